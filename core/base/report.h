@@ -1,0 +1,33 @@
+// What happened in a step, for people, plots and the cache. A report never decides anything.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+namespace loomstone {
+
+// Stages of a step in the order of core/sim/stepper.cpp.
+enum class StageName : int { Loads, Proximity, Integrate, Bodies, Certify, Check, Count };
+inline constexpr std::array<const char*, 6> stage_names = {"loads",  "proximity", "integrate",
+                                                           "bodies", "certify",   "check"};
+
+struct StepReport {
+  std::int64_t step = 0;
+  double time = 0.0;                 // at the end of the step [s]
+  std::array<double, 6> seconds{};   // wall time per stage [s]
+  int newton_iterations = 0;         // outer iterations (1 for linearised schemes)
+  int linear_iterations = 0;         // of the linear solver, summed over outer iterations
+  double linear_residual = 0.0;      // of the last linear solve, relative [1]
+  std::int64_t contacts = 0;         // proximity contacts that entered the solve
+  std::int64_t impacts = 0;          // hits of the continuous test, first pass
+  std::int64_t truncated = 0;        // vertices whose displacement was shortened
+  double withheld = 0.0;             // share of the total displacement withheld by truncation [1]
+  double max_stretch = 1.0;          // largest principal stretch of any triangle [1]
+  double kinetic_energy = 0.0;       // [J], as all energies
+  double membrane_energy = 0.0;
+  double bending_energy = 0.0;
+  double gravity_energy = 0.0;
+  double contact_energy = 0.0;
+};
+
+}  // namespace loomstone

@@ -1,0 +1,75 @@
+// The two places of a step where collisions act: near contacts before the integrator (as terms of its implicit solve), and
+// certification after everything has moved (continuous test, clean-up by impulses, truncation).
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "core/base/types.h"
+#include "core/collision/collision_model.h"
+#include "core/linalg/extra_terms.h"
+#include "core/parallel/team.h"
+
+namespace loomstone {
+
+enum class ContactKind : std::uint8_t { VertexFace = 0, EdgeEdge = 1 };
+
+struct Contact {
+  ContactKind kind;
+  Index a, b;                       // vertex and triangle id, or two edge ids (a < b)
+  std::array<Index, 4> vertices;    // vertex, face corners; or edge a, edge b
+  std::array<double, 4> weights;    // signed: + on side a, - on side b; each side sums to 1
+  Vec3 normal;                      // unit, from b to a
+  double distance;                  // at the start of the step [m]
+  double thickness;                 // xi = epsilon_c of the pair [m]
+  double friction;                  // mu of the pair [1]
+};
+
+// State: anchors of friction, sorted by (kind, a, b).
+struct ContactState {
+  struct Anchor {
+    ContactKind kind;
+    Index a, b;
+    Vec3 slip;      // of a relative to b [m]
+    double normal_force;  // of the last step [N]
+  };
+  std::vector<Anchor> anchors;
+};
+
+struct CertifyReport {
+  std::int64_t impacts = 0, truncated = 0, frozen = 0;
+  double withheld = 0.0;
+};
+
+class CollisionStage {
+ public:
+  // `rest`: positions in which non-adjacent primitives of one surface may already be closer than the thickness.
+  CollisionStage(const CollisionModel& model);
+  ~CollisionStage();
+
+  // Contacts closer than their thickness at x0 (all vertices), sorted by (kind, a, b).
+  std::vector<Contact> proximity(const Team& team, const Points& x0);
+
+  // Terms for the implicit solve (notes/response.md 1-2): x0, v0 of all vertices, h, anchors in; velocities of scripted
+  // vertices go into the drift. `body_centres` (b x 3). Penalty energy summed into `energy`.
+  void terms(const std::vector<Contact>& contacts, const Points& x0, const Points& v0, const Points& body_centres,
+             double step, Index n_cloth, const ContactState& state, ExtraTerms& terms, double& energy);
+
+  // Anchors after the step, from the actual motion x0 -> x1.
+  void update_anchors(const std::vector<Contact>& contacts, const Points& x0, const Points& x1, ContactState& state);
+
+  // Corrects x1 (cloth vertices only; bodies and scripts are as given) so that the motion x0 -> x1 has no impact and ends
+  // without intersection. `inverse_mass` (n): 0 for what must not move. `moved` is 1 where a vertex was changed.
+  CertifyReport certify(const Team& team, const Points& x0, Points& x1, const Vector& inverse_mass, double step,
+                        std::vector<std::uint8_t>& moved);
+
+ private:
+  struct Data;
+  std::unique_ptr<Data> data_;
+};
+
+// Pairs of triangles of one configuration that intersect (not sharing a vertex), ascending; independent of the stage.
+std::vector<std::array<Index, 2>> intersecting_pairs(const Points& points, const Triangles& triangles);
+
+}  // namespace loomstone

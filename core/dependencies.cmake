@@ -1,0 +1,55 @@
+# Every outside library is found here, and its absence is explained in one sentence.
+function(loomstone_require found what package)
+  if(NOT ${found})
+    message(FATAL_ERROR "${what} was not found; install it (Debian: apt-get install ${package}).")
+  endif()
+endfunction()
+
+find_package(Eigen3 3.4 QUIET NO_MODULE)
+loomstone_require(Eigen3_FOUND "Eigen 3.4" libeigen3-dev)
+
+find_package(OpenMP QUIET COMPONENTS CXX)
+loomstone_require(OpenMP_CXX_FOUND "OpenMP" g++)
+
+find_package(Threads QUIET)
+find_package(PkgConfig QUIET)
+loomstone_require(PkgConfig_FOUND "pkg-config" pkg-config)
+
+# CHOLMOD has neither a .pc nor a CMake file here.
+find_path(CHOLMOD_INCLUDE_DIR cholmod.h PATH_SUFFIXES suitesparse)
+find_library(CHOLMOD_LIBRARY cholmod)
+if(NOT CHOLMOD_INCLUDE_DIR OR NOT CHOLMOD_LIBRARY)
+  message(FATAL_ERROR "CHOLMOD (SuiteSparse) was not found; install it (Debian: apt-get install libsuitesparse-dev).")
+endif()
+add_library(loomstone_cholmod INTERFACE)
+target_include_directories(loomstone_cholmod SYSTEM INTERFACE ${CHOLMOD_INCLUDE_DIR})
+target_link_libraries(loomstone_cholmod INTERFACE ${CHOLMOD_LIBRARY})
+
+find_path(METIS_INCLUDE_DIR metis.h)
+find_library(METIS_LIBRARY metis)
+if(NOT METIS_INCLUDE_DIR OR NOT METIS_LIBRARY)
+  message(FATAL_ERROR "METIS was not found; install it (Debian: apt-get install libmetis-dev).")
+endif()
+add_library(loomstone_metis INTERFACE)
+target_include_directories(loomstone_metis SYSTEM INTERFACE ${METIS_INCLUDE_DIR})
+target_link_libraries(loomstone_metis INTERFACE ${METIS_LIBRARY})
+
+# The double-precision variant; find_package(Bullet) gives the float one.
+pkg_check_modules(BULLET QUIET IMPORTED_TARGET bullet-float64)
+loomstone_require(BULLET_FOUND "Bullet in double precision" "libbullet-dev libbullet-extras-dev")
+
+find_package(embree 3 QUIET CONFIG)
+loomstone_require(embree_FOUND "Embree 3" libembree-dev)
+
+# The serial variant by its own name; bare hdf5 may turn into the MPI one.
+pkg_check_modules(HDF5 QUIET IMPORTED_TARGET hdf5-serial)
+loomstone_require(HDF5_FOUND "HDF5 (serial)" libhdf5-dev)
+
+find_package(PNG QUIET)
+loomstone_require(PNG_FOUND "libpng" libpng-dev)
+
+# Optional: without MPI everything but several ranks works.
+find_package(MPI QUIET COMPONENTS C)
+if(NOT MPI_C_FOUND)
+  message(STATUS "MPI was not found: built without the several-ranks plug-in (Debian: apt-get install libopenmpi-dev).")
+endif()

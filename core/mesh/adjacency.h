@@ -1,0 +1,38 @@
+// Edges, hinges and incidence lists of a triangle array.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "core/base/types.h"
+
+namespace loomstone {
+
+// Compressed lists: items of i are items[start[i] .. start[i+1]), ascending.
+struct Incidence {
+  std::vector<Index> start;
+  std::vector<Index> items;
+};
+
+// Unique edges as (smaller, larger) vertex, sorted; an edge's id is its row.
+struct EdgeTable {
+  Edges edges;                                   // (k x 2)
+  std::vector<std::array<Index, 2>> triangles;   // of each edge, ascending; -1 where there is none
+  std::vector<std::array<Index, 3>> of_triangle; // edge opposite corner 0, 1, 2 of each triangle
+};
+
+EdgeTable edge_table(Index n_vertices, const Triangles& triangles);
+
+// An interior edge with its two triangles, oriented as method.md 1.2: triangles (x1,x3,x4) and (x2,x4,x3) in their own
+// counter-clockwise order share the edge x3 -> x4.
+struct Hinge {
+  std::array<Index, 4> vertices;   // x1, x2, x3, x4
+  std::array<Index, 2> triangles;  // that of x1, that of x2; the first is the smaller index
+  Index edge;                      // id in the edge table
+};
+
+std::vector<Hinge> hinges(const Triangles& triangles, const EdgeTable& edges);
+
+Incidence triangles_of_vertices(Index n_vertices, const Triangles& triangles);
+
+}  // namespace loomstone

@@ -1,0 +1,36 @@
+// Closest points and inside tests on a triangle surface, by Embree. Queries are thread-safe between refits.
+#pragma once
+
+#include <memory>
+
+#include "core/base/types.h"
+
+namespace loomstone {
+
+struct ClosestPoint {
+  Index triangle = -1;                         // -1: nothing within the radius
+  Vec3 point = Vec3::Zero();                   // [m]
+  Vec3 barycentric = Vec3::Zero();             // [1]
+  Vec3 normal = Vec3::Zero();                  // angle-weighted pseudo-normal of the closest feature, unit length
+  double distance = 0.0;                       // [m], >= 0
+};
+
+class SpatialQuery {
+ public:
+  SpatialQuery(const Points& vertices, const Triangles& triangles);
+  ~SpatialQuery();
+  SpatialQuery(SpatialQuery&&) noexcept;
+  SpatialQuery& operator=(SpatialQuery&&) noexcept;
+
+  void refit(const Points& vertices);  // same triangles, moved
+  // Ties go to the smaller triangle index.
+  ClosestPoint closest(const Vec3& point, double radius) const;
+  // Sign of the closest feature's pseudo-normal; for closed surfaces.
+  bool inside(const Vec3& point) const;
+
+ private:
+  struct Data;
+  std::unique_ptr<Data> data_;
+};
+
+}  // namespace loomstone

@@ -1,0 +1,45 @@
+// The ranks of one simulation. One rank needs no MPI; more come from a plug-in that is loaded only when asked for.
+// All calls are collective.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/base/types.h"
+
+namespace loomstone {
+
+class Communicator {
+ public:
+  virtual ~Communicator() = default;
+  virtual int rank() const = 0;
+  virtual int size() const = 0;
+  virtual void barrier() const = 0;
+  // Largest value over all ranks (errors and signals are agreed with this).
+  virtual std::int64_t maximum(std::int64_t value) const = 0;
+  // Bytes of `root` to all.
+  virtual void broadcast(void* data, std::size_t bytes, int root) const = 0;
+  // Every rank contributes bytes [offsets[rank], offsets[rank+1]) of `data`; afterwards all hold all of it.
+  virtual void gather_all(void* data, const std::vector<std::size_t>& byte_offsets) const = 0;
+  // Sends byte buffers to the ranks of `to` and receives buffers (sized by the caller) from the ranks of `from`.
+  struct Message {
+    int rank;
+    void* data;
+    std::size_t bytes;
+  };
+  virtual void exchange(const std::vector<Message>& to, const std::vector<Message>& from) const = 0;
+};
+
+// One rank, no MPI.
+std::shared_ptr<const Communicator> single_communicator();
+
+// Loads the MPI plug-in and duplicates the given communicator (Fortran handle, as mpi4py's comm.py2f() gives; -1:
+// MPI_COMM_WORLD). Initialises MPI if nobody has. Throws Unsupported, naming the package, where MPI is missing.
+std::shared_ptr<const Communicator> mpi_communicator(int fortran_handle = -1);
+
+// True where this process was started by an MPI launcher with more than one rank (read from the environment).
+bool launched_by_mpi();
+
+}  // namespace loomstone
