@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 namespace loomstone {
 

@@ -1,0 +1,138 @@
+// What the user asks for. Plain descriptions without methods; build() checks them and makes the Model.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/field.h"
+#include "core/base/types.h"
+#include "core/cloth/material.h"
+#include "core/mesh/triangle_mesh.h"
+#include "core/rigid/rigid_body.h"
+
+namespace loomstone {
+
+// Description.
+struct Cloth {
+  std::string name;
+  std::shared_ptr<const TriangleMesh> mesh;
+  ClothMaterial material;
+  std::string rest = "uv";             // "uv": uv are the pattern [m] | "mesh": lengths of the mesh, uv only directions
+  std::string rest_angles = "flat";    // "flat" | "mesh": angles of the mesh as given
+  std::string bending = "mid-edge";    // "mid-edge" | "hinge"
+  std::vector<Index> pins;             // vertices that stay where they are (or follow a script)
+  std::vector<double> script_times;    // [s] ascending; empty: pins stand still
+  Points script_positions;             // (times * pins x 3) of the pins at each time, interpolated linearly [m]
+  Points velocities;                   // (n x 3) at the start, or empty: at rest [m/s]
+  double thickness = 0.0;
+  double friction = 0.3;
+  bool self_collision = true;
+
+  static auto fields() {
+    using C = Cloth;
+    return std::make_tuple(
+        field("name", &C::name, "name in reports and files"),
+        field("mesh", &C::mesh, "triangle mesh; its vertices are the start positions"),
+        field("material", &C::material, "ClothMaterial"),
+        field("rest", &C::rest, "rest lengths from uv (the pattern [m]) or from the mesh: uv | mesh"),
+        field("rest_angles", &C::rest_angles, "rest angles between triangles: flat | mesh"),
+        field("bending", &C::bending, "bending element: mid-edge | hinge"),
+        field("pins", &C::pins, "indices of vertices that are held, or moved by script"),
+        field("script_times", &C::script_times, "times of the script [s], ascending; empty: pins stand still"),
+        field("script_positions", &C::script_positions, "(times * pins x 3) positions of the pins [m], linear between"),
+        field("velocities", &C::velocities, "(n x 3) at the start [m/s]; empty: at rest"),
+        field("thickness", &C::thickness, "m", non_negative(), "contact distance; 0: chosen from the mesh"),
+        field("friction", &C::friction, "1", non_negative(), "friction coefficient"),
+        field("self_collision", &C::self_collision, "the cloth collides with itself"));
+  }
+};
+
+// Description. Static, moved by keyframes, or deformed by a vertex sequence.
+struct Obstacle {
+  std::string name;
+  std::shared_ptr<const TriangleMesh> mesh;
+  double friction = 0.3;
+  double thickness = 0.0;
+  std::vector<double> times;        // keyframes [s], ascending
+  Points positions;                 // (times x 3) of the mesh's origin [m]
+  Points axis_angles;               // (times x 3) rotation vectors [rad]; empty: none
+  Points vertex_positions;          // (times * n x 3) vertex sequence instead of rigid keyframes [m]
+  bool floor = false;               // drawn as ground
+
+  static auto fields() {
+    using O = Obstacle;
+    return std::make_tuple(
+        field("name", &O::name, "name in reports and files"),
+        field("mesh", &O::mesh, "surface; closed ones refuse cloth that starts inside"),
+        field("friction", &O::friction, "1", non_negative(), "friction coefficient"),
+        field("thickness", &O::thickness, "m", non_negative(), "contact distance; 0: as the cloth's"),
+        field("times", &O::times, "times of the keyframes [s], ascending; empty: stands still"),
+        field("positions", &O::positions, "(times x 3) positions of the mesh's origin [m], linear between"),
+        field("axis_angles", &O::axis_angles, "(times x 3) rotation vectors [rad], interpolated as rotations"),
+        field("vertex_positions", &O::vertex_positions, "(times * n x 3) vertex sequence [m], linear between"),
+        field("floor", &O::floor, "drawn as ground"));
+  }
+};
+
+// Description. Ties cloth vertices to points of a rigid body, both ways.
+struct Attachment {
+  std::string cloth, body;          // names
+  std::vector<Index> vertices;
+
+  static auto fields() {
+    using A = Attachment;
+    return std::make_tuple(field("cloth", &A::cloth, "name of the cloth"), field("body", &A::body, "name of the body"),
+                           field("vertices", &A::vertices, "vertices of the cloth that move with the body"));
+  }
+};
+
+// Description. Drag of air at rest or in wind, per triangle.
+struct Air {
+  double density = 1.2;
+  double normal_drag = 0.0;       // coefficient of the velocity component along the normal
+  double tangential_drag = 0.0;
+  Vec3 wind = Vec3::Zero();
+  double gust = 0.0;
+
+  static auto fields() {
+    using A = Air;
+    return std::make_tuple(
+        field("density", &A::density, "kg/m^3", non_negative(), "density of the air"),
+        field("normal_drag", &A::normal_drag, "1", non_negative(), "drag coefficient across a triangle"),
+        field("tangential_drag", &A::tangential_drag, "1", non_negative(), "drag coefficient along a triangle"),
+        field("wind", &A::wind, "velocity of the air [m/s]"),
+        field("gust", &A::gust, "1", between(0.0, 1.0), "relative strength of slow variations of the wind"));
+  }
+};
+
+// Description.
+struct Scene {
+  std::vector<Cloth> cloths;
+  std::vector<Obstacle> obstacles;
+  std::vector<RigidBody> bodies;
+  std::vector<Attachment> attachments;
+  Air air;
+  Vec3 gravity = Vec3(0, 0, -9.81);
+  bool collisions = true;
+  double contact_stiffness = 0.0;
+  std::string response = "implicit";
+  bool allow_initial_intersections = false;
+  int rigid_rebuild_interval = 40;
+
+  static auto fields() {
+    using S = Scene;
+    return std::make_tuple(
+        field("cloths", &S::cloths, "list of Cloth"), field("obstacles", &S::obstacles, "list of Obstacle"),
+        field("bodies", &S::bodies, "list of RigidBody"), field("attachments", &S::attachments, "list of Attachment"),
+        field("air", &S::air, "Air: drag and wind"), field("gravity", &S::gravity, "acceleration [m/s^2]"),
+        field("collisions", &S::collisions, "contacts between surfaces are handled"),
+        field("contact_stiffness", &S::contact_stiffness, "N/m", non_negative(), "of a contact; 0: chosen from the material"),
+        field("response", &S::response, "contacts in the implicit solve (implicit) or by impulses after it (impulse)"),
+        field("allow_initial_intersections", &S::allow_initial_intersections, "accept a start with intersections"),
+        field("rigid_rebuild_interval", &S::rigid_rebuild_interval, "1", between(1, 1e9),
+              "steps between rebuilds of the rigid-body world; checkpoints with bodies fall on them"));
+  }
+};
+
+}  // namespace loomstone

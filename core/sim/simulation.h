@@ -1,0 +1,62 @@
+// A built scene that advances: Model + State + Stepper behind the few calls that Python and tests need.
+// Arrays at this door are in the user's vertex order, all cloths end to end.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "core/base/frame.h"
+#include "core/cache/checkpoint_file.h"
+#include "core/integration/options.h"
+#include "core/parallel/communicator.h"
+#include "core/sim/scene.h"
+
+namespace loomstone {
+
+class Simulation {
+ public:
+  // Checks everything and builds. threads 0: all processors. Throws InvalidInput / Unsupported.
+  Simulation(const Scene& scene, const IntegratorOptions& integrator, int threads = 0,
+             std::shared_ptr<const Communicator> communicator = single_communicator());
+  ~Simulation();
+
+  void step();                       // throws SolverFailure; the state of the last good step remains
+  double time() const;               // [s]
+  std::int64_t step_index() const;
+  double step_size() const;          // [s]
+  int threads() const;
+  const Communicator& communicator() const;
+  const StepReport& report() const;  // of the last step
+  bool may_checkpoint() const;       // false between rebuilds of the rigid-body world
+
+  const FrameTopology& topology() const;
+  Frame frame() const;                   // of the present state
+  Frame frame_at(double time) const;     // between the last two steps: interpolated positions
+
+  const std::vector<Index>& vertex_order() const;   // internal row of each user vertex
+  Points positions() const;              // (n x 3) [m], a copy
+  void set_positions(const Points& positions);
+  Points velocities() const;             // (n x 3) [m/s], a copy
+  void set_velocities(const Points& velocities);
+  Points external_forces() const;        // (n x 3) [N], added to every step until changed
+  void set_external_forces(const Points& forces);
+  // Target of pinned vertices at the end of the next step (rows of other vertices are ignored); replaces the script.
+  void set_pin_targets(const Points& targets);
+  // Pose of an obstacle at the end of the next step; replaces its keyframes.
+  void set_obstacle_pose(int obstacle, const Vec3& position, const Vec4& orientation);
+  Points body_positions() const;         // (b x 3) centres of mass [m]
+
+  Checkpoint checkpoint() const;
+  void restore(const Checkpoint& checkpoint);   // same scene; throws CacheError where it does not fit
+  void rebuild_stages();                 // throws all stages away; changes no bit of the future
+
+  // Pairs of triangles (user numbering, all surfaces end to end) that intersect now.
+  std::vector<std::array<Index, 2>> intersecting_pairs() const;
+
+ private:
+  struct Data;
+  std::unique_ptr<Data> data_;
+};
+
+}  // namespace loomstone
