@@ -7,6 +7,7 @@
 
 #include "core/base/field.h"
 #include "core/base/types.h"
+#include "core/cloth/air.h"
 #include "core/cloth/material.h"
 #include "core/mesh/triangle_mesh.h"
 #include "core/rigid/rigid_body.h"
@@ -84,25 +85,6 @@ struct Attachment {
     using A = Attachment;
     return std::make_tuple(field("cloth", &A::cloth, "name of the cloth"), field("body", &A::body, "name of the body"),
                            field("vertices", &A::vertices, "vertices of the cloth that move with the body"));
-  }
-};
-
-// Description. Drag of air at rest or in wind, per triangle.
-struct Air {
-  double density = 1.2;
-  double normal_drag = 0.0;       // coefficient of the velocity component along the normal
-  double tangential_drag = 0.0;
-  Vec3 wind = Vec3::Zero();
-  double gust = 0.0;
-
-  static auto fields() {
-    using A = Air;
-    return std::make_tuple(
-        field("density", &A::density, "kg/m^3", non_negative(), "density of the air"),
-        field("normal_drag", &A::normal_drag, "1", non_negative(), "drag coefficient across a triangle"),
-        field("tangential_drag", &A::tangential_drag, "1", non_negative(), "drag coefficient along a triangle"),
-        field("wind", &A::wind, "velocity of the air [m/s]"),
-        field("gust", &A::gust, "1", between(0.0, 1.0), "relative strength of slow variations of the wind"));
   }
 };
 

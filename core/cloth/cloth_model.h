@@ -1,0 +1,36 @@
+// All cloths end to end in the internal order of vertices. Constant once built.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/base/types.h"
+#include "core/cloth/bending.h"
+#include "core/cloth/membrane.h"
+#include "core/mesh/adjacency.h"
+
+namespace loomstone {
+
+// Model.
+struct ClothModel {
+  // Bending elements of one kind on some of the cloths, with vertices numbered over all.
+  struct BendingPart {
+    std::string element;   // "mid-edge" | "hinge"
+    BendingSetup setup;
+  };
+
+  Index n_vertices = 0;
+  Triangles triangles;                           // (m x 3)
+  std::vector<Corners2> corners;                 // (m) rest coordinates [m]
+  std::vector<MembraneConstants> constants;      // (m)
+  std::vector<BendingPart> bending;
+  Vector mass;                                   // (n) lumped [kg], method.md 1.3
+  std::vector<std::uint8_t> pinned;              // (n) 1: held or moved by script
+  Incidence triangles_of_vertex;                 // (n)
+};
+
+// Lumped mass: a third of the areas of the incident triangles times their density [kg/m^2].
+Vector lumped_mass(Index n_vertices, const Triangles& triangles, const std::vector<Corners2>& corners,
+                   const std::vector<double>& density);
+
+}  // namespace loomstone

@@ -1,0 +1,55 @@
+// Membrane and bending of all cloths as one elastic body: forces, stiffness, energy.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "core/cloth/bending.h"
+#include "core/cloth/cloth_model.h"
+#include "core/cloth/membrane.h"
+#include "core/linalg/block_matrix.h"
+#include "core/parallel/team.h"
+
+namespace loomstone {
+
+// Stage.
+class Elasticity {
+ public:
+  // implicit_bending: bending joins the stiffness; else it is a force only, and the pattern stays that of the edges.
+  Elasticity(const ClothModel& model, bool implicit_bending);
+
+  // Largest eigenvalue of M^-1 K of bending at rest [1/s^2]; 0 where nothing bends.
+  static double bending_eigenvalue(const ClothModel& model);
+
+  bool implicit_bending() const { return implicit_bending_; }
+  BlockMatrix& matrix() { return matrix_; }
+
+  // Adds minus elastic minus viscous forces of what is in the stiffness (membrane, and implicit bending); v null: no
+  // viscous part.
+  void add_implicit_forces(const Team& team, const Points& x, const Points* v, Index begin, Index end, Points& force);
+  // Adds minus elastic minus damping forces of bending where it is explicit (nothing where it is implicit).
+  void add_explicit_bending(const Team& team, const Points& x, const Points& v, Index begin, Index end, Points& force);
+
+  // matrix = M + scale_d D + scale_k K on rows [begin, end).
+  void assemble(const Team& team, const Points& x, JacobianKind kind, double scale_d, double scale_k, Index begin,
+                Index end);
+  // y = (matrix - M) w on rows [begin, end); w current on all rows that the matrix couples to them.
+  void multiply_without_mass(const Team& team, const Points& w, Index begin, Index end, Points& y);
+
+  double membrane_energy(const Team& team, const Points& x) { return membrane_.energy(team, x); }
+  double bending_energy(const Team& team, const Points& x) const;
+  void strain(const Team& team, const Points& x, Points& green, Vector& stretch) {
+    membrane_.strain(team, x, green, stretch);
+  }
+
+ private:
+  const ClothModel& model_;
+  Membrane membrane_;
+  std::vector<std::unique_ptr<Bending>> bending_;
+  bool implicit_bending_;
+  BlockMatrix matrix_;
+  std::vector<double> wide_in_, wide_out_;   // vectors of 4 doubles a row
+  Points zero_velocity_;
+};
+
+}  // namespace loomstone

@@ -1,0 +1,72 @@
+// Orthotropic St. Venant-Kirchhoff membrane on linear triangles, total Lagrangian, with viscosity.
+// Implements method (2.7), (2.21)-(2.25), (2.31), (2.33), (2.35). Eight triangles are worked at once; results are gathered
+// per vertex in ascending order of elements, so that thread count and row range change no bit.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/base/types.h"
+#include "core/cloth/material.h"
+#include "core/linalg/block_matrix.h"
+#include "core/mesh/triangle_mesh.h"
+#include "core/parallel/team.h"
+
+namespace loomstone {
+
+// Plane-stress constants (2.22) of one material.
+struct MembraneConstants {
+  double a11, a22, a12, g;   // [N/m]
+  double lambda_d, mu_d;     // viscosity [N s/m]
+};
+// Throws InvalidInput where energy or viscous power is not definite.
+MembraneConstants membrane_constants(const ClothMaterial& material, const std::string& where);
+
+enum class JacobianKind { Exact, Positive };  // Positive: S replaced by its positive part in the geometric term
+
+// Stage: constant tables of the elements, and scratch that decides nothing.
+class Membrane {
+ public:
+  Membrane(Index n_vertices, const Triangles& triangles, const std::vector<Corners2>& corners,
+           const std::vector<MembraneConstants>& constants);  // corners, constants: one entry a triangle
+
+  const std::vector<double>& rest_area() const { return area_; }  // (m) [m^2]
+  bool viscous() const { return viscous_; }
+
+  double energy(const Team& team, const Points& x);  // [J], summed in a fixed order
+
+  // Adds minus the elastic force, and minus the viscous force where v is given, to rows [begin, end) of `force`.
+  void add_forces(const Team& team, const Points& x, const Points* v, Index begin, Index end, Points& force);
+
+  // Adds scale_k K + scale_d D to rows [begin, end) of `matrix`, whose pattern holds all edges.
+  void add_jacobian(const Team& team, const Points& x, JacobianKind kind, double scale_k, double scale_d, Index begin,
+                    Index end, BlockMatrix& matrix);
+
+  // Green strain (weft, warp, shear E12) (m x 3) and largest principal stretch (m) of each triangle.
+  void strain(const Team& team, const Points& x, Points& green, Vector& stretch);
+
+ private:
+  struct BlockSource {
+    Index position;  // block in the matrix
+    Index first, second;  // 2 * element slot + transposed; second = -1 on a boundary edge
+  };
+  void select_rows(Index begin, Index end);
+  void locate_blocks(const BlockMatrix& matrix, Index begin, Index end);
+
+  Index n_vertices_, n_triangles_, n_batches_;
+  Triangles triangles_;
+  std::vector<Index> corners_;      // see membrane_kernels.h
+  std::vector<double> gradients_, constants_, area_;
+  bool viscous_ = false;
+  std::vector<Index> slot_start_, slots_;  // element slots of each vertex, ascending
+
+  std::vector<Index> batches_;             // that touch rows [begin_, end_)
+  Index begin_ = -1, end_ = -1;
+  std::vector<double> element_forces_, element_blocks_, element_strains_;
+  std::vector<Index> source_start_;        // per row of [begin, end)
+  std::vector<BlockSource> sources_;
+  const Index* located_columns_ = nullptr;
+  Index located_blocks_ = -1, located_begin_ = -1, located_end_ = -1;
+};
+
+}  // namespace loomstone

@@ -1,0 +1,162 @@
+#include "core/cloth/membrane_kernels.h"
+
+#include "core/base/simd.h"
+
+namespace loomstone::membrane {
+
+namespace {
+
+struct Lanes3 {
+  Lanes x, y, z;
+};
+
+LOOMSTONE_INLINE Lanes3 load_corner(const Index* corners, const double* x) {
+  Lanes3 r;
+  for (int l = 0; l < n_lanes; ++l) {
+    const double* p = x + 3 * static_cast<std::size_t>(corners[l]);
+    r.x[l] = p[0];
+    r.y[l] = p[1];
+    r.z[l] = p[2];
+  }
+  return r;
+}
+
+LOOMSTONE_INLINE Lanes3 minus(const Lanes3& a, const Lanes3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+LOOMSTONE_INLINE Lanes3 combine(const Lanes3& a, const Lanes& s, const Lanes3& b, const Lanes& t) {
+  return {a.x * s + b.x * t, a.y * s + b.y * t, a.z * s + b.z * t};
+}
+LOOMSTONE_INLINE Lanes dot(const Lanes3& a, const Lanes3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+struct Batch {
+  const Index* corners;
+  const double* gradients;
+  const double* constants;
+  LOOMSTONE_INLINE Lanes gradient(int k) const { return lanes_load(gradients + 8 * k); }
+  LOOMSTONE_INLINE Lanes constant(int k) const { return lanes_load(constants + 8 * k); }
+};
+
+LOOMSTONE_INLINE Batch batch_of(const Tables& t, Index b) {
+  const std::size_t i = static_cast<std::size_t>(b);
+  return {t.corners + corner_stride * i, t.gradients + gradient_stride * i, t.constants + constant_stride * i};
+}
+
+// Columns of F (2.31); the sum over corners as differences to corner 2, since the gradients add up to zero.
+LOOMSTONE_INLINE void gradient_columns(const Batch& batch, const double* x, Lanes3& f1, Lanes3& f2) {
+  const Lanes3 x2 = load_corner(batch.corners + 16, x);
+  const Lanes3 e0 = minus(load_corner(batch.corners, x), x2);
+  const Lanes3 e1 = minus(load_corner(batch.corners + 8, x), x2);
+  f1 = combine(e0, batch.gradient(0), e1, batch.gradient(2));
+  f2 = combine(e0, batch.gradient(1), e1, batch.gradient(3));
+}
+
+LOOMSTONE_INLINE void store(double* out, int k, const Lanes& value) { lanes_store(out + 8 * k, value); }
+
+}  // namespace
+
+LOOMSTONE_CLONES
+void forces(const Tables& tables, const Index* batches, Index n, const double* x, const double* v, double* out) {
+  for (Index i = 0; i < n; ++i) {
+    const Batch batch = batch_of(tables, batches[i]);
+    Lanes3 f1, f2;
+    gradient_columns(batch, x, f1, f2);
+    const Lanes e11 = 0.5 * (dot(f1, f1) - 1.0), e22 = 0.5 * (dot(f2, f2) - 1.0), e12 = 0.5 * dot(f1, f2);
+    const Lanes a11 = batch.constant(1), a22 = batch.constant(2), a12 = batch.constant(3), g = batch.constant(4);
+    Lanes s11 = a11 * e11 + a12 * e22, s22 = a22 * e22 + a12 * e11, s12 = 2.0 * g * e12;  // (2.23)
+    if (v) {
+      Lanes3 d1, d2;  // columns of dF/dt
+      gradient_columns(batch, v, d1, d2);
+      const Lanes r11 = dot(d1, f1), r22 = dot(d2, f2), r12 = 0.5 * (dot(d1, f2) + dot(d2, f1));
+      const Lanes lambda = batch.constant(5), mu = batch.constant(6);
+      const Lanes trace = lambda * (r11 + r22);
+      s11 += trace + 2.0 * mu * r11;
+      s22 += trace + 2.0 * mu * r22;
+      s12 += 2.0 * mu * r12;
+    }
+    const Lanes minus_area = -batch.constant(0);
+    const Lanes3 p1 = combine(f1, minus_area * s11, f2, minus_area * s12);  // columns of -A F S
+    const Lanes3 p2 = combine(f1, minus_area * s12, f2, minus_area * s22);
+    const Lanes3 force0 = combine(p1, batch.gradient(0), p2, batch.gradient(1));
+    const Lanes3 force1 = combine(p1, batch.gradient(2), p2, batch.gradient(3));
+    double* o = out + force_stride * static_cast<std::size_t>(batches[i]);
+    store(o, 0, force0.x), store(o, 1, force0.y), store(o, 2, force0.z);
+    store(o, 3, force1.x), store(o, 4, force1.y), store(o, 5, force1.z);
+    store(o, 6, -(force0.x + force1.x)), store(o, 7, -(force0.y + force1.y)), store(o, 8, -(force0.z + force1.z));
+  }
+}
+
+LOOMSTONE_CLONES
+void blocks(const Tables& tables, const Index* batches, Index n, const double* x, bool positive, double scale_k,
+            double scale_d, double* out) {
+  for (Index i = 0; i < n; ++i) {
+    const Batch batch = batch_of(tables, batches[i]);
+    Lanes3 f1, f2;
+    gradient_columns(batch, x, f1, f2);
+    const Lanes e11 = 0.5 * (dot(f1, f1) - 1.0), e22 = 0.5 * (dot(f2, f2) - 1.0), e12 = 0.5 * dot(f1, f2);
+    const Lanes area = batch.constant(0);
+    Lanes a11 = batch.constant(1), a22 = batch.constant(2), a12 = batch.constant(3), g = batch.constant(4);
+    Lanes s11 = a11 * e11 + a12 * e22, s22 = a22 * e22 + a12 * e11, s12 = 2.0 * g * e12;
+    if (positive) {
+      // Positive part of [s11 s12; s12 s22] from its eigenvalues m +- r.
+      const Lanes m = 0.5 * (s11 + s22), d = 0.5 * (s11 - s22);
+      const Lanes r = lanes_sqrt(d * d + s12 * s12);
+      const Lanes high = lanes_max0(m + r), low = lanes_max0(m - r);
+      const Lanes mean = 0.5 * (high + low), share = 0.5 * (high - low) / (r + 1e-300);
+      s11 = mean + share * d;
+      s22 = mean - share * d;
+      s12 = share * s12;
+    }
+    const Lanes k_area = scale_k * area;
+    s11 *= k_area, s22 *= k_area, s12 *= k_area;
+    // Elastic and viscous constants together: dS/dE and dS/d(dE/dt) enter the same product.
+    const Lanes lambda = scale_d * batch.constant(5), mu = scale_d * batch.constant(6);
+    a11 = area * (scale_k * a11 + lambda + 2.0 * mu);
+    a22 = area * (scale_k * a22 + lambda + 2.0 * mu);
+    a12 = area * (scale_k * a12 + lambda);
+    g = area * (scale_k * g + mu);
+    const Lanes xx = f1.x * f1.x, xy = f1.x * f1.y, xz = f1.x * f1.z, yy = f1.y * f1.y, yz = f1.y * f1.z,
+                zz = f1.z * f1.z;  // F1 F1^T
+    const Lanes ux = f2.x * f2.x, uy = f2.x * f2.y, uz = f2.x * f2.z, vy = f2.y * f2.y, vz = f2.y * f2.z,
+                wz = f2.z * f2.z;  // F2 F2^T
+    const Lanes m00 = f1.x * f2.x, m01 = f1.x * f2.y, m02 = f1.x * f2.z;  // F1 F2^T
+    const Lanes m10 = f1.y * f2.x, m11 = f1.y * f2.y, m12 = f1.y * f2.z;
+    const Lanes m20 = f1.z * f2.x, m21 = f1.z * f2.y, m22 = f1.z * f2.z;
+    for (int p = 0; p < 3; ++p) {
+      const int q = (p + 1) % 3;
+      const Lanes ix = batch.gradient(2 * p), iy = batch.gradient(2 * p + 1);
+      const Lanes kx = batch.gradient(2 * q), ky = batch.gradient(2 * q + 1);
+      const Lanes c11 = a11 * kx * ix + g * ky * iy, c12 = a12 * ky * ix + g * kx * iy;
+      const Lanes c21 = a12 * kx * iy + g * ky * ix, c22 = a22 * ky * iy + g * kx * ix;
+      const Lanes geometric = kx * (s11 * ix + s12 * iy) + ky * (s12 * ix + s22 * iy);
+      double* o = out + block_stride * static_cast<std::size_t>(batches[i]) + 72 * p;
+      store(o, 0, c11 * xx + c22 * ux + (c12 + c21) * m00 + geometric);
+      store(o, 1, c11 * xy + c22 * uy + c12 * m10 + c21 * m01);  // row 1, column 0
+      store(o, 2, c11 * xz + c22 * uz + c12 * m20 + c21 * m02);
+      store(o, 3, c11 * xy + c22 * uy + c12 * m01 + c21 * m10);  // row 0, column 1
+      store(o, 4, c11 * yy + c22 * vy + (c12 + c21) * m11 + geometric);
+      store(o, 5, c11 * yz + c22 * vz + c12 * m21 + c21 * m12);
+      store(o, 6, c11 * xz + c22 * uz + c12 * m02 + c21 * m20);
+      store(o, 7, c11 * yz + c22 * vz + c12 * m12 + c21 * m21);
+      store(o, 8, c11 * zz + c22 * wz + (c12 + c21) * m22 + geometric);
+    }
+  }
+}
+
+LOOMSTONE_CLONES
+void strains(const Tables& tables, const Index* batches, Index n, const double* x, double* out) {
+  for (Index i = 0; i < n; ++i) {
+    const Batch batch = batch_of(tables, batches[i]);
+    Lanes3 f1, f2;
+    gradient_columns(batch, x, f1, f2);
+    const Lanes c11 = dot(f1, f1), c22 = dot(f2, f2), c12 = dot(f1, f2);
+    const Lanes e11 = 0.5 * (c11 - 1.0), e22 = 0.5 * (c22 - 1.0), e12 = 0.5 * c12;
+    const Lanes a11 = batch.constant(1), a22 = batch.constant(2), a12 = batch.constant(3), g = batch.constant(4);
+    const Lanes energy = batch.constant(0) * (0.5 * (a11 * e11 * e11 + a22 * e22 * e22) + a12 * e11 * e22 +
+                                              2.0 * g * e12 * e12);  // (2.21)
+    const Lanes m = 0.5 * (c11 + c22), d = 0.5 * (c11 - c22);
+    const Lanes stretch = lanes_sqrt(m + lanes_sqrt(d * d + c12 * c12));
+    double* o = out + strain_stride * static_cast<std::size_t>(batches[i]);
+    store(o, 0, e11), store(o, 1, e22), store(o, 2, e12), store(o, 3, energy), store(o, 4, stretch);
+  }
+}
+
+}  // namespace loomstone::membrane

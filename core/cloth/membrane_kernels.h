@@ -1,0 +1,30 @@
+// The element arithmetic of the membrane on batches of eight triangles.
+#pragma once
+
+#include "core/base/types.h"
+
+namespace loomstone::membrane {
+
+// Doubles a batch takes in each table.
+inline constexpr int corner_stride = 3 * 8, gradient_stride = 6 * 8, constant_stride = 7 * 8;
+inline constexpr int force_stride = 9 * 8, block_stride = 27 * 8, strain_stride = 5 * 8;
+
+// Constant tables of all batches.
+struct Tables {
+  const Index* corners;      // (batches x 3 x 8) vertices
+  const double* gradients;   // (batches x 6 x 8) dN0x dN0y dN1x dN1y dN2x dN2y [1/m]
+  const double* constants;   // (batches x 7 x 8) area, a11, a22, a12, g, lambda_d, mu_d
+};
+
+// forces (x 3 corners x 3): minus (2.33); with v also minus the viscous force (2.24, 2.25).
+void forces(const Tables& tables, const Index* batches, Index n, const double* x, const double* v, double* out);
+
+// Blocks d f_i / d x_k (2.35) for (i, k) = (0, 1), (1, 2), (2, 0), column-major; elastic part times scale_k, the geometric
+// term with the positive part of S where `positive`; viscous part times scale_d.
+void blocks(const Tables& tables, const Index* batches, Index n, const double* x, bool positive, double scale_k,
+            double scale_d, double* out);
+
+// E11, E22, E12, energy, largest principal stretch.
+void strains(const Tables& tables, const Index* batches, Index n, const double* x, double* out);
+
+}  // namespace loomstone::membrane
