@@ -1,0 +1,278 @@
+// Closest point and inside tests. Embree's tree (user geometry, bounds rounded outwards to float) names the candidates; the
+// distance itself is computed here in double precision, so the answer is that of a search over all triangles.
+// Regions of a triangle: [Ericson2005], section 5.1.5. Pseudo-normals: [BaerentzenAanaes2005].
+#include "core/mesh/spatial_query.h"
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/mesh/adjacency.h"
+
+namespace loomstone {
+
+namespace {
+
+// Which part of a triangle is closest: its inside, the edge opposite corner `corner`, or that corner.
+enum class Feature { Face, Edge, Corner };
+
+struct Candidate {
+  Vec3 point, barycentric;
+  Feature feature;
+  int corner;
+};
+
+Candidate at_corner(const Vec3& position, int corner) {
+  return {position, Vec3::Unit(corner), Feature::Corner, corner};
+}
+
+// On the edge from corner `from` to corner `to`, share t of the way.
+Candidate on_edge(const Vec3& a, const Vec3& b, double t, int from, int to) {
+  Vec3 barycentric = Vec3::Zero();
+  barycentric[from] = 1.0 - t;
+  barycentric[to] = t;
+  return {a + t * (b - a), barycentric, Feature::Edge, 3 - from - to};
+}
+
+Candidate closest_on_segment(const Vec3& p, const Vec3& a, const Vec3& b, int from, int to) {
+  const Vec3 ab = b - a;
+  const double along = ab.dot(p - a), squared = ab.squaredNorm();
+  if (along <= 0.0 || squared == 0.0) return at_corner(a, from);
+  if (along >= squared) return at_corner(b, to);
+  return on_edge(a, b, along / squared, from, to);
+}
+
+Candidate closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
+  const Vec3 ab = b - a, ac = c - a, ap = p - a;
+  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
+  if (d1 <= 0.0 && d2 <= 0.0) return at_corner(a, 0);
+  const Vec3 bp = p - b;
+  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
+  if (d3 >= 0.0 && d4 <= d3) return at_corner(b, 1);
+  const double vc = d1 * d4 - d3 * d2;
+  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 && d1 > d3) return on_edge(a, b, d1 / (d1 - d3), 0, 1);
+  const Vec3 cp = p - c;
+  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
+  if (d6 >= 0.0 && d5 <= d6) return at_corner(c, 2);
+  const double vb = d5 * d2 - d1 * d6;
+  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 && d2 > d6) return on_edge(a, c, d2 / (d2 - d6), 0, 2);
+  const double va = d3 * d6 - d5 * d4;
+  const double along = d4 - d3, back = d5 - d6;
+  if (va <= 0.0 && along >= 0.0 && back >= 0.0 && along + back > 0.0) return on_edge(b, c, along / (along + back), 1, 2);
+  const double sum = va + vb + vc;
+  if (sum > 0.0) {
+    const double v = vb / sum, w = vc / sum;
+    return {a + v * ab + w * ac, Vec3(1.0 - v - w, v, w), Feature::Face, 0};
+  }
+  // A triangle without area is its edges.
+  Candidate best = closest_on_segment(p, a, b, 0, 1);
+  for (const Candidate& other : {closest_on_segment(p, b, c, 1, 2), closest_on_segment(p, a, c, 0, 2)}) {
+    if ((other.point - p).squaredNorm() < (best.point - p).squaredNorm()) best = other;
+  }
+  return best;
+}
+
+Vec3 unit_or(const Vec3& v, const Vec3& otherwise) {
+  const double length = v.norm();
+  return length > 0.0 ? Vec3(v / length) : otherwise;
+}
+
+// What the callbacks see.
+struct Surface {
+  Points vertices;
+  Triangles triangles;
+
+  Vec3 corner(Index triangle, int k) const { return vertices.row(triangles(triangle, k)).transpose(); }
+};
+
+// Smallest float box that holds the triangle.
+void triangle_bounds(const RTCBoundsFunctionArguments* arguments) {
+  const auto& surface = *static_cast<const Surface*>(arguments->geometryUserPtr);
+  const auto triangle = static_cast<Index>(arguments->primID);
+  const Vec3 a = surface.corner(triangle, 0), b = surface.corner(triangle, 1), c = surface.corner(triangle, 2);
+  const Vec3 low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
+  const float infinity = std::numeric_limits<float>::infinity();
+  const auto down = [&](double x) { return std::nextafterf(static_cast<float>(x), -infinity); };
+  const auto up = [&](double x) { return std::nextafterf(static_cast<float>(x), infinity); };
+  RTCBounds& bounds = *arguments->bounds_o;
+  bounds.lower_x = down(low.x()), bounds.lower_y = down(low.y()), bounds.lower_z = down(low.z());
+  bounds.upper_x = up(high.x()), bounds.upper_y = up(high.y()), bounds.upper_z = up(high.z());
+}
+
+struct Search {
+  const Surface* surface;
+  Vec3 point;
+  double rounding;  // of the query point to float [m]
+  double best = 0.0;  // squared distance [m^2]
+  Index triangle = -1;
+  Candidate candidate{};
+};
+
+// Slightly more than `distance`, as float: Embree's own box distances are rounded, and equal distances must be reported.
+float search_radius(double distance, double rounding) {
+  return static_cast<float>((distance + rounding) * (1.0 + 1e-6));
+}
+
+bool test_triangle(RTCPointQueryFunctionArguments* arguments) {
+  auto& search = *static_cast<Search*>(arguments->userPtr);
+  const auto triangle = static_cast<Index>(arguments->primID);
+  const Surface& surface = *search.surface;
+  const Candidate candidate = closest_on_triangle(search.point, surface.corner(triangle, 0), surface.corner(triangle, 1),
+                                                  surface.corner(triangle, 2));
+  const double squared = (candidate.point - search.point).squaredNorm();
+  const bool better = squared < search.best ||
+                      (squared == search.best && (search.triangle < 0 || triangle < search.triangle));
+  if (!better) return false;
+  const bool closer = squared < search.best;
+  search.best = squared;
+  search.triangle = triangle;
+  search.candidate = candidate;
+  if (closer) arguments->query->radius = std::min(arguments->query->radius, search_radius(std::sqrt(squared), search.rounding));
+  return closer;
+}
+
+}  // namespace
+
+struct SpatialQuery::Data : Surface {
+  EdgeTable edges;
+  std::vector<Vec3> face_normals, edge_normals, vertex_normals;
+  RTCDevice device = nullptr;
+  RTCScene scene = nullptr;
+  RTCGeometry geometry = nullptr;
+
+  Data() = default;
+  Data(const Data&) = delete;
+  Data& operator=(const Data&) = delete;
+  ~Data() {
+    if (geometry) rtcReleaseGeometry(geometry);
+    if (scene) rtcReleaseScene(scene);
+    if (device) rtcReleaseDevice(device);
+  }
+
+  void check() const;
+  void build_tree();
+  void update_normals();
+  Vec3 normal(Index triangle, const Candidate& candidate) const;
+};
+
+void SpatialQuery::Data::check() const {
+  const RTCError error = rtcGetDeviceError(device);
+  if (error != RTC_ERROR_NONE) {
+    throw Error("spatial query: Embree failed with error " + std::to_string(static_cast<int>(error)) +
+                "; the usual cause is that memory ran out");
+  }
+}
+
+void SpatialQuery::Data::build_tree() {
+  device = rtcNewDevice("threads=1");
+  if (!device) {
+    throw Error("spatial query: Embree gave no device (error " + std::to_string(static_cast<int>(rtcGetDeviceError(nullptr))) +
+                "); it needs a processor with SSE2");
+  }
+  scene = rtcNewScene(device);
+  rtcSetSceneFlags(scene, RTC_SCENE_FLAG_DYNAMIC);
+  geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_USER);
+  rtcSetGeometryUserPrimitiveCount(geometry, static_cast<unsigned>(triangles.rows()));
+  rtcSetGeometryUserData(geometry, static_cast<Surface*>(this));
+  rtcSetGeometryBoundsFunction(geometry, triangle_bounds, nullptr);
+  rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_MEDIUM);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometry(scene, geometry);
+  rtcCommitScene(scene);
+  rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_REFIT);  // of later commits
+  check();
+}
+
+void SpatialQuery::Data::update_normals() {
+  const Index n_triangles = static_cast<Index>(triangles.rows());
+  face_normals.resize(n_triangles);
+  vertex_normals.assign(vertices.rows(), Vec3::Zero());
+  for (Index t = 0; t < n_triangles; ++t) {
+    const Vec3 x[3] = {corner(t, 0), corner(t, 1), corner(t, 2)};
+    face_normals[t] = unit_or((x[1] - x[0]).cross(x[2] - x[0]), Vec3::Zero());
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 u = x[(k + 1) % 3] - x[k], v = x[(k + 2) % 3] - x[k];
+      const double angle = std::atan2(u.cross(v).norm(), u.dot(v));
+      vertex_normals[triangles(t, k)] += angle * face_normals[t];
+    }
+  }
+  for (Vec3& normal : vertex_normals) normal = unit_or(normal, Vec3::Zero());
+  edge_normals.resize(edges.triangles.size());
+  for (std::size_t e = 0; e < edge_normals.size(); ++e) {
+    const auto [first, second] = edges.triangles[e];
+    Vec3 sum = face_normals[first];
+    if (second >= 0) sum += face_normals[second];
+    edge_normals[e] = unit_or(sum, face_normals[first]);
+  }
+}
+
+Vec3 SpatialQuery::Data::normal(Index triangle, const Candidate& candidate) const {
+  switch (candidate.feature) {
+    case Feature::Corner: return vertex_normals[triangles(triangle, candidate.corner)];
+    case Feature::Edge: return edge_normals[edges.of_triangle[triangle][candidate.corner]];
+    case Feature::Face: break;
+  }
+  return face_normals[triangle];
+}
+
+SpatialQuery::SpatialQuery(const Points& vertices, const Triangles& triangles) : data_(std::make_unique<Data>()) {
+  data_->vertices = vertices;
+  data_->triangles = triangles;
+  data_->edges = edge_table(static_cast<Index>(vertices.rows()), triangles);
+  data_->update_normals();
+  data_->build_tree();
+}
+
+SpatialQuery::~SpatialQuery() = default;
+SpatialQuery::SpatialQuery(SpatialQuery&&) noexcept = default;
+SpatialQuery& SpatialQuery::operator=(SpatialQuery&&) noexcept = default;
+
+void SpatialQuery::refit(const Points& vertices) {
+  if (vertices.rows() != data_->vertices.rows()) {
+    throw InvalidInput("spatial query: refit needs as many vertices as at first (" + std::to_string(data_->vertices.rows()) +
+                       "), got " + std::to_string(vertices.rows()) + "; make a new query for another mesh");
+  }
+  data_->vertices = vertices;
+  data_->update_normals();
+  rtcCommitGeometry(data_->geometry);
+  rtcCommitScene(data_->scene);
+  data_->check();
+}
+
+ClosestPoint SpatialQuery::closest(const Vec3& point, double radius) const {
+  RTCPointQuery query;
+  query.x = static_cast<float>(point.x());
+  query.y = static_cast<float>(point.y());
+  query.z = static_cast<float>(point.z());
+  query.time = 0.0f;
+  Search search;
+  search.surface = data_.get();
+  search.point = point;
+  search.rounding = (Vec3(query.x, query.y, query.z) - point).norm();
+  search.best = radius * radius;
+  query.radius = search_radius(radius, search.rounding);
+  RTCPointQueryContext context;
+  rtcInitPointQueryContext(&context);
+  rtcPointQuery(data_->scene, &query, &context, test_triangle, &search);
+
+  ClosestPoint result;
+  if (search.triangle < 0) return result;
+  result.triangle = search.triangle;
+  result.point = search.candidate.point;
+  result.barycentric = search.candidate.barycentric;
+  result.normal = data_->normal(search.triangle, search.candidate);
+  result.distance = std::sqrt(search.best);
+  return result;
+}
+
+bool SpatialQuery::inside(const Vec3& point) const {
+  const ClosestPoint closest_point = closest(point, std::numeric_limits<double>::infinity());
+  return closest_point.triangle >= 0 && (point - closest_point.point).dot(closest_point.normal) < 0.0;
+}
+
+}  // namespace loomstone
