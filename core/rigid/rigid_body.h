@@ -60,10 +60,22 @@ struct RigidState {
   std::vector<unsigned char> manifolds;                      // contact points carried over a rebuild, opaque
 };
 
+// Inertia about the centre in world axes [kg m^2].
+Mat3 world_inertia(const MassProperties& mass, const Vec4& orientation);
+// World position [m] of a point given relative to the centre of mass in body axes [m], and back.
+Vec3 to_world(const RigidState& state, Index body, const Vec3& local);
+Vec3 to_body(const RigidState& state, Index body, const Vec3& world);
+// Velocity [m/s] of the body's material at a world position.
+Vec3 velocity_at(const RigidState& state, Index body, const Vec3& world);
+// (n x 3) world positions of the mesh that the body carries.
+Points world_vertices(const RigidState& state, Index body, const TriangleMesh& mesh, const MassProperties& mass);
+
 // A surface that bodies bounce off and that does not feel them: static, or moved by script.
 struct RigidObstacle {
   std::shared_ptr<const TriangleMesh> mesh;
   double friction = 0.3;
+  Vec3 position = Vec3::Zero();                  // of the mesh's origin at the start [m]
+  Vec4 orientation = Vec4(1, 0, 0, 0);           // at the start
 };
 
 // Stage. Bullet behind one source file; body-body and body-obstacle contacts only (cloth comes in as impulses).

@@ -1,0 +1,50 @@
+// Mass, centre and inertia of a closed mesh of uniform density. Implements the volume integrals of [Mirtich1996] by signed
+// tetrahedra: each triangle spans one with a reference point, and what lies outside the body cancels.
+#include <string>
+
+#include "core/base/error.h"
+#include "core/rigid/rigid_body.h"
+
+namespace loomstone {
+
+MassProperties mass_properties(const TriangleMesh& mesh, double density) {
+  if (!mesh.closed()) {
+    throw InvalidInput("mesh must be closed to have a mass, got a surface with open edges; close its holes");
+  }
+  const Points& x = mesh.vertices();
+  // Any reference gives the same sums; one inside keeps the cancelling terms small.
+  const Vec3 reference = x.colwise().mean().transpose();
+  const double size = (x.colwise().maxCoeff() - x.colwise().minCoeff()).norm();
+
+  double volume = 0.0;
+  Vec3 first = Vec3::Zero();   // integral of x [m^4]
+  Mat3 second = Mat3::Zero();  // integral of x x^T [m^5]
+  for (Index t = 0; t < mesh.n_triangles(); ++t) {
+    Mat3 corners;  // columns: a, b, c from the reference
+    for (int k = 0; k < 3; ++k) corners.col(k) = x.row(mesh.triangles()(t, k)).transpose() - reference;
+    const Vec3 sum = corners.rowwise().sum();
+    const double tetrahedron = corners.col(0).cross(corners.col(1)).dot(corners.col(2)) / 6.0;
+    volume += tetrahedron;
+    first += tetrahedron / 4.0 * sum;
+    second += tetrahedron / 20.0 * (corners * corners.transpose() + sum * sum.transpose());
+  }
+  // 1e-12: far below any sheet that a body can be (1e-4 thick: 1e-5), far above rounding (1e-16).
+  const double smallest = 1e-12 * size * size * size;
+  if (volume < -smallest) {
+    throw InvalidInput("mesh must have its faces counter-clockwise seen from outside, got an inside-out surface of volume " +
+                       std::to_string(volume) + " m^3; swap two corners of every triangle");
+  }
+  if (volume < smallest) {
+    throw InvalidInput("mesh must enclose a volume > 0 [m^3], got a surface that encloses none; give the body a thickness");
+  }
+
+  MassProperties result;
+  const Vec3 offset = first / volume;
+  result.mass = density * volume;
+  result.centre = reference + offset;
+  second -= volume * offset * offset.transpose();  // parallel axes
+  result.inertia = density * (second.trace() * Mat3::Identity() - second);
+  return result;
+}
+
+}  // namespace loomstone

@@ -1,0 +1,38 @@
+// Points and inertia of moving bodies.
+#include "core/rigid/rigid_body.h"
+
+#include "core/rigid/rotation.h"
+
+namespace loomstone {
+
+Mat3 world_inertia(const MassProperties& mass, const Vec4& orientation) {
+  const Mat3 rotation = rotation_matrix(orientation);
+  return rotation * mass.inertia * rotation.transpose();
+}
+
+Vec3 to_world(const RigidState& state, Index body, const Vec3& local) {
+  return state.positions.row(body).transpose() + rotation_matrix(state.orientations.row(body).transpose()) * local;
+}
+
+Vec3 to_body(const RigidState& state, Index body, const Vec3& world) {
+  const Vec3 arm = world - state.positions.row(body).transpose();
+  return rotation_matrix(state.orientations.row(body).transpose()).transpose() * arm;
+}
+
+Vec3 velocity_at(const RigidState& state, Index body, const Vec3& world) {
+  const Vec3 arm = world - state.positions.row(body).transpose();
+  const Vec3 spin = state.angular_velocities.row(body).transpose();
+  return state.velocities.row(body).transpose() + spin.cross(arm);
+}
+
+Points world_vertices(const RigidState& state, Index body, const TriangleMesh& mesh, const MassProperties& mass) {
+  const Mat3 rotation = rotation_matrix(state.orientations.row(body).transpose());
+  Points world(mesh.n_vertices(), 3);
+  for (Index i = 0; i < mesh.n_vertices(); ++i) {
+    const Vec3 local = mesh.vertices().row(i).transpose() - mass.centre;
+    world.row(i) = (state.positions.row(body).transpose() + rotation * local).transpose();
+  }
+  return world;
+}
+
+}  // namespace loomstone

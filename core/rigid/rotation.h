@@ -1,0 +1,63 @@
+// Rotations as unit quaternions (w, x, y, z), matrices and rotation vectors [rad].
+#pragma once
+
+#include <cmath>
+
+#include "core/base/types.h"
+
+namespace loomstone {
+
+inline Eigen::Quaterniond to_quaternion(const Vec4& q) { return {q[0], q[1], q[2], q[3]}; }
+inline Vec4 to_vector(const Eigen::Quaterniond& q) { return {q.w(), q.x(), q.y(), q.z()}; }
+
+inline Mat3 rotation_matrix(const Vec4& orientation) { return to_quaternion(orientation).toRotationMatrix(); }
+inline Vec4 quaternion_from_matrix(const Mat3& rotation) { return to_vector(Eigen::Quaterniond(rotation).normalized()); }
+
+// q and -q are one rotation; of the two, the one nearer to `reference`.
+inline Vec4 nearer_sign(const Vec4& orientation, const Vec4& reference) {
+  return orientation.dot(reference) < 0.0 ? Vec4(-orientation) : orientation;
+}
+
+// First `second`, then `first`, like the product of their matrices.
+inline Vec4 quaternion_product(const Vec4& first, const Vec4& second) {
+  return to_vector(to_quaternion(first) * to_quaternion(second));
+}
+
+inline Vec4 quaternion_inverse(const Vec4& orientation) {
+  return {orientation[0], -orientation[1], -orientation[2], -orientation[3]};
+}
+
+inline Vec4 quaternion_from_rotation_vector(const Vec3& rotation) {
+  const double half = 0.5 * rotation.norm();
+  // sin(half) / (2 half); its series is exact in double below 1e-4.
+  const double factor = half < 1e-4 ? 0.5 * (1.0 - half * half / 6.0) : 0.5 * std::sin(half) / half;
+  Vec4 q;
+  q << std::cos(half), factor * rotation;
+  return q;
+}
+
+// The shorter way round: length in [0, pi].
+inline Vec3 rotation_vector(const Vec4& orientation) {
+  const Vec4 q = orientation[0] < 0.0 ? Vec4(-orientation) : orientation;
+  const double sine = q.tail<3>().norm();
+  if (sine == 0.0) return Vec3::Zero();
+  return q.tail<3>() * (2.0 * std::atan2(sine, q[0]) / sine);
+}
+
+// Orientation after `step` [s] of constant angular velocity in world axes [rad/s].
+inline Vec4 turned(const Vec4& orientation, const Vec3& angular_velocity, double step) {
+  return quaternion_product(quaternion_from_rotation_vector(angular_velocity * step), orientation).normalized();
+}
+
+// Angular velocity in world axes [rad/s] that leads from `start` to `end` in `step` [s], the shorter way round.
+inline Vec3 angular_velocity_between(const Vec4& start, const Vec4& end, double step) {
+  return rotation_vector(quaternion_product(end, quaternion_inverse(start))) / step;
+}
+
+// Constant angular velocity from `start` (share 0) to `end` (share 1), the shorter way round.
+inline Vec4 slerp(const Vec4& start, const Vec4& end, double share) {
+  return quaternion_product(quaternion_from_rotation_vector(share * angular_velocity_between(start, end, 1.0)), start)
+      .normalized();
+}
+
+}  // namespace loomstone
