@@ -18,6 +18,15 @@ struct Camera {
   Vec3 up = Vec3(0, 0, 1);
   double field_of_view_degrees = 35.0;
   bool fit = true;   // eye and target are chosen so that the scene fills the picture, seen from `eye` - `target`'s direction
+
+  static auto fields() {
+    using C = Camera;
+    return std::make_tuple(
+        field("eye", &C::eye, "where the camera is [m]; with fit, only the direction from target counts"),
+        field("target", &C::target, "what the camera looks at [m]"), field("up", &C::up, "direction that is up"),
+        field("field_of_view_degrees", &C::field_of_view_degrees, "degrees", between(1.0, 170.0), "vertical field of view"),
+        field("fit", &C::fit, "the scene fills the picture, seen from the direction eye - target"));
+  }
 };
 
 // Description.
@@ -33,6 +42,23 @@ struct RenderOptions {
   bool floor = true;                    // draw bodies that are floors as a large ground plane
   Vec3 light_direction = Vec3(-0.5, -0.6, 1.0);   // towards the light
   Camera camera;
+
+  static auto fields() {
+    using O = RenderOptions;
+    return std::make_tuple(
+        field("width", &O::width, "pixels", between(16, 16384), "width of the picture"),
+        field("height", &O::height, "pixels", between(16, 16384), "height of the picture"),
+        field("samples", &O::samples, "1", between(1, 16), "samples a pixel"),
+        field("pattern", &O::pattern, "surface of the cloth: weave | checker | plain"),
+        field("color_by", &O::color_by, "cloth | stretch | strain_weft | strain_warp | strain_shear | contact"),
+        field("color_low", &O::color_low, "1", unlimited(), "value at the low end of the colours"),
+        field("color_high", &O::color_high, "1", unlimited(), "value at the high end; equal to color_low: from the frame"),
+        field("color_map", &O::color_map, "name of the colour map"),
+        field("wireframe", &O::wireframe, "draws the edges of the cloth's triangles over it"),
+        field("shadows", &O::shadows, "soft shadows"), field("ambient_occlusion", &O::ambient_occlusion, "ambient occlusion"),
+        field("floor", &O::floor, "draws bodies that are floors as a large ground plane"),
+        field("light_direction", &O::light_direction, "towards the light"), field("camera", &O::camera, "Camera"));
+  }
 };
 
 struct Image {
