@@ -1,0 +1,145 @@
+// Errors, reports, frames.
+#include "core/base/frame.h"
+
+#include "bindings/bindings.h"
+
+namespace loomstone {
+
+namespace {
+
+void bind_errors(py::module_& m) {
+  static py::exception<Error> error(m, "Error", PyExc_Exception);
+  error.attr("__doc__") = "Base of all errors of this library.";
+  const auto derived = [&](const char* name, PyObject* standard) {
+    return py::make_tuple(py::handle(error.ptr()), py::handle(standard));
+  };
+  const auto bases_input = derived("InvalidInput", PyExc_ValueError);
+  const auto bases_solver = derived("SolverFailure", PyExc_RuntimeError);
+  const auto bases_cache = derived("CacheError", PyExc_OSError);
+  const auto bases_unsupported = derived("Unsupported", PyExc_NotImplementedError);
+  static py::exception<InvalidInput> input(m, "InvalidInput", bases_input);
+  static py::exception<SolverFailure> solver(m, "SolverFailure", bases_solver);
+  static py::exception<CacheError> cache(m, "CacheError", bases_cache);
+  static py::exception<Unsupported> unsupported(m, "Unsupported", bases_unsupported);
+  input.attr("__doc__") = "Something given cannot be simulated (a ValueError).";
+  solver.attr("__doc__") = "A solve or a step failed; names stage, step and time (a RuntimeError).";
+  cache.attr("__doc__") = "A file could not be written, read or understood (an OSError).";
+  unsupported.attr("__doc__") = "Not offered in this build or combination (a NotImplementedError).";
+  py::register_exception_translator([](std::exception_ptr failure) {
+    try {
+      if (failure) std::rethrow_exception(failure);
+    } catch (const InvalidInput& e) {
+      py::set_error(input, e.what());
+    } catch (const SolverFailure& e) {
+      py::set_error(solver, e.what());
+    } catch (const CacheError& e) {
+      py::set_error(cache, e.what());
+    } catch (const Unsupported& e) {
+      py::set_error(unsupported, e.what());
+    } catch (const Error& e) {
+      py::set_error(error, e.what());
+    }
+  });
+}
+
+py::dict seconds(const StepReport& report) {
+  py::dict dict;
+  for (std::size_t i = 0; i < stage_names.size(); ++i) dict[stage_names[i]] = report.seconds[i];
+  return dict;
+}
+
+template <class Class, class Visit>
+void each_number(Visit&& visit) {
+  visit("step", &Class::step, "number of the step");
+  visit("time", &Class::time, "at the end of the step [s]");
+  visit("newton_iterations", &Class::newton_iterations, "outer iterations; 1 for linearised schemes");
+  visit("linear_iterations", &Class::linear_iterations, "of the linear solver, summed over outer iterations");
+  visit("linear_residual", &Class::linear_residual, "of the last linear solve, relative [1]");
+  visit("contacts", &Class::contacts, "proximity contacts that entered the solve");
+  visit("impacts", &Class::impacts, "hits of the continuous test, first pass");
+  visit("truncated", &Class::truncated, "vertices whose displacement was shortened");
+  visit("withheld", &Class::withheld, "share of the total displacement withheld by truncation [1]");
+  visit("max_stretch", &Class::max_stretch, "largest principal stretch of any triangle [1]");
+  visit("kinetic_energy", &Class::kinetic_energy, "[J]");
+  visit("membrane_energy", &Class::membrane_energy, "[J]");
+  visit("bending_energy", &Class::bending_energy, "[J]");
+  visit("gravity_energy", &Class::gravity_energy, "[J]");
+  visit("contact_energy", &Class::contact_energy, "[J]");
+}
+
+void bind_report(py::module_& m) {
+  py::class_<StepReport> c(m, "StepReport", "What happened in a step; never decides anything.");
+  each_number<StepReport>([&](const char* name, auto member, const char* text) { c.def_readonly(name, member, text); });
+  c.def_property_readonly("seconds", &seconds, "Wall time of each stage, by name [s].");
+  c.def("to_dict", [](const StepReport& report) {
+    py::dict dict;
+    each_number<StepReport>([&](const char* name, auto member, const char*) { dict[name] = report.*member; });
+    dict["seconds"] = seconds(report);
+    return dict;
+  }, "All numbers by name.");
+  c.def("__repr__", [](const StepReport& r) {
+    return "StepReport(step=" + std::to_string(r.step) + ", time=" + py::str(py::cast(r.time)).cast<std::string>() +
+           ", contacts=" + std::to_string(r.contacts) + ", linear_iterations=" + std::to_string(r.linear_iterations) + ")";
+  });
+}
+
+void bind_frame_topology(py::module_& m) {
+  using T = FrameTopology;
+  py::class_<T> c(m, "FrameTopology",
+                  "What stays the same over a run: cloths end to end, then rigid bodies and obstacles end to end.");
+  const auto array = [&](const char* name, auto member, const char* text) {
+    c.def_property_readonly(name, [member](const T& self) -> const auto& { return self.*member; },
+                            py::return_value_policy::reference_internal, text);
+  };
+  const auto list = [&](const char* name, auto member, const char* text) {
+    c.def_property_readonly(name, [member](py::object self) { return view(self.cast<const T&>().*member, self); }, text);
+  };
+  array("triangles", &T::triangles, "(m x 3) vertices of the cloth triangles");
+  array("corner_uv", &T::corner_uv, "(3m x 2) rest coordinates of each triangle corner [m]");
+  list("cloth_of_triangle", &T::cloth_of_triangle, "(m) index into cloth_names");
+  list("cloth_of_vertex", &T::cloth_of_vertex, "(n) index into cloth_names");
+  c.def_readonly("cloth_names", &T::cloth_names);
+  array("body_triangles", &T::body_triangles, "(mb x 3) triangles of rigid bodies and obstacles");
+  list("body_of_triangle", &T::body_of_triangle, "(mb) index into body_names");
+  list("body_of_vertex", &T::body_of_vertex, "(nb) index into body_names");
+  c.def_readonly("body_names", &T::body_names, "rigid bodies first, then obstacles");
+  list("body_is_floor", &T::body_is_floor, "(bodies) 1 where drawn as ground");
+  c.def("__repr__", [](const T& self) {
+    return "FrameTopology(" + std::to_string(self.cloth_of_vertex.size()) + " cloth vertices, " +
+           std::to_string(self.triangles.rows()) + " cloth triangles, " + std::to_string(self.body_triangles.rows()) +
+           " body triangles)";
+  });
+}
+
+void bind_frame(py::module_& m) {
+  py::class_<Frame> c(m, "Frame", "One instant of a run, in the user's vertex order; arrays are read-only views.");
+  const auto array = [&](const char* name, auto member, const char* text) {
+    c.def_property_readonly(name, [member](const Frame& self) -> const auto& { return self.*member; },
+                            py::return_value_policy::reference_internal, text);
+  };
+  c.def_readonly("time", &Frame::time, "[s]");
+  c.def_readonly("step", &Frame::step, "number of the last step");
+  array("positions", &Frame::positions, "(n x 3) of the cloth vertices [m]");
+  array("velocities", &Frame::velocities, "(n x 3) [m/s]");
+  array("strain", &Frame::strain, "(m x 3) Green strain weft, warp, shear (E12) [1]");
+  array("stretch", &Frame::stretch, "(m) largest principal stretch [1]");
+  c.def_property_readonly("contact", [](py::object self) { return view(self.cast<const Frame&>().contact, self); },
+                          "(n) 1 where the vertex took part in a contact");
+  array("body_positions", &Frame::body_positions, "(nb x 3) vertices of rigid bodies and obstacles [m]");
+  c.def_readonly("report", &Frame::report, "StepReport of the last step");
+  c.def("__repr__", [](const Frame& self) {
+    return "Frame(time=" + py::str(py::cast(self.time)).cast<std::string>() + ", step=" + std::to_string(self.step) +
+           ", " + std::to_string(self.positions.rows()) + " vertices)";
+  });
+}
+
+}  // namespace
+
+void bind_base(py::module_& m) {
+  bind_errors(m);
+  bind_report(m);
+  bind_frame_topology(m);
+  bind_frame(m);
+}
+
+}  // namespace loomstone

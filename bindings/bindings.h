@@ -1,0 +1,57 @@
+// What the files of this directory share: one function a module of the core, called in order by module.cpp, and the ways
+// arrays go to numpy.
+#pragma once
+
+#include <cstdint>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <pybind11/eigen.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include "core/base/error.h"
+#include "core/base/types.h"
+
+namespace loomstone {
+
+namespace py = pybind11;
+
+void bind_base(py::module_& m);
+void bind_mesh(py::module_& m);
+void bind_parallel(py::module_& m);
+void bind_rigid(py::module_& m);
+void bind_scene(py::module_& m);
+void bind_collision(py::module_& m);
+void bind_cache(py::module_& m);
+void bind_renderer(py::module_& m);
+void bind_simulation(py::module_& m);
+
+// A read-only numpy view of a vector that lives as long as `owner`.
+template <class T>
+py::array_t<T> view(const std::vector<T>& values, py::handle owner) {
+  py::array_t<T> array({static_cast<py::ssize_t>(values.size())}, {static_cast<py::ssize_t>(sizeof(T))}, values.data(),
+                       owner);
+  array.attr("setflags")(py::arg("write") = false);
+  return array;
+}
+
+// Numbers of a numpy-like object as (n x columns), or InvalidInput that names the shape it has.
+template <class Array>
+Array as_rows(const py::object& object, const char* name, Eigen::Index rows = -1) {
+  using Scalar = typename Array::Scalar;
+  constexpr py::ssize_t columns = Array::ColsAtCompileTime;
+  const auto array = py::array_t<Scalar, py::array::c_style | py::array::forcecast>::ensure(object);
+  if (!array) throw InvalidInput(std::string(name) + " must be an array of numbers");
+  std::ostringstream expected;
+  expected << "(" << (rows < 0 ? std::string("n") : std::to_string(rows)) << ", " << columns << ")";
+  if (array.ndim() != 2 || array.shape(1) != columns || (rows >= 0 && array.shape(0) != rows)) {
+    throw InvalidInput(std::string(name) + " must have shape " + expected.str() + ", got " +
+                       py::str(array.attr("shape")).template cast<std::string>());
+  }
+  return Eigen::Map<const Array>(array.data(), array.shape(0), columns);
+}
+
+}  // namespace loomstone

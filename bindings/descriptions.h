@@ -1,0 +1,221 @@
+// Binds a description from its fields(): keyword-only constructor with the C++ defaults, read-only properties whose text
+// is the C++ one, equality by value, repr, to_dict() and replace().
+#pragma once
+
+#include <array>
+#include <memory>
+#include <type_traits>
+
+#include "bindings/bindings.h"
+#include "core/base/field.h"
+#include "core/mesh/triangle_mesh.h"
+
+namespace loomstone {
+
+template <class T>
+concept Description = requires { T::fields(); };
+template <class T>
+concept EigenArray = std::is_base_of_v<Eigen::MatrixBase<T>, T>;
+template <class T>
+concept Number = std::is_arithmetic_v<T>;
+
+// --- equality by value ---
+inline bool equal(const std::string& a, const std::string& b) { return a == b; }
+template <Number T>
+bool equal(T a, T b) {
+  return a == b;
+}
+template <EigenArray T>
+bool equal(const T& a, const T& b) {
+  return a.rows() == b.rows() && a.cols() == b.cols() && (a.size() == 0 || a == b);
+}
+inline bool equal(const std::shared_ptr<const TriangleMesh>& a, const std::shared_ptr<const TriangleMesh>& b) {
+  if (a == b) return true;
+  return a && b && equal(a->vertices(), b->vertices()) && equal(a->triangles(), b->triangles()) &&
+         equal(a->uv(), b->uv()) && equal(a->uv_triangles(), b->uv_triangles());
+}
+template <Description D>
+bool equal(const D& a, const D& b);
+template <class T>
+bool equal(const std::vector<T>& a, const std::vector<T>& b) {
+  if (a.size() != b.size()) return false;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    if (!equal(a[i], b[i])) return false;
+  return true;
+}
+template <Description D>
+bool equal(const D& a, const D& b) {
+  bool same = true;
+  for_each_field<D>([&](const auto& each) { same = same && equal(a.*(each.member), b.*(each.member)); });
+  return same;
+}
+
+// --- plain Python values, for JSON ---
+inline py::object plain(const std::string& value) { return py::cast(value); }
+template <Number T>
+py::object plain(T value) {
+  return py::cast(value);
+}
+template <EigenArray T>
+py::object plain(const T& value) {
+  return py::cast(value).attr("tolist")();
+}
+inline py::object plain(const std::shared_ptr<const TriangleMesh>& mesh) {
+  py::dict counts;
+  if (mesh) {
+    counts["vertices"] = mesh->n_vertices();
+    counts["triangles"] = mesh->n_triangles();
+  }
+  return counts;
+}
+template <Description D>
+py::object plain(const D& value);
+template <class T>
+py::object plain(const std::vector<T>& values) {
+  py::list list;
+  for (const T& value : values) list.append(plain(value));
+  return list;
+}
+template <Description D>
+py::object plain(const D& value) {
+  py::dict dict;
+  for_each_field<D>([&](const auto& each) { dict[each.name] = plain(value.*(each.member)); });
+  return dict;
+}
+
+// --- repr: only what differs from the default ---
+template <class T>
+std::string repr_of(const T& value) {
+  if constexpr (EigenArray<T>) {
+    if (T::RowsAtCompileTime == Eigen::Dynamic && value.size() > 12)
+      return "array(" + std::to_string(value.rows()) + " x " + std::to_string(value.cols()) + ")";
+    return py::repr(plain(value)).template cast<std::string>();
+  } else {
+    const auto text = py::repr(py::cast(value)).template cast<std::string>();
+    return text.size() < 400 ? text : text.substr(0, 380) + " ...]";
+  }
+}
+template <Description D>
+std::string repr_description(const D& value, const char* name) {
+  const D defaults{};
+  std::string text = std::string(name) + "(";
+  bool first = true;
+  for_each_field<D>([&](const auto& each) {
+    if (equal(value.*(each.member), defaults.*(each.member))) return;
+    text += std::string(first ? "" : ", ") + each.name + "=" + repr_of(value.*(each.member));
+    first = false;
+  });
+  return text + ")";
+}
+
+// "meaning [unit]; limits; default ..."
+template <class D, class F>
+std::string field_text(const F& each) {
+  using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
+  std::string text = each.meaning;
+  if (*each.unit) text += std::string(" [") + each.unit + "]";
+  if constexpr (std::is_arithmetic_v<Member> && !std::is_same_v<Member, bool>) {
+    const std::string limits = to_text(each.limits);
+    if (limits != "finite") text += "; " + limits;
+  }
+  if constexpr (std::is_arithmetic_v<Member> || std::is_same_v<Member, std::string>)
+    text += "; default " + repr_of(D{}.*(each.member));
+  return text;
+}
+
+// Why these keyword arguments make no D: an unknown name (TypeError) or a value of the wrong kind or shape.
+template <Description D>
+[[noreturn]] void explain_arguments(const char* name, const py::kwargs& arguments) {
+  py::list known;
+  for_each_field<D>([&](const auto& each) { known.append(each.name); });
+  for (const auto& [key, value] : arguments) {
+    if (known.contains(key)) continue;
+    const auto close = py::module_::import("difflib").attr("get_close_matches")(key, known, 1).template cast<py::list>();
+    const std::string hint = close.empty() ? "; known: " + py::str(", ").attr("join")(known).template cast<std::string>()
+                                           : "; did you mean '" + close[0].template cast<std::string>() + "'?";
+    throw py::type_error(std::string(name) + " has no field '" + key.template cast<std::string>() + "'" + hint);
+  }
+  for_each_field<D>([&](const auto& each) {
+    using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
+    if (!arguments.contains(each.name)) return;
+    const py::object value = arguments[each.name];
+    py::detail::make_caster<Member> caster;
+    if (caster.load(value, true)) return;
+    const std::string where = std::string(name) + "." + each.name;
+    if constexpr (EigenArray<Member>) {
+      const py::object array = py::module_::import("numpy").attr("asarray")(value);
+      const auto columns = Member::ColsAtCompileTime == 1 ? std::to_string(Member::RowsAtCompileTime) + ",)"
+                                                          : "n, " + std::to_string(Member::ColsAtCompileTime) + ")";
+      throw InvalidInput(where + " must be numbers of shape (" + columns + ", got shape " +
+                         py::str(array.attr("shape")).template cast<std::string>() + " of " +
+                         py::str(array.attr("dtype")).template cast<std::string>());
+    }
+    throw py::type_error(where + " (" + field_text<D>(each) + ") cannot be a " +
+                         py::type::of(value).attr("__name__").template cast<std::string>() + ": got " +
+                         py::repr(value).template cast<std::string>().substr(0, 200));
+  });
+  throw py::type_error(std::string(name) + ": takes keyword arguments only");
+}
+
+template <Description D>
+D from_arguments(const char* name, D value, const py::kwargs& arguments) {
+  py::list known;
+  bool good = true;
+  for_each_field<D>([&](const auto& each) {
+    using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
+    known.append(each.name);
+    if (!arguments.contains(each.name)) return;
+    py::detail::make_caster<Member> caster;
+    good = good && caster.load(arguments[each.name], true);
+    if (good) value.*(each.member) = py::detail::cast_op<Member&>(caster);
+  });
+  for (const auto& [key, unused] : arguments) good = good && known.contains(key);
+  if (!good) explain_arguments<D>(name, arguments);
+  check_fields(value, name);
+  return value;
+}
+
+// The constructor is bound twice: once with its full signature (stubs, help), and once for arguments that need conversion
+// or are refused with a reason.
+template <Description D, class... F>
+void bind_constructor(py::class_<D>& c, const char* name, const std::tuple<F...>& fields) {
+  const D defaults{};
+  std::apply(
+      [&](const auto&... each) {
+        c.def(py::init([name](const std::decay_t<decltype(std::declval<D>().*(each.member))>&... values) {
+                D value;
+                std::apply([&](const auto&... f) { ((value.*(f.member) = values), ...); }, D::fields());
+                check_fields(value, name);
+                return value;
+              }),
+              py::kw_only(), (py::arg(each.name) = defaults.*(each.member))...);
+      },
+      fields);
+  c.def(py::init([name](const py::kwargs& arguments) { return from_arguments(name, D{}, arguments); }));
+}
+
+template <Description D>
+py::class_<D> bind_description(py::module_& m, const char* name, const std::string& meaning) {
+  std::string doc = meaning + "\n\nFrozen; compared by value.\n\nParameters (keywords)\n---------------------\n";
+  for_each_field<D>([&](const auto& each) { doc += std::string(each.name) + " : " + field_text<D>(each) + "\n"; });
+  py::class_<D> c(m, name, doc.c_str());
+  bind_constructor(c, name, D::fields());
+  for_each_field<D>([&](const auto& each) {
+    using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
+    const auto member = each.member;
+    const std::string text = field_text<D>(each);
+    c.def_property_readonly(each.name, [member](const D& self) -> Member { return self.*member; }, text.c_str());
+  });
+  c.def("__eq__", [](const D& a, const D& b) { return equal(a, b); }, py::is_operator());
+  c.def("__repr__", [name](const D& self) { return repr_description(self, name); });
+  c.def("replace",
+        [name](const D& self, const py::kwargs& changes) { return from_arguments(name, self, changes); },
+        "A copy in which the given fields have other values.");
+  c.def("to_dict", [](const D& self) { return plain(self); }, "Plain values for JSON; meshes by their counts.");
+  py::list names;
+  for_each_field<D>([&](const auto& each) { names.append(each.name); });
+  c.attr("field_names") = py::tuple(names);
+  return c;
+}
+
+}  // namespace loomstone

@@ -1,0 +1,106 @@
+// Triangle meshes, their generators and files, queries on surfaces.
+#include "core/mesh/triangle_mesh.h"
+
+#include "bindings/bindings.h"
+#include "core/mesh/adjacency.h"
+#include "core/mesh/generators.h"
+#include "core/mesh/mesh_file.h"
+#include "core/mesh/spatial_query.h"
+
+namespace loomstone {
+
+namespace {
+
+std::string repr(const TriangleMesh& mesh) {
+  return "TriangleMesh(" + std::to_string(mesh.n_vertices()) + " vertices, " + std::to_string(mesh.n_triangles()) +
+         " triangles" + (mesh.has_uv() ? ", uv" : "") + (mesh.closed() ? ", closed)" : ")");
+}
+
+void bind_triangle_mesh(py::module_& m) {
+  py::classh<TriangleMesh> c(m, "TriangleMesh",
+                             "Immutable triangle mesh, validated once.\n\n"
+                             "vertices : (n x 3) positions [m]\ntriangles : (m x 3) vertex indices\n"
+                             "uv : (k x 2) rest coordinates, weft and warp [m], or None\n"
+                             "uv_triangles : (m x 3) indices into uv, or None: the triangles themselves\n\n"
+                             "Raises InvalidInput naming the item: NaN, zero area, duplicate or inverted faces,\n"
+                             "non-manifold edges, isolated vertices, indices out of range.");
+  c.def(py::init([](const py::object& vertices, const py::object& triangles, const py::object& uv,
+                    const py::object& uv_triangles) {
+          return TriangleMesh(as_rows<Points>(vertices, "vertices"), as_rows<Triangles>(triangles, "triangles"),
+                              uv.is_none() ? Points2() : as_rows<Points2>(uv, "uv"),
+                              uv_triangles.is_none() ? Triangles() : as_rows<Triangles>(uv_triangles, "uv_triangles"));
+        }),
+        py::arg("vertices"), py::arg("triangles"), py::arg("uv") = py::none(), py::kw_only(),
+        py::arg("uv_triangles") = py::none());
+  const auto array = [&](const char* name, auto getter, const char* text) {
+    c.def_property_readonly(name, getter, py::return_value_policy::reference_internal, text);
+  };
+  array("vertices", &TriangleMesh::vertices, "(n x 3) [m], read-only view");
+  array("triangles", &TriangleMesh::triangles, "(m x 3), read-only view");
+  array("uv", &TriangleMesh::uv, "(k x 2) rest coordinates [m], read-only view; 0 rows: none");
+  array("uv_triangles", &TriangleMesh::uv_triangles, "(m x 3) indices into uv, read-only view");
+  c.def_property_readonly("n_vertices", &TriangleMesh::n_vertices);
+  c.def_property_readonly("n_triangles", &TriangleMesh::n_triangles);
+  c.def_property_readonly("closed", &TriangleMesh::closed, "every edge has two faces");
+  c.def_property_readonly("flat", &TriangleMesh::flat, "all vertices lie in one plane");
+  c.def_property_readonly("mean_edge", &TriangleMesh::mean_edge, "mean length of the edges [m]");
+  c.def_property_readonly(
+      "edges", [](const TriangleMesh& mesh) { return edge_table(mesh.n_vertices(), mesh.triangles()).edges; },
+      "(k x 2) unique edges as (smaller, larger) vertex, sorted");
+  c.def("moved", &TriangleMesh::moved, py::arg("translation") = Vec3(0, 0, 0), py::kw_only(),
+        py::arg("rotation") = Mat3(Mat3::Identity()), py::arg("scale") = 1.0,
+        "A copy at rotation * scale * x + translation [m]; uv unchanged.");
+  c.def("__eq__", [](const TriangleMesh& a, const TriangleMesh& b) {
+    const auto same = [](const auto& x, const auto& y) { return x.rows() == y.rows() && (x.rows() == 0 || x == y); };
+    return same(a.vertices(), b.vertices()) && same(a.triangles(), b.triangles()) && same(a.uv(), b.uv()) &&
+           same(a.uv_triangles(), b.uv_triangles());
+  }, py::is_operator());
+  c.def("__repr__", &repr);
+}
+
+void bind_generators(py::module_& m) {
+  m.def("grid_cells", &grid_cells, py::arg("width"), py::arg("height"), py::arg("nx"), py::arg("ny"), py::kw_only(),
+        py::arg("pattern") = "alternating", "Rectangle [m] of nx x ny cells, two triangles each: alternating | diagonal.");
+  m.def("grid", &grid, py::arg("width"), py::arg("height"), py::arg("triangles"), py::kw_only(),
+        py::arg("pattern") = "alternating", "Rectangle [m] of about `triangles` triangles in square cells.");
+  m.def("jittered_grid", &jittered_grid, py::arg("width"), py::arg("height"), py::arg("nx"), py::arg("ny"), py::kw_only(),
+        py::arg("amount"), py::arg("seed") = 1, "Grid whose interior vertices are displaced by up to `amount` of a cell.");
+  m.def("icosphere", &icosphere, py::arg("radius"), py::kw_only(), py::arg("subdivisions"), "Sphere [m].");
+  m.def("box", &box, py::arg("x"), py::arg("y"), py::arg("z"), py::kw_only(), py::arg("cells_per_side") = 1,
+        "Box with the given sides [m].");
+  m.def("capsule", &capsule, py::arg("radius"), py::arg("length"), py::kw_only(), py::arg("segments") = 32,
+        "Capsule along z, `length` between the centres of its caps [m].");
+  m.def("funnel", &funnel, py::arg("top_radius"), py::arg("bottom_radius"), py::arg("height"), py::arg("tube_length"),
+        py::arg("wall"), py::kw_only(), py::arg("segments") = 64,
+        "Cone from top_radius at z = height to bottom_radius at z = 0, then a tube below; closed, with a wall [m].");
+  m.def("wave_bar", &wave_bar, py::arg("length"), py::arg("radius"), py::arg("amplitude"), py::arg("wavelength"),
+        py::kw_only(), py::arg("segments") = 24, "Tube along y whose centre line waves in z [m].");
+  m.def("floor_square", &floor_square, py::arg("size"), py::kw_only(), py::arg("cells") = 8,
+        "Open square in z = 0 with normal +z [m].");
+}
+
+void bind_queries(py::module_& m) {
+  py::class_<ClosestPoint> point(m, "ClosestPoint", "Nearest point of a surface.");
+  point.def_readonly("triangle", &ClosestPoint::triangle, "index, -1: nothing within the radius");
+  point.def_readonly("point", &ClosestPoint::point, "[m]");
+  point.def_readonly("barycentric", &ClosestPoint::barycentric, "[1]");
+  point.def_readonly("normal", &ClosestPoint::normal, "pseudo-normal of the closest feature, unit length");
+  point.def_readonly("distance", &ClosestPoint::distance, "[m]");
+  py::class_<SpatialQuery> c(m, "SpatialQuery", "Closest points and inside tests on a triangle surface.");
+  c.def(py::init([](const TriangleMesh& mesh) { return SpatialQuery(mesh.vertices(), mesh.triangles()); }),
+        py::arg("mesh"));
+  c.def("closest", &SpatialQuery::closest, py::arg("point"), py::arg("radius"), "ClosestPoint within a radius [m].");
+  c.def("inside", &SpatialQuery::inside, py::arg("point"), "True inside a closed surface.");
+}
+
+}  // namespace
+
+void bind_mesh(py::module_& m) {
+  bind_triangle_mesh(m);
+  bind_generators(m);
+  bind_queries(m);
+  m.def("read_mesh", &read_mesh, py::arg("path"), "TriangleMesh from an OBJ or PLY file.");
+  m.def("write_mesh", &write_mesh, py::arg("path"), py::arg("mesh"), "Writes an OBJ or PLY file, by the path's ending.");
+}
+
+}  // namespace loomstone

@@ -1,0 +1,16 @@
+// The Python module loomstone._core: converts and forwards, nothing more.
+#include "bindings/bindings.h"
+
+PYBIND11_MODULE(_core, m) {
+  m.doc() = "C++ core of loomstone; use the package loomstone instead of this module.";
+  m.attr("__version__") = LOOMSTONE_VERSION;
+  loomstone::bind_base(m);
+  loomstone::bind_mesh(m);
+  loomstone::bind_parallel(m);
+  loomstone::bind_rigid(m);
+  loomstone::bind_scene(m);
+  loomstone::bind_collision(m);
+  loomstone::bind_cache(m);
+  loomstone::bind_renderer(m);
+  loomstone::bind_simulation(m);
+}

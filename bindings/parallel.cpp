@@ -1,0 +1,28 @@
+// Communicators: one rank, or MPI by a plug-in that is loaded when asked for.
+#include "core/parallel/communicator.h"
+
+#include "bindings/bindings.h"
+#include "core/parallel/team.h"
+
+namespace loomstone {
+
+void bind_parallel(py::module_& m) {
+  py::classh<Communicator> c(m, "Communicator", "The ranks of one simulation.");
+  c.def_property_readonly("rank", &Communicator::rank);
+  c.def_property_readonly("size", &Communicator::size);
+  c.def("barrier", &Communicator::barrier, py::call_guard<py::gil_scoped_release>());
+  c.def("maximum", &Communicator::maximum, py::arg("value"), py::call_guard<py::gil_scoped_release>(),
+        "Largest value over all ranks.");
+  c.def("abort", &Communicator::abort, py::arg("code"), "Ends all ranks at once.");
+  c.def("__repr__", [](const Communicator& self) {
+    return "Communicator(rank " + std::to_string(self.rank()) + " of " + std::to_string(self.size()) + ")";
+  });
+  m.def("single_communicator", [] { return std::const_pointer_cast<Communicator>(single_communicator()); },
+        "One rank, no MPI.");
+  m.def("mpi_communicator", [](int handle) { return std::const_pointer_cast<Communicator>(mpi_communicator(handle)); },
+        py::arg("fortran_handle") = -1, "Ranks of an MPI communicator (mpi4py: comm.py2f()); -1: all ranks started.");
+  m.def("launched_by_mpi", &launched_by_mpi, "True where an MPI launcher started this process as one of several ranks.");
+  m.def("default_thread_count", &default_thread_count, "Processors this process may run on.");
+}
+
+}  // namespace loomstone

@@ -1,0 +1,36 @@
+// Headless pictures.
+#include "renderer/renderer.h"
+
+#include "bindings/descriptions.h"
+
+namespace loomstone {
+
+void bind_renderer(py::module_& m) {
+  bind_description<Camera>(m, "Camera", "Where the picture is taken from.");
+  bind_description<RenderOptions>(m, "RenderOptions", "How a picture looks.");
+  py::class_<Renderer> c(m, "Renderer", "Draws frames of one run without a display (OSMesa, else EGL).");
+  c.def(py::init<const FrameTopology&, const RenderOptions&>(), py::arg("topology"),
+        py::arg("options") = RenderOptions{});
+  c.def("render",
+        [](Renderer& self, const Frame& frame) {
+          Image image;
+          {
+            const py::gil_scoped_release release;
+            image = self.render(frame);
+          }
+          return py::array_t<std::uint8_t>({image.height, image.width, 3}, image.rgb.data());
+        },
+        py::arg("frame"), "Picture of a frame: (height x width x 3) bytes, rows from the top.");
+  c.def_property_readonly("backend", &Renderer::backend, "osmesa | egl");
+  m.def("write_png",
+        [](const std::string& path, const py::array_t<std::uint8_t, py::array::c_style | py::array::forcecast>& rgb) {
+          if (rgb.ndim() != 3 || rgb.shape(2) != 3)
+            throw InvalidInput("image must have shape (height, width, 3), got " +
+                               py::str(rgb.attr("shape")).cast<std::string>());
+          write_png(path, Image{static_cast<int>(rgb.shape(1)), static_cast<int>(rgb.shape(0)),
+                                std::vector<std::uint8_t>(rgb.data(), rgb.data() + rgb.size())});
+        },
+        py::arg("path"), py::arg("image"), "Writes (height x width x 3) bytes as PNG.");
+}
+
+}  // namespace loomstone

@@ -1,0 +1,21 @@
+// What the user asks for.
+#include "core/sim/scene.h"
+
+#include "bindings/descriptions.h"
+#include "core/integration/options.h"
+
+namespace loomstone {
+
+void bind_scene(py::module_& m) {
+  bind_description<ClothMaterial>(m, "ClothMaterial",
+                                  "What a cloth is made of; axes 1 = weft, 2 = warp. A surface, so stiffness is in N/m.");
+  bind_description<Cloth>(m, "Cloth", "A piece of cloth: mesh, material, and what holds it.");
+  bind_description<Obstacle>(m, "Obstacle",
+                             "A surface that cloth cannot pass: static, moved by keyframes, or a vertex sequence.");
+  bind_description<Attachment>(m, "Attachment", "Ties cloth vertices to a rigid body, both ways.");
+  bind_description<Air>(m, "Air", "Drag of air at rest or in wind, per triangle.");
+  bind_description<Scene>(m, "Scene", "Everything a simulation starts from.");
+  bind_description<IntegratorOptions>(m, "IntegratorOptions", "Which integrator advances the cloth, and how.");
+}
+
+}  // namespace loomstone
