@@ -1,0 +1,53 @@
+// Numbers in and out of a row of bytes, in the machine's own byte order.
+#pragma once
+
+#include <cstring>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "core/base/error.h"
+
+namespace loomstone {
+
+class ByteWriter {
+ public:
+  template <class Number>
+  void write(Number value) {
+    static_assert(std::is_arithmetic_v<Number>);
+    const auto* first = reinterpret_cast<const unsigned char*>(&value);
+    bytes_.insert(bytes_.end(), first, first + sizeof(Number));
+  }
+  std::vector<unsigned char> take() { return std::move(bytes_); }
+
+ private:
+  std::vector<unsigned char> bytes_;
+};
+
+class ByteReader {
+ public:
+  explicit ByteReader(const std::vector<unsigned char>& bytes) : bytes_(bytes) {}
+
+  template <class Number>
+  Number read() {
+    static_assert(std::is_arithmetic_v<Number>);
+    require(bytes_.size() - position_ >= sizeof(Number));
+    Number value;
+    std::memcpy(&value, bytes_.data() + position_, sizeof(Number));
+    position_ += sizeof(Number);
+    return value;
+  }
+  bool at_end() const { return position_ == bytes_.size(); }
+
+  void require(bool fits) const {
+    if (fits) return;
+    throw InvalidInput("rigid state: the saved contact points must be those of this scene, got bytes that do not fit; "
+                       "load the state with the scene it was saved from");
+  }
+
+ private:
+  const std::vector<unsigned char>& bytes_;
+  std::size_t position_ = 0;
+};
+
+}  // namespace loomstone

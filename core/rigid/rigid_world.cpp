@@ -1,0 +1,447 @@
+// Rigid bodies by Bullet (double precision), the only file that includes it. The body frame of Bullet has principal axes of
+// inertia; states and callers know only the mesh's axes with the origin at the centre of mass.
+//
+// Bullet's contact cache, pair order and tree are hidden state. restore() therefore always builds a new world in the same
+// order and puts the saved contact points back: a run that restores at a step continues bit for bit like one that loads the
+// same state from a file.
+#include <btBulletDynamicsCommon.h>
+#include <LinearMath/btConvexHullComputer.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/rigid/byte_stream.h"
+#include "core/rigid/rigid_body.h"
+#include "core/rigid/rotation.h"
+#include "core/rigid/shape_geometry.h"
+
+namespace loomstone {
+
+namespace {
+
+// With 50 iterations cubes of 1 cm stay at rest at steps of 1 ms; with 10 stacks creep.
+constexpr int solver_iterations = 50;
+
+btVector3 to_bullet(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+Vec3 from_bullet(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
+btMatrix3x3 to_bullet(const Mat3& m) {
+  return {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)};
+}
+Mat3 from_bullet(const btMatrix3x3& m) {
+  Mat3 r;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) r(i, j) = m[i][j];
+  }
+  return r;
+}
+
+using Shapes = std::vector<std::unique_ptr<btCollisionShape>>;
+
+// ---- Shapes -----------------------------------------------------------------------------------------------------------
+
+// Convex hull of `points`. Bullet adds the margin of a hull outside, so its points are those of a shrunken core.
+std::unique_ptr<btConvexHullShape> hull_shape(const std::vector<Vec3>& points, const std::string& where) {
+  btConvexHullComputer hull;
+  hull.compute(points.front().data(), sizeof(Vec3), static_cast<int>(points.size()), 0.0, 0.0);
+  std::vector<Vec3> vertices;  // the given ones: the hull's own are rounded to 1e-4 of its size
+  for (int i = 0; i < hull.vertices.size(); ++i) vertices.push_back(points[hull.original_vertex_index[i]]);
+  std::vector<std::vector<int>> faces(hull.faces.size());
+  for (int f = 0; f < hull.faces.size(); ++f) {
+    const btConvexHullComputer::Edge* const start = &hull.edges[hull.faces[f]];
+    const btConvexHullComputer::Edge* edge = start;
+    do {
+      faces[f].push_back(edge->getSourceVertex());
+      edge = edge->getNextEdgeOfFace();
+    } while (edge != start);
+  }
+  const ConvexCore core = convex_core(vertices, faces, where);
+  auto shape = std::make_unique<btConvexHullShape>();
+  shape->setMargin(core.margin);
+  for (const Vec3& point : core.points) shape->addPoint(to_bullet(point), false);
+  shape->recalcLocalAabb();
+  return shape;
+}
+
+// Adds the body's shape, and those it consists of, to `shapes`; the one of the whole body comes last.
+void add_shapes(const RigidBody& body, const MassProperties& mass, const Mat3& principal, const std::string& where,
+                Shapes& shapes) {
+  const TriangleMesh& mesh = *body.mesh;
+  if (body.shape == "sphere") {
+    shapes.push_back(std::make_unique<btSphereShape>(sphere_radius(mesh, mass, body.density, where)));
+  } else if (body.shape == "box") {
+    const Vec3 low = mesh.vertices().colwise().minCoeff().transpose(), high = mesh.vertices().colwise().maxCoeff().transpose();
+    const Vec3 half = 0.5 * (high - low);
+    auto box = std::make_unique<btBoxShape>(to_bullet(half));
+    box->setMargin(0.05 * half.minCoeff());  // lies inside the box
+    const Vec3 offset = principal.transpose() * (0.5 * (low + high) - mass.centre);
+    shapes.push_back(std::move(box));
+    if (offset.norm() < 1e-9 * half.norm() && principal.isIdentity(0.0)) return;
+    auto placed = std::make_unique<btCompoundShape>();
+    placed->addChildShape(btTransform(to_bullet(Mat3(principal.transpose())), to_bullet(offset)), shapes.back().get());
+    shapes.push_back(std::move(placed));
+  } else if (body.shape == "convex") {
+    shapes.push_back(hull_shape(body_points(mesh, mass.centre, principal), where + ".mesh"));
+  } else if (body.shape == "parts") {
+    if (body.parts.empty()) {
+      throw InvalidInput(where + ".shape \"parts\" needs at least one convex mesh in parts, got none; use \"convex\" for one hull");
+    }
+    auto compound = std::make_unique<btCompoundShape>();
+    for (std::size_t k = 0; k < body.parts.size(); ++k) {
+      const std::string part = where + ".parts[" + std::to_string(k) + "]";
+      if (!body.parts[k]) throw InvalidInput(part + " must be a mesh, got none");
+      shapes.push_back(hull_shape(body_points(*body.parts[k], mass.centre, principal), part));
+      compound->addChildShape(btTransform::getIdentity(), shapes.back().get());
+    }
+    shapes.push_back(std::move(compound));
+  } else {
+    throw InvalidInput(where + ".shape must be sphere, box, convex or parts, got \"" + body.shape + "\"");
+  }
+}
+
+// ---- Contact points as bytes ------------------------------------------------------------------------------------------
+
+// Calls visit on every field that Bullet carries from step to step.
+template <class Point, class Visitor>
+void for_each_field_of(Point& p, Visitor&& visit) {
+  for (auto* vector : {&p.m_localPointA, &p.m_localPointB, &p.m_positionWorldOnA, &p.m_positionWorldOnB,
+                       &p.m_normalWorldOnB, &p.m_lateralFrictionDir1, &p.m_lateralFrictionDir2}) {
+    for (int i = 0; i < 3; ++i) visit((*vector)[i]);
+  }
+  for (auto* number : {&p.m_distance1, &p.m_combinedFriction, &p.m_combinedRollingFriction, &p.m_combinedSpinningFriction,
+                       &p.m_combinedRestitution, &p.m_appliedImpulse, &p.m_prevRHS, &p.m_appliedImpulseLateral1,
+                       &p.m_appliedImpulseLateral2, &p.m_contactMotion1, &p.m_contactMotion2, &p.m_contactCFM,
+                       &p.m_contactERP, &p.m_frictionCFM}) {
+    visit(*number);
+  }
+  for (auto* number : {&p.m_partId0, &p.m_partId1, &p.m_index0, &p.m_index1, &p.m_contactPointFlags, &p.m_lifeTime}) {
+    visit(*number);
+  }
+}
+
+void write_manifold(ByteWriter& bytes, const btPersistentManifold& manifold) {
+  bytes.write<std::int32_t>(manifold.getBody0()->getUserIndex());
+  bytes.write<std::int32_t>(manifold.getBody1()->getUserIndex());
+  bytes.write<std::int32_t>(manifold.getNumContacts());
+  for (int k = 0; k < manifold.getNumContacts(); ++k) {
+    btManifoldPoint point = manifold.getContactPoint(k);
+    for_each_field_of(point, [&](const auto& value) { bytes.write(value); });
+  }
+}
+
+// ---- The world --------------------------------------------------------------------------------------------------------
+
+// Obstacles stand at their pose at the start of the step with the velocity that leads to its end, like the bodies; their
+// velocities are given, not differenced by Bullet (whose arc cosine turns rounding into 1e-8 / step of spin).
+class World : public btDiscreteDynamicsWorld {
+ public:
+  using btDiscreteDynamicsWorld::btDiscreteDynamicsWorld;
+
+ protected:
+  void saveKinematicState(btScalar) override {}
+};
+
+// Everything that restore() throws away. Members are destroyed in reverse order: world before what it refers to.
+struct Engine {
+  btDefaultCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher{&configuration};
+  btDbvtBroadphase broadphase;
+  btSequentialImpulseConstraintSolver solver;
+  std::vector<std::unique_ptr<btRigidBody>> bodies;  // dynamic ones, then obstacles
+  World world{&dispatcher, &broadphase, &solver, &configuration};
+
+  explicit Engine(const Vec3& gravity) {
+    configuration.setConvexConvexMultipointIterations(4, 4);
+    configuration.setPlaneConvexMultipointIterations(4, 4);
+    btContactSolverInfo& info = world.getSolverInfo();
+    info.m_numIterations = solver_iterations;
+    info.m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
+    info.m_splitImpulsePenetrationThreshold = 0.0;  // pushing out of a penetration gives no velocity
+    world.setGravity(to_bullet(gravity));
+  }
+  ~Engine() {
+    for (auto& body : bodies) world.removeRigidBody(body.get());
+  }
+
+  btRigidBody& add(double mass, const Vec3& inertia, btCollisionShape& shape, double friction, double restitution) {
+    btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, &shape, to_bullet(inertia));
+    info.m_friction = std::sqrt(friction);  // Bullet multiplies: sqrt(mu_a mu_b)
+    info.m_restitution = restitution;
+    bodies.push_back(std::make_unique<btRigidBody>(info));
+    btRigidBody& body = *bodies.back();
+    body.setUserIndex(static_cast<int>(bodies.size()) - 1);
+    body.setActivationState(DISABLE_DEACTIVATION);
+    return body;
+  }
+};
+
+void place(btRigidBody& body, const btTransform& pose) {
+  body.setWorldTransform(pose);
+  body.setInterpolationWorldTransform(pose);
+  body.updateInertiaTensor();
+}
+
+void set_velocity(btRigidBody& body, const Vec3& velocity, const Vec3& angular_velocity) {
+  body.setLinearVelocity(to_bullet(velocity));
+  body.setAngularVelocity(to_bullet(angular_velocity));
+  body.setInterpolationLinearVelocity(to_bullet(velocity));
+  body.setInterpolationAngularVelocity(to_bullet(angular_velocity));
+}
+
+btTransform bullet_pose(const RigidWorld::ObstaclePose& pose) {
+  return btTransform(to_bullet(rotation_matrix(pose.orientation)), to_bullet(pose.position));
+}
+
+// Triangles as Bullet reads them; owns the arrays.
+struct ObstacleMesh {
+  Points vertices;
+  Triangles triangles;
+  btTriangleIndexVertexArray arrays;
+  std::unique_ptr<btBvhTriangleMeshShape> shape;
+
+  explicit ObstacleMesh(const TriangleMesh& mesh) : vertices(mesh.vertices()), triangles(mesh.triangles()) {
+    btIndexedMesh indexed;
+    indexed.m_numTriangles = static_cast<int>(triangles.rows());
+    indexed.m_triangleIndexBase = reinterpret_cast<const unsigned char*>(triangles.data());
+    indexed.m_triangleIndexStride = 3 * sizeof(Index);
+    indexed.m_numVertices = static_cast<int>(vertices.rows());
+    indexed.m_vertexBase = reinterpret_cast<const unsigned char*>(vertices.data());
+    indexed.m_vertexStride = 3 * sizeof(double);
+    indexed.m_vertexType = PHY_DOUBLE;
+    arrays.addIndexedMesh(indexed, PHY_INTEGER);
+    shape = std::make_unique<btBvhTriangleMeshShape>(&arrays, true);
+  }
+};
+
+}  // namespace
+
+struct RigidWorld::Data {
+  std::vector<RigidBody> bodies;
+  std::vector<RigidObstacle> obstacles;
+  Vec3 gravity;
+  std::vector<MassProperties> masses;
+  std::vector<Mat3> principal;                 // columns: Bullet's body axes in mesh axes
+  std::vector<Vec3> moments;                   // about them [kg m^2]
+  std::vector<Shapes> shapes;                  // of each body, that of the whole last
+  std::vector<std::unique_ptr<ObstacleMesh>> obstacle_meshes;
+  std::vector<ObstaclePose> start_poses, poses;  // of obstacles, in the description and now
+  std::unique_ptr<Engine> engine;
+  RigidState known;                            // what the engine holds, without manifolds
+
+  void add_body(const RigidBody& body, const std::string& where);
+  void set_body(std::size_t i, const RigidState& state);
+  void follow(const RigidState& state);
+  void read(RigidState& state) const;
+  std::vector<unsigned char> manifold_bytes() const;
+  void read_poses(ByteReader& bytes);
+  void read_manifolds(ByteReader& bytes);
+};
+
+void RigidWorld::Data::add_body(const RigidBody& body, const std::string& where) {
+  check_fields(body, where);
+  check_orientation(body.orientation, where);
+  if (!body.mesh) throw InvalidInput(where + ".mesh must be a closed mesh, got none");
+  try {
+    masses.push_back(loomstone::mass_properties(*body.mesh, body.density));
+  } catch (const InvalidInput& error) {
+    throw InvalidInput(where + "." + error.what());
+  }
+  const MassProperties& mass = masses.back();
+  principal.push_back(principal_axes(mass.inertia));
+  moments.push_back((principal.back().transpose() * mass.inertia * principal.back()).diagonal());
+  shapes.emplace_back();
+  add_shapes(body, mass, principal.back(), where, shapes.back());
+  bodies.push_back(body);
+}
+
+void RigidWorld::Data::set_body(std::size_t i, const RigidState& state) {
+  const Vec4 orientation = state.orientations.row(i).transpose();
+  const Vec3 position = state.positions.row(i).transpose();
+  place(*engine->bodies[i], btTransform(to_bullet(Mat3(rotation_matrix(orientation) * principal[i])), to_bullet(position)));
+  set_velocity(*engine->bodies[i], state.velocities.row(i).transpose(), state.angular_velocities.row(i).transpose());
+}
+
+// Takes over bodies that someone else has moved since the last step.
+void RigidWorld::Data::follow(const RigidState& state) {
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (state.positions.row(i) != known.positions.row(i) || state.orientations.row(i) != known.orientations.row(i) ||
+        state.velocities.row(i) != known.velocities.row(i) ||
+        state.angular_velocities.row(i) != known.angular_velocities.row(i)) {
+      set_body(i, state);
+    }
+  }
+}
+
+void RigidWorld::Data::read(RigidState& state) const {
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const btRigidBody& body = *engine->bodies[i];
+    const btTransform& pose = body.getWorldTransform();
+    const Vec4 orientation = quaternion_from_matrix(from_bullet(pose.getBasis()) * principal[i].transpose());
+    state.positions.row(i) = from_bullet(pose.getOrigin()).transpose();
+    state.orientations.row(i) = nearer_sign(orientation, state.orientations.row(i).transpose()).transpose();
+    state.velocities.row(i) = from_bullet(body.getLinearVelocity()).transpose();
+    state.angular_velocities.row(i) = from_bullet(body.getAngularVelocity()).transpose();
+  }
+}
+
+std::vector<unsigned char> RigidWorld::Data::manifold_bytes() const {
+  ByteWriter bytes;
+  bytes.write<std::int32_t>(static_cast<std::int32_t>(poses.size()));
+  for (const ObstaclePose& pose : poses) {
+    for (int k = 0; k < 3; ++k) bytes.write(pose.position[k]);
+    for (int k = 0; k < 4; ++k) bytes.write(pose.orientation[k]);
+  }
+  const btCollisionDispatcher& dispatcher = engine->dispatcher;
+  bytes.write<std::int32_t>(dispatcher.getNumManifolds());
+  for (int m = 0; m < dispatcher.getNumManifolds(); ++m) {
+    write_manifold(bytes, *const_cast<btCollisionDispatcher&>(dispatcher).getManifoldByIndexInternal(m));
+  }
+  return bytes.take();
+}
+
+void RigidWorld::Data::read_poses(ByteReader& bytes) {
+  bytes.require(bytes.read<std::int32_t>() == static_cast<std::int32_t>(poses.size()));
+  for (ObstaclePose& pose : poses) {
+    for (int k = 0; k < 3; ++k) pose.position[k] = bytes.read<double>();
+    for (int k = 0; k < 4; ++k) pose.orientation[k] = bytes.read<double>();
+  }
+}
+
+// A saved manifold goes to the first unused one of its pair; one whose pair no longer overlaps has nothing to hold.
+void RigidWorld::Data::read_manifolds(ByteReader& bytes) {
+  btCollisionDispatcher& dispatcher = engine->dispatcher;
+  std::vector<char> used(dispatcher.getNumManifolds(), 0);
+  const int n_manifolds = bytes.read<std::int32_t>();
+  for (int m = 0; m < n_manifolds; ++m) {
+    const int first = bytes.read<std::int32_t>(), second = bytes.read<std::int32_t>();
+    const int n_points = bytes.read<std::int32_t>();
+    bytes.require(0 <= n_points && n_points <= MANIFOLD_CACHE_SIZE);
+    btPersistentManifold* target = nullptr;
+    for (int k = 0; k < dispatcher.getNumManifolds() && !target; ++k) {
+      btPersistentManifold* manifold = dispatcher.getManifoldByIndexInternal(k);
+      if (used[k] || manifold->getBody0()->getUserIndex() != first || manifold->getBody1()->getUserIndex() != second) continue;
+      target = manifold;
+      used[k] = 1;
+    }
+    for (int k = 0; k < n_points; ++k) {
+      btManifoldPoint point;
+      for_each_field_of(point, [&](auto& value) { value = bytes.read<std::decay_t<decltype(value)>>(); });
+      if (target) target->addManifoldPoint(point);
+    }
+  }
+  bytes.require(bytes.at_end());
+}
+
+RigidWorld::RigidWorld(const std::vector<RigidBody>& bodies, const std::vector<RigidObstacle>& obstacles,
+                       const Vec3& gravity)
+    : data_(std::make_unique<Data>()) {
+  data_->gravity = gravity;
+  for (std::size_t i = 0; i < bodies.size(); ++i) data_->add_body(bodies[i], "bodies[" + std::to_string(i) + "]");
+  for (std::size_t i = 0; i < obstacles.size(); ++i) {
+    const std::string where = "obstacles[" + std::to_string(i) + "]";
+    if (!obstacles[i].mesh) throw InvalidInput(where + ".mesh must be a mesh, got none");
+    check_orientation(obstacles[i].orientation, where);
+    data_->obstacles.push_back(obstacles[i]);
+    data_->obstacle_meshes.push_back(std::make_unique<ObstacleMesh>(*obstacles[i].mesh));
+    data_->start_poses.push_back({obstacles[i].position, obstacles[i].orientation});
+  }
+  restore(initial_state());
+}
+
+RigidWorld::~RigidWorld() = default;
+
+const std::vector<MassProperties>& RigidWorld::mass_properties() const { return data_->masses; }
+
+RigidState RigidWorld::initial_state() const {
+  const auto n = static_cast<Eigen::Index>(data_->bodies.size());
+  RigidState state;
+  state.positions.resize(n, 3);
+  state.orientations.resize(n, 4);
+  state.velocities.resize(n, 3);
+  state.angular_velocities.resize(n, 3);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const RigidBody& body = data_->bodies[i];
+    const Vec4 orientation = body.orientation.normalized();
+    state.positions.row(i) = (body.position + rotation_matrix(orientation) * data_->masses[i].centre).transpose();
+    state.orientations.row(i) = orientation.transpose();
+    state.velocities.row(i) = body.velocity.transpose();
+    state.angular_velocities.row(i) = body.angular_velocity.transpose();
+  }
+  return state;
+}
+
+void RigidWorld::restore(const RigidState& state) {
+  Data& data = *data_;
+  const auto n = static_cast<Eigen::Index>(data.bodies.size());
+  if (state.positions.rows() != n || state.orientations.rows() != n || state.velocities.rows() != n ||
+      state.angular_velocities.rows() != n) {
+    throw InvalidInput("rigid state must have one row for each of the " + std::to_string(n) + " bodies, got " +
+                       std::to_string(state.positions.rows()) + "; it belongs to another scene");
+  }
+  data.engine = std::make_unique<Engine>(data.gravity);
+  Engine& engine = *data.engine;
+  ByteReader bytes(state.manifolds);
+  data.poses = data.start_poses;
+  if (!state.manifolds.empty()) data.read_poses(bytes);
+
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const RigidBody& body = data.bodies[i];
+    engine.add(data.masses[i].mass, data.moments[i], *data.shapes[i].back(), body.friction, body.restitution);
+    data.set_body(i, state);
+  }
+  for (std::size_t i = 0; i < data.obstacles.size(); ++i) {
+    btRigidBody& body = engine.add(0.0, Vec3::Zero(), *data.obstacle_meshes[i]->shape, data.obstacles[i].friction, 1.0);
+    body.setCollisionFlags((body.getCollisionFlags() & ~btCollisionObject::CF_STATIC_OBJECT) |
+                           btCollisionObject::CF_KINEMATIC_OBJECT);
+    place(body, bullet_pose(data.poses[i]));
+  }
+  for (auto& body : engine.bodies) engine.world.addRigidBody(body.get());
+  engine.world.clearForces();
+  engine.world.performDiscreteCollisionDetection();
+  for (int m = 0; m < engine.dispatcher.getNumManifolds(); ++m) {
+    engine.dispatcher.clearManifold(engine.dispatcher.getManifoldByIndexInternal(m));
+  }
+  if (!state.manifolds.empty()) data.read_manifolds(bytes);
+  data.known = state;
+  data.known.manifolds.clear();
+}
+
+void RigidWorld::advance(double step, const Points& impulses, const Points& angular_impulses,
+                         const std::vector<ObstaclePose>& obstacles, RigidState& state) {
+  Data& data = *data_;
+  Engine& engine = *data.engine;
+  const std::size_t n = data.bodies.size();
+  data.follow(state);
+  for (std::size_t i = 0; i < n; ++i) {
+    engine.bodies[i]->applyCentralImpulse(to_bullet(Vec3(impulses.row(i).transpose())));
+    engine.bodies[i]->applyTorqueImpulse(to_bullet(Vec3(angular_impulses.row(i).transpose())));
+  }
+  for (std::size_t i = 0; i < data.poses.size(); ++i) {
+    const ObstaclePose &from = data.poses[i], &to = obstacles[i];
+    set_velocity(*engine.bodies[n + i], (to.position - from.position) / step,
+                 angular_velocity_between(from.orientation, to.orientation, step));
+  }
+  engine.world.stepSimulation(step, 0);
+  for (std::size_t i = 0; i < data.poses.size(); ++i) {
+    data.poses[i] = obstacles[i];
+    place(*engine.bodies[n + i], bullet_pose(obstacles[i]));
+  }
+  data.read(state);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!state.positions.row(i).allFinite() || !state.velocities.row(i).allFinite() ||
+        !state.orientations.row(i).allFinite() || !state.angular_velocities.row(i).allFinite()) {
+      throw SolverFailure("bodies[" + std::to_string(i) + "] must stay finite, got NaN or infinity from the rigid-body step of " +
+                          std::to_string(step) + " s; shorten the step or look for extreme impulses");
+    }
+  }
+  data.known.positions = state.positions;
+  data.known.orientations = state.orientations;
+  data.known.velocities = state.velocities;
+  data.known.angular_velocities = state.angular_velocities;
+}
+
+void RigidWorld::save(RigidState& state) const { state.manifolds = data_->manifold_bytes(); }
+
+}  // namespace loomstone

@@ -1,0 +1,108 @@
+// Geometry of collision shapes: principal axes, the sphere test, and hulls that make room for a margin.
+#include "core/rigid/shape_geometry.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Eigenvalues>
+
+#include "core/base/error.h"
+
+namespace loomstone {
+
+namespace {
+
+// Share of the inner radius of a convex shape by which its core is shrunk; our choice. Larger rounds the edges visibly, much
+// smaller leaves contacts to the slower and rougher search for penetrations.
+constexpr double margin_share = 0.05;
+
+}  // namespace
+
+void check_orientation(const Vec4& orientation, const std::string& where) {
+  if (std::abs(orientation.norm() - 1.0) < 1e-6) return;
+  throw InvalidInput(where + ".orientation must be a unit quaternion (w, x, y, z), got length " +
+                     std::to_string(orientation.norm()) + "; divide it by its length");
+}
+
+Mat3 principal_axes(const Mat3& inertia) {
+  const Mat3 off_diagonal = inertia - Mat3(inertia.diagonal().asDiagonal());
+  if (off_diagonal.cwiseAbs().maxCoeff() < 1e-9 * inertia.trace()) return Mat3::Identity();
+  Mat3 axes = Eigen::SelfAdjointEigenSolver<Mat3>(inertia).eigenvectors();
+  if (axes.determinant() < 0.0) axes.col(0) = -axes.col(0);
+  return axes;
+}
+
+std::vector<Vec3> body_points(const TriangleMesh& mesh, const Vec3& centre, const Mat3& principal) {
+  std::vector<Vec3> points(mesh.n_vertices());
+  for (Index i = 0; i < mesh.n_vertices(); ++i) {
+    points[i] = principal.transpose() * (mesh.vertices().row(i).transpose() - centre);
+  }
+  return points;
+}
+
+double sphere_radius(const TriangleMesh& mesh, const MassProperties& mass, double density, const std::string& where) {
+  const Vector distances = (mesh.vertices().rowwise() - mass.centre.transpose()).rowwise().norm();
+  const double radius = distances.maxCoeff();
+  // Half the volume tells an icosahedron (0.61) from a cube (0.37), whose corners lie on a sphere as well.
+  const double filled = mass.mass / density / (4.0 / 3.0 * M_PI * radius * radius * radius);
+  if (distances.minCoeff() < 0.99 * radius || filled < 0.5) {
+    throw InvalidInput(where + ".shape \"sphere\" needs a mesh that is a sphere within 1 %, got vertices " +
+                       std::to_string(distances.minCoeff()) + " to " + std::to_string(radius) + " m from the centre and " +
+                       std::to_string(100.0 * filled) + " % of the sphere's volume; use \"convex\" or another mesh");
+  }
+  return radius;
+}
+
+ConvexCore convex_core(const std::vector<Vec3>& vertices, const std::vector<std::vector<int>>& faces,
+                       const std::string& where) {
+  Vec3 centre = Vec3::Zero();
+  for (const Vec3& vertex : vertices) centre += vertex / static_cast<double>(vertices.size());
+  double size = 0.0;
+  for (const Vec3& vertex : vertices) size = std::max(size, (vertex - centre).norm());
+
+  // For each vertex the sums over its faces of area n n^T and area n.
+  std::vector<Mat3> products(vertices.size(), Mat3::Zero());
+  std::vector<Vec3> sums(vertices.size(), Vec3::Zero());
+  double inner_radius = size;
+  for (const std::vector<int>& face : faces) {
+    Vec3 area = Vec3::Zero();
+    for (std::size_t k = 0; k < face.size(); ++k) {
+      area += 0.5 * (vertices[face[k]] - centre).cross(vertices[face[(k + 1) % face.size()]] - centre);
+    }
+    if (area.norm() < 1e-12 * size * size) continue;  // slivers between coplanar points
+    Vec3 normal = area.normalized();
+    double distance = normal.dot(vertices[face[0]] - centre);
+    if (distance < 0.0) normal = -normal, distance = -distance;
+    inner_radius = std::min(inner_radius, distance);
+    for (int corner : face) {
+      products[corner] += area.norm() * normal * normal.transpose();
+      sums[corner] += area.norm() * normal;
+    }
+  }
+  if (vertices.size() < 4 || faces.size() < 4 || inner_radius <= 1e-6 * size) {
+    throw InvalidInput(where + " must have a convex hull with volume, got points in one plane; give it a thickness");
+  }
+
+  // A vertex moves by -delta with n . delta = margin for each of its faces: exact where three planes meet, else in the least
+  // squares sense weighted by area.
+  ConvexCore core;
+  core.margin = margin_share * inner_radius;
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    const Eigen::SelfAdjointEigenSolver<Mat3> solver(products[i]);
+    const Vec3& eigenvalues = solver.eigenvalues();
+    Vec3 delta = Vec3::Zero();
+    for (int k = 0; k < 3; ++k) {
+      // A vertex inside an edge or a face does not move along it.
+      if (eigenvalues[k] <= 1e-6 * eigenvalues[2]) continue;
+      const Vec3 axis = solver.eigenvectors().col(k);
+      delta += core.margin * axis.dot(sums[i]) / eigenvalues[k] * axis;
+    }
+    const double limit = 0.5 * (vertices[i] - centre).norm();  // the tip of a needle stays outside the centre
+    if (delta.norm() > limit) delta *= limit / delta.norm();
+    core.points.push_back(vertices[i] - delta);
+  }
+  return core;
+}
+
+}  // namespace loomstone
