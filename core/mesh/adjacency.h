@@ -21,6 +21,7 @@ struct EdgeTable {
   std::vector<std::array<Index, 3>> of_triangle; // edge opposite corner 0, 1, 2 of each triangle
 };
 
+// Throws InvalidInput for an edge with more than two triangles and for indices out of range.
 EdgeTable edge_table(Index n_vertices, const Triangles& triangles);
 
 // An interior edge with its two triangles, oriented as method.md 1.2: triangles (x1,x3,x4) and (x2,x4,x3) in their own
@@ -34,5 +35,7 @@ struct Hinge {
 std::vector<Hinge> hinges(const Triangles& triangles, const EdgeTable& edges);
 
 Incidence triangles_of_vertices(Index n_vertices, const Triangles& triangles);
+// Neighbour vertices of each vertex: those it shares an edge with.
+Incidence vertex_graph(Index n_vertices, const Triangles& triangles);
 
 }  // namespace loomstone

@@ -1,6 +1,8 @@
-// Meshes made from numbers. Flat cloth lies in z = 0, centred at the origin, weft along x; closed surfaces are centred.
+// Meshes made from numbers. Flat cloth lies in z = 0, centred at the origin, weft along x, with its coordinates as uv;
+// closed surfaces are centred (but the funnel) and point outward. All lengths in [m].
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "core/mesh/triangle_mesh.h"
@@ -15,6 +17,11 @@ TriangleMesh grid(double width, double height, Index triangles, const std::strin
 // Grid whose interior vertices are displaced at random by up to `amount` of a cell (seeded): irregular but valid.
 // Quality unstructured meshes (Delaunay of relaxed points) are made in Python with scipy.
 TriangleMesh jittered_grid(double width, double height, Index nx, Index ny, double amount, std::uint64_t seed = 1);
+
+// Grid with square cells, as many along x as the length asks for.
+TriangleMesh strip(double length, double width, Index cells_across, const std::string& pattern = "alternating");
+// Six sectors of concentric rings, 6 rings^2 triangles; vertex 0 is the centre.
+TriangleMesh disc(double radius, Index rings);
 
 TriangleMesh icosphere(double radius, int subdivisions);
 TriangleMesh box(double x, double y, double z, Index cells_per_side = 1);

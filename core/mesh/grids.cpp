@@ -1,0 +1,179 @@
+// Flat meshes: grids, strips, discs. Their uv are their own coordinates, so weft and warp turn with the cloth.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/mesh/generators.h"
+
+namespace loomstone {
+namespace {
+
+void require_positive(double value, const char* name) {
+  if (!(value > 0.0) || !std::isfinite(value)) {
+    throw InvalidInput(std::string(name) + " must be > 0 and finite [m], got " + std::to_string(value) +
+                       "; give a length in metres");
+  }
+}
+
+// Vertices are counted by Index.
+void require_count(Index count, const char* name) {
+  if (count < 1 || count > 20000) {
+    throw InvalidInput(std::string(name) + " must be 1 to 20000, got " + std::to_string(count) +
+                       "; choose a number of cells");
+  }
+}
+
+bool alternating(const std::string& pattern) {
+  if (pattern != "alternating" && pattern != "diagonal") {
+    throw InvalidInput("pattern must be \"alternating\" or \"diagonal\", got \"" + pattern + "\"; choose one");
+  }
+  return pattern == "alternating";
+}
+
+Points grid_vertices(double width, double height, Index nx, Index ny) {
+  Points vertices((nx + 1) * (ny + 1), 3);
+  for (Index j = 0; j <= ny; ++j) {
+    for (Index i = 0; i <= nx; ++i) {
+      vertices.row(j * (nx + 1) + i) << width * (static_cast<double>(i) / nx - 0.5),
+          height * (static_cast<double>(j) / ny - 0.5), 0.0;
+    }
+  }
+  return vertices;
+}
+
+Triangles grid_triangles(Index nx, Index ny, bool checkerboard) {
+  Triangles triangles(2 * nx * ny, 3);
+  for (Index j = 0; j < ny; ++j) {
+    for (Index i = 0; i < nx; ++i) {
+      const Index a = j * (nx + 1) + i, b = a + 1, c = b + nx + 1, d = a + nx + 1;  // counter-clockwise
+      const Index t = 2 * (j * nx + i);
+      if (checkerboard && (i + j) % 2 == 1) {
+        triangles.row(t) << a, b, d;
+        triangles.row(t + 1) << b, c, d;
+      } else {
+        triangles.row(t) << a, b, c;
+        triangles.row(t + 1) << a, c, d;
+      }
+    }
+  }
+  return triangles;
+}
+
+TriangleMesh flat_mesh(const Points& vertices, const Triangles& triangles) {
+  return TriangleMesh(vertices, triangles, vertices.leftCols<2>());
+}
+
+}  // namespace
+
+TriangleMesh grid_cells(double width, double height, Index nx, Index ny, const std::string& pattern) {
+  require_positive(width, "width");
+  require_positive(height, "height");
+  require_count(nx, "nx");
+  require_count(ny, "ny");
+  return flat_mesh(grid_vertices(width, height, nx, ny), grid_triangles(nx, ny, alternating(pattern)));
+}
+
+TriangleMesh grid(double width, double height, Index triangles, const std::string& pattern) {
+  require_positive(width, "width");
+  require_positive(height, "height");
+  if (triangles < 2) {
+    throw InvalidInput("triangles must be >= 2, got " + std::to_string(triangles) + "; ask for more");
+  }
+  // Square cells of this side would give the number exactly; try the whole numbers around it.
+  const double side = std::sqrt(2.0 * width * height / triangles);
+  Index best_nx = 1, best_ny = 1;
+  double best = std::numeric_limits<double>::infinity();
+  for (int up_x = 0; up_x < 2; ++up_x) {
+    for (int up_y = 0; up_y < 2; ++up_y) {
+      const double nx = std::max(1.0, std::floor(width / side) + up_x), ny = std::max(1.0, std::floor(height / side) + up_y);
+      const double aspect = (width / nx) / (height / ny);
+      // Cells are square when |log aspect| is small; the count is right when the second term is.
+      const double miss = std::abs(std::log(aspect)) + std::abs(std::log(2.0 * nx * ny / triangles));
+      if (miss < best - 1e-12) {
+        best = miss;
+        best_nx = static_cast<Index>(nx);
+        best_ny = static_cast<Index>(ny);
+      }
+    }
+  }
+  return grid_cells(width, height, best_nx, best_ny, pattern);
+}
+
+TriangleMesh jittered_grid(double width, double height, Index nx, Index ny, double amount, std::uint64_t seed) {
+  require_positive(width, "width");
+  require_positive(height, "height");
+  require_count(nx, "nx");
+  require_count(ny, "ny");
+  // Beyond a quarter of a cell a triangle may turn over: corners (0,0), (1,0), (1,1) by a in each coordinate keep
+  // area >= 1/2 (1 - 4 a).
+  if (!(amount >= 0.0 && amount < 0.25)) {
+    throw InvalidInput("amount must be in [0, 0.25) of a cell, got " + std::to_string(amount) +
+                       "; larger displacements turn triangles over");
+  }
+  Points vertices = grid_vertices(width, height, nx, ny);
+  std::mt19937_64 random(seed);
+  // Not std::uniform_real_distribution: its numbers differ between libraries.
+  const auto draw = [&] { return 2.0 * (static_cast<double>(random() >> 11) * 0x1p-53) - 1.0; };
+  for (Index j = 1; j < ny; ++j) {
+    for (Index i = 1; i < nx; ++i) {
+      const double dx = draw(), dy = draw();
+      vertices(j * (nx + 1) + i, 0) += dx * amount * width / nx;
+      vertices(j * (nx + 1) + i, 1) += dy * amount * height / ny;
+    }
+  }
+  return flat_mesh(vertices, grid_triangles(nx, ny, true));
+}
+
+TriangleMesh strip(double length, double width, Index cells_across, const std::string& pattern) {
+  require_positive(length, "length");
+  require_positive(width, "width");
+  require_count(cells_across, "cells_across");
+  const double along = std::max(1.0, std::round(length / width * cells_across));
+  if (along > 20000) {
+    throw InvalidInput("a strip must have at most 20000 cells along, got " + std::to_string(along) +
+                       "; take fewer cells_across");
+  }
+  return grid_cells(length, width, static_cast<Index>(along), cells_across, pattern);
+}
+
+TriangleMesh disc(double radius, Index rings) {
+  require_positive(radius, "radius");
+  require_count(rings, "rings");
+  if (rings > 5000) {
+    throw InvalidInput("rings must be 1 to 5000, got " + std::to_string(rings) + "; take fewer");
+  }
+  // Ring r has 6 r vertices, the first on the x axis; ring r starts at vertex 1 + 3 r (r - 1).
+  Points vertices(1 + 3 * rings * (rings + 1), 3);
+  vertices.row(0).setZero();
+  for (Index r = 1; r <= rings; ++r) {
+    for (Index k = 0; k < 6 * r; ++k) {
+      const double angle = 2.0 * M_PI * k / (6.0 * r), distance = radius * r / rings;
+      vertices.row(1 + 3 * r * (r - 1) + k) << distance * std::cos(angle), distance * std::sin(angle), 0.0;
+    }
+  }
+  const auto vertex = [](Index r, Index k) { return r == 0 ? 0 : 1 + 3 * r * (r - 1) + k % (6 * r); };
+  Triangles triangles(6 * rings * rings, 3);
+  Index t = 0;
+  for (Index r = 1; r <= rings; ++r) {
+    for (Index sector = 0; sector < 6; ++sector) {
+      for (Index k = 0; k < r; ++k) {
+        const Index outer = sector * r + k, inner = sector * (r - 1) + k;
+        triangles.row(t++) << vertex(r - 1, inner), vertex(r, outer), vertex(r, outer + 1);
+        if (k + 1 < r) triangles.row(t++) << vertex(r - 1, inner), vertex(r, outer + 1), vertex(r - 1, inner + 1);
+      }
+    }
+  }
+  return flat_mesh(vertices, triangles);
+}
+
+TriangleMesh floor_square(double size, Index cells) {
+  require_positive(size, "size");
+  require_count(cells, "cells");
+  return TriangleMesh(grid_vertices(size, size, cells, cells), grid_triangles(cells, cells, true));
+}
+
+}  // namespace loomstone

@@ -1,0 +1,191 @@
+#include "core/mesh/triangle_mesh.h"
+
+#include <cmath>
+#include <utility>
+
+#include "core/base/error.h"
+#include "core/mesh/adjacency.h"
+#include "core/mesh/mesh_check.h"
+
+namespace loomstone {
+namespace {
+
+// A plane through a point; normal of unit length.
+struct Plane {
+  Vec3 point, normal;
+  double size;  // largest distance between the point and a vertex [m]
+};
+
+// Through vertex 0, the vertex farthest from it, and the vertex farthest from the line of both: exact for flat meshes,
+// where an eigenvalue fit would only be good to the root of rounding.
+Plane widest_plane(const Points& vertices) {
+  const Vec3 origin = vertices.row(0).transpose();
+  Vec3 along = Vec3::Zero(), across = Vec3::Zero();
+  for (Eigen::Index i = 0; i < vertices.rows(); ++i) {
+    const Vec3 offset = vertices.row(i).transpose() - origin;
+    if (offset.squaredNorm() > along.squaredNorm()) along = offset;
+  }
+  for (Eigen::Index i = 0; i < vertices.rows(); ++i) {
+    const Vec3 normal = along.cross(vertices.row(i).transpose() - origin);
+    if (normal.squaredNorm() > across.squaredNorm()) across = normal;
+  }
+  return {origin, across.normalized(), along.norm()};
+}
+
+void check_permutation(const std::vector<Index>& order, Index count, const char* what) {
+  std::vector<char> seen(static_cast<std::size_t>(count), 0);
+  bool valid = order.size() == seen.size();
+  for (std::size_t i = 0; valid && i < order.size(); ++i) {
+    valid = order[i] >= 0 && order[i] < count && !seen[static_cast<std::size_t>(order[i])];
+    if (valid) seen[static_cast<std::size_t>(order[i])] = 1;
+  }
+  if (!valid) {
+    throw InvalidInput(std::string(what) + " must hold each of 0 to " + std::to_string(count - 1) +
+                       " once, got something else (" + std::to_string(order.size()) + " entries); give a permutation");
+  }
+}
+
+Vec3 corner(const TriangleMesh& mesh, Index t, int c) { return mesh.vertices().row(mesh.triangles()(t, c)).transpose(); }
+
+Vec3 unit_normal(const TriangleMesh& mesh, Index t) {
+  return (corner(mesh, t, 1) - corner(mesh, t, 0)).cross(corner(mesh, t, 2) - corner(mesh, t, 0)).normalized();
+}
+
+// Corners in the plane of `weft` and the warp a quarter turn further about the triangle's own normal: area > 0.
+Corners2 flattened(const TriangleMesh& mesh, Index t, const Vec3& weft, const Vec3& origin) {
+  const Vec3 warp = unit_normal(mesh, t).cross(weft);
+  Corners2 result;
+  for (int c = 0; c < 3; ++c) {
+    const Vec3 offset = corner(mesh, t, c) - origin;
+    result.row(c) << offset.dot(weft), offset.dot(warp);
+  }
+  return result;
+}
+
+// uv of the corners; a mirrored panel is turned over about its warp.
+Corners2 corners_of_uv(const TriangleMesh& mesh, Index t, bool* mirrored) {
+  Corners2 result;
+  for (int c = 0; c < 3; ++c) result.row(c) = mesh.uv().row(mesh.uv_triangles()(t, c));
+  const Vec2 a = result.row(1) - result.row(0), b = result.row(2) - result.row(0);
+  *mirrored = a.x() * b.y() - a.y() * b.x() < 0.0;
+  if (*mirrored) result.col(0) *= -1.0;
+  return result;
+}
+
+// The direction in space along which u grows at constant v: that of the weft threads. Mirrored like the uv.
+Vec3 weft_direction(const TriangleMesh& mesh, Index t, const Corners2& rest) {
+  const Vec2 a = rest.row(1) - rest.row(0), b = rest.row(2) - rest.row(0);
+  const Vec3 x1 = corner(mesh, t, 1) - corner(mesh, t, 0), x2 = corner(mesh, t, 2) - corner(mesh, t, 0);
+  return (x1 * b.y() - x2 * a.y()).normalized();  // dx/du times the determinant of (a, b), which is positive
+}
+
+}  // namespace
+
+TriangleMesh::TriangleMesh(Points vertices, Triangles triangles, Points2 uv, Triangles uv_triangles)
+    : vertices_(std::move(vertices)), triangles_(std::move(triangles)), uv_(std::move(uv)),
+      uv_triangles_(std::move(uv_triangles)) {
+  check_surface(vertices_, triangles_);
+  if (!has_uv()) {
+    if (uv_triangles_.rows() > 0) {
+      throw InvalidInput("uv_triangles must come with uv, got " + std::to_string(uv_triangles_.rows()) +
+                         " rows and no uv; give both or neither");
+    }
+    return;
+  }
+  if (uv_triangles_.rows() == 0) {
+    if (uv_.rows() != vertices_.rows()) {
+      throw InvalidInput("uv must have one row per vertex unless uv_triangles are given, got " +
+                         std::to_string(uv_.rows()) + " rows for " + std::to_string(vertices_.rows()) +
+                         " vertices; add uv_triangles");
+    }
+    uv_triangles_ = triangles_;
+  }
+  check_rest_coordinates(triangles_, uv_, uv_triangles_);
+}
+
+double TriangleMesh::mean_edge() const {
+  const EdgeTable table = edge_table(n_vertices(), triangles_);
+  double sum = 0.0;
+  for (Eigen::Index e = 0; e < table.edges.rows(); ++e) {
+    sum += (vertices_.row(table.edges(e, 0)) - vertices_.row(table.edges(e, 1))).norm();
+  }
+  return sum / static_cast<double>(table.edges.rows());
+}
+
+bool TriangleMesh::closed() const {
+  for (const std::array<Index, 2>& pair : edge_table(n_vertices(), triangles_).triangles) {
+    if (pair[1] < 0) return false;
+  }
+  return true;
+}
+
+bool TriangleMesh::flat() const {
+  const Plane plane = widest_plane(vertices_);
+  for (Eigen::Index i = 0; i < vertices_.rows(); ++i) {
+    if (std::abs(plane.normal.dot(vertices_.row(i).transpose() - plane.point)) > 1e-9 * plane.size) return false;
+  }
+  return true;
+}
+
+TriangleMesh TriangleMesh::moved(const Vec3& translation, const Mat3& rotation, double scale) const {
+  if (!translation.allFinite()) {
+    throw InvalidInput("translation must be finite, got NaN or infinity; correct it");
+  }
+  if (!(scale > 0.0) || !std::isfinite(scale)) {
+    throw InvalidInput("scale must be > 0 and finite, got " + std::to_string(scale) + "; mirror a mesh by its vertices");
+  }
+  if (!((rotation * rotation.transpose()).isApprox(Mat3::Identity(), 1e-9) && rotation.determinant() > 0.0)) {
+    throw InvalidInput("rotation must be a rotation matrix, got one that stretches or mirrors; use scale for size");
+  }
+  TriangleMesh result(*this);
+  for (Eigen::Index i = 0; i < vertices_.rows(); ++i) {
+    const Vec3 turned = rotation * vertices_.row(i).transpose();
+    result.vertices_.row(i) = (scale * turned + translation).transpose();
+  }
+  return result;
+}
+
+TriangleMesh TriangleMesh::reordered(const std::vector<Index>& vertex_order,
+                                     const std::vector<Index>& triangle_order) const {
+  check_permutation(vertex_order, n_vertices(), "vertex_order");
+  check_permutation(triangle_order, n_triangles(), "triangle_order");
+  std::vector<Index> place(vertex_order.size());  // new index of each old vertex
+  TriangleMesh result(*this);
+  for (std::size_t i = 0; i < vertex_order.size(); ++i) {
+    place[static_cast<std::size_t>(vertex_order[i])] = static_cast<Index>(i);
+    result.vertices_.row(static_cast<Eigen::Index>(i)) = vertices_.row(vertex_order[i]);
+  }
+  for (Index t = 0; t < n_triangles(); ++t) {
+    const Index old = triangle_order[static_cast<std::size_t>(t)];
+    for (int c = 0; c < 3; ++c) result.triangles_(t, c) = place[static_cast<std::size_t>(triangles_(old, c))];
+    if (has_uv()) result.uv_triangles_.row(t) = uv_triangles_.row(old);
+  }
+  return result;
+}
+
+std::vector<Corners2> rest_corners(const TriangleMesh& mesh, bool rest_from_uv, const std::string& where) {
+  std::vector<Corners2> result(static_cast<std::size_t>(mesh.n_triangles()));
+  if (mesh.has_uv()) {
+    for (Index t = 0; t < mesh.n_triangles(); ++t) {
+      bool mirrored = false;
+      const Corners2 from_uv = corners_of_uv(mesh, t, &mirrored);
+      result[static_cast<std::size_t>(t)] =
+          rest_from_uv ? from_uv : flattened(mesh, t, weft_direction(mesh, t, from_uv), corner(mesh, t, 0));
+    }
+    return result;
+  }
+  if (!mesh.flat()) {
+    throw InvalidInput(where + " must have uv or be flat, got a curved mesh without uv, whose weft and warp directions "
+                       "are unknown; give uv [m] for every triangle");
+  }
+  const Plane plane = widest_plane(mesh.vertices());
+  Vec3 weft = Vec3::UnitX() - plane.normal.x() * plane.normal;
+  if (weft.norm() < 1e-6) weft = Vec3::UnitY() - plane.normal.y() * plane.normal;
+  weft.normalize();
+  for (Index t = 0; t < mesh.n_triangles(); ++t) {
+    result[static_cast<std::size_t>(t)] = flattened(mesh, t, weft, Vec3::Zero());
+  }
+  return result;
+}
+
+}  // namespace loomstone
