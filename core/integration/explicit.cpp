@@ -1,0 +1,57 @@
+// Explicit (forward) Euler and symplectic Euler (2.52, 2.53): v+ = v + h f/m, then x+ = x + h v or x + h v+.
+#include "core/integration/schemes.h"
+
+#include <algorithm>
+
+namespace loomstone {
+
+namespace {
+
+class ExplicitIntegrator final : public Integrator {
+ public:
+  ExplicitIntegrator(bool symplectic, const ClothModel& model, Elasticity& elasticity)
+      : symplectic_(symplectic), model_(model), elasticity_(elasticity) {}
+
+  bool implicit() const override { return false; }
+
+  IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs, ClothState& state,
+                            Points&) override {
+    const Index n = model_.n_vertices, begin = std::min(layout.begin(), n), end = std::min(layout.end(), n);
+    const double h = inputs.step;
+    force_ = *inputs.force;
+    elasticity_.add_implicit_forces(team, state.x, &state.v, begin, end, force_);
+    elasticity_.add_explicit_bending(team, state.x, state.v, begin, end, force_);
+    velocity_ = state.v;
+    parallel_for(team, end - begin, [&](Index i) {
+      const Index row = begin + i;
+      velocity_.row(row) += h / model_.mass[row] * force_.row(row);
+    });
+    if (!layout.single()) {
+      if (wide_.rows() != layout.n_rows()) wide_.resize(layout.n_rows(), 3);
+      wide_.topRows(n) = velocity_;
+      layout.gather(wide_.data(), 3);
+      velocity_ = wide_.topRows(n);
+    }
+    prescribe_velocities(inputs, state.x, velocity_);
+    const Points& used = symplectic_ ? velocity_ : state.v;
+    parallel_for(team, n, [&](Index i) { state.x.row(i) += h * used.row(i); });
+    place_fixed(inputs, state.x);
+    state.v = velocity_;
+    return {};
+  }
+
+ private:
+  bool symplectic_;
+  const ClothModel& model_;
+  Elasticity& elasticity_;
+  Points force_, velocity_, wide_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_explicit(const IntegratorOptions& options, const ClothModel& model,
+                                          Elasticity& elasticity) {
+  return std::make_unique<ExplicitIntegrator>(options.method == "symplectic-euler", model, elasticity);
+}
+
+}  // namespace loomstone

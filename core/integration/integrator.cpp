@@ -1,0 +1,60 @@
+#include "core/integration/integrator.h"
+
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/integration/schemes.h"
+
+namespace loomstone {
+
+std::unique_ptr<Integrator> make_integrator(const IntegratorOptions& options, const ClothModel& model,
+                                            Elasticity& elasticity) {
+  const std::string& m = options.method;
+  if (m == "explicit-euler" || m == "symplectic-euler") return make_explicit(options, model, elasticity);
+  if (m == "semi-implicit-euler" || m == "implicit-midpoint" || m == "bdf2")
+    return make_linearised(options, model, elasticity);
+  if (m == "backward-euler" || m == "nonlinear-midpoint") return make_newton(options, model, elasticity);
+  throw InvalidInput("integrator.method must be one of explicit-euler, symplectic-euler, semi-implicit-euler, "
+                     "backward-euler, implicit-midpoint, nonlinear-midpoint, bdf2, got \"" + m + "\"");
+}
+
+bool bending_is_implicit(const IntegratorOptions& options, const ClothModel& model) {
+  const bool is_explicit = options.method == "explicit-euler" || options.method == "symplectic-euler";
+  if (options.bending == "implicit") {
+    if (is_explicit)
+      throw InvalidInput("integrator.bending must be explicit or auto for " + options.method +
+                         ", got implicit; choose an implicit integrator");
+    return true;
+  }
+  if (options.bending == "explicit" || is_explicit) return false;
+  if (options.bending != "auto")
+    throw InvalidInput("integrator.bending must be auto, explicit or implicit, got \"" + options.bending + "\"");
+  const double eigenvalue = Elasticity::bending_eigenvalue(model);
+  return eigenvalue > 0.0 && options.step > 0.8 * 2.0 / std::sqrt(eigenvalue);
+}
+
+void prescribe_velocities(const StepInputs& inputs, const Points& x, Points& v) {
+  for (Index i = 0; i < x.rows(); ++i)
+    if ((*inputs.fixed)[i]) v.row(i) = (inputs.target->row(i) - x.row(i)) / inputs.step;
+}
+
+void place_fixed(const StepInputs& inputs, Points& x) {
+  for (Index i = 0; i < x.rows(); ++i)
+    if ((*inputs.fixed)[i]) x.row(i) = inputs.target->row(i);
+}
+
+void add_term_forces(const ExtraTerms& terms, const RowLayout& layout, double sigma, double time,
+                     const Points& displacement, Points& rhs) {
+  for (const ExtraTerm& term : terms) {
+    Vec3 d = -time * term.drift;
+    for (int e = 0; e < term.n_entries; ++e)
+      d += term.entries[e].apply(displacement.row(term.entries[e].row).transpose());
+    const Vec3 force = -sigma * (term.gradient + term.hessian * d);
+    for (int e = 0; e < term.n_entries; ++e) {
+      const TermEntry& entry = term.entries[e];
+      if (layout.owns(entry.row)) rhs.row(entry.row) += entry.apply_transposed(force).transpose();
+    }
+  }
+}
+
+}  // namespace loomstone

@@ -1,0 +1,56 @@
+// Advances all cloth by one step. One virtual call a step; which scheme is a name in IntegratorOptions.
+// Implements method.md 1.4, thesis (2.51)-(2.55).
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/types.h"
+#include "core/cloth/cloth_model.h"
+#include "core/cloth/cloth_state.h"
+#include "core/cloth/elasticity.h"
+#include "core/integration/options.h"
+#include "core/linalg/extra_terms.h"
+#include "core/linalg/linear_solver.h"
+#include "core/parallel/row_layout.h"
+#include "core/parallel/team.h"
+
+namespace loomstone {
+
+// What a step is given. Rows: cloth vertices, then two rows a rigid body (translation, rotation) where bodies take part.
+struct StepInputs {
+  double step = 0.0;                  // h [s]
+  double time = 0.0;                  // at the start [s]
+  const Points* force = nullptr;      // (n x 3) loads at the start [N]: gravity, drag, user
+  const ExtraTerms* terms = nullptr;  // contacts, friction, attachments at the start; implicit schemes only
+  const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: motion is prescribed
+  const Points* target = nullptr;     // (n x 3) positions of fixed rows at the end [m]
+  const std::vector<Mat3>* body_mass = nullptr;      // (2 b) mass times identity, world inertia
+};
+
+struct IntegrationReport {
+  int newton_iterations = 1;
+  int linear_iterations = 0;
+  double residual = 0.0;
+};
+
+// Stage.
+class Integrator {
+ public:
+  virtual ~Integrator() = default;
+  // state.x, state.v: start in, end out on all rows of all ranks. body_velocity (2 b x 3): predicted velocities in (loads
+  // on the bodies included), velocities after contacts out. Throws SolverFailure.
+  virtual IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs,
+                                    ClothState& state, Points& body_velocity) = 0;
+  virtual bool implicit() const = 0;  // takes extra terms
+};
+
+// Throws InvalidInput for unknown names and combinations that do not exist.
+std::unique_ptr<Integrator> make_integrator(const IntegratorOptions& options, const ClothModel& model,
+                                            Elasticity& elasticity);
+
+// Whether bending joins the implicit solve: "auto" does when h > 0.8 * 2 / sqrt(largest eigenvalue of M^-1 K).
+bool bending_is_implicit(const IntegratorOptions& options, const ClothModel& model);
+
+}  // namespace loomstone

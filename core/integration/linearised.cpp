@@ -1,0 +1,160 @@
+// Schemes that solve one linear system a step, with the stiffness K and damping D of its start:
+//   (M + c_d D + c_k K) dv = inertia + sigma (f_ext - f_el) - [M + c_d D + c_k K - M] terms,
+// semi-implicit backward Euler (2.51, with the term h D v that the thesis drops), implicit midpoint and BDF-2, both
+// linearised. method.md 1.4. With u0 the displacement that would follow from dv = 0, the right side of all three is
+//   inertia + sigma (f_ext - f_el(x) - D w) - (sigma / c_k) (c_d D + c_k K) u0,
+// where w = -(x - x_) / (3 sigma) for BDF-2 and 0 for the others.
+#include <algorithm>
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/linalg/matrix_halo.h"
+#include "core/integration/schemes.h"
+
+namespace loomstone {
+
+namespace {
+
+enum class Scheme { SemiImplicitEuler, Midpoint, Bdf2 };
+
+class LinearisedIntegrator final : public Integrator {
+ public:
+  LinearisedIntegrator(Scheme scheme, const IntegratorOptions& options, const ClothModel& model,
+                       Elasticity& elasticity)
+      : scheme_(scheme),
+        kind_(options.jacobian == "exact" ? JacobianKind::Exact : JacobianKind::Positive),
+        model_(model),
+        elasticity_(elasticity),
+        solver_(make_linear_solver({options.linear_solver, options.tolerance, options.max_iterations})) {}
+
+  bool implicit() const override { return true; }
+
+  IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs, ClothState& state,
+                            Points& body_velocity) override {
+    const Index n = model_.n_vertices, rows = layout.n_rows();
+    const Index begin = std::min(layout.begin(), n), end = std::min(layout.end(), n);
+    const double h = inputs.step;
+    const bool has_history = state.previous_x.rows() == n;
+    const Scheme scheme = scheme_ == Scheme::Bdf2 && !has_history ? Scheme::Midpoint : scheme_;
+    const double c_d = scheme == Scheme::SemiImplicitEuler ? h : scheme == Scheme::Midpoint ? h / 2 : 2 * h / 3;
+    const double c_k = scheme == Scheme::SemiImplicitEuler ? h * h : scheme == Scheme::Midpoint ? h * h / 4 : 4 * h * h / 9;
+    const double sigma = scheme == Scheme::Bdf2 ? 2 * h / 3 : h;
+
+    // Prescribed motion enters as the change of velocity of fixed rows.
+    velocity_.resize(rows, 3);
+    velocity_.topRows(n) = state.v;
+    velocity_.bottomRows(rows - n) = body_velocity;
+    change_ = Points::Zero(rows, 3);
+    if (state.last_change.rows() == rows) change_ = state.last_change;
+    for (Index i = 0; i < n; ++i)
+      if ((*inputs.fixed)[i])
+        change_.row(i) = (inputs.target->row(i) - state.x.row(i)) / h - velocity_.row(i);
+
+    displacement_ = (scheme == Scheme::SemiImplicitEuler ? h : scheme == Scheme::Midpoint ? h / 2 : 2 * h / 3) * velocity_;
+    if (scheme == Scheme::Bdf2) {
+      displacement_.topRows(n) += (state.x - state.previous_x) / 3.0;
+      displacement_.bottomRows(rows - n) = h * body_velocity;
+    }
+
+    // Loads and elastic force.
+    rhs_ = Points::Zero(rows, 3);
+    force_ = *inputs.force;
+    add_bending(team, scheme, state, begin, end);
+    if (scheme == Scheme::Bdf2) {
+      drift_ = -(state.x - state.previous_x) / (3.0 * sigma);
+      elasticity_.add_implicit_forces(team, state.x, &drift_, begin, end, force_);
+    } else {
+      elasticity_.add_implicit_forces(team, state.x, nullptr, begin, end, force_);
+    }
+    elasticity_.assemble(team, state.x, kind_, c_d, c_k, begin, end);
+    product_.resize(n, 3);
+    cloth_displacement_ = displacement_.topRows(n);
+    elasticity_.multiply_without_mass(team, cloth_displacement_, begin, end, product_);
+    parallel_for(team, end - begin, [&](Index i) {
+      const Index row = begin + i;
+      rhs_.row(row) = sigma * force_.row(row) - sigma / c_k * product_.row(row);
+      if (scheme == Scheme::Bdf2) rhs_.row(row) += model_.mass[row] / 3.0 * (state.v.row(row) - state.previous_v.row(row));
+    });
+    const double term_time = scheme == Scheme::Midpoint ? h / 2 : h;  // when the scheme evaluates forces
+    if (inputs.terms) add_term_forces(*inputs.terms, layout, sigma, term_time, displacement_, rhs_);
+
+    if (halo_blocks_ != elasticity_.matrix().n_blocks()) {
+      halo_ = matrix_halo(elasticity_.matrix(), layout);
+      halo_blocks_ = elasticity_.matrix().n_blocks();
+    }
+    LinearSystem system;
+    system.matrix = &elasticity_.matrix();
+    system.body_blocks = inputs.body_mass;
+    system.terms = inputs.terms;
+    system.term_scale = c_k;
+    system.fixed = inputs.fixed;
+    system.layout = &layout;
+    system.halo = &halo_;
+    const LinearReport solved = solver_->solve(team, system, rhs_, change_);
+    if (!solved.converged)
+      throw SolverFailure("the linear solve of the implicit step did not reach its tolerance in " +
+                          std::to_string(solved.iterations) + " iterations (residual " + std::to_string(solved.residual) +
+                          "); shorten integrator.step, loosen integrator.tolerance or use linear_solver=\"direct\"");
+
+    move(team, scheme, h, inputs, state);
+    state.last_change = change_;
+    body_velocity += change_.bottomRows(rows - n);
+    return {1, solved.iterations, solved.residual};
+  }
+
+ private:
+  // Explicit bending, extrapolated to the time at which a scheme of second order needs it.
+  void add_bending(const Team& team, Scheme scheme, ClothState& state, Index begin, Index end) {
+    if (elasticity_.implicit_bending()) return;
+    bending_ = Points::Zero(model_.n_vertices, 3);
+    elasticity_.add_explicit_bending(team, state.x, state.v, begin, end, bending_);
+    const bool extrapolate = scheme_ != Scheme::SemiImplicitEuler && state.previous_bending.rows() == model_.n_vertices;
+    if (!extrapolate)
+      force_ += bending_;
+    else if (scheme == Scheme::Bdf2)
+      force_ += 2.0 * bending_ - state.previous_bending;
+    else
+      force_ += 1.5 * bending_ - 0.5 * state.previous_bending;
+    if (scheme_ != Scheme::SemiImplicitEuler) state.previous_bending = bending_;
+  }
+
+  void move(const Team& team, Scheme scheme, double h, const StepInputs& inputs, ClothState& state) {
+    const Index n = model_.n_vertices;
+    if (scheme_ == Scheme::Bdf2) next_x_ = state.x, next_v_ = state.v;
+    parallel_for(team, n, [&](Index i) {
+      const Vec3 v0 = state.v.row(i), v1 = v0 + change_.row(i).transpose();
+      Vec3 x1 = state.x.row(i);
+      if (scheme == Scheme::SemiImplicitEuler)
+        x1 += h * v1;
+      else if (scheme == Scheme::Midpoint)
+        x1 += h / 2 * (v0 + v1);
+      else
+        x1 = (4.0 * x1 - state.previous_x.row(i).transpose()) / 3.0 + 2 * h / 3 * v1;
+      state.x.row(i) = x1;
+      state.v.row(i) = v1;
+    });
+    place_fixed(inputs, state.x);
+    if (scheme_ == Scheme::Bdf2) state.previous_x = next_x_, state.previous_v = next_v_;
+  }
+
+  Scheme scheme_;
+  JacobianKind kind_;
+  const ClothModel& model_;
+  Elasticity& elasticity_;
+  std::unique_ptr<LinearSolver> solver_;
+  Halo halo_;
+  Index halo_blocks_ = -1;
+  Points velocity_, change_, displacement_, cloth_displacement_, rhs_, force_, drift_, product_, bending_, next_x_, next_v_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_linearised(const IntegratorOptions& options, const ClothModel& model,
+                                            Elasticity& elasticity) {
+  const Scheme scheme = options.method == "semi-implicit-euler" ? Scheme::SemiImplicitEuler
+                        : options.method == "implicit-midpoint" ? Scheme::Midpoint
+                                                                : Scheme::Bdf2;
+  return std::make_unique<LinearisedIntegrator>(scheme, options, model, elasticity);
+}
+
+}  // namespace loomstone
