@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/base/frame.h"
-#include "core/cache/checkpoint_file.h"
+#include "core/base/checkpoint.h"
 #include "core/integration/options.h"
 #include "core/parallel/communicator.h"
 #include "core/sim/scene.h"

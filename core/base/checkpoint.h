@@ -1,0 +1,22 @@
+// A State as named arrays and texts: what a checkpoint file holds.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace loomstone {
+
+struct Checkpoint {
+  struct Array {
+    std::vector<std::int64_t> shape;
+    std::vector<double> values;
+  };
+  std::map<std::string, Array> arrays;
+  std::map<std::string, std::vector<std::int64_t>> integers;
+  std::map<std::string, std::vector<unsigned char>> bytes;
+  std::map<std::string, std::string> texts;
+};
+
+}  // namespace loomstone

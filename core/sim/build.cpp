@@ -1,0 +1,88 @@
+#include <sstream>
+
+#include "core/base/error.h"
+#include "core/mesh/spatial_query.h"
+#include "core/sim/build.h"
+#include "core/sim/motion.h"
+
+namespace loomstone {
+
+namespace {
+
+// A vertex of a collision surface as the user knows it.
+std::string place(const Model& model, Index triangle) {
+  const CollisionSurface& surface = model.collision.surfaces[model.collision.surface_of_triangle[triangle]];
+  Index local = triangle - surface.first_triangle;
+  if (surface.kind == CollisionSurface::Kind::Cloth) {
+    Index first = 0;  // user's triangles of earlier cloths
+    for (const auto& other : model.collision.surfaces) {
+      if (&other == &surface) break;
+      first += other.n_triangles;
+    }
+    local = model.triangle_of[triangle] - first;
+  }
+  return surface.name + " triangle " + std::to_string(local);
+}
+
+void check_intersections(const Model& model, const Points& vertices) {
+  const auto pairs = intersecting_pairs(vertices, model.collision.triangles);
+  std::size_t found = 0;
+  std::ostringstream list;
+  for (const auto& pair : pairs) {
+    const auto& a = model.collision.surfaces[model.collision.surface_of_triangle[pair[0]]];
+    const auto& b = model.collision.surfaces[model.collision.surface_of_triangle[pair[1]]];
+    const bool cloth = a.kind == CollisionSurface::Kind::Cloth || b.kind == CollisionSurface::Kind::Cloth;
+    if (!cloth || (&a == &b && !a.self_collision)) continue;
+    if (found++ < 10) list << (found > 1 ? "; " : "") << place(model, pair[0]) << " with " << place(model, pair[1]);
+  }
+  if (found == 0) return;
+  throw InvalidInput("the start must be free of intersections, got " + std::to_string(found) + " intersecting triangle pairs (" +
+                     list.str() + (found > 10 ? "; ..." : "") +
+                     "); move the cloth, or set scene.allow_initial_intersections");
+}
+
+void check_inside(const Model& model, const Points& vertices) {
+  for (const CollisionSurface& surface : model.collision.surfaces) {
+    if (surface.kind == CollisionSurface::Kind::Cloth) continue;
+    const bool body = surface.kind == CollisionSurface::Kind::Body;
+    const std::size_t index = &surface - model.collision.surfaces.data() - model.scene.cloths.size();
+    const TriangleMesh& mesh = body ? *model.scene.bodies[index].mesh
+                                    : *model.scene.obstacles[index - model.scene.bodies.size()].mesh;
+    if (!mesh.closed()) continue;
+    const Points at = vertices.middleRows(surface.first_vertex, surface.n_vertices);
+    const Vec3 low = at.colwise().minCoeff(), high = at.colwise().maxCoeff();
+    const SpatialQuery query(at, mesh.triangles());
+    for (std::size_t user = 0; user < model.row_of_vertex.size(); ++user) {
+      const Vec3 p = vertices.row(model.row_of_vertex[user]);
+      if ((p.array() < low.array()).any() || (p.array() > high.array()).any() || !query.inside(p)) continue;
+      const Index c = model.topology.cloth_of_vertex[user];
+      Index first = 0;
+      for (Index i = 0; i < c; ++i) first += model.scene.cloths[i].mesh->n_vertices();
+      std::ostringstream out;
+      out << "cloth must start outside of closed surfaces: vertex " << user - first << " of " << model.topology.cloth_names[c]
+          << " at (" << p.transpose() << ") m lies inside " << surface.name << "; move one of them";
+      throw InvalidInput(out.str());
+    }
+  }
+}
+
+}  // namespace
+
+void check_start(const Model& model, const State& state) {
+  if (model.scene.allow_initial_intersections || !model.scene.collisions || model.cloth.n_vertices == 0) return;
+  Points vertices;
+  collision_vertices(model, state, vertices);
+  check_inside(model, vertices);
+  check_intersections(model, vertices);
+}
+
+void build(const Scene& scene, Model& model, State& state) {
+  check_scene(scene);
+  model.scene = scene;
+  build_cloth(scene, model, state);
+  build_bodies(scene, model, state);
+  build_collision(scene, model);
+  check_start(model, state);
+}
+
+}  // namespace loomstone

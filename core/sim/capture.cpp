@@ -1,0 +1,63 @@
+#include "core/sim/capture.h"
+
+#include "core/sim/motion.h"
+
+namespace loomstone {
+
+void measure(const Model& model, const State& state, const Team& team, Elasticity& elasticity, StepReport& report) {
+  const Index n = model.cloth.n_vertices;
+  const Points &x = state.cloth.x, &v = state.cloth.v;
+  const Vector& mass = model.cloth.mass;
+  report.kinetic_energy = parallel_sum(team, n, [&](Index i) { return 0.5 * mass[i] * v.row(i).squaredNorm(); });
+  report.gravity_energy =
+      -parallel_sum(team, n, [&](Index i) { return mass[i] * x.row(i).dot(model.scene.gravity.transpose()); });
+  report.max_stretch = 1.0;
+  if (n == 0) return;
+  report.membrane_energy = elasticity.membrane_energy(team, x);
+  report.bending_energy = elasticity.bending_energy(team, x);
+  Points green;
+  Vector stretch;
+  elasticity.strain(team, x, green, stretch);
+  report.max_stretch = stretch.maxCoeff();
+}
+
+Frame capture(const Model& model, const State& state, const StepOutcome& outcome, const Team& team,
+              Elasticity& elasticity, double step, double share) {
+  const Index n = model.cloth.n_vertices, m = static_cast<Index>(model.cloth.triangles.rows());
+  Frame frame;
+  frame.step = state.step;
+  frame.time = (static_cast<double>(state.step) - (1.0 - share)) * step;
+  frame.report = outcome.report;
+  Points vertices;
+  collision_vertices(model, state, vertices);
+  if (share < 1.0) {
+    vertices.topRows(n) = outcome.start_cloth + share * (vertices.topRows(n) - outcome.start_cloth);
+    const Index rest = static_cast<Index>(vertices.rows()) - n;
+    vertices.bottomRows(rest) = outcome.start_surfaces + share * (vertices.bottomRows(rest) - outcome.start_surfaces);
+  }
+  const Points rows = vertices.topRows(n);
+  frame.body_positions = vertices.bottomRows(vertices.rows() - n);
+  frame.positions.resize(n, 3);
+  frame.velocities.resize(n, 3);
+  frame.contact.assign(n, 0);
+  for (Index vertex = 0; vertex < n; ++vertex) {
+    const Index row = model.row_of_vertex[vertex];
+    frame.positions.row(vertex) = rows.row(row);
+    frame.velocities.row(vertex) = state.cloth.v.row(row);
+    if (!outcome.contact.empty()) frame.contact[vertex] = outcome.contact[row];
+  }
+  frame.strain.resize(m, 3);
+  frame.stretch.resize(m);
+  if (m == 0) return frame;
+  Points green;
+  Vector stretch;
+  elasticity.strain(team, rows, green, stretch);
+  for (Index t = 0; t < m; ++t) {
+    frame.strain.row(model.triangle_of[t]) = green.row(t);
+    frame.stretch[model.triangle_of[t]] = stretch[t];
+  }
+  frame.report.max_stretch = stretch.maxCoeff();
+  return frame;
+}
+
+}  // namespace loomstone

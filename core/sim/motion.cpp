@@ -1,0 +1,102 @@
+#include "core/sim/motion.h"
+
+#include <algorithm>
+
+#include "core/rigid/rotation.h"
+
+namespace loomstone {
+
+namespace {
+
+// Interval and fraction of `time` in ascending `times`, held at both ends.
+struct Place {
+  std::size_t first, second;
+  double fraction;
+};
+
+Place place_in(const std::vector<double>& times, double time) {
+  if (time <= times.front()) return {0, 0, 0.0};
+  if (time >= times.back()) return {times.size() - 1, times.size() - 1, 0.0};
+  const std::size_t next = std::upper_bound(times.begin(), times.end(), time) - times.begin();
+  return {next - 1, next, (time - times[next - 1]) / (times[next] - times[next - 1])};
+}
+
+Vec3 between_rows(const Points& p, std::size_t first, std::size_t second, double fraction) {
+  const Vec3 a = p.row(first), b = p.row(second);
+  return fraction == 0.0 ? a : Vec3(a + fraction * (b - a));
+}
+
+}  // namespace
+
+void pin_targets(const Model& model, const State& state, double time, Points& target) {
+  target = state.cloth.x;
+  for (const auto& script : model.scripts) {
+    const Place at = place_in(script.times, time);
+    const std::size_t k = script.rows.size();
+    for (std::size_t i = 0; i < k; ++i)
+      target.row(script.rows[i]) = between_rows(script.positions, at.first * k + i, at.second * k + i, at.fraction);
+  }
+  for (Index row = 0; row < model.cloth.n_vertices; ++row)
+    if (state.pin_override[row]) target.row(row) = state.pin_target.row(row);
+}
+
+RigidWorld::ObstaclePose obstacle_pose(const Model& model, const State& state, int obstacle, double time) {
+  RigidWorld::ObstaclePose pose;
+  if (state.pose_override[obstacle]) {
+    pose.position = state.pose_position.row(obstacle);
+    pose.orientation = state.pose_orientation.row(obstacle);
+    return pose;
+  }
+  const Obstacle& o = model.scene.obstacles[obstacle];
+  if (o.times.empty()) return pose;
+  const Place at = place_in(o.times, time);
+  if (o.positions.rows() > 0) pose.position = between_rows(o.positions, at.first, at.second, at.fraction);
+  if (o.axis_angles.rows() > 0) {
+    const Vec4 a = quaternion_from_rotation_vector(o.axis_angles.row(at.first).transpose());
+    const Vec4 b = quaternion_from_rotation_vector(o.axis_angles.row(at.second).transpose());
+    pose.orientation = at.fraction == 0.0 ? a : slerp(a, b, at.fraction);
+  }
+  return pose;
+}
+
+void obstacle_vertices(const Model& model, const State& state, double time, Points& vertices) {
+  const Index first = model.obstacles.empty() ? 0 : model.obstacles.front().first;
+  Index total = 0;
+  for (const auto& surface : model.obstacles) total += static_cast<Index>(surface.local.rows());
+  vertices.resize(total, 3);
+  for (std::size_t o = 0; o < model.obstacles.size(); ++o) {
+    const Model::Surface& surface = model.obstacles[o];
+    const Obstacle& description = model.scene.obstacles[o];
+    const std::size_t k = surface.local.rows();
+    auto rows = vertices.middleRows(surface.first - first, k);
+    if (description.vertex_positions.rows() > 0 && !state.pose_override[o]) {
+      const Place at = place_in(description.times, time);
+      for (std::size_t i = 0; i < k; ++i)
+        rows.row(i) = between_rows(description.vertex_positions, at.first * k + i, at.second * k + i, at.fraction);
+      continue;
+    }
+    const auto pose = obstacle_pose(model, state, static_cast<int>(o), time);
+    const Mat3 rotation = rotation_matrix(pose.orientation);
+    for (std::size_t i = 0; i < k; ++i)
+      rows.row(i) = (pose.position + rotation * surface.local.row(i).transpose()).transpose();
+  }
+}
+
+void body_vertices(const Model& model, const RigidState& rigid, int body, Eigen::Ref<Points> vertices) {
+  const Mat3 rotation = rotation_matrix(rigid.orientations.row(body).transpose());
+  const Vec3 centre = rigid.positions.row(body);
+  const Points& local = model.bodies[body].local;
+  for (Index i = 0; i < local.rows(); ++i)
+    vertices.row(i) = (centre + rotation * local.row(i).transpose()).transpose();
+}
+
+void collision_vertices(const Model& model, const State& state, Points& vertices) {
+  vertices.resize(model.collision.n_vertices, 3);
+  vertices.topRows(model.cloth.n_vertices) = state.cloth.x;
+  for (std::size_t b = 0; b < model.bodies.size(); ++b)
+    body_vertices(model, state.rigid, static_cast<int>(b),
+                  vertices.middleRows(model.bodies[b].first, model.bodies[b].local.rows()));
+  vertices.bottomRows(state.obstacle_vertices.rows()) = state.obstacle_vertices;
+}
+
+}  // namespace loomstone

@@ -1,0 +1,24 @@
+// What moves by script: pins, obstacles, and the surface points that rigid bodies carry along.
+#pragma once
+
+#include "core/sim/model.h"
+#include "core/sim/state.h"
+
+namespace loomstone {
+
+// Targets of pinned rows at `time`: the script, the user's target, or the place they are in. (n x 3)
+void pin_targets(const Model& model, const State& state, double time, Points& target);
+
+// Pose of an obstacle's mesh at `time`: keyframes or the user's.
+RigidWorld::ObstaclePose obstacle_pose(const Model& model, const State& state, int obstacle, double time);
+
+// World positions of all obstacle vertices at `time`, end to end.
+void obstacle_vertices(const Model& model, const State& state, double time, Points& vertices);
+
+// World positions of a body's surface.
+void body_vertices(const Model& model, const RigidState& rigid, int body, Eigen::Ref<Points> vertices);
+
+// All collision vertices of a state (cloth rows, bodies, obstacles).
+void collision_vertices(const Model& model, const State& state, Points& vertices);
+
+}  // namespace loomstone

@@ -1,0 +1,30 @@
+// Everything that changes. State: with the model it alone decides the future; a checkpoint is exactly this.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/base/types.h"
+#include "core/cloth/cloth_state.h"
+#include "core/collision/collision_stage.h"
+#include "core/rigid/rigid_body.h"
+
+namespace loomstone {
+
+// State. The stage that writes a table stands behind it.
+struct State {
+  std::int64_t step = 0;                 // steps done; time is step * h; stepper
+  ClothState cloth;                      // integrate, certify
+  RigidState rigid;                      // bodies
+  ContactState contacts;                 // certify (anchors of friction)
+  Points obstacle_vertices;              // (k x 3) all obstacles end to end, at the present time [m]; stepper
+  Points external_force;                 // (n x 3) [N], user
+  std::vector<std::uint8_t> pin_override;   // (n) 1: target set by the user instead of the script; user
+  Points pin_target;                     // (n x 3) [m], user
+  // Pose set by the user instead of keyframes, per obstacle: flag, position, quaternion (w, x, y, z).
+  std::vector<std::uint8_t> pose_override;
+  Points pose_position;
+  Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor> pose_orientation;
+};
+
+}  // namespace loomstone

@@ -1,0 +1,236 @@
+#include "core/sim/stepper.h"
+
+#include <algorithm>
+#include <chrono>
+#include <sstream>
+
+#include "core/base/error.h"
+#include "core/cloth/air.h"
+#include "core/sim/motion.h"
+
+namespace loomstone {
+
+namespace {
+
+// Adds the wall time of its life to a stage of the report.
+class StageTimer {
+ public:
+  StageTimer(StepReport& report, StageName stage)
+      : seconds_(report.seconds[static_cast<int>(stage)]), start_(std::chrono::steady_clock::now()) {}
+  ~StageTimer() { seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+
+ private:
+  double& seconds_;
+  std::chrono::steady_clock::time_point start_;
+};
+
+}  // namespace
+
+Stepper::Stepper(const Model& model, const IntegratorOptions& options, const Team& team, const RowLayout& layout,
+                 const State& state)
+    : model_(model), options_(options), team_(team), layout_(layout) {
+  const Index n = model.cloth.n_vertices;
+  elasticity_ = std::make_unique<Elasticity>(model.cloth, bending_is_implicit(options, model.cloth));
+  integrator_ = make_integrator(options, model.cloth, *elasticity_);
+  if (model.scene.collisions) collision_ = std::make_unique<CollisionStage>(model.collision);
+  if (model.n_bodies() > 0) {
+    std::vector<RigidObstacle> obstacles;
+    for (std::size_t o = 0; o < model.obstacles.size(); ++o) {
+      if (model.scene.obstacles[o].vertex_positions.rows() > 0) continue;
+      const auto pose = obstacle_pose(model, state, static_cast<int>(o), static_cast<double>(state.step) * options.step);
+      obstacles.push_back({model.scene.obstacles[o].mesh, model.scene.obstacles[o].friction, pose.position, pose.orientation});
+    }
+    world_ = std::make_unique<RigidWorld>(model.scene.bodies, obstacles, model.scene.gravity);
+    world_->restore(state.rigid);
+  }
+  fixed_ = model.cloth.pinned;
+  fixed_.resize(model.n_rows(), 0);
+  inverse_mass_ = Vector::Zero(model.collision.n_vertices);
+  for (Index i = 0; i < n; ++i) inverse_mass_[i] = model.cloth.pinned[i] ? 0.0 : 1.0 / model.cloth.mass[i];
+}
+
+void Stepper::advance(State& state, StepOutcome& outcome) {
+  const State start = state;  // a failed step leaves the state as it was
+  StepReport& report = outcome.report;
+  report = StepReport{};
+  report.step = state.step + 1;
+  report.time = static_cast<double>(state.step + 1) * options_.step;
+  try {
+    {
+      StageTimer timer(report, StageName::Loads);
+      loads(state);
+    }
+    {
+      StageTimer timer(report, StageName::Proximity);
+      contacts_.clear();
+      terms_.clear();
+      const bool in_solve = integrator_->implicit() && model_.scene.response == "implicit";
+      if (collision_ && in_solve) {
+        contacts_ = collision_->proximity(team_, x0_);
+        collision_->terms(contacts_, x0_, v0_, state.rigid.positions, options_.step, model_.cloth.n_vertices,
+                          state.contacts, terms_, report.contact_energy);
+      }
+      if (integrator_->implicit()) add_attachments(state, terms_);
+      report.contacts = static_cast<std::int64_t>(contacts_.size());
+    }
+    outcome.start_cloth = state.cloth.x;
+    outcome.start_surfaces = x0_.bottomRows(x0_.rows() - model_.cloth.n_vertices);
+    {
+      StageTimer timer(report, StageName::Integrate);
+      integrate(state, report);
+    }
+    {
+      StageTimer timer(report, StageName::Bodies);
+      bodies(state);
+    }
+    {
+      StageTimer timer(report, StageName::Certify);
+      certify(state, outcome);
+    }
+    {
+      StageTimer timer(report, StageName::Check);
+      ++state.step;
+      check(state);
+    }
+  } catch (const SolverFailure& failure) {
+    state = start;
+    if (world_) world_->restore(state.rigid);
+    std::ostringstream out;
+    out << "step " << report.step << " (to time " << report.time << " s) failed: " << failure.what();
+    throw SolverFailure(out.str());
+  }
+}
+
+// Forces at the start of the step, and where scripted motion leads.
+void Stepper::loads(const State& state) {
+  const Index n = model_.cloth.n_vertices;
+  const double h = options_.step, time = static_cast<double>(state.step) * h;
+  const Index begin = std::min(layout_.begin(), n), end = std::min(layout_.end(), n);
+  collision_vertices(model_, state, x0_);
+  pin_targets(model_, state, time + h, target_);
+  obstacle_vertices(model_, state, time + h, next_obstacles_);
+  v0_.resize(x0_.rows(), 3);
+  v0_.topRows(n) = state.cloth.v;
+  for (Index i = 0; i < n; ++i)
+    if (fixed_[i]) v0_.row(i) = (target_.row(i) - x0_.row(i)) / h;
+  for (std::size_t b = 0; b < model_.bodies.size(); ++b)
+    for (Index i = 0; i < model_.bodies[b].local.rows(); ++i) {
+      const Index vertex = model_.bodies[b].first + i;
+      v0_.row(vertex) = velocity_at(state.rigid, static_cast<Index>(b), x0_.row(vertex).transpose()).transpose();
+    }
+  v0_.bottomRows(next_obstacles_.rows()) = (next_obstacles_ - state.obstacle_vertices) / h;
+
+  force_ = state.external_force;
+  parallel_for(team_, end - begin, [&](Index i) {
+    force_.row(begin + i) += model_.cloth.mass[begin + i] * model_.scene.gravity.transpose();
+  });
+  add_drag(team_, model_.scene.air, time, model_.cloth.triangles, model_.cloth.triangles_of_vertex.start,
+           model_.cloth.triangles_of_vertex.items, state.cloth.x, state.cloth.v, begin, end, force_);
+
+  body_blocks_.clear();
+  body_velocity_ = Points::Zero(2 * model_.n_bodies(), 3);
+  for (Index b = 0; b < model_.n_bodies(); ++b) {
+    body_blocks_.push_back(model_.body_mass[b].mass * Mat3::Identity());
+    body_blocks_.push_back(world_inertia(model_.body_mass[b], state.rigid.orientations.row(b).transpose()));
+    // What the rigid stage will do by itself is in the prediction, so that the solve adds only what the cloth does.
+    body_velocity_.row(2 * b) = state.rigid.velocities.row(b) + h * model_.scene.gravity.transpose();
+    body_velocity_.row(2 * b + 1) = state.rigid.angular_velocities.row(b);
+  }
+}
+
+// Attached vertices: a stiff spring between the vertex and its point of the body, both ways.
+void Stepper::add_attachments(const State& state, ExtraTerms& terms) const {
+  for (const Model::Attached& attached : model_.attachments) {
+    const Vec3 point = to_world(state.rigid, attached.body, attached.local);
+    ExtraTerm term;
+    const Index row = model_.cloth.n_vertices + 2 * attached.body;
+    term.entries[0] = {attached.row, false, 1.0, Vec3::Zero()};
+    term.entries[1] = {row, false, -1.0, Vec3::Zero()};
+    term.entries[2] = {row + 1, true, -1.0, point - state.rigid.positions.row(attached.body).transpose()};
+    term.n_entries = 3;
+    term.gradient = model_.attachment_stiffness * (state.cloth.x.row(attached.row).transpose() - point);
+    term.hessian = model_.attachment_stiffness * Mat3::Identity();
+    terms.push_back(term);
+  }
+}
+
+void Stepper::integrate(State& state, StepReport& report) {
+  if (model_.cloth.n_vertices == 0) return;
+  StepInputs inputs;
+  inputs.step = options_.step;
+  inputs.time = static_cast<double>(state.step) * options_.step;
+  inputs.force = &force_;
+  inputs.terms = &terms_;
+  inputs.fixed = &fixed_;
+  inputs.target = &target_;
+  inputs.body_mass = &body_blocks_;
+  predicted_body_velocity_ = body_velocity_;
+  const IntegrationReport done = integrator_->advance(team_, layout_, inputs, state.cloth, body_velocity_);
+  report.newton_iterations = done.newton_iterations;
+  report.linear_iterations = done.linear_iterations;
+  report.linear_residual = done.residual;
+}
+
+// What the cloth did to the bodies goes to Bullet as impulses; it adds loads and contacts among bodies.
+void Stepper::bodies(State& state) {
+  if (!world_) return;
+  Points impulses = Points::Zero(model_.n_bodies(), 3), angular = impulses;
+  if (model_.cloth.n_vertices > 0)
+    for (Index b = 0; b < model_.n_bodies(); ++b) {
+      impulses.row(b) = model_.body_mass[b].mass * (body_velocity_.row(2 * b) - predicted_body_velocity_.row(2 * b));
+      angular.row(b) = (body_blocks_[2 * b + 1] *
+                        (body_velocity_.row(2 * b + 1) - predicted_body_velocity_.row(2 * b + 1)).transpose()).transpose();
+    }
+  std::vector<RigidWorld::ObstaclePose> poses;
+  for (std::size_t o = 0; o < model_.obstacles.size(); ++o)
+    if (model_.scene.obstacles[o].vertex_positions.rows() == 0)
+      poses.push_back(obstacle_pose(model_, state, static_cast<int>(o), static_cast<double>(state.step + 1) * options_.step));
+  world_->advance(options_.step, impulses, angular, poses, state.rigid);
+  // A world rebuilt from State at fixed steps: what comes after depends on State alone, checkpoint or not.
+  if ((state.step + 1) % model_.scene.rigid_rebuild_interval == 0) {
+    world_->save(state.rigid);
+    world_->restore(state.rigid);
+  }
+}
+
+// The last stage that moves vertices: no impact on the way from x0 to x1, no intersection at x1.
+void Stepper::certify(State& state, StepOutcome& outcome) {
+  const Index n = model_.cloth.n_vertices;
+  state.obstacle_vertices = next_obstacles_;
+  outcome.contact.assign(n, 0);
+  for (const Contact& contact : contacts_)
+    for (const Index vertex : contact.vertices)
+      if (vertex < n) outcome.contact[vertex] = 1;
+  if (!collision_ || n == 0) return;
+  collision_vertices(model_, state, x1_);
+  std::vector<std::uint8_t> moved(x1_.rows(), 0);
+  const CertifyReport done = collision_->certify(team_, x0_, x1_, inverse_mass_, options_.step, moved);
+  outcome.report.impacts = done.impacts;
+  outcome.report.truncated = done.truncated;
+  outcome.report.withheld = done.withheld;
+  bool any = false;
+  for (Index i = 0; i < n; ++i) {
+    if (!moved[i]) continue;
+    any = true;
+    outcome.contact[i] = 1;
+    state.cloth.v.row(i) += (x1_.row(i) - state.cloth.x.row(i)) / options_.step;
+    state.cloth.x.row(i) = x1_.row(i);
+  }
+  if (any) {  // multi-step schemes start again after a jump of velocity
+    state.cloth.previous_x.resize(0, 3);
+    state.cloth.previous_v.resize(0, 3);
+    state.cloth.previous_bending.resize(0, 3);
+  }
+  collision_->update_anchors(contacts_, x0_, x1_, state.contacts);
+}
+
+void Stepper::check(const State& state) const {
+  for (Index i = 0; i < model_.cloth.n_vertices; ++i) {
+    if (state.cloth.x.row(i).allFinite() && state.cloth.v.row(i).allFinite()) continue;
+    const auto vertex = std::find(model_.row_of_vertex.begin(), model_.row_of_vertex.end(), i);
+    throw SolverFailure("position or velocity of cloth vertex " + std::to_string(vertex - model_.row_of_vertex.begin()) +
+                        " is not finite after the stage \"certify\"; shorten integrator.step");
+  }
+}
+
+}  // namespace loomstone

@@ -1,0 +1,61 @@
+// One step: a row of stages. Everything here may be thrown away between two steps; only State carries on.
+#pragma once
+
+#include <memory>
+
+#include "core/base/report.h"
+#include "core/collision/collision_stage.h"
+#include "core/integration/integrator.h"
+#include "core/parallel/row_layout.h"
+#include "core/parallel/team.h"
+#include "core/sim/model.h"
+#include "core/sim/state.h"
+
+namespace loomstone {
+
+// What a step leaves for people to look at.
+struct StepOutcome {
+  StepReport report;
+  Points start_cloth;                    // (n x 3) cloth at the start of the step, for frames between steps [m]
+  Points start_surfaces;                 // (k x 3) bodies and obstacles at the start [m]
+  std::vector<std::uint8_t> contact;     // (n) rows in contact
+};
+
+// Stage of stages.
+class Stepper {
+ public:
+  Stepper(const Model& model, const IntegratorOptions& options, const Team& team, const RowLayout& layout,
+          const State& state);
+
+  // Advances `state` by one step. Throws SolverFailure; `state` is then that of the start of the step.
+  void advance(State& state, StepOutcome& outcome);
+
+  Elasticity& elasticity() { return *elasticity_; }
+
+ private:
+  void loads(const State& state);
+  void add_attachments(const State& state, ExtraTerms& terms) const;
+  void integrate(State& state, StepReport& report);
+  void bodies(State& state);
+  void certify(State& state, StepOutcome& outcome);
+  void check(const State& state) const;
+
+  const Model& model_;
+  IntegratorOptions options_;
+  Team team_;
+  const RowLayout& layout_;
+  std::unique_ptr<Elasticity> elasticity_;
+  std::unique_ptr<Integrator> integrator_;
+  std::unique_ptr<CollisionStage> collision_;
+  std::unique_ptr<RigidWorld> world_;
+
+  // Scratch of a step.
+  std::vector<std::uint8_t> fixed_;
+  Vector inverse_mass_;
+  Points force_, target_, next_obstacles_, x0_, v0_, x1_, body_velocity_, predicted_body_velocity_;
+  std::vector<Mat3> body_blocks_;
+  std::vector<Contact> contacts_;
+  ExtraTerms terms_;
+};
+
+}  // namespace loomstone
