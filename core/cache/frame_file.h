@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "core/base/frame.h"
 
@@ -11,13 +12,17 @@ namespace loomstone {
 // Writes run.vtkhdf (all cloth) and bodies.vtkhdf (bodies and obstacles, where there are any) into a directory.
 class FrameWriter {
  public:
-  // Creates the files (under another name, then renamed); `metadata` is free text (JSON) kept as an attribute.
-  // With `append`, existing files are reopened, rows past the last whole frame trimmed, frames later than `after` dropped.
+  // Creates the files (under another name, then renamed); `metadata` is free text (JSON) kept beside the frames.
   FrameWriter(const std::string& directory, const FrameTopology& topology, const std::string& metadata);
+  // Continues a run: its whole frames and reports up to and including `after_time` [s] are copied into new files, which
+  // then replace the old ones.
   static FrameWriter reopen(const std::string& directory, double after_time);
   ~FrameWriter();
   FrameWriter(FrameWriter&&) noexcept;
+  FrameWriter& operator=(FrameWriter&&) noexcept;
   void write(const Frame& frame);   // throws CacheError (disk full, ...), earlier frames stay readable
+  void record(const StepReport& report);  // of every step; reaches the file with the next frame or flush()
+  void flush();                     // call it before a checkpoint, so that a resumed run has all reports up to it
   int n_frames() const;
 
  private:
@@ -32,11 +37,13 @@ class FrameReader {
   explicit FrameReader(const std::string& path);
   ~FrameReader();
   FrameReader(FrameReader&&) noexcept;
+  FrameReader& operator=(FrameReader&&) noexcept;
   int n_frames() const;
   const FrameTopology& topology() const;
   const std::string& metadata() const;
   const std::vector<double>& times() const;
   Frame frame(int index) const;
+  std::vector<StepReport> reports() const;  // of all steps recorded
 
  private:
   struct Data;

@@ -1,0 +1,207 @@
+// A checkpoint is an HDF5 file (any HDF5 tool can look into it) followed by 24 bytes: a mark, the length and a checksum
+// of all that comes before. The checksum is verified before HDF5 sees a byte, since HDF5 itself trusts what it reads.
+#include "core/cache/checkpoint_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <span>
+#include <utility>
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/base/error.h"
+#include "core/cache/hdf5_file.h"
+
+namespace loomstone {
+
+namespace {
+
+constexpr std::int64_t format = 1;  // raise it when a reader of this version would misunderstand the file
+constexpr char mark[8] = {'L', 'O', 'O', 'M', 'C', 'H', 'K', '\n'};
+
+struct Trailer {
+  char mark[8];
+  std::uint64_t length;
+  std::uint64_t checksum;
+};
+static_assert(sizeof(Trailer) == 24);
+
+// FNV-1a over words of eight bytes. Each step is invertible, so one changed word always changes the sum.
+std::uint64_t checksum(const unsigned char* bytes, std::size_t count) {
+  std::uint64_t sum = 0xcbf29ce484222325u;
+  for (std::size_t at = 0; at < count; at += 8) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, bytes + at, std::min<std::size_t>(8, count - at));
+    sum = (sum ^ word) * 0x100000001b3u;
+    sum ^= sum >> 32;
+  }
+  return sum;
+}
+
+// A file descriptor that closes itself and turns failures into errors.
+class Descriptor {
+ public:
+  Descriptor(const std::string& path, int flags) : path_(path), descriptor_(::open(path.c_str(), flags, 0644)) {
+    if (descriptor_ < 0) fail("open");
+  }
+  Descriptor(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+  }
+  void write(const void* from, std::size_t count) {
+    const auto* bytes = static_cast<const unsigned char*>(from);
+    while (count > 0) {
+      const ssize_t written = ::write(descriptor_, bytes, count);
+      if (written < 0 && errno == EINTR) continue;
+      if (written < 0) fail("write");
+      bytes += written;
+      count -= static_cast<std::size_t>(written);
+    }
+  }
+  std::vector<unsigned char> read_all() {
+    struct stat status = {};
+    if (fstat(descriptor_, &status) != 0) fail("read");
+    std::vector<unsigned char> bytes(static_cast<std::size_t>(status.st_size));
+    std::size_t done = 0;
+    while (done < bytes.size()) {
+      const ssize_t got = ::read(descriptor_, bytes.data() + done, bytes.size() - done);
+      if (got < 0 && errno == EINTR) continue;
+      if (got < 0) fail("read");
+      if (got == 0) break;
+      done += static_cast<std::size_t>(got);
+    }
+    bytes.resize(done);
+    return bytes;
+  }
+  void sync() {
+    if (::fsync(descriptor_) != 0) fail("sync");
+  }
+  void close() {
+    if (::close(std::exchange(descriptor_, -1)) != 0) fail("close");
+  }
+
+ private:
+  [[noreturn]] void fail(const char* tried) const {
+    throw CacheError(path_ + ": could not " + tried + " the checkpoint: " + std::strerror(errno) + ".");
+  }
+  std::string path_;
+  int descriptor_;
+};
+
+// Names become names of datasets, where '/' would separate groups and "." means "here".
+std::string encoded(const std::string& name) {
+  if (name.empty()) throw InvalidInput("names in a checkpoint must not be empty.");
+  std::string text;
+  for (char letter : name) {
+    if (letter == '%') text += "%25";
+    else if (letter == '/') text += "%2F";
+    else if (letter == '.') text += "%2E";
+    else text += letter;
+  }
+  return text;
+}
+
+std::string decoded(const std::string& text) {
+  std::string name;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    if (text[at] != '%') {
+      name += text[at];
+      continue;
+    }
+    name += static_cast<char>(std::stoi(text.substr(at + 1, 2), nullptr, 16));
+    at += 2;
+  }
+  return name;
+}
+
+void check_shape(const std::string& name, const Checkpoint::Array& array) {
+  std::int64_t count = 1;
+  for (std::int64_t length : array.shape) count *= length;
+  if (count != static_cast<std::int64_t>(array.values.size()))
+    throw InvalidInput("checkpoint array '" + name + "' must have as many values as its shape says (" +
+                       std::to_string(count) + "), got " + std::to_string(array.values.size()) + ".");
+}
+
+std::vector<unsigned char> to_bytes(const std::string& path, const Checkpoint& checkpoint) {
+  Hdf5File file = Hdf5File::create_in_memory(path);
+  file.write_attribute("/", "format", std::array<std::int64_t, 1>{format});
+  file.write_text_attribute("/", "kind", "checkpoint");
+  for (const char* group : {"/arrays", "/integers", "/bytes", "/texts"}) file.create_group(group);
+  const auto length = [](const auto& values) {
+    return std::vector<std::int64_t>{static_cast<std::int64_t>(values.size())};
+  };
+  for (const auto& [name, array] : checkpoint.arrays) {
+    check_shape(name, array);
+    file.write_array("/arrays/" + encoded(name), Number::Float64, array.shape, array.values.data());
+  }
+  for (const auto& [name, values] : checkpoint.integers)
+    file.write_array("/integers/" + encoded(name), Number::Int64, length(values), values.data());
+  for (const auto& [name, values] : checkpoint.bytes)
+    file.write_array("/bytes/" + encoded(name), Number::UInt8, length(values), values.data());
+  for (const auto& [name, text] : checkpoint.texts)
+    file.write_array("/texts/" + encoded(name), Number::UInt8, length(text), text.data());
+  return file.image();
+}
+
+Checkpoint from_bytes(const std::string& path, std::span<const unsigned char> bytes) {
+  const Hdf5File file = Hdf5File::open_image(bytes, path);
+  if (!file.has_attribute("/", "format") || !file.has_attribute("/", "kind") ||
+      file.text_attribute("/", "kind") != "checkpoint")
+    throw CacheError(path + ": is not a loomstone checkpoint.");
+  if (const std::int64_t found = file.attribute("/", "format"); found > format)
+    throw CacheError(path + ": written by a newer version (checkpoint format " + std::to_string(found) +
+                     ", this build reads up to " + std::to_string(format) + "); update loomstone.");
+  Checkpoint checkpoint;
+  for (const std::string& name : file.children("/arrays")) {
+    Checkpoint::Array& array = checkpoint.arrays[decoded(name)];
+    array.values = file.read_array<double>("/arrays/" + name, &array.shape);
+  }
+  for (const std::string& name : file.children("/integers"))
+    checkpoint.integers[decoded(name)] = file.read_array<std::int64_t>("/integers/" + name);
+  for (const std::string& name : file.children("/bytes"))
+    checkpoint.bytes[decoded(name)] = file.read_array<std::uint8_t>("/bytes/" + name);
+  for (const std::string& name : file.children("/texts")) {
+    const auto text = file.read_array<std::uint8_t>("/texts/" + name);
+    checkpoint.texts[decoded(name)].assign(text.begin(), text.end());
+  }
+  return checkpoint;
+}
+
+}  // namespace
+
+// Complete and on the disk under another name before it takes the old one's place: at any moment, even if the power
+// fails, `path` is a whole checkpoint.
+void write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
+  const std::vector<unsigned char> bytes = to_bytes(path, checkpoint);
+  Trailer trailer{{}, bytes.size(), checksum(bytes.data(), bytes.size())};
+  std::memcpy(trailer.mark, mark, sizeof mark);
+  const std::string part = path + ".part";
+  Descriptor file(part, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC);
+  file.write(bytes.data(), bytes.size());
+  file.write(&trailer, sizeof trailer);
+  file.sync();
+  file.close();
+  if (std::rename(part.c_str(), path.c_str()) != 0)
+    throw CacheError(path + ": could not rename " + part + " to it: " + std::strerror(errno) + ".");
+  const std::size_t slash = path.rfind('/');
+  Descriptor(slash == std::string::npos ? "." : path.substr(0, slash + 1), O_RDONLY | O_DIRECTORY | O_CLOEXEC).sync();
+}
+
+Checkpoint read_checkpoint(const std::string& path) {
+  const std::vector<unsigned char> bytes = Descriptor(path, O_RDONLY | O_CLOEXEC).read_all();
+  Trailer trailer = {};
+  if (bytes.size() >= sizeof trailer) std::memcpy(&trailer, bytes.data() + bytes.size() - sizeof trailer, sizeof trailer);
+  if (std::memcmp(trailer.mark, mark, sizeof mark) != 0)
+    throw CacheError(path + ": is not a loomstone checkpoint, or is truncated; resume from another checkpoint.");
+  const std::size_t length = bytes.size() - sizeof trailer;
+  if (trailer.length != length || checksum(bytes.data(), length) != trailer.checksum)
+    throw CacheError(path + ": the checkpoint is damaged (its checksum does not match its content); resume from another.");
+  return from_bytes(path, {bytes.data(), length});
+}
+
+}  // namespace loomstone

@@ -1,0 +1,58 @@
+// What the frame files hold besides the VTKHDF layout: group /loomstone with format, names, metadata and reports.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "core/base/report.h"
+#include "core/cache/hdf5_file.h"
+
+namespace loomstone::frame_layout {
+
+// Raise it when a reader of this version would misunderstand the file.
+inline constexpr std::int64_t format = 1;
+
+inline const std::string run_file = "run.vtkhdf", bodies_file = "bodies.vtkhdf";
+inline const std::string group = "/loomstone";
+inline const std::string run_kind = "run", bodies_kind = "bodies";
+
+// A row of the table of frames.
+struct FrameRow {
+  std::int64_t step = 0;  // of the frame; the report's own may differ
+  StepReport report;
+};
+
+inline std::vector<Column> report_columns(std::size_t start = 0) {
+  const auto at = [start](std::size_t offset) { return start + offset; };
+  std::vector<Column> columns = {
+      {"step", Number::Int64, at(offsetof(StepReport, step))},
+      {"time", Number::Float64, at(offsetof(StepReport, time))},
+      {"newton_iterations", Number::Int32, at(offsetof(StepReport, newton_iterations))},
+      {"linear_iterations", Number::Int32, at(offsetof(StepReport, linear_iterations))},
+      {"linear_residual", Number::Float64, at(offsetof(StepReport, linear_residual))},
+      {"contacts", Number::Int64, at(offsetof(StepReport, contacts))},
+      {"impacts", Number::Int64, at(offsetof(StepReport, impacts))},
+      {"truncated", Number::Int64, at(offsetof(StepReport, truncated))},
+      {"withheld", Number::Float64, at(offsetof(StepReport, withheld))},
+      {"max_stretch", Number::Float64, at(offsetof(StepReport, max_stretch))},
+      {"kinetic_energy", Number::Float64, at(offsetof(StepReport, kinetic_energy))},
+      {"membrane_energy", Number::Float64, at(offsetof(StepReport, membrane_energy))},
+      {"bending_energy", Number::Float64, at(offsetof(StepReport, bending_energy))},
+      {"gravity_energy", Number::Float64, at(offsetof(StepReport, gravity_energy))},
+      {"contact_energy", Number::Float64, at(offsetof(StepReport, contact_energy))}};
+  for (std::size_t stage = 0; stage < stage_names.size(); ++stage)
+    columns.push_back({std::string("seconds_") + stage_names[stage], Number::Float64,
+                       at(offsetof(StepReport, seconds) + stage * sizeof(double))});
+  return columns;
+}
+
+inline RowFormat report_format() { return {.columns = report_columns(), .bytes = sizeof(StepReport)}; }
+
+inline RowFormat frame_format() {
+  auto columns = report_columns(offsetof(FrameRow, report));
+  columns.insert(columns.begin(), {"frame_step", Number::Int64, offsetof(FrameRow, step)});
+  return {.columns = columns, .bytes = sizeof(FrameRow)};
+}
+
+}  // namespace loomstone::frame_layout

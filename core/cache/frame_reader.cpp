@@ -1,0 +1,161 @@
+#include <algorithm>
+#include <optional>
+#include <sys/stat.h>
+
+#include "core/base/error.h"
+#include "core/cache/frame_file.h"
+#include "core/cache/frame_layout.h"
+#include "core/cache/polydata_file.h"
+
+namespace loomstone {
+
+using namespace frame_layout;
+
+namespace {
+
+// Opens a file only if it is one of ours, of the expected kind, and not from the future.
+Hdf5File open_ours(const std::string& path, const std::string& kind) {
+  Hdf5File file = Hdf5File::open(path);
+  if (!file.has_attribute(group, "format") || !file.has_attribute(group, "kind"))
+    throw CacheError(path + ": is HDF5 but not a loomstone cache; give a file that loomstone wrote.");
+  const std::int64_t found = file.attribute(group, "format");
+  if (found > format)
+    throw CacheError(path + ": written by a newer version (file format " + std::to_string(found) +
+                     ", this build reads up to " + std::to_string(format) + "); update loomstone.");
+  if (const std::string found_kind = file.text_attribute(group, "kind"); found_kind != kind)
+    throw CacheError(path + ": must be a loomstone file of kind '" + kind + "', got '" + found_kind + "'.");
+  return file;
+}
+
+std::string read_text(const Hdf5File& file, const std::string& name) {
+  const auto bytes = file.read_array<std::uint8_t>(group + "/" + name);
+  return {bytes.begin(), bytes.end()};
+}
+
+std::vector<std::string> read_names(const Hdf5File& file) {
+  std::vector<std::string> names(file.children(group + "/names").size());
+  for (std::size_t i = 0; i < names.size(); ++i) names[i] = read_text(file, "names/" + std::to_string(i));
+  return names;
+}
+
+bool is_directory(const std::string& path) {
+  struct stat status = {};
+  return stat(path.c_str(), &status) == 0 && S_ISDIR(status.st_mode);
+}
+
+std::string directory_of(const std::string& path) {
+  if (is_directory(path)) return path;
+  const std::size_t slash = path.rfind('/');
+  return slash == std::string::npos ? "." : path.substr(0, slash);
+}
+
+void check_group_numbers(const Hdf5File& file, const std::vector<Index>& groups, std::size_t n_names) {
+  for (Index number : groups)
+    if (number < 0 || static_cast<std::size_t>(number) >= n_names)
+      throw CacheError(file.name() + ": the file is damaged: it names cloth or body " + std::to_string(number) +
+                       " of " + std::to_string(n_names) + ".");
+}
+
+}  // namespace
+
+struct FrameReader::Data {
+  Hdf5File run_file;
+  PolyDataReader run;
+  std::optional<Hdf5File> bodies_file;
+  std::optional<PolyDataReader> bodies;
+  FrameTopology topology;
+  std::string metadata;
+  std::vector<double> times;
+
+  Data(const std::string& run_path, const std::string& bodies_path)
+      : run_file(open_ours(run_path, run_kind)), run(run_file), times(run.times()) {
+    read_cloth();
+    metadata = read_text(run_file, "metadata");
+    if (run_file.attribute(group, "has_bodies")) {
+      bodies_file = open_ours(bodies_path, bodies_kind);
+      bodies.emplace(*bodies_file);
+      read_bodies();
+    }
+  }
+
+  void read_cloth() {
+    const std::int64_t n_triangles = run.triangles().rows();
+    topology.triangles = run.triangles();
+    topology.cloth_names = read_names(run_file);
+    topology.cloth_of_vertex = run.constant_indices("PointData/cloth", run.n_points());
+    topology.cloth_of_triangle = run.constant_indices("CellData/cloth", n_triangles);
+    const auto uv = run.constant_numbers("CellData/uv", n_triangles, 6);
+    topology.corner_uv = Eigen::Map<const Points2>(uv.data(), 3 * n_triangles, 2);
+    check_group_numbers(run_file, topology.cloth_of_vertex, topology.cloth_names.size());
+    check_group_numbers(run_file, topology.cloth_of_triangle, topology.cloth_names.size());
+  }
+
+  void read_bodies() {
+    topology.body_triangles = bodies->triangles();
+    topology.body_names = read_names(*bodies_file);
+    topology.body_of_vertex = bodies->constant_indices("PointData/body", bodies->n_points());
+    topology.body_of_triangle = bodies->constant_indices("CellData/body", bodies->triangles().rows());
+    topology.body_is_floor = bodies_file->read_array<std::uint8_t>(group + "/is_floor");
+    check_group_numbers(*bodies_file, topology.body_of_vertex, topology.body_names.size());
+    check_group_numbers(*bodies_file, topology.body_of_triangle, topology.body_names.size());
+    if (topology.body_is_floor.size() != topology.body_names.size())
+      throw CacheError(bodies_file->name() + ": the file is damaged: is_floor has the wrong length.");
+    // A killed process may leave the bodies a frame ahead; frames that both have must be of the same run.
+    times.resize(std::min(times.size(), bodies->times().size()));
+    if (!std::equal(times.begin(), times.end(), bodies->times().begin()))
+      throw CacheError(bodies_file->name() + ": belongs to another run than " + run_file.name() +
+                       "; keep the two files of a run together.");
+  }
+};
+
+FrameReader::~FrameReader() = default;
+FrameReader::FrameReader(FrameReader&&) noexcept = default;
+FrameReader& FrameReader::operator=(FrameReader&&) noexcept = default;
+
+FrameReader::FrameReader(const std::string& path) {
+  const std::string directory = directory_of(path);
+  const std::string run_path = is_directory(path) ? path + "/" + run_file : path;
+  data_ = std::make_unique<Data>(run_path, directory + "/" + bodies_file);
+}
+
+int FrameReader::n_frames() const { return static_cast<int>(data_->times.size()); }
+const FrameTopology& FrameReader::topology() const { return data_->topology; }
+const std::string& FrameReader::metadata() const { return data_->metadata; }
+const std::vector<double>& FrameReader::times() const { return data_->times; }
+
+Frame FrameReader::frame(int index) const {
+  if (index < 0 || index >= n_frames())
+    throw InvalidInput("frame index must be in [0, " + std::to_string(n_frames()) + "), got " +
+                       std::to_string(index) + " of " + data_->run_file.name() + ".");
+  const PolyDataReader& run = data_->run;
+  const std::int64_t n_vertices = run.n_points(), n_triangles = run.triangles().rows();
+  Frame frame;
+  frame.time = data_->times[static_cast<std::size_t>(index)];
+  frame.positions = run.points(index);
+  frame.velocities.resize(n_vertices, 3);
+  frame.contact.resize(static_cast<std::size_t>(n_vertices));
+  frame.strain.resize(n_triangles, 3);
+  frame.stretch.resize(n_triangles);
+  run.read("PointData/velocity", Number::Float64, 3, n_vertices, index, frame.velocities.data());
+  run.read("PointData/contact", Number::UInt8, 1, n_vertices, index, frame.contact.data());
+  run.read("CellData/strain", Number::Float64, 3, n_triangles, index, frame.strain.data());
+  run.read("CellData/stretch", Number::Float64, 1, n_triangles, index, frame.stretch.data());
+  frame.body_positions = data_->bodies ? data_->bodies->points(index) : Points(0, 3);
+  FrameRow row;
+  data_->run_file.open_rows(group + "/frames", frame_format()).read(index, 1, &row);
+  frame.step = row.step;
+  frame.report = row.report;
+  return frame;
+}
+
+std::vector<StepReport> FrameReader::reports() const {
+  const Hdf5Rows rows = data_->run_file.open_rows(group + "/reports", report_format());
+  const std::int64_t count = data_->run_file.attribute(group, "n_reports");
+  if (count < 0 || count > rows.size())
+    throw CacheError(data_->run_file.name() + ": the file is damaged: it has fewer reports than it says.");
+  std::vector<StepReport> reports(static_cast<std::size_t>(count));
+  rows.read(0, count, reports.data());
+  return reports;
+}
+
+}  // namespace loomstone

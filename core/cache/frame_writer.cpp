@@ -1,0 +1,227 @@
+#include <array>
+#include <cstdio>
+#include <optional>
+#include <sys/stat.h>
+
+#include "core/base/error.h"
+#include "core/cache/frame_file.h"
+#include "core/cache/frame_layout.h"
+#include "core/cache/polydata_file.h"
+
+namespace loomstone {
+
+using namespace frame_layout;
+
+namespace {
+
+constexpr std::int64_t table_block = 1024;  // rows
+
+void write_bytes(Hdf5File& file, const std::string& name, const void* bytes, std::size_t count) {
+  file.write_array(group + "/" + name, Number::UInt8, {static_cast<std::int64_t>(count)}, bytes);
+}
+
+// The group that says whose file this is; names one a line.
+void write_description(Hdf5File& file, const std::string& kind, const std::vector<std::string>& names) {
+  file.create_group(group);
+  file.write_attribute(group, "format", std::array<std::int64_t, 1>{format});
+  file.write_text_attribute(group, "kind", kind);
+  file.create_group(group + "/names");
+  for (std::size_t i = 0; i < names.size(); ++i)
+    write_bytes(file, "names/" + std::to_string(i), names[i].data(), names[i].size());
+}
+
+void check_rows(const char* name, Eigen::Index rows, Eigen::Index expected, int columns) {
+  if (rows == expected) return;
+  throw InvalidInput("frame." + std::string(name) + " must have " + std::to_string(expected) + " rows of " +
+                     std::to_string(columns) + " as the topology says, got " + std::to_string(rows) +
+                     "; write frames of one run only.");
+}
+
+void check_topology(const FrameTopology& topology) {
+  const auto check = [](const char* name, Eigen::Index length, Eigen::Index expected) {
+    if (length != expected)
+      throw InvalidInput("topology." + std::string(name) + " must have " + std::to_string(expected) + " entries, got " +
+                         std::to_string(length) + ".");
+  };
+  check("corner_uv", topology.corner_uv.rows(), topology.triangles.size());
+  check("cloth_of_triangle", static_cast<Eigen::Index>(topology.cloth_of_triangle.size()), topology.triangles.rows());
+  check("body_of_triangle", static_cast<Eigen::Index>(topology.body_of_triangle.size()),
+        topology.body_triangles.rows());
+  check("body_is_floor", static_cast<Eigen::Index>(topology.body_is_floor.size()),
+        static_cast<Eigen::Index>(topology.body_names.size()));
+}
+
+PolyDataWriter create_run(const std::string& path, const FrameTopology& topology, const std::string& metadata) {
+  const std::vector<PolyDataField> on_points = {{"velocity", Number::Float64, 3},
+                                                {"contact", Number::UInt8, 1},
+                                                {"cloth", Number::Int32, 1, topology.cloth_of_vertex.data()}};
+  const std::vector<PolyDataField> on_cells = {{"strain", Number::Float64, 3},
+                                               {"stretch", Number::Float64, 1},
+                                               {"cloth", Number::Int32, 1, topology.cloth_of_triangle.data()},
+                                               {"uv", Number::Float64, 6, topology.corner_uv.data()}};
+  const auto n_vertices = static_cast<std::int64_t>(topology.cloth_of_vertex.size());
+  PolyDataWriter writer(path, n_vertices, topology.triangles, on_points, on_cells);
+  write_description(writer.file(), run_kind, topology.cloth_names);
+  const std::int64_t has_bodies = !topology.body_names.empty();
+  writer.file().write_attribute(group, "has_bodies", {&has_bodies, 1});
+  writer.file().write_attribute(group, "n_reports", std::array<std::int64_t, 1>{0});
+  write_bytes(writer.file(), "metadata", metadata.data(), metadata.size());
+  return writer;
+}
+
+PolyDataWriter create_bodies(const std::string& path, const FrameTopology& topology) {
+  const auto n_vertices = static_cast<std::int64_t>(topology.body_of_vertex.size());
+  PolyDataWriter writer(path, n_vertices, topology.body_triangles,
+                        {{"body", Number::Int32, 1, topology.body_of_vertex.data()}},
+                        {{"body", Number::Int32, 1, topology.body_of_triangle.data()}});
+  write_description(writer.file(), bodies_kind, topology.body_names);
+  write_bytes(writer.file(), "is_floor", topology.body_is_floor.data(), topology.body_is_floor.size());
+  return writer;
+}
+
+}  // namespace
+
+struct FrameWriter::Data {
+  std::string directory;
+  PolyDataWriter run;
+  std::optional<PolyDataWriter> bodies;
+  Hdf5Rows frame_rows, report_rows;
+  Eigen::Index n_vertices, n_triangles, n_body_vertices;
+  std::int64_t n_frames = 0, n_reports = 0;
+  std::vector<StepReport> pending;  // recorded, not yet in the file
+
+  // Creates both files under other names; publish() puts them in place.
+  Data(const std::string& into, const FrameTopology& topology, const std::string& metadata)
+      : directory(into), run(create_run(into + "/" + run_file + ".part", topology, metadata)) {
+    if (!topology.body_names.empty()) bodies = create_bodies(into + "/" + bodies_file + ".part", topology);
+    frame_rows = run.file().create_rows(group + "/frames", frame_format(), table_block);
+    report_rows = run.file().create_rows(group + "/reports", report_format(), table_block);
+    n_vertices = static_cast<Eigen::Index>(topology.cloth_of_vertex.size());
+    n_triangles = topology.triangles.rows();
+    n_body_vertices = static_cast<Eigen::Index>(topology.body_of_vertex.size());
+  }
+
+  void flush() {
+    if (bodies) bodies->file().flush();
+    run.file().flush();
+  }
+
+  // The bodies go first: should the process die in between, the pair still belongs together as long as the old run
+  // file is gone or, when continuing a run, has the same frames.
+  void publish(bool same_run) {
+    const std::string run_path = directory + "/" + run_file, bodies_path = directory + "/" + bodies_file;
+    flush();
+    if (!same_run) std::remove(run_path.c_str());
+    if (bodies)
+      bodies->file().rename_to(bodies_path);
+    else
+      std::remove(bodies_path.c_str());
+    run.file().rename_to(run_path);
+  }
+
+  void check(const Frame& frame) const {
+    check_rows("positions", frame.positions.rows(), n_vertices, 3);
+    check_rows("velocities", frame.velocities.rows(), n_vertices, 3);
+    check_rows("contact", static_cast<Eigen::Index>(frame.contact.size()), n_vertices, 1);
+    check_rows("strain", frame.strain.rows(), n_triangles, 3);
+    check_rows("stretch", frame.stretch.rows(), n_triangles, 1);
+    check_rows("body_positions", frame.body_positions.rows(), n_body_vertices, 3);
+  }
+
+  void stage(const Frame& frame) {
+    if (bodies) bodies->stage(n_frames, frame.body_positions, {}, {});
+    run.stage(n_frames, frame.positions, {frame.velocities.data(), frame.contact.data()},
+              {frame.strain.data(), frame.stretch.data()});
+    const FrameRow row{frame.step, frame.report};
+    frame_rows.resize(n_frames + 1);
+    frame_rows.write(n_frames, 1, &row);
+  }
+
+  void stage_reports() {
+    if (pending.empty()) return;
+    const auto count = static_cast<std::int64_t>(pending.size());
+    report_rows.resize(n_reports + count);
+    report_rows.write(n_reports, count, pending.data());
+  }
+
+  // Bodies first: they may be one frame ahead of the run, never behind.
+  void commit(const Frame& frame) {
+    if (bodies) {
+      bodies->commit(n_frames, frame.time);
+      bodies->file().flush();
+    }
+    run.commit(n_frames, frame.time);
+  }
+
+  void commit_reports() {
+    if (pending.empty()) return;
+    const auto count = static_cast<std::int64_t>(pending.size());
+    run.file().update_attribute(group, "n_reports", n_reports + count);
+  }
+
+  void reports_are_written() {
+    n_reports += static_cast<std::int64_t>(pending.size());
+    pending.clear();
+  }
+};
+
+FrameWriter::FrameWriter() = default;
+FrameWriter::~FrameWriter() = default;
+FrameWriter::FrameWriter(FrameWriter&&) noexcept = default;
+FrameWriter& FrameWriter::operator=(FrameWriter&&) noexcept = default;
+
+FrameWriter::FrameWriter(const std::string& directory, const FrameTopology& topology, const std::string& metadata) {
+  check_topology(topology);
+  data_ = std::make_unique<Data>(directory, topology, metadata);
+  data_->publish(false);
+}
+
+// Continuing in place would mean to trust the free space of a file whose writer was killed. Copying costs a moment,
+// trusts only whole frames, and leaves the old files until the new ones are complete.
+FrameWriter FrameWriter::reopen(const std::string& directory, double after_time) {
+  const FrameReader old(directory);
+  FrameWriter writer;
+  writer.data_ = std::make_unique<Data>(directory, old.topology(), old.metadata());
+  Data& data = *writer.data_;
+  for (int index = 0; index < old.n_frames() && old.times()[static_cast<std::size_t>(index)] <= after_time; ++index) {
+    const Frame frame = old.frame(index);
+    data.stage(frame);
+    data.commit(frame);
+    ++data.n_frames;
+  }
+  for (const StepReport& report : old.reports())
+    if (report.time <= after_time) data.pending.push_back(report);
+  data.stage_reports();
+  data.commit_reports();
+  data.reports_are_written();
+  data.publish(true);
+  return writer;
+}
+
+void FrameWriter::write(const Frame& frame) {
+  Data& data = *data_;
+  data.check(frame);
+  data.stage(frame);
+  data.stage_reports();
+  data.flush();
+  data.commit(frame);
+  data.commit_reports();
+  data.run.file().flush();
+  ++data.n_frames;
+  data.reports_are_written();
+}
+
+void FrameWriter::record(const StepReport& report) { data_->pending.push_back(report); }
+
+void FrameWriter::flush() {
+  Data& data = *data_;
+  data.stage_reports();
+  data.run.file().flush();
+  data.commit_reports();
+  data.run.file().flush();
+  data.reports_are_written();
+}
+
+int FrameWriter::n_frames() const { return static_cast<int>(data_->n_frames); }
+
+}  // namespace loomstone

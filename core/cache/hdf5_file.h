@@ -1,0 +1,117 @@
+// A thin owner of HDF5 files and datasets. The only header of the cache that stands for HDF5, and it shows none of it.
+// Every failure becomes a CacheError with the file's name, what was tried and the cause HDF5 or the system gave.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace loomstone {
+
+enum class Number { UInt8, Int32, Int64, Float64 };
+
+template <class T>
+Number number_of();
+template <>
+inline Number number_of<std::uint8_t>() { return Number::UInt8; }
+template <>
+inline Number number_of<std::int32_t>() { return Number::Int32; }
+template <>
+inline Number number_of<std::int64_t>() { return Number::Int64; }
+template <>
+inline Number number_of<double>() { return Number::Float64; }
+
+// One named column of a table whose rows are structs.
+struct Column {
+  std::string name;
+  Number type;
+  std::size_t offset;  // in the struct [bytes]
+};
+
+// What one row holds: `components` numbers, or the columns of a struct of `bytes` bytes.
+struct RowFormat {
+  Number type = Number::Float64;
+  int components = 1;
+  std::vector<Column> columns = {};
+  std::size_t bytes = 0;  // of a struct; unused without columns
+};
+
+// A dataset of rows that can grow. Rows are addressed by number; buffers hold whole rows, tightly packed.
+class Hdf5Rows {
+ public:
+  Hdf5Rows() = default;
+  Hdf5Rows(Hdf5Rows&& other) noexcept;
+  Hdf5Rows& operator=(Hdf5Rows&& other) noexcept;
+  ~Hdf5Rows();
+  std::int64_t size() const;
+  void resize(std::int64_t rows);
+  void write(std::int64_t first, std::int64_t count, const void* rows);
+  void read(std::int64_t first, std::int64_t count, void* rows) const;
+
+ private:
+  friend class Hdf5File;
+  std::int64_t dataset_ = -1, memory_type_ = -1;
+  int components_ = 1;
+  std::string name_;  // file and path within, for messages
+};
+
+class Hdf5File {
+ public:
+  static Hdf5File create(const std::string& path);  // replaces what is there
+  static Hdf5File create_in_memory(const std::string& name);
+  static Hdf5File open(const std::string& path);  // to read, also while another process writes
+  static Hdf5File open_image(std::span<const unsigned char> bytes, const std::string& name);
+  Hdf5File(Hdf5File&& other) noexcept;
+  Hdf5File& operator=(Hdf5File&& other) noexcept;
+  ~Hdf5File();
+
+  const std::string& name() const { return name_; }
+  void rename_to(const std::string& path);  // moves the open file; syncs nothing
+  void flush();                             // what was written so far becomes visible to others
+  void close();                             // throws if the last bytes could not be written
+  std::vector<unsigned char> image();       // of a file in memory, as it would be on disk
+
+  void create_group(const std::string& path);
+  bool has(const std::string& path) const;
+  std::vector<std::string> children(const std::string& group) const;  // sorted by name
+
+  // Attributes of a group or dataset.
+  void write_text_attribute(const std::string& object, const std::string& name, const std::string& text);
+  void write_attribute(const std::string& object, const std::string& name, std::span<const std::int64_t> values);
+  void update_attribute(const std::string& object, const std::string& name, std::int64_t value);
+  bool has_attribute(const std::string& object, const std::string& name) const;
+  std::string text_attribute(const std::string& object, const std::string& name) const;
+  std::int64_t attribute(const std::string& object, const std::string& name) const;
+
+  // Arrays of fixed shape ({} for a single number).
+  void write_array(const std::string& path, Number type, const std::vector<std::int64_t>& shape, const void* values);
+  template <class T>
+  std::vector<T> read_array(const std::string& path, std::vector<std::int64_t>* shape = nullptr) const;
+
+  // Growing datasets, stored in blocks of `block_rows` rows that are set aside as a whole.
+  Hdf5Rows create_rows(const std::string& path, const RowFormat& format, std::int64_t block_rows);
+  Hdf5Rows open_rows(const std::string& path, const RowFormat& format) const;
+
+ private:
+  Hdf5File(std::int64_t file, std::string name);
+  std::int64_t open_to_read_array(const std::string& path, Number type, std::vector<std::int64_t>& shape) const;
+  void finish_reading_array(std::int64_t dataset, const std::string& path, Number type, void* values) const;
+  std::int64_t file_ = -1;
+  std::string name_;
+};
+
+template <class T>
+std::vector<T> Hdf5File::read_array(const std::string& path, std::vector<std::int64_t>* shape) const {
+  std::vector<std::int64_t> found;
+  const std::int64_t dataset = open_to_read_array(path, number_of<T>(), found);
+  std::size_t count = 1;
+  for (std::int64_t length : found) count *= static_cast<std::size_t>(length);
+  std::vector<T> values(count);
+  finish_reading_array(dataset, path, number_of<T>(), values.data());
+  if (shape) *shape = found;
+  return values;
+}
+
+}  // namespace loomstone

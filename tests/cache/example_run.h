@@ -1,0 +1,38 @@
+// A small made-up run whose every number follows from frame and row, so that any part of a file can be checked alone.
+#pragma once
+
+#include <string>
+
+#include "core/base/frame.h"
+#include "core/cache/frame_file.h"
+
+namespace loomstone::testing {
+
+// A fresh directory, removed with its content when the test ends.
+class TemporaryDirectory {
+ public:
+  TemporaryDirectory();
+  TemporaryDirectory(const TemporaryDirectory&) = delete;
+  ~TemporaryDirectory();
+  const std::string& path() const { return path_; }
+  std::string operator/(const std::string& name) const { return path_ + "/" + name; }
+
+ private:
+  std::string path_;
+};
+
+// Two cloths of side x side vertices each, end to end; with bodies also a tetrahedron and a floor.
+FrameTopology example_topology(int side, bool with_bodies);
+Frame example_frame(const FrameTopology& topology, int index);
+StepReport example_report(std::int64_t step);
+inline constexpr int steps_per_frame = 4;
+
+// Frame `index` with the reports of the steps before it.
+void write_example(FrameWriter& writer, const FrameTopology& topology, int index);
+
+// Bit for bit.
+bool same(const FrameTopology& a, const FrameTopology& b);
+bool same(const Frame& a, const Frame& b);
+bool same(const StepReport& a, const StepReport& b);
+
+}  // namespace loomstone::testing

@@ -1,0 +1,34 @@
+#include <catch2/catch.hpp>
+
+#include <limits>
+
+#include "core/base/error.h"
+#include "example_run.h"
+
+using namespace loomstone;
+using namespace loomstone::testing;
+
+TEST_CASE("a run is read back bit for bit, with and without bodies") {
+  const bool with_bodies = GENERATE(false, true);
+  const TemporaryDirectory directory;
+  const FrameTopology topology = example_topology(5, with_bodies);
+  const std::string metadata = "{\"scene\": \"two cloths\"}";
+  const int n_frames = 40;  // more than two of the blocks that are set aside at once
+  {
+    FrameWriter writer(directory.path(), topology, metadata);
+    for (int index = 0; index < n_frames; ++index) write_example(writer, topology, index);
+    CHECK(writer.n_frames() == n_frames);
+  }
+  const FrameReader reader(directory.path());
+  CHECK(reader.n_frames() == n_frames);
+  CHECK(reader.metadata() == metadata);
+  CHECK(same(reader.topology(), topology));
+  for (int index = 0; index < n_frames; ++index) {
+    CHECK(same(reader.frame(index), example_frame(topology, index)));
+    CHECK(reader.times()[static_cast<std::size_t>(index)] == example_frame(topology, index).time);
+  }
+  const auto reports = reader.reports();
+  REQUIRE(reports.size() == (n_frames - 1) * steps_per_frame);
+  for (std::size_t i = 0; i < reports.size(); ++i)
+    CHECK(same(reports[i], example_report(static_cast<std::int64_t>(i) + 1)));
+}
