@@ -30,6 +30,8 @@ class Communicator {
     std::size_t bytes;
   };
   virtual void exchange(const std::vector<Message>& to, const std::vector<Message>& from) const = 0;
+  // Ends all ranks at once, for an error that only one of them met (else the others would wait for ever).
+  [[noreturn]] virtual void abort(int code) const = 0;
 };
 
 // One rank, no MPI.

@@ -4,6 +4,7 @@
 // arrays exist anyway, and row numbers mean the same everywhere.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <vector>
 
@@ -48,6 +49,7 @@ class RowLayout {
 
  private:
   std::vector<Index> starts_;
+  std::vector<std::size_t> sum_offsets_;  // of each rank's block sums [byte]
   std::shared_ptr<const Communicator> communicator_;
 };
 

@@ -1,0 +1,145 @@
+// Ranks by MPI: the only file that includes mpi.h, built as a plug-in of its own.
+#include <mpi.h>
+
+#include <algorithm>
+#include <climits>
+#include <cstdlib>
+
+#include "core/parallel/mpi_plugin.h"
+
+namespace loomstone {
+
+namespace {
+
+constexpr int exchange_tag = 4711;
+constexpr std::size_t largest_message = std::size_t{1} << 30;  // [byte] MPI counts are ints
+
+bool finalised() {
+  int flag = 0;
+  MPI_Finalized(&flag);
+  return flag != 0;
+}
+
+void finalise_at_exit() {
+  if (!finalised()) MPI_Finalize();
+}
+
+class MpiCommunicator final : public Communicator {
+ public:
+  explicit MpiCommunicator(MPI_Comm original) {
+    MPI_Comm_dup(original, &comm_);
+    MPI_Comm_rank(comm_, &rank_);
+    MPI_Comm_size(comm_, &size_);
+  }
+  ~MpiCommunicator() override {
+    if (!finalised()) MPI_Comm_free(&comm_);
+  }
+  MpiCommunicator(const MpiCommunicator&) = delete;
+  MpiCommunicator& operator=(const MpiCommunicator&) = delete;
+
+  int rank() const override { return rank_; }
+  int size() const override { return size_; }
+  void barrier() const override { MPI_Barrier(comm_); }
+
+  std::int64_t maximum(std::int64_t value) const override {
+    std::int64_t largest = value;
+    MPI_Allreduce(&value, &largest, 1, MPI_INT64_T, MPI_MAX, comm_);
+    return largest;
+  }
+
+  void broadcast(void* data, std::size_t bytes, int root) const override {
+    char* next = static_cast<char*>(data);
+    while (bytes > 0) {
+      const std::size_t part = std::min(bytes, largest_message);
+      MPI_Bcast(next, static_cast<int>(part), MPI_BYTE, root, comm_);
+      next += part;
+      bytes -= part;
+    }
+  }
+
+  void gather_all(void* data, const std::vector<std::size_t>& byte_offsets) const override {
+    if (byte_offsets.back() > largest_message) {
+      for (int root = 0; root < size_; ++root)
+        broadcast(static_cast<char*>(data) + byte_offsets[root], byte_offsets[root + 1] - byte_offsets[root], root);
+      return;
+    }
+    counts_.resize(size_);
+    displacements_.resize(size_);
+    for (int other = 0; other < size_; ++other) {
+      displacements_[other] = static_cast<int>(byte_offsets[other]);
+      counts_[other] = static_cast<int>(byte_offsets[other + 1] - byte_offsets[other]);
+    }
+    MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_BYTE, data, counts_.data(), displacements_.data(), MPI_BYTE, comm_);
+  }
+
+  void exchange(const std::vector<Message>& to, const std::vector<Message>& from) const override {
+    requests_.clear();
+    for (const Message& message : from)
+      in_parts(message, [&](void* data, int bytes) {
+        MPI_Irecv(data, bytes, MPI_BYTE, message.rank, exchange_tag, comm_, &requests_.emplace_back());
+      });
+    for (const Message& message : to)
+      in_parts(message, [&](void* data, int bytes) {
+        MPI_Isend(data, bytes, MPI_BYTE, message.rank, exchange_tag, comm_, &requests_.emplace_back());
+      });
+    MPI_Waitall(static_cast<int>(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE);
+  }
+
+  void abort(int code) const override {
+    MPI_Abort(comm_, code);
+    std::_Exit(code);
+  }
+
+ private:
+  template <class Send>
+  static void in_parts(const Message& message, Send&& send) {
+    char* next = static_cast<char*>(message.data);
+    for (std::size_t left = message.bytes; left > 0;) {
+      const std::size_t part = std::min(left, largest_message);
+      send(next, static_cast<int>(part));
+      next += part;
+      left -= part;
+    }
+  }
+
+  MPI_Comm comm_ = MPI_COMM_NULL;
+  int rank_ = 0, size_ = 1;
+  mutable std::vector<int> counts_, displacements_;   // scratch, kept to spare allocations
+  mutable std::vector<MPI_Request> requests_;
+};
+
+}  // namespace
+
+}  // namespace loomstone
+
+extern "C" const loomstone::Communicator* loomstone_make_communicator_1(int fortran_handle, const char** problem) {
+  using namespace loomstone;
+  int initialised = 0;
+  MPI_Initialized(&initialised);
+  if (finalised()) {
+    *problem = "MPI must not be finalised before a simulation starts; create the simulation earlier";
+    return nullptr;
+  }
+  if (!initialised) {
+    if (fortran_handle != -1) {
+      *problem = "a communicator was given but MPI is not initialised; initialise it first (import mpi4py.MPI)";
+      return nullptr;
+    }
+    // Only the thread that steps the simulation calls MPI.
+    int provided = MPI_THREAD_SINGLE;
+    MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);
+    std::atexit(finalise_at_exit);
+  }
+  int provided = MPI_THREAD_SINGLE;
+  MPI_Query_thread(&provided);
+  if (provided < MPI_THREAD_FUNNELED) {
+    *problem = "MPI must be initialised for threads (MPI_THREAD_FUNNELED at least), got MPI_THREAD_SINGLE";
+    return nullptr;
+  }
+  const MPI_Comm original = fortran_handle == -1 ? MPI_COMM_WORLD : MPI_Comm_f2c(fortran_handle);
+  if (original == MPI_COMM_NULL || original == MPI_Comm{}) {
+    *problem = "the communicator must be a valid MPI communicator; pass mpi4py's comm.py2f()";
+    return nullptr;
+  }
+  return new MpiCommunicator(original);
+}

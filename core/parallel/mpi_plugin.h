@@ -1,0 +1,14 @@
+// The only symbol of the plug-in libloomstone_mpi.so.
+#pragma once
+
+#include "core/parallel/communicator.h"
+
+extern "C" {
+// A new communicator that duplicates `fortran_handle` (-1: the world); null with a sentence in *problem where that fails.
+using LoomstoneMakeCommunicator = const loomstone::Communicator* (*)(int fortran_handle, const char** problem);
+}
+
+namespace loomstone {
+inline constexpr const char* mpi_plugin_file = "libloomstone_mpi.so";
+inline constexpr const char* mpi_plugin_symbol = "loomstone_make_communicator_1";
+}  // namespace loomstone

@@ -1,0 +1,49 @@
+// Threads of this process: how many it may use, and whether it may still use them after a fork.
+#include "core/parallel/team.h"
+
+#include <atomic>
+
+#include <omp.h>
+#include <pthread.h>
+#include <sched.h>
+
+#include "core/base/error.h"
+#include "core/parallel/nested_regions.h"
+
+namespace loomstone {
+
+namespace {
+
+std::atomic<bool> region_has_run{false};
+std::atomic<bool> forked_after_region{false};
+
+// libgomp's pool of threads does not survive a fork, and the child's first region waits for it for ever.
+void in_forked_child() {
+  if (region_has_run.load(std::memory_order_relaxed)) forked_after_region.store(true, std::memory_order_relaxed);
+}
+
+}  // namespace
+
+int default_thread_count() {
+  cpu_set_t allowed;
+  CPU_ZERO(&allowed);
+  if (sched_getaffinity(0, sizeof allowed, &allowed) == 0 && CPU_COUNT(&allowed) > 0) return CPU_COUNT(&allowed);
+  return std::max(1, omp_get_num_procs());
+}
+
+void check_not_forked() {
+  if (!region_has_run.load(std::memory_order_relaxed)) {
+    static const int registered = pthread_atfork(nullptr, nullptr, in_forked_child);
+    static_cast<void>(registered);
+    region_has_run.store(true, std::memory_order_relaxed);
+  }
+  if (forked_after_region.load(std::memory_order_relaxed))
+    throw Unsupported(
+        "a forked process cannot run parallel loops, got a fork after the parent had run one; start processes by "
+        "\"spawn\" or use threads=1");
+}
+
+NoNestedRegions::NoNestedRegions() : levels_(omp_get_max_active_levels()) { omp_set_max_active_levels(0); }
+NoNestedRegions::~NoNestedRegions() { omp_set_max_active_levels(levels_); }
+
+}  // namespace loomstone

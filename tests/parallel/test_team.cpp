@@ -1,0 +1,65 @@
+#include <catch2/catch.hpp>
+
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cmath>
+#include <cstring>
+
+#include "core/base/error.h"
+#include "core/parallel/nested_regions.h"
+#include "core/parallel/team.h"
+
+using namespace loomstone;
+
+TEST_CASE("a loop visits every index once whatever the number of threads") {
+  for (const int threads : {1, 2, 3, 7})
+    for (const Index n : {0, 1, 511, 512, 513, 5000}) {
+      std::vector<int> visits(n, 0);
+      parallel_for(Team{threads}, n, [&](Index i) { ++visits[i]; }, 100);
+      CHECK(std::count(visits.begin(), visits.end(), 1) == n);
+    }
+}
+
+TEST_CASE("a sum has the same bits on any number of threads") {
+  const auto term = [](Index i) { return std::sin(1.0 * i) / (1.0 + i); };
+  const double one = parallel_sum(Team{1}, 100003, term);
+  for (const int threads : {2, 3, 7}) {
+    const double more = parallel_sum(Team{threads}, 100003, term);
+    CHECK(std::memcmp(&one, &more, sizeof one) == 0);
+  }
+}
+
+TEST_CASE("an exception is carried out of a loop") {
+  for (const int threads : {1, 3})
+    CHECK_THROWS_AS(parallel_for(
+                        Team{threads}, 1000, [](Index i) { if (i == 777) throw InvalidInput("index 777"); }, 10),
+                    InvalidInput);
+}
+
+TEST_CASE("at least one thread is offered") { CHECK(default_thread_count() >= 1); }
+
+TEST_CASE("a child forked after a parallel loop refuses to run one and still runs serial ones") {
+  const auto code_of = [](auto&& body) {
+    const pid_t child = fork();
+    if (child == 0) _exit(body());
+    int status = 0;
+    waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  };
+  const auto loop = [] {
+    try {
+      parallel_for(Team{2}, 1000, [](Index) {}, 10);
+      return 0;
+    } catch (const Unsupported& error) {
+      return std::strstr(error.what(), "spawn") != nullptr ? 1 : 2;
+    }
+  };
+  loop();
+  CHECK(code_of(loop) == 1);
+  CHECK(code_of([] {
+          parallel_for(Team{1}, 1000, [](Index) {}, 10);  // serial loops still run there
+          return 5;
+        }) == 5);
+}
