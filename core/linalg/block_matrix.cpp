@@ -1,0 +1,73 @@
+#include "core/linalg/block_matrix.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include "core/linalg/quad.h"
+
+namespace loomstone {
+
+BlockMatrix::BlockMatrix(Index n_rows, const std::vector<std::pair<Index, Index>>& couplings) {
+  // Both directions and the diagonal, sorted row by row; repeated pairs fall together.
+  std::vector<Index> start(n_rows + 1, 0);
+  for (Index row = 0; row < n_rows; ++row) ++start[row + 1];
+  for (const auto& [i, j] : couplings) {
+    assert(i >= 0 && j >= 0 && i < n_rows && j < n_rows && i != j && "couplings join two different rows");
+    ++start[i + 1], ++start[j + 1];
+  }
+  for (Index row = 0; row < n_rows; ++row) start[row + 1] += start[row];
+  std::vector<Index> all(start.back()), next(start.begin(), start.end() - 1);
+  for (Index row = 0; row < n_rows; ++row) all[next[row]++] = row;
+  for (const auto& [i, j] : couplings) all[next[i]++] = j, all[next[j]++] = i;
+
+  row_start_.assign(1, 0);
+  row_start_.reserve(n_rows + 1);
+  columns_.reserve(all.size());
+  diagonal_.resize(n_rows);
+  for (Index row = 0; row < n_rows; ++row) {
+    const auto begin = all.begin() + start[row];
+    std::sort(begin, all.begin() + start[row + 1]);
+    columns_.insert(columns_.end(), begin, std::unique(begin, all.begin() + start[row + 1]));
+    row_start_.push_back(static_cast<Index>(columns_.size()));
+    diagonal_[row] = find(row, row);
+  }
+  values_.assign(9 * columns_.size() + 3, 0.0);
+}
+
+Index BlockMatrix::find(Index row, Index column) const {
+  const auto begin = columns_.begin() + row_start_[row], end = columns_.begin() + row_start_[row + 1];
+  const auto found = std::lower_bound(begin, end, column);
+  return found != end && *found == column ? static_cast<Index>(found - columns_.begin()) : Index{-1};
+}
+
+void BlockMatrix::set_zero() { std::fill(values_.begin(), values_.end(), 0.0); }
+
+namespace {
+
+// One 4-wide load per block column: the fourth lane holds the next column's first entry and is dropped at the end. Three
+// partial sums, one a column, keep the additions independent.
+LOOMSTONE_CLONES
+void multiply_rows(Index begin, Index end, const Index* row_start, const Index* columns, const double* values,
+                   const double* x, double* y) {
+  for (Index row = begin; row < end; ++row) {
+    Quad sum0{}, sum1{}, sum2{};
+    for (Index k = row_start[row]; k < row_start[row + 1]; ++k) {
+      const double* a = values + 9 * static_cast<std::size_t>(k);
+      const double* v = x + 4 * static_cast<std::size_t>(columns[k]);
+      sum0 += quad_load(a) * v[0];
+      sum1 += quad_load(a + 3) * v[1];
+      sum2 += quad_load(a + 6) * v[2];
+    }
+    Quad sum = (sum0 + sum1) + sum2;
+    sum[3] = 0.0;
+    quad_store(y + 4 * static_cast<std::size_t>(row), sum);
+  }
+}
+
+}  // namespace
+
+void BlockMatrix::multiply(Index begin, Index end, const double* x, double* y) const {
+  multiply_rows(begin, end, row_start_.data(), columns_.data(), values_.data(), x, y);
+}
+
+}  // namespace loomstone

@@ -1,0 +1,21 @@
+// A row of a vector with four doubles a row, the fourth zero, worked at once.
+#pragma once
+
+#include "core/base/simd.h"
+
+namespace loomstone {
+
+typedef double Quad __attribute__((vector_size(32)));
+
+LOOMSTONE_INLINE Quad quad_load(const double* p) {
+  Quad r;
+  __builtin_memcpy(&r, p, sizeof(Quad));
+  return r;
+}
+
+LOOMSTONE_INLINE void quad_store(double* p, const Quad& a) { __builtin_memcpy(p, &a, sizeof(Quad)); }
+
+// Sum of lanes in order.
+LOOMSTONE_INLINE double quad_sum(const Quad& a) { return ((a[0] + a[1]) + a[2]) + a[3]; }
+
+}  // namespace loomstone

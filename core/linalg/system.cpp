@@ -1,0 +1,80 @@
+#include "core/linalg/system.h"
+
+#include <algorithm>
+#include <string>
+
+#include "core/base/error.h"
+
+namespace loomstone {
+
+OwnedBlocks owned_blocks(const RowLayout& layout) {
+  const Index last = (layout.end() + rows_per_block - 1) / rows_per_block;
+  return {std::min(last, layout.begin() / rows_per_block), layout.end() > layout.begin() ? last : layout.begin() / rows_per_block};
+}
+
+void check_system(const LinearSystem& system, const Points& b, const Points& x) {
+  const Index rows = system.layout->n_rows();
+  const Index bodies = system.body_blocks ? static_cast<Index>(system.body_blocks->size()) : 0;
+  const auto require = [&](const char* what, Eigen::Index got) {
+    if (got != rows)
+      throw InvalidInput(std::string("linear system: ") + what + " must have one row for each of the " +
+                         std::to_string(rows) + " rows of the layout, got " + std::to_string(got));
+  };
+  require("matrix and body_blocks together", n_cloth_rows(system) + bodies);
+  require("b", b.rows());
+  require("x", x.rows());
+  if (system.fixed) require("fixed", static_cast<Eigen::Index>(system.fixed->size()));
+}
+
+Mat3 diagonal_block(const LinearSystem& system, const TermRows& terms, Index row) {
+  const Index n_cloth = n_cloth_rows(system);
+  Mat3 block = row < n_cloth ? Mat3(system.matrix->block_map(system.matrix->diagonal()[row]))
+                             : (*system.body_blocks)[row - n_cloth];
+  if (terms.touches(row)) block += terms.diagonal(row);
+  return block;
+}
+
+void multiply_system(const LinearSystem& system, const TermRows& terms, Index begin, Index end, const double* x,
+                     double* y) {
+  const Index n_cloth = n_cloth_rows(system);
+  if (begin < n_cloth) system.matrix->multiply(begin, std::min(end, n_cloth), x, y);
+  for (Index row = std::max(begin, n_cloth); row < end; ++row) {
+    Eigen::Map<Vec4> out(y + 4 * static_cast<std::size_t>(row));
+    out.head<3>().noalias() =
+        (*system.body_blocks)[row - n_cloth] * Eigen::Map<const Vec3>(x + 4 * static_cast<std::size_t>(row));
+    out[3] = 0.0;
+  }
+  if (terms.empty()) return;
+  for (Index row = begin; row < end; ++row)
+    if (terms.touches(row)) terms.add(row, y + 4 * static_cast<std::size_t>(row));
+}
+
+void throw_not_finite(const LinearSystem& system, const Points& b, const Points& x) {
+  const RowLayout& layout = *system.layout;
+  Index bad = layout.n_rows();
+  for (Index row = layout.begin(); row < layout.end() && bad == layout.n_rows(); ++row)
+    if (!b.row(row).allFinite() || !x.row(row).allFinite()) bad = row;
+  const auto first = static_cast<Index>(-layout.communicator().maximum(-static_cast<std::int64_t>(bad)));
+  if (first == layout.n_rows())
+    throw SolverFailure("linear solve: the matrix must be finite, got a product that is not; check the forces and the "
+                        "step size");
+  throw SolverFailure("linear solve: right side and guess must be finite, got NaN or infinity in row " +
+                      std::to_string(first) + "; check the forces on it and the step size");
+}
+
+void refuse_indefinite_row(const LinearSystem& system, Index bad_row) {
+  const Index none = system.layout->n_rows();
+  const std::int64_t mine = bad_row < 0 ? none : bad_row;
+  const auto first = static_cast<Index>(-system.layout->communicator().maximum(-mine));
+  if (first < none)
+    throw SolverFailure("linear solve: the matrix must be positive definite, got a diagonal block that is not in row " +
+                        std::to_string(first) + "; check its mass and reduce the step size");
+}
+
+void throw_indefinite(const char* method, int iteration) {
+  throw SolverFailure(std::string("linear solve: the matrix must be positive definite, got a direction of negative "
+                                  "curvature (") +
+                      method + ", iteration " + std::to_string(iteration) + "); reduce the step size");
+}
+
+}  // namespace loomstone

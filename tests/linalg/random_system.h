@@ -1,0 +1,148 @@
+// A seeded symmetric positive definite system with everything a step may put into it: a grid of cloth rows, bodies,
+// contact terms between far rows and with bodies, fixed rows with prescribed values.
+#pragma once
+
+#include <algorithm>
+#include <memory>
+#include <random>
+#include <vector>
+
+#include "core/linalg/linear_solver.h"
+#include "core/linalg/matrix_halo.h"
+
+namespace loomstone::testing {
+
+struct RandomSystem {
+  BlockMatrix matrix;
+  std::vector<Mat3> body_blocks;
+  ExtraTerms terms;
+  std::vector<std::uint8_t> fixed;
+  std::unique_ptr<RowLayout> layout;
+  Halo halo;
+  Points b, x;
+
+  LinearSystem view() const {
+    LinearSystem system;
+    system.matrix = &matrix;
+    system.body_blocks = &body_blocks;
+    system.terms = &terms;
+    system.term_scale = 0.5;
+    system.fixed = &fixed;
+    system.layout = layout.get();
+    system.halo = &halo;
+    return system;
+  }
+};
+
+class RandomSystemBuilder {
+ public:
+  RandomSystemBuilder(Index side, int n_bodies, int n_terms, std::shared_ptr<const Communicator> communicator)
+      : side_(side), n_cloth_(side * side), n_rows_(n_cloth_ + 2 * n_bodies) {
+    made_.layout = std::make_unique<RowLayout>(n_rows_, std::move(communicator));
+    springs();
+    for (int i = 0; i < 2 * n_bodies; ++i) {
+      const Mat3 root = matrix();
+      made_.body_blocks.push_back(2.0 * Mat3::Identity() + root * root.transpose());
+    }
+    for (int i = 0; i < n_terms; ++i) made_.terms.push_back(term(i));
+    made_.fixed.assign(n_rows_, 0);
+    made_.b.resize(n_rows_, 3);
+    made_.x.setZero(n_rows_, 3);
+    for (Index row = 0; row < n_rows_; ++row) {
+      made_.b.row(row) = vector().transpose();
+      if (row % 37 != 5) continue;
+      made_.fixed[row] = 1;
+      made_.x.row(row) = vector().transpose();
+    }
+    made_.halo = matrix_halo(made_.matrix, *made_.layout);
+  }
+
+  RandomSystem take() { return std::move(made_); }
+
+ private:
+  // Only the generator's integers are the same with every standard library.
+  double number() { return 2.0 * static_cast<double>(random_() >> 8) / 16777216.0 - 1.0; }
+  Vec3 vector() {
+    const double x = number(), y = number(), z = number();
+    return {x, y, z};
+  }
+  Mat3 matrix() {
+    Mat3 m;
+    for (int i = 0; i < 9; ++i) m(i % 3, i / 3) = number();
+    return m;
+  }
+
+  // Mass plus a stiff anisotropic spring along every grid edge and one diagonal.
+  void springs() {
+    std::vector<std::pair<Index, Index>> couplings;
+    for (Index r = 0; r < side_; ++r)
+      for (Index c = 0; c < side_; ++c) {
+        const Index v = r * side_ + c;
+        if (c + 1 < side_) couplings.push_back({v, v + 1});
+        if (r + 1 < side_) couplings.push_back({v, v + side_});
+        if (r + 1 < side_ && c + 1 < side_) couplings.push_back({v, v + side_ + 1});
+      }
+    made_.matrix = BlockMatrix(n_cloth_, couplings);
+    for (Index row = 0; row < n_cloth_; ++row)
+      made_.matrix.block_map(made_.matrix.diagonal()[row]) = Mat3::Identity();
+    for (const auto& [i, j] : couplings) {
+      const Mat3 root = matrix();
+      const Mat3 stiffness = 4.0 * root * root.transpose();
+      for (const Index row : {i, j}) made_.matrix.block_map(made_.matrix.diagonal()[row]) += stiffness;
+      made_.matrix.block_map(made_.matrix.find(i, j)) -= stiffness;
+      made_.matrix.block_map(made_.matrix.find(j, i)) -= stiffness;
+    }
+  }
+
+  ExtraTerm term(int i) {
+    ExtraTerm made;
+    const Mat3 root = matrix();
+    made.hessian = 10.0 * root * root.transpose();
+    std::vector<Index> rows;
+    while (rows.size() < 4) {
+      const Index row = static_cast<Index>(random_() % n_cloth_);
+      if (std::find(rows.begin(), rows.end(), row) == rows.end()) rows.push_back(row);
+    }
+    std::sort(rows.begin(), rows.end());
+    const double weights[4] = {0.25, 0.75, -0.5, -0.5};
+    const bool with_body = i % 3 == 0 && n_rows_ > n_cloth_;
+    for (int e = 0; e < (with_body ? 2 : 4); ++e) add(made, rows[e], false, weights[e]);
+    if (!with_body) return made;
+    const Index body = static_cast<Index>(random_() % ((n_rows_ - n_cloth_) / 2));
+    add(made, n_cloth_ + 2 * body, false, -1.0);
+    add(made, n_cloth_ + 2 * body + 1, true, -1.0);
+    return made;
+  }
+
+  void add(ExtraTerm& term, Index row, bool rotation, double weight) {
+    term.entries[term.n_entries++] = {row, rotation, weight, rotation ? vector() : Vec3(Vec3::Zero())};
+  }
+
+  std::mt19937 random_{7};
+  Index side_, n_cloth_, n_rows_;
+  RandomSystem made_;
+};
+
+inline RandomSystem random_system(Index side, int n_bodies, int n_terms,
+                                  std::shared_ptr<const Communicator> communicator = single_communicator()) {
+  return RandomSystemBuilder(side, n_bodies, n_terms, std::move(communicator)).take();
+}
+
+// The whole matrix, dense (3 rows x 3 rows), put together in the most naive way.
+inline Eigen::MatrixXd dense_matrix(const LinearSystem& system) {
+  const Index rows = system.layout->n_rows(), n_cloth = system.matrix->n_rows();
+  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(3 * rows, 3 * rows);
+  for (Index row = 0; row < n_cloth; ++row)
+    for (Index k = system.matrix->row_start()[row]; k < system.matrix->row_start()[row + 1]; ++k)
+      dense.block<3, 3>(3 * row, 3 * system.matrix->columns()[k]) = system.matrix->block_map(k);
+  for (Index row = n_cloth; row < rows; ++row) dense.block<3, 3>(3 * row, 3 * row) = (*system.body_blocks)[row - n_cloth];
+  for (const ExtraTerm& term : *system.terms) {
+    Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(3, 3 * rows);
+    for (int e = 0; e < term.n_entries; ++e)
+      jacobian.block<3, 3>(0, 3 * term.entries[e].row) += term.entries[e].jacobian();
+    dense += system.term_scale * jacobian.transpose() * term.hessian * jacobian;
+  }
+  return dense;
+}
+
+}  // namespace loomstone::testing

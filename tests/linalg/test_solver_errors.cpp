@@ -1,0 +1,100 @@
+#include <catch2/catch.hpp>
+
+#include <limits>
+
+#include "core/base/error.h"
+#include "tests/linalg/random_system.h"
+
+using namespace loomstone;
+using Catch::Matchers::Contains;
+using testing::random_system;
+using testing::RandomSystem;
+
+namespace {
+
+void solve(const RandomSystem& system, const char* method) {
+  Points x = system.x;
+  make_linear_solver({method, 1e-6, 2000})->solve(Team{1}, system.view(), system.b, x);
+}
+
+// Two of many ranks as seen from one process: nothing may be said to the others.
+class PretendedRanks final : public Communicator {
+ public:
+  int rank() const override { return 0; }
+  int size() const override { return 2; }
+  void barrier() const override { FAIL("a collective call"); }
+  std::int64_t maximum(std::int64_t value) const override { FAIL("a collective call"); return value; }
+  void broadcast(void*, std::size_t, int) const override { FAIL("a collective call"); }
+  void gather_all(void*, const std::vector<std::size_t>&) const override { FAIL("a collective call"); }
+  void exchange(const std::vector<Message>&, const std::vector<Message>&) const override { FAIL("a collective call"); }
+  void abort(int) const override { std::abort(); }
+};
+
+}  // namespace
+
+TEST_CASE("unknown methods and useless options are refused by name") {
+  CHECK_THROWS_WITH(make_linear_solver({"jacobi", 1e-4, 10}),
+                    Contains("\"pcg\", \"gauss-seidel\" or \"direct\"") && Contains("got \"jacobi\""));
+  CHECK_THROWS_AS(make_linear_solver({"jacobi", 1e-4, 10}), InvalidInput);
+  CHECK_THROWS_WITH(make_linear_solver({"pcg", 0.0, 10}), Contains("tolerance must be > 0"));
+  CHECK_THROWS_WITH(make_linear_solver({"pcg", std::nan(""), 10}), Contains("tolerance must be > 0"));
+  CHECK_THROWS_WITH(make_linear_solver({"pcg", 1e-4, 0}), Contains("max_iterations must be >= 1, got 0"));
+}
+
+TEST_CASE("a right side that is not finite is refused with its row") {
+  for (const char* method : {"pcg", "gauss-seidel", "direct"}) {
+    INFO(method);
+    RandomSystem system = random_system(10, 1, 5);
+    system.b(43, 1) = std::numeric_limits<double>::quiet_NaN();
+    CHECK_THROWS_AS(solve(system, method), SolverFailure);
+    CHECK_THROWS_WITH(solve(system, method), Contains("must be finite") && Contains("row 43"));
+  }
+}
+
+TEST_CASE("a matrix that is not finite is refused") {
+  for (const char* method : {"pcg", "gauss-seidel", "direct"}) {
+    INFO(method);
+    RandomSystem system = random_system(10, 0, 0);
+    system.matrix.block_map(system.matrix.find(12, 13))(0, 1) = std::numeric_limits<double>::infinity();
+    system.matrix.block_map(system.matrix.find(13, 12))(1, 0) = std::numeric_limits<double>::infinity();
+    CHECK_THROWS_AS(solve(system, method), SolverFailure);
+  }
+}
+
+TEST_CASE("a diagonal block that is not positive definite is refused with its row") {
+  for (const char* method : {"pcg", "gauss-seidel"}) {
+    INFO(method);
+    RandomSystem system = random_system(10, 0, 0);
+    system.matrix.block_map(system.matrix.diagonal()[31])(2, 2) = -1.0;
+    CHECK_THROWS_AS(solve(system, method), SolverFailure);
+    CHECK_THROWS_WITH(solve(system, method), Contains("positive definite") && Contains("row 31"));
+  }
+}
+
+TEST_CASE("an indefinite matrix with good diagonal blocks is refused") {
+  for (const char* method : {"pcg", "gauss-seidel", "direct"}) {
+    INFO(method);
+    RandomSystem system = random_system(10, 0, 0);
+    for (const auto& [i, j] : {std::pair<Index, Index>{40, 41}, {41, 40}})
+      system.matrix.block_map(system.matrix.find(i, j)) += 1e3 * Mat3::Identity();
+    CHECK_THROWS_AS(solve(system, method), SolverFailure);
+    CHECK_THROWS_WITH(solve(system, method), Contains("must be positive definite"));
+  }
+}
+
+TEST_CASE("arrays of other lengths are refused with both numbers") {
+  RandomSystem system = random_system(10, 0, 0);
+  system.b.resize(99, 3);
+  CHECK_THROWS_AS(solve(system, "pcg"), InvalidInput);
+  CHECK_THROWS_WITH(solve(system, "pcg"), Contains("b must have one row for each of the 100 rows") && Contains("got 99"));
+}
+
+TEST_CASE("methods that run on one rank say so before they talk to others") {
+  for (const char* method : {"gauss-seidel", "direct"}) {
+    INFO(method);
+    RandomSystem system = random_system(20, 0, 0);
+    system.layout = std::make_unique<RowLayout>(400, std::make_shared<PretendedRanks>());
+    CHECK_THROWS_AS(solve(system, method), Unsupported);
+    CHECK_THROWS_WITH(solve(system, method), Contains("runs on one rank, got 2 ranks; use \"pcg\""));
+  }
+}

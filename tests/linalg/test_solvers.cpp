@@ -1,0 +1,155 @@
+#include <catch2/catch.hpp>
+
+#include <Eigen/Cholesky>
+#include <cstring>
+
+#include "tests/linalg/random_system.h"
+
+using namespace loomstone;
+using testing::random_system;
+using testing::RandomSystem;
+
+namespace {
+
+Points solved(const RandomSystem& system, const LinearOptions& options, int threads = 1, LinearReport* report = nullptr) {
+  Points x = system.x;
+  const LinearReport got = make_linear_solver(options)->solve(Team{threads}, system.view(), system.b, x);
+  if (report) *report = got;
+  return x;
+}
+
+bool same_bits(const Points& a, const Points& b) {
+  return a.rows() == b.rows() && std::memcmp(a.data(), b.data(), sizeof(double) * a.size()) == 0;
+}
+
+// A dense factorisation with the fixed rows made those of the identity.
+Points dense_solution(const RandomSystem& system) {
+  Eigen::MatrixXd a = testing::dense_matrix(system.view());
+  Points x = system.x;
+  Vector prescribed = Vector::Zero(x.size());
+  for (Index row = 0; row < x.rows(); ++row)
+    if (system.fixed[row]) prescribed.segment<3>(3 * row) = x.row(row).transpose();
+  Vector right = Eigen::Map<const Vector>(system.b.data(), system.b.size()) - a * prescribed;
+  for (Index row = 0; row < x.rows(); ++row) {
+    if (!system.fixed[row]) continue;
+    a.middleRows<3>(3 * row).setZero();
+    a.middleCols<3>(3 * row).setZero();
+    a.block<3, 3>(3 * row, 3 * row).setIdentity();
+    right.segment<3>(3 * row).setZero();
+  }
+  const Vector solution = a.llt().solve(right) + prescribed;
+  return Eigen::Map<const Points>(solution.data(), x.rows(), 3);
+}
+
+}  // namespace
+
+TEST_CASE("every method solves the system with terms, bodies and fixed rows") {
+  const RandomSystem system = random_system(20, 2, 60);
+  const Points expected = dense_solution(system);
+  for (const char* method : {"pcg", "gauss-seidel", "direct"}) {
+    INFO(method);
+    LinearReport report;
+    const Points x = solved(system, {method, 1e-12, 2000}, 1, &report);
+    // The condition number is near 100: an error of 1e-12 in the residual is below 1e-10 in x.
+    CHECK((x - expected).norm() < 1e-10 * expected.norm());
+    CHECK(report.converged);
+    CHECK(report.iterations >= 1);
+    CHECK(report.residual <= (std::string(method) == "direct" ? 1e-13 : 1e-12));
+  }
+}
+
+TEST_CASE("fixed rows keep every bit") {
+  const RandomSystem system = random_system(20, 2, 60);
+  for (const char* method : {"pcg", "gauss-seidel", "direct"}) {
+    INFO(method);
+    const Points x = solved(system, {method, 1e-6, 2000});
+    for (Index row = 0; row < x.rows(); ++row)
+      if (system.fixed[row]) CHECK(std::memcmp(&x(row, 0), &system.x(row, 0), 3 * sizeof(double)) == 0);
+  }
+}
+
+TEST_CASE("any number of threads gives the same bits") {
+  const RandomSystem system = random_system(60, 3, 700);  // 29 blocks, 6 tasks of terms
+  for (const char* method : {"pcg", "gauss-seidel", "direct"}) {
+    INFO(method);
+    const Points one = solved(system, {method, 1e-5, 2000}, 1);
+    for (const int threads : {2, 3, 7}) CHECK(same_bits(solved(system, {method, 1e-5, 2000}, threads), one));
+  }
+}
+
+TEST_CASE("a solver used before gives the same bits as a new one") {
+  const RandomSystem other = random_system(23, 1, 11), system = random_system(20, 2, 60);
+  for (const char* method : {"pcg", "gauss-seidel", "direct"}) {
+    INFO(method);
+    const auto solver = make_linear_solver({method, 1e-5, 2000});
+    Points first = other.x, again = system.x, fewer = system.x;
+    solver->solve(Team{1}, other.view(), other.b, first);
+    solver->solve(Team{1}, system.view(), system.b, again);
+    CHECK(same_bits(again, solved(system, {method, 1e-5, 2000})));
+    // Other terms on the same matrix: the pattern changes under the solver.
+    RandomSystem changed = random_system(20, 2, 60);
+    changed.terms.resize(17);
+    solver->solve(Team{1}, changed.view(), changed.b, fewer);
+    CHECK(same_bits(fewer, solved(changed, {method, 1e-5, 2000})));
+  }
+}
+
+TEST_CASE("a good guess spares iterations and a bad one is dropped") {
+  RandomSystem system = random_system(20, 2, 60);
+  for (const char* method : {"pcg", "gauss-seidel"}) {
+    INFO(method);
+    const LinearOptions options{method, 1e-6, 2000};
+    LinearReport from_zero, from_good, from_bad;
+    const Points x = solved(system, options, 1, &from_zero);
+    RandomSystem good = random_system(20, 2, 60), bad = random_system(20, 2, 60);
+    for (Index row = 0; row < x.rows(); ++row)
+      if (!system.fixed[row]) good.x.row(row) = x.row(row), bad.x.row(row) = -3.0 * x.row(row);
+    solved(good, options, 1, &from_good);
+    const Points from_bad_x = solved(bad, options, 1, &from_bad);
+    CHECK(from_good.iterations == 0);
+    CHECK(from_bad.iterations == from_zero.iterations);
+    CHECK(same_bits(from_bad_x, x));
+  }
+}
+
+TEST_CASE("the preconditioned residual reaches the tolerance and no less is claimed") {
+  const RandomSystem system = random_system(30, 0, 0);
+  LinearReport loose, tight, stopped;
+  solved(system, {"pcg", 1e-2, 2000}, 1, &loose);
+  solved(system, {"pcg", 1e-8, 2000}, 1, &tight);
+  solved(system, {"pcg", 1e-8, 3}, 1, &stopped);
+  CHECK(loose.residual <= 1e-2);
+  CHECK(tight.residual <= 1e-8);
+  CHECK(loose.iterations < tight.iterations);
+  CHECK_FALSE(stopped.converged);
+  CHECK(stopped.iterations == 3);
+  CHECK(stopped.residual > 1e-8);
+}
+
+TEST_CASE("symmetric Gauss-Seidel needs fewer iterations than block-Jacobi") {
+  const RandomSystem system = random_system(40, 2, 100);
+  LinearReport jacobi, gauss_seidel;
+  solved(system, {"pcg", 1e-6, 2000}, 1, &jacobi);
+  solved(system, {"gauss-seidel", 1e-6, 2000}, 1, &gauss_seidel);
+  CHECK(gauss_seidel.iterations < 0.7 * jacobi.iterations);
+}
+
+TEST_CASE("a zero right side gives zero whatever the guess") {
+  RandomSystem system = random_system(10, 1, 5);
+  system.b.setZero();
+  std::fill(system.fixed.begin(), system.fixed.end(), 0);
+  system.x.setOnes();
+  for (const char* method : {"pcg", "gauss-seidel", "direct"}) {
+    INFO(method);
+    CHECK(solved(system, {method, 1e-6, 2000}).isZero(0.0));
+  }
+}
+
+TEST_CASE("all rows fixed leaves x as it came") {
+  RandomSystem system = random_system(10, 1, 5);
+  std::fill(system.fixed.begin(), system.fixed.end(), 1);
+  for (const char* method : {"pcg", "gauss-seidel", "direct"}) {
+    INFO(method);
+    CHECK(same_bits(solved(system, {method, 1e-6, 2000}), system.x));
+  }
+}
