@@ -28,7 +28,7 @@ struct BendingSetup {
   std::vector<double> rest_angles;    // per hinge in the order of hinges(); empty: as flat_rest says
 };
 
-// Model of one bending element on all cloth.
+// Model of one bending element on all cloth. Scratch inside decides nothing, but an object serves one caller at a time.
 class Bending {
  public:
   virtual ~Bending() = default;
@@ -47,9 +47,17 @@ class Bending {
                              BlockMatrix& matrix) const = 0;
   // Largest eigenvalue of M^-1 K at rest by power iteration [1/s^2]; explicit steps need h <= 0.8 * 2 / sqrt(it).
   virtual double largest_eigenvalue(const Vector& mass) const = 0;
+
+  // Edges whose slope is the plain mean of their triangles' because the triangles are slivers (mid-edge; else 0).
+  virtual Index averaged_edges() const = 0;
+  // Hinges that exert no force because one of their triangles has no area in the shape x.
+  virtual Index degenerate_hinges(const Team& team, const Points& x) const = 0;
 };
 
+// The thesis' hinge with k = 4 B. It depends on the mesh and does not converge: effective rigidity 0.8 B on grids along
+// their axes, 0.92-0.96 B on smoothed irregular meshes, 0.7 ... 2.2 B at 45 degrees to a grid.
 std::unique_ptr<Bending> make_hinge_bending(const BendingSetup& setup);
+// Curvature of each triangle from the slopes at its mid-edges; beam theory within 1 % on every mesh.
 std::unique_ptr<Bending> make_midedge_bending(const BendingSetup& setup);
 
 }  // namespace loomstone

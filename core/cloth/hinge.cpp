@@ -1,0 +1,94 @@
+#include "core/cloth/hinge.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "core/cloth/hinge_kernels.h"
+
+namespace loomstone {
+
+namespace {
+constexpr Index lanes = 8;
+constexpr Index batches_per_range = 32;
+}  // namespace
+
+HingeSet::HingeSet(Index n_vertices, std::vector<Hinge> hinges, std::vector<double> rest_angles)
+    : hinges_(std::move(hinges)), rest_angles_(std::move(rest_angles)) {
+  vertices_.resize(static_cast<std::size_t>(n_batches()) * hinge::vertex_stride);
+  rest_lanes_.resize(static_cast<std::size_t>(n_batches()) * hinge::angle_stride);
+  for (Index e = 0; e < n_batches() * lanes; ++e) {
+    const Index source = std::min(e, n_hinges() - 1);  // empty lanes repeat the last hinge; nobody reads them
+    const std::size_t batch = e / lanes, lane = e % lanes;
+    for (int j = 0; j < 4; ++j)
+      vertices_[hinge::vertex_stride * batch + lanes * j + lane] = hinges_[source].vertices[j];
+    rest_lanes_[e] = rest_angles_[source];
+  }
+  of_vertices_.start.assign(n_vertices + 1, 0);
+  for (const Hinge& h : hinges_)
+    for (const Index vertex : h.vertices) ++of_vertices_.start[vertex + 1];
+  std::partial_sum(of_vertices_.start.begin(), of_vertices_.start.end(), of_vertices_.start.begin());
+  of_vertices_.items.resize(of_vertices_.start[n_vertices]);
+  std::vector<Index> fill(of_vertices_.start.begin(), of_vertices_.start.end() - 1);
+  for (Index e = 0; e < n_hinges(); ++e)
+    for (int j = 0; j < 4; ++j) of_vertices_.items[fill[hinges_[e].vertices[j]]++] = 4 * e + j;
+}
+
+const std::vector<Index>& HingeSet::batches_touching(Index begin, Index end, HingeRange& range) const {
+  if (begin == range.begin && end == range.end) return range.batches;
+  range.begin = begin, range.end = end;
+  range.batches.clear();
+  for (Index b = 0; b < n_batches(); ++b) {
+    const Index* first = vertices_.data() + hinge::vertex_stride * static_cast<std::size_t>(b);
+    if (std::any_of(first, first + hinge::vertex_stride, [&](Index v) { return v >= begin && v < end; }))
+      range.batches.push_back(b);
+  }
+  return range.batches;
+}
+
+void HingeSet::evaluate(const Team& team, const std::vector<Index>& batches, const Points& x, const Points* v,
+                        bool with_gradient, HingeValues& values) const {
+  const std::size_t n = static_cast<std::size_t>(n_batches()) * hinge::angle_stride;
+  values.difference.resize(n), values.half_sine.resize(n), values.half_cosine.resize(n);
+  if (v) values.rate.resize(n);
+  if (with_gradient) values.gradient.resize(n * hinge::gradient_stride);
+  const hinge::Output out{values.difference.data(), values.half_sine.data(), values.half_cosine.data(),
+                          v ? values.rate.data() : nullptr, with_gradient ? values.gradient.data() : nullptr};
+  parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_range, [&](Index first, Index last) {
+    hinge::angles(vertices_.data(), rest_lanes_.data(), batches.data() + first, last - first, x.data(),
+                  v ? v->data() : nullptr, out);
+  });
+}
+
+void HingeSet::gather(const Team& team, const HingeValues& values, const std::vector<double>& moment, Index begin,
+                      Index end, Points& force) const {
+  parallel_for(team, end - begin, [&](Index i) {
+    const Index row = begin + i;
+    double sum[3] = {0.0, 0.0, 0.0};
+    for (Index k = of_vertices_.start[row]; k < of_vertices_.start[row + 1]; ++k) {
+      const Index item = of_vertices_.items[k];
+      const double* u = values.gradient.data() + 4 * static_cast<std::size_t>(item);
+      for (int d = 0; d < 3; ++d) sum[d] += moment[item / 4] * u[d];
+    }
+    for (int d = 0; d < 3; ++d) force(row, d) -= sum[d];
+  });
+}
+
+Index HingeSet::count_degenerate(const HingeValues& values) const {
+  Index count = 0;
+  for (Index e = 0; e < n_hinges(); ++e) {
+    const double* u = values.gradient.data() + hinge::gradient_stride * static_cast<std::size_t>(e);
+    count += u[0] == 0.0 && u[1] == 0.0 && u[2] == 0.0;  // the gradient at the first vertex vanishes nowhere else
+  }
+  return count;
+}
+
+std::vector<double> measure_angles(const std::vector<Hinge>& hinges, const Points& x) {
+  const HingeSet set(static_cast<Index>(x.rows()), hinges, std::vector<double>(hinges.size(), 0.0));
+  std::vector<Index> all(set.n_batches());
+  std::iota(all.begin(), all.end(), 0);
+  HingeValues values;
+  set.evaluate(Team{}, all, x, nullptr, false, values);
+  return {values.difference.begin(), values.difference.begin() + set.n_hinges()};
+}
+
+}  // namespace loomstone
