@@ -8,8 +8,8 @@
 namespace loomstone {
 
 OwnedBlocks owned_blocks(const RowLayout& layout) {
-  const Index last = (layout.end() + rows_per_block - 1) / rows_per_block;
-  return {std::min(last, layout.begin() / rows_per_block), layout.end() > layout.begin() ? last : layout.begin() / rows_per_block};
+  if (layout.begin() == layout.end()) return {};
+  return {layout.begin() / rows_per_block, (layout.end() + rows_per_block - 1) / rows_per_block};
 }
 
 void check_system(const LinearSystem& system, const Points& b, const Points& x) {

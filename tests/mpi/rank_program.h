@@ -1,0 +1,58 @@
+// What programs that run on several ranks share: a claim that ends all ranks when it fails, and hashes to compare bits.
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <string>
+
+#include "core/parallel/communicator.h"
+
+namespace loomstone::testing {
+
+class RankProgram {
+ public:
+  // Several ranks where a launcher started more than one, else one without MPI.
+  RankProgram(int argc, char** argv)
+      : communicator_(launched_by_mpi() ? mpi_communicator() : single_communicator()),
+        threads_(argc > 1 ? std::atoi(argv[1]) : 1) {}
+
+  const std::shared_ptr<const Communicator>& communicator() const { return communicator_; }
+  int threads() const { return threads_; }
+
+  // Ends all ranks where the claim is false.
+  void claim(const char* sentence, bool holds) const {
+    if (holds) return;
+    std::fprintf(stderr, "rank %d: not true: %s\n", communicator_->rank(), sentence);
+    communicator_->abort(1);
+  }
+
+  // Claims that all ranks hold the same bytes and prints their hash on rank 0.
+  void print_hash(const char* what, const void* data, std::size_t bytes) const {
+    std::uint64_t hash = 14695981039346656037u;  // FNV-1a
+    for (std::size_t i = 0; i < bytes; ++i) hash = (hash ^ static_cast<const unsigned char*>(data)[i]) * 1099511628211u;
+    const auto positive = static_cast<std::int64_t>(hash >> 1);
+    claim(what, communicator_->maximum(positive) == positive && -communicator_->maximum(-positive) == positive);
+    if (communicator_->rank() == 0) std::printf("%s %016llx\n", what, static_cast<unsigned long long>(hash));
+  }
+
+  // Runs the program; an exception on one rank ends all.
+  template <class Body>
+  int run(Body&& body) const {
+    try {
+      body(*this);
+      return 0;
+    } catch (const std::exception& error) {
+      std::fprintf(stderr, "rank %d: %s\n", communicator_->rank(), error.what());
+      communicator_->abort(1);
+      return 1;
+    }
+  }
+
+ private:
+  std::shared_ptr<const Communicator> communicator_;
+  int threads_;
+};
+
+}  // namespace loomstone::testing

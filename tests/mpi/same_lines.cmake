@@ -1,0 +1,31 @@
+# Runs PROGRAM without a launcher, then on every shape RANKSxTHREADS of SHAPES, and requires the same output.
+# Variables of Open MPI instead of its options, so that other launchers are served too: more ranks than cores, no binding of
+# a rank's threads to one core, waiting ranks give way.
+set(ENV{LOOMSTONE_MPI_PLUGIN} ${PLUGIN})
+set(ENV{OMP_WAIT_POLICY} passive)
+set(ENV{OMPI_ALLOW_RUN_AS_ROOT} 1)
+set(ENV{OMPI_ALLOW_RUN_AS_ROOT_CONFIRM} 1)
+set(ENV{OMPI_MCA_rmaps_base_oversubscribe} 1)
+set(ENV{OMPI_MCA_hwloc_base_binding_policy} none)
+set(ENV{OMPI_MCA_mpi_yield_when_idle} 1)
+set(ENV{OMPI_MCA_btl_vader_single_copy_mechanism} none)
+
+execute_process(COMMAND ${PROGRAM} 1 TIMEOUT 60 OUTPUT_VARIABLE expected RESULT_VARIABLE code)
+if(NOT code EQUAL 0)
+  message(FATAL_ERROR "without a launcher: ${PROGRAM} failed (${code})\n${expected}")
+endif()
+message("${expected}")
+string(REPLACE "," ";" shapes "${SHAPES}")
+foreach(shape ${shapes})
+  string(REPLACE "x" ";" pair ${shape})
+  list(GET pair 0 ranks)
+  list(GET pair 1 threads)
+  execute_process(COMMAND ${MPIEXEC} ${NUMPROC_FLAG} ${ranks} ${PROGRAM} ${threads}
+                  TIMEOUT 60 OUTPUT_VARIABLE got RESULT_VARIABLE code)
+  if(NOT code EQUAL 0)
+    message(FATAL_ERROR "${ranks} ranks x ${threads} threads failed (${code})\n${got}")
+  endif()
+  if(NOT got STREQUAL expected)
+    message(FATAL_ERROR "${ranks} ranks x ${threads} threads gave other bits\n${got}")
+  endif()
+endforeach()
