@@ -69,6 +69,7 @@ void each_number(Visit&& visit) {
 
 void bind_report(py::module_& m) {
   py::class_<StepReport> c(m, "StepReport", "What happened in a step; never decides anything.");
+  c.def(py::init<>());
   each_number<StepReport>([&](const char* name, auto member, const char* text) { c.def_readonly(name, member, text); });
   c.def_property_readonly("seconds", &seconds, "Wall time of each stage, by name [s].");
   c.def("to_dict", [](const StepReport& report) {
@@ -127,6 +128,12 @@ void bind_frame(py::module_& m) {
                           "(n) 1 where the vertex took part in a contact");
   array("body_positions", &Frame::body_positions, "(nb x 3) vertices of rigid bodies and obstacles [m]");
   c.def_readonly("report", &Frame::report, "StepReport of the last step");
+  c.def("with_contact",
+        [](Frame self, std::vector<std::uint8_t> contact) {
+          self.contact = std::move(contact);
+          return self;
+        },
+        py::arg("contact"), "A copy with other contact flags, to mark vertices in a picture.");
   c.def("__repr__", [](const Frame& self) {
     return "Frame(time=" + py::str(py::cast(self.time)).cast<std::string>() + ", step=" + std::to_string(self.step) +
            ", " + std::to_string(self.positions.rows()) + " vertices)";

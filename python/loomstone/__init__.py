@@ -1,0 +1,116 @@
+"""Cloth, collisions and rigid bodies: described, simulated, stored and rendered. SI units everywhere.
+
+>>> import loomstone as ls
+>>> scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(size=(0.5, 0.5), triangles=200), pins=[0])])
+>>> sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=2e-3))
+>>> for frame in sim.frames(duration=0.04, rate=25):
+...     print(f"{frame.time:.2f} s")
+0.00 s
+0.04 s
+"""
+
+from . import meshes
+from ._core import (
+    Air,
+    Attachment,
+    CacheError,
+    Camera,
+    Checkpoint,
+    Cloth,
+    ClothMaterial,
+    Communicator,
+    Error,
+    Frame,
+    FrameTopology,
+    IntegratorOptions,
+    InvalidInput,
+    MassProperties,
+    Obstacle,
+    Renderer,
+    RenderOptions,
+    RigidBody,
+    Scene,
+    SolverFailure,
+    SpatialQuery,
+    StepReport,
+    TriangleMesh,
+    Unsupported,
+    __version__,
+    intersecting_pairs,
+    launched_by_mpi,
+    mass_properties,
+    mpi_communicator,
+    single_communicator,
+    write_png,
+)
+from .cache import Run
+from .decomposition import convex_parts
+from .fabrics import fabrics
+from .integrators import (
+    BDF2,
+    BackwardEuler,
+    ExplicitEuler,
+    ImplicitMidpoint,
+    SemiImplicitEuler,
+    SymplecticEuler,
+)
+from .meshes import grid, read_mesh, write_mesh
+from .obstacles import box, capsule, floor, funnel, obstacle, sphere, wave_bar
+from .simulation import Simulation
+from .versions import show_versions
+
+__all__ = [
+    "Air",
+    "Attachment",
+    "BDF2",
+    "BackwardEuler",
+    "CacheError",
+    "Camera",
+    "Checkpoint",
+    "Cloth",
+    "ClothMaterial",
+    "Communicator",
+    "Error",
+    "ExplicitEuler",
+    "Frame",
+    "FrameTopology",
+    "ImplicitMidpoint",
+    "IntegratorOptions",
+    "InvalidInput",
+    "MassProperties",
+    "Obstacle",
+    "RenderOptions",
+    "Renderer",
+    "RigidBody",
+    "Run",
+    "Scene",
+    "SemiImplicitEuler",
+    "Simulation",
+    "SolverFailure",
+    "SpatialQuery",
+    "StepReport",
+    "SymplecticEuler",
+    "TriangleMesh",
+    "Unsupported",
+    "__version__",
+    "box",
+    "capsule",
+    "convex_parts",
+    "fabrics",
+    "floor",
+    "funnel",
+    "grid",
+    "intersecting_pairs",
+    "launched_by_mpi",
+    "mass_properties",
+    "meshes",
+    "mpi_communicator",
+    "obstacle",
+    "read_mesh",
+    "show_versions",
+    "single_communicator",
+    "sphere",
+    "wave_bar",
+    "write_mesh",
+    "write_png",
+]

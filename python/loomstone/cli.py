@@ -1,0 +1,276 @@
+"""The command `loomstone`."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any, NoReturn
+
+import typer
+
+from . import _core, inspection, plots, progress, video
+from ._core import CacheError, Communicator, Error, IntegratorOptions, InvalidInput, RenderOptions
+from .cache import Run
+from .runs import Interrupted, RunOptions, execute
+from .scene_file import SceneFile, parse_parameters, stored_options
+from .simulation import Simulation
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    help="""Simulates cloth and renders it.
+
+    A scene file is Python with a function scene() that returns a loomstone.Scene; see the directory scenes. First steps:
+
+        loomstone run scenes/hanging.py --out out/hanging --render
+
+        loomstone info out/hanging
+    """,
+)
+
+SceneArgument = Annotated[Path, typer.Argument(help="Python file with a function scene()")]
+RunArgument = Annotated[Path, typer.Argument(help="directory of a run")]
+Parameters = Annotated[
+    list[str], typer.Option("-p", "--parameter", help="parameter of scene() as name=value; may be given again")
+]
+Threads = Annotated[int, typer.Option(help="threads, 0: all processors", min=0)]
+Render = Annotated[bool, typer.Option("--render", help="draw every frame and make a video")]
+
+METHODS = {
+    "semi-implicit-euler", "explicit-euler", "symplectic-euler", "backward-euler", "implicit-midpoint",
+    "nonlinear-midpoint", "bdf2",
+}  # fmt: skip
+
+
+@app.command()
+def run(
+    scene: SceneArgument,
+    out: Annotated[Path | None, typer.Option(help="directory for the results; default: out/NAME of the scene file")] = None,
+    p: Parameters = [],  # noqa: B006
+    duration: Annotated[float | None, typer.Option(help="simulated time [s]; default: as the scene file says")] = None,
+    rate: Annotated[float | None, typer.Option(help="frames a second of simulated time; default: as the scene file says")] = None,
+    step: Annotated[float | None, typer.Option(help="time step [s]; default: as the scene file says")] = None,
+    integrator: Annotated[str | None, typer.Option(help=" | ".join(sorted(METHODS)))] = None,
+    threads: Threads = 0,
+    render: Render = False,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="replace a run that is there")] = False,
+) -> None:
+    """Simulates a scene.
+
+    Writes run.vtkhdf and bodies.vtkhdf (ParaView opens them), checkpoints, steps.csv, report.json and, with --render,
+    frames/*.png and video.mp4. Ctrl-C, SIGTERM and SIGUSR1 leave a run that `loomstone resume` continues bit for bit;
+    so does a crash. On several ranks: mpirun -n 2 loomstone run scene.py.
+
+        loomstone run scenes/drape.py -p triangles=3600 --duration 0.5 --threads 2 --render
+    """
+    with _session() as (communicator, rank):
+        file = SceneFile.open(scene, parse_parameters(p))
+        options = file.integrator if integrator is None else file.integrator.replace(method=_method(integrator))
+        if step is not None:
+            options = options.replace(step=step)
+        settings = (file.duration if duration is None else duration, file.rate if rate is None else rate)
+        directory = out or Path("out") / scene.stem
+        _advance(file, *settings, options, file.render if render else None, directory, threads, communicator, rank,
+                 overwrite=overwrite)  # fmt: skip
+
+
+@app.command()
+def resume(run: RunArgument, threads: Threads = 0, render: Render = False) -> None:
+    """Continues a run that was interrupted or killed, bit for bit.
+
+    Scene, parameters and options are those the run began with; threads and ranks may differ.
+
+        loomstone resume out/drape
+    """
+    with _session() as (communicator, rank):
+        begun = Run(run)
+        file = SceneFile.of_run(begun)
+        duration, rate, options, look = stored_options(begun)
+        drawn = render or (run / "frames").is_dir()
+        del begun
+        _advance(file, duration, rate, options, look if drawn else None, run, threads, communicator, rank, resume=True)
+
+
+@app.command()
+def render(
+    run: RunArgument,
+    width: Annotated[int | None, typer.Option(help="[pixels]")] = None,
+    height: Annotated[int | None, typer.Option(help="[pixels]")] = None,
+    color_by: Annotated[str | None, typer.Option(help="cloth | stretch | strain_weft | strain_warp | strain_shear | contact")] = None,
+    color_low: Annotated[float | None, typer.Option(help="value at the low end of the colours")] = None,
+    color_high: Annotated[float | None, typer.Option(help="value at the high end of the colours")] = None,
+    pattern: Annotated[str | None, typer.Option(help="weave | checker | plain")] = None,
+    wireframe: Annotated[bool | None, typer.Option(help="edges over the cloth")] = None,
+    frame: Annotated[list[int], typer.Option(help="only this frame, -1 is the last; may be given again")] = [],  # noqa: B006
+    jobs: Annotated[int, typer.Option(help="frames drawn at once, 0: one a processor", min=0)] = 0,
+    again: Annotated[bool, typer.Option("--again", help="draw frames that are there already")] = False,
+) -> None:
+    """Draws the frames of a run as PNG and makes a video of them; continues where it was interrupted.
+
+        loomstone render out/drape --color-by stretch --wireframe
+    """
+    with _session(parallel=False):
+        source = Run(run)
+        try:
+            options = stored_options(source)[3]
+        except KeyError:
+            options = RenderOptions()
+        given = {"width": width, "height": height, "color_by": color_by, "color_low": color_low,
+                 "color_high": color_high, "pattern": pattern, "wireframe": wireframe}  # fmt: skip
+        options = options.replace(**{name: value for name, value in given.items() if value is not None})
+        wanted = [i % len(source) for i in frame] or list(range(len(source)))
+        with typer.progressbar(length=len(wanted), label="rendering", hidden=not sys.stdout.isatty()) as bar:
+            paths = video.render_run(source, options, jobs=jobs, again=again, frames=wanted, progress=bar.update)
+        print(f"pictures: {paths[0]}" if len(paths) == 1 else f"pictures: {paths[0].parent} ({len(paths)})")
+        if not frame:
+            print(f"video: {video.encode(source.directory, rate=source.metadata.get('rate', 25.0))}")
+
+
+@app.command()
+def check(
+    path: Annotated[Path, typer.Argument(help="scene file, or directory of a run")],
+    p: Parameters = [],  # noqa: B006
+    render: Annotated[Path | None, typer.Option(help="draw the start here (PNG), vertices of intersecting triangles marked")] = None,
+) -> None:
+    """Says whether a scene can be simulated, without simulating; or whether a run keeps its scene's claims.
+
+        loomstone check scenes/drape.py --render start.png
+
+        loomstone check out/drape
+    """
+    with _session(parallel=False):
+        if path.is_dir():
+            good = inspection.check_run(Run(path))
+        else:
+            good = inspection.check_scene(SceneFile.open(path, parse_parameters(p)), render)
+        if not good:
+            raise typer.Exit(1)
+
+
+@app.command()
+def info(
+    path: Annotated[Path, typer.Argument(help="run, .vtkhdf file, checkpoint, mesh or scene file")],
+) -> None:
+    """Says what is in a file or directory.
+
+        loomstone info out/drape
+    """
+    with _session(parallel=False):
+        inspection.describe(path)
+
+
+@app.command()
+def plot(
+    run: RunArgument,
+    what: Annotated[str, typer.Option(help=" | ".join(plots.KINDS))] = "energy",
+    out: Annotated[Path | None, typer.Option(help="picture to write; default: WHAT.png in the run")] = None,
+) -> None:
+    """Draws energies, time per stage, contacts, stretch or iterations of a run over time.
+
+        loomstone plot out/drape --what stages
+    """
+    with _session(parallel=False):
+        print(f"plot: {plots.plot_run(run, kind=what, path=out)}")
+
+
+@app.command()
+def versions() -> None:
+    """Prints what this installation consists of; paste it into reports of problems."""
+    from .versions import show_versions
+
+    show_versions()
+
+
+def _advance(
+    file: SceneFile,
+    duration: float,
+    rate: float,
+    integrator: IntegratorOptions,
+    look: RenderOptions | None,
+    directory: Path,
+    threads: int,
+    communicator: Communicator,
+    rank: int,
+    *,
+    overwrite: bool = False,
+    resume: bool = False,
+) -> None:
+    share = int(os.environ.get("OMPI_COMM_WORLD_LOCAL_SIZE", "1"))  # ranks that share these processors
+    threads = threads or max(1, _core.default_thread_count() // share)
+    simulation = Simulation(file.scene(), integrator=integrator, threads=threads, communicator=communicator)
+    say: Callable[..., None] = print if rank == 0 else (lambda *_: None)
+    say(f"{simulation!r}, step {simulation.step_size:g} s, {simulation.threads} threads, {simulation.ranks} ranks")
+    try:
+        report = execute(
+            simulation,
+            RunOptions(duration, rate, look),
+            directory,
+            metadata=file.metadata(duration, rate, integrator, file.render),
+            overwrite=overwrite,
+            resume=resume,
+            control=file.control,
+            observer=progress.observer(rank),
+        )
+    except Interrupted as stop:
+        say(f"stopped by {stop} at {simulation.time:.3f} s; continue with: loomstone resume {directory}")
+        raise typer.Exit(128 + stop.signal) from None
+    say(inspection.report_text(report))
+    say(f"frames: {directory / 'run.vtkhdf'}")
+    if look:
+        say(f"pictures: {directory / 'frames'}\nvideo: {report.get('video', '')}")
+
+
+def _method(name: str) -> str:
+    if name not in METHODS:
+        raise InvalidInput(f"--integrator must be one of {', '.join(sorted(METHODS))}, got {name!r}")
+    return name
+
+
+@contextmanager
+def _session(parallel: bool = True) -> Iterator[tuple[Communicator, int]]:
+    """The ranks of this command; turns our errors into one sentence, and one rank's failure into the end of all."""
+    if parallel and _core.launched_by_mpi():
+        communicator = _core.mpi_communicator()
+    else:
+        communicator = _core.single_communicator()
+
+    def fail(message: str) -> NoReturn:
+        print(f"loomstone: {message}", file=sys.stderr, flush=True)
+        raise typer.Exit(1)
+
+    try:
+        yield communicator, communicator.rank
+    except (Error, OSError) as error:
+        if communicator.size > 1 and communicator.rank != 0:
+            _leave(communicator)
+        fail(str(error))
+    except AssertionError as error:
+        fail(f"a claim does not hold: {error}")
+    except KeyboardInterrupt:
+        fail("interrupted")
+    except (typer.Exit, typer.Abort):
+        raise
+    except BaseException:
+        if communicator.size > 1:
+            import traceback
+
+            traceback.print_exc()
+            sys.stderr.flush()
+            communicator.abort(1)
+        raise
+
+
+def _leave(communicator: Communicator) -> NoReturn:
+    """Ranks other than 0 leave in silence: rank 0 has the same error and says it."""
+    raise typer.Exit(1)
+
+
+def main() -> Any:
+    """Entry point of the command."""
+    return app()

@@ -1,0 +1,264 @@
+"""Meshes from numbers and files. Flat cloth lies in z = 0, centred at the origin, weft along x; solids are centred.
+
+Quality unstructured meshes are Delaunay triangulations of points relaxed by Lloyd's iteration: boundary points are
+fixed and evenly spaced, interior points start at random and move to the centre of their surroundings.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import Delaunay, cKDTree
+
+from . import _core
+from ._core import InvalidInput, TriangleMesh
+
+__all__ = [
+    "box",
+    "capsule",
+    "disc",
+    "floor",
+    "funnel",
+    "grid",
+    "irregular",
+    "nearest_vertices",
+    "quality",
+    "read_mesh",
+    "sphere",
+    "strip",
+    "wave_bar",
+    "write_mesh",
+]
+
+Floats = NDArray[np.float64]
+
+
+def grid(
+    *,
+    size: tuple[float, float] = (0.5, 0.5),
+    triangles: int | None = None,
+    cells: tuple[int, int] | None = None,
+    pattern: str = "alternating",
+) -> TriangleMesh:
+    """Regular rectangle.
+
+    size : width and height [m]
+    triangles : about how many, in square cells; or give
+    cells : (columns, rows), two triangles a cell; vertex j (columns + 1) + i is at column i, row j
+    pattern : diagonals "alternating" like a checkerboard, or all "diagonal"
+
+    >>> grid(size=(0.5, 0.5), cells=(4, 4)).n_triangles
+    32
+    """
+    width, height = _size(size)
+    if (triangles is None) == (cells is None):
+        raise InvalidInput(f"grid: give either triangles or cells, got triangles={triangles}, cells={cells}")
+    if cells is not None:
+        return _core.grid_cells(width, height, cells[0], cells[1], pattern=pattern)
+    assert triangles is not None
+    return _core.grid(width, height, triangles, pattern=pattern)
+
+
+def irregular(*, size: tuple[float, float] = (0.5, 0.5), triangles: int, seed: int = 1) -> TriangleMesh:
+    """Quality unstructured rectangle of exactly `triangles` triangles (rounded to the parity of its boundary).
+
+    size : width and height [m]; seed : of the random start points
+
+    >>> mesh = irregular(size=(0.5, 0.5), triangles=500)
+    >>> quality(mesh)["min_angle_degrees"] > 20
+    True
+    """
+    width, height = _size(size)
+    edge = _edge_length(width * height, triangles)
+    nx, ny = max(1, round(width / edge)), max(1, round(height / edge))
+    x, y = np.linspace(-width / 2, width / 2, nx + 1), np.linspace(-height / 2, height / 2, ny + 1)
+    outline = np.concatenate(
+        [
+            np.c_[x[:-1], np.full(nx, -height / 2)],
+            np.c_[np.full(ny, width / 2), y[:-1]],
+            np.c_[x[:0:-1], np.full(nx, height / 2)],
+            np.c_[np.full(ny, -width / 2), y[:0:-1]],
+        ]
+    )
+
+    def depth(points: Floats) -> Floats:
+        return np.minimum(width / 2 - np.abs(points[:, 0]), height / 2 - np.abs(points[:, 1]))
+
+    return _relaxed(outline, depth, (width, height), edge, triangles, seed)
+
+
+def strip(*, length: float, width: float, triangles: int, seed: int | None = None) -> TriangleMesh:
+    """Strip of `length` along x and `width` along y [m]: a grid, or quality unstructured where a seed is given."""
+    if seed is None:
+        return grid(size=(length, width), triangles=triangles)
+    return irregular(size=(length, width), triangles=triangles, seed=seed)
+
+
+def disc(*, radius: float = 0.5, triangles: int, seed: int = 1) -> TriangleMesh:
+    """Quality unstructured disc.
+
+    radius : [m]; triangles : exactly as many (rounded to the parity of its boundary); seed : of the start points
+    """
+    _check("disc", "radius", radius)
+    edge = _edge_length(np.pi * radius**2, triangles)
+    angle = np.arange(n := max(6, round(2 * np.pi * radius / edge))) * 2 * np.pi / n
+    outline = radius * np.c_[np.cos(angle), np.sin(angle)]
+    inner = radius * np.cos(np.pi / n)
+
+    def depth(points: Floats) -> Floats:
+        distance: Floats = inner - np.linalg.norm(points, axis=1)
+        return distance
+
+    return _relaxed(outline, depth, (2 * radius, 2 * radius), edge, triangles, seed)
+
+
+def sphere(*, radius: float, subdivisions: int = 4) -> TriangleMesh:
+    """Icosphere of 20 * 4**subdivisions triangles, radius [m]."""
+    return _core.icosphere(radius, subdivisions=subdivisions)
+
+
+def box(*, size: tuple[float, float, float], cells_per_side: int = 1) -> TriangleMesh:
+    """Box with the given sides [m]."""
+    return _core.box(*size, cells_per_side=cells_per_side)
+
+
+def capsule(*, radius: float, length: float, segments: int = 32) -> TriangleMesh:
+    """Capsule along z; `length` between the centres of its caps [m]."""
+    return _core.capsule(radius, length, segments=segments)
+
+
+def funnel(
+    *, top_radius: float, bottom_radius: float, height: float, tube_length: float, wall: float, segments: int = 64
+) -> TriangleMesh:
+    """Cone from top_radius at z = height to bottom_radius at z = 0, then a tube below; closed, with a wall [m]."""
+    return _core.funnel(top_radius, bottom_radius, height, tube_length, wall, segments=segments)
+
+
+def wave_bar(*, length: float, radius: float, amplitude: float, wavelength: float, segments: int = 24) -> TriangleMesh:
+    """Tube along y whose centre line waves in z [m]."""
+    return _core.wave_bar(length, radius, amplitude, wavelength, segments=segments)
+
+
+def floor(*, size: float = 4.0, cells: int = 8) -> TriangleMesh:
+    """Open square in z = 0 with normal +z, size [m]."""
+    return _core.floor_square(size, cells=cells)
+
+
+def read_mesh(path: str | os.PathLike[str]) -> TriangleMesh:
+    """TriangleMesh from a file: OBJ and PLY by loomstone itself, other formats by meshio where it is installed."""
+    path = Path(path)
+    if path.suffix.lower() in (".obj", ".ply"):
+        return _core.read_mesh(str(path))
+    try:
+        import meshio
+    except ImportError:
+        raise _core.Unsupported(
+            f"{path}: formats other than .obj and .ply are read by meshio, which is not installed; pip install meshio"
+        ) from None
+    try:
+        content = meshio.read(path)
+    except (meshio.ReadError, OSError, SystemExit) as error:
+        raise _core.CacheError(f"{path}: cannot be read as a mesh: {error}") from error
+    faces = content.get_cells_type("triangle")
+    if len(faces) == 0:
+        raise InvalidInput(f"{path}: must contain triangles, got cells of {[c.type for c in content.cells]}")
+    return TriangleMesh(np.c_[content.points, np.zeros((len(content.points), 3))][:, :3], faces)
+
+
+def write_mesh(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
+    """Writes OBJ or PLY, by the path's ending; other formats by meshio where it is installed."""
+    path = Path(path)
+    if path.suffix.lower() in (".obj", ".ply"):
+        _core.write_mesh(str(path), mesh)
+        return
+    try:
+        import meshio
+    except ImportError:
+        raise _core.Unsupported(
+            f"{path}: formats other than .obj and .ply are written by meshio, which is not installed; pip install meshio"
+        ) from None
+    meshio.write(path, meshio.Mesh(mesh.vertices, [("triangle", mesh.triangles)]))
+
+
+def nearest_vertices(mesh: TriangleMesh, points: ArrayLike) -> list[int]:
+    """Index of the vertex nearest to each point; points (k x 3) [m]."""
+    _, index = cKDTree(mesh.vertices).query(np.asarray(points, float).reshape(-1, 3))
+    return [int(i) for i in index]
+
+
+def quality(mesh: TriangleMesh) -> dict[str, float]:
+    """Smallest and median angle [degrees] and ratio of largest to smallest area [1]."""
+    corners = mesh.vertices[mesh.triangles]
+    sides = np.roll(corners, -1, 1) - corners
+    length = np.linalg.norm(sides, axis=2)
+    cosine = -np.einsum("tij,tij->ti", sides, np.roll(sides, 1, 1)) / (length * np.roll(length, 1, 1))
+    angles = np.degrees(np.arccos(np.clip(cosine, -1, 1))).min(1)
+    area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / 2
+    return {
+        "min_angle_degrees": float(angles.min()),
+        "median_angle_degrees": float(np.median(angles)),
+        "area_ratio": float(area.max() / area.min()),
+    }
+
+
+def _check(where: str, name: str, value: float) -> None:
+    if not (np.isfinite(value) and value > 0):
+        raise InvalidInput(f"{where}: {name} must be > 0 [m], got {value}; correct this value")
+
+
+def _size(size: tuple[float, float]) -> tuple[float, float]:
+    width, height = (float(s) for s in size)
+    _check("size", "width", width)
+    _check("size", "height", height)
+    return width, height
+
+
+def _edge_length(area: float, triangles: int) -> float:
+    if triangles < 2:
+        raise InvalidInput(f"triangles must be >= 2, got {triangles}; ask for more")
+    return float(np.sqrt(area / triangles * 4 / np.sqrt(3)))  # equilateral
+
+
+def _relaxed(outline: Floats, depth, box: tuple[float, float], edge: float, triangles: int, seed: int) -> TriangleMesh:  # type: ignore[no-untyped-def]
+    """Euler's formula gives triangles = 2 interior + boundary - 2 on a convex outline, so the count is met."""
+    random = np.random.default_rng(seed)
+    n_interior = max(0, (triangles + 2 - len(outline)) // 2)
+    interior = np.empty((0, 2))
+    spacing = edge
+    while len(interior) < n_interior:  # jittered hexagonal lattice, dense enough
+        rows = np.arange(-box[1] / 2, box[1] / 2 + spacing, spacing * np.sqrt(3) / 2)
+        columns = np.arange(-box[0] / 2, box[0] / 2 + spacing, spacing)
+        lattice = np.array([(c + (r % 2) * spacing / 2, y) for r, y in enumerate(rows) for c in columns])
+        lattice += random.uniform(-0.35, 0.35, lattice.shape) * spacing
+        interior = lattice[depth(lattice) > 0.45 * spacing]
+        spacing *= 0.98
+    interior = interior[np.sort(random.permutation(len(interior))[:n_interior])]
+    for _ in range(60):
+        points = np.concatenate([outline, interior])
+        faces = _delaunay(points, edge)
+        corners = points[faces]
+        area = np.abs(_cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+        weighted = area[:, None] * corners.mean(1)
+        total, moment = np.zeros(len(points)), np.zeros((len(points), 2))
+        for corner in range(3):
+            np.add.at(total, faces[:, corner], area)
+            np.add.at(moment, faces[:, corner], weighted)
+        interior = moment[len(outline) :] / total[len(outline) :, None]
+    points = np.concatenate([outline, interior])
+    return TriangleMesh(np.c_[points, np.zeros(len(points))], _delaunay(points, edge), points)
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    product: Floats = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    return product
+
+
+def _delaunay(points: Floats, edge: float) -> NDArray[np.int32]:
+    faces = Delaunay(points).simplices
+    corners = points[faces]
+    area = _cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    faces = np.where(area[:, None] < 0, faces[:, ::-1], faces)
+    return np.ascontiguousarray(faces[np.abs(area) > 1e-6 * edge**2], np.int32)  # flat ones lie on straight outlines

@@ -1,0 +1,87 @@
+"""Plots of a run, from its table of steps."""
+
+from __future__ import annotations
+
+import csv
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._core import CacheError, InvalidInput, Unsupported
+
+__all__ = ["KINDS", "plot_run", "read_steps"]
+
+KINDS = ("energy", "stages", "contacts", "stretch", "iterations")
+
+
+def read_steps(directory: str | os.PathLike[str]) -> dict[str, NDArray[np.float64]]:
+    """Columns of steps.csv by name, one entry a step."""
+    path = Path(directory) / "steps.csv"
+    if not path.exists():
+        raise CacheError(f"{path}: no table of steps; give the directory of a run made by `loomstone run`")
+    with path.open(newline="") as file:
+        rows = [row for row in csv.DictReader(file) if None not in row.values()]
+    if not rows:
+        raise CacheError(f"{path}: has no steps yet")
+    return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
+
+
+def plot_run(directory: str | os.PathLike[str], *, kind: str = "energy", path: str | os.PathLike[str] | None = None) -> Path:
+    """Draws one of energy, stages, contacts, stretch, iterations over time; returns the picture's path (PNG)."""
+    if kind not in KINDS:
+        raise InvalidInput(f"plot must be one of {', '.join(KINDS)}, got {kind!r}")
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise Unsupported("plots need matplotlib, which is not installed; pip install matplotlib") from None
+    steps = read_steps(directory)
+    figure = Figure(figsize=(8, 4.5), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    _DRAW[kind](axes, steps)
+    axes.set_xlabel("time [s]")
+    axes.grid(alpha=0.3)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc="best", fontsize="small")
+    target = Path(path) if path else Path(directory) / f"{kind}.png"
+    figure.savefig(target, dpi=150)
+    return target
+
+
+def _energy(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
+    names = [name for name in steps if name.endswith("_energy")]
+    for name in names:
+        axes.plot(steps["time"], steps[name], label=name.removesuffix("_energy"))
+    axes.plot(steps["time"], sum(steps[name] for name in names), "k", label="sum")
+    axes.set_ylabel("energy [J]")
+
+
+def _stages(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
+    names = [name for name in steps if name.startswith("seconds_")]
+    milliseconds = [1e3 * steps[name] for name in names]
+    axes.stackplot(steps["time"], milliseconds, labels=[name.removeprefix("seconds_") for name in names])
+    axes.set_ylabel("wall time a step [ms]")
+
+
+def _contacts(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
+    for name in ("contacts", "impacts", "truncated"):
+        axes.plot(steps["time"], steps[name], label=name)
+    axes.set_ylabel("number [1]")
+
+
+def _stretch(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
+    axes.plot(steps["time"], steps["max_stretch"])
+    axes.set_ylabel("largest principal stretch [1]")
+
+
+def _iterations(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
+    axes.plot(steps["time"], steps["linear_iterations"], label="linear")
+    axes.plot(steps["time"], steps["newton_iterations"], label="Newton")
+    axes.set_ylabel("iterations a step [1]")
+
+
+_DRAW = {"energy": _energy, "stages": _stages, "contacts": _contacts, "stretch": _stretch, "iterations": _iterations}

@@ -1,0 +1,281 @@
+"""Runs a simulation into a directory, so that it can be killed at any moment and resumed bit for bit.
+
+Frames are flushed as they are written; the checkpoint follows its frame. Resuming drops what is later than the newest
+checkpoint and computes it again.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import shutil
+import signal
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from . import _core
+from ._core import CacheError, Frame, FrameWriter, RenderOptions, StepReport
+from .cache import checkpoint_files, latest_checkpoint, write_checkpoint
+from .simulation import Simulation, frame_count, frames_due
+
+__all__ = ["Interrupted", "Observer", "RunOptions", "StepTable", "execute"]
+
+
+class Interrupted(Exception):
+    """A signal ended the run; it can be resumed."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(signal.Signals(number).name)
+        self.signal = number
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """duration [s], rate [1/s], pictures while it runs."""
+
+    duration: float
+    rate: float = 25.0
+    render: RenderOptions | None = None
+
+
+class Observer(Protocol):
+    """Who is told how far a run is."""
+
+    def start(self, frames: int, done: int) -> None: ...
+    def step(self, report: StepReport) -> None: ...
+    def frame(self, index: int, frame: Frame) -> None: ...
+    def end(self) -> None: ...
+
+
+class Silence:
+    """An observer that says nothing."""
+
+    def start(self, frames: int, done: int) -> None: ...
+    def step(self, report: StepReport) -> None: ...
+    def frame(self, index: int, frame: Frame) -> None: ...
+    def end(self) -> None: ...
+
+
+def execute(
+    simulation: Simulation,
+    options: RunOptions,
+    out: str | os.PathLike[str],
+    *,
+    metadata: dict[str, Any] | None = None,
+    overwrite: bool = False,
+    resume: bool = False,
+    control: Callable[[Simulation], None] | None = None,
+    observer: Observer | None = None,
+) -> dict[str, Any]:
+    """Advances to the end and returns the report. Every rank calls it; rank 0 writes."""
+    directory, watch = Path(out), observer or Silence()
+    n_frames = frame_count(options.duration, options.rate)
+    if resume and (checkpoint := latest_checkpoint(directory)):
+        simulation.restore(checkpoint)
+    following = frames_due(simulation.time, options.rate) if simulation.step_index else 0
+    writer = _writer(simulation, options, directory, metadata or {}, overwrite, resume, following)
+    began, first_step = time.perf_counter(), simulation.step_index
+    watch.start(n_frames, following)
+    with _signals() as received, writer:
+        unsaved = False
+        while True:
+            while following < n_frames and following < frames_due(simulation.time, options.rate):
+                frame = simulation.frame_at(following / options.rate)
+                writer.frame(following, frame)
+                watch.frame(following, frame)
+                following, unsaved = following + 1, True
+            finished = following >= n_frames
+            number = simulation.agree(received.number)
+            if (unsaved or number) and (simulation.may_checkpoint or finished):
+                writer.checkpoint(simulation)
+                unsaved = False
+            if finished:
+                break
+            if number and not unsaved and simulation.may_checkpoint:
+                watch.end()
+                raise Interrupted(number)
+            if control:
+                control(simulation)
+            simulation.step()
+            writer.step(simulation.report)
+            watch.step(simulation.report)
+        watch.end()
+        report = {
+            "frames": n_frames,
+            "steps": simulation.step_index,
+            "time": simulation.time,
+            "wall_seconds": time.perf_counter() - began,
+            "steps_of_this_process": simulation.step_index - first_step,
+            "threads": simulation.threads,
+            "ranks": simulation.ranks,
+            "digest": simulation.digest(),
+        }
+        return writer.finish(report)
+
+
+class StepTable:
+    """steps.csv: one row a step."""
+
+    def __init__(self, path: Path, until_step: int) -> None:
+        kept = []
+        if path.exists() and until_step > 0:
+            with path.open(newline="") as file:
+                rows = [row for row in csv.reader(file)]
+            kept = [row for row in rows[1:] if len(row) == len(rows[0]) and int(row[0]) <= until_step]
+        self._path, self._file = path, path.open("w", newline="")
+        self._table = csv.writer(self._file)
+        self._table.writerow([*self._row(StepReport())])
+        self._table.writerows(kept)
+
+    @staticmethod
+    def _row(report: StepReport) -> dict[str, Any]:
+        row = report.to_dict()
+        seconds = row.pop("seconds")
+        return row | {f"seconds_{name}": value for name, value in seconds.items()}
+
+    def add(self, report: StepReport) -> None:
+        self._table.writerow(self._row(report).values())
+
+    def flush(self) -> None:
+        self._file.flush()
+
+    def close(self) -> None:
+        self._file.close()
+
+    def summary(self) -> dict[str, Any]:
+        """Totals and extremes over all steps of the run."""
+        self.flush()
+        with self._path.open(newline="") as file:
+            rows = list(csv.DictReader(file))
+        if not rows:
+            return {}
+        stages = [name for name in rows[0] if name.startswith("seconds_")]
+        return {
+            "seconds_per_stage": {s.removeprefix("seconds_"): sum(float(r[s]) for r in rows) for s in stages},
+            "linear_iterations_per_step": sum(int(r["linear_iterations"]) for r in rows) / len(rows),
+            "most_contacts": max(int(r["contacts"]) for r in rows),
+            "impacts": sum(int(r["impacts"]) for r in rows),
+            "truncated": sum(int(r["truncated"]) for r in rows),
+            "largest_stretch": max(float(r["max_stretch"]) for r in rows),
+            "energy_at_end": {k: float(rows[-1][k]) for k in rows[0] if k.endswith("_energy")},
+        }
+
+
+class _NoWriter:
+    """Ranks other than 0 write nothing; they take part in what is collective."""
+
+    def __enter__(self) -> _NoWriter:
+        return self
+
+    def __exit__(self, *_: object) -> None: ...
+
+    def frame(self, index: int, frame: Frame) -> None: ...
+
+    def step(self, report: StepReport) -> None: ...
+
+    def checkpoint(self, simulation: Simulation) -> None:
+        simulation.checkpoint()
+
+    def finish(self, report: dict[str, Any]) -> dict[str, Any]:
+        return report
+
+
+class _Writer(_NoWriter):
+    def __init__(self, directory: Path, frames: FrameWriter, steps: StepTable, options: RunOptions, topology: Any) -> None:
+        self._directory, self._frames, self._steps, self._options = directory, frames, steps, options
+        self._renderer = _core.Renderer(topology, options.render) if options.render else None
+        if self._renderer:
+            (directory / "frames").mkdir(exist_ok=True)
+
+    def __exit__(self, *_: object) -> None:
+        self._steps.close()
+
+    def frame(self, index: int, frame: Frame) -> None:
+        self._frames.write(frame)
+        if self._renderer:
+            path = self._directory / "frames" / f"frame-{index:05d}.png"
+            _core.write_png(str(path), self._renderer.render(frame))
+
+    def step(self, report: StepReport) -> None:
+        self._steps.add(report)
+
+    def checkpoint(self, simulation: Simulation) -> None:
+        self._steps.flush()
+        write_checkpoint(self._directory, simulation.step_index, simulation.checkpoint())
+
+    def finish(self, report: dict[str, Any]) -> dict[str, Any]:
+        report = report | self._steps.summary()
+        if self._renderer:
+            from .video import encode
+
+            report["video"] = encode(self._directory, rate=self._options.rate)
+        text = json.dumps(report, indent=1)
+        (self._directory / "report.json").write_text(text + "\n")
+        return report
+
+
+def _writer(
+    simulation: Simulation,
+    options: RunOptions,
+    directory: Path,
+    metadata: dict[str, Any],
+    overwrite: bool,
+    resume: bool,
+    following: int,
+) -> _NoWriter:
+    if simulation.rank != 0:
+        return _NoWriter()
+    if resume:
+        frames = FrameWriter.reopen(str(directory), (following - 0.5) / options.rate)
+    else:
+        if (directory / "run.vtkhdf").exists():
+            if not overwrite:
+                raise CacheError(
+                    f"{directory} must hold no run yet, but has run.vtkhdf; resume it, give another directory, or overwrite"
+                )
+            _remove_run(directory)
+        directory.mkdir(parents=True, exist_ok=True)
+        frames = FrameWriter(str(directory), simulation.topology, json.dumps(metadata))
+    steps = StepTable(directory / "steps.csv", simulation.step_index)
+    return _Writer(directory, frames, steps, options, simulation.topology)
+
+
+def _remove_run(directory: Path) -> None:
+    """Removes what a run has written, and nothing else."""
+    for name in ("run.vtkhdf", "bodies.vtkhdf", "steps.csv", "report.json", "video.mp4"):
+        (directory / name).unlink(missing_ok=True)
+    for path in checkpoint_files(directory):
+        path.unlink()
+    if (directory / "frames").is_dir() and not (directory / "frames").is_symlink():
+        shutil.rmtree(directory / "frames")
+
+
+class _Received:
+    number = 0
+
+
+@contextmanager
+def _signals() -> Iterator[_Received]:
+    """Notes SIGINT, SIGTERM and SIGUSR1; the run looks at the note between two steps. A second SIGINT ends at once."""
+    received = _Received()
+
+    def note(number: int, _: Any) -> None:
+        if received.number and number == signal.SIGINT:
+            raise KeyboardInterrupt
+        received.number = number
+
+    try:
+        before = {n: signal.signal(n, note) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)}
+    except ValueError:  # not the main thread: whoever owns it handles signals
+        yield received
+        return
+    try:
+        yield received
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,126 @@
+"""A scene that advances."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from . import _core
+from ._core import Communicator, Frame, IntegratorOptions, InvalidInput, RenderOptions, Scene
+
+__all__ = ["Simulation", "frame_count", "frames_due"]
+
+
+class Simulation(_core.Simulation):
+    """A built scene that advances. Arrays are in the user's vertex order, all cloths end to end.
+
+    scene : Scene
+    integrator : IntegratorOptions, as made by SemiImplicitEuler(...) and its like
+    threads : 0 means all processors
+    communicator : ranks that share the work: a Communicator, an mpi4py communicator, or None for this process alone.
+        Every rank then makes the same calls.
+
+    Raises InvalidInput for everything in the scene that cannot be simulated.
+
+    >>> import loomstone as ls
+    >>> scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(4, 4)), pins=[0, 4])])
+    >>> sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=5e-3))
+    >>> sim.step()
+    >>> round(sim.time, 6)
+    0.005
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        integrator: IntegratorOptions | None = None,
+        threads: int = 0,
+        communicator: Any = None,
+    ) -> None:
+        super().__init__(
+            scene, integrator or IntegratorOptions(), threads=threads, communicator=_communicator(communicator)
+        )
+
+    def frames(self, *, duration: float, rate: float = 25.0) -> Iterator[Frame]:
+        """Advances and yields a Frame at 0, 1/rate, 2/rate ... up to `duration` [s] of simulated time.
+
+        Between frames and steps positions, velocities, external forces, pins and obstacle poses may be written. Frames
+        between two steps are interpolated. The generator continues from the present time.
+        """
+        last = frame_count(duration, rate) - 1
+        following = frames_due(self.time, rate) if self.step_index else 0
+        while following <= last:
+            while frames_due(self.time, rate) <= following:
+                self.step()
+            yield self.frame_at(following / rate)
+            following += 1
+
+    def run(
+        self,
+        *,
+        out: str | os.PathLike[str],
+        duration: float,
+        rate: float = 25.0,
+        render: bool | RenderOptions = False,
+        overwrite: bool = False,
+        resume: bool = False,
+        control: Callable[[Simulation], None] | None = None,
+    ) -> dict[str, Any]:
+        """Advances to `duration` [s] and writes frames, checkpoints, a table of steps and, where asked, pictures.
+
+        out : directory; overwrite : replace what is there; resume : continue what is there, bit for bit
+        render : pictures and a video, with these RenderOptions
+        control : called before every step; may write forces, pins and obstacle poses, as a function of time and state
+
+        Returns the report that is also in report.json.
+        """
+        from .runs import RunOptions, execute
+
+        options = RunOptions(duration=duration, rate=rate, render=RenderOptions() if render is True else render or None)
+        return execute(self, options, out, overwrite=overwrite, resume=resume, control=control)
+
+    def digest(self) -> str:
+        """Hash of the state: equal where, and only where, all bits are equal."""
+        state = self.checkpoint()
+        content = hashlib.sha256()
+        for name, array in sorted(state.arrays.items()):
+            content.update(name.encode() + repr(array.shape).encode() + np.ascontiguousarray(array).tobytes())
+        for name, values in sorted(state.integers.items()):
+            content.update(name.encode() + np.asarray(values, np.int64).tobytes())
+        for name, values in sorted(state.bytes.items()):
+            content.update(name.encode() + values)
+        return content.hexdigest()
+
+    def __repr__(self) -> str:
+        vertices, triangles = len(self.topology.cloth_of_vertex), len(self.topology.triangles)
+        return f"Simulation({vertices} vertices, {triangles} triangles, time={self.time:g}, step={self.step_index})"
+
+
+def frame_count(duration: float, rate: float) -> int:
+    """Frames of a run: one at the start and one every 1/rate."""
+    if not (np.isfinite(duration) and duration >= 0):
+        raise InvalidInput(f"duration must be >= 0 [s], got {duration}; correct this value")
+    if not (np.isfinite(rate) and rate > 0):
+        raise InvalidInput(f"rate must be > 0 [1/s], got {rate}; correct this value")
+    return int(np.floor(duration * rate + 1e-6)) + 1
+
+
+def frames_due(time: float, rate: float) -> int:
+    """How many frames lie at or before a time; the tolerance absorbs the rounding of summed steps."""
+    return int(np.floor(time * rate + 1e-6)) + 1
+
+
+def _communicator(given: Any) -> Communicator | None:
+    if given is None or isinstance(given, Communicator):
+        return given
+    if not hasattr(given, "py2f"):
+        raise InvalidInput(
+            f"communicator must be a Communicator or an mpi4py communicator, got a {type(given).__name__}; "
+            "pass MPI.COMM_WORLD or None"
+        )
+    return _core.mpi_communicator(given.py2f())
