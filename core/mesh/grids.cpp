@@ -8,24 +8,15 @@
 
 #include "core/base/error.h"
 #include "core/mesh/generators.h"
+#include "core/mesh/mesh_builder.h"
 
 namespace loomstone {
 namespace {
 
-void require_positive(double value, const char* name) {
-  if (!(value > 0.0) || !std::isfinite(value)) {
-    throw InvalidInput(std::string(name) + " must be > 0 and finite [m], got " + std::to_string(value) +
-                       "; give a length in metres");
-  }
-}
-
 // Vertices are counted by Index.
-void require_count(Index count, const char* name) {
-  if (count < 1 || count > 20000) {
-    throw InvalidInput(std::string(name) + " must be 1 to 20000, got " + std::to_string(count) +
-                       "; choose a number of cells");
-  }
-}
+constexpr Index most_cells = 20000;
+
+void require_count(Index count, const char* name) { require_between(count, 1, most_cells, name); }
 
 bool alternating(const std::string& pattern) {
   if (pattern != "alternating" && pattern != "diagonal") {
@@ -133,8 +124,8 @@ TriangleMesh strip(double length, double width, Index cells_across, const std::s
   require_positive(width, "width");
   require_count(cells_across, "cells_across");
   const double along = std::max(1.0, std::round(length / width * cells_across));
-  if (along > 20000) {
-    throw InvalidInput("a strip must have at most 20000 cells along, got " + std::to_string(along) +
+  if (along > most_cells) {
+    throw InvalidInput("a strip must have at most " + std::to_string(most_cells) + " cells along, got " + std::to_string(along) +
                        "; take fewer cells_across");
   }
   return grid_cells(length, width, static_cast<Index>(along), cells_across, pattern);
@@ -142,10 +133,7 @@ TriangleMesh strip(double length, double width, Index cells_across, const std::s
 
 TriangleMesh disc(double radius, Index rings) {
   require_positive(radius, "radius");
-  require_count(rings, "rings");
-  if (rings > 5000) {
-    throw InvalidInput("rings must be 1 to 5000, got " + std::to_string(rings) + "; take fewer");
-  }
+  require_between(rings, 1, 5000, "rings");
   // Ring r has 6 r vertices, the first on the x axis; ring r starts at vertex 1 + 3 r (r - 1).
   Points vertices(1 + 3 * rings * (rings + 1), 3);
   vertices.row(0).setZero();
