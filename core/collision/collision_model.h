@@ -37,6 +37,9 @@ struct CollisionModel {
   std::vector<Index> surface_of_triangle;   // (m)
   std::vector<Index> surface_of_edge;       // (k)
   VertexRows rows;
+  // (n) surface that a vertex is fixed to by an attachment, -1 for none; empty: none at all. Faces and edges with such a
+  // vertex do not collide with that surface.
+  std::vector<Index> attached_surface;
   double contact_stiffness = 1000.0;        // k of a pair [N/m]
 };
 

@@ -38,8 +38,11 @@ struct ContactState {
 };
 
 struct CertifyReport {
-  std::int64_t impacts = 0, truncated = 0, frozen = 0;
-  double withheld = 0.0;
+  std::int64_t impacts = 0;     // pairs that hit, first pass
+  std::int64_t truncated = 0;   // vertices whose displacement was shortened
+  std::int64_t frozen = 0;      // of these, shortened to nothing (relative to what carries them)
+  std::int64_t unresolved = 0;  // impacts that are left (cloth pinched between scripts that overlap): the step is not free
+  double withheld = 0.0;        // share of the displacement taken away by truncation [1]
 };
 
 class CollisionStage {

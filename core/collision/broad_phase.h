@@ -1,0 +1,75 @@
+// Which vertex-face and edge-edge pairs of which surfaces may meet: pairs of overlapping boxes, each pair once, without
+// pairs that share a vertex, that only scripts and rigid bodies could move, or that a cloth's own switch rules out.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <vector>
+
+#include "core/base/types.h"
+#include "core/collision/box_tree.h"
+#include "core/collision/collision_model.h"
+#include "core/collision/collision_stage.h"
+#include "core/parallel/team.h"
+
+namespace loomstone {
+
+// Two surfaces of which at least the first is cloth; a == b: a cloth with itself.
+struct SurfacePair {
+  Index a, b;
+  double thickness;  // xi of the pair: the mean [m]
+  double friction;   // mu of the pair: the geometric mean [1]
+};
+
+std::vector<SurfacePair> surface_pairs(const CollisionModel& model);
+
+// Pairs of features as (a << 32 | b): vertex and triangle, or two edges with a < b. Ascending.
+using PairKey = std::uint64_t;
+inline PairKey pair_key(Index a, Index b) {
+  return static_cast<PairKey>(static_cast<std::uint32_t>(a)) << 32 | static_cast<std::uint32_t>(b);
+}
+inline Index first_of(PairKey key) { return static_cast<Index>(key >> 32); }
+inline Index second_of(PairKey key) { return static_cast<Index>(key & 0xffffffffu); }
+
+struct FeaturePairs {
+  std::vector<PairKey> vertex_face, edge_edge;
+};
+
+std::array<Index, 4> pair_vertices(const CollisionModel& model, ContactKind kind, PairKey key);
+
+// Stage: trees of every surface, and scratch that decides nothing.
+class BroadPhase {
+ public:
+  BroadPhase(const CollisionModel& model, const std::vector<SurfacePair>& pairs);
+
+  // Pairs of features closer than `reach[i]` [m] at x, of those surface pairs i that are named in `which`.
+  void near_pairs(const Team& team, const Points& x, const std::vector<Index>& which, const std::vector<double>& reach,
+                  std::vector<FeaturePairs>& found);
+
+  // Pairs of features whose boxes over the whole step, grown by `inflation` [m] each, meet, and which pass keep(kind, key),
+  // which several threads call at once.
+  using Keep = std::function<bool(ContactKind, PairKey)>;
+  void swept_pairs(const Team& team, const Points& x0, const Points& x1, double inflation,
+                   const std::vector<Index>& which, const Keep& keep, std::vector<FeaturePairs>& found);
+
+ private:
+  struct SurfaceTrees {
+    BoxTree vertices, edges, faces;
+    bool built = false;
+    double built_surface = 0.0;  // of the leaf groups of faces right after ordering [m^2]
+  };
+
+  void refit(const Team& team, Index surface, const Points& x0, const Points* x1, double inflation);
+  bool excluded(Index pair, ContactKind kind, Index a, Index b) const;
+  template <class KeepPair>
+  void collect(const Team& team, const std::vector<Index>& which, KeepPair&& keep, std::vector<FeaturePairs>& found);
+
+  const CollisionModel& model_;
+  const std::vector<SurfacePair>& pairs_;
+  std::vector<SurfaceTrees> trees_;
+  std::vector<std::vector<Index>> edges_of_surface_;
+  std::vector<Box> boxes_;
+};
+
+}  // namespace loomstone

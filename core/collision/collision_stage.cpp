@@ -1,0 +1,66 @@
+#include "core/collision/collision_stage.h"
+
+#include "core/collision/clean_up.h"
+#include "core/collision/contact_terms.h"
+#include "core/collision/contacts.h"
+#include "core/collision/truncation.h"
+
+namespace loomstone {
+
+// Rounds of detection and impulses before what is left is truncated.
+constexpr int clean_up_rounds = 3;
+
+struct CollisionStage::Data {
+  explicit Data(const CollisionModel& given)
+      : model(given),
+        pairs(surface_pairs(model)),
+        broad_phase(model, pairs),
+        lists(model, pairs, broad_phase),
+        search(model, pairs, broad_phase, lists) {}
+
+  const CollisionModel& model;
+  const std::vector<SurfacePair> pairs;
+  BroadPhase broad_phase;
+  NearLists lists;
+  ImpactSearch search;
+};
+
+CollisionStage::CollisionStage(const CollisionModel& model) : data_(std::make_unique<Data>(model)) {}
+CollisionStage::~CollisionStage() = default;
+
+std::vector<Contact> CollisionStage::proximity(const Team& team, const Points& x0) {
+  data_->lists.update(team, x0);
+  return find_contacts(team, data_->model, data_->pairs, x0, data_->lists);
+}
+
+void CollisionStage::terms(const std::vector<Contact>& contacts, const Points& x0, const Points& v0,
+                           const Points& body_centres, double step, Index n_cloth, const ContactState& state,
+                           ExtraTerms& terms, double& energy) {
+  contact_terms(data_->model, contacts, x0, v0, body_centres, step, n_cloth, state, terms, energy);
+}
+
+void CollisionStage::update_anchors(const std::vector<Contact>& contacts, const Points& x0, const Points& x1,
+                                    ContactState& state) {
+  update_contact_anchors(data_->model, contacts, x0, x1, state);
+}
+
+CertifyReport CollisionStage::certify(const Team& team, const Points& x0, Points& x1, const Vector& inverse_mass,
+                                      double /*step*/, std::vector<std::uint8_t>& moved) {
+  moved.assign(x0.rows(), 0);
+  std::vector<StepImpact> impacts = data_->search.find(team, x0, x1, inverse_mass, nullptr);
+  const std::int64_t n_impacts = static_cast<std::int64_t>(impacts.size());
+  if (n_impacts == 0) return {};
+
+  const Points given = x1;
+  CleanUp clean_up(data_->model, data_->pairs);
+  for (int round = 0; round < clean_up_rounds && !impacts.empty(); ++round) {
+    clean_up.solve(impacts, x0, inverse_mass, x1);
+    impacts = data_->search.find(team, x0, x1, inverse_mass, nullptr);
+  }
+  CertifyReport report = truncate(team, data_->model, data_->search, x0, inverse_mass, std::move(impacts), x1);
+  report.impacts = n_impacts;
+  for (Index v = 0; v < x0.rows(); ++v) moved[v] = x1.row(v) != given.row(v);
+  return report;
+}
+
+}  // namespace loomstone

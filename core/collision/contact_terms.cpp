@@ -1,0 +1,118 @@
+#include "core/collision/contact_terms.h"
+
+#include <algorithm>
+
+#include "core/collision/contacts.h"
+#include "core/collision/friction.h"
+#include "core/collision/rigid_motion.h"
+
+namespace loomstone {
+
+namespace {
+
+Mat3 tangent_projector(const Vec3& normal) { return Mat3::Identity() - normal * normal.transpose(); }
+
+// Relative quantity of the contact point: sum of w_i f_i over its four vertices.
+Vec3 weighted(const Contact& contact, const Points& field) {
+  Vec3 sum = Vec3::Zero();
+  for (int i = 0; i < 4; ++i) sum += contact.weights[i] * field.row(contact.vertices[i]).transpose();
+  return sum;
+}
+
+// Rows and weights of the contact's relative velocity; vertices moved by script go into the drift. All corners of one body
+// are one translation and one rotation row.
+void set_entries(const CollisionModel& model, const Contact& contact, const Points& x0, const Points& v0,
+                 const Points& body_centres, Index n_cloth, ExtraTerm& term) {
+  struct BodySide {
+    Index row = -1;
+    double weight = 0.0;
+    Vec3 moment = Vec3::Zero();  // sum of w_i (x_i - centre)
+  };
+  std::array<BodySide, 4> bodies;
+  int n_bodies = 0;
+  term.n_entries = 0;
+  term.drift = Vec3::Zero();
+  for (int i = 0; i < 4; ++i) {
+    const Index vertex = contact.vertices[i], row = model.rows.row[vertex];
+    const double weight = contact.weights[i];
+    if (weight == 0.0) continue;
+    if (row < 0) {
+      term.drift -= weight * v0.row(vertex).transpose();
+    } else if (!model.rows.is_body[vertex]) {
+      term.entries[term.n_entries++] = {row, false, weight, Vec3::Zero()};
+    } else {
+      int b = 0;
+      while (b < n_bodies && bodies[b].row != row) ++b;
+      if (b == n_bodies) bodies[n_bodies++].row = row;
+      bodies[b].weight += weight;
+      bodies[b].moment += weight * (x0.row(vertex) - body_centres.row((row - n_cloth) / 2)).transpose();
+    }
+  }
+  for (int b = 0; b < n_bodies; ++b) {
+    if (bodies[b].weight == 0.0) continue;
+    term.entries[term.n_entries++] = {bodies[b].row, false, bodies[b].weight, Vec3::Zero()};
+    term.entries[term.n_entries++] = {bodies[b].row + 1, true, bodies[b].weight, bodies[b].moment / bodies[b].weight};
+  }
+  std::sort(term.entries.begin(), term.entries.begin() + term.n_entries,
+            [](const TermEntry& x, const TermEntry& y) { return x.row < y.row; });
+}
+
+}  // namespace
+
+void contact_terms(const CollisionModel& model, const std::vector<Contact>& contacts, const Points& x0, const Points& v0,
+                   const Points& body_centres, double step, Index n_cloth, const ContactState& state, ExtraTerms& terms,
+                   double& energy) {
+  const std::vector<double> shares = contact_shares(contacts, model, x0);
+  const std::vector<Vec3> slips = anchored_slips(contacts, model, state);
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    const Contact& contact = contacts[c];
+    if (shares[c] <= 0.0) continue;
+    const ContactForce normal = contact_force(contact.distance, contact.thickness, model.contact_stiffness);
+    ExtraTerm term;
+    set_entries(model, contact, x0, v0, body_centres, n_cloth, term);
+    if (term.n_entries == 0) continue;
+
+    const Vec3& n = contact.normal;
+    const Mat3 tangent = tangent_projector(n);
+    const Vec3 predicted = step * (tangent * weighted(contact, v0));
+    const double stiffness = shares[c] * model.contact_stiffness;
+    const FrictionResponse friction =
+        friction_response(slips[c], predicted, tangent, stiffness, contact.friction * shares[c] * normal.force);
+
+    term.gradient = -shares[c] * normal.force * n + friction.gradient;
+    term.hessian = shares[c] * normal.stiffness * n * n.transpose() + friction.hessian;
+    terms.push_back(term);
+    energy += shares[c] * normal.energy + 0.5 * stiffness * slips[c].squaredNorm();
+  }
+}
+
+void update_contact_anchors(const CollisionModel& model, const std::vector<Contact>& contacts, const Points& x0,
+                            const Points& x1, ContactState& state) {
+  const std::vector<double> shares = contact_shares(contacts, model, x0);
+  const std::vector<Vec3> slips = anchored_slips(contacts, model, state);
+  std::vector<RigidMotion> motions(model.surfaces.size());
+  std::vector<std::uint8_t> known(model.surfaces.size(), 0);
+  std::vector<ContactState::Anchor> anchors;
+  anchors.reserve(contacts.size());
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    const Contact& contact = contacts[c];
+    const double force = contact_force(contact.distance, contact.thickness, model.contact_stiffness).force;
+    const Vec3 moved = weighted(contact, x1) - weighted(contact, x0);
+    const Vec3 actual = moved - contact.normal * contact.normal.dot(moved);
+    Vec3 slip = slip_after(slips[c], actual, model.contact_stiffness, contact.friction * force);
+    // The slip is a vector fixed to a moving body: it turns with it.
+    for (const int corner : {0, 3}) {
+      const Index s = model.surface_of_vertex[contact.vertices[corner]];
+      if (model.surfaces[s].kind == CollisionSurface::Kind::Cloth) continue;
+      if (!known[s]) {
+        motions[s] = rigid_motion(model, s, x0, x1);
+        known[s] = 1;
+      }
+      if (motions[s].rigid) slip = motions[s].rotation * slip;
+    }
+    anchors.push_back({contact.kind, contact.a, contact.b, slip, shares[c] * force});
+  }
+  state.anchors = std::move(anchors);
+}
+
+}  // namespace loomstone

@@ -1,0 +1,38 @@
+// All impacts of a step: pairs of features that come closer than the floor under gaps while x0 -> x1.
+#pragma once
+
+#include <vector>
+
+#include "core/collision/continuous.h"
+#include "core/collision/near_lists.h"
+
+namespace loomstone {
+
+struct StepImpact {
+  ContactKind kind;
+  PairKey key;
+  Index pair;                     // of surfaces
+  std::array<Index, 4> vertices;
+  Impact impact;
+};
+
+class ImpactSearch {
+ public:
+  ImpactSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs, BroadPhase& broad_phase,
+               NearLists& lists);
+
+  // Sorted by (kind, a, b). Pairs that touch at x0 already are left out, and pairs of which no vertex has an inverse mass.
+  // With `changed` (n) only pairs with a changed vertex are looked at. x0 must be that of the lists' update for the lists
+  // to be used; otherwise everything is searched.
+  std::vector<StepImpact> find(const Team& team, const Points& x0, const Points& x1, const Vector& inverse_mass,
+                               const std::vector<std::uint8_t>* changed);
+
+ private:
+  const CollisionModel& model_;
+  const std::vector<SurfacePair>& pairs_;
+  BroadPhase& broad_phase_;
+  NearLists& lists_;
+  std::vector<double> travel_;  // (n) length of each displacement [m]
+};
+
+}  // namespace loomstone
