@@ -1,6 +1,6 @@
 #include <catch2/catch.hpp>
 
-#include <limits>
+#include <cstdlib>
 
 #include "core/base/error.h"
 #include "example_run.h"
@@ -31,4 +31,13 @@ TEST_CASE("a run is read back bit for bit, with and without bodies") {
   REQUIRE(reports.size() == (n_frames - 1) * steps_per_frame);
   for (std::size_t i = 0; i < reports.size(); ++i)
     CHECK(same(reports[i], example_report(static_cast<std::int64_t>(i) + 1)));
+}
+
+// tests/python/test_cache_vtk.py reads what this leaves with VTK's own reader and compares with the same formulas.
+TEST_CASE("an example run for other programs can be kept") {
+  const char* directory = std::getenv("LOOMSTONE_EXAMPLE_RUN");
+  if (!directory) return;
+  const FrameTopology topology = example_topology(5, true);
+  FrameWriter writer(directory, topology, "{}");
+  for (int index = 0; index < 40; ++index) write_example(writer, topology, index);
 }

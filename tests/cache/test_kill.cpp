@@ -1,1 +1,139 @@
+// A run may be killed at any moment: what its files then hold is whole and right, and the run can be continued.
 #include <catch2/catch.hpp>
+
+#include <cstdlib>
+#include <random>
+#include <string>
+
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "core/base/error.h"
+#include "core/cache/checkpoint_file.h"
+#include "example_run.h"
+
+using namespace loomstone;
+using namespace loomstone::testing;
+
+namespace {
+
+// Runs `work` in a process of its own that is killed (SIGKILL) after some microseconds. True if it was killed.
+template <class Work>
+bool kill_after(unsigned microseconds, const Work& work) {
+  const pid_t child = fork();
+  if (child == 0) {
+    try {
+      work();
+    } catch (...) {
+      _exit(1);
+    }
+    _exit(0);
+  }
+  usleep(microseconds);
+  kill(child, SIGKILL);
+  int status = 0;
+  waitpid(child, &status, 0);
+  if (!WIFSIGNALED(status)) CHECK(WEXITSTATUS(status) == 0);
+  return WIFSIGNALED(status);
+}
+
+// Counts of frames and reports; each one checked.
+std::pair<int, int> check_run(const std::string& directory, const FrameTopology& topology) {
+  const FrameReader reader(directory);
+  CHECK(same(reader.topology(), topology));
+  int n_wrong = 0;
+  for (int index = 0; index < reader.n_frames(); ++index)
+    n_wrong += !same(reader.frame(index), example_frame(topology, index));
+  const auto reports = reader.reports();
+  for (std::size_t i = 0; i < reports.size(); ++i)
+    n_wrong += !same(reports[i], example_report(static_cast<std::int64_t>(i) + 1));
+  CHECK(n_wrong == 0);
+  return {reader.n_frames(), static_cast<int>(reports.size())};
+}
+
+int number_of_kills(int usual) {
+  const char* text = std::getenv("LOOMSTONE_KILLS");
+  return text ? std::atoi(text) : usual;
+}
+
+}  // namespace
+
+TEST_CASE("a run killed at any moment can be read, and every frame is right") {
+  const FrameTopology topology = example_topology(6, true);
+  std::mt19937 random(1);
+  int n_killed = 0, most = 0;
+  for (int trial = 0; trial < number_of_kills(20); ++trial) {
+    const TemporaryDirectory directory;
+    FrameWriter(directory.path(), topology, "");
+    const bool killed = kill_after(random() % 60000, [&] {
+      FrameWriter writer(directory.path(), topology, "");
+      for (int index = 0; index < 100000; ++index) write_example(writer, topology, index);
+    });
+    n_killed += killed;
+    try {
+      most = std::max(most, check_run(directory.path(), topology).first);
+    } catch (const CacheError& error) {
+      // Between the old run's end and the new one's beginning there is no run file.
+      const bool absent = std::string(error.what()).find("No such file") != std::string::npos;
+      if (!absent) FAIL_CHECK(error.what());
+    }
+  }
+  CHECK(n_killed == number_of_kills(20));
+  CHECK(most > 20);  // the kills met a run under way
+}
+
+TEST_CASE("a run killed and continued over and over ends with the content of an uninterrupted one") {
+  const FrameTopology topology = example_topology(6, true);
+  const int n_frames = 150;
+  std::mt19937 random(2);
+  const TemporaryDirectory directory;
+  { FrameWriter(directory.path(), topology, "kept"); }
+  // A checkpoint after every fifth frame, as a run would write it.
+  const std::string checkpoint_path = directory / "state.checkpoint";
+  const auto checkpoint = [](int next) {
+    Checkpoint result;
+    result.integers["next frame"] = {next};
+    return result;
+  };
+  write_checkpoint(checkpoint_path, checkpoint(0));
+  int n_killed = 0;
+  for (bool done = false; !done;) {
+    done = !kill_after(20000 + random() % 100000, [&] {
+      const int next = static_cast<int>(read_checkpoint(checkpoint_path).integers.at("next frame").at(0));
+      const double until = next == 0 ? -1.0 : example_frame(topology, next - 1).time;
+      FrameWriter writer = FrameWriter::reopen(directory.path(), until);
+      if (writer.n_frames() != next) _exit(2);
+      for (int index = next; index < n_frames; ++index) {
+        write_example(writer, topology, index);
+        if (index % 5 == 4) write_checkpoint(checkpoint_path, checkpoint(index + 1));
+      }
+    });
+    n_killed += !done;
+    REQUIRE(n_killed < 1000);
+  }
+  CHECK(n_killed > 1);
+  const auto [frames, reports] = check_run(directory.path(), topology);
+  CHECK(frames == n_frames);
+  CHECK(reports == (n_frames - 1) * steps_per_frame);
+  CHECK(FrameReader(directory.path()).metadata() == "kept");
+}
+
+TEST_CASE("a checkpoint being replaced when its writer is killed is the old one or the new one") {
+  const TemporaryDirectory directory;
+  const std::string path = directory / "state.checkpoint";
+  std::mt19937 random(3);
+  const auto checkpoint = [](double number) {
+    Checkpoint result;
+    result.arrays["number"] = {{1000}, std::vector<double>(1000, number)};
+    return result;
+  };
+  write_checkpoint(path, checkpoint(-1));
+  for (int trial = 0; trial < number_of_kills(20); ++trial) {
+    kill_after(random() % 10000, [&] {
+      for (int number = 0; number < 100000; ++number) write_checkpoint(path, checkpoint(number));
+    });
+    const auto values = read_checkpoint(path).arrays.at("number").values;
+    CHECK(values == std::vector<double>(1000, values.at(0)));
+  }
+}

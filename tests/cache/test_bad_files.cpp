@@ -1,0 +1,201 @@
+// Files that are missing, foreign, newer, truncated, damaged or cannot be written: one clear error each.
+#include <catch2/catch.hpp>
+
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+
+#include <signal.h>
+#include <sys/resource.h>
+
+#include "core/base/error.h"
+#include "core/cache/checkpoint_file.h"
+#include "core/cache/hdf5_file.h"
+#include "example_run.h"
+
+using namespace loomstone;
+using namespace loomstone::testing;
+using Catch::Contains;
+
+namespace {
+
+std::string message_of(const std::string& path) {
+  try {
+    FrameReader reader(path);
+    for (int index = 0; index < reader.n_frames(); ++index) reader.frame(index);
+    reader.reports();
+  } catch (const CacheError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+std::string checkpoint_message_of(const std::string& path) {
+  try {
+    read_checkpoint(path);
+  } catch (const CacheError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+void write_run(const std::string& directory, int n_frames, bool with_bodies = true) {
+  const FrameTopology topology = example_topology(4, with_bodies);
+  FrameWriter writer(directory, topology, "");
+  for (int index = 0; index < n_frames; ++index) write_example(writer, topology, index);
+}
+
+void flip_bit(const std::string& path, std::uintmax_t at) {
+  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+  file.seekg(static_cast<std::streamoff>(at));
+  const char byte = static_cast<char>(file.get() ^ 4);
+  file.seekp(static_cast<std::streamoff>(at));
+  file.put(byte);
+}
+
+// No file of this process may grow past `bytes` while this lives: what a full disk looks like.
+class FullDisk {
+ public:
+  explicit FullDisk(rlim_t bytes) {
+    signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FullDisk() { setrlimit(RLIMIT_FSIZE, &before_); }
+
+ private:
+  rlimit before_ = {};
+};
+
+}  // namespace
+
+TEST_CASE("a missing, empty or foreign file is named with what is wrong") {
+  const TemporaryDirectory directory;
+  CHECK_THAT(message_of(directory.path()), Contains("run.vtkhdf") && Contains("No such file"));
+  std::ofstream(directory / "run.vtkhdf").flush();
+  CHECK_THAT(message_of(directory.path()), Contains("not an HDF5 file"));
+  std::ofstream(directory / "run.vtkhdf") << "# vtk DataFile Version 3.0";
+  CHECK_THAT(message_of(directory / "run.vtkhdf"), Contains("not an HDF5 file"));
+  Hdf5File::create(directory / "run.vtkhdf").close();
+  CHECK_THAT(message_of(directory / "run.vtkhdf"), Contains("is HDF5 but not a loomstone cache"));
+}
+
+TEST_CASE("a file of a newer format is refused with both numbers") {
+  const TemporaryDirectory directory;
+  Hdf5File file = Hdf5File::create(directory / "run.vtkhdf");
+  file.create_group("/loomstone");
+  file.write_attribute("/loomstone", "format", std::array<std::int64_t, 1>{3});
+  file.write_text_attribute("/loomstone", "kind", "run");
+  file.close();
+  CHECK_THAT(message_of(directory.path()),
+             Contains("written by a newer version (file format 3, this build reads up to 1)"));
+}
+
+TEST_CASE("the bodies file cannot stand for the run, nor that of another run for this run's") {
+  const TemporaryDirectory directory, other;
+  write_run(directory.path(), 3);
+  CHECK_THAT(message_of(directory / "bodies.vtkhdf"), Contains("kind 'run', got 'bodies'"));
+  const FrameTopology topology = example_topology(4, true);
+  {
+    FrameWriter writer(other.path(), topology, "");
+    writer.write(example_frame(topology, 7));
+  }
+  std::filesystem::copy_file(other / "bodies.vtkhdf", directory / "bodies.vtkhdf",
+                             std::filesystem::copy_options::overwrite_existing);
+  CHECK_THAT(message_of(directory.path()), Contains("belongs to another run"));
+  std::filesystem::remove(directory / "bodies.vtkhdf");
+  CHECK_THAT(message_of(directory.path()), Contains("bodies.vtkhdf") && Contains("No such file"));
+}
+
+TEST_CASE("a run truncated anywhere is an error, never wrong numbers") {
+  const TemporaryDirectory directory;
+  write_run(directory.path(), 3, false);
+  const std::string path = directory / "run.vtkhdf";
+  const auto length = std::filesystem::file_size(path);
+  for (int part = 19; part > 0; --part) {
+    std::filesystem::resize_file(path, length * static_cast<std::uintmax_t>(part) / 20);
+    CHECK_THAT(message_of(path), Contains(path) && Contains("truncated"));
+  }
+  std::filesystem::resize_file(path, 4);
+  CHECK_THAT(message_of(path), Contains("not an HDF5 file"));
+}
+
+TEST_CASE("a checkpoint truncated or with any bit flipped is refused") {
+  const TemporaryDirectory directory;
+  const std::string path = directory / "state.checkpoint";
+  Checkpoint checkpoint;
+  checkpoint.arrays["positions"] = {{100, 3}, std::vector<double>(300, 0.1)};
+  write_checkpoint(path, checkpoint);
+  const auto length = std::filesystem::file_size(path);
+  for (std::uintmax_t at = 0; at < length; at += 7) {
+    flip_bit(path, at);
+    if (checkpoint_message_of(path).empty()) FAIL_CHECK("bit " << at << " may flip unnoticed");
+    flip_bit(path, at);
+  }
+  CHECK(checkpoint_message_of(path).empty());
+  flip_bit(path, 3000);
+  CHECK_THAT(checkpoint_message_of(path), Contains("checksum does not match"));
+  flip_bit(path, 3000);
+  for (std::uintmax_t shorter : {length - 1, length - 24, length / 2, std::uintmax_t{3}, std::uintmax_t{0}}) {
+    std::filesystem::resize_file(path, shorter);
+    CHECK_THAT(checkpoint_message_of(path), Contains("truncated"));
+  }
+  std::filesystem::remove(path);
+  CHECK_THAT(checkpoint_message_of(path), Contains("No such file"));
+}
+
+TEST_CASE("what cannot be written is refused with its name") {
+  const TemporaryDirectory directory;
+  const FrameTopology topology = example_topology(4, false);
+  CHECK_THROWS_WITH(FrameWriter(directory / "absent", topology, ""), Contains("absent") && Contains("No such file"));
+  CHECK_THROWS_WITH(write_checkpoint(directory / "absent/a", {}), Contains("absent") && Contains("No such file"));
+  FrameWriter writer(directory.path(), topology, "");
+  Frame frame = example_frame(topology, 0);
+  frame.strain.resize(2, 3);
+  CHECK_THROWS_WITH(writer.write(frame), Contains("frame.strain must have 36 rows of 3") && Contains("got 2"));
+  FrameTopology wrong = topology;
+  wrong.corner_uv.resize(5, 2);
+  CHECK_THROWS_WITH(FrameWriter(directory.path(), wrong, ""), Contains("topology.corner_uv must have 108 entries, got 5"));
+  Checkpoint checkpoint;
+  checkpoint.arrays["positions"] = {{2, 3}, {1.0}};
+  CHECK_THROWS_WITH(write_checkpoint(directory / "a", checkpoint), Contains("'positions'") && Contains("got 1"));
+  checkpoint.arrays = {{"", {{}, {1.0}}}};
+  CHECK_THROWS_WITH(write_checkpoint(directory / "a", checkpoint), Contains("names in a checkpoint must not be empty"));
+  CHECK_THROWS_WITH(FrameReader(directory.path()).frame(0), Contains("frame index must be in [0, 0), got 0"));
+}
+
+TEST_CASE("a full disk stops a run with an error, and the frames before it stay") {
+  const TemporaryDirectory directory;
+  const FrameTopology topology = example_topology(12, true);
+  FrameWriter writer(directory.path(), topology, "");
+  int n_written = 0;
+  std::string message;
+  {
+    const FullDisk full(1500000);
+    try {
+      for (; n_written < 1000; ++n_written) write_example(writer, topology, n_written);
+    } catch (const CacheError& error) {
+      message = error.what();
+    }
+    Checkpoint large;
+    large.arrays["a"] = {{1000000}, std::vector<double>(1000000)};
+    CHECK_THROWS_WITH(write_checkpoint(directory / "a.checkpoint", large), Contains("File too large"));
+    CHECK(!std::filesystem::exists(directory / "a.checkpoint"));
+  }
+  CHECK_THAT(message, Contains("run.vtkhdf") && Contains("File too large"));
+  CHECK(n_written > 0);
+  CHECK(n_written < 1000);
+  {
+    const FrameReader reader(directory.path());
+    CHECK(reader.n_frames() == n_written);
+    for (int index = 0; index < n_written; ++index) CHECK(same(reader.frame(index), example_frame(topology, index)));
+  }
+  // With room again, the frame that failed is written and the run goes on.
+  for (int index = n_written; index < n_written + 20; ++index) writer.write(example_frame(topology, index));
+  const FrameReader reader(directory.path());
+  REQUIRE(reader.n_frames() == n_written + 20);
+  for (int index = 0; index < reader.n_frames(); ++index)
+    CHECK(same(reader.frame(index), example_frame(topology, index)));
+}
