@@ -1,0 +1,65 @@
+// Claims about air drag against closed forms.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/cloth/air.h"
+#include "core/mesh/adjacency.h"
+#include "core/mesh/generators.h"
+
+using namespace loomstone;
+
+namespace {
+Points drag(const Air& air, const TriangleMesh& mesh, const Points& v) {
+  const Incidence list = triangles_of_vertices(mesh.n_vertices(), mesh.triangles());
+  Points f = Points::Zero(mesh.n_vertices(), 3);
+  add_drag({}, air, 0.0, mesh.triangles(), list.start, list.items, mesh.vertices(), v, 0, mesh.n_vertices(), f);
+  return f;
+}
+}  // namespace
+
+TEST_CASE("a sheet moving across itself feels density/2 C A v^2 against its motion") {
+  const TriangleMesh mesh = grid_cells(0.4, 0.5, 4, 5);
+  Air air;
+  air.normal_drag = 1.3, air.density = 1.1;
+  Points v = Points::Zero(mesh.n_vertices(), 3);
+  v.col(2).setConstant(-3.0);
+  const Vec3 sum = drag(air, mesh, v).colwise().sum();
+  CHECK(sum.z() == Approx(0.5 * 1.1 * 1.3 * 0.2 * 9.0).epsilon(1e-12));
+  CHECK(std::hypot(sum.x(), sum.y()) < 1e-15);
+}
+
+TEST_CASE("along the sheet only the tangential coefficient acts; moving with the wind nothing does") {
+  const TriangleMesh mesh = grid_cells(0.4, 0.5, 4, 5);
+  Air air;
+  air.normal_drag = 1.3, air.tangential_drag = 0.1, air.wind = Vec3(2, 0, 0);
+  Points v = Points::Zero(mesh.n_vertices(), 3);
+  CHECK(drag(air, mesh, v).col(0).sum() == Approx(0.5 * 1.2 * 0.1 * 0.2 * 4.0).epsilon(1e-12));
+  v.col(0).setConstant(2.0);
+  CHECK(drag(air, mesh, v).norm() == 0.0);
+}
+
+TEST_CASE("drag follows v = v_t tanh(g t / v_t) for a sheet falling flat") {
+  // m dv/dt = m g - c v^2 with c = density/2 C A has this solution, v_t = sqrt(m g / c).
+  const TriangleMesh mesh = grid_cells(0.4, 0.5, 2, 2);
+  Air air;
+  air.normal_drag = 1.0;
+  const double mass = 0.06, g = 9.81, c = 0.5 * 1.2 * 0.2, terminal = std::sqrt(mass * g / c);
+  double speed = 0.0;
+  const double h = 1e-4;
+  Points v = Points::Zero(mesh.n_vertices(), 3);
+  for (int i = 0; i < 5000; ++i) {
+    v.col(2).setConstant(-speed);
+    speed += h * (g - drag(air, mesh, v).col(2).sum() / mass);
+  }
+  CHECK(speed == Approx(terminal * std::tanh(g * 0.5 / terminal)).epsilon(2e-4));  // first order in h
+}
+
+TEST_CASE("gusts change the wind's strength within their share") {
+  Air air;
+  air.wind = Vec3(3, 0, 0), air.gust = 0.5;
+  for (double t = 0; t < 5; t += 0.01) {
+    const double speed = wind_at(air, Vec3(0.1, 0.2, 0.3), t).x();
+    CHECK(speed >= 1.5);
+    CHECK(speed <= 4.5);
+  }
+}

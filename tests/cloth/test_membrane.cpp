@@ -1,0 +1,298 @@
+// Claims about the orthotropic membrane: method (2.7)-(2.36).
+#include <catch2/catch.hpp>
+#include <random>
+
+#include <Eigen/Eigenvalues>
+
+#include "core/base/error.h"
+#include "core/cloth/membrane.h"
+#include "core/mesh/generators.h"
+
+using namespace loomstone;
+
+namespace {
+
+struct Sheet {
+  TriangleMesh mesh;
+  Membrane membrane;
+};
+
+Sheet make_sheet(const ClothMaterial& material, double jitter = 0.24) {
+  TriangleMesh mesh = jittered_grid(0.3, 0.2, 6, 4, jitter, 7);
+  const auto corners = rest_corners(mesh, true, "mesh");
+  Membrane membrane(mesh.n_vertices(), mesh.triangles(), corners,
+                    std::vector<MembraneConstants>(mesh.n_triangles(), membrane_constants(material, "material")));
+  return {std::move(mesh), std::move(membrane)};
+}
+
+ClothMaterial orthotropic() {
+  ClothMaterial m;
+  m.weft_stiffness = 400, m.warp_stiffness = 150, m.shear_stiffness = 40, m.poisson = 0.4;
+  m.viscosity_dilation = -0.02, m.viscosity_shear = 0.05;
+  return m;
+}
+
+Points random_points(Index n, double size, unsigned seed) {
+  std::mt19937 generator(seed);
+  std::uniform_real_distribution<double> uniform(-size, size);
+  Points p(n, 3);
+  for (Index i = 0; i < p.size(); ++i) p.data()[i] = uniform(generator);
+  return p;
+}
+
+// A strongly deformed sheet: stretched, sheared, folded out of its plane.
+Points deformed(const TriangleMesh& mesh, unsigned seed) {
+  Points x = mesh.vertices();
+  for (Index i = 0; i < x.rows(); ++i) {
+    const double u = x(i, 0), v = x(i, 1);
+    x.row(i) << 1.2 * u + 0.3 * v, 0.8 * v - 0.1 * u, 0.05 * std::sin(20 * u) * std::cos(15 * v);
+  }
+  return x + random_points(static_cast<Index>(x.rows()), 0.004, seed);
+}
+
+Points force_of(Membrane& membrane, const Points& x, const Points* v = nullptr) {
+  Points f = Points::Zero(x.rows(), 3);
+  membrane.add_forces({}, x, v, 0, static_cast<Index>(x.rows()), f);
+  return f;
+}
+
+BlockMatrix pattern(const TriangleMesh& mesh) {
+  std::vector<std::pair<Index, Index>> couplings;
+  for (Index t = 0; t < mesh.n_triangles(); ++t)
+    for (int k = 0; k < 3; ++k) couplings.emplace_back(mesh.triangles()(t, k), mesh.triangles()(t, (k + 1) % 3));
+  return BlockMatrix(mesh.n_vertices(), couplings);
+}
+
+Eigen::MatrixXd dense(const BlockMatrix& a) {
+  Eigen::MatrixXd d = Eigen::MatrixXd::Zero(3 * a.n_rows(), 3 * a.n_rows());
+  for (Index i = 0; i < a.n_rows(); ++i)
+    for (Index k = a.row_start()[i]; k < a.row_start()[i + 1]; ++k)
+      d.block<3, 3>(3 * i, 3 * a.columns()[k]) = a.block_map(k);
+  return d;
+}
+
+double dot(const Points& a, const Points& b) { return a.cwiseProduct(b).sum(); }
+
+}  // namespace
+
+TEST_CASE("the membrane force is minus the gradient of its energy, with error of order 2") {
+  Sheet s = make_sheet(orthotropic());
+  const Points x = deformed(s.mesh, 1), d = random_points(s.mesh.n_vertices(), 1.0, 2);
+  const double exact = -dot(force_of(s.membrane, x), d);
+  double previous = 0.0;
+  for (const double step : {1e-4, 1e-5, 1e-6}) {
+    const double difference =
+        (s.membrane.energy({}, x + step * d) - s.membrane.energy({}, x - step * d)) / (2 * step);
+    const double error = std::abs(difference - exact) / std::abs(exact);
+    // Central differences: a tenth of the step, a hundredth of the error (until rounding, 1e-16 / 1e-5, takes over).
+    if (previous > 1e-9) CHECK(error < previous / 90.0 + 1e-10);
+    previous = error;
+  }
+  CHECK(previous < 1e-8);
+}
+
+TEST_CASE("the exact Jacobian is the derivative of the force, with error of order 2") {
+  Sheet s = make_sheet(orthotropic());
+  const Index n = s.mesh.n_vertices();
+  const Points x = deformed(s.mesh, 3), d = random_points(n, 1.0, 4);
+  BlockMatrix k = pattern(s.mesh);
+  s.membrane.add_jacobian({}, x, JacobianKind::Exact, 1.0, 0.0, 0, n, k);
+  const Eigen::VectorXd flat = Eigen::Map<const Eigen::VectorXd>(d.data(), 3 * n);
+  const Eigen::VectorXd product = dense(k) * flat;
+  double previous = 0.0;
+  for (const double step : {1e-4, 1e-5, 1e-6}) {
+    const Points difference = (force_of(s.membrane, x - step * d) - force_of(s.membrane, x + step * d)) / (2 * step);
+    const double error =
+        (Eigen::Map<const Eigen::VectorXd>(difference.data(), 3 * n) - product).norm() / product.norm();
+    if (previous > 1e-9) CHECK(error < previous / 90.0 + 1e-10);
+    previous = error;
+  }
+  CHECK(previous < 1e-8);
+}
+
+TEST_CASE("the viscous Jacobian is the derivative of the viscous force") {
+  Sheet s = make_sheet(orthotropic());
+  const Index n = s.mesh.n_vertices();
+  const Points x = deformed(s.mesh, 5), v = random_points(n, 1.0, 6);
+  BlockMatrix d = pattern(s.mesh);
+  s.membrane.add_jacobian({}, x, JacobianKind::Exact, 0.0, 1.0, 0, n, d);
+  const Points viscous = force_of(s.membrane, x) - force_of(s.membrane, x, &v);  // + f_v
+  const Eigen::VectorXd product = dense(d) * Eigen::Map<const Eigen::VectorXd>(v.data(), 3 * n);
+  // The force is linear in v: equal to rounding.
+  CHECK((Eigen::Map<const Eigen::VectorXd>(viscous.data(), 3 * n) - product).norm() < 1e-12 * product.norm() + 1e-13);
+}
+
+TEST_CASE("the positive Jacobian is symmetric and positive semidefinite, also under compression") {
+  Sheet s = make_sheet(orthotropic());
+  const Index n = s.mesh.n_vertices();
+  Points x = deformed(s.mesh, 7);
+  x.col(0) *= 0.5;
+  BlockMatrix k = pattern(s.mesh);
+  s.membrane.add_jacobian({}, x, JacobianKind::Positive, 1.0, 0.3, 0, n, k);
+  const Eigen::MatrixXd d = dense(k);
+  CHECK((d - d.transpose()).norm() == 0.0);
+  const Eigen::VectorXd eigenvalues = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(d).eigenvalues();
+  CHECK(eigenvalues.minCoeff() > -1e-12 * eigenvalues.maxCoeff());
+}
+
+TEST_CASE("where all stresses are tensile the positive Jacobian is the exact one") {
+  Sheet s = make_sheet(orthotropic());
+  const Index n = s.mesh.n_vertices();
+  Points x = s.mesh.vertices() * 1.1;
+  BlockMatrix a = pattern(s.mesh), b = pattern(s.mesh);
+  s.membrane.add_jacobian({}, x, JacobianKind::Exact, 1.0, 0.0, 0, n, a);
+  s.membrane.add_jacobian({}, x, JacobianKind::Positive, 1.0, 0.0, 0, n, b);
+  CHECK((dense(a) - dense(b)).norm() < 1e-13 * dense(a).norm());
+}
+
+TEST_CASE("viscous power is never positive, and zero for rigid velocities at any strain") {
+  Sheet s = make_sheet(orthotropic());
+  const Points x = deformed(s.mesh, 8), elastic = force_of(s.membrane, x);
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    const Points v = random_points(s.mesh.n_vertices(), 1.0, 100 + seed);
+    CHECK(dot(force_of(s.membrane, x, &v) - elastic, v) <= 0.0);
+  }
+  Points rigid(x.rows(), 3);
+  const Vec3 a(1, -2, 3), omega(4, 5, -6);
+  for (Index i = 0; i < x.rows(); ++i) rigid.row(i) = (a + omega.cross(x.row(i).transpose())).transpose();
+  const Points random = random_points(s.mesh.n_vertices(), 1.0, 9);
+  const double scale = (force_of(s.membrane, x, &random) - elastic).norm();
+  CHECK((force_of(s.membrane, x, &rigid) - elastic).norm() < 1e-12 * scale);
+}
+
+TEST_CASE("rigid motion causes no membrane force") {
+  Sheet s = make_sheet(orthotropic());
+  const Mat3 turn = Eigen::AngleAxisd(1.1, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+  const Points moved = (s.mesh.vertices() * turn.transpose()).rowwise() + Eigen::RowVector3d(5, 6, 7);
+  // Coordinates of size 10 are rounded by 1e-15; times stiffness 400.
+  CHECK(force_of(s.membrane, moved).cwiseAbs().maxCoeff() < 1e-11);
+}
+
+TEST_CASE("internal forces have no sum and no torque") {
+  Sheet s = make_sheet(orthotropic());
+  const Points x = deformed(s.mesh, 10), v = random_points(s.mesh.n_vertices(), 1.0, 11), f = force_of(s.membrane, x, &v);
+  Vec3 sum = Vec3::Zero(), torque = Vec3::Zero();
+  for (Index i = 0; i < x.rows(); ++i) sum += f.row(i), torque += x.row(i).cross(f.row(i));
+  const double scale = f.cwiseAbs().sum();
+  CHECK(sum.norm() < 1e-14 * scale);
+  CHECK(torque.norm() < 1e-14 * scale);
+}
+
+TEST_CASE("the patch test is exact on an irregular mesh: affine maps cause uniform strain and no inner force") {
+  Sheet s = make_sheet(orthotropic(), 0.24);
+  const TriangleMesh& mesh = s.mesh;
+  Mat32 f;
+  f << 1.1, 0.2, -0.1, 0.9, 0.3, 0.1;
+  Points x(mesh.n_vertices(), 3);
+  for (Index i = 0; i < x.rows(); ++i) x.row(i) = (f * mesh.uv().row(i).transpose()).transpose();
+  Points green;
+  Vector stretch;
+  s.membrane.strain({}, x, green, stretch);
+  const Mat2 e = 0.5 * (f.transpose() * f - Mat2::Identity());
+  for (Index t = 0; t < mesh.n_triangles(); ++t) {
+    CHECK(green(t, 0) == Approx(e(0, 0)).margin(1e-13));
+    CHECK(green(t, 1) == Approx(e(1, 1)).margin(1e-13));
+    CHECK(green(t, 2) == Approx(e(0, 1)).margin(1e-13));
+  }
+  const Points force = force_of(s.membrane, x);
+  const double scale = force.cwiseAbs().maxCoeff();
+  for (Index i = 0; i < x.rows(); ++i) {
+    const bool inner = std::abs(mesh.uv()(i, 0)) < 0.149 && std::abs(mesh.uv()(i, 1)) < 0.099;
+    if (inner) CHECK(force.row(i).norm() < 1e-12 * scale);
+  }
+}
+
+TEST_CASE("a strip cut along weft, warp or bias and pulled has the strain of its compliance") {
+  const ClothMaterial material = orthotropic();
+  const MembraneConstants c = membrane_constants(material, "m");
+  for (const double degrees : {0.0, 45.0, 90.0}) {
+    const double angle = degrees * M_PI / 180.0;
+    const Vec2 d(std::cos(angle), std::sin(angle));
+    // Uniaxial second Piola-Kirchhoff stress p along d; strain from the inverse of (2.23).
+    const double p = 20.0, s11 = p * d.x() * d.x(), s22 = p * d.y() * d.y(), s12 = p * d.x() * d.y();
+    const double determinant = c.a11 * c.a22 - c.a12 * c.a12;
+    Mat2 e;
+    e(0, 0) = (c.a22 * s11 - c.a12 * s22) / determinant;
+    e(1, 1) = (c.a11 * s22 - c.a12 * s11) / determinant;
+    e(0, 1) = e(1, 0) = s12 / (2.0 * c.g);
+    const Mat2 u = Eigen::SelfAdjointEigenSolver<Mat2>(Mat2::Identity() + 2.0 * e).operatorSqrt();
+    // A rectangle whose long side lies along d.
+    const TriangleMesh base = jittered_grid(0.3, 0.1, 9, 3, 0.24, 3);
+    Mat2 turn;
+    turn << d.x(), -d.y(), d.y(), d.x();
+    Points2 uv = base.uv() * turn.transpose();
+    Points x = Points::Zero(uv.rows(), 3);
+    x.leftCols<2>() = uv;
+    const TriangleMesh mesh(x, base.triangles(), uv);
+    Membrane membrane(mesh.n_vertices(), mesh.triangles(), rest_corners(mesh, true, "m"),
+                      std::vector<MembraneConstants>(mesh.n_triangles(), c));
+    x.leftCols<2>() = uv * u.transpose();
+    const Points force = force_of(membrane, x);
+    Vec2 pull = Vec2::Zero();  // on the end at -0.15
+    for (Index i = 0; i < x.rows(); ++i) {
+      if (base.uv()(i, 0) < -0.1499)
+        pull += force.row(i).head<2>().transpose();
+      else if (base.uv()(i, 0) < 0.1499)
+        CHECK(force.row(i).norm() < 1e-12);  // also on the long sides: no traction
+    }
+    const Vec2 traction = 0.1 * (u * (p * d));  // width times F S d
+    CHECK((pull - traction).norm() < 1e-12);
+    // Young's modulus along weft and warp is what the material says.
+    if (degrees == 0.0) CHECK(e(0, 0) == Approx(p / material.weft_stiffness).epsilon(1e-12));
+    if (degrees == 90.0) CHECK(e(1, 1) == Approx(p / material.warp_stiffness).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("under tension the Jacobian resists motion out of the plane; the co-rotational one does not (figure 2.3)") {
+  Sheet s = make_sheet(orthotropic(), 0.0);
+  const Index n = s.mesh.n_vertices();
+  Points x = s.mesh.vertices();
+  x.col(0) *= 1.1;
+  BlockMatrix k = pattern(s.mesh);
+  s.membrane.add_jacobian({}, x, JacobianKind::Exact, 1.0, 0.0, 0, n, k);
+  // The material part F (C : sym(F^T dx dN^T)) dN is what a co-rotational model keeps: it is the Jacobian at zero stress,
+  // here that of the rest state, whose normal part vanishes.
+  BlockMatrix rest = pattern(s.mesh);
+  s.membrane.add_jacobian({}, s.mesh.vertices(), JacobianKind::Exact, 1.0, 0.0, 0, n, rest);
+  for (Index i = 0; i < n; ++i) {
+    CHECK(k.block_map(k.diagonal()[i])(2, 2) > 1.0);
+    CHECK(std::abs(rest.block_map(rest.diagonal()[i])(2, 2)) < 1e-12);
+  }
+}
+
+TEST_CASE("any number of threads and any split of the rows give the same bits") {
+  const TriangleMesh mesh = jittered_grid(1.0, 1.0, 40, 40, 0.24, 5);
+  const auto corners = rest_corners(mesh, true, "mesh");
+  const std::vector<MembraneConstants> constants(mesh.n_triangles(), membrane_constants(orthotropic(), "m"));
+  const Index n = mesh.n_vertices();
+  const Points x = mesh.vertices() + random_points(n, 0.005, 12), v = random_points(n, 1.0, 13);
+  Membrane one(n, mesh.triangles(), corners, constants);
+  Points reference = Points::Zero(n, 3);
+  one.add_forces({1}, x, &v, 0, n, reference);
+  BlockMatrix k = pattern(mesh);
+  one.add_jacobian({1}, x, JacobianKind::Positive, 1e-4, 1e-2, 0, n, k);
+  const double energy = one.energy({1}, x);
+  for (const int threads : {2, 3, 7}) {
+    Membrane other(n, mesh.triangles(), corners, constants);
+    Points f = Points::Zero(n, 3);
+    BlockMatrix a = pattern(mesh);
+    for (const Index cut : {0, 384, 1024}) {
+      const Index end = cut == 0 ? 384 : cut == 384 ? 1024 : n;
+      other.add_forces({threads}, x, &v, cut, end, f);
+      other.add_jacobian({threads}, x, JacobianKind::Positive, 1e-4, 1e-2, cut, end, a);
+    }
+    CHECK(f == reference);
+    CHECK(dense(a) == dense(k));
+    CHECK(other.energy({threads}, x) == energy);
+  }
+}
+
+TEST_CASE("materials without positive energy are refused with the reason") {
+  ClothMaterial m;
+  m.poisson = 0.9, m.weft_stiffness = 100, m.warp_stiffness = 300;
+  CHECK_THROWS_WITH(membrane_constants(m, "cloths[0].material"), Catch::Contains("cloths[0].material.poisson") &&
+                                                                       Catch::Contains("positive definite"));
+  m = ClothMaterial{};
+  m.viscosity_dilation = -1.0;
+  CHECK_THROWS_AS(membrane_constants(m, "m"), InvalidInput);
+}

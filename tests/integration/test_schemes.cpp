@@ -1,0 +1,234 @@
+// Claims about the integrators: method.md 1.4.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "core/base/error.h"
+#include "tests/support/cloth_fixture.h"
+
+using namespace loomstone;
+using namespace loomstone::test;
+
+namespace {
+
+const char* const all_methods[] = {"explicit-euler",    "symplectic-euler",   "semi-implicit-euler", "backward-euler",
+                                   "implicit-midpoint", "nonlinear-midpoint", "bdf2"};
+
+bool is_explicit(const std::string& method) { return method == "explicit-euler" || method == "symplectic-euler"; }
+
+IntegratorOptions options_for(const std::string& method, double step) {
+  IntegratorOptions o = exact_options(method.c_str(), step);
+  if (is_explicit(method)) o.jacobian = "spd", o.linear_solver = "pcg";
+  return o;
+}
+
+ClothMaterial soft() {
+  ClothMaterial m;
+  m.weft_stiffness = 30, m.warp_stiffness = 20, m.shear_stiffness = 10;
+  return m;
+}
+
+// A stretched, spinning sheet without loads.
+Points spinning(const Points& x) {
+  Points v(x.rows(), 3);
+  const Vec3 omega(1, 2, 6);
+  for (Index i = 0; i < x.rows(); ++i) v.row(i) = omega.cross(x.row(i).transpose()).transpose() + Eigen::RowVector3d(0.3, 0, 0.1);
+  return v;
+}
+
+// The same motion to time 0.05 s at a step; all start from a sheet stretched in its plane (so tension everywhere).
+Points end_of_motion(const std::string& method, double step, double bending) {
+  const TriangleMesh mesh = jittered_grid(0.2, 0.2, 4, 4, 0.2, 3);
+  IntegratorOptions o = options_for(method, step);
+  o.bending = method == "nonlinear-midpoint" || method == "backward-euler" ? "implicit" : "explicit";
+  ClothRun run = make_run(mesh, soft(), o, bending);
+  start(run, o);
+  run.state.x *= 1.15;
+  run.state.x.col(2) = 0.02 * (12.0 * run.state.x.col(0).array()).sin();
+  run.state.v = spinning(run.state.x);
+  const int n = static_cast<int>(std::lround(0.05 / step));
+  for (int i = 0; i < n; ++i) run.advance();
+  return run.state.x;
+}
+
+double momentum_error(const ClothRun& run, const Vec3& expected) {
+  Vec3 p = Vec3::Zero();
+  for (Index i = 0; i < run.model.n_vertices; ++i) p += run.model.mass[i] * run.state.v.row(i).transpose();
+  return (p - expected).norm() / expected.norm();
+}
+
+Vec3 angular_momentum(const ClothRun& run) {
+  Vec3 l = Vec3::Zero();
+  for (Index i = 0; i < run.model.n_vertices; ++i)
+    l += run.model.mass[i] * run.state.x.row(i).transpose().cross(run.state.v.row(i).transpose());
+  return l;
+}
+
+double angular_drift(const std::string& method, double step) {
+  const TriangleMesh mesh = jittered_grid(0.2, 0.2, 4, 4, 0.2, 3);
+  IntegratorOptions o = options_for(method, step);
+  if (!is_explicit(method)) o.bending = "implicit";
+  ClothRun run = make_run(mesh, soft(), o, 1e-5);
+  start(run, o);
+  run.state.x *= 1.15;
+  run.state.v = spinning(run.state.x);
+  const Vec3 before = angular_momentum(run);
+  for (int i = 0; i < static_cast<int>(std::lround(0.05 / step)); ++i) run.advance();
+  return (angular_momentum(run) - before).norm() / before.norm();
+}
+
+}  // namespace
+
+TEST_CASE("free fall: velocity is g t for every integrator, position has the scheme's own term") {
+  for (const std::string method : all_methods) {
+    // Explicit schemes at their stable step, implicit ones far beyond it.
+    const double h = is_explicit(method) ? 1e-4 : 0.01, g = 9.81;
+    const int n = 20;
+    const double t = n * h;
+    const std::map<std::string, double> expected = {
+      {"explicit-euler", 0.5 * g * t * (t - h)},      {"symplectic-euler", 0.5 * g * t * (t + h)},
+      {"semi-implicit-euler", 0.5 * g * t * (t + h)}, {"backward-euler", 0.5 * g * t * (t + h)},
+      {"implicit-midpoint", 0.5 * g * t * t},         {"nonlinear-midpoint", 0.5 * g * t * t}};
+    const TriangleMesh mesh = jittered_grid(0.2, 0.3, 3, 4, 0.2, 3);
+    const IntegratorOptions o = options_for(method, h);
+    ClothRun run = make_run(mesh, ClothMaterial{}, o, 1e-6, {}, Vec3(0, 0, -g));
+    start(run, o);
+    for (int i = 0; i < n; ++i) run.advance();
+    for (Index i = 0; i < mesh.n_vertices(); ++i) {
+      CHECK(run.state.v(i, 2) == Approx(-g * t).epsilon(1e-9));
+      if (expected.count(method)) CHECK(run.state.x(i, 2) == Approx(-expected.at(method)).epsilon(1e-9));
+      // BDF-2 started by a midpoint step is exact for constant acceleration.
+      if (method == std::string("bdf2")) CHECK(run.state.x(i, 2) == Approx(-0.5 * g * t * t).epsilon(1e-9));
+    }
+  }
+}
+
+TEST_CASE("midpoint and BDF-2 are of order 2, the Euler schemes of order 1") {
+  const std::map<std::string, double> order = {{"explicit-euler", 1},     {"symplectic-euler", 1},
+                                               {"semi-implicit-euler", 1}, {"backward-euler", 1},
+                                               {"implicit-midpoint", 2},   {"nonlinear-midpoint", 2},
+                                               {"bdf2", 2}};
+  for (const auto& [method, expected] : order) {
+    // Membrane only; halving the step thrice. Differences of successive runs cancel the unknown limit.
+    const double h = is_explicit(method) ? 6.25e-5 : method == "bdf2" ? 5e-4 : expected == 2 ? 1e-3 : 1.25e-4;
+    const Points a = end_of_motion(method, h, 0.0), b = end_of_motion(method, h / 2, 0.0), c = end_of_motion(method, h / 4, 0.0);
+    const double measured = std::log2((a - b).norm() / (b - c).norm());
+    INFO(method << " has order " << measured);
+    CHECK(measured == Approx(expected).margin(0.2));
+  }
+}
+
+TEST_CASE("explicit bending, extrapolated, keeps midpoint and BDF-2 of order 2") {
+  for (const char* method : {"implicit-midpoint", "bdf2"}) {
+    const double h = 5e-4;
+    const Points a = end_of_motion(method, h, 1e-5), b = end_of_motion(method, h / 2, 1e-5), c = end_of_motion(method, h / 4, 1e-5);
+    const double measured = std::log2((a - b).norm() / (b - c).norm());
+    INFO(method << " has order " << measured);
+    CHECK(measured == Approx(2.0).margin(0.3));
+  }
+}
+
+TEST_CASE("linear momentum is kept to rounding by every integrator with the direct solver") {
+  for (const std::string method : all_methods) {
+    const TriangleMesh mesh = jittered_grid(0.2, 0.2, 4, 4, 0.2, 3);
+    const IntegratorOptions o = options_for(method, 2e-4);
+    ClothRun run = make_run(mesh, soft(), o, 1e-5);
+    start(run, o);
+    run.state.x *= 1.15;
+    run.state.v = spinning(run.state.x);
+    Vec3 before = Vec3::Zero();
+    for (Index i = 0; i < run.model.n_vertices; ++i) before += run.model.mass[i] * run.state.v.row(i).transpose();
+    for (int i = 0; i < 200; ++i) run.advance();
+    INFO(method);
+    // 200 steps of sums over forces a thousand times the momentum's change.
+    CHECK(momentum_error(run, before) < 1e-11);
+  }
+}
+
+TEST_CASE("angular momentum is kept to rounding by symplectic Euler and nonlinear midpoint, else with the scheme's order") {
+  CHECK(angular_drift("symplectic-euler", 2e-4) < 1e-12);
+  CHECK(angular_drift("nonlinear-midpoint", 1e-3) < 1e-11);  // Newton stops at a residual of 1e-12
+  for (const char* method : {"semi-implicit-euler", "backward-euler"}) {
+    const double ratio = angular_drift(method, 2.5e-4) / angular_drift(method, 1.25e-4);
+    INFO(method << " ratio " << ratio);
+    CHECK(ratio == Approx(2.0).margin(0.4));
+  }
+  for (const char* method : {"implicit-midpoint", "bdf2"}) {
+    const double ratio = angular_drift(method, 1e-3) / angular_drift(method, 5e-4);
+    INFO(method << " ratio " << ratio);
+    CHECK(ratio > 3.0);
+  }
+}
+
+TEST_CASE("pinned vertices do not move by one bit, scripted ones end exactly at their target") {
+  for (const std::string method : all_methods) {
+    const TriangleMesh mesh = grid_cells(0.3, 0.3, 6, 6);
+    IntegratorOptions o = options_for(method, 2e-4);
+    if (!is_explicit(method)) o.linear_solver = "pcg", o.jacobian = "spd", o.newton_tolerance = 1e-6;
+    ClothRun run = make_run(mesh, ClothMaterial{}, o, 1e-6, {0, 6}, Vec3(0, 0, -9.81));
+    start(run, o);
+    for (int i = 0; i < 50; ++i) {
+      run.target(6, 0) = mesh.vertices()(6, 0) + 1e-4 * i;
+      run.advance();
+    }
+    INFO(method);
+    CHECK(run.state.x.row(0) == mesh.vertices().row(0));
+    CHECK(run.state.x.row(6) == run.target.row(6));
+    CHECK(run.state.x(40, 2) < -1e-6);
+  }
+}
+
+TEST_CASE("a hung strip stretches as the analytic solution, along weft and along warp") {
+  // With nu = 0 a strip under its own weight is one-dimensional: nominal stress lambda E (lambda^2 - 1)/2 = rho g s,
+  // s the length below; the end hangs at the integral of lambda.
+  ClothMaterial m;
+  m.weft_stiffness = 60, m.warp_stiffness = 25, m.shear_stiffness = 10, m.density = 0.8;
+  const double g = 9.81, length = 1.0;
+  for (const bool weft : {true, false}) {
+    const double modulus = weft ? m.weft_stiffness : m.warp_stiffness;
+    double hang = 0.0;
+    const int parts = 2000;
+    for (int i = 0; i < parts; ++i) {
+      const double load = m.density * g * length * (i + 0.5) / parts;
+      double lambda = 1.0;
+      for (int k = 0; k < 30; ++k)
+        lambda -= (0.5 * modulus * lambda * (lambda * lambda - 1) - load) / (0.5 * modulus * (3 * lambda * lambda - 1));
+      hang += lambda * length / parts;
+    }
+    const Index across = 2, along = 24;
+    const TriangleMesh mesh = weft ? grid_cells(length, 0.1, along, across) : grid_cells(0.1, length, across, along);
+    std::vector<Index> pins;
+    Vec3 gravity = Vec3::Zero();
+    for (Index i = 0; i < mesh.n_vertices(); ++i)
+      if (mesh.uv()(i, weft ? 0 : 1) > length / 2 - 1e-9) pins.push_back(i);
+    gravity[weft ? 0 : 1] = -g;
+    IntegratorOptions o = exact_options("backward-euler", 0.1);
+    o.newton_tolerance = 1e-9;
+    ClothRun run = make_run(mesh, m, o, 0.0, pins, gravity);
+    start(run, o);
+    for (int i = 0; i < 60; ++i) run.advance();
+    const double bottom = run.state.x.col(weft ? 0 : 1).minCoeff();
+    // Linear triangles: second order in the element, 24 along the strip.
+    CHECK(length / 2 - bottom == Approx(hang).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("a Newton loop that cannot converge says so, and names the remedy") {
+  const TriangleMesh mesh = grid_cells(0.2, 0.2, 4, 4);
+  IntegratorOptions o = exact_options("backward-euler", 1e-3);
+  o.newton_tolerance = 1e-30, o.max_newton_iterations = 3;
+  ClothRun run = make_run(mesh, soft(), o, 0.0, {0}, Vec3(0, 0, -9.81));
+  start(run, o);
+  CHECK_THROWS_WITH(run.advance(), Catch::Contains("backward-euler") && Catch::Contains("integrator.step"));
+}
+
+TEST_CASE("unknown integrators and impossible combinations are refused with the choices") {
+  const TriangleMesh mesh = grid_cells(0.2, 0.2, 2, 2);
+  IntegratorOptions o;
+  ClothRun run = make_run(mesh, soft(), o, 1e-5);
+  o.method = "rk4";
+  CHECK_THROWS_WITH(start(run, o), Catch::Contains("semi-implicit-euler") && Catch::Contains("\"rk4\""));
+  o.method = "symplectic-euler", o.bending = "implicit";
+  CHECK_THROWS_AS(start(run, o), InvalidInput);
+}

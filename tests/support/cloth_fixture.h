@@ -1,0 +1,82 @@
+// A small cloth with its integrator, without the rest of a simulation.
+#pragma once
+
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "core/integration/integrator.h"
+#include "core/mesh/generators.h"
+
+namespace loomstone::test {
+
+struct ClothRun {
+  ClothModel model;
+  std::unique_ptr<Elasticity> elasticity;
+  std::unique_ptr<Integrator> integrator;
+  std::unique_ptr<RowLayout> layout;
+  ClothState state;
+  Points force, target, bodies;
+  std::vector<std::uint8_t> fixed;
+  std::vector<Mat3> body_mass;
+  double step = 1e-3;
+  int steps = 0;
+
+  IntegrationReport advance() {
+    StepInputs in;
+    in.step = step, in.time = steps++ * step;
+    in.force = &force, in.fixed = &fixed, in.target = &target, in.body_mass = &body_mass;
+    return integrator->advance({}, *layout, in, state, bodies);
+  }
+};
+
+inline ClothRun make_run(const TriangleMesh& mesh, const ClothMaterial& material, const IntegratorOptions& options,
+                         double bending = 0.0, const std::vector<Index>& pins = {}, const Vec3& gravity = Vec3::Zero(),
+                         const char* element = "mid-edge") {
+  ClothRun run;
+  ClothModel& m = run.model;
+  m.n_vertices = mesh.n_vertices();
+  m.triangles = mesh.triangles();
+  m.corners = rest_corners(mesh, true, "mesh");
+  m.constants.assign(mesh.n_triangles(), membrane_constants(material, "material"));
+  m.mass = lumped_mass(m.n_vertices, m.triangles, m.corners, std::vector<double>(mesh.n_triangles(), material.density));
+  m.pinned.assign(m.n_vertices, 0);
+  for (const Index pin : pins) m.pinned[pin] = 1;
+  if (bending > 0.0) {
+    ClothModel::BendingPart part;
+    part.element = element;
+    part.setup.rest_positions = mesh.vertices();
+    part.setup.triangles = m.triangles;
+    part.setup.corners = m.corners;
+    Mat3 d = Mat3::Zero();
+    d.diagonal() << bending, bending, bending / 2;
+    part.setup.rigidity.assign(mesh.n_triangles(), d);
+    part.setup.damping.assign(mesh.n_triangles(), 0.0);
+    part.setup.pinned = m.pinned;
+    m.bending.push_back(part);
+  }
+  run.step = options.step;
+  run.state.x = mesh.vertices();
+  run.state.v = Points::Zero(m.n_vertices, 3);
+  run.force = Points::Zero(m.n_vertices, 3);
+  for (Index i = 0; i < m.n_vertices; ++i) run.force.row(i) = m.mass[i] * gravity.transpose();
+  run.target = mesh.vertices();
+  run.fixed = m.pinned;
+  run.bodies.resize(0, 3);
+  run.layout = std::make_unique<RowLayout>(m.n_vertices, single_communicator());
+  return run;
+}
+
+// The model must stay where it is afterwards: stages keep references to it.
+inline void start(ClothRun& run, const IntegratorOptions& options) {
+  run.elasticity = std::make_unique<Elasticity>(run.model, bending_is_implicit(options, run.model));
+  run.integrator = make_integrator(options, run.model, *run.elasticity);
+}
+
+inline IntegratorOptions exact_options(const char* method, double step) {
+  IntegratorOptions o;
+  o.method = method, o.step = step, o.jacobian = "exact", o.linear_solver = "direct", o.newton_tolerance = 1e-12;
+  return o;
+}
+
+}  // namespace loomstone::test
