@@ -71,6 +71,7 @@ class Renderer {
   // Throws Unsupported with one sentence where neither OSMesa nor EGL can be loaded.
   Renderer(const FrameTopology& topology, const RenderOptions& options);
   ~Renderer();
+  // The first frame fixes what a fitted camera shows. One thread at a time may use a Renderer; several may live at once.
   Image render(const Frame& frame);
   const std::string& backend() const;   // "osmesa" | "egl"
 

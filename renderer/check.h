@@ -1,0 +1,12 @@
+// Everything a user can get wrong about a picture is refused here.
+#pragma once
+
+#include "renderer/renderer.h"
+
+namespace loomstone {
+
+void check_options(const RenderOptions& options, int most_samples, int most_pixels);
+void check_topology(const FrameTopology& topology);
+void check_frame(const FrameTopology& topology, const RenderOptions& options, const Frame& frame);
+
+}  // namespace loomstone

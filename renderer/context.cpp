@@ -1,0 +1,175 @@
+// The only file that knows OSMesa and EGL. Libraries are opened once and never closed: contexts of several renderers and
+// threads share them.
+#include "renderer/context.h"
+
+#include <dlfcn.h>
+
+#include <array>
+#include <cstdlib>
+#include <vector>
+
+#include <EGL/egl.h>
+#include <EGL/eglext.h>
+#include <GL/osmesa.h>
+
+#include "core/base/error.h"
+
+namespace loomstone {
+namespace {
+
+using Function = void (*)();
+
+void* open_first(const std::vector<const char*>& names) {
+  for (const char* name : names) {
+    if (void* library = dlopen(name, RTLD_NOW | RTLD_LOCAL)) return library;
+  }
+  return nullptr;
+}
+
+template <class Pointer>
+bool look_up(void* library, const char* name, Pointer& pointer) {
+  pointer = reinterpret_cast<Pointer>(dlsym(library, name));
+  return pointer != nullptr;
+}
+
+// ---- OSMesa
+
+struct OsMesa {
+  decltype(&OSMesaCreateContextAttribs) create = nullptr;
+  decltype(&OSMesaDestroyContext) destroy = nullptr;
+  decltype(&OSMesaMakeCurrent) make_current = nullptr;
+  decltype(&OSMesaGetProcAddress) function = nullptr;
+  bool found = false;
+
+  OsMesa() {
+    void* library = open_first({"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"});
+    found = library && look_up(library, "OSMesaCreateContextAttribs", create) &&
+            look_up(library, "OSMesaDestroyContext", destroy) && look_up(library, "OSMesaMakeCurrent", make_current) &&
+            look_up(library, "OSMesaGetProcAddress", function);
+  }
+  static const OsMesa& get() {
+    static const OsMesa library;
+    return library;
+  }
+};
+
+class OsMesaContext final : public Context {
+ public:
+  explicit OsMesaContext(OSMesaContext handle) : handle_(handle) {}
+  ~OsMesaContext() override { OsMesa::get().destroy(handle_); }
+  const std::string& backend() const override { return name_; }
+  void make_current() override {
+    if (!OsMesa::get().make_current(handle_, pixels_.data(), GL_UNSIGNED_BYTE, 16, 16))
+      throw Unsupported("the OSMesa context could not be made current; try LOOMSTONE_GL=egl");
+  }
+  void release() override { OsMesa::get().make_current(nullptr, nullptr, GL_UNSIGNED_BYTE, 0, 0); }
+
+ private:
+  std::string name_ = "osmesa";
+  OSMesaContext handle_;
+  std::array<unsigned char, 16 * 16 * 4> pixels_{};   // OSMesa wants a picture of its own; we draw into framebuffers
+};
+
+std::unique_ptr<Context> create_osmesa() {
+  const OsMesa& osmesa = OsMesa::get();
+  if (!osmesa.found) return nullptr;
+  const int attributes[] = {OSMESA_FORMAT, OSMESA_RGBA, OSMESA_DEPTH_BITS, 0, OSMESA_STENCIL_BITS, 0,
+                            OSMESA_ACCUM_BITS, 0, OSMESA_PROFILE, OSMESA_CORE_PROFILE,
+                            OSMESA_CONTEXT_MAJOR_VERSION, 3, OSMESA_CONTEXT_MINOR_VERSION, 3, 0};
+  OSMesaContext handle = osmesa.create(attributes, nullptr);
+  if (!handle) return nullptr;
+  return std::make_unique<OsMesaContext>(handle);
+}
+
+// ---- EGL without a surface
+
+struct Egl {
+  decltype(&eglGetProcAddress) function = nullptr;
+  decltype(&eglInitialize) initialize = nullptr;
+  decltype(&eglBindAPI) bind_api = nullptr;
+  decltype(&eglCreateContext) create = nullptr;
+  decltype(&eglDestroyContext) destroy = nullptr;
+  decltype(&eglMakeCurrent) make_current = nullptr;
+  EGLDisplay display = EGL_NO_DISPLAY;
+  bool found = false;
+
+  Egl() {
+    void* library = open_first({"libEGL.so.1", "libEGL.so"});
+    if (!library || !look_up(library, "eglGetProcAddress", function) ||
+        !look_up(library, "eglInitialize", initialize) || !look_up(library, "eglBindAPI", bind_api) ||
+        !look_up(library, "eglCreateContext", create) || !look_up(library, "eglDestroyContext", destroy) ||
+        !look_up(library, "eglMakeCurrent", make_current))
+      return;
+    const auto display_of_platform =
+        reinterpret_cast<PFNEGLGETPLATFORMDISPLAYEXTPROC>(function("eglGetPlatformDisplayEXT"));
+    if (!display_of_platform) return;
+    display = display_of_platform(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
+    found = display != EGL_NO_DISPLAY && initialize(display, nullptr, nullptr);
+  }
+  static const Egl& get() {
+    static const Egl library;
+    return library;
+  }
+};
+
+class EglContext final : public Context {
+ public:
+  explicit EglContext(EGLContext handle) : handle_(handle) {}
+  ~EglContext() override { Egl::get().destroy(Egl::get().display, handle_); }
+  const std::string& backend() const override { return name_; }
+  void make_current() override {
+    const Egl& egl = Egl::get();
+    egl.bind_api(EGL_OPENGL_API);   // per thread
+    if (!egl.make_current(egl.display, EGL_NO_SURFACE, EGL_NO_SURFACE, handle_))
+      throw Unsupported("the EGL context could not be made current (is it in use in another thread?)");
+  }
+  void release() override {
+    Egl::get().make_current(Egl::get().display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+  }
+
+ private:
+  std::string name_ = "egl";
+  EGLContext handle_;
+};
+
+std::unique_ptr<Context> create_egl() {
+  const Egl& egl = Egl::get();
+  if (!egl.found || !egl.bind_api(EGL_OPENGL_API)) return nullptr;
+  const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_CONTEXT_MINOR_VERSION, 3,
+                               EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
+  EGLContext handle = egl.create(egl.display, EGLConfig{}, EGL_NO_CONTEXT, attributes);
+  if (handle == EGL_NO_CONTEXT) return nullptr;
+  return std::make_unique<EglContext>(handle);
+}
+
+GLADapiproc osmesa_function(const char* name) { return reinterpret_cast<GLADapiproc>(OsMesa::get().function(name)); }
+GLADapiproc egl_function(const char* name) { return reinterpret_cast<GLADapiproc>(Egl::get().function(name)); }
+
+}  // namespace
+
+std::unique_ptr<Context> create_context() {
+  const char* variable = std::getenv("LOOMSTONE_GL");
+  const std::string forced = variable ? variable : "";
+  if (!forced.empty() && forced != "osmesa" && forced != "egl")
+    throw InvalidInput("the environment variable LOOMSTONE_GL must be osmesa or egl, got '" + forced + "'; correct or unset it");
+  std::unique_ptr<Context> context;
+  if (forced != "egl") context = create_osmesa();
+  if (!context && forced != "osmesa") context = create_egl();
+  if (!context)
+    throw Unsupported("rendering needs OpenGL 3.3 without a screen, and " +
+                      (forced.empty() ? std::string("neither OSMesa nor EGL") : forced + " (LOOMSTONE_GL)") +
+                      " could not be loaded; install one of them (Debian: apt-get install libosmesa6, or libegl1 with "
+                      "libegl-mesa0 and libgl1-mesa-dri).");
+  return context;
+}
+
+GladGLContext load_functions(Context& context) {
+  GladGLContext functions{};
+  const bool osmesa = context.backend() == "osmesa";
+  if (!gladLoadGLContext(&functions, osmesa ? osmesa_function : egl_function))
+    throw Unsupported("the functions of OpenGL 3.3 could not be loaded from " + context.backend() +
+                      "; update Mesa or force the other library by LOOMSTONE_GL=osmesa|egl");
+  return functions;
+}
+
+}  // namespace loomstone

@@ -1,0 +1,25 @@
+// Second pass, half size: normal and depth of what the camera sees, for the light pass.
+#pragma once
+
+#include "renderer/camera.h"
+#include "renderer/mesh_buffers.h"
+
+namespace loomstone {
+
+class DepthPass {
+ public:
+  DepthPass(const GL& gl, int width, int height);   // of this pass
+  void draw(const View& view, const MeshBuffers& cloth, const MeshBuffers& bodies,
+            const std::vector<const SquareBuffers*>& floors) const;
+  GLuint surface() const { return surface_.name(); }   // xyz: unit normal in eye space, w: depth [m], 0 where nothing is
+  int width() const { return width_; }
+  int height() const { return height_; }
+
+ private:
+  const GL* gl_;
+  int width_, height_;
+  Program program_;
+  GlObject surface_, depth_, framebuffer_;
+};
+
+}  // namespace loomstone

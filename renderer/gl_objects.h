@@ -1,0 +1,64 @@
+// OpenGL objects that end with their owner. All need their context current, also when they are destroyed.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <glad/gl.h>
+
+#include "core/base/types.h"
+
+namespace loomstone {
+
+using GL = GladGLContext;
+using Float4x4 = Eigen::Matrix4f;
+
+// An object name and the function that deletes it.
+class GlObject {
+ public:
+  using Delete = void (*)(const GL&, GLuint);
+  GlObject() = default;
+  GlObject(const GL& gl, GLuint name, Delete remove) : gl_(&gl), name_(name), remove_(remove) {}
+  ~GlObject();
+  GlObject(GlObject&& other) noexcept;
+  GlObject& operator=(GlObject&& other) noexcept;
+  GLuint name() const { return name_; }
+
+ private:
+  const GL* gl_ = nullptr;
+  GLuint name_ = 0;
+  Delete remove_ = nullptr;
+};
+
+GlObject make_buffer(const GL& gl);
+GlObject make_vertex_array(const GL& gl);
+// No mipmaps, clamped to the edge; `filter` GL_NEAREST or GL_LINEAR.
+GlObject make_texture(const GL& gl, GLenum format, int width, int height, GLenum filter = GL_NEAREST,
+                      const void* pixels = nullptr, GLenum pixel_format = GL_RGBA, GLenum pixel_type = GL_FLOAT);
+GlObject make_renderbuffer(const GL& gl, GLenum format, int width, int height, int samples);
+GlObject make_framebuffer(const GL& gl);
+
+// Compiled and linked; a failure is our own mistake and is thrown as Unsupported with the compiler's words.
+class Program {
+ public:
+  Program(const GL& gl, const std::string& name, const std::string& vertex, const std::string& fragment);
+  void use() const { gl_->UseProgram(object_.name()); }
+  // The program must be in use. A uniform that the compiler dropped is no error.
+  void set(const char* name, int value) const;
+  void set(const char* name, float value) const;
+  void set(const char* name, int x, int y) const;
+  void set(const char* name, const Eigen::Vector2f& value) const;
+  void set(const char* name, const Eigen::Vector3f& value) const;
+  void set(const char* name, const Eigen::Vector4f& value) const;
+  void set(const char* name, const Float4x4& value) const;
+  void set_texture(const char* name, int unit, GLuint texture) const;
+
+ private:
+  const GL* gl_;
+  GlObject object_;
+};
+
+// Throws Unsupported when OpenGL cannot draw into the framebuffer that is bound.
+void check_framebuffer(const GL& gl, const char* what);
+
+}  // namespace loomstone

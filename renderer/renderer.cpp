@@ -1,0 +1,175 @@
+// A picture: shadow map, depth at half size, light at half size, surfaces, colour bar.
+#include "renderer/renderer.h"
+
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "renderer/camera.h"
+#include "renderer/check.h"
+#include "renderer/color_bar.h"
+#include "renderer/context.h"
+#include "renderer/surface_pass.h"
+
+namespace loomstone {
+namespace {
+
+// Edge of the square with the area of each cloth's uv box [m]; 1 where that vanishes.
+std::vector<double> pattern_sizes(const FrameTopology& topology) {
+  std::vector<double> sizes(topology.cloth_names.size(), 1.0);
+  for (std::size_t cloth = 0; cloth < sizes.size(); ++cloth) {
+    Vec2 low = Vec2::Constant(std::numeric_limits<double>::infinity()), high = -low;
+    for (Index row = 0; row < topology.corner_uv.rows(); ++row) {
+      if (topology.cloth_of_triangle[row / 3] != static_cast<Index>(cloth)) continue;
+      low = low.cwiseMin(topology.corner_uv.row(row).transpose());
+      high = high.cwiseMax(topology.corner_uv.row(row).transpose());
+    }
+    const double area = (high - low).prod();
+    if (std::isfinite(area) && area > 0.0) sizes[cloth] = std::sqrt(area);
+  }
+  return sizes;
+}
+
+// The plane of a floor: mean of its vertices, mean normal of its triangles, upwards.
+struct Plane {
+  Vec3 point, normal;
+};
+
+Plane floor_plane(const FrameTopology& topology, const Points& x, Index body) {
+  Vec3 sum = Vec3::Zero(), normal = Vec3::Zero();
+  double count = 0.0;
+  for (Index row = 0; row < topology.body_triangles.rows(); ++row) {
+    if (topology.body_of_triangle[row] != body) continue;
+    const Vec3 a = x.row(topology.body_triangles(row, 0)), b = x.row(topology.body_triangles(row, 1)),
+               c = x.row(topology.body_triangles(row, 2));
+    normal += (b - a).cross(c - a);
+    sum += a + b + c;
+    count += 3.0;
+  }
+  if (count == 0.0 || normal.norm() == 0.0) return {Vec3::Zero(), Vec3::Zero()};
+  if (normal.z() < 0.0) normal = -normal;
+  return {sum / count, normal.normalized()};
+}
+
+}  // namespace
+
+struct Renderer::Data {
+  FrameTopology topology;
+  RenderOptions options;
+  std::unique_ptr<Context> context;
+  GL gl{};
+  std::vector<double> pattern_size;
+  ColorTable table;
+  std::optional<Framing> framing;   // both from the first frame
+  std::optional<MeshBuffers> bodies;
+
+  // OpenGL objects: made and ended while the context is current.
+  struct Passes {
+    MeshBuffers cloth;
+    ShadowPass shadow;
+    DepthPass depth;
+    LightPass light;
+    SurfacePass surface;
+    std::vector<SquareBuffers> floors;
+  };
+  std::optional<Passes> passes;
+
+  void draw(const Frame& frame, const Vector& values, const ColorRange& range);
+  std::vector<const SquareBuffers*> place_floors(const Frame& frame);
+};
+
+Renderer::Renderer(const FrameTopology& topology, const RenderOptions& options) : data_(std::make_unique<Data>()) {
+  check_topology(topology);
+  check_options(options, 8, 16384);   // what no machine could draw, before OpenGL is asked for
+  Data& d = *data_;
+  d.topology = topology;
+  d.options = options;
+  d.context = create_context();
+  const Current current(*d.context);
+  d.gl = load_functions(*d.context);
+  GLint most_samples = 1, most_pixels = 0;
+  d.gl.GetIntegerv(GL_MAX_SAMPLES, &most_samples);
+  d.gl.GetIntegerv(GL_MAX_RENDERBUFFER_SIZE, &most_pixels);
+  check_options(options, most_samples, most_pixels);
+  d.pattern_size = pattern_sizes(topology);
+  d.table = color_table(options.color_map);
+  const int w = options.width, h = options.height, half_w = (w + 1) / 2, half_h = (h + 1) / 2;
+  d.passes.emplace(Data::Passes{MeshBuffers(d.gl, drawn_cloth(topology), options.wireframe), ShadowPass(d.gl),
+                                DepthPass(d.gl, half_w, half_h), LightPass(d.gl, half_w, half_h),
+                                SurfacePass(d.gl, w, h, options.samples, d.table), {}});
+  if (options.floor)
+    for (std::uint8_t is_floor : topology.body_is_floor)
+      if (is_floor) d.passes->floors.emplace_back(d.gl);
+}
+
+Renderer::~Renderer() {
+  const Current current(*data_->context);
+  data_->passes.reset();
+  data_->bodies.reset();
+}
+
+const std::string& Renderer::backend() const { return data_->context->backend(); }
+
+std::vector<const SquareBuffers*> Renderer::Data::place_floors(const Frame& frame) {
+  std::vector<const SquareBuffers*> placed;
+  if (!options.floor) return placed;
+  const double reach = 6.0 * framing->radius();   // the floor shader counts on 6
+  std::size_t next = 0;
+  for (std::size_t body = 0; body < topology.body_is_floor.size(); ++body) {
+    if (!topology.body_is_floor[body]) continue;
+    SquareBuffers& square = passes->floors[next++];
+    const Plane plane = floor_plane(topology, frame.body_positions, static_cast<Index>(body));
+    if (plane.normal.norm() == 0.0) continue;
+    const Vec3 centre = framing->centre() - plane.normal.dot(framing->centre() - plane.point) * plane.normal;
+    const Vec3 aside = std::abs(plane.normal.x()) < 0.9 ? Vec3::UnitX() : Vec3::UnitY();
+    const Vec3 b = plane.normal.cross(aside).normalized(), a = b.cross(plane.normal);
+    square.update(centre, reach * a, reach * b, plane.normal);
+    placed.push_back(&square);
+  }
+  return placed;
+}
+
+void Renderer::Data::draw(const Frame& frame, const Vector& values, const ColorRange& range) {
+  if (!framing) framing = make_framing(topology, frame);
+  if (!bodies) bodies.emplace(gl, drawn_bodies(topology, frame.body_positions), false);
+  passes->cloth.update(frame.positions, values);
+  bodies->update(frame.body_positions, Vector());
+  const std::vector<const SquareBuffers*> floors = place_floors(frame);
+
+  Vec3 low = framing->centre(), high = low;   // of what casts shadows
+  const auto include = [&](const Vec3& p) {
+    low = low.cwiseMin(p);
+    high = high.cwiseMax(p);
+  };
+  for (Index vertex = 0; vertex < frame.positions.rows(); ++vertex) include(frame.positions.row(vertex));
+  for (Index vertex = 0; vertex < frame.body_positions.rows(); ++vertex)
+    if (!topology.body_is_floor[topology.body_of_vertex[vertex]]) include(frame.body_positions.row(vertex));
+
+  const View view = make_view(options.camera, static_cast<double>(options.width) / options.height, *framing);
+  const LightView light = make_light_view(options.light_direction, low, high);
+  if (options.shadows) passes->shadow.draw(light, passes->cloth, *bodies);
+  passes->depth.draw(view, passes->cloth, *bodies, floors);
+  passes->light.draw(view, light, {options.shadows, options.ambient_occlusion, framing->radius()}, passes->depth,
+                     passes->shadow);
+  const SurfaceOptions look{options.pattern, options.wireframe, options.color_by != "cloth", range, framing->radius(),
+                            framing->centre()};
+  passes->surface.draw(view, light, look, passes->light, passes->cloth, *bodies, floors, pattern_size);
+}
+
+Image Renderer::render(const Frame& frame) {
+  Data& d = *data_;
+  check_frame(d.topology, d.options, frame);
+  const bool colored = d.options.color_by != "cloth";
+  const Vector values = colored ? scalar_field(d.options.color_by, d.topology, frame) : Vector();
+  const ColorRange range = color_range(d.options, values);
+  Image image;
+  {
+    const Current current(*d.context);
+    d.draw(frame, values, range);
+    image = d.passes->surface.read();
+  }
+  if (colored) draw_color_bar(image, d.table, range, scalar_field_title(d.options.color_by));
+  return image;
+}
+
+}  // namespace loomstone

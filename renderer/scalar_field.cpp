@@ -1,0 +1,58 @@
+// Fields at vertices and their ranges.
+#include "renderer/scalar_field.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace loomstone {
+
+const std::vector<std::string>& scalar_field_names() {
+  static const std::vector<std::string> names = {"stretch", "strain_weft", "strain_warp", "strain_shear", "contact"};
+  return names;
+}
+
+std::string scalar_field_title(const std::string& name) {
+  std::string title = name;
+  std::replace(title.begin(), title.end(), '_', ' ');
+  return title;
+}
+
+Vector scalar_field(const std::string& name, const FrameTopology& topology, const Frame& frame) {
+  const Index n = static_cast<Index>(topology.cloth_of_vertex.size());
+  Vector sum = Vector::Zero(n);
+  if (name == "contact") {
+    for (Index vertex = 0; vertex < n; ++vertex) sum[vertex] = frame.contact[vertex] ? 1.0 : 0.0;
+    return sum;
+  }
+  const int column = name == "strain_weft" ? 0 : name == "strain_warp" ? 1 : name == "strain_shear" ? 2 : -1;
+  Vector weight = Vector::Zero(n);
+  for (Index triangle = 0; triangle < topology.triangles.rows(); ++triangle) {
+    const double value = column < 0 ? frame.stretch[triangle] : frame.strain(triangle, column);
+    const Vec2 a = topology.corner_uv.row(3 * triangle), b = topology.corner_uv.row(3 * triangle + 1),
+               c = topology.corner_uv.row(3 * triangle + 2);
+    const double area = 0.5 * std::abs((b - a).x() * (c - a).y() - (b - a).y() * (c - a).x());
+    for (int corner = 0; corner < 3; ++corner) {
+      sum[topology.triangles(triangle, corner)] += area * value;
+      weight[topology.triangles(triangle, corner)] += area;
+    }
+  }
+  for (Index vertex = 0; vertex < n; ++vertex)
+    if (weight[vertex] > 0.0) sum[vertex] /= weight[vertex];
+  return sum;
+}
+
+ColorRange color_range(const RenderOptions& options, const Vector& values) {
+  if (options.color_low != options.color_high) return {options.color_low, options.color_high};
+  if (options.color_by == "contact" || values.size() == 0) return {0.0, 1.0};
+  ColorRange range{values.minCoeff(), values.maxCoeff()};
+  if (options.color_map == "diverging") {
+    const double neutral = options.color_by == "stretch" ? 1.0 : 0.0;
+    const double reach = std::max(neutral - range.low, range.high - neutral);
+    range = {neutral - reach, neutral + reach};
+  }
+  const double least = 1e-6 * std::max(1.0, std::abs(range.low));   // a uniform field is one colour, not noise
+  if (range.high - range.low < least) range = {range.low - 0.5 * least, range.low + 0.5 * least};
+  return range;
+}
+
+}  // namespace loomstone

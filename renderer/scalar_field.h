@@ -1,0 +1,26 @@
+// What cloth may be coloured by: numbers of a frame, one for each vertex, and the range they are shown in.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/base/frame.h"
+#include "renderer/renderer.h"
+
+namespace loomstone {
+
+const std::vector<std::string>& scalar_field_names();   // color_by without "cloth"
+std::string scalar_field_title(const std::string& name);
+
+// (n) values at the cloth's vertices. Those of triangles are averaged with the triangles' rest areas (areas in uv) as
+// weights, so the picture is smooth and shows slightly less than the extremes.
+Vector scalar_field(const std::string& name, const FrameTopology& topology, const Frame& frame);
+
+struct ColorRange {
+  double low, high;
+};
+// The range that the options ask for; else that of the values, about its neutral number (0, or 1 for stretch) where the map
+// is diverging. contact: 0 to 1. Never empty.
+ColorRange color_range(const RenderOptions& options, const Vector& values);
+
+}  // namespace loomstone

@@ -1,0 +1,207 @@
+// Look of things. All colours are linear until encode(). The numbers were chosen by eye on draped cloth (our choice): one
+// warm key light, a sky that is brighter and cooler than the ground, a backdrop without a horizon.
+#include "renderer/surface_shaders.h"
+
+namespace loomstone {
+namespace {
+
+const char* vertex_text = R"(
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec2 uv;
+layout(location = 3) in float value;
+uniform mat4 view, projection;
+uniform float depth_shift;
+out vec3 eye_position, eye_normal;
+out vec2 surface_uv;
+out float surface_value;
+void main() {
+  vec4 p = view * vec4(position, 1.0);
+  eye_position = p.xyz;
+  eye_normal = mat3(view) * normal;
+  surface_uv = uv;
+  surface_value = value;
+  gl_Position = projection * p;
+  gl_Position.z -= depth_shift * gl_Position.w;
+}
+)";
+
+// Shared by all materials.
+const char* common = R"(
+out vec4 color;
+uniform vec2 size;                 // of the picture in pixels
+uniform sampler2D light_seen;      // half size: light seen, surroundings seen, depth
+uniform vec3 towards_light, up;    // eye space, unit
+
+const vec3 sun = vec3(1.02, 0.97, 0.89);
+const vec3 sky = vec3(0.40, 0.43, 0.48);
+const vec3 ground = vec3(0.27, 0.25, 0.23);
+
+vec4 encode(vec3 linear) {   // sRGB, with half a step of ordered noise against bands
+  vec3 c = clamp(linear, 0.0, 1.0);
+  c = mix(12.92 * c, 1.055 * pow(c, vec3(1.0 / 2.4)) - 0.055, step(0.0031308, c));
+  float noise = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715)))) - 0.5;
+  return vec4(c + noise / 255.0, 1.0);
+}
+
+vec3 backdrop() {
+  vec2 s = gl_FragCoord.xy / size;
+  vec2 d = (s - vec2(0.5, 0.52)) * vec2(1.0, 0.85);
+  vec3 c = mix(vec3(0.70, 0.72, 0.74), vec3(0.80, 0.80, 0.80), smoothstep(0.9, 0.1, s.y));
+  return c * (1.0 - 0.55 * dot(d, d));
+}
+
+// Light and surroundings seen at a depth: the four nearest of the half-size picture, those of other surfaces left out.
+vec2 seen_at(float depth) {
+  vec2 half_size = vec2(textureSize(light_seen, 0));
+  vec2 at = gl_FragCoord.xy * half_size / size - 0.5;
+  ivec2 low = ivec2(floor(at)), last = ivec2(half_size) - 1;
+  vec2 f = at - vec2(low);
+  vec2 sum = vec2(0.0);
+  float weight = 0.0;
+  for (int k = 0; k < 4; ++k) {
+    ivec2 step_ = ivec2(k & 1, k >> 1);
+    vec3 s = texelFetch(light_seen, clamp(low + step_, ivec2(0), last), 0).xyz;
+    vec2 g = mix(1.0 - f, f, vec2(step_));
+    float w = (g.x * g.y + 1e-3) / (1e-3 + abs(s.z - depth) / depth);
+    sum += w * s.xy;
+    weight += w;
+  }
+  return sum / weight;
+}
+
+vec3 ambient(vec3 n) { return mix(ground, sky, 0.5 + 0.5 * dot(n, up)); }
+)";
+
+const char* surface_inputs = R"(
+in vec3 eye_position, eye_normal;
+in vec2 surface_uv;
+in float surface_value;
+)";
+
+const char* background_text = R"(
+void main() { color = encode(backdrop()); }
+)";
+
+// The floor is the backdrop itself, darkened by what it does not see: so it has no edge.
+const char* floor_text = R"(
+void main() {
+  float distance = length(surface_uv) * 6.0;   // in radii of the scene
+  float fade = 1.0 - smoothstep(2.6, 5.0, distance);
+  vec2 seen = mix(vec2(1.0), seen_at(-eye_position.z), fade);
+  vec3 n = normalize(eye_normal);
+  vec3 direct = sun * max(0.0, dot(n, towards_light));
+  vec3 around = sky * 1.05;
+  vec3 share = (around * seen.y + direct * seen.x) / (around + direct);
+  float pool = 1.0 + 0.10 * exp(-0.8 * distance * distance);
+  color = encode(backdrop() * share * pool);
+}
+)";
+
+const char* body_text = R"(
+void main() {
+  vec3 n = normalize(gl_FrontFacing ? eye_normal : -eye_normal);
+  vec3 v = normalize(-eye_position);
+  vec2 seen = seen_at(-eye_position.z);
+  vec3 albedo = vec3(0.46, 0.45, 0.44) * (1.0 - 0.07 * mod(surface_uv.x, 3.0));
+  float facing = dot(n, towards_light);
+  float gloss = pow(max(0.0, dot(n, normalize(towards_light + v))), 24.0) * step(0.0, facing);
+  vec3 light = ambient(n) * seen.y + sun * max(0.0, facing) * seen.x;
+  float rim = pow(1.0 - max(0.0, dot(n, v)), 4.0);
+  color = encode(albedo * light + 0.05 * gloss * seen.x + 0.06 * rim * sky * seen.y);
+}
+)";
+
+const char* cloth_text = R"(
+uniform vec3 front_color, back_color, checker_color;
+uniform int pattern;              // 0 plain, 1 weave, 2 checker
+uniform float pattern_size;       // edge of a square as large as the cloth [m]
+uniform int colored;
+uniform vec2 value_range;
+uniform sampler2D color_table;
+
+float hash(vec2 p) {
+  vec3 q = fract(vec3(p.xyx) * vec3(0.1031, 0.1030, 0.0973));
+  q += dot(q, q.yzx + 33.33);
+  return fract((q.x + q.y) * q.z);
+}
+
+// Plain weave: at each crossing one thread lies on top, round across and dipping at its ends; its mean is 1 and it fades
+// to that where a thread is narrower than two pixels.
+float crossings(vec2 t, float pixel) {
+  float strength = 1.0 - smoothstep(0.22, 0.5, pixel);
+  if (strength == 0.0) return 1.0;
+  vec2 cell = floor(t), f = fract(t) - 0.5;
+  if (mod(cell.x + cell.y, 2.0) > 0.5) f = f.yx;
+  float h = (1.0 - 4.0 * f.y * f.y) * (0.7 + 0.3 * cos(3.14159 * f.x));
+  return 1.0 + strength * 0.42 * (h - 0.594);
+}
+
+// Threads differ in thickness and dye along their length.
+float slubs(vec2 t, float pixel) {
+  float strength = 1.0 - smoothstep(0.35, 0.9, pixel);
+  if (strength == 0.0) return 1.0;
+  vec2 cell = floor(t), along = t / 23.0;
+  vec2 f = smoothstep(0.0, 1.0, fract(along)), k = floor(along);
+  float weft = mix(hash(vec2(k.x, cell.y)), hash(vec2(k.x + 1.0, cell.y)), f.x);
+  float warp = mix(hash(vec2(cell.x + 517.0, k.y)), hash(vec2(cell.x + 517.0, k.y + 1.0)), f.y);
+  return 1.0 + strength * 0.16 * (weft + warp - 1.0);
+}
+
+// Squares averaged over a pixel: the integral of a square wave across the pixel, in each direction.
+float squares(vec2 t) {
+  vec2 w = max(fwidth(t), 1e-4);
+  vec2 i = 2.0 * (abs(fract((t - 0.5 * w) * 0.5) - 0.5) - abs(fract((t + 0.5 * w) * 0.5) - 0.5)) / w;
+  return 0.5 - 0.5 * i.x * i.y;
+}
+
+void main() {
+  vec3 n = normalize(gl_FrontFacing ? eye_normal : -eye_normal);
+  vec3 v = normalize(-eye_position);
+  vec2 seen = seen_at(-eye_position.z);
+  float facing = dot(n, towards_light);
+
+  vec2 threads = surface_uv * (170.0 / pattern_size);
+  vec2 change = fwidth(threads);
+  float pixel = max(change.x, change.y);
+  if (colored == 1) {
+    float t = clamp((surface_value - value_range.x) / (value_range.y - value_range.x), 0.0, 1.0);
+    vec3 c = texture(color_table, vec2((t * 255.0 + 0.5) / 256.0, 0.5)).rgb;
+    vec3 light = ambient(n) * seen.y + sun * max(0.0, (facing + 0.2) / 1.2) * seen.x;
+    color = encode(pow(c, vec3(2.2)) * (0.36 + 0.58 * light));
+    return;
+  }
+  vec3 albedo = gl_FrontFacing ? front_color : back_color;
+  if (pattern == 2) albedo = mix(albedo, checker_color, squares(surface_uv * (12.0 / pattern_size)));
+  if (pattern == 1) {
+    albedo *= crossings(threads, pixel) * slubs(threads, pixel) * slubs(threads / 5.0 + 91.0, pixel / 5.0);
+  }
+  // Fibres scatter past the edge of the light; thin cloth lets a little of it through.
+  float direct = max(0.0, (facing + 0.18) / 1.18);
+  float through = 0.16 * max(0.0, -facing);
+  vec3 light = ambient(n) * seen.y + sun * (direct + through) * seen.x;
+  float grazing = pow(1.0 - max(0.0, dot(n, v)), 3.0);
+  vec3 sheen = (0.5 * albedo + 0.05) * grazing * (0.35 * seen.y + 0.5 * seen.x * max(0.0, facing));
+  float gloss = 0.035 * pow(max(0.0, dot(n, normalize(towards_light + v))), 9.0) * seen.x * step(0.0, facing);
+  color = encode(albedo * light + sheen + gloss);
+}
+)";
+
+const char* edge_text = R"(
+uniform int colored;
+void main() { color = colored == 1 ? vec4(1.0, 1.0, 1.0, 0.35) : vec4(0.05, 0.05, 0.08, 0.5); }
+)";
+
+}  // namespace
+
+std::string whole_picture_vertex_shader() {
+  return "void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 1.0, 1.0); }";
+}
+std::string surface_vertex_shader() { return vertex_text; }
+std::string background_fragment_shader() { return std::string(common) + background_text; }
+std::string floor_fragment_shader() { return std::string(common) + surface_inputs + floor_text; }
+std::string cloth_fragment_shader() { return std::string(common) + surface_inputs + cloth_text; }
+std::string body_fragment_shader() { return std::string(common) + surface_inputs + body_text; }
+std::string edge_fragment_shader() { return std::string("out vec4 color;\n") + edge_text; }
+
+}  // namespace loomstone

@@ -1,0 +1,16 @@
+// GLSL of the surface pass, put together from the parts that materials share.
+#pragma once
+
+#include <string>
+
+namespace loomstone {
+
+std::string whole_picture_vertex_shader();
+std::string surface_vertex_shader();
+std::string background_fragment_shader();
+std::string floor_fragment_shader();
+std::string cloth_fragment_shader();
+std::string body_fragment_shader();
+std::string edge_fragment_shader();
+
+}  // namespace loomstone
