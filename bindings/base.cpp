@@ -10,13 +10,13 @@ namespace {
 void bind_errors(py::module_& m) {
   static py::exception<Error> error(m, "Error", PyExc_Exception);
   error.attr("__doc__") = "Base of all errors of this library.";
-  const auto derived = [&](const char* name, PyObject* standard) {
+  const auto derived = [&](PyObject* standard) {
     return py::make_tuple(py::handle(error.ptr()), py::handle(standard));
   };
-  const auto bases_input = derived("InvalidInput", PyExc_ValueError);
-  const auto bases_solver = derived("SolverFailure", PyExc_RuntimeError);
-  const auto bases_cache = derived("CacheError", PyExc_OSError);
-  const auto bases_unsupported = derived("Unsupported", PyExc_NotImplementedError);
+  const auto bases_input = derived(PyExc_ValueError);
+  const auto bases_solver = derived(PyExc_RuntimeError);
+  const auto bases_cache = derived(PyExc_OSError);
+  const auto bases_unsupported = derived(PyExc_NotImplementedError);
   static py::exception<InvalidInput> input(m, "InvalidInput", bases_input);
   static py::exception<SolverFailure> solver(m, "SolverFailure", bases_solver);
   static py::exception<CacheError> cache(m, "CacheError", bases_cache);

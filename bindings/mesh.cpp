@@ -99,8 +99,10 @@ void bind_mesh(py::module_& m) {
   bind_triangle_mesh(m);
   bind_generators(m);
   bind_queries(m);
-  m.def("read_mesh", &read_mesh, py::arg("path"), "TriangleMesh from an OBJ or PLY file.");
-  m.def("write_mesh", &write_mesh, py::arg("path"), py::arg("mesh"), "Writes an OBJ or PLY file, by the path's ending.");
+  m.def("read_mesh", &read_mesh, py::arg("path"), py::kw_only(), py::arg("with_uv") = true,
+        "TriangleMesh from an OBJ or PLY file; with_uv=False leaves rest coordinates out.");
+  m.def("write_mesh", &write_mesh, py::arg("path"), py::arg("mesh"), py::kw_only(), py::arg("text") = false,
+        "Writes an OBJ or PLY file, by the path's ending; text: PLY as text.");
 }
 
 }  // namespace loomstone

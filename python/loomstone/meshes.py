@@ -147,11 +147,14 @@ def floor(*, size: float = 4.0, cells: int = 8) -> TriangleMesh:
     return _core.floor_square(size, cells=cells)
 
 
-def read_mesh(path: str | os.PathLike[str]) -> TriangleMesh:
-    """TriangleMesh from a file: OBJ and PLY by loomstone itself, other formats by meshio where it is installed."""
+def read_mesh(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
+    """TriangleMesh from a file: OBJ and PLY by loomstone itself, other formats by meshio where it is installed.
+
+    with_uv : False leaves texture coordinates out; obstacles and bodies need none
+    """
     path = Path(path)
     if path.suffix.lower() in (".obj", ".ply"):
-        return _core.read_mesh(str(path))
+        return _core.read_mesh(str(path), with_uv=with_uv)
     try:
         import meshio
     except ImportError:
@@ -236,7 +239,7 @@ def _relaxed(outline: Floats, depth, box: tuple[float, float], edge: float, tria
         interior = lattice[depth(lattice) > 0.45 * spacing]
         spacing *= 0.98
     interior = interior[np.sort(random.permutation(len(interior))[:n_interior])]
-    for _ in range(60):
+    for _ in range(30):
         points = np.concatenate([outline, interior])
         faces = _delaunay(points, edge)
         corners = points[faces]

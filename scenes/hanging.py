@@ -1,0 +1,26 @@
+"""A handkerchief hangs from two corners.
+
+See: the free edge sags into a curve between the pins and swings forth and back once.
+The first scene to read and to copy: a mesh, a material, pins, nothing else.
+"""
+
+import loomstone as ls
+
+duration = 1.0
+rate = 25.0
+integrator = ls.SemiImplicitEuler(step=2e-3)
+render = ls.RenderOptions(camera=ls.Camera(eye=(0.9, -1.0, 0.35)))
+
+
+def scene(triangles: int = 1600) -> ls.Scene:
+    mesh = ls.grid(size=(0.4, 0.4), triangles=triangles)
+    corners = ls.meshes.nearest_vertices(mesh, [(-0.2, 0.2, 0.0), (0.2, 0.2, 0.0)])
+    return ls.Scene(cloths=[ls.Cloth(mesh=mesh, pins=corners)])
+
+
+def check(run: ls.Run) -> None:
+    last, first = run[-1], run[0]
+    pinned = abs(first.positions - last.positions).max(axis=1).argsort()[:2]
+    assert (first.positions[pinned] == last.positions[pinned]).all(), "pinned vertices stay where they are"
+    assert last.positions[:, 2].min() < -0.2, "the cloth hangs down"
+    assert last.stretch.max() < 1.2, "a light cloth of 300 N/m stretches little under its weight"

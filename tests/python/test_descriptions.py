@@ -1,0 +1,128 @@
+"""Descriptions: frozen, compared by value, refused with a reason."""
+
+import numpy as np
+import pytest
+
+import loomstone as ls
+from loomstone import _core
+
+ALL = [ls.ClothMaterial, ls.Cloth, ls.Obstacle, ls.Attachment, ls.Air, ls.Scene, ls.IntegratorOptions, ls.RigidBody,
+       ls.Camera, ls.RenderOptions]  # fmt: skip
+
+
+@pytest.mark.parametrize("description", ALL)
+def test_every_description_can_be_made_from_nothing_compared_and_listed(description):
+    made = description()
+    assert made == description() and not made != description()
+    assert repr(made) == f"{description.__name__}()"
+    assert list(made.to_dict()) == list(description.field_names)
+    assert made.replace() == made
+
+
+@pytest.mark.parametrize("description", ALL)
+def test_every_field_can_be_read_says_what_it_means_and_cannot_be_written(description):
+    made = description()
+    for name in description.field_names:
+        assert getattr(description, name).__doc__
+        with pytest.raises(AttributeError):
+            setattr(made, name, getattr(made, name))
+
+
+def test_units_limits_and_defaults_come_from_the_core():
+    assert ls.ClothMaterial.density.__doc__ == "mass per area [kg/m^2]; > 0; default 0.3"
+
+
+def test_a_misspelt_field_is_refused_and_the_right_one_named():
+    with pytest.raises(TypeError, match="ClothMaterial has no field 'dencity'; did you mean 'density'"):
+        ls.ClothMaterial(dencity=0.3)
+    with pytest.raises(TypeError, match="Air has no field 'gustt'; did you mean 'gust'"):
+        ls.Air().replace(gustt=0.5)
+    with pytest.raises(TypeError, match="known: .*wind"):
+        ls.Air(foo=1)
+
+
+def test_a_number_outside_its_limits_is_refused():
+    with pytest.raises(ls.InvalidInput, match=r"ClothMaterial.density must be > 0 \[kg/m\^2\], got -1"):
+        ls.ClothMaterial(density=-1)
+    with pytest.raises(ls.InvalidInput, match="poisson must be in"):
+        ls.ClothMaterial().replace(poisson=3.0)
+    with pytest.raises(ls.InvalidInput, match="density"):
+        ls.ClothMaterial(density=float("nan"))
+
+
+def test_an_array_of_the_wrong_shape_is_refused_with_its_shape():
+    with pytest.raises(ls.InvalidInput, match=r"Air.wind must be numbers of shape \(3,\), got shape \(2,\)"):
+        ls.Air(wind=(1, 2))
+    with pytest.raises(ls.InvalidInput, match=r"velocities must be numbers of shape \(n, 3\), got shape \(1, 2\)"):
+        ls.Cloth(velocities=[[0, 1]])
+
+
+def test_a_value_of_the_wrong_kind_is_refused_with_what_is_wanted():
+    with pytest.raises(TypeError, match=r"ClothMaterial.density \(mass per area .* cannot be a str"):
+        ls.ClothMaterial(density="heavy")
+    with pytest.raises(TypeError):
+        ls.ClothMaterial(0.3)
+
+
+def test_lists_tuples_and_arrays_are_the_same_to_a_field():
+    assert ls.Air(wind=[1, 2, 3]) == ls.Air(wind=(1, 2, 3)) == ls.Air(wind=np.array([1.0, 2.0, 3.0]))
+    assert ls.Cloth(pins=np.array([1, 2])).pins == [1, 2]
+
+
+def test_descriptions_with_equal_meshes_are_equal_and_others_are_not():
+    one, same = (ls.Cloth(mesh=ls.grid(cells=(2, 2))) for _ in range(2))
+    assert one == same
+    assert one != same.replace(mesh=ls.grid(cells=(2, 3)))
+    assert ls.Scene(cloths=[one]) == ls.Scene(cloths=[same]) != ls.Scene()
+
+
+def test_repr_shows_what_differs_from_the_default():
+    assert repr(ls.ClothMaterial(density=0.2)) == "ClothMaterial(density=0.2)"
+    assert "material=ClothMaterial(density=0.2)" in repr(ls.Cloth(material=ls.ClothMaterial(density=0.2)))
+
+
+def test_a_description_is_not_changed_by_writing_to_what_it_returned():
+    air = ls.Air(wind=(1, 2, 3))
+    wind = air.wind
+    wind[:] = 0
+    assert list(air.wind) == [1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    "error, standard",
+    [("InvalidInput", ValueError), ("SolverFailure", RuntimeError), ("CacheError", OSError), ("Unsupported", NotImplementedError)],
+)
+def test_each_error_is_a_standard_one_and_one_of_ours(error, standard):
+    assert issubclass(getattr(ls, error), standard) and issubclass(getattr(ls, error), ls.Error)
+
+
+def test_integrators_differ_from_the_default_by_name_and_what_is_given():
+    assert ls.SemiImplicitEuler() == ls.IntegratorOptions()
+    made = [
+        ls.ExplicitEuler(step=1e-4),
+        ls.SymplecticEuler(step=1e-4),
+        ls.SemiImplicitEuler(step=1e-4),
+        ls.BackwardEuler(step=1e-4),
+        ls.ImplicitMidpoint(step=1e-4),
+        ls.ImplicitMidpoint(step=1e-4, nonlinear=True),
+        ls.BDF2(step=1e-4),
+    ]
+    assert len({options.method for options in made}) == 7
+    assert all(options.step == 1e-4 for options in made)
+
+
+def test_fabrics_are_materials_and_softer_than_steel():
+    assert {"cotton", "silk", "denim"} <= set(ls.fabrics)
+    assert all(0.05 < material.density < 0.6 and material.weft_stiffness < 1e5 for material in ls.fabrics.values())
+    assert ls.fabrics["silk"].density < ls.fabrics["denim"].density
+
+
+def test_every_public_name_is_there_once():
+    assert len(set(ls.__all__)) == len(ls.__all__)
+    assert all(hasattr(ls, name) for name in ls.__all__)
+    assert ls.__version__ == _core.__version__
+
+
+def test_versions_are_printed(capsys):
+    ls.show_versions()
+    assert "numpy" in (text := capsys.readouterr().out) and ls.__version__ in text
