@@ -225,6 +225,7 @@ struct RigidWorld::Data {
   std::vector<Mat3> principal;                 // columns: Bullet's body axes in mesh axes
   std::vector<Vec3> moments;                   // about them [kg m^2]
   std::vector<Shapes> shapes;                  // of each body, that of the whole last
+  std::vector<double> inner_radii;             // half the smallest side of the box about each body [m]
   std::vector<std::unique_ptr<ObstacleMesh>> obstacle_meshes;
   std::vector<ObstaclePose> start_poses, poses;  // of obstacles, in the description and now
   std::unique_ptr<Engine> engine;
@@ -253,6 +254,9 @@ void RigidWorld::Data::add_body(const RigidBody& body, const std::string& where)
   moments.push_back((principal.back().transpose() * mass.inertia * principal.back()).diagonal());
   shapes.emplace_back();
   add_shapes(body, mass, principal.back(), where, shapes.back());
+  btVector3 low, high;
+  shapes.back().back()->getAabb(btTransform::getIdentity(), low, high);
+  inner_radii.push_back(0.5 * from_bullet(high - low).minCoeff());
   bodies.push_back(body);
 }
 
@@ -388,7 +392,11 @@ void RigidWorld::restore(const RigidState& state) {
 
   for (Eigen::Index i = 0; i < n; ++i) {
     const RigidBody& body = data.bodies[i];
-    engine.add(data.masses[i].mass, data.moments[i], *data.shapes[i].back(), body.friction, body.restitution);
+    btCollisionShape& shape = *data.shapes[i].back();
+    btRigidBody& moving = engine.add(data.masses[i].mass, data.moments[i], shape, body.friction, body.restitution);
+    // A body that moves by more than half its thickness in a step is swept, so that it does not pass through a floor.
+    moving.setCcdMotionThreshold(0.5 * data.inner_radii[i]);
+    moving.setCcdSweptSphereRadius(0.5 * data.inner_radii[i]);
     data.set_body(i, state);
   }
   for (std::size_t i = 0; i < data.obstacles.size(); ++i) {
@@ -413,6 +421,16 @@ void RigidWorld::advance(double step, const Points& impulses, const Points& angu
   Data& data = *data_;
   Engine& engine = *data.engine;
   const std::size_t n = data.bodies.size();
+  const auto rows = static_cast<Eigen::Index>(n);
+  if (impulses.rows() != rows || angular_impulses.rows() != rows || state.positions.rows() != rows) {
+    throw InvalidInput("impulses and state must have one row for each of the " + std::to_string(n) + " bodies, got " +
+                       std::to_string(impulses.rows()) + ", " + std::to_string(angular_impulses.rows()) + " and " +
+                       std::to_string(state.positions.rows()));
+  }
+  if (obstacles.size() != data.poses.size()) {
+    throw InvalidInput("there must be one pose for each of the " + std::to_string(data.poses.size()) + " obstacles, got " +
+                       std::to_string(obstacles.size()));
+  }
   data.follow(state);
   for (std::size_t i = 0; i < n; ++i) {
     engine.bodies[i]->applyCentralImpulse(to_bullet(Vec3(impulses.row(i).transpose())));

@@ -1,0 +1,170 @@
+// Claims about bodies that touch.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+#include "core/rigid/rotation.h"
+#include "tests/rigid/worlds.h"
+
+using namespace loomstone;
+
+namespace {
+
+const Vec3 gravity(0, 0, -9.81);
+
+// Lowest vertex of the body's mesh above z = 0 [m].
+double clearance(const RigidWorld& world, const RigidState& state, Index body, const TriangleMesh& mesh) {
+  return world_vertices(state, body, mesh, world.mass_properties()[body]).col(2).minCoeff();
+}
+
+// Distance slid down an incline of `slope` [rad] within `seconds` by a box of friction mu.
+double slide(double slope, double mu, double seconds, const std::string& shape) {
+  RigidObstacle incline = floor_of(4.0, 8, mu);
+  RigidBody brick = body_of(box(0.2, 0.2, 0.1), shape, Vec3(0.03, 0.02, 0.05));
+  brick.friction = mu;
+  // The incline lies flat; gravity is turned instead.
+  RigidWorld world({brick}, {incline}, Vec3(9.81 * std::sin(slope), 0, -9.81 * std::cos(slope)));
+  RigidState state = world.initial_state();
+  const Vec3 start = state.positions.row(0).transpose();
+  run(world, state, 1e-3, static_cast<int>(std::lround(seconds / 1e-3)), 1);
+  return state.positions(0, 0) - start.x();
+}
+
+}  // namespace
+
+TEST_CASE("a resting body stays and sinks in by less than a tenth of a millimetre") {
+  for (const std::string shape : {"box", "convex", "sphere", "parts"}) {
+    CAPTURE(shape);
+    RigidBody body = body_of(shape == "sphere" ? icosphere(0.1, 3) : box(0.2, 0.3, 0.2), shape, Vec3(0.01, 0.02, 0.1));
+    if (shape == "parts") {
+      body.parts = {shared(box(0.1, 0.3, 0.2).moved(Vec3(-0.05, 0, 0))), shared(box(0.1, 0.3, 0.2).moved(Vec3(0.05, 0, 0)))};
+    }
+    RigidWorld world({body}, {floor_of(2.0, 4)}, gravity);
+    RigidState state = world.initial_state();
+    const Points start = state.positions;
+    run(world, state, 1e-3, 1000, 1);
+    CHECK(clearance(world, state, 0, *body.mesh) > -1e-4);
+    CHECK((state.positions - start).norm() < 1e-4);
+    CHECK(state.velocities.norm() < 1e-3);
+    CHECK(rotation_vector(state.orientations.row(0).transpose()).norm() < 1e-3);
+  }
+}
+
+TEST_CASE("a dropped body comes to rest on the floor at its own height") {
+  for (const std::string shape : {"box", "convex"}) {
+    CAPTURE(shape);
+    const TriangleMesh brick = box(0.1, 0.06, 0.04);
+    RigidWorld world({body_of(brick, shape, Vec3(0, 0, 0.1))}, {floor_of(2.0, 4)}, gravity);
+    RigidState state = world.initial_state();
+    run(world, state, 1e-3, 1500, 1);
+    CHECK(state.positions(0, 2) == Approx(0.02).margin(1e-4));
+    CHECK(clearance(world, state, 0, brick) > -1e-4);
+    CHECK(state.velocities.norm() < 1e-3);
+  }
+}
+
+TEST_CASE("cubes of one centimetre stay at rest in a stack at steps of a millisecond") {
+  for (const std::string shape : {"box", "convex"}) {
+    CAPTURE(shape);
+    std::vector<RigidBody> cubes;
+    for (int k = 0; k < 5; ++k) cubes.push_back(body_of(box(0.01, 0.01, 0.01), shape, Vec3(0, 0, 0.005 + 0.01 * k)));
+    RigidWorld world(cubes, {floor_of(1.0, 3)}, gravity);
+    RigidState state = world.initial_state();
+    const Points start = state.positions;
+    run(world, state, 1e-3, 2000, 1);
+    CHECK((state.positions - start).rowwise().norm().maxCoeff() < 1e-4);
+    CHECK(state.velocities.rowwise().norm().maxCoeff() < 1e-3);
+  }
+}
+
+TEST_CASE("a brick holds on an incline below the friction angle and slides above") {
+  const double mu = 0.4, angle = std::atan(mu);
+  for (const std::string shape : {"box", "convex"}) {
+    CAPTURE(shape);
+    CHECK(std::abs(slide(0.9 * angle, mu, 1.0, shape)) < 1e-3);
+    const double slope = 1.25 * angle, seconds = 0.5;
+    const double acceleration = 9.81 * (std::sin(slope) - mu * std::cos(slope));
+    // 5 %: seams between the floor's triangles and the first contact.
+    CHECK(slide(slope, mu, seconds, shape) == Approx(0.5 * acceleration * seconds * seconds).epsilon(0.05));
+  }
+}
+
+TEST_CASE("friction of a pair is the geometric mean") {
+  RigidBody brick = body_of(box(0.2, 0.2, 0.1), "box", Vec3(0, 0, 0.05));
+  brick.friction = 0.9;
+  brick.velocity = Vec3(1.0, 0, 0);
+  RigidWorld world({brick}, {floor_of(4.0, 8, 0.1)}, gravity);
+  RigidState state = world.initial_state();
+  run(world, state, 1e-3, 200, 1);
+  CHECK(state.velocities(0, 0) == Approx(1.0 - 0.3 * 9.81 * 0.2).epsilon(0.02));
+}
+
+TEST_CASE("a bouncing ball returns with its restitution times the speed") {
+  for (double restitution : {0.0, 0.5, 0.9}) {
+    CAPTURE(restitution);
+    RigidBody ball = body_of(icosphere(0.05, 3), "sphere", Vec3(0, 0, 0.1));
+    ball.velocity = Vec3(0, 0, -2.0);
+    ball.restitution = restitution;
+    RigidWorld world({ball}, {floor_of(1.0, 2)}, Vec3::Zero());
+    RigidState state = world.initial_state();
+    run(world, state, 1e-3, 60, 1);
+    CHECK(state.velocities(0, 2) == Approx(2.0 * restitution).margin(1e-9));
+  }
+}
+
+TEST_CASE("two colliding balls keep their momentum") {
+  RigidBody ball = body_of(icosphere(0.05, 3), "sphere", Vec3(-0.2, 0.01, 0.0));
+  ball.velocity = Vec3(1.0, 0, 0);
+  RigidBody heavy = body_of(icosphere(0.05, 3), "sphere");
+  heavy.density = 4000.0;
+  RigidWorld world({ball, heavy}, {}, Vec3::Zero());
+  RigidState state = world.initial_state();
+  const double light_mass = world.mass_properties()[0].mass, heavy_mass = world.mass_properties()[1].mass;
+  run(world, state, 1e-3, 300, 0);
+  const Vec3 momentum = light_mass * state.velocities.row(0).transpose() + heavy_mass * state.velocities.row(1).transpose();
+  CHECK((momentum - light_mass * ball.velocity).norm() < 1e-13);
+  CHECK(state.velocities(1, 0) > 0.1);
+}
+
+TEST_CASE("a moving floor carries a brick and a rising one lifts it without a gap") {
+  RigidBody brick = body_of(box(0.1, 0.1, 0.1), "box", Vec3(0, 0, 0.05));
+  brick.friction = 1.0;
+  RigidWorld world({brick}, {floor_of(1.0, 2, 1.0)}, gravity);
+  RigidState state = world.initial_state();
+  const Points none = Points::Zero(1, 3);
+  const double h = 1e-3;
+  for (int i = 1; i <= 1000; ++i) {
+    // Accelerates along x at 1 m/s^2 (below mu g), rises at 0.1 m/s.
+    const double t = i * h;
+    world.advance(h, none, none, {{Vec3(0.5 * t * t, 0, 0.1 * t), Vec4(1, 0, 0, 0)}}, state);
+  }
+  CHECK(state.positions(0, 0) == Approx(0.5).margin(2e-3));
+  CHECK(state.positions(0, 2) == Approx(0.15).margin(1e-4));
+  CHECK(state.velocities(0, 0) == Approx(1.0).epsilon(0.01));
+}
+
+TEST_CASE("a turning floor takes a brick round") {
+  RigidBody brick = body_of(box(0.1, 0.1, 0.05), "box", Vec3(0.2, 0, 0.025));
+  brick.friction = 1.0;
+  const double omega = 1.0;  // omega^2 r = 0.2 m/s^2, far below mu g
+  brick.velocity = Vec3(0, 0.2 * omega, 0);
+  brick.angular_velocity = Vec3(0, 0, omega);
+  RigidWorld world({brick}, {floor_of(1.0, 2, 1.0)}, gravity);
+  RigidState state = world.initial_state();
+  const Points none = Points::Zero(1, 3);
+  for (int i = 1; i <= 1000; ++i) {
+    const double t = i * 1e-3;
+    world.advance(1e-3, none, none, {{Vec3::Zero(), quaternion_from_rotation_vector(Vec3(0, 0, omega * t))}}, state);
+  }
+  CHECK((state.positions.row(0).transpose() - Vec3(0.2 * std::cos(1.0), 0.2 * std::sin(1.0), 0.025)).norm() < 2e-3);
+  CHECK(rotation_vector(state.orientations.row(0).transpose()).z() == Approx(1.0).margin(0.01));
+}
+
+TEST_CASE("a fast small ball does not pass through a thin floor") {
+  RigidBody ball = body_of(icosphere(0.005, 2), "sphere", Vec3(0.01, 0.02, 0.5));
+  ball.velocity = Vec3(0, 0, -50.0);  // ten radii a step
+  RigidWorld world({ball}, {floor_of(1.0, 2)}, gravity);
+  RigidState state = world.initial_state();
+  run(world, state, 1e-3, 200, 1);
+  CHECK(state.positions(0, 2) > 0.0);
+}

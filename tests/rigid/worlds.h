@@ -1,0 +1,35 @@
+// Bodies and worlds that several files of claims share.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "core/mesh/generators.h"
+#include "core/rigid/rigid_body.h"
+
+namespace loomstone {
+
+inline std::shared_ptr<const TriangleMesh> shared(TriangleMesh mesh) {
+  return std::make_shared<const TriangleMesh>(std::move(mesh));
+}
+
+inline RigidBody body_of(TriangleMesh mesh, const std::string& shape, const Vec3& position = Vec3::Zero()) {
+  RigidBody body;
+  body.mesh = shared(std::move(mesh));
+  body.shape = shape;
+  body.position = position;
+  return body;
+}
+
+inline RigidObstacle floor_of(double size, Index cells, double friction = 0.3) {
+  return {shared(floor_square(size, cells)), friction, Vec3::Zero(), Vec4(1, 0, 0, 0)};
+}
+
+// Without impulses; obstacles stay at their start.
+inline void run(RigidWorld& world, RigidState& state, double step, int n_steps, std::size_t n_obstacles) {
+  const Points none = Points::Zero(state.positions.rows(), 3);
+  const std::vector<RigidWorld::ObstaclePose> poses(n_obstacles);
+  for (int i = 0; i < n_steps; ++i) world.advance(step, none, none, poses, state);
+}
+
+}  // namespace loomstone
