@@ -30,14 +30,24 @@ LOOMSTONE_INLINE Lanes dot(const Lanes3& a, const Lanes3& b) { return a.x * b.x 
 LOOMSTONE_INLINE Lanes3 cross(const Lanes3& a, const Lanes3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
+typedef double Lanes4 __attribute__((vector_size(32)));
+LOOMSTONE_INLINE void store4(double* out, const Lanes4& a) { __builtin_memcpy(out, &a, sizeof(Lanes4)); }
 LOOMSTONE_INLINE void store(double* out, int k, const Lanes& value) { lanes_store(out + n_lanes * k, value); }
-// (8 lanes x 4 vectors x 4), the last component zero.
-LOOMSTONE_INLINE void store_transposed(double* out, const Lanes3& a, const Lanes3& b, const Lanes3& c, const Lanes3& d) {
-  for (int l = 0; l < n_lanes; ++l) {
-    const double row[16] = {a.x[l], a.y[l], a.z[l], 0.0, b.x[l], b.y[l], b.z[l], 0.0,
-                            c.x[l], c.y[l], c.z[l], 0.0, d.x[l], d.y[l], d.z[l], 0.0};
-    __builtin_memcpy(out + 16 * l, row, sizeof(row));
-  }
+// out[16 l + k] = component k of lane l, the fourth zero; in registers, since stores of single lanes are slow to read again.
+LOOMSTONE_INLINE void store_transposed(double* out, const Lanes3& a) {
+  const Lanes zero{};
+  const Lanes even = __builtin_shufflevector(a.x, a.y, 0, 8, 2, 10, 4, 12, 6, 14);
+  const Lanes odd = __builtin_shufflevector(a.x, a.y, 1, 9, 3, 11, 5, 13, 7, 15);
+  const Lanes even_z = __builtin_shufflevector(a.z, zero, 0, 8, 2, 10, 4, 12, 6, 14);
+  const Lanes odd_z = __builtin_shufflevector(a.z, zero, 1, 9, 3, 11, 5, 13, 7, 15);
+  store4(out, __builtin_shufflevector(even, even_z, 0, 1, 8, 9));
+  store4(out + 16, __builtin_shufflevector(odd, odd_z, 0, 1, 8, 9));
+  store4(out + 32, __builtin_shufflevector(even, even_z, 2, 3, 10, 11));
+  store4(out + 48, __builtin_shufflevector(odd, odd_z, 2, 3, 10, 11));
+  store4(out + 64, __builtin_shufflevector(even, even_z, 4, 5, 12, 13));
+  store4(out + 80, __builtin_shufflevector(odd, odd_z, 4, 5, 12, 13));
+  store4(out + 96, __builtin_shufflevector(even, even_z, 6, 7, 14, 15));
+  store4(out + 112, __builtin_shufflevector(odd, odd_z, 6, 7, 14, 15));
 }
 
 // atan2(s, c) by halving the angle three times, then a polynomial on [0, tan(pi/8)^2] (interpolated at Chebyshev points,
@@ -96,7 +106,8 @@ void angles(const Index* vertices, const double* rest, const Index* batches, Ind
     const Lanes3 u1 = scaled(w1, ee), u2 = scaled(w2, ee);
     const Lanes3 u3 = combine(w1, ae - ee, w2, ce - ee);
     const Lanes3 u4 = combine(w1, -ae, w2, -ce);
-    store_transposed(out.gradient + 8 * gradient_stride * b, u1, u2, u3, u4);
+    double* g = out.gradient + 8 * gradient_stride * b;
+    store_transposed(g, u1), store_transposed(g + 4, u2), store_transposed(g + 8, u3), store_transposed(g + 12, u4);
     if (!out.rate) continue;
     const Lanes3 v3 = load(corner + 16, v);  // the gradients add up to zero: velocities relative to x3
     const Lanes rate = dot(u1, minus(load(corner, v), v3)) + dot(u2, minus(load(corner + 8, v), v3)) +

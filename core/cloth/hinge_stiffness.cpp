@@ -8,7 +8,7 @@
 namespace loomstone {
 
 namespace {
-constexpr Index rows_per_chunk = 64;  // what a chunk's hinges need stays in the second-level cache
+constexpr Index rows_per_chunk = 128;  // what a chunk's hinges need stays in the second-level cache
 }
 
 HingeStiffness::HingeStiffness(Index n_vertices, const HingeSet& hinges, HingePairs pairs)
@@ -57,22 +57,31 @@ void HingeStiffness::locate(const HingeSet& hinges, const BlockMatrix& matrix, I
   begin_ = begin, end_ = end;
   const Incidence& incidence = hinges.of_vertices();
   row_blocks_.assign(1, 0);
-  block_.clear(), chunk_.clear();
+  block_.clear(), chunk_.clear(), offset_.clear();
   chunk_start_.assign(1, 0);
+  std::vector<Index> place(hinges.n_hinges());
   for (Index first = begin; first < end; first += rows_per_chunk) {
     const Index last = std::min(end, first + rows_per_chunk);
+    const auto item = incidence.items.begin();
+    for (auto k = item + incidence.start[first]; k < item + incidence.start[last]; ++k) chunk_.push_back(*k / 4);
+    const auto list = chunk_.begin() + chunk_start_.back();
+    std::sort(list, chunk_.end());
+    chunk_.erase(std::unique(list, chunk_.end()), chunk_.end());
+    Index size = 0;
+    for (auto e = list; e < chunk_.end(); ++e) {
+      place[*e] = size;
+      size += stencil_start_[*e + 1] - stencil_start_[*e];
+    }
+    chunk_start_.push_back(static_cast<Index>(chunk_.size()));
     for (Index row = first; row < last; ++row) {
       for (Index k = incidence.start[row]; k < incidence.start[row + 1]; ++k) {
         const Index e = incidence.items[k] / 4;
-        chunk_.push_back(e);
+        offset_.push_back(place[e]);
         for (Index s = stencil_start_[e]; s < stencil_start_[e + 1]; ++s)
           block_.push_back(matrix.find(row, stencil_[s]) - matrix.row_start()[row]);
       }
       row_blocks_.push_back(block_.size());
     }
-    std::sort(chunk_.begin() + chunk_start_.back(), chunk_.end());
-    chunk_.erase(std::unique(chunk_.begin() + chunk_start_.back(), chunk_.end()), chunk_.end());
-    chunk_start_.push_back(static_cast<Index>(chunk_.size()));
   }
 }
 
@@ -84,35 +93,21 @@ void HingeStiffness::add(const Team& team, const HingeSet& hinges, const HingeVa
                                  q.data(), values.gradient.data()};
   const Index n_chunks = static_cast<Index>(chunk_start_.size()) - 1;
   parallel_ranges(team, n_chunks, 1, [&](Index first_chunk, Index last_chunk) {
-    std::vector<Index> offset;             // of each hinge of the chunk in `moments`
-    std::vector<double> moments, blocks;
+    std::vector<double> moments, sums;
     for (Index chunk = first_chunk; chunk < last_chunk; ++chunk) {
       const Index* list = chunk_.data() + chunk_start_[chunk];
       const Index n_list = chunk_start_[chunk + 1] - chunk_start_[chunk];
-      offset.resize(n_list);
-      Index size = 0;
-      for (Index k = 0; k < n_list; ++k) {
-        offset[k] = size;
-        size += stencil_start_[list[k] + 1] - stencil_start_[list[k]];
-      }
-      moments.resize(4 * static_cast<std::size_t>(size) + 4);  // 4 more: eight may be loaded at once
+      std::size_t size = 0;
+      for (Index k = 0; k < n_list; ++k) size += stencil_start_[list[k] + 1] - stencil_start_[list[k]];
+      if (moments.size() < 4 * size + 4) moments.resize(4 * size + 4);
       stiffness::moment_gradients(tables, list, n_list, moments.data());
       const Index first = begin + chunk * rows_per_chunk, last = std::min(end, first + rows_per_chunk);
       for (Index row = first; row < last; ++row) {
-        const Index* block = block_.data() + row_blocks_[row - begin];
-        const Index n_blocks = matrix.row_start()[row + 1] - matrix.row_start()[row];
-        blocks.assign(stiffness::block_stride * static_cast<std::size_t>(n_blocks), 0.0);
-        for (Index k = incidence.start[row]; k < incidence.start[row + 1]; ++k) {
-          const Index item = incidence.items[k], e = item / 4;
-          const Index n = stencil_start_[e + 1] - stencil_start_[e];
-          const std::size_t place = std::lower_bound(list, list + n_list, e) - list;
-          stiffness::add_products(values.gradient.data() + 4 * static_cast<std::size_t>(item),
-                                  moments.data() + 4 * static_cast<std::size_t>(offset[place]), block, n, blocks.data());
-          block += n;
-        }
-        double* target = matrix.block(matrix.row_start()[row]);
-        for (Index b = 0; b < n_blocks; ++b)
-          for (int c = 0; c < 9; ++c) target[9 * b + c] += scale * blocks[stiffness::block_stride * b + c];
+        const Index item = incidence.start[row], n_blocks = matrix.row_start()[row + 1] - matrix.row_start()[row];
+        if (sums.size() < stiffness::row_scratch(n_blocks)) sums.resize(stiffness::row_scratch(n_blocks));
+        const stiffness::Row parts{incidence.items.data() + item, offset_.data() + (item - incidence.start[begin]),
+                                   incidence.start[row + 1] - item, block_.data() + row_blocks_[row - begin], n_blocks};
+        stiffness::add_row(tables, parts, moments.data(), scale, sums.data(), matrix.block(matrix.row_start()[row]));
       }
     }
   });

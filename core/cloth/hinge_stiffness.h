@@ -42,6 +42,7 @@ class HingeStiffness {
   Index located_blocks_ = -1, begin_ = -1, end_ = -1;
   std::vector<std::size_t> row_blocks_;     // (rows of the range + 1) first entry of the row in block_
   std::vector<Index> block_;                // of each vertex of the stencil of each hinge of the row: block in the row
+  std::vector<Index> offset_;               // of each hinge of each row: where its moments lie in its chunk's, in vertices
   std::vector<Index> chunk_start_, chunk_;  // hinges that touch each chunk of rows, ascending
 };
 

@@ -36,15 +36,30 @@ void moment_gradients(const Tables& tables, const Index* list, Index n, double* 
 }
 
 LOOMSTONE_CLONES
-void add_products(const double* u, const double* m, const Index* block, Index n, double* blocks) {
-  const Lanes rows = {u[0], u[1], u[2], u[0], u[1], u[2], u[0], u[1]};
-  const double row = u[2];
+void add_row(const Tables& tables, const Row& row, const double* moments, double scale, double* sums, double* values) {
+  for (Index b = 0; b < row.n_blocks; ++b) {
+    lanes_store(sums + 16 * b, Lanes{});
+    sums[16 * b + 8] = 0.0;
+  }
   const Places columns = {0, 0, 0, 1, 1, 1, 2, 2};
-  for (Index s = 0; s < n; ++s) {
-    double* b = blocks + block_stride * block[s];
-    const Lanes spread = __builtin_shuffle(lanes_load(m + 4 * s), columns);
-    lanes_store(b, lanes_load(b) + rows * spread);
-    b[8] += row * m[4 * s + 2];
+  const Index* block = row.block;
+  for (Index k = 0; k < row.n_items; ++k) {
+    const Index e = row.items[k] / 4, n = tables.stencil_start[e + 1] - tables.stencil_start[e];
+    const double* u = tables.gradient + 4 * static_cast<std::size_t>(row.items[k]);
+    const double* m = moments + 4 * static_cast<std::size_t>(row.offsets[k]);
+    const Lanes rows = {u[0], u[1], u[2], u[0], u[1], u[2], u[0], u[1]};
+    const double last = u[2];
+    for (Index s = 0; s < n; ++s) {
+      double* b = sums + 16 * block[s];
+      lanes_store(b, lanes_load(b) + rows * __builtin_shuffle(lanes_load(m + 4 * s), columns));
+      b[8] += last * m[4 * s + 2];
+    }
+    block += n;
+  }
+  for (Index b = 0; b < row.n_blocks; ++b) {
+    double* v = values + 9 * b;
+    lanes_store(v, lanes_load(v) + scale * lanes_load(sums + 16 * b));
+    v[8] += scale * sums[16 * b + 8];
   }
 }
 
