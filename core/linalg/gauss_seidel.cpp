@@ -207,6 +207,7 @@ class GaussSeidel final : public LinearSolver {
     w_ = r_;
     b_norm_ = transformed_residual(system);
     if (!std::isfinite(b_norm_)) throw_not_finite(system, b, guess);
+    if (x_.isZero(0.0)) return b_norm_;
     r_ = w_;
     subtract_product(system, x_);
     const double guess_norm = transformed_residual(system);

@@ -165,6 +165,8 @@ class Pcg final : public LinearSolver {
     const double b_norm = residual_of(p_, system_->fixed != nullptr);
     if (!std::isfinite(b_norm)) throw_not_finite(*system_, b, guess);
     b_norm_ = b_norm;
+    const bool no_guess = x_.segment(at(layout().begin()), at(layout().end()) - at(layout().begin())).isZero(0.0);
+    if (layout().communicator().maximum(no_guess ? 0 : 1) == 0) return b_norm;
 
     // r_ is the right side now; keep it in p_ while the guess is tried.
     over_blocks([&](Index, Index begin, Index end) {

@@ -132,6 +132,18 @@ void errors_are_agreed(const RankProgram& program) {
                   message_of(indefinite, method).find("runs on one rank") != std::string::npos);
 }
 
+void bad_communicators_are_refused(const RankProgram& program) {
+  if (program.communicator()->size() == 1) return;
+  std::string message = "no error";
+  try {
+    mpi_communicator(-2);
+  } catch (const InvalidInput& error) {
+    message = error.what();
+  }
+  program.claim("a handle that names no communicator is refused", message.find("py2f()") != std::string::npos);
+  program.claim("the world may be asked for again", mpi_communicator()->size() == program.communicator()->size());
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -141,5 +153,6 @@ int main(int argc, char** argv) {
     halos_are_refreshed_and_nothing_else(program);
     solutions_keep_their_bits(program);
     errors_are_agreed(program);
+    bad_communicators_are_refused(program);
   });
 }

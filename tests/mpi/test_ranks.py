@@ -1,0 +1,92 @@
+"""Several ranks: the same bits, the same errors, one voice."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import pytest
+
+pytestmark = pytest.mark.skipif(shutil.which("mpirun") is None, reason="mpirun is not installed")
+
+SCENE = """
+import loomstone as ls
+duration = 0.12
+integrator = ls.SemiImplicitEuler(step=4e-3)
+def scene(cells: int = 16):
+    mesh = ls.grid(size=(0.3, 0.3), cells=(cells, cells)).moved((0, 0, 0.102))
+    return ls.Scene(cloths=[ls.Cloth(mesh=mesh)], obstacles=[ls.sphere(radius=0.1, subdivisions=2), ls.floor(height=-0.2)])
+"""
+
+
+def ranks(n, *arguments):
+    environment = os.environ | {
+        "OMPI_ALLOW_RUN_AS_ROOT": "1",
+        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+        "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
+        "OMP_WAIT_POLICY": "passive",
+    }
+    launcher = ["mpirun", "--oversubscribe", "--bind-to", "none", "--mca", "mpi_yield_when_idle", "1", "-n", str(n)]
+    return subprocess.run(
+        [*launcher, sys.executable, *map(str, arguments)], capture_output=True, text=True, timeout=240, env=environment
+    )
+
+
+@pytest.fixture
+def scene(tmp_path):
+    (tmp_path / "scene.py").write_text(SCENE)
+    return tmp_path / "scene.py"
+
+
+def digest(out):
+    return json.loads((out / "report.json").read_text())["digest"]
+
+
+def test_ranks_and_threads_change_no_bit_and_only_rank_0_speaks(scene, tmp_path):
+    digests = set()
+    for n, threads in [(1, 1), (2, 1), (2, 2), (3, 1)]:
+        out = tmp_path / f"{n}x{threads}"
+        done = ranks(n, "-m", "loomstone", "run", scene, "--out", out, "--threads", threads)
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert done.stdout.count("frame 4/4") == 1 and f"{n} ranks" in done.stdout
+        digests.add(digest(out))
+    assert len(digests) == 1
+
+
+def test_a_run_of_two_ranks_resumes_on_one_and_the_other_way(scene, tmp_path):
+    for first, second in [(2, 1), (1, 2)]:
+        out = tmp_path / f"{first}then{second}"
+        assert ranks(first, "-m", "loomstone", "run", scene, "--out", out).returncode == 0
+        whole = digest(out)
+        sorted(Path(out).glob("checkpoint-*"))[-1].unlink()
+        done = ranks(second, "-m", "loomstone", "resume", out)
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert digest(out) == whole
+
+
+def test_a_refused_scene_ends_all_ranks_with_one_sentence(scene):
+    done = ranks(2, "-m", "loomstone", "run", scene, "-p", "cells=-3")
+    assert done.returncode != 0 and done.stderr.count("loomstone:") == 1
+
+
+def test_a_communicator_of_mpi4py_is_accepted(tmp_path):
+    pytest.importorskip("mpi4py")
+    (tmp_path / "program.py").write_text(
+        textwrap.dedent("""
+        from mpi4py import MPI
+        import loomstone as ls
+        scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(12, 12)), pins=[0])])
+        sim = ls.Simulation(scene, communicator=MPI.COMM_WORLD, threads=1)
+        for _ in range(5):
+            sim.step()
+        digests = MPI.COMM_WORLD.gather(sim.digest())
+        if sim.rank == 0:
+            assert sim.ranks == 2 and len(set(digests)) == 1
+            print("agreed")
+        """)
+    )
+    done = ranks(2, "-m", "mpi4py", tmp_path / "program.py")
+    assert done.returncode == 0 and done.stdout.count("agreed") == 1, done.stdout + done.stderr
