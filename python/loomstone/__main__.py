@@ -1,0 +1,5 @@
+"""python -m loomstone"""
+
+from .cli import main
+
+main()

@@ -1,0 +1,222 @@
+"""Runs in directories: frames, checkpoints, tables, pictures, resuming."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+import loomstone as ls
+from loomstone import _core, cache, plots, video
+from loomstone.scene_file import SceneFile, parse_parameters
+
+
+@pytest.fixture
+def run(hanging, euler, tmp_path):
+    """A finished run of 0.12 s."""
+    ls.Simulation(hanging, integrator=euler, threads=1).run(out=tmp_path / "run", duration=0.12)
+    return tmp_path / "run"
+
+
+def test_a_run_leaves_frames_checkpoints_steps_and_a_report(run):
+    frames = ls.Run(run)
+    assert len(frames) == 4 and frames.times == pytest.approx([0, 0.04, 0.08, 0.12]) and frames.metadata == {}
+    assert len(list(frames)) == 4 and frames[-1].time == pytest.approx(0.12) and repr(frames).endswith("4 frames, to 0.12 s)")
+    assert frames.topology.triangles.shape == (128, 3)
+    assert frames.intersecting_pairs() == [] and frames.surface()[1].shape == (128, 3)
+    with pytest.raises(IndexError):
+        frames[4]
+    assert len(cache.checkpoint_files(run)) == 2
+    steps = plots.read_steps(run)
+    assert list(steps["step"]) == list(range(1, 31)) and steps["linear_iterations"].min() > 0
+    report = json.loads((run / "report.json").read_text())
+    assert report["steps"] == 30 and set(report["seconds_per_stage"]) >= {"integrate", "certify"}
+
+
+def test_frames_in_the_file_are_those_of_the_simulation(run, hanging, euler):
+    sim = ls.Simulation(hanging, integrator=euler, threads=1)
+    for stored, live in zip(ls.Run(run), sim.frames(duration=0.12)):
+        assert np.array_equal(stored.positions, live.positions) and np.array_equal(stored.velocities, live.velocities)
+        assert stored.report.contacts == live.report.contacts and stored.report.kinetic_energy == live.report.kinetic_energy
+
+
+def test_vtk_reads_the_frames_bit_for_bit(run):
+    vtk = pytest.importorskip("vtk")
+    from vtk.util.numpy_support import vtk_to_numpy
+
+    reader = vtk.vtkHDFReader()
+    reader.SetFileName(str(run / "run.vtkhdf"))
+    reader.UpdateInformation()
+    for index, frame in enumerate(ls.Run(run)):
+        reader.SetStep(index)
+        reader.Update()
+        data = reader.GetOutput()
+        assert np.array_equal(vtk_to_numpy(data.GetPoints().GetData()), frame.positions)
+        assert data.GetNumberOfPolys() == 128
+
+
+def test_a_run_is_not_overwritten_unless_asked(run, hanging, euler):
+    sim = ls.Simulation(hanging, integrator=euler)
+    with pytest.raises(ls.CacheError, match="must hold no run yet"):
+        sim.run(out=run, duration=0.04)
+    sim.run(out=run, duration=0.04, overwrite=True)
+    assert len(ls.Run(run)) == 2
+
+
+@pytest.mark.parametrize("cut", [0, 1, 2])
+def test_a_resumed_run_ends_in_the_same_bits(run, hanging, euler, cut):
+    whole = ls.Run(run)[-1].positions.copy()
+    digest = json.loads((run / "report.json").read_text())["digest"]
+    for path in cache.checkpoint_files(run)[2 - cut :]:  # as if killed before these were written
+        path.unlink()
+    report = ls.Simulation(hanging, integrator=euler).run(out=run, duration=0.12, resume=True)
+    assert report["digest"] == digest and np.array_equal(ls.Run(run)[-1].positions, whole) and len(ls.Run(run)) == 4
+    assert list(plots.read_steps(run)["step"]) == list(range(1, 31))
+
+
+def test_a_run_can_be_prolonged(run, hanging, euler):
+    report = ls.Simulation(hanging, integrator=euler).run(out=run, duration=0.2, resume=True)
+    straight = ls.Simulation(hanging, integrator=euler)
+    for _ in range(50):
+        straight.step()
+    assert report["digest"] == straight.digest() and len(ls.Run(run)) == 6
+
+
+def test_a_checkpoint_cut_short_is_passed_over_for_the_one_before(run):
+    newest = cache.checkpoint_files(run)[-1]
+    newest.write_bytes(newest.read_bytes()[:200])
+    assert cache.latest_checkpoint(run) is not None
+    for path in cache.checkpoint_files(run):
+        path.write_bytes(b"noise")
+    with pytest.raises(ls.CacheError, match="checkpoint"):
+        cache.latest_checkpoint(run)
+
+
+def test_files_that_are_no_runs_are_refused(tmp_path):
+    with pytest.raises(ls.CacheError):
+        ls.Run(tmp_path / "absent")
+    (tmp_path / "run.vtkhdf").write_bytes(b"noise" * 100)
+    with pytest.raises(ls.CacheError, match="run.vtkhdf"):
+        ls.Run(tmp_path)
+    with pytest.raises(ls.CacheError, match="steps.csv"):
+        plots.read_steps(tmp_path)
+
+
+def test_control_acts_before_every_step(hanging, euler, tmp_path):
+    times = []
+    ls.Simulation(hanging, integrator=euler).run(out=tmp_path / "r", duration=0.04, control=lambda sim: times.append(sim.time))
+    assert len(times) == 10 and times[0] == 0
+
+
+def test_frame_writer_refuses_a_directory_that_cannot_be(tmp_path, hanging):
+    sim = ls.Simulation(hanging)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ls.CacheError):
+        _core.FrameWriter(str(tmp_path / "file"), sim.topology, "")
+
+
+def test_checkpoints_keep_arrays_integers_bytes_and_texts(falling, euler, tmp_path):
+    kept = ls.Simulation(falling, integrator=euler).checkpoint()
+    _core.write_checkpoint(str(tmp_path / "c.h5"), kept)
+    again = _core.read_checkpoint(str(tmp_path / "c.h5"))
+    assert kept.arrays.keys() == again.arrays.keys() and kept.integers == again.integers
+    assert kept.bytes == again.bytes and kept.texts == again.texts
+    assert all(np.array_equal(kept.arrays[name], again.arrays[name]) for name in kept.arrays)
+
+
+@pytest.mark.parametrize("kind", plots.KINDS)
+def test_every_plot_can_be_drawn(run, kind):
+    assert plots.plot_run(run, kind=kind).stat().st_size > 5000
+
+
+def test_an_unknown_plot_is_refused(run):
+    with pytest.raises(ls.InvalidInput, match="energy, stages"):
+        plots.plot_run(run, kind="weather")
+
+
+SMALL = ls.RenderOptions(width=160, height=90, samples=1)
+
+
+def test_a_picture_shows_the_cloth(hanging, tmp_path):
+    sim = ls.Simulation(hanging)
+    renderer = ls.Renderer(sim.topology, SMALL)
+    image = renderer.render(sim.frame())
+    assert renderer.backend in ("osmesa", "egl")
+    assert image.shape == (90, 160, 3) and image.dtype == np.uint8 and image.std() > 5
+    ls.write_png(str(tmp_path / "a.png"), image)
+    assert (tmp_path / "a.png").read_bytes()[:4] == b"\x89PNG"
+    with pytest.raises(ls.InvalidInput, match=r"image must have shape \(height, width, 3\), got \(90, 160\)"):
+        ls.write_png(str(tmp_path / "b.png"), image[:, :, 0])
+
+
+def test_pictures_of_a_run_are_kept_and_drawn_anew_when_options_change(run):
+    paths = video.render_run(ls.Run(run), SMALL, jobs=2)
+    assert len(paths) == 4 and all(path.exists() for path in paths)
+    first = paths[0].stat().st_mtime_ns
+    paths[2].unlink()
+    video.render_run(ls.Run(run), SMALL, jobs=1)
+    assert paths[2].exists() and paths[0].stat().st_mtime_ns == first
+    video.render_run(ls.Run(run), SMALL.replace(color_by="stretch"), jobs=1, frames=[0])
+    assert not paths[1].exists() and paths[0].stat().st_mtime_ns != first
+    with pytest.raises(ls.InvalidInput, match=r"frames must be in \[0, 3\]"):
+        video.render_run(ls.Run(run), SMALL, frames=[7])
+
+
+def test_a_run_with_pictures_makes_a_video(hanging, euler, tmp_path):
+    report = ls.Simulation(hanging, integrator=euler).run(out=tmp_path / "r", duration=0.08, render=SMALL)
+    assert len(list((tmp_path / "r" / "frames").glob("*.png"))) == 3
+    assert (tmp_path / "r" / "video.mp4").stat().st_size > 500 and report["video"].endswith("video.mp4")
+    shutil.rmtree(tmp_path / "r" / "frames")
+    with pytest.raises(ls.CacheError, match="no|none"):
+        video.encode(tmp_path / "r")
+
+
+def test_render_options_survive_json():
+    options = SMALL.replace(camera=ls.Camera(eye=(1, 2, 3), fit=False))
+    assert video.options_from_dict(json.loads(json.dumps(options.to_dict()))) == options
+
+
+def test_parameters_are_read_as_python_literals_or_text():
+    assert parse_parameters(["n=5000", "x=1.5", "name=silk", "m=5e3"]) == {"n": 5000, "x": 1.5, "name": "silk", "m": 5000}
+    with pytest.raises(ls.InvalidInput, match="name=value"):
+        parse_parameters(["triangles"])
+
+
+SCENE = """
+import loomstone as ls
+duration = 0.5
+def integrator(cells=4): return ls.SemiImplicitEuler(step=0.01 / cells)
+def scene(cells: int = 4, height: float = 0.0, fabric: str = "silk"):
+    return ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(cells, cells)).moved((0, 0, height)))])
+"""
+
+
+def test_a_scene_file_gives_scene_and_options_for_its_parameters(tmp_path):
+    (tmp_path / "s.py").write_text(SCENE)
+    file = SceneFile.open(tmp_path / "s.py", {"cells": 5, "height": 1})
+    assert file.scene().cloths[0].mesh.n_triangles == 50 and file.parameters["height"] == 1.0
+    assert (file.duration, file.rate, file.integrator.step) == (0.5, 25.0, 0.002)
+    assert file.control is None and file.check is None and file.render == ls.RenderOptions()
+
+
+@pytest.mark.parametrize(
+    "parameters, message",
+    [({"cell": 5}, "did you mean cells"), ({"cells": 5.5}, "must be a int like 4, got 5.5"), ({"zz": 1}, "known: cells")],
+)
+def test_parameters_that_do_not_fit_are_refused(tmp_path, parameters, message):
+    (tmp_path / "s.py").write_text(SCENE)
+    with pytest.raises(ls.InvalidInput, match=message):
+        SceneFile.open(tmp_path / "s.py", parameters)
+
+
+def test_a_scene_file_must_define_a_scene(tmp_path):
+    (tmp_path / "s.py").write_text("x = 1")
+    with pytest.raises(ls.InvalidInput, match=r"must define a function scene\(\)"):
+        SceneFile.open(tmp_path / "s.py", {})
+    (tmp_path / "t.py").write_text("def scene(): return 3\nintegrator = 4\nrender = 5")
+    file = SceneFile.open(tmp_path / "t.py", {})
+    for wrong in (file.scene, lambda: file.integrator, lambda: file.render):
+        with pytest.raises(ls.InvalidInput, match="must"):
+            wrong()
+    with pytest.raises(ls.CacheError, match="cannot be read"):
+        SceneFile.open(tmp_path / "absent.py", {})
