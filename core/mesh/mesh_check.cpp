@@ -139,17 +139,29 @@ Index root_of(std::vector<Index>& parent, Index i) {
   return i;
 }
 
-// Panel of each triangle: the smallest triangle reached over edges shared in uv.
-std::vector<Index> panels(const Triangles& uv_triangles) {
-  std::vector<Index> parent(static_cast<std::size_t>(uv_triangles.rows()));
+// uv of a triangle's corner at a vertex.
+Vec2 uv_at(const Triangles& triangles, const Points2& uv, const Triangles& uv_triangles, Index t, Index vertex) {
+  int c = 0;
+  while (triangles(t, c) != vertex) ++c;
+  return uv.row(uv_triangles(t, c)).transpose();
+}
+
+// Panel of each triangle, named by its smallest triangle. Values of uv count, not their indices: many files repeat them.
+std::vector<Index> panels(const Triangles& triangles, const Points2& uv, const Triangles& uv_triangles) {
+  std::vector<Index> parent(static_cast<std::size_t>(triangles.rows()));
   std::iota(parent.begin(), parent.end(), 0);
-  const std::vector<Side> sides = sorted_sides(uv_triangles);
+  const std::vector<Side> sides = sorted_sides(triangles);
   for (std::size_t i = 1; i < sides.size(); ++i) {
     if (!sides[i].same_edge(sides[i - 1])) continue;
+    const auto agree = [&](Index vertex) {
+      return uv_at(triangles, uv, uv_triangles, sides[i].triangle, vertex) ==
+             uv_at(triangles, uv, uv_triangles, sides[i - 1].triangle, vertex);
+    };
+    if (!agree(sides[i].low) || !agree(sides[i].high)) continue;
     const Index a = root_of(parent, sides[i].triangle), b = root_of(parent, sides[i - 1].triangle);
     parent[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
   }
-  for (Index t = 0; t < uv_triangles.rows(); ++t) parent[static_cast<std::size_t>(t)] = root_of(parent, t);
+  for (Index t = 0; t < triangles.rows(); ++t) parent[static_cast<std::size_t>(t)] = root_of(parent, t);
   return parent;
 }
 
@@ -209,7 +221,7 @@ void check_rest_coordinates(const Triangles& triangles, const Points2& uv, const
                          ", vertices " + corners(triangles, t) + "); give it a flat pattern or leave out the uv");
     }
   }
-  const std::vector<Index> panel = panels(uv_triangles);
+  const std::vector<Index> panel = panels(triangles, uv, uv_triangles);
   std::vector<double> total(panel.size(), 0.0);  // signed area of each panel, in its first triangle's slot
   for (Index t = 0; t < triangles.rows(); ++t) {
     total[static_cast<std::size_t>(panel[static_cast<std::size_t>(t)])] += signed_area(uv, uv_triangles, t);

@@ -1,6 +1,8 @@
 #include "core/mesh/triangle_mesh.h"
 
+#include <array>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "core/base/error.h"
@@ -161,6 +163,21 @@ TriangleMesh TriangleMesh::reordered(const std::vector<Index>& vertex_order,
     if (has_uv()) result.uv_triangles_.row(t) = uv_triangles_.row(old);
   }
   return result;
+}
+
+TriangleMesh welded(const TriangleMesh& mesh) {
+  std::map<std::array<double, 3>, Index> known;
+  std::vector<Index> place;  // new index of each old vertex
+  Points vertices(mesh.n_vertices(), 3);
+  for (Index v = 0; v < mesh.n_vertices(); ++v) {
+    const std::array<double, 3> at = {mesh.vertices()(v, 0), mesh.vertices()(v, 1), mesh.vertices()(v, 2)};
+    const auto [entry, fresh] = known.try_emplace(at, static_cast<Index>(known.size()));
+    if (fresh) vertices.row(entry->second) = mesh.vertices().row(v);
+    place.push_back(entry->second);
+  }
+  Triangles triangles = mesh.triangles();
+  for (Index& vertex : triangles.reshaped()) vertex = place[static_cast<std::size_t>(vertex)];
+  return TriangleMesh(vertices.topRows(static_cast<Eigen::Index>(known.size())), triangles, mesh.uv(), mesh.uv_triangles());
 }
 
 std::vector<Corners2> rest_corners(const TriangleMesh& mesh, bool rest_from_uv, const std::string& where) {

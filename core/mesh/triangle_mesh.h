@@ -16,6 +16,7 @@ class TriangleMesh {
   // uv, or empty: the triangles themselves. Panels meet along a seam by different uv at the same vertex.
   // Throws InvalidInput naming the item: NaN, empty, index out of range, zero area (also in uv), repeated vertex in a
   // face, duplicate faces, non-manifold edge (more than two faces), inconsistent orientation, inverted uv, isolated vertex.
+  // A panel mirrored in uv as a whole and fans that meet in one vertex only are accepted.
   TriangleMesh(Points vertices, Triangles triangles, Points2 uv = {}, Triangles uv_triangles = {});
 
   Index n_vertices() const { return static_cast<Index>(vertices_.rows()); }
@@ -40,9 +41,14 @@ class TriangleMesh {
   Triangles uv_triangles_;
 };
 
+// Vertices at exactly the same position become one; each triangle keeps its uv. For files that repeat vertices
+// along texture seams, which tear a surface into pieces.
+TriangleMesh welded(const TriangleMesh& mesh);
+
 // Material coordinates of every triangle's corners. With uv: the uv themselves when `rest_from_uv`, else the flattened 3D
 // triangle turned so that uv gives the weft direction. Without uv: a flat mesh uses its own plane (weft = the world axis
-// x projected, or y where that vanishes), a curved one throws InvalidInput.
+// x projected, or y where that vanishes), a curved one throws InvalidInput. Every triangle comes out with positive area: a
+// panel mirrored in uv is turned over about its warp axis. Weft is the direction in which u grows at constant v.
 std::vector<Corners2> rest_corners(const TriangleMesh& mesh, bool rest_from_uv, const std::string& where);
 
 }  // namespace loomstone

@@ -148,6 +148,41 @@ TEST_CASE("a triangle folded over in uv is named, a panel mirrored as a whole is
   CHECK_NOTHROW(TriangleMesh(mesh.vertices(), mesh.triangles(), uv));
 }
 
+TEST_CASE("uv given corner by corner still form panels where their values agree") {
+  const TriangleMesh mesh = grid_cells(1.0, 1.0, 3, 3);
+  Points2 uv(3 * mesh.n_triangles(), 2);
+  Triangles uv_triangles(mesh.n_triangles(), 3);
+  for (Index t = 0; t < mesh.n_triangles(); ++t) {
+    for (int c = 0; c < 3; ++c) {
+      const Index vertex = mesh.triangles()(t, c);
+      uv_triangles(t, c) = 3 * t + c;
+      uv.row(3 * t + c) = mesh.uv().row(vertex);
+      if (vertex == 0) uv.row(3 * t + c) << 0.5, 0.5;
+    }
+  }
+  CHECK_THROWS_WITH(TriangleMesh(mesh.vertices(), mesh.triangles(), uv, uv_triangles), Contains("triangle 0 must be oriented"));
+}
+
+TEST_CASE("welding closes a surface torn along seams and leaves uv as they were") {
+  const TriangleMesh sphere = icosphere(1.0, 1);
+  Points torn(3 * sphere.n_triangles(), 3);
+  Points2 uv(3 * sphere.n_triangles(), 2);
+  Triangles triangles(sphere.n_triangles(), 3);
+  for (Index t = 0; t < sphere.n_triangles(); ++t) {
+    for (int c = 0; c < 3; ++c) {
+      torn.row(3 * t + c) = sphere.vertices().row(sphere.triangles()(t, c));
+      uv.row(3 * t + c) << t + (c == 1), (c == 2);
+      triangles(t, c) = 3 * t + c;
+    }
+  }
+  const TriangleMesh pieces(torn, triangles, uv), whole = welded(pieces);
+  CHECK_FALSE(pieces.closed());
+  CHECK(whole.closed());
+  CHECK(whole.n_vertices() == sphere.n_vertices());
+  CHECK(whole.uv() == uv);
+  CHECK(whole.uv_triangles() == triangles);
+}
+
 TEST_CASE("panels that meet along a welded seam may have any uv, one of them mirrored") {
   const Square square;
   Points2 uv(6, 2);
