@@ -1,0 +1,248 @@
+// Claims about a built scene: determinism, resuming, coupling with rigid bodies.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+
+#include "core/base/error.h"
+#include "core/mesh/generators.h"
+#include "core/sim/simulation.h"
+
+using namespace loomstone;
+
+namespace {
+
+std::shared_ptr<const TriangleMesh> share(TriangleMesh mesh) { return std::make_shared<const TriangleMesh>(std::move(mesh)); }
+
+Cloth cloth_of(TriangleMesh mesh, const char* name = "cloth") {
+  Cloth cloth;
+  cloth.name = name;
+  cloth.mesh = share(std::move(mesh));
+  return cloth;
+}
+
+Scene drape(Index cells) {
+  Scene scene;
+  scene.cloths.push_back(cloth_of(grid_cells(0.5, 0.5, cells, cells).moved(Vec3(0, 0, 0.156))));
+  Obstacle sphere;
+  sphere.name = "sphere";
+  sphere.mesh = share(icosphere(0.15, 3).moved(Vec3(0.03, 0.02, 0)));
+  scene.obstacles.push_back(sphere);
+  return scene;
+}
+
+Scene hammock() {
+  Scene scene;
+  Cloth cloth = cloth_of(grid_cells(0.4, 0.4, 12, 12));
+  cloth.pins = {0, 12, 156, 168};
+  scene.cloths.push_back(cloth);
+  RigidBody box_body;
+  box_body.name = "box";
+  box_body.mesh = share(box(0.08, 0.08, 0.08));
+  box_body.shape = "box";
+  box_body.density = 200.0;
+  box_body.position = Vec3(0.02, 0.01, 0.06);
+  scene.bodies.push_back(box_body);
+  return scene;
+}
+
+IntegratorOptions step_of(double h) {
+  IntegratorOptions o;
+  o.step = h;
+  return o;
+}
+
+bool same(const Checkpoint& a, const Checkpoint& b) {
+  if (a.integers != b.integers || a.bytes != b.bytes || a.arrays.size() != b.arrays.size()) return false;
+  for (const auto& [name, array] : a.arrays)
+    if (array.shape != b.arrays.at(name).shape || array.values != b.arrays.at(name).values) return false;
+  return true;
+}
+
+}  // namespace
+
+TEST_CASE("1, 2, 3 and 7 threads give the same bits after a drape with contacts") {
+  Simulation one(drape(24), step_of(4e-3), 1);
+  for (int i = 0; i < 60; ++i) one.step();
+  CHECK(one.report().contacts > 20);
+  for (const int threads : {2, 3, 7}) {
+    Simulation other(drape(24), step_of(4e-3), threads);
+    for (int i = 0; i < 60; ++i) other.step();
+    CHECK(same(one.checkpoint(), other.checkpoint()));
+  }
+}
+
+TEST_CASE("stages rebuilt between two steps change no bit") {
+  for (const char* method : {"semi-implicit-euler", "implicit-midpoint", "bdf2", "backward-euler"}) {
+    IntegratorOptions o = step_of(2e-3);
+    o.method = method;
+    Simulation kept(drape(12), o, 1), rebuilt(drape(12), o, 1);
+    for (int i = 0; i < 40; ++i) {
+      kept.step();
+      rebuilt.step();
+      rebuilt.rebuild_stages();
+    }
+    INFO(method);
+    CHECK(same(kept.checkpoint(), rebuilt.checkpoint()));
+  }
+}
+
+TEST_CASE("a restored checkpoint continues bit for bit, with rigid bodies at their rebuilds") {
+  for (const bool bodies : {false, true}) {
+    const Scene scene = bodies ? hammock() : drape(16);
+    Simulation whole(scene, step_of(2e-3), 1), first(scene, step_of(2e-3), 1), second(scene, step_of(2e-3), 1);
+    for (int i = 0; i < 120; ++i) whole.step();
+    for (int i = 0; i < 80; ++i) first.step();
+    second.restore(first.checkpoint());
+    CHECK(second.time() == first.time());
+    for (int i = 0; i < 40; ++i) second.step();
+    CHECK(same(whole.checkpoint(), second.checkpoint()));
+  }
+}
+
+TEST_CASE("with bodies a checkpoint falls on a rebuild only, and elsewhere is refused") {
+  Simulation sim(hammock(), step_of(2e-3), 1);
+  sim.step();
+  CHECK_FALSE(sim.may_checkpoint());
+  CHECK_THROWS_WITH(sim.checkpoint(), Catch::Contains("rigid_rebuild_interval"));
+}
+
+TEST_CASE("a checkpoint of another scene is refused") {
+  Simulation a(drape(8), step_of(2e-3), 1), b(drape(9), step_of(2e-3), 1);
+  CHECK_THROWS_AS(b.restore(a.checkpoint()), CacheError);
+}
+
+TEST_CASE("a body that falls into a hammock is caught by it, and ends without intersections") {
+  Simulation sim(hammock(), step_of(2e-3), 1);
+  for (int i = 0; i < 400; ++i) sim.step();
+  const double height = sim.body_positions()(0, 2);
+  // 0.1 kg on a cloth of 300 N/m: sags by centimetres, does not fall through (free fall would be at -3 m).
+  CHECK(height > -0.2);
+  CHECK(height < 0.06);
+  CHECK(sim.intersecting_pairs().empty());
+}
+
+TEST_CASE("a body hung on a strip stretches it by its weight, and strip and body together fall freely") {
+  Scene scene;
+  Cloth strip = cloth_of(grid_cells(0.1, 0.4, 4, 16).moved(Vec3::Zero(), Eigen::AngleAxisd(M_PI / 2, Vec3::UnitX()).toRotationMatrix()));
+  strip.material.density = 0.05;
+  strip.pins = {80, 81, 82, 83, 84};
+  scene.cloths.push_back(strip);
+  RigidBody weight;
+  weight.name = "weight";
+  weight.mesh = share(box(0.1, 0.02, 0.02));
+  weight.shape = "box";
+  weight.density = 5000.0;
+  weight.position = Vec3(0, 0, -0.22);
+  scene.bodies.push_back(weight);
+  scene.attachments.push_back({"cloth", "weight", {0, 1, 2, 3, 4}});
+  scene.collisions = false;
+  SECTION("at rest the strip carries the weight") {
+    IntegratorOptions o = step_of(5e-3);
+    scene.cloths[0].material.viscosity_shear = 0.5;
+    Simulation sim(scene, o, 1);
+    for (int i = 0; i < 1500; ++i) sim.step();
+    // Nominal stress lambda E (lambda^2 - 1)/2 = m g / width, the strip's own weight (a fiftieth) halved onto it.
+    const double load = (5000.0 * 0.1 * 0.02 * 0.02 + 0.5 * 0.05 * 0.04) * 9.81 / 0.1;
+    double lambda = 1.0;
+    for (int k = 0; k < 50; ++k)
+      lambda -= (0.5 * 300.0 * lambda * (lambda * lambda - 1) - load) / (0.5 * 300.0 * (3 * lambda * lambda - 1));
+    // The clamped ends do not contract but nu = 0; springs of 3e4 N/m per vertex give 1e-5 m.
+    CHECK(0.2 - sim.positions().row(0)(2) == Approx(0.4 * lambda).epsilon(2e-3));
+  }
+  SECTION("let go, both fall with g and keep their momentum") {
+    scene.cloths[0].pins.clear();
+    IntegratorOptions o = step_of(1e-3);
+    o.linear_solver = "direct";
+    Simulation sim(scene, o, 1);
+    for (int i = 0; i < 100; ++i) sim.step();
+    // All rows fall together: velocity g t. Springs of 3e4 N/m between body and cloth amplify rounding.
+    const Points v = sim.velocities();
+    for (Index i = 0; i < v.rows(); ++i) CHECK(v(i, 2) == Approx(-9.81 * 0.1).epsilon(1e-6));
+    CHECK(sim.body_positions()(0, 2) == Approx(-0.22 - 0.5 * 9.81 * 0.1 * 0.101).epsilon(1e-6));
+  }
+}
+
+TEST_CASE("frames between steps are interpolated, frames outside the last step refused") {
+  Simulation sim(drape(8), step_of(4e-3), 1);
+  sim.step();
+  const Points before = sim.positions();
+  sim.step();
+  const Frame middle = sim.frame_at(6e-3);
+  CHECK((middle.positions - 0.5 * (before + sim.positions())).cwiseAbs().maxCoeff() < 1e-12);
+  CHECK(middle.time == Approx(6e-3));
+  CHECK_THROWS_AS(sim.frame_at(1e-3), InvalidInput);
+}
+
+TEST_CASE("what Python writes between steps acts: positions, velocities, forces, pins, poses") {
+  Scene scene = drape(8);
+  scene.cloths[0].pins = {0};
+  scene.gravity.setZero();
+  Simulation sim(scene, step_of(1e-3), 1);
+  const Points start = sim.positions();
+  Points forces = Points::Zero(start.rows(), 3), targets = start;
+  forces.col(0).setConstant(1e-2);
+  sim.set_external_forces(forces);
+  targets.row(0) += Eigen::RowVector3d(0, 0, 1e-3);
+  sim.set_pin_targets(targets);
+  sim.step();
+  CHECK(sim.positions().row(0) == targets.row(0));
+  CHECK(sim.velocities().col(0).mean() > 1e-3);
+  sim.set_obstacle_pose(0, Vec3(0, 0, -0.01), Vec4(1, 0, 0, 0));
+  sim.step();
+  CHECK(sim.frame().body_positions(0, 2) == Approx(scene.obstacles[0].mesh->vertices()(0, 2) - 0.01));
+  Points bad = start;
+  bad(3, 1) = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS_WITH(sim.set_positions(bad), Catch::Contains("row 3"));
+  CHECK_THROWS_WITH(sim.set_velocities(Points::Zero(2, 3)), Catch::Contains("81 rows"));
+}
+
+TEST_CASE("what cannot be simulated is refused before time passes, naming item and remedy") {
+  const auto refused = [](const Scene& scene, const std::string& part) {
+    CHECK_THROWS_WITH(Simulation(scene, IntegratorOptions{}, 1), Catch::Contains(part));
+  };
+  Scene scene = drape(8);
+  scene.cloths[0].material.density = -1;
+  refused(scene, "cloths[0] (\"cloth\").material.density must be > 0 [kg/m^2], got -1");
+  scene = drape(8);
+  scene.cloths[0].pins = {81};
+  refused(scene, "pins must be vertex indices in [0, 80], got 81");
+  scene.cloths[0].pins = {4, 4};
+  refused(scene, "4 comes twice");
+  scene = drape(8);
+  scene.cloths[0].bending = "springs";
+  refused(scene, "mid-edge | hinge");
+  scene = drape(8);
+  scene.cloths[0].mesh = share(grid_cells(0.5, 0.5, 8, 8).moved(Vec3(0, 0, 0.05)));
+  refused(scene, "lies inside sphere");
+  scene = drape(8);
+  scene.cloths.push_back(cloth_of(
+      grid_cells(0.06, 0.06, 3, 3).moved(Vec3(0.2, 0.2, 0.156), Eigen::AngleAxisd(0.5, Vec3::UnitX()).toRotationMatrix()), "other"));
+  refused(scene, "intersecting triangle pairs");
+  scene.allow_initial_intersections = true;
+  CHECK_NOTHROW(Simulation(scene, IntegratorOptions{}, 1));
+  scene = drape(8);
+  scene.cloths[0].material.bending_coupling = 1.0;
+  refused(scene, "bending_coupling");
+  scene = drape(8);
+  scene.attachments.push_back({"cloth", "none", {0}});
+  refused(scene, "attachments[0].body");
+  scene = drape(8);
+  scene.obstacles[0].times = {0.0, 1.0};
+  refused(scene, "nothing moves");
+  scene.obstacles[0].positions = Points::Zero(3, 3);
+  refused(scene, "positions must have 2 rows");
+  refused(Scene{}, "nothing to simulate");
+  IntegratorOptions o;
+  o.step = 0;
+  CHECK_THROWS_WITH(Simulation(drape(8), o, 1), Catch::Contains("integrator.step must be > 0 [s], got 0"));
+}
+
+TEST_CASE("a step that fails says where and leaves the last good state") {
+  Scene scene = drape(8);
+  IntegratorOptions o = step_of(1e-3);
+  o.method = "backward-euler", o.newton_tolerance = 1e-30, o.max_newton_iterations = 2;
+  Simulation sim(scene, o, 1);
+  const Checkpoint before = sim.checkpoint();
+  CHECK_THROWS_WITH(sim.step(), Catch::Contains("step 1") && Catch::Contains("backward-euler"));
+  CHECK(same(before, sim.checkpoint()));
+}
