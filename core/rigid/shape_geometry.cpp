@@ -11,14 +11,6 @@
 
 namespace loomstone {
 
-namespace {
-
-// Share of the inner radius of a convex shape by which its core is shrunk; our choice. Larger rounds the edges visibly, much
-// smaller leaves contacts to the slower and rougher search for penetrations.
-constexpr double margin_share = 0.05;
-
-}  // namespace
-
 void check_orientation(const Vec4& orientation, const std::string& where) {
   if (std::abs(orientation.norm() - 1.0) < 1e-6) return;
   throw InvalidInput(where + ".orientation must be a unit quaternion (w, x, y, z), got length " +
@@ -55,7 +47,7 @@ double sphere_radius(const TriangleMesh& mesh, const MassProperties& mass, doubl
 }
 
 ConvexCore convex_core(const std::vector<Vec3>& vertices, const std::vector<std::vector<int>>& faces,
-                       const std::string& where) {
+                       double margin_share, const std::string& where) {
   Vec3 centre = Vec3::Zero();
   for (const Vec3& vertex : vertices) centre += vertex / static_cast<double>(vertices.size());
   double size = 0.0;

@@ -26,8 +26,9 @@ struct ConvexCore {
   std::vector<Vec3> points;
   double margin = 0.0;  // [m]
 };
-// `faces`: corners of each face of the hull, in order round it. Throws InvalidInput when flat.
+// `faces`: corners of each face of the hull, in order round it. `margin_share`: margin over inner radius [1]. Throws
+// InvalidInput when flat.
 ConvexCore convex_core(const std::vector<Vec3>& vertices, const std::vector<std::vector<int>>& faces,
-                       const std::string& where);
+                       double margin_share, const std::string& where);
 
 }  // namespace loomstone
