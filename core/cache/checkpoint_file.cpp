@@ -195,12 +195,14 @@ void write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
 Checkpoint read_checkpoint(const std::string& path) {
   const std::vector<unsigned char> bytes = Descriptor(path, O_RDONLY | O_CLOEXEC).read_all();
   Trailer trailer = {};
-  if (bytes.size() >= sizeof trailer) std::memcpy(&trailer, bytes.data() + bytes.size() - sizeof trailer, sizeof trailer);
+  if (bytes.size() >= sizeof trailer)
+    std::memcpy(&trailer, bytes.data() + bytes.size() - sizeof trailer, sizeof trailer);
   if (std::memcmp(trailer.mark, mark, sizeof mark) != 0)
     throw CacheError(path + ": is not a loomstone checkpoint, or is truncated; resume from another checkpoint.");
   const std::size_t length = bytes.size() - sizeof trailer;
   if (trailer.length != length || checksum(bytes.data(), length) != trailer.checksum)
-    throw CacheError(path + ": the checkpoint is damaged (its checksum does not match its content); resume from another.");
+    throw CacheError(path +
+                     ": the checkpoint is damaged (its checksum does not match its content); resume from another.");
   return from_bytes(path, {bytes.data(), length});
 }
 

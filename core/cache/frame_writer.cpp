@@ -1,7 +1,6 @@
 #include <array>
 #include <cstdio>
 #include <optional>
-#include <sys/stat.h>
 
 #include "core/base/error.h"
 #include "core/cache/frame_file.h"
@@ -79,10 +78,22 @@ PolyDataWriter create_bodies(const std::string& path, const FrameTopology& topol
   return writer;
 }
 
+// Removes unfinished files unless they have been put in place.
+struct Parts {
+  std::string directory;
+  bool published = false;
+  ~Parts() {
+    if (published) return;
+    std::remove((directory + "/" + run_file + ".part").c_str());
+    std::remove((directory + "/" + bodies_file + ".part").c_str());
+  }
+};
+
 }  // namespace
 
 struct FrameWriter::Data {
   std::string directory;
+  Parts parts;
   PolyDataWriter run;
   std::optional<PolyDataWriter> bodies;
   Hdf5Rows frame_rows, report_rows;
@@ -92,7 +103,7 @@ struct FrameWriter::Data {
 
   // Creates both files under other names; publish() puts them in place.
   Data(const std::string& into, const FrameTopology& topology, const std::string& metadata)
-      : directory(into), run(create_run(into + "/" + run_file + ".part", topology, metadata)) {
+      : directory(into), parts{into}, run(create_run(into + "/" + run_file + ".part", topology, metadata)) {
     if (!topology.body_names.empty()) bodies = create_bodies(into + "/" + bodies_file + ".part", topology);
     frame_rows = run.file().create_rows(group + "/frames", frame_format(), table_block);
     report_rows = run.file().create_rows(group + "/reports", report_format(), table_block);
@@ -117,6 +128,7 @@ struct FrameWriter::Data {
     else
       std::remove(bodies_path.c_str());
     run.file().rename_to(run_path);
+    parts.published = true;
   }
 
   void check(const Frame& frame) const {

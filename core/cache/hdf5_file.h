@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -54,7 +55,9 @@ class Hdf5Rows {
   friend class Hdf5File;
   std::int64_t dataset_ = -1, memory_type_ = -1;
   int components_ = 1;
-  std::string name_;  // file and path within, for messages
+  std::shared_ptr<const std::string> file_name_;
+  std::string path_;  // within the file
+  std::string name() const { return *file_name_ + ": " + path_; }
 };
 
 class Hdf5File {
@@ -67,7 +70,7 @@ class Hdf5File {
   Hdf5File& operator=(Hdf5File&& other) noexcept;
   ~Hdf5File();
 
-  const std::string& name() const { return name_; }
+  const std::string& name() const { return *name_; }
   void rename_to(const std::string& path);  // moves the open file; syncs nothing
   void flush();                             // what was written so far becomes visible to others
   void close();                             // throws if the last bytes could not be written
@@ -99,7 +102,7 @@ class Hdf5File {
   std::int64_t open_to_read_array(const std::string& path, Number type, std::vector<std::int64_t>& shape) const;
   void finish_reading_array(std::int64_t dataset, const std::string& path, Number type, void* values) const;
   std::int64_t file_ = -1;
-  std::string name_;
+  std::shared_ptr<std::string> name_;  // shared with the datasets, so that messages follow a renamed file
 };
 
 template <class T>

@@ -19,9 +19,9 @@ struct PolyDataField {
   const void* constant = nullptr;
 };
 
-// Writes. A frame is written in two phases, so that a process killed at any moment leaves a file whose first NSteps frames
-// are whole: stage() puts the data past the last frame, flush() makes them reach the file, commit() counts the frame and
-// a second flush() tells. A frame that failed on the way may be written again.
+// Writes. A frame is written in two phases, so that a process killed at any moment leaves a file whose first NSteps
+// frames are whole: stage() puts the data past the last frame, flush() makes them reach the file, commit() counts the
+// frame and a second flush() tells. A frame that failed on the way may be written again.
 class PolyDataWriter {
  public:
   PolyDataWriter(const std::string& path, std::int64_t n_points, const Triangles& triangles,

@@ -24,7 +24,8 @@ PolyDataReader::PolyDataReader(const Hdf5File& file) : file_(&file) {
   if (connectivity.size() % 3 != 0) damaged(file, "its cells are not triangles");
   triangles_.resize(static_cast<Eigen::Index>(connectivity.size() / 3), 3);
   for (std::size_t corner = 0; corner < connectivity.size(); ++corner) {
-    if (connectivity[corner] < 0 || connectivity[corner] >= n_points_) damaged(file, "a triangle names a missing vertex");
+    if (connectivity[corner] < 0 || connectivity[corner] >= n_points_)
+      damaged(file, "a triangle names a missing vertex");
     triangles_.data()[corner] = static_cast<Index>(connectivity[corner]);
   }
 

@@ -110,10 +110,12 @@ void PolyDataWriter::stage(std::int64_t frame, const Points& points, const std::
   for (const void* data : cell_values) put(data);
 }
 
-// Steps/Values must have exactly NSteps rows: it grows in the same phase as the count.
+// Steps/Values must have exactly NSteps rows, so it grows in the same phase as the count; only where it grows into a new
+// block is it flushed first, since a block must be on record in the file before the count lets anybody read it.
 void PolyDataWriter::commit(std::int64_t frame, double time) {
   times_.resize(frame + 1);
   times_.write(frame, 1, &time);
+  if (frame % table_block == 0) file_.flush();
   file_.update_attribute(root + "/Steps", "NSteps", frame + 1);
 }
 
