@@ -51,15 +51,24 @@ Box bounding_box(const BoxGroup& group) {
   return box;
 }
 
-// Puts two zero bits before each of the lower 21 bits.
-std::uint64_t spread(std::uint64_t x) {
-  x &= 0x1fffff;
-  x = (x | x << 32) & 0x1f00000000ffff;
-  x = (x | x << 16) & 0x1f0000ff0000ff;
-  x = (x | x << 8) & 0x100f00f00f00f00f;
-  x = (x | x << 4) & 0x10c30c30c30c30c3;
-  x = (x | x << 2) & 0x1249249249249249;
-  return x;
+// Orders items so that every node of the tree is compact: halves along the longest axis, cut where a node begins.
+void order_by_halves(const Points& centres, Index* items, Index n) {
+  if (n <= tree_width) return;
+  Eigen::RowVector3d low = centres.row(items[0]), high = low;
+  for (Index i = 1; i < n; ++i) {
+    low = low.cwiseMin(centres.row(items[i]));
+    high = high.cwiseMax(centres.row(items[i]));
+  }
+  int axis;
+  (high - low).maxCoeff(&axis);
+  Index node = tree_width;  // items of the largest node that is smaller than all of them
+  while (node * tree_width < n) node *= tree_width;
+  const Index half = std::max<Index>(1, (n / 2 + node / 2) / node) * node;
+  std::nth_element(items, items + half, items + n, [&](Index i, Index j) {
+    return centres(i, axis) != centres(j, axis) ? centres(i, axis) < centres(j, axis) : i < j;
+  });
+  order_by_halves(centres, items, half);
+  order_by_halves(centres, items + half, n - half);
 }
 
 }  // namespace
@@ -102,25 +111,11 @@ void BoxTree::rebuild(const Points& x, Index first_vertex) {
     for (int k = 0; k < corners_per_item_; ++k) sum += x.row(first_vertex + corners_[corners_per_item_ * i + k]).transpose();
     centres.row(i) = (sum / corners_per_item_).transpose();
   }
-  std::vector<std::pair<std::uint64_t, Index>> order(n_items_);
-  if (n_items_ > 0) {
-    const Eigen::RowVector3d low = centres.colwise().minCoeff();
-    const double size = std::max((centres.colwise().maxCoeff() - low).maxCoeff(), 1e-300);
-    for (Index i = 0; i < n_items_; ++i) {
-      std::uint64_t code = 0;
-      for (int axis = 0; axis < 3; ++axis) {
-        const double scaled = (centres(i, axis) - low[axis]) / size * 2097151.0;
-        code |= spread(static_cast<std::uint64_t>(std::clamp(scaled, 0.0, 2097151.0))) << axis;
-      }
-      order[i] = {code, i};
-    }
-  }
-  std::sort(order.begin(), order.end());
-  for (Index slot = 0; slot < n_items_; ++slot) {
-    items_[slot] = order[slot].second;
+  for (Index i = 0; i < n_items_; ++i) items_[i] = i;
+  order_by_halves(centres, items_.data(), n_items_);
+  for (Index slot = 0; slot < n_items_; ++slot)
     for (int k = 0; k < corners_per_item_; ++k)
-      slot_corners_[corners_per_item_ * slot + k] = corners_[corners_per_item_ * order[slot].second + k];
-  }
+      slot_corners_[corners_per_item_ * slot + k] = corners_[corners_per_item_ * items_[slot] + k];
 }
 
 double BoxTree::refit(const Team& team, const std::vector<Box>& vertices) {

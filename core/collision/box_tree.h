@@ -1,5 +1,5 @@
-// Tree of axis-aligned boxes, eight to a node, over the vertices, edges or triangles of one surface. Items lie along a
-// space-filling curve; a node is eight consecutive nodes below it, so that refitting is a sweep over arrays and a query
+// Tree of axis-aligned boxes, eight to a node, over the vertices, edges or triangles of one surface. Items are
+// ordered by halving space; a node is eight consecutive nodes below it, so that refitting is a sweep over arrays and a query
 // compares a box with eight at once. Boxes are floats rounded outwards. The shape of a tree reaches no result: it only
 // decides which boxes are compared.
 #pragma once
@@ -40,7 +40,7 @@ class BoxTree {
   // Item in lane `lane` of leaf group `group`; -1 in the last group's empty lanes.
   Index item(Index group, int lane) const { return items_[tree_width * group + lane]; }
 
-  // Orders the items anew along the curve through their centres.
+  // Orders the items anew by their centres.
   void rebuild(const Points& x, Index first_vertex);
   // Boxes of all nodes; returns the summed surface of the leaf groups [m^2], by which decay is judged.
   double refit(const Team& team, const std::vector<Box>& vertices);

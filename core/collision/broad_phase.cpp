@@ -145,9 +145,10 @@ void BroadPhase::collect(const Team& team, const std::vector<Index>& which, Keep
     const Query& query = queries[q];
     return [&, q](Index group) {
       query.b->for_each_group(query.a->group_box(group), query.self ? group : 0, [&](Index other) {
-        for (int lane = 0; lane < tree_width; ++lane) {
-          Index item = query.a->item(group, lane);
-          if (item < 0) break;
+        unsigned own_lanes = query.a->overlaps(query.b->group_box(other), group);
+        for (; own_lanes != 0; own_lanes &= own_lanes - 1) {
+          const int lane = __builtin_ctz(own_lanes);
+          const Index item = query.a->item(group, lane);
           unsigned lanes = query.b->overlaps(query.a->item_box(group, lane), other);
           if (query.self && group == other) lanes &= ~((2u << lane) - 1u);
           for (; lanes != 0; lanes &= lanes - 1) {

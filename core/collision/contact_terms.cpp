@@ -64,6 +64,7 @@ void contact_terms(const CollisionModel& model, const std::vector<Contact>& cont
                    double& energy) {
   const std::vector<double> shares = contact_shares(contacts, model, x0);
   const std::vector<Vec3> slips = anchored_slips(contacts, model, state);
+  terms.reserve(terms.size() + contacts.size());
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
     if (shares[c] <= 0.0) continue;
@@ -80,7 +81,7 @@ void contact_terms(const CollisionModel& model, const std::vector<Contact>& cont
         friction_response(slips[c], predicted, tangent, stiffness, contact.friction * shares[c] * normal.force);
 
     term.gradient = -shares[c] * normal.force * n + friction.gradient;
-    term.hessian = shares[c] * normal.stiffness * n * n.transpose() + friction.hessian;
+    term.hessian = shares[c] * normal.stiffness * (Mat3::Identity() - tangent) + friction.hessian;
     terms.push_back(term);
     energy += shares[c] * normal.energy + 0.5 * stiffness * slips[c].squaredNorm();
   }

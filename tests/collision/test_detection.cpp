@@ -1,0 +1,143 @@
+#include <catch2/catch.hpp>
+
+#include <set>
+#include <tuple>
+
+#include "core/collision/contacts.h"
+#include "core/collision/impact_search.h"
+#include "tests/collision/collision_scenes.h"
+
+using namespace loomstone;
+using Kind = CollisionSurface::Kind;
+using Key = std::tuple<int, Index, Index>;
+
+namespace {
+
+// All pairs of features that may collide by the rules of the model, tested one by one.
+template <class Visit>
+void all_pairs(const CollisionModel& model, Visit&& visit) {
+  const auto allowed = [&](Index s, Index t) {
+    if (s == t) return model.surfaces[s].kind == Kind::Cloth && model.surfaces[s].self_collision;
+    return model.surfaces[s].kind == Kind::Cloth || model.surfaces[t].kind == Kind::Cloth;
+  };
+  const auto distinct = [](const std::array<Index, 4>& v, int n_a) {
+    for (int i = 0; i < n_a; ++i)
+      for (int j = n_a; j < 4; ++j)
+        if (v[i] == v[j]) return false;
+    return true;
+  };
+  for (Index a = 0; a < model.n_vertices; ++a)
+    for (Index b = 0; b < model.triangles.rows(); ++b) {
+      const auto v = pair_vertices(model, ContactKind::VertexFace, pair_key(a, b));
+      if (allowed(model.surface_of_vertex[a], model.surface_of_triangle[b]) && distinct(v, 1))
+        visit(ContactKind::VertexFace, a, b, v);
+    }
+  for (Index a = 0; a < model.edges.rows(); ++a)
+    for (Index b = a + 1; b < model.edges.rows(); ++b) {
+      const auto v = pair_vertices(model, ContactKind::EdgeEdge, pair_key(a, b));
+      if (allowed(model.surface_of_edge[a], model.surface_of_edge[b]) && distinct(v, 2))
+        visit(ContactKind::EdgeEdge, a, b, v);
+    }
+}
+
+FourPoints gather(const Points& x, const std::array<Index, 4>& v) {
+  FourPoints p;
+  for (int i = 0; i < 4; ++i) p[i] = x.row(v[i]).transpose();
+  return p;
+}
+
+TestScene crowd() {
+  Part quiet{grid_cells(0.1, 0.1, 5, 5).moved(Vec3(0.02, 0, 0.004))};
+  TestScene scene = make_scene({{grid_cells(0.2, 0.2, 10, 10), Kind::Cloth, 4e-3},
+                                quiet,
+                                {icosphere(0.03, 1).moved(Vec3(0, 0, 0.034)), Kind::Body, 2e-3},
+                                {icosphere(0.03, 1).moved(Vec3(0, 0, 0.09)), Kind::Script, 2e-3},
+                                {floor_square(0.4, 2).moved(Vec3(0, 0, -0.006)), Kind::Script, 6e-3}});
+  scene.model.surfaces[1].self_collision = false;
+  return scene;
+}
+
+}  // namespace
+
+TEST_CASE("contacts are those of all pairs, step after step, for any number of threads") {
+  const TestScene scene = crowd();
+  const CollisionModel& model = scene.model;
+  std::vector<std::unique_ptr<CollisionStage>> stages;
+  for (int i = 0; i < 4; ++i) stages.push_back(std::make_unique<CollisionStage>(model));
+  Points x = shaken(scene.x, 3e-3, 6);
+  std::size_t n_contacts = 0;
+  for (int step = 0; step < 12; ++step) {
+    // Small steps keep the lists, a jump makes them anew; the scripted sphere moves down all the time.
+    x = shaken(x, step == 6 ? 8e-3 : 2e-4, 7 + step);
+    const CollisionSurface& sphere = model.surfaces[3];
+    x.middleRows(sphere.first_vertex, sphere.n_vertices).col(2).array() -= 4e-3;
+    std::set<Key> expected;
+    all_pairs(model, [&](ContactKind kind, Index a, Index b, const std::array<Index, 4>& v) {
+      const ClosestPair c = kind == ContactKind::VertexFace ? closest_vertex_face(gather(x, v)) : closest_edge_edge(gather(x, v));
+      const Index s = model.surface_of_vertex[v[0]], t = model.surface_of_vertex[v[3]];
+      const double thickness = 0.5 * (model.surfaces[s].thickness + model.surfaces[t].thickness);
+      if (c.distance < thickness && (kind == ContactKind::VertexFace || c.interior)) expected.insert({int(kind), a, b});
+    });
+    int i = 0;
+    for (const int threads : {1, 2, 3, 7}) {
+      if (step % 3 == 2 && threads == 3) stages[i] = std::make_unique<CollisionStage>(model);  // a stage thrown away
+      const std::vector<Contact> contacts = stages[i++]->proximity(Team{threads}, x);
+      std::vector<Key> found;
+      for (const Contact& c : contacts) found.push_back({int(c.kind), c.a, c.b});
+      CHECK(found == std::vector<Key>(expected.begin(), expected.end()));
+      n_contacts += contacts.size();
+    }
+  }
+  CHECK(n_contacts > 4000);
+}
+
+TEST_CASE("impacts are those of all pairs, with lists and without") {
+  const TestScene scene = crowd();
+  const CollisionModel& model = scene.model;
+  const std::vector<SurfacePair> pairs = surface_pairs(model);
+  BroadPhase broad_phase(model, pairs);
+  NearLists lists(model, pairs, broad_phase);
+  ImpactSearch search(model, pairs, broad_phase, lists);
+  const Points x0 = shaken(scene.x, 3e-3, 8);
+  int n_impacts = 0;
+  for (const double travel : {3e-4, 3e-3, 3e-2}) {
+    const Points x1 = shaken(x0, travel, 9);
+    std::set<Key> expected;
+    all_pairs(model, [&](ContactKind kind, Index a, Index b, const std::array<Index, 4>& v) {
+      if (!(scene.inverse_mass[v[0]] > 0 || scene.inverse_mass[v[3]] > 0)) return;
+      MovingPoints q;
+      for (int i = 0; i < 4; ++i) {
+        q[i] = x0.row(v[i]).transpose();
+        q[4 + i] = x1.row(v[i]).transpose();
+      }
+      const Impact impact = kind == ContactKind::VertexFace ? continuous_vertex_face_above_gap(q) : continuous_edge_edge_above_gap(q);
+      if (impact.hit && !impact.touching) expected.insert({int(kind), a, b});
+    });
+    for (const bool with_lists : {false, true})
+      for (const int threads : {1, 3}) {
+        if (with_lists) {
+          std::vector<Contact> contacts = find_contacts(Team{1}, model, pairs, x0, (lists.update(Team{threads}, x0), lists));
+        } else {
+          lists.update(Team{1}, x0 + Points::Constant(x0.rows(), 3, 1e-3));  // lists of another configuration are not used
+        }
+        std::vector<Key> found;
+        for (const StepImpact& each : search.find(Team{threads}, x0, x1, scene.inverse_mass, nullptr))
+          found.push_back({int(each.kind), first_of(each.key), second_of(each.key)});
+        CHECK(found == std::vector<Key>(expected.begin(), expected.end()));
+        n_impacts += found.size();
+      }
+  }
+  CHECK(n_impacts > 1000);
+}
+
+TEST_CASE("a surface that a vertex is attached to does not collide with its faces and edges") {
+  TestScene scene = make_scene({{grid_cells(0.1, 0.1, 4, 4), Kind::Cloth, 4e-3},
+                                {floor_square(0.4, 2).moved(Vec3(0, 0, -0.001)), Kind::Body, 4e-3}});
+  const auto all = CollisionStage(scene.model).proximity(Team{1}, scene.x);
+  scene.model.attached_surface.assign(scene.model.n_vertices, -1);
+  scene.model.attached_surface[0] = 1;
+  const auto rest = CollisionStage(scene.model).proximity(Team{1}, scene.x);
+  CHECK(rest.size() < all.size());
+  for (const Contact& contact : rest)
+    for (const Index v : contact.vertices) CHECK(v != 0);
+}

@@ -1,0 +1,192 @@
+#include <catch2/catch.hpp>
+
+#include <Eigen/Eigenvalues>
+
+#include "core/collision/contacts.h"
+#include "core/collision/distance.h"
+#include "core/collision/friction.h"
+#include "tests/collision/collision_scenes.h"
+
+using namespace loomstone;
+using Kind = CollisionSurface::Kind;
+
+namespace {
+
+struct Assembled {
+  std::vector<Contact> contacts;
+  ExtraTerms terms;
+  double energy = 0.0;
+};
+
+Assembled assemble(const TestScene& scene, const Points& x, const Points& v, const Points& centres, Index n_cloth,
+                   const ContactState& state = {}) {
+  Assembled result;
+  CollisionStage stage(scene.model);
+  result.contacts = stage.proximity(Team{1}, x);
+  stage.terms(result.contacts, x, v, centres, 1e-3, n_cloth, state, result.terms, result.energy);
+  return result;
+}
+
+TestScene two_sheets() {
+  return make_scene({{grid_cells(0.1, 0.1, 6, 6), Kind::Cloth, 4e-3}, {grid_cells(0.1, 0.1, 5, 5).moved(Vec3(3e-3, 2e-3, 2e-3)), Kind::Cloth, 4e-3}});
+}
+
+}  // namespace
+
+TEST_CASE("the contact force is minus the gradient of the contact energy, to second order of the difference") {
+  const double xi = 1e-3, k = 700.0;
+  for (const double d : {0.05e-3, 0.2e-3, 0.45e-3, 0.6e-3, 0.9e-3}) {
+    const ContactForce at = contact_force(d, xi, k);
+    double last = 0.0;
+    for (const double step : {4e-6, 2e-6, 1e-6}) {
+      const double difference = (contact_force(d + step, xi, k).energy - contact_force(d - step, xi, k).energy) / (2 * step);
+      const double slope = (contact_force(d + step, xi, k).force - contact_force(d - step, xi, k).force) / (2 * step);
+      const double error = std::abs(difference + at.force) / at.force;
+      CHECK(std::abs(slope + at.stiffness) <= 1e-2 * at.stiffness);
+      if (last > 1e-8) CHECK(last / error == Approx(4.0).epsilon(0.1));  // halving the step quarters the error
+      CHECK(error < 1e-2);
+      last = error;
+    }
+  }
+  CHECK(contact_force(xi, xi, k).force == 0.0);
+  const double half = 0.5 * xi, hair = 1e-12;  // force, stiffness and energy go on over the change of stage
+  CHECK(contact_force(half + hair, xi, k).force == Approx(contact_force(half - hair, xi, k).force).epsilon(1e-6));
+  CHECK(contact_force(half + hair, xi, k).stiffness == Approx(contact_force(half - hair, xi, k).stiffness).epsilon(1e-6));
+  CHECK(contact_force(half + hair, xi, k).energy == Approx(contact_force(half - hair, xi, k).energy).epsilon(1e-6));
+}
+
+TEST_CASE("forces of contacts are minus the gradient of their energies with shares held") {
+  TestScene scene = two_sheets();
+  const Points x = shaken(scene.x, 4e-4, 10);
+  const Assembled at = assemble(scene, x, Points::Zero(x.rows(), 3), Points(0, 3), x.rows());
+  REQUIRE(at.contacts.size() > 50);
+  const std::vector<double> shares = contact_shares(at.contacts, scene.model, x);
+  const auto energy = [&](const Points& y) {
+    double sum = 0.0;
+    for (std::size_t c = 0; c < at.contacts.size(); ++c) {
+      FourPoints p;
+      for (int i = 0; i < 4; ++i) p[i] = y.row(at.contacts[c].vertices[i]).transpose();
+      const double d = at.contacts[c].kind == ContactKind::VertexFace ? closest_vertex_face(p).distance : closest_edge_edge(p).distance;
+      sum += shares[c] * contact_force(d, at.contacts[c].thickness, scene.model.contact_stiffness).energy;
+    }
+    return sum;
+  };
+  CHECK(energy(x) == Approx(at.energy).epsilon(1e-12));
+  const Points direction = shaken(Points::Zero(x.rows(), 3), 1.0, 11);
+  double slope = 0.0;
+  for (const ExtraTerm& term : at.terms)
+    for (int i = 0; i < term.n_entries; ++i)
+      slope += direction.row(term.entries[i].row).dot(term.entries[i].apply_transposed(term.gradient));
+  // Contacts that begin or end within the step bend the energy; a step of 1e-9 m meets none.
+  const double step = 1e-9, difference = (energy(x + step * direction) - energy(x - step * direction)) / (2 * step);
+  CHECK(difference == Approx(slope).epsilon(1e-5));
+}
+
+TEST_CASE("stiffness of every term is symmetric and positive semidefinite") {
+  TestScene scene = two_sheets();
+  const Points x = shaken(scene.x, 8e-4, 12), v = shaken(Points::Zero(x.rows(), 3), 2.0, 13);
+  for (const ExtraTerm& term : assemble(scene, x, v, Points(0, 3), x.rows()).terms) {
+    CHECK(term.hessian == term.hessian.transpose());
+    const Vec3 eigenvalues = Eigen::SelfAdjointEigenSolver<Mat3>(term.hessian).eigenvalues();
+    CHECK(eigenvalues[0] >= -1e-12 * eigenvalues[2]);
+    CHECK(eigenvalues[2] > 0.0);
+  }
+}
+
+TEST_CASE("contacts of cloth with cloth change neither momentum nor, along normals, angular momentum") {
+  TestScene scene = two_sheets();
+  const Points x = shaken(scene.x, 8e-4, 14), v = shaken(Points::Zero(x.rows(), 3), 2.0, 15);
+  const Assembled at = assemble(scene, x, v, Points(0, 3), x.rows());
+  Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
+  double size = 0.0;
+  for (std::size_t t = 0; t < at.terms.size(); ++t) {
+    const ExtraTerm& term = at.terms[t];
+    const Vec3 normal = at.contacts[t].normal;
+    CHECK(at.terms.size() <= at.contacts.size());
+    for (int i = 0; i < term.n_entries; ++i) {
+      const Vec3 f = term.entries[i].apply_transposed(term.gradient);
+      force += f;
+      size += f.norm();
+    }
+    (void)normal;
+  }
+  CHECK(force.norm() <= 1e-13 * size);
+  const Assembled still = assemble(scene, x, Points::Zero(x.rows(), 3), Points(0, 3), x.rows());
+  for (const ExtraTerm& term : still.terms)
+    for (int i = 0; i < term.n_entries; ++i)
+      torque += Vec3(x.row(term.entries[i].row).transpose()).cross(term.entries[i].apply_transposed(term.gradient));
+  CHECK(torque.norm() <= 1e-11 * size);
+}
+
+TEST_CASE("a body takes the opposite force, and the torque about its centre, as one translation and one rotation row") {
+  TestScene scene = make_scene({{grid_cells(0.1, 0.1, 6, 6).moved(Vec3(0, 0, 0.0315)), Kind::Cloth, 3e-3},
+                                {icosphere(0.03, 2).moved(Vec3(0.01, 0, 0)), Kind::Body, 3e-3}});
+  const Index n_cloth = scene.model.surfaces[0].n_vertices;
+  Points centres(1, 3);
+  centres << 0.01, 0.0, 0.0;
+  const Assembled at = assemble(scene, scene.x, Points::Zero(scene.x.rows(), 3), centres, n_cloth);
+  REQUIRE(at.terms.size() > 3);
+  Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
+  double size = 0.0;
+  for (const ExtraTerm& term : at.terms) {
+    int n_body = 0;
+    for (int i = 0; i < term.n_entries; ++i) {
+      const TermEntry& entry = term.entries[i];
+      if (i > 0) CHECK(entry.row > term.entries[i - 1].row);
+      const Vec3 f = entry.apply_transposed(term.gradient);
+      size += f.norm();
+      if (entry.row < n_cloth) {
+        force += f;
+        torque += Vec3(scene.x.row(entry.row) - centres.row(0)).cross(f);
+      } else if (entry.row == n_cloth) {
+        force += f;
+        ++n_body;
+      } else {
+        torque += f;
+        ++n_body;
+      }
+    }
+    CHECK(n_body == 2);
+  }
+  CHECK(force.norm() <= 1e-13 * size);
+  CHECK(torque.norm() <= 1e-13 * size);
+}
+
+TEST_CASE("what moves by script enters as drift: common motion is no relative motion") {
+  TestScene scene = make_scene({{grid_cells(0.1, 0.1, 6, 6), Kind::Cloth, 4e-3},
+                                {floor_square(0.4, 3).moved(Vec3(0, 0, -3e-3)), Kind::Script, 4e-3}});
+  Points v(scene.x.rows(), 3);
+  v.rowwise() = Eigen::RowVector3d(0.3, -0.2, 0.1);
+  const Assembled at = assemble(scene, scene.x, v, Points(0, 3), scene.model.surfaces[0].n_vertices);
+  REQUIRE(at.terms.size() > 20);
+  for (const ExtraTerm& term : at.terms) {
+    Vec3 relative = -term.drift;
+    for (int i = 0; i < term.n_entries; ++i) relative += term.entries[i].apply(v.row(term.entries[i].row).transpose());
+    CHECK(relative.norm() < 1e-15);
+  }
+}
+
+TEST_CASE("a vertex over the common edge or corner of faces is pushed as by one face") {
+  Part floor{grid_cells(0.1, 0.1, 4, 4), Kind::Script, 2e-3};
+  Part sheet{grid_cells(0.2, 0.2, 1, 1).moved(Vec3(0, 0, 1.4e-3)), Kind::Cloth, 2e-3};
+  TestScene scene = make_scene({sheet, floor});
+  double least = INFINITY, most = 0.0, last = -1.0, largest_jump = 0.0;
+  const int n = 2000;
+  for (int i = 0; i <= n; ++i) {
+    Points x = scene.x;
+    x.row(0) = Eigen::RowVector3d(-0.03 + 0.06 * i / n, -0.012 + 0.024 * i / n, 1.4e-3);  // over faces, edges, a corner
+    x.middleRows(1, 3).col(2).array() += 1.0;
+    const Assembled at = assemble(scene, x, Points::Zero(x.rows(), 3), Points(0, 3), 4);
+    double force = 0.0;
+    for (std::size_t t = 0; t < at.terms.size(); ++t)
+      if (at.contacts[t].kind == ContactKind::VertexFace && at.contacts[t].a == 0) force -= at.terms[t].gradient.z();
+    least = std::min(least, force);
+    most = std::max(most, force);
+    if (last >= 0.0) largest_jump = std::max(largest_jump, std::abs(force - last));
+    last = force;
+  }
+  const double one = scene.model.contact_stiffness * 0.6e-3;
+  CHECK(most <= 1.15 * one);
+  CHECK(least >= 0.85 * one);
+  CHECK(largest_jump <= 0.05 * one);  // 0.03 mm along the way change the force a little, never at once
+}
