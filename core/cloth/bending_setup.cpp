@@ -1,5 +1,6 @@
 #include "core/cloth/bending_setup.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <sstream>
@@ -34,6 +35,12 @@ void check_bending_setup(const BendingSetup& setup) {
   if (setup.damping.size() != m) refuse_size("damping", "triangle", m, setup.damping.size());
   if (setup.pinned.size() != n) refuse_size("pinned", "vertex", n, setup.pinned.size());
   for (Index t = 0; t < static_cast<Index>(m); ++t) {
+    const Corners2& x = setup.corners[t];
+    const Vec2 e1 = (x.row(1) - x.row(0)).transpose(), e2 = (x.row(2) - x.row(0)).transpose();
+    const double area = 0.5 * (e1.x() * e2.y() - e1.y() * e2.x());
+    if (!(area > 1e-12 * std::max({e1.squaredNorm(), e2.squaredNorm(), (e2 - e1).squaredNorm()})))
+      refuse("corners", t, "three that span a rest area > 1e-12 of the longest edge squared [m^2]", area,
+             "remove the triangle or turn its corners counter-clockwise");
     const Mat3& d = setup.rigidity[t];
     if (!d.allFinite() || d != d.transpose())
       refuse("rigidity", t, "finite and symmetric", d.sum(), "give bending_weft, _warp, _twist and _coupling in N m");

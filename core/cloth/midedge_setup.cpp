@@ -2,11 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include <Eigen/SVD>
-
-#include "core/base/error.h"
 
 namespace loomstone::midedge {
 
@@ -22,18 +19,11 @@ struct RestTriangle {
   std::array<Row3, 3> angle;        // psi_i: angle from the triangle to the tangent plane at edge i, per curvature [m]
 };
 
-RestTriangle rest_triangle(const Corners2& corners, Index triangle) {
+RestTriangle rest_triangle(const Corners2& corners) {
   RestTriangle r;
   const Vec2 x[3] = {corners.row(0).transpose(), corners.row(1).transpose(), corners.row(2).transpose()};
   const Vec2 e1 = x[1] - x[0], e2 = x[2] - x[0];
   r.area = 0.5 * (e1.x() * e2.y() - e1.y() * e2.x());
-  const double longest = std::max({e1.squaredNorm(), e2.squaredNorm(), (e2 - e1).squaredNorm()});
-  if (!(r.area > 1e-12 * longest)) {
-    std::ostringstream out;
-    out << "bending: corners[" << triangle << "] must span a rest area > 1e-12 of the longest edge squared, got " << r.area
-        << " m^2; remove the triangle or turn its corners counter-clockwise";
-    throw InvalidInput(out.str());
-  }
   for (int i = 0; i < 3; ++i) {
     const Vec2 p = x[(i + 1) % 3], q = x[(i + 2) % 3];
     const double l = (q - p).norm(), h = 2.0 * r.area / l;
@@ -63,7 +53,7 @@ class Builder {
   Builder(const BendingSetup& setup, const EdgeTable& edges, const std::vector<Hinge>& hinges)
       : setup_(setup), edges_(edges), hinges_(hinges), hinge_of_edge_(edges.edges.rows(), -1) {
     for (Index e = 0; e < static_cast<Index>(hinges.size()); ++e) hinge_of_edge_[hinges[e].edge] = e;
-    for (Index t = 0; t < setup.triangles.rows(); ++t) rest_.push_back(rest_triangle(setup.corners[t], t));
+    for (Index t = 0; t < setup.triangles.rows(); ++t) rest_.push_back(rest_triangle(setup.corners[t]));
   }
 
   // Slope at hinge e: from its first triangle half the angle plus `weights` times angles, from its second the opposite.

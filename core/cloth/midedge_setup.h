@@ -24,7 +24,7 @@ struct Elements {
   Index n_averaged = 0;           // edges whose slope is the plain mean because the weights would exceed 1
 };
 
-// Throws InvalidInput for a triangle without rest area.
+// The setup has passed check_bending_setup.
 Elements make_elements(const BendingSetup& setup, const EdgeTable& edges, const std::vector<Hinge>& hinges);
 
 }  // namespace loomstone::midedge

@@ -1,1 +1,1 @@
-set(bending_tests bending_support.cpp test_bending_beams.cpp)
+set(bending_tests bending_support.cpp test_bending_beams.cpp test_bending_laws.cpp test_bending_robust.cpp)
