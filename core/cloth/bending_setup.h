@@ -21,6 +21,6 @@ std::vector<Index> all_of(Index n);
 // Largest eigenvalue of M^-1 K by power iteration; moments(rate, out) gives Q rate, one entry a hinge; pinned rows rest.
 double power_iteration(const HingeSet& hinges, const Points& rest_positions, const std::vector<std::uint8_t>& pinned,
                        const Vector& mass,
-                       const std::function<void(const HingeValues&, std::vector<double>&)>& moments);
+                       const std::function<void(const HingeValues&, AlignedDoubles&)>& moments);
 
 }  // namespace loomstone

@@ -59,7 +59,7 @@ void HingeSet::evaluate(const Team& team, const std::vector<Index>& batches, con
   });
 }
 
-void HingeSet::gather(const Team& team, const HingeValues& values, const std::vector<double>& moment, Index begin,
+void HingeSet::gather(const Team& team, const HingeValues& values, const AlignedDoubles& moment, Index begin,
                       Index end, Points& force) const {
   parallel_for(team, end - begin, [&](Index i) {
     const Index row = begin + i;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/types.h"
+#include "core/cloth/aligned.h"
 #include "core/mesh/adjacency.h"
 #include "core/parallel/team.h"
 
@@ -13,10 +14,10 @@ namespace loomstone {
 
 // Scratch: what was computed from positions and velocities. Entry of hinge e: see HingeSet.
 struct HingeValues {
-  std::vector<double> difference;              // theta minus rest angle [rad]
-  std::vector<double> half_sine, half_cosine;  // of theta / 2 [1]
-  std::vector<double> rate;                    // [rad/s]
-  std::vector<double> gradient;                // u = d theta / d x [rad/m]
+  AlignedDoubles difference;              // theta minus rest angle [rad]
+  AlignedDoubles half_sine, half_cosine;  // of theta / 2 [1]
+  AlignedDoubles rate;                    // [rad/s]
+  AlignedDoubles gradient;                // u = d theta / d x [rad/m]
 };
 
 // Scratch: batches that hold the hinges of some rows.
@@ -47,7 +48,7 @@ class HingeSet {
                 bool with_gradient, HingeValues& values) const;
 
   // force_i -= sum_e moment_e u_e,i on rows [begin, end), hinges ascending.
-  void gather(const Team& team, const HingeValues& values, const std::vector<double>& moment, Index begin, Index end,
+  void gather(const Team& team, const HingeValues& values, const AlignedDoubles& moment, Index begin, Index end,
               Points& force) const;
 
   // Hinges with a triangle without area now: they exert no force.
@@ -57,7 +58,7 @@ class HingeSet {
   std::vector<Hinge> hinges_;
   std::vector<double> rest_angles_;
   std::vector<Index> vertices_;     // (batches x 4 x 8)
-  std::vector<double> rest_lanes_;  // (batches x 8)
+  AlignedDoubles rest_lanes_;  // (batches x 8)
   Incidence of_vertices_;
 };
 

@@ -103,7 +103,7 @@ class HingeBending final : public Bending {
 
   double largest_eigenvalue(const Vector& mass) const override {
     return power_iteration(hinges_, rest_positions_, pinned_, mass,
-                           [&](const HingeValues& values, std::vector<double>& moment) {
+                           [&](const HingeValues& values, AlignedDoubles& moment) {
                              moment.resize(values.rate.size());
                              for (Index e = 0; e < hinges_.n_hinges(); ++e)
                                moment[e] = 0.5 * stiffness_[e] * std::cos(0.5 * hinges_.rest_angles()[e]) * values.rate[e];
@@ -129,7 +129,7 @@ class HingeBending final : public Bending {
   mutable HingeStiffness assembler_;
   mutable HingeRange range_;
   mutable HingeValues values_;
-  mutable std::vector<double> moment_;
+  mutable AlignedDoubles moment_;
 };
 
 }  // namespace

@@ -85,7 +85,7 @@ void HingeStiffness::locate(const HingeSet& hinges, const BlockMatrix& matrix, I
   }
 }
 
-void HingeStiffness::add(const Team& team, const HingeSet& hinges, const HingeValues& values, const std::vector<double>& q,
+void HingeStiffness::add(const Team& team, const HingeSet& hinges, const HingeValues& values, const AlignedDoubles& q,
                          double scale, Index begin, Index end, BlockMatrix& matrix) {
   locate(hinges, matrix, begin, end);
   const Incidence& incidence = hinges.of_vertices();
@@ -93,13 +93,13 @@ void HingeStiffness::add(const Team& team, const HingeSet& hinges, const HingeVa
                                  q.data(), values.gradient.data()};
   const Index n_chunks = static_cast<Index>(chunk_start_.size()) - 1;
   parallel_ranges(team, n_chunks, 1, [&](Index first_chunk, Index last_chunk) {
-    std::vector<double> moments, sums;
+    AlignedDoubles moments, sums;
     for (Index chunk = first_chunk; chunk < last_chunk; ++chunk) {
       const Index* list = chunk_.data() + chunk_start_[chunk];
       const Index n_list = chunk_start_[chunk + 1] - chunk_start_[chunk];
       std::size_t size = 0;
       for (Index k = 0; k < n_list; ++k) size += stencil_start_[list[k] + 1] - stencil_start_[list[k]];
-      if (moments.size() < 4 * size + 4) moments.resize(4 * size + 4);
+      if (moments.size() < 4 * size) moments.resize(4 * size);
       stiffness::moment_gradients(tables, list, n_list, moments.data());
       const Index first = begin + chunk * rows_per_chunk, last = std::min(end, first + rows_per_chunk);
       for (Index row = first; row < last; ++row) {

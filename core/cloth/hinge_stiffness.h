@@ -26,7 +26,7 @@ class HingeStiffness {
 
   // Adds scale times K to rows [begin, end) of `matrix`; q: one entry a pair. Hinges ascending for each block: same bits
   // for any team and any row range. Where blocks lie is found once per pattern and range.
-  void add(const Team& team, const HingeSet& hinges, const HingeValues& values, const std::vector<double>& q,
+  void add(const Team& team, const HingeSet& hinges, const HingeValues& values, const AlignedDoubles& q,
            double scale, Index begin, Index end, BlockMatrix& matrix);
 
  private:

@@ -1,5 +1,6 @@
 // The mid-edge element: energy 1/2 kappa^T W kappa of each triangle, kappa = C (theta - rest); C is made in midedge_setup.
 #include <algorithm>
+#include <cmath>
 #include <map>
 
 #include "core/cloth/bending.h"
@@ -53,9 +54,9 @@ class MidedgeBending final : public Bending {
   Index n_triangles_ = 0, n_averaged_ = 0;
   bool damped_ = false;
   std::vector<Index> element_hinges_;           // see hinge_kernels.h
-  std::vector<double> curvature_, rigidity_;
+  AlignedDoubles curvature_, rigidity_;
   std::vector<Index> slot_start_, slots_;       // places in element_moments_ that add to each hinge, triangles ascending
-  std::vector<double> elastic_, viscous_;       // Q = sum C^T W C, and with beta W, one entry a pair of hinges
+  AlignedDoubles elastic_, viscous_;            // Q = sum C^T W C, and with beta W, one entry a pair of hinges
 
   // Scratch: rebuilt whenever used, decides nothing.
   mutable HingeStiffness assembler_;
@@ -66,7 +67,7 @@ class MidedgeBending final : public Bending {
   };
   mutable Selection selection_;
   mutable HingeValues values_;
-  mutable std::vector<double> element_moments_, moment_, energy_, q_;
+  mutable AlignedDoubles element_moments_, moment_, energy_, q_;
 };
 
 MidedgeBending::MidedgeBending(const BendingSetup& setup)
@@ -127,6 +128,11 @@ void MidedgeBending::build_pairs(const BendingSetup& setup, const std::vector<mi
         std::array<double, 2>& entry = row[element.hinge[s]];
         entry[0] += q, entry[1] += setup.damping[t] * q;
       }
+    }
+    if (setup.lumped_stiffness) {
+      std::array<double, 2> sum{};
+      for (const auto& [hinge, q] : row) sum[0] += 0.5 * std::abs(q[0]), sum[1] += 0.5 * std::abs(q[1]);
+      row = {{e, sum}};
     }
     for (const auto& [hinge, q] : row) {
       pairs.hinge.push_back(hinge);
@@ -207,7 +213,7 @@ void MidedgeBending::add_stiffness(const Team& team, const Points& x, double sca
 double MidedgeBending::largest_eigenvalue(const Vector& mass) const {
   if (hinges_.n_hinges() == 0) return 0.0;
   const std::vector<Index> batches = all_of((n_triangles_ + lanes - 1) / lanes);
-  return power_iteration(hinges_, rest_positions_, pinned_, mass, [&](const HingeValues& values, std::vector<double>& moment) {
+  return power_iteration(hinges_, rest_positions_, pinned_, mass, [&](const HingeValues& values, AlignedDoubles& moment) {
     midedge::moments(tables(), batches.data(), static_cast<Index>(batches.size()), values.rate.data(), nullptr,
                      element_moments_.data());
     moment.resize(values.rate.size());

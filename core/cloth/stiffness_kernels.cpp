@@ -6,7 +6,6 @@ namespace loomstone::stiffness {
 
 namespace {
 typedef double Lanes4 __attribute__((vector_size(32)));
-typedef long long Places __attribute__((vector_size(64)));
 
 LOOMSTONE_INLINE Lanes4 load4(const double* p) {
   Lanes4 r;
@@ -41,7 +40,6 @@ void add_row(const Tables& tables, const Row& row, const double* moments, double
     lanes_store(sums + 16 * b, Lanes{});
     sums[16 * b + 8] = 0.0;
   }
-  const Places columns = {0, 0, 0, 1, 1, 1, 2, 2};
   const Index* block = row.block;
   for (Index k = 0; k < row.n_items; ++k) {
     const Index e = row.items[k] / 4, n = tables.stencil_start[e + 1] - tables.stencil_start[e];
@@ -51,7 +49,8 @@ void add_row(const Tables& tables, const Row& row, const double* moments, double
     const double last = u[2];
     for (Index s = 0; s < n; ++s) {
       double* b = sums + 16 * block[s];
-      lanes_store(b, lanes_load(b) + rows * __builtin_shuffle(lanes_load(m + 4 * s), columns));
+      const Lanes4 moment = load4(m + 4 * s);
+      lanes_store(b, lanes_load(b) + rows * __builtin_shufflevector(moment, moment, 0, 0, 0, 1, 1, 1, 2, 2));
       b[8] += last * m[4 * s + 2];
     }
     block += n;

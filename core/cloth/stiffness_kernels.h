@@ -29,8 +29,7 @@ struct Row {
   Index n_blocks;
 };
 
-// values (n_blocks x 9) += scale sum_items u m^T. sums: scratch of row_scratch(n_blocks) doubles. Of `moments` four doubles
-// beyond the last are read.
+// values (n_blocks x 9) += scale sum_items u m^T. sums: scratch of row_scratch(n_blocks) doubles.
 void add_row(const Tables& tables, const Row& row, const double* moments, double scale, double* sums, double* values);
 inline std::size_t row_scratch(Index n_blocks) { return 16 * static_cast<std::size_t>(n_blocks); }
 
