@@ -1,4 +1,5 @@
-// Shared by the readers and writers of mesh files; not for use outside mesh_file.cpp, obj_file.cpp, ply_file.cpp and ply_writer.cpp.
+// Shared by the readers and writers of mesh files; not for use outside mesh_file.cpp, obj_file.cpp, ply_file.cpp and
+// ply_writer.cpp.
 #pragma once
 
 #include <charconv>
