@@ -26,6 +26,10 @@ struct BendingSetup {
   std::vector<std::uint8_t> pinned;   // (n) 1: pinned or scripted from the start (rule R)
   bool flat_rest = true;              // rest angles zero; else measured on rest_positions
   std::vector<double> rest_angles;    // per hinge in the order of hinges(); empty: as flat_rest says
+  // Mid-edge only: add_stiffness gives, instead of the Gauss-Newton matrix U^T Q U over pairs of hinges, U^T diag(q) U with
+  // q_e = 1/2 sum_f |Q_ef|. That is never less than half of it (Gershgorin), which is what linearly implicit steps need to
+  // be stable, on a third of its blocks. Our choice.
+  bool lumped_stiffness = false;
 };
 
 // Model of one bending element on all cloth. Scratch inside decides nothing, but an object serves one caller at a time.

@@ -17,22 +17,26 @@ Vector lumped_mass(Index n_vertices, const Triangles& triangles, const std::vect
 }
 
 namespace {
-std::unique_ptr<Bending> make_bending(const ClothModel::BendingPart& part) {
-  return part.element == "hinge" ? make_hinge_bending(part.setup) : make_midedge_bending(part.setup);
+std::unique_ptr<Bending> make_bending(const ClothModel::BendingPart& part, bool lumped) {
+  if (part.element == "hinge") return make_hinge_bending(part.setup);
+  if (!lumped) return make_midedge_bending(part.setup);
+  BendingSetup setup = part.setup;
+  setup.lumped_stiffness = true;
+  return make_midedge_bending(setup);
 }
 }  // namespace
 
-Elasticity::Elasticity(const ClothModel& model, bool implicit_bending)
+Elasticity::Elasticity(const ClothModel& model, BendingTreatment bending)
     : model_(model),
       membrane_(model.n_vertices, model.triangles, model.corners, model.constants),
-      implicit_bending_(implicit_bending),
+      treatment_(bending),
       zero_velocity_(Points::Zero(model.n_vertices, 3)) {
   std::vector<std::pair<Index, Index>> couplings;
   for (Index t = 0; t < model.triangles.rows(); ++t)
     for (int k = 0; k < 3; ++k) couplings.emplace_back(model.triangles(t, k), model.triangles(t, (k + 1) % 3));
   for (const auto& part : model.bending) {
-    bending_.push_back(make_bending(part));
-    if (!implicit_bending) continue;
+    bending_.push_back(make_bending(part, bending == BendingTreatment::Lumped));
+    if (!implicit_bending()) continue;
     const auto more = bending_.back()->couplings();
     couplings.insert(couplings.end(), more.begin(), more.end());
   }
@@ -43,20 +47,20 @@ Elasticity::Elasticity(const ClothModel& model, bool implicit_bending)
 
 double Elasticity::bending_eigenvalue(const ClothModel& model) {
   double largest = 0.0;
-  for (const auto& part : model.bending) largest = std::max(largest, make_bending(part)->largest_eigenvalue(model.mass));
+  for (const auto& part : model.bending) largest = std::max(largest, make_bending(part, false)->largest_eigenvalue(model.mass));
   return largest;
 }
 
 void Elasticity::add_implicit_forces(const Team& team, const Points& x, const Points* v, Index begin, Index end,
                                      Points& force) {
   membrane_.add_forces(team, x, v, begin, end, force);
-  if (!implicit_bending_) return;
+  if (!implicit_bending()) return;
   for (const auto& element : bending_) element->add_forces(team, x, v ? *v : zero_velocity_, begin, end, force);
 }
 
 void Elasticity::add_explicit_bending(const Team& team, const Points& x, const Points& v, Index begin, Index end,
                                       Points& force) {
-  if (implicit_bending_) return;
+  if (implicit_bending()) return;
   for (const auto& element : bending_) element->add_forces(team, x, v, begin, end, force);
 }
 
@@ -70,7 +74,7 @@ void Elasticity::assemble(const Team& team, const Points& x, JacobianKind kind, 
     diagonal[0] = diagonal[4] = diagonal[8] = model_.mass[row];
   });
   membrane_.add_jacobian(team, x, kind, scale_k, scale_d, begin, end, matrix_);
-  if (!implicit_bending_) return;
+  if (!implicit_bending()) return;
   for (const auto& element : bending_) element->add_stiffness(team, x, scale_k, scale_d, begin, end, matrix_);
 }
 

@@ -12,16 +12,19 @@
 
 namespace loomstone {
 
+// How bending enters a step: as a force only; in the matrix too, by a sparse bound of its stiffness that keeps linearly
+// implicit steps stable (see BendingSetup::lumped_stiffness); or with the whole Gauss-Newton stiffness.
+enum class BendingTreatment { Explicit, Lumped, Full };
+
 // Stage.
 class Elasticity {
  public:
-  // implicit_bending: bending joins the stiffness; else it is a force only, and the pattern stays that of the edges.
-  Elasticity(const ClothModel& model, bool implicit_bending);
+  Elasticity(const ClothModel& model, BendingTreatment bending);
 
   // Largest eigenvalue of M^-1 K of bending at rest [1/s^2]; 0 where nothing bends.
   static double bending_eigenvalue(const ClothModel& model);
 
-  bool implicit_bending() const { return implicit_bending_; }
+  bool implicit_bending() const { return treatment_ != BendingTreatment::Explicit; }
   BlockMatrix& matrix() { return matrix_; }
 
   // Adds minus elastic minus viscous forces of what is in the stiffness (membrane, and implicit bending); v null: no
@@ -46,7 +49,7 @@ class Elasticity {
   const ClothModel& model_;
   Membrane membrane_;
   std::vector<std::unique_ptr<Bending>> bending_;
-  bool implicit_bending_;
+  BendingTreatment treatment_;
   BlockMatrix matrix_;
   std::vector<double> wide_in_, wide_out_;   // vectors of 4 doubles a row
   Points zero_velocity_;

@@ -18,6 +18,7 @@ std::unique_ptr<Integrator> make_integrator(const IntegratorOptions& options, co
                      "backward-euler, implicit-midpoint, nonlinear-midpoint, bdf2, got \"" + m + "\"");
 }
 
+namespace {
 bool bending_is_implicit(const IntegratorOptions& options, const ClothModel& model) {
   const bool is_explicit = options.method == "explicit-euler" || options.method == "symplectic-euler";
   if (options.bending == "implicit") {
@@ -26,11 +27,21 @@ bool bending_is_implicit(const IntegratorOptions& options, const ClothModel& mod
                          ", got implicit; choose an implicit integrator");
     return true;
   }
-  if (options.bending == "explicit" || is_explicit) return false;
+  if (options.bending == "explicit" || (options.bending == "auto" && is_explicit)) return false;
   if (options.bending != "auto")
     throw InvalidInput("integrator.bending must be auto, explicit or implicit, got \"" + options.bending + "\"");
   const double eigenvalue = Elasticity::bending_eigenvalue(model);
   return eigenvalue > 0.0 && options.step > 0.8 * 2.0 / std::sqrt(eigenvalue);
+}
+}  // namespace
+
+BendingTreatment bending_treatment(const IntegratorOptions& options, const ClothModel& model) {
+  if (!bending_is_implicit(options, model)) return BendingTreatment::Explicit;
+  if (options.method != "semi-implicit-euler" || options.jacobian == "exact") return BendingTreatment::Full;
+  for (const auto& part : model.bending)
+    for (const double damping : part.setup.damping)
+      if (damping > 0.0) return BendingTreatment::Full;
+  return BendingTreatment::Lumped;
 }
 
 void prescribe_velocities(const StepInputs& inputs, const Points& x, Points& v) {

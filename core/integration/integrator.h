@@ -50,7 +50,8 @@ class Integrator {
 std::unique_ptr<Integrator> make_integrator(const IntegratorOptions& options, const ClothModel& model,
                                             Elasticity& elasticity);
 
-// Whether bending joins the implicit solve: "auto" does when h > 0.8 * 2 / sqrt(largest eigenvalue of M^-1 K).
-bool bending_is_implicit(const IntegratorOptions& options, const ClothModel& model);
+// How bending enters: "auto" puts it into the solve when h > 0.8 * 2 / sqrt(largest eigenvalue of M^-1 K). Semi-implicit
+// Euler without bending damping takes the sparse bound of the stiffness unless integrator.jacobian is exact.
+BendingTreatment bending_treatment(const IntegratorOptions& options, const ClothModel& model);
 
 }  // namespace loomstone

@@ -30,7 +30,7 @@ Stepper::Stepper(const Model& model, const IntegratorOptions& options, const Tea
                  const State& state)
     : model_(model), options_(options), team_(team), layout_(layout) {
   const Index n = model.cloth.n_vertices;
-  elasticity_ = std::make_unique<Elasticity>(model.cloth, bending_is_implicit(options, model.cloth));
+  elasticity_ = std::make_unique<Elasticity>(model.cloth, bending_treatment(options, model.cloth));
   integrator_ = make_integrator(options, model.cloth, *elasticity_);
   if (model.scene.collisions) collision_ = std::make_unique<CollisionStage>(model.collision);
   if (model.n_bodies() > 0) {

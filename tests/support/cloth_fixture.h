@@ -69,7 +69,7 @@ inline ClothRun make_run(const TriangleMesh& mesh, const ClothMaterial& material
 
 // The model must stay where it is afterwards: stages keep references to it.
 inline void start(ClothRun& run, const IntegratorOptions& options) {
-  run.elasticity = std::make_unique<Elasticity>(run.model, bending_is_implicit(options, run.model));
+  run.elasticity = std::make_unique<Elasticity>(run.model, bending_treatment(options, run.model));
   run.integrator = make_integrator(options, run.model, *run.elasticity);
 }
 
