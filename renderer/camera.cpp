@@ -11,7 +11,7 @@
 namespace loomstone {
 namespace {
 
-constexpr double margin = 0.84;   // share of the picture the box may fill; our choice
+constexpr double margin = 0.92;   // share of the picture the box may fill; our choice
 constexpr double pi = 3.14159265358979323846;
 
 void include(const Points& positions, Index vertex, Framing& box) {
@@ -50,7 +50,7 @@ Framing make_framing(const FrameTopology& topology, const Frame& first) {
 
 Vec3 viewing_direction(const Camera& camera) {
   const Vec3 given = camera.eye - camera.target;
-  return given.norm() > 0.0 ? Vec3(given.normalized()) : Vec3(0.62, -1.0, 0.52).normalized();
+  return given.norm() > 0.0 ? Vec3(given.normalized()) : Vec3(0.62, -1.0, 0.44).normalized();
 }
 
 View make_view(const Camera& camera, double aspect, const Framing& framing) {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "renderer/camera.h"
 #include "renderer/color_map.h"
 #include "renderer/scalar_field.h"
 
@@ -31,7 +32,7 @@ void check_camera(const Camera& camera) {
   const Vec3 sight = camera.target - camera.eye;
   if (!camera.fit && sight.norm() == 0.0)
     throw InvalidInput("render.camera: eye and target must differ when fit is off; move one of them or switch fit on");
-  const Vec3 direction = sight.norm() > 0.0 ? Vec3(sight.normalized()) : Vec3(0.47, 0.76, -0.45);
+  const Vec3 direction = viewing_direction(camera);
   if (camera.up.norm() == 0.0 || direction.cross(camera.up.normalized()).norm() < 1e-6)
     throw InvalidInput("render.camera.up must not vanish nor lie along the line from eye to target; tilt it");
 }

@@ -1,5 +1,6 @@
 // viridis and magma: polynomials of degree 6 in the position, fitted by Matt Zucker to the tables of Smith and van der Walt
-// ("Polynomial colormaps", 2019, public domain, CC0). diverging: cool to warm of K. Moreland, "Diverging Color Maps for
+// ("Polynomial colormaps", 2019, CC0),
+// within 5 of 255 of them. diverging: cool to warm of K. Moreland, "Diverging Color Maps for
 // Scientific Visualization", 2009: both ends are led through an unsaturated middle in polar CIELAB coordinates.
 #include "renderer/color_map.h"
 

@@ -114,9 +114,6 @@ void Program::set(const char* name, const Eigen::Vector2f& value) const {
 void Program::set(const char* name, const Eigen::Vector3f& value) const {
   gl_->Uniform3fv(gl_->GetUniformLocation(object_.name(), name), 1, value.data());
 }
-void Program::set(const char* name, const Eigen::Vector4f& value) const {
-  gl_->Uniform4fv(gl_->GetUniformLocation(object_.name(), name), 1, value.data());
-}
 void Program::set(const char* name, const Float4x4& value) const {
   gl_->UniformMatrix4fv(gl_->GetUniformLocation(object_.name(), name), 1, GL_FALSE, value.data());
 }

@@ -49,7 +49,6 @@ class Program {
   void set(const char* name, int x, int y) const;
   void set(const char* name, const Eigen::Vector2f& value) const;
   void set(const char* name, const Eigen::Vector3f& value) const;
-  void set(const char* name, const Eigen::Vector4f& value) const;
   void set(const char* name, const Float4x4& value) const;
   void set_texture(const char* name, int unit, GLuint texture) const;
 

@@ -44,6 +44,7 @@ float light_seen(vec3 p, vec3 n, float turn) {
   vec3 m = normalize(mat3(light_from_eye) * lit_side);
   vec2 slope = clamp(-m.xy / min(m.z, -0.05), vec2(-4.0), vec2(4.0));
   float bias = 0.75 * texel;
+  float deepest = 0.9999;   // empty texels are 1: a point behind all casters still compares with them
 
   const float softness = 0.11;    // width of the half shadow by distance to the blocker: a lamp of 6 degrees
   float search = 0.022;
@@ -51,7 +52,7 @@ float light_seen(vec3 p, vec3 n, float turn) {
   for (int i = 0; i < blocker_samples; ++i) {
     vec2 offset = spiral(i, blocker_samples, turn) * search;
     float z = textureLod(shadow_map, q.xy + offset, 0.0).r;
-    float blocks = step(z, q.z + dot(slope, offset) - bias - 0.2 * search);
+    float blocks = step(z, min(q.z + dot(slope, offset) - bias - 0.2 * search, deepest));
     blockers += blocks;
     depth_sum += blocks * z;
   }
@@ -61,7 +62,7 @@ float light_seen(vec3 p, vec3 n, float turn) {
   for (int i = 0; i < shadow_samples; ++i) {
     vec2 offset = spiral(i, shadow_samples, turn) * width;
     float z = textureLod(shadow_map, q.xy + offset, 0.0).r;
-    seen += step(q.z + dot(slope, offset) - bias, z);
+    seen += step(min(q.z + dot(slope, offset) - bias, deepest), z);
   }
   return seen / float(shadow_samples);
 }
@@ -83,7 +84,7 @@ float surroundings_seen(vec3 p, vec3 n, float turn) {
     float near = max(0.0, 1.0 - vv / (radius * radius));
     sum += near * near * max(0.0, vn * inversesqrt(vv + 1e-12) - 0.12);
   }
-  return clamp(1.0 - 2.1 * sum / float(occlusion_samples), 0.0, 1.0);
+  return clamp(1.0 - 3.2 * sum / float(occlusion_samples), 0.0, 1.0);
 }
 
 void main() {

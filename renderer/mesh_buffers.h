@@ -47,7 +47,7 @@ class MeshBuffers {
   std::vector<float> floats_;   // scratch of update
 };
 
-// A square of the given corners, uv in [-1, 1].
+// A square about `centre`; its uv run over [-1, 1] along both sides.
 class SquareBuffers {
  public:
   explicit SquareBuffers(const GL& gl);

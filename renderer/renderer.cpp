@@ -151,8 +151,7 @@ void Renderer::Data::draw(const Frame& frame, const Vector& values, const ColorR
   passes->depth.draw(view, passes->cloth, *bodies, floors);
   passes->light.draw(view, light, {options.shadows, options.ambient_occlusion, framing->radius()}, passes->depth,
                      passes->shadow);
-  const SurfaceOptions look{options.pattern, options.wireframe, options.color_by != "cloth", range, framing->radius(),
-                            framing->centre()};
+  const SurfaceOptions look{options.pattern, options.wireframe, options.color_by != "cloth", range};
   passes->surface.draw(view, light, look, passes->light, passes->cloth, *bodies, floors, pattern_size);
 }
 

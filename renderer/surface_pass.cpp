@@ -12,7 +12,7 @@ namespace {
 using Rgb = Eigen::Vector3f;
 
 // Linear colours of cloths in turn, front; the back is paler. Our choice.
-const std::array<Rgb, 6> palette = {Rgb(0.105f, 0.205f, 0.34f), Rgb(0.50f, 0.155f, 0.085f), Rgb(0.245f, 0.31f, 0.185f),
+const std::array<Rgb, 6> palette = {Rgb(0.055f, 0.135f, 0.27f), Rgb(0.50f, 0.155f, 0.085f), Rgb(0.245f, 0.31f, 0.185f),
                                     Rgb(0.56f, 0.36f, 0.11f),   Rgb(0.25f, 0.115f, 0.215f), Rgb(0.60f, 0.55f, 0.455f)};
 
 Rgb back_of(const Rgb& front) { return 0.72f * front + 0.28f * Rgb(0.55f, 0.53f, 0.48f); }
@@ -50,7 +50,7 @@ void SurfacePass::set_common(const Program& program, const View& view, const Lig
   program.set("size", Eigen::Vector2f(static_cast<float>(width_), static_cast<float>(height_)));
   program.set("towards_light", Eigen::Vector3f(to_eye.topLeftCorner<3, 3>() * light.towards));
   program.set("up", Eigen::Vector3f(to_eye.topLeftCorner<3, 3>() * Eigen::Vector3f::UnitZ()));
-  program.set("depth_shift", 0.0f);
+  program.set("towards_eye", 0.0f);
   program.set("colored", options.colored ? 1 : 0);
   program.set_texture("light_seen", 0, seen.result());
 }
@@ -78,7 +78,7 @@ void SurfacePass::draw(const View& view, const LightView& light, const SurfaceOp
   }
   if (options.wireframe) {
     set_common(edge_program_, view, light, options, seen);
-    edge_program_.set("depth_shift", 2e-4f);
+    edge_program_.set("towards_eye", 8e-4f);
     gl_->Enable(GL_BLEND);
     gl_->BlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
     gl_->DepthMask(GL_FALSE);

@@ -12,8 +12,6 @@ struct SurfaceOptions {
   bool wireframe;
   bool colored;             // by values between low and high
   ColorRange range;
-  double scale;             // radius of the scene [m]
-  Vec3 centre;              // of the scene
 };
 
 class SurfacePass {

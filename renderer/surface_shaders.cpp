@@ -11,7 +11,7 @@ layout(location = 1) in vec3 normal;
 layout(location = 2) in vec2 uv;
 layout(location = 3) in float value;
 uniform mat4 view, projection;
-uniform float depth_shift;
+uniform float towards_eye;   // moves by this share of the distance, to draw lines on surfaces
 out vec3 eye_position, eye_normal;
 out vec2 surface_uv;
 out float surface_value;
@@ -21,8 +21,8 @@ void main() {
   eye_normal = mat3(view) * normal;
   surface_uv = uv;
   surface_value = value;
+  p.xyz *= 1.0 - towards_eye;
   gl_Position = projection * p;
-  gl_Position.z -= depth_shift * gl_Position.w;
 }
 )";
 
@@ -33,9 +33,9 @@ uniform vec2 size;                 // of the picture in pixels
 uniform sampler2D light_seen;      // half size: light seen, surroundings seen, depth
 uniform vec3 towards_light, up;    // eye space, unit
 
-const vec3 sun = vec3(1.02, 0.97, 0.89);
-const vec3 sky = vec3(0.40, 0.43, 0.48);
-const vec3 ground = vec3(0.27, 0.25, 0.23);
+const vec3 sun = vec3(1.06, 0.99, 0.89);
+const vec3 sky = vec3(0.31, 0.335, 0.38);
+const vec3 ground = vec3(0.19, 0.175, 0.16);
 
 vec4 encode(vec3 linear) {   // sRGB, with half a step of ordered noise against bands
   vec3 c = clamp(linear, 0.0, 1.0);
@@ -88,12 +88,13 @@ const char* floor_text = R"(
 void main() {
   float distance = length(surface_uv) * 6.0;   // in radii of the scene
   float fade = 1.0 - smoothstep(2.6, 5.0, distance);
+  float pool = 1.0 + 0.10 * exp(-0.8 * distance * distance);
+  if (fade == 0.0) { color = encode(backdrop()); return; }
   vec2 seen = mix(vec2(1.0), seen_at(-eye_position.z), fade);
   vec3 n = normalize(eye_normal);
   vec3 direct = sun * max(0.0, dot(n, towards_light));
-  vec3 around = sky * 1.05;
+  vec3 around = sky * 1.25;
   vec3 share = (around * seen.y + direct * seen.x) / (around + direct);
-  float pool = 1.0 + 0.10 * exp(-0.8 * distance * distance);
   color = encode(backdrop() * share * pool);
 }
 )";
@@ -189,7 +190,7 @@ void main() {
 
 const char* edge_text = R"(
 uniform int colored;
-void main() { color = colored == 1 ? vec4(1.0, 1.0, 1.0, 0.35) : vec4(0.05, 0.05, 0.08, 0.5); }
+void main() { color = colored == 1 ? vec4(1.0, 1.0, 1.0, 0.24) : vec4(0.03, 0.03, 0.05, 0.34); }
 )";
 
 }  // namespace

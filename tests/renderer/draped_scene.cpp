@@ -120,9 +120,9 @@ DrapedScene draped_scene(Index cells, int subdivisions) {
     const double r = p.norm(), around = std::atan2(p.y(), p.x());
     const double angle = std::min(r / radius, leaves_at), hanging = std::max(0.0, r - radius * leaves_at);
     const double depth = std::min(1.0, hanging / 0.1);
-    const double fold = depth * (0.034 * std::cos(8.0 * around + 0.3) + 0.012 * std::cos(13.0 * around + 1.0) +
+    const double fold = depth * (0.024 * (1.0 + std::cos(8.0 * around + 0.3)) + 0.010 * std::cos(13.0 * around + 1.0) +
                                  0.010 * std::cos(3.0 * around));
-    const double out = radius * std::sin(angle) + hanging * 0.10 + fold + 0.35 * std::max(0.0, hanging - 0.12);
+    const double out = radius * std::sin(angle) + hanging * 0.20 + fold + 0.35 * std::max(0.0, hanging - 0.12);
     const double height = radius * std::cos(angle) - hanging * 0.93;
     scene.frame.positions.row(v) << out * std::cos(around), out * std::sin(around),
         std::max(height, floor_height + 0.004);

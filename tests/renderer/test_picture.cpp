@@ -1,9 +1,40 @@
 // What a picture shows.
 #include <catch2/catch.hpp>
 
+#include <array>
+#include <cmath>
+
 #include "tests/renderer/draped_scene.h"
 
 using namespace loomstone;
+
+namespace {
+
+std::array<int, 3> pixel(const Image& image, int x, int y) {
+  const std::size_t at = 3 * (static_cast<std::size_t>(y) * image.width + x);
+  return {image.rgb[at], image.rgb[at + 1], image.rgb[at + 2]};
+}
+
+int brightness(const Image& image, int x, int y) {
+  const auto [r, g, b] = pixel(image, x, y);
+  return r + g + b;
+}
+
+// The first cloth is blue, nothing else is.
+bool is_cloth(const Image& image, int x, int y) {
+  const auto [r, g, b] = pixel(image, x, y);
+  return b > r + 20;
+}
+
+Camera fixed_camera(const Vec3& eye, double field_of_view_degrees) {
+  Camera camera;
+  camera.eye = eye;
+  camera.field_of_view_degrees = field_of_view_degrees;
+  camera.fit = false;
+  return camera;
+}
+
+}  // namespace
 
 TEST_CASE("the same frame gives the same picture twice, from one renderer and from two", "[renderer]") {
   const DrapedScene scene = draped_scene();
@@ -11,4 +42,153 @@ TEST_CASE("the same frame gives the same picture twice, from one renderer and fr
   const Image image = first.render(scene.frame);
   CHECK(n_different(image, first.render(scene.frame)) == 0);
   CHECK(n_different(image, second.render(scene.frame)) == 0);
+}
+
+TEST_CASE("a square of cloth covers the pixels that perspective gives it", "[renderer]") {
+  // Half side 0.25 m at 1 m, half the vertical angle's tangent 0.5: half the height of the picture.
+  const DrapedScene scene = flat_scene();
+  RenderOptions options = small_options();
+  options.pattern = "plain";
+  options.camera = fixed_camera(Vec3(0, -1, 0), 2.0 * std::atan(0.5) * 180.0 / 3.14159265358979323846);
+  const Image image = Renderer(scene.topology, options).render(scene.frame);
+  int covered = 0, wrong = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      covered += is_cloth(image, x, y);
+      const double away = std::max(std::abs(x + 0.5 - 160.0), std::abs(y + 0.5 - 90.0));
+      if (std::abs(away - 45.0) > 1.0) wrong += is_cloth(image, x, y) != (away < 45.0);   // edge pixels are mixed
+    }
+  }
+  CHECK(wrong == 0);
+  CHECK(std::abs(covered - 90 * 90) <= 4 * 90);   // one pixel along the edge
+}
+
+TEST_CASE("cloth is seen from both sides, and the sides differ in colour", "[renderer]") {
+  const DrapedScene scene = flat_scene();
+  RenderOptions options = small_options();
+  options.pattern = "plain";
+  options.light_direction = Vec3(0, -1e-3, 1);   // grazes both sides alike
+  options.camera = fixed_camera(Vec3(0, -1, 0), 50.0);
+  const Image front = Renderer(scene.topology, options).render(scene.frame);
+  options.camera = fixed_camera(Vec3(0, 1, 0), 50.0);
+  const Image back = Renderer(scene.topology, options).render(scene.frame);
+  CHECK(is_cloth(front, 160, 90));
+  CHECK(is_cloth(back, 160, 90));
+  CHECK(pixel(front, 160, 90) != pixel(back, 160, 90));
+}
+
+TEST_CASE("the floor is darker in the shadow of the cloth, and only with shadows on", "[renderer]") {
+  const DrapedScene scene = draped_scene();
+  RenderOptions options = small_options();
+  options.ambient_occlusion = false;
+  const Image with = Renderer(scene.topology, options).render(scene.frame);
+  options.shadows = false;
+  const Image without = Renderer(scene.topology, options).render(scene.frame);
+  int darker = 0, brighter = 0, floor_pixels = 0;
+  for (int y = 0; y < with.height; ++y) {
+    for (int x = 0; x < with.width; ++x) {
+      if (is_cloth(without, x, y) || is_cloth(with, x, y)) continue;
+      ++floor_pixels;
+      darker += brightness(with, x, y) < brightness(without, x, y) - 60;
+      brighter += brightness(with, x, y) > brightness(without, x, y);
+    }
+  }
+  CHECK(darker > floor_pixels / 50);
+  CHECK(darker < floor_pixels / 3);
+  CHECK(brighter == 0);
+  CHECK(pixel(with, 2, 2) == pixel(without, 2, 2));
+}
+
+TEST_CASE("a cloth far from everything casts its shadow on nothing behind it", "[renderer]") {
+  // Beyond the reach of the shadow map the floor is lit: once a square shadow of the whole map was seen there.
+  const DrapedScene scene = draped_scene();
+  RenderOptions options = small_options();
+  options.ambient_occlusion = false;
+  options.light_direction = Vec3(0, -0.3, 1);
+  options.camera = fixed_camera(Vec3(0, -4, 1.5), 40.0);
+  const Image with = Renderer(scene.topology, options).render(scene.frame);
+  options.shadows = false;
+  const Image without = Renderer(scene.topology, options).render(scene.frame);
+  int changed_far = 0;
+  for (int y = 0; y < with.height; ++y)
+    for (int x = 0; x < with.width; ++x)
+      if (std::abs(x - 160) > 70) changed_far += pixel(with, x, y) != pixel(without, x, y);
+  CHECK(changed_far == 0);
+}
+
+TEST_CASE("ambient occlusion only darkens", "[renderer]") {
+  const DrapedScene scene = draped_scene();
+  RenderOptions options = small_options();
+  options.pattern = "plain";
+  const Image with = Renderer(scene.topology, options).render(scene.frame);
+  options.ambient_occlusion = false;
+  const Image without = Renderer(scene.topology, options).render(scene.frame);
+  int darker = 0, brighter = 0;
+  for (int y = 0; y < with.height; ++y) {
+    for (int x = 0; x < with.width; ++x) {
+      darker += brightness(with, x, y) < brightness(without, x, y) - 3;
+      brighter += brightness(with, x, y) > brightness(without, x, y) + 3;   // rounding of three channels
+    }
+  }
+  CHECK(darker > 200);   // the hollow under the cloth and its folds
+  CHECK(brighter == 0);
+}
+
+TEST_CASE("every pattern, the wireframe, the floor and the number of samples change the picture", "[renderer]") {
+  const DrapedScene scene = draped_scene();
+  const RenderOptions usual = small_options();
+  const Image reference = Renderer(scene.topology, usual).render(scene.frame);
+  const auto changed = [&](auto change) {
+    RenderOptions options = usual;
+    change(options);
+    return n_different(reference, Renderer(scene.topology, options).render(scene.frame));
+  };
+  CHECK(changed([](RenderOptions&) {}) == 0);
+  CHECK(changed([](RenderOptions& o) { o.pattern = "checker"; }) > 1000);
+  CHECK(changed([](RenderOptions& o) { o.pattern = "plain"; }) > 1000);
+  CHECK(changed([](RenderOptions& o) { o.wireframe = true; }) > 1000);
+  CHECK(changed([](RenderOptions& o) { o.floor = false; }) > 1000);
+  CHECK(changed([](RenderOptions& o) { o.light_direction = Vec3(1, 0, 1); }) > 1000);
+  CHECK(changed([](RenderOptions& o) { o.samples = 1; }) > 100);   // edges
+}
+
+TEST_CASE("a floor is no obstacle in the way: from below it is not drawn", "[renderer]") {
+  const DrapedScene scene = draped_scene();
+  RenderOptions options = small_options();
+  options.camera = fixed_camera(Vec3(0.3, -1.5, -1.2), 35.0);
+  const Image image = Renderer(scene.topology, options).render(scene.frame);
+  options.floor = false;
+  CHECK(n_different(image, Renderer(scene.topology, options).render(scene.frame)) == 0);
+}
+
+TEST_CASE("scenes without cloth or without bodies are drawn too", "[renderer]") {
+  DrapedScene scene = draped_scene(4, 1);
+  const DrapedScene cloth_only = flat_scene();
+  CHECK(Renderer(cloth_only.topology, small_options()).render(cloth_only.frame).rgb.size() == 3 * 320 * 180);
+  FrameTopology bodies = scene.topology;
+  bodies.triangles.resize(0, 3);
+  bodies.corner_uv.resize(0, 2);
+  bodies.cloth_of_triangle.clear();
+  bodies.cloth_of_vertex.clear();
+  bodies.cloth_names.clear();
+  scene.frame.positions.resize(0, 3);
+  scene.frame.contact.clear();
+  Renderer renderer(bodies, small_options());
+  CHECK(renderer.render(scene.frame).rgb.size() == 3 * 320 * 180);
+  Renderer empty(FrameTopology{}, small_options());
+  CHECK(empty.render(Frame{}).width == 320);
+}
+
+TEST_CASE("pictures have the size that was asked for, odd ones too", "[renderer]") {
+  const DrapedScene scene = draped_scene(8, 1);
+  for (const auto& [width, height] : {std::pair{16, 16}, {33, 47}, {101, 20}, {640, 360}}) {
+    RenderOptions options;
+    options.width = width;
+    options.height = height;
+    options.color_by = "stretch";   // the legend is cut off where there is no room
+    const Image image = Renderer(scene.topology, options).render(scene.frame);
+    CHECK(image.width == width);
+    CHECK(image.height == height);
+    CHECK(image.rgb.size() == 3 * static_cast<std::size_t>(width * height));
+  }
 }
