@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.spatial import Delaunay, cKDTree
 
 from . import _core
 from ._core import InvalidInput, TriangleMesh
@@ -188,6 +187,8 @@ def write_mesh(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
 
 def nearest_vertices(mesh: TriangleMesh, points: ArrayLike) -> list[int]:
     """Index of the vertex nearest to each point; points (k x 3) [m]."""
+    from scipy.spatial import cKDTree  # imported where needed: the command line starts faster
+
     _, index = cKDTree(mesh.vertices).query(np.asarray(points, float).reshape(-1, 3))
     return [int(i) for i in index]
 
@@ -260,6 +261,8 @@ def _cross(a: Floats, b: Floats) -> Floats:
 
 
 def _delaunay(points: Floats, edge: float) -> NDArray[np.int32]:
+    from scipy.spatial import Delaunay
+
     faces = Delaunay(points).simplices
     corners = points[faces]
     area = _cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

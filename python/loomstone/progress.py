@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import time
 
@@ -18,7 +19,8 @@ def observer(rank: int = 0) -> Observer:
     """The observer that fits where the output goes."""
     if rank != 0:
         return Silence()
-    return Bar() if sys.stdout.isatty() else Lines()
+    launched = "OMPI_COMM_WORLD_SIZE" in os.environ or "PMI_SIZE" in os.environ  # launchers hand out false terminals
+    return Bar() if sys.stdout.isatty() and not launched else Lines()
 
 
 class _Counts:

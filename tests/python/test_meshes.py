@@ -55,7 +55,7 @@ def test_a_disc_and_a_strip_have_their_shapes():
     assert meshes.quality(disc)["min_angle_degrees"] > 22
     strip = meshes.strip(length=1.0, width=0.1, triangles=400, seed=1)
     assert np.ptp(strip.vertices, axis=0) == pytest.approx((1.0, 0.1, 0.0))
-    assert meshes.strip(length=1.0, width=0.1, triangles=400).n_triangles == pytest.approx(400, rel=0.1)
+    assert meshes.strip(length=1.0, width=0.1, triangles=400).n_triangles == pytest.approx(400, rel=0.15)  # four or five rows
 
 
 def test_solids_are_closed_and_have_their_volumes():
@@ -150,7 +150,8 @@ def test_closest_points_on_a_sphere_lie_below_the_point():
 def test_two_crossing_triangles_are_found_and_two_apart_are_not():
     points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.2, 0.2, -1], [0.2, 0.2, 1], [0.3, 0.9, 1]]
     assert ls.intersecting_pairs(points, [[0, 1, 2], [3, 4, 5]]) == [[0, 1]]
-    assert ls.intersecting_pairs(np.array(points) * [1, 1, 0.1] + [[0, 0, 0]] * 3 + [[0, 0, 5]] * 3, [[0, 1, 2], [3, 4, 5]]) == []
+    apart = np.array(points) + ([[0, 0, 0]] * 3 + [[0, 0, 5]] * 3)
+    assert ls.intersecting_pairs(apart, [[0, 1, 2], [3, 4, 5]]) == []
     with pytest.raises(ls.InvalidInput, match=r"points must have shape \(n, 3\), got \(3,\)"):
         ls.intersecting_pairs([1, 2, 3], [[0, 1, 2]])
 
