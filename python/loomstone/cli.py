@@ -121,8 +121,8 @@ def render(
             options = stored_options(source)[3]
         except KeyError:
             options = RenderOptions()
-        given = {"width": width, "height": height, "color_by": color_by, "color_low": color_low,
-                 "color_high": color_high, "pattern": pattern, "wireframe": wireframe}  # fmt: skip
+        given: dict[str, Any] = {"width": width, "height": height, "color_by": color_by, "color_low": color_low,
+                                 "color_high": color_high, "pattern": pattern, "wireframe": wireframe}  # fmt: skip
         options = options.replace(**{name: value for name, value in given.items() if value is not None})
         wanted = [i % len(source) for i in frame] or list(range(len(source)))
         with typer.progressbar(length=len(wanted), label="rendering", hidden=not sys.stdout.isatty()) as bar:
