@@ -102,7 +102,8 @@ double power_iteration(const HingeSet& hinges, const Points& rest_positions, con
     force.setZero();
     hinges.gather(team, values, moment, 0, n, force);
     eigenvalue = -(force.array() * v.array()).sum();  // Rayleigh quotient: never above the largest
-    for (Index i = 0; i < n; ++i) v.row(i) = pinned[i] ? Vec3::Zero().transpose().eval() : Vec3(-force.row(i) / mass[i]).transpose().eval();
+    for (Index i = 0; i < n; ++i)
+      if (!pinned[i]) v.row(i) = -force.row(i) / mass[i];
   }
   return eigenvalue;
 }

@@ -9,7 +9,8 @@
 
 namespace loomstone {
 
-// Throws InvalidInput where sizes differ, a triangle has no rest area, a number is not finite, a rigidity is not positive or damping is negative.
+// Throws InvalidInput where sizes differ, a triangle has no rest area, a number is not finite, a rigidity is not positive
+// semi-definite or damping is negative.
 void check_bending_setup(const BendingSetup& setup);
 
 // Hinges of the setup with their rest angles. Throws InvalidInput for a wrong number of rest angles.

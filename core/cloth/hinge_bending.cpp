@@ -4,6 +4,7 @@
 // smoothed irregular meshes, 0.7 ... 2.2 B at 45 degrees to a grid. Use the mid-edge element where B must mean B.
 // Departure: damping is proportional to stiffness, beta V''(0) = beta c / 2 per hinge, as in the mid-edge element; the
 // thesis' damping factor |e| depends on the mesh.
+#include <algorithm>
 #include <cmath>
 
 #include "core/cloth/bending.h"

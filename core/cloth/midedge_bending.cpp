@@ -190,7 +190,8 @@ void MidedgeBending::add_forces(const Team& team, const Points& x, const Points&
                      damped_ ? values_.rate.data() : nullptr, element_moments_.data());
   });
   moment_.resize(values_.difference.size());
-  parallel_for(team, static_cast<Index>(s.hinges.size()), [&](Index k) { moment_[s.hinges[k]] = hinge_moment(s.hinges[k]); });
+  parallel_for(team, static_cast<Index>(s.hinges.size()),
+               [&](Index k) { moment_[s.hinges[k]] = hinge_moment(s.hinges[k]); });
   hinges_.gather(team, values_, moment_, begin, end, force);
 }
 

@@ -89,7 +89,8 @@ Strip diamond_strip(bool along, double length, double width, Index across) {
   strip.vertices.resize(points.size(), 3);
   for (std::size_t k = 0; k < points.size(); ++k) strip.vertices.row(k) = points[k].transpose();
   strip.triangles.resize(triangles.size(), 3);
-  for (std::size_t t = 0; t < triangles.size(); ++t) strip.triangles.row(t) << triangles[t][0], triangles[t][1], triangles[t][2];
+  for (std::size_t t = 0; t < triangles.size(); ++t)
+    strip.triangles.row(t) << triangles[t][0], triangles[t][1], triangles[t][2];
   return strip;
 }
 
