@@ -1,6 +1,7 @@
 // A picture: shadow map, depth at half size, light at half size, surfaces, colour bar.
 #include "renderer/renderer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -50,6 +51,32 @@ Plane floor_plane(const FrameTopology& topology, const Points& x, Index body) {
   if (normal.z() < 0.0) normal = -normal;
   return {sum / count, normal.normalized()};
 }
+
+// Pixels that the points can reach: all where one of them is behind the eye.
+class Reach {
+ public:
+  Reach(const View& view, int width, int height) : view_(view), width_(width), height_(height) {}
+  void include(const Vec3& point) {
+    const Vec3 from_eye = point - view_.eye;
+    const double depth = std::max(from_eye.dot(view_.forward), 1e-9);
+    const Vec2 at(from_eye.dot(view_.right) / (depth * view_.tangent_x),
+                  from_eye.dot(view_.up) / (depth * view_.tangent_y));
+    low_ = low_.cwiseMin(depth <= view_.near_depth ? Vec2(-1, -1) : at);
+    high_ = high_.cwiseMax(depth <= view_.near_depth ? Vec2(1, 1) : at);
+  }
+  Rectangle rectangle() const {
+    const auto pixel = [](double at, int size, int extra) {
+      return static_cast<int>(std::clamp((0.5 * at + 0.5) * size + extra, 0.0, static_cast<double>(size)));
+    };
+    const int left = pixel(low_.x(), width_, -2), bottom = pixel(low_.y(), height_, -2);   // 2: lines and rounding
+    return {left, bottom, pixel(high_.x(), width_, 3) - left, pixel(high_.y(), height_, 3) - bottom};
+  }
+
+ private:
+  const View& view_;
+  int width_, height_;
+  Vec2 low_ = Vec2::Constant(1e9), high_ = Vec2::Constant(-1e9);
+};
 
 }  // namespace
 
@@ -136,23 +163,26 @@ void Renderer::Data::draw(const Frame& frame, const Vector& values, const ColorR
   bodies->update(frame.body_positions, Vector());
   const std::vector<const SquareBuffers*> floors = place_floors(frame);
 
+  const View view = make_view(options.camera, static_cast<double>(options.width) / options.height, *framing);
   Vec3 low = framing->centre(), high = low;   // of what casts shadows
+  Reach reach(view, options.width, options.height);
   const auto include = [&](const Vec3& p) {
     low = low.cwiseMin(p);
     high = high.cwiseMax(p);
+    reach.include(p);
   };
   for (Index vertex = 0; vertex < frame.positions.rows(); ++vertex) include(frame.positions.row(vertex));
   for (Index vertex = 0; vertex < frame.body_positions.rows(); ++vertex)
     if (!topology.body_is_floor[topology.body_of_vertex[vertex]]) include(frame.body_positions.row(vertex));
 
-  const View view = make_view(options.camera, static_cast<double>(options.width) / options.height, *framing);
   const LightView light = make_light_view(options.light_direction, low, high);
   if (options.shadows) passes->shadow.draw(light, passes->cloth, *bodies);
   passes->depth.draw(view, passes->cloth, *bodies, floors);
   passes->light.draw(view, light, {options.shadows, options.ambient_occlusion, framing->radius()}, passes->depth,
                      passes->shadow);
   const SurfaceOptions look{options.pattern, options.wireframe, options.color_by != "cloth", range};
-  passes->surface.draw(view, light, look, passes->light, passes->cloth, *bodies, floors, pattern_size);
+  passes->surface.draw(view, light, look, passes->light, passes->cloth, *bodies, floors, pattern_size,
+                       reach.rectangle());
 }
 
 Image Renderer::render(const Frame& frame) {

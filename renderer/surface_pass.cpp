@@ -26,18 +26,24 @@ SurfacePass::SurfacePass(const GL& gl, int width, int height, int samples, const
       cloth_program_(gl, "cloth", surface_vertex_shader(), cloth_fragment_shader()),
       body_program_(gl, "body", surface_vertex_shader(), body_fragment_shader()),
       edge_program_(gl, "edge", surface_vertex_shader(), edge_fragment_shader()),
-      color_(make_renderbuffer(gl, GL_RGBA8, width, height, samples)),
-      depth_(make_renderbuffer(gl, GL_DEPTH_COMPONENT24, width, height, samples)),
-      framebuffer_(make_framebuffer(gl)), resolved_(make_renderbuffer(gl, GL_RGBA8, width, height, 1)),
-      resolved_framebuffer_(make_framebuffer(gl)),
+      overlay_program_(gl, "overlay", whole_picture_vertex_shader(), overlay_fragment_shader()),
+      picture_color_(make_renderbuffer(gl, GL_RGBA8, width, height, 1)),
+      picture_depth_(make_renderbuffer(gl, GL_DEPTH_COMPONENT24, width, height, 1)), picture_(make_framebuffer(gl)),
+      things_color_(make_renderbuffer(gl, GL_RGBA8, width, height, samples)),
+      things_depth_(make_renderbuffer(gl, GL_DEPTH_COMPONENT24, width, height, samples)), things_(make_framebuffer(gl)),
+      resolved_color_(make_texture(gl, GL_RGBA8, width, height)), resolved_(make_framebuffer(gl)),
       color_table_(make_texture(gl, GL_RGB8, 256, 1, GL_LINEAR, table.data(), GL_RGB, GL_UNSIGNED_BYTE)),
       empty_(make_vertex_array(gl)) {
-  gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
-  gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, color_.name());
-  gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth_.name());
+  gl.BindFramebuffer(GL_FRAMEBUFFER, picture_.name());
+  gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, picture_color_.name());
+  gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, picture_depth_.name());
+  check_framebuffer(gl, "picture");
+  gl.BindFramebuffer(GL_FRAMEBUFFER, things_.name());
+  gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, things_color_.name());
+  gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, things_depth_.name());
   check_framebuffer(gl, "surface pass");
-  gl.BindFramebuffer(GL_FRAMEBUFFER, resolved_framebuffer_.name());
-  gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, resolved_.name());
+  gl.BindFramebuffer(GL_FRAMEBUFFER, resolved_.name());
+  gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, resolved_color_.name(), 0);
   check_framebuffer(gl, "resolved picture");
 }
 
@@ -55,13 +61,32 @@ void SurfacePass::set_common(const Program& program, const View& view, const Lig
   program.set_texture("light_seen", 0, seen.result());
 }
 
-void SurfacePass::draw(const View& view, const LightView& light, const SurfaceOptions& options, const LightPass& seen,
-                       const MeshBuffers& cloth, const MeshBuffers& bodies,
-                       const std::vector<const SquareBuffers*>& floors, const std::vector<double>& pattern_size) const {
-  gl_->BindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
-  gl_->Viewport(0, 0, width_, height_);
-  gl_->Clear(GL_DEPTH_BUFFER_BIT);
-  gl_->Enable(GL_DEPTH_TEST);
+void SurfacePass::draw_floors(const std::vector<const SquareBuffers*>& floors) const {
+  gl_->Enable(GL_CULL_FACE);   // seen from below a floor hides nothing
+  for (const SquareBuffers* floor : floors) floor->draw();
+  gl_->Disable(GL_CULL_FACE);
+}
+
+void SurfacePass::draw_surroundings(const View& view, const LightView& light, const SurfaceOptions& options,
+                                    const LightPass& seen, const std::vector<const SquareBuffers*>& floors) const {
+  set_common(floor_program_, view, light, options, seen);
+  draw_floors(floors);
+  // The backdrop last and at the far end, where nothing was drawn: each pixel is shaded once.
+  set_common(background_program_, view, light, options, seen);
+  gl_->BindVertexArray(empty_.name());
+  gl_->DepthFunc(GL_LEQUAL);
+  gl_->DrawArrays(GL_TRIANGLES, 0, 3);
+  gl_->DepthFunc(GL_LESS);
+}
+
+void SurfacePass::draw_things(const View& view, const LightView& light, const SurfaceOptions& options,
+                              const LightPass& seen, const MeshBuffers& cloth, const MeshBuffers& bodies,
+                              const std::vector<const SquareBuffers*>& floors,
+                              const std::vector<double>& pattern_size) const {
+  set_common(floor_program_, view, light, options, seen);
+  gl_->ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);   // floors only hide here
+  draw_floors(floors);
+  gl_->ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
 
   set_common(cloth_program_, view, light, options, seen);
   cloth_program_.set_texture("color_table", 1, color_table_.name());
@@ -80,7 +105,7 @@ void SurfacePass::draw(const View& view, const LightView& light, const SurfaceOp
     set_common(edge_program_, view, light, options, seen);
     edge_program_.set("towards_eye", 8e-4f);
     gl_->Enable(GL_BLEND);
-    gl_->BlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+    gl_->BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
     gl_->DepthMask(GL_FALSE);
     cloth.draw_edges();
     gl_->DepthMask(GL_TRUE);
@@ -89,25 +114,45 @@ void SurfacePass::draw(const View& view, const LightView& light, const SurfaceOp
 
   set_common(body_program_, view, light, options, seen);
   bodies.draw();
+}
 
-  set_common(floor_program_, view, light, options, seen);
-  gl_->Enable(GL_CULL_FACE);
-  for (const SquareBuffers* floor : floors) floor->draw();
-  gl_->Disable(GL_CULL_FACE);
+void SurfacePass::draw(const View& view, const LightView& light, const SurfaceOptions& options, const LightPass& seen,
+                       const MeshBuffers& cloth, const MeshBuffers& bodies,
+                       const std::vector<const SquareBuffers*>& floors, const std::vector<double>& pattern_size,
+                       const Rectangle& reached) const {
+  gl_->Viewport(0, 0, width_, height_);
+  gl_->Enable(GL_DEPTH_TEST);
+  gl_->BindFramebuffer(GL_FRAMEBUFFER, picture_.name());
+  gl_->Clear(GL_DEPTH_BUFFER_BIT);
+  draw_surroundings(view, light, options, seen, floors);
+  if (reached.width <= 0 || reached.height <= 0) return;
 
-  // The backdrop last and at the far end, where nothing was drawn: each pixel is shaded once.
-  set_common(background_program_, view, light, options, seen);
+  gl_->Enable(GL_SCISSOR_TEST);
+  gl_->Scissor(reached.left, reached.bottom, reached.width, reached.height);
+  gl_->BindFramebuffer(GL_FRAMEBUFFER, things_.name());
+  gl_->ClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+  gl_->Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+  draw_things(view, light, options, seen, cloth, bodies, floors, pattern_size);
+
+  const int right = reached.left + reached.width, top = reached.bottom + reached.height;
+  gl_->BindFramebuffer(GL_READ_FRAMEBUFFER, things_.name());
+  gl_->BindFramebuffer(GL_DRAW_FRAMEBUFFER, resolved_.name());
+  gl_->BlitFramebuffer(reached.left, reached.bottom, right, top, reached.left, reached.bottom, right, top,
+                       GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  gl_->BindFramebuffer(GL_FRAMEBUFFER, picture_.name());
+  overlay_program_.use();
+  overlay_program_.set_texture("things", 0, resolved_color_.name());
+  gl_->Disable(GL_DEPTH_TEST);
+  gl_->Enable(GL_BLEND);
+  gl_->BlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);   // the mean over samples is already weighted by what they cover
   gl_->BindVertexArray(empty_.name());
-  gl_->DepthFunc(GL_LEQUAL);
   gl_->DrawArrays(GL_TRIANGLES, 0, 3);
-  gl_->DepthFunc(GL_LESS);
+  gl_->Disable(GL_BLEND);
+  gl_->Disable(GL_SCISSOR_TEST);
 }
 
 Image SurfacePass::read() const {
-  gl_->BindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_.name());
-  gl_->BindFramebuffer(GL_DRAW_FRAMEBUFFER, resolved_framebuffer_.name());
-  gl_->BlitFramebuffer(0, 0, width_, height_, 0, 0, width_, height_, GL_COLOR_BUFFER_BIT, GL_NEAREST);
-  gl_->BindFramebuffer(GL_READ_FRAMEBUFFER, resolved_framebuffer_.name());
+  gl_->BindFramebuffer(GL_READ_FRAMEBUFFER, picture_.name());
   const std::size_t n = static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_);
   std::vector<std::uint8_t> rgba(4 * n);
   gl_->PixelStorei(GL_PACK_ALIGNMENT, 1);

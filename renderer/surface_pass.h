@@ -1,4 +1,5 @@
-// Last pass, full size with several samples a pixel: background, floor, bodies, cloth, its edges.
+// Last pass, full size: backdrop and floor, which have no edges, with one sample a pixel; over them bodies, cloth and its
+// edges with several, only within the rectangle that they reach.
 #pragma once
 
 #include "renderer/color_map.h"
@@ -6,6 +7,10 @@
 #include "renderer/scalar_field.h"
 
 namespace loomstone {
+
+struct Rectangle {
+  int left, bottom, width, height;   // pixels, from the lower left corner
+};
 
 struct SurfaceOptions {
   std::string pattern;      // "weave" | "checker" | "plain"
@@ -20,17 +25,26 @@ class SurfacePass {
   // pattern_size: edge of the square that each cloth would fill, from its uv [m].
   void draw(const View& view, const LightView& light, const SurfaceOptions& options, const LightPass& seen,
             const MeshBuffers& cloth, const MeshBuffers& bodies, const std::vector<const SquareBuffers*>& floors,
-            const std::vector<double>& pattern_size) const;
+            const std::vector<double>& pattern_size, const Rectangle& reached) const;
   Image read() const;
 
  private:
+  void draw_surroundings(const View& view, const LightView& light, const SurfaceOptions& options, const LightPass& seen,
+                         const std::vector<const SquareBuffers*>& floors) const;
+  void draw_things(const View& view, const LightView& light, const SurfaceOptions& options, const LightPass& seen,
+                   const MeshBuffers& cloth, const MeshBuffers& bodies, const std::vector<const SquareBuffers*>& floors,
+                   const std::vector<double>& pattern_size) const;
+  void draw_floors(const std::vector<const SquareBuffers*>& floors) const;
   void set_common(const Program& program, const View& view, const LightView& light, const SurfaceOptions& options,
                   const LightPass& seen) const;
 
   const GL* gl_;
   int width_, height_;
-  Program background_program_, floor_program_, cloth_program_, body_program_, edge_program_;
-  GlObject color_, depth_, framebuffer_, resolved_, resolved_framebuffer_, color_table_, empty_;
+  Program background_program_, floor_program_, cloth_program_, body_program_, edge_program_, overlay_program_;
+  GlObject picture_color_, picture_depth_, picture_;    // one sample
+  GlObject things_color_, things_depth_, things_;       // several samples; alpha tells what is covered
+  GlObject resolved_color_, resolved_;
+  GlObject color_table_, empty_;
 };
 
 }  // namespace loomstone

@@ -193,6 +193,12 @@ uniform int colored;
 void main() { color = colored == 1 ? vec4(1.0, 1.0, 1.0, 0.24) : vec4(0.03, 0.03, 0.05, 0.34); }
 )";
 
+const char* overlay_text = R"(
+uniform sampler2D things;
+out vec4 color;
+void main() { color = texelFetch(things, ivec2(gl_FragCoord.xy), 0); }
+)";
+
 }  // namespace
 
 std::string whole_picture_vertex_shader() {
@@ -204,5 +210,7 @@ std::string floor_fragment_shader() { return std::string(common) + surface_input
 std::string cloth_fragment_shader() { return std::string(common) + surface_inputs + cloth_text; }
 std::string body_fragment_shader() { return std::string(common) + surface_inputs + body_text; }
 std::string edge_fragment_shader() { return std::string("out vec4 color;\n") + edge_text; }
+
+std::string overlay_fragment_shader() { return overlay_text; }
 
 }  // namespace loomstone

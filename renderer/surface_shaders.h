@@ -12,5 +12,6 @@ std::string floor_fragment_shader();
 std::string cloth_fragment_shader();
 std::string body_fragment_shader();
 std::string edge_fragment_shader();
+std::string overlay_fragment_shader();
 
 }  // namespace loomstone

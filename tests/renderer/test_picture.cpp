@@ -63,6 +63,20 @@ TEST_CASE("a square of cloth covers the pixels that perspective gives it", "[ren
   CHECK(std::abs(covered - 90 * 90) <= 4 * 90);   // one pixel along the edge
 }
 
+TEST_CASE("cloth that reaches behind the eye is drawn up to the edge of the picture", "[renderer]") {
+  // Flat, 0.1 m below the eye, half of it behind: the lowest rays meet it 0.2 m ahead, where the picture is 0.36 m wide.
+  DrapedScene scene = flat_scene();
+  scene.frame.positions.col(1) = scene.frame.positions.col(2);
+  scene.frame.positions.col(2).setConstant(-0.1);
+  RenderOptions options = small_options();
+  options.pattern = "plain";
+  options.camera = fixed_camera(Vec3(0, 0, 0), 2.0 * std::atan(0.5) * 180.0 / 3.14159265358979323846);
+  options.camera.target = Vec3(0, 1, 0);
+  const Image image = Renderer(scene.topology, options).render(scene.frame);
+  for (int x = 0; x < image.width; ++x) CHECK(is_cloth(image, x, image.height - 1));
+  CHECK_FALSE(is_cloth(image, 160, 90));
+}
+
 TEST_CASE("cloth is seen from both sides, and the sides differ in colour", "[renderer]") {
   const DrapedScene scene = flat_scene();
   RenderOptions options = small_options();
