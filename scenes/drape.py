@@ -11,7 +11,7 @@ import loomstone as ls
 
 duration = 1.0
 rate = 25.0
-render = ls.RenderOptions(camera=ls.Camera(eye=(0.75, -1.0, 0.55)))
+render = ls.RenderOptions(camera=ls.Camera(fit=False, eye=(0.62, -0.86, 0.42), target=(0.03, 0.02, -0.04)))
 
 RADIUS, CENTRE = 0.15, np.array([0.03, 0.02, 0.0])
 
