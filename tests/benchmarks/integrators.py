@@ -63,7 +63,7 @@ def main() -> None:
         "semi-implicit Euler, 20 ms": ls.SemiImplicitEuler(step=2e-2),
         "backward Euler, 4 ms": ls.BackwardEuler(step=4e-3),
         "implicit midpoint, linearised, 1 ms": ls.ImplicitMidpoint(step=1e-3),
-        "implicit midpoint, nonlinear, 2 ms": ls.ImplicitMidpoint(step=2e-3, nonlinear=True, bending="implicit"),
+        "implicit midpoint, nonlinear, 0.5 ms": ls.ImplicitMidpoint(step=5e-4, nonlinear=True, bending="implicit"),
         "BDF-2, 1 ms": ls.BDF2(step=1e-3),
     }
     import matplotlib
