@@ -44,6 +44,12 @@ class NewtonIntegrator final : public Integrator {
     load_ = *inputs.force;
     elasticity_.add_explicit_bending(team, state.x, state.v, std::min(layout.begin(), n), std::min(layout.end(), n), load_);
 
+    all_load_ = load_;
+    if (!layout.single()) {
+      all_load_.conservativeResize(rows, 3);
+      layout.gather(all_load_.data(), 3);
+    }
+
     IntegrationReport report;
     report.newton_iterations = 0;
     const double load = h * norm(team, layout, inputs, load_, n);
@@ -54,14 +60,17 @@ class NewtonIntegrator final : public Integrator {
     while (residual > options_.newton_tolerance * scale) {
       if (report.newton_iterations == options_.max_newton_iterations) fail("did not converge", report, residual / scale);
       solve(team, layout, inputs, report);
-      // Accept what does not exceed the largest of the last four residuals: the positive Jacobian is not the derivative.
+      // Accept what does not exceed the largest of the last four residuals, or what lowers the potential whose gradient the
+      // residual is: the positive Jacobian is not the derivative, but its direction leads downhill. Our choice.
       const double bound = *std::max_element(recent.begin(), recent.end());
-      double length = 1.0, next = 0.0;
+      double length = 1.0, next = 0.0, start_potential = NAN;
       for (;; length /= 2) {
         trial_ = velocity_ + length * correction_;
         next = evaluate(team, layout, inputs, state, trial_, trial_residual_);
         if (next <= (1.0 - 1e-4 * length) * bound) break;
-        if (length < 1e-4) fail("found no step that lowers the residual", report, residual / scale);
+        if (std::isnan(start_potential)) start_potential = potential(team, inputs, velocity_);
+        if (potential(team, inputs, trial_) < start_potential) break;
+        if (length < 1e-4) fail("found no step that lowers residual or potential", report, residual / scale);
       }
       velocity_.swap(trial_);
       residual_.swap(trial_residual_);
@@ -131,6 +140,32 @@ class NewtonIntegrator final : public Integrator {
     return norm(team, layout, inputs, r, rows);
   }
 
+  // 1/2 |v+ - v|_M^2 - h f_ext.v+ + c psi(x_e), c = 1 for backward Euler, 4 for midpoint: minus r is its gradient where
+  // nothing is viscous. Over all rows on every rank; needed only when the residual does not fall.
+  double potential(const Team& team, const StepInputs& inputs, const Points& velocity) {
+    const Index n = model_.n_vertices;
+    const double h = inputs.step, c = midpoint_ ? 4.0 : 1.0;
+    displacement_ = midpoint_ ? Points(h / 4 * (start_velocity_ + velocity)) : Points(h * velocity);
+    x_ = start_x_ + displacement_.topRows(n);
+    double sum = parallel_sum(team, n, [&](Index i) {
+      const Vec3 change = (velocity.row(i) - start_velocity_.row(i)).transpose();
+      return 0.5 * model_.mass[i] * change.squaredNorm() - h * all_load_.row(i).dot(velocity.row(i));
+    });
+    for (Index row = n; row < velocity.rows(); ++row) {
+      const Vec3 change = (velocity.row(row) - start_velocity_.row(row)).transpose();
+      sum += 0.5 * change.dot((*inputs.body_mass)[row - n] * change);
+    }
+    sum += c * elasticity_.membrane_energy(team, x_);
+    if (elasticity_.implicit_bending()) sum += c * elasticity_.bending_energy(team, x_);
+    if (!inputs.terms) return sum;
+    for (const ExtraTerm& term : *inputs.terms) {
+      Vec3 d = -(midpoint_ ? h / 2 : h) * term.drift;
+      for (int e = 0; e < term.n_entries; ++e) d += term.entries[e].apply(displacement_.row(term.entries[e].row).transpose());
+      sum += c * (term.gradient.dot(d) + 0.5 * d.dot(term.hessian * d));
+    }
+    return sum;
+  }
+
   void solve(const Team& team, const RowLayout& layout, const StepInputs& inputs, IntegrationReport& report) {
     const Index n = model_.n_vertices, begin = std::min(layout.begin(), n), end = std::min(layout.end(), n);
     const double h = inputs.step, c_k = midpoint_ ? h * h / 4 : h * h, c_d = midpoint_ ? h / 2 : h;
@@ -163,7 +198,7 @@ class NewtonIntegrator final : public Integrator {
   std::unique_ptr<LinearSolver> solver_;
   Halo halo_;
   Index halo_blocks_ = -1;
-  Points start_x_, start_velocity_, velocity_, load_, residual_, trial_, trial_residual_, correction_;
+  Points start_x_, start_velocity_, velocity_, load_, all_load_, residual_, trial_, trial_residual_, correction_;
   Points displacement_, x_, v_, force_;
 };
 
