@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/simd.h"
+
 namespace loomstone {
 
 namespace {
@@ -72,6 +74,23 @@ void order_by_halves(const Points& centres, Index* items, Index n) {
 }
 
 }  // namespace
+
+LOOMSTONE_CLONES void overlapping_lanes(const BoxGroup& a, unsigned lanes_a, const BoxGroup& b, std::int32_t* meeting) {
+  typedef float Floats __attribute__((vector_size(4 * tree_width)));
+  typedef std::int32_t Ints __attribute__((vector_size(4 * tree_width)));
+  Floats low[3], high[3];
+  __builtin_memcpy(low, b.low, sizeof low);
+  __builtin_memcpy(high, b.high, sizeof high);
+  Ints all{};
+  for (; lanes_a != 0; lanes_a &= lanes_a - 1) {
+    const int lane = __builtin_ctz(lanes_a);
+    Ints meet = (low[0] <= a.high[0][lane]) & (high[0] >= a.low[0][lane]);
+    meet &= (low[1] <= a.high[1][lane]) & (high[1] >= a.low[1][lane]);
+    meet &= (low[2] <= a.high[2][lane]) & (high[2] >= a.low[2][lane]);
+    all |= meet & (1 << lane);
+  }
+  __builtin_memcpy(meeting, &all, sizeof all);
+}
 
 void vertex_boxes(const Team& team, const Points& x0, const Points* x1, Index first, Index count, double inflation,
                   std::vector<Box>& boxes) {
@@ -153,6 +172,5 @@ double BoxTree::refit(const Team& team, const std::vector<Box>& vertices) {
 
 Box BoxTree::root() const { return bounding_box(levels_.back()[0]); }
 Box BoxTree::group_box(Index group) const { return box_in_lane(levels_[1][group / tree_width], group % tree_width); }
-Box BoxTree::item_box(Index group, int lane) const { return box_in_lane(levels_[0][group], lane); }
 
 }  // namespace loomstone

@@ -47,9 +47,7 @@ class BoxTree {
 
   Box root() const;
   Box group_box(Index group) const;
-  // Lanes of leaf group `group` whose boxes meet `box`, as bits.
-  unsigned overlaps(const Box& box, Index group) const;
-  Box item_box(Index group, int lane) const;
+  const BoxGroup& leaf(Index group) const { return levels_[0][group]; }
 
   // Calls visit(leaf group) for every leaf group >= first_group whose bounding box meets `box`, in ascending order.
   template <class Visit>
@@ -81,13 +79,14 @@ inline unsigned overlapping_lanes(const Box& box, const BoxGroup& group) {
   return static_cast<unsigned>(all | (all >> 32)) & 0xffu;
 }
 
+// For every lane of b the lanes of a, as bits, whose boxes meet it.
+void overlapping_lanes(const BoxGroup& a, unsigned lanes_a, const BoxGroup& b, std::int32_t* meeting);
+
 inline bool overlapping(const Box& a, const Box& b) {
   for (int axis = 0; axis < 3; ++axis)
     if (a.low[axis] > b.high[axis] || b.low[axis] > a.high[axis]) return false;
   return true;
 }
-
-inline unsigned BoxTree::overlaps(const Box& box, Index group) const { return overlapping_lanes(box, levels_[0][group]); }
 
 template <class Visit>
 void BoxTree::for_each_group(const Box& box, Index first_group, Visit&& visit) const {

@@ -54,12 +54,6 @@ std::vector<SurfacePair> surface_pairs(const CollisionModel& model) {
   return pairs;
 }
 
-std::array<Index, 4> pair_vertices(const CollisionModel& model, ContactKind kind, PairKey key) {
-  const Index a = first_of(key), b = second_of(key);
-  if (kind == ContactKind::VertexFace) return {a, model.triangles(b, 0), model.triangles(b, 1), model.triangles(b, 2)};
-  return {model.edges(a, 0), model.edges(a, 1), model.edges(b, 0), model.edges(b, 1)};
-}
-
 BroadPhase::BroadPhase(const CollisionModel& model, const std::vector<SurfacePair>& pairs) : model_(model), pairs_(pairs) {
   edges_of_surface_.resize(model.surfaces.size());
   for (Index e = 0; e < model.edges.rows(); ++e) edges_of_surface_[model.surface_of_edge[e]].push_back(e);
@@ -95,12 +89,13 @@ void BroadPhase::refit(const Team& team, Index s, const Points& x0, const Points
 }
 
 bool BroadPhase::excluded(Index pair, ContactKind kind, Index a, Index b) const {
+  const bool self = pairs_[pair].a == pairs_[pair].b;
+  if (!self && model_.attached_surface.empty()) return false;  // no vertex in common
   const std::array<Index, 4> v = pair_vertices(model_, kind, pair_key(a, b));
-  if (pairs_[pair].a == pairs_[pair].b) {
+  if (self) {
     if (kind == ContactKind::VertexFace) return v[0] == v[1] || v[0] == v[2] || v[0] == v[3];
     return v[0] == v[2] || v[0] == v[3] || v[1] == v[2] || v[1] == v[3];
   }
-  if (model_.attached_surface.empty()) return false;
   const int n_a = kind == ContactKind::VertexFace ? 1 : 2;
   for (int i = 0; i < 4; ++i) {
     const Index other = model_.surface_of_vertex[i < n_a ? v[3] : v[0]];
@@ -110,7 +105,8 @@ bool BroadPhase::excluded(Index pair, ContactKind kind, Index a, Index b) const 
 }
 
 template <class KeepPair>
-void BroadPhase::collect(const Team& team, const std::vector<Index>& which, KeepPair&& keep, std::vector<FeaturePairs>& found) {
+void BroadPhase::collect(const Team& team, const std::vector<Index>& which, KeepPair&& keep,
+                         std::vector<FeaturePairs>& found) {
   struct Query {
     Index pair;
     ContactKind kind;
@@ -145,14 +141,16 @@ void BroadPhase::collect(const Team& team, const std::vector<Index>& which, Keep
     const Query& query = queries[q];
     return [&, q](Index group) {
       query.b->for_each_group(query.a->group_box(group), query.self ? group : 0, [&](Index other) {
-        unsigned own_lanes = query.a->overlaps(query.b->group_box(other), group);
-        for (; own_lanes != 0; own_lanes &= own_lanes - 1) {
-          const int lane = __builtin_ctz(own_lanes);
-          const Index item = query.a->item(group, lane);
-          unsigned lanes = query.b->overlaps(query.a->item_box(group, lane), other);
-          if (query.self && group == other) lanes &= ~((2u << lane) - 1u);
+        const unsigned own = overlapping_lanes(query.b->group_box(other), query.a->leaf(group));
+        if (own == 0) return;
+        std::int32_t meeting[tree_width];
+        overlapping_lanes(query.a->leaf(group), own, query.b->leaf(other), meeting);
+        for (int lane_b = 0; lane_b < tree_width; ++lane_b) {
+          unsigned lanes = static_cast<unsigned>(meeting[lane_b]);
+          // Within one group each pair once: the lane of a below that of b.
+          if (query.self && group == other) lanes &= (1u << lane_b) - 1u;
           for (; lanes != 0; lanes &= lanes - 1) {
-            Index a = item, b = query.b->item(other, __builtin_ctz(lanes));
+            Index a = query.a->item(group, __builtin_ctz(lanes)), b = query.b->item(other, lane_b);
             if (query.kind == ContactKind::EdgeEdge) {
               a = edges_of_surface_[query.surface_a][a];
               b = edges_of_surface_[query.surface_b][b];

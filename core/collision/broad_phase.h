@@ -36,7 +36,11 @@ struct FeaturePairs {
   std::vector<PairKey> vertex_face, edge_edge;
 };
 
-std::array<Index, 4> pair_vertices(const CollisionModel& model, ContactKind kind, PairKey key);
+inline std::array<Index, 4> pair_vertices(const CollisionModel& model, ContactKind kind, PairKey key) {
+  const Index a = first_of(key), b = second_of(key);
+  if (kind == ContactKind::VertexFace) return {a, model.triangles(b, 0), model.triangles(b, 1), model.triangles(b, 2)};
+  return {model.edges(a, 0), model.edges(a, 1), model.edges(b, 0), model.edges(b, 1)};
+}
 
 // Stage: trees of every surface, and scratch that decides nothing.
 class BroadPhase {

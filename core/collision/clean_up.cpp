@@ -14,7 +14,9 @@ constexpr int n_sweeps = 12;
 }  // namespace
 
 void CleanUp::solve(const std::vector<StepImpact>& impacts, const Points& x0, const Vector& inverse_mass, Points& x1) {
-  const auto before = [](const Constraint& a, const Constraint& b) { return std::tie(a.kind, a.key) < std::tie(b.kind, b.key); };
+  const auto before = [](const Constraint& a, const Constraint& b) {
+    return std::tie(a.kind, a.key) < std::tie(b.kind, b.key);
+  };
   std::vector<Constraint> added;
   for (const StepImpact& each : impacts) {
     Constraint c;

@@ -44,9 +44,13 @@ void CollisionStage::update_anchors(const std::vector<Contact>& contacts, const 
   update_contact_anchors(data_->model, contacts, x0, x1, state);
 }
 
-CertifyReport CollisionStage::certify(const Team& team, const Points& x0, Points& x1, const Vector& inverse_mass,
+CertifyReport CollisionStage::certify(const Team& team, const Points& x0, Points& x1, const Vector& given_inverse_mass,
                                       double /*step*/, std::vector<std::uint8_t>& moved) {
   moved.assign(x0.rows(), 0);
+  Vector inverse_mass = given_inverse_mass;  // only cloth is moved here
+  for (const CollisionSurface& surface : data_->model.surfaces)
+    if (surface.kind != CollisionSurface::Kind::Cloth)
+      inverse_mass.segment(surface.first_vertex, surface.n_vertices).setZero();
   std::vector<StepImpact> impacts = data_->search.find(team, x0, x1, inverse_mass, nullptr);
   const std::int64_t n_impacts = static_cast<std::int64_t>(impacts.size());
   if (n_impacts == 0) return {};

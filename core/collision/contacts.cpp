@@ -35,6 +35,56 @@ double edge_share(const Contact& contact, const Points& x0) {
   return share;
 }
 
+// Normals of the vertices of smooth surfaces, weighted by area; rows of other vertices are not used.
+Points smooth_normals(const CollisionModel& model, const Points& x) {
+  Points normals;
+  for (const CollisionSurface& surface : model.surfaces) {
+    if (!surface.smooth) continue;
+    if (normals.rows() == 0) normals = Points::Zero(x.rows(), 3);
+    for (Index t = surface.first_triangle; t < surface.first_triangle + surface.n_triangles; ++t) {
+      const auto corner = [&](int k) { return Vec3(x.row(model.triangles(t, k)).transpose()); };
+      const Vec3 area = (corner(1) - corner(0)).cross(corner(2) - corner(0));
+      for (int k = 0; k < 3; ++k) normals.row(model.triangles(t, k)) += area.transpose();
+    }
+    normals.middleRows(surface.first_vertex, surface.n_vertices).rowwise().normalize();
+  }
+  return normals;
+}
+
+// The normal of the rounded face, on the side on which the vertex is; the flat one where that is nothing.
+Vec3 rounded_normal(const Points& normals, const std::array<Index, 4>& v, const ClosestPair& closest, const Vec3& flat) {
+  Vec3 sum = Vec3::Zero();
+  for (int k = 1; k < 4; ++k) sum -= closest.weights[k] * normals.row(v[k]).transpose();
+  const double length = sum.norm(), along = sum.dot(flat);
+  return length > 0.5 && along != 0.0 ? Vec3(sum / std::copysign(length, along)) : flat;
+}
+
+// Of a vertex's contacts with a smooth surface only the nearest stays: distance and rounded normal go on from face to face.
+// Ties go to the first face.
+void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& contacts) {
+  const auto surface = [&](const Contact& c) { return model.surface_of_triangle[c.b]; };
+  std::vector<Contact> kept;
+  kept.reserve(contacts.size());
+  std::size_t first_of_vertex = 0;
+  for (const Contact& contact : contacts) {
+    if (contact.kind != ContactKind::VertexFace || !model.surfaces[surface(contact)].smooth) {
+      kept.push_back(contact);
+      continue;
+    }
+    while (first_of_vertex < kept.size() && kept[first_of_vertex].a < contact.a) ++first_of_vertex;
+    std::size_t i = first_of_vertex;
+    while (i < kept.size() && surface(kept[i]) != surface(contact)) ++i;
+    if (i == kept.size()) {
+      kept.push_back(contact);
+    } else if (contact.distance < kept[i].distance) {
+      // Moved to its place in the order.
+      kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(i));
+      kept.push_back(contact);
+    }
+  }
+  contacts = std::move(kept);
+}
+
 }  // namespace
 
 ContactForce contact_force(double distance, double thickness, double stiffness) {
@@ -53,8 +103,11 @@ std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model
                                    const Points& x, NearLists& lists) {
   constexpr Index grain = 512;
   std::vector<Contact> contacts;
+  const Points normals = smooth_normals(model, x);
   const auto scan = [&](Index i, ContactKind kind, const std::vector<PairKey>& keys, std::vector<double>& distances) {
     const Index n = static_cast<Index>(keys.size());
+    // Edges of a smooth surface are only of its triangles: they stay in the continuous tests, but carry no force.
+    const bool smooth = model.surfaces[pairs[i].a].smooth || model.surfaces[pairs[i].b].smooth;
     std::vector<std::vector<Contact>> of_range((n + grain - 1) / grain);
     parallel_ranges(team, n, grain, [&](Index begin, Index end) {
       for (Index e = begin; e < end; ++e) {
@@ -64,9 +117,11 @@ std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model
         const bool face = kind == ContactKind::VertexFace;
         const ClosestPair closest = face ? closest_vertex_face(p) : closest_edge_edge(p);
         distances[e] = closest.distance;
-        if (!(closest.distance < pairs[i].thickness) || (!face && !closest.interior)) continue;
-        const Vec3 normal = face ? contact_normal_vertex_face(p, closest, Vec3::Zero())
+        if (!(closest.distance < pairs[i].thickness) || (!face && (!closest.interior || smooth))) continue;
+        Vec3 normal = face ? contact_normal_vertex_face(p, closest, Vec3::Zero())
                                  : contact_normal_edge_edge(p, closest, Vec3::Zero());
+        if (face && model.surfaces[model.surface_of_triangle[second_of(keys[e])]].smooth)
+          normal = rounded_normal(normals, v, closest, normal);
         of_range[begin / grain].push_back({kind, first_of(keys[e]), second_of(keys[e]), v, closest.weights, normal,
                                            closest.distance, pairs[i].thickness, pairs[i].friction});
       }
@@ -79,6 +134,7 @@ std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model
     scan(i, ContactKind::EdgeEdge, list.pairs.edge_edge, list.edge_edge_distance);
   }
   if (!std::is_sorted(contacts.begin(), contacts.end(), before)) std::sort(contacts.begin(), contacts.end(), before);
+  if (normals.rows() > 0) keep_nearest_on_smooth(model, contacts);
   return contacts;
 }
 

@@ -23,19 +23,20 @@ bool neighbours(const CollisionModel& model, ContactKind kind, Index first, Inde
 
 bool by_a(const Anchor& x, const Anchor& y) { return std::tie(x.kind, x.a, x.b) < std::tie(y.kind, y.a, y.b); }
 
-// Anchors of edges again, by their second edge.
-std::vector<Anchor> sorted_by_b(const std::vector<Anchor>& anchors) {
-  std::vector<Anchor> turned;
-  for (const Anchor& anchor : anchors)
-    if (anchor.kind == ContactKind::EdgeEdge) turned.push_back(anchor);
-  std::sort(turned.begin(), turned.end(),
-            [](const Anchor& x, const Anchor& y) { return std::tie(x.b, x.a) < std::tie(y.b, y.a); });
-  return turned;
+// Anchors of edges by their second edge: (b, position), ascending.
+std::vector<std::pair<Index, Index>> by_second_edge(const std::vector<Anchor>& anchors) {
+  std::vector<std::pair<Index, Index>> order;
+  for (std::size_t i = 0; i < anchors.size(); ++i)
+    if (anchors[i].kind == ContactKind::EdgeEdge) order.push_back({anchors[i].b, static_cast<Index>(i)});
+  std::sort(order.begin(), order.end());
+  return order;
 }
 
 }  // namespace
 
-FrictionResponse friction_response(const Vec3& slip, const Vec3& predicted, const Mat3& tangent, double stiffness, double limit) {
+FrictionResponse friction_response(const Vec3& slip, const Vec3& predicted, const Mat3& tangent, double stiffness,
+                                   double limit) {
+  if (!(limit > 0.0)) return {Vec3::Zero(), Mat3::Zero()};
   const Vec3 trial = stiffness * (slip + predicted);
   const double size = trial.norm();
   if (size <= limit) return {stiffness * slip, stiffness * tangent};
@@ -50,29 +51,35 @@ Vec3 slip_after(const Vec3& slip, const Vec3& actual, double stiffness, double l
   return size > largest ? Vec3(largest / size * trial) : trial;
 }
 
-std::vector<Vec3> anchored_slips(const std::vector<Contact>& contacts, const CollisionModel& model, const ContactState& state) {
+std::vector<Vec3> anchored_slips(const std::vector<Contact>& contacts, const CollisionModel& model,
+                                 const ContactState& state) {
   const std::vector<Anchor>& anchors = state.anchors;
   std::vector<Vec3> slips(contacts.size(), Vec3::Zero());
   if (anchors.empty()) return slips;
-  const std::vector<Anchor> turned = sorted_by_b(anchors);
+  std::vector<std::pair<Index, Index>> turned;  // made when first needed
+  auto exact = anchors.begin();                 // both are sorted: one walk finds what has stayed
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
     const Anchor key{contact.kind, contact.a, contact.b, Vec3::Zero(), 0.0};
-    const auto exact = std::lower_bound(anchors.begin(), anchors.end(), key, by_a);
+    while (exact != anchors.end() && by_a(*exact, key)) ++exact;
     const Anchor* found = nullptr;
     if (exact != anchors.end() && !by_a(key, *exact)) {
       found = &*exact;
     } else {
       // The strongest neighbour; ties go to the first.
-      auto from = std::lower_bound(anchors.begin(), anchors.end(), Anchor{contact.kind, contact.a, -1, Vec3::Zero(), 0.0}, by_a);
+      const auto consider = [&](const Anchor& anchor, Index theirs, Index ours) {
+        if (found && anchor.normal_force <= found->normal_force) return;
+        if (neighbours(model, contact.kind, theirs, ours)) found = &anchor;
+      };
+      const Anchor first{contact.kind, contact.a, -1, Vec3::Zero(), 0.0};
+      auto from = std::lower_bound(anchors.begin(), anchors.end(), first, by_a);
       for (; from != anchors.end() && from->kind == contact.kind && from->a == contact.a; ++from)
-        if ((!found || from->normal_force > found->normal_force) && neighbours(model, contact.kind, from->b, contact.b))
-          found = &*from;
+        consider(*from, from->b, contact.b);
       if (contact.kind == ContactKind::EdgeEdge) {
-        auto other = std::lower_bound(turned.begin(), turned.end(), contact.b, [](const Anchor& x, Index b) { return x.b < b; });
-        for (; other != turned.end() && other->b == contact.b; ++other)
-          if ((!found || other->normal_force > found->normal_force) && neighbours(model, contact.kind, other->a, contact.a))
-            found = &*other;
+        if (turned.empty()) turned = by_second_edge(anchors);
+        auto other = std::lower_bound(turned.begin(), turned.end(), std::pair<Index, Index>(contact.b, -1));
+        for (; other != turned.end() && other->first == contact.b; ++other)
+          consider(anchors[other->second], anchors[other->second].a, contact.a);
       }
     }
     if (found) slips[c] = found->slip - contact.normal * contact.normal.dot(found->slip);

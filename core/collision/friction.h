@@ -13,13 +13,15 @@ struct FrictionResponse {
   Vec3 gradient;
   Mat3 hessian;
 };
-FrictionResponse friction_response(const Vec3& slip, const Vec3& predicted, const Mat3& tangent, double stiffness, double limit);
+FrictionResponse friction_response(const Vec3& slip, const Vec3& predicted, const Mat3& tangent, double stiffness,
+                                   double limit);
 
 // Slip after the step: s + u of the actual motion, clipped to limit / k.
 Vec3 slip_after(const Vec3& slip, const Vec3& actual, double stiffness, double limit);
 
 // Slip of each contact at the start of the step, in its tangent plane: that of the same pair, else that of the pair from
 // which the vertex (edge) came: same side a, or same side b, with a neighbouring feature of the other side.
-std::vector<Vec3> anchored_slips(const std::vector<Contact>& contacts, const CollisionModel& model, const ContactState& state);
+std::vector<Vec3> anchored_slips(const std::vector<Contact>& contacts, const CollisionModel& model,
+                                 const ContactState& state);
 
 }  // namespace loomstone

@@ -59,6 +59,7 @@ TEST_CASE("friction gives the spring below the cone and the cone above, and its 
   CHECK((slipping.gradient + slipping.hessian * u).norm() == Approx(0.03));
   CHECK((slipping.gradient + slipping.hessian * u).normalized().dot((s + u).normalized()) == Approx(1.0));
   CHECK(slip_after(s, u, 100.0, 0.03).norm() == Approx(0.03 / 100.0));
+  CHECK(friction_response(Vec3::Zero(), Vec3::Zero(), tangent, 100.0, 0.0).hessian.isZero(0.0));  // nothing holds without friction
 }
 
 TEST_CASE("a block on a slope holds below the friction angle and slides above") {

@@ -190,3 +190,30 @@ TEST_CASE("a vertex over the common edge or corner of faces is pushed as by one 
   CHECK(least >= 0.85 * one);
   CHECK(largest_jump <= 0.05 * one);  // 0.03 mm along the way change the force a little, never at once
 }
+
+TEST_CASE("a smooth surface pushes along its rounded normals, and its edges carry no force") {
+  TestScene scene = make_scene({{grid_cells(0.02, 0.02, 8, 8).moved(Vec3(0.001, 0.002, 0.0503)), Kind::Cloth, 2e-3},
+                                {icosphere(0.05, 2), Kind::Script, 2e-3}});
+  scene.model.surfaces[0].self_collision = false;
+  const auto worst_angle = [&](bool smooth) {
+    scene.model.surfaces[1].smooth = smooth;
+    double worst = 0.0;
+    Index last = -1;
+    int n = 0;
+    for (const Contact& contact : CollisionStage(scene.model).proximity(Team{1}, scene.x)) {
+      if (smooth) CHECK(contact.kind == ContactKind::VertexFace);
+      if (contact.kind != ContactKind::VertexFace || contact.a >= 81) continue;
+      if (smooth) CHECK(contact.a != last);  // one contact a vertex
+      last = contact.a;
+      ++n;
+      const Vec3 radial = scene.x.row(contact.a).transpose().normalized();
+      worst = std::max(worst, std::acos(std::min(1.0, radial.dot(contact.normal))));
+    }
+    CHECK(n > 10);
+    return worst;
+  };
+  // Facets of 8 mm on a radius of 50 mm tilt by up to 0.1, contacts with edges more; the rounded normal errs by the square,
+  // and by the tilt times height over radius (0.04) where the closest point is not on the vertex's radius.
+  CHECK(worst_angle(false) > 0.1);
+  CHECK(worst_angle(true) < 0.02);
+}

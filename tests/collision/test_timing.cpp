@@ -27,6 +27,7 @@ double milliseconds(int threads) {
 TestScene drape() {
   TestScene scene = make_scene({{grid_cells(0.5, 0.5, 85, 85), Kind::Cloth, 0.6e-3},
                                 {icosphere(0.15, 4), Kind::Script, 0.6e-3}});
+  scene.model.surfaces[1].smooth = true;
   const double radius = 0.15 + 0.35e-3;
   for (Index i = 0; i < scene.model.surfaces[0].n_vertices; ++i) {
     const double x = scene.x(i, 0), y = scene.x(i, 1), r = std::hypot(x, y), arc = radius * 1.4;
