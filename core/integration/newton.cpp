@@ -59,7 +59,10 @@ class NewtonIntegrator final : public Integrator {
     recent.fill(residual);
     while (residual > options_.newton_tolerance * scale) {
       if (report.newton_iterations == options_.max_newton_iterations) fail("did not converge", report, residual / scale);
-      solve(team, layout, inputs, report);
+      // The positive Jacobian leads downhill from afar; near the solution the exact one converges quadratically, where the
+      // cloth is not about to buckle (then it is indefinite and the positive one goes on).
+      if (kind_ == JacobianKind::Exact || report.newton_iterations < 3 || !solve_exact(team, layout, inputs, report))
+        solve(team, layout, inputs, kind_, report);
       // Accept what does not exceed the largest of the last four residuals, or what lowers the potential whose gradient the
       // residual is: the positive Jacobian is not the derivative, but its direction leads downhill. Our choice.
       const double bound = *std::max_element(recent.begin(), recent.end());
@@ -166,13 +169,23 @@ class NewtonIntegrator final : public Integrator {
     return sum;
   }
 
-  void solve(const Team& team, const RowLayout& layout, const StepInputs& inputs, IntegrationReport& report) {
+  bool solve_exact(const Team& team, const RowLayout& layout, const StepInputs& inputs, IntegrationReport& report) {
+    try {
+      solve(team, layout, inputs, JacobianKind::Exact, report);
+      return true;
+    } catch (const SolverFailure&) {  // the same on all ranks
+      return false;
+    }
+  }
+
+  void solve(const Team& team, const RowLayout& layout, const StepInputs& inputs, JacobianKind kind,
+             IntegrationReport& report) {
     const Index n = model_.n_vertices, begin = std::min(layout.begin(), n), end = std::min(layout.end(), n);
     const double h = inputs.step, c_k = midpoint_ ? h * h / 4 : h * h, c_d = midpoint_ ? h / 2 : h;
     // Positions that belong to the accepted velocity: a refused trial may have been evaluated last.
     x_ = midpoint_ ? Points(start_x_ + h / 4 * (start_velocity_ + velocity_).topRows(n))
                    : Points(start_x_ + h * velocity_.topRows(n));
-    elasticity_.assemble(team, x_, kind_, c_d, c_k, begin, end);
+    elasticity_.assemble(team, x_, kind, c_d, c_k, begin, end);
     if (halo_blocks_ != elasticity_.matrix().n_blocks()) {
       halo_ = matrix_halo(elasticity_.matrix(), layout);
       halo_blocks_ = elasticity_.matrix().n_blocks();
