@@ -74,6 +74,21 @@ double automatic_thickness(const Cloth& cloth) {
   return std::min(0.1 * edges / (3.0 * static_cast<double>(t.rows())), 0.4 * smallest);
 }
 
+// A closed surface of many faces without creases: contact follows its rounded normal instead of its facets.
+bool is_smooth(const TriangleMesh& mesh) {
+  constexpr Index many_faces = 1000;
+  const double crease = std::cos(30.0 * EIGEN_PI / 180.0);
+  if (mesh.n_triangles() < many_faces || !mesh.closed()) return false;
+  const Triangles& t = mesh.triangles();
+  const auto normal = [&](Index i) {
+    const Vec3 a = mesh.vertices().row(t(i, 0)), b = mesh.vertices().row(t(i, 1)), c = mesh.vertices().row(t(i, 2));
+    return Vec3((b - a).cross(c - a).normalized());
+  };
+  for (const auto& sides : edge_table(mesh.n_vertices(), t).triangles)
+    if (normal(sides[0]).dot(normal(sides[1])) < crease) return false;
+  return true;
+}
+
 void add_surface(CollisionModel& collision, CollisionSurface surface, const Triangles& triangles, Index n_vertices) {
   surface.first_vertex = collision.n_vertices;
   surface.n_vertices = n_vertices;
@@ -164,6 +179,7 @@ void build_collision(const Scene& scene, Model& model) {
     surface.thickness = scene.bodies[b].thickness > 0.0 ? scene.bodies[b].thickness : other;
     surface.friction = scene.bodies[b].friction;
     surface.body = static_cast<int>(b);
+    surface.smooth = is_smooth(*scene.bodies[b].mesh);
     add_surface(collision, surface, scene.bodies[b].mesh->triangles(), scene.bodies[b].mesh->n_vertices());
   }
   for (std::size_t o = 0; o < scene.obstacles.size(); ++o) {
@@ -172,6 +188,7 @@ void build_collision(const Scene& scene, Model& model) {
     surface.kind = CollisionSurface::Kind::Script;
     surface.thickness = scene.obstacles[o].thickness > 0.0 ? scene.obstacles[o].thickness : other;
     surface.friction = scene.obstacles[o].friction;
+    surface.smooth = is_smooth(*scene.obstacles[o].mesh);
     add_surface(collision, surface, scene.obstacles[o].mesh->triangles(), scene.obstacles[o].mesh->n_vertices());
   }
   const EdgeTable table = edge_table(collision.n_vertices, collision.triangles);
@@ -186,6 +203,11 @@ void build_collision(const Scene& scene, Model& model) {
       collision.rows.row[model.bodies[b].first + i] = model.cloth.n_vertices + 2 * static_cast<Index>(b);
       collision.rows.is_body[model.bodies[b].first + i] = 1;
     }
+  if (!model.attachments.empty()) {
+    collision.attached_surface.assign(collision.n_vertices, -1);
+    for (const Model::Attached& attached : model.attachments)
+      collision.attached_surface[attached.row] = static_cast<Index>(scene.cloths.size()) + attached.body;
+  }
   // 1 ... 10 times the membrane's stiffness holds contacts without noise (measured on twisted and draped cloth).
   collision.contact_stiffness = scene.contact_stiffness > 0.0 ? scene.contact_stiffness : 3.0 * mean_membrane_stiffness(scene);
 }
