@@ -78,6 +78,7 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
     {
       StageTimer timer(report, StageName::Integrate);
       integrate(state, report);
+      check(state, "integrate");  // collision detection takes finite positions for granted
     }
     {
       StageTimer timer(report, StageName::Bodies);
@@ -90,7 +91,7 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
     {
       StageTimer timer(report, StageName::Check);
       ++state.step;
-      check(state);
+      check(state, "certify");
     }
   } catch (const SolverFailure& failure) {
     state = start;
@@ -224,12 +225,18 @@ void Stepper::certify(State& state, StepOutcome& outcome) {
   collision_->update_anchors(contacts_, x0_, x1_, state.contacts);
 }
 
-void Stepper::check(const State& state) const {
+// A step that moves a vertex by a hundred times the size of what there is has diverged, finite or not.
+void Stepper::check(const State& state, const char* stage) const {
+  const Vec3 extent = (x0_.colwise().maxCoeff() - x0_.colwise().minCoeff()).transpose();
+  const double limit = 100.0 * extent.norm();
   for (Index i = 0; i < model_.cloth.n_vertices; ++i) {
-    if (state.cloth.x.row(i).allFinite() && state.cloth.v.row(i).allFinite()) continue;
+    const double moved = (state.cloth.x.row(i) - x0_.row(i)).norm();
+    if (moved <= limit && state.cloth.v.row(i).allFinite()) continue;
     const auto vertex = std::find(model_.row_of_vertex.begin(), model_.row_of_vertex.end(), i);
-    throw SolverFailure("position or velocity of cloth vertex " + std::to_string(vertex - model_.row_of_vertex.begin()) +
-                        " is not finite after the stage \"certify\"; shorten integrator.step");
+    std::ostringstream out;
+    out << "cloth vertex " << vertex - model_.row_of_vertex.begin() << " moved by " << moved << " m in the stage \"" << stage
+        << "\", more than 100 times the extent of the scene, or is not finite; shorten integrator.step";
+    throw SolverFailure(out.str());
   }
 }
 

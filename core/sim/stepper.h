@@ -38,7 +38,7 @@ class Stepper {
   void integrate(State& state, StepReport& report);
   void bodies(State& state);
   void certify(State& state, StepOutcome& outcome);
-  void check(const State& state) const;
+  void check(const State& state, const char* stage) const;  // throws SolverFailure where the step diverged
 
   const Model& model_;
   IntegratorOptions options_;

@@ -253,3 +253,12 @@ TEST_CASE("a step that fails says where and leaves the last good state") {
   CHECK_THROWS_WITH(sim.step(), Catch::Contains("step 1") && Catch::Contains("backward-euler"));
   CHECK(same(before, sim.checkpoint()));
 }
+
+TEST_CASE("an explicit step far too long is reported with its stage, and not handed to collision detection") {
+  IntegratorOptions o = step_of(0.05);
+  o.method = "explicit-euler";
+  Simulation sim(drape(8), o, 1);
+  CHECK_THROWS_WITH([&] { for (int i = 0; i < 1000; ++i) sim.step(); }(),
+                    Catch::Contains("in the stage \"integrate\"") && Catch::Contains("integrator.step"));
+  CHECK(sim.positions().allFinite());
+}
