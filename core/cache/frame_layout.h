@@ -34,6 +34,7 @@ inline std::vector<Column> report_columns(std::size_t start = 0) {
       {"contacts", Number::Int64, at(offsetof(StepReport, contacts))},
       {"impacts", Number::Int64, at(offsetof(StepReport, impacts))},
       {"truncated", Number::Int64, at(offsetof(StepReport, truncated))},
+      {"unresolved", Number::Int64, at(offsetof(StepReport, unresolved))},
       {"withheld", Number::Float64, at(offsetof(StepReport, withheld))},
       {"max_stretch", Number::Float64, at(offsetof(StepReport, max_stretch))},
       {"kinetic_energy", Number::Float64, at(offsetof(StepReport, kinetic_energy))},

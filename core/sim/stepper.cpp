@@ -208,6 +208,7 @@ void Stepper::certify(State& state, StepOutcome& outcome) {
   const CertifyReport done = collision_->certify(team_, x0_, x1_, inverse_mass_, options_.step, moved);
   outcome.report.impacts = done.impacts;
   outcome.report.truncated = done.truncated;
+  outcome.report.unresolved = done.unresolved;
   outcome.report.withheld = done.withheld;
   bool any = false;
   for (Index i = 0; i < n; ++i) {

@@ -116,6 +116,11 @@ class StepReport:
         vertices whose displacement was shortened
         """
     @property
+    def unresolved(self) -> int:
+        """
+        impacts that certification had to leave: the step is not free of intersection
+        """
+    @property
     def withheld(self) -> float:
         """
         share of the total displacement withheld by truncation [1]

@@ -125,5 +125,7 @@ def report_text(report: dict[str, Any]) -> str:
             f"{report['linear_iterations_per_step']:.1f} linear iterations a step, at most {report['most_contacts']} contacts, "
             f"largest stretch {report['largest_stretch']:.3f}"
         )
+    if report.get("unresolved_steps"):
+        lines.append(f"{report['unresolved_steps']} steps did not end free of intersections: something scripted pinches the cloth")
     lines.append(f"state {report['digest'][:16]}")
     return "\n".join(lines)
