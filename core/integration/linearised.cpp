@@ -8,8 +8,8 @@
 #include <cmath>
 
 #include "core/base/error.h"
-#include "core/linalg/matrix_halo.h"
 #include "core/integration/schemes.h"
+#include "core/integration/step_solve.h"
 
 namespace loomstone {
 
@@ -25,7 +25,7 @@ class LinearisedIntegrator final : public Integrator {
         kind_(options.jacobian == "exact" ? JacobianKind::Exact : JacobianKind::Positive),
         model_(model),
         elasticity_(elasticity),
-        solver_(make_linear_solver({options.linear_solver, options.tolerance, options.max_iterations})) {}
+        solver_({options.linear_solver, options.tolerance, options.max_iterations}) {}
 
   bool implicit() const override { return true; }
 
@@ -78,19 +78,7 @@ class LinearisedIntegrator final : public Integrator {
     const double term_time = scheme == Scheme::Midpoint ? h / 2 : h;  // when the scheme evaluates forces
     if (inputs.terms) add_term_forces(*inputs.terms, layout, sigma, term_time, displacement_, rhs_);
 
-    if (halo_blocks_ != elasticity_.matrix().n_blocks()) {
-      halo_ = matrix_halo(elasticity_.matrix(), layout);
-      halo_blocks_ = elasticity_.matrix().n_blocks();
-    }
-    LinearSystem system;
-    system.matrix = &elasticity_.matrix();
-    system.body_blocks = inputs.body_mass;
-    system.terms = inputs.terms;
-    system.term_scale = c_k;
-    system.fixed = inputs.fixed;
-    system.layout = &layout;
-    system.halo = &halo_;
-    const LinearReport solved = solver_->solve(team, system, rhs_, change_);
+    const LinearReport solved = solver_.solve(team, layout, inputs, elasticity_, c_k, rhs_, change_);
     if (!solved.converged)
       throw SolverFailure("the linear solve of the implicit step did not reach its tolerance in " +
                           std::to_string(solved.iterations) + " iterations (residual " + std::to_string(solved.residual) +
@@ -141,9 +129,7 @@ class LinearisedIntegrator final : public Integrator {
   JacobianKind kind_;
   const ClothModel& model_;
   Elasticity& elasticity_;
-  std::unique_ptr<LinearSolver> solver_;
-  Halo halo_;
-  Index halo_blocks_ = -1;
+  StepSolve solver_;
   Points velocity_, change_, displacement_, cloth_displacement_, rhs_, force_, drift_, product_, bending_, next_x_, next_v_;
 };
 

@@ -9,7 +9,7 @@
 
 #include "core/base/error.h"
 #include "core/integration/schemes.h"
-#include "core/linalg/matrix_halo.h"
+#include "core/integration/step_solve.h"
 
 namespace loomstone {
 
@@ -24,7 +24,7 @@ class NewtonIntegrator final : public Integrator {
         model_(model),
         elasticity_(elasticity),
         // Newton corrects what the inner solve leaves; its tolerance only sets the rate.
-        solver_(make_linear_solver({options.linear_solver, std::min(options.tolerance, 1e-4), options.max_iterations})) {}
+        solver_({options.linear_solver, std::min(options.tolerance, 1e-4), options.max_iterations}) {}
 
   bool implicit() const override { return true; }
 
@@ -186,20 +186,8 @@ class NewtonIntegrator final : public Integrator {
     x_ = midpoint_ ? Points(start_x_ + h / 4 * (start_velocity_ + velocity_).topRows(n))
                    : Points(start_x_ + h * velocity_.topRows(n));
     elasticity_.assemble(team, x_, kind, c_d, c_k, begin, end);
-    if (halo_blocks_ != elasticity_.matrix().n_blocks()) {
-      halo_ = matrix_halo(elasticity_.matrix(), layout);
-      halo_blocks_ = elasticity_.matrix().n_blocks();
-    }
-    LinearSystem system;
-    system.matrix = &elasticity_.matrix();
-    system.body_blocks = inputs.body_mass;
-    system.terms = inputs.terms;
-    system.term_scale = c_k;
-    system.fixed = inputs.fixed;
-    system.layout = &layout;
-    system.halo = &halo_;
     correction_ = Points::Zero(layout.n_rows(), 3);
-    const LinearReport solved = solver_->solve(team, system, residual_, correction_);
+    const LinearReport solved = solver_.solve(team, layout, inputs, elasticity_, c_k, residual_, correction_);
     report.linear_iterations += solved.iterations;
   }
 
@@ -208,9 +196,7 @@ class NewtonIntegrator final : public Integrator {
   JacobianKind kind_;
   const ClothModel& model_;
   Elasticity& elasticity_;
-  std::unique_ptr<LinearSolver> solver_;
-  Halo halo_;
-  Index halo_blocks_ = -1;
+  StepSolve solver_;
   Points start_x_, start_velocity_, velocity_, load_, all_load_, residual_, trial_, trial_residual_, correction_;
   Points displacement_, x_, v_, force_;
 };

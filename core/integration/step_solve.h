@@ -1,0 +1,42 @@
+// The linear system of an implicit step, as all implicit integrators pose it.
+#pragma once
+
+#include <memory>
+
+#include "core/cloth/elasticity.h"
+#include "core/integration/integrator.h"
+#include "core/linalg/linear_solver.h"
+#include "core/linalg/matrix_halo.h"
+
+namespace loomstone {
+
+class StepSolve {
+ public:
+  explicit StepSolve(const LinearOptions& options) : solver_(make_linear_solver(options)) {}
+
+  // (matrix of `elasticity` + c_k sum J^T H J + body masses) x = rhs; fixed rows keep the x they come with.
+  LinearReport solve(const Team& team, const RowLayout& layout, const StepInputs& inputs, Elasticity& elasticity,
+                     double c_k, const Points& rhs, Points& x) {
+    const BlockMatrix& matrix = elasticity.matrix();
+    if (halo_blocks_ != matrix.n_blocks()) {  // the pattern is that of the mesh and stays
+      halo_ = matrix_halo(matrix, layout);
+      halo_blocks_ = matrix.n_blocks();
+    }
+    LinearSystem system;
+    system.matrix = &matrix;
+    system.body_blocks = inputs.body_mass;
+    system.terms = inputs.terms;
+    system.term_scale = c_k;
+    system.fixed = inputs.fixed;
+    system.layout = &layout;
+    system.halo = &halo_;
+    return solver_->solve(team, system, rhs, x);
+  }
+
+ private:
+  std::unique_ptr<LinearSolver> solver_;
+  Halo halo_;
+  Index halo_blocks_ = -1;
+};
+
+}  // namespace loomstone
