@@ -9,7 +9,7 @@
 0.04 s
 """
 
-from . import meshes
+from . import collision, meshes
 from ._core import (
     Air,
     Attachment,
@@ -95,6 +95,7 @@ __all__ = [
     "__version__",
     "box",
     "capsule",
+    "collision",
     "convex_parts",
     "fabrics",
     "floor",

@@ -7,7 +7,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Air', 'Attachment', 'CacheError', 'Camera', 'Checkpoint', 'ClosestPoint', 'Cloth', 'ClothMaterial', 'Communicator', 'Error', 'Frame', 'FrameReader', 'FrameTopology', 'FrameWriter', 'IntegratorOptions', 'InvalidInput', 'MassProperties', 'Obstacle', 'RenderOptions', 'Renderer', 'RigidBody', 'Scene', 'Simulation', 'SolverFailure', 'SpatialQuery', 'StepReport', 'TriangleMesh', 'Unsupported', 'box', 'capsule', 'default_thread_count', 'floor_square', 'funnel', 'grid', 'grid_cells', 'icosphere', 'intersecting_pairs', 'jittered_grid', 'launched_by_mpi', 'mass_properties', 'mpi_communicator', 'read_checkpoint', 'read_mesh', 'single_communicator', 'wave_bar', 'write_checkpoint', 'write_mesh', 'write_png']
+__all__: list[str] = ['Air', 'Attachment', 'CacheError', 'Camera', 'Checkpoint', 'ClosestPoint', 'Cloth', 'ClothMaterial', 'Communicator', 'Error', 'Frame', 'FrameReader', 'FrameTopology', 'FrameWriter', 'IntegratorOptions', 'InvalidInput', 'MassProperties', 'Obstacle', 'RenderOptions', 'Renderer', 'RigidBody', 'Scene', 'Simulation', 'SolverFailure', 'SpatialQuery', 'StepReport', 'TriangleMesh', 'Unsupported', 'box', 'capsule', 'continuous', 'default_thread_count', 'floor_square', 'funnel', 'grid', 'grid_cells', 'icosphere', 'intersecting_pairs', 'jittered_grid', 'launched_by_mpi', 'mass_properties', 'mpi_communicator', 'read_checkpoint', 'read_mesh', 'single_communicator', 'wave_bar', 'write_checkpoint', 'write_mesh', 'write_png']
 class Error(Exception):
     """
     Base of all errors of this library.
@@ -1398,6 +1398,15 @@ def box(x: typing.SupportsFloat | typing.SupportsIndex, y: typing.SupportsFloat 
 def capsule(radius: typing.SupportsFloat | typing.SupportsIndex, length: typing.SupportsFloat | typing.SupportsIndex, *, segments: typing.SupportsInt | typing.SupportsIndex = 32) -> TriangleMesh:
     """
     Capsule along z, `length` between the centres of its caps [m].
+    """
+def continuous(kind: str, queries: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> tuple[numpy.typing.NDArray[numpy.bool], numpy.typing.NDArray[numpy.float64]]:
+    """
+    Exact continuous collision tests of points that move on straight lines over a step, times in [0, 1].
+    
+    kind: "vertex-face" (vertex, three corners) or "edge-edge" (two ends, two ends). queries (n, 8, 3) [m]: the four
+    points at the start, then the same at the end. Returns hit (n) bool, exact and with touching counted, and time (n),
+    a lower bound of the first contact [1], infinity where there is none. Raises InvalidInput for another kind or shape,
+    or numbers that are not finite.
     """
 def default_thread_count() -> int:
     """

@@ -1,9 +1,5 @@
 #include <catch2/catch.hpp>
 
-#include <cstdlib>
-#include <fstream>
-#include <string>
-
 #include "core/collision/continuous.h"
 #include "tests/collision/collision_scenes.h"
 
@@ -112,47 +108,4 @@ TEST_CASE("the floor under gaps never lets a gap collapse") {
   CHECK(1e-3 - impact.time * 1.001 == Approx(1e-5).epsilon(1e-6));
   q[4] = Vec3(0.2, 0.2, 1.1e-5);
   CHECK_FALSE(continuous_vertex_face_above_gap(q).hit);
-}
-
-// Query files made by tests/collision/convert_queries.py from published benchmark queries with exact verdicts.
-namespace {
-
-// Every query of a file made by convert_queries.py: none missed, none late, at most `bound` of them falsely called hits.
-void check_queries(const std::string& path, double bound) {
-  INFO(path);
-  std::ifstream file(path, std::ios::binary);
-  REQUIRE(file);
-  double row[28];  // 24 coordinates, kind (0 vertex-face, 1 edge-edge), verdict, bounds of the first contact
-  long n = 0, missed = 0, false_hits = 0, late = 0;
-  while (file.read(reinterpret_cast<char*>(row), sizeof row)) {
-    MovingPoints q;
-    for (int i = 0; i < 8; ++i) q[i] = Vec3(row[3 * i], row[3 * i + 1], row[3 * i + 2]);
-    const Impact impact = test(q, row[24] == 0.0);
-    const bool truth = row[25] != 0.0;
-    ++n;
-    missed += truth && !impact.hit;
-    false_hits += !truth && impact.hit;
-    late += truth && impact.hit && impact.time > row[27];
-  }
-  INFO(n << " queries, missed " << missed << ", false " << false_hits << ", late " << late);
-  CHECK(n > 0);
-  CHECK(missed == 0);
-  CHECK(late == 0);
-  CHECK(false_hits <= bound * n);
-}
-
-}  // namespace
-
-TEST_CASE("no collision of the published queries is missed, and few free motions are called hits") {
-  const char* directory = std::getenv("LOOMSTONE_CCD_QUERIES");
-  if (!directory) {
-    WARN("skipped: LOOMSTONE_CCD_QUERIES names no directory of files made by tests/collision/convert_queries.py");
-    return;
-  }
-  // Motions of real and synthetic scenes: a false hit costs a vertex its motion.
-  check_queries(std::string(directory) + "/candidates.bin", 0.01);
-  check_queries(std::string(directory) + "/scene_queries.bin", 0.01);
-  // Built to be degenerate: most of the free ones meet but for a rounding, and a conservative test calls them hits.
-  check_queries(std::string(directory) + "/sample_queries.bin", 0.1);
-  check_queries(std::string(directory) + "/degenerate.bin", 0.1);
 }

@@ -1,0 +1,14 @@
+"""Collision queries on arrays, usable without a scene: exact continuous tests and exact intersection counts.
+
+>>> import numpy as np
+>>> from loomstone import collision
+>>> face = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+>>> query = [[[0.25, 0.25, 1.0], *face, [0.25, 0.25, -1.0], *face]]
+>>> hit, time = collision.continuous("vertex-face", query)
+>>> bool(hit[0]), bool(0.49 < time[0] <= 0.5)
+(True, True)
+"""
+
+from ._core import continuous, intersecting_pairs
+
+__all__ = ["continuous", "intersecting_pairs"]
