@@ -44,24 +44,25 @@ void CollisionStage::update_anchors(const std::vector<Contact>& contacts, const 
   update_contact_anchors(data_->model, contacts, x0, x1, state);
 }
 
-CertifyReport CollisionStage::certify(const Team& team, const Points& x0, Points& x1, const Vector& given_inverse_mass,
-                                      double /*step*/, std::vector<std::uint8_t>& moved) {
+CertifyReport CollisionStage::certify(const Team& team, const Points& x0, Points& x1, const Vector& cloth_inverse_mass,
+                                      FreeBodies& bodies, std::vector<std::uint8_t>& moved) {
   moved.assign(x0.rows(), 0);
-  Vector inverse_mass = given_inverse_mass;  // only cloth is moved here
+  Vector inverse_mass = cloth_inverse_mass;
   for (const CollisionSurface& surface : data_->model.surfaces)
     if (surface.kind != CollisionSurface::Kind::Cloth)
-      inverse_mass.segment(surface.first_vertex, surface.n_vertices).setZero();
+      inverse_mass.segment(surface.first_vertex, surface.n_vertices)
+          .setConstant(surface.body >= 0 && !bodies.empty() ? bodies[surface.body].inverse_mass : 0.0);
   std::vector<StepImpact> impacts = data_->search.find(team, x0, x1, inverse_mass, nullptr);
   const std::int64_t n_impacts = static_cast<std::int64_t>(impacts.size());
   if (n_impacts == 0) return {};
 
   const Points given = x1;
-  CleanUp clean_up(data_->model, data_->pairs);
+  CleanUp clean_up(data_->model, data_->pairs, inverse_mass, bodies);
   for (int round = 0; round < clean_up_rounds && !impacts.empty(); ++round) {
-    clean_up.solve(impacts, x0, inverse_mass, x1);
+    clean_up.solve(impacts, x0, x1);
     impacts = data_->search.find(team, x0, x1, inverse_mass, nullptr);
   }
-  CertifyReport report = truncate(team, data_->model, data_->search, x0, inverse_mass, std::move(impacts), x1);
+  CertifyReport report = truncate(team, data_->model, data_->search, x0, inverse_mass, std::move(impacts), x1, bodies);
   report.impacts = n_impacts;
   for (Index v = 0; v < x0.rows(); ++v) moved[v] = x1.row(v) != given.row(v);
   return report;

@@ -8,6 +8,7 @@
 
 #include "core/base/types.h"
 #include "core/collision/collision_model.h"
+#include "core/collision/free_body.h"
 #include "core/linalg/extra_terms.h"
 #include "core/parallel/team.h"
 
@@ -39,7 +40,7 @@ struct ContactState {
 
 struct CertifyReport {
   std::int64_t impacts = 0;     // pairs that hit, first pass
-  std::int64_t truncated = 0;   // vertices whose displacement was shortened
+  std::int64_t truncated = 0;   // vertices and bodies whose displacement was shortened
   std::int64_t frozen = 0;      // of these, shortened to nothing (relative to what carries them)
   std::int64_t unresolved = 0;  // impacts that are left (cloth pinched between scripts that overlap): the step is not free
   double withheld = 0.0;        // share of the displacement taken away by truncation [1]
@@ -62,9 +63,10 @@ class CollisionStage {
   // Anchors after the step, from the actual motion x0 -> x1.
   void update_anchors(const std::vector<Contact>& contacts, const Points& x0, const Points& x1, ContactState& state);
 
-  // Corrects x1 (cloth vertices only; bodies and scripts are as given) so that the motion x0 -> x1 has no impact and ends
-  // without intersection. `inverse_mass` (n): 0 for what must not move. `moved` is 1 where a vertex was changed.
-  CertifyReport certify(const Team& team, const Points& x0, Points& x1, const Vector& inverse_mass, double step,
+  // Corrects x1 (cloth vertices, and `bodies` as a whole; scripts, and bodies if none are given, are as they are) so that
+  // the motion x0 -> x1 has no impact and ends without intersection. `inverse_mass` (n): of cloth, 0 for what must not move.
+  // `moved` is 1 where a vertex was changed.
+  CertifyReport certify(const Team& team, const Points& x0, Points& x1, const Vector& inverse_mass, FreeBodies& bodies,
                         std::vector<std::uint8_t>& moved);
 
  private:

@@ -4,13 +4,14 @@
 
 #include <vector>
 
+#include "core/collision/free_body.h"
 #include "core/collision/impact_search.h"
 
 namespace loomstone {
 
-// Shortens displacements of vertices with inverse mass. What is hit by a moving script or body keeps that motion whole and
-// loses only its motion relative to it: it is carried along, and tested again.
+// Shortens displacements of vertices with inverse mass, those of a free body together. What is hit by a moving script keeps
+// that motion whole and loses only its motion relative to it: it is carried along, and tested again.
 CertifyReport truncate(const Team& team, const CollisionModel& model, ImpactSearch& search, const Points& x0,
-                       const Vector& inverse_mass, std::vector<StepImpact> impacts, Points& x1);
+                       const Vector& inverse_mass, std::vector<StepImpact> impacts, Points& x1, FreeBodies& bodies);
 
 }  // namespace loomstone

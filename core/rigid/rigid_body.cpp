@@ -1,8 +1,6 @@
 // Points and inertia of moving bodies.
 #include "core/rigid/rigid_body.h"
 
-#include "core/rigid/rotation.h"
-
 namespace loomstone {
 
 Mat3 world_inertia(const MassProperties& mass, const Vec4& orientation) {

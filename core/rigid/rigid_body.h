@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/field.h"
+#include "core/base/rotation.h"
 #include "core/base/types.h"
 #include "core/mesh/triangle_mesh.h"
 
@@ -60,6 +61,10 @@ struct RigidState {
   std::vector<unsigned char> manifolds;                      // contact points carried over a rebuild, opaque
 };
 
+// Pose of a body's centre of mass.
+inline RigidPose body_pose(const RigidState& state, Index body) {
+  return {state.positions.row(body).transpose(), state.orientations.row(body).transpose()};
+}
 // Inertia about the centre in world axes [kg m^2].
 Mat3 world_inertia(const MassProperties& mass, const Vec4& orientation);
 // World position [m] of a point given relative to the centre of mass in body axes [m], and back.
@@ -94,10 +99,7 @@ class RigidWorld {
   void restore(const RigidState& state);
   // Advances by `step`; impulses [N s] and angular impulses [N m s] (b x 3) about the centres act first. Obstacle poses
   // (position of mesh origin, quaternion) are those at the end of the step, with the velocities that lead there.
-  struct ObstaclePose {
-    Vec3 position = Vec3::Zero();
-    Vec4 orientation = Vec4(1, 0, 0, 0);
-  };
+  using ObstaclePose = RigidPose;
   void advance(double step, const Points& impulses, const Points& angular_impulses,
                const std::vector<ObstaclePose>& obstacles, RigidState& state);
   // Writes the manifolds into `state` so that restore() continues bit for bit.

@@ -13,9 +13,9 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/base/rotation.h"
 #include "core/rigid/byte_stream.h"
 #include "core/rigid/rigid_body.h"
-#include "core/rigid/rotation.h"
 #include "core/rigid/shape_geometry.h"
 
 namespace loomstone {

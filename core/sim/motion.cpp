@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "core/rigid/rotation.h"
-
 namespace loomstone {
 
 namespace {
@@ -76,18 +74,12 @@ void obstacle_vertices(const Model& model, const State& state, double time, Poin
       continue;
     }
     const auto pose = obstacle_pose(model, state, static_cast<int>(o), time);
-    const Mat3 rotation = rotation_matrix(pose.orientation);
-    for (std::size_t i = 0; i < k; ++i)
-      rows.row(i) = (pose.position + rotation * surface.local.row(i).transpose()).transpose();
+    place_points(pose, surface.local, rows);
   }
 }
 
 void body_vertices(const Model& model, const RigidState& rigid, int body, Eigen::Ref<Points> vertices) {
-  const Mat3 rotation = rotation_matrix(rigid.orientations.row(body).transpose());
-  const Vec3 centre = rigid.positions.row(body);
-  const Points& local = model.bodies[body].local;
-  for (Index i = 0; i < local.rows(); ++i)
-    vertices.row(i) = (centre + rotation * local.row(i).transpose()).transpose();
+  place_points(body_pose(rigid, body), model.bodies[body].local, vertices);
 }
 
 void collision_vertices(const Model& model, const State& state, Points& vertices) {

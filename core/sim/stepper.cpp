@@ -92,6 +92,11 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
       StageTimer timer(report, StageName::Check);
       ++state.step;
       check(state, "certify");
+      // A world rebuilt from State at fixed steps: what comes after depends on State alone, checkpoint or not.
+      if (world_ && state.step % model_.scene.rigid_rebuild_interval == 0) {
+        world_->save(state.rigid);
+        world_->restore(state.rigid);
+      }
     }
   } catch (const SolverFailure& failure) {
     state = start;
@@ -129,8 +134,10 @@ void Stepper::loads(const State& state) {
            model_.cloth.triangles_of_vertex.items, state.cloth.x, state.cloth.v, begin, end, force_);
 
   body_blocks_.clear();
+  start_poses_.clear();
   body_velocity_ = Points::Zero(2 * model_.n_bodies(), 3);
   for (Index b = 0; b < model_.n_bodies(); ++b) {
+    start_poses_.push_back(body_pose(state.rigid, b));
     body_blocks_.push_back(model_.body_mass[b].mass * Mat3::Identity());
     body_blocks_.push_back(world_inertia(model_.body_mass[b], state.rigid.orientations.row(b).transpose()));
     // What the rigid stage will do by itself is in the prediction, so that the solve adds only what the cloth does.
@@ -187,11 +194,21 @@ void Stepper::bodies(State& state) {
     if (model_.scene.obstacles[o].vertex_positions.rows() == 0)
       poses.push_back(obstacle_pose(model_, state, static_cast<int>(o), static_cast<double>(state.step + 1) * options_.step));
   world_->advance(options_.step, impulses, angular, poses, state.rigid);
-  // A world rebuilt from State at fixed steps: what comes after depends on State alone, checkpoint or not.
-  if ((state.step + 1) % model_.scene.rigid_rebuild_interval == 0) {
-    world_->save(state.rigid);
-    world_->restore(state.rigid);
+}
+
+// The bodies as certification may move them: from where they were to where Bullet has put them.
+FreeBodies Stepper::free_bodies(const State& state) const {
+  FreeBodies bodies(model_.n_bodies());
+  for (Index b = 0; b < model_.n_bodies(); ++b) {
+    FreeBody& body = bodies[b];
+    body.surface = model_.collision.surface_of_vertex[model_.bodies[b].first];
+    body.local = &model_.bodies[b].local;
+    body.inverse_mass = 1.0 / model_.body_mass[b].mass;
+    body.inverse_inertia = body_blocks_[2 * b + 1].inverse();
+    body.start = start_poses_[b];
+    body.end = body_pose(state.rigid, b);
   }
+  return bodies;
 }
 
 // The last stage that moves vertices: no impact on the way from x0 to x1, no intersection at x1.
@@ -205,7 +222,8 @@ void Stepper::certify(State& state, StepOutcome& outcome) {
   if (!collision_ || n == 0) return;
   collision_vertices(model_, state, x1_);
   std::vector<std::uint8_t> moved(x1_.rows(), 0);
-  const CertifyReport done = collision_->certify(team_, x0_, x1_, inverse_mass_, options_.step, moved);
+  FreeBodies bodies = free_bodies(state);
+  const CertifyReport done = collision_->certify(team_, x0_, x1_, inverse_mass_, bodies, moved);
   outcome.report.impacts = done.impacts;
   outcome.report.truncated = done.truncated;
   outcome.report.unresolved = done.unresolved;
@@ -222,6 +240,13 @@ void Stepper::certify(State& state, StepOutcome& outcome) {
     state.cloth.previous_x.resize(0, 3);
     state.cloth.previous_v.resize(0, 3);
     state.cloth.previous_bending.resize(0, 3);
+  }
+  for (Index b = 0; b < model_.n_bodies(); ++b) {  // Bullet takes over what has changed with its next step
+    const FreeBody& body = bodies[b];
+    state.rigid.positions.row(b) = body.end.position.transpose();
+    state.rigid.orientations.row(b) = body.end.orientation.transpose();
+    state.rigid.velocities.row(b) += body.moved.transpose() / options_.step;
+    state.rigid.angular_velocities.row(b) += body.turned.transpose() / options_.step;
   }
   collision_->update_anchors(contacts_, x0_, x1_, state.contacts);
 }

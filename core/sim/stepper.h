@@ -37,6 +37,7 @@ class Stepper {
   void add_attachments(const State& state, ExtraTerms& terms) const;
   void integrate(State& state, StepReport& report);
   void bodies(State& state);
+  FreeBodies free_bodies(const State& state) const;
   void certify(State& state, StepOutcome& outcome);
   void check(const State& state, const char* stage) const;  // throws SolverFailure where the step diverged
 
@@ -54,6 +55,7 @@ class Stepper {
   Vector inverse_mass_;
   Points force_, target_, next_obstacles_, x0_, v0_, x1_, body_velocity_, predicted_body_velocity_;
   std::vector<Mat3> body_blocks_;
+  std::vector<RigidPose> start_poses_;   // of bodies
   std::vector<Contact> contacts_;
   ExtraTerms terms_;
 };

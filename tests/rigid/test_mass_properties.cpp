@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "core/rigid/rotation.h"
+#include "core/base/rotation.h"
 #include "tests/rigid/worlds.h"
 
 using namespace loomstone;

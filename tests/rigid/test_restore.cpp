@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "core/rigid/rotation.h"
+#include "core/base/rotation.h"
 #include "tests/rigid/worlds.h"
 
 using namespace loomstone;

@@ -1,4 +1,4 @@
-// Rotations as unit quaternions (w, x, y, z), matrices and rotation vectors [rad].
+// Rotations as unit quaternions (w, x, y, z), matrices and rotation vectors [rad]; poses of rigid bodies.
 #pragma once
 
 #include <cmath>
@@ -58,6 +58,30 @@ inline Vec3 angular_velocity_between(const Vec4& start, const Vec4& end, double 
 inline Vec4 slerp(const Vec4& start, const Vec4& end, double share) {
   return quaternion_product(quaternion_from_rotation_vector(share * angular_velocity_between(start, end, 1.0)), start)
       .normalized();
+}
+
+// Where a rigid body or obstacle is.
+struct RigidPose {
+  Vec3 position = Vec3::Zero();         // of its origin [m]
+  Vec4 orientation = Vec4(1, 0, 0, 0);  // unit quaternion, own axes to world
+};
+
+inline bool operator==(const RigidPose& a, const RigidPose& b) {
+  return a.position == b.position && a.orientation == b.orientation;
+}
+
+// Pose on the way from `start` (share 0) to `end` (share 1): constant velocity and angular velocity. The ends keep their bits.
+inline RigidPose between(const RigidPose& start, const RigidPose& end, double share) {
+  if (share == 0.0) return start;
+  if (share == 1.0) return end;
+  return {start.position + share * (end.position - start.position), slerp(start.orientation, end.orientation, share)};
+}
+
+// (k x 3) world positions of points given in the body's own axes.
+inline void place_points(const RigidPose& pose, const Points& local, Eigen::Ref<Points> world) {
+  const Mat3 rotation = rotation_matrix(pose.orientation);
+  for (Index i = 0; i < local.rows(); ++i)
+    world.row(i) = (pose.position + rotation * local.row(i).transpose()).transpose();
 }
 
 }  // namespace loomstone
