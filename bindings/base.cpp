@@ -58,7 +58,10 @@ void each_number(Visit&& visit) {
   visit("contacts", &Class::contacts, "proximity contacts that entered the solve");
   visit("impacts", &Class::impacts, "hits of the continuous test, first pass");
   visit("truncated", &Class::truncated, "vertices whose displacement was shortened");
-  visit("unresolved", &Class::unresolved, "impacts that certification had to leave: the step is not free of intersection");
+  visit("substeps", &Class::substeps, "parts the step was taken in; more than 1 where certification failed at its full length");
+  visit("unresolved", &Class::unresolved, "impacts that certification had to leave, even in 1/64 of the step");
+  visit("intersections", &Class::intersections,
+        "intersecting triangle pairs at the end of the step; counted from an unresolved step on until there are none");
   visit("withheld", &Class::withheld, "share of the total displacement withheld by truncation [1]");
   visit("max_stretch", &Class::max_stretch, "largest principal stretch of any triangle [1]");
   visit("kinetic_energy", &Class::kinetic_energy, "[J]");

@@ -21,7 +21,9 @@ struct StepReport {
   std::int64_t contacts = 0;         // proximity contacts that entered the solve
   std::int64_t impacts = 0;          // hits of the continuous test, first pass
   std::int64_t truncated = 0;        // vertices whose displacement was shortened
-  std::int64_t unresolved = 0;       // impacts that certification had to leave: the step is not free of intersection
+  int substeps = 1;                  // parts the step was taken in: more where certification failed at its full length
+  std::int64_t unresolved = 0;       // impacts that certification had to leave, even in 1/64 of the step
+  std::int64_t intersections = 0;    // intersecting triangle pairs at the end; counted from an unresolved step on until 0
   double withheld = 0.0;             // share of the total displacement withheld by truncation [1]
   double max_stretch = 1.0;          // largest principal stretch of any triangle [1]
   double kinetic_energy = 0.0;       // [J], as all energies

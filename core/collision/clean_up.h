@@ -21,6 +21,7 @@ class CleanUp {
   const std::vector<SurfacePair>& pairs_;
   Impulses impulses_;
   std::vector<ImpulseContact> contacts_;
+  double target_ = 0.0;  // gap asked for in this round [thickness]
 };
 
 }  // namespace loomstone

@@ -1,5 +1,5 @@
-// The two places of a step where collisions act: near contacts before the integrator (as terms of its implicit solve), and
-// certification after everything has moved (continuous test, clean-up by impulses, truncation).
+// The places of a step where collisions act: near contacts before the integrator (as terms of its implicit solve, or answered
+// by impulses after it), and certification after everything has moved (continuous test, clean-up by impulses, truncation).
 #pragma once
 
 #include <array>
@@ -63,6 +63,11 @@ class CollisionStage {
   // Anchors after the step, from the actual motion x0 -> x1.
   void update_anchors(const std::vector<Contact>& contacts, const Points& x0, const Points& x1, ContactState& state);
 
+  // The response by impulses: changes the ends of cloth and bodies so that contacts of x0 approach no further, regain their
+  // thickness softly and rub. `inverse_mass` (n): of cloth, 0 for what must not move.
+  void repel(const std::vector<Contact>& contacts, const Points& x0, Points& x1, const Vector& inverse_mass, double step,
+             FreeBodies& bodies);
+
   // Corrects x1 (cloth vertices, and `bodies` as a whole; scripts, and bodies if none are given, are as they are) so that
   // the motion x0 -> x1 has no impact and ends without intersection. `inverse_mass` (n): of cloth, 0 for what must not move.
   // `moved` is 1 where a vertex was changed.
@@ -76,5 +81,7 @@ class CollisionStage {
 
 // Pairs of triangles of one configuration that intersect (not sharing a vertex), ascending; independent of the stage.
 std::vector<std::array<Index, 2>> intersecting_pairs(const Points& points, const Triangles& triangles);
+// Those of them that certification keeps apart: at least one is cloth; a cloth without self-collision is not held against itself.
+std::vector<std::array<Index, 2>> cloth_intersections(const CollisionModel& model, const Points& points);
 
 }  // namespace loomstone

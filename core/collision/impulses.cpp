@@ -7,8 +7,6 @@ namespace loomstone {
 
 namespace {
 
-constexpr int n_sweeps = 12;
-
 Mat3 cross_matrix(const Vec3& v) {
   Mat3 m;
   m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
@@ -59,12 +57,13 @@ bool Impulses::prepare(ImpulseContact& c, const Points& x0, const Points& x1, do
   return true;
 }
 
-void Impulses::solve(std::vector<ImpulseContact>& contacts, const Points& x0, Points& x1) {
+void Impulses::solve(std::vector<ImpulseContact>& contacts, const Points& x0, Points& x1, int most_sweeps,
+                     double tolerance) {
   struct Change {
     Vec3 moved = Vec3::Zero(), turned = Vec3::Zero();
   };
   std::vector<Change> changes(bodies_.size());
-  for (int sweep = 0; sweep < n_sweeps; ++sweep) {
+  for (int sweep = 0; sweep < most_sweeps; ++sweep) {
     double largest = 0.0;
     for (ImpulseContact& c : contacts) {
       Vec3 end = Vec3::Zero(), start = Vec3::Zero();
@@ -93,9 +92,9 @@ void Impulses::solve(std::vector<ImpulseContact>& contacts, const Points& x0, Po
         changes[c.body].moved += c.body_weight * body.inverse_mass * impulse;
         changes[c.body].turned += body.inverse_inertia * (c.body_weight * c.arm.cross(impulse));
       }
-      largest = std::max(largest, impulse.norm() * c.normal_inverse_mass / c.target);
+      largest = std::max(largest, impulse.norm() * c.normal_inverse_mass / c.scale);
     }
-    if (largest < 1e-3) break;
+    if (largest < tolerance) break;
   }
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     if (changes[b].moved.isZero(0.0) && changes[b].turned.isZero(0.0)) continue;

@@ -21,6 +21,7 @@ struct ImpulseContact {
   Vec3 normal = Vec3::Zero();
   double target = 0.0;          // [m]
   double largest_change = 0.0;  // of the gap by one impulse [m]
+  double scale = 0.0;           // of displacements that count [m]
   double friction = 0.0;        // mu [1]
 
   // What it has done so far.
@@ -45,8 +46,9 @@ class Impulses {
   // `x`: positions of the vertices when they touch, `share` that time as a part of the step. False where nothing can move.
   bool prepare(ImpulseContact& contact, const Points& x0, const Points& x1, double share) const;
 
-  // Moves ends of cloth (x1) and bodies (end, moved, turned, and their rows of x1).
-  void solve(std::vector<ImpulseContact>& contacts, const Points& x0, Points& x1);
+  // Moves ends of cloth (x1) and bodies (end, moved, turned, and their rows of x1). Sweeps until no impulse changes its gap
+  // by more than `tolerance` times its scale.
+  void solve(std::vector<ImpulseContact>& contacts, const Points& x0, Points& x1, int most_sweeps, double tolerance);
 
  private:
   const CollisionModel& model_;

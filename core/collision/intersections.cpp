@@ -107,4 +107,14 @@ std::vector<std::array<Index, 2>> intersecting_pairs(const Points& points, const
   return found;
 }
 
+std::vector<std::array<Index, 2>> cloth_intersections(const CollisionModel& model, const Points& points) {
+  auto pairs = intersecting_pairs(points, model.triangles);
+  std::erase_if(pairs, [&](const std::array<Index, 2>& pair) {
+    const Index a = model.surface_of_triangle[pair[0]], b = model.surface_of_triangle[pair[1]];
+    const auto cloth = [&](Index s) { return model.surfaces[s].kind == CollisionSurface::Kind::Cloth; };
+    return !(cloth(a) || cloth(b)) || (a == b && !model.surfaces[a].self_collision);
+  });
+  return pairs;
+}
+
 }  // namespace loomstone

@@ -18,10 +18,14 @@ Mat3 frame(const Vec3& a, const Vec3& b, const Vec3& c) {
 
 RigidMotion rigid_motion(const CollisionModel& model, Index s, const Points& x0, const Points& x1) {
   const CollisionSurface& surface = model.surfaces[s];
+  return rigid_motion(x0.middleRows(surface.first_vertex, surface.n_vertices),
+                      x1.middleRows(surface.first_vertex, surface.n_vertices));
+}
+
+RigidMotion rigid_motion(const Eigen::Ref<const Points>& start, const Eigen::Ref<const Points>& end) {
   RigidMotion motion;
-  if (surface.n_vertices < 3) return motion;
-  const auto start = x0.middleRows(surface.first_vertex, surface.n_vertices);
-  const auto end = x1.middleRows(surface.first_vertex, surface.n_vertices);
+  const Index n = static_cast<Index>(start.rows());
+  if (n < 3) return motion;
   motion.from = start.row(0).transpose();
   motion.to = end.row(0).transpose();
   // Bits of a translation stay as they are.
@@ -29,7 +33,7 @@ RigidMotion rigid_motion(const CollisionModel& model, Index s, const Points& x0,
   const double tolerance = 1e-10 * std::max(size, motion.from.norm());
   const auto residual = [&] {
     double largest = 0.0;
-    for (Index i = 0; i < surface.n_vertices; ++i)
+    for (Index i = 0; i < n; ++i)
       largest = std::max(largest, (motion.displacement(start.row(i).transpose()) - (end.row(i) - start.row(i)).transpose()).norm());
     return largest;
   };
@@ -42,7 +46,7 @@ RigidMotion rigid_motion(const CollisionModel& model, Index s, const Points& x0,
   (start.rowwise() - start.row(0)).rowwise().squaredNorm().maxCoeff(&second);
   const Vec3 axis = (start.row(second) - start.row(0)).transpose();
   double best = 0.0;
-  for (Index i = 0; i < surface.n_vertices; ++i) {
+  for (Index i = 0; i < n; ++i) {
     const double area = axis.cross(Vec3((start.row(i) - start.row(0)).transpose())).norm();
     if (area > best) {
       best = area;

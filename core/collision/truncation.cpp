@@ -88,7 +88,7 @@ CertifyReport truncate(const Team& team, const CollisionModel& model, ImpactSear
   report.frozen = std::count(frozen.begin(), frozen.end(), 1);
   double taken = 0.0, wanted = 0.0;
   displacements.withheld(taken, wanted);
-  report.withheld = wanted > 0.0 ? taken / wanted : 0.0;
+  report.withheld = wanted > 0.0 ? std::min(1.0, taken / wanted) : 0.0;  // what is carried may be moved farther
   return report;
 }
 

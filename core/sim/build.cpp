@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <sstream>
 
 #include "core/base/error.h"
@@ -25,17 +26,12 @@ std::string place(const Model& model, Index triangle) {
 }
 
 void check_intersections(const Model& model, const Points& vertices) {
-  const auto pairs = intersecting_pairs(vertices, model.collision.triangles);
-  std::size_t found = 0;
-  std::ostringstream list;
-  for (const auto& pair : pairs) {
-    const auto& a = model.collision.surfaces[model.collision.surface_of_triangle[pair[0]]];
-    const auto& b = model.collision.surfaces[model.collision.surface_of_triangle[pair[1]]];
-    const bool cloth = a.kind == CollisionSurface::Kind::Cloth || b.kind == CollisionSurface::Kind::Cloth;
-    if (!cloth || (&a == &b && !a.self_collision)) continue;
-    if (found++ < 10) list << (found > 1 ? "; " : "") << place(model, pair[0]) << " with " << place(model, pair[1]);
-  }
+  const auto pairs = cloth_intersections(model.collision, vertices);
+  const std::size_t found = pairs.size();
   if (found == 0) return;
+  std::ostringstream list;
+  for (std::size_t i = 0; i < std::min<std::size_t>(found, 10); ++i)
+    list << (i > 0 ? "; " : "") << place(model, pairs[i][0]) << " with " << place(model, pairs[i][1]);
   throw InvalidInput("the start must be free of intersections, got " + std::to_string(found) + " intersecting triangle pairs (" +
                      list.str() + (found > 10 ? "; ..." : "") +
                      "); move the cloth, or set scene.allow_initial_intersections");
@@ -83,6 +79,7 @@ void build(const Scene& scene, Model& model, State& state) {
   build_bodies(scene, model, state);
   build_collision(scene, model);
   check_start(model, state);
+  state.tangled = scene.allow_initial_intersections;
 }
 
 }  // namespace loomstone

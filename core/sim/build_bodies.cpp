@@ -146,7 +146,7 @@ void build_bodies(const Scene& scene, Model& model, State& state) {
     add_topology(mesh, scene.obstacles[o].name.empty() ? "obstacle" + std::to_string(o) : scene.obstacles[o].name,
                  scene.obstacles[o].floor);
   }
-  obstacle_vertices(model, state, 0.0, state.obstacle_vertices);
+  obstacle_vertices(model, state, 0.0, 1.0, state.obstacle_vertices);
   build_attachments(scene, model, state);
 }
 

@@ -44,6 +44,7 @@ Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutco
   c.integers["counts"] = {model.cloth.n_vertices, model.cloth.triangles.rows(), model.n_bodies(),
                           static_cast<std::int64_t>(model.obstacles.size()), model.collision.n_vertices};
   c.integers["step"] = {state.step};
+  c.integers["tangled"] = {state.tangled};
   put(c, "cloth.x", state.cloth.x);
   put(c, "cloth.v", state.cloth.v);
   put(c, "cloth.last_change", state.cloth.last_change);
@@ -85,6 +86,7 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
                      "resume with the scene and parameters of the run");
   State s = state;
   s.step = integers(c, "step").at(0);
+  s.tangled = static_cast<std::uint8_t>(integers(c, "tangled").at(0));
   get(c, "cloth.x", s.cloth.x);
   get(c, "cloth.v", s.cloth.v);
   get(c, "cloth.last_change", s.cloth.last_change);

@@ -1,6 +1,9 @@
 #include "core/sim/motion.h"
 
 #include <algorithm>
+#include <optional>
+
+#include "core/collision/rigid_motion.h"
 
 namespace loomstone {
 
@@ -24,9 +27,20 @@ Vec3 between_rows(const Points& p, std::size_t first, std::size_t second, double
   return fraction == 0.0 ? a : Vec3(a + fraction * (b - a));
 }
 
+// Where an obstacle's vertices are in the collision vertices that belong to obstacles.
+Index first_row(const Model& model, int obstacle) { return model.obstacles[obstacle].first - model.obstacles.front().first; }
+
+// Pose of an obstacle's mesh at the present; none where it is deformed.
+std::optional<RigidPose> present_pose(const Model& model, const State& state, int obstacle) {
+  const Points& local = model.obstacles[obstacle].local;
+  const RigidMotion motion = rigid_motion(local, state.obstacle_vertices.middleRows(first_row(model, obstacle), local.rows()));
+  if (!motion.rigid) return std::nullopt;
+  return RigidPose{motion.displacement(Vec3::Zero()), quaternion_from_matrix(motion.rotation)};
+}
+
 }  // namespace
 
-void pin_targets(const Model& model, const State& state, double time, Points& target) {
+void pin_targets(const Model& model, const State& state, double time, double share, Points& target) {
   target = state.cloth.x;
   for (const auto& script : model.scripts) {
     const Place at = place_in(script.times, time);
@@ -35,15 +49,16 @@ void pin_targets(const Model& model, const State& state, double time, Points& ta
       target.row(script.rows[i]) = between_rows(script.positions, at.first * k + i, at.second * k + i, at.fraction);
   }
   for (Index row = 0; row < model.cloth.n_vertices; ++row)
-    if (state.pin_override[row]) target.row(row) = state.pin_target.row(row);
+    if (state.pin_override[row])
+      target.row(row) = share == 1.0 ? Eigen::RowVector3d(state.pin_target.row(row))
+                                     : state.cloth.x.row(row) + share * (state.pin_target.row(row) - state.cloth.x.row(row));
 }
 
-RigidWorld::ObstaclePose obstacle_pose(const Model& model, const State& state, int obstacle, double time) {
-  RigidWorld::ObstaclePose pose;
+RigidPose obstacle_pose(const Model& model, const State& state, int obstacle, double time, double share) {
+  RigidPose pose;
   if (state.pose_override[obstacle]) {
-    pose.position = state.pose_position.row(obstacle);
-    pose.orientation = state.pose_orientation.row(obstacle);
-    return pose;
+    const RigidPose end = {state.pose_position.row(obstacle), state.pose_orientation.row(obstacle)};
+    return share == 1.0 ? end : between(present_pose(model, state, obstacle).value_or(end), end, share);
   }
   const Obstacle& o = model.scene.obstacles[obstacle];
   if (o.times.empty()) return pose;
@@ -57,8 +72,7 @@ RigidWorld::ObstaclePose obstacle_pose(const Model& model, const State& state, i
   return pose;
 }
 
-void obstacle_vertices(const Model& model, const State& state, double time, Points& vertices) {
-  const Index first = model.obstacles.empty() ? 0 : model.obstacles.front().first;
+void obstacle_vertices(const Model& model, const State& state, double time, double share, Points& vertices) {
   Index total = 0;
   for (const auto& surface : model.obstacles) total += static_cast<Index>(surface.local.rows());
   vertices.resize(total, 3);
@@ -66,15 +80,21 @@ void obstacle_vertices(const Model& model, const State& state, double time, Poin
     const Model::Surface& surface = model.obstacles[o];
     const Obstacle& description = model.scene.obstacles[o];
     const std::size_t k = surface.local.rows();
-    auto rows = vertices.middleRows(surface.first - first, k);
+    auto rows = vertices.middleRows(first_row(model, static_cast<int>(o)), k);
     if (description.vertex_positions.rows() > 0 && !state.pose_override[o]) {
       const Place at = place_in(description.times, time);
       for (std::size_t i = 0; i < k; ++i)
         rows.row(i) = between_rows(description.vertex_positions, at.first * k + i, at.second * k + i, at.fraction);
       continue;
     }
-    const auto pose = obstacle_pose(model, state, static_cast<int>(o), time);
-    place_points(pose, surface.local, rows);
+    if (share < 1.0 && state.pose_override[o] && !present_pose(model, state, static_cast<int>(o))) {
+      Points end(surface.local.rows(), 3);  // deformed so far: straight to the pose
+      place_points(obstacle_pose(model, state, static_cast<int>(o), time, 1.0), surface.local, end);
+      const auto now = state.obstacle_vertices.middleRows(first_row(model, static_cast<int>(o)), k);
+      rows = now + share * (end - now);
+      continue;
+    }
+    place_points(obstacle_pose(model, state, static_cast<int>(o), time, share), surface.local, rows);
   }
 }
 

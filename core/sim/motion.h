@@ -6,14 +6,16 @@
 
 namespace loomstone {
 
+// What the user has set is the end of the step; `share` is the part of the way there from `state`, 1 but within halved steps.
+
 // Targets of pinned rows at `time`: the script, the user's target, or the place they are in. (n x 3)
-void pin_targets(const Model& model, const State& state, double time, Points& target);
+void pin_targets(const Model& model, const State& state, double time, double share, Points& target);
 
 // Pose of an obstacle's mesh at `time`: keyframes or the user's.
-RigidWorld::ObstaclePose obstacle_pose(const Model& model, const State& state, int obstacle, double time);
+RigidPose obstacle_pose(const Model& model, const State& state, int obstacle, double time, double share);
 
 // World positions of all obstacle vertices at `time`, end to end.
-void obstacle_vertices(const Model& model, const State& state, double time, Points& vertices);
+void obstacle_vertices(const Model& model, const State& state, double time, double share, Points& vertices);
 
 // World positions of a body's surface.
 void body_vertices(const Model& model, const RigidState& rigid, int body, Eigen::Ref<Points> vertices);

@@ -110,7 +110,7 @@ struct Scene {
         field("air", &S::air, "Air: drag and wind"), field("gravity", &S::gravity, "acceleration [m/s^2]"),
         field("collisions", &S::collisions, "contacts between surfaces are handled"),
         field("contact_stiffness", &S::contact_stiffness, "N/m", non_negative(), "of a contact; 0: chosen from the material"),
-        field("response", &S::response, "contacts in the implicit solve (implicit) or by impulses after it (impulse)"),
+        field("response", &S::response, "contacts in the implicit solve (implicit) or by impulses after it (impulse, as explicit integrators always do)"),
         field("allow_initial_intersections", &S::allow_initial_intersections, "accept a start with intersections"),
         field("rigid_rebuild_interval", &S::rigid_rebuild_interval, "1", between(1, 1e9),
               "steps between rebuilds of the rigid-body world; checkpoints with bodies fall on them"));

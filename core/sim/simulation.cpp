@@ -111,6 +111,7 @@ const std::vector<Index>& Simulation::vertex_order() const { return data_->model
 Points Simulation::positions() const { return data_->to_user(data_->state.cloth.x); }
 void Simulation::set_positions(const Points& positions) {
   data_->state.cloth.x = data_->to_rows(positions, "positions");
+  data_->state.tangled = 1;
   data_->forget_history();
 }
 Points Simulation::velocities() const { return data_->to_user(data_->state.cloth.v); }

@@ -24,6 +24,19 @@ class StageTimer {
   std::chrono::steady_clock::time_point start_;
 };
 
+// What multi-step schemes carry from the last step.
+void forget_history(ClothState& cloth) {
+  cloth.previous_x.resize(0, 3);
+  cloth.previous_v.resize(0, 3);
+  cloth.previous_bending.resize(0, 3);
+}
+
+// Nothing of a step of another length goes on: not the history, not the change of velocity that solves start from.
+void forget_steps(ClothState& cloth) {
+  forget_history(cloth);
+  cloth.last_change.resize(0, 3);
+}
+
 }  // namespace
 
 Stepper::Stepper(const Model& model, const IntegratorOptions& options, const Team& team, const RowLayout& layout,
@@ -32,12 +45,13 @@ Stepper::Stepper(const Model& model, const IntegratorOptions& options, const Tea
   const Index n = model.cloth.n_vertices;
   elasticity_ = std::make_unique<Elasticity>(model.cloth, bending_treatment(options, model.cloth));
   integrator_ = make_integrator(options, model.cloth, *elasticity_);
+  contacts_in_solve_ = integrator_->implicit() && model.scene.response == "implicit";
   if (model.scene.collisions) collision_ = std::make_unique<CollisionStage>(model.collision);
   if (model.n_bodies() > 0) {
     std::vector<RigidObstacle> obstacles;
     for (std::size_t o = 0; o < model.obstacles.size(); ++o) {
       if (model.scene.obstacles[o].vertex_positions.rows() > 0) continue;
-      const auto pose = obstacle_pose(model, state, static_cast<int>(o), static_cast<double>(state.step) * options.step);
+      const auto pose = obstacle_pose(model, state, static_cast<int>(o), static_cast<double>(state.step) * options.step, 1.0);
       obstacles.push_back({model.scene.obstacles[o].mesh, model.scene.obstacles[o].friction, pose.position, pose.orientation});
     }
     world_ = std::make_unique<RigidWorld>(model.scene.bodies, obstacles, model.scene.gravity);
@@ -50,53 +64,51 @@ Stepper::Stepper(const Model& model, const IntegratorOptions& options, const Tea
 }
 
 void Stepper::advance(State& state, StepOutcome& outcome) {
-  const State start = state;  // a failed step leaves the state as it was
+  State start = state;  // a failed step leaves the state as it was
+  if (world_ && collision_) world_->save(start.rigid);
   StepReport& report = outcome.report;
   report = StepReport{};
   report.step = state.step + 1;
   report.time = static_cast<double>(state.step + 1) * options_.step;
+  report.substeps = 0;
+  outcome.contact.assign(model_.cloth.n_vertices, 0);
+  collision_vertices(model_, state, x0_);
+  outcome.start_cloth = state.cloth.x;
+  outcome.start_surfaces = x0_.bottomRows(x0_.rows() - model_.cloth.n_vertices);
   try {
-    {
-      StageTimer timer(report, StageName::Loads);
-      loads(state);
-    }
-    {
-      StageTimer timer(report, StageName::Proximity);
-      contacts_.clear();
-      terms_.clear();
-      const bool in_solve = integrator_->implicit() && model_.scene.response == "implicit";
-      if (collision_ && in_solve) {
-        contacts_ = collision_->proximity(team_, x0_);
-        collision_->terms(contacts_, x0_, v0_, state.rigid.positions, options_.step, model_.cloth.n_vertices,
-                          state.contacts, terms_, report.contact_energy);
+    std::vector<StepPart> left = {StepPart{}};  // the last comes first
+    State before;                               // of the part; `start` until a part is done
+    bool halving = true;                        // until 1/64 has failed: then the rest is taken as it comes
+    while (!left.empty()) {
+      const StepPart part = left.back();
+      left.pop_back();
+      const std::int64_t unresolved = take(state, outcome, part);
+      if (unresolved > 0 && halving && part.length() > 1) {
+        state = report.substeps == 0 ? start : before;
+        if (world_) world_->restore(state.rigid);
+        forget_steps(state.cloth);
+        const int middle = part.first + part.length() / 2;
+        left.push_back({middle, part.last});
+        left.push_back({part.first, middle});
+        continue;
       }
-      if (integrator_->implicit()) add_attachments(state, terms_);
-      report.contacts = static_cast<std::int64_t>(contacts_.size());
+      if (unresolved > 0) halving = false;
+      report.unresolved += unresolved;
+      ++report.substeps;
+      if (part.length() < StepPart::whole) forget_steps(state.cloth);
+      if (left.empty()) break;
+      before = state;
+      if (world_) world_->save(before.rigid);
     }
-    outcome.start_cloth = state.cloth.x;
-    outcome.start_surfaces = x0_.bottomRows(x0_.rows() - model_.cloth.n_vertices);
-    {
-      StageTimer timer(report, StageName::Integrate);
-      integrate(state, report);
-      check(state, "integrate");  // collision detection takes finite positions for granted
-    }
-    {
-      StageTimer timer(report, StageName::Bodies);
-      bodies(state);
-    }
-    {
-      StageTimer timer(report, StageName::Certify);
-      certify(state, outcome);
-    }
-    {
-      StageTimer timer(report, StageName::Check);
-      ++state.step;
-      check(state, "certify");
-      // A world rebuilt from State at fixed steps: what comes after depends on State alone, checkpoint or not.
-      if (world_ && state.step % model_.scene.rigid_rebuild_interval == 0) {
-        world_->save(state.rigid);
-        world_->restore(state.rigid);
-      }
+    StageTimer timer(report, StageName::Check);
+    ++state.step;
+    check(state, "certify");
+    if (report.unresolved > 0) state.tangled = 1;
+    if (collision_ && state.tangled) count_intersections(state, report);
+    // A world rebuilt from State at fixed steps: what comes after depends on State alone, checkpoint or not.
+    if (world_ && state.step % model_.scene.rigid_rebuild_interval == 0) {
+      world_->save(state.rigid);
+      world_->restore(state.rigid);
     }
   } catch (const SolverFailure& failure) {
     state = start;
@@ -107,14 +119,57 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
   }
 }
 
-// Forces at the start of the step, and where scripted motion leads.
+std::int64_t Stepper::take(State& state, StepOutcome& outcome, StepPart part) {
+  StepReport& report = outcome.report;
+  const auto time = [&](int place) {
+    return (static_cast<double>(state.step) + static_cast<double>(place) / StepPart::whole) * options_.step;
+  };
+  step_ = options_.step * part.length() / StepPart::whole;
+  start_time_ = time(part.first);
+  end_time_ = time(part.last);
+  share_ = static_cast<double>(part.length()) / (StepPart::whole - part.first);
+  {
+    StageTimer timer(report, StageName::Loads);
+    loads(state);
+  }
+  {
+    StageTimer timer(report, StageName::Proximity);
+    contacts_.clear();
+    terms_.clear();
+    report.contact_energy = 0.0;
+    if (collision_ && model_.cloth.n_vertices > 0) contacts_ = collision_->proximity(team_, x0_);
+    if (collision_ && contacts_in_solve_) {
+      collision_->terms(contacts_, x0_, v0_, state.rigid.positions, step_, model_.cloth.n_vertices, state.contacts, terms_,
+                        report.contact_energy);
+    }
+    if (integrator_->implicit()) add_attachments(state, terms_);
+    report.contacts = std::max(report.contacts, static_cast<std::int64_t>(contacts_.size()));
+  }
+  {
+    StageTimer timer(report, StageName::Integrate);
+    integrate(state, report);
+    check(state, "integrate");  // collision detection takes finite positions for granted
+  }
+  {
+    StageTimer timer(report, StageName::Bodies);
+    bodies(state);
+  }
+  StageTimer timer(report, StageName::Certify);
+  const CertifyReport done = certify(state, outcome);
+  report.impacts += done.impacts;
+  report.truncated += done.truncated;
+  report.withheld = std::max(report.withheld, done.withheld);
+  return done.unresolved;
+}
+
+// Forces at the start, and where scripted motion leads.
 void Stepper::loads(const State& state) {
   const Index n = model_.cloth.n_vertices;
-  const double h = options_.step, time = static_cast<double>(state.step) * h;
+  const double h = step_;
   const Index begin = std::min(layout_.begin(), n), end = std::min(layout_.end(), n);
   collision_vertices(model_, state, x0_);
-  pin_targets(model_, state, time + h, target_);
-  obstacle_vertices(model_, state, time + h, next_obstacles_);
+  pin_targets(model_, state, end_time_, share_, target_);
+  obstacle_vertices(model_, state, end_time_, share_, next_obstacles_);
   v0_.resize(x0_.rows(), 3);
   v0_.topRows(n) = state.cloth.v;
   for (Index i = 0; i < n; ++i)
@@ -130,7 +185,7 @@ void Stepper::loads(const State& state) {
   parallel_for(team_, end - begin, [&](Index i) {
     force_.row(begin + i) += model_.cloth.mass[begin + i] * model_.scene.gravity.transpose();
   });
-  add_drag(team_, model_.scene.air, time, model_.cloth.triangles, model_.cloth.triangles_of_vertex.start,
+  add_drag(team_, model_.scene.air, start_time_, model_.cloth.triangles, model_.cloth.triangles_of_vertex.start,
            model_.cloth.triangles_of_vertex.items, state.cloth.x, state.cloth.v, begin, end, force_);
 
   body_blocks_.clear();
@@ -165,8 +220,8 @@ void Stepper::add_attachments(const State& state, ExtraTerms& terms) const {
 void Stepper::integrate(State& state, StepReport& report) {
   if (model_.cloth.n_vertices == 0) return;
   StepInputs inputs;
-  inputs.step = options_.step;
-  inputs.time = static_cast<double>(state.step) * options_.step;
+  inputs.step = step_;
+  inputs.time = start_time_;
   inputs.force = &force_;
   inputs.terms = &terms_;
   inputs.fixed = &fixed_;
@@ -174,8 +229,8 @@ void Stepper::integrate(State& state, StepReport& report) {
   inputs.body_mass = &body_blocks_;
   predicted_body_velocity_ = body_velocity_;
   const IntegrationReport done = integrator_->advance(team_, layout_, inputs, state.cloth, body_velocity_);
-  report.newton_iterations = done.newton_iterations;
-  report.linear_iterations = done.linear_iterations;
+  report.newton_iterations += done.newton_iterations;
+  report.linear_iterations += done.linear_iterations;
   report.linear_residual = done.residual;
 }
 
@@ -192,8 +247,8 @@ void Stepper::bodies(State& state) {
   std::vector<RigidWorld::ObstaclePose> poses;
   for (std::size_t o = 0; o < model_.obstacles.size(); ++o)
     if (model_.scene.obstacles[o].vertex_positions.rows() == 0)
-      poses.push_back(obstacle_pose(model_, state, static_cast<int>(o), static_cast<double>(state.step + 1) * options_.step));
-  world_->advance(options_.step, impulses, angular, poses, state.rigid);
+      poses.push_back(obstacle_pose(model_, state, static_cast<int>(o), end_time_, share_));
+  world_->advance(step_, impulses, angular, poses, state.rigid);
 }
 
 // The bodies as certification may move them: from where they were to where Bullet has put them.
@@ -212,43 +267,43 @@ FreeBodies Stepper::free_bodies(const State& state) const {
 }
 
 // The last stage that moves vertices: no impact on the way from x0 to x1, no intersection at x1.
-void Stepper::certify(State& state, StepOutcome& outcome) {
+CertifyReport Stepper::certify(State& state, StepOutcome& outcome) {
   const Index n = model_.cloth.n_vertices;
   state.obstacle_vertices = next_obstacles_;
-  outcome.contact.assign(n, 0);
   for (const Contact& contact : contacts_)
     for (const Index vertex : contact.vertices)
       if (vertex < n) outcome.contact[vertex] = 1;
-  if (!collision_ || n == 0) return;
+  if (!collision_ || n == 0) return {};
   collision_vertices(model_, state, x1_);
   std::vector<std::uint8_t> moved(x1_.rows(), 0);
   FreeBodies bodies = free_bodies(state);
+  if (!contacts_in_solve_) collision_->repel(contacts_, x0_, x1_, inverse_mass_, step_, bodies);
   const CertifyReport done = collision_->certify(team_, x0_, x1_, inverse_mass_, bodies, moved);
-  outcome.report.impacts = done.impacts;
-  outcome.report.truncated = done.truncated;
-  outcome.report.unresolved = done.unresolved;
-  outcome.report.withheld = done.withheld;
   bool any = false;
   for (Index i = 0; i < n; ++i) {
-    if (!moved[i]) continue;
+    if (x1_.row(i) == state.cloth.x.row(i)) continue;
     any = true;
     outcome.contact[i] = 1;
-    state.cloth.v.row(i) += (x1_.row(i) - state.cloth.x.row(i)) / options_.step;
+    state.cloth.v.row(i) += (x1_.row(i) - state.cloth.x.row(i)) / step_;
     state.cloth.x.row(i) = x1_.row(i);
   }
-  if (any) {  // multi-step schemes start again after a jump of velocity
-    state.cloth.previous_x.resize(0, 3);
-    state.cloth.previous_v.resize(0, 3);
-    state.cloth.previous_bending.resize(0, 3);
-  }
+  if (any) forget_history(state.cloth);  // multi-step schemes start again after a jump of velocity
   for (Index b = 0; b < model_.n_bodies(); ++b) {  // Bullet takes over what has changed with its next step
     const FreeBody& body = bodies[b];
     state.rigid.positions.row(b) = body.end.position.transpose();
     state.rigid.orientations.row(b) = body.end.orientation.transpose();
-    state.rigid.velocities.row(b) += body.moved.transpose() / options_.step;
-    state.rigid.angular_velocities.row(b) += body.turned.transpose() / options_.step;
+    state.rigid.velocities.row(b) += body.moved.transpose() / step_;
+    state.rigid.angular_velocities.row(b) += body.turned.transpose() / step_;
   }
-  collision_->update_anchors(contacts_, x0_, x1_, state.contacts);
+  if (contacts_in_solve_) collision_->update_anchors(contacts_, x0_, x1_, state.contacts);
+  return done;
+}
+
+// How free the cloth is where a step has left impacts: never hidden, and counted until it is free again.
+void Stepper::count_intersections(State& state, StepReport& report) {
+  collision_vertices(model_, state, x1_);
+  report.intersections = static_cast<std::int64_t>(cloth_intersections(model_.collision, x1_).size());
+  state.tangled = report.intersections > 0;
 }
 
 // A step that moves a vertex by a hundred times the size of what there is has diverged, finite or not.

@@ -21,6 +21,13 @@ struct StepOutcome {
   std::vector<std::uint8_t> contact;     // (n) rows in contact
 };
 
+// A part of a step in 64ths of it: a step that certification cannot free of impacts is taken again in halves.
+struct StepPart {
+  static constexpr int whole = 64;
+  int first = 0, last = whole;
+  int length() const { return last - first; }
+};
+
 // Stage of stages.
 class Stepper {
  public:
@@ -33,12 +40,15 @@ class Stepper {
   Elasticity& elasticity() { return *elasticity_; }
 
  private:
+  // All stages of a part. Returns the impacts that are left.
+  std::int64_t take(State& state, StepOutcome& outcome, StepPart part);
   void loads(const State& state);
   void add_attachments(const State& state, ExtraTerms& terms) const;
   void integrate(State& state, StepReport& report);
   void bodies(State& state);
   FreeBodies free_bodies(const State& state) const;
-  void certify(State& state, StepOutcome& outcome);
+  CertifyReport certify(State& state, StepOutcome& outcome);
+  void count_intersections(State& state, StepReport& report);
   void check(const State& state, const char* stage) const;  // throws SolverFailure where the step diverged
 
   const Model& model_;
@@ -49,8 +59,10 @@ class Stepper {
   std::unique_ptr<Integrator> integrator_;
   std::unique_ptr<CollisionStage> collision_;
   std::unique_ptr<RigidWorld> world_;
+  bool contacts_in_solve_ = false;   // else impulses answer them after the step
 
-  // Scratch of a step.
+  // Scratch of a part of a step: its length and ends [s], and its share of what was left of the step.
+  double step_ = 0.0, start_time_ = 0.0, end_time_ = 0.0, share_ = 1.0;
   std::vector<std::uint8_t> fixed_;
   Vector inverse_mass_;
   Points force_, target_, next_obstacles_, x0_, v0_, x1_, body_velocity_, predicted_body_velocity_;

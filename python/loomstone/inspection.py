@@ -126,6 +126,13 @@ def report_text(report: dict[str, Any]) -> str:
             f"largest stretch {report['largest_stretch']:.3f}"
         )
     if report.get("unresolved_steps"):
-        lines.append(f"{report['unresolved_steps']} steps did not end free of intersections: something scripted pinches the cloth")
+        lines.append(
+            f"{report['unresolved_steps']} steps left impacts and at most {report.get('most_intersections', 0)} triangle pairs "
+            "intersected: what moves by script leaves the cloth no room (columns of steps.csv)"
+        )
+    elif report.get("most_intersections"):
+        lines.append(f"at most {report['most_intersections']} triangle pairs intersected: the cloth started so")
+    if report.get("steps_in_parts"):
+        lines.append(f"{report['steps_in_parts']} steps were taken in parts to free them of impacts")
     lines.append(f"state {report['digest'][:16]}")
     return "\n".join(lines)

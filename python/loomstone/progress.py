@@ -23,6 +23,14 @@ def observer(rank: int = 0) -> Observer:
     return Bar() if sys.stdout.isatty() and not launched else Lines()
 
 
+def trouble(report: StepReport) -> str:
+    """The line about a step that certification could not free."""
+    return (
+        f"step {report.step} (t {report.time:.3f} s): {report.unresolved} impacts are left even in 1/64 of the step and "
+        f"{report.intersections} triangle pairs intersect; what moves by script leaves the cloth no room"
+    )
+
+
 class _Counts:
     """Step rate and what the last step did."""
 
@@ -31,6 +39,7 @@ class _Counts:
         self._steps = 0
         self._report = StepReport()
         self._frames = self._done_before = 0
+        self._troubled = False
 
     def start(self, frames: int, done: int) -> None:
         self._began = time.perf_counter()
@@ -38,6 +47,12 @@ class _Counts:
 
     def step(self, report: StepReport) -> None:
         self._steps, self._report = self._steps + 1, report
+        if report.unresolved and not self._troubled:  # once, until the cloth is free again
+            self.say(trouble(report))
+        self._troubled = report.unresolved > 0 or report.intersections > 0
+
+    def say(self, line: str) -> None:
+        print(line, flush=True)
 
     def status(self) -> str:
         rate = self._steps / max(time.perf_counter() - self._began, 1e-9)
@@ -82,6 +97,9 @@ class Bar(_Counts):
         if time.perf_counter() - self._last > 0.1:
             self._last = time.perf_counter()
             self._progress.update(self._task, description=self.status())
+
+    def say(self, line: str) -> None:
+        self._progress.console.print(line, highlight=False)
 
     def frame(self, index: int, frame: Frame) -> None:
         self._progress.update(self._task, completed=index + 1, description=self.status())

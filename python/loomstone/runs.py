@@ -161,7 +161,9 @@ class StepTable:
             "most_contacts": max(int(r["contacts"]) for r in rows),
             "impacts": sum(int(r["impacts"]) for r in rows),
             "truncated": sum(int(r["truncated"]) for r in rows),
+            "steps_in_parts": sum(int(r["substeps"]) > 1 for r in rows),
             "unresolved_steps": sum(int(r["unresolved"]) > 0 for r in rows),
+            "most_intersections": max(int(r["intersections"]) for r in rows),
             "largest_stretch": max(float(r["max_stretch"]) for r in rows),
             "energy_at_end": {k: float(rows[-1][k]) for k in rows[0] if k.endswith("_energy")},
         }

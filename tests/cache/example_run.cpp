@@ -63,7 +63,9 @@ StepReport example_report(std::int64_t step) {
   report.contacts = step * 11;
   report.impacts = step * 5;
   report.truncated = step % 3;
+  report.substeps = static_cast<int>(1 + step % 64);
   report.unresolved = step % 2;
+  report.intersections = step % 4;
   report.withheld = std::sin(x);
   report.max_stretch = 1 + std::exp(-x);
   report.kinetic_energy = std::cos(x);
@@ -134,7 +136,8 @@ bool same(const StepReport& a, const StepReport& b) {
   return a.step == b.step && same_number(a.time, b.time) && same_bits(a.seconds, b.seconds) &&
          a.newton_iterations == b.newton_iterations && a.linear_iterations == b.linear_iterations &&
          same_number(a.linear_residual, b.linear_residual) && a.contacts == b.contacts && a.impacts == b.impacts &&
-         a.truncated == b.truncated && a.unresolved == b.unresolved && same_number(a.withheld, b.withheld) &&
+         a.truncated == b.truncated && a.substeps == b.substeps && a.unresolved == b.unresolved &&
+         a.intersections == b.intersections && same_number(a.withheld, b.withheld) &&
          same_number(a.max_stretch, b.max_stretch) && same_number(a.kinetic_energy, b.kinetic_energy) &&
          same_number(a.membrane_energy, b.membrane_energy) && same_number(a.bending_energy, b.bending_energy) &&
          same_number(a.gravity_energy, b.gravity_energy) && same_number(a.contact_energy, b.contact_energy);
