@@ -66,6 +66,11 @@ class StepReport:
         hits of the continuous test, first pass
         """
     @property
+    def intersections(self) -> int:
+        """
+        intersecting triangle pairs at the end of the step; counted from an unresolved step on until there are none
+        """
+    @property
     def kinetic_energy(self) -> float:
         """
         [J]
@@ -106,6 +111,11 @@ class StepReport:
         number of the step
         """
     @property
+    def substeps(self) -> int:
+        """
+        parts the step was taken in; more than 1 where certification failed at its full length
+        """
+    @property
     def time(self) -> float:
         """
         at the end of the step [s]
@@ -118,7 +128,7 @@ class StepReport:
     @property
     def unresolved(self) -> int:
         """
-        impacts that certification had to leave: the step is not free of intersection
+        impacts that certification had to leave, even in 1/64 of the step
         """
     @property
     def withheld(self) -> float:
@@ -877,7 +887,7 @@ class Scene:
     gravity : acceleration [m/s^2]
     collisions : contacts between surfaces are handled; default True
     contact_stiffness : of a contact; 0: chosen from the material [N/m]; >= 0; default 0.0
-    response : contacts in the implicit solve (implicit) or by impulses after it (impulse); default 'implicit'
+    response : contacts in the implicit solve (implicit) or by impulses after it (impulse, as explicit integrators always do); default 'implicit'
     allow_initial_intersections : accept a start with intersections; default False
     rigid_rebuild_interval : steps between rebuilds of the rigid-body world; checkpoints with bodies fall on them [1]; in [1, 1e+09]; default 40
     """
@@ -945,7 +955,7 @@ class Scene:
     @property
     def response(self) -> str:
         """
-        contacts in the implicit solve (implicit) or by impulses after it (impulse); default 'implicit'
+        contacts in the implicit solve (implicit) or by impulses after it (impulse, as explicit integrators always do); default 'implicit'
         """
     @property
     def rigid_rebuild_interval(self) -> int:

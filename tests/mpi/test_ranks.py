@@ -56,6 +56,30 @@ def test_ranks_and_threads_change_no_bit_and_only_rank_0_speaks(scene, tmp_path)
     assert len(digests) == 1
 
 
+PRESS = """
+import loomstone as ls
+duration = 0.08
+integrator = ls.SemiImplicitEuler(step=0.02)
+def plate(name, side):
+    return ls.Obstacle(name=name, mesh=ls.floor(size=0.3).mesh, thickness=2e-3, times=[0.0, 0.02],
+                       positions=[(0, 0, 0.05 * side), (0, 0, 5e-5 * side)], axis_angles=[(0, 0, 0), (0, 0, 0.4 * side)])
+def scene():
+    cloth = ls.Cloth(mesh=ls.grid(size=(0.1, 0.1), cells=(16, 16)).moved((0, 0, 0.02)), thickness=2e-3)
+    return ls.Scene(cloths=[cloth], obstacles=[plate("upper", 1), plate("lower", -1)])
+"""
+
+
+def test_a_step_taken_in_parts_has_the_same_bits_on_all_ranks(tmp_path):
+    (tmp_path / "press.py").write_text(PRESS)
+    digests = set()
+    for n in (1, 3):
+        done = ranks(n, "-m", "loomstone", "run", tmp_path / "press.py", "--out", tmp_path / str(n), "--threads", 1)
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert json.loads((tmp_path / str(n) / "report.json").read_text())["steps_in_parts"] > 0
+        digests.add(digest(tmp_path / str(n)))
+    assert len(digests) == 1
+
+
 def test_a_run_of_two_ranks_resumes_on_one_and_the_other_way(scene, tmp_path):
     for first, second in [(2, 1), (1, 2)]:
         out = tmp_path / f"{first}then{second}"

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import loomstone as ls
-from loomstone import _core, cache, plots, video
+from loomstone import _core, cache, inspection, plots, progress, video
+from loomstone.runs import RunOptions, execute
 from loomstone.scene_file import SceneFile, parse_parameters
 
 
@@ -31,6 +32,21 @@ def test_a_run_leaves_frames_checkpoints_steps_and_a_report(run):
     assert list(steps["step"]) == list(range(1, 31)) and steps["linear_iterations"].min() > 0
     report = json.loads((run / "report.json").read_text())
     assert report["steps"] == 30 and set(report["seconds_per_stage"]) >= {"integrate", "certify"}
+
+
+def test_a_run_says_once_that_cloth_was_pinched_and_records_every_step_of_it(pressed, tmp_path, capsys):
+    sim = ls.Simulation(pressed, integrator=ls.SemiImplicitEuler(step=0.01), threads=1)
+    report = execute(sim, RunOptions(duration=0.08), tmp_path, observer=progress.Lines())
+    lines = [line for line in capsys.readouterr().out.splitlines() if "impacts are left even in 1/64 of the step" in line]
+    steps = plots.read_steps(tmp_path)
+    first = int(np.flatnonzero(steps["unresolved"])[0])
+    assert lines[0].startswith(f"step {first + 1} (t 0.0{first + 1}0 s): {int(steps['unresolved'][first])} impacts")
+    troubled = (steps["unresolved"] > 0) | (steps["intersections"] > 0)
+    assert len(lines) == 1 and troubled[first:].any() and not troubled[:first].any()
+    assert report["unresolved_steps"] == (steps["unresolved"] > 0).sum() > 0
+    assert report["steps_in_parts"] == (steps["substeps"] > 1).sum() > 0 and steps["substeps"].max() <= 64
+    assert report["most_intersections"] == steps["intersections"].max()
+    assert "steps left impacts" in inspection.report_text(report)
 
 
 def test_frames_in_the_file_are_those_of_the_simulation(run, hanging, euler):
