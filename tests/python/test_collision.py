@@ -104,11 +104,11 @@ def meets(kind, query):
 @pytest.mark.parametrize("kind", ["vertex-face", "edge-edge"])
 def test_verdicts_are_those_of_rational_arithmetic(kind):
     random = np.random.default_rng(3)
-    queries = random.integers(-2, 3, size=(150, 8, 3)).astype(float)
+    queries = random.integers(-2, 3, size=(90, 8, 3)).astype(float)
     queries[::5, :, 2] = 0.0  # within one plane
     hit, _ = collision.continuous(kind, queries)
     truth = [meets(kind, query) for query in queries]
-    assert 30 < sum(truth) < 130
+    assert 20 < sum(truth) < 80
     assert hit.tolist() == truth
 
 
