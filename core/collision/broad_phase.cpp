@@ -4,15 +4,14 @@
 #include <cmath>
 
 #include "core/collision/distance.h"
+#include "core/collision/pair_search.h"
 
 namespace loomstone {
 
 namespace {
 
-// Leaf groups are dealt out to so many ranges in turn, whatever the number of threads.
-constexpr Index n_ranges = 128;
-// Leaf boxes of this many times their surface after ordering are ordered anew. Our choice; only speed depends on it.
-constexpr double decay_limit = 2.5;
+// Node pairs are made from the top of the trees down until there are so many to deal out, whatever the number of threads.
+constexpr std::size_t enough_tasks = 256;
 
 using Kind = CollisionSurface::Kind;
 
@@ -54,139 +53,96 @@ std::vector<SurfacePair> surface_pairs(const CollisionModel& model) {
   return pairs;
 }
 
-BroadPhase::BroadPhase(const CollisionModel& model, const std::vector<SurfacePair>& pairs) : model_(model), pairs_(pairs) {
-  edges_of_surface_.resize(model.surfaces.size());
-  for (Index e = 0; e < model.edges.rows(); ++e) edges_of_surface_[model.surface_of_edge[e]].push_back(e);
+BroadPhase::BroadPhase(const CollisionModel& model, const std::vector<SurfacePair>& pairs)
+    : model_(model), pairs_(pairs), vertex_slabs_(model.n_vertices) {
+  std::vector<std::vector<Index>> edges_of_surface(model.surfaces.size());
+  for (Index e = 0; e < model.edges.rows(); ++e) edges_of_surface[model.surface_of_edge[e]].push_back(e);
   for (std::size_t s = 0; s < model.surfaces.size(); ++s) {
     const CollisionSurface& surface = model.surfaces[s];
-    std::vector<Index> vertices(surface.n_vertices), edges, faces;
-    for (Index i = 0; i < surface.n_vertices; ++i) vertices[i] = i;
-    for (const Index e : edges_of_surface_[s])
-      for (int k = 0; k < 2; ++k) edges.push_back(model.edges(e, k) - surface.first_vertex);
-    for (Index t = 0; t < surface.n_triangles; ++t)
-      for (int k = 0; k < 3; ++k) faces.push_back(model.triangles(surface.first_triangle + t, k) - surface.first_vertex);
-    trees_.push_back({BoxTree(std::move(vertices), 1), BoxTree(std::move(edges), 2), BoxTree(std::move(faces), 3)});
+    Edges edges(edges_of_surface[s].size(), 2);
+    for (std::size_t i = 0; i < edges_of_surface[s].size(); ++i) edges.row(i) = model.edges.row(edges_of_surface[s][i]);
+    trees_.emplace_back(model.triangles.middleRows(surface.first_triangle, surface.n_triangles), surface.first_triangle,
+                        std::move(edges), std::move(edges_of_surface[s]));
   }
 }
 
-void BroadPhase::refit(const Team& team, Index s, const Points& x0, const Points* x1, double inflation) {
-  SurfaceTrees& trees = trees_[s];
+void BroadPhase::refit(const Team& team, Index s, const Points& x0, const Points& x1, double inflation, bool may_rebuild) {
   const CollisionSurface& surface = model_.surfaces[s];
-  vertex_boxes(team, x0, x1, surface.first_vertex, surface.n_vertices, inflation, boxes_);
-  const auto refit_all = [&] {
-    trees.vertices.refit(team, boxes_);
-    trees.edges.refit(team, boxes_);
-    return trees.faces.refit(team, boxes_);
-  };
-  double leaf_surface = trees.built ? refit_all() : 0.0;
-  if (trees.built && (x1 || leaf_surface <= decay_limit * trees.built_surface)) return;
-  trees.vertices.rebuild(x0, surface.first_vertex);
-  trees.edges.rebuild(x0, surface.first_vertex);
-  trees.faces.rebuild(x0, surface.first_vertex);
-  leaf_surface = refit_all();
-  trees.built = true;
-  trees.built_surface = leaf_surface;
+  parallel_for(
+      team, surface.n_vertices,
+      [&](Index i) {
+        const std::size_t v = surface.first_vertex + i;
+        vertex_slabs_[v] = slabs_of(x0.data() + 3 * v, x1.data() + 3 * v, inflation);
+      },
+      2048);
+  trees_[s].refit(team, x0, vertex_slabs_, inflation, may_rebuild);
 }
 
-bool BroadPhase::excluded(Index pair, ContactKind kind, Index a, Index b) const {
-  const bool self = pairs_[pair].a == pairs_[pair].b;
-  if (!self && model_.attached_surface.empty()) return false;  // no vertex in common
+// Is a vertex of one side attached to the other's surface?
+bool BroadPhase::attached(ContactKind kind, Index a, Index b) const {
   const std::array<Index, 4> v = pair_vertices(model_, kind, pair_key(a, b));
-  if (self) {
-    if (kind == ContactKind::VertexFace) return v[0] == v[1] || v[0] == v[2] || v[0] == v[3];
-    return v[0] == v[2] || v[0] == v[3] || v[1] == v[2] || v[1] == v[3];
-  }
   const int n_a = kind == ContactKind::VertexFace ? 1 : 2;
-  for (int i = 0; i < 4; ++i) {
-    const Index other = model_.surface_of_vertex[i < n_a ? v[3] : v[0]];
-    if (model_.attached_surface[v[i]] == other) return true;
-  }
+  for (int i = 0; i < 4; ++i)
+    if (model_.attached_surface[v[i]] == model_.surface_of_vertex[i < n_a ? v[3] : v[0]]) return true;
   return false;
 }
 
 template <class KeepPair>
 void BroadPhase::collect(const Team& team, const std::vector<Index>& which, KeepPair&& keep,
                          std::vector<FeaturePairs>& found) {
-  struct Query {
+  struct Task {
     Index pair;
-    ContactKind kind;
-    Index surface_a, surface_b;   // items of a are compared with the tree of b
-    const BoxTree *a, *b;
-    bool self;
-    Index first_group;            // in the numbering of all groups of all queries
+    PairSearch::Nodes nodes;
   };
-  std::vector<Query> queries;
-  Index n_groups = 0;
-  const auto add = [&](Index pair, ContactKind kind, Index a, Index b) {
-    const bool edges = kind == ContactKind::EdgeEdge;
-    const BoxTree& first = edges ? trees_[a].edges : trees_[a].vertices;
-    const BoxTree& second = edges ? trees_[b].edges : trees_[b].faces;
-    if (first.n_items() == 0 || second.n_items() == 0 || !overlapping(first.root(), second.root())) return;
-    queries.push_back({pair, kind, a, b, &first, &second, edges && a == b, n_groups});
-    n_groups += first.n_groups();
-  };
+  const auto search_of = [&](Index pair) { return PairSearch(trees_[pairs_[pair].a], trees_[pairs_[pair].b]); };
+  std::vector<Task> tasks, next;
   for (const Index pair : which) {
-    const Index a = pairs_[pair].a, b = pairs_[pair].b;
-    add(pair, ContactKind::VertexFace, a, b);
-    if (a != b) add(pair, ContactKind::VertexFace, b, a);
-    add(pair, ContactKind::EdgeEdge, a, b);
+    const ClusterTree &a = trees_[pairs_[pair].a], &b = trees_[pairs_[pair].b];
+    if (a.empty() || b.empty() || !overlapping(a.box(a.root_level(), 0), b.box(b.root_level(), 0))) continue;
+    tasks.push_back({pair, search_of(pair).roots()});
+  }
+  std::vector<PairSearch::Nodes> below;
+  for (bool any = true; any && tasks.size() < enough_tasks; tasks.swap(next)) {
+    any = false;
+    next.clear();
+    for (const Task& task : tasks) {
+      if (PairSearch::leaves(task.nodes)) {
+        next.push_back(task);
+        continue;
+      }
+      any = true;
+      below.clear();
+      search_of(task.pair).expand(task.nodes, below);
+      for (const PairSearch::Nodes& nodes : below) next.push_back({task.pair, nodes});
+    }
   }
 
-  struct Found {
-    Index query;
-    PairKey key;
-  };
-  std::vector<std::vector<Found>> of_range(n_ranges);
-  const auto search_group = [&](Index q, std::vector<Found>& out) {
-    const Query& query = queries[q];
-    return [&, q](Index group) {
-      query.b->for_each_group(query.a->group_box(group), query.self ? group : 0, [&](Index other) {
-        const unsigned own = overlapping_lanes(query.b->group_box(other), query.a->leaf(group));
-        if (own == 0) return;
-        std::int32_t meeting[tree_width];
-        overlapping_lanes(query.a->leaf(group), own, query.b->leaf(other), meeting);
-        for (int lane_b = 0; lane_b < tree_width; ++lane_b) {
-          unsigned lanes = static_cast<unsigned>(meeting[lane_b]);
-          // Within one group each pair once: the lane of a below that of b.
-          if (query.self && group == other) lanes &= (1u << lane_b) - 1u;
-          for (; lanes != 0; lanes &= lanes - 1) {
-            Index a = query.a->item(group, __builtin_ctz(lanes)), b = query.b->item(other, lane_b);
-            if (query.kind == ContactKind::EdgeEdge) {
-              a = edges_of_surface_[query.surface_a][a];
-              b = edges_of_surface_[query.surface_b][b];
-              if (b < a) std::swap(a, b);
-            } else {
-              a += model_.surfaces[query.surface_a].first_vertex;
-              b += model_.surfaces[query.surface_b].first_triangle;
-            }
-            if (!excluded(query.pair, query.kind, a, b) && keep(query.pair, query.kind, a, b))
-              out.push_back({q, pair_key(a, b)});
-          }
-        }
-      });
-    };
-  };
-  parallel_ranges(team, n_ranges, 1, [&](Index begin, Index end) {
-    for (Index range = begin; range < end; ++range) {
-      std::vector<Found>& out = of_range[range];
-      Index q = 0;
-      for (Index g = range; g < n_groups; g += n_ranges) {
-        while (g >= queries[q].first_group + queries[q].a->n_groups()) ++q;
-        search_group(q, out)(g - queries[q].first_group);
-      }
-    }
+  std::vector<FeaturePairs> of_task(tasks.size());
+  parallel_tasks(team, static_cast<Index>(tasks.size()), [&](Index i) {
+    const Index pair = tasks[i].pair;
+    const bool may_be_attached = pairs_[pair].a != pairs_[pair].b && !model_.attached_surface.empty();
+    search_of(pair).run(tasks[i].nodes, [&](ContactKind kind, Index a, Index b) {
+      if ((may_be_attached && attached(kind, a, b)) || !keep(pair, kind, a, b)) return;
+      (kind == ContactKind::VertexFace ? of_task[i].vertex_face : of_task[i].edge_edge).push_back(pair_key(a, b));
+    });
   });
 
   for (const Index pair : which) found[pair] = {};
-  for (const std::vector<Found>& range : of_range)
-    for (const Found& each : range) {
-      FeaturePairs& pairs = found[queries[each.query].pair];
-      (queries[each.query].kind == ContactKind::VertexFace ? pairs.vertex_face : pairs.edge_edge).push_back(each.key);
-    }
+  for (std::size_t i = 0; i < tasks.size(); ++i) {
+    FeaturePairs& pairs = found[tasks[i].pair];
+    pairs.vertex_face.insert(pairs.vertex_face.end(), of_task[i].vertex_face.begin(), of_task[i].vertex_face.end());
+    pairs.edge_edge.insert(pairs.edge_edge.end(), of_task[i].edge_edge.begin(), of_task[i].edge_edge.end());
+  }
   for (const Index pair : which) {
     std::sort(found[pair].vertex_face.begin(), found[pair].vertex_face.end());
     std::sort(found[pair].edge_edge.begin(), found[pair].edge_edge.end());
   }
+}
+
+std::size_t BroadPhase::bytes() const {
+  std::size_t sum = 0;
+  for (const ClusterTree& tree : trees_) sum += tree.bytes();
+  return sum;
 }
 
 void BroadPhase::near_pairs(const Team& team, const Points& x, const std::vector<Index>& which,
@@ -197,7 +153,7 @@ void BroadPhase::near_pairs(const Team& team, const Points& x, const std::vector
   for (const Index pair : which)
     for (const Index s : {pairs_[pair].a, pairs_[pair].b}) inflation[s] = std::max(inflation[s], 0.5 * reach[pair]);
   for (std::size_t s = 0; s < trees_.size(); ++s)
-    if (inflation[s] >= 0.0) refit(team, static_cast<Index>(s), x, nullptr, inflation[s]);
+    if (inflation[s] >= 0.0) refit(team, static_cast<Index>(s), x, x, inflation[s], true);
   collect(
       team, which,
       [&](Index pair, ContactKind kind, Index a, Index b) {
@@ -215,7 +171,7 @@ void BroadPhase::swept_pairs(const Team& team, const Points& x0, const Points& x
   std::vector<std::uint8_t> needed(trees_.size(), 0);
   for (const Index pair : which) needed[pairs_[pair].a] = needed[pairs_[pair].b] = 1;
   for (std::size_t s = 0; s < trees_.size(); ++s)
-    if (needed[s]) refit(team, static_cast<Index>(s), x0, &x1, inflation);
+    if (needed[s]) refit(team, static_cast<Index>(s), x0, x1, inflation, false);
   collect(
       team, which, [&](Index, ContactKind kind, Index a, Index b) { return keep(kind, pair_key(a, b)); }, found);
 }

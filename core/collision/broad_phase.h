@@ -1,4 +1,4 @@
-// Which vertex-face and edge-edge pairs of which surfaces may meet: pairs of overlapping boxes, each pair once, without
+// Which vertex-face and edge-edge pairs of which surfaces may meet: pairs of overlapping 18-DOPs, each pair once, without
 // pairs that share a vertex, that only scripts and rigid bodies could move, or that a cloth's own switch rules out.
 #pragma once
 
@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/base/types.h"
-#include "core/collision/box_tree.h"
+#include "core/collision/cluster_tree.h"
 #include "core/collision/collision_model.h"
 #include "core/collision/collision_stage.h"
 #include "core/parallel/team.h"
@@ -42,7 +42,7 @@ inline std::array<Index, 4> pair_vertices(const CollisionModel& model, ContactKi
   return {model.edges(a, 0), model.edges(a, 1), model.edges(b, 0), model.edges(b, 1)};
 }
 
-// Stage: trees of every surface, and scratch that decides nothing.
+// Stage: a tree of every surface, and scratch that decides nothing.
 class BroadPhase {
  public:
   BroadPhase(const CollisionModel& model, const std::vector<SurfacePair>& pairs);
@@ -51,29 +51,24 @@ class BroadPhase {
   void near_pairs(const Team& team, const Points& x, const std::vector<Index>& which, const std::vector<double>& reach,
                   std::vector<FeaturePairs>& found);
 
-  // Pairs of features whose boxes over the whole step, grown by `inflation` [m] each, meet, and which pass keep(kind, key),
+  // Pairs of features whose 18-DOPs over the whole step, grown by `inflation` [m] each, meet, and which pass keep(kind, key),
   // which several threads call at once.
   using Keep = std::function<bool(ContactKind, PairKey)>;
   void swept_pairs(const Team& team, const Points& x0, const Points& x1, double inflation,
                    const std::vector<Index>& which, const Keep& keep, std::vector<FeaturePairs>& found);
 
- private:
-  struct SurfaceTrees {
-    BoxTree vertices, edges, faces;
-    bool built = false;
-    double built_surface = 0.0;  // of the leaf groups of faces right after ordering [m^2]
-  };
+  std::size_t bytes() const;  // of all trees
 
-  void refit(const Team& team, Index surface, const Points& x0, const Points* x1, double inflation);
-  bool excluded(Index pair, ContactKind kind, Index a, Index b) const;
+ private:
+  void refit(const Team& team, Index surface, const Points& x0, const Points& x1, double inflation, bool may_rebuild);
+  bool attached(ContactKind kind, Index a, Index b) const;
   template <class KeepPair>
   void collect(const Team& team, const std::vector<Index>& which, KeepPair&& keep, std::vector<FeaturePairs>& found);
 
   const CollisionModel& model_;
   const std::vector<SurfacePair>& pairs_;
-  std::vector<SurfaceTrees> trees_;
-  std::vector<std::vector<Index>> edges_of_surface_;
-  std::vector<Box> boxes_;
+  std::vector<ClusterTree> trees_;  // of each surface
+  std::vector<Slabs> vertex_slabs_;
 };
 
 }  // namespace loomstone

@@ -47,6 +47,27 @@ void parallel_ranges(const Team& team, Index n, Index grain, Body&& body) {
   if (failure) std::rethrow_exception(failure);
 }
 
+// Calls body(i) for every i of [0, n), each a task of its own that an idle thread takes: for work of uneven size.
+template <class Body>
+void parallel_tasks(const Team& team, Index n, Body&& body) {
+  if (team.threads <= 1 || n <= 1) {
+    for (Index i = 0; i < n; ++i) body(i);
+    return;
+  }
+  check_not_forked();
+  std::exception_ptr failure;
+#pragma omp parallel for num_threads(team.threads) schedule(dynamic, 1)
+  for (Index i = 0; i < n; ++i) {
+    try {
+      body(i);
+    } catch (...) {
+#pragma omp critical(loomstone_failure)
+      if (!failure) failure = std::current_exception();
+    }
+  }
+  if (failure) std::rethrow_exception(failure);
+}
+
 // Calls body(i) for every i of [0, n).
 template <class Body>
 void parallel_for(const Team& team, Index n, Body&& body, Index grain = 512) {

@@ -1,4 +1,4 @@
-"""Collision queries on arrays, usable without a scene: exact continuous tests and exact intersection counts.
+"""Collision queries on arrays, usable without a scene: candidate pairs, exact continuous tests, exact intersection counts.
 
 >>> import numpy as np
 >>> from loomstone import collision
@@ -9,6 +9,6 @@
 (True, True)
 """
 
-from ._core import continuous, intersecting_pairs
+from ._core import candidates, continuous, intersecting_pairs
 
-__all__ = ["continuous", "intersecting_pairs"]
+__all__ = ["candidates", "continuous", "intersecting_pairs"]

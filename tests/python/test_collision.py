@@ -125,3 +125,27 @@ def test_continuous_gives_a_time_before_the_contact_and_names_bad_input():
     queries[1, 3, 0] = np.nan
     with pytest.raises(ls.InvalidInput, match="query 1 is not"):
         collision.continuous("edge-edge", queries)
+
+
+def test_candidates_of_all_engines_and_their_bad_input():
+    mesh = ls.grid(size=(0.2, 0.2), triangles=200)
+    random = np.random.default_rng(4)
+    x0 = mesh.vertices + random.normal(scale=0.02, size=mesh.vertices.shape)
+    x1 = x0 + random.normal(scale=0.005, size=x0.shape)
+    found = [collision.candidates(x0, x1, mesh.triangles, engine=e, threads=2) for e in ("clusters", "embree", "brute-force")]
+    assert len(found[0][0]) > 100 and len(found[0][1]) > 100
+    for vertex_face, edge_edge in found[1:]:
+        assert np.array_equal(vertex_face, found[0][0]) and np.array_equal(edge_edge, found[0][1])
+    more = collision.candidates(x0, x1, mesh.triangles, inflation=1e-3)
+    assert {*map(tuple, found[0][1])} < {*map(tuple, more[1])}
+    with pytest.raises(ls.InvalidInput, match='engine must be "clusters", "embree" or "brute-force", got "bvh"'):
+        collision.candidates(x0, x1, mesh.triangles, engine="bvh")
+    with pytest.raises(ls.InvalidInput, match="triangle 1 has 500"):
+        collision.candidates(x0, x1, [[0, 1, 2], [0, 1, 500]])
+    with pytest.raises(ls.InvalidInput, match="x1 must have as many rows"):
+        collision.candidates(x0, x1[:-1], mesh.triangles)
+    with pytest.raises(ls.InvalidInput, match="inflation must be at least 0 m"):
+        collision.candidates(x0, x1, mesh.triangles, inflation=-1.0)
+    x1[7, 1] = np.nan
+    with pytest.raises(ls.InvalidInput, match="vertex 7 is not"):
+        collision.candidates(x0, x1, mesh.triangles)

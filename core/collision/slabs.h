@@ -1,0 +1,82 @@
+// 18-DOPs (2.56): extents along nine directions with components in {-1, 0, 1}; three axes, which are looked at first, and six
+// diagonals, which are not normalised. Eight of them are kept component by component, to be compared at once. Floats rounded
+// outwards.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "core/base/types.h"
+
+namespace loomstone {
+
+inline constexpr int n_slabs = 9, n_axis_slabs = 3, slab_lanes = 8;
+
+struct Slabs {
+  float low[n_slabs];
+  float high[n_slabs];
+
+  void include(const Slabs& other) {
+    for (int k = 0; k < n_slabs; ++k) {
+      low[k] = std::min(low[k], other.low[k]);
+      high[k] = std::max(high[k], other.high[k]);
+    }
+  }
+};
+
+inline Slabs empty_slabs() {
+  Slabs slabs;
+  std::fill_n(slabs.low, n_slabs, std::numeric_limits<float>::infinity());
+  std::fill_n(slabs.high, n_slabs, -std::numeric_limits<float>::infinity());
+  return slabs;
+}
+
+inline bool overlapping(const Slabs& a, const Slabs& b) {
+  for (int k = 0; k < n_slabs; ++k)
+    if (a.low[k] > b.high[k] || b.low[k] > a.high[k]) return false;
+  return true;
+}
+
+// Of a point that moves from x0 to x1, grown so that points of two such that come within 2 * inflation overlap.
+inline Slabs slabs_of(const double* x0, const double* x1, double inflation) {
+  constexpr float outwards = 2.4e-7f, tiny = 1e-37f;  // more than half a unit of rounding to float
+  const double across = inflation * 1.4142135623730952;
+  Slabs slabs;
+  const auto set = [&](int k, double a, double b, double grow) {
+    const float low = static_cast<float>(std::min(a, b) - grow), high = static_cast<float>(std::max(a, b) + grow);
+    slabs.low[k] = low - std::abs(low) * outwards - tiny;
+    slabs.high[k] = high + std::abs(high) * outwards + tiny;
+  };
+  for (int k = 0; k < 3; ++k) {
+    const int l = (k + 1) % 3;
+    set(k, x0[k], x1[k], inflation);
+    set(3 + 2 * k, x0[k] + x0[l], x1[k] + x1[l], across);
+    set(4 + 2 * k, x0[k] - x0[l], x1[k] - x1[l], across);
+  }
+  return slabs;
+}
+
+// Eight, component by component. Empty lanes overlap nothing.
+struct alignas(32) SlabGroup {
+  float low[n_slabs][slab_lanes];
+  float high[n_slabs][slab_lanes];
+
+  void set(int lane, const Slabs& slabs) {
+    for (int k = 0; k < n_slabs; ++k) {
+      low[k][lane] = slabs.low[k];
+      high[k][lane] = slabs.high[k];
+    }
+  }
+  Slabs lane(int i) const {
+    Slabs slabs;
+    for (int k = 0; k < n_slabs; ++k) {
+      slabs.low[k] = low[k][i];
+      slabs.high[k] = high[k][i];
+    }
+    return slabs;
+  }
+};
+
+}  // namespace loomstone
