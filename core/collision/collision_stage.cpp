@@ -36,9 +36,9 @@ std::vector<Contact> CollisionStage::proximity(const Team& team, const Points& x
 }
 
 void CollisionStage::terms(const std::vector<Contact>& contacts, const Points& x0, const Points& v0,
-                           const Points& body_centres, double step, Index n_cloth, const ContactState& state,
+                           const Points& last_change, const Points& body_centres, double step, Index n_cloth, const ContactState& state,
                            ExtraTerms& terms, double& energy) {
-  contact_terms(data_->model, contacts, x0, v0, body_centres, step, n_cloth, state, terms, energy);
+  contact_terms(data_->model, contacts, x0, v0, last_change, body_centres, step, n_cloth, state, terms, energy);
 }
 
 void CollisionStage::update_anchors(const std::vector<Contact>& contacts, const Points& x0, const Points& x1,

@@ -57,8 +57,9 @@ class CollisionStage {
 
   // Terms for the implicit solve (notes/response.md 1-2): x0, v0 of all vertices, h, anchors in; velocities of scripted
   // vertices go into the drift. `body_centres` (b x 3). Penalty energy summed into `energy`.
-  void terms(const std::vector<Contact>& contacts, const Points& x0, const Points& v0, const Points& body_centres,
-             double step, Index n_cloth, const ContactState& state, ExtraTerms& terms, double& energy);
+  // `last_change` (n): of velocities in the last step, 0 where unknown.
+  void terms(const std::vector<Contact>& contacts, const Points& x0, const Points& v0, const Points& last_change,
+             const Points& body_centres, double step, Index n_cloth, const ContactState& state, ExtraTerms& terms, double& energy);
 
   // Anchors after the step, from the actual motion x0 -> x1.
   void update_anchors(const std::vector<Contact>& contacts, const Points& x0, const Points& x1, ContactState& state);

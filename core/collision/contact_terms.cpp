@@ -60,7 +60,7 @@ void set_entries(const CollisionModel& model, const Contact& contact, const Poin
 }  // namespace
 
 void contact_terms(const CollisionModel& model, const std::vector<Contact>& contacts, const Points& x0, const Points& v0,
-                   const Points& body_centres, double step, Index n_cloth, const ContactState& state, ExtraTerms& terms,
+                   const Points& last_change, const Points& body_centres, double step, Index n_cloth, const ContactState& state, ExtraTerms& terms,
                    double& energy) {
   const std::vector<double> shares = contact_shares(contacts, model, x0);
   const std::vector<Vec3> slips = anchored_slips(contacts, model, state);
@@ -77,8 +77,10 @@ void contact_terms(const CollisionModel& model, const std::vector<Contact>& cont
     const Mat3 tangent = tangent_projector(n);
     const Vec3 predicted = step * (tangent * weighted(contact, v0));
     const double stiffness = shares[c] * model.contact_stiffness;
-    const FrictionResponse friction =
-        friction_response(slips[c], predicted, tangent, stiffness, contact.friction * shares[c] * normal.force);
+    const Vec3 gained = step * (tangent * weighted(contact, last_change));
+    const double limit = contact.friction * shares[c] * normal.force;
+    const FrictionResponse friction = friction_response(
+        slips[c], sped_up(slips[c], predicted, gained, stiffness, limit), tangent, stiffness, limit);
 
     term.gradient = -shares[c] * normal.force * n + friction.gradient;
     term.hessian = shares[c] * normal.stiffness * (Mat3::Identity() - tangent) + friction.hessian;

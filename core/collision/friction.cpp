@@ -45,6 +45,13 @@ FrictionResponse friction_response(const Vec3& slip, const Vec3& predicted, cons
   return {limit / size * trial - secant * predicted, secant * tangent};
 }
 
+Vec3 sped_up(const Vec3& slip, const Vec3& predicted, const Vec3& gained, double stiffness, double limit) {
+  const double size2 = predicted.squaredNorm();
+  if (!(size2 > 0.0) || !(slip.dot(predicted) > 0.0)) return predicted;
+  if (stiffness * (slip + predicted).norm() <= limit) return predicted;  // sticks
+  return (1.0 + std::clamp(gained.dot(predicted) / size2, 0.0, 1.0)) * predicted;
+}
+
 Vec3 slip_after(const Vec3& slip, const Vec3& actual, double stiffness, double limit) {
   const Vec3 trial = slip + actual;
   const double size = trial.norm(), largest = limit / stiffness;

@@ -16,6 +16,11 @@ struct FrictionResponse {
 FrictionResponse friction_response(const Vec3& slip, const Vec3& predicted, const Mat3& tangent, double stiffness,
                                    double limit);
 
+// The slip u of a step, where the last one was shorter by `gained`: a contact that slides on and speeds up is expected to go on
+// so, at most to twice the slip. Without this the secant stiffness, which belongs to the speed of
+// the step before, makes friction too large by h / t of itself after a time t of sliding.
+Vec3 sped_up(const Vec3& slip, const Vec3& predicted, const Vec3& gained, double stiffness, double limit);
+
 // Slip after the step: s + u of the actual motion, clipped to limit / k.
 Vec3 slip_after(const Vec3& slip, const Vec3& actual, double stiffness, double limit);
 

@@ -139,7 +139,7 @@ std::int64_t Stepper::take(State& state, StepOutcome& outcome, StepPart part) {
     report.contact_energy = 0.0;
     if (collision_ && model_.cloth.n_vertices > 0) contacts_ = collision_->proximity(team_, x0_);
     if (collision_ && contacts_in_solve_) {
-      collision_->terms(contacts_, x0_, v0_, state.rigid.positions, step_, model_.cloth.n_vertices, state.contacts, terms_,
+      collision_->terms(contacts_, x0_, v0_, last_change_, state.rigid.positions, step_, model_.cloth.n_vertices, state.contacts, terms_,
                         report.contact_energy);
     }
     if (integrator_->implicit()) add_attachments(state, terms_);
@@ -179,6 +179,9 @@ void Stepper::loads(const State& state) {
       const Index vertex = model_.bodies[b].first + i;
       v0_.row(vertex) = velocity_at(state.rigid, static_cast<Index>(b), x0_.row(vertex).transpose()).transpose();
     }
+  // What the last step has changed is expected of this one: sliding contacts lag behind less.
+  last_change_ = Points::Zero(x0_.rows(), 3);
+  if (state.cloth.last_change.rows() == model_.n_rows()) last_change_.topRows(n) = state.cloth.last_change.topRows(n);
   v0_.bottomRows(next_obstacles_.rows()) = (next_obstacles_ - state.obstacle_vertices) / h;
 
   force_ = state.external_force;

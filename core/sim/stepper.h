@@ -65,7 +65,7 @@ class Stepper {
   double step_ = 0.0, start_time_ = 0.0, end_time_ = 0.0, share_ = 1.0;
   std::vector<std::uint8_t> fixed_;
   Vector inverse_mass_;
-  Points force_, target_, next_obstacles_, x0_, v0_, x1_, body_velocity_, predicted_body_velocity_;
+  Points force_, target_, next_obstacles_, x0_, v0_, last_change_, x1_, body_velocity_, predicted_body_velocity_;
   std::vector<Mat3> body_blocks_;
   std::vector<RigidPose> start_poses_;   // of bodies
   std::vector<Contact> contacts_;

@@ -23,7 +23,7 @@ Assembled assemble(const TestScene& scene, const Points& x, const Points& v, con
   Assembled result;
   CollisionStage stage(scene.model);
   result.contacts = stage.proximity(Team{1}, x);
-  stage.terms(result.contacts, x, v, centres, 1e-3, n_cloth, state, result.terms, result.energy);
+  stage.terms(result.contacts, x, v, Points::Zero(x.rows(), 3), centres, 1e-3, n_cloth, state, result.terms, result.energy);
   return result;
 }
 

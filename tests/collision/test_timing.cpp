@@ -61,7 +61,7 @@ TEST_CASE("time of a step", "[.timing]") {
         const double t1 = milliseconds(threads) - t0;
         terms.clear();
         double energy = 0.0;
-        stage.terms(contacts, x, x1, Points(0, 3), 1e-3, n, state, terms, energy);
+        stage.terms(contacts, x, x1, Points::Zero(x.rows(), 3), Points(0, 3), 1e-3, n, state, terms, energy);
         stage.update_anchors(contacts, x, x1, state);
         const double t2 = milliseconds(threads) - t0;
         std::vector<std::uint8_t> moved;
