@@ -200,3 +200,63 @@ TEST_CASE("a step that fails at its full length is taken in parts, with the same
     CHECK(same(one.checkpoint(), resumed.checkpoint()));
   }
 }
+
+TEST_CASE("poses and pins that the user has set are reached through the parts of a step") {
+  Scene scene = press(1e-4, 0.02);
+  scene.cloths[0].mesh = share(grid_cells(0.1, 0.1, 8, 8).moved(Vec3(0, 0, 0.02)));
+  scene.cloths[0].pins = {0};
+  for (Obstacle& plate : scene.obstacles) {
+    plate.mesh = share(floor_square(0.3, 2).moved(Vec3(0.002, 0.001, plate.name == "upper" ? 0.05 : -0.05)));
+    plate.times.clear();
+    plate.positions.resize(0, 3);
+  }
+  Simulation sim(scene, step_of(0.02), 1);
+  // The plates turn by 0.4 each way and close to 0.1 mm at once; the pinned corner goes down with them.
+  Points targets = sim.positions();
+  targets(0, 2) = 0.0;
+  sim.set_pin_targets(targets);
+  sim.set_obstacle_pose(0, Vec3(0, 0, -0.05 + 5e-5), Vec4(std::cos(0.2), 0, 0, std::sin(0.2)));
+  sim.set_obstacle_pose(1, Vec3(0, 0, 0.05 - 5e-5), Vec4(std::cos(0.2), 0, 0, -std::sin(0.2)));
+  sim.step();
+  CHECK(sim.report().substeps > 1);
+  CHECK(sim.report().unresolved == 0);
+  for (const auto& pair : sim.intersecting_pairs()) CHECK(pair[0] >= 128);
+  CHECK(sim.positions().row(0) == targets.row(0));
+  const Points bodies = sim.frame().body_positions, local = scene.obstacles[0].mesh->vertices();
+  const Mat3 turn = Eigen::AngleAxisd(0.4, Vec3::UnitZ()).toRotationMatrix();
+  for (Index i = 0; i < local.rows(); ++i)
+    CHECK((bodies.row(i).transpose() - (turn * local.row(i).transpose() + Vec3(0, 0, -0.05 + 5e-5))).norm() < 1e-15);
+}
+
+TEST_CASE("explicit integrators keep the thickness as gap, with cloth, obstacle and free body, and resume bit for bit") {
+  Scene scene = drum(0.2, 8);
+  scene.cloths[0].mesh = share(grid_cells(0.2, 0.2, 8, 8).moved(Vec3(0, 0, 0.05)));
+  scene.cloths[0].pins = {0, 8, 72, 80};
+  Cloth lower = scene.cloths[0];
+  lower.name = "lower";
+  lower.pins.clear();
+  lower.mesh = share(grid_cells(0.1, 0.1, 5, 5).moved(Vec3(0.003, 0.002, 2.1e-3)));
+  scene.cloths.push_back(lower);
+  Obstacle ground;
+  ground.name = "floor";
+  ground.mesh = share(floor_square(0.6, 6));
+  ground.thickness = 2e-3;
+  scene.obstacles.push_back(ground);
+  scene.bodies.push_back(ball(0.02, 50.0, Vec3(0.004, 0.003, 0.08), Vec3(0, 0, -0.5)));
+  scene.bodies[0].thickness = 2e-3;
+  scene.rigid_rebuild_interval = 100;
+  Simulation sim(scene, step_of(2e-4, "symplectic-euler"), 1), resumed(scene, step_of(2e-4, "symplectic-euler"), 3);
+  double lowest = 1.0;
+  for (int i = 0; i < 800; ++i) {
+    sim.step();
+    if (i == 599) resumed.restore(sim.checkpoint());
+    if (i >= 600) resumed.step();
+    lowest = std::min(lowest, sim.positions().bottomRows(36).col(2).minCoeff());
+    REQUIRE(sim.report().unresolved == 0);
+  }
+  CHECK(same(sim.checkpoint(), resumed.checkpoint()));
+  CHECK(sim.intersecting_pairs().empty());
+  CHECK(lowest > 0.99 * 2e-3);                      // the free sheet rests on the floor at its thickness
+  CHECK(sim.positions().bottomRows(36).col(2).maxCoeff() < 2.2e-3);
+  CHECK(sim.body_positions()(0, 2) > 0.04);         // caught by the sheet that hangs from its corners, half way to the floor
+}
