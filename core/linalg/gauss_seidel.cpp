@@ -6,6 +6,9 @@
 // (S + L) S^-1 (S + L)^T with S = D + diag(E). In r^ = (S + L)^-1 r and p^ = (S + L)^T p the matrix becomes
 //   A^ p^ = t + (S + L)^-1 (p^ - S t + (E - diag E) t),   t = (S + L)^-T p^,
 // with S as preconditioner, and p^ - S t = L^T t falls out of the backward sweep.
+// The sweeps are bound by memory: L and L^T are kept in single precision, in the order in which the sweeps read them. D makes
+// up for the rounding, so that row sums, and with them the mass of a common translation, stay those of A: what changes is
+// each stiffness, by 6e-8 of itself. The residual that A leaves, in double precision, decides when to stop.
 // One thread, one rank: the sweeps are sequential.
 #include <algorithm>
 #include <cmath>
@@ -21,6 +24,9 @@ namespace loomstone {
 namespace {
 
 const Team one_thread{1};
+
+// A and what the sweeps use of it differ by 6e-8: a fall of the iterated residual is trusted this far.
+constexpr double trusted_fall = 1e-6;
 
 // Order of rows in which neighbours in the list do not wait for one another: by level of dependency, a row's level being
 // one more than the largest of the earlier rows it is coupled to. The result of a sweep does not depend on it.
@@ -39,25 +45,39 @@ std::vector<Index> order_by_level(const BlockMatrix* matrix, Index n_rows) {
   return order;
 }
 
+// Blocks of the rows in the order of the sweeps, nine floats each.
+struct Triangle {
+  std::vector<Index> start, columns;  // (rows + 1) by place in the order; (blocks)
+  std::vector<float> values;          // 3 more at the end so that a column may be loaded 4 wide
+
+  void add(Index column, const double* block) {
+    columns.push_back(column);
+    for (int k = 0; k < 9; ++k) values.push_back(static_cast<float>(block[k]));
+  }
+};
+
 struct Sweep {
-  const Index *order, *row_start, *columns, *diagonal;
-  const double *values, *inverse;  // blocks of the matrix; S^-1 (12 a row)
-  Index n_cloth, n_rows;
+  const Index* order;
+  const Triangle &lower, &upper;
+  const double* inverse;  // S^-1, 12 a row
+  Index n_rows;
 };
 
 LOOMSTONE_INLINE Quad block_times(const double* padded, const Quad& v) {
   return (quad_load(padded) * v[0] + quad_load(padded + 4) * v[1]) + quad_load(padded + 8) * v[2];
 }
 
-// Sum of blocks k of [begin, end) times their rows of v.
-LOOMSTONE_INLINE Quad gather_blocks(const Sweep& s, Index begin, Index end, const double* v) {
+LOOMSTONE_INLINE Quad widened(const float* p) { return __builtin_convertvector(quad_load(p), Quad); }
+
+// Sum of the blocks of a place times their rows of v.
+LOOMSTONE_INLINE Quad gather_blocks(const Triangle& blocks, Index place, const double* v) {
   Quad sum0{}, sum1{}, sum2{};
-  for (Index k = begin; k < end; ++k) {
-    const double* a = s.values + 9 * static_cast<std::size_t>(k);
-    const double* u = v + 4 * static_cast<std::size_t>(s.columns[k]);
-    sum0 += quad_load(a) * u[0];
-    sum1 += quad_load(a + 3) * u[1];
-    sum2 += quad_load(a + 6) * u[2];
+  for (Index k = blocks.start[place]; k < blocks.start[place + 1]; ++k) {
+    const float* a = blocks.values.data() + 9 * static_cast<std::size_t>(k);
+    const double* u = v + 4 * static_cast<std::size_t>(blocks.columns[k]);
+    sum0 += widened(a) * u[0];
+    sum1 += widened(a + 3) * u[1];
+    sum2 += widened(a + 6) * u[2];
   }
   Quad sum = (sum0 + sum1) + sum2;
   sum[3] = 0.0;
@@ -68,11 +88,9 @@ LOOMSTONE_INLINE Quad gather_blocks(const Sweep& s, Index begin, Index end, cons
 LOOMSTONE_CLONES
 void sweep_backward(const Sweep& s, double beta, const double* z, double* p, double* t, double* u) {
   for (Index place = s.n_rows; place-- > 0;) {
-    const Index row = s.order[place];
-    const std::size_t i = 4 * static_cast<std::size_t>(row);
+    const std::size_t i = 4 * static_cast<std::size_t>(s.order[place]);
     const Quad direction = quad_load(z + i) + beta * quad_load(p + i);
-    Quad upper{};
-    if (row < s.n_cloth) upper = gather_blocks(s, s.diagonal[row] + 1, s.row_start[row + 1], t);
+    const Quad upper = gather_blocks(s.upper, place, t);
     quad_store(p + i, direction);
     quad_store(u + i, upper);
     quad_store(t + i, block_times(s.inverse + 3 * i, direction - upper));
@@ -83,10 +101,8 @@ void sweep_backward(const Sweep& s, double beta, const double* z, double* p, dou
 LOOMSTONE_CLONES
 void sweep_forward(const Sweep& s, double* u) {
   for (Index place = 0; place < s.n_rows; ++place) {
-    const Index row = s.order[place];
-    const std::size_t i = 4 * static_cast<std::size_t>(row);
-    Quad lower{};
-    if (row < s.n_cloth) lower = gather_blocks(s, s.row_start[row], s.diagonal[row], u);
+    const std::size_t i = 4 * static_cast<std::size_t>(s.order[place]);
+    const Quad lower = gather_blocks(s.lower, place, u);
     quad_store(u + i, block_times(s.inverse + 3 * i, quad_load(u + i) - lower));
   }
 }
@@ -131,7 +147,7 @@ class GaussSeidel final : public LinearSolver {
     check_system(system, b, x);
     prepare(system);
     const double start_norm = start(system, b, x);
-    const LinearReport report = iterate(start_norm);
+    const LinearReport report = iterate(system, start_norm);
     for (Index row = 0; row < n_rows_; ++row)
       if (!is_fixed(system, row)) x.row(row) = x_.segment<3>(4 * row).transpose();
     return report;
@@ -154,37 +170,46 @@ class GaussSeidel final : public LinearSolver {
     diagonal_.resize(12 * n_rows_);
     terms_.build(system.terms, system.term_scale, *system.layout);
     term_diagonals_.clear();
+    for (Triangle* blocks : {&lower_, &upper_}) blocks->start.assign(1, 0), blocks->columns.clear(), blocks->values.clear();
     Index bad_row = -1;
-    for (Index row = 0; row < n_rows_; ++row) {
-      Eigen::Map<Eigen::Matrix<double, 4, 3>> inverse(inverse_.data() + 12 * row), diagonal(diagonal_.data() + 12 * row);
-      inverse.setZero();
-      diagonal.setZero();
-      if (is_fixed(system, row)) continue;
-      if (terms_.touches(row)) term_diagonals_.push_back({row, terms_.diagonal(row)});
-      const Mat3 block = diagonal_block(system, terms_, row);
-      Mat3 inverted;
-      if (!invert_positive_definite(block, inverted)) {
-        if (bad_row < 0) bad_row = row;
-        continue;
-      }
-      inverse.topRows<3>() = inverted;
-      diagonal.topRows<3>() = block;
-    }
+    for (const Index row : order_)
+      if (!prepare_row(system, row) && (bad_row < 0 || row < bad_row)) bad_row = row;
+    for (Triangle* blocks : {&lower_, &upper_}) blocks->values.resize(blocks->values.size() + 3);
     refuse_indefinite_row(system, bad_row);
-    sweep_ = {order_.data(), nullptr, nullptr, nullptr, nullptr, inverse_.data(), n_cloth, n_rows_};
-    if (n_cloth > 0) {
-      sweep_.row_start = system.matrix->row_start().data();
-      sweep_.columns = system.matrix->columns().data();
-      sweep_.diagonal = system.matrix->diagonal().data();
-      sweep_.values = system.matrix->block(0);
-    }
   }
+
+  // Blocks of the row, its S and S^-1 (zero where it is fixed); false where S is not positive definite.
+  bool prepare_row(const LinearSystem& system, Index row) {
+    Eigen::Map<Eigen::Matrix<double, 4, 3>> inverse(inverse_.data() + 12 * row), diagonal(diagonal_.data() + 12 * row);
+    inverse.setZero();
+    diagonal.setZero();
+    Mat3 block = diagonal_block(system, terms_, row);
+    if (row < n_cloth_rows(system)) {
+      const BlockMatrix& a = *system.matrix;
+      for (Index k = a.row_start()[row]; k < a.row_start()[row + 1]; ++k) {
+        if (k == a.diagonal()[row]) continue;
+        (k < a.diagonal()[row] ? lower_ : upper_).add(a.columns()[k], a.block(k));
+        block += a.block_map(k) - a.block_map(k).cast<float>().cast<double>();
+      }
+    }
+    for (Triangle* blocks : {&lower_, &upper_}) blocks->start.push_back(static_cast<Index>(blocks->columns.size()));
+    if (is_fixed(system, row)) return true;
+    if (terms_.touches(row)) term_diagonals_.push_back({row, terms_.diagonal(row)});
+    block = (0.5 * (block + block.transpose())).eval();
+    Mat3 inverted;
+    if (!invert_positive_definite(block, inverted)) return false;
+    inverse.topRows<3>() = inverted;
+    diagonal.topRows<3>() = block;
+    return true;
+  }
+
+  Sweep sweep() const { return {order_.data(), lower_, upper_, inverse_.data(), n_rows_}; }
 
   // r_ = (S + L)^-1 (b - A x), z_ = S r_; returns the preconditioned norm.
   double transformed_residual(const LinearSystem& system) {
     for (Index row = 0; row < n_rows_; ++row)
       if (is_fixed(system, row)) r_.segment<4>(4 * row).setZero();
-    sweep_forward(sweep_, r_.data());
+    sweep_forward(sweep(), r_.data());
     t_.setZero();
     rz_ = take_step(n_rows_, 0.0, t_.data(), t_.data(), diagonal_.data(), x_.data(), r_.data(), z_.data());
     return std::sqrt(rz_);
@@ -204,42 +229,53 @@ class GaussSeidel final : public LinearSolver {
       r_.segment<4>(4 * row) << b.row(row).transpose(), 0.0;
     }
     if (system.fixed != nullptr) subtract_product(system, p_);  // prescribed values, to the right side
-    w_ = r_;
+    right_ = r_;
     b_norm_ = transformed_residual(system);
     if (!std::isfinite(b_norm_)) throw_not_finite(system, b, guess);
     if (x_.isZero(0.0)) return b_norm_;
-    r_ = w_;
+    r_ = right_;
     subtract_product(system, x_);
     const double guess_norm = transformed_residual(system);
     if (std::isfinite(guess_norm) && guess_norm < b_norm_) return guess_norm;
     x_.setZero();
-    r_ = w_;
+    r_ = right_;
     return transformed_residual(system);
   }
 
-  LinearReport iterate(double start_norm) {
+  LinearReport iterate(const LinearSystem& system, double norm) {
     LinearReport report;
     if (b_norm_ == 0.0) return report;  // x = 0 on free rows is exact
     const double goal = options_.tolerance * b_norm_;
-    double norm = start_norm, beta = 0.0;
-    p_.setZero();
-    t_.setZero();
     while (norm > goal && report.iterations < options_.max_iterations) {
-      sweep_backward(sweep_, beta, z_.data(), p_.data(), t_.data(), w_.data());
-      add_terms();
-      sweep_forward(sweep_, w_.data());
-      const double curvature = curvature_along(n_rows_, p_.data(), t_.data(), w_.data());
-      if (!(curvature > 0.0) || !std::isfinite(curvature)) throw_indefinite("gauss-seidel", report.iterations + 1);
-      const double rz = take_step(n_rows_, rz_ / curvature, t_.data(), w_.data(), diagonal_.data(), x_.data(),
-                                  r_.data(), z_.data());
-      beta = rz / rz_;
-      rz_ = rz;
-      norm = std::sqrt(rz);
-      ++report.iterations;
+      const double before = norm;
+      run(std::max(0.99 * goal, trusted_fall * norm), report.iterations);
+      r_ = right_;
+      subtract_product(system, x_);
+      norm = transformed_residual(system);
+      if (!(norm < 0.5 * before)) break;  // rounding of double precision
     }
     report.residual = norm / b_norm_;
     report.converged = norm <= goal;
     return report;
+  }
+
+  // Iterates from r_ until the iterated norm is below `reach`.
+  void run(double reach, int& iterations) {
+    double beta = 0.0;
+    p_.setZero();
+    t_.setZero();
+    while (std::sqrt(rz_) > reach && iterations < options_.max_iterations) {
+      sweep_backward(sweep(), beta, z_.data(), p_.data(), t_.data(), w_.data());
+      add_terms();
+      sweep_forward(sweep(), w_.data());
+      const double curvature = curvature_along(n_rows_, p_.data(), t_.data(), w_.data());
+      if (!(curvature > 0.0) || !std::isfinite(curvature)) throw_indefinite("gauss-seidel", iterations + 1);
+      const double rz = take_step(n_rows_, rz_ / curvature, t_.data(), w_.data(), diagonal_.data(), x_.data(),
+                                  r_.data(), z_.data());
+      beta = rz / rz_;
+      rz_ = rz;
+      ++iterations;
+    }
   }
 
   // w += (E - diag E) t
@@ -263,9 +299,9 @@ class GaussSeidel final : public LinearSolver {
   };
   std::vector<RowBlock> term_diagonals_;  // of free rows
   TermRows terms_;
-  Sweep sweep_{};
+  Triangle lower_, upper_;
   Index n_rows_ = 0;
-  Vector x_, r_, z_, p_, t_, w_, inverse_, diagonal_;
+  Vector right_, x_, r_, z_, p_, t_, w_, inverse_, diagonal_;
   double rz_ = 0.0, b_norm_ = 0.0;
 };
 

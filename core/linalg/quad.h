@@ -1,4 +1,4 @@
-// A row of a vector with four doubles a row, the fourth zero, worked at once.
+// A row of a vector with four numbers a row, the fourth zero, worked at once.
 #pragma once
 
 #include "core/base/simd.h"
@@ -6,6 +6,7 @@
 namespace loomstone {
 
 typedef double Quad __attribute__((vector_size(32)));
+typedef float FloatQuad __attribute__((vector_size(16)));
 
 LOOMSTONE_INLINE Quad quad_load(const double* p) {
   Quad r;
@@ -14,6 +15,14 @@ LOOMSTONE_INLINE Quad quad_load(const double* p) {
 }
 
 LOOMSTONE_INLINE void quad_store(double* p, const Quad& a) { __builtin_memcpy(p, &a, sizeof(Quad)); }
+
+LOOMSTONE_INLINE FloatQuad quad_load(const float* p) {
+  FloatQuad r;
+  __builtin_memcpy(&r, p, sizeof(FloatQuad));
+  return r;
+}
+
+LOOMSTONE_INLINE void quad_store(float* p, const FloatQuad& a) { __builtin_memcpy(p, &a, sizeof(FloatQuad)); }
 
 // Sum of lanes in order.
 LOOMSTONE_INLINE double quad_sum(const Quad& a) { return ((a[0] + a[1]) + a[2]) + a[3]; }

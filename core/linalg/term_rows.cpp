@@ -33,25 +33,34 @@ void TermRows::build(const ExtraTerms* terms, double scale, const RowLayout& lay
   forces_.resize(n_terms);
 }
 
-void TermRows::evaluate(const Team& team, const double* x) {
+template <class Scalar>
+void TermRows::evaluate(const Team& team, const Scalar* x) {
   parallel_for(
       team, static_cast<Index>(involved_.size()),
       [&](Index i) {
         const ExtraTerm& term = (*terms_)[involved_[i]];
         Vec3 u = Vec3::Zero();
         for (int e = 0; e < term.n_entries; ++e)
-          u += term.entries[e].apply(Eigen::Map<const Vec3>(x + 4 * static_cast<std::size_t>(term.entries[e].row)));
+          u += term.entries[e].apply(
+              Eigen::Map<const Eigen::Vector3<Scalar>>(x + 4 * static_cast<std::size_t>(term.entries[e].row))
+                  .template cast<double>());
         forces_[involved_[i]] = scale_ * (term.hessian * u);
       },
       128);
 }
 
-void TermRows::add(Index row, double* y) const {
+template <class Scalar>
+void TermRows::add(Index row, Scalar* y) const {
   for (Index k = row_start_[row]; k < row_start_[row + 1]; ++k) {
     const Vec3 force = (*terms_)[slots_[k].term].entries[slots_[k].entry].apply_transposed(forces_[slots_[k].term]);
-    for (int c = 0; c < 3; ++c) y[c] += force[c];
+    for (int c = 0; c < 3; ++c) y[c] += static_cast<Scalar>(force[c]);
   }
 }
+
+template void TermRows::evaluate(const Team&, const double*);
+template void TermRows::evaluate(const Team&, const float*);
+template void TermRows::add(Index, double*) const;
+template void TermRows::add(Index, float*) const;
 
 Mat3 TermRows::diagonal(Index row) const {
   Mat3 sum = Mat3::Zero();

@@ -17,10 +17,12 @@ class TermRows {
   bool empty() const { return involved_.empty(); }
   bool touches(Index row) const { return !empty() && row_start_[row + 1] > row_start_[row]; }
 
-  // Force of every term that touches an owned row, at x (4 doubles a row).
-  void evaluate(const Team& team, const double* x);
-  // y += sum J^T force over the terms of an owned row (4 doubles).
-  void add(Index row, double* y) const;
+  // Force of every term that touches an owned row, at x (4 numbers a row).
+  template <class Scalar>
+  void evaluate(const Team& team, const Scalar* x);
+  // y += sum J^T force over the terms of an owned row (4 numbers).
+  template <class Scalar>
+  void add(Index row, Scalar* y) const;
   // sum J^T (scale H) J over the terms of a row.
   Mat3 diagonal(Index row) const;
 

@@ -38,32 +38,31 @@ double RowLayout::ordered_sum(std::vector<double>& block_sums) const {
   return total;
 }
 
-void RowLayout::exchange(const Halo& halo, double* rows, Index stride) const {
+void RowLayout::exchange_rows(const Halo& halo, void* rows, std::size_t row_bytes) const {
   if (single()) return;
-  std::size_t n_values = 0;
-  for (const Halo::Neighbour& neighbour : halo.neighbours)
-    n_values += static_cast<std::size_t>(stride) * (neighbour.send.size() + neighbour.receive.size());
-  std::vector<double> buffer(n_values);
+  std::size_t n_rows = 0;
+  for (const Halo::Neighbour& neighbour : halo.neighbours) n_rows += neighbour.send.size() + neighbour.receive.size();
+  std::vector<std::byte> buffer(n_rows * row_bytes);
   std::vector<Communicator::Message> to, from;
-  double* next = buffer.data();
+  std::byte* next = buffer.data();
   const auto message = [&](int rank, std::size_t n) {
-    const Communicator::Message made{rank, next, n * stride * sizeof(double)};
-    next += n * stride;
+    const Communicator::Message made{rank, next, n * row_bytes};
+    next += n * row_bytes;
     return made;
   };
-  const auto row_at = [&](Index row) { return rows + static_cast<std::size_t>(row) * stride; };
+  const auto row_at = [&](Index row) { return static_cast<std::byte*>(rows) + static_cast<std::size_t>(row) * row_bytes; };
   for (const Halo::Neighbour& neighbour : halo.neighbours) {
     to.push_back(message(neighbour.rank, neighbour.send.size()));
-    double* slot = static_cast<double*>(to.back().data);
-    for (const Index row : neighbour.send) slot = std::copy_n(row_at(row), stride, slot);
+    std::byte* slot = static_cast<std::byte*>(to.back().data);
+    for (const Index row : neighbour.send) slot = std::copy_n(row_at(row), row_bytes, slot);
     from.push_back(message(neighbour.rank, neighbour.receive.size()));
   }
   communicator_->exchange(to, from);
   for (std::size_t i = 0; i < halo.neighbours.size(); ++i) {
-    const double* slot = static_cast<const double*>(from[i].data);
+    const std::byte* slot = static_cast<const std::byte*>(from[i].data);
     for (const Index row : halo.neighbours[i].receive) {
-      std::copy_n(slot, stride, row_at(row));
-      slot += stride;
+      std::copy_n(slot, row_bytes, row_at(row));
+      slot += row_bytes;
     }
   }
 }

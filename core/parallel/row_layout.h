@@ -41,13 +41,16 @@ class RowLayout {
   // `block_sums` has an entry for every block of all rows; the owned ones are filled on entry, all on return.
   double ordered_sum(std::vector<double>& block_sums) const;
 
-  // Refreshes rows of a row-major array with `stride` doubles a row.
-  void exchange(const Halo& halo, double* rows, Index stride) const;
+  // Refreshes rows of a row-major array with `stride` numbers a row.
+  void exchange(const Halo& halo, double* rows, Index stride) const { exchange_rows(halo, rows, stride * sizeof(double)); }
+  void exchange(const Halo& halo, float* rows, Index stride) const { exchange_rows(halo, rows, stride * sizeof(float)); }
 
   // Refreshes all rows.
   void gather(double* rows, Index stride) const;
 
  private:
+  void exchange_rows(const Halo& halo, void* rows, std::size_t row_bytes) const;
+
   std::vector<Index> starts_;
   std::vector<std::size_t> sum_offsets_;  // of each rank's block sums [byte]
   std::shared_ptr<const Communicator> communicator_;
