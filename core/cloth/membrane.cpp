@@ -150,14 +150,13 @@ void Membrane::locate_blocks(const BlockMatrix& matrix, Index begin, Index end) 
 }
 
 namespace {
-void add_block(const double* elements, Index slot, double sum[9]) {
+// Where the entries of a block lie, and those of its transpose.
+constexpr Index entries[2][9] = {{0, 8, 16, 24, 32, 40, 48, 56, 64}, {0, 24, 48, 8, 32, 56, 16, 40, 64}};
+
+inline void add_block(const double* elements, Index slot, double sum[9]) {
   const double* b = elements + slot / 2;
-  if (slot % 2 == 0) {
-    for (int k = 0; k < 9; ++k) sum[k] += b[lanes * k];
-  } else {
-    for (int c = 0; c < 3; ++c)
-      for (int r = 0; r < 3; ++r) sum[3 * c + r] += b[lanes * (3 * r + c)];
-  }
+  const Index* entry = entries[slot % 2];
+  for (int k = 0; k < 9; ++k) sum[k] += b[entry[k]];
 }
 }  // namespace
 

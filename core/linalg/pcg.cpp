@@ -4,9 +4,8 @@
 //
 // The product is bound by memory, so the iteration works in single precision, on couplings (single_matrix.h); the solution
 // is summed in double precision, and the residual it really leaves, in double precision, decides when to stop. Where that
-// residual has drifted from the iterated one the iteration goes on from it (van der Vorst and Ye, "Residual replacement
-// strategies for Krylov subspace iterative methods", SIAM J. Sci. Comput. 22 (2000)). What single precision cannot solve is
-// solved in double precision.
+// residual has drifted from the iterated one the iteration goes on from it [VanDerVorst2000]. What single precision cannot
+// solve is solved in double precision.
 #include <algorithm>
 #include <cmath>
 

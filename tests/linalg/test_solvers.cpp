@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <cstring>
 
+#include "core/linalg/single_matrix.h"
 #include "tests/linalg/random_system.h"
 
 using namespace loomstone;
@@ -124,6 +125,53 @@ TEST_CASE("the preconditioned residual reaches the tolerance and no less is clai
   CHECK_FALSE(stopped.converged);
   CHECK(stopped.iterations == 3);
   CHECK(stopped.residual > 1e-8);
+}
+
+namespace {
+
+// The springs `factor` times as stiff, on the same masses.
+void stiffen(RandomSystem& system, double factor) {
+  BlockMatrix& a = system.matrix;
+  for (Index row = 0; row < a.n_rows(); ++row)
+    for (Index k = a.row_start()[row]; k < a.row_start()[row + 1]; ++k) {
+      const Mat3 mass = (k == a.diagonal()[row] ? 1.0 : 0.0) * Mat3::Identity();
+      a.block_map(k) = mass + factor * (a.block_map(k) - mass);
+    }
+}
+
+}  // namespace
+
+TEST_CASE("rounding the stiffness to single precision leaves the mass of a common translation alone") {
+  RandomSystem system = random_system(20, 0, 0);
+  stiffen(system, 1e6);
+  const Index n = system.matrix.n_rows();
+  SingleMatrix single;
+  single.resize(system.view());
+  for (Index row = 0; row < n; ++row) single.set_row(system.view(), row);
+  std::vector<float> x(4 * single.n_vector_rows(), 0.0f), y(x);
+  for (Index row = 0; row < n; ++row) x[4 * row] = 1.0f, x[4 * row + 1] = -2.0f, x[4 * row + 2] = 0.5f;
+  single.multiply(0, n, x.data(), y.data());
+  // Unit masses. What is left is the rounding of sums of 1e7 in double precision; single precision there would be 1.
+  for (Index row = 0; row < n; ++row)
+    for (int d = 0; d < 3; ++d) CHECK(std::abs(y[4 * row + d] - x[4 * row + d]) < 1e-6);
+}
+
+TEST_CASE("a system too stiff for single precision is solved all the same") {
+  RandomSystem system = random_system(20, 0, 0);
+  stiffen(system, 1e9);
+  std::fill(system.fixed.begin(), system.fixed.end(), 0);
+  system.x.setZero();
+  for (const char* method : {"pcg", "gauss-seidel"}) {
+    INFO(method);
+    LinearReport report;
+    const Points x = solved(system, {method, 1e-6, 20000}, 1, &report);
+    CHECK(report.converged);
+    // The residual by the dense matrix, in the norm of the diagonal (about 1e10): 1e-6 of that of the right side.
+    const Eigen::MatrixXd a = testing::dense_matrix(system.view());
+    const Vector b = Eigen::Map<const Vector>(system.b.data(), system.b.size());
+    const Vector r = b - a * Eigen::Map<const Vector>(x.data(), x.size());
+    CHECK(r.norm() < 1e-5 * b.norm());  // a diagonal that varies tenfold
+  }
 }
 
 TEST_CASE("symmetric Gauss-Seidel needs fewer iterations than block-Jacobi") {
