@@ -1,0 +1,46 @@
+"""Plots what `benchmark_step growth` printed: time of a step and iterations of the solver against the number of triangles.
+
+    build/tests/benchmarks/step/benchmark_step growth > growth.txt
+    python tests/benchmarks/step/plot_growth.py growth.txt docs/images/step_growth.png
+"""
+
+import sys
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+NAMES = {"pcg": "conjugate gradients", "direct": "CHOLMOD"}
+
+
+def read(path: Path) -> dict[tuple[str, float], list[tuple[int, int, float]]]:
+    """Triangles, iterations and products a step, by solver and step size [ms]."""
+    series: dict[tuple[str, float], list[tuple[int, int, float]]] = {}
+    for line in path.read_text().splitlines():
+        word = line.split()
+        if word and word[0] == "step":
+            series.setdefault((word[3], float(word[2])), []).append((int(word[1]), int(word[7]), float(word[10])))
+    return series
+
+
+def main(source: Path, target: Path) -> None:
+    figure, (times, counts) = plt.subplots(1, 2, figsize=(10, 4), constrained_layout=True)
+    for (solver, h), rows in sorted(read(source).items(), reverse=True):
+        triangles, iterations, products = zip(*sorted(rows))
+        line = "o-" if solver == "pcg" else "s--"
+        colour = "tab:blue" if h < 2 else "tab:orange"
+        times.loglog(triangles, products, line, color=colour, label=f"{NAMES[solver]}, {h:g} ms")
+        if solver == "pcg":
+            counts.loglog(triangles, iterations, line, color=colour, label=f"{h:g} ms")
+    times.set(xlabel="triangles", ylabel="time of a step / block product of 7,396 rows")
+    counts.set(xlabel="triangles", ylabel="iterations to 1e-4")
+    for axes in (times, counts):
+        axes.grid(which="both", alpha=0.3)
+        axes.legend()
+    figure.savefig(target, dpi=120)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), Path(sys.argv[2]))
