@@ -1500,4 +1500,4 @@ def write_png(path: str, image: typing.Annotated[numpy.typing.ArrayLike, numpy.u
     """
     Writes (height x width x 3) bytes as PNG.
     """
-__version__: str = '0.1.0'
+__version__: str
