@@ -8,11 +8,21 @@ namespace loomstone {
 
 void bind_parallel(py::module_& m) {
   py::classh<Communicator> c(m, "Communicator", "The ranks of one simulation.");
-  c.def_property_readonly("rank", &Communicator::rank);
-  c.def_property_readonly("size", &Communicator::size);
-  c.def("barrier", &Communicator::barrier, py::call_guard<py::gil_scoped_release>());
+  c.def_property_readonly("rank", &Communicator::rank, "number of this rank, from 0");
+  c.def_property_readonly("size", &Communicator::size, "number of ranks");
+  c.def("barrier", &Communicator::barrier, py::call_guard<py::gil_scoped_release>(), "Waits until all ranks are here.");
   c.def("maximum", &Communicator::maximum, py::arg("value"), py::call_guard<py::gil_scoped_release>(),
         "Largest value over all ranks.");
+  c.def("agree",
+        [](const Communicator& self, int kind, std::string text) {
+          const py::gil_scoped_release release;
+          self.agree(kind, text);
+          return std::pair(kind, text);
+        },
+        py::arg("kind"), py::arg("text"),
+        "Kind (0: none) and text of the failure of the lowest rank that has one, on all ranks. Where this rank failed and the\n"
+        "others do not come within ten seconds, ends them all.");
+  c.def_property_readonly("agreed", &Communicator::agreed, "Text of the last failure that ranks agreed on.");
   c.def("abort", &Communicator::abort, py::arg("code"), "Ends all ranks at once.");
   c.def("__repr__", [](const Communicator& self) {
     return "Communicator(rank " + std::to_string(self.rank()) + " of " + std::to_string(self.size()) + ")";

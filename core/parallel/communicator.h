@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "core/base/types.h"
@@ -30,6 +31,12 @@ class Communicator {
     std::size_t bytes;
   };
   virtual void exchange(const std::vector<Message>& to, const std::vector<Message>& from) const = 0;
+  // Failures, on a channel of their own, since they strike while others may wait in any call above. Gives kind (0: none) and
+  // text of the lowest rank that failed to all. Where this rank failed and the others do not come here within ten seconds, it
+  // ends them all: they wait for it elsewhere. One rank: leaves both as they are.
+  virtual void agree(int& kind, std::string& text) const { static_cast<void>(kind), static_cast<void>(text); }
+  // The last failure that ranks agreed on; empty on one rank.
+  virtual std::string agreed() const { return {}; }
   // Ends all ranks at once, for an error that only one of them met (else the others would wait for ever).
   [[noreturn]] virtual void abort(int code) const = 0;
 };

@@ -2,8 +2,11 @@
 #include <mpi.h>
 
 #include <algorithm>
+#include <chrono>
 #include <climits>
+#include <cstdio>
 #include <cstdlib>
+#include <thread>
 
 #include "core/parallel/mpi_plugin.h"
 
@@ -12,6 +15,7 @@ namespace loomstone {
 namespace {
 
 constexpr int exchange_tag = 4711;
+constexpr std::chrono::seconds patience{10};             // how long a rank that failed waits for the others
 constexpr std::size_t largest_message = std::size_t{1} << 30;  // [byte] MPI counts are ints
 
 bool finalised() {
@@ -28,11 +32,14 @@ class MpiCommunicator final : public Communicator {
  public:
   explicit MpiCommunicator(MPI_Comm original) {
     MPI_Comm_dup(original, &comm_);
+    MPI_Comm_dup(original, &failures_);
     MPI_Comm_rank(comm_, &rank_);
     MPI_Comm_size(comm_, &size_);
   }
   ~MpiCommunicator() override {
-    if (!finalised()) MPI_Comm_free(&comm_);
+    if (finalised()) return;
+    MPI_Comm_free(&comm_);
+    MPI_Comm_free(&failures_);
   }
   MpiCommunicator(const MpiCommunicator&) = delete;
   MpiCommunicator& operator=(const MpiCommunicator&) = delete;
@@ -85,12 +92,44 @@ class MpiCommunicator final : public Communicator {
     MPI_Waitall(static_cast<int>(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE);
   }
 
+  void agree(int& kind, std::string& text) const override {
+    const std::int64_t mine = kind == 0 ? 0 : size_ - rank_;
+    std::int64_t lowest = 0;
+    MPI_Request request;
+    MPI_Iallreduce(&mine, &lowest, 1, MPI_INT64_T, MPI_MAX, failures_, &request);
+    if (kind == 0) {
+      MPI_Wait(&request, MPI_STATUS_IGNORE);
+    } else if (!completes(request)) {
+      std::fprintf(stderr, "rank %d: %s\n", rank_, text.c_str());
+      abort(1);
+    }
+    if (lowest == 0) return;
+    const int root = size_ - static_cast<int>(lowest);
+    int shape[2] = {kind, static_cast<int>(text.size())};
+    MPI_Bcast(shape, 2, MPI_INT, root, failures_);
+    kind = shape[0];
+    text.resize(shape[1]);
+    MPI_Bcast(text.data(), shape[1], MPI_BYTE, root, failures_);
+    agreed_ = text;
+  }
+
+  std::string agreed() const override { return agreed_; }
+
   void abort(int code) const override {
     MPI_Abort(comm_, code);
     std::_Exit(code);
   }
 
  private:
+  static bool completes(MPI_Request& request) {
+    const auto end = std::chrono::steady_clock::now() + patience;
+    for (int done = 0; MPI_Test(&request, &done, MPI_STATUS_IGNORE) == MPI_SUCCESS && !done;) {
+      if (std::chrono::steady_clock::now() > end) return false;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return true;
+  }
+
   template <class Send>
   static void in_parts(const Message& message, Send&& send) {
     char* next = static_cast<char*>(message.data);
@@ -102,17 +141,18 @@ class MpiCommunicator final : public Communicator {
     }
   }
 
-  MPI_Comm comm_ = MPI_COMM_NULL;
+  MPI_Comm comm_ = MPI_COMM_NULL, failures_ = MPI_COMM_NULL;
   int rank_ = 0, size_ = 1;
   mutable std::vector<int> counts_, displacements_;   // scratch, kept to spare allocations
   mutable std::vector<MPI_Request> requests_;
+  mutable std::string agreed_;
 };
 
 }  // namespace
 
 }  // namespace loomstone
 
-extern "C" const loomstone::Communicator* loomstone_make_communicator_1(int fortran_handle, const char** problem) {
+extern "C" const loomstone::Communicator* loomstone_make_communicator_2(int fortran_handle, const char** problem) {
   using namespace loomstone;
   int initialised = 0;
   MPI_Initialized(&initialised);

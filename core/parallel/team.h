@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <exception>
 #include <vector>
 
@@ -15,6 +16,7 @@ inline constexpr Index rows_per_block = 128;
 
 struct Team {
   int threads = 1;
+  std::int64_t* iterations = nullptr;  // counts the loops' iterations, where somebody wants to know
 };
 
 // Number of threads to use when the user asks for none (processors this process may run on).
@@ -27,6 +29,7 @@ void check_not_forked();
 // The first exception is carried out of the loop. Do not nest.
 template <class Body>
 void parallel_ranges(const Team& team, Index n, Index grain, Body&& body) {
+  if (team.iterations) *team.iterations += n;
   const Index n_ranges = (n + grain - 1) / grain;
   if (team.threads <= 1 || n_ranges <= 1) {
     if (n > 0) body(Index{0}, n);
