@@ -2,10 +2,67 @@
 #include "core/sim/simulation.h"
 
 #include "bindings/bindings.h"
+#include "core/sim/state.h"
 
 namespace loomstone {
 
+namespace {
+
+py::array_t<std::uint8_t> flags(std::vector<std::uint8_t>& values, py::handle owner) {
+  return py::array_t<std::uint8_t>({static_cast<py::ssize_t>(values.size())}, {py::ssize_t{1}}, values.data(), owner);
+}
+
+void bind_state(py::module_& m) {
+  py::class_<State> c(m, "State",
+                      "The tables that change, as numpy views without copy: row sim.vertex_order[i] is vertex i.\n\n"
+                      "A view keeps its simulation alive and shows the present after every step and restore. Between steps\n"
+                      "tables may be written in place or assigned; not from another thread while a step runs. Every step\n"
+                      "first checks that what was written is finite (InvalidInput). Positions and velocities written here\n"
+                      "start the history of multi-step schemes anew. Ranks hold all rows; what a rank writes counts for the\n"
+                      "rows it owns (sim.owned_rows), what it writes about obstacles counts on rank 0.");
+  const auto table = [&](const char* name, auto get, const char* text) {
+    c.def_property(name, get,
+                   [get, name](State& self, const py::object& values) {
+                     using Table = std::decay_t<decltype(get(self))>;
+                     auto& rows = get(self);
+                     rows.topRows(rows.rows()) = as_rows<Table>(values, name, rows.rows());
+                   },
+                   text);
+  };
+  const auto flag = [&](const char* name, auto member, const char* text) {
+    c.def_property_readonly(name, [member](py::object self) { return flags(self.cast<State&>().*member, self); }, text);
+  };
+  const auto result = [&](const char* name, auto get, const char* text) { c.def_property_readonly(name, get, text); };
+  table("positions", [](State& s) -> Points& { return s.cloth.x; }, "(n x 3) [m]; written by the integrator, then certify");
+  table("velocities", [](State& s) -> Points& { return s.cloth.v; }, "(n x 3) [m/s]; written by the integrator, then certify");
+  table("external_forces", [](State& s) -> Points& { return s.external_force; },
+        "(n x 3) [N]; added to every step until changed");
+  table("pin_targets", [](State& s) -> Points& { return s.pin_target; },
+        "(n x 3) [m] where flagged pins are at the end of the next step");
+  flag("pin_flags", &State::pin_override, "(n) 1: pin_targets hold for this pin instead of its script");
+  table("obstacle_positions", [](State& s) -> Points& { return s.pose_position; },
+        "(o x 3) [m] where flagged obstacles are at the end of the next step");
+  table("obstacle_orientations", [](State& s) -> auto& { return s.pose_orientation; }, "(o x 4) unit quaternions (w, x, y, z)");
+  flag("obstacle_flags", &State::pose_override, "(o) 1: the pose above holds instead of keyframes");
+  result("obstacle_vertices", [](const State& s) -> const Points& { return s.obstacle_vertices; },
+         "(k x 3) all obstacles end to end [m], read-only");
+  result("body_positions", [](const State& s) -> const Points& { return s.rigid.positions; },
+         "(b x 3) centres of mass [m], read-only");
+  result("body_orientations", [](const State& s) -> const auto& { return s.rigid.orientations; },
+         "(b x 4) unit quaternions (w, x, y, z), read-only");
+  result("body_velocities", [](const State& s) -> const Points& { return s.rigid.velocities; }, "(b x 3) [m/s], read-only");
+  result("body_angular_velocities", [](const State& s) -> const Points& { return s.rigid.angular_velocities; },
+         "(b x 3) [rad/s], read-only");
+  c.def("__repr__", [](const State& s) {
+    return "State(step " + std::to_string(s.step) + ", " + std::to_string(s.cloth.x.rows()) + " cloth rows, " +
+           std::to_string(s.rigid.positions.rows()) + " bodies, " + std::to_string(s.pose_override.size()) + " obstacles)";
+  });
+}
+
+}  // namespace
+
 void bind_simulation(py::module_& m) {
+  bind_state(m);
   using S = Simulation;
   const auto released = py::call_guard<py::gil_scoped_release>();
   py::class_<S> c(m, "Simulation", "Model, State and Stepper of a scene. Arrays are in the user's vertex order.");
@@ -32,6 +89,14 @@ void bind_simulation(py::module_& m) {
   c.def("frame_at", &S::frame_at, py::arg("time"), released, "Frame between the last two steps, interpolated.");
   c.def_property_readonly("vertex_order", [](py::object self) { return view(self.cast<const S&>().vertex_order(), self); },
                           "(n) internal row of each vertex");
+  c.def_property_readonly("state", &S::state, "State: the internal tables as views, to be read and written between steps.");
+  c.def_property_readonly("owned_rows", [](const S& self) { return std::pair(self.owned_rows()[0], self.owned_rows()[1]); },
+                          "(first, end) internal rows of the cloth that this rank computes.");
+  c.def("gather", &S::gather, released,
+        "Makes what each rank wrote into its own rows known to all ranks now instead of at the next step. Collective.\n\n"
+        "Without writes there is nothing to gather: after every step all ranks hold all rows.");
+  c.def_property_readonly("loop_iterations", &S::loop_iterations,
+                          "Iterations of the loops this rank has run within steps: how work is shared.");
   const auto array = [&](const char* name, auto get, auto set, const char* text) {
     c.def_property(name, get,
                    [get, set, name](S& self, const py::object& values) {
@@ -49,8 +114,11 @@ void bind_simulation(py::module_& m) {
         },
         py::arg("targets"),
         "Where pinned vertices are at the end of the next step, (n x 3) [m]; other rows are ignored. Replaces the script.");
-  c.def("set_obstacle_pose", &S::set_obstacle_pose, py::arg("obstacle"), py::arg("position"),
-        py::arg("orientation") = Vec4(1, 0, 0, 0),
+  c.def("set_obstacle_pose",
+        [](S& self, int obstacle, const py::object& position, const py::object& orientation) {
+          self.set_obstacle_pose(obstacle, as_vector<Vec3>(position, "position"), as_vector<Vec4>(orientation, "orientation"));
+        },
+        py::arg("obstacle"), py::arg("position"), py::arg("orientation") = py::make_tuple(1, 0, 0, 0),
         "Pose of an obstacle at the end of the next step: position [m], quaternion (w, x, y, z). Replaces its keyframes.");
   c.def_property_readonly("body_positions", &S::body_positions, "(b x 3) centres of mass [m], a copy");
   c.def("checkpoint", &S::checkpoint, released, "The state, exactly.");

@@ -23,6 +23,15 @@ void get(const Checkpoint& c, const std::string& name, Matrix& matrix) {
   std::copy(found->second.values.begin(), found->second.values.end(), matrix.data());
 }
 
+// A table whose size the scene decides: that of `now`.
+template <class Matrix>
+void get(const Checkpoint& c, const std::string& name, Matrix& matrix, const Matrix& now) {
+  get(c, name, matrix);
+  if (matrix.rows() != now.rows() || matrix.cols() != now.cols())
+    throw CacheError("the checkpoint's table \"" + name + "\" must have " + std::to_string(now.rows()) + " rows, got " +
+                     std::to_string(matrix.rows()) + "; it is damaged");
+}
+
 const std::vector<std::int64_t>& integers(const Checkpoint& c, const std::string& name) {
   const auto found = c.integers.find(name);
   if (found == c.integers.end())
@@ -87,16 +96,16 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
   State s = state;
   s.step = integers(c, "step").at(0);
   s.tangled = static_cast<std::uint8_t>(integers(c, "tangled").at(0));
-  get(c, "cloth.x", s.cloth.x);
-  get(c, "cloth.v", s.cloth.v);
+  get(c, "cloth.x", s.cloth.x, state.cloth.x);
+  get(c, "cloth.v", s.cloth.v, state.cloth.v);
   get(c, "cloth.last_change", s.cloth.last_change);
   get(c, "cloth.previous_x", s.cloth.previous_x);
   get(c, "cloth.previous_v", s.cloth.previous_v);
   get(c, "cloth.previous_bending", s.cloth.previous_bending);
-  get(c, "rigid.positions", s.rigid.positions);
-  get(c, "rigid.orientations", s.rigid.orientations);
-  get(c, "rigid.velocities", s.rigid.velocities);
-  get(c, "rigid.angular_velocities", s.rigid.angular_velocities);
+  get(c, "rigid.positions", s.rigid.positions, state.rigid.positions);
+  get(c, "rigid.orientations", s.rigid.orientations, state.rigid.orientations);
+  get(c, "rigid.velocities", s.rigid.velocities, state.rigid.velocities);
+  get(c, "rigid.angular_velocities", s.rigid.angular_velocities, state.rigid.angular_velocities);
   s.rigid.manifolds = flags(c, "rigid.manifolds");
   Points slip;
   Vector force;
@@ -109,15 +118,19 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
   for (Index i = 0; i < slip.rows(); ++i)
     s.contacts.anchors[i] = {static_cast<ContactKind>(ids[3 * i]), static_cast<Index>(ids[3 * i + 1]),
                              static_cast<Index>(ids[3 * i + 2]), slip.row(i).transpose(), force[i]};
-  get(c, "obstacle_vertices", s.obstacle_vertices);
-  get(c, "external_force", s.external_force);
-  get(c, "pin_target", s.pin_target);
+  get(c, "obstacle_vertices", s.obstacle_vertices, state.obstacle_vertices);
+  get(c, "external_force", s.external_force, state.external_force);
+  get(c, "pin_target", s.pin_target, state.pin_target);
   s.pin_override = flags(c, "pin_override");
-  get(c, "pose_position", s.pose_position);
-  get(c, "pose_orientation", s.pose_orientation);
+  get(c, "pose_position", s.pose_position, state.pose_position);
+  get(c, "pose_orientation", s.pose_orientation, state.pose_orientation);
   s.pose_override = flags(c, "pose_override");
-  outcome.contact = flags(c, "contact_flags");
-  state = std::move(s);
+  std::vector<std::uint8_t> contact = flags(c, "contact_flags");
+  if (s.pin_override.size() != state.pin_override.size() || s.pose_override.size() != state.pose_override.size() ||
+      contact.size() != static_cast<std::size_t>(model.cloth.n_vertices))
+    throw CacheError("the checkpoint's flags do not fit its tables; it is damaged");
+  outcome.contact = std::move(contact);
+  state = s;  // a copy: the tables stay where numpy views see them
 }
 
 }  // namespace loomstone

@@ -1,13 +1,20 @@
 #include "core/sim/simulation.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/parallel/agreement.h"
 #include "core/sim/capture.h"
 #include "core/sim/motion.h"
 #include "core/sim/stepper.h"
+#include "core/sim/user_writes.h"
 
 namespace loomstone {
+
+namespace {
+constexpr int most_threads = 1024;  // libgomp dies where it cannot start as many as asked
+}
 
 struct Simulation::Data {
   IntegratorOptions options;
@@ -18,27 +25,35 @@ struct Simulation::Data {
   StepOutcome outcome;
   std::unique_ptr<RowLayout> layout;
   std::unique_ptr<Stepper> stepper;
+  UserWrites writes;
   bool measured = false;   // energies of the report are those of the state
+  std::int64_t iterations = 0;
 
   void make_stepper() {
-    stepper = std::make_unique<Stepper>(model, options, team, *layout, state);
+    Team counted = team;
+    counted.iterations = &iterations;
+    stepper = std::make_unique<Stepper>(model, options, counted, *layout, state);
   }
   Points to_user(const Points& rows) const {
     Points user(model.cloth.n_vertices, 3);
     for (Index i = 0; i < model.cloth.n_vertices; ++i) user.row(i) = rows.row(model.row_of_vertex[i]);
     return user;
   }
-  Points to_rows(const Points& user, const char* name) const {
+  // In place: numpy views of the table stay good.
+  void to_rows(const Points& user, const char* name, Points& rows, UserWrites::Kind kind = UserWrites::Table) {
     if (user.rows() != model.cloth.n_vertices)
       throw InvalidInput(std::string(name) + " must have " + std::to_string(model.cloth.n_vertices) +
                          " rows (all cloth vertices), got " + std::to_string(user.rows()));
-    Points rows(user.rows(), 3);
-    for (Index i = 0; i < user.rows(); ++i) {
+    for (Index i = 0; i < user.rows(); ++i)
       if (!user.row(i).allFinite())
-        throw InvalidInput(std::string(name) + " must be finite, row " + std::to_string(i) + " is not");
-      rows.row(model.row_of_vertex[i]) = user.row(i);
-    }
-    return rows;
+        throw InvalidInput(std::string(name) + " must be finite, row " + std::to_string(i) + " is not; nothing was changed");
+    for (Index i = 0; i < user.rows(); ++i) rows.row(model.row_of_vertex[i]) = user.row(i);
+    writes.note(kind);
+  }
+  void settle() {
+    const UserWrites::Kind written = writes.settle(*layout, state);
+    if (written >= UserWrites::Velocities) forget_history();
+    if (written == UserWrites::Positions) state.tangled = 1;
   }
   void forget_history() {
     state.cloth.last_change.resize(0, 3);
@@ -52,14 +67,16 @@ struct Simulation::Data {
 Simulation::Simulation(const Scene& scene, const IntegratorOptions& integrator, int threads,
                        std::shared_ptr<const Communicator> communicator)
     : data_(std::make_unique<Data>()) {
-  if (threads < 0) throw InvalidInput("threads must be >= 0 (0: all processors), got " + std::to_string(threads));
+  if (threads < 0 || threads > most_threads)
+    throw InvalidInput("threads must be in [0, " + std::to_string(most_threads) + "] (0: all processors), got " +
+                       std::to_string(threads));
   check_fields(integrator, "integrator");
   if (integrator.jacobian != "spd" && integrator.jacobian != "exact")
     throw InvalidInput("integrator.jacobian must be spd or exact, got \"" + integrator.jacobian + "\"");
   data_->options = integrator;
   data_->team.threads = threads == 0 ? default_thread_count() : threads;
   data_->communicator = std::move(communicator);
-  build(scene, data_->model, data_->state);
+  together(*data_->communicator, [&] { build(scene, data_->model, data_->state); });
   data_->layout = std::make_unique<RowLayout>(data_->model.n_rows(), data_->communicator);
   data_->make_stepper();
   data_->outcome.start_cloth = data_->state.cloth.x;
@@ -69,8 +86,12 @@ Simulation::Simulation(const Scene& scene, const IntegratorOptions& integrator, 
 Simulation::~Simulation() = default;
 
 void Simulation::step() {
-  data_->measured = false;
-  data_->stepper->advance(data_->state, data_->outcome);
+  Data& d = *data_;
+  d.measured = false;
+  together(*d.communicator, [&] { d.writes.check(d.model, d.state); });
+  d.settle();
+  together(*d.communicator, [&] { d.stepper->advance(d.state, d.outcome); });
+  d.writes.remember(d.state);
 }
 
 double Simulation::time() const { return static_cast<double>(data_->state.step) * data_->options.step; }
@@ -80,7 +101,7 @@ int Simulation::threads() const { return data_->team.threads; }
 const Communicator& Simulation::communicator() const { return *data_->communicator; }
 
 const StepReport& Simulation::report() const {
-  if (!data_->measured) {
+  if (!data_->measured || data_->writes.watching()) {
     measure(data_->model, data_->state, data_->team, data_->stepper->elasticity(), data_->outcome.report);
     data_->measured = true;
   }
@@ -110,27 +131,28 @@ const std::vector<Index>& Simulation::vertex_order() const { return data_->model
 
 Points Simulation::positions() const { return data_->to_user(data_->state.cloth.x); }
 void Simulation::set_positions(const Points& positions) {
-  data_->state.cloth.x = data_->to_rows(positions, "positions");
+  data_->to_rows(positions, "positions", data_->state.cloth.x, UserWrites::Positions);
   data_->state.tangled = 1;
   data_->forget_history();
 }
 Points Simulation::velocities() const { return data_->to_user(data_->state.cloth.v); }
 void Simulation::set_velocities(const Points& velocities) {
-  data_->state.cloth.v = data_->to_rows(velocities, "velocities");
+  data_->to_rows(velocities, "velocities", data_->state.cloth.v, UserWrites::Velocities);
   data_->forget_history();
 }
 Points Simulation::external_forces() const { return data_->to_user(data_->state.external_force); }
 void Simulation::set_external_forces(const Points& forces) {
-  data_->state.external_force = data_->to_rows(forces, "external_forces");
+  data_->to_rows(forces, "external_forces", data_->state.external_force);
 }
 
 void Simulation::set_pin_targets(const Points& targets) {
-  data_->state.pin_target = data_->to_rows(targets, "pin_targets");
+  data_->to_rows(targets, "pin_targets", data_->state.pin_target);
   data_->state.pin_override = data_->model.cloth.pinned;
 }
 
 void Simulation::set_obstacle_pose(int obstacle, const Vec3& position, const Vec4& orientation) {
   const int n = static_cast<int>(data_->model.obstacles.size());
+  if (n == 0) throw InvalidInput("the scene must have obstacles to move one, it has none");
   if (obstacle < 0 || obstacle >= n)
     throw InvalidInput("obstacle must be in [0, " + std::to_string(n - 1) + "], got " + std::to_string(obstacle));
   if (!position.allFinite() || std::abs(orientation.norm() - 1.0) > 1e-6)
@@ -138,22 +160,36 @@ void Simulation::set_obstacle_pose(int obstacle, const Vec3& position, const Vec
   data_->state.pose_override[obstacle] = 1;
   data_->state.pose_position.row(obstacle) = position.transpose();
   data_->state.pose_orientation.row(obstacle) = orientation.normalized().transpose();
+  data_->writes.note(UserWrites::Table);
 }
 
 Points Simulation::body_positions() const { return data_->state.rigid.positions; }
+
+State& Simulation::state() {
+  data_->writes.watch(data_->state);
+  return data_->state;
+}
+
+std::array<Index, 2> Simulation::owned_rows() const {
+  const Index n = data_->model.cloth.n_vertices;
+  return {std::min(data_->layout->begin(), n), std::min(data_->layout->end(), n)};
+}
+
+void Simulation::gather() {
+  data_->writes.note(UserWrites::Table);
+  data_->settle();
+  gather_rows(*data_->layout, data_->state.cloth.previous_bending);
+}
+
+std::int64_t Simulation::loop_iterations() const { return data_->iterations; }
 
 Checkpoint Simulation::checkpoint() const {
   if (!may_checkpoint())
     throw InvalidInput("a scene with rigid bodies can be saved only at multiples of scene.rigid_rebuild_interval = " +
                        std::to_string(data_->model.scene.rigid_rebuild_interval) + " steps, this is step " +
                        std::to_string(data_->state.step));
-  // Every rank owns a part of what integrators keep of explicit bending.
-  if (data_->state.cloth.previous_bending.rows() == data_->model.cloth.n_vertices && !data_->layout->single()) {
-    Points wide = Points::Zero(data_->model.n_rows(), 3);
-    wide.topRows(data_->model.cloth.n_vertices) = data_->state.cloth.previous_bending;
-    data_->layout->gather(wide.data(), 3);
-    data_->state.cloth.previous_bending = wide.topRows(data_->model.cloth.n_vertices);
-  }
+  data_->settle();
+  gather_rows(*data_->layout, data_->state.cloth.previous_bending);  // the one table of which ranks keep a part
   return to_checkpoint(data_->model, data_->state, data_->outcome);
 }
 
@@ -167,6 +203,7 @@ void Simulation::restore(const Checkpoint& checkpoint) {
   collision_vertices(data_->model, data_->state, vertices);
   data_->outcome.start_surfaces = vertices.bottomRows(vertices.rows() - data_->model.cloth.n_vertices);
   data_->measured = false;
+  data_->writes.remember(data_->state);
   data_->make_stepper();
 }
 

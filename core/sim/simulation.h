@@ -14,6 +14,8 @@
 
 namespace loomstone {
 
+struct State;
+
 class Simulation {
  public:
   // Checks everything and builds. threads 0: all processors. Throws InvalidInput / Unsupported.
@@ -35,6 +37,15 @@ class Simulation {
   Frame frame_at(double time) const;     // between the last two steps: interpolated positions
 
   const std::vector<Index>& vertex_order() const;   // internal row of each user vertex
+
+  // The internal tables, to be read and written between steps. Positions and velocities written here start the history of
+  // multi-step schemes anew; every step first checks that all is finite. Ranks hold all rows, current after every step;
+  // what a rank writes counts for the rows it owns, poses of obstacles count on rank 0.
+  State& state();
+  std::array<Index, 2> owned_rows() const;   // this rank's cloth rows [first, end)
+  void gather();                             // makes what each rank wrote known to all now; collective
+  std::int64_t loop_iterations() const;      // of the loops this rank has run within steps
+
   Points positions() const;              // (n x 3) [m], a copy
   void set_positions(const Points& positions);
   Points velocities() const;             // (n x 3) [m/s], a copy
