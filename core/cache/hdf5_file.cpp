@@ -7,6 +7,7 @@
 #include <cstring>
 #include <utility>
 
+#include <fcntl.h>
 #include <hdf5.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -113,7 +114,7 @@ Hdf5Rows& Hdf5Rows::operator=(Hdf5Rows&& other) noexcept {
   std::swap(dataset_, other.dataset_);
   std::swap(memory_type_, other.memory_type_);
   std::swap(components_, other.components_);
-  std::swap(file_name_, other.file_name_);
+  std::swap(file_, other.file_);
   std::swap(path_, other.path_);
   return *this;
 }
@@ -135,6 +136,7 @@ std::int64_t Hdf5Rows::size() const {
 void Hdf5Rows::resize(std::int64_t rows) {
   const Quiet quiet;
   const hsize_t lengths[2] = {static_cast<hsize_t>(rows), static_cast<hsize_t>(components_)};
+  file_->unwritten = true;
   checked(H5Dset_extent(dataset_, lengths), name(), "grow");
 }
 
@@ -159,6 +161,7 @@ void Hdf5Rows::write(std::int64_t first, std::int64_t count, const void* rows) {
   const Quiet quiet;
   const auto [file, memory] = select_rows(dataset_, components_, first, count, name());
   const Id file_space(file), memory_space(memory);
+  file_->unwritten = true;
   checked(H5Dwrite(dataset_, memory_type_, memory, file, H5P_DEFAULT, rows), name(), "write");
 }
 
@@ -171,19 +174,33 @@ void Hdf5Rows::read(std::int64_t first, std::int64_t count, void* rows) const {
 }
 
 Hdf5File::Hdf5File(std::int64_t file, std::string name)
-    : file_(file), name_(std::make_shared<std::string>(std::move(name))) {}
+    : file_(file), shared_(std::make_shared<Hdf5Shared>(Hdf5Shared{std::move(name)})) {}
 
 Hdf5File::Hdf5File(Hdf5File&& other) noexcept { *this = std::move(other); }
 
 Hdf5File& Hdf5File::operator=(Hdf5File&& other) noexcept {
   std::swap(file_, other.file_);
-  std::swap(name_, other.name_);
+  std::swap(shared_, other.shared_);
   return *this;
 }
 
 Hdf5File::~Hdf5File() {
   const Quiet quiet;
-  if (file_ >= 0) H5Fclose(file_);
+  if (file_ < 0) return;
+  if (shared_->unwritten) cut_off();
+  H5Fclose(file_);
+}
+
+// Closing writes what is cached and then where the file ends; on a full disk that says more than there is, and no reader
+// takes such a file. What no flush has confirmed goes nowhere instead: the file stays as after a kill.
+void Hdf5File::cut_off() const {
+  const Id access(H5Fget_access_plist(file_));
+  void* handle = nullptr;
+  if (H5Pget_driver(access) != H5FD_SEC2 || H5Fget_vfd_handle(file_, H5P_DEFAULT, &handle) < 0) return;
+  const int nowhere = ::open("/dev/null", O_RDWR | O_CLOEXEC);
+  if (nowhere < 0) return;
+  ::dup2(nowhere, *static_cast<int*>(handle));
+  ::close(nowhere);
 }
 
 Hdf5File Hdf5File::create(const std::string& path) {
@@ -227,9 +244,9 @@ Hdf5File Hdf5File::open_image(std::span<const unsigned char> bytes, const std::s
 }
 
 void Hdf5File::rename_to(const std::string& path) {
-  if (std::rename(name_->c_str(), path.c_str()) != 0)
-    throw CacheError(path + ": could not rename " + *name_ + " to it: " + std::strerror(errno) + ".");
-  *name_ = path;
+  if (std::rename(shared_->name.c_str(), path.c_str()) != 0)
+    throw CacheError(path + ": could not rename " + shared_->name + " to it: " + std::strerror(errno) + ".");
+  shared_->name = path;
 }
 
 // The superblock records the end of the file, and HDF5 may write it before blocks that were set aside exist. Lengthen
@@ -238,34 +255,35 @@ void Hdf5File::flush() {
   const Quiet quiet;
   hsize_t length = 0;
   void* handle = nullptr;
-  checked(H5Fget_filesize(file_, &length), *name_, "measure the file");
-  checked(H5Fget_vfd_handle(file_, H5P_DEFAULT, &handle), *name_, "measure the file");
+  checked(H5Fget_filesize(file_, &length), shared_->name, "measure the file");
+  checked(H5Fget_vfd_handle(file_, H5P_DEFAULT, &handle), shared_->name, "measure the file");
   const int descriptor = *static_cast<int*>(handle);
   struct stat status = {};
   if (fstat(descriptor, &status) == 0 && static_cast<hsize_t>(status.st_size) < length &&
       ftruncate(descriptor, static_cast<off_t>(length)) != 0)
-    throw CacheError(*name_ + ": could not lengthen the file: " + std::strerror(errno) + ".");
-  checked(H5Fflush(file_, H5F_SCOPE_LOCAL), *name_, "write");
+    throw CacheError(shared_->name + ": could not lengthen the file: " + std::strerror(errno) + ".");
+  checked(H5Fflush(file_, H5F_SCOPE_LOCAL), shared_->name, "write");
+  shared_->unwritten = false;
 }
 
 void Hdf5File::close() {
   const Quiet quiet;
-  if (file_ >= 0) checked(H5Fclose(std::exchange(file_, -1)), *name_, "close the file");
+  if (file_ >= 0) checked(H5Fclose(std::exchange(file_, -1)), shared_->name, "close the file");
 }
 
 std::vector<unsigned char> Hdf5File::image() {
   const Quiet quiet;
-  checked(H5Fflush(file_, H5F_SCOPE_LOCAL), *name_, "write");
+  checked(H5Fflush(file_, H5F_SCOPE_LOCAL), shared_->name, "write");
   const ssize_t length = H5Fget_file_image(file_, nullptr, 0);
-  if (length < 0) fail(*name_, "take the file's image");
+  if (length < 0) fail(shared_->name, "take the file's image");
   std::vector<unsigned char> bytes(static_cast<std::size_t>(length));
-  if (H5Fget_file_image(file_, bytes.data(), bytes.size()) < 0) fail(*name_, "take the file's image");
+  if (H5Fget_file_image(file_, bytes.data(), bytes.size()) < 0) fail(shared_->name, "take the file's image");
   return bytes;
 }
 
 void Hdf5File::create_group(const std::string& path) {
   const Quiet quiet;
-  const Id group(checked(H5Gcreate2(file_, path.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), *name_,
+  const Id group(checked(H5Gcreate2(file_, path.c_str(), H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), shared_->name,
                          "create group " + path));
 }
 
@@ -279,13 +297,13 @@ bool Hdf5File::has(const std::string& path) const {
 
 std::vector<std::string> Hdf5File::children(const std::string& path) const {
   const Quiet quiet;
-  const Id group(checked(H5Gopen2(file_, path.c_str(), H5P_DEFAULT), *name_, "open group " + path));
+  const Id group(checked(H5Gopen2(file_, path.c_str(), H5P_DEFAULT), shared_->name, "open group " + path));
   std::vector<std::string> names;
   const auto visit = [](hid_t, const char* name, const H5L_info_t*, void* data) -> herr_t {
     static_cast<std::vector<std::string>*>(data)->emplace_back(name);
     return 0;
   };
-  checked(H5Literate(group, H5_INDEX_NAME, H5_ITER_INC, nullptr, visit, &names), *name_, "list group " + path);
+  checked(H5Literate(group, H5_INDEX_NAME, H5_ITER_INC, nullptr, visit, &names), shared_->name, "list group " + path);
   return names;
 }
 
@@ -298,8 +316,8 @@ void Hdf5File::write_text_attribute(const std::string& object, const std::string
   const std::string tried = "write attribute " + name + " of " + object;
   const Id attribute(checked(H5Acreate_by_name(file_, object.c_str(), name.c_str(), type, space, H5P_DEFAULT,
                                                H5P_DEFAULT, H5P_DEFAULT),
-                             *name_, tried));
-  checked(H5Awrite(attribute, type, text.data()), *name_, tried);
+                             shared_->name, tried));
+  checked(H5Awrite(attribute, type, text.data()), shared_->name, tried);
 }
 
 void Hdf5File::write_attribute(const std::string& object, const std::string& name,
@@ -310,17 +328,17 @@ void Hdf5File::write_attribute(const std::string& object, const std::string& nam
   const std::string tried = "write attribute " + name + " of " + object;
   const Id attribute(checked(H5Acreate_by_name(file_, object.c_str(), name.c_str(), H5T_STD_I64LE, space, H5P_DEFAULT,
                                                H5P_DEFAULT, H5P_DEFAULT),
-                             *name_, tried));
-  checked(H5Awrite(attribute, H5T_NATIVE_INT64, values.data()), *name_, tried);
+                             shared_->name, tried));
+  checked(H5Awrite(attribute, H5T_NATIVE_INT64, values.data()), shared_->name, tried);
 }
 
 // Object and attribute are opened anew every time: a handle kept open fails to write after a flush (1.10.8).
 void Hdf5File::update_attribute(const std::string& object, const std::string& name, std::int64_t value) {
   const Quiet quiet;
   const std::string tried = "write attribute " + name + " of " + object;
-  const Id owner(checked(H5Oopen(file_, object.c_str(), H5P_DEFAULT), *name_, tried));
-  const Id attribute(checked(H5Aopen(owner, name.c_str(), H5P_DEFAULT), *name_, tried));
-  checked(H5Awrite(attribute, H5T_NATIVE_INT64, &value), *name_, tried);
+  const Id owner(checked(H5Oopen(file_, object.c_str(), H5P_DEFAULT), shared_->name, tried));
+  const Id attribute(checked(H5Aopen(owner, name.c_str(), H5P_DEFAULT), shared_->name, tried));
+  checked(H5Awrite(attribute, H5T_NATIVE_INT64, &value), shared_->name, tried);
 }
 
 bool Hdf5File::has_attribute(const std::string& object, const std::string& name) const {
@@ -331,26 +349,26 @@ bool Hdf5File::has_attribute(const std::string& object, const std::string& name)
 std::string Hdf5File::text_attribute(const std::string& object, const std::string& name) const {
   const Quiet quiet;
   const std::string tried = "read attribute " + name + " of " + object;
-  const Id attribute(checked(H5Aopen_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), *name_,
+  const Id attribute(checked(H5Aopen_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), shared_->name,
                              tried));
-  const Id type(checked(H5Aget_type(attribute), *name_, tried));
+  const Id type(checked(H5Aget_type(attribute), shared_->name, tried));
   if (H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type) > 0)
-    throw CacheError(*name_ + ": the file is damaged: attribute " + name + " of " + object + " is not a text.");
+    throw CacheError(shared_->name + ": the file is damaged: attribute " + name + " of " + object + " is not a text.");
   std::string text(H5Tget_size(type), '\0');
-  checked(H5Aread(attribute, type, text.data()), *name_, tried);
+  checked(H5Aread(attribute, type, text.data()), shared_->name, tried);
   return text.c_str();
 }
 
 std::int64_t Hdf5File::attribute(const std::string& object, const std::string& name) const {
   const Quiet quiet;
   const std::string tried = "read attribute " + name + " of " + object;
-  const Id attribute(checked(H5Aopen_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), *name_,
+  const Id attribute(checked(H5Aopen_by_name(file_, object.c_str(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), shared_->name,
                              tried));
-  const Id space(checked(H5Aget_space(attribute), *name_, tried));
+  const Id space(checked(H5Aget_space(attribute), shared_->name, tried));
   if (H5Sget_simple_extent_npoints(space) != 1)
-    throw CacheError(*name_ + ": the file is damaged: attribute " + name + " of " + object + " is not one number.");
+    throw CacheError(shared_->name + ": the file is damaged: attribute " + name + " of " + object + " is not one number.");
   std::int64_t value = 0;
-  checked(H5Aread(attribute, H5T_NATIVE_INT64, &value), *name_, tried);
+  checked(H5Aread(attribute, H5T_NATIVE_INT64, &value), shared_->name, tried);
   return value;
 }
 
@@ -361,26 +379,26 @@ void Hdf5File::write_array(const std::string& path, Number type, const std::vect
   const Id space(shape.empty() ? H5Screate(H5S_SCALAR)
                                : H5Screate_simple(static_cast<int>(lengths.size()), lengths.data(), nullptr));
   const Id dataset(checked(H5Dcreate2(file_, path.c_str(), native(type), space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
-                           *name_, "create " + path));
+                           shared_->name, "create " + path));
   if (H5Sget_simple_extent_npoints(space) > 0)
-    checked(H5Dwrite(dataset, native(type), H5S_ALL, H5S_ALL, H5P_DEFAULT, values), *name_, "write " + path);
+    checked(H5Dwrite(dataset, native(type), H5S_ALL, H5S_ALL, H5P_DEFAULT, values), shared_->name, "write " + path);
 }
 
 std::int64_t Hdf5File::open_to_read_array(const std::string& path, Number type,
                                           std::vector<std::int64_t>& shape) const {
   const Quiet quiet;
-  Id dataset(checked(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), *name_, "open " + path));
-  const Id space(checked(H5Dget_space(dataset), *name_, "read the shape of " + path));
-  const Id stored(checked(H5Dget_type(dataset), *name_, "read the type of " + path));
+  Id dataset(checked(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), shared_->name, "open " + path));
+  const Id space(checked(H5Dget_space(dataset), shared_->name, "read the shape of " + path));
+  const Id stored(checked(H5Dget_type(dataset), shared_->name, "read the type of " + path));
   if (H5Tequal(stored, native(type)) <= 0)
-    throw CacheError(*name_ + ": the file is damaged: " + path + " holds another type of number than expected.");
+    throw CacheError(shared_->name + ": the file is damaged: " + path + " holds another type of number than expected.");
   hsize_t lengths[H5S_MAX_RANK] = {}, file_length = 0;
   const int rank = H5Sget_simple_extent_dims(space, lengths, nullptr);
-  checked(H5Fget_filesize(file_, &file_length), *name_, "measure the file");
+  checked(H5Fget_filesize(file_, &file_length), shared_->name, "measure the file");
   double bytes = static_cast<double>(H5Tget_size(stored));
   for (int axis = 0; axis < rank; ++axis) bytes *= static_cast<double>(lengths[axis]);
   if (bytes > static_cast<double>(file_length))
-    throw CacheError(*name_ + ": the file is damaged: " + path + " claims to be larger than the file.");
+    throw CacheError(shared_->name + ": the file is damaged: " + path + " claims to be larger than the file.");
   shape.assign(lengths, lengths + std::max(rank, 0));
   return std::exchange(dataset.id, -1);
 }
@@ -389,7 +407,7 @@ void Hdf5File::finish_reading_array(std::int64_t dataset, const std::string& pat
   const Quiet quiet;
   const Id owner(dataset), space(H5Dget_space(dataset));
   if (H5Sget_simple_extent_npoints(space) > 0)
-    checked(H5Dread(dataset, native(type), H5S_ALL, H5S_ALL, H5P_DEFAULT, values), *name_, "read " + path);
+    checked(H5Dread(dataset, native(type), H5S_ALL, H5S_ALL, H5P_DEFAULT, values), shared_->name, "read " + path);
 }
 
 // Blocks are set aside as soon as the dataset grows into them and never filled, so that writing a row moves bytes to a
@@ -397,7 +415,7 @@ void Hdf5File::finish_reading_array(std::int64_t dataset, const std::string& pat
 Hdf5Rows Hdf5File::create_rows(const std::string& path, const RowFormat& format, std::int64_t block_rows) {
   const Quiet quiet;
   Hdf5Rows rows;
-  rows.file_name_ = name_;
+  rows.file_ = shared_;
   rows.path_ = path;
   rows.components_ = format.components;
   rows.memory_type_ = memory_type(format);
@@ -414,24 +432,24 @@ Hdf5Rows Hdf5File::create_rows(const std::string& path, const RowFormat& format,
   const Id stored_type(H5Tcopy(rows.memory_type_));
   if (!format.columns.empty()) H5Tpack(stored_type);
   rows.dataset_ = checked(H5Dcreate2(file_, path.c_str(), stored_type, space, H5P_DEFAULT, creation, access),
-                          *name_, "create " + path);
+                          shared_->name, "create " + path);
   return rows;
 }
 
 Hdf5Rows Hdf5File::open_rows(const std::string& path, const RowFormat& format) const {
   const Quiet quiet;
   Hdf5Rows rows;
-  rows.file_name_ = name_;
+  rows.file_ = shared_;
   rows.path_ = path;
   rows.components_ = format.components;
   rows.memory_type_ = memory_type(format);
-  rows.dataset_ = checked(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), *name_, "open " + path);
-  const Id space(checked(H5Dget_space(rows.dataset_), *name_, "read the shape of " + path));
+  rows.dataset_ = checked(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), shared_->name, "open " + path);
+  const Id space(checked(H5Dget_space(rows.dataset_), shared_->name, "read the shape of " + path));
   hsize_t lengths[H5S_MAX_RANK] = {0, 1};
   const int rank = H5Sget_simple_extent_dims(space, lengths, nullptr);
   const int expected_rank = format.components == 1 ? 1 : 2;
   if (rank != expected_rank || (rank == 2 && lengths[1] != static_cast<hsize_t>(format.components)))
-    throw CacheError(*name_ + ": the file is damaged: " + path + " does not have the expected shape.");
+    throw CacheError(shared_->name + ": the file is damaged: " + path + " does not have the expected shape.");
   return rows;
 }
 

@@ -39,6 +39,12 @@ struct RowFormat {
   std::size_t bytes = 0;  // of a struct; unused without columns
 };
 
+// What a file and its datasets share.
+struct Hdf5Shared {
+  std::string name;        // follows where the file is renamed
+  bool unwritten = false;  // something could not be written, or has not been flushed since
+};
+
 // A dataset of rows that can grow. Rows are addressed by number; buffers hold whole rows, tightly packed.
 class Hdf5Rows {
  public:
@@ -55,9 +61,9 @@ class Hdf5Rows {
   friend class Hdf5File;
   std::int64_t dataset_ = -1, memory_type_ = -1;
   int components_ = 1;
-  std::shared_ptr<const std::string> file_name_;
+  std::shared_ptr<Hdf5Shared> file_;
   std::string path_;  // within the file
-  std::string name() const { return *file_name_ + ": " + path_; }
+  std::string name() const { return file_->name + ": " + path_; }
 };
 
 class Hdf5File {
@@ -70,7 +76,7 @@ class Hdf5File {
   Hdf5File& operator=(Hdf5File&& other) noexcept;
   ~Hdf5File();
 
-  const std::string& name() const { return *name_; }
+  const std::string& name() const { return shared_->name; }
   void rename_to(const std::string& path);  // moves the open file; syncs nothing
   void flush();                             // what was written so far becomes visible to others
   void close();                             // throws if the last bytes could not be written
@@ -101,8 +107,9 @@ class Hdf5File {
   Hdf5File(std::int64_t file, std::string name);
   std::int64_t open_to_read_array(const std::string& path, Number type, std::vector<std::int64_t>& shape) const;
   void finish_reading_array(std::int64_t dataset, const std::string& path, Number type, void* values) const;
+  void cut_off() const;
   std::int64_t file_ = -1;
-  std::shared_ptr<std::string> name_;  // shared with the datasets, so that messages follow a renamed file
+  std::shared_ptr<Hdf5Shared> shared_;
 };
 
 template <class T>

@@ -166,6 +166,26 @@ TEST_CASE("what cannot be written is refused with its name") {
   CHECK_THROWS_WITH(FrameReader(directory.path()).frame(0), Contains("frame index must be in [0, 0), got 0"));
 }
 
+TEST_CASE("a writer that ends on a full disk leaves the frames it has written") {
+  for (const rlim_t limit : {900000, 1100000, 1300000, 1500000, 1700000, 2100000}) {
+    const TemporaryDirectory directory;
+    const FrameTopology topology = example_topology(12, true);
+    int n_written = 0;
+    {
+      const FullDisk full(limit);
+      FrameWriter writer(directory.path(), topology, "");
+      CHECK_THROWS_AS([&] {
+        for (; n_written < 1000; ++n_written) write_example(writer, topology, n_written);
+      }(), CacheError);
+    }
+    INFO("files of " << limit << " bytes at most, " << n_written << " frames");
+    CHECK(n_written > 0);
+    const FrameReader reader(directory.path());
+    REQUIRE(reader.n_frames() == n_written);
+    for (int index = 0; index < n_written; ++index) CHECK(same(reader.frame(index), example_frame(topology, index)));
+  }
+}
+
 TEST_CASE("a full disk stops a run with an error, and the frames before it stay") {
   const TemporaryDirectory directory;
   const FrameTopology topology = example_topology(12, true);
