@@ -14,9 +14,10 @@ import typer
 from . import _core, inspection, plots, progress, video
 from ._core import CacheError, Communicator, Error, IntegratorOptions, InvalidInput, RenderOptions
 from .cache import Run
+from .ranks import share_failure
 from .runs import Interrupted, RunOptions, execute
 from .scene_file import SceneFile, parse_parameters, stored_options
-from .simulation import Simulation
+from .simulation import Simulation, frame_count
 
 __all__ = ["app", "main"]
 
@@ -24,12 +25,14 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
+    context_settings={"max_content_width": 100},
+    rich_markup_mode=None,  # plain text: units in brackets are no markup
     help="""Simulates cloth and renders it.
 
     A scene file is Python with a function scene() that returns a loomstone.Scene; see the directory scenes. First steps:
 
+    \b
         loomstone run scenes/hanging.py --out out/hanging --render
-
         loomstone info out/hanging
     """,
 )
@@ -67,6 +70,7 @@ def run(
     frames/*.png and video.mp4. Ctrl-C, SIGTERM and SIGUSR1 leave a run that `loomstone resume` continues bit for bit;
     so does a crash. On several ranks: mpirun -n 2 loomstone run scene.py.
 
+    \b
         loomstone run scenes/drape.py -p triangles=3600 --duration 0.5 --threads 2 --render
     """
     with _session() as (communicator, rank):
@@ -75,6 +79,7 @@ def run(
         if step is not None:
             options = options.replace(step=step)
         settings = (file.duration if duration is None else duration, file.rate if rate is None else rate)
+        frame_count(*settings)
         directory = out or Path("out") / scene.stem
         _advance(file, *settings, options, file.render if render else None, directory, threads, communicator, rank,
                  overwrite=overwrite)  # fmt: skip
@@ -86,6 +91,7 @@ def resume(run: RunArgument, threads: Threads = 0, render: Render = False) -> No
 
     Scene, parameters and options are those the run began with; threads and ranks may differ.
 
+    \b
         loomstone resume out/drape
     """
     with _session() as (communicator, rank):
@@ -111,19 +117,22 @@ def render(
     jobs: Annotated[int, typer.Option(help="frames drawn at once, 0: one a processor", min=0)] = 0,
     again: Annotated[bool, typer.Option("--again", help="draw frames that are there already")] = False,
 ) -> None:
-    """Draws the frames of a run as PNG and makes a video of them; continues where it was interrupted.
+    """Draws the frames of a run and makes a video.
 
+    Pictures (PNG) that are there are kept, so it continues where it was interrupted.
+
+    \b
         loomstone render out/drape --color-by stretch --wireframe
     """
     with _session(parallel=False):
         source = Run(run)
-        try:
-            options = stored_options(source)[3]
-        except KeyError:
-            options = RenderOptions()
+        options = stored_options(source)[3] if "render" in source.metadata else RenderOptions()
         given: dict[str, Any] = {"width": width, "height": height, "color_by": color_by, "color_low": color_low,
                                  "color_high": color_high, "pattern": pattern, "wireframe": wireframe}  # fmt: skip
         options = options.replace(**{name: value for name, value in given.items() if value is not None})
+        for i in frame:
+            if not -len(source) <= i < len(source):
+                raise InvalidInput(f"--frame must be in [0, {len(source) - 1}], or count from the end, got {i}")
         wanted = [i % len(source) for i in frame] or list(range(len(source)))
         with typer.progressbar(length=len(wanted), label="rendering", hidden=not sys.stdout.isatty()) as bar:
             paths = video.render_run(source, options, jobs=jobs, again=again, frames=wanted, progress=bar.update)
@@ -138,10 +147,13 @@ def check(
     p: Parameters = [],  # noqa: B006
     render: Annotated[Path | None, typer.Option(help="draw the start here (PNG), vertices of intersecting triangles marked")] = None,
 ) -> None:
-    """Says whether a scene can be simulated, without simulating; or whether a run keeps its scene's claims.
+    """Checks a scene before it is run, or the claims of a run.
 
+    A scene: whether it can be simulated, and the intersecting triangles of its start. A run: intersecting triangles of
+    every frame, and what the scene file's check() claims. Exit code 1 where something does not hold.
+
+    \b
         loomstone check scenes/drape.py --render start.png
-
         loomstone check out/drape
     """
     with _session(parallel=False):
@@ -159,6 +171,7 @@ def info(
 ) -> None:
     """Says what is in a file or directory.
 
+    \b
         loomstone info out/drape
     """
     with _session(parallel=False):
@@ -171,8 +184,11 @@ def plot(
     what: Annotated[str, typer.Option(help=" | ".join(plots.KINDS))] = "energy",
     out: Annotated[Path | None, typer.Option(help="picture to write; default: WHAT.png in the run")] = None,
 ) -> None:
-    """Draws energies, time per stage, contacts, stretch or iterations of a run over time.
+    """Plots a run over time: energies, stages, contacts, stretch.
 
+    Reads steps.csv of the run; also iterations of the solvers.
+
+    \b
         loomstone plot out/drape --what stages
     """
     with _session(parallel=False):
@@ -181,7 +197,10 @@ def plot(
 
 @app.command()
 def versions() -> None:
-    """Prints what this installation consists of; paste it into reports of problems."""
+    """Prints what this installation consists of.
+
+    Paste it into reports of problems.
+    """
     from .versions import show_versions
 
     show_versions()
@@ -247,8 +266,9 @@ def _session(parallel: bool = True) -> Iterator[tuple[Communicator, int]]:
     try:
         yield communicator, communicator.rank
     except (Error, OSError) as error:
-        if communicator.size > 1 and communicator.rank != 0:
-            _leave(communicator)
+        share_failure(communicator, error)
+        if communicator.rank != 0:  # rank 0 has the same error by now and says it
+            raise typer.Exit(1) from None
         fail(str(error))
     except AssertionError as error:
         fail(f"a claim does not hold: {error}")
@@ -264,11 +284,6 @@ def _session(parallel: bool = True) -> Iterator[tuple[Communicator, int]]:
             sys.stderr.flush()
             communicator.abort(1)
         raise
-
-
-def _leave(communicator: Communicator) -> NoReturn:
-    """Ranks other than 0 leave in silence: rank 0 has the same error and says it."""
-    raise typer.Exit(1)
 
 
 def main() -> Any:

@@ -19,8 +19,9 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from . import _core
-from ._core import CacheError, Frame, FrameWriter, RenderOptions, StepReport
+from ._core import CacheError, Checkpoint, Error, Frame, FrameWriter, RenderOptions, StepReport
 from .cache import checkpoint_files, latest_checkpoint, write_checkpoint
+from .ranks import together
 from .simulation import Simulation, frame_count, frames_due
 
 __all__ = ["Interrupted", "Observer", "RunOptions", "StepTable", "execute"]
@@ -73,26 +74,34 @@ def execute(
     observer: Observer | None = None,
 ) -> dict[str, Any]:
     """Advances to the end and returns the report. Every rank calls it; rank 0 writes."""
-    directory, watch = Path(out), observer or Silence()
+    directory, watch, ranks = Path(out), observer or Silence(), simulation.communicator
     n_frames = frame_count(options.duration, options.rate)
-    if resume and (checkpoint := latest_checkpoint(directory)):
-        simulation.restore(checkpoint)
+    with together(ranks):
+        if resume and (checkpoint := latest_checkpoint(directory)):
+            simulation.restore(checkpoint)
     following = frames_due(simulation.time, options.rate) if simulation.step_index else 0
-    writer = _writer(simulation, options, directory, metadata or {}, overwrite, resume, following)
+    with together(ranks):
+        writer = _writer(simulation, options, directory, metadata or {}, overwrite, resume, following)
     began, first_step = time.perf_counter(), simulation.step_index
     watch.start(n_frames, following)
     with _signals() as received, writer:
-        unsaved = False
+        unsaved = stepped = False
         while True:
-            while following < n_frames and following < frames_due(simulation.time, options.rate):
-                frame = simulation.frame_at(following / options.rate)
-                writer.frame(following, frame)
-                watch.frame(following, frame)
-                following, unsaved = following + 1, True
+            with together(ranks):
+                if stepped:
+                    writer.step(simulation.report)
+                    watch.step(simulation.report)
+                while following < n_frames and following < frames_due(simulation.time, options.rate):
+                    frame = simulation.frame_at(following / options.rate)
+                    writer.frame(following, frame)
+                    watch.frame(following, frame)
+                    following, unsaved = following + 1, True
             finished = following >= n_frames
             number = simulation.agree(received.number)
             if (unsaved or number) and (simulation.may_checkpoint or finished):
-                writer.checkpoint(simulation)
+                state = simulation.checkpoint()
+                with together(ranks):
+                    writer.checkpoint(simulation.step_index, state)
                 unsaved = False
             if finished:
                 break
@@ -100,10 +109,10 @@ def execute(
                 watch.end()
                 raise Interrupted(number)
             if control:
-                control(simulation)
+                with together(ranks):
+                    control(simulation)
             simulation.step()
-            writer.step(simulation.report)
-            watch.step(simulation.report)
+            stepped = True
         watch.end()
         report = {
             "frames": n_frames,
@@ -115,7 +124,9 @@ def execute(
             "ranks": simulation.ranks,
             "digest": simulation.digest(),
         }
-        return writer.finish(report)
+        with together(ranks):
+            report = writer.finish(report)
+        return report
 
 
 class StepTable:
@@ -181,8 +192,7 @@ class _NoWriter:
 
     def step(self, report: StepReport) -> None: ...
 
-    def checkpoint(self, simulation: Simulation) -> None:
-        simulation.checkpoint()
+    def checkpoint(self, step: int, state: Checkpoint) -> None: ...
 
     def finish(self, report: dict[str, Any]) -> dict[str, Any]:
         return report
@@ -195,30 +205,50 @@ class _Writer(_NoWriter):
         if self._renderer:
             (directory / "frames").mkdir(exist_ok=True)
 
-    def __exit__(self, *_: object) -> None:
-        self._steps.close()
+    def __exit__(self, *failure: object) -> None:
+        try:
+            self._steps.close()
+        except OSError:
+            if failure[0] is None:  # else what ended the run is told already
+                raise
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        """A file that cannot be written is one clear error that says how to go on."""
+        try:
+            yield
+        except OSError as error:
+            told = str(error) if isinstance(error, Error) else f"{self._directory}: could not write: {error.strerror}"
+            raise CacheError(
+                f"{told.rstrip('.')}; the {self._frames.n_frames} frames before are kept: "
+                f"make room and continue with loomstone resume {self._directory}"
+            ) from error
 
     def frame(self, index: int, frame: Frame) -> None:
-        self._frames.write(frame)
-        if self._renderer:
-            path = self._directory / "frames" / f"frame-{index:05d}.png"
-            _core.write_png(str(path), self._renderer.render(frame))
+        with self._writing():
+            self._frames.write(frame)
+            if self._renderer:
+                path = self._directory / "frames" / f"frame-{index:05d}.png"
+                _core.write_png(str(path), self._renderer.render(frame))
 
     def step(self, report: StepReport) -> None:
-        self._steps.add(report)
+        with self._writing():
+            self._steps.add(report)
 
-    def checkpoint(self, simulation: Simulation) -> None:
-        self._steps.flush()
-        write_checkpoint(self._directory, simulation.step_index, simulation.checkpoint())
+    def checkpoint(self, step: int, state: Checkpoint) -> None:
+        with self._writing():
+            self._steps.flush()
+            write_checkpoint(self._directory, step, state)
 
     def finish(self, report: dict[str, Any]) -> dict[str, Any]:
-        report = report | self._steps.summary()
-        if self._renderer:
-            from .video import encode
+        with self._writing():
+            report = report | self._steps.summary()
+            if self._renderer:
+                from .video import encode
 
-            report["video"] = encode(self._directory, rate=self._options.rate)
-        text = json.dumps(report, indent=1)
-        (self._directory / "report.json").write_text(text + "\n")
+                report["video"] = encode(self._directory, rate=self._options.rate)
+            text = json.dumps(report, indent=1)
+            (self._directory / "report.json").write_text(text + "\n")
         return report
 
 
@@ -242,7 +272,10 @@ def _writer(
                     f"{directory} must hold no run yet, but has run.vtkhdf; resume it, give another directory, or overwrite"
                 )
             _remove_run(directory)
-        directory.mkdir(parents=True, exist_ok=True)
+        try:
+            directory.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise CacheError(f"{directory} must be a directory that can be written: {error.strerror}; give another") from error
         frames = FrameWriter(str(directory), simulation.topology, json.dumps(metadata))
     steps = StepTable(directory / "steps.csv", simulation.step_index)
     return _Writer(directory, frames, steps, options, simulation.topology)

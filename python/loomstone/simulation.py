@@ -10,9 +10,12 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._core import Communicator, Frame, IntegratorOptions, InvalidInput, RenderOptions, Scene
+from ._core import Checkpoint, Communicator, Frame, IntegratorOptions, InvalidInput, RenderOptions, Scene
+from .ranks import end_all_on_failure
 
 __all__ = ["Simulation", "frame_count", "frames_due"]
+
+MOST_FRAMES = 1_000_000
 
 
 class Simulation(_core.Simulation):
@@ -22,9 +25,11 @@ class Simulation(_core.Simulation):
     integrator : IntegratorOptions, as made by SemiImplicitEuler(...) and its like
     threads : 0 means all processors
     communicator : ranks that share the work: a Communicator, an mpi4py communicator, or None for this process alone.
-        Every rank then makes the same calls.
+        Every rank then makes the same calls; after every step all hold all positions and velocities. What is written into
+        arrays between steps counts on the rank that owns the row, what is said about obstacles counts on rank 0.
 
-    Raises InvalidInput for everything in the scene that cannot be simulated.
+    Raises InvalidInput for everything in the scene that cannot be simulated. `positions`, `velocities` and `external_forces`
+    are copies that can be assigned; `state` holds views of the internal tables.
 
     >>> import loomstone as ls
     >>> scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(4, 4)), pins=[0, 4])])
@@ -34,6 +39,9 @@ class Simulation(_core.Simulation):
     0.005
     """
 
+    __slots__ = ("communicator",)  # so that assigning to a misspelt name is an error
+    communicator: Communicator
+
     def __init__(
         self,
         scene: Scene,
@@ -42,9 +50,13 @@ class Simulation(_core.Simulation):
         threads: int = 0,
         communicator: Any = None,
     ) -> None:
-        super().__init__(
-            scene, integrator or IntegratorOptions(), threads=threads, communicator=_communicator(communicator)
-        )
+        integrator = IntegratorOptions() if integrator is None else integrator
+        _check_type("scene", scene, Scene)
+        _check_type("integrator", integrator, IntegratorOptions, " as SemiImplicitEuler(step=1e-3) makes them")
+        _check_type("threads", threads, (int, np.integer))
+        self.communicator = _communicator(communicator)
+        end_all_on_failure(self.communicator)
+        super().__init__(scene, integrator, threads=threads, communicator=self.communicator)
 
     def frames(self, *, duration: float, rate: float = 25.0) -> Iterator[Frame]:
         """Advances and yields a Frame at 0, 1/rate, 2/rate ... up to `duration` [s] of simulated time.
@@ -81,8 +93,16 @@ class Simulation(_core.Simulation):
         """
         from .runs import RunOptions, execute
 
-        options = RunOptions(duration=duration, rate=rate, render=RenderOptions() if render is True else render or None)
+        look = RenderOptions() if render is True else render or None
+        if look is not None:
+            _check_type("render", look, RenderOptions, ", True or False")
+        options = RunOptions(duration=duration, rate=rate, render=look)
         return execute(self, options, out, overwrite=overwrite, resume=resume, control=control)
+
+    def restore(self, checkpoint: Checkpoint) -> None:
+        """Continues from a checkpoint of the same scene; CacheError where it is of another one."""
+        _check_type("checkpoint", checkpoint, Checkpoint)
+        super().restore(checkpoint)
 
     def digest(self) -> str:
         """Hash of the state: equal where, and only where, all bits are equal."""
@@ -107,6 +127,10 @@ def frame_count(duration: float, rate: float) -> int:
         raise InvalidInput(f"duration must be >= 0 [s], got {duration}; correct this value")
     if not (np.isfinite(rate) and rate > 0):
         raise InvalidInput(f"rate must be > 0 [1/s], got {rate}; correct this value")
+    if duration * rate > MOST_FRAMES:
+        raise InvalidInput(
+            f"a run may have at most {MOST_FRAMES} frames, got duration {duration:g} s at {rate:g} frames/s; lower one of them"
+        )
     return int(np.floor(duration * rate + 1e-6)) + 1
 
 
@@ -115,8 +139,17 @@ def frames_due(time: float, rate: float) -> int:
     return int(np.floor(time * rate + 1e-6)) + 1
 
 
-def _communicator(given: Any) -> Communicator | None:
-    if given is None or isinstance(given, Communicator):
+def _check_type(name: str, value: object, wanted: type | tuple[type, ...], hint: str = "") -> None:
+    if not isinstance(value, wanted):
+        called = (wanted[0] if isinstance(wanted, tuple) else wanted).__name__
+        got = f"the class {value.__name__}" if isinstance(value, type) else f"a {type(value).__name__}"
+        raise InvalidInput(f"{name} must be {called}{hint}, got {got}")
+
+
+def _communicator(given: Any) -> Communicator:
+    if given is None:
+        return _core.single_communicator()
+    if isinstance(given, Communicator):
         return given
     if not hasattr(given, "py2f"):
         raise InvalidInput(

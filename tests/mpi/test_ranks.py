@@ -1,16 +1,14 @@
 """Several ranks: the same bits, the same errors, one voice."""
 
 import json
-import os
-import shutil
-import subprocess
-import sys
 import textwrap
 from pathlib import Path
 
 import pytest
 
-pytestmark = pytest.mark.skipif(shutil.which("mpirun") is None, reason="mpirun is not installed")
+from launcher import needs_mpirun, ranks
+
+pytestmark = needs_mpirun
 
 SCENE = """
 import loomstone as ls
@@ -20,19 +18,6 @@ def scene(cells: int = 16):
     mesh = ls.grid(size=(0.3, 0.3), cells=(cells, cells)).moved((0, 0, 0.102))
     return ls.Scene(cloths=[ls.Cloth(mesh=mesh)], obstacles=[ls.sphere(radius=0.1, subdivisions=2), ls.floor(height=-0.2)])
 """
-
-
-def ranks(n, *arguments):
-    environment = os.environ | {
-        "OMPI_ALLOW_RUN_AS_ROOT": "1",
-        "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-        "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
-        "OMP_WAIT_POLICY": "passive",
-    }
-    launcher = ["mpirun", "--oversubscribe", "--bind-to", "none", "--mca", "mpi_yield_when_idle", "1", "-n", str(n)]
-    return subprocess.run(
-        [*launcher, sys.executable, *map(str, arguments)], capture_output=True, text=True, timeout=240, env=environment
-    )
 
 
 @pytest.fixture

@@ -8,6 +8,7 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import loomstone as ls
@@ -123,6 +124,25 @@ def test_a_run_killed_at_any_moment_resumes_to_the_same_bits(scene, tmp_path, mo
     assert digest(tmp_path / "killed") == digest(tmp_path / "whole")
     for a, b in zip(ls.Run(tmp_path / "killed"), ls.Run(tmp_path / "whole"), strict=True):
         assert (a.positions == b.positions).all()
+
+
+@pytest.mark.slow
+def test_a_run_killed_at_20_random_moments_resumes_to_the_same_bits_each_time(scene, tmp_path):
+    process = start("run", scene, "--out", tmp_path / "whole", "--threads", 1)
+    wait_for_frame(process, 1)
+    began = time.perf_counter()
+    process.communicate()
+    length = time.perf_counter() - began
+    for number, moment in enumerate(np.random.default_rng(7).uniform(0.0, length, 20)):
+        out = tmp_path / f"killed{number}"
+        process = start("run", scene, "--out", out, "--threads", 1)
+        wait_for_frame(process, 1)
+        time.sleep(moment)
+        process.kill()
+        process.communicate()
+        assert len(ls.Run(out)) > 0
+        command("resume", out, "--threads", 1)
+        assert digest(out) == digest(tmp_path / "whole"), f"killed after {moment:.3f} s of {length:.3f} s"
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGUSR1])

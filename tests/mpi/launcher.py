@@ -1,0 +1,27 @@
+"""Starts programs on several ranks on however few processors."""
+
+import os
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+needs_mpirun = pytest.mark.skipif(shutil.which("mpirun") is None, reason="mpirun is not installed")
+
+ENVIRONMENT = os.environ | {
+    "OMPI_ALLOW_RUN_AS_ROOT": "1",
+    "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+    "OMPI_MCA_btl_vader_single_copy_mechanism": "none",
+    "OMP_WAIT_POLICY": "passive",
+}
+
+
+def command(n, *arguments):
+    """mpirun of n ranks of python; waiting ranks give way, no rank's threads are bound to one processor."""
+    launcher = ["mpirun", "--oversubscribe", "--bind-to", "none", "--mca", "mpi_yield_when_idle", "1", "-n", str(n)]
+    return [*launcher, sys.executable, *map(str, arguments)]
+
+
+def ranks(n, *arguments, timeout=240):
+    return subprocess.run(command(n, *arguments), capture_output=True, text=True, timeout=timeout, env=ENVIRONMENT)

@@ -1,0 +1,184 @@
+"""What one rank meets, all ranks meet: the same error, no waiting for ever, files that can be read and resumed."""
+
+import signal
+import subprocess
+import textwrap
+import time
+
+import pytest
+
+import loomstone as ls
+from launcher import ENVIRONMENT, command, needs_mpirun, ranks
+
+pytestmark = needs_mpirun
+
+SCENE = """
+import os
+import resource
+import loomstone as ls
+duration = 0.4
+integrator = ls.SemiImplicitEuler(step=4e-3)
+rank = int(os.environ.get("OMPI_COMM_WORLD_RANK", "0"))
+def scene(cells: int = 16, fault: str = ""):
+    global wanted
+    wanted = fault
+    return ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(size=(0.3, 0.3), cells=(cells, cells)), pins=[0])])
+def control(sim):
+    if sim.step_index != 25:
+        return
+    if wanted == "nan" and rank == 1:
+        sim.state.positions[3, 1] = float("nan")
+    if wanted == "error" and rank == 1:
+        raise ls.SolverFailure("rank 1 has had enough")
+    if wanted == "mistake" and rank == 1:
+        1 / 0
+    if wanted == "full" and rank == 0:
+        size = os.path.getsize(os.path.join(os.environ["OUT"], "run.vtkhdf"))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (size // 2, resource.RLIM_INFINITY))
+"""
+
+
+@pytest.fixture
+def scene(tmp_path):
+    (tmp_path / "scene.py").write_text(SCENE)
+    return tmp_path / "scene.py"
+
+
+def run(scene, out, *more, n=2, environment=None):
+    arguments = command(n, "-m", "loomstone", "run", scene, "--out", out, "--threads", 1, *more)
+    return subprocess.run(arguments, capture_output=True, text=True, timeout=60, env=ENVIRONMENT | (environment or {}))
+
+
+def simulation():
+    """What the scene file describes, without the fault, on one rank."""
+    scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(size=(0.3, 0.3), cells=(16, 16)), pins=[0])])
+    return ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=4e-3), threads=1)
+
+
+def resumed_without_faults(out):
+    return simulation().run(out=out, duration=0.4, resume=True)["digest"]
+
+
+def straight():
+    sim = simulation()
+    for _ in range(100):
+        sim.step()
+    return sim.digest()
+
+
+def sentences(done):
+    return [line for line in done.stderr.splitlines() if line.startswith("loomstone:")]
+
+
+@pytest.mark.parametrize(
+    "fault, said",
+    [("nan", "must be finite, got ("), ("error", "rank 1 has had enough"), ("mistake", "line 20: ZeroDivisionError"),
+     ("full", "could not")],
+)  # fmt: skip
+def test_a_failure_of_one_rank_is_one_sentence_and_leaves_a_run_that_resumes(scene, tmp_path, fault, said):
+    out = tmp_path / "out"
+    done = run(scene, out, "-p", f"fault={fault}", environment={"OUT": str(out)})
+    assert done.returncode not in (0, None)
+    assert len(sentences(done)) == 1 and said in sentences(done)[0] and "Traceback" not in done.stderr, done.stderr
+    frames = ls.Run(out)
+    assert 2 <= len(frames) <= 4 and frames[-1].positions.shape == (289, 3)
+    del frames
+    assert resumed_without_faults(out) == straight()
+
+
+PROGRAM = """
+    import numpy as np
+    import loomstone as ls
+    from loomstone import _core
+    ranks = _core.mpi_communicator()
+    scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(24, 24)), pins=[0])])
+    sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=2e-3), threads=1, communicator=ranks)
+    sim.step()
+    first, end = sim.owned_rows
+"""
+
+
+def program(tmp_path, body, n=2):
+    (tmp_path / "program.py").write_text(textwrap.dedent(PROGRAM) + textwrap.dedent(body))
+    return ranks(n, tmp_path / "program.py", timeout=60)
+
+
+def test_every_rank_gets_the_same_error_and_may_go_on_after_correcting_it(tmp_path):
+    done = program(tmp_path, """
+        kept = sim.state.velocities.copy()
+        if ranks.rank == 1:
+            sim.state.velocities[first, 2] = np.inf
+        try:
+            sim.step()
+        except ls.InvalidInput as error:
+            print("error", ranks.rank, error, flush=True)
+        sim.state.velocities[:] = kept
+        sim.step()
+        print("state", sim.digest(), sim.step_index, flush=True)
+    """)  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    errors = sorted(line.split(maxsplit=2)[1:] for line in done.stdout.splitlines() if line.startswith("error"))
+    assert [rank for rank, _ in errors] == ["0", "1"] and errors[0][1] == errors[1][1]
+    assert "velocities of vertex" in errors[0][1]
+    assert len({line for line in done.stdout.splitlines() if line.startswith("state")}) == 1
+
+
+def test_what_a_rank_writes_counts_for_the_rows_it_owns(tmp_path):
+    done = program(tmp_path, """
+        sim.state.positions[first:end, 2] += 0.01 * (ranks.rank + 1)
+        sim.state.external_forces[first:end] = [0, 0, ranks.rank]
+        sim.gather()
+        low, high = sim.state.external_forces[0, 2], sim.state.external_forces[-1, 2]
+        print("forces", low, high, flush=True)
+        sim.step()
+        print("state", sim.digest(), flush=True)
+    """)  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert {line for line in done.stdout.splitlines() if line.startswith("forces")} == {"forces 0.0 1.0"}
+    assert len({line for line in done.stdout.splitlines() if line.startswith("state")}) == 1
+
+
+def test_a_rank_that_fails_where_the_others_do_not_listen_ends_them(tmp_path):
+    began = time.perf_counter()
+    done = program(tmp_path, """
+        from loomstone.ranks import share_failure
+        if ranks.rank == 1:
+            share_failure(ranks, ls.Error("only here"))
+        ranks.barrier()
+    """)  # fmt: skip
+    assert done.returncode != 0 and "rank 1: only here" in done.stderr
+    assert time.perf_counter() - began < 40
+
+
+def test_an_error_that_nobody_catches_ends_all_ranks(tmp_path):
+    done = program(tmp_path, """
+        if ranks.rank == 0:
+            raise RuntimeError("my own mistake")
+        ranks.barrier()
+    """)  # fmt: skip
+    assert done.returncode != 0 and "RuntimeError: my own mistake" in done.stderr
+
+
+def test_a_killed_rank_ends_the_others_and_leaves_a_run_that_resumes(scene, tmp_path):
+    out = tmp_path / "out"
+    text = scene.read_text() + "    if wanted == 'kill' and rank == 1:\n        os.kill(os.getpid(), 9)\n"
+    scene.write_text(text)
+    done = run(scene, out, "-p", "fault=kill")
+    assert done.returncode not in (0, None)
+    assert len(ls.Run(out)) >= 2
+    assert resumed_without_faults(out) == straight()
+
+
+def test_a_signal_to_mpirun_leaves_a_run_that_resumes(scene, tmp_path):
+    out = tmp_path / "out"
+    process = subprocess.Popen(
+        command(2, "-m", "loomstone", "run", scene, "--out", out, "--duration", 40), stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE, text=True, env=ENVIRONMENT,
+    )  # fmt: skip
+    for line in process.stdout:
+        if line.startswith("frame 3/"):
+            break
+    process.send_signal(signal.SIGUSR1)  # mpirun hands it on; SIGTERM would end the ranks at once
+    rest, _ = process.communicate(timeout=60)
+    assert process.returncode != 0 and "continue with: loomstone resume" in rest
+    assert len(ls.Run(out)) >= 3

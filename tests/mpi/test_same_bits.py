@@ -1,0 +1,62 @@
+"""The number of threads and ranks changes no bit, and every rank does its share of the work."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+from launcher import ENVIRONMENT, needs_mpirun, ranks
+
+HERE, SCENES = Path(__file__).parent, Path(__file__).parents[2] / "scenes"
+
+
+def digests(done):
+    assert done.returncode == 0, done.stdout + done.stderr
+    return {line.split()[1]: line.split()[2] for line in done.stdout.splitlines() if line.startswith("digest")}
+
+
+@needs_mpirun
+def test_200_steps_of_the_drape_end_in_the_same_bits_on_any_number_of_threads_and_ranks():
+    alone = [sys.executable, str(HERE / "drape_digest.py"), str(SCENES / "drape.py"), "1", "2", "3", "7"]
+    found = digests(subprocess.run(alone, capture_output=True, text=True, timeout=240, env=ENVIRONMENT))
+    for n, threads in [(2, "1 2"), (3, "1")]:
+        found |= digests(ranks(n, HERE / "drape_digest.py", SCENES / "drape.py", *threads.split()))
+    assert set(found) == {"1x1", "1x2", "1x3", "1x7", "2x1", "2x2", "3x1"}
+    assert len(set(found.values())) == 1
+
+
+WORK = """
+import sys
+import loomstone as ls
+from loomstone import _core
+ranks = _core.mpi_communicator() if _core.launched_by_mpi() else _core.single_communicator()
+scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(triangles=14450), pins=[0])], collisions=False)
+sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=2e-3), threads=1, communicator=ranks)
+for _ in range(STEPS):
+    sim.step()
+first, end = sim.owned_rows
+with open(sys.argv[1] + str(sim.rank), "w") as file:
+    print(first, end, sim.loop_iterations, sim.report.linear_iterations, file=file)
+"""
+
+
+@needs_mpirun
+def test_a_rank_computes_only_the_rows_it_owns(tmp_path):
+    steps = 5
+    (tmp_path / "work.py").write_text(WORK.replace("STEPS", str(steps)))
+
+    def work(n):
+        done = ranks(n, tmp_path / "work.py", tmp_path / f"{n}-")
+        assert done.returncode == 0, done.stdout + done.stderr
+        return [tuple(map(int, (tmp_path / f"{n}-{rank}").read_text().split())) for rank in range(n)]
+
+    ((first, n_rows, whole, iterations),) = work(1)
+    assert first == 0 and iterations > 20
+    # Every rank copies one vector and moves all vertices: two loops over all rows are cheaper than sending the result.
+    by_all = 2 * steps * n_rows
+    for n in (2, 3):
+        shares = work(n)
+        assert [share[0] for share in shares] + [n_rows] == [0] + [share[1] for share in shares]  # every row once
+        assert {share[3] for share in shares} == {iterations}
+        for start, end, done, _ in shares:
+            assert end - start <= 1.2 * n_rows / n
+            assert done - by_all <= 1.2 * (whole - by_all) / n  # triangles along the cuts are computed on both sides
