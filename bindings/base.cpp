@@ -103,7 +103,7 @@ void bind_frame_topology(py::module_& m) {
   array("corner_uv", &T::corner_uv, "(3m x 2) rest coordinates of each triangle corner [m]");
   list("cloth_of_triangle", &T::cloth_of_triangle, "(m) index into cloth_names");
   list("cloth_of_vertex", &T::cloth_of_vertex, "(n) index into cloth_names");
-  c.def_readonly("cloth_names", &T::cloth_names);
+  c.def_readonly("cloth_names", &T::cloth_names, "in the order of the scene");
   array("body_triangles", &T::body_triangles, "(mb x 3) triangles of rigid bodies and obstacles");
   list("body_of_triangle", &T::body_of_triangle, "(mb) index into body_names");
   list("body_of_vertex", &T::body_of_vertex, "(nb) index into body_names");

@@ -38,13 +38,40 @@ py::array_t<T> view(const std::vector<T>& values, py::handle owner) {
   return array;
 }
 
-// Numbers of a numpy-like object as (n x columns), or InvalidInput that names the shape it has.
+// Numbers of a numpy-like object; text, complex numbers and, where integers are wanted, fractions are refused.
+template <class Scalar>
+py::array_t<Scalar, py::array::c_style | py::array::forcecast> numbers(const py::object& object, const char* name) {
+  const auto any = py::array::ensure(object);
+  if (!any) PyErr_Clear();
+  const char kind = any ? any.dtype().kind() : 'O';
+  if (std::string("buif").find(kind) == std::string::npos)
+    throw InvalidInput(std::string(name) + " must be an array of numbers, got " +
+                       (any && kind != 'O' ? "an array of " + py::str(any.dtype()).template cast<std::string>()
+                                           : "a " + py::type::of(object).attr("__name__").template cast<std::string>()));
+  const py::array_t<Scalar, py::array::c_style | py::array::forcecast> array(any);
+  if (std::is_integral_v<Scalar> && kind == 'f' && any.size() > 0 &&
+      !py::module_::import("numpy").attr("array_equal")(any, array).template cast<bool>())
+    throw InvalidInput(std::string(name) + " must be whole numbers, got fractions");
+  return array;
+}
+
+// Numbers as a vector of fixed length.
+template <class Fixed>
+Fixed as_vector(const py::object& object, const char* name) {
+  const auto array = numbers<double>(object, name);
+  constexpr py::ssize_t wanted = Fixed::SizeAtCompileTime;
+  if (array.ndim() != 1 || array.shape(0) != wanted)
+    throw InvalidInput(std::string(name) + " must have shape (" + std::to_string(wanted) + ",), got " +
+                       py::str(array.attr("shape")).template cast<std::string>());
+  return Eigen::Map<const Fixed>(array.data());
+}
+
+// Numbers as (n x columns), or InvalidInput that names the shape they have.
 template <class Array>
 Array as_rows(const py::object& object, const char* name, Eigen::Index rows = -1) {
   using Scalar = typename Array::Scalar;
   constexpr py::ssize_t columns = Array::ColsAtCompileTime;
-  const auto array = py::array_t<Scalar, py::array::c_style | py::array::forcecast>::ensure(object);
-  if (!array) throw InvalidInput(std::string(name) + " must be an array of numbers");
+  const auto array = numbers<Scalar>(object, name);
   std::ostringstream expected;
   expected << "(" << (rows < 0 ? std::string("n") : std::to_string(rows)) << ", " << columns << ")";
   if (array.ndim() != 2 || array.shape(1) != columns || (rows >= 0 && array.shape(0) != rows)) {

@@ -28,6 +28,11 @@ void bind_checkpoint(py::module_& m) {
   c.def_property_readonly("bytes", &bytes, "opaque parts by name");
   c.def_readonly("integers", &Checkpoint::integers, "lists of integers by name");
   c.def_readonly("texts", &Checkpoint::texts, "texts by name");
+  c.def("__repr__", [](const Checkpoint& self) {
+    const auto step = self.integers.find("step");
+    return "Checkpoint(" + std::to_string(self.arrays.size()) + " arrays" +
+           (step == self.integers.end() ? ")" : ", step " + std::to_string(step->second.at(0)) + ")");
+  });
   m.def("write_checkpoint", &write_checkpoint, py::arg("path"), py::arg("checkpoint"),
         "Writes under another name, then renames.");
   m.def("read_checkpoint", &read_checkpoint, py::arg("path"), "Checkpoint from a file; CacheError says what is wrong.");

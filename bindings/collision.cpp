@@ -19,6 +19,12 @@ py::array_t<Index> as_array(const std::vector<std::array<Index, 2>>& pairs) {
   return array;
 }
 
+void check_indices(const Triangles& triangles, Eigen::Index n) {
+  if (triangles.size() > 0 && (triangles.minCoeff() < 0 || triangles.maxCoeff() >= n))
+    throw InvalidInput("triangles must refer to points 0 to " + std::to_string(n - 1) + ", got " +
+                       std::to_string(triangles.minCoeff()) + " to " + std::to_string(triangles.maxCoeff()));
+}
+
 }  // namespace
 
 void bind_collision(py::module_& m) {
@@ -50,6 +56,7 @@ void bind_collision(py::module_& m) {
       [](const py::object& points, const py::object& triangles) {
         const Points vertices = as_rows<Points>(points, "points");
         const Triangles faces = as_rows<Triangles>(triangles, "triangles");
+        check_indices(faces, vertices.rows());
         const py::gil_scoped_release release;
         return intersecting_pairs(vertices, faces);
       },

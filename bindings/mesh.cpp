@@ -39,16 +39,21 @@ void bind_triangle_mesh(py::module_& m) {
   array("triangles", &TriangleMesh::triangles, "(m x 3), read-only view");
   array("uv", &TriangleMesh::uv, "(k x 2) rest coordinates [m], read-only view; 0 rows: none");
   array("uv_triangles", &TriangleMesh::uv_triangles, "(m x 3) indices into uv, read-only view");
-  c.def_property_readonly("n_vertices", &TriangleMesh::n_vertices);
-  c.def_property_readonly("n_triangles", &TriangleMesh::n_triangles);
+  c.def_property_readonly("n_vertices", &TriangleMesh::n_vertices, "number of vertices");
+  c.def_property_readonly("n_triangles", &TriangleMesh::n_triangles, "number of triangles");
   c.def_property_readonly("closed", &TriangleMesh::closed, "every edge has two faces");
   c.def_property_readonly("flat", &TriangleMesh::flat, "all vertices lie in one plane");
   c.def_property_readonly("mean_edge", &TriangleMesh::mean_edge, "mean length of the edges [m]");
   c.def_property_readonly(
       "edges", [](const TriangleMesh& mesh) { return edge_table(mesh.n_vertices(), mesh.triangles()).edges; },
       "(k x 2) unique edges as (smaller, larger) vertex, sorted");
-  c.def("moved", &TriangleMesh::moved, py::arg("translation") = Vec3(0, 0, 0), py::kw_only(),
-        py::arg("rotation") = Mat3(Mat3::Identity()), py::arg("scale") = 1.0,
+  c.def("moved",
+        [](const TriangleMesh& mesh, const py::object& translation, const py::object& rotation, double scale) {
+          return mesh.moved(as_vector<Vec3>(translation, "translation"), as_rows<Points>(rotation, "rotation", 3), scale);
+        },
+        py::arg("translation") = py::make_tuple(0, 0, 0), py::kw_only(),
+        py::arg("rotation") = py::make_tuple(py::make_tuple(1, 0, 0), py::make_tuple(0, 1, 0), py::make_tuple(0, 0, 1)),
+        py::arg("scale") = 1.0,
         "A copy at rotation * scale * x + translation [m]; uv unchanged.");
   c.def("__eq__", [](const TriangleMesh& a, const TriangleMesh& b) {
     const auto same = [](const auto& x, const auto& y) { return x.rows() == y.rows() && (x.rows() == 0 || x == y); };
@@ -86,11 +91,20 @@ void bind_queries(py::module_& m) {
   point.def_readonly("barycentric", &ClosestPoint::barycentric, "[1]");
   point.def_readonly("normal", &ClosestPoint::normal, "pseudo-normal of the closest feature, unit length");
   point.def_readonly("distance", &ClosestPoint::distance, "[m]");
+  point.def("__repr__", [](const ClosestPoint& self) {
+    return "ClosestPoint(triangle=" + std::to_string(self.triangle) +
+           ", distance=" + py::str(py::cast(self.distance)).cast<std::string>() + ")";
+  });
   py::class_<SpatialQuery> c(m, "SpatialQuery", "Closest points and inside tests on a triangle surface.");
   c.def(py::init([](const TriangleMesh& mesh) { return SpatialQuery(mesh.vertices(), mesh.triangles()); }),
         py::arg("mesh"));
-  c.def("closest", &SpatialQuery::closest, py::arg("point"), py::arg("radius"), "ClosestPoint within a radius [m].");
-  c.def("inside", &SpatialQuery::inside, py::arg("point"), "True inside a closed surface.");
+  c.def("closest",
+        [](const SpatialQuery& self, const py::object& point, double radius) {
+          return self.closest(as_vector<Vec3>(point, "point"), radius);
+        },
+        py::arg("point"), py::arg("radius"), "ClosestPoint to a point (3) [m] within a radius [m].");
+  c.def("inside", [](const SpatialQuery& self, const py::object& point) { return self.inside(as_vector<Vec3>(point, "point")); },
+        py::arg("point"), "True where the point (3) [m] lies inside a closed surface.");
 }
 
 }  // namespace

@@ -11,6 +11,10 @@ void bind_rigid(py::module_& m) {
   c.def_readonly("mass", &MassProperties::mass, "[kg]");
   c.def_readonly("centre", &MassProperties::centre, "(3) in the mesh's frame [m]");
   c.def_readonly("inertia", &MassProperties::inertia, "(3 x 3) about the centre, mesh axes [kg m^2]");
+  c.def("__repr__", [](const MassProperties& self) {
+    return "MassProperties(mass=" + py::str(py::cast(self.mass)).cast<std::string>() +
+           ", centre=" + py::str(py::cast(self.centre).attr("tolist")()).cast<std::string>() + ")";
+  });
   m.def("mass_properties", &mass_properties, py::arg("mesh"), py::arg("density"),
         "MassProperties of a closed mesh at a density [kg/m^3]; InvalidInput when open or inside out.");
 }

@@ -121,7 +121,14 @@ void check_scene(const Scene& scene) {
       if (scene.obstacles[i].vertex_positions.rows() > 0)
         throw Unsupported(item("obstacles", i, scene.obstacles[i].name) +
                           " deforms by vertex_positions, which rigid bodies cannot meet; move it by keyframes or leave the bodies out");
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) check_fields(scene.bodies[i], item("bodies", i, scene.bodies[i].name));
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const RigidBody& body = scene.bodies[i];
+    const std::string where = item("bodies", i, body.name);
+    check_fields(body, where);
+    require(body.position.allFinite(), where + ".position must be finite [m]");
+    require(body.velocity.allFinite(), where + ".velocity must be finite [m/s]");
+    require(body.angular_velocity.allFinite(), where + ".angular_velocity must be finite [rad/s]");
+  }
 }
 
 }  // namespace loomstone

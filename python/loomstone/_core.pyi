@@ -7,7 +7,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Air', 'Attachment', 'CacheError', 'Camera', 'Checkpoint', 'ClosestPoint', 'Cloth', 'ClothMaterial', 'Communicator', 'Error', 'Frame', 'FrameReader', 'FrameTopology', 'FrameWriter', 'IntegratorOptions', 'InvalidInput', 'MassProperties', 'Obstacle', 'RenderOptions', 'Renderer', 'RigidBody', 'Scene', 'Simulation', 'SolverFailure', 'SpatialQuery', 'StepReport', 'TriangleMesh', 'Unsupported', 'box', 'candidates', 'capsule', 'continuous', 'default_thread_count', 'floor_square', 'funnel', 'grid', 'grid_cells', 'icosphere', 'intersecting_pairs', 'jittered_grid', 'launched_by_mpi', 'mass_properties', 'mpi_communicator', 'read_checkpoint', 'read_mesh', 'single_communicator', 'wave_bar', 'write_checkpoint', 'write_mesh', 'write_png']
+__all__: list[str] = ['Air', 'Attachment', 'CacheError', 'Camera', 'Checkpoint', 'ClosestPoint', 'Cloth', 'ClothMaterial', 'Communicator', 'Error', 'Frame', 'FrameReader', 'FrameTopology', 'FrameWriter', 'IntegratorOptions', 'InvalidInput', 'MassProperties', 'Obstacle', 'RenderOptions', 'Renderer', 'RigidBody', 'Scene', 'Simulation', 'SolverFailure', 'SpatialQuery', 'State', 'StepReport', 'TriangleMesh', 'Unsupported', 'box', 'candidates', 'capsule', 'continuous', 'default_thread_count', 'floor_square', 'funnel', 'grid', 'grid_cells', 'icosphere', 'intersecting_pairs', 'jittered_grid', 'launched_by_mpi', 'mass_properties', 'mpi_communicator', 'read_checkpoint', 'read_mesh', 'single_communicator', 'wave_bar', 'write_checkpoint', 'write_mesh', 'write_png']
 class Error(Exception):
     """
     Base of all errors of this library.
@@ -168,7 +168,9 @@ class FrameTopology:
         """
     @property
     def cloth_names(self) -> list[str]:
-        ...
+        """
+        in the order of the scene
+        """
     @property
     def cloth_of_triangle(self) -> numpy.typing.NDArray[numpy.int32]:
         """
@@ -263,7 +265,7 @@ class TriangleMesh:
         ...
     def __repr__(self) -> str:
         ...
-    def moved(self, translation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., *, rotation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 3]"] = ..., scale: typing.SupportsFloat | typing.SupportsIndex = 1.0) -> TriangleMesh:
+    def moved(self, translation: typing.Any = (0, 0, 0), *, rotation: typing.Any = ((1, 0, 0), (0, 1, 0), (0, 0, 1)), scale: typing.SupportsFloat | typing.SupportsIndex = 1.0) -> TriangleMesh:
         """
         A copy at rotation * scale * x + translation [m]; uv unchanged.
         """
@@ -289,10 +291,14 @@ class TriangleMesh:
         """
     @property
     def n_triangles(self) -> int:
-        ...
+        """
+        number of triangles
+        """
     @property
     def n_vertices(self) -> int:
-        ...
+        """
+        number of vertices
+        """
     @property
     def triangles(self) -> typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 3]"]:
         """
@@ -317,6 +323,8 @@ class ClosestPoint:
     """
     Nearest point of a surface.
     """
+    def __repr__(self) -> str:
+        ...
     @property
     def barycentric(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
@@ -348,13 +356,13 @@ class SpatialQuery:
     """
     def __init__(self, mesh: TriangleMesh) -> None:
         ...
-    def closest(self, point: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], radius: typing.SupportsFloat | typing.SupportsIndex) -> ClosestPoint:
+    def closest(self, point: typing.Any, radius: typing.SupportsFloat | typing.SupportsIndex) -> ClosestPoint:
         """
-        ClosestPoint within a radius [m].
+        ClosestPoint to a point (3) [m] within a radius [m].
         """
-    def inside(self, point: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"]) -> bool:
+    def inside(self, point: typing.Any) -> bool:
         """
-        True inside a closed surface.
+        True where the point (3) [m] lies inside a closed surface.
         """
 class Communicator:
     """
@@ -366,18 +374,34 @@ class Communicator:
         """
         Ends all ranks at once.
         """
+    def agree(self, kind: typing.SupportsInt | typing.SupportsIndex, text: str) -> tuple[int, str]:
+        """
+        Kind (0: none) and text of the failure of the lowest rank that has one, on all ranks. Where this rank failed and the
+        others do not come within ten seconds, ends them all.
+        """
     def barrier(self) -> None:
-        ...
+        """
+        Waits until all ranks are here.
+        """
     def maximum(self, value: typing.SupportsInt | typing.SupportsIndex) -> int:
         """
         Largest value over all ranks.
         """
     @property
+    def agreed(self) -> str:
+        """
+        Text of the last failure that ranks agreed on.
+        """
+    @property
     def rank(self) -> int:
-        ...
+        """
+        number of this rank, from 0
+        """
     @property
     def size(self) -> int:
-        ...
+        """
+        number of ranks
+        """
 class RigidBody:
     """
     A solid body that moves, falls, and feels the cloth.
@@ -479,6 +503,8 @@ class MassProperties:
     """
     Mass, centre and inertia of a closed mesh of uniform density.
     """
+    def __repr__(self) -> str:
+        ...
     @property
     def centre(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
@@ -1085,6 +1111,8 @@ class Checkpoint:
     """
     A state, exactly: named arrays and texts.
     """
+    def __repr__(self) -> str:
+        ...
     @property
     def arrays(self) -> dict[str, typing.Any]:
         """
@@ -1284,6 +1312,101 @@ class Renderer:
         """
         osmesa | egl
         """
+class State:
+    """
+    The tables that change, as numpy views without copy: row sim.vertex_order[i] is vertex i.
+    
+    A view keeps its simulation alive and shows the present after every step and restore. Between steps
+    tables may be written in place or assigned; not from another thread while a step runs. Every step
+    first checks that what was written is finite (InvalidInput). Positions and velocities written here
+    start the history of multi-step schemes anew. Ranks hold all rows; what a rank writes counts for the
+    rows it owns (sim.owned_rows), what it writes about obstacles counts on rank 0.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def body_angular_velocities(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+        """
+        (b x 3) [rad/s], read-only
+        """
+    @property
+    def body_orientations(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 4]"]:
+        """
+        (b x 4) unit quaternions (w, x, y, z), read-only
+        """
+    @property
+    def body_positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+        """
+        (b x 3) centres of mass [m], read-only
+        """
+    @property
+    def body_velocities(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+        """
+        (b x 3) [m/s], read-only
+        """
+    @property
+    def external_forces(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+        """
+        (n x 3) [N]; added to every step until changed
+        """
+    @external_forces.setter
+    def external_forces(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def obstacle_flags(self) -> numpy.typing.NDArray[numpy.uint8]:
+        """
+        (o) 1: the pose above holds instead of keyframes
+        """
+    @property
+    def obstacle_orientations(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 4]"]:
+        """
+        (o x 4) unit quaternions (w, x, y, z)
+        """
+    @obstacle_orientations.setter
+    def obstacle_orientations(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def obstacle_positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+        """
+        (o x 3) [m] where flagged obstacles are at the end of the next step
+        """
+    @obstacle_positions.setter
+    def obstacle_positions(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def obstacle_vertices(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+        """
+        (k x 3) all obstacles end to end [m], read-only
+        """
+    @property
+    def pin_flags(self) -> numpy.typing.NDArray[numpy.uint8]:
+        """
+        (n) 1: pin_targets hold for this pin instead of its script
+        """
+    @property
+    def pin_targets(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+        """
+        (n x 3) [m] where flagged pins are at the end of the next step
+        """
+    @pin_targets.setter
+    def pin_targets(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+        """
+        (n x 3) [m]; written by the integrator, then certify
+        """
+    @positions.setter
+    def positions(self, arg1: typing.Any) -> None:
+        ...
+    @property
+    def velocities(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+        """
+        (n x 3) [m/s]; written by the integrator, then certify
+        """
+    @velocities.setter
+    def velocities(self, arg1: typing.Any) -> None:
+        ...
 class Simulation:
     """
     Model, State and Stepper of a scene. Arrays are in the user's vertex order.
@@ -1306,6 +1429,12 @@ class Simulation:
         """
         Frame between the last two steps, interpolated.
         """
+    def gather(self) -> None:
+        """
+        Makes what each rank wrote into its own rows known to all ranks now instead of at the next step. Collective.
+        
+        Without writes there is nothing to gather: after every step all ranks hold all rows.
+        """
     def intersecting_pairs(self) -> list[typing.Annotated[list[int], "FixedSize(2)"]]:
         """
         Pairs of triangles that intersect now, all surfaces end to end.
@@ -1318,7 +1447,7 @@ class Simulation:
         """
         Continues from a checkpoint of the same scene.
         """
-    def set_obstacle_pose(self, obstacle: typing.SupportsInt | typing.SupportsIndex, position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"], orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ...) -> None:
+    def set_obstacle_pose(self, obstacle: typing.SupportsInt | typing.SupportsIndex, position: typing.Any, orientation: typing.Any = (1, 0, 0, 0)) -> None:
         """
         Pose of an obstacle at the end of the next step: position [m], quaternion (w, x, y, z). Replaces its keyframes.
         """
@@ -1344,9 +1473,19 @@ class Simulation:
     def external_forces(self, arg1: typing.Any) -> None:
         ...
     @property
+    def loop_iterations(self) -> int:
+        """
+        Iterations of the loops this rank has run within steps: how work is shared.
+        """
+    @property
     def may_checkpoint(self) -> bool:
         """
         False between rebuilds of the rigid-body world.
+        """
+    @property
+    def owned_rows(self) -> tuple:
+        """
+        (first, end) internal rows of the cloth that this rank computes.
         """
     @property
     def positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
@@ -1366,6 +1505,11 @@ class Simulation:
     def report(self) -> StepReport:
         """
         StepReport of the last step
+        """
+    @property
+    def state(self) -> State:
+        """
+        State: the internal tables as views, to be read and written between steps.
         """
     @property
     def step_index(self) -> int:

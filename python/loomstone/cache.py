@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
+import operator
 import os
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,15 +29,23 @@ class Run:
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
+        if Path(path).is_dir() and not (Path(path) / "run.vtkhdf").exists():
+            raise CacheError(f"{path}: holds no run (there is no run.vtkhdf in it); give the directory of a run")
         self._reader = FrameReader(str(path))
         self.directory = Path(path) if Path(path).is_dir() else Path(path).parent
 
     def __len__(self) -> int:
         return self._reader.n_frames
 
-    def __getitem__(self, index: int) -> Frame:
+    @overload
+    def __getitem__(self, index: int) -> Frame: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Frame]: ...
+    def __getitem__(self, index: int | slice) -> Frame | list[Frame]:
         n = len(self)
-        if not -n <= index < n:
+        if isinstance(index, slice):
+            return [self._reader.frame(i) for i in range(n)[index]]
+        if not -n <= (index := operator.index(index)) < n:
             raise IndexError(f"frame {index} of {n}")
         return self._reader.frame(index % n)
 

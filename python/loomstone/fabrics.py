@@ -7,12 +7,42 @@ Codim-IPC (Li, Kaufman, Jiang 2021); their bending rigidity is the median of 618
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from types import MappingProxyType
+import difflib
+from collections.abc import Iterator, Mapping
+from typing import Any
 
-from ._core import ClothMaterial
+from ._core import ClothMaterial, InvalidInput
 
 __all__ = ["fabrics"]
+
+
+class _Fabrics(Mapping[str, ClothMaterial]):
+    """Materials by name, fixed."""
+
+    def __init__(self, materials: dict[str, ClothMaterial]) -> None:
+        self._materials = materials
+
+    def __getitem__(self, name: str) -> ClothMaterial:
+        if name in self._materials:
+            return self._materials[name]
+        close = difflib.get_close_matches(str(name), self._materials, 1)
+        hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(self._materials)}"
+        raise InvalidInput(f"there is no fabric {name!r}; {hint}")
+
+    def get(self, name: str, default: Any = None) -> Any:  # not through [], which raises no KeyError
+        return self._materials.get(name, default)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._materials
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._materials)
+
+    def __len__(self) -> int:
+        return len(self._materials)
+
+    def __repr__(self) -> str:
+        return f"fabrics({', '.join(self._materials)})"
 
 
 def _woven(weft: float, warp: float, shear: float, density: float, bending: float) -> ClothMaterial:
@@ -41,7 +71,7 @@ def _measured(
     )
 
 
-fabrics: Mapping[str, ClothMaterial] = MappingProxyType(
+fabrics: Mapping[str, ClothMaterial] = _Fabrics(
     {
         "cotton": _woven(2800.26, 4500.72, 96.84, 0.1036, 5.98e-6),
         "wool": _woven(2931.2, 2840.32, 237.44, 0.4806, 7.5e-5),

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from ._core import InvalidInput, TriangleMesh
+from .arguments import explained, vector, whole
 
 __all__ = [
     "box",
@@ -32,9 +33,12 @@ __all__ = [
     "write_mesh",
 ]
 
+MOST_TRIANGLES = 100_000_000
+
 Floats = NDArray[np.float64]
 
 
+@explained
 def grid(
     *,
     size: tuple[float, float] = (0.5, 0.5),
@@ -56,11 +60,12 @@ def grid(
     if (triangles is None) == (cells is None):
         raise InvalidInput(f"grid: give either triangles or cells, got triangles={triangles}, cells={cells}")
     if cells is not None:
-        return _core.grid_cells(width, height, cells[0], cells[1], pattern=pattern)
-    assert triangles is not None
-    return _core.grid(width, height, triangles, pattern=pattern)
+        columns, rows = (whole("cells", n, 1, 20_000) for n in vector("cells", cells, 2).tolist())
+        return _core.grid_cells(width, height, columns, rows, pattern=pattern)
+    return _core.grid(width, height, whole("triangles", triangles, 2, MOST_TRIANGLES), pattern=pattern)
 
 
+@explained
 def irregular(*, size: tuple[float, float] = (0.5, 0.5), triangles: int, seed: int = 1) -> TriangleMesh:
     """Quality unstructured rectangle of exactly `triangles` triangles (rounded to the parity of its boundary).
 
@@ -89,6 +94,7 @@ def irregular(*, size: tuple[float, float] = (0.5, 0.5), triangles: int, seed: i
     return _relaxed(outline, depth, (width, height), edge, triangles, seed)
 
 
+@explained
 def strip(*, length: float, width: float, triangles: int, seed: int | None = None) -> TriangleMesh:
     """Strip of `length` along x and `width` along y [m]: a grid, or quality unstructured where a seed is given."""
     if seed is None:
@@ -96,6 +102,7 @@ def strip(*, length: float, width: float, triangles: int, seed: int | None = Non
     return irregular(size=(length, width), triangles=triangles, seed=seed)
 
 
+@explained
 def disc(*, radius: float = 0.5, triangles: int, seed: int = 1) -> TriangleMesh:
     """Quality unstructured disc.
 
@@ -114,21 +121,25 @@ def disc(*, radius: float = 0.5, triangles: int, seed: int = 1) -> TriangleMesh:
     return _relaxed(outline, depth, (2 * radius, 2 * radius), edge, triangles, seed)
 
 
+@explained
 def sphere(*, radius: float, subdivisions: int = 4) -> TriangleMesh:
     """Icosphere of 20 * 4**subdivisions triangles, radius [m]."""
     return _core.icosphere(radius, subdivisions=subdivisions)
 
 
+@explained
 def box(*, size: tuple[float, float, float], cells_per_side: int = 1) -> TriangleMesh:
     """Box with the given sides [m]."""
-    return _core.box(*size, cells_per_side=cells_per_side)
+    return _core.box(*vector("size", size, 3), cells_per_side=cells_per_side)
 
 
+@explained
 def capsule(*, radius: float, length: float, segments: int = 32) -> TriangleMesh:
     """Capsule along z; `length` between the centres of its caps [m]."""
     return _core.capsule(radius, length, segments=segments)
 
 
+@explained
 def funnel(
     *, top_radius: float, bottom_radius: float, height: float, tube_length: float, wall: float, segments: int = 64
 ) -> TriangleMesh:
@@ -136,16 +147,19 @@ def funnel(
     return _core.funnel(top_radius, bottom_radius, height, tube_length, wall, segments=segments)
 
 
+@explained
 def wave_bar(*, length: float, radius: float, amplitude: float, wavelength: float, segments: int = 24) -> TriangleMesh:
     """Tube along y whose centre line waves in z [m]."""
     return _core.wave_bar(length, radius, amplitude, wavelength, segments=segments)
 
 
+@explained
 def floor(*, size: float = 4.0, cells: int = 8) -> TriangleMesh:
     """Open square in z = 0 with normal +z, size [m]."""
     return _core.floor_square(size, cells=cells)
 
 
+@explained
 def read_mesh(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
     """TriangleMesh from a file: OBJ and PLY by loomstone itself, other formats by meshio where it is installed.
 
@@ -170,6 +184,7 @@ def read_mesh(path: str | os.PathLike[str], *, with_uv: bool = True) -> Triangle
     return TriangleMesh(np.c_[content.points, np.zeros((len(content.points), 3))][:, :3], faces)
 
 
+@explained
 def write_mesh(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
     """Writes OBJ or PLY, by the path's ending; other formats by meshio where it is installed."""
     path = Path(path)
@@ -209,20 +224,19 @@ def quality(mesh: TriangleMesh) -> dict[str, float]:
 
 
 def _check(where: str, name: str, value: float) -> None:
-    if not (np.isfinite(value) and value > 0):
+    if not isinstance(value, (int, float, np.number)) or not (np.isfinite(value) and value > 0):
         raise InvalidInput(f"{where}: {name} must be > 0 [m], got {value}; correct this value")
 
 
 def _size(size: tuple[float, float]) -> tuple[float, float]:
-    width, height = (float(s) for s in size)
+    width, height = (float(s) for s in vector("size", size, 2))
     _check("size", "width", width)
     _check("size", "height", height)
     return width, height
 
 
 def _edge_length(area: float, triangles: int) -> float:
-    if triangles < 2:
-        raise InvalidInput(f"triangles must be >= 2, got {triangles}; ask for more")
+    triangles = whole("triangles", triangles, 2, MOST_TRIANGLES)
     return float(np.sqrt(area / triangles * 4 / np.sqrt(3)))  # equilateral
 
 

@@ -8,13 +8,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import meshes
-from ._core import Obstacle, TriangleMesh
+from ._core import InvalidInput, Obstacle, TriangleMesh
+from .arguments import explained, vector
 
 __all__ = ["box", "capsule", "floor", "funnel", "obstacle", "sphere", "wave_bar"]
 
 _DEFAULT = Obstacle()
 
 
+@explained
 def obstacle(
     mesh: TriangleMesh,
     *,
@@ -36,15 +38,18 @@ def obstacle(
     times = np.asarray(times, float).ravel()
     settings: dict[str, Any] = {"name": name, "friction": friction, "thickness": thickness}
     if len(times) == 0:
-        return Obstacle(mesh=mesh.moved(np.asarray(centre, float)), **settings)
+        if positions is not None or axis_angles is not None:
+            raise InvalidInput(f"obstacle {name!r}: positions and axis_angles need times [s], got none; give one time a row")
+        return Obstacle(mesh=mesh.moved(vector("centre", centre, 3)), **settings)
     if positions is None:
-        positions = np.broadcast_to(np.asarray(centre, float), (len(times), 3))
+        positions = np.broadcast_to(vector("centre", centre, 3), (len(times), 3))
     settings["positions"] = np.asarray(positions, float)
     if axis_angles is not None:
         settings["axis_angles"] = np.asarray(axis_angles, float)
     return Obstacle(mesh=mesh, times=times, **settings)
 
 
+@explained
 def sphere(
     *,
     radius: float,
@@ -67,6 +72,7 @@ def sphere(
     )
 
 
+@explained
 def box(
     *,
     size: tuple[float, float, float],
@@ -91,6 +97,7 @@ def box(
     )
 
 
+@explained
 def capsule(
     *,
     radius: float,
@@ -106,12 +113,13 @@ def capsule(
 ) -> Obstacle:
     """Capsule along `axis`; `length` between the centres of its caps [m]; keyframes as in `obstacle`."""
     mesh = meshes.capsule(radius=radius, length=length, segments=segments)
-    mesh = mesh.moved((0, 0, 0), rotation=_rotation_to(np.asarray(axis, float)))
+    mesh = mesh.moved((0, 0, 0), rotation=_rotation_to(vector("axis", axis, 3)))
     return obstacle(
         mesh, name=name, centre=centre, times=times, positions=positions, friction=friction, thickness=thickness
     )
 
 
+@explained
 def funnel(
     *,
     top_radius: float,
@@ -137,6 +145,7 @@ def funnel(
     return obstacle(mesh, name=name, centre=centre, friction=friction, thickness=thickness)
 
 
+@explained
 def wave_bar(
     *,
     length: float,
@@ -156,6 +165,7 @@ def wave_bar(
     return obstacle(mesh, name=name, centre=centre, friction=friction, thickness=thickness)
 
 
+@explained
 def floor(
     *,
     height: float = 0.0,
@@ -179,6 +189,8 @@ def _rotation_to(axis: np.ndarray[Any, np.dtype[np.float64]]) -> np.ndarray[Any,
     """Rotation matrix that takes z to `axis`."""
     from scipy.spatial.transform import Rotation
 
+    if not axis.any():
+        raise InvalidInput("axis must have a direction, got (0, 0, 0)")
     rotation, _ = Rotation.align_vectors([axis / np.linalg.norm(axis)], [[0.0, 0.0, 1.0]])
     matrix: np.ndarray[Any, np.dtype[np.float64]] = rotation.as_matrix()
     return matrix

@@ -48,7 +48,10 @@ def plot_run(directory: str | os.PathLike[str], *, kind: str = "energy", path: s
     if axes.get_legend_handles_labels()[0]:
         axes.legend(loc="best", fontsize="small")
     target = Path(path) if path else Path(directory) / f"{kind}.png"
-    figure.savefig(target, dpi=150)
+    try:
+        figure.savefig(target, dpi=150)
+    except (OSError, ValueError) as error:
+        raise CacheError(f"{target}: the plot cannot be written: {error}") from error
     return target
 
 

@@ -217,7 +217,7 @@ def test_a_scene_file_gives_scene_and_options_for_its_parameters(tmp_path):
 
 @pytest.mark.parametrize(
     "parameters, message",
-    [({"cell": 5}, "did you mean cells"), ({"cells": 5.5}, "must be a int like 4, got 5.5"), ({"zz": 1}, "known: cells")],
+    [({"cell": 5}, "did you mean cells"), ({"cells": 5.5}, "must be an int like 4, got 5.5"), ({"zz": 1}, "known: cells")],
 )
 def test_parameters_that_do_not_fit_are_refused(tmp_path, parameters, message):
     (tmp_path / "s.py").write_text(SCENE)

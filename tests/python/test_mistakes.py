@@ -1,0 +1,211 @@
+"""Mistakes of users: each is one clear sentence, none is silently accepted."""
+
+import os
+
+import numpy as np
+import pytest
+
+import loomstone as ls
+from loomstone import cli
+from loomstone.scene_file import SceneFile
+
+SQUARE = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.0]])
+FACES = [[0, 1, 2], [1, 3, 2]]
+NAN = float("nan")
+
+
+def simulation(**scene):
+    return ls.Simulation(ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(4, 4)))], **scene))
+
+
+def assign(name, value):
+    return setattr(simulation(), name, value)
+
+
+BOX = ls.meshes.box(size=(0.1, 0.1, 0.1))
+
+
+@pytest.mark.parametrize(
+    "mistake, said",
+    [
+        (lambda: ls.Simulation(None), "scene must be Scene, got a NoneType"),
+        (lambda: ls.Simulation(ls.Cloth()), "scene must be Scene, got a Cloth"),
+        (lambda: ls.Simulation(ls.Scene(), integrator="bdf2"), "integrator must be IntegratorOptions as .* got a str"),
+        (lambda: ls.Simulation(ls.Scene(), integrator=ls.BDF2), "integrator must be IntegratorOptions"),
+        (lambda: ls.Simulation(ls.Scene(), threads="two"), "threads must be int, got a str"),
+        (lambda: ls.Simulation(ls.Scene(), threads=10**6), r"threads must be in \[0, 1024\]"),
+        (lambda: ls.Simulation(ls.Scene()), "nothing to simulate"),
+        (lambda: ls.TriangleMesh(SQUARE, [[0, 1, 2.5], [1, 3, 2]]), "triangles must be whole numbers, got fractions"),
+        (lambda: ls.TriangleMesh("abc", FACES), "vertices must be an array of numbers, got an array of <U3"),
+        (lambda: ls.TriangleMesh(None, FACES), "vertices must be an array of numbers, got a NoneType"),
+        (lambda: ls.TriangleMesh(SQUARE[:, :2], FACES), r"vertices must have shape \(n, 3\), got \(4, 2\)"),
+        (lambda: ls.TriangleMesh(SQUARE * 1j, FACES), "vertices must be an array of numbers, got an array of complex128"),
+        (lambda: ls.TriangleMesh(SQUARE * NAN, FACES), "vertex 0 must have finite coordinates"),
+        (lambda: ls.TriangleMesh(SQUARE, [[0, 1, 9], [1, 3, 2]]), "must refer to vertices 0 to 3, got 9"),
+        (lambda: ls.grid(size=1, cells=(2, 2)), "size must be 2 finite numbers, got 1"),
+        (lambda: ls.grid(size=(1, NAN), cells=(2, 2)), "size must be 2 finite numbers"),
+        (lambda: ls.grid(cells=(2.5, 2)), "cells must be a whole number, got 2.5"),
+        (lambda: ls.grid(cells=(0, 2)), r"cells must be in \[1, 20000\], got 0"),
+        (lambda: ls.grid(triangles=10**12), r"triangles must be in \[2, 100000000\]"),
+        (lambda: ls.grid(triangles="many"), "triangles must be a whole number, got 'many'"),
+        (lambda: ls.meshes.disc(radius="big", triangles=9), "radius must be > 0"),
+        (lambda: ls.meshes.irregular(triangles=1), r"triangles must be in \[2"),
+        (lambda: BOX.moved((0, 0)), r"translation must have shape \(3,\), got \(2,\)"),
+        (lambda: BOX.moved((0, 0, 0), rotation=[1, 2, 3]), r"rotation must have shape \(3, 3\)"),
+        (lambda: ls.sphere(radius=1, centre=(0, 0)), r"centre must be 3 finite numbers, got \(0, 0\)"),
+        (lambda: ls.sphere(radius=1, positions=[[0, 0, 0]]), "positions and axis_angles need times"),
+        (lambda: ls.capsule(radius=1, length=1, axis=(0, 0, 0)), "axis must have a direction"),
+        (lambda: ls.SpatialQuery(BOX).closest((0, 0), 1), r"point must have shape \(3,\)"),
+        (lambda: ls.intersecting_pairs(SQUARE, [[0, 1, 9]]), "triangles must refer to points 0 to 3, got 0 to 9"),
+        (lambda: ls.fabrics["coton"], "there is no fabric 'coton'; did you mean 'cotton'"),
+        (lambda: simulation(bodies=[ls.RigidBody(mesh=BOX, position=(NAN, 0, 0))]), r"bodies\[0\].position must be finite"),
+        (lambda: simulation(bodies=[ls.RigidBody(mesh=BOX, velocity=(NAN, 0, 0))]), r"bodies\[0\].velocity must be finite"),
+        (lambda: simulation().set_obstacle_pose(0, (0, 0, 0)), "it has none"),
+        (lambda: simulation(obstacles=[ls.floor(height=-1)]).set_obstacle_pose(3, (0, 0, 0)), r"obstacle must be in \[0, 0\]"),
+        (lambda: simulation(obstacles=[ls.floor(height=-1)]).set_obstacle_pose(0, (0, 0)), r"position must have shape \(3,\)"),
+        (lambda: simulation().set_pin_targets(np.full((25, 3), NAN)), "must be finite"),
+        (lambda: simulation().restore(None), "checkpoint must be Checkpoint, got a NoneType"),
+        (lambda: assign("positions", None), "positions must be an array of numbers, got a NoneType"),
+        (lambda: assign("positions", [[1, 2], [3]]), "positions must be an array of numbers"),
+        (lambda: assign("positions", np.zeros((25, 3), complex)), "positions must be an array of numbers"),
+        (lambda: simulation().run(out="/proc/none", duration=0.04), "must be a directory that can be written"),
+        (lambda: simulation().run(out="unused", duration=0.04, render="yes"), "render must be RenderOptions, True or False"),
+        (lambda: list(simulation().frames(duration=1.0, rate=1e12)), "at most 1000000 frames"),
+    ],
+)
+def test_a_mistake_in_python_is_one_sentence(mistake, said, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises((ls.InvalidInput, ls.CacheError), match=said) as told:
+        mistake()
+    assert "\n" not in str(told.value)
+
+
+def test_arguments_of_the_wrong_kind_are_told_in_one_line():
+    for mistake in (lambda: ls.sphere(radius="big"), lambda: ls.floor(cells="many"), lambda: ls.meshes.capsule(radius=1, length=None)):
+        with pytest.raises(TypeError, match="an argument has the wrong kind, got .*=") as told:
+            mistake()
+        assert "\n" not in str(told.value)
+
+
+def test_a_misspelt_attribute_of_a_simulation_is_an_error():
+    with pytest.raises(AttributeError):
+        assign("position", np.zeros((25, 3)))
+
+
+def test_names_of_fabrics_behave_as_in_a_dictionary():
+    assert "silk" in ls.fabrics and "coton" not in ls.fabrics and ls.fabrics.get("coton") is None
+    assert ls.fabrics.get("silk") == ls.fabrics["silk"] and repr(ls.fabrics).startswith("fabrics(cotton")
+
+
+GOOD = """
+import loomstone as ls
+duration = 0.04
+integrator = ls.SemiImplicitEuler(step=4e-3)
+def scene(cells: int = 4, fabric: str = "silk"):
+    return ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(cells, cells)), pins=[0])])
+"""
+
+
+@pytest.fixture
+def loomstone(tmp_path, monkeypatch, capsys):
+    """Runs the command in this process and returns its exit code and what it said."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.py").write_text(GOOD)
+
+    def call(*arguments):
+        with pytest.raises(SystemExit) as end:
+            cli.app([str(a) for a in arguments], prog_name="loomstone")
+        return end.value.code, capsys.readouterr()
+
+    return call
+
+
+@pytest.mark.parametrize(
+    "arguments, said",
+    [
+        ("-p cells=abc", "parameter cells must be an int like 4, got 'abc'"),
+        ("-p cell=3", "did you mean cells"),
+        ("-p cells", "-p must be name=value"),
+        ("-p cells=3 -p cells=4", "-p cells must be given once"),
+        ("-p cells={1,2}", "-p cells must be a number, text, list or dict"),
+        ("-p cells=0", "cells must be in [1, 20000], got 0"),
+        ("--duration -1", "duration must be >= 0"),
+        ("--duration nan", "duration must be >= 0"),
+        ("--rate 0", "rate must be > 0"),
+        ("--rate 1e12", "at most 1000000 frames"),
+        ("--step 0", "step must be > 0"),
+        ("--step 1000", "shorten integrator.step"),
+        ("--integrator bdf", "--integrator must be one of"),
+        ("--threads 5000", "threads must be in [0, 1024]"),
+        ("--out /proc/none", "must be a directory that can be written"),
+        ("--out scene.py", "must be a directory that can be written"),
+    ],
+)
+def test_a_mistake_on_the_command_line_is_one_sentence(loomstone, arguments, said):
+    code, told = loomstone("run", "scene.py", *arguments.split(" "))
+    assert code == 1 and told.err.startswith("loomstone: ") and told.err.count("\n") == 1 and said in told.err
+
+
+@pytest.mark.parametrize(
+    "text, said",
+    [
+        ("x = ", "broken.py, line 1: invalid syntax"),
+        ("import nosuch", "broken.py, line 1: ModuleNotFoundError: No module named 'nosuch'"),
+        ("def scene():\n    return foo", "broken.py, line 2: NameError: name 'foo' is not defined"),
+        ("def scene():\n    return 3", "scene() must return a Scene, got a int"),
+        ("scene = 4", "must define a function scene()"),
+        ("def scene(n):\n    return n", "scene() needs a value for n; give -p n=..."),
+        (GOOD + "duration = 'long'", "duration must be a number, got 'long'"),
+        (GOOD + "rate = None", "rate must be a number, got None"),
+        (GOOD + "integrator = 'bdf2'", "integrator must be IntegratorOptions"),
+        (GOOD + "control = 3", "control must be a function"),
+        (GOOD + "def control(sim): sim.positions = sim.positions * float('nan')", "positions must be finite, row 0 is not"),
+        (GOOD + "def control(sim): undefined", "broken.py, line 7: NameError"),
+        (GOOD + "def control(): pass", "TypeError: control() takes 0 positional arguments"),
+        ("import loomstone as ls\ndef scene():\n    return ls.Scene(cloths=[ls.Cloth(mash=1)])", "did you mean 'mesh'?"),
+    ],
+)
+def test_a_mistake_in_a_scene_file_is_told_with_its_line(loomstone, tmp_path, text, said):
+    (tmp_path / "broken.py").write_text(text)
+    code, told = loomstone("run", "broken.py")
+    assert code == 1 and told.err.startswith("loomstone: ") and told.err.count("\n") == 1 and said in told.err
+
+
+def test_files_that_are_something_else_are_refused(loomstone, tmp_path):
+    (tmp_path / "noise.py").write_bytes(os.urandom(4000))
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "foreign.h5").write_bytes(b"noise" * 1000)
+    for arguments, said in [
+        (["run", "noise.py"], "scene file cannot be read"),
+        (["run", "absent.py"], "scene file cannot be read: No such file"),
+        (["run", tmp_path], "scene file cannot be read: Is a directory"),
+        (["resume", "empty"], "holds no run"),
+        (["resume", "absent"], "No such file"),
+        (["resume", "scene.py"], "not an HDF5 file"),
+        (["render", "empty"], "holds no run"),
+        (["check", "empty"], "holds no run"),
+        (["plot", "empty"], "no table of steps"),
+        (["info", "foreign.h5"], "not a loomstone checkpoint"),
+        (["info", "absent"], "no such file"),
+    ]:
+        code, told = loomstone(*arguments)
+        assert code == 1 and told.err.count("\n") == 1 and said in told.err, told.err
+
+
+def test_mistakes_about_a_run_are_told(loomstone, tmp_path):
+    assert loomstone("run", "scene.py", "--out", "out", "--threads", 1)[0] == 0
+    for arguments, said in [
+        (["run", "scene.py", "--out", "out"], "must hold no run yet"),
+        (["render", "out", "--frame", 99], "--frame must be in [0, 1]"),
+        (["render", "out", "--color-by", "mood"], "color_by must be"),
+        (["plot", "out", "--what", "mood"], "plot must be one of"),
+        (["plot", "out", "--out", "/nowhere/a.png"], "the plot cannot be written"),
+    ]:
+        code, told = loomstone(*arguments)
+        assert code == 1 and told.err.count("\n") == 1 and said in told.err, told.err
+    assert len(ls.Run("out")[:1]) == 1 and ls.Run("out")[np.int64(1)].step == 10
+
+
+def test_a_scene_may_take_any_name(tmp_path):
+    (tmp_path / "any.py").write_text("def scene(**given): return given")
+    assert SceneFile.open(tmp_path / "any.py", {"zz": 3}).parameters == {"zz": 3}
