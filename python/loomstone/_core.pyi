@@ -1483,7 +1483,7 @@ class Simulation:
         False between rebuilds of the rigid-body world.
         """
     @property
-    def owned_rows(self) -> tuple:
+    def owned_rows(self) -> tuple[int, int]:
         """
         (first, end) internal rows of the cloth that this rank computes.
         """
