@@ -11,7 +11,7 @@
 
 namespace loomstone {
 
-// State. The stage that writes a table stands behind it.
+// State. The stage that writes a table stands behind it. Assign tables, never move into them: numpy views look at their memory.
 struct State {
   std::int64_t step = 0;                 // steps done; time is step * h; stepper
   ClothState cloth;                      // integrate, certify
