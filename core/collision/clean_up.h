@@ -12,16 +12,17 @@ namespace loomstone {
 class CleanUp {
  public:
   CleanUp(const CollisionModel& model, const std::vector<SurfacePair>& pairs, const Vector& inverse_mass, FreeBodies& bodies)
-      : pairs_(pairs), impulses_(model, inverse_mass, bodies) {}
+      : model_(model), pairs_(pairs), impulses_(model, inverse_mass, bodies) {}
 
   // Adds the impacts to those of earlier rounds of the same step and solves them all.
   void solve(const std::vector<StepImpact>& impacts, const Points& x0, Points& x1);
 
  private:
+  const CollisionModel& model_;
   const std::vector<SurfacePair>& pairs_;
   Impulses impulses_;
   std::vector<ImpulseContact> contacts_;
-  double target_ = 0.0;  // gap asked for in this round [thickness]
+  int round_ = 0;
 };
 
 }  // namespace loomstone

@@ -8,8 +8,8 @@
 
 namespace loomstone {
 
-// Rounds of detection and impulses before what is left is truncated. Three are enough where the cloth has room; closing plates
-// needed up to ten (tests/sim/test_fail_safe.cpp: with six, one of twelve ways to close to 0.1 mm fails even in 1/64 of a step).
+// Rounds of detection and impulses before what is left is truncated. Three are enough where the cloth has room; plates that
+// close to a twentieth of the thickness within a step needed up to ten.
 constexpr int clean_up_rounds = 10;
 
 struct CollisionStage::Data {

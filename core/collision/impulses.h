@@ -21,6 +21,7 @@ struct ImpulseContact {
   Vec3 normal = Vec3::Zero();
   double target = 0.0;          // [m]
   double largest_change = 0.0;  // of the gap by one impulse [m]
+  bool cloth_only = true;       // both sides are cloth
   double scale = 0.0;           // of displacements that count [m]
   double friction = 0.0;        // mu [1]
 

@@ -77,11 +77,13 @@ CertifyReport truncate(const Team& team, const CollisionModel& model, ImpactSear
     }
     const std::vector<std::uint8_t> changed = displacements.take_changed();
     progress |= std::find(changed.begin(), changed.end(), 1) != changed.end();
+    if (progress) impacts = search.find(team, x0, x1, inverse_mass, &changed);
+    // An impact of which nothing could be changed is not among these: only a search of everything proves that none is left.
+    if (!progress || impacts.empty() || pass >= most_passes) impacts = search.find(team, x0, x1, inverse_mass, nullptr);
     if (!progress || pass >= most_passes) {
       report.unresolved = static_cast<std::int64_t>(impacts.size());
       break;
     }
-    impacts = search.find(team, x0, x1, inverse_mass, &changed);
   }
   displacements.finish();
   report.truncated = std::count(truncated.begin(), truncated.end(), 1);
