@@ -49,6 +49,10 @@ class Bending {
   // Adds scale_k K + scale_d D (Gauss-Newton, PSD) to rows [begin, end) of `matrix`, whose pattern holds couplings().
   virtual void add_stiffness(const Team& team, const Points& x, double scale_k, double scale_d, Index begin, Index end,
                              BlockMatrix& matrix) const = 0;
+  // Adds scale times what the exact Hessian of the energy has beyond the Gauss-Newton stiffness: moments times second
+  // derivatives of angles (indefinite; zero at rest).
+  virtual void add_geometric_stiffness(const Team& team, const Points& x, double scale, Index begin, Index end,
+                                       BlockMatrix& matrix) const = 0;
   // Largest eigenvalue of M^-1 K at rest by power iteration [1/s^2]; explicit steps need h <= 0.8 * 2 / sqrt(it).
   virtual double largest_eigenvalue(const Vector& mass) const = 0;
 
@@ -59,7 +63,7 @@ class Bending {
 };
 
 // The thesis' hinge with k = 4 B. It depends on the mesh and does not converge: effective rigidity 0.8 B on grids along
-// their axes, 0.92-0.96 B on smoothed irregular meshes, 0.7 ... 2.2 B at 45 degrees to a grid.
+// their axes, 0.83-0.96 B on smoothed irregular meshes, 0.7 ... 2.2 B at 45 degrees to a grid.
 std::unique_ptr<Bending> make_hinge_bending(const BendingSetup& setup);
 // Curvature of each triangle from the slopes at its mid-edges; beam theory within 1 % on every mesh.
 std::unique_ptr<Bending> make_midedge_bending(const BendingSetup& setup);

@@ -75,7 +75,10 @@ void Elasticity::assemble(const Team& team, const Points& x, JacobianKind kind, 
   });
   membrane_.add_jacobian(team, x, kind, scale_k, scale_d, begin, end, matrix_);
   if (!implicit_bending()) return;
-  for (const auto& element : bending_) element->add_stiffness(team, x, scale_k, scale_d, begin, end, matrix_);
+  for (const auto& element : bending_) {
+    element->add_stiffness(team, x, scale_k, scale_d, begin, end, matrix_);
+    if (kind == JacobianKind::Exact) element->add_geometric_stiffness(team, x, scale_k, begin, end, matrix_);
+  }
 }
 
 void Elasticity::multiply_without_mass(const Team& team, const Points& w, Index begin, Index end, Points& y) {

@@ -1,6 +1,6 @@
 // The hinge element: an energy for the angle of each interior edge. Implements method.md 1.2 and the rest angles of
 // Bridson, Marino, Fedkiw 2003, with k = 4 B.
-// It depends on the mesh and does not converge: effective rigidity 0.8 B on grids along their axes, 0.92-0.96 B on
+// It depends on the mesh and does not converge: effective rigidity 0.8 B on grids along their axes, 0.83-0.96 B on
 // smoothed irregular meshes, 0.7 ... 2.2 B at 45 degrees to a grid. Use the mid-edge element where B must mean B.
 // Departure: damping is proportional to stiffness, beta V''(0) = beta c / 2 per hinge, as in the mid-edge element; the
 // thesis' damping factor |e| depends on the mesh.
@@ -9,6 +9,7 @@
 
 #include "core/cloth/bending.h"
 #include "core/cloth/bending_setup.h"
+#include "core/cloth/hinge_hessian.h"
 #include "core/cloth/hinge_stiffness.h"
 
 namespace loomstone {
@@ -100,6 +101,17 @@ class HingeBending final : public Bending {
         moment_[e] = scale_k * 0.5 * stiffness_[e] * values_.half_cosine[e] + scale_d * damping_[e];
     });
     assembler_.add(team, hinges_, values_, moment_, 1.0, begin, end, matrix);
+  }
+
+  void add_geometric_stiffness(const Team& team, const Points& x, double scale, Index begin, Index end,
+                               BlockMatrix& matrix) const override {
+    const std::vector<Index>& batches = hinges_.batches_touching(begin, end, range_);
+    hinges_.evaluate(team, batches, x, nullptr, false, values_);
+    moment_.resize(values_.difference.size());
+    for (const Index b : batches)
+      for (Index e = 8 * b; e < std::min(hinges_.n_hinges(), 8 * b + 8); ++e)
+        moment_[e] = stiffness_[e] * (values_.half_sine[e] - rest_half_sine_[e]);
+    add_hinge_hessians(team, hinges_, moment_, x, scale, begin, end, matrix);
   }
 
   double largest_eigenvalue(const Vector& mass) const override {

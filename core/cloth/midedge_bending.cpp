@@ -5,6 +5,7 @@
 
 #include "core/cloth/bending.h"
 #include "core/cloth/bending_setup.h"
+#include "core/cloth/hinge_hessian.h"
 #include "core/cloth/hinge_kernels.h"
 #include "core/cloth/hinge_stiffness.h"
 #include "core/cloth/midedge_setup.h"
@@ -29,6 +30,8 @@ class MidedgeBending final : public Bending {
                   Points& force) const override;
   void add_stiffness(const Team& team, const Points& x, double scale_k, double scale_d, Index begin, Index end,
                      BlockMatrix& matrix) const override;
+  void add_geometric_stiffness(const Team& team, const Points& x, double scale, Index begin, Index end,
+                               BlockMatrix& matrix) const override;
   double largest_eigenvalue(const Vector& mass) const override;
 
   Index averaged_edges() const override { return n_averaged_; }
@@ -41,6 +44,7 @@ class MidedgeBending final : public Bending {
   void build_tables(const BendingSetup& setup, const std::vector<midedge::Element>& elements);
   void build_pairs(const BendingSetup& setup, const std::vector<midedge::Element>& elements);
   void select_rows(Index begin, Index end) const;
+  void find_moments(const Team& team, const double* rate) const;
   midedge::Tables tables() const { return {element_hinges_.data(), curvature_.data(), rigidity_.data()}; }
   double hinge_moment(Index e) const {
     double sum = 0.0;
@@ -185,14 +189,29 @@ void MidedgeBending::add_forces(const Team& team, const Points& x, const Points&
   select_rows(begin, end);
   const Selection& s = selection_;
   hinges_.evaluate(team, s.hinge_batches, x, damped_ ? &v : nullptr, true, values_);
+  find_moments(team, damped_ ? values_.rate.data() : nullptr);
+  hinges_.gather(team, values_, moment_, begin, end, force);
+}
+
+// Moments of the selected hinges from the angles in values_.
+void MidedgeBending::find_moments(const Team& team, const double* rate) const {
+  const Selection& s = selection_;
   parallel_ranges(team, static_cast<Index>(s.triangle_batches.size()), batches_per_range, [&](Index first, Index last) {
-    midedge::moments(tables(), s.triangle_batches.data() + first, last - first, values_.difference.data(),
-                     damped_ ? values_.rate.data() : nullptr, element_moments_.data());
+    midedge::moments(tables(), s.triangle_batches.data() + first, last - first, values_.difference.data(), rate,
+                     element_moments_.data());
   });
   moment_.resize(values_.difference.size());
   parallel_for(team, static_cast<Index>(s.hinges.size()),
                [&](Index k) { moment_[s.hinges[k]] = hinge_moment(s.hinges[k]); });
-  hinges_.gather(team, values_, moment_, begin, end, force);
+}
+
+void MidedgeBending::add_geometric_stiffness(const Team& team, const Points& x, double scale, Index begin, Index end,
+                                             BlockMatrix& matrix) const {
+  if (hinges_.n_hinges() == 0) return;
+  select_rows(begin, end);
+  hinges_.evaluate(team, selection_.hinge_batches, x, nullptr, false, values_);
+  find_moments(team, nullptr);
+  add_hinge_hessians(team, hinges_, moment_, x, scale, begin, end, matrix);
 }
 
 void MidedgeBending::add_stiffness(const Team& team, const Points& x, double scale_k, double scale_d, Index begin,
