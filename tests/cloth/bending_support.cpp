@@ -6,6 +6,7 @@
 #include <Eigen/SparseCholesky>
 
 #include "core/mesh/generators.h"
+#include "tests/cloth/delaunay.h"
 
 namespace loomstone::test {
 
@@ -127,14 +128,41 @@ Vector lumped_areas(const Points& vertices, const Triangles& triangles) {
   return area;
 }
 
-double tip_deflection(const Strip& strip, const Bending& bending) {
-  const Index n = static_cast<Index>(strip.vertices.rows());
+Strip random_strip(double length, double width, Index across, unsigned seed, int smoothing, double* least_angle) {
+  const double h = width / across;
+  const PointMesh mesh = random_mesh(0.0, length, width, h, seed, smoothing);
+  if (least_angle) *least_angle = mesh.least_angle;
+  // One column of cells behind the clamp line, so that this is meshed.
+  const Index n = static_cast<Index>(mesh.points.rows()), m = static_cast<Index>(mesh.triangles.rows());
+  Strip strip{Points(n + across + 1, 3), Triangles(m + 2 * across, 3), std::vector<std::uint8_t>(n + across + 1, 0), {}, length};
+  strip.vertices.topRows(n) = mesh.points;
+  strip.triangles.topRows(m) = mesh.triangles;
+  std::vector<Index> at_clamp(across + 1);
+  for (Index i = 0; i < n; ++i) {
+    if (mesh.points(i, 0) == length) strip.tip.push_back(i);
+    if (mesh.points(i, 0) != 0.0) continue;
+    at_clamp[std::lround(mesh.points(i, 1) / h)] = i;
+    strip.pinned[i] = 1;
+  }
+  for (Index j = 0; j <= across; ++j) {
+    strip.vertices.row(n + j) << -h, j * h, 0.0;
+    strip.pinned[n + j] = 1;
+    if (j == across) break;
+    strip.triangles.row(m + 2 * j) << n + j, at_clamp[j], at_clamp[j + 1];
+    strip.triangles.row(m + 2 * j + 1) << n + j, at_clamp[j + 1], n + j + 1;
+  }
+  return strip;
+}
+
+Vector deflections(const Points& vertices, const Triangles& triangles, const std::vector<std::uint8_t>& pinned,
+                   const Bending& bending) {
+  const Index n = static_cast<Index>(vertices.rows());
   BlockMatrix k(n, bending.couplings());
-  bending.add_stiffness(Team{}, strip.vertices, 1.0, 0.0, 0, n, k);
+  bending.add_stiffness(Team{}, vertices, 1.0, 0.0, 0, n, k);
   std::vector<Index> unknown(n, -1);
   Index n_free = 0;
   for (Index i = 0; i < n; ++i)
-    if (!strip.pinned[i]) unknown[i] = n_free++;
+    if (!pinned[i]) unknown[i] = n_free++;
   // A flat sheet bends along z only.
   std::vector<Eigen::Triplet<double>> entries;
   for (Index i = 0; i < n; ++i)
@@ -143,14 +171,22 @@ double tip_deflection(const Strip& strip, const Bending& bending) {
         entries.emplace_back(unknown[i], unknown[k.columns()[p]], k.block_map(p)(2, 2));
   Eigen::SparseMatrix<double> matrix(n_free, n_free);
   matrix.setFromTriplets(entries.begin(), entries.end());
-  const Vector load = lumped_areas(strip.vertices, strip.triangles);
+  const Vector load = lumped_areas(vertices, triangles);
   Vector b(n_free);
   for (Index i = 0; i < n; ++i)
     if (unknown[i] >= 0) b[unknown[i]] = load[i];
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(matrix);
-  const Vector z = solver.solve(b);
+  const Vector solved = solver.solve(b);
+  Vector z = Vector::Zero(n);
+  for (Index i = 0; i < n; ++i)
+    if (unknown[i] >= 0) z[i] = solved[unknown[i]];
+  return z;
+}
+
+double tip_deflection(const Strip& strip, const Bending& bending) {
+  const Vector z = deflections(strip.vertices, strip.triangles, strip.pinned, bending);
   double sum = 0.0;
-  for (const Index i : strip.tip) sum += z[unknown[i]];
+  for (const Index i : strip.tip) sum += z[i];
   return sum / static_cast<double>(strip.tip.size());
 }
 

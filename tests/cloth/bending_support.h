@@ -29,10 +29,15 @@ struct Strip {
 };
 // pattern: alternating | diagonal | mirrored | jittered | along (45 degrees, diagonals along) | across.
 Strip make_strip(const std::string& pattern, double length, double width, Index across);
+// Delaunay of random points; smoothing: rounds of relaxation, 0 leaves slivers. least_angle [rad] may be null.
+Strip random_strip(double length, double width, Index across, unsigned seed, int smoothing, double* least_angle = nullptr);
 
 Vector lumped_areas(const Points& vertices, const Triangles& triangles);  // [m^2]
 
-// Mean tip deflection of a strip under unit load per area, small deflections [m].
+// Deflections of a flat sheet under unit load per area, small deflections, pinned vertices held [m].
+Vector deflections(const Points& vertices, const Triangles& triangles, const std::vector<std::uint8_t>& pinned,
+                   const Bending& bending);
+// Their mean at the tip of a strip.
 double tip_deflection(const Strip& strip, const Bending& bending);
 
 }  // namespace loomstone::test

@@ -3,9 +3,6 @@
 
 #include <cmath>
 
-#include <Eigen/SparseCholesky>
-
-#include "core/cloth/membrane.h"
 #include "core/mesh/generators.h"
 #include "tests/cloth/bending_support.h"
 
@@ -33,6 +30,52 @@ TEST_CASE("a mid-edge cantilever sags as beam theory says, whatever the mesh and
   CHECK(deflection_ratio("midedge", pattern, across, isotropic(1.0, 0.0), 1.0) == Approx(1.0).epsilon(0.005));
 }
 
+TEST_CASE("a mid-edge cantilever sags as beam theory says on raw meshes with slivers") {
+  const Index across = GENERATE(4, 6, 10);
+  double least = M_PI, worst = 0.0;
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    double angle = 0.0;
+    const Strip strip = random_strip(1.0, 0.2, across, seed, 0, &angle);
+    if (angle < 1.0 * M_PI / 180) continue;  // nearer to nothing than the element is made for
+    BendingSetup setup = flat_setup(strip.vertices, strip.triangles, isotropic(1.0, 0.0));
+    setup.pinned = strip.pinned;
+    const auto bending = make_midedge_bending(setup);
+    const double ratio = 8.0 * tip_deflection(strip, *bending);
+    CAPTURE(across, seed, angle, bending->averaged_edges());
+    CHECK(ratio == Approx(1.0).epsilon(0.01));
+    least = std::min(least, angle), worst = std::max(worst, std::abs(ratio - 1.0));
+  }
+  CHECK(least < 3.0 * M_PI / 180);  // slivers there were: 1.3 degrees at 4 across
+  UNSCOPED_INFO(across << " across: worst " << worst);
+}
+
+TEST_CASE("the deflection of a simply supported plate converges with the square of the element's size") {
+  const std::string pattern = GENERATE("alternating", "jittered", "diagonal");
+  CAPTURE(pattern);
+  const double exact = 0.0040624;  // w B / (q a^4) at the centre (Timoshenko and Woinowsky-Krieger), nu = 0.3
+  std::vector<double> errors;
+  for (const Index n : {6, 12, 24}) {
+    const TriangleMesh mesh = grid_cells(1.0, 1.0, n, n, pattern == "diagonal" ? "diagonal" : "alternating");
+    Points x = mesh.vertices();
+    const Index centre = (n / 2) * (n + 1) + n / 2;
+    std::vector<std::uint8_t> edge(mesh.n_vertices(), 0);
+    const Points shift = noise(mesh.n_vertices(), pattern == "jittered" ? 0.25 / n : 0.0, 5);
+    for (Index i = 0; i < mesh.n_vertices(); ++i) {
+      const Index column = i % (n + 1), row = i / (n + 1);
+      edge[i] = column == 0 || row == 0 || column == n || row == n;
+      if (!edge[i] && i != centre) x.block<1, 2>(i, 0) += shift.block<1, 2>(i, 0);
+    }
+    BendingSetup setup = flat_setup(x, mesh.triangles(), isotropic(1.0, 0.3));
+    setup.pinned = edge;  // one row of vertices held: a simple support
+    const Vector z = deflections(x, mesh.triangles(), edge, *make_midedge_bending(setup));
+    errors.push_back(std::abs(z[centre] / exact - 1.0));
+  }
+  CAPTURE(errors);
+  CHECK(std::log2(errors[0] / errors[1]) > 1.7);
+  CHECK(std::log2(errors[1] / errors[2]) > 1.7);
+  CHECK(errors[2] < 0.005);
+}
+
 TEST_CASE("an orthotropic strip sags by its compliance along the strip") {
   const std::string pattern = GENERATE("alternating", "diagonal", "jittered", "along");
   CAPTURE(pattern);
@@ -54,6 +97,19 @@ TEST_CASE("the hinge's rigidity along the axes of a grid is within 25 percent of
   CHECK(1.0 / deflection_ratio("hinge", pattern, across, isotropic(1.0, 0.0), 1.0) == Approx(1.0).epsilon(0.25));
 }
 
+TEST_CASE("the hinge's rigidity on smoothed irregular meshes is within 18 percent of B") {
+  // Measured 0.837 at the worst.
+  const Index across = GENERATE(6, 10);
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    double angle = 0.0;
+    const Strip strip = random_strip(1.0, 0.2, across, seed, 30, &angle);
+    CAPTURE(across, seed, angle);
+    BendingSetup setup = flat_setup(strip.vertices, strip.triangles, isotropic(1.0, 0.0));
+    setup.pinned = strip.pinned;
+    CHECK(1.0 / (8.0 * tip_deflection(strip, *make_hinge_bending(setup))) == Approx(1.0).epsilon(0.18));
+  }
+}
+
 TEST_CASE("the hinge's rigidity at 45 degrees to a grid is another: reported, not bounded") {
   // Measured 2.04 B with diagonals along the strip and 0.75 B across; along the axes it is 0.8 B.
   for (const std::string pattern : {"along", "across"}) {
@@ -62,130 +118,4 @@ TEST_CASE("the hinge's rigidity at 45 degrees to a grid is another: reported, no
     UNSCOPED_INFO(pattern << ": " << ratio);
     CHECK(std::abs(ratio - 1.0) > 0.2);
   }
-}
-
-namespace {
-
-// Tip height of the inextensible cantilever under dead load w per length: B theta'' = -w (L - s) cos(theta), by shooting.
-double elastica_tip(double w, double& tip_x) {
-  double low = 0.0, high = 20.0;
-  double x = 0.0, z = 0.0;
-  for (int k = 0; k < 60; ++k) {
-    const double start = 0.5 * (low + high);  // downward curvature at the clamp
-    const int n = 2000;
-    const double h = 1.0 / n;
-    double theta = 0.0, kappa = start;
-    x = z = 0.0;
-    for (int i = 0; i < n; ++i) {
-      const double s = i * h;
-      const auto slope = [&](double at, double t) { return -w * (1.0 - at) * std::cos(t); };
-      const double k1 = slope(s, theta), t2 = theta + 0.5 * h * kappa, k2 = slope(s + 0.5 * h, t2);
-      const double t3 = theta + 0.5 * h * (kappa + 0.5 * h * k1), k3 = slope(s + 0.5 * h, t3);
-      const double t4 = theta + h * (kappa + 0.5 * h * k2), k4 = slope(s + h, t4);
-      const double middle = theta + 0.5 * h * (kappa + 0.25 * h * k1);
-      const double next = theta + h * (kappa + h * (k1 + k2 + k3) / 6.0);
-      x += h * (std::cos(theta) + 4.0 * std::cos(middle) + std::cos(next)) / 6.0;
-      z -= h * (std::sin(theta) + 4.0 * std::sin(middle) + std::sin(next)) / 6.0;
-      theta = next;
-      kappa += h * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0;
-    }
-    (kappa > 0.0 ? high : low) = start;  // the free end has no moment
-  }
-  tip_x = x;
-  return z;
-}
-
-// Minimises membrane + bending - load by Gauss-Newton with a line search on the energy.
-class StaticSolve {
- public:
-  StaticSolve(const Strip& strip, const Bending& bending, Membrane& membrane)
-      : strip_(strip), bending_(bending), membrane_(membrane), area_(lumped_areas(strip.vertices, strip.triangles)) {
-    auto couplings = bending.couplings();
-    n_ = static_cast<Index>(strip.vertices.rows());
-    for (Index t = 0; t < strip.triangles.rows(); ++t)
-      for (int k = 0; k < 3; ++k) couplings.emplace_back(strip.triangles(t, k), strip.triangles(t, (k + 1) % 3));
-    matrix_ = BlockMatrix(n_, couplings);
-  }
-
-  double potential(const Points& x, double load) {
-    return membrane_.energy(team_, x) + bending_.energy(team_, x) + load * area_.dot(x.col(2));
-  }
-
-  // Returns the norm of the residual over the load's.
-  double iterate(Points& x, double load) {
-    Points g = Points::Zero(n_, 3);
-    membrane_.add_forces(team_, x, nullptr, 0, n_, g);
-    bending_.add_forces(team_, x, Points::Zero(n_, 3), 0, n_, g);
-    g.col(2) -= load * area_;
-    matrix_.set_zero();
-    membrane_.add_jacobian(team_, x, JacobianKind::Positive, 1.0, 0.0, 0, n_, matrix_);
-    bending_.add_stiffness(team_, x, 1.0, 0.0, 0, n_, matrix_);
-    std::vector<Eigen::Triplet<double>> entries;
-    Vector b(3 * n_);
-    for (Index i = 0; i < n_; ++i) {
-      if (strip_.pinned[i]) g.row(i).setZero();
-      b.segment<3>(3 * i) = g.row(i).transpose();
-      for (Index p = matrix_.row_start()[i]; p < matrix_.row_start()[i + 1]; ++p) {
-        const Index j = matrix_.columns()[p];
-        if (strip_.pinned[i] || strip_.pinned[j]) {
-          if (i == j)
-            for (int c = 0; c < 3; ++c) entries.emplace_back(3 * i + c, 3 * i + c, 1.0);
-          continue;
-        }
-        for (int r = 0; r < 3; ++r)
-          for (int c = 0; c < 3; ++c) entries.emplace_back(3 * i + r, 3 * j + c, matrix_.block_map(p)(r, c));
-      }
-    }
-    Eigen::SparseMatrix<double> k(3 * n_, 3 * n_);
-    k.setFromTriplets(entries.begin(), entries.end());
-    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(k);
-    const Vector step = solver.solve(b);
-    const Eigen::Map<const Points> dx(step.data(), n_, 3);
-    const double before = potential(x, load), slope = -(g.array() * dx.array()).sum();
-    double length = 1.0;
-    while (length > 1e-6 && !(potential(x + length * dx, load) <= before + 1e-4 * length * slope)) length *= 0.5;
-    x += length * dx;
-    return g.norm() / (load * area_).norm();
-  }
-
- private:
-  const Strip& strip_;
-  const Bending& bending_;
-  Membrane& membrane_;
-  Vector area_;
-  Index n_;
-  BlockMatrix matrix_;
-  Team team_;
-};
-
-}  // namespace
-
-TEST_CASE("a heavy mid-edge cantilever hangs as the elastica does") {
-  double tip_x = 0.0;
-  const double tip_z = elastica_tip(5.0, tip_x);
-  CHECK(tip_z == Approx(-0.4959).epsilon(2e-4));  // the published boundary value problem
-
-  const std::string pattern = GENERATE("alternating", "diagonal", "jittered", "along");
-  CAPTURE(pattern);
-  const Strip strip = make_strip(pattern, 1.0, 0.2, 4);
-  BendingSetup setup = flat_setup(strip.vertices, strip.triangles, isotropic(1.0, 0.0));
-  setup.pinned = strip.pinned;
-  const auto bending = make_midedge_bending(setup);
-  // Stretch under its own weight: 5 / 2e4 / 2.
-  const MembraneConstants constants{2e4, 2e4, 0.0, 1e4, 0.0, 0.0};
-  Membrane membrane(static_cast<Index>(strip.vertices.rows()), strip.triangles, setup.corners,
-                    std::vector<MembraneConstants>(strip.triangles.rows(), constants));
-  StaticSolve solve(strip, *bending, membrane);
-  Points x = strip.vertices;
-  double residual = 1.0;
-  int iterations = 0;
-  for (const double load : {1.0, 2.0, 3.0, 4.0, 5.0})
-    for (int k = 0; k < 100; ++k, ++iterations)
-      if ((residual = solve.iterate(x, load)) < (load < 5.0 ? 1e-2 : 1e-5)) break;
-  CAPTURE(iterations, residual);
-  CHECK(residual < 1e-5);
-  double z = 0.0, along = 0.0;
-  for (const Index i : strip.tip) z += x(i, 2) / strip.tip.size(), along += x(i, 0) / strip.tip.size();
-  CHECK(z == Approx(tip_z).epsilon(0.01));
-  CHECK(along == Approx(tip_x).margin(0.01));
 }

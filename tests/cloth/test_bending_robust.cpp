@@ -80,6 +80,36 @@ TEST_CASE("a fold may close completely without a number that is not finite") {
   }
 }
 
+TEST_CASE("a fold that passes through itself comes back from the other side") {
+  // Angles are not unwrapped: beyond pi the two triangles have passed through one another, which collisions prevent; cloth
+  // without collisions then opens the shorter way. What a user gets is the energy of the shape as it is, whatever the past.
+  const std::string element = GENERATE("hinge", "midedge");
+  CAPTURE(element);
+  Points x(4, 3);
+  x << 0.0, 1.0, 0.0, 0.0, -1.0, 0.0, -0.5, 0.0, 0.0, 0.5, 0.0, 0.0;
+  Triangles triangles(2, 3);
+  triangles << 0, 2, 3, 1, 3, 2;
+  const auto bending = make_bending(element, flat_setup(x, triangles, isotropic(1.0, 0.0)));
+  const auto folded = [&](double angle) {
+    Points at = x;
+    at.row(0) << 0.0, std::cos(angle), std::sin(angle);
+    return at;
+  };
+  const auto opening = [&](double angle) {  // torque on the free triangle about the fold, towards larger angles
+    Points force = Points::Zero(4, 3);
+    bending->add_forces(Team{}, folded(angle), Points::Zero(4, 3), 0, 4, force);
+    return force.row(0).dot(Eigen::RowVector3d(0.0, -std::sin(angle), std::cos(angle)));
+  };
+  for (const double beyond : {1e-3, 0.2, 0.5}) {
+    CAPTURE(beyond);
+    CHECK(bending->energy(Team{}, folded(M_PI + beyond)) ==
+          Approx(bending->energy(Team{}, folded(M_PI - beyond))).epsilon(1e-9));
+    CHECK(opening(M_PI - beyond) < 0.0);
+    CHECK(opening(M_PI + beyond) == Approx(-opening(M_PI - beyond)).epsilon(1e-9));
+    CHECK(bending->energy(Team{}, folded(M_PI + beyond)) < bending->energy(Team{}, folded(M_PI)));
+  }
+}
+
 TEST_CASE("hinges with a triangle that has no area now exert no force and are counted") {
   const std::string element = GENERATE("hinge", "midedge");
   CAPTURE(element);
