@@ -54,18 +54,23 @@ void place_fixed(const StepInputs& inputs, Points& x) {
     if ((*inputs.fixed)[i]) x.row(i) = inputs.target->row(i);
 }
 
+namespace {
+void add_force(const ExtraTerm& term, const Vec3& force, const RowLayout& layout, Points& rhs) {
+  for (int e = 0; e < term.n_entries; ++e) {
+    const TermEntry& entry = term.entries[e];
+    if (layout.owns(entry.row)) rhs.row(entry.row) += entry.apply_transposed(force).transpose();
+  }
+}
+}  // namespace
+
 void add_term_forces(const ExtraTerms& terms, const RowLayout& layout, double sigma, double time,
                      const Points& displacement, Points& rhs) {
-  for (const ExtraTerm& term : terms) {
-    Vec3 d = -time * term.drift;
-    for (int e = 0; e < term.n_entries; ++e)
-      d += term.entries[e].apply(displacement.row(term.entries[e].row).transpose());
-    const Vec3 force = -sigma * (term.gradient + term.hessian * d);
-    for (int e = 0; e < term.n_entries; ++e) {
-      const TermEntry& entry = term.entries[e];
-      if (layout.owns(entry.row)) rhs.row(entry.row) += entry.apply_transposed(force).transpose();
-    }
-  }
+  for (const ExtraTerm& term : terms)
+    add_force(term, -sigma * (term.gradient + term.hessian * term.relative_displacement(displacement, time)), layout, rhs);
+}
+
+void add_term_gradients(const ExtraTerms& terms, const RowLayout& layout, double sigma, Points& rhs) {
+  for (const ExtraTerm& term : terms) add_force(term, -sigma * term.gradient, layout, rhs);
 }
 
 }  // namespace loomstone

@@ -2,10 +2,12 @@
 // Implements method.md 1.4, thesis (2.51)-(2.55).
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "core/base/error.h"
 #include "core/base/types.h"
 #include "core/cloth/cloth_model.h"
 #include "core/cloth/cloth_state.h"
@@ -18,12 +20,17 @@
 
 namespace loomstone {
 
+// The terms of a step where the rows have moved by `displacement` (rows x 3) [m] in `time` [s]: sets gradient and hessian of
+// `terms`, which come as those of the start, and returns their energy [J].
+using TermsAt = std::function<double(const Points& displacement, double time, TermRequest request, ExtraTerms& terms)>;
+
 // What a step is given. Rows: cloth vertices, then two rows a rigid body (translation, rotation) where bodies take part.
 struct StepInputs {
   double step = 0.0;                  // h [s]
   double time = 0.0;                  // at the start [s]
   const Points* force = nullptr;      // (n x 3) loads at the start [N]: gravity, drag, user
   const ExtraTerms* terms = nullptr;  // contacts, friction, attachments at the start; implicit schemes only
+  const TermsAt* terms_at = nullptr;  // asked once an iterate by Newton loops; null: the terms are linear
   const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: motion is prescribed
   const Points* target = nullptr;     // (n x 3) positions of fixed rows at the end [m]
   const std::vector<Mat3>* body_mass = nullptr;      // (2 b) mass times identity, world inertia
@@ -33,6 +40,14 @@ struct IntegrationReport {
   int newton_iterations = 1;
   int linear_iterations = 0;
   double residual = 0.0;
+  std::vector<double> newton_residuals;  // relative, of the first guess and after each iteration; Newton loops only
+};
+
+// A Newton loop that ends without a solution; `row` is where the residual is largest.
+class NewtonFailure : public SolverFailure {
+ public:
+  NewtonFailure(const std::string& what, Index row) : SolverFailure(what), row(row) {}
+  Index row;
 };
 
 // Stage.

@@ -87,7 +87,7 @@ class LinearisedIntegrator final : public Integrator {
     move(team, scheme, h, inputs, state);
     state.last_change = change_;
     body_velocity += change_.bottomRows(rows - n);
-    return {1, solved.iterations, solved.residual};
+    return {1, solved.iterations, solved.residual, {}};
   }
 
  private:

@@ -19,7 +19,7 @@ struct IntegratorOptions {
   double tolerance = 1e-4;
   int max_iterations = 2000;
   double newton_tolerance = 1e-6;
-  int max_newton_iterations = 50;
+  int max_newton_iterations = 100;
 
   static auto fields() {
     using O = IntegratorOptions;

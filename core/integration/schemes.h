@@ -24,4 +24,7 @@ void place_fixed(const StepInputs& inputs, Points& x);
 void add_term_forces(const ExtraTerms& terms, const RowLayout& layout, double sigma, double time,
                      const Points& displacement, Points& rhs);
 
+// The same for terms whose g is already that of where forces are evaluated.
+void add_term_gradients(const ExtraTerms& terms, const RowLayout& layout, double sigma, Points& rhs);
+
 }  // namespace loomstone

@@ -38,7 +38,25 @@ struct ExtraTerm {
   Vec3 gradient = Vec3::Zero();   // g [N]
   Mat3 hessian = Mat3::Zero();    // H [N/m], symmetric PSD
   Vec3 drift = Vec3::Zero();      // velocity of what moves by script, in u [m/s]
+
+  // u' [m] `time` after the start, where the rows have moved by `displacement` (rows x 3).
+  Vec3 relative_displacement(const Points& displacement, double time) const {
+    Vec3 d = -time * drift;
+    for (int e = 0; e < n_entries; ++e) d += entries[e].apply(displacement.row(entries[e].row).transpose());
+    return d;
+  }
+  // Gradient there of a term whose H does not change; returns the energy above that of the start [J].
+  double move_linearly(const Points& displacement, double time) {
+    const Vec3 d = relative_displacement(displacement, time), start = gradient;
+    gradient += hessian * d;
+    return 0.5 * (start + gradient).dot(d);
+  }
 };
+
+// What is asked for where rows have moved. Limits of friction are those of the last request of NewLimits, at first those of
+// the start: between such requests the terms have a potential, whose second derivative H is. Secant: H as of the paraboloid
+// that touches the potential from above, for which steps are never too long.
+enum class TermRequest { Derivative, Secant, NewLimits };
 
 using ExtraTerms = std::vector<ExtraTerm>;  // sorted by (kind, a, b) of what they came from
 

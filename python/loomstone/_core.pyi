@@ -1004,13 +1004,13 @@ class IntegratorOptions:
     tolerance : of the linear solver, on the preconditioned norm [1]; > 0; default 0.0001
     max_iterations : of the linear solver [1]; in [1, 1e+09]; default 2000
     newton_tolerance : relative residual of the Newton loop [1]; > 0; default 1e-06
-    max_newton_iterations : of the Newton loop [1]; in [1, 1e+06]; default 50
+    max_newton_iterations : of the Newton loop [1]; in [1, 1e+06]; default 100
     """
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
     field_names: typing.ClassVar[tuple[str, ...]] = ('method', 'step', 'jacobian', 'bending', 'linear_solver', 'tolerance', 'max_iterations', 'newton_tolerance', 'max_newton_iterations')
     def __eq__(self, arg0: object) -> bool:
         ...
-    def __init__(self, *, method: str = 'semi-implicit-euler', step: typing.SupportsFloat | typing.SupportsIndex = 0.001, jacobian: str = 'spd', bending: str = 'auto', linear_solver: str = 'pcg', tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001, max_iterations: typing.SupportsInt | typing.SupportsIndex = 2000, newton_tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-06, max_newton_iterations: typing.SupportsInt | typing.SupportsIndex = 50) -> None:
+    def __init__(self, *, method: str = 'semi-implicit-euler', step: typing.SupportsFloat | typing.SupportsIndex = 0.001, jacobian: str = 'spd', bending: str = 'auto', linear_solver: str = 'pcg', tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001, max_iterations: typing.SupportsInt | typing.SupportsIndex = 2000, newton_tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-06, max_newton_iterations: typing.SupportsInt | typing.SupportsIndex = 100) -> None:
         ...
     def __repr__(self) -> str:
         ...
@@ -1045,7 +1045,7 @@ class IntegratorOptions:
     @property
     def max_newton_iterations(self) -> int:
         """
-        of the Newton loop [1]; in [1, 1e+06]; default 50
+        of the Newton loop [1]; in [1, 1e+06]; default 100
         """
     @property
     def method(self) -> str:

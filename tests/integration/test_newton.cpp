@@ -1,0 +1,98 @@
+// Claims about the Newton loops of backward Euler and of the nonlinear midpoint rule.
+#include <catch2/catch.hpp>
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/base/error.h"
+#include "tests/support/cloth_fixture.h"
+
+using namespace loomstone;
+using namespace loomstone::test;
+
+namespace {
+
+ClothMaterial soft() {
+  ClothMaterial m;
+  m.weft_stiffness = 300, m.warp_stiffness = 200, m.shear_stiffness = 100;
+  return m;
+}
+
+}  // namespace
+
+TEST_CASE("with the exact Jacobian Newton's residual is squared from one iteration to the next") {
+  const std::string method = GENERATE("backward-euler", "nonlinear-midpoint");
+  const std::string element = GENERATE("mid-edge", "hinge");
+  CAPTURE(method, element);
+  // A spinning sheet under tension, rolled with angles of about 0.5: bending's moments are as large as its stiffness.
+  const TriangleMesh mesh = jittered_grid(0.2, 0.2, 5, 5, 0.2, 3);
+  IntegratorOptions o = exact_options(method.c_str(), 5e-3);
+  o.bending = "implicit", o.newton_tolerance = 1e-13;
+  ClothRun run = make_run(mesh, soft(), o, 1e-3, {}, Vec3(0, 0, -9.81), element.c_str());
+  start(run, o);
+  const double radius = 0.08;
+  for (Index i = 0; i < mesh.n_vertices(); ++i) {
+    const double a = mesh.vertices()(i, 0) / radius;
+    run.state.x.row(i) << 1.05 * radius * std::sin(a), 1.1 * mesh.vertices()(i, 1), 1.05 * radius * std::cos(a);
+    run.state.v.row(i) = Vec3(1, 2, 6).cross(run.state.x.row(i).transpose()).transpose();
+  }
+  const IntegrationReport report = run.advance();
+  const std::vector<double>& r = report.newton_residuals;
+  CAPTURE(r);
+  REQUIRE(r.size() >= 4);
+  CHECK(r.size() == static_cast<std::size_t>(report.newton_iterations) + 1);
+  int n_squared = 0;
+  for (std::size_t k = 0; k + 1 < r.size(); ++k) {
+    if (r[k] > 1e-2 || r[k + 1] < 1e-13) continue;  // not near yet; rounding
+    // Quadratic: r_{k+1} <= C r_k^2. One constant for all iterations; linear convergence would break it at the next.
+    CHECK(r[k + 1] <= 30.0 * r[k] * r[k]);
+    ++n_squared;
+  }
+  CHECK(n_squared >= 1);
+  CHECK(report.newton_iterations <= 8);
+}
+
+TEST_CASE("a sheet pressed far beyond buckling in a few steps is followed by the Newton loop with either bending") {
+  const std::string element = GENERATE("mid-edge", "hinge");
+  const std::string method = GENERATE("backward-euler", "nonlinear-midpoint");
+  CAPTURE(element, method);
+  const TriangleMesh mesh = grid_cells(0.2, 0.1, 20, 10);
+  IntegratorOptions o;
+  o.method = method, o.step = 4e-3, o.bending = "implicit", o.linear_solver = "direct";
+  std::vector<Index> pins;
+  for (Index i = 0; i < mesh.n_vertices(); ++i)
+    if (std::abs(mesh.vertices()(i, 0)) > 0.1 - 1e-9) pins.push_back(i);
+  ClothRun run = make_run(mesh, soft(), o, 1e-5, pins, Vec3(0, 0, -9.81), element.c_str());
+  start(run, o);
+  int most = 0;
+  for (int k = 0; k < 40; ++k) {
+    // 10 % in 80 ms: the flat sheet is a saddle of the potential at once.
+    const double pressed = 1.0 - 0.1 * std::min(1.0, (k + 1) / 20.0);
+    for (const Index pin : pins) run.target(pin, 0) = pressed * mesh.vertices()(pin, 0);
+    const IntegrationReport report = run.advance();
+    most = std::max(most, report.newton_iterations);
+    CHECK(report.residual <= o.newton_tolerance);
+  }
+  CHECK(most <= 30);
+  // It has buckled: a tenth less width needs an amplitude of about 0.2 (2 / pi) sqrt(0.1 / 0.9) / ... > 1 cm somewhere.
+  CHECK(run.state.x.col(2).maxCoeff() - run.state.x.col(2).minCoeff() > 0.01);
+}
+
+TEST_CASE("a Newton loop that cannot converge says so, names the remedy, and where the residual is largest") {
+  const TriangleMesh mesh = grid_cells(0.2, 0.2, 4, 4);
+  IntegratorOptions o = exact_options("backward-euler", 1e-3);
+  o.newton_tolerance = 1e-30, o.max_newton_iterations = 3;
+  ClothRun run = make_run(mesh, soft(), o, 0.0, {0}, Vec3(0, 0, -9.81));
+  start(run, o);
+  CHECK_THROWS_WITH(run.advance(), Catch::Contains("backward-euler") && Catch::Contains("integrator.step"));
+  run = make_run(mesh, soft(), o, 0.0, {0}, Vec3(0, 0, -9.81));
+  run.force(7, 0) = 100.0;  // one vertex is torn away
+  o.max_newton_iterations = 1;
+  start(run, o);
+  try {
+    run.advance();
+    FAIL("one iteration does not solve this");
+  } catch (const NewtonFailure& failure) {
+    CHECK(failure.row == 7);
+  }
+}
