@@ -25,6 +25,7 @@ struct CollisionStage::Data {
   BroadPhase broad_phase;
   NearLists lists;
   ImpactSearch search;
+  std::vector<ContactLaw> laws;  // scratch: of the terms of this step
 };
 
 CollisionStage::CollisionStage(const CollisionModel& model) : data_(std::make_unique<Data>(model)) {}
@@ -38,7 +39,13 @@ std::vector<Contact> CollisionStage::proximity(const Team& team, const Points& x
 void CollisionStage::terms(const std::vector<Contact>& contacts, const Points& x0, const Points& v0,
                            const Points& last_change, const Points& body_centres, double step, Index n_cloth, const ContactState& state,
                            ExtraTerms& terms, double& energy) {
-  contact_terms(data_->model, contacts, x0, v0, last_change, body_centres, step, n_cloth, state, terms, energy);
+  contact_terms(data_->model, contacts, x0, v0, last_change, body_centres, step, n_cloth, state, terms,
+                data_->laws, energy);
+}
+
+double CollisionStage::terms_at(const Team& team, const Points& displacement, double time, TermRequest request,
+                                ExtraTerms& terms) {
+  return contact_terms_at(team, data_->laws, data_->model.contact_stiffness, displacement, time, request, terms);
 }
 
 void CollisionStage::update_anchors(const std::vector<Contact>& contacts, const Points& x0, const Points& x1,

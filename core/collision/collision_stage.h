@@ -61,6 +61,10 @@ class CollisionStage {
   void terms(const std::vector<Contact>& contacts, const Points& x0, const Points& v0, const Points& last_change,
              const Points& body_centres, double step, Index n_cloth, const ContactState& state, ExtraTerms& terms, double& energy);
 
+  // The terms that terms() made last, where rows have moved by `displacement` (rows x 3) [m] in `time` [s]; they come first in
+  // `terms`. Pairs, weights, normals and anchors are those of the start. Returns their energy [J].
+  double terms_at(const Team& team, const Points& displacement, double time, TermRequest request, ExtraTerms& terms);
+
   // Anchors after the step, from the actual motion x0 -> x1.
   void update_anchors(const std::vector<Contact>& contacts, const Points& x0, const Points& x1, ContactState& state);
 

@@ -57,11 +57,22 @@ void set_entries(const CollisionModel& model, const Contact& contact, const Poin
             [](const TermEntry& x, const TermEntry& y) { return x.row < y.row; });
 }
 
+// The law of contacts at a signed gap. Below a tenth of the thickness (or the distance at the start) it goes on linearly, so
+// that an iterate that has passed through is pushed back by a finite force.
+ContactForce force_at_gap(const ContactLaw& law, double gap, double stiffness) {
+  const double least = std::min(0.1 * law.thickness, law.distance);
+  if (gap >= least) return contact_force(gap, law.thickness, stiffness);
+  const ContactForce at = contact_force(least, law.thickness, stiffness);
+  const double depth = least - gap;
+  return {at.force + at.stiffness * depth, at.stiffness, at.energy + (at.force + 0.5 * at.stiffness * depth) * depth};
+}
+
 }  // namespace
 
 void contact_terms(const CollisionModel& model, const std::vector<Contact>& contacts, const Points& x0, const Points& v0,
-                   const Points& last_change, const Points& body_centres, double step, Index n_cloth, const ContactState& state, ExtraTerms& terms,
-                   double& energy) {
+                   const Points& last_change, const Points& body_centres, double step, Index n_cloth,
+                   const ContactState& state, ExtraTerms& terms, std::vector<ContactLaw>& laws, double& energy) {
+  laws.clear();
   const std::vector<double> shares = contact_shares(contacts, model, x0);
   const std::vector<Vec3> slips = anchored_slips(contacts, model, state);
   terms.reserve(terms.size() + contacts.size());
@@ -85,8 +96,27 @@ void contact_terms(const CollisionModel& model, const std::vector<Contact>& cont
     term.gradient = -shares[c] * normal.force * n + friction.gradient;
     term.hessian = shares[c] * normal.stiffness * (Mat3::Identity() - tangent) + friction.hessian;
     terms.push_back(term);
+    laws.push_back({n, contact.distance, contact.thickness, shares[c], contact.friction, slips[c], limit});
     energy += shares[c] * normal.energy + 0.5 * stiffness * slips[c].squaredNorm();
   }
+}
+
+double contact_terms_at(const Team& team, std::vector<ContactLaw>& laws, double stiffness, const Points& displacement,
+                        double time, TermRequest request, ExtraTerms& terms) {
+  return parallel_sum(team, static_cast<Index>(laws.size()), [&](Index i) {
+    ContactLaw& law = laws[i];
+    ExtraTerm& term = terms[i];
+    const Vec3 moved = term.relative_displacement(displacement, time);
+    const double along = law.normal.dot(moved), k = law.share * stiffness;
+    const ContactForce normal = force_at_gap(law, law.distance + along, k);
+    const Mat3 tangent = tangent_projector(law.normal);
+    if (request == TermRequest::NewLimits) law.limit = law.friction * normal.force;
+    const FrictionState friction =
+        friction_at(law.slip, moved - along * law.normal, tangent, k, law.limit, request == TermRequest::Secant);
+    term.gradient = friction.gradient - normal.force * law.normal;
+    term.hessian = friction.hessian + normal.stiffness * (Mat3::Identity() - tangent);
+    return normal.energy + friction.energy;
+  });
 }
 
 void update_contact_anchors(const CollisionModel& model, const std::vector<Contact>& contacts, const Points& x0,

@@ -5,9 +5,25 @@
 
 namespace loomstone {
 
+// What the force of one contact follows from over a step, and is not in its term. The gap is measured along the normal of the
+// start: pairs, weights, normals and anchors are fixed over a step.
+struct ContactLaw {
+  Vec3 normal;
+  double distance, thickness;  // at the start [m]
+  double share, friction;      // [1]
+  Vec3 slip;                   // of the anchor at the start [m]
+  double limit;                // of the friction force [N]
+};
+
+// laws: one a term added.
 void contact_terms(const CollisionModel& model, const std::vector<Contact>& contacts, const Points& x0, const Points& v0,
-                   const Points& last_change, const Points& body_centres, double step, Index n_cloth, const ContactState& state, ExtraTerms& terms,
-                   double& energy);
+                   const Points& last_change, const Points& body_centres, double step, Index n_cloth,
+                   const ContactState& state, ExtraTerms& terms, std::vector<ContactLaw>& laws, double& energy);
+
+// Gradient and hessian of the first laws.size() terms where rows have moved by `displacement` (rows x 3) [m] in `time` [s],
+// normal and friction force evaluated there. Returns their energy [J], whose gradient they are while limits stay.
+double contact_terms_at(const Team& team, std::vector<ContactLaw>& laws, double stiffness, const Points& displacement,
+                        double time, TermRequest request, ExtraTerms& terms);
 
 // Slips of the step that has been made, sorted like the contacts; those of pairs that are no contacts are dropped.
 void update_contact_anchors(const CollisionModel& model, const std::vector<Contact>& contacts, const Points& x0,

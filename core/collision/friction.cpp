@@ -52,6 +52,17 @@ Vec3 sped_up(const Vec3& slip, const Vec3& predicted, const Vec3& gained, double
   return (1.0 + std::clamp(gained.dot(predicted) / size2, 0.0, 1.0)) * predicted;
 }
 
+FrictionState friction_at(const Vec3& slip, const Vec3& moved, const Mat3& tangent, double stiffness, double limit,
+                          bool secant) {
+  if (!(limit > 0.0)) return {Vec3::Zero(), Mat3::Zero(), 0.0};
+  const Vec3 stretch = slip + moved;
+  const double length = stretch.norm();
+  if (stiffness * length <= limit) return {stiffness * stretch, stiffness * tangent, 0.5 * stiffness * length * length};
+  const Vec3 along = stretch / length;
+  const Mat3 turning = secant ? tangent : Mat3(tangent - along * along.transpose());
+  return {limit * along, limit / length * turning, limit * (length - 0.5 * limit / stiffness)};
+}
+
 Vec3 slip_after(const Vec3& slip, const Vec3& actual, double stiffness, double limit) {
   const Vec3 trial = slip + actual;
   const double size = trial.norm(), largest = limit / stiffness;

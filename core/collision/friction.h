@@ -21,6 +21,17 @@ FrictionResponse friction_response(const Vec3& slip, const Vec3& predicted, cons
 // the step before, makes friction too large by h / t of itself after a time t of sliding.
 Vec3 sped_up(const Vec3& slip, const Vec3& predicted, const Vec3& gained, double stiffness, double limit);
 
+// The same where the contact has moved by u, without linearisation: force, its derivative for constant limit (secant: the
+// stiffness limit / |s + u| in every direction while slipping), energy [J] (that of the spring up to the limit, work against
+// the limit beyond).
+struct FrictionState {
+  Vec3 gradient;
+  Mat3 hessian;
+  double energy;
+};
+FrictionState friction_at(const Vec3& slip, const Vec3& moved, const Mat3& tangent, double stiffness, double limit,
+                          bool secant);
+
 // Slip after the step: s + u of the actual motion, clipped to limit / k.
 Vec3 slip_after(const Vec3& slip, const Vec3& actual, double stiffness, double limit);
 

@@ -142,6 +142,7 @@ std::int64_t Stepper::take(State& state, StepOutcome& outcome, StepPart part) {
       collision_->terms(contacts_, x0_, v0_, last_change_, state.rigid.positions, step_, model_.cloth.n_vertices, state.contacts, terms_,
                         report.contact_energy);
     }
+    n_contact_terms_ = terms_.size();
     if (integrator_->implicit()) add_attachments(state, terms_);
     report.contacts = std::max(report.contacts, static_cast<std::int64_t>(contacts_.size()));
   }
@@ -220,6 +221,13 @@ void Stepper::add_attachments(const State& state, ExtraTerms& terms) const {
   }
 }
 
+// All terms where cloth and bodies have moved since the start of the step; for Newton loops.
+double Stepper::terms_at(const Points& displacement, double time, TermRequest request, ExtraTerms& terms) {
+  double energy = n_contact_terms_ > 0 ? collision_->terms_at(team_, displacement, time, request, terms) : 0.0;
+  for (std::size_t i = n_contact_terms_; i < terms.size(); ++i) energy += terms[i].move_linearly(displacement, time);
+  return energy;
+}
+
 void Stepper::integrate(State& state, StepReport& report) {
   if (model_.cloth.n_vertices == 0) return;
   StepInputs inputs;
@@ -227,11 +235,23 @@ void Stepper::integrate(State& state, StepReport& report) {
   inputs.time = start_time_;
   inputs.force = &force_;
   inputs.terms = &terms_;
+  const TermsAt at = [this](const Points& displacement, double after, TermRequest request, ExtraTerms& terms) {
+    return terms_at(displacement, after, request, terms);
+  };
+  inputs.terms_at = &at;
   inputs.fixed = &fixed_;
   inputs.target = &target_;
   inputs.body_mass = &body_blocks_;
   predicted_body_velocity_ = body_velocity_;
-  const IntegrationReport done = integrator_->advance(team_, layout_, inputs, state.cloth, body_velocity_);
+  IntegrationReport done;
+  try {
+    done = integrator_->advance(team_, layout_, inputs, state.cloth, body_velocity_);
+  } catch (const NewtonFailure& failure) {
+    std::ostringstream out;
+    out << failure.what() << "; the residual is largest at cloth vertex " << vertex_of_row(failure.row)
+        << ", which began the step at (" << x0_.row(failure.row) << ')';
+    throw SolverFailure(out.str());
+  }
   report.newton_iterations += done.newton_iterations;
   report.linear_iterations += done.linear_iterations;
   report.linear_residual = done.residual;
@@ -309,6 +329,11 @@ void Stepper::count_intersections(State& state, StepReport& report) {
   state.tangled = report.intersections > 0;
 }
 
+Index Stepper::vertex_of_row(Index row) const {
+  return static_cast<Index>(std::find(model_.row_of_vertex.begin(), model_.row_of_vertex.end(), row) -
+                            model_.row_of_vertex.begin());
+}
+
 // A step that moves a vertex by a hundred times the size of what there is has diverged, finite or not.
 void Stepper::check(const State& state, const char* stage) const {
   const Vec3 extent = (x0_.colwise().maxCoeff() - x0_.colwise().minCoeff()).transpose();
@@ -316,9 +341,8 @@ void Stepper::check(const State& state, const char* stage) const {
   for (Index i = 0; i < model_.cloth.n_vertices; ++i) {
     const double moved = (state.cloth.x.row(i) - x0_.row(i)).norm();
     if (moved <= limit && state.cloth.v.row(i).allFinite()) continue;
-    const auto vertex = std::find(model_.row_of_vertex.begin(), model_.row_of_vertex.end(), i);
     std::ostringstream out;
-    out << "cloth vertex " << vertex - model_.row_of_vertex.begin() << " moved by " << moved << " m in the stage \"" << stage
+    out << "cloth vertex " << vertex_of_row(i) << " moved by " << moved << " m in the stage \"" << stage
         << "\", more than 100 times the extent of the scene, or is not finite; shorten integrator.step";
     throw SolverFailure(out.str());
   }

@@ -44,11 +44,13 @@ class Stepper {
   std::int64_t take(State& state, StepOutcome& outcome, StepPart part);
   void loads(const State& state);
   void add_attachments(const State& state, ExtraTerms& terms) const;
+  double terms_at(const Points& displacement, double time, TermRequest request, ExtraTerms& terms);
   void integrate(State& state, StepReport& report);
   void bodies(State& state);
   FreeBodies free_bodies(const State& state) const;
   CertifyReport certify(State& state, StepOutcome& outcome);
   void count_intersections(State& state, StepReport& report);
+  Index vertex_of_row(Index row) const;                     // in the user's order
   void check(const State& state, const char* stage) const;  // throws SolverFailure where the step diverged
 
   const Model& model_;
@@ -69,7 +71,8 @@ class Stepper {
   std::vector<Mat3> body_blocks_;
   std::vector<RigidPose> start_poses_;   // of bodies
   std::vector<Contact> contacts_;
-  ExtraTerms terms_;
+  ExtraTerms terms_;             // contacts first, then attachments
+  std::size_t n_contact_terms_ = 0;
 };
 
 }  // namespace loomstone

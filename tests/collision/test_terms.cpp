@@ -82,6 +82,70 @@ TEST_CASE("forces of contacts are minus the gradient of their energies with shar
   CHECK(difference == Approx(slope).epsilon(1e-5));
 }
 
+TEST_CASE("terms where cloth has moved are the gradient of their energy, and their stiffness its derivative") {
+  TestScene scene = two_sheets();
+  const Points x = shaken(scene.x, 4e-4, 10);
+  const Index n = static_cast<Index>(x.rows());
+  const Points v = shaken(Points::Zero(n, 3), 0.05, 12);
+  CollisionStage stage(scene.model);
+  const std::vector<Contact> contacts = stage.proximity(Team{1}, x);
+  ContactState state;
+  for (const Contact& c : contacts)  // anchors that stick and anchors that will slip
+    state.anchors.push_back({c.kind, c.a, c.b, 1e-4 * c.normal.unitOrthogonal() * double(c.a % 3), 1.0});
+  ExtraTerms terms;
+  double energy = 0.0;
+  std::vector<Contact> smooth = contacts;
+  for (Contact& c : smooth) c.friction = 0.0;
+  // Where nothing has moved yet the normal force is that of the start, and so is its stiffness.
+  stage.terms(smooth, x, v, Points::Zero(n, 3), Points(0, 3), 1e-3, n, state, terms, energy);
+  ExtraTerms there = terms;
+  stage.terms_at(Team{1}, Points::Zero(n, 3), 0.0, TermRequest::Derivative, there);
+  REQUIRE(terms.size() > 20);
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    CHECK((there[i].gradient - terms[i].gradient).norm() <= 1e-12 * terms[i].gradient.norm());
+    CHECK((there[i].hessian - terms[i].hessian).norm() <= 1e-12 * terms[i].hessian.norm());
+  }
+  terms.clear();
+  stage.terms(contacts, x, v, Points::Zero(n, 3), Points(0, 3), 1e-3, n, state, terms, energy);
+  const auto at = [&](const Points& moved, ExtraTerms& out) {
+    out = terms;
+    return stage.terms_at(Team{1}, moved, 1e-3, TermRequest::Derivative, out);
+  };
+  const auto assembled = [&](const ExtraTerms& all) {
+    Points g = Points::Zero(n, 3);
+    for (const ExtraTerm& t : all)
+      for (int e = 0; e < t.n_entries; ++e) g.row(t.entries[e].row) += t.entries[e].apply_transposed(t.gradient).transpose();
+    return g;
+  };
+  // Far enough to pass through: gaps of both signs.
+  const Points moved = shaken(Points::Zero(n, 3), 1.5e-3, 13), direction = shaken(Points::Zero(n, 3), 1.0, 14);
+  at(moved, there);
+  const double slope = (assembled(there).array() * direction.array()).sum();
+  const Points force = assembled(there);
+  Points product = Points::Zero(n, 3);
+  for (const ExtraTerm& t : there)
+    for (int e = 0; e < t.n_entries; ++e)
+      product.row(t.entries[e].row) +=
+          t.entries[e].apply_transposed(t.hessian * t.relative_displacement(direction, 0.0)).transpose();
+  // Pieces of energy meet with one derivative: first-order convergence at worst, and that to small errors.
+  double last = 1.0, last_force = 1.0;
+  for (const double step : {1e-6, 1e-7, 1e-8}) {
+    ExtraTerms plus, minus;
+    const double difference = (at(moved + step * direction, plus) - at(moved - step * direction, minus)) / (2 * step);
+    const double error = std::abs(difference - slope) / std::abs(slope);
+    const double force_error = ((assembled(plus) - assembled(minus)) / (2 * step) - product).norm() / product.norm();
+    CHECK(error < std::max(0.5 * last, 1e-7));  // rounding of energies
+    CHECK(force_error < std::max(0.5 * last_force, 1e-6));
+    last = error, last_force = force_error;
+  }
+  CHECK(last < 1e-6);
+  CHECK(last_force < 1e-4);
+  // New limits follow the normal force there; without them those of the start hold.
+  ExtraTerms limited = terms;
+  stage.terms_at(Team{1}, moved, 1e-3, TermRequest::NewLimits, limited);
+  CHECK((assembled(limited) - force).norm() > 1e-3 * force.norm());
+}
+
 TEST_CASE("stiffness of every term is symmetric and positive semidefinite") {
   TestScene scene = two_sheets();
   const Points x = shaken(scene.x, 8e-4, 12), v = shaken(Points::Zero(x.rows(), 3), 2.0, 13);
