@@ -247,6 +247,8 @@ TEST_CASE("what cannot be simulated is refused before time passes, naming item a
 TEST_CASE("a cloth dropped on the floor by the Newton loops stays above it, and by backward Euler comes to rest") {
   for (const char* method : {"backward-euler", "nonlinear-midpoint"}) {
     CAPTURE(method);
+    const bool damped = method == std::string("backward-euler");
+    const double duration = damped ? 0.6 : 0.3;  // it lands at 0.06 to 0.1 s
     Scene scene;
     const Eigen::Matrix3d tilt = Eigen::AngleAxisd(0.15, Vec3(1, 0.5, 0).normalized()).toRotationMatrix();
     scene.cloths.push_back(cloth_of(grid_cells(0.2, 0.2, 10, 10).moved(Vec3(0, 0, 0.04), tilt)));
@@ -254,17 +256,17 @@ TEST_CASE("a cloth dropped on the floor by the Newton loops stays above it, and 
     floor.name = "floor";
     floor.mesh = share(floor_square(1.0));
     scene.obstacles.push_back(floor);
-    IntegratorOptions o = step_of(method == std::string("backward-euler") ? 4e-3 : 2e-3);
+    IntegratorOptions o = step_of(damped ? 4e-3 : 2e-3);
     o.method = method, o.bending = "implicit";
     Simulation sim(scene, o, 1);
     const double thickness = 0.002;  // a tenth of an edge
     double lowest = 1.0;
-    for (int i = 0; i < std::lround(0.6 / o.step); ++i) {
+    for (int i = 0; i < std::lround(duration / o.step); ++i) {
       sim.step();
       lowest = std::min(lowest, sim.positions().col(2).minCoeff());
     }
     CHECK(lowest > 0.0);
-    if (method != std::string("backward-euler")) continue;  // the midpoint rule keeps the energy of the fall: it bounces
+    if (!damped) continue;  // the midpoint rule keeps the energy of the fall: it bounces
     CHECK(sim.report().contacts > 20);
     const Vector z = sim.positions().col(2);
     CHECK(z.maxCoeff() < 1.5 * thickness);
