@@ -125,12 +125,12 @@ void PairSearch::expand(const Nodes& nodes, std::vector<Nodes>& out) const {
   }
 }
 
-void PairSearch::vertex_face_slots(const ClusterTree& a, Index cluster_a, const ClusterTree& b, Index cluster_b, Slots& out) {
-  meeting_vertices_faces(Run(a.vertices(), cluster_a), a.box(0, cluster_a), Run(b.faces(), cluster_b), b.box(0, cluster_b), out);
+void PairSearch::vertex_face_slots(const Leaf& a, const Leaf& b, Slots& out) {
+  meeting_vertices_faces(Run(a.tree.vertices(), a.cluster), a.box, Run(b.tree.faces(), b.cluster), b.box, out);
 }
 
-void PairSearch::edge_edge_slots(const ClusterTree& a, Index cluster_a, const ClusterTree& b, Index cluster_b, bool upper, Slots& out) {
-  meeting_edges(Run(a.edges(), cluster_a), a.box(0, cluster_a), Run(b.edges(), cluster_b), b.box(0, cluster_b), upper, out);
+void PairSearch::edge_edge_slots(const Leaf& a, const Leaf& b, bool upper, Slots& out) {
+  meeting_edges(Run(a.tree.edges(), a.cluster), a.box, Run(b.tree.edges(), b.cluster), b.box, upper, out);
 }
 
 }  // namespace loomstone

@@ -43,21 +43,31 @@ class PairSearch {
  private:
   using Slots = std::vector<std::pair<Index, Index>>;  // of a first and a second feature
 
-  static void vertex_face_slots(const ClusterTree& a, Index cluster_a, const ClusterTree& b, Index cluster_b, Slots& out);
-  static void edge_edge_slots(const ClusterTree& a, Index cluster_a, const ClusterTree& b, Index cluster_b, bool upper, Slots& out);
+  struct Leaf {
+    const ClusterTree& tree;
+    Index cluster;
+    Slabs box;
+
+    Leaf(const ClusterTree& tree, Index cluster) : tree(tree), cluster(cluster), box(tree.box(0, cluster)) {}
+  };
+
+  static void vertex_face_slots(const Leaf& a, const Leaf& b, Slots& out);
+  static void edge_edge_slots(const Leaf& a, const Leaf& b, bool upper, Slots& out);
 
   template <class Visit>
   void leaf_pairs(Index a, Index b, Slots& slots, Visit&& visit) const {
-    const auto vertex_face = [&](const ClusterTree& tree_v, Index v, const ClusterTree& tree_f, Index f) {
-      slots.clear();
-      vertex_face_slots(tree_v, v, tree_f, f, slots);
-      for (const auto& [vertex, face] : slots) visit(ContactKind::VertexFace, tree_v.vertices().corners[vertex], tree_f.faces().id[face]);
-    };
+    const Leaf leaf_a(*a_, a), leaf_b(*b_, b);
     const bool same = self_ && a == b;
-    vertex_face(*a_, a, *b_, b);
-    if (!same) vertex_face(*b_, b, *a_, a);
+    const auto vertex_face = [&](const Leaf& of_vertices, const Leaf& of_faces) {
+      slots.clear();
+      vertex_face_slots(of_vertices, of_faces, slots);
+      for (const auto& [vertex, face] : slots)
+        visit(ContactKind::VertexFace, of_vertices.tree.vertices().corners[vertex], of_faces.tree.faces().id[face]);
+    };
+    vertex_face(leaf_a, leaf_b);
+    if (!same) vertex_face(leaf_b, leaf_a);
     slots.clear();
-    edge_edge_slots(*a_, a, *b_, b, same, slots);
+    edge_edge_slots(leaf_a, leaf_b, same, slots);
     for (const auto& [first, second] : slots) {
       const Index e = a_->edges().id[first], f = b_->edges().id[second];
       visit(ContactKind::EdgeEdge, e < f ? e : f, e < f ? f : e);
