@@ -59,8 +59,7 @@ void CollisionStage::repel(const std::vector<Contact>& contacts, const Points& x
 }
 
 CertifyReport CollisionStage::certify(const Team& team, const Points& x0, Points& x1, const Vector& cloth_inverse_mass,
-                                      FreeBodies& bodies, std::vector<std::uint8_t>& moved) {
-  moved.assign(x0.rows(), 0);
+                                      FreeBodies& bodies) {
   Vector inverse_mass = cloth_inverse_mass;
   for (const CollisionSurface& surface : data_->model.surfaces)
     if (surface.kind != CollisionSurface::Kind::Cloth)
@@ -70,7 +69,6 @@ CertifyReport CollisionStage::certify(const Team& team, const Points& x0, Points
   const std::int64_t n_impacts = static_cast<std::int64_t>(impacts.size());
   if (n_impacts == 0) return {};
 
-  const Points given = x1;
   CleanUp clean_up(data_->model, data_->pairs, inverse_mass, bodies);
   for (int round = 0; round < clean_up_rounds && !impacts.empty(); ++round) {
     clean_up.solve(impacts, x0, x1);
@@ -78,7 +76,6 @@ CertifyReport CollisionStage::certify(const Team& team, const Points& x0, Points
   }
   CertifyReport report = truncate(team, data_->model, data_->search, x0, inverse_mass, std::move(impacts), x1, bodies);
   report.impacts = n_impacts;
-  for (Index v = 0; v < x0.rows(); ++v) moved[v] = x1.row(v) != given.row(v);
   return report;
 }
 

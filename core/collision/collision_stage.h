@@ -75,9 +75,7 @@ class CollisionStage {
 
   // Corrects x1 (cloth vertices, and `bodies` as a whole; scripts, and bodies if none are given, are as they are) so that
   // the motion x0 -> x1 has no impact and ends without intersection. `inverse_mass` (n): of cloth, 0 for what must not move.
-  // `moved` is 1 where a vertex was changed.
-  CertifyReport certify(const Team& team, const Points& x0, Points& x1, const Vector& inverse_mass, FreeBodies& bodies,
-                        std::vector<std::uint8_t>& moved);
+  CertifyReport certify(const Team& team, const Points& x0, Points& x1, const Vector& inverse_mass, FreeBodies& bodies);
 
  private:
   struct Data;

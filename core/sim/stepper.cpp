@@ -298,10 +298,9 @@ CertifyReport Stepper::certify(State& state, StepOutcome& outcome) {
       if (vertex < n) outcome.contact[vertex] = 1;
   if (!collision_ || n == 0) return {};
   collision_vertices(model_, state, x1_);
-  std::vector<std::uint8_t> moved(x1_.rows(), 0);
   FreeBodies bodies = free_bodies(state);
   if (!contacts_in_solve_) collision_->repel(contacts_, x0_, x1_, inverse_mass_, step_, bodies);
-  const CertifyReport done = collision_->certify(team_, x0_, x1_, inverse_mass_, bodies, moved);
+  const CertifyReport done = collision_->certify(team_, x0_, x1_, inverse_mass_, bodies);
   bool any = false;
   for (Index i = 0; i < n; ++i) {
     if (x1_.row(i) == state.cloth.x.row(i)) continue;
