@@ -59,17 +59,15 @@ class Pcg final : public LinearSolver {
  private:
   const RowLayout& layout() const { return *system_->layout; }
 
-  // Calls body(block, begin, end) on the owned blocks, every thread on a range of them, and every time in the direction
-  // opposite to the time before: what a thread touched last is what its cache still holds.
+  // Calls body(block, begin, end) on the owned blocks, every thread on a range of them.
   template <class Body>
   void over_blocks(Body&& body) {
     const OwnedBlocks owned = owned_blocks(layout());
     const Index end_row = layout().end(), n = owned.last - owned.first;
     const Index share = std::max(least_blocks_a_thread, (n + team_.threads - 1) / team_.threads);
-    forward_ = !forward_;
     parallel_ranges(team_, n, share, [&](Index first, Index last) {
       for (Index i = first; i < last; ++i) {
-        const Index block = owned.first + (forward_ ? i : first + last - 1 - i), begin = block * rows_per_block;
+        const Index block = owned.first + i, begin = block * rows_per_block;
         body(block, begin, std::min<Index>(end_row, begin + rows_per_block));
       }
     });
@@ -277,7 +275,6 @@ class Pcg final : public LinearSolver {
   std::vector<double> x_, residual_, sums_;
   std::vector<Index> bad_rows_;
   double b_norm_ = 0.0;
-  bool forward_ = false;
 };
 
 }  // namespace
