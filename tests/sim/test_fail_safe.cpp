@@ -3,27 +3,12 @@
 #include <cmath>
 
 #include "core/mesh/generators.h"
-#include "core/sim/simulation.h"
+#include "tests/sim/sim_support.h"
 
 using namespace loomstone;
+using namespace loomstone::test;
 
 namespace {
-
-std::shared_ptr<const TriangleMesh> share(TriangleMesh mesh) { return std::make_shared<const TriangleMesh>(std::move(mesh)); }
-
-IntegratorOptions step_of(double h, const char* method = "semi-implicit-euler") {
-  IntegratorOptions o;
-  o.step = h;
-  o.method = method;
-  return o;
-}
-
-bool same(const Checkpoint& a, const Checkpoint& b) {
-  if (a.integers != b.integers || a.bytes != b.bytes || a.arrays.size() != b.arrays.size()) return false;
-  for (const auto& [name, array] : a.arrays)
-    if (array.shape != b.arrays.at(name).shape || array.values != b.arrays.at(name).values) return false;
-  return true;
-}
 
 RigidBody ball(double radius, double density, const Vec3& position, const Vec3& velocity) {
   RigidBody body;

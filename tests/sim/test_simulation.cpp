@@ -5,13 +5,12 @@
 
 #include "core/base/error.h"
 #include "core/mesh/generators.h"
-#include "core/sim/simulation.h"
+#include "tests/sim/sim_support.h"
 
 using namespace loomstone;
+using namespace loomstone::test;
 
 namespace {
-
-std::shared_ptr<const TriangleMesh> share(TriangleMesh mesh) { return std::make_shared<const TriangleMesh>(std::move(mesh)); }
 
 Cloth cloth_of(TriangleMesh mesh, const char* name = "cloth") {
   Cloth cloth;
@@ -43,19 +42,6 @@ Scene hammock() {
   box_body.position = Vec3(0.02, 0.01, 0.06);
   scene.bodies.push_back(box_body);
   return scene;
-}
-
-IntegratorOptions step_of(double h) {
-  IntegratorOptions o;
-  o.step = h;
-  return o;
-}
-
-bool same(const Checkpoint& a, const Checkpoint& b) {
-  if (a.integers != b.integers || a.bytes != b.bytes || a.arrays.size() != b.arrays.size()) return false;
-  for (const auto& [name, array] : a.arrays)
-    if (array.shape != b.arrays.at(name).shape || array.values != b.arrays.at(name).values) return false;
-  return true;
 }
 
 }  // namespace
