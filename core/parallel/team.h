@@ -25,6 +25,26 @@ int default_thread_count();
 // Throws Unsupported when called in a process forked after a parallel loop has run (libgomp would hang).
 void check_not_forked();
 
+// Keeps the first exception of a parallel loop, which must not leave its thread, and throws it after the loop.
+class FirstFailure {
+ public:
+  template <class Work>
+  void guard(Work&& work) {
+    try {
+      work();
+    } catch (...) {
+#pragma omp critical(loomstone_failure)
+      if (!failure_) failure_ = std::current_exception();
+    }
+  }
+  void rethrow() const {
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
+ private:
+  std::exception_ptr failure_;
+};
+
 // Calls body(begin, end) on ranges that cover [0, n). Ranges start at multiples of `grain`. Serial when n <= grain.
 // The first exception is carried out of the loop. Do not nest.
 template <class Body>
@@ -36,39 +56,28 @@ void parallel_ranges(const Team& team, Index n, Index grain, Body&& body) {
     return;
   }
   check_not_forked();
-  std::exception_ptr failure;
+  FirstFailure failure;
 #pragma omp parallel for num_threads(team.threads) schedule(static)
   for (Index range = 0; range < n_ranges; ++range) {
-    try {
-      const Index begin = range * grain;
-      body(begin, std::min<Index>(n, begin + grain));
-    } catch (...) {
-#pragma omp critical(loomstone_failure)
-      if (!failure) failure = std::current_exception();
-    }
+    const Index begin = range * grain;
+    failure.guard([&] { body(begin, std::min<Index>(n, begin + grain)); });
   }
-  if (failure) std::rethrow_exception(failure);
+  failure.rethrow();
 }
 
 // Calls body(i) for every i of [0, n), each a task of its own that an idle thread takes: for work of uneven size.
 template <class Body>
 void parallel_tasks(const Team& team, Index n, Body&& body) {
+  if (team.iterations) *team.iterations += n;
   if (team.threads <= 1 || n <= 1) {
     for (Index i = 0; i < n; ++i) body(i);
     return;
   }
   check_not_forked();
-  std::exception_ptr failure;
+  FirstFailure failure;
 #pragma omp parallel for num_threads(team.threads) schedule(dynamic, 1)
-  for (Index i = 0; i < n; ++i) {
-    try {
-      body(i);
-    } catch (...) {
-#pragma omp critical(loomstone_failure)
-      if (!failure) failure = std::current_exception();
-    }
-  }
-  if (failure) std::rethrow_exception(failure);
+  for (Index i = 0; i < n; ++i) failure.guard([&] { body(i); });
+  failure.rethrow();
 }
 
 // Calls body(i) for every i of [0, n).
