@@ -13,6 +13,9 @@ namespace {
 // Node pairs are made from the top of the trees down until there are so many to deal out, whatever the number of threads.
 constexpr std::size_t enough_tasks = 256;
 
+// Pairs that are handed on at once.
+constexpr std::size_t batch_size = 1024;
+
 using Kind = CollisionSurface::Kind;
 
 // Are two sets of points surely more than `reach` apart? True only on the evidence of their line of centres.
@@ -35,6 +38,45 @@ bool within(ContactKind kind, const FourPoints& p, double reach) {
   const ClosestPair closest = kind == ContactKind::VertexFace ? closest_vertex_face(p) : closest_edge_edge(p);
   return closest.distance <= reach;
 }
+
+// Keeps what a filter leaves of each batch.
+template <class Filter>
+class Kept : public PairSink {
+ public:
+  explicit Kept(Filter filter) : filter_(std::move(filter)) {}
+
+  void prepare(Index n_tasks) override { tasks_.assign(n_tasks, {}); }
+  void take(Index task, Index pair, ContactKind kind, std::vector<PairKey>& keys) override {
+    filter_(pair, kind, keys);
+    Task& own = tasks_[task];
+    own.pair = pair;
+    std::vector<PairKey>& kept = kind == ContactKind::VertexFace ? own.found.vertex_face : own.found.edge_edge;
+    kept.insert(kept.end(), keys.begin(), keys.end());
+  }
+
+  // Sorted.
+  void into(const std::vector<Index>& which, std::size_t n_pairs, std::vector<FeaturePairs>& found) const {
+    found.resize(n_pairs);
+    for (const Index pair : which) found[pair] = {};
+    for (const Task& task : tasks_) {
+      FeaturePairs& all = found[task.pair];
+      all.vertex_face.insert(all.vertex_face.end(), task.found.vertex_face.begin(), task.found.vertex_face.end());
+      all.edge_edge.insert(all.edge_edge.end(), task.found.edge_edge.begin(), task.found.edge_edge.end());
+    }
+    for (const Index pair : which) {
+      std::sort(found[pair].vertex_face.begin(), found[pair].vertex_face.end());
+      std::sort(found[pair].edge_edge.begin(), found[pair].edge_edge.end());
+    }
+  }
+
+ private:
+  struct Task {
+    Index pair = 0;
+    FeaturePairs found;
+  };
+  Filter filter_;
+  std::vector<Task> tasks_;
+};
 
 }  // namespace
 
@@ -87,9 +129,7 @@ bool BroadPhase::attached(ContactKind kind, Index a, Index b) const {
   return false;
 }
 
-template <class KeepPair>
-void BroadPhase::collect(const Team& team, const std::vector<Index>& which, KeepPair&& keep,
-                         std::vector<FeaturePairs>& found) {
+void BroadPhase::search(const Team& team, const std::vector<Index>& which, PairSink& sink) {
   struct Task {
     Index pair;
     PairSearch::Nodes nodes;
@@ -117,26 +157,24 @@ void BroadPhase::collect(const Team& team, const std::vector<Index>& which, Keep
     }
   }
 
-  std::vector<FeaturePairs> of_task(tasks.size());
+  sink.prepare(static_cast<Index>(tasks.size()));
   parallel_tasks(team, static_cast<Index>(tasks.size()), [&](Index i) {
     const Index pair = tasks[i].pair;
     const bool may_be_attached = pairs_[pair].a != pairs_[pair].b && !model_.attached_surface.empty();
+    FeaturePairs batch;
+    const auto send = [&](ContactKind kind, std::vector<PairKey>& keys) {
+      sink.take(i, pair, kind, keys);
+      keys.clear();
+    };
     search_of(pair).run(tasks[i].nodes, [&](ContactKind kind, Index a, Index b) {
-      if ((may_be_attached && attached(kind, a, b)) || !keep(pair, kind, a, b)) return;
-      (kind == ContactKind::VertexFace ? of_task[i].vertex_face : of_task[i].edge_edge).push_back(pair_key(a, b));
+      if (may_be_attached && attached(kind, a, b)) return;
+      std::vector<PairKey>& keys = kind == ContactKind::VertexFace ? batch.vertex_face : batch.edge_edge;
+      keys.push_back(pair_key(a, b));
+      if (keys.size() == batch_size) send(kind, keys);
     });
+    if (!batch.vertex_face.empty()) send(ContactKind::VertexFace, batch.vertex_face);
+    if (!batch.edge_edge.empty()) send(ContactKind::EdgeEdge, batch.edge_edge);
   });
-
-  for (const Index pair : which) found[pair] = {};
-  for (std::size_t i = 0; i < tasks.size(); ++i) {
-    FeaturePairs& pairs = found[tasks[i].pair];
-    pairs.vertex_face.insert(pairs.vertex_face.end(), of_task[i].vertex_face.begin(), of_task[i].vertex_face.end());
-    pairs.edge_edge.insert(pairs.edge_edge.end(), of_task[i].edge_edge.begin(), of_task[i].edge_edge.end());
-  }
-  for (const Index pair : which) {
-    std::sort(found[pair].vertex_face.begin(), found[pair].vertex_face.end());
-    std::sort(found[pair].edge_edge.begin(), found[pair].edge_edge.end());
-  }
 }
 
 std::size_t BroadPhase::bytes() const {
@@ -145,35 +183,44 @@ std::size_t BroadPhase::bytes() const {
   return sum;
 }
 
+void BroadPhase::forget_trees() {
+  for (ClusterTree& tree : trees_) tree.forget();
+}
+
 void BroadPhase::near_pairs(const Team& team, const Points& x, const std::vector<Index>& which,
                             const std::vector<double>& reach, std::vector<FeaturePairs>& found) {
-  found.resize(pairs_.size());
   // Each surface's boxes grow by half the largest reach it takes part in.
   std::vector<double> inflation(trees_.size(), -1.0);
   for (const Index pair : which)
     for (const Index s : {pairs_[pair].a, pairs_[pair].b}) inflation[s] = std::max(inflation[s], 0.5 * reach[pair]);
   for (std::size_t s = 0; s < trees_.size(); ++s)
     if (inflation[s] >= 0.0) refit(team, static_cast<Index>(s), x, x, inflation[s], true);
-  collect(
-      team, which,
-      [&](Index pair, ContactKind kind, Index a, Index b) {
-        const std::array<Index, 4> v = pair_vertices(model_, kind, pair_key(a, b));
-        FourPoints p;
-        for (int i = 0; i < 4; ++i) p[i] = x.row(v[i]).transpose();
-        return within(kind, p, reach[pair]);
-      },
-      found);
+  Kept kept([&](Index pair, ContactKind kind, std::vector<PairKey>& keys) {
+    std::erase_if(keys, [&](PairKey key) {
+      const std::array<Index, 4> v = pair_vertices(model_, kind, key);
+      FourPoints p;
+      for (int i = 0; i < 4; ++i) p[i] = x.row(v[i]).transpose();
+      return !within(kind, p, reach[pair]);
+    });
+  });
+  search(team, which, kept);
+  kept.into(which, pairs_.size(), found);
+}
+
+void BroadPhase::swept_pairs(const Team& team, const Points& x0, const Points& x1, double inflation,
+                             const std::vector<Index>& which, bool may_rebuild, PairSink& sink) {
+  std::vector<std::uint8_t> needed(trees_.size(), 0);
+  for (const Index pair : which) needed[pairs_[pair].a] = needed[pairs_[pair].b] = 1;
+  for (std::size_t s = 0; s < trees_.size(); ++s)
+    if (needed[s]) refit(team, static_cast<Index>(s), x0, x1, inflation, may_rebuild);
+  search(team, which, sink);
 }
 
 void BroadPhase::swept_pairs(const Team& team, const Points& x0, const Points& x1, double inflation,
                              const std::vector<Index>& which, const Keep& keep, std::vector<FeaturePairs>& found) {
-  found.resize(pairs_.size());
-  std::vector<std::uint8_t> needed(trees_.size(), 0);
-  for (const Index pair : which) needed[pairs_[pair].a] = needed[pairs_[pair].b] = 1;
-  for (std::size_t s = 0; s < trees_.size(); ++s)
-    if (needed[s]) refit(team, static_cast<Index>(s), x0, x1, inflation, false);
-  collect(
-      team, which, [&](Index, ContactKind kind, Index a, Index b) { return keep(kind, pair_key(a, b)); }, found);
+  Kept kept([&](Index, ContactKind kind, std::vector<PairKey>& keys) { keep(kind, keys); });
+  swept_pairs(team, x0, x1, inflation, which, false, kept);
+  kept.into(which, pairs_.size(), found);
 }
 
 }  // namespace loomstone

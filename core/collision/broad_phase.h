@@ -42,6 +42,15 @@ inline std::array<Index, 4> pair_vertices(const CollisionModel& model, ContactKi
   return {model.edges(a, 0), model.edges(a, 1), model.edges(b, 0), model.edges(b, 1)};
 }
 
+// Takes the pairs of a search in batches as they are found. Several threads call take() at once, each for tasks of its own; tasks
+// are numbered in an order that threads do not change.
+class PairSink {
+ public:
+  virtual ~PairSink() = default;
+  virtual void prepare(Index n_tasks) = 0;
+  virtual void take(Index task, Index surface_pair, ContactKind kind, std::vector<PairKey>& keys) = 0;  // may change the keys
+};
+
 // Stage: a tree of every surface, and scratch that decides nothing.
 class BroadPhase {
  public:
@@ -51,19 +60,23 @@ class BroadPhase {
   void near_pairs(const Team& team, const Points& x, const std::vector<Index>& which, const std::vector<double>& reach,
                   std::vector<FeaturePairs>& found);
 
-  // Pairs of features whose 18-DOPs over the whole step, grown by `inflation` [m] each, meet, and which pass keep(kind, key),
-  // which several threads call at once.
-  using Keep = std::function<bool(ContactKind, PairKey)>;
+  // Pairs of features whose 18-DOPs over the whole step, grown by `inflation` [m] each, meet. `may_rebuild`: trees whose boxes
+  // have grown much since they were formed are formed anew, which changes speed and nothing else.
+  void swept_pairs(const Team& team, const Points& x0, const Points& x1, double inflation, const std::vector<Index>& which,
+                   bool may_rebuild, PairSink& sink);
+  // Those of them that are left by keep(kind, keys), which takes out the others and which several threads call at once.
+  using Keep = std::function<void(ContactKind, std::vector<PairKey>&)>;
   void swept_pairs(const Team& team, const Points& x0, const Points& x1, double inflation,
                    const std::vector<Index>& which, const Keep& keep, std::vector<FeaturePairs>& found);
+
+  void forget_trees();  // forms all anew when they are next needed
 
   std::size_t bytes() const;  // of all trees
 
  private:
   void refit(const Team& team, Index surface, const Points& x0, const Points& x1, double inflation, bool may_rebuild);
   bool attached(ContactKind kind, Index a, Index b) const;
-  template <class KeepPair>
-  void collect(const Team& team, const std::vector<Index>& which, KeepPair&& keep, std::vector<FeaturePairs>& found);
+  void search(const Team& team, const std::vector<Index>& which, PairSink& sink);
 
   const CollisionModel& model_;
   const std::vector<SurfacePair>& pairs_;

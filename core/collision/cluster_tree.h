@@ -28,6 +28,8 @@ class ClusterTree {
   // at x when they never were, and, if allowed, when their boxes have grown much since.
   void refit(const Team& team, const Points& x, const std::vector<Slabs>& vertices, double inflation, bool may_rebuild);
 
+  void forget() { built_area_ = -1.0; }  // clusters are formed anew at the next refit
+
   // Nodes of level 0 are clusters; those of level l have the nodes 8 n .. 8 n + 7 of level l - 1 below them; one root.
   int root_level() const { return static_cast<int>(levels_.size()); }
   bool empty() const { return n_clusters_ == 0; }

@@ -9,6 +9,7 @@
 #include <initializer_list>
 #include <limits>
 
+#include "core/collision/float_continuous.h"
 #include "core/collision/polynomial.h"
 
 namespace loomstone {
@@ -100,66 +101,6 @@ bool meet(const Polynomial& volume, const Inside& inside) {
   return volume.zero() ? inside.ever() : any_root(volume, inside);
 }
 
-// ---- The same in floating point ----------------------------------------------------------------------------------------
-
-struct Quadratic {
-  double c[3];  // of t^i (1 - t)^(2 - i)
-  double at(double t) const { return (1.0 - t) * ((1.0 - t) * c[0] + t * c[1]) + t * t * c[2]; }
-};
-
-struct Motion {
-  Vec3 start, end;
-};
-
-std::array<Quadratic, 3> cross(const Motion& a, const Motion& b) {
-  const Vec3 c0 = a.start.cross(b.start), c1 = a.start.cross(b.end) + a.end.cross(b.start), c2 = a.end.cross(b.end);
-  std::array<Quadratic, 3> result;
-  for (int k = 0; k < 3; ++k) result[k] = {{c0[k], c1[k], c2[k]}};
-  return result;
-}
-
-// (u x v) . from changes sign within [0, 1] while the sides keep theirs. `size` is the largest coordinate.
-template <std::size_t N>
-bool surely_meet(const Motion& from, const Motion& u, const Motion& v, const std::array<std::array<Quadratic, 3>, N>& sides,
-                 double size) {
-  // More than all roundings of the sums below, for coordinates that are themselves rounded once or twice.
-  const double area_error = 64.0 * std::numeric_limits<double>::epsilon() * size * size;
-  const double volume_error = 256.0 * std::numeric_limits<double>::epsilon() * size * size * size;
-  if (!(volume_error > 1e-280) || !(volume_error < 1e280)) return false;
-  const std::array<Quadratic, 3> normal = cross(u, v);
-  const auto volume = [&](double t) {
-    double sum = 0.0;
-    for (int k = 0; k < 3; ++k) sum += normal[k].at(t) * ((1.0 - t) * from.start[k] + t * from.end[k]);
-    return sum;
-  };
-  double low = 0.0, high = 1.0, v_low = volume(low), v_high = volume(high);
-  if (!(std::abs(v_low) > volume_error) || !(std::abs(v_high) > volume_error) || (v_low > 0.0) == (v_high > 0.0)) return false;
-  for (int i = 0; i < 60; ++i) {
-    const double middle = 0.5 * (low + high), v_middle = volume(middle);
-    if (!(std::abs(v_middle) > volume_error)) break;
-    ((v_middle > 0.0) == (v_low > 0.0) ? low : high) = middle;
-    // Over [low, high] a side changes by at most its slope, 8 size^2, times the length.
-    const double slack = area_error + 16.0 * size * size * (high - low);
-    for (int k = 0; k < 3; ++k) {
-      bool positive = true, negative = true;
-      for (const std::array<Quadratic, 3>& side : sides) {
-        const double value = side[k].at(low);
-        positive = positive && value > slack;
-        negative = negative && value < -slack;
-      }
-      if (positive || negative) return true;
-    }
-  }
-  return false;
-}
-
-double largest(std::initializer_list<Motion> motions) {
-  double size = 0.0;
-  for (const Motion& motion : motions)
-    size = std::max({size, motion.start.cwiseAbs().maxCoeff(), motion.end.cwiseAbs().maxCoeff()});
-  return size;
-}
-
 }  // namespace
 
 bool exactly_meet_vertex_face(const MovingPoints& points) {
@@ -177,26 +118,16 @@ bool exactly_meet_edge_edge(const MovingPoints& points) {
   return meet(dot(w, cross(a, b)), inside);
 }
 
-bool surely_meet_vertex_face(const MovingPoints& q) {
-  std::array<Motion, 3> d;
-  for (int j = 0; j < 3; ++j) d[j] = {q[0] - q[1 + j], q[4] - q[5 + j]};
-  return surely_meet<3>(d[2], d[0], d[1], {cross(d[0], d[1]), cross(d[1], d[2]), cross(d[2], d[0])}, largest({d[0], d[1], d[2]}));
+ExactImpact exact_continuous_vertex_face(const MovingPoints& points) {
+  const Decision decision = decide_vertex_face(points);
+  const bool hit = decision.proof == Proof::Meet || (decision.proof == Proof::Open && exactly_meet_vertex_face(points));
+  return hit ? ExactImpact{true, decision.time} : ExactImpact{};
 }
 
-bool surely_meet_edge_edge(const MovingPoints& q) {
-  const auto difference = [&](int i, int j) { return Motion{q[i] - q[j], q[4 + i] - q[4 + j]}; };
-  const Motion a = difference(1, 0), b = difference(3, 2), w = difference(0, 2), wa = difference(1, 2), wb = difference(0, 3);
-  return surely_meet<4>(w, a, b, {cross(b, w), cross(wa, b), cross(a, w), cross(wb, a)}, largest({a, b, w, wa, wb}));
-}
-
-Impact exact_continuous_vertex_face(const MovingPoints& points) {
-  const Impact impact = continuous_vertex_face(points);
-  return impact.hit && (surely_meet_vertex_face(points) || exactly_meet_vertex_face(points)) ? impact : Impact{};
-}
-
-Impact exact_continuous_edge_edge(const MovingPoints& points) {
-  const Impact impact = continuous_edge_edge(points);
-  return impact.hit && (surely_meet_edge_edge(points) || exactly_meet_edge_edge(points)) ? impact : Impact{};
+ExactImpact exact_continuous_edge_edge(const MovingPoints& points) {
+  const Decision decision = decide_edge_edge(points);
+  const bool hit = decision.proof == Proof::Meet || (decision.proof == Proof::Open && exactly_meet_edge_edge(points));
+  return hit ? ExactImpact{true, decision.time} : ExactImpact{};
 }
 
 }  // namespace loomstone

@@ -11,14 +11,13 @@ namespace loomstone {
 bool exactly_meet_vertex_face(const MovingPoints& points);
 bool exactly_meet_edge_edge(const MovingPoints& points);
 
-// The conservative test at floor 0 with its hits confirmed by proof or, where that is left open, by integers: an exact verdict
-// and a lower bound of the time of the first contact.
-Impact exact_continuous_vertex_face(const MovingPoints& points);
-Impact exact_continuous_edge_edge(const MovingPoints& points);
+struct ExactImpact {
+  bool hit = false;
+  double time = 1.0;  // the first contact comes no sooner [1]
+};
 
-// Proof by floating point that they meet: the sides change over while the closest points stay inside. False where rounding
-// leaves it open.
-bool surely_meet_vertex_face(const MovingPoints& points);
-bool surely_meet_edge_edge(const MovingPoints& points);
+// Decided by proof in floating point where rounding allows it, by integers elsewhere.
+ExactImpact exact_continuous_vertex_face(const MovingPoints& points);
+ExactImpact exact_continuous_edge_edge(const MovingPoints& points);
 
 }  // namespace loomstone

@@ -74,9 +74,11 @@ std::vector<StepImpact> ImpactSearch::find(const Team& team, const Points& x0, c
   if (!uncovered.empty())
     broad_phase_.swept_pairs(
         team, x0, x1, 1.01 * largest_gap_floor, uncovered,
-        [&](ContactKind kind, PairKey key) {
-          const std::array<Index, 4> v = pair_vertices(model_, kind, key);
-          return concerned(v) && hits(kind, v);
+        [&](ContactKind kind, std::vector<PairKey>& keys) {
+          std::erase_if(keys, [&](PairKey key) {
+            const std::array<Index, 4> v = pair_vertices(model_, kind, key);
+            return !concerned(v) || !hits(kind, v);
+          });
         },
         found);
 

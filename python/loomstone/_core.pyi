@@ -7,7 +7,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Air', 'Attachment', 'CacheError', 'Camera', 'Checkpoint', 'ClosestPoint', 'Cloth', 'ClothMaterial', 'Communicator', 'Error', 'Frame', 'FrameReader', 'FrameTopology', 'FrameWriter', 'IntegratorOptions', 'InvalidInput', 'MassProperties', 'Obstacle', 'RenderOptions', 'Renderer', 'RigidBody', 'Scene', 'Simulation', 'SolverFailure', 'SpatialQuery', 'State', 'StepReport', 'TriangleMesh', 'Unsupported', 'box', 'candidates', 'capsule', 'continuous', 'default_thread_count', 'floor_square', 'funnel', 'grid', 'grid_cells', 'icosphere', 'intersecting_pairs', 'jittered_grid', 'launched_by_mpi', 'mass_properties', 'mpi_communicator', 'read_checkpoint', 'read_mesh', 'single_communicator', 'wave_bar', 'write_checkpoint', 'write_mesh', 'write_png']
+__all__: list[str] = ['Air', 'Attachment', 'CacheError', 'Camera', 'Checkpoint', 'ClosestPoint', 'Cloth', 'ClothMaterial', 'Collisions', 'Communicator', 'Detector', 'Error', 'Frame', 'FrameReader', 'FrameTopology', 'FrameWriter', 'IntegratorOptions', 'InvalidInput', 'MassProperties', 'Obstacle', 'RenderOptions', 'Renderer', 'RigidBody', 'Scene', 'Simulation', 'SolverFailure', 'SpatialQuery', 'State', 'StepReport', 'TriangleMesh', 'Unsupported', 'box', 'candidates', 'capsule', 'continuous', 'default_thread_count', 'floor_square', 'funnel', 'grid', 'grid_cells', 'icosphere', 'intersecting_pairs', 'jittered_grid', 'launched_by_mpi', 'mass_properties', 'mpi_communicator', 'read_checkpoint', 'read_mesh', 'single_communicator', 'wave_bar', 'write_checkpoint', 'write_mesh', 'write_png']
 class Error(Exception):
     """
     Base of all errors of this library.
@@ -1066,6 +1066,72 @@ class IntegratorOptions:
     def tolerance(self) -> float:
         """
         of the linear solver, on the preconditioned norm [1]; > 0; default 0.0001
+        """
+class Collisions:
+    """
+    Colliding pairs of a motion, with times. Made by Detector.collisions().
+    """
+    def __len__(self) -> int:
+        ...
+    @property
+    def edge_edge(self) -> numpy.typing.NDArray[numpy.int32]:
+        """
+        Edges (l, 2), rows of Detector.edges, smaller first, ascending.
+        """
+    @property
+    def edge_edge_time(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Lower bounds of the first contacts (l) [1].
+        """
+    @property
+    def time(self) -> float:
+        """
+        Lower bound of the first contact of all; infinity where there is none [1].
+        """
+    @property
+    def vertex_face(self) -> numpy.typing.NDArray[numpy.int32]:
+        """
+        Vertex and triangle (k, 2), ascending.
+        """
+    @property
+    def vertex_face_time(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        Lower bounds of the first contacts (k) [1].
+        """
+class Detector:
+    """
+    Collisions of one surface with itself, found again and again while it moves.
+    
+    A tree is formed at the first call and follows the positions from then on. A detector serves one
+    Python thread at a time.
+    """
+    def __init__(self, triangles: typing.Any, *, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> None:
+        """
+        triangles (m, 3); threads 0: all processors. No result depends on their number.
+        """
+    def candidates(self, x0: typing.Any, x1: typing.Any, inflation: typing.SupportsFloat | typing.SupportsIndex = 0.0, *, ordered: bool = True) -> tuple[numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.int32]]:
+        """
+        The pairs that collision.candidates() names. ordered: ascending; otherwise in an order that depends on the tree.
+        """
+    def collisions(self, x0: typing.Any, x1: typing.Any) -> Collisions:
+        """
+        Every pair of features without a common vertex that touches while the points move from x0 to x1 on straight lines.
+        
+        x0, x1 (n, 3) [m]. Exact: none is missed and none is false, touching counts.
+        """
+    def forget_trees(self) -> None:
+        """
+        Forms the tree anew at the next call. It changes speed at most, no result.
+        """
+    @property
+    def edges(self) -> numpy.typing.NDArray[numpy.int32]:
+        """
+        Sorted unique vertex pairs (k, 2).
+        """
+    @property
+    def tree_bytes(self) -> int:
+        """
+        Memory of the tree [byte].
         """
 class FrameWriter:
     """

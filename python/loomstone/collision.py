@@ -9,6 +9,6 @@
 (True, True)
 """
 
-from ._core import candidates, continuous, intersecting_pairs
+from ._core import Collisions, Detector, candidates, continuous, intersecting_pairs
 
-__all__ = ["candidates", "continuous", "intersecting_pairs"]
+__all__ = ["Collisions", "Detector", "candidates", "continuous", "intersecting_pairs"]

@@ -7,6 +7,8 @@
 #include <string>
 
 #include "core/collision/exact_continuous.h"
+#include "core/collision/float_continuous.h"
+#include "core/collision/separation.h"
 
 using namespace loomstone;
 
@@ -16,7 +18,7 @@ bool meet(const MovingPoints& q, bool face) { return face ? exactly_meet_vertex_
 Impact continuous(const MovingPoints& q, bool face) {
   return face ? continuous_vertex_face(q) : continuous_edge_edge(q);
 }
-Impact exact(const MovingPoints& q, bool face) {
+ExactImpact exact(const MovingPoints& q, bool face) {
   return face ? exact_continuous_vertex_face(q) : exact_continuous_edge_edge(q);
 }
 
@@ -151,14 +153,38 @@ TEST_CASE("contacts at known times and places, exact in binary, are found; what 
     CHECK(continuous(q, face).hit);
     CHECK(exact(q, face).time <= time);
   }
-  for (int trial = 0; trial < 2000; ++trial) {
+}
+
+TEST_CASE("proofs by floating point and planes of separation agree with integers") {
+  std::mt19937 random(17);
+  std::normal_distribution<double> normal;
+  int n_meet = 0, n_apart = 0, n_open = 0, n_separated = 0;
+  for (int trial = 0; trial < 4000; ++trial) {
     const bool face = trial % 2;
-    std::normal_distribution<double> normal;
     MovingPoints q;
-    for (Vec3& point : q) point = Vec3(normal(random), normal(random), normal(random));
-    const bool sure = face ? surely_meet_vertex_face(q) : surely_meet_edge_edge(q);
-    if (sure) CHECK(meet(q, face));
+    const double size = trial % 7 == 0 ? 1e-40 : trial % 7 == 1 ? 1e30 : 1.0;
+    for (Vec3& point : q) point = size * Vec3(normal(random), normal(random), trial % 3 ? normal(random) : 1e-7 * normal(random));
+    if (trial % 5 == 0) q = on_lattice(random, 3);
+    if (trial % 4 == 0)
+      for (int i = 4; i < 8; ++i) q[i] = q[i - 4] + 0.1 * (q[i] - q[i - 4]);
+    const bool truth = meet(q, face);
+    const Decision decision = face ? decide_vertex_face(q) : decide_edge_edge(q);
+    if (decision.proof == Proof::Meet) CHECK(truth);
+    if (decision.proof == Proof::Apart) CHECK_FALSE(truth);
+    (decision.proof == Proof::Meet ? n_meet : decision.proof == Proof::Apart ? n_apart : n_open) += 1;
+    // Up to the time that is given they are apart.
+    MovingPoints before = q;
+    for (int i = 4; i < 8; ++i) before[i] = q[i - 4] + 0.999 * decision.time * (q[i] - q[i - 4]);
+    if (decision.time > 0.0 && decision.proof != Proof::Apart && decision.time < 1.0) CHECK_FALSE(meet(before, face));
+    bool left = false;
+    without_separated(face, 1, [&](Index, int k) { return q[k].data(); }, [&](Index) { left = true; });
+    n_separated += !left;
+    if (!left) CHECK_FALSE(truth);
   }
+  CHECK(n_meet > 200);
+  CHECK(n_apart > 500);
+  CHECK(n_open < 1000);
+  CHECK(n_separated > 500);
 }
 
 // Query files made by tests/collision/convert_queries.py from published benchmark queries with exact verdicts.
@@ -171,7 +197,7 @@ void check_queries(const std::string& path, double bound) {
   std::ifstream file(path, std::ios::binary);
   REQUIRE(file);
   double row[28];  // 24 coordinates, kind (0 vertex-face, 1 edge-edge), verdict, bounds of the first contact
-  long n = 0, missed = 0, false_hits = 0, late = 0, wrong = 0;
+  long n = 0, missed = 0, false_hits = 0, late = 0, wrong = 0, left = 0, n_left = 0, separated_hits = 0;
   while (file.read(reinterpret_cast<char*>(row), sizeof row)) {
     MovingPoints q;
     for (int i = 0; i < 8; ++i) q[i] = Vec3(row[3 * i], row[3 * i + 1], row[3 * i + 2]);
@@ -181,7 +207,12 @@ void check_queries(const std::string& path, double bound) {
     missed += truth && !impact.hit;
     false_hits += !truth && impact.hit;
     late += truth && impact.hit && impact.time > row[27];
-    wrong += impact.hit && (exact(q, face).hit != truth);
+    const ExactImpact verdict = exact(q, face);
+    wrong += verdict.hit != truth;
+    late += truth && verdict.time > row[27];
+    without_separated(face, 1, [&](Index, int k) { return q[k].data(); }, [&](Index) { ++left; });
+    separated_hits += truth && left == n_left;
+    n_left = left;
   }
   INFO(n << " queries, missed " << missed << ", false " << false_hits << ", late " << late << ", wrong " << wrong);
   CHECK(n > 0);
@@ -189,6 +220,7 @@ void check_queries(const std::string& path, double bound) {
   CHECK(late == 0);
   CHECK(false_hits <= bound * n);
   CHECK(wrong == 0);
+  CHECK(separated_hits == 0);
 }
 
 }  // namespace
