@@ -104,7 +104,7 @@ void main() {
   vec3 n = normalize(gl_FrontFacing ? eye_normal : -eye_normal);
   vec3 v = normalize(-eye_position);
   vec2 seen = seen_at(-eye_position.z);
-  vec3 albedo = vec3(0.46, 0.45, 0.44) * (1.0 - 0.07 * mod(surface_uv.x, 3.0));
+  vec3 albedo = vec3(0.46, 0.45, 0.44) * (1.0 - 0.07 * mod(floor(surface_uv.x + 0.5), 3.0));
   float facing = dot(n, towards_light);
   float gloss = pow(max(0.0, dot(n, normalize(towards_light + v))), 24.0) * step(0.0, facing);
   vec3 light = ambient(n) * seen.y + sun * max(0.0, facing) * seen.x;
