@@ -62,12 +62,13 @@ def run(
     integrator: Annotated[str | None, typer.Option(help=" | ".join(sorted(METHODS)))] = None,
     threads: Threads = 0,
     render: Render = False,
+    verify: Annotated[bool, typer.Option("--verify", help="count intersecting triangles of every frame exactly")] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="replace a run that is there")] = False,
 ) -> None:
     """Simulates a scene.
 
-    Writes run.vtkhdf and bodies.vtkhdf (ParaView opens them), checkpoints, steps.csv, report.json and, with --render,
-    frames/*.png and video.mp4. Ctrl-C, SIGTERM and SIGUSR1 leave a run that `loomstone resume` continues bit for bit;
+    Writes run.vtkhdf and bodies.vtkhdf (ParaView opens them), checkpoints, steps.csv, report.json, with --render
+    frames/*.png and video.mp4, with --verify frames.csv (exit code 1 where triangles of cloth intersect). Ctrl-C, SIGTERM and SIGUSR1 leave a run that `loomstone resume` continues bit for bit;
     so does a crash. On several ranks: mpirun -n 2 loomstone run scene.py.
 
     \b
@@ -82,7 +83,7 @@ def run(
         frame_count(*settings)
         directory = out or Path("out") / scene.stem
         _advance(file, *settings, options, file.render if render else None, directory, threads, communicator, rank,
-                 overwrite=overwrite)  # fmt: skip
+                 verify=verify, overwrite=overwrite)  # fmt: skip
 
 
 @app.command()
@@ -100,7 +101,9 @@ def resume(run: RunArgument, threads: Threads = 0, render: Render = False) -> No
         duration, rate, options, look = stored_options(begun)
         drawn = render or (run / "frames").is_dir()
         del begun
-        _advance(file, duration, rate, options, look if drawn else None, run, threads, communicator, rank, resume=True)
+        verify = (run / "frames.csv").exists()
+        _advance(file, duration, rate, options, look if drawn else None, run, threads, communicator, rank,
+                 verify=verify, resume=True)  # fmt: skip
 
 
 @app.command()
@@ -217,6 +220,7 @@ def _advance(
     communicator: Communicator,
     rank: int,
     *,
+    verify: bool = False,
     overwrite: bool = False,
     resume: bool = False,
 ) -> None:
@@ -228,7 +232,7 @@ def _advance(
     try:
         report = execute(
             simulation,
-            RunOptions(duration, rate, look),
+            RunOptions(duration, rate, look, verify),
             directory,
             metadata=file.metadata(duration, rate, integrator, file.render),
             overwrite=overwrite,
@@ -243,6 +247,8 @@ def _advance(
     say(f"frames: {directory / 'run.vtkhdf'}")
     if look:
         say(f"pictures: {directory / 'frames'}\nvideo: {report.get('video', '')}")
+    if report.get("intersecting_frames"):
+        raise typer.Exit(1)
 
 
 def _method(name: str) -> str:

@@ -12,6 +12,7 @@ from ._core import CacheError, Error, Frame, InvalidInput, TriangleMesh
 from .cache import Run, checkpoint_files
 from .scene_file import SceneFile
 from .simulation import Simulation
+from .verification import count_intersections
 
 __all__ = ["check_run", "check_scene", "describe", "report_text"]
 
@@ -65,8 +66,11 @@ def _describe_run(run: Run) -> None:
 
 def check_run(run: Run) -> bool:
     """Prints intersecting pairs of every frame and whether the scene's claims hold; True where all is well."""
-    tangled = {index: len(pairs) for index in range(len(run)) if (pairs := run.intersecting_pairs(index))}
-    print(f"{len(run)} frames, {len(tangled)} with intersecting triangles")
+    counts = [count_intersections(run.topology, frame) for frame in run]
+    tangled = {index: count.cloth for index, count in enumerate(counts) if count.cloth}
+    print(f"{len(run)} frames, {len(tangled)} with intersecting triangles of cloth")
+    if bodies := max((count.bodies for count in counts), default=0):
+        print(f"bodies and obstacles among themselves: at most {bodies} intersecting pairs (not held apart as cloth is)")
     for index, number in tangled.items():
         print(f"  frame {index} at {run.times[index]:.3f} s: {number} pairs")
     claims = SceneFile.of_run(run).check
@@ -132,6 +136,11 @@ def report_text(report: dict[str, Any]) -> str:
         )
     elif report.get("most_intersections"):
         lines.append(f"at most {report['most_intersections']} triangle pairs intersected: the cloth started so")
+    if "verified_frames" in report:
+        lines.append(
+            f"{report['verified_frames']} frames verified: {report['intersecting_frames']} with intersecting triangles of cloth"
+            + (f", at most {report['most_intersecting_pairs']} pairs" if report["intersecting_frames"] else "")
+        )
     if report.get("steps_in_parts"):
         lines.append(f"{report['steps_in_parts']} steps were taken in parts to free them of impacts")
     lines.append(f"state {report['digest'][:16]}")

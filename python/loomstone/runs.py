@@ -23,6 +23,7 @@ from ._core import CacheError, Checkpoint, Error, Frame, FrameWriter, RenderOpti
 from .cache import checkpoint_files, latest_checkpoint, write_checkpoint
 from .ranks import together
 from .simulation import Simulation, frame_count, frames_due
+from .verification import FrameTable
 
 __all__ = ["Interrupted", "Observer", "RunOptions", "StepTable", "execute"]
 
@@ -37,11 +38,12 @@ class Interrupted(Exception):
 
 @dataclass(frozen=True)
 class RunOptions:
-    """duration [s], rate [1/s], pictures while it runs."""
+    """duration [s], rate [1/s], pictures while it runs, exact count of intersections in every frame."""
 
     duration: float
     rate: float = 25.0
     render: RenderOptions | None = None
+    verify: bool = False
 
 
 class Observer(Protocol):
@@ -98,7 +100,7 @@ def execute(
                     following, unsaved = following + 1, True
             finished = following >= n_frames
             number = simulation.agree(received.number)
-            if (unsaved or number) and (simulation.may_checkpoint or finished):
+            if (unsaved or number) and simulation.may_checkpoint:
                 state = simulation.checkpoint()
                 with together(ranks):
                     writer.checkpoint(simulation.step_index, state)
@@ -199,8 +201,16 @@ class _NoWriter:
 
 
 class _Writer(_NoWriter):
-    def __init__(self, directory: Path, frames: FrameWriter, steps: StepTable, options: RunOptions, topology: Any) -> None:
-        self._directory, self._frames, self._steps, self._options = directory, frames, steps, options
+    def __init__(
+        self,
+        directory: Path,
+        frames: FrameWriter,
+        steps: StepTable,
+        checks: FrameTable | None,
+        options: RunOptions,
+        topology: Any,
+    ) -> None:
+        self._directory, self._frames, self._steps, self._checks, self._options = directory, frames, steps, checks, options
         self._renderer = _core.Renderer(topology, options.render) if options.render else None
         if self._renderer:
             (directory / "frames").mkdir(exist_ok=True)
@@ -227,6 +237,8 @@ class _Writer(_NoWriter):
     def frame(self, index: int, frame: Frame) -> None:
         with self._writing():
             self._frames.write(frame)
+            if self._checks:
+                self._checks.add(index, frame)
             if self._renderer:
                 path = self._directory / "frames" / f"frame-{index:05d}.png"
                 _core.write_png(str(path), self._renderer.render(frame))
@@ -243,6 +255,8 @@ class _Writer(_NoWriter):
     def finish(self, report: dict[str, Any]) -> dict[str, Any]:
         with self._writing():
             report = report | self._steps.summary()
+            if self._checks:
+                report = report | self._checks.summary()
             if self._renderer:
                 from .video import encode
 
@@ -278,12 +292,13 @@ def _writer(
             raise CacheError(f"{directory} must be a directory that can be written: {error.strerror}; give another") from error
         frames = FrameWriter(str(directory), simulation.topology, json.dumps(metadata))
     steps = StepTable(directory / "steps.csv", simulation.step_index)
-    return _Writer(directory, frames, steps, options, simulation.topology)
+    checks = FrameTable(directory / "frames.csv", simulation.topology, following) if options.verify else None
+    return _Writer(directory, frames, steps, checks, options, simulation.topology)
 
 
 def _remove_run(directory: Path) -> None:
     """Removes what a run has written, and nothing else."""
-    for name in ("run.vtkhdf", "bodies.vtkhdf", "steps.csv", "report.json", "video.mp4"):
+    for name in ("run.vtkhdf", "bodies.vtkhdf", "steps.csv", "frames.csv", "report.json", "video.mp4"):
         (directory / name).unlink(missing_ok=True)
     for path in checkpoint_files(directory):
         path.unlink()

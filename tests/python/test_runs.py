@@ -236,3 +236,40 @@ def test_a_scene_file_must_define_a_scene(tmp_path):
             wrong()
     with pytest.raises(ls.CacheError, match="cannot be read"):
         SceneFile.open(tmp_path / "absent.py", {})
+
+
+def test_a_verified_run_records_the_count_of_every_frame_also_where_it_was_resumed(hanging, euler, tmp_path):
+    def verified(duration, **options):
+        sim = ls.Simulation(hanging, integrator=euler, threads=1)
+        return sim.run(out=tmp_path / "v", duration=duration, verify=True, **options)
+
+    report = verified(0.08)
+    assert (report["verified_frames"], report["intersecting_frames"]) == (3, 0)
+    assert verified(0.16, resume=True)["verified_frames"] == 5
+    rows = (tmp_path / "v" / "frames.csv").read_text().splitlines()
+    assert rows[0] == "frame,time,intersecting_pairs,pairs_among_bodies"
+    assert [row.split(",")[0] for row in rows[1:]] == ["0", "1", "2", "3", "4"]
+    assert all(row.endswith(",0,0") for row in rows[1:])
+    assert "5 frames verified: 0 with intersecting triangles" in inspection.report_text(report | {"verified_frames": 5})
+
+
+def test_a_verified_run_finds_the_intersections_that_a_start_has(tmp_path):
+    ball = ls.sphere(radius=0.05, subdivisions=1)
+    scene = ls.Scene(
+        cloths=[ls.Cloth(mesh=ls.grid(size=(0.2, 0.2), cells=(6, 6)))], obstacles=[ball], allow_initial_intersections=True
+    )
+    report = ls.Simulation(scene, threads=1).run(out=tmp_path / "v", duration=0.0, verify=True)
+    assert report["verified_frames"] == report["intersecting_frames"] == 1 and report["most_intersecting_pairs"] > 10
+
+
+def test_a_run_with_bodies_may_end_between_the_steps_that_can_be_saved(tmp_path):
+    ball = ls.RigidBody(name="ball", mesh=ls.meshes.sphere(radius=0.02, subdivisions=1), shape="sphere", position=(0, 0, 0.1))
+    scene = ls.Scene(bodies=[ball], obstacles=[ls.floor()])
+    settings = {"integrator": ls.SemiImplicitEuler(step=4e-3), "threads": 1}
+    report = ls.Simulation(scene, **settings).run(out=tmp_path / "b", duration=0.2)  # 50 steps; saved at multiples of 40
+    assert len(ls.Run(tmp_path / "b")) == 6 and report["steps"] == 50
+    again = ls.Simulation(scene, **settings).run(out=tmp_path / "c", duration=0.2)
+    assert report["digest"] == again["digest"]
+    prolonged = ls.Simulation(scene, **settings).run(out=tmp_path / "b", duration=0.32, resume=True)  # from step 40
+    whole = ls.Simulation(scene, **settings).run(out=tmp_path / "d", duration=0.32)
+    assert prolonged["digest"] == whole["digest"] and len(ls.Run(tmp_path / "b")) == 9

@@ -1,0 +1,46 @@
+"""A long sheet falls on its edge and folds into ten layers.
+
+See: the sheet stands on edge above the floor, creased slightly to and fro like a map. When its lower edge lands the creases
+close one after the other from below, and the layers come down on one another.
+"""
+
+import numpy as np
+
+import loomstone as ls
+
+duration = 1.6
+rate = 25.0
+render = ls.RenderOptions(
+    camera=ls.Camera(fit=False, eye=(0.62, -0.40, 0.36), target=(0.0, 0.0, 0.18), field_of_view_degrees=39.0)
+)
+
+LAYER, WIDTH, DROP = 0.06, 0.20, 0.02
+
+
+def integrator(triangles: int = 6000, layers: int = 10) -> ls.IntegratorOptions:
+    edge = np.sqrt(2.0 * LAYER * layers * WIDTH / triangles)
+    return ls.SemiImplicitEuler(step=float(np.clip(0.4 * edge, 1e-3, 4e-3)))
+
+
+def scene(triangles: int = 6000, layers: int = 10, lean: float = 50.0) -> ls.Scene:
+    """lean: of each layer at the start, to and fro from upright [degrees]."""
+    length = LAYER * layers
+    edge = np.sqrt(2.0 * length * WIDTH / triangles)
+    per_layer = max(2, round(LAYER / edge))
+    flat = ls.grid(size=(WIDTH, length), cells=(max(2, round(WIDTH / edge)), per_layer * layers))
+    # Height and sideways place of each row: straight layers that lean to and fro.
+    along = flat.vertices[:, 1] + 0.5 * length
+    place = along / LAYER
+    upwards = along * np.cos(np.radians(lean))
+    sideways = LAYER * np.sin(np.radians(lean)) * (0.5 - np.abs(place % 2.0 - 1.0))
+    bent = np.stack([sideways, flat.vertices[:, 0], DROP + upwards], axis=1)
+    mesh = ls.TriangleMesh(bent, flat.triangles, flat.vertices[:, :2])
+    material = ls.ClothMaterial(density=0.2, bending_weft=2e-6, bending_warp=2e-6)
+    return ls.Scene(cloths=[ls.Cloth(name="sheet", mesh=mesh, material=material, friction=0.2)], obstacles=[ls.floor()])
+
+
+def check(run: ls.Run) -> None:
+    last = run[-1].positions
+    assert last[:, 2].max() < 0.1, "the sheet has come down"
+    assert last[:, 2].min() > 0.0, "no vertex is below the floor"
+    assert max(frame.stretch.max() for frame in run) < 1.3, "contacts do not tear the cloth"

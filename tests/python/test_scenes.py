@@ -1,0 +1,55 @@
+"""Every scene file, small and short: no triangles of cloth intersect in any frame, and nothing is torn."""
+
+from pathlib import Path
+
+import pytest
+
+import loomstone as ls
+from loomstone.scene_file import SceneFile
+from loomstone.verification import count_intersections
+
+SCENES = Path(__file__).parents[2] / "scenes"
+
+# Parameters, simulated time [s] and how far cloth may stretch [1]. The time includes what the scene is about: twist is packed
+# tight, the knot is closed, the stack is shaken, boxes lie in the cloth, layers lie on one another.
+SMALL = {
+    "bending": ({"triangles": 128}, 0.4, 1.2),
+    "card": ({"triangles": 288, "boxes": 3}, 0.48, 1.3),
+    "drape": ({"triangles": 450}, 0.6, 1.2),
+    "flag": ({"triangles": 200}, 0.2, 1.3),
+    "fold": ({"triangles": 240, "layers": 4}, 0.4, 1.3),
+    "funnel": ({"triangles": 500}, 0.8, 1.2),
+    "hanging": ({"triangles": 128}, 0.2, 1.2),
+    "incline": ({"triangles": 32}, 0.4, 1.05),
+    "knot": ({"triangles": 500}, 2.0, 1.4),
+    "stack": ({"triangles": 98, "sheets": 4}, 1.0, 1.3),
+    "twist": ({"triangles": 450}, 1.2, 1.3 * 1.75),
+}
+
+
+def test_every_scene_has_a_small_version_here():
+    # Without collisions there is nothing to keep apart.
+    assert {path.stem for path in SCENES.glob("*.py")} - {"swing"} == SMALL.keys()
+
+
+@pytest.mark.parametrize("name", sorted(SMALL))
+def test_no_cloth_intersects_in_any_frame(name):
+    parameters, duration, most_stretch = SMALL[name]
+    file = SceneFile.open(SCENES / f"{name}.py", parameters)
+    sim = ls.Simulation(file.scene(), integrator=file.integrator, threads=1)
+    in_contact = 0
+    for frame in sim.frames(duration=duration, rate=file.rate):
+        assert count_intersections(sim.topology, frame).cloth == 0, f"frame at {frame.time:.2f} s"
+        assert frame.stretch.max() < most_stretch
+        in_contact = max(in_contact, frame.report.contacts)
+    assert in_contact > 0 or name in ("flag", "hanging"), "the scene shows contact"
+
+
+def test_a_count_tells_cloth_from_bodies_and_finds_what_intersects():
+    mesh = ls.grid(size=(0.2, 0.2), cells=(4, 4))
+    through = [ls.box(name=n, size=(0.05, 0.05, 0.05), centre=(0.0, 0.0, z)) for n, z in (("a", 0.0), ("b", 0.04))]
+    scene = ls.Scene(cloths=[ls.Cloth(mesh=mesh)], obstacles=through, allow_initial_intersections=True)
+    sim = ls.Simulation(scene)
+    counts = count_intersections(sim.topology, sim.frame())
+    assert counts.cloth > 0 and counts.bodies > 0
+    assert sum(counts) == len(sim.intersecting_pairs())
