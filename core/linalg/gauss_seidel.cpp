@@ -283,8 +283,7 @@ class GaussSeidel final : public LinearSolver {
     if (terms_.empty()) return;
     terms_.evaluate(one_thread, t_.data());
     for (const auto& [row, diagonal] : term_diagonals_) {
-      terms_.add(row, w_.data() + 4 * row);
-      w_.segment<3>(4 * row) -= diagonal * t_.segment<3>(4 * row);
+      w_.segment<3>(4 * row) += terms_.force(row) - diagonal * t_.segment<3>(4 * row);
     }
   }
 

@@ -1,8 +1,8 @@
 // Conjugate gradients preconditioned by the diagonal blocks; on threads and ranks. Hestenes and Stiefel, J. Res. NBS 49
 // (1952). Three parallel regions an iteration (four with extra terms); sums by blocks of rows, so the bits depend neither
-// on threads nor on ranks.
+// on threads nor on ranks. Eight rows are worked at once (row_groups.h).
 //
-// The product is bound by memory, so the iteration works in single precision, on couplings (single_matrix.h); the solution
+// The product is bound by memory, so the iteration works in single precision, on couplings (coupling_matrix.h); the solution
 // is summed in double precision, and the residual it really leaves, in double precision, decides when to stop. Where that
 // residual has drifted from the iterated one the iteration goes on from it [VanDerVorst2000]. What single precision cannot
 // solve is solved in double precision.
@@ -10,10 +10,9 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/linalg/coupling_matrix.h"
 #include "core/linalg/matrix_halo.h"
 #include "core/linalg/pcg_kernels.h"
-#include "core/linalg/single_matrix.h"
-#include "core/linalg/small.h"
 #include "core/linalg/solvers.h"
 #include "core/linalg/system.h"
 
@@ -27,17 +26,22 @@ constexpr Index least_blocks_a_thread = 4;  // 512 rows, about 5 us of work
 constexpr double trusted_fall = 3e-5;
 
 std::size_t at(Index row) { return 4 * static_cast<std::size_t>(row); }
+std::size_t in_groups(Index group) { return 24 * static_cast<std::size_t>(group); }
 
-// Scratch of the iteration in one precision; vectors have four numbers a row, the last row is the ground.
+// Scratch of the iteration in one precision: r, z, q and the inverse diagonal blocks by groups, the direction p by rows (the
+// last is that of empty lanes, and stays zero).
 template <class Scalar>
 struct Krylov {
+  CouplingMatrix<Scalar> matrix;
   std::vector<Scalar> r, z, p, q, inverse;
   double rz = 0.0;
 
-  void resize(Index rows) {
-    for (auto* v : {&r, &z, &p, &q}) v->resize(at(rows + 1));
-    std::fill_n(p.begin() + at(rows), 4, Scalar{0});
-    inverse.resize(3 * at(rows));
+  void resize(const RowGroups& groups) {
+    matrix.resize(groups);
+    for (auto* v : {&r, &z, &q}) v->resize(in_groups(groups.n_groups()));
+    p.resize(at(groups.n_rows() + 1));
+    std::fill_n(p.begin() + at(groups.n_rows()), 4, Scalar{0});
+    inverse.resize(2 * in_groups(groups.n_groups()));
   }
 };
 
@@ -87,77 +91,90 @@ class Pcg final : public LinearSolver {
     if (!terms_.empty()) terms_.evaluate(team_, v);
   }
 
-  void multiply(Index begin, Index end, const double* x, double* y) const {
-    multiply_system(*system_, terms_, begin, end, x, y);
-  }
-  void multiply(Index begin, Index end, const float* x, float* y) const {
-    matrix_.multiply(begin, end, x, y);
-    if (terms_.empty()) return;
-    for (Index row = begin; row < end; ++row)
-      if (terms_.touches(row)) terms_.add(row, y + at(row));
+  // The same on groups: body(first group, last group).
+  template <class Body>
+  double sum_over_groups(Body&& body) {
+    return sum_over_blocks([&](Index begin, Index end) {
+      return body(RowGroups::first_group(begin), RowGroups::last_group(end));
+    });
   }
 
+  // q = A p on rows [begin, end); returns p . q.
   template <class Scalar>
-  void zero_fixed_rows(Index begin, Index end, Scalar* v) const {
-    if (system_->fixed == nullptr) return;
-    for (Index row = begin; row < end; ++row)
-      if (is_fixed(*system_, row)) std::fill_n(v + at(row), 4, Scalar{0});
+  double multiply(Index begin, Index end, Krylov<Scalar>& k) {
+    double product = k.matrix.multiply(groups_, RowGroups::first_group(begin), RowGroups::last_group(end), k.p.data(),
+                                       k.q.data());
+    if (terms_.empty()) return product;
+    for (Index row = begin; row < end; ++row) {
+      if (!terms_.touches(row)) continue;
+      const Vec3 force = terms_.force(row);
+      Scalar* q = k.q.data() + in_groups(groups_.place[row] / 8) + groups_.place[row] % 8;
+      for (int d = 0; d < 3; ++d) {
+        q[8 * d] += static_cast<Scalar>(force[d]);
+        product += static_cast<double>(k.p[at(row) + d]) * force[d];
+      }
+    }
+    return product;
   }
 
   // Scratch, lists of the terms, matrix in single precision, inverse diagonal blocks (zero where a row is fixed).
   void prepare() {
     const Index rows = layout().n_rows();
+    groups_.set_pattern(*system_);
     x_.resize(at(rows));
-    residual_.resize(at(rows));
-    single_.resize(rows);
+    product_.resize(at(rows));
+    residual_.resize(in_groups(groups_.n_groups()));
+    single_.resize(groups_);
     sums_.assign((rows + rows_per_block - 1) / rows_per_block, 0.0);
-    bad_rows_.assign(sums_.size(), -1);
+    bad_rows_.assign(sums_.size(), rows);
     terms_.build(system_->terms, system_->term_scale, layout());
     if (!layout().single())
       halo_ = with_term_rows(system_->halo ? *system_->halo : matrix_halo(*system_->matrix, layout()),
                              system_->terms ? *system_->terms : ExtraTerms{}, layout());
-    matrix_.resize(*system_);
     over_blocks([&](Index block, Index begin, Index end) {
-      for (Index row = begin; row < end; ++row) {
-        matrix_.set_row(*system_, row);
-        if (!set_inverse(row) && bad_rows_[block] < 0) bad_rows_[block] = row;
-      }
+      const Index first = RowGroups::first_group(begin), last = RowGroups::last_group(end);
+      single_.matrix.set_groups(*system_, groups_, first, last);
+      for (Index group = first; group < last; ++group) bad_rows_[block] = std::min(bad_rows_[block], set_inverse(group));
     });
-    Index bad_row = -1;
-    for (std::size_t i = bad_rows_.size(); i-- > 0;)
-      if (bad_rows_[i] >= 0) bad_row = bad_rows_[i];
-    refuse_indefinite_row(*system_, bad_row);
+    const Index bad_row = *std::min_element(bad_rows_.begin(), bad_rows_.end());
+    refuse_indefinite_row(*system_, bad_row < rows ? bad_row : -1);
   }
 
-  bool set_inverse(Index row) {
-    float* out = single_.inverse.data() + 3 * at(row);
-    std::fill_n(out, 12, 0.0f);
-    if (is_fixed(*system_, row)) return true;
-    Mat3 inverse;
-    if (!invert_positive_definite(diagonal_block(*system_, terms_, row), inverse)) return false;
-    // More than rounding to single precision takes away: what is stored is positive definite too.
-    inverse += 0x1p-22 * inverse.trace() * Mat3::Identity();
-    for (int c = 0; c < 3; ++c)
-      for (int r = 0; r < 3; ++r) out[4 * c + r] = static_cast<float>(inverse(r, c));
-    return true;
+  // Inverse diagonal blocks of a group; the first of its rows whose block is not positive definite, or the number of rows.
+  Index set_inverse(Index group) {
+    const Index* rows = groups_.rows.data() + 8 * static_cast<std::size_t>(group);
+    const auto is_free = [&](Index row) { return row < groups_.n_rows() && !is_fixed(*system_, row); };
+    alignas(64) double blocks[48];
+    for (int l = 0; l < 8; ++l) {
+      const Mat3 block = is_free(rows[l]) ? diagonal_block(*system_, terms_, rows[l]) : Mat3(Mat3::Identity());
+      const double upper[6] = {block(0, 0), block(0, 1), block(0, 2), block(1, 1), block(1, 2), block(2, 2)};
+      for (int e = 0; e < 6; ++e) blocks[8 * e + l] = upper[e];
+    }
+    const unsigned bad = pcg::invert(blocks);
+    float* out = single_.inverse.data() + 2 * in_groups(group);
+    Index first_bad = groups_.n_rows();
+    for (int l = 0; l < 8; ++l) {
+      if (bad >> l & 1) first_bad = std::min(first_bad, rows[l]);
+      // More than rounding to single precision takes away: what is stored is positive definite too.
+      const double more = 0x1p-22 * (blocks[l] + blocks[24 + l] + blocks[40 + l]);
+      for (const int e : {0, 3, 5}) blocks[8 * e + l] += more;
+      for (int e = 0; e < 6; ++e) out[8 * e + l] = is_free(rows[l]) ? static_cast<float>(blocks[8 * e + l]) : 0.0f;
+    }
+    return first_bad;
   }
 
   // residual_ = b - A x_, zero on fixed rows; returns sqrt(r . P^-1 r).
   double true_residual(const Points& b, bool x_is_zero) {
     if (!x_is_zero) refresh(x_.data());
     return std::sqrt(sum_over_blocks([&](Index begin, Index end) {
-      double sum = 0.0;
-      if (!x_is_zero) multiply(begin, end, x_.data(), residual_.data());
+      if (!x_is_zero) multiply_system(*system_, terms_, begin, end, x_.data(), product_.data());
       for (Index row = begin; row < end; ++row) {
-        double* r = residual_.data() + at(row);
-        for (int d = 0; d < 3; ++d) r[d] = x_is_zero ? b(row, d) : b(row, d) - r[d];
-        r[3] = 0.0;
-        if (is_fixed(*system_, row)) r[0] = r[1] = r[2] = 0.0;
-        const float* m = single_.inverse.data() + 3 * at(row);
-        for (int d = 0; d < 3; ++d)
-          sum += r[d] * (m[d] * r[0] + m[4 + d] * r[1] + m[8 + d] * r[2]);
+        double* r = residual_.data() + in_groups(groups_.place[row] / 8) + groups_.place[row] % 8;
+        const bool fixed = is_fixed(*system_, row);
+        for (int d = 0; d < 3; ++d) r[8 * d] = fixed ? 0.0 : x_is_zero ? b(row, d) : b(row, d) - product_[at(row) + d];
       }
-      return sum;
+      return pcg::preconditioned_square(RowGroups::first_group(begin), RowGroups::last_group(end), single_.inverse.data(),
+                                        residual_.data());
     }));
   }
 
@@ -204,11 +221,7 @@ class Pcg final : public LinearSolver {
       restart = !(norm < 2.0 * iterated);              // else directions stay conjugate
       if (!in_double && !(norm < 0.1 * before) && norm > goal && report.iterations < options_.max_iterations) {
         in_double = restart = true;
-        double_.resize(layout().n_rows());
-        over_blocks([&](Index, Index begin, Index end) {
-          std::copy(single_.inverse.begin() + 3 * at(begin), single_.inverse.begin() + 3 * at(end),
-                    double_.inverse.begin() + 3 * at(begin));
-        });
+        prepare_double();
       }
     }
     report.residual = norm / b_norm_;
@@ -216,35 +229,43 @@ class Pcg final : public LinearSolver {
     return report;
   }
 
+  void prepare_double() {
+    double_.resize(groups_);
+    over_blocks([&](Index, Index begin, Index end) {
+      const Index first = RowGroups::first_group(begin), last = RowGroups::last_group(end);
+      double_.matrix.set_groups(*system_, groups_, first, last);
+      std::copy(single_.inverse.begin() + 2 * in_groups(first), single_.inverse.begin() + 2 * in_groups(last),
+                double_.inverse.begin() + 2 * in_groups(first));
+    });
+  }
+
   // Iterates from residual_, scaled by 1 / b_norm_ (no power of which single precision could lose), until the iterated
   // norm is below `reach`; returns it. Single precision gives up where the matrix looks indefinite to it.
   template <class Scalar>
   double run(Krylov<Scalar>& k, bool restart, double reach, int& iterations) {
     const double old_rz = k.rz, scale = 1.0 / b_norm_;
-    k.rz = sum_over_blocks([&](Index begin, Index end) {
-      for (std::size_t i = at(begin); i < at(end); ++i) k.r[i] = static_cast<Scalar>(scale * residual_[i]);
-      return pcg::precondition(begin, end, k.inverse.data(), k.r.data(), k.z.data());
+    k.rz = sum_over_groups([&](Index first, Index last) {
+      for (std::size_t i = in_groups(first); i < in_groups(last); ++i) k.r[i] = static_cast<Scalar>(scale * residual_[i]);
+      return pcg::precondition(first, last, k.inverse.data(), k.r.data(), k.z.data());
     });
     if (restart) std::fill(k.p.begin(), k.p.end(), Scalar{0});
     double beta = restart ? 0.0 : k.rz / old_rz, norm = std::sqrt(k.rz);
     while (norm > scale * reach && iterations < options_.max_iterations) {
       over_blocks([&](Index, Index begin, Index end) {
-        pcg::update_direction(begin, end, static_cast<Scalar>(beta), k.z.data(), k.p.data());
+        pcg::update_direction(RowGroups::first_group(begin), RowGroups::last_group(end), groups_.rows.data(),
+                              static_cast<Scalar>(beta), k.z.data(), k.p.data());
       });
       refresh(k.p.data());
-      const double curvature = sum_over_blocks([&](Index begin, Index end) {
-        multiply(begin, end, k.p.data(), k.q.data());
-        zero_fixed_rows(begin, end, k.q.data());
-        return pcg::dot(begin, end, k.p.data(), k.q.data());
-      });
+      const double curvature = sum_over_blocks([&](Index begin, Index end) { return multiply(begin, end, k); });
       if (!(curvature > 0.0) || !std::isfinite(curvature)) {
         if (std::is_same_v<Scalar, double>) throw_indefinite("pcg", iterations + 1);
         break;
       }
       const Scalar alpha = static_cast<Scalar>(k.rz / curvature);
       const double rz = sum_over_blocks([&](Index begin, Index end) {
-        return pcg::take_step(begin, end, alpha, b_norm_, k.p.data(), k.q.data(), k.inverse.data(), x_.data(), k.r.data(),
-                              k.z.data());
+        pcg::move(begin, end, b_norm_ * static_cast<double>(alpha), k.p.data(), x_.data());
+        return pcg::take_step(RowGroups::first_group(begin), RowGroups::last_group(end), alpha, k.q.data(),
+                              k.inverse.data(), k.r.data(), k.z.data());
       });
       beta = rz / k.rz;
       k.rz = rz;
@@ -264,15 +285,15 @@ class Pcg final : public LinearSolver {
   }
 
   LinearOptions options_;
-  // Scratch of one solve; vectors have four numbers a row.
+  // Scratch of one solve; x_ and product_ have four numbers a row, residual_ lies in groups.
   const LinearSystem* system_ = nullptr;
   Team team_;
   TermRows terms_;
   Halo halo_;
-  SingleMatrix matrix_;
+  RowGroups groups_;
   Krylov<float> single_;
   Krylov<double> double_;
-  std::vector<double> x_, residual_, sums_;
+  std::vector<double> x_, product_, residual_, sums_;
   std::vector<Index> bad_rows_;
   double b_norm_ = 0.0;
 };

@@ -1,82 +1,138 @@
 #include "core/linalg/pcg_kernels.h"
 
-#include <cstddef>
-
-#include "core/linalg/quad.h"
+#include "core/linalg/lanes3.h"
 
 namespace loomstone::pcg {
 
 namespace {
 
-std::size_t at(Index row) { return 4 * static_cast<std::size_t>(row); }
-
 template <class Scalar>
-LOOMSTONE_INLINE void directions(Index begin, Index end, Scalar beta, const Scalar* z, Scalar* p) {
-  for (std::size_t i = at(begin); i < at(end); ++i) p[i] = z[i] + beta * p[i];
-}
-
-// Eight partial sums, so that additions do not wait for one another; always added in the same order.
-template <class Scalar>
-LOOMSTONE_INLINE double product_sum(Index begin, Index end, const Scalar* a, const Scalar* b) {
-  double sum[8] = {};
-  std::size_t i = at(begin);
-  for (; i + 8 <= at(end); i += 8)
-    for (int l = 0; l < 8; ++l) sum[l] += static_cast<double>(a[i + l]) * static_cast<double>(b[i + l]);
-  for (int l = 0; i + l < at(end); ++l) sum[l] += static_cast<double>(a[i + l]) * static_cast<double>(b[i + l]);
-  return ((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7]));
-}
-
-template <class Scalar>
-LOOMSTONE_INLINE double preconditioned(Index begin, Index end, const Scalar* inverse, const Scalar* r, Scalar* z) {
-  for (Index row = begin; row < end; ++row) {
-    const Scalar* m = inverse + 12 * static_cast<std::size_t>(row);
-    const auto residual = quad_load(r + at(row));
-    quad_store(z + at(row), (quad_load(m) * residual[0] + quad_load(m + 4) * residual[1]) + quad_load(m + 8) * residual[2]);
+LOOMSTONE_INLINE void add_to_rows(const Index* rows, const LanesOf<Scalar> pairs[4], Scalar beta, Scalar* p) {
+  for (int l = 0; l < 4; ++l) {
+    Scalar* low = p + 4 * static_cast<std::size_t>(rows[l]);
+    Scalar* high = p + 4 * static_cast<std::size_t>(rows[l + 4]);
+    quad_store(low, __builtin_shufflevector(pairs[l], pairs[l], 0, 1, 2, 3) + beta * quad_load(low));
+    quad_store(high, __builtin_shufflevector(pairs[l], pairs[l], 4, 5, 6, 7) + beta * quad_load(high));
   }
-  return product_sum(begin, end, r, z);
 }
 
 template <class Scalar>
-LOOMSTONE_INLINE double step(Index begin, Index end, Scalar alpha, double scale, const Scalar* p, const Scalar* q,
-                             const Scalar* inverse, double* x, Scalar* r, Scalar* z) {
-  const double length = scale * static_cast<double>(alpha);
-  for (std::size_t i = at(begin); i < at(end); ++i) x[i] += length * static_cast<double>(p[i]);
-  for (std::size_t i = at(begin); i < at(end); ++i) r[i] -= alpha * q[i];
-  return preconditioned(begin, end, inverse, r, z);
+LOOMSTONE_INLINE void directions(Index first, Index last, const Index* rows, Scalar beta, const Scalar* z, Scalar* p) {
+  for (std::size_t g = first; g < static_cast<std::size_t>(last); ++g) {
+    LanesOf<Scalar> pairs[4];
+    to_row_pairs(load_triple(z + 24 * g), pairs);
+    add_to_rows(rows + 8 * g, pairs, beta, p);
+  }
+}
+
+template <class Scalar>
+struct Inverse {
+  LanesOf<Scalar> xx, xy, xz, yy, yz, zz;
+  LOOMSTONE_INLINE Triple<Scalar> times(const Triple<Scalar>& r) const {
+    return {(xx * r.x + xy * r.y) + xz * r.z, (xy * r.x + yy * r.y) + yz * r.z, (xz * r.x + yz * r.y) + zz * r.z};
+  }
+};
+
+template <class Scalar>
+LOOMSTONE_INLINE Inverse<Scalar> load_inverse(const Scalar* m) {
+  return {load_lanes(m), load_lanes(m + 8), load_lanes(m + 16), load_lanes(m + 24), load_lanes(m + 32), load_lanes(m + 40)};
+}
+
+template <class Scalar>
+LOOMSTONE_INLINE double preconditioned(Index first, Index last, const Scalar* inverse, const Scalar* r, Scalar* z) {
+  Lanes sum{};
+  for (std::size_t g = first; g < static_cast<std::size_t>(last); ++g) {
+    const Triple<Scalar> residual = load_triple(r + 24 * g), out = load_inverse(inverse + 48 * g).times(residual);
+    store_triple(z + 24 * g, out);
+    sum += __builtin_convertvector(dot(residual, out), Lanes);
+  }
+  return lanes_sum(sum);
+}
+
+template <class Scalar>
+LOOMSTONE_INLINE double step(Index first, Index last, Scalar alpha, const Scalar* q, const Scalar* inverse, Scalar* r,
+                             Scalar* z) {
+  Lanes sum{};
+  for (std::size_t g = first; g < static_cast<std::size_t>(last); ++g) {
+    Triple<Scalar> residual = load_triple(r + 24 * g);
+    const Triple<Scalar> change = load_triple(q + 24 * g);
+    residual.x -= alpha * change.x, residual.y -= alpha * change.y, residual.z -= alpha * change.z;
+    store_triple(r + 24 * g, residual);
+    const Triple<Scalar> out = load_inverse(inverse + 48 * g).times(residual);
+    store_triple(z + 24 * g, out);
+    sum += __builtin_convertvector(dot(residual, out), Lanes);
+  }
+  return lanes_sum(sum);
 }
 
 }  // namespace
 
+// Closed form, definite where the leading minors are positive; as invert_positive_definite.
 LOOMSTONE_CLONES
-void update_direction(Index begin, Index end, float beta, const float* z, float* p) { directions(begin, end, beta, z, p); }
-LOOMSTONE_CLONES
-void update_direction(Index begin, Index end, double beta, const double* z, double* p) {
-  directions(begin, end, beta, z, p);
+unsigned invert(double* blocks) {
+  const Inverse<double> a = load_inverse(blocks);
+  const Lanes c00 = a.yy * a.zz - a.yz * a.yz, c01 = a.xz * a.yz - a.xy * a.zz, c02 = a.xy * a.yz - a.xz * a.yy;
+  const Lanes minor2 = a.xx * a.yy - a.xy * a.xy;
+  const Lanes determinant = a.xx * c00 + a.xy * c01 + a.xz * c02;
+  unsigned bad = 0;
+  for (int l = 0; l < 8; ++l)
+    bad |= (a.xx[l] > 0.0 && minor2[l] > 0.0 && determinant[l] > 0.0 ? 0u : 1u) << l;
+  const Lanes scale = 1.0 / determinant;
+  const Lanes inverse[6] = {scale * c00, scale * c01, scale * c02, scale * (a.xx * a.zz - a.xz * a.xz),
+                            scale * (a.xy * a.xz - a.xx * a.yz), scale * minor2};
+  for (int e = 0; e < 6; ++e) lanes_store(blocks + 8 * e, inverse[e]);
+  return bad;
 }
 
 LOOMSTONE_CLONES
-double dot(Index begin, Index end, const float* a, const float* b) { return product_sum(begin, end, a, b); }
-LOOMSTONE_CLONES
-double dot(Index begin, Index end, const double* a, const double* b) { return product_sum(begin, end, a, b); }
-
-LOOMSTONE_CLONES
-double precondition(Index begin, Index end, const float* inverse, const float* r, float* z) {
-  return preconditioned(begin, end, inverse, r, z);
+void update_direction(Index first, Index last, const Index* rows, float beta, const float* z, float* p) {
+  directions(first, last, rows, beta, z, p);
 }
 LOOMSTONE_CLONES
-double precondition(Index begin, Index end, const double* inverse, const double* r, double* z) {
-  return preconditioned(begin, end, inverse, r, z);
+void update_direction(Index first, Index last, const Index* rows, double beta, const double* z, double* p) {
+  directions(first, last, rows, beta, z, p);
 }
 
 LOOMSTONE_CLONES
-double take_step(Index begin, Index end, float alpha, double scale, const float* p, const float* q, const float* inverse,
-                 double* x, float* r, float* z) {
-  return step(begin, end, alpha, scale, p, q, inverse, x, r, z);
+double precondition(Index first, Index last, const float* inverse, const float* r, float* z) {
+  return preconditioned(first, last, inverse, r, z);
 }
 LOOMSTONE_CLONES
-double take_step(Index begin, Index end, double alpha, double scale, const double* p, const double* q,
-                 const double* inverse, double* x, double* r, double* z) {
-  return step(begin, end, alpha, scale, p, q, inverse, x, r, z);
+double precondition(Index first, Index last, const double* inverse, const double* r, double* z) {
+  return preconditioned(first, last, inverse, r, z);
+}
+
+LOOMSTONE_CLONES
+double preconditioned_square(Index first, Index last, const float* inverse, const double* r) {
+  Lanes sum{};
+  for (std::size_t g = first; g < static_cast<std::size_t>(last); ++g) {
+    const Inverse<float> m = load_inverse(inverse + 48 * g);
+    const Inverse<double> wide = {__builtin_convertvector(m.xx, Lanes), __builtin_convertvector(m.xy, Lanes),
+                                  __builtin_convertvector(m.xz, Lanes), __builtin_convertvector(m.yy, Lanes),
+                                  __builtin_convertvector(m.yz, Lanes), __builtin_convertvector(m.zz, Lanes)};
+    const Triple<double> residual = load_triple(r + 24 * g);
+    sum += dot(residual, wide.times(residual));
+  }
+  return lanes_sum(sum);
+}
+
+LOOMSTONE_CLONES
+double take_step(Index first, Index last, float alpha, const float* q, const float* inverse, float* r, float* z) {
+  return step(first, last, alpha, q, inverse, r, z);
+}
+LOOMSTONE_CLONES
+double take_step(Index first, Index last, double alpha, const double* q, const double* inverse, double* r, double* z) {
+  return step(first, last, alpha, q, inverse, r, z);
+}
+
+LOOMSTONE_CLONES
+void move(Index begin, Index end, double length, const float* p, double* x) {
+  for (std::size_t i = 4 * static_cast<std::size_t>(begin); i < 4 * static_cast<std::size_t>(end); ++i)
+    x[i] += length * static_cast<double>(p[i]);
+}
+LOOMSTONE_CLONES
+void move(Index begin, Index end, double length, const double* p, double* x) {
+  for (std::size_t i = 4 * static_cast<std::size_t>(begin); i < 4 * static_cast<std::size_t>(end); ++i) x[i] += length * p[i];
 }
 
 }  // namespace loomstone::pcg

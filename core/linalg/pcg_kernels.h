@@ -1,26 +1,31 @@
-// The vector arithmetic of conjugate gradients, in single and in double precision. Vectors have four numbers a row, the
-// fourth zero; inverse diagonal blocks have three columns of four. Sums are in double precision.
+// The vector arithmetic of conjugate gradients, in single and in double precision, eight rows at once. Directions and
+// solutions have four numbers a row, the fourth zero; residuals r, z = P^-1 r and products q (groups x 3 x 8); inverse
+// diagonal blocks (groups x 6 x 8): 00 01 02 11 12 22. Sums are in double precision.
 #pragma once
 
 #include "core/base/types.h"
 
 namespace loomstone::pcg {
 
-// p = z + beta p
-void update_direction(Index begin, Index end, float beta, const float* z, float* p);
-void update_direction(Index begin, Index end, double beta, const double* z, double* p);
+// Inverse of symmetric 3x3 blocks (6 x 8, in place); bit l of the result: block l is not positive definite.
+unsigned invert(double* blocks);
 
-double dot(Index begin, Index end, const float* a, const float* b);
-double dot(Index begin, Index end, const double* a, const double* b);
+// p = z + beta p. rows (groups x 8).
+void update_direction(Index first, Index last, const Index* rows, float beta, const float* z, float* p);
+void update_direction(Index first, Index last, const Index* rows, double beta, const double* z, double* p);
 
 // z = P^-1 r; returns r . z
-double precondition(Index begin, Index end, const float* inverse, const float* r, float* z);
-double precondition(Index begin, Index end, const double* inverse, const double* r, double* z);
+double precondition(Index first, Index last, const float* inverse, const float* r, float* z);
+double precondition(Index first, Index last, const double* inverse, const double* r, double* z);
+// r . P^-1 r
+double preconditioned_square(Index first, Index last, const float* inverse, const double* r);
 
-// x += scale alpha p, r -= alpha q, z = P^-1 r; returns r . z
-double take_step(Index begin, Index end, float alpha, double scale, const float* p, const float* q, const float* inverse,
-                 double* x, float* r, float* z);
-double take_step(Index begin, Index end, double alpha, double scale, const double* p, const double* q,
-                 const double* inverse, double* x, double* r, double* z);
+// r -= alpha q, z = P^-1 r; returns r . z
+double take_step(Index first, Index last, float alpha, const float* q, const float* inverse, float* r, float* z);
+double take_step(Index first, Index last, double alpha, const double* q, const double* inverse, double* r, double* z);
+
+// x += length p on rows [begin, end)
+void move(Index begin, Index end, double length, const float* p, double* x);
+void move(Index begin, Index end, double length, const double* p, double* x);
 
 }  // namespace loomstone::pcg

@@ -46,7 +46,7 @@ void multiply_system(const LinearSystem& system, const TermRows& terms, Index be
   }
   if (terms.empty()) return;
   for (Index row = begin; row < end; ++row)
-    if (terms.touches(row)) terms.add(row, y + 4 * static_cast<std::size_t>(row));
+    if (terms.touches(row)) Eigen::Map<Vec3>(y + 4 * static_cast<std::size_t>(row)) += terms.force(row);
 }
 
 void throw_not_finite(const LinearSystem& system, const Points& b, const Points& x) {

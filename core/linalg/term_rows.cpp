@@ -49,18 +49,15 @@ void TermRows::evaluate(const Team& team, const Scalar* x) {
       128);
 }
 
-template <class Scalar>
-void TermRows::add(Index row, Scalar* y) const {
-  for (Index k = row_start_[row]; k < row_start_[row + 1]; ++k) {
-    const Vec3 force = (*terms_)[slots_[k].term].entries[slots_[k].entry].apply_transposed(forces_[slots_[k].term]);
-    for (int c = 0; c < 3; ++c) y[c] += static_cast<Scalar>(force[c]);
-  }
+Vec3 TermRows::force(Index row) const {
+  Vec3 sum = Vec3::Zero();
+  for (Index k = row_start_[row]; k < row_start_[row + 1]; ++k)
+    sum += (*terms_)[slots_[k].term].entries[slots_[k].entry].apply_transposed(forces_[slots_[k].term]);
+  return sum;
 }
 
 template void TermRows::evaluate(const Team&, const double*);
 template void TermRows::evaluate(const Team&, const float*);
-template void TermRows::add(Index, double*) const;
-template void TermRows::add(Index, float*) const;
 
 Mat3 TermRows::diagonal(Index row) const {
   Mat3 sum = Mat3::Zero();

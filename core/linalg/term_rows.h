@@ -20,9 +20,8 @@ class TermRows {
   // Force of every term that touches an owned row, at x (4 numbers a row).
   template <class Scalar>
   void evaluate(const Team& team, const Scalar* x);
-  // y += sum J^T force over the terms of an owned row (4 numbers).
-  template <class Scalar>
-  void add(Index row, Scalar* y) const;
+  // sum J^T force over the terms of an owned row.
+  Vec3 force(Index row) const;
   // sum J^T (scale H) J over the terms of a row.
   Mat3 diagonal(Index row) const;
 

@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <cstring>
 
-#include "core/linalg/single_matrix.h"
+#include "core/linalg/coupling_matrix.h"
 #include "tests/linalg/random_system.h"
 
 using namespace loomstone;
@@ -145,15 +145,18 @@ TEST_CASE("rounding the stiffness to single precision leaves the mass of a commo
   RandomSystem system = random_system(20, 0, 0);
   stiffen(system, 1e6);
   const Index n = system.matrix.n_rows();
-  SingleMatrix single;
-  single.resize(system.view());
-  for (Index row = 0; row < n; ++row) single.set_row(system.view(), row);
-  std::vector<float> x(4 * single.n_vector_rows(), 0.0f), y(x);
+  RowGroups groups;
+  groups.set_pattern(system.view());
+  CouplingMatrix<float> single;
+  single.resize(groups);
+  single.set_groups(system.view(), groups, 0, groups.n_groups());
+  std::vector<float> x(4 * (n + 1), 0.0f), y(24 * groups.n_groups());
   for (Index row = 0; row < n; ++row) x[4 * row] = 1.0f, x[4 * row + 1] = -2.0f, x[4 * row + 2] = 0.5f;
-  single.multiply(0, n, x.data(), y.data());
+  single.multiply(groups, 0, groups.n_groups(), x.data(), y.data());
   // Unit masses. What is left is the rounding of sums of 1e7 in double precision; single precision there would be 1.
   for (Index row = 0; row < n; ++row)
-    for (int d = 0; d < 3; ++d) CHECK(std::abs(y[4 * row + d] - x[4 * row + d]) < 1e-6);
+    for (int d = 0; d < 3; ++d)
+      CHECK(std::abs(y[24 * (groups.place[row] / 8) + 8 * d + groups.place[row] % 8] - x[4 * row + d]) < 1e-6);
 }
 
 TEST_CASE("a system too stiff for single precision is solved all the same") {

@@ -1,0 +1,128 @@
+#include "core/linalg/coupling_matrix.h"
+
+#include "core/linalg/lanes3.h"
+#include "core/linalg/system.h"
+
+namespace loomstone {
+
+namespace {
+
+constexpr std::size_t block_stride = 72;  // 9 numbers of eight blocks
+constexpr double no_block[9] = {};
+
+template <class Scalar>
+LOOMSTONE_INLINE void store_as(Scalar* out, const Lanes& a) {
+  const LanesOf<Scalar> r = __builtin_convertvector(a, LanesOf<Scalar>);
+  __builtin_memcpy(out, &r, sizeof r);
+}
+
+// Slots of eight blocks each from `blocks` (null: none there), added to sums (9 lanes).
+template <class Scalar>
+LOOMSTONE_INLINE void copy_slots(Index n, const Index* sources, const double* matrix, Scalar* values, Lanes sums[9]) {
+  for (Index k = 0; k < n; ++k) {
+    const double* block[8];
+    for (int l = 0; l < 8; ++l)
+      block[l] = sources[8 * k + l] < 0 ? no_block : matrix + 9 * static_cast<std::size_t>(sources[8 * k + l]);
+    for (int e = 0; e < 9; ++e) {
+      const Lanes v = {block[0][e], block[1][e], block[2][e], block[3][e], block[4][e], block[5][e], block[6][e], block[7][e]};
+      sums[e] += v;
+      store_as(values + block_stride * k + 8 * e, v);
+    }
+  }
+}
+
+// sums come as the diagonal blocks and leave as R.
+LOOMSTONE_CLONES
+void copy_group(Index n, const Index* sources, const double* matrix, double* sums, float* values, float* out) {
+  Lanes r[9];
+  for (int e = 0; e < 9; ++e) r[e] = lanes_load(sums + 8 * e);
+  copy_slots(n, sources, matrix, values, r);
+  for (int e = 0; e < 9; ++e) store_as(out + 8 * e, r[e]);
+}
+LOOMSTONE_CLONES
+void copy_group(Index n, const Index* sources, const double* matrix, double* sums, double* values, double* out) {
+  Lanes r[9];
+  for (int e = 0; e < 9; ++e) r[e] = lanes_load(sums + 8 * e);
+  copy_slots(n, sources, matrix, values, r);
+  for (int e = 0; e < 9; ++e) store_as(out + 8 * e, r[e]);
+}
+
+template <class Scalar>
+LOOMSTONE_INLINE Triple<Scalar> block_times(const Scalar* a, const Triple<Scalar>& v) {
+  return {(load_lanes(a) * v.x + load_lanes(a + 24) * v.y) + load_lanes(a + 48) * v.z,
+          (load_lanes(a + 8) * v.x + load_lanes(a + 32) * v.y) + load_lanes(a + 56) * v.z,
+          (load_lanes(a + 16) * v.x + load_lanes(a + 40) * v.y) + load_lanes(a + 64) * v.z};
+}
+
+struct Pattern {
+  const Index *rows, *slot_start, *columns;
+};
+
+template <class Scalar>
+LOOMSTONE_INLINE double couple(const Pattern& pattern, Index first, Index last, const Scalar* values, const Scalar* sums,
+                               const Scalar* x, Scalar* y) {
+  Lanes product{};
+  for (Index group = first; group < last; ++group) {
+    const std::size_t g = static_cast<std::size_t>(group);
+    const Triple<Scalar> here = gather_rows(pattern.rows + 8 * g, x);
+    Triple<Scalar> sum = block_times(sums + block_stride * g, here);
+    for (std::size_t k = pattern.slot_start[g]; k < static_cast<std::size_t>(pattern.slot_start[g + 1]); ++k) {
+      const Triple<Scalar> there = gather_rows(pattern.columns + 8 * k, x);
+      const Triple<Scalar> f = block_times(values + block_stride * k,
+                                           Triple<Scalar>{there.x - here.x, there.y - here.y, there.z - here.z});
+      sum.x += f.x, sum.y += f.y, sum.z += f.z;
+    }
+    store_triple(y + 24 * g, sum);
+    product += __builtin_convertvector(dot(here, sum), Lanes);
+  }
+  return lanes_sum(product);
+}
+
+LOOMSTONE_CLONES
+double multiply_groups(const Pattern& pattern, Index first, Index last, const float* values, const float* sums,
+                       const float* x, float* y) {
+  return couple(pattern, first, last, values, sums, x, y);
+}
+LOOMSTONE_CLONES
+double multiply_groups(const Pattern& pattern, Index first, Index last, const double* values, const double* sums,
+                       const double* x, double* y) {
+  return couple(pattern, first, last, values, sums, x, y);
+}
+
+}  // namespace
+
+template <class Scalar>
+void CouplingMatrix<Scalar>::resize(const RowGroups& groups) {
+  values_.resize(block_stride * static_cast<std::size_t>(groups.slot_start.back()));
+  sums_.resize(block_stride * static_cast<std::size_t>(groups.n_groups()));
+}
+
+template <class Scalar>
+void CouplingMatrix<Scalar>::set_groups(const LinearSystem& system, const RowGroups& groups, Index first, Index last) {
+  const Index n_cloth = n_cloth_rows(system);
+  alignas(64) double sums[block_stride];
+  for (Index group = first; group < last; ++group) {
+    for (int l = 0; l < 8; ++l) {
+      const Index row = groups.rows[8 * static_cast<std::size_t>(group) + l];
+      const double* diagonal = row < n_cloth             ? system.matrix->block(system.matrix->diagonal()[row])
+                               : row < groups.n_rows() ? (*system.body_blocks)[row - n_cloth].data()
+                                                       : no_block;
+      for (int e = 0; e < 9; ++e) sums[8 * e + l] = diagonal[e];
+    }
+    const std::size_t slot = groups.slot_start[group];
+    copy_group(groups.slot_start[group + 1] - groups.slot_start[group], groups.sources.data() + 8 * slot,
+               n_cloth > 0 ? system.matrix->block(0) : no_block, sums, values_.data() + block_stride * slot,
+               sums_.data() + block_stride * static_cast<std::size_t>(group));
+  }
+}
+
+template <class Scalar>
+double CouplingMatrix<Scalar>::multiply(const RowGroups& groups, Index first, Index last, const Scalar* x, Scalar* y) const {
+  const Pattern pattern{groups.rows.data(), groups.slot_start.data(), groups.columns.data()};
+  return multiply_groups(pattern, first, last, values_.data(), sums_.data(), x, y);
+}
+
+template class CouplingMatrix<float>;
+template class CouplingMatrix<double>;
+
+}  // namespace loomstone

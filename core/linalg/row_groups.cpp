@@ -1,0 +1,58 @@
+#include "core/linalg/row_groups.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "core/linalg/system.h"
+
+namespace loomstone {
+
+bool RowGroups::is_pattern_of(const LinearSystem& system) const {
+  if (system.layout->n_rows() != n_rows_ || n_cloth_rows(system) != n_cloth_) return false;
+  return n_cloth_ == 0 ||
+         (system.matrix->row_start() == pattern_start_ && system.matrix->columns() == pattern_columns_);
+}
+
+void RowGroups::set_pattern(const LinearSystem& system) {
+  if (is_pattern_of(system)) return;
+  n_rows_ = system.layout->n_rows(), n_cloth_ = n_cloth_rows(system);
+  pattern_start_.clear(), pattern_columns_.clear();
+  if (n_cloth_ > 0) pattern_start_ = system.matrix->row_start(), pattern_columns_ = system.matrix->columns();
+  const auto n_beside = [&](Index row) { return row < n_cloth_ ? pattern_start_[row + 1] - pattern_start_[row] - 1 : 0; };
+
+  rows.resize(8 * static_cast<std::size_t>(last_group(n_rows_)));
+  std::iota(rows.begin(), rows.end(), Index{0});
+  for (Index begin = 0; begin < n_rows_; begin += rows_per_block)
+    std::stable_sort(rows.begin() + begin, rows.begin() + std::min(n_rows_, begin + rows_per_block),
+                     [&](Index a, Index b) { return n_beside(a) > n_beside(b); });
+  std::replace_if(rows.begin(), rows.end(), [&](Index row) { return row > n_rows_; }, n_rows_);
+  place.resize(n_rows_);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    if (rows[i] < n_rows_) place[rows[i]] = static_cast<Index>(i);
+
+  slot_start.assign(1, 0);
+  columns.clear(), sources.clear();
+  for (std::size_t group = 0; group < rows.size() / 8; ++group) {
+    const Index* of_group = rows.data() + 8 * group;
+    Index n_slots = 0;
+    for (int l = 0; l < 8; ++l)
+      if (of_group[l] < n_rows_) n_slots = std::max(n_slots, n_beside(of_group[l]));
+    const std::size_t first = columns.size();
+    slot_start.push_back(slot_start.back() + n_slots);
+    columns.resize(8 * static_cast<std::size_t>(slot_start.back()));
+    sources.resize(columns.size(), -1);
+    for (int l = 0; l < 8; ++l) {
+      const Index row = of_group[l];
+      for (std::size_t i = first + l; i < columns.size(); i += 8) columns[i] = row;
+      if (row >= n_cloth_) continue;
+      std::size_t i = first + l;
+      for (Index k = pattern_start_[row]; k < pattern_start_[row + 1]; ++k) {
+        if (pattern_columns_[k] == row) continue;
+        columns[i] = pattern_columns_[k], sources[i] = k;
+        i += 8;
+      }
+    }
+  }
+}
+
+}  // namespace loomstone
