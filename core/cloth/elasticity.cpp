@@ -64,32 +64,49 @@ void Elasticity::add_explicit_bending(const Team& team, const Points& x, const P
   for (const auto& element : bending_) element->add_forces(team, x, v, begin, end, force);
 }
 
+// Chunks of rows, each with all that is to be done with it while it is in the cache.
 void Elasticity::assemble(const Team& team, const Points& x, JacobianKind kind, double scale_d, double scale_k,
-                          Index begin, Index end) {
-  parallel_for(team, end - begin, [&](Index i) {
-    const Index row = begin + i;
-    double* first = matrix_.block(matrix_.row_start()[row]);
-    std::fill(first, matrix_.block(matrix_.row_start()[row + 1] - 1) + 9, 0.0);
-    double* diagonal = matrix_.block(matrix_.diagonal()[row]);
-    diagonal[0] = diagonal[4] = diagonal[8] = model_.mass[row];
+                          Index begin, Index end, const Points* w, Points* y) {
+  if (w)
+    parallel_for(team, model_.n_vertices, [&](Index i) {
+      for (int d = 0; d < 3; ++d) wide_in_[4 * static_cast<std::size_t>(i) + d] = (*w)(i, d);
+    });
+  membrane_.locate_rows(matrix_, begin, end);
+  const Index n_chunks = (end - begin + rows_per_block - 1) / rows_per_block;
+  const auto end_of = [&](Index chunk) { return std::min(end, begin + (chunk + 1) * rows_per_block); };
+  parallel_ranges(team, n_chunks, 1, [&](Index first, Index last) {
+    AlignedDoubles scratch;
+    for (Index chunk = first; chunk < last; ++chunk) {
+      membrane_.set_chunk(chunk, x, kind, scale_k, scale_d, scratch, matrix_);
+      if (!implicit_bending()) finish_rows(begin + chunk * rows_per_block, end_of(chunk), w, y);
+    }
   });
-  membrane_.add_jacobian(team, x, kind, scale_k, scale_d, begin, end, matrix_);
   if (!implicit_bending()) return;
+  add_bending(team, x, kind, scale_d, scale_k, begin, end);
+  parallel_ranges(team, n_chunks, 1, [&](Index first, Index last) {
+    finish_rows(begin + first * rows_per_block, end_of(last - 1), w, y);
+  });
+}
+
+void Elasticity::add_bending(const Team& team, const Points& x, JacobianKind kind, double scale_d, double scale_k,
+                             Index begin, Index end) {
   for (const auto& element : bending_) {
     element->add_stiffness(team, x, scale_k, scale_d, begin, end, matrix_);
     if (kind == JacobianKind::Exact) element->add_geometric_stiffness(team, x, scale_k, begin, end, matrix_);
   }
 }
 
-void Elasticity::multiply_without_mass(const Team& team, const Points& w, Index begin, Index end, Points& y) {
-  parallel_for(team, model_.n_vertices, [&](Index i) {
-    for (int d = 0; d < 3; ++d) wide_in_[4 * i + d] = w(i, d);
-  });
-  parallel_ranges(team, end - begin, 512, [&](Index first, Index last) {
-    matrix_.multiply(begin + first, begin + last, wide_in_.data(), wide_out_.data());
-    for (Index row = begin + first; row < begin + last; ++row)
-      for (int d = 0; d < 3; ++d) y(row, d) = wide_out_[4 * row + d] - model_.mass[row] * w(row, d);
-  });
+// The product, then the mass.
+void Elasticity::finish_rows(Index begin, Index end, const Points* w, Points* y) {
+  if (w) {
+    matrix_.multiply(begin, end, wide_in_.data(), wide_out_.data());
+    for (Index row = begin; row < end; ++row)
+      for (int d = 0; d < 3; ++d) (*y)(row, d) = wide_out_[4 * static_cast<std::size_t>(row) + d];
+  }
+  for (Index row = begin; row < end; ++row) {
+    double* diagonal = matrix_.block(matrix_.diagonal()[row]);
+    for (const int entry : {0, 4, 8}) diagonal[entry] += model_.mass[row];
+  }
 }
 
 double Elasticity::bending_energy(const Team& team, const Points& x) const {

@@ -33,11 +33,10 @@ class Elasticity {
   // Adds minus elastic minus damping forces of bending where it is explicit (nothing where it is implicit).
   void add_explicit_bending(const Team& team, const Points& x, const Points& v, Index begin, Index end, Points& force);
 
-  // matrix = M + scale_d D + scale_k K on rows [begin, end).
+  // matrix = M + scale_d D + scale_k K on rows [begin, end); where w is given, current on all rows that the matrix couples
+  // to them, also y = (matrix - M) w on these rows.
   void assemble(const Team& team, const Points& x, JacobianKind kind, double scale_d, double scale_k, Index begin,
-                Index end);
-  // y = (matrix - M) w on rows [begin, end); w current on all rows that the matrix couples to them.
-  void multiply_without_mass(const Team& team, const Points& w, Index begin, Index end, Points& y);
+                Index end, const Points* w = nullptr, Points* y = nullptr);
 
   double membrane_energy(const Team& team, const Points& x) { return membrane_.energy(team, x); }
   double bending_energy(const Team& team, const Points& x) const;
@@ -46,6 +45,10 @@ class Elasticity {
   }
 
  private:
+  void add_bending(const Team& team, const Points& x, JacobianKind kind, double scale_d, double scale_k, Index begin,
+                   Index end);
+  void finish_rows(Index begin, Index end, const Points* w, Points* y);
+
   const ClothModel& model_;
   Membrane membrane_;
   std::vector<std::unique_ptr<Bending>> bending_;

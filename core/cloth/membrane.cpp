@@ -1,7 +1,7 @@
 #include "core/cloth/membrane.h"
 
 #include <algorithm>
-#include <map>
+#include <cassert>
 #include <sstream>
 
 #include "core/base/error.h"
@@ -120,70 +120,74 @@ void Membrane::add_forces(const Team& team, const Points& x, const Points* v, In
   });
 }
 
-// For every off-diagonal block of the rows, the at most two triangles that share the edge. Found once per pattern.
-void Membrane::locate_blocks(const BlockMatrix& matrix, Index begin, Index end) {
+namespace {
+constexpr Index no_element = 0;       // the scratch of a chunk begins with a block of zeros
+constexpr Index first_element = 16;
+}  // namespace
+
+// An edge of the mesh borders at most two triangles. They run along it in opposite directions, so that a block is that of one
+// plus the transpose of that of the other.
+void Membrane::locate_rows(const BlockMatrix& matrix, Index begin, Index end) {
   if (matrix.columns().data() == located_columns_ && matrix.n_blocks() == located_blocks_ && begin == located_begin_ &&
       end == located_end_)
     return;
   located_columns_ = matrix.columns().data(), located_blocks_ = matrix.n_blocks();
   located_begin_ = begin, located_end_ = end;
-  source_start_.assign(end - begin + 1, 0);
+  chunk_start_.assign(1, 0);
+  chunk_batches_.clear(), diagonal_.clear();
+  row_start_.assign(1, 0);
   sources_.clear();
-  for (Index row = begin; row < end; ++row) {
-    std::map<Index, BlockSource> found;  // by position: ascending columns
-    for (Index s = slot_start_[row]; s < slot_start_[row + 1]; ++s) {
-      const Index batch = slots_[s] / membrane::force_stride, rest = slots_[s] % membrane::force_stride;
-      const Index corner = rest / (3 * lanes), lane = rest % lanes, t = batch * lanes + lane;
-      for (int step = 1; step <= 2; ++step) {
-        const Index other = (corner + step) % 3;
-        // Pair p holds block (p, p + 1); block (p + 1, p) is its transpose.
-        const Index pair = step == 1 ? corner : other;
-        const Index slot = 2 * (batch * membrane::block_stride + 72 * pair + lane) + (step == 1 ? 0 : 1);
-        const Index position = matrix.find(row, triangles_(t, other));
-        auto [item, fresh] = found.try_emplace(position, BlockSource{position, slot, -1});
-        if (!fresh) item->second.second = slot;
+  const Index first_block = matrix.row_start()[begin];
+  std::vector<Index> place(n_batches_);
+  for (Index first = begin; first < end; first += rows_per_block) {
+    const Index last = std::min(end, first + rows_per_block);
+    for (Index s = slot_start_[first]; s < slot_start_[last]; ++s)
+      chunk_batches_.push_back(slots_[s] / membrane::force_stride);
+    const auto list = chunk_batches_.begin() + chunk_start_.back();
+    std::sort(list, chunk_batches_.end());
+    chunk_batches_.erase(std::unique(list, chunk_batches_.end()), chunk_batches_.end());
+    for (auto b = list; b < chunk_batches_.end(); ++b) place[*b] = static_cast<Index>(b - list);
+    chunk_start_.push_back(static_cast<Index>(chunk_batches_.size()));
+    for (Index row = first; row < last; ++row) {
+      row_start_.push_back(matrix.row_start()[row + 1] - first_block);
+      diagonal_.push_back(matrix.diagonal()[row] - first_block);
+      sources_.resize(2 * static_cast<std::size_t>(row_start_.back()), no_element);
+      for (Index s = slot_start_[row]; s < slot_start_[row + 1]; ++s) {
+        const Index batch = slots_[s] / membrane::force_stride, rest = slots_[s] % membrane::force_stride;
+        const Index corner = rest / (3 * lanes), lane = rest % lanes;
+        for (const Index other : {(corner + 1) % 3, (corner + 2) % 3}) {
+          // Pair p holds block (p, p + 1); block (p + 1, p) is its transpose.
+          const bool transposed = other == (corner + 2) % 3;
+          const Index position = matrix.find(row, triangles_(batch * lanes + lane, other)) - first_block;
+          Index& source = sources_[2 * static_cast<std::size_t>(position) + (transposed ? 1 : 0)];
+          assert(source == no_element && "two triangles run along an edge in the same direction");
+          source = first_element + membrane::block_stride * place[batch] +
+                   membrane::pair_stride * (transposed ? other : corner) + membrane::lane_stride * lane;
+        }
       }
     }
-    for (const auto& item : found) sources_.push_back(item.second);
-    source_start_[row - begin + 1] = static_cast<Index>(sources_.size());
   }
 }
 
-namespace {
-// Where the entries of a block lie, and those of its transpose.
-constexpr Index entries[2][9] = {{0, 8, 16, 24, 32, 40, 48, 56, 64}, {0, 24, 48, 8, 32, 56, 16, 40, 64}};
-
-inline void add_block(const double* elements, Index slot, double sum[9]) {
-  const double* b = elements + slot / 2;
-  const Index* entry = entries[slot % 2];
-  for (int k = 0; k < 9; ++k) sum[k] += b[entry[k]];
+void Membrane::set_chunk(Index chunk, const Points& x, JacobianKind kind, double scale_k, double scale_d,
+                         AlignedDoubles& scratch, BlockMatrix& matrix) const {
+  const Index n = chunk_start_[chunk + 1] - chunk_start_[chunk];
+  const std::size_t size = first_element + static_cast<std::size_t>(n) * membrane::block_stride;
+  if (scratch.size() < size) scratch.resize(size);
+  std::fill_n(scratch.begin(), first_element, 0.0);
+  membrane::blocks(tables_of(corners_, gradients_, constants_), chunk_batches_.data() + chunk_start_[chunk], n, x.data(),
+                   kind == JacobianKind::Positive, scale_k, scale_d, scratch.data() + first_element);
+  const Index first = chunk * rows_per_block, last = std::min(located_end_ - located_begin_, first + rows_per_block);
+  membrane::rows(last - first, row_start_.data() + first, diagonal_.data() + first, sources_.data(), scratch.data(),
+                 matrix.block(matrix.row_start()[located_begin_]));
 }
-}  // namespace
 
-void Membrane::add_jacobian(const Team& team, const Points& x, JacobianKind kind, double scale_k, double scale_d,
+void Membrane::set_jacobian(const Team& team, const Points& x, JacobianKind kind, double scale_k, double scale_d,
                             Index begin, Index end, BlockMatrix& matrix) {
-  select_rows(begin, end);
-  locate_blocks(matrix, begin, end);
-  element_blocks_.resize(static_cast<std::size_t>(n_batches_) * membrane::block_stride);
-  const auto tables = tables_of(corners_, gradients_, constants_);
-  parallel_ranges(team, static_cast<Index>(batches_.size()), batches_per_range, [&](Index first, Index last) {
-    membrane::blocks(tables, batches_.data() + first, last - first, x.data(), kind == JacobianKind::Positive, scale_k,
-                     scale_d, element_blocks_.data());
-  });
-  parallel_for(team, end - begin, [&](Index i) {
-    const Index row = begin + i;
-    double row_sum[9] = {};
-    for (Index s = source_start_[i]; s < source_start_[i + 1]; ++s) {
-      double sum[9] = {};
-      add_block(element_blocks_.data(), sources_[s].first, sum);
-      if (sources_[s].second >= 0) add_block(element_blocks_.data(), sources_[s].second, sum);
-      double* target = matrix.block(sources_[s].position);
-      for (int k = 0; k < 9; ++k) target[k] += sum[k], row_sum[k] += sum[k];
-    }
-    // A translation strains nothing: the diagonal block is minus the sum of the others.
-    double* diagonal = matrix.block(matrix.diagonal()[row]);
-    for (int c = 0; c < 3; ++c)
-      for (int r = 0; r < 3; ++r) diagonal[3 * c + r] -= 0.5 * (row_sum[3 * c + r] + row_sum[3 * r + c]);
+  locate_rows(matrix, begin, end);
+  parallel_ranges(team, static_cast<Index>(chunk_start_.size()) - 1, 1, [&](Index first, Index last) {
+    AlignedDoubles scratch;
+    for (Index chunk = first; chunk < last; ++chunk) set_chunk(chunk, x, kind, scale_k, scale_d, scratch, matrix);
   });
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/types.h"
+#include "core/cloth/aligned.h"
 #include "core/cloth/material.h"
 #include "core/linalg/block_matrix.h"
 #include "core/mesh/triangle_mesh.h"
@@ -38,20 +39,21 @@ class Membrane {
   // Adds minus the elastic force, and minus the viscous force where v is given, to rows [begin, end) of `force`.
   void add_forces(const Team& team, const Points& x, const Points* v, Index begin, Index end, Points& force);
 
-  // Adds scale_k K + scale_d D to rows [begin, end) of `matrix`, whose pattern holds all edges.
-  void add_jacobian(const Team& team, const Points& x, JacobianKind kind, double scale_k, double scale_d, Index begin,
+  // Rows [begin, end) of `matrix`, whose pattern holds all edges, become scale_k K + scale_d D.
+  void set_jacobian(const Team& team, const Points& x, JacobianKind kind, double scale_k, double scale_d, Index begin,
                     Index end, BlockMatrix& matrix);
+
+  // The same in chunks of rows_per_block rows, by whoever has more to do with a chunk while it is in the cache:
+  // locate_rows() first, then set_chunk() for every chunk, each caller with scratch of its own.
+  void locate_rows(const BlockMatrix& matrix, Index begin, Index end);
+  void set_chunk(Index chunk, const Points& x, JacobianKind kind, double scale_k, double scale_d, AlignedDoubles& scratch,
+                 BlockMatrix& matrix) const;
 
   // Green strain (weft, warp, shear E12) (m x 3) and largest principal stretch (m) of each triangle.
   void strain(const Team& team, const Points& x, Points& green, Vector& stretch);
 
  private:
-  struct BlockSource {
-    Index position;  // block in the matrix
-    Index first, second;  // 2 * element slot + transposed; second = -1 on a boundary edge
-  };
   void select_rows(Index begin, Index end);
-  void locate_blocks(const BlockMatrix& matrix, Index begin, Index end);
 
   Index n_vertices_, n_triangles_, n_batches_;
   Triangles triangles_;
@@ -62,9 +64,12 @@ class Membrane {
 
   std::vector<Index> batches_;             // that touch rows [begin_, end_)
   Index begin_ = -1, end_ = -1;
-  std::vector<double> element_forces_, element_blocks_, element_strains_;
-  std::vector<Index> source_start_;        // per row of [begin, end)
-  std::vector<BlockSource> sources_;
+  std::vector<double> element_forces_, element_strains_;
+
+  // Where the blocks of rows [located_begin_, located_end_) come from; found once per pattern.
+  std::vector<Index> chunk_start_, chunk_batches_;   // batches that touch each chunk, ascending
+  std::vector<Index> row_start_, diagonal_;          // of the rows, in blocks from the first of them
+  std::vector<Index> sources_;                       // (blocks x 2) see membrane::rows; in the scratch of the chunk
   const Index* located_columns_ = nullptr;
   Index located_blocks_ = -1, located_begin_ = -1, located_end_ = -1;
 };

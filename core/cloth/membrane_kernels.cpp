@@ -51,6 +51,25 @@ LOOMSTONE_INLINE void gradient_columns(const Batch& batch, const double* x, Lane
 
 LOOMSTONE_INLINE void store(double* out, int k, const Lanes& value) { lanes_store(out + 8 * k, value); }
 
+// The nine numbers of a block of each lane beside one another: the first eight as the transpose of 8 x 8.
+LOOMSTONE_INLINE void store_blocks(double* out, const Lanes a[9]) {
+  Lanes b[8], c[8];
+  for (int i = 0; i < 8; i += 2) {
+    b[i] = __builtin_shufflevector(a[i], a[i + 1], 0, 8, 2, 10, 4, 12, 6, 14);
+    b[i + 1] = __builtin_shufflevector(a[i], a[i + 1], 1, 9, 3, 11, 5, 13, 7, 15);
+  }
+  for (int i = 0; i < 8; i += 4)
+    for (int k = 0; k < 2; ++k) {
+      c[i + k] = __builtin_shufflevector(b[i + k], b[i + k + 2], 0, 1, 8, 9, 4, 5, 12, 13);
+      c[i + k + 2] = __builtin_shufflevector(b[i + k], b[i + k + 2], 2, 3, 10, 11, 6, 7, 14, 15);
+    }
+  for (int k = 0; k < 4; ++k) {
+    lanes_store(out + lane_stride * k, __builtin_shufflevector(c[k], c[k + 4], 0, 1, 2, 3, 8, 9, 10, 11));
+    lanes_store(out + lane_stride * (k + 4), __builtin_shufflevector(c[k], c[k + 4], 4, 5, 6, 7, 12, 13, 14, 15));
+  }
+  for (int l = 0; l < n_lanes; ++l) out[lane_stride * l + 8] = a[8][l];
+}
+
 }  // namespace
 
 LOOMSTONE_CLONES
@@ -127,17 +146,42 @@ void blocks(const Tables& tables, const Index* batches, Index n, const double* x
       const Lanes c11 = a11 * kx * ix + g * ky * iy, c12 = a12 * ky * ix + g * kx * iy;
       const Lanes c21 = a12 * kx * iy + g * ky * ix, c22 = a22 * ky * iy + g * kx * ix;
       const Lanes geometric = kx * (s11 * ix + s12 * iy) + ky * (s12 * ix + s22 * iy);
-      double* o = out + block_stride * static_cast<std::size_t>(batches[i]) + 72 * p;
-      store(o, 0, c11 * xx + c22 * ux + (c12 + c21) * m00 + geometric);
-      store(o, 1, c11 * xy + c22 * uy + c12 * m10 + c21 * m01);  // row 1, column 0
-      store(o, 2, c11 * xz + c22 * uz + c12 * m20 + c21 * m02);
-      store(o, 3, c11 * xy + c22 * uy + c12 * m01 + c21 * m10);  // row 0, column 1
-      store(o, 4, c11 * yy + c22 * vy + (c12 + c21) * m11 + geometric);
-      store(o, 5, c11 * yz + c22 * vz + c12 * m21 + c21 * m12);
-      store(o, 6, c11 * xz + c22 * uz + c12 * m02 + c21 * m20);
-      store(o, 7, c11 * yz + c22 * vz + c12 * m12 + c21 * m21);
-      store(o, 8, c11 * zz + c22 * wz + (c12 + c21) * m22 + geometric);
+      const Lanes block[9] = {c11 * xx + c22 * ux + (c12 + c21) * m00 + geometric,
+                              c11 * xy + c22 * uy + c12 * m10 + c21 * m01,  // row 1, column 0
+                              c11 * xz + c22 * uz + c12 * m20 + c21 * m02,
+                              c11 * xy + c22 * uy + c12 * m01 + c21 * m10,  // row 0, column 1
+                              c11 * yy + c22 * vy + (c12 + c21) * m11 + geometric,
+                              c11 * yz + c22 * vz + c12 * m21 + c21 * m12,
+                              c11 * xz + c22 * uz + c12 * m02 + c21 * m20,
+                              c11 * yz + c22 * vz + c12 * m12 + c21 * m21,
+                              c11 * zz + c22 * wz + (c12 + c21) * m22 + geometric};
+      store_blocks(out + block_stride * static_cast<std::size_t>(i) + pair_stride * p, block);
     }
+  }
+}
+
+LOOMSTONE_CLONES
+void rows(Index n, const Index* row_start, const Index* diagonal, const Index* sources, const double* elements,
+          double* values) {
+  for (Index row = 0; row < n; ++row) {
+    Lanes sum{};
+    double last = 0.0;
+    for (std::size_t k = row_start[row]; k < static_cast<std::size_t>(row_start[row + 1]); ++k) {
+      const double *a = elements + sources[2 * k], *b = elements + sources[2 * k + 1];
+      const Lanes other = lanes_load(b);
+      const Lanes v = lanes_load(a) + __builtin_shufflevector(other, other, 0, 3, 6, 1, 4, 7, 2, 5);
+      const double v8 = a[8] + b[8];
+      lanes_store(values + 9 * k, v);
+      values[9 * k + 8] = v8;
+      sum += v;
+      last += v8;
+    }
+    double s[9];
+    lanes_store(s, sum);
+    s[8] = last;
+    double* d = values + 9 * static_cast<std::size_t>(diagonal[row]);
+    for (int c = 0; c < 3; ++c)
+      for (int r = 0; r < 3; ++r) d[3 * c + r] = -0.5 * (s[3 * c + r] + s[3 * r + c]);
   }
 }
 

@@ -83,7 +83,7 @@ class StaticSolve {
  private:
   bool factorise(const Points& x, JacobianKind kind) {
     matrix_.set_zero();
-    membrane_.add_jacobian(team_, x, kind, 1.0, 0.0, 0, n_, matrix_);
+    membrane_.set_jacobian(team_, x, kind, 1.0, 0.0, 0, n_, matrix_);
     bending_.add_stiffness(team_, x, 1.0, 0.0, 0, n_, matrix_);
     if (kind == JacobianKind::Exact) bending_.add_geometric_stiffness(team_, x, 1.0, 0, n_, matrix_);
     std::vector<Eigen::Triplet<double>> entries;

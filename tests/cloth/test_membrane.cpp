@@ -96,7 +96,7 @@ TEST_CASE("the exact Jacobian is the derivative of the force, with error of orde
   const Index n = s.mesh.n_vertices();
   const Points x = deformed(s.mesh, 3), d = random_points(n, 1.0, 4);
   BlockMatrix k = pattern(s.mesh);
-  s.membrane.add_jacobian({}, x, JacobianKind::Exact, 1.0, 0.0, 0, n, k);
+  s.membrane.set_jacobian({}, x, JacobianKind::Exact, 1.0, 0.0, 0, n, k);
   const Eigen::VectorXd flat = Eigen::Map<const Eigen::VectorXd>(d.data(), 3 * n);
   const Eigen::VectorXd product = dense(k) * flat;
   double previous = 0.0;
@@ -115,7 +115,7 @@ TEST_CASE("the viscous Jacobian is the derivative of the viscous force") {
   const Index n = s.mesh.n_vertices();
   const Points x = deformed(s.mesh, 5), v = random_points(n, 1.0, 6);
   BlockMatrix d = pattern(s.mesh);
-  s.membrane.add_jacobian({}, x, JacobianKind::Exact, 0.0, 1.0, 0, n, d);
+  s.membrane.set_jacobian({}, x, JacobianKind::Exact, 0.0, 1.0, 0, n, d);
   const Points viscous = force_of(s.membrane, x) - force_of(s.membrane, x, &v);  // + f_v
   const Eigen::VectorXd product = dense(d) * Eigen::Map<const Eigen::VectorXd>(v.data(), 3 * n);
   // The force is linear in v: equal to rounding.
@@ -128,7 +128,7 @@ TEST_CASE("the positive Jacobian is symmetric and positive semidefinite, also un
   Points x = deformed(s.mesh, 7);
   x.col(0) *= 0.5;
   BlockMatrix k = pattern(s.mesh);
-  s.membrane.add_jacobian({}, x, JacobianKind::Positive, 1.0, 0.3, 0, n, k);
+  s.membrane.set_jacobian({}, x, JacobianKind::Positive, 1.0, 0.3, 0, n, k);
   const Eigen::MatrixXd d = dense(k);
   CHECK((d - d.transpose()).norm() == 0.0);
   const Eigen::VectorXd eigenvalues = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(d).eigenvalues();
@@ -140,8 +140,8 @@ TEST_CASE("where all stresses are tensile the positive Jacobian is the exact one
   const Index n = s.mesh.n_vertices();
   Points x = s.mesh.vertices() * 1.1;
   BlockMatrix a = pattern(s.mesh), b = pattern(s.mesh);
-  s.membrane.add_jacobian({}, x, JacobianKind::Exact, 1.0, 0.0, 0, n, a);
-  s.membrane.add_jacobian({}, x, JacobianKind::Positive, 1.0, 0.0, 0, n, b);
+  s.membrane.set_jacobian({}, x, JacobianKind::Exact, 1.0, 0.0, 0, n, a);
+  s.membrane.set_jacobian({}, x, JacobianKind::Positive, 1.0, 0.0, 0, n, b);
   CHECK((dense(a) - dense(b)).norm() < 1e-13 * dense(a).norm());
 }
 
@@ -249,11 +249,11 @@ TEST_CASE("under tension the Jacobian resists motion out of the plane; the co-ro
   Points x = s.mesh.vertices();
   x.col(0) *= 1.1;
   BlockMatrix k = pattern(s.mesh);
-  s.membrane.add_jacobian({}, x, JacobianKind::Exact, 1.0, 0.0, 0, n, k);
+  s.membrane.set_jacobian({}, x, JacobianKind::Exact, 1.0, 0.0, 0, n, k);
   // The material part F (C : sym(F^T dx dN^T)) dN is what a co-rotational model keeps: it is the Jacobian at zero stress,
   // here that of the rest state, whose normal part vanishes.
   BlockMatrix rest = pattern(s.mesh);
-  s.membrane.add_jacobian({}, s.mesh.vertices(), JacobianKind::Exact, 1.0, 0.0, 0, n, rest);
+  s.membrane.set_jacobian({}, s.mesh.vertices(), JacobianKind::Exact, 1.0, 0.0, 0, n, rest);
   for (Index i = 0; i < n; ++i) {
     CHECK(k.block_map(k.diagonal()[i])(2, 2) > 1.0);
     CHECK(std::abs(rest.block_map(rest.diagonal()[i])(2, 2)) < 1e-12);
@@ -270,7 +270,7 @@ TEST_CASE("any number of threads and any split of the rows give the same bits") 
   Points reference = Points::Zero(n, 3);
   one.add_forces({1}, x, &v, 0, n, reference);
   BlockMatrix k = pattern(mesh);
-  one.add_jacobian({1}, x, JacobianKind::Positive, 1e-4, 1e-2, 0, n, k);
+  one.set_jacobian({1}, x, JacobianKind::Positive, 1e-4, 1e-2, 0, n, k);
   const double energy = one.energy({1}, x);
   for (const int threads : {2, 3, 7}) {
     Membrane other(n, mesh.triangles(), corners, constants);
@@ -279,7 +279,7 @@ TEST_CASE("any number of threads and any split of the rows give the same bits") 
     for (const Index cut : {0, 384, 1024}) {
       const Index end = cut == 0 ? 384 : cut == 384 ? 1024 : n;
       other.add_forces({threads}, x, &v, cut, end, f);
-      other.add_jacobian({threads}, x, JacobianKind::Positive, 1e-4, 1e-2, cut, end, a);
+      other.set_jacobian({threads}, x, JacobianKind::Positive, 1e-4, 1e-2, cut, end, a);
     }
     CHECK(f == reference);
     CHECK(dense(a) == dense(k));
