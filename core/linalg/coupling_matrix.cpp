@@ -1,5 +1,8 @@
 #include "core/linalg/coupling_matrix.h"
 
+#include <cmath>
+#include <limits>
+
 #include "core/linalg/lanes3.h"
 #include "core/linalg/system.h"
 
@@ -31,20 +34,39 @@ LOOMSTONE_INLINE void copy_slots(Index n, const Index* sources, const double* ma
   }
 }
 
-// sums come as the diagonal blocks and leave as R.
-LOOMSTONE_CLONES
-void copy_group(Index n, const Index* sources, const double* matrix, double* sums, float* values, float* out) {
+// Whether R is a number times the identity, as a mass is, but for rounding to Scalar.
+template <class Scalar>
+LOOMSTONE_INLINE bool is_scalar(const Lanes r[9]) {
+  const double rounding = 0.5 * std::numeric_limits<Scalar>::epsilon();
+  bool scalar = true;
+  for (int e = 1; e < 9; ++e)
+    for (int l = 0; l < 8; ++l)
+      scalar &= std::abs(r[e][l] - (e % 4 == 0 ? r[0][l] : 0.0)) <= rounding * std::abs(r[0][l]);
+  return scalar;
+}
+
+// sums come as the diagonal blocks and leave, in `out`, as R; returns whether its first number tells all.
+template <class Scalar>
+LOOMSTONE_INLINE bool copy(Index n, const Index* sources, const double* matrix, const double* sums, Scalar* values,
+                           Scalar* out) {
   Lanes r[9];
   for (int e = 0; e < 9; ++e) r[e] = lanes_load(sums + 8 * e);
   copy_slots(n, sources, matrix, values, r);
+  if (is_scalar<Scalar>(r)) {
+    store_as(out, r[0]);
+    return true;
+  }
   for (int e = 0; e < 9; ++e) store_as(out + 8 * e, r[e]);
+  return false;
+}
+
+LOOMSTONE_CLONES
+bool copy_group(Index n, const Index* sources, const double* matrix, const double* sums, float* values, float* out) {
+  return copy(n, sources, matrix, sums, values, out);
 }
 LOOMSTONE_CLONES
-void copy_group(Index n, const Index* sources, const double* matrix, double* sums, double* values, double* out) {
-  Lanes r[9];
-  for (int e = 0; e < 9; ++e) r[e] = lanes_load(sums + 8 * e);
-  copy_slots(n, sources, matrix, values, r);
-  for (int e = 0; e < 9; ++e) store_as(out + 8 * e, r[e]);
+bool copy_group(Index n, const Index* sources, const double* matrix, const double* sums, double* values, double* out) {
+  return copy(n, sources, matrix, sums, values, out);
 }
 
 template <class Scalar>
@@ -56,6 +78,7 @@ LOOMSTONE_INLINE Triple<Scalar> block_times(const Scalar* a, const Triple<Scalar
 
 struct Pattern {
   const Index *rows, *slot_start, *columns;
+  const std::uint8_t* scalar_sum;
 };
 
 template <class Scalar>
@@ -65,7 +88,13 @@ LOOMSTONE_INLINE double couple(const Pattern& pattern, Index first, Index last, 
   for (Index group = first; group < last; ++group) {
     const std::size_t g = static_cast<std::size_t>(group);
     const Triple<Scalar> here = gather_rows(pattern.rows + 8 * g, x);
-    Triple<Scalar> sum = block_times(sums + block_stride * g, here);
+    Triple<Scalar> sum;
+    if (pattern.scalar_sum[g]) {
+      const LanesOf<Scalar> r = load_lanes(sums + block_stride * g);
+      sum = {r * here.x, r * here.y, r * here.z};
+    } else {
+      sum = block_times(sums + block_stride * g, here);
+    }
     for (std::size_t k = pattern.slot_start[g]; k < static_cast<std::size_t>(pattern.slot_start[g + 1]); ++k) {
       const Triple<Scalar> there = gather_rows(pattern.columns + 8 * k, x);
       const Triple<Scalar> f = block_times(values + block_stride * k,
@@ -95,6 +124,7 @@ template <class Scalar>
 void CouplingMatrix<Scalar>::resize(const RowGroups& groups) {
   values_.resize(block_stride * static_cast<std::size_t>(groups.slot_start.back()));
   sums_.resize(block_stride * static_cast<std::size_t>(groups.n_groups()));
+  scalar_sum_.resize(groups.n_groups());
 }
 
 template <class Scalar>
@@ -110,15 +140,16 @@ void CouplingMatrix<Scalar>::set_groups(const LinearSystem& system, const RowGro
       for (int e = 0; e < 9; ++e) sums[8 * e + l] = diagonal[e];
     }
     const std::size_t slot = groups.slot_start[group];
-    copy_group(groups.slot_start[group + 1] - groups.slot_start[group], groups.sources.data() + 8 * slot,
-               n_cloth > 0 ? system.matrix->block(0) : no_block, sums, values_.data() + block_stride * slot,
-               sums_.data() + block_stride * static_cast<std::size_t>(group));
+    scalar_sum_[group] = copy_group(groups.slot_start[group + 1] - groups.slot_start[group],
+                                    groups.sources.data() + 8 * slot, n_cloth > 0 ? system.matrix->block(0) : no_block,
+                                    sums, values_.data() + block_stride * slot,
+                                    sums_.data() + block_stride * static_cast<std::size_t>(group));
   }
 }
 
 template <class Scalar>
 double CouplingMatrix<Scalar>::multiply(const RowGroups& groups, Index first, Index last, const Scalar* x, Scalar* y) const {
-  const Pattern pattern{groups.rows.data(), groups.slot_start.data(), groups.columns.data()};
+  const Pattern pattern{groups.rows.data(), groups.slot_start.data(), groups.columns.data(), scalar_sum_.data()};
   return multiply_groups(pattern, first, last, values_.data(), sums_.data(), x, y);
 }
 

@@ -6,6 +6,7 @@
 // less than h^2 |K| already at h = 4 ms.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "core/linalg/row_groups.h"
@@ -26,6 +27,7 @@ class CouplingMatrix {
  private:
   std::vector<Scalar> values_;  // (slots x 9 x 8) blocks, column-major
   std::vector<Scalar> sums_;    // (groups x 9 x 8) R
+  std::vector<std::uint8_t> scalar_sum_;  // (groups) 1: R is a number times the identity, the first eight of the group
 };
 
 }  // namespace loomstone

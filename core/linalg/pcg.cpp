@@ -121,7 +121,7 @@ class Pcg final : public LinearSolver {
   void prepare() {
     const Index rows = layout().n_rows();
     groups_.set_pattern(*system_);
-    x_.resize(at(rows));
+    x_.resize(at(rows + 1));
     product_.resize(at(rows));
     residual_.resize(in_groups(groups_.n_groups()));
     single_.resize(groups_);
@@ -250,11 +250,13 @@ class Pcg final : public LinearSolver {
     });
     if (restart) std::fill(k.p.begin(), k.p.end(), Scalar{0});
     double beta = restart ? 0.0 : k.rz / old_rz, norm = std::sqrt(k.rz);
+    double length = 0.0;  // of the last step along p, which x takes when p changes
     while (norm > scale * reach && iterations < options_.max_iterations) {
       over_blocks([&](Index, Index begin, Index end) {
-        pcg::update_direction(RowGroups::first_group(begin), RowGroups::last_group(end), groups_.rows.data(),
-                              static_cast<Scalar>(beta), k.z.data(), k.p.data());
+        pcg::update_direction(RowGroups::first_group(begin), RowGroups::last_group(end), groups_.rows.data(), length,
+                              static_cast<Scalar>(beta), k.z.data(), k.p.data(), x_.data());
       });
+      length = 0.0;
       refresh(k.p.data());
       const double curvature = sum_over_blocks([&](Index begin, Index end) { return multiply(begin, end, k); });
       if (!(curvature > 0.0) || !std::isfinite(curvature)) {
@@ -263,15 +265,16 @@ class Pcg final : public LinearSolver {
       }
       const Scalar alpha = static_cast<Scalar>(k.rz / curvature);
       const double rz = sum_over_blocks([&](Index begin, Index end) {
-        pcg::move(begin, end, b_norm_ * static_cast<double>(alpha), k.p.data(), x_.data());
         return pcg::take_step(RowGroups::first_group(begin), RowGroups::last_group(end), alpha, k.q.data(),
                               k.inverse.data(), k.r.data(), k.z.data());
       });
+      length = b_norm_ * static_cast<double>(alpha);
       beta = rz / k.rz;
       k.rz = rz;
       norm = std::sqrt(rz);
       ++iterations;
     }
+    over_blocks([&](Index, Index begin, Index end) { pcg::move(begin, end, length, k.p.data(), x_.data()); });
     return norm * b_norm_;
   }
 
@@ -285,7 +288,8 @@ class Pcg final : public LinearSolver {
   }
 
   LinearOptions options_;
-  // Scratch of one solve; x_ and product_ have four numbers a row, residual_ lies in groups.
+  // Scratch of one solve; x_ and product_ have four numbers a row (x_ one more row, of
+  // empty lanes), residual_ lies in groups.
   const LinearSystem* system_ = nullptr;
   Team team_;
   TermRows terms_;

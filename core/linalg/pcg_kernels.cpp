@@ -6,22 +6,27 @@ namespace loomstone::pcg {
 
 namespace {
 
-template <class Scalar>
-LOOMSTONE_INLINE void add_to_rows(const Index* rows, const LanesOf<Scalar> pairs[4], Scalar beta, Scalar* p) {
-  for (int l = 0; l < 4; ++l) {
-    Scalar* low = p + 4 * static_cast<std::size_t>(rows[l]);
-    Scalar* high = p + 4 * static_cast<std::size_t>(rows[l + 4]);
-    quad_store(low, __builtin_shufflevector(pairs[l], pairs[l], 0, 1, 2, 3) + beta * quad_load(low));
-    quad_store(high, __builtin_shufflevector(pairs[l], pairs[l], 4, 5, 6, 7) + beta * quad_load(high));
-  }
+LOOMSTONE_INLINE Quad widened(const FloatQuad& a) { return __builtin_convertvector(a, Quad); }
+LOOMSTONE_INLINE Quad widened(const Quad& a) { return a; }
+
+template <class Scalar, class Row>
+LOOMSTONE_INLINE void update_row(Index row, double length, Scalar beta, const Row& z, Scalar* p, double* x) {
+  const std::size_t i = 4 * static_cast<std::size_t>(row);
+  const Row old = quad_load(p + i);
+  quad_store(x + i, quad_load(x + i) + length * widened(old));
+  quad_store(p + i, z + beta * old);
 }
 
 template <class Scalar>
-LOOMSTONE_INLINE void directions(Index first, Index last, const Index* rows, Scalar beta, const Scalar* z, Scalar* p) {
+LOOMSTONE_INLINE void directions(Index first, Index last, const Index* rows, double length, Scalar beta, const Scalar* z,
+                                 Scalar* p, double* x) {
   for (std::size_t g = first; g < static_cast<std::size_t>(last); ++g) {
     LanesOf<Scalar> pairs[4];
     to_row_pairs(load_triple(z + 24 * g), pairs);
-    add_to_rows(rows + 8 * g, pairs, beta, p);
+    for (int l = 0; l < 4; ++l) {
+      update_row(rows[8 * g + l], length, beta, __builtin_shufflevector(pairs[l], pairs[l], 0, 1, 2, 3), p, x);
+      update_row(rows[8 * g + l + 4], length, beta, __builtin_shufflevector(pairs[l], pairs[l], 4, 5, 6, 7), p, x);
+    }
   }
 }
 
@@ -85,12 +90,14 @@ unsigned invert(double* blocks) {
 }
 
 LOOMSTONE_CLONES
-void update_direction(Index first, Index last, const Index* rows, float beta, const float* z, float* p) {
-  directions(first, last, rows, beta, z, p);
+void update_direction(Index first, Index last, const Index* rows, double length, float beta, const float* z, float* p,
+                      double* x) {
+  directions(first, last, rows, length, beta, z, p, x);
 }
 LOOMSTONE_CLONES
-void update_direction(Index first, Index last, const Index* rows, double beta, const double* z, double* p) {
-  directions(first, last, rows, beta, z, p);
+void update_direction(Index first, Index last, const Index* rows, double length, double beta, const double* z, double* p,
+                      double* x) {
+  directions(first, last, rows, length, beta, z, p, x);
 }
 
 LOOMSTONE_CLONES

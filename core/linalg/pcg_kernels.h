@@ -10,9 +10,11 @@ namespace loomstone::pcg {
 // Inverse of symmetric 3x3 blocks (6 x 8, in place); bit l of the result: block l is not positive definite.
 unsigned invert(double* blocks);
 
-// p = z + beta p. rows (groups x 8).
-void update_direction(Index first, Index last, const Index* rows, float beta, const float* z, float* p);
-void update_direction(Index first, Index last, const Index* rows, double beta, const double* z, double* p);
+// x += length p, then p = z + beta p, on the rows of the groups (rows: groups x 8).
+void update_direction(Index first, Index last, const Index* rows, double length, float beta, const float* z, float* p,
+                      double* x);
+void update_direction(Index first, Index last, const Index* rows, double length, double beta, const double* z, double* p,
+                      double* x);
 
 // z = P^-1 r; returns r . z
 double precondition(Index first, Index last, const float* inverse, const float* r, float* z);
