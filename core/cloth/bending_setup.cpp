@@ -82,6 +82,8 @@ double power_iteration(const HingeSet& hinges, const Points& rest_positions, con
   const Team team;
   const Index n = static_cast<Index>(rest_positions.rows());
   const std::vector<Index> batches = all_of(hinges.n_batches());
+  HingeRange range;
+  hinges.find_range(0, n, range);
   HingeValues values;
   AlignedDoubles moment(values.difference.size());
   Points v(n, 3), force(n, 3);
@@ -100,7 +102,7 @@ double power_iteration(const HingeSet& hinges, const Points& rest_positions, con
     hinges.evaluate(team, batches, rest_positions, &v, true, values);
     moments(values, moment);
     force.setZero();
-    hinges.gather(team, values, moment, 0, n, force);
+    hinges.gather(team, values, moment, range, force);
     eigenvalue = -(force.array() * v.array()).sum();  // Rayleigh quotient: never above the largest
     for (Index i = 0; i < n; ++i)
       if (!pinned[i]) v.row(i) = -force.row(i) / mass[i];

@@ -1,6 +1,7 @@
 #include "core/cloth/hinge.h"
 
 #include <algorithm>
+#include <cstring>
 #include <numeric>
 
 #include "core/cloth/hinge_kernels.h"
@@ -33,20 +34,35 @@ HingeSet::HingeSet(Index n_vertices, std::vector<Hinge> hinges, std::vector<doub
     for (int j = 0; j < 4; ++j) of_vertices_.items[fill[hinges_[e].vertices[j]]++] = 4 * e + j;
 }
 
-const std::vector<Index>& HingeSet::batches_touching(Index begin, Index end, HingeRange& range) const {
-  if (begin == range.begin && end == range.end) return range.batches;
+void HingeSet::find_range(Index begin, Index end, HingeRange& range) const {
+  if (begin == range.begin && end == range.end) return;
   range.begin = begin, range.end = end;
-  range.batches.clear();
-  for (Index b = 0; b < n_batches(); ++b) {
-    const Index* first = vertices_.data() + hinge::vertex_stride * static_cast<std::size_t>(b);
-    if (std::any_of(first, first + hinge::vertex_stride, [&](Index v) { return v >= begin && v < end; }))
-      range.batches.push_back(b);
+  range.batches.clear(), range.hinges.clear(), range.places.clear();
+  range.chunk_start.assign(1, 0);
+  for (Index first = begin; first < end; first += rows_per_block) {
+    const Index last = std::min(end, first + rows_per_block);
+    const auto item = of_vertices_.items.begin();
+    for (auto k = item + of_vertices_.start[first]; k < item + of_vertices_.start[last]; ++k)
+      range.hinges.push_back(*k / 4);
+    const auto list = range.hinges.begin() + range.chunk_start.back();
+    std::sort(list, range.hinges.end());
+    range.hinges.erase(std::unique(list, range.hinges.end()), range.hinges.end());
+    for (auto e = list; e < range.hinges.end(); ++e)
+      for (const Index vertex : hinges_[*e].vertices)
+        range.places.push_back(static_cast<std::uint8_t>(vertex >= first && vertex < last ? vertex - first : rows_per_block));
+    range.chunk_start.push_back(static_cast<Index>(range.hinges.size()));
   }
-  return range.batches;
+  for (const Index e : range.hinges) range.batches.push_back(e / lanes);
+  std::sort(range.batches.begin(), range.batches.end());
+  range.batches.erase(std::unique(range.batches.begin(), range.batches.end()), range.batches.end());
 }
 
 void HingeSet::evaluate(const Team& team, const std::vector<Index>& batches, const Points& x, const Points* v,
                         bool with_gradient, HingeValues& values) const {
+  const bool same = values.x.rows() == x.rows() && (values.has_gradient || !with_gradient) && values.batches == batches &&
+                    std::memcmp(values.x.data(), x.data(), sizeof(double) * x.size()) == 0;
+  if (same && !v) return;
+  values.x = x, values.batches = batches, values.has_gradient = with_gradient;
   const std::size_t n = static_cast<std::size_t>(n_batches()) * hinge::angle_stride;
   values.difference.resize(n), values.half_sine.resize(n), values.half_cosine.resize(n);
   if (v) values.rate.resize(n);
@@ -59,17 +75,19 @@ void HingeSet::evaluate(const Team& team, const std::vector<Index>& batches, con
   });
 }
 
-void HingeSet::gather(const Team& team, const HingeValues& values, const AlignedDoubles& moment, Index begin,
-                      Index end, Points& force) const {
-  parallel_for(team, end - begin, [&](Index i) {
-    const Index row = begin + i;
-    double sum[3] = {0.0, 0.0, 0.0};
-    for (Index k = of_vertices_.start[row]; k < of_vertices_.start[row + 1]; ++k) {
-      const Index item = of_vertices_.items[k];
-      const double* u = values.gradient.data() + 4 * static_cast<std::size_t>(item);
-      for (int d = 0; d < 3; ++d) sum[d] += moment[item / 4] * u[d];
+void HingeSet::gather(const Team& team, const HingeValues& values, const AlignedDoubles& moment, const HingeRange& range,
+                      Points& force) const {
+  const Index n_chunks = static_cast<Index>(range.chunk_start.size()) - 1;
+  parallel_ranges(team, n_chunks, 1, [&](Index first_chunk, Index last_chunk) {
+    double sums[4 * (rows_per_block + 1)];
+    for (Index chunk = first_chunk; chunk < last_chunk; ++chunk) {
+      const Index start = range.chunk_start[chunk];
+      hinge::add_moments(range.hinges.data() + start, range.places.data() + 4 * static_cast<std::size_t>(start),
+                         range.chunk_start[chunk + 1] - start, moment.data(), values.gradient.data(), rows_per_block + 1, sums);
+      const Index first = range.begin + chunk * rows_per_block, last = std::min(range.end, first + rows_per_block);
+      for (Index row = first; row < last; ++row)
+        for (int d = 0; d < 3; ++d) force(row, d) -= sums[4 * (row - first) + d];
     }
-    for (int d = 0; d < 3; ++d) force(row, d) -= sum[d];
   });
 }
 

@@ -3,6 +3,7 @@
 // The angle lies in [-pi, pi]: a fold that passes +-pi (through itself) comes back from the other side.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "core/base/types.h"
@@ -18,12 +19,19 @@ struct HingeValues {
   AlignedDoubles half_sine, half_cosine;  // of theta / 2 [1]
   AlignedDoubles rate;                    // [rad/s]
   AlignedDoubles gradient;                // u = d theta / d x [rad/m]
+
+  // What the angles (and gradients) are those of.
+  Points x;
+  std::vector<Index> batches;
+  bool has_gradient = false;
 };
 
-// Scratch: batches that hold the hinges of some rows.
+// Scratch: batches that hold the hinges of some rows, and the hinges of each chunk of rows_per_block of the rows.
 struct HingeRange {
   Index begin = -1, end = -1;
   std::vector<Index> batches;
+  std::vector<Index> chunk_start, hinges;  // of each chunk, ascending
+  std::vector<std::uint8_t> places;        // (hinges x 4) row in the chunk of each vertex; rows_per_block: of another chunk
 };
 
 // Model. Hinges are worked in batches of eight. In HingeValues scalars of hinge e are at e, component k of its gradient
@@ -40,15 +48,16 @@ class HingeSet {
   const std::vector<double>& rest_angles() const { return rest_angles_; }
   const Incidence& of_vertices() const { return of_vertices_; }  // item = 4 hinge + j: the vertex is the hinge's j-th
 
-  // Batches with a hinge that touches rows [begin, end), ascending; found once per range.
-  const std::vector<Index>& batches_touching(Index begin, Index end, HingeRange& range) const;
+  // Batches with a hinge that touches rows [begin, end), ascending, and the chunks; found once per range.
+  void find_range(Index begin, Index end, HingeRange& range) const;
 
-  // Angles, with_gradient u, and rates where v is given, of the batches listed. Same bits for any list and team.
+  // Angles, with_gradient u, and rates where v is given, of the batches listed. Same bits for any list and team. What
+  // `values` holds of the same positions already is kept.
   void evaluate(const Team& team, const std::vector<Index>& batches, const Points& x, const Points* v,
                 bool with_gradient, HingeValues& values) const;
 
-  // force_i -= sum_e moment_e u_e,i on rows [begin, end), hinges ascending.
-  void gather(const Team& team, const HingeValues& values, const AlignedDoubles& moment, Index begin, Index end,
+  // force_i -= sum_e moment_e u_e,i on the rows of the range, hinges ascending.
+  void gather(const Team& team, const HingeValues& values, const AlignedDoubles& moment, const HingeRange& range,
               Points& force) const;
 
   // Hinges with a triangle without area now: they exert no force.

@@ -76,7 +76,8 @@ class HingeBending final : public Bending {
 
   void add_forces(const Team& team, const Points& x, const Points& v, Index begin, Index end,
                   Points& force) const override {
-    const std::vector<Index>& batches = hinges_.batches_touching(begin, end, range_);
+    hinges_.find_range(begin, end, range_);
+    const std::vector<Index>& batches = range_.batches;
     hinges_.evaluate(team, batches, x, damped_ ? &v : nullptr, true, values_);
     moment_.resize(values_.difference.size());
     parallel_for(team, static_cast<Index>(batches.size()), [&](Index b) {
@@ -86,12 +87,13 @@ class HingeBending final : public Bending {
         if (damped_) moment_[e] += damping_[e] * values_.rate[e];
       }
     });
-    hinges_.gather(team, values_, moment_, begin, end, force);
+    hinges_.gather(team, values_, moment_, range_, force);
   }
 
   void add_stiffness(const Team& team, const Points& x, double scale_k, double scale_d, Index begin, Index end,
                      BlockMatrix& matrix) const override {
-    const std::vector<Index>& batches = hinges_.batches_touching(begin, end, range_);
+    hinges_.find_range(begin, end, range_);
+    const std::vector<Index>& batches = range_.batches;
     hinges_.evaluate(team, batches, x, nullptr, true, values_);
     moment_.resize(values_.difference.size());
     // V'' = c / 2 cos(theta / 2) >= 0
@@ -105,7 +107,8 @@ class HingeBending final : public Bending {
 
   void add_geometric_stiffness(const Team& team, const Points& x, double scale, Index begin, Index end,
                                BlockMatrix& matrix) const override {
-    const std::vector<Index>& batches = hinges_.batches_touching(begin, end, range_);
+    hinges_.find_range(begin, end, range_);
+    const std::vector<Index>& batches = range_.batches;
     hinges_.evaluate(team, batches, x, nullptr, false, values_);
     moment_.resize(values_.difference.size());
     for (const Index b : batches)

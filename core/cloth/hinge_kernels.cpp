@@ -31,6 +31,11 @@ LOOMSTONE_INLINE Lanes3 cross(const Lanes3& a, const Lanes3& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 typedef double Lanes4 __attribute__((vector_size(32)));
+LOOMSTONE_INLINE Lanes4 load4(const double* p) {
+  Lanes4 r;
+  __builtin_memcpy(&r, p, sizeof(Lanes4));
+  return r;
+}
 LOOMSTONE_INLINE void store4(double* out, const Lanes4& a) { __builtin_memcpy(out, &a, sizeof(Lanes4)); }
 LOOMSTONE_INLINE void store(double* out, int k, const Lanes& value) { lanes_store(out + n_lanes * k, value); }
 // out[16 l + k] = component k of lane l, the fourth zero; in registers, since stores of single lanes are slow to read again.
@@ -113,6 +118,20 @@ void angles(const Index* vertices, const double* rest, const Index* batches, Ind
     const Lanes rate = dot(u1, minus(load(corner, v), v3)) + dot(u2, minus(load(corner + 8, v), v3)) +
                        dot(u4, minus(load(corner + 24, v), v3));
     store(out.rate + angle_stride * b, 0, rate);
+  }
+}
+
+LOOMSTONE_CLONES
+void add_moments(const Index* hinges, const std::uint8_t* places, Index n, const double* moment, const double* gradient,
+                 Index n_sums, double* sums) {
+  for (Index i = 0; i < n_sums; ++i) store4(sums + 4 * i, Lanes4{});
+  for (Index i = 0; i < n; ++i) {
+    const double* u = gradient + gradient_stride * static_cast<std::size_t>(hinges[i]);
+    const double m = moment[hinges[i]];
+    for (int j = 0; j < 4; ++j) {
+      double* sum = sums + 4 * places[4 * static_cast<std::size_t>(i) + j];
+      store4(sum, load4(sum) + m * load4(u + 4 * j));
+    }
   }
 }
 

@@ -1,6 +1,8 @@
 // The arithmetic of hinges and of mid-edge triangles on batches of eight.
 #pragma once
 
+#include <cstdint>
+
 #include "core/base/types.h"
 
 namespace loomstone::hinge {
@@ -22,6 +24,11 @@ struct Output {
 // vertices (batches x 4 x 8); rest (batches x 8) rest angles.
 void angles(const Index* vertices, const double* rest, const Index* batches, Index n, const double* x, const double* v,
             const Output& out);
+
+// sums (n_sums x 4) = for each row the sum over the n hinges listed of moment times gradient; places (n x 4): the row of each
+// vertex.
+void add_moments(const Index* hinges, const std::uint8_t* places, Index n, const double* moment, const double* gradient,
+                 Index n_sums, double* sums);
 
 }  // namespace loomstone::hinge
 

@@ -190,7 +190,8 @@ void MidedgeBending::add_forces(const Team& team, const Points& x, const Points&
   const Selection& s = selection_;
   hinges_.evaluate(team, s.hinge_batches, x, damped_ ? &v : nullptr, true, values_);
   find_moments(team, damped_ ? values_.rate.data() : nullptr);
-  hinges_.gather(team, values_, moment_, begin, end, force);
+  hinges_.find_range(begin, end, range_);
+  hinges_.gather(team, values_, moment_, range_, force);
 }
 
 // Moments of the selected hinges from the angles in values_.
