@@ -31,8 +31,7 @@ void CleanUp::solve(const std::vector<StepImpact>& impacts, const Points& x0, Po
     ImpulseContact c;
     c.kind = each.kind;
     c.key = each.key;
-    c.vertices = each.vertices;
-    c.weights = each.impact.weights;
+    c.meet(each.vertices, each.impact.weights);
     c.normal = each.impact.normal;
     if (!impulses_.prepare(c, x0, x1, each.impact.time)) continue;
     Vec3 travel = Vec3::Zero();

@@ -43,4 +43,11 @@ struct CollisionModel {
   double contact_stiffness = 1000.0;        // k of a pair [N/m]
 };
 
+// Are triangles of two surfaces (or of one) held against each other? At least one is cloth; a cloth without self-collision is
+// not held against itself.
+inline bool kept_apart(const CollisionModel& model, Index a, Index b) {
+  const auto cloth = [&](Index s) { return model.surfaces[s].kind == CollisionSurface::Kind::Cloth; };
+  return (cloth(a) || cloth(b)) && (a != b || model.surfaces[a].self_collision);
+}
+
 }  // namespace loomstone

@@ -5,6 +5,7 @@
 #include "core/collision/contacts.h"
 #include "core/collision/repulsion.h"
 #include "core/collision/truncation.h"
+#include "core/collision/untangling.h"
 
 namespace loomstone {
 
@@ -18,12 +19,14 @@ struct CollisionStage::Data {
         pairs(surface_pairs(model)),
         broad_phase(model, pairs),
         lists(model, pairs, broad_phase),
-        search(model, pairs, broad_phase, lists) {}
+        tangle(model),
+        search(model, pairs, broad_phase, lists, tangle) {}
 
   const CollisionModel& model;
   const std::vector<SurfacePair> pairs;
   BroadPhase broad_phase;
   NearLists lists;
+  Tangle tangle;
   ImpactSearch search;
   std::vector<ContactLaw> laws;  // scratch: of the terms of this step
 };
@@ -31,9 +34,21 @@ struct CollisionStage::Data {
 CollisionStage::CollisionStage(const CollisionModel& model) : data_(std::make_unique<Data>(model)) {}
 CollisionStage::~CollisionStage() = default;
 
+std::int64_t CollisionStage::find_tangle(const Points& x0) {
+  data_->tangle.find(x0);
+  return static_cast<std::int64_t>(data_->tangle.piercings().size());
+}
+
+void CollisionStage::forget_tangle() { data_->tangle.clear(); }
+
 std::vector<Contact> CollisionStage::proximity(const Team& team, const Points& x0) {
   data_->lists.update(team, x0);
-  return find_contacts(team, data_->model, data_->pairs, x0, data_->lists);
+  std::vector<Contact> contacts = find_contacts(team, data_->model, data_->pairs, x0, data_->lists);
+  if (!data_->tangle.empty())
+    std::erase_if(contacts, [&](const Contact& contact) {
+      return data_->tangle.leaves_out(contact.kind, pair_key(contact.a, contact.b), contact.vertices);
+    });
+  return contacts;
 }
 
 void CollisionStage::terms(const std::vector<Contact>& contacts, const Points& x0, const Points& v0,
@@ -41,6 +56,11 @@ void CollisionStage::terms(const std::vector<Contact>& contacts, const Points& x
                            ExtraTerms& terms, double& energy) {
   contact_terms(data_->model, contacts, x0, v0, last_change, body_centres, step, n_cloth, state, terms,
                 data_->laws, energy);
+}
+
+void CollisionStage::untangle(const Points& x0, const Points& v0, const Points& body_centres, double step, Index n_cloth,
+                              ExtraTerms& terms) {
+  untangling_terms(data_->model, data_->tangle, x0, v0, body_centres, step, n_cloth, terms);
 }
 
 double CollisionStage::terms_at(const Team& team, const Points& displacement, double time, TermRequest request,
@@ -55,7 +75,7 @@ void CollisionStage::update_anchors(const std::vector<Contact>& contacts, const 
 
 void CollisionStage::repel(const std::vector<Contact>& contacts, const Points& x0, Points& x1, const Vector& inverse_mass,
                            double step, FreeBodies& bodies) {
-  loomstone::repel(data_->model, contacts, x0, inverse_mass, step, x1, bodies);
+  loomstone::repel(data_->model, contacts, data_->tangle, x0, inverse_mass, step, x1, bodies);
 }
 
 CertifyReport CollisionStage::certify(const Team& team, const Points& x0, Points& x1, const Vector& cloth_inverse_mass,

@@ -52,6 +52,11 @@ class CollisionStage {
   CollisionStage(const CollisionModel& model);
   ~CollisionStage();
 
+  // Finds what intersects at x0, which then moves apart: contacts that would hold it there and impacts on its way out are left
+  // out until the next call. Returns the number of edges that pierce triangles. A stage begins with nothing tangled.
+  std::int64_t find_tangle(const Points& x0);
+  void forget_tangle();
+
   // Contacts closer than their thickness at x0 (all vertices), sorted by (kind, a, b).
   std::vector<Contact> proximity(const Team& team, const Points& x0);
 
@@ -61,6 +66,9 @@ class CollisionStage {
   void terms(const std::vector<Contact>& contacts, const Points& x0, const Points& v0, const Points& last_change,
              const Points& body_centres, double step, Index n_cloth, const ContactState& state, ExtraTerms& terms, double& energy);
 
+  // Terms that move what is tangled along its way out, in proportion to displacements.
+  void untangle(const Points& x0, const Points& v0, const Points& body_centres, double step, Index n_cloth, ExtraTerms& terms);
+
   // The terms that terms() made last, where rows have moved by `displacement` (rows x 3) [m] in `time` [s]; they come first in
   // `terms`. Pairs, weights, normals and anchors are those of the start. Returns their energy [J].
   double terms_at(const Team& team, const Points& displacement, double time, TermRequest request, ExtraTerms& terms);
@@ -69,7 +77,7 @@ class CollisionStage {
   void update_anchors(const std::vector<Contact>& contacts, const Points& x0, const Points& x1, ContactState& state);
 
   // The response by impulses: changes the ends of cloth and bodies so that contacts of x0 approach no further, regain their
-  // thickness softly and rub. `inverse_mass` (n): of cloth, 0 for what must not move.
+  // thickness softly and rub, and what is tangled moves apart. `inverse_mass` (n): of cloth, 0 for what must not move.
   void repel(const std::vector<Contact>& contacts, const Points& x0, Points& x1, const Vector& inverse_mass, double step,
              FreeBodies& bodies);
 

@@ -5,6 +5,7 @@
 #include "core/collision/contacts.h"
 #include "core/collision/friction.h"
 #include "core/collision/rigid_motion.h"
+#include "core/collision/term_entries.h"
 
 namespace loomstone {
 
@@ -17,44 +18,6 @@ Vec3 weighted(const Contact& contact, const Points& field) {
   Vec3 sum = Vec3::Zero();
   for (int i = 0; i < 4; ++i) sum += contact.weights[i] * field.row(contact.vertices[i]).transpose();
   return sum;
-}
-
-// Rows and weights of the contact's relative velocity; vertices moved by script go into the drift. All corners of one body
-// are one translation and one rotation row.
-void set_entries(const CollisionModel& model, const Contact& contact, const Points& x0, const Points& v0,
-                 const Points& body_centres, Index n_cloth, ExtraTerm& term) {
-  struct BodySide {
-    Index row = -1;
-    double weight = 0.0;
-    Vec3 moment = Vec3::Zero();  // sum of w_i (x_i - centre)
-  };
-  std::array<BodySide, 4> bodies;
-  int n_bodies = 0;
-  term.n_entries = 0;
-  term.drift = Vec3::Zero();
-  for (int i = 0; i < 4; ++i) {
-    const Index vertex = contact.vertices[i], row = model.rows.row[vertex];
-    const double weight = contact.weights[i];
-    if (weight == 0.0) continue;
-    if (row < 0) {
-      term.drift -= weight * v0.row(vertex).transpose();
-    } else if (!model.rows.is_body[vertex]) {
-      term.entries[term.n_entries++] = {row, false, weight, Vec3::Zero()};
-    } else {
-      int b = 0;
-      while (b < n_bodies && bodies[b].row != row) ++b;
-      if (b == n_bodies) bodies[n_bodies++].row = row;
-      bodies[b].weight += weight;
-      bodies[b].moment += weight * (x0.row(vertex) - body_centres.row((row - n_cloth) / 2)).transpose();
-    }
-  }
-  for (int b = 0; b < n_bodies; ++b) {
-    if (bodies[b].weight == 0.0) continue;
-    term.entries[term.n_entries++] = {bodies[b].row, false, bodies[b].weight, Vec3::Zero()};
-    term.entries[term.n_entries++] = {bodies[b].row + 1, true, bodies[b].weight, bodies[b].moment / bodies[b].weight};
-  }
-  std::sort(term.entries.begin(), term.entries.begin() + term.n_entries,
-            [](const TermEntry& x, const TermEntry& y) { return x.row < y.row; });
 }
 
 // The law of contacts at a signed gap. Below a tenth of the thickness (or the distance at the start) it goes on linearly, so
@@ -81,7 +44,7 @@ void contact_terms(const CollisionModel& model, const std::vector<Contact>& cont
     if (shares[c] <= 0.0) continue;
     const ContactForce normal = contact_force(contact.distance, contact.thickness, model.contact_stiffness);
     ExtraTerm term;
-    set_entries(model, contact, x0, v0, body_centres, n_cloth, term);
+    set_entries(model, contact.vertices, contact.weights, x0, v0, body_centres, n_cloth, term);
     if (term.n_entries == 0) continue;
 
     const Vec3& n = contact.normal;

@@ -20,8 +20,8 @@ Impact test_pair(ContactKind kind, const std::array<Index, 4>& v, const Points& 
 }  // namespace
 
 ImpactSearch::ImpactSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs, BroadPhase& broad_phase,
-                           NearLists& lists)
-    : model_(model), pairs_(pairs), broad_phase_(broad_phase), lists_(lists) {}
+                           NearLists& lists, const Tangle& tangle)
+    : model_(model), pairs_(pairs), broad_phase_(broad_phase), lists_(lists), tangle_(tangle) {}
 
 std::vector<StepImpact> ImpactSearch::find(const Team& team, const Points& x0, const Points& x1, const Vector& inverse_mass,
                                            const std::vector<std::uint8_t>* changed) {
@@ -35,9 +35,9 @@ std::vector<StepImpact> ImpactSearch::find(const Team& team, const Points& x0, c
     if (changed && !((*changed)[v[0]] | (*changed)[v[1]] | (*changed)[v[2]] | (*changed)[v[3]])) return false;
     return inverse_mass[v[0]] > 0.0 || inverse_mass[v[1]] > 0.0 || inverse_mass[v[2]] > 0.0 || inverse_mass[v[3]] > 0.0;
   };
-  const auto hits = [&](ContactKind kind, const std::array<Index, 4>& v) {
+  const auto hits = [&](ContactKind kind, PairKey key, const std::array<Index, 4>& v) {
     const Impact impact = test_pair(kind, v, x0, x1);
-    return impact.hit && !impact.touching;
+    return impact.hit && !impact.touching && !tangle_.leaves_out(kind, key, v);
   };
 
   std::vector<FeaturePairs> found(pairs_.size());
@@ -62,7 +62,7 @@ std::vector<StepImpact> ImpactSearch::find(const Team& team, const Points& x0, c
           const double travel_b = std::max({travel_[v[n_a]], travel_[v[2]], travel_[v[3]]});
           // Too far apart at the start to come near (closest points have no larger travel than their corners).
           if ((travel_a + travel_b) * 1.0000001 + 1.01 * largest_gap_floor < distances[e]) continue;
-          if (concerned(v) && hits(kind, v)) of_range[begin / grain].push_back(keys[e]);
+          if (concerned(v) && hits(kind, keys[e], v)) of_range[begin / grain].push_back(keys[e]);
         }
       });
       for (const std::vector<PairKey>& range : of_range) out.insert(out.end(), range.begin(), range.end());
@@ -77,7 +77,7 @@ std::vector<StepImpact> ImpactSearch::find(const Team& team, const Points& x0, c
         [&](ContactKind kind, std::vector<PairKey>& keys) {
           std::erase_if(keys, [&](PairKey key) {
             const std::array<Index, 4> v = pair_vertices(model_, kind, key);
-            return !concerned(v) || !hits(kind, v);
+            return !concerned(v) || !hits(kind, key, v);
           });
         },
         found);

@@ -5,6 +5,7 @@
 
 #include "core/collision/continuous.h"
 #include "core/collision/near_lists.h"
+#include "core/collision/tangle.h"
 
 namespace loomstone {
 
@@ -19,9 +20,10 @@ struct StepImpact {
 class ImpactSearch {
  public:
   ImpactSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs, BroadPhase& broad_phase,
-               NearLists& lists);
+               NearLists& lists, const Tangle& tangle);
 
-  // Sorted by (kind, a, b). Pairs that touch at x0 already are left out, and pairs of which no vertex has an inverse mass.
+  // Sorted by (kind, a, b). Left out are pairs that touch at x0 already, pairs of which no vertex has an inverse mass, and
+  // features of triangles that intersect at x0 (those of the tangle).
   // With `changed` (n) only pairs with a changed vertex are looked at. x0 must be that of the lists' update for the lists
   // to be used; otherwise everything is searched.
   std::vector<StepImpact> find(const Team& team, const Points& x0, const Points& x1, const Vector& inverse_mass,
@@ -32,6 +34,7 @@ class ImpactSearch {
   const std::vector<SurfacePair>& pairs_;
   BroadPhase& broad_phase_;
   NearLists& lists_;
+  const Tangle& tangle_;
   std::vector<double> travel_;  // (n) length of each displacement [m]
 };
 

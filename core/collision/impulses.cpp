@@ -27,9 +27,10 @@ bool Impulses::prepare(ImpulseContact& c, const Points& x0, const Points& x1, do
   Vec3 point = Vec3::Zero();
   c.body = -1;
   c.body_weight = 0.0;
-  for (int i = 0; i < 4; ++i) {
+  c.factor.fill(0.0);
+  for (int i = 0; i < 5; ++i) {
+    if (c.weights[i] == 0.0) continue;
     const Index v = c.vertices[i], body = body_of_vertex(model_, bodies_, v);
-    c.factor[i] = 0.0;
     if (body >= 0) {
       c.body = body;
       c.body_weight += c.weights[i];
@@ -67,7 +68,7 @@ void Impulses::solve(std::vector<ImpulseContact>& contacts, const Points& x0, Po
     double largest = 0.0;
     for (ImpulseContact& c : contacts) {
       Vec3 end = Vec3::Zero(), start = Vec3::Zero();
-      for (int k = 0; k < 4; ++k) {
+      for (int k = 0; k < 5; ++k) {
         end += c.weights[k] * x1.row(c.vertices[k]).transpose();
         start += c.weights[k] * x0.row(c.vertices[k]).transpose();
       }
@@ -85,7 +86,7 @@ void Impulses::solve(std::vector<ImpulseContact>& contacts, const Points& x0, Po
       impulse += dragged - c.dragged;
       c.dragged = dragged;
 
-      for (int k = 0; k < 4; ++k)
+      for (int k = 0; k < 5; ++k)
         if (c.factor[k] != 0.0) x1.row(c.vertices[k]) += c.factor[k] * impulse.transpose();
       if (c.body >= 0) {
         const FreeBody& body = bodies_[c.body];

@@ -4,6 +4,7 @@
 // d of the end of a step is a change of velocity d / h.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -12,12 +13,13 @@
 
 namespace loomstone {
 
-// Asks for a gap n . sum w x1 >= target at the end of the step. Weights and normal as in Contact.
+// Asks for a gap n . sum w x1 >= target at the end of the step. Weights and normal as in Contact; a fifth vertex where an
+// edge meets a triangle.
 struct ImpulseContact {
   ContactKind kind = ContactKind::VertexFace;
   PairKey key = 0;
-  std::array<Index, 4> vertices{};
-  std::array<double, 4> weights{};
+  std::array<Index, 5> vertices{};
+  std::array<double, 5> weights{};
   Vec3 normal = Vec3::Zero();
   double target = 0.0;          // [m]
   double largest_change = 0.0;  // of the gap by one impulse [m]
@@ -29,8 +31,13 @@ struct ImpulseContact {
   double pressed = 0.0;          // impulse times h along the normal [kg m]
   Vec3 dragged = Vec3::Zero();   // across it [kg m]
 
+  void meet(const std::array<Index, 4>& four, const std::array<double, 4>& their_weights) {
+    std::copy(four.begin(), four.end(), vertices.begin());
+    std::copy(their_weights.begin(), their_weights.end(), weights.begin());
+  }
+
   // Set by prepare().
-  std::array<double, 4> factor{};      // w / m of the cloth vertices [1/kg]
+  std::array<double, 5> factor{};      // w / m of the cloth vertices [1/kg]
   Index body = -1;                     // a contact is of cloth with something: at most one free body
   double body_weight = 0.0;            // sum of its weights
   Vec3 arm = Vec3::Zero();             // where the impulse acts, from its centre [m]

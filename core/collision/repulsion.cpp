@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/collision/impulses.h"
+#include "core/collision/untangling.h"
 
 namespace loomstone {
 
@@ -18,15 +19,14 @@ constexpr double tolerance = 1e-4;  // of the largest correction
 
 }  // namespace
 
-void repel(const CollisionModel& model, const std::vector<Contact>& contacts, const Points& x0, const Vector& inverse_mass,
+void repel(const CollisionModel& model, const std::vector<Contact>& contacts, const Tangle& tangle, const Points& x0, const Vector& inverse_mass,
            double step, Points& x1, FreeBodies& bodies) {
   Impulses impulses(model, inverse_mass, bodies);
   std::vector<ImpulseContact> all;
   double scale = 0.0;
   for (const Contact& contact : contacts) {
     ImpulseContact c;
-    c.vertices = contact.vertices;
-    c.weights = contact.weights;
+    c.meet(contact.vertices, contact.weights);
     c.normal = contact.normal;
     c.friction = contact.friction;
     if (!impulses.prepare(c, x0, x1, 0.0)) continue;
@@ -40,6 +40,10 @@ void repel(const CollisionModel& model, const std::vector<Contact>& contacts, co
     c.target = c.normal.dot(start) + (missing > 0.0 ? softly * missing : missing);
     c.largest_change = travel.norm() + contact.thickness;
     scale = std::max(scale, travel.norm() + std::abs(c.target - c.normal.dot(start)));
+    all.push_back(c);
+  }
+  for (ImpulseContact& c : untangling_impulses(tangle, impulses, x0, x1, step)) {
+    scale = std::max(scale, c.largest_change);
     all.push_back(c);
   }
   for (ImpulseContact& c : all) c.scale = scale;

@@ -7,11 +7,12 @@
 #include <vector>
 
 #include "core/collision/collision_stage.h"
+#include "core/collision/tangle.h"
 
 namespace loomstone {
 
-// Contacts are those of x0. Moves the ends x1 of cloth and `bodies`; divided by h these are changes of velocity.
-void repel(const CollisionModel& model, const std::vector<Contact>& contacts, const Points& x0, const Vector& inverse_mass,
-           double step, Points& x1, FreeBodies& bodies);
+// Contacts and tangle are those of x0. Moves the ends x1 of cloth and `bodies`; divided by h these are changes of velocity.
+void repel(const CollisionModel& model, const std::vector<Contact>& contacts, const Tangle& tangle, const Points& x0,
+           const Vector& inverse_mass, double step, Points& x1, FreeBodies& bodies);
 
 }  // namespace loomstone

@@ -137,12 +137,16 @@ std::int64_t Stepper::take(State& state, StepOutcome& outcome, StepPart part) {
     contacts_.clear();
     terms_.clear();
     report.contact_energy = 0.0;
+    if (collision_) collision_->forget_tangle();
+    if (collision_ && state.tangled) collision_->find_tangle(x0_);
     if (collision_ && model_.cloth.n_vertices > 0) contacts_ = collision_->proximity(team_, x0_);
     if (collision_ && contacts_in_solve_) {
       collision_->terms(contacts_, x0_, v0_, last_change_, state.rigid.positions, step_, model_.cloth.n_vertices, state.contacts, terms_,
                         report.contact_energy);
     }
     n_contact_terms_ = terms_.size();
+    if (collision_ && contacts_in_solve_)
+      collision_->untangle(x0_, v0_, state.rigid.positions, step_, model_.cloth.n_vertices, terms_);
     if (integrator_->implicit()) add_attachments(state, terms_);
     report.contacts = std::max(report.contacts, static_cast<std::int64_t>(contacts_.size()));
   }
@@ -325,7 +329,8 @@ CertifyReport Stepper::certify(State& state, StepOutcome& outcome) {
 void Stepper::count_intersections(State& state, StepReport& report) {
   collision_vertices(model_, state, x1_);
   report.intersections = static_cast<std::int64_t>(cloth_intersections(model_.collision, x1_).size());
-  state.tangled = report.intersections > 0;
+  // An edge may also pierce a triangle that it shares a corner's triangle with: not a pair that is counted.
+  state.tangled = report.intersections > 0 || collision_->find_tangle(x1_) > 0;
 }
 
 Index Stepper::vertex_of_row(Index row) const {

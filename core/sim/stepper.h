@@ -71,7 +71,7 @@ class Stepper {
   std::vector<Mat3> body_blocks_;
   std::vector<RigidPose> start_poses_;   // of bodies
   std::vector<Contact> contacts_;
-  ExtraTerms terms_;             // contacts first, then attachments
+  ExtraTerms terms_;             // contacts first, then what untangles, then attachments
   std::size_t n_contact_terms_ = 0;
 };
 

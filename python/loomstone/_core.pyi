@@ -914,7 +914,7 @@ class Scene:
     collisions : contacts between surfaces are handled; default True
     contact_stiffness : of a contact; 0: chosen from the material [N/m]; >= 0; default 0.0
     response : contacts in the implicit solve (implicit) or by impulses after it (impulse, as explicit integrators always do); default 'implicit'
-    allow_initial_intersections : accept a start with intersections; default False
+    allow_initial_intersections : accept a start with intersections: they are moved apart, then guarded; default False
     rigid_rebuild_interval : steps between rebuilds of the rigid-body world; checkpoints with bodies fall on them [1]; in [1, 1e+09]; default 40
     """
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]

@@ -97,7 +97,8 @@ TEST_CASE("impacts are those of all pairs, with lists and without") {
   const std::vector<SurfacePair> pairs = surface_pairs(model);
   BroadPhase broad_phase(model, pairs);
   NearLists lists(model, pairs, broad_phase);
-  ImpactSearch search(model, pairs, broad_phase, lists);
+  const Tangle nothing(model);
+  ImpactSearch search(model, pairs, broad_phase, lists, nothing);
   const Points x0 = shaken(scene.x, 3e-3, 8);
   int n_impacts = 0;
   for (const double travel : {3e-4, 3e-3, 3e-2}) {

@@ -1,0 +1,99 @@
+// Claims about starts that intersect: they come apart, and are then kept apart like all others.
+#include <catch2/catch.hpp>
+#include <cmath>
+
+#include "core/mesh/generators.h"
+#include "tests/sim/sim_support.h"
+#include "tests/support/shaped.h"
+
+using namespace loomstone;
+using namespace loomstone::test;
+
+namespace {
+
+double bump(double x, double y) {
+  const double dx = x - 0.003, dy = y + 0.004;
+  return -0.01 + 0.03 * std::exp(-(dx * dx + dy * dy) / 0.0009);
+}
+double waves(double x, double y) { return 0.006 * std::sin(60.0 * x) * std::cos(50.0 * y) + 0.001; }
+double slope(double x, double y) { return 0.4 * (x + y) + 0.05; }
+
+Scene layers(double (*height)(double, double)) {
+  Scene scene;
+  scene.gravity.setZero();
+  scene.allow_initial_intersections = true;
+  const TriangleMesh flat = grid_cells(0.2, 0.2, 12, 12);
+  for (const char* name : {"flat", "bent"}) {
+    Cloth cloth;
+    cloth.name = name;
+    cloth.mesh = share(name[0] == 'f' ? flat : shaped(flat.moved(Vec3(0.0017, 0.0023, 0)), height));
+    scene.cloths.push_back(cloth);
+  }
+  return scene;
+}
+
+// Steps until nothing intersects; the number of steps, or -1 after `most`.
+int come_apart(Simulation& sim, int most) {
+  for (int i = 1; i <= most; ++i) {
+    sim.step();
+    if (sim.report().intersections == 0) return i;
+  }
+  return -1;
+}
+
+}  // namespace
+
+TEST_CASE("layers that start through each other come apart and stay apart") {
+  for (const auto height : {bump, waves, slope})
+    for (const char* response : {"implicit", "impulse"}) {
+      Scene scene = layers(height);
+      scene.response = response;
+      Simulation sim(scene, step_of(4e-3), 1);
+      INFO("response " << response << ", pairs at the start " << sim.intersecting_pairs().size());
+      REQUIRE(sim.intersecting_pairs().size() > 20);
+      // The deepest is 30 thicknesses through, which takes 75 steps at the speed asked for.
+      REQUIRE(come_apart(sim, 300) > 0);
+      for (int i = 0; i < 25; ++i) {
+        sim.step();
+        CHECK(sim.report().intersections == 0);
+        REQUIRE(sim.intersecting_pairs().empty());
+      }
+      CHECK(sim.report().max_stretch < 1.1);
+    }
+}
+
+TEST_CASE("cloth that starts inside an obstacle comes out of it") {
+  Scene scene;
+  scene.allow_initial_intersections = true;
+  Cloth cloth;
+  cloth.name = "cloth";
+  cloth.mesh = share(grid_cells(0.2, 0.2, 12, 12).moved(Vec3(0.001, 0.002, 0.04)));
+  scene.cloths.push_back(cloth);
+  Obstacle sphere;
+  sphere.name = "sphere";
+  sphere.mesh = share(icosphere(0.05, 3));
+  scene.obstacles.push_back(sphere);
+  Simulation sim(scene, step_of(4e-3), 1);
+  REQUIRE(come_apart(sim, 100) > 0);
+  sim.step();
+  double lowest = 1.0;
+  for (Index i = 0; i < sim.positions().rows(); ++i) lowest = std::min(lowest, sim.positions().row(i).norm());
+  CHECK(lowest > 0.049);  // flat faces lie up to 0.7 mm inside the round sphere
+}
+
+TEST_CASE("untangling ends in the same bits on any number of threads, and after a resume") {
+  Simulation one(layers(waves), step_of(4e-3), 1), three(layers(waves), step_of(4e-3), 3), resumed(layers(waves), step_of(4e-3), 1);
+  for (int i = 0; i < 5; ++i) {
+    one.step();
+    three.step();
+  }
+  REQUIRE(one.report().intersections > 0);
+  resumed.restore(one.checkpoint());
+  for (int i = 0; i < 40; ++i) {
+    one.step();
+    three.step();
+    resumed.step();
+  }
+  CHECK(same(one.checkpoint(), three.checkpoint()));
+  CHECK(same(one.checkpoint(), resumed.checkpoint()));
+}
