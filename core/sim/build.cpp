@@ -62,6 +62,23 @@ void check_inside(const Model& model, const Points& vertices) {
   }
 }
 
+// A script takes its vertices along from where they are: one that begins elsewhere would tear them away in one step.
+void check_scripts(const Model& model, const State& state) {
+  Points start;
+  pin_targets(model, state, 0.0, 1.0, start);
+  for (std::size_t user = 0; user < model.row_of_vertex.size(); ++user) {
+    const Index row = model.row_of_vertex[user], c = model.topology.cloth_of_vertex[user];
+    const double away = (start.row(row) - state.cloth.x.row(row)).norm(), edge = model.scene.cloths[c].mesh->mean_edge();
+    if (away <= edge) continue;
+    Index first = 0;
+    for (Index i = 0; i < c; ++i) first += model.scene.cloths[i].mesh->n_vertices();
+    std::ostringstream out;
+    out << item("cloths", c, model.scene.cloths[c].name) << ".script_positions must begin where the vertices are (within the mean edge, "
+        << edge << " m), vertex " << user - first << " begins " << away << " m away; move the mesh or the script";
+    throw InvalidInput(out.str());
+  }
+}
+
 }  // namespace
 
 void check_start(const Model& model, const State& state) {
@@ -78,6 +95,7 @@ void build(const Scene& scene, Model& model, State& state) {
   build_cloth(scene, model, state);
   build_bodies(scene, model, state);
   build_collision(scene, model);
+  check_scripts(model, state);
   check_start(model, state);
   state.tangled = scene.allow_initial_intersections;
 }

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <sstream>
 
 #include "core/base/error.h"
 #include "core/mesh/adjacency.h"
@@ -55,9 +56,10 @@ void build_attachments(const Scene& scene, Model& model, const State& state) {
   model.attachment_stiffness = 100.0 * mean_membrane_stiffness(scene);
 }
 
-// A cloth's own contact distance (decisions on thickness): a tenth of the mean edge, and at most 0.4 of the smallest
-// height of a triangle, which bounds the rest distance of primitives that share no vertex.
-double automatic_thickness(const Cloth& cloth) {
+// A cloth's own contact distance: a tenth of the mean edge, and at most 0.4 of the smallest height of a triangle, which bounds
+// the rest distance of primitives that share no vertex. Throws where the user's is so large that cloth at rest would push
+// itself apart.
+double own_thickness(const Cloth& cloth, const std::string& name) {
   double smallest = std::numeric_limits<double>::infinity(), edges = 0.0;
   const Points& x = cloth.mesh->vertices();
   const Triangles& t = cloth.mesh->triangles();
@@ -71,7 +73,13 @@ double automatic_thickness(const Cloth& cloth) {
     const Vec3 a = (x.row(t(i, 1)) - x.row(t(i, 0))).transpose(), b = (x.row(t(i, 2)) - x.row(t(i, 0))).transpose();
     smallest = std::min(smallest, a.cross(b).norm() / longest);
   }
-  return std::min(0.1 * edges / (3.0 * static_cast<double>(t.rows())), 0.4 * smallest);
+  if (cloth.thickness > smallest && cloth.self_collision) {
+    std::ostringstream out;
+    out << name << ".thickness must not be above the smallest height of a triangle, " << smallest << " m, got "
+        << cloth.thickness << " m: the cloth would push itself apart; take a coarser mesh or less (0: chosen from the mesh)";
+    throw InvalidInput(out.str());
+  }
+  return cloth.thickness > 0.0 ? cloth.thickness : std::min(0.1 * edges / (3.0 * static_cast<double>(t.rows())), 0.4 * smallest);
 }
 
 // A closed surface of many faces without creases: contact follows its rounded normal instead of its facets.
@@ -154,8 +162,8 @@ void build_collision(const Scene& scene, Model& model) {
   CollisionModel& collision = model.collision;
   double largest = 0.0;
   std::vector<double> thickness;
-  for (const Cloth& cloth : scene.cloths) {
-    thickness.push_back(cloth.thickness > 0.0 ? cloth.thickness : automatic_thickness(cloth));
+  for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
+    thickness.push_back(own_thickness(scene.cloths[c], item("cloths", c, scene.cloths[c].name)));
     largest = std::max(largest, thickness.back());
   }
   Index row = 0, triangle = 0;

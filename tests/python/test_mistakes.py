@@ -32,6 +32,25 @@ BOX = ls.meshes.box(size=(0.1, 0.1, 0.1))
         (lambda: ls.Simulation(ls.Cloth()), "scene must be Scene, got a Cloth"),
         (lambda: ls.Simulation(ls.Scene(), integrator="bdf2"), "integrator must be IntegratorOptions as .* got a str"),
         (lambda: ls.Simulation(ls.Scene(), integrator=ls.BDF2), "integrator must be IntegratorOptions"),
+        (
+            lambda: ls.Simulation(ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(size=(1, 1), cells=(10, 10)), thickness=0.08)])),
+            r"cloths\[0\].thickness must not be above the smallest height of a triangle, 0.0707107 m, got 0.08 m",
+        ),
+        (
+            lambda: ls.Simulation(
+                ls.Scene(
+                    cloths=[
+                        ls.Cloth(
+                            mesh=ls.grid(size=(1, 1), cells=(4, 4)),
+                            pins=[0],
+                            script_times=[0, 1],
+                            script_positions=[[5, 0, 0], [5, 0, 1]],
+                        )
+                    ]
+                )
+            ),
+            r"script_positions must begin where the vertices are \(within the mean edge, .*\), vertex 0 begins 5.* m away",
+        ),
         (lambda: ls.Simulation(ls.Scene(), threads="two"), "threads must be int, got a str"),
         (lambda: ls.Simulation(ls.Scene(), threads=10**6), r"threads must be in \[0, 1024\]"),
         (lambda: ls.Simulation(ls.Scene()), "nothing to simulate"),
