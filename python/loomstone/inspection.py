@@ -93,7 +93,8 @@ def check_scene(file: SceneFile, picture: Path | None) -> bool:
             raise
         problem = error
         simulation = Simulation(scene.replace(allow_initial_intersections=True), integrator=file.integrator)
-    pairs = simulation.intersecting_pairs()
+    # Bodies and obstacles among themselves are not held apart: walls of a box overlap at its corners.
+    pairs = [pair for pair in simulation.intersecting_pairs() if min(pair) < len(simulation.topology.triangles)]
     print(repr(simulation))
     for cloth in scene.cloths:
         _describe_mesh(cloth.mesh)
