@@ -23,6 +23,7 @@ void bind_base(py::module_& m);
 void bind_mesh(py::module_& m);
 void bind_parallel(py::module_& m);
 void bind_rigid(py::module_& m);
+void bind_magnetics(py::module_& m);
 void bind_scene(py::module_& m);
 void bind_collision(py::module_& m);
 void bind_cache(py::module_& m);

@@ -8,6 +8,7 @@ PYBIND11_MODULE(_core, m) {
   loomstone::bind_mesh(m);
   loomstone::bind_parallel(m);
   loomstone::bind_rigid(m);
+  loomstone::bind_magnetics(m);
   loomstone::bind_scene(m);
   loomstone::bind_collision(m);
   loomstone::bind_cache(m);

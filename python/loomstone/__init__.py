@@ -9,7 +9,7 @@
 0.04 s
 """
 
-from . import collision, meshes
+from . import collision, magnetics, meshes
 from ._core import (
     Air,
     Attachment,
@@ -105,6 +105,7 @@ __all__ = [
     "grid",
     "intersecting_pairs",
     "launched_by_mpi",
+    "magnetics",
     "mass_properties",
     "meshes",
     "mpi_communicator",

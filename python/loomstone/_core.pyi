@@ -7,7 +7,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Air', 'Attachment', 'CacheError', 'Camera', 'Checkpoint', 'ClosestPoint', 'Cloth', 'ClothMaterial', 'Collisions', 'Communicator', 'Detector', 'Error', 'Frame', 'FrameReader', 'FrameTopology', 'FrameWriter', 'IntegratorOptions', 'InvalidInput', 'MassProperties', 'Obstacle', 'RenderOptions', 'Renderer', 'RigidBody', 'Scene', 'Simulation', 'SolverFailure', 'SpatialQuery', 'State', 'StepReport', 'TriangleMesh', 'Unsupported', 'box', 'candidates', 'capsule', 'continuous', 'default_thread_count', 'floor_square', 'funnel', 'grid', 'grid_cells', 'icosphere', 'intersecting_pairs', 'jittered_grid', 'launched_by_mpi', 'mass_properties', 'mpi_communicator', 'read_checkpoint', 'read_mesh', 'single_communicator', 'wave_bar', 'write_checkpoint', 'write_mesh', 'write_png']
+__all__: list[str] = ['Air', 'Attachment', 'CacheError', 'Camera', 'Checkpoint', 'ClosestPoint', 'Cloth', 'ClothMaterial', 'Collisions', 'Communicator', 'Detector', 'Error', 'Frame', 'FrameReader', 'FrameTopology', 'FrameWriter', 'IntegratorOptions', 'InvalidInput', 'MagneticBody', 'MassProperties', 'Obstacle', 'RenderOptions', 'Renderer', 'RigidBody', 'Scene', 'Simulation', 'SolverFailure', 'SpatialQuery', 'State', 'StepReport', 'TriangleMesh', 'Unsupported', 'box', 'candidates', 'capsule', 'continuous', 'default_thread_count', 'dipole_energy', 'dipole_forces', 'floor_square', 'funnel', 'grid', 'grid_cells', 'icosphere', 'intersecting_pairs', 'jittered_grid', 'launched_by_mpi', 'magnetic_cuboid', 'magnetic_cylinder', 'magnetic_dipoles', 'magnetic_field', 'magnetic_force', 'magnetic_forces', 'magnetic_gradient', 'magnetic_loop', 'magnetic_mesh', 'magnetic_polyline', 'magnetic_solenoid', 'magnetic_sphere', 'mass_properties', 'mpi_communicator', 'read_checkpoint', 'read_mesh', 'single_communicator', 'wave_bar', 'write_checkpoint', 'write_mesh', 'write_png']
 class Error(Exception):
     """
     Base of all errors of this library.
@@ -519,6 +519,44 @@ class MassProperties:
     def mass(self) -> float:
         """
         [kg]
+        """
+class MagneticBody:
+    """
+    Magnet or current at a pose; made by the functions of loomstone.magnetics, unchangeable.
+    """
+    def __repr__(self) -> str:
+        ...
+    def at(self, position: typing.Any, orientation: typing.Any = (1.0, 0.0, 0.0, 0.0)) -> MagneticBody:
+        """
+        The same body at another pose: centre (3) [m], quaternion (w, x, y, z), normalised.
+        """
+    def moved(self, by: typing.Any) -> MagneticBody:
+        """
+        A copy displaced by (3) [m].
+        """
+    def rotated(self, by: typing.Any) -> MagneticBody:
+        """
+        A copy turned about its own centre by a rotation vector (3) in world axes [rad].
+        """
+    @property
+    def moment(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3) dipole moment in world axes [A m^2]
+        """
+    @property
+    def orientation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
+        """
+        (4) quaternion (w, x, y, z), own axes to world
+        """
+    @property
+    def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3) centre [m]
+        """
+    @property
+    def radius(self) -> float:
+        """
+        radius of the ball about the centre that holds the body [m]
         """
 class ClothMaterial:
     """
@@ -1642,6 +1680,10 @@ def default_thread_count() -> int:
     """
     Processors this process may run on.
     """
+def dipole_energy(points: typing.Any, moments: typing.Any, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> float:
+    ...
+def dipole_forces(points: typing.Any, moments: typing.Any, by_points: typing.Any, by_moments: typing.Any, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]]:
+    ...
 def floor_square(size: typing.SupportsFloat | typing.SupportsIndex, *, cells: typing.SupportsInt | typing.SupportsIndex = 8) -> TriangleMesh:
     """
     Open square in z = 0 with normal +z [m].
@@ -1674,6 +1716,30 @@ def launched_by_mpi() -> bool:
     """
     True where an MPI launcher started this process as one of several ranks.
     """
+def magnetic_cuboid(*, size: typing.Any, polarization: typing.Any) -> MagneticBody:
+    ...
+def magnetic_cylinder(*, radius: typing.SupportsFloat | typing.SupportsIndex, height: typing.SupportsFloat | typing.SupportsIndex, polarization: typing.Any, inner_radius: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> MagneticBody:
+    ...
+def magnetic_dipoles(points: typing.Any, moments: typing.Any) -> MagneticBody:
+    ...
+def magnetic_field(bodies: collections.abc.Sequence[MagneticBody], points: typing.Any, quantity: str = 'B', threads: typing.SupportsInt | typing.SupportsIndex = 0) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+    ...
+def magnetic_force(on: MagneticBody, by: MagneticBody, tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"], float]:
+    ...
+def magnetic_forces(bodies: collections.abc.Sequence[MagneticBody], tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]]:
+    ...
+def magnetic_gradient(bodies: collections.abc.Sequence[MagneticBody], points: typing.Any, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.float64]:
+    ...
+def magnetic_loop(*, radius: typing.SupportsFloat | typing.SupportsIndex, current: typing.SupportsFloat | typing.SupportsIndex) -> MagneticBody:
+    ...
+def magnetic_mesh(mesh: TriangleMesh, *, polarization: typing.Any) -> MagneticBody:
+    ...
+def magnetic_polyline(vertices: typing.Any, *, current: typing.SupportsFloat | typing.SupportsIndex) -> MagneticBody:
+    ...
+def magnetic_solenoid(*, radius: typing.SupportsFloat | typing.SupportsIndex, length: typing.SupportsFloat | typing.SupportsIndex, turns: typing.SupportsFloat | typing.SupportsIndex, current: typing.SupportsFloat | typing.SupportsIndex) -> MagneticBody:
+    ...
+def magnetic_sphere(*, radius: typing.SupportsFloat | typing.SupportsIndex, polarization: typing.Any) -> MagneticBody:
+    ...
 def mass_properties(mesh: TriangleMesh, density: typing.SupportsFloat | typing.SupportsIndex) -> MassProperties:
     """
     MassProperties of a closed mesh at a density [kg/m^3]; InvalidInput when open or inside out.

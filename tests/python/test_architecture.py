@@ -15,6 +15,7 @@ USES = {
     "core/cache": set(),
     "core/linalg": {"core/parallel"},
     "core/rigid": {"core/mesh"},
+    "core/magnetics": {"core/parallel", "core/mesh"},
     "core/cloth": {"core/parallel", "core/linalg", "core/mesh"},
     "core/collision": {"core/parallel", "core/linalg", "core/mesh"},
     "core/integration": {"core/cloth", "core/parallel", "core/linalg", "core/mesh"},

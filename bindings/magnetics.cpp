@@ -1,0 +1,207 @@
+// Magnetic sources at poses, their fields, and forces between them.
+#include "bindings/bindings.h"
+#include "core/magnetics/axisymmetric.h"
+#include "core/magnetics/interaction.h"
+#include "core/magnetics/polyhedron.h"
+#include "core/magnetics/sphere.h"
+
+namespace loomstone {
+
+namespace {
+
+Team team_of(int threads) {
+  if (threads < 0) throw InvalidInput("threads must be at least 0, got " + std::to_string(threads));
+  return Team{threads == 0 ? default_thread_count() : threads};
+}
+
+MagneticBody at_origin(SourcePtr source) { return {std::move(source), {}}; }
+
+py::array_t<double> as_tensors(const Gradients& rows) {
+  py::array_t<double> array({static_cast<py::ssize_t>(rows.rows()), py::ssize_t{3}, py::ssize_t{3}});
+  std::copy_n(rows.data(), rows.size(), array.mutable_data());
+  return array;
+}
+
+void bind_body(py::module_& m) {
+  py::class_<MagneticBody> c(
+      m, "MagneticBody", "Magnet or current at a pose; made by the functions of loomstone.magnetics, unchangeable.");
+  c.def_property_readonly("position", [](const MagneticBody& b) { return b.pose.position; }, "(3) centre [m]");
+  c.def_property_readonly(
+      "orientation", [](const MagneticBody& b) { return b.pose.orientation; },
+      "(4) quaternion (w, x, y, z), own axes to world");
+  c.def_property_readonly("moment", &MagneticBody::moment, "(3) dipole moment in world axes [A m^2]");
+  c.def_property_readonly(
+      "radius", [](const MagneticBody& b) { return b.source->radius(); },
+      "radius of the ball about the centre that holds the body [m]");
+  c.def(
+      "at",
+      [](const MagneticBody& b, const py::object& position, const py::object& orientation) {
+        return MagneticBody{
+            b.source, checked_pose(as_vector<Vec3>(position, "position"), as_vector<Vec4>(orientation, "orientation"))};
+      },
+      py::arg("position"), py::arg("orientation") = py::make_tuple(1.0, 0.0, 0.0, 0.0),
+      "The same body at another pose: centre (3) [m], quaternion (w, x, y, z), normalised.");
+  c.def(
+      "moved",
+      [](const MagneticBody& b, const py::object& by) {
+        return MagneticBody{b.source, checked_pose(b.pose.position + as_vector<Vec3>(by, "by"), b.pose.orientation)};
+      },
+      py::arg("by"), "A copy displaced by (3) [m].");
+  c.def(
+      "rotated",
+      [](const MagneticBody& b, const py::object& by) {
+        const Vec4 turn = quaternion_from_rotation_vector(as_vector<Vec3>(by, "by"));
+        return MagneticBody{b.source, checked_pose(b.pose.position, quaternion_product(turn, b.pose.orientation))};
+      },
+      py::arg("by"), "A copy turned about its own centre by a rotation vector (3) in world axes [rad].");
+  c.def("__repr__", [](const MagneticBody& b) {
+    const auto text = [](const Vec3& v) {
+      return py::str(py::tuple(py::cast(v).attr("tolist")())).cast<std::string>();
+    };
+    return "MagneticBody(position=" + text(b.pose.position) + " m, moment=" + text(b.moment()) + " A m^2)";
+  });
+}
+
+void bind_sources(py::module_& m) {
+  const auto vec = [](const py::object& o, const char* name) { return as_vector<Vec3>(o, name); };
+  m.def(
+      "magnetic_cuboid",
+      [vec](const py::object& size, const py::object& polarization) {
+        return at_origin(std::make_shared<Cuboid>(vec(size, "size"), vec(polarization, "polarization")));
+      },
+      py::kw_only(), py::arg("size"), py::arg("polarization"));
+  m.def(
+      "magnetic_cylinder",
+      [vec](double radius, double height, const py::object& polarization, double inner_radius) {
+        return at_origin(std::make_shared<Cylinder>(radius, height, vec(polarization, "polarization"), inner_radius));
+      },
+      py::kw_only(), py::arg("radius"), py::arg("height"), py::arg("polarization"), py::arg("inner_radius") = 0.0);
+  m.def(
+      "magnetic_sphere",
+      [vec](double radius, const py::object& polarization) {
+        return at_origin(std::make_shared<Sphere>(radius, vec(polarization, "polarization")));
+      },
+      py::kw_only(), py::arg("radius"), py::arg("polarization"));
+  m.def(
+      "magnetic_mesh",
+      [vec](const TriangleMesh& mesh, const py::object& polarization) {
+        return make_mesh_magnet(mesh, vec(polarization, "polarization"));
+      },
+      py::arg("mesh"), py::kw_only(), py::arg("polarization"));
+  m.def(
+      "magnetic_dipoles",
+      [](const py::object& points, const py::object& moments) {
+        return at_origin(
+            std::make_shared<DipoleSet>(as_rows<Points>(points, "points"), as_rows<Points>(moments, "moments")));
+      },
+      py::arg("points"), py::arg("moments"));
+  m.def(
+      "magnetic_loop", [](double radius, double current) { return at_origin(std::make_shared<Loop>(radius, current)); },
+      py::kw_only(), py::arg("radius"), py::arg("current"));
+  m.def(
+      "magnetic_solenoid",
+      [](double radius, double length, double turns, double current) {
+        return at_origin(std::make_shared<Solenoid>(radius, length, turns, current));
+      },
+      py::kw_only(), py::arg("radius"), py::arg("length"), py::arg("turns"), py::arg("current"));
+  m.def(
+      "magnetic_polyline",
+      [](const py::object& vertices, double current) {
+        return make_polyline(as_rows<Points>(vertices, "vertices"), current);
+      },
+      py::arg("vertices"), py::kw_only(), py::arg("current"));
+}
+
+void bind_fields(py::module_& m) {
+  m.def(
+      "magnetic_field",
+      [](const std::vector<MagneticBody>& bodies, const py::object& points, const std::string& quantity, int threads) {
+        const Points x = as_rows<Points>(points, "points");
+        const Team team = team_of(threads);
+        const py::gil_scoped_release release;
+        return magnetic_field(team, bodies, x, quantity);
+      },
+      py::arg("bodies"), py::arg("points"), py::arg("quantity") = "B", py::arg("threads") = 0);
+  m.def(
+      "magnetic_gradient",
+      [](const std::vector<MagneticBody>& bodies, const py::object& points, int threads) {
+        const Points x = as_rows<Points>(points, "points");
+        const Team team = team_of(threads);
+        Gradients rows;
+        {
+          const py::gil_scoped_release release;
+          rows = magnetic_gradient(team, bodies, x);
+        }
+        return as_tensors(rows);
+      },
+      py::arg("bodies"), py::arg("points"), py::arg("threads") = 0);
+  m.def(
+      "dipole_forces",
+      [](const py::object& points, const py::object& moments, const py::object& by_points, const py::object& by_moments,
+         int threads) {
+        const Points x = as_rows<Points>(points, "points"), own = as_rows<Points>(moments, "moments");
+        const DipoleSet on(x, own);  // checks them
+        const DipoleSet by(as_rows<Points>(by_points, "by_points"), as_rows<Points>(by_moments, "by_moments"));
+        const Team team = team_of(threads);
+        Wrenches result;
+        {
+          const py::gil_scoped_release release;
+          result = dipole_forces(team, x, own, by);
+        }
+        return py::make_tuple(result.forces, result.torques);
+      },
+      py::arg("points"), py::arg("moments"), py::arg("by_points"), py::arg("by_moments"), py::arg("threads") = 0);
+  m.def(
+      "dipole_energy",
+      [](const py::object& points, const py::object& moments, int threads) {
+        const DipoleSet set(as_rows<Points>(points, "points"), as_rows<Points>(moments, "moments"));
+        const Team team = team_of(threads);
+        const py::gil_scoped_release release;
+        return dipole_energy(team, set);
+      },
+      py::arg("points"), py::arg("moments"), py::arg("threads") = 0);
+}
+
+void bind_interactions(py::module_& m) {
+  m.def(
+      "magnetic_force",
+      [](const MagneticBody& on, const MagneticBody& by, double tolerance) {
+        Wrench w;
+        {
+          const py::gil_scoped_release release;
+          w = magnetic_wrench(on, by, tolerance);
+        }
+        return py::make_tuple(w.force, w.torque, w.error);
+      },
+      py::arg("on"), py::arg("by"), py::arg("tolerance") = 1e-4);
+  m.def(
+      "magnetic_forces",
+      [](const std::vector<MagneticBody>& bodies, double tolerance, int threads) {
+        const Team team = team_of(threads);
+        std::vector<Wrench> wrenches;
+        {
+          const py::gil_scoped_release release;
+          wrenches = magnetic_wrenches(team, bodies, tolerance);
+        }
+        Points forces(wrenches.size(), 3), torques(wrenches.size(), 3);
+        Vector errors(wrenches.size());
+        for (std::size_t i = 0; i < wrenches.size(); ++i) {
+          forces.row(i) = wrenches[i].force.transpose();
+          torques.row(i) = wrenches[i].torque.transpose();
+          errors[i] = wrenches[i].error;
+        }
+        return py::make_tuple(forces, torques, errors);
+      },
+      py::arg("bodies"), py::arg("tolerance") = 1e-4, py::arg("threads") = 0);
+}
+
+}  // namespace
+
+void bind_magnetics(py::module_& m) {
+  bind_body(m);
+  bind_sources(m);
+  bind_fields(m);
+  bind_interactions(m);
+}
+
+}  // namespace loomstone

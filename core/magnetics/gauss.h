@@ -1,0 +1,16 @@
+// Gauss-Legendre rules on [-1, 1].
+#pragma once
+
+namespace loomstone {
+
+inline constexpr int most_gauss_points = 24;
+
+struct GaussRule {
+  int n = 0;
+  double nodes[most_gauss_points], weights[most_gauss_points];
+};
+
+// Rule of n points, 1 <= n <= most_gauss_points; exact for polynomials of degree 2 n - 1.
+const GaussRule& gauss_rule(int n);
+
+}  // namespace loomstone

@@ -1,0 +1,45 @@
+#include "core/magnetics/panel.h"
+
+#include <cmath>
+
+namespace loomstone {
+
+PanelSample Panel::at(double u, double v) const {
+  PanelSample s;
+  const double phi = azimuth + turn * u, cosine = std::cos(phi), sine = std::sin(phi);
+  switch (shape) {
+    case Shape::parallelogram:
+      s.position = a + u * b + v * c;
+      s.charge = b.cross(c).dot(magnetization);
+      break;
+    case Shape::triangle:
+      s.position = a + u * (b + v * (c - b));
+      s.charge = u * b.cross(c).dot(magnetization);
+      break;
+    case Shape::segment:
+      s.position = a + u * b;
+      s.current = current * b;
+      break;
+    case Shape::side: {
+      const Vec3 normal(cosine, sine, 0.0);
+      const double area = radius1 * turn * (height1 - height0);
+      s.position = radius1 * normal + Vec3(0.0, 0.0, height0 + v * (height1 - height0));
+      s.charge = sign * magnetization.dot(normal) * area;
+      s.current = current * area * Vec3(-sine, cosine, 0.0);
+      break;
+    }
+    case Shape::disc: {
+      const double rho = radius0 + v * (radius1 - radius0);
+      s.position = Vec3(rho * cosine, rho * sine, height0);
+      s.charge = sign * magnetization.z() * rho * turn * (radius1 - radius0);
+      break;
+    }
+    case Shape::circle:
+      s.position = radius1 * Vec3(cosine, sine, 0.0);
+      s.current = current * radius1 * turn * Vec3(-sine, cosine, 0.0);
+      break;
+  }
+  return s;
+}
+
+}  // namespace loomstone

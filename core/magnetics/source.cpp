@@ -1,0 +1,16 @@
+#include "core/magnetics/source.h"
+
+#include <string>
+
+#include "core/base/error.h"
+
+namespace loomstone {
+
+void check_points(const ConstPointsRef& points, const char* name) {
+  if (points.allFinite()) return;
+  for (Eigen::Index i = 0; i < points.rows(); ++i)
+    if (!points.row(i).allFinite())
+      throw InvalidInput(std::string(name) + " must be finite [m], but row " + std::to_string(i) + " is not");
+}
+
+}  // namespace loomstone

@@ -1,0 +1,49 @@
+// Sources of magnetic fields in their own axes: what every source can do. Formulas stand in the files named after them.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "core/base/types.h"
+#include "core/magnetics/panel.h"
+#include "core/parallel/team.h"
+
+namespace loomstone {
+
+using Gradients = Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor>;  // (n x 9) rows dB_i/dx_j, i slowest
+
+// Points of a block lie as x[n], y[n], z[n]; fields likewise; gradients as xx, xy, xz, yy, yz, zz. n is a multiple
+// of 8.
+inline constexpr Index points_per_block = 128;
+
+// What a field is asked for: flux density, or mu0 times the field strength. They differ inside magnets by the
+// polarisation.
+enum class Quantity { flux_density, mu0_field_strength };
+
+class DipoleSet;
+
+class Source {
+ public:
+  virtual ~Source() = default;
+  // mu0 H or B [T] of one block.
+  virtual void field_block(const double* points, Index n, Quantity quantity, double* field) const = 0;
+  // Symmetric gradient of mu0 H [T/m] of one block.
+  virtual void gradient_block(const double* points, Index n, double* gradient) const = 0;
+  // Radius of the ball about the origin that holds the source [m].
+  virtual double radius() const = 0;
+  // Dipole moment [A m^2].
+  virtual Vec3 moment() const = 0;
+  // False where its current has ends.
+  virtual bool steady() const { return true; }
+  // Where its charge or current sits; empty for dipoles, which dipoles() gives.
+  virtual std::vector<Panel> panels() const { return {}; }
+  // What stands for the source as seen from outside, exactly: dipoles (of a sphere one); null for all others.
+  virtual const DipoleSet* dipoles() const { return nullptr; }
+};
+
+using SourcePtr = std::shared_ptr<const Source>;
+
+// Throws InvalidInput naming the first point that is not finite.
+void check_points(const ConstPointsRef& points, const char* name);
+
+}  // namespace loomstone

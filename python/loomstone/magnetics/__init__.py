@@ -1,0 +1,86 @@
+"""Magnetic fields, forces and torques, from numpy arrays or from sources as objects. SI units: T, A/m, N, N m.
+
+>>> import loomstone as ls
+>>> a = ls.magnetics.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))
+>>> b = a.moved((0, 0, 0.011))
+>>> field = ls.magnetics.field(a, [[0, 0, 0.01]])
+>>> print(f"{field[0, 2]:.4f} T")
+0.1348 T
+"""
+
+from .._core import MagneticBody
+from .bodies import (
+    Force,
+    Forces,
+    cuboid,
+    cylinder,
+    dipoles,
+    field,
+    force,
+    forces,
+    gradient,
+    loop,
+    mesh,
+    polyline,
+    solenoid,
+    sphere,
+)
+from .formulas import (
+    cuboid_field,
+    cuboid_gradient,
+    cylinder_field,
+    cylinder_gradient,
+    dipole_energy,
+    dipole_field,
+    dipole_forces,
+    dipole_gradient,
+    loop_field,
+    loop_gradient,
+    mesh_field,
+    mesh_gradient,
+    polyline_field,
+    polyline_gradient,
+    solenoid_field,
+    solenoid_gradient,
+    sphere_field,
+    sphere_gradient,
+)
+
+MU0 = 1.2566370614359173e-06  # 4 pi 1e-7 [T m/A]
+
+__all__ = [
+    "MU0",
+    "Force",
+    "Forces",
+    "MagneticBody",
+    "cuboid",
+    "cuboid_field",
+    "cuboid_gradient",
+    "cylinder",
+    "cylinder_field",
+    "cylinder_gradient",
+    "dipole_energy",
+    "dipole_field",
+    "dipole_forces",
+    "dipole_gradient",
+    "dipoles",
+    "field",
+    "force",
+    "forces",
+    "gradient",
+    "loop",
+    "loop_field",
+    "loop_gradient",
+    "mesh",
+    "mesh_field",
+    "mesh_gradient",
+    "polyline",
+    "polyline_field",
+    "polyline_gradient",
+    "solenoid",
+    "solenoid_field",
+    "solenoid_gradient",
+    "sphere",
+    "sphere_field",
+    "sphere_gradient",
+]

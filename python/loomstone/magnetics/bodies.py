@@ -1,0 +1,170 @@
+"""Magnets and currents as objects at poses.
+
+Every function returns a `MagneticBody` whose centre lies at the origin and whose axes are those of the world (meshes and
+polylines: where their vertices are); `body.moved(by)`, `body.rotated(by)` and `body.at(position, orientation)` give copies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _core
+from .._core import MagneticBody, TriangleMesh
+from ..arguments import explained
+
+__all__ = [
+    "Force",
+    "Forces",
+    "cuboid",
+    "cylinder",
+    "dipoles",
+    "field",
+    "force",
+    "forces",
+    "gradient",
+    "loop",
+    "mesh",
+    "polyline",
+    "solenoid",
+    "sphere",
+]
+
+Floats = NDArray[np.float64]
+Bodies = MagneticBody | Sequence[MagneticBody]
+
+
+class Force(NamedTuple):
+    """What one body feels: force (3) [N], torque (3) about its centre [N m], world axes; estimated error [N]."""
+
+    force: Floats
+    torque: Floats
+    error: float
+
+
+class Forces(NamedTuple):
+    """What each of n bodies feels: forces (n, 3) [N], torques (n, 3) about their centres [N m]; errors (n) [N]."""
+
+    forces: Floats
+    torques: Floats
+    errors: Floats
+
+
+def as_list(bodies: Bodies) -> list[MagneticBody]:
+    """One body or several as a list."""
+    return [bodies] if isinstance(bodies, MagneticBody) else list(bodies)
+
+
+@explained
+def cuboid(*, size: ArrayLike, polarization: ArrayLike) -> MagneticBody:
+    """Cuboid magnet: edges `size` (3) [m], uniform polarization J = mu0 M (3) [T] in its own axes."""
+    return _core.magnetic_cuboid(size=size, polarization=polarization)
+
+
+@explained
+def cylinder(*, radius: float, height: float, polarization: ArrayLike, inner_radius: float = 0.0) -> MagneticBody:
+    """Cylinder magnet about its z axis, a ring where inner_radius > 0: lengths [m], polarization J (3) [T], any direction."""
+    return _core.magnetic_cylinder(radius=radius, height=height, polarization=polarization, inner_radius=inner_radius)
+
+
+@explained
+def sphere(*, radius: float, polarization: ArrayLike) -> MagneticBody:
+    """Spherical magnet: radius [m], polarization J (3) [T]."""
+    return _core.magnetic_sphere(radius=radius, polarization=polarization)
+
+
+@explained
+def mesh(mesh: TriangleMesh, *, polarization: ArrayLike) -> MagneticBody:
+    """Magnet of any shape inside a closed `TriangleMesh` [m]; its centre is that of the volume. Polarization J (3) [T]."""
+    return _core.magnetic_mesh(mesh, polarization=polarization)
+
+
+@explained
+def dipoles(points: ArrayLike, moments: ArrayLike) -> MagneticBody:
+    """Point dipoles moments (n, 3) [A m^2] at points (n, 3) [m] in the body's axes."""
+    return _core.magnetic_dipoles(points, moments)
+
+
+@explained
+def loop(*, radius: float, current: float) -> MagneticBody:
+    """Circular loop in z = 0: radius [m], current [A] counter-clockwise seen from +z."""
+    return _core.magnetic_loop(radius=radius, current=current)
+
+
+@explained
+def solenoid(*, radius: float, length: float, turns: float, current: float) -> MagneticBody:
+    """Ideal solenoid about z, a sheet of current: radius, length [m], number of turns [1], current of each [A]."""
+    return _core.magnetic_solenoid(radius=radius, length=length, turns=turns, current=current)
+
+
+@explained
+def polyline(vertices: ArrayLike, *, current: float) -> MagneticBody:
+    """Straight conductors between vertices (n, 3) [m], current [A] from the first to the last; closed where these are equal.
+
+    The body's centre is the mean of the vertices.
+    """
+    return _core.magnetic_polyline(vertices, current=current)
+
+
+def field(bodies: Bodies, points: ArrayLike, *, quantity: Literal["B", "H"] = "B", threads: int = 0) -> Floats:
+    """Field of one body or of several together.
+
+    points (n, 3) [m], world axes. Returns (n, 3): flux density B [T], or field strength H [A/m]; they differ inside magnets,
+    where B = mu0 H + J. A point on a surface gets the value outside. On edges and wires, where the field is infinite, it is
+    that 1e-15 of the size beside them. threads 0: all processors; the result does not depend on it.
+    Raises InvalidInput for points that are not finite (n, 3), and other quantities.
+
+    >>> import loomstone as ls
+    >>> ls.magnetics.field(ls.magnetics.loop(radius=1, current=2), [[0, 0, 0]], quantity="H").tolist()
+    [[0.0, 0.0, 1.0]]
+    """
+    return _core.magnetic_field(as_list(bodies), points, quantity, threads)
+
+
+def gradient(bodies: Bodies, points: ArrayLike, *, threads: int = 0) -> Floats:
+    """Gradient of the field of one body or of several together.
+
+    points (n, 3) [m], world axes. Returns (n, 3, 3), [k, i, j] = mu0 dH_i/dx_j at points[k] [T/m], which off currents and
+    surfaces is dB_i/dx_j. Symmetric. threads as in `field`. A polyline must be closed.
+    """
+    return _core.magnetic_gradient(as_list(bodies), points, threads)
+
+
+@explained
+def force(*, on: MagneticBody, by: MagneticBody, tolerance: float = 1e-4) -> Force:
+    """Force and torque on one body by another.
+
+    tolerance [1]: error asked for, relative to the force, or to the torque over the radius of the body where that is larger;
+    1e-12 to 0.1. One body's charge or current is integrated in the exact field of the other, and what the other feels follows
+    from the balance of linear and angular momentum: force(on=b, by=a) is minus force(on=a, by=b) to the last bit. Dipoles and
+    spheres are exact. `error` [N] is an estimate, above what was asked for where 2,000,000 evaluations of the field did not
+    suffice. Bodies that overlap feel the finite forces between their surface charges. Raises InvalidInput for another
+    tolerance and for polylines that are not closed.
+
+    >>> import loomstone as ls
+    >>> a = ls.magnetics.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))
+    >>> f = ls.magnetics.force(on=a.moved((0, 0, 0.01)), by=a, tolerance=1e-6)
+    >>> print(f"{f.force[2]:.3f} N")
+    -32.379 N
+    """
+    return Force(*_core.magnetic_force(on, by, tolerance))
+
+
+@explained
+def forces(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: int = 0) -> Forces:
+    """Forces and torques on every body by all others.
+
+    tolerance [1]: error of each pair relative to the largest force between two of the bodies. Linear and angular momentum are
+    kept to rounding. threads 0: all processors; the result does not depend on it. For bodies that move, give their poses:
+
+    >>> import loomstone as ls
+    >>> magnets = [ls.magnetics.sphere(radius=0.005, polarization=(0, 0, 1)) for _ in range(2)]
+    >>> poses = [((0, 0, 0), (1, 0, 0, 0)), ((0, 0, 0.02), (1, 0, 0, 0))]
+    >>> f = ls.magnetics.forces([m.at(x, q) for m, (x, q) in zip(magnets, poses)])
+    >>> print(f"{f.forces[0, 2]:.4f} {f.forces[1, 2]:.4f} N")
+    0.6510 -0.6510 N
+    """
+    return Forces(*_core.magnetic_forces(list(bodies), tolerance, threads))
