@@ -114,7 +114,7 @@ void BroadPhase::refit(const Team& team, Index s, const Points& x0, const Points
       team, surface.n_vertices,
       [&](Index i) {
         const std::size_t v = surface.first_vertex + i;
-        vertex_slabs_[v] = slabs_of(x0.data() + 3 * v, x1.data() + 3 * v, inflation);
+        vertex_slabs_[v] = packed(slabs_of(x0.data() + 3 * v, x1.data() + 3 * v, inflation));
       },
       2048);
   trees_[s].refit(team, x0, vertex_slabs_, inflation, may_rebuild);
@@ -138,7 +138,7 @@ void BroadPhase::search(const Team& team, const std::vector<Index>& which, PairS
   std::vector<Task> tasks, next;
   for (const Index pair : which) {
     const ClusterTree &a = trees_[pairs_[pair].a], &b = trees_[pairs_[pair].b];
-    if (a.empty() || b.empty() || !overlapping(a.box(a.root_level(), 0), b.box(b.root_level(), 0))) continue;
+    if (a.empty() || b.empty() || !overlapping(a.root(), b.root())) continue;
     tasks.push_back({pair, search_of(pair).roots()});
   }
   std::vector<PairSearch::Nodes> below;
@@ -178,7 +178,7 @@ void BroadPhase::search(const Team& team, const std::vector<Index>& which, PairS
 }
 
 std::size_t BroadPhase::bytes() const {
-  std::size_t sum = 0;
+  std::size_t sum = vertex_slabs_.capacity() * sizeof(PackedSlabs);
   for (const ClusterTree& tree : trees_) sum += tree.bytes();
   return sum;
 }

@@ -71,7 +71,7 @@ class BroadPhase {
 
   void forget_trees();  // forms all anew when they are next needed
 
-  std::size_t bytes() const;  // of all trees
+  std::size_t bytes() const;  // of all trees and boxes of vertices
 
  private:
   void refit(const Team& team, Index surface, const Points& x0, const Points& x1, double inflation, bool may_rebuild);
@@ -81,7 +81,7 @@ class BroadPhase {
   const CollisionModel& model_;
   const std::vector<SurfacePair>& pairs_;
   std::vector<ClusterTree> trees_;  // of each surface
-  std::vector<Slabs> vertex_slabs_;
+  std::vector<PackedSlabs> vertex_slabs_;
 };
 
 }  // namespace loomstone

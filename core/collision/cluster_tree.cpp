@@ -1,8 +1,11 @@
 #include "core/collision/cluster_tree.h"
 
 #include <algorithm>
+#include <cstring>
 #include <unordered_map>
 #include <utility>
+
+#include "core/base/simd.h"
 
 namespace loomstone {
 
@@ -11,21 +14,74 @@ namespace {
 // Clusters whose boxes have this many times their area after forming are formed anew. Our choice; only speed depends on it.
 constexpr double decay_limit = 1.5;
 
-SlabGroup empty_group() {
-  SlabGroup group;
-  for (int lane = 0; lane < slab_lanes; ++lane) group.set(lane, empty_slabs());
-  return group;
+// Row i of the result is column i of the rows.
+LOOMSTONE_INLINE void transpose(SlabLanes* row) {
+  typedef std::int32_t Order __attribute__((vector_size(4 * slab_lanes)));
+  SlabLanes a[slab_lanes], b[slab_lanes];
+  for (int i = 0; i < 8; i += 2) {
+    a[i] = __builtin_shuffle(row[i], row[i + 1], Order{0, 8, 1, 9, 4, 12, 5, 13});
+    a[i + 1] = __builtin_shuffle(row[i], row[i + 1], Order{2, 10, 3, 11, 6, 14, 7, 15});
+  }
+  for (int i = 0; i < 8; i += 4)
+    for (int j = 0; j < 2; ++j) {
+      b[i + 2 * j] = __builtin_shuffle(a[i + j], a[i + j + 2], Order{0, 1, 8, 9, 4, 5, 12, 13});
+      b[i + 2 * j + 1] = __builtin_shuffle(a[i + j], a[i + j + 2], Order{2, 3, 10, 11, 6, 7, 14, 15});
+    }
+  for (int i = 0; i < 4; ++i) {
+    row[i] = __builtin_shuffle(b[i], b[i + 4], Order{0, 1, 2, 3, 8, 9, 10, 11});
+    row[i + 4] = __builtin_shuffle(b[i], b[i + 4], Order{4, 5, 6, 7, 12, 13, 14, 15});
+  }
 }
 
-Slabs bounds(const SlabGroup& group) {
-  Slabs all = group.lane(0);
-  for (int lane = 1; lane < slab_lanes; ++lane) all.include(group.lane(lane));
+// Writes eight items into a group, component by component.
+LOOMSTONE_INLINE void write_group(const PackedSlabs* item, SlabGroup& group) {
+  for (int p = 0; p < n_slab_packs; ++p) {
+    SlabLanes row[slab_lanes];
+    for (int lane = 0; lane < slab_lanes; ++lane) row[lane] = item[lane].pack[p];
+    transpose(row);
+    for (int i = 0; i < slab_lanes; ++i) {
+      const int k = slab_lanes * p + i;
+      if (k >= 2 * n_slabs) break;
+      if (k >= n_slabs) row[i] = -row[i];
+      std::memcpy(k < n_slabs ? group.low[k] : group.high[k - n_slabs], &row[i], sizeof row[i]);
+    }
+  }
+}
+
+LOOMSTONE_INLINE PackedSlabs all_of(const PackedSlabs* item) {
+  PackedSlabs all = item[0];
+  for (int lane = 1; lane < slab_lanes; ++lane) include(all, item[lane]);
   return all;
 }
 
-double area(const Slabs& s, double inflation) {
+// Boxes of groups [begin, end) of features from those of the vertices; those of whole groups, where asked for.
+LOOMSTONE_CLONES void refit_features(const PackedSlabs* vertices, const Index* corners, int n_corners, Index begin, Index end, SlabGroup* slabs,
+                                     PackedSlabs* of_group) {
+  const PackedSlabs none = empty_packed();
+  for (Index g = begin; g < end; ++g) {
+    const Index* const corner = corners + static_cast<std::size_t>(g) * n_corners * slab_lanes;
+    PackedSlabs item[slab_lanes];
+    for (int lane = 0; lane < slab_lanes; ++lane) {
+      item[lane] = corner[lane] >= 0 ? vertices[corner[lane]] : none;
+      if (corner[lane] >= 0)
+        for (int k = 1; k < n_corners; ++k) include(item[lane], vertices[corner[k * slab_lanes + lane]]);
+    }
+    write_group(item, slabs[g]);
+    if (of_group) of_group[g] = all_of(item);
+  }
+}
+
+// Groups [begin, end) of nodes from the boxes of what is below; `below` is filled up to full groups.
+LOOMSTONE_CLONES void refit_nodes(const PackedSlabs* below, Index begin, Index end, SlabGroup* slabs, PackedSlabs* of_group) {
+  for (Index g = begin; g < end; ++g) {
+    write_group(below + slab_lanes * g, slabs[g]);
+    of_group[g] = all_of(below + slab_lanes * g);
+  }
+}
+
+double area(const PackedSlabs& s, double inflation) {
   double side[3];
-  for (int k = 0; k < 3; ++k) side[k] = static_cast<double>(s.high[k]) - s.low[k] - 2.0 * inflation;
+  for (int k = 0; k < 3; ++k) side[k] = -static_cast<double>(s.value(n_slabs + k)) - s.value(k) - 2.0 * inflation;
   return side[0] * side[1] + side[1] * side[2] + side[2] * side[0];
 }
 
@@ -57,12 +113,17 @@ ClusterTree::ClusterTree(Triangles triangles, Index first_triangle, Edges edges,
   Index n = n_clusters_;
   do {
     n = std::max<Index>(1, (n + slab_lanes - 1) / slab_lanes);
-    levels_.emplace_back(n, empty_group());
+    levels_.emplace_back(n);
   } while (n > 1);
 }
 
-Slabs ClusterTree::box(int level, Index node) const {
-  return level == root_level() ? bounds(levels_.back()[0]) : levels_[level][node / slab_lanes].lane(node % slab_lanes);
+Slabs ClusterTree::root() const {
+  Slabs box;
+  for (int k = 0; k < n_slabs; ++k) {
+    box.low[k] = root_.low[k][0];
+    box.high[k] = root_.high[k][0];
+  }
+  return box;
 }
 
 void ClusterTree::assign(Features& features, const std::vector<Index>& cluster_of_feature, int n_corners,
@@ -75,7 +136,7 @@ void ClusterTree::assign(Features& features, const std::vector<Index>& cluster_o
     next[c] = slab_lanes * features.group[c];
   }
   const std::size_t n_groups = features.group[n_clusters_];
-  features.slabs.assign(n_groups, empty_group());
+  if (n_corners > 1) features.slabs.resize(n_groups);
   features.id.assign(slab_lanes * n_groups, -1);
   features.n_corners = n_corners;
   features.corners.assign(slab_lanes * n_groups * n_corners, -1);
@@ -133,32 +194,32 @@ void ClusterTree::rebuild(const Points& x) {
   vertices_.id = std::vector<Index>();
 }
 
-double ClusterTree::refit_all(const Team& team, const std::vector<Slabs>& vertices, double inflation) {
-  for (Features* const features : {&faces_, &edge_features_, &vertices_})
-    parallel_for(
-        team, static_cast<Index>(features->slabs.size()),
-        [&](Index g) {
-          const int n = features->n_corners;
-          const Index* const corners = features->corners.data() + static_cast<std::size_t>(g) * n * slab_lanes;
-          for (int lane = 0; lane < slab_lanes && corners[lane] >= 0; ++lane) {
-            Slabs slabs = vertices[corners[lane]];
-            for (int k = 1; k < n; ++k) slabs.include(vertices[corners[k * slab_lanes + lane]]);
-            features->slabs[g].set(lane, slabs);
-          }
-        },
-        256);
-  for (std::size_t level = 0; level < levels_.size(); ++level) {
-    const std::vector<SlabGroup>& below = level == 0 ? faces_.slabs : levels_[level - 1];
-    parallel_for(
-        team, static_cast<Index>(below.size()),
-        [&](Index child) { levels_[level][child / slab_lanes].set(child % slab_lanes, bounds(below[child])); }, 256);
-  }
+double ClusterTree::refit_all(const Team& team, const std::vector<PackedSlabs>& vertices, double inflation) {
+  constexpr Index grain = 128;
+  const auto padded = [](Index n) { return static_cast<std::size_t>((n + slab_lanes - 1) / slab_lanes) * slab_lanes; };
+  vertex_boxes_ = vertices.data();
+  std::vector<PackedSlabs> below(padded(n_clusters_), empty_packed()), above;
+  const auto refit = [&](Features& features, PackedSlabs* of_group) {
+    parallel_ranges(team, static_cast<Index>(features.slabs.size()), grain, [&](Index begin, Index end) {
+      refit_features(vertices.data(), features.corners.data(), features.n_corners, begin, end, features.slabs.data(), of_group);
+    });
+  };
+  refit(edge_features_, nullptr);
+  refit(faces_, below.data());  // a cluster has one group of faces
   double sum = 0.0;
-  for (Index c = 0; c < n_clusters_; ++c) sum += area(box(0, c), inflation);
+  for (Index c = 0; c < n_clusters_; ++c) sum += area(below[c], inflation);
+  for (std::vector<SlabGroup>& level : levels_) {
+    const Index n = static_cast<Index>(level.size());
+    above.assign(padded(n), empty_packed());
+    parallel_ranges(team, n, grain,
+                    [&](Index begin, Index end) { refit_nodes(below.data(), begin, end, level.data(), above.data()); });
+    below.swap(above);
+  }
+  write_group(below.data(), root_);
   return sum;
 }
 
-void ClusterTree::refit(const Team& team, const Points& x, const std::vector<Slabs>& vertices, double inflation,
+void ClusterTree::refit(const Team& team, const Points& x, const std::vector<PackedSlabs>& vertices, double inflation,
                         bool may_rebuild) {
   if (empty()) return;
   if (built_area_ >= 0.0) {

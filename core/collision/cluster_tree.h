@@ -16,7 +16,7 @@ class ClusterTree {
   struct Features {
     std::vector<Index> group;
     std::vector<Index> id;          // (8 * groups), -1 in empty lanes, which follow the others
-    std::vector<SlabGroup> slabs;
+    std::vector<SlabGroup> slabs;   // none for vertices
     int n_corners = 0;
     std::vector<Index> corners;     // (groups x corners x 8) vertices
   };
@@ -24,9 +24,10 @@ class ClusterTree {
   // Triangles and edges of one surface with the vertex ids of all; their own ids count from first_triangle and are edge_ids.
   ClusterTree(Triangles triangles, Index first_triangle, Edges edges, std::vector<Index> edge_ids);
 
-  // All boxes anew, from those of the vertices (of all surfaces), which were grown by `inflation` [m]. Clusters are formed
+  // All boxes anew, from those of the vertices (of all surfaces), which were grown by `inflation` [m] and
+  // stay where they are until the next refit. Clusters are formed
   // at x when they never were, and, if allowed, when their boxes have grown much since.
-  void refit(const Team& team, const Points& x, const std::vector<Slabs>& vertices, double inflation, bool may_rebuild);
+  void refit(const Team& team, const Points& x, const std::vector<PackedSlabs>& vertices, double inflation, bool may_rebuild);
 
   void forget() { built_area_ = -1.0; }  // clusters are formed anew at the next refit
 
@@ -34,7 +35,10 @@ class ClusterTree {
   int root_level() const { return static_cast<int>(levels_.size()); }
   bool empty() const { return n_clusters_ == 0; }
   const SlabGroup& children(int level, Index node) const { return levels_[level - 1][node]; }
-  Slabs box(int level, Index node) const;
+  // The box of a node is lane node % 8 of this.
+  const SlabGroup& boxes(int level, Index node) const { return level == root_level() ? root_ : levels_[level][node / slab_lanes]; }
+  Slabs root() const;
+  const PackedSlabs* vertex_boxes() const { return vertex_boxes_; }  // of all surfaces, as given to the last refit
 
   const Features& faces() const { return faces_; }
   const Features& edges() const { return edge_features_; }
@@ -44,7 +48,7 @@ class ClusterTree {
  private:
   void rebuild(const Points& x);
   void assign(Features& features, const std::vector<Index>& cluster_of_feature, int n_corners, const Index* corners) const;
-  double refit_all(const Team& team, const std::vector<Slabs>& vertices, double inflation);
+  double refit_all(const Team& team, const std::vector<PackedSlabs>& vertices, double inflation);
 
   Triangles triangles_;
   Index first_triangle_;
@@ -54,6 +58,8 @@ class ClusterTree {
   double built_area_ = -1.0;                    // summed over the clusters right after they were formed [m^2]
   Features faces_, edge_features_, vertices_;
   std::vector<std::vector<SlabGroup>> levels_;  // of the nodes of each level; the last has one group
+  SlabGroup root_;  // in lane 0
+  const PackedSlabs* vertex_boxes_ = nullptr;
 };
 
 }  // namespace loomstone

@@ -18,6 +18,16 @@ class PairSearch {
     Index a, b;
   };
 
+  // Vertex and slot of a face; slots of two edges.
+  using SlotPairs = std::vector<std::pair<Index, Index>>;
+  struct Slots {
+    SlotPairs vertex_face, face_vertex, edge_edge;  // of a and b, of b and a, of a and b
+
+    void clear() {
+      for (SlotPairs* const pairs : {&vertex_face, &face_vertex, &edge_edge}) pairs->clear();
+    }
+  };
+
   PairSearch(const ClusterTree& a, const ClusterTree& b) : a_(&a), b_(&b), self_(&a == &b) {}
 
   Nodes roots() const { return {a_->root_level(), b_->root_level(), 0, 0}; }
@@ -41,38 +51,19 @@ class PairSearch {
   }
 
  private:
-  using Slots = std::vector<std::pair<Index, Index>>;  // of a first and a second feature
-
-  struct Leaf {
-    const ClusterTree& tree;
-    Index cluster;
-    Slabs box;
-
-    Leaf(const ClusterTree& tree, Index cluster) : tree(tree), cluster(cluster), box(tree.box(0, cluster)) {}
-  };
-
-  static void vertex_face_slots(const Leaf& a, const Leaf& b, Slots& out);
-  static void edge_edge_slots(const Leaf& a, const Leaf& b, bool upper, Slots& out);
-
   template <class Visit>
   void leaf_pairs(Index a, Index b, Slots& slots, Visit&& visit) const {
-    const Leaf leaf_a(*a_, a), leaf_b(*b_, b);
-    const bool same = self_ && a == b;
-    const auto vertex_face = [&](const Leaf& of_vertices, const Leaf& of_faces) {
-      slots.clear();
-      vertex_face_slots(of_vertices, of_faces, slots);
-      for (const auto& [vertex, face] : slots)
-        visit(ContactKind::VertexFace, of_vertices.tree.vertices().corners[vertex], of_faces.tree.faces().id[face]);
-    };
-    vertex_face(leaf_a, leaf_b);
-    if (!same) vertex_face(leaf_b, leaf_a);
     slots.clear();
-    edge_edge_slots(leaf_a, leaf_b, same, slots);
-    for (const auto& [first, second] : slots) {
+    meeting_slots(a, b, slots);
+    for (const auto& [vertex, face] : slots.vertex_face) visit(ContactKind::VertexFace, vertex, b_->faces().id[face]);
+    for (const auto& [vertex, face] : slots.face_vertex) visit(ContactKind::VertexFace, vertex, a_->faces().id[face]);
+    for (const auto& [first, second] : slots.edge_edge) {
       const Index e = a_->edges().id[first], f = b_->edges().id[second];
       visit(ContactKind::EdgeEdge, e < f ? e : f, e < f ? f : e);
     }
   }
+
+  void meeting_slots(Index a, Index b, Slots& out) const;
 
   const ClusterTree *a_, *b_;
   bool self_;

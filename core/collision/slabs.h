@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "core/base/simd.h"
 #include "core/base/types.h"
 
 namespace loomstone {
@@ -58,25 +59,40 @@ inline Slabs slabs_of(const double* x0, const double* x1, double inflation) {
   return slabs;
 }
 
+// The same for vector arithmetic: nine lows, then nine highs negated, so that including another box is a minimum; the rest is 0.
+typedef float SlabLanes __attribute__((vector_size(4 * slab_lanes)));
+inline constexpr int n_slab_packs = 3;
+
+struct alignas(32) PackedSlabs {
+  SlabLanes pack[n_slab_packs];
+
+  float value(int i) const { return pack[i / slab_lanes][i % slab_lanes]; }
+};
+
+LOOMSTONE_INLINE void include(PackedSlabs& a, const PackedSlabs& b) {
+  for (int i = 0; i < n_slab_packs; ++i) a.pack[i] = a.pack[i] < b.pack[i] ? a.pack[i] : b.pack[i];
+}
+
+inline PackedSlabs empty_packed() {
+  PackedSlabs none;
+  for (SlabLanes& pack : none.pack) pack = SlabLanes{} + std::numeric_limits<float>::infinity();
+  return none;
+}
+
+inline PackedSlabs packed(const Slabs& slabs) {
+  PackedSlabs result = {};
+  for (int k = 0; k < n_slabs; ++k) {
+    const int high = n_slabs + k;
+    result.pack[k / slab_lanes][k % slab_lanes] = slabs.low[k];
+    result.pack[high / slab_lanes][high % slab_lanes] = -slabs.high[k];
+  }
+  return result;
+}
+
 // Eight, component by component. Empty lanes overlap nothing.
 struct alignas(32) SlabGroup {
   float low[n_slabs][slab_lanes];
   float high[n_slabs][slab_lanes];
-
-  void set(int lane, const Slabs& slabs) {
-    for (int k = 0; k < n_slabs; ++k) {
-      low[k][lane] = slabs.low[k];
-      high[k][lane] = slabs.high[k];
-    }
-  }
-  Slabs lane(int i) const {
-    Slabs slabs;
-    for (int k = 0; k < n_slabs; ++k) {
-      slabs.low[k] = low[k][i];
-      slabs.high[k] = high[k][i];
-    }
-    return slabs;
-  }
 };
 
 }  // namespace loomstone
