@@ -1,104 +1,24 @@
 """Collision queries on arrays: exact continuous tests against rational arithmetic of another kind."""
 
 from fractions import Fraction
-from itertools import combinations
 
 import numpy as np
 import pytest
+from exact_queries import FAMILIES, degenerate_queries, exact_verdict
 
 import loomstone as ls
 from loomstone import collision
 
 
-def polynomial_product(a, b):
-    product = [Fraction(0)] * (len(a) + len(b) - 1)
-    for i, x in enumerate(a):
-        for j, y in enumerate(b):
-            product[i + j] += x * y
-    return product
-
-
-def value(p, t):
-    result = Fraction(0)
-    for c in reversed(p):
-        result = result * t + c
-    return result
-
-
-def linear_combination(*terms):
-    length = max(len(p) for _, p in terms)
-    return [sum((f * p[i] for f, p in terms if i < len(p)), Fraction(0)) for i in range(length)]
-
-
-def cross(a, b):
-    following = ((1, 2), (2, 0), (0, 1))
-    return [linear_combination((1, polynomial_product(a[i], b[j])), (-1, polynomial_product(a[j], b[i]))) for i, j in following]
-
-
-def dot(a, b):
-    return linear_combination(*((1, polynomial_product(x, y)) for x, y in zip(a, b)))
-
-
-def derivative(p):
-    return [k * c for k, c in enumerate(p)][1:] or [Fraction(0)]
-
-
-# Times are found to 2^-220. For the small whole numbers used here a polynomial of degree <= 4 that is not zero at a root of
-# another one is above 1e-40 there (their resultant is a whole number), so smaller values are zeros.
-FINE, ZERO = 220, Fraction(1, 10**40)
-
-
-def roots(p):
-    """Roots in [0, 1], by bisection between the roots of the derivative."""
-    if all(c == 0 for c in p):
-        return []
-    if len(p) == 1:
-        return []
-    marks = [Fraction(0), *sorted(roots(derivative(p))), Fraction(1)]
-    found = [t for t in marks if abs(value(p, t)) < ZERO]
-    for low, high in zip(marks, marks[1:]):
-        a, b = value(p, low), value(p, high)
-        if abs(a) < ZERO or abs(b) < ZERO or (a > 0) == (b > 0):
-            continue
-        for _ in range(FINE):
-            middle = (low + high) / 2
-            if (value(p, middle) > 0) == (a > 0):
-                low = middle
-            else:
-                high = middle
-        found.append((low + high) / 2)
-    return found
-
-
-def sign(p, t):
-    x = value(p, t)
-    return 0 if abs(x) < ZERO else 1 if x > 0 else -1
-
-
-def hull_holds_origin(corners, t):
-    """Is the origin in the convex hull of corners that lie in one plane with it at t? By Caratheodory's theorem."""
-    if any(sign(dot(a, a), t) == 0 for a in corners):
-        return True
-    for a, b in combinations(corners, 2):
-        if sign(dot(a, b), t) < 0 and all(sign(c, t) == 0 for c in cross(a, b)):
-            return True
-    for a, b, c in combinations(corners, 3):
-        normals = cross(a, b), cross(b, c), cross(c, a)
-        if all(sign(dot(n, m), t) > 0 for n, m in combinations(normals, 2)):
-            return True
-    return False
-
-
-def meets(kind, query):
-    points = [[[Fraction(int(a)), Fraction(int(b - a))] for a, b in zip(start, end)] for start, end in zip(query[:4], query[4:])]
-    pairs = [(0, 1), (0, 2), (0, 3)] if kind == "vertex-face" else [(0, 2), (1, 2), (0, 3), (1, 3)]
-    corners = [[linear_combination((1, points[i][k]), (-1, points[j][k])) for k in range(3)] for i, j in pairs]
-    volume = dot(corners[0], cross(corners[1], corners[2]))
-    if any(volume):
-        return any(hull_holds_origin(corners, t) for t in roots(volume))
-    events = [c for corner in corners for c in corner] + [c for a, b in combinations(corners, 2) for c in cross(a, b)]
-    times = {Fraction(0), Fraction(1)}.union(*(roots(p) for p in events))
-    return any(hull_holds_origin(corners, t) for t in times)
+@pytest.mark.parametrize("family", FAMILIES)
+@pytest.mark.parametrize("kind", ["vertex-face", "edge-edge"])
+def test_verdicts_of_degenerate_queries_are_exact_and_times_are_not_late(kind, family):
+    """tests/benchmarks/exact_verdicts.py does the same a million times."""
+    queries = degenerate_queries(np.random.default_rng(11), kind, family, 100)
+    hit, time = collision.continuous(kind, queries)
+    exact = [exact_verdict(kind, query) for query in queries]
+    assert hit.tolist() == [contact is not None for contact in exact]
+    assert all(Fraction(float(t)) <= contact for t, contact in zip(time, exact, strict=True) if contact is not None)
 
 
 @pytest.mark.parametrize("kind", ["vertex-face", "edge-edge"])
@@ -107,7 +27,7 @@ def test_verdicts_are_those_of_rational_arithmetic(kind):
     queries = random.integers(-2, 3, size=(90, 8, 3)).astype(float)
     queries[::5, :, 2] = 0.0  # within one plane
     hit, _ = collision.continuous(kind, queries)
-    truth = [meets(kind, query) for query in queries]
+    truth = [exact_verdict(kind, query) is not None for query in queries]
     assert 20 < sum(truth) < 80
     assert hit.tolist() == truth
 

@@ -1,0 +1,151 @@
+"""Collision detection beside ipctk (from PyPI) in one run on one machine: ratios of least times, taken in turns.
+
+    python tests/benchmarks/detection.py SHARED/data/ccd [--parts candidates detection narrow threads growth]
+
+SHARED/data/ccd holds scenes.py, meshes and queries. One thread: processor time, which other programs hardly change; several:
+wall time. Candidates: ours share no vertex and overlap by 18-DOPs, ipctk's by boxes, so it lists more.
+"""
+
+import argparse
+import importlib.util
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+
+from loomstone.collision import Detector, continuous
+
+SHEETS = ["fold8", "tight8", "stack4", "roll", "drape"]
+MESHES = ["cloth-ball", "cloth-funnel", "rod-twist"]
+
+
+def milliseconds(threads: int) -> float:
+    return 1e3 * (time.process_time() if threads == 1 else time.perf_counter())
+
+
+def least(threads: int, seconds: float, *functions: Callable[[], object]) -> list[float]:
+    """Least time of each [ms]; called in turns, so that all meet the same machine."""
+    times: list[list[float]] = [[] for _ in functions]
+    end = time.perf_counter() + seconds
+    while time.perf_counter() < end or len(times[0]) < 4:
+        for function, own in zip(functions, times, strict=True):
+            start = milliseconds(threads)
+            function()
+            own.append(milliseconds(threads) - start)
+    return [min(own[1:]) for own in times]
+
+
+class Scene:
+    def __init__(self, scenes: ModuleType, name: str, threads: int):
+        import ipctk
+
+        self.x0, self.x1, triangles = scenes.load(name)
+        ipctk.set_num_threads(threads)
+        self.fortran = [np.asfortranarray(a) for a in (self.x0, self.x1)]
+        self.mesh = ipctk.CollisionMesh(self.fortran[0], np.asfortranarray(scenes.edges(triangles)), np.asfortranarray(triangles))
+        self.ipctk, self.broad_phase, self.theirs = ipctk, ipctk.LBVH(), ipctk.Candidates()
+        self.detector = Detector(triangles, threads=threads)
+        self.n_triangles = len(triangles)
+
+    def their_candidates(self) -> None:
+        self.theirs.build(self.mesh, *self.fortran, 0.0, self.broad_phase)
+
+    def their_detection(self) -> None:
+        self.their_candidates()
+        self.theirs.compute_collision_free_stepsize(self.mesh, *self.fortran, 0.0, self.ipctk.AdditiveCCD())
+
+    def candidates(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.detector.candidates(self.x0, self.x1, ordered=False)
+
+    def collisions(self) -> int:
+        return len(self.detector.collisions(self.x0, self.x1))
+
+
+def candidates(scenes: ModuleType, threads: list[int], seconds: float) -> None:
+    print("candidates              threads  LBVH ms  ours ms  ratio  ours  LBVH  bytes a triangle")
+    for name in SHEETS + MESHES:
+        for n in threads:
+            scene = Scene(scenes, name, n)
+            theirs, ours = least(n, seconds, scene.their_candidates, scene.candidates)
+            found = sum(map(len, scene.candidates()))
+            print(f"{name:24s} {n:6d} {theirs:8.1f} {ours:8.1f} {theirs / ours:6.2f}  {found} {len(scene.theirs)}"
+                  f"  {scene.detector.tree_bytes / scene.n_triangles:.0f}", flush=True)  # fmt: skip
+
+
+def detection(scenes: ModuleType, threads: list[int], seconds: float) -> None:
+    print("whole detection         threads  LBVH + ACCD (earliest) ms  ours (every pair) ms  ratio  colliding pairs")
+    for name in [*SHEETS, "rod-twist"]:
+        for n in threads:
+            scene = Scene(scenes, name, n)
+            theirs, ours = least(n, seconds, scene.their_detection, scene.collisions)
+            print(f"{name:24s} {n:6d} {theirs:8.1f} {ours:8.1f} {theirs / ours:6.2f}  {scene.collisions()}", flush=True)
+
+
+def narrow(data: Path, seconds: float) -> None:
+    print("narrow phase            queries  us a query  missed  false  late")
+    for path in sorted((data / "queries").glob("*.npz")):
+        archive = np.load(path)
+        for code, kind in enumerate(("vertex-face", "edge-edge")):
+            chosen = archive["kind"] == code
+            queries, truth = np.ascontiguousarray(archive["Q"][chosen]), archive["gt"][chosen].astype(bool)
+            [each] = least(1, seconds / 4, lambda kind=kind, queries=queries: continuous(kind, queries))
+            hit, first = continuous(kind, queries)
+            wrong = (truth & ~hit).sum(), (hit & ~truth).sum(), (first[truth] > archive["toi_hi"][chosen][truth]).sum()
+            print(f"{path.stem:16s} {kind:12s} {len(queries):6d} {1e3 * each / len(queries):8.3f}  {wrong[0]} {wrong[1]} {wrong[2]}",
+                  flush=True)  # fmt: skip
+
+
+def two_threads(scenes: ModuleType, seconds: float) -> None:
+    print("two threads             one ms  two ms  ratio, of the whole detection (wall time: needs two idle processors)")
+    for name in [*SHEETS, "rod-twist"]:
+        one, two = Scene(scenes, name, 1), Scene(scenes, name, 2)
+        a, b = least(2, seconds, one.collisions, two.collisions)
+        print(f"{name:24s} {a:8.1f} {b:8.1f} {a / b:6.2f}", flush=True)
+
+
+def growth(scenes: ModuleType, seconds: float) -> None:
+    print("growth of fold8       triangles  forming ms  candidates ms  detection ms  us a triangle  bytes a triangle")
+    for cells in (120, 240, 480, 960):
+        # The same picture at every size: gaps, bumps and speeds shrink with the cells.
+        x0, x1, triangles = scenes.folded(cells, 0.12 / cells, 8, 120 / cells, 12 / cells, 1)
+        detector = Detector(triangles, threads=1)
+        start = milliseconds(1)
+        detector.candidates(x0, x1, ordered=False)
+        forming = milliseconds(1) - start
+        list_ms, all_ms = least(
+            1, seconds, lambda d=detector: d.candidates(x0, x1, ordered=False), lambda d=detector: d.collisions(x0, x1)
+        )
+        print(f"{'':20s} {len(triangles):9d} {forming:8.0f} {list_ms:10.1f} {all_ms:10.1f} {1e3 * all_ms / len(triangles):10.2f}"
+              f" {detector.tree_bytes / len(triangles):8.0f}", flush=True)  # fmt: skip
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("data", type=Path)
+    parser.add_argument("--parts", nargs="+", default=["candidates", "detection", "narrow", "threads", "growth"])
+    parser.add_argument("--threads", nargs="+", type=int, default=[1, 2])
+    parser.add_argument("--seconds", type=float, default=4.0, help="for each line")
+    options = parser.parse_args()
+    spec = importlib.util.spec_from_file_location("scenes", options.data / "scenes.py")
+    scenes = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(scenes)
+    for part in options.parts:
+        if part == "candidates":
+            candidates(scenes, options.threads, options.seconds)
+        elif part == "detection":
+            detection(scenes, options.threads, options.seconds)
+        elif part == "narrow":
+            narrow(options.data, options.seconds)
+        elif part == "threads":
+            two_threads(scenes, options.seconds)
+        elif part == "growth":
+            growth(scenes, options.seconds)
+        else:
+            sys.exit(f"there is no part {part}")
+
+
+if __name__ == "__main__":
+    main()
