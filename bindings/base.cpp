@@ -52,6 +52,9 @@ template <class Class, class Visit>
 void each_number(Visit&& visit) {
   visit("step", &Class::step, "number of the step");
   visit("time", &Class::time, "at the end of the step [s]");
+  visit("busy_least", &Class::busy_least, "time in the loops of collision detection and response, of the thread with the least [s]");
+  visit("busy_mean", &Class::busy_mean, "the same, mean over the threads [s]");
+  visit("busy_most", &Class::busy_most, "the same, of the thread with the most [s]");
   visit("newton_iterations", &Class::newton_iterations, "outer iterations; 1 for linearised schemes");
   visit("linear_iterations", &Class::linear_iterations, "of the linear solver, summed over outer iterations");
   visit("linear_residual", &Class::linear_residual, "of the last linear solve, relative [1]");

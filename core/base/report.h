@@ -15,6 +15,8 @@ struct StepReport {
   std::int64_t step = 0;
   double time = 0.0;                 // at the end of the step [s]
   std::array<double, 6> seconds{};   // wall time per stage [s]
+  // Time that the threads spent in the loops of collision detection and response: least, mean and most of a thread [s].
+  double busy_least = 0.0, busy_mean = 0.0, busy_most = 0.0;
   int newton_iterations = 0;         // outer iterations (1 for linearised schemes)
   int linear_iterations = 0;         // of the linear solver, summed over outer iterations
   double linear_residual = 0.0;      // of the last linear solve, relative [1]

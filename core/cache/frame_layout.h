@@ -28,6 +28,9 @@ inline std::vector<Column> report_columns(std::size_t start = 0) {
   std::vector<Column> columns = {
       {"step", Number::Int64, at(offsetof(StepReport, step))},
       {"time", Number::Float64, at(offsetof(StepReport, time))},
+      {"busy_least", Number::Float64, at(offsetof(StepReport, busy_least))},
+      {"busy_mean", Number::Float64, at(offsetof(StepReport, busy_mean))},
+      {"busy_most", Number::Float64, at(offsetof(StepReport, busy_most))},
       {"newton_iterations", Number::Int32, at(offsetof(StepReport, newton_iterations))},
       {"linear_iterations", Number::Int32, at(offsetof(StepReport, linear_iterations))},
       {"linear_residual", Number::Float64, at(offsetof(StepReport, linear_residual))},

@@ -43,6 +43,14 @@ void check_not_forked() {
         "\"spawn\" or use threads=1");
 }
 
+BusyTimer::BusyTimer(const Team& team) : seconds_(team.busy ? team.busy + omp_get_thread_num() : nullptr) {
+  if (seconds_) start_ = std::chrono::steady_clock::now();
+}
+
+BusyTimer::~BusyTimer() {
+  if (seconds_) *seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+}
+
 NoNestedRegions::NoNestedRegions() : levels_(omp_get_max_active_levels()) { omp_set_max_active_levels(0); }
 NoNestedRegions::~NoNestedRegions() { omp_set_max_active_levels(levels_); }
 

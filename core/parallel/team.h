@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <chrono>
 #include <cstdint>
 #include <exception>
 #include <vector>
@@ -17,6 +18,7 @@ inline constexpr Index rows_per_block = 128;
 struct Team {
   int threads = 1;
   std::int64_t* iterations = nullptr;  // counts the loops' iterations, where somebody wants to know
+  double* busy = nullptr;              // (threads) seconds that each spends inside loops, likewise
 };
 
 // Number of threads to use when the user asks for none (processors this process may run on).
@@ -24,6 +26,19 @@ int default_thread_count();
 
 // Throws Unsupported when called in a process forked after a parallel loop has run (libgomp would hang).
 void check_not_forked();
+
+// Adds the time of its life to the calling thread's.
+class BusyTimer {
+ public:
+  explicit BusyTimer(const Team& team);
+  ~BusyTimer();
+  BusyTimer(const BusyTimer&) = delete;
+  BusyTimer& operator=(const BusyTimer&) = delete;
+
+ private:
+  double* seconds_;
+  std::chrono::steady_clock::time_point start_;
+};
 
 // Keeps the first exception of a parallel loop, which must not leave its thread, and throws it after the loop.
 class FirstFailure {
@@ -52,15 +67,20 @@ void parallel_ranges(const Team& team, Index n, Index grain, Body&& body) {
   if (team.iterations) *team.iterations += n;
   const Index n_ranges = (n + grain - 1) / grain;
   if (team.threads <= 1 || n_ranges <= 1) {
+    const BusyTimer timer(team);
     if (n > 0) body(Index{0}, n);
     return;
   }
   check_not_forked();
   FirstFailure failure;
-#pragma omp parallel for num_threads(team.threads) schedule(static)
-  for (Index range = 0; range < n_ranges; ++range) {
-    const Index begin = range * grain;
-    failure.guard([&] { body(begin, std::min<Index>(n, begin + grain)); });
+#pragma omp parallel num_threads(team.threads)
+  {
+    const BusyTimer timer(team);
+#pragma omp for schedule(static) nowait
+    for (Index range = 0; range < n_ranges; ++range) {
+      const Index begin = range * grain;
+      failure.guard([&] { body(begin, std::min<Index>(n, begin + grain)); });
+    }
   }
   failure.rethrow();
 }
@@ -70,13 +90,18 @@ template <class Body>
 void parallel_tasks(const Team& team, Index n, Body&& body) {
   if (team.iterations) *team.iterations += n;
   if (team.threads <= 1 || n <= 1) {
+    const BusyTimer timer(team);
     for (Index i = 0; i < n; ++i) body(i);
     return;
   }
   check_not_forked();
   FirstFailure failure;
-#pragma omp parallel for num_threads(team.threads) schedule(dynamic, 1)
-  for (Index i = 0; i < n; ++i) failure.guard([&] { body(i); });
+#pragma omp parallel num_threads(team.threads)
+  {
+    const BusyTimer timer(team);
+#pragma omp for schedule(dynamic, 1) nowait
+    for (Index i = 0; i < n; ++i) failure.guard([&] { body(i); });
+  }
   failure.rethrow();
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <numeric>
 #include <sstream>
 
 #include "core/base/error.h"
@@ -41,7 +42,8 @@ void forget_steps(ClothState& cloth) {
 
 Stepper::Stepper(const Model& model, const IntegratorOptions& options, const Team& team, const RowLayout& layout,
                  const State& state)
-    : model_(model), options_(options), team_(team), layout_(layout) {
+    : model_(model), options_(options), team_(team), busy_(team.threads, 0.0), collision_team_(team), layout_(layout) {
+  collision_team_.busy = busy_.data();
   const Index n = model.cloth.n_vertices;
   elasticity_ = std::make_unique<Elasticity>(model.cloth, bending_treatment(options, model.cloth));
   integrator_ = make_integrator(options, model.cloth, *elasticity_);
@@ -71,6 +73,7 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
   report.step = state.step + 1;
   report.time = static_cast<double>(state.step + 1) * options_.step;
   report.substeps = 0;
+  std::fill(busy_.begin(), busy_.end(), 0.0);
   outcome.contact.assign(model_.cloth.n_vertices, 0);
   collision_vertices(model_, state, x0_);
   outcome.start_cloth = state.cloth.x;
@@ -100,6 +103,9 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
       before = state;
       if (world_) world_->save(before.rigid);
     }
+    report.busy_least = *std::min_element(busy_.begin(), busy_.end());
+    report.busy_mean = std::accumulate(busy_.begin(), busy_.end(), 0.0) / static_cast<double>(busy_.size());
+    report.busy_most = *std::max_element(busy_.begin(), busy_.end());
     StageTimer timer(report, StageName::Check);
     ++state.step;
     check(state, "certify");
@@ -139,7 +145,7 @@ std::int64_t Stepper::take(State& state, StepOutcome& outcome, StepPart part) {
     report.contact_energy = 0.0;
     if (collision_) collision_->forget_tangle();
     if (collision_ && state.tangled) collision_->find_tangle(x0_);
-    if (collision_ && model_.cloth.n_vertices > 0) contacts_ = collision_->proximity(team_, x0_);
+    if (collision_ && model_.cloth.n_vertices > 0) contacts_ = collision_->proximity(collision_team_, x0_);
     if (collision_ && contacts_in_solve_) {
       collision_->terms(contacts_, x0_, v0_, last_change_, state.rigid.positions, step_, model_.cloth.n_vertices, state.contacts, terms_,
                         report.contact_energy);
@@ -227,7 +233,7 @@ void Stepper::add_attachments(const State& state, ExtraTerms& terms) const {
 
 // All terms where cloth and bodies have moved since the start of the step; for Newton loops.
 double Stepper::terms_at(const Points& displacement, double time, TermRequest request, ExtraTerms& terms) {
-  double energy = n_contact_terms_ > 0 ? collision_->terms_at(team_, displacement, time, request, terms) : 0.0;
+  double energy = n_contact_terms_ > 0 ? collision_->terms_at(collision_team_, displacement, time, request, terms) : 0.0;
   for (std::size_t i = n_contact_terms_; i < terms.size(); ++i) energy += terms[i].move_linearly(displacement, time);
   return energy;
 }
@@ -304,7 +310,7 @@ CertifyReport Stepper::certify(State& state, StepOutcome& outcome) {
   collision_vertices(model_, state, x1_);
   FreeBodies bodies = free_bodies(state);
   if (!contacts_in_solve_) collision_->repel(contacts_, x0_, x1_, inverse_mass_, step_, bodies);
-  const CertifyReport done = collision_->certify(team_, x0_, x1_, inverse_mass_, bodies);
+  const CertifyReport done = collision_->certify(collision_team_, x0_, x1_, inverse_mass_, bodies);
   bool any = false;
   for (Index i = 0; i < n; ++i) {
     if (x1_.row(i) == state.cloth.x.row(i)) continue;

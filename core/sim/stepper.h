@@ -56,6 +56,8 @@ class Stepper {
   const Model& model_;
   IntegratorOptions options_;
   Team team_;
+  std::vector<double> busy_;         // of each thread in this step [s]
+  Team collision_team_;              // the same threads, watched
   const RowLayout& layout_;
   std::unique_ptr<Elasticity> elasticity_;
   std::unique_ptr<Integrator> integrator_;

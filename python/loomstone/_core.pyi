@@ -46,6 +46,21 @@ class StepReport:
         [J]
         """
     @property
+    def busy_least(self) -> float:
+        """
+        time in the loops of collision detection and response, of the thread with the least [s]
+        """
+    @property
+    def busy_mean(self) -> float:
+        """
+        the same, mean over the threads [s]
+        """
+    @property
+    def busy_most(self) -> float:
+        """
+        the same, of the thread with the most [s]
+        """
+    @property
     def contact_energy(self) -> float:
         """
         [J]
@@ -979,7 +994,7 @@ class Scene:
     @property
     def allow_initial_intersections(self) -> bool:
         """
-        accept a start with intersections; default False
+        accept a start with intersections: they are moved apart, then guarded; default False
         """
     @property
     def attachments(self) -> list[Attachment]:

@@ -57,6 +57,9 @@ StepReport example_report(std::int64_t step) {
   report.step = step;
   report.time = 1e-3 * x;
   for (std::size_t i = 0; i < report.seconds.size(); ++i) report.seconds[i] = std::sqrt(x + static_cast<double>(i));
+  report.busy_least = 0.5 * x;
+  report.busy_mean = 0.7 * x;
+  report.busy_most = 0.9 * x;
   report.newton_iterations = static_cast<int>(step % 7);
   report.linear_iterations = static_cast<int>(step * 3);
   report.linear_residual = 1e-9 / (1 + x);
@@ -134,6 +137,7 @@ bool same(const FrameTopology& a, const FrameTopology& b) {
 
 bool same(const StepReport& a, const StepReport& b) {
   return a.step == b.step && same_number(a.time, b.time) && same_bits(a.seconds, b.seconds) &&
+         same_number(a.busy_least, b.busy_least) && same_number(a.busy_mean, b.busy_mean) && same_number(a.busy_most, b.busy_most) &&
          a.newton_iterations == b.newton_iterations && a.linear_iterations == b.linear_iterations &&
          same_number(a.linear_residual, b.linear_residual) && a.contacts == b.contacts && a.impacts == b.impacts &&
          a.truncated == b.truncated && a.substeps == b.substeps && a.unresolved == b.unresolved &&

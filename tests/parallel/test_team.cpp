@@ -31,6 +31,27 @@ TEST_CASE("a sum has the same bits on any number of threads") {
   }
 }
 
+TEST_CASE("the time that threads spend in loops is told thread by thread") {
+  const auto spin = [](double seconds) {
+    const auto start = std::chrono::steady_clock::now();
+    while (std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() < seconds) {
+    }
+  };
+  for (const int threads : {1, 3}) {
+    std::vector<double> busy(threads, 0.0);
+    Team team{threads};
+    team.busy = busy.data();
+    parallel_tasks(team, 6, [&](Index) { spin(2e-3); });
+    parallel_for(team, 6, [&](Index) { spin(1e-3); }, 1);
+    double sum = 0.0;
+    for (const double each : busy) {
+      sum += each;
+      CHECK(each >= (threads == 1 ? 18e-3 : 2e-3));  // the second loop gives every thread two of six
+    }
+    CHECK(sum >= 18e-3);
+  }
+}
+
 TEST_CASE("an exception is carried out of a loop") {
   for (const int threads : {1, 3})
     CHECK_THROWS_AS(parallel_for(

@@ -15,6 +15,8 @@ def test_a_simulation_knows_its_size_time_and_step(hanging, euler):
     assert sim.time == pytest.approx(4e-3) and sim.step_index == 1
     assert sim.report.step == 1 and sim.report.linear_iterations > 0 and set(sim.report.seconds) >= {"loads", "integrate"}
     assert sim.report.to_dict()["kinetic_energy"] > 0
+    assert sim.report.busy_least == sim.report.busy_mean == sim.report.busy_most  # one thread
+    assert 0 < sim.report.busy_most < sum(sim.report.seconds.values())
     assert repr(sim) == "Simulation(81 vertices, 128 triangles, time=0.004, step=1)"
     assert sorted(sim.vertex_order) == list(range(81))
     assert sim.body_positions.shape == (0, 3)
