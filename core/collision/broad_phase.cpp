@@ -162,6 +162,8 @@ void BroadPhase::search(const Team& team, const std::vector<Index>& which, PairS
     const Index pair = tasks[i].pair;
     const bool may_be_attached = pairs_[pair].a != pairs_[pair].b && !model_.attached_surface.empty();
     FeaturePairs batch;
+    batch.vertex_face.reserve(batch_size);
+    batch.edge_edge.reserve(batch_size);
     const auto send = [&](ContactKind kind, std::vector<PairKey>& keys) {
       sink.take(i, pair, kind, keys);
       keys.clear();

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <unordered_map>
 #include <utility>
 
 #include "core/base/simd.h"
@@ -159,18 +158,16 @@ void ClusterTree::rebuild(const Points& x) {
   for (Index i = 0; i < n; ++i) cluster_of_face[order[i]] = i / slab_lanes;
 
   // A vertex or an edge goes to that one of its faces' clusters which owns fewest so far, so that few lanes stay empty.
-  std::unordered_map<Index, std::vector<Index>> faces_of;
-  std::vector<Index> vertices;
-  for (Index t = 0; t < n; ++t)
-    for (int k = 0; k < 3; ++k) {
-      std::vector<Index>& faces = faces_of[triangles_(t, k)];
-      if (faces.empty()) vertices.push_back(triangles_(t, k));
-      faces.push_back(t);
-    }
+  const Index first = n > 0 ? triangles_.minCoeff() : 0, n_vertices = n > 0 ? triangles_.maxCoeff() - first + 1 : 0;
+  std::vector<Index> start(n_vertices + 2, 0), faces_of(3 * static_cast<std::size_t>(n));  // of vertex first + i from start[i] on
+  for (Index i = 0; i < triangles_.size(); ++i) ++start[triangles_.data()[i] - first + 2];
+  for (Index i = 0; i < n_vertices; ++i) start[i + 2] += start[i + 1];
+  for (Index i = 0; i < triangles_.size(); ++i) faces_of[start[triangles_.data()[i] - first + 1]++] = i / 3;
   std::vector<Index> owned;
-  const auto give = [&](const std::vector<Index>& faces, Index other_vertex) {
+  const auto give = [&](Index vertex, Index other_vertex) {
     Index cluster = -1;
-    for (const Index t : faces) {
+    for (Index i = start[vertex - first]; i < start[vertex - first + 1]; ++i) {
+      const Index t = faces_of[i];
       if (other_vertex >= 0 && (triangles_.row(t).array() != other_vertex).all()) continue;
       const Index c = cluster_of_face[t];
       if (cluster < 0 || owned[c] < owned[cluster]) cluster = c;
@@ -178,11 +175,15 @@ void ClusterTree::rebuild(const Points& x) {
     ++owned[cluster];
     return cluster;
   };
-  std::vector<Index> cluster_of_vertex, cluster_of_edge;
+  std::vector<Index> vertices, cluster_of_vertex, cluster_of_edge;
   owned.assign(n_clusters_, 0);
-  for (const Index v : vertices) cluster_of_vertex.push_back(give(faces_of[v], -1));
+  for (Index i = 0; i < n_vertices; ++i) {
+    if (start[i] == start[i + 1]) continue;
+    vertices.push_back(first + i);
+    cluster_of_vertex.push_back(give(first + i, -1));
+  }
   owned.assign(n_clusters_, 0);
-  for (Index e = 0; e < edges_.rows(); ++e) cluster_of_edge.push_back(give(faces_of[edges_(e, 0)], edges_(e, 1)));
+  for (Index e = 0; e < edges_.rows(); ++e) cluster_of_edge.push_back(give(edges_(e, 0), edges_(e, 1)));
 
   assign(faces_, cluster_of_face, 3, triangles_.data());
   assign(edge_features_, cluster_of_edge, 2, edges_.data());
