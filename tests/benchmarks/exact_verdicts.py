@@ -16,7 +16,7 @@ from loomstone import collision
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))
 from exact_queries import FAMILIES, degenerate_queries, exact_verdict  # noqa: E402
 
-SHARES = {"generic": 3, "at rest": 3, "together": 4}  # of what is decided quickly; 1 of the others
+SHARES = {"generic": 6, "at rest": 5, "together": 6, "start": 2, "end": 2, "parallel": 2}  # of what is decided quickly; 1 of the others
 
 
 def main() -> None:

@@ -204,8 +204,18 @@ def exact_verdict(kind: str, query: np.ndarray) -> Fraction | None:
         start = [a - b for a, b in zip(points[i], points[j], strict=True)]
         end = [a - b for a, b in zip(points[4 + i], points[4 + j], strict=True)]
         corners.append([trimmed([s, e - s]) for s, e in zip(start, end, strict=True)])
+    # Most that are free are free at a glance: one coordinate, or the volume, keeps its sign.
+    for k in range(3):
+        ends = [s for corner in corners for s in (sign_at(corner[k], 0, 0), sign_at(corner[k], 1, 0))]
+        if min(ends) > 0 or max(ends) < 0:
+            return None
+    volume = dot(corners[0], cross(corners[1], corners[2]))
+    if volume:
+        a, b, c, d = volume + [0] * (4 - len(volume))
+        bernstein = a, 3 * a + b, 3 * a + 2 * b + c, a + b + c + d
+        if min(bernstein) > 0 or max(bernstein) < 0:
+            return None
     hull = Hull(corners)
-    volume = dot(corners[0], hull.cross[1, 2])
     if volume:
         times = roots(volume)
     else:  # within one plane at all times: contact begins at 0 or where some sign changes
