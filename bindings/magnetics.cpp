@@ -1,7 +1,7 @@
 // Magnetic sources at poses, their fields, and forces between them.
 #include "bindings/bindings.h"
 #include "core/magnetics/axisymmetric.h"
-#include "core/magnetics/interaction.h"
+#include "core/magnetics/cells.h"
 #include "core/magnetics/polyhedron.h"
 #include "core/magnetics/sphere.h"
 
@@ -195,6 +195,29 @@ void bind_interactions(py::module_& m) {
       py::arg("bodies"), py::arg("tolerance") = 1e-4, py::arg("threads") = 0);
 }
 
+void bind_cells(py::module_& m) {
+  m.def(
+      "magnetic_cells",
+      [](const MagneticBody& body, double density, double separation) {
+        return MagneticBody{std::make_shared<CellMagnet>(*body.source, density, separation), body.pose};
+      },
+      py::arg("body"), py::kw_only(), py::arg("density"), py::arg("separation") = 3.0);
+  m.def(
+      "magnetic_cell_level",
+      [](const MagneticBody& body, Index level) {
+        const CellTable table = cell_level(body, level);
+        return py::make_tuple(table.positions, table.moments);
+      },
+      py::arg("body"), py::arg("level"));
+  m.def(
+      "magnetic_cell_front",
+      [](const MagneticBody& body, const MagneticBody& other) {
+        const CellTable table = cell_front(body, other);
+        return py::make_tuple(table.positions, table.moments);
+      },
+      py::arg("body"), py::arg("other"));
+}
+
 }  // namespace
 
 void bind_magnetics(py::module_& m) {
@@ -202,6 +225,7 @@ void bind_magnetics(py::module_& m) {
   bind_sources(m);
   bind_fields(m);
   bind_interactions(m);
+  bind_cells(m);
 }
 
 }  // namespace loomstone

@@ -243,6 +243,17 @@ void Cylinder::gradient_block(const double* points, Index n, double* gradient) c
 
 double Cylinder::radius() const { return std::hypot(radius_, 0.5 * height_); }
 
+std::optional<std::pair<Vec3, Vec3>> Cylinder::box() const {
+  const Vec3 half(radius_, radius_, 0.5 * height_);
+  return std::pair(Vec3(-half), half);
+}
+
+double Cylinder::depth(const Vec3& point) const {
+  const double rho = point.head<2>().norm(), end = 0.5 * height_ - std::abs(point.z());
+  const double side = inner_ > 0.0 ? std::min(radius_ - rho, rho - inner_) : radius_ - rho;
+  return side < 0.0 && end < 0.0 ? -std::hypot(side, end) : std::min(side, end);
+}
+
 Vec3 Cylinder::moment() const { return polarization_ * (pi * (radius_ * radius_ - inner_ * inner_) * height_ / mu0); }
 
 namespace {

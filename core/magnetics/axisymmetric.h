@@ -56,6 +56,8 @@ class Cylinder final : public Source {
   double radius() const override;
   Vec3 moment() const override;
   std::vector<Panel> panels() const override;
+  std::optional<std::pair<Vec3, Vec3>> box() const override;
+  double depth(const Vec3& point) const override;
   double outer_radius() const { return radius_; }
   double inner_radius() const { return inner_; }
   double height() const { return height_; }

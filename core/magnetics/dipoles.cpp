@@ -22,13 +22,14 @@ struct Arm {
   Lanes inverse2, inverse3;
 };
 
-LOOMSTONE_INLINE Arm arm(const Lanes3& p, const double* position) {
+LOOMSTONE_INLINE Arm arm(const Lanes3& p, const double* position, double nearest2 = 0.0) {
   Arm a;
   a.r = {p.x - position[0], p.y - position[1], p.z - position[2]};
   const Lanes square = dot(a.r, a.r);
   const Lanes inverse = 1.0 / square;
   a.inverse2 = lanes_select(square > 0.0, inverse, lanes_all(0.0));
-  a.inverse3 = a.inverse2 * lanes_sqrt(a.inverse2);
+  const Lanes capped = lanes_select(square < nearest2, lanes_all(1.0 / nearest2), a.inverse2);
+  a.inverse3 = lanes_select(square > 0.0, capped * lanes_sqrt(capped), lanes_all(0.0));
   return a;
 }
 
@@ -75,14 +76,14 @@ LOOMSTONE_CLONES void gradient_kernel(const double* positions, const double* mom
 
 // Field (6.5) and force (6.10) in one pass.
 LOOMSTONE_CLONES void force_kernel(const double* positions, const double* moments, Index dipoles, const double* points,
-                                   const double* own, Index n, double* field, double* force) {
+                                   const double* own, Index n, double nearest2, double* field, double* force) {
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
     const Lanes3 q{lanes_load(own + i), lanes_load(own + n + i), lanes_load(own + 2 * n + i)};
     Lanes3 b{lanes_all(0.0), lanes_all(0.0), lanes_all(0.0)}, f = b;
     for (Index j = 0; j < dipoles; ++j) {
       const double* m = moments + 3 * j;
-      const Arm a = arm(p, positions + 3 * j);
+      const Arm a = arm(p, positions + 3 * j, nearest2);
       const Lanes mr = m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z;
       const Lanes along = 3.0 * mr * a.inverse2;
       b.x += (along * a.r.x - m[0]) * a.inverse3;
@@ -128,7 +129,8 @@ void DipoleSet::gradient_block(const double* points, Index n, double* gradient) 
 
 double DipoleSet::radius() const { return positions_.rows() > 0 ? positions_.rowwise().norm().maxCoeff() : 0.0; }
 
-Wrenches dipole_forces(const Team& team, const Points& positions, const Points& moments, const DipoleSet& by) {
+Wrenches dipole_forces(const Team& team, const Points& positions, const Points& moments, const DipoleSet& by,
+                       double nearest) {
   const Index n = static_cast<Index>(positions.rows());
   Wrenches result{Points(n, 3), Points(n, 3), Vector(n)};
   const Index blocks = (n + points_per_block - 1) / points_per_block;
@@ -147,7 +149,7 @@ Wrenches dipole_forces(const Team& team, const Points& positions, const Points& 
           }
         }
         force_kernel(by.positions().data(), by.moments().data(), static_cast<Index>(by.positions().rows()), x, m,
-                     padded, b, f);
+                     padded, nearest * nearest, b, f);
         for (Index i = begin; i < end; ++i) {
           const Index j = i - begin;
           const Vec3 field(b[j], b[padded + j], b[2 * padded + j]), own = moments.row(i).transpose();

@@ -29,8 +29,10 @@ class DipoleSet final : public Source {
 };
 
 // Forces and torques, each about its own position, on dipoles (n x 3) by the dipoles of `by`. Equal and opposite to
-// rounding when the two change places.
-Wrenches dipole_forces(const Team& team, const Points& positions, const Points& moments, const DipoleSet& by);
+// rounding when the two change places. Pairs
+// closer than `nearest` [m] take 1 / nearest^3 for 1 / R^3: forces grow as 1 / R, torques no more.
+Wrenches dipole_forces(const Team& team, const Points& positions, const Points& moments, const DipoleSet& by,
+                       double nearest = 0.0);
 
 // Interaction energy of the dipoles of a set: - sum over pairs of m_k . B_l(r_k) [J].
 double dipole_energy(const Team& team, const DipoleSet& set);

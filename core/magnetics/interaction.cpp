@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/base/simd.h"
+#include "core/magnetics/cells.h"
 #include "core/magnetics/constants.h"
 #include "core/magnetics/gauss.h"
 
@@ -115,7 +116,7 @@ Total total_of(const std::vector<Leaf>& leaves) {
 // Halves leaves whose error is above their share until the whole is below the tolerance.
 Total adapt(const Integrand& integrand, double tolerance, double least) {
   // Points a direction: more pay where more digits are wanted.
-  const int n = tolerance >= 1e-5 ? 5 : tolerance >= 1e-7 ? 7 : 10;
+  const int n = tolerance >= 1e-3 ? 5 : tolerance >= 1e-6 ? 7 : 10;
   std::vector<Leaf> leaves(integrand.panels.size());
   Index evaluations = 0;
   for (Index p = 0; p < static_cast<Index>(leaves.size()); ++p) {
@@ -220,6 +221,10 @@ void check_tolerance(double tolerance) {
 Wrench magnetic_wrench(const MagneticBody& on, const MagneticBody& by, double tolerance, double least) {
   check_tolerance(tolerance);
   check_pair(on, by);
+  if (dynamic_cast<const CellMagnet*>(on.source.get()) && dynamic_cast<const CellMagnet*>(by.source.get())) {
+    if (integrate_over_first(on, by)) return cell_wrench(on, by);
+    return reaction(cell_wrench(by, on), by, on);
+  }
   if (integrate_over_first(on, by)) return integrated(on, by, tolerance, least);
   return reaction(integrated(by, on, tolerance, least), by, on);
 }

@@ -245,6 +245,21 @@ Cuboid::Cuboid(const Vec3& size, const Vec3& polarization)
                        std::to_string(size.y()) + ", " + std::to_string(size.z()) + ")");
 }
 
+std::optional<std::pair<Vec3, Vec3>> Polyhedron::box() const {
+  return std::pair(Vec3(vertices_.colwise().minCoeff().transpose()), Vec3(vertices_.colwise().maxCoeff().transpose()));
+}
+
+double Polyhedron::depth(const Vec3& point) const {
+  std::call_once(query_once_, [&] { query_.emplace(vertices_, triangles_); });
+  const double distance = query_->closest(point, point.norm() + 2.0 * radius_).distance;
+  return query_->inside(point) ? distance : -distance;
+}
+
+double Cuboid::depth(const Vec3& point) const {
+  const Vec3 inner = 0.5 * size_ - point.cwiseAbs();
+  return inner.minCoeff() >= 0.0 ? inner.minCoeff() : -inner.cwiseMin(0.0).norm();
+}
+
 std::vector<Panel> Polyhedron::panels() const {
   std::vector<Panel> panels;
   for (Index t = 0; t < triangles_.rows(); ++t) {

@@ -15,6 +15,7 @@
 #include <optional>
 
 #include "core/magnetics/multipole.h"
+#include "core/mesh/spatial_query.h"
 #include "core/mesh/triangle_mesh.h"
 
 namespace loomstone {
@@ -27,6 +28,8 @@ class Polyhedron : public Source {
   Vec3 moment() const override;
 
   std::vector<Panel> panels() const override;
+  std::optional<std::pair<Vec3, Vec3>> box() const override;
+  double depth(const Vec3& point) const override;
 
   // The surface, wound counter-clockwise seen from outside, and its charge.
   const Points& vertices() const { return vertices_; }        // (n x 3) [m]
@@ -52,6 +55,8 @@ class Polyhedron : public Source {
       edges_;  // (k x 14) two ends, length, sum of charge/4pi times m, the same times n with the edge's sense
   mutable std::once_flag once_;
   mutable std::optional<Multipoles> far_;
+  mutable std::once_flag query_once_;
+  mutable std::optional<SpatialQuery> query_;
 };
 
 class MeshMagnet final : public Polyhedron {
@@ -65,6 +70,7 @@ class Cuboid final : public Polyhedron {
   // size: the three edges [m], centre at the origin; polarization J [T].
   Cuboid(const Vec3& size, const Vec3& polarization);
   std::vector<Panel> panels() const override;
+  double depth(const Vec3& point) const override;
   const Vec3& size() const { return size_; }
 
  protected:

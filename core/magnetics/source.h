@@ -2,6 +2,8 @@
 #pragma once
 
 #include <memory>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "core/base/types.h"
@@ -33,6 +35,9 @@ class Source {
   virtual double radius() const = 0;
   // Dipole moment [A m^2].
   virtual Vec3 moment() const = 0;
+  // Of solid magnets: bounding box [m], and depth of a point below the surface, negative outside [m].
+  virtual std::optional<std::pair<Vec3, Vec3>> box() const { return std::nullopt; }
+  virtual double depth(const Vec3&) const { return 0.0; }
   // False where its current has ends.
   virtual bool steady() const { return true; }
   // Where its charge or current sits; empty for dipoles, which dipoles() gives.

@@ -13,6 +13,10 @@ class Sphere final : public Source {
   double radius() const override { return radius_; }
   Vec3 moment() const override { return dipole_.moment(); }
   const DipoleSet* dipoles() const override { return &dipole_; }
+  std::optional<std::pair<Vec3, Vec3>> box() const override {
+    return std::pair(Vec3(Vec3::Constant(-radius_)), Vec3(Vec3::Constant(radius_)));
+  }
+  double depth(const Vec3& point) const override { return radius_ - point.norm(); }
   const Vec3& polarization() const { return polarization_; }
 
  private:

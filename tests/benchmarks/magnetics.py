@@ -1,18 +1,21 @@
-"""Speed of the field formulas beside magpylib's on the same arrays, in one run.
+"""Speed of fields and forces beside magpylib's, on the same arrays and pairs of turned cuboids, in one run.
 
     python -m pip install magpylib        # in an environment of its own, with this package on its path
     python tests/benchmarks/magnetics.py [--points 100000] [--repeats 20] [--threads 1]
 
 Prints nanoseconds of processor time a point (the minimum of the repeats), their ratio, and the median relative
-difference of the two fields.
+difference of the two fields; then milliseconds and error of forces, magpylib with 1,000 and 10,000 cells a target.
 """
 
 import argparse
+import json
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import magpylib
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 import loomstone as ls
 
@@ -58,6 +61,26 @@ def bodies() -> dict[str, tuple[M.MagneticBody, object]]:
     }
 
 
+def compare_forces(repeats: int) -> None:
+    table = Path(__file__).resolve().parents[1] / "reference" / "magnets" / "i_cuboid_general_FT.json"
+    print(
+        f"\n{'turned cuboids':16}{'tolerance 1e-2':>24}{'1e-4':>20}{'1e-8':>20}{'magpylib 1e3':>20}{'1e4':>20}  [ms, error]"
+    )
+    for case in json.loads(table.read_text())["cases"][:6]:
+        a = M.cuboid(size=case["dim1"], polarization=case["J1"])
+        b = M.cuboid(size=case["dim2"], polarization=case["J2_body"]).at(case["pos2"], case["quat2_wxyz"])
+        own = magpylib.magnet.Cuboid(dimension=case["dim1"], polarization=case["J1"])
+        other = magpylib.magnet.Cuboid(dimension=case["dim2"], polarization=case["J2_body"], position=case["pos2"])
+        other.rotate(Rotation.from_quat(np.roll(case["quat2_wxyz"], -1)), anchor=None)
+        found = [
+            *(fastest(lambda: M.force(on=b, by=a, tolerance=t).force, repeats) for t in (1e-2, 1e-4, 1e-8)),  # noqa: B023
+            *(fastest(lambda: magpylib.getFT(own, other, meshing=n)[0], 3) for n in (1000, 10000)),  # noqa: B023
+        ]
+        expected = np.array(case["F2"])
+        errors = [np.linalg.norm(np.squeeze(force) - expected) / np.linalg.norm(expected) for _, force in found]
+        print(f"{case['id']:20}" + "".join(f"{1e3 * t:12.3f}{e:8.0e}" for (t, _), e in zip(found, errors, strict=True)))
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--points", type=int, default=100_000)
@@ -75,6 +98,7 @@ def main() -> None:
         apart = np.linalg.norm(field - reference, axis=1) / np.linalg.norm(reference, axis=1)
         each = 1e9 / len(some)
         print(f"{name:22}{each * ours:10.1f}{each * theirs:12.1f}{'':11}{theirs / ours:9.1f} {np.median(apart):12.1e}")
+    compare_forces(arguments.repeats)
 
 
 if __name__ == "__main__":

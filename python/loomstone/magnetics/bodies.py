@@ -19,6 +19,9 @@ from ..arguments import explained
 __all__ = [
     "Force",
     "Forces",
+    "cell_front",
+    "cell_level",
+    "cells",
     "cuboid",
     "cylinder",
     "dipoles",
@@ -134,7 +137,61 @@ def gradient(bodies: Bodies, points: ArrayLike, *, threads: int = 0) -> Floats:
 
 
 @explained
-def force(*, on: MagneticBody, by: MagneticBody, tolerance: float = 1e-4) -> Force:
+def cells(body: MagneticBody, *, density: float, separation: float = 3.0) -> MagneticBody:
+    """A solid hard magnet as a hierarchy of dipole cells, as in the thesis (section 6.3.2): same pose, same moment.
+
+    The bounding box is bisected along the longest axis until leaves have `density` [1/m^3]; leaves outside or closer to the
+    surface than half their diameter v^(1/3) are dropped, and every level carries the whole moment (where none is left, one
+    dipole does). Between two such bodies force() and forces() sum over fronts: a cell of longest edge e serves at distances
+    from separation * e on, which is eq. (6.19) with r_0 = separation / density^(1/3). Fast at interactive rates, 40 % off in
+    contact and 2 % at a twentieth of the body's size away (10 x 10 x 10 cells); the magnet itself is exact. field() sums over
+    the leaves. Raises InvalidInput for currents and dipoles, density <= 0 and separation < 1.
+
+    >>> import loomstone as ls
+    >>> magnet = ls.magnetics.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))
+    >>> body = ls.magnetics.cells(magnet, density=8e6)
+    >>> len(ls.magnetics.cell_level(body, 99)[0])
+    8
+    """
+    return _core.magnetic_cells(body, density=density, separation=separation)
+
+
+@explained
+def cell_level(body: MagneticBody, level: int) -> tuple[Floats, Floats]:
+    """Positions [m] and moments [A m^2] (n, 3) of the cells of one level, 0 the whole body; leaves stand for levels below."""
+    return _core.magnetic_cell_level(body, level)
+
+
+@explained
+def cell_front(body: MagneticBody, other: MagneticBody) -> tuple[Floats, Floats]:
+    """Positions [m] and moments [A m^2] (n, 3) of the cells of `body` that serve towards `other`; both made by cells()."""
+    return _core.magnetic_cell_front(body, other)
+
+
+def as_cells(body: MagneticBody, engine: str, density: float | None) -> MagneticBody:
+    """The body for an engine."""
+    if engine == "exact" and density is None:
+        return body
+    if engine == "exact":
+        raise _core.InvalidInput('density belongs to engine="cells", got it with engine="exact"')
+    if engine != "cells":
+        raise _core.InvalidInput(f'engine must be "exact" or "cells", got {engine!r}')
+    if density is None:
+        raise _core.InvalidInput(
+            'density [1/m^3] must be given with engine="cells"; 8e6 is eight cells a cubic centimetre'
+        )
+    return cells(body, density=density)
+
+
+@explained
+def force(
+    *,
+    on: MagneticBody,
+    by: MagneticBody,
+    tolerance: float = 1e-4,
+    engine: Literal["exact", "cells"] = "exact",
+    density: float | None = None,
+) -> Force:
     """Force and torque on one body by another.
 
     tolerance [1]: error asked for, relative to the force, or to the torque over the radius of the body where that is larger;
@@ -143,6 +200,8 @@ def force(*, on: MagneticBody, by: MagneticBody, tolerance: float = 1e-4) -> For
     spheres are exact. `error` [N] is an estimate, above what was asked for where 2,000,000 evaluations of the field did not
     suffice. Bodies that overlap feel the finite forces between their surface charges. Raises InvalidInput for another
     tolerance and for polylines that are not closed.
+    engine "cells": both magnets as dipole cells of `density` [1/m^3], see `cells`, which builds them once for many calls;
+    tolerance then means nothing and error is 0, as no estimate is made.
 
     >>> import loomstone as ls
     >>> a = ls.magnetics.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))
@@ -150,6 +209,7 @@ def force(*, on: MagneticBody, by: MagneticBody, tolerance: float = 1e-4) -> For
     >>> print(f"{f.force[2]:.3f} N")
     -32.379 N
     """
+    on, by = as_cells(on, engine, density), as_cells(by, engine, density)
     return Force(*_core.magnetic_force(on, by, tolerance))
 
 
@@ -158,7 +218,7 @@ def forces(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
     """Forces and torques on every body by all others.
 
     tolerance [1]: error of each pair relative to the largest force between two of the bodies. Linear and angular momentum are
-    kept to rounding. threads 0: all processors; the result does not depend on it. For bodies that move, give their poses:
+    kept to rounding. Bodies made by cells() act on one another as such. threads 0: all processors; the result does not depend on it. For bodies that move, give their poses:
 
     >>> import loomstone as ls
     >>> magnets = [ls.magnetics.sphere(radius=0.005, polarization=(0, 0, 1)) for _ in range(2)]
