@@ -33,8 +33,8 @@ class Elasticity {
   // Adds minus elastic minus damping forces of bending where it is explicit (nothing where it is implicit).
   void add_explicit_bending(const Team& team, const Points& x, const Points& v, Index begin, Index end, Points& force);
 
-  // matrix = M + scale_d D + scale_k K on rows [begin, end); where w is given, current on all rows that the matrix couples
-  // to them, also y = (matrix - M) w on these rows.
+  // matrix = M + scale_d D + scale_k K on rows [begin, end); where w is given, current on all rows that the matrix
+  // couples to them, also y = (matrix - M) w on these rows.
   void assemble(const Team& team, const Points& x, JacobianKind kind, double scale_d, double scale_k, Index begin,
                 Index end, const Points* w = nullptr, Points* y = nullptr);
 

@@ -48,8 +48,10 @@ void HingeSet::find_range(Index begin, Index end, HingeRange& range) const {
     std::sort(list, range.hinges.end());
     range.hinges.erase(std::unique(list, range.hinges.end()), range.hinges.end());
     for (auto e = list; e < range.hinges.end(); ++e)
-      for (const Index vertex : hinges_[*e].vertices)
-        range.places.push_back(static_cast<std::uint8_t>(vertex >= first && vertex < last ? vertex - first : rows_per_block));
+      for (const Index vertex : hinges_[*e].vertices) {
+        const bool inside = vertex >= first && vertex < last;
+        range.places.push_back(static_cast<std::uint8_t>(inside ? vertex - first : rows_per_block));
+      }
     range.chunk_start.push_back(static_cast<Index>(range.hinges.size()));
   }
   for (const Index e : range.hinges) range.batches.push_back(e / lanes);
@@ -83,7 +85,8 @@ void HingeSet::gather(const Team& team, const HingeValues& values, const Aligned
     for (Index chunk = first_chunk; chunk < last_chunk; ++chunk) {
       const Index start = range.chunk_start[chunk];
       hinge::add_moments(range.hinges.data() + start, range.places.data() + 4 * static_cast<std::size_t>(start),
-                         range.chunk_start[chunk + 1] - start, moment.data(), values.gradient.data(), rows_per_block + 1, sums);
+                         range.chunk_start[chunk + 1] - start, moment.data(), values.gradient.data(),
+                         rows_per_block + 1, sums);
       const Index first = range.begin + chunk * rows_per_block, last = std::min(range.end, first + rows_per_block);
       for (Index row = first; row < last; ++row)
         for (int d = 0; d < 3; ++d) force(row, d) -= sums[4 * (row - first) + d];

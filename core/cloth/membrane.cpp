@@ -125,8 +125,8 @@ constexpr Index no_element = 0;       // the scratch of a chunk begins with a bl
 constexpr Index first_element = 16;
 }  // namespace
 
-// An edge of the mesh borders at most two triangles. They run along it in opposite directions, so that a block is that of one
-// plus the transpose of that of the other.
+// An edge of the mesh borders at most two triangles. They run along it in opposite directions, so that a block is that of
+// one plus the transpose of that of the other.
 void Membrane::locate_rows(const BlockMatrix& matrix, Index begin, Index end) {
   if (matrix.columns().data() == located_columns_ && matrix.n_blocks() == located_blocks_ && begin == located_begin_ &&
       end == located_end_)

@@ -27,7 +27,8 @@ LOOMSTONE_INLINE void copy_slots(Index n, const Index* sources, const double* ma
     for (int l = 0; l < 8; ++l)
       block[l] = sources[8 * k + l] < 0 ? no_block : matrix + 9 * static_cast<std::size_t>(sources[8 * k + l]);
     for (int e = 0; e < 9; ++e) {
-      const Lanes v = {block[0][e], block[1][e], block[2][e], block[3][e], block[4][e], block[5][e], block[6][e], block[7][e]};
+      const Lanes v = {block[0][e], block[1][e], block[2][e], block[3][e],
+                       block[4][e], block[5][e], block[6][e], block[7][e]};
       sums[e] += v;
       store_as(values + block_stride * k + 8 * e, v);
     }
@@ -148,7 +149,8 @@ void CouplingMatrix<Scalar>::set_groups(const LinearSystem& system, const RowGro
 }
 
 template <class Scalar>
-double CouplingMatrix<Scalar>::multiply(const RowGroups& groups, Index first, Index last, const Scalar* x, Scalar* y) const {
+double CouplingMatrix<Scalar>::multiply(const RowGroups& groups, Index first, Index last, const Scalar* x,
+                                        Scalar* y) const {
   const Pattern pattern{groups.rows.data(), groups.slot_start.data(), groups.columns.data(), scalar_sum_.data()};
   return multiply_groups(pattern, first, last, values_.data(), sums_.data(), x, y);
 }

@@ -1,5 +1,5 @@
-// Eight rows worked at once, in single or double precision: vectors of three components with a row in every lane, and their
-// exchange with rows of four numbers (the fourth zero).
+// Eight rows worked at once, in single or double precision: vectors of three components with a row in every lane, and
+// their exchange with rows of four numbers (the fourth zero).
 #pragma once
 
 #include <cstddef>

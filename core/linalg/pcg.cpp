@@ -1,11 +1,12 @@
-// Conjugate gradients preconditioned by the diagonal blocks; on threads and ranks. Hestenes and Stiefel, J. Res. NBS 49
-// (1952). Three parallel regions an iteration (four with extra terms); sums by blocks of rows, so the bits depend neither
-// on threads nor on ranks. Eight rows are worked at once (row_groups.h).
+// Conjugate gradients preconditioned by the diagonal blocks, on threads and ranks, or by symmetric Gauss-Seidel, whose
+// sweeps are sequential. Hestenes and Stiefel, J. Res. NBS 49 (1952). Three parallel regions an iteration (four with extra
+// terms); sums by blocks of rows, so the bits depend neither on threads nor on ranks. Eight rows are worked at once
+// (row_groups.h).
 //
-// The product is bound by memory, so the iteration works in single precision, on couplings (coupling_matrix.h); the solution
-// is summed in double precision, and the residual it really leaves, in double precision, decides when to stop. Where that
-// residual has drifted from the iterated one the iteration goes on from it [VanDerVorst2000]. What single precision cannot
-// solve is solved in double precision.
+// The product is bound by memory, so the iteration works in single precision, on couplings (coupling_matrix.h); the
+// solution is summed in double precision, and the residual it really leaves, in double precision and the norm of the
+// diagonal blocks, decides when to stop. Where that residual has drifted from the iterated one the iteration goes on from
+// it [VanDerVorst2000]. What single precision cannot solve is solved in double precision.
 #include <algorithm>
 #include <cmath>
 
@@ -14,6 +15,7 @@
 #include "core/linalg/matrix_halo.h"
 #include "core/linalg/pcg_kernels.h"
 #include "core/linalg/solvers.h"
+#include "core/linalg/sweeps.h"
 #include "core/linalg/system.h"
 
 namespace loomstone {
@@ -28,13 +30,13 @@ constexpr double trusted_fall = 3e-5;
 std::size_t at(Index row) { return 4 * static_cast<std::size_t>(row); }
 std::size_t in_groups(Index group) { return 24 * static_cast<std::size_t>(group); }
 
-// Scratch of the iteration in one precision: r, z, q and the inverse diagonal blocks by groups, the direction p by rows (the
-// last is that of empty lanes, and stays zero).
+// Scratch of the iteration in one precision: r, z, q and the inverse diagonal blocks by groups, the direction p by rows
+// (the last is that of empty lanes, and stays zero).
 template <class Scalar>
 struct Krylov {
   CouplingMatrix<Scalar> matrix;
   std::vector<Scalar> r, z, p, q, inverse;
-  double rz = 0.0;
+  double rz = 0.0, last_rz = 0.0;  // r . z, and before the last step
 
   void resize(const RowGroups& groups) {
     matrix.resize(groups);
@@ -47,9 +49,12 @@ struct Krylov {
 
 class Pcg final : public LinearSolver {
  public:
-  explicit Pcg(const LinearOptions& options) : options_(options) {}
+  Pcg(const LinearOptions& options, bool gauss_seidel) : options_(options), gauss_seidel_(gauss_seidel) {}
 
   LinearReport solve(const Team& team, const LinearSystem& system, const Points& b, Points& x) override {
+    if (gauss_seidel_ && !system.layout->single())
+      throw Unsupported("the linear solver \"gauss-seidel\" runs on one rank, got " +
+                        std::to_string(system.layout->communicator().size()) + " ranks; use \"pcg\"");
     check_system(system, b, x);
     system_ = &system;
     team_ = team;
@@ -138,6 +143,7 @@ class Pcg final : public LinearSolver {
     });
     const Index bad_row = *std::min_element(bad_rows_.begin(), bad_rows_.end());
     refuse_indefinite_row(*system_, bad_row < rows ? bad_row : -1);
+    if (gauss_seidel_) sweeps_.prepare(*system_, groups_, single_.inverse);
   }
 
   // Inverse diagonal blocks of a group; the first of its rows whose block is not positive definite, or the number of rows.
@@ -243,13 +249,14 @@ class Pcg final : public LinearSolver {
   // norm is below `reach`; returns it. Single precision gives up where the matrix looks indefinite to it.
   template <class Scalar>
   double run(Krylov<Scalar>& k, bool restart, double reach, int& iterations) {
-    const double old_rz = k.rz, scale = 1.0 / b_norm_;
-    k.rz = sum_over_groups([&](Index first, Index last) {
+    const double scale = 1.0 / b_norm_;
+    const double square = sum_over_groups([&](Index first, Index last) {
       for (std::size_t i = in_groups(first); i < in_groups(last); ++i) k.r[i] = static_cast<Scalar>(scale * residual_[i]);
       return pcg::precondition(first, last, k.inverse.data(), k.r.data(), k.z.data());
     });
+    k.rz = gauss_seidel_ ? sweeps_.apply(k.r, k.z) : square;
     if (restart) std::fill(k.p.begin(), k.p.end(), Scalar{0});
-    double beta = restart ? 0.0 : k.rz / old_rz, norm = std::sqrt(k.rz);
+    double beta = restart ? 0.0 : k.rz / k.last_rz, norm = std::sqrt(square);
     double length = 0.0;  // of the last step along p, which x takes when p changes
     while (norm > scale * reach && iterations < options_.max_iterations) {
       over_blocks([&](Index, Index begin, Index end) {
@@ -260,18 +267,20 @@ class Pcg final : public LinearSolver {
       refresh(k.p.data());
       const double curvature = sum_over_blocks([&](Index begin, Index end) { return multiply(begin, end, k); });
       if (!(curvature > 0.0) || !std::isfinite(curvature)) {
-        if (std::is_same_v<Scalar, double>) throw_indefinite("pcg", iterations + 1);
+        if (std::is_same_v<Scalar, double>) throw_indefinite(gauss_seidel_ ? "gauss-seidel" : "pcg", iterations + 1);
         break;
       }
       const Scalar alpha = static_cast<Scalar>(k.rz / curvature);
-      const double rz = sum_over_blocks([&](Index begin, Index end) {
+      const double next_square = sum_over_blocks([&](Index begin, Index end) {
         return pcg::take_step(RowGroups::first_group(begin), RowGroups::last_group(end), alpha, k.q.data(),
                               k.inverse.data(), k.r.data(), k.z.data());
       });
+      const double rz = gauss_seidel_ ? sweeps_.apply(k.r, k.z) : next_square;
       length = b_norm_ * static_cast<double>(alpha);
       beta = rz / k.rz;
+      k.last_rz = k.rz;
       k.rz = rz;
-      norm = std::sqrt(rz);
+      norm = std::sqrt(next_square);
       ++iterations;
     }
     over_blocks([&](Index, Index begin, Index end) { pcg::move(begin, end, length, k.p.data(), x_.data()); });
@@ -288,6 +297,7 @@ class Pcg final : public LinearSolver {
   }
 
   LinearOptions options_;
+  bool gauss_seidel_;
   // Scratch of one solve; x_ and product_ have four numbers a row (x_ one more row, of
   // empty lanes), residual_ lies in groups.
   const LinearSystem* system_ = nullptr;
@@ -295,6 +305,7 @@ class Pcg final : public LinearSolver {
   TermRows terms_;
   Halo halo_;
   RowGroups groups_;
+  Sweeps sweeps_;
   Krylov<float> single_;
   Krylov<double> double_;
   std::vector<double> x_, product_, residual_, sums_;
@@ -304,6 +315,9 @@ class Pcg final : public LinearSolver {
 
 }  // namespace
 
-std::unique_ptr<LinearSolver> make_pcg(const LinearOptions& options) { return std::make_unique<Pcg>(options); }
+std::unique_ptr<LinearSolver> make_pcg(const LinearOptions& options) { return std::make_unique<Pcg>(options, false); }
+std::unique_ptr<LinearSolver> make_gauss_seidel(const LinearOptions& options) {
+  return std::make_unique<Pcg>(options, true);
+}
 
 }  // namespace loomstone

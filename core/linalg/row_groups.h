@@ -1,6 +1,6 @@
-// The rows of a LinearSystem in groups of eight, which kernels work at once, and the blocks of each group in slots: slot s of
-// a group holds the s-th block beside the diagonal of each of its rows. Groups lie within blocks of rows_per_block rows, rows
-// with equally many blocks beside one another, so that few places of slots stay empty.
+// The rows of a LinearSystem in groups of eight, which kernels work at once, and the blocks of each group in slots: slot s
+// of a group holds the s-th block beside the diagonal of each of its rows. Groups lie within blocks of rows_per_block
+// rows, rows with equally many blocks beside one another, so that few places of slots stay empty.
 #pragma once
 
 #include <vector>

@@ -1,0 +1,155 @@
+#include "core/linalg/sweeps.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "core/linalg/quad.h"
+#include "core/linalg/system.h"
+
+namespace loomstone {
+
+namespace {
+
+// Block of rows after block of rows, for the sake of the caches; within a block by level of dependency, a row's level being
+// one more than the largest of the earlier rows of the block it is coupled to. Rows of one level do not wait for one
+// another; but for rounding the order within a block does not matter.
+std::vector<Index> order_by_level(const BlockMatrix* matrix, Index n_rows) {
+  std::vector<Index> level(n_rows, 0), order(n_rows);
+  std::iota(order.begin(), order.end(), Index{0});
+  const Index n_cloth = matrix ? matrix->n_rows() : 0;
+  for (Index begin = 0; begin < n_cloth; begin += rows_per_block) {
+    const Index end = std::min(n_cloth, begin + rows_per_block);
+    for (Index row = begin; row < end; ++row)
+      for (Index k = matrix->row_start()[row]; k < matrix->diagonal()[row]; ++k)
+        if (matrix->columns()[k] >= begin) level[row] = std::max(level[row], level[matrix->columns()[k]] + 1);
+    std::stable_sort(order.begin() + begin, order.begin() + end, [&](Index a, Index b) { return level[a] < level[b]; });
+  }
+  return order;
+}
+
+struct Tables {
+  const Index *order, *offset, *start, *column;
+  const float *lower, *inverse;
+  Index n_rows;
+};
+
+template <class Row>
+LOOMSTONE_INLINE Row load_as(const float* p) {
+  return __builtin_convertvector(quad_load(p), Row);
+}
+template <class Row>
+LOOMSTONE_INLINE Row yzx(const Row& a) {
+  return __builtin_shufflevector(a, a, 1, 2, 0, 3);
+}
+template <class Row>
+LOOMSTONE_INLINE Row zxy(const Row& a) {
+  return __builtin_shufflevector(a, a, 2, 0, 1, 3);
+}
+template <class Row>
+LOOMSTONE_INLINE Row inverse_times(const float* m, const Row& v) {
+  return (load_as<Row>(m) * v[0] + load_as<Row>(m + 4) * v[1]) + load_as<Row>(m + 8) * v[2];
+}
+
+// Cyclic diagonals of a block A: with d = (00 11 22), b = (01 12 20), c = (02 10 21)
+//   A v = d v + b yzx(v) + c zxy(v),   A^T v = d v + yzx(c v) + zxy(b v).
+template <class Scalar, class Row>
+LOOMSTONE_INLINE double sweep(const Tables& s, const Scalar* r, Scalar* z, Scalar* t, Scalar* u) {
+  const float* a = s.lower;
+  for (Index place = 0; place < s.n_rows; ++place) {
+    Row d{}, b{}, c{};
+    for (Index k = s.start[place]; k < s.start[place + 1]; ++k, a += 9) {
+      const Row v = quad_load(t + 4 * static_cast<std::size_t>(s.column[k]));
+      d += load_as<Row>(a) * v;
+      b += load_as<Row>(a + 3) * yzx(v);
+      c += load_as<Row>(a + 6) * zxy(v);
+    }
+    const Scalar* residual = r + s.offset[place];
+    const Row own = {residual[0], residual[8], residual[16], Scalar{0}};
+    const std::size_t row = 4 * static_cast<std::size_t>(s.order[place]);
+    quad_store(t + row, inverse_times(s.inverse + 12 * static_cast<std::size_t>(place), own - ((d + b) + c)));
+    quad_store(u + row, Row{});
+  }
+  Quad sum{};
+  for (Index place = s.n_rows; place-- > 0;) {
+    const std::size_t row = 4 * static_cast<std::size_t>(s.order[place]);
+    const Row v = quad_load(t + row) - inverse_times(s.inverse + 12 * static_cast<std::size_t>(place), quad_load(u + row));
+    for (Index k = s.start[place + 1]; k-- > s.start[place];) {
+      a -= 9;
+      Scalar* other = u + 4 * static_cast<std::size_t>(s.column[k]);
+      const Row f = load_as<Row>(a) * v + (yzx(load_as<Row>(a + 6) * v) + zxy(load_as<Row>(a + 3) * v));
+      quad_store(other, quad_load(other) + f);
+    }
+    const Scalar* residual = r + s.offset[place];
+    Scalar* out = z + s.offset[place];
+    out[0] = v[0], out[8] = v[1], out[16] = v[2];
+    const Row product = Row{residual[0], residual[8], residual[16], Scalar{0}} * Row{v[0], v[1], v[2], Scalar{0}};
+    sum += __builtin_convertvector(product, Quad);
+  }
+  return quad_sum(sum);
+}
+
+LOOMSTONE_CLONES
+double sweep_both(const Tables& s, const float* r, float* z, float* t, float* u) {
+  return sweep<float, FloatQuad>(s, r, z, t, u);
+}
+LOOMSTONE_CLONES
+double sweep_both(const Tables& s, const double* r, double* z, double* t, double* u) {
+  return sweep<double, Quad>(s, r, z, t, u);
+}
+
+}  // namespace
+
+void Sweeps::order_rows(const LinearSystem& system, const RowGroups& groups) {
+  const Index n_rows = groups.n_rows(), n_cloth = n_cloth_rows(system);
+  order_ = order_by_level(system.matrix, n_rows);
+  offset_.clear(), column_.clear(), source_.clear();
+  start_.assign(1, 0);
+  for (const Index row : order_) {
+    offset_.push_back(24 * (groups.place[row] / 8) + groups.place[row] % 8);
+    if (row < n_cloth)
+      for (Index k = system.matrix->row_start()[row]; k < system.matrix->diagonal()[row]; ++k)
+        column_.push_back(system.matrix->columns()[k]), source_.push_back(k);
+    start_.push_back(static_cast<Index>(column_.size()));
+  }
+}
+
+void Sweeps::prepare(const LinearSystem& system, const RowGroups& groups, const std::vector<float>& inverse) {
+  static const std::vector<Index> none;
+  const std::vector<Index>& start = system.matrix ? system.matrix->row_start() : none;
+  const std::vector<Index>& columns = system.matrix ? system.matrix->columns() : none;
+  if (static_cast<Index>(order_.size()) != groups.n_rows() || start != pattern_start_ || columns != pattern_columns_) {
+    order_rows(system, groups);
+    pattern_start_ = start, pattern_columns_ = columns;
+  }
+  constexpr int entries[9] = {0, 4, 8, 3, 7, 2, 6, 1, 5};  // of a column-major block
+  lower_.resize(9 * source_.size() + 3);
+  for (std::size_t k = 0; k < source_.size(); ++k) {
+    const double* block = system.matrix->block(source_[k]);
+    for (int e = 0; e < 9; ++e) lower_[9 * k + e] = static_cast<float>(block[entries[e]]);
+  }
+  constexpr int upper[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
+  inverse_.resize(12 * order_.size());
+  for (std::size_t place = 0; place < order_.size(); ++place) {
+    const Index lane = groups.place[order_[place]];
+    const float* m = inverse.data() + 48 * static_cast<std::size_t>(lane / 8) + lane % 8;
+    for (int c = 0; c < 3; ++c)
+      for (int r = 0; r < 3; ++r) inverse_[12 * place + 4 * c + r] = m[8 * upper[3 * c + r]];
+  }
+}
+
+template <>
+double Sweeps::apply(const std::vector<float>& r, std::vector<float>& z) {
+  t_.resize(4 * order_.size()), u_.resize(4 * order_.size());
+  const Tables tables{order_.data(), offset_.data(),  start_.data(), column_.data(),
+                      lower_.data(), inverse_.data(), static_cast<Index>(order_.size())};
+  return sweep_both(tables, r.data(), z.data(), t_.data(), u_.data());
+}
+template <>
+double Sweeps::apply(const std::vector<double>& r, std::vector<double>& z) {
+  wide_t_.resize(4 * order_.size()), wide_u_.resize(4 * order_.size());
+  const Tables tables{order_.data(), offset_.data(),  start_.data(), column_.data(),
+                      lower_.data(), inverse_.data(), static_cast<Index>(order_.size())};
+  return sweep_both(tables, r.data(), z.data(), wide_t_.data(), wide_u_.data());
+}
+
+}  // namespace loomstone
