@@ -216,6 +216,33 @@ void check_tolerance(double tolerance) {
     throw InvalidInput("tolerance must be in [1e-12, 0.1] [1], got " + std::to_string(tolerance));
 }
 
+// Spheres and other bodies of one dipole act on one another by one sum; returns which they are.
+std::vector<bool> add_single_dipoles(const Team& team, const std::vector<MagneticBody>& bodies,
+                                     std::vector<Wrench>& result) {
+  std::vector<bool> single(bodies.size(), false);
+  std::vector<Index> rows;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const DipoleSet* set = bodies[i].source->dipoles();
+    single[i] = set && set->positions().rows() == 1 && !dynamic_cast<const CellMagnet*>(bodies[i].source.get());
+    if (single[i]) rows.push_back(static_cast<Index>(i));
+  }
+  Points x(rows.size(), 3), m(rows.size(), 3), arms(rows.size(), 3);
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const MagneticBody& body = bodies[rows[k]];
+    const Mat3 rotation = rotation_matrix(body.pose.orientation);
+    arms.row(k) = (rotation * body.source->dipoles()->positions().row(0).transpose()).transpose();
+    x.row(k) = body.pose.position.transpose() + arms.row(k);
+    m.row(k) = body.moment().transpose();
+  }
+  const Wrenches each = dipole_forces(team, x, m, DipoleSet(x, m));
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const Vec3 force = each.forces.row(k).transpose(), arm = arms.row(k).transpose();
+    result[rows[k]].force = force;
+    result[rows[k]].torque = each.torques.row(k).transpose() + arm.cross(force);
+  }
+  return single;
+}
+
 }  // namespace
 
 Wrench magnetic_wrench(const MagneticBody& on, const MagneticBody& by, double tolerance, double least) {
@@ -231,11 +258,13 @@ Wrench magnetic_wrench(const MagneticBody& on, const MagneticBody& by, double to
 
 std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<MagneticBody>& bodies, double tolerance) {
   check_tolerance(tolerance);
+  std::vector<Wrench> result(bodies.size());
+  const std::vector<bool> single = add_single_dipoles(team, bodies, result);
   std::vector<std::pair<Index, Index>> pairs;
   for (Index i = 0; i < static_cast<Index>(bodies.size()); ++i) {
     for (Index k = i + 1; k < static_cast<Index>(bodies.size()); ++k) {
       check_pair(bodies[i], bodies[k]);
-      pairs.emplace_back(i, k);
+      if (!(single[i] && single[k])) pairs.emplace_back(i, k);
     }
   }
   // First roughly, for the largest force; then what is not yet good enough.
@@ -245,11 +274,11 @@ std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<Magnet
   };
   parallel_tasks(team, static_cast<Index>(pairs.size()), [&](Index p) { solve(p, std::max(tolerance, 0.1), 0.0); });
   double largest = 0.0;
+  for (const Wrench& w : result) largest = std::max(largest, w.force.norm());
   for (const Wrench& w : on_first) largest = std::max(largest, w.force.norm());
   parallel_tasks(team, static_cast<Index>(pairs.size()), [&](Index p) {
     if (on_first[p].error > tolerance * largest) solve(p, tolerance, largest);
   });
-  std::vector<Wrench> result(bodies.size());
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     const auto [i, k] = pairs[p];
     const Wrench back = reaction(on_first[p], bodies[i], bodies[k]);

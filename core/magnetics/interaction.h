@@ -25,8 +25,8 @@ inline constexpr Index most_evaluations = 2000000;
 // of the body that is integrated over.
 Wrench magnetic_wrench(const MagneticBody& on, const MagneticBody& by, double tolerance, double least = 0.0);
 
-// On every body by all others, each pair to `tolerance` times the largest force of a pair. Sums run over pairs in
-// order.
+// On every body by all others, each pair to `tolerance` times the largest force of a pair, or of what spheres feel from
+// one another: these act by one sum over dipoles. Sums run over pairs in order.
 std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<MagneticBody>& bodies, double tolerance);
 
 }  // namespace loomstone

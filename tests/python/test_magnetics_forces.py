@@ -228,6 +228,26 @@ def test_many_bodies_feel_the_sum_of_pairs_on_any_number_of_threads():
         assert np.linalg.norm(sum(f.force for f in pairs) - one.forces[i]) < 5e-6 * size
 
 
+def test_spheres_among_themselves_feel_the_sum_of_pairs():
+    rng = np.random.default_rng(9)
+    spheres = [
+        M.sphere(radius=0.004, polarization=rng.normal(size=3)).at(
+            0.02 * np.array((i % 3, i // 3 % 3, i // 9)), rng.normal(size=4)
+        )
+        for i in range(20)
+    ]
+    bodies = [*spheres, M.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1)).moved((0.03, 0.03, 0.06))]
+    together = M.forces(bodies, tolerance=1e-8)
+    size = np.linalg.norm(together.forces, axis=1).max()
+    for i in (0, 7, 20):
+        pairs = [M.force(on=bodies[i], by=by, tolerance=1e-10) for k, by in enumerate(bodies) if k != i]
+        assert np.linalg.norm(sum(f.force for f in pairs) - together.forces[i]) < 1e-7 * size
+        assert np.linalg.norm(sum(f.torque for f in pairs) - together.torques[i]) < 1e-7 * size * 0.01
+    arms = np.array([b.position for b in bodies])
+    assert np.abs(together.forces.sum(axis=0)).max() < 1e-13 * size
+    assert np.abs((together.torques + np.cross(arms, together.forces)).sum(axis=0)).max() < 1e-14 * size
+
+
 def test_bodies_that_overlap_feel_finite_forces_and_mistakes_are_named():
     a = M.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))
     inside = M.force(on=a.moved((0.001, 0.002, 0.004)), by=a, tolerance=1e-3)
