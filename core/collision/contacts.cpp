@@ -59,6 +59,23 @@ Vec3 rounded_normal(const Points& normals, const std::array<Index, 4>& v, const 
   return length > 0.5 && along != 0.0 ? Vec3(sum / std::copysign(length, along)) : flat;
 }
 
+// Is the closest point of `contact` on an edge or corner of its face that the face of `other` shares, and is that one nearer?
+// Then the other speaks for both: the normal of this one leans as the vertex moves on, by more than a step can follow.
+bool outdone(const CollisionModel& model, const Contact& contact, const Contact& other) {
+  if (contact.distance < other.distance || (contact.distance == other.distance && contact.b < other.b)) return false;
+  bool inside = true;
+  for (int k = 1; k < 4; ++k) {
+    if (contact.weights[k] == 0.0) {
+      inside = false;
+      continue;
+    }
+    const Index corner = contact.vertices[k];
+    if (model.triangles(other.b, 0) != corner && model.triangles(other.b, 1) != corner && model.triangles(other.b, 2) != corner)
+      return false;
+  }
+  return !inside;
+}
+
 // Of a vertex's contacts with a smooth surface only the nearest stays: distance and rounded normal go on from face to face.
 // Ties go to the first face.
 void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& contacts) {
@@ -141,6 +158,7 @@ std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model
 std::vector<double> contact_shares(const std::vector<Contact>& contacts, const CollisionModel& model, const Points& x0) {
   const std::size_t n = contacts.size();
   std::vector<double> shares(n, 1.0);
+  std::vector<std::uint8_t> out;
   for (std::size_t begin = 0; begin < n;) {
     if (contacts[begin].kind == ContactKind::EdgeEdge) {
       shares[begin] = edge_share(contacts[begin], x0);
@@ -149,12 +167,21 @@ std::vector<double> contact_shares(const std::vector<Contact>& contacts, const C
     }
     std::size_t end = begin + 1;
     while (end < n && contacts[end].kind == ContactKind::VertexFace && contacts[end].a == contacts[begin].a) ++end;
+    out.assign(end - begin, 0);
+    for (std::size_t i = begin; i < end; ++i)
+      for (std::size_t j = begin; j < end && !out[i - begin]; ++j)
+        out[i - begin] = i != j && outdone(model, contacts[i], contacts[j]);
     for (std::size_t i = begin; i < end; ++i) {
       const Contact& own = contacts[i];
       const double own_force = contact_force(own.distance, own.thickness, 1.0).force;
       double count = 1.0;
+      if (out[i - begin]) {
+        shares[i] = 0.0;
+        continue;
+      }
       for (std::size_t j = begin; j < end; ++j) {
         const Contact& other = contacts[j];
+        if (out[j - begin]) continue;
         if (i == j || model.surface_of_triangle[own.b] != model.surface_of_triangle[other.b]) continue;
         const double alike = std::max(0.0, own.normal.dot(other.normal));
         const double other_force = contact_force(other.distance, other.thickness, 1.0).force;
