@@ -65,7 +65,17 @@ void each_number(Visit&& visit) {
   visit("unresolved", &Class::unresolved, "impacts that certification had to leave, even in 1/64 of the step");
   visit("intersections", &Class::intersections,
         "intersecting triangle pairs at the end of the step; counted from an unresolved step on until there are none");
-  visit("withheld", &Class::withheld, "share of the total displacement withheld by truncation [1]");
+  visit("forced", &Class::forced,
+        "of the intersecting pairs, those left because what moves by script left the cloth no room; see sim.forced_pairs");
+  visit("wanted_motion", &Class::wanted_motion,
+        "lengths of the displacements that came to certification, summed over free cloth vertices [m]");
+  visit("withheld_motion", &Class::withheld_motion,
+        "lengths that truncation took from displacements of cloth and free bodies, summed [m]");
+  visit("withheld", &Class::withheld, "withheld_motion over wanted_motion [1]");
+  visit("truncated_momentum", &Class::truncated_momentum,
+        "mass times change of velocity by truncation, sizes summed over vertices and bodies [kg m/s]");
+  visit("contact_acceleration", &Class::contact_acceleration,
+        "root mean square over free vertices in contact, over the whole step [m/s^2]");
   visit("max_stretch", &Class::max_stretch, "largest principal stretch of any triangle [1]");
   visit("kinetic_energy", &Class::kinetic_energy, "[J]");
   visit("membrane_energy", &Class::membrane_energy, "[J]");

@@ -26,7 +26,12 @@ struct StepReport {
   int substeps = 1;                  // parts the step was taken in: more where certification failed at its full length
   std::int64_t unresolved = 0;       // impacts that certification had to leave, even in 1/64 of the step
   std::int64_t intersections = 0;    // intersecting triangle pairs at the end; counted from an unresolved step on until 0
-  double withheld = 0.0;             // share of the total displacement withheld by truncation [1]
+  std::int64_t forced = 0;           // of these, pairs left where what moves by script leaves cloth no room
+  double wanted_motion = 0.0;        // lengths of the displacements that came to certification, of cloth that is free [m]
+  double withheld_motion = 0.0;      // lengths that truncation took from the displacements of cloth and free bodies [m]
+  double withheld = 0.0;             // withheld_motion over wanted_motion [1]
+  double truncated_momentum = 0.0;   // mass times change of velocity by truncation, sizes summed over vertices and bodies [kg m/s]
+  double contact_acceleration = 0.0; // root mean square over free vertices in contact, over the whole step [m/s^2]
   double max_stretch = 1.0;          // largest principal stretch of any triangle [1]
   double kinetic_energy = 0.0;       // [J], as all energies
   double membrane_energy = 0.0;

@@ -68,6 +68,11 @@ double CollisionStage::terms_at(const Team& team, const Points& displacement, do
   return contact_terms_at(team, data_->laws, data_->model.contact_stiffness, displacement, time, request, terms);
 }
 
+double CollisionStage::friction_at(const Team& team, const Points& displacement, double time, const Vector& inverse_mass,
+                                   Index n_cloth, ExtraTerms& terms) {
+  return contact_friction_at(team, data_->laws, data_->model.contact_stiffness, displacement, time, inverse_mass, n_cloth, terms);
+}
+
 void CollisionStage::update_anchors(const std::vector<Contact>& contacts, const Points& x0, const Points& x1,
                                     ContactState& state) {
   update_contact_anchors(data_->model, contacts, x0, x1, state);

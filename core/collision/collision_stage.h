@@ -43,7 +43,8 @@ struct CertifyReport {
   std::int64_t truncated = 0;   // vertices and bodies whose displacement was shortened
   std::int64_t frozen = 0;      // of these, shortened to nothing (relative to what carries them)
   std::int64_t unresolved = 0;  // impacts that are left (cloth pinched between scripts that overlap): the step is not free
-  double withheld = 0.0;        // share of the displacement taken away by truncation [1]
+  double withheld = 0.0;        // lengths that truncation took from displacements, of vertices and bodies [m]
+  double withheld_moment = 0.0; // the same times their masses [kg m]
 };
 
 class CollisionStage {
@@ -72,6 +73,10 @@ class CollisionStage {
   // The terms that terms() made last, where rows have moved by `displacement` (rows x 3) [m] in `time` [s]; they come first in
   // `terms`. Pairs, weights, normals and anchors are those of the start. Returns their energy [J].
   double terms_at(const Team& team, const Points& displacement, double time, TermRequest request, ExtraTerms& terms);
+
+  // The terms that terms() made last, with the friction that belongs to where rows have moved; see contact_terms.h.
+  double friction_at(const Team& team, const Points& displacement, double time, const Vector& inverse_mass, Index n_cloth,
+                     ExtraTerms& terms);
 
   // Anchors after the step, from the actual motion x0 -> x1.
   void update_anchors(const std::vector<Contact>& contacts, const Points& x0, const Points& x1, ContactState& state);

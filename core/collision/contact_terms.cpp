@@ -82,6 +82,45 @@ double contact_terms_at(const Team& team, std::vector<ContactLaw>& laws, double 
   });
 }
 
+double contact_friction_at(const Team& team, const std::vector<ContactLaw>& laws, double stiffness, const Points& displacement,
+                           double time, const Vector& inverse_mass, Index n_cloth, ExtraTerms& terms) {
+  struct Sums {
+    double wrong = 0.0, limit = 0.0;
+  };
+  std::vector<Sums> sums(laws.size());
+  parallel_for(
+      team, static_cast<Index>(laws.size()),
+      [&](Index i) {
+        const ContactLaw& law = laws[i];
+        ExtraTerm& term = terms[i];
+        const Vec3 &n = law.normal, moved = term.relative_displacement(displacement, time);
+        const double along = n.dot(moved), k = law.share * stiffness;
+        const ContactForce normal = contact_force(law.distance, law.thickness, k);
+        const double limit = law.friction * std::max(0.0, normal.force - normal.stiffness * along);
+        const Mat3 tangent = tangent_projector(n);
+        Vec3 slipped = moved - along * n;
+        const Vec3 had = tangent * (term.gradient + term.hessian * moved);
+        const double trial = k * (law.slip + slipped).norm(), size = slipped.norm();
+        const Vec3 due = (trial > limit ? limit / trial : 1.0) * k * (law.slip + slipped);
+        sums[i] = {(had - due).norm(), limit};
+
+        // Held by too much it would have slipped farther, by what its vertices alone do under the difference.
+        double compliance = 0.0;
+        for (int e = 0; e < term.n_entries; ++e)
+          if (term.entries[e].row < n_cloth)
+            compliance += term.entries[e].weight * term.entries[e].weight * inverse_mass[term.entries[e].row];
+        const double more = time * time * compliance * (had.norm() - limit);
+        if (trial > limit && size > 0.0 && more > 0.0) slipped *= 1.0 + more / size;
+        const FrictionResponse friction = friction_response(law.slip, slipped, tangent, k, limit);
+        term.gradient = -normal.force * n + friction.gradient;
+        term.hessian = normal.stiffness * (Mat3::Identity() - tangent) + friction.hessian;
+      },
+      128);
+  Sums all;
+  for (const Sums& each : sums) all.wrong += each.wrong, all.limit += each.limit;
+  return all.wrong > 0.0 ? all.wrong / std::max(all.limit, 1e-300) : 0.0;
+}
+
 void update_contact_anchors(const CollisionModel& model, const std::vector<Contact>& contacts, const Points& x0,
                             const Points& x1, ContactState& state) {
   const std::vector<double> shares = contact_shares(contacts, model, x0);

@@ -25,6 +25,12 @@ void contact_terms(const CollisionModel& model, const std::vector<Contact>& cont
 double contact_terms_at(const Team& team, std::vector<ContactLaw>& laws, double stiffness, const Points& displacement,
                         double time, TermRequest request, ExtraTerms& terms);
 
+// Terms about the start again, with the friction that belongs to where rows have moved: its limit follows from the normal
+// force there, its secant from the slip. Returns the sum of what was wrong with the friction of `terms` over that of limits [1].
+// inverse_mass: of cloth rows [1/kg], from which follows how far a contact slips that is held too much.
+double contact_friction_at(const Team& team, const std::vector<ContactLaw>& laws, double stiffness, const Points& displacement,
+                           double time, const Vector& inverse_mass, Index n_cloth, ExtraTerms& terms);
+
 // Slips of the step that has been made, sorted like the contacts; those of pairs that are no contacts are dropped.
 void update_contact_anchors(const CollisionModel& model, const std::vector<Contact>& contacts, const Points& x0,
                             const Points& x1, ContactState& state);

@@ -66,6 +66,15 @@ void Displacements::shorten(Index unit, double factor) {
   apply(unit);
 }
 
+void Displacements::stay(Index unit) {
+  const Index body = body_of_vertex(model_, bodies_, unit);
+  carrier_[unit] = none;
+  carry_.row(unit).setZero();
+  if (body >= 0) carried_pose_[body] = bodies_[body].start;
+  share_[unit] = 0.0;
+  apply(unit);
+}
+
 std::vector<std::uint8_t> Displacements::take_changed() {
   std::vector<std::uint8_t> changed(changed_.size(), 0);
   std::swap(changed, changed_);
@@ -116,20 +125,19 @@ void Displacements::finish() {
   }
 }
 
-void Displacements::withheld(double& taken, double& wanted) const {
-  taken = wanted = 0.0;
+void Displacements::withheld(double& length, double& moment) const {
+  length = moment = 0.0;
+  const auto add = [&](double taken, double inverse_mass) {
+    length += taken;
+    moment += taken / inverse_mass;
+  };
   for (const CollisionSurface& surface : model_.surfaces) {
     if (surface.kind != CollisionSurface::Kind::Cloth) continue;
-    for (Index v = surface.first_vertex; v < surface.first_vertex + surface.n_vertices; ++v) {
-      if (!movable(v)) continue;
-      taken += (x1_.row(v) - x0_.row(v) - wanted_.row(v)).norm();
-      wanted += wanted_.row(v).norm();
-    }
+    for (Index v = surface.first_vertex; v < surface.first_vertex + surface.n_vertices; ++v)
+      if (movable(v)) add((x1_.row(v) - x0_.row(v) - wanted_.row(v)).norm(), inverse_mass_[v]);
   }
-  for (std::size_t b = 0; b < bodies_.size(); ++b) {
-    taken += (bodies_[b].end.position - wanted_pose_[b].position).norm();
-    wanted += (wanted_pose_[b].position - bodies_[b].start.position).norm();
-  }
+  for (std::size_t b = 0; b < bodies_.size(); ++b)
+    add((bodies_[b].end.position - wanted_pose_[b].position).norm(), bodies_[b].inverse_mass);
 }
 
 }  // namespace loomstone

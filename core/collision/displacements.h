@@ -29,14 +29,16 @@ class Displacements {
   bool same_carrier(Index v, Index other) const;
 
   void shorten(Index unit, double factor);
+  // Ends the step of a vertex or body where it began it, carried by nothing.
+  void stay(Index unit);
 
   // (n) 1 where x1 has changed since the last call.
   std::vector<std::uint8_t> take_changed();
 
   // Adds to each body how truncation moved and turned its end.
   void finish();
-  // Length taken from the wanted displacements of all units, and theirs [m].
-  void withheld(double& taken, double& wanted) const;
+  // Lengths taken from the wanted displacements of all units [m], and the same times their masses [kg m].
+  void withheld(double& length, double& moment) const;
 
  private:
   static constexpr Index none = -1, local = -2;  // carried by nothing; carried by a displacement of its own

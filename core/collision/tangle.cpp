@@ -294,6 +294,17 @@ void Tangle::widen(const std::vector<int>& part, int contour) {
   }
 }
 
+bool Tangle::is_cloth(Index v) const {
+  return model_.surfaces[model_.surface_of_vertex[v]].kind == CollisionSurface::Kind::Cloth;
+}
+
+// What has come through a body or script has not come through cloth.
+bool Tangle::cloth_contour(int contour) const {
+  for (const Piercing& p : piercings_)
+    if (p.contour == contour) return is_cloth(p.vertices[0]) && is_cloth(p.vertices[2]);
+  return false;
+}
+
 bool Tangle::leaves_out(ContactKind kind, PairKey key, const std::array<Index, 4>& vertices) const {
   const std::vector<PairKey>& keys = left_out_[static_cast<int>(kind)];
   if (std::binary_search(keys.begin(), keys.end(), key)) return true;
@@ -304,7 +315,7 @@ bool Tangle::leaves_out(ContactKind kind, PairKey key, const std::array<Index, 4
       const Index a = vertices[i], b = vertices[j];
       if (contour_of_vertex_[a] >= 0 && contour_of_vertex_[a] == contour_of_vertex_[b] && part_[a] != part_[b] &&
           (came_through_[a] || came_through_[b]))
-        return true;
+        return !is_cloth(a) || !is_cloth(b) || cloth_contour(contour_of_vertex_[a]);
     }
   return false;
 }

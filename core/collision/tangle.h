@@ -39,6 +39,8 @@ class Tangle {
   void leave_out();
   void join_contours(const Points& x);
   void cut_off(const Points& x);
+  bool is_cloth(Index v) const;
+  bool cloth_contour(int contour) const;
   void widen(const std::vector<int>& part, int contour);
 
   // Two piercings of one pair of triangles are the ends of a segment of a contour.

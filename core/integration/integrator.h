@@ -24,6 +24,10 @@ namespace loomstone {
 // `terms`, which come as those of the start, and returns their energy [J].
 using TermsAt = std::function<double(const Points& displacement, double time, TermRequest request, ExtraTerms& terms)>;
 
+// The friction of `terms`, linear about the start, that belongs to where the rows have moved in `time`. Returns how much of it
+// the terms had wrong [1].
+using FrictionAt = std::function<double(const Points& displacement, double time, ExtraTerms& terms)>;
+
 // What a step is given. Rows: cloth vertices, then two rows a rigid body (translation, rotation) where bodies take part.
 struct StepInputs {
   double step = 0.0;                  // h [s]
@@ -31,6 +35,7 @@ struct StepInputs {
   const Points* force = nullptr;      // (n x 3) loads at the start [N]: gravity, drag, user
   const ExtraTerms* terms = nullptr;  // contacts, friction, attachments at the start; implicit schemes only
   const TermsAt* terms_at = nullptr;  // asked once an iterate by Newton loops; null: the terms are linear
+  const FrictionAt* friction_at = nullptr;  // asked after a linear solve, which is made again where it was wrong; may be null
   const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: motion is prescribed
   const Points* target = nullptr;     // (n x 3) positions of fixed rows at the end [m]
   const std::vector<Mat3>* body_mass = nullptr;      // (2 b) mass times identity, world inertia

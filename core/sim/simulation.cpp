@@ -39,6 +39,13 @@ struct Simulation::Data {
     for (Index i = 0; i < model.cloth.n_vertices; ++i) user.row(i) = rows.row(model.row_of_vertex[i]);
     return user;
   }
+  std::vector<std::array<Index, 2>> to_user(std::vector<std::array<Index, 2>> triangles) const {
+    const Index n = static_cast<Index>(model.triangle_of.size());
+    for (auto& pair : triangles)
+      for (Index& t : pair)
+        if (t < n) t = model.triangle_of[t];
+    return triangles;
+  }
   // In place: numpy views of the table stay good.
   void to_rows(const Points& user, const char* name, Points& rows, UserWrites::Kind kind = UserWrites::Table) {
     if (user.rows() != model.cloth.n_vertices)
@@ -196,6 +203,7 @@ Checkpoint Simulation::checkpoint() const {
 void Simulation::restore(const Checkpoint& checkpoint) {
   from_checkpoint(data_->model, checkpoint, data_->state, data_->outcome);
   data_->outcome.report = StepReport{};
+  data_->outcome.forced.clear();
   data_->outcome.report.step = data_->state.step;
   data_->outcome.report.time = time();
   data_->outcome.start_cloth = data_->state.cloth.x;
@@ -212,12 +220,9 @@ void Simulation::rebuild_stages() { data_->make_stepper(); }
 std::vector<std::array<Index, 2>> Simulation::intersecting_pairs() const {
   Points vertices;
   collision_vertices(data_->model, data_->state, vertices);
-  auto pairs = loomstone::intersecting_pairs(vertices, data_->model.collision.triangles);
-  const Index n = static_cast<Index>(data_->model.triangle_of.size());
-  for (auto& pair : pairs)
-    for (Index& t : pair)
-      if (t < n) t = data_->model.triangle_of[t];
-  return pairs;
+  return data_->to_user(loomstone::intersecting_pairs(vertices, data_->model.collision.triangles));
 }
+
+std::vector<std::array<Index, 2>> Simulation::forced_pairs() const { return data_->to_user(data_->outcome.forced); }
 
 }  // namespace loomstone

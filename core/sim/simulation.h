@@ -62,6 +62,10 @@ class Simulation {
   void restore(const Checkpoint& checkpoint);   // same scene; throws CacheError where it does not fit
   void rebuild_stages();                 // throws all stages away; changes no bit of the future
 
+  // Pairs of triangles (user numbering, all surfaces end to end) that the last step had to leave intersecting: what moves by
+  // script left the cloth no room. Until they are free again.
+  std::vector<std::array<Index, 2>> forced_pairs() const;
+
   // Pairs of triangles (user numbering, all surfaces end to end) that intersect now.
   std::vector<std::array<Index, 2>> intersecting_pairs() const;
 

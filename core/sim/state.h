@@ -17,7 +17,7 @@ struct State {
   ClothState cloth;                      // integrate, certify
   RigidState rigid;                      // bodies
   ContactState contacts;                 // certify (anchors of friction)
-  std::uint8_t tangled = 0;              // 1: cloth may intersect something (a step left impacts, or the user moved it); check
+  std::uint8_t tangled = 0;              // cloth may intersect something: 1 the user put it so, 2 a step left impacts; check
   Points obstacle_vertices;              // (k x 3) all obstacles end to end, at the present time [m]; stepper
   Points external_force;                 // (n x 3) [N], user
   std::vector<std::uint8_t> pin_override;   // (n) 1: target set by the user instead of the script; user

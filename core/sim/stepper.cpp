@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <numeric>
 #include <sstream>
 
@@ -75,6 +76,7 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
   report.substeps = 0;
   std::fill(busy_.begin(), busy_.end(), 0.0);
   outcome.contact.assign(model_.cloth.n_vertices, 0);
+  outcome.forced.clear();
   collision_vertices(model_, state, x0_);
   outcome.start_cloth = state.cloth.x;
   outcome.start_surfaces = x0_.bottomRows(x0_.rows() - model_.cloth.n_vertices);
@@ -109,8 +111,9 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
     StageTimer timer(report, StageName::Check);
     ++state.step;
     check(state, "certify");
-    if (report.unresolved > 0) state.tangled = 1;
-    if (collision_ && state.tangled) count_intersections(state, report);
+    if (report.unresolved > 0) state.tangled = 2;
+    if (collision_ && state.tangled) count_intersections(state, outcome);
+    measure_contacts(start.cloth, state, outcome);
     // A world rebuilt from State at fixed steps: what comes after depends on State alone, checkpoint or not.
     if (world_ && state.step % model_.scene.rigid_rebuild_interval == 0) {
       world_->save(state.rigid);
@@ -169,7 +172,8 @@ std::int64_t Stepper::take(State& state, StepOutcome& outcome, StepPart part) {
   const CertifyReport done = certify(state, outcome);
   report.impacts += done.impacts;
   report.truncated += done.truncated;
-  report.withheld = std::max(report.withheld, done.withheld);
+  report.withheld_motion += done.withheld;
+  report.truncated_momentum += done.withheld_moment / step_;
   return done.unresolved;
 }
 
@@ -249,6 +253,10 @@ void Stepper::integrate(State& state, StepReport& report) {
     return terms_at(displacement, after, request, terms);
   };
   inputs.terms_at = &at;
+  const FrictionAt friction = [this](const Points& displacement, double after, ExtraTerms& terms) {
+    return collision_->friction_at(team_, displacement, after, inverse_mass_, model_.cloth.n_vertices, terms);
+  };
+  if (n_contact_terms_ > 0) inputs.friction_at = &friction;
   inputs.fixed = &fixed_;
   inputs.target = &target_;
   inputs.body_mass = &body_blocks_;
@@ -310,6 +318,8 @@ CertifyReport Stepper::certify(State& state, StepOutcome& outcome) {
   collision_vertices(model_, state, x1_);
   FreeBodies bodies = free_bodies(state);
   if (!contacts_in_solve_) collision_->repel(contacts_, x0_, x1_, inverse_mass_, step_, bodies);
+  outcome.report.wanted_motion += parallel_sum(
+      team_, n, [&](Index i) { return inverse_mass_[i] > 0.0 ? (x1_.row(i) - x0_.row(i)).norm() : 0.0; });
   const CertifyReport done = collision_->certify(collision_team_, x0_, x1_, inverse_mass_, bodies);
   bool any = false;
   for (Index i = 0; i < n; ++i) {
@@ -332,11 +342,33 @@ CertifyReport Stepper::certify(State& state, StepOutcome& outcome) {
 }
 
 // How free the cloth is where a step has left impacts: never hidden, and counted until it is free again.
-void Stepper::count_intersections(State& state, StepReport& report) {
+void Stepper::count_intersections(State& state, StepOutcome& outcome) {
   collision_vertices(model_, state, x1_);
-  report.intersections = static_cast<std::int64_t>(cloth_intersections(model_.collision, x1_).size());
+  const std::vector<std::array<Index, 2>> pairs = cloth_intersections(model_.collision, x1_);
+  outcome.report.intersections = static_cast<std::int64_t>(pairs.size());
   // An edge may also pierce a triangle that it shares a corner's triangle with: not a pair that is counted.
-  state.tangled = report.intersections > 0 || collision_->find_tangle(x1_) > 0;
+  if (pairs.empty() && collision_->find_tangle(x1_) == 0) state.tangled = 0;
+  if (state.tangled != 2) return;
+  outcome.forced = pairs;
+  outcome.report.forced = outcome.report.intersections;
+  for (const auto& pair : pairs)
+    for (const Index triangle : pair)
+      for (int k = 0; k < 3; ++k)
+        if (const Index v = model_.collision.triangles(triangle, k); v < model_.cloth.n_vertices) outcome.contact[v] = 2;
+}
+
+// What certification took from the step, and how calm contact is.
+void Stepper::measure_contacts(const ClothState& before, const State& state, StepOutcome& outcome) {
+  StepReport& report = outcome.report;
+  report.withheld = report.wanted_motion > 0.0 ? report.withheld_motion / report.wanted_motion : 0.0;
+  double squares = 0.0;
+  std::int64_t count = 0;
+  for (Index i = 0; i < model_.cloth.n_vertices; ++i) {
+    if (outcome.contact[i] == 0 || fixed_[i]) continue;
+    squares += (state.cloth.v.row(i) - before.v.row(i)).squaredNorm();
+    ++count;
+  }
+  report.contact_acceleration = count > 0 ? std::sqrt(squares / static_cast<double>(count)) / options_.step : 0.0;
 }
 
 Index Stepper::vertex_of_row(Index row) const {

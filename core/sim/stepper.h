@@ -18,7 +18,8 @@ struct StepOutcome {
   StepReport report;
   Points start_cloth;                    // (n x 3) cloth at the start of the step, for frames between steps [m]
   Points start_surfaces;                 // (k x 3) bodies and obstacles at the start [m]
-  std::vector<std::uint8_t> contact;     // (n) rows in contact
+  std::vector<std::uint8_t> contact;     // (n) rows: 1 in contact, 2 in a triangle that intersects because it is forced to
+  std::vector<std::array<Index, 2>> forced;  // pairs of triangles (of all surfaces) that intersect because they are forced to
 };
 
 // A part of a step in 64ths of it: a step that certification cannot free of impacts is taken again in halves.
@@ -49,7 +50,8 @@ class Stepper {
   void bodies(State& state);
   FreeBodies free_bodies(const State& state) const;
   CertifyReport certify(State& state, StepOutcome& outcome);
-  void count_intersections(State& state, StepReport& report);
+  void count_intersections(State& state, StepOutcome& outcome);
+  void measure_contacts(const ClothState& before, const State& state, StepOutcome& outcome);
   Index vertex_of_row(Index row) const;                     // in the user's order
   void check(const State& state, const char* stage) const;  // throws SolverFailure where the step diverged
 

@@ -61,6 +61,11 @@ class StepReport:
         the same, of the thread with the most [s]
         """
     @property
+    def contact_acceleration(self) -> float:
+        """
+        root mean square over free vertices in contact, over the whole step [m/s^2]
+        """
+    @property
     def contact_energy(self) -> float:
         """
         [J]
@@ -69,6 +74,11 @@ class StepReport:
     def contacts(self) -> int:
         """
         proximity contacts that entered the solve
+        """
+    @property
+    def forced(self) -> int:
+        """
+        of the intersecting pairs, those left because what moves by script left the cloth no room; see sim.forced_pairs
         """
     @property
     def gravity_energy(self) -> float:
@@ -141,14 +151,29 @@ class StepReport:
         vertices whose displacement was shortened
         """
     @property
+    def truncated_momentum(self) -> float:
+        """
+        mass times change of velocity by truncation, sizes summed over vertices and bodies [kg m/s]
+        """
+    @property
     def unresolved(self) -> int:
         """
         impacts that certification had to leave, even in 1/64 of the step
         """
     @property
+    def wanted_motion(self) -> float:
+        """
+        lengths of the displacements that came to certification, summed over free cloth vertices [m]
+        """
+    @property
     def withheld(self) -> float:
         """
-        share of the total displacement withheld by truncation [1]
+        withheld_motion over wanted_motion [1]
+        """
+    @property
+    def withheld_motion(self) -> float:
+        """
+        lengths that truncation took from displacements of cloth and free bodies, summed [m]
         """
 class FrameTopology:
     """
@@ -1591,6 +1616,12 @@ class Simulation:
     @external_forces.setter
     def external_forces(self, arg1: typing.Any) -> None:
         ...
+    @property
+    def forced_pairs(self) -> list[typing.Annotated[list[int], "FixedSize(2)"]]:
+        """
+        Pairs of triangles, all surfaces end to end, that the last step had to leave intersecting because
+        what moves by script left the cloth no room.
+        """
     @property
     def loop_iterations(self) -> int:
         """

@@ -69,7 +69,12 @@ StepReport example_report(std::int64_t step) {
   report.substeps = static_cast<int>(1 + step % 64);
   report.unresolved = step % 2;
   report.intersections = step % 4;
+  report.forced = step % 6;
+  report.wanted_motion = std::sin(2 * x);
+  report.withheld_motion = std::sin(3 * x);
   report.withheld = std::sin(x);
+  report.truncated_momentum = std::sin(4 * x);
+  report.contact_acceleration = std::sin(5 * x);
   report.max_stretch = 1 + std::exp(-x);
   report.kinetic_energy = std::cos(x);
   report.membrane_energy = std::cos(2 * x);
@@ -142,6 +147,9 @@ bool same(const StepReport& a, const StepReport& b) {
          same_number(a.linear_residual, b.linear_residual) && a.contacts == b.contacts && a.impacts == b.impacts &&
          a.truncated == b.truncated && a.substeps == b.substeps && a.unresolved == b.unresolved &&
          a.intersections == b.intersections && same_number(a.withheld, b.withheld) &&
+         a.forced == b.forced && same_number(a.wanted_motion, b.wanted_motion) &&
+         same_number(a.withheld_motion, b.withheld_motion) && same_number(a.truncated_momentum, b.truncated_momentum) &&
+         same_number(a.contact_acceleration, b.contact_acceleration) &&
          same_number(a.max_stretch, b.max_stretch) && same_number(a.kinetic_energy, b.kinetic_energy) &&
          same_number(a.membrane_energy, b.membrane_energy) && same_number(a.bending_energy, b.bending_energy) &&
          same_number(a.gravity_energy, b.gravity_energy) && same_number(a.contact_energy, b.contact_energy);

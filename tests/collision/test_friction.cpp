@@ -12,7 +12,7 @@ namespace {
 struct Slide {
   double distance, speed;
 };
-Slide slide(double slope, double duration, double floor_speed = 0.0, double h = 1e-3) {
+Slide slide(double slope, double duration, double floor_speed = 0.0, double h = 1e-3, bool again = true) {
   TestScene scene = make_scene({{grid_cells(0.02, 0.02, 2, 2).moved(Vec3(0.003, 0.002, 0.9985e-3)), Kind::Cloth, 1e-3, 0.3},
                                 {floor_square(1.0, 3), Kind::Script, 1e-3, 0.3}});
   const Index n = scene.model.surfaces[0].n_vertices;
@@ -30,16 +30,22 @@ Slide slide(double slope, double duration, double floor_speed = 0.0, double h = 
     ExtraTerms terms;
     double energy = 0.0;
     stage.terms(contacts, x, v, last_change, Points(0, 3), h, n, state, terms, energy);
-    Mat3 matrix = mass * Mat3::Identity();
-    Vec3 right = mass * velocity + h * mass * gravity;
-    for (const ExtraTerm& term : terms) {
-      double weight = 0.0;
-      for (int i = 0; i < term.n_entries; ++i) weight += term.entries[i].weight;
-      matrix += h * h * weight * weight * term.hessian;
-      right -= h * weight * (term.gradient - h * term.hessian * term.drift);
-    }
     const Vec3 before = velocity;
-    velocity = matrix.ldlt().solve(right);
+    for (int solve = 0; solve < 3; ++solve) {  // as linearised integrators do
+      Mat3 matrix = mass * Mat3::Identity();
+      Vec3 right = mass * before + h * mass * gravity;
+      for (const ExtraTerm& term : terms) {
+        double weight = 0.0;
+        for (int i = 0; i < term.n_entries; ++i) weight += term.entries[i].weight;
+        matrix += h * h * weight * weight * term.hessian;
+        right -= h * weight * (term.gradient - h * term.hessian * term.drift);
+      }
+      velocity = matrix.ldlt().solve(right);
+      if (!again || terms.empty()) break;
+      const Points moved = h * velocity.transpose().replicate(n, 1);
+      const Vector inverse_mass = Vector::Constant(n, static_cast<double>(n) / mass);
+      if (stage.friction_at(Team{1}, moved, h, inverse_mass, n, terms) < 0.02) break;
+    }
     last_change.topRows(n).rowwise() = (velocity - before).transpose();
     Points x1 = x + h * v;
     x1.topRows(n) = x.topRows(n).rowwise() + h * velocity.transpose();
@@ -76,11 +82,17 @@ TEST_CASE("a block on a slope holds below the friction angle and slides above") 
 TEST_CASE("sliding far follows Coulomb's law at every slope above the friction angle") {
   // One solve a step: friction belongs to the slip that the step is expected to make, the last one and what it has gained. With
   // the last slip alone friction was too large by h / t of itself after a time t: 26 % of the way at slope 0.305, 3 % at 0.5.
-  for (const double slope : {0.305, 0.35, 0.5}) {
-    const double angle = std::atan(slope), pull = 9.81 * (std::sin(angle) - 0.3 * std::cos(angle));
-    const double distance = std::min(0.3, 0.5 * pull * 4.0);  // on the floor, within 2 s
-    CHECK(slide(slope, std::sqrt(2.0 * distance / pull)).distance == Approx(distance).epsilon(0.03));
-  }
+  // Solved again with the slip and the normal force that the step has found, steps may be long. At 0.305 the pull is 1.6 % of
+  // the friction: 4 % of it are 0.07 % of that. Steps of 4 ms themselves fall farther, by h / t = 1 %.
+  for (const double h : {1e-3, 4e-3})
+    for (const double slope : {0.305, 0.35, 0.5}) {
+      const double angle = std::atan(slope), pull = 9.81 * (std::sin(angle) - 0.3 * std::cos(angle));
+      const double distance = std::min(0.3, 0.5 * pull * 4.0);  // on the floor, within 2 s
+      INFO("step " << h << " slope " << slope);
+      CHECK(slide(slope, std::sqrt(2.0 * distance / pull), 0.0, h).distance == Approx(distance).epsilon(slope < 0.31 ? 0.04 : 0.02));
+    }
+  // What one solve reaches.
+  CHECK(slide(0.5, 0.5, 0.0, 1e-3, false).distance == Approx(0.5 * 9.81 * 0.2 / std::sqrt(1.25) * 0.25).epsilon(0.03));
 }
 
 TEST_CASE("what is expected of a slip is what it gained, and never less, nor more than twice of it") {

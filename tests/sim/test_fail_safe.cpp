@@ -43,13 +43,15 @@ Scene drum(double size, Index cells) {
 
 // A loose sheet between two plates that close within `duration` to a gap (negative: they run through each other), stand still
 // for a while and open again.
-Scene press(double gap, double duration, bool turning = false, double offset = 0.0) {
+Scene press(double gap, double duration, bool turning = false, double offset = 0.0, int layers = 1) {
   Scene scene;
-  Cloth cloth;
-  cloth.name = "cloth";
-  cloth.mesh = share(grid_cells(0.1, 0.1, 8, 8).moved(Vec3(0, 0, offset)));
-  cloth.thickness = 2e-3;
-  scene.cloths.push_back(cloth);
+  for (int i = 0; i < layers; ++i) {
+    Cloth cloth;
+    cloth.name = "cloth " + std::to_string(i);
+    cloth.mesh = share(grid_cells(0.1, 0.1, 8, 8).moved(Vec3(0.001 * i, 0.002 * i, offset + 4e-3 * i)));
+    cloth.thickness = 2e-3;
+    scene.cloths.push_back(cloth);
+  }
   scene.gravity.setZero();
   for (const double side : {1.0, -1.0}) {
     Obstacle plate;
@@ -114,7 +116,8 @@ TEST_CASE("a light ball squeezed between cloth and floor stays between them") {
     REQUIRE(sim.report().unresolved == 0);
     for (const auto& pair : sim.intersecting_pairs()) REQUIRE(pair[0] >= 200);  // the body may dig into the floor, never into cloth
   }
-  CHECK(sim.body_positions()(0, 2) > 0.02);
+  // The drum presses it into the floor, out of which Bullet pushes it: the balance lies at 18 to 21 mm, by trifles.
+  CHECK(sim.body_positions()(0, 2) > 0.015);
   CHECK(sim.body_positions()(0, 2) < 0.035);
 }
 
@@ -132,10 +135,12 @@ TEST_CASE("plates that leave the cloth room never make it intersect, whatever th
     }
 }
 
-TEST_CASE("plates that run through each other leave impacts, which the report says until the cloth is free") {
+TEST_CASE("cloth that plates run through is forced to intersect them, never other cloth, and the report says so") {
   std::int64_t intersections = 0;
-  for (const bool turning : {false, true}) {
-    Simulation sim(press(-4e-3, 0.02, turning, 0.01), step_of(0.01), 1);
+  for (const int layers : {1, 2, 4}) {
+    const bool turning = layers != 2;
+    Simulation sim(press(-4e-3, 0.02, turning, -2e-3 * (layers - 1), layers), step_of(0.01), 1);
+    const Index n_cloth = 128 * layers;
     std::int64_t unresolved = 0;
     for (int i = 0; i < 8; ++i) {
       sim.step();
@@ -146,8 +151,16 @@ TEST_CASE("plates that run through each other leave impacts, which the report sa
       CHECK(sim.velocities().allFinite());
       // Never hidden: where cloth intersects, the report says so.
       std::int64_t pairs = 0;
-      for (const auto& pair : sim.intersecting_pairs()) pairs += pair[0] < 128;
+      for (const auto& pair : sim.intersecting_pairs()) {
+        pairs += pair[0] < n_cloth;
+        CHECK(pair[1] >= n_cloth);
+      }
       CHECK(pairs == sim.report().intersections);
+      CHECK(pairs == sim.report().forced);
+      CHECK(pairs == static_cast<std::int64_t>(sim.forced_pairs().size()));
+      const std::vector<std::uint8_t> marks = sim.frame().contact;
+      for (const auto& pair : sim.forced_pairs())
+        for (int k = 0; k < 3; ++k) CHECK(marks[sim.topology().triangles(pair[0], k)] == 2);
     }
     CHECK(unresolved > 0);
   }

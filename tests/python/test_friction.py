@@ -1,0 +1,91 @@
+"""Coulomb's law on whole sheets: on an incline, and round a cylinder."""
+
+import numpy as np
+import pytest
+
+import loomstone as ls
+
+MU, GAP = 0.3, 1e-3
+
+
+def incline(slope, step, cells=4):
+    """A sheet on a plane that gravity makes a slope down along x."""
+    angle = np.arctan(slope)
+    mesh = ls.grid(size=(0.12, 0.12), cells=(cells, cells)).moved((0.0031, 0.0017, 0.9995 * GAP))
+    # One cell: the sheet lies across the common edge of the plane's two triangles.
+    plane = ls.obstacle(ls.meshes.floor(size=4.0, cells=1), friction=MU, thickness=GAP)
+    gravity = (9.81 * np.sin(angle), 0.0, -9.81 * np.cos(angle))
+    scene = ls.Scene(cloths=[ls.Cloth(mesh=mesh, thickness=GAP, friction=MU)], obstacles=[plane], gravity=gravity)
+    return ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=step), threads=1)
+
+
+@pytest.mark.parametrize("step", [1e-3, 4e-3])
+def test_a_sheet_holds_two_percent_below_the_friction_angle_and_does_not_creep(step):
+    sim = incline(0.98 * MU, step)
+    for _ in range(round(1.2 / step)):
+        sim.step()
+    settled = sim.positions
+    for _ in range(round(0.8 / step)):
+        sim.step()
+    # Anchors are springs: what has settled stays. 0.1 mm in 60 s would be 1.3e-6 in this time.
+    assert np.abs(sim.positions - settled).max() < 1e-9
+
+
+@pytest.mark.parametrize("step", [1e-3, 4e-3])
+def test_a_sheet_slides_two_percent_above_the_friction_angle(step):
+    sim = incline(1.02 * MU, step)
+    for _ in range(round(0.6 / step)):
+        sim.step()
+    assert sim.velocities[:, 0].min() > 0.02  # 0.034 by Coulomb
+
+
+@pytest.mark.parametrize("step", [1e-3, 2e-3, 4e-3])
+@pytest.mark.parametrize("slope", [0.36, 0.6])
+def test_sliding_sheets_accelerate_as_coulomb_says(slope, step):
+    sim = incline(slope, step, cells=8)
+    speeds = []
+    for i in range(round(0.4 / step)):
+        sim.step()
+        if sim.time > 0.1 - 1e-9:
+            speeds.append((sim.time, sim.velocities[:, 0].mean()))
+    (begin, first), (end, last) = speeds[0], speeds[-1]
+    angle = np.arctan(slope)
+    pull = 9.81 * (np.sin(angle) - MU * np.cos(angle))
+    assert (last - first) / (end - begin) == pytest.approx(pull, rel=0.03)
+
+
+def capstan(ratio, step=2e-3):
+    """A strip half round a cylinder, pulled by 0.2 N at one end and by `ratio` times that at the other; how far it goes [m]."""
+    radius, width, leg = 0.05, 0.02, 0.06
+    r = radius + GAP
+    length = np.pi * r + 2 * leg
+    flat = ls.grid(size=(width, length), cells=(4, round(length / 0.005)))
+    along = flat.vertices[:, 1]
+    angle = np.clip(along / r, -np.pi / 2, np.pi / 2)
+    straight = along - angle * r
+    place = np.stack([r * np.sin(angle) + straight * np.cos(angle), flat.vertices[:, 0], r * np.cos(angle) - straight * np.sin(angle)], 1)
+    mesh = ls.TriangleMesh(place, flat.triangles, flat.vertices[:, :2])
+    material = ls.ClothMaterial(
+        weft_stiffness=2000.0, warp_stiffness=2000.0, shear_stiffness=600.0, density=0.2, bending_weft=1e-7, bending_warp=1e-7
+    )
+    cylinder = ls.capsule(radius=radius, length=0.1, axis=(0.0, 1.0, 0.0), friction=MU, thickness=GAP, segments=64)
+    strip = ls.Cloth(mesh=mesh, material=material, friction=MU, thickness=GAP)
+    scene = ls.Scene(cloths=[strip], obstacles=[cylinder], gravity=(0.0, 0.0, 0.0))
+    sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=step), threads=1)
+    ends = [np.isclose(along, along.min()), np.isclose(along, along.max())]
+    forces = np.zeros((len(along), 3))
+    settled = None
+    while sim.time < 0.6:
+        for end, size in zip(ends, (0.2, 0.2 * ratio)):
+            forces[end, 2] = -min(1.0, sim.time / 0.1) * size / end.sum()
+        sim.external_forces = forces
+        sim.step()
+        if settled is None and sim.time > 0.3:
+            settled = sim.positions[ends[1], 2].mean()
+    return settled - sim.positions[ends[1], 2].mean()
+
+
+def test_a_rope_of_cloth_round_a_cylinder_follows_the_capstan_law():
+    law = np.exp(MU * np.pi)
+    assert abs(capstan(0.9 * law)) < 1e-6  # holds
+    assert capstan(1.1 * law) > 5e-3  # slips
