@@ -10,6 +10,7 @@ import numpy as np
 from . import _core, meshes
 from ._core import CacheError, Error, Frame, InvalidInput, TriangleMesh
 from .cache import Run, checkpoint_files
+from .runs import summary_of_steps
 from .scene_file import SceneFile
 from .simulation import Simulation
 from .verification import count_intersections
@@ -62,6 +63,8 @@ def _describe_run(run: Run) -> None:
     if len(run):
         report = run[-1].report
         print(f"last frame: {report.contacts} contacts, largest stretch {run[-1].stretch.max():.4f}")
+    if (run.directory / "steps.csv").exists():
+        print("\n".join(contact_lines(summary_of_steps(run.directory / "steps.csv"))))
 
 
 def check_run(run: Run) -> bool:
@@ -118,6 +121,24 @@ def _marked(frame: Frame, simulation: Simulation, pairs: list[Any]) -> Frame:
     return frame.with_contact(marks)
 
 
+def contact_lines(summary: dict[str, Any]) -> list[str]:
+    """How contacts were answered over a run, from the summary of its steps."""
+    if not summary.get("most_contacts") and not summary.get("impacts"):
+        return []
+    lines = [
+        f"contact: largest stretch {summary['largest_stretch']:.3f}, acceleration in contact {summary['contact_acceleration']:.3g} m/s^2 "
+        f"(root mean square), {summary['impacts']} impacts",
+        f"truncation withheld {100 * summary['withheld']:.2g} % of the motion ({100 * summary['withheld_in_worst_step']:.2g} % in the "
+        f"worst step) and {summary['truncated_momentum']:.2g} kg m/s of momentum",
+    ]
+    if summary["forced_steps"]:
+        lines.append(
+            f"{summary['forced_steps']} steps ended with triangles forced to intersect, at most {summary['most_forced']} pairs: what moves "
+            "by script left the cloth no room (forced.csv; drawn by --color-by contact as 2)"
+        )
+    return lines
+
+
 def report_text(report: dict[str, Any]) -> str:
     """The report of a run for people."""
     wall, frames = report["wall_seconds"], max(report["frames"], 1)
@@ -130,6 +151,7 @@ def report_text(report: dict[str, Any]) -> str:
             f"{report['linear_iterations_per_step']:.1f} linear iterations a step, at most {report['most_contacts']} contacts, "
             f"largest stretch {report['largest_stretch']:.3f}"
         )
+        lines.extend(contact_lines(report))
     if report.get("unresolved_steps"):
         lines.append(
             f"{report['unresolved_steps']} steps left impacts and at most {report.get('most_intersections', 0)} triangle pairs "

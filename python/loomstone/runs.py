@@ -23,9 +23,9 @@ from ._core import CacheError, Checkpoint, Error, Frame, FrameWriter, RenderOpti
 from .cache import checkpoint_files, latest_checkpoint, write_checkpoint
 from .ranks import together
 from .simulation import Simulation, frame_count, frames_due
-from .verification import FrameTable
+from .verification import FrameTable, append_forced, keep_forced
 
-__all__ = ["Interrupted", "Observer", "RunOptions", "StepTable", "execute"]
+__all__ = ["Interrupted", "Observer", "RunOptions", "StepTable", "execute", "summary_of_steps"]
 
 
 class Interrupted(Exception):
@@ -91,7 +91,7 @@ def execute(
         while True:
             with together(ranks):
                 if stepped:
-                    writer.step(simulation.report)
+                    writer.step(simulation.report, simulation.forced_pairs)
                     watch.step(simulation.report)
                 while following < n_frames and following < frames_due(simulation.time, options.rate):
                     frame = simulation.frame_at(following / options.rate)
@@ -163,23 +163,36 @@ class StepTable:
     def summary(self) -> dict[str, Any]:
         """Totals and extremes over all steps of the run."""
         self.flush()
-        with self._path.open(newline="") as file:
-            rows = list(csv.DictReader(file))
-        if not rows:
-            return {}
-        stages = [name for name in rows[0] if name.startswith("seconds_")]
-        return {
-            "seconds_per_stage": {s.removeprefix("seconds_"): sum(float(r[s]) for r in rows) for s in stages},
-            "linear_iterations_per_step": sum(int(r["linear_iterations"]) for r in rows) / len(rows),
-            "most_contacts": max(int(r["contacts"]) for r in rows),
-            "impacts": sum(int(r["impacts"]) for r in rows),
-            "truncated": sum(int(r["truncated"]) for r in rows),
-            "steps_in_parts": sum(int(r["substeps"]) > 1 for r in rows),
-            "unresolved_steps": sum(int(r["unresolved"]) > 0 for r in rows),
-            "most_intersections": max(int(r["intersections"]) for r in rows),
-            "largest_stretch": max(float(r["max_stretch"]) for r in rows),
-            "energy_at_end": {k: float(rows[-1][k]) for k in rows[0] if k.endswith("_energy")},
-        }
+        return summary_of_steps(self._path)
+
+
+def summary_of_steps(path: Path) -> dict[str, Any]:
+    """Totals and extremes over all steps of a steps.csv."""
+    with path.open(newline="") as file:
+        rows = [row for row in csv.DictReader(file) if None not in row.values()]
+    if not rows:
+        return {}
+    wanted = sum(float(r["wanted_motion"]) for r in rows)
+    squares = [float(r["contact_acceleration"]) ** 2 for r in rows if float(r["contact_acceleration"]) > 0.0]
+    stages = [name for name in rows[0] if name.startswith("seconds_")]
+    return {
+        "seconds_per_stage": {s.removeprefix("seconds_"): sum(float(r[s]) for r in rows) for s in stages},
+        "linear_iterations_per_step": sum(int(r["linear_iterations"]) for r in rows) / len(rows),
+        "most_contacts": max(int(r["contacts"]) for r in rows),
+        "impacts": sum(int(r["impacts"]) for r in rows),
+        "truncated": sum(int(r["truncated"]) for r in rows),
+        "steps_in_parts": sum(int(r["substeps"]) > 1 for r in rows),
+        "unresolved_steps": sum(int(r["unresolved"]) > 0 for r in rows),
+        "most_intersections": max(int(r["intersections"]) for r in rows),
+        "forced_steps": sum(int(r["forced"]) > 0 for r in rows),
+        "most_forced": max(int(r["forced"]) for r in rows),
+        "withheld": sum(float(r["withheld_motion"]) for r in rows) / wanted if wanted else 0.0,
+        "withheld_in_worst_step": max(float(r["withheld"]) for r in rows),
+        "truncated_momentum": sum(float(r["truncated_momentum"]) for r in rows),
+        "contact_acceleration": (sum(squares) / len(squares)) ** 0.5 if squares else 0.0,
+        "largest_stretch": max(float(r["max_stretch"]) for r in rows),
+        "energy_at_end": {k: float(rows[-1][k]) for k in rows[0] if k.endswith("_energy")},
+    }
 
 
 class _NoWriter:
@@ -192,7 +205,7 @@ class _NoWriter:
 
     def frame(self, index: int, frame: Frame) -> None: ...
 
-    def step(self, report: StepReport) -> None: ...
+    def step(self, report: StepReport, forced: list[list[int]]) -> None: ...
 
     def checkpoint(self, step: int, state: Checkpoint) -> None: ...
 
@@ -243,9 +256,11 @@ class _Writer(_NoWriter):
                 path = self._directory / "frames" / f"frame-{index:05d}.png"
                 _core.write_png(str(path), self._renderer.render(frame))
 
-    def step(self, report: StepReport) -> None:
+    def step(self, report: StepReport, forced: list[list[int]]) -> None:
         with self._writing():
             self._steps.add(report)
+            if forced:
+                append_forced(self._directory, report.step, forced)
 
     def checkpoint(self, step: int, state: Checkpoint) -> None:
         with self._writing():
@@ -292,13 +307,14 @@ def _writer(
             raise CacheError(f"{directory} must be a directory that can be written: {error.strerror}; give another") from error
         frames = FrameWriter(str(directory), simulation.topology, json.dumps(metadata))
     steps = StepTable(directory / "steps.csv", simulation.step_index)
+    keep_forced(directory, simulation.step_index)
     checks = FrameTable(directory / "frames.csv", simulation.topology, following) if options.verify else None
     return _Writer(directory, frames, steps, checks, options, simulation.topology)
 
 
 def _remove_run(directory: Path) -> None:
     """Removes what a run has written, and nothing else."""
-    for name in ("run.vtkhdf", "bodies.vtkhdf", "steps.csv", "frames.csv", "report.json", "video.mp4"):
+    for name in ("run.vtkhdf", "bodies.vtkhdf", "steps.csv", "frames.csv", "forced.csv", "report.json", "video.mp4"):
         (directory / name).unlink(missing_ok=True)
     for path in checkpoint_files(directory):
         path.unlink()

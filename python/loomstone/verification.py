@@ -11,7 +11,7 @@ import numpy as np
 from . import _core
 from ._core import Frame, FrameTopology
 
-__all__ = ["FrameTable", "Intersections", "count_intersections"]
+__all__ = ["FrameTable", "Intersections", "append_forced", "count_intersections", "keep_forced"]
 
 
 class Intersections(NamedTuple):
@@ -57,3 +57,29 @@ class FrameTable:
             "intersecting_frames": sum(count > 0 for count in counts),
             "most_intersecting_pairs": max(counts, default=0),
         }
+
+
+def append_forced(directory: Path, step: int, pairs: list[list[int]]) -> None:
+    """forced.csv: the pairs of triangles that a step had to leave intersecting, cloth first, then bodies and obstacles."""
+    path = directory / "forced.csv"
+    new = not path.exists()
+    with path.open("a", newline="") as file:
+        table = csv.writer(file)
+        if new:
+            table.writerow(["step", "triangle", "other_triangle"])
+        table.writerows([step, *pair] for pair in pairs)
+
+
+def keep_forced(directory: Path, until_step: int) -> None:
+    """Drops rows of steps that will be computed again."""
+    path = directory / "forced.csv"
+    if not path.exists():
+        return
+    with path.open(newline="") as file:
+        header, *rows = list(csv.reader(file))
+    kept = [row for row in rows if len(row) == 3 and int(row[0]) <= until_step]
+    if not kept:
+        path.unlink()
+        return
+    with path.open("w", newline="") as file:
+        csv.writer(file).writerows([header, *kept])
