@@ -1,15 +1,12 @@
 """Magnets as hierarchies of dipole cells: figures 6.5 and 6.7, consistent levels, fronts by (6.19), conserved momentum."""
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
+from magnet_tables import cases
 
 import loomstone as ls
 from loomstone import magnetics as M
 
-TABLES = Path(__file__).resolve().parents[1] / "reference" / "magnets"
 CUBE = dict(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))
 
 
@@ -97,7 +94,7 @@ def test_cells_of_a_cube_are_the_lattice():
 
 
 def test_figure_6_7_cells_converge_to_the_exact_force_from_a_distance():
-    table = json.loads((TABLES / "i_cuboid_parallel_force.json").read_text())["cases"]
+    table = cases("i_cuboid_parallel_force")
     exact = {round(1e3 * c["gap"], 6): c["F2"][2] for c in table if c["dim1"] == c["dim2"] and c["kind"] == "axial"}
     contact = table[0]["F2"][2]
     for gap in (5.0, 10.0, 20.0):

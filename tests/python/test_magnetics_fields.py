@@ -1,20 +1,13 @@
 """Field formulas agree with reference values, with one another, and with the laws of magnetostatics."""
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
+from magnet_tables import cases, each_case
 
 import loomstone as ls
 from loomstone import magnetics as M
 
-TABLES = Path(__file__).resolve().parents[1] / "reference" / "magnets"
 J = (0.3, -0.5, 0.8)
-
-
-def cases(name):
-    return json.loads((TABLES / f"{name}.json").read_text())["cases"]
 
 
 def relative(found, expected):
@@ -52,7 +45,7 @@ def outside(source, scale, count=40, seed=1):
     return points * np.maximum(scale * np.linspace(0.5, 2.0, count), 1.05 * source.radius)[:, None]
 
 
-@pytest.mark.parametrize("case", cases("iii_exterior_fields"), ids=lambda c: c["id"])
+@each_case("iii_exterior_fields")
 def test_exterior_fields_agree_with_the_reference(case):
     points, polarization = np.array(case["points"]), case["J"]
     if case["kind"] == "cuboid":

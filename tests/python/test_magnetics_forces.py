@@ -1,20 +1,13 @@
 """Forces between magnets and currents agree with reference values, with energies, and with the conservation laws."""
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pytest
+from magnet_tables import cases
 
 import loomstone as ls
 from loomstone import magnetics as M
 
-TABLES = Path(__file__).resolve().parents[1] / "reference" / "magnets"
 TOLERANCES = [1e-4, 1e-8]
-
-
-def cases(name):
-    return json.loads((TABLES / f"{name}.json").read_text())["cases"]
 
 
 def error(found, force, torque, radius):
