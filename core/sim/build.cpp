@@ -66,9 +66,11 @@ void check_inside(const Model& model, const Points& vertices) {
 void check_scripts(const Model& model, const State& state) {
   Points start;
   pin_targets(model, state, 0.0, 1.0, start);
+  std::vector<double> edges;
+  for (const Cloth& cloth : model.scene.cloths) edges.push_back(cloth.mesh->mean_edge());
   for (std::size_t user = 0; user < model.row_of_vertex.size(); ++user) {
     const Index row = model.row_of_vertex[user], c = model.topology.cloth_of_vertex[user];
-    const double away = (start.row(row) - state.cloth.x.row(row)).norm(), edge = model.scene.cloths[c].mesh->mean_edge();
+    const double away = (start.row(row) - state.cloth.x.row(row)).norm(), edge = edges[c];
     if (away <= edge) continue;
     Index first = 0;
     for (Index i = 0; i < c; ++i) first += model.scene.cloths[i].mesh->n_vertices();
