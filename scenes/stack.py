@@ -1,7 +1,7 @@
 """Twenty sheets fall into a box, which is then shaken.
 
-See: the sheets land on one another with a rustle, lie in a stack, are pushed against the walls to and fro, and end in a
-crumpled heap. Nineteen layers press on the lowest; nothing passes through anything.
+See: the sheets land on one another with a rustle, lie in a stack, and are pushed against the walls to and fro. Nineteen layers
+press on the lowest; nothing passes through anything.
 """
 
 import numpy as np
