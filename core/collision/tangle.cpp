@@ -300,9 +300,8 @@ bool Tangle::is_cloth(Index v) const {
 
 // What has come through a body or script has not come through cloth.
 bool Tangle::cloth_contour(int contour) const {
-  for (const Piercing& p : piercings_)
-    if (p.contour == contour) return is_cloth(p.vertices[0]) && is_cloth(p.vertices[2]);
-  return false;
+  const Piercing& any = piercings_[contour];
+  return is_cloth(any.vertices[0]) && is_cloth(any.vertices[2]);
 }
 
 bool Tangle::leaves_out(ContactKind kind, PairKey key, const std::array<Index, 4>& vertices) const {

@@ -16,7 +16,7 @@ struct Piercing {
   Index edge, triangle;
   std::array<Index, 5> vertices;   // of the edge, then of the triangle
   std::array<double, 5> weights;   // of the point they share: + on the edge, - on the triangle; each side sums to 1
-  int contour = -1;
+  int contour = -1;                // index of its first piercing
   Vec3 way_out = Vec3::Zero();     // unit: where the edge should go relative to the triangle; zero: nowhere by itself
   double thickness = 0.0;          // of the pair of surfaces [m]
 };
