@@ -25,6 +25,13 @@ std::string place(const Model& model, Index triangle) {
   return surface.name + " triangle " + std::to_string(local);
 }
 
+// Index of a vertex in its cloth, from that over all cloths.
+Index vertex_in_cloth(const Model& model, std::size_t user) {
+  Index first = 0;
+  for (Index i = 0; i < model.topology.cloth_of_vertex[user]; ++i) first += model.scene.cloths[i].mesh->n_vertices();
+  return static_cast<Index>(user) - first;
+}
+
 void check_intersections(const Model& model, const Points& vertices) {
   const auto pairs = cloth_intersections(model.collision, vertices);
   const std::size_t found = pairs.size();
@@ -52,11 +59,9 @@ void check_inside(const Model& model, const Points& vertices) {
       const Vec3 p = vertices.row(model.row_of_vertex[user]);
       if ((p.array() < low.array()).any() || (p.array() > high.array()).any() || !query.inside(p)) continue;
       const Index c = model.topology.cloth_of_vertex[user];
-      Index first = 0;
-      for (Index i = 0; i < c; ++i) first += model.scene.cloths[i].mesh->n_vertices();
       std::ostringstream out;
-      out << "cloth must start outside of closed surfaces: vertex " << user - first << " of " << model.topology.cloth_names[c]
-          << " at (" << p.transpose() << ") m lies inside " << surface.name << "; move one of them";
+      out << "cloth must start outside of closed surfaces: vertex " << vertex_in_cloth(model, user) << " of "
+          << model.topology.cloth_names[c] << " at (" << p.transpose() << ") m lies inside " << surface.name << "; move one of them";
       throw InvalidInput(out.str());
     }
   }
@@ -72,11 +77,10 @@ void check_scripts(const Model& model, const State& state) {
     const Index row = model.row_of_vertex[user], c = model.topology.cloth_of_vertex[user];
     const double away = (start.row(row) - state.cloth.x.row(row)).norm(), edge = edges[c];
     if (away <= edge) continue;
-    Index first = 0;
-    for (Index i = 0; i < c; ++i) first += model.scene.cloths[i].mesh->n_vertices();
     std::ostringstream out;
-    out << item("cloths", c, model.scene.cloths[c].name) << ".script_positions must begin where the vertices are (within the mean edge, "
-        << edge << " m), vertex " << user - first << " begins " << away << " m away; move the mesh or the script";
+    out << item("cloths", c, model.scene.cloths[c].name)
+        << ".script_positions must begin where the vertices are (within the mean edge, " << edge << " m), vertex "
+        << vertex_in_cloth(model, user) << " begins " << away << " m away; move the mesh or the script";
     throw InvalidInput(out.str());
   }
 }
