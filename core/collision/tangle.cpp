@@ -19,19 +19,6 @@ constexpr double least_bend = 0.05;
 // How far around a contour surfaces may pass through what has come through [edges].
 constexpr int rounds_around = 2;
 
-Incidence edges_of_vertices(Index n_vertices, const Edges& edges) {
-  Incidence lists;
-  lists.start.assign(n_vertices + 1, 0);
-  for (Index e = 0; e < edges.rows(); ++e)
-    for (int k = 0; k < 2; ++k) ++lists.start[edges(e, k) + 1];
-  std::partial_sum(lists.start.begin(), lists.start.end(), lists.start.begin());
-  lists.items.resize(lists.start.back());
-  std::vector<Index> next(lists.start.begin(), lists.start.end() - 1);
-  for (Index e = 0; e < edges.rows(); ++e)
-    for (int k = 0; k < 2; ++k) lists.items[next[edges(e, k)]++] = e;
-  return lists;
-}
-
 Index root(std::vector<Index>& parent, Index i) {
   while (parent[i] != i) i = parent[i] = parent[parent[i]];
   return i;

@@ -46,6 +46,22 @@ Index corner_of(const Triangles& triangles, Index triangle, Index vertex) {
   return -1;
 }
 
+// The rows of a table of vertex indices that name each vertex.
+template <class Table>
+Incidence rows_of_vertices(Index n_vertices, const Table& table) {
+  Incidence lists;
+  lists.start.assign(static_cast<std::size_t>(n_vertices) + 1, 0);
+  lists.items.resize(static_cast<std::size_t>(table.size()));
+  for (Index row = 0; row < table.rows(); ++row)
+    for (Index c = 0; c < table.cols(); ++c) ++lists.start[static_cast<std::size_t>(table(row, c)) + 1];
+  accumulate(lists.start);
+  std::vector<Index> next(lists.start.begin(), lists.start.end() - 1);
+  for (Index row = 0; row < table.rows(); ++row)
+    for (Index c = 0; c < table.cols(); ++c)
+      lists.items[static_cast<std::size_t>(next[static_cast<std::size_t>(table(row, c))]++)] = row;
+  return lists;
+}
+
 }  // namespace
 
 EdgeTable edge_table(Index n_vertices, const Triangles& triangles) {
@@ -98,39 +114,18 @@ std::vector<Hinge> hinges(const Triangles& triangles, const EdgeTable& table) {
   return result;
 }
 
-Incidence triangles_of_vertices(Index n_vertices, const Triangles& triangles) {
-  Incidence lists;
-  lists.start.assign(static_cast<std::size_t>(n_vertices) + 1, 0);
-  lists.items.resize(static_cast<std::size_t>(triangles.size()));
-  for (Index t = 0; t < triangles.rows(); ++t) {
-    for (Index c = 0; c < 3; ++c) ++lists.start[static_cast<std::size_t>(triangles(t, c)) + 1];
-  }
-  accumulate(lists.start);
-  std::vector<Index> next(lists.start.begin(), lists.start.end() - 1);
-  for (Index t = 0; t < triangles.rows(); ++t) {
-    for (Index c = 0; c < 3; ++c) {
-      lists.items[static_cast<std::size_t>(next[static_cast<std::size_t>(triangles(t, c))]++)] = t;
-    }
-  }
-  return lists;
-}
+Incidence triangles_of_vertices(Index n_vertices, const Triangles& triangles) { return rows_of_vertices(n_vertices, triangles); }
+
+Incidence edges_of_vertices(Index n_vertices, const Edges& edges) { return rows_of_vertices(n_vertices, edges); }
 
 Incidence vertex_graph(Index n_vertices, const Triangles& triangles) {
-  const EdgeTable table = edge_table(n_vertices, triangles);
-  Incidence lists;
-  lists.start.assign(static_cast<std::size_t>(n_vertices) + 1, 0);
-  lists.items.resize(static_cast<std::size_t>(table.edges.size()));
-  for (Eigen::Index e = 0; e < table.edges.rows(); ++e) {
-    for (int side = 0; side < 2; ++side) ++lists.start[static_cast<std::size_t>(table.edges(e, side)) + 1];
-  }
-  accumulate(lists.start);
-  std::vector<Index> next(lists.start.begin(), lists.start.end() - 1);
-  // Edges are sorted by (low, high). First all lower neighbours, then all higher ones: each list comes out ascending.
-  for (int side = 0; side < 2; ++side) {
-    for (Eigen::Index e = 0; e < table.edges.rows(); ++e) {
-      const Index vertex = table.edges(e, 1 - side), neighbour = table.edges(e, side);
-      lists.items[static_cast<std::size_t>(next[static_cast<std::size_t>(vertex)]++)] = neighbour;
-    }
+  const Edges edges = edge_table(n_vertices, triangles).edges;
+  Incidence lists = edges_of_vertices(n_vertices, edges);
+  // Edges are sorted by (low, high): lower neighbours come first, and each list ascends.
+  for (Index vertex = 0; vertex < n_vertices; ++vertex) {
+    const auto begin = lists.items.begin() + lists.start[static_cast<std::size_t>(vertex)];
+    const auto end = lists.items.begin() + lists.start[static_cast<std::size_t>(vertex) + 1];
+    for (auto item = begin; item != end; ++item) *item = edges(*item, 0) == vertex ? edges(*item, 1) : edges(*item, 0);
   }
   return lists;
 }

@@ -35,6 +35,7 @@ struct Hinge {
 std::vector<Hinge> hinges(const Triangles& triangles, const EdgeTable& edges);
 
 Incidence triangles_of_vertices(Index n_vertices, const Triangles& triangles);
+Incidence edges_of_vertices(Index n_vertices, const Edges& edges);
 // Neighbour vertices of each vertex: those it shares an edge with.
 Incidence vertex_graph(Index n_vertices, const Triangles& triangles);
 
