@@ -87,8 +87,15 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
     while (!left.empty()) {
       const StepPart part = left.back();
       left.pop_back();
-      const std::int64_t unresolved = take(state, outcome, part);
-      if (unresolved > 0 && halving && part.length() > 1) {
+      std::int64_t unresolved = 0;
+      bool solved = true;
+      try {
+        unresolved = take(state, outcome, part);
+      } catch (const NewtonFailure&) {
+        if (part.length() == 1) throw;
+        solved = false;
+      }
+      if (!solved || (unresolved > 0 && halving && part.length() > 1)) {
         state = report.substeps == 0 ? start : before;
         if (world_) world_->restore(state.rigid);
         forget_steps(state.cloth);
@@ -268,7 +275,7 @@ void Stepper::integrate(State& state, StepReport& report) {
     std::ostringstream out;
     out << failure.what() << "; the residual is largest at cloth vertex " << vertex_of_row(failure.row)
         << ", which began the step at (" << x0_.row(failure.row) << ')';
-    throw SolverFailure(out.str());
+    throw NewtonFailure(out.str(), failure.row);
   }
   report.newton_iterations += done.newton_iterations;
   report.linear_iterations += done.linear_iterations;

@@ -22,7 +22,8 @@ struct StepOutcome {
   std::vector<std::array<Index, 2>> forced;  // pairs of triangles (of all surfaces) that intersect because they are forced to
 };
 
-// A part of a step in 64ths of it: a step that certification cannot free of impacts is taken again in halves.
+// A part of a step in 64ths of it: a step that certification cannot free of impacts, or whose Newton loop finds no solution, is
+// taken again in halves.
 struct StepPart {
   static constexpr int whole = 64;
   int first = 0, last = whole;
