@@ -9,7 +9,7 @@
 0.04 s
 """
 
-from . import collision, magnetics, meshes
+from . import collision, garments, magnetics, meshes
 from ._core import (
     Air,
     Attachment,
@@ -47,6 +47,7 @@ from ._core import (
 from .cache import Run
 from .decomposition import convex_parts
 from .fabrics import fabrics
+from .garments import garment
 from .integrators import (
     BDF2,
     BackwardEuler,
@@ -102,6 +103,8 @@ __all__ = [
     "fabrics",
     "floor",
     "funnel",
+    "garment",
+    "garments",
     "grid",
     "intersecting_pairs",
     "launched_by_mpi",

@@ -16,6 +16,7 @@ SMALL = {
     "bending": ({"triangles": 128}, 0.4, 1.2),
     "card": ({"triangles": 288, "boxes": 3}, 0.48, 1.3),
     "drape": ({"triangles": 450}, 0.6, 1.2),
+    "dress": ({"triangles": 900}, 1.3, 1.3),
     "flag": ({"triangles": 200}, 0.2, 1.3),
     "fold": ({"triangles": 240, "layers": 4}, 0.4, 1.3),
     "funnel": ({"triangles": 500}, 0.8, 1.2),

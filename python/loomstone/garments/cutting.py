@@ -1,0 +1,116 @@
+"""From panels to triangles that can be sewn: both edges of a seam carry the same number of points."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._core import InvalidInput
+from .edges import Edge
+from .seams import Pattern, Seam, turned_panels
+from .triangulation import triangulated
+
+__all__ = ["Cut", "cut"]
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+SHELF = 0.05  # distance of panels laid out as uv [m]
+
+
+@dataclass(frozen=True, eq=False)
+class Cut:
+    """The triangulated panels end to end, not yet sewn.
+
+    flat (n x 2) : the pattern laid out, weft along the first axis, warp along the second [m]
+    placed (n x 3) : where the panels put them [m]; triangles (m x 3); panel_of_triangle (m)
+    pairs (k x 2) : vertices to be joined; seam_of_pair (k) : index into the pattern's seams
+    groups : vertices by name, "panel" and "panel.edge" (in order along the edge)
+    """
+
+    pattern: Pattern
+    flat: Floats
+    placed: Floats
+    triangles: Indices
+    panel_of_triangle: Indices
+    pairs: Indices
+    seam_of_pair: Indices
+    groups: Mapping[str, Indices]
+
+
+def cut(pattern: Pattern, *, spacing: float, triangles: int | None, seed: int) -> Cut:
+    """Triangulates every panel with edges of about `spacing` [m]; `triangles` is shared out by area."""
+    segments = _segments(pattern, spacing)
+    flat, placed, faces, owner = [], [], [], []
+    groups: dict[str, Indices] = {}
+    total = sum(panel.area for panel in pattern.panels)
+    first, shelf, due = 0, 0.0, 0.0
+    for index, panel in enumerate(pattern.panels):
+        sides = [edge.sampled(segments[f"{panel.name}.{edge.name}"]) for edge in panel.edges]
+        outline = np.concatenate([side[:-1] for side in sides])
+        if len(outline) < 3:
+            raise InvalidInput(f"panel {panel.name!r} has only {len(outline)} points; ask for more triangles")
+        wanted = panel.area * (triangles / total if triangles else 4.0 / np.sqrt(3.0) / spacing**2)
+        due += wanted
+        interior = max(0, round((due + 2 - len(outline)) / 2))
+        points, panel_faces = triangulated(outline, interior, seed=seed + index, where=f"panel {panel.name!r}")
+        due -= len(panel_faces)  # so that the whole garment has the number asked for
+        at = first
+        for edge, side in zip(panel.edges, sides, strict=True):
+            ring = first + np.arange(at - first, at - first + len(side)) % len(outline)
+            groups[f"{panel.name}.{edge.name}"] = ring
+            at += len(side) - 1
+        groups[panel.name] = np.arange(first, first + len(points))
+        laid = panel.pattern(points)
+        low = laid.min(0)
+        flat.append(laid - low + (shelf, 0.0))
+        shelf += float(np.ptp(laid[:, 0])) + SHELF
+        where = np.asarray(panel.place(points), float)
+        if where.shape != (len(points), 3) or not np.isfinite(where).all():
+            raise InvalidInput(f"panel {panel.name!r}: its place must give finite points (n x 3) [m]")
+        placed.append(where)
+        faces.append(panel_faces + first)
+        owner.append(np.full(len(panel_faces), index))
+        first += len(points)
+    places = np.concatenate(placed)
+    pairs, seam_of_pair, reverse = _pairs(pattern, groups, places)
+    joined, owners = np.concatenate(faces), np.concatenate(owner)
+    for index, panel in enumerate(pattern.panels):
+        if turned_panels(pattern, reverse)[panel.name]:
+            joined[owners == index] = joined[owners == index][:, ::-1]
+    return Cut(pattern, np.concatenate(flat), places, joined, owners, pairs, seam_of_pair, groups)
+
+
+def _segments(pattern: Pattern, spacing: float) -> dict[str, int]:
+    def least(edge: Edge) -> int:
+        return 1 if edge.kind == "polyline" and len(edge.points) == 2 else 2
+
+    result = {
+        f"{panel.name}.{edge.name}": max(least(edge), round(edge.length / spacing))
+        for panel in pattern.panels
+        for edge in panel.edges
+    }
+    for seam in pattern.seams:
+        a, b = pattern.edge(seam.first), pattern.edge(seam.second)
+        both = max(least(a), least(b), round((a.length + b.length) / 2 / spacing))
+        result[seam.first] = result[seam.second] = both
+    return result
+
+
+def _pairs(
+    pattern: Pattern, groups: Mapping[str, Indices], placed: Floats
+) -> tuple[Indices, Indices, dict[Seam, bool]]:
+    pairs, owner = [], []
+    reverse: dict[Seam, bool] = {}
+    for index, seam in enumerate(pattern.seams):
+        a, b = groups[seam.first], groups[seam.second]
+        along, against = (np.linalg.norm(placed[a] - placed[order], axis=1).sum() for order in (b, b[::-1]))
+        reverse[seam] = bool(against <= along * (1 + 1e-9)) if seam.reverse is None else seam.reverse
+        pairs.append(np.c_[a, b[::-1] if reverse[seam] else b])
+        owner.append(np.full(len(a), index))
+    if not pairs:
+        return np.empty((0, 2), np.int64), np.empty(0, np.int64), reverse
+    return np.concatenate(pairs), np.concatenate(owner), reverse

@@ -1,0 +1,142 @@
+"""Edges of a flat panel: polylines, Bézier curves and arcs, sampled evenly by length."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .._core import InvalidInput
+
+__all__ = ["Edge", "arc", "cubic", "line", "polyline", "quadratic"]
+
+Floats = NDArray[np.float64]
+Point = tuple[float, float]
+
+FINE = 512  # chords by which the length of a curve is measured: relative error below 1e-5 on a half circle
+
+
+@dataclass(frozen=True)
+class Edge:
+    """One side of a panel, from its first point to its last; made by line, polyline, quadratic, cubic or arc.
+
+    name : within its panel
+    kind : "polyline" (all points), "quadratic" or "cubic" (with control points), "arc" (start, a point on it, end)
+    points : [m], viewed from the outside of the garment
+    """
+
+    name: str
+    kind: str
+    points: tuple[Point, ...]
+
+    @property
+    def start(self) -> Point:
+        return self.points[0]
+
+    @property
+    def end(self) -> Point:
+        return self.points[-1]
+
+    @property
+    def length(self) -> float:
+        """Along the curve [m]."""
+        return float(np.linalg.norm(np.diff(self.curve(), axis=0), axis=1).sum())
+
+    def curve(self) -> Floats:
+        """The edge as a fine polyline (k x 2) [m]."""
+        control = np.array(self.points, float)
+        t = np.linspace(0.0, 1.0, FINE + 1)[:, None]
+        fine: Floats
+        if self.kind == "quadratic":
+            a, b, c = control
+            fine = (1 - t) ** 2 * a + 2 * t * (1 - t) * b + t**2 * c
+        elif self.kind == "cubic":
+            a, b, c, d = control
+            fine = (1 - t) ** 3 * a + 3 * t * (1 - t) ** 2 * b + 3 * t**2 * (1 - t) * c + t**3 * d
+        elif self.kind == "arc":
+            centre, radius, first, sweep = _circle(control)
+            angle = first + sweep * t[:, 0]
+            fine = centre + radius * np.c_[np.cos(angle), np.sin(angle)]
+            fine[0], fine[-1] = control[0], control[2]
+        else:
+            fine = control
+        return fine
+
+    def sampled(self, segments: int) -> Floats:
+        """Points (segments + 1 x 2) that divide the edge evenly by length; corners of a polyline may fall between."""
+        fine = self.curve()
+        along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
+        at = np.linspace(0.0, along[-1], segments + 1)
+        sampled = np.c_[np.interp(at, along, fine[:, 0]), np.interp(at, along, fine[:, 1])]
+        sampled[0], sampled[-1] = self.start, self.end
+        return np.asarray(sampled, float)
+
+    def mirrored(self) -> Edge:
+        """About x = 0, run backwards, so that a panel of such edges is viewed from its outside again."""
+        return Edge(self.name, self.kind, tuple((-x, y) for x, y in reversed(self.points)))
+
+
+def line(name: str, start: ArrayLike, end: ArrayLike) -> Edge:
+    """Straight edge between two points [m].
+
+    >>> line("side", (0, 0), (0, 0.4)).length
+    0.4
+    """
+    return _edge(name, "polyline", [start, end])
+
+
+def polyline(name: str, points: ArrayLike) -> Edge:
+    """Edge through points (k x 2) [m]."""
+    return _edge(name, "polyline", np.asarray(points, float).reshape(-1, 2))
+
+
+def quadratic(name: str, start: ArrayLike, control: ArrayLike, end: ArrayLike) -> Edge:
+    """Quadratic Bézier curve [m]."""
+    return _edge(name, "quadratic", [start, control, end])
+
+
+def cubic(name: str, start: ArrayLike, control: ArrayLike, second_control: ArrayLike, end: ArrayLike) -> Edge:
+    """Cubic Bézier curve [m]."""
+    return _edge(name, "cubic", [start, control, second_control, end])
+
+
+def arc(name: str, start: ArrayLike, through: ArrayLike, end: ArrayLike) -> Edge:
+    """Circular arc from start to end through a third point [m].
+
+    >>> round(arc("neck", (0.1, 0), (0, 0.1), (-0.1, 0)).length, 5)
+    0.31416
+    """
+    edge = _edge(name, "arc", [start, through, end])
+    _circle(np.array(edge.points, float), name)
+    return edge
+
+
+def _edge(name: str, kind: str, points: Any) -> Edge:
+    try:
+        array = np.asarray(points, float)
+    except (TypeError, ValueError):
+        array = np.empty(0)
+    if array.ndim != 2 or array.shape[1] != 2 or len(array) < 2 or not np.isfinite(array).all():
+        raise InvalidInput(f"edge {name!r} needs at least two points of two finite numbers [m], got {points!r}")
+    if "." in name or not name:
+        raise InvalidInput(f"an edge needs a name without a dot, got {name!r}; groups are called panel.edge")
+    if not np.linalg.norm(np.diff(array, axis=0), axis=1).sum() > 0:
+        raise InvalidInput(f"edge {name!r} has no length: all its points are {tuple(array[0])}")
+    return Edge(name, kind, tuple((float(x), float(y)) for x, y in array))
+
+
+def _circle(points: Floats, name: str = "") -> tuple[Floats, float, float, float]:
+    """Centre, radius, first angle and signed sweep of the circle through three points."""
+    a, b, c = points
+    system = 2.0 * np.array([b - a, c - a])
+    determinant = float(np.linalg.det(system))
+    if abs(determinant) < 1e-9 * float(np.abs(system).max()) ** 2:
+        raise InvalidInput(f"arc {name!r}: its three points lie on a line; use line(), or move the middle point")
+    centre = np.linalg.solve(system, [b @ b - a @ a, c @ c - a @ a])
+    first, middle, last = (np.arctan2(*(p - centre)[::-1]) for p in (a, b, c))
+    sweep = float((last - first) % (2 * np.pi))
+    if float((middle - first) % (2 * np.pi)) > sweep:
+        sweep -= 2 * np.pi
+    return centre, float(np.linalg.norm(a - centre)), float(first), sweep

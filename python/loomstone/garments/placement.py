@@ -1,0 +1,104 @@
+"""Where a panel starts in space: maps from its plane to places, all but the ribbon without any strain.
+
+A panel's x runs to the right and y up, viewed from outside the garment; across x up points outward.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Cone", "Cylinder", "Placement", "Plane", "Ribbon"]
+
+Floats = NDArray[np.float64]
+Vector = tuple[float, float, float]
+
+
+class Placement(Protocol):
+    """Anything that takes points of the panel (n x 2) to space (n x 3) [m]."""
+
+    def __call__(self, points: Floats, /) -> Floats: ...
+
+
+@dataclass(frozen=True)
+class Plane:
+    """Flat: origin + x across + y up; the outside looks along across x up, by default to -y."""
+
+    origin: Vector = (0.0, 0.0, 0.0)
+    across: Vector = (1.0, 0.0, 0.0)
+    up: Vector = (0.0, 0.0, 1.0)
+
+    def __call__(self, points: Floats, /) -> Floats:
+        placed: Floats = np.array(self.origin) + points @ np.array([self.across, self.up])
+        return placed
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """Wrapped round an axis; x = 0 lies at angle_degrees from `reference`, x grows counter-clockwise about the axis.
+
+    centre : the point on the axis where y = 0 [m]; radius [m]; axis and reference: perpendicular directions
+    """
+
+    radius: float
+    centre: Vector = (0.0, 0.0, 0.0)
+    angle_degrees: float = 0.0
+    axis: Vector = (0.0, 0.0, 1.0)
+    reference: Vector = (1.0, 0.0, 0.0)
+
+    def __call__(self, points: Floats, /) -> Floats:
+        angle = np.radians(self.angle_degrees) + points[:, :1] / self.radius
+        axis = np.array(self.axis) / np.linalg.norm(self.axis)
+        first = np.array(self.reference) - axis * (axis @ np.array(self.reference))
+        first /= np.linalg.norm(first)
+        radial = np.cos(angle) * first + np.sin(angle) * np.cross(axis, first)
+        placed: Floats = np.array(self.centre) + self.radius * radial + points[:, 1:] * axis
+        return placed
+
+
+@dataclass(frozen=True)
+class Cone:
+    """Wrapped round a vertical cone: circles about the apex of the pattern become rings of it.
+
+    apex : in the panel's plane [m]; tip : where it comes to lie [m]; slope : ring radius over distance from the apex,
+    below 1; angle_degrees : where the panel's vertical through the apex comes to lie, from +x; the cone opens downward
+    where the panel lies below its apex, else upward
+    """
+
+    apex: tuple[float, float]
+    tip: Vector
+    slope: float
+    angle_degrees: float = 0.0
+
+    def __call__(self, points: Floats, /) -> Floats:
+        away = points - np.array(self.apex)
+        distance = np.linalg.norm(away, axis=1)
+        opens = 1.0 if away[:, 1].mean() > 0 else -1.0
+        angle = np.radians(self.angle_degrees) + np.arctan2(away[:, 0], opens * away[:, 1]) / self.slope
+        ring = self.slope * distance
+        height = opens * np.sqrt(1.0 - self.slope**2) * distance
+        placed: Floats = np.array(self.tip) + np.c_[ring * np.cos(angle), ring * np.sin(angle), height]
+        return placed
+
+
+@dataclass(frozen=True)
+class Ribbon:
+    """Along a path: y is the length along it, x goes along `across`, which may turn on the way.
+
+    path, across : (k x 3) [m]; directions across are taken to unit length
+    """
+
+    path: tuple[Vector, ...]
+    across: tuple[Vector, ...]
+
+    def __call__(self, points: Floats, /) -> Floats:
+        path, across = np.array(self.path), np.array(self.across)
+        along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+        across = across / np.linalg.norm(across, axis=1)[:, None]
+        centre, side = (np.stack([np.interp(points[:, 1], along, v) for v in a.T], axis=1) for a in (path, across))
+        side /= np.linalg.norm(side, axis=1)[:, None]
+        placed: Floats = centre + points[:, :1] * side
+        return placed

@@ -1,0 +1,196 @@
+"""Sews panels into one mesh whose uv are the pattern."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .._core import InvalidInput, TriangleMesh, intersecting_pairs
+from ..arguments import whole
+from .cutting import Cut, cut
+from .panel import Panel
+from .relaxation import relaxed, stretches
+from .seams import Pattern, Seam, merged
+from .triangulation import smallest_angles
+
+__all__ = ["Garment", "garment"]
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+EASE = 0.05  # default bound on how far the lengths of sewn edges may differ
+
+
+@dataclass(frozen=True, eq=False)
+class Garment:
+    """A sewn garment.
+
+    mesh : TriangleMesh, panels meet along seams by different uv; uv are the panels laid out side by side [m]
+    groups : vertices by name: "panel", "panel.edge" (in order along the edge)
+    panel_names, panel_of_triangle (m) ; cut : the panels before sewing, or None for a mesh that was sewn already
+    seam_edges (k x 2) : edges of the mesh where panels meet
+    """
+
+    mesh: TriangleMesh
+    groups: Mapping[str, Indices]
+    panel_names: tuple[str, ...]
+    panel_of_triangle: Indices
+    seam_edges: Indices
+    cut: Cut | None = None
+
+    def group(self, *names: str) -> list[int]:
+        """Vertices of one or several groups, as pins and attachments take them."""
+        for name in names:
+            if name not in self.groups:
+                raise InvalidInput(f"the garment has no group {name!r}; it has {', '.join(self.groups)}")
+        return sorted({int(i) for name in names for i in self.groups[name]})
+
+    def flat_corners(self) -> Floats:
+        """Rest corners of all triangles (m x 3 x 2) [m]."""
+        corners: Floats = np.asarray(self.mesh.uv)[np.asarray(self.mesh.uv_triangles)]
+        return corners
+
+    def stretches(self) -> Floats:
+        """Principal stretches (m x 2) [1] of the mesh as it stands against its pattern, the larger first."""
+        return stretches(np.asarray(self.mesh.vertices), np.asarray(self.mesh.triangles, np.int64), self.flat_corners())
+
+    def min_angle_degrees(self) -> float:
+        """Smallest angle of a triangle of the pattern."""
+        count = self.mesh.n_triangles
+        return float(smallest_angles(self.flat_corners().reshape(-1, 2), np.arange(3 * count).reshape(-1, 3)).min())
+
+    def openings(self) -> list[list[int]]:
+        """Closed loops of vertices along the garment's boundary: neck, armholes, hem ..."""
+        return boundary_loops(np.asarray(self.mesh.triangles))
+
+    def moved(self, translation: ArrayLike) -> Garment:
+        """At another place [m]."""
+        return self.at(np.asarray(self.mesh.vertices) + np.asarray(translation, float))
+
+    def at(self, positions: ArrayLike) -> Garment:
+        """With other vertices (n x 3) [m]."""
+        mesh = TriangleMesh(positions, self.mesh.triangles, self.mesh.uv, uv_triangles=self.mesh.uv_triangles)
+        return Garment(mesh, self.groups, self.panel_names, self.panel_of_triangle, self.seam_edges, self.cut)
+
+
+def garment(
+    panels: Sequence[Panel] | Pattern,
+    seams: Sequence[Seam | tuple[str, str]] = (),
+    *,
+    triangles: int | None = None,
+    edge: float | None = None,
+    ease: float = EASE,
+    seed: int = 1,
+    relax: int = 150,
+    allow_intersections: bool = False,
+) -> Garment:
+    """Triangulates panels, joins them along seams and takes out the strain that their places leave.
+
+    panels, seams : Panel; Seam or pairs of "panel.edge"; or one Pattern
+    triangles : how many in all (met within one a panel), or edge : their mean edge [m]; angles are at least 25 degrees
+        where the outline has no corner below 55
+    ease : how far the lengths of two sewn edges may differ, of the longer [1]
+    seed : of the points inside; the same input gives the same garment
+    relax : iterations that bring triangles closer to the pattern, 0: vertices of a seam just meet halfway
+    allow_intersections : accept a start that passes through itself
+
+    >>> import loomstone as ls
+    >>> names = ("hem", "right", "top", "left")
+    >>> front = ls.garments.Panel.polygon("front", [(-0.25, 0), (0.25, 0), (0.25, 0.4), (-0.25, 0.4)], names=names)
+    >>> round_ = [ls.garments.Cylinder(radius=0.16, angle_degrees=a) for a in (-90, 90)]
+    >>> tube = ls.garment([ls.garments.replace(front, name=n, place=p) for n, p in zip(("front", "back"), round_)],
+    ...                   [("front.right", "back.left"), ("back.right", "front.left")], triangles=600)
+    >>> tube.mesh.n_triangles, len(tube.openings())
+    (600, 2)
+    """
+    pattern = panels if isinstance(panels, Pattern) else Pattern(tuple(panels), tuple(seams))  # type: ignore[arg-type]
+    if isinstance(panels, Pattern) and seams:
+        raise InvalidInput("a Pattern has its own seams; give either a Pattern, or panels and seams")
+    if not (np.isfinite(ease) and 0 <= ease < 1):
+        raise InvalidInput(f"ease must be in [0, 1), got {ease}")
+    pattern.check(ease)
+    if (triangles is None) == (edge is None):
+        raise InvalidInput(f"give either triangles or edge, got triangles={triangles}, edge={edge}")
+    if edge is not None and not (np.isfinite(edge) and edge > 0):
+        raise InvalidInput(f"edge must be > 0 [m], got {edge}")
+    total = sum(panel.area for panel in pattern.panels)
+    count = None if triangles is None else whole("triangles", triangles, 2 * len(pattern.panels), 10_000_000)
+    spacing = edge_for(total, count) if count is not None else float(edge or 0.0)
+    pieces = cut(pattern, spacing=spacing, triangles=count, seed=seed)
+    sewn = joined(pieces, pieces.placed)
+    if relax:
+        positions = np.asarray(sewn.mesh.vertices)
+        faces = np.asarray(sewn.mesh.triangles, np.int64)
+        sewn = sewn.at(relaxed(positions, faces, sewn.flat_corners(), iterations=whole("relax", relax, 0, 100_000)))
+    if not allow_intersections:
+        check_free(sewn)
+    return sewn
+
+
+def edge_for(area: float, triangles: int) -> float:
+    """Edge of equilateral triangles that fill an area [m]."""
+    return float(np.sqrt(area / triangles * 4 / np.sqrt(3)))
+
+
+def joined(pieces: Cut, positions: Floats) -> Garment:
+    """Panels with their vertices at `positions` (n x 3) [m], welded: what is joined meets halfway."""
+    index = merged(len(positions), [(int(a), int(b)) for a, b in pieces.pairs])
+    count = int(index.max()) + 1
+    weight = np.bincount(index, minlength=count)
+    sums = [np.bincount(index, column, minlength=count) for column in positions.T]
+    vertices = np.stack(sums, axis=1) / weight[:, None]
+    triangles = index[pieces.triangles]
+    _check_weld(pieces, index, triangles)
+    # The pattern as seen from outside everywhere: a panel turned over keeps its uv, mirrored as a whole.
+    mesh = TriangleMesh(vertices, triangles, pieces.flat, uv_triangles=pieces.triangles)
+    groups = {name: index[members] for name, members in pieces.groups.items()}
+    names = tuple(panel.name for panel in pieces.pattern.panels)
+    return Garment(mesh, groups, names, pieces.panel_of_triangle, _seam_edges(pieces, index), pieces)
+
+
+def boundary_loops(triangles: NDArray[np.integer]) -> list[list[int]]:
+    half = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    known = {(int(a), int(b)) for a, b in half}
+    following = {a: b for a, b in known if (b, a) not in known}
+    loops = []
+    while following:
+        loop = [min(following)]
+        while (successor := following.pop(loop[-1], None)) is not None and successor != loop[0]:
+            loop.append(successor)
+        loops.append(loop)
+    return loops
+
+
+def _seam_edges(pieces: Cut, index: Indices) -> Indices:
+    ends = index[pieces.pairs[:, 0]]
+    same = pieces.seam_of_pair[1:] == pieces.seam_of_pair[:-1]
+    return np.c_[ends[:-1], ends[1:]][same] if len(ends) else np.empty((0, 2), np.int64)
+
+
+def _check_weld(pieces: Cut, index: Indices, triangles: Indices) -> None:
+    names = [panel.name for panel in pieces.pattern.panels]
+    flat = (triangles == np.roll(triangles, 1, axis=1)).any(1)
+    if flat.any():
+        panel = names[pieces.panel_of_triangle[np.argmax(flat)]]
+        raise InvalidInput(f"panel {panel!r}: its seams join two corners of one triangle; ask for more triangles")
+    half = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    _, first, uses = np.unique(half, axis=0, return_index=True, return_counts=True)
+    if (uses > 1).any():
+        panel = names[pieces.panel_of_triangle[first[np.argmax(uses > 1)] % len(triangles)]]
+        raise InvalidInput(
+            f"the seams fold panel {panel!r} onto another: more than two triangles would share an edge; check which "
+            "edges are sewn, and ask for more triangles if panels are narrow"
+        )
+
+
+def check_free(sewn: Garment) -> None:
+    pairs = intersecting_pairs(sewn.mesh.vertices, sewn.mesh.triangles)
+    if pairs:
+        a, b = (sewn.panel_names[sewn.panel_of_triangle[t]] for t in pairs[0])
+        raise InvalidInput(
+            f"the garment passes through itself in {len(pairs)} pairs of triangles, first of panels {a!r} and {b!r}; "
+            "place the panels farther apart, close the seams by simulation (close_seams), or set allow_intersections"
+        )

@@ -1,0 +1,98 @@
+"""Garments that come sewn: a mesh whose uv are the pattern, from any program."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import meshes
+from .._core import InvalidInput, TriangleMesh
+from .garmentcode import read_garmentcode
+from .sewing import Garment, boundary_loops, garment
+
+__all__ = ["read", "sewn"]
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+def read(path: str | os.PathLike[str], *, triangles: int | None = None, seed: int = 1) -> Garment:
+    """Garment from a file: a GarmentCode pattern (.json), or a sewn mesh whose uv are the pattern [m] (.obj, .ply).
+
+    triangles : of a pattern, how many in all, default 6,000; a mesh keeps its own
+    """
+    path = Path(path)
+    if path.suffix.lower() == ".json":
+        return garment(read_garmentcode(path), triangles=6000 if triangles is None else triangles, ease=0.6, seed=seed)
+    if triangles is not None:
+        raise InvalidInput(f"{path}: a sewn mesh keeps its triangles; leave triangles={triangles} out")
+    return sewn(meshes.read_mesh(path), where=str(path))
+
+
+def sewn(mesh: TriangleMesh, *, where: str = "mesh") -> Garment:
+    """Finds the panels of a sewn mesh: triangles connected by edges with the same uv on both sides.
+
+    mesh : uv are the pattern [m]. Groups: "panel_1", the largest, and so on; "opening_1", the boundary's longest loop.
+    InvalidInput where there are no uv, or where two boundary vertices lie at the same place: an open seam.
+    """
+    if len(mesh.uv) == 0:
+        raise InvalidInput(f"{where}: has no uv; a sewn garment needs its flat pattern as uv [m]")
+    triangles = np.asarray(mesh.triangles, np.int64)
+    uv = np.asarray(mesh.uv)[np.asarray(mesh.uv_triangles)]
+    _check_closed_seams(mesh, triangles, where)
+    first, second, seam = _interior_edges(triangles, uv)
+    panel = _panels(len(triangles), first[~seam] % len(triangles), second[~seam] % len(triangles), uv)
+    corner = first[seam] // len(triangles), first[seam] % len(triangles)
+    ends = np.c_[triangles[corner[1], corner[0]], triangles[corner[1], (corner[0] + 1) % 3]]
+    names = tuple(f"panel_{i + 1}" for i in range(int(panel.max()) + 1))
+    groups = {name: np.unique(triangles[panel == i]) for i, name in enumerate(names)}
+    for i, loop in enumerate(sorted(boundary_loops(triangles), key=lambda loop: -len(loop))):
+        groups[f"opening_{i + 1}"] = np.array(loop)
+    return Garment(mesh, groups, names, panel, ends)
+
+
+def _interior_edges(triangles: Indices, uv: Floats) -> tuple[Indices, Indices, NDArray[np.bool_]]:
+    """Half edges that are one edge, and whether their uv differ; half edge c * m + t starts at corner c of t."""
+    m = len(triangles)
+    half = np.concatenate([triangles[:, [c, (c + 1) % 3]] for c in range(3)])
+    ends = np.concatenate([uv[:, [c, (c + 1) % 3]] for c in range(3)])
+    order = np.lexsort(np.sort(half, axis=1).T)
+    ordered = np.sort(half, axis=1)[order]
+    same = np.flatnonzero((ordered[1:] == ordered[:-1]).all(1))
+    first, second = order[same], order[same + 1]
+    # Two neighbours run along their edge in opposite directions. Files round uv to 6 digits or so.
+    tolerance = 1e-5 * float(np.ptp(uv.reshape(-1, 2), axis=0).max())
+    seam = np.abs(ends[first] - ends[second][:, ::-1]).max((1, 2)) > tolerance
+    assert (first % m != second % m).all(), "a triangle has no edge twice"
+    return first, second, seam
+
+
+def _panels(count: int, a: Indices, b: Indices, uv: Floats) -> Indices:
+    """Panel of every triangle, the largest first."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    links = coo_matrix((np.ones(len(a)), (a, b)), shape=(count, count))
+    number, label = connected_components(links, directed=False)
+    e, f = uv[:, 1] - uv[:, 0], uv[:, 2] - uv[:, 0]
+    area = np.bincount(label, np.abs(e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0]), minlength=number)
+    rank = np.empty(number, np.int64)
+    rank[np.argsort(-area, kind="stable")] = np.arange(number)
+    ranked: Indices = rank[label]
+    return ranked
+
+
+def _check_closed_seams(mesh: TriangleMesh, triangles: Indices, where: str) -> None:
+    border = np.array([v for loop in boundary_loops(triangles) for v in loop], np.int64)
+    places = np.round(np.asarray(mesh.vertices)[border] / (1e-6 * mesh.mean_edge))
+    _, first, uses = np.unique(places, axis=0, return_inverse=True, return_counts=True)
+    double = np.flatnonzero(uses > 1)
+    if len(double):
+        a, b = border[np.flatnonzero(first.ravel() == double[0])[:2]]
+        raise InvalidInput(
+            f"{where}: {len(double)} seam points are open, first vertices {a} and {b} at the same place; weld them so "
+            "that the panels share vertices and differ in uv only"
+        )
