@@ -123,6 +123,16 @@ std::string field_text(const F& each) {
   return text;
 }
 
+// A number that carries a unit (loomstone.units or Pint) in the unit of its field; anything else as it is.
+template <class D, class F>
+py::object in_unit(const py::object& value, const F& each, const char* name) {
+  using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
+  if (!std::is_arithmetic_v<Member> || std::is_same_v<Member, bool>) return value;
+  if (PyFloat_Check(value.ptr()) || PyLong_Check(value.ptr())) return value;
+  const std::string unit = *each.unit ? each.unit : "1", where = std::string(name) + "." + each.name;
+  return py::module_::import("loomstone.units").attr("in_unit")(value, unit, where);
+}
+
 // Why these keyword arguments make no D: an unknown name (TypeError) or a value of the wrong kind or shape.
 template <Description D>
 [[noreturn]] void explain_arguments(const char* name, const py::kwargs& arguments) {
@@ -138,7 +148,7 @@ template <Description D>
   for_each_field<D>([&](const auto& each) {
     using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
     if (!arguments.contains(each.name)) return;
-    const py::object value = arguments[each.name];
+    const py::object value = in_unit<D>(arguments[each.name], each, name);
     py::detail::make_caster<Member> caster;
     if (caster.load(value, true)) return;
     const std::string where = std::string(name) + "." + each.name;
@@ -165,8 +175,9 @@ D from_arguments(const char* name, D value, const py::kwargs& arguments) {
     using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
     known.append(each.name);
     if (!arguments.contains(each.name)) return;
+    const py::object given = in_unit<D>(arguments[each.name], each, name);
     py::detail::make_caster<Member> caster;
-    good = good && caster.load(arguments[each.name], true);
+    good = good && caster.load(given, true);
     if (good) value.*(each.member) = py::detail::cast_op<Member&>(caster);
   });
   for (const auto& [key, unused] : arguments) good = good && known.contains(key);

@@ -46,7 +46,8 @@ from ._core import (
 )
 from .cache import Run
 from .decomposition import convex_parts
-from .fabrics import fabrics
+from .fabric_fit import fit_fabric
+from .fabrics import Fabric, fabric_of_levels, fabrics
 from .garments import garment
 from .integrators import (
     BDF2,
@@ -58,7 +59,9 @@ from .integrators import (
 )
 from .meshes import grid, read_mesh, write_mesh
 from .obstacles import box, capsule, floor, funnel, obstacle, sphere, wave_bar
+from .rigidity import bending_from_strips, strip_rigidity
 from .simulation import Simulation
+from .units import Quantity, units
 from .versions import show_versions
 
 __all__ = [
@@ -74,6 +77,7 @@ __all__ = [
     "Communicator",
     "Error",
     "ExplicitEuler",
+    "Fabric",
     "Frame",
     "FrameTopology",
     "ImplicitMidpoint",
@@ -81,6 +85,7 @@ __all__ = [
     "InvalidInput",
     "MassProperties",
     "Obstacle",
+    "Quantity",
     "RenderOptions",
     "Renderer",
     "RigidBody",
@@ -96,11 +101,14 @@ __all__ = [
     "TriangleMesh",
     "Unsupported",
     "__version__",
+    "bending_from_strips",
     "box",
     "capsule",
     "collision",
     "convex_parts",
+    "fabric_of_levels",
     "fabrics",
+    "fit_fabric",
     "floor",
     "funnel",
     "garment",
@@ -117,6 +125,8 @@ __all__ = [
     "show_versions",
     "single_communicator",
     "sphere",
+    "strip_rigidity",
+    "units",
     "wave_bar",
     "write_mesh",
     "write_png",

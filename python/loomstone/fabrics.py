@@ -1,92 +1,256 @@
-"""Materials of real fabrics by name.
+"""Real fabrics by name, and fabrics by named levels for artists.
 
-Woven "cotton", "wool", "canvas", "silk", "denim": stiffness along weft, warp and in shear, and area density as used by
-Codim-IPC (Li, Kaufman, Jiang 2021); their bending rigidity is the median of 618 measured fabrics of that area density
-(DrapeTester). All others: measured by Wang, O'Brien and Ramamoorthi 2011, at small strain.
+>>> import loomstone as ls
+>>> cotton = ls.fabrics["cotton"]
+>>> scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(size=(0.5, 0.5), triangles=200), material=cotton)])
+>>> print(f"{cotton.density:g} kg/m^2, {cotton.warp_stiffness:g} N/m along warp")
+0.1036 kg/m^2, 3801 N/m along warp
+
+Numbers and sources are in fabric_table.py; how they were mapped and what to beware of, in docs/fabrics.md.
 """
 
 from __future__ import annotations
 
 import difflib
 from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from math import inf, isfinite
 from typing import Any
 
 from ._core import ClothMaterial, InvalidInput
+from .fabric_table import BANDS, FABRICS, LEVELS, SOURCES, Band, Level, Row
+from .rigidity import bending_from_strips, strip_rigidity
+from .units import in_unit
 
-__all__ = ["fabrics"]
+__all__ = ["Fabric", "ModeFit", "fabric_of_levels", "fabrics"]
 
 
-class _Fabrics(Mapping[str, ClothMaterial]):
-    """Materials by name, fixed."""
+@dataclass(frozen=True)
+class ModeFit:
+    """One mode fitted to a curve.
 
-    def __init__(self, materials: dict[str, ClothMaterial]) -> None:
-        self._materials = materials
+    stiffness : [N/m], of bending [N m]; limit : largest strain [1], inf for bending
+    misfit : root mean square difference from the curve over its largest load [1]; points : of the curve that were used
+    """
 
-    def __getitem__(self, name: str) -> ClothMaterial:
-        if name in self._materials:
-            return self._materials[name]
-        close = difflib.get_close_matches(str(name), self._materials, 1)
-        hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(self._materials)}"
+    stiffness: float
+    limit: float
+    misfit: float
+    points: int
+
+
+class Fabric(ClothMaterial):
+    """A ClothMaterial with its limits of strain and where its numbers come from: Cloth(material=fabric).
+
+    name, use, composition, construction : texts
+    limits : largest strain along weft and warp, and largest shear strain e12 [1]; inf where none is known
+    source, licence : where the numbers come from
+    caveats : what to beware of, a sentence each
+    band : published range of the drape coefficient of such fabrics, or None
+    fits : how each mode was fitted, for fabrics made by fit_fabric
+    """
+
+    __slots__ = ("_about", "_fits", "_material")
+
+    def __init__(
+        self,
+        material: ClothMaterial,
+        *,
+        name: str,
+        limits: tuple[float, float, float] = (inf, inf, inf),
+        use: str = "",
+        composition: str = "",
+        construction: str = "",
+        source: str = "",
+        licence: str = "",
+        caveats: tuple[str, ...] = (),
+        band: Band | None = None,
+        fits: Mapping[str, ModeFit] | None = None,
+    ) -> None:
+        super().__init__(**{field: getattr(material, field) for field in ClothMaterial.field_names})
+        self._material = material
+        self._fits = dict(fits or {})
+        self._about: dict[str, Any] = {
+            "name": name, "use": use, "composition": composition, "construction": construction, "limits": limits,
+            "source": source, "licence": licence, "caveats": caveats, "band": band,
+        }  # fmt: skip
+
+    @property
+    def material(self) -> ClothMaterial:
+        """The plain ClothMaterial."""
+        return self._material
+
+    @property
+    def name(self) -> str:
+        """Name of the fabric."""
+        return str(self._about["name"])
+
+    @property
+    def use(self) -> str:
+        """Typical use."""
+        return str(self._about["use"])
+
+    @property
+    def composition(self) -> str:
+        """Fibres, or empty where unknown."""
+        return str(self._about["composition"])
+
+    @property
+    def construction(self) -> str:
+        """woven, knit, or empty where unknown."""
+        return str(self._about["construction"])
+
+    @property
+    def limits(self) -> tuple[float, float, float]:
+        """Largest strain U - I along weft and warp, and largest e12 [1]; inf: none known."""
+        limits: tuple[float, float, float] = self._about["limits"]
+        return limits
+
+    @property
+    def source(self) -> str:
+        """Citation."""
+        return str(self._about["source"])
+
+    @property
+    def licence(self) -> str:
+        """What the holders of the source say."""
+        return str(self._about["licence"])
+
+    @property
+    def caveats(self) -> tuple[str, ...]:
+        """What to beware of."""
+        caveats: tuple[str, ...] = self._about["caveats"]
+        return caveats
+
+    @property
+    def band(self) -> Band | None:
+        """Published range of Cusick's drape coefficient [%] of such fabrics, or None."""
+        band: Band | None = self._about["band"]
+        return band
+
+    @property
+    def fits(self) -> dict[str, ModeFit]:
+        """How each mode was fitted; empty for other fabrics than those of fit_fabric."""
+        return dict(self._fits)
+
+    def __repr__(self) -> str:
+        kind = f" ({self.construction})" if self.construction else ""
+        bending = (
+            (1e6 * strip_rigidity(self, angle_degrees=angle) for angle in (0, 90, 45)) if self.bending_weft > 0 else ()
+        )
+        limits = ", ".join(f"{100 * limit:.3g} %" if isfinite(limit) else "none" for limit in self.limits)
+        return (
+            f"<Fabric {self.name!r}{kind}: {1e3 * self.density:.4g} g/m^2; weft, warp, shear "
+            f"{self.weft_stiffness:.4g}, "
+            f"{self.warp_stiffness:.4g}, {self.shear_stiffness:.4g} N/m, limits {limits}; "
+            f"bending weft, warp, bias {', '.join(f'{b:.3g}' for b in bending)} uN m>"
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON: the fields of the material, and about the fabric; no limit is None."""
+        band = self.band
+        about = self._about | {
+            "limits": dict(zip(("weft", "warp", "shear"), map(_or_none, self.limits), strict=True)),
+            "caveats": list(self.caveats),
+            "fits": {mode: asdict(fit) | {"limit": _or_none(fit.limit)} for mode, fit in self._fits.items()},
+            "band": {"low": band.low, "high": band.high, "citation": band.citation} if band else None,
+        }
+        fields: dict[str, Any] = self._material.to_dict()
+        return (
+            about | {"bending_bias": strip_rigidity(self, angle_degrees=45) if self.bending_weft > 0 else 0.0} | fields
+        )
+
+
+def _or_none(limit: float) -> float | None:
+    return limit if isfinite(limit) else None
+
+
+class _Fabrics(Mapping[str, Fabric]):
+    """Fabrics by name, fixed."""
+
+    def __init__(self, fabrics: dict[str, Fabric]) -> None:
+        self._fabrics = fabrics
+
+    def __getitem__(self, name: str) -> Fabric:
+        if name in self._fabrics:
+            return self._fabrics[name]
+        close = difflib.get_close_matches(str(name).lower(), self._fabrics, 3)
+        hint = f"did you mean {' or '.join(map(repr, close))}?" if close else f"known: {', '.join(self._fabrics)}"
         raise InvalidInput(f"there is no fabric {name!r}; {hint}")
 
     def get(self, name: str, default: Any = None) -> Any:  # not through [], which raises no KeyError
-        return self._materials.get(name, default)
+        return self._fabrics.get(name, default)
 
     def __contains__(self, name: object) -> bool:
-        return name in self._materials
+        return name in self._fabrics
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._materials)
+        return iter(self._fabrics)
 
     def __len__(self) -> int:
-        return len(self._materials)
+        return len(self._fabrics)
 
     def __repr__(self) -> str:
-        return f"fabrics({', '.join(self._materials)})"
+        return f"fabrics({', '.join(self._fabrics)})"
 
 
-def _woven(weft: float, warp: float, shear: float, density: float, bending: float) -> ClothMaterial:
-    return ClothMaterial(
-        weft_stiffness=weft,
-        warp_stiffness=warp,
-        shear_stiffness=shear,
-        density=density,
-        bending_weft=bending,
-        bending_warp=bending,
+def _of_row(name: str, row: Row) -> Fabric:
+    weft, warp, bias = row.bending
+    material = ClothMaterial(
+        weft_stiffness=row.weft,
+        warp_stiffness=row.warp,
+        shear_stiffness=row.shear,
+        poisson=row.poisson,
+        density=row.density,
+        **bending_from_strips(weft=weft, warp=warp, bias=bias),
+    )
+    source = SOURCES[row.source]
+    return Fabric(
+        material, name=name, limits=row.limits, use=row.use, composition=row.composition, construction=row.construction,
+        source=source.citation, licence=source.licence, caveats=row.caveats, band=BANDS.get(row.band),
+    )  # fmt: skip
+
+
+fabrics: Mapping[str, Fabric] = _Fabrics({name: _of_row(name, row) for name, row in FABRICS.items()})
+
+
+def fabric_of_levels(
+    *,
+    weft: str = "medium",
+    warp: str = "medium",
+    shear: str = "medium",
+    bending: str = "medium",
+    density: Any = 0.15,
+) -> Fabric:
+    """A fabric by levels: "very soft", "soft", "medium", "firm" or "stiff" for each mode (thesis 3.3.3).
+
+    weft, warp, shear : each sets a stiffness and a limit of strain; bending : rigidity in all directions
+    density : [kg/m^2], or with a unit
+
+    >>> fabric_of_levels(weft="soft", warp="stiff").limits
+    (0.15, 0.02, 0.15)
+    """
+    levels = {mode: _level(mode, level) for mode, level in
+              (("weft", weft), ("warp", warp), ("shear", shear), ("bending", bending))}  # fmt: skip
+    material = ClothMaterial(
+        weft_stiffness=levels["weft"].stiffness,
+        warp_stiffness=levels["warp"].stiffness,
+        shear_stiffness=levels["shear"].shear,
+        bending_weft=levels["bending"].bending,
+        bending_warp=levels["bending"].bending,
+        density=in_unit(density, "kg/m^2", "fabric_of_levels: density"),
+    )
+    limits = (levels["weft"].limit, levels["warp"].limit, levels["shear"].shear_limit)
+    name = f"{weft} weft, {warp} warp, {shear} shear, {bending} bending"
+    return Fabric(
+        material,
+        name=name,
+        limits=limits,
+        source="levels for artists: our choice, bending by percentiles of 618 fabrics",
     )
 
 
-def _measured(
-    c11: float, c22: float, c12: float, shear: float, density: float, bending_weft: float, bending_warp: float
-) -> ClothMaterial:
-    """Plane-stress matrix entries [N/m] to Young's moduli: E1 = C11 - C12^2 / C22, nu12 = C12 / C22."""
-    return ClothMaterial(
-        weft_stiffness=c11 - c12**2 / c22,
-        warp_stiffness=c22 - c12**2 / c11,
-        shear_stiffness=shear,
-        poisson=c12 / c22,
-        density=density,
-        bending_weft=bending_weft,
-        bending_warp=bending_warp,
-    )
-
-
-fabrics: Mapping[str, ClothMaterial] = _Fabrics(
-    {
-        "cotton": _woven(2800.26, 4500.72, 96.84, 0.1036, 5.98e-6),
-        "wool": _woven(2931.2, 2840.32, 237.44, 0.4806, 7.5e-5),
-        "canvas": _woven(2843.98, 10496.1, 532.385, 0.294, 1.96e-5),
-        "silk": _woven(774.0, 1789.56, 51.3, 0.083, 5.98e-6),
-        "denim": _woven(3163.38, 5959.14, 807.84, 0.4, 4.67e-5),
-        "rib knit": _measured(85.742, 130.332, 0.0, 83.1756, 0.276, 8.06e-6, 1.156e-5),
-        "blanket": _measured(303.008, 489.661, 212.056, 30.2502, 0.228, 1.494e-5, 2.927e-5),
-        "tablecloth": _measured(4004.17, 4054.97, 0.691, 19.189, 0.128, 7.82e-6, 1.293e-5),
-        "sweater": _measured(24.9727, 6.54487, 0.0, 17.6163, 0.224, 1.141e-5, 1.487e-5),
-        "ponte": _measured(62.2924, 88.0573, 0.0, 31.8964, 0.284, 9.29e-6, 9.09e-6),
-        "t-shirt": _measured(33.1877, 68.9542, 0.0, 36.8603, 0.187, 3.57e-6, 5.80e-6),
-        "stretch denim": _measured(410.704, 2027.77, 20.4682, 53.3872, 0.324, 2.424e-5, 1.605e-5),
-        "swimsuit": _measured(95.9424, 209.231, 13.669, 60.7737, 0.204, 1.275e-5, 1.506e-5),
-        "jacket": _measured(86.1353, 342.85, 108.747, 14.3147, 0.113, 5.09e-6, 3.57e-6),
-        "pants": _measured(4033.11, 4069.95, 18.341, 104.76, 0.22, 3.135e-5, 3.135e-5),
-    }
-)
+def _level(mode: str, level: str) -> Level:
+    if level not in LEVELS:
+        raise InvalidInput(f"fabric_of_levels: {mode} must be one of {', '.join(LEVELS)}, got {level!r}")
+    return LEVELS[level]

@@ -13,8 +13,8 @@ namespace {
 
 // Tip deflection divided by q L^4 / (8 B).
 double deflection_ratio(const std::string& element, const std::string& pattern, Index across, const Mat3& rigidity,
-                        double b, double angle = 0.0) {
-  const Strip strip = make_strip(pattern, 1.0, 0.2, across);
+                        double b, double angle = 0.0, double width = 0.2) {
+  const Strip strip = make_strip(pattern, 1.0, width, across);
   BendingSetup setup = flat_setup(strip.vertices, strip.triangles, rigidity, angle);
   setup.pinned = strip.pinned;
   return tip_deflection(strip, *make_bending(element, setup)) * 8.0 * b;
@@ -88,6 +88,21 @@ TEST_CASE("an orthotropic strip sags by its compliance along the strip") {
   const Mat3 compliance = d.inverse();
   CHECK(deflection_ratio("midedge", pattern, 8, d, 1.0 / compliance(0, 0)) == Approx(1.0).epsilon(0.02));
   CHECK(deflection_ratio("midedge", pattern, 8, d, 1.0 / compliance(1, 1), -M_PI / 2) == Approx(1.0).epsilon(0.02));
+}
+
+TEST_CASE("a strip cut on the bias sags by the rigidity that weft, warp and twist imply") {
+  const std::string pattern = GENERATE("alternating", "diagonal", "jittered", "along");
+  const double coupling = GENERATE(0.0, 0.3);
+  CAPTURE(pattern, coupling);
+  Mat3 d = Mat3::Zero();
+  d.diagonal() << 1.0, 3.0, 0.8;
+  d(0, 1) = d(1, 0) = coupling;
+  const Mat3 s = d.inverse();
+  // No moment across and no twisting moment: 1 / B = (S11 + S22 + 2 S12 + S33) / 4 at 45 degrees. The clamp keeps a strip
+  // from twisting; what that costs falls with its width, a tenth of its length here.
+  const double compliance = 0.25 * (s(0, 0) + s(1, 1) + 2.0 * s(0, 1) + s(2, 2));
+  CHECK(deflection_ratio("midedge", pattern, 6, d, 1.0 / compliance, M_PI / 4, 0.1) == Approx(1.0).epsilon(0.02));
+  CHECK(deflection_ratio("midedge", pattern, 6, d, 1.0 / compliance, -M_PI / 4, 0.1) == Approx(1.0).epsilon(0.02));
 }
 
 TEST_CASE("the hinge's rigidity along the axes of a grid is within 25 percent of B") {
