@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from .._core import Cloth, ClothMaterial, InvalidInput, Obstacle, Scene, SolverFailure, TriangleMesh
+from .._core import Cloth, ClothMaterial, InvalidInput, Obstacle, Scene, SolverFailure
 from ..arguments import whole
 from ..integrators import SemiImplicitEuler
 from ..simulation import Simulation
@@ -15,7 +15,7 @@ from .cutting import Cut, cut
 from .placement import Placement
 from .relaxation import relaxed
 from .seams import Pattern
-from .sewing import EASE, Garment, check_free, edge_for, joined
+from .sewing import EASE, Garment, check_free, edge_for, joined, welded
 
 __all__ = ["close_seams"]
 
@@ -23,6 +23,7 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 REACH = 0.03  # a pair pulls no harder than at this distance [m]
+SHUT, SHUT_AT_REST = 0.15, 0.5  # of an edge; contact distances are 0.1
 AT_REST = 0.1  # gaps that have not shrunk by a hundredth for so long are at rest [s]
 DRAG = 15.0  # slows all vertices [1/s]: panels approach at a speed, they do not swing
 
@@ -42,7 +43,8 @@ def close_seams(
 ) -> Garment:
     """A garment sewn where its panels meet when springs of no length pull its seams together, without gravity.
 
-    pattern : panels stand free of each other and of the body; places : other places for some of them, by name
+    pattern : panels stand free of each other and of the body, or meet along seams
+    places : other places for some panels, by name
     obstacles : the body, not to be passed through; material : default 300 N/m, 0.2 kg/m^2
     longest : simulated time after which open seams are an error [s]; step [s]
     ease : how far the lengths of sewn edges may differ [1]
@@ -59,17 +61,18 @@ def close_seams(
     pieces = cut(pattern, spacing=edge_for(total, count), triangles=count, seed=seed)
     if len(pieces.pairs) == 0:
         raise InvalidInput("the pattern has no seams to close")
-    mesh = TriangleMesh(pieces.placed, pieces.triangles, pieces.flat, uv_triangles=pieces.triangles)
     # The contact distance of the pieces while they are sewn: a tenth of an edge, as chosen by default.
-    distance = 0.1 * mesh.mean_edge
+    edge = edge_for(total, count)
+    index, mesh = welded(pieces, pieces.placed, pieces.pairs[_closed_already(pieces, 0.1 * edge)])
     if material is None:
         material = ClothMaterial(weft_stiffness=300.0, warp_stiffness=300.0, shear_stiffness=75.0, density=0.2)
-    cloth = Cloth(name="panels", mesh=mesh, material=material, friction=0.0, thickness=distance)
+    cloth = Cloth(name="panels", mesh=mesh, material=material, friction=0.0, thickness=0.1 * edge)
     body = [obstacle.replace(friction=0.0) for obstacle in obstacles]
     scene = Scene(cloths=[cloth], obstacles=body, gravity=(0.0, 0.0, 0.0))
     sim = Simulation(scene, integrator=SemiImplicitEuler(step=step), threads=threads)
-    positions = _closed(sim, pieces, material.density, step, longest, 1.5 * distance, 0.5 * mesh.mean_edge)
-    sewn = joined(pieces, positions)
+    masses = np.asarray(np.bincount(index, material.density * _areas(pieces)), float)
+    positions = _pulled(sim, pieces, index[pieces.pairs], masses, step, longest, edge)
+    sewn = joined(pieces, positions[index])
     faces = np.asarray(sewn.mesh.triangles, np.int64)
     # Vertices of a seam jumped by half their gap.
     sewn = sewn.at(relaxed(np.asarray(sewn.mesh.vertices), faces, sewn.flat_corners(), iterations=20))
@@ -77,12 +80,19 @@ def close_seams(
     return sewn
 
 
-def _closed(
-    sim: Simulation, pieces: Cut, density: float, step: float, longest: float, distance: float, at_rest: float
+def _closed_already(pieces: Cut, distance: float) -> NDArray[np.bool_]:
+    """Which pairs belong to seams that are shut where the panels start."""
+    gap = np.linalg.norm(pieces.placed[pieces.pairs[:, 0]] - pieces.placed[pieces.pairs[:, 1]], axis=1)
+    widest = np.zeros(len(pieces.pattern.seams))
+    np.maximum.at(widest, pieces.seam_of_pair, gap)
+    return np.asarray(widest[pieces.seam_of_pair] <= distance)
+
+
+def _pulled(
+    sim: Simulation, pieces: Cut, pairs: Indices, mass: Floats, step: float, longest: float, edge: float
 ) -> Floats:
-    """Positions when all pairs are within `distance`, or at rest within `at_rest`; pulls by external forces."""
-    a, b = pieces.pairs.T
-    mass = _masses(pieces, density)
+    """Positions when all pairs are shut; pulls by external forces."""
+    a, b = pairs.T
     pair_mass = mass[a] * mass[b] / (mass[a] + mass[b])
     # Springs are outside the implicit solve: a fifth of what an explicit step bears, shared by what meets in a vertex.
     meets = np.bincount(np.concatenate([a, b]), minlength=len(mass))
@@ -92,11 +102,9 @@ def _closed(
         positions, velocities = np.asarray(sim.positions), np.asarray(sim.velocities)
         apart = positions[b] - positions[a]
         gap = np.linalg.norm(apart, axis=1)
-        if gap.max() <= distance:
-            return positions
         if gap.sum() < 0.99 * least:
             least, since = float(gap.sum()), index
-        if gap.max() <= at_rest and (index - since) * step > AT_REST:
+        if gap.max() <= SHUT * edge or (gap.max() <= SHUT_AT_REST * edge and (index - since) * step > AT_REST):
             return positions
         pull = stiffness[:, None] * apart * np.minimum(1.0, REACH / np.maximum(gap, 1e-12))[:, None]
         damping = 2.0 * np.sqrt(stiffness * pair_mass)[:, None] * (velocities[b] - velocities[a])
@@ -108,14 +116,14 @@ def _closed(
     worst = int(gap.argmax())
     seam = pieces.pattern.seams[int(pieces.seam_of_pair[worst])]
     raise SolverFailure(
-        f"after {longest:g} s {seam} is still {1000 * gap[worst]:.1f} mm open ({(gap > distance).sum()} of {len(gap)} "
-        f"pairs wider than {1000 * distance:.1f} mm); place the panels closer, make the garment wider, or allow longer"
+        f"after {longest:g} s {seam} is still {1000 * gap[worst]:.1f} mm open; place the panels closer, make the "
+        "garment wider, or allow longer"
     )
 
 
-def _masses(pieces: Cut, density: float) -> Floats:
+def _areas(pieces: Cut) -> Floats:
+    """A third of the areas of its triangles for every vertex of the panels [m^2]."""
     corners = pieces.flat[pieces.triangles]
     e, f = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    area = np.abs(e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0]) / 2
-    corner_area = np.repeat(area / 3, 3)
-    return np.asarray(density * np.bincount(pieces.triangles.ravel(), corner_area, minlength=len(pieces.flat)), float)
+    third = np.abs(e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0]) / 6
+    return np.asarray(np.bincount(pieces.triangles.ravel(), np.repeat(third, 3), minlength=len(pieces.flat)), float)

@@ -137,18 +137,21 @@ def edge_for(area: float, triangles: int) -> float:
 
 def joined(pieces: Cut, positions: Floats) -> Garment:
     """Panels with their vertices at `positions` (n x 3) [m], welded: what is joined meets halfway."""
-    index = merged(len(positions), [(int(a), int(b)) for a, b in pieces.pairs])
-    count = int(index.max()) + 1
-    weight = np.bincount(index, minlength=count)
-    sums = [np.bincount(index, column, minlength=count) for column in positions.T]
-    vertices = np.stack(sums, axis=1) / weight[:, None]
-    triangles = index[pieces.triangles]
-    _check_weld(pieces, index, triangles)
-    # The pattern as seen from outside everywhere: a panel turned over keeps its uv, mirrored as a whole.
-    mesh = TriangleMesh(vertices, triangles, pieces.flat, uv_triangles=pieces.triangles)
+    index, mesh = welded(pieces, positions, pieces.pairs)
     groups = {name: index[members] for name, members in pieces.groups.items()}
     names = tuple(panel.name for panel in pieces.pattern.panels)
     return Garment(mesh, groups, names, pieces.panel_of_triangle, _seam_edges(pieces, index), pieces)
+
+
+def welded(pieces: Cut, positions: Floats, pairs: Indices) -> tuple[Indices, TriangleMesh]:
+    """The mesh in which some pairs are one vertex, and the vertex that each of the panels' has become."""
+    index = merged(len(positions), [(int(a), int(b)) for a, b in pairs])
+    weight = np.bincount(index)
+    vertices = np.stack([np.bincount(index, column) for column in positions.T], axis=1) / weight[:, None]
+    triangles = index[pieces.triangles]
+    _check_weld(pieces, triangles)
+    # A panel turned over keeps its uv, mirrored as a whole.
+    return index, TriangleMesh(vertices, triangles, pieces.flat, uv_triangles=pieces.triangles)
 
 
 def boundary_loops(triangles: NDArray[np.integer]) -> list[list[int]]:
@@ -170,7 +173,7 @@ def _seam_edges(pieces: Cut, index: Indices) -> Indices:
     return np.c_[ends[:-1], ends[1:]][same] if len(ends) else np.empty((0, 2), np.int64)
 
 
-def _check_weld(pieces: Cut, index: Indices, triangles: Indices) -> None:
+def _check_weld(pieces: Cut, triangles: Indices) -> None:
     names = [panel.name for panel in pieces.pattern.panels]
     flat = (triangles == np.roll(triangles, 1, axis=1)).any(1)
     if flat.any():

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import meshes
-from .._core import InvalidInput, TriangleMesh
+from .._core import InvalidInput, TriangleMesh, intersecting_pairs
+from .closing import close_seams
 from .garmentcode import read_garmentcode
 from .sewing import Garment, boundary_loops, garment
 
@@ -18,15 +19,23 @@ __all__ = ["read", "sewn"]
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
+GATHERED = 0.75  # ease of patterns from files: ruffles are gathered from up to four times their length
+
 
 def read(path: str | os.PathLike[str], *, triangles: int | None = None, seed: int = 1) -> Garment:
     """Garment from a file: a GarmentCode pattern (.json), or a sewn mesh whose uv are the pattern [m] (.obj, .ply).
 
     triangles : of a pattern, how many in all, default 6,000; a mesh keeps its own
+
+    A pattern whose panels pass through each other when they are welded at once is sewn by `close_seams`.
     """
     path = Path(path)
     if path.suffix.lower() == ".json":
-        return garment(read_garmentcode(path), triangles=6000 if triangles is None else triangles, ease=0.6, seed=seed)
+        pattern, count = read_garmentcode(path), 6000 if triangles is None else triangles
+        sewn_at_once = garment(pattern, triangles=count, ease=GATHERED, seed=seed, allow_intersections=True)
+        if not intersecting_pairs(sewn_at_once.mesh.vertices, sewn_at_once.mesh.triangles):
+            return sewn_at_once
+        return close_seams(pattern, triangles=count, ease=GATHERED, seed=seed)
     if triangles is not None:
         raise InvalidInput(f"{path}: a sewn mesh keeps its triangles; leave triangles={triangles} out")
     return sewn(meshes.read_mesh(path), where=str(path))
