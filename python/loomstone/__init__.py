@@ -9,7 +9,7 @@
 0.04 s
 """
 
-from . import collision, garments, magnetics, meshes
+from . import collision, garments, magnetics, measurements, meshes
 from ._core import (
     Air,
     Attachment,
@@ -118,6 +118,7 @@ __all__ = [
     "launched_by_mpi",
     "magnetics",
     "mass_properties",
+    "measurements",
     "meshes",
     "mpi_communicator",
     "obstacle",

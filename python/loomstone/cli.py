@@ -37,6 +37,9 @@ app = typer.Typer(
     """,
 )
 
+report = typer.Typer(no_args_is_help=True, rich_markup_mode=None, help="Measures by simulation what is known otherwise.")
+app.add_typer(report, name="report")
+
 SceneArgument = Annotated[Path, typer.Argument(help="Python file with a function scene()")]
 RunArgument = Annotated[Path, typer.Argument(help="directory of a run")]
 Parameters = Annotated[
@@ -196,6 +199,44 @@ def plot(
     """
     with _session(parallel=False):
         print(f"plot: {plots.plot_run(run, kind=what, path=out)}")
+
+
+@app.command()
+def fabrics(as_json: Annotated[bool, typer.Option("--json", help="all fields, for programs")] = False) -> None:
+    """Lists the fabrics of loomstone.fabrics.
+
+    Stiffness, limits of strain, bending by direction, published drape coefficients and sources.
+
+    \b
+        loomstone fabrics
+    """
+    from . import fabric_list
+
+    print(fabric_list.fabrics_json() if as_json else fabric_list.fabrics_text())
+
+
+@report.command("fabrics")
+def fabrics_report(
+    names: Annotated[str, typer.Option("--fabrics", help="names, separated by commas; default: all")] = "",
+    p: Parameters = [],  # noqa: B006
+    out: Annotated[Path, typer.Option(help="directory for report.json and drape.png")] = Path("out/fabrics"),
+    threads: Threads = 0,
+) -> None:
+    """Measures fabrics as a laboratory does, by simulation.
+
+    Each is draped over Cusick's pedestal (disc 18 cm, specimen 30 cm), and strips of it hang until 41.5 degrees (ASTM D1388):
+    drape coefficient beside the published band, overhang beside the elastica. Parameters: triangles, seed.
+
+    \b
+        loomstone report fabrics --fabrics cotton,denim -p triangles=3000
+    """
+    with _session(parallel=False):
+        from .measurements import report as made
+
+        settings, chosen = made.parameters(parse_parameters(p)), made.chosen(names)
+        print(made.HEADER, flush=True)
+        made.report_fabrics(chosen, out=out, threads=threads, done=made.print_report, **settings)
+        print(f"report: {out / 'report.json'}\npicture: {out / 'drape.png'}")
 
 
 @app.command()

@@ -1,6 +1,8 @@
 """Fabrics: each can be simulated, and is what its published source says by the mapping of docs/fabrics.md."""
 
 import json
+import subprocess
+import sys
 from math import asin, isfinite, isinf, sin, sqrt
 from pathlib import Path
 
@@ -170,6 +172,28 @@ def test_levels_grow_from_very_soft_to_stiff_and_their_limits_shrink():
     assert fabric.density == pytest.approx(0.12)
     with pytest.raises(ls.InvalidInput, match="weft must be one of very soft, soft, medium, firm, stiff, got 'silky'"):
         ls.fabric_of_levels(weft="silky")
+
+
+def command(*arguments):
+    return subprocess.run([sys.executable, "-m", "loomstone", *arguments], capture_output=True, text=True, timeout=240)
+
+
+def test_the_command_lists_all_fabrics_as_a_table_and_as_json():
+    table = command("fabrics").stdout.splitlines()
+    assert [line[:14].strip() for line in table[2 : 2 + len(ls.fabrics)]] == list(ls.fabrics)
+    assert "2365    3801   96.84   13.1   13.1   6.31    3.8   5.98   4.97   60-76  shirts [1]" in table[2]
+    assert any("Data-Driven Elastic Models for Cloth" in line for line in table)
+    assert json.loads(command("fabrics", "--json").stdout)["denim"]["warp_stiffness"] == 3152
+
+
+def test_the_command_refuses_what_it_cannot_measure():
+    for arguments, said in (
+        (["--fabrics", "coton"], "there is no fabric 'coton'; did you mean 'cotton'"),
+        (["-p", "triangels=5"], "there is no parameter 'triangels'; known: triangles, seed"),
+        (["-p", "triangles=5"], "triangles must be in"),
+    ):
+        done = command("report", "fabrics", *arguments)
+        assert done.returncode == 1 and said in done.stderr and done.stdout == ""
 
 
 # --- bending by direction ---

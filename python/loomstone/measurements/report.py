@@ -1,0 +1,206 @@
+"""Report on fabrics: drape coefficients beside published bands, cantilevers beside their closed form, pictures."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+from .._core import CacheError, Camera, InvalidInput, RenderOptions, Unsupported
+from ..arguments import whole
+from ..fabrics import Fabric, fabrics
+from ..integrators import SemiImplicitEuler
+from ..simulation import Simulation
+from .cantilever import CantileverResult, cantilever
+from .cusick import DISC, SPECIMEN, CusickResult, cusick, drape_scene, shadow
+
+__all__ = ["FabricReport", "report_fabrics", "report_text"]
+
+DIRECTIONS = {"weft": 0.0, "bias": 45.0, "warp": 90.0}
+
+
+@dataclass(frozen=True)
+class FabricReport:
+    """What was measured on one fabric."""
+
+    fabric: Fabric
+    drape: CusickResult
+    strips: dict[str, CantileverResult]  # weft, bias, warp
+
+    @property
+    def in_band(self) -> bool | None:
+        """Whether the drape coefficient lies in the published band; None where there is none."""
+        band = self.fabric.band
+        return None if band is None else band.low <= self.drape.drape_coefficient <= band.high
+
+    @property
+    def remark(self) -> str:
+        """What to know of the result: no rest, intersections, or why the band may be missed."""
+        said = [] if self.drape.rest.at_rest else ["not at rest within the time allowed"]
+        if self.drape.intersections:
+            said.append(f"{self.drape.intersections} pairs of triangles intersect")
+        if self.in_band is False:
+            reasons = [
+                caveat for caveat in self.fabric.caveats if caveat.startswith("bending")
+            ]  # it decides how a fabric drapes
+            said.append("; ".join(["misses the band", *reasons]))
+        return "; ".join(said)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        drape, band = self.drape, self.fabric.band
+        return {
+            "fabric": self.fabric.name,
+            "drape_coefficient": drape.drape_coefficient,
+            "band": [band.low, band.high] if band else None,
+            "in_band": self.in_band,
+            "folds": drape.folds,
+            "at_rest": drape.rest.at_rest,
+            "intersections": drape.intersections,
+            "drape_seconds": drape.seconds,
+            "remark": self.remark,
+            "cantilever": {
+                name: {
+                    "overhang": strip.overhang,
+                    "overhang_of_elastica": strip.elastica,
+                    "bending_length": strip.bending_length,
+                    "rigidity": strip.rigidity,
+                    "measured_rigidity": strip.measured_rigidity,
+                    "seconds": strip.seconds,
+                }
+                for name, strip in self.strips.items()
+            },
+        }
+
+
+def report_fabrics(
+    names: Sequence[str] | None = None,
+    *,
+    out: str | os.PathLike[str] | None = None,
+    triangles: int = 3000,
+    seed: int = 1,
+    threads: int = 0,
+    done: Callable[[FabricReport], None] | None = None,
+) -> list[FabricReport]:
+    """Drapes fabrics over a Cusick pedestal and lets strips of them hang; writes tables and pictures into `out`.
+
+    names : of fabrics, or None: all; triangles, seed : of the draped specimen's mesh
+    out : directory for report.json and drape.png, or None: nothing is written; done : called after each fabric
+    """
+    chosen: Mapping[str, Fabric] = {name: fabrics[name] for name in (fabrics if names is None else names)}
+    if not chosen:
+        raise InvalidInput("report_fabrics: at least one fabric must be named, got none")
+    if out is not None:
+        _check_plotting()
+        try:
+            Path(out).mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise CacheError(
+                f"{out} must be a directory that can be written: {error.strerror}; give another"
+            ) from error
+    reports = []
+    for fabric in chosen.values():
+        strips = {name: cantilever(fabric, angle_degrees=angle) for name, angle in DIRECTIONS.items()}
+        reports.append(FabricReport(fabric, cusick(fabric, triangles=triangles, seed=seed, threads=threads), strips))
+        if done:
+            done(reports[-1])
+    if out is not None:
+        (Path(out) / "report.json").write_text(json.dumps([report.to_dict() for report in reports], indent=1) + "\n")
+        contact_sheet(reports, Path(out) / "drape.png")
+    return reports
+
+
+HEADER = (
+    f"{'fabric':14s} {'drape %':>7s} {'band':>6s} folds   overhang [cm] and off the elastica\n"
+    f"{'':35s}   {'weft':>13s}  {'bias':>13s}  {'warp':>13s}"
+)
+
+
+def report_text(report: FabricReport) -> str:
+    """One line, and a second one where there is something to say."""
+    band, drape = report.fabric.band, report.drape
+    limits = f"{band.low:g}-{band.high:g}" if band else "-"
+    strips = "  ".join(f"{100 * strip.overhang:5.2f} {100 * strip.error:+5.1f}%" for strip in report.strips.values())
+    verdict = "" if report.in_band is None else "  in" if report.in_band else "  OUT"
+    line = f"{report.fabric.name:14s} {drape.drape_coefficient:7.1f} {limits:>6s} {drape.folds:5d}   {strips}{verdict}"
+    return line + (f"\n    {report.remark}" if report.remark else "")
+
+
+def print_report(report: FabricReport) -> None:
+    """Prints report_text at once."""
+    print(report_text(report), flush=True)
+
+
+def chosen(names: str) -> list[str]:
+    """--fabrics of the command line: names separated by commas, or all."""
+    return [fabrics[name.strip()].name for name in names.split(",")] if names else list(fabrics)
+
+
+def parameters(given: Mapping[str, Any]) -> dict[str, int]:
+    """-p of the command line: triangles and seed of the draped specimen."""
+    if unknown := [name for name in given if name not in ("triangles", "seed")]:
+        raise InvalidInput(f"there is no parameter {unknown[0]!r}; known: triangles, seed")
+    return {
+        name: whole(name, value, *((400, 1_000_000) if name == "triangles" else (0, 2**31)))
+        for name, value in given.items()
+    }
+
+
+def contact_sheet(reports: Sequence[FabricReport], path: Path) -> None:
+    """Every drape in one picture (PNG): the fabric, and in the corner its shadow with the circles of 18 and 30 cm."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Circle
+
+    columns = min(4, len(reports))
+    rows = -(-len(reports) // columns)
+    figure = Figure(figsize=(4.0 * columns, 3.5 * rows), layout="constrained")
+    FigureCanvasAgg(figure)
+    for place, report in enumerate(reports):
+        axes = figure.add_subplot(rows, columns, place + 1)
+        axes.imshow(_picture(report))
+        axes.set_axis_off()
+        band = report.fabric.band
+        published = f", published {band.low:g}–{band.high:g}" if band else ""
+        axes.set_title(
+            f"{report.fabric.name}: drape {report.drape.drape_coefficient:.0f} %{published}, {report.drape.folds} "
+            f"folds",
+            fontsize=10,
+        )
+        inset = axes.inset_axes((0.72, 0.0, 0.28, 0.37))
+        covered, low, pixel = shadow(report.drape.positions, report.drape.mesh.triangles, pixel=1e-3)
+        extent = (low[0], low[0] + pixel * covered.shape[0], low[1], low[1] + pixel * covered.shape[1])
+        inset.imshow(np.ma.masked_equal(covered.T, False), origin="lower", extent=extent, cmap="Greys", vmin=0, vmax=2)
+        for radius in (DISC, SPECIMEN):
+            inset.add_patch(Circle((0, 0), radius, fill=False, linewidth=0.7, color="C0"))
+        inset.set(xlim=(-0.155, 0.155), ylim=(-0.155, 0.155), aspect="equal")
+        inset.set_axis_off()
+    try:
+        figure.savefig(path, dpi=120)
+    except (OSError, ValueError) as error:
+        raise CacheError(f"{path}: the picture cannot be written: {error}") from error
+
+
+def _picture(report: FabricReport) -> Any:
+    look = RenderOptions(
+        width=640, height=480, camera=Camera(fit=False, eye=(0.0, -0.40, 0.29), target=(0.0, 0.0, -0.035))
+    )
+    scene = drape_scene(report.fabric, report.drape.mesh)
+    simulation = Simulation(scene, integrator=SemiImplicitEuler(step=1e-3), threads=1)
+    simulation.positions = report.drape.positions
+    return np.asarray(_core.Renderer(simulation.topology, look).render(simulation.frame()))
+
+
+def _check_plotting() -> None:
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError:
+        raise Unsupported(
+            "the pictures of a report need matplotlib, which is not installed; pip install matplotlib"
+        ) from None
