@@ -82,6 +82,11 @@ void each_number(Visit&& visit) {
   visit("bending_energy", &Class::bending_energy, "[J]");
   visit("gravity_energy", &Class::gravity_energy, "[J]");
   visit("contact_energy", &Class::contact_energy, "[J]");
+  visit("body_kinetic_energy", &Class::body_kinetic_energy, "of rigid bodies, moving and turning [J]");
+  visit("body_gravity_energy", &Class::body_gravity_energy, "of rigid bodies [J]");
+  visit("magnetic_energy", &Class::magnetic_energy, "of magnets in one another's field and in the uniform one [J]");
+  visit("magnetic_substeps", &Class::magnetic_substeps, "sub-steps that the motion of magnets took");
+  visit("magnetic_error", &Class::magnetic_error, "largest estimated error of a force at the end of the step [N]");
 }
 
 void bind_report(py::module_& m) {

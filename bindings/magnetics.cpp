@@ -195,6 +195,17 @@ void bind_interactions(py::module_& m) {
       py::arg("bodies"), py::arg("tolerance") = 1e-4, py::arg("threads") = 0);
 }
 
+void bind_energy(py::module_& m) {
+  m.def(
+      "magnetic_energy",
+      [](const std::vector<MagneticBody>& bodies, double tolerance, int threads) {
+        const Team team = team_of(threads);
+        const py::gil_scoped_release release;
+        return magnetic_energy(team, bodies, tolerance);
+      },
+      py::arg("bodies"), py::arg("tolerance") = 1e-4, py::arg("threads") = 0);
+}
+
 void bind_cells(py::module_& m) {
   m.def(
       "magnetic_cells",
@@ -225,6 +236,7 @@ void bind_magnetics(py::module_& m) {
   bind_sources(m);
   bind_fields(m);
   bind_interactions(m);
+  bind_energy(m);
   bind_cells(m);
 }
 

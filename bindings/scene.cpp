@@ -13,6 +13,7 @@ void bind_scene(py::module_& m) {
   bind_description<Obstacle>(m, "Obstacle",
                              "A surface that cloth cannot pass: static, moved by keyframes, or a vertex sequence.");
   bind_description<Attachment>(m, "Attachment", "Ties cloth vertices to a rigid body, both ways.");
+  bind_description<Magnet>(m, "Magnet", "What makes a rigid body or an obstacle magnetic; give several for one that carries several.");
   bind_description<Air>(m, "Air", "Drag of air at rest or in wind, per triangle.");
   bind_description<Scene>(m, "Scene", "Everything a simulation starts from.");
   bind_description<IntegratorOptions>(m, "IntegratorOptions", "Which integrator advances the cloth, and how.");

@@ -121,6 +121,8 @@ void bind_simulation(py::module_& m) {
         py::arg("obstacle"), py::arg("position"), py::arg("orientation") = py::make_tuple(1, 0, 0, 0),
         "Pose of an obstacle at the end of the next step: position [m], quaternion (w, x, y, z). Replaces its keyframes.");
   c.def_property_readonly("body_positions", &S::body_positions, "(b x 3) centres of mass [m], a copy");
+  c.def("magnetic_forces", &S::magnetic_forces, released,
+        "Magnetic forces [N] and torques about the centres [N m] on the bodies now, each (b x 3).");
   c.def("checkpoint", &S::checkpoint, released, "The state, exactly.");
   c.def("restore", &S::restore, py::arg("checkpoint"), released, "Continues from a checkpoint of the same scene.");
   c.def("rebuild_stages", &S::rebuild_stages, released, "Throws all stages away; changes no bit of the future.");

@@ -38,6 +38,11 @@ struct StepReport {
   double bending_energy = 0.0;
   double gravity_energy = 0.0;
   double contact_energy = 0.0;
+  double body_kinetic_energy = 0.0;  // of rigid bodies, moving and turning
+  double body_gravity_energy = 0.0;  // of rigid bodies
+  double magnetic_energy = 0.0;      // of magnets in one another's field and in the uniform one
+  int magnetic_substeps = 0;         // that the magnets' motion took
+  double magnetic_error = 0.0;       // largest estimated error of a force at the end of the step [N]
 };
 
 }  // namespace loomstone

@@ -51,7 +51,12 @@ inline std::vector<Column> report_columns(std::size_t start = 0) {
       {"membrane_energy", Number::Float64, at(offsetof(StepReport, membrane_energy))},
       {"bending_energy", Number::Float64, at(offsetof(StepReport, bending_energy))},
       {"gravity_energy", Number::Float64, at(offsetof(StepReport, gravity_energy))},
-      {"contact_energy", Number::Float64, at(offsetof(StepReport, contact_energy))}};
+      {"contact_energy", Number::Float64, at(offsetof(StepReport, contact_energy))},
+      {"body_kinetic_energy", Number::Float64, at(offsetof(StepReport, body_kinetic_energy))},
+      {"body_gravity_energy", Number::Float64, at(offsetof(StepReport, body_gravity_energy))},
+      {"magnetic_energy", Number::Float64, at(offsetof(StepReport, magnetic_energy))},
+      {"magnetic_substeps", Number::Int32, at(offsetof(StepReport, magnetic_substeps))},
+      {"magnetic_error", Number::Float64, at(offsetof(StepReport, magnetic_error))}};
   for (std::size_t stage = 0; stage < stage_names.size(); ++stage)
     columns.push_back({std::string("seconds_") + stage_names[stage], Number::Float64,
                        at(offsetof(StepReport, seconds) + stage * sizeof(double))});

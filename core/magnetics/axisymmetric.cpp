@@ -289,10 +289,10 @@ std::vector<Panel> Solenoid::panels() const {
   return panels;
 }
 
-std::vector<Panel> Cylinder::panels() const {
+std::vector<Panel> Cylinder::faces(bool all) const {
   std::vector<Panel> panels;
   const Vec3 magnetization = polarization_ / mu0;
-  if (magnetization.head<2>().norm() > 0.0) {
+  if (all || magnetization.head<2>().norm() > 0.0) {
     for (const double r : {radius_, inner_}) {
       if (r == 0.0) continue;
       Panel p{Panel::Shape::side};
@@ -304,7 +304,7 @@ std::vector<Panel> Cylinder::panels() const {
       add_quarters(p, panels);
     }
   }
-  if (magnetization.z() != 0.0) {
+  if (all || magnetization.z() != 0.0) {
     for (const double sign : {-1.0, 1.0}) {
       Panel p{Panel::Shape::disc};
       p.radius0 = inner_;

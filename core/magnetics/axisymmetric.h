@@ -55,7 +55,8 @@ class Cylinder final : public Source {
   void gradient_block(const double* points, Index n, double* gradient) const override;
   double radius() const override;
   Vec3 moment() const override;
-  std::vector<Panel> panels() const override;
+  std::vector<Panel> panels() const override { return faces(false); }
+  std::vector<Panel> surface() const override { return faces(true); }
   std::optional<std::pair<Vec3, Vec3>> box() const override;
   double depth(const Vec3& point) const override;
   double outer_radius() const { return radius_; }
@@ -64,6 +65,8 @@ class Cylinder final : public Source {
   const Vec3& polarization() const { return polarization_; }
 
  private:
+  std::vector<Panel> faces(bool all) const;  // else those with charge
+
   double radius_, inner_, height_;
   Vec3 polarization_;
 };

@@ -5,146 +5,13 @@
 #include <string>
 
 #include "core/base/error.h"
-#include "core/base/simd.h"
 #include "core/magnetics/cells.h"
 #include "core/magnetics/constants.h"
-#include "core/magnetics/gauss.h"
+#include "core/magnetics/panel_integral.h"
 
 namespace loomstone {
 
 namespace {
-
-using Vec6 = Eigen::Matrix<double, 6, 1>;
-
-// What is integrated, in the axes of the body whose field acts: force, then torque about the other's centre over its
-// radius.
-struct Integrand {
-  const Source& by;
-  const std::vector<Panel>& panels;
-  RigidPose pose;  // of the integrated body in the axes of `by`
-  Mat3 rotation;
-  double radius;
-
-  // Values at the points of a tensor rule on [u0, u1] x [v0, v1], times the area; nu x nv columns.
-  void evaluate(const Panel& panel, const double* from, const double* size, int nu, int nv, Vec6* values) const {
-    const GaussRule &ru = gauss_rule(nu), &rv = gauss_rule(nv);
-    const Index n = nu * nv, padded = (n + n_lanes - 1) / n_lanes * n_lanes;
-    alignas(64) double x[3 * points_per_block], h[3 * points_per_block];
-    PanelSample samples[points_per_block];
-    for (Index i = 0; i < padded; ++i) {
-      const Index k = std::min(i, n - 1);
-      samples[i] = panel.at(from[0] + size[0] * 0.5 * (1.0 + ru.nodes[k / nv]),
-                            from[1] + size[1] * 0.5 * (1.0 + rv.nodes[k % nv]));
-      const Vec3 point = pose.position + rotation * samples[i].position;
-      for (int c = 0; c < 3; ++c) x[c * padded + i] = point[c];
-    }
-    by.field_block(x, padded, Quantity::mu0_field_strength, h);
-    for (Index i = 0; i < n; ++i) {
-      const Vec3 field(h[i], h[padded + i], h[2 * padded + i]);
-      const Vec3 force = samples[i].charge * field + (rotation * samples[i].current).cross(field);
-      values[i].head<3>() = force;
-      values[i].tail<3>() = (rotation * samples[i].position).cross(force) / radius;
-    }
-  }
-};
-
-// Part of a panel with its integral and the error each direction adds.
-struct Leaf {
-  Index panel;
-  double from[2], size[2];
-  Vec6 value;
-  double error[2];
-};
-
-// Error of the rule in one direction from the Legendre coefficients of the values summed over the other.
-double rule_error(const Vec6* sums, const GaussRule& rule) {
-  double largest = 0.0, last = 0.0;
-  for (int degree = 0; degree < rule.n; ++degree) {
-    Vec6 coefficient = Vec6::Zero();
-    for (int i = 0; i < rule.n; ++i) {
-      double p = 1.0, before = 0.0;
-      for (int k = 1; k <= degree; ++k) {
-        const double next = ((2.0 * k - 1.0) * rule.nodes[i] * p - (k - 1.0) * before) / k;
-        before = p;
-        p = next;
-      }
-      coefficient += rule.weights[i] * p * sums[i];
-    }
-    const double size = (degree + 0.5) * coefficient.norm();
-    largest = std::max(largest, size);
-    if (degree >= rule.n - 2) last = std::max(last, size);
-  }
-  return largest > 0.0 ? 2.0 * last * last / largest : 0.0;
-}
-
-void integrate(const Integrand& integrand, int n, Leaf& leaf) {
-  const Panel& panel = integrand.panels[leaf.panel];
-  const int nu = n, nv = panel.line() ? 1 : n;
-  const GaussRule &ru = gauss_rule(nu), &rv = gauss_rule(nv);
-  Vec6 values[points_per_block], along_u[most_gauss_points], along_v[most_gauss_points];
-  integrand.evaluate(panel, leaf.from, leaf.size, nu, nv, values);
-  const double share = 0.25 * leaf.size[0] * leaf.size[1];  // weights add up to 2 in each direction
-  leaf.value.setZero();
-  for (int i = 0; i < nu; ++i) along_u[i].setZero();
-  for (int k = 0; k < nv; ++k) along_v[k].setZero();
-  for (int i = 0; i < nu; ++i) {
-    for (int k = 0; k < nv; ++k) {
-      along_u[i] += share * rv.weights[k] * values[i * nv + k];
-      along_v[k] += share * ru.weights[i] * values[i * nv + k];
-    }
-    leaf.value += ru.weights[i] * along_u[i];
-  }
-  leaf.error[0] = rule_error(along_u, ru);
-  leaf.error[1] = nv > 1 ? rule_error(along_v, rv) : 0.0;
-}
-
-struct Total {
-  Vec6 value = Vec6::Zero();
-  double error = 0.0, absolute = 0.0;
-};
-
-Total total_of(const std::vector<Leaf>& leaves) {
-  Total t;
-  for (const Leaf& leaf : leaves) {
-    t.value += leaf.value;
-    t.error += leaf.error[0] + leaf.error[1];
-    t.absolute += leaf.value.norm();
-  }
-  return t;
-}
-
-// Halves leaves whose error is above their share until the whole is below the tolerance.
-Total adapt(const Integrand& integrand, double tolerance, double least) {
-  // Points a direction: more pay where more digits are wanted.
-  const int n = tolerance >= 1e-3 ? 5 : tolerance >= 1e-6 ? 7 : 10;
-  std::vector<Leaf> leaves(integrand.panels.size());
-  Index evaluations = 0;
-  for (Index p = 0; p < static_cast<Index>(leaves.size()); ++p) {
-    leaves[p] = Leaf{p, {0.0, 0.0}, {1.0, 1.0}, Vec6::Zero(), {0.0, 0.0}};
-    integrate(integrand, n, leaves[p]);
-    evaluations += n * n;
-  }
-  for (;;) {
-    const Total total = total_of(leaves);
-    const double size = std::max(total.value.head<3>().norm(), total.value.tail<3>().norm());
-    // Where the parts cancel altogether, 1e-6 of them is zero.
-    const double goal = tolerance * std::max({size, least, 1e-6 * total.absolute});
-    if (total.error <= goal || evaluations > most_evaluations) return total;
-    const double share = 0.5 * goal / static_cast<double>(leaves.size());
-    const std::size_t count = leaves.size();
-    for (std::size_t i = 0; i < count; ++i) {
-      if (leaves[i].error[0] + leaves[i].error[1] <= share) continue;
-      const int axis = leaves[i].error[0] >= leaves[i].error[1] ? 0 : 1;
-      leaves[i].size[axis] *= 0.5;
-      Leaf other = leaves[i];
-      other.from[axis] += other.size[axis];
-      integrate(integrand, n, leaves[i]);
-      integrate(integrand, n, other);
-      leaves.push_back(other);
-      evaluations += 2 * n * n;
-    }
-  }
-}
 
 RigidPose relative_pose(const RigidPose& of, const RigidPose& in) {
   const Vec4 back = quaternion_inverse(in.orientation);
@@ -176,8 +43,8 @@ Wrench integrated(const MagneticBody& on, const MagneticBody& by, double toleran
   if (on.source->dipoles()) return on_dipoles(on, by);
   const std::vector<Panel> panels = on.source->panels();
   const RigidPose pose = relative_pose(on.pose, by.pose);
-  const Integrand integrand{*by.source, panels, pose, rotation_matrix(pose.orientation), on.source->radius()};
-  const Total total = adapt(integrand, tolerance, least);
+  const PanelIntegral total = integrate_panels(*by.source, panels, pose, on.source->radius(), PanelQuantity::wrench,
+                                               tolerance, least);
   const Mat3 to_world = rotation_matrix(by.pose.orientation);
   return {to_world * total.value.head<3>(), to_world * total.value.tail<3>() * on.source->radius(), total.error};
 }
@@ -243,7 +110,61 @@ std::vector<bool> add_single_dipoles(const Team& team, const std::vector<Magneti
   return single;
 }
 
+// Bodies that act on one another, i < k.
+std::vector<std::pair<Index, Index>> pairs_of(const std::vector<MagneticBody>& bodies,
+                                              const std::vector<Index>& carrier) {
+  std::vector<std::pair<Index, Index>> pairs;
+  for (Index i = 0; i < static_cast<Index>(bodies.size()); ++i) {
+    for (Index k = i + 1; k < static_cast<Index>(bodies.size()); ++k) {
+      if (!carrier.empty() && carrier[i] == carrier[k]) continue;
+      check_pair(bodies[i], bodies[k]);
+      pairs.emplace_back(i, k);
+    }
+  }
+  return pairs;
+}
+
+double energy_integral(const MagneticBody& on, const MagneticBody& by, double tolerance) {
+  if (const DipoleSet* set = on.source->dipoles()) {
+    const Mat3 rotation = rotation_matrix(on.pose.orientation);
+    Points x(set->positions().rows(), 3);
+    place_points(on.pose, set->positions(), x);
+    const Points field = magnetic_field(Team{}, {by}, x, "B");
+    double energy = 0.0;
+    for (Eigen::Index i = 0; i < x.rows(); ++i)
+      energy -= field.row(i).dot((rotation * set->moments().row(i).transpose()).transpose());
+    return energy;
+  }
+  const std::vector<Panel> surface = on.source->surface();
+  if (surface.empty()) throw Unsupported("energy is that of magnets and dipoles, got a current");
+  // What the whole moment would have in a field that J of the other could make: the parts of the integral are of this size.
+  const double least = 1e-3 * on.source->moment().norm() * by.source->moment().norm() * mu0 /
+                       (4.0 * pi * std::pow(on.source->radius() + by.source->radius(), 3));
+  return integrate_panels(*by.source, surface, relative_pose(on.pose, by.pose), on.source->radius(),
+                          PanelQuantity::energy, tolerance, least).value[0];
+}
+
 }  // namespace
+
+double magnetic_energy(const MagneticBody& on, const MagneticBody& by, double tolerance) {
+  check_tolerance(tolerance);
+  if (!integrate_over_first(on, by)) return energy_integral(by, on, tolerance);
+  return energy_integral(on, by, tolerance);
+}
+
+double magnetic_energy(const Team& team, const std::vector<MagneticBody>& bodies, double tolerance,
+                       const std::vector<Index>& carrier) {
+  check_tolerance(tolerance);
+  const std::vector<std::pair<Index, Index>> pairs = pairs_of(bodies, carrier);
+  std::vector<double> energies(pairs.size());
+  const auto solve = [&](Index p) {
+    energies[p] = magnetic_energy(bodies[pairs[p].first], bodies[pairs[p].second], tolerance);
+  };
+  parallel_tasks(team, static_cast<Index>(pairs.size()), solve);
+  double total = 0.0;
+  for (const double energy : energies) total += energy;
+  return total;
+}
 
 Wrench magnetic_wrench(const MagneticBody& on, const MagneticBody& by, double tolerance, double least) {
   check_tolerance(tolerance);
@@ -256,17 +177,13 @@ Wrench magnetic_wrench(const MagneticBody& on, const MagneticBody& by, double to
   return reaction(integrated(by, on, tolerance, least), by, on);
 }
 
-std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<MagneticBody>& bodies, double tolerance) {
+std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<MagneticBody>& bodies, double tolerance,
+                                      const std::vector<Index>& carrier) {
   check_tolerance(tolerance);
   std::vector<Wrench> result(bodies.size());
   const std::vector<bool> single = add_single_dipoles(team, bodies, result);
-  std::vector<std::pair<Index, Index>> pairs;
-  for (Index i = 0; i < static_cast<Index>(bodies.size()); ++i) {
-    for (Index k = i + 1; k < static_cast<Index>(bodies.size()); ++k) {
-      check_pair(bodies[i], bodies[k]);
-      if (!(single[i] && single[k])) pairs.emplace_back(i, k);
-    }
-  }
+  std::vector<std::pair<Index, Index>> pairs = pairs_of(bodies, carrier);
+  std::erase_if(pairs, [&](const auto& pair) { return single[pair.first] && single[pair.second]; });
   // First roughly, for the largest force; then what is not yet good enough.
   std::vector<Wrench> on_first(pairs.size());
   const auto solve = [&](Index p, double wanted, double least) {

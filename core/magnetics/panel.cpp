@@ -10,11 +10,11 @@ PanelSample Panel::at(double u, double v) const {
   switch (shape) {
     case Shape::parallelogram:
       s.position = a + u * b + v * c;
-      s.charge = b.cross(c).dot(magnetization);
+      s.area = b.cross(c);
       break;
     case Shape::triangle:
       s.position = a + u * (b + v * (c - b));
-      s.charge = u * b.cross(c).dot(magnetization);
+      s.area = u * b.cross(c);
       break;
     case Shape::segment:
       s.position = a + u * b;
@@ -24,14 +24,14 @@ PanelSample Panel::at(double u, double v) const {
       const Vec3 normal(cosine, sine, 0.0);
       const double area = radius1 * turn * (height1 - height0);
       s.position = radius1 * normal + Vec3(0.0, 0.0, height0 + v * (height1 - height0));
-      s.charge = sign * magnetization.dot(normal) * area;
+      s.area = sign * area * normal;
       s.current = current * area * Vec3(-sine, cosine, 0.0);
       break;
     }
     case Shape::disc: {
       const double rho = radius0 + v * (radius1 - radius0);
       s.position = Vec3(rho * cosine, rho * sine, height0);
-      s.charge = sign * magnetization.z() * rho * turn * (radius1 - radius0);
+      s.area.z() = sign * rho * turn * (radius1 - radius0);
       break;
     }
     case Shape::circle:
@@ -39,6 +39,7 @@ PanelSample Panel::at(double u, double v) const {
       s.current = current * radius1 * turn * Vec3(-sine, cosine, 0.0);
       break;
   }
+  s.charge = s.area.dot(magnetization);
   return s;
 }
 

@@ -8,6 +8,7 @@ namespace loomstone {
 // A charge [A m] feels charge * mu0 H; an element of current [A m] feels current x B.
 struct PanelSample {
   Vec3 position = Vec3::Zero();  // [m]
+  Vec3 area = Vec3::Zero();      // outward normal times area, of faces [m^2]
   double charge = 0.0;           // [A m]
   Vec3 current = Vec3::Zero();   // [A m]
 };
@@ -25,7 +26,7 @@ struct Panel {
   double current = 0.0;                 // [A], on a side [A/m], towards growing azimuth
 
   bool line() const { return shape == Shape::segment || shape == Shape::circle; }
-  // At (u, v) in the unit square (v is ignored on lines), charge and current times d(position)/d(u, v).
+  // At (u, v) in the unit square (v is ignored on lines), area, charge and current times d(position)/d(u, v).
   PanelSample at(double u, double v) const;
 };
 

@@ -260,7 +260,7 @@ double Cuboid::depth(const Vec3& point) const {
   return inner.minCoeff() >= 0.0 ? inner.minCoeff() : -inner.cwiseMin(0.0).norm();
 }
 
-std::vector<Panel> Polyhedron::panels() const {
+std::vector<Panel> Polyhedron::faces(bool all) const {
   std::vector<Panel> panels;
   for (Index t = 0; t < triangles_.rows(); ++t) {
     Panel p{Panel::Shape::triangle};
@@ -268,16 +268,16 @@ std::vector<Panel> Polyhedron::panels() const {
     p.b = vertices_.row(triangles_(t, 1)).transpose() - p.a;
     p.c = vertices_.row(triangles_(t, 2)).transpose() - p.a;
     p.magnetization = polarization_ / mu0;
-    if (p.b.cross(p.c).dot(polarization_) != 0.0) panels.push_back(p);
+    if (all || p.b.cross(p.c).dot(polarization_) != 0.0) panels.push_back(p);
   }
   return panels;
 }
 
-std::vector<Panel> Cuboid::panels() const {
+std::vector<Panel> Cuboid::faces(bool all) const {
   std::vector<Panel> panels;
   for (int axis = 0; axis < 3; ++axis) {
     for (int side = -1; side <= 1; side += 2) {
-      if (polarization()[axis] == 0.0) continue;
+      if (!all && polarization()[axis] == 0.0) continue;
       const int first = (axis + (side > 0 ? 1 : 2)) % 3, second = (axis + (side > 0 ? 2 : 1)) % 3;
       Panel p{Panel::Shape::parallelogram};
       p.b[first] = size_[first];

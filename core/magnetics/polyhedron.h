@@ -27,7 +27,8 @@ class Polyhedron : public Source {
   double radius() const override { return radius_; }
   Vec3 moment() const override;
 
-  std::vector<Panel> panels() const override;
+  std::vector<Panel> panels() const override { return faces(false); }
+  std::vector<Panel> surface() const override { return faces(true); }
   std::optional<std::pair<Vec3, Vec3>> box() const override;
   double depth(const Vec3& point) const override;
 
@@ -39,6 +40,7 @@ class Polyhedron : public Source {
 
  protected:
   Polyhedron(Points vertices, Triangles triangles, const Vec3& polarization);
+  virtual std::vector<Panel> faces(bool all) const;  // else those with charge
   virtual void near_field(const double* points, Index n, Quantity quantity, double* field) const;
 
  private:
@@ -69,11 +71,11 @@ class Cuboid final : public Polyhedron {
  public:
   // size: the three edges [m], centre at the origin; polarization J [T].
   Cuboid(const Vec3& size, const Vec3& polarization);
-  std::vector<Panel> panels() const override;
   double depth(const Vec3& point) const override;
   const Vec3& size() const { return size_; }
 
  protected:
+  std::vector<Panel> faces(bool all) const override;
   void near_field(const double* points, Index n, Quantity quantity, double* field) const override;
 
  private:

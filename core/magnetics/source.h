@@ -42,6 +42,8 @@ class Source {
   virtual bool steady() const { return true; }
   // Where its charge or current sits; empty for dipoles, which dipoles() gives.
   virtual std::vector<Panel> panels() const { return {}; }
+  // Of solid magnets: their whole surface, also where it carries no charge.
+  virtual std::vector<Panel> surface() const { return {}; }
   // What stands for the source as seen from outside, exactly: dipoles (of a sphere one); null for all others.
   virtual const DipoleSet* dipoles() const { return nullptr; }
 };

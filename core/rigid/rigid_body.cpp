@@ -3,6 +3,24 @@
 
 namespace loomstone {
 
+RigidState start_state(const std::vector<RigidBody>& bodies, const std::vector<MassProperties>& masses) {
+  const auto n = static_cast<Eigen::Index>(bodies.size());
+  RigidState state;
+  state.positions.resize(n, 3);
+  state.orientations.resize(n, 4);
+  state.velocities.resize(n, 3);
+  state.angular_velocities.resize(n, 3);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const RigidBody& body = bodies[i];
+    const Vec4 orientation = body.orientation.normalized();
+    state.positions.row(i) = (body.position + rotation_matrix(orientation) * masses[i].centre).transpose();
+    state.orientations.row(i) = orientation.transpose();
+    state.velocities.row(i) = body.velocity.transpose();
+    state.angular_velocities.row(i) = body.angular_velocity.transpose();
+  }
+  return state;
+}
+
 Mat3 world_inertia(const MassProperties& mass, const Vec4& orientation) {
   const Mat3 rotation = rotation_matrix(orientation);
   return rotation * mass.inertia * rotation.transpose();

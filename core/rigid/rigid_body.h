@@ -1,6 +1,7 @@
 // Rigid bodies: what the user asks for (RigidBody), what changes (RigidState), and the world that moves them.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -61,6 +62,9 @@ struct RigidState {
   std::vector<unsigned char> manifolds;                      // contact points carried over a rebuild, opaque
 };
 
+// State of the bodies as described.
+RigidState start_state(const std::vector<RigidBody>& bodies, const std::vector<MassProperties>& masses);
+
 // Pose of a body's centre of mass.
 inline RigidPose body_pose(const RigidState& state, Index body) {
   return {state.positions.row(body).transpose(), state.orientations.row(body).transpose()};
@@ -86,8 +90,10 @@ struct RigidObstacle {
 // Stage. Bullet behind one source file; body-body and body-obstacle contacts only (cloth comes in as impulses).
 class RigidWorld {
  public:
-  // Throws InvalidInput for open meshes, unknown shapes, bodies without volume.
-  RigidWorld(const std::vector<RigidBody>& bodies, const std::vector<RigidObstacle>& obstacles, const Vec3& gravity);
+  // gyroscopic: spinning bodies feel their own inertia; false where another stage turns them between contacts. Throws
+  // InvalidInput for open meshes, unknown shapes, bodies without volume.
+  RigidWorld(const std::vector<RigidBody>& bodies, const std::vector<RigidObstacle>& obstacles, const Vec3& gravity,
+             bool gyroscopic = true);
   ~RigidWorld();
 
   // Initial state of the described bodies.
@@ -100,8 +106,10 @@ class RigidWorld {
   // Advances by `step`; impulses [N s] and angular impulses [N m s] (b x 3) about the centres act first. Obstacle poses
   // (position of mesh origin, quaternion) are those at the end of the step, with the velocities that lead there.
   using ObstaclePose = RigidPose;
+  // touched, if wanted: (b) 1 for bodies that did not move freely.
   void advance(double step, const Points& impulses, const Points& angular_impulses,
-               const std::vector<ObstaclePose>& obstacles, RigidState& state);
+               const std::vector<ObstaclePose>& obstacles, RigidState& state,
+               std::vector<std::uint8_t>* touched = nullptr);
   // Writes the manifolds into `state` so that restore() continues bit for bit.
   void save(RigidState& state) const;
 

@@ -8,6 +8,7 @@
 #include <LinearMath/btConvexHullComputer.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -245,6 +246,7 @@ struct RigidWorld::Data {
   std::vector<RigidBody> bodies;
   std::vector<RigidObstacle> obstacles;
   Vec3 gravity;
+  bool gyroscopic = true;
   std::vector<MassProperties> masses;
   std::vector<Mat3> principal;                 // columns: Bullet's body axes in mesh axes
   std::vector<Vec3> moments;                   // about them [kg m^2]
@@ -258,6 +260,9 @@ struct RigidWorld::Data {
   void add_body(const RigidBody& body, const std::string& where);
   void set_body(std::size_t i, const RigidState& state);
   void follow(const RigidState& state);
+  void know(const RigidState& state) {
+    known = {state.positions, state.orientations, state.velocities, state.angular_velocities, {}};
+  }
   void read(RigidState& state) const;
   std::vector<unsigned char> manifold_bytes() const;
   void read_poses(ByteReader& bytes);
@@ -363,9 +368,10 @@ void RigidWorld::Data::read_manifolds(ByteReader& bytes) {
 }
 
 RigidWorld::RigidWorld(const std::vector<RigidBody>& bodies, const std::vector<RigidObstacle>& obstacles,
-                       const Vec3& gravity)
+                       const Vec3& gravity, bool gyroscopic)
     : data_(std::make_unique<Data>()) {
   data_->gravity = gravity;
+  data_->gyroscopic = gyroscopic;
   for (std::size_t i = 0; i < bodies.size(); ++i) data_->add_body(bodies[i], "bodies[" + std::to_string(i) + "]");
   for (std::size_t i = 0; i < obstacles.size(); ++i) {
     const std::string where = "obstacles[" + std::to_string(i) + "]";
@@ -382,23 +388,7 @@ RigidWorld::~RigidWorld() = default;
 
 const std::vector<MassProperties>& RigidWorld::mass_properties() const { return data_->masses; }
 
-RigidState RigidWorld::initial_state() const {
-  const auto n = static_cast<Eigen::Index>(data_->bodies.size());
-  RigidState state;
-  state.positions.resize(n, 3);
-  state.orientations.resize(n, 4);
-  state.velocities.resize(n, 3);
-  state.angular_velocities.resize(n, 3);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const RigidBody& body = data_->bodies[i];
-    const Vec4 orientation = body.orientation.normalized();
-    state.positions.row(i) = (body.position + rotation_matrix(orientation) * data_->masses[i].centre).transpose();
-    state.orientations.row(i) = orientation.transpose();
-    state.velocities.row(i) = body.velocity.transpose();
-    state.angular_velocities.row(i) = body.angular_velocity.transpose();
-  }
-  return state;
-}
+RigidState RigidWorld::initial_state() const { return start_state(data_->bodies, data_->masses); }
 
 void RigidWorld::restore(const RigidState& state) {
   Data& data = *data_;
@@ -418,6 +408,7 @@ void RigidWorld::restore(const RigidState& state) {
     const RigidBody& body = data.bodies[i];
     btCollisionShape& shape = *data.shapes[i].back();
     btRigidBody& moving = engine.add(data.masses[i].mass, data.moments[i], shape, body.friction, body.restitution);
+    if (!data.gyroscopic) moving.setFlags(moving.getFlags() & ~BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY);
     // A body that moves by more than half its thickness in a step is swept, so that it does not pass through a floor.
     moving.setCcdMotionThreshold(0.5 * data.inner_radii[i]);
     moving.setCcdSweptSphereRadius(0.5 * data.inner_radii[i]);
@@ -436,12 +427,12 @@ void RigidWorld::restore(const RigidState& state) {
     engine.dispatcher.clearManifold(engine.dispatcher.getManifoldByIndexInternal(m));
   }
   if (!state.manifolds.empty()) data.read_manifolds(bytes);
-  data.known = state;
-  data.known.manifolds.clear();
+  data.know(state);
 }
 
 void RigidWorld::advance(double step, const Points& impulses, const Points& angular_impulses,
-                         const std::vector<ObstaclePose>& obstacles, RigidState& state) {
+                         const std::vector<ObstaclePose>& obstacles, RigidState& state,
+                         std::vector<std::uint8_t>* touched) {
   Data& data = *data_;
   Engine& engine = *data.engine;
   const std::size_t n = data.bodies.size();
@@ -465,7 +456,19 @@ void RigidWorld::advance(double step, const Points& impulses, const Points& angu
     set_velocity(*engine.bodies[n + i], (to.position - from.position) / step,
                  angular_velocity_between(from.orientation, to.orientation, step));
   }
+  std::vector<std::array<btVector3, 3>> free;  // velocities and place that nothing has changed
+  for (std::size_t i = 0; i < n && touched; ++i) {
+    const btVector3 velocity = engine.bodies[i]->getLinearVelocity() + to_bullet(data.gravity) * step;
+    free.push_back({velocity, engine.bodies[i]->getAngularVelocity(),
+                    engine.bodies[i]->getWorldTransform().getOrigin() + velocity * step});
+  }
   engine.world.stepSimulation(step, 0);
+  if (touched) touched->clear();
+  for (std::size_t i = 0; i < free.size(); ++i) {
+    const btRigidBody& body = *engine.bodies[i];
+    touched->push_back(body.getLinearVelocity() != free[i][0] || body.getAngularVelocity() != free[i][1] ||
+                       body.getWorldTransform().getOrigin() != free[i][2]);
+  }
   for (std::size_t i = 0; i < data.poses.size(); ++i) {
     data.poses[i] = obstacles[i];
     place(*engine.bodies[n + i], bullet_pose(obstacles[i]));
@@ -478,10 +481,7 @@ void RigidWorld::advance(double step, const Points& impulses, const Points& angu
                           std::to_string(step) + " s; shorten the step or look for extreme impulses");
     }
   }
-  data.known.positions = state.positions;
-  data.known.orientations = state.orientations;
-  data.known.velocities = state.velocities;
-  data.known.angular_velocities = state.angular_velocities;
+  data.know(state);
 }
 
 void RigidWorld::save(RigidState& state) const { state.manifolds = data_->manifold_bytes(); }

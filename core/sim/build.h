@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "core/base/error.h"
 #include "core/sim/model.h"
 #include "core/sim/state.h"
 
@@ -17,11 +18,25 @@ void build_cloth(const Scene& scene, Model& model, State& state);
 // Rigid bodies, obstacles, attachments: surfaces and start poses.
 void build_bodies(const Scene& scene, Model& model, State& state);
 
+// Magnets on bodies and obstacles, and the field they feel.
+void build_magnets(const Scene& scene, Model& model);
+
 // Surfaces end to end, thickness, friction, stiffness of contacts.
 void build_collision(const Scene& scene, Model& model);
 
 // Refuses a start with intersecting triangles or with cloth inside a closed obstacle or body.
 void check_start(const Model& model, const State& state);
+
+// Place in a list of descriptions with names. Throws InvalidInput, which lists the names there are.
+template <class List>
+std::size_t find_by_name(const List& list, const std::string& name, const std::string& where) {
+  std::string known;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    if (list[i].name == name) return i;
+    known += (known.empty() ? "\"" : ", \"") + list[i].name + "\"";
+  }
+  throw InvalidInput(where + " must be the name of one (" + (known.empty() ? "there are none" : known) + "), got \"" + name + "\"");
+}
 
 // "cloths[1]" with its name where it has one.
 std::string item(const char* list, std::size_t index, const std::string& name);

@@ -12,16 +12,6 @@ namespace loomstone {
 
 namespace {
 
-template <class List>
-std::size_t find_by_name(const List& list, const std::string& name, const std::string& where) {
-  std::string known;
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    if (list[i].name == name) return i;
-    known += (known.empty() ? "\"" : ", \"") + list[i].name + "\"";
-  }
-  throw InvalidInput(where + " must be the name of one (" + (known.empty() ? "there are none" : known) + "), got \"" + name + "\"");
-}
-
 Index first_vertex_of(const Scene& scene, std::size_t cloth) {
   Index first = 0;
   for (std::size_t c = 0; c < cloth; ++c) first += scene.cloths[c].mesh->n_vertices();

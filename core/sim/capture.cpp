@@ -11,6 +11,14 @@ void measure(const Model& model, const State& state, const Team& team, Elasticit
   report.kinetic_energy = parallel_sum(team, n, [&](Index i) { return 0.5 * mass[i] * v.row(i).squaredNorm(); });
   report.gravity_energy =
       -parallel_sum(team, n, [&](Index i) { return mass[i] * x.row(i).dot(model.scene.gravity.transpose()); });
+  report.body_kinetic_energy = report.body_gravity_energy = 0.0;
+  for (Index b = 0; b < model.n_bodies(); ++b) {
+    const double body_mass = model.body_mass[b].mass;
+    const Vec3 spin = state.rigid.angular_velocities.row(b).transpose();
+    const Mat3 inertia = world_inertia(model.body_mass[b], state.rigid.orientations.row(b).transpose());
+    report.body_kinetic_energy += 0.5 * (body_mass * state.rigid.velocities.row(b).squaredNorm() + spin.dot(inertia * spin));
+    report.body_gravity_energy -= body_mass * state.rigid.positions.row(b).dot(model.scene.gravity.transpose());
+  }
   report.max_stretch = 1.0;
   if (n == 0) return;
   report.membrane_energy = elasticity.membrane_energy(team, x);

@@ -15,7 +15,7 @@ namespace loomstone {
 Frame capture(const Model& model, const State& state, const StepOutcome& outcome, const Team& team,
               Elasticity& elasticity, double step, double share);
 
-// Fills the energies and the largest stretch of a report.
+// Fills the energies (but the magnetic one) and the largest stretch of a report.
 void measure(const Model& model, const State& state, const Team& team, Elasticity& elasticity, StepReport& report);
 
 Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutcome& outcome);

@@ -9,6 +9,7 @@
 #include "core/base/types.h"
 #include "core/cloth/cloth_model.h"
 #include "core/collision/collision_model.h"
+#include "core/magnetics/source.h"
 #include "core/rigid/rigid_body.h"
 #include "core/sim/scene.h"
 
@@ -25,6 +26,11 @@ struct Model {
     Index row = 0;                               // cloth row
     int body = 0;
     Vec3 local = Vec3::Zero();                   // point of the body, from its centre, mesh axes [m]
+  };
+  struct Carried {                               // magnet
+    SourcePtr source;
+    RigidPose local;                             // body: from its centre; obstacle: from the mesh's origin; mesh axes
+    Index carrier = 0;                           // body, or number of bodies plus obstacle
   };
   struct PinScript {                             // a cloth whose pins move
     std::vector<Index> rows;
@@ -43,6 +49,7 @@ struct Model {
   std::vector<MassProperties> body_mass;
   std::vector<Attached> attachments;
   double attachment_stiffness = 0.0;             // [N/m]
+  std::vector<Carried> magnets;
 
   Index n_bodies() const { return static_cast<Index>(bodies.size()); }
   Index n_rows() const { return cloth.n_vertices + 2 * n_bodies(); }

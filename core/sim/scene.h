@@ -90,12 +90,49 @@ struct Attachment {
   }
 };
 
+// Description. What makes a rigid body or an obstacle magnetic; one that carries several has one of these for each.
+struct Magnet {
+  std::string body;                       // name of the rigid body or obstacle that carries it
+  std::string shape = "mesh";
+  std::shared_ptr<const TriangleMesh> mesh;
+  Vec3 size = Vec3::Zero();
+  double radius = 0.0, inner_radius = 0.0, height = 0.0;
+  Vec3 position = Vec3::Zero();
+  Vec4 orientation = Vec4(1, 0, 0, 0);
+  Vec3 polarization = Vec3::Zero();
+  Vec3 moment = Vec3::Zero();
+  std::string engine = "accurate";
+  double density = 0.0;
+
+  static auto fields() {
+    using M = Magnet;
+    return std::make_tuple(
+        field("body", &M::body, "name of the rigid body or obstacle that carries it"),
+        field("shape", &M::shape, "mesh | sphere | cuboid | cylinder (about its z axis) | dipole"),
+        field("mesh", &M::mesh, "closed surface in the magnet's own frame, of shape mesh; none: that of the body"),
+        field("size", &M::size, "(3) edges of a cuboid [m]"),
+        field("radius", &M::radius, "m", non_negative(), "of a sphere or cylinder"),
+        field("inner_radius", &M::inner_radius, "m", non_negative(), "of a cylinder with a bore"),
+        field("height", &M::height, "m", non_negative(), "of a cylinder"),
+        field("position", &M::position, "(3) of the magnet's origin in the frame of the body's mesh [m]"),
+        field("orientation", &M::orientation, "unit quaternion (w, x, y, z), magnet's axes to those of the body's mesh"),
+        field("polarization", &M::polarization, "(3) J = mu0 M in the magnet's axes, fixed to it [T]; not of a dipole"),
+        field("moment", &M::moment, "(3) of a dipole in the magnet's axes [A m^2]"),
+        field("engine", &M::engine, "accurate: exact fields, forces to magnetic_tolerance | cells: dipole cells, fast and rough"),
+        field("density", &M::density, "1/m^3", non_negative(), "of cells, where engine is cells"));
+  }
+};
+
 // Description.
 struct Scene {
   std::vector<Cloth> cloths;
   std::vector<Obstacle> obstacles;
   std::vector<RigidBody> bodies;
   std::vector<Attachment> attachments;
+  std::vector<Magnet> magnets;
+  Vec3 magnetic_field = Vec3::Zero();
+  double magnetic_tolerance = 1e-4;
+  double magnetic_step = 0.15;
   Air air;
   Vec3 gravity = Vec3(0, 0, -9.81);
   bool collisions = true;
@@ -109,6 +146,10 @@ struct Scene {
     return std::make_tuple(
         field("cloths", &S::cloths, "list of Cloth"), field("obstacles", &S::obstacles, "list of Obstacle"),
         field("bodies", &S::bodies, "list of RigidBody"), field("attachments", &S::attachments, "list of Attachment"),
+        field("magnets", &S::magnets, "list of Magnet: what makes bodies and obstacles magnetic"),
+        field("magnetic_field", &S::magnetic_field, "(3) uniform flux density that magnets feel besides one another's [T]"),
+        field("magnetic_tolerance", &S::magnetic_tolerance, "1", between(1e-12, 0.1), "error of the force between two magnets over the largest such force"),
+        field("magnetic_step", &S::magnetic_step, "1", Limits{0.0, 1.0, true, false}, "length of the sub-steps in which magnets move times their largest angular frequency"),
         field("air", &S::air, "Air: drag and wind"), field("gravity", &S::gravity, "acceleration [m/s^2]"),
         field("collisions", &S::collisions, "contacts between surfaces are handled"),
         field("contact_stiffness", &S::contact_stiffness, "N/m", non_negative(), "of a contact; 0: chosen from the material"),

@@ -110,6 +110,7 @@ const Communicator& Simulation::communicator() const { return *data_->communicat
 const StepReport& Simulation::report() const {
   if (!data_->measured || data_->writes.watching()) {
     measure(data_->model, data_->state, data_->team, data_->stepper->elasticity(), data_->outcome.report);
+    data_->outcome.report.magnetic_energy = data_->stepper->magnetic_energy(data_->state);
     data_->measured = true;
   }
   return data_->outcome.report;
@@ -171,6 +172,16 @@ void Simulation::set_obstacle_pose(int obstacle, const Vec3& position, const Vec
 }
 
 Points Simulation::body_positions() const { return data_->state.rigid.positions; }
+
+std::array<Points, 2> Simulation::magnetic_forces() const {
+  const std::vector<Wrench> wrenches = data_->stepper->magnetic_forces(data_->state);
+  std::array<Points, 2> rows = {Points(wrenches.size(), 3), Points(wrenches.size(), 3)};
+  for (std::size_t b = 0; b < wrenches.size(); ++b) {
+    rows[0].row(b) = wrenches[b].force.transpose();
+    rows[1].row(b) = wrenches[b].torque.transpose();
+  }
+  return rows;
+}
 
 State& Simulation::state() {
   data_->writes.watch(data_->state);

@@ -57,6 +57,8 @@ class Simulation {
   // Pose of an obstacle at the end of the next step; replaces its keyframes.
   void set_obstacle_pose(int obstacle, const Vec3& position, const Vec4& orientation);
   Points body_positions() const;         // (b x 3) centres of mass [m]
+  // Magnetic forces [N] and torques about the centres [N m] (b x 3) on the bodies now.
+  std::array<Points, 2> magnetic_forces() const;
 
   Checkpoint checkpoint() const;
   void restore(const Checkpoint& checkpoint);   // same scene; throws CacheError where it does not fit

@@ -57,7 +57,10 @@ Stepper::Stepper(const Model& model, const IntegratorOptions& options, const Tea
       const auto pose = obstacle_pose(model, state, static_cast<int>(o), static_cast<double>(state.step) * options.step, 1.0);
       obstacles.push_back({model.scene.obstacles[o].mesh, model.scene.obstacles[o].friction, pose.position, pose.orientation});
     }
-    world_ = std::make_unique<RigidWorld>(model.scene.bodies, obstacles, model.scene.gravity);
+    if (!model.magnets.empty()) magnetics_ = std::make_unique<MagneticMotion>(model);
+    // With magnets gravity and free rotation are theirs, between contacts.
+    world_ = std::make_unique<RigidWorld>(model.scene.bodies, obstacles, magnetics_ ? Vec3(Vec3::Zero()) : model.scene.gravity,
+                                          magnetics_ == nullptr);
     world_->restore(state.rigid);
   }
   fixed_ = model.cloth.pinned;
@@ -173,7 +176,7 @@ std::int64_t Stepper::take(State& state, StepOutcome& outcome, StepPart part) {
   }
   {
     StageTimer timer(report, StageName::Bodies);
-    bodies(state);
+    bodies(state, report);
   }
   StageTimer timer(report, StageName::Certify);
   const CertifyReport done = certify(state, outcome);
@@ -216,13 +219,17 @@ void Stepper::loads(const State& state) {
   body_blocks_.clear();
   start_poses_.clear();
   body_velocity_ = Points::Zero(2 * model_.n_bodies(), 3);
+  std::vector<Wrench> magnetic(model_.n_bodies());
+  if (magnetics_ && n > 0) magnetic = magnetics_->wrenches(team_, state.rigid, obstacle_poses(state, start_time_, 0.0));
   for (Index b = 0; b < model_.n_bodies(); ++b) {
     start_poses_.push_back(body_pose(state.rigid, b));
     body_blocks_.push_back(model_.body_mass[b].mass * Mat3::Identity());
     body_blocks_.push_back(world_inertia(model_.body_mass[b], state.rigid.orientations.row(b).transpose()));
     // What the rigid stage will do by itself is in the prediction, so that the solve adds only what the cloth does.
-    body_velocity_.row(2 * b) = state.rigid.velocities.row(b) + h * model_.scene.gravity.transpose();
-    body_velocity_.row(2 * b + 1) = state.rigid.angular_velocities.row(b);
+    body_velocity_.row(2 * b) = state.rigid.velocities.row(b) + h * model_.scene.gravity.transpose() +
+                                h / model_.body_mass[b].mass * magnetic[b].force.transpose();
+    body_velocity_.row(2 * b + 1) =
+        state.rigid.angular_velocities.row(b) + h * (body_blocks_[2 * b + 1].inverse() * magnetic[b].torque).transpose();
   }
 }
 
@@ -283,7 +290,7 @@ void Stepper::integrate(State& state, StepReport& report) {
 }
 
 // What the cloth did to the bodies goes to Bullet as impulses; it adds loads and contacts among bodies.
-void Stepper::bodies(State& state) {
+void Stepper::bodies(State& state, StepReport& report) {
   if (!world_) return;
   Points impulses = Points::Zero(model_.n_bodies(), 3), angular = impulses;
   if (model_.cloth.n_vertices > 0)
@@ -292,11 +299,31 @@ void Stepper::bodies(State& state) {
       angular.row(b) = (body_blocks_[2 * b + 1] *
                         (body_velocity_.row(2 * b + 1) - predicted_body_velocity_.row(2 * b + 1)).transpose()).transpose();
     }
-  std::vector<RigidWorld::ObstaclePose> poses;
+  const std::vector<RigidPose> poses = obstacle_poses(state, end_time_, share_);
+  if (!magnetics_) return world_->advance(step_, impulses, angular, poses, state.rigid);
+  const MagneticMotion::Done done = magnetics_->advance(team_, step_, impulses, angular, obstacle_poses(state, start_time_, 0.0),
+                                                        poses, *world_, state.rigid);
+  report.magnetic_substeps += done.substeps;
+  report.magnetic_error = done.error;
+}
+
+// Of the obstacles that rigid bodies meet.
+std::vector<RigidPose> Stepper::obstacle_poses(const State& state, double time, double share) const {
+  std::vector<RigidPose> poses;
   for (std::size_t o = 0; o < model_.obstacles.size(); ++o)
     if (model_.scene.obstacles[o].vertex_positions.rows() == 0)
-      poses.push_back(obstacle_pose(model_, state, static_cast<int>(o), end_time_, share_));
-  world_->advance(step_, impulses, angular, poses, state.rigid);
+      poses.push_back(obstacle_pose(model_, state, static_cast<int>(o), time, share));
+  return poses;
+}
+
+std::vector<Wrench> Stepper::magnetic_forces(const State& state) const {
+  if (!magnetics_) return std::vector<Wrench>(model_.n_bodies());
+  return magnetics_->wrenches(team_, state.rigid, obstacle_poses(state, static_cast<double>(state.step) * options_.step, 0.0));
+}
+
+double Stepper::magnetic_energy(const State& state) const {
+  if (!magnetics_) return 0.0;
+  return magnetics_->energy(team_, state.rigid, obstacle_poses(state, static_cast<double>(state.step) * options_.step, 0.0));
 }
 
 // The bodies as certification may move them: from where they were to where Bullet has put them.

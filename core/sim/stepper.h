@@ -8,6 +8,7 @@
 #include "core/integration/integrator.h"
 #include "core/parallel/row_layout.h"
 #include "core/parallel/team.h"
+#include "core/sim/magnetic_motion.h"
 #include "core/sim/model.h"
 #include "core/sim/state.h"
 
@@ -41,6 +42,10 @@ class Stepper {
 
   Elasticity& elasticity() { return *elasticity_; }
 
+  // Magnetic force and torque on each body now, and the energy of all magnets [J]; nothing without magnets.
+  std::vector<Wrench> magnetic_forces(const State& state) const;
+  double magnetic_energy(const State& state) const;
+
  private:
   // All stages of a part. Returns the impacts that are left.
   std::int64_t take(State& state, StepOutcome& outcome, StepPart part);
@@ -48,7 +53,8 @@ class Stepper {
   void add_attachments(const State& state, ExtraTerms& terms) const;
   double terms_at(const Points& displacement, double time, TermRequest request, ExtraTerms& terms);
   void integrate(State& state, StepReport& report);
-  void bodies(State& state);
+  void bodies(State& state, StepReport& report);
+  std::vector<RigidPose> obstacle_poses(const State& state, double time, double share) const;
   FreeBodies free_bodies(const State& state) const;
   CertifyReport certify(State& state, StepOutcome& outcome);
   void count_intersections(State& state, StepOutcome& outcome);
@@ -66,6 +72,7 @@ class Stepper {
   std::unique_ptr<Integrator> integrator_;
   std::unique_ptr<CollisionStage> collision_;
   std::unique_ptr<RigidWorld> world_;
+  std::unique_ptr<MagneticMotion> magnetics_;
   bool contacts_in_solve_ = false;   // else impulses answer them after the step
 
   // Scratch of a part of a step: its length and ends [s], and its share of what was left of the step.

@@ -7,7 +7,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Air', 'Attachment', 'CacheError', 'Camera', 'Checkpoint', 'ClosestPoint', 'Cloth', 'ClothMaterial', 'Collisions', 'Communicator', 'Detector', 'Error', 'Frame', 'FrameReader', 'FrameTopology', 'FrameWriter', 'IntegratorOptions', 'InvalidInput', 'MagneticBody', 'MassProperties', 'Obstacle', 'RenderOptions', 'Renderer', 'RigidBody', 'Scene', 'Simulation', 'SolverFailure', 'SpatialQuery', 'State', 'StepReport', 'TriangleMesh', 'Unsupported', 'box', 'candidates', 'capsule', 'continuous', 'default_thread_count', 'dipole_energy', 'dipole_forces', 'floor_square', 'funnel', 'grid', 'grid_cells', 'icosphere', 'intersecting_pairs', 'jittered_grid', 'launched_by_mpi', 'magnetic_cell_front', 'magnetic_cell_level', 'magnetic_cells', 'magnetic_cuboid', 'magnetic_cylinder', 'magnetic_dipoles', 'magnetic_field', 'magnetic_force', 'magnetic_forces', 'magnetic_gradient', 'magnetic_loop', 'magnetic_mesh', 'magnetic_polyline', 'magnetic_solenoid', 'magnetic_sphere', 'mass_properties', 'mpi_communicator', 'read_checkpoint', 'read_mesh', 'single_communicator', 'wave_bar', 'write_checkpoint', 'write_mesh', 'write_png']
+__all__: list[str] = ['Air', 'Attachment', 'CacheError', 'Camera', 'Checkpoint', 'ClosestPoint', 'Cloth', 'ClothMaterial', 'Collisions', 'Communicator', 'Detector', 'Error', 'Frame', 'FrameReader', 'FrameTopology', 'FrameWriter', 'IntegratorOptions', 'InvalidInput', 'Magnet', 'MagneticBody', 'MassProperties', 'Obstacle', 'RenderOptions', 'Renderer', 'RigidBody', 'Scene', 'Simulation', 'SolverFailure', 'SpatialQuery', 'State', 'StepReport', 'TriangleMesh', 'Unsupported', 'box', 'candidates', 'capsule', 'continuous', 'default_thread_count', 'dipole_energy', 'dipole_forces', 'floor_square', 'funnel', 'grid', 'grid_cells', 'icosphere', 'intersecting_pairs', 'jittered_grid', 'launched_by_mpi', 'magnetic_cell_front', 'magnetic_cell_level', 'magnetic_cells', 'magnetic_cuboid', 'magnetic_cylinder', 'magnetic_dipoles', 'magnetic_energy', 'magnetic_field', 'magnetic_force', 'magnetic_forces', 'magnetic_gradient', 'magnetic_loop', 'magnetic_mesh', 'magnetic_polyline', 'magnetic_solenoid', 'magnetic_sphere', 'mass_properties', 'mpi_communicator', 'read_checkpoint', 'read_mesh', 'single_communicator', 'wave_bar', 'write_checkpoint', 'write_mesh', 'write_png']
 class Error(Exception):
     """
     Base of all errors of this library.
@@ -44,6 +44,16 @@ class StepReport:
     def bending_energy(self) -> float:
         """
         [J]
+        """
+    @property
+    def body_gravity_energy(self) -> float:
+        """
+        of rigid bodies [J]
+        """
+    @property
+    def body_kinetic_energy(self) -> float:
+        """
+        of rigid bodies, moving and turning [J]
         """
     @property
     def busy_least(self) -> float:
@@ -109,6 +119,21 @@ class StepReport:
     def linear_residual(self) -> float:
         """
         of the last linear solve, relative [1]
+        """
+    @property
+    def magnetic_energy(self) -> float:
+        """
+        of magnets in one another's field and in the uniform one [J]
+        """
+    @property
+    def magnetic_error(self) -> float:
+        """
+        largest estimated error of a force at the end of the step [N]
+        """
+    @property
+    def magnetic_substeps(self) -> int:
+        """
+        sub-steps that the motion of magnets took
         """
     @property
     def max_stretch(self) -> float:
@@ -920,6 +945,109 @@ class Attachment:
         """
         vertices of the cloth that move with the body
         """
+class Magnet:
+    """
+    What makes a rigid body or an obstacle magnetic; give several for one that carries several.
+    
+    Frozen; compared by value.
+    
+    Parameters (keywords)
+    ---------------------
+    body : name of the rigid body or obstacle that carries it; default ''
+    shape : mesh | sphere | cuboid | cylinder (about its z axis) | dipole; default 'mesh'
+    mesh : closed surface in the magnet's own frame, of shape mesh; none: that of the body
+    size : (3) edges of a cuboid [m]
+    radius : of a sphere or cylinder [m]; >= 0; default 0.0
+    inner_radius : of a cylinder with a bore [m]; >= 0; default 0.0
+    height : of a cylinder [m]; >= 0; default 0.0
+    position : (3) of the magnet's origin in the frame of the body's mesh [m]
+    orientation : unit quaternion (w, x, y, z), magnet's axes to those of the body's mesh
+    polarization : (3) J = mu0 M in the magnet's axes, fixed to it [T]; not of a dipole
+    moment : (3) of a dipole in the magnet's axes [A m^2]
+    engine : accurate: exact fields, forces to magnetic_tolerance | cells: dipole cells, fast and rough; default 'accurate'
+    density : of cells, where engine is cells [1/m^3]; >= 0; default 0.0
+    """
+    __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
+    field_names: typing.ClassVar[tuple[str, ...]] = ('body', 'shape', 'mesh', 'size', 'radius', 'inner_radius', 'height', 'position', 'orientation', 'polarization', 'moment', 'engine', 'density')
+    def __eq__(self, arg0: object) -> bool:
+        ...
+    def __init__(self, *, body: str = '', shape: str = 'mesh', mesh: TriangleMesh | None = None, size: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., radius: typing.SupportsFloat | typing.SupportsIndex = 0.0, inner_radius: typing.SupportsFloat | typing.SupportsIndex = 0.0, height: typing.SupportsFloat | typing.SupportsIndex = 0.0, position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ..., polarization: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., moment: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., engine: str = 'accurate', density: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def replace(self, *, body: str = ..., shape: str = ..., mesh: TriangleMesh | None = ..., size: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., radius: typing.SupportsFloat | typing.SupportsIndex = ..., inner_radius: typing.SupportsFloat | typing.SupportsIndex = ..., height: typing.SupportsFloat | typing.SupportsIndex = ..., position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ..., polarization: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., moment: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., engine: str = ..., density: typing.SupportsFloat | typing.SupportsIndex = ...) -> Magnet:
+        """
+        A copy in which the given fields have other values.
+        """
+    def to_dict(self) -> typing.Any:
+        """
+        Plain values for JSON; meshes by their counts.
+        """
+    @property
+    def body(self) -> str:
+        """
+        name of the rigid body or obstacle that carries it; default ''
+        """
+    @property
+    def density(self) -> float:
+        """
+        of cells, where engine is cells [1/m^3]; >= 0; default 0.0
+        """
+    @property
+    def engine(self) -> str:
+        """
+        accurate: exact fields, forces to magnetic_tolerance | cells: dipole cells, fast and rough; default 'accurate'
+        """
+    @property
+    def height(self) -> float:
+        """
+        of a cylinder [m]; >= 0; default 0.0
+        """
+    @property
+    def inner_radius(self) -> float:
+        """
+        of a cylinder with a bore [m]; >= 0; default 0.0
+        """
+    @property
+    def mesh(self) -> TriangleMesh:
+        """
+        closed surface in the magnet's own frame, of shape mesh; none: that of the body
+        """
+    @property
+    def moment(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3) of a dipole in the magnet's axes [A m^2]
+        """
+    @property
+    def orientation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
+        """
+        unit quaternion (w, x, y, z), magnet's axes to those of the body's mesh
+        """
+    @property
+    def polarization(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3) J = mu0 M in the magnet's axes, fixed to it [T]; not of a dipole
+        """
+    @property
+    def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3) of the magnet's origin in the frame of the body's mesh [m]
+        """
+    @property
+    def radius(self) -> float:
+        """
+        of a sphere or cylinder [m]; >= 0; default 0.0
+        """
+    @property
+    def shape(self) -> str:
+        """
+        mesh | sphere | cuboid | cylinder (about its z axis) | dipole; default 'mesh'
+        """
+    @property
+    def size(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3) edges of a cuboid [m]
+        """
 class Air:
     """
     Drag of air at rest or in wind, per triangle.
@@ -987,6 +1115,10 @@ class Scene:
     obstacles : list of Obstacle
     bodies : list of RigidBody
     attachments : list of Attachment
+    magnets : list of Magnet: what makes bodies and obstacles magnetic
+    magnetic_field : (3) uniform flux density that magnets feel besides one another's [T]
+    magnetic_tolerance : error of the force between two magnets over the largest such force [1]; in [1e-12, 0.1]; default 0.0001
+    magnetic_step : length of the sub-steps in which magnets move times their largest angular frequency [1]; in [0, 1]; default 0.15
     air : Air: drag and wind
     gravity : acceleration [m/s^2]
     collisions : contacts between surfaces are handled; default True
@@ -996,14 +1128,14 @@ class Scene:
     rigid_rebuild_interval : steps between rebuilds of the rigid-body world; checkpoints with bodies fall on them [1]; in [1, 1e+09]; default 40
     """
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('cloths', 'obstacles', 'bodies', 'attachments', 'air', 'gravity', 'collisions', 'contact_stiffness', 'response', 'allow_initial_intersections', 'rigid_rebuild_interval')
+    field_names: typing.ClassVar[tuple[str, ...]] = ('cloths', 'obstacles', 'bodies', 'attachments', 'magnets', 'magnetic_field', 'magnetic_tolerance', 'magnetic_step', 'air', 'gravity', 'collisions', 'contact_stiffness', 'response', 'allow_initial_intersections', 'rigid_rebuild_interval')
     def __eq__(self, arg0: object) -> bool:
         ...
-    def __init__(self, *, cloths: collections.abc.Sequence[Cloth] = [], obstacles: collections.abc.Sequence[Obstacle] = [], bodies: collections.abc.Sequence[RigidBody] = [], attachments: collections.abc.Sequence[Attachment] = [], air: Air = ..., gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., collisions: bool = True, contact_stiffness: typing.SupportsFloat | typing.SupportsIndex = 0.0, response: str = 'implicit', allow_initial_intersections: bool = False, rigid_rebuild_interval: typing.SupportsInt | typing.SupportsIndex = 40) -> None:
+    def __init__(self, *, cloths: collections.abc.Sequence[Cloth] = [], obstacles: collections.abc.Sequence[Obstacle] = [], bodies: collections.abc.Sequence[RigidBody] = [], attachments: collections.abc.Sequence[Attachment] = [], magnets: collections.abc.Sequence[Magnet] = [], magnetic_field: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., magnetic_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001, magnetic_step: typing.SupportsFloat | typing.SupportsIndex = 0.15, air: Air = ..., gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., collisions: bool = True, contact_stiffness: typing.SupportsFloat | typing.SupportsIndex = 0.0, response: str = 'implicit', allow_initial_intersections: bool = False, rigid_rebuild_interval: typing.SupportsInt | typing.SupportsIndex = 40) -> None:
         ...
     def __repr__(self) -> str:
         ...
-    def replace(self, *, cloths: collections.abc.Sequence[Cloth] = ..., obstacles: collections.abc.Sequence[Obstacle] = ..., bodies: collections.abc.Sequence[RigidBody] = ..., attachments: collections.abc.Sequence[Attachment] = ..., air: Air = ..., gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., collisions: bool = ..., contact_stiffness: typing.SupportsFloat | typing.SupportsIndex = ..., response: str = ..., allow_initial_intersections: bool = ..., rigid_rebuild_interval: typing.SupportsInt | typing.SupportsIndex = ...) -> Scene:
+    def replace(self, *, cloths: collections.abc.Sequence[Cloth] = ..., obstacles: collections.abc.Sequence[Obstacle] = ..., bodies: collections.abc.Sequence[RigidBody] = ..., attachments: collections.abc.Sequence[Attachment] = ..., magnets: collections.abc.Sequence[Magnet] = ..., magnetic_field: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., magnetic_tolerance: typing.SupportsFloat | typing.SupportsIndex = ..., magnetic_step: typing.SupportsFloat | typing.SupportsIndex = ..., air: Air = ..., gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., collisions: bool = ..., contact_stiffness: typing.SupportsFloat | typing.SupportsIndex = ..., response: str = ..., allow_initial_intersections: bool = ..., rigid_rebuild_interval: typing.SupportsInt | typing.SupportsIndex = ...) -> Scene:
         """
         A copy in which the given fields have other values.
         """
@@ -1050,6 +1182,26 @@ class Scene:
     def gravity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
         acceleration [m/s^2]
+        """
+    @property
+    def magnetic_field(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3) uniform flux density that magnets feel besides one another's [T]
+        """
+    @property
+    def magnetic_step(self) -> float:
+        """
+        length of the sub-steps in which magnets move times their largest angular frequency [1]; in [0, 1]; default 0.15
+        """
+    @property
+    def magnetic_tolerance(self) -> float:
+        """
+        error of the force between two magnets over the largest such force [1]; in [1e-12, 0.1]; default 0.0001
+        """
+    @property
+    def magnets(self) -> list[Magnet]:
+        """
+        list of Magnet: what makes bodies and obstacles magnetic
         """
     @property
     def obstacles(self) -> list[Obstacle]:
@@ -1583,6 +1735,10 @@ class Simulation:
         """
         Pairs of triangles that intersect now, all surfaces end to end.
         """
+    def magnetic_forces(self) -> typing.Annotated[list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]], "FixedSize(2)"]:
+        """
+        Magnetic forces [N] and torques about the centres [N m] on the bodies now, each (b x 3).
+        """
     def rebuild_stages(self) -> None:
         """
         Throws all stages away; changes no bit of the future.
@@ -1773,6 +1929,8 @@ def magnetic_cuboid(*, size: typing.Any, polarization: typing.Any) -> MagneticBo
 def magnetic_cylinder(*, radius: typing.SupportsFloat | typing.SupportsIndex, height: typing.SupportsFloat | typing.SupportsIndex, polarization: typing.Any, inner_radius: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> MagneticBody:
     ...
 def magnetic_dipoles(points: typing.Any, moments: typing.Any) -> MagneticBody:
+    ...
+def magnetic_energy(bodies: collections.abc.Sequence[MagneticBody], tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> float:
     ...
 def magnetic_field(bodies: collections.abc.Sequence[MagneticBody], points: typing.Any, quantity: str = 'B', threads: typing.SupportsInt | typing.SupportsIndex = 0) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
     ...

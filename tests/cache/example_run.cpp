@@ -81,6 +81,11 @@ StepReport example_report(std::int64_t step) {
   report.bending_energy = std::cos(3 * x);
   report.gravity_energy = std::cos(4 * x);
   report.contact_energy = std::cos(5 * x);
+  report.body_kinetic_energy = std::cos(6 * x);
+  report.body_gravity_energy = std::cos(7 * x);
+  report.magnetic_energy = std::cos(8 * x);
+  report.magnetic_substeps = 3;
+  report.magnetic_error = std::cos(9 * x);
   return report;
 }
 
@@ -152,7 +157,10 @@ bool same(const StepReport& a, const StepReport& b) {
          same_number(a.contact_acceleration, b.contact_acceleration) &&
          same_number(a.max_stretch, b.max_stretch) && same_number(a.kinetic_energy, b.kinetic_energy) &&
          same_number(a.membrane_energy, b.membrane_energy) && same_number(a.bending_energy, b.bending_energy) &&
-         same_number(a.gravity_energy, b.gravity_energy) && same_number(a.contact_energy, b.contact_energy);
+         same_number(a.gravity_energy, b.gravity_energy) && same_number(a.contact_energy, b.contact_energy) &&
+         same_number(a.body_kinetic_energy, b.body_kinetic_energy) &&
+         same_number(a.body_gravity_energy, b.body_gravity_energy) && same_number(a.magnetic_energy, b.magnetic_energy) &&
+         a.magnetic_substeps == b.magnetic_substeps && same_number(a.magnetic_error, b.magnetic_error);
 }
 
 bool same(const Frame& a, const Frame& b) {

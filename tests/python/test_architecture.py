@@ -21,6 +21,7 @@ USES = {
     "core/integration": {"core/cloth", "core/parallel", "core/linalg", "core/mesh"},
     "core/sim": {
         "core/parallel", "core/linalg", "core/mesh", "core/cloth", "core/integration", "core/collision", "core/rigid",
+        "core/magnetics",
     },
     "renderer": {"core/mesh", "core/cache"},
 }

@@ -251,3 +251,41 @@ def test_bodies_that_overlap_feel_finite_forces_and_mistakes_are_named():
         M.force(on=M.polyline([[0, 0, 0], [1, 0, 0]], current=1), by=a)
     with pytest.raises(ls.InvalidInput, match="threads must be at least 0"):
         M.forces([a, a.moved((0.1, 0, 0))], threads=-2)
+
+
+ENERGY_BODIES = {
+    "cuboid": ls.magnetics.cuboid(size=(0.01, 0.012, 0.008), polarization=(0.3, -0.5, 1.0)),
+    "cylinder": ls.magnetics.cylinder(radius=0.006, height=0.01, polarization=(0.4, 0.2, 0.9)),
+    "ring": ls.magnetics.cylinder(radius=0.006, height=0.01, inner_radius=0.003, polarization=(0.4, 0.2, 0.9)),
+    "mesh": ls.magnetics.mesh(ls.meshes.sphere(radius=0.006, subdivisions=1), polarization=(0.1, 0.2, 0.8)),
+    "sphere": ls.magnetics.sphere(radius=0.006, polarization=(0.5, 0.5, -0.5)),
+}
+
+
+@pytest.mark.parametrize("name", ENERGY_BODIES)
+def test_forces_and_torques_are_minus_the_derivatives_of_the_energy(name):
+    fixed, body = ENERGY_BODIES["cuboid"], ENERGY_BODIES[name].moved((0.004, 0.003, 0.016)).rotated((0.3, -0.2, 0.5))
+
+    def energy(moved):
+        return ls.magnetics.energy([fixed, moved], tolerance=1e-9)
+
+    exact = ls.magnetics.force(on=body, by=fixed, tolerance=1e-9)
+    step = 1e-4  # central differences leave (step / distance)^2 = 1e-4 of the derivative
+    for axis in np.eye(3):
+        slope = -(energy(body.moved(step * axis)) - energy(body.moved(-step * axis))) / (2 * step)
+        assert slope == pytest.approx(exact.force @ axis, abs=3e-4 * np.linalg.norm(exact.force))
+        turn = 0.01
+        slope = -(energy(body.rotated(turn * axis)) - energy(body.rotated(-turn * axis))) / (2 * turn)
+        assert slope == pytest.approx(exact.torque @ axis, abs=3e-4 * np.linalg.norm(exact.torque))
+
+
+def test_the_energy_of_spheres_is_that_of_their_dipoles():
+    random = np.random.default_rng(3)
+    places, moments = random.uniform(-0.1, 0.1, (4, 3)), random.normal(size=(4, 3))
+    bodies = [ls.magnetics.dipoles([[0, 0, 0]], [m]).moved(x) for x, m in zip(places, moments, strict=True)]
+    assert ls.magnetics.energy(bodies) == pytest.approx(ls.magnetics.dipole_energy(places, moments), rel=1e-13)
+
+
+def test_the_energy_of_currents_is_refused():
+    with pytest.raises(ls.Unsupported, match="got a current"):
+        ls.magnetics.energy([ls.magnetics.loop(radius=0.1, current=1.0), ls.magnetics.loop(radius=0.1, current=1.0).moved((0, 0, 1))])

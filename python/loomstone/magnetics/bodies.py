@@ -25,6 +25,7 @@ __all__ = [
     "cuboid",
     "cylinder",
     "dipoles",
+    "energy",
     "field",
     "force",
     "forces",
@@ -228,3 +229,20 @@ def forces(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
     0.6510 -0.6510 N
     """
     return Forces(*_core.magnetic_forces(list(bodies), tolerance, threads))
+
+
+@explained
+def energy(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: int = 0) -> float:
+    """Energy of hard magnets in one another's field [J], zero when they are infinitely far apart: minus the sum over pairs of
+    the integral of M.B over one magnet in the field of the other.
+
+    Forces are minus its derivative by positions. tolerance [1]: of each pair's energy, or of 1e-3 of the energy that two
+    dipoles of their moments have at the sum of their radii where that is larger. threads 0: all processors; the result does not depend
+    on it. Raises Unsupported for currents, which need work to be held constant.
+
+    >>> import loomstone as ls
+    >>> a = ls.magnetics.sphere(radius=0.005, polarization=(0, 0, 1))
+    >>> print(f"{ls.magnetics.energy([a, a.moved((0, 0, 0.01))]):.4f} J")
+    -0.0347 J
+    """
+    return float(_core.magnetic_energy(list(bodies), tolerance, threads))

@@ -1,0 +1,104 @@
+// Magnets on bodies and obstacles.
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/magnetics/axisymmetric.h"
+#include "core/magnetics/cells.h"
+#include "core/magnetics/polyhedron.h"
+#include "core/magnetics/sphere.h"
+#include "core/sim/build.h"
+
+namespace loomstone {
+
+namespace {
+
+void require(bool holds, const std::string& message) {
+  if (!holds) throw InvalidInput(message);
+}
+
+// What a shape has no use for must keep its default: nothing given is passed over in silence.
+void check_shape(const Magnet& magnet, const std::string& where) {
+  const bool mesh = magnet.shape == "mesh", sphere = magnet.shape == "sphere", cuboid = magnet.shape == "cuboid",
+             cylinder = magnet.shape == "cylinder", dipole = magnet.shape == "dipole";
+  require(mesh || sphere || cuboid || cylinder || dipole,
+          where + ".shape must be mesh, sphere, cuboid, cylinder or dipole, got \"" + magnet.shape + "\"");
+  const auto only = [&](bool given, bool wanted, const char* name) {
+    require(!given || wanted,
+            where + "." + name + " means nothing to a magnet of shape " + magnet.shape + "; leave it out");
+  };
+  only(magnet.mesh != nullptr, mesh, "mesh");
+  only(!magnet.size.isZero(0.0), cuboid, "size");
+  only(magnet.radius != 0.0, sphere || cylinder, "radius");
+  only(magnet.inner_radius != 0.0, cylinder, "inner_radius");
+  only(magnet.height != 0.0, cylinder, "height");
+  only(!magnet.polarization.isZero(0.0), !dipole, "polarization");
+  only(!magnet.moment.isZero(0.0), dipole, "moment");
+  require(magnet.polarization.allFinite(), where + ".polarization must be finite [T]");
+  require(magnet.moment.allFinite(), where + ".moment must be finite [A m^2]");
+  require(!magnet.polarization.isZero(0.0) || !magnet.moment.isZero(0.0),
+          where + (dipole ? ".moment must not be zero [A m^2]" : ".polarization must not be zero [T]") +
+              "; leave the magnet out");
+  require(magnet.position.allFinite(), where + ".position must be finite [m]");
+  require(std::abs(magnet.orientation.norm() - 1.0) < 1e-6,
+          where + ".orientation must be a unit quaternion (w, x, y, z), got length " +
+              std::to_string(magnet.orientation.norm()));
+  require(magnet.engine == "accurate" || magnet.engine == "cells",
+          where + ".engine must be accurate or cells, got \"" + magnet.engine + "\"");
+  require(magnet.engine == "cells" || magnet.density == 0.0, where + ".density belongs to engine cells; leave it out");
+  require(magnet.engine != "cells" || magnet.density > 0.0,
+          where + ".density must be > 0 [1/m^3] with engine cells; 8e6 is eight cells a cubic centimetre");
+  require(magnet.engine != "cells" || !dipole, where + ".engine must be accurate for a dipole, which has no cells");
+}
+
+// The source about its own centre, whose place in the frame of the carrier's mesh is added to `pose`.
+SourcePtr source_of(const Magnet& magnet, const TriangleMesh& carrier, RigidPose& pose) {
+  if (magnet.shape == "sphere") return std::make_shared<Sphere>(magnet.radius, magnet.polarization);
+  if (magnet.shape == "cuboid") return std::make_shared<Cuboid>(magnet.size, magnet.polarization);
+  if (magnet.shape == "cylinder")
+    return std::make_shared<Cylinder>(magnet.radius, magnet.height, magnet.polarization, magnet.inner_radius);
+  if (magnet.shape == "dipole")
+    return std::make_shared<DipoleSet>(Points::Zero(1, 3), Points(magnet.moment.transpose()));
+  const MagneticBody body = make_mesh_magnet(magnet.mesh ? *magnet.mesh : carrier, magnet.polarization);
+  pose.position += rotation_matrix(pose.orientation) * body.pose.position;
+  return body.source;
+}
+
+}  // namespace
+
+void build_magnets(const Scene& scene, Model& model) {
+  require(scene.magnetic_field.allFinite(), "scene.magnetic_field must be finite [T]");
+  require(scene.magnetic_field.isZero(0.0) || !scene.magnets.empty(),
+          "scene.magnetic_field acts on magnets, and there are none; add some or leave it out");
+  struct Named {
+    std::string name;
+  };
+  std::vector<Named> carriers;
+  for (const RigidBody& body : scene.bodies) carriers.push_back({body.name});
+  for (const Obstacle& obstacle : scene.obstacles) carriers.push_back({obstacle.name});
+  for (std::size_t i = 0; i < scene.magnets.size(); ++i) {
+    const Magnet& magnet = scene.magnets[i];
+    const std::string where = "magnets[" + std::to_string(i) + "]";
+    check_fields(magnet, where);
+    check_shape(magnet, where);
+    require(!magnet.body.empty(),
+            where + ".body must be the name of what carries the magnet, got none; give the body a name");
+    const std::size_t carrier = find_by_name(carriers, magnet.body, where + ".body");
+    const bool moves = carrier < scene.bodies.size();
+    const TriangleMesh& mesh =
+        moves ? *scene.bodies[carrier].mesh : *scene.obstacles[carrier - scene.bodies.size()].mesh;
+    Model::Carried carried;
+    carried.carrier = static_cast<Index>(carrier);
+    carried.local = {magnet.position, magnet.orientation.normalized()};
+    if (moves) carried.local.position -= model.body_mass[carrier].centre;
+    try {
+      carried.source = source_of(magnet, mesh, carried.local);
+      if (magnet.engine == "cells")
+        carried.source = std::make_shared<CellMagnet>(*carried.source, magnet.density, 3.0);
+    } catch (const InvalidInput& error) {
+      throw InvalidInput(where + "." + error.what());
+    }
+    model.magnets.push_back(std::move(carried));
+  }
+}
+
+}  // namespace loomstone

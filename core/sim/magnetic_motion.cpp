@@ -1,0 +1,160 @@
+#include "core/sim/magnetic_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "core/base/error.h"
+
+namespace loomstone {
+
+namespace {
+
+// More than these a step means that magnets have run into one another, or that the step is far too long.
+constexpr int most_substeps = 4096;
+// A sub-step whose length times frequency has grown to this many times what was asked for is halved.
+constexpr double tolerated_growth = 4.0 / 3.0;
+
+std::vector<RigidPose> between(const std::vector<RigidPose>& start, const std::vector<RigidPose>& end, double share) {
+  std::vector<RigidPose> poses;
+  for (std::size_t i = 0; i < start.size(); ++i) poses.push_back(loomstone::between(start[i], end[i], share));
+  return poses;
+}
+
+}  // namespace
+
+MagneticMotion::MagneticMotion(const Model& model) : model_(model) {
+  for (const MassProperties& mass : model.body_mass) rotors_.push_back(make_rotor(mass.inertia));
+  for (const Model::Carried& magnet : model.magnets) {
+    groups_.push_back(std::min(magnet.carrier, model.n_bodies()));
+    coarse_.push_back(coarse_magnet(*magnet.source));
+  }
+}
+
+std::vector<MagneticBody> MagneticMotion::placed(const RigidState& state,
+                                                 const std::vector<RigidPose>& obstacles) const {
+  std::vector<MagneticBody> bodies;
+  for (const Model::Carried& magnet : model_.magnets) {
+    const RigidPose carrier = magnet.carrier < model_.n_bodies() ? body_pose(state, magnet.carrier)
+                                                                 : obstacles[magnet.carrier - model_.n_bodies()];
+    bodies.push_back({magnet.source,
+                      {carrier.position + rotation_matrix(carrier.orientation) * magnet.local.position,
+                       quaternion_product(carrier.orientation, magnet.local.orientation)}});
+  }
+  return bodies;
+}
+
+std::vector<Wrench> MagneticMotion::wrenches(const Team& team, const RigidState& state,
+                                             const std::vector<RigidPose>& obstacles) const {
+  const std::vector<MagneticBody> magnets = placed(state, obstacles);
+  const std::vector<Wrench> each = magnetic_wrenches(team, magnets, model_.scene.magnetic_tolerance, groups_);
+  std::vector<Wrench> result(model_.n_bodies());
+  for (std::size_t i = 0; i < magnets.size(); ++i) {
+    const Index body = model_.magnets[i].carrier;
+    if (body >= model_.n_bodies()) continue;
+    const Vec3 arm = magnets[i].pose.position - state.positions.row(body).transpose();
+    result[body].force += each[i].force;
+    result[body].torque += each[i].torque + arm.cross(each[i].force);
+    result[body].torque += magnets[i].moment().cross(model_.scene.magnetic_field);
+    result[body].error += each[i].error;
+  }
+  return result;
+}
+
+double MagneticMotion::energy(const Team& team, const RigidState& state,
+                              const std::vector<RigidPose>& obstacles) const {
+  const std::vector<MagneticBody> magnets = placed(state, obstacles);
+  double total = magnetic_energy(team, magnets, model_.scene.magnetic_tolerance, groups_);
+  for (const MagneticBody& magnet : magnets) total -= magnet.moment().dot(model_.scene.magnetic_field);
+  return total;
+}
+
+double MagneticMotion::frequency(const RigidState& state, const std::vector<RigidPose>& obstacles) const {
+  std::vector<Carrier> carriers(model_.n_bodies() + 1);
+  for (Index b = 0; b < model_.n_bodies(); ++b)
+    carriers[b] = {1.0 / model_.body_mass[b].mass, 1.0 / rotors_[b].moments.minCoeff(),
+                   state.positions.row(b).transpose()};
+  std::vector<RigidPose> poses;
+  for (const MagneticBody& magnet : placed(state, obstacles)) poses.push_back(magnet.pose);
+  return std::sqrt(largest_frequency2(coarse_, poses, groups_, carriers, model_.scene.magnetic_field.norm()));
+}
+
+MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, const Points& impulses,
+                                             const Points& angular_impulses, const std::vector<RigidPose>& obstacles,
+                                             const std::vector<RigidPose>& moved_obstacles, RigidWorld& world,
+                                             RigidState& state) {
+  const Index n = model_.n_bodies();
+  Points momenta(n, 3);  // angular, world axes [kg m^2/s]
+  for (Index b = 0; b < n; ++b) {
+    state.velocities.row(b) += impulses.row(b) / model_.body_mass[b].mass;
+    const Vec3 spin = state.angular_velocities.row(b).transpose();
+    momenta.row(b) = angular_momentum(rotors_[b], state.orientations.row(b).transpose(), spin).transpose();
+    momenta.row(b) += angular_impulses.row(b);
+  }
+  const Points none = Points::Zero(n, 3);
+  const Vec3& gravity = model_.scene.gravity;
+  std::vector<std::uint8_t> touched;
+  std::vector<Wrench> before = wrenches(team, state, obstacles);
+  Done done;
+  int parts = 1;              // the sub-step is step / parts; `place` of them are done
+  double limit = model_.scene.magnetic_step;
+  for (int place = 0; place < parts;) {
+    const double share = static_cast<double>(place) / parts;
+    const double frequency_now = frequency(state, between(obstacles, moved_obstacles, share));
+    while (frequency_now * step > limit * parts && parts <= most_substeps) parts *= 2, place *= 2;
+    if (parts > most_substeps || !std::isfinite(frequency_now)) {
+      std::ostringstream out;
+      out << "magnets must move in at most " << most_substeps << " sub-steps, got an angular frequency of "
+          << frequency_now << " rad/s at step " << step << " s; shorten integrator.step, or keep point dipoles apart";
+      throw SolverFailure(out.str());
+    }
+    limit = tolerated_growth * model_.scene.magnetic_step;
+    const double h = step / parts;
+    ++place;
+    const std::vector<RigidPose> at_end = between(obstacles, moved_obstacles, static_cast<double>(place) / parts);
+
+    // The world's answer first: it wants velocities after the whole kick.
+    RigidState answer = state;
+    for (Index b = 0; b < n; ++b) {
+      const Vec3 kick = h * (before[b].force / model_.body_mass[b].mass + gravity);
+      answer.velocities.row(b) += kick.transpose();
+      answer.angular_velocities.row(b) = angular_velocity(rotors_[b], state.orientations.row(b).transpose(),
+                                                          momenta.row(b).transpose() + h * before[b].torque).transpose();
+    }
+    world.advance(h, none, none, at_end, answer, &touched);
+    for (Index b = 0; b < n; ++b) {
+      const Vec4 orientation = state.orientations.row(b).transpose();
+      if (touched[b]) {
+        const Vec3 spin = answer.angular_velocities.row(b).transpose();
+        momenta.row(b) = angular_momentum(rotors_[b], orientation, spin).transpose();
+        momenta.row(b) -= 0.5 * h * before[b].torque.transpose();
+        state.velocities.row(b) =
+            answer.velocities.row(b) - 0.5 * h * (before[b].force / model_.body_mass[b].mass + gravity).transpose();
+        state.positions.row(b) = answer.positions.row(b);
+        state.orientations.row(b) = answer.orientations.row(b);
+        continue;
+      }
+      momenta.row(b) += 0.5 * h * before[b].torque.transpose();
+      state.velocities.row(b) += 0.5 * h * (before[b].force / model_.body_mass[b].mass + gravity).transpose();
+      state.positions.row(b) += h * state.velocities.row(b);
+      state.orientations.row(b) = freely_turned(rotors_[b], orientation, momenta.row(b).transpose(), h).transpose();
+    }
+    before = wrenches(team, state, at_end);
+    for (Index b = 0; b < n; ++b) {
+      momenta.row(b) += 0.5 * h * before[b].torque.transpose();
+      state.velocities.row(b) += 0.5 * h * (before[b].force / model_.body_mass[b].mass + gravity).transpose();
+    }
+    ++done.substeps;
+  }
+  for (Index b = 0; b < n; ++b) {
+    state.angular_velocities.row(b) = angular_velocity(rotors_[b], state.orientations.row(b).transpose(),
+                                                       momenta.row(b).transpose()).transpose();
+    done.error = std::max(done.error, before[b].error);
+    if (!state.positions.row(b).allFinite() || !state.velocities.row(b).allFinite() || !momenta.row(b).allFinite())
+      throw SolverFailure("bodies[" + std::to_string(b) +
+                          "] must stay finite, got NaN or infinity from magnetic forces; shorten integrator.step");
+  }
+  return done;
+}
+
+}  // namespace loomstone

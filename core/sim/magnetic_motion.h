@@ -1,0 +1,50 @@
+// Motion of rigid bodies that carry magnets: kick-drift-kick with sub-steps short beside the fastest oscillation, world
+// angular momentum as the variable. Contacts are answered by the rigid-body world at every sub-step; bodies that touch nothing
+// move as if it were not there, so that their linear and angular momentum is kept to rounding and their paths are of second
+// order.
+//
+// With F at the beginning and F' at the end of a sub-step h, the free body has v + h/2 a, then moves, then + h/2 a'. The world
+// gets v + h a, so that what rests on something stays at rest; what touched goes on from its answer and adds h/2 (a' - a): the
+// momentum is the same.
+#pragma once
+
+#include <vector>
+
+#include "core/magnetics/interaction.h"
+#include "core/magnetics/stiffness.h"
+#include "core/rigid/free_motion.h"
+#include "core/sim/model.h"
+
+namespace loomstone {
+
+// Stage.
+class MagneticMotion {
+ public:
+  explicit MagneticMotion(const Model& model);
+
+  // Force [N] and torque about the centre [N m] on each body; obstacles (o) stand at their poses.
+  std::vector<Wrench> wrenches(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles) const;
+  // Of all magnets in one another's field and in the uniform one [J].
+  double energy(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles) const;
+
+  struct Done {
+    int substeps = 0;
+    double error = 0.0;  // largest estimated error of a force at the end [N]
+  };
+  // Advances the bodies by `step`; impulses [N s] and angular impulses [N m s] (b x 3) act first; obstacles go from one pose
+  // to the other. `world` knows of no gravity and no gyroscopic forces. Throws SolverFailure.
+  Done advance(const Team& team, double step, const Points& impulses, const Points& angular_impulses,
+               const std::vector<RigidPose>& obstacles, const std::vector<RigidPose>& moved_obstacles, RigidWorld& world,
+               RigidState& state);
+
+ private:
+  std::vector<MagneticBody> placed(const RigidState& state, const std::vector<RigidPose>& obstacles) const;
+  double frequency(const RigidState& state, const std::vector<RigidPose>& obstacles) const;
+
+  const Model& model_;
+  std::vector<Rotor> rotors_;
+  std::vector<Index> groups_;          // carrier of each magnet, one number for all obstacles
+  std::vector<CoarseMagnet> coarse_;
+};
+
+}  // namespace loomstone

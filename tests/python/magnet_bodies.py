@@ -1,0 +1,42 @@
+"""Rigid bodies that are magnets, for claims about their motion."""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+import loomstone as ls
+
+
+def quaternion(rotation: Rotation) -> np.ndarray:
+    """(w, x, y, z)"""
+    return rotation.as_quat()[[3, 0, 1, 2]]
+
+
+def rotation_of(orientation: np.ndarray) -> Rotation:
+    return Rotation.from_quat(np.asarray(orientation)[[1, 2, 3, 0]])
+
+
+def to_axis(axis: np.ndarray) -> Rotation:
+    """Takes z to `axis`."""
+    return Rotation.align_vectors([axis], [[0.0, 0.0, 1.0]])[0]
+
+
+def ball_mesh(radius: float, mass: float) -> tuple[ls.TriangleMesh, float]:
+    """A sphere's mesh and a density that give the mass and the inertia 2/5 m r^2 of the true sphere."""
+    mesh = ls.meshes.sphere(radius=radius, subdivisions=2)
+    made = ls.mass_properties(mesh, 1.0)
+    scale = np.sqrt(0.4 * radius**2 * made.mass / made.inertia[0, 0])
+    mesh = ls.meshes.sphere(radius=radius * scale, subdivisions=2)
+    return mesh, mass / ls.mass_properties(mesh, 1.0).mass
+
+
+def total_momenta(sim: ls.Simulation, scene: ls.Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Linear momentum and angular momentum about the origin."""
+    state, linear, angular = sim.state, np.zeros(3), np.zeros(3)
+    for b, body in enumerate(scene.bodies):
+        properties = ls.mass_properties(body.mesh, body.density)
+        turn = rotation_of(state.body_orientations[b]).as_matrix()
+        p = properties.mass * state.body_velocities[b]
+        linear += p
+        angular += np.cross(state.body_positions[b], p)
+        angular += turn @ properties.inertia @ turn.T @ state.body_angular_velocities[b]
+    return linear, angular

@@ -1,0 +1,228 @@
+"""Magnets that move: momenta, energies, orders, and paths from tables."""
+
+import numpy as np
+import pytest
+from magnet_bodies import ball_mesh, quaternion, rotation_of, to_axis, total_momenta
+from magnet_tables import each_case
+
+import loomstone as ls
+
+
+def simulation(scene: ls.Scene, step: float, threads: int = 1) -> ls.Simulation:
+    return ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=step), threads=threads)
+
+
+def free_spheres(case: dict) -> ls.Scene:
+    bodies, magnets = [], []
+    for i in range(case["N"]):
+        mesh, density = ball_mesh(case["radius"][i], case["mass"][i])
+        turn = to_axis(case["axis0"][i])
+        bodies.append(ls.RigidBody(name=f"ball {i}", mesh=mesh, density=density, position=case["x0"][i], shape="sphere",
+                                   orientation=quaternion(turn), velocity=case["v0"][i], angular_velocity=case["omega0"][i]))
+        magnets.append(ls.Magnet(body=f"ball {i}", shape="sphere", radius=case["radius"][i], polarization=(0, 0, case["J"][i])))
+    return ls.Scene(bodies=bodies, magnets=magnets, gravity=(0, 0, 0))
+
+
+def errors_after(case: dict, steps: int) -> tuple[float, float]:
+    """Largest errors of positions [m] and axes [1] at the last time of the table."""
+    sim = simulation(free_spheres(case), case["times"][-1] / steps)
+    for _ in range(steps):
+        sim.step()
+    axes = [rotation_of(q).apply([0, 0, 1]) for q in sim.state.body_orientations]
+    return np.abs(sim.state.body_positions - case["x"][-1]).max(), np.abs(np.array(axes) - case["axis"][-1]).max()
+
+
+@each_case("vii_free_magnetised_spheres")
+def test_free_spheres_follow_their_table_with_second_order(case):
+    coarse, fine, finest = (errors_after(case, n) for n in (500, 1000, 8000))
+    for k in range(2):
+        assert coarse[k] / fine[k] == pytest.approx(4.0, rel=0.25), "second order"
+    # 1.5 times what the error is with second order from the one before, 64 times smaller: 4e-9 m of a path of 1 cm.
+    assert finest[0] < 1.5 * fine[0] / 64 and finest[1] < 1.5 * fine[1] / 64
+    assert finest[0] < 1e-7
+
+
+@each_case("vii_free_magnetised_spheres")
+def test_free_spheres_pass_each_other_keeping_energy_and_momenta(case):
+    scene = free_spheres(case)
+    sim = simulation(scene, case["times"][-1] / 4000)
+    for _ in range(4000):
+        sim.step()
+    linear, angular = total_momenta(sim, scene)
+    size = sum(m * np.linalg.norm(v) for m, v in zip(case["mass"], case["v0"], strict=True))
+    assert np.linalg.norm(linear - case["P0"]) < 1e-12 * size
+    assert np.linalg.norm(angular - case["L0"]) < 1e-12 * size * 0.02  # arms are of 2 cm
+    energy = sim.report.body_kinetic_energy + sim.report.magnetic_energy
+    # Second order: 4,000 steps of 20 us leave up to 4e-6 of the energy that was exchanged (one pair ends in an embrace).
+    assert abs(energy - case["E0"]) < 1e-5 * abs(sim.report.magnetic_energy)
+
+
+def uneven_magnets(step: float) -> ls.Scene:
+    """Three free magnets, among them a long box with three different moments of inertia that carries two magnets off its axis."""
+    box, ball = ls.meshes.box(size=(0.02, 0.01, 0.004)), ls.meshes.sphere(radius=0.004, subdivisions=1)
+    bodies = [
+        ls.RigidBody(name="box", mesh=box, shape="box", density=7000, angular_velocity=(3, 20, -7)),
+        ls.RigidBody(name="a", mesh=ball, density=7000, position=(0.03, 0.01, 0.0), velocity=(0, 0.02, 0.01)),
+        ls.RigidBody(name="b", mesh=ball, density=5000, position=(-0.03, 0.0, 0.02), angular_velocity=(1, 2, 3)),
+    ]
+    magnets = [
+        ls.Magnet(body="box", shape="dipole", moment=(0.02, 0, 0.01), position=(0.008, 0.002, 0.0)),
+        ls.Magnet(body="box", shape="dipole", moment=(0, 0.02, 0.0), position=(-0.007, 0.001, 0.001)),
+        ls.Magnet(body="a", shape="sphere", radius=0.004, polarization=(0.1, 0, 0)),
+        ls.Magnet(body="b", shape="sphere", radius=0.004, polarization=(0, 0.1, 0.1)),
+    ]
+    return ls.Scene(bodies=bodies, magnets=magnets, gravity=(0, 0, 0))
+
+
+def test_free_magnets_keep_their_momenta_over_ten_thousand_steps():
+    scene = uneven_magnets(1e-5)
+    sim = simulation(scene, 1e-5)
+    linear0, angular0 = total_momenta(sim, scene)
+    impulse = twist = 0.0
+    for _ in range(10000):
+        sim.step()
+        force, torque = sim.magnetic_forces()
+        impulse += 1e-5 * np.linalg.norm(force, axis=1).sum()
+        twist += 1e-5 * (np.linalg.norm(torque, axis=1) + 0.03 * np.linalg.norm(force, axis=1)).sum()
+    linear, angular = total_momenta(sim, scene)
+    # Of the momentum that was exchanged.
+    assert np.linalg.norm(linear - linear0) < 1e-12 * impulse
+    assert np.linalg.norm(angular - angular0) < 1e-12 * twist
+
+
+def compass(case: dict, angle: float) -> ls.Scene:
+    turn = np.radians(angle)
+    body = ls.RigidBody(name="needle", mesh=ls.meshes.box(size=case["dim"]), density=case["density"], shape="box",
+                        orientation=(np.cos(turn / 2), 0, 0, np.sin(turn / 2)))
+    needle = ls.Magnet(body="needle", shape="cuboid", size=case["dim"], polarization=(case["J_along_x"], 0, 0))
+    return ls.Scene(bodies=[body], magnets=[needle], magnetic_field=(case["B0"], 0, 0), gravity=(0, 0, 0))
+
+
+def needle_angle(sim: ls.Simulation) -> float:
+    w, _, _, z = sim.state.body_orientations[0]
+    return 2 * np.arctan2(z, w)
+
+
+@each_case("vii_compass")
+def test_a_compass_swings_with_the_period_of_its_table(case):
+    sim = simulation(compass(case, case["theta0_deg"]), case["period"] / 2000)
+    times, angles = [0.0], [needle_angle(sim)]
+    for _ in range(2000):
+        sim.step()
+        times.append(sim.time)
+        angles.append(needle_angle(sim))
+    wanted = np.array(case["theta_rad"])
+    found = np.interp(case["times"], times, angles)
+    # Second order: (omega h)^2 / 24 is 4e-7 of the phase; linear interpolation leaves as much, 5e-6 of the angle.
+    assert np.abs(found - wanted).max() < 3e-5 * max(1.0, np.radians(case["theta0_deg"]))
+
+
+def test_the_energy_of_a_swinging_magnet_does_not_drift():
+    case = {"dim": (0.05, 0.005, 0.001), "density": 7500, "J_along_x": 1.0, "B0": 5e-5, "period": 1.4}
+    sim = simulation(compass(case, 60.0), case["period"] / 25)  # in 2 sub-steps each: 0.13 of the angular frequency
+    swing = 0.5 * 0.05 * 0.005 * 0.001 / 4e-7 / np.pi * 5e-5  # of the energy between rest and the middle
+    energies = []
+    for _ in range(25 * 400):
+        sim.step()
+        energies.append(sim.report.body_kinetic_energy + sim.report.magnetic_energy)
+    energies = np.array(energies)
+    first, last = energies[: 25 * 40], energies[-25 * 40 :]
+    assert np.ptp(energies) < 1e-2 * swing, "leapfrog's oscillation, second order in the step"
+    assert abs(first.mean() - last.mean()) < 1e-4 * swing, "no drift"
+
+
+@each_case("vii_two_cubes_attract")
+def test_two_cubes_attract_each_other_as_their_table_says(case):
+    cube, gap = ls.meshes.box(size=3 * (case["cube"],)), case["gap0"]
+    names = ("low", "high")
+    half = 0.5 * (case["cube"] + gap)
+    bodies = [ls.RigidBody(name=n, mesh=cube, shape="box", density=case["density"], position=(0, 0, s * half))
+              for n, s in zip(names, (-1, 1), strict=True)]
+    magnets = [ls.Magnet(body=n, shape="cuboid", size=3 * (case["cube"],), polarization=(0, 0, case["J"])) for n in names]
+    steps = 200
+    sim = simulation(ls.Scene(bodies=bodies, magnets=magnets, gravity=(0, 0, 0)), case["time"] / steps)
+    for _ in range(steps):
+        sim.step()
+    z, v = sim.state.body_positions[:, 2], sim.state.body_velocities[:, 2]
+    speed = case["closing_speed"]
+    # Second order in 200 steps of a fall whose last steps see the force grow tenfold, and 1e-4 of the force.
+    assert v[0] - v[1] == pytest.approx(speed, rel=2e-3)
+    assert z[1] - z[0] - case["cube"] == pytest.approx(case["gap"], abs=2e-3 * speed * case["time"])
+
+
+def on_the_floor() -> ls.Scene:
+    """Two balls that snap together and roll on a floor, and a magnet that is moved by script below it."""
+    ball = ls.meshes.sphere(radius=0.005, subdivisions=2)
+    bodies = [ls.RigidBody(name=n, mesh=ball, shape="sphere", density=7500, position=(x, 0, 0.006)) for n, x in (("a", -0.01), ("b", 0.01))]
+    magnets = [ls.Magnet(body=n, shape="sphere", radius=0.005, polarization=(0.8, 0, 0.6)) for n in "ab"]
+    carried = ls.box(name="below", size=(0.01, 0.01, 0.01), times=[0, 1], positions=[(-0.1, 0, -0.03), (0.1, 0, -0.03)])
+    magnets.append(ls.Magnet(body="below", shape="cuboid", size=(0.01, 0.01, 0.01), polarization=(0, 0, 1.0)))
+    return ls.Scene(bodies=bodies, magnets=magnets, obstacles=[ls.floor(size=0.4), carried], rigid_rebuild_interval=10)
+
+
+def test_threads_and_resuming_change_no_bit():
+    reference = simulation(on_the_floor(), 1e-3)
+    for _ in range(30):
+        reference.step()
+    kept = reference.checkpoint()
+    for _ in range(30):
+        reference.step()
+    other = simulation(on_the_floor(), 1e-3, threads=3)
+    other.restore(kept)
+    for i in range(30):
+        if i % 10 == 0:
+            other.rebuild_stages()
+        other.step()
+    for name in ("body_positions", "body_orientations", "body_velocities", "body_angular_velocities"):
+        assert np.array_equal(getattr(other.state, name), getattr(reference.state, name)), name
+
+
+def test_balls_that_have_snapped_together_come_to_rest():
+    scene = on_the_floor().replace(magnets=on_the_floor().magnets[:2])
+    sim = simulation(scene, 1e-3)
+    most = 0
+    for _ in range(1500):
+        sim.step()
+        most = max(most, sim.report.magnetic_substeps)
+    gap = np.linalg.norm(sim.state.body_positions[0] - sim.state.body_positions[1]) - 0.01
+    assert abs(gap) < 5e-5, "they touch, within the world's penetration"
+    assert sim.state.body_positions[:, 2] == pytest.approx(0.005, abs=5e-5), "on the floor"
+    assert 2 < most < 64
+
+
+BAD = {
+    "body must be the name of one": dict(body="c"),
+    "body must be the name of what": dict(body=""),
+    "shape must be mesh, sphere": dict(shape="ring"),
+    "size means nothing": dict(size=(1, 1, 1)),
+    "polarization must not be zero": dict(polarization=(0, 0, 0)),
+    "polarization must be finite": dict(polarization=(0, np.nan, 0)),
+    "radius must be > 0": dict(radius=0.0),
+    "position must be finite": dict(position=(0, np.inf, 0)),
+    "orientation must be a unit quaternion": dict(orientation=(1, 1, 0, 0)),
+    "engine must be accurate or cells": dict(engine="fast"),
+    "density belongs to engine cells": dict(density=1e6),
+    "density must be > 0": dict(engine="cells"),
+    "moment means nothing": dict(moment=(0, 0, 1)),
+}
+
+
+@pytest.mark.parametrize("message", BAD)
+def test_a_bad_magnet_is_refused(message):
+    scene = on_the_floor()
+    magnet = ls.Magnet(body="a", shape="sphere", radius=0.005, polarization=(0, 0, 1)).replace(**BAD[message])
+    with pytest.raises(ls.InvalidInput, match=r"magnets\[0\]\." + message):
+        ls.Simulation(scene.replace(magnets=[magnet]))
+
+
+def test_a_field_without_magnets_is_refused():
+    with pytest.raises(ls.InvalidInput, match="magnetic_field acts on magnets"):
+        ls.Simulation(on_the_floor().replace(magnets=[], magnetic_field=(0, 0, 1)))
+
+
+def test_point_dipoles_that_fall_into_each_other_are_told():
+    ball = ls.meshes.sphere(radius=1e-5, subdivisions=1)
+    bodies = [ls.RigidBody(name=n, mesh=ball, position=(x, 0, 0)) for n, x in (("a", 0), ("b", 1e-4))]
+    magnets = [ls.Magnet(body=n, shape="dipole", moment=(1, 0, 0)) for n in "ab"]
+    with pytest.raises(ls.SolverFailure, match="at most 4096 sub-steps"):
+        simulation(ls.Scene(bodies=bodies, magnets=magnets), 1e-3).step()
