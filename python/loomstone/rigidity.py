@@ -5,7 +5,7 @@ plate's rigidity for (k11, k22, 2 k12) and S = D^-1, a strip at the angle a to w
 
     1 / B(a) = S11 c^4 + S22 s^4 + (2 S12 + S33) c^2 s^2,    c = cos a, s = sin a
 
-(Timoshenko, Woinowsky-Krieger 1959, chapter 11; Lekhnitskii 1968). Strips along weft, along warp and on the bias (45
+[Lekhnitskii1968]. Strips along weft, along warp and on the bias (45
 degrees) give S11, S22 and S33 = 4 / B(45) - S11 - S22 - 2 S12; that is what `bending_from_strips` solves.
 """
 

@@ -1,4 +1,4 @@
-"""The cantilever test of bending (ASTM D1388, option A; Peirce 1930).
+"""The cantilever test of bending (ASTM D1388, option A) [Peirce1930].
 
 A strip 25 mm wide hangs from a clamp under its weight w = density * g. Its overhang l, when the chord from clamp to tip
 falls by 41.5 degrees, gives the bending length c = l / 2 and, by the standard, the rigidity w c^3. The closed form beside

@@ -1,4 +1,4 @@
-"""Cusick's drape test (BS 5058, ISO 9073-9): a disc of fabric of 30 cm held between discs of 18 cm.
+"""Cusick's drape test [Cusick1965] (BS 5058, ISO 9073-9): a disc of fabric of 30 cm held between discs of 18 cm.
 
     drape coefficient = (A_shadow - A_disc) / (A_specimen - A_disc) * 100 %
 

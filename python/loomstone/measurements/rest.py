@@ -1,4 +1,4 @@
-"""Brings a simulation to static rest by kinetic damping (Day 1965; Barnes 1999).
+"""Brings a simulation to static rest by kinetic damping [Barnes1999].
 
 Velocities are set to zero whenever the kinetic energy has passed a peak, so every swing ends where forces nearly
 balance. Nothing is added to the forces: the shape at rest is one of the material and gravity alone. Which one, where
