@@ -1,7 +1,7 @@
-"""Numbers of the fabrics in `loomstone.fabrics`, in SI, and where they come from. docs/fabrics.md tells how they were
-mapped.
+"""Numbers of the fabrics in `loomstone.fabrics`, in SI, and where they come from.
 
-Each number is derived from a published one and rounded to four digits; no table of a source is repeated here.
+docs/fabrics.md tells how they were mapped. Each number is derived from a published one and rounded to four digits; no
+table of a source is repeated here.
 """
 
 from __future__ import annotations
@@ -32,8 +32,7 @@ class Band:
 
 @dataclass(frozen=True)
 class Row:
-    """One fabric: stiffness [N/m], Poisson ratio nu12 [1], density [kg/m^2], strip bending rigidity [N m], limits of
-    strain.
+    """One fabric: stiffness [N/m], Poisson ratio nu12 [1], density [kg/m^2], bending [N m], limits of strain [1].
 
     weft, warp : Young's modulus times thickness; shear : shear modulus times thickness (load over engineering shear)
     bending : of strips cut along weft, along warp and on the bias
@@ -58,24 +57,21 @@ class Row:
 SOURCES = {
     "Wang 2011": Source(
         "H. Wang, J. F. O'Brien, R. Ramamoorthi: Data-Driven Elastic Models for Cloth, ACM Trans. Graph. 30(4):71, "
-        "2011 "
-        "(Berkeley Garment Library)",
+        "2011 (Berkeley Garment Library)",
         "as is; publications that use the measurements shall cite the paper",
-        "stiffness at zero strain as ARCSim simulates it (twice the tabulated values, negative coupling taken as "
-        "0); bending = "
-        "hinge coefficient / 4 at small curvature; limit = strain at 150 gf/cm (147 N/m) on the curve between the "
-        "measurements "
-        "at 0 and 16.7 % where it gets there",
+        "stiffness at zero strain as ARCSim simulates it (twice the tabulated values, negative coupling taken as 0); "
+        "bending = hinge coefficient / 4 at small curvature; limit = strain at 150 gf/cm (147 N/m) on the curve "
+        "between the measurements at 0 and 16.7 % where it gets there",
     ),
     "Codim-IPC": Source(
         "M. Li, D. M. Kaufman, C. Jiang: Codimensional Incremental Potential Contact, ACM Trans. Graph. 40(4):170, "
-        "2021 "
-        "(program text); bending: median of fabrics of that weight among 618 of X. Feng, W. Huang, W. Xu, H. Wang: "
-        "Learning-Based Bending Stiffness Parameter Estimation by a Drape Tester, ACM Trans. Graph. 41(6), 2022",
+        "2021 (program text); bending: median of fabrics of that weight among 618 of X. Feng, W. Huang, W. Xu, "
+        "H. Wang: Learning-Based Bending Stiffness Parameter Estimation by a Drape Tester, ACM Trans. Graph. 41(6), "
+        "2022",
         "Apache-2.0; of the 618 fabrics only medians are used",
         "orthotropic moduli times thickness, coupling included; limits of Green strain as strains of U - I; bending "
-        "along warp: "
-        "the median, along weft 0.635 and on the bias 0.832 of it, as the medians of all 618 are to one another",
+        "along warp: the median, along weft 0.635 and on the bias 0.832 of it, as the medians of all 618 are to one "
+        "another",
     ),
 }
 

@@ -5,8 +5,8 @@ plate's rigidity for (k11, k22, 2 k12) and S = D^-1, a strip at the angle a to w
 
     1 / B(a) = S11 c^4 + S22 s^4 + (2 S12 + S33) c^2 s^2,    c = cos a, s = sin a
 
-[Lekhnitskii1968]. Strips along weft, along warp and on the bias (45
-degrees) give S11, S22 and S33 = 4 / B(45) - S11 - S22 - 2 S12; that is what `bending_from_strips` solves.
+[Lekhnitskii1968]. Strips along weft, along warp and on the bias (45 degrees) give S11, S22 and
+S33 = 4 / B(45) - S11 - S22 - 2 S12; that is what `bending_from_strips` solves.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ def bending_from_strips(*, weft: Any, warp: Any, bias: Any, poisson: float = 0.0
     if not s33 > 0.0:
         raise InvalidInput(
             f"bending_from_strips: no plate has a bias rigidity of {given['bias']:.4g} [N m] with "
-            f"{given['weft']:.4g} along weft and "
-            f"{given['warp']:.4g} along warp; bias must be below {4.0 / (s11 + s22 + 2.0 * s12):.4g}"
+            f"{given['weft']:.4g} along weft and {given['warp']:.4g} along warp; "
+            f"bias must be below {4.0 / (s11 + s22 + 2.0 * s12):.4g}"
         )
     determinant = s11 * s22 - s12**2
     return {

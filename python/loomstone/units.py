@@ -8,9 +8,8 @@
 True
 
 Every number of a description may be given with a unit, ours or one of Pint where that is installed; it is converted to
-the unit of its field, and a wrong dimension is refused. Plain numbers are SI. Angles count as pure numbers (1 rad =
-1), so
-gf/(cm deg) is N/m per rad: 56.19 N/m. gf is gram-force, oz and lb are masses (avoirdupois), % is 0.01.
+the unit of its field, and a wrong dimension is refused. Plain numbers are SI. Angles count as pure numbers
+(1 rad = 1), so gf/(cm deg) is N/m per rad: 56.19 N/m. gf is gram-force, oz and lb are masses (avoirdupois), % is 0.01.
 """
 
 from __future__ import annotations

@@ -144,8 +144,7 @@ def test_a_fabric_is_a_material_and_says_what_it_is():
     assert ls.Cloth(mesh=ls.grid(cells=(2, 2)), material=cotton).material == cotton.material
     assert repr(cotton) == (
         "<Fabric 'cotton' (woven): 103.6 g/m^2; weft, warp, shear 2365, 3801, 96.84 N/m, limits 13.1 %, 13.1 %, "
-        "6.31 %; "
-        "bending weft, warp, bias 3.8, 5.98, 4.97 uN m>"
+        "6.31 %; bending weft, warp, bias 3.8, 5.98, 4.97 uN m>"
     )
     assert cotton.replace(density=0.2).density == 0.2
     kept = json.loads(json.dumps({name: fabric.to_dict() for name, fabric in ls.fabrics.items()}, allow_nan=False))
