@@ -160,7 +160,7 @@ def contact_sheet(reports: Sequence[FabricReport], path: Path) -> None:
 
     columns = min(4, len(reports))
     rows = -(-len(reports) // columns)
-    figure = Figure(figsize=(4.0 * columns, 3.5 * rows), layout="constrained")
+    figure = Figure(figsize=(4.0 * columns, 3.1 * rows), layout="constrained")
     FigureCanvasAgg(figure)
     for place, report in enumerate(reports):
         axes = figure.add_subplot(rows, columns, place + 1)
@@ -188,9 +188,8 @@ def contact_sheet(reports: Sequence[FabricReport], path: Path) -> None:
 
 
 def _picture(report: FabricReport) -> Any:
-    look = RenderOptions(
-        width=640, height=480, camera=Camera(fit=False, eye=(0.0, -0.40, 0.29), target=(0.0, 0.0, -0.035))
-    )
+    camera = Camera(fit=False, eye=(0.0, -0.35, 0.21), target=(0.0, 0.0, -0.035))
+    look = RenderOptions(width=640, height=440, camera=camera)
     scene = drape_scene(report.fabric, report.drape.mesh)
     simulation = Simulation(scene, integrator=SemiImplicitEuler(step=1e-3), threads=1)
     simulation.positions = report.drape.positions
