@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import InvalidInput
+from ..arguments import whole
 from .edges import Edge, arc, line, quadratic
 from .panel import Panel
 from .placement import Cone, Ribbon, Vector
@@ -32,7 +33,7 @@ def dress(
 ) -> Garment:
     """A sleeveless dress: bodice of five panels, skirt of six gores, two straps that lie over a bar along the x axis.
 
-    triangles : how many, met within 13; bust, waist, hem : circumferences [m], bust 0.2 m above the waist
+    triangles : how many, at least 200, met within 13; bust, waist, hem : circumferences [m], bust 0.2 m above the waist
     skirt : length of the skirt along the cloth [m]
     bar_radius : of the bar under the straps, 4 mm below them [m]; 0.015 to 0.05
 
@@ -42,12 +43,12 @@ def dress(
     >>> len(dress(1500).panel_names)
     13
     """
+    count = whole("triangles", triangles, 200, 10_000_000)
     pattern = dress_pattern(bust=bust, waist=waist, hem=hem, skirt=skirt, bar_radius=bar_radius)
-    if not isinstance(triangles, bool) and isinstance(triangles, (int, np.integer)) and triangles > 0:
-        # Edges of this length are chords of the strap's curve over the bar: it starts so much higher.
-        edge = edge_for(sum(panel.area for panel in pattern.panels), int(triangles))
-        pattern = dress_pattern(bust=bust, waist=waist, hem=hem, skirt=skirt, bar_radius=bar_radius, chord=edge)
-    return garment(pattern, triangles=triangles, seed=seed, relax=20)
+    # Edges of this length are chords of the strap's curve over the bar: it starts so much higher.
+    edge = edge_for(sum(panel.area for panel in pattern.panels), count)
+    pattern = dress_pattern(bust=bust, waist=waist, hem=hem, skirt=skirt, bar_radius=bar_radius, chord=edge)
+    return garment(pattern, triangles=count, seed=seed, relax=20)
 
 
 def dress_pattern(
@@ -61,8 +62,10 @@ def dress_pattern(
 ) -> Pattern:
     """Panels and seams of `dress`, to be changed before they are sewn.
 
-    chord : edges so long [m] clear the bar; straps that start higher hang slack first
+    chord : edges so long [m] clear the bar, at most 0.15; straps that start higher hang slack first
     """
+    if not 0.0 <= chord <= 0.15:
+        raise InvalidInput(f"chord must be in [0, 0.15] m, got {chord}")
     if not 0.3 < waist < bust < waist + 0.8 or not waist < hem < waist + 5.0 * skirt:
         raise InvalidInput(
             f"waist must be in (0.3, bust) and bust and hem not too much wider [m], got bust={bust}, waist={waist}, "

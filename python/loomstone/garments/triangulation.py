@@ -32,9 +32,11 @@ def triangulated(outline: Floats, interior: int, *, seed: int, where: str) -> tu
     for _ in range(25):
         faces = _faces(points, outline)
         centres = _centres(points, faces)
-        moved = centres[fixed:]
-        keep = inside(outline, moved)
-        points[fixed:][keep] = moved[keep]
+        # Beside the outline surroundings need not be convex: a centre may lie outside.
+        beside = np.unique(faces[(faces < fixed).any(1)])
+        outside = beside[~inside(outline, centres[beside])]
+        centres[outside] = points[outside]
+        points[fixed:] = centres[fixed:]
     faces = _faces(points, outline)
     for _ in range(12):
         if not _improve(points, faces, fixed):
@@ -151,9 +153,11 @@ def _centres(points: Floats, faces: Indices) -> Floats:
 def _improve(points: Floats, faces: Indices, fixed: int) -> bool:
     """Moves free corners of poor triangles to where the smallest angle around them is largest, by a compass search."""
     poor = np.unique(faces[smallest_angles(points, faces) < WANTED_DEGREES])
+    order = np.argsort(faces, axis=None, kind="stable")  # corners by their vertex
+    first = np.searchsorted(faces.ravel()[order], np.arange(len(points) + 1))
     changed = False
     for vertex in poor[poor >= fixed]:
-        around, corner = np.nonzero(faces == vertex)
+        around, corner = np.divmod(order[first[vertex] : first[vertex + 1]], 3)
         # Each triangle as (vertex, next corner, last corner).
         ring = points[np.stack([faces[around, (corner + 1) % 3], faces[around, (corner + 2) % 3]], axis=1)]
         here = points[vertex]
