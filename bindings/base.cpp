@@ -76,6 +76,15 @@ void each_number(Visit&& visit) {
         "mass times change of velocity by truncation, sizes summed over vertices and bodies [kg m/s]");
   visit("contact_acceleration", &Class::contact_acceleration,
         "root mean square over free vertices in contact, over the whole step [m/s^2]");
+  visit("limit_sweeps", &Class::limit_sweeps, "sweeps of strain limiting");
+  visit("rate_sweeps", &Class::rate_sweeps, "sweeps of strain-rate limiting");
+  visit("limit_evaluations", &Class::limit_evaluations, "elements whose strain was computed in the sweeps of strain limiting");
+  visit("limit_excess", &Class::limit_excess, "largest strain beyond its limit right after limiting [1]");
+  visit("weft_excess", &Class::weft_excess, "largest strain along weft beyond its limit at the end of the step [1]");
+  visit("warp_excess", &Class::warp_excess, "largest strain along warp beyond its limit at the end of the step [1]");
+  visit("shear_excess", &Class::shear_excess, "largest shear strain beyond its limit at the end of the step [1]");
+  visit("beyond_limit", &Class::beyond_limit, "elements beyond a limit by more than the tolerance at the end of the step");
+  visit("worst_element", &Class::worst_element, "the one most beyond its limit, all cloths end to end; -1: none");
   visit("max_stretch", &Class::max_stretch, "largest principal stretch of any triangle [1]");
   visit("kinetic_energy", &Class::kinetic_energy, "[J]");
   visit("membrane_energy", &Class::membrane_energy, "[J]");

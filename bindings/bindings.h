@@ -25,6 +25,7 @@ void bind_parallel(py::module_& m);
 void bind_rigid(py::module_& m);
 void bind_magnetics(py::module_& m);
 void bind_scene(py::module_& m);
+void bind_limits(py::module_& m);
 void bind_collision(py::module_& m);
 void bind_cache(py::module_& m);
 void bind_renderer(py::module_& m);

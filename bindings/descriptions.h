@@ -4,6 +4,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <type_traits>
 
 #include "bindings/bindings.h"
@@ -36,6 +37,10 @@ inline bool equal(const std::shared_ptr<const TriangleMesh>& a, const std::share
 }
 template <Description D>
 bool equal(const D& a, const D& b);
+template <class T>
+bool equal(const std::optional<T>& a, const std::optional<T>& b) {
+  return a.has_value() == b.has_value() && (!a || equal(*a, *b));
+}
 template <class T>
 bool equal(const std::vector<T>& a, const std::vector<T>& b) {
   if (a.size() != b.size()) return false;
@@ -70,6 +75,11 @@ inline py::object plain(const std::shared_ptr<const TriangleMesh>& mesh) {
 }
 template <Description D>
 py::object plain(const D& value);
+template <class T>
+py::object plain(const std::optional<T>& value) {
+  if (value) return plain(*value);
+  return py::none();
+}
 template <class T>
 py::object plain(const std::vector<T>& values) {
   py::list list;
@@ -114,7 +124,7 @@ std::string field_text(const F& each) {
   using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
   std::string text = each.meaning;
   if (*each.unit) text += std::string(" [") + each.unit + "]";
-  if constexpr (std::is_arithmetic_v<Member> && !std::is_same_v<Member, bool>) {
+  if constexpr ((std::is_arithmetic_v<Member> && !std::is_same_v<Member, bool>) || std::is_same_v<Member, std::optional<double>>) {
     const std::string limits = to_text(each.limits);
     if (limits != "finite") text += "; " + limits;
   }
@@ -188,29 +198,30 @@ D from_arguments(const char* name, D value, const py::kwargs& arguments) {
 
 // The constructor is bound twice: once with its full signature (stubs, help), and once for arguments that need conversion
 // or are refused with a reason.
-template <Description D, class... F>
-void bind_constructor(py::class_<D>& c, const char* name, const std::tuple<F...>& fields) {
+template <Description D, std::size_t... P, std::size_t... K, class... F>
+void bind_constructor(py::class_<D>& c, const char* name, std::index_sequence<P...>, std::index_sequence<K...>,
+                      const std::tuple<F...>& fields) {
   const D defaults{};
-  std::apply(
-      [&](const auto&... each) {
-        c.def(py::init([name](const std::decay_t<decltype(std::declval<D>().*(each.member))>&... values) {
-                D value;
-                std::apply([&](const auto&... f) { ((value.*(f.member) = values), ...); }, D::fields());
-                check_fields(value, name);
-                return value;
-              }),
-              py::kw_only(), (py::arg(each.name) = defaults.*(each.member))...);
-      },
-      fields);
+  const auto argument = [&](const auto& each) { return py::arg(each.name) = defaults.*(each.member); };
+  c.def(py::init([name](const std::decay_t<decltype(std::declval<D>().*(std::declval<F>().member))>&... values) {
+          D value;
+          std::apply([&](const auto&... f) { ((value.*(f.member) = values), ...); }, D::fields());
+          check_fields(value, name);
+          return value;
+        }),
+        argument(std::get<P>(fields))..., py::kw_only(), argument(std::get<sizeof...(P) + K>(fields))...);
   c.def(py::init([name](const py::kwargs& arguments) { return from_arguments(name, D{}, arguments); }));
 }
 
-template <Description D>
+// The first n_positional fields may also be given without their names.
+template <Description D, std::size_t n_positional = 0>
 py::class_<D> bind_description(py::module_& m, const char* name, const std::string& meaning) {
   std::string doc = meaning + "\n\nFrozen; compared by value.\n\nParameters (keywords)\n---------------------\n";
   for_each_field<D>([&](const auto& each) { doc += std::string(each.name) + " : " + field_text<D>(each) + "\n"; });
   py::class_<D> c(m, name, doc.c_str());
-  bind_constructor(c, name, D::fields());
+  constexpr std::size_t n_fields = std::tuple_size_v<decltype(D::fields())>;
+  bind_constructor(c, name, std::make_index_sequence<n_positional>(), std::make_index_sequence<n_fields - n_positional>(),
+                   D::fields());
   for_each_field<D>([&](const auto& each) {
     using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
     const auto member = each.member;

@@ -10,6 +10,7 @@ PYBIND11_MODULE(_core, m) {
   loomstone::bind_rigid(m);
   loomstone::bind_magnetics(m);
   loomstone::bind_scene(m);
+  loomstone::bind_limits(m);
   loomstone::bind_collision(m);
   loomstone::bind_cache(m);
   loomstone::bind_renderer(m);

@@ -9,6 +9,11 @@ namespace loomstone {
 void bind_scene(py::module_& m) {
   bind_description<ClothMaterial>(m, "ClothMaterial",
                                   "What a cloth is made of; axes 1 = weft, 2 = warp. A surface, so stiffness is in N/m.");
+  bind_description<StrainLimit, 3>(
+      m, "StrainLimit",
+      "How far cloth may strain along weft, warp and in shear: U - I with F = R U, in weft/warp axes. The first three may be\n"
+      "given without their names.");
+  bind_description<LimitOptions>(m, "LimitOptions", "How strain limits are enforced, step by step.");
   bind_description<Cloth>(m, "Cloth", "A piece of cloth: mesh, material, and what holds it.");
   bind_description<Obstacle>(m, "Obstacle",
                              "A surface that cloth cannot pass: static, moved by keyframes, or a vertex sequence.");

@@ -11,6 +11,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string>
 #include <tuple>
 #include <type_traits>
@@ -75,10 +76,13 @@ template <class Description>
 void check_fields(const Description& description, const std::string& where) {
   for_each_field<Description>([&](const auto& each) {
     using Member = std::decay_t<decltype(description.*(each.member))>;
-    if constexpr (std::is_arithmetic_v<Member> && !std::is_same_v<Member, bool>) {
-      const double value = static_cast<double>(description.*(each.member));
+    const auto check = [&](double value) {
       if (!each.limits.contains(value)) throw_outside_limits(where, each.name, each.unit, each.limits, value);
-    }
+    };
+    if constexpr (std::is_arithmetic_v<Member> && !std::is_same_v<Member, bool>)
+      check(static_cast<double>(description.*(each.member)));
+    else if constexpr (std::is_same_v<Member, std::optional<double>>)
+      if (description.*(each.member)) check(*(description.*(each.member)));
   });
 }
 

@@ -7,14 +7,14 @@
 namespace loomstone {
 
 // Stages of a step in the order of core/sim/stepper.cpp.
-enum class StageName : int { Loads, Proximity, Integrate, Bodies, Certify, Check, Count };
-inline constexpr std::array<const char*, 6> stage_names = {"loads",  "proximity", "integrate",
-                                                           "bodies", "certify",   "check"};
+enum class StageName : int { Loads, Proximity, Integrate, Bodies, Limit, Certify, Check, Count };
+inline constexpr std::array<const char*, 7> stage_names = {"loads", "proximity", "integrate", "bodies",
+                                                           "limit", "certify",   "check"};
 
 struct StepReport {
   std::int64_t step = 0;
   double time = 0.0;                 // at the end of the step [s]
-  std::array<double, 6> seconds{};   // wall time per stage [s]
+  std::array<double, 7> seconds{};   // wall time per stage [s]
   // Time that the threads spent in the loops of collision detection and response: least, mean and most of a thread [s].
   double busy_least = 0.0, busy_mean = 0.0, busy_most = 0.0;
   int newton_iterations = 0;         // outer iterations (1 for linearised schemes)
@@ -32,6 +32,15 @@ struct StepReport {
   double withheld = 0.0;             // withheld_motion over wanted_motion [1]
   double truncated_momentum = 0.0;   // mass times change of velocity by truncation, sizes summed over vertices and bodies [kg m/s]
   double contact_acceleration = 0.0; // root mean square over free vertices in contact, over the whole step [m/s^2]
+  int limit_sweeps = 0;              // of strain limiting
+  int rate_sweeps = 0;               // of strain-rate limiting
+  std::int64_t limit_evaluations = 0;  // elements whose strain was computed in the sweeps of strain limiting
+  double limit_excess = 0.0;         // largest strain beyond its limit right after limiting [1]
+  double weft_excess = 0.0;          // largest strain beyond its limit at the end of the step, along weft [1]
+  double warp_excess = 0.0;
+  double shear_excess = 0.0;
+  std::int64_t beyond_limit = 0;     // elements beyond a limit by more than the tolerance at the end of the step
+  std::int64_t worst_element = -1;   // the one most beyond, in the user's numbering over all cloths; -1: none
   double max_stretch = 1.0;          // largest principal stretch of any triangle [1]
   double kinetic_energy = 0.0;       // [J], as all energies
   double membrane_energy = 0.0;

@@ -7,6 +7,7 @@
 #include "core/base/types.h"
 #include "core/cloth/bending.h"
 #include "core/cloth/membrane.h"
+#include "core/cloth/strain_limit.h"
 #include "core/mesh/adjacency.h"
 
 namespace loomstone {
@@ -23,6 +24,8 @@ struct ClothModel {
   Triangles triangles;                           // (m x 3)
   std::vector<Corners2> corners;                 // (m) rest coordinates [m]
   std::vector<MembraneConstants> constants;      // (m)
+  std::vector<StrainLimit> strain_limits;
+  std::vector<Index> strain_limit_of;            // (m) row of strain_limits, -1: none
   std::vector<BendingPart> bending;
   Vector mass;                                   // (n) lumped [kg], method.md 1.3
   std::vector<std::uint8_t> pinned;              // (n) 1: held or moved by script

@@ -94,11 +94,19 @@ void set_materials(const Scene& scene, const Joined& all, const Points& x, Model
   for (std::size_t c = 0; c < scene.cloths.size(); ++c)
     constants.push_back(membrane_constants(scene.cloths[c].material, item("cloths", c, scene.cloths[c].name) + ".material"));
   cloth.constants.resize(m);
+  cloth.strain_limit_of.assign(m, -1);
+  std::vector<Index> limit_of_cloth(scene.cloths.size(), -1);
+  for (std::size_t c = 0; c < scene.cloths.size(); ++c)
+    if (scene.cloths[c].strain_limit) {
+      limit_of_cloth[c] = static_cast<Index>(cloth.strain_limits.size());
+      cloth.strain_limits.push_back(*scene.cloths[c].strain_limit);
+    }
   std::vector<std::vector<Index>> triangles_of_cloth(scene.cloths.size());
   for (Index t = 0; t < m; ++t) {
     const Index c = all.cloth_of_triangle[model.triangle_of[t]];
     density[t] = scene.cloths[c].material.density;
     cloth.constants[t] = constants[c];
+    cloth.strain_limit_of[t] = limit_of_cloth[c];
     triangles_of_cloth[c].push_back(t);
   }
   cloth.mass = lumped_mass(cloth.n_vertices, cloth.triangles, cloth.corners, density);

@@ -58,6 +58,7 @@ void check_cloth(const Cloth& cloth, const std::string& where) {
   check_fields(cloth.material, where + ".material");
   check_choice(where, "rest", cloth.rest, {"uv", "mesh"});
   check_choice(where, "rest_angles", cloth.rest_angles, {"flat", "mesh"});
+  if (cloth.strain_limit) check_fields(*cloth.strain_limit, where + ".strain_limit");
   check_choice(where, "bending", cloth.bending, {"mid-edge", "hinge"});
   check_vertices(where + ".pins", cloth.pins, cloth.mesh->n_vertices());
   check_times(where + ".script_times", cloth.script_times);
@@ -104,6 +105,7 @@ void check_names(const char* what, const List& list, std::set<std::string>& seen
 void check_scene(const Scene& scene) {
   check_fields(scene, "scene");
   check_fields(scene.air, "scene.air");
+  check_limit_options(scene.limits, "scene.limits");
   check_choice("scene", "response", scene.response, {"implicit", "impulse"});
   require(scene.gravity.allFinite(), "scene.gravity must be finite");
   require(scene.air.wind.allFinite(), "scene.air.wind must be finite");

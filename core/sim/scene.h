@@ -9,6 +9,7 @@
 #include "core/base/types.h"
 #include "core/cloth/air.h"
 #include "core/cloth/material.h"
+#include "core/cloth/strain_limit.h"
 #include "core/mesh/triangle_mesh.h"
 #include "core/rigid/rigid_body.h"
 
@@ -29,6 +30,7 @@ struct Cloth {
   double thickness = 0.0;
   double friction = 0.3;
   bool self_collision = true;
+  std::optional<StrainLimit> strain_limit;
 
   static auto fields() {
     using C = Cloth;
@@ -47,7 +49,8 @@ struct Cloth {
         field("velocities", &C::velocities, "(n x 3) at the start [m/s]; empty: at rest"),
         field("thickness", &C::thickness, "m", non_negative(), "contact distance; 0: chosen from the mesh"),
         field("friction", &C::friction, "1", non_negative(), "friction coefficient"),
-        field("self_collision", &C::self_collision, "the cloth collides with itself"));
+        field("self_collision", &C::self_collision, "the cloth collides with itself"),
+        field("strain_limit", &C::strain_limit, "StrainLimit: how far it may strain; None: as far as forces take it"));
   }
 };
 
@@ -134,6 +137,7 @@ struct Scene {
   double magnetic_tolerance = 1e-4;
   double magnetic_step = 0.15;
   Air air;
+  LimitOptions limits;
   Vec3 gravity = Vec3(0, 0, -9.81);
   bool collisions = true;
   double contact_stiffness = 0.0;
@@ -150,7 +154,9 @@ struct Scene {
         field("magnetic_field", &S::magnetic_field, "(3) uniform flux density that magnets feel besides one another's [T]"),
         field("magnetic_tolerance", &S::magnetic_tolerance, "1", between(1e-12, 0.1), "error of the force between two magnets over the largest such force"),
         field("magnetic_step", &S::magnetic_step, "1", Limits{0.0, 1.0, true, false}, "length of the sub-steps in which magnets move times their largest angular frequency"),
-        field("air", &S::air, "Air: drag and wind"), field("gravity", &S::gravity, "acceleration [m/s^2]"),
+        field("air", &S::air, "Air: drag and wind"),
+        field("limits", &S::limits, "LimitOptions: how strain limits of cloths are enforced"),
+        field("gravity", &S::gravity, "acceleration [m/s^2]"),
         field("collisions", &S::collisions, "contacts between surfaces are handled"),
         field("contact_stiffness", &S::contact_stiffness, "N/m", non_negative(), "of a contact; 0: chosen from the material"),
         field("response", &S::response, "contacts in the implicit solve (implicit) or by impulses after it (impulse, as explicit integrators always do)"),

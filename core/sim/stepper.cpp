@@ -63,6 +63,11 @@ Stepper::Stepper(const Model& model, const IntegratorOptions& options, const Tea
                                           magnetics_ == nullptr);
     world_->restore(state.rigid);
   }
+  if (!model.cloth.strain_limits.empty())
+    limiter_ = std::make_unique<StrainLimiter>(
+        LimitedCloth{n, model.cloth.triangles, model.cloth.corners, model.cloth.strain_limits, model.cloth.strain_limit_of,
+                     model.cloth.mass, model.cloth.pinned},
+        model.scene.limits);
   fixed_ = model.cloth.pinned;
   fixed_.resize(model.n_rows(), 0);
   inverse_mass_ = Vector::Zero(model.collision.n_vertices);
@@ -146,6 +151,7 @@ std::int64_t Stepper::take(State& state, StepOutcome& outcome, StepPart part) {
   step_ = options_.step * part.length() / StepPart::whole;
   start_time_ = time(part.first);
   end_time_ = time(part.last);
+  limit_key_ = static_cast<std::uint64_t>(state.step) * StepPart::whole + static_cast<std::uint64_t>(part.first);
   share_ = static_cast<double>(part.length()) / (StepPart::whole - part.first);
   {
     StageTimer timer(report, StageName::Loads);
@@ -178,8 +184,13 @@ std::int64_t Stepper::take(State& state, StepOutcome& outcome, StepPart part) {
     StageTimer timer(report, StageName::Bodies);
     bodies(state, report);
   }
-  StageTimer timer(report, StageName::Certify);
-  const CertifyReport done = certify(state, outcome);
+  limit_strain(state, report);
+  CertifyReport done;
+  {
+    StageTimer timer(report, StageName::Certify);
+    done = certify(state, outcome);
+  }
+  limit_strain_rate(state, report);
   report.impacts += done.impacts;
   report.truncated += done.truncated;
   report.withheld_motion += done.withheld;
@@ -326,6 +337,42 @@ double Stepper::magnetic_energy(const State& state) const {
   return magnetics_->energy(team_, state.rigid, obstacle_poses(state, static_cast<double>(state.step) * options_.step, 0.0));
 }
 
+// Positions within limits; velocities get the mean of what that takes over the step, (3.16).
+void Stepper::limit_strain(State& state, StepReport& report) {
+  if (!limiter_) return;
+  StageTimer timer(report, StageName::Limit);
+  x1_ = state.cloth.x;
+  const LimitReport done = limiter_->enforce(team_, limit_key_, {}, x1_);
+  report.limit_sweeps += done.sweeps;
+  report.limit_evaluations += done.evaluations;
+  report.limit_excess = done.largest();
+  move_cloth(state);
+}
+
+// The last stage: velocities lead the next step away from the limits no faster than they may; positions stay.
+void Stepper::limit_strain_rate(State& state, StepReport& report) {
+  if (!limiter_) return;
+  StageTimer timer(report, StageName::Limit);
+  const LimitReport left = limiter_->measure(team_, state.cloth.x);
+  report.weft_excess = left.excess[0], report.warp_excess = left.excess[1], report.shear_excess = left.excess[2];
+  report.beyond_limit = left.beyond;
+  report.worst_element = left.worst < 0 ? -1 : model_.triangle_of[left.worst];
+  report.rate_sweeps += limiter_->enforce_rate(team_, limit_key_, state.cloth.x, step_, state.cloth.v).sweeps;
+}
+
+// The cloth goes to x1_ and its velocities with it; what did not move keeps the integrator's.
+void Stepper::move_cloth(State& state, std::vector<std::uint8_t>* moved) {
+  bool any = false;
+  for (Index i = 0; i < model_.cloth.n_vertices; ++i) {
+    if (x1_.row(i) == state.cloth.x.row(i)) continue;
+    any = true;
+    if (moved) (*moved)[i] = 1;
+    state.cloth.v.row(i) += (x1_.row(i) - state.cloth.x.row(i)) / step_;
+    state.cloth.x.row(i) = x1_.row(i);
+  }
+  if (any) forget_history(state.cloth);  // multi-step schemes start again after a jump of velocity
+}
+
 // The bodies as certification may move them: from where they were to where Bullet has put them.
 FreeBodies Stepper::free_bodies(const State& state) const {
   FreeBodies bodies(model_.n_bodies());
@@ -355,15 +402,7 @@ CertifyReport Stepper::certify(State& state, StepOutcome& outcome) {
   outcome.report.wanted_motion += parallel_sum(
       team_, n, [&](Index i) { return inverse_mass_[i] > 0.0 ? (x1_.row(i) - x0_.row(i)).norm() : 0.0; });
   const CertifyReport done = collision_->certify(collision_team_, x0_, x1_, inverse_mass_, bodies);
-  bool any = false;
-  for (Index i = 0; i < n; ++i) {
-    if (x1_.row(i) == state.cloth.x.row(i)) continue;
-    any = true;
-    outcome.contact[i] = 1;
-    state.cloth.v.row(i) += (x1_.row(i) - state.cloth.x.row(i)) / step_;
-    state.cloth.x.row(i) = x1_.row(i);
-  }
-  if (any) forget_history(state.cloth);  // multi-step schemes start again after a jump of velocity
+  move_cloth(state, &outcome.contact);
   for (Index b = 0; b < model_.n_bodies(); ++b) {  // Bullet takes over what has changed with its next step
     const FreeBody& body = bodies[b];
     state.rigid.positions.row(b) = body.end.position.transpose();

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "core/base/report.h"
+#include "core/cloth/strain_limiter.h"
 #include "core/collision/collision_stage.h"
 #include "core/integration/integrator.h"
 #include "core/parallel/row_layout.h"
@@ -55,6 +56,9 @@ class Stepper {
   void integrate(State& state, StepReport& report);
   void bodies(State& state, StepReport& report);
   std::vector<RigidPose> obstacle_poses(const State& state, double time, double share) const;
+  void move_cloth(State& state, std::vector<std::uint8_t>* moved = nullptr);
+  void limit_strain(State& state, StepReport& report);
+  void limit_strain_rate(State& state, StepReport& report);
   FreeBodies free_bodies(const State& state) const;
   CertifyReport certify(State& state, StepOutcome& outcome);
   void count_intersections(State& state, StepOutcome& outcome);
@@ -73,9 +77,11 @@ class Stepper {
   std::unique_ptr<CollisionStage> collision_;
   std::unique_ptr<RigidWorld> world_;
   std::unique_ptr<MagneticMotion> magnetics_;
+  std::unique_ptr<StrainLimiter> limiter_;  // where a cloth has limits
   bool contacts_in_solve_ = false;   // else impulses answer them after the step
 
   // Scratch of a part of a step: its length and ends [s], and its share of what was left of the step.
+  std::uint64_t limit_key_ = 0;      // of random orders: which step, which part
   double step_ = 0.0, start_time_ = 0.0, end_time_ = 0.0, share_ = 1.0;
   std::vector<std::uint8_t> fixed_;
   Vector inverse_mass_;

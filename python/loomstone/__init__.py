@@ -9,7 +9,7 @@
 0.04 s
 """
 
-from . import collision, garments, magnetics, measurements, meshes
+from . import collision, garments, limits, magnetics, measurements, meshes
 from ._core import (
     Air,
     Attachment,
@@ -24,6 +24,7 @@ from ._core import (
     FrameTopology,
     IntegratorOptions,
     InvalidInput,
+    LimitOptions,
     Magnet,
     MassProperties,
     Obstacle,
@@ -35,6 +36,7 @@ from ._core import (
     SpatialQuery,
     State,
     StepReport,
+    StrainLimit,
     TriangleMesh,
     Unsupported,
     __version__,
@@ -84,6 +86,7 @@ __all__ = [
     "ImplicitMidpoint",
     "IntegratorOptions",
     "InvalidInput",
+    "LimitOptions",
     "Magnet",
     "MassProperties",
     "Obstacle",
@@ -99,6 +102,7 @@ __all__ = [
     "SpatialQuery",
     "State",
     "StepReport",
+    "StrainLimit",
     "SymplecticEuler",
     "TriangleMesh",
     "Unsupported",
@@ -118,6 +122,7 @@ __all__ = [
     "grid",
     "intersecting_pairs",
     "launched_by_mpi",
+    "limits",
     "magnetics",
     "mass_properties",
     "measurements",

@@ -24,4 +24,5 @@ def test_stub_and_module_have_the_same_names_members_and_keywords():
             fields = getattr(getattr(_core, node.name), "field_names", ())
             made = [f for f in node.body if isinstance(f, ast.FunctionDef) and f.name == "__init__"]
             if fields:
-                assert [argument.arg for argument in made[0].args.kwonlyargs] == list(fields), node.name
+                positional = made[0].args.args[1:]
+                assert [a.arg for a in positional + made[0].args.kwonlyargs] == list(fields), node.name

@@ -1,0 +1,191 @@
+// One triangle against its limits: closed-form polar decomposition of the 3x2 gradient, strain, and the correction that meets a
+// target of strain while it keeps linear and angular momentum. Implements [Thomaszewski2010] 3.3.1, (3.2)-(3.14), written once
+// for one triangle (Real = double) and for eight (Real = Lanes).
+//
+// The 6x6 system (3.10) is solved without an inverse. Displacements of the corners that meet the strain rows are affine,
+// R (E + w J) X with E = target - strain (symmetric 2x2), J the quarter turn, and X the rest coordinates from the centre of mass
+// of the three corners; the momentum rows hold by the choice of the centre, and angular momentum about it gives w from the
+// constant moments M = sum m X X^T:
+//     w = -[(U M E)_12 - (U M E)_21] / tr(U M).
+// In the plane this takes 22 multiplications, 16 additions and 1 division; the thesis counts 37, 33 and 1 (3.13), and its 5x5
+// inverse does not exist for a triangle whose third node lies above the middle of its base.
+// A held corner is a corner of infinite mass: the centre moves there and w keeps angular momentum about it, the exact solution of
+// the four equations that are left. Two held corners: least squares of the strain tensor (2 unknowns), which is (E + w J) X too,
+// with X the height over the held edge. Departs from (3.15), whose result depends on the unit of mass. Three: nothing moves.
+//
+// A triangle in space has no inside: F has no sign, U is never indefinite, and a triangle turned over is one rotated. Where F has
+// rank one (d = 0) the normal of its plane is not known and any normal across the line is taken; at rank zero (all corners in
+// one point) there is no direction at all and no correction. Nothing of this gives NaN.
+#pragma once
+
+#include <cmath>
+
+#include "core/base/simd.h"
+#include "core/base/types.h"
+
+namespace loomstone::limit {
+
+LOOMSTONE_INLINE double root(double a) { return std::sqrt(a); }
+LOOMSTONE_INLINE Lanes root(const Lanes& a) { return lanes_sqrt(a); }
+template <class Real>
+LOOMSTONE_INLINE Real greater(const Real& a, const Real& b) {
+  return a > b ? a : b;
+}
+template <class Real>
+LOOMSTONE_INLINE Real smaller(const Real& a, const Real& b) {
+  return a < b ? a : b;
+}
+template <class Real>
+LOOMSTONE_INLINE Real size(const Real& a) {
+  return greater(a, -a);
+}
+LOOMSTONE_INLINE double largest(double a) { return a; }
+LOOMSTONE_INLINE double largest(const Lanes& a) {
+  const Lanes b = greater(a, __builtin_shufflevector(a, a, 4, 5, 6, 7, 0, 1, 2, 3));
+  const Lanes c = greater(b, __builtin_shufflevector(b, b, 2, 3, 0, 1, 6, 7, 4, 5));
+  return c[0] > c[1] ? c[0] : c[1];
+}
+LOOMSTONE_INLINE double at(double a, int) { return a; }
+LOOMSTONE_INLINE double at(const Lanes& a, int lane) { return a[lane]; }
+LOOMSTONE_INLINE void put(double& a, int, double value) { a = value; }
+LOOMSTONE_INLINE void put(Lanes& a, int lane, double value) { a[lane] = value; }
+template <class Real>
+inline constexpr int width = sizeof(Real) / sizeof(double);
+
+template <class Real>
+struct Space {
+  Real x, y, z;
+};
+template <class Real>
+LOOMSTONE_INLINE Space<Real> minus(const Space<Real>& a, const Space<Real>& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+template <class Real>
+LOOMSTONE_INLINE Space<Real> combine(const Space<Real>& a, const Real& s, const Space<Real>& b, const Real& t) {
+  return {a.x * s + b.x * t, a.y * s + b.y * t, a.z * s + b.z * t};
+}
+template <class Real>
+LOOMSTONE_INLINE Real dot(const Space<Real>& a, const Space<Real>& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+template <class Real>
+LOOMSTONE_INLINE Space<Real> cross(const Space<Real>& a, const Space<Real>& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+// Symmetric 2x2: of strain (weft, warp, shear e12), of moments, of U.
+template <class Real>
+struct Symmetric {
+  Real a11, a22, a12;
+};
+
+// Constants of a triangle, or of eight.
+template <class Real>
+struct Element {
+  Real g0x, g0y, g1x, g1y;       // gradients of the shape functions of corners 0 and 1 [1/m]
+  Real x0, y0, x1, y1, x2, y2;   // corners from the centre, in rest coordinates [m]
+  Symmetric<Real> moments;       // sum over corners of mass fraction times X X^T; two held: of the height [m^2]
+};
+inline constexpr int element_numbers = 13;
+
+// Polar decomposition F = R U.
+template <class Real>
+struct Polar {
+  Space<Real> f1, f2, normal;    // columns of F, f1 x f2
+  Real d, s;                     // sqrt(det C), tr U
+  Symmetric<Real> u;
+};
+
+// Columns of sum x_i (grad N_i)^T (2.31); gradients add up to zero.
+template <class Real>
+LOOMSTONE_INLINE void columns(const Element<Real>& e, const Space<Real>& p0, const Space<Real>& p1, const Space<Real>& p2,
+                              Space<Real>& f1, Space<Real>& f2) {
+  const Space<Real> a = minus(p0, p2), b = minus(p1, p2);
+  f1 = combine(a, e.g0x, b, e.g1x);
+  f2 = combine(a, e.g0y, b, e.g1y);
+}
+
+// U = (C + d I) / sqrt(tr C + 2 d) with C = F^T F, d = sqrt(det C).
+template <class Real>
+LOOMSTONE_INLINE Polar<Real> stretch(const Element<Real>& e, const Space<Real>& p0, const Space<Real>& p1, const Space<Real>& p2) {
+  Polar<Real> p;
+  columns(e, p0, p1, p2, p.f1, p.f2);
+  const Real c11 = dot(p.f1, p.f1), c22 = dot(p.f2, p.f2), c12 = dot(p.f1, p.f2);
+  p.normal = cross(p.f1, p.f2);
+  p.d = root(dot(p.normal, p.normal));
+  p.s = root(c11 + c22 + 2.0 * p.d);
+  const Real inverse = 1.0 / (p.s + 1e-300);
+  p.u = {(c11 + p.d) * inverse, (c22 + p.d) * inverse, c12 * inverse};
+  return p;
+}
+
+// R = (F + cof F) / tr U, cof F = (f2 x n, n x f1) with n the unit normal: no division by d.
+template <class Real>
+LOOMSTONE_INLINE void rotation(const Polar<Real>& p, Space<Real>& r1, Space<Real>& r2) {
+  Space<Real> n = p.normal;
+  const Real length = p.d + 1e-300;
+  n = {n.x / length, n.y / length, n.z / length};
+  const Real flat = 1e-12 * (p.s * p.s);
+  if (largest(flat - p.d) >= 0.0)
+    for (int l = 0; l < width<Real>; ++l) {
+      if (at(p.d, l) > at(flat, l)) continue;
+      Vec3 a(at(p.f1.x, l), at(p.f1.y, l), at(p.f1.z, l));
+      const Vec3 b(at(p.f2.x, l), at(p.f2.y, l), at(p.f2.z, l));
+      if (b.squaredNorm() > a.squaredNorm()) a = b;
+      Index least = 0;
+      a.cwiseAbs().minCoeff(&least);
+      const Vec3 any = a.cross(Vec3::Unit(least)).stableNormalized();  // zero where a is
+      put(n.x, l, any.x()), put(n.y, l, any.y()), put(n.z, l, any.z());
+    }
+  const Real inverse = 1.0 / (p.s + 1e-300);
+  const Space<Real> c1 = cross(p.f2, n), c2 = cross(n, p.f1);
+  r1 = {(p.f1.x + c1.x) * inverse, (p.f1.y + c1.y) * inverse, (p.f1.z + c1.z) * inverse};
+  r2 = {(p.f2.x + c2.x) * inverse, (p.f2.y + c2.y) * inverse, (p.f2.z + c2.z) * inverse};
+}
+
+// Smallest and largest admissible strain.
+struct Bounds {
+  double low[3], high[3];        // weft, warp, shear
+};
+
+// What takes a strain back inside its bounds (3.4): target minus strain, zero where it is inside.
+template <class Real>
+LOOMSTONE_INLINE Symmetric<Real> excess(const Bounds& b, const Symmetric<Real>& strain) {
+  const auto back = [&](int k, const Real& e) -> Real {
+    const Real low = Real{} + b.low[k], high = Real{} + b.high[k];
+    return greater(low, smaller(high, e)) - e;
+  };
+  return {back(0, strain.a11), back(1, strain.a22), back(2, strain.a12)};
+}
+
+// w of the affine field (E + w J) X, from angular momentum.
+template <class Real>
+LOOMSTONE_INLINE Real spin(const Symmetric<Real>& m, const Symmetric<Real>& u, const Symmetric<Real>& e) {
+  const Real shared = u.a12 * m.a12;
+  const Real um11 = u.a11 * m.a11 + shared, um12 = u.a11 * m.a12 + u.a12 * m.a22;
+  const Real um21 = u.a12 * m.a11 + u.a22 * m.a12, um22 = shared + u.a22 * m.a22;
+  const Real q = (um11 - um22) * e.a12 + um12 * e.a22 - um21 * e.a11;
+  return q / (-1e-300 - (um11 + um22));
+}
+
+// The same for two held corners, from least squares of the strain tensor: w = (h x E h) / |h|^2.
+template <class Real>
+LOOMSTONE_INLINE Real spin_of_two(const Symmetric<Real>& m, const Symmetric<Real>& e) {
+  return ((m.a11 - m.a22) * e.a12 + m.a12 * (e.a22 - e.a11)) / (m.a11 + m.a22 + 1e-300);
+}
+// How much strain it can change there: what remains in the direction of the height, and across.
+template <class Real>
+LOOMSTONE_INLINE Real reach_of_two(const Symmetric<Real>& m, const Symmetric<Real>& e) {
+  const Real along = (m.a11 * e.a11 + 2.0 * (m.a12 * e.a12) + m.a22 * e.a22) / (m.a11 + m.a22 + 1e-300);
+  return greater(size(along), size(spin_of_two(m, e)));
+}
+
+// Columns of R (E + w J): corner X moves by g1 X_x + g2 X_y.
+template <class Real>
+LOOMSTONE_INLINE void field(const Space<Real>& r1, const Space<Real>& r2, const Symmetric<Real>& e, const Real& w, Space<Real>& g1,
+                            Space<Real>& g2) {
+  g1 = combine(r1, e.a11, r2, e.a12 + w);
+  g2 = combine(r1, e.a12 - w, r2, e.a22);
+}
+
+}  // namespace loomstone::limit

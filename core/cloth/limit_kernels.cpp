@@ -1,0 +1,196 @@
+#include "core/cloth/limit_kernels.h"
+
+#include <cstddef>
+
+namespace loomstone::limit {
+
+namespace {
+
+template <class Real>
+LOOMSTONE_INLINE Real load(const double* p);
+template <>
+LOOMSTONE_INLINE double load<double>(const double* p) {
+  return *p;
+}
+template <>
+LOOMSTONE_INLINE Lanes load<Lanes>(const double* p) {
+  return lanes_load(p);
+}
+
+template <class Real>
+LOOMSTONE_INLINE Element<Real> element_at(const double* numbers) {
+  constexpr int n = width<Real>;
+  const auto at = [&](int k) -> Real { return load<Real>(numbers + n * k); };
+  return {at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7), at(8), at(9), {at(10), at(11), at(12)}};
+}
+
+// Corner k of the element(s); `corners` has those of eight lanes.
+template <class Real>
+LOOMSTONE_INLINE Space<Real> point(const Index* corners, int k, const double* x) {
+  Space<Real> r;
+  for (int l = 0; l < width<Real>; ++l) {
+    const double* p = x + 3 * static_cast<std::size_t>(corners[8 * k + l]);
+    put(r.x, l, p[0]), put(r.y, l, p[1]), put(r.z, l, p[2]);
+  }
+  return r;
+}
+
+// Rate of strain in the frame of the element, sym(R^T dF/dt).
+template <class Real>
+LOOMSTONE_INLINE Symmetric<Real> rate(const Element<Real>& e, const Index* corners, const double* v, const Space<Real>& r1,
+                                      const Space<Real>& r2) {
+  Space<Real> d1, d2;
+  columns(e, point<Real>(corners, 0, v), point<Real>(corners, 1, v), point<Real>(corners, 2, v), d1, d2);
+  return {dot(r1, d1), dot(r2, d2), 0.5 * (dot(r1, d2) + dot(r2, d1))};
+}
+
+template <class Real>
+struct Correction {
+  Space<Real> g1, g2;
+  Real size;                     // of the change of strain
+};
+
+// False where no element of the batch is beyond its bounds by more than the tolerance.
+template <class Real>
+LOOMSTONE_INLINE bool correction(const Element<Real>& e, const Index* corners, const std::uint8_t* moves, const Bounds& bounds,
+                                 const Motion& motion, Space<Real>& seen, Correction<Real>& out) {
+  const Polar<Real> polar =
+      stretch(e, point<Real>(corners, 0, motion.x), point<Real>(corners, 1, motion.x), point<Real>(corners, 2, motion.x));
+  Space<Real> r1, r2;
+  Symmetric<Real> back;
+  if (motion.v) {
+    rotation(polar, r1, r2);
+    back = excess(bounds, rate(e, corners, motion.v, r1, r2));
+  } else {
+    back = excess(bounds, Symmetric<Real>{polar.u.a11 - 1.0, polar.u.a22 - 1.0, polar.u.a12});
+  }
+  const Space<Real> beyond = {size(back.a11), size(back.a22), size(back.a12)};
+  seen = {greater(seen.x, beyond.x), greater(seen.y, beyond.y), greater(seen.z, beyond.z)};
+  out.size = greater(beyond.x, greater(beyond.y, beyond.z));
+  if (!(largest(out.size) > motion.tolerance)) return false;
+  if (!motion.v) rotation(polar, r1, r2);
+  Real w = spin(e.moments, polar.u, back);
+  std::uint8_t any = 0;
+  for (int l = 0; l < width<Real>; ++l) any |= moves[l];
+  if (any & two_held) {
+    const Real other = spin_of_two(e.moments, back), reach = reach_of_two(e.moments, back);
+    for (int l = 0; l < width<Real>; ++l)
+      if (moves[l] & two_held) put(w, l, at(other, l)), put(out.size, l, at(reach, l));
+  }
+  field(r1, r2, back, w, out.g1, out.g2);
+  return true;
+}
+
+// Moves the corners of one lane; those that are held do not change by one bit.
+template <class Real>
+LOOMSTONE_INLINE void move(const Space<Real> delta[3], const Index* corners, int lane, std::uint8_t moves, double* values) {
+  for (int k = 0; k < 3; ++k) {
+    if (!(moves >> k & 1)) continue;
+    double* p = values + 3 * static_cast<std::size_t>(corners[8 * k + lane]);
+    p[0] += at(delta[k].x, lane), p[1] += at(delta[k].y, lane), p[2] += at(delta[k].z, lane);
+  }
+}
+
+template <class Real>
+LOOMSTONE_INLINE void displacements(const Element<Real>& e, const Correction<Real>& c, Space<Real> delta[3]) {
+  delta[0] = combine(c.g1, e.x0, c.g2, e.y0);
+  delta[1] = combine(c.g1, e.x1, c.g2, e.y1);
+  delta[2] = combine(c.g1, e.x2, c.g2, e.y2);
+}
+
+template <class Real>
+LOOMSTONE_INLINE void note(const Space<Real>& beyond, Seen& seen) {
+  seen.excess[0] = greater(seen.excess[0], largest(beyond.x));
+  seen.excess[1] = greater(seen.excess[1], largest(beyond.y));
+  seen.excess[2] = greater(seen.excess[2], largest(beyond.z));
+}
+
+// Lanes that move and need to.
+LOOMSTONE_INLINE unsigned lanes_to_correct(const Lanes& size, const std::uint8_t* moves, double tolerance) {
+  unsigned bits = 0;
+  for (int l = 0; l < n_lanes; ++l) bits |= static_cast<unsigned>(moves[l] != 0 && size[l] > tolerance) << l;
+  return bits;
+}
+
+}  // namespace
+
+LOOMSTONE_CLONES
+void sweep(const Tables& tables, const Motion& motion, const Index* batches, Index n, std::uint8_t* corrected, Seen& seen) {
+  Space<Lanes> beyond{};
+  for (Index i = 0; i < n; ++i) {
+    const std::size_t b = static_cast<std::size_t>(batches[i]);
+    const Index* corners = tables.corners + 24 * b;
+    const std::uint8_t* moves = tables.moves + 8 * b;
+    const Element<Lanes> e = element_at<Lanes>(tables.numbers + 8 * element_numbers * b);
+    Correction<Lanes> c;
+    corrected[b] = 0;
+    if (!correction(e, corners, moves, tables.bounds[tables.bounds_of[b]], motion, beyond, c)) continue;
+    Space<Lanes> delta[3];
+    displacements(e, c, delta);
+    unsigned bits = lanes_to_correct(c.size, moves, motion.tolerance);
+    corrected[b] = static_cast<std::uint8_t>(bits);
+    for (; bits != 0; bits &= bits - 1) {
+      const int lane = __builtin_ctz(bits);
+      move(delta, corners, lane, moves[lane], motion.v ? motion.v : motion.x);
+    }
+  }
+  note(beyond, seen);
+}
+
+LOOMSTONE_CLONES
+void corrections(const Tables& tables, const Motion& motion, const Index* batches, Index n, std::uint8_t* corrected, double* out,
+                 Seen& seen) {
+  Space<Lanes> beyond{};
+  for (Index i = 0; i < n; ++i) {
+    const std::size_t b = static_cast<std::size_t>(batches[i]);
+    const Index* corners = tables.corners + 24 * b;
+    const std::uint8_t* moves = tables.moves + 8 * b;
+    const Element<Lanes> e = element_at<Lanes>(tables.numbers + 8 * element_numbers * b);
+    Correction<Lanes> c;
+    corrected[b] = 0;
+    if (!correction(e, corners, moves, tables.bounds[tables.bounds_of[b]], motion, beyond, c)) continue;
+    Space<Lanes> delta[3];
+    displacements(e, c, delta);
+    corrected[b] = static_cast<std::uint8_t>(lanes_to_correct(c.size, moves, motion.tolerance));
+    double* o = out + 72 * b;
+    for (int k = 0; k < 3; ++k)
+      lanes_store(o + 24 * k, delta[k].x), lanes_store(o + 24 * k + 8, delta[k].y), lanes_store(o + 24 * k + 16, delta[k].z);
+  }
+  note(beyond, seen);
+}
+
+bool correct_one(const Tables& tables, const Motion& motion, Index slot, Seen& seen) {
+  const std::size_t b = static_cast<std::size_t>(slot / 8), lane = static_cast<std::size_t>(slot % 8);
+  const Index* corners = tables.corners + 24 * b + lane;
+  const std::uint8_t moves = tables.moves[slot];
+  const Element<double> e = element_at<double>(tables.rows + element_numbers * static_cast<std::size_t>(slot));
+  Space<double> beyond{0.0, 0.0, 0.0};
+  Correction<double> c;
+  const bool found = correction(e, corners, &moves, tables.bounds[tables.bounds_of[b]], motion, beyond, c);
+  note(beyond, seen);
+  if (!found || moves == 0 || !(c.size > motion.tolerance)) return false;
+  Space<double> delta[3];
+  displacements(e, c, delta);
+  move(delta, corners, 0, moves, motion.v ? motion.v : motion.x);
+  return true;
+}
+
+LOOMSTONE_CLONES
+void strains(const Tables& tables, const Motion& motion, Index begin, Index end, double* out) {
+  for (std::size_t b = begin; b < static_cast<std::size_t>(end); ++b) {
+    const Index* corners = tables.corners + 24 * b;
+    const Element<Lanes> e = element_at<Lanes>(tables.numbers + 8 * element_numbers * b);
+    const Polar<Lanes> polar =
+        stretch(e, point<Lanes>(corners, 0, motion.x), point<Lanes>(corners, 1, motion.x), point<Lanes>(corners, 2, motion.x));
+    Symmetric<Lanes> strain = {polar.u.a11 - 1.0, polar.u.a22 - 1.0, polar.u.a12};
+    if (motion.v) {
+      Space<Lanes> r1, r2;
+      rotation(polar, r1, r2);
+      strain = rate(e, corners, motion.v, r1, r2);
+    }
+    double* o = out + 24 * b;
+    lanes_store(o, strain.a11), lanes_store(o + 8, strain.a22), lanes_store(o + 16, strain.a12);
+  }
+}
+
+}  // namespace loomstone::limit

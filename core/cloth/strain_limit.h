@@ -1,0 +1,67 @@
+// How far cloth may strain, and how that is enforced. Strain is that of the co-rotational measure, U - I with U = (F^T F)^(1/2) in
+// weft/warp axes: (e11, e22, e12), so limits of shear are in e12, half the engineering shear (3.3).
+#pragma once
+
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "core/base/field.h"
+
+namespace loomstone {
+
+// Description.
+struct StrainLimit {
+  double weft = std::numeric_limits<double>::infinity();
+  double warp = std::numeric_limits<double>::infinity();
+  double shear = std::numeric_limits<double>::infinity();
+  double weft_min = -1.0;
+  double warp_min = -1.0;
+  std::optional<double> shear_min;
+  std::optional<double> edge;
+
+  static auto fields() {
+    using L = StrainLimit;
+    constexpr Limits most{0.0, std::numeric_limits<double>::infinity(), false, true};
+    return std::make_tuple(
+        field("weft", &L::weft, "1", most, "largest strain along weft"),
+        field("warp", &L::warp, "1", most, "largest strain along warp"),
+        field("shear", &L::shear, "1", most, "largest shear strain e12 (half the engineering shear)"),
+        field("weft_min", &L::weft_min, "1", between(-1.0, 0.0), "smallest strain along weft; -1: compression is free"),
+        field("warp_min", &L::warp_min, "1", between(-1.0, 0.0), "smallest strain along warp; -1: compression is free"),
+        field("shear_min", &L::shear_min, "1", Limits{-std::numeric_limits<double>::infinity(), 0.0, false, true},
+              "smallest shear strain e12; None: -shear"),
+        field("edge", &L::edge, "1", non_negative(),
+              "largest elongation of an edge, for the method edges; None: the smaller of weft and warp"));
+  }
+  double least_shear() const { return shear_min.value_or(-shear); }
+  double edge_bound() const { return edge.value_or(weft < warp ? weft : warp); }
+};
+
+// Description.
+struct LimitOptions {
+  std::string method = "gauss-seidel";   // "gauss-seidel" | "gauss-seidel-random" | "jacobi" | "edges"
+  double tolerance = 0.002;
+  int max_sweeps = 100;
+  bool active_set = true;
+  double strain_rate = 0.1;
+  int seed = 1;
+
+  static auto fields() {
+    using O = LimitOptions;
+    return std::make_tuple(
+        field("method", &O::method,
+              "gauss-seidel (coloured, parallel) | gauss-seidel-random (seeded order, one thread) | jacobi | edges (edge-based, one "
+              "bound for all directions)"),
+        field("tolerance", &O::tolerance, "1", positive(), "strain beyond its limit that is let be"),
+        field("max_sweeps", &O::max_sweeps, "1", between(1, 1e6), "sweeps over the elements a step; what then remains is reported"),
+        field("active_set", &O::active_set, "after the first sweep only corrected elements and their neighbours are looked at"),
+        field("strain_rate", &O::strain_rate, "1", non_negative(), "largest change of strain a step left in the velocities; 0: off"),
+        field("seed", &O::seed, "1", between(0, 2147483647), "of the random order"));
+  }
+};
+
+// Throws InvalidInput where an option is none.
+void check_limit_options(const LimitOptions& options, const std::string& where);
+
+}  // namespace loomstone

@@ -1,0 +1,267 @@
+#include "core/cloth/strain_limiter.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "core/cloth/edge_limiter.h"
+
+namespace loomstone {
+
+namespace {
+
+constexpr Index batches_per_range = 16;
+
+// Numbers of a sequence that a key starts, splitmix64 [Steele2014].
+class Sequence {
+ public:
+  explicit Sequence(std::uint64_t key) : state_(key) {}
+  Index below(Index n) {
+    state_ += 0x9e3779b97f4a7c15u;
+    std::uint64_t z = state_;
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    z ^= z >> 31;
+    return static_cast<Index>((z >> 32) * static_cast<std::uint64_t>(n) >> 32);
+  }
+
+ private:
+  std::uint64_t state_;
+};
+
+std::uint64_t mixed(std::uint64_t a, std::uint64_t b) { return (a ^ (b + 0x9e3779b97f4a7c15u + (a << 6) + (a >> 2))) * 0xff51afd7ed558ccdu; }
+
+}  // namespace
+
+// The elements that sweeps look at: all, or, after the first sweep, those once corrected and their neighbours (by batches, which
+// are looked at whole). The set only grows.
+struct StrainLimiter::Active {
+  std::vector<std::vector<Index>> batches;   // of each colour, ascending
+  std::vector<std::uint8_t> in, spread;      // (batches), (slots)
+  Index n_elements = 0;
+
+  explicit Active(const LimitElements& elements) {
+    const auto& start = elements.colour_start();
+    for (std::size_t c = 0; c + 1 < start.size(); ++c) {
+      batches.emplace_back(start[c + 1] - start[c]);
+      std::iota(batches.back().begin(), batches.back().end(), start[c]);
+    }
+    n_elements = elements.n_elements();
+  }
+
+  void grow(const LimitElements& elements, const std::vector<std::uint8_t>& corrected) {
+    if (in.empty()) in.assign(corrected.size(), 0), spread.assign(8 * corrected.size(), 0);
+    for (std::size_t b = 0; b < corrected.size(); ++b)
+      for (unsigned bits = corrected[b]; bits != 0; bits &= bits - 1) {
+        const Index slot = static_cast<Index>(8 * b) + __builtin_ctz(bits);
+        if (spread[slot]) continue;
+        spread[slot] = 1;
+        for (int k = 0; k < 3; ++k) {
+          const Index v = elements.corners(slot)[8 * k];
+          for (Index s = elements.slot_start()[v]; s < elements.slot_start()[v + 1]; ++s) in[elements.slots()[s] / 8] = 1;
+        }
+      }
+    n_elements = 0;
+    const auto& start = elements.colour_start();
+    for (std::size_t c = 0; c + 1 < start.size(); ++c) {
+      batches[c].clear();
+      for (Index b = start[c]; b < start[c + 1]; ++b) {
+        if (!in[b]) continue;
+        batches[c].push_back(b);
+        for (Index l = 0; l < 8; ++l) n_elements += elements.element(8 * b + l) >= 0;
+      }
+    }
+  }
+};
+
+StrainLimiter::StrainLimiter(const LimitedCloth& cloth, const LimitOptions& options)
+    : options_(options), elements_(cloth, options.method == "gauss-seidel-random") {
+  if (options.method == "edges") edges_ = std::make_unique<EdgeLimiter>(cloth);
+  corrected_.assign(elements_.n_batches(), 0);
+  strains_.resize(24 * static_cast<std::size_t>(elements_.n_batches()));
+  if (options.method == "jacobi") {
+    deltas_.resize(72 * static_cast<std::size_t>(elements_.n_batches()));
+    n_corrected_.resize(cloth.n_vertices);
+  }
+}
+
+StrainLimiter::~StrainLimiter() = default;
+
+LimitReport StrainLimiter::enforce(const Team& team, std::uint64_t key, const std::vector<Index>& held, Points& x) {
+  if (empty()) return {};
+  elements_.hold(held);
+  const limit::Tables tables = elements_.tables();
+  const limit::Motion motion{x.data(), nullptr, options_.tolerance};
+  LimitReport report;
+  if (edges_)
+    report = edges_->enforce(team, options_, held, x);
+  else
+    report = enforce(team, key, tables, motion);
+  measure(team, tables, motion, 1.0, report);
+  return report;
+}
+
+LimitReport StrainLimiter::enforce_rate(const Team& team, std::uint64_t key, const Points& x, double h, Points& v) {
+  if (empty() || options_.strain_rate == 0.0) return {};
+  elements_.hold({});
+  const limit::Tables tables = elements_.rate_tables(options_.strain_rate / h);
+  const limit::Motion motion{const_cast<double*>(x.data()), v.data(), options_.tolerance / h};
+  LimitReport report = enforce(team, key, tables, motion);
+  measure(team, tables, motion, h, report);
+  return report;
+}
+
+LimitReport StrainLimiter::measure(const Team& team, const Points& x) {
+  if (empty()) return {};
+  LimitReport report;
+  measure(team, elements_.tables(), {const_cast<double*>(x.data()), nullptr, options_.tolerance}, 1.0, report);
+  return report;
+}
+
+LimitReport StrainLimiter::enforce(const Team& team, std::uint64_t key, const limit::Tables& tables, const limit::Motion& motion) {
+  LimitReport report;
+  Active active(elements_);
+  std::vector<Index> order;
+  while (report.sweeps < options_.max_sweeps) {
+    report.evaluations += active.n_elements;
+    std::int64_t n = 0;
+    if (options_.method == "jacobi")
+      n = sweep_jacobi(team, tables, motion, active);
+    else if (options_.method == "gauss-seidel-random")
+      n = sweep_randomly(tables, motion, mixed(mixed(static_cast<std::uint64_t>(options_.seed), key), report.sweeps), active, order);
+    else
+      n = sweep(team, tables, motion, report.sweeps, active);
+    ++report.sweeps;
+    if (n == 0) break;  // every element that can be is within its limits
+    if (options_.active_set) active.grow(elements_, corrected_), order.clear();
+  }
+  return report;
+}
+
+void StrainLimiter::run_batches(const Team& team, const limit::Tables& tables, const limit::Motion& motion,
+                                const std::vector<Index>& batches) {
+  parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_range, [&](Index first, Index last) {
+    limit::Seen seen;
+    if (deltas_.empty())
+      limit::sweep(tables, motion, batches.data() + first, last - first, corrected_.data(), seen);
+    else
+      limit::corrections(tables, motion, batches.data() + first, last - first, corrected_.data(), deltas_.data(), seen);
+  });
+}
+
+std::int64_t StrainLimiter::sweep(const Team& team, const limit::Tables& tables, const limit::Motion& motion, int number,
+                                  const Active& active) {
+  const std::size_t n = active.batches.size();
+  std::int64_t corrected = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::vector<Index>& batches = active.batches[number % 2 == 0 ? i : n - 1 - i];  // there and back: less bias
+    run_batches(team, tables, motion, batches);
+    for (const Index b : batches) corrected += __builtin_popcount(corrected_[b]);
+  }
+  return corrected;
+}
+
+// Corrections of an element scaled by one factor, one over the largest number of elements corrected at one of its vertices: the
+// plain sum (3.17) diverges, and scaling per vertex would lose momentum.
+std::int64_t StrainLimiter::sweep_jacobi(const Team& team, const limit::Tables& tables, const limit::Motion& motion,
+                                         const Active& active) {
+  std::vector<Index> all;
+  for (const auto& batches : active.batches) all.insert(all.end(), batches.begin(), batches.end());
+  run_batches(team, tables, motion, all);
+  std::int64_t corrected = 0;
+  for (const Index b : all) corrected += __builtin_popcount(corrected_[b]);
+  if (corrected == 0) return 0;
+  const auto& start = elements_.slot_start();
+  const auto& slots = elements_.slots();
+  const auto is_corrected = [&](Index slot) { return corrected_[slot / 8] >> (slot % 8) & 1; };
+  const Index n = static_cast<Index>(n_corrected_.size());
+  parallel_for(team, n, [&](Index v) {
+    Index count = 0;
+    for (Index s = start[v]; s < start[v + 1]; ++s) count += is_corrected(slots[s]);
+    n_corrected_[v] = count;
+  });
+  double* const values = motion.v ? motion.v : motion.x;
+  parallel_for(team, n, [&](Index v) {
+    if (n_corrected_[v] == 0) return;
+    double sum[3] = {0.0, 0.0, 0.0};
+    bool moves = false;
+    for (Index s = start[v]; s < start[v + 1]; ++s) {
+      const Index slot = slots[s];
+      if (!is_corrected(slot)) continue;
+      const Index* corners = elements_.corners(slot);
+      const int k = corners[0] == v ? 0 : corners[8] == v ? 1 : 2;
+      if (!(tables.moves[slot] >> k & 1)) continue;
+      moves = true;
+      const double factor = 1.0 / std::max({n_corrected_[corners[0]], n_corrected_[corners[8]], n_corrected_[corners[16]]});
+      const double* delta = deltas_.data() + 72 * static_cast<std::size_t>(slot / 8) + 24 * k + slot % 8;
+      sum[0] += factor * delta[0], sum[1] += factor * delta[8], sum[2] += factor * delta[16];
+    }
+    double* p = values + 3 * static_cast<std::size_t>(v);
+    if (moves) p[0] += sum[0], p[1] += sum[1], p[2] += sum[2];
+  });
+  return corrected;
+}
+
+std::int64_t StrainLimiter::sweep_randomly(const limit::Tables& tables, const limit::Motion& motion, std::uint64_t key,
+                                           const Active& active, std::vector<Index>& order) {
+  if (order.empty())
+    for (const auto& batches : active.batches)
+      for (const Index b : batches)
+        for (Index slot = 8 * b; slot < 8 * b + 8; ++slot)
+          if (elements_.element(slot) >= 0) order.push_back(slot);
+  Sequence random(key);
+  for (Index i = static_cast<Index>(order.size()) - 1; i > 0; --i) std::swap(order[i], order[random.below(i + 1)]);
+  std::fill(corrected_.begin(), corrected_.end(), 0);
+  std::int64_t corrected = 0;
+  limit::Seen seen;
+  for (const Index slot : order)
+    if (limit::correct_one(tables, motion, slot, seen)) {
+      corrected_[slot / 8] = static_cast<std::uint8_t>(corrected_[slot / 8] | 1 << slot % 8);
+      ++corrected;
+    }
+  return corrected;
+}
+
+// What is left; `unit` makes strain of it.
+void StrainLimiter::measure(const Team& team, const limit::Tables& tables, const limit::Motion& motion, double unit,
+                            LimitReport& report) {
+  parallel_ranges(team, elements_.n_batches(), batches_per_range, [&](Index first, Index last) {
+    limit::strains(tables, motion, first, last, strains_.data());
+  });
+  double most = 0.0;
+  for (Index b = 0; b < elements_.n_batches(); ++b) {
+    const limit::Bounds& bounds = tables.bounds[tables.bounds_of[b]];
+    for (Index lane = 0; lane < 8; ++lane) {
+      const Index element = elements_.element(8 * b + lane);
+      if (element < 0) continue;
+      double largest = 0.0;
+      for (int k = 0; k < 3; ++k) {
+        const double e = strains_[24 * static_cast<std::size_t>(b) + 8 * k + lane];
+        const double beyond = std::max({0.0, e - bounds.high[k], bounds.low[k] - e});
+        report.excess[k] = std::max(report.excess[k], unit * beyond);
+        largest = std::max(largest, beyond);
+      }
+      report.beyond += largest > motion.tolerance;
+      if (largest > most || (largest == most && most > 0.0 && element < report.worst)) most = largest, report.worst = element;
+    }
+  }
+}
+
+void corotational_strain(const Team& team, const Triangles& triangles, const std::vector<Corners2>& corners, const Points& x,
+                         Points& strain) {
+  strain.resize(triangles.rows(), 3);
+  parallel_for(team, static_cast<Index>(triangles.rows()), [&](Index t) {
+    const Corners2& c = corners[t];
+    const Vec2 e0 = (c.row(0) - c.row(2)).transpose(), e1 = (c.row(1) - c.row(2)).transpose();
+    const double determinant = e0.x() * e1.y() - e0.y() * e1.x();
+    limit::Element<double> element{};
+    element.g0x = e1.y() / determinant, element.g0y = -e1.x() / determinant;
+    element.g1x = -e0.y() / determinant, element.g1y = e0.x() / determinant;
+    const auto corner = [&](int k) {
+      return limit::Space<double>{x(triangles(t, k), 0), x(triangles(t, k), 1), x(triangles(t, k), 2)};
+    };
+    const limit::Polar<double> p = limit::stretch(element, corner(0), corner(1), corner(2));
+    strain.row(t) << p.u.a11 - 1.0, p.u.a22 - 1.0, p.u.a12;
+  });
+}
+
+}  // namespace loomstone

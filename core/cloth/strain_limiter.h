@@ -1,0 +1,70 @@
+// Moves candidate positions so that no element strains beyond its limits: continuum-based strain limiting, [Thomaszewski2010]
+// chapter 3, and edge-based limiting for comparison. Every method keeps linear and angular momentum; vertices that are fixed do
+// not change by one bit. The result is the same on any number of threads; ranks all compute all of it.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "core/cloth/strain_limit.h"
+#include "core/cloth/limit_elements.h"
+#include "core/parallel/team.h"
+
+namespace loomstone {
+
+// What limiting did, and what it left.
+struct LimitReport {
+  int sweeps = 0;                            // over all elements, or the active ones
+  std::int64_t evaluations = 0;              // elements whose strain was computed in the sweeps
+  std::array<double, 3> excess{};            // largest strain beyond its limit in weft, warp, shear [1]
+  std::int64_t beyond = 0;                   // elements beyond a limit by more than the tolerance
+  Index worst = -1;                          // the element most beyond its limits, -1 where none is
+
+  double largest() const { return std::max({excess[0], excess[1], excess[2]}); }
+};
+
+// U - I of every triangle in its weft/warp axes (m x 3): weft, warp, shear e12 [1].
+void corotational_strain(const Team& team, const Triangles& triangles, const std::vector<Corners2>& corners, const Points& x,
+                         Points& strain);
+
+class EdgeLimiter;
+
+// Stage. `key` of the random order: calls of the same key, seed and positions give the same bits.
+class StrainLimiter {
+ public:
+  StrainLimiter(const LimitedCloth& cloth, const LimitOptions& options);
+  ~StrainLimiter();
+
+  bool empty() const { return elements_.n_elements() == 0; }
+
+  // Moves x. `held`: vertices that stay where they are besides those that are fixed.
+  LimitReport enforce(const Team& team, std::uint64_t key, const std::vector<Index>& held, Points& x);
+
+  // Limits what velocities change of strain in a step of h seconds to options.strain_rate; positions stay. The excess is per step.
+  LimitReport enforce_rate(const Team& team, std::uint64_t key, const Points& x, double h, Points& v);
+
+  // The excess at x; nothing moves.
+  LimitReport measure(const Team& team, const Points& x);
+
+ private:
+  struct Active;
+  LimitReport enforce(const Team& team, std::uint64_t key, const limit::Tables& tables, const limit::Motion& motion);
+  std::int64_t sweep(const Team& team, const limit::Tables& tables, const limit::Motion& motion, int number, const Active& active);
+  std::int64_t sweep_jacobi(const Team& team, const limit::Tables& tables, const limit::Motion& motion, const Active& active);
+  std::int64_t sweep_randomly(const limit::Tables& tables, const limit::Motion& motion, std::uint64_t key, const Active& active,
+                              std::vector<Index>& order);
+  void run_batches(const Team& team, const limit::Tables& tables, const limit::Motion& motion, const std::vector<Index>& batches);
+  void measure(const Team& team, const limit::Tables& tables, const limit::Motion& motion, double unit, LimitReport& report);
+
+  LimitOptions options_;
+  LimitElements elements_;
+  std::unique_ptr<EdgeLimiter> edges_;
+  // Scratch.
+  std::vector<std::uint8_t> corrected_;      // (batches) bits of lanes
+  std::vector<double> deltas_, strains_;
+  std::vector<Index> n_corrected_;           // (n) elements corrected at each vertex
+};
+
+}  // namespace loomstone

@@ -1,0 +1,59 @@
+"""Strain limits on arrays, usable without a scene: how far cloth is strained, and positions within limits.
+
+>>> import numpy as np
+>>> import loomstone as ls
+>>> mesh = ls.grid(size=(1.0, 1.0), cells=(8, 8))
+>>> pulled = np.asarray(mesh.vertices) * (1.3, 1.0, 1.0)
+>>> bool(np.allclose(ls.limits.strain(pulled, mesh), (0.3, 0.0, 0.0)))
+True
+>>> points, report = ls.limits.limit(pulled, mesh, ls.StrainLimit(0.1, 0.1, 0.2))
+>>> report.beyond, bool(ls.limits.strain(points, mesh)[:, :2].max() <= 0.1 + 0.002)
+(0, True)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._core import LimitOptions, LimitReport, StrainLimit, TriangleMesh, corotational_strain, limit_strain
+
+__all__ = ["LimitReport", "limit", "strain"]
+
+_D = LimitOptions()
+
+
+def strain(points: ArrayLike, mesh: TriangleMesh, *, rest: str = "uv", threads: int = 0) -> NDArray[np.float64]:
+    """Co-rotational strain U - I of each triangle, (m, 3): weft, warp, shear e12 (half the engineering shear) [1].
+
+    points : (n, 3) where the vertices of the mesh are [m]; rest : lengths from "uv" (the pattern [m]) or from the "mesh"
+    """
+    return corotational_strain(points, mesh, rest=rest, threads=threads)
+
+
+def limit(
+    points: ArrayLike,
+    mesh: TriangleMesh,
+    strain_limit: StrainLimit,
+    *,
+    masses: ArrayLike | None = None,
+    fixed: Sequence[int] = (),
+    method: str = _D.method,
+    tolerance: float = _D.tolerance,
+    max_sweeps: int = _D.max_sweeps,
+    active_set: bool = _D.active_set,
+    seed: int = _D.seed,
+    rest: str = "uv",
+    threads: int = 0,
+) -> tuple[NDArray[np.float64], LimitReport]:
+    """Moves points so that no triangle strains beyond its limit: the new points (n, 3) [m], and what remained.
+
+    points : (n, 3) [m]; masses : (n,) [kg], None: a third of the areas around each vertex; fixed : vertices that do not move;
+    method, tolerance, max_sweeps, active_set, seed : as in LimitOptions; rest, threads : as in strain()
+    """
+    options = LimitOptions(method=method, tolerance=tolerance, max_sweeps=max_sweeps, active_set=active_set, seed=seed)
+    return limit_strain(
+        points, mesh, strain_limit, masses=masses, fixed=list(fixed), options=options, rest=rest, threads=threads
+    )
