@@ -7,7 +7,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Air', 'Attachment', 'CacheError', 'Camera', 'Checkpoint', 'ClosestPoint', 'Cloth', 'ClothMaterial', 'Collisions', 'Communicator', 'Detector', 'Error', 'Frame', 'FrameReader', 'FrameTopology', 'FrameWriter', 'IntegratorOptions', 'InvalidInput', 'Magnet', 'MagneticBody', 'MassProperties', 'Obstacle', 'RenderOptions', 'Renderer', 'RigidBody', 'Scene', 'Simulation', 'SolverFailure', 'SpatialQuery', 'State', 'StepReport', 'TriangleMesh', 'Unsupported', 'box', 'candidates', 'capsule', 'continuous', 'default_thread_count', 'dipole_energy', 'dipole_forces', 'floor_square', 'funnel', 'grid', 'grid_cells', 'icosphere', 'intersecting_pairs', 'jittered_grid', 'launched_by_mpi', 'magnetic_cell_front', 'magnetic_cell_level', 'magnetic_cells', 'magnetic_cuboid', 'magnetic_cylinder', 'magnetic_dipoles', 'magnetic_energy', 'magnetic_field', 'magnetic_force', 'magnetic_forces', 'magnetic_gradient', 'magnetic_loop', 'magnetic_mesh', 'magnetic_polyline', 'magnetic_solenoid', 'magnetic_sphere', 'mass_properties', 'mpi_communicator', 'read_checkpoint', 'read_mesh', 'single_communicator', 'wave_bar', 'write_checkpoint', 'write_mesh', 'write_png']
+__all__: list[str] = ['Air', 'Attachment', 'CacheError', 'Camera', 'Checkpoint', 'ClosestPoint', 'Cloth', 'ClothMaterial', 'Collisions', 'Communicator', 'Detector', 'Error', 'Frame', 'FrameReader', 'FrameTopology', 'FrameWriter', 'IntegratorOptions', 'InvalidInput', 'LimitOptions', 'LimitReport', 'Magnet', 'MagneticBody', 'MassProperties', 'Obstacle', 'RenderOptions', 'Renderer', 'RigidBody', 'Scene', 'Simulation', 'SolverFailure', 'SpatialQuery', 'State', 'StepReport', 'StrainLimit', 'TriangleMesh', 'Unsupported', 'box', 'candidates', 'capsule', 'continuous', 'corotational_strain', 'default_thread_count', 'dipole_energy', 'dipole_forces', 'floor_square', 'funnel', 'grid', 'grid_cells', 'icosphere', 'intersecting_pairs', 'jittered_grid', 'launched_by_mpi', 'limit_strain', 'magnetic_cell_front', 'magnetic_cell_level', 'magnetic_cells', 'magnetic_cuboid', 'magnetic_cylinder', 'magnetic_dipoles', 'magnetic_energy', 'magnetic_field', 'magnetic_force', 'magnetic_forces', 'magnetic_gradient', 'magnetic_loop', 'magnetic_mesh', 'magnetic_polyline', 'magnetic_solenoid', 'magnetic_sphere', 'mass_properties', 'mpi_communicator', 'read_checkpoint', 'read_mesh', 'single_communicator', 'wave_bar', 'write_checkpoint', 'write_mesh', 'write_png']
 class Error(Exception):
     """
     Base of all errors of this library.
@@ -44,6 +44,11 @@ class StepReport:
     def bending_energy(self) -> float:
         """
         [J]
+        """
+    @property
+    def beyond_limit(self) -> int:
+        """
+        elements beyond a limit by more than the tolerance at the end of the step
         """
     @property
     def body_gravity_energy(self) -> float:
@@ -111,6 +116,21 @@ class StepReport:
         [J]
         """
     @property
+    def limit_evaluations(self) -> int:
+        """
+        elements whose strain was computed in the sweeps of strain limiting
+        """
+    @property
+    def limit_excess(self) -> float:
+        """
+        largest strain beyond its limit right after limiting [1]
+        """
+    @property
+    def limit_sweeps(self) -> int:
+        """
+        sweeps of strain limiting
+        """
+    @property
     def linear_iterations(self) -> int:
         """
         of the linear solver, summed over outer iterations
@@ -151,9 +171,19 @@ class StepReport:
         outer iterations; 1 for linearised schemes
         """
     @property
+    def rate_sweeps(self) -> int:
+        """
+        sweeps of strain-rate limiting
+        """
+    @property
     def seconds(self) -> dict[str, typing.Any]:
         """
         Wall time of each stage, by name [s].
+        """
+    @property
+    def shear_excess(self) -> float:
+        """
+        largest shear strain beyond its limit at the end of the step [1]
         """
     @property
     def step(self) -> int:
@@ -191,6 +221,16 @@ class StepReport:
         lengths of the displacements that came to certification, summed over free cloth vertices [m]
         """
     @property
+    def warp_excess(self) -> float:
+        """
+        largest strain along warp beyond its limit at the end of the step [1]
+        """
+    @property
+    def weft_excess(self) -> float:
+        """
+        largest strain along weft beyond its limit at the end of the step [1]
+        """
+    @property
     def withheld(self) -> float:
         """
         withheld_motion over wanted_motion [1]
@@ -199,6 +239,11 @@ class StepReport:
     def withheld_motion(self) -> float:
         """
         lengths that truncation took from displacements of cloth and free bodies, summed [m]
+        """
+    @property
+    def worst_element(self) -> int:
+        """
+        the one most beyond its limit, all cloths end to end; -1: none
         """
 class FrameTopology:
     """
@@ -720,6 +765,135 @@ class ClothMaterial:
         """
         Young's modulus times thickness along weft [N/m]; > 0; default 300.0
         """
+class StrainLimit:
+    """
+    How far cloth may strain along weft, warp and in shear: U - I with F = R U, in weft/warp axes. The first three may be
+    given without their names.
+    
+    Frozen; compared by value.
+    
+    Parameters (keywords)
+    ---------------------
+    weft : largest strain along weft [1]; >= 0; default inf
+    warp : largest strain along warp [1]; >= 0; default inf
+    shear : largest shear strain e12 (half the engineering shear) [1]; >= 0; default inf
+    weft_min : smallest strain along weft; -1: compression is free [1]; in [-1, 0]; default -1.0
+    warp_min : smallest strain along warp; -1: compression is free [1]; in [-1, 0]; default -1.0
+    shear_min : smallest shear strain e12; None: -shear [1]; <= 0
+    edge : largest elongation of an edge, for the method edges; None: the smaller of weft and warp [1]; >= 0
+    """
+    __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
+    field_names: typing.ClassVar[tuple[str, ...]] = ('weft', 'warp', 'shear', 'weft_min', 'warp_min', 'shear_min', 'edge')
+    def __eq__(self, arg0: object) -> bool:
+        ...
+    def __init__(self, weft: typing.SupportsFloat | typing.SupportsIndex = ..., warp: typing.SupportsFloat | typing.SupportsIndex = ..., shear: typing.SupportsFloat | typing.SupportsIndex = ..., *, weft_min: typing.SupportsFloat | typing.SupportsIndex = -1.0, warp_min: typing.SupportsFloat | typing.SupportsIndex = -1.0, shear_min: typing.SupportsFloat | typing.SupportsIndex | None = None, edge: typing.SupportsFloat | typing.SupportsIndex | None = None) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def replace(self, *, weft: typing.SupportsFloat | typing.SupportsIndex = ..., warp: typing.SupportsFloat | typing.SupportsIndex = ..., shear: typing.SupportsFloat | typing.SupportsIndex = ..., weft_min: typing.SupportsFloat | typing.SupportsIndex = ..., warp_min: typing.SupportsFloat | typing.SupportsIndex = ..., shear_min: typing.SupportsFloat | typing.SupportsIndex | None = ..., edge: typing.SupportsFloat | typing.SupportsIndex | None = ...) -> StrainLimit:
+        """
+        A copy in which the given fields have other values.
+        """
+    def to_dict(self) -> typing.Any:
+        """
+        Plain values for JSON; meshes by their counts.
+        """
+    @property
+    def edge(self) -> float | None:
+        """
+        largest elongation of an edge, for the method edges; None: the smaller of weft and warp [1]; >= 0
+        """
+    @property
+    def shear(self) -> float:
+        """
+        largest shear strain e12 (half the engineering shear) [1]; >= 0; default inf
+        """
+    @property
+    def shear_min(self) -> float | None:
+        """
+        smallest shear strain e12; None: -shear [1]; <= 0
+        """
+    @property
+    def warp(self) -> float:
+        """
+        largest strain along warp [1]; >= 0; default inf
+        """
+    @property
+    def warp_min(self) -> float:
+        """
+        smallest strain along warp; -1: compression is free [1]; in [-1, 0]; default -1.0
+        """
+    @property
+    def weft(self) -> float:
+        """
+        largest strain along weft [1]; >= 0; default inf
+        """
+    @property
+    def weft_min(self) -> float:
+        """
+        smallest strain along weft; -1: compression is free [1]; in [-1, 0]; default -1.0
+        """
+class LimitOptions:
+    """
+    How strain limits are enforced, step by step.
+    
+    Frozen; compared by value.
+    
+    Parameters (keywords)
+    ---------------------
+    method : gauss-seidel (coloured, parallel) | gauss-seidel-random (seeded order, one thread) | jacobi | edges (edge-based, one bound for all directions); default 'gauss-seidel'
+    tolerance : strain beyond its limit that is let be [1]; > 0; default 0.002
+    max_sweeps : sweeps over the elements a step; what then remains is reported [1]; in [1, 1e+06]; default 100
+    active_set : after the first sweep only corrected elements and their neighbours are looked at; default True
+    strain_rate : largest change of strain a step left in the velocities; 0: off [1]; >= 0; default 0.1
+    seed : of the random order [1]; in [0, 2.14748e+09]; default 1
+    """
+    __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
+    field_names: typing.ClassVar[tuple[str, ...]] = ('method', 'tolerance', 'max_sweeps', 'active_set', 'strain_rate', 'seed')
+    def __eq__(self, arg0: object) -> bool:
+        ...
+    def __init__(self, *, method: str = 'gauss-seidel', tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.002, max_sweeps: typing.SupportsInt | typing.SupportsIndex = 100, active_set: bool = True, strain_rate: typing.SupportsFloat | typing.SupportsIndex = 0.1, seed: typing.SupportsInt | typing.SupportsIndex = 1) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def replace(self, *, method: str = ..., tolerance: typing.SupportsFloat | typing.SupportsIndex = ..., max_sweeps: typing.SupportsInt | typing.SupportsIndex = ..., active_set: bool = ..., strain_rate: typing.SupportsFloat | typing.SupportsIndex = ..., seed: typing.SupportsInt | typing.SupportsIndex = ...) -> LimitOptions:
+        """
+        A copy in which the given fields have other values.
+        """
+    def to_dict(self) -> typing.Any:
+        """
+        Plain values for JSON; meshes by their counts.
+        """
+    @property
+    def active_set(self) -> bool:
+        """
+        after the first sweep only corrected elements and their neighbours are looked at; default True
+        """
+    @property
+    def max_sweeps(self) -> int:
+        """
+        sweeps over the elements a step; what then remains is reported [1]; in [1, 1e+06]; default 100
+        """
+    @property
+    def method(self) -> str:
+        """
+        gauss-seidel (coloured, parallel) | gauss-seidel-random (seeded order, one thread) | jacobi | edges (edge-based, one bound for all directions); default 'gauss-seidel'
+        """
+    @property
+    def seed(self) -> int:
+        """
+        of the random order [1]; in [0, 2.14748e+09]; default 1
+        """
+    @property
+    def strain_rate(self) -> float:
+        """
+        largest change of strain a step left in the velocities; 0: off [1]; >= 0; default 0.1
+        """
+    @property
+    def tolerance(self) -> float:
+        """
+        strain beyond its limit that is let be [1]; > 0; default 0.002
+        """
 class Cloth:
     """
     A piece of cloth: mesh, material, and what holds it.
@@ -741,16 +915,17 @@ class Cloth:
     thickness : contact distance; 0: chosen from the mesh [m]; >= 0; default 0.0
     friction : friction coefficient [1]; >= 0; default 0.3
     self_collision : the cloth collides with itself; default True
+    strain_limit : StrainLimit: how far it may strain; None: as far as forces take it
     """
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('name', 'mesh', 'material', 'rest', 'rest_angles', 'bending', 'pins', 'script_times', 'script_positions', 'velocities', 'thickness', 'friction', 'self_collision')
+    field_names: typing.ClassVar[tuple[str, ...]] = ('name', 'mesh', 'material', 'rest', 'rest_angles', 'bending', 'pins', 'script_times', 'script_positions', 'velocities', 'thickness', 'friction', 'self_collision', 'strain_limit')
     def __eq__(self, arg0: object) -> bool:
         ...
-    def __init__(self, *, name: str = '', mesh: TriangleMesh | None = None, material: ClothMaterial = ..., rest: str = 'uv', rest_angles: str = 'flat', bending: str = 'mid-edge', pins: numpy.typing.ArrayLike = [], script_times: numpy.typing.ArrayLike = [], script_positions: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ..., velocities: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ..., thickness: typing.SupportsFloat | typing.SupportsIndex = 0.0, friction: typing.SupportsFloat | typing.SupportsIndex = 0.3, self_collision: bool = True) -> None:
+    def __init__(self, *, name: str = '', mesh: TriangleMesh | None = None, material: ClothMaterial = ..., rest: str = 'uv', rest_angles: str = 'flat', bending: str = 'mid-edge', pins: numpy.typing.ArrayLike = [], script_times: numpy.typing.ArrayLike = [], script_positions: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ..., velocities: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ..., thickness: typing.SupportsFloat | typing.SupportsIndex = 0.0, friction: typing.SupportsFloat | typing.SupportsIndex = 0.3, self_collision: bool = True, strain_limit: StrainLimit | None = None) -> None:
         ...
     def __repr__(self) -> str:
         ...
-    def replace(self, *, name: str = ..., mesh: TriangleMesh | None = ..., material: ClothMaterial = ..., rest: str = ..., rest_angles: str = ..., bending: str = ..., pins: numpy.typing.ArrayLike = ..., script_times: numpy.typing.ArrayLike = ..., script_positions: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ..., velocities: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ..., thickness: typing.SupportsFloat | typing.SupportsIndex = ..., friction: typing.SupportsFloat | typing.SupportsIndex = ..., self_collision: bool = ...) -> Cloth:
+    def replace(self, *, name: str = ..., mesh: TriangleMesh | None = ..., material: ClothMaterial = ..., rest: str = ..., rest_angles: str = ..., bending: str = ..., pins: numpy.typing.ArrayLike = ..., script_times: numpy.typing.ArrayLike = ..., script_positions: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ..., velocities: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ..., thickness: typing.SupportsFloat | typing.SupportsIndex = ..., friction: typing.SupportsFloat | typing.SupportsIndex = ..., self_collision: bool = ..., strain_limit: StrainLimit | None = ...) -> Cloth:
         """
         A copy in which the given fields have other values.
         """
@@ -812,6 +987,11 @@ class Cloth:
     def self_collision(self) -> bool:
         """
         the cloth collides with itself; default True
+        """
+    @property
+    def strain_limit(self) -> StrainLimit | None:
+        """
+        StrainLimit: how far it may strain; None: as far as forces take it
         """
     @property
     def thickness(self) -> float:
@@ -1120,6 +1300,7 @@ class Scene:
     magnetic_tolerance : error of the force between two magnets over the largest such force [1]; in [1e-12, 0.1]; default 0.0001
     magnetic_step : length of the sub-steps in which magnets move times their largest angular frequency [1]; in [0, 1]; default 0.15
     air : Air: drag and wind
+    limits : LimitOptions: how strain limits of cloths are enforced
     gravity : acceleration [m/s^2]
     collisions : contacts between surfaces are handled; default True
     contact_stiffness : of a contact; 0: chosen from the material [N/m]; >= 0; default 0.0
@@ -1128,14 +1309,14 @@ class Scene:
     rigid_rebuild_interval : steps between rebuilds of the rigid-body world; checkpoints with bodies fall on them [1]; in [1, 1e+09]; default 40
     """
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('cloths', 'obstacles', 'bodies', 'attachments', 'magnets', 'magnetic_field', 'magnetic_tolerance', 'magnetic_step', 'air', 'gravity', 'collisions', 'contact_stiffness', 'response', 'allow_initial_intersections', 'rigid_rebuild_interval')
+    field_names: typing.ClassVar[tuple[str, ...]] = ('cloths', 'obstacles', 'bodies', 'attachments', 'magnets', 'magnetic_field', 'magnetic_tolerance', 'magnetic_step', 'air', 'limits', 'gravity', 'collisions', 'contact_stiffness', 'response', 'allow_initial_intersections', 'rigid_rebuild_interval')
     def __eq__(self, arg0: object) -> bool:
         ...
-    def __init__(self, *, cloths: collections.abc.Sequence[Cloth] = [], obstacles: collections.abc.Sequence[Obstacle] = [], bodies: collections.abc.Sequence[RigidBody] = [], attachments: collections.abc.Sequence[Attachment] = [], magnets: collections.abc.Sequence[Magnet] = [], magnetic_field: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., magnetic_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001, magnetic_step: typing.SupportsFloat | typing.SupportsIndex = 0.15, air: Air = ..., gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., collisions: bool = True, contact_stiffness: typing.SupportsFloat | typing.SupportsIndex = 0.0, response: str = 'implicit', allow_initial_intersections: bool = False, rigid_rebuild_interval: typing.SupportsInt | typing.SupportsIndex = 40) -> None:
+    def __init__(self, *, cloths: collections.abc.Sequence[Cloth] = [], obstacles: collections.abc.Sequence[Obstacle] = [], bodies: collections.abc.Sequence[RigidBody] = [], attachments: collections.abc.Sequence[Attachment] = [], magnets: collections.abc.Sequence[Magnet] = [], magnetic_field: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., magnetic_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001, magnetic_step: typing.SupportsFloat | typing.SupportsIndex = 0.15, air: Air = ..., limits: LimitOptions = ..., gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., collisions: bool = True, contact_stiffness: typing.SupportsFloat | typing.SupportsIndex = 0.0, response: str = 'implicit', allow_initial_intersections: bool = False, rigid_rebuild_interval: typing.SupportsInt | typing.SupportsIndex = 40) -> None:
         ...
     def __repr__(self) -> str:
         ...
-    def replace(self, *, cloths: collections.abc.Sequence[Cloth] = ..., obstacles: collections.abc.Sequence[Obstacle] = ..., bodies: collections.abc.Sequence[RigidBody] = ..., attachments: collections.abc.Sequence[Attachment] = ..., magnets: collections.abc.Sequence[Magnet] = ..., magnetic_field: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., magnetic_tolerance: typing.SupportsFloat | typing.SupportsIndex = ..., magnetic_step: typing.SupportsFloat | typing.SupportsIndex = ..., air: Air = ..., gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., collisions: bool = ..., contact_stiffness: typing.SupportsFloat | typing.SupportsIndex = ..., response: str = ..., allow_initial_intersections: bool = ..., rigid_rebuild_interval: typing.SupportsInt | typing.SupportsIndex = ...) -> Scene:
+    def replace(self, *, cloths: collections.abc.Sequence[Cloth] = ..., obstacles: collections.abc.Sequence[Obstacle] = ..., bodies: collections.abc.Sequence[RigidBody] = ..., attachments: collections.abc.Sequence[Attachment] = ..., magnets: collections.abc.Sequence[Magnet] = ..., magnetic_field: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., magnetic_tolerance: typing.SupportsFloat | typing.SupportsIndex = ..., magnetic_step: typing.SupportsFloat | typing.SupportsIndex = ..., air: Air = ..., limits: LimitOptions = ..., gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., collisions: bool = ..., contact_stiffness: typing.SupportsFloat | typing.SupportsIndex = ..., response: str = ..., allow_initial_intersections: bool = ..., rigid_rebuild_interval: typing.SupportsInt | typing.SupportsIndex = ...) -> Scene:
         """
         A copy in which the given fields have other values.
         """
@@ -1182,6 +1363,11 @@ class Scene:
     def gravity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
         acceleration [m/s^2]
+        """
+    @property
+    def limits(self) -> LimitOptions:
+        """
+        LimitOptions: how strain limits of cloths are enforced
         """
     @property
     def magnetic_field(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -1296,6 +1482,37 @@ class IntegratorOptions:
     def tolerance(self) -> float:
         """
         of the linear solver, on the preconditioned norm [1]; > 0; default 0.0001
+        """
+class LimitReport:
+    """
+    What strain limiting did, and what it left.
+    """
+    def __repr__(self) -> str:
+        ...
+    @property
+    def beyond(self) -> int:
+        """
+        elements beyond a limit by more than the tolerance
+        """
+    @property
+    def evaluations(self) -> int:
+        """
+        elements whose strain was computed in the sweeps
+        """
+    @property
+    def excess(self) -> typing.Annotated[list[float], "FixedSize(3)"]:
+        """
+        largest strain beyond its limit along weft, warp and in shear [1]
+        """
+    @property
+    def sweeps(self) -> int:
+        """
+        sweeps over the elements, or over the active ones
+        """
+    @property
+    def worst(self) -> int:
+        """
+        the element most beyond its limits; -1: none
         """
 class Collisions:
     """
@@ -1878,6 +2095,11 @@ def continuous(kind: str, queries: typing.Annotated[numpy.typing.ArrayLike, nump
     a lower bound of the first contact [1], infinity where there is none. Raises InvalidInput for another kind or shape,
     or numbers that are not finite.
     """
+def corotational_strain(points: typing.Any, mesh: TriangleMesh, *, rest: str = 'uv', threads: typing.SupportsInt | typing.SupportsIndex = 0) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+    """
+    Co-rotational strain U - I of each triangle of `mesh` with its vertices at `points` (n, 3) [m]: (m, 3) of weft, warp and
+    shear e12, half the engineering shear. rest: "uv" (uv are the pattern [m]) or "mesh" (lengths of the mesh).
+    """
 def default_thread_count() -> int:
     """
     Processors this process may run on.
@@ -1917,6 +2139,13 @@ def jittered_grid(width: typing.SupportsFloat | typing.SupportsIndex, height: ty
 def launched_by_mpi() -> bool:
     """
     True where an MPI launcher started this process as one of several ranks.
+    """
+def limit_strain(points: typing.Any, mesh: TriangleMesh, strain_limit: StrainLimit, *, masses: typing.Any = None, fixed: numpy.typing.ArrayLike = [], options: LimitOptions = ..., rest: str = 'uv', threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], LimitReport]:
+    """
+    Moves `points` (n, 3) [m], the vertices of `mesh`, so that no triangle strains beyond `strain_limit`: the new points and
+    a LimitReport. Linear and angular momentum of the change are zero but for what holds the fixed vertices.
+    masses (n) [kg], None: a third of the areas around each vertex; fixed: vertices that do not move; options: LimitOptions
+    (strain_rate has no meaning here).
     """
 def magnetic_cell_front(body: MagneticBody, other: MagneticBody) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]]:
     ...
