@@ -219,7 +219,7 @@ def fabrics(as_json: Annotated[bool, typer.Option("--json", help="all fields, fo
 def fabrics_report(
     names: Annotated[str, typer.Option("--fabrics", help="names, separated by commas; default: all")] = "",
     p: Annotated[
-        list[str], typer.Option("-p", "--parameter", help="triangles or seed of the draped specimen's mesh as name=value")
+        list[str], typer.Option("-p", "--parameter", help="triangles of a draped specimen, or number of specimens, as name=value")
     ] = [],  # noqa: B006
     out: Annotated[Path, typer.Option(help="directory for report.json and drape.png")] = Path("out/fabrics"),
     threads: Threads = 0,
@@ -227,7 +227,8 @@ def fabrics_report(
     """Measures fabrics as a laboratory does, by simulation.
 
     Each is draped over Cusick's pedestal (disc 18 cm, specimen 30 cm), and strips of it hang until 41.5 degrees (ASTM D1388):
-    drape coefficient beside the published band, overhang beside the elastica. A fabric takes about 10 s.
+    drape coefficient beside the published band, overhang beside the elastica. Three
+    specimens with different meshes are draped; a fabric takes about half a minute.
 
     \b
         loomstone report fabrics --fabrics cotton,denim -p triangles=3000

@@ -17,7 +17,7 @@ from dataclasses import asdict, dataclass
 from math import inf, isfinite
 from typing import Any
 
-from ._core import ClothMaterial, InvalidInput
+from ._core import ClothMaterial, InvalidInput, StrainLimit
 from .fabric_table import BANDS, FABRICS, LEVELS, SOURCES, Band, Level, Row
 from .rigidity import bending_from_strips, strip_rigidity
 from .units import in_unit
@@ -40,7 +40,9 @@ class ModeFit:
 
 
 class Fabric(ClothMaterial):
-    """A ClothMaterial with its limits of strain and where its numbers come from: Cloth(material=fabric).
+    """A ClothMaterial with its limits of strain and where its numbers come from.
+
+    Used as Cloth(material=fabric), or Cloth(material=fabric, strain_limit=fabric.strain_limit).
 
     name, use, composition, construction : texts
     limits : largest strain along weft and warp, and largest shear strain e12 [1]; inf where none is known
@@ -105,6 +107,11 @@ class Fabric(ClothMaterial):
         """Largest strain U - I along weft and warp, and largest e12 [1]; inf: none known."""
         limits: tuple[float, float, float] = self._about["limits"]
         return limits
+
+    @property
+    def strain_limit(self) -> StrainLimit | None:
+        """The limits for a Cloth, compression free; None where none is known."""
+        return StrainLimit(*self.limits) if any(map(isfinite, self.limits)) else None
 
     @property
     def source(self) -> str:

@@ -49,7 +49,9 @@ def test_a_fabric_can_be_simulated_and_its_energies_are_positive(name):
     assert np.linalg.eigvalsh(d).min() > 0 and fabric.bending_twist > 0
     assert fabric.poisson**2 * fabric.warp_stiffness < fabric.weft_stiffness, "nu12 nu21 < 1"
     assert all(0 < limit for limit in fabric.limits)
-    sim = ls.Simulation(ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(4, 4)), material=fabric, pins=[0, 4])]))
+    mesh = ls.grid(cells=(4, 4))
+    cloth = ls.Cloth(mesh=mesh, material=fabric, pins=[0, 4], strain_limit=fabric.strain_limit)
+    sim = ls.Simulation(ls.Scene(cloths=[cloth]))
     sim.step()
     assert np.isfinite(sim.positions).all()
 
@@ -147,6 +149,9 @@ def test_a_fabric_is_a_material_and_says_what_it_is():
         "6.31 %; bending weft, warp, bias 3.8, 5.98, 4.97 uN m>"
     )
     assert cotton.replace(density=0.2).density == 0.2
+    assert cotton.strain_limit == ls.StrainLimit(0.1314, 0.1314, 0.0631)
+    assert ls.fabrics["t-shirt"].strain_limit == ls.StrainLimit(warp=0.1553)
+    assert ls.fabrics["ponte"].strain_limit is None
     kept = json.loads(json.dumps({name: fabric.to_dict() for name, fabric in ls.fabrics.items()}, allow_nan=False))
     assert kept["t-shirt"]["limits"] == {"weft": None, "warp": 0.1553, "shear": None}
 
@@ -188,7 +193,7 @@ def test_the_command_lists_all_fabrics_as_a_table_and_as_json():
 def test_the_command_refuses_what_it_cannot_measure():
     for arguments, said in (
         (["--fabrics", "coton"], "there is no fabric 'coton'; did you mean 'cotton'"),
-        (["-p", "triangels=5"], "there is no parameter 'triangels'; known: triangles, seed"),
+        (["-p", "triangels=5"], "there is no parameter 'triangels'; known: triangles, specimens"),
         (["-p", "triangles=5"], "triangles must be in"),
     ):
         done = command("report", "fabrics", *arguments)

@@ -150,15 +150,18 @@ def test_resting_is_told_from_moving():
 def test_a_report_measures_and_writes_tables_and_pictures(tmp_path):
     pytest.importorskip("matplotlib")
     told = []
-    (report,) = report_fabrics(["cotton"], out=tmp_path / "fabrics", triangles=600, done=told.append)
+    (report,) = report_fabrics(["cotton"], out=tmp_path / "fabrics", triangles=600, specimens=2, done=told.append)
     assert told == [report] and report.fabric.name == "cotton"
     (kept,) = json.loads((tmp_path / "fabrics" / "report.json").read_text())
     assert kept["band"] == [60, 76] and kept["in_band"] == (60 <= kept["drape_coefficient"] <= 76)
+    coefficients = [drape["drape_coefficient"] for drape in kept["specimens"]]
+    assert kept["drape_coefficient"] == sum(coefficients) / 2 and kept["spread"] == abs(np.diff(coefficients)[0]) / 2
+    assert report.spread > 0, "another mesh is another specimen"
     assert set(kept["cantilever"]) == {"weft", "bias", "warp"}
     assert (tmp_path / "fabrics" / "drape.png").stat().st_size > 20_000
-    without_band = FabricReport(ls.fabrics["rib knit"], report.drape, report.strips)
+    without_band = FabricReport(ls.fabrics["rib knit"], report.drapes, report.strips)
     assert without_band.in_band is None and without_band.remark == ""
-    far_off = FabricReport(ls.fabrics["cotton"], replace(report.drape, drape_coefficient=95.0), report.strips)
+    far_off = FabricReport(ls.fabrics["cotton"], [replace(report.drapes[0], drape_coefficient=95.0)], report.strips)
     assert far_off.in_band is False and "misses the band; bending is a median" in far_off.remark
 
 

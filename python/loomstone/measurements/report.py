@@ -30,21 +30,39 @@ class FabricReport:
     """What was measured on one fabric."""
 
     fabric: Fabric
-    drape: CusickResult
+    drapes: list[CusickResult]  # one a specimen
     strips: dict[str, CantileverResult]  # weft, bias, warp
 
     @property
+    def drape_coefficient(self) -> float:
+        """Mean over the specimens [%]."""
+        return float(np.mean([drape.drape_coefficient for drape in self.drapes]))
+
+    @property
+    def spread(self) -> float:
+        """Half of the range over the specimens [%]."""
+        return float(np.ptp([drape.drape_coefficient for drape in self.drapes])) / 2
+
+    @property
+    def folds(self) -> str:
+        """Smallest and largest number of folds."""
+        counts = [drape.folds for drape in self.drapes]
+        return f"{min(counts)}-{max(counts)}" if min(counts) < max(counts) else str(counts[0])
+
+    @property
     def in_band(self) -> bool | None:
-        """Whether the drape coefficient lies in the published band; None where there is none."""
+        """Whether the mean drape coefficient lies in the published band; None where there is none."""
         band = self.fabric.band
-        return None if band is None else band.low <= self.drape.drape_coefficient <= band.high
+        return None if band is None else band.low <= self.drape_coefficient <= band.high
 
     @property
     def remark(self) -> str:
         """What to know of the result: no rest, intersections, or why the band may be missed."""
-        said = [] if self.drape.rest.at_rest else ["not at rest within the time allowed"]
-        if self.drape.intersections:
-            said.append(f"{self.drape.intersections} pairs of triangles intersect")
+        said = []
+        if moving := sum(not drape.rest.at_rest for drape in self.drapes):
+            said.append(f"{moving} of {len(self.drapes)} specimens not at rest within the time allowed")
+        if pairs := sum(drape.intersections for drape in self.drapes):
+            said.append(f"{pairs} pairs of triangles intersect")
         if self.in_band is False:
             reasons = [
                 caveat for caveat in self.fabric.caveats if caveat.startswith("bending")
@@ -54,16 +72,23 @@ class FabricReport:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""
-        drape, band = self.drape, self.fabric.band
+        band = self.fabric.band
         return {
             "fabric": self.fabric.name,
-            "drape_coefficient": drape.drape_coefficient,
+            "drape_coefficient": self.drape_coefficient,
+            "spread": self.spread,
             "band": [band.low, band.high] if band else None,
             "in_band": self.in_band,
-            "folds": drape.folds,
-            "at_rest": drape.rest.at_rest,
-            "intersections": drape.intersections,
-            "drape_seconds": drape.seconds,
+            "specimens": [
+                {
+                    "drape_coefficient": drape.drape_coefficient,
+                    "folds": drape.folds,
+                    "at_rest": drape.rest.at_rest,
+                    "intersections": drape.intersections,
+                    "seconds": drape.seconds,
+                }
+                for drape in self.drapes
+            ],
             "remark": self.remark,
             "cantilever": {
                 name: {
@@ -84,18 +109,19 @@ def report_fabrics(
     *,
     out: str | os.PathLike[str] | None = None,
     triangles: int = 3000,
-    seed: int = 1,
+    specimens: int = 3,
     threads: int = 0,
     done: Callable[[FabricReport], None] | None = None,
 ) -> list[FabricReport]:
     """Drapes fabrics over a Cusick pedestal and lets strips of them hang; writes tables and pictures into `out`.
 
-    names : of fabrics, or None: all; triangles, seed : of the draped specimen's mesh
+    names : of fabrics, or None: all; triangles : of a draped specimen; specimens : meshes tried
     out : directory for report.json and drape.png, or None: nothing is written; done : called after each fabric
     """
     chosen: Mapping[str, Fabric] = {name: fabrics[name] for name in (fabrics if names is None else names)}
     if not chosen:
         raise InvalidInput("report_fabrics: at least one fabric must be named, got none")
+    whole("specimens", specimens, 1, 100)
     if out is not None:
         _check_plotting()
         try:
@@ -107,7 +133,9 @@ def report_fabrics(
     reports = []
     for fabric in chosen.values():
         strips = {name: cantilever(fabric, angle_degrees=angle) for name, angle in DIRECTIONS.items()}
-        reports.append(FabricReport(fabric, cusick(fabric, triangles=triangles, seed=seed, threads=threads), strips))
+        seeds = range(1, specimens + 1)
+        drapes = [cusick(fabric, triangles=triangles, seed=seed, threads=threads) for seed in seeds]
+        reports.append(FabricReport(fabric, drapes, strips))
         if done:
             done(reports[-1])
     if out is not None:
@@ -117,18 +145,19 @@ def report_fabrics(
 
 
 HEADER = (
-    f"{'fabric':14s} {'drape %':>7s} {'band':>6s} folds   overhang [cm] and off the elastica\n"
-    f"{'':35s}   {'weft':>13s}  {'bias':>13s}  {'warp':>13s}"
+    f"{'fabric':14s} {'drape %':>11s} {'band':>6s} folds   overhang [cm] and off the elastica\n"
+    f"{'':39s}   {'weft':>13s}  {'bias':>13s}  {'warp':>13s}"
 )
 
 
 def report_text(report: FabricReport) -> str:
     """One line, and a second one where there is something to say."""
-    band, drape = report.fabric.band, report.drape
+    band = report.fabric.band
     limits = f"{band.low:g}-{band.high:g}" if band else "-"
     strips = "  ".join(f"{100 * strip.overhang:5.2f} {100 * strip.error:+5.1f}%" for strip in report.strips.values())
     verdict = "" if report.in_band is None else "  in" if report.in_band else "  OUT"
-    line = f"{report.fabric.name:14s} {drape.drape_coefficient:7.1f} {limits:>6s} {drape.folds:5d}   {strips}{verdict}"
+    drape = f"{report.drape_coefficient:5.1f} ± {report.spread:.1f}"
+    line = f"{report.fabric.name:14s} {drape:>11s} {limits:>6s} {report.folds:>5s}   {strips}{verdict}"
     return line + (f"\n    {report.remark}" if report.remark else "")
 
 
@@ -143,17 +172,15 @@ def chosen(names: str) -> list[str]:
 
 
 def parameters(given: Mapping[str, Any]) -> dict[str, int]:
-    """-p of the command line: triangles and seed of the draped specimen."""
-    if unknown := [name for name in given if name not in ("triangles", "seed")]:
-        raise InvalidInput(f"there is no parameter {unknown[0]!r}; known: triangles, seed")
-    return {
-        name: whole(name, value, *((400, 1_000_000) if name == "triangles" else (0, 2**31)))
-        for name, value in given.items()
-    }
+    """-p of the command line: triangles of a specimen, number of specimens."""
+    limits = {"triangles": (400, 1_000_000), "specimens": (1, 100)}
+    if unknown := [name for name in given if name not in limits]:
+        raise InvalidInput(f"there is no parameter {unknown[0]!r}; known: {', '.join(limits)}")
+    return {name: whole(name, value, *limits[name]) for name, value in given.items()}
 
 
 def contact_sheet(reports: Sequence[FabricReport], path: Path) -> None:
-    """Every drape in one picture (PNG): the fabric, and in the corner its shadow with the circles of 18 and 30 cm."""
+    """First specimens in one picture (PNG): each fabric, and in the corner its shadow with circles of 18 and 30 cm."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.patches import Circle
@@ -169,12 +196,12 @@ def contact_sheet(reports: Sequence[FabricReport], path: Path) -> None:
         band = report.fabric.band
         published = f", published {band.low:g}–{band.high:g}" if band else ""
         axes.set_title(
-            f"{report.fabric.name}: drape {report.drape.drape_coefficient:.0f} %{published}, {report.drape.folds} "
-            f"folds",
+            f"{report.fabric.name}: drape {report.drape_coefficient:.0f} ± {report.spread:.0f} %{published}, "
+            f"{report.folds} folds",
             fontsize=10,
         )
         inset = axes.inset_axes((0.72, 0.0, 0.28, 0.37))
-        covered, low, pixel = shadow(report.drape.positions, report.drape.mesh.triangles, pixel=1e-3)
+        covered, low, pixel = shadow(report.drapes[0].positions, report.drapes[0].mesh.triangles, pixel=1e-3)
         extent = (low[0], low[0] + pixel * covered.shape[0], low[1], low[1] + pixel * covered.shape[1])
         inset.imshow(np.ma.masked_equal(covered.T, False), origin="lower", extent=extent, cmap="Greys", vmin=0, vmax=2)
         for radius in (DISC, SPECIMEN):
@@ -190,9 +217,9 @@ def contact_sheet(reports: Sequence[FabricReport], path: Path) -> None:
 def _picture(report: FabricReport) -> Any:
     camera = Camera(fit=False, eye=(0.0, -0.35, 0.21), target=(0.0, 0.0, -0.035))
     look = RenderOptions(width=640, height=440, camera=camera)
-    scene = drape_scene(report.fabric, report.drape.mesh)
+    scene = drape_scene(report.fabric, report.drapes[0].mesh)
     simulation = Simulation(scene, integrator=SemiImplicitEuler(step=1e-3), threads=1)
-    simulation.positions = report.drape.positions
+    simulation.positions = report.drapes[0].positions
     return np.asarray(_core.Renderer(simulation.topology, look).render(simulation.frame()))
 
 
