@@ -81,7 +81,7 @@ class Quantity:
         factor, dimension = _parse(unit)
         if dimension != self._dimension:
             raise InvalidInput(
-                f"{self!r} has the dimension {_named(self._dimension)} and cannot be given in {_shown(unit)}"
+                f"{self!r} has the dimension {_named(self._dimension)} and cannot be given {_as(unit)}"
             )
         return self._value * (self._factor / factor)
 
@@ -153,19 +153,23 @@ def in_unit(value: Any, unit: str, where: str) -> Any:
         try:
             return value.to(unit)
         except InvalidInput as error:
-            raise InvalidInput(f"{where} must be in {_shown(unit)}: {error}") from None
+            raise InvalidInput(f"{where} must be {_wanted(unit)}: {error}") from None
     if hasattr(value, "magnitude") and hasattr(value, "dimensionality"):  # Pint
         try:
             return value.to("dimensionless" if unit == "1" else unit).magnitude
         except Exception as error:  # Pint's own error: a subclass of TypeError, but known only where Pint is
             raise InvalidInput(
-                f"{where} must be in {_shown(unit)}, got {value} [{value.dimensionality}]: {error}"
+                f"{where} must be {_wanted(unit)}, got {value} [{value.dimensionality}]: {error}"
             ) from None
     return value
 
 
-def _shown(unit: str) -> str:
-    return "a pure number" if unit == "1" else unit
+def _as(unit: str) -> str:
+    return "as a pure number" if unit == "1" else f"in {unit}"
+
+
+def _wanted(unit: str) -> str:
+    return "a pure number" if unit == "1" else f"in {unit}"
 
 
 _TOKEN = re.compile(

@@ -116,7 +116,7 @@ BAD = [
     ({"weft": (STRAIN, GOOD[:-1])}, r"weft: strain and load must be of one length, got shapes \(41,\) and \(40,\)"),
     ({"weft": (100 * STRAIN, GOOD)}, r"weft: strain must be a pure number, got up to 20; for percent give"),
     ({"shear": (40 * STRAIN, 70 * STRAIN)}, r"shear: must be tan\(angle\), got up to 8; for degrees give"),
-    ({"weft": (STRAIN * units["mm"], GOOD)}, r"weft must be in a pure number: .* has the dimension m"),
+    ({"weft": (STRAIN * units["mm"], GOOD)}, r"weft must be a pure number: .* has the dimension m"),
     ({"weft": (STRAIN, GOOD * units["gf"])}, r"weft must be in N/m: .* has the dimension N"),
     ({"weft": (STRAIN, GOOD + 200)}, r"weft: the curve starts above the load"),
     ({"weft": 5.0}, r"weft must be a pair of arrays"),

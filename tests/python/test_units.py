@@ -100,7 +100,7 @@ def test_a_description_refuses_a_quantity_of_another_dimension():
         ls.ClothMaterial(density=5 * units["gf/cm"])
     with pytest.raises(TypeError, match="ClothMaterial.bending_weft .* cannot be a str"):
         ls.ClothMaterial(density=5 * units["g/m^2"], bending_weft="soft")
-    with pytest.raises(ls.InvalidInput, match="ClothMaterial.poisson must be in a pure number"):
+    with pytest.raises(ls.InvalidInput, match="ClothMaterial.poisson must be a pure number"):
         ls.ClothMaterial(poisson=5 * units["mm"])
     with pytest.raises(ls.InvalidInput, match=r"density must be > 0"):
         ls.ClothMaterial().replace(density=-5 * units["g/m^2"])
