@@ -162,7 +162,10 @@ def test_a_report_measures_and_writes_tables_and_pictures(tmp_path):
     without_band = FabricReport(ls.fabrics["rib knit"], report.drapes, report.strips)
     assert without_band.in_band is None and without_band.remark == ""
     far_off = FabricReport(ls.fabrics["cotton"], [replace(report.drapes[0], drape_coefficient=95.0)], report.strips)
-    assert far_off.in_band is False and "misses the band; bending is a median" in far_off.remark
+    assert far_off.in_band is False and far_off.off_band == 19.0
+    assert far_off.remark.startswith("misses the band by 19.0 points; bending is a median")
+    near = [replace(report.drapes[0], drape_coefficient=coefficient) for coefficient in (58.0, 61.0)]
+    assert "by 0.5 points, less than specimens differ" in FabricReport(ls.fabrics["cotton"], near, report.strips).remark
 
 
 def test_mistakes_are_told_before_anything_is_computed(tmp_path):

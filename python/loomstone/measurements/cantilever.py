@@ -1,10 +1,10 @@
 """The cantilever test of bending (ASTM D1388, option A) [Peirce1930].
 
-A strip 25 mm wide hangs from a clamp under its weight w = density * g. Its overhang l, when the chord from clamp to tip
-falls by 41.5 degrees, gives the bending length c = l / 2 and, by the standard, the rigidity w c^3. The closed form
-beside it is the elastica, B theta'' = -w (l - s) cos(theta), clamped at s = 0 and free at s = l, with B from
-orthotropic plate theory for the strip's direction. On the bias the clamp keeps the strip from twisting as that B has it do: the overhang
-comes out longer, in proportion to the width.
+A strip 25 mm wide hangs from a clamp under its weight w = density * g. Its overhang l, when the chord from clamp to
+tip falls by 41.5 degrees, gives the bending length c = l / 2 and, by the standard, the rigidity w c^3. The closed
+form beside it is the elastica, B theta'' = -w (l - s) cos(theta), clamped at s = 0 and free at s = l, with B from
+orthotropic plate theory for the strip's direction. On the bias the clamp keeps the strip from twisting as that B has
+it do: the overhang comes out longer, in proportion to the width.
 """
 
 from __future__ import annotations

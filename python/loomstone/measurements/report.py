@@ -56,6 +56,12 @@ class FabricReport:
         return None if band is None else band.low <= self.drape_coefficient <= band.high
 
     @property
+    def off_band(self) -> float:
+        """Distance of the mean drape coefficient from the published band [points]; 0 inside, or without a band."""
+        band = self.fabric.band
+        return max(0.0, band.low - self.drape_coefficient, self.drape_coefficient - band.high) if band else 0.0
+
+    @property
     def remark(self) -> str:
         """What to know of the result: no rest, intersections, or why the band may be missed."""
         said = []
@@ -64,10 +70,9 @@ class FabricReport:
         if pairs := sum(drape.intersections for drape in self.drapes):
             said.append(f"{pairs} pairs of triangles intersect")
         if self.in_band is False:
-            reasons = [
-                caveat for caveat in self.fabric.caveats if caveat.startswith("bending")
-            ]  # it decides how a fabric drapes
-            said.append("; ".join(["misses the band", *reasons]))
+            within = ", less than specimens differ" if self.off_band <= self.spread else ""
+            said.append(f"misses the band by {self.off_band:.1f} points{within}")
+            said += [caveat for caveat in self.fabric.caveats if caveat.startswith("bending")]  # it decides the drape
         return "; ".join(said)
 
     def to_dict(self) -> dict[str, Any]:
@@ -155,7 +160,7 @@ def report_text(report: FabricReport) -> str:
     band = report.fabric.band
     limits = f"{band.low:g}-{band.high:g}" if band else "-"
     strips = "  ".join(f"{100 * strip.overhang:5.2f} {100 * strip.error:+5.1f}%" for strip in report.strips.values())
-    verdict = "" if report.in_band is None else "  in" if report.in_band else "  OUT"
+    verdict = "" if report.in_band is None else "  in" if report.in_band else "  out"
     drape = f"{report.drape_coefficient:5.1f} ± {report.spread:.1f}"
     line = f"{report.fabric.name:14s} {drape:>11s} {limits:>6s} {report.folds:>5s}   {strips}{verdict}"
     return line + (f"\n    {report.remark}" if report.remark else "")
