@@ -2,7 +2,7 @@
 
 See: the skirt falls from its cone into folds; from 1 s on the bar jerks forth and back and the dress swings after it;
 from 2.8 s on it turns ever faster, so that the skirt winds round itself, then flies out. Example 3.4 of the thesis
-(figure 3.9): the same stiffness and nearly the same number of triangles, own pattern of 13 panels.
+(figure 3.9): the same stiffness and limits of strain, nearly the same number of triangles, own pattern of 13 panels.
 
     loomstone run scenes/dress.py -p mesh=dress.obj    # hangs another garment, sewn, z up, its uv the pattern in metres
 """
@@ -40,7 +40,7 @@ def bar() -> ls.Obstacle:
     return ls.obstacle(mesh, name="bar", times=times, positions=positions, axis_angles=turns, friction=0.6)
 
 
-def scene(triangles: int = 8900, mesh: str = "", below: float = 0.048) -> ls.Scene:
+def scene(triangles: int = 8900, limited: bool = True, mesh: str = "", below: float = 0.048) -> ls.Scene:
     """mesh: a file; the bar runs along its y axis, `below` [m] under its highest point, as behind the neck of a halter."""
     if mesh:
         dress = ls.garments.read(mesh)
@@ -57,7 +57,8 @@ def scene(triangles: int = 8900, mesh: str = "", below: float = 0.048) -> ls.Sce
         bending_weft=1e-5,
         bending_warp=1e-5,
     )
-    cloth = ls.Cloth(name="dress", mesh=dress.mesh, material=material, friction=0.3)
+    limit = ls.StrainLimit(weft=0.1, warp=0.1, shear=0.4) if limited else None
+    cloth = ls.Cloth(name="dress", mesh=dress.mesh, material=material, friction=0.3, strain_limit=limit)
     return ls.Scene(cloths=[cloth], obstacles=[bar()], air=ls.Air(normal_drag=0.5, tangential_drag=0.02))
 
 
