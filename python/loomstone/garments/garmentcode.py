@@ -1,6 +1,6 @@
 """Reads patterns of GarmentCode (pygarment): JSON with panels, edges, stitches and places in space.
 
-Format: Korosteleva and Sorkine-Hornung, GarmentCode, 2023. Lengths in 1/units_in_meter, y up, rotations about the fixed
+Format: [Korosteleva2023]. Lengths in 1/units_in_meter, y up, rotations about the fixed
 axes x, y, z in that order, in degrees; curvature relative to the edge. No code of that project is used or needed.
 """
 

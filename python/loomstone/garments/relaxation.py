@@ -1,6 +1,6 @@
 """Takes strain out of a sewn surface before it is simulated, as rigidly as possible.
 
-Implements Sorkine and Alexa, As-Rigid-As-Possible Surface Modeling, 2007, on triangles: rotations of all triangles,
+Implements [Sorkine2007] on triangles instead of cells of vertices: rotations of all triangles,
 then positions, in turn. It knows no contact: what it returns is to be checked.
 """
 
