@@ -23,7 +23,7 @@ struct StepReport {
   std::int64_t contacts = 0;         // proximity contacts that entered the solve
   std::int64_t impacts = 0;          // hits of the continuous test, first pass
   std::int64_t truncated = 0;        // vertices whose displacement was shortened
-  int substeps = 1;                  // parts the step was taken in: more where certification or the Newton loop failed at its full length
+  int substeps = 1;                  // parts the step was taken in: more where certification or the solver failed at its full length
   std::int64_t unresolved = 0;       // impacts that certification had to leave, even in 1/64 of the step
   std::int64_t intersections = 0;    // intersecting triangle pairs at the end; counted from an unresolved step on until 0
   std::int64_t forced = 0;           // of these, pairs left where what moves by script leaves cloth no room

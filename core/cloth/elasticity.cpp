@@ -31,6 +31,8 @@ Elasticity::Elasticity(const ClothModel& model, BendingTreatment bending)
       membrane_(model.n_vertices, model.triangles, model.corners, model.constants),
       treatment_(bending),
       zero_velocity_(Points::Zero(model.n_vertices, 3)) {
+  if (!model.strain_limits.empty())
+    limit_phase_ = std::make_unique<LimitPhase>(membrane_, model.strain_limits, model.strain_limit_of);
   std::vector<std::pair<Index, Index>> couplings;
   for (Index t = 0; t < model.triangles.rows(); ++t)
     for (int k = 0; k < 3; ++k) couplings.emplace_back(model.triangles(t, k), model.triangles(t, (k + 1) % 3));
@@ -49,6 +51,12 @@ double Elasticity::bending_eigenvalue(const ClothModel& model) {
   double largest = 0.0;
   for (const auto& part : model.bending) largest = std::max(largest, make_bending(part, false)->largest_eigenvalue(model.mass));
   return largest;
+}
+
+void Elasticity::enter_limit_phase(const Team& team, const Points* x) {
+  if (!limit_phase_) return;
+  if (x) limit_phase_->enter(team, *x);
+  membrane_.set_phase(x ? limit_phase_->table() : nullptr);
 }
 
 void Elasticity::add_implicit_forces(const Team& team, const Points& x, const Points* v, Index begin, Index end,

@@ -6,6 +6,7 @@
 
 #include "core/cloth/bending.h"
 #include "core/cloth/cloth_model.h"
+#include "core/cloth/limit_phase.h"
 #include "core/cloth/membrane.h"
 #include "core/linalg/block_matrix.h"
 #include "core/parallel/team.h"
@@ -38,6 +39,10 @@ class Elasticity {
   void assemble(const Team& team, const Points& x, JacobianKind kind, double scale_d, double scale_k, Index begin,
                 Index end, const Points* w = nullptr, Points* y = nullptr);
 
+  // Forces, stiffness and membrane energy are from now on those of the phase that each triangle is in at x; null: of the
+  // membrane alone. Nothing changes where no strain is limited.
+  void enter_limit_phase(const Team& team, const Points* x);
+
   double membrane_energy(const Team& team, const Points& x) { return membrane_.energy(team, x); }
   double bending_energy(const Team& team, const Points& x) const;
   void strain(const Team& team, const Points& x, Points& green, Vector& stretch) {
@@ -51,6 +56,7 @@ class Elasticity {
 
   const ClothModel& model_;
   Membrane membrane_;
+  std::unique_ptr<LimitPhase> limit_phase_;
   std::vector<std::unique_ptr<Bending>> bending_;
   BendingTreatment treatment_;
   BlockMatrix matrix_;

@@ -12,11 +12,6 @@ namespace loomstone {
 namespace {
 constexpr Index lanes = 8;
 constexpr Index batches_per_range = 32;
-
-membrane::Tables tables_of(const std::vector<Index>& corners, const std::vector<double>& gradients,
-                           const std::vector<double>& constants) {
-  return {corners.data(), gradients.data(), constants.data()};
-}
 }  // namespace
 
 MembraneConstants membrane_constants(const ClothMaterial& material, const std::string& where) {
@@ -104,7 +99,7 @@ double Membrane::energy(const Team& team, const Points& x) {
 
 void Membrane::add_forces(const Team& team, const Points& x, const Points* v, Index begin, Index end, Points& force) {
   select_rows(begin, end);
-  const auto tables = tables_of(corners_, gradients_, constants_);
+  const membrane::Tables tables = this->tables();
   const double* velocity = v && viscous_ ? v->data() : nullptr;
   parallel_ranges(team, static_cast<Index>(batches_.size()), batches_per_range, [&](Index first, Index last) {
     membrane::forces(tables, batches_.data() + first, last - first, x.data(), velocity, element_forces_.data());
@@ -175,7 +170,7 @@ void Membrane::set_chunk(Index chunk, const Points& x, JacobianKind kind, double
   const std::size_t size = first_element + static_cast<std::size_t>(n) * membrane::block_stride;
   if (scratch.size() < size) scratch.resize(size);
   std::fill_n(scratch.begin(), first_element, 0.0);
-  membrane::blocks(tables_of(corners_, gradients_, constants_), chunk_batches_.data() + chunk_start_[chunk], n, x.data(),
+  membrane::blocks(tables(), chunk_batches_.data() + chunk_start_[chunk], n, x.data(),
                    kind == JacobianKind::Positive, scale_k, scale_d, scratch.data() + first_element);
   const Index first = chunk * rows_per_block, last = std::min(located_end_ - located_begin_, first + rows_per_block);
   membrane::rows(last - first, row_start_.data() + first, diagonal_.data() + first, sources_.data(), scratch.data(),
@@ -192,7 +187,7 @@ void Membrane::set_jacobian(const Team& team, const Points& x, JacobianKind kind
 }
 
 void Membrane::strain(const Team& team, const Points& x, Points& green, Vector& stretch) {
-  const auto tables = tables_of(corners_, gradients_, constants_);
+  const membrane::Tables tables = this->tables();
   green.resize(n_triangles_, 3);
   stretch.resize(n_triangles_);
   parallel_ranges(team, n_batches_, batches_per_range, [&](Index first, Index last) {

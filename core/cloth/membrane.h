@@ -9,6 +9,7 @@
 #include "core/base/types.h"
 #include "core/cloth/aligned.h"
 #include "core/cloth/material.h"
+#include "core/cloth/membrane_kernels.h"
 #include "core/linalg/block_matrix.h"
 #include "core/mesh/triangle_mesh.h"
 #include "core/parallel/team.h"
@@ -33,6 +34,12 @@ class Membrane {
 
   const std::vector<double>& rest_area() const { return area_; }  // (m) [m^2]
   bool viscous() const { return viscous_; }
+  Index n_triangles() const { return n_triangles_; }
+  Index n_batches() const { return n_batches_; }
+
+  membrane::Tables tables() const { return {corners_.data(), gradients_.data(), constants_.data(), phase_}; }
+  // What is added to forces and Jacobian from now on, see membrane::Tables; null: nothing. Not owned.
+  void set_phase(const double* phase) { phase_ = phase; }
 
   double energy(const Team& team, const Points& x);  // [J], summed in a fixed order
 
@@ -59,6 +66,7 @@ class Membrane {
   Triangles triangles_;
   std::vector<Index> corners_;      // see membrane_kernels.h
   std::vector<double> gradients_, constants_, area_;
+  const double* phase_ = nullptr;
   bool viscous_ = false;
   std::vector<Index> slot_start_, slots_;  // element slots of each vertex, ascending
 

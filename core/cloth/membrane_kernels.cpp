@@ -1,53 +1,10 @@
 #include "core/cloth/membrane_kernels.h"
 
-#include "core/base/simd.h"
+#include "core/cloth/membrane_batch.h"
 
 namespace loomstone::membrane {
 
 namespace {
-
-struct Lanes3 {
-  Lanes x, y, z;
-};
-
-LOOMSTONE_INLINE Lanes3 load_corner(const Index* corners, const double* x) {
-  Lanes3 r;
-  for (int l = 0; l < n_lanes; ++l) {
-    const double* p = x + 3 * static_cast<std::size_t>(corners[l]);
-    r.x[l] = p[0];
-    r.y[l] = p[1];
-    r.z[l] = p[2];
-  }
-  return r;
-}
-
-LOOMSTONE_INLINE Lanes3 minus(const Lanes3& a, const Lanes3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-LOOMSTONE_INLINE Lanes3 combine(const Lanes3& a, const Lanes& s, const Lanes3& b, const Lanes& t) {
-  return {a.x * s + b.x * t, a.y * s + b.y * t, a.z * s + b.z * t};
-}
-LOOMSTONE_INLINE Lanes dot(const Lanes3& a, const Lanes3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
-struct Batch {
-  const Index* corners;
-  const double* gradients;
-  const double* constants;
-  LOOMSTONE_INLINE Lanes gradient(int k) const { return lanes_load(gradients + 8 * k); }
-  LOOMSTONE_INLINE Lanes constant(int k) const { return lanes_load(constants + 8 * k); }
-};
-
-LOOMSTONE_INLINE Batch batch_of(const Tables& t, Index b) {
-  const std::size_t i = static_cast<std::size_t>(b);
-  return {t.corners + corner_stride * i, t.gradients + gradient_stride * i, t.constants + constant_stride * i};
-}
-
-// Columns of F (2.31); the sum over corners as differences to corner 2, since the gradients add up to zero.
-LOOMSTONE_INLINE void gradient_columns(const Batch& batch, const double* x, Lanes3& f1, Lanes3& f2) {
-  const Lanes3 x2 = load_corner(batch.corners + 16, x);
-  const Lanes3 e0 = minus(load_corner(batch.corners, x), x2);
-  const Lanes3 e1 = minus(load_corner(batch.corners + 8, x), x2);
-  f1 = combine(e0, batch.gradient(0), e1, batch.gradient(2));
-  f2 = combine(e0, batch.gradient(1), e1, batch.gradient(3));
-}
 
 LOOMSTONE_INLINE void store(double* out, int k, const Lanes& value) { lanes_store(out + 8 * k, value); }
 
@@ -81,6 +38,10 @@ void forces(const Tables& tables, const Index* batches, Index n, const double* x
     const Lanes e11 = 0.5 * (dot(f1, f1) - 1.0), e22 = 0.5 * (dot(f2, f2) - 1.0), e12 = 0.5 * dot(f1, f2);
     const Lanes a11 = batch.constant(1), a22 = batch.constant(2), a12 = batch.constant(3), g = batch.constant(4);
     Lanes s11 = a11 * e11 + a12 * e22, s22 = a22 * e22 + a12 * e11, s12 = 2.0 * g * e12;  // (2.23)
+    if (tables.phase) {
+      const double* phase = tables.phase + phase_stride * static_cast<std::size_t>(batches[i]);
+      s11 += phase_stress(phase, 0, e11), s22 += phase_stress(phase, 1, e22), s12 += phase_stress(phase, 2, e12);
+    }
     if (v) {
       Lanes3 d1, d2;  // columns of dF/dt
       gradient_columns(batch, v, d1, d2);
@@ -114,6 +75,11 @@ void blocks(const Tables& tables, const Index* batches, Index n, const double* x
     const Lanes area = batch.constant(0);
     Lanes a11 = batch.constant(1), a22 = batch.constant(2), a12 = batch.constant(3), g = batch.constant(4);
     Lanes s11 = a11 * e11 + a12 * e22, s22 = a22 * e22 + a12 * e11, s12 = 2.0 * g * e12;
+    if (tables.phase) {
+      const double* phase = tables.phase + phase_stride * static_cast<std::size_t>(batches[i]);
+      s11 += phase_stress(phase, 0, e11), s22 += phase_stress(phase, 1, e22), s12 += phase_stress(phase, 2, e12);
+      a11 += phase_slope(phase, 0), a22 += phase_slope(phase, 1), g += 0.5 * phase_slope(phase, 2);
+    }
     if (positive) {
       // Positive part of [s11 s12; s12 s22] from its eigenvalues m +- r.
       const Lanes m = 0.5 * (s11 + s22), d = 0.5 * (s11 - s22);
@@ -194,8 +160,12 @@ void strains(const Tables& tables, const Index* batches, Index n, const double* 
     const Lanes c11 = dot(f1, f1), c22 = dot(f2, f2), c12 = dot(f1, f2);
     const Lanes e11 = 0.5 * (c11 - 1.0), e22 = 0.5 * (c22 - 1.0), e12 = 0.5 * c12;
     const Lanes a11 = batch.constant(1), a22 = batch.constant(2), a12 = batch.constant(3), g = batch.constant(4);
-    const Lanes energy = batch.constant(0) * (0.5 * (a11 * e11 * e11 + a22 * e22 * e22) + a12 * e11 * e22 +
-                                              2.0 * g * e12 * e12);  // (2.21)
+    Lanes energy = 0.5 * (a11 * e11 * e11 + a22 * e22 * e22) + a12 * e11 * e22 + 2.0 * g * e12 * e12;  // (2.21)
+    if (tables.phase) {
+      const double* phase = tables.phase + phase_stride * static_cast<std::size_t>(batches[i]);
+      energy += phase_energy(phase, 0, e11) + phase_energy(phase, 1, e22) + 2.0 * phase_energy(phase, 2, e12);
+    }
+    energy *= batch.constant(0);
     const Lanes m = 0.5 * (c11 + c22), d = 0.5 * (c11 - c22);
     const Lanes stretch = lanes_sqrt(m + lanes_sqrt(d * d + c12 * c12));
     double* o = out + strain_stride * static_cast<std::size_t>(batches[i]);

@@ -8,6 +8,7 @@ namespace loomstone::membrane {
 // Doubles a batch takes in each table.
 inline constexpr int corner_stride = 3 * 8, gradient_stride = 6 * 8, constant_stride = 7 * 8;
 inline constexpr int force_stride = 9 * 8, block_stride = 27 * 8, strain_stride = 5 * 8;
+inline constexpr int phase_stride = 6 * 8;
 // Blocks of a batch: those of pair p of lane l begin at 72 p + 9 l.
 inline constexpr int pair_stride = 9 * 8, lane_stride = 9;
 
@@ -16,6 +17,7 @@ struct Tables {
   const Index* corners;      // (batches x 3 x 8) vertices
   const double* gradients;   // (batches x 6 x 8) dN0x dN0y dN1x dN1y dN2x dN2y [1/m]
   const double* constants;   // (batches x 7 x 8) area, a11, a22, a12, g, lambda_d, mu_d
+  const double* phase = nullptr;   // (batches x 6 x 8) slope, then stress at E = 0, of what is added to S11, S22, S12; or null
 };
 
 // forces (x 3 corners x 3): minus (2.33); with v also minus the viscous force (2.24, 2.25).

@@ -48,10 +48,16 @@ struct IntegrationReport {
   std::vector<double> newton_residuals;  // relative, of the first guess and after each iteration; Newton loops only
 };
 
-// A Newton loop that ends without a solution; `row` is where the residual is largest.
-class NewtonFailure : public SolverFailure {
+// No solution was found, and a shorter step may have one.
+class StepFailure : public SolverFailure {
  public:
-  NewtonFailure(const std::string& what, Index row) : SolverFailure(what), row(row) {}
+  using SolverFailure::SolverFailure;
+};
+
+// A Newton loop that ends without a solution; `row` is where the residual is largest.
+class NewtonFailure : public StepFailure {
+ public:
+  NewtonFailure(const std::string& what, Index row) : StepFailure(what), row(row) {}
   Index row;
 };
 

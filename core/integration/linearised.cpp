@@ -93,7 +93,7 @@ class LinearisedIntegrator final : public Integrator {
       }
     }
     if (!solved.converged)
-      throw SolverFailure("the linear solve of the implicit step did not reach its tolerance in " +
+      throw StepFailure("the linear solve of the implicit step did not reach its tolerance in " +
                           std::to_string(solved.iterations) + " iterations (residual " + std::to_string(solved.residual) +
                           "); shorten integrator.step, loosen integrator.tolerance or use linear_solver=\"direct\"");
 

@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/cloth/air.h"
+#include "core/sim/constrain.h"
 #include "core/sim/motion.h"
 
 namespace loomstone {
@@ -63,6 +64,7 @@ Stepper::Stepper(const Model& model, const IntegratorOptions& options, const Tea
                                           magnetics_ == nullptr);
     world_->restore(state.rigid);
   }
+  limits_in_solve_ = integrator_->implicit() && model.scene.limits.in_solve && model.scene.limits.method != "edges";
   if (!model.cloth.strain_limits.empty())
     limiter_ = std::make_unique<StrainLimiter>(
         LimitedCloth{n, model.cloth.triangles, model.cloth.corners, model.cloth.strain_limits, model.cloth.strain_limit_of,
@@ -99,7 +101,7 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
       bool solved = true;
       try {
         unresolved = take(state, outcome, part);
-      } catch (const NewtonFailure&) {
+      } catch (const StepFailure&) {
         if (part.length() == 1) throw;
         solved = false;
       }
@@ -177,25 +179,22 @@ std::int64_t Stepper::take(State& state, StepOutcome& outcome, StepPart part) {
   }
   {
     StageTimer timer(report, StageName::Integrate);
+    if (limits_in_solve_) elasticity_->enter_limit_phase(team_, &state.cloth.x);
     integrate(state, report);
+    elasticity_->enter_limit_phase(team_, nullptr);
     check(state, "integrate");  // collision detection takes finite positions for granted
   }
   {
     StageTimer timer(report, StageName::Bodies);
     bodies(state, report);
   }
-  limit_strain(state, report);
-  CertifyReport done;
+  std::int64_t unresolved;
   {
     StageTimer timer(report, StageName::Certify);
-    done = certify(state, outcome);
+    unresolved = limit_and_certify(state, outcome);
   }
   limit_strain_rate(state, report);
-  report.impacts += done.impacts;
-  report.truncated += done.truncated;
-  report.withheld_motion += done.withheld;
-  report.truncated_momentum += done.withheld_moment / step_;
-  return done.unresolved;
+  return unresolved;
 }
 
 // Forces at the start, and where scripted motion leads.
@@ -337,18 +336,6 @@ double Stepper::magnetic_energy(const State& state) const {
   return magnetics_->energy(team_, state.rigid, obstacle_poses(state, static_cast<double>(state.step) * options_.step, 0.0));
 }
 
-// Positions within limits; velocities get the mean of what that takes over the step, (3.16).
-void Stepper::limit_strain(State& state, StepReport& report) {
-  if (!limiter_) return;
-  StageTimer timer(report, StageName::Limit);
-  x1_ = state.cloth.x;
-  const LimitReport done = limiter_->enforce(team_, limit_key_, {}, x1_);
-  report.limit_sweeps += done.sweeps;
-  report.limit_evaluations += done.evaluations;
-  report.limit_excess = done.largest();
-  move_cloth(state);
-}
-
 // The last stage: velocities lead the next step away from the limits no faster than they may; positions stay.
 void Stepper::limit_strain_rate(State& state, StepReport& report) {
   if (!limiter_) return;
@@ -361,12 +348,11 @@ void Stepper::limit_strain_rate(State& state, StepReport& report) {
 }
 
 // The cloth goes to x1_ and its velocities with it; what did not move keeps the integrator's.
-void Stepper::move_cloth(State& state, std::vector<std::uint8_t>* moved) {
+void Stepper::move_cloth(State& state) {
   bool any = false;
   for (Index i = 0; i < model_.cloth.n_vertices; ++i) {
     if (x1_.row(i) == state.cloth.x.row(i)) continue;
     any = true;
-    if (moved) (*moved)[i] = 1;
     state.cloth.v.row(i) += (x1_.row(i) - state.cloth.x.row(i)) / step_;
     state.cloth.x.row(i) = x1_.row(i);
   }
@@ -388,21 +374,30 @@ FreeBodies Stepper::free_bodies(const State& state) const {
   return bodies;
 }
 
-// The last stage that moves vertices: no impact on the way from x0 to x1, no intersection at x1.
-CertifyReport Stepper::certify(State& state, StepOutcome& outcome) {
+// Strains within their limits, and (the last thing that moves vertices) no impact on the way from x0 to x1, no intersection at x1.
+// Velocities get the mean of what that takes over the step, (3.16).
+std::int64_t Stepper::limit_and_certify(State& state, StepOutcome& outcome) {
+  StepReport& report = outcome.report;
   const Index n = model_.cloth.n_vertices;
   state.obstacle_vertices = next_obstacles_;
   for (const Contact& contact : contacts_)
     for (const Index vertex : contact.vertices)
       if (vertex < n) outcome.contact[vertex] = 1;
-  if (!collision_ || n == 0) return {};
+  if (n == 0 || (!collision_ && !limiter_)) return 0;
   collision_vertices(model_, state, x1_);
   FreeBodies bodies = free_bodies(state);
-  if (!contacts_in_solve_) collision_->repel(contacts_, x0_, x1_, inverse_mass_, step_, bodies);
-  outcome.report.wanted_motion += parallel_sum(
-      team_, n, [&](Index i) { return inverse_mass_[i] > 0.0 ? (x1_.row(i) - x0_.row(i)).norm() : 0.0; });
-  const CertifyReport done = collision_->certify(collision_team_, x0_, x1_, inverse_mass_, bodies);
-  move_cloth(state, &outcome.contact);
+  ConstrainInputs inputs;
+  inputs.team = &team_, inputs.collision_team = &collision_team_;
+  inputs.cloth = &model_.cloth;
+  inputs.limiter = limiter_.get(), inputs.collision = collision_.get();
+  inputs.limits_hold = model_.scene.limits.method != "edges";
+  if (!contacts_in_solve_) inputs.repelled = &contacts_;
+  inputs.key = limit_key_;
+  inputs.step = step_;
+  inputs.x0 = &x0_, inputs.inverse_mass = &inverse_mass_;
+  const ConstrainReport done = constrain(inputs, x1_, bodies);
+  move_cloth(state);
+  for (const Index i : done.touched) outcome.contact[i] = 1;
   for (Index b = 0; b < model_.n_bodies(); ++b) {  // Bullet takes over what has changed with its next step
     const FreeBody& body = bodies[b];
     state.rigid.positions.row(b) = body.end.position.transpose();
@@ -410,8 +405,18 @@ CertifyReport Stepper::certify(State& state, StepOutcome& outcome) {
     state.rigid.velocities.row(b) += body.moved.transpose() / step_;
     state.rigid.angular_velocities.row(b) += body.turned.transpose() / step_;
   }
-  if (contacts_in_solve_) collision_->update_anchors(contacts_, x0_, x1_, state.contacts);
-  return done;
+  if (collision_ && contacts_in_solve_) collision_->update_anchors(contacts_, x0_, x1_, state.contacts);
+  report.seconds[static_cast<int>(StageName::Limit)] += done.limit_seconds;
+  report.seconds[static_cast<int>(StageName::Certify)] -= done.limit_seconds;
+  report.limit_sweeps += done.limits.sweeps;
+  report.limit_evaluations += done.limits.evaluations;
+  report.limit_excess = done.limits.largest();
+  report.wanted_motion += done.wanted;
+  report.impacts += done.certified.impacts;
+  report.truncated += done.certified.truncated;
+  report.withheld_motion += done.certified.withheld;
+  report.truncated_momentum += done.certified.withheld_moment / step_;
+  return done.certified.unresolved;
 }
 
 // How free the cloth is where a step has left impacts: never hidden, and counted until it is free again.

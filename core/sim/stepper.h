@@ -24,7 +24,7 @@ struct StepOutcome {
   std::vector<std::array<Index, 2>> forced;  // pairs of triangles (of all surfaces) that intersect because they are forced to
 };
 
-// A part of a step in 64ths of it: a step that certification cannot free of impacts, or whose Newton loop finds no solution, is
+// A part of a step in 64ths of it: a step that certification cannot free of impacts, or whose solver finds no solution, is
 // taken again in halves.
 struct StepPart {
   static constexpr int whole = 64;
@@ -56,11 +56,10 @@ class Stepper {
   void integrate(State& state, StepReport& report);
   void bodies(State& state, StepReport& report);
   std::vector<RigidPose> obstacle_poses(const State& state, double time, double share) const;
-  void move_cloth(State& state, std::vector<std::uint8_t>* moved = nullptr);
-  void limit_strain(State& state, StepReport& report);
+  void move_cloth(State& state);
   void limit_strain_rate(State& state, StepReport& report);
   FreeBodies free_bodies(const State& state) const;
-  CertifyReport certify(State& state, StepOutcome& outcome);
+  std::int64_t limit_and_certify(State& state, StepOutcome& outcome);
   void count_intersections(State& state, StepOutcome& outcome);
   void measure_contacts(const ClothState& before, const State& state, StepOutcome& outcome);
   Index vertex_of_row(Index row) const;                     // in the user's order
@@ -79,6 +78,7 @@ class Stepper {
   std::unique_ptr<MagneticMotion> magnetics_;
   std::unique_ptr<StrainLimiter> limiter_;  // where a cloth has limits
   bool contacts_in_solve_ = false;   // else impulses answer them after the step
+  bool limits_in_solve_ = false;     // else they are enforced after it alone
 
   // Scratch of a part of a step: its length and ends [s], and its share of what was left of the step.
   std::uint64_t limit_key_ = 0;      // of random orders: which step, which part

@@ -845,18 +845,19 @@ class LimitOptions:
     tolerance : strain beyond its limit that is let be [1]; > 0; default 0.002
     max_sweeps : sweeps over the elements a step; what then remains is reported [1]; in [1, 1e+06]; default 100
     active_set : after the first sweep only corrected elements and their neighbours are looked at; default True
+    in_solve : implicit integrators: near its limits cloth enters a stiff second phase inside the solve, so that little is left to correct; not with the method edges; default True
     strain_rate : largest change of strain a step left in the velocities; 0: off [1]; >= 0; default 0.1
     seed : of the random order [1]; in [0, 2.14748e+09]; default 1
     """
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('method', 'tolerance', 'max_sweeps', 'active_set', 'strain_rate', 'seed')
+    field_names: typing.ClassVar[tuple[str, ...]] = ('method', 'tolerance', 'max_sweeps', 'active_set', 'in_solve', 'strain_rate', 'seed')
     def __eq__(self, arg0: object) -> bool:
         ...
-    def __init__(self, *, method: str = 'gauss-seidel', tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.002, max_sweeps: typing.SupportsInt | typing.SupportsIndex = 100, active_set: bool = True, strain_rate: typing.SupportsFloat | typing.SupportsIndex = 0.1, seed: typing.SupportsInt | typing.SupportsIndex = 1) -> None:
+    def __init__(self, *, method: str = 'gauss-seidel', tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.002, max_sweeps: typing.SupportsInt | typing.SupportsIndex = 100, active_set: bool = True, in_solve: bool = True, strain_rate: typing.SupportsFloat | typing.SupportsIndex = 0.1, seed: typing.SupportsInt | typing.SupportsIndex = 1) -> None:
         ...
     def __repr__(self) -> str:
         ...
-    def replace(self, *, method: str = ..., tolerance: typing.SupportsFloat | typing.SupportsIndex = ..., max_sweeps: typing.SupportsInt | typing.SupportsIndex = ..., active_set: bool = ..., strain_rate: typing.SupportsFloat | typing.SupportsIndex = ..., seed: typing.SupportsInt | typing.SupportsIndex = ...) -> LimitOptions:
+    def replace(self, *, method: str = ..., tolerance: typing.SupportsFloat | typing.SupportsIndex = ..., max_sweeps: typing.SupportsInt | typing.SupportsIndex = ..., active_set: bool = ..., in_solve: bool = ..., strain_rate: typing.SupportsFloat | typing.SupportsIndex = ..., seed: typing.SupportsInt | typing.SupportsIndex = ...) -> LimitOptions:
         """
         A copy in which the given fields have other values.
         """
@@ -868,6 +869,11 @@ class LimitOptions:
     def active_set(self) -> bool:
         """
         after the first sweep only corrected elements and their neighbours are looked at; default True
+        """
+    @property
+    def in_solve(self) -> bool:
+        """
+        implicit integrators: near its limits cloth enters a stiff second phase inside the solve, so that little is left to correct; not with the method edges; default True
         """
     @property
     def max_sweeps(self) -> int:

@@ -1,0 +1,31 @@
+// Strain limits inside the implicit solve: close to a limit a triangle enters a stiff second phase, so that what stops the cloth
+// meets elasticity and contacts in one matrix, and little is left to correct afterwards. Our choice; docs/performance.md
+// tells what was tried beside it.
+#pragma once
+
+#include <vector>
+
+#include "core/base/types.h"
+#include "core/cloth/membrane.h"
+#include "core/cloth/strain_limit.h"
+#include "core/parallel/team.h"
+
+namespace loomstone {
+
+// Stage.
+class LimitPhase {
+ public:
+  // limit_of (m): row of limits, -1: the triangle has none.
+  LimitPhase(const Membrane& membrane, const std::vector<StrainLimit>& limits, const std::vector<Index>& limit_of);
+
+  // The phase each mode of each triangle is in at x; what it adds is linear in the Green strain from there on.
+  void enter(const Team& team, const Points& x);
+  const double* table() const { return table_.data(); }  // see membrane::Tables
+
+ private:
+  const Membrane& membrane_;
+  std::vector<double> bounds_;   // (batches x 6 x 8) least, most
+  AlignedDoubles table_;
+};
+
+}  // namespace loomstone

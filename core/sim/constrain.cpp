@@ -1,0 +1,170 @@
+#include "core/sim/constrain.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+
+namespace loomstone {
+
+namespace {
+
+// Our choice: contacts and limits that meet in the solve leave so little that the second round is rare.
+constexpr int max_rounds = 4;
+constexpr int max_retreats = 4;
+constexpr int max_passes = 16;      // of going back, before it is certified
+constexpr double aimed_at = 0.9;    // part of the margin that going back leaves
+
+// A mode of a triangle at one end of the step: strain beyond its limit (negative: within), and what is let be.
+struct Mode {
+  double excess, margin;
+};
+
+class Constraining {
+ public:
+  Constraining(const ConstrainInputs& inputs, Points& x1, FreeBodies& bodies) : in_(inputs), x1_(x1), bodies_(bodies) {}
+
+  ConstrainReport run() {
+    limit({});
+    report_.wanted = parallel_sum(*in_.team, in_.cloth->n_vertices, [&](Index i) {
+      return (*in_.inverse_mass)[i] > 0.0 ? (x1_.row(i) - in_.x0->row(i)).norm() : 0.0;
+    });
+    if (!in_.collision) return report_;
+    if (in_.repelled) in_.collision->repel(*in_.repelled, *in_.x0, x1_, *in_.inverse_mass, in_.step, bodies_);
+    // Where limiting alone cannot meet the limits, what moves by script leaves them no room: certification has the last word.
+    const bool together = in_.limiter && in_.limits_hold && !beyond();
+    certify();
+    if (!together) return report_;
+    std::vector<std::uint8_t> held(in_.cloth->n_vertices, 0);
+    while (report_.rounds < max_rounds && beyond()) {
+      std::vector<Index> list;
+      for (Index i = 0; i < in_.cloth->n_vertices; ++i) {
+        if (x1_.row(i) != target_.row(i)) held[i] = 1;
+        if (held[i]) list.push_back(i);
+      }
+      limit(list);
+      certify();
+    }
+    for (int i = 0; i < max_retreats && beyond() && retreat(); ++i) certify();
+    return report_;
+  }
+
+ private:
+  void limit(const std::vector<Index>& held) {
+    if (!in_.limiter) return;
+    const auto start = std::chrono::steady_clock::now();
+    const Points wanted = x1_;
+    LimitReport done = in_.limiter->enforce(*in_.team, in_.key, held, x1_);
+    // Where what moves by script leaves limits no room, sweeps only push strain about: then the solve knows better.
+    if (done.beyond > 0) {
+      const LimitReport before = in_.limiter->measure(*in_.team, wanted);
+      if (before.largest() <= done.largest()) {
+        x1_ = wanted;
+        done.excess = before.excess, done.beyond = before.beyond, done.worst = before.worst;
+      }
+    }
+    const int sweeps = report_.limits.sweeps + done.sweeps;
+    const std::int64_t evaluations = report_.limits.evaluations + done.evaluations;
+    report_.limits = done;
+    report_.limits.sweeps = sweeps;
+    report_.limits.evaluations = evaluations;
+    report_.limit_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+
+  void certify() {
+    target_ = x1_;
+    CertifyReport done = in_.collision->certify(*in_.collision_team, *in_.x0, x1_, *in_.inverse_mass, bodies_);
+    done.impacts += report_.certified.impacts;
+    done.truncated += report_.certified.truncated;
+    done.frozen += report_.certified.frozen;
+    done.withheld += report_.certified.withheld;
+    done.withheld_moment += report_.certified.withheld_moment;
+    report_.certified = done;
+    for (Index i = 0; i < in_.cloth->n_vertices; ++i)
+      if (x1_.row(i) != target_.row(i)) report_.touched.push_back(i);
+    ++report_.rounds;
+  }
+
+  Mode mode(const Points& strain, Index triangle, int k) const {
+    const StrainLimit& limit = in_.cloth->strain_limits[in_.cloth->strain_limit_of[triangle]];
+    const std::array<double, 3> most = {limit.weft, limit.warp, limit.shear};
+    const std::array<double, 3> least = {limit.weft_min, limit.warp_min, limit.least_shear()};
+    const double above = strain(triangle, k) - most[k], below = least[k] - strain(triangle, k);
+    return above >= below ? Mode{above, limit_margin(most[k])} : Mode{below, limit_margin(least[k])};
+  }
+
+  // Finds the triangles beyond their limits by more than the margin.
+  bool beyond() {
+    corotational_strain(*in_.team, in_.cloth->triangles, in_.cloth->corners, x1_, strain1_);
+    beyond_.clear();
+    for (Index t = 0; t < in_.cloth->triangles.rows(); ++t) {
+      if (in_.cloth->strain_limit_of[t] < 0) continue;
+      for (int k = 0; k < 3; ++k)
+        if (const Mode m = mode(strain1_, t, k); m.excess > m.margin) {
+          beyond_.push_back(t);
+          break;
+        }
+    }
+    return !beyond_.empty();
+  }
+
+  // The corners of triangles beyond their limits go back along their way, until none is beyond any more: at the start of the step
+  // all were within. False where nothing could.
+  bool retreat() {
+    const Points wanted = x1_;
+    corotational_strain(*in_.team, in_.cloth->triangles, in_.cloth->corners, *in_.x0, strain0_);
+    bool any = false;
+    for (int pass = 0; pass < max_passes && !beyond_.empty(); ++pass) {
+      std::vector<std::pair<Index, double>> shares;  // of the way that vertices keep
+      for (const Index t : beyond_) {
+        double share = 1.0;
+        for (int k = 0; k < 3; ++k) {
+          const Mode before = mode(strain0_, t, k), now = mode(strain1_, t, k);
+          const double aim = aimed_at * now.margin;
+          if (now.excess > now.margin && before.excess < aim)
+            share = std::min(share, (aim - before.excess) / (now.excess - before.excess));
+        }
+        if (pass >= max_passes / 2) share *= 0.5;
+        bool free = true;  // else the corners that move by script would go on alone
+        for (int c = 0; c < 3; ++c) free = free && (*in_.inverse_mass)[in_.cloth->triangles(t, c)] > 0.0;
+        if (share < 1.0 && free)
+          for (int c = 0; c < 3; ++c) shares.emplace_back(in_.cloth->triangles(t, c), share);
+      }
+      std::sort(shares.begin(), shares.end());  // the smallest of a vertex first
+      Index last = -1;
+      bool moved = false;
+      for (const auto& [vertex, share] : shares) {
+        if (vertex == last) continue;
+        last = vertex;
+        x1_.row(vertex) = in_.x0->row(vertex) + share * (x1_.row(vertex) - in_.x0->row(vertex));
+        moved = true;
+      }
+      if (!moved) break;
+      any = true;
+      beyond();
+    }
+    for (Index i = 0; i < in_.cloth->n_vertices; ++i) {
+      const double length = (wanted.row(i) - x1_.row(i)).norm();
+      if (length == 0.0) continue;
+      ++report_.certified.truncated;
+      report_.certified.withheld += length;
+      report_.certified.withheld_moment += length / (*in_.inverse_mass)[i];
+    }
+    return any;
+  }
+
+  const ConstrainInputs& in_;
+  Points& x1_;
+  FreeBodies& bodies_;
+  ConstrainReport report_;
+  Points target_;              // what was certified last
+  Points strain0_, strain1_;   // (m x 3)
+  std::vector<Index> beyond_;
+};
+
+}  // namespace
+
+ConstrainReport constrain(const ConstrainInputs& inputs, Points& x1, FreeBodies& bodies) {
+  return Constraining(inputs, x1, bodies).run();
+}
+
+}  // namespace loomstone

@@ -1,0 +1,110 @@
+// Claims about strain limits in the step: with contacts, inside the implicit solve, and where scripts leave them no room.
+#include <catch2/catch.hpp>
+
+#include "core/mesh/generators.h"
+#include "tests/sim/sim_support.h"
+
+using namespace loomstone;
+using namespace loomstone::test;
+
+namespace {
+
+// A soft sheet over a ball: without limits it strains by a third.
+Scene draped(int cells, const StrainLimit& limit, bool in_solve) {
+  Scene scene;
+  Cloth cloth;
+  cloth.mesh = share(grid_cells(0.4, 0.4, cells, cells).moved(Vec3(0, 0, 0.106)));
+  cloth.material.weft_stiffness = cloth.material.warp_stiffness = 30.0, cloth.material.shear_stiffness = 10.0;
+  cloth.strain_limit = limit;
+  scene.cloths.push_back(cloth);
+  Obstacle ball;
+  ball.name = "ball";
+  ball.mesh = share(icosphere(0.1, 3).moved(Vec3(0.02, 0.015, 0.0)));
+  scene.obstacles.push_back(ball);
+  scene.limits.in_solve = in_solve;
+  return scene;
+}
+
+double worst(const StepReport& report) { return std::max({report.weft_excess, report.warp_excess, report.shear_excess}); }
+
+}  // namespace
+
+TEST_CASE("at the end of every step limits hold and nothing intersects, at 1 and at 4 ms") {
+  for (const double h : {1e-3, 4e-3}) {
+    StrainLimit limit;
+    limit.weft = 0.05, limit.warp = 0.1, limit.shear = 0.04;
+    Simulation sim(draped(14, limit, true), step_of(h), 1);
+    for (int i = 0; i < std::lround(0.4 / h); ++i) {
+      sim.step();
+      INFO("h " << h << " step " << i);
+      REQUIRE(worst(sim.report()) <= limit_margin(0.04));
+      if (i % 10 == 9) REQUIRE(sim.intersecting_pairs().empty());
+    }
+    CHECK(sim.report().contacts > 10);
+  }
+}
+
+TEST_CASE("limits inside the solve leave little to sweeps, and come to the same drape") {
+  StrainLimit limit;
+  limit.weft = limit.warp = 0.02, limit.shear = 0.05;
+  Points rest[2];
+  std::int64_t sweeps[2] = {0, 0};
+  for (const bool in_solve : {false, true}) {
+    Simulation sim(draped(14, limit, in_solve), step_of(4e-3), 1);
+    for (int i = 0; i < 250; ++i) {
+      sim.step();
+      sweeps[in_solve] += sim.report().limit_sweeps;
+    }
+    CHECK(worst(sim.report()) <= limit_margin(0.02));
+    rest[in_solve] = sim.positions();
+  }
+  CHECK(sweeps[true] < sweeps[false] / 2);
+  // Folds need not fall alike; where the cloth lies as a whole does.
+  const double mean[2] = {rest[0].col(2).mean(), rest[1].col(2).mean()};
+  CHECK(mean[true] == Approx(mean[false]).margin(0.01));
+}
+
+TEST_CASE("a script that leaves limits no room is followed, reported by its triangles, and tears nothing else") {
+  Scene scene;
+  Cloth cloth;
+  const int cells = 10;
+  cloth.mesh = share(grid_cells(0.2, 0.2, cells, cells));
+  cloth.strain_limit = StrainLimit{};
+  cloth.strain_limit->weft = cloth.strain_limit->warp = 0.05, cloth.strain_limit->shear = 0.1;
+  for (int j = 0; j <= cells; ++j) cloth.pins.push_back(j * (cells + 1)), cloth.pins.push_back(j * (cells + 1) + cells);
+  const Index n = static_cast<Index>(cloth.pins.size());
+  cloth.script_times = {0.0, 0.2};
+  cloth.script_positions.resize(2 * n, 3);
+  for (Index i = 0; i < n; ++i) {
+    const Vec3 at = cloth.mesh->vertices().row(cloth.pins[i]).transpose();
+    cloth.script_positions.row(i) = at.transpose();
+    cloth.script_positions.row(n + i) = Vec3(1.3 * at.x(), at.y(), at.z()).transpose();  // 30 % along weft
+  }
+  scene.cloths.push_back(cloth);
+  scene.gravity.setZero();
+  Simulation sim(scene, step_of(4e-3), 1);
+  std::int64_t beyond_early = 0;
+  for (int i = 0; i < 50; ++i) {
+    sim.step();
+    if (i < 6) beyond_early += sim.report().beyond_limit;  // 3 % at most
+  }
+  CHECK(beyond_early == 0);
+  CHECK(sim.report().beyond_limit == 2 * cells * cells);
+  CHECK(sim.report().worst_element >= 0);
+  CHECK(sim.report().weft_excess == Approx(0.25).margin(0.05));  // all triangles share what the script asks for
+  CHECK(sim.report().max_stretch < 1.36);
+}
+
+TEST_CASE("with limits and contacts one and three threads give the same bits, and a resumed run goes on with them") {
+  StrainLimit limit;
+  limit.weft = limit.warp = 0.03, limit.shear = 0.05;
+  const Scene scene = draped(10, limit, true);
+  Simulation one(scene, step_of(4e-3), 1), three(scene, step_of(4e-3), 3);
+  for (int i = 0; i < 60; ++i) one.step(), three.step();
+  CHECK(one.positions() == three.positions());
+  Simulation again(scene, step_of(4e-3), 1);
+  again.restore(one.checkpoint());
+  for (int i = 0; i < 20; ++i) one.step(), again.step();
+  CHECK(one.positions() == again.positions());
+  CHECK(one.velocities() == again.velocities());
+}
