@@ -41,7 +41,7 @@ def bar() -> ls.Obstacle:
 
 
 def scene(triangles: int = 8900, limited: bool = True, mesh: str = "", below: float = 0.048) -> ls.Scene:
-    """mesh: a file; the bar runs along its y axis, `below` [m] under its highest point, as behind the neck of a halter."""
+    """mesh: a file; the bar runs along its y axis, `below` [m] under its highest point, as behind a halter's neck."""
     if mesh:
         dress = ls.garments.read(mesh)
         highest = dress.mesh.vertices[np.argmax(dress.mesh.vertices[:, 2])]

@@ -1,4 +1,4 @@
-"""Garments from files, GarmentCode patterns and sewn meshes whose uv are the pattern; seams pulled shut by simulation."""
+"""Garments from files: GarmentCode patterns, sewn meshes whose uv are the pattern. Seams pulled shut by simulation."""
 
 import json
 from pathlib import Path
@@ -210,3 +210,19 @@ def test_seams_that_are_shut_already_stay_shut(tmp_path):
     closed = g.close_seams(g.read_garmentcode(write(tmp_path, content)), triangles=400, threads=1)
     assert len(closed.openings()) == 2
     assert closed.stretches().max() < 1.1
+
+
+def test_the_dress_closes_from_13_pieces_that_stand_apart():
+    pattern = g.dress_pattern(chord=0.06)
+    places = {}
+    for panel in pattern.panels:
+        middle = panel.place(np.mean([edge.start for edge in panel.edges], axis=0)[None])[0]
+        outward = 0.05 * np.array([*middle[:2], 0.0]) / np.hypot(*middle[:2])
+        # Skirt, bodice and straps part upward.
+        rise = 0.0 if panel.name.startswith("gore") else 0.06 if panel.name.startswith("strap") else 0.02
+        outward = outward * (not panel.name.startswith("strap")) + (0.0, 0.0, rise)
+        places[panel.name] = lambda points, place=panel.place, by=outward: place(points) + by
+    dress = g.close_seams(pattern, triangles=900, places=places, threads=1)
+    assert len(dress.panel_names) == 13 and len(dress.openings()) == 4
+    assert ls.intersecting_pairs(dress.mesh.vertices, dress.mesh.triangles) == []
+    assert 0.9 < dress.stretches().min() and dress.stretches().max() < 1.1
