@@ -201,7 +201,7 @@ def contact_sheet(reports: Sequence[FabricReport], path: Path) -> None:
         band = report.fabric.band
         published = f", published {band.low:g}–{band.high:g}" if band else ""
         axes.set_title(
-            f"{report.fabric.name}: drape {report.drape_coefficient:.0f} ± {report.spread:.0f} %{published}, "
+            f"{report.fabric.name}: {report.drape_coefficient:.1f} ± {report.spread:.1f} %{published}, "
             f"{report.folds} folds",
             fontsize=10,
         )
