@@ -1,0 +1,37 @@
+"""A cloth pinned at two corners swings for a second, its strain limited by the method named: what limits cost on growing meshes.
+
+See: the same motion from every method but edges, which cannot tell shear from stretch. Table 3.1 of the thesis;
+tests/benchmarks/limits.py makes it, with times and what each method leaves.
+
+    loomstone run scenes/limit_scaling.py -p triangles=3600 -p method=jacobi -p in_solve=no
+"""
+
+import loomstone as ls
+
+duration = 1.0
+rate = 25.0
+integrator = ls.SemiImplicitEuler(step=4e-3)
+render = ls.RenderOptions(camera=ls.Camera(eye=(1.2, -0.9, 0.2)))
+
+LIMITS = (0.1, 0.1, 0.2)
+
+
+def scene(triangles: int = 3600, method: str = "gauss-seidel", in_solve: bool = True, max_sweeps: int = 100) -> ls.Scene:
+    """method: as LimitOptions.method, or none. in_solve: implicit limits before the sweeps."""
+    mesh = ls.meshes.irregular(size=(0.5, 0.5), triangles=triangles)
+    material = ls.ClothMaterial(
+        weft_stiffness=500.0, warp_stiffness=500.0, shear_stiffness=250.0, density=0.3, bending_weft=1e-5, bending_warp=1e-5
+    )
+    cloth = ls.Cloth(
+        name="cloth",
+        mesh=mesh,
+        material=material,
+        pins=ls.meshes.nearest_vertices(mesh, [(-0.25, 0.25, 0.0), (0.25, 0.25, 0.0)]),
+        strain_limit=None if method == "none" else ls.StrainLimit(*LIMITS, edge=0.1),
+    )
+    limits = ls.LimitOptions(method="gauss-seidel" if method == "none" else method, in_solve=in_solve, max_sweeps=max_sweeps)
+    return ls.Scene(cloths=[cloth], limits=limits, collisions=False)
+
+
+def check(run: ls.Run) -> None:
+    assert run[-1].positions[:, 2].mean() < -0.1, "the cloth hangs or swings below its pins"
