@@ -15,9 +15,10 @@ std::unique_ptr<LinearSolver> make_linear_solver(const LinearOptions& options) {
     throw InvalidInput("the linear solver's max_iterations must be >= 1, got " +
                        std::to_string(options.max_iterations) + "; 2000 is the default");
   if (options.method == "pcg") return make_pcg(options);
+  if (options.method == "block-jacobi") return make_block_jacobi(options);
   if (options.method == "gauss-seidel") return make_gauss_seidel(options);
   if (options.method == "direct") return make_cholmod(options);
-  throw InvalidInput("the linear solver's method must be \"pcg\", \"gauss-seidel\" or \"direct\", got \"" +
+  throw InvalidInput("the linear solver's method must be \"pcg\", \"block-jacobi\", \"gauss-seidel\" or \"direct\", got \"" +
                      options.method + "\"; choose one of them");
 }
 

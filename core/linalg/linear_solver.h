@@ -23,6 +23,8 @@ struct LinearSystem {
   const std::vector<std::uint8_t>* fixed = nullptr; // (rows) 1: the row's x is prescribed
   const RowLayout* layout = nullptr;                // over all rows, bodies included; the solver computes owned rows
   const Halo* halo = nullptr;                       // of `matrix`; rows the terms need are added by the solver
+  bool same_matrix = false;                         // all but terms and tolerance is what the last solve was given
+  double tolerance = 0.0;                           // of iterations, in place of the solver's; 0: the solver's
 };
 
 struct LinearReport {
@@ -32,7 +34,9 @@ struct LinearReport {
 };
 
 struct LinearOptions {
-  std::string method = "pcg";  // "pcg" | "gauss-seidel" (PCG preconditioned by symmetric Gauss-Seidel) | "direct" (CHOLMOD)
+  // "pcg" (conjugate gradients, diagonal blocks and coarse levels) | "block-jacobi" (diagonal blocks alone) | "gauss-seidel"
+  // (preconditioned by symmetric Gauss-Seidel) | "direct" (CHOLMOD)
+  std::string method = "pcg";
   double tolerance = 1e-4;     // on the preconditioned norm [1]
   int max_iterations = 2000;
 };

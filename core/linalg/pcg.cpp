@@ -1,7 +1,7 @@
-// Conjugate gradients preconditioned by the diagonal blocks, on threads and ranks, or by symmetric Gauss-Seidel, whose
-// sweeps are sequential. Hestenes and Stiefel, J. Res. NBS 49 (1952). Three parallel regions an iteration (four with extra
-// terms); sums by blocks of rows, so the bits depend neither on threads nor on ranks. Eight rows are worked at once
-// (row_groups.h).
+// Conjugate gradients preconditioned by the diagonal blocks, with coarse levels added (coarse_levels.h) or not, on threads and
+// ranks, or by symmetric Gauss-Seidel, whose sweeps are sequential. Hestenes and Stiefel, J. Res. NBS 49 (1952). Three
+// parallel regions an iteration, one more with extra terms; sums by blocks of rows, so the bits depend neither on threads
+// nor on ranks. Eight rows are worked at once (row_groups.h).
 //
 // The product is bound by memory, so the iteration works in single precision, on couplings (coupling_matrix.h); the
 // solution is summed in double precision, and the residual it really leaves, in double precision and the norm of the
@@ -11,6 +11,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/linalg/coarse_levels.h"
 #include "core/linalg/coupling_matrix.h"
 #include "core/linalg/matrix_halo.h"
 #include "core/linalg/pcg_kernels.h"
@@ -47,9 +48,14 @@ struct Krylov {
   }
 };
 
+enum class Preconditioner { Levels, Jacobi, GaussSeidel };
+
 class Pcg final : public LinearSolver {
  public:
-  Pcg(const LinearOptions& options, bool gauss_seidel) : options_(options), gauss_seidel_(gauss_seidel) {}
+  Pcg(const LinearOptions& options, Preconditioner preconditioner)
+      : options_(options),
+        levels_(preconditioner == Preconditioner::Levels),
+        gauss_seidel_(preconditioner == Preconditioner::GaussSeidel) {}
 
   LinearReport solve(const Team& team, const LinearSystem& system, const Points& b, Points& x) override {
     if (gauss_seidel_ && !system.layout->single())
@@ -125,7 +131,9 @@ class Pcg final : public LinearSolver {
   // Scratch, lists of the terms, matrix in single precision, inverse diagonal blocks (zero where a row is fixed).
   void prepare() {
     const Index rows = layout().n_rows();
-    groups_.set_pattern(*system_);
+    const bool laid_out = !system_->same_matrix && groups_.set_pattern(*system_);
+    levels_laid_out_ = levels_laid_out_ && !laid_out;
+    levels_on_ = levels_ && n_cloth_rows(*system_) > 0;
     x_.resize(at(rows + 1));
     product_.resize(at(rows));
     residual_.resize(in_groups(groups_.n_groups()));
@@ -138,12 +146,27 @@ class Pcg final : public LinearSolver {
                              system_->terms ? *system_->terms : ExtraTerms{}, layout());
     over_blocks([&](Index block, Index begin, Index end) {
       const Index first = RowGroups::first_group(begin), last = RowGroups::last_group(end);
-      single_.matrix.set_groups(*system_, groups_, first, last);
+      if (!system_->same_matrix) single_.matrix.set_groups(*system_, groups_, first, last);
       for (Index group = first; group < last; ++group) bad_rows_[block] = std::min(bad_rows_[block], set_inverse(group));
     });
     const Index bad_row = *std::min_element(bad_rows_.begin(), bad_rows_.end());
     refuse_indefinite_row(*system_, bad_row < rows ? bad_row : -1);
     if (gauss_seidel_) sweeps_.prepare(*system_, groups_, single_.inverse);
+    if (levels_on_) prepare_levels();
+  }
+
+  void prepare_levels() {
+    if (!levels_laid_out_) coarse_.set_pattern(*system_->matrix);
+    levels_laid_out_ = true;
+    coarse_.prepare(team_, *system_);
+    levels_on_ = coarse_.usable();
+    if (system_->same_matrix) return;
+    slots_.resize(groups_.rows.size());
+    for (std::size_t place = 0; place < slots_.size(); ++place) {
+      const Index row = groups_.rows[place];
+      slots_[place] = row < groups_.n_rows() ? coarse_.slot(row)
+                                             : coarse_.unused_slot(static_cast<Index>(place) / rows_per_block);
+    }
   }
 
   // Inverse diagonal blocks of a group; the first of its rows whose block is not positive definite, or the number of rows.
@@ -214,7 +237,7 @@ class Pcg final : public LinearSolver {
   LinearReport iterate(const Points& b, double norm) {
     LinearReport report;
     if (b_norm_ == 0.0) return report;  // x = 0 on free rows is exact
-    const double goal = options_.tolerance * b_norm_;
+    const double goal = (system_->tolerance > 0.0 ? system_->tolerance : options_.tolerance) * b_norm_;
     bool in_double = false, restart = true;
     while (norm > goal && report.iterations < options_.max_iterations) {
       const double before = norm;
@@ -245,6 +268,24 @@ class Pcg final : public LinearSolver {
     });
   }
 
+  // Sums of residuals for the coarse levels; the groups are those of one block.
+  template <class Scalar>
+  void add_up(Index first, Index last, const Krylov<Scalar>& k) {
+    if (!levels_on_) return;
+    coarse_.clear_residual(8 * first / rows_per_block);
+    pcg::add_up(first, last, slots_.data(), k.r.data(), coarse_.residual());
+  }
+
+  // r . z with z = P^-1 r; `square` is that of the diagonal blocks.
+  template <class Scalar>
+  double residual_product(double square, Krylov<Scalar>& k) {
+    if (gauss_seidel_) return sweeps_.apply(k.r, k.z);
+    if (!levels_on_) return square;
+    const double product = coarse_.solve(team_, layout());
+    levels_on_ = product >= 0.0;  // a cycle that is not definite is no preconditioner
+    return levels_on_ ? square + product : square;
+  }
+
   // Iterates from residual_, scaled by 1 / b_norm_ (no power of which single precision could lose), until the iterated
   // norm is below `reach`; returns it. Single precision gives up where the matrix looks indefinite to it.
   template <class Scalar>
@@ -252,16 +293,18 @@ class Pcg final : public LinearSolver {
     const double scale = 1.0 / b_norm_;
     const double square = sum_over_groups([&](Index first, Index last) {
       for (std::size_t i = in_groups(first); i < in_groups(last); ++i) k.r[i] = static_cast<Scalar>(scale * residual_[i]);
+      add_up(first, last, k);
       return pcg::precondition(first, last, k.inverse.data(), k.r.data(), k.z.data());
     });
-    k.rz = gauss_seidel_ ? sweeps_.apply(k.r, k.z) : square;
+    k.rz = residual_product(square, k);
     if (restart) std::fill(k.p.begin(), k.p.end(), Scalar{0});
     double beta = restart ? 0.0 : k.rz / k.last_rz, norm = std::sqrt(square);
     double length = 0.0;  // of the last step along p, which x takes when p changes
     while (norm > scale * reach && iterations < options_.max_iterations) {
       over_blocks([&](Index, Index begin, Index end) {
-        pcg::update_direction(RowGroups::first_group(begin), RowGroups::last_group(end), groups_.rows.data(), length,
-                              static_cast<Scalar>(beta), k.z.data(), k.p.data(), x_.data());
+        pcg::update_direction(RowGroups::first_group(begin), RowGroups::last_group(end), {groups_.rows.data(), slots_.data()},
+                              length, static_cast<Scalar>(beta), k.z.data(), levels_on_ ? coarse_.correction() : nullptr,
+                              k.p.data(), x_.data());
       });
       length = 0.0;
       refresh(k.p.data());
@@ -271,13 +314,15 @@ class Pcg final : public LinearSolver {
         break;
       }
       const Scalar alpha = static_cast<Scalar>(k.rz / curvature);
-      const double next_square = sum_over_blocks([&](Index begin, Index end) {
-        return pcg::take_step(RowGroups::first_group(begin), RowGroups::last_group(end), alpha, k.q.data(),
-                              k.inverse.data(), k.r.data(), k.z.data());
+      const double next_square = sum_over_groups([&](Index first, Index last) {
+        const double sum = pcg::take_step(first, last, alpha, k.q.data(), k.inverse.data(), k.r.data(), k.z.data());
+        add_up(first, last, k);
+        return sum;
       });
-      const double rz = gauss_seidel_ ? sweeps_.apply(k.r, k.z) : next_square;
+      const bool had_levels = levels_on_;
+      const double rz = residual_product(next_square, k);
       length = b_norm_ * static_cast<double>(alpha);
-      beta = rz / k.rz;
+      beta = had_levels == levels_on_ ? rz / k.rz : 0.0;
       k.last_rz = k.rz;
       k.rz = rz;
       norm = std::sqrt(next_square);
@@ -297,7 +342,7 @@ class Pcg final : public LinearSolver {
   }
 
   LinearOptions options_;
-  bool gauss_seidel_;
+  bool levels_, gauss_seidel_;
   // Scratch of one solve; x_ and product_ have four numbers a row (x_ one more row, of
   // empty lanes), residual_ lies in groups.
   const LinearSystem* system_ = nullptr;
@@ -306,6 +351,10 @@ class Pcg final : public LinearSolver {
   Halo halo_;
   RowGroups groups_;
   Sweeps sweeps_;
+  CoarseLevels coarse_;
+  std::vector<Index> slots_;  // (groups x 8) of coarse_
+  bool levels_laid_out_ = false;  // for the pattern of groups_
+  bool levels_on_ = false;        // in this solve
   Krylov<float> single_;
   Krylov<double> double_;
   std::vector<double> x_, product_, residual_, sums_;
@@ -315,9 +364,12 @@ class Pcg final : public LinearSolver {
 
 }  // namespace
 
-std::unique_ptr<LinearSolver> make_pcg(const LinearOptions& options) { return std::make_unique<Pcg>(options, false); }
+std::unique_ptr<LinearSolver> make_pcg(const LinearOptions& options) { return std::make_unique<Pcg>(options, Preconditioner::Levels); }
+std::unique_ptr<LinearSolver> make_block_jacobi(const LinearOptions& options) {
+  return std::make_unique<Pcg>(options, Preconditioner::Jacobi);
+}
 std::unique_ptr<LinearSolver> make_gauss_seidel(const LinearOptions& options) {
-  return std::make_unique<Pcg>(options, true);
+  return std::make_unique<Pcg>(options, Preconditioner::GaussSeidel);
 }
 
 }  // namespace loomstone

@@ -8,6 +8,24 @@ namespace {
 
 LOOMSTONE_INLINE Quad widened(const FloatQuad& a) { return __builtin_convertvector(a, Quad); }
 LOOMSTONE_INLINE Quad widened(const Quad& a) { return a; }
+LOOMSTONE_INLINE void narrow(const Quad& a, FloatQuad& out) { out = __builtin_convertvector(a, FloatQuad); }
+LOOMSTONE_INLINE void narrow(const Quad& a, Quad& out) { out = a; }
+
+template <class Scalar>
+LOOMSTONE_INLINE void sum_rows(Index first, Index last, const Index* slots, const Scalar* r, double* sums) {
+  const auto add = [&](Index slot, const auto& row) {
+    double* sum = sums + 4 * static_cast<std::size_t>(slot);
+    quad_store(sum, quad_load(sum) + widened(row));
+  };
+  for (std::size_t g = first; g < static_cast<std::size_t>(last); ++g) {
+    LanesOf<Scalar> pairs[4];
+    to_row_pairs(load_triple(r + 24 * g), pairs);
+    for (int l = 0; l < 4; ++l) {
+      add(slots[8 * g + l], __builtin_shufflevector(pairs[l], pairs[l], 0, 1, 2, 3));
+      add(slots[8 * g + l + 4], __builtin_shufflevector(pairs[l], pairs[l], 4, 5, 6, 7));
+    }
+  }
+}
 
 template <class Scalar, class Row>
 LOOMSTONE_INLINE void update_row(Index row, double length, Scalar beta, const Row& z, Scalar* p, double* x) {
@@ -18,14 +36,22 @@ LOOMSTONE_INLINE void update_row(Index row, double length, Scalar beta, const Ro
 }
 
 template <class Scalar>
-LOOMSTONE_INLINE void directions(Index first, Index last, const Index* rows, double length, Scalar beta, const Scalar* z,
-                                 Scalar* p, double* x) {
+LOOMSTONE_INLINE void directions(Index first, Index last, const Places& places, double length, Scalar beta, const Scalar* z,
+                                 const double* correction, Scalar* p, double* x) {
+  const auto update = [&](std::size_t place, auto row) {
+    if (correction) {
+      decltype(row) more;
+      narrow(quad_load(correction + 4 * static_cast<std::size_t>(places.slots[place])), more);
+      row += more;
+    }
+    update_row(places.rows[place], length, beta, row, p, x);
+  };
   for (std::size_t g = first; g < static_cast<std::size_t>(last); ++g) {
     LanesOf<Scalar> pairs[4];
     to_row_pairs(load_triple(z + 24 * g), pairs);
     for (int l = 0; l < 4; ++l) {
-      update_row(rows[8 * g + l], length, beta, __builtin_shufflevector(pairs[l], pairs[l], 0, 1, 2, 3), p, x);
-      update_row(rows[8 * g + l + 4], length, beta, __builtin_shufflevector(pairs[l], pairs[l], 4, 5, 6, 7), p, x);
+      update(8 * g + l, __builtin_shufflevector(pairs[l], pairs[l], 0, 1, 2, 3));
+      update(8 * g + l + 4, __builtin_shufflevector(pairs[l], pairs[l], 4, 5, 6, 7));
     }
   }
 }
@@ -90,14 +116,19 @@ unsigned invert(double* blocks) {
 }
 
 LOOMSTONE_CLONES
-void update_direction(Index first, Index last, const Index* rows, double length, float beta, const float* z, float* p,
-                      double* x) {
-  directions(first, last, rows, length, beta, z, p, x);
+void add_up(Index first, Index last, const Index* slots, const float* r, double* sums) { sum_rows(first, last, slots, r, sums); }
+LOOMSTONE_CLONES
+void add_up(Index first, Index last, const Index* slots, const double* r, double* sums) { sum_rows(first, last, slots, r, sums); }
+
+LOOMSTONE_CLONES
+void update_direction(Index first, Index last, const Places& places, double length, float beta, const float* z,
+                      const double* correction, float* p, double* x) {
+  directions(first, last, places, length, beta, z, correction, p, x);
 }
 LOOMSTONE_CLONES
-void update_direction(Index first, Index last, const Index* rows, double length, double beta, const double* z, double* p,
-                      double* x) {
-  directions(first, last, rows, length, beta, z, p, x);
+void update_direction(Index first, Index last, const Places& places, double length, double beta, const double* z,
+                      const double* correction, double* p, double* x) {
+  directions(first, last, places, length, beta, z, correction, p, x);
 }
 
 LOOMSTONE_CLONES

@@ -10,11 +10,19 @@ namespace loomstone::pcg {
 // Inverse of symmetric 3x3 blocks (6 x 8, in place); bit l of the result: block l is not positive definite.
 unsigned invert(double* blocks);
 
-// x += length p, then p = z + beta p, on the rows of the groups (rows: groups x 8).
-void update_direction(Index first, Index last, const Index* rows, double length, float beta, const float* z, float* p,
-                      double* x);
-void update_direction(Index first, Index last, const Index* rows, double length, double beta, const double* z, double* p,
-                      double* x);
+// sums[slots[i]] += r of the row at place i (slots: groups x 8; sums: four numbers a slot).
+void add_up(Index first, Index last, const Index* slots, const float* r, double* sums);
+void add_up(Index first, Index last, const Index* slots, const double* r, double* sums);
+
+// x += length p, then p = z + beta p, on the rows of the groups (rows: groups x 8); where `correction` (four numbers a slot)
+// is given, p = z + correction[slots[i]] + beta p.
+struct Places {
+  const Index *rows, *slots;
+};
+void update_direction(Index first, Index last, const Places& places, double length, float beta, const float* z,
+                      const double* correction, float* p, double* x);
+void update_direction(Index first, Index last, const Places& places, double length, double beta, const double* z,
+                      const double* correction, double* p, double* x);
 
 // z = P^-1 r; returns r . z
 double precondition(Index first, Index last, const float* inverse, const float* r, float* z);

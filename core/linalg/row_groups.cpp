@@ -13,8 +13,8 @@ bool RowGroups::is_pattern_of(const LinearSystem& system) const {
          (system.matrix->row_start() == pattern_start_ && system.matrix->columns() == pattern_columns_);
 }
 
-void RowGroups::set_pattern(const LinearSystem& system) {
-  if (is_pattern_of(system)) return;
+bool RowGroups::set_pattern(const LinearSystem& system) {
+  if (is_pattern_of(system)) return false;
   n_rows_ = system.layout->n_rows(), n_cloth_ = n_cloth_rows(system);
   pattern_start_.clear(), pattern_columns_.clear();
   if (n_cloth_ > 0) pattern_start_ = system.matrix->row_start(), pattern_columns_ = system.matrix->columns();
@@ -53,6 +53,7 @@ void RowGroups::set_pattern(const LinearSystem& system) {
       }
     }
   }
+  return true;
 }
 
 }  // namespace loomstone

@@ -11,8 +11,8 @@ namespace loomstone {
 
 class RowGroups {
  public:
-  // Lays the groups out unless they are those of this pattern already.
-  void set_pattern(const LinearSystem& system);
+  // Lays the groups out unless they are those of this pattern already; returns whether it did.
+  bool set_pattern(const LinearSystem& system);
 
   Index n_rows() const { return n_rows_; }
   Index n_groups() const { return static_cast<Index>(slot_start.size()) - 1; }

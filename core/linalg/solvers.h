@@ -1,4 +1,4 @@
-// The three linear solvers behind LinearSolver.
+// The linear solvers behind LinearSolver.
 #pragma once
 
 #include "core/linalg/linear_solver.h"
@@ -6,6 +6,7 @@
 namespace loomstone {
 
 std::unique_ptr<LinearSolver> make_pcg(const LinearOptions& options);
+std::unique_ptr<LinearSolver> make_block_jacobi(const LinearOptions& options);
 std::unique_ptr<LinearSolver> make_gauss_seidel(const LinearOptions& options);
 std::unique_ptr<LinearSolver> make_cholmod(const LinearOptions& options);
 

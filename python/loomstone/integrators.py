@@ -31,7 +31,7 @@ def SemiImplicitEuler(
     """Backward Euler with one linear solve a step (Baraff and Witkin 1998), order 1: robust, damps. The default.
 
     step : [s]; jacobian : "spd" | "exact"; bending : "auto" | "explicit" | "implicit";
-    linear_solver : "pcg" | "gauss-seidel" | "direct"; tolerance : of the preconditioned residual [1]
+    linear_solver : "pcg" | "block-jacobi" | "gauss-seidel" | "direct"; tolerance : of the preconditioned residual [1]
     """
     return IntegratorOptions(
         method="semi-implicit-euler",

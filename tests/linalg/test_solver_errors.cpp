@@ -34,7 +34,7 @@ class PretendedRanks final : public Communicator {
 
 TEST_CASE("unknown methods and useless options are refused by name") {
   CHECK_THROWS_WITH(make_linear_solver({"jacobi", 1e-4, 10}),
-                    Contains("\"pcg\", \"gauss-seidel\" or \"direct\"") && Contains("got \"jacobi\""));
+                    Contains("\"pcg\", \"block-jacobi\", \"gauss-seidel\" or \"direct\"") && Contains("got \"jacobi\""));
   CHECK_THROWS_AS(make_linear_solver({"jacobi", 1e-4, 10}), InvalidInput);
   CHECK_THROWS_WITH(make_linear_solver({"pcg", 0.0, 10}), Contains("tolerance must be > 0"));
   CHECK_THROWS_WITH(make_linear_solver({"pcg", std::nan(""), 10}), Contains("tolerance must be > 0"));
@@ -42,7 +42,7 @@ TEST_CASE("unknown methods and useless options are refused by name") {
 }
 
 TEST_CASE("a right side that is not finite is refused with its row") {
-  for (const char* method : {"pcg", "gauss-seidel", "direct"}) {
+  for (const char* method : {"pcg", "block-jacobi", "gauss-seidel", "direct"}) {
     INFO(method);
     RandomSystem system = random_system(10, 1, 5);
     system.b(43, 1) = std::numeric_limits<double>::quiet_NaN();
@@ -52,7 +52,7 @@ TEST_CASE("a right side that is not finite is refused with its row") {
 }
 
 TEST_CASE("a matrix that is not finite is refused") {
-  for (const char* method : {"pcg", "gauss-seidel", "direct"}) {
+  for (const char* method : {"pcg", "block-jacobi", "gauss-seidel", "direct"}) {
     INFO(method);
     RandomSystem system = random_system(10, 0, 0);
     system.matrix.block_map(system.matrix.find(12, 13))(0, 1) = std::numeric_limits<double>::infinity();
@@ -62,7 +62,7 @@ TEST_CASE("a matrix that is not finite is refused") {
 }
 
 TEST_CASE("a diagonal block that is not positive definite is refused with its row") {
-  for (const char* method : {"pcg", "gauss-seidel"}) {
+  for (const char* method : {"pcg", "block-jacobi", "gauss-seidel"}) {
     INFO(method);
     RandomSystem system = random_system(10, 0, 0);
     system.matrix.block_map(system.matrix.diagonal()[31])(2, 2) = -1.0;
@@ -72,7 +72,7 @@ TEST_CASE("a diagonal block that is not positive definite is refused with its ro
 }
 
 TEST_CASE("an indefinite matrix with good diagonal blocks is refused") {
-  for (const char* method : {"pcg", "gauss-seidel", "direct"}) {
+  for (const char* method : {"pcg", "block-jacobi", "gauss-seidel", "direct"}) {
     INFO(method);
     RandomSystem system = random_system(10, 0, 0);
     for (const auto& [i, j] : {std::pair<Index, Index>{40, 41}, {41, 40}})

@@ -118,7 +118,7 @@ Measured print(const Case& c) {
 void solvers() {
   print_header();
   for (const double h : {1e-3, 4e-3})
-    for (const char* solver : {"pcg", "gauss-seidel", "direct"}) {
+    for (const char* solver : {"pcg", "block-jacobi", "gauss-seidel", "direct"}) {
       print({85, h, solver, "explicit", "mid-edge"});
       print({85, h, solver, "explicit", "hinge"});
       print({85, h, solver, "implicit", "hinge"});
@@ -130,7 +130,7 @@ void growth(const std::vector<Index>& cells) {
   print_header();
   for (const Index n : cells)
     for (const double h : {1e-3, 4e-3})
-      for (const char* solver : {"pcg", "direct"}) {
+      for (const char* solver : {"pcg", "block-jacobi", "direct"}) {
         if (std::string(solver) == "direct" && n > 130) continue;  // what it would take is plain by then
         print({n, h, solver, h > 2e-3 ? "implicit" : "explicit"});
       }

@@ -1,0 +1,272 @@
+#include "core/linalg/coarse_levels.h"
+
+#include <algorithm>
+#include <array>
+
+#include "core/linalg/quad.h"
+#include "core/linalg/small.h"
+#include "core/linalg/system.h"
+
+namespace loomstone {
+
+namespace {
+
+constexpr Index largest_factor = 32;  // nodes of the coarsest level
+constexpr Index parents_per_chunk = rows_per_block / 8;
+constexpr Index chunks_a_task = 8;  // 1,024 nodes, about 10 us
+// Jacobi sweeps with this damping converge where no more than four nodes meet in an element or a term (eigenvalues of
+// D^-1 A below four); elements that meet more were never seen to need less, and a cycle that fails is given up.
+constexpr double damping = 0.5;
+
+// z = B r, or z += B (r - t) where t is given.
+LOOMSTONE_CLONES
+void smooth(Index first, Index last, const double* inverse, const double* r, const double* t, double* z) {
+  for (std::size_t i = first; i < static_cast<std::size_t>(last); ++i) {
+    const double* b = inverse + 12 * i;
+    Quad v = quad_load(r + 4 * i), sum{};
+    if (t) v -= quad_load(t + 4 * i), sum = quad_load(z + 4 * i);
+    quad_store(z + 4 * i, ((sum + quad_load(b) * v[0]) + quad_load(b + 4) * v[1]) + quad_load(b + 8) * v[2]);
+  }
+}
+
+// Calls body(first, last) on whole chunks of [0, n), the unit in which solvers count their work.
+template <class Body>
+void in_chunks(const Team& team, Index n, Index chunk, Body&& body) {
+  parallel_ranges(team, (n + chunk - 1) / chunk, chunks_a_task,
+                  [&](Index first, Index last) { body(first * chunk, std::min(n, last * chunk)); });
+}
+
+void add_block(const double* block, double* sum) {
+  for (int e = 0; e < 9; ++e) sum[e] += block[e];
+}
+
+}  // namespace
+
+void CoarseLevels::set_pattern(const BlockMatrix& matrix) {
+  aggregates_ = grow_aggregates(matrix);
+  n_nodes_ = aggregates_.count();
+  std::vector<std::pair<Index, Index>> couplings;
+  const auto of = [&](Index row) { return aggregates_.of_row[row]; };
+  for (Index row = 0; row < matrix.n_rows(); ++row)
+    for (Index k = matrix.row_start()[row]; k < matrix.row_start()[row + 1]; ++k)
+      if (of(matrix.columns()[k]) > of(row)) couplings.emplace_back(of(row), of(matrix.columns()[k]));
+  levels_.clear();
+  levels_.emplace_back();
+  levels_[0].matrix = BlockMatrix(n_nodes_, couplings);
+  target_.resize(matrix.n_blocks());
+  for (Index row = 0; row < matrix.n_rows(); ++row)
+    for (Index k = matrix.row_start()[row]; k < matrix.row_start()[row + 1]; ++k)
+      target_[k] = levels_[0].matrix.find(of(row), of(matrix.columns()[k]));
+  if (n_nodes_ > largest_factor) add_level(levels_[0], aggregates_.block_start);
+  while (levels_.back().matrix.n_rows() > largest_factor) {
+    const Index n = levels_.back().matrix.n_rows();
+    std::vector<Index> start;
+    for (Index node = 0; node < n; node += 4) start.push_back(node);
+    start.push_back(n);
+    add_level(levels_.back(), std::move(start));
+  }
+  for (Level& level : levels_) {
+    const std::size_t size = 4 * static_cast<std::size_t>(level.matrix.n_rows());
+    for (auto* v : {&level.residual, &level.solution, &level.product}) v->assign(size, 0.0);
+    level.inverse.assign(3 * size, 0.0);
+  }
+}
+
+// Also appends the level to levels_, which `fine` is the last of.
+void CoarseLevels::add_level(Level& fine, std::vector<Index> child_start) {
+  std::vector<Index> parent(fine.matrix.n_rows());
+  for (std::size_t node = 0; node + 1 < child_start.size(); ++node)
+    std::fill(parent.begin() + child_start[node], parent.begin() + child_start[node + 1], static_cast<Index>(node));
+  std::vector<std::pair<Index, Index>> couplings;
+  const std::vector<Index>&start = fine.matrix.row_start(), &columns = fine.matrix.columns();
+  for (Index row = 0; row < fine.matrix.n_rows(); ++row)
+    for (Index k = start[row]; k < start[row + 1]; ++k)
+      if (parent[columns[k]] > parent[row]) couplings.emplace_back(parent[row], parent[columns[k]]);
+  Level coarse;
+  coarse.matrix = BlockMatrix(static_cast<Index>(child_start.size()) - 1, couplings);
+  fine.target.resize(fine.matrix.n_blocks());
+  for (Index row = 0; row < fine.matrix.n_rows(); ++row)
+    for (Index k = start[row]; k < start[row + 1]; ++k)
+      fine.target[k] = coarse.matrix.find(parent[row], parent[columns[k]]);
+  fine.child_start = std::move(child_start);
+  levels_.push_back(std::move(coarse));
+}
+
+void CoarseLevels::prepare(const Team& team, const LinearSystem& system) {
+  const RowLayout& layout = *system.layout;
+  if (!system.same_matrix) {
+    n_blocks_ = (layout.n_rows() + rows_per_block - 1) / rows_per_block;
+    slot_.resize(layout.n_rows());
+    for (Index row = 0; row < layout.n_rows(); ++row)
+      slot_[row] = row < n_cloth_rows(system) && !is_fixed(system, row) ? aggregates_.of_row[row]
+                                                                       : n_nodes_ + row / rows_per_block;
+    residual_.assign(4 * static_cast<std::size_t>(n_slots()), 0.0);
+    correction_ = residual_;
+    sum_rows(team, system);
+    gather_rows(layout);
+    const BlockMatrix& first = levels_[0].matrix;
+    plain_.assign(first.block(0), first.block(0) + 9 * static_cast<std::size_t>(first.n_blocks()));
+  } else {
+    std::copy(plain_.begin(), plain_.end(), levels_[0].matrix.block(0));
+  }
+  add_terms(system);
+  usable_ = true;
+  for (std::size_t l = 0; l < levels_.size() && usable_; ++l) {
+    if (l > 0) sum_level(levels_[l - 1], levels_[l]);
+    usable_ = invert_diagonal(levels_[l]);
+  }
+  if (!usable_) return;
+  const BlockMatrix& last = levels_.back().matrix;
+  Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(3 * last.n_rows(), 3 * last.n_rows());
+  for (Index row = 0; row < last.n_rows(); ++row)
+    for (Index k = last.row_start()[row]; k < last.row_start()[row + 1]; ++k)
+      dense.block<3, 3>(3 * row, 3 * last.columns()[k]) = last.block_map(k);
+  coarsest_.compute(dense);
+  usable_ = coarsest_.info() == Eigen::Success;
+}
+
+// Rows of this rank.
+void CoarseLevels::sum_rows(const Team& team, const LinearSystem& system) {
+  const BlockMatrix& matrix = *system.matrix;
+  BlockMatrix& first = levels_[0].matrix;
+  const OwnedBlocks owned = owned_blocks(*system.layout);
+  const Index last_block = std::min<Index>(owned.last, static_cast<Index>(aggregates_.block_start.size()) - 1);
+  parallel_for(
+      team, std::max<Index>(0, last_block - owned.first),
+      [&](Index i) {
+        const Index block = owned.first + i, end = std::min(matrix.n_rows(), (block + 1) * rows_per_block);
+        const Index from = first.row_start()[aggregates_.block_start[block]];
+        const Index to = first.row_start()[aggregates_.block_start[block + 1]];
+        std::fill(first.block(from), first.block(to), 0.0);
+        for (Index row = block * rows_per_block; row < end; ++row) {
+          if (slot_[row] >= n_nodes_) continue;
+          for (Index k = matrix.row_start()[row]; k < matrix.row_start()[row + 1]; ++k)
+            if (slot_[matrix.columns()[k]] < n_nodes_) add_block(matrix.block(k), first.block(target_[k]));
+        }
+      },
+      4);
+}
+
+// First aggregate at or after the block that begins with this row.
+Index CoarseLevels::first_node(Index row) const {
+  const std::size_t block = static_cast<std::size_t>((row + rows_per_block - 1) / rows_per_block);
+  return aggregates_.block_start[std::min(block, aggregates_.block_start.size() - 1)];
+}
+
+void CoarseLevels::gather_rows(const RowLayout& layout) {
+  if (layout.single()) return;
+  BlockMatrix& first = levels_[0].matrix;
+  std::vector<std::size_t> offsets;
+  for (const Index start : layout.starts())
+    offsets.push_back(9 * sizeof(double) * static_cast<std::size_t>(first.row_start()[first_node(start)]));
+  layout.communicator().gather_all(first.block(0), offsets);
+}
+
+// sum over aggregates I, J of W_I W_J H, W the sum of weights in an aggregate; every rank knows all terms.
+void CoarseLevels::add_terms(const LinearSystem& system) {
+  if (!system.terms) return;
+  BlockMatrix& first = levels_[0].matrix;
+  for (const ExtraTerm& term : *system.terms) {
+    std::array<Index, 8> node;
+    std::array<double, 8> weight;
+    int n = 0;
+    for (int e = 0; e < term.n_entries; ++e) {
+      const Index at = slot_[term.entries[e].row];
+      if (at >= n_nodes_) continue;
+      int i = 0;
+      while (i < n && node[i] != at) ++i;
+      if (i == n) node[n] = at, weight[n++] = 0.0;
+      weight[i] += term.entries[e].weight;
+    }
+    bool coupled = true;
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < i; ++j) coupled = coupled && first.find(node[i], node[j]) >= 0;
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j)
+        if (coupled || i == j)
+          first.block_map(first.find(node[i], node[j])) += system.term_scale * weight[i] * weight[j] * term.hessian;
+  }
+}
+
+void CoarseLevels::sum_level(const Level& fine, Level& coarse) const {
+  coarse.matrix.set_zero();
+  for (Index k = 0; k < fine.matrix.n_blocks(); ++k)
+    add_block(fine.matrix.block(k), coarse.matrix.block(fine.target[k]));
+}
+
+// Nodes without a free row get the identity. False where a block is not positive definite.
+bool CoarseLevels::invert_diagonal(Level& level) const {
+  for (Index node = 0; node < level.matrix.n_rows(); ++node) {
+    auto block = level.matrix.block_map(level.matrix.diagonal()[node]);
+    if (block.isZero(0.0)) block.setIdentity();
+    Mat3 inverse;
+    if (!invert_positive_definite(block, inverse)) return false;
+    double* out = level.inverse.data() + 12 * static_cast<std::size_t>(node);
+    for (int c = 0; c < 3; ++c)
+      for (int r = 0; r < 3; ++r) out[4 * c + r] = damping * inverse(r, c);
+  }
+  return true;
+}
+
+void CoarseLevels::clear_residual(Index block) {
+  const auto clear = [&](Index first, Index last) {
+    std::fill_n(residual_.begin() + 4 * static_cast<std::size_t>(first), 4 * static_cast<std::size_t>(last - first), 0.0);
+  };
+  if (block + 1 < static_cast<Index>(aggregates_.block_start.size()))
+    clear(aggregates_.block_start[block], aggregates_.block_start[block + 1]);
+  clear(n_nodes_ + block, n_nodes_ + block + 1);
+}
+
+double CoarseLevels::solve(const Team& team, const RowLayout& layout) {
+  if (!layout.single()) {
+    std::vector<std::size_t> offsets;
+    for (const Index start : layout.starts())
+      offsets.push_back(4 * sizeof(double) * static_cast<std::size_t>(first_node(start)));
+    layout.communicator().gather_all(residual_.data(), offsets);
+  }
+  const std::size_t size = 4 * static_cast<std::size_t>(n_nodes_);
+  std::copy_n(residual_.begin(), size, levels_[0].residual.begin());
+  cycle(team, 0);
+  std::copy_n(levels_[0].solution.begin(), size, correction_.begin());
+  double product = 0.0;
+  for (std::size_t i = 0; i < size; ++i) product += residual_[i] * correction_[i];
+  return product;
+}
+
+void CoarseLevels::cycle(const Team& team, std::size_t l) {
+  Level& level = levels_[l];
+  const Index n = level.matrix.n_rows();
+  double *r = level.residual.data(), *z = level.solution.data(), *t = level.product.data();
+  if (level.child_start.empty()) {
+    Vector values(3 * n);
+    for (Index i = 0; i < n; ++i) values.segment<3>(3 * i) = Eigen::Map<const Vec3>(r + 4 * i);
+    coarsest_.solveInPlace(values);
+    for (Index i = 0; i < n; ++i) Eigen::Map<Vec3>(z + 4 * i) = values.segment<3>(3 * i);
+    return;
+  }
+  const double* inverse = level.inverse.data();
+  in_chunks(team, n, rows_per_block, [&](Index first, Index last) { smooth(first, last, inverse, r, nullptr, z); });
+  Level& next = levels_[l + 1];
+  const Index n_next = next.matrix.n_rows();
+  in_chunks(team, n_next, parents_per_chunk, [&](Index first, Index last) {
+    level.matrix.multiply(level.child_start[first], level.child_start[last], z, t);
+    for (Index parent = first; parent < last; ++parent) {
+      Quad sum{};
+      for (std::size_t i = level.child_start[parent]; i < static_cast<std::size_t>(level.child_start[parent + 1]); ++i)
+        sum += quad_load(r + 4 * i) - quad_load(t + 4 * i);
+      quad_store(next.residual.data() + 4 * static_cast<std::size_t>(parent), sum);
+    }
+  });
+  cycle(team, l + 1);
+  in_chunks(team, n_next, parents_per_chunk, [&](Index first, Index last) {
+    for (Index parent = first; parent < last; ++parent) {
+      const Quad change = quad_load(next.solution.data() + 4 * static_cast<std::size_t>(parent));
+      for (std::size_t i = level.child_start[parent]; i < static_cast<std::size_t>(level.child_start[parent + 1]); ++i)
+        quad_store(z + 4 * i, quad_load(z + 4 * i) + change);
+    }
+  });
+  in_chunks(team, n, rows_per_block, [&](Index first, Index last) { level.matrix.multiply(first, last, z, t); });
+  in_chunks(team, n, rows_per_block, [&](Index first, Index last) { smooth(first, last, inverse, r, t, z); });
+}
+
+}  // namespace loomstone
