@@ -14,9 +14,10 @@ class StepSolve {
  public:
   explicit StepSolve(const LinearOptions& options) : solver_(make_linear_solver(options)) {}
 
-  // (matrix of `elasticity` + c_k sum J^T H J + body masses) x = rhs; fixed rows keep the x they come with.
+  // (matrix of `elasticity` + c_k sum J^T H J + body masses) x = rhs; fixed rows keep the x they come with. tolerance: of
+  // iterations, 0 for that of the options. same_matrix: nothing but the terms has changed since the last solve.
   LinearReport solve(const Team& team, const RowLayout& layout, const StepInputs& inputs, Elasticity& elasticity,
-                     double c_k, const Points& rhs, Points& x) {
+                     double c_k, const Points& rhs, Points& x, double tolerance = 0.0, bool same_matrix = false) {
     const BlockMatrix& matrix = elasticity.matrix();
     if (halo_blocks_ != matrix.n_blocks()) {  // the pattern is that of the mesh and stays
       halo_ = matrix_halo(matrix, layout);
@@ -30,6 +31,8 @@ class StepSolve {
     system.fixed = inputs.fixed;
     system.layout = &layout;
     system.halo = &halo_;
+    system.tolerance = tolerance;
+    system.same_matrix = same_matrix;
     return solver_->solve(team, system, rhs, x);
   }
 
