@@ -12,7 +12,8 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-NAMES = {"pcg": "conjugate gradients", "direct": "CHOLMOD"}
+NAMES = {"pcg": "coarse levels", "block-jacobi": "block-Jacobi", "direct": "CHOLMOD"}
+LINES = {"pcg": "o-", "block-jacobi": "^:", "direct": "s--"}
 
 
 def read(path: Path) -> dict[tuple[str, float], list[tuple[int, int, float]]]:
@@ -29,11 +30,11 @@ def main(source: Path, target: Path) -> None:
     figure, (times, counts) = plt.subplots(1, 2, figsize=(10, 4), constrained_layout=True)
     for (solver, h), rows in sorted(read(source).items(), reverse=True):
         triangles, iterations, products = zip(*sorted(rows))
-        line = "o-" if solver == "pcg" else "s--"
+        line = LINES[solver]
         colour = "tab:blue" if h < 2 else "tab:orange"
         times.loglog(triangles, products, line, color=colour, label=f"{NAMES[solver]}, {h:g} ms")
-        if solver == "pcg":
-            counts.loglog(triangles, iterations, line, color=colour, label=f"{h:g} ms")
+        if solver != "direct":
+            counts.loglog(triangles, iterations, line, color=colour, label=f"{NAMES[solver]}, {h:g} ms")
     times.set(xlabel="triangles", ylabel="time of a step / block product of 7,396 rows")
     counts.set(xlabel="triangles", ylabel="iterations to 1e-4")
     for axes in (times, counts):
