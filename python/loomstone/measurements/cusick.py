@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import meshes, obstacles
-from .._core import Cloth, ClothMaterial, Scene, TriangleMesh
+from .._core import Cloth, ClothMaterial, Scene, StrainLimit, TriangleMesh
 from ..arguments import whole
 from ..integrators import SemiImplicitEuler
 from ..simulation import Simulation
@@ -77,6 +77,7 @@ def specimen(triangles: int, *, seed: int = 1) -> TriangleMesh:
 def cusick(
     material: ClothMaterial,
     *,
+    strain_limit: StrainLimit | None = None,
     triangles: int = 3000,
     seed: int = 1,
     step: float | None = None,
@@ -86,6 +87,7 @@ def cusick(
     """Drapes a fabric.
 
     material : ClothMaterial or a fabric
+    strain_limit : StrainLimit of the specimen; None: it strains as far as forces take it
     triangles, seed : of the specimen's mesh; below about 3000 triangles the coefficient comes out too high
     step : [s], or None: 4 ms at a contact distance of 1 mm, in proportion below
     longest : simulated time allowed for coming to rest [s]
@@ -94,7 +96,7 @@ def cusick(
     mesh = specimen(triangles, seed=seed)
     if step is None:
         step = float(np.clip(0.4 * mesh.mean_edge, 5e-4, 4e-3))  # the contact distance is a tenth of an edge
-    simulation = Simulation(drape_scene(material, mesh), integrator=SemiImplicitEuler(step=step), threads=threads)
+    simulation = Simulation(drape_scene(material, mesh, strain_limit), integrator=SemiImplicitEuler(step=step), threads=threads)
     rest = bring_to_rest(simulation, longest=longest)
     positions = simulation.positions
     area, flat = shadow_area(positions, mesh.triangles), shadow_area(mesh.vertices, mesh.triangles)
@@ -113,11 +115,11 @@ def cusick(
     )
 
 
-def drape_scene(material: ClothMaterial, mesh: TriangleMesh) -> Scene:
+def drape_scene(material: ClothMaterial, mesh: TriangleMesh, strain_limit: StrainLimit | None = None) -> Scene:
     """The specimen, held up to 9 cm, flat over the pedestal."""
     held = np.flatnonzero(np.linalg.norm(mesh.vertices[:, :2], axis=1) < DISC + 1e-9)
     pedestal = obstacles.obstacle(_pedestal(DISC - 1.5e-3, 0.12), name="pedestal", centre=(0.0, 0.0, -1.5e-3))
-    cloth = Cloth(name="specimen", mesh=mesh, material=material, pins=[int(i) for i in held])
+    cloth = Cloth(name="specimen", mesh=mesh, material=material, pins=[int(i) for i in held], strain_limit=strain_limit)
     return Scene(cloths=[cloth], obstacles=[pedestal, obstacles.floor(height=-0.12, size=1.0)])
 
 
