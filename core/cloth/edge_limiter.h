@@ -1,5 +1,5 @@
 // Edge-based strain limiting (ESL), for comparison: no edge longer than (1 + bound) times its rest length, after [Provot1995]
-// and [Bridson2003]. One bound for all directions; what it does to shear depends on the mesh.
+// and [Bridson2002]. One bound for all directions; what it does to shear depends on the mesh.
 #pragma once
 
 #include <vector>

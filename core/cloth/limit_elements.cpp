@@ -124,6 +124,16 @@ limit::Tables LimitElements::tables() const {
           rows_.empty() ? nullptr : rows_.data()};
 }
 
+limit::Tables LimitElements::sweep_tables(bool edges) {
+  constexpr double inf = std::numeric_limits<double>::infinity();
+  sweep_bounds_ = bounds_;
+  for (std::size_t i = 0; i < sweep_bounds_.size(); ++i)
+    if (edges || cloth_.limits[i].edge) sweep_bounds_[i] = {{-inf, -inf, -inf}, {inf, inf, inf}};
+  limit::Tables t = tables();
+  t.bounds = sweep_bounds_.data();
+  return t;
+}
+
 limit::Tables LimitElements::rate_tables(double rate) {
   rate_bounds_.assign(bounds_.size(), {{-rate, -rate, -rate}, {rate, rate, rate}});
   limit::Tables t = tables();

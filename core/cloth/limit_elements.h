@@ -63,6 +63,8 @@ class LimitElements {
   void hold(const std::vector<Index>& vertices);
 
   limit::Tables tables() const;
+  // The same, unbounded where edges are limited instead.
+  limit::Tables sweep_tables(bool edges);
   // The same with bounds on the rate: +-rate in all modes.
   limit::Tables rate_tables(double rate);
 
@@ -77,7 +79,7 @@ class LimitElements {
   std::vector<Index> corners_, bounds_of_;
   std::vector<double> numbers_, rows_;
   std::vector<std::uint8_t> moves_;
-  std::vector<limit::Bounds> bounds_, rate_bounds_;
+  std::vector<limit::Bounds> bounds_, sweep_bounds_, rate_bounds_;
 };
 
 }  // namespace loomstone

@@ -34,7 +34,8 @@ struct StrainLimit {
         field("shear_min", &L::shear_min, "1", Limits{-std::numeric_limits<double>::infinity(), 0.0, false, true},
               "smallest shear strain e12; None: -shear"),
         field("edge", &L::edge, "1", non_negative(),
-              "largest elongation of an edge, for the method edges; None: the smaller of weft and warp"));
+              "largest elongation of an edge: where given, this cloth is limited by edges, whatever the method; None: in the method "
+              "edges the smaller of weft and warp"));
   }
   double least_shear() const { return shear_min.value_or(-shear); }
   double edge_bound() const { return edge.value_or(weft < warp ? weft : warp); }

@@ -75,7 +75,14 @@ struct StrainLimiter::Active {
 
 StrainLimiter::StrainLimiter(const LimitedCloth& cloth, const LimitOptions& options)
     : options_(options), elements_(cloth, options.method == "gauss-seidel-random") {
-  if (options.method == "edges") edges_ = std::make_unique<EdgeLimiter>(cloth);
+  LimitedCloth by_edges = cloth;
+  Index n_edges = 0;
+  for (Index& limit : by_edges.limit_of) {
+    if (limit >= 0 && options.method != "edges" && !cloth.limits[limit].edge) limit = -1;
+    n_edges += limit >= 0;
+  }
+  if (n_edges > 0) edges_ = std::make_unique<EdgeLimiter>(by_edges);
+  by_elements_ = n_edges < elements_.n_elements();
   corrected_.assign(elements_.n_batches(), 0);
   strains_.resize(24 * static_cast<std::size_t>(elements_.n_batches()));
   if (options.method == "jacobi") {
@@ -89,14 +96,15 @@ StrainLimiter::~StrainLimiter() = default;
 LimitReport StrainLimiter::enforce(const Team& team, std::uint64_t key, const std::vector<Index>& held, Points& x) {
   if (empty()) return {};
   elements_.hold(held);
-  const limit::Tables tables = elements_.tables();
   const limit::Motion motion{x.data(), nullptr, options_.tolerance};
   LimitReport report;
-  if (edges_)
-    report = edges_->enforce(team, options_, held, x);
-  else
-    report = enforce(team, key, tables, motion);
-  measure(team, tables, motion, 1.0, report);
+  if (by_elements_) report = enforce(team, key, elements_.sweep_tables(options_.method == "edges"), motion);
+  if (edges_) {
+    const LimitReport done = edges_->enforce(team, options_, held, x);
+    report.sweeps = std::max(report.sweeps, done.sweeps);
+    report.evaluations += done.evaluations;
+  }
+  measure(team, elements_.tables(), motion, 1.0, report);
   return report;
 }
 

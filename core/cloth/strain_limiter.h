@@ -60,7 +60,8 @@ class StrainLimiter {
 
   LimitOptions options_;
   LimitElements elements_;
-  std::unique_ptr<EdgeLimiter> edges_;
+  std::unique_ptr<EdgeLimiter> edges_;       // of the cloths that are limited by edges
+  bool by_elements_ = false;                 // others are there
   // Scratch.
   std::vector<std::uint8_t> corrected_;      // (batches) bits of lanes
   std::vector<double> deltas_, strains_;

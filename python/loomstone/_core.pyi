@@ -780,7 +780,7 @@ class StrainLimit:
     weft_min : smallest strain along weft; -1: compression is free [1]; in [-1, 0]; default -1.0
     warp_min : smallest strain along warp; -1: compression is free [1]; in [-1, 0]; default -1.0
     shear_min : smallest shear strain e12; None: -shear [1]; <= 0
-    edge : largest elongation of an edge, for the method edges; None: the smaller of weft and warp [1]; >= 0
+    edge : largest elongation of an edge: where given, this cloth is limited by edges, whatever the method; None: in the method edges the smaller of weft and warp [1]; >= 0
     """
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
     field_names: typing.ClassVar[tuple[str, ...]] = ('weft', 'warp', 'shear', 'weft_min', 'warp_min', 'shear_min', 'edge')
@@ -801,7 +801,7 @@ class StrainLimit:
     @property
     def edge(self) -> float | None:
         """
-        largest elongation of an edge, for the method edges; None: the smaller of weft and warp [1]; >= 0
+        largest elongation of an edge: where given, this cloth is limited by edges, whatever the method; None: in the method edges the smaller of weft and warp [1]; >= 0
         """
     @property
     def shear(self) -> float:

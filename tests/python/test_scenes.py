@@ -15,6 +15,7 @@ SCENES = Path(__file__).parents[2] / "scenes"
 SMALL = {
     "bending": ({"triangles": 128}, 0.4, 1.2),
     "card": ({"triangles": 288, "boxes": 3}, 0.48, 1.3),
+    "disc": ({"triangles": 240}, 0.4, 2.0),
     "drape": ({"triangles": 450}, 0.6, 1.2),
     "dress": ({"triangles": 900}, 1.3, 1.3),
     "flag": ({"triangles": 200}, 0.2, 1.3),
@@ -31,7 +32,7 @@ SMALL = {
 
 def test_every_scene_has_a_small_version_here():
     # Without collisions there is nothing to keep apart.
-    assert {path.stem for path in SCENES.glob("*.py")} - {"swing", "limit_scaling"} == SMALL.keys()
+    assert {path.stem for path in SCENES.glob("*.py")} - {"swing", "swing_limits", "limit_scaling"} == SMALL.keys()
 
 
 @pytest.mark.parametrize("name", sorted(SMALL))

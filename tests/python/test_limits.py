@@ -1,0 +1,148 @@
+"""Strain limits from Python: on arrays and in the step."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import loomstone as ls
+from loomstone.scene_file import SceneFile
+
+SCENES = Path(__file__).parents[2] / "scenes"
+
+METHODS = ["gauss-seidel", "gauss-seidel-random", "jacobi", "edges"]
+
+
+def hanging(method="gauss-seidel", limit=ls.StrainLimit(0.05, 0.05, 0.1), **options):
+    """Soft cloth pinned at two corners, which without limits stretches far beyond them."""
+    material = ls.ClothMaterial(weft_stiffness=50.0, warp_stiffness=50.0, shear_stiffness=20.0)
+    cloth = ls.Cloth(mesh=ls.grid(size=(0.5, 0.5), cells=(12, 12)), material=material, pins=[0, 12], strain_limit=limit)
+    return ls.Scene(cloths=[cloth], collisions=False, limits=ls.LimitOptions(method=method, **options))
+
+
+def simulate(scene, steps=100, threads=1):
+    sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=2e-3), threads=threads)
+    reports = []
+    for _ in range(steps):
+        sim.step()
+        reports.append(sim.report.to_dict())
+    return sim, reports
+
+
+def test_strain_of_arrays_is_u_minus_i_and_limits_hold_within_the_tolerance():
+    mesh = ls.grid(size=(1.0, 1.0), cells=(8, 8))
+    pulled = np.asarray(mesh.vertices) * (1.3, 1.1, 1.0)
+    np.testing.assert_allclose(ls.limits.strain(pulled, mesh), np.tile((0.3, 0.1, 0.0), (128, 1)), atol=1e-13)
+    before = pulled.copy()
+    for method in METHODS[:3]:
+        points, report = ls.limits.limit(pulled, mesh, ls.StrainLimit(0.1, 0.05, 0.2), method=method, max_sweeps=5000)
+        assert report.beyond == 0 and max(report.excess) <= 0.002 and report.evaluations >= 128
+        strain = ls.limits.strain(points, mesh)
+        assert (strain <= np.array((0.102, 0.052, 0.202))).all() and strain[:, 2].min() >= -0.202
+        np.testing.assert_allclose(points.mean(axis=0), before.mean(axis=0), atol=0.02)
+    assert (pulled == before).all(), "what was given is not changed"
+
+
+def test_fixed_points_do_not_move_and_masses_decide_who_gives_way():
+    mesh = ls.grid(size=(1.0, 1.0), cells=(4, 4))
+    pulled = np.asarray(mesh.vertices) * (1.2, 1.0, 1.0)
+    fixed = [0, 5, 10, 15, 20]
+    points, _ = ls.limits.limit(pulled, mesh, ls.StrainLimit(0.05, 0.05, 0.1), fixed=fixed)
+    assert (points[fixed] == pulled[fixed]).all() and (points != pulled).any()
+    masses = np.where(np.arange(25) % 5 == 0, 1e6, 1.0)
+    heavy, _ = ls.limits.limit(pulled, mesh, ls.StrainLimit(0.05, 0.05, 0.1), masses=masses)
+    np.testing.assert_allclose(heavy[fixed], pulled[fixed], atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    "mistake, said",
+    [
+        (lambda: ls.StrainLimit(-0.1, 0.1, 0.1), "weft must be >= 0"),
+        (lambda: ls.StrainLimit(0.1, float("nan"), 0.1), "warp must be >= 0 .* got nan"),
+        (lambda: ls.StrainLimit(0.1, 0.1, 0.1, weft_min=0.2), r"weft_min must be in \[-1, 0\]"),
+        (lambda: ls.StrainLimit(0.1, 0.1, 0.1, shear_min=0.2), "shear_min must be <= 0"),
+        (lambda: ls.LimitOptions(strain_rate=-1), "strain_rate must be >= 0"),
+        (lambda: ls.LimitOptions(tolerance=0), "tolerance must be > 0"),
+        (lambda: simulate(hanging("newton")), "scene.limits.method must be one of gauss-seidel"),
+        (lambda: ls.limits.limit(np.zeros((3, 3)), ls.grid(cells=(2, 2)), ls.StrainLimit(0.1, 0.1, 0.1)), "points must have shape"),
+        (lambda: ls.limits.limit(np.full((9, 3), np.nan), ls.grid(cells=(2, 2)), ls.StrainLimit(0.1)), "points must be finite"),
+        (lambda: ls.limits.limit(np.zeros((9, 3)), ls.grid(cells=(2, 2)), ls.StrainLimit(0.1), fixed=[9]), "fixed must be vertex"),
+        (lambda: ls.limits.limit(np.zeros((9, 3)), ls.grid(cells=(2, 2)), ls.StrainLimit(0.1), masses=[0] * 9), "masses must be"),
+        (lambda: ls.limits.strain(np.zeros((9, 3)), ls.grid(cells=(2, 2)), rest="pattern"), "rest must be one of uv | mesh"),
+    ],
+)
+def test_a_mistake_is_one_clear_error(mistake, said):
+    with pytest.raises(ls.InvalidInput, match=said):
+        mistake()
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_step_keeps_limits_that_it_breaks_without_them(method):
+    free, _ = simulate(hanging(limit=None))
+    scene = hanging(method, max_sweeps=20000)
+    mesh = scene.cloths[0].mesh
+    most = ls.limits.strain(free.positions, mesh).max()
+    sim, reports = simulate(scene)
+    strain = ls.limits.strain(sim.positions, mesh)
+    assert most > 0.2, "without limits it strains four times as far"
+    assert sum(r["limit_sweeps"] for r in reports) > 100 and sum(r["seconds"]["limit"] for r in reports) > 0
+    last = reports[-1]
+    if method != "edges":
+        assert max(r["limit_excess"] for r in reports) <= 0.002
+        assert last["beyond_limit"] == 0 and strain.max() <= 0.102 and strain[:, :2].max() <= 0.052
+    np.testing.assert_allclose(max(last["weft_excess"], 0), max(strain[:, 0].max() - 0.05, 0), atol=1e-12)
+    pins = np.asarray(mesh.vertices)[[0, 12]]
+    assert (sim.positions[[0, 12]] == pins).all(), "pins do not move by one bit"
+
+
+def test_what_pins_make_impossible_is_reported_with_the_element():
+    mesh = ls.grid(size=(0.5, 0.5), cells=(6, 6))
+    x = np.asarray(mesh.vertices)
+    sides = [int(i) for i in np.flatnonzero(abs(x[:, 0]) > 0.2499)]
+    ends = [x[sides], x[sides] * (1.3, 1, 1)]
+    cloth = ls.Cloth(
+        mesh=mesh, pins=sides, script_times=[0.0, 0.1], script_positions=np.concatenate(ends), strain_limit=ls.StrainLimit(0.1, 0.1, 0.1)
+    )
+    _, reports = simulate(ls.Scene(cloths=[cloth], collisions=False), steps=60)
+    assert reports[5]["beyond_limit"] == 0 and reports[5]["worst_element"] == -1
+    assert reports[-1]["beyond_limit"] > 36 and reports[-1]["weft_excess"] > 0.19 and 0 <= reports[-1]["worst_element"] < 72
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_threads_stages_rebuilt_and_checkpoints_change_no_bit(method):
+    scene = hanging(method, max_sweeps=20)
+    one, _ = simulate(scene, 40)
+    assert simulate(scene, 40, threads=3)[0].digest() == one.digest()
+    again, _ = simulate(scene, 20)
+    saved = again.checkpoint()
+    other = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=2e-3), threads=1)
+    other.restore(saved)
+    for _ in range(20):
+        other.step()
+    assert other.digest() == one.digest()
+
+
+def test_a_cloth_with_a_bound_for_edges_is_limited_by_them_beside_others_that_are_not():
+    edges = hanging(limit=ls.StrainLimit(edge=0.05)).cloths[0].replace(name="edges")
+    other = hanging().cloths[0]
+    other = other.replace(mesh=other.mesh.moved((2.0, 0.0, 0.0)), name="elements")
+    options = ls.LimitOptions(max_sweeps=5000)
+    both, _ = simulate(ls.Scene(cloths=[edges, other], collisions=False, limits=options))
+    x, mesh = both.positions, edges.mesh
+    n = len(x) // 2
+    pairs = np.asarray(mesh.triangles)[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
+    rest = np.asarray(mesh.vertices)
+    length = [np.linalg.norm(p[pairs[:, 0]] - p[pairs[:, 1]], axis=1) for p in (rest, x[:n])]
+    assert (length[1] <= 1.052001 * length[0]).all()
+    assert (length[1] > 1.04 * length[0]).any(), "the bound is reached"
+    assert (ls.limits.strain(x[n:], other.mesh) <= (0.052, 0.052, 0.102)).all()
+
+
+def test_the_columns_of_the_swing_differ_as_their_limits_do():
+    file = SceneFile.open(SCENES / "swing_limits.py", {"triangles": 200})
+    sim = ls.Simulation(file.scene(), integrator=file.integrator, threads=1)
+    last, column = list(sim.frames(duration=0.6, rate=25))[-1], sim.topology.cloth_of_triangle
+    mean = [abs(last.strain[column == i]).mean(axis=0) for i in range(7)]
+    assert mean[6].max() > 2 * mean[0].max(), "without limits it strains further than with tight ones"
+    assert mean[1][2] > 2 * mean[0][2], "loose shear is used"
+    assert mean[2][1] > mean[3][1] and mean[3][0] > mean[2][0], "swapped limits swap weft and warp"
