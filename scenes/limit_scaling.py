@@ -27,7 +27,7 @@ def scene(triangles: int = 3600, method: str = "gauss-seidel", in_solve: bool = 
         mesh=mesh,
         material=material,
         pins=ls.meshes.nearest_vertices(mesh, [(-0.25, 0.25, 0.0), (0.25, 0.25, 0.0)]),
-        strain_limit=None if method == "none" else ls.StrainLimit(*LIMITS, edge=0.1),
+        strain_limit=None if method == "none" else ls.StrainLimit(*LIMITS),
     )
     limits = ls.LimitOptions(method="gauss-seidel" if method == "none" else method, in_solve=in_solve, max_sweeps=max_sweeps)
     return ls.Scene(cloths=[cloth], limits=limits, collisions=False)

@@ -59,7 +59,7 @@ LimitPhase::LimitPhase(const Membrane& membrane, const std::vector<StrainLimit>&
   constexpr double free = std::numeric_limits<double>::infinity();
   for (Index t = 0; t < membrane.n_batches() * n_lanes; ++t) {
     const Index row = limit_of[std::min(t, membrane.n_triangles() - 1)];
-    const StrainLimit limit = row < 0 ? StrainLimit{} : limits[row];
+    const StrainLimit limit = row < 0 || limits[row].edge ? StrainLimit{} : limits[row];  // edges are limited afterwards
     const double least[3] = {limit.weft_min, limit.warp_min, limit.least_shear()}, most[3] = {limit.weft, limit.warp, limit.shear};
     double* lane = bounds_.data() + bound_stride * static_cast<std::size_t>(t / n_lanes) + t % n_lanes;
     for (int k = 0; k < 3; ++k) {

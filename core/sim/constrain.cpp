@@ -97,7 +97,8 @@ class Constraining {
     corotational_strain(*in_.team, in_.cloth->triangles, in_.cloth->corners, x1_, strain1_);
     beyond_.clear();
     for (Index t = 0; t < in_.cloth->triangles.rows(); ++t) {
-      if (in_.cloth->strain_limit_of[t] < 0) continue;
+      const Index row = in_.cloth->strain_limit_of[t];
+      if (row < 0 || in_.cloth->strain_limits[row].edge) continue;
       for (int k = 0; k < 3; ++k)
         if (const Mode m = mode(strain1_, t, k); m.excess > m.margin) {
           beyond_.push_back(t);

@@ -13,11 +13,11 @@ SCENES = Path(__file__).parents[2] / "scenes"
 METHODS = ["gauss-seidel", "gauss-seidel-random", "jacobi", "edges"]
 
 
-def hanging(method="gauss-seidel", limit=ls.StrainLimit(0.05, 0.05, 0.1), **options):
+def hanging(method="gauss-seidel", limit=ls.StrainLimit(0.05, 0.05, 0.1), in_solve=False, **options):
     """Soft cloth pinned at two corners, which without limits stretches far beyond them."""
     material = ls.ClothMaterial(weft_stiffness=50.0, warp_stiffness=50.0, shear_stiffness=20.0)
     cloth = ls.Cloth(mesh=ls.grid(size=(0.5, 0.5), cells=(12, 12)), material=material, pins=[0, 12], strain_limit=limit)
-    return ls.Scene(cloths=[cloth], collisions=False, limits=ls.LimitOptions(method=method, **options))
+    return ls.Scene(cloths=[cloth], collisions=False, limits=ls.LimitOptions(method=method, in_solve=in_solve, **options))
 
 
 def simulate(scene, steps=100, threads=1):
@@ -74,6 +74,13 @@ def test_fixed_points_do_not_move_and_masses_decide_who_gives_way():
 def test_a_mistake_is_one_clear_error(mistake, said):
     with pytest.raises(ls.InvalidInput, match=said):
         mistake()
+
+
+def test_limits_inside_the_solve_leave_sweeps_nothing_to_do():
+    _, reports = simulate(hanging(in_solve=True))
+    _, swept = simulate(hanging(max_sweeps=20000))
+    assert sum(r["limit_sweeps"] for r in reports) < 1.2 * len(reports) < sum(r["limit_sweeps"] for r in swept) / 4
+    assert max(r["limit_excess"] for r in reports) <= 0.002
 
 
 @pytest.mark.parametrize("method", METHODS)
