@@ -135,6 +135,7 @@ void bind_frame_topology(py::module_& m) {
   list("body_of_triangle", &T::body_of_triangle, "(mb) index into body_names");
   list("body_of_vertex", &T::body_of_vertex, "(nb) index into body_names");
   c.def_readonly("body_names", &T::body_names, "rigid bodies first, then obstacles");
+  list("body_pole", &T::body_pole, "(nb) 1 at north, -1 at south poles of magnets, 0 where there is none; or empty");
   list("body_is_floor", &T::body_is_floor, "(bodies) 1 where drawn as ground");
   c.def("__repr__", [](const T& self) {
     return "FrameTopology(" + std::to_string(self.cloth_of_vertex.size()) + " cloth vertices, " +

@@ -2,6 +2,7 @@
 #include "bindings/bindings.h"
 #include "core/magnetics/axisymmetric.h"
 #include "core/magnetics/cells.h"
+#include "core/magnetics/induction.h"
 #include "core/magnetics/polyhedron.h"
 #include "core/magnetics/sphere.h"
 
@@ -206,6 +207,20 @@ void bind_energy(py::module_& m) {
       py::arg("bodies"), py::arg("tolerance") = 1e-4, py::arg("threads") = 0);
 }
 
+void bind_induction(py::module_& m) {
+  m.def(
+      "induced_moments",
+      [](const py::object& points, const std::vector<double>& radii, const std::vector<double>& susceptibilities,
+         const py::object& applied, double tolerance, int threads) {
+        const Points x = as_rows<Points>(points, "points"), field = as_rows<Points>(applied, "applied", x.rows());
+        const Team team = team_of(threads);
+        const py::gil_scoped_release release;
+        return sphere_moments(team, x, radii, susceptibilities, field, tolerance);
+      },
+      py::arg("points"), py::arg("radii"), py::arg("susceptibilities"), py::arg("applied"), py::arg("tolerance") = 1e-12,
+      py::arg("threads") = 0);
+}
+
 void bind_cells(py::module_& m) {
   m.def(
       "magnetic_cells",
@@ -237,6 +252,7 @@ void bind_magnetics(py::module_& m) {
   bind_fields(m);
   bind_interactions(m);
   bind_energy(m);
+  bind_induction(m);
   bind_cells(m);
 }
 

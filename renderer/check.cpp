@@ -96,6 +96,9 @@ void check_topology(const FrameTopology& t) {
   if (static_cast<Index>(t.body_of_triangle.size()) != t.body_triangles.rows() ||
       t.body_is_floor.size() != t.body_names.size())
     throw InvalidInput("the topology must name a body for each body triangle and say of each body whether it is a floor");
+  if (!t.body_pole.empty() && t.body_pole.size() != t.body_of_vertex.size())
+    throw InvalidInput("the topology must have a pole for each body vertex or none, got " +
+                       std::to_string(t.body_pole.size()));
   if (!t.corner_uv.allFinite()) throw InvalidInput("corner_uv of the topology must be finite");
   check_corners("triangles", t.triangles, n);
   check_corners("body_triangles", t.body_triangles, static_cast<Index>(t.body_of_vertex.size()));

@@ -160,7 +160,8 @@ void Renderer::Data::draw(const Frame& frame, const Vector& values, const ColorR
   if (!framing) framing = make_framing(topology, frame);
   if (!bodies) bodies.emplace(gl, drawn_bodies(topology, frame.body_positions), false);
   passes->cloth.update(frame.positions, values);
-  bodies->update(frame.body_positions, Vector());
+  bodies->update(frame.body_positions, Eigen::Map<const Vector>(topology.body_pole.data(),
+                                                                static_cast<Index>(topology.body_pole.size())));
   const std::vector<const SquareBuffers*> floors = place_floors(frame);
 
   const View view = make_view(options.camera, static_cast<double>(options.width) / options.height, *framing);

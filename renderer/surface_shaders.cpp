@@ -105,6 +105,9 @@ void main() {
   vec3 v = normalize(-eye_position);
   vec2 seen = seen_at(-eye_position.z);
   vec3 albedo = vec3(0.46, 0.45, 0.44) * (1.0 - 0.07 * mod(floor(surface_uv.x + 0.5), 3.0));
+  // Poles: north red, south blue.
+  albedo = mix(albedo, vec3(0.55, 0.05, 0.04), smoothstep(0.02, 0.04, surface_value));
+  albedo = mix(albedo, vec3(0.04, 0.12, 0.50), smoothstep(0.02, 0.04, -surface_value));
   float facing = dot(n, towards_light);
   float gloss = pow(max(0.0, dot(n, normalize(towards_light + v))), 24.0) * step(0.0, facing);
   vec3 light = ambient(n) * seen.y + sun * max(0.0, facing) * seen.x;

@@ -23,6 +23,7 @@ struct FrameTopology {
   std::vector<Index> body_of_vertex;      // (nb)
   std::vector<std::string> body_names;    // rigid bodies first, then obstacles
   std::vector<std::uint8_t> body_is_floor;  // drawn as ground (per body)
+  std::vector<double> body_pole;          // (nb) 1 at north, -1 at south poles of magnets, 0 where there is none; or empty
 };
 
 struct Frame {

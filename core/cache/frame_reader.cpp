@@ -94,6 +94,8 @@ struct FrameReader::Data {
     topology.body_triangles = bodies->triangles();
     topology.body_names = read_names(*bodies_file);
     topology.body_of_vertex = bodies->constant_indices("PointData/body", bodies->n_points());
+    if (bodies_file->has("/VTKHDF/PointData/pole"))
+      topology.body_pole = bodies->constant_numbers("PointData/pole", bodies->n_points(), 1);
     topology.body_of_triangle = bodies->constant_indices("CellData/body", bodies->triangles().rows());
     topology.body_is_floor = bodies_file->read_array<std::uint8_t>(group + "/is_floor");
     check_group_numbers(*bodies_file, topology.body_of_vertex, topology.body_names.size());

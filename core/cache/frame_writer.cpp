@@ -46,6 +46,9 @@ void check_topology(const FrameTopology& topology) {
   check("cloth_of_triangle", static_cast<Eigen::Index>(topology.cloth_of_triangle.size()), topology.triangles.rows());
   check("body_of_triangle", static_cast<Eigen::Index>(topology.body_of_triangle.size()),
         topology.body_triangles.rows());
+  if (!topology.body_pole.empty())
+    check("body_pole", static_cast<Eigen::Index>(topology.body_pole.size()),
+          static_cast<Eigen::Index>(topology.body_of_vertex.size()));
   check("body_is_floor", static_cast<Eigen::Index>(topology.body_is_floor.size()),
         static_cast<Eigen::Index>(topology.body_names.size()));
 }
@@ -70,8 +73,9 @@ PolyDataWriter create_run(const std::string& path, const FrameTopology& topology
 
 PolyDataWriter create_bodies(const std::string& path, const FrameTopology& topology) {
   const auto n_vertices = static_cast<std::int64_t>(topology.body_of_vertex.size());
-  PolyDataWriter writer(path, n_vertices, topology.body_triangles,
-                        {{"body", Number::Int32, 1, topology.body_of_vertex.data()}},
+  std::vector<PolyDataField> on_points = {{"body", Number::Int32, 1, topology.body_of_vertex.data()}};
+  if (!topology.body_pole.empty()) on_points.push_back({"pole", Number::Float64, 1, topology.body_pole.data()});
+  PolyDataWriter writer(path, n_vertices, topology.body_triangles, on_points,
                         {{"body", Number::Int32, 1, topology.body_of_triangle.data()}});
   write_description(writer.file(), bodies_kind, topology.body_names);
   write_bytes(writer.file(), "is_floor", topology.body_is_floor.data(), topology.body_is_floor.size());

@@ -4,6 +4,7 @@
 #include "core/base/error.h"
 #include "core/magnetics/axisymmetric.h"
 #include "core/magnetics/cells.h"
+#include "core/magnetics/induction.h"
 #include "core/magnetics/polyhedron.h"
 #include "core/magnetics/sphere.h"
 #include "core/sim/build.h"
@@ -35,7 +36,13 @@ void check_shape(const Magnet& magnet, const std::string& where) {
   only(!magnet.moment.isZero(0.0), dipole, "moment");
   require(magnet.polarization.allFinite(), where + ".polarization must be finite [T]");
   require(magnet.moment.allFinite(), where + ".moment must be finite [A m^2]");
-  require(!magnet.polarization.isZero(0.0) || !magnet.moment.isZero(0.0),
+  const bool induced = magnet.susceptibility != 0.0;
+  require(!induced || magnet.polarization.isZero(0.0),
+          where + ".polarization must be zero where susceptibility is given: a magnet is hard or soft");
+  if (induced && !sphere) throw Unsupported(where + ".susceptibility is that of spheres, got shape " + magnet.shape);
+  require(!induced || magnet.engine == "accurate", where + ".engine must be accurate with a susceptibility");
+  require(!induced || magnet.radius > 0.0, where + ".radius must be > 0 [m] with a susceptibility");
+  require(induced || !magnet.polarization.isZero(0.0) || !magnet.moment.isZero(0.0),
           where + (dipole ? ".moment must not be zero [A m^2]" : ".polarization must not be zero [T]") +
               "; leave the magnet out");
   require(magnet.position.allFinite(), where + ".position must be finite [m]");
@@ -61,6 +68,30 @@ SourcePtr source_of(const Magnet& magnet, const TriangleMesh& carrier, RigidPose
   const MagneticBody body = make_mesh_magnet(magnet.mesh ? *magnet.mesh : carrier, magnet.polarization);
   pose.position += rotation_matrix(pose.orientation) * body.pose.position;
   return body.source;
+}
+
+// How far north a point of the carrier is in its nearest magnet, -1 ... 1 along the moment; 0 away from hard magnets.
+double pole_at(const Model& model, Index carrier, const Vec3& point) {
+  double nearest = 1.3, pole = 0.0;  // a little beyond the ball that holds the magnet, for what encloses it
+  for (const Model::Carried& magnet : model.magnets) {
+    if (magnet.carrier != carrier || !magnet.source || magnet.source->moment().isZero(0.0)) continue;
+    const Vec3 arm = point - magnet.local.position;
+    const double radius = magnet.source->radius() > 0.0 ? magnet.source->radius() : arm.norm();
+    if (arm.norm() >= nearest * radius) continue;
+    nearest = arm.norm() / radius;
+    pole = (rotation_matrix(magnet.local.orientation) * magnet.source->moment()).normalized().dot(arm) / radius;
+  }
+  return pole;
+}
+
+void build_poles(const Scene& scene, Model& model) {
+  std::vector<double>& pole = model.topology.body_pole;
+  pole.clear();
+  for (Index carrier = 0; carrier < static_cast<Index>(scene.bodies.size() + scene.obstacles.size()); ++carrier) {
+    const bool moves = carrier < model.n_bodies();
+    const Points& local = moves ? model.bodies[carrier].local : model.obstacles[carrier - model.n_bodies()].local;
+    for (Index i = 0; i < local.rows(); ++i) pole.push_back(pole_at(model, carrier, local.row(i).transpose()));
+  }
 }
 
 }  // namespace
@@ -91,6 +122,12 @@ void build_magnets(const Scene& scene, Model& model) {
     carried.local = {magnet.position, magnet.orientation.normalized()};
     if (moves) carried.local.position -= model.body_mass[carrier].centre;
     try {
+      if (magnet.susceptibility != 0.0) {
+        carried.radius = magnet.radius;
+        carried.polarizability = sphere_polarizability(magnet.radius, magnet.susceptibility);
+        model.magnets.push_back(std::move(carried));
+        continue;
+      }
       carried.source = source_of(magnet, mesh, carried.local);
       if (magnet.engine == "cells")
         carried.source = std::make_shared<CellMagnet>(*carried.source, magnet.density, 3.0);
@@ -99,6 +136,7 @@ void build_magnets(const Scene& scene, Model& model) {
     }
     model.magnets.push_back(std::move(carried));
   }
+  if (!scene.magnets.empty()) build_poles(scene, model);
 }
 
 }  // namespace loomstone

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "core/base/error.h"
+#include "core/magnetics/induction.h"
 
 namespace loomstone {
 
@@ -25,13 +26,28 @@ std::vector<RigidPose> between(const std::vector<RigidPose>& start, const std::v
 
 MagneticMotion::MagneticMotion(const Model& model) : model_(model) {
   for (const MassProperties& mass : model.body_mass) rotors_.push_back(make_rotor(mass.inertia));
-  for (const Model::Carried& magnet : model.magnets) {
+  for (std::size_t i = 0; i < model.magnets.size(); ++i) {
+    const Model::Carried& magnet = model.magnets[i];
     groups_.push_back(std::min(magnet.carrier, model.n_bodies()));
-    coarse_.push_back(coarse_magnet(*magnet.source));
+    (magnet.source ? hard_ : induced_).push_back(static_cast<Index>(i));
+    coarse_.push_back(magnet.source ? coarse_magnet(*magnet.source)
+                                    : CoarseMagnet{Points::Zero(1, 3), 0.0, 2.0 * magnet.radius});
   }
+  polarizabilities_.resize(induced_.size());
+  for (std::size_t k = 0; k < induced_.size(); ++k) polarizabilities_[k] = model.magnets[induced_[k]].polarizability;
 }
 
-std::vector<MagneticBody> MagneticMotion::placed(const RigidState& state,
+Points MagneticMotion::applied_field(const Team& team, const std::vector<MagneticBody>& magnets) const {
+  std::vector<MagneticBody> hard;
+  for (const Index i : hard_) hard.push_back(magnets[i]);
+  Points x(induced_.size(), 3);
+  for (std::size_t k = 0; k < induced_.size(); ++k) x.row(k) = magnets[induced_[k]].pose.position.transpose();
+  Points field = magnetic_field(team, hard, x, "B");
+  field.rowwise() += model_.scene.magnetic_field.transpose();
+  return field;
+}
+
+std::vector<MagneticBody> MagneticMotion::placed(const Team& team, const RigidState& state,
                                                  const std::vector<RigidPose>& obstacles) const {
   std::vector<MagneticBody> bodies;
   for (const Model::Carried& magnet : model_.magnets) {
@@ -41,12 +57,26 @@ std::vector<MagneticBody> MagneticMotion::placed(const RigidState& state,
                       {carrier.position + rotation_matrix(carrier.orientation) * magnet.local.position,
                        quaternion_product(carrier.orientation, magnet.local.orientation)}});
   }
+  if (induced_.empty()) return bodies;
+  Points x(induced_.size(), 3);
+  for (std::size_t k = 0; k < induced_.size(); ++k) x.row(k) = bodies[induced_[k]].pose.position.transpose();
+  const Points moments = induced_moments(team, x, polarizabilities_, applied_field(team, bodies),
+                                         std::min(1e-6, 1e-2 * model_.scene.magnetic_tolerance));
+  for (std::size_t k = 0; k < induced_.size(); ++k) {
+    MagneticBody& body = bodies[induced_[k]];
+    body.source = std::make_shared<DipoleSet>(Points::Zero(1, 3), Points(moments.row(k)));
+    body.pose.orientation = Vec4(1, 0, 0, 0);
+  }
   return bodies;
 }
 
 std::vector<Wrench> MagneticMotion::wrenches(const Team& team, const RigidState& state,
                                              const std::vector<RigidPose>& obstacles) const {
-  const std::vector<MagneticBody> magnets = placed(state, obstacles);
+  return wrenches(team, state, placed(team, state, obstacles));
+}
+
+std::vector<Wrench> MagneticMotion::wrenches(const Team& team, const RigidState& state,
+                                             const std::vector<MagneticBody>& magnets) const {
   const std::vector<Wrench> each = magnetic_wrenches(team, magnets, model_.scene.magnetic_tolerance, groups_);
   std::vector<Wrench> result(model_.n_bodies());
   for (std::size_t i = 0; i < magnets.size(); ++i) {
@@ -61,22 +91,38 @@ std::vector<Wrench> MagneticMotion::wrenches(const Team& team, const RigidState&
   return result;
 }
 
+// Hard magnets in one another's field and in the uniform one; induced dipoles have half of what they would have if they
+// were hard, in the field that is not theirs: the other half is stored in them.
 double MagneticMotion::energy(const Team& team, const RigidState& state,
                               const std::vector<RigidPose>& obstacles) const {
-  const std::vector<MagneticBody> magnets = placed(state, obstacles);
-  double total = magnetic_energy(team, magnets, model_.scene.magnetic_tolerance, groups_);
-  for (const MagneticBody& magnet : magnets) total -= magnet.moment().dot(model_.scene.magnetic_field);
+  const std::vector<MagneticBody> magnets = placed(team, state, obstacles);
+  std::vector<MagneticBody> hard;
+  std::vector<Index> groups;
+  double total = 0.0;
+  for (const Index i : hard_) {
+    hard.push_back(magnets[i]);
+    groups.push_back(groups_[i]);
+    total -= magnets[i].moment().dot(model_.scene.magnetic_field);
+  }
+  total += magnetic_energy(team, hard, model_.scene.magnetic_tolerance, groups);
+  if (induced_.empty()) return total;
+  const Points applied = applied_field(team, magnets);
+  for (std::size_t k = 0; k < induced_.size(); ++k)
+    total -= 0.5 * magnets[induced_[k]].moment().dot(applied.row(k).transpose());
   return total;
 }
 
-double MagneticMotion::frequency(const RigidState& state, const std::vector<RigidPose>& obstacles) const {
+double MagneticMotion::frequency(const RigidState& state, const std::vector<MagneticBody>& magnets) const {
   std::vector<Carrier> carriers(model_.n_bodies() + 1);
   for (Index b = 0; b < model_.n_bodies(); ++b)
     carriers[b] = {1.0 / model_.body_mass[b].mass, 1.0 / rotors_[b].moments.minCoeff(),
                    state.positions.row(b).transpose()};
+  std::vector<CoarseMagnet> coarse = coarse_;
   std::vector<RigidPose> poses;
-  for (const MagneticBody& magnet : placed(state, obstacles)) poses.push_back(magnet.pose);
-  return std::sqrt(largest_frequency2(coarse_, poses, groups_, carriers, model_.scene.magnetic_field.norm()));
+  for (const MagneticBody& magnet : magnets) poses.push_back(magnet.pose);
+  // An induced moment changes on the way as well: of forces like r^-7 the derivative is 7/4 of that of r^-4.
+  for (const Index i : induced_) coarse[i].moment = 1.75 * magnets[i].moment().norm();
+  return std::sqrt(largest_frequency2(coarse, poses, groups_, carriers, model_.scene.magnetic_field.norm()));
 }
 
 MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, const Points& impulses,
@@ -94,13 +140,13 @@ MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, cons
   const Points none = Points::Zero(n, 3);
   const Vec3& gravity = model_.scene.gravity;
   std::vector<std::uint8_t> touched;
-  std::vector<Wrench> before = wrenches(team, state, obstacles);
+  std::vector<MagneticBody> magnets = placed(team, state, obstacles);
+  std::vector<Wrench> before = wrenches(team, state, magnets);
   Done done;
   int parts = 1;              // the sub-step is step / parts; `place` of them are done
   double limit = model_.scene.magnetic_step;
   for (int place = 0; place < parts;) {
-    const double share = static_cast<double>(place) / parts;
-    const double frequency_now = frequency(state, between(obstacles, moved_obstacles, share));
+    const double frequency_now = frequency(state, magnets);
     while (frequency_now * step > limit * parts && parts <= most_substeps) parts *= 2, place *= 2;
     if (parts > most_substeps || !std::isfinite(frequency_now)) {
       std::ostringstream out;
@@ -139,7 +185,8 @@ MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, cons
       state.positions.row(b) += h * state.velocities.row(b);
       state.orientations.row(b) = freely_turned(rotors_[b], orientation, momenta.row(b).transpose(), h).transpose();
     }
-    before = wrenches(team, state, at_end);
+    magnets = placed(team, state, at_end);
+    before = wrenches(team, state, magnets);
     for (Index b = 0; b < n; ++b) {
       momenta.row(b) += 0.5 * h * before[b].torque.transpose();
       state.velocities.row(b) += 0.5 * h * (before[b].force / model_.body_mass[b].mass + gravity).transpose();

@@ -38,13 +38,19 @@ class MagneticMotion {
                RigidState& state);
 
  private:
-  std::vector<MagneticBody> placed(const RigidState& state, const std::vector<RigidPose>& obstacles) const;
-  double frequency(const RigidState& state, const std::vector<RigidPose>& obstacles) const;
+  // All magnets at their poses; induced ones as the dipoles that they are there, with world axes.
+  std::vector<MagneticBody> placed(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles) const;
+  std::vector<Wrench> wrenches(const Team& team, const RigidState& state, const std::vector<MagneticBody>& magnets) const;
+  double frequency(const RigidState& state, const std::vector<MagneticBody>& magnets) const;
+  // Flux density at the induced spheres but for their own [T], and their places in the list of magnets.
+  Points applied_field(const Team& team, const std::vector<MagneticBody>& magnets) const;
 
   const Model& model_;
   std::vector<Rotor> rotors_;
   std::vector<Index> groups_;          // carrier of each magnet, one number for all obstacles
   std::vector<CoarseMagnet> coarse_;
+  std::vector<Index> hard_, induced_;  // places in the list of magnets
+  Vector polarizabilities_;            // of the induced ones
 };
 
 }  // namespace loomstone

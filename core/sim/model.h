@@ -28,7 +28,8 @@ struct Model {
     Vec3 local = Vec3::Zero();                   // point of the body, from its centre, mesh axes [m]
   };
   struct Carried {                               // magnet
-    SourcePtr source;
+    SourcePtr source;                            // none: induced
+    double radius = 0.0, polarizability = 0.0;   // of an induced sphere [m], [A m^2/T]
     RigidPose local;                             // body: from its centre; obstacle: from the mesh's origin; mesh axes
     Index carrier = 0;                           // body, or number of bodies plus obstacle
   };

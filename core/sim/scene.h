@@ -1,6 +1,7 @@
 // What the user asks for. Plain descriptions without methods; build() checks them and makes the Model.
 #pragma once
 
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -104,6 +105,7 @@ struct Magnet {
   Vec4 orientation = Vec4(1, 0, 0, 0);
   Vec3 polarization = Vec3::Zero();
   Vec3 moment = Vec3::Zero();
+  double susceptibility = 0.0;
   std::string engine = "accurate";
   double density = 0.0;
 
@@ -121,6 +123,8 @@ struct Magnet {
         field("orientation", &M::orientation, "unit quaternion (w, x, y, z), magnet's axes to those of the body's mesh"),
         field("polarization", &M::polarization, "(3) J = mu0 M in the magnet's axes, fixed to it [T]; not of a dipole"),
         field("moment", &M::moment, "(3) of a dipole in the magnet's axes [A m^2]"),
+        field("susceptibility", &M::susceptibility, "1", Limits{-1.0, std::numeric_limits<double>::infinity(), false, true},
+              "chi of a sphere that magnetises in the field it is in, instead of a polarization: > 0 soft iron, < 0 diamagnetic, -1 superconducting; taken as a point dipole"),
         field("engine", &M::engine, "accurate: exact fields, forces to magnetic_tolerance | cells: dipole cells, fast and rough"),
         field("density", &M::density, "1/m^3", non_negative(), "of cells, where engine is cells"));
   }

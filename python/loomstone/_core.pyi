@@ -7,7 +7,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Air', 'Attachment', 'CacheError', 'Camera', 'Checkpoint', 'ClosestPoint', 'Cloth', 'ClothMaterial', 'Collisions', 'Communicator', 'Detector', 'Error', 'Frame', 'FrameReader', 'FrameTopology', 'FrameWriter', 'IntegratorOptions', 'InvalidInput', 'LimitOptions', 'LimitReport', 'Magnet', 'MagneticBody', 'MassProperties', 'Obstacle', 'RenderOptions', 'Renderer', 'RigidBody', 'Scene', 'Simulation', 'SolverFailure', 'SpatialQuery', 'State', 'StepReport', 'StrainLimit', 'TriangleMesh', 'Unsupported', 'box', 'candidates', 'capsule', 'continuous', 'corotational_strain', 'default_thread_count', 'dipole_energy', 'dipole_forces', 'floor_square', 'funnel', 'grid', 'grid_cells', 'icosphere', 'intersecting_pairs', 'jittered_grid', 'launched_by_mpi', 'limit_strain', 'magnetic_cell_front', 'magnetic_cell_level', 'magnetic_cells', 'magnetic_cuboid', 'magnetic_cylinder', 'magnetic_dipoles', 'magnetic_energy', 'magnetic_field', 'magnetic_force', 'magnetic_forces', 'magnetic_gradient', 'magnetic_loop', 'magnetic_mesh', 'magnetic_polyline', 'magnetic_solenoid', 'magnetic_sphere', 'mass_properties', 'mpi_communicator', 'read_checkpoint', 'read_mesh', 'single_communicator', 'wave_bar', 'write_checkpoint', 'write_mesh', 'write_png']
+__all__: list[str] = ['Air', 'Attachment', 'CacheError', 'Camera', 'Checkpoint', 'ClosestPoint', 'Cloth', 'ClothMaterial', 'Collisions', 'Communicator', 'Detector', 'Error', 'Frame', 'FrameReader', 'FrameTopology', 'FrameWriter', 'IntegratorOptions', 'InvalidInput', 'LimitOptions', 'LimitReport', 'Magnet', 'MagneticBody', 'MassProperties', 'Obstacle', 'RenderOptions', 'Renderer', 'RigidBody', 'Scene', 'Simulation', 'SolverFailure', 'SpatialQuery', 'State', 'StepReport', 'StrainLimit', 'TriangleMesh', 'Unsupported', 'box', 'candidates', 'capsule', 'continuous', 'corotational_strain', 'default_thread_count', 'dipole_energy', 'dipole_forces', 'floor_square', 'funnel', 'grid', 'grid_cells', 'icosphere', 'induced_moments', 'intersecting_pairs', 'jittered_grid', 'launched_by_mpi', 'limit_strain', 'magnetic_cell_front', 'magnetic_cell_level', 'magnetic_cells', 'magnetic_cuboid', 'magnetic_cylinder', 'magnetic_dipoles', 'magnetic_energy', 'magnetic_field', 'magnetic_force', 'magnetic_forces', 'magnetic_gradient', 'magnetic_loop', 'magnetic_mesh', 'magnetic_polyline', 'magnetic_solenoid', 'magnetic_sphere', 'mass_properties', 'mpi_communicator', 'read_checkpoint', 'read_mesh', 'single_communicator', 'wave_bar', 'write_checkpoint', 'write_mesh', 'write_png']
 class Error(Exception):
     """
     Base of all errors of this library.
@@ -270,6 +270,11 @@ class FrameTopology:
     def body_of_vertex(self) -> numpy.typing.NDArray[numpy.int32]:
         """
         (nb) index into body_names
+        """
+    @property
+    def body_pole(self) -> numpy.typing.NDArray[numpy.float64]:
+        """
+        (nb) 1 at north, -1 at south poles of magnets, 0 where there is none; or empty
         """
     @property
     def body_triangles(self) -> typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 3]"]:
@@ -1150,18 +1155,19 @@ class Magnet:
     orientation : unit quaternion (w, x, y, z), magnet's axes to those of the body's mesh
     polarization : (3) J = mu0 M in the magnet's axes, fixed to it [T]; not of a dipole
     moment : (3) of a dipole in the magnet's axes [A m^2]
+    susceptibility : chi of a sphere that magnetises in the field it is in, instead of a polarization: > 0 soft iron, < 0 diamagnetic, -1 superconducting; taken as a point dipole [1]; >= -1; default 0.0
     engine : accurate: exact fields, forces to magnetic_tolerance | cells: dipole cells, fast and rough; default 'accurate'
     density : of cells, where engine is cells [1/m^3]; >= 0; default 0.0
     """
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('body', 'shape', 'mesh', 'size', 'radius', 'inner_radius', 'height', 'position', 'orientation', 'polarization', 'moment', 'engine', 'density')
+    field_names: typing.ClassVar[tuple[str, ...]] = ('body', 'shape', 'mesh', 'size', 'radius', 'inner_radius', 'height', 'position', 'orientation', 'polarization', 'moment', 'susceptibility', 'engine', 'density')
     def __eq__(self, arg0: object) -> bool:
         ...
-    def __init__(self, *, body: str = '', shape: str = 'mesh', mesh: TriangleMesh | None = None, size: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., radius: typing.SupportsFloat | typing.SupportsIndex = 0.0, inner_radius: typing.SupportsFloat | typing.SupportsIndex = 0.0, height: typing.SupportsFloat | typing.SupportsIndex = 0.0, position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ..., polarization: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., moment: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., engine: str = 'accurate', density: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+    def __init__(self, *, body: str = '', shape: str = 'mesh', mesh: TriangleMesh | None = None, size: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., radius: typing.SupportsFloat | typing.SupportsIndex = 0.0, inner_radius: typing.SupportsFloat | typing.SupportsIndex = 0.0, height: typing.SupportsFloat | typing.SupportsIndex = 0.0, position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ..., polarization: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., moment: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., susceptibility: typing.SupportsFloat | typing.SupportsIndex = 0.0, engine: str = 'accurate', density: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
         ...
     def __repr__(self) -> str:
         ...
-    def replace(self, *, body: str = ..., shape: str = ..., mesh: TriangleMesh | None = ..., size: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., radius: typing.SupportsFloat | typing.SupportsIndex = ..., inner_radius: typing.SupportsFloat | typing.SupportsIndex = ..., height: typing.SupportsFloat | typing.SupportsIndex = ..., position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ..., polarization: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., moment: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., engine: str = ..., density: typing.SupportsFloat | typing.SupportsIndex = ...) -> Magnet:
+    def replace(self, *, body: str = ..., shape: str = ..., mesh: TriangleMesh | None = ..., size: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., radius: typing.SupportsFloat | typing.SupportsIndex = ..., inner_radius: typing.SupportsFloat | typing.SupportsIndex = ..., height: typing.SupportsFloat | typing.SupportsIndex = ..., position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ..., polarization: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., moment: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., susceptibility: typing.SupportsFloat | typing.SupportsIndex = ..., engine: str = ..., density: typing.SupportsFloat | typing.SupportsIndex = ...) -> Magnet:
         """
         A copy in which the given fields have other values.
         """
@@ -1233,6 +1239,11 @@ class Magnet:
     def size(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
         (3) edges of a cuboid [m]
+        """
+    @property
+    def susceptibility(self) -> float:
+        """
+        chi of a sphere that magnetises in the field it is in, instead of a polarization: > 0 soft iron, < 0 diamagnetic, -1 superconducting; taken as a point dipole [1]; >= -1; default 0.0
         """
 class Air:
     """
@@ -2134,6 +2145,8 @@ def icosphere(radius: typing.SupportsFloat | typing.SupportsIndex, *, subdivisio
     """
     Sphere [m].
     """
+def induced_moments(points: typing.Any, radii: numpy.typing.ArrayLike, susceptibilities: numpy.typing.ArrayLike, applied: typing.Any, tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-12, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+    ...
 def intersecting_pairs(points: typing.Any, triangles: typing.Any) -> list[typing.Annotated[list[int], "FixedSize(2)"]]:
     """
     Pairs of triangles that intersect and share no vertex, ascending. points (n x 3) [m], triangles (m x 3).

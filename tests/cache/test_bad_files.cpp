@@ -167,7 +167,7 @@ TEST_CASE("what cannot be written is refused with its name") {
 }
 
 TEST_CASE("a writer that ends on a full disk leaves the frames it has written") {
-  for (const rlim_t limit : {900000, 1400000, 1500000, 1700000, 2100000}) {
+  for (const rlim_t limit : {900000, 1550000, 1600000, 1700000, 2100000}) {
     const TemporaryDirectory directory;
     const FrameTopology topology = example_topology(12, true);
     int n_written = 0;

@@ -6,6 +6,7 @@ from magnet_bodies import ball_mesh, quaternion, rotation_of, to_axis, total_mom
 from magnet_tables import each_case
 
 import loomstone as ls
+from loomstone import _core
 
 
 def simulation(scene: ls.Scene, step: float, threads: int = 1) -> ls.Simulation:
@@ -226,3 +227,19 @@ def test_point_dipoles_that_fall_into_each_other_are_told():
     magnets = [ls.Magnet(body=n, shape="dipole", moment=(1, 0, 0)) for n in "ab"]
     with pytest.raises(ls.SolverFailure, match="at most 4096 sub-steps"):
         simulation(ls.Scene(bodies=bodies, magnets=magnets), 1e-3).step()
+
+
+def test_poles_are_kept_in_files_and_drawn_red_and_blue(tmp_path):
+    scene = on_the_floor().replace(magnets=on_the_floor().magnets[:1])
+    sim = simulation(scene, 1e-3)
+    pole, owner = sim.topology.body_pole, sim.topology.body_of_vertex
+    assert pole[owner == 0].max() > 0.9 and pole[owner == 0].min() < -0.9 and not pole[owner != 0].any()
+    north = sim.frame().body_positions[np.argmax(pole)] - sim.body_positions[0]
+    assert north @ (0.8, 0, 0.6) > 0.9 * 0.005
+    writer = _core.FrameWriter(str(tmp_path), sim.topology, "")
+    writer.write(sim.frame())
+    del writer
+    assert np.array_equal(_core.FrameReader(str(tmp_path)).topology.body_pole, pole)
+    image = np.asarray(ls.Renderer(sim.topology, ls.RenderOptions(width=320, height=240)).render(sim.frame())).astype(int)
+    red, _, blue = np.moveaxis(image, -1, 0)
+    assert (red - blue > 60).sum() > 50 and (blue - red > 60).sum() > 50

@@ -30,6 +30,7 @@ __all__ = [
     "force",
     "forces",
     "gradient",
+    "induced_moments",
     "loop",
     "mesh",
     "polyline",
@@ -246,3 +247,30 @@ def energy(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
     -0.0347 J
     """
     return float(_core.magnetic_energy(list(bodies), tolerance, threads))
+
+
+@explained
+def induced_moments(
+    points: ArrayLike,
+    *,
+    radii: ArrayLike,
+    susceptibilities: ArrayLike,
+    applied: ArrayLike,
+    tolerance: float = 1e-12,
+    threads: int = 0,
+) -> Floats:
+    """Moments (n, 3) [A m^2] of spheres that magnetise in an applied field and in the field of one another.
+
+    points (n, 3) centres [m], radii (n) [m], susceptibilities (n) chi >= -1 [1] (inf: ideal iron, -1: superconductor), applied (n, 3)
+    flux density at the centres without the spheres [T]. Each sphere is taken as a point dipole 4 pi R^3 / mu0 chi / (3 + chi) B:
+    exact for one sphere in a uniform field and for spheres far apart beside their radius. The linear system is solved to a relative
+    residual of `tolerance`. threads 0: all processors; the result does not depend on it. Raises InvalidInput for values
+    outside these ranges and SolverFailure where spheres lie so deep in one another that there is no equilibrium.
+
+    >>> import loomstone as ls
+    >>> m = ls.magnetics.induced_moments([[0, 0, 0]], radii=[0.01], susceptibilities=[float("inf")], applied=[[0, 0, 0.1]])
+    >>> print(f"{m[0, 2]:.3f} A m^2")
+    1.000 A m^2
+    """
+    radii, susceptibilities = np.ravel(radii).tolist(), np.ravel(susceptibilities).tolist()
+    return _core.induced_moments(points, radii, susceptibilities, applied, tolerance, threads)

@@ -1,0 +1,66 @@
+"""A superconducting ball floats over a magnetised ring, figure 6.5 (with a ball in place of the cube).
+
+See: the ball, let go beside and above its place, swings about it and never touches the ring: on the axis there is a point without
+field, and a superconductor is driven to where the field is weak. A permanent magnet would fall or flip (`material="magnet"`).
+Red is north, blue south.
+"""
+
+import numpy as np
+
+import loomstone as ls
+
+duration = 2.0
+rate = 50.0
+integrator = ls.SemiImplicitEuler(step=1e-3)
+render = ls.RenderOptions(camera=ls.Camera(fit=False, eye=(0.05, -0.08, 0.05), target=(0.0, 0.0, 0.008), field_of_view_degrees=34.0))
+
+RING = {"radius": 0.02, "inner_radius": 0.011, "height": 0.006}
+BALL = 0.003
+
+
+def ring_mesh(sides: int = 64) -> ls.TriangleMesh:
+    half = 0.5 * RING["height"]
+    angles = 2 * np.pi * np.arange(sides) / sides
+    profile = [(RING["inner_radius"], -half), (RING["radius"], -half), (RING["radius"], half), (RING["inner_radius"], half)]
+    vertices = [(r * np.cos(a), r * np.sin(a), z) for r, z in profile for a in angles]
+    triangles = []
+    for k in range(4):
+        for i in range(sides):
+            j = (i + 1) % sides
+            a, b, c, d = k * sides + i, k * sides + j, (k + 1) % 4 * sides + i, (k + 1) % 4 * sides + j
+            triangles += [(a, b, d), (a, d, c)]
+    return ls.TriangleMesh(np.array(vertices), np.array(triangles))
+
+
+def balance(material: str = "superconductor", density: float = 6000.0) -> float:
+    """Height on the axis where the ball's weight is carried, from below the point without field [m]."""
+    ring = ls.magnetics.cylinder(**RING, polarization=(0, 0, 1.2))
+    z = np.linspace(0.004, 0.03, 2000)
+    axis = np.stack([0 * z, 0 * z, z], axis=1)
+    field, slope = ls.magnetics.field(ring, axis)[:, 2], ls.magnetics.gradient(ring, axis)[:, 2, 2]
+    volume = 4 / 3 * np.pi * BALL**3
+    moment = -1.5 * volume * field if material == "superconductor" else 0.05 * volume + 0 * z  # mu0 m
+    force = moment / ls.magnetics.MU0 * slope - density * volume * 9.81
+    crossings = np.flatnonzero((force[:-1] > 0) & (force[1:] <= 0))
+    return float(z[crossings[0]])
+
+
+def scene(material: str = "superconductor") -> ls.Scene:
+    """material: "superconductor" | "magnet" (J = 0.05 T along that of the ring)"""
+    place = np.array((0.0, 0.0, balance(material)))
+    ring = ls.obstacle(ring_mesh(), name="ring")
+    magnet = ls.Magnet(body="ball", shape="sphere", radius=BALL, susceptibility=-1.0)
+    if material == "magnet":
+        magnet = ls.Magnet(body="ball", shape="sphere", radius=BALL, polarization=(0, 0, 0.05))
+    start = place + ((0.001, 0.0005, 0.001) if material == "superconductor" else (1e-5, 0.0, 0.0))
+    ball = ls.RigidBody(
+        name="ball", mesh=ls.meshes.sphere(radius=BALL, subdivisions=3), shape="sphere", density=6000, position=start
+    )
+    carried = ls.Magnet(body="ring", shape="cylinder", **RING, polarization=(0, 0, 1.2))
+    return ls.Scene(bodies=[ball], obstacles=[ring, ls.floor(height=-0.003, size=0.2)], magnets=[magnet, carried])
+
+
+def check(run: ls.Run) -> None:
+    balls = np.array([frame.body_positions[run.topology.body_of_vertex == 0].mean(axis=0) for frame in run])
+    away = np.linalg.norm(balls - (0.0, 0.0, balance()), axis=1)
+    assert away.max() < 0.004, "the ball swings about its place"
