@@ -217,7 +217,8 @@ TEST_CASE("what cannot be simulated is refused before time passes, naming item a
   refused(scene, "nothing moves");
   scene.obstacles[0].positions = Points::Zero(3, 3);
   refused(scene, "positions must have 2 rows");
-  refused(Scene{}, "nothing to simulate");
+  const Scene empty;
+  refused(empty, "nothing to simulate");
   scene = hammock();
   Obstacle deforming;
   deforming.mesh = share(floor_square(1.0, 1).moved(Vec3(0, 0, -1)));
