@@ -14,7 +14,7 @@ import loomstone as ls
 duration = 2.0
 rate = 25.0
 render = ls.RenderOptions(
-    camera=ls.Camera(fit=False, eye=(0.62, -0.42, 0.52), target=(0.0, 0.0, 0.0), field_of_view_degrees=34.0), floor=False
+    camera=ls.Camera(fit=False, eye=(0.62, -0.42, 0.52), target=(0.0, 0.0, 0.0), field_of_view_degrees=40.0), floor=False
 )
 
 SIZE = 0.5
