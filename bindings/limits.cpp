@@ -29,6 +29,7 @@ void check_finite(const Points& points) {
 
 Points strain_of(const py::object& points, const TriangleMesh& mesh, const std::string& rest, int threads) {
   const Points x = as_rows<Points>(points, "points", mesh.n_vertices());
+  check_finite(x);
   const Team team = team_of(threads);
   const py::gil_scoped_release release;
   Points result;

@@ -41,9 +41,9 @@ struct StrainLimit {
   double edge_bound() const { return edge.value_or(weft < warp ? weft : warp); }
 };
 
-// What is let be beyond a limit where contacts share the say: 0.01 of strain, a fifth of limits below 0.05. Where the second phase
-// of the implicit solve begins before it, too.
-inline double limit_margin(double limit) { return std::min(0.01, 0.2 * std::abs(limit)); }
+// What is let be beyond a limit where contacts share the say: 0.01 of strain, a fifth of limits below 0.05, never less than 1e-4.
+// Where the second phase of the implicit solve begins before it, too.
+inline double limit_margin(double limit) { return std::max(1e-4, std::min(0.01, 0.2 * std::abs(limit))); }
 
 // Description.
 struct LimitOptions {
@@ -61,7 +61,7 @@ struct LimitOptions {
         field("method", &O::method,
               "gauss-seidel (coloured, parallel) | gauss-seidel-random (seeded order, one thread) | jacobi | edges (edge-based, one "
               "bound for all directions)"),
-        field("tolerance", &O::tolerance, "1", positive(), "strain beyond its limit that is let be"),
+        field("tolerance", &O::tolerance, "1", positive(), "strain beyond its limit that sweeps let be; a tenth of limits below 0.02"),
         field("max_sweeps", &O::max_sweeps, "1", between(1, 1e6), "sweeps over the elements a step; what then remains is reported"),
         field("active_set", &O::active_set, "after the first sweep only corrected elements and their neighbours are looked at"),
         field("in_solve", &O::in_solve,

@@ -75,6 +75,9 @@ struct StrainLimiter::Active {
 
 StrainLimiter::StrainLimiter(const LimitedCloth& cloth, const LimitOptions& options)
     : options_(options), elements_(cloth, options.method == "gauss-seidel-random") {
+  for (const StrainLimit& limit : cloth.limits)  // what is left to contacts must exceed what is left to sweeps
+    for (const double bound : {limit.weft, limit.warp, limit.shear, limit.weft_min, limit.warp_min, limit.least_shear()})
+      options_.tolerance = std::min(options_.tolerance, 0.5 * limit_margin(bound));
   LimitedCloth by_edges = cloth;
   Index n_edges = 0;
   for (Index& limit : by_edges.limit_of) {

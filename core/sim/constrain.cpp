@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cmath>
 
 namespace loomstone {
 
@@ -30,10 +31,15 @@ class Constraining {
     });
     if (!in_.collision) return report_;
     if (in_.repelled) in_.collision->repel(*in_.repelled, *in_.x0, x1_, *in_.inverse_mass, in_.step, bodies_);
-    // Where limiting alone cannot meet the limits, what moves by script leaves them no room: certification has the last word.
-    const bool together = in_.limiter && in_.limits_hold && !beyond();
+    // Cloths whose limits sweeps alone cannot meet (a script leaves them no room, or sweeps ended too soon): certification has the
+    // last word on them, and the report tells.
+    if (in_.limiter && in_.limits_hold) {
+      given_up_.assign(in_.cloth->strain_limits.size(), 0);
+      beyond();
+      for (const Index t : beyond_) given_up_[in_.cloth->strain_limit_of[t]] = 1;
+    }
     certify();
-    if (!together) return report_;
+    if (!in_.limiter || !in_.limits_hold) return report_;
     std::vector<std::uint8_t> held(in_.cloth->n_vertices, 0);
     while (report_.rounds < max_rounds && beyond()) {
       std::vector<Index> list;
@@ -54,13 +60,9 @@ class Constraining {
     const auto start = std::chrono::steady_clock::now();
     const Points wanted = x1_;
     LimitReport done = in_.limiter->enforce(*in_.team, in_.key, held, x1_);
-    // Where what moves by script leaves limits no room, sweeps only push strain about: then the solve knows better.
-    if (done.beyond > 0) {
-      const LimitReport before = in_.limiter->measure(*in_.team, wanted);
-      if (before.largest() <= done.largest()) {
-        x1_ = wanted;
-        done.excess = before.excess, done.beyond = before.beyond, done.worst = before.worst;
-      }
+    if (done.beyond > 0 && in_.limits_hold && take_back(wanted)) {
+      const LimitReport left = in_.limiter->measure(*in_.team, x1_);
+      done.excess = left.excess, done.beyond = left.beyond, done.worst = left.worst;
     }
     const int sweeps = report_.limits.sweeps + done.sweeps;
     const std::int64_t evaluations = report_.limits.evaluations + done.evaluations;
@@ -68,6 +70,39 @@ class Constraining {
     report_.limits.sweeps = sweeps;
     report_.limits.evaluations = evaluations;
     report_.limit_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+
+  // How far the triangles of each limit are beyond it: squares of what they exceed it by, summed; negative where none is by more
+  // than the margin.
+  std::vector<double> excess_of_limits(const Points& x) {
+    corotational_strain(*in_.team, in_.cloth->triangles, in_.cloth->corners, x, strain1_);
+    std::vector<double> sum(in_.cloth->strain_limits.size(), 0.0);
+    std::vector<std::uint8_t> far(sum.size(), 0);
+    for (Index t = 0; t < in_.cloth->triangles.rows(); ++t) {
+      const Index row = in_.cloth->strain_limit_of[t];
+      for (int k = 0; k < 3 && row >= 0; ++k) {
+        const Mode m = mode(strain1_, t, k);
+        sum[row] += std::pow(std::max(0.0, m.excess), 2);
+        far[row] |= m.excess > m.margin;
+      }
+    }
+    for (std::size_t row = 0; row < sum.size(); ++row)
+      if (!far[row]) sum[row] = -1.0;
+    return sum;
+  }
+
+  // Where what moves by script leaves limits no room, sweeps only push strain into corners: cloths that they have made no better
+  // go back to what the solve had found. True where there are some.
+  bool take_back(const Points& wanted) {
+    const std::vector<double> before = excess_of_limits(wanted), after = excess_of_limits(x1_);
+    bool any = false;
+    for (Index t = 0; t < in_.cloth->triangles.rows(); ++t) {
+      const Index row = in_.cloth->strain_limit_of[t];
+      if (row < 0 || in_.cloth->strain_limits[row].edge || after[row] < 0.0 || after[row] < before[row]) continue;
+      any = true;
+      for (int c = 0; c < 3; ++c) x1_.row(in_.cloth->triangles(t, c)) = wanted.row(in_.cloth->triangles(t, c));
+    }
+    return any;
   }
 
   void certify() {
@@ -98,7 +133,7 @@ class Constraining {
     beyond_.clear();
     for (Index t = 0; t < in_.cloth->triangles.rows(); ++t) {
       const Index row = in_.cloth->strain_limit_of[t];
-      if (row < 0 || in_.cloth->strain_limits[row].edge) continue;
+      if (row < 0 || in_.cloth->strain_limits[row].edge || given_up_[row]) continue;
       for (int k = 0; k < 3; ++k)
         if (const Mode m = mode(strain1_, t, k); m.excess > m.margin) {
           beyond_.push_back(t);
@@ -109,7 +144,7 @@ class Constraining {
   }
 
   // The corners of triangles beyond their limits go back along their way, until none is beyond any more: at the start of the step
-  // all were within. False where nothing could.
+  // they were within. False where nothing could, or they were not.
   bool retreat() {
     const Points wanted = x1_;
     corotational_strain(*in_.team, in_.cloth->triangles, in_.cloth->corners, *in_.x0, strain0_);
@@ -160,6 +195,7 @@ class Constraining {
   Points target_;              // what was certified last
   Points strain0_, strain1_;   // (m x 3)
   std::vector<Index> beyond_;
+  std::vector<std::uint8_t> given_up_;   // (limits)
 };
 
 }  // namespace

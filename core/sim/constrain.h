@@ -1,5 +1,5 @@
 // Strain limits and contacts together at the end of a step: what limiting moves is certified, what certification moves is limited
-// again, and where the two do not agree cloth goes back towards the start of the step, where both hold.
+// again, and where the two do not agree cloth goes back towards the start of the step, where both held.
 #pragma once
 
 #include <cstdint>
@@ -36,8 +36,8 @@ struct ConstrainReport {
   std::vector<Index> touched;     // cloth vertices that certification moved
 };
 
-// x1 (all vertices x 3) and `bodies` move so that no pair intersects on the way from x0 and, where they are free to, no triangle is
-// beyond its limits by more than limit_margin().
+// x1 (all vertices x 3) and `bodies` move so that no pair intersects on the way from x0 and no triangle is beyond its limits by more
+// than limit_margin(), on cloths whose limits sweeps alone can meet.
 ConstrainReport constrain(const ConstrainInputs& inputs, Points& x1, FreeBodies& bodies);
 
 }  // namespace loomstone

@@ -27,6 +27,23 @@ class StageTimer {
   std::chrono::steady_clock::time_point start_;
 };
 
+// Ends the second phase of strain limits whatever becomes of the solve.
+struct EndOfLimitPhase {
+  Elasticity& elasticity;
+  const Team& team;
+  ~EndOfLimitPhase() { elasticity.enter_limit_phase(team, nullptr); }
+};
+
+// An attempt is taken back: its times and iterations were spent all the same.
+void take_back(const StepReport& before, StepReport& report) {
+  const StepReport spent = report;
+  report = before;
+  report.seconds = spent.seconds;
+  report.newton_iterations = spent.newton_iterations, report.linear_iterations = spent.linear_iterations;
+  report.limit_sweeps = spent.limit_sweeps, report.limit_evaluations = spent.limit_evaluations;
+  report.rate_sweeps = spent.rate_sweeps;
+}
+
 // What multi-step schemes carry from the last step.
 void forget_history(ClothState& cloth) {
   cloth.previous_x.resize(0, 3);
@@ -99,6 +116,8 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
       left.pop_back();
       std::int64_t unresolved = 0;
       bool solved = true;
+      const StepReport had = report;
+      const std::vector<std::uint8_t> contact = outcome.contact;
       try {
         unresolved = take(state, outcome, part);
       } catch (const StepFailure&) {
@@ -109,6 +128,8 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
         state = report.substeps == 0 ? start : before;
         if (world_) world_->restore(state.rigid);
         forget_steps(state.cloth);
+        take_back(had, report);
+        outcome.contact = contact;
         const int middle = part.first + part.length() / 2;
         left.push_back({middle, part.last});
         left.push_back({part.first, middle});
@@ -179,9 +200,9 @@ std::int64_t Stepper::take(State& state, StepOutcome& outcome, StepPart part) {
   }
   {
     StageTimer timer(report, StageName::Integrate);
+    const EndOfLimitPhase end{*elasticity_, team_};
     if (limits_in_solve_) elasticity_->enter_limit_phase(team_, &state.cloth.x);
     integrate(state, report);
-    elasticity_->enter_limit_phase(team_, nullptr);
     check(state, "integrate");  // collision detection takes finite positions for granted
   }
   {
@@ -410,7 +431,7 @@ std::int64_t Stepper::limit_and_certify(State& state, StepOutcome& outcome) {
   report.seconds[static_cast<int>(StageName::Certify)] -= done.limit_seconds;
   report.limit_sweeps += done.limits.sweeps;
   report.limit_evaluations += done.limits.evaluations;
-  report.limit_excess = done.limits.largest();
+  report.limit_excess = std::max(report.limit_excess, done.limits.largest());
   report.wanted_motion += done.wanted;
   report.impacts += done.certified.impacts;
   report.truncated += done.certified.truncated;

@@ -847,7 +847,7 @@ class LimitOptions:
     Parameters (keywords)
     ---------------------
     method : gauss-seidel (coloured, parallel) | gauss-seidel-random (seeded order, one thread) | jacobi | edges (edge-based, one bound for all directions); default 'gauss-seidel'
-    tolerance : strain beyond its limit that is let be [1]; > 0; default 0.002
+    tolerance : strain beyond its limit that sweeps let be; a tenth of limits below 0.02 [1]; > 0; default 0.002
     max_sweeps : sweeps over the elements a step; what then remains is reported [1]; in [1, 1e+06]; default 100
     active_set : after the first sweep only corrected elements and their neighbours are looked at; default True
     in_solve : implicit integrators: near its limits cloth enters a stiff second phase inside the solve, so that little is left to correct; not with the method edges; default True
@@ -903,7 +903,7 @@ class LimitOptions:
     @property
     def tolerance(self) -> float:
         """
-        strain beyond its limit that is let be [1]; > 0; default 0.002
+        strain beyond its limit that sweeps let be; a tenth of limits below 0.02 [1]; > 0; default 0.002
         """
 class Cloth:
     """

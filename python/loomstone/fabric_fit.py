@@ -165,6 +165,8 @@ def _read(mode: str, curve: Any, x_unit: str, y_unit: str) -> tuple[Floats, Floa
         raise InvalidInput(
             f"fit_fabric: {mode}: strain and load must be of one length, got shapes {x.shape} and {y.shape}"
         )
+    if len(x) == 0:
+        raise InvalidInput(f"fit_fabric: {mode} must have points, got none")
     for what, values in (("strain", x), ("load", y)):
         if (bad := np.flatnonzero(~np.isfinite(values))).size:
             raise InvalidInput(

@@ -41,7 +41,10 @@ double tension(Sheet& s, const Points& x) {
 
 TEST_CASE("within its limits a sheet has no second phase") {
   Sheet s = make_sheet(orthotropic());
-  LimitPhase phase = phase_of(s, StrainLimit{});
+  StrainLimit limit;  // above and below all that the sheet strains by (1.5 and -0.6 at most)
+  limit.weft = limit.warp = 2.0, limit.shear = 1.0;
+  limit.weft_min = limit.warp_min = -0.9;
+  LimitPhase phase = phase_of(s, limit);
   const Points x = deformed(s.mesh, 1), before = force_of(s.membrane, x);
   phase.enter({}, x);
   s.membrane.set_phase(phase.table());

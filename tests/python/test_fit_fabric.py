@@ -119,6 +119,7 @@ BAD = [
     ({"weft": (STRAIN * units["mm"], GOOD)}, r"weft must be a pure number: .* has the dimension m"),
     ({"weft": (STRAIN, GOOD * units["gf"])}, r"weft must be in N/m: .* has the dimension N"),
     ({"weft": (STRAIN, GOOD + 200)}, r"weft: the curve starts above the load"),
+    ({"weft": ([], [])}, r"weft must have points, got none"),
     ({"weft": 5.0}, r"weft must be a pair of arrays"),
     ({"weft": (STRAIN, ["soft"] * 41)}, r"weft must hold numbers"),
     ({"wefft": (STRAIN, GOOD)}, r"there is no curve 'wefft'; known: weft, warp, shear, bending_weft"),

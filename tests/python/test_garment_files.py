@@ -129,6 +129,21 @@ def test_what_is_no_json_is_told(tmp_path):
         g.read(tmp_path / "missing.json")
 
 
+@pytest.mark.parametrize("content", [[1, 2], {"properties": {"units_in_meter": 0}, "pattern": {"panels": {}}}])
+def test_json_that_is_no_pattern_is_refused(tmp_path, content):
+    path = tmp_path / "none.json"
+    path.write_text(json.dumps(content))
+    with pytest.raises(ls.InvalidInput, match="is no GarmentCode pattern that can be read"):
+        g.read_garmentcode(path)
+
+
+@pytest.mark.parametrize("wrong, said", [({"longest": 0.0}, "longest must be > 0"), ({"step": float("nan")}, "step must be > 0"),
+                                         ({"ease": float("nan")}, "ease must be in")])
+def test_closing_refuses_times_and_ease_that_are_none(wrong, said):
+    with pytest.raises(ls.InvalidInput, match=said):
+        g.close_seams(g.tshirt_pattern(), triangles=300, places=apart(0.3), threads=1, **wrong)
+
+
 def test_a_sewn_mesh_is_read_back_with_its_panels_and_seams(tmp_path):
     shirt = g.tshirt(800)
     ls.write_mesh(tmp_path / "shirt.obj", shirt.mesh)

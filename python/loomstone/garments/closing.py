@@ -54,6 +54,9 @@ def close_seams(
     SolverFailure naming the widest seam where they stay open, InvalidInput where the sewn garment would pass through
     itself.
     """
+    for name, value in (("longest", longest), ("step", step)):
+        if not (np.isfinite(value) and value > 0):
+            raise InvalidInput(f"close_seams: {name} must be > 0 [s], got {value}")
     pattern = pattern if places is None else pattern.placed(places)
     pattern.check(ease)
     total = sum(panel.area for panel in pattern.panels)

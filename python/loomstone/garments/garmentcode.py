@@ -43,7 +43,7 @@ def read_garmentcode(path: str | os.PathLike[str]) -> Pattern:
         raise InvalidInput(f"{path}: is not JSON: {error}") from error
     try:
         return _pattern(content)
-    except (KeyError, IndexError, TypeError, ValueError) as error:
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
         kind = "" if isinstance(error, ValueError) else f"{type(error).__name__}: "
         raise InvalidInput(f"{path}: is no GarmentCode pattern that can be read: {kind}{error}") from error
 

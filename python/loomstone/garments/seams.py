@@ -68,6 +68,8 @@ class Pattern:
 
     def check(self, ease: float) -> None:
         """InvalidInput naming what cannot be sewn: unknown or twice sewn edges, lengths too far apart, loose panels."""
+        if not (np.isfinite(ease) and 0 <= ease < 1):
+            raise InvalidInput(f"ease must be in [0, 1), got {ease}")
         _check_panels(self.panels)
         _check_seams(self, ease)
         _check_connected(self)

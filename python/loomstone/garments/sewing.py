@@ -109,8 +109,6 @@ def garment(
     pattern = panels if isinstance(panels, Pattern) else Pattern(tuple(panels), tuple(seams))  # type: ignore[arg-type]
     if isinstance(panels, Pattern) and seams:
         raise InvalidInput("a Pattern has its own seams; give either a Pattern, or panels and seams")
-    if not (np.isfinite(ease) and 0 <= ease < 1):
-        raise InvalidInput(f"ease must be in [0, 1), got {ease}")
     pattern.check(ease)
     if (triangles is None) == (edge is None):
         raise InvalidInput(f"give either triangles or edge, got triangles={triangles}, edge={edge}")
