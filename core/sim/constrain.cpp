@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 namespace loomstone {
 
@@ -42,6 +43,7 @@ class Constraining {
     if (!in_.limiter || !in_.limits_hold) return report_;
     std::vector<std::uint8_t> held(in_.cloth->n_vertices, 0);
     while (report_.rounds < max_rounds && beyond()) {
+      keep_best();
       std::vector<Index> list;
       for (Index i = 0; i < in_.cloth->n_vertices; ++i) {
         if (x1_.row(i) != target_.row(i)) held[i] = 1;
@@ -50,7 +52,19 @@ class Constraining {
       limit(list);
       certify();
     }
-    for (int i = 0; i < max_retreats && beyond() && retreat(); ++i) certify();
+    for (int i = 0; i < max_retreats && beyond(); ++i) {
+      keep_best();
+      if (!retreat()) break;
+      certify();
+    }
+    if (beyond()) {
+      keep_best();
+      x1_ = best_x1_;
+      bodies_ = best_bodies_;
+      best_report_.limits.sweeps = report_.limits.sweeps, best_report_.limits.evaluations = report_.limits.evaluations;
+      best_report_.limit_seconds = report_.limit_seconds;
+      report_ = best_report_;
+    }
     return report_;
   }
 
@@ -103,6 +117,19 @@ class Constraining {
       for (int c = 0; c < 3; ++c) x1_.row(in_.cloth->triangles(t, c)) = wanted.row(in_.cloth->triangles(t, c));
     }
     return any;
+  }
+
+  // Every state that is certified may end the step: of those in which limits do not hold the one nearest to them.
+  void keep_best() {
+    double excess = 0.0;
+    const std::vector<double> of_limits = excess_of_limits(x1_);
+    for (std::size_t row = 0; row < of_limits.size(); ++row)
+      if (!given_up_[row] && !in_.cloth->strain_limits[row].edge) excess += std::max(0.0, of_limits[row]);
+    if (excess >= least_excess_) return;
+    least_excess_ = excess;
+    best_x1_ = x1_;
+    best_bodies_ = bodies_;
+    best_report_ = report_;
   }
 
   void certify() {
@@ -196,6 +223,10 @@ class Constraining {
   Points strain0_, strain1_;   // (m x 3)
   std::vector<Index> beyond_;
   std::vector<std::uint8_t> given_up_;   // (limits)
+  double least_excess_ = std::numeric_limits<double>::infinity();
+  Points best_x1_;
+  FreeBodies best_bodies_;
+  ConstrainReport best_report_;
 };
 
 }  // namespace
