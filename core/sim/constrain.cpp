@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace loomstone {
 
@@ -23,7 +23,8 @@ struct Mode {
 
 class Constraining {
  public:
-  Constraining(const ConstrainInputs& inputs, Points& x1, FreeBodies& bodies) : in_(inputs), x1_(x1), bodies_(bodies) {}
+  Constraining(const ConstrainInputs& inputs, Points& x1, FreeBodies& bodies)
+      : in_(inputs), x1_(x1), bodies_(bodies), given_up_(inputs.cloth->strain_limits.size(), 0) {}
 
   ConstrainReport run() {
     limit({});
@@ -32,32 +33,26 @@ class Constraining {
     });
     if (!in_.collision) return report_;
     if (in_.repelled) in_.collision->repel(*in_.repelled, *in_.x0, x1_, *in_.inverse_mass, in_.step, bodies_);
-    // Cloths whose limits sweeps alone cannot meet (a script leaves them no room, or sweeps ended too soon): certification has the
-    // last word on them, and the report tells.
-    if (in_.limiter && in_.limits_hold) {
-      given_up_.assign(in_.cloth->strain_limits.size(), 0);
-      beyond();
-      for (const Index t : beyond_) given_up_[in_.cloth->strain_limit_of[t]] = 1;
-    }
+    const bool limits_hold = in_.limiter && in_.limits_hold;
+    if (limits_hold) give_up();
     certify();
-    if (!in_.limiter || !in_.limits_hold) return report_;
-    std::vector<std::uint8_t> held(in_.cloth->n_vertices, 0);
-    while (report_.rounds < max_rounds && beyond()) {
+    if (!limits_hold || report_.touched.empty()) return report_;
+    while (report_.rounds < max_rounds && look(x1_)) {
       keep_best();
+      for (Index i = 0; i < in_.cloth->n_vertices; ++i)
+        if (x1_.row(i) != target_.row(i)) held_[i] = 1;
       std::vector<Index> list;
-      for (Index i = 0; i < in_.cloth->n_vertices; ++i) {
-        if (x1_.row(i) != target_.row(i)) held[i] = 1;
-        if (held[i]) list.push_back(i);
-      }
+      for (Index i = 0; i < in_.cloth->n_vertices; ++i)
+        if (held_[i]) list.push_back(i);
       limit(list);
       certify();
     }
-    for (int i = 0; i < max_retreats && beyond(); ++i) {
+    for (int i = 0; i < max_retreats && look(x1_); ++i) {
       keep_best();
       if (!retreat()) break;
       certify();
     }
-    if (beyond()) {
+    if (look(x1_)) {
       keep_best();
       x1_ = best_x1_;
       bodies_ = best_bodies_;
@@ -86,45 +81,37 @@ class Constraining {
     report_.limit_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 
-  // How far the triangles of each limit are beyond it: squares of what they exceed it by, summed; negative where none is by more
-  // than the margin.
-  std::vector<double> excess_of_limits(const Points& x) {
-    corotational_strain(*in_.team, in_.cloth->triangles, in_.cloth->corners, x, strain1_);
-    std::vector<double> sum(in_.cloth->strain_limits.size(), 0.0);
-    std::vector<std::uint8_t> far(sum.size(), 0);
-    for (Index t = 0; t < in_.cloth->triangles.rows(); ++t) {
-      const Index row = in_.cloth->strain_limit_of[t];
-      for (int k = 0; k < 3 && row >= 0; ++k) {
-        const Mode m = mode(strain1_, t, k);
-        sum[row] += std::pow(std::max(0.0, m.excess), 2);
-        far[row] |= m.excess > m.margin;
-      }
-    }
-    for (std::size_t row = 0; row < sum.size(); ++row)
-      if (!far[row]) sum[row] = -1.0;
-    return sum;
+  // Cloths whose limits sweeps alone cannot meet (a script leaves them no room, or sweeps ended too soon): certification has the last
+  // word on them, and the report tells.
+  void give_up() {
+    held_.assign(in_.cloth->n_vertices, 0);
+    look(x1_);
+    for (const Index t : beyond_) given_up_[in_.cloth->strain_limit_of[t]] = 1;
+    for (Index t = 0; t < in_.cloth->triangles.rows(); ++t)
+      if (const Index row = in_.cloth->strain_limit_of[t]; row >= 0 && given_up_[row])
+        for (int c = 0; c < 3; ++c) held_[in_.cloth->triangles(t, c)] = 1;
   }
 
   // Where what moves by script leaves limits no room, sweeps only push strain into corners: cloths that they have made no better
   // go back to what the solve had found. True where there are some.
   bool take_back(const Points& wanted) {
-    const std::vector<double> before = excess_of_limits(wanted), after = excess_of_limits(x1_);
-    bool any = false;
-    for (Index t = 0; t < in_.cloth->triangles.rows(); ++t) {
+    look(wanted);
+    const std::vector<double> before = squares_;
+    look(x1_);
+    std::vector<std::uint8_t> worse(before.size(), 0);
+    for (const Index t : beyond_) {
       const Index row = in_.cloth->strain_limit_of[t];
-      if (row < 0 || in_.cloth->strain_limits[row].edge || after[row] < 0.0 || after[row] < before[row]) continue;
-      any = true;
-      for (int c = 0; c < 3; ++c) x1_.row(in_.cloth->triangles(t, c)) = wanted.row(in_.cloth->triangles(t, c));
+      worse[row] = squares_[row] >= before[row];
     }
-    return any;
+    for (Index t = 0; t < in_.cloth->triangles.rows(); ++t)
+      if (const Index row = in_.cloth->strain_limit_of[t]; row >= 0 && worse[row])
+        for (int c = 0; c < 3; ++c) x1_.row(in_.cloth->triangles(t, c)) = wanted.row(in_.cloth->triangles(t, c));
+    return std::any_of(worse.begin(), worse.end(), [](std::uint8_t w) { return w != 0; });
   }
 
-  // Every state that is certified may end the step: of those in which limits do not hold the one nearest to them.
+  // Every state that is certified may end the step: of those in which limits do not hold (as look() found) the one nearest to them.
   void keep_best() {
-    double excess = 0.0;
-    const std::vector<double> of_limits = excess_of_limits(x1_);
-    for (std::size_t row = 0; row < of_limits.size(); ++row)
-      if (!given_up_[row] && !in_.cloth->strain_limits[row].edge) excess += std::max(0.0, of_limits[row]);
+    const double excess = std::accumulate(squares_.begin(), squares_.end(), 0.0);
     if (excess >= least_excess_) return;
     least_excess_ = excess;
     best_x1_ = x1_;
@@ -154,18 +141,22 @@ class Constraining {
     return above >= below ? Mode{above, limit_margin(most[k])} : Mode{below, limit_margin(least[k])};
   }
 
-  // Finds the triangles beyond their limits by more than the margin.
-  bool beyond() {
-    corotational_strain(*in_.team, in_.cloth->triangles, in_.cloth->corners, x1_, strain1_);
+  // Finds the triangles that are beyond their limits at x by more than the margin (true where there are some), and sums the squares
+  // of all excess for each limit. Cloths that are limited by edges or given up count nowhere.
+  bool look(const Points& x) {
+    corotational_strain(*in_.team, in_.cloth->triangles, in_.cloth->corners, x, strain1_);
     beyond_.clear();
+    squares_.assign(in_.cloth->strain_limits.size(), 0.0);
     for (Index t = 0; t < in_.cloth->triangles.rows(); ++t) {
       const Index row = in_.cloth->strain_limit_of[t];
       if (row < 0 || in_.cloth->strain_limits[row].edge || given_up_[row]) continue;
-      for (int k = 0; k < 3; ++k)
-        if (const Mode m = mode(strain1_, t, k); m.excess > m.margin) {
-          beyond_.push_back(t);
-          break;
-        }
+      bool far = false;
+      for (int k = 0; k < 3; ++k) {
+        const Mode m = mode(strain1_, t, k);
+        if (m.excess > 0.0) squares_[row] += m.excess * m.excess;
+        far = far || m.excess > m.margin;
+      }
+      if (far) beyond_.push_back(t);
     }
     return !beyond_.empty();
   }
@@ -203,7 +194,7 @@ class Constraining {
       }
       if (!moved) break;
       any = true;
-      beyond();
+      look(x1_);
     }
     for (Index i = 0; i < in_.cloth->n_vertices; ++i) {
       const double length = (wanted.row(i) - x1_.row(i)).norm();
@@ -222,7 +213,9 @@ class Constraining {
   Points target_;              // what was certified last
   Points strain0_, strain1_;   // (m x 3)
   std::vector<Index> beyond_;
+  std::vector<double> squares_;          // (limits)
   std::vector<std::uint8_t> given_up_;   // (limits)
+  std::vector<std::uint8_t> held_;       // (n) 1: limiting does not move it any more
   double least_excess_ = std::numeric_limits<double>::infinity();
   Points best_x1_;
   FreeBodies best_bodies_;
