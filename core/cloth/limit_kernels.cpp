@@ -112,6 +112,17 @@ LOOMSTONE_INLINE unsigned lanes_to_correct(const Lanes& size, const std::uint8_t
   return bits;
 }
 
+// The displacements of the corners of a batch; returns the lanes that they are for.
+LOOMSTONE_INLINE unsigned correct_batch(const Tables& tables, const Motion& motion, std::size_t b, Space<Lanes>& beyond,
+                                        Space<Lanes> delta[3]) {
+  const std::uint8_t* moves = tables.moves + 8 * b;
+  const Element<Lanes> e = element_at<Lanes>(tables.numbers + 8 * element_numbers * b);
+  Correction<Lanes> c;
+  if (!correction(e, tables.corners + 24 * b, moves, tables.bounds[tables.bounds_of[b]], motion, beyond, c)) return 0;
+  displacements(e, c, delta);
+  return lanes_to_correct(c.size, moves, motion.tolerance);
+}
+
 }  // namespace
 
 LOOMSTONE_CLONES
@@ -119,19 +130,12 @@ void sweep(const Tables& tables, const Motion& motion, const Index* batches, Ind
   Space<Lanes> beyond{};
   for (Index i = 0; i < n; ++i) {
     const std::size_t b = static_cast<std::size_t>(batches[i]);
-    const Index* corners = tables.corners + 24 * b;
-    const std::uint8_t* moves = tables.moves + 8 * b;
-    const Element<Lanes> e = element_at<Lanes>(tables.numbers + 8 * element_numbers * b);
-    Correction<Lanes> c;
-    corrected[b] = 0;
-    if (!correction(e, corners, moves, tables.bounds[tables.bounds_of[b]], motion, beyond, c)) continue;
     Space<Lanes> delta[3];
-    displacements(e, c, delta);
-    unsigned bits = lanes_to_correct(c.size, moves, motion.tolerance);
+    unsigned bits = correct_batch(tables, motion, b, beyond, delta);
     corrected[b] = static_cast<std::uint8_t>(bits);
     for (; bits != 0; bits &= bits - 1) {
       const int lane = __builtin_ctz(bits);
-      move(delta, corners, lane, moves[lane], motion.v ? motion.v : motion.x);
+      move(delta, tables.corners + 24 * b, lane, tables.moves[8 * b + lane], motion.v ? motion.v : motion.x);
     }
   }
   note(beyond, seen);
@@ -143,15 +147,9 @@ void corrections(const Tables& tables, const Motion& motion, const Index* batche
   Space<Lanes> beyond{};
   for (Index i = 0; i < n; ++i) {
     const std::size_t b = static_cast<std::size_t>(batches[i]);
-    const Index* corners = tables.corners + 24 * b;
-    const std::uint8_t* moves = tables.moves + 8 * b;
-    const Element<Lanes> e = element_at<Lanes>(tables.numbers + 8 * element_numbers * b);
-    Correction<Lanes> c;
-    corrected[b] = 0;
-    if (!correction(e, corners, moves, tables.bounds[tables.bounds_of[b]], motion, beyond, c)) continue;
     Space<Lanes> delta[3];
-    displacements(e, c, delta);
-    corrected[b] = static_cast<std::uint8_t>(lanes_to_correct(c.size, moves, motion.tolerance));
+    corrected[b] = static_cast<std::uint8_t>(correct_batch(tables, motion, b, beyond, delta));
+    if (corrected[b] == 0) continue;
     double* o = out + 72 * b;
     for (int k = 0; k < 3; ++k)
       lanes_store(o + 24 * k, delta[k].x), lanes_store(o + 24 * k + 8, delta[k].y), lanes_store(o + 24 * k + 16, delta[k].z);
