@@ -110,11 +110,9 @@ void CoarseLevels::prepare(const Team& team, const LinearSystem& system) {
     std::copy(plain_.begin(), plain_.end(), levels_[0].matrix.block(0));
   }
   add_terms(system);
-  usable_ = true;
-  for (std::size_t l = 0; l < levels_.size() && usable_; ++l) {
-    if (l > 0) sum_level(levels_[l - 1], levels_[l]);
-    usable_ = invert_diagonal(levels_[l]);
-  }
+  for (std::size_t l = 1; l < levels_.size(); ++l) sum_level(levels_[l - 1], levels_[l]);
+  // Only now: the identity of nodes without a free row must not weigh on the levels above.
+  usable_ = std::all_of(levels_.begin(), levels_.end(), [&](Level& level) { return invert_diagonal(level); });
   if (!usable_) return;
   const BlockMatrix& last = levels_.back().matrix;
   Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(3 * last.n_rows(), 3 * last.n_rows());
