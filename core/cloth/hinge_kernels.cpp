@@ -1,35 +1,12 @@
 #include "core/cloth/hinge_kernels.h"
 
-#include "core/base/simd.h"
+#include "core/base/lane_vectors.h"
 
 namespace loomstone {
 
 namespace {
 
-struct Lanes3 {
-  Lanes x, y, z;
-};
-
-LOOMSTONE_INLINE Lanes3 load(const Index* vertices, const double* x) {
-  Lanes3 r;
-  for (int l = 0; l < n_lanes; ++l) {
-    const double* p = x + 3 * static_cast<std::size_t>(vertices[l]);
-    r.x[l] = p[0];
-    r.y[l] = p[1];
-    r.z[l] = p[2];
-  }
-  return r;
-}
-
-LOOMSTONE_INLINE Lanes3 minus(const Lanes3& a, const Lanes3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 LOOMSTONE_INLINE Lanes3 scaled(const Lanes3& a, const Lanes& s) { return {a.x * s, a.y * s, a.z * s}; }
-LOOMSTONE_INLINE Lanes3 combine(const Lanes3& a, const Lanes& s, const Lanes3& b, const Lanes& t) {
-  return {a.x * s + b.x * t, a.y * s + b.y * t, a.z * s + b.z * t};
-}
-LOOMSTONE_INLINE Lanes dot(const Lanes3& a, const Lanes3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-LOOMSTONE_INLINE Lanes3 cross(const Lanes3& a, const Lanes3& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
 typedef double Lanes4 __attribute__((vector_size(32)));
 LOOMSTONE_INLINE Lanes4 load4(const double* p) {
   Lanes4 r;
@@ -89,8 +66,8 @@ void angles(const Index* vertices, const double* rest, const Index* batches, Ind
   for (Index i = 0; i < n; ++i) {
     const std::size_t b = static_cast<std::size_t>(batches[i]);
     const Index* corner = vertices + vertex_stride * b;
-    const Lanes3 x3 = load(corner + 16, x);
-    const Lanes3 a = minus(load(corner, x), x3), c = minus(load(corner + 8, x), x3), e = minus(load(corner + 24, x), x3);
+    const Lanes3 x3 = lanes_gather(corner + 16, x);
+    const Lanes3 a = minus(lanes_gather(corner, x), x3), c = minus(lanes_gather(corner + 8, x), x3), e = minus(lanes_gather(corner + 24, x), x3);
     const Lanes3 n1 = cross(a, minus(a, e)), n2 = cross(minus(c, e), c);
     const Lanes q1 = dot(n1, n1), q2 = dot(n2, n2), ee = dot(e, e);
     const Lanes zero = ee - ee;
@@ -114,9 +91,9 @@ void angles(const Index* vertices, const double* rest, const Index* batches, Ind
     double* g = out.gradient + 8 * gradient_stride * b;
     store_transposed(g, u1), store_transposed(g + 4, u2), store_transposed(g + 8, u3), store_transposed(g + 12, u4);
     if (!out.rate) continue;
-    const Lanes3 v3 = load(corner + 16, v);  // the gradients add up to zero: velocities relative to x3
-    const Lanes rate = dot(u1, minus(load(corner, v), v3)) + dot(u2, minus(load(corner + 8, v), v3)) +
-                       dot(u4, minus(load(corner + 24, v), v3));
+    const Lanes3 v3 = lanes_gather(corner + 16, v);  // the gradients add up to zero: velocities relative to x3
+    const Lanes rate = dot(u1, minus(lanes_gather(corner, v), v3)) + dot(u2, minus(lanes_gather(corner + 8, v), v3)) +
+                       dot(u4, minus(lanes_gather(corner + 24, v), v3));
     store(out.rate + angle_stride * b, 0, rate);
   }
 }

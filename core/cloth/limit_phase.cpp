@@ -22,8 +22,8 @@ LOOMSTONE_CLONES
 void enter_batches(const membrane::Tables& tables, Index first, Index last, const double* bounds, const double* x, double* out) {
   for (Index b = first; b < last; ++b) {
     const membrane::Batch batch = membrane::batch_of(tables, b);
-    membrane::Lanes3 f1, f2;
-    gradient_columns(batch, x, f1, f2);
+    Lanes3 f1, f2;
+    membrane::gradient_columns(batch, x, f1, f2);
     const Lanes c11 = dot(f1, f1), c22 = dot(f2, f2), c12 = dot(f1, f2);
     // U of the polar decomposition (method.md 3), E = (U^2 - 1) / 2 and the diagonal of dE/dU.
     const Lanes d = lanes_sqrt(lanes_max0(c11 * c22 - c12 * c12));

@@ -1,31 +1,10 @@
 // A batch of eight triangles as the membrane's kernels read it.
 #pragma once
 
-#include "core/base/simd.h"
+#include "core/base/lane_vectors.h"
 #include "core/cloth/membrane_kernels.h"
 
 namespace loomstone::membrane {
-
-struct Lanes3 {
-  Lanes x, y, z;
-};
-
-LOOMSTONE_INLINE Lanes3 load_corner(const Index* corners, const double* x) {
-  Lanes3 r;
-  for (int l = 0; l < n_lanes; ++l) {
-    const double* p = x + 3 * static_cast<std::size_t>(corners[l]);
-    r.x[l] = p[0];
-    r.y[l] = p[1];
-    r.z[l] = p[2];
-  }
-  return r;
-}
-
-LOOMSTONE_INLINE Lanes3 minus(const Lanes3& a, const Lanes3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-LOOMSTONE_INLINE Lanes3 combine(const Lanes3& a, const Lanes& s, const Lanes3& b, const Lanes& t) {
-  return {a.x * s + b.x * t, a.y * s + b.y * t, a.z * s + b.z * t};
-}
-LOOMSTONE_INLINE Lanes dot(const Lanes3& a, const Lanes3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 struct Batch {
   const Index* corners;
@@ -42,9 +21,9 @@ LOOMSTONE_INLINE Batch batch_of(const Tables& t, Index b) {
 
 // Columns of F (2.31); the sum over corners as differences to corner 2, since the gradients add up to zero.
 LOOMSTONE_INLINE void gradient_columns(const Batch& batch, const double* x, Lanes3& f1, Lanes3& f2) {
-  const Lanes3 x2 = load_corner(batch.corners + 16, x);
-  const Lanes3 e0 = minus(load_corner(batch.corners, x), x2);
-  const Lanes3 e1 = minus(load_corner(batch.corners + 8, x), x2);
+  const Lanes3 x2 = lanes_gather(batch.corners + 16, x);
+  const Lanes3 e0 = minus(lanes_gather(batch.corners, x), x2);
+  const Lanes3 e1 = minus(lanes_gather(batch.corners + 8, x), x2);
   f1 = combine(e0, batch.gradient(0), e1, batch.gradient(2));
   f2 = combine(e0, batch.gradient(1), e1, batch.gradient(3));
 }

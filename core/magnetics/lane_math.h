@@ -5,15 +5,11 @@
 
 #include <limits>
 
-#include "core/base/simd.h"
+#include "core/base/lane_vectors.h"
 
 namespace loomstone {
 
 typedef long long LaneMask __attribute__((vector_size(8 * n_lanes)));
-
-struct Lanes3 {
-  Lanes x, y, z;
-};
 
 LOOMSTONE_INLINE Lanes lanes_all(double a) { return Lanes{} + a; }
 LOOMSTONE_INLINE LaneMask lanes_bits(const Lanes& a) { return (LaneMask)a; }  // casts of vectors keep the bits
@@ -84,10 +80,6 @@ LOOMSTONE_INLINE Lanes lanes_atan2(const Lanes& y, const Lanes& x) {
   return lanes_with_sign(angle, y);
 }
 
-LOOMSTONE_INLINE Lanes dot(const Lanes3& a, const Lanes3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-LOOMSTONE_INLINE Lanes3 cross(const Lanes3& a, const Lanes3& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
 LOOMSTONE_INLINE Lanes norm(const Lanes3& a) { return lanes_sqrt(dot(a, a)); }
 
 }  // namespace loomstone
