@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _core
+from . import _core, planar
 from ._core import InvalidInput, TriangleMesh
 from .arguments import explained, vector, whole
 
@@ -256,29 +256,10 @@ def _relaxed(outline: Floats, depth, box: tuple[float, float], edge: float, tria
     interior = interior[np.sort(random.permutation(len(interior))[:n_interior])]
     for _ in range(30):
         points = np.concatenate([outline, interior])
-        faces = _delaunay(points, edge)
-        corners = points[faces]
-        area = np.abs(_cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
-        weighted = area[:, None] * corners.mean(1)
-        total, moment = np.zeros(len(points)), np.zeros((len(points), 2))
-        for corner in range(3):
-            np.add.at(total, faces[:, corner], area)
-            np.add.at(moment, faces[:, corner], weighted)
-        interior = moment[len(outline) :] / total[len(outline) :, None]
+        interior = planar.centres(points, _faces(points, edge))[len(outline) :]
     points = np.concatenate([outline, interior])
-    return TriangleMesh(np.c_[points, np.zeros(len(points))], _delaunay(points, edge), points)
+    return TriangleMesh(np.c_[points, np.zeros(len(points))], _faces(points, edge), points)
 
 
-def _cross(a: Floats, b: Floats) -> Floats:
-    product: Floats = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    return product
-
-
-def _delaunay(points: Floats, edge: float) -> NDArray[np.int32]:
-    from scipy.spatial import Delaunay
-
-    faces = Delaunay(points).simplices
-    corners = points[faces]
-    area = _cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    faces = np.where(area[:, None] < 0, faces[:, ::-1], faces)
-    return np.ascontiguousarray(faces[np.abs(area) > 1e-6 * edge**2], np.int32)  # flat ones lie on straight outlines
+def _faces(points: Floats, edge: float) -> NDArray[np.int32]:
+    return np.ascontiguousarray(planar.delaunay(points, 1e-6 * edge**2), np.int32)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import InvalidInput
+from ..planar import centres, cross, delaunay
 
 __all__ = ["inside", "smallest_angles", "triangulated"]
 
@@ -31,12 +32,12 @@ def triangulated(outline: Floats, interior: int, *, seed: int, where: str) -> tu
     fixed = len(outline)
     for _ in range(25):
         faces = _faces(points, outline)
-        centres = _centres(points, faces)
+        moved = centres(points, faces)
         # Beside the outline surroundings need not be convex: a centre may lie outside.
         beside = np.unique(faces[(faces < fixed).any(1)])
-        outside = beside[~inside(outline, centres[beside])]
-        centres[outside] = points[outside]
-        points[fixed:] = centres[fixed:]
+        outside = beside[~inside(outline, moved[beside])]
+        moved[outside] = points[outside]
+        points[fixed:] = moved[fixed:]
     faces = _faces(points, outline)
     for _ in range(12):
         if not _improve(points, faces, fixed):
@@ -84,7 +85,7 @@ def _distance(outline: Floats, points: Floats) -> Floats:
 def _beyond_corners(outline: Floats, points: Floats) -> NDArray[np.bool_]:
     """Which points leave a sharp corner to one triangle: two there would have half its angle."""
     before, after = np.roll(outline, 1, axis=0) - outline, np.roll(outline, -1, axis=0) - outline
-    angle = np.arctan2(_cross(after, before), (after * before).sum(1))
+    angle = np.arctan2(cross(after, before), (after * before).sum(1))
     sharp = (angle > 0) & (angle < np.radians(55.0))
     free = np.ones(len(points), bool)
     for corner, a, b in zip(outline[sharp], before[sharp], after[sharp], strict=True):
@@ -121,33 +122,11 @@ def _start(outline: Floats, interior: int, seed: int) -> Floats:
 
 
 def _faces(points: Floats, outline: Floats) -> Indices:
-    from scipy.spatial import Delaunay  # imported where needed: the command line starts faster
-
-    faces = Delaunay(points).simplices.astype(np.int64)
-    corners = points[faces]
-    area = _cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    faces = np.where(area[:, None] < 0, faces[:, ::-1], faces)
-    # Flat ones lie on straight outlines.
-    scale = np.sqrt(np.ptp(outline, axis=0).prod() / len(points))
-    faces = faces[np.abs(area) > 1e-6 * scale**2]
+    faces = delaunay(points, 1e-6 * np.ptp(outline, axis=0).prod() / len(points)).astype(np.int64)
     # Only triangles of points of the outline alone can lie outside.
     keep = (faces >= len(outline)).any(1)
     keep[~keep] = inside(outline, points[faces[~keep]].mean(1))
     return np.asarray(faces[keep], np.int64)
-
-
-def _centres(points: Floats, faces: Indices) -> Floats:
-    corners = points[faces]
-    area = np.abs(_cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
-    weighted = area[:, None] * corners.mean(1)
-    total, moment = np.zeros(len(points)), np.zeros((len(points), 2))
-    for corner in range(3):
-        np.add.at(total, faces[:, corner], area)
-        np.add.at(moment, faces[:, corner], weighted)
-    centres = points.copy()
-    some = total > 0
-    centres[some] = moment[some] / total[some, None]
-    return centres
 
 
 def _improve(points: Floats, faces: Indices, fixed: int) -> bool:
@@ -185,11 +164,6 @@ def _worst(places: Floats, ring: Floats) -> Floats:
     over = ((first[..., 0] * last[..., 1] - first[..., 1] * last[..., 0]) <= 0).any(1)
     worst: Floats = np.where(over, -2.0, -cosines)
     return worst
-
-
-def _cross(a: Floats, b: Floats) -> Floats:
-    product: Floats = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
-    return product
 
 
 def _check(points: Floats, faces: Indices, outline: Floats, interior: int, where: str) -> None:
