@@ -112,16 +112,16 @@ TEST_CASE("the hinge's rigidity along the axes of a grid is within 25 percent of
   CHECK(1.0 / deflection_ratio("hinge", pattern, across, isotropic(1.0, 0.0), 1.0) == Approx(1.0).epsilon(0.25));
 }
 
-TEST_CASE("the hinge's rigidity on smoothed irregular meshes is within 18 percent of B") {
-  // Measured 0.837 at the worst.
-  const Index across = GENERATE(6, 10);
+TEST_CASE("the hinge's rigidity on smoothed irregular meshes is within 12 percent of B") {
+  // Outer edges carry no hinge: narrow strips are softer. Measured at the worst of four seeds: 0.833 at 6 elements across,
+  // 0.871 at 10, 0.883 at 16.
+  const auto [across, bound] = GENERATE(table<Index, double>({{6, 0.18}, {10, 0.14}, {16, 0.12}}));
   for (unsigned seed = 1; seed <= 4; ++seed) {
-    double angle = 0.0;
-    const Strip strip = random_strip(1.0, 0.2, across, seed, 30, &angle);
-    CAPTURE(across, seed, angle);
+    const Strip strip = random_strip(1.0, 0.2, across, seed, 30);
+    CAPTURE(across, seed);
     BendingSetup setup = flat_setup(strip.vertices, strip.triangles, isotropic(1.0, 0.0));
     setup.pinned = strip.pinned;
-    CHECK(1.0 / (8.0 * tip_deflection(strip, *make_hinge_bending(setup))) == Approx(1.0).epsilon(0.18));
+    CHECK(1.0 / (8.0 * tip_deflection(strip, *make_hinge_bending(setup))) == Approx(1.0).epsilon(bound));
   }
 }
 
