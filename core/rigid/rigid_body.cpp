@@ -1,7 +1,34 @@
 // Points and inertia of moving bodies.
 #include "core/rigid/rigid_body.h"
 
+#include <string>
+
+#include "core/base/error.h"
+
 namespace loomstone {
+
+ObstaclePlaces between(const ObstaclePlaces& start, const ObstaclePlaces& end, double share) {
+  ObstaclePlaces places;
+  for (std::size_t i = 0; i < start.poses.size(); ++i) places.poses.push_back(between(start.poses[i], end.poses[i], share));
+  places.deformed = share == 1.0 ? end.deformed : Points(start.deformed + share * (end.deformed - start.deformed));
+  return places;
+}
+
+void check_rows(const RigidState& state, Index n) {
+  if (state.positions.rows() == n && state.orientations.rows() == n && state.velocities.rows() == n &&
+      state.angular_velocities.rows() == n)
+    return;
+  throw InvalidInput("rigid state must have one row for each of the " + std::to_string(n) + " bodies, got " +
+                     std::to_string(state.positions.rows()) + "; it belongs to another scene");
+}
+
+void check_motion(const RigidState& state, double step) {
+  for (Eigen::Index i = 0; i < state.positions.rows(); ++i)
+    if (!state.positions.row(i).allFinite() || !state.velocities.row(i).allFinite() ||
+        !state.orientations.row(i).allFinite() || !state.angular_velocities.row(i).allFinite())
+      throw SolverFailure("bodies[" + std::to_string(i) + "] must stay finite, got NaN or infinity from the rigid-body step of " +
+                          std::to_string(step) + " s; shorten the step or look for extreme impulses");
+}
 
 RigidState start_state(const std::vector<RigidBody>& bodies, const std::vector<MassProperties>& masses) {
   const auto n = static_cast<Eigen::Index>(bodies.size());

@@ -62,6 +62,10 @@ struct RigidState {
   std::vector<unsigned char> manifolds;                      // contact points carried over a rebuild, opaque
 };
 
+// Throws unless a state has a row for each of n bodies (InvalidInput) or unless it is finite after a step (SolverFailure).
+void check_rows(const RigidState& state, Index n);
+void check_motion(const RigidState& state, double step);
+
 // State of the bodies as described.
 RigidState start_state(const std::vector<RigidBody>& bodies, const std::vector<MassProperties>& masses);
 
@@ -85,7 +89,16 @@ struct RigidObstacle {
   double friction = 0.3;
   Vec3 position = Vec3::Zero();                  // of the mesh's origin at the start [m]
   Vec4 orientation = Vec4(1, 0, 0, 0);           // at the start
+  Points vertices = Points(0, 3);                // (n x 3) of one that deforms, in the world at the start [m]; else empty
 };
+
+// Where obstacles are: the poses of their meshes' origins, one each, and the vertices of those that deform, end to end [m].
+struct ObstaclePlaces {
+  ObstaclePlaces(std::vector<RigidPose> p = {}, Points d = Points(0, 3)) : poses(std::move(p)), deformed(std::move(d)) {}
+  std::vector<RigidPose> poses;
+  Points deformed;  // (k x 3)
+};
+ObstaclePlaces between(const ObstaclePlaces& start, const ObstaclePlaces& end, double share);
 
 // Stage. Bullet behind one source file; body-body and body-obstacle contacts only (cloth comes in as impulses).
 class RigidWorld {
@@ -103,12 +116,11 @@ class RigidWorld {
 
   // A new world holding exactly `state` (manifolds carried): the future depends on `state` alone.
   void restore(const RigidState& state);
-  // Advances by `step`; impulses [N s] and angular impulses [N m s] (b x 3) about the centres act first. Obstacle poses
-  // (position of mesh origin, quaternion) are those at the end of the step, with the velocities that lead there.
-  using ObstaclePose = RigidPose;
+  // Advances by `step`; impulses [N s] and angular impulses [N m s] (b x 3) about the centres act first. Obstacles are where
+  // they will be at the end of the step, with the velocities that lead there.
   // touched, if wanted: (b) 1 for bodies that did not move freely.
   void advance(double step, const Points& impulses, const Points& angular_impulses,
-               const std::vector<ObstaclePose>& obstacles, RigidState& state,
+               const ObstaclePlaces& obstacles, RigidState& state,
                std::vector<std::uint8_t>* touched = nullptr);
   // Writes the manifolds into `state` so that restore() continues bit for bit.
   void save(RigidState& state) const;

@@ -4,6 +4,7 @@
 // Bullet's contact cache, pair order and tree are hidden state. restore() therefore always builds a new world in the same
 // order and puts the saved contact points back: a run that restores at a step continues bit for bit like one that loads the
 // same state from a file.
+#include <BulletCollision/CollisionShapes/btTriangleShape.h>
 #include <btBulletDynamicsCommon.h>
 #include <LinearMath/btConvexHullComputer.h>
 
@@ -15,7 +16,7 @@
 
 #include "core/base/error.h"
 #include "core/base/rotation.h"
-#include "core/rigid/byte_stream.h"
+#include "core/rigid/contact_bytes.h"
 #include "core/rigid/rigid_body.h"
 #include "core/rigid/shape_geometry.h"
 
@@ -113,36 +114,6 @@ void add_shapes(const RigidBody& body, const MassProperties& mass, const Mat3& p
   }
 }
 
-// ---- Contact points as bytes ------------------------------------------------------------------------------------------
-
-// Calls visit on every field that Bullet carries from step to step.
-template <class Point, class Visitor>
-void for_each_field_of(Point& p, Visitor&& visit) {
-  for (auto* vector : {&p.m_localPointA, &p.m_localPointB, &p.m_positionWorldOnA, &p.m_positionWorldOnB,
-                       &p.m_normalWorldOnB, &p.m_lateralFrictionDir1, &p.m_lateralFrictionDir2}) {
-    for (int i = 0; i < 3; ++i) visit((*vector)[i]);
-  }
-  for (auto* number : {&p.m_distance1, &p.m_combinedFriction, &p.m_combinedRollingFriction, &p.m_combinedSpinningFriction,
-                       &p.m_combinedRestitution, &p.m_appliedImpulse, &p.m_prevRHS, &p.m_appliedImpulseLateral1,
-                       &p.m_appliedImpulseLateral2, &p.m_contactMotion1, &p.m_contactMotion2, &p.m_contactCFM,
-                       &p.m_contactERP, &p.m_frictionCFM}) {
-    visit(*number);
-  }
-  for (auto* number : {&p.m_partId0, &p.m_partId1, &p.m_index0, &p.m_index1, &p.m_contactPointFlags, &p.m_lifeTime}) {
-    visit(*number);
-  }
-}
-
-void write_manifold(ByteWriter& bytes, const btPersistentManifold& manifold) {
-  bytes.write<std::int32_t>(manifold.getBody0()->getUserIndex());
-  bytes.write<std::int32_t>(manifold.getBody1()->getUserIndex());
-  bytes.write<std::int32_t>(manifold.getNumContacts());
-  for (int k = 0; k < manifold.getNumContacts(); ++k) {
-    btManifoldPoint point = manifold.getContactPoint(k);
-    for_each_field_of(point, [&](const auto& value) { bytes.write(value); });
-  }
-}
-
 // ---- The world --------------------------------------------------------------------------------------------------------
 
 // Obstacles stand at their pose at the start of the step with the velocity that leads to its end, like the bodies; their
@@ -162,7 +133,8 @@ void meet(btBroadphasePair& pair, btCollisionDispatcher& dispatcher, const btDis
     return static_cast<const btCollisionObject*>(proxy->m_clientObject)->getCollisionShape();
   };
   btDispatcherInfo chosen = info;
-  chosen.m_enableSatConvex = !shape(pair.m_pProxy0)->isConcave() && !shape(pair.m_pProxy1)->isConcave();
+  const auto flat = [](const btCollisionShape* s) { return s->isConcave() || s->getShapeType() == TRIANGLE_SHAPE_PROXYTYPE; };
+  chosen.m_enableSatConvex = !flat(shape(pair.m_pProxy0)) && !flat(shape(pair.m_pProxy1));
   btCollisionDispatcher::defaultNearCallback(pair, dispatcher, chosen);
 }
 
@@ -172,7 +144,7 @@ struct Engine {
   btCollisionDispatcher dispatcher{&configuration};
   btDbvtBroadphase broadphase;
   btSequentialImpulseConstraintSolver solver;
-  std::vector<std::unique_ptr<btRigidBody>> bodies;  // dynamic ones, then obstacles
+  std::vector<std::unique_ptr<btRigidBody>> bodies;  // dynamic ones, then obstacles, then facets of those that deform
   World world{&dispatcher, &broadphase, &solver, &configuration};
 
   explicit Engine(const Vec3& gravity) {
@@ -188,6 +160,13 @@ struct Engine {
   }
   ~Engine() {
     for (auto& body : bodies) world.removeRigidBody(body.get());
+  }
+
+  btRigidBody& add_obstacle(btCollisionShape& shape, double friction) {
+    btRigidBody& body = add(0.0, Vec3::Zero(), shape, friction, 1.0);
+    body.setCollisionFlags((body.getCollisionFlags() & ~btCollisionObject::CF_STATIC_OBJECT) |
+                           btCollisionObject::CF_KINEMATIC_OBJECT);
+    return body;
   }
 
   btRigidBody& add(double mass, const Vec3& inertia, btCollisionShape& shape, double friction, double restitution) {
@@ -215,7 +194,7 @@ void set_velocity(btRigidBody& body, const Vec3& velocity, const Vec3& angular_v
   body.setInterpolationAngularVelocity(to_bullet(angular_velocity));
 }
 
-btTransform bullet_pose(const RigidWorld::ObstaclePose& pose) {
+btTransform bullet_pose(const RigidPose& pose) {
   return btTransform(to_bullet(rotation_matrix(pose.orientation)), to_bullet(pose.position));
 }
 
@@ -240,6 +219,22 @@ struct ObstacleMesh {
   }
 };
 
+// A triangle of an obstacle that deforms: a body of its own, so that what rests on it feels how fast it moves just there.
+struct Facet {
+  std::array<Index, 3> corners;  // rows of all vertices that deform
+  double friction;
+  std::unique_ptr<btTriangleShape> shape = std::make_unique<btTriangleShape>();
+
+  Mat3 at(const Points& x) const { return (Mat3() << x.row(corners[0]), x.row(corners[1]), x.row(corners[2])).finished(); }
+  // Its axes turn with it, so that contact points carried over stay where they were on it.
+  void put(btRigidBody& body, const Points& x) const {
+    const FacetFrame frame = facet_frame(at(x));
+    shape->setMargin(0.0);
+    for (int k = 0; k < 3; ++k) shape->m_vertices1[k] = to_bullet(Vec3(frame.corners.row(k).transpose()));
+    place(body, btTransform(to_bullet(frame.axes), to_bullet(frame.centre)));
+  }
+};
+
 }  // namespace
 
 struct RigidWorld::Data {
@@ -252,12 +247,16 @@ struct RigidWorld::Data {
   std::vector<Vec3> moments;                   // about them [kg m^2]
   std::vector<Shapes> shapes;                  // of each body, that of the whole last
   std::vector<double> inner_radii;             // half the smallest side of the box about each body [m]
-  std::vector<std::unique_ptr<ObstacleMesh>> obstacle_meshes;
-  std::vector<ObstaclePose> start_poses, poses;  // of obstacles, in the description and now
+  std::vector<std::size_t> stiff;              // the obstacles that keep their shape
+  std::vector<std::unique_ptr<ObstacleMesh>> obstacle_meshes;  // theirs
+  std::vector<Facet> facets;                   // of the others
+  ObstaclePlaces start_places, places;         // of obstacles, in the description and now
   std::unique_ptr<Engine> engine;
   RigidState known;                            // what the engine holds, without manifolds
 
   void add_body(const RigidBody& body, const std::string& where);
+  void add_obstacle(const RigidObstacle& obstacle, const std::string& where);
+  void put_obstacles();
   void set_body(std::size_t i, const RigidState& state);
   void follow(const RigidState& state);
   void know(const RigidState& state) {
@@ -265,7 +264,7 @@ struct RigidWorld::Data {
   }
   void read(RigidState& state) const;
   std::vector<unsigned char> manifold_bytes() const;
-  void read_poses(ByteReader& bytes);
+  void read_places(ByteReader& bytes);
   void read_manifolds(ByteReader& bytes);
 };
 
@@ -287,6 +286,29 @@ void RigidWorld::Data::add_body(const RigidBody& body, const std::string& where)
   shapes.back().back()->getAabb(btTransform::getIdentity(), low, high);
   inner_radii.push_back(0.5 * from_bullet(high - low).minCoeff());
   bodies.push_back(body);
+}
+
+void RigidWorld::Data::add_obstacle(const RigidObstacle& obstacle, const std::string& where) {
+  if (!obstacle.mesh) throw InvalidInput(where + ".mesh must be a mesh, got none");
+  check_orientation(obstacle.orientation, where);
+  start_places.poses.push_back({obstacle.position, obstacle.orientation});
+  if (obstacle.vertices.rows() == 0) {
+    stiff.push_back(obstacles.size());
+    obstacle_meshes.push_back(std::make_unique<ObstacleMesh>(*obstacle.mesh));
+  } else {
+    const Index first = static_cast<Index>(start_places.deformed.rows());
+    start_places.deformed.conservativeResize(first + obstacle.vertices.rows(), 3);
+    start_places.deformed.bottomRows(obstacle.vertices.rows()) = obstacle.vertices;
+    for (const auto& corner : obstacle.mesh->triangles().rowwise())
+      facets.push_back({{corner[0] + first, corner[1] + first, corner[2] + first}, obstacle.friction});
+  }
+  obstacles.push_back(obstacle);
+}
+
+void RigidWorld::Data::put_obstacles() {
+  std::size_t body = bodies.size();
+  for (const std::size_t i : stiff) place(*engine->bodies[body++], bullet_pose(places.poses[i]));
+  for (const Facet& facet : facets) facet.put(*engine->bodies[body++], places.deformed);
 }
 
 void RigidWorld::Data::set_body(std::size_t i, const RigidState& state) {
@@ -321,25 +343,27 @@ void RigidWorld::Data::read(RigidState& state) const {
 
 std::vector<unsigned char> RigidWorld::Data::manifold_bytes() const {
   ByteWriter bytes;
-  bytes.write<std::int32_t>(static_cast<std::int32_t>(poses.size()));
-  for (const ObstaclePose& pose : poses) {
+  bytes.write<std::int32_t>(static_cast<std::int32_t>(places.poses.size()));
+  for (const RigidPose& pose : places.poses) {
     for (int k = 0; k < 3; ++k) bytes.write(pose.position[k]);
     for (int k = 0; k < 4; ++k) bytes.write(pose.orientation[k]);
   }
+  for (const double coordinate : places.deformed.reshaped<Eigen::RowMajor>()) bytes.write(coordinate);
   const btCollisionDispatcher& dispatcher = engine->dispatcher;
   bytes.write<std::int32_t>(dispatcher.getNumManifolds());
   for (int m = 0; m < dispatcher.getNumManifolds(); ++m) {
-    write_manifold(bytes, *const_cast<btCollisionDispatcher&>(dispatcher).getManifoldByIndexInternal(m));
+    write_manifold<btManifoldPoint>(bytes, *const_cast<btCollisionDispatcher&>(dispatcher).getManifoldByIndexInternal(m));
   }
   return bytes.take();
 }
 
-void RigidWorld::Data::read_poses(ByteReader& bytes) {
-  bytes.require(bytes.read<std::int32_t>() == static_cast<std::int32_t>(poses.size()));
-  for (ObstaclePose& pose : poses) {
+void RigidWorld::Data::read_places(ByteReader& bytes) {
+  bytes.require(bytes.read<std::int32_t>() == static_cast<std::int32_t>(places.poses.size()));
+  for (RigidPose& pose : places.poses) {
     for (int k = 0; k < 3; ++k) pose.position[k] = bytes.read<double>();
     for (int k = 0; k < 4; ++k) pose.orientation[k] = bytes.read<double>();
   }
+  for (double& coordinate : places.deformed.reshaped<Eigen::RowMajor>()) coordinate = bytes.read<double>();
 }
 
 // A saved manifold goes to the first unused one of its pair; one whose pair no longer overlaps has nothing to hold.
@@ -373,14 +397,8 @@ RigidWorld::RigidWorld(const std::vector<RigidBody>& bodies, const std::vector<R
   data_->gravity = gravity;
   data_->gyroscopic = gyroscopic;
   for (std::size_t i = 0; i < bodies.size(); ++i) data_->add_body(bodies[i], "bodies[" + std::to_string(i) + "]");
-  for (std::size_t i = 0; i < obstacles.size(); ++i) {
-    const std::string where = "obstacles[" + std::to_string(i) + "]";
-    if (!obstacles[i].mesh) throw InvalidInput(where + ".mesh must be a mesh, got none");
-    check_orientation(obstacles[i].orientation, where);
-    data_->obstacles.push_back(obstacles[i]);
-    data_->obstacle_meshes.push_back(std::make_unique<ObstacleMesh>(*obstacles[i].mesh));
-    data_->start_poses.push_back({obstacles[i].position, obstacles[i].orientation});
-  }
+  for (std::size_t i = 0; i < obstacles.size(); ++i)
+    data_->add_obstacle(obstacles[i], "obstacles[" + std::to_string(i) + "]");
   restore(initial_state());
 }
 
@@ -392,19 +410,15 @@ RigidState RigidWorld::initial_state() const { return start_state(data_->bodies,
 
 void RigidWorld::restore(const RigidState& state) {
   Data& data = *data_;
-  const auto n = static_cast<Eigen::Index>(data.bodies.size());
-  if (state.positions.rows() != n || state.orientations.rows() != n || state.velocities.rows() != n ||
-      state.angular_velocities.rows() != n) {
-    throw InvalidInput("rigid state must have one row for each of the " + std::to_string(n) + " bodies, got " +
-                       std::to_string(state.positions.rows()) + "; it belongs to another scene");
-  }
+  const auto n = static_cast<Index>(data.bodies.size());
+  check_rows(state, n);
   data.engine = std::make_unique<Engine>(data.gravity);
   Engine& engine = *data.engine;
   ByteReader bytes(state.manifolds);
-  data.poses = data.start_poses;
-  if (!state.manifolds.empty()) data.read_poses(bytes);
+  data.places = data.start_places;
+  if (!state.manifolds.empty()) data.read_places(bytes);
 
-  for (Eigen::Index i = 0; i < n; ++i) {
+  for (Index i = 0; i < n; ++i) {
     const RigidBody& body = data.bodies[i];
     btCollisionShape& shape = *data.shapes[i].back();
     btRigidBody& moving = engine.add(data.masses[i].mass, data.moments[i], shape, body.friction, body.restitution);
@@ -414,12 +428,10 @@ void RigidWorld::restore(const RigidState& state) {
     moving.setCcdSweptSphereRadius(0.5 * data.inner_radii[i]);
     data.set_body(i, state);
   }
-  for (std::size_t i = 0; i < data.obstacles.size(); ++i) {
-    btRigidBody& body = engine.add(0.0, Vec3::Zero(), *data.obstacle_meshes[i]->shape, data.obstacles[i].friction, 1.0);
-    body.setCollisionFlags((body.getCollisionFlags() & ~btCollisionObject::CF_STATIC_OBJECT) |
-                           btCollisionObject::CF_KINEMATIC_OBJECT);
-    place(body, bullet_pose(data.poses[i]));
-  }
+  for (std::size_t k = 0; k < data.stiff.size(); ++k)
+    engine.add_obstacle(*data.obstacle_meshes[k]->shape, data.obstacles[data.stiff[k]].friction);
+  for (const Facet& facet : data.facets) engine.add_obstacle(*facet.shape, facet.friction);
+  data.put_obstacles();
   for (auto& body : engine.bodies) engine.world.addRigidBody(body.get());
   engine.world.clearForces();
   engine.world.performDiscreteCollisionDetection();
@@ -431,7 +443,7 @@ void RigidWorld::restore(const RigidState& state) {
 }
 
 void RigidWorld::advance(double step, const Points& impulses, const Points& angular_impulses,
-                         const std::vector<ObstaclePose>& obstacles, RigidState& state,
+                         const ObstaclePlaces& obstacles, RigidState& state,
                          std::vector<std::uint8_t>* touched) {
   Data& data = *data_;
   Engine& engine = *data.engine;
@@ -442,19 +454,25 @@ void RigidWorld::advance(double step, const Points& impulses, const Points& angu
                        std::to_string(impulses.rows()) + ", " + std::to_string(angular_impulses.rows()) + " and " +
                        std::to_string(state.positions.rows()));
   }
-  if (obstacles.size() != data.poses.size()) {
-    throw InvalidInput("there must be one pose for each of the " + std::to_string(data.poses.size()) + " obstacles, got " +
-                       std::to_string(obstacles.size()));
-  }
+  const ObstaclePlaces& now = data.places;
+  if (obstacles.poses.size() != now.poses.size() || obstacles.deformed.rows() != now.deformed.rows())
+    throw InvalidInput("there must be one pose for each of the " + std::to_string(now.poses.size()) + " obstacles and " +
+                       std::to_string(now.deformed.rows()) + " vertices of those that deform, got " +
+                       std::to_string(obstacles.poses.size()) + " and " + std::to_string(obstacles.deformed.rows()));
   data.follow(state);
   for (std::size_t i = 0; i < n; ++i) {
     engine.bodies[i]->applyCentralImpulse(to_bullet(Vec3(impulses.row(i).transpose())));
     engine.bodies[i]->applyTorqueImpulse(to_bullet(Vec3(angular_impulses.row(i).transpose())));
   }
-  for (std::size_t i = 0; i < data.poses.size(); ++i) {
-    const ObstaclePose &from = data.poses[i], &to = obstacles[i];
-    set_velocity(*engine.bodies[n + i], (to.position - from.position) / step,
+  std::size_t obstacle = n;
+  for (const std::size_t i : data.stiff) {
+    const RigidPose &from = now.poses[i], &to = obstacles.poses[i];
+    set_velocity(*engine.bodies[obstacle++], (to.position - from.position) / step,
                  angular_velocity_between(from.orientation, to.orientation, step));
+  }
+  for (const Facet& facet : data.facets) {
+    const FacetMotion motion = facet_motion(facet.at(now.deformed), facet.at(obstacles.deformed), step);
+    set_velocity(*engine.bodies[obstacle++], motion.velocity, motion.angular_velocity);
   }
   std::vector<std::array<btVector3, 3>> free;  // velocities and place that nothing has changed
   for (std::size_t i = 0; i < n && touched; ++i) {
@@ -469,18 +487,10 @@ void RigidWorld::advance(double step, const Points& impulses, const Points& angu
     touched->push_back(body.getLinearVelocity() != free[i][0] || body.getAngularVelocity() != free[i][1] ||
                        body.getWorldTransform().getOrigin() != free[i][2]);
   }
-  for (std::size_t i = 0; i < data.poses.size(); ++i) {
-    data.poses[i] = obstacles[i];
-    place(*engine.bodies[n + i], bullet_pose(obstacles[i]));
-  }
+  data.places = obstacles;
+  data.put_obstacles();
   data.read(state);
-  for (std::size_t i = 0; i < n; ++i) {
-    if (!state.positions.row(i).allFinite() || !state.velocities.row(i).allFinite() ||
-        !state.orientations.row(i).allFinite() || !state.angular_velocities.row(i).allFinite()) {
-      throw SolverFailure("bodies[" + std::to_string(i) + "] must stay finite, got NaN or infinity from the rigid-body step of " +
-                          std::to_string(step) + " s; shorten the step or look for extreme impulses");
-    }
-  }
+  check_motion(state, step);
   data.know(state);
 }
 

@@ -46,6 +46,32 @@ double sphere_radius(const TriangleMesh& mesh, const MassProperties& mass, doubl
   return radius;
 }
 
+FacetMotion facet_motion(const Mat3& before, const Mat3& after, double step) {
+  const Eigen::RowVector3d centre = before.colwise().mean();
+  const Eigen::RowVector3d velocity = (after.colwise().mean() - centre) / step;
+  Mat3 inertia = Mat3::Zero();
+  Vec3 momentum = Vec3::Zero();
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 arm = (before.row(k) - centre).transpose();
+    inertia += arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose();
+    momentum += arm.cross(((after.row(k) - before.row(k)) / step - velocity).transpose());
+  }
+  return {velocity.transpose(), inertia.ldlt().solve(momentum)};
+}
+
+
+FacetFrame facet_frame(const Mat3& corners) {
+  FacetFrame frame;
+  frame.centre = corners.colwise().mean().transpose();
+  const Vec3 edge = (corners.row(1) - corners.row(0)).transpose(), other = (corners.row(2) - corners.row(0)).transpose();
+  frame.axes.col(0) = edge.normalized();
+  frame.axes.col(2) = edge.cross(other).normalized();
+  frame.axes.col(1) = frame.axes.col(2).cross(frame.axes.col(0));
+  frame.corners = (corners.rowwise() - frame.centre.transpose()) * frame.axes;
+  return frame;
+}
+
+
 ConvexCore convex_core(const std::vector<Vec3>& vertices, const std::vector<std::vector<int>>& faces,
                        double margin_share, const std::string& where) {
   Vec3 centre = Vec3::Zero();

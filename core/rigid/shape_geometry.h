@@ -21,6 +21,19 @@ std::vector<Vec3> body_points(const TriangleMesh& mesh, const Vec3& centre, cons
 // Radius about the centre of mass [m]; throws InvalidInput where the mesh is no sphere to 1 %.
 double sphere_radius(const TriangleMesh& mesh, const MassProperties& mass, double density, const std::string& where);
 
+// The rigid motion nearest to that of a triangle (rows: corners) [m/s, rad/s]; stretching is left out.
+struct FacetMotion {
+  Vec3 velocity, angular_velocity;
+};
+FacetMotion facet_motion(const Mat3& before, const Mat3& after, double step);
+
+// Centre of a triangle, axes (columns: along its first edge, across, normal), and its corners in them.
+struct FacetFrame {
+  Vec3 centre;
+  Mat3 axes, corners;
+};
+FacetFrame facet_frame(const Mat3& corners);
+
 // A convex polyhedron shrunk so that core plus a ball of radius `margin` fills it again but for rounded edges.
 struct ConvexCore {
   std::vector<Vec3> points;

@@ -115,6 +115,8 @@ void build_magnets(const Scene& scene, Model& model) {
             where + ".body must be the name of what carries the magnet, got none; give the body a name");
     const std::size_t carrier = find_by_name(carriers, magnet.body, where + ".body");
     const bool moves = carrier < scene.bodies.size();
+    if (!moves && scene.obstacles[carrier - scene.bodies.size()].vertex_positions.rows() > 0)
+      throw Unsupported(where + ".body must keep its shape, got an obstacle that deforms by vertex_positions");
     const TriangleMesh& mesh =
         moves ? *scene.bodies[carrier].mesh : *scene.obstacles[carrier - scene.bodies.size()].mesh;
     Model::Carried carried;

@@ -118,11 +118,6 @@ void check_scene(const Scene& scene) {
     check_cloth(scene.cloths[i], item("cloths", i, scene.cloths[i].name));
   for (std::size_t i = 0; i < scene.obstacles.size(); ++i)
     check_obstacle(scene.obstacles[i], item("obstacles", i, scene.obstacles[i].name));
-  if (!scene.bodies.empty())
-    for (std::size_t i = 0; i < scene.obstacles.size(); ++i)
-      if (scene.obstacles[i].vertex_positions.rows() > 0)
-        throw Unsupported(item("obstacles", i, scene.obstacles[i].name) +
-                          " deforms by vertex_positions, which rigid bodies cannot meet; move it by keyframes or leave the bodies out");
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const RigidBody& body = scene.bodies[i];
     const std::string where = item("bodies", i, body.name);

@@ -16,12 +16,6 @@ constexpr int most_substeps = 4096;
 // A sub-step whose length times frequency has grown to this many times what was asked for is halved.
 constexpr double tolerated_growth = 4.0 / 3.0;
 
-std::vector<RigidPose> between(const std::vector<RigidPose>& start, const std::vector<RigidPose>& end, double share) {
-  std::vector<RigidPose> poses;
-  for (std::size_t i = 0; i < start.size(); ++i) poses.push_back(loomstone::between(start[i], end[i], share));
-  return poses;
-}
-
 }  // namespace
 
 MagneticMotion::MagneticMotion(const Model& model) : model_(model) {
@@ -126,8 +120,8 @@ double MagneticMotion::frequency(const RigidState& state, const std::vector<Magn
 }
 
 MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, const Points& impulses,
-                                             const Points& angular_impulses, const std::vector<RigidPose>& obstacles,
-                                             const std::vector<RigidPose>& moved_obstacles, RigidWorld& world,
+                                             const Points& angular_impulses, const ObstaclePlaces& obstacles,
+                                             const ObstaclePlaces& moved_obstacles, RigidWorld& world,
                                              RigidState& state) {
   const Index n = model_.n_bodies();
   Points momenta(n, 3);  // angular, world axes [kg m^2/s]
@@ -140,7 +134,7 @@ MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, cons
   const Points none = Points::Zero(n, 3);
   const Vec3& gravity = model_.scene.gravity;
   std::vector<std::uint8_t> touched;
-  std::vector<MagneticBody> magnets = placed(team, state, obstacles);
+  std::vector<MagneticBody> magnets = placed(team, state, obstacles.poses);
   std::vector<Wrench> before = wrenches(team, state, magnets);
   Done done;
   int parts = 1;              // the sub-step is step / parts; `place` of them are done
@@ -157,7 +151,7 @@ MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, cons
     limit = tolerated_growth * model_.scene.magnetic_step;
     const double h = step / parts;
     ++place;
-    const std::vector<RigidPose> at_end = between(obstacles, moved_obstacles, static_cast<double>(place) / parts);
+    const ObstaclePlaces at_end = between(obstacles, moved_obstacles, static_cast<double>(place) / parts);
 
     // The world's answer first: it wants velocities after the whole kick.
     RigidState answer = state;
@@ -185,7 +179,7 @@ MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, cons
       state.positions.row(b) += h * state.velocities.row(b);
       state.orientations.row(b) = freely_turned(rotors_[b], orientation, momenta.row(b).transpose(), h).transpose();
     }
-    magnets = placed(team, state, at_end);
+    magnets = placed(team, state, at_end.poses);
     before = wrenches(team, state, magnets);
     for (Index b = 0; b < n; ++b) {
       momenta.row(b) += 0.5 * h * before[b].torque.transpose();

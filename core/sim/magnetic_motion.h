@@ -31,11 +31,10 @@ class MagneticMotion {
     int substeps = 0;
     double error = 0.0;  // largest estimated error of a force at the end [N]
   };
-  // Advances the bodies by `step`; impulses [N s] and angular impulses [N m s] (b x 3) act first; obstacles go from one pose
+  // Advances the bodies by `step`; impulses [N s] and angular impulses [N m s] (b x 3) act first; obstacles go from one place
   // to the other. `world` knows of no gravity and no gyroscopic forces. Throws SolverFailure.
   Done advance(const Team& team, double step, const Points& impulses, const Points& angular_impulses,
-               const std::vector<RigidPose>& obstacles, const std::vector<RigidPose>& moved_obstacles, RigidWorld& world,
-               RigidState& state);
+               const ObstaclePlaces& obstacles, const ObstaclePlaces& moved_obstacles, RigidWorld& world, RigidState& state);
 
  private:
   // All magnets at their poses; induced ones as the dipoles that they are there, with world axes.

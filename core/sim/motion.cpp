@@ -98,6 +98,33 @@ void obstacle_vertices(const Model& model, const State& state, double time, doub
   }
 }
 
+std::vector<RigidObstacle> rigid_obstacles(const Model& model, const State& state, double time) {
+  std::vector<RigidObstacle> obstacles;
+  for (std::size_t o = 0; o < model.obstacles.size(); ++o) {
+    const Obstacle& description = model.scene.obstacles[o];
+    const RigidPose pose = obstacle_pose(model, state, static_cast<int>(o), time, 1.0);
+    obstacles.push_back({description.mesh, description.friction, pose.position, pose.orientation, Points(0, 3)});
+    if (description.vertex_positions.rows() > 0)
+      obstacles.back().vertices =
+          state.obstacle_vertices.middleRows(first_row(model, static_cast<int>(o)), model.obstacles[o].local.rows());
+  }
+  return obstacles;
+}
+
+ObstaclePlaces obstacle_places(const Model& model, const State& state, double time, double share) {
+  ObstaclePlaces places;
+  Points vertices;
+  for (std::size_t o = 0; o < model.obstacles.size(); ++o) {
+    places.poses.push_back(obstacle_pose(model, state, static_cast<int>(o), time, share));
+    if (model.scene.obstacles[o].vertex_positions.rows() == 0) continue;
+    if (vertices.rows() == 0) obstacle_vertices(model, state, time, share, vertices);
+    const Index k = static_cast<Index>(model.obstacles[o].local.rows()), before = static_cast<Index>(places.deformed.rows());
+    places.deformed.conservativeResize(before + k, 3);
+    places.deformed.bottomRows(k) = vertices.middleRows(first_row(model, static_cast<int>(o)), k);
+  }
+  return places;
+}
+
 void body_vertices(const Model& model, const RigidState& rigid, int body, Eigen::Ref<Points> vertices) {
   place_points(body_pose(rigid, body), model.bodies[body].local, vertices);
 }

@@ -17,6 +17,10 @@ RigidPose obstacle_pose(const Model& model, const State& state, int obstacle, do
 // World positions of all obstacle vertices at `time`, end to end.
 void obstacle_vertices(const Model& model, const State& state, double time, double share, Points& vertices);
 
+// Obstacles as rigid bodies meet them; `state` is the one at `time`.
+std::vector<RigidObstacle> rigid_obstacles(const Model& model, const State& state, double time);
+ObstaclePlaces obstacle_places(const Model& model, const State& state, double time, double share);
+
 // World positions of a body's surface.
 void body_vertices(const Model& model, const RigidState& rigid, int body, Eigen::Ref<Points> vertices);
 

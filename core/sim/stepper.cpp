@@ -69,12 +69,7 @@ Stepper::Stepper(const Model& model, const IntegratorOptions& options, const Tea
   contacts_in_solve_ = integrator_->implicit() && model.scene.response == "implicit";
   if (model.scene.collisions) collision_ = std::make_unique<CollisionStage>(model.collision);
   if (model.n_bodies() > 0) {
-    std::vector<RigidObstacle> obstacles;
-    for (std::size_t o = 0; o < model.obstacles.size(); ++o) {
-      if (model.scene.obstacles[o].vertex_positions.rows() > 0) continue;
-      const auto pose = obstacle_pose(model, state, static_cast<int>(o), static_cast<double>(state.step) * options.step, 1.0);
-      obstacles.push_back({model.scene.obstacles[o].mesh, model.scene.obstacles[o].friction, pose.position, pose.orientation});
-    }
+    const std::vector<RigidObstacle> obstacles = rigid_obstacles(model, state, static_cast<double>(state.step) * options.step);
     if (!model.magnets.empty()) magnetics_ = std::make_unique<MagneticMotion>(model);
     // With magnets gravity and free rotation are theirs, between contacts.
     world_ = std::make_unique<RigidWorld>(model.scene.bodies, obstacles, magnetics_ ? Vec3(Vec3::Zero()) : model.scene.gravity,
@@ -251,7 +246,7 @@ void Stepper::loads(const State& state) {
   start_poses_.clear();
   body_velocity_ = Points::Zero(2 * model_.n_bodies(), 3);
   std::vector<Wrench> magnetic(model_.n_bodies());
-  if (magnetics_ && n > 0) magnetic = magnetics_->wrenches(team_, state.rigid, obstacle_poses(state, start_time_, 0.0));
+  if (magnetics_ && n > 0) magnetic = magnetics_->wrenches(team_, state.rigid, obstacle_places(model_, state, start_time_, 0.0).poses);
   for (Index b = 0; b < model_.n_bodies(); ++b) {
     start_poses_.push_back(body_pose(state.rigid, b));
     body_blocks_.push_back(model_.body_mass[b].mass * Mat3::Identity());
@@ -330,31 +325,24 @@ void Stepper::bodies(State& state, StepReport& report) {
       angular.row(b) = (body_blocks_[2 * b + 1] *
                         (body_velocity_.row(2 * b + 1) - predicted_body_velocity_.row(2 * b + 1)).transpose()).transpose();
     }
-  const std::vector<RigidPose> poses = obstacle_poses(state, end_time_, share_);
-  if (!magnetics_) return world_->advance(step_, impulses, angular, poses, state.rigid);
-  const MagneticMotion::Done done = magnetics_->advance(team_, step_, impulses, angular, obstacle_poses(state, start_time_, 0.0),
-                                                        poses, *world_, state.rigid);
+  const ObstaclePlaces places = obstacle_places(model_, state, end_time_, share_);
+  if (!magnetics_) return world_->advance(step_, impulses, angular, places, state.rigid);
+  const MagneticMotion::Done done = magnetics_->advance(
+      team_, step_, impulses, angular, obstacle_places(model_, state, start_time_, 0.0), places, *world_, state.rigid);
   report.magnetic_substeps += done.substeps;
   report.magnetic_error = done.error;
 }
 
-// Of the obstacles that rigid bodies meet.
-std::vector<RigidPose> Stepper::obstacle_poses(const State& state, double time, double share) const {
-  std::vector<RigidPose> poses;
-  for (std::size_t o = 0; o < model_.obstacles.size(); ++o)
-    if (model_.scene.obstacles[o].vertex_positions.rows() == 0)
-      poses.push_back(obstacle_pose(model_, state, static_cast<int>(o), time, share));
-  return poses;
-}
-
 std::vector<Wrench> Stepper::magnetic_forces(const State& state) const {
   if (!magnetics_) return std::vector<Wrench>(model_.n_bodies());
-  return magnetics_->wrenches(team_, state.rigid, obstacle_poses(state, static_cast<double>(state.step) * options_.step, 0.0));
+  return magnetics_->wrenches(team_, state.rigid,
+                              obstacle_places(model_, state, static_cast<double>(state.step) * options_.step, 0.0).poses);
 }
 
 double Stepper::magnetic_energy(const State& state) const {
   if (!magnetics_) return 0.0;
-  return magnetics_->energy(team_, state.rigid, obstacle_poses(state, static_cast<double>(state.step) * options_.step, 0.0));
+  return magnetics_->energy(team_, state.rigid,
+                            obstacle_places(model_, state, static_cast<double>(state.step) * options_.step, 0.0).poses);
 }
 
 // The last stage: velocities lead the next step away from the limits no faster than they may; positions stay.

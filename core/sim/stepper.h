@@ -55,7 +55,6 @@ class Stepper {
   double terms_at(const Points& displacement, double time, TermRequest request, ExtraTerms& terms);
   void integrate(State& state, StepReport& report);
   void bodies(State& state, StepReport& report);
-  std::vector<RigidPose> obstacle_poses(const State& state, double time, double share) const;
   void move_cloth(State& state);
   void limit_strain_rate(State& state, StepReport& report);
   FreeBodies free_bodies(const State& state) const;

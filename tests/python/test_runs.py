@@ -90,6 +90,31 @@ def test_a_resumed_run_ends_in_the_same_bits(run, hanging, euler, cut):
     assert list(plots.read_steps(run)["step"]) == list(range(1, 31))
 
 
+def test_a_box_rides_on_an_obstacle_that_deforms_and_a_prolonged_run_ends_in_the_same_bits(tmp_path):
+    floor = ls.meshes.floor(size=1.0, cells=4)
+    times = np.linspace(0.0, 0.4, 41)
+    waves = np.repeat(np.asarray(floor.vertices)[None], len(times), axis=0)
+    waves[:, :, 2] = 2.0 * times[:, None] ** 2 * (1.0 + waves[:, :, 0])  # tilts as it rises, at 4 m/s^2
+    scene = ls.Scene(
+        bodies=[ls.RigidBody(mesh=ls.meshes.box(size=(0.1, 0.1, 0.1)), shape="box", position=(0, 0, 0.05), friction=0.9)],
+        obstacles=[ls.Obstacle(name="floor", mesh=floor, times=times, vertex_positions=waves.reshape(-1, 3), friction=0.9)],
+    )
+    euler = ls.SemiImplicitEuler(step=2e-3)
+    straight = ls.Simulation(scene, integrator=euler)
+    for _ in range(200):
+        straight.step()
+    x, _, z = straight.body_positions[0]
+    slope = 2.0 * 0.4**2
+    assert z == pytest.approx(slope * (1.0 + x) + 0.05 * np.hypot(1.0, slope), abs=1e-3)  # it lies flat on the slope
+    assert straight.state.body_velocities[0][2] == pytest.approx(4.0 * 0.4 * (1.0 + x), rel=0.1)
+    ls.Simulation(scene, integrator=euler).run(out=tmp_path / "a", duration=0.2)
+    report = ls.Simulation(scene, integrator=euler).run(out=tmp_path / "a", duration=0.4, resume=True)
+    assert report["digest"] == straight.digest()
+    magnetic = ls.Scene(bodies=scene.bodies, obstacles=scene.obstacles, magnets=[ls.Magnet(body="floor", polarization=(0, 0, 1))])
+    with pytest.raises(ls.Unsupported, match="must keep its shape"):
+        ls.Simulation(magnetic)
+
+
 def test_a_run_can_be_prolonged(run, hanging, euler):
     report = ls.Simulation(hanging, integrator=euler).run(out=run, duration=0.2, resume=True)
     straight = ls.Simulation(hanging, integrator=euler)

@@ -129,14 +129,20 @@ TEST_CASE("two colliding balls keep their momentum") {
 TEST_CASE("a moving floor carries a brick and a rising one lifts it without a gap") {
   RigidBody brick = body_of(box(0.1, 0.1, 0.1), "box", Vec3(0, 0, 0.05));
   brick.friction = 1.0;
-  RigidWorld world({brick}, {floor_of(1.0, 2, 1.0)}, gravity);
+  const bool deforms = GENERATE(false, true);
+  CAPTURE(deforms);
+  const RigidObstacle flat = floor_of(1.0, 2, 1.0);
+  RigidWorld world({brick}, {deforms ? deforming(flat) : flat}, gravity);
   RigidState state = world.initial_state();
   const Points none = Points::Zero(1, 3);
   const double h = 1e-3;
   for (int i = 1; i <= 1000; ++i) {
     // Accelerates along x at 1 m/s^2 (below mu g), rises at 0.1 m/s.
     const double t = i * h;
-    world.advance(h, none, none, {{Vec3(0.5 * t * t, 0, 0.1 * t), Vec4(1, 0, 0, 0)}}, state);
+    const Vec3 moved(0.5 * t * t, 0, 0.1 * t);
+    ObstaclePlaces places({{moved, Vec4(1, 0, 0, 0)}});
+    if (deforms) places = ObstaclePlaces({RigidPose{}}, flat.mesh->vertices().rowwise() + moved.transpose());
+    world.advance(h, none, none, places, state);
   }
   CHECK(state.positions(0, 0) == Approx(0.5).margin(2e-3));
   CHECK(state.positions(0, 2) == Approx(0.15).margin(1e-4));
@@ -154,10 +160,31 @@ TEST_CASE("a turning floor takes a brick round") {
   const Points none = Points::Zero(1, 3);
   for (int i = 1; i <= 1000; ++i) {
     const double t = i * 1e-3;
-    world.advance(1e-3, none, none, {{Vec3::Zero(), quaternion_from_rotation_vector(Vec3(0, 0, omega * t))}}, state);
+    world.advance(1e-3, none, none, ObstaclePlaces({{Vec3::Zero(), quaternion_from_rotation_vector(Vec3(0, 0, omega * t))}}), state);
   }
   CHECK((state.positions.row(0).transpose() - Vec3(0.2 * std::cos(1.0), 0.2 * std::sin(1.0), 0.025)).norm() < 2e-3);
   CHECK(rotation_vector(state.orientations.row(0).transpose()).z() == Approx(1.0).margin(0.01));
+}
+
+TEST_CASE("a surface that swells throws a ball up as fast as it moves there") {
+  // The plane z = c t^2 (x + 1/2) turns about an edge and stretches: under the ball it rises at c t.
+  const RigidObstacle flat = floor_of(1.0, 4);
+  RigidBody ball = body_of(icosphere(0.05, 3), "sphere", Vec3(0, 0, 0.05));
+  RigidWorld world({ball}, {deforming(flat)}, gravity);
+  RigidState state = world.initial_state();
+  const Points none = Points::Zero(1, 3);
+  const double h = 1e-3, c = 4.0, end = 0.25;
+  double carried = 0.0;
+  for (int i = 1; i <= 400; ++i) {
+    const double t = std::min(i * h, end);
+    Points x = flat.mesh->vertices();
+    x.col(2) = (x.col(0).array() + 0.5) * c * t * t;
+    world.advance(h, none, none, ObstaclePlaces({RigidPose{}}, x), state);
+    if (i * h <= end) carried = state.velocities(0, 2);
+  }
+  // d/dt of c t^2 / 2 at the end is 1 m/s; it slides towards the hinge meanwhile. Then it flies: 0.15 s later g has turned it.
+  CHECK(carried == Approx(1.0).epsilon(0.15));
+  CHECK(state.velocities(0, 2) == Approx(carried - 9.81 * 0.15).margin(0.02));
 }
 
 TEST_CASE("a fast small ball does not pass through a thin floor") {

@@ -42,7 +42,8 @@ struct Pile {
   void advance(RigidWorld& world, RigidState& state, int i) const {
     const Points none = Points::Zero(state.positions.rows(), 3);
     const double t = (i + 1) * step;
-    world.advance(step, none, none, {{Vec3(0.02 * std::sin(8.0 * t), 0, 0), quaternion_from_rotation_vector(Vec3(0, 0, 0.1 * t))}}, state);
+    const RigidPose pose{Vec3(0.02 * std::sin(8.0 * t), 0, 0), quaternion_from_rotation_vector(Vec3(0, 0, 0.1 * t))};
+    world.advance(step, none, none, ObstaclePlaces({pose}), state);
   }
   // Steps first .. last - 1 from a complete state, rebuilding every 40; the state is complete again afterwards.
   void run(RigidWorld& world, RigidState& state, int first, int last) const {
@@ -119,11 +120,17 @@ TEST_CASE("rebuilding often does not disturb a stack") {
 
 TEST_CASE("a restored world knows where its obstacles were") {
   // The floor rises at 1 m/s: were its pose lost, the next step would throw the brick.
-  RigidWorld world({body_of(box(0.1, 0.1, 0.1), "box", Vec3(0, 0, 0.05))}, {floor_of(1.0, 2)}, Vec3(0, 0, -9.81));
+  const bool deforms = GENERATE(false, true);
+  CAPTURE(deforms);
+  const RigidObstacle flat = floor_of(1.0, 2);
+  RigidWorld world({body_of(box(0.1, 0.1, 0.1), "box", Vec3(0, 0, 0.05))}, {deforms ? deforming(flat) : flat}, Vec3(0, 0, -9.81));
   RigidState state = world.initial_state();
   const Points none = Points::Zero(1, 3);
   for (int i = 1; i <= 200; ++i) {
-    world.advance(step, none, none, {{Vec3(0, 0, i * step), Vec4(1, 0, 0, 0)}}, state);
+    const Vec3 moved(0, 0, i * step);
+    ObstaclePlaces places({{moved, Vec4(1, 0, 0, 0)}});
+    if (deforms) places = ObstaclePlaces({RigidPose{}}, flat.mesh->vertices().rowwise() + moved.transpose());
+    world.advance(step, none, none, places, state);
     if (i % 20 == 0) {
       world.save(state);
       world.restore(state);

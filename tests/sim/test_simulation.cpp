@@ -219,13 +219,6 @@ TEST_CASE("what cannot be simulated is refused before time passes, naming item a
   refused(scene, "positions must have 2 rows");
   const Scene empty;
   refused(empty, "nothing to simulate");
-  scene = hammock();
-  Obstacle deforming;
-  deforming.mesh = share(floor_square(1.0, 1).moved(Vec3(0, 0, -1)));
-  deforming.times = {0.0};
-  deforming.vertex_positions = deforming.mesh->vertices();
-  scene.obstacles.push_back(deforming);
-  CHECK_THROWS_AS(Simulation(scene, IntegratorOptions{}, 1), Unsupported);
   IntegratorOptions o;
   o.step = 0;
   CHECK_THROWS_WITH(Simulation(drape(8), o, 1), Catch::Contains("integrator.step must be > 0 [s], got 0"));

@@ -1,0 +1,39 @@
+// Contact points of Bullet as bytes; templates, so that one source file alone knows its types.
+#pragma once
+
+#include <cstdint>
+
+#include "core/rigid/byte_stream.h"
+
+namespace loomstone {
+
+// Calls visit on every field that Bullet carries from step to step.
+template <class Point, class Visitor>
+void for_each_field_of(Point& p, Visitor&& visit) {
+  for (auto* vector : {&p.m_localPointA, &p.m_localPointB, &p.m_positionWorldOnA, &p.m_positionWorldOnB,
+                       &p.m_normalWorldOnB, &p.m_lateralFrictionDir1, &p.m_lateralFrictionDir2}) {
+    for (int i = 0; i < 3; ++i) visit((*vector)[i]);
+  }
+  for (auto* number : {&p.m_distance1, &p.m_combinedFriction, &p.m_combinedRollingFriction, &p.m_combinedSpinningFriction,
+                       &p.m_combinedRestitution, &p.m_appliedImpulse, &p.m_prevRHS, &p.m_appliedImpulseLateral1,
+                       &p.m_appliedImpulseLateral2, &p.m_contactMotion1, &p.m_contactMotion2, &p.m_contactCFM,
+                       &p.m_contactERP, &p.m_frictionCFM}) {
+    visit(*number);
+  }
+  for (auto* number : {&p.m_partId0, &p.m_partId1, &p.m_index0, &p.m_index1, &p.m_contactPointFlags, &p.m_lifeTime}) {
+    visit(*number);
+  }
+}
+
+template <class Point, class Manifold>
+void write_manifold(ByteWriter& bytes, const Manifold& manifold) {
+  bytes.write<std::int32_t>(manifold.getBody0()->getUserIndex());
+  bytes.write<std::int32_t>(manifold.getBody1()->getUserIndex());
+  bytes.write<std::int32_t>(manifold.getNumContacts());
+  for (int k = 0; k < manifold.getNumContacts(); ++k) {
+    Point point = manifold.getContactPoint(k);
+    for_each_field_of(point, [&](const auto& value) { bytes.write(value); });
+  }
+}
+
+}  // namespace loomstone
