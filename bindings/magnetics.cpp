@@ -2,6 +2,7 @@
 #include "bindings/bindings.h"
 #include "core/magnetics/axisymmetric.h"
 #include "core/magnetics/cells.h"
+#include "core/magnetics/field_lines.h"
 #include "core/magnetics/induction.h"
 #include "core/magnetics/polyhedron.h"
 #include "core/magnetics/sphere.h"
@@ -244,6 +245,42 @@ void bind_cells(py::module_& m) {
       py::arg("body"), py::arg("other"));
 }
 
+void bind_lines(py::module_& m) {
+  m.def(
+      "magnetic_field_lines",
+      [](const std::vector<MagneticBody>& bodies, Index lines, const py::object& seeds, const py::object& uniform,
+         const py::object& centre, double extent, double length, double tolerance, int threads) {
+        LineOptions options;
+        options.uniform = as_vector<Vec3>(uniform, "uniform");
+        options.centre = as_vector<Vec3>(centre, "centre");
+        options.extent = extent, options.length = length, options.tolerance = tolerance;
+        LineSeeds given;
+        if (!seeds.is_none()) given.points = as_rows<Points>(seeds, "seeds");
+        given.way.assign(given.points.rows(), 0);
+        const Team team = team_of(threads);
+        FieldLines found;
+        {
+          const py::gil_scoped_release release;
+          found = trace_field_lines(team, bodies, seeds.is_none() ? flux_seeds(team, bodies, options.uniform, lines) : given,
+                                    options);
+        }
+        const auto numbers = [](const std::vector<LineEnd>& ends) {
+          std::vector<int> all;
+          for (const LineEnd end : ends) all.push_back(static_cast<int>(end));
+          return all;
+        };
+        return py::make_tuple(found.points, found.first, numbers(found.begins), numbers(found.ends));
+      },
+      py::arg("bodies"), py::arg("lines"), py::arg("seeds"), py::arg("uniform"), py::arg("centre"), py::arg("extent"),
+      py::arg("length"), py::arg("tolerance"), py::arg("threads") = 0);
+  m.def(
+      "magnetic_depth",
+      [](const std::vector<MagneticBody>& bodies, const py::object& points) {
+        return magnetic_depth(bodies, as_rows<Points>(points, "points"));
+      },
+      py::arg("bodies"), py::arg("points"));
+}
+
 }  // namespace
 
 void bind_magnetics(py::module_& m) {
@@ -254,6 +291,7 @@ void bind_magnetics(py::module_& m) {
   bind_energy(m);
   bind_induction(m);
   bind_cells(m);
+  bind_lines(m);
 }
 
 }  // namespace loomstone

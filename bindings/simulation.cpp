@@ -123,6 +123,8 @@ void bind_simulation(py::module_& m) {
   c.def_property_readonly("body_positions", &S::body_positions, "(b x 3) centres of mass [m], a copy");
   c.def("magnetic_forces", &S::magnetic_forces, released,
         "Magnetic forces [N] and torques about the centres [N m] on the bodies now, each (b x 3).");
+  c.def("magnets", &S::magnets, py::arg("frame"), released,
+        "Magnets where a frame of this scene shows them, in the scene's order; spheres that magnetise as what they are there.");
   c.def("checkpoint", &S::checkpoint, released, "The state, exactly.");
   c.def("restore", &S::restore, py::arg("checkpoint"), released, "Continues from a checkpoint of the same scene.");
   c.def("rebuild_stages", &S::rebuild_stages, released, "Throws all stages away; changes no bit of the future.");

@@ -11,6 +11,7 @@
 #include "renderer/color_bar.h"
 #include "renderer/context.h"
 #include "renderer/surface_pass.h"
+#include "renderer/tubes.h"
 
 namespace loomstone {
 namespace {
@@ -89,6 +90,7 @@ struct Renderer::Data {
   ColorTable table;
   std::optional<Framing> framing;   // both from the first frame
   std::optional<MeshBuffers> bodies;
+  bool with_curves = false;         // `bodies` holds the curves of a picture as well
 
   // OpenGL objects: made and ended while the context is current.
   struct Passes {
@@ -101,7 +103,8 @@ struct Renderer::Data {
   };
   std::optional<Passes> passes;
 
-  void draw(const Frame& frame, const Vector& values, const ColorRange& range);
+  void draw(const Frame& frame, const Vector& values, const ColorRange& range, const Curves* curves);
+  void place_bodies(const Frame& frame, const Curves* curves);
   std::vector<const SquareBuffers*> place_floors(const Frame& frame);
 };
 
@@ -156,12 +159,25 @@ std::vector<const SquareBuffers*> Renderer::Data::place_floors(const Frame& fram
   return placed;
 }
 
-void Renderer::Data::draw(const Frame& frame, const Vector& values, const ColorRange& range) {
-  if (!framing) framing = make_framing(topology, frame);
-  if (!bodies) bodies.emplace(gl, drawn_bodies(topology, frame.body_positions), false);
-  passes->cloth.update(frame.positions, values);
+// Curves differ from frame to frame, so that buffers with them serve one picture.
+void Renderer::Data::place_bodies(const Frame& frame, const Curves* curves) {
+  if (curves) {
+    const BodiesAndTubes all = bodies_and_tubes(topology, frame.body_positions, *curves);
+    bodies.emplace(gl, all.mesh, false);
+    bodies->update(all.positions, all.values);
+    with_curves = true;
+    return;
+  }
+  if (!bodies || with_curves) bodies.emplace(gl, drawn_bodies(topology, frame.body_positions), false);
+  with_curves = false;
   bodies->update(frame.body_positions, Eigen::Map<const Vector>(topology.body_pole.data(),
                                                                 static_cast<Index>(topology.body_pole.size())));
+}
+
+void Renderer::Data::draw(const Frame& frame, const Vector& values, const ColorRange& range, const Curves* curves) {
+  if (!framing) framing = make_framing(topology, frame);
+  passes->cloth.update(frame.positions, values);
+  place_bodies(frame, curves);
   const std::vector<const SquareBuffers*> floors = place_floors(frame);
 
   const View view = make_view(options.camera, static_cast<double>(options.width) / options.height, *framing);
@@ -175,6 +191,7 @@ void Renderer::Data::draw(const Frame& frame, const Vector& values, const ColorR
   for (Index vertex = 0; vertex < frame.positions.rows(); ++vertex) include(frame.positions.row(vertex));
   for (Index vertex = 0; vertex < frame.body_positions.rows(); ++vertex)
     if (!topology.body_is_floor[topology.body_of_vertex[vertex]]) include(frame.body_positions.row(vertex));
+  for (Index i = 0; curves && i < curves->points.rows(); ++i) include(curves->points.row(i));
 
   const LightView light = make_light_view(options.light_direction, low, high);
   if (options.shadows) passes->shadow.draw(light, passes->cloth, *bodies);
@@ -186,7 +203,7 @@ void Renderer::Data::draw(const Frame& frame, const Vector& values, const ColorR
                        reach.rectangle());
 }
 
-Image Renderer::render(const Frame& frame) {
+Image Renderer::render(const Frame& frame, const Curves* curves) {
   Data& d = *data_;
   check_frame(d.topology, d.options, frame);
   const bool colored = d.options.color_by != "cloth";
@@ -195,7 +212,7 @@ Image Renderer::render(const Frame& frame) {
   Image image;
   {
     const Current current(*d.context);
-    d.draw(frame, values, range);
+    d.draw(frame, values, range, curves);
     image = d.passes->surface.read();
   }
   if (colored) draw_color_bar(image, d.table, range, scalar_field_title(d.options.color_by));

@@ -40,6 +40,7 @@ struct RenderOptions {
   bool wireframe = false;
   bool shadows = true, ambient_occlusion = true;
   bool floor = true;                    // draw bodies that are floors as a large ground plane
+  int field_lines = 0;                  // of magnets
   Vec3 light_direction = Vec3(-0.5, -0.6, 1.0);   // towards the light
   Camera camera;
 
@@ -57,8 +58,17 @@ struct RenderOptions {
         field("wireframe", &O::wireframe, "draws the edges of the cloth's triangles over it"),
         field("shadows", &O::shadows, "soft shadows"), field("ambient_occlusion", &O::ambient_occlusion, "ambient occlusion"),
         field("floor", &O::floor, "draws bodies that are floors as a large ground plane"),
+        field("field_lines", &O::field_lines, "1", between(0, 100000), "lines of the magnets' field that are drawn; 0: none"),
         field("light_direction", &O::light_direction, "towards the light"), field("camera", &O::camera, "Camera"));
   }
+};
+
+// Curves drawn as tubes in a picture, end to end.
+struct Curves {
+  Points points;                // (n x 3) [m]
+  std::vector<Index> first;     // (curves + 1) rows of `points`
+  Vector value;                 // (n) colour: 1 red, 0 yellow, -1 blue
+  double radius = 0.0;          // of the tubes [m]
 };
 
 struct Image {
@@ -72,7 +82,7 @@ class Renderer {
   Renderer(const FrameTopology& topology, const RenderOptions& options);
   ~Renderer();
   // The first frame fixes what a fitted camera shows. One thread at a time may use a Renderer; several may live at once.
-  Image render(const Frame& frame);
+  Image render(const Frame& frame, const Curves* curves = nullptr);
   const std::string& backend() const;   // "osmesa" | "egl"
 
  private:

@@ -108,6 +108,11 @@ void main() {
   // Poles: north red, south blue.
   albedo = mix(albedo, vec3(0.55, 0.05, 0.04), smoothstep(0.02, 0.04, surface_value));
   albedo = mix(albedo, vec3(0.04, 0.12, 0.50), smoothstep(0.02, 0.04, -surface_value));
+  // Curves from red over yellow to blue.
+  if (surface_uv.x < -0.5) {
+    vec3 end = surface_value > 0.0 ? vec3(0.60, 0.07, 0.04) : vec3(0.05, 0.16, 0.58);
+    albedo = mix(vec3(0.72, 0.56, 0.22), end, surface_value * surface_value);
+  }
   float facing = dot(n, towards_light);
   float gloss = pow(max(0.0, dot(n, normalize(towards_light + v))), 24.0) * step(0.0, facing);
   vec3 light = ambient(n) * seen.y + sun * max(0.0, facing) * seen.x;

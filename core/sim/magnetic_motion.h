@@ -22,6 +22,8 @@ class MagneticMotion {
  public:
   explicit MagneticMotion(const Model& model);
 
+  // All magnets at their poses; induced ones as the dipoles that they are there, with world axes.
+  std::vector<MagneticBody> placed(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles) const;
   // Force [N] and torque about the centre [N m] on each body; obstacles (o) stand at their poses.
   std::vector<Wrench> wrenches(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles) const;
   // Of all magnets in one another's field and in the uniform one [J].
@@ -37,8 +39,6 @@ class MagneticMotion {
                const ObstaclePlaces& obstacles, const ObstaclePlaces& moved_obstacles, RigidWorld& world, RigidState& state);
 
  private:
-  // All magnets at their poses; induced ones as the dipoles that they are there, with world axes.
-  std::vector<MagneticBody> placed(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles) const;
   std::vector<Wrench> wrenches(const Team& team, const RigidState& state, const std::vector<MagneticBody>& magnets) const;
   double frequency(const RigidState& state, const std::vector<MagneticBody>& magnets) const;
   // Flux density at the induced spheres but for their own [T], and their places in the list of magnets.

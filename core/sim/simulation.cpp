@@ -6,6 +6,7 @@
 #include "core/base/error.h"
 #include "core/parallel/agreement.h"
 #include "core/sim/capture.h"
+#include "core/sim/frame_magnets.h"
 #include "core/sim/motion.h"
 #include "core/sim/stepper.h"
 #include "core/sim/user_writes.h"
@@ -181,6 +182,10 @@ std::array<Points, 2> Simulation::magnetic_forces() const {
     rows[1].row(b) = wrenches[b].torque.transpose();
   }
   return rows;
+}
+
+std::vector<MagneticBody> Simulation::magnets(const Frame& frame) const {
+  return magnets_of_frame(data_->team, data_->model, frame);
 }
 
 State& Simulation::state() {

@@ -9,6 +9,7 @@
 #include "core/base/frame.h"
 #include "core/base/checkpoint.h"
 #include "core/integration/options.h"
+#include "core/magnetics/body.h"
 #include "core/parallel/communicator.h"
 #include "core/sim/scene.h"
 
@@ -59,6 +60,8 @@ class Simulation {
   Points body_positions() const;         // (b x 3) centres of mass [m]
   // Magnetic forces [N] and torques about the centres [N m] (b x 3) on the bodies now.
   std::array<Points, 2> magnetic_forces() const;
+  // All magnets where a frame of this scene shows them.
+  std::vector<MagneticBody> magnets(const Frame& frame) const;
 
   Checkpoint checkpoint() const;
   void restore(const Checkpoint& checkpoint);   // same scene; throws CacheError where it does not fit

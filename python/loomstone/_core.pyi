@@ -7,7 +7,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Air', 'Attachment', 'CacheError', 'Camera', 'Checkpoint', 'ClosestPoint', 'Cloth', 'ClothMaterial', 'Collisions', 'Communicator', 'Detector', 'Error', 'Frame', 'FrameReader', 'FrameTopology', 'FrameWriter', 'IntegratorOptions', 'InvalidInput', 'LimitOptions', 'LimitReport', 'Magnet', 'MagneticBody', 'MassProperties', 'Obstacle', 'RenderOptions', 'Renderer', 'RigidBody', 'Scene', 'Simulation', 'SolverFailure', 'SpatialQuery', 'State', 'StepReport', 'StrainLimit', 'TriangleMesh', 'Unsupported', 'box', 'candidates', 'capsule', 'continuous', 'corotational_strain', 'default_thread_count', 'dipole_energy', 'dipole_forces', 'floor_square', 'funnel', 'grid', 'grid_cells', 'icosphere', 'induced_moments', 'intersecting_pairs', 'jittered_grid', 'launched_by_mpi', 'limit_strain', 'magnetic_cell_front', 'magnetic_cell_level', 'magnetic_cells', 'magnetic_cuboid', 'magnetic_cylinder', 'magnetic_dipoles', 'magnetic_energy', 'magnetic_field', 'magnetic_force', 'magnetic_forces', 'magnetic_gradient', 'magnetic_loop', 'magnetic_mesh', 'magnetic_polyline', 'magnetic_solenoid', 'magnetic_sphere', 'mass_properties', 'mpi_communicator', 'read_checkpoint', 'read_mesh', 'single_communicator', 'wave_bar', 'write_checkpoint', 'write_mesh', 'write_png']
+__all__: list[str] = ['Air', 'Attachment', 'CacheError', 'Camera', 'Checkpoint', 'ClosestPoint', 'Cloth', 'ClothMaterial', 'Collisions', 'Communicator', 'Curves', 'Detector', 'Error', 'Frame', 'FrameReader', 'FrameTopology', 'FrameWriter', 'IntegratorOptions', 'InvalidInput', 'LimitOptions', 'LimitReport', 'Magnet', 'MagneticBody', 'MassProperties', 'Obstacle', 'RenderOptions', 'Renderer', 'RigidBody', 'Scene', 'Simulation', 'SolverFailure', 'SpatialQuery', 'State', 'StepReport', 'StrainLimit', 'TriangleMesh', 'Unsupported', 'box', 'candidates', 'capsule', 'continuous', 'corotational_strain', 'default_thread_count', 'dipole_energy', 'dipole_forces', 'floor_square', 'funnel', 'grid', 'grid_cells', 'icosphere', 'induced_moments', 'intersecting_pairs', 'jittered_grid', 'launched_by_mpi', 'limit_strain', 'magnetic_cell_front', 'magnetic_cell_level', 'magnetic_cells', 'magnetic_cuboid', 'magnetic_cylinder', 'magnetic_depth', 'magnetic_dipoles', 'magnetic_energy', 'magnetic_field', 'magnetic_field_lines', 'magnetic_force', 'magnetic_forces', 'magnetic_gradient', 'magnetic_loop', 'magnetic_mesh', 'magnetic_polyline', 'magnetic_solenoid', 'magnetic_sphere', 'mass_properties', 'mpi_communicator', 'read_checkpoint', 'read_mesh', 'single_communicator', 'wave_bar', 'write_checkpoint', 'write_mesh', 'write_png']
 class Error(Exception):
     """
     Base of all errors of this library.
@@ -1433,7 +1433,7 @@ class IntegratorOptions:
     step : time step [s]; > 0; default 0.001
     jacobian : spd (positive part of the geometric term) | exact; default 'spd'
     bending : auto | explicit | implicit; default 'auto'
-    linear_solver : pcg | gauss-seidel | direct; default 'pcg'
+    linear_solver : pcg | block-jacobi | gauss-seidel | direct; default 'pcg'
     tolerance : of the linear solver, on the preconditioned norm [1]; > 0; default 0.0001
     max_iterations : of the linear solver [1]; in [1, 1e+09]; default 2000
     newton_tolerance : relative residual of the Newton loop [1]; > 0; default 1e-06
@@ -1468,7 +1468,7 @@ class IntegratorOptions:
     @property
     def linear_solver(self) -> str:
         """
-        pcg | gauss-seidel | direct; default 'pcg'
+        pcg | block-jacobi | gauss-seidel | direct; default 'pcg'
         """
     @property
     def max_iterations(self) -> int:
@@ -1738,18 +1738,19 @@ class RenderOptions:
     shadows : soft shadows; default True
     ambient_occlusion : ambient occlusion; default True
     floor : draws bodies that are floors as a large ground plane; default True
+    field_lines : lines of the magnets' field that are drawn; 0: none [1]; in [0, 100000]; default 0
     light_direction : towards the light
     camera : Camera
     """
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('width', 'height', 'samples', 'pattern', 'color_by', 'color_low', 'color_high', 'color_map', 'wireframe', 'shadows', 'ambient_occlusion', 'floor', 'light_direction', 'camera')
+    field_names: typing.ClassVar[tuple[str, ...]] = ('width', 'height', 'samples', 'pattern', 'color_by', 'color_low', 'color_high', 'color_map', 'wireframe', 'shadows', 'ambient_occlusion', 'floor', 'field_lines', 'light_direction', 'camera')
     def __eq__(self, arg0: object) -> bool:
         ...
-    def __init__(self, *, width: typing.SupportsInt | typing.SupportsIndex = 1280, height: typing.SupportsInt | typing.SupportsIndex = 720, samples: typing.SupportsInt | typing.SupportsIndex = 4, pattern: str = 'weave', color_by: str = 'cloth', color_low: typing.SupportsFloat | typing.SupportsIndex = 0.0, color_high: typing.SupportsFloat | typing.SupportsIndex = 0.0, color_map: str = 'viridis', wireframe: bool = False, shadows: bool = True, ambient_occlusion: bool = True, floor: bool = True, light_direction: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., camera: Camera = ...) -> None:
+    def __init__(self, *, width: typing.SupportsInt | typing.SupportsIndex = 1280, height: typing.SupportsInt | typing.SupportsIndex = 720, samples: typing.SupportsInt | typing.SupportsIndex = 4, pattern: str = 'weave', color_by: str = 'cloth', color_low: typing.SupportsFloat | typing.SupportsIndex = 0.0, color_high: typing.SupportsFloat | typing.SupportsIndex = 0.0, color_map: str = 'viridis', wireframe: bool = False, shadows: bool = True, ambient_occlusion: bool = True, floor: bool = True, field_lines: typing.SupportsInt | typing.SupportsIndex = 0, light_direction: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., camera: Camera = ...) -> None:
         ...
     def __repr__(self) -> str:
         ...
-    def replace(self, *, width: typing.SupportsInt | typing.SupportsIndex = ..., height: typing.SupportsInt | typing.SupportsIndex = ..., samples: typing.SupportsInt | typing.SupportsIndex = ..., pattern: str = ..., color_by: str = ..., color_low: typing.SupportsFloat | typing.SupportsIndex = ..., color_high: typing.SupportsFloat | typing.SupportsIndex = ..., color_map: str = ..., wireframe: bool = ..., shadows: bool = ..., ambient_occlusion: bool = ..., floor: bool = ..., light_direction: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., camera: Camera = ...) -> RenderOptions:
+    def replace(self, *, width: typing.SupportsInt | typing.SupportsIndex = ..., height: typing.SupportsInt | typing.SupportsIndex = ..., samples: typing.SupportsInt | typing.SupportsIndex = ..., pattern: str = ..., color_by: str = ..., color_low: typing.SupportsFloat | typing.SupportsIndex = ..., color_high: typing.SupportsFloat | typing.SupportsIndex = ..., color_map: str = ..., wireframe: bool = ..., shadows: bool = ..., ambient_occlusion: bool = ..., floor: bool = ..., field_lines: typing.SupportsInt | typing.SupportsIndex = ..., light_direction: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., camera: Camera = ...) -> RenderOptions:
         """
         A copy in which the given fields have other values.
         """
@@ -1786,6 +1787,11 @@ class RenderOptions:
     def color_map(self) -> str:
         """
         name of the colour map; default 'viridis'
+        """
+    @property
+    def field_lines(self) -> int:
+        """
+        lines of the magnets' field that are drawn; 0: none [1]; in [0, 100000]; default 0
         """
     @property
     def floor(self) -> bool:
@@ -1827,15 +1833,23 @@ class RenderOptions:
         """
         draws the edges of the cloth's triangles over it; default False
         """
+class Curves:
+    """
+    Curves that a picture shows as tubes.
+    """
+    def __init__(self, points: typing.Any, first: numpy.typing.ArrayLike, value: numpy.typing.ArrayLike, radius: typing.SupportsFloat | typing.SupportsIndex) -> None:
+        """
+        (n x 3) points [m] of all curves end to end, (curves + 1) first rows, (n) values from 1 (red) to -1 (blue), radius [m].
+        """
 class Renderer:
     """
     Draws frames of one run without a display (OSMesa, else EGL).
     """
     def __init__(self, topology: FrameTopology, options: RenderOptions = ...) -> None:
         ...
-    def render(self, frame: Frame) -> numpy.typing.NDArray[numpy.uint8]:
+    def render(self, frame: Frame, curves: Curves = None) -> numpy.typing.NDArray[numpy.uint8]:
         """
-        Picture of a frame: (height x width x 3) bytes, rows from the top.
+        Picture of a frame, with curves if given: (height x width x 3) bytes, rows from the top.
         """
     @property
     def backend(self) -> str:
@@ -1972,6 +1986,10 @@ class Simulation:
     def magnetic_forces(self) -> typing.Annotated[list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]], "FixedSize(2)"]:
         """
         Magnetic forces [N] and torques about the centres [N m] on the bodies now, each (b x 3).
+        """
+    def magnets(self, frame: Frame) -> list[MagneticBody]:
+        """
+        Magnets where a frame of this scene shows them, in the scene's order; spheres that magnetise as what they are there.
         """
     def rebuild_stages(self) -> None:
         """
@@ -2176,11 +2194,15 @@ def magnetic_cuboid(*, size: typing.Any, polarization: typing.Any) -> MagneticBo
     ...
 def magnetic_cylinder(*, radius: typing.SupportsFloat | typing.SupportsIndex, height: typing.SupportsFloat | typing.SupportsIndex, polarization: typing.Any, inner_radius: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> MagneticBody:
     ...
+def magnetic_depth(bodies: collections.abc.Sequence[MagneticBody], points: typing.Any) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+    ...
 def magnetic_dipoles(points: typing.Any, moments: typing.Any) -> MagneticBody:
     ...
 def magnetic_energy(bodies: collections.abc.Sequence[MagneticBody], tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> float:
     ...
 def magnetic_field(bodies: collections.abc.Sequence[MagneticBody], points: typing.Any, quantity: str = 'B', threads: typing.SupportsInt | typing.SupportsIndex = 0) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+    ...
+def magnetic_field_lines(bodies: collections.abc.Sequence[MagneticBody], lines: typing.SupportsInt | typing.SupportsIndex, seeds: typing.Any, uniform: typing.Any, centre: typing.Any, extent: typing.SupportsFloat | typing.SupportsIndex, length: typing.SupportsFloat | typing.SupportsIndex, tolerance: typing.SupportsFloat | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], list[int], list[int], list[int]]:
     ...
 def magnetic_force(on: MagneticBody, by: MagneticBody, tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"], float]:
     ...

@@ -119,6 +119,7 @@ def render(
     color_high: Annotated[float | None, typer.Option(help="value at the high end of the colours")] = None,
     pattern: Annotated[str | None, typer.Option(help="weave | checker | plain")] = None,
     wireframe: Annotated[bool | None, typer.Option(help="edges over the cloth")] = None,
+    field_lines: Annotated[int | None, typer.Option(help="lines of the magnets' field, 0: none")] = None,
     frame: Annotated[list[int], typer.Option(help="only this frame, -1 is the last; may be given again")] = [],  # noqa: B006
     jobs: Annotated[int, typer.Option(help="frames drawn at once, 0: one a processor", min=0)] = 0,
     again: Annotated[bool, typer.Option("--again", help="draw frames that are there already")] = False,
@@ -134,7 +135,8 @@ def render(
         source = Run(run)
         options = stored_options(source)[3] if "render" in source.metadata else RenderOptions()
         given: dict[str, Any] = {"width": width, "height": height, "color_by": color_by, "color_low": color_low,
-                                 "color_high": color_high, "pattern": pattern, "wireframe": wireframe}  # fmt: skip
+                                 "color_high": color_high, "pattern": pattern, "wireframe": wireframe,
+                                 "field_lines": field_lines}  # fmt: skip
         options = options.replace(**{name: value for name, value in given.items() if value is not None})
         for i in frame:
             if not -len(source) <= i < len(source):
@@ -186,19 +188,58 @@ def info(
 
 @app.command()
 def plot(
-    run: RunArgument,
+    run: Annotated[Path, typer.Argument(help="directory of a run; or `force` or `torque`, of magnets given by --mesh")],
     what: Annotated[str, typer.Option(help=" | ".join(plots.KINDS))] = "energy",
-    out: Annotated[Path | None, typer.Option(help="picture to write; default: WHAT.png in the run")] = None,
+    out: Annotated[Path | None, typer.Option(help="picture to write; default: WHAT.png in the run, or force.png")] = None,
+    mesh: Annotated[list[Path], typer.Option(help="closed mesh of a magnet [m]; given twice: the first over the second")] = [],  # noqa: B006
+    magnetization: Annotated[str, typer.Option(help="J = mu0 M of the magnets [T]")] = "0,0,1",
+    axis: Annotated[str, typer.Option(help="where the first magnet is from the second")] = "0,0,1",
+    reach: Annotated[float, typer.Option(help="largest distance [m], 0: the size of the magnet")] = 0.0,
 ) -> None:
-    """Plots a run over time: energies, stages, contacts, stretch.
+    """Plots a run over time, or forces between magnets.
 
-    Reads steps.csv of the run; also iterations of the solvers.
+    Of a run: energies, stages, contacts, stretch, iterations, from its steps.csv. `force`: of one magnet on another over the gap
+    between them; `torque`: over the angle by which one is turned.
 
     \b
         loomstone plot out/drape --what stages
+        loomstone plot force --mesh magnet.obj --magnetization 0,0,1.2 --out force.png
     """
     with _session(parallel=False):
-        print(f"plot: {plots.plot_run(run, kind=what, path=out)}")
+        if str(run) in ("force", "torque") and not run.is_dir():
+            from .magnetics import pictures
+
+            values = (pictures.numbers(magnetization, "--magnetization"), pictures.numbers(axis, "--axis"))
+            print(f"plot: {pictures.curve_of_meshes(str(run), mesh, *values, reach, out or Path(f'{run}.png'))}")
+        else:
+            print(f"plot: {plots.plot_run(run, kind=what, path=out)}")
+
+
+@app.command()
+def field(
+    mesh: Annotated[Path, typer.Argument(help="closed mesh [m], OBJ or PLY")],
+    magnetization: Annotated[str, typer.Option(help="J = mu0 M inside [T]")] = "0,0,1",
+    lines: Annotated[int, typer.Option(help="field lines, each of equal flux", min=1)] = 150,
+    out: Annotated[Path, typer.Option(help="picture (PNG) of the magnet with its field lines")] = Path("field.png"),
+    eye: Annotated[str, typer.Option(help="direction from which it is seen")] = "0.6,-1,0.35",
+    slice_: Annotated[Path | None, typer.Option("--slice", help="also draw |B| and its direction in a plane here (PNG)")] = None,
+    plane: Annotated[str, typer.Option(help="of the slice, through the centre: xy | xz | yz")] = "xz",
+) -> None:
+    """Draws the field of a magnet of any shape.
+
+    \b
+        loomstone field horseshoe.obj --magnetization 0,0,1 --lines 200 --slice slice.png
+    """
+    with _session(parallel=False):
+        from .magnetics import figures, pictures
+        from .meshes import read_mesh
+
+        polarization = pictures.numbers(magnetization, "--magnetization")
+        surface = read_mesh(mesh, with_uv=False)
+        path, found = pictures.draw_field(surface, polarization, out, n_lines=lines, eye=pictures.numbers(eye, "--eye"))
+        print(f"{len(found.lines)} field lines of {sum(map(len, found.lines))} points: {path}")
+        if slice_:
+            print(f"slice: {figures.plot_slice(pictures.magnet_of(mesh, polarization), slice_, plane=plane)}")  # type: ignore[arg-type]
 
 
 @app.command()

@@ -21,6 +21,7 @@ from typing import Any, Protocol
 from . import _core
 from ._core import CacheError, Checkpoint, Error, Frame, FrameWriter, RenderOptions, StepReport
 from .cache import checkpoint_files, latest_checkpoint, write_checkpoint
+from .magnetics.lines import frame_curves
 from .ranks import together
 from .simulation import Simulation, frame_count, frames_due
 from .verification import FrameTable, append_forced, keep_forced
@@ -221,10 +222,11 @@ class _Writer(_NoWriter):
         steps: StepTable,
         checks: FrameTable | None,
         options: RunOptions,
-        topology: Any,
+        simulation: Simulation,
     ) -> None:
         self._directory, self._frames, self._steps, self._checks, self._options = directory, frames, steps, checks, options
-        self._renderer = _core.Renderer(topology, options.render) if options.render else None
+        self._simulation = simulation
+        self._renderer = _core.Renderer(simulation.topology, options.render) if options.render else None
         if self._renderer:
             (directory / "frames").mkdir(exist_ok=True)
 
@@ -254,7 +256,9 @@ class _Writer(_NoWriter):
                 self._checks.add(index, frame)
             if self._renderer:
                 path = self._directory / "frames" / f"frame-{index:05d}.png"
-                _core.write_png(str(path), self._renderer.render(frame))
+                lines = self._options.render.field_lines if self._options.render else 0
+                curves = frame_curves(self._simulation, frame, lines) if lines else None
+                _core.write_png(str(path), self._renderer.render(frame, curves))
 
     def step(self, report: StepReport, forced: list[list[int]]) -> None:
         with self._writing():
@@ -309,7 +313,7 @@ def _writer(
     steps = StepTable(directory / "steps.csv", simulation.step_index)
     keep_forced(directory, simulation.step_index)
     checks = FrameTable(directory / "frames.csv", simulation.topology, following) if options.verify else None
-    return _Writer(directory, frames, steps, checks, options, simulation.topology)
+    return _Writer(directory, frames, steps, checks, options, simulation)
 
 
 def _remove_run(directory: Path) -> None:

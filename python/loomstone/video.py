@@ -13,6 +13,7 @@ from typing import Any
 from . import _core
 from ._core import CacheError, Camera, InvalidInput, RenderOptions
 from .cache import Run
+from .magnetics.lines import frame_curves
 
 __all__ = ["encode", "options_from_dict", "render_run"]
 
@@ -67,19 +68,28 @@ def _notify(done: Iterable[int], progress: Callable[[int], None] | None) -> None
             progress(1)
 
 
-# One run and one renderer a process.
-_open: dict[tuple[str, str], tuple[Run, _core.Renderer]] = {}
+# One run and one renderer a process; where field lines are drawn, the scene that has the magnets.
+_open: dict[tuple[str, str], tuple[Run, _core.Renderer, _core.Simulation | None]] = {}
 
 
 def _draw(part: tuple[str, str, int]) -> int:
     directory, settings, index = part
     if (directory, settings) not in _open:
         run = Run(directory)
+        options = options_from_dict(json.loads(settings))
         _open.clear()
-        _open[directory, settings] = run, _core.Renderer(run.topology, options_from_dict(json.loads(settings)))
-    run, renderer = _open[directory, settings]
-    _core.write_png(str(Path(directory) / "frames" / f"frame-{index:05d}.png"), renderer.render(run[index]))
+        _open[directory, settings] = run, _core.Renderer(run.topology, options), _magnets(run) if options.field_lines else None
+    run, renderer, simulation = _open[directory, settings]
+    frame = run[index]
+    curves = frame_curves(simulation, frame, json.loads(settings)["field_lines"]) if simulation else None
+    _core.write_png(str(Path(directory) / "frames" / f"frame-{index:05d}.png"), renderer.render(frame, curves))
     return index
+
+
+def _magnets(run: Run) -> _core.Simulation:
+    from .scene_file import SceneFile  # which needs this module
+
+    return _core.Simulation(SceneFile.of_run(run).scene(), threads=1)
 
 
 def encode(directory: str | os.PathLike[str], *, rate: float = 25.0, name: str = "video.mp4") -> str:

@@ -32,6 +32,7 @@ SMALL = {
 
 # Scenes of magnets without cloth: parameters and simulated time [s].
 MAGNETIC = {
+    "field_lines": ({}, 0.02),
     "levitation": ({}, 0.3),
     "lift": ({"spheres": 4}, 1.5),
     "toy_magnets": ({"parallel": False}, 0.08),

@@ -30,6 +30,7 @@ from .bodies import (
     solenoid,
     sphere,
 )
+from .figures import ForceCurve, force_over_distance, plot_curve, plot_slice, torque_over_angle
 from .formulas import (
     cuboid_field,
     cuboid_gradient,
@@ -50,13 +51,17 @@ from .formulas import (
     sphere_field,
     sphere_gradient,
 )
+from .lines import FieldLines, LineEnd, curves_of, field_lines, frame_curves
 
 MU0 = 1.2566370614359173e-06  # 4 pi 1e-7 [T m/A]
 
 __all__ = [
-    "MU0",
+    "FieldLines",
     "Force",
+    "ForceCurve",
     "Forces",
+    "LineEnd",
+    "MU0",
     "MagneticBody",
     "cell_front",
     "cell_level",
@@ -64,6 +69,7 @@ __all__ = [
     "cuboid",
     "cuboid_field",
     "cuboid_gradient",
+    "curves_of",
     "cylinder",
     "cylinder_field",
     "cylinder_gradient",
@@ -74,7 +80,10 @@ __all__ = [
     "dipoles",
     "energy",
     "field",
+    "field_lines",
+    "frame_curves",
     "force",
+    "force_over_distance",
     "forces",
     "gradient",
     "induced_moments",
@@ -84,6 +93,8 @@ __all__ = [
     "mesh",
     "mesh_field",
     "mesh_gradient",
+    "plot_curve",
+    "plot_slice",
     "polyline",
     "polyline_field",
     "polyline_gradient",
@@ -93,4 +104,5 @@ __all__ = [
     "sphere",
     "sphere_field",
     "sphere_gradient",
+    "torque_over_angle",
 ]

@@ -1,0 +1,155 @@
+"""Figures of fields and forces by matplotlib: slices with iso-lines and arrows, force over distance, torque over angle."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _core
+from .._core import CacheError, InvalidInput, MagneticBody, Unsupported
+from ..arguments import explained
+from .bodies import Bodies, as_list, field, force
+
+__all__ = ["ForceCurve", "force_over_distance", "plot_curve", "plot_slice", "torque_over_angle"]
+
+Floats = NDArray[np.float64]
+PLANES = {"xy": (0, 1, 2), "xz": (0, 2, 1), "yz": (1, 2, 0)}
+
+
+class ForceCurve(NamedTuple):
+    """What one body feels along a path: places (n) [m] or angles [rad], forces (n, 3) [N], torques about its centre (n, 3) [N m]."""
+
+    places: Floats
+    forces: Floats
+    torques: Floats
+
+
+@explained
+def force_over_distance(
+    on: MagneticBody, by: MagneticBody, distances: ArrayLike, *, axis: ArrayLike = (0.0, 0.0, 1.0), tolerance: float = 1e-4
+) -> ForceCurve:
+    """Force and torque on a body that is moved by `distances` (n) [m] from where it is along an axis (3).
+
+    >>> import loomstone as ls
+    >>> a = ls.magnetics.sphere(radius=0.005, polarization=(0, 0, 1))
+    >>> curve = ls.magnetics.force_over_distance(a.moved((0, 0, 0.01)), a, [0.0, 0.01])
+    >>> print(f"{curve.forces[0, 2] / curve.forces[1, 2]:.1f}")   # a dipole's force falls with the fourth power
+    16.0
+    """
+    along = np.asarray(axis, float) / np.linalg.norm(axis)
+    places = np.ravel(np.asarray(distances, float))
+    found = [force(on=on.moved(d * along), by=by, tolerance=tolerance) for d in places]
+    return ForceCurve(places, np.array([f.force for f in found]), np.array([f.torque for f in found]))
+
+
+@explained
+def torque_over_angle(
+    on: MagneticBody, by: MagneticBody, angles: ArrayLike, *, axis: ArrayLike = (1.0, 0.0, 0.0), tolerance: float = 1e-4
+) -> ForceCurve:
+    """Force and torque on a body that is turned by `angles` (n) [rad] about an axis (3) through its centre."""
+    about = np.asarray(axis, float) / np.linalg.norm(axis)
+    turns = np.ravel(np.asarray(angles, float))
+    found = [force(on=on.rotated(a * about), by=by, tolerance=tolerance) for a in turns]
+    return ForceCurve(turns, np.array([f.force for f in found]), np.array([f.torque for f in found]))
+
+
+def _figure(size: tuple[float, float]) -> tuple[Any, Any]:
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise Unsupported("plots need matplotlib, which is not installed; pip install matplotlib") from None
+    figure = Figure(figsize=size, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure, figure.add_subplot()
+
+
+def _save(figure: Any, path: str | os.PathLike[str]) -> Path:
+    try:
+        figure.savefig(path, dpi=150)
+    except (OSError, ValueError) as error:
+        raise CacheError(f"{path}: the plot cannot be written: {error}") from error
+    return Path(path)
+
+
+@explained
+def plot_slice(
+    bodies: Bodies,
+    path: str | os.PathLike[str],
+    *,
+    plane: Literal["xy", "xz", "yz"] = "xz",
+    centre: ArrayLike | None = None,
+    extent: float = 0.0,
+    resolution: int = 300,
+    arrows: int = 25,
+    threads: int = 0,
+) -> Path:
+    """Draws a slice through the field: |B| as colours with iso-lines at every factor of two, its direction as arrows, magnets in outline.
+
+    plane through `centre` (3) [m] (default: of the bodies), `extent` [m] from there to each side (0: 1.8 times the bodies),
+    resolution and arrows: points along a side. Returns the path of the picture (PNG).
+    """
+    sources = as_list(bodies)
+    if plane not in PLANES:
+        raise InvalidInput(f"plane must be xy, xz or yz, got {plane!r}")
+    if not sources or resolution < 8 or arrows < 2:
+        raise InvalidInput("a slice needs bodies, a resolution of at least 8 and at least 2 arrows")
+    u, v, w = PLANES[plane]
+    places, radii = np.array([b.position for b in sources]), np.array([b.radius for b in sources])
+    low, high = (places - radii[:, None]).min(axis=0), (places + radii[:, None]).max(axis=0)
+    middle = 0.5 * (low + high) if centre is None else np.asarray(centre, float)
+    reach = extent or 0.9 * float((high - low).max())
+    if not reach > 0:
+        raise InvalidInput("extent [m] must be given where bodies have none (point dipoles)")
+
+    def lattice(n: int) -> tuple[Floats, Floats, Floats]:
+        side = np.linspace(-reach, reach, n)
+        a, b = np.meshgrid(middle[u] + side, middle[v] + side)
+        points = np.empty((n * n, 3))
+        points[:, u], points[:, v], points[:, w] = a.ravel(), b.ravel(), middle[w]
+        return a, b, points
+
+    figure, axes = _figure((7.0, 6.0))
+    a, b, points = lattice(resolution)
+    size = np.linalg.norm(field(sources, points, threads=threads), axis=1).reshape(a.shape)
+    size = np.clip(size, np.quantile(size[size > 0], 0.002), np.quantile(size, 0.998))
+    levels = 2.0 ** np.arange(np.floor(np.log2(size.min())), np.ceil(np.log2(size.max())) + 1)
+    from matplotlib.colors import LogNorm
+    from matplotlib.ticker import LogLocator
+
+    norm = LogNorm(levels[0], levels[-1])
+    shown = axes.pcolormesh(1e3 * a, 1e3 * b, size, norm=norm, cmap="viridis", shading="gouraud", rasterized=True)
+    axes.contour(1e3 * a, 1e3 * b, size, levels=levels, colors="white", linewidths=0.6, alpha=0.7)
+    figure.colorbar(shown, ax=axes, label="|B| [T]", ticks=LogLocator(10, subs=(1.0, 2.0, 5.0)))
+    inside = _core.magnetic_depth(sources, points).reshape(a.shape)
+    if inside.max() > 0:
+        axes.contour(1e3 * a, 1e3 * b, inside, levels=[0.0], colors="black", linewidths=1.6)
+    c, d, points = lattice(arrows)
+    vectors = field(sources, points, threads=threads)
+    in_plane = vectors[:, [u, v]] / np.maximum(np.linalg.norm(vectors, axis=1), 1e-300)[:, None]
+    axes.quiver(1e3 * c.ravel(), 1e3 * d.ravel(), in_plane[:, 0], in_plane[:, 1], pivot="mid", color="white", scale=1.25 * arrows,
+                width=0.0028)  # fmt: skip
+    axes.set(xlabel=f"{'xyz'[u]} [mm]", ylabel=f"{'xyz'[v]} [mm]", aspect="equal")
+    return _save(figure, path)
+
+
+@explained
+def plot_curve(curve: ForceCurve, path: str | os.PathLike[str], *, kind: Literal["force", "torque"] = "force") -> Path:
+    """Draws force over distance or torque over angle; components that stay below 1e-3 of the largest are left out."""
+    if kind not in ("force", "torque"):
+        raise InvalidInput(f"kind must be force or torque, got {kind!r}")
+    figure, axes = _figure((7.0, 4.5))
+    values = curve.forces if kind == "force" else 1e3 * curve.torques
+    places = 1e3 * curve.places if kind == "force" else np.degrees(curve.places)
+    for k, name in enumerate("xyz"):
+        if np.abs(values[:, k]).max() >= 1e-3 * np.abs(values).max():
+            axes.plot(places, values[:, k], label=name)
+    axes.axhline(0.0, color="black", linewidth=0.6)
+    axes.set(xlabel="distance [mm]" if kind == "force" else "angle [degrees]", ylabel="force [N]" if kind == "force" else "torque [mN m]")
+    axes.grid(alpha=0.3)
+    axes.legend()
+    return _save(figure, path)

@@ -1,0 +1,133 @@
+"""Field lines: shapes that are known, seeds that share the flux, ends on magnets; what is drawn from them."""
+
+import numpy as np
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+import loomstone as ls
+from loomstone.cli import app
+
+m = ls.magnetics
+SPHERE = m.sphere(radius=0.001, polarization=(0, 0, 1))
+
+
+def test_lines_of_a_dipole_are_r_over_sine_squared_and_errors_follow_the_tolerance():
+    errors = []
+    for tolerance in (1e-5, 1e-7, 1e-9):
+        found = m.field_lines(SPHERE, seeds=[[0.05, 0, 0]], extent=0.2, tolerance=tolerance)
+        points = found.lines[0]
+        r = np.linalg.norm(points, axis=1)
+        errors.append(np.abs(r - 0.05 * (points[:, 0] / r) ** 2)[r > 0.002].max() / 0.2)
+        assert found.begins == [m.LineEnd.body] and found.ends == [m.LineEnd.body]
+        assert r[[0, -1]] == pytest.approx(0.001, rel=1e-9)  # on the surface
+    # Some forty steps add up, and cubics between their ends follow with their own, lower order.
+    assert errors[0] < 1e-4 and errors[1] < 1e-5 and errors[2] < 1e-6
+
+
+def test_lines_round_a_wire_are_circles_that_close():
+    wire = m.polyline([[0, 0, -50.0], [0, 0, 50.0], [100.0, 0, 50.0], [100.0, 0, -50.0], [0, 0, -50.0]], current=1.0)
+    found = m.field_lines(wire, seeds=[[0.01, 0, 0]], extent=0.1, tolerance=1e-7)
+    radii = np.linalg.norm(found.lines[0][:, :2], axis=1)
+    assert found.ends == [m.LineEnd.closed]
+    assert radii == pytest.approx(0.01, rel=1e-3)  # the three other sides bend it by 1e-4
+    assert np.linalg.norm(np.diff(found.lines[0], axis=0), axis=1).sum() == pytest.approx(2 * np.pi * 0.01, rel=2e-3)
+
+
+def test_seeds_share_the_flux():
+    n = 2000
+    found = m.field_lines(m.sphere(radius=0.01, polarization=(0, 0, 1)), n, length=1e-6)
+    cosine = np.array([line[0, 2] for line in found.lines]) / 0.01
+    # Flux through the cap down to a cosine c of the northern half is 1 - c^2 of all.
+    for c in (0.9, 0.7, 0.5, 0.2):
+        assert (cosine > c).sum() / n == pytest.approx(1 - c * c, abs=2.0 / np.sqrt(40 * n))
+
+
+def test_every_line_of_two_magnets_leaves_north_and_enters_south_or_the_distance():
+    a = m.cuboid(size=(0.01, 0.02, 0.04), polarization=(0, 0, 1))
+    b = m.cylinder(radius=0.006, height=0.01, polarization=(0.5, 0, 0.5)).moved((0.03, 0, 0.01))
+    found = m.field_lines([a, b], 80, threads=2)
+    assert set(found.ends) <= {m.LineEnd.body, m.LineEnd.left} and m.LineEnd.body in found.ends
+    again = m.field_lines([a, b], 80, threads=1)
+    for x, y in zip(found.lines, again.lines, strict=True):
+        assert np.array_equal(x, y)
+        chords = np.diff(x, axis=0)
+        unit = chords / np.linalg.norm(chords, axis=1)[:, None]
+        turns = np.arccos(np.clip((unit[1:] * unit[:-1]).sum(axis=1), -1, 1))
+        long = np.linalg.norm(chords, axis=1) > 1e-4  # shorter ones end on surfaces, where B has a corner
+        assert turns[long[1:] & long[:-1]].max(initial=0.0) < 0.3  # two halves of 0.1 on average over a step
+
+
+def test_lines_of_a_solenoid_go_round_its_winding():
+    found = m.field_lines(m.solenoid(radius=0.01, length=0.02, turns=100, current=1), 30)
+    assert found.ends.count(m.LineEnd.closed) >= 15
+    assert m.LineEnd.no_field not in found.ends + found.begins
+
+
+def test_bad_requests_are_refused():
+    for change, message in (
+        ({"lines": 0}, "lines must be at least 1"),
+        ({"tolerance": 1.0}, "tolerance of field lines"),
+        ({"extent": -1.0}, "extent"),
+        ({"seeds": [[np.nan, 0, 0]]}, "seeds"),
+    ):
+        with pytest.raises(ls.InvalidInput, match=message):
+            m.field_lines(SPHERE, **change)
+    point = m.dipoles([[0, 0, 0]], [[0, 0, 1.0]])
+    with pytest.raises(ls.InvalidInput, match="to begin at"):
+        m.field_lines(point)
+    with pytest.raises(ls.InvalidInput, match="extent .* must be given"):
+        m.field_lines(point, seeds=[[0.01, 0, 0]])
+    with pytest.raises(ls.InvalidInput, match="plane must be"):
+        m.plot_slice(SPHERE, "never.png", plane="zz")
+
+
+def test_a_frame_tells_where_its_magnets_are_and_draws_their_lines(tmp_path):
+    mesh = ls.meshes.box(size=(0.01, 0.01, 0.02))
+    bar = ls.RigidBody(name="bar", mesh=mesh, shape="box", position=(0.02, 0, 0), angular_velocity=(0, 30.0, 0))
+    ball = ls.RigidBody(name="ball", mesh=ls.meshes.sphere(radius=0.005, subdivisions=2), shape="sphere", position=(0, 0, 0.02))
+    magnets = [
+        ls.Magnet(body="bar", shape="cuboid", size=(0.01, 0.01, 0.02), polarization=(0, 0, 1)),
+        ls.Magnet(body="ball", shape="sphere", radius=0.005, susceptibility=100.0),
+    ]
+    sim = ls.Simulation(ls.Scene(bodies=[bar, ball], magnets=magnets, gravity=(0, 0, 0)), integrator=ls.SemiImplicitEuler(step=1e-3))
+    for _ in range(20):
+        sim.step()
+    frame = sim.frame()
+    placed = sim.magnets(frame)
+    assert placed[0].position == pytest.approx(sim.state.body_positions[0], abs=1e-12)
+    assert np.abs(placed[0].orientation @ sim.state.body_orientations[0]) == pytest.approx(1.0, abs=1e-12)
+    assert placed[1].radius == 0.005
+    alone = m.field(placed[0], [placed[1].position])[0]
+    share = 3 * 100 / 103 * 4 / 3 * np.pi * 0.005**3 / m.MU0
+    assert placed[1].moment == pytest.approx(share * alone, rel=1e-5)  # the tolerance of induced moments in scenes
+
+    options = ls.RenderOptions(width=160, height=120, samples=1, field_lines=30)
+    renderer = ls.Renderer(sim.topology, options)
+    without = renderer.render(frame)
+    curves = m.frame_curves(sim, frame, 30)
+    with_lines = renderer.render(frame, curves)
+    assert (with_lines != without).any(axis=2).mean() > 0.02, "lines cover a part of the picture"
+    assert np.array_equal(renderer.render(frame), without), "and leave nothing behind"
+
+
+def test_the_command_draws_any_closed_mesh(tmp_path):
+    mesh = tmp_path / "ball.obj"
+    ls.write_mesh(mesh, ls.meshes.sphere(radius=0.01, subdivisions=1))
+    out, cut, curve = (tmp_path / f"{name}.png" for name in ("field", "slice", "force"))
+    done = CliRunner().invoke(app, ["field", str(mesh), "--lines", "12", "--out", str(out), "--slice", str(cut)])
+    assert done.exit_code == 0, done.output
+    assert "12 field lines" in done.output
+    done = CliRunner().invoke(app, ["plot", "force", "--mesh", str(mesh), "--reach", "0.01", "--out", str(curve)])
+    assert done.exit_code == 0, done.output
+    for path in (out, cut, curve):
+        assert np.asarray(Image.open(path)).std() > 5
+    assert CliRunner().invoke(app, ["field", str(mesh), "--magnetization", "up"]).exit_code == 1
+
+
+def test_forces_over_distance_and_angle_are_those_of_dipoles():
+    a = m.sphere(radius=0.005, polarization=(0, 0, 1))
+    curve = m.force_over_distance(a.moved((0, 0, 0.01)), a, [0.0, 0.01, 0.02])
+    assert curve.forces[:, 2] == pytest.approx(curve.forces[0, 2] / np.array([1, 2, 3]) ** 4, rel=1e-12)
+    turned = m.torque_over_angle(a.moved((0, 0, 0.02)), a, np.radians([0, 30, 90]), axis=(1, 0, 0))
+    assert turned.torques[:, 0] / turned.torques[2, 0] == pytest.approx([0, 0.5, 1], abs=1e-12)
