@@ -15,6 +15,7 @@ SCENES = Path(__file__).parents[2] / "scenes"
 # tight, the knot is closed, the stack is shaken, boxes lie in the cloth, layers lie on one another.
 SMALL = {
     "bending": ({"triangles": 128}, 0.4, 1.2),
+    "clasp": ({"triangles": 128}, 0.06, 1.2),
     "card": ({"triangles": 288, "boxes": 3}, 0.48, 1.3),
     "disc": ({"triangles": 240}, 0.4, 2.0),
     "drape": ({"triangles": 450}, 0.6, 1.2),
