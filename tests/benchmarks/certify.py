@@ -26,17 +26,21 @@ PERTURBATION = 1e-6  # of every coordinate [m]
 SIZES = {
     "bending": ({"triangles": 512}, 0.6),
     "card": ({"triangles": 800, "boxes": 4}, 0.6),
+    "disc": ({"triangles": 800}, 0.6),
     "drape": ({"triangles": 1800}, 1.0),
+    "dress": ({"triangles": 1500}, 0.6),
     "flag": ({"triangles": 800}, 0.5),
     "fold": ({"triangles": 1200, "layers": 6}, 0.8),
     "funnel": ({"triangles": 1800}, 1.0),
     "hanging": ({"triangles": 512}, 0.5),
     "incline": ({"triangles": 200}, 0.5),
     "knot": ({"triangles": 800}, 1.0),
+    "sphere_slide": ({"triangles": 1800}, 1.0),
     "stack": ({"triangles": 128, "sheets": 12}, 1.0),
+    "swing_limits": ({"triangles": 300}, 0.8),
     "twist": ({"triangles": 1800}, 1.0),
 }
-COLUMNS = ("scene", "step", "seed", "frames", "intersecting", "unresolved", "withheld", "stretch", "substeps", "seconds", "failure")
+COLUMNS = ("scene", "step", "seed", "frames", "intersecting", "unresolved", "withheld", "stretch", "excess", "substeps", "seconds", "failure")
 
 
 def perturbed(scene: ls.Scene, seed: int) -> ls.Scene:
@@ -60,7 +64,7 @@ def run(job: tuple[str, float, int]) -> dict[str, object]:
     file = SceneFile.open(SCENES / f"{name}.py", parameters)
     sim = ls.Simulation(perturbed(file.scene(), seed), integrator=file.integrator.replace(step=step), threads=1)
     frames = intersecting = unresolved = 0
-    withheld, stretch, substeps, failure = 0.0, 1.0, 1, ""
+    withheld, stretch, excess, substeps, failure = 0.0, 1.0, 0.0, 1, ""
     start = time.perf_counter()
     try:
         for frame in sim.frames(duration=duration, rate=25.0):
@@ -69,11 +73,12 @@ def run(job: tuple[str, float, int]) -> dict[str, object]:
             unresolved += frame.report.unresolved
             withheld = max(withheld, frame.report.withheld)
             stretch = max(stretch, float(frame.stretch.max()))
+            excess = max(excess, frame.report.limit_excess)
             substeps = max(substeps, frame.report.substeps)
     except ls.SolverFailure as error:
         failure = str(error)
     seconds = time.perf_counter() - start
-    values = (name, step, seed, frames, intersecting, unresolved, withheld, stretch, substeps, round(seconds, 2), failure)
+    values = (name, step, seed, frames, intersecting, unresolved, withheld, stretch, excess, substeps, round(seconds, 2), failure)
     return dict(zip(COLUMNS, values, strict=True))
 
 
