@@ -45,25 +45,40 @@ void add_block(const double* block, double* sum) {
 void CoarseLevels::set_pattern(const BlockMatrix& matrix) {
   aggregates_ = grow_aggregates(matrix);
   n_nodes_ = aggregates_.count();
-  std::vector<std::pair<Index, Index>> couplings;
+  Couplings couplings;
   const auto of = [&](Index row) { return aggregates_.of_row[row]; };
   for (Index row = 0; row < matrix.n_rows(); ++row)
     for (Index k = matrix.row_start()[row]; k < matrix.row_start()[row + 1]; ++k)
       if (of(matrix.columns()[k]) > of(row)) couplings.emplace_back(of(row), of(matrix.columns()[k]));
-  levels_.clear();
-  levels_.emplace_back();
-  levels_[0].matrix = BlockMatrix(n_nodes_, couplings);
+  plain_ = BlockMatrix(n_nodes_, couplings);
   target_.resize(matrix.n_blocks());
   for (Index row = 0; row < matrix.n_rows(); ++row)
     for (Index k = matrix.row_start()[row]; k < matrix.row_start()[row + 1]; ++k)
-      target_[k] = levels_[0].matrix.find(of(row), of(matrix.columns()[k]));
+      target_[k] = plain_.find(of(row), of(matrix.columns()[k]));
+  couplings_.clear();
+  lay_out();
+}
+
+// All levels, for the couplings of plain_ and of terms.
+void CoarseLevels::lay_out() {
+  const std::vector<Index>&start = plain_.row_start(), &columns = plain_.columns();
+  Couplings couplings = couplings_;
+  for (Index row = 0; row < n_nodes_; ++row)
+    for (Index k = start[row]; k < start[row + 1]; ++k)
+      if (columns[k] > row) couplings.emplace_back(row, columns[k]);
+  levels_.clear();
+  levels_.emplace_back();
+  levels_[0].matrix = BlockMatrix(n_nodes_, couplings);
+  place_.resize(plain_.n_blocks());
+  for (Index row = 0; row < n_nodes_; ++row)
+    for (Index k = start[row]; k < start[row + 1]; ++k) place_[k] = levels_[0].matrix.find(row, columns[k]);
   if (n_nodes_ > largest_factor) add_level(levels_[0], aggregates_.block_start);
   while (levels_.back().matrix.n_rows() > largest_factor) {
     const Index n = levels_.back().matrix.n_rows();
-    std::vector<Index> start;
-    for (Index node = 0; node < n; node += 4) start.push_back(node);
-    start.push_back(n);
-    add_level(levels_.back(), std::move(start));
+    std::vector<Index> first;
+    for (Index node = 0; node < n; node += 4) first.push_back(node);
+    first.push_back(n);
+    add_level(levels_.back(), std::move(first));
   }
   for (Level& level : levels_) {
     const std::size_t size = 4 * static_cast<std::size_t>(level.matrix.n_rows());
@@ -104,11 +119,10 @@ void CoarseLevels::prepare(const Team& team, const LinearSystem& system) {
     correction_ = residual_;
     sum_rows(team, system);
     gather_rows(layout);
-    const BlockMatrix& first = levels_[0].matrix;
-    plain_.assign(first.block(0), first.block(0) + 9 * static_cast<std::size_t>(first.n_blocks()));
-  } else {
-    std::copy(plain_.begin(), plain_.end(), levels_[0].matrix.block(0));
   }
+  couple_terms(system);
+  levels_[0].matrix.set_zero();
+  for (Index k = 0; k < plain_.n_blocks(); ++k) add_block(plain_.block(k), levels_[0].matrix.block(place_[k]));
   add_terms(system);
   for (std::size_t l = 1; l < levels_.size(); ++l) sum_level(levels_[l - 1], levels_[l]);
   // Only now: the identity of nodes without a free row must not weigh on the levels above.
@@ -126,20 +140,19 @@ void CoarseLevels::prepare(const Team& team, const LinearSystem& system) {
 // Rows of this rank.
 void CoarseLevels::sum_rows(const Team& team, const LinearSystem& system) {
   const BlockMatrix& matrix = *system.matrix;
-  BlockMatrix& first = levels_[0].matrix;
   const OwnedBlocks owned = owned_blocks(*system.layout);
   const Index last_block = std::min<Index>(owned.last, static_cast<Index>(aggregates_.block_start.size()) - 1);
   parallel_for(
       team, std::max<Index>(0, last_block - owned.first),
       [&](Index i) {
         const Index block = owned.first + i, end = std::min(matrix.n_rows(), (block + 1) * rows_per_block);
-        const Index from = first.row_start()[aggregates_.block_start[block]];
-        const Index to = first.row_start()[aggregates_.block_start[block + 1]];
-        std::fill(first.block(from), first.block(to), 0.0);
+        const Index from = plain_.row_start()[aggregates_.block_start[block]];
+        const Index to = plain_.row_start()[aggregates_.block_start[block + 1]];
+        std::fill(plain_.block(from), plain_.block(to), 0.0);
         for (Index row = block * rows_per_block; row < end; ++row) {
           if (slot_[row] >= n_nodes_) continue;
           for (Index k = matrix.row_start()[row]; k < matrix.row_start()[row + 1]; ++k)
-            if (slot_[matrix.columns()[k]] < n_nodes_) add_block(matrix.block(k), first.block(target_[k]));
+            if (slot_[matrix.columns()[k]] < n_nodes_) add_block(matrix.block(k), plain_.block(target_[k]));
         }
       },
       4);
@@ -153,11 +166,50 @@ Index CoarseLevels::first_node(Index row) const {
 
 void CoarseLevels::gather_rows(const RowLayout& layout) {
   if (layout.single()) return;
-  BlockMatrix& first = levels_[0].matrix;
   std::vector<std::size_t> offsets;
   for (const Index start : layout.starts())
-    offsets.push_back(9 * sizeof(double) * static_cast<std::size_t>(first.row_start()[first_node(start)]));
-  layout.communicator().gather_all(first.block(0), offsets);
+    offsets.push_back(9 * sizeof(double) * static_cast<std::size_t>(plain_.row_start()[first_node(start)]));
+  layout.communicator().gather_all(plain_.block(0), offsets);
+}
+
+// Weights of a term's aggregates, those of its entries summed.
+struct CoarseLevels::TermNodes {
+  std::array<Index, 8> node;
+  std::array<double, 8> weight;
+  int n = 0;
+};
+
+CoarseLevels::TermNodes CoarseLevels::nodes_of(const ExtraTerm& term) const {
+  TermNodes nodes;
+  for (int e = 0; e < term.n_entries; ++e) {
+    const Index at = slot_[term.entries[e].row];
+    if (at >= n_nodes_) continue;
+    int i = 0;
+    while (i < nodes.n && nodes.node[i] != at) ++i;
+    if (i == nodes.n) nodes.node[i] = at, nodes.weight[nodes.n++] = 0.0;
+    nodes.weight[i] += term.entries[e].weight;
+  }
+  return nodes;
+}
+
+// Layers that touch: their aggregates are coupled by terms alone. Couplings that no term has any more stay until they are
+// most of all (they are zero then and change no bit); every rank knows all terms.
+void CoarseLevels::couple_terms(const LinearSystem& system) {
+  if (!system.terms) return;
+  Couplings wanted;
+  for (const ExtraTerm& term : *system.terms) {
+    const TermNodes nodes = nodes_of(term);
+    for (int i = 0; i < nodes.n; ++i)
+      for (int j = 0; j < nodes.n; ++j)
+        if (nodes.node[i] < nodes.node[j] && plain_.find(nodes.node[i], nodes.node[j]) < 0)
+          wanted.emplace_back(nodes.node[i], nodes.node[j]);
+  }
+  std::sort(wanted.begin(), wanted.end());
+  wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+  const bool there = std::includes(couplings_.begin(), couplings_.end(), wanted.begin(), wanted.end());
+  if (there && couplings_.size() <= 2 * wanted.size() + 64) return;
+  couplings_ = std::move(wanted);
+  lay_out();
 }
 
 // sum over aggregates I, J of W_I W_J H, W the sum of weights in an aggregate; every rank knows all terms.
@@ -165,24 +217,11 @@ void CoarseLevels::add_terms(const LinearSystem& system) {
   if (!system.terms) return;
   BlockMatrix& first = levels_[0].matrix;
   for (const ExtraTerm& term : *system.terms) {
-    std::array<Index, 8> node;
-    std::array<double, 8> weight;
-    int n = 0;
-    for (int e = 0; e < term.n_entries; ++e) {
-      const Index at = slot_[term.entries[e].row];
-      if (at >= n_nodes_) continue;
-      int i = 0;
-      while (i < n && node[i] != at) ++i;
-      if (i == n) node[n] = at, weight[n++] = 0.0;
-      weight[i] += term.entries[e].weight;
-    }
-    bool coupled = true;
-    for (int i = 0; i < n; ++i)
-      for (int j = 0; j < i; ++j) coupled = coupled && first.find(node[i], node[j]) >= 0;
-    for (int i = 0; i < n; ++i)
-      for (int j = 0; j < n; ++j)
-        if (coupled || i == j)
-          first.block_map(first.find(node[i], node[j])) += system.term_scale * weight[i] * weight[j] * term.hessian;
+    const TermNodes nodes = nodes_of(term);
+    for (int i = 0; i < nodes.n; ++i)
+      for (int j = 0; j < nodes.n; ++j)
+        first.block_map(first.find(nodes.node[i], nodes.node[j])) +=
+            system.term_scale * nodes.weight[i] * nodes.weight[j] * term.hessian;
   }
 }
 

@@ -19,8 +19,8 @@ class CoarseLevels {
  public:
   // Lays the levels out for this pattern.
   void set_pattern(const BlockMatrix& matrix);
-  // Sums of the blocks of free rows, terms included: where a term couples aggregates that the matrix does not, its diagonal
-  // blocks alone. Collective.
+  // Sums of the blocks of free rows, terms included; the levels are laid out anew where terms couple aggregates that neither
+  // the matrix nor earlier terms do. Collective.
   void prepare(const Team& team, const LinearSystem& system);
 
   // False where the matrix is no use on coarse levels (not definite to rounding): do without.
@@ -45,10 +45,14 @@ class CoarseLevels {
     std::vector<double> inverse;           // (nodes x 12) damped inverse diagonal blocks, columns of four
     std::vector<double> residual, solution, product;  // (nodes x 4) and room for a load four wide
   };
+  void lay_out();
   void add_level(Level& fine, std::vector<Index> child_start);
   void sum_rows(const Team& team, const LinearSystem& system);
   Index first_node(Index row) const;
   void gather_rows(const RowLayout& layout);
+  struct TermNodes;
+  TermNodes nodes_of(const ExtraTerm& term) const;
+  void couple_terms(const LinearSystem& system);
   void add_terms(const LinearSystem& system);
   void sum_level(const Level& fine, Level& coarse) const;
   bool invert_diagonal(Level& level) const;
@@ -56,10 +60,13 @@ class CoarseLevels {
 
   Aggregates aggregates_;
   Index n_nodes_ = 0, n_blocks_ = 0;
+  using Couplings = std::vector<std::pair<Index, Index>>;
+  BlockMatrix plain_;            // of the aggregates without terms
+  Couplings couplings_;          // of aggregates by terms alone, first < second, ascending
+  std::vector<Index> place_;     // (blocks of plain_) block of the first level
   std::vector<Level> levels_;
-  std::vector<Index> target_;    // (blocks of the matrix) block of the first level
+  std::vector<Index> target_;    // (blocks of the matrix) block of plain_
   std::vector<Index> slot_;      // (rows)
-  std::vector<double> plain_;    // the first level without terms
   std::vector<double> residual_, correction_;
   Eigen::LLT<Eigen::MatrixXd> coarsest_;
   bool usable_ = false;
