@@ -28,6 +28,13 @@ GaussRule make_rule(int n) {
     }
     rule.nodes[i] = x;
     rule.weights[i] = 2.0 / ((1.0 - x * x) * slope * slope);
+    double p = 1.0, before = 0.0;
+    for (int k = 0; k < n; ++k) {
+      rule.legendre[k * n + i] = rule.weights[i] * p;
+      const double next = ((2.0 * k + 1.0) * x * p - k * before) / (k + 1.0);
+      before = p;
+      p = next;
+    }
   }
   return rule;
 }

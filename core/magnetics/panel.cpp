@@ -6,7 +6,8 @@ namespace loomstone {
 
 PanelSample Panel::at(double u, double v) const {
   PanelSample s;
-  const double phi = azimuth + turn * u, cosine = std::cos(phi), sine = std::sin(phi);
+  const bool round = shape == Shape::side || shape == Shape::disc || shape == Shape::circle;
+  const double phi = azimuth + turn * u, cosine = round ? std::cos(phi) : 1.0, sine = round ? std::sin(phi) : 0.0;
   switch (shape) {
     case Shape::parallelogram:
       s.position = a + u * b + v * c;

@@ -25,15 +25,19 @@ struct Integrand {
     const Index n = nu * nv, padded = (n + n_lanes - 1) / n_lanes * n_lanes;
     alignas(64) double x[3 * points_per_block], h[3 * points_per_block];
     PanelSample samples[points_per_block];
-    for (Index i = 0; i < padded; ++i) {
-      const Index k = std::min(i, n - 1);
-      samples[i] = panel.at(from[0] + size[0] * 0.5 * (1.0 + ru.nodes[k / nv]),
-                            from[1] + size[1] * 0.5 * (1.0 + rv.nodes[k % nv]));
-      const Vec3 point = pose.position + rotation * samples[i].position;
-      for (int c = 0; c < 3; ++c) x[c * padded + i] = point[c];
+    Index i = 0;
+    for (int iu = 0; iu < nu; ++iu) {
+      const double u = from[0] + size[0] * 0.5 * (1.0 + ru.nodes[iu]);
+      for (int iv = 0; iv < nv; ++iv, ++i) {
+        samples[i] = panel.at(u, from[1] + size[1] * 0.5 * (1.0 + rv.nodes[iv]));
+        const Vec3 point = pose.position + rotation * samples[i].position;
+        for (int c = 0; c < 3; ++c) x[c * padded + i] = point[c];
+      }
     }
+    for (; i < padded; ++i)
+      for (int c = 0; c < 3; ++c) x[c * padded + i] = x[c * padded + n - 1];
     by.field_block(x, padded, Quantity::mu0_field_strength, h);
-    for (Index i = 0; i < n; ++i) {
+    for (i = 0; i < n; ++i) {
       const Vec3 field(h[i], h[padded + i], h[2 * padded + i]);
       if (quantity == PanelQuantity::energy) {
         values[i].setZero();
@@ -59,16 +63,9 @@ struct Leaf {
 double rule_error(const Vec6* sums, const GaussRule& rule) {
   double largest = 0.0, last = 0.0;
   for (int degree = 0; degree < rule.n; ++degree) {
-    Vec6 coefficient = Vec6::Zero();
-    for (int i = 0; i < rule.n; ++i) {
-      double p = 1.0, before = 0.0;
-      for (int k = 1; k <= degree; ++k) {
-        const double next = ((2.0 * k - 1.0) * rule.nodes[i] * p - (k - 1.0) * before) / k;
-        before = p;
-        p = next;
-      }
-      coefficient += rule.weights[i] * p * sums[i];
-    }
+    const double* legendre = rule.legendre + degree * rule.n;
+    Vec6 coefficient = legendre[0] * sums[0];
+    for (int i = 1; i < rule.n; ++i) coefficient += legendre[i] * sums[i];
     const double size = (degree + 0.5) * coefficient.norm();
     largest = std::max(largest, size);
     if (degree >= rule.n - 2) last = std::max(last, size);
