@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <string>
 
 #include "core/base/error.h"
 #include "core/magnetics/cells.h"
 #include "core/magnetics/constants.h"
+#include "core/magnetics/cuboid_pair.h"
 #include "core/magnetics/panel_integral.h"
 
 namespace loomstone {
@@ -41,6 +43,10 @@ Wrench on_dipoles(const MagneticBody& on, const MagneticBody& by) {
 
 Wrench integrated(const MagneticBody& on, const MagneticBody& by, double tolerance, double least) {
   if (on.source->dipoles()) return on_dipoles(on, by);
+  if (const std::optional<Wrench> closed = parallel_cuboid_wrench(on, by)) {
+    const double size = std::max(closed->force.norm(), closed->torque.norm() / on.source->radius());
+    if (closed->error <= tolerance * std::max(size, least)) return *closed;
+  }
   const std::vector<Panel> panels = on.source->panels();
   const RigidPose pose = relative_pose(on.pose, by.pose);
   const PanelIntegral total = integrate_panels(*by.source, panels, pose, on.source->radius(), PanelQuantity::wrench,

@@ -1,7 +1,7 @@
 // Forces and torques between bodies. One body's charge or current is integrated in the exact field of the other; what
 // the other feels follows from the balance of linear and angular momentum, which is therefore kept to rounding.
 //
-// Dipoles and spheres need no integral, others are integrated over their panels.
+// Dipoles and spheres need no integral, parallel cuboids have a closed form, others are integrated over their panels.
 //
 // Bodies that overlap feel the forces between their surface charges, which are finite.
 #pragma once
@@ -20,8 +20,9 @@ struct Wrench {
 // of the body that is integrated over.
 Wrench magnetic_wrench(const MagneticBody& on, const MagneticBody& by, double tolerance, double least = 0.0);
 
-// On every body by all others, each pair to `tolerance` times the largest force of a pair, or of what spheres feel from
-// one another: these act by one sum over dipoles. Sums run over pairs in order. carrier, if given: bodies of the same
+// On every body by all others, each pair to `tolerance` times the largest force of a pair, or of what spheres and other
+// single dipoles feel and exert: these act on one another by one sum, and on a body by its field at all of them. Sums run
+// in order. carrier, if given: bodies of the same
 // carrier feel nothing from one another (what single dipoles of one carrier feel cancels in its sum).
 std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<MagneticBody>& bodies, double tolerance,
                                       const std::vector<Index>& carrier = {});
