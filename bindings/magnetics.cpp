@@ -6,6 +6,7 @@
 #include "core/magnetics/induction.h"
 #include "core/magnetics/polyhedron.h"
 #include "core/magnetics/sphere.h"
+#include "core/magnetics/tree_sums.h"
 
 namespace loomstone {
 
@@ -164,6 +165,50 @@ void bind_fields(py::module_& m) {
       py::arg("points"), py::arg("moments"), py::arg("threads") = 0);
 }
 
+void bind_tree_sums(py::module_& m) {
+  m.def(
+      "dipole_tree_field",
+      [](const py::object& points, const py::object& moments, const py::object& observers, double tolerance, int threads) {
+        const DipoleSet by(as_rows<Points>(points, "points"), as_rows<Points>(moments, "moments"));
+        const Points x = as_rows<Points>(observers, "observers");
+        const Team team = team_of(threads);
+        const py::gil_scoped_release release;
+        return tree_field(team, by, x, false, tolerance).field;
+      },
+      py::arg("points"), py::arg("moments"), py::arg("observers"), py::arg("tolerance"), py::arg("threads") = 0);
+  m.def(
+      "dipole_tree_gradient",
+      [](const py::object& points, const py::object& moments, const py::object& observers, double tolerance, int threads) {
+        const DipoleSet by(as_rows<Points>(points, "points"), as_rows<Points>(moments, "moments"));
+        const Points x = as_rows<Points>(observers, "observers");
+        const Team team = team_of(threads);
+        Gradients rows;
+        {
+          const py::gil_scoped_release release;
+          rows = tree_field(team, by, x, true, tolerance).gradient;
+        }
+        return as_tensors(rows);
+      },
+      py::arg("points"), py::arg("moments"), py::arg("observers"), py::arg("tolerance"), py::arg("threads") = 0);
+  m.def(
+      "dipole_tree_forces",
+      [](const py::object& points, const py::object& moments, const py::object& by_points, const py::object& by_moments,
+         double tolerance, int threads) {
+        const Points x = as_rows<Points>(points, "points"), own = as_rows<Points>(moments, "moments");
+        const DipoleSet on(x, own);  // checks them
+        const DipoleSet by(as_rows<Points>(by_points, "by_points"), as_rows<Points>(by_moments, "by_moments"));
+        const Team team = team_of(threads);
+        Wrenches result;
+        {
+          const py::gil_scoped_release release;
+          result = tree_forces(team, x, own, by, tolerance);
+        }
+        return py::make_tuple(result.forces, result.torques);
+      },
+      py::arg("points"), py::arg("moments"), py::arg("by_points"), py::arg("by_moments"), py::arg("tolerance"),
+      py::arg("threads") = 0);
+}
+
 void bind_interactions(py::module_& m) {
   m.def(
       "magnetic_force",
@@ -287,6 +332,7 @@ void bind_magnetics(py::module_& m) {
   bind_body(m);
   bind_sources(m);
   bind_fields(m);
+  bind_tree_sums(m);
   bind_interactions(m);
   bind_energy(m);
   bind_induction(m);

@@ -8,6 +8,7 @@
 
 #include "core/base/error.h"
 #include "core/magnetics/constants.h"
+#include "core/magnetics/dipole_kernels.h"
 #include "core/magnetics/lane_math.h"
 
 namespace loomstone {
@@ -107,6 +108,21 @@ LOOMSTONE_CLONES void force_kernel(const double* positions, const double* moment
 }
 
 }  // namespace
+
+void dipole_field_block(const double* positions, const double* moments, Index dipoles, const double* points, Index n,
+                        double* field) {
+  field_kernel(positions, moments, dipoles, points, n, field);
+}
+
+void dipole_gradient_block(const double* positions, const double* moments, Index dipoles, const double* points, Index n,
+                           double* gradient) {
+  gradient_kernel(positions, moments, dipoles, points, n, gradient);
+}
+
+void dipole_force_block(const double* positions, const double* moments, Index dipoles, const double* points,
+                        const double* own, Index n, double nearest2, double* field, double* force) {
+  force_kernel(positions, moments, dipoles, points, own, n, nearest2, field, force);
+}
 
 DipoleSet::DipoleSet(Points positions, Points moments)
     : positions_(std::move(positions)), moments_(std::move(moments)) {

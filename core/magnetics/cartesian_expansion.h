@@ -1,0 +1,79 @@
+// Expansions of the potential of dipoles in derivatives of 1/r, and their translations. With multi-indices n, m
+//   phi(x) = sum_m M_m D_m(x - z),            D_m = d^m (1/r),  m >= 1,                     far from z,
+//          = sum_n L_n (x - y)^n / n!,        L_n = sum_m M_m D_{n+m}(y - z),               near y,
+// cut at |n| + |m| <= order for the two cells together: this sum is the energy of an interaction that changes sides
+// without change, so that forces between cells are equal and opposite whatever the order [Dehnen2002].
+// As div grad 1/r = 0, M_{..z+2} may be spread over -M_{x+2..} and -M_{y+2..}, and L follows from its components of
+// z <= 1: (order + 1)^2 numbers, as many as spherical harmonics have.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/base/types.h"
+
+namespace loomstone {
+
+class CartesianExpansion {
+ public:
+  static constexpr int highest_order = 14;
+
+  // Rows of the tables; places are those of the multi-indices, by degree, then by z.
+  struct Power {  // of a product of powers over factorials: from the one before by x_axis * share
+    int before, axis;
+    double share;
+  };
+  struct Trace {  // value = - first - second
+    int target, first, second;
+  };
+  struct Derivative {  // of 1/r: the recurrence over degrees, factors and places
+    int target;
+    double first[3], second[2];
+    int first_place[3], second_place[2];
+  };
+  struct Shift {
+    int target, source, power;
+  };
+
+  explicit CartesianExpansion(int order);  // 3 ... highest_order
+
+  int moments_size() const { return static_cast<int>(slim_.size()); }   // z <= 1, by degree
+  int local_size() const { return static_cast<int>(powers_.size()); }  // all, by degree
+
+  // Adds to the moments about `centre` those of n dipoles: positions and moments (n x 3).
+  void add_dipoles(const double* positions, const double* dipoles, Index n, const Vec3& centre, double* moments) const;
+  // Adds the moments of a cell; shift: from its centre to the new one.
+  void add_moments(const double* child, const Vec3& shift, double* moments) const;
+
+  struct Far {
+    const double* moments;
+    double arm[3];  // from the far cell's centre to that of `local`
+  };
+  // Adds to the local expansion what n far cells make there; fills the components with z <= 1, complete() the rest.
+  void add_far(const Far* far, Index n, double* local) const;
+  void complete(double* local) const;
+  // Adds a complete expansion to components with z <= 1; shift: from its centre to the new one.
+  void add_local(const double* parent, const Vec3& shift, double* local) const;
+
+  // -grad phi and its symmetric gradient (xx, xy, xz, yy, yz, zz) at n points, n a multiple of 8: x[n], y[n], z[n].
+  void evaluate(const double* local, const Vec3& centre, const double* points, Index n, double* field,
+                double* gradient) const;
+
+ private:
+  void add_folded(double* all, double* moments) const;
+  void shift_powers(const Vec3& shift, double* powers) const;
+
+  int order_;
+  int n_powers_[2];                          // places up to degree order - 1 and order - 2
+  std::vector<int> slim_;                    // places with z <= 1
+  std::vector<int> slim_ends_;               // how many of them up to a degree
+  std::vector<Power> powers_;                // of all places
+  std::vector<int> next_[3];                 // place with one more along an axis
+  std::vector<Derivative> derivatives_;      // z <= 1
+  std::vector<Trace> derivative_traces_;     // z = 2
+  std::vector<std::uint16_t> products_;      // for n, m of slim_ in turn: place of n + m
+  std::vector<Trace> traces_;                // z > 1, lowest z first
+  std::vector<Shift> moment_shifts_, local_shifts_;
+};
+
+}  // namespace loomstone
