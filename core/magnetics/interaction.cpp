@@ -116,6 +116,37 @@ std::vector<bool> add_single_dipoles(const Team& team, const std::vector<Magneti
   return single;
 }
 
+// What single dipoles feel in the fields of all other bodies, and these from them: each field at all dipoles at once.
+void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bodies, const std::vector<bool>& single,
+                           const std::vector<Index>& carrier, std::vector<Wrench>& result) {
+  for (std::size_t k = 0; k < bodies.size(); ++k) {
+    if (single[k]) continue;
+    std::vector<Index> rows;
+    for (std::size_t i = 0; i < bodies.size(); ++i)
+      if (single[i] && (carrier.empty() || carrier[i] != carrier[k])) rows.push_back(static_cast<Index>(i));
+    if (rows.empty()) continue;
+    Points x(rows.size(), 3);
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      const MagneticBody& on = bodies[rows[r]];
+      place_points(on.pose, on.source->dipoles()->positions(), x.middleRows(static_cast<Eigen::Index>(r), 1));
+    }
+    const Points field = magnetic_field(team, {bodies[k]}, x, "B");
+    const Gradients gradient = magnetic_gradient(team, {bodies[k]}, x);
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      const MagneticBody& on = bodies[rows[r]];
+      const Vec3 m = on.moment(), arm = x.row(r).transpose() - on.pose.position;
+      Wrench w;
+      w.force = Eigen::Map<const Mat3>(gradient.row(r).data()) * m;
+      w.torque = m.cross(Vec3(field.row(r).transpose())) + arm.cross(w.force);
+      const Wrench back = reaction(w, on, bodies[k]);
+      for (const auto& [body, part] : {std::pair{rows[r], w}, std::pair{static_cast<Index>(k), back}}) {
+        result[body].force += part.force;
+        result[body].torque += part.torque;
+      }
+    }
+  }
+}
+
 // Bodies that act on one another, i < k.
 std::vector<std::pair<Index, Index>> pairs_of(const std::vector<MagneticBody>& bodies,
                                               const std::vector<Index>& carrier) {
@@ -189,7 +220,8 @@ std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<Magnet
   std::vector<Wrench> result(bodies.size());
   const std::vector<bool> single = add_single_dipoles(team, bodies, result);
   std::vector<std::pair<Index, Index>> pairs = pairs_of(bodies, carrier);
-  std::erase_if(pairs, [&](const auto& pair) { return single[pair.first] && single[pair.second]; });
+  std::erase_if(pairs, [&](const auto& pair) { return single[pair.first] || single[pair.second]; });
+  add_dipoles_in_fields(team, bodies, single, carrier, result);
   // First roughly, for the largest force; then what is not yet good enough.
   std::vector<Wrench> on_first(pairs.size());
   const auto solve = [&](Index p, double wanted, double least) {
