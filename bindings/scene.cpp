@@ -19,6 +19,8 @@ void bind_scene(py::module_& m) {
                              "A surface that cloth cannot pass: static, moved by keyframes, or a vertex sequence.");
   bind_description<Attachment>(m, "Attachment", "Ties cloth vertices to a rigid body, both ways.");
   bind_description<Magnet>(m, "Magnet", "What makes a rigid body or an obstacle magnetic; give several for one that carries several.");
+  bind_description<Coil>(m, "Coil", "A winding on a body or an obstacle, with a given current or a circuit.");
+  bind_description<Bearing>(m, "Bearing", "Lets a rigid body turn about an axis through its centre, and nothing else.");
   bind_description<Air>(m, "Air", "Drag of air at rest or in wind, per triangle.");
   bind_description<Scene>(m, "Scene", "Everything a simulation starts from.");
   bind_description<IntegratorOptions>(m, "IntegratorOptions", "Which integrator advances the cloth, and how.");

@@ -123,6 +123,13 @@ void bind_simulation(py::module_& m) {
   c.def_property_readonly("body_positions", &S::body_positions, "(b x 3) centres of mass [m], a copy");
   c.def("magnetic_forces", &S::magnetic_forces, released,
         "Magnetic forces [N] and torques about the centres [N m] on the bodies now, each (b x 3).");
+  const auto electric = [&](const char* name, double CircuitState::*member, const char* text) {
+    c.def_property_readonly(name, [member](const S& self) { return self.circuit().*member; }, text);
+  };
+  electric("current", &CircuitState::current, "[A] in the circuit now");
+  electric("circuit_heat", &CircuitState::heat, "[J] in the circuit's resistance since the start");
+  electric("circuit_supply", &CircuitState::supply, "[J] by the sources of all coils since the start");
+  electric("bearing_work", &CircuitState::bearings, "[J] taken out by friction and torques of bearings since the start");
   c.def("magnets", &S::magnets, py::arg("frame"), released,
         "Magnets where a frame of this scene shows them, in the scene's order; spheres that magnetise as what they are there.");
   c.def("checkpoint", &S::checkpoint, released, "The state, exactly.");

@@ -101,6 +101,7 @@ void build(const Scene& scene, Model& model, State& state) {
   build_cloth(scene, model, state);
   build_bodies(scene, model, state);
   build_magnets(scene, model);
+  build_coils(scene, model);
   build_collision(scene, model);
   check_scripts(model, state);
   check_start(model, state);

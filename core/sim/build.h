@@ -21,6 +21,9 @@ void build_bodies(const Scene& scene, Model& model, State& state);
 // Magnets on bodies and obstacles, and the field they feel.
 void build_magnets(const Scene& scene, Model& model);
 
+// Coils on bodies and obstacles, and bearings.
+void build_coils(const Scene& scene, Model& model);
+
 // Surfaces end to end, thickness, friction, stiffness of contacts.
 void build_collision(const Scene& scene, Model& model);
 

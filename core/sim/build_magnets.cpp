@@ -98,8 +98,8 @@ void build_poles(const Scene& scene, Model& model) {
 
 void build_magnets(const Scene& scene, Model& model) {
   require(scene.magnetic_field.allFinite(), "scene.magnetic_field must be finite [T]");
-  require(scene.magnetic_field.isZero(0.0) || !scene.magnets.empty(),
-          "scene.magnetic_field acts on magnets, and there are none; add some or leave it out");
+  require(scene.magnetic_field.isZero(0.0) || !scene.magnets.empty() || !scene.coils.empty(),
+          "scene.magnetic_field acts on magnets and coils, and there are none; add some or leave it out");
   struct Named {
     std::string name;
   };

@@ -64,6 +64,7 @@ Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutco
   put(c, "rigid.orientations", state.rigid.orientations);
   put(c, "rigid.velocities", state.rigid.velocities);
   put(c, "rigid.angular_velocities", state.rigid.angular_velocities);
+  put(c, "circuit", Vec4(state.circuit.current, state.circuit.heat, state.circuit.supply, state.circuit.bearings));
   c.bytes["rigid.manifolds"] = state.rigid.manifolds;
   const auto& anchors = state.contacts.anchors;
   Points slip(anchors.size(), 3);
@@ -107,6 +108,9 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
   get(c, "rigid.velocities", s.rigid.velocities, state.rigid.velocities);
   get(c, "rigid.angular_velocities", s.rigid.angular_velocities, state.rigid.angular_velocities);
   s.rigid.manifolds = flags(c, "rigid.manifolds");
+  Vector circuit;
+  get(c, "circuit", circuit, Vector(Vector::Zero(4)));
+  s.circuit = {circuit[0], circuit[1], circuit[2], circuit[3]};
   Points slip;
   Vector force;
   get(c, "contacts.slip", slip);

@@ -18,7 +18,7 @@ constexpr double tolerated_growth = 4.0 / 3.0;
 
 }  // namespace
 
-MagneticMotion::MagneticMotion(const Model& model) : model_(model) {
+MagneticMotion::MagneticMotion(const Model& model) : model_(model), currents_(model, rotors_) {
   for (const MassProperties& mass : model.body_mass) rotors_.push_back(make_rotor(mass.inertia));
   for (std::size_t i = 0; i < model.magnets.size(); ++i) {
     const Model::Carried& magnet = model.magnets[i];
@@ -109,7 +109,7 @@ double MagneticMotion::energy(const Team& team, const RigidState& state,
 double MagneticMotion::frequency(const RigidState& state, const std::vector<MagneticBody>& magnets) const {
   std::vector<Carrier> carriers(model_.n_bodies() + 1);
   for (Index b = 0; b < model_.n_bodies(); ++b)
-    carriers[b] = {1.0 / model_.body_mass[b].mass, 1.0 / rotors_[b].moments.minCoeff(),
+    carriers[b] = {currents_.held(b) ? 0.0 : 1.0 / model_.body_mass[b].mass, 1.0 / rotors_[b].moments.minCoeff(),
                    state.positions.row(b).transpose()};
   std::vector<CoarseMagnet> coarse = coarse_;
   std::vector<RigidPose> poses;
@@ -121,8 +121,8 @@ double MagneticMotion::frequency(const RigidState& state, const std::vector<Magn
 
 MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, const Points& impulses,
                                              const Points& angular_impulses, const ObstaclePlaces& obstacles,
-                                             const ObstaclePlaces& moved_obstacles, RigidWorld& world,
-                                             RigidState& state) {
+                                             const ObstaclePlaces& moved_obstacles, double time, RigidWorld& world,
+                                             RigidState& state, CircuitState& circuit) {
   const Index n = model_.n_bodies();
   Points momenta(n, 3);  // angular, world axes [kg m^2/s]
   for (Index b = 0; b < n; ++b) {
@@ -130,12 +130,16 @@ MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, cons
     const Vec3 spin = state.angular_velocities.row(b).transpose();
     momenta.row(b) = angular_momentum(rotors_[b], state.orientations.row(b).transpose(), spin).transpose();
     momenta.row(b) += angular_impulses.row(b);
+    if (!currents_.held(b)) continue;
+    momenta.row(b) = momenta.row(b).dot(currents_.axis(b)) * currents_.axis(b).transpose();
+    state.velocities.row(b).setZero();
   }
   const Points none = Points::Zero(n, 3);
   const Vec3& gravity = model_.scene.gravity;
   std::vector<std::uint8_t> touched;
   std::vector<MagneticBody> magnets = placed(team, state, obstacles.poses);
-  std::vector<Wrench> before = wrenches(team, state, magnets);
+  std::vector<Wrench> forces = wrenches(team, state, magnets), before;
+  currents_.place(state, obstacles.poses, magnets, groups_, time);
   Done done;
   int parts = 1;              // the sub-step is step / parts; `place` of them are done
   double limit = model_.scene.magnetic_step;
@@ -153,6 +157,9 @@ MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, cons
     ++place;
     const ObstaclePlaces at_end = between(obstacles, moved_obstacles, static_cast<double>(place) / parts);
 
+    before = forces;
+    const double start = time + step * (place - 1) / parts;
+    currents_.kick(start + 0.25 * h, 0.5 * h, state, momenta, before, circuit);
     // The world's answer first: it wants velocities after the whole kick.
     RigidState answer = state;
     for (Index b = 0; b < n; ++b) {
@@ -164,7 +171,7 @@ MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, cons
     world.advance(h, none, none, at_end, answer, &touched);
     for (Index b = 0; b < n; ++b) {
       const Vec4 orientation = state.orientations.row(b).transpose();
-      if (touched[b]) {
+      if (touched[b] && !currents_.held(b)) {
         const Vec3 spin = answer.angular_velocities.row(b).transpose();
         momenta.row(b) = angular_momentum(rotors_[b], orientation, spin).transpose();
         momenta.row(b) -= 0.5 * h * before[b].torque.transpose();
@@ -180,7 +187,9 @@ MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, cons
       state.orientations.row(b) = freely_turned(rotors_[b], orientation, momenta.row(b).transpose(), h).transpose();
     }
     magnets = placed(team, state, at_end.poses);
-    before = wrenches(team, state, magnets);
+    forces = before = wrenches(team, state, magnets);
+    currents_.place(state, at_end.poses, magnets, groups_, start + h);
+    currents_.kick(start + 0.75 * h, 0.5 * h, state, momenta, before, circuit);
     for (Index b = 0; b < n; ++b) {
       momenta.row(b) += 0.5 * h * before[b].torque.transpose();
       state.velocities.row(b) += 0.5 * h * (before[b].force / model_.body_mass[b].mass + gravity).transpose();

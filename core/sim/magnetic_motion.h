@@ -13,6 +13,7 @@
 #include "core/magnetics/interaction.h"
 #include "core/magnetics/stiffness.h"
 #include "core/rigid/free_motion.h"
+#include "core/sim/currents.h"
 #include "core/sim/model.h"
 
 namespace loomstone {
@@ -34,9 +35,10 @@ class MagneticMotion {
     double error = 0.0;  // largest estimated error of a force at the end [N]
   };
   // Advances the bodies by `step`; impulses [N s] and angular impulses [N m s] (b x 3) act first; obstacles go from one place
-  // to the other. `world` knows of no gravity and no gyroscopic forces. Throws SolverFailure.
+  // to the other; `time` is that of the start [s]. `world` knows of no gravity and no gyroscopic forces. Throws SolverFailure.
   Done advance(const Team& team, double step, const Points& impulses, const Points& angular_impulses,
-               const ObstaclePlaces& obstacles, const ObstaclePlaces& moved_obstacles, RigidWorld& world, RigidState& state);
+               const ObstaclePlaces& obstacles, const ObstaclePlaces& moved_obstacles, double time,
+               RigidWorld& world, RigidState& state, CircuitState& circuit);
 
  private:
   std::vector<Wrench> wrenches(const Team& team, const RigidState& state, const std::vector<MagneticBody>& magnets) const;
@@ -46,6 +48,7 @@ class MagneticMotion {
 
   const Model& model_;
   std::vector<Rotor> rotors_;
+  Currents currents_;
   std::vector<Index> groups_;          // carrier of each magnet, one number for all obstacles
   std::vector<CoarseMagnet> coarse_;
   std::vector<Index> hard_, induced_;  // places in the list of magnets

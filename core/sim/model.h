@@ -33,6 +33,11 @@ struct Model {
     RigidPose local;                             // body: from its centre; obstacle: from the mesh's origin; mesh axes
     Index carrier = 0;                           // body, or number of bodies plus obstacle
   };
+  struct Wound {                                 // coil
+    SourcePtr source;                            // with one ampere
+    RigidPose local;                             // as of magnets
+    Index carrier = 0;
+  };
   struct PinScript {                             // a cloth whose pins move
     std::vector<Index> rows;
     std::vector<double> times;
@@ -51,6 +56,8 @@ struct Model {
   std::vector<Attached> attachments;
   double attachment_stiffness = 0.0;             // [N/m]
   std::vector<Carried> magnets;
+  std::vector<Wound> coils;
+  std::vector<int> bearing_of_body;              // -1: free
 
   Index n_bodies() const { return static_cast<Index>(bodies.size()); }
   Index n_rows() const { return cloth.n_vertices + 2 * n_bodies(); }

@@ -13,6 +13,7 @@
 #include "core/cloth/strain_limit.h"
 #include "core/mesh/triangle_mesh.h"
 #include "core/rigid/rigid_body.h"
+#include "core/sim/coil.h"
 
 namespace loomstone {
 
@@ -137,6 +138,8 @@ struct Scene {
   std::vector<RigidBody> bodies;
   std::vector<Attachment> attachments;
   std::vector<Magnet> magnets;
+  std::vector<Coil> coils;
+  std::vector<Bearing> bearings;
   Vec3 magnetic_field = Vec3::Zero();
   double magnetic_tolerance = 1e-4;
   double magnetic_step = 0.15;
@@ -155,6 +158,8 @@ struct Scene {
         field("cloths", &S::cloths, "list of Cloth"), field("obstacles", &S::obstacles, "list of Obstacle"),
         field("bodies", &S::bodies, "list of RigidBody"), field("attachments", &S::attachments, "list of Attachment"),
         field("magnets", &S::magnets, "list of Magnet: what makes bodies and obstacles magnetic"),
+        field("coils", &S::coils, "list of Coil: currents on bodies and obstacles"),
+        field("bearings", &S::bearings, "list of Bearing: bodies that only turn"),
         field("magnetic_field", &S::magnetic_field, "(3) uniform flux density that magnets feel besides one another's [T]"),
         field("magnetic_tolerance", &S::magnetic_tolerance, "1", between(1e-12, 0.1), "error of the force between two magnets over the largest such force"),
         field("magnetic_step", &S::magnetic_step, "1", Limits{0.0, 1.0, true, false}, "length of the sub-steps in which magnets move times their largest angular frequency"),

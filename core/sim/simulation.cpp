@@ -184,6 +184,8 @@ std::array<Points, 2> Simulation::magnetic_forces() const {
   return rows;
 }
 
+const CircuitState& Simulation::circuit() const { return data_->state.circuit; }
+
 std::vector<MagneticBody> Simulation::magnets(const Frame& frame) const {
   return magnets_of_frame(data_->team, data_->model, frame);
 }

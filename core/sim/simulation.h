@@ -17,6 +17,8 @@ namespace loomstone {
 
 struct State;
 
+struct CircuitState;
+
 class Simulation {
  public:
   // Checks everything and builds. threads 0: all processors. Throws InvalidInput / Unsupported.
@@ -60,6 +62,8 @@ class Simulation {
   Points body_positions() const;         // (b x 3) centres of mass [m]
   // Magnetic forces [N] and torques about the centres [N m] (b x 3) on the bodies now.
   std::array<Points, 2> magnetic_forces() const;
+  // The circuit of the scene now.
+  const CircuitState& circuit() const;
   // All magnets where a frame of this scene shows them.
   std::vector<MagneticBody> magnets(const Frame& frame) const;
 

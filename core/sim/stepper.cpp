@@ -70,7 +70,8 @@ Stepper::Stepper(const Model& model, const IntegratorOptions& options, const Tea
   if (model.scene.collisions) collision_ = std::make_unique<CollisionStage>(model.collision);
   if (model.n_bodies() > 0) {
     const std::vector<RigidObstacle> obstacles = rigid_obstacles(model, state, static_cast<double>(state.step) * options.step);
-    if (!model.magnets.empty()) magnetics_ = std::make_unique<MagneticMotion>(model);
+    if (!model.magnets.empty() || !model.coils.empty() || !model.scene.bearings.empty())
+      magnetics_ = std::make_unique<MagneticMotion>(model);
     // With magnets gravity and free rotation are theirs, between contacts.
     world_ = std::make_unique<RigidWorld>(model.scene.bodies, obstacles, magnetics_ ? Vec3(Vec3::Zero()) : model.scene.gravity,
                                           magnetics_ == nullptr);
@@ -328,7 +329,8 @@ void Stepper::bodies(State& state, StepReport& report) {
   const ObstaclePlaces places = obstacle_places(model_, state, end_time_, share_);
   if (!magnetics_) return world_->advance(step_, impulses, angular, places, state.rigid);
   const MagneticMotion::Done done = magnetics_->advance(
-      team_, step_, impulses, angular, obstacle_places(model_, state, start_time_, 0.0), places, *world_, state.rigid);
+      team_, step_, impulses, angular, obstacle_places(model_, state, start_time_, 0.0), places, start_time_, *world_,
+      state.rigid, state.circuit);
   report.magnetic_substeps += done.substeps;
   report.magnetic_error = done.error;
 }

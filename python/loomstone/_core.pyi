@@ -7,7 +7,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Air', 'Attachment', 'CacheError', 'Camera', 'Checkpoint', 'ClosestPoint', 'Cloth', 'ClothMaterial', 'Collisions', 'Communicator', 'Curves', 'Detector', 'Error', 'Frame', 'FrameReader', 'FrameTopology', 'FrameWriter', 'IntegratorOptions', 'InvalidInput', 'LimitOptions', 'LimitReport', 'Magnet', 'MagneticBody', 'MassProperties', 'Obstacle', 'RenderOptions', 'Renderer', 'RigidBody', 'Scene', 'Simulation', 'SolverFailure', 'SpatialQuery', 'State', 'StepReport', 'StrainLimit', 'TriangleMesh', 'Unsupported', 'box', 'candidates', 'capsule', 'continuous', 'corotational_strain', 'default_thread_count', 'dipole_energy', 'dipole_forces', 'dipole_tree_field', 'dipole_tree_forces', 'dipole_tree_gradient', 'floor_square', 'funnel', 'grid', 'grid_cells', 'icosphere', 'induced_moments', 'intersecting_pairs', 'jittered_grid', 'launched_by_mpi', 'limit_strain', 'magnetic_cell_front', 'magnetic_cell_level', 'magnetic_cells', 'magnetic_cuboid', 'magnetic_cylinder', 'magnetic_depth', 'magnetic_dipoles', 'magnetic_energy', 'magnetic_field', 'magnetic_field_lines', 'magnetic_force', 'magnetic_forces', 'magnetic_gradient', 'magnetic_loop', 'magnetic_mesh', 'magnetic_polyline', 'magnetic_solenoid', 'magnetic_sphere', 'mass_properties', 'mpi_communicator', 'read_checkpoint', 'read_mesh', 'single_communicator', 'wave_bar', 'write_checkpoint', 'write_mesh', 'write_png']
+__all__: list[str] = ['Air', 'Attachment', 'Bearing', 'CacheError', 'Camera', 'Checkpoint', 'ClosestPoint', 'Cloth', 'ClothMaterial', 'Coil', 'Collisions', 'Communicator', 'Curves', 'Detector', 'Error', 'Frame', 'FrameReader', 'FrameTopology', 'FrameWriter', 'IntegratorOptions', 'InvalidInput', 'LimitOptions', 'LimitReport', 'Magnet', 'MagneticBody', 'MassProperties', 'Obstacle', 'RenderOptions', 'Renderer', 'RigidBody', 'Scene', 'Simulation', 'SolverFailure', 'SpatialQuery', 'State', 'StepReport', 'StrainLimit', 'TriangleMesh', 'Unsupported', 'box', 'candidates', 'capsule', 'continuous', 'corotational_strain', 'default_thread_count', 'dipole_energy', 'dipole_forces', 'dipole_tree_field', 'dipole_tree_forces', 'dipole_tree_gradient', 'floor_square', 'funnel', 'grid', 'grid_cells', 'icosphere', 'induced_moments', 'intersecting_pairs', 'jittered_grid', 'launched_by_mpi', 'limit_strain', 'magnetic_cell_front', 'magnetic_cell_level', 'magnetic_cells', 'magnetic_cuboid', 'magnetic_cylinder', 'magnetic_depth', 'magnetic_dipoles', 'magnetic_energy', 'magnetic_field', 'magnetic_field_lines', 'magnetic_force', 'magnetic_forces', 'magnetic_gradient', 'magnetic_loop', 'magnetic_mesh', 'magnetic_polyline', 'magnetic_solenoid', 'magnetic_sphere', 'mass_properties', 'mpi_communicator', 'read_checkpoint', 'read_mesh', 'single_communicator', 'wave_bar', 'write_checkpoint', 'write_mesh', 'write_png']
 class Error(Exception):
     """
     Base of all errors of this library.
@@ -1245,6 +1245,158 @@ class Magnet:
         """
         chi of a sphere that magnetises in the field it is in, instead of a polarization: > 0 soft iron, < 0 diamagnetic, -1 superconducting; taken as a point dipole [1]; >= -1; default 0.0
         """
+class Coil:
+    """
+    A winding on a body or an obstacle, with a given current or a circuit.
+    
+    Frozen; compared by value.
+    
+    Parameters (keywords)
+    ---------------------
+    body : name of the rigid body or obstacle that carries it; default ''
+    shape : loop | solenoid (a sheet of current); default 'solenoid'
+    radius : of the winding [m]; > 0; default 0.0
+    length : of a solenoid [m]; >= 0; default 0.0
+    turns : number of turns [1]; > 0; default 1.0
+    position : (3) of its middle in the frame of the body's mesh [m]
+    orientation : unit quaternion (w, x, y, z), coil's axes to those of the body's mesh
+    times : times of currents or voltages [s], ascending; empty: one value holds for ever
+    currents : given current at these times [A], linear between, counter-clockwise seen from +z
+    voltages : of the source of a circuit at these times [V], linear between; empty: short-circuited
+    resistance : of a circuit, whose current follows L di/dt + R i = V - d(flux)/dt; 0: the current is given [ohm]; >= 0; default 0.0
+    inductance : of a circuit [H]; >= 0; default 0.0
+    commutator : (3) direction in space: the source is reversed while the coil's axis points against it; zero: none
+    """
+    __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
+    field_names: typing.ClassVar[tuple[str, ...]] = ('body', 'shape', 'radius', 'length', 'turns', 'position', 'orientation', 'times', 'currents', 'voltages', 'resistance', 'inductance', 'commutator')
+    def __eq__(self, arg0: object) -> bool:
+        ...
+    def __init__(self, *, body: str = '', shape: str = 'solenoid', radius: typing.SupportsFloat | typing.SupportsIndex = 0.0, length: typing.SupportsFloat | typing.SupportsIndex = 0.0, turns: typing.SupportsFloat | typing.SupportsIndex = 1.0, position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ..., times: numpy.typing.ArrayLike = [], currents: numpy.typing.ArrayLike = [], voltages: numpy.typing.ArrayLike = [], resistance: typing.SupportsFloat | typing.SupportsIndex = 0.0, inductance: typing.SupportsFloat | typing.SupportsIndex = 0.0, commutator: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def replace(self, *, body: str = ..., shape: str = ..., radius: typing.SupportsFloat | typing.SupportsIndex = ..., length: typing.SupportsFloat | typing.SupportsIndex = ..., turns: typing.SupportsFloat | typing.SupportsIndex = ..., position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ..., times: numpy.typing.ArrayLike = ..., currents: numpy.typing.ArrayLike = ..., voltages: numpy.typing.ArrayLike = ..., resistance: typing.SupportsFloat | typing.SupportsIndex = ..., inductance: typing.SupportsFloat | typing.SupportsIndex = ..., commutator: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...) -> Coil:
+        """
+        A copy in which the given fields have other values.
+        """
+    def to_dict(self) -> typing.Any:
+        """
+        Plain values for JSON; meshes by their counts.
+        """
+    @property
+    def body(self) -> str:
+        """
+        name of the rigid body or obstacle that carries it; default ''
+        """
+    @property
+    def commutator(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3) direction in space: the source is reversed while the coil's axis points against it; zero: none
+        """
+    @property
+    def currents(self) -> list[float]:
+        """
+        given current at these times [A], linear between, counter-clockwise seen from +z
+        """
+    @property
+    def inductance(self) -> float:
+        """
+        of a circuit [H]; >= 0; default 0.0
+        """
+    @property
+    def length(self) -> float:
+        """
+        of a solenoid [m]; >= 0; default 0.0
+        """
+    @property
+    def orientation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
+        """
+        unit quaternion (w, x, y, z), coil's axes to those of the body's mesh
+        """
+    @property
+    def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3) of its middle in the frame of the body's mesh [m]
+        """
+    @property
+    def radius(self) -> float:
+        """
+        of the winding [m]; > 0; default 0.0
+        """
+    @property
+    def resistance(self) -> float:
+        """
+        of a circuit, whose current follows L di/dt + R i = V - d(flux)/dt; 0: the current is given [ohm]; >= 0; default 0.0
+        """
+    @property
+    def shape(self) -> str:
+        """
+        loop | solenoid (a sheet of current); default 'solenoid'
+        """
+    @property
+    def times(self) -> list[float]:
+        """
+        times of currents or voltages [s], ascending; empty: one value holds for ever
+        """
+    @property
+    def turns(self) -> float:
+        """
+        number of turns [1]; > 0; default 1.0
+        """
+    @property
+    def voltages(self) -> list[float]:
+        """
+        of the source of a circuit at these times [V], linear between; empty: short-circuited
+        """
+class Bearing:
+    """
+    Lets a rigid body turn about an axis through its centre, and nothing else.
+    
+    Frozen; compared by value.
+    
+    Parameters (keywords)
+    ---------------------
+    body : name of the rigid body; default ''
+    axis : (3) direction in space, a principal axis of the body's inertia
+    friction : torque over angular velocity that slows it [N m s]; >= 0; default 0.0
+    torque : that drives it about the axis; against its sense: a load [N m]; default 0.0
+    """
+    __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
+    field_names: typing.ClassVar[tuple[str, ...]] = ('body', 'axis', 'friction', 'torque')
+    def __eq__(self, arg0: object) -> bool:
+        ...
+    def __init__(self, *, body: str = '', axis: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., friction: typing.SupportsFloat | typing.SupportsIndex = 0.0, torque: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+        ...
+    def __repr__(self) -> str:
+        ...
+    def replace(self, *, body: str = ..., axis: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., friction: typing.SupportsFloat | typing.SupportsIndex = ..., torque: typing.SupportsFloat | typing.SupportsIndex = ...) -> Bearing:
+        """
+        A copy in which the given fields have other values.
+        """
+    def to_dict(self) -> typing.Any:
+        """
+        Plain values for JSON; meshes by their counts.
+        """
+    @property
+    def axis(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3) direction in space, a principal axis of the body's inertia
+        """
+    @property
+    def body(self) -> str:
+        """
+        name of the rigid body; default ''
+        """
+    @property
+    def friction(self) -> float:
+        """
+        torque over angular velocity that slows it [N m s]; >= 0; default 0.0
+        """
+    @property
+    def torque(self) -> float:
+        """
+        that drives it about the axis; against its sense: a load [N m]; default 0.0
+        """
 class Air:
     """
     Drag of air at rest or in wind, per triangle.
@@ -1313,6 +1465,8 @@ class Scene:
     bodies : list of RigidBody
     attachments : list of Attachment
     magnets : list of Magnet: what makes bodies and obstacles magnetic
+    coils : list of Coil: currents on bodies and obstacles
+    bearings : list of Bearing: bodies that only turn
     magnetic_field : (3) uniform flux density that magnets feel besides one another's [T]
     magnetic_tolerance : error of the force between two magnets over the largest such force [1]; in [1e-12, 0.1]; default 0.0001
     magnetic_step : length of the sub-steps in which magnets move times their largest angular frequency [1]; in [0, 1]; default 0.15
@@ -1326,14 +1480,14 @@ class Scene:
     rigid_rebuild_interval : steps between rebuilds of the rigid-body world; checkpoints with bodies fall on them [1]; in [1, 1e+09]; default 40
     """
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('cloths', 'obstacles', 'bodies', 'attachments', 'magnets', 'magnetic_field', 'magnetic_tolerance', 'magnetic_step', 'air', 'limits', 'gravity', 'collisions', 'contact_stiffness', 'response', 'allow_initial_intersections', 'rigid_rebuild_interval')
+    field_names: typing.ClassVar[tuple[str, ...]] = ('cloths', 'obstacles', 'bodies', 'attachments', 'magnets', 'coils', 'bearings', 'magnetic_field', 'magnetic_tolerance', 'magnetic_step', 'air', 'limits', 'gravity', 'collisions', 'contact_stiffness', 'response', 'allow_initial_intersections', 'rigid_rebuild_interval')
     def __eq__(self, arg0: object) -> bool:
         ...
-    def __init__(self, *, cloths: collections.abc.Sequence[Cloth] = [], obstacles: collections.abc.Sequence[Obstacle] = [], bodies: collections.abc.Sequence[RigidBody] = [], attachments: collections.abc.Sequence[Attachment] = [], magnets: collections.abc.Sequence[Magnet] = [], magnetic_field: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., magnetic_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001, magnetic_step: typing.SupportsFloat | typing.SupportsIndex = 0.15, air: Air = ..., limits: LimitOptions = ..., gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., collisions: bool = True, contact_stiffness: typing.SupportsFloat | typing.SupportsIndex = 0.0, response: str = 'implicit', allow_initial_intersections: bool = False, rigid_rebuild_interval: typing.SupportsInt | typing.SupportsIndex = 40) -> None:
+    def __init__(self, *, cloths: collections.abc.Sequence[Cloth] = [], obstacles: collections.abc.Sequence[Obstacle] = [], bodies: collections.abc.Sequence[RigidBody] = [], attachments: collections.abc.Sequence[Attachment] = [], magnets: collections.abc.Sequence[Magnet] = [], coils: collections.abc.Sequence[Coil] = [], bearings: collections.abc.Sequence[Bearing] = [], magnetic_field: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., magnetic_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001, magnetic_step: typing.SupportsFloat | typing.SupportsIndex = 0.15, air: Air = ..., limits: LimitOptions = ..., gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., collisions: bool = True, contact_stiffness: typing.SupportsFloat | typing.SupportsIndex = 0.0, response: str = 'implicit', allow_initial_intersections: bool = False, rigid_rebuild_interval: typing.SupportsInt | typing.SupportsIndex = 40) -> None:
         ...
     def __repr__(self) -> str:
         ...
-    def replace(self, *, cloths: collections.abc.Sequence[Cloth] = ..., obstacles: collections.abc.Sequence[Obstacle] = ..., bodies: collections.abc.Sequence[RigidBody] = ..., attachments: collections.abc.Sequence[Attachment] = ..., magnets: collections.abc.Sequence[Magnet] = ..., magnetic_field: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., magnetic_tolerance: typing.SupportsFloat | typing.SupportsIndex = ..., magnetic_step: typing.SupportsFloat | typing.SupportsIndex = ..., air: Air = ..., limits: LimitOptions = ..., gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., collisions: bool = ..., contact_stiffness: typing.SupportsFloat | typing.SupportsIndex = ..., response: str = ..., allow_initial_intersections: bool = ..., rigid_rebuild_interval: typing.SupportsInt | typing.SupportsIndex = ...) -> Scene:
+    def replace(self, *, cloths: collections.abc.Sequence[Cloth] = ..., obstacles: collections.abc.Sequence[Obstacle] = ..., bodies: collections.abc.Sequence[RigidBody] = ..., attachments: collections.abc.Sequence[Attachment] = ..., magnets: collections.abc.Sequence[Magnet] = ..., coils: collections.abc.Sequence[Coil] = ..., bearings: collections.abc.Sequence[Bearing] = ..., magnetic_field: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., magnetic_tolerance: typing.SupportsFloat | typing.SupportsIndex = ..., magnetic_step: typing.SupportsFloat | typing.SupportsIndex = ..., air: Air = ..., limits: LimitOptions = ..., gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., collisions: bool = ..., contact_stiffness: typing.SupportsFloat | typing.SupportsIndex = ..., response: str = ..., allow_initial_intersections: bool = ..., rigid_rebuild_interval: typing.SupportsInt | typing.SupportsIndex = ...) -> Scene:
         """
         A copy in which the given fields have other values.
         """
@@ -1357,6 +1511,11 @@ class Scene:
         list of Attachment
         """
     @property
+    def bearings(self) -> list[Bearing]:
+        """
+        list of Bearing: bodies that only turn
+        """
+    @property
     def bodies(self) -> list[RigidBody]:
         """
         list of RigidBody
@@ -1365,6 +1524,11 @@ class Scene:
     def cloths(self) -> list[Cloth]:
         """
         list of Cloth
+        """
+    @property
+    def coils(self) -> list[Coil]:
+        """
+        list of Coil: currents on bodies and obstacles
         """
     @property
     def collisions(self) -> bool:
@@ -2012,9 +2176,29 @@ class Simulation:
         Advances by one step; SolverFailure leaves the last good state.
         """
     @property
+    def bearing_work(self) -> float:
+        """
+        [J] taken out by friction and torques of bearings since the start
+        """
+    @property
     def body_positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
         (b x 3) centres of mass [m], a copy
+        """
+    @property
+    def circuit_heat(self) -> float:
+        """
+        [J] in the circuit's resistance since the start
+        """
+    @property
+    def circuit_supply(self) -> float:
+        """
+        [J] by the sources of all coils since the start
+        """
+    @property
+    def current(self) -> float:
+        """
+        [A] in the circuit now
         """
     @property
     def external_forces(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
