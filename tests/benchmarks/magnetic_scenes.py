@@ -1,0 +1,129 @@
+"""Table 6.1: times of the magnetic scenes, by dipole cells and by the accurate engine, in one run on one thread.
+
+    python tests/benchmarks/magnetic_scenes.py [--steps 400] [--scenes toy_magnets lift levitation]
+
+cells: dipoles that stand for all magnets, a sphere being one. magnetics: one evaluation of all forces and torques, induced
+moments among them; substeps: evaluations a step. rigid: what is left of a step, contacts above all. frames/s: of 40 ms of motion.
+gain: time of all pairs of leaves over that of the fronts (6.19) where several hard magnets lie at the start; spheres take all
+leaves, in one sum. Processor time in
+milliseconds, the least of repeats at ten places of the run; a step is the mean.
+"""
+
+import argparse
+import importlib.util
+import time
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+
+import loomstone as ls
+from loomstone import magnetics as M
+
+SCENES = Path(__file__).resolve().parents[2] / "scenes"
+# Leaves a cubic metre, so that the scenes have about the cells of the thesis.
+DENSITY = {"toy_magnets": 7e7, "lift": 2.6e8, "levitation": 3e7, "dragon": 1e7}
+# Thesis, 2.4 GHz: cells, magnetics, rigid bodies, gain.
+THESIS = {"toy_magnets": (48, 0.29, 0.09, 1.30), "lift": (256, 3.9, 0.25, 3.76), "levitation": (142, 0.33, 0.02, 5.97),
+          "dragon": (1824, 53.1, 2.76, 6.72)}  # fmt: skip
+
+
+def load(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, SCENES / f"{name}.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def with_cells(scene: ls.Scene, density: float) -> ls.Scene:
+    """The scene with cells in place of hard magnets; spheres are dipoles in any case."""
+    magnets = [
+        g if g.susceptibility != 0 or g.shape in ("sphere", "dipole") else g.replace(engine="cells", density=density)
+        for g in scene.magnets
+    ]
+    return scene.replace(magnets=magnets)
+
+
+def source(magnet: ls.Magnet, scene: ls.Scene) -> M.MagneticBody:
+    if magnet.shape == "cuboid":
+        return M.cuboid(size=magnet.size, polarization=magnet.polarization)
+    if magnet.shape == "cylinder":
+        return M.cylinder(
+            radius=magnet.radius, height=magnet.height, inner_radius=magnet.inner_radius, polarization=magnet.polarization
+        )
+    carriers = {body.name: body.mesh for body in (*scene.bodies, *scene.obstacles)}
+    return M.mesh(magnet.mesh or carriers[magnet.body], polarization=magnet.polarization)
+
+
+def least(function: object, repeats: int = 5, inner: int = 20) -> float:
+    """Milliseconds of processor time."""
+    best = np.inf
+    for _ in range(repeats):
+        start = time.process_time()
+        for _ in range(inner):
+            function()  # type: ignore[operator]
+        best = min(best, (time.process_time() - start) / inner)
+    return 1e3 * best
+
+
+def gain(scene: ls.Scene, density: float) -> tuple[int, float]:
+    """Leaves of all magnets, and time of all their pairs over that of the fronts where magnets lie at the start."""
+    places = {body.name: np.array(body.position) for body in scene.bodies}
+    fronts, whole, leaves = [], [], 0
+    for magnet in scene.magnets:
+        if magnet.susceptibility != 0 or magnet.shape in ("sphere", "dipole"):
+            leaves += 1
+            continue
+        body = source(magnet, scene)
+        at = places.get(magnet.body, np.zeros(3)) + np.array(magnet.position)
+        for separation, bodies in ((3.0, fronts), (1e6, whole)):
+            bodies.append(M.cells(body, density=density, separation=separation).at(at))
+        leaves += len(M.cell_level(whole[-1], 99)[0])
+    if len(whole) < 2:
+        return leaves, float("nan")
+    return leaves, least(lambda: M.forces(whole, threads=1)) / least(lambda: M.forces(fronts, threads=1))
+
+
+def measure(scene: ls.Scene, integrator: ls.IntegratorOptions, steps: int) -> tuple[float, float, float]:
+    """Milliseconds of an evaluation, evaluations a step, milliseconds of a step."""
+    sim = ls.Simulation(scene, integrator=integrator, threads=1)
+    evaluations, spent, substeps = [], 0.0, 0
+    for step in range(steps):
+        if step % max(1, steps // 10) == 0:
+            evaluations.append(least(sim.magnetic_forces))
+        start = time.process_time()
+        sim.step()
+        spent += time.process_time() - start
+        substeps += sim.report.magnetic_substeps
+    return float(np.mean(evaluations)), substeps / steps, 1e3 * spent / steps
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--steps", type=int, default=400)
+    parser.add_argument("--scenes", nargs="*", default=[name for name in THESIS if (SCENES / f"{name}.py").exists()])
+    arguments = parser.parse_args()
+    print(f"{'scene':14}{'engine':10}{'cells':>7}{'magnetics':>11}{'substeps':>10}{'rigid':>9}{'step':>9}{'frames/s':>10}{'gain':>7}")
+    for name in arguments.scenes:
+        module = load(name)
+        scene = module.scene()
+        leaves, faster = gain(scene, DENSITY[name])
+        for engine in ("accurate", "cells"):
+            chosen = scene if engine == "accurate" else with_cells(scene, DENSITY[name])
+            one, substeps, step = measure(chosen, module.integrator, arguments.steps)
+            rigid = step - substeps * one
+            frames = 1.0 / (step * 1e-3 * 0.04 / module.integrator.step)
+            cells = f"{leaves:7}{one:11.4f}" if engine == "cells" else f"{'':7}{one:11.4f}"
+            print(
+                f"{name:14}{engine:10}{cells}{substeps:10.1f}{rigid:9.3f}{step:9.3f}{frames:10.1f}"
+                + (f"{faster:7.2f}" if engine == "cells" and faster == faster else ""),
+                flush=True,
+            )
+        cells, magnetics, rigid, their_gain = THESIS[name]
+        total = magnetics + rigid
+        print(f"{'':14}{'thesis':10}{cells:7}{magnetics:11.2f}{1:10}{rigid:9.2f}{total:9.2f}{25 / total:10.1f}{their_gain:7.2f}")
+
+
+if __name__ == "__main__":
+    main()

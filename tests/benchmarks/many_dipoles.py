@@ -1,0 +1,91 @@
+"""Speed of sums over many dipoles: direct pairs, tree sums, and fmm3dpy beside them, in one run.
+
+    python -m pip install fmm3dpy        # in an environment of its own, with this package on its path
+    OMP_NUM_THREADS=1 python tests/benchmarks/many_dipoles.py [--most 1000000] [--tolerance 1e-4] [--threads 1]
+
+Field and force on every dipole of a lattice shaken by half its spacing, directions at random. Prints processor time, the
+least of the repeats, and errors of force on 200 dipoles: root mean square over that of the force. Without fmm3dpy its column is
+left out.
+"""
+
+import argparse
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from loomstone import magnetics as M
+
+try:
+    import fmm3dpy
+except ImportError:
+    fmm3dpy = None
+
+
+def dipoles(n: int) -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(1)
+    side = int(np.ceil(n ** (1 / 3)))
+    cells = np.stack(np.unravel_index(np.arange(n), (side, side, side)), axis=1)
+    return 0.01 * (cells + 0.5 * rng.random((n, 3))) / side, 1e-3 * rng.normal(size=(n, 3))
+
+
+def fastest(function: Callable[[], Any], repeats: int) -> tuple[float, Any]:
+    best, result = np.inf, None
+    for _ in range(repeats):
+        start = time.process_time()
+        result = function()
+        best = min(best, time.process_time() - start)
+    return best, result
+
+
+def forces_of_fmm(points: np.ndarray, moments: np.ndarray, eps: float) -> np.ndarray:
+    """Force from the second derivatives of the potential that fmm3dpy gives for m.r / (4 pi r^3)."""
+    out = fmm3dpy.lfmm3d(eps=eps, sources=points.T.copy(), dipvec=moments.T.copy(), pg=3)
+    xx, yy, zz, xy, xz, yz = out.hess
+    x, y, z = moments.T
+    return -M.MU0 * np.stack([xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z], axis=1)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--most", type=int, default=1_000_000)
+    parser.add_argument("--tolerance", type=float, default=1e-4)
+    parser.add_argument("--eps", type=float, nargs="*", default=[1e-3])
+    parser.add_argument("--threads", type=int, default=1)
+    arguments = parser.parse_args()
+    points, moments = dipoles(100_000)
+    seconds, _ = fastest(lambda: M.dipole_forces(points[:4000], moments[:4000], points, moments, threads=1), 3)
+    print(f"direct pairs, field and force, one thread: {4e8 / seconds / 1e9:.3f} G/s")
+    print(f"{'dipoles':>9}{'tree [s]':>10}{'error':>9}{'us each':>9}{'direct [s]':>12}", end="")
+    print("".join(f"{f'fmm3d {eps:g} [s]':>18}{'error':>9}{'ratio':>7}" for eps in arguments.eps if fmm3dpy))
+    n = 10_000
+    while n <= arguments.most:
+        points, moments = dipoles(n)
+        repeats = 3 if n <= 100_000 else 1
+        some = np.linspace(0, n - 1, 200).astype(int)
+        exact, _ = M.dipole_forces(points[some], moments[some], points, moments)
+
+        def error(found: np.ndarray) -> float:
+            return float(np.linalg.norm(found[some] - exact) / np.linalg.norm(exact))  # noqa: B023
+
+        ours, (found, _) = fastest(
+            lambda: M.dipole_forces(points, moments, tolerance=arguments.tolerance, threads=arguments.threads),  # noqa: B023
+            repeats,
+        )
+        line = f"{n:9}{ours:10.3f}{error(found):9.1e}{1e6 * ours / n:9.2f}"
+        if n <= 50_000:
+            direct, _ = fastest(lambda: M.dipole_forces(points, moments, threads=arguments.threads), 1)  # noqa: B023
+            line += f"{direct:12.2f}"
+        else:
+            line += f"{n * n * seconds / 4e8:11.0f}*"
+        for eps in arguments.eps if fmm3dpy else []:
+            theirs, found = fastest(lambda: forces_of_fmm(points, moments, eps), repeats)  # noqa: B023
+            line += f"{theirs:18.2f}{error(found):9.1e}{theirs / ours:7.2f}"
+        print(line, flush=True)
+        n = {1: 2, 2: 5, 5: 10}[int(str(n)[0])] * 10 ** (len(str(n)) - 1)
+    print("* from the rate of the first line")
+
+
+if __name__ == "__main__":
+    main()
