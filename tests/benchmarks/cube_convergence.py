@@ -2,10 +2,10 @@
 
     python tests/benchmarks/cube_convergence.py [--most 100] [--tree 100] [--out cubes.png]
 
-Both cubes are lattices of N x N x N dipoles in line, so pairs of equal offset make equal forces: the sum runs over (2N - 1)^3
-offsets. Up to N = --tree the same sum is taken by the tree over the dipoles themselves, which must agree to its tolerance. The
-error is relative to the closed form for parallel cuboids; the accurate engine's is that of cubes turned by 1e-9 rad, which are
-integrated, over its evaluations' processor time.
+Both cubes are lattices of N x N x N dipoles in line, so pairs of equal offset make equal forces: the sum runs over
+(2N - 1)^3 offsets. Up to N = --tree the same sum is taken by the tree over the dipoles themselves, which must agree to
+its tolerance. The error is relative to the closed form for parallel cuboids; the accurate engine's is that of cubes
+turned by 1e-9 rad, which are integrated, with its processor time beside it.
 """
 
 import argparse

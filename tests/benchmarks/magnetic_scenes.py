@@ -2,10 +2,10 @@
 
     python tests/benchmarks/magnetic_scenes.py [--steps 400] [--scenes toy_magnets lift levitation]
 
-cells: dipoles that stand for all magnets, a sphere being one. magnetics: one evaluation of all forces and torques, induced
-moments among them; substeps: evaluations a step. rigid: what is left of a step, contacts above all. frames/s: of 40 ms of motion.
-gain: time of all pairs of leaves over that of the fronts (6.19) where several hard magnets lie at the start; spheres take all
-leaves, in one sum. Processor time in
+cells: dipoles that stand for all magnets, a sphere being one. magnetics: one evaluation of all forces and torques,
+induced moments among them; substeps: evaluations a step. rigid: what is left of a step, contacts above all. frames/s:
+of 40 ms of motion. gain: time of all pairs of leaves over that of the fronts (6.19) where several hard magnets lie at
+the start; spheres take all leaves, in one sum. Processor time in
 milliseconds, the least of repeats at ten places of the run; a step is the mean.
 """
 
@@ -50,7 +50,10 @@ def source(magnet: ls.Magnet, scene: ls.Scene) -> M.MagneticBody:
         return M.cuboid(size=magnet.size, polarization=magnet.polarization)
     if magnet.shape == "cylinder":
         return M.cylinder(
-            radius=magnet.radius, height=magnet.height, inner_radius=magnet.inner_radius, polarization=magnet.polarization
+            radius=magnet.radius,
+            height=magnet.height,
+            inner_radius=magnet.inner_radius,
+            polarization=magnet.polarization,
         )
     carriers = {body.name: body.mesh for body in (*scene.bodies, *scene.obstacles)}
     return M.mesh(magnet.mesh or carriers[magnet.body], polarization=magnet.polarization)
@@ -104,7 +107,10 @@ def main() -> None:
     parser.add_argument("--steps", type=int, default=400)
     parser.add_argument("--scenes", nargs="*", default=[name for name in THESIS if (SCENES / f"{name}.py").exists()])
     arguments = parser.parse_args()
-    print(f"{'scene':14}{'engine':10}{'cells':>7}{'magnetics':>11}{'substeps':>10}{'rigid':>9}{'step':>9}{'frames/s':>10}{'gain':>7}")
+    print(
+        f"{'scene':14}{'engine':10}{'cells':>7}{'magnetics':>11}{'substeps':>10}{'rigid':>9}{'step':>9}{'frames/s':>10}"
+        f"{'gain':>7}"
+    )
     for name in arguments.scenes:
         module = load(name)
         scene = module.scene()
@@ -122,7 +128,10 @@ def main() -> None:
             )
         cells, magnetics, rigid, their_gain = THESIS[name]
         total = magnetics + rigid
-        print(f"{'':14}{'thesis':10}{cells:7}{magnetics:11.2f}{1:10}{rigid:9.2f}{total:9.2f}{25 / total:10.1f}{their_gain:7.2f}")
+        print(
+            f"{'':14}{'thesis':10}{cells:7}{magnetics:11.2f}{1:10}{rigid:9.2f}{total:9.2f}{25 / total:10.1f}"
+            f"{their_gain:7.2f}"
+        )
 
 
 if __name__ == "__main__":

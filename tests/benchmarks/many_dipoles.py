@@ -3,9 +3,9 @@
     python -m pip install fmm3dpy        # in an environment of its own, with this package on its path
     OMP_NUM_THREADS=1 python tests/benchmarks/many_dipoles.py [--most 1000000] [--tolerance 1e-4] [--threads 1]
 
-Field and force on every dipole of a lattice shaken by half its spacing, directions at random. Prints processor time, the
-least of the repeats, and errors of force on 200 dipoles: root mean square over that of the force. Without fmm3dpy its column is
-left out.
+Field and force on every dipole of a lattice shaken by half its spacing, directions at random. Prints processor time,
+the least of the repeats, and errors of force on 200 dipoles: root mean square over that of the force. Without fmm3dpy
+its column is left out.
 """
 
 import argparse
@@ -70,7 +70,9 @@ def main() -> None:
             return float(np.linalg.norm(found[some] - exact) / np.linalg.norm(exact))  # noqa: B023
 
         ours, (found, _) = fastest(
-            lambda: M.dipole_forces(points, moments, tolerance=arguments.tolerance, threads=arguments.threads),  # noqa: B023
+            lambda: M.dipole_forces(  # noqa: B023
+                points, moments, tolerance=arguments.tolerance, threads=arguments.threads  # noqa: B023
+            ),
             repeats,
         )
         line = f"{n:9}{ours:10.3f}{error(found):9.1e}{1e6 * ours / n:9.2f}"
