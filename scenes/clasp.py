@@ -38,14 +38,13 @@ def scene(triangles: int = 1200, polarization: float = 1.2) -> ls.Scene:
         mesh = curtain(side, triangles)
         x = np.asarray(mesh.vertices)
         place = np.array((0.0, -side * APART, AT))
-        near = np.maximum(np.abs(x[:, 0] - place[0]) / (0.5 * MAGNET[0]), np.abs(x[:, 2] - place[2]) / (0.5 * MAGNET[2]))
-        sewn = np.flatnonzero(near <= 1.0)
-        if len(sewn) < 3:  # coarse cloth: the nearest ones
-            sewn = np.argsort(near)[:4]
+        # Sewn down one edge of the mesh beyond the magnet, so that no triangle that may bend reaches it.
+        beyond = np.maximum(np.abs(x[:, 0] - place[0]) - 0.5 * MAGNET[0], np.abs(x[:, 2] - place[2]) - 0.5 * MAGNET[2])
+        sewn = np.flatnonzero(beyond <= mesh.mean_edge)
         cloths.append(ls.Cloth(name=name, mesh=mesh, material=linen, pins=np.flatnonzero(x[:, 2] > -1e-9), friction=0.4))
         body = ls.RigidBody(
             name=f"{name} magnet", mesh=ls.meshes.box(size=MAGNET, cells_per_side=2), shape="box", density=7500, friction=0.4,
-            position=x[sewn].mean(axis=0) - (0, side * (0.5 * MAGNET[1] + 0.001), 0),
+            position=place - (0, side * (0.5 * MAGNET[1] + 0.001), 0),
         )
         bodies.append(body)
         magnets.append(ls.Magnet(body=body.name, shape="cuboid", size=MAGNET, polarization=(0, polarization, 0)))
