@@ -2011,7 +2011,7 @@ class Renderer:
     """
     def __init__(self, topology: FrameTopology, options: RenderOptions = ...) -> None:
         ...
-    def render(self, frame: Frame, curves: Curves = None) -> numpy.typing.NDArray[numpy.uint8]:
+    def render(self, frame: Frame, curves: Curves | None = None) -> numpy.typing.NDArray[numpy.uint8]:
         """
         Picture of a frame, with curves if given: (height x width x 3) bytes, rows from the top.
         """
