@@ -24,6 +24,7 @@ void bind_mesh(py::module_& m);
 void bind_parallel(py::module_& m);
 void bind_rigid(py::module_& m);
 void bind_magnetics(py::module_& m);
+void bind_soft_bodies(py::module_& m);
 void bind_scene(py::module_& m);
 void bind_limits(py::module_& m);
 void bind_collision(py::module_& m);

@@ -9,6 +9,7 @@ PYBIND11_MODULE(_core, m) {
   loomstone::bind_parallel(m);
   loomstone::bind_rigid(m);
   loomstone::bind_magnetics(m);
+  loomstone::bind_soft_bodies(m);
   loomstone::bind_scene(m);
   loomstone::bind_limits(m);
   loomstone::bind_collision(m);

@@ -14,4 +14,7 @@ struct GaussRule {
 // Rule of n points, 1 <= n <= most_gauss_points; exact for polynomials of degree 2 n - 1.
 const GaussRule& gauss_rule(int n);
 
+// The same of any number of points n >= 1, into arrays of n.
+void gauss_points(int n, double* nodes, double* weights);
+
 }  // namespace loomstone

@@ -41,7 +41,24 @@ Wrench on_dipoles(const MagneticBody& on, const MagneticBody& by) {
   return w;
 }
 
+// Force and torque about its centre on the charge of `on`, world axes.
+Wrench on_charges(const MagneticBody& on, const MagneticBody& by) {
+  const std::vector<PanelSample> charges = on.source->charges();
+  Points local(charges.size(), 3), x(charges.size(), 3);
+  for (std::size_t i = 0; i < charges.size(); ++i) local.row(i) = charges[i].position.transpose();
+  place_points(on.pose, local, x);
+  const Points field = magnetic_field(Team{}, {by}, x, "B");
+  Wrench w;
+  for (std::size_t i = 0; i < charges.size(); ++i) {
+    const Vec3 force = charges[i].charge * field.row(i).transpose();
+    w.force += force;
+    w.torque += (x.row(i).transpose() - on.pose.position).cross(force);
+  }
+  return w;
+}
+
 Wrench integrated(const MagneticBody& on, const MagneticBody& by, double tolerance, double least) {
+  if (on.source->induced()) return on_charges(on, by);
   if (on.source->dipoles()) return on_dipoles(on, by);
   if (const std::optional<Wrench> closed = parallel_cuboid_wrench(on, by)) {
     const double size = std::max(closed->force.norm(), closed->torque.norm() / on.source->radius());
@@ -55,8 +72,9 @@ Wrench integrated(const MagneticBody& on, const MagneticBody& by, double toleran
   return {to_world * total.value.head<3>(), to_world * total.value.tail<3>() * on.source->radius(), total.error};
 }
 
-// 0: no integral, 1: along lines, 2: over faces.
+// -1: points that carry their own quadrature, 0: no integral, 1: along lines, 2: over faces.
 int dimensions(const Source& source) {
+  if (source.induced()) return -1;
   if (source.dipoles()) return 0;
   for (const Panel& panel : source.panels())
     if (!panel.line()) return 2;

@@ -44,6 +44,9 @@ class Source {
   virtual std::vector<Panel> panels() const { return {}; }
   // Of solid magnets: their whole surface, also where it carries no charge.
   virtual std::vector<Panel> surface() const { return {}; }
+  // Of induced bodies: their charge at points that are enough for integrals over it; empty for all others.
+  virtual bool induced() const { return false; }
+  virtual std::vector<PanelSample> charges() const { return {}; }
   // What stands for the source as seen from outside, exactly: dipoles (of a sphere one); null for all others.
   virtual const DipoleSet* dipoles() const { return nullptr; }
 };

@@ -8,7 +8,7 @@
 0.1348 T
 """
 
-from .._core import MagneticBody
+from .._core import MagneticBody, SoftBody
 from .bodies import (
     Force,
     Forces,
@@ -52,6 +52,7 @@ from .formulas import (
     sphere_gradient,
 )
 from .lines import FieldLines, LineEnd, curves_of, field_lines, frame_curves
+from .soft import Induced, induce, soft_cuboid, soft_mesh, soft_sphere
 
 MU0 = 1.2566370614359173e-06  # 4 pi 1e-7 [T m/A]
 
@@ -60,9 +61,11 @@ __all__ = [
     "Force",
     "ForceCurve",
     "Forces",
+    "Induced",
     "LineEnd",
     "MU0",
     "MagneticBody",
+    "SoftBody",
     "cell_front",
     "cell_level",
     "cells",
@@ -86,6 +89,7 @@ __all__ = [
     "force_over_distance",
     "forces",
     "gradient",
+    "induce",
     "induced_moments",
     "loop",
     "loop_field",
@@ -98,6 +102,9 @@ __all__ = [
     "polyline",
     "polyline_field",
     "polyline_gradient",
+    "soft_cuboid",
+    "soft_mesh",
+    "soft_sphere",
     "solenoid",
     "solenoid_field",
     "solenoid_gradient",

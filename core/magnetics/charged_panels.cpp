@@ -1,0 +1,185 @@
+#include "core/magnetics/charged_panels.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/magnetics/flat_face.h"
+
+namespace loomstone {
+
+namespace {
+
+// A panel in the tables: centre, square of the distance from which points serve, number of triangles and edges; two
+// triangles (corners, normal, twice the area); four edges (two ends, length, normal of the edge in the plane); four points
+// with their area / 4 pi.
+constexpr int triangles_at = 6, triangle_stride = 13, edges_at = triangles_at + 2 * triangle_stride, edge_stride = 10,
+              points_at = edges_at + 4 * edge_stride, stride = points_at + 16;
+constexpr double on_face = 1e-12, on_edge = 1e-15;  // in units of the radius
+
+void add_table(const FlatPanel& p, std::vector<double>& tables) {
+  const std::size_t begin = tables.size();
+  tables.resize(begin + stride, 0.0);
+  double* t = tables.data() + begin;
+  Eigen::Map<Vec3>(t + 0) = p.centre;
+  t[3] = PanelSet::near * PanelSet::near * p.reach * p.reach;
+  t[4] = p.corners - 2;
+  t[5] = p.corners;
+  for (int k = 0; k < p.corners - 2; ++k) {
+    double* f = t + triangles_at + triangle_stride * k;
+    const Vec3 corners[3] = {p.corner[0], p.corner[k + 1], p.corner[k + 2]};
+    for (int c = 0; c < 3; ++c) Eigen::Map<Vec3>(f + 3 * c) = corners[c];
+    Eigen::Map<Vec3>(f + 9) = p.normal;
+    f[12] = (corners[1] - corners[0]).cross(corners[2] - corners[0]).norm();
+  }
+  for (int k = 0; k < p.corners; ++k) {
+    double* e = t + edges_at + edge_stride * k;
+    const Vec3 a = p.corner[k], b = p.corner[(k + 1) % p.corners];
+    Eigen::Map<Vec3>(e + 0) = a;
+    Eigen::Map<Vec3>(e + 3) = b;
+    e[6] = (b - a).norm();
+    Eigen::Map<Vec3>(e + 7) = (b - a).normalized().cross(p.normal);
+  }
+  const std::vector<PanelPoint> points = panel_points(p, 2);
+  for (int k = 0; k < 4; ++k) {
+    Eigen::Map<Vec3>(t + points_at + 4 * k) = points[k].position;
+    t[points_at + 4 * k + 3] = points[k].share * p.area / (4.0 * pi);
+  }
+}
+
+LOOMSTONE_CLONES void field_kernel(const double* tables, const double* charges, Index panels, double radius,
+                                   const double* points, Index n, double* out) {
+  for (Index i = 0; i < n; i += n_lanes) {
+    const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
+    Lanes3 sum{lanes_all(0.0), lanes_all(0.0), lanes_all(0.0)};
+    for (Index k = 0; k < panels; ++k) {
+      const double* t = tables + stride * static_cast<std::ptrdiff_t>(k);
+      const Lanes3 away{p.x - t[0], p.y - t[1], p.z - t[2]};
+      const LaneMask beside = dot(away, away) < t[3];
+      Lanes3 h{lanes_all(0.0), lanes_all(0.0), lanes_all(0.0)};
+      for (int c = 0; c < 4; ++c) {
+        const double* q = t + points_at + 4 * c;
+        const Lanes3 r{p.x - q[0], p.y - q[1], p.z - q[2]};
+        const Lanes square = dot(r, r);
+        const Lanes scale = q[3] / (square * lanes_sqrt(square));
+        h.x += scale * r.x;
+        h.y += scale * r.y;
+        h.z += scale * r.z;
+      }
+      if (lanes_any(beside)) {
+        Lanes omega = lanes_all(0.0);
+        for (int c = 0; c < t[4]; ++c)
+          omega += solid_angle(p, t + triangles_at + triangle_stride * c, on_face * radius);
+        const double* normal = t + triangles_at + 9;
+        Lanes3 exact{normal[0] * omega, normal[1] * omega, normal[2] * omega};
+        for (int c = 0; c < t[5]; ++c) {
+          const double* e = t + edges_at + edge_stride * c;
+          const EdgeTerms terms = edge_terms(p, e, on_edge * radius);
+          const Lanes log = lanes_log(terms.sum / terms.defect);
+          exact.x += e[7] * log;
+          exact.y += e[8] * log;
+          exact.z += e[9] * log;
+        }
+        h.x = lanes_select(beside, exact.x / (4.0 * pi), h.x);
+        h.y = lanes_select(beside, exact.y / (4.0 * pi), h.y);
+        h.z = lanes_select(beside, exact.z / (4.0 * pi), h.z);
+      }
+      sum.x += charges[k] * h.x;
+      sum.y += charges[k] * h.y;
+      sum.z += charges[k] * h.z;
+    }
+    lanes_store(out + i, sum.x);
+    lanes_store(out + n + i, sum.y);
+    lanes_store(out + 2 * n + i, sum.z);
+  }
+}
+
+LOOMSTONE_CLONES void gradient_kernel(const double* tables, const double* charges, Index panels, double radius,
+                                      const double* points, Index n, double* out) {
+  for (Index i = 0; i < n; i += n_lanes) {
+    const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
+    Lanes sum[6];
+    for (Lanes& s : sum) s = lanes_all(0.0);
+    for (Index k = 0; k < panels; ++k) {
+      const double* t = tables + stride * static_cast<std::ptrdiff_t>(k);
+      const Lanes3 away{p.x - t[0], p.y - t[1], p.z - t[2]};
+      const LaneMask beside = dot(away, away) < t[3];
+      Lanes g[6], exact[6];
+      for (int c = 0; c < 6; ++c) g[c] = exact[c] = lanes_all(0.0);
+      for (int c = 0; c < 4; ++c) {
+        const double* q = t + points_at + 4 * c;
+        const Lanes3 r{p.x - q[0], p.y - q[1], p.z - q[2]};
+        const Lanes inverse = 1.0 / dot(r, r);
+        const Lanes scale = q[3] * inverse * lanes_sqrt(inverse), three = 3.0 * scale * inverse;
+        g[0] += scale - three * r.x * r.x;
+        g[1] -= three * r.x * r.y;
+        g[2] -= three * r.x * r.z;
+        g[3] += scale - three * r.y * r.y;
+        g[4] -= three * r.y * r.z;
+        g[5] += scale - three * r.z * r.z;
+      }
+      if (lanes_any(beside)) {
+        const double* nn = t + triangles_at + 9;
+        for (int c = 0; c < t[5]; ++c) {
+          const double* e = t + edges_at + edge_stride * c;
+          const EdgeGradients d = edge_gradients(p, e, on_edge * radius);
+          exact[0] += e[7] * d.log.x + nn[0] * d.angle.x;
+          exact[1] += 0.5 * (e[7] * d.log.y + e[8] * d.log.x + nn[0] * d.angle.y + nn[1] * d.angle.x);
+          exact[2] += 0.5 * (e[7] * d.log.z + e[9] * d.log.x + nn[0] * d.angle.z + nn[2] * d.angle.x);
+          exact[3] += e[8] * d.log.y + nn[1] * d.angle.y;
+          exact[4] += 0.5 * (e[8] * d.log.z + e[9] * d.log.y + nn[1] * d.angle.z + nn[2] * d.angle.y);
+          exact[5] += e[9] * d.log.z + nn[2] * d.angle.z;
+        }
+      }
+      for (int c = 0; c < 6; ++c) sum[c] += charges[k] * lanes_select(beside, exact[c] / (4.0 * pi), g[c]);
+    }
+    for (int c = 0; c < 6; ++c) lanes_store(out + c * n + i, sum[c]);
+  }
+}
+
+}  // namespace
+
+PanelSet::PanelSet(std::vector<FlatPanel> all, int order) : panels(std::move(all)), per_panel(order * order) {
+  samples.resize(per_panel * static_cast<Eigen::Index>(panels.size()), 3);
+  shares.resize(samples.rows());
+  Eigen::Index row = 0;
+  for (const FlatPanel& panel : panels) {
+    for (const PanelPoint& point : panel_points(panel, order)) {
+      samples.row(row) = point.position.transpose();
+      shares[row++] = point.share;
+    }
+    for (int k = 0; k < panel.corners; ++k) radius = std::max(radius, panel.corner[k].norm());
+    add_table(panel, tables);
+  }
+}
+
+ChargedPanels::ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges)
+    : set_(std::move(set)), charges_(std::move(charges)) {}
+
+void ChargedPanels::field_block(const double* points, Index n, Quantity, double* field) const {
+  field_kernel(set_->tables.data(), charges_.data(), static_cast<Index>(charges_.size()), set_->radius, points, n, field);
+}
+
+void ChargedPanels::gradient_block(const double* points, Index n, double* gradient) const {
+  gradient_kernel(set_->tables.data(), charges_.data(), static_cast<Index>(charges_.size()), set_->radius, points, n,
+                  gradient);
+}
+
+Vec3 ChargedPanels::moment() const {
+  Vec3 sum = Vec3::Zero();
+  for (Eigen::Index i = 0; i < charges_.size(); ++i)
+    sum += charges_[i] / mu0 * set_->panels[i].area * set_->panels[i].centre;
+  return sum;
+}
+
+std::vector<PanelSample> ChargedPanels::charges() const {
+  std::vector<PanelSample> result(set_->samples.rows());
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    const auto panel = static_cast<Eigen::Index>(i) / set_->per_panel;
+    result[i].position = set_->samples.row(i).transpose();
+    result[i].area = set_->shares[i] * set_->panels[panel].area * set_->panels[panel].normal;
+    result[i].charge = charges_[panel] / mu0 * set_->shares[i] * set_->panels[panel].area;
+  }
+  return result;
+}
+
+}  // namespace loomstone

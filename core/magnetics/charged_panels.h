@@ -1,0 +1,45 @@
+// Surface charge that is uniform on each of many flat panels, as induced bodies carry it: exact beside a panel, from points
+// of quadrature beyond `near` times its reach.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "core/magnetics/flat_panels.h"
+#include "core/magnetics/source.h"
+
+namespace loomstone {
+
+// What stays when the charge changes.
+struct PanelSet {
+  static constexpr double near = 5.0;  // in reaches of a panel, from its centre: the rest errs by 1e-5 of its field
+
+  // order: points a direction on which fields are sampled.
+  PanelSet(std::vector<FlatPanel> panels, int order);
+
+  std::vector<FlatPanel> panels;
+  Points samples;              // (k x 3), panel after panel [m]
+  Vector shares;               // (k) of the panel's area
+  int per_panel = 0;
+  double radius = 0.0;         // of the ball about the origin that holds them [m]
+  std::vector<double> tables;  // of the kernels
+};
+
+class ChargedPanels final : public Source {
+ public:
+  // charges: mu0 sigma on each panel [T].
+  ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges);
+  // Inside of the surface the flux density is given as mu0 H: how the body is magnetised there is not known here.
+  void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
+  void gradient_block(const double* points, Index n, double* gradient) const override;
+  double radius() const override { return set_->radius; }
+  Vec3 moment() const override;
+  bool induced() const override { return true; }
+  std::vector<PanelSample> charges() const override;
+
+ private:
+  std::shared_ptr<const PanelSet> set_;
+  Vector charges_;
+};
+
+}  // namespace loomstone

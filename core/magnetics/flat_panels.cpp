@@ -1,0 +1,130 @@
+#include "core/magnetics/flat_panels.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <queue>
+#include <tuple>
+
+#include "core/magnetics/gauss.h"
+#include "core/mesh/triangle_mesh.h"
+
+namespace loomstone {
+
+Vec3 FlatPanel::at(double u, double v) const {
+  if (corners == 3) return corner[0] + u * (corner[1] - corner[0]) + u * v * (corner[2] - corner[1]);
+  return corner[0] + u * (corner[1] - corner[0]) + v * (corner[3] - corner[0]);
+}
+
+FlatPanel make_panel(const Vec3* corners, int n) {
+  FlatPanel p;
+  p.corners = n;
+  p.centre.setZero();
+  for (int k = 0; k < n; ++k) {
+    p.corner[k] = corners[k];
+    p.centre += corners[k] / n;
+  }
+  const Vec3 area = n == 3 ? Vec3(0.5 * (corners[1] - corners[0]).cross(corners[2] - corners[0]))
+                           : Vec3((corners[1] - corners[0]).cross(corners[3] - corners[0]));
+  p.area = area.norm();
+  p.normal = area / p.area;
+  for (int k = 0; k < n; ++k) p.reach = std::max(p.reach, (corners[k] - p.centre).norm());
+  return p;
+}
+
+std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order) {
+  const GaussRule& rule = gauss_rule(order);
+  std::vector<PanelPoint> points;
+  for (int i = 0; i < order; ++i) {
+    const double u = 0.5 * (1.0 + rule.nodes[i]);
+    for (int k = 0; k < order; ++k) {
+      const double v = 0.5 * (1.0 + rule.nodes[k]), weight = 0.25 * rule.weights[i] * rule.weights[k];
+      points.push_back({panel.at(u, v), panel.corners == 3 ? 2.0 * u * weight : weight});
+    }
+  }
+  // Of triangles only to the exactness of the rule.
+  double total = 0.0;
+  for (const PanelPoint& point : points) total += point.share;
+  for (PanelPoint& point : points) point.share /= total;
+  return points;
+}
+
+std::vector<FlatPanel> cuboid_panels(const Vec3& size, int cells) {
+  const int half = cells / 2;
+  std::vector<FlatPanel> eighth, all;
+  const auto place = [&](int axis, int i) {  // 0 in the middle, half at the end
+    const double rest = static_cast<double>(half - i) / half;
+    return 0.5 * size[axis] * (1.0 - rest * rest);
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    const int a = (axis + 1) % 3, b = (axis + 2) % 3;
+    for (int i = 0; i < half; ++i) {
+      for (int k = 0; k < half; ++k) {
+        Vec3 corners[4];
+        for (int c = 0; c < 4; ++c) {
+          corners[c][axis] = 0.5 * size[axis];
+          corners[c][a] = place(a, i + (c == 1 || c == 2));
+          corners[c][b] = place(b, k + (c >= 2));
+        }
+        eighth.push_back(make_panel(corners, 4));
+      }
+    }
+  }
+  for (int s = 0; s < 8; ++s) {
+    const Vec3 mirror(s & 1 ? -1 : 1, s & 2 ? -1 : 1, s & 4 ? -1 : 1);
+    const bool turned = mirror.prod() < 0.0;
+    for (const FlatPanel& panel : eighth) {
+      Vec3 corners[4];
+      for (int c = 0; c < 4; ++c) corners[c] = panel.corner[turned ? 3 - c : c].cwiseProduct(mirror);
+      all.push_back(make_panel(corners, 4));
+    }
+  }
+  return all;
+}
+
+std::vector<FlatPanel> mesh_panels(const TriangleMesh& mesh, Index panels) {
+  std::vector<Vec3> vertices;
+  for (Index i = 0; i < mesh.n_vertices(); ++i) vertices.push_back(mesh.vertices().row(i).transpose());
+  std::vector<std::array<Index, 3>> faces;
+  std::map<std::pair<Index, Index>, Index> face_of;  // of a directed edge
+  const auto add = [&](Index f) {
+    for (int k = 0; k < 3; ++k) face_of[{faces[f][k], faces[f][(k + 1) % 3]}] = f;
+  };
+  std::priority_queue<std::tuple<double, Index, Index>> longest;
+  const auto push = [&](Index a, Index b) {
+    longest.emplace((vertices[a] - vertices[b]).squaredNorm(), std::min(a, b), std::max(a, b));
+  };
+  for (Index f = 0; f < mesh.n_triangles(); ++f) {
+    faces.push_back({mesh.triangles()(f, 0), mesh.triangles()(f, 1), mesh.triangles()(f, 2)});
+    add(f);
+    for (int k = 0; k < 3; ++k) push(faces[f][k], faces[f][(k + 1) % 3]);
+  }
+  while (static_cast<Index>(faces.size()) < panels) {
+    const auto [length, low, high] = longest.top();
+    longest.pop();
+    if (!face_of.contains({low, high})) continue;  // divided before
+    const Index middle = static_cast<Index>(vertices.size());
+    vertices.push_back(0.5 * (vertices[low] + vertices[high]));
+    for (const auto& [from, to] : {std::pair(low, high), std::pair(high, low)}) {
+      const Index f = face_of.at({from, to});
+      const Index opposite = faces[f][0] + faces[f][1] + faces[f][2] - from - to;
+      face_of.erase({from, to});
+      faces[f] = {from, middle, opposite};
+      faces.push_back({middle, to, opposite});
+      add(f);
+      add(static_cast<Index>(faces.size()) - 1);
+      push(middle, opposite);
+    }
+    push(low, middle);
+    push(middle, high);
+  }
+  std::vector<FlatPanel> result;
+  for (const auto& face : faces) {
+    const Vec3 corners[3] = {vertices[face[0]], vertices[face[1]], vertices[face[2]]};
+    result.push_back(make_panel(corners, 3));
+  }
+  return result;
+}
+
+}  // namespace loomstone

@@ -1,0 +1,221 @@
+#include "core/magnetics/soft_body.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/magnetics/charged_panels.h"
+#include "core/magnetics/constants.h"
+#include "core/magnetics/harmonic_sphere.h"
+#include "core/magnetics/polyhedron.h"
+#include "core/magnetics/sphere.h"
+#include "core/magnetics/surface_equation.h"
+#include "core/mesh/triangle_mesh.h"
+
+namespace loomstone {
+
+namespace {
+
+constexpr int points_a_direction = 3;  // of a panel, where it takes the field and is acted on
+constexpr Index most_panels = 8000;    // of a mesh: a matrix of 0.5 GB
+
+class SoftSphere final : public SoftShape {
+ public:
+  SoftSphere(double radius, double susceptibility, int degree)
+      : radius_(radius), susceptibility_(susceptibility), degree_(degree),
+        series_(std::make_shared<const SphereSeries>(std::max(degree, 1))), samples_(radius * series_->points()) {}
+
+  const Points& samples() const override { return samples_; }
+  Vector received(const Points& field) const override {
+    Vector result = series_->coefficients((field.array() * series_->points().array()).rowwise().sum());
+    for (int l = 1; l <= series_->degree(); ++l)  // H_r is minus the derivative of the potential
+      result.segment(SphereSeries::slot(l, 0), 2 * (l + 1)) /= -l;
+    return result;
+  }
+  Vector response(const Vector& received) const override {
+    Vector result = received;
+    for (int l = 1; l <= series_->degree(); ++l) {
+      // - l chi / (l chi + 2 l + 1), also of infinite chi.
+      const double share = susceptibility_ > 1.0 ? l / (l + (2.0 * l + 1.0) / susceptibility_)
+                                                 : l * susceptibility_ / (l * susceptibility_ + 2.0 * l + 1.0);
+      result.segment(SphereSeries::slot(l, 0), 2 * (l + 1)) *= -share;
+    }
+    return result;
+  }
+  SourcePtr source(const Vector& charges) const override {
+    return std::make_shared<HarmonicSphere>(radius_, series_, charges);
+  }
+  Vec3 mean_field(const Vector& received) const override {
+    const Index k = SphereSeries::slot(1, 1);
+    return {-received[k] / std::sqrt(2.0), received[k + 1] / std::sqrt(2.0), -received[SphereSeries::slot(1, 0)]};
+  }
+  double volume() const override { return 4.0 / 3.0 * pi * radius_ * radius_ * radius_; }
+  double radius() const override { return radius_; }
+  SourcePtr solid() const override { return std::make_shared<Sphere>(radius_, Vec3(0, 0, 1)); }
+  double susceptibility() const override { return susceptibility_; }
+  SoftShapePtr with_susceptibility(double susceptibility) const override {
+    return std::make_shared<SoftSphere>(radius_, susceptibility, degree_);
+  }
+  int degree() const { return degree_; }
+
+ private:
+  double radius_, susceptibility_;
+  int degree_;
+  std::shared_ptr<const SphereSeries> series_;
+  Points samples_;
+};
+
+// One grid on the surface, its equation, and its share of the answer.
+struct Grid {
+  std::vector<FlatPanel> panels;
+  std::shared_ptr<const SurfaceFlux> flux;
+  double share = 1.0;
+};
+
+struct PanelForm {
+  std::vector<Grid> grids;
+  std::shared_ptr<const PanelSet> set;  // panels of all grids
+  SourcePtr solid;
+  double volume = 0.0;
+};
+
+class SoftPanels final : public SoftShape {
+ public:
+  SoftPanels(std::shared_ptr<const PanelForm> form, double susceptibility)
+      : form_(std::move(form)), susceptibility_(susceptibility) {
+    for (const Grid& grid : form_->grids) factors_.push_back(grid.flux->factor(susceptibility));
+  }
+
+  const Points& samples() const override { return form_->set->samples; }
+  Vector received(const Points& field) const override {
+    const PanelSet& set = *form_->set;
+    Vector fluxes = Vector::Zero(set.panels.size());
+    for (Eigen::Index i = 0; i < field.rows(); ++i) {
+      const Eigen::Index panel = i / set.per_panel;
+      fluxes[panel] += set.shares[i] * set.panels[panel].area * set.panels[panel].normal.dot(field.row(i).transpose());
+    }
+    return fluxes;
+  }
+  Vector response(const Vector& received) const override {
+    Vector charges(received.size());
+    Eigen::Index at = 0;
+    for (std::size_t g = 0; g < factors_.size(); ++g) {
+      const auto n = static_cast<Eigen::Index>(form_->grids[g].panels.size());
+      charges.segment(at, n) = form_->grids[g].share * factors_[g]->solve(received.segment(at, n));
+      at += n;
+    }
+    return charges;
+  }
+  SourcePtr source(const Vector& charges) const override {
+    return std::make_shared<ChargedPanels>(form_->set, charges);
+  }
+  // As div H = 0, the integral over the volume is that of x (H.n) over the surface.
+  Vec3 mean_field(const Vector& received) const override {
+    Vec3 sum = Vec3::Zero();
+    Eigen::Index at = 0;
+    for (const Grid& grid : form_->grids)
+      for (const FlatPanel& panel : grid.panels) sum += grid.share * received[at++] * panel.centre;
+    return sum / form_->volume;
+  }
+  double volume() const override { return form_->volume; }
+  double radius() const override { return form_->set->radius; }
+  SourcePtr solid() const override { return form_->solid; }
+  double susceptibility() const override { return susceptibility_; }
+  SoftShapePtr with_susceptibility(double susceptibility) const override {
+    return std::make_shared<SoftPanels>(form_, susceptibility);
+  }
+
+ private:
+  std::shared_ptr<const PanelForm> form_;
+  double susceptibility_;
+  std::vector<std::unique_ptr<SurfaceFlux::Factors>> factors_;
+};
+
+SoftShapePtr panels_of(PanelForm form, double susceptibility) {
+  std::vector<FlatPanel> all;
+  for (const Grid& grid : form.grids) all.insert(all.end(), grid.panels.begin(), grid.panels.end());
+  form.set = std::make_shared<const PanelSet>(std::move(all), points_a_direction);
+  return std::make_shared<SoftPanels>(std::make_shared<const PanelForm>(std::move(form)), susceptibility);
+}
+
+}  // namespace
+
+void check_susceptibility(double susceptibility) {
+  if (!(susceptibility >= -1.0) || susceptibility == 0.0)
+    throw InvalidInput("susceptibility must be >= -1 (a superconductor) and other than 0 [1], got " +
+                       std::to_string(susceptibility));
+}
+
+SoftShapePtr soft_sphere(double radius, double susceptibility, int degree) {
+  check_susceptibility(susceptibility);
+  if (!(radius > 0.0) || !std::isfinite(radius))
+    throw InvalidInput("radius must be > 0 [m], got " + std::to_string(radius));
+  if (degree < 0 || degree > SphereSeries::most)
+    throw InvalidInput("degree must be between 0 (automatic) and " + std::to_string(SphereSeries::most) + ", got " +
+                       std::to_string(degree));
+  return std::make_shared<SoftSphere>(radius, susceptibility, degree);
+}
+
+// Terms of degree l of the force between a dipole and a sphere go as l^4 exp(-x l) with x as below; the share of those beyond
+// degree d of the whole is about (x d)^4 exp(-x d) / 24.
+static int degree_of(double x, double tolerance) {
+  double y = -std::log(tolerance);
+  for (int i = 0; i < 20; ++i) y = -std::log(tolerance) + 4.0 * std::log(std::max(y, 3.0)) - std::log(24.0);
+  return static_cast<int>(std::min<double>(std::ceil(y / x) + 2.0, SphereSeries::most));
+}
+
+int sphere_degree(double radius, double distance, double tolerance) {
+  return degree_of(std::max(2.0 * std::log(distance / radius), 1e-3), tolerance);
+}
+
+int sphere_degree(double radius, double other, double distance, double tolerance) {
+  // Bispherical coordinate of a surface: images of images draw together there.
+  const double cosine = (distance * distance + radius * radius - other * other) / (2.0 * radius * distance);
+  return degree_of(std::max(2.0 * std::acosh(std::max(cosine, 1.0)), 1e-3), tolerance);
+}
+
+int sphere_degree_of(const SoftShape& shape) {
+  const auto* sphere = dynamic_cast<const SoftSphere*>(&shape);
+  return sphere ? sphere->degree() : -1;
+}
+
+SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells) {
+  check_susceptibility(susceptibility);
+  PanelForm form;
+  form.solid = std::make_shared<Cuboid>(size, Vec3(0, 0, 1));  // checks the size
+  form.volume = size.prod();
+  if (cells < 8 || cells > 48 || cells % 4 != 0)
+    throw InvalidInput("cells must be a multiple of 4 from 8 to 48, got " + std::to_string(cells));
+  // Half, about 0.7 of the cells, all of them; shares that leave no error in the second and third power of 1 / cells.
+  const int counts[3] = {cells / 2, 2 * static_cast<int>(std::lround(0.35 * cells)), cells};
+  Mat3 powers;
+  for (int g = 0; g < 3; ++g) powers.col(g) = Vec3(1.0, std::pow(counts[g], -2.0), std::pow(counts[g], -3.0));
+  const Vec3 shares = powers.inverse() * Vec3(1, 0, 0);
+  for (int g = 0; g < 3; ++g) {
+    Grid grid;
+    grid.panels = cuboid_panels(size, counts[g]);
+    grid.flux = cuboid_flux(team, grid.panels);
+    grid.share = shares[g];
+    form.grids.push_back(std::move(grid));
+  }
+  return panels_of(std::move(form), susceptibility);
+}
+
+SoftMesh soft_mesh(const Team& team, const TriangleMesh& mesh, double susceptibility, Index panels) {
+  check_susceptibility(susceptibility);
+  if (panels < 0 || std::max(panels, mesh.n_triangles()) > most_panels)
+    throw InvalidInput("panels must be at most " + std::to_string(most_panels) + " and the mesh have no more triangles, got " +
+                       std::to_string(std::max(panels, mesh.n_triangles())));
+  const MagneticBody solid = make_mesh_magnet(mesh, Vec3(0, 0, 1));  // checks the mesh
+  PanelForm form;
+  form.solid = solid.source;
+  form.volume = solid.source->moment().norm() * mu0;
+  Grid grid;
+  grid.panels = mesh_panels(mesh.moved(-solid.pose.position), panels);
+  grid.flux = mesh_flux(team, grid.panels);
+  form.grids.push_back(std::move(grid));
+  return {panels_of(std::move(form), susceptibility), solid.pose};
+}
+
+}  // namespace loomstone
