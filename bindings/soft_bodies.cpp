@@ -40,6 +40,15 @@ void bind_body(py::module_& m) {
       py::arg("position"), py::arg("orientation") = py::make_tuple(1.0, 0.0, 0.0, 0.0),
       "The same body at another pose: centre (3) [m], quaternion (w, x, y, z), normalised.");
   c.def(
+      "with_susceptibility",
+      [](const SoftBody& b, double susceptibility) {
+        check_susceptibility(susceptibility);
+        const py::gil_scoped_release release;
+        return soft_body(b.shape->with_susceptibility(susceptibility), b.saturation, b.pose);
+      },
+      py::arg("susceptibility"),
+      "The same body of another susceptibility >= -1 [1]; what was computed for its shape is used again.");
+  c.def(
       "moved",
       [](const SoftBody& b, const py::object& by) {
         return SoftBody{b.shape, checked_pose(b.pose.position + as_vector<Vec3>(by, "by"), b.pose.orientation),
@@ -92,10 +101,13 @@ void bind_soft_bodies(py::module_& m) {
          double tolerance, int threads) {
         const Vec3 uniform = as_vector<Vec3>(field, "field");
         const Team team = team_of(threads);
+        std::vector<std::string> names;
+        for (std::size_t i = 0; i < soft.size(); ++i) names.push_back("soft[" + std::to_string(i) + "]");
+        for (std::size_t i = 0; i < by.size(); ++i) names.push_back("by[" + std::to_string(i) + "]");
         Induction result;
         {
           const py::gil_scoped_release release;
-          check_apart(soft, by);
+          check_apart(soft, by, names);
           result = induce(team, soft, by, uniform, tolerance);
         }
         return py::make_tuple(result.bodies, result.residual, result.iterations);
@@ -104,7 +116,7 @@ void bind_soft_bodies(py::module_& m) {
   m.def(
       "explicit_response",
       [](const SoftBody& body, double density, const std::vector<MagneticBody>& by, const py::object& field) {
-        return explicit_response(body, density, by, as_vector<Vec3>(field, "field"));
+        return explicit_response(body, explicit_cells(*body.shape, density), by, as_vector<Vec3>(field, "field"));
       },
       py::arg("body"), py::arg("density"), py::arg("by"), py::arg("field"));
 }

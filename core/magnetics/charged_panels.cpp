@@ -46,43 +46,44 @@ void add_table(const FlatPanel& p, std::vector<double>& tables) {
   }
 }
 
+// Field of unit charge on the panel of a table.
+LOOMSTONE_INLINE Lanes3 panel_field(const Lanes3& p, const double* t, double radius) {
+  const Lanes3 away{p.x - t[0], p.y - t[1], p.z - t[2]};
+  const LaneMask beside = dot(away, away) < t[3];
+  Lanes3 h{lanes_all(0.0), lanes_all(0.0), lanes_all(0.0)};
+  for (int c = 0; c < 4; ++c) {
+    const double* q = t + points_at + 4 * c;
+    const Lanes3 r{p.x - q[0], p.y - q[1], p.z - q[2]};
+    const Lanes square = dot(r, r);
+    const Lanes scale = q[3] / (square * lanes_sqrt(square));
+    h.x += scale * r.x;
+    h.y += scale * r.y;
+    h.z += scale * r.z;
+  }
+  if (!lanes_any(beside)) return h;
+  Lanes omega = lanes_all(0.0);
+  for (int c = 0; c < t[4]; ++c) omega += solid_angle(p, t + triangles_at + triangle_stride * c, on_face * radius);
+  const double* normal = t + triangles_at + 9;
+  Lanes3 exact{normal[0] * omega, normal[1] * omega, normal[2] * omega};
+  for (int c = 0; c < t[5]; ++c) {
+    const double* e = t + edges_at + edge_stride * c;
+    const EdgeTerms terms = edge_terms(p, e, on_edge * radius);
+    const Lanes log = lanes_log(terms.sum / terms.defect);
+    exact.x += e[7] * log;
+    exact.y += e[8] * log;
+    exact.z += e[9] * log;
+  }
+  return {lanes_select(beside, exact.x / (4.0 * pi), h.x), lanes_select(beside, exact.y / (4.0 * pi), h.y),
+          lanes_select(beside, exact.z / (4.0 * pi), h.z)};
+}
+
 LOOMSTONE_CLONES void field_kernel(const double* tables, const double* charges, Index panels, double radius,
                                    const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
     Lanes3 sum{lanes_all(0.0), lanes_all(0.0), lanes_all(0.0)};
     for (Index k = 0; k < panels; ++k) {
-      const double* t = tables + stride * static_cast<std::ptrdiff_t>(k);
-      const Lanes3 away{p.x - t[0], p.y - t[1], p.z - t[2]};
-      const LaneMask beside = dot(away, away) < t[3];
-      Lanes3 h{lanes_all(0.0), lanes_all(0.0), lanes_all(0.0)};
-      for (int c = 0; c < 4; ++c) {
-        const double* q = t + points_at + 4 * c;
-        const Lanes3 r{p.x - q[0], p.y - q[1], p.z - q[2]};
-        const Lanes square = dot(r, r);
-        const Lanes scale = q[3] / (square * lanes_sqrt(square));
-        h.x += scale * r.x;
-        h.y += scale * r.y;
-        h.z += scale * r.z;
-      }
-      if (lanes_any(beside)) {
-        Lanes omega = lanes_all(0.0);
-        for (int c = 0; c < t[4]; ++c)
-          omega += solid_angle(p, t + triangles_at + triangle_stride * c, on_face * radius);
-        const double* normal = t + triangles_at + 9;
-        Lanes3 exact{normal[0] * omega, normal[1] * omega, normal[2] * omega};
-        for (int c = 0; c < t[5]; ++c) {
-          const double* e = t + edges_at + edge_stride * c;
-          const EdgeTerms terms = edge_terms(p, e, on_edge * radius);
-          const Lanes log = lanes_log(terms.sum / terms.defect);
-          exact.x += e[7] * log;
-          exact.y += e[8] * log;
-          exact.z += e[9] * log;
-        }
-        h.x = lanes_select(beside, exact.x / (4.0 * pi), h.x);
-        h.y = lanes_select(beside, exact.y / (4.0 * pi), h.y);
-        h.z = lanes_select(beside, exact.z / (4.0 * pi), h.z);
-      }
+      const Lanes3 h = panel_field(p, tables + stride * static_cast<std::ptrdiff_t>(k), radius);
       sum.x += charges[k] * h.x;
       sum.y += charges[k] * h.y;
       sum.z += charges[k] * h.z;
@@ -90,6 +91,20 @@ LOOMSTONE_CLONES void field_kernel(const double* tables, const double* charges, 
     lanes_store(out + i, sum.x);
     lanes_store(out + n + i, sum.y);
     lanes_store(out + 2 * n + i, sum.z);
+  }
+}
+
+// normals: of each point times its area, laid out as the points; adds to rows of `out`, `row_of` each point.
+LOOMSTONE_CLONES void flux_kernel(const double* tables, Index panels, double radius, const double* points,
+                                  const double* normals, Index n, const Index* row_of, double* out) {
+  for (Index i = 0; i < n; i += n_lanes) {
+    const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
+    const Lanes3 a{lanes_load(normals + i), lanes_load(normals + n + i), lanes_load(normals + 2 * n + i)};
+    for (Index k = 0; k < panels; ++k) {
+      const Lanes flux = dot(a, panel_field(p, tables + stride * static_cast<std::ptrdiff_t>(k), radius));
+      for (int lane = 0; lane < n_lanes; ++lane)
+        out[static_cast<std::ptrdiff_t>(row_of[i + lane]) * panels + k] += flux[lane];
+    }
   }
 }
 
@@ -150,6 +165,36 @@ PanelSet::PanelSet(std::vector<FlatPanel> all, int order) : panels(std::move(all
     for (int k = 0; k < panel.corners; ++k) radius = std::max(radius, panel.corner[k].norm());
     add_table(panel, tables);
   }
+}
+
+FluxMatrix panel_fluxes(const Team& team, const PanelSet& on, const RigidPose& pose, const PanelSet& by) {
+  constexpr Index at_once = 8;  // panels: points then come in eights
+  const auto n = static_cast<Index>(on.panels.size());
+  const Mat3 rotation = rotation_matrix(pose.orientation);
+  FluxMatrix fluxes = FluxMatrix::Zero(n, by.panels.size());
+  parallel_for(
+      team, (n + at_once - 1) / at_once,
+      [&](Index block) {
+        const Index first = block * at_once, count = std::min(at_once, n - first) * on.per_panel;
+        const Index padded = (count + n_lanes - 1) / n_lanes * n_lanes;
+        std::vector<double> points(3 * padded), normals(3 * padded, 0.0);
+        std::vector<Index> rows(padded);
+        for (Index i = 0; i < padded; ++i) {
+          const Index sample = first * on.per_panel + std::min(i, count - 1);
+          rows[i] = sample / on.per_panel;
+          const FlatPanel& panel = on.panels[rows[i]];
+          const Vec3 x = pose.position + rotation * on.samples.row(sample).transpose();
+          const Vec3 normal = on.shares[sample] * panel.area * (rotation * panel.normal);
+          for (int c = 0; c < 3; ++c) {
+            points[c * padded + i] = x[c];
+            if (i < count) normals[c * padded + i] = normal[c];
+          }
+        }
+        flux_kernel(by.tables.data(), static_cast<Index>(by.panels.size()), by.radius, points.data(), normals.data(),
+                    padded, rows.data(), fluxes.data());
+      },
+      1);
+  return fluxes;
 }
 
 ChargedPanels::ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges)

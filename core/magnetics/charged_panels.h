@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/base/rotation.h"
 #include "core/magnetics/flat_panels.h"
 #include "core/magnetics/source.h"
 
@@ -12,7 +13,7 @@ namespace loomstone {
 
 // What stays when the charge changes.
 struct PanelSet {
-  static constexpr double near = 5.0;  // in reaches of a panel, from its centre: the rest errs by 1e-5 of its field
+  static constexpr double near = 5.0;  // in reaches of a panel, from its centre: there points err by 2e-4 of its field
 
   // order: points a direction on which fields are sampled.
   PanelSet(std::vector<FlatPanel> panels, int order);
@@ -24,6 +25,11 @@ struct PanelSet {
   double radius = 0.0;         // of the ball about the origin that holds them [m]
   std::vector<double> tables;  // of the kernels
 };
+
+using FluxMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+// Fluxes of unit charge on the panels of `by` (columns) through those of `on` (rows) [m^2], which stands at a pose in the
+// axes of `by`.
+FluxMatrix panel_fluxes(const Team& team, const PanelSet& on, const RigidPose& pose, const PanelSet& by);
 
 class ChargedPanels final : public Source {
  public:

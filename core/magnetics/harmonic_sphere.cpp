@@ -140,6 +140,14 @@ SphereSeries::SphereSeries(int degree) : degree_(degree), turns_(2 * degree + 2)
   gauss_points(rings, cosines_.data(), weights_.data());
   points_.resize(rings * turns_, 3);
   shares_.resize(rings * turns_);
+  waves_.resize(turns_, degree + 1);
+  sines_.resize(turns_, degree + 1);
+  for (int k = 0; k < turns_; ++k)
+    for (int m = 0; m <= degree; ++m) {
+      const double angle = 2.0 * pi * (static_cast<std::ptrdiff_t>(m) * k % turns_) / turns_;
+      waves_(k, m) = std::cos(angle);
+      sines_(k, m) = std::sin(angle);
+    }
   for (int ring = 0; ring < rings; ++ring) {
     const double sine = std::sqrt((1.0 - cosines_[ring]) * (1.0 + cosines_[ring]));
     for (int k = 0; k < turns_; ++k) {
@@ -164,23 +172,20 @@ void SphereSeries::legendre(int ring, std::vector<double>& p) const {
 }
 
 Vector SphereSeries::coefficients(const Vector& values) const {
+  const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> rings(
+      values.data(), cosines_.size(), turns_);
+  const Eigen::MatrixXd real = rings * waves_, imaginary = rings * sines_;
   Vector result = Vector::Zero(size());
   std::vector<double> p;
-  std::vector<Complex> waves(degree_ + 1), turn(turns_);
-  for (int k = 0; k < turns_; ++k) turn[k] = std::polar(1.0, -2.0 * pi * k / turns_);
   for (Index ring = 0; ring < cosines_.size(); ++ring) {
     legendre(ring, p);
-    for (int m = 0; m <= degree_; ++m) {
-      waves[m] = 0.0;
-      for (int k = 0; k < turns_; ++k)
-        waves[m] += values[ring * turns_ + k] * turn[static_cast<std::size_t>(m) * k % turns_];
-      waves[m] *= weights_[ring] / turns_ * (m == 0 ? 0.5 : 1.0);  // of the mean over the sphere, twice for m > 0
-    }
+    const double weight = weights_[ring] / turns_;  // of the mean over the sphere, twice, as is right for m > 0
     for (int l = 1; l <= degree_; ++l) {
-      for (int m = 0; m <= l; ++m) {
-        const Complex value = (2.0 * l + 1.0) * p[place(l, m)] * waves[m];
-        result[slot(l, m)] += value.real();
-        if (m > 0) result[slot(l, m) + 1] += value.imag();
+      result[slot(l, 0)] += 0.5 * (2.0 * l + 1.0) * weight * p[place(l, 0)] * real(ring, 0);
+      for (int m = 1; m <= l; ++m) {
+        const double factor = (2.0 * l + 1.0) * weight * p[place(l, m)];
+        result[slot(l, m)] += factor * real(ring, m);
+        result[slot(l, m) + 1] -= factor * imaginary(ring, m);
       }
     }
   }
@@ -188,23 +193,19 @@ Vector SphereSeries::coefficients(const Vector& values) const {
 }
 
 Vector SphereSeries::values(const Vector& coefficients) const {
-  Vector result(points_.rows());
+  Eigen::MatrixXd real = Eigen::MatrixXd::Zero(cosines_.size(), degree_ + 1), imaginary = real;
   std::vector<double> p;
-  std::vector<Complex> waves(degree_ + 1), turn(turns_);
-  for (int k = 0; k < turns_; ++k) turn[k] = std::polar(1.0, 2.0 * pi * k / turns_);
   for (Index ring = 0; ring < cosines_.size(); ++ring) {
     legendre(ring, p);
-    std::fill(waves.begin(), waves.end(), 0.0);
     for (int l = 1; l <= degree_; ++l)
-      for (int m = 0; m <= l; ++m)
-        waves[m] += p[place(l, m)] * Complex(coefficients[slot(l, m)], coefficients[slot(l, m) + 1]);
-    for (int k = 0; k < turns_; ++k) {
-      double sum = 0.0;
-      for (int m = 0; m <= degree_; ++m) sum += (waves[m] * turn[static_cast<std::size_t>(m) * k % turns_]).real();
-      result[ring * turns_ + k] = sum;
-    }
+      for (int m = 0; m <= l; ++m) {
+        real(ring, m) += p[place(l, m)] * coefficients[slot(l, m)];
+        imaginary(ring, m) += p[place(l, m)] * coefficients[slot(l, m) + 1];
+      }
   }
-  return result;
+  const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> rings =
+      real * waves_.transpose() - imaginary * sines_.transpose();
+  return Eigen::Map<const Vector>(rings.data(), rings.size());
 }
 
 HarmonicSphere::HarmonicSphere(double radius, std::shared_ptr<const SphereSeries> series, Vector coefficients)

@@ -34,6 +34,7 @@ class SphereSeries {
 
   int degree_, turns_;
   Vector cosines_, weights_;
+  Eigen::MatrixXd waves_, sines_;  // cos and sin of m times the azimuths (turns x degree + 1)
   Points points_;
   Vector shares_;
 };

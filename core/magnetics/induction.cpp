@@ -8,16 +8,13 @@
 #include "core/base/error.h"
 #include "core/magnetics/body.h"
 #include "core/magnetics/constants.h"
+#include "core/magnetics/gmres.h"
 
 namespace loomstone {
 
 namespace {
 
 constexpr int most_iterations = 200;
-
-double product(const Team& team, const Points& a, const Points& b) {
-  return parallel_sum(team, static_cast<Index>(a.rows()), [&](Index i) { return a.row(i).dot(b.row(i)); });
-}
 
 }  // namespace
 
@@ -31,54 +28,18 @@ double sphere_polarizability(double radius, double susceptibility) {
 Points induced_moments(const Team& team, const Points& positions, const Vector& polarizabilities, const Points& applied,
                        double tolerance) {
   const Points right = polarizabilities.asDiagonal() * applied;
-  const double size = std::sqrt(product(team, right, right));
-  if (size == 0.0) return right;
-  const auto apply = [&](const Points& m) {
-    const SourcePtr set = std::make_shared<DipoleSet>(positions, m);
-    return Points(m - polarizabilities.asDiagonal() * magnetic_field(team, {{set, {}}}, positions, "B"));
+  const auto rows = [&](const Vector& m) { return Eigen::Map<const Points>(m.data(), positions.rows(), 3); };
+  const auto flat = [](const Points& m) { return Vector(Eigen::Map<const Vector>(m.data(), m.size())); };
+  const auto apply = [&](const Vector& m) {
+    const SourcePtr set = std::make_shared<DipoleSet>(positions, rows(m));
+    return flat(rows(m) - polarizabilities.asDiagonal() * magnetic_field(team, {{set, {}}}, positions, "B"));
   };
-  // Arnoldi vectors, the triangle of their products, and the rotations that made it one.
-  std::vector<Points> basis{right / size};
-  std::vector<Vector> columns;
-  std::vector<double> cosines, sines, rest{size};
-  while (std::abs(rest.back()) > tolerance * size) {
-    const int k = static_cast<int>(columns.size());
-    if (k == most_iterations)
-      throw SolverFailure("spheres that magnetise each other must come to an equilibrium, got a residual of " +
-                          std::to_string(std::abs(rest.back()) / size) + " after " + std::to_string(k) +
-                          " iterations; keep them from lying in one another");
-    Points next = apply(basis[k]);
-    Vector column(k + 2);
-    for (int i = 0; i <= k; ++i) {
-      column[i] = product(team, next, basis[i]);
-      next -= column[i] * basis[i];
-    }
-    column[k + 1] = std::sqrt(product(team, next, next));
-    if (column[k + 1] > 0.0) next /= column[k + 1];
-    for (int i = 0; i < k; ++i) {
-      const double upper = cosines[i] * column[i] + sines[i] * column[i + 1];
-      column[i + 1] = cosines[i] * column[i + 1] - sines[i] * column[i];
-      column[i] = upper;
-    }
-    const double length = std::hypot(column[k], column[k + 1]);
-    cosines.push_back(column[k] / length);
-    sines.push_back(column[k + 1] / length);
-    column[k] = length;
-    rest.push_back(-sines[k] * rest[k]);
-    rest[k] *= cosines[k];
-    columns.push_back(std::move(column));
-    basis.push_back(std::move(next));
-  }
-  const int n = static_cast<int>(columns.size());
-  Points moments = Points::Zero(positions.rows(), 3);
-  std::vector<double> shares(n);
-  for (int i = n - 1; i >= 0; --i) {
-    double value = rest[i];
-    for (int k = i + 1; k < n; ++k) value -= columns[k][i] * shares[k];
-    shares[i] = value / columns[i][i];
-    moments += shares[i] * basis[i];
-  }
-  return moments;
+  const GmresResult solved = gmres(apply, flat(right), tolerance, most_iterations);
+  if (!(solved.residual <= tolerance))
+    throw SolverFailure("spheres that magnetise each other must come to an equilibrium, got a residual of " +
+                        std::to_string(solved.residual) + " after " + std::to_string(solved.iterations) +
+                        " iterations; keep them from lying in one another");
+  return rows(solved.solution);
 }
 
 Points sphere_moments(const Team& team, const Points& positions, const std::vector<double>& radii,

@@ -203,7 +203,9 @@ double energy_integral(const MagneticBody& on, const MagneticBody& by, double to
 
 double magnetic_energy(const MagneticBody& on, const MagneticBody& by, double tolerance) {
   check_tolerance(tolerance);
-  if (!integrate_over_first(on, by)) return energy_integral(by, on, tolerance);
+  // Of induced bodies only the charge is known: the other is integrated over.
+  if (on.source->induced() || (!by.source->induced() && !integrate_over_first(on, by)))
+    return energy_integral(by, on, tolerance);
   return energy_integral(on, by, tolerance);
 }
 

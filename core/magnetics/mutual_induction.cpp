@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/magnetics/cells.h"
+#include "core/magnetics/charged_panels.h"
 #include "core/magnetics/constants.h"
 #include "core/magnetics/gmres.h"
 #include "core/magnetics/harmonic_sphere.h"
@@ -16,6 +17,7 @@ namespace loomstone {
 namespace {
 
 constexpr int most_iterations = 200, most_rounds = 50;
+constexpr std::size_t most_fluxes = 1 << 25;  // between two bodies, a quarter of a gigabyte; beyond, fields are evaluated
 
 Vec3 in_axes(const RigidPose& pose, const Vec3& point) {
   return rotation_matrix(pose.orientation).transpose() * (point - pose.position);
@@ -96,7 +98,10 @@ class Coupling {
     }
     for (std::size_t i = 0; i < soft.size(); ++i)
       for (std::size_t k = 0; k < soft.size(); ++k)
-        if (i != k && sphere_degree_of(*soft[i].shape) > 0 && sphere_degree_of(*soft[k].shape) > 0) add_coaxial(i, k);
+        if (i != k) {
+          if (sphere_degree_of(*soft[i].shape) > 0 && sphere_degree_of(*soft[k].shape) > 0) add_coaxial(i, k);
+          if (soft[i].shape->panels() && soft[k].shape->panels()) add_fluxes(i, k);
+        }
   }
 
   std::vector<Vector> received(const std::vector<MagneticBody>& hard, const Vec3& field) const {
@@ -110,18 +115,21 @@ class Coupling {
     return result;
   }
 
-  // What each body receives from the others' charge.
+  // What each body receives from the others' charge: between panels by their fluxes, between spheres with a common axis by
+  // translation, else by the field.
   std::vector<Vector> received(const std::vector<Vector>& charges) const {
     std::vector<MagneticBody> bodies = placed(charges);
     std::vector<Vector> result;
     for (std::size_t i = 0; i < soft_.size(); ++i) {
       std::vector<MagneticBody> others;
       for (std::size_t k = 0; k < soft_.size(); ++k)
-        if (k != i && !coaxial_.contains({i, k})) others.push_back(bodies[k]);
+        if (k != i && !coaxial_.contains({i, k}) && !fluxes_.contains({i, k})) others.push_back(bodies[k]);
       Vector part = Vector::Zero(charges[i].size());
       if (!others.empty()) part = soft_[i].shape->received(magnetic_field(team_, others, world_[i], "B") * rotations_[i]);
-      for (std::size_t k = 0; k < soft_.size(); ++k)
+      for (std::size_t k = 0; k < soft_.size(); ++k) {
         if (const auto found = coaxial_.find({i, k}); found != coaxial_.end()) found->second.add(charges[k], part);
+        if (const auto found = fluxes_.find({i, k}); found != fluxes_.end()) part.noalias() += found->second * charges[k];
+      }
       result.push_back(std::move(part));
     }
     return result;
@@ -145,11 +153,21 @@ class Coupling {
                                         sphere_degree_of(*a.shape), a.shape->radius()));
   }
 
+  void add_fluxes(std::size_t target, std::size_t source) {
+    const PanelSet &on = *soft_[target].shape->panels(), &by = *soft_[source].shape->panels();
+    if (on.panels.size() * by.panels.size() > most_fluxes) return;
+    const RigidPose &a = soft_[target].pose, &b = soft_[source].pose;
+    const RigidPose relative = {in_axes(b, a.position),
+                                quaternion_product(quaternion_inverse(b.orientation), a.orientation)};
+    fluxes_.emplace(std::pair(target, source), panel_fluxes(team_, on, relative, by));
+  }
+
   const Team& team_;
   const std::vector<SoftBody>& soft_;
   std::vector<Points> world_;
   std::vector<Mat3> rotations_;
   std::map<std::pair<std::size_t, std::size_t>, CoaxialTranslation> coaxial_;
+  std::map<std::pair<std::size_t, std::size_t>, FluxMatrix> fluxes_;
 };
 
 Vector joined(const std::vector<Vector>& parts) {
@@ -231,7 +249,9 @@ Induction induce(const Team& team, const std::vector<SoftBody>& given, const std
                       " rounds; give a larger tolerance");
 }
 
-void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard) {
+void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
+                 const std::vector<std::string>& names) {
+  constexpr double rounding = 1e-6;  // of the size: bodies may touch
   for (std::size_t i = 0; i < soft.size(); ++i) {
     const Points& samples = soft[i].shape->samples();
     Points world(samples.rows(), 3);
@@ -243,11 +263,11 @@ void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBo
       bool overlap = false;
       if (other.source->box())
         for (Eigen::Index k = 0; k < world.rows() && !overlap; ++k)
-          overlap = other.source->depth(in_axes(other.pose, world.row(k).transpose())) > 1e-9 * size;
+          overlap = other.source->depth(in_axes(other.pose, world.row(k).transpose())) > rounding * size;
       // The other way round: what has no inside, or lies within, by its own centre or dipoles.
       const SourcePtr solid = soft[i].shape->solid();
       const auto inside = [&](const Vec3& point) {
-        return solid->depth(in_axes(soft[i].pose, point)) > 1e-9 * soft[i].shape->radius();
+        return solid->depth(in_axes(soft[i].pose, point)) > rounding * soft[i].shape->radius();
       };
       if (other.source->box()) {
         overlap = overlap || inside(other.pose.position);
@@ -256,22 +276,26 @@ void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBo
           overlap = inside(other.pose.position +
                            rotation_matrix(other.pose.orientation) * set->positions().row(k).transpose());
       }
-      if (overlap) throw InvalidInput("soft[" + std::to_string(i) + "] must lie apart from all others, got one that overlaps " + name);
+      if (overlap)
+        throw InvalidInput(names[i] + " must lie apart from all others, as it magnetises, got one that overlaps " + name);
     };
-    for (std::size_t k = 0; k < hard.size(); ++k) check(hard[k], "by[" + std::to_string(k) + "]");
+    for (std::size_t k = 0; k < hard.size(); ++k) check(hard[k], names[soft.size() + k]);
     for (std::size_t k = 0; k < soft.size(); ++k)
-      if (k != i) check({soft[k].shape->solid(), soft[k].pose}, "soft[" + std::to_string(k) + "]");
+      if (k != i) check({soft[k].shape->solid(), soft[k].pose}, names[k]);
   }
 }
 
-MagneticBody explicit_response(const SoftBody& body, double density, const std::vector<MagneticBody>& hard,
+Points explicit_cells(const SoftShape& shape, double density) {
+  return CellMagnet(*shape.solid(), density, 3.0).dipoles()->positions();
+}
+
+MagneticBody explicit_response(const SoftBody& body, const Points& local, const std::vector<MagneticBody>& hard,
                                const Vec3& field) {
-  const CellMagnet cells(*body.shape->solid(), density, 3.0);
-  const Points& local = cells.dipoles()->positions();
   Points world(local.rows(), 3);
   place_points(body.pose, local, world);
   Points b = magnetic_field(Team{}, hard, world, "B");
   b.rowwise() += field.transpose();
+  if (body.saturation > 0.0) throw InvalidInput("saturation must be 0 [T] where the response is explicit");
   const double chi = body.shape->susceptibility();
   const double share = chi == -1.0 ? -1.0 : chi > 1.0 ? 3.0 / (3.0 / chi + 1.0) : 3.0 * chi / (3.0 + chi);
   const double volume = body.shape->volume() / static_cast<double>(local.rows());

@@ -2,6 +2,7 @@
 // the answer of one body, known, and G_ij the field of one's charge at another, solved by GMRES on all bodies at once.
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "core/magnetics/soft_body.h"
@@ -26,12 +27,15 @@ struct Induction {
 Induction induce(const Team& team, const std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
                  const Vec3& field, double tolerance);
 
-// Throws InvalidInput naming the first soft body that lies in another or in a magnet.
-void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard);
+// Throws InvalidInput naming the first soft body that lies in another or in a magnet; names: of the soft, then of the hard ones.
+void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
+                 const std::vector<std::string>& names);
 
-// The thesis' explicit response: cells of `density` [1/m^3] that each answer as a sphere, (6.17), or with M = -B / mu0 in a
-// superconductor (6.18), to the field of the permanent magnets and the uniform one alone.
-MagneticBody explicit_response(const SoftBody& body, double density, const std::vector<MagneticBody>& hard,
+// The thesis' explicit response: cells that each answer as a sphere, (6.17), or with M = -B / mu0 in a superconductor (6.18),
+// to the field of the permanent magnets and the uniform one alone.
+MagneticBody explicit_response(const SoftBody& body, const Points& cells, const std::vector<MagneticBody>& hard,
                                const Vec3& field);
+// The cells (n x 3) of a density [1/m^3], of equal volume.
+Points explicit_cells(const SoftShape& shape, double density);
 
 }  // namespace loomstone

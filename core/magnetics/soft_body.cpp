@@ -118,6 +118,7 @@ class SoftPanels final : public SoftShape {
       for (const FlatPanel& panel : grid.panels) sum += grid.share * received[at++] * panel.centre;
     return sum / form_->volume;
   }
+  std::shared_ptr<const PanelSet> panels() const override { return form_->set; }
   double volume() const override { return form_->volume; }
   double radius() const override { return form_->set->radius; }
   SourcePtr solid() const override { return form_->solid; }

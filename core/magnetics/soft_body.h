@@ -8,6 +8,8 @@
 
 namespace loomstone {
 
+struct PanelSet;
+
 class SoftShape {
  public:
   virtual ~SoftShape() = default;
@@ -24,6 +26,7 @@ class SoftShape {
   virtual double radius() const = 0;  // of the ball about the origin that holds the body [m]
   // The same body as a hard magnet of 1 T along z, for questions about its form.
   virtual SourcePtr solid() const = 0;
+  virtual std::shared_ptr<const PanelSet> panels() const { return nullptr; }  // that carry the charge, if it is panels
   virtual double susceptibility() const = 0;
   virtual std::shared_ptr<const SoftShape> with_susceptibility(double susceptibility) const = 0;
 };

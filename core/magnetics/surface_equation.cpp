@@ -94,11 +94,12 @@ double flux_by_points(const PointsOf& on, const Vec3& normal, const PointsOf& by
   return sum / (4.0 * pi);
 }
 
-// (1/chi + 1/2) areas - flux + areas areas^T / (whole area), if it carries net charge.
+// (1/chi + 1/2) areas - flux +- areas areas^T / (whole area), if it carries net charge: with the sign of chi, as the sum over
+// all panels is then (1/chi +- 1) times the net charge, which vanishes nowhere.
 DenseMatrix equation(const DenseMatrix& flux, const Vector& areas, double susceptibility, double whole) {
   DenseMatrix matrix = -flux;
   matrix.diagonal() += (1.0 / susceptibility + 0.5) * areas;
-  if (whole > 0.0) matrix += areas * areas.transpose() / whole;
+  if (whole > 0.0) matrix += std::copysign(1.0 / whole, susceptibility) * areas * areas.transpose();
   return matrix;
 }
 

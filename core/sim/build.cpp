@@ -104,6 +104,7 @@ void build(const Scene& scene, Model& model, State& state) {
   build_coils(scene, model);
   build_collision(scene, model);
   check_scripts(model, state);
+  check_magnets(model, state);
   check_start(model, state);
   state.tangled = scene.allow_initial_intersections;
 }

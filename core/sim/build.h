@@ -20,6 +20,7 @@ void build_bodies(const Scene& scene, Model& model, State& state);
 
 // Magnets on bodies and obstacles, and the field they feel.
 void build_magnets(const Scene& scene, Model& model);
+void check_magnets(const Model& model, const State& state);  // where they begin
 
 // Coils on bodies and obstacles, and bearings.
 void build_coils(const Scene& scene, Model& model);

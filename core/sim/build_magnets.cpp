@@ -1,13 +1,16 @@
 // Magnets on bodies and obstacles.
+#include <algorithm>
 #include <cmath>
 
 #include "core/base/error.h"
 #include "core/magnetics/axisymmetric.h"
 #include "core/magnetics/cells.h"
 #include "core/magnetics/induction.h"
+#include "core/magnetics/mutual_induction.h"
 #include "core/magnetics/polyhedron.h"
 #include "core/magnetics/sphere.h"
 #include "core/sim/build.h"
+#include "core/sim/motion.h"
 
 namespace loomstone {
 
@@ -39,9 +42,17 @@ void check_shape(const Magnet& magnet, const std::string& where) {
   const bool induced = magnet.susceptibility != 0.0;
   require(!induced || magnet.polarization.isZero(0.0),
           where + ".polarization must be zero where susceptibility is given: a magnet is hard or soft");
-  if (induced && !sphere) throw Unsupported(where + ".susceptibility is that of spheres, got shape " + magnet.shape);
+  if (induced && (cylinder || dipole))
+    throw Unsupported(where + ".susceptibility is that of spheres, cuboids and meshes, got shape " + magnet.shape);
   require(!induced || magnet.engine == "accurate", where + ".engine must be accurate with a susceptibility");
-  require(!induced || magnet.radius > 0.0, where + ".radius must be > 0 [m] with a susceptibility");
+  const bool cells = magnet.response == "explicit";
+  require(cells || magnet.response == "mutual",
+          where + ".response must be mutual or explicit, got \"" + magnet.response + "\"");
+  require(induced || (!cells && magnet.saturation == 0.0 && magnet.resolution == 0),
+          where + ".response, saturation and resolution belong to a susceptibility; leave them out");
+  require(magnet.saturation == 0.0 || (magnet.susceptibility > 0.0 && !cells),
+          where + ".saturation must be 0 [T] unless susceptibility is > 0 and response mutual");
+  require(!cells || magnet.resolution == 0, where + ".resolution belongs to the mutual response; leave it out");
   require(induced || !magnet.polarization.isZero(0.0) || !magnet.moment.isZero(0.0),
           where + (dipole ? ".moment must not be zero [A m^2]" : ".polarization must not be zero [T]") +
               "; leave the magnet out");
@@ -51,9 +62,10 @@ void check_shape(const Magnet& magnet, const std::string& where) {
               std::to_string(magnet.orientation.norm()));
   require(magnet.engine == "accurate" || magnet.engine == "cells",
           where + ".engine must be accurate or cells, got \"" + magnet.engine + "\"");
-  require(magnet.engine == "cells" || magnet.density == 0.0, where + ".density belongs to engine cells; leave it out");
-  require(magnet.engine != "cells" || magnet.density > 0.0,
-          where + ".density must be > 0 [1/m^3] with engine cells; 8e6 is eight cells a cubic centimetre");
+  require(magnet.engine == "cells" || cells || magnet.density == 0.0,
+          where + ".density belongs to engine cells and to the explicit response; leave it out");
+  require((magnet.engine != "cells" && !cells) || magnet.density > 0.0,
+          where + ".density must be > 0 [1/m^3] for cells; 8e6 is eight cells a cubic centimetre");
   require(magnet.engine != "cells" || !dipole, where + ".engine must be accurate for a dipole, which has no cells");
 }
 
@@ -68,6 +80,28 @@ SourcePtr source_of(const Magnet& magnet, const TriangleMesh& carrier, RigidPose
   const MagneticBody body = make_mesh_magnet(magnet.mesh ? *magnet.mesh : carrier, magnet.polarization);
   pose.position += rotation_matrix(pose.orientation) * body.pose.position;
   return body.source;
+}
+
+// A body that magnetises: spheres as point dipoles unless something more is asked for.
+void carry_soft(const Magnet& magnet, const TriangleMesh& carrier, Model::Carried& carried) {
+  const Team one;
+  const double chi = magnet.susceptibility;
+  const bool cells = magnet.response == "explicit";
+  carried.saturation = magnet.saturation;
+  if (magnet.shape == "sphere") {
+    carried.soft = soft_sphere(magnet.radius, chi, std::max(magnet.resolution, 1));  // checks
+    carried.radius = magnet.radius;
+    carried.polarizability = sphere_polarizability(magnet.radius, chi);
+    if (magnet.resolution <= 1 && !cells && magnet.saturation == 0.0) carried.soft = nullptr;
+  } else if (magnet.shape == "cuboid") {
+    carried.soft = soft_cuboid(one, magnet.size, chi, magnet.resolution == 0 ? 8 : magnet.resolution);
+  } else {
+    const SoftMesh made =
+        soft_mesh(one, magnet.mesh ? *magnet.mesh : carrier, chi, magnet.resolution == 0 ? 500 : magnet.resolution);
+    carried.soft = made.shape;
+    carried.local.position += rotation_matrix(carried.local.orientation) * made.pose.position;
+  }
+  if (cells) carried.cells = explicit_cells(*carried.soft, magnet.density);
 }
 
 // How far north a point of the carrier is in its nearest magnet, -1 ... 1 along the moment; 0 away from hard magnets.
@@ -125,8 +159,7 @@ void build_magnets(const Scene& scene, Model& model) {
     if (moves) carried.local.position -= model.body_mass[carrier].centre;
     try {
       if (magnet.susceptibility != 0.0) {
-        carried.radius = magnet.radius;
-        carried.polarizability = sphere_polarizability(magnet.radius, magnet.susceptibility);
+        carry_soft(magnet, mesh, carried);
         model.magnets.push_back(std::move(carried));
         continue;
       }
@@ -138,7 +171,37 @@ void build_magnets(const Scene& scene, Model& model) {
     }
     model.magnets.push_back(std::move(carried));
   }
+  const auto panels = [](const Model::Carried& carried) { return carried.soft != nullptr; };
+  if (std::any_of(model.magnets.begin(), model.magnets.end(), panels)) {
+    for (std::size_t i = 0; i < model.magnets.size(); ++i) {
+      Model::Carried& carried = model.magnets[i];
+      if (!carried.source && !carried.soft)
+        carried.soft = soft_sphere(carried.radius, scene.magnets[i].susceptibility, 1);
+    }
+  }
   if (!scene.magnets.empty()) build_poles(scene, model);
+}
+
+void check_magnets(const Model& model, const State& state) {
+  std::vector<SoftBody> soft;
+  std::vector<MagneticBody> hard;
+  std::vector<std::string> soft_names, hard_names;
+  for (std::size_t i = 0; i < model.magnets.size(); ++i) {
+    const Model::Carried& magnet = model.magnets[i];
+    if (!magnet.source && !magnet.soft) continue;
+    const RigidPose carrier = magnet.carrier < model.n_bodies()
+                                  ? body_pose(state.rigid, magnet.carrier)
+                                  : obstacle_pose(model, state, magnet.carrier - model.n_bodies(), 0.0, 1.0);
+    const RigidPose pose = {carrier.position + rotation_matrix(carrier.orientation) * magnet.local.position,
+                            quaternion_product(carrier.orientation, magnet.local.orientation)};
+    (magnet.soft ? soft_names : hard_names).push_back("magnets[" + std::to_string(i) + "]");
+    if (magnet.soft)
+      soft.push_back({magnet.soft, pose, magnet.saturation});
+    else
+      hard.push_back({magnet.source, pose});
+  }
+  soft_names.insert(soft_names.end(), hard_names.begin(), hard_names.end());
+  check_apart(soft, hard, soft_names);
 }
 
 }  // namespace loomstone

@@ -43,7 +43,7 @@ std::vector<MagneticBody> magnets_of_frame(const Team& team, const Model& model,
   std::vector<MagneticBody> magnets = MagneticMotion(model).placed(team, state, obstacles);
   for (std::size_t i = 0; i < magnets.size(); ++i) {
     const double radius = model.magnets[i].radius;  // of what has no source of its own
-    if (model.magnets[i].source) continue;
+    if (model.magnets[i].source || model.magnets[i].soft) continue;
     const Vec3 polarization = mu0 / (4.0 / 3.0 * pi * radius * radius * radius) * magnets[i].moment();
     magnets[i].source = std::make_shared<Sphere>(radius, polarization);
   }

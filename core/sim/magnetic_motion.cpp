@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/magnetics/induction.h"
+#include "core/magnetics/mutual_induction.h"
 
 namespace loomstone {
 
@@ -24,21 +25,49 @@ MagneticMotion::MagneticMotion(const Model& model) : model_(model), currents_(mo
     const Model::Carried& magnet = model.magnets[i];
     groups_.push_back(std::min(magnet.carrier, model.n_bodies()));
     (magnet.source ? hard_ : induced_).push_back(static_cast<Index>(i));
-    coarse_.push_back(magnet.source ? coarse_magnet(*magnet.source)
-                                    : CoarseMagnet{Points::Zero(1, 3), 0.0, 2.0 * magnet.radius});
+    if (magnet.source || magnet.soft)
+      coarse_.push_back(coarse_magnet(magnet.source ? *magnet.source : *magnet.soft->solid()));
+    else
+      coarse_.push_back(CoarseMagnet{Points::Zero(1, 3), 0.0, 2.0 * magnet.radius});
+    soft_ |= magnet.soft != nullptr;
   }
   polarizabilities_.resize(induced_.size());
   for (std::size_t k = 0; k < induced_.size(); ++k) polarizabilities_[k] = model.magnets[induced_[k]].polarizability;
 }
 
+std::vector<MagneticBody> MagneticMotion::hard(const std::vector<MagneticBody>& magnets) const {
+  std::vector<MagneticBody> result;
+  for (const Index i : hard_) result.push_back(magnets[i]);
+  return result;
+}
+
 Points MagneticMotion::applied_field(const Team& team, const std::vector<MagneticBody>& magnets) const {
-  std::vector<MagneticBody> hard;
-  for (const Index i : hard_) hard.push_back(magnets[i]);
   Points x(induced_.size(), 3);
   for (std::size_t k = 0; k < induced_.size(); ++k) x.row(k) = magnets[induced_[k]].pose.position.transpose();
-  Points field = magnetic_field(team, hard, x, "B");
+  Points field = magnetic_field(team, hard(magnets), x, "B");
   field.rowwise() += model_.scene.magnetic_field.transpose();
   return field;
+}
+
+// Bodies that answer explicitly take no part in the others' magnetisation.
+void MagneticMotion::place_soft(const Team& team, std::vector<MagneticBody>& magnets) const {
+  const std::vector<MagneticBody> by = hard(magnets);
+  std::vector<SoftBody> mutual;
+  std::vector<Index> rows;
+  for (const Index i : induced_) {
+    const Model::Carried& magnet = model_.magnets[i];
+    const SoftBody body{magnet.soft, magnets[i].pose, magnet.saturation};
+    if (magnet.cells.rows() > 0) {
+      magnets[i] = explicit_response(body, magnet.cells, by, model_.scene.magnetic_field);
+      continue;
+    }
+    mutual.push_back(body);
+    rows.push_back(i);
+  }
+  if (mutual.empty()) return;
+  const double tolerance = std::min(1e-6, 1e-2 * model_.scene.magnetic_tolerance);
+  const Induction induced = induce(team, mutual, by, model_.scene.magnetic_field, tolerance);
+  for (std::size_t k = 0; k < rows.size(); ++k) magnets[rows[k]] = induced.bodies[k];
 }
 
 std::vector<MagneticBody> MagneticMotion::placed(const Team& team, const RigidState& state,
@@ -52,6 +81,10 @@ std::vector<MagneticBody> MagneticMotion::placed(const Team& team, const RigidSt
                        quaternion_product(carrier.orientation, magnet.local.orientation)}});
   }
   if (induced_.empty()) return bodies;
+  if (soft_) {
+    place_soft(team, bodies);
+    return bodies;
+  }
   Points x(induced_.size(), 3);
   for (std::size_t k = 0; k < induced_.size(); ++k) x.row(k) = bodies[induced_[k]].pose.position.transpose();
   const Points moments = induced_moments(team, x, polarizabilities_, applied_field(team, bodies),
@@ -90,16 +123,23 @@ std::vector<Wrench> MagneticMotion::wrenches(const Team& team, const RigidState&
 double MagneticMotion::energy(const Team& team, const RigidState& state,
                               const std::vector<RigidPose>& obstacles) const {
   const std::vector<MagneticBody> magnets = placed(team, state, obstacles);
-  std::vector<MagneticBody> hard;
+  const std::vector<MagneticBody> hard = this->hard(magnets);
   std::vector<Index> groups;
   double total = 0.0;
   for (const Index i : hard_) {
-    hard.push_back(magnets[i]);
     groups.push_back(groups_[i]);
     total -= magnets[i].moment().dot(model_.scene.magnetic_field);
   }
   total += magnetic_energy(team, hard, model_.scene.magnetic_tolerance, groups);
   if (induced_.empty()) return total;
+  if (soft_) {
+    for (const Index i : induced_) {
+      total -= 0.5 * magnets[i].moment().dot(model_.scene.magnetic_field);
+      for (const MagneticBody& by : hard)
+        total += 0.5 * magnetic_energy(by, magnets[i], model_.scene.magnetic_tolerance);
+    }
+    return total;
+  }
   const Points applied = applied_field(team, magnets);
   for (std::size_t k = 0; k < induced_.size(); ++k)
     total -= 0.5 * magnets[induced_[k]].moment().dot(applied.row(k).transpose());
@@ -115,7 +155,13 @@ double MagneticMotion::frequency(const RigidState& state, const std::vector<Magn
   std::vector<RigidPose> poses;
   for (const MagneticBody& magnet : magnets) poses.push_back(magnet.pose);
   // An induced moment changes on the way as well: of forces like r^-7 the derivative is 7/4 of that of r^-4.
-  for (const Index i : induced_) coarse[i].moment = 1.75 * magnets[i].moment().norm();
+  // Charge on a surface acts as its absolute value does, also where the whole moment is small.
+  for (const Index i : induced_) {
+    double moment = magnets[i].source->induced() ? 0.0 : magnets[i].moment().norm();
+    for (const PanelSample& sample : magnets[i].source->charges())
+      moment += std::abs(sample.charge) * sample.position.norm();
+    coarse[i].moment = 1.75 * moment / static_cast<double>(coarse[i].positions.rows());
+  }
   return std::sqrt(largest_frequency2(coarse, poses, groups_, carriers, model_.scene.magnetic_field.norm()));
 }
 

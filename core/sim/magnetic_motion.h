@@ -43,6 +43,8 @@ class MagneticMotion {
  private:
   std::vector<Wrench> wrenches(const Team& team, const RigidState& state, const std::vector<MagneticBody>& magnets) const;
   double frequency(const RigidState& state, const std::vector<MagneticBody>& magnets) const;
+  std::vector<MagneticBody> hard(const std::vector<MagneticBody>& magnets) const;
+  void place_soft(const Team& team, std::vector<MagneticBody>& magnets) const;
   // Flux density at the induced spheres but for their own [T], and their places in the list of magnets.
   Points applied_field(const Team& team, const std::vector<MagneticBody>& magnets) const;
 
@@ -52,7 +54,8 @@ class MagneticMotion {
   std::vector<Index> groups_;          // carrier of each magnet, one number for all obstacles
   std::vector<CoarseMagnet> coarse_;
   std::vector<Index> hard_, induced_;  // places in the list of magnets
-  Vector polarizabilities_;            // of the induced ones
+  Vector polarizabilities_;            // of the induced ones, where they are dipoles
+  bool soft_ = false;                  // the induced ones are not just dipoles
 };
 
 }  // namespace loomstone

@@ -9,7 +9,7 @@
 #include "core/base/types.h"
 #include "core/cloth/cloth_model.h"
 #include "core/collision/collision_model.h"
-#include "core/magnetics/source.h"
+#include "core/magnetics/soft_body.h"
 #include "core/rigid/rigid_body.h"
 #include "core/sim/scene.h"
 
@@ -30,6 +30,9 @@ struct Model {
   struct Carried {                               // magnet
     SourcePtr source;                            // none: induced
     double radius = 0.0, polarizability = 0.0;   // of an induced sphere [m], [A m^2/T]
+    SoftShapePtr soft;                           // of induced bodies, unless all are spheres taken as point dipoles
+    double saturation = 0.0;                     // of it [T]
+    Points cells;                                // where it answers explicitly [m]
     RigidPose local;                             // body: from its centre; obstacle: from the mesh's origin; mesh axes
     Index carrier = 0;                           // body, or number of bodies plus obstacle
   };

@@ -107,6 +107,9 @@ struct Magnet {
   Vec3 polarization = Vec3::Zero();
   Vec3 moment = Vec3::Zero();
   double susceptibility = 0.0;
+  double saturation = 0.0;
+  int resolution = 0;
+  std::string response = "mutual";
   std::string engine = "accurate";
   double density = 0.0;
 
@@ -125,9 +128,13 @@ struct Magnet {
         field("polarization", &M::polarization, "(3) J = mu0 M in the magnet's axes, fixed to it [T]; not of a dipole"),
         field("moment", &M::moment, "(3) of a dipole in the magnet's axes [A m^2]"),
         field("susceptibility", &M::susceptibility, "1", Limits{-1.0, std::numeric_limits<double>::infinity(), false, true},
-              "chi of a sphere that magnetises in the field it is in, instead of a polarization: > 0 soft iron, < 0 diamagnetic, -1 superconducting; taken as a point dipole"),
+              "chi of a sphere, cuboid or mesh that magnetises in the field it is in, instead of a polarization: > 0 soft iron, < 0 diamagnetic, -1 superconducting"),
+        field("saturation", &M::saturation, "T", non_negative(), "mu0 M_s with a susceptibility > 0, followed in the means over the body; 0: none"),
+        field("resolution", &M::resolution, "1", between(0, 8000),
+              "with a susceptibility: degree of the harmonics of a sphere (1: a point dipole), cells along each edge of a cuboid (a multiple of 4 from 8 to 48), least number of panels of a mesh; 0: 1, 8 or 500"),
+        field("response", &M::response, "with a susceptibility: mutual, to the field of all others | explicit, the thesis' own way: cells of `density` that answer as lone spheres, to permanent magnets alone"),
         field("engine", &M::engine, "accurate: exact fields, forces to magnetic_tolerance | cells: dipole cells, fast and rough"),
-        field("density", &M::density, "1/m^3", non_negative(), "of cells, where engine is cells"));
+        field("density", &M::density, "1/m^3", non_negative(), "of cells, where engine is cells or response is explicit"));
   }
 };
 
