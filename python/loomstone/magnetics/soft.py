@@ -97,7 +97,7 @@ def induce(
     >>> magnet = ls.magnetics.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1)).moved((0, 0, 0.02))
     >>> induced = ls.magnetics.induce(ball, by=magnet)
     >>> print(f"{ls.magnetics.force(on=induced.bodies[0], by=magnet).force[2]:.3f} N")
-    2.046 N
+    1.314 N
     """
     bodies = [soft] if isinstance(soft, SoftBody) else list(soft)
     if response == "explicit":
