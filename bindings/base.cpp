@@ -78,6 +78,9 @@ void each_number(Visit&& visit) {
         "root mean square over free vertices in contact, over the whole step [m/s^2]");
   visit("limit_sweeps", &Class::limit_sweeps, "sweeps of strain limiting");
   visit("rate_sweeps", &Class::rate_sweeps, "sweeps of strain-rate limiting");
+  visit("limit_rounds", &Class::limit_rounds, "certifications in turn with strain limiting; 1: limits held after the first");
+  visit("limit_retreats", &Class::limit_retreats,
+        "of these, those after cloth went back towards the start of the step because limits and contacts did not agree");
   visit("limit_evaluations", &Class::limit_evaluations, "elements whose strain was computed in the sweeps of strain limiting");
   visit("limit_excess", &Class::limit_excess, "largest strain beyond its limit right after limiting [1]");
   visit("weft_excess", &Class::weft_excess, "largest strain along weft beyond its limit at the end of the step [1]");
@@ -85,6 +88,11 @@ void each_number(Visit&& visit) {
   visit("shear_excess", &Class::shear_excess, "largest shear strain beyond its limit at the end of the step [1]");
   visit("beyond_limit", &Class::beyond_limit, "elements beyond a limit by more than the tolerance at the end of the step");
   visit("worst_element", &Class::worst_element, "the one most beyond its limit, all cloths end to end; -1: none");
+  visit("broken_limits", &Class::broken_limits,
+        "elements beyond a limit by more than 0.01 (a fifth of limits below 0.05); see sim.broken_limits");
+  visit("weft_strain", &Class::weft_strain, "largest strain U - I along weft of all triangles, limited or not [1]");
+  visit("warp_strain", &Class::warp_strain, "the same along warp [1]");
+  visit("shear_strain", &Class::shear_strain, "largest shear strain, e12 of U - I, of either sign [1]");
   visit("max_stretch", &Class::max_stretch, "largest principal stretch of any triangle [1]");
   visit("kinetic_energy", &Class::kinetic_energy, "[J]");
   visit("membrane_energy", &Class::membrane_energy, "[J]");

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <sstream>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include <pybind11/eigen.h>
@@ -19,6 +20,8 @@ namespace loomstone {
 
 namespace py = pybind11;
 
+struct BrokenLimit;
+
 void bind_base(py::module_& m);
 void bind_mesh(py::module_& m);
 void bind_parallel(py::module_& m);
@@ -31,6 +34,9 @@ void bind_collision(py::module_& m);
 void bind_cache(py::module_& m);
 void bind_renderer(py::module_& m);
 void bind_simulation(py::module_& m);
+
+// (element, "weft" | "warp" | "shear", excess); see strain_limiter.h.
+std::vector<std::tuple<Index, std::string, double>> named(const std::vector<BrokenLimit>& broken);
 
 // A read-only numpy view of a vector that lives as long as `owner`.
 template <class T>

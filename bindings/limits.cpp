@@ -78,6 +78,13 @@ std::pair<Points, LimitReport> limited(const py::object& points, const TriangleM
 
 }  // namespace
 
+std::vector<std::tuple<Index, std::string, double>> named(const std::vector<BrokenLimit>& broken) {
+  constexpr const char* modes[] = {"weft", "warp", "shear"};
+  std::vector<std::tuple<Index, std::string, double>> result;
+  for (const BrokenLimit& each : broken) result.emplace_back(each.element, modes[each.mode], each.excess);
+  return result;
+}
+
 void bind_limits(py::module_& m) {
   py::class_<LimitReport> c(m, "LimitReport", "What strain limiting did, and what it left.");
   c.def_readonly("sweeps", &LimitReport::sweeps, "sweeps over the elements, or over the active ones");
@@ -85,6 +92,10 @@ void bind_limits(py::module_& m) {
   c.def_readonly("excess", &LimitReport::excess, "largest strain beyond its limit along weft, warp and in shear [1]");
   c.def_readonly("beyond", &LimitReport::beyond, "elements beyond a limit by more than the tolerance");
   c.def_readonly("worst", &LimitReport::worst, "the element most beyond its limits; -1: none");
+  c.def_property_readonly(
+      "broken", [](const LimitReport& r) { return named(r.broken); },
+      "(element, \"weft\" | \"warp\" | \"shear\", excess) of all that is beyond a limit by more than 0.01 (a fifth of limits below\n"
+      "0.05), the worst first");
   c.def("__repr__", [](const LimitReport& r) {
     return "LimitReport(sweeps=" + std::to_string(r.sweeps) + ", evaluations=" + std::to_string(r.evaluations) +
            ", excess=" + py::str(py::cast(r.excess)).cast<std::string>() + ", beyond=" + std::to_string(r.beyond) +

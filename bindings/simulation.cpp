@@ -2,6 +2,7 @@
 #include "core/sim/simulation.h"
 
 #include "bindings/bindings.h"
+#include "core/cloth/strain_limiter.h"
 #include "core/sim/state.h"
 
 namespace loomstone {
@@ -138,6 +139,9 @@ void bind_simulation(py::module_& m) {
   c.def_property_readonly("forced_pairs", &S::forced_pairs,
                           "Pairs of triangles, all surfaces end to end, that the last step had to leave intersecting because\n"
                           "what moves by script left the cloth no room.");
+  c.def_property_readonly("broken_limits", [](const S& self) { return named(self.broken_limits()); },
+                          "(triangle, \"weft\" | \"warp\" | \"shear\", excess) of all that the last step left beyond a limit of strain by\n"
+                          "more than 0.01 (a fifth of limits below 0.05), the worst first; triangles of all cloths end to end.");
   c.def("intersecting_pairs", &S::intersecting_pairs, released,
         "Pairs of triangles that intersect now, all surfaces end to end.");
 }

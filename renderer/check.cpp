@@ -77,7 +77,7 @@ void check_options(const RenderOptions& options, int most_samples, int most_pixe
   check_name("pattern", options.pattern, {"weave", "checker", "plain"});
   std::vector<std::string> fields = {"cloth"};
   fields.insert(fields.end(), scalar_field_names().begin(), scalar_field_names().end());
-  check_name("color_by", options.color_by, fields);
+  for (const std::string& row : picture_rows(options.color_by)) check_name("color_by", row, fields);
   check_name("color_map", options.color_map, color_map_names());
   if (options.color_low > options.color_high)
     throw InvalidInput("render.color_low must be at most color_high, got " + std::to_string(options.color_low) +
@@ -114,14 +114,16 @@ void check_frame(const FrameTopology& topology, const RenderOptions& options, co
   check_rows("body_positions", frame.body_positions.rows(), static_cast<Index>(topology.body_of_vertex.size()));
   check_finite("positions", frame.positions);
   check_finite("body_positions", frame.body_positions);
-  if (options.color_by == "contact") check_rows("contact", static_cast<Index>(frame.contact.size()), n);
-  if (options.color_by == "stretch") {
-    check_rows("stretch", static_cast<Index>(frame.stretch.size()), m);
-    if (!frame.stretch.allFinite()) throw InvalidInput("stretch of a frame must be finite");
-  }
-  if (options.color_by.rfind("strain", 0) == 0) {
-    check_rows("strain", frame.strain.rows(), m);
-    check_finite("strain", frame.strain);
+  for (const std::string& row : picture_rows(options.color_by)) {
+    if (row == "contact") check_rows("contact", static_cast<Index>(frame.contact.size()), n);
+    if (row == "stretch") {
+      check_rows("stretch", static_cast<Index>(frame.stretch.size()), m);
+      if (!frame.stretch.allFinite()) throw InvalidInput("stretch of a frame must be finite");
+    }
+    if (row.rfind("strain", 0) == 0) {
+      check_rows("strain", frame.strain.rows(), m);
+      check_finite("strain", frame.strain);
+    }
   }
 }
 

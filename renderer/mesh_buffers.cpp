@@ -11,7 +11,7 @@
 namespace loomstone {
 namespace {
 
-constexpr int floats_per_vertex = 9;   // position 3, normal 3, uv 2, value 1
+constexpr int floats_per_vertex = 10;   // position 3, normal 3, uv 2, values 2
 
 // Rows of triangles ordered by part, and where each part begins. Parts that `keep` refuses get no rows.
 template <class Keep>
@@ -148,9 +148,9 @@ namespace {
 
 void describe_vertices(const GL& gl) {
   const GLsizei stride = floats_per_vertex * sizeof(float);
-  const int sizes[] = {3, 3, 2, 1};
+  const int sizes[] = {3, 3, 2, 1, 1};
   std::size_t offset = 0;
-  for (GLuint attribute = 0; attribute < 4; ++attribute) {
+  for (GLuint attribute = 0; attribute < 5; ++attribute) {
     gl.EnableVertexAttribArray(attribute);
     gl.VertexAttribPointer(attribute, sizes[attribute], GL_FLOAT, GL_FALSE, stride,
                            reinterpret_cast<const void*>(offset));
@@ -183,7 +183,7 @@ MeshBuffers::MeshBuffers(const GL& gl, const DrawnMesh& mesh, bool with_edges)
                 mesh.triangles.data(), GL_STATIC_DRAW);
 }
 
-void MeshBuffers::update(const Points& positions, const Vector& values) {
+void MeshBuffers::update(const Points& positions, const Vector& values, const Vector& others) {
   const Points normals = shading_normals(mesh_, positions);
   floats_.resize(mesh_.vertex.size() * floats_per_vertex);
   float* out = floats_.data();
@@ -196,6 +196,7 @@ void MeshBuffers::update(const Points& positions, const Vector& values) {
     out[6] = mesh_.uv[k].x();
     out[7] = mesh_.uv[k].y();
     out[8] = values.size() > 0 ? static_cast<float>(values[vertex]) : 0.0f;
+    out[9] = others.size() > 0 ? static_cast<float>(others[vertex]) : 0.0f;
   }
   gl_->BindBuffer(GL_ARRAY_BUFFER, vertices_.name());
   gl_->BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(floats_.size() * sizeof(float)), floats_.data(),
@@ -236,7 +237,7 @@ void SquareBuffers::update(const Vec3& centre, const Vec3& side_a, const Vec3& s
   std::vector<float> floats;
   for (const auto& [a, b] : {std::pair{-1.0, -1.0}, {1.0, -1.0}, {-1.0, 1.0}, {1.0, 1.0}}) {
     const Vec3 corner = centre + a * side_a + b * side_b;
-    for (double value : {corner.x(), corner.y(), corner.z(), normal.x(), normal.y(), normal.z(), a, b, 0.0})
+    for (double value : {corner.x(), corner.y(), corner.z(), normal.x(), normal.y(), normal.z(), a, b, 0.0, 0.0})
       floats.push_back(static_cast<float>(value));
   }
   gl_->BindBuffer(GL_ARRAY_BUFFER, vertices_.name());

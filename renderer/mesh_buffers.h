@@ -1,4 +1,4 @@
-// Triangles as the graphics card wants them: every vertex with position, shading normal, cloth coordinates and one value.
+// Triangles as the graphics card wants them: every vertex with position, shading normal, cloth coordinates and two values.
 // Vertices are split where those differ between triangles: cloth along seams of uv, bodies along sharp edges.
 #pragma once
 
@@ -32,8 +32,8 @@ Points shading_normals(const DrawnMesh& mesh, const Points& positions);
 class MeshBuffers {
  public:
   MeshBuffers(const GL& gl, const DrawnMesh& mesh, bool with_edges);
-  // values: (number of frame vertices) or empty.
-  void update(const Points& positions, const Vector& values);
+  // values, others: (number of frame vertices) or empty.
+  void update(const Points& positions, const Vector& values, const Vector& others);
   Index n_parts() const { return static_cast<Index>(mesh_.first_of_part.size()) - 1; }
   void draw() const;
   void draw_part(Index part) const;

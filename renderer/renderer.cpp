@@ -2,6 +2,7 @@
 #include "renderer/renderer.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -103,8 +104,10 @@ struct Renderer::Data {
   };
   std::optional<Passes> passes;
 
-  void draw(const Frame& frame, const Vector& values, const ColorRange& range, const Curves* curves);
+  Image draw_row(const Frame& frame, const std::string& color_by, const Curves* curves);
+  void draw(const Frame& frame, const std::array<Vector, 2>& values, const SurfaceOptions& look, const Curves* curves);
   void place_bodies(const Frame& frame, const Curves* curves);
+  std::vector<double> middles(const Frame& frame, const View& view) const;
   std::vector<const SquareBuffers*> place_floors(const Frame& frame);
 };
 
@@ -164,19 +167,38 @@ void Renderer::Data::place_bodies(const Frame& frame, const Curves* curves) {
   if (curves) {
     const BodiesAndTubes all = bodies_and_tubes(topology, frame.body_positions, *curves);
     bodies.emplace(gl, all.mesh, false);
-    bodies->update(all.positions, all.values);
+    bodies->update(all.positions, all.values, Vector());
     with_curves = true;
     return;
   }
   if (!bodies || with_curves) bodies.emplace(gl, drawn_bodies(topology, frame.body_positions), false);
   with_curves = false;
   bodies->update(frame.body_positions, Eigen::Map<const Vector>(topology.body_pole.data(),
-                                                                static_cast<Index>(topology.body_pole.size())));
+                                                                static_cast<Index>(topology.body_pole.size())),
+                 Vector());
 }
 
-void Renderer::Data::draw(const Frame& frame, const Vector& values, const ColorRange& range, const Curves* curves) {
-  if (!framing) framing = make_framing(topology, frame);
-  passes->cloth.update(frame.positions, values);
+// Columns in the middle of what each cloth covers [pixels].
+std::vector<double> Renderer::Data::middles(const Frame& frame, const View& view) const {
+  const std::size_t n = topology.cloth_names.size();
+  std::vector<double> low(n, 1.0), high(n, -1.0);
+  for (Index vertex = 0; vertex < frame.positions.rows(); ++vertex) {
+    const Vec3 from_eye = frame.positions.row(vertex).transpose() - view.eye;
+    const double depth = from_eye.dot(view.forward);
+    if (depth <= view.near_depth) continue;
+    const double at = std::clamp(from_eye.dot(view.right) / (depth * view.tangent_x), -1.0, 1.0);
+    const std::size_t cloth = static_cast<std::size_t>(topology.cloth_of_vertex[vertex]);
+    low[cloth] = std::min(low[cloth], at);
+    high[cloth] = std::max(high[cloth], at);
+  }
+  for (std::size_t cloth = 0; cloth < n; ++cloth)
+    low[cloth] = (0.5 + 0.25 * (low[cloth] + high[cloth])) * options.width;
+  return low;
+}
+
+void Renderer::Data::draw(const Frame& frame, const std::array<Vector, 2>& values, const SurfaceOptions& look,
+                          const Curves* curves) {
+  passes->cloth.update(frame.positions, values[0], values[1]);
   place_bodies(frame, curves);
   const std::vector<const SquareBuffers*> floors = place_floors(frame);
 
@@ -198,24 +220,42 @@ void Renderer::Data::draw(const Frame& frame, const Vector& values, const ColorR
   passes->depth.draw(view, passes->cloth, *bodies, floors);
   passes->light.draw(view, light, {options.shadows, options.ambient_occlusion, framing->radius()}, passes->depth,
                      passes->shadow);
-  const SurfaceOptions look{options.pattern, options.wireframe, options.color_by != "cloth", range};
   passes->surface.draw(view, light, look, passes->light, passes->cloth, *bodies, floors, pattern_size,
                        reach.rectangle());
+}
+
+Image Renderer::Data::draw_row(const Frame& frame, const std::string& color_by, const Curves* curves) {
+  if (!framing) framing = make_framing(topology, frame);
+  SurfaceOptions look{options.pattern, options.wireframe, color_by != "cloth", {0.0, 1.0}, {}};
+  std::array<Vector, 2> values;
+  if (look.colored) {
+    const std::array<std::string, 2> names = halves(color_by);
+    values[0] = scalar_field(names[0], topology, frame);
+    Vector all = values[0];
+    if (names[1] != names[0]) {
+      values[1] = scalar_field(names[1], topology, frame);
+      all.resize(values[0].size() + values[1].size());
+      all << values[0], values[1];
+      look.split = middles(frame, make_view(options.camera, static_cast<double>(options.width) / options.height, *framing));
+    }
+    look.range = color_range(options, color_by, all);
+  }
+  draw(frame, values, look, curves);
+  Image image = passes->surface.read();
+  if (look.colored) draw_color_bar(image, table, look.range, scalar_field_title(color_by));
+  return image;
 }
 
 Image Renderer::render(const Frame& frame, const Curves* curves) {
   Data& d = *data_;
   check_frame(d.topology, d.options, frame);
-  const bool colored = d.options.color_by != "cloth";
-  const Vector values = colored ? scalar_field(d.options.color_by, d.topology, frame) : Vector();
-  const ColorRange range = color_range(d.options, values);
-  Image image;
-  {
-    const Current current(*d.context);
-    d.draw(frame, values, range, curves);
-    image = d.passes->surface.read();
+  const Current current(*d.context);
+  Image image{d.options.width, 0, {}};
+  for (const std::string& row : picture_rows(d.options.color_by)) {
+    const Image below = d.draw_row(frame, row, curves);
+    image.rgb.insert(image.rgb.end(), below.rgb.begin(), below.rgb.end());
+    image.height += below.height;
   }
-  if (colored) draw_color_bar(image, d.table, range, scalar_field_title(d.options.color_by));
   return image;
 }
 

@@ -34,7 +34,7 @@ struct RenderOptions {
   int width = 1280, height = 720;
   int samples = 4;                      // MSAA
   std::string pattern = "weave";        // cloth surface: "weave" | "checker" | "plain"
-  std::string color_by = "cloth";       // "cloth" | "stretch" | "strain_weft" | "strain_warp" | "strain_shear" | "contact"
+  std::string color_by = "cloth";       // "cloth" or a scalar field; several joined by + lie one below another
   double color_low = 0.0, color_high = 0.0;   // equal: taken from the frame
   std::string color_map = "viridis";
   bool wireframe = false;
@@ -48,10 +48,13 @@ struct RenderOptions {
     using O = RenderOptions;
     return std::make_tuple(
         field("width", &O::width, "pixels", between(16, 16384), "width of the picture"),
-        field("height", &O::height, "pixels", between(16, 16384), "height of the picture"),
+        field("height", &O::height, "pixels", between(16, 16384), "height of the picture; of each where there are several"),
         field("samples", &O::samples, "1", between(1, 16), "samples a pixel"),
         field("pattern", &O::pattern, "surface of the cloth: weave | checker | plain"),
-        field("color_by", &O::color_by, "cloth | stretch | strain_weft | strain_warp | strain_shear | contact"),
+        field("color_by", &O::color_by, 
+              "cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (of each cloth the left half shows weft, "
+              "the right one warp) | contact; strain is U - I, as limits are; pictures of several, joined by +, lie one below "
+              "another"),
         field("color_low", &O::color_low, "1", unlimited(), "value at the low end of the colours"),
         field("color_high", &O::color_high, "1", unlimited(), "value at the high end; equal to color_low: from the frame"),
         field("color_map", &O::color_map, "name of the colour map"),

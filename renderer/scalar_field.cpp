@@ -7,11 +7,40 @@
 namespace loomstone {
 
 const std::vector<std::string>& scalar_field_names() {
-  static const std::vector<std::string> names = {"stretch", "strain_weft", "strain_warp", "strain_shear", "contact"};
+  static const std::vector<std::string> names = {"stretch",      "strain_weft",  "strain_warp",
+                                                 "strain_shear", "strain_split", "contact"};
   return names;
 }
 
+std::vector<std::string> picture_rows(const std::string& color_by) {
+  std::vector<std::string> rows;
+  std::size_t first = 0;
+  for (std::size_t end = 0; end != std::string::npos; first = end + 1) {
+    end = color_by.find('+', first);
+    rows.push_back(color_by.substr(first, end == std::string::npos ? end : end - first));
+  }
+  return rows;
+}
+
+std::array<std::string, 2> halves(const std::string& name) {
+  if (name == "strain_split") return {"strain_weft", "strain_warp"};
+  return {name, name};
+}
+
+namespace {
+
+// U - I from the Green strain E: C = I + 2 E, U = (C + d I) / sqrt(tr C + 2 d) with d = sqrt(det C) (method.md 3).
+double corotational(const Eigen::RowVector3d& green, int column) {
+  const double c11 = 1.0 + 2.0 * green[0], c22 = 1.0 + 2.0 * green[1], c12 = 2.0 * green[2];
+  const double d = std::sqrt(std::max(0.0, c11 * c22 - c12 * c12)), s = std::sqrt(std::max(0.0, c11 + c22 + 2.0 * d));
+  if (s == 0.0) return column == 2 ? 0.0 : -1.0;
+  return column == 2 ? c12 / s : ((column == 0 ? c11 : c22) + d) / s - 1.0;
+}
+
+}  // namespace
+
 std::string scalar_field_title(const std::string& name) {
+  if (name == "strain_split") return "strain weft / warp";
   std::string title = name;
   std::replace(title.begin(), title.end(), '_', ' ');
   return title;
@@ -27,7 +56,7 @@ Vector scalar_field(const std::string& name, const FrameTopology& topology, cons
   const int column = name == "strain_weft" ? 0 : name == "strain_warp" ? 1 : name == "strain_shear" ? 2 : -1;
   Vector weight = Vector::Zero(n);
   for (Index triangle = 0; triangle < topology.triangles.rows(); ++triangle) {
-    const double value = column < 0 ? frame.stretch[triangle] : frame.strain(triangle, column);
+    const double value = column < 0 ? frame.stretch[triangle] : corotational(frame.strain.row(triangle), column);
     const Vec2 a = topology.corner_uv.row(3 * triangle), b = topology.corner_uv.row(3 * triangle + 1),
                c = topology.corner_uv.row(3 * triangle + 2);
     const double area = 0.5 * std::abs((b - a).x() * (c - a).y() - (b - a).y() * (c - a).x());
@@ -41,12 +70,12 @@ Vector scalar_field(const std::string& name, const FrameTopology& topology, cons
   return sum;
 }
 
-ColorRange color_range(const RenderOptions& options, const Vector& values) {
+ColorRange color_range(const RenderOptions& options, const std::string& field, const Vector& values) {
   if (options.color_low != options.color_high) return {options.color_low, options.color_high};
-  if (options.color_by == "contact" || values.size() == 0) return {0.0, 1.0};
+  if (field == "contact" || values.size() == 0) return {0.0, 1.0};
   ColorRange range{values.minCoeff(), values.maxCoeff()};
   if (options.color_map == "diverging") {
-    const double neutral = options.color_by == "stretch" ? 1.0 : 0.0;
+    const double neutral = field == "stretch" ? 1.0 : 0.0;
     const double reach = std::max(neutral - range.low, range.high - neutral);
     range = {neutral - reach, neutral + reach};
   }

@@ -1,6 +1,7 @@
 // What cloth may be coloured by: numbers of a frame, one for each vertex, and the range they are shown in.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -9,18 +10,23 @@
 
 namespace loomstone {
 
-const std::vector<std::string>& scalar_field_names();   // color_by without "cloth"
+const std::vector<std::string>& scalar_field_names();   // what a row of pictures may be coloured by, without "cloth"
 std::string scalar_field_title(const std::string& name);
+// The rows of color_by, from the top.
+std::vector<std::string> picture_rows(const std::string& color_by);
+
+// What the left and the right half of each cloth show; the same but for strain_split.
+std::array<std::string, 2> halves(const std::string& name);
 
 // (n) values at the cloth's vertices. Those of triangles are averaged with the triangles' rest areas (areas in uv) as
-// weights, so the picture is smooth and shows slightly less than the extremes.
+// weights, so the picture is smooth and shows slightly less than the extremes. Strain is U - I, the measure of strain limits.
 Vector scalar_field(const std::string& name, const FrameTopology& topology, const Frame& frame);
 
 struct ColorRange {
   double low, high;
 };
-// The range that the options ask for; else that of the values, about its neutral number (0, or 1 for stretch) where the map
-// is diverging. contact: 0 to 1. Never empty.
-ColorRange color_range(const RenderOptions& options, const Vector& values);
+// The range that the options ask for; else that of the values of the field, about its neutral number (0, or 1 for stretch)
+// where the map is diverging. contact: 0 to 1. Never empty.
+ColorRange color_range(const RenderOptions& options, const std::string& field, const Vector& values);
 
 }  // namespace loomstone

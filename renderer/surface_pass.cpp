@@ -99,6 +99,7 @@ void SurfacePass::draw_things(const View& view, const LightView& light, const Su
     cloth_program_.set("back_color", back_of(front));
     cloth_program_.set("checker_color", Rgb(0.66f, 0.63f, 0.57f));
     cloth_program_.set("pattern_size", static_cast<float>(pattern_size[static_cast<std::size_t>(part)]));
+    cloth_program_.set("split", options.split.empty() ? 1e9f : static_cast<float>(options.split[static_cast<std::size_t>(part)]));
     cloth.draw_part(part);
   }
   if (options.wireframe) {

@@ -17,6 +17,7 @@ struct SurfaceOptions {
   bool wireframe;
   bool colored;             // by values between low and high
   ColorRange range;
+  std::vector<double> split;   // of each cloth: column from which on its other values are shown [pixels]; or empty: all ones
 };
 
 class SurfacePass {

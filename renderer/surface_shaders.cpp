@@ -10,17 +10,19 @@ layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec2 uv;
 layout(location = 3) in float value;
+layout(location = 4) in float other;
 uniform mat4 view, projection;
 uniform float towards_eye;   // moves by this share of the distance, to draw lines on surfaces
 out vec3 eye_position, eye_normal;
 out vec2 surface_uv;
-out float surface_value;
+out float surface_value, surface_other;
 void main() {
   vec4 p = view * vec4(position, 1.0);
   eye_position = p.xyz;
   eye_normal = mat3(view) * normal;
   surface_uv = uv;
   surface_value = value;
+  surface_other = other;
   p.xyz *= 1.0 - towards_eye;
   gl_Position = projection * p;
 }
@@ -76,7 +78,7 @@ vec3 ambient(vec3 n) { return mix(ground, sky, 0.5 + 0.5 * dot(n, up)); }
 const char* surface_inputs = R"(
 in vec3 eye_position, eye_normal;
 in vec2 surface_uv;
-in float surface_value;
+in float surface_value, surface_other;
 )";
 
 const char* background_text = R"(
@@ -127,6 +129,7 @@ uniform int pattern;              // 0 plain, 1 weave, 2 checker
 uniform float pattern_size;       // edge of a square as large as the cloth [m]
 uniform int colored;
 uniform vec2 value_range;
+uniform float split;              // column from which on the other value is shown [pixels]
 uniform sampler2D color_table;
 
 float hash(vec2 p) {
@@ -174,10 +177,12 @@ void main() {
   vec2 change = fwidth(threads);
   float pixel = max(change.x, change.y);
   if (colored == 1) {
-    float t = clamp((surface_value - value_range.x) / (value_range.y - value_range.x), 0.0, 1.0);
+    float value = gl_FragCoord.x < split ? surface_value : surface_other;
+    float t = clamp((value - value_range.x) / (value_range.y - value_range.x), 0.0, 1.0);
     vec3 c = texture(color_table, vec2((t * 255.0 + 0.5) / 256.0, 0.5)).rgb;
     vec3 light = ambient(n) * seen.y + sun * max(0.0, (facing + 0.2) / 1.2) * seen.x;
-    color = encode(pow(c, vec3(2.2)) * (0.36 + 0.58 * light));
+    c = pow(c, vec3(2.2)) * (0.36 + 0.58 * light);
+    color = encode(mix(vec3(0.02), c, smoothstep(0.4, 1.2, abs(gl_FragCoord.x - split))));
     return;
   }
   vec3 albedo = gl_FrontFacing ? front_color : back_color;

@@ -34,6 +34,8 @@ struct StepReport {
   double contact_acceleration = 0.0; // root mean square over free vertices in contact, over the whole step [m/s^2]
   int limit_sweeps = 0;              // of strain limiting
   int rate_sweeps = 0;               // of strain-rate limiting
+  int limit_rounds = 0;              // certifications of a part of the step, in turn with limiting; the most of a part
+  int limit_retreats = 0;            // of these, those after cloth went back towards the start of the step for its limits
   std::int64_t limit_evaluations = 0;  // elements whose strain was computed in the sweeps of strain limiting
   double limit_excess = 0.0;         // largest strain beyond its limit right after limiting [1]
   double weft_excess = 0.0;          // largest strain beyond its limit at the end of the step, along weft [1]
@@ -41,6 +43,10 @@ struct StepReport {
   double shear_excess = 0.0;
   std::int64_t beyond_limit = 0;     // elements beyond a limit by more than the tolerance at the end of the step
   std::int64_t worst_element = -1;   // the one most beyond, in the user's numbering over all cloths; -1: none
+  std::int64_t broken_limits = 0;    // elements beyond a limit by more than contacts may leave, limit_margin()
+  double weft_strain = 0.0;          // largest strain U - I of all triangles at the end of the step, limited or not [1]
+  double warp_strain = 0.0;
+  double shear_strain = 0.0;         // of its absolute values
   double max_stretch = 1.0;          // largest principal stretch of any triangle [1]
   double kinetic_energy = 0.0;       // [J], as all energies
   double membrane_energy = 0.0;

@@ -10,13 +10,14 @@ namespace loomstone {
 
 namespace {
 
-constexpr int bound_stride = 6 * n_lanes;
+constexpr int bound_stride = 12 * n_lanes;
 constexpr Index batches_per_range = 32;
 
-// Modulus of the second phase over that of the membrane. Tuned on cloth of 100 and 300 N/m that hangs from two corners, at 1
-// and 4 ms: 10 leaves three times the excess, 300 makes triangles change phase every other step. It begins limit_margin() before the
-// limit: a load of that times the second modulus is held without any excess.
-constexpr double stiffening = 100.0;
+// Moduli of the second phase over that of the membrane, and of the third over that of the second. The second begins limit_margin()
+// before the limit, the third half-way. Light loads meet the second alone: a triangle that the third took at once would be
+// thrown back and change phase every other step. Heavy ones, at pins, would stretch the second far beyond the limit. Tuned on
+// scenes/swing_limits.py and limit_scaling.py at 4 ms; docs/performance.md has the figures.
+constexpr double stiffening = 300.0, steeper = 10.0, third_begins = 0.5;
 
 LOOMSTONE_CLONES
 void enter_batches(const membrane::Tables& tables, Index first, Index last, const double* bounds, const double* x, double* out) {
@@ -38,14 +39,17 @@ void enter_batches(const membrane::Tables& tables, Index first, Index last, cons
     for (int k = 0; k < 3; ++k) {
       const Lanes modulus = (k == 2 ? 2.0 : 1.0) * stiffening * batch.constant(k == 0 ? 1 : k == 1 ? 2 : 4);
       const Lanes least = lanes_load(bound + n_lanes * k), most = lanes_load(bound + n_lanes * (3 + k));
-      Lanes reached;
-      for (int l = 0; l < n_lanes; ++l)
-        reached[l] = strain[k][l] > most[l] ? most[l] : strain[k][l] < least[l] ? least[l] : strain[k][l];
-      const Lanes beyond = strain[k] - reached;
-      Lanes entered;
-      for (int l = 0; l < n_lanes; ++l) entered[l] = beyond[l] != 0.0 ? modulus[l] : 0.0;
-      lanes_store(o + n_lanes * k, entered);
-      lanes_store(o + n_lanes * (3 + k), entered * (slope[k] * beyond - green[k]));
+      const Lanes far_least = lanes_load(bound + n_lanes * (6 + k)), far_most = lanes_load(bound + n_lanes * (9 + k));
+      Lanes tangent, stress;
+      for (int l = 0; l < n_lanes; ++l) {
+        const double e = strain[k][l];
+        const double beyond = e > most[l] ? e - most[l] : e < least[l] ? e - least[l] : 0.0;
+        const double far = e > far_most[l] ? e - far_most[l] : e < far_least[l] ? e - far_least[l] : 0.0;
+        tangent[l] = modulus[l] * (beyond == 0.0 ? 0.0 : far == 0.0 ? 1.0 : steeper);
+        stress[l] = modulus[l] * (beyond + (steeper - 1.0) * far);
+      }
+      lanes_store(o + n_lanes * k, tangent);
+      lanes_store(o + n_lanes * (3 + k), slope[k] * stress - tangent * green[k]);
     }
   }
 }
@@ -64,8 +68,11 @@ LimitPhase::LimitPhase(const Membrane& membrane, const std::vector<StrainLimit>&
     double* lane = bounds_.data() + bound_stride * static_cast<std::size_t>(t / n_lanes) + t % n_lanes;
     for (int k = 0; k < 3; ++k) {
       const bool compression_is_free = k < 2 && least[k] <= -1.0;
-      lane[n_lanes * k] = compression_is_free ? -free : least[k] + limit_margin(least[k]);
-      lane[n_lanes * (3 + k)] = most[k] - limit_margin(most[k]);
+      const double below = limit_margin(least[k]), above = limit_margin(most[k]);
+      lane[n_lanes * k] = compression_is_free ? -free : least[k] + below;
+      lane[n_lanes * (3 + k)] = most[k] - above;
+      lane[n_lanes * (6 + k)] = compression_is_free ? -free : least[k] + (1.0 - third_begins) * below;
+      lane[n_lanes * (9 + k)] = most[k] - (1.0 - third_begins) * above;
     }
   }
 }

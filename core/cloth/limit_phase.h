@@ -24,7 +24,7 @@ class LimitPhase {
 
  private:
   const Membrane& membrane_;
-  std::vector<double> bounds_;   // (batches x 6 x 8) least, most
+  std::vector<double> bounds_;   // (batches x 12 x 8) least, most; those of the third phase
   AlignedDoubles table_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <tuple>
 
 #include "core/cloth/edge_limiter.h"
 
@@ -250,11 +251,22 @@ void StrainLimiter::measure(const Team& team, const limit::Tables& tables, const
         const double beyond = std::max({0.0, e - bounds.high[k], bounds.low[k] - e});
         report.excess[k] = std::max(report.excess[k], unit * beyond);
         largest = std::max(largest, beyond);
+        const double margin = limit_margin(e > bounds.high[k] ? bounds.high[k] : bounds.low[k]);
+        if (!motion.v && beyond > margin) report.broken.push_back({element, k, beyond});
       }
       report.beyond += largest > motion.tolerance;
       if (largest > most || (largest == most && most > 0.0 && element < report.worst)) most = largest, report.worst = element;
     }
   }
+  std::sort(report.broken.begin(), report.broken.end(), [](const BrokenLimit& a, const BrokenLimit& b) {
+    return std::tuple(-a.excess, a.element, a.mode) < std::tuple(-b.excess, b.element, b.mode);
+  });
+}
+
+Vec3 corotational_strain(const Vec3& green) {
+  const double c11 = 1.0 + 2.0 * green[0], c22 = 1.0 + 2.0 * green[1], c12 = 2.0 * green[2];
+  const double d = std::sqrt(std::max(0.0, c11 * c22 - c12 * c12)), s = std::sqrt(c11 + c22 + 2.0 * d) + 1e-300;
+  return {(c11 + d) / s - 1.0, (c22 + d) / s - 1.0, c12 / s};
 }
 
 void corotational_strain(const Team& team, const Triangles& triangles, const std::vector<Corners2>& corners, const Points& x,

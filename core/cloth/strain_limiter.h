@@ -14,6 +14,13 @@
 
 namespace loomstone {
 
+// A mode (weft, warp, shear) of an element that is beyond its limit by more than limit_margin().
+struct BrokenLimit {
+  Index element;
+  int mode;
+  double excess;                             // strain beyond the limit [1]
+};
+
 // What limiting did, and what it left.
 struct LimitReport {
   int sweeps = 0;                            // over all elements, or the active ones
@@ -21,9 +28,13 @@ struct LimitReport {
   std::array<double, 3> excess{};            // largest strain beyond its limit in weft, warp, shear [1]
   std::int64_t beyond = 0;                   // elements beyond a limit by more than the tolerance
   Index worst = -1;                          // the element most beyond its limits, -1 where none is
+  std::vector<BrokenLimit> broken;           // the largest excess first
 
   double largest() const { return std::max({excess[0], excess[1], excess[2]}); }
 };
+
+// U - I = (weft, warp, shear e12) from the Green strain of the same triangle.
+Vec3 corotational_strain(const Vec3& green);
 
 // U - I of every triangle in its weft/warp axes (m x 3): weft, warp, shear e12 [1].
 void corotational_strain(const Team& team, const Triangles& triangles, const std::vector<Corners2>& corners, const Points& x,

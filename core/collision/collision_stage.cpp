@@ -1,5 +1,7 @@
 #include "core/collision/collision_stage.h"
 
+#include <algorithm>
+
 #include "core/collision/clean_up.h"
 #include "core/collision/contact_terms.h"
 #include "core/collision/contacts.h"
@@ -30,6 +32,31 @@ struct CollisionStage::Data {
   ImpactSearch search;
   std::vector<ContactLaw> laws;  // scratch: of the terms of this step
 };
+
+void CertifyReport::merge(const std::vector<Shortened>& others) {
+  std::vector<Shortened> both(shortened.size() + others.size());
+  const auto before = [](const Shortened& a, const Shortened& b) { return a.vertex < b.vertex; };
+  std::merge(shortened.begin(), shortened.end(), others.begin(), others.end(), both.begin(), before);
+  shortened.clear();
+  for (const Shortened& each : both) {
+    if (shortened.empty() || shortened.back().vertex != each.vertex)
+      shortened.push_back(each);
+    else
+      shortened.back().taken += each.taken;
+  }
+}
+
+double CertifyReport::withheld() const {
+  double sum = 0.0;
+  for (const Shortened& each : shortened) sum += each.taken.norm();
+  return sum;
+}
+
+double CertifyReport::withheld_moment() const {
+  double sum = 0.0;
+  for (const Shortened& each : shortened) sum += each.mass * each.taken.norm();
+  return sum;
+}
 
 CollisionStage::CollisionStage(const CollisionModel& model) : data_(std::make_unique<Data>(model)) {}
 CollisionStage::~CollisionStage() = default;

@@ -38,13 +38,23 @@ struct ContactState {
   std::vector<Anchor> anchors;
 };
 
+// What was taken from the displacement of a cloth vertex, or of a body, known by its first vertex.
+struct Shortened {
+  Index vertex;
+  Vec3 taken;                   // [m]
+  double mass;                  // [kg]
+};
+
 struct CertifyReport {
   std::int64_t impacts = 0;     // pairs that hit, first pass
-  std::int64_t truncated = 0;   // vertices and bodies whose displacement was shortened
-  std::int64_t frozen = 0;      // of these, shortened to nothing (relative to what carries them)
   std::int64_t unresolved = 0;  // impacts that are left (cloth pinched between scripts that overlap): the step is not free
-  double withheld = 0.0;        // lengths that truncation took from displacements, of vertices and bodies [m]
-  double withheld_moment = 0.0; // the same times their masses [kg m]
+  std::vector<Shortened> shortened;  // ascending, each once
+
+  // Adds what was taken before or after; what was taken twice from one vertex is one displacement.
+  void merge(const std::vector<Shortened>& others);
+  std::int64_t truncated() const { return static_cast<std::int64_t>(shortened.size()); }
+  double withheld() const;         // lengths taken [m]
+  double withheld_moment() const;  // the same times their masses [kg m]
 };
 
 class CollisionStage {

@@ -1,5 +1,6 @@
 #include "core/collision/displacements.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace loomstone {
@@ -125,19 +126,22 @@ void Displacements::finish() {
   }
 }
 
-void Displacements::withheld(double& length, double& moment) const {
-  length = moment = 0.0;
-  const auto add = [&](double taken, double inverse_mass) {
-    length += taken;
-    moment += taken / inverse_mass;
-  };
+std::vector<Shortened> Displacements::shortened() const {
+  std::vector<Shortened> result;
   for (const CollisionSurface& surface : model_.surfaces) {
     if (surface.kind != CollisionSurface::Kind::Cloth) continue;
-    for (Index v = surface.first_vertex; v < surface.first_vertex + surface.n_vertices; ++v)
-      if (movable(v)) add((x1_.row(v) - x0_.row(v) - wanted_.row(v)).norm(), inverse_mass_[v]);
+    for (Index v = surface.first_vertex; v < surface.first_vertex + surface.n_vertices; ++v) {
+      const Vec3 taken = (wanted_.row(v) - (x1_.row(v) - x0_.row(v))).transpose();
+      if (movable(v) && !taken.isZero(0.0)) result.push_back({v, taken, 1.0 / inverse_mass_[v]});
+    }
   }
-  for (std::size_t b = 0; b < bodies_.size(); ++b)
-    add((bodies_[b].end.position - wanted_pose_[b].position).norm(), bodies_[b].inverse_mass);
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    if (bodies_[b].end == wanted_pose_[b]) continue;
+    result.push_back({model_.surfaces[bodies_[b].surface].first_vertex, wanted_pose_[b].position - bodies_[b].end.position,
+                      1.0 / bodies_[b].inverse_mass});
+  }
+  std::sort(result.begin(), result.end(), [](const Shortened& a, const Shortened& b) { return a.vertex < b.vertex; });
+  return result;
 }
 
 }  // namespace loomstone

@@ -37,8 +37,8 @@ class Displacements {
 
   // Adds to each body how truncation moved and turned its end.
   void finish();
-  // Lengths taken from the wanted displacements of all units [m], and the same times their masses [kg m].
-  void withheld(double& length, double& moment) const;
+  // What was taken from the wanted displacements, ascending.
+  std::vector<Shortened> shortened() const;
 
  private:
   static constexpr Index none = -1, local = -2;  // carried by nothing; carried by a displacement of its own

@@ -71,7 +71,6 @@ CertifyReport truncate(const Team& team, const CollisionModel& model, ImpactSear
   if (impacts.empty()) return report;
   Displacements displacements(model, x0, inverse_mass, x1, bodies);
   std::vector<double> factor(x0.rows());
-  std::vector<std::uint8_t> truncated(x0.rows(), 0), frozen(x0.rows(), 0);
   for (int pass = 0; !impacts.empty(); ++pass) {
     const bool freezing = pass >= passes_before_freezing;
     std::vector<Index> touched;  // units
@@ -94,8 +93,6 @@ CertifyReport truncate(const Team& team, const CollisionModel& model, ImpactSear
     for (const Index unit : touched) {
       if (displacements.share(unit) > 0.0) progress = true;
       displacements.shorten(unit, factor[unit]);
-      truncated[unit] = 1;
-      if (displacements.share(unit) == 0.0) frozen[unit] = 1;
     }
     const std::vector<std::uint8_t> changed = displacements.take_changed();
     progress |= std::find(changed.begin(), changed.end(), 1) != changed.end();
@@ -109,9 +106,7 @@ CertifyReport truncate(const Team& team, const CollisionModel& model, ImpactSear
     }
   }
   displacements.finish();
-  report.truncated = std::count(truncated.begin(), truncated.end(), 1);
-  report.frozen = std::count(frozen.begin(), frozen.end(), 1);
-  displacements.withheld(report.withheld, report.withheld_moment);
+  report.shortened = displacements.shortened();
   return report;
 }
 

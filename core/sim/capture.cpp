@@ -1,5 +1,9 @@
 #include "core/sim/capture.h"
 
+#include <algorithm>
+#include <cmath>
+
+#include "core/cloth/strain_limiter.h"
 #include "core/sim/motion.h"
 
 namespace loomstone {
@@ -20,6 +24,7 @@ void measure(const Model& model, const State& state, const Team& team, Elasticit
     report.body_gravity_energy -= body_mass * state.rigid.positions.row(b).dot(model.scene.gravity.transpose());
   }
   report.max_stretch = 1.0;
+  report.weft_strain = report.warp_strain = report.shear_strain = 0.0;
   if (n == 0) return;
   report.membrane_energy = elasticity.membrane_energy(team, x);
   report.bending_energy = elasticity.bending_energy(team, x);
@@ -27,6 +32,13 @@ void measure(const Model& model, const State& state, const Team& team, Elasticit
   Vector stretch;
   elasticity.strain(team, x, green, stretch);
   report.max_stretch = stretch.maxCoeff();
+  report.weft_strain = report.warp_strain = -1.0;
+  for (Index t = 0; t < green.rows(); ++t) {
+    const Vec3 strain = corotational_strain(Vec3(green.row(t).transpose()));
+    report.weft_strain = std::max(report.weft_strain, strain[0]);
+    report.warp_strain = std::max(report.warp_strain, strain[1]);
+    report.shear_strain = std::max(report.shear_strain, std::abs(strain[2]));
+  }
 }
 
 Frame capture(const Model& model, const State& state, const StepOutcome& outcome, const Team& team,

@@ -27,6 +27,13 @@ class Constraining {
       : in_(inputs), x1_(x1), bodies_(bodies), given_up_(inputs.cloth->strain_limits.size(), 0) {}
 
   ConstrainReport run() {
+    ConstrainReport done = enforce();
+    done.broke = breaks();
+    return done;
+  }
+
+ private:
+  ConstrainReport enforce() {
     limit({});
     report_.wanted = parallel_sum(*in_.team, in_.cloth->n_vertices, [&](Index i) {
       return (*in_.inverse_mass)[i] > 0.0 ? (x1_.row(i) - in_.x0->row(i)).norm() : 0.0;
@@ -58,12 +65,24 @@ class Constraining {
       bodies_ = best_bodies_;
       best_report_.limits.sweeps = report_.limits.sweeps, best_report_.limits.evaluations = report_.limits.evaluations;
       best_report_.limit_seconds = report_.limit_seconds;
+      best_report_.rounds = report_.rounds, best_report_.retreats = report_.retreats;
       report_ = best_report_;
     }
     return report_;
   }
 
- private:
+  // Whether limits of a cloth do not hold at x1, but did at x0.
+  bool breaks() {
+    if (!in_.limiter || !in_.limits_hold) return false;
+    std::fill(given_up_.begin(), given_up_.end(), 0);
+    if (!look(x1_)) return false;
+    std::vector<std::uint8_t> broken(given_up_.size(), 0);
+    for (const Index t : beyond_) broken[in_.cloth->strain_limit_of[t]] = 1;
+    look(*in_.x0);
+    for (const Index t : beyond_) broken[in_.cloth->strain_limit_of[t]] = 0;
+    return std::any_of(broken.begin(), broken.end(), [](std::uint8_t b) { return b != 0; });
+  }
+
   void limit(const std::vector<Index>& held) {
     if (!in_.limiter) return;
     const auto start = std::chrono::steady_clock::now();
@@ -123,11 +142,8 @@ class Constraining {
     target_ = x1_;
     CertifyReport done = in_.collision->certify(*in_.collision_team, *in_.x0, x1_, *in_.inverse_mass, bodies_);
     done.impacts += report_.certified.impacts;
-    done.truncated += report_.certified.truncated;
-    done.frozen += report_.certified.frozen;
-    done.withheld += report_.certified.withheld;
-    done.withheld_moment += report_.certified.withheld_moment;
-    report_.certified = done;
+    done.merge(report_.certified.shortened);
+    report_.certified = std::move(done);
     for (Index i = 0; i < in_.cloth->n_vertices; ++i)
       if (x1_.row(i) != target_.row(i)) report_.touched.push_back(i);
     ++report_.rounds;
@@ -196,13 +212,12 @@ class Constraining {
       any = true;
       look(x1_);
     }
-    for (Index i = 0; i < in_.cloth->n_vertices; ++i) {
-      const double length = (wanted.row(i) - x1_.row(i)).norm();
-      if (length == 0.0) continue;
-      ++report_.certified.truncated;
-      report_.certified.withheld += length;
-      report_.certified.withheld_moment += length / (*in_.inverse_mass)[i];
-    }
+    std::vector<Shortened> back;
+    for (Index i = 0; i < in_.cloth->n_vertices; ++i)
+      if (wanted.row(i) != x1_.row(i))
+        back.push_back({i, (wanted.row(i) - x1_.row(i)).transpose(), 1.0 / (*in_.inverse_mass)[i]});
+    report_.certified.merge(back);
+    report_.retreats += any;
     return any;
   }
 

@@ -29,8 +29,10 @@ struct ConstrainInputs {
 
 struct ConstrainReport {
   LimitReport limits;             // right after limiting; sweeps and evaluations are those of all rounds
-  CertifyReport certified;        // sums over all rounds, but for `unresolved`
+  CertifyReport certified;        // over all rounds, each vertex once, but for `unresolved`: of the last one
   int rounds = 0;                 // of certification
+  int retreats = 0;               // of these, those after corners went back
+  bool broke = false;             // limits that held at x0 do not hold at x1
   double wanted = 0.0;            // lengths of the displacements of free cloth that came to certification [m]
   double limit_seconds = 0.0;
   std::vector<Index> touched;     // cloth vertices that certification moved

@@ -222,6 +222,7 @@ void Simulation::restore(const Checkpoint& checkpoint) {
   from_checkpoint(data_->model, checkpoint, data_->state, data_->outcome);
   data_->outcome.report = StepReport{};
   data_->outcome.forced.clear();
+  data_->outcome.broken.clear();
   data_->outcome.report.step = data_->state.step;
   data_->outcome.report.time = time();
   data_->outcome.start_cloth = data_->state.cloth.x;
@@ -239,6 +240,12 @@ std::vector<std::array<Index, 2>> Simulation::intersecting_pairs() const {
   Points vertices;
   collision_vertices(data_->model, data_->state, vertices);
   return data_->to_user(loomstone::intersecting_pairs(vertices, data_->model.collision.triangles));
+}
+
+std::vector<BrokenLimit> Simulation::broken_limits() const {
+  std::vector<BrokenLimit> broken = data_->outcome.broken;
+  for (BrokenLimit& each : broken) each.element = data_->model.triangle_of[each.element];
+  return broken;
 }
 
 std::vector<std::array<Index, 2>> Simulation::forced_pairs() const { return data_->to_user(data_->outcome.forced); }

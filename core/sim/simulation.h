@@ -16,6 +16,7 @@
 namespace loomstone {
 
 struct State;
+struct BrokenLimit;
 
 struct CircuitState;
 
@@ -74,6 +75,10 @@ class Simulation {
   // Pairs of triangles (user numbering, all surfaces end to end) that the last step had to leave intersecting: what moves by
   // script left the cloth no room. Until they are free again.
   std::vector<std::array<Index, 2>> forced_pairs() const;
+
+  // Triangles (user numbering, all cloths end to end) that the last step left beyond a limit by more than limit_margin(), the
+  // largest excess first.
+  std::vector<BrokenLimit> broken_limits() const;
 
   // Pairs of triangles (user numbering, all surfaces end to end) that intersect now.
   std::vector<std::array<Index, 2>> intersecting_pairs() const;

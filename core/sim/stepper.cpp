@@ -42,6 +42,7 @@ void take_back(const StepReport& before, StepReport& report) {
   report.newton_iterations = spent.newton_iterations, report.linear_iterations = spent.linear_iterations;
   report.limit_sweeps = spent.limit_sweeps, report.limit_evaluations = spent.limit_evaluations;
   report.rate_sweeps = spent.rate_sweeps;
+  report.limit_rounds = spent.limit_rounds, report.limit_retreats = spent.limit_retreats;
 }
 
 // What multi-step schemes carry from the last step.
@@ -100,6 +101,7 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
   std::fill(busy_.begin(), busy_.end(), 0.0);
   outcome.contact.assign(model_.cloth.n_vertices, 0);
   outcome.forced.clear();
+  outcome.broken.clear();
   collision_vertices(model_, state, x0_);
   outcome.start_cloth = state.cloth.x;
   outcome.start_surfaces = x0_.bottomRows(x0_.rows() - model_.cloth.n_vertices);
@@ -110,17 +112,18 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
     while (!left.empty()) {
       const StepPart part = left.back();
       left.pop_back();
-      std::int64_t unresolved = 0;
+      Left undone;
       bool solved = true;
       const StepReport had = report;
       const std::vector<std::uint8_t> contact = outcome.contact;
       try {
-        unresolved = take(state, outcome, part);
+        undone = take(state, outcome, part);
       } catch (const StepFailure&) {
         if (part.length() == 1) throw;
         solved = false;
       }
-      if (!solved || (unresolved > 0 && halving && part.length() > 1)) {
+      if (!solved || (undone.impacts > 0 && halving && part.length() > 1) ||
+          (undone.broke_limits && part.length() > StepPart::quarter)) {
         state = report.substeps == 0 ? start : before;
         if (world_) world_->restore(state.rigid);
         forget_steps(state.cloth);
@@ -131,8 +134,8 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
         left.push_back({part.first, middle});
         continue;
       }
-      if (unresolved > 0) halving = false;
-      report.unresolved += unresolved;
+      if (undone.impacts > 0) halving = false;
+      report.unresolved += undone.impacts;
       ++report.substeps;
       if (part.length() < StepPart::whole) forget_steps(state.cloth);
       if (left.empty()) break;
@@ -162,7 +165,7 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
   }
 }
 
-std::int64_t Stepper::take(State& state, StepOutcome& outcome, StepPart part) {
+Stepper::Left Stepper::take(State& state, StepOutcome& outcome, StepPart part) {
   StepReport& report = outcome.report;
   const auto time = [&](int place) {
     return (static_cast<double>(state.step) + static_cast<double>(place) / StepPart::whole) * options_.step;
@@ -205,13 +208,13 @@ std::int64_t Stepper::take(State& state, StepOutcome& outcome, StepPart part) {
     StageTimer timer(report, StageName::Bodies);
     bodies(state, report);
   }
-  std::int64_t unresolved;
+  Left undone;
   {
     StageTimer timer(report, StageName::Certify);
-    unresolved = limit_and_certify(state, outcome);
+    undone = limit_and_certify(state, outcome);
   }
-  limit_strain_rate(state, report);
-  return unresolved;
+  limit_strain_rate(state, outcome);
+  return undone;
 }
 
 // Forces at the start, and where scripted motion leads.
@@ -348,13 +351,19 @@ double Stepper::magnetic_energy(const State& state) const {
 }
 
 // The last stage: velocities lead the next step away from the limits no faster than they may; positions stay.
-void Stepper::limit_strain_rate(State& state, StepReport& report) {
+void Stepper::limit_strain_rate(State& state, StepOutcome& outcome) {
   if (!limiter_) return;
+  StepReport& report = outcome.report;
   StageTimer timer(report, StageName::Limit);
   const LimitReport left = limiter_->measure(team_, state.cloth.x);
   report.weft_excess = left.excess[0], report.warp_excess = left.excess[1], report.shear_excess = left.excess[2];
   report.beyond_limit = left.beyond;
   report.worst_element = left.worst < 0 ? -1 : model_.triangle_of[left.worst];
+  outcome.broken = left.broken;
+  std::vector<Index> elements;
+  for (const BrokenLimit& each : left.broken) elements.push_back(each.element);
+  std::sort(elements.begin(), elements.end());
+  report.broken_limits = std::unique(elements.begin(), elements.end()) - elements.begin();
   report.rate_sweeps += limiter_->enforce_rate(team_, limit_key_, state.cloth.x, step_, state.cloth.v).sweeps;
 }
 
@@ -387,14 +396,14 @@ FreeBodies Stepper::free_bodies(const State& state) const {
 
 // Strains within their limits, and (the last thing that moves vertices) no impact on the way from x0 to x1, no intersection at x1.
 // Velocities get the mean of what that takes over the step, (3.16).
-std::int64_t Stepper::limit_and_certify(State& state, StepOutcome& outcome) {
+Stepper::Left Stepper::limit_and_certify(State& state, StepOutcome& outcome) {
   StepReport& report = outcome.report;
   const Index n = model_.cloth.n_vertices;
   state.obstacle_vertices = next_obstacles_;
   for (const Contact& contact : contacts_)
     for (const Index vertex : contact.vertices)
       if (vertex < n) outcome.contact[vertex] = 1;
-  if (n == 0 || (!collision_ && !limiter_)) return 0;
+  if (n == 0 || (!collision_ && !limiter_)) return {};
   collision_vertices(model_, state, x1_);
   FreeBodies bodies = free_bodies(state);
   ConstrainInputs inputs;
@@ -421,13 +430,15 @@ std::int64_t Stepper::limit_and_certify(State& state, StepOutcome& outcome) {
   report.seconds[static_cast<int>(StageName::Certify)] -= done.limit_seconds;
   report.limit_sweeps += done.limits.sweeps;
   report.limit_evaluations += done.limits.evaluations;
+  if (limiter_) report.limit_rounds = std::max(report.limit_rounds, done.rounds);
+  report.limit_retreats += done.retreats;
   report.limit_excess = std::max(report.limit_excess, done.limits.largest());
   report.wanted_motion += done.wanted;
   report.impacts += done.certified.impacts;
-  report.truncated += done.certified.truncated;
-  report.withheld_motion += done.certified.withheld;
-  report.truncated_momentum += done.certified.withheld_moment / step_;
-  return done.certified.unresolved;
+  report.truncated += done.certified.truncated();
+  report.withheld_motion += done.certified.withheld();
+  report.truncated_momentum += done.certified.withheld_moment() / step_;
+  return {done.certified.unresolved, done.broke};
 }
 
 // How free the cloth is where a step has left impacts: never hidden, and counted until it is free again.

@@ -21,13 +21,14 @@ struct StepOutcome {
   Points start_cloth;                    // (n x 3) cloth at the start of the step, for frames between steps [m]
   Points start_surfaces;                 // (k x 3) bodies and obstacles at the start [m]
   std::vector<std::uint8_t> contact;     // (n) rows: 1 in contact, 2 in a triangle that intersects because it is forced to
+  std::vector<BrokenLimit> broken;       // of triangles in the internal order, the largest excess first
   std::vector<std::array<Index, 2>> forced;  // pairs of triangles (of all surfaces) that intersect because they are forced to
 };
 
 // A part of a step in 64ths of it: a step that certification cannot free of impacts, or whose solver finds no solution, is
-// taken again in halves.
+// taken again in halves; one that breaks limits of strain too, down to quarters.
 struct StepPart {
-  static constexpr int whole = 64;
+  static constexpr int whole = 64, quarter = 16;
   int first = 0, last = whole;
   int length() const { return last - first; }
 };
@@ -48,17 +49,22 @@ class Stepper {
   double magnetic_energy(const State& state) const;
 
  private:
-  // All stages of a part. Returns the impacts that are left.
-  std::int64_t take(State& state, StepOutcome& outcome, StepPart part);
+  // What a part leaves: impacts, and whether it broke limits of strain that held at its start.
+  struct Left {
+    std::int64_t impacts = 0;
+    bool broke_limits = false;
+  };
+  // All stages of a part.
+  Left take(State& state, StepOutcome& outcome, StepPart part);
   void loads(const State& state);
   void add_attachments(const State& state, ExtraTerms& terms) const;
   double terms_at(const Points& displacement, double time, TermRequest request, ExtraTerms& terms);
   void integrate(State& state, StepReport& report);
   void bodies(State& state, StepReport& report);
   void move_cloth(State& state);
-  void limit_strain_rate(State& state, StepReport& report);
+  void limit_strain_rate(State& state, StepOutcome& outcome);
   FreeBodies free_bodies(const State& state) const;
-  std::int64_t limit_and_certify(State& state, StepOutcome& outcome);
+  Left limit_and_certify(State& state, StepOutcome& outcome);
   void count_intersections(State& state, StepOutcome& outcome);
   void measure_contacts(const ClothState& before, const State& state, StepOutcome& outcome);
   Index vertex_of_row(Index row) const;                     // in the user's order

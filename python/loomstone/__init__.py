@@ -9,7 +9,7 @@
 0.04 s
 """
 
-from . import collision, garments, limits, magnetics, measurements, meshes
+from . import collision, garments, limits, magnetics, measurements, meshes, pickling  # noqa: F401
 from ._core import (
     Air,
     Attachment,

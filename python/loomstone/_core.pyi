@@ -61,6 +61,11 @@ class StepReport:
         of rigid bodies, moving and turning [J]
         """
     @property
+    def broken_limits(self) -> int:
+        """
+        elements beyond a limit by more than 0.01 (a fifth of limits below 0.05); see sim.broken_limits
+        """
+    @property
     def busy_least(self) -> float:
         """
         time in the loops of collision detection and response, of the thread with the least [s]
@@ -126,6 +131,16 @@ class StepReport:
         largest strain beyond its limit right after limiting [1]
         """
     @property
+    def limit_retreats(self) -> int:
+        """
+        of these, those after cloth went back towards the start of the step because limits and contacts did not agree
+        """
+    @property
+    def limit_rounds(self) -> int:
+        """
+        certifications in turn with strain limiting; 1: limits held after the first
+        """
+    @property
     def limit_sweeps(self) -> int:
         """
         sweeps of strain limiting
@@ -186,6 +201,11 @@ class StepReport:
         largest shear strain beyond its limit at the end of the step [1]
         """
     @property
+    def shear_strain(self) -> float:
+        """
+        largest shear strain, e12 of U - I, of either sign [1]
+        """
+    @property
     def step(self) -> int:
         """
         number of the step
@@ -226,9 +246,19 @@ class StepReport:
         largest strain along warp beyond its limit at the end of the step [1]
         """
     @property
+    def warp_strain(self) -> float:
+        """
+        the same along warp [1]
+        """
+    @property
     def weft_excess(self) -> float:
         """
         largest strain along weft beyond its limit at the end of the step [1]
+        """
+    @property
+    def weft_strain(self) -> float:
+        """
+        largest strain U - I along weft of all triangles, limited or not [1]
         """
     @property
     def withheld(self) -> float:
@@ -1739,6 +1769,12 @@ class LimitReport:
         elements beyond a limit by more than the tolerance
         """
     @property
+    def broken(self) -> list[tuple[int, str, float]]:
+        """
+        (element, "weft" | "warp" | "shear", excess) of all that is beyond a limit by more than 0.01 (a fifth of limits below
+        0.05), the worst first
+        """
+    @property
     def evaluations(self) -> int:
         """
         elements whose strain was computed in the sweeps
@@ -1954,10 +1990,10 @@ class RenderOptions:
     Parameters (keywords)
     ---------------------
     width : width of the picture [pixels]; in [16, 16384]; default 1280
-    height : height of the picture [pixels]; in [16, 16384]; default 720
+    height : height of the picture; of each where there are several [pixels]; in [16, 16384]; default 720
     samples : samples a pixel [1]; in [1, 16]; default 4
     pattern : surface of the cloth: weave | checker | plain; default 'weave'
-    color_by : cloth | stretch | strain_weft | strain_warp | strain_shear | contact; default 'cloth'
+    color_by : cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (of each cloth the left half shows weft, the right one warp) | contact; strain is U - I, as limits are; pictures of several, joined by +, lie one below another; default 'cloth'
     color_low : value at the low end of the colours [1]; default 0.0
     color_high : value at the high end; equal to color_low: from the frame [1]; default 0.0
     color_map : name of the colour map; default 'viridis'
@@ -1998,7 +2034,7 @@ class RenderOptions:
     @property
     def color_by(self) -> str:
         """
-        cloth | stretch | strain_weft | strain_warp | strain_shear | contact; default 'cloth'
+        cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (of each cloth the left half shows weft, the right one warp) | contact; strain is U - I, as limits are; pictures of several, joined by +, lie one below another; default 'cloth'
         """
     @property
     def color_high(self) -> float:
@@ -2028,7 +2064,7 @@ class RenderOptions:
     @property
     def height(self) -> int:
         """
-        height of the picture [pixels]; in [16, 16384]; default 720
+        height of the picture; of each where there are several [pixels]; in [16, 16384]; default 720
         """
     @property
     def light_direction(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -2247,6 +2283,12 @@ class Simulation:
     def body_positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
         (b x 3) centres of mass [m], a copy
+        """
+    @property
+    def broken_limits(self) -> list[tuple[int, str, float]]:
+        """
+        (triangle, "weft" | "warp" | "shear", excess) of all that the last step left beyond a limit of strain by
+        more than 0.01 (a fifth of limits below 0.05), the worst first; triangles of all cloths end to end.
         """
     @property
     def circuit_heat(self) -> float:

@@ -114,7 +114,8 @@ def render(
     run: RunArgument,
     width: Annotated[int | None, typer.Option(help="[pixels]")] = None,
     height: Annotated[int | None, typer.Option(help="[pixels]")] = None,
-    color_by: Annotated[str | None, typer.Option(help="cloth | stretch | strain_weft | strain_warp | strain_shear | contact")] = None,
+    color_by: Annotated[str | None, typer.Option(help="cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split | contact; several joined by +")] = None,
+    color_map: Annotated[str | None, typer.Option(help="viridis | magma | diverging")] = None,
     color_low: Annotated[float | None, typer.Option(help="value at the low end of the colours")] = None,
     color_high: Annotated[float | None, typer.Option(help="value at the high end of the colours")] = None,
     pattern: Annotated[str | None, typer.Option(help="weave | checker | plain")] = None,
@@ -126,16 +127,18 @@ def render(
 ) -> None:
     """Draws the frames of a run and makes a video.
 
-    Pictures (PNG) that are there are kept, so it continues where it was interrupted.
+    Pictures (PNG) that are there are kept, so it continues where it was interrupted. Strain is U - I, as limits are;
+    strain_split shows weft on the left half of each cloth and warp on the right; several --color-by joined by + lie one below another.
 
     \b
         loomstone render out/drape --color-by stretch --wireframe
+        loomstone render out/disc --color-by strain_split+strain_shear --color-map diverging
     """
     with _session(parallel=False):
         source = Run(run)
         options = stored_options(source)[3] if "render" in source.metadata else RenderOptions()
-        given: dict[str, Any] = {"width": width, "height": height, "color_by": color_by, "color_low": color_low,
-                                 "color_high": color_high, "pattern": pattern, "wireframe": wireframe,
+        given: dict[str, Any] = {"width": width, "height": height, "color_by": color_by, "color_map": color_map,
+                                 "color_low": color_low, "color_high": color_high, "pattern": pattern, "wireframe": wireframe,
                                  "field_lines": field_lines}  # fmt: skip
         options = options.replace(**{name: value for name, value in given.items() if value is not None})
         for i in frame:
@@ -198,8 +201,9 @@ def plot(
 ) -> None:
     """Plots a run over time, or forces between magnets.
 
-    Of a run: energies, stages, contacts, stretch, iterations, from its steps.csv. `force`: of one magnet on another over the gap
-    between them; `torque`: over the angle by which one is turned.
+    Of a run: energies, stages, contacts, stretch, strain, iterations, from its steps.csv; strain is the largest in each direction,
+    what of it is beyond limits, and the sweeps of strain limiting. `force`: of one magnet on another over the gap between
+    them; `torque`: over the angle by which one is turned.
 
     \b
         loomstone plot out/drape --what stages

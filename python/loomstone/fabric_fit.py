@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from ._core import ClothMaterial, InvalidInput
 from .fabrics import Fabric, ModeFit
 from .rigidity import bending_from_strips
-from .units import Quantity, in_unit, units
+from .units import in_unit, is_angle, number_in, units
 
 __all__ = ["fit_fabric"]
 
@@ -68,11 +68,13 @@ def fit_fabric(
         raise InvalidInput(f"fit_fabric: there is no curve {unknown[0]!r}; known: {', '.join(TENSILE + BENDING)}")
     if missing := [key for key in TENSILE if key not in curves]:
         raise InvalidInput(f"fit_fabric: the curve {missing[0]!r} is missing; weft, warp and shear are needed")
-    reached = in_unit(load, "N/m", "fit_fabric: load")
+    reached = number_in(load, "N/m", "fit_fabric: load")
     if not (np.isfinite(reached) and reached > 0):
         raise InvalidInput(f"fit_fabric: load must be > 0 [N/m], got {load}")
-    if shear_limit is not None and not 0 < shear_limit < 1:
-        raise InvalidInput(f"fit_fabric: shear_limit must be in (0, 1) as e12, got {shear_limit}")
+    if shear_limit is not None:
+        shear_limit = number_in(shear_limit, "1", "fit_fabric: shear_limit")
+        if not 0 < shear_limit < 1:
+            raise InvalidInput(f"fit_fabric: shear_limit must be in (0, 1) as e12, got {shear_limit}")
     fits = {mode: _fit_stretch(mode, curves[mode], reached) for mode in ("weft", "warp")}
     fits["shear"] = _fit_shear(curves["shear"], reached, shear_limit)
     fits |= {mode: _fit_bending(mode, curves[mode]) for mode in BENDING if mode in curves}
@@ -80,7 +82,7 @@ def fit_fabric(
         weft_stiffness=fits["weft"].stiffness,
         warp_stiffness=fits["warp"].stiffness,
         shear_stiffness=fits["shear"].stiffness,
-        density=in_unit(density, "kg/m^2", "fit_fabric: density"),
+        density=number_in(density, "kg/m^2", "fit_fabric: density"),
         **_bending(fits),
     )
     caveats = (
@@ -154,7 +156,7 @@ def _read(mode: str, curve: Any, x_unit: str, y_unit: str) -> tuple[Floats, Floa
     columns = []
     for column, unit in zip(curve, (x_unit, y_unit), strict=True):
         turned = in_unit(column, unit, f"fit_fabric: {mode}")
-        if mode == "shear" and isinstance(column, Quantity) and column.unit in ("deg", "degrees", "°", "rad"):
+        if mode == "shear" and is_angle(column):
             turned = np.tan(turned)
         try:
             columns.append(np.asarray(turned, float))

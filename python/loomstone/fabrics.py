@@ -20,7 +20,7 @@ from typing import Any
 from ._core import ClothMaterial, InvalidInput, StrainLimit
 from .fabric_table import BANDS, FABRICS, LEVELS, SOURCES, Band, Level, Row
 from .rigidity import bending_from_strips, strip_rigidity
-from .units import in_unit
+from .units import number_in
 
 __all__ = ["Fabric", "ModeFit", "fabric_of_levels", "fabrics"]
 
@@ -76,6 +76,9 @@ class Fabric(ClothMaterial):
             "name": name, "use": use, "composition": composition, "construction": construction, "limits": limits,
             "source": source, "licence": licence, "caveats": caveats, "band": band,
         }  # fmt: skip
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _rebuilt, (self._material, self._about | {"fits": self._fits})
 
     @property
     def material(self) -> ClothMaterial:
@@ -168,6 +171,10 @@ class Fabric(ClothMaterial):
         )
 
 
+def _rebuilt(material: ClothMaterial, about: dict[str, Any]) -> Fabric:
+    return Fabric(material, **about)
+
+
 def _or_none(limit: float) -> float | None:
     return limit if isfinite(limit) else None
 
@@ -245,7 +252,7 @@ def fabric_of_levels(
         shear_stiffness=levels["shear"].shear,
         bending_weft=levels["bending"].bending,
         bending_warp=levels["bending"].bending,
-        density=in_unit(density, "kg/m^2", "fabric_of_levels: density"),
+        density=number_in(density, "kg/m^2", "fabric_of_levels: density"),
     )
     limits = (levels["weft"].limit, levels["warp"].limit, levels["shear"].shear_limit)
     name = f"{weft} weft, {warp} warp, {shear} shear, {bending} bending"

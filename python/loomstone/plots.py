@@ -14,7 +14,7 @@ from ._core import CacheError, InvalidInput, Unsupported
 
 __all__ = ["KINDS", "plot_run", "read_steps"]
 
-KINDS = ("energy", "stages", "contacts", "stretch", "iterations")
+KINDS = ("energy", "stages", "contacts", "stretch", "strain", "iterations")
 
 
 def read_steps(directory: str | os.PathLike[str]) -> dict[str, NDArray[np.float64]]:
@@ -30,7 +30,7 @@ def read_steps(directory: str | os.PathLike[str]) -> dict[str, NDArray[np.float6
 
 
 def plot_run(directory: str | os.PathLike[str], *, kind: str = "energy", path: str | os.PathLike[str] | None = None) -> Path:
-    """Draws one of energy, stages, contacts, stretch, iterations over time; returns the picture's path (PNG)."""
+    """Draws one of energy, stages, contacts, stretch, strain, iterations over time; returns the picture's path (PNG)."""
     if kind not in KINDS:
         raise InvalidInput(f"plot must be one of {', '.join(KINDS)}, got {kind!r}")
     try:
@@ -81,10 +81,26 @@ def _stretch(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
     axes.set_ylabel("largest principal stretch [1]")
 
 
+def _strain(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
+    """Largest strain in each direction; what of it is beyond limits; sweeps that limiting took, on the right."""
+    if "weft_strain" not in steps:
+        raise InvalidInput("this run has no strains in its table of steps: it was made by an earlier version; run it again")
+    for name, colour in (("weft", "C0"), ("warp", "C1"), ("shear", "C2")):
+        axes.plot(steps["time"], steps[f"{name}_strain"], colour, label=name)
+        if steps[f"{name}_excess"].any():
+            axes.plot(steps["time"], steps[f"{name}_excess"], colour, linestyle=":", label=f"{name} beyond limits")
+    axes.set_ylabel("largest strain [1]")
+    if steps["limit_sweeps"].any():
+        right = axes.twinx()
+        right.plot(steps["time"], steps["limit_sweeps"], "0.6", linewidth=0.8, zorder=0)
+        right.set_ylabel("sweeps a step [1] (grey)")
+        right.set_ylim(bottom=0)
+
+
 def _iterations(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
     axes.plot(steps["time"], steps["linear_iterations"], label="linear")
     axes.plot(steps["time"], steps["newton_iterations"], label="Newton")
     axes.set_ylabel("iterations a step [1]")
 
 
-_DRAW = {"energy": _energy, "stages": _stages, "contacts": _contacts, "stretch": _stretch, "iterations": _iterations}
+_DRAW = {"energy": _energy, "stages": _stages, "contacts": _contacts, "stretch": _stretch, "strain": _strain, "iterations": _iterations}

@@ -31,6 +31,15 @@ def trouble(report: StepReport) -> str:
     )
 
 
+def overstrained(report: StepReport) -> str:
+    """The line about a step that could not keep limits of strain."""
+    excess = max(report.weft_excess, report.warp_excess, report.shear_excess)
+    return (
+        f"step {report.step} (t {report.time:.3f} s): {report.broken_limits} triangles strain beyond their limits, by up to "
+        f"{excess:.3f} (triangle {report.worst_element}); limits.csv names the worst of every step"
+    )
+
+
 class _Counts:
     """Step rate and what the last step did."""
 
@@ -39,7 +48,7 @@ class _Counts:
         self._steps = 0
         self._report = StepReport()
         self._frames = self._done_before = 0
-        self._troubled = False
+        self._troubled = self._overstrained = False
 
     def start(self, frames: int, done: int) -> None:
         self._began = time.perf_counter()
@@ -50,6 +59,9 @@ class _Counts:
         if report.unresolved and not self._troubled:  # once, until the cloth is free again
             self.say(trouble(report))
         self._troubled = report.unresolved > 0 or report.intersections > 0
+        if report.broken_limits and not self._overstrained:  # once a run
+            self.say(overstrained(report))
+            self._overstrained = True
 
     def say(self, line: str) -> None:
         print(line, flush=True)

@@ -24,7 +24,7 @@ from .cache import checkpoint_files, latest_checkpoint, write_checkpoint
 from .magnetics.lines import frame_curves
 from .ranks import together
 from .simulation import Simulation, frame_count, frames_due
-from .verification import FrameTable, append_forced, keep_forced
+from .verification import BROKEN, FORCED, MOST_BROKEN, FrameTable, append_rows, keep_rows
 
 __all__ = ["Interrupted", "Observer", "RunOptions", "StepTable", "execute", "summary_of_steps"]
 
@@ -92,7 +92,7 @@ def execute(
         while True:
             with together(ranks):
                 if stepped:
-                    writer.step(simulation.report, simulation.forced_pairs)
+                    writer.step(simulation.report, simulation.forced_pairs, simulation.broken_limits)
                     watch.step(simulation.report)
                 while following < n_frames and following < frames_due(simulation.time, options.rate):
                     frame = simulation.frame_at(following / options.rate)
@@ -187,6 +187,12 @@ def summary_of_steps(path: Path) -> dict[str, Any]:
         "most_intersections": max(int(r["intersections"]) for r in rows),
         "forced_steps": sum(int(r["forced"]) > 0 for r in rows),
         "most_forced": max(int(r["forced"]) for r in rows),
+        "limit_sweeps_per_step": sum(int(r["limit_sweeps"]) for r in rows) / len(rows),
+        "largest_excess": max(float(r[f"{d}_excess"]) for r in rows for d in ("weft", "warp", "shear")),
+        "steps_with_broken_limits": sum(int(r["broken_limits"]) > 0 for r in rows),
+        "most_broken_limits": max(int(r["broken_limits"]) for r in rows),
+        "most_limit_rounds": max(int(r["limit_rounds"]) for r in rows),
+        "limit_retreats": sum(int(r["limit_retreats"]) for r in rows),
         "withheld": sum(float(r["withheld_motion"]) for r in rows) / wanted if wanted else 0.0,
         "withheld_in_worst_step": max(float(r["withheld"]) for r in rows),
         "truncated_momentum": sum(float(r["truncated_momentum"]) for r in rows),
@@ -206,7 +212,7 @@ class _NoWriter:
 
     def frame(self, index: int, frame: Frame) -> None: ...
 
-    def step(self, report: StepReport, forced: list[list[int]]) -> None: ...
+    def step(self, report: StepReport, forced: list[list[int]], broken: list[tuple[int, str, float]]) -> None: ...
 
     def checkpoint(self, step: int, state: Checkpoint) -> None: ...
 
@@ -260,11 +266,13 @@ class _Writer(_NoWriter):
                 curves = frame_curves(self._simulation, frame, lines) if lines else None
                 _core.write_png(str(path), self._renderer.render(frame, curves))
 
-    def step(self, report: StepReport, forced: list[list[int]]) -> None:
+    def step(self, report: StepReport, forced: list[list[int]], broken: list[tuple[int, str, float]]) -> None:
         with self._writing():
             self._steps.add(report)
             if forced:
-                append_forced(self._directory, report.step, forced)
+                append_rows(self._directory / FORCED[0], FORCED[1], report.step, forced)
+            if broken:
+                append_rows(self._directory / BROKEN[0], BROKEN[1], report.step, broken[:MOST_BROKEN])
 
     def checkpoint(self, step: int, state: Checkpoint) -> None:
         with self._writing():
@@ -311,14 +319,15 @@ def _writer(
             raise CacheError(f"{directory} must be a directory that can be written: {error.strerror}; give another") from error
         frames = FrameWriter(str(directory), simulation.topology, json.dumps(metadata))
     steps = StepTable(directory / "steps.csv", simulation.step_index)
-    keep_forced(directory, simulation.step_index)
+    for name, _ in (FORCED, BROKEN):
+        keep_rows(directory / name, simulation.step_index)
     checks = FrameTable(directory / "frames.csv", simulation.topology, following) if options.verify else None
     return _Writer(directory, frames, steps, checks, options, simulation)
 
 
 def _remove_run(directory: Path) -> None:
     """Removes what a run has written, and nothing else."""
-    for name in ("run.vtkhdf", "bodies.vtkhdf", "steps.csv", "frames.csv", "forced.csv", "report.json", "video.mp4"):
+    for name in ("run.vtkhdf", "bodies.vtkhdf", "steps.csv", "frames.csv", "forced.csv", "limits.csv", "report.json", "video.mp4"):
         (directory / name).unlink(missing_ok=True)
     for path in checkpoint_files(directory):
         path.unlink()

@@ -23,7 +23,7 @@ import numpy as np
 
 from ._core import InvalidInput
 
-__all__ = ["Quantity", "in_unit", "units"]
+__all__ = ["Quantity", "in_unit", "is_angle", "number_in", "units"]
 
 Dimension = tuple[int, int, int]  # exponents of kg, m, s
 
@@ -162,6 +162,25 @@ def in_unit(value: Any, unit: str, where: str) -> Any:
                 f"{where} must be {_wanted(unit)}, got {value} [{value.dimensionality}]: {error}"
             ) from None
     return value
+
+
+def number_in(value: Any, unit: str, where: str) -> float:
+    """The same for one number; InvalidInput where it is none."""
+    number = in_unit(value, unit, where)
+    if isinstance(number, (str, bytes)) or np.ndim(number) != 0:
+        raise InvalidInput(f"{where} must be a number, {_wanted(unit)}, got {value!r}")
+    try:
+        return float(number)
+    except (TypeError, ValueError):
+        raise InvalidInput(f"{where} must be a number, {_wanted(unit)}, got {value!r}") from None
+
+
+def is_angle(value: Any) -> bool:
+    """Whether a value carries a unit of angle, ours or Pint's."""
+    if isinstance(value, Quantity):
+        return value.unit in ("deg", "degrees", "°", "rad")
+    units_of_pint = getattr(value, "units", None) if hasattr(value, "dimensionality") else None
+    return str(units_of_pint) in ("degree", "radian", "milliradian", "arcminute", "arcsecond", "turn", "grade")
 
 
 def _as(unit: str) -> str:

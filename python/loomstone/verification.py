@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,7 +12,7 @@ import numpy as np
 from . import _core
 from ._core import Frame, FrameTopology
 
-__all__ = ["FrameTable", "Intersections", "append_forced", "count_intersections", "keep_forced"]
+__all__ = ["BROKEN", "FORCED", "MOST_BROKEN", "FrameTable", "Intersections", "append_rows", "count_intersections", "keep_rows"]
 
 
 class Intersections(NamedTuple):
@@ -59,25 +60,29 @@ class FrameTable:
         }
 
 
-def append_forced(directory: Path, step: int, pairs: list[list[int]]) -> None:
-    """forced.csv: the pairs of triangles that a step had to leave intersecting, cloth first, then bodies and obstacles."""
-    path = directory / "forced.csv"
+# Tables that a run has only where something went wrong: file name and columns.
+FORCED = ("forced.csv", ("step", "triangle", "other_triangle"))  # pairs that a step had to leave intersecting
+BROKEN = ("limits.csv", ("step", "triangle", "direction", "excess"))  # the worst that a step left beyond limits of strain
+MOST_BROKEN = 20  # rows a step
+
+
+def append_rows(path: Path, columns: Sequence[str], step: int, rows: Iterable[Sequence[object]]) -> None:
+    """Adds rows of a step; surfaces are counted cloth first, then bodies and obstacles."""
     new = not path.exists()
     with path.open("a", newline="") as file:
         table = csv.writer(file)
         if new:
-            table.writerow(["step", "triangle", "other_triangle"])
-        table.writerows([step, *pair] for pair in pairs)
+            table.writerow(columns)
+        table.writerows([step, *row] for row in rows)
 
 
-def keep_forced(directory: Path, until_step: int) -> None:
+def keep_rows(path: Path, until_step: int) -> None:
     """Drops rows of steps that will be computed again."""
-    path = directory / "forced.csv"
     if not path.exists():
         return
     with path.open(newline="") as file:
         header, *rows = list(csv.reader(file))
-    kept = [row for row in rows if len(row) == 3 and int(row[0]) <= until_step]
+    kept = [row for row in rows if len(row) == len(header) and int(row[0]) <= until_step]
     if not kept:
         path.unlink()
         return

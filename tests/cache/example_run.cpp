@@ -78,12 +78,18 @@ StepReport example_report(std::int64_t step) {
   report.limit_sweeps = static_cast<int>(step % 9);
   report.rate_sweeps = static_cast<int>(step % 8);
   report.limit_evaluations = step * 13;
+  report.limit_rounds = static_cast<int>(step % 5);
+  report.limit_retreats = static_cast<int>(step % 4);
   report.limit_excess = std::sin(6 * x);
   report.weft_excess = std::sin(7 * x);
   report.warp_excess = std::sin(8 * x);
   report.shear_excess = std::sin(9 * x);
   report.beyond_limit = step % 10;
   report.worst_element = step % 11 - 1;
+  report.broken_limits = step % 7;
+  report.weft_strain = std::sin(10 * x);
+  report.warp_strain = std::sin(11 * x);
+  report.shear_strain = std::sin(12 * x);
   report.max_stretch = 1 + std::exp(-x);
   report.kinetic_energy = std::cos(x);
   report.membrane_energy = std::cos(2 * x);
@@ -167,7 +173,10 @@ bool same(const StepReport& a, const StepReport& b) {
          a.limit_sweeps == b.limit_sweeps && a.rate_sweeps == b.rate_sweeps && a.limit_evaluations == b.limit_evaluations &&
          same_number(a.limit_excess, b.limit_excess) && same_number(a.weft_excess, b.weft_excess) &&
          same_number(a.warp_excess, b.warp_excess) && same_number(a.shear_excess, b.shear_excess) &&
-         a.beyond_limit == b.beyond_limit && a.worst_element == b.worst_element &&
+         a.beyond_limit == b.beyond_limit && a.worst_element == b.worst_element && a.limit_rounds == b.limit_rounds &&
+         a.limit_retreats == b.limit_retreats && a.broken_limits == b.broken_limits &&
+         same_number(a.weft_strain, b.weft_strain) && same_number(a.warp_strain, b.warp_strain) &&
+         same_number(a.shear_strain, b.shear_strain) &&
          same_number(a.max_stretch, b.max_stretch) && same_number(a.kinetic_energy, b.kinetic_energy) &&
          same_number(a.membrane_energy, b.membrane_energy) && same_number(a.bending_energy, b.bending_energy) &&
          same_number(a.gravity_energy, b.gravity_energy) && same_number(a.contact_energy, b.contact_energy) &&

@@ -91,23 +91,25 @@ TEST_CASE("with a second phase the positive Jacobian stays positive semidefinite
   CHECK(eigenvalues.minCoeff() > -1e-12 * eigenvalues.maxCoeff());
 }
 
-// Weft limited to 10 %: the second phase is entered at 9 % and holds 100 times the modulus times what is beyond.
-TEST_CASE("at its limit a strip holds a hundred times its modulus times the margin, before it nothing more than without limit") {
+// Weft limited to 10 %: the second phase is entered at 9 % and holds 300 times the modulus times what is beyond, the third at
+// 9.5 % and holds 3000 times the modulus times what is beyond that.
+TEST_CASE("before its limit a strip meets two phases one after another, and before those nothing more than without limit") {
   ClothMaterial material;
   material.weft_stiffness = 300, material.warp_stiffness = 300, material.shear_stiffness = 150, material.poisson = 0.0;
   Sheet s = make_sheet(material);
   StrainLimit limit;
   limit.weft = 0.1;
   LimitPhase phase = phase_of(s, limit);
-  for (const double strain : {0.05, 0.089, 0.1}) {
+  for (const double strain : {0.05, 0.089, 0.093, 0.1, 0.12}) {
     const Points x = stretched(s.mesh, strain);
     s.membrane.set_phase(nullptr);
     const double elastic = tension(s, x);
     phase.enter({}, x);
     s.membrane.set_phase(phase.table());
     const double more = (tension(s, x) - elastic) / 0.2;  // the sheet is 0.2 m wide [N/m]
-    // First Piola stress is stretch times S, S = 100 E1 times the stretch times what is beyond 9 %.
-    const double expected = strain < 0.09 ? 0.0 : 100 * 300.0 * (1 + strain) * (1 + strain) * (strain - 0.09);
+    // First Piola stress is stretch times S, S = the modulus times the stretch times what is beyond.
+    const double beyond = std::max(0.0, strain - 0.09) + 9.0 * std::max(0.0, strain - 0.095);
+    const double expected = 300 * 300.0 * (1 + strain) * (1 + strain) * beyond;
     CHECK(more == Approx(expected).epsilon(1e-9).margin(1e-9));
   }
 }

@@ -1,6 +1,8 @@
 """Fabrics: each can be simulated, and is what its published source says by the mapping of docs/fabrics.md."""
 
+import copy
 import json
+import pickle
 import subprocess
 import sys
 from math import asin, isfinite, isinf, sin, sqrt
@@ -245,3 +247,14 @@ def test_strips_that_no_plate_has_are_refused():
         ls.bending_from_strips(weft=1e-5, warp=1e-5, bias=1e-5, poisson=1.5)
     with pytest.raises(ls.InvalidInput, match="must resist bending"):
         ls.strip_rigidity(ls.ClothMaterial(bending_weft=0, bending_warp=0), angle_degrees=45)
+
+
+def test_fabrics_descriptions_and_meshes_can_be_pickled_and_copied():
+    fabric = ls.fabrics["cotton"]
+    scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(size=(0.5, 0.5), cells=(3, 3)), material=fabric, strain_limit=fabric.strain_limit)])
+    for again in (pickle.loads(pickle.dumps(fabric)), copy.deepcopy(fabric)):
+        assert isinstance(again, ls.Fabric) and again == fabric and again.to_dict() == fabric.to_dict()
+    fitted = ls.fabric_of_levels(weft="soft")
+    assert pickle.loads(pickle.dumps(fitted)).name == fitted.name
+    for thing in (fabric.material, fabric.strain_limit, scene.cloths[0].mesh, scene, ls.SemiImplicitEuler(step=2e-3)):
+        assert pickle.loads(pickle.dumps(thing)) == thing and copy.deepcopy(thing) == thing

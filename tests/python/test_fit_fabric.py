@@ -148,3 +148,18 @@ def test_missing_curves_loads_and_limits_are_refused():
         ls.fit_fabric(curves(), density=0.15, shear_limit=3.0)
     with pytest.raises(ls.InvalidInput, match="curves must be a dict"):
         ls.fit_fabric([1, 2], density=0.15)
+    for name, wrong in (("load", "a"), ("load", None), ("load", [1, 2]), ("density", "b"), ("shear_limit", "c")):
+        with pytest.raises(ls.InvalidInput, match=f"fit_fabric: {name} must be a number"):
+            ls.fit_fabric(curves(), **({"density": 0.15, "shear_limit": 0.1} | {name: wrong}))
+
+
+def test_angles_of_pint_are_angles():
+    pint = pytest.importorskip("pint")
+    registry, angle = pint.UnitRegistry(), np.linspace(0.0, 12.0, 25)
+    load = 70.0 * np.tan(np.radians(angle))
+    ours, theirs = (
+        ls.fit_fabric(curves(shear=(column, load)), density=0.15, shear_limit=0.1)
+        for column in (angle * units["deg"], angle * registry.degree)
+    )
+    assert theirs.shear_stiffness == pytest.approx(ours.shear_stiffness, rel=1e-12)
+    assert theirs.shear_stiffness == pytest.approx(70.0, rel=1e-9)

@@ -1,11 +1,13 @@
 """Strain limits from Python: on arrays and in the step."""
 
+import csv
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import loomstone as ls
+from loomstone import progress
 from loomstone.scene_file import SceneFile
 
 SCENES = Path(__file__).parents[2] / "scenes"
@@ -153,3 +155,29 @@ def test_the_columns_of_the_swing_differ_as_their_limits_do():
     assert mean[6].max() > 2 * mean[0].max(), "without limits it strains further than with tight ones"
     assert mean[1][2] > 2 * mean[0][2], "loose shear is used"
     assert mean[2][1] > mean[3][1] and mean[3][0] > mean[2][0], "swapped limits swap weft and warp"
+
+
+def test_broken_limits_are_named_the_worst_first_and_in_a_table(tmp_path, capsys):
+    mesh = ls.grid(size=(0.5, 0.5), cells=(6, 6))
+    x = np.asarray(mesh.vertices)
+    sides = [int(i) for i in np.flatnonzero(abs(x[:, 0]) > 0.2499)]
+    cloth = ls.Cloth(
+        mesh=mesh,
+        pins=sides,
+        script_times=[0.0, 0.1],
+        script_positions=np.concatenate([x[sides], x[sides] * (1.3, 1, 1)]),
+        strain_limit=ls.StrainLimit(0.1, 0.1, 0.1),
+    )
+    sim = ls.Simulation(ls.Scene(cloths=[cloth], collisions=False), integrator=ls.SemiImplicitEuler(step=2e-3), threads=1)
+    report = sim.run(out=tmp_path / "r", duration=0.12)
+    broken, last = sim.broken_limits, sim.report
+    excess = [entry[2] for entry in broken]
+    assert excess == sorted(excess, reverse=True) and len({entry[0] for entry in broken}) == last.broken_limits > 36
+    assert broken[0] == (last.worst_element, "weft", last.weft_excess)
+    assert last.weft_strain == pytest.approx(0.1 + last.weft_excess, abs=1e-12)
+    with (tmp_path / "r" / "limits.csv").open(newline="") as file:
+        rows = [row for row in csv.DictReader(file) if int(row["step"]) == last.step]
+    assert [(int(r["triangle"]), r["direction"], float(r["excess"])) for r in rows] == broken[:20]
+    assert report["steps_with_broken_limits"] > 5 and report["largest_excess"] == pytest.approx(last.weft_excess, rel=0.1)
+    strained = progress.overstrained(last)
+    assert f"{last.broken_limits} triangles strain beyond" in strained and f"triangle {last.worst_element}" in strained

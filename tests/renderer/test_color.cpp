@@ -104,24 +104,41 @@ TEST_CASE("values are averaged over triangles, and a constant stays itself", "[r
   scene.frame.stretch.setConstant(1.25);
   const Vector values = scalar_field("stretch", scene.topology, scene.frame);
   CHECK((values.array() - 1.25).abs().maxCoeff() < 1e-15);   // rounding of a mean
-  const Vector shear = scalar_field("strain_shear", scene.topology, scene.frame);
-  CHECK(shear.minCoeff() >= scene.frame.strain.col(2).minCoeff());
-  CHECK(shear.maxCoeff() <= scene.frame.strain.col(2).maxCoeff());
+  scene.frame.stretch = scene.frame.strain.col(2);
+  REQUIRE(scene.frame.stretch.minCoeff() < scene.frame.stretch.maxCoeff());
+  const Vector mean = scalar_field("stretch", scene.topology, scene.frame);
+  CHECK(mean.minCoeff() >= scene.frame.stretch.minCoeff());
+  CHECK(mean.maxCoeff() <= scene.frame.stretch.maxCoeff());
+}
+
+TEST_CASE("strain is shown as U - I, which limits are in", "[renderer]") {
+  DrapedScene scene = flat_scene();
+  // F = R U with U = (1.3, 0.05; 0.05, 0.9): E = (U^2 - I) / 2.
+  const Eigen::RowVector3d u(1.3, 0.9, 0.05);
+  const Eigen::RowVector3d green(0.5 * (u[0] * u[0] + u[2] * u[2] - 1.0), 0.5 * (u[1] * u[1] + u[2] * u[2] - 1.0),
+                                 0.5 * u[2] * (u[0] + u[1]));
+  scene.frame.strain.rowwise() = green;
+  const char* names[] = {"strain_weft", "strain_warp", "strain_shear"};
+  const double shown[] = {0.3, -0.1, 0.05};
+  for (int k = 0; k < 3; ++k)   // rounding of two roots
+    CHECK((scalar_field(names[k], scene.topology, scene.frame).array() - shown[k]).abs().maxCoeff() < 1e-14);
+  scene.frame.strain.rowwise() = Eigen::RowVector3d(-0.5, -0.5, 0.0);   // shrunk to a point
+  CHECK(scalar_field("strain_weft", scene.topology, scene.frame).maxCoeff() == -1.0);
+  CHECK(scalar_field("strain_shear", scene.topology, scene.frame).maxCoeff() == 0.0);
 }
 
 TEST_CASE("an automatic range covers the values, a given one is kept, a diverging one is centred", "[renderer]") {
   RenderOptions options;
-  options.color_by = "strain_warp";
   const Vector values = (Vector(3) << -0.01, 0.0, 0.04).finished();
-  CHECK(color_range(options, values).low == -0.01);
-  CHECK(color_range(options, values).high == 0.04);
+  CHECK(color_range(options, "strain_warp", values).low == -0.01);
+  CHECK(color_range(options, "strain_warp", values).high == 0.04);
   options.color_map = "diverging";
-  CHECK(color_range(options, values).low == -0.04);
+  CHECK(color_range(options, "strain_warp", values).low == -0.04);
   options.color_low = -1.0;
   options.color_high = 2.0;
-  CHECK(color_range(options, values).low == -1.0);
-  CHECK(color_range(options, values).high == 2.0);
-  const ColorRange narrow = color_range(RenderOptions{}, Vector::Constant(3, 1.0));
+  CHECK(color_range(options, "strain_warp", values).low == -1.0);
+  CHECK(color_range(options, "strain_warp", values).high == 2.0);
+  const ColorRange narrow = color_range(RenderOptions{}, "stretch", Vector::Constant(3, 1.0));
   CHECK(narrow.low < 1.0);
   CHECK(narrow.high > 1.0);
 }

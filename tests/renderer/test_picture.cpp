@@ -206,3 +206,46 @@ TEST_CASE("pictures have the size that was asked for, odd ones too", "[renderer]
     CHECK(image.rgb.size() == 3 * static_cast<std::size_t>(width * height));
   }
 }
+
+TEST_CASE("a split picture is that of weft strain on the left half of the cloth and that of warp strain on the right", "[renderer]") {
+  DrapedScene scene = flat_scene();
+  scene.frame.strain.rowwise() = Eigen::RowVector3d(0.1, 0.3, 0.2);
+  RenderOptions options = small_options();
+  options.color_low = 0.0, options.color_high = 0.5;
+  options.camera.eye = Vec3(0, -1, 0), options.camera.target = Vec3::Zero();
+  const auto drawn = [&](const std::string& color_by) {
+    options.color_by = color_by;
+    return Renderer(scene.topology, options).render(scene.frame);
+  };
+  const Image weft = drawn("strain_weft"), warp = drawn("strain_warp"), split = drawn("strain_split");
+  const auto differing = [&](const Image& a, const Image& b, int from, int to) {
+    std::size_t count = 0;
+    for (int y = 0; y < a.height; ++y)
+      for (int x = from; x < to; ++x) {
+        const std::size_t at = 3 * (static_cast<std::size_t>(y) * a.width + x);
+        count += !std::equal(&a.rgb[at], &a.rgb[at] + 3, &b.rgb[at]);
+      }
+    return count;
+  };
+  const int middle = options.width / 2, line = 3, bar = options.width - 100;   // the legends differ in their titles
+  CHECK(differing(weft, warp, 0, bar) > 1000);
+  CHECK(differing(split, weft, 0, middle - line) == 0);
+  CHECK(differing(split, warp, middle + line, bar) == 0);
+  CHECK(differing(split, warp, 0, middle - line) > 500);
+}
+
+TEST_CASE("pictures joined by + lie one below another, each as if alone", "[renderer]") {
+  const DrapedScene scene = draped_scene(8, 1);
+  RenderOptions options = small_options();
+  std::vector<std::uint8_t> rows;
+  for (const char* name : {"cloth", "strain_split", "strain_shear"}) {
+    options.color_by = name;
+    const Image image = Renderer(scene.topology, options).render(scene.frame);
+    rows.insert(rows.end(), image.rgb.begin(), image.rgb.end());
+  }
+  options.color_by = "cloth+strain_split+strain_shear";
+  const Image image = Renderer(scene.topology, options).render(scene.frame);
+  CHECK(image.width == options.width);
+  CHECK(image.height == 3 * options.height);
+  CHECK(image.rgb == rows);
+}

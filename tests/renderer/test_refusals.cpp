@@ -54,6 +54,7 @@ TEST_CASE("options that cannot be drawn are refused with the choices", "[rendere
   refuses_options([](RenderOptions& o) { o.samples = 8; }, "at most");   // llvmpipe offers 4
   refuses_options([](RenderOptions& o) { o.pattern = "tartan"; }, "weave, checker or plain, got 'tartan'");
   refuses_options([](RenderOptions& o) { o.color_by = "speed"; }, "cloth, stretch, strain_weft, strain_warp");
+  refuses_options([](RenderOptions& o) { o.color_by = "stretch+"; }, "contact, got ''");
   refuses_options([](RenderOptions& o) { o.color_map = "jet"; }, "viridis, magma or diverging, got 'jet'");
   refuses_options([](RenderOptions& o) { o.color_low = 2.0; }, "color_low must be at most color_high");
   refuses_options([](RenderOptions& o) { o.color_high = not_a_number; }, "color_high");

@@ -1,6 +1,8 @@
 // Claims about strain limits in the step: with contacts, inside the implicit solve, and where scripts leave them no room.
 #include <catch2/catch.hpp>
 
+#include <set>
+
 #include "core/cloth/strain_limiter.h"
 #include "core/mesh/generators.h"
 #include "tests/sim/sim_support.h"
@@ -106,6 +108,16 @@ TEST_CASE("a script that leaves limits no room is followed, reported by its tria
   CHECK(beyond_early == 0);
   CHECK(sim.report().beyond_limit == 2 * cells * cells);
   CHECK(sim.report().worst_element >= 0);
+  CHECK(sim.report().substeps == 1);  // limits that did not hold before are no reason to halve the step
+  const std::vector<BrokenLimit> broken = sim.broken_limits();
+  std::set<Index> named;
+  for (const BrokenLimit& each : broken) named.insert(each.element);
+  CHECK(sim.report().broken_limits == 2 * cells * cells);
+  CHECK(static_cast<std::int64_t>(named.size()) == 2 * cells * cells);
+  CHECK(*named.rbegin() == 2 * cells * cells - 1);  // of the first cloth alone
+  CHECK(broken.front().element == sim.report().worst_element);
+  CHECK(broken.front().excess == sim.report().weft_excess);
+  for (std::size_t i = 1; i < broken.size(); ++i) REQUIRE(broken[i].excess <= broken[i - 1].excess);
   CHECK(sim.report().weft_excess == Approx(0.25).margin(0.05));  // all triangles share what the script asks for
   CHECK(sim.report().max_stretch < 1.36);
   const Points x = sim.positions();
@@ -121,6 +133,53 @@ TEST_CASE("a script that leaves limits no room is followed, reported by its tria
       longest = std::max(longest, (x.row(242 + a) - x.row(242 + b)).norm() / rest - 1.0);
     }
   CHECK(longest < 0.05 + 0.02);  // sweeps end at the tolerance or after a hundred
+}
+
+TEST_CASE("a sheet thrown at a ball is certified and limited in turn, then goes back; each vertex that it stops counts once") {
+  StrainLimit limit;
+  limit.weft = limit.warp = 0.03, limit.shear = 0.05;
+  Simulation sim(draped(14, limit, true), step_of(4e-3), 1);
+  const Index n = static_cast<Index>(sim.positions().rows());
+  Points v = Points::Zero(n, 3);
+  v.col(2).setConstant(-6.0);  // 24 mm a step, the contact distance is 2.9
+  sim.set_velocities(v);
+  for (int i = 0; i < 10; ++i) {
+    sim.step();
+    INFO("step " << i);
+    CHECK(sim.report().limit_retreats == (i == 0));
+    CHECK((sim.report().limit_rounds > 1) == (i == 0));
+    CHECK(sim.report().truncated <= n);
+    CHECK(sim.report().withheld <= 1.0);
+    CHECK(sim.report().broken_limits == 0);
+    CHECK(sim.broken_limits().empty());
+    CHECK(worst(sim.report()) <= limit_margin(0.03));
+    CHECK(sim.intersecting_pairs().empty());
+  }
+}
+
+// Soft, heavy and far stiffer in its limit along weft than along warp: when it falls into its pins, all of it in one step.
+TEST_CASE("a step that breaks limits is taken in halves, so that they hold") {
+  Scene scene;
+  scene.collisions = false;
+  Cloth cloth;
+  cloth.mesh = share(grid_cells(1.5, 1.5, 20, 20));
+  cloth.material.weft_stiffness = cloth.material.warp_stiffness = 100.0, cloth.material.shear_stiffness = 30.0;
+  cloth.material.density = 0.5;
+  cloth.pins = {20 * 21, 20 * 21 + 20};
+  cloth.strain_limit = StrainLimit{};
+  cloth.strain_limit->weft = 0.02, cloth.strain_limit->warp = cloth.strain_limit->shear = 0.2;
+  scene.cloths.push_back(cloth);
+  Simulation sim(scene, step_of(4e-3), 1);
+  int halved = 0;
+  for (int i = 0; i < 75; ++i) {
+    sim.step();
+    halved += sim.report().substeps > 1;
+    CHECK(sim.report().substeps <= 4);
+    CHECK(sim.report().broken_limits == 0);
+    CHECK(worst(sim.report()) <= limit_margin(0.02));
+    CHECK(sim.report().weft_strain <= 0.02 + sim.report().weft_excess + 1e-12);
+  }
+  CHECK(halved > 0);
 }
 
 TEST_CASE("with limits and contacts one and three threads give the same bits, and a resumed run goes on with them") {
