@@ -93,7 +93,7 @@ def test_what_cannot_magnetise_is_refused():
     soft = scene.magnets[0]
     for change, kind, message in (
         ({"polarization": (0, 0, 1)}, ls.InvalidInput, "polarization must be zero where susceptibility"),
-        ({"shape": "cuboid", "radius": 0.0, "size": (1, 1, 1)}, ls.Unsupported, "susceptibility is that of spheres"),
+        ({"shape": "cylinder", "height": 0.01}, ls.Unsupported, "susceptibility is that of spheres"),
         ({"radius": 0.0}, ls.InvalidInput, "radius must be > 0"),
         ({"engine": "cells", "density": 1e6}, ls.InvalidInput, "engine must be accurate"),
     ):
