@@ -125,10 +125,10 @@ def test_a_stiff_specimen_sags_at_its_rim_as_a_clamped_annular_plate():
 
 
 def test_limits_of_a_hundredth_change_the_drape_by_less_than_a_tenth_and_the_cloth_comes_to_rest():
-    # A limp knit, so soft that it strains by 2 % where it is free to. Means of two specimens, which differ by 7 % and three folds.
+    # A limp knit, so soft that it strains by 2 % where it is free to. Means of four specimens, which differ by 8 % and six folds.
     knit = isotropic(3.6e-6, weft_stiffness=33, warp_stiffness=60, shear_stiffness=37)
     limits = (ls.StrainLimit(0.05, 0.05, 0.05), ls.StrainLimit(0.01, 0.01, 0.05))
-    loose, tight = ([cusick(knit, strain_limit=l, triangles=900, seed=seed) for seed in (1, 2)] for l in limits)
+    loose, tight = ([cusick(knit, strain_limit=l, triangles=900, seed=seed) for seed in (1, 2, 3, 4)] for l in limits)
     for result in tight:
         strain = ls.limits.strain(result.positions, result.mesh)
         assert strain[:, :2].max() < 0.012
@@ -137,7 +137,7 @@ def test_limits_of_a_hundredth_change_the_drape_by_less_than_a_tenth_and_the_clo
     coefficient = [np.mean([r.drape_coefficient for r in results]) for results in (loose, tight)]
     assert coefficient[1] == pytest.approx(coefficient[0], rel=0.1)
     folds = [np.mean([r.folds for r in results]) for results in (loose, tight)]
-    assert abs(folds[1] - folds[0]) <= 1.5
+    assert folds[1] == pytest.approx(folds[0], rel=0.1)  # of six specimens 11.3 and 11.0
 
 
 def test_a_limp_fabric_drapes_and_card_does_not():
