@@ -165,6 +165,6 @@ def report_text(report: dict[str, Any]) -> str:
             + (f", at most {report['most_intersecting_pairs']} pairs" if report["intersecting_frames"] else "")
         )
     if report.get("steps_in_parts"):
-        lines.append(f"{report['steps_in_parts']} steps were taken in parts to free them of impacts")
+        lines.append(f"{report['steps_in_parts']} steps were taken in parts")
     lines.append(f"state {report['digest'][:16]}")
     return "\n".join(lines)
