@@ -39,7 +39,7 @@ def main(source: Path, target: Path) -> None:
     counts.set(xlabel="triangles", ylabel="iterations to 1e-4")
     for axes in (times, counts):
         axes.grid(which="both", alpha=0.3)
-        axes.legend()
+        axes.legend(fontsize=7)
     figure.savefig(target, dpi=120)
 
 
