@@ -24,6 +24,12 @@ Points magnetic_field(const Team& team, const std::vector<MagneticBody>& bodies,
 // (n x 9) dB_i/dx_j outside of magnets [T/m], world axes.
 Gradients magnetic_gradient(const Team& team, const std::vector<MagneticBody>& bodies, const ConstPointsRef& points);
 
+// A pose as seen from another.
+inline RigidPose relative_pose(const RigidPose& of, const RigidPose& in) {
+  return {rotation_matrix(in.orientation).transpose() * (of.position - in.position),
+          quaternion_product(quaternion_inverse(in.orientation), of.orientation)};
+}
+
 // Pose from a position [m] and a quaternion (w, x, y, z) of any length > 0.
 RigidPose checked_pose(const Vec3& position, const Vec4& orientation);
 

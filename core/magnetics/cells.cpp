@@ -144,10 +144,7 @@ CellTable cell_level(const MagneticBody& body, Index level) {
 
 CellTable cell_front(const MagneticBody& body, const MagneticBody& other) {
   const CellMagnet &magnet = cells_of(body), &box = cells_of(other);
-  const Mat3 rotation = rotation_matrix(body.pose.orientation);
-  const RigidPose pose{rotation.transpose() * (other.pose.position - body.pose.position),
-                       quaternion_product(quaternion_inverse(body.pose.orientation), other.pose.orientation)};
-  return table_of(body, magnet, magnet.front(box.cells()[0].low, box.cells()[0].high, pose));
+  return table_of(body, magnet, magnet.front(box.cells()[0].low, box.cells()[0].high, relative_pose(other.pose, body.pose)));
 }
 
 Wrench cell_wrench(const MagneticBody& on, const MagneticBody& by) {

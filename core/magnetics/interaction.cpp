@@ -15,12 +15,6 @@ namespace loomstone {
 
 namespace {
 
-RigidPose relative_pose(const RigidPose& of, const RigidPose& in) {
-  const Vec4 back = quaternion_inverse(in.orientation);
-  return {rotation_matrix(in.orientation).transpose() * (of.position - in.position),
-          quaternion_product(back, of.orientation)};
-}
-
 // Force and torque about its centre on the dipoles of `on`, world axes.
 Wrench on_dipoles(const MagneticBody& on, const MagneticBody& by) {
   const DipoleSet& set = *on.source->dipoles();

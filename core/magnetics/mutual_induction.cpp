@@ -156,10 +156,8 @@ class Coupling {
   void add_fluxes(std::size_t target, std::size_t source) {
     const PanelSet &on = *soft_[target].shape->panels(), &by = *soft_[source].shape->panels();
     if (on.panels.size() * by.panels.size() > most_fluxes) return;
-    const RigidPose &a = soft_[target].pose, &b = soft_[source].pose;
-    const RigidPose relative = {in_axes(b, a.position),
-                                quaternion_product(quaternion_inverse(b.orientation), a.orientation)};
-    fluxes_.emplace(std::pair(target, source), panel_fluxes(team_, on, relative, by));
+    fluxes_.emplace(std::pair(target, source),
+                    panel_fluxes(team_, on, relative_pose(soft_[target].pose, soft_[source].pose), by));
   }
 
   const Team& team_;
@@ -216,7 +214,8 @@ Induction induce(const Team& team, const std::vector<SoftBody>& given, const std
   const Coupling coupling(team, soft);
   const std::vector<Vector> applied = coupling.received(hard, field);
   Induction result;
-  std::vector<SoftBody> original = soft;
+  const std::vector<SoftBody> original = soft;
+  const bool saturates = std::any_of(soft.begin(), soft.end(), [](const SoftBody& body) { return body.saturation > 0.0; });
   for (int round = 0; round < most_rounds; ++round) {
     std::vector<Vector> answers;
     for (std::size_t i = 0; i < soft.size(); ++i) answers.push_back(soft[i].shape->response(applied[i]));
@@ -238,7 +237,8 @@ Induction induce(const Team& team, const std::vector<SoftBody>& given, const std
       result.iterations += solved.iterations;
     }
     result.bodies = coupling.placed(charges);
-    std::vector<Vector> received = coupling.received(charges);
+    if (!saturates) return result;
+    const std::vector<Vector> received = coupling.received(charges);
     bool changed = false;
     for (std::size_t i = 0; i < soft.size(); ++i)
       changed |= saturate(original[i], soft[i], soft[i].shape->mean_field(applied[i] + received[i]),
