@@ -133,16 +133,9 @@ LOOMSTONE_CLONES void gradient_kernel(const double* tables, const double* charge
         g[5] += scale - three * r.z * r.z;
       }
       if (lanes_any(beside)) {
-        const double* nn = t + triangles_at + 9;
         for (int c = 0; c < t[5]; ++c) {
           const double* e = t + edges_at + edge_stride * c;
-          const EdgeGradients d = edge_gradients(p, e, on_edge * radius);
-          exact[0] += e[7] * d.log.x + nn[0] * d.angle.x;
-          exact[1] += 0.5 * (e[7] * d.log.y + e[8] * d.log.x + nn[0] * d.angle.y + nn[1] * d.angle.x);
-          exact[2] += 0.5 * (e[7] * d.log.z + e[9] * d.log.x + nn[0] * d.angle.z + nn[2] * d.angle.x);
-          exact[3] += e[8] * d.log.y + nn[1] * d.angle.y;
-          exact[4] += 0.5 * (e[8] * d.log.z + e[9] * d.log.y + nn[1] * d.angle.z + nn[2] * d.angle.y);
-          exact[5] += e[9] * d.log.z + nn[2] * d.angle.z;
+          add_edge_gradients(edge_gradients(p, e, on_edge * radius), e + 7, t + triangles_at + 9, exact);
         }
       }
       for (int c = 0; c < 6; ++c) sum[c] += charges[k] * lanes_select(beside, exact[c] / (4.0 * pi), g[c]);

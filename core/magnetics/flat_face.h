@@ -52,6 +52,17 @@ LOOMSTONE_INLINE EdgeGradients edge_gradients(const Lanes3& p, const double* e, 
           {b * (ly * t.r0.z - lz * t.r0.y), b * (lz * t.r0.x - lx * t.r0.z), b * (lx * t.r0.y - ly * t.r0.x)}};
 }
 
+// Adds what an edge gives to the derivatives xx, xy, xz, yy, yz, zz of a face's field; outward: normal of the edge in the
+// face's plane, normal: of the face.
+LOOMSTONE_INLINE void add_edge_gradients(const EdgeGradients& d, const double* outward, const double* normal, Lanes* g) {
+  g[0] += outward[0] * d.log.x + normal[0] * d.angle.x;
+  g[1] += 0.5 * (outward[0] * d.log.y + outward[1] * d.log.x + normal[0] * d.angle.y + normal[1] * d.angle.x);
+  g[2] += 0.5 * (outward[0] * d.log.z + outward[2] * d.log.x + normal[0] * d.angle.z + normal[2] * d.angle.x);
+  g[3] += outward[1] * d.log.y + normal[1] * d.angle.y;
+  g[4] += 0.5 * (outward[1] * d.log.z + outward[2] * d.log.y + normal[1] * d.angle.z + normal[2] * d.angle.y);
+  g[5] += outward[2] * d.log.z + normal[2] * d.angle.z;
+}
+
 // Solid angle of a triangle [VanOosteromStrackee1983], positive on the side of its normal.
 LOOMSTONE_INLINE Lanes solid_angle(const Lanes3& p, const double* f, double nearest) {
   const Lanes3 a = {p.x - f[0], p.y - f[1], p.z - f[2]}, b = {p.x - f[3], p.y - f[4], p.z - f[5]},

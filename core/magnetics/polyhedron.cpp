@@ -57,13 +57,7 @@ LOOMSTONE_CLONES void gradient_kernel(const double* edges, Index n_edges, double
     for (Lanes& s : g) s = lanes_all(0.0);
     for (Index k = 0; k < n_edges; ++k) {
       const double* e = edges + edge_stride * k;
-      const EdgeGradients d = edge_gradients(p, e, on_edge * radius);
-      g[0] += e[7] * d.log.x + e[10] * d.angle.x;
-      g[1] += 0.5 * (e[7] * d.log.y + e[8] * d.log.x + e[10] * d.angle.y + e[11] * d.angle.x);
-      g[2] += 0.5 * (e[7] * d.log.z + e[9] * d.log.x + e[10] * d.angle.z + e[12] * d.angle.x);
-      g[3] += e[8] * d.log.y + e[11] * d.angle.y;
-      g[4] += 0.5 * (e[8] * d.log.z + e[9] * d.log.y + e[11] * d.angle.z + e[12] * d.angle.y);
-      g[5] += e[9] * d.log.z + e[12] * d.angle.z;
+      add_edge_gradients(edge_gradients(p, e, on_edge * radius), e + 7, e + 10, g);
     }
     for (int c = 0; c < 6; ++c) lanes_store(out + c * n + i, g[c]);
   }
