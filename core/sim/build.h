@@ -25,6 +25,9 @@ void check_magnets(const Model& model, const State& state);  // where they begin
 // Coils on bodies and obstacles, and bearings.
 void build_coils(const Scene& scene, Model& model);
 
+// Place in the bodies, then obstacles, of one that carries magnets or coils. Throws InvalidInput, and Unsupported where it deforms.
+std::size_t find_carrier(const Scene& scene, const std::string& name, const std::string& where);
+
 // Surfaces end to end, thickness, friction, stiffness of contacts.
 void build_collision(const Scene& scene, Model& model);
 

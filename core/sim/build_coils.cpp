@@ -39,10 +39,6 @@ void check_coil(const Coil& coil, const std::string& where) {
   check_series(coil, circuit ? coil.voltages : coil.currents, circuit ? "voltages" : "currents", where);
 }
 
-struct Named {
-  std::string name;
-};
-
 void build_bearings(const Scene& scene, Model& model) {
   model.bearing_of_body.assign(scene.bodies.size(), -1);
   if (!scene.bearings.empty() && !scene.cloths.empty())
@@ -67,9 +63,6 @@ void build_bearings(const Scene& scene, Model& model) {
 
 void build_coils(const Scene& scene, Model& model) {
   build_bearings(scene, model);
-  std::vector<Named> carriers;
-  for (const RigidBody& body : scene.bodies) carriers.push_back({body.name});
-  for (const Obstacle& obstacle : scene.obstacles) carriers.push_back({obstacle.name});
   int circuits = 0;
   for (std::size_t i = 0; i < scene.coils.size(); ++i) {
     const Coil& coil = scene.coils[i];
@@ -77,7 +70,7 @@ void build_coils(const Scene& scene, Model& model) {
     check_coil(coil, where);
     if (coil.resistance > 0.0 && ++circuits > 1)
       throw Unsupported(where + ": circuits do not act on one another; give all coils but one a current");
-    const std::size_t carrier = find_by_name(carriers, coil.body, where + ".body");
+    const std::size_t carrier = find_carrier(scene, coil.body, where + ".body");
     Model::Wound wound;
     wound.carrier = static_cast<Index>(carrier);
     wound.local = {coil.position, coil.orientation.normalized()};

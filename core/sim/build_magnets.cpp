@@ -130,27 +130,31 @@ void build_poles(const Scene& scene, Model& model) {
 
 }  // namespace
 
-void build_magnets(const Scene& scene, Model& model) {
-  require(scene.magnetic_field.allFinite(), "scene.magnetic_field must be finite [T]");
-  require(scene.magnetic_field.isZero(0.0) || !scene.magnets.empty() || !scene.coils.empty(),
-          "scene.magnetic_field acts on magnets and coils, and there are none; add some or leave it out");
+std::size_t find_carrier(const Scene& scene, const std::string& name, const std::string& where) {
   struct Named {
     std::string name;
   };
   std::vector<Named> carriers;
   for (const RigidBody& body : scene.bodies) carriers.push_back({body.name});
   for (const Obstacle& obstacle : scene.obstacles) carriers.push_back({obstacle.name});
+  require(!name.empty(), where + " must be the name of what carries it, got none; name the body or obstacle");
+  const std::size_t carrier = find_by_name(carriers, name, where);
+  if (carrier >= scene.bodies.size() && scene.obstacles[carrier - scene.bodies.size()].vertex_positions.rows() > 0)
+    throw Unsupported(where + " must keep its shape, got an obstacle that deforms by vertex_positions");
+  return carrier;
+}
+
+void build_magnets(const Scene& scene, Model& model) {
+  require(scene.magnetic_field.allFinite(), "scene.magnetic_field must be finite [T]");
+  require(scene.magnetic_field.isZero(0.0) || !scene.magnets.empty() || !scene.coils.empty(),
+          "scene.magnetic_field acts on magnets and coils, and there are none; add some or leave it out");
   for (std::size_t i = 0; i < scene.magnets.size(); ++i) {
     const Magnet& magnet = scene.magnets[i];
     const std::string where = "magnets[" + std::to_string(i) + "]";
     check_fields(magnet, where);
     check_shape(magnet, where);
-    require(!magnet.body.empty(),
-            where + ".body must be the name of what carries the magnet, got none; give the body a name");
-    const std::size_t carrier = find_by_name(carriers, magnet.body, where + ".body");
+    const std::size_t carrier = find_carrier(scene, magnet.body, where + ".body");
     const bool moves = carrier < scene.bodies.size();
-    if (!moves && scene.obstacles[carrier - scene.bodies.size()].vertex_positions.rows() > 0)
-      throw Unsupported(where + ".body must keep its shape, got an obstacle that deforms by vertex_positions");
     const TriangleMesh& mesh =
         moves ? *scene.bodies[carrier].mesh : *scene.obstacles[carrier - scene.bodies.size()].mesh;
     Model::Carried carried;
@@ -186,14 +190,11 @@ void check_magnets(const Model& model, const State& state) {
   std::vector<SoftBody> soft;
   std::vector<MagneticBody> hard;
   std::vector<std::string> soft_names, hard_names;
+  const std::vector<RigidPose> obstacles = obstacle_places(model, state, 0.0, 1.0).poses;
   for (std::size_t i = 0; i < model.magnets.size(); ++i) {
     const Model::Carried& magnet = model.magnets[i];
     if (!magnet.source && !magnet.soft) continue;
-    const RigidPose carrier = magnet.carrier < model.n_bodies()
-                                  ? body_pose(state.rigid, magnet.carrier)
-                                  : obstacle_pose(model, state, magnet.carrier - model.n_bodies(), 0.0, 1.0);
-    const RigidPose pose = {carrier.position + rotation_matrix(carrier.orientation) * magnet.local.position,
-                            quaternion_product(carrier.orientation, magnet.local.orientation)};
+    const RigidPose pose = carried_pose(state.rigid, obstacles, magnet.carrier, magnet.local);
     (magnet.soft ? soft_names : hard_names).push_back("magnets[" + std::to_string(i) + "]");
     if (magnet.soft)
       soft.push_back({magnet.soft, pose, magnet.saturation});

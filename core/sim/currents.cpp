@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "core/magnetics/constants.h"
+#include "core/sim/keyframes.h"
+#include "core/sim/motion.h"
 
 namespace loomstone {
 
@@ -12,11 +14,9 @@ namespace {
 // Linear between times, constant beyond them; no values: 0.
 double at_time(const std::vector<double>& times, const std::vector<double>& values, double time) {
   if (values.empty()) return 0.0;
-  if (times.empty() || time <= times.front()) return values.front();
-  if (time >= times.back()) return values.back();
-  const std::size_t i = std::upper_bound(times.begin(), times.end(), time) - times.begin();
-  const double share = (time - times[i - 1]) / (times[i] - times[i - 1]);
-  return values[i - 1] + share * (values[i] - values[i - 1]);
+  if (times.empty()) return values.front();
+  const Keyframes at = keyframes_at(times, time);
+  return values[at.first] + at.fraction * (values[at.second] - values[at.first]);
 }
 
 // Force that two dipoles feel at the distance of the bodies, or of their size: below a hundredth of it nothing matters.
@@ -40,12 +40,8 @@ void Currents::place(const RigidState& state, const std::vector<RigidPose>& obst
   per_ampere_.assign(model_.coils.size(), std::vector<Wrench>(n));
   sense_.assign(model_.coils.size(), 1.0);
   std::vector<MagneticBody> coils;
-  for (const Model::Wound& wound : model_.coils) {
-    const RigidPose carrier = wound.carrier < n ? body_pose(state, wound.carrier) : obstacles[wound.carrier - n];
-    coils.push_back({wound.source,
-                     {carrier.position + rotation_matrix(carrier.orientation) * wound.local.position,
-                      quaternion_product(carrier.orientation, wound.local.orientation)}});
-  }
+  for (const Model::Wound& wound : model_.coils)
+    coils.push_back({wound.source, carried_pose(state, obstacles, wound.carrier, wound.local)});
   for (std::size_t place = 0; place < order_.size(); ++place) {
     const std::size_t j = order_[place];
     const MagneticBody& coil = coils[j];

@@ -7,6 +7,7 @@
 #include "core/base/error.h"
 #include "core/magnetics/induction.h"
 #include "core/magnetics/mutual_induction.h"
+#include "core/sim/motion.h"
 
 namespace loomstone {
 
@@ -73,13 +74,8 @@ void MagneticMotion::place_soft(const Team& team, std::vector<MagneticBody>& mag
 std::vector<MagneticBody> MagneticMotion::placed(const Team& team, const RigidState& state,
                                                  const std::vector<RigidPose>& obstacles) const {
   std::vector<MagneticBody> bodies;
-  for (const Model::Carried& magnet : model_.magnets) {
-    const RigidPose carrier = magnet.carrier < model_.n_bodies() ? body_pose(state, magnet.carrier)
-                                                                 : obstacles[magnet.carrier - model_.n_bodies()];
-    bodies.push_back({magnet.source,
-                      {carrier.position + rotation_matrix(carrier.orientation) * magnet.local.position,
-                       quaternion_product(carrier.orientation, magnet.local.orientation)}});
-  }
+  for (const Model::Carried& magnet : model_.magnets)
+    bodies.push_back({magnet.source, carried_pose(state, obstacles, magnet.carrier, magnet.local)});
   if (induced_.empty()) return bodies;
   if (soft_) {
     place_soft(team, bodies);

@@ -4,23 +4,11 @@
 #include <optional>
 
 #include "core/collision/rigid_motion.h"
+#include "core/sim/keyframes.h"
 
 namespace loomstone {
 
 namespace {
-
-// Interval and fraction of `time` in ascending `times`, held at both ends.
-struct Place {
-  std::size_t first, second;
-  double fraction;
-};
-
-Place place_in(const std::vector<double>& times, double time) {
-  if (time <= times.front()) return {0, 0, 0.0};
-  if (time >= times.back()) return {times.size() - 1, times.size() - 1, 0.0};
-  const std::size_t next = std::upper_bound(times.begin(), times.end(), time) - times.begin();
-  return {next - 1, next, (time - times[next - 1]) / (times[next] - times[next - 1])};
-}
 
 Vec3 between_rows(const Points& p, std::size_t first, std::size_t second, double fraction) {
   const Vec3 a = p.row(first), b = p.row(second);
@@ -43,7 +31,7 @@ std::optional<RigidPose> present_pose(const Model& model, const State& state, in
 void pin_targets(const Model& model, const State& state, double time, double share, Points& target) {
   target = state.cloth.x;
   for (const auto& script : model.scripts) {
-    const Place at = place_in(script.times, time);
+    const Keyframes at = keyframes_at(script.times, time);
     const std::size_t k = script.rows.size();
     for (std::size_t i = 0; i < k; ++i)
       target.row(script.rows[i]) = between_rows(script.positions, at.first * k + i, at.second * k + i, at.fraction);
@@ -62,7 +50,7 @@ RigidPose obstacle_pose(const Model& model, const State& state, int obstacle, do
   }
   const Obstacle& o = model.scene.obstacles[obstacle];
   if (o.times.empty()) return pose;
-  const Place at = place_in(o.times, time);
+  const Keyframes at = keyframes_at(o.times, time);
   if (o.positions.rows() > 0) pose.position = between_rows(o.positions, at.first, at.second, at.fraction);
   if (o.axis_angles.rows() > 0) {
     const Vec4 a = quaternion_from_rotation_vector(o.axis_angles.row(at.first).transpose());
@@ -82,7 +70,7 @@ void obstacle_vertices(const Model& model, const State& state, double time, doub
     const std::size_t k = surface.local.rows();
     auto rows = vertices.middleRows(first_row(model, static_cast<int>(o)), k);
     if (description.vertex_positions.rows() > 0 && !state.pose_override[o]) {
-      const Place at = place_in(description.times, time);
+      const Keyframes at = keyframes_at(description.times, time);
       for (std::size_t i = 0; i < k; ++i)
         rows.row(i) = between_rows(description.vertex_positions, at.first * k + i, at.second * k + i, at.fraction);
       continue;
@@ -123,6 +111,13 @@ ObstaclePlaces obstacle_places(const Model& model, const State& state, double ti
     places.deformed.bottomRows(k) = vertices.middleRows(first_row(model, static_cast<int>(o)), k);
   }
   return places;
+}
+
+RigidPose carried_pose(const RigidState& rigid, const std::vector<RigidPose>& obstacles, Index carrier, const RigidPose& local) {
+  const Index n = static_cast<Index>(rigid.positions.rows());
+  const RigidPose pose = carrier < n ? body_pose(rigid, carrier) : obstacles[carrier - n];
+  return {pose.position + rotation_matrix(pose.orientation) * local.position,
+          quaternion_product(pose.orientation, local.orientation)};
 }
 
 void body_vertices(const Model& model, const RigidState& rigid, int body, Eigen::Ref<Points> vertices) {

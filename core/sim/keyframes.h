@@ -1,0 +1,23 @@
+// Times of keyframes.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+namespace loomstone {
+
+// Interval and fraction of `time` in ascending `times`, held at both ends.
+struct Keyframes {
+  std::size_t first, second;
+  double fraction;
+};
+
+inline Keyframes keyframes_at(const std::vector<double>& times, double time) {
+  if (time <= times.front()) return {0, 0, 0.0};
+  if (time >= times.back()) return {times.size() - 1, times.size() - 1, 0.0};
+  const std::size_t next = std::upper_bound(times.begin(), times.end(), time) - times.begin();
+  return {next - 1, next, (time - times[next - 1]) / (times[next] - times[next - 1])};
+}
+
+}  // namespace loomstone
