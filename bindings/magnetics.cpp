@@ -1,4 +1,6 @@
 // Magnetic sources at poses, their fields, and forces between them.
+#include <optional>
+
 #include "bindings/bindings.h"
 #include "core/magnetics/axisymmetric.h"
 #include "core/magnetics/cells.h"
@@ -141,7 +143,7 @@ void bind_fields(py::module_& m) {
   m.def(
       "dipole_forces",
       [](const py::object& points, const py::object& moments, const py::object& by_points, const py::object& by_moments,
-         int threads) {
+         const std::optional<double>& tolerance, int threads) {
         const Points x = as_rows<Points>(points, "points"), own = as_rows<Points>(moments, "moments");
         const DipoleSet on(x, own);  // checks them
         const DipoleSet by(as_rows<Points>(by_points, "by_points"), as_rows<Points>(by_moments, "by_moments"));
@@ -149,11 +151,12 @@ void bind_fields(py::module_& m) {
         Wrenches result;
         {
           const py::gil_scoped_release release;
-          result = dipole_forces(team, x, own, by);
+          result = tolerance ? tree_forces(team, x, own, by, *tolerance) : dipole_forces(team, x, own, by);
         }
         return py::make_tuple(result.forces, result.torques);
       },
-      py::arg("points"), py::arg("moments"), py::arg("by_points"), py::arg("by_moments"), py::arg("threads") = 0);
+      py::arg("points"), py::arg("moments"), py::arg("by_points"), py::arg("by_moments"), py::arg("tolerance") = py::none(),
+      py::arg("threads") = 0);
   m.def(
       "dipole_energy",
       [](const py::object& points, const py::object& moments, int threads) {
@@ -190,23 +193,6 @@ void bind_tree_sums(py::module_& m) {
         return as_tensors(rows);
       },
       py::arg("points"), py::arg("moments"), py::arg("observers"), py::arg("tolerance"), py::arg("threads") = 0);
-  m.def(
-      "dipole_tree_forces",
-      [](const py::object& points, const py::object& moments, const py::object& by_points, const py::object& by_moments,
-         double tolerance, int threads) {
-        const Points x = as_rows<Points>(points, "points"), own = as_rows<Points>(moments, "moments");
-        const DipoleSet on(x, own);  // checks them
-        const DipoleSet by(as_rows<Points>(by_points, "by_points"), as_rows<Points>(by_moments, "by_moments"));
-        const Team team = team_of(threads);
-        Wrenches result;
-        {
-          const py::gil_scoped_release release;
-          result = tree_forces(team, x, own, by, tolerance);
-        }
-        return py::make_tuple(result.forces, result.torques);
-      },
-      py::arg("points"), py::arg("moments"), py::arg("by_points"), py::arg("by_moments"), py::arg("tolerance"),
-      py::arg("threads") = 0);
 }
 
 void bind_interactions(py::module_& m) {

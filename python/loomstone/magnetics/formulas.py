@@ -100,9 +100,7 @@ def dipole_forces(
         raise _core.InvalidInput("by_points and by_moments must be given together or not at all")
     if by_points is None or by_moments is None:
         by_points, by_moments = points, moments
-    if tolerance is None:
-        return _core.dipole_forces(points, moments, by_points, by_moments, threads)
-    return _core.dipole_tree_forces(points, moments, by_points, by_moments, tolerance, threads)
+    return _core.dipole_forces(points, moments, by_points, by_moments, tolerance, threads)
 
 
 @explained
