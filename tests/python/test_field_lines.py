@@ -131,3 +131,12 @@ def test_forces_over_distance_and_angle_are_those_of_dipoles():
     assert curve.forces[:, 2] == pytest.approx(curve.forces[0, 2] / np.array([1, 2, 3]) ** 4, rel=1e-12)
     turned = m.torque_over_angle(a.moved((0, 0, 0.02)), a, np.radians([0, 30, 90]), axis=(1, 0, 0))
     assert turned.torques[:, 0] / turned.torques[2, 0] == pytest.approx([0, 0.5, 1], abs=1e-12)
+
+
+def test_a_path_needs_a_direction():
+    ball = ls.magnetics.sphere(radius=0.01, polarization=(0, 0, 1))
+    for axis in ((0, 0, 0), (0, 1), (0, 0, np.nan)):
+        with pytest.raises(ls.InvalidInput, match="axis must be three finite numbers"):
+            ls.magnetics.force_over_distance(ball.moved((0, 0, 0.03)), ball, [0.0], axis=axis)
+        with pytest.raises(ls.InvalidInput, match="axis must be three finite numbers"):
+            ls.magnetics.torque_over_angle(ball.moved((0, 0, 0.03)), ball, [0.0], axis=axis)

@@ -63,6 +63,12 @@ def as_list(bodies: Bodies) -> list[MagneticBody]:
     return [bodies] if isinstance(bodies, MagneticBody) else list(bodies)
 
 
+def box_of(bodies: list[MagneticBody]) -> tuple[Floats, Floats]:
+    """Lowest and highest coordinates (3), (3) [m] of the balls about bodies."""
+    places, radii = np.array([b.position for b in bodies]), np.array([b.radius for b in bodies])
+    return (places - radii[:, None]).min(axis=0), (places + radii[:, None]).max(axis=0)
+
+
 @explained
 def cuboid(*, size: ArrayLike, polarization: ArrayLike) -> MagneticBody:
     """Cuboid magnet: edges `size` (3) [m], uniform polarization J = mu0 M (3) [T] in its own axes."""

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from .. import _core
 from .._core import CacheError, InvalidInput, MagneticBody, Unsupported
 from ..arguments import explained
-from .bodies import Bodies, as_list, field, force
+from .bodies import Bodies, as_list, box_of, field, force
 
 __all__ = ["ForceCurve", "force_over_distance", "plot_curve", "plot_slice", "torque_over_angle"]
 
@@ -28,6 +28,15 @@ class ForceCurve(NamedTuple):
     torques: Floats
 
 
+def unit(axis: ArrayLike) -> Floats:
+    """An axis (3) of length 1. Raises InvalidInput for one without direction."""
+    along = np.asarray(axis, float)
+    length = float(np.linalg.norm(along))
+    if along.shape != (3,) or not np.isfinite(length) or length == 0:
+        raise InvalidInput(f"axis must be three finite numbers, not all zero, got {axis}")
+    return along / length
+
+
 @explained
 def force_over_distance(
     on: MagneticBody, by: MagneticBody, distances: ArrayLike, *, axis: ArrayLike = (0.0, 0.0, 1.0), tolerance: float = 1e-4
@@ -40,7 +49,7 @@ def force_over_distance(
     >>> print(f"{curve.forces[0, 2] / curve.forces[1, 2]:.1f}")   # a dipole's force falls with the fourth power
     16.0
     """
-    along = np.asarray(axis, float) / np.linalg.norm(axis)
+    along = unit(axis)
     places = np.ravel(np.asarray(distances, float))
     found = [force(on=on.moved(d * along), by=by, tolerance=tolerance) for d in places]
     return ForceCurve(places, np.array([f.force for f in found]), np.array([f.torque for f in found]))
@@ -51,7 +60,7 @@ def torque_over_angle(
     on: MagneticBody, by: MagneticBody, angles: ArrayLike, *, axis: ArrayLike = (1.0, 0.0, 0.0), tolerance: float = 1e-4
 ) -> ForceCurve:
     """Force and torque on a body that is turned by `angles` (n) [rad] about an axis (3) through its centre."""
-    about = np.asarray(axis, float) / np.linalg.norm(axis)
+    about = unit(axis)
     turns = np.ravel(np.asarray(angles, float))
     found = [force(on=on.rotated(a * about), by=by, tolerance=tolerance) for a in turns]
     return ForceCurve(turns, np.array([f.force for f in found]), np.array([f.torque for f in found]))
@@ -99,8 +108,7 @@ def plot_slice(
     if not sources or resolution < 8 or arrows < 2:
         raise InvalidInput("a slice needs bodies, a resolution of at least 8 and at least 2 arrows")
     u, v, w = PLANES[plane]
-    places, radii = np.array([b.position for b in sources]), np.array([b.radius for b in sources])
-    low, high = (places - radii[:, None]).min(axis=0), (places + radii[:, None]).max(axis=0)
+    low, high = box_of(sources)
     middle = 0.5 * (low + high) if centre is None else np.asarray(centre, float)
     reach = extent or 0.9 * float((high - low).max())
     if not reach > 0:

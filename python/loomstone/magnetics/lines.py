@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from .. import _core
 from .._core import Curves, Frame
 from ..arguments import explained
-from .bodies import Bodies, as_list
+from .bodies import Bodies, as_list, box_of
 
 __all__ = ["FieldLines", "LineEnd", "curves_of", "field_lines", "frame_curves"]
 
@@ -87,7 +87,6 @@ def curves_of(found: FieldLines, radius: float) -> Curves:
 def frame_curves(simulation: Any, frame: Frame, lines: int, uniform: ArrayLike = (0.0, 0.0, 0.0)) -> Curves:
     """Field lines of a frame of a simulation."""
     magnets = simulation.magnets(frame)
-    places, radii = np.array([m.position for m in magnets]), np.array([m.radius for m in magnets])
-    low, high = (places - radii[:, None]).min(axis=0), (places + radii[:, None]).max(axis=0)
-    thin = 0.006 * float(np.linalg.norm(0.5 * (high - low))) ** 0.5 * float(radii.max()) ** 0.5
+    low, high = box_of(magnets)
+    thin = 0.006 * float(np.linalg.norm(0.5 * (high - low))) ** 0.5 * max(m.radius for m in magnets) ** 0.5
     return curves_of(field_lines(magnets, lines, uniform=uniform, tolerance=1e-4, threads=1), thin)

@@ -64,10 +64,7 @@ def curve_of_meshes(
     if not 1 <= len(meshes) <= 2:
         raise InvalidInput(f"curves of {kind} need one or two meshes, got {len(meshes)}; give --mesh FILE")
     on, by = magnet_of(meshes[0], polarization), magnet_of(meshes[-1], polarization)
-    along = np.asarray(axis, float)
-    if not np.linalg.norm(along) > 0:
-        raise InvalidInput("axis must not be zero")
-    along = along / np.linalg.norm(along)
+    along = figures.unit(axis)
     apart = _reach(read_mesh(meshes[-1], with_uv=False), by, along) + _reach(read_mesh(meshes[0], with_uv=False), on, -along)
     place = by.position + (apart + 1e-6 * on.radius) * along
     on = on.at(place, on.orientation)
