@@ -54,9 +54,10 @@ class Simulation(_core.Simulation):
         _check_type("scene", scene, Scene)
         _check_type("integrator", integrator, IntegratorOptions, " as SemiImplicitEuler(step=1e-3) makes them")
         _check_type("threads", threads, (int, np.integer))
-        self.communicator = _communicator(communicator)
-        end_all_on_failure(self.communicator)
-        super().__init__(scene, integrator, threads=threads, communicator=self.communicator)
+        ranks = _communicator(communicator)
+        end_all_on_failure(ranks)
+        super().__init__(scene, integrator, threads=threads, communicator=ranks)
+        self.communicator = ranks
 
     def frames(self, *, duration: float, rate: float = 25.0) -> Iterator[Frame]:
         """Advances and yields a Frame at 0, 1/rate, 2/rate ... up to `duration` [s] of simulated time.
@@ -127,6 +128,8 @@ class Simulation(_core.Simulation):
         return content.hexdigest()
 
     def __repr__(self) -> str:
+        if not hasattr(self, "communicator"):  # a debugger or test runner shows one whose scene was refused
+            return "Simulation(not built)"
         vertices, triangles = len(self.topology.cloth_of_vertex), len(self.topology.triangles)
         return f"Simulation({vertices} vertices, {triangles} triangles, time={self.time:g}, step={self.step_index})"
 

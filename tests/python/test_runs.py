@@ -111,8 +111,10 @@ def test_a_box_rides_on_an_obstacle_that_deforms_and_a_prolonged_run_ends_in_the
     report = ls.Simulation(scene, integrator=euler).run(out=tmp_path / "a", duration=0.4, resume=True)
     assert report["digest"] == straight.digest()
     magnetic = ls.Scene(bodies=scene.bodies, obstacles=scene.obstacles, magnets=[ls.Magnet(body="floor", polarization=(0, 0, 1))])
-    with pytest.raises(ls.Unsupported, match="must keep its shape"):
-        ls.Simulation(magnetic)
+    coiled = ls.Scene(bodies=scene.bodies, obstacles=scene.obstacles, coils=[ls.Coil(body="floor", shape="loop", radius=0.01, currents=[1.0])])
+    for refused in (magnetic, coiled):
+        with pytest.raises(ls.Unsupported, match="must keep its shape"):
+            ls.Simulation(refused)
 
 
 def test_a_run_can_be_prolonged(run, hanging, euler):

@@ -22,6 +22,18 @@ def test_a_simulation_knows_its_size_time_and_step(hanging, euler):
     assert sim.body_positions.shape == (0, 3)
 
 
+def test_a_refused_simulation_can_be_shown():
+    class Kept(ls.Simulation):
+        def __init__(self, scene):
+            shown.append(self)
+            super().__init__(scene)
+
+    shown = []
+    with pytest.raises(ls.InvalidInput):
+        Kept(ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(2, 2)), pins=[99])]))
+    assert repr(shown[0]) == "Simulation(not built)"
+
+
 def test_a_free_cloth_falls_as_semi_implicit_euler_says(euler):
     sim = ls.Simulation(ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(4, 4)))]), integrator=euler)
     for _ in range(10):
