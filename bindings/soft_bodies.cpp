@@ -77,14 +77,14 @@ void bind_soft_bodies(py::module_& m) {
       py::kw_only(), py::arg("radius"), py::arg("susceptibility"), py::arg("saturation") = 0.0, py::arg("degree") = 0);
   m.def(
       "soft_cuboid",
-      [](const py::object& size, double susceptibility, double saturation, int cells, int threads) {
+      [](const py::object& size, double susceptibility, double saturation, int cells, double focus, int threads) {
         const Vec3 edges = as_vector<Vec3>(size, "size");
         const Team team = team_of(threads);
         const py::gil_scoped_release release;
-        return soft_body(soft_cuboid(team, edges, susceptibility, cells), saturation);
+        return soft_body(soft_cuboid(team, edges, susceptibility, cells, focus), saturation);
       },
       py::kw_only(), py::arg("size"), py::arg("susceptibility"), py::arg("saturation") = 0.0, py::arg("cells") = 12,
-      py::arg("threads") = 0);
+      py::arg("focus") = 0.0, py::arg("threads") = 0);
   m.def(
       "soft_mesh",
       [](const TriangleMesh& mesh, double susceptibility, double saturation, int panels, int threads) {

@@ -50,12 +50,25 @@ std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order) {
   return points;
 }
 
-std::vector<FlatPanel> cuboid_panels(const Vec3& size, int cells) {
+// Where a share t of the cells of half an edge ends, of its length: t as far as s goes with sqrt(1 - s) at the end and, with
+// a focus of `width` times that length, with asinh(s / width) from the middle.
+static double graded(double t, double width) {
+  const double rest = 1.0 - t;
+  if (width == 0.0) return 1.0 - rest * rest;
+  const double whole = 1.0 + std::asinh(1.0 / width);
+  double low = 0.0, high = 1.0;
+  while (high - low > 1e-15) {
+    const double s = 0.5 * (low + high);
+    (std::asinh(s / width) + 1.0 - std::sqrt(1.0 - s) < t * whole ? low : high) = s;
+  }
+  return t == 1.0 ? 1.0 : t == 0.0 ? 0.0 : 0.5 * (low + high);
+}
+
+std::vector<FlatPanel> cuboid_panels(const Vec3& size, int cells, double focus) {
   const int half = cells / 2;
   std::vector<FlatPanel> eighth, all;
   const auto place = [&](int axis, int i) {  // 0 in the middle, half at the end
-    const double rest = static_cast<double>(half - i) / half;
-    return 0.5 * size[axis] * (1.0 - rest * rest);
+    return 0.5 * size[axis] * graded(static_cast<double>(i) / half, 2.0 * focus / size[axis]);
   };
   for (int axis = 0; axis < 3; ++axis) {
     const int a = (axis + 1) % 3, b = (axis + 2) % 3;

@@ -28,9 +28,10 @@ struct PanelPoint {
 std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order);
 
 // Panels of a cuboid about the origin whose charge is singular at edges and corners: cells (even) along every edge, whose
-// distance from the nearest end grows with the square of their number. The first eighth of them lies where x, y, z > 0; the
+// distance from the nearest end grows with the square of their number. focus > 0 [m]: besides, they are nearly equal within
+// so far of the middle and grow with the distance from it beyond, for what is near the middle of a wide face. The first eighth of them lies where x, y, z > 0; the
 // others are its mirror images: panel s n/8 + i is panel i mirrored along the axes of the bits of s.
-std::vector<FlatPanel> cuboid_panels(const Vec3& size, int cells);
+std::vector<FlatPanel> cuboid_panels(const Vec3& size, int cells, double focus);
 
 // Triangles of a mesh, the longest edges bisected (neighbours with them) until there are at least `panels`.
 std::vector<FlatPanel> mesh_panels(const TriangleMesh& mesh, Index panels);

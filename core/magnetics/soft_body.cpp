@@ -181,21 +181,27 @@ int sphere_degree_of(const SoftShape& shape) {
   return sphere ? sphere->degree() : -1;
 }
 
-SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells) {
+SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells, double focus) {
   check_susceptibility(susceptibility);
   PanelForm form;
   form.solid = std::make_shared<Cuboid>(size, Vec3(0, 0, 1));  // checks the size
   form.volume = size.prod();
   if (cells < 8 || cells > 48 || cells % 4 != 0)
     throw InvalidInput("cells must be a multiple of 4 from 8 to 48, got " + std::to_string(cells));
-  // Half, about 0.7 of the cells, all of them; shares that leave no error in the second and third power of 1 / cells.
-  const int counts[3] = {cells / 2, 2 * static_cast<int>(std::lround(0.35 * cells)), cells};
-  Mat3 powers;
-  for (int g = 0; g < 3; ++g) powers.col(g) = Vec3(1.0, std::pow(counts[g], -2.0), std::pow(counts[g], -3.0));
-  const Vec3 shares = powers.inverse() * Vec3(1, 0, 0);
-  for (int g = 0; g < 3; ++g) {
+  if (!(focus >= 0.0) || !std::isfinite(focus))
+    throw InvalidInput("focus must be >= 0 [m], got " + std::to_string(focus));
+  // Half, about 0.7 of the cells, all of them; shares that leave no error in the second and third power of 1 / cells. What is
+  // so near that a focus is wanted lies within half the cells: from three quarters on errors go with the second power.
+  std::vector<int> counts{cells / 2, 2 * static_cast<int>(std::lround(0.35 * cells)), cells};
+  if (focus > 0.0) counts = {2 * static_cast<int>(std::lround(0.375 * cells)), cells};
+  const auto n = static_cast<Index>(counts.size());
+  DenseMatrix powers(n, n);
+  for (Index g = 0; g < n; ++g)
+    for (Index k = 0; k < n; ++k) powers(k, g) = k == 0 ? 1.0 : std::pow(counts[g], -1.0 - k);
+  const Vector shares = powers.inverse() * Vector::Unit(n, 0);
+  for (Index g = 0; g < n; ++g) {
     Grid grid;
-    grid.panels = cuboid_panels(size, counts[g]);
+    grid.panels = cuboid_panels(size, counts[g], focus);
     grid.flux = cuboid_flux(team, grid.panels);
     grid.share = shares[g];
     form.grids.push_back(std::move(grid));

@@ -46,8 +46,9 @@ int sphere_degree(double radius, double other_radius, double distance, double to
 int sphere_degree_of(const SoftShape& shape);
 
 // cells: panels along each edge, >= 8 and even. The errors of three grids, of which this is the finest, go with the second
-// and third power of the size of panels; their answers are extrapolated together.
-SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells);
+// and third power of the size of panels; their answers are extrapolated together. focus [m]: half the width of what is near
+// the middle of wide faces, where panels are finer then; 0: none.
+SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells, double focus = 0.0);
 
 // A closed mesh about its own centre of volume (the pose tells where it is), its triangles halved until there are at least
 // `panels`.

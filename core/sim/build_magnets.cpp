@@ -46,6 +46,8 @@ void check_shape(const Magnet& magnet, const std::string& where) {
     throw Unsupported(where + ".susceptibility is that of spheres, cuboids and meshes, got shape " + magnet.shape);
   require(!induced || magnet.engine == "accurate", where + ".engine must be accurate with a susceptibility");
   const bool cells = magnet.response == "explicit";
+  require(magnet.focus == 0.0 || (induced && cuboid && !cells),
+          where + ".focus belongs to cuboids with a susceptibility and response mutual; leave it out");
   require(cells || magnet.response == "mutual",
           where + ".response must be mutual or explicit, got \"" + magnet.response + "\"");
   require(induced || (!cells && magnet.saturation == 0.0 && magnet.resolution == 0),
@@ -94,7 +96,8 @@ void carry_soft(const Magnet& magnet, const TriangleMesh& carrier, Model::Carrie
     carried.polarizability = sphere_polarizability(magnet.radius, chi);
     if (magnet.resolution <= 1 && !cells && magnet.saturation == 0.0) carried.soft = nullptr;
   } else if (magnet.shape == "cuboid") {
-    carried.soft = soft_cuboid(one, magnet.size, chi, magnet.resolution == 0 ? 8 : magnet.resolution);
+    carried.soft = soft_cuboid(one, magnet.size, chi, magnet.resolution == 0 ? 8 : magnet.resolution,
+                               magnet.focus);
   } else {
     const SoftMesh made =
         soft_mesh(one, magnet.mesh ? *magnet.mesh : carrier, chi, magnet.resolution == 0 ? 500 : magnet.resolution);

@@ -109,6 +109,7 @@ struct Magnet {
   double susceptibility = 0.0;
   double saturation = 0.0;
   int resolution = 0;
+  double focus = 0.0;
   std::string response = "mutual";
   std::string engine = "accurate";
   double density = 0.0;
@@ -132,6 +133,8 @@ struct Magnet {
         field("saturation", &M::saturation, "T", non_negative(), "mu0 M_s with a susceptibility > 0, followed in the means over the body; 0: none"),
         field("resolution", &M::resolution, "1", between(0, 8000),
               "with a susceptibility: degree of the harmonics of a sphere (1: a point dipole), cells along each edge of a cuboid (a multiple of 4 from 8 to 48), least number of panels of a mesh; 0: 1, 8 or 500"),
+        field("focus", &M::focus, "m", non_negative(),
+              "of a cuboid with a susceptibility: half the width of what is near the middle of its wide faces, where panels are finer then; 0: none"),
         field("response", &M::response, "with a susceptibility: mutual, to the field of all others | explicit, the thesis' own way: cells of `density` that answer as lone spheres, to permanent magnets alone"),
         field("engine", &M::engine, "accurate: exact fields, forces to magnetic_tolerance | cells: dipole cells, fast and rough"),
         field("density", &M::density, "1/m^3", non_negative(), "of cells, where engine is cells or response is explicit"));

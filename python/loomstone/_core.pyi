@@ -7,7 +7,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Air', 'Attachment', 'Bearing', 'CacheError', 'Camera', 'Checkpoint', 'ClosestPoint', 'Cloth', 'ClothMaterial', 'Coil', 'Collisions', 'Communicator', 'Curves', 'Detector', 'Error', 'Frame', 'FrameReader', 'FrameTopology', 'FrameWriter', 'IntegratorOptions', 'InvalidInput', 'LimitOptions', 'LimitReport', 'Magnet', 'MagneticBody', 'MassProperties', 'Obstacle', 'RenderOptions', 'Renderer', 'RigidBody', 'Scene', 'Simulation', 'SoftBody', 'SolverFailure', 'SpatialQuery', 'State', 'StepReport', 'StrainLimit', 'TriangleMesh', 'Unsupported', 'box', 'candidates', 'capsule', 'continuous', 'corotational_strain', 'default_thread_count', 'dipole_energy', 'dipole_forces', 'dipole_tree_field', 'dipole_tree_forces', 'dipole_tree_gradient', 'explicit_response', 'floor_square', 'funnel', 'grid', 'grid_cells', 'icosphere', 'induce', 'induced_moments', 'intersecting_pairs', 'jittered_grid', 'launched_by_mpi', 'limit_strain', 'magnetic_cell_front', 'magnetic_cell_level', 'magnetic_cells', 'magnetic_cuboid', 'magnetic_cylinder', 'magnetic_depth', 'magnetic_dipoles', 'magnetic_energy', 'magnetic_field', 'magnetic_field_lines', 'magnetic_force', 'magnetic_forces', 'magnetic_gradient', 'magnetic_loop', 'magnetic_mesh', 'magnetic_polyline', 'magnetic_solenoid', 'magnetic_sphere', 'mass_properties', 'mpi_communicator', 'read_checkpoint', 'read_mesh', 'single_communicator', 'soft_cuboid', 'soft_mesh', 'soft_sphere', 'wave_bar', 'write_checkpoint', 'write_mesh', 'write_png']
+__all__: list[str] = ['Air', 'Attachment', 'Bearing', 'CacheError', 'Camera', 'Checkpoint', 'ClosestPoint', 'Cloth', 'ClothMaterial', 'Coil', 'Collisions', 'Communicator', 'Curves', 'Detector', 'Error', 'Frame', 'FrameReader', 'FrameTopology', 'FrameWriter', 'IntegratorOptions', 'InvalidInput', 'LimitOptions', 'LimitReport', 'Magnet', 'MagneticBody', 'MassProperties', 'Obstacle', 'RenderOptions', 'Renderer', 'RigidBody', 'Scene', 'Simulation', 'SoftBody', 'SolverFailure', 'SpatialQuery', 'State', 'StepReport', 'StrainLimit', 'TriangleMesh', 'Unsupported', 'box', 'candidates', 'capsule', 'continuous', 'corotational_strain', 'default_thread_count', 'dipole_energy', 'dipole_forces', 'dipole_tree_field', 'dipole_tree_gradient', 'explicit_response', 'floor_square', 'funnel', 'grid', 'grid_cells', 'icosphere', 'induce', 'induced_moments', 'intersecting_pairs', 'jittered_grid', 'launched_by_mpi', 'limit_strain', 'magnetic_cell_front', 'magnetic_cell_level', 'magnetic_cells', 'magnetic_cuboid', 'magnetic_cylinder', 'magnetic_depth', 'magnetic_dipoles', 'magnetic_energy', 'magnetic_field', 'magnetic_field_lines', 'magnetic_force', 'magnetic_forces', 'magnetic_gradient', 'magnetic_loop', 'magnetic_mesh', 'magnetic_polyline', 'magnetic_solenoid', 'magnetic_sphere', 'mass_properties', 'mpi_communicator', 'read_checkpoint', 'read_mesh', 'single_communicator', 'soft_cuboid', 'soft_mesh', 'soft_sphere', 'wave_bar', 'write_checkpoint', 'write_mesh', 'write_png']
 class Error(Exception):
     """
     Base of all errors of this library.
@@ -1233,19 +1233,20 @@ class Magnet:
     susceptibility : chi of a sphere, cuboid or mesh that magnetises in the field it is in, instead of a polarization: > 0 soft iron, < 0 diamagnetic, -1 superconducting [1]; >= -1; default 0.0
     saturation : mu0 M_s with a susceptibility > 0, followed in the means over the body; 0: none [T]; >= 0; default 0.0
     resolution : with a susceptibility: degree of the harmonics of a sphere (1: a point dipole), cells along each edge of a cuboid (a multiple of 4 from 8 to 48), least number of panels of a mesh; 0: 1, 8 or 500 [1]; in [0, 8000]; default 0
+    focus : of a cuboid with a susceptibility: half the width of what is near the middle of its wide faces, where panels are finer then; 0: none [m]; >= 0; default 0.0
     response : with a susceptibility: mutual, to the field of all others | explicit, the thesis' own way: cells of `density` that answer as lone spheres, to permanent magnets alone; default 'mutual'
     engine : accurate: exact fields, forces to magnetic_tolerance | cells: dipole cells, fast and rough; default 'accurate'
     density : of cells, where engine is cells or response is explicit [1/m^3]; >= 0; default 0.0
     """
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('body', 'shape', 'mesh', 'size', 'radius', 'inner_radius', 'height', 'position', 'orientation', 'polarization', 'moment', 'susceptibility', 'saturation', 'resolution', 'response', 'engine', 'density')
+    field_names: typing.ClassVar[tuple[str, ...]] = ('body', 'shape', 'mesh', 'size', 'radius', 'inner_radius', 'height', 'position', 'orientation', 'polarization', 'moment', 'susceptibility', 'saturation', 'resolution', 'focus', 'response', 'engine', 'density')
     def __eq__(self, arg0: object) -> bool:
         ...
-    def __init__(self, *, body: str = '', shape: str = 'mesh', mesh: TriangleMesh | None = None, size: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., radius: typing.SupportsFloat | typing.SupportsIndex = 0.0, inner_radius: typing.SupportsFloat | typing.SupportsIndex = 0.0, height: typing.SupportsFloat | typing.SupportsIndex = 0.0, position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ..., polarization: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., moment: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., susceptibility: typing.SupportsFloat | typing.SupportsIndex = 0.0, saturation: typing.SupportsFloat | typing.SupportsIndex = 0.0, resolution: typing.SupportsInt | typing.SupportsIndex = 0, response: str = 'mutual', engine: str = 'accurate', density: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
+    def __init__(self, *, body: str = '', shape: str = 'mesh', mesh: TriangleMesh | None = None, size: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., radius: typing.SupportsFloat | typing.SupportsIndex = 0.0, inner_radius: typing.SupportsFloat | typing.SupportsIndex = 0.0, height: typing.SupportsFloat | typing.SupportsIndex = 0.0, position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ..., polarization: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., moment: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., susceptibility: typing.SupportsFloat | typing.SupportsIndex = 0.0, saturation: typing.SupportsFloat | typing.SupportsIndex = 0.0, resolution: typing.SupportsInt | typing.SupportsIndex = 0, focus: typing.SupportsFloat | typing.SupportsIndex = 0.0, response: str = 'mutual', engine: str = 'accurate', density: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
         ...
     def __repr__(self) -> str:
         ...
-    def replace(self, *, body: str = ..., shape: str = ..., mesh: TriangleMesh | None = ..., size: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., radius: typing.SupportsFloat | typing.SupportsIndex = ..., inner_radius: typing.SupportsFloat | typing.SupportsIndex = ..., height: typing.SupportsFloat | typing.SupportsIndex = ..., position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ..., polarization: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., moment: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., susceptibility: typing.SupportsFloat | typing.SupportsIndex = ..., saturation: typing.SupportsFloat | typing.SupportsIndex = ..., resolution: typing.SupportsInt | typing.SupportsIndex = ..., response: str = ..., engine: str = ..., density: typing.SupportsFloat | typing.SupportsIndex = ...) -> Magnet:
+    def replace(self, *, body: str = ..., shape: str = ..., mesh: TriangleMesh | None = ..., size: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., radius: typing.SupportsFloat | typing.SupportsIndex = ..., inner_radius: typing.SupportsFloat | typing.SupportsIndex = ..., height: typing.SupportsFloat | typing.SupportsIndex = ..., position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ..., polarization: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., moment: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., susceptibility: typing.SupportsFloat | typing.SupportsIndex = ..., saturation: typing.SupportsFloat | typing.SupportsIndex = ..., resolution: typing.SupportsInt | typing.SupportsIndex = ..., focus: typing.SupportsFloat | typing.SupportsIndex = ..., response: str = ..., engine: str = ..., density: typing.SupportsFloat | typing.SupportsIndex = ...) -> Magnet:
         """
         A copy in which the given fields have other values.
         """
@@ -1267,6 +1268,11 @@ class Magnet:
     def engine(self) -> str:
         """
         accurate: exact fields, forces to magnetic_tolerance | cells: dipole cells, fast and rough; default 'accurate'
+        """
+    @property
+    def focus(self) -> float:
+        """
+        of a cuboid with a susceptibility: half the width of what is near the middle of its wide faces, where panels are finer then; 0: none [m]; >= 0; default 0.0
         """
     @property
     def height(self) -> float:
@@ -2537,7 +2543,7 @@ def single_communicator() -> Communicator:
     """
     One rank, no MPI.
     """
-def soft_cuboid(*, size: typing.Any, susceptibility: typing.SupportsFloat | typing.SupportsIndex, saturation: typing.SupportsFloat | typing.SupportsIndex = 0.0, cells: typing.SupportsInt | typing.SupportsIndex = 12, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> SoftBody:
+def soft_cuboid(*, size: typing.Any, susceptibility: typing.SupportsFloat | typing.SupportsIndex, saturation: typing.SupportsFloat | typing.SupportsIndex = 0.0, cells: typing.SupportsInt | typing.SupportsIndex = 12, focus: typing.SupportsFloat | typing.SupportsIndex = 0.0, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> SoftBody:
     ...
 def soft_mesh(mesh: TriangleMesh, *, susceptibility: typing.SupportsFloat | typing.SupportsIndex, saturation: typing.SupportsFloat | typing.SupportsIndex = 0.0, panels: typing.SupportsInt | typing.SupportsIndex = 1500, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> SoftBody:
     ...

@@ -47,11 +47,12 @@ def test_diamagnetic_balls_are_pushed_from_a_magnet_as_their_table_says():
 
 
 def test_a_wide_superconducting_plate_acts_as_the_plane_of_the_table():
-    """A plate six heights wide and one thick: the force on it comes from a spot of one height, which the cells must resolve."""
+    """A plate six heights wide and one thick: the force on it comes from a spot of one height, which the cells must resolve. With a
+    focus on it what is left is the finite width: 0.9 % for the magnet whose moment lies along the plate, with 32 cells as with 24."""
     height = 0.015
     plates = [
-        M.soft_cuboid(size=(6 * height, 6 * height, height), susceptibility=-1, cells=n).moved((0, 0, -height / 2))
-        for n in (16, 24)
+        M.soft_cuboid(size=(6 * height, 6 * height, height), susceptibility=-1, cells=n, focus=f).moved((0, 0, -height / 2))
+        for n, f in ((16, 0.0), (24, height))
     ]
     for case in cases("v_levitation_above_plane"):
         angle = np.radians(case["angle_from_vertical_deg"])
@@ -63,7 +64,7 @@ def test_a_wide_superconducting_plate_acts_as_the_plane_of_the_table():
         for plate in plates:
             felt = lift(plate, magnet, height)
             errors.append(abs(felt.force[2] / force - 1))
-        assert errors[0] < 0.1 and errors[1] < 0.02, case["id"]
+        assert errors[0] < 0.1 and errors[1] < 0.0095, case["id"]
         assert abs(felt.torque[1]) == pytest.approx(torque, abs=0.02 * force * height)
 
 
@@ -215,6 +216,7 @@ BAD = {
     "susceptibility must be >= -1 .* got nan": lambda: BOX.with_susceptibility(np.nan),
     "radius must be > 0": lambda: M.soft_sphere(radius=np.nan, susceptibility=1),
     "size must be three lengths > 0": lambda: M.soft_cuboid(size=(1, 0, 1), susceptibility=1),
+    "focus must be >= 0": lambda: M.soft_cuboid(size=(1, 1, 1), susceptibility=1, focus=-1.0),
     "cells must be a multiple of 4": lambda: M.soft_cuboid(size=(1, 1, 1), susceptibility=1, cells=10),
     "degree must be between 0": lambda: M.soft_sphere(**ball, degree=401),
     "mesh must be closed": lambda: M.soft_mesh(open_box(), susceptibility=1),

@@ -125,6 +125,7 @@ BAD = {
     "cells must be a multiple": dict(resolution=9),
     "response must be mutual or explicit": dict(response="thesis"),
     "density must be > 0": dict(response="explicit"),
+    "focus belongs to cuboids": dict(shape="sphere", size=(0, 0, 0), radius=0.01, focus=0.001),
     "resolution belongs to the mutual": dict(response="explicit", density=1e9, resolution=8),
     "saturation must be 0": dict(susceptibility=-0.5, saturation=1.0),
     "density belongs to": dict(density=1e9),

@@ -39,16 +39,18 @@ def soft_sphere(*, radius: float, susceptibility: float, saturation: float = 0.0
 
 @explained
 def soft_cuboid(
-    *, size: ArrayLike, susceptibility: float, saturation: float = 0.0, cells: int = 12, threads: int = 0
+    *, size: ArrayLike, susceptibility: float, saturation: float = 0.0, cells: int = 12, focus: float = 0.0, threads: int = 0
 ) -> SoftBody:
     """Linear cuboid: edges `size` (3) [m], susceptibility chi = mu_r - 1 >= -1 [1] (inf: ideal iron, -1: superconductor).
 
     cells: panels along every edge, a multiple of 4 from 8 to 48; finer towards the edges, where the charge is singular. The answers
     of three grids are extrapolated: moments of cubes err by 2e-4 with 12 cells, 5e-5 with 20 (9e-5 of superconductors).
+    focus [m]: half the width of what is near the middle of wide faces, 0: nothing; panels are finer there then, and two grids are
+    extrapolated: a magnet over a plate, a fifth of `focus` away, feels the force of an infinite plate within 1 % with 24 cells.
     The equation is factored here, once; poses and fields cost no more of it. saturation mu0 M_s [T], 0: none; see `induce`.
     """
     return _core.soft_cuboid(
-        size=size, susceptibility=susceptibility, saturation=saturation, cells=cells, threads=threads
+        size=size, susceptibility=susceptibility, saturation=saturation, cells=cells, focus=focus, threads=threads
     )
 
 
