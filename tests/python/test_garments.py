@@ -89,6 +89,81 @@ def test_the_outline_decides_where_it_has_sharper_corners():
     assert ls.garment([panel], triangles=400).min_angle_degrees() > corner - 1.0
 
 
+def test_holes_are_cut_exactly_and_leave_good_triangles():
+    eyelets = [g.circle(f"eyelet_{i}", (0.06 + 0.18 * i, 0.25), 0.03) for i in range(2)]
+    window = [g.arc("arch", (0.1, 0.1), (0.15, 0.15), (0.2, 0.1)), g.line("sill", (0.2, 0.1), (0.1, 0.1))]
+    panel = square(holes=[*eyelets, window])
+    assert panel.area == pytest.approx(0.09 - 2 * np.pi * 0.03**2 - np.pi * 0.05**2 / 2, rel=1e-5)
+    for triangles in (400, 1000):
+        garment = ls.garment([panel], triangles=triangles)
+        assert abs(garment.mesh.n_triangles - triangles) <= 2
+        assert garment.min_angle_degrees() > 25.0
+        assert euler(garment.mesh) == 1 - 3
+        # Chords h of curves that turn by 5 pi cut 5 pi h^2 / 12; h is rounded by a tenth at most.
+        edge2 = panel.area / triangles * 4 / np.sqrt(3)
+        assert flat_area(garment) == pytest.approx(panel.area, abs=1.2 * 5 * np.pi / 12 * edge2)
+        loops = {tuple(sorted(loop)) for loop in garment.openings()}
+        for names in (["eyelet_0"], ["eyelet_1"], ["arch", "sill"]):
+            assert tuple(garment.group(*(f"square.{name}" for name in names))) in loops
+    at = np.asarray(garment.mesh.vertices)[garment.group("square.eyelet_1")][:, [0, 2]]
+    assert np.linalg.norm(at - (0.24, 0.25), axis=1) == pytest.approx(0.03, rel=1e-4), "vertices lie on the circle"
+
+
+def test_a_sleeve_is_sewn_into_a_hole():
+    radius = 0.05
+    body = g.Panel.polygon(
+        "body",
+        [(-0.15, -0.15), (0.15, -0.15), (0.15, 0.15), (-0.15, 0.15)],
+        names=("hem", "right", "top", "left"),
+        place=lambda points: np.c_[points, np.zeros(len(points))],
+        holes=[g.circle("armhole", (0, 0), radius)],
+    )
+    round_ = 2 * np.pi * radius
+    tube = g.Panel.polygon(
+        "sleeve",
+        [(-round_ / 2, 0), (round_ / 2, 0), (round_ / 2, 0.1), (-round_ / 2, 0.1)],
+        names=("cap", "under", "cuff", "over"),
+        place=g.Cylinder(radius=radius, angle_degrees=-90.0),
+    )
+    garment = ls.garment([body, tube], [("body.armhole", "sleeve.cap"), ("sleeve.under", "sleeve.over")], triangles=500)
+    assert len(garment.openings()) == 2, "the outline and the cuff"
+    assert euler(garment.mesh) == 2 - 2
+    assert sorted(garment.groups["body.armhole"][:-1]) == sorted(garment.groups["sleeve.cap"][:-1])
+
+
+def test_mirrored_panels_keep_their_holes():
+    panel = square(holes=[g.circle("eyelet", (0.1, 0.2), 0.03)])
+    other = panel.mirrored("other")
+    assert other.area == pytest.approx(panel.area, rel=1e-12)
+    assert other.edge("eyelet").curve().mean(0) == pytest.approx((-0.1, 0.2), abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("holes", "message"),
+    [
+        ([g.circle("eyelet", (0.29, 0.1), 0.02)], "edges 'right' and 'eyelet' cross or touch"),
+        ([g.circle("a", (0.1, 0.1), 0.04), g.circle("b", (0.15, 0.1), 0.04)], "edges 'a' and 'b' cross or touch"),
+        ([g.circle("a", (0.1, 0.1), 0.02), g.circle("b", (0.1, 0.1), 0.04)], "hole 'a' lies within hole 'b'"),
+        ([g.circle("a", (0.5, 0.1), 0.02)], "hole 'a' lies outside the outline"),
+        ([g.circle("hem", (0.1, 0.1), 0.02)], "two edges 'hem'"),
+        ([[g.line("a", (0.1, 0.1), (0.2, 0.1)), g.line("b", (0.2, 0.1), (0.2, 0.2))]], "hole 'a' is open: edge 'b'"),
+        ([[g.polyline("a", [(0.1, 0.1), (0.2, 0.1), (0.2, 0.2), (0.1, 0.1)])]], "hole 'a' runs counter-clockwise"),
+        ([[g.polyline("a", [(0.1, 0.1), (0.2, 0.1), (0.1, 0.1)])]], "edge 'a' crosses itself"),
+        ([[]], "edges must be made by"),
+        ([[g.circle("a", (0.1, 0.1), 0.02), 3]], "edges must be made by"),
+    ],
+)
+def test_holes_that_cannot_be_cut_are_refused(holes, message):
+    with pytest.raises(ls.InvalidInput, match=message):
+        square(holes=holes)
+
+
+@pytest.mark.parametrize(("centre", "radius"), [((0, 0), 0.0), ((0, 0), "x"), ((0,), 1.0), ((0, np.nan), 1.0)])
+def test_a_circle_needs_a_centre_and_a_radius(centre, radius):
+    with pytest.raises(ls.InvalidInput, match="circle 'a' needs a centre of two numbers and a radius > 0"):
+        g.circle("a", centre, radius)
+
+
 def test_the_dress_has_13_panels_8900_triangles_and_four_openings(dress):
     assert len(dress.panel_names) == 13
     assert abs(dress.mesh.n_triangles - 8900) <= 13

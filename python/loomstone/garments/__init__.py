@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from .closing import close_seams
 from .dress import dress, dress_pattern
-from .edges import Edge, arc, cubic, line, polyline, quadratic
+from .edges import Edge, arc, circle, cubic, line, polyline, quadratic
 from .garmentcode import read_garmentcode
 from .panel import Panel
 from .placement import Cone, Cylinder, Placement, Plane, Ribbon
@@ -31,6 +31,7 @@ __all__ = [
     "Ribbon",
     "Seam",
     "arc",
+    "circle",
     "close_seams",
     "cubic",
     "dress",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .._core import InvalidInput
 from .edges import Edge
 from .seams import Pattern, Seam, turned_panels
-from .triangulation import triangulated
+from .triangulation import Boundary, triangulated
 
 __all__ = ["Cut", "cut"]
 
@@ -49,20 +49,21 @@ def cut(pattern: Pattern, *, spacing: float, triangles: int | None, seed: int) -
     total = sum(panel.area for panel in pattern.panels)
     first, shelf, due = 0, 0.0, 0.0
     for index, panel in enumerate(pattern.panels):
-        sides = [edge.sampled(segments[f"{panel.name}.{edge.name}"]) for edge in panel.edges]
-        outline = np.concatenate([side[:-1] for side in sides])
-        if len(outline) < 3:
-            raise InvalidInput(f"panel {panel.name!r} has only {len(outline)} points; ask for more triangles")
+        loops = [_loop(panel.name, loop, segments) for loop in panel.loops]
+        boundary = Boundary(loops)
         wanted = panel.area * (triangles / total if triangles else 4.0 / np.sqrt(3.0) / spacing**2)
         due += wanted
-        interior = max(0, round((due + 2 - len(outline)) / 2))
-        points, panel_faces = triangulated(outline, interior, seed=seed + index, where=f"panel {panel.name!r}")
+        interior = max(0, round((due - boundary.triangles(0)) / 2))
+        points, panel_faces = triangulated(boundary, interior, seed=seed + index, where=f"panel {panel.name!r}")
         due -= len(panel_faces)  # so that the whole garment has the number asked for
-        at = first
-        for edge, side in zip(panel.edges, sides, strict=True):
-            ring = first + np.arange(at - first, at - first + len(side)) % len(outline)
-            groups[f"{panel.name}.{edge.name}"] = ring
-            at += len(side) - 1
+        start = first
+        for edges, loop in zip(panel.loops, loops, strict=True):
+            at = 0
+            for edge in edges:
+                name = f"{panel.name}.{edge.name}"
+                groups[name] = start + np.arange(at, at + segments[name] + 1) % len(loop)
+                at += segments[name]
+            start += len(loop)
         groups[panel.name] = np.arange(first, first + len(points))
         laid = panel.pattern(points)
         low = laid.min(0)
@@ -84,14 +85,25 @@ def cut(pattern: Pattern, *, spacing: float, triangles: int | None, seed: int) -
     return Cut(pattern, np.concatenate(flat), places, joined, owners, pairs, seam_of_pair, groups)
 
 
+def _loop(panel: str, edges: Sequence[Edge], segments: Mapping[str, int]) -> Floats:
+    """Points along edges that close, each once."""
+    points = np.concatenate([edge.sampled(segments[f"{panel}.{edge.name}"])[:-1] for edge in edges])
+    if len(points) < 3:
+        raise InvalidInput(f"panel {panel!r} has only {len(points)} points; ask for more triangles")
+    return points
+
+
 def _segments(pattern: Pattern, spacing: float) -> dict[str, int]:
     def least(edge: Edge) -> int:
+        if edge.start == edge.end:
+            return 6 if edge.kind == "circle" else max(3, len(edge.points) - 1)
         return 1 if edge.kind == "polyline" and len(edge.points) == 2 else 2
 
     result = {
         f"{panel.name}.{edge.name}": max(least(edge), round(edge.length / spacing))
         for panel in pattern.panels
-        for edge in panel.edges
+        for loop in panel.loops
+        for edge in loop
     }
     for seam in pattern.seams:
         a, b = pattern.edge(seam.first), pattern.edge(seam.second)

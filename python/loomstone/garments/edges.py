@@ -1,4 +1,4 @@
-"""Edges of a flat panel: polylines, Bézier curves and arcs, sampled evenly by length."""
+"""Edges of a flat panel: polylines, Bézier curves, arcs and circles, sampled evenly by length."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._core import InvalidInput
 
-__all__ = ["Edge", "arc", "cubic", "line", "polyline", "quadratic"]
+__all__ = ["Edge", "arc", "circle", "cubic", "line", "polyline", "quadratic"]
 
 Floats = NDArray[np.float64]
 Point = tuple[float, float]
@@ -20,10 +20,13 @@ FINE = 512  # chords by which the length of a curve is measured: relative error 
 
 @dataclass(frozen=True)
 class Edge:
-    """One side of a panel, from its first point to its last; made by line, polyline, quadratic, cubic or arc.
+    """One side of a panel or of a hole, from its first point to its last.
+
+    Made by line, polyline, quadratic, cubic, arc or circle.
 
     name : within its panel
-    kind : "polyline" (all points), "quadratic" or "cubic" (with control points), "arc" (start, a point on it, end)
+    kind : "polyline" (all points), "quadratic" or "cubic" (with control points), "arc" (start, a point on it, end),
+        "circle" (start, the point opposite, start)
     points : [m], viewed from the outside of the garment
     """
 
@@ -60,6 +63,11 @@ class Edge:
             angle = first + sweep * t[:, 0]
             fine = centre + radius * np.c_[np.cos(angle), np.sin(angle)]
             fine[0], fine[-1] = control[0], control[2]
+        elif self.kind == "circle":
+            centre, arm = (control[0] + control[1]) / 2, (control[0] - control[1]) / 2
+            angle = 2 * np.pi * t
+            fine = centre + np.cos(angle) * arm + np.sin(angle) * (arm[1], -arm[0])  # clockwise
+            fine[0], fine[-1] = control[0], control[0]
         else:
             fine = control
         return fine
@@ -111,6 +119,23 @@ def arc(name: str, start: ArrayLike, through: ArrayLike, end: ArrayLike) -> Edge
     edge = _edge(name, "arc", [start, through, end])
     _circle(np.array(edge.points, float), name)
     return edge
+
+
+def circle(name: str, centre: ArrayLike, radius: float) -> Edge:
+    """A whole circle, clockwise from its topmost point: a round hole [m].
+
+    >>> round(circle("eyelet", (0, 0), 0.01).length, 4)
+    0.0628
+    """
+    try:
+        middle, arm = np.asarray(centre, float), float(radius)
+    except (TypeError, ValueError):
+        middle, arm = np.empty(0), 0.0
+    if middle.shape != (2,) or not (np.isfinite(middle).all() and np.isfinite(arm) and arm > 0):
+        got = f"{centre!r}, {radius!r}"
+        raise InvalidInput(f"circle {name!r} needs a centre of two numbers and a radius > 0 [m], got {got}")
+    top, bottom = middle + (0.0, arm), middle - (0.0, arm)
+    return _edge(name, "circle", [top, bottom, top])
 
 
 def _edge(name: str, kind: str, points: Any) -> Edge:

@@ -1,4 +1,4 @@
-"""Flat pieces of a pattern: outlines of named edges with a grain and a place in space."""
+"""Flat pieces of a pattern: outlines and holes of named edges, with a grain and a place in space."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from .._core import InvalidInput
 from .edges import Edge
 from .placement import Placement, Plane
+from .triangulation import Boundary
 
 __all__ = ["Panel"]
 
@@ -23,24 +24,33 @@ class Panel:
 
     name : unique in a garment
     edges : counter-clockwise, each begins where the one before ends; darts are notches of the outline
+    holes : each a closed row of edges, clockwise, so that cloth lies to their left as along the outline; a round one is
+        one edge, circle(). Triangles round a hole narrower than two of their edges have smaller angles
     grain_degrees : direction of the warp from the panel's y axis, counter-clockwise [degrees]
     place : where it starts: Plane, Cylinder, Cone, Ribbon or any function of points (n x 2) to (n x 3) [m]
 
-    Raises InvalidInput naming panel and edge where the outline is open, crosses itself, turns clockwise or is empty.
+    Raises InvalidInput naming panel and edge where a row of edges is open, empty, crosses another or itself or turns
+    the wrong way, or a hole lies outside the outline or in another.
 
     >>> import loomstone as ls
     >>> corners = [(0, 0), (0.3, 0), (0.3, 0.4), (0, 0.4)]
     >>> Panel.polygon("front", corners, names=("hem", "right", "top", "left")).area
     0.12
+    >>> eyelet = [ls.garments.circle("eyelet", (0.15, 0.35), 0.01)]
+    >>> round(Panel.polygon("sail", corners, names=("foot", "leech", "head", "luff"), holes=[eyelet]).area, 5)
+    0.11969
     """
 
     name: str
     edges: tuple[Edge, ...]
     grain_degrees: float = 0.0
     place: Placement = field(default_factory=Plane)
+    holes: tuple[tuple[Edge, ...], ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "edges", tuple(self.edges))
+        holes = ((hole,) if isinstance(hole, Edge) else tuple(hole) for hole in self.holes)
+        object.__setattr__(self, "holes", tuple(holes))
         _check(self)
 
     @classmethod
@@ -52,6 +62,7 @@ class Panel:
         names: Sequence[str],
         grain_degrees: float = 0.0,
         place: Placement | None = None,
+        holes: Sequence[Edge | Sequence[Edge]] = (),
     ) -> Panel:
         """Panel with straight edges; edge i runs from corner i [m] to the next."""
         if len(names) != len(corners):
@@ -59,18 +70,24 @@ class Panel:
         points = [(float(x), float(y)) for x, y in corners]
         ends = zip(names, points, points[1:] + points[:1], strict=True)
         edges = tuple(Edge(side, "polyline", (a, b)) for side, a, b in ends)
-        return cls(name, edges, grain_degrees, Plane() if place is None else place)
+        return cls(name, edges, grain_degrees, Plane() if place is None else place, holes)  # type: ignore[arg-type]
 
     @property
     def area(self) -> float:
-        """Within the curved outline [m^2]."""
-        return _signed_area(np.concatenate([edge.curve()[:-1] for edge in self.edges]))
+        """Within the curved outline, less the holes [m^2]."""
+        return sum(_signed_area(_outline(loop)) for loop in self.loops)
+
+    @property
+    def loops(self) -> tuple[tuple[Edge, ...], ...]:
+        """The outline, then the holes."""
+        return self.edges, *self.holes
 
     def edge(self, name: str) -> Edge:
-        for edge in self.edges:
+        edges = [edge for loop in self.loops for edge in loop]
+        for edge in edges:
             if edge.name == name:
                 return edge
-        known = ", ".join(edge.name for edge in self.edges)
+        known = ", ".join(edge.name for edge in edges)
         raise InvalidInput(f"panel {self.name!r} has no edge {name!r}; it has {known}")
 
     def mirrored(self, name: str, *, place: Placement | None = None) -> Panel:
@@ -80,6 +97,7 @@ class Panel:
             tuple(edge.mirrored() for edge in reversed(self.edges)),
             -self.grain_degrees,
             self.place if place is None else place,
+            tuple(tuple(edge.mirrored() for edge in reversed(hole)) for hole in self.holes),
         )
 
     def placed(self, place: Placement) -> Panel:
@@ -97,33 +115,57 @@ def _check(panel: Panel) -> None:
     where = f"panel {panel.name!r}"
     if not panel.name or "." in panel.name:
         raise InvalidInput(f"a panel needs a name without a dot, got {panel.name!r}; groups are called panel.edge")
-    if not panel.edges or not all(isinstance(edge, Edge) for edge in panel.edges):
-        raise InvalidInput(f"{where}: edges must be made by line, polyline, quadratic ..., got {panel.edges!r}")
-    names = [edge.name for edge in panel.edges]
+    for loop in panel.loops:
+        if not loop or not all(isinstance(edge, Edge) for edge in loop):
+            raise InvalidInput(f"{where}: edges must be made by line, polyline, quadratic ..., got {loop!r}")
+    names = [edge.name for loop in panel.loops for edge in loop]
     for name in names:
         if names.count(name) > 1:
             raise InvalidInput(f"{where} has two edges {name!r}; give each its own name")
-    curves = [edge.curve() for edge in panel.edges]
-    size = float(np.ptp(np.concatenate(curves), axis=0).max())
-    for edge, following in zip(panel.edges, panel.edges[1:] + panel.edges[:1], strict=True):
+    called = [where, *(f"{where}: hole {hole[0].name!r}" for hole in panel.holes)]
+    for which, loop in zip(called, panel.loops, strict=True):
+        _check_closed(which, loop)
+    _check_crossings(panel)
+    for which, loop in zip(called, panel.loops, strict=True):
+        _check_turn(which, loop, hole=loop is not panel.edges)
+    _check_nesting(panel)
+
+
+def _size(edges: tuple[Edge, ...]) -> float:
+    return float(np.ptp(np.concatenate([edge.curve() for edge in edges]), axis=0).max())
+
+
+def _check_closed(where: str, edges: tuple[Edge, ...]) -> None:
+    size = _size(edges)
+    for edge, following in zip(edges, edges[1:] + edges[:1], strict=True):
         gap = float(np.hypot(edge.end[0] - following.start[0], edge.end[1] - following.start[1]))
         if gap > 1e-6 * size:
             raise InvalidInput(
                 f"{where} is open: edge {edge.name!r} ends {gap:.3g} m from where edge {following.name!r} begins"
             )
-    _check_crossings(panel, curves)
-    area = panel.area
+
+
+def _check_turn(where: str, edges: tuple[Edge, ...], *, hole: bool) -> None:
+    area, size = _signed_area(_outline(edges)), _size(edges)
     if abs(area) < 1e-6 * size**2:
         raise InvalidInput(f"{where} has no area: {abs(area):.3g} m^2 at a size of {size:.3g} m")
-    if area < 0:
+    if hole and area > 0:
+        raise InvalidInput(f"{where} runs counter-clockwise; list its edges clockwise: cloth lies to their left")
+    if not hole and area < 0:
         raise InvalidInput(f"{where} runs clockwise; list its edges counter-clockwise, viewed from outside the garment")
 
 
-def _check_crossings(panel: Panel, curves: list[Floats]) -> None:
-    """No two parts of the outline meet but at corners."""
-    coarse = [c[:: max(1, (len(c) - 1) // 64)] for c in curves]  # 64 chords a curve, its ends included
-    starts, ends = np.concatenate([c[:-1] for c in coarse]), np.concatenate([c[1:] for c in coarse])
-    owner = np.concatenate([np.full(len(c) - 1, i) for i, c in enumerate(coarse)])
+def _check_crossings(panel: Panel) -> None:
+    """No two parts of the outline or of holes meet but at corners."""
+    curves = [[edge.curve() for edge in loop] for loop in panel.loops]
+    # 64 chords a curve, its ends included.
+    coarse = [[c[:: max(1, (len(c) - 1) // 64)] for c in loop] for loop in curves]
+    starts = np.concatenate([c[:-1] for loop in coarse for c in loop])
+    ends = np.concatenate([c[1:] for loop in coarse for c in loop])
+    names = [edge.name for loop in panel.loops for edge in loop]
+    owner = np.repeat(np.arange(len(names)), [len(c) - 1 for loop in coarse for c in loop])
+    lengths = [sum(len(c) - 1 for c in loop) for loop in coarse]
+    following = np.concatenate([np.roll(np.arange(n), -1) + sum(lengths[:i]) for i, n in enumerate(lengths)])
     n = len(starts)
     for i in range(n - 1):
         others = np.arange(i + 1, n)
@@ -132,15 +174,31 @@ def _check_crossings(panel: Panel, curves: list[Floats]) -> None:
         sides = _turn(a, b, c) * _turn(a, b, d), _turn(c, d, a) * _turn(c, d, b)
         crossing = (sides[0] < 0) & (sides[1] < 0)
         touching = (sides[0] <= 0) & (sides[1] <= 0) & ~crossing & _overlap(a, b, c, d)
-        neighbour = (others == i + 1) | ((i == 0) & (others == n - 1))
-        free_end = np.where(others[:, None] == i + 1, d, c)
+        after = others == following[i]
+        neighbour = after | (following[others] == i)
+        free_end = np.where(after[:, None], d, c)
         folded = neighbour & ((d - c) @ (b - a) < 0) & (_turn(a, b, free_end) == 0)
         bad = crossing | (touching & ~neighbour) | folded
         if bad.any():
-            other = panel.edges[owner[others[np.argmax(bad)]]].name
-            mine = panel.edges[owner[i]].name
+            other, mine = names[owner[others[np.argmax(bad)]]], names[owner[i]]
             what = f"edge {mine!r} crosses itself" if mine == other else f"edges {mine!r} and {other!r} cross or touch"
             raise InvalidInput(f"panel {panel.name!r}: {what} near ({a[0]:.4g}, {a[1]:.4g}) m; correct its outline")
+
+
+def _check_nesting(panel: Panel) -> None:
+    """Holes lie within the outline and in no other hole; their edges do not cross."""
+    loops = [Boundary([_outline(loop)]) for loop in panel.loops]
+    for i, hole in enumerate(panel.holes, 1):
+        at = np.array([hole[0].start])
+        if not loops[0].contains(at)[0]:
+            raise InvalidInput(f"panel {panel.name!r}: hole {hole[0].name!r} lies outside the outline")
+        for j, other in enumerate(panel.holes, 1):
+            if i != j and loops[j].contains(at)[0]:
+                raise InvalidInput(f"panel {panel.name!r}: hole {hole[0].name!r} lies within hole {other[0].name!r}")
+
+
+def _outline(edges: tuple[Edge, ...]) -> Floats:
+    return np.concatenate([edge.curve()[:-1] for edge in edges])
 
 
 def _turn(a: Floats, b: Floats, c: Floats) -> Floats:

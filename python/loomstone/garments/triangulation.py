@@ -1,10 +1,12 @@
-"""Quality unstructured triangulation of a flat outline, by scipy's Delaunay triangulation of relaxed points.
+"""Quality unstructured triangulation of a flat piece with holes, by scipy's Delaunay triangulation.
 
-Points of the outline are fixed; the others start on a jittered hexagonal lattice and move to the centre of their
+Points of the outline and of the holes are fixed; the others start on a jittered hexagonal lattice and move to the centre of their
 surroundings (Lloyd's iteration with areas of triangles), then away from the smallest angles.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +14,7 @@ from numpy.typing import NDArray
 from .._core import InvalidInput
 from ..planar import centres, cross, delaunay
 
-__all__ = ["inside", "smallest_angles", "triangulated"]
+__all__ = ["Boundary", "smallest_angles", "triangulated"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -22,28 +24,64 @@ WANTED_DEGREES = 28.0  # angles below are improved
 COMPASS = np.array([(np.cos(a), np.sin(a)) for a in np.arange(8) * np.pi / 4])
 
 
-def triangulated(outline: Floats, interior: int, *, seed: int, where: str) -> tuple[Floats, Indices]:
-    """Points (outline first, in order) and counter-clockwise triangles of exactly 2 interior + outline - 2.
+class Boundary:
+    """Closed loops of points (b x 2) [m], none twice: first the outline, counter-clockwise, then holes, clockwise."""
 
-    outline : (b x 2), counter-clockwise, no two points equal [m]; interior : number of points inside
-    where : named in errors: InvalidInput where the outline is finer than its points resolve
+    def __init__(self, loops: Sequence[Floats]) -> None:
+        self.points = np.concatenate(loops)
+        self.following = np.concatenate([np.roll(loop, -1, axis=0) for loop in loops])
+        self.preceding = np.concatenate([np.roll(loop, 1, axis=0) for loop in loops])
+        index = np.split(np.arange(len(self.points)), np.cumsum([len(loop) for loop in loops])[:-1])
+        self.next = np.concatenate([np.roll(i, -1) for i in index])
+        self.holes = len(loops) - 1
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    @property
+    def area(self) -> float:
+        """Within the outline, less the holes [m^2]."""
+        return float(cross(self.points, self.following).sum()) / 2
+
+    def triangles(self, interior: int) -> int:
+        """How many triangles its points and `interior` others make, by Euler's formula."""
+        return 2 * interior + len(self) - 2 + 2 * self.holes
+
+    def contains(self, points: Floats) -> NDArray[np.bool_]:
+        """Which points lie within the outline and in no hole: odd crossings of a ray along x."""
+        a, b = self.points, self.following
+        result = np.zeros(len(points), bool)
+        for first in range(0, len(points), 4096):
+            x, y = points[first : first + 4096, :1], points[first : first + 4096, 1:]
+            spans = (a[:, 1] > y) != (b[:, 1] > y)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                meets = a[:, 0] + (y - a[:, 1]) / (b[:, 1] - a[:, 1]) * (b[:, 0] - a[:, 0])
+            result[first : first + 4096] = (spans & (x < meets)).sum(1) % 2 == 1
+        return result
+
+
+def triangulated(boundary: Boundary, interior: int, *, seed: int, where: str) -> tuple[Floats, Indices]:
+    """Points (the boundary's first, in order) and counter-clockwise triangles, boundary.triangles(interior) of them.
+
+    interior : number of points inside
+    where : named in errors: InvalidInput where the boundary is finer than its points resolve
     """
-    points = np.concatenate([outline, _start(outline, interior, seed)])
-    fixed = len(outline)
+    points = np.concatenate([boundary.points, _start(boundary, interior, seed)])
+    fixed = len(boundary)
     for _ in range(25):
-        faces = _faces(points, outline)
+        faces = _faces(points, boundary)
         moved = centres(points, faces)
-        # Beside the outline surroundings need not be convex: a centre may lie outside.
+        # Beside the boundary surroundings need not be convex: a centre may lie outside.
         beside = np.unique(faces[(faces < fixed).any(1)])
-        outside = beside[~inside(outline, moved[beside])]
+        outside = beside[~boundary.contains(moved[beside])]
         moved[outside] = points[outside]
         points[fixed:] = moved[fixed:]
-    faces = _faces(points, outline)
+    faces = _faces(points, boundary)
     for _ in range(12):
         if not _improve(points, faces, fixed):
             break
-        faces = _faces(points, outline)
-    _check(points, faces, outline, interior, where)
+        faces = _faces(points, boundary)
+    _check(points, faces, boundary, interior, where)
     return points, faces
 
 
@@ -57,22 +95,9 @@ def smallest_angles(points: Floats, faces: Indices) -> Floats:
     return smallest
 
 
-def inside(outline: Floats, points: Floats) -> NDArray[np.bool_]:
-    """Which points lie within the outline: odd crossings of a ray along x."""
-    a, b = outline, np.roll(outline, -1, axis=0)
-    result = np.zeros(len(points), bool)
-    for first in range(0, len(points), 4096):
-        x, y = points[first : first + 4096, :1], points[first : first + 4096, 1:]
-        spans = (a[:, 1] > y) != (b[:, 1] > y)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            meets = a[:, 0] + (y - a[:, 1]) / (b[:, 1] - a[:, 1]) * (b[:, 0] - a[:, 0])
-        result[first : first + 4096] = (spans & (x < meets)).sum(1) % 2 == 1
-    return result
-
-
-def _distance(outline: Floats, points: Floats) -> Floats:
-    """To the nearest edge of the outline."""
-    a, along = outline, np.roll(outline, -1, axis=0) - outline
+def _distance(boundary: Boundary, points: Floats) -> Floats:
+    """To the nearest edge of the boundary."""
+    a, along = boundary.points, boundary.following - boundary.points
     length2 = (along**2).sum(1)
     nearest = np.empty(len(points))
     for first in range(0, len(points), 4096):
@@ -82,25 +107,23 @@ def _distance(outline: Floats, points: Floats) -> Floats:
     return nearest
 
 
-def _beyond_corners(outline: Floats, points: Floats) -> NDArray[np.bool_]:
+def _beyond_corners(boundary: Boundary, points: Floats) -> NDArray[np.bool_]:
     """Which points leave a sharp corner to one triangle: two there would have half its angle."""
-    before, after = np.roll(outline, 1, axis=0) - outline, np.roll(outline, -1, axis=0) - outline
+    before, after = boundary.preceding - boundary.points, boundary.following - boundary.points
     angle = np.arctan2(cross(after, before), (after * before).sum(1))
     sharp = (angle > 0) & (angle < np.radians(55.0))
     free = np.ones(len(points), bool)
-    for corner, a, b in zip(outline[sharp], before[sharp], after[sharp], strict=True):
+    for corner, a, b in zip(boundary.points[sharp], before[sharp], after[sharp], strict=True):
         free &= np.linalg.norm(points - corner, axis=1) > 1.2 * max(np.linalg.norm(a), np.linalg.norm(b))
     return free
 
 
-def _start(outline: Floats, interior: int, seed: int) -> Floats:
-    """`interior` points of a jittered hexagonal lattice, spread over the whole outline."""
+def _start(boundary: Boundary, interior: int, seed: int) -> Floats:
+    """`interior` points of a jittered hexagonal lattice, spread over the whole piece."""
     random = np.random.default_rng(seed)
-    low, size = outline.min(0), np.ptp(outline, axis=0)
-    x, y = outline.T
-    area = abs((x * np.roll(y, -1) - np.roll(x, -1) * y).sum()) / 2
-    # A point of a hexagonal lattice owns 0.87 of the squared spacing; half a point of the outline counts.
-    spacing = np.sqrt(area / max(1.0, interior + len(outline) / 2) / 0.866) * 1.1
+    low, size = boundary.points.min(0), np.ptp(boundary.points, axis=0)
+    # A point of a hexagonal lattice owns 0.87 of the squared spacing; half a point of the boundary counts.
+    spacing = np.sqrt(boundary.area / max(1.0, interior + len(boundary) / 2) / 0.866) * 1.1
     clearance = CLEARANCE
     found = np.empty((0, 2))
     for attempt in range(200):
@@ -108,8 +131,8 @@ def _start(outline: Floats, interior: int, seed: int) -> Floats:
         columns = np.arange(-0.5 * spacing, size[0] + spacing, spacing)
         lattice = np.array([(c + (r % 2) * spacing / 2, v) for r, v in enumerate(rows) for c in columns]) + low
         lattice += random.uniform(-0.1, 0.1, lattice.shape) * spacing
-        lattice = lattice[inside(outline, lattice)]
-        found = lattice[(_distance(outline, lattice) > clearance * spacing) & _beyond_corners(outline, lattice)]
+        lattice = lattice[boundary.contains(lattice)]
+        found = lattice[(_distance(boundary, lattice) > clearance * spacing) & _beyond_corners(boundary, lattice)]
         if len(found) >= interior:
             break
         spacing *= 0.99
@@ -121,11 +144,11 @@ def _start(outline: Floats, interior: int, seed: int) -> Floats:
     return np.delete(found, leaves, axis=0)
 
 
-def _faces(points: Floats, outline: Floats) -> Indices:
-    faces = delaunay(points, 1e-6 * np.ptp(outline, axis=0).prod() / len(points)).astype(np.int64)
-    # Only triangles of points of the outline alone can lie outside.
-    keep = (faces >= len(outline)).any(1)
-    keep[~keep] = inside(outline, points[faces[~keep]].mean(1))
+def _faces(points: Floats, boundary: Boundary) -> Indices:
+    faces = delaunay(points, 1e-6 * np.ptp(boundary.points, axis=0).prod() / len(points)).astype(np.int64)
+    # Only triangles of points of the boundary alone can lie outside.
+    keep: NDArray[np.bool_] = np.asarray((faces >= len(boundary)).any(1))
+    keep[~keep] = boundary.contains(points[faces[~keep]].mean(1))
     return np.asarray(faces[keep], np.int64)
 
 
@@ -166,16 +189,17 @@ def _worst(places: Floats, ring: Floats) -> Floats:
     return worst
 
 
-def _check(points: Floats, faces: Indices, outline: Floats, interior: int, where: str) -> None:
-    n = len(outline)
+def _check(points: Floats, faces: Indices, boundary: Boundary, interior: int, where: str) -> None:
     present = {tuple(e) for e in np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).tolist()}
-    for i in range(n):
-        if (i, (i + 1) % n) not in present:
+    for i, j in enumerate(boundary.next.tolist()):
+        if (i, j) not in present:
+            x, y = boundary.points[i]
             raise InvalidInput(
-                f"{where}: its outline is finer near ({outline[i, 0]:.4g}, {outline[i, 1]:.4g}) m than the triangles "
+                f"{where}: its outline is finer near ({x:.4g}, {y:.4g}) m than the triangles "
                 "can follow; ask for more triangles, or leave out the detail"
             )
-    if len(faces) != 2 * interior + n - 2:
+    if len(faces) != boundary.triangles(interior):
         raise InvalidInput(
-            f"{where}: cannot be triangulated with {interior} points inside and {n} around; ask for another number"
+            f"{where}: cannot be triangulated with {interior} points inside and {len(boundary)} around; "
+            "ask for another number"
         )
