@@ -15,6 +15,7 @@ constexpr int max_rounds = 4;
 constexpr int max_retreats = 4;
 constexpr int max_passes = 16;      // of going back, before it is certified
 constexpr double aimed_at = 0.9;    // part of the margin that going back leaves
+constexpr double much_motion = 0.01;  // that going back may take: at once it takes most of what is thrown at a ball
 
 // A mode of a triangle at one end of the step: strain beyond its limit (negative: within), and what is let be.
 struct Mode {
@@ -28,6 +29,7 @@ class Constraining {
 
   ConstrainReport run() {
     ConstrainReport done = enforce();
+    done.stopped = done.gone_back > much_motion * done.wanted;
     done.broke = breaks();
     return done;
   }
@@ -213,9 +215,11 @@ class Constraining {
       look(x1_);
     }
     std::vector<Shortened> back;
-    for (Index i = 0; i < in_.cloth->n_vertices; ++i)
-      if (wanted.row(i) != x1_.row(i))
-        back.push_back({i, (wanted.row(i) - x1_.row(i)).transpose(), 1.0 / (*in_.inverse_mass)[i]});
+    for (Index i = 0; i < in_.cloth->n_vertices; ++i) {
+      if (wanted.row(i) == x1_.row(i)) continue;
+      back.push_back({i, (wanted.row(i) - x1_.row(i)).transpose(), 1.0 / (*in_.inverse_mass)[i]});
+      report_.gone_back += (wanted.row(i) - x1_.row(i)).norm();
+    }
     report_.certified.merge(back);
     report_.retreats += any;
     return any;

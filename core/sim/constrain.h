@@ -1,5 +1,6 @@
 // Strain limits and contacts together at the end of a step: what limiting moves is certified, what certification moves is limited
-// again, and where the two do not agree cloth goes back towards the start of the step, where both held.
+// again, and where the two do not agree cloth goes back towards the start of the step, where both held: a last resort, since the
+// caller can take the step in parts.
 #pragma once
 
 #include <cstdint>
@@ -33,7 +34,9 @@ struct ConstrainReport {
   int rounds = 0;                 // of certification
   int retreats = 0;               // of these, those after corners went back
   bool broke = false;             // limits that held at x0 do not hold at x1
+  bool stopped = false;           // cloth went back for its limits, and lost more than a hundredth of its motion by it
   double wanted = 0.0;            // lengths of the displacements of free cloth that came to certification [m]
+  double gone_back = 0.0;         // of these, lengths that corners went back for their limits [m]
   double limit_seconds = 0.0;
   std::vector<Index> touched;     // cloth vertices that certification moved
 };

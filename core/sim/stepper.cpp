@@ -109,6 +109,7 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
     std::vector<StepPart> left = {StepPart{}};  // the last comes first
     State before;                               // of the part; `start` until a part is done
     bool halving = true;                        // until 1/64 has failed: then the rest is taken as it comes
+    bool halving_for_limits = true;
     while (!left.empty()) {
       const StepPart part = left.back();
       left.pop_back();
@@ -122,8 +123,8 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
         if (part.length() == 1) throw;
         solved = false;
       }
-      if (!solved || (undone.impacts > 0 && halving && part.length() > 1) ||
-          (undone.broke_limits && part.length() > StepPart::quarter)) {
+      const bool divisible = part.length() > 1;
+      if (!solved || (divisible && ((undone.impacts > 0 && halving) || (undone.failed_limits && halving_for_limits)))) {
         state = report.substeps == 0 ? start : before;
         if (world_) world_->restore(state.rigid);
         forget_steps(state.cloth);
@@ -135,6 +136,7 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
         continue;
       }
       if (undone.impacts > 0) halving = false;
+      if (undone.failed_limits) halving_for_limits = false;
       report.unresolved += undone.impacts;
       ++report.substeps;
       if (part.length() < StepPart::whole) forget_steps(state.cloth);
@@ -438,7 +440,7 @@ Stepper::Left Stepper::limit_and_certify(State& state, StepOutcome& outcome) {
   report.truncated += done.certified.truncated();
   report.withheld_motion += done.certified.withheld();
   report.truncated_momentum += done.certified.withheld_moment() / step_;
-  return {done.certified.unresolved, done.broke};
+  return {done.certified.unresolved, done.broke || done.stopped};
 }
 
 // How free the cloth is where a step has left impacts: never hidden, and counted until it is free again.

@@ -25,10 +25,10 @@ struct StepOutcome {
   std::vector<std::array<Index, 2>> forced;  // pairs of triangles (of all surfaces) that intersect because they are forced to
 };
 
-// A part of a step in 64ths of it: a step that certification cannot free of impacts, or whose solver finds no solution, is
-// taken again in halves; one that breaks limits of strain too, down to quarters.
+// A part of a step in 64ths of it: a step that certification cannot free of impacts, whose solver finds no solution, that
+// breaks limits of strain or stops the cloth for them is taken again in halves.
 struct StepPart {
-  static constexpr int whole = 64, quarter = 16;
+  static constexpr int whole = 64;
   int first = 0, last = whole;
   int length() const { return last - first; }
 };
@@ -49,10 +49,10 @@ class Stepper {
   double magnetic_energy(const State& state) const;
 
  private:
-  // What a part leaves: impacts, and whether it broke limits of strain that held at its start.
+  // What a part leaves: impacts, and whether it broke limits of strain that held at its start, or stopped the cloth for them.
   struct Left {
     std::int64_t impacts = 0;
-    bool broke_limits = false;
+    bool failed_limits = false;
   };
   // All stages of a part.
   Left take(State& state, StepOutcome& outcome, StepPart part);

@@ -135,25 +135,33 @@ TEST_CASE("a script that leaves limits no room is followed, reported by its tria
   CHECK(longest < 0.05 + 0.02);  // sweeps end at the tolerance or after a hundred
 }
 
-TEST_CASE("a sheet thrown at a ball is certified and limited in turn, then goes back; each vertex that it stops counts once") {
+TEST_CASE("a sheet thrown at a ball keeps its limits by parts of a step, not by losing its motion") {
   StrainLimit limit;
   limit.weft = limit.warp = 0.03, limit.shear = 0.05;
-  Simulation sim(draped(14, limit, true), step_of(4e-3), 1);
-  const Index n = static_cast<Index>(sim.positions().rows());
-  Points v = Points::Zero(n, 3);
-  v.col(2).setConstant(-6.0);  // 24 mm a step, the contact distance is 2.9
-  sim.set_velocities(v);
-  for (int i = 0; i < 10; ++i) {
-    sim.step();
-    INFO("step " << i);
-    CHECK(sim.report().limit_retreats == (i == 0));
-    CHECK((sim.report().limit_rounds > 1) == (i == 0));
-    CHECK(sim.report().truncated <= n);
-    CHECK(sim.report().withheld <= 1.0);
-    CHECK(sim.report().broken_limits == 0);
-    CHECK(sim.broken_limits().empty());
-    CHECK(worst(sim.report()) <= limit_margin(0.03));
-    CHECK(sim.intersecting_pairs().empty());
+  for (const double speed : {6.0, 12.0}) {  // 24 and 48 mm in the first step; the contact distance is 2.9 mm
+    Simulation sim(draped(14, limit, true), step_of(4e-3), 1);
+    const Index n = static_cast<Index>(sim.positions().rows());
+    Points v = Points::Zero(n, 3);
+    v.col(2).setConstant(-speed);
+    sim.set_velocities(v);
+    int retreats = 0, parts = 0;
+    for (int i = 0; i < 10; ++i) {
+      sim.step();
+      INFO("speed " << speed << " step " << i);
+      retreats += sim.report().limit_retreats;
+      parts = std::max(parts, sim.report().substeps);
+      CHECK(sim.report().truncated <= n);
+      CHECK(sim.report().withheld <= 0.01);
+      CHECK(sim.report().broken_limits == 0);
+      CHECK(sim.broken_limits().empty());
+      CHECK(worst(sim.report()) <= limit_margin(0.05));
+      CHECK(sim.intersecting_pairs().empty());
+      // The ball stops what lies on it alone, a tenth of the sheet: 0.93 of the speed is left at steps of 1 ms and less.
+      if (i == 0 && speed == 6.0) CHECK(-sim.velocities().col(2).mean() > 0.9 * speed);
+      if (i == 0 && speed == 12.0) CHECK(-sim.velocities().col(2).mean() > 0.75 * speed);
+    }
+    CHECK(retreats > 0);
+    CHECK(parts > 1);
   }
 }
 
@@ -174,7 +182,6 @@ TEST_CASE("a step that breaks limits is taken in halves, so that they hold") {
   for (int i = 0; i < 75; ++i) {
     sim.step();
     halved += sim.report().substeps > 1;
-    CHECK(sim.report().substeps <= 4);
     CHECK(sim.report().broken_limits == 0);
     CHECK(worst(sim.report()) <= limit_margin(0.02));
     CHECK(sim.report().weft_strain <= 0.02 + sim.report().weft_excess + 1e-12);
