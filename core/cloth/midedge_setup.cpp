@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/SVD>
+#include <Eigen/Eigenvalues>
 
 namespace loomstone::midedge {
 
@@ -47,6 +47,31 @@ Mat3 turn(double alpha) {
   r << c * c, s * s, c * s, s * s, c * c, -c * s, -2.0 * c * s, 2.0 * c * s, c * c - s * s;
   return r;
 }
+
+// Eigenvectors of a symmetric matrix, and which eigenvalues count beside the largest: (largest singular value)^2 where the
+// matrix is S S^T, so `threshold` is the square of one for singular values.
+struct Split {
+  Mat3 vectors;
+  Vec3 values;
+  double least;
+
+  Split(const Mat3& matrix, double threshold) {
+    const Eigen::SelfAdjointEigenSolver<Mat3> solver(matrix);
+    vectors = solver.eigenvectors(), values = solver.eigenvalues();
+    least = threshold * values[2];
+  }
+  Mat3 null_space() const { return part([](double) { return 1.0; }, false); }  // the projection on it
+  Mat3 pseudo_inverse() const { return part([](double v) { return 1.0 / v; }, true); }
+
+ private:
+  template <class Factor>
+  Mat3 part(Factor&& factor, bool counting) const {
+    Mat3 sum = Mat3::Zero();
+    for (int i = 0; i < 3; ++i)
+      if ((values[i] > least) == counting) sum += factor(values[i]) * vectors.col(i) * vectors.col(i).transpose();
+    return sum;
+  }
+};
 
 class Builder {
  public:
@@ -122,28 +147,21 @@ Builder::Slope Builder::slope(Index e) const {
       }
     }
   }
-  // Curvatures to be reproduced: those without moment across boundary edges, columns of z.
-  Eigen::MatrixXd z = Eigen::MatrixXd::Identity(3, 3);
-  if (!free.empty()) {
-    Eigen::MatrixXd rows(free.size(), 3);
-    for (std::size_t k = 0; k < free.size(); ++k) rows.row(k) = free[k];
-    Eigen::JacobiSVD<Eigen::MatrixXd> svd(rows, Eigen::ComputeFullV);
-    svd.setThreshold(1e-9);
-    z = svd.matrixV().rightCols(3 - svd.rank()).eval();
-  }
-  Slope result{near, std::vector<double>(near.size(), 0.0)};
-  if (z.cols() == 0) return result;
-  Eigen::MatrixXd theta(near.size(), 3);
-  for (std::size_t k = 0; k < near.size(); ++k) theta.row(k) = angles[k];
+  // Curvatures to be reproduced: those without moment across boundary edges.
+  Mat3 moments = Mat3::Zero();
+  for (const Row3& row : free) moments += row.transpose() * row;
+  const Mat3 kept = Split(moments, 1e-13).null_space();
   const Row3 wanted = 0.5 * (rest_[first].angle[local_edge(first, h.edge)] -
                              rest_[second].angle[local_edge(second, h.edge)] * to_second);
-  const Eigen::MatrixXd system = (theta * z).transpose();
-  Eigen::JacobiSVD<Eigen::MatrixXd> svd(system, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  svd.setThreshold(1e-6);
-  const Eigen::VectorXd p = svd.solve((wanted * z).transpose());  // of the solutions the smallest
+  // Of the weights p with sum_k p_k angles_k = wanted on these curvatures, the smallest.
+  Mat3 gram = Mat3::Zero();
+  for (const Row3& angle : angles) gram += (angle * kept).transpose() * (angle * kept);
+  const Vec3 dual = Split(gram, 1e-12).pseudo_inverse() * (wanted * kept).transpose();
+  Slope result{near, std::vector<double>(near.size(), 0.0)};
+  for (std::size_t k = 0; k < near.size(); ++k) result.weights[k] = angles[k] * kept * dual;
   // Beyond 1 (slivers) the weights would raise the highest frequency, up to 320-fold: fall back to the mean slope.
-  result.averaged = !(p.cwiseAbs().maxCoeff() <= 1.0);
-  if (!result.averaged) std::copy(p.data(), p.data() + p.size(), result.weights.begin());
+  result.averaged = !std::all_of(result.weights.begin(), result.weights.end(), [](double w) { return std::abs(w) <= 1.0; });
+  if (result.averaged) std::fill(result.weights.begin(), result.weights.end(), 0.0);
   return result;
 }
 
@@ -155,13 +173,14 @@ Element Builder::element(Index triangle, const std::vector<Slope>& slopes) const
     if (s == out.n_hinges) out.hinge[out.n_hinges++] = hinge, out.curvature[s].setZero();
     out.curvature[s] += curvature;
   };
-  Eigen::Matrix<double, 3, Eigen::Dynamic> boundary(3, 0);
+  Mat32 boundary = Mat32::Zero();
+  int n_boundary = 0;
   for (int i = 0; i < 3; ++i) {
     const Vec3& n = rest_[triangle].curvature[i];
     const Index e = hinge_of_edge_[edges_.of_triangle[triangle][i]];
     if (e < 0) {
-      boundary.conservativeResize(3, boundary.cols() + 1);
-      boundary.rightCols(1) = n;
+      if (n_boundary < 2) boundary.col(n_boundary) = n;
+      ++n_boundary;
       continue;
     }
     const double sign = hinges_[e].triangles[0] == triangle ? 1.0 : -1.0;
@@ -172,11 +191,13 @@ Element Builder::element(Index triangle, const std::vector<Slope>& slopes) const
   // Slopes at boundary edges take whatever value makes the moment across them vanish.
   const Mat3& d = setup_.rigidity[triangle];
   Mat3 condensed = d;
-  if (boundary.cols() == 3) {
+  if (n_boundary == 3) {
     condensed.setZero();
-  } else if (boundary.cols() > 0) {
-    const Eigen::MatrixXd inner = boundary.transpose() * d * boundary;
-    condensed -= d * boundary * inner.completeOrthogonalDecomposition().pseudoInverse() * boundary.transpose() * d;
+  } else if (n_boundary > 0) {
+    Mat3 inner = Mat3::Zero();
+    inner.topLeftCorner<2, 2>() = boundary.transpose() * d * boundary;
+    const Mat2 inverse = Split(inner, 1e-15).pseudo_inverse().topLeftCorner<2, 2>();
+    condensed -= d * boundary * inverse * boundary.transpose() * d;
   }
   out.rigidity = 0.5 * rest_[triangle].area * (condensed + condensed.transpose());
   return out;
