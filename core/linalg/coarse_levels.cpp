@@ -81,9 +81,12 @@ void CoarseLevels::lay_out() {
     add_level(levels_.back(), std::move(first));
   }
   for (Level& level : levels_) {
-    const std::size_t size = 4 * static_cast<std::size_t>(level.matrix.n_rows());
-    for (auto* v : {&level.residual, &level.solution, &level.product}) v->assign(size, 0.0);
-    level.inverse.assign(3 * size, 0.0);
+    const std::size_t n = level.matrix.n_rows();
+    for (auto* v : {&level.residual, &level.solution, &level.product}) v->assign(4 * (n + 1), 0.0);
+    level.inverse.assign(12 * n, 0.0);
+    if (level.child_start.empty()) continue;
+    level.groups.set_pattern(&level.matrix, level.matrix.n_rows());
+    level.couplings.resize(level.groups);
   }
 }
 
@@ -128,6 +131,8 @@ void CoarseLevels::prepare(const Team& team, const LinearSystem& system) {
   // Only now: the identity of nodes without a free row must not weigh on the levels above.
   usable_ = std::all_of(levels_.begin(), levels_.end(), [&](Level& level) { return invert_diagonal(level); });
   if (!usable_) return;
+  for (Level& level : levels_)
+    if (!level.child_start.empty()) level.couplings.set_groups(&level.matrix, nullptr, level.groups, 0, level.groups.n_groups());
   const BlockMatrix& last = levels_.back().matrix;
   Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(3 * last.n_rows(), 3 * last.n_rows());
   for (Index row = 0; row < last.n_rows(); ++row)
@@ -282,11 +287,14 @@ void CoarseLevels::cycle(const Team& team, std::size_t l) {
     return;
   }
   const double* inverse = level.inverse.data();
+  const auto multiply = [&](Index first, Index last) {
+    level.couplings.multiply_to_rows(level.groups, RowGroups::first_group(first), RowGroups::last_group(last), z, t);
+  };
   in_chunks(team, n, rows_per_block, [&](Index first, Index last) { smooth(first, last, inverse, r, nullptr, z); });
+  in_chunks(team, n, rows_per_block, multiply);
   Level& next = levels_[l + 1];
   const Index n_next = next.matrix.n_rows();
   in_chunks(team, n_next, parents_per_chunk, [&](Index first, Index last) {
-    level.matrix.multiply(level.child_start[first], level.child_start[last], z, t);
     for (Index parent = first; parent < last; ++parent) {
       Quad sum{};
       for (std::size_t i = level.child_start[parent]; i < static_cast<std::size_t>(level.child_start[parent + 1]); ++i)
@@ -302,7 +310,7 @@ void CoarseLevels::cycle(const Team& team, std::size_t l) {
         quad_store(z + 4 * i, quad_load(z + 4 * i) + change);
     }
   });
-  in_chunks(team, n, rows_per_block, [&](Index first, Index last) { level.matrix.multiply(first, last, z, t); });
+  in_chunks(team, n, rows_per_block, multiply);
   in_chunks(team, n, rows_per_block, [&](Index first, Index last) { smooth(first, last, inverse, r, t, z); });
 }
 

@@ -11,6 +11,7 @@
 #include <Eigen/Cholesky>
 
 #include "core/linalg/aggregates.h"
+#include "core/linalg/coupling_matrix.h"
 #include "core/linalg/linear_solver.h"
 
 namespace loomstone {
@@ -40,10 +41,12 @@ class CoarseLevels {
  private:
   struct Level {
     BlockMatrix matrix;
+    RowGroups groups;                      // of `matrix`; not at the coarsest
+    CouplingMatrix<double> couplings;      // the same matrix as kernels take it
     std::vector<Index> child_start;        // (nodes of the next level + 1) nodes of this one; empty at the coarsest
     std::vector<Index> target;             // (blocks) block of the next level that takes it
     std::vector<double> inverse;           // (nodes x 12) damped inverse diagonal blocks, columns of four
-    std::vector<double> residual, solution, product;  // (nodes x 4) and room for a load four wide
+    std::vector<double> residual, solution, product;  // (nodes + 1, x 4) the last is that of empty lanes
   };
   void lay_out();
   void add_level(Level& fine, std::vector<Index> child_start);

@@ -4,7 +4,6 @@
 #include <limits>
 
 #include "core/linalg/lanes3.h"
-#include "core/linalg/system.h"
 
 namespace loomstone {
 
@@ -83,40 +82,73 @@ struct Pattern {
 };
 
 template <class Scalar>
-LOOMSTONE_INLINE double couple(const Pattern& pattern, Index first, Index last, const Scalar* values, const Scalar* sums,
-                               const Scalar* x, Scalar* y) {
+struct Arrays {
+  const Scalar *values, *sums, *x;
+};
+
+// Group g of A x; `here` is x of its rows.
+template <class Scalar>
+LOOMSTONE_INLINE Triple<Scalar> couple(const Pattern& pattern, const Arrays<Scalar>& a, std::size_t g,
+                                       const Triple<Scalar>& here) {
+  Triple<Scalar> sum;
+  if (pattern.scalar_sum[g]) {
+    const LanesOf<Scalar> r = load_lanes(a.sums + block_stride * g);
+    sum = {r * here.x, r * here.y, r * here.z};
+  } else {
+    sum = block_times(a.sums + block_stride * g, here);
+  }
+  for (std::size_t k = pattern.slot_start[g]; k < static_cast<std::size_t>(pattern.slot_start[g + 1]); ++k) {
+    const Triple<Scalar> there = gather_rows(pattern.columns + 8 * k, a.x);
+    const Triple<Scalar> f =
+        block_times(a.values + block_stride * k, Triple<Scalar>{there.x - here.x, there.y - here.y, there.z - here.z});
+    sum.x += f.x, sum.y += f.y, sum.z += f.z;
+  }
+  return sum;
+}
+
+template <class Scalar>
+LOOMSTONE_INLINE double to_groups(const Pattern& pattern, const Arrays<Scalar>& a, Index first, Index last, Scalar* y) {
   Lanes product{};
-  for (Index group = first; group < last; ++group) {
-    const std::size_t g = static_cast<std::size_t>(group);
-    const Triple<Scalar> here = gather_rows(pattern.rows + 8 * g, x);
-    Triple<Scalar> sum;
-    if (pattern.scalar_sum[g]) {
-      const LanesOf<Scalar> r = load_lanes(sums + block_stride * g);
-      sum = {r * here.x, r * here.y, r * here.z};
-    } else {
-      sum = block_times(sums + block_stride * g, here);
-    }
-    for (std::size_t k = pattern.slot_start[g]; k < static_cast<std::size_t>(pattern.slot_start[g + 1]); ++k) {
-      const Triple<Scalar> there = gather_rows(pattern.columns + 8 * k, x);
-      const Triple<Scalar> f = block_times(values + block_stride * k,
-                                           Triple<Scalar>{there.x - here.x, there.y - here.y, there.z - here.z});
-      sum.x += f.x, sum.y += f.y, sum.z += f.z;
-    }
+  for (std::size_t g = first; g < static_cast<std::size_t>(last); ++g) {
+    const Triple<Scalar> here = gather_rows(pattern.rows + 8 * g, a.x);
+    const Triple<Scalar> sum = couple(pattern, a, g, here);
     store_triple(y + 24 * g, sum);
     product += __builtin_convertvector(dot(here, sum), Lanes);
   }
   return lanes_sum(product);
 }
 
+template <class Scalar>
+LOOMSTONE_INLINE void to_rows(const Pattern& pattern, const Arrays<Scalar>& a, Index first, Index last, Scalar* y) {
+  using Row = typename LaneTypes<Scalar>::Row;
+  for (std::size_t g = first; g < static_cast<std::size_t>(last); ++g) {
+    const Index* rows = pattern.rows + 8 * g;
+    LanesOf<Scalar> pairs[4];
+    to_row_pairs(couple(pattern, a, g, gather_rows(rows, a.x)), pairs);
+    for (int l = 0; l < 4; ++l) {
+      const Row low = __builtin_shufflevector(pairs[l], pairs[l], 0, 1, 2, 3);
+      const Row high = __builtin_shufflevector(pairs[l], pairs[l], 4, 5, 6, 7);
+      quad_store(y + 4 * static_cast<std::size_t>(rows[l]), low);
+      quad_store(y + 4 * static_cast<std::size_t>(rows[l + 4]), high);
+    }
+  }
+}
+
 LOOMSTONE_CLONES
-double multiply_groups(const Pattern& pattern, Index first, Index last, const float* values, const float* sums,
-                       const float* x, float* y) {
-  return couple(pattern, first, last, values, sums, x, y);
+double multiply_groups(const Pattern& pattern, const Arrays<float>& a, Index first, Index last, float* y) {
+  return to_groups(pattern, a, first, last, y);
 }
 LOOMSTONE_CLONES
-double multiply_groups(const Pattern& pattern, Index first, Index last, const double* values, const double* sums,
-                       const double* x, double* y) {
-  return couple(pattern, first, last, values, sums, x, y);
+double multiply_groups(const Pattern& pattern, const Arrays<double>& a, Index first, Index last, double* y) {
+  return to_groups(pattern, a, first, last, y);
+}
+LOOMSTONE_CLONES
+void multiply_rows(const Pattern& pattern, const Arrays<float>& a, Index first, Index last, float* y) {
+  to_rows(pattern, a, first, last, y);
+}
+LOOMSTONE_CLONES
+void multiply_rows(const Pattern& pattern, const Arrays<double>& a, Index first, Index last, double* y) {
+  to_rows(pattern, a, first, last, y);
 }
 
 }  // namespace
@@ -129,21 +161,22 @@ void CouplingMatrix<Scalar>::resize(const RowGroups& groups) {
 }
 
 template <class Scalar>
-void CouplingMatrix<Scalar>::set_groups(const LinearSystem& system, const RowGroups& groups, Index first, Index last) {
-  const Index n_cloth = n_cloth_rows(system);
+void CouplingMatrix<Scalar>::set_groups(const BlockMatrix* matrix, const std::vector<Mat3>* body_blocks,
+                                        const RowGroups& groups, Index first, Index last) {
+  const Index n_coupled = matrix ? matrix->n_rows() : 0;
   alignas(64) double sums[block_stride];
   for (Index group = first; group < last; ++group) {
     for (int l = 0; l < 8; ++l) {
       const Index row = groups.rows[8 * static_cast<std::size_t>(group) + l];
-      const double* diagonal = row < n_cloth             ? system.matrix->block(system.matrix->diagonal()[row])
-                               : row < groups.n_rows() ? (*system.body_blocks)[row - n_cloth].data()
+      const double* diagonal = row < n_coupled           ? matrix->block(matrix->diagonal()[row])
+                               : row < groups.n_rows() ? (*body_blocks)[row - n_coupled].data()
                                                        : no_block;
       for (int e = 0; e < 9; ++e) sums[8 * e + l] = diagonal[e];
     }
     const std::size_t slot = groups.slot_start[group];
     scalar_sum_[group] = copy_group(groups.slot_start[group + 1] - groups.slot_start[group],
-                                    groups.sources.data() + 8 * slot, n_cloth > 0 ? system.matrix->block(0) : no_block,
-                                    sums, values_.data() + block_stride * slot,
+                                    groups.sources.data() + 8 * slot, n_coupled > 0 ? matrix->block(0) : no_block, sums,
+                                    values_.data() + block_stride * slot,
                                     sums_.data() + block_stride * static_cast<std::size_t>(group));
   }
 }
@@ -152,7 +185,14 @@ template <class Scalar>
 double CouplingMatrix<Scalar>::multiply(const RowGroups& groups, Index first, Index last, const Scalar* x,
                                         Scalar* y) const {
   const Pattern pattern{groups.rows.data(), groups.slot_start.data(), groups.columns.data(), scalar_sum_.data()};
-  return multiply_groups(pattern, first, last, values_.data(), sums_.data(), x, y);
+  return multiply_groups(pattern, {values_.data(), sums_.data(), x}, first, last, y);
+}
+
+template <class Scalar>
+void CouplingMatrix<Scalar>::multiply_to_rows(const RowGroups& groups, Index first, Index last, const Scalar* x,
+                                              Scalar* y) const {
+  const Pattern pattern{groups.rows.data(), groups.slot_start.data(), groups.columns.data(), scalar_sum_.data()};
+  multiply_rows(pattern, {values_.data(), sums_.data(), x}, first, last, y);
 }
 
 template class CouplingMatrix<float>;

@@ -3,22 +3,20 @@
 #include <algorithm>
 #include <numeric>
 
-#include "core/linalg/system.h"
 
 namespace loomstone {
 
-bool RowGroups::is_pattern_of(const LinearSystem& system) const {
-  if (system.layout->n_rows() != n_rows_ || n_cloth_rows(system) != n_cloth_) return false;
-  return n_cloth_ == 0 ||
-         (system.matrix->row_start() == pattern_start_ && system.matrix->columns() == pattern_columns_);
+bool RowGroups::is_pattern_of(const BlockMatrix* matrix, Index n_rows) const {
+  if (n_rows != n_rows_ || (matrix ? matrix->n_rows() : 0) != n_coupled_) return false;
+  return n_coupled_ == 0 || (matrix->row_start() == pattern_start_ && matrix->columns() == pattern_columns_);
 }
 
-bool RowGroups::set_pattern(const LinearSystem& system) {
-  if (is_pattern_of(system)) return false;
-  n_rows_ = system.layout->n_rows(), n_cloth_ = n_cloth_rows(system);
+bool RowGroups::set_pattern(const BlockMatrix* matrix, Index n_rows) {
+  if (is_pattern_of(matrix, n_rows)) return false;
+  n_rows_ = n_rows, n_coupled_ = matrix ? matrix->n_rows() : 0;
   pattern_start_.clear(), pattern_columns_.clear();
-  if (n_cloth_ > 0) pattern_start_ = system.matrix->row_start(), pattern_columns_ = system.matrix->columns();
-  const auto n_beside = [&](Index row) { return row < n_cloth_ ? pattern_start_[row + 1] - pattern_start_[row] - 1 : 0; };
+  if (n_coupled_ > 0) pattern_start_ = matrix->row_start(), pattern_columns_ = matrix->columns();
+  const auto n_beside = [&](Index row) { return row < n_coupled_ ? pattern_start_[row + 1] - pattern_start_[row] - 1 : 0; };
 
   rows.resize(8 * static_cast<std::size_t>(last_group(n_rows_)));
   std::iota(rows.begin(), rows.end(), Index{0});
@@ -44,7 +42,7 @@ bool RowGroups::set_pattern(const LinearSystem& system) {
     for (int l = 0; l < 8; ++l) {
       const Index row = of_group[l];
       for (std::size_t i = first + l; i < columns.size(); i += 8) columns[i] = row;
-      if (row >= n_cloth_) continue;
+      if (row >= n_coupled_) continue;
       std::size_t i = first + l;
       for (Index k = pattern_start_[row]; k < pattern_start_[row + 1]; ++k) {
         if (pattern_columns_[k] == row) continue;

@@ -1,18 +1,19 @@
-// The rows of a LinearSystem in groups of eight, which kernels work at once, and the blocks of each group in slots: slot s
+// The rows of a block matrix, and rows beside it that have a diagonal block alone, in groups of eight, which kernels work at once, and the blocks of each group in slots: slot s
 // of a group holds the s-th block beside the diagonal of each of its rows. Groups lie within blocks of rows_per_block
 // rows, rows with equally many blocks beside one another, so that few places of slots stay empty.
 #pragma once
 
 #include <vector>
 
-#include "core/linalg/linear_solver.h"
+#include "core/linalg/block_matrix.h"
 
 namespace loomstone {
 
 class RowGroups {
  public:
-  // Lays the groups out unless they are those of this pattern already; returns whether it did.
-  bool set_pattern(const LinearSystem& system);
+  // Lays the groups out for the rows of the matrix (may be null) and those that follow up to n_rows, unless they are those
+  // of this pattern already; returns whether it did.
+  bool set_pattern(const BlockMatrix* matrix, Index n_rows);
 
   Index n_rows() const { return n_rows_; }
   Index n_groups() const { return static_cast<Index>(slot_start.size()) - 1; }
@@ -27,9 +28,9 @@ class RowGroups {
   std::vector<Index> sources;     // (slots x 8) block of the matrix; -1 where a place is empty
 
  private:
-  bool is_pattern_of(const LinearSystem& system) const;
+  bool is_pattern_of(const BlockMatrix* matrix, Index n_rows) const;
 
-  Index n_rows_ = -1, n_cloth_ = 0;
+  Index n_rows_ = -1, n_coupled_ = 0;
   std::vector<Index> pattern_start_, pattern_columns_;
 };
 

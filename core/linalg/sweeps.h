@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "core/linalg/linear_solver.h"
 #include "core/linalg/row_groups.h"
 
 namespace loomstone {

@@ -147,10 +147,10 @@ TEST_CASE("rounding the stiffness to single precision leaves the mass of a commo
   stiffen(system, 1e6);
   const Index n = system.matrix.n_rows();
   RowGroups groups;
-  groups.set_pattern(system.view());
+  groups.set_pattern(system.view().matrix, system.view().layout->n_rows());
   CouplingMatrix<float> single;
   single.resize(groups);
-  single.set_groups(system.view(), groups, 0, groups.n_groups());
+  single.set_groups(system.view().matrix, system.view().body_blocks, groups, 0, groups.n_groups());
   std::vector<float> x(4 * (n + 1), 0.0f), y(24 * groups.n_groups());
   for (Index row = 0; row < n; ++row) x[4 * row] = 1.0f, x[4 * row + 1] = -2.0f, x[4 * row + 2] = 0.5f;
   single.multiply(groups, 0, groups.n_groups(), x.data(), y.data());
@@ -158,6 +158,26 @@ TEST_CASE("rounding the stiffness to single precision leaves the mass of a commo
   for (Index row = 0; row < n; ++row)
     for (int d = 0; d < 3; ++d)
       CHECK(std::abs(y[24 * (groups.place[row] / 8) + 8 * d + groups.place[row] % 8] - x[4 * row + d]) < 1e-6);
+}
+
+TEST_CASE("a product by rows is the product by groups") {
+  const RandomSystem system = random_system(20, 0, 0);
+  const Index n = system.matrix.n_rows();
+  RowGroups groups;
+  groups.set_pattern(&system.matrix, n);
+  CouplingMatrix<double> matrix;
+  matrix.resize(groups);
+  matrix.set_groups(&system.matrix, nullptr, groups, 0, groups.n_groups());
+  std::vector<double> x(4 * (n + 1), 0.0), y(24 * groups.n_groups()), by_rows(x.size(), 1.0);
+  for (Index row = 0; row < n; ++row)
+    for (int d = 0; d < 3; ++d) x[4 * row + d] = system.b(row, d);
+  matrix.multiply(groups, 0, groups.n_groups(), x.data(), y.data());
+  matrix.multiply_to_rows(groups, 0, groups.n_groups(), x.data(), by_rows.data());
+  for (Index row = 0; row < n; ++row) {
+    for (int d = 0; d < 3; ++d)
+      CHECK(by_rows[4 * row + d] == y[24 * (groups.place[row] / 8) + 8 * d + groups.place[row] % 8]);
+    CHECK(by_rows[4 * row + 3] == 0.0);
+  }
 }
 
 TEST_CASE("a system too stiff for single precision is solved all the same") {
