@@ -116,22 +116,21 @@ class Pcg final : public LinearSolver {
     double product = k.matrix.multiply(groups_, RowGroups::first_group(begin), RowGroups::last_group(end), k.p.data(),
                                        k.q.data());
     if (terms_.empty()) return product;
-    for (Index row = begin; row < end; ++row) {
-      if (!terms_.touches(row)) continue;
+    terms_.for_touched(begin, end, [&](Index row) {
       const Vec3 force = terms_.force(row);
       Scalar* q = k.q.data() + in_groups(groups_.place[row] / 8) + groups_.place[row] % 8;
       for (int d = 0; d < 3; ++d) {
         q[8 * d] += static_cast<Scalar>(force[d]);
         product += static_cast<double>(k.p[at(row) + d]) * force[d];
       }
-    }
+    });
     return product;
   }
 
   // Scratch, lists of the terms, matrix in single precision, inverse diagonal blocks (zero where a row is fixed).
   void prepare() {
     const Index rows = layout().n_rows();
-    const bool laid_out = !system_->same_matrix && groups_.set_pattern(*system_);
+    const bool laid_out = !system_->same_matrix && groups_.set_pattern(system_->matrix, rows);
     levels_laid_out_ = levels_laid_out_ && !laid_out;
     levels_on_ = levels_ && n_cloth_rows(*system_) > 0;
     x_.resize(at(rows + 1));
@@ -146,7 +145,7 @@ class Pcg final : public LinearSolver {
                              system_->terms ? *system_->terms : ExtraTerms{}, layout());
     over_blocks([&](Index block, Index begin, Index end) {
       const Index first = RowGroups::first_group(begin), last = RowGroups::last_group(end);
-      if (!system_->same_matrix) single_.matrix.set_groups(*system_, groups_, first, last);
+      if (!system_->same_matrix) single_.matrix.set_groups(system_->matrix, system_->body_blocks, groups_, first, last);
       for (Index group = first; group < last; ++group) bad_rows_[block] = std::min(bad_rows_[block], set_inverse(group));
     });
     const Index bad_row = *std::min_element(bad_rows_.begin(), bad_rows_.end());
@@ -262,7 +261,7 @@ class Pcg final : public LinearSolver {
     double_.resize(groups_);
     over_blocks([&](Index, Index begin, Index end) {
       const Index first = RowGroups::first_group(begin), last = RowGroups::last_group(end);
-      double_.matrix.set_groups(*system_, groups_, first, last);
+      double_.matrix.set_groups(system_->matrix, system_->body_blocks, groups_, first, last);
       std::copy(single_.inverse.begin() + 2 * in_groups(first), single_.inverse.begin() + 2 * in_groups(last),
                 double_.inverse.begin() + 2 * in_groups(first));
     });

@@ -3,56 +3,61 @@
 namespace loomstone {
 
 void TermRows::build(const ExtraTerms* terms, double scale, const RowLayout& layout) {
-  terms_ = terms;
   scale_ = scale;
-  involved_.clear();
+  hessians_.clear(), parts_.clear(), arms_.clear(), touched_.clear();
   if (terms == nullptr || terms->empty()) return;
 
-  const Index n_terms = static_cast<Index>(terms->size());
+  part_start_.assign(1, 0);
   row_start_.assign(layout.n_rows() + 1, 0);
-  for (Index t = 0; t < n_terms; ++t) {
-    bool owned = false;
-    for (int e = 0; e < (*terms)[t].n_entries; ++e) {
-      const Index row = (*terms)[t].entries[e].row;
-      if (!layout.owns(row)) continue;
-      ++row_start_[row + 1];
-      owned = true;
+  for (const ExtraTerm& term : *terms) {
+    const auto end = term.entries.begin() + term.n_entries;
+    if (std::none_of(term.entries.begin(), end, [&](const TermEntry& e) { return layout.owns(e.row); })) continue;
+    for (auto e = term.entries.begin(); e != end; ++e) {
+      parts_.push_back({e->row, e->rotation ? static_cast<Index>(arms_.size()) : -1, e->weight});
+      if (e->rotation) arms_.push_back(e->arm);
+      if (layout.owns(e->row)) ++row_start_[e->row + 1];
     }
-    if (owned) involved_.push_back(t);
+    part_start_.push_back(static_cast<Index>(parts_.size()));
+    hessians_.push_back(term.hessian);
   }
-  for (Index row = 0; row < layout.n_rows(); ++row) row_start_[row + 1] += row_start_[row];
+  for (Index row = 0; row < layout.n_rows(); ++row) {
+    if (row_start_[row + 1] > 0) touched_.push_back(row);
+    row_start_[row + 1] += row_start_[row];
+  }
   slots_.resize(row_start_.back());
-  for (const Index t : involved_)
-    for (int e = 0; e < (*terms)[t].n_entries; ++e) {
-      const Index row = (*terms)[t].entries[e].row;
-      if (layout.owns(row)) slots_[row_start_[row]++] = {t, e};
-    }
+  for (std::size_t t = 0; t < hessians_.size(); ++t)
+    for (Index p = part_start_[t]; p < part_start_[t + 1]; ++p)
+      if (layout.owns(parts_[p].row)) slots_[row_start_[parts_[p].row]++] = {static_cast<Index>(t), p};
   // Filling moved every start to its end, which is the next row's start.
   for (Index row = layout.n_rows(); row > 0; --row) row_start_[row] = row_start_[row - 1];
   row_start_[0] = 0;
-  forces_.resize(n_terms);
+  forces_.resize(hessians_.size());
 }
 
 template <class Scalar>
 void TermRows::evaluate(const Team& team, const Scalar* x) {
   parallel_for(
-      team, static_cast<Index>(involved_.size()),
-      [&](Index i) {
-        const ExtraTerm& term = (*terms_)[involved_[i]];
+      team, static_cast<Index>(hessians_.size()),
+      [&](Index t) {
         Vec3 u = Vec3::Zero();
-        for (int e = 0; e < term.n_entries; ++e)
-          u += term.entries[e].apply(
-              Eigen::Map<const Eigen::Vector3<Scalar>>(x + 4 * static_cast<std::size_t>(term.entries[e].row))
-                  .template cast<double>());
-        forces_[involved_[i]] = scale_ * (term.hessian * u);
+        for (Index p = part_start_[t]; p < part_start_[t + 1]; ++p) {
+          const Part& part = parts_[p];
+          const Vec3 v =
+              Eigen::Map<const Eigen::Vector3<Scalar>>(x + 4 * static_cast<std::size_t>(part.row)).template cast<double>();
+          u += part.arm < 0 ? Vec3(part.weight * v) : entry(part).apply(v);
+        }
+        forces_[t] = scale_ * (hessians_[t] * u);
       },
       128);
 }
 
 Vec3 TermRows::force(Index row) const {
   Vec3 sum = Vec3::Zero();
-  for (Index k = row_start_[row]; k < row_start_[row + 1]; ++k)
-    sum += (*terms_)[slots_[k].term].entries[slots_[k].entry].apply_transposed(forces_[slots_[k].term]);
+  for (Index k = row_start_[row]; k < row_start_[row + 1]; ++k) {
+    const Part& part = parts_[slots_[k].part];
+    const Vec3& force = forces_[slots_[k].term];
+    sum += part.arm < 0 ? Vec3(part.weight * force) : entry(part).apply_transposed(force);
+  }
   return sum;
 }
 
@@ -65,9 +70,8 @@ Mat3 TermRows::diagonal(Index row) const {
     // A row may enter a term more than once.
     const Index t = slots_[k].term;
     Mat3 jacobian = Mat3::Zero();
-    for (; k < row_start_[row + 1] && slots_[k].term == t; ++k)
-      jacobian += (*terms_)[t].entries[slots_[k].entry].jacobian();
-    sum += scale_ * (jacobian.transpose() * (*terms_)[t].hessian * jacobian);
+    for (; k < row_start_[row + 1] && slots_[k].term == t; ++k) jacobian += entry(parts_[slots_[k].part]).jacobian();
+    sum += scale_ * (jacobian.transpose() * hessians_[t] * jacobian);
   }
   return sum;
 }

@@ -1,7 +1,8 @@
 // Extra terms of one solve, applied without a matrix: every term works out its force once, then every row gathers from its
-// terms in ascending order (no two threads write the same slot).
+// terms in ascending order (no two threads write the same slot). What an iteration reads of a term is kept in one place.
 #pragma once
 
+#include <algorithm>
 #include <vector>
 
 #include "core/linalg/extra_terms.h"
@@ -12,10 +13,16 @@ namespace loomstone {
 
 class TermRows {
  public:
-  // `terms` (may be null) must outlive the solve; `scale` multiplies every H.
+  // `terms` (may be null): those that touch an owned row are copied; `scale` multiplies every H.
   void build(const ExtraTerms* terms, double scale, const RowLayout& layout);
-  bool empty() const { return involved_.empty(); }
+  bool empty() const { return hessians_.empty(); }
   bool touches(Index row) const { return !empty() && row_start_[row + 1] > row_start_[row]; }
+  // Calls body(row) on the owned rows of [begin, end) that terms touch, ascending.
+  template <class Body>
+  void for_touched(Index begin, Index end, Body&& body) const {
+    for (auto row = std::lower_bound(touched_.begin(), touched_.end(), begin); row != touched_.end() && *row < end; ++row)
+      body(*row);
+  }
 
   // Force of every term that touches an owned row, at x (4 numbers a row).
   template <class Scalar>
@@ -26,16 +33,26 @@ class TermRows {
   Mat3 diagonal(Index row) const;
 
  private:
-  struct Slot {
-    Index term;
-    int entry;
+  // An entry of a term; most have no arm.
+  struct Part {
+    Index row, arm;  // arm: place in arms_, -1 for none
+    double weight;
   };
-  const ExtraTerms* terms_ = nullptr;
+  struct Slot {
+    Index term, part;
+  };
+  TermEntry entry(const Part& part) const {
+    return {part.row, part.arm >= 0, part.weight, part.arm >= 0 ? arms_[part.arm] : Vec3(Vec3::Zero())};
+  }
+
   double scale_ = 0.0;
-  std::vector<Index> involved_;           // terms that touch an owned row, ascending
-  std::vector<Index> row_start_;          // (rows + 1) into slots_
-  std::vector<Slot> slots_;               // of owned rows, ascending term
-  std::vector<Vec3> forces_;              // (terms)
+  std::vector<Mat3> hessians_;     // (terms that touch an owned row, ascending)
+  std::vector<Index> part_start_;  // (terms + 1)
+  std::vector<Part> parts_;
+  std::vector<Vec3> arms_, forces_;
+  std::vector<Index> row_start_;  // (rows + 1) into slots_
+  std::vector<Slot> slots_;       // of owned rows, ascending term
+  std::vector<Index> touched_;    // owned rows with slots, ascending
 };
 
 }  // namespace loomstone
