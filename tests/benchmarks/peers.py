@@ -20,11 +20,12 @@ import loomstone as ls
 ROOT = Path(__file__).resolve().parents[2]
 
 
-def ours(duration: float, threads: int) -> dict[str, float]:
+def ours(duration: float, threads: int, step: float | None) -> dict[str, float]:
     spec = importlib.util.spec_from_file_location("drape", ROOT / "scenes" / "drape.py")
     drape = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(drape)
-    sim = ls.Simulation(drape.scene(), integrator=drape.integrator(), threads=threads)
+    integrator = drape.integrator() if step is None else ls.SemiImplicitEuler(step=step)
+    sim = ls.Simulation(drape.scene(), integrator=integrator, threads=threads)
     stretch, pairs, frames = 1.0, 0, 0
     seconds = 0.0
     start = time.perf_counter()
@@ -55,9 +56,10 @@ def main() -> None:
     parser.add_argument("--blender-quality", type=int, default=10)
     parser.add_argument("--duration", type=float, default=1.0)
     parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--step", type=float, help="ours [s]; Blender's own is 4e-3 (default: the scene's)")
     parser.add_argument("--mujoco", action="store_true", help="also MuJoCo (minutes)")
     options = parser.parse_args()
-    mine = ours(options.duration, options.threads)
+    mine = ours(options.duration, options.threads, options.step)
     print(f"loomstone            {mine['frame']:.3f} s a frame, stretch {mine['stretch']:.3f}, pairs {mine['pairs']}", flush=True)
     runs = {"blender": ["run_blender.py", "--quality", str(options.blender_quality), "--cq", "4", "--T", str(options.duration)]}
     if options.mujoco:
