@@ -1,6 +1,6 @@
 #include "core/integration/integrator.h"
 
-#include <cmath>
+#include <algorithm>
 
 #include "core/base/error.h"
 #include "core/integration/schemes.h"
@@ -19,6 +19,14 @@ std::unique_ptr<Integrator> make_integrator(const IntegratorOptions& options, co
 }
 
 namespace {
+// Largest beta of bending damping proportional to stiffness [s].
+double largest_bending_damping(const ClothModel& model) {
+  double largest = 0.0;
+  for (const auto& part : model.bending)
+    for (const double damping : part.setup.damping) largest = std::max(largest, damping);
+  return largest;
+}
+
 bool bending_is_implicit(const IntegratorOptions& options, const ClothModel& model) {
   const bool is_explicit = options.method == "explicit-euler" || options.method == "symplectic-euler";
   if (options.bending == "implicit") {
@@ -30,18 +38,17 @@ bool bending_is_implicit(const IntegratorOptions& options, const ClothModel& mod
   if (options.bending == "explicit" || (options.bending == "auto" && is_explicit)) return false;
   if (options.bending != "auto")
     throw InvalidInput("integrator.bending must be auto, explicit or implicit, got \"" + options.bending + "\"");
-  const double eigenvalue = Elasticity::bending_eigenvalue(model);
-  return eigenvalue > 0.0 && options.step > 0.8 * 2.0 / std::sqrt(eigenvalue);
+  // Explicit in an implicit step, with damping beta K v of its start, it is stable while h (h + 2 beta) lambda < 4.
+  const double limit = 0.8 * 2.0;
+  return options.step * (options.step + 2.0 * largest_bending_damping(model)) * Elasticity::bending_eigenvalue(model) >
+         limit * limit;
 }
 }  // namespace
 
 BendingTreatment bending_treatment(const IntegratorOptions& options, const ClothModel& model) {
   if (!bending_is_implicit(options, model)) return BendingTreatment::Explicit;
   if (options.method != "semi-implicit-euler" || options.jacobian == "exact") return BendingTreatment::Full;
-  for (const auto& part : model.bending)
-    for (const double damping : part.setup.damping)
-      if (damping > 0.0) return BendingTreatment::Full;
-  return BendingTreatment::Lumped;
+  return largest_bending_damping(model) > 0.0 ? BendingTreatment::Full : BendingTreatment::Lumped;
 }
 
 void prescribe_velocities(const StepInputs& inputs, const Points& x, Points& v) {

@@ -76,8 +76,9 @@ class Integrator {
 std::unique_ptr<Integrator> make_integrator(const IntegratorOptions& options, const ClothModel& model,
                                             Elasticity& elasticity);
 
-// How bending enters: "auto" puts it into the solve when h > 0.8 * 2 / sqrt(largest eigenvalue of M^-1 K). Semi-implicit
-// Euler without bending damping takes the sparse bound of the stiffness unless integrator.jacobian is exact.
+// How bending enters: "auto" puts it into the solve when h (h + 2 beta) lambda > (0.8 * 2)^2, beta its damping [s] and lambda
+// the largest eigenvalue of M^-1 K. Semi-implicit Euler without bending damping takes the sparse bound of the stiffness
+// unless integrator.jacobian is exact.
 BendingTreatment bending_treatment(const IntegratorOptions& options, const ClothModel& model);
 
 }  // namespace loomstone
