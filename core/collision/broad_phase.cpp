@@ -18,27 +18,6 @@ constexpr std::size_t batch_size = 1024;
 
 using Kind = CollisionSurface::Kind;
 
-// Are two sets of points surely more than `reach` apart? True only on the evidence of their line of centres.
-bool apart_along_centres(const FourPoints& p, int n_a, double reach) {
-  Vec3 centre_a = p[0], centre_b = p[n_a];
-  for (int i = 1; i < n_a; ++i) centre_a += p[i];
-  for (int i = n_a + 1; i < 4; ++i) centre_b += p[i];
-  centre_a /= n_a;
-  centre_b /= 4 - n_a;
-  const Vec3 line = centre_a - centre_b;
-  double low = INFINITY, high = -INFINITY;
-  for (int i = 0; i < n_a; ++i) low = std::min(low, line.dot(p[i] - centre_b));
-  for (int i = n_a; i < 4; ++i) high = std::max(high, line.dot(p[i] - centre_b));
-  const double gap = low - high;
-  return gap > 0.0 && gap * gap > reach * reach * line.squaredNorm();
-}
-
-bool within(ContactKind kind, const FourPoints& p, double reach) {
-  if (apart_along_centres(p, kind == ContactKind::VertexFace ? 1 : 2, reach)) return false;
-  const ClosestPair closest = kind == ContactKind::VertexFace ? closest_vertex_face(p) : closest_edge_edge(p);
-  return closest.distance <= reach;
-}
-
 // Keeps what a filter leaves of each batch.
 template <class Filter>
 class Kept : public PairSink {
@@ -120,26 +99,28 @@ void BroadPhase::refit(const Team& team, Index s, const Points& x0, const Points
   trees_[s].refit(team, x0, vertex_slabs_, inflation, may_rebuild);
 }
 
-// Is a vertex of one side attached to the other's surface?
-bool BroadPhase::attached(ContactKind kind, Index a, Index b) const {
-  const std::array<Index, 4> v = pair_vertices(model_, kind, pair_key(a, b));
+bool BroadPhase::attached(ContactKind kind, PairKey key) const {
+  if (model_.attached_surface.empty()) return false;
+  const std::array<Index, 4> v = pair_vertices(model_, kind, key);
   const int n_a = kind == ContactKind::VertexFace ? 1 : 2;
   for (int i = 0; i < 4; ++i)
     if (model_.attached_surface[v[i]] == model_.surface_of_vertex[i < n_a ? v[3] : v[0]]) return true;
   return false;
 }
 
-void BroadPhase::search(const Team& team, const std::vector<Index>& which, PairSink& sink) {
-  struct Task {
-    Index pair;
-    PairSearch::Nodes nodes;
-  };
-  const auto search_of = [&](Index pair) { return PairSearch(trees_[pairs_[pair].a], trees_[pairs_[pair].b]); };
+struct BroadPhase::Task {
+  Index pair;
+  PairSearch search;
+  PairSearch::Nodes nodes;
+};
+
+std::vector<BroadPhase::Task> BroadPhase::deal_out(const std::vector<Index>& which) const {
   std::vector<Task> tasks, next;
   for (const Index pair : which) {
     const ClusterTree &a = trees_[pairs_[pair].a], &b = trees_[pairs_[pair].b];
     if (a.empty() || b.empty() || !overlapping(a.root(), b.root())) continue;
-    tasks.push_back({pair, search_of(pair).roots()});
+    const PairSearch search(a, b);
+    tasks.push_back({pair, search, search.roots()});
   }
   std::vector<PairSearch::Nodes> below;
   for (bool any = true; any && tasks.size() < enough_tasks; tasks.swap(next)) {
@@ -152,15 +133,36 @@ void BroadPhase::search(const Team& team, const std::vector<Index>& which, PairS
       }
       any = true;
       below.clear();
-      search_of(task.pair).expand(task.nodes, below);
-      for (const PairSearch::Nodes& nodes : below) next.push_back({task.pair, nodes});
+      task.search.expand(task.nodes, below);
+      for (const PairSearch::Nodes& nodes : below) next.push_back({task.pair, task.search, nodes});
     }
   }
+  return tasks;
+}
 
+bool BroadPhase::cluster_pairs(const Team& team, Index surface_pair, std::size_t most, std::vector<PairKey>& found) const {
+  const std::vector<Task> tasks = deal_out({surface_pair});
+  std::vector<std::vector<PairKey>> of_task(tasks.size());
+  parallel_tasks(team, static_cast<Index>(tasks.size()), [&](Index i) {
+    std::vector<PairKey>& own = of_task[i];
+    tasks[i].search.clusters(tasks[i].nodes, [&](Index a, Index b) {
+      if (own.size() <= most) own.push_back(pair_key(a, b));
+    });
+  });
+  found.clear();
+  for (const std::vector<PairKey>& own : of_task) {
+    found.insert(found.end(), own.begin(), own.end());
+    if (found.size() > most) return false;
+  }
+  std::sort(found.begin(), found.end());
+  return true;
+}
+
+void BroadPhase::search(const Team& team, const std::vector<Index>& which, PairSink& sink) {
+  const std::vector<Task> tasks = deal_out(which);
   sink.prepare(static_cast<Index>(tasks.size()));
   parallel_tasks(team, static_cast<Index>(tasks.size()), [&](Index i) {
     const Index pair = tasks[i].pair;
-    const bool may_be_attached = pairs_[pair].a != pairs_[pair].b && !model_.attached_surface.empty();
     FeaturePairs batch;
     batch.vertex_face.reserve(batch_size);
     batch.edge_edge.reserve(batch_size);
@@ -168,10 +170,11 @@ void BroadPhase::search(const Team& team, const std::vector<Index>& which, PairS
       sink.take(i, pair, kind, keys);
       keys.clear();
     };
-    search_of(pair).run(tasks[i].nodes, [&](ContactKind kind, Index a, Index b) {
-      if (may_be_attached && attached(kind, a, b)) return;
+    tasks[i].search.run(tasks[i].nodes, [&](ContactKind kind, Index a, Index b) {
+      const PairKey key = pair_key(a, b);
+      if (attached(kind, key)) return;
       std::vector<PairKey>& keys = kind == ContactKind::VertexFace ? batch.vertex_face : batch.edge_edge;
-      keys.push_back(pair_key(a, b));
+      keys.push_back(key);
       if (keys.size() == batch_size) send(kind, keys);
     });
     if (!batch.vertex_face.empty()) send(ContactKind::VertexFace, batch.vertex_face);
@@ -196,13 +199,13 @@ void BroadPhase::near_pairs(const Team& team, const Points& x, const std::vector
   for (const Index pair : which)
     for (const Index s : {pairs_[pair].a, pairs_[pair].b}) inflation[s] = std::max(inflation[s], 0.5 * reach[pair]);
   for (std::size_t s = 0; s < trees_.size(); ++s)
-    if (inflation[s] >= 0.0) refit(team, static_cast<Index>(s), x, x, inflation[s], true);
+    if (inflation[s] >= 0.0) refit(team, static_cast<Index>(s), x, x, inflation[s], false);
   Kept kept([&](Index pair, ContactKind kind, std::vector<PairKey>& keys) {
     std::erase_if(keys, [&](PairKey key) {
       const std::array<Index, 4> v = pair_vertices(model_, kind, key);
       FourPoints p;
       for (int i = 0; i < 4; ++i) p[i] = x.row(v[i]).transpose();
-      return !within(kind, p, reach[pair]);
+      return !(distance_within(kind == ContactKind::VertexFace, p, reach[pair]) <= reach[pair]);
     });
   });
   search(team, which, kept);

@@ -56,7 +56,7 @@ class BroadPhase {
  public:
   BroadPhase(const CollisionModel& model, const std::vector<SurfacePair>& pairs);
 
-  // Pairs of features closer than `reach[i]` [m] at x, of those surface pairs i that are named in `which`.
+  // Pairs of features closer than `reach[i]` [m] at x, of those surface pairs i that are named in `which`. Trees that exist stay.
   void near_pairs(const Team& team, const Points& x, const std::vector<Index>& which, const std::vector<double>& reach,
                   std::vector<FeaturePairs>& found);
 
@@ -69,13 +69,21 @@ class BroadPhase {
   void swept_pairs(const Team& team, const Points& x0, const Points& x1, double inflation,
                    const std::vector<Index>& which, const Keep& keep, std::vector<FeaturePairs>& found);
 
+  // Pairs of clusters of a surface pair's trees whose boxes overlap, as (a << 32 | b), ascending; false (and some of them) where
+  // there are more than `most`.
+  bool cluster_pairs(const Team& team, Index surface_pair, std::size_t most, std::vector<PairKey>& found) const;
+  ClusterTree& tree(Index surface) { return trees_[surface]; }
+  // Is a vertex of one side attached to the other's surface?
+  bool attached(ContactKind kind, PairKey key) const;
+
   void forget_trees();  // forms all anew when they are next needed
 
   std::size_t bytes() const;  // of all trees and boxes of vertices
 
  private:
   void refit(const Team& team, Index surface, const Points& x0, const Points& x1, double inflation, bool may_rebuild);
-  bool attached(ContactKind kind, Index a, Index b) const;
+  struct Task;
+  std::vector<Task> deal_out(const std::vector<Index>& which) const;
   void search(const Team& team, const std::vector<Index>& which, PairSink& sink);
 
   const CollisionModel& model_;

@@ -53,7 +53,7 @@ LOOMSTONE_INLINE PackedSlabs all_of(const PackedSlabs* item) {
   return all;
 }
 
-// Boxes of groups [begin, end) of features from those of the vertices; those of whole groups, where asked for.
+// Boxes of groups [begin, end) of features from those of the vertices; of single features and of whole groups, where asked for.
 LOOMSTONE_CLONES void refit_features(const PackedSlabs* vertices, const Index* corners, int n_corners, Index begin, Index end, SlabGroup* slabs,
                                      PackedSlabs* of_group) {
   const PackedSlabs none = empty_packed();
@@ -65,13 +65,13 @@ LOOMSTONE_CLONES void refit_features(const PackedSlabs* vertices, const Index* c
       if (corner[lane] >= 0)
         for (int k = 1; k < n_corners; ++k) include(item[lane], vertices[corner[k * slab_lanes + lane]]);
     }
-    write_group(item, slabs[g]);
+    if (slabs) write_group(item, slabs[g]);
     if (of_group) of_group[g] = all_of(item);
   }
 }
 
 // Groups [begin, end) of nodes from the boxes of what is below; `below` is filled up to full groups.
-LOOMSTONE_CLONES void refit_nodes(const PackedSlabs* below, Index begin, Index end, SlabGroup* slabs, PackedSlabs* of_group) {
+LOOMSTONE_CLONES void refit_groups(const PackedSlabs* below, Index begin, Index end, SlabGroup* slabs, PackedSlabs* of_group) {
   for (Index g = begin; g < end; ++g) {
     write_group(below + slab_lanes * g, slabs[g]);
     of_group[g] = all_of(below + slab_lanes * g);
@@ -114,6 +114,7 @@ ClusterTree::ClusterTree(Triangles triangles, Index first_triangle, Edges edges,
     n = std::max<Index>(1, (n + slab_lanes - 1) / slab_lanes);
     levels_.emplace_back(n);
   } while (n > 1);
+  leaf_boxes_.resize(levels_.front().size());
 }
 
 Slabs ClusterTree::root() const {
@@ -148,6 +149,7 @@ void ClusterTree::assign(Features& features, const std::vector<Index>& cluster_o
 }
 
 void ClusterTree::rebuild(const Points& x) {
+  ++version_;
   const Index n = static_cast<Index>(triangles_.rows());
   Points centres(n, 3);
   for (Index t = 0; t < n; ++t)
@@ -195,17 +197,16 @@ void ClusterTree::rebuild(const Points& x) {
   vertices_.id = std::vector<Index>();
 }
 
-double ClusterTree::refit_all(const Team& team, const std::vector<PackedSlabs>& vertices, double inflation) {
+double ClusterTree::refit_all(const Team& team, const std::vector<PackedSlabs>& vertices, double inflation, bool features) {
   constexpr Index grain = 128;
   const auto padded = [](Index n) { return static_cast<std::size_t>((n + slab_lanes - 1) / slab_lanes) * slab_lanes; };
-  vertex_boxes_ = vertices.data();
   std::vector<PackedSlabs> below(padded(n_clusters_), empty_packed()), above;
-  const auto refit = [&](Features& features, PackedSlabs* of_group) {
-    parallel_ranges(team, static_cast<Index>(features.slabs.size()), grain, [&](Index begin, Index end) {
-      refit_features(vertices.data(), features.corners.data(), features.n_corners, begin, end, features.slabs.data(), of_group);
+  const auto refit = [&](Features& of, PackedSlabs* of_group) {
+    parallel_ranges(team, static_cast<Index>(of.slabs.size()), grain, [&](Index begin, Index end) {
+      refit_features(vertices.data(), of.corners.data(), of.n_corners, begin, end, features ? of.slabs.data() : nullptr, of_group);
     });
   };
-  refit(edge_features_, nullptr);
+  if (features) refit(edge_features_, nullptr);
   refit(faces_, below.data());  // a cluster has one group of faces
   double sum = 0.0;
   for (Index c = 0; c < n_clusters_; ++c) sum += area(below[c], inflation);
@@ -213,10 +214,14 @@ double ClusterTree::refit_all(const Team& team, const std::vector<PackedSlabs>& 
     const Index n = static_cast<Index>(level.size());
     above.assign(padded(n), empty_packed());
     parallel_ranges(team, n, grain,
-                    [&](Index begin, Index end) { refit_nodes(below.data(), begin, end, level.data(), above.data()); });
+                    [&](Index begin, Index end) { refit_groups(below.data(), begin, end, level.data(), above.data()); });
     below.swap(above);
   }
   write_group(below.data(), root_);
+  if (features) {
+    vertex_boxes_ = vertices.data();
+    leaf_boxes_ = levels_.front();
+  }
   return sum;
 }
 
@@ -224,11 +229,43 @@ void ClusterTree::refit(const Team& team, const Points& x, const std::vector<Pac
                         bool may_rebuild) {
   if (empty()) return;
   if (built_area_ >= 0.0) {
-    const double now = refit_all(team, vertices, inflation);
+    const double now = refit_all(team, vertices, inflation, true);
     if (!may_rebuild || now <= decay_limit * built_area_) return;
   }
   rebuild(x);
-  built_area_ = std::max(0.0, refit_all(team, vertices, inflation));
+  built_area_ = std::max(0.0, refit_all(team, vertices, inflation, true));
+}
+
+void ClusterTree::refit_nodes(const Team& team, const Points& x, const std::vector<PackedSlabs>& still,
+                              const std::vector<PackedSlabs>& moving, bool may_rebuild) {
+  if (empty()) return;
+  if (built_area_ < 0.0 || (may_rebuild && refit_all(team, still, 0.0, false) > decay_limit * built_area_)) {
+    rebuild(x);
+    built_area_ = std::max(0.0, refit_all(team, still, 0.0, false));
+  }
+  refit_all(team, moving, 0.0, false);
+}
+
+void ClusterTree::refit_features_of(const Team& team, const std::vector<std::uint8_t>& marked,
+                                    const std::vector<PackedSlabs>& vertices) {
+  vertex_boxes_ = vertices.data();
+  const auto refit = [&](Features& features, Index begin, Index end, PackedSlabs* of_group) {
+    refit_features(vertices.data(), features.corners.data(), features.n_corners, begin, end, features.slabs.data(), of_group);
+  };
+  std::vector<PackedSlabs> of_cluster(n_clusters_);
+  parallel_for(
+      team, n_clusters_,
+      [&](Index c) {
+        if (!marked[c]) return;
+        refit(edge_features_, edge_features_.group[c], edge_features_.group[c + 1], nullptr);
+        refit(faces_, c, c + 1, of_cluster.data());  // a cluster has one group of faces
+        SlabGroup& boxes = leaf_boxes_[c / slab_lanes];
+        for (int k = 0; k < n_slabs; ++k) {
+          boxes.low[k][c % slab_lanes] = of_cluster[c].value(k);
+          boxes.high[k][c % slab_lanes] = -of_cluster[c].value(n_slabs + k);
+        }
+      },
+      64);
 }
 
 std::size_t ClusterTree::bytes() const {
@@ -236,6 +273,7 @@ std::size_t ClusterTree::bytes() const {
   for (const Features* const f : {&faces_, &edge_features_, &vertices_})
     n += f->slabs.capacity() * sizeof(SlabGroup) + (f->id.capacity() + f->group.capacity() + f->corners.capacity()) * sizeof(Index);
   for (const auto& level : levels_) n += level.capacity() * sizeof(SlabGroup);
+  n += leaf_boxes_.capacity() * sizeof(SlabGroup);
   return n;
 }
 

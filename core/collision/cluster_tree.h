@@ -30,6 +30,14 @@ class ClusterTree {
   void refit(const Team& team, const Points& x, const std::vector<PackedSlabs>& vertices, double inflation, bool may_rebuild);
 
   void forget() { built_area_ = -1.0; }  // clusters are formed anew at the next refit
+  int version() const { return version_; }  // another one after clusters were formed anew
+
+  // The boxes of nodes alone, from the boxes of the vertices' motions; clusters are formed at x when they never were, and, if
+  // allowed, when their boxes have grown much since, as those of the vertices where they are tell, `still`.
+  void refit_nodes(const Team& team, const Points& x, const std::vector<PackedSlabs>& still, const std::vector<PackedSlabs>& moving,
+                   bool may_rebuild);
+  // The boxes of the features of marked clusters alone, and those around them. `vertices` are used as in refit().
+  void refit_features_of(const Team& team, const std::vector<std::uint8_t>& marked, const std::vector<PackedSlabs>& vertices);
 
   // Nodes of level 0 are clusters; those of level l have the nodes 8 n .. 8 n + 7 of level l - 1 below them; one root.
   int root_level() const { return static_cast<int>(levels_.size()); }
@@ -38,6 +46,9 @@ class ClusterTree {
   // The box of a node is lane node % 8 of this.
   const SlabGroup& boxes(int level, Index node) const { return level == root_level() ? root_ : levels_[level][node / slab_lanes]; }
   Slabs root() const;
+  Index n_clusters() const { return n_clusters_; }
+  // The box around the features of a cluster is lane cluster % 8 of this.
+  const SlabGroup& leaf_boxes(Index cluster) const { return leaf_boxes_[cluster / slab_lanes]; }
   const PackedSlabs* vertex_boxes() const { return vertex_boxes_; }  // of all surfaces, as given to the last refit
 
   const Features& faces() const { return faces_; }
@@ -48,7 +59,7 @@ class ClusterTree {
  private:
   void rebuild(const Points& x);
   void assign(Features& features, const std::vector<Index>& cluster_of_feature, int n_corners, const Index* corners) const;
-  double refit_all(const Team& team, const std::vector<PackedSlabs>& vertices, double inflation);
+  double refit_all(const Team& team, const std::vector<PackedSlabs>& vertices, double inflation, bool features);
 
   Triangles triangles_;
   Index first_triangle_;
@@ -59,6 +70,8 @@ class ClusterTree {
   Features faces_, edge_features_, vertices_;
   std::vector<std::vector<SlabGroup>> levels_;  // of the nodes of each level; the last has one group
   SlabGroup root_;  // in lane 0
+  std::vector<SlabGroup> leaf_boxes_;           // of the clusters
+  int version_ = 0;
   const PackedSlabs* vertex_boxes_ = nullptr;
 };
 

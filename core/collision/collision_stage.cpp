@@ -22,7 +22,7 @@ struct CollisionStage::Data {
         broad_phase(model, pairs),
         lists(model, pairs, broad_phase),
         tangle(model),
-        search(model, pairs, broad_phase, lists, tangle) {}
+        search(model, broad_phase, lists, tangle) {}
 
   const CollisionModel& model;
   const std::vector<SurfacePair> pairs;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <tuple>
 
 #include "core/collision/distance.h"
@@ -118,39 +119,57 @@ ContactForce contact_force(double distance, double thickness, double stiffness) 
 
 std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model, const std::vector<SurfacePair>& pairs,
                                    const Points& x, NearLists& lists) {
-  constexpr Index grain = 512;
-  std::vector<Contact> contacts;
   const Points normals = smooth_normals(model, x);
-  const auto scan = [&](Index i, ContactKind kind, const std::vector<PairKey>& keys, std::vector<double>& distances) {
-    const Index n = static_cast<Index>(keys.size());
+  // The distance of a pair; it becomes a contact where that is below the thickness.
+  const auto look = [&](Index i, ContactKind kind, PairKey key, std::vector<Contact>& out) {
+    const std::array<Index, 4> v = pair_vertices(model, kind, key);
+    FourPoints p;
+    for (int k = 0; k < 4; ++k) p[k] = x.row(v[k]).transpose();
+    const bool face = kind == ContactKind::VertexFace;
+    const ClosestPair closest = face ? closest_vertex_face(p) : closest_edge_edge(p);
     // Edges of a smooth surface are only of its triangles: they stay in the continuous tests, but carry no force.
     const bool smooth = model.surfaces[pairs[i].a].smooth || model.surfaces[pairs[i].b].smooth;
-    std::vector<std::vector<Contact>> of_range((n + grain - 1) / grain);
-    parallel_ranges(team, n, grain, [&](Index begin, Index end) {
-      for (Index e = begin; e < end; ++e) {
-        const std::array<Index, 4> v = pair_vertices(model, kind, keys[e]);
-        FourPoints p;
-        for (int k = 0; k < 4; ++k) p[k] = x.row(v[k]).transpose();
-        const bool face = kind == ContactKind::VertexFace;
-        const ClosestPair closest = face ? closest_vertex_face(p) : closest_edge_edge(p);
-        distances[e] = closest.distance;
-        if (!(closest.distance < pairs[i].thickness) || (!face && (!closest.interior || smooth))) continue;
-        Vec3 normal = face ? contact_normal_vertex_face(p, closest, Vec3::Zero())
-                                 : contact_normal_edge_edge(p, closest, Vec3::Zero());
-        if (face && model.surfaces[model.surface_of_triangle[second_of(keys[e])]].smooth)
-          normal = rounded_normal(normals, v, closest, normal);
-        of_range[begin / grain].push_back({kind, first_of(keys[e]), second_of(keys[e]), v, closest.weights, normal,
-                                           closest.distance, pairs[i].thickness, pairs[i].friction});
-      }
-    });
-    for (const std::vector<Contact>& range : of_range) contacts.insert(contacts.end(), range.begin(), range.end());
+    if (!(closest.distance < pairs[i].thickness) || (!face && (!closest.interior || smooth))) return closest.distance;
+    Vec3 normal = face ? contact_normal_vertex_face(p, closest, Vec3::Zero()) : contact_normal_edge_edge(p, closest, Vec3::Zero());
+    if (face && model.surfaces[model.surface_of_triangle[second_of(key)]].smooth)
+      normal = rounded_normal(normals, v, closest, normal);
+    out.push_back({kind, first_of(key), second_of(key), v, closest.weights, normal, closest.distance, pairs[i].thickness,
+                   pairs[i].friction});
+    return closest.distance;
   };
-  for (Index i = 0; i < static_cast<Index>(pairs.size()); ++i) {
-    NearList& list = lists.list(i);
-    scan(i, ContactKind::VertexFace, list.pairs.vertex_face, list.vertex_face_distance);
-    scan(i, ContactKind::EdgeEdge, list.pairs.edge_edge, list.edge_edge_distance);
+
+  constexpr Index grain = 64;
+  const Index n = static_cast<Index>(lists.lists().size());
+  std::vector<std::vector<Contact>> of_range((n + grain - 1) / grain);
+  parallel_ranges(team, n, grain, [&](Index begin, Index end) {
+    for (Index l = begin; l < end; ++l) {
+      NearList& list = lists.lists()[l];
+      const double thickness = pairs[list.pair].thickness;
+      if (list.nearest - list.used >= thickness) continue;
+      list.nearest = std::numeric_limits<double>::infinity();
+      for (std::size_t i = 0; i < list.near.size(); ++i) {
+        NearPair& near = list.near[i];
+        if (near.distance - list.used < thickness)
+          near.distance = look(list.pair, list.kind(i), near.key, of_range[begin / grain]) + list.used;
+        list.nearest = std::min(list.nearest, near.distance);
+      }
+    }
+  });
+  std::vector<Contact> found;
+  const std::vector<FeaturePairs> unlisted = lists.unlisted_near_pairs(team);
+  for (Index i = 0; i < static_cast<Index>(unlisted.size()); ++i) {
+    for (const PairKey key : unlisted[i].vertex_face) look(i, ContactKind::VertexFace, key, found);
+    for (const PairKey key : unlisted[i].edge_edge) look(i, ContactKind::EdgeEdge, key, found);
   }
-  if (!std::is_sorted(contacts.begin(), contacts.end(), before)) std::sort(contacts.begin(), contacts.end(), before);
+  of_range.push_back(std::move(found));
+
+  std::vector<const Contact*> order;
+  for (const std::vector<Contact>& range : of_range)
+    for (const Contact& contact : range) order.push_back(&contact);
+  std::sort(order.begin(), order.end(), [](const Contact* a, const Contact* b) { return before(*a, *b); });
+  std::vector<Contact> contacts;
+  contacts.reserve(order.size());
+  for (const Contact* const contact : order) contacts.push_back(*contact);
   if (normals.rows() > 0) keep_nearest_on_smooth(model, contacts);
   return contacts;
 }

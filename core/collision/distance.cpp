@@ -95,6 +95,22 @@ ClosestPair closest_edge_edge(const FourPoints& points) {
   return best;
 }
 
+double distance_within(bool vertex_face, const FourPoints& p, double reach) {
+  const int n_a = vertex_face ? 1 : 2;
+  Vec3 centre_a = p[0], centre_b = p[n_a];
+  for (int i = 1; i < n_a; ++i) centre_a += p[i];
+  for (int i = n_a + 1; i < 4; ++i) centre_b += p[i];
+  centre_a /= n_a;
+  centre_b /= 4 - n_a;
+  const Vec3 line = centre_a - centre_b;
+  double low = INFINITY, high = -INFINITY;
+  for (int i = 0; i < n_a; ++i) low = std::min(low, line.dot(p[i] - centre_b));
+  for (int i = n_a; i < 4; ++i) high = std::max(high, line.dot(p[i] - centre_b));
+  const double gap = low - high;
+  if (gap > 0.0 && gap * gap > reach * reach * line.squaredNorm()) return INFINITY;
+  return vertex_face ? closest_vertex_face(p).distance : closest_edge_edge(p).distance;
+}
+
 Vec3 contact_normal_vertex_face(const FourPoints& points, const ClosestPair& closest, const Vec3& side) {
   return normal_or(points, closest, (points[2] - points[1]).cross(points[3] - points[1]), side);
 }

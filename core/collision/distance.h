@@ -20,6 +20,9 @@ using FourPoints = std::array<Vec3, 4>;  // vertex, face corners; or the ends of
 ClosestPair closest_vertex_face(const FourPoints& points);
 ClosestPair closest_edge_edge(const FourPoints& points);
 
+// The distance [m], or infinity where the line of centres shows soon that it is more than `reach`.
+double distance_within(bool vertex_face, const FourPoints& points, double reach);
+
 // Unit normal from b to a. Where the distance is nothing (below 1e-14 of the size) the difference has no direction: the
 // normal of the face, or the common perpendicular of the edges, turned towards `side` (a vector from b to a at an earlier
 // time, or zero).

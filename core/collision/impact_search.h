@@ -19,19 +19,16 @@ struct StepImpact {
 
 class ImpactSearch {
  public:
-  ImpactSearch(const CollisionModel& model, const std::vector<SurfacePair>& pairs, BroadPhase& broad_phase,
-               NearLists& lists, const Tangle& tangle);
+  ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase, NearLists& lists, const Tangle& tangle);
 
   // Sorted by (kind, a, b). Left out are pairs that touch at x0 already, pairs of which no vertex has an inverse mass, and
   // features of triangles that intersect at x0 (those of the tangle).
-  // With `changed` (n) only pairs with a changed vertex are looked at. x0 must be that of the lists' update for the lists
-  // to be used; otherwise everything is searched.
+  // With `changed` (n) only pairs with a changed vertex are looked at. The lists are brought up to x0 where they are not.
   std::vector<StepImpact> find(const Team& team, const Points& x0, const Points& x1, const Vector& inverse_mass,
                                const std::vector<std::uint8_t>* changed);
 
  private:
   const CollisionModel& model_;
-  const std::vector<SurfacePair>& pairs_;
   BroadPhase& broad_phase_;
   NearLists& lists_;
   const Tangle& tangle_;

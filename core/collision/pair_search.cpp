@@ -41,12 +41,23 @@ struct Lane {
   float high(int k) const { return group->high[k][lane]; }
 };
 
+// By how much each slab of one of two boxes is moved outwards before they are compared, so that points of two such boxes that
+// come within a distance overlap. The roundings of the sum are within those that the slabs were rounded outwards by.
+struct Reach {
+  float axis = 0.0f, diagonal = 0.0f;
+
+  explicit Reach(double distance)
+      : axis(static_cast<float>(distance * 1.000001)), diagonal(static_cast<float>(distance * 1.4142149766)) {}
+  float of(int k) const { return k < n_axis_slabs ? axis : diagonal; }
+};
+
 // Lanes of `group` that overlap a box; the diagonals are looked at only where the axes leave something.
-LOOMSTONE_INLINE unsigned overlapping_lanes(const SlabGroup& group, const Lane& box) {
+LOOMSTONE_INLINE unsigned overlapping_lanes(const SlabGroup& group, const Lane& box, const Reach& reach) {
   Ints meet = ~Ints{};
-  for (int k = 0; k < n_axis_slabs; ++k) meet_slab(meet, group, box.low(k), box.high(k), k);
+  for (int k = 0; k < n_axis_slabs; ++k) meet_slab(meet, group, box.low(k) - reach.axis, box.high(k) + reach.axis, k);
   if (bits_of(meet) == 0) return 0;
-  for (int k = n_axis_slabs; k < n_slabs; ++k) meet_slab(meet, group, box.low(k), box.high(k), k);
+  for (int k = n_axis_slabs; k < n_slabs; ++k)
+    meet_slab(meet, group, box.low(k) - reach.diagonal, box.high(k) + reach.diagonal, k);
   return bits_of(meet);
 }
 
@@ -65,21 +76,23 @@ constexpr Index most_groups = 8;  // that are masked at once
 // Pairs of slots of edges that overlap and share no vertex. Edges that miss the other cluster's box are masked first.
 // `upper`: only slots of b after that of a.
 template <class Pairs>
-LOOMSTONE_INLINE void meeting_edges(const Run& a, const Lane& box_a, const Run& b, const Lane& box_b, bool upper, Pairs& out) {
+LOOMSTONE_INLINE void meeting_edges(const Run& a, const Lane& box_a, const Run& b, const Lane& box_b, const Reach& reach, bool upper,
+                                    Pairs& out) {
   for (Index first = b.begin; first < b.end; first += most_groups) {
     const Index n_b = std::min<Index>(most_groups, b.end - first);
     unsigned mask_b[most_groups], any = 0;
-    for (Index j = 0; j < n_b; ++j) any |= mask_b[j] = overlapping_lanes(b.slabs[first + j], box_a);
+    for (Index j = 0; j < n_b; ++j) any |= mask_b[j] = overlapping_lanes(b.slabs[first + j], box_a, reach);
     if (any == 0) continue;
     for (Index i = a.begin; i < a.end; ++i) {
-      for (unsigned lanes = overlapping_lanes(a.slabs[i], box_b); lanes != 0; lanes &= lanes - 1) {
+      for (unsigned lanes = overlapping_lanes(a.slabs[i], box_b, reach); lanes != 0; lanes &= lanes - 1) {
         const int lane = __builtin_ctz(lanes);
         const Lane own = {a.slabs + i, lane};
         for (Index j = 0; j < n_b; ++j) {
           const Index group = first + j;
           if (mask_b[j] == 0 || (upper && group < i)) continue;
           Ints meet = ~Ints{};
-          for (int k = 0; k < n_slabs; ++k) meet_slab(meet, b.slabs[group], own.low(k), own.high(k), k);
+          for (int k = 0; k < n_slabs; ++k)
+            meet_slab(meet, b.slabs[group], own.low(k) - reach.of(k), own.high(k) + reach.of(k), k);
           for (int l = 0; l < 2; ++l) {
             Ints corner;
             load(corner, b.corners + (group * 2 + l) * slab_lanes);
@@ -106,11 +119,11 @@ struct VertexRun {
 };
 
 // What a box must not exceed, lane by lane, to overlap this one.
-LOOMSTONE_INLINE PackedSlabs limits_of(const Lane& box) {
+LOOMSTONE_INLINE PackedSlabs limits_of(const Lane& box, const Reach& reach) {
   alignas(PackedSlabs) float limit[n_slab_packs * slab_lanes] = {};
   for (int k = 0; k < n_slabs; ++k) {
-    limit[k] = box.high(k);
-    limit[n_slabs + k] = -box.low(k);
+    limit[k] = box.high(k) + reach.of(k);
+    limit[n_slabs + k] = reach.of(k) - box.low(k);
   }
   PackedSlabs result;
   std::memcpy(&result, limit, sizeof result);
@@ -119,8 +132,8 @@ LOOMSTONE_INLINE PackedSlabs limits_of(const Lane& box) {
 
 // Pairs of a vertex and a slot of faces that overlap and share no vertex.
 template <class Pairs>
-LOOMSTONE_INLINE void meeting_vertices_faces(const VertexRun& a, const Run& b, const Lane& box_b, Pairs& out) {
-  const PackedSlabs limits = limits_of(box_b);
+LOOMSTONE_INLINE void meeting_vertices_faces(const VertexRun& a, const Run& b, const Lane& box_b, const Reach& reach, Pairs& out) {
+  const PackedSlabs limits = limits_of(box_b, reach);
   for (Index slot = a.begin; slot < a.end && a.id[slot] >= 0; ++slot) {
     const Index vertex = a.id[slot];
     const PackedSlabs& own = a.boxes[vertex];
@@ -130,7 +143,8 @@ LOOMSTONE_INLINE void meeting_vertices_faces(const VertexRun& a, const Run& b, c
     const float* const value = reinterpret_cast<const float*>(&own);
     for (Index group = b.begin; group < b.end; ++group) {
       Ints meet = ~Ints{};
-      for (int k = 0; k < n_slabs; ++k) meet_slab(meet, b.slabs[group], value[k], -value[n_slabs + k], k);
+      for (int k = 0; k < n_slabs; ++k)
+        meet_slab(meet, b.slabs[group], value[k] - reach.of(k), reach.of(k) - value[n_slabs + k], k);
       for (int l = 0; l < 3; ++l) {
         Ints corner;
         load(corner, b.corners + (group * 3 + l) * slab_lanes);
@@ -145,17 +159,19 @@ LOOMSTONE_INLINE void meeting_vertices_faces(const VertexRun& a, const Run& b, c
 // For every lane of a the lanes of b that overlap it.
 LOOMSTONE_CLONES void meeting_children(const SlabGroup& a, const SlabGroup& b, unsigned* meeting) {
   for (int lane = 0; lane < slab_lanes; ++lane)
-    meeting[lane] = a.low[0][lane] <= a.high[0][lane] ? overlapping_lanes(b, {&a, lane}) : 0u;
+    meeting[lane] = a.low[0][lane] <= a.high[0][lane] ? overlapping_lanes(b, {&a, lane}, Reach(0.0)) : 0u;
 }
 
-LOOMSTONE_CLONES unsigned meeting_lanes(const SlabGroup& group, const Lane& box) { return overlapping_lanes(group, box); }
+LOOMSTONE_CLONES unsigned meeting_lanes(const SlabGroup& group, const Lane& box) {
+  return overlapping_lanes(group, box, Reach(0.0));
+}
 
 LOOMSTONE_CLONES void meeting_features(const VertexRun& vertices_a, const Run& faces_a, const Run& edges_a, const Lane& box_a,
                                        const VertexRun& vertices_b, const Run& faces_b, const Run& edges_b, const Lane& box_b,
-                                       bool same, PairSearch::Slots& out) {
-  meeting_vertices_faces(vertices_a, faces_b, box_b, out.vertex_face);
-  if (!same) meeting_vertices_faces(vertices_b, faces_a, box_a, out.face_vertex);
-  meeting_edges(edges_a, box_a, edges_b, box_b, same, out.edge_edge);
+                                       const Reach& reach, bool same, PairSearch::Slots& out) {
+  meeting_vertices_faces(vertices_a, faces_b, box_b, reach, out.vertex_face);
+  if (!same) meeting_vertices_faces(vertices_b, faces_a, box_a, reach, out.face_vertex);
+  meeting_edges(edges_a, box_a, edges_b, box_b, reach, same, out.edge_edge);
 }
 
 }  // namespace
@@ -181,10 +197,10 @@ void PairSearch::expand(const Nodes& nodes, std::vector<Nodes>& out) const {
   }
 }
 
-void PairSearch::meeting_slots(Index a, Index b, Slots& out) const {
-  const auto box = [](const ClusterTree& tree, Index cluster) { return Lane{&tree.boxes(0, cluster), cluster % slab_lanes}; };
+void PairSearch::meeting_slots(Index a, Index b, double reach, Slots& out) const {
+  const auto box = [](const ClusterTree& tree, Index cluster) { return Lane{&tree.leaf_boxes(cluster), cluster % slab_lanes}; };
   meeting_features(VertexRun(*a_, a), Run(a_->faces(), a), Run(a_->edges(), a), box(*a_, a), VertexRun(*b_, b), Run(b_->faces(), b),
-                   Run(b_->edges(), b), box(*b_, b), self_ && a == b, out);
+                   Run(b_->edges(), b), box(*b_, b), Reach(reach), self_ && a == b, out);
 }
 
 }  // namespace loomstone

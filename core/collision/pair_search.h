@@ -35,26 +35,32 @@ class PairSearch {
   // Pairs of children that overlap, of the node on the higher level or of both.
   void expand(const Nodes& nodes, std::vector<Nodes>& out) const;
 
-  // Calls visit(kind, a, b) with the ids of vertex and face, or of two edges, for every pair below `start`.
+  // Calls visit(a, b) for the pairs of clusters that overlap below `start`.
   template <class Visit>
-  void run(const Nodes& start, Visit&& visit) const {
+  void clusters(const Nodes& start, Visit&& visit) const {
     std::vector<Nodes> stack = {start};
-    Slots slots;
     while (!stack.empty()) {
       const Nodes nodes = stack.back();
       stack.pop_back();
       if (leaves(nodes))
-        leaf_pairs(nodes.a, nodes.b, slots, visit);
+        visit(nodes.a, nodes.b);
       else
         expand(nodes, stack);
     }
   }
 
- private:
+  // Calls visit(kind, a, b) with the ids of vertex and face, or of two edges, for every pair below `start`.
   template <class Visit>
-  void leaf_pairs(Index a, Index b, Slots& slots, Visit&& visit) const {
+  void run(const Nodes& start, Visit&& visit) const {
+    Slots slots;
+    clusters(start, [&](Index a, Index b) { features(a, b, 0.0, slots, visit); });
+  }
+
+  // The same for the features of clusters a and b, with boxes that are `reach` [m] wider in all.
+  template <class Visit>
+  void features(Index a, Index b, double reach, Slots& slots, Visit&& visit) const {
     slots.clear();
-    meeting_slots(a, b, slots);
+    meeting_slots(a, b, reach, slots);
     for (const auto& [vertex, face] : slots.vertex_face) visit(ContactKind::VertexFace, vertex, b_->faces().id[face]);
     for (const auto& [vertex, face] : slots.face_vertex) visit(ContactKind::VertexFace, vertex, a_->faces().id[face]);
     for (const auto& [first, second] : slots.edge_edge) {
@@ -63,7 +69,8 @@ class PairSearch {
     }
   }
 
-  void meeting_slots(Index a, Index b, Slots& out) const;
+ private:
+  void meeting_slots(Index a, Index b, double reach, Slots& out) const;
 
   const ClusterTree *a_, *b_;
   bool self_;

@@ -91,14 +91,50 @@ TEST_CASE("contacts are those of all pairs, step after step, for any number of t
   CHECK(n_contacts > 4000);
 }
 
+TEST_CASE("lists of a sheet that swings last for many steps, and hold what a search of everything finds") {
+  const TestScene scene = make_scene({{grid_cells(0.2, 0.2, 24, 24), Kind::Cloth, 1e-3},
+                                      {grid_cells(0.2, 0.2, 23, 23).moved(Vec3(1e-3, 2e-3, 1.2e-3)), Kind::Cloth, 1e-3}});
+  const std::vector<SurfacePair> pairs = surface_pairs(scene.model);
+  BroadPhase broad_phase(scene.model, pairs), other(scene.model, pairs);
+  NearLists lists(scene.model, pairs, broad_phase), nothing_listed(scene.model, pairs, other, 0);
+  const auto place = [&](int step) {
+    const Eigen::AngleAxisd turn(0.01 * step, Vec3(1.0, 0.4, 0.2).normalized());
+    Points x = scene.x * turn.toRotationMatrix().transpose();
+    const Index n = scene.model.surfaces[0].n_vertices;
+    x.topRows(n).col(2).array() += 1e-4 * step;  // towards the other
+    x.col(0).array() += 3e-3 * step;
+    return x;
+  };
+  std::size_t n_contacts = 0;
+  for (int step = 0; step < 24; ++step) {
+    const Points x = place(step);
+    lists.update(Team{2}, x);
+    nothing_listed.update(Team{1}, x);
+    REQUIRE(nothing_listed.unlisted().size() == pairs.size());
+    const std::vector<Contact> found = find_contacts(Team{2}, scene.model, pairs, x, lists);
+    const std::vector<Contact> expected = find_contacts(Team{1}, scene.model, pairs, x, nothing_listed);
+    REQUIRE(found.size() == expected.size());
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      CHECK((found[i].kind == expected[i].kind && found[i].a == expected[i].a && found[i].b == expected[i].b));
+      CHECK((found[i].distance == expected[i].distance && found[i].normal == expected[i].normal));
+    }
+    n_contacts += found.size();
+    lists.cover(Team{2}, place(step + 1));
+  }
+  CHECK(n_contacts > 5000);
+  CHECK(lists.n_searches() <= 12);
+  CHECK(lists.n_made() <= 6 * static_cast<std::int64_t>(lists.lists().size()));
+}
+
 TEST_CASE("impacts are those of all pairs, with lists and without") {
   const TestScene scene = crowd();
   const CollisionModel& model = scene.model;
   const std::vector<SurfacePair> pairs = surface_pairs(model);
   BroadPhase broad_phase(model, pairs);
-  NearLists lists(model, pairs, broad_phase);
+  const std::size_t most_per_cluster = GENERATE(64, 0);  // 0: nothing is listed
+  NearLists lists(model, pairs, broad_phase, most_per_cluster);
   const Tangle nothing(model);
-  ImpactSearch search(model, pairs, broad_phase, lists, nothing);
+  ImpactSearch search(model, broad_phase, lists, nothing);
   const Points x0 = shaken(scene.x, 3e-3, 8);
   int n_impacts = 0;
   for (const double travel : {3e-4, 3e-3, 3e-2}) {
