@@ -130,7 +130,15 @@ std::vector<bool> add_single_dipoles(const Team& team, const std::vector<Magneti
 
 // What single dipoles feel in the fields of all other bodies, and these from them: each field at all dipoles at once.
 void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bodies, const std::vector<bool>& single,
-                           const std::vector<Index>& carrier, std::vector<Wrench>& result) {
+                           const std::vector<Index>& carrier, const std::vector<KnownField>& known,
+                           std::vector<Wrench>& result) {
+  const auto field_at = [&](const MagneticBody& body, const Points& x) {
+    for (const KnownField& at : known)
+      if (at.body.source == body.source && at.body.pose.position == body.pose.position &&
+          at.body.pose.orientation == body.pose.orientation && at.points.rows() == x.rows() && at.points == x)
+        return at.field;
+    return magnetic_field(team, {body}, x, "B");
+  };
   for (std::size_t k = 0; k < bodies.size(); ++k) {
     if (single[k]) continue;
     std::vector<Index> rows;
@@ -142,7 +150,7 @@ void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bo
       const MagneticBody& on = bodies[rows[r]];
       place_points(on.pose, on.source->dipoles()->positions(), x.middleRows(static_cast<Eigen::Index>(r), 1));
     }
-    const Points field = magnetic_field(team, {bodies[k]}, x, "B");
+    const Points field = field_at(bodies[k], x);
     const Gradients gradient = magnetic_gradient(team, {bodies[k]}, x);
     for (std::size_t r = 0; r < rows.size(); ++r) {
       const MagneticBody& on = bodies[rows[r]];
@@ -229,13 +237,13 @@ Wrench magnetic_wrench(const MagneticBody& on, const MagneticBody& by, double to
 }
 
 std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<MagneticBody>& bodies, double tolerance,
-                                      const std::vector<Index>& carrier) {
+                                      const std::vector<Index>& carrier, const std::vector<KnownField>& known) {
   check_tolerance(tolerance);
   std::vector<Wrench> result(bodies.size());
   const std::vector<bool> single = add_single_dipoles(team, bodies, result);
   std::vector<std::pair<Index, Index>> pairs = pairs_of(bodies, carrier);
   std::erase_if(pairs, [&](const auto& pair) { return single[pair.first] || single[pair.second]; });
-  add_dipoles_in_fields(team, bodies, single, carrier, result);
+  add_dipoles_in_fields(team, bodies, single, carrier, known, result);
   // First roughly, for the largest force; then what is not yet good enough.
   std::vector<Wrench> on_first(pairs.size());
   const auto solve = [&](Index p, double wanted, double least) {

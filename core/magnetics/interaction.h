@@ -20,12 +20,19 @@ struct Wrench {
 // of the body that is integrated over.
 Wrench magnetic_wrench(const MagneticBody& on, const MagneticBody& by, double tolerance, double least = 0.0);
 
+// The field of a source at points that are asked for again.
+struct KnownField {
+  MagneticBody body;
+  Points points, field;  // (n x 3) [m], B [T], world axes
+};
+
 // On every body by all others, each pair to `tolerance` times the largest force of a pair, or of what spheres and other
 // single dipoles feel and exert: these act on one another by one sum, and on a body by its field at all of them. Sums run
 // in order. carrier, if given: bodies of the same
-// carrier feel nothing from one another (what single dipoles of one carrier feel cancels in its sum).
+// carrier feel nothing from one another (what single dipoles of one carrier feel cancels in its sum). known: fields that were
+// evaluated before; the same bits without them.
 std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<MagneticBody>& bodies, double tolerance,
-                                      const std::vector<Index>& carrier = {});
+                                      const std::vector<Index>& carrier = {}, const std::vector<KnownField>& known = {});
 
 // Energy of two bodies in one another's field, of `on` held in that of `by` [J]; solid magnets and dipoles only.
 double magnetic_energy(const MagneticBody& on, const MagneticBody& by, double tolerance);

@@ -42,10 +42,15 @@ std::vector<MagneticBody> MagneticMotion::hard(const std::vector<MagneticBody>& 
   return result;
 }
 
-Points MagneticMotion::applied_field(const Team& team, const std::vector<MagneticBody>& magnets) const {
-  Points x(induced_.size(), 3);
+Points MagneticMotion::applied_field(const Team& team, const std::vector<MagneticBody>& magnets,
+                                     std::vector<KnownField>* known) const {
+  Points x(induced_.size(), 3), field = Points::Zero(induced_.size(), 3);
   for (std::size_t k = 0; k < induced_.size(); ++k) x.row(k) = magnets[induced_[k]].pose.position.transpose();
-  Points field = magnetic_field(team, hard(magnets), x, "B");
+  for (const MagneticBody& body : hard(magnets)) {
+    const Points part = magnetic_field(team, {body}, x, "B");
+    field += part;
+    if (known) known->push_back({body, x, part});
+  }
   field.rowwise() += model_.scene.magnetic_field.transpose();
   return field;
 }
@@ -73,6 +78,14 @@ void MagneticMotion::place_soft(const Team& team, std::vector<MagneticBody>& mag
 
 std::vector<MagneticBody> MagneticMotion::placed(const Team& team, const RigidState& state,
                                                  const std::vector<RigidPose>& obstacles) const {
+  std::vector<KnownField> known;
+  return placed(team, state, obstacles, known);
+}
+
+std::vector<MagneticBody> MagneticMotion::placed(const Team& team, const RigidState& state,
+                                                 const std::vector<RigidPose>& obstacles,
+                                                 std::vector<KnownField>& known) const {
+  known.clear();
   std::vector<MagneticBody> bodies;
   for (const Model::Carried& magnet : model_.magnets)
     bodies.push_back({magnet.source, carried_pose(state, obstacles, magnet.carrier, magnet.local)});
@@ -83,7 +96,7 @@ std::vector<MagneticBody> MagneticMotion::placed(const Team& team, const RigidSt
   }
   Points x(induced_.size(), 3);
   for (std::size_t k = 0; k < induced_.size(); ++k) x.row(k) = bodies[induced_[k]].pose.position.transpose();
-  const Points moments = induced_moments(team, x, polarizabilities_, applied_field(team, bodies),
+  const Points moments = induced_moments(team, x, polarizabilities_, applied_field(team, bodies, &known),
                                          std::min(1e-6, 1e-2 * model_.scene.magnetic_tolerance));
   for (std::size_t k = 0; k < induced_.size(); ++k) {
     MagneticBody& body = bodies[induced_[k]];
@@ -95,12 +108,15 @@ std::vector<MagneticBody> MagneticMotion::placed(const Team& team, const RigidSt
 
 std::vector<Wrench> MagneticMotion::wrenches(const Team& team, const RigidState& state,
                                              const std::vector<RigidPose>& obstacles) const {
-  return wrenches(team, state, placed(team, state, obstacles));
+  std::vector<KnownField> known;
+  const std::vector<MagneticBody> magnets = placed(team, state, obstacles, known);
+  return wrenches(team, state, magnets, known);
 }
 
 std::vector<Wrench> MagneticMotion::wrenches(const Team& team, const RigidState& state,
-                                             const std::vector<MagneticBody>& magnets) const {
-  const std::vector<Wrench> each = magnetic_wrenches(team, magnets, model_.scene.magnetic_tolerance, groups_);
+                                             const std::vector<MagneticBody>& magnets,
+                                             const std::vector<KnownField>& known) const {
+  const std::vector<Wrench> each = magnetic_wrenches(team, magnets, model_.scene.magnetic_tolerance, groups_, known);
   std::vector<Wrench> result(model_.n_bodies());
   for (std::size_t i = 0; i < magnets.size(); ++i) {
     const Index body = model_.magnets[i].carrier;
@@ -179,8 +195,9 @@ MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, cons
   const Points none = Points::Zero(n, 3);
   const Vec3& gravity = model_.scene.gravity;
   std::vector<std::uint8_t> touched;
-  std::vector<MagneticBody> magnets = placed(team, state, obstacles.poses);
-  std::vector<Wrench> forces = wrenches(team, state, magnets), before;
+  std::vector<KnownField> known;
+  std::vector<MagneticBody> magnets = placed(team, state, obstacles.poses, known);
+  std::vector<Wrench> forces = wrenches(team, state, magnets, known), before;
   currents_.place(state, obstacles.poses, magnets, groups_, time);
   Done done;
   int parts = 1;              // the sub-step is step / parts; `place` of them are done
@@ -228,8 +245,8 @@ MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, cons
       state.positions.row(b) += h * state.velocities.row(b);
       state.orientations.row(b) = freely_turned(rotors_[b], orientation, momenta.row(b).transpose(), h).transpose();
     }
-    magnets = placed(team, state, at_end.poses);
-    forces = before = wrenches(team, state, magnets);
+    magnets = placed(team, state, at_end.poses, known);
+    forces = before = wrenches(team, state, magnets, known);
     currents_.place(state, at_end.poses, magnets, groups_, start + h);
     currents_.kick(start + 0.75 * h, 0.5 * h, state, momenta, before, circuit);
     for (Index b = 0; b < n; ++b) {

@@ -41,12 +41,17 @@ class MagneticMotion {
                RigidWorld& world, RigidState& state, CircuitState& circuit);
 
  private:
-  std::vector<Wrench> wrenches(const Team& team, const RigidState& state, const std::vector<MagneticBody>& magnets) const;
+  // known: what `placed` found out on the way, used again by wrenches.
+  std::vector<MagneticBody> placed(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles,
+                                   std::vector<KnownField>& known) const;
+  std::vector<Wrench> wrenches(const Team& team, const RigidState& state, const std::vector<MagneticBody>& magnets,
+                               const std::vector<KnownField>& known) const;
   double frequency(const RigidState& state, const std::vector<MagneticBody>& magnets) const;
   std::vector<MagneticBody> hard(const std::vector<MagneticBody>& magnets) const;
   void place_soft(const Team& team, std::vector<MagneticBody>& magnets) const;
   // Flux density at the induced spheres but for their own [T], and their places in the list of magnets.
-  Points applied_field(const Team& team, const std::vector<MagneticBody>& magnets) const;
+  Points applied_field(const Team& team, const std::vector<MagneticBody>& magnets,
+                       std::vector<KnownField>* known = nullptr) const;
 
   const Model& model_;
   std::vector<Rotor> rotors_;
