@@ -1,5 +1,8 @@
 """Magnets that move: momenta, energies, orders, and paths from tables."""
 
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+
 import numpy as np
 import pytest
 from magnet_bodies import ball_mesh, quaternion, rotation_of, to_axis, total_momenta
@@ -130,6 +133,17 @@ def test_the_energy_of_a_swinging_magnet_does_not_drift():
     first, last = energies[: 25 * 40], energies[-25 * 40 :]
     assert np.ptp(energies) < 1e-2 * swing, "leapfrog's oscillation, second order in the step"
     assert abs(first.mean() - last.mean()) < 1e-4 * swing, "no drift"
+
+
+@pytest.mark.parametrize("what", ["compass", "pair"])
+def test_magnets_that_swing_keep_their_energy_for_a_thousand_periods(what):
+    """Within 1e-3 without drift, with sub-steps as they are by default; tests/benchmarks/librations.py swings ten times as long."""
+    spec = spec_from_file_location("librations", Path(__file__).parents[1] / "benchmarks" / "librations.py")
+    assert spec is not None and spec.loader is not None
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    swing, drift = module.energies(*getattr(module, what)(), 1000)
+    assert swing < 1e-3 and drift < 1e-5
 
 
 @each_case("vii_two_cubes_attract")
