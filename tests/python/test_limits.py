@@ -181,3 +181,43 @@ def test_broken_limits_are_named_the_worst_first_and_in_a_table(tmp_path, capsys
     assert report["steps_with_broken_limits"] > 5 and report["largest_excess"] == pytest.approx(last.weft_excess, rel=0.1)
     strained = progress.overstrained(last)
     assert f"{last.broken_limits} triangles strain beyond" in strained and f"triangle {last.worst_element}" in strained
+
+
+def raster(mesh: ls.TriangleMesh, x: np.ndarray, cells: int = 5) -> np.ndarray:
+    """Mean strain, by area, over a raster of the rest square (cells x cells x 3)."""
+    corners = np.asarray(mesh.vertices)[np.asarray(mesh.triangles)][:, :, :2]
+    e, f = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = np.abs(e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0])
+    place = np.clip(((corners.mean(1) / 0.5 + 0.5) * cells).astype(int), 0, cells - 1) @ (cells, 1)
+    weighted = [np.bincount(place, area * strain) for strain in ls.limits.strain(x, mesh).T]
+    return (np.array(weighted) / np.bincount(place, area)).T.reshape(cells, cells, 3)
+
+
+@pytest.mark.parametrize("limit", [(0.02, 0.02, 0.04), (0.02, 0.02, 0.2)])
+def test_irregular_meshes_strain_as_regular_ones(limit):
+    """Free cloth is chaotic: one that hangs in its plane, held at two corners and calmed by air, shows what the mesh does."""
+
+    def hung(mesh: ls.TriangleMesh) -> np.ndarray:
+        cloth = ls.Cloth(
+            mesh=mesh,
+            material=ls.ClothMaterial(weft_stiffness=100, warp_stiffness=100, shear_stiffness=30, density=1.0),
+            pins=ls.meshes.nearest_vertices(mesh, [(-0.25, 0.25, 0.0), (0.25, 0.25, 0.0)]),
+            strain_limit=ls.StrainLimit(*limit),
+        )
+        air = ls.Air(normal_drag=5.0, tangential_drag=5.0)
+        scene = ls.Scene(cloths=[cloth], collisions=False, gravity=(0.0, -9.81, 0.0), air=air)
+        sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=4e-3), threads=1)
+        for _ in range(100):
+            sim.step()
+        frames = []
+        for _ in range(4):
+            for _ in range(5):
+                sim.step()
+            frames.append(raster(mesh, np.array(sim.positions)))
+            assert sim.report.broken_limits == 0
+        return np.mean(frames, axis=0)
+
+    regular = hung(ls.grid(size=(0.5, 0.5), cells=(16, 16)))
+    irregular = np.mean([hung(ls.meshes.irregular(triangles=512, seed=seed)) for seed in (1, 2, 3)], axis=0)
+    assert np.abs(regular).max() > 0.03, "strained up to its limits"
+    assert np.abs(irregular - regular).max() < 0.05 * np.abs(regular).max()
