@@ -123,8 +123,10 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
         if (part.length() == 1) throw;
         solved = false;
       }
-      const bool divisible = part.length() > 1;
-      if (!solved || (divisible && ((undone.impacts > 0 && halving) || (undone.failed_limits && halving_for_limits)))) {
+      // Sweeps alone converge too slowly to be worth more: what they leave is reported.
+      const bool worth = undone.stopped || limits_in_solve_ || part.length() > StepPart::quarter;
+      const bool failed_limits = (undone.stopped || undone.broke_limits) && halving_for_limits && worth;
+      if (!solved || (part.length() > 1 && ((undone.impacts > 0 && halving) || failed_limits))) {
         state = report.substeps == 0 ? start : before;
         if (world_) world_->restore(state.rigid);
         forget_steps(state.cloth);
@@ -136,7 +138,7 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
         continue;
       }
       if (undone.impacts > 0) halving = false;
-      if (undone.failed_limits) halving_for_limits = false;
+      if (undone.stopped || undone.broke_limits) halving_for_limits = false;
       report.unresolved += undone.impacts;
       ++report.substeps;
       if (part.length() < StepPart::whole) forget_steps(state.cloth);
@@ -440,7 +442,7 @@ Stepper::Left Stepper::limit_and_certify(State& state, StepOutcome& outcome) {
   report.truncated += done.certified.truncated();
   report.withheld_motion += done.certified.withheld();
   report.truncated_momentum += done.certified.withheld_moment() / step_;
-  return {done.certified.unresolved, done.broke || done.stopped};
+  return {done.certified.unresolved, done.broke, done.stopped};
 }
 
 // How free the cloth is where a step has left impacts: never hidden, and counted until it is free again.

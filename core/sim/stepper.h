@@ -26,9 +26,9 @@ struct StepOutcome {
 };
 
 // A part of a step in 64ths of it: a step that certification cannot free of impacts, whose solver finds no solution, that
-// breaks limits of strain or stops the cloth for them is taken again in halves.
+// breaks limits of strain or stops the cloth for them is taken again in halves; down to quarters where sweeps alone limit.
 struct StepPart {
-  static constexpr int whole = 64;
+  static constexpr int whole = 64, quarter = 16;
   int first = 0, last = whole;
   int length() const { return last - first; }
 };
@@ -52,7 +52,8 @@ class Stepper {
   // What a part leaves: impacts, and whether it broke limits of strain that held at its start, or stopped the cloth for them.
   struct Left {
     std::int64_t impacts = 0;
-    bool failed_limits = false;
+    bool broke_limits = false;
+    bool stopped = false;
   };
   // All stages of a part.
   Left take(State& state, StepOutcome& outcome, StepPart part);
