@@ -37,7 +37,7 @@ std::uint64_t mixed(std::uint64_t a, std::uint64_t b) { return (a ^ (b + 0x9e377
 // are looked at whole). The set only grows.
 struct StrainLimiter::Active {
   std::vector<std::vector<Index>> batches;   // of each colour, ascending
-  std::vector<std::uint8_t> in, spread;      // (batches), (slots)
+  std::vector<std::uint8_t> in, spread;      // (batches) bits of lanes in `spread`
   Index n_elements = 0;
 
   explicit Active(const LimitElements& elements) {
@@ -50,27 +50,40 @@ struct StrainLimiter::Active {
   }
 
   void grow(const LimitElements& elements, const std::vector<std::uint8_t>& corrected) {
-    if (in.empty()) in.assign(corrected.size(), 0), spread.assign(8 * corrected.size(), 0);
-    for (std::size_t b = 0; b < corrected.size(); ++b)
-      for (unsigned bits = corrected[b]; bits != 0; bits &= bits - 1) {
-        const Index slot = static_cast<Index>(8 * b) + __builtin_ctz(bits);
-        if (spread[slot]) continue;
-        spread[slot] = 1;
-        for (int k = 0; k < 3; ++k) {
-          const Index v = elements.corners(slot)[8 * k];
-          for (Index s = elements.slot_start()[v]; s < elements.slot_start()[v + 1]; ++s) in[elements.slots()[s] / 8] = 1;
+    const bool first = in.empty();
+    if (first) in.assign(corrected.size(), 0), spread.assign(corrected.size(), 0), n_elements = 0;
+    std::vector<Index> entered;
+    for (const std::vector<Index>& of_colour : batches)
+      for (const Index b : of_colour) {
+        const unsigned fresh = corrected[b] & ~spread[b];
+        spread[b] = static_cast<std::uint8_t>(spread[b] | fresh);
+        for (unsigned bits = fresh; bits != 0; bits &= bits - 1) {
+          const Index slot = 8 * b + __builtin_ctz(bits);
+          for (int k = 0; k < 3; ++k) {
+            const Index v = elements.corners(slot)[8 * k];
+            for (Index s = elements.slot_start()[v]; s < elements.slot_start()[v + 1]; ++s) {
+              const Index other = elements.slots()[s] / 8;
+              if (in[other]) continue;
+              in[other] = 1;
+              entered.push_back(other);
+            }
+          }
         }
       }
-    n_elements = 0;
+    if (first)
+      for (std::vector<Index>& of_colour : batches) of_colour.clear();
+    if (entered.empty()) return;
+    std::sort(entered.begin(), entered.end());
     const auto& start = elements.colour_start();
-    for (std::size_t c = 0; c + 1 < start.size(); ++c) {
-      batches[c].clear();
-      for (Index b = start[c]; b < start[c + 1]; ++b) {
-        if (!in[b]) continue;
-        batches[c].push_back(b);
-        for (Index l = 0; l < 8; ++l) n_elements += elements.element(8 * b + l) >= 0;
-      }
+    auto next = entered.begin();
+    for (std::size_t c = 0; c < batches.size() && next != entered.end(); ++c) {
+      const auto end = std::lower_bound(next, entered.end(), start[c + 1]);
+      const auto middle = batches[c].insert(batches[c].end(), next, end);
+      std::inplace_merge(batches[c].begin(), middle, batches[c].end());
+      next = end;
     }
+    for (const Index b : entered)
+      for (Index l = 0; l < 8; ++l) n_elements += elements.element(8 * b + l) >= 0;
   }
 };
 
@@ -242,12 +255,18 @@ void StrainLimiter::measure(const Team& team, const limit::Tables& tables, const
   double most = 0.0;
   for (Index b = 0; b < elements_.n_batches(); ++b) {
     const limit::Bounds& bounds = tables.bounds[tables.bounds_of[b]];
+    const double* strain = strains_.data() + 24 * static_cast<std::size_t>(b);
+    double furthest = 0.0;  // of all lanes: nearly all batches are within their limits
+    for (int k = 0; k < 3; ++k)
+      for (int lane = 0; lane < 8; ++lane)
+        furthest = std::max(furthest, std::max(strain[8 * k + lane] - bounds.high[k], bounds.low[k] - strain[8 * k + lane]));
+    if (furthest <= 0.0) continue;
     for (Index lane = 0; lane < 8; ++lane) {
       const Index element = elements_.element(8 * b + lane);
       if (element < 0) continue;
       double largest = 0.0;
       for (int k = 0; k < 3; ++k) {
-        const double e = strains_[24 * static_cast<std::size_t>(b) + 8 * k + lane];
+        const double e = strain[8 * k + lane];
         const double beyond = std::max({0.0, e - bounds.high[k], bounds.low[k] - e});
         report.excess[k] = std::max(report.excess[k], unit * beyond);
         largest = std::max(largest, beyond);
