@@ -1,9 +1,10 @@
-"""The drape beside other programs, in one run on one machine: seconds a 25 Hz frame, largest stretch, intersections.
+"""A scene beside other programs, in one run on one machine: seconds a 25 Hz frame, largest stretch, intersecting triangles.
 
-    python tests/benchmarks/peers.py --shared ../shared [--peer-python PYTHON] [--blender-quality 10] [--duration 1.0]
+    python tests/benchmarks/peers.py --shared ../shared [--scene drape|twist] [--step 4e-3] [--peer-python PYTHON] [--mujoco]
 
 The other programs' scripts lie in SHARED/peers; PYTHON is an interpreter that has them (bpy, mujoco). What is not there is
-left out with a line that says so. Times depend on the machine: quote the ratios.
+left out with a line that says so. Stretch and pairs of all are taken here, from their frames: the largest principal stretch,
+and pairs by exact arithmetic. Times depend on the machine: quote the ratios.
 """
 
 import argparse
@@ -14,18 +15,32 @@ import subprocess
 import tempfile
 import time
 from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
 
 import loomstone as ls
 
 ROOT = Path(__file__).resolve().parents[2]
+NAMES = {"drape": "W1", "twist": "W3"}  # theirs
+QUALITY = {"drape": 10, "twist": 30}  # of Blender: steps a frame; the twist falls apart with fewer
 
 
-def ours(duration: float, threads: int, step: float | None) -> dict[str, float]:
-    spec = importlib.util.spec_from_file_location("drape", ROOT / "scenes" / "drape.py")
-    drape = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(drape)
-    integrator = drape.integrator() if step is None else ls.SemiImplicitEuler(step=step)
-    sim = ls.Simulation(drape.scene(), integrator=integrator, threads=threads)
+class Seen(NamedTuple):
+    seconds: float  # a frame
+    stretch: float
+    pairs: int  # in the worst frame
+
+    def __str__(self) -> str:
+        return f"{self.seconds:.3f} s a frame, stretch {self.stretch:.3f}, intersecting pairs {self.pairs}"
+
+
+def ours(name: str, duration: float, threads: int, step: float | None) -> Seen:
+    spec = importlib.util.spec_from_file_location(name, ROOT / "scenes" / f"{name}.py")
+    scene = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(scene)
+    integrator = scene.integrator() if step is None else ls.SemiImplicitEuler(step=step)
+    sim = ls.Simulation(scene.scene(), integrator=integrator, threads=threads)
     stretch, pairs, frames = 1.0, 0, 0
     seconds = 0.0
     start = time.perf_counter()
@@ -35,46 +50,62 @@ def ours(duration: float, threads: int, step: float | None) -> dict[str, float]:
         pairs = max(pairs, len(sim.intersecting_pairs()))
         frames += 1
         start = time.perf_counter()
-    return {"frame": seconds / (frames - 1), "stretch": stretch, "pairs": pairs}
+    return Seen(seconds / (frames - 1), stretch, pairs)
 
 
-def peer(python: str, script: Path, arguments: list[str], out: Path) -> float | str:
-    """Seconds a 25 Hz frame, or why there is no figure."""
+def looked_at(path: Path) -> Seen:
+    """What another program wrote: uv (n, 2), faces (m, 3), X (frames, n, 3), and its own clock."""
+    run = np.load(path)
+    uv, faces = run["uv"], run["faces"]
+    rest = np.linalg.inv(np.stack([uv[faces[:, 1]] - uv[faces[:, 0]], uv[faces[:, 2]] - uv[faces[:, 0]]], axis=2))
+    stretch, pairs = 1.0, 0
+    for x in run["X"]:
+        gradient = np.stack([x[faces[:, 1]] - x[faces[:, 0]], x[faces[:, 2]] - x[faces[:, 0]]], axis=2) @ rest
+        stretch = max(stretch, float(np.linalg.norm(gradient, ord=2, axis=(1, 2)).max()))
+        pairs = max(pairs, len(ls.collision.intersecting_pairs(x, faces)))
+    return Seen(float(json.loads(str(run["meta"]))["wall_per_25hz_frame"]), stretch, pairs)
+
+
+def peer(python: str, script: Path, arguments: list[str], out: Path) -> Seen | str:
+    """What was seen, or why there is nothing."""
     environment = {**os.environ, "PEERS_OUT": str(out), "PYTHONPATH": str(script.parent)}
     environment.pop("OMP_WAIT_POLICY", None)
-    done = subprocess.run([python, str(script), "W1", *arguments], capture_output=True, text=True, env=environment)
-    lines = [line for line in done.stdout.splitlines() if line.startswith("{")]
-    if done.returncode or not lines:
+    done = subprocess.run([python, str(script), *arguments], capture_output=True, text=True, env=environment)
+    written = sorted(out.glob("*.npz"))
+    if done.returncode or not written:
         return (done.stderr.strip().splitlines() or ["no output"])[-1]
-    return float(json.loads(lines[-1])["wall_per_25hz_frame"])
+    return looked_at(written[-1])
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--shared", type=Path, default=ROOT.parent / "shared")
+    parser.add_argument("--scene", choices=list(NAMES), default="drape")
     parser.add_argument("--peer-python", default="python3")
-    parser.add_argument("--blender-quality", type=int, default=10)
+    parser.add_argument("--blender-quality", type=int, help="steps a frame (default: 10 for drape, 30 for twist)")
     parser.add_argument("--duration", type=float, default=1.0)
     parser.add_argument("--threads", type=int, default=2)
-    parser.add_argument("--step", type=float, help="ours [s]; Blender's own is 4e-3 (default: the scene's)")
+    parser.add_argument("--step", type=float, help="ours [s]; Blender's own in drape is 4e-3 (default: the scene's)")
     parser.add_argument("--mujoco", action="store_true", help="also MuJoCo (minutes)")
     options = parser.parse_args()
-    mine = ours(options.duration, options.threads, options.step)
-    print(f"loomstone            {mine['frame']:.3f} s a frame, stretch {mine['stretch']:.3f}, pairs {mine['pairs']}", flush=True)
-    runs = {"blender": ["run_blender.py", "--quality", str(options.blender_quality), "--cq", "4", "--T", str(options.duration)]}
+    mine = ours(options.scene, options.duration, options.threads, options.step)
+    print(f"loomstone  {mine}", flush=True)
+    quality = options.blender_quality or QUALITY[options.scene]
+    blender = ["--quality", str(quality), "--cq", "4", "--T", str(options.duration)]
+    programs = {"blender": ("run_blender.py", blender)}
     if options.mujoco:
-        runs["mujoco"] = ["run_mujoco.py", "--T", str(min(options.duration, 0.12))]
-    with tempfile.TemporaryDirectory() as out:
-        for name, (script, *arguments) in runs.items():
-            path = options.shared / "peers" / script
-            if not path.exists():
-                print(f"{name}: left out, {script} is not in the shared folder")
-                continue
-            seconds = peer(options.peer_python, path, arguments, Path(out))
-            if isinstance(seconds, str):
-                print(f"{name}: left out, {seconds}")
-            else:
-                print(f"{name:20s} {seconds:.3f} s a frame; loomstone takes {mine['frame'] / seconds:.2f} of it", flush=True)
+        programs["mujoco"] = ("run_mujoco.py", ["--T", str(min(options.duration, 0.12))])
+    for name, (script, arguments) in programs.items():
+        path = options.shared / "peers" / script
+        if not path.exists():
+            print(f"{name}: left out, {script} is not in the shared folder")
+            continue
+        with tempfile.TemporaryDirectory() as out:
+            seen = peer(options.peer_python, path, [NAMES[options.scene], *arguments], Path(out))
+        if isinstance(seen, str):
+            print(f"{name}: left out, {seen}")
+        else:
+            print(f"{name:9s}  {seen}; loomstone takes {mine.seconds / seen.seconds:.2f} of the time", flush=True)
 
 
 if __name__ == "__main__":
