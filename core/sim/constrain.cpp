@@ -76,6 +76,7 @@ class Constraining {
   // Whether limits of a cloth do not hold at x1, but did at x0.
   bool breaks() {
     if (!in_.limiter || !in_.limits_hold) return false;
+    if (limiting_held() && report_.touched.empty()) return false;
     std::fill(given_up_.begin(), given_up_.end(), 0);
     if (!look(x1_)) return false;
     std::vector<std::uint8_t> broken(given_up_.size(), 0);
@@ -92,7 +93,7 @@ class Constraining {
     LimitReport done = in_.limiter->enforce(*in_.team, in_.key, held, x1_);
     if (done.beyond > 0 && in_.limits_hold && take_back(wanted)) {
       const LimitReport left = in_.limiter->measure(*in_.team, x1_);
-      done.excess = left.excess, done.beyond = left.beyond, done.worst = left.worst;
+      done.excess = left.excess, done.beyond = left.beyond, done.worst = left.worst, done.broken = left.broken;
     }
     const int sweeps = report_.limits.sweeps + done.sweeps;
     const std::int64_t evaluations = report_.limits.evaluations + done.evaluations;
@@ -102,10 +103,14 @@ class Constraining {
     report_.limit_seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 
+  // Whether limits held after sweeps, and only certification can have moved cloth since: spares looking again.
+  bool limiting_held() const { return report_.limits.broken.empty() && !in_.repelled; }
+
   // Cloths whose limits sweeps alone cannot meet (a script leaves them no room, or sweeps ended too soon): certification has the last
   // word on them, and the report tells.
   void give_up() {
     held_.assign(in_.cloth->n_vertices, 0);
+    if (limiting_held()) return;
     look(x1_);
     for (const Index t : beyond_) given_up_[in_.cloth->strain_limit_of[t]] = 1;
     for (Index t = 0; t < in_.cloth->triangles.rows(); ++t)
