@@ -104,6 +104,11 @@ void each_number(Visit&& visit) {
   visit("magnetic_energy", &Class::magnetic_energy, "of magnets in one another's field and in the uniform one [J]");
   visit("magnetic_substeps", &Class::magnetic_substeps, "sub-steps that the motion of magnets took");
   visit("magnetic_error", &Class::magnetic_error, "largest estimated error of a force at the end of the step [N]");
+  visit("circuit_current", &Class::circuit_current, "in the circuit at the end of the step [A]");
+  visit("circuit_energy", &Class::circuit_energy, "of its inductance [J]");
+  visit("circuit_heat", &Class::circuit_heat, "in its resistance since the start [J]");
+  visit("circuit_supply", &Class::circuit_supply, "by the sources of all coils since the start [J]");
+  visit("bearing_work", &Class::bearing_work, "taken out by friction and torques of bearings since the start [J]");
 }
 
 void bind_report(py::module_& m) {

@@ -71,7 +71,12 @@ inline std::vector<Column> report_columns(std::size_t start = 0) {
       {"body_gravity_energy", Number::Float64, at(offsetof(StepReport, body_gravity_energy))},
       {"magnetic_energy", Number::Float64, at(offsetof(StepReport, magnetic_energy))},
       {"magnetic_substeps", Number::Int32, at(offsetof(StepReport, magnetic_substeps))},
-      {"magnetic_error", Number::Float64, at(offsetof(StepReport, magnetic_error))}};
+      {"magnetic_error", Number::Float64, at(offsetof(StepReport, magnetic_error))},
+      {"circuit_current", Number::Float64, at(offsetof(StepReport, circuit_current))},
+      {"circuit_energy", Number::Float64, at(offsetof(StepReport, circuit_energy))},
+      {"circuit_heat", Number::Float64, at(offsetof(StepReport, circuit_heat))},
+      {"circuit_supply", Number::Float64, at(offsetof(StepReport, circuit_supply))},
+      {"bearing_work", Number::Float64, at(offsetof(StepReport, bearing_work))}};
   for (std::size_t stage = 0; stage < stage_names.size(); ++stage)
     columns.push_back({std::string("seconds_") + stage_names[stage], Number::Float64,
                        at(offsetof(StepReport, seconds) + stage * sizeof(double))});

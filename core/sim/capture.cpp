@@ -23,6 +23,12 @@ void measure(const Model& model, const State& state, const Team& team, Elasticit
     report.body_kinetic_energy += 0.5 * (body_mass * state.rigid.velocities.row(b).squaredNorm() + spin.dot(inertia * spin));
     report.body_gravity_energy -= body_mass * state.rigid.positions.row(b).dot(model.scene.gravity.transpose());
   }
+  double inductance = 0.0;
+  for (const Coil& coil : model.scene.coils) inductance += coil.inductance;  // of one circuit
+  report.circuit_current = state.circuit.current;
+  report.circuit_energy = 0.5 * inductance * state.circuit.current * state.circuit.current;
+  report.circuit_heat = state.circuit.heat, report.circuit_supply = state.circuit.supply;
+  report.bearing_work = state.circuit.bearings;
   report.max_stretch = 1.0;
   report.weft_strain = report.warp_strain = report.shear_strain = 0.0;
   if (n == 0) return;

@@ -41,6 +41,11 @@ class StepReport:
         All numbers by name.
         """
     @property
+    def bearing_work(self) -> float:
+        """
+        taken out by friction and torques of bearings since the start [J]
+        """
+    @property
     def bending_energy(self) -> float:
         """
         [J]
@@ -79,6 +84,26 @@ class StepReport:
     def busy_most(self) -> float:
         """
         the same, of the thread with the most [s]
+        """
+    @property
+    def circuit_current(self) -> float:
+        """
+        in the circuit at the end of the step [A]
+        """
+    @property
+    def circuit_energy(self) -> float:
+        """
+        of its inductance [J]
+        """
+    @property
+    def circuit_heat(self) -> float:
+        """
+        in its resistance since the start [J]
+        """
+    @property
+    def circuit_supply(self) -> float:
+        """
+        by the sources of all coils since the start [J]
         """
     @property
     def contact_acceleration(self) -> float:

@@ -101,6 +101,11 @@ StepReport example_report(std::int64_t step) {
   report.magnetic_energy = std::cos(8 * x);
   report.magnetic_substeps = 3;
   report.magnetic_error = std::cos(9 * x);
+  report.circuit_current = std::sin(20 * x);
+  report.circuit_energy = std::sin(21 * x);
+  report.circuit_heat = std::sin(22 * x);
+  report.circuit_supply = std::sin(23 * x);
+  report.bearing_work = std::sin(24 * x);
   return report;
 }
 
@@ -182,7 +187,12 @@ bool same(const StepReport& a, const StepReport& b) {
          same_number(a.gravity_energy, b.gravity_energy) && same_number(a.contact_energy, b.contact_energy) &&
          same_number(a.body_kinetic_energy, b.body_kinetic_energy) &&
          same_number(a.body_gravity_energy, b.body_gravity_energy) && same_number(a.magnetic_energy, b.magnetic_energy) &&
-         a.magnetic_substeps == b.magnetic_substeps && same_number(a.magnetic_error, b.magnetic_error);
+         a.magnetic_substeps == b.magnetic_substeps && same_number(a.magnetic_error, b.magnetic_error) &&
+         same_number(a.circuit_current, b.circuit_current) &&
+         same_number(a.circuit_energy, b.circuit_energy) &&
+         same_number(a.circuit_heat, b.circuit_heat) &&
+         same_number(a.circuit_supply, b.circuit_supply) &&
+         same_number(a.bearing_work, b.bearing_work);
 }
 
 bool same(const Frame& a, const Frame& b) {

@@ -13,8 +13,9 @@ def balance(sim):
     """All energies, with what has left through resistances and bearings and without what sources gave [J]."""
     r = sim.report
     inductance = sum(coil.inductance for coil in COILS[id(sim)])
+    assert r.circuit_energy == 0.5 * inductance * sim.current * sim.current and r.circuit_current == sim.current
     mechanical = r.body_kinetic_energy + r.body_gravity_energy + r.magnetic_energy
-    return mechanical + 0.5 * inductance * sim.current**2 + sim.circuit_heat + sim.bearing_work - sim.circuit_supply
+    return mechanical + r.circuit_energy + r.circuit_heat + r.bearing_work - r.circuit_supply
 
 
 COILS = {}
