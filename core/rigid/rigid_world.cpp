@@ -116,11 +116,32 @@ void add_shapes(const RigidBody& body, const MassProperties& mass, const Mat3& p
 
 // ---- The world --------------------------------------------------------------------------------------------------------
 
+// Bullet widens every box by 2 cm, so that balls of 1 cm count as near to all others within 4 cm. A box grows here by the distance
+// within which its own shape makes contacts, which goes with its size: pairs that may touch overlap as they did.
+//
 // Obstacles stand at their pose at the start of the step with the velocity that leads to its end, like the bodies; their
 // velocities are given, not differenced by Bullet (whose arc cosine turns rounding into 1e-8 / step of spin).
 class World : public btDiscreteDynamicsWorld {
  public:
   using btDiscreteDynamicsWorld::btDiscreteDynamicsWorld;
+
+  void updateAabbs() override {
+    const btCollisionObjectArray& objects = getCollisionObjectArray();
+    for (int i = 0; i < objects.size(); ++i) {
+      const btCollisionObject& object = *objects[i];
+      const btCollisionShape& shape = *object.getCollisionShape();
+      const btScalar margin = std::min(shape.getContactBreakingThreshold(gContactBreakingThreshold), gContactBreakingThreshold);
+      btVector3 low, high, end_low, end_high;
+      shape.getAabb(object.getWorldTransform(), low, high);
+      if (!object.isStaticOrKinematicObject()) {
+        shape.getAabb(object.getInterpolationWorldTransform(), end_low, end_high);
+        low.setMin(end_low);
+        high.setMax(end_high);
+      }
+      const btVector3 wider(margin, margin, margin);
+      getBroadphase()->setAabb(objects[i]->getBroadphaseHandle(), low - wider, high + wider, getDispatcher());
+    }
+  }
 
  protected:
   void saveKinematicState(btScalar) override {}
