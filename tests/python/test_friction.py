@@ -31,6 +31,16 @@ def test_a_sheet_holds_two_percent_below_the_friction_angle_and_does_not_creep(s
     assert np.abs(sim.positions - settled).max() < 1e-9
 
 
+def test_a_held_sheet_does_not_creep_in_a_minute():
+    sim = incline(0.98 * MU, 4e-3)
+    while sim.time < 1.2:
+        sim.step()
+    settled = sim.positions
+    for _ in range(15_000):
+        sim.step()
+    assert np.abs(sim.positions - settled).max() < 1e-9  # asked for is 1e-4
+
+
 @pytest.mark.parametrize("step", [1e-3, 4e-3])
 def test_a_sheet_slides_two_percent_above_the_friction_angle(step):
     sim = incline(1.02 * MU, step)
@@ -40,7 +50,7 @@ def test_a_sheet_slides_two_percent_above_the_friction_angle(step):
 
 
 @pytest.mark.parametrize("step", [1e-3, 2e-3, 4e-3])
-@pytest.mark.parametrize("slope", [0.36, 0.6])
+@pytest.mark.parametrize("slope", [0.306, 0.36, 0.6])
 def test_sliding_sheets_accelerate_as_coulomb_says(slope, step):
     sim = incline(slope, step, cells=8)
     speeds = []
