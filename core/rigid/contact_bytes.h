@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "core/rigid/byte_stream.h"
+#include "core/rigid/rigid_body.h"
 
 namespace loomstone {
 
@@ -34,6 +35,26 @@ void write_manifold(ByteWriter& bytes, const Manifold& manifold) {
     Point point = manifold.getContactPoint(k);
     for_each_field_of(point, [&](const auto& value) { bytes.write(value); });
   }
+}
+
+// Where obstacles are, before the manifolds.
+inline void write_places(ByteWriter& bytes, const ObstaclePlaces& places) {
+  bytes.write<std::int32_t>(static_cast<std::int32_t>(places.poses.size()));
+  for (const RigidPose& pose : places.poses) {
+    for (int k = 0; k < 3; ++k) bytes.write(pose.position[k]);
+    for (int k = 0; k < 4; ++k) bytes.write(pose.orientation[k]);
+  }
+  for (const double coordinate : places.deformed.reshaped<Eigen::RowMajor>()) bytes.write(coordinate);
+}
+
+// Into places of as many obstacles.
+inline void read_places(ByteReader& bytes, ObstaclePlaces& places) {
+  bytes.require(bytes.read<std::int32_t>() == static_cast<std::int32_t>(places.poses.size()));
+  for (RigidPose& pose : places.poses) {
+    for (int k = 0; k < 3; ++k) pose.position[k] = bytes.read<double>();
+    for (int k = 0; k < 4; ++k) pose.orientation[k] = bytes.read<double>();
+  }
+  for (double& coordinate : places.deformed.reshaped<Eigen::RowMajor>()) coordinate = bytes.read<double>();
 }
 
 }  // namespace loomstone

@@ -11,6 +11,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
+#include <map>
 #include <string>
 #include <utility>
 
@@ -116,8 +118,7 @@ void add_shapes(const RigidBody& body, const MassProperties& mass, const Mat3& p
 
 // ---- The world --------------------------------------------------------------------------------------------------------
 
-// Bullet widens every box by 2 cm, so that balls of 1 cm count as near to all others within 4 cm. A box grows here by the distance
-// within which its own shape makes contacts, which goes with its size: pairs that may touch overlap as they did.
+// A box grows by the distance within which its own shape makes contacts, which goes with its size, not by Bullet's 2 cm.
 //
 // Obstacles stand at their pose at the start of the step with the velocity that leads to its end, like the bodies; their
 // velocities are given, not differenced by Bullet (whose arc cosine turns rounding into 1e-8 / step of spin).
@@ -126,20 +127,16 @@ class World : public btDiscreteDynamicsWorld {
   using btDiscreteDynamicsWorld::btDiscreteDynamicsWorld;
 
   void updateAabbs() override {
-    const btCollisionObjectArray& objects = getCollisionObjectArray();
-    for (int i = 0; i < objects.size(); ++i) {
-      const btCollisionObject& object = *objects[i];
+    for (int i = 0; i < m_collisionObjects.size(); ++i) {
+      btCollisionObject& object = *m_collisionObjects[i];
       const btCollisionShape& shape = *object.getCollisionShape();
       const btScalar margin = std::min(shape.getContactBreakingThreshold(gContactBreakingThreshold), gContactBreakingThreshold);
+      const btVector3 wider(margin, margin, margin);
       btVector3 low, high, end_low, end_high;
       shape.getAabb(object.getWorldTransform(), low, high);
-      if (!object.isStaticOrKinematicObject()) {
-        shape.getAabb(object.getInterpolationWorldTransform(), end_low, end_high);
-        low.setMin(end_low);
-        high.setMax(end_high);
-      }
-      const btVector3 wider(margin, margin, margin);
-      getBroadphase()->setAabb(objects[i]->getBroadphaseHandle(), low - wider, high + wider, getDispatcher());
+      shape.getAabb(object.getInterpolationWorldTransform(), end_low, end_high);  // of an obstacle the same
+      low.setMin(end_low), high.setMax(end_high);
+      getBroadphase()->setAabb(object.getBroadphaseHandle(), low - wider, high + wider, getDispatcher());
     }
   }
 
@@ -285,7 +282,6 @@ struct RigidWorld::Data {
   }
   void read(RigidState& state) const;
   std::vector<unsigned char> manifold_bytes() const;
-  void read_places(ByteReader& bytes);
   void read_manifolds(ByteReader& bytes);
 };
 
@@ -364,12 +360,7 @@ void RigidWorld::Data::read(RigidState& state) const {
 
 std::vector<unsigned char> RigidWorld::Data::manifold_bytes() const {
   ByteWriter bytes;
-  bytes.write<std::int32_t>(static_cast<std::int32_t>(places.poses.size()));
-  for (const RigidPose& pose : places.poses) {
-    for (int k = 0; k < 3; ++k) bytes.write(pose.position[k]);
-    for (int k = 0; k < 4; ++k) bytes.write(pose.orientation[k]);
-  }
-  for (const double coordinate : places.deformed.reshaped<Eigen::RowMajor>()) bytes.write(coordinate);
+  write_places(bytes, places);
   const btCollisionDispatcher& dispatcher = engine->dispatcher;
   bytes.write<std::int32_t>(dispatcher.getNumManifolds());
   for (int m = 0; m < dispatcher.getNumManifolds(); ++m) {
@@ -378,31 +369,20 @@ std::vector<unsigned char> RigidWorld::Data::manifold_bytes() const {
   return bytes.take();
 }
 
-void RigidWorld::Data::read_places(ByteReader& bytes) {
-  bytes.require(bytes.read<std::int32_t>() == static_cast<std::int32_t>(places.poses.size()));
-  for (RigidPose& pose : places.poses) {
-    for (int k = 0; k < 3; ++k) pose.position[k] = bytes.read<double>();
-    for (int k = 0; k < 4; ++k) pose.orientation[k] = bytes.read<double>();
-  }
-  for (double& coordinate : places.deformed.reshaped<Eigen::RowMajor>()) coordinate = bytes.read<double>();
-}
-
 // A saved manifold goes to the first unused one of its pair; one whose pair no longer overlaps has nothing to hold.
 void RigidWorld::Data::read_manifolds(ByteReader& bytes) {
   btCollisionDispatcher& dispatcher = engine->dispatcher;
-  std::vector<char> used(dispatcher.getNumManifolds(), 0);
+  std::map<std::pair<int, int>, std::deque<btPersistentManifold*>> unused;
+  for (int k = 0; k < dispatcher.getNumManifolds(); ++k) {
+    btPersistentManifold* manifold = dispatcher.getManifoldByIndexInternal(k);
+    unused[{manifold->getBody0()->getUserIndex(), manifold->getBody1()->getUserIndex()}].push_back(manifold);
+  }
   const int n_manifolds = bytes.read<std::int32_t>();
   for (int m = 0; m < n_manifolds; ++m) {
-    const int first = bytes.read<std::int32_t>(), second = bytes.read<std::int32_t>();
-    const int n_points = bytes.read<std::int32_t>();
+    const int first = bytes.read<std::int32_t>(), second = bytes.read<std::int32_t>(), n_points = bytes.read<std::int32_t>();
     bytes.require(0 <= n_points && n_points <= MANIFOLD_CACHE_SIZE);
     btPersistentManifold* target = nullptr;
-    for (int k = 0; k < dispatcher.getNumManifolds() && !target; ++k) {
-      btPersistentManifold* manifold = dispatcher.getManifoldByIndexInternal(k);
-      if (used[k] || manifold->getBody0()->getUserIndex() != first || manifold->getBody1()->getUserIndex() != second) continue;
-      target = manifold;
-      used[k] = 1;
-    }
+    if (auto& left = unused[{first, second}]; !left.empty()) target = left.front(), left.pop_front();
     for (int k = 0; k < n_points; ++k) {
       btManifoldPoint point;
       for_each_field_of(point, [&](auto& value) { value = bytes.read<std::decay_t<decltype(value)>>(); });
@@ -437,7 +417,7 @@ void RigidWorld::restore(const RigidState& state) {
   Engine& engine = *data.engine;
   ByteReader bytes(state.manifolds);
   data.places = data.start_places;
-  if (!state.manifolds.empty()) data.read_places(bytes);
+  if (!state.manifolds.empty()) read_places(bytes, data.places);
 
   for (Index i = 0; i < n; ++i) {
     const RigidBody& body = data.bodies[i];
