@@ -125,13 +125,14 @@ LimitReport StrainLimiter::enforce(const Team& team, std::uint64_t key, const st
   return report;
 }
 
-LimitReport StrainLimiter::enforce_rate(const Team& team, std::uint64_t key, const Points& x, double h, Points& v) {
+LimitReport StrainLimiter::enforce_rate(const Team& team, std::uint64_t key, const Points& x, double h, Points& v,
+                                        bool measured) {
   if (empty() || options_.strain_rate == 0.0) return {};
   elements_.hold({});
   const limit::Tables tables = elements_.rate_tables(options_.strain_rate / h);
   const limit::Motion motion{const_cast<double*>(x.data()), v.data(), options_.tolerance / h};
   LimitReport report = enforce(team, key, tables, motion);
-  measure(team, tables, motion, h, report);
+  if (measured) measure(team, tables, motion, h, report);
   return report;
 }
 

@@ -53,8 +53,9 @@ class StrainLimiter {
   // Moves x. `held`: vertices that stay where they are besides those that are fixed.
   LimitReport enforce(const Team& team, std::uint64_t key, const std::vector<Index>& held, Points& x);
 
-  // Limits what velocities change of strain in a step of h seconds to options.strain_rate; positions stay. The excess is per step.
-  LimitReport enforce_rate(const Team& team, std::uint64_t key, const Points& x, double h, Points& v);
+  // Limits what velocities change of strain in a step of h seconds to options.strain_rate; positions stay. The excess is per step,
+  // and measured only on demand.
+  LimitReport enforce_rate(const Team& team, std::uint64_t key, const Points& x, double h, Points& v, bool measured = true);
 
   // The excess at x; nothing moves.
   LimitReport measure(const Team& team, const Points& x);

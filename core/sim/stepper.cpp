@@ -359,7 +359,8 @@ void Stepper::limit_strain_rate(State& state, StepOutcome& outcome) {
   if (!limiter_) return;
   StepReport& report = outcome.report;
   StageTimer timer(report, StageName::Limit);
-  const LimitReport left = limiter_->measure(team_, state.cloth.x);
+  if (!left_) left_ = limiter_->measure(team_, state.cloth.x);
+  const LimitReport& left = *left_;
   report.weft_excess = left.excess[0], report.warp_excess = left.excess[1], report.shear_excess = left.excess[2];
   report.beyond_limit = left.beyond;
   report.worst_element = left.worst < 0 ? -1 : model_.triangle_of[left.worst];
@@ -368,7 +369,7 @@ void Stepper::limit_strain_rate(State& state, StepOutcome& outcome) {
   for (const BrokenLimit& each : left.broken) elements.push_back(each.element);
   std::sort(elements.begin(), elements.end());
   report.broken_limits = std::unique(elements.begin(), elements.end()) - elements.begin();
-  report.rate_sweeps += limiter_->enforce_rate(team_, limit_key_, state.cloth.x, step_, state.cloth.v).sweeps;
+  report.rate_sweeps += limiter_->enforce_rate(team_, limit_key_, state.cloth.x, step_, state.cloth.v, false).sweeps;
 }
 
 // The cloth goes to x1_ and its velocities with it; what did not move keeps the integrator's.
@@ -407,6 +408,7 @@ Stepper::Left Stepper::limit_and_certify(State& state, StepOutcome& outcome) {
   for (const Contact& contact : contacts_)
     for (const Index vertex : contact.vertices)
       if (vertex < n) outcome.contact[vertex] = 1;
+  left_.reset();
   if (n == 0 || (!collision_ && !limiter_)) return {};
   collision_vertices(model_, state, x1_);
   FreeBodies bodies = free_bodies(state);
@@ -421,6 +423,7 @@ Stepper::Left Stepper::limit_and_certify(State& state, StepOutcome& outcome) {
   inputs.x0 = &x0_, inputs.inverse_mass = &inverse_mass_;
   const ConstrainReport done = constrain(inputs, x1_, bodies);
   move_cloth(state);
+  if (done.touched.empty() && !inputs.repelled) left_ = done.limits;  // nothing has moved since
   for (const Index i : done.touched) outcome.contact[i] = 1;
   for (Index b = 0; b < model_.n_bodies(); ++b) {  // Bullet takes over what has changed with its next step
     const FreeBody& body = bodies[b];

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "core/base/report.h"
 #include "core/cloth/strain_limiter.h"
@@ -85,6 +86,8 @@ class Stepper {
   std::unique_ptr<StrainLimiter> limiter_;  // where a cloth has limits
   bool contacts_in_solve_ = false;   // else impulses answer them after the step
   bool limits_in_solve_ = false;     // else they are enforced after it alone
+
+  std::optional<LimitReport> left_;  // what limiting left of this part, where nothing has moved since
 
   // Scratch of a part of a step: its length and ends [s], and its share of what was left of the step.
   std::uint64_t limit_key_ = 0;      // of random orders: which step, which part
