@@ -2,7 +2,7 @@
 
 See: the magnet comes down over the tray; one after another the figures leap to it out of the balls and hang on it or on one another,
 by head or foot; the balls stay behind. Red is north, blue south. `-p response=explicit` takes the thesis' cells, which magnetise
-alone, in place of charge on the figures' surfaces that answers to one another's: a fifth of the time.
+alone, in place of charge on the figures' surfaces that answers to one another's: a quarter of the time.
 """
 
 import numpy as np
