@@ -77,7 +77,7 @@ void check_options(const RenderOptions& options, int most_samples, int most_pixe
   check_name("pattern", options.pattern, {"weave", "checker", "plain"});
   std::vector<std::string> fields = {"cloth"};
   fields.insert(fields.end(), scalar_field_names().begin(), scalar_field_names().end());
-  for (const std::string& row : picture_rows(options.color_by)) check_name("color_by", row, fields);
+  for (const std::string& row : names_in(options.color_by)) check_name("color_by", row, fields);
   check_name("color_map", options.color_map, color_map_names());
   if (options.color_low > options.color_high)
     throw InvalidInput("render.color_low must be at most color_high, got " + std::to_string(options.color_low) +
@@ -108,13 +108,18 @@ void check_topology(const FrameTopology& t) {
   check_owners("body_of_vertex", t.body_of_vertex, t.body_names.size());
 }
 
+void check_hidden(const FrameTopology& topology, const RenderOptions& options) {
+  if (options.hidden.empty()) return;
+  for (const std::string& name : names_in(options.hidden)) check_name("hidden", name, topology.body_names);
+}
+
 void check_frame(const FrameTopology& topology, const RenderOptions& options, const Frame& frame) {
   const Index m = topology.triangles.rows(), n = static_cast<Index>(topology.cloth_of_vertex.size());
   check_rows("positions", frame.positions.rows(), n);
   check_rows("body_positions", frame.body_positions.rows(), static_cast<Index>(topology.body_of_vertex.size()));
   check_finite("positions", frame.positions);
   check_finite("body_positions", frame.body_positions);
-  for (const std::string& row : picture_rows(options.color_by)) {
+  for (const std::string& row : names_in(options.color_by)) {
     if (row == "contact") check_rows("contact", static_cast<Index>(frame.contact.size()), n);
     if (row == "stretch") {
       check_rows("stretch", static_cast<Index>(frame.stretch.size()), m);

@@ -7,6 +7,7 @@ namespace loomstone {
 
 void check_options(const RenderOptions& options, int most_samples, int most_pixels);
 void check_topology(const FrameTopology& topology);
+void check_hidden(const FrameTopology& topology, const RenderOptions& options);
 void check_frame(const FrameTopology& topology, const RenderOptions& options, const Frame& frame);
 
 }  // namespace loomstone

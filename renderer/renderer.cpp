@@ -11,6 +11,7 @@
 #include "renderer/check.h"
 #include "renderer/color_bar.h"
 #include "renderer/context.h"
+#include "renderer/scalar_field.h"
 #include "renderer/surface_pass.h"
 #include "renderer/tubes.h"
 
@@ -52,6 +53,27 @@ Plane floor_plane(const FrameTopology& topology, const Points& x, Index body) {
   if (count == 0.0 || normal.norm() == 0.0) return {Vec3::Zero(), Vec3::Zero()};
   if (normal.z() < 0.0) normal = -normal;
   return {sum / count, normal.normalized()};
+}
+
+// Without the triangles of what is hidden; its vertices stay, so that frames fit.
+FrameTopology shown(const FrameTopology& topology, const RenderOptions& options) {
+  FrameTopology rest = topology;
+  if (options.hidden.empty()) return rest;
+  const std::vector<std::string> hidden = names_in(options.hidden);
+  const auto is_hidden = [&](Index body) {
+    return std::find(hidden.begin(), hidden.end(), topology.body_names[body]) != hidden.end();
+  };
+  for (std::size_t body = 0; body < rest.body_is_floor.size(); ++body)
+    if (is_hidden(static_cast<Index>(body))) rest.body_is_floor[body] = 0;
+  Index n = 0;
+  for (Index row = 0; row < topology.body_triangles.rows(); ++row) {
+    if (is_hidden(topology.body_of_triangle[row])) continue;
+    rest.body_triangles.row(n) = topology.body_triangles.row(row);
+    rest.body_of_triangle[n++] = topology.body_of_triangle[row];
+  }
+  rest.body_triangles.conservativeResize(n, 3);
+  rest.body_of_triangle.resize(n);
+  return rest;
 }
 
 // Pixels that the points can reach: all where one of them is behind the eye.
@@ -114,8 +136,9 @@ struct Renderer::Data {
 Renderer::Renderer(const FrameTopology& topology, const RenderOptions& options) : data_(std::make_unique<Data>()) {
   check_topology(topology);
   check_options(options, 8, 16384);   // what no machine could draw, before OpenGL is asked for
+  check_hidden(topology, options);
   Data& d = *data_;
-  d.topology = topology;
+  d.topology = shown(topology, options);
   d.options = options;
   d.context = create_context();
   const Current current(*d.context);
@@ -131,7 +154,7 @@ Renderer::Renderer(const FrameTopology& topology, const RenderOptions& options) 
                                 DepthPass(d.gl, half_w, half_h), LightPass(d.gl, half_w, half_h),
                                 SurfacePass(d.gl, w, h, options.samples, d.table), {}});
   if (options.floor)
-    for (std::uint8_t is_floor : topology.body_is_floor)
+    for (std::uint8_t is_floor : d.topology.body_is_floor)
       if (is_floor) d.passes->floors.emplace_back(d.gl);
 }
 
@@ -251,7 +274,7 @@ Image Renderer::render(const Frame& frame, const Curves* curves) {
   check_frame(d.topology, d.options, frame);
   const Current current(*d.context);
   Image image{d.options.width, 0, {}};
-  for (const std::string& row : picture_rows(d.options.color_by)) {
+  for (const std::string& row : names_in(d.options.color_by)) {
     const Image below = d.draw_row(frame, row, curves);
     image.rgb.insert(image.rgb.end(), below.rgb.begin(), below.rgb.end());
     image.height += below.height;

@@ -40,6 +40,7 @@ struct RenderOptions {
   bool wireframe = false;
   bool shadows = true, ambient_occlusion = true;
   bool floor = true;                    // draw bodies that are floors as a large ground plane
+  std::string hidden;                   // bodies and obstacles that are not drawn, joined by +
   int field_lines = 0;                  // of magnets
   Vec3 light_direction = Vec3(-0.5, -0.6, 1.0);   // towards the light
   Camera camera;
@@ -61,6 +62,7 @@ struct RenderOptions {
         field("wireframe", &O::wireframe, "draws the edges of the cloth's triangles over it"),
         field("shadows", &O::shadows, "soft shadows"), field("ambient_occlusion", &O::ambient_occlusion, "ambient occlusion"),
         field("floor", &O::floor, "draws bodies that are floors as a large ground plane"),
+        field("hidden", &O::hidden, "names of bodies and obstacles that are not drawn, joined by +"),
         field("field_lines", &O::field_lines, "1", between(0, 100000), "lines of the magnets' field that are drawn; 0: none"),
         field("light_direction", &O::light_direction, "towards the light"), field("camera", &O::camera, "Camera"));
   }

@@ -12,14 +12,14 @@ const std::vector<std::string>& scalar_field_names() {
   return names;
 }
 
-std::vector<std::string> picture_rows(const std::string& color_by) {
-  std::vector<std::string> rows;
+std::vector<std::string> names_in(const std::string& joined) {
+  std::vector<std::string> names;
   std::size_t first = 0;
   for (std::size_t end = 0; end != std::string::npos; first = end + 1) {
-    end = color_by.find('+', first);
-    rows.push_back(color_by.substr(first, end == std::string::npos ? end : end - first));
+    end = joined.find('+', first);
+    names.push_back(joined.substr(first, end == std::string::npos ? end : end - first));
   }
-  return rows;
+  return names;
 }
 
 std::array<std::string, 2> halves(const std::string& name) {

@@ -12,8 +12,8 @@ namespace loomstone {
 
 const std::vector<std::string>& scalar_field_names();   // what a row of pictures may be coloured by, without "cloth"
 std::string scalar_field_title(const std::string& name);
-// The rows of color_by, from the top.
-std::vector<std::string> picture_rows(const std::string& color_by);
+// Names joined by +: the rows of color_by from the top, what is hidden.
+std::vector<std::string> names_in(const std::string& joined);
 
 // What the left and the right half of each cloth show; the same but for strain_split.
 std::array<std::string, 2> halves(const std::string& name);

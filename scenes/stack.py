@@ -11,7 +11,9 @@ import loomstone as ls
 duration = 3.0
 rate = 25.0
 render = ls.RenderOptions(
-    camera=ls.Camera(fit=False, eye=(0.22, -0.44, 0.50), target=(0.0, 0.0, 0.02), field_of_view_degrees=34.0), pattern="plain"
+    camera=ls.Camera(fit=False, eye=(0.23, -0.48, 0.25), target=(0.0, 0.0, 0.035), field_of_view_degrees=31.0),
+    pattern="plain",
+    hidden="front+right",  # so that the layers are seen
 )
 
 SIZE, BOX, WALL, HEIGHT, SPACING = 0.20, 0.23, 0.01, 0.12, 0.006

@@ -2032,19 +2032,20 @@ class RenderOptions:
     shadows : soft shadows; default True
     ambient_occlusion : ambient occlusion; default True
     floor : draws bodies that are floors as a large ground plane; default True
+    hidden : names of bodies and obstacles that are not drawn, joined by +; default ''
     field_lines : lines of the magnets' field that are drawn; 0: none [1]; in [0, 100000]; default 0
     light_direction : towards the light
     camera : Camera
     """
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('width', 'height', 'samples', 'pattern', 'color_by', 'color_low', 'color_high', 'color_map', 'wireframe', 'shadows', 'ambient_occlusion', 'floor', 'field_lines', 'light_direction', 'camera')
+    field_names: typing.ClassVar[tuple[str, ...]] = ('width', 'height', 'samples', 'pattern', 'color_by', 'color_low', 'color_high', 'color_map', 'wireframe', 'shadows', 'ambient_occlusion', 'floor', 'hidden', 'field_lines', 'light_direction', 'camera')
     def __eq__(self, arg0: object) -> bool:
         ...
-    def __init__(self, *, width: typing.SupportsInt | typing.SupportsIndex = 1280, height: typing.SupportsInt | typing.SupportsIndex = 720, samples: typing.SupportsInt | typing.SupportsIndex = 4, pattern: str = 'weave', color_by: str = 'cloth', color_low: typing.SupportsFloat | typing.SupportsIndex = 0.0, color_high: typing.SupportsFloat | typing.SupportsIndex = 0.0, color_map: str = 'viridis', wireframe: bool = False, shadows: bool = True, ambient_occlusion: bool = True, floor: bool = True, field_lines: typing.SupportsInt | typing.SupportsIndex = 0, light_direction: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., camera: Camera = ...) -> None:
+    def __init__(self, *, width: typing.SupportsInt | typing.SupportsIndex = 1280, height: typing.SupportsInt | typing.SupportsIndex = 720, samples: typing.SupportsInt | typing.SupportsIndex = 4, pattern: str = 'weave', color_by: str = 'cloth', color_low: typing.SupportsFloat | typing.SupportsIndex = 0.0, color_high: typing.SupportsFloat | typing.SupportsIndex = 0.0, color_map: str = 'viridis', wireframe: bool = False, shadows: bool = True, ambient_occlusion: bool = True, floor: bool = True, hidden: str = '', field_lines: typing.SupportsInt | typing.SupportsIndex = 0, light_direction: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., camera: Camera = ...) -> None:
         ...
     def __repr__(self) -> str:
         ...
-    def replace(self, *, width: typing.SupportsInt | typing.SupportsIndex = ..., height: typing.SupportsInt | typing.SupportsIndex = ..., samples: typing.SupportsInt | typing.SupportsIndex = ..., pattern: str = ..., color_by: str = ..., color_low: typing.SupportsFloat | typing.SupportsIndex = ..., color_high: typing.SupportsFloat | typing.SupportsIndex = ..., color_map: str = ..., wireframe: bool = ..., shadows: bool = ..., ambient_occlusion: bool = ..., floor: bool = ..., field_lines: typing.SupportsInt | typing.SupportsIndex = ..., light_direction: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., camera: Camera = ...) -> RenderOptions:
+    def replace(self, *, width: typing.SupportsInt | typing.SupportsIndex = ..., height: typing.SupportsInt | typing.SupportsIndex = ..., samples: typing.SupportsInt | typing.SupportsIndex = ..., pattern: str = ..., color_by: str = ..., color_low: typing.SupportsFloat | typing.SupportsIndex = ..., color_high: typing.SupportsFloat | typing.SupportsIndex = ..., color_map: str = ..., wireframe: bool = ..., shadows: bool = ..., ambient_occlusion: bool = ..., floor: bool = ..., hidden: str = ..., field_lines: typing.SupportsInt | typing.SupportsIndex = ..., light_direction: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., camera: Camera = ...) -> RenderOptions:
         """
         A copy in which the given fields have other values.
         """
@@ -2096,6 +2097,11 @@ class RenderOptions:
     def height(self) -> int:
         """
         height of the picture; of each where there are several [pixels]; in [16, 16384]; default 720
+        """
+    @property
+    def hidden(self) -> str:
+        """
+        names of bodies and obstacles that are not drawn, joined by +; default ''
         """
     @property
     def light_direction(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:

@@ -175,6 +175,19 @@ TEST_CASE("a floor is no obstacle in the way: from below it is not drawn", "[ren
   CHECK(n_different(image, Renderer(scene.topology, options).render(scene.frame)) == 0);
 }
 
+TEST_CASE("what is hidden is not drawn and casts no shadow", "[renderer]") {
+  DrapedScene scene = draped_scene();
+  RenderOptions options = small_options();
+  options.hidden = "ball+floor";
+  const Image hidden = Renderer(scene.topology, options).render(scene.frame);
+  options.hidden.clear();
+  CHECK(hidden.rgb != Renderer(scene.topology, options).render(scene.frame).rgb);
+  scene.topology.body_triangles.resize(0, 3);
+  scene.topology.body_of_triangle.clear();
+  scene.topology.body_is_floor.assign(scene.topology.body_is_floor.size(), 0);
+  CHECK(hidden.rgb == Renderer(scene.topology, options).render(scene.frame).rgb);
+}
+
 TEST_CASE("scenes without cloth or without bodies are drawn too", "[renderer]") {
   DrapedScene scene = draped_scene(4, 1);
   const DrapedScene cloth_only = flat_scene();

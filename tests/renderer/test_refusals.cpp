@@ -58,6 +58,7 @@ TEST_CASE("options that cannot be drawn are refused with the choices", "[rendere
   refuses_options([](RenderOptions& o) { o.color_map = "jet"; }, "viridis, magma or diverging, got 'jet'");
   refuses_options([](RenderOptions& o) { o.color_low = 2.0; }, "color_low must be at most color_high");
   refuses_options([](RenderOptions& o) { o.color_high = not_a_number; }, "color_high");
+  refuses_options([](RenderOptions& o) { o.hidden = "ball+wall"; }, "hidden must be ball or floor, got 'wall'");
   refuses_options([](RenderOptions& o) { o.light_direction.setZero(); }, "light_direction");
   refuses_options([](RenderOptions& o) { o.camera.field_of_view_degrees = 180.0; }, "field_of_view_degrees");
   refuses_options([](RenderOptions& o) { o.camera.eye.x() = not_a_number; }, "camera.eye must be finite");
