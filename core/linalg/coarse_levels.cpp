@@ -112,17 +112,15 @@ void CoarseLevels::add_level(Level& fine, std::vector<Index> child_start) {
 
 void CoarseLevels::prepare(const Team& team, const LinearSystem& system) {
   const RowLayout& layout = *system.layout;
-  if (!system.same_matrix) {
-    n_blocks_ = (layout.n_rows() + rows_per_block - 1) / rows_per_block;
-    slot_.resize(layout.n_rows());
-    for (Index row = 0; row < layout.n_rows(); ++row)
-      slot_[row] = row < n_cloth_rows(system) && !is_fixed(system, row) ? aggregates_.of_row[row]
-                                                                       : n_nodes_ + row / rows_per_block;
-    residual_.assign(4 * static_cast<std::size_t>(n_slots()), 0.0);
-    correction_ = residual_;
-    sum_rows(team, system);
-    gather_rows(layout);
-  }
+  n_blocks_ = (layout.n_rows() + rows_per_block - 1) / rows_per_block;
+  slot_.resize(layout.n_rows());
+  for (Index row = 0; row < layout.n_rows(); ++row)
+    slot_[row] = row < n_cloth_rows(system) && !is_fixed(system, row) ? aggregates_.of_row[row]
+                                                                     : n_nodes_ + row / rows_per_block;
+  residual_.assign(4 * static_cast<std::size_t>(n_slots()), 0.0);
+  correction_ = residual_;
+  sum_rows(team, system);
+  gather_rows(layout);
   couple_terms(system);
   levels_[0].matrix.set_zero();
   for (Index k = 0; k < plain_.n_blocks(); ++k) add_block(plain_.block(k), levels_[0].matrix.block(place_[k]));

@@ -23,7 +23,7 @@ struct LinearSystem {
   const std::vector<std::uint8_t>* fixed = nullptr; // (rows) 1: the row's x is prescribed
   const RowLayout* layout = nullptr;                // over all rows, bodies included; the solver computes owned rows
   const Halo* halo = nullptr;                       // of `matrix`; rows the terms need are added by the solver
-  bool same_matrix = false;                         // all but terms and tolerance is what the last solve was given
+  bool same_matrix = false;  // all but terms and tolerance is what the last solve was given; its preconditioner may serve
   double tolerance = 0.0;                           // of iterations, in place of the solver's; 0: the solver's
 };
 

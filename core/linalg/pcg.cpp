@@ -127,22 +127,25 @@ class Pcg final : public LinearSolver {
     return product;
   }
 
-  // Scratch, lists of the terms, matrix in single precision, inverse diagonal blocks (zero where a row is fixed).
+  // Scratch, lists of the terms, matrix in single precision, inverse diagonal blocks (zero where a row is fixed). A solve with
+  // the same matrix takes the preconditioner of the one before: friction alone has changed, and to make it anew would cost
+  // more than the iterations that spares (stack 0.84, fold 0.78 of the time, 1.1 and 0.94 of the iterations).
   void prepare() {
     const Index rows = layout().n_rows();
     const bool laid_out = !system_->same_matrix && groups_.set_pattern(system_->matrix, rows);
     levels_laid_out_ = levels_laid_out_ && !laid_out;
-    levels_on_ = levels_ && n_cloth_rows(*system_) > 0;
+    if (!system_->same_matrix) levels_on_ = levels_ && n_cloth_rows(*system_) > 0;
     x_.resize(at(rows + 1));
     product_.resize(at(rows));
     residual_.resize(in_groups(groups_.n_groups()));
-    single_.resize(groups_);
+    if (!system_->same_matrix) single_.resize(groups_);
     sums_.assign((rows + rows_per_block - 1) / rows_per_block, 0.0);
     bad_rows_.assign(sums_.size(), rows);
     terms_.build(system_->terms, system_->term_scale, layout());
     if (!layout().single())
       halo_ = with_term_rows(system_->halo ? *system_->halo : matrix_halo(*system_->matrix, layout()),
                              system_->terms ? *system_->terms : ExtraTerms{}, layout());
+    if (system_->same_matrix && !gauss_seidel_) return;
     over_blocks([&](Index block, Index begin, Index end) {
       const Index first = RowGroups::first_group(begin), last = RowGroups::last_group(end);
       if (!system_->same_matrix) single_.matrix.set_groups(system_->matrix, system_->body_blocks, groups_, first, last);
@@ -159,7 +162,6 @@ class Pcg final : public LinearSolver {
     levels_laid_out_ = true;
     coarse_.prepare(team_, *system_);
     levels_on_ = coarse_.usable();
-    if (system_->same_matrix) return;
     slots_.resize(groups_.rows.size());
     for (std::size_t place = 0; place < slots_.size(); ++place) {
       const Index row = groups_.rows[place];
@@ -237,6 +239,7 @@ class Pcg final : public LinearSolver {
     LinearReport report;
     if (b_norm_ == 0.0) return report;  // x = 0 on free rows is exact
     const double goal = (system_->tolerance > 0.0 ? system_->tolerance : options_.tolerance) * b_norm_;
+    const bool rough = system_->tolerance > options_.tolerance;
     bool in_double = false, restart = true;
     while (norm > goal && report.iterations < options_.max_iterations) {
       const double before = norm;
@@ -244,6 +247,10 @@ class Pcg final : public LinearSolver {
       const double reach = in_double ? goal : std::max(0.97 * goal, trusted_fall * norm);
       const double iterated = in_double ? run(double_, restart, reach, report.iterations)
                                         : run(single_, restart, reach, report.iterations);
+      if (rough && iterated <= goal) {  // no look at the true one: what comes next starts with it
+        report.residual = iterated / b_norm_;
+        return report;
+      }
       norm = true_residual(b, false);
       if (in_double && !(norm < 0.5 * before)) break;  // rounding of double precision
       restart = !(norm < 2.0 * iterated);              // else directions stay conjugate

@@ -271,20 +271,24 @@ TEST_CASE("layers that stiff terms tie together cost coarse levels few iteration
   CHECK(tied.iterations < 4 * apart.iterations);  // ten times as many where levels know the terms' diagonal blocks alone
 }
 
-TEST_CASE("a solve with other terms on the same matrix gives the bits of a first solve") {
+TEST_CASE("a solve with other terms on the same matrix is a first solve's") {
   const RandomSystem system = random_system(20, 2, 60);
   RandomSystem other = random_system(20, 2, 60);
   other.terms.resize(41);
+  const Points exact = solved(other, {"direct", 1e-10, 2000});
   for (const char* method : {"pcg", "block-jacobi", "gauss-seidel", "direct"}) {
     INFO(method);
-    const auto solver = make_linear_solver({method, 1e-5, 2000});
+    const auto solver = make_linear_solver({method, 1e-10, 2000});
     Points first = system.x, second = system.x;
     solver->solve(Team{1}, system.view(), system.b, first);
     LinearSystem again = system.view();
     again.terms = &other.terms;
     again.same_matrix = true;
-    solver->solve(Team{1}, again, system.b, second);
-    CHECK(same_bits(second, solved(other, {method, 1e-5, 2000})));
+    CHECK(solver->solve(Team{1}, again, system.b, second).converged);
+    // To the tolerance; the solvers without a preconditioner that they keep from the first solve to the last bit.
+    CHECK((second - exact).norm() < 1e-8 * exact.norm());
+    if (std::string(method) == "gauss-seidel" || std::string(method) == "direct")
+      CHECK(same_bits(second, solved(other, {method, 1e-10, 2000})));
   }
 }
 
