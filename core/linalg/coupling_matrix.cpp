@@ -143,10 +143,6 @@ double multiply_groups(const Pattern& pattern, const Arrays<double>& a, Index fi
   return to_groups(pattern, a, first, last, y);
 }
 LOOMSTONE_CLONES
-void multiply_rows(const Pattern& pattern, const Arrays<float>& a, Index first, Index last, float* y) {
-  to_rows(pattern, a, first, last, y);
-}
-LOOMSTONE_CLONES
 void multiply_rows(const Pattern& pattern, const Arrays<double>& a, Index first, Index last, double* y) {
   to_rows(pattern, a, first, last, y);
 }
@@ -190,7 +186,9 @@ double CouplingMatrix<Scalar>::multiply(const RowGroups& groups, Index first, In
 
 template <class Scalar>
 void CouplingMatrix<Scalar>::multiply_to_rows(const RowGroups& groups, Index first, Index last, const Scalar* x,
-                                              Scalar* y) const {
+                                              Scalar* y) const
+  requires std::is_same_v<Scalar, double>
+{
   const Pattern pattern{groups.rows.data(), groups.slot_start.data(), groups.columns.data(), scalar_sum_.data()};
   multiply_rows(pattern, {values_.data(), sums_.data(), x}, first, last, y);
 }

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <type_traits>
 #include <vector>
 
 #include "core/linalg/row_groups.h"
@@ -25,7 +26,8 @@ class CouplingMatrix {
   // the matrix; y (groups x 3 x 8).
   double multiply(const RowGroups& groups, Index first, Index last, const Scalar* x, Scalar* y) const;
   // The same with y by rows, as x is.
-  void multiply_to_rows(const RowGroups& groups, Index first, Index last, const Scalar* x, Scalar* y) const;
+  void multiply_to_rows(const RowGroups& groups, Index first, Index last, const Scalar* x, Scalar* y) const
+    requires std::is_same_v<Scalar, double>;
 
  private:
   std::vector<Scalar> values_;  // (slots x 9 x 8) blocks, column-major
