@@ -123,13 +123,27 @@ bool NearLists::as_expected(const Team& team, const Points& x) const {
   return all;
 }
 
-// Which clusters come near each other while x0 -> x1 and steps after it.
-void NearLists::search(const Team& team, const Points& x0, const Points& x1) {
-  ++n_searches_;
+// Boxes of the vertices at the x of update().
+void NearLists::pack_still(const Team& team) {
+  if (still_at_x_) return;
   still_.resize(model_.n_vertices);
+  parallel_for(
+      team, model_.n_vertices,
+      [&](Index v) {
+        const double* const at = x_.data() + 3 * static_cast<std::size_t>(v);
+        still_[v] = packed(slabs_of(at, at, 0.0));
+      },
+      2048);
+  still_at_x_ = true;
+}
+
+// Which clusters come near each other while the x of update() -> x1 and steps after it.
+void NearLists::search(const Team& team, const Points& x1) {
+  ++n_searches_;
+  pack_still(team);
   moving_.resize(model_.n_vertices);
-  from_ = x0;
-  to_ = x0 + steps_ahead * (x1 - x0);
+  from_ = x_;
+  to_ = x_ + steps_ahead * (x1 - x_);
   std::vector<std::uint8_t> formed(model_.surfaces.size(), 0);
   for (std::size_t s = 0; s < model_.surfaces.size(); ++s) {
     const CollisionSurface& surface = model_.surfaces[s];
@@ -138,17 +152,15 @@ void NearLists::search(const Team& team, const Points& x0, const Points& x1) {
         [&](Index i) {
           const std::size_t v = surface.first_vertex + i;
           const double *from = from_.data() + 3 * v, *to = to_.data() + 3 * v;
-          still_[v] = packed(slabs_of(from, from, 0.0));
           moving_[v] = packed(slabs_of(from, to, inflation_[s] + margin_of(static_cast<Index>(s))));
         },
         1024);
     ClusterTree& tree = broad_phase_.tree(static_cast<Index>(s));
-    tree.refit_nodes(team, x0, still_, moving_, n_searches_ % 8 == 0);
+    tree.refit_nodes(team, x_, still_, moving_, n_searches_ % 8 == 0);
     formed[s] = tree.version() != version_[s];
     version_[s] = tree.version();
     marked_[s].assign(tree.n_clusters(), 0);
   }
-  still_at_x_ = true;
 
   std::vector<NearList> old;
   old.swap(lists_);
@@ -205,15 +217,7 @@ void NearLists::make(NearList& list, PairSearch::Slots& slots) const {
 void NearLists::make(const Team& team, const std::vector<Index>& which) {
   if (which.empty()) return;
   n_made_ += static_cast<std::int64_t>(which.size());
-  if (!still_at_x_)
-    parallel_for(
-        team, model_.n_vertices,
-        [&](Index v) {
-          const double* const at = x_.data() + 3 * static_cast<std::size_t>(v);
-          still_[v] = packed(slabs_of(at, at, 0.0));
-        },
-        2048);
-  still_at_x_ = true;
+  pack_still(team);
   for (const Index i : which) {
     const NearList& list = lists_[i];
     marked_[pairs_[list.pair].a][list.a] = marked_[pairs_[list.pair].b][list.b] = 1;
@@ -262,7 +266,7 @@ void NearLists::update(const Team& team, const Points& x) {
   }
   if (again) {
     std::fill(unlisted_.begin(), unlisted_.end(), 0);
-    search(team, x, ahead);
+    search(team, ahead);
     find_motions(team, x, ahead);
     for (NearList& list : lists_) list.change = change_bound(list);
   }
@@ -277,12 +281,9 @@ void NearLists::update(const Team& team, const Points& x) {
 }
 
 void NearLists::cover(const Team& team, const Points& x1) {
-  if (other_trees()) {
-    lists_.clear();
-    search(team, x_, x1);
-  } else if (unlisted().size() < pairs_.size() && !as_expected(team, x1)) {
-    search(team, x_, x1);
-  }
+  const bool others = other_trees();
+  if (others) lists_.clear();
+  if (others || (unlisted().size() < pairs_.size() && !as_expected(team, x1))) search(team, x1);
   find_motions(team, x_, x1);
   parallel_for(team, static_cast<Index>(lists_.size()), [&](Index i) { lists_[i].change = change_bound(lists_[i]); });
   if (drop_fast()) std::erase_if(lists_, [&](const NearList& list) { return unlisted_[list.pair] != 0; });

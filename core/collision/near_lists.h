@@ -70,7 +70,8 @@ class NearLists {
   double change_bound(const NearList& list) const;
   bool as_expected(const Team& team, const Points& x) const;
   double margin_of(Index surface) const;
-  void search(const Team& team, const Points& x0, const Points& x1);
+  void pack_still(const Team& team);
+  void search(const Team& team, const Points& x1);
   bool drop_fast();
   void make(const Team& team, const std::vector<Index>& which);
   void make(NearList& list, PairSearch::Slots& slots) const;
