@@ -230,6 +230,15 @@ void bind_interactions(py::module_& m) {
 
 void bind_energy(py::module_& m) {
   m.def(
+      "magnetic_potential",
+      [](const std::vector<MagneticBody>& bodies, const py::object& points, int threads) {
+        const Points x = as_rows<Points>(points, "points");
+        const Team team = team_of(threads);
+        const py::gil_scoped_release release;
+        return magnetic_potential(team, bodies, x);
+      },
+      py::arg("bodies"), py::arg("points"), py::arg("threads") = 0);
+  m.def(
       "magnetic_energy",
       [](const std::vector<MagneticBody>& bodies, double tolerance, int threads) {
         const Team team = team_of(threads);

@@ -130,6 +130,45 @@ LOOMSTONE_CLONES void cylinder_gradient(double radius, double length, double sid
   }
 }
 
+// Potential of a ring of unit charge.
+LOOMSTONE_INLINE Lanes ring_potential(const Lanes& rho, const Lanes& beyond, const Lanes& zeta) {
+  const Lanes alpha2 = zeta * zeta + (rho + 1.0) * (rho + 1.0);
+  const Lanes beta2 = lanes_max(zeta * zeta + beyond * beyond, lanes_all(1e-30));
+  Lanes a[1] = {lanes_all(1.0)}, b[1] = {lanes_all(1.0)};
+  elliptic<1>(lanes_sqrt(beta2 / alpha2), lanes_all(1.0), a, b);
+  return a[0] / (pi * lanes_sqrt(alpha2));
+}
+
+LOOMSTONE_CLONES void cylinder_potential(double radius, double length, double side, const double* j, const double* points,
+                                         Index n, double* out) {
+  constexpr double axis = 1e-4;  // below it the first term of the series in rho is good to its square
+  const Lanes zero = lanes_all(0.0);
+  for (Index i = 0; i < n; i += n_lanes) {
+    const SheetPoint s = sheet_point(points, n, i, radius, length, side);
+    const Cylindrical& p = s.p;
+    const SheetTerms t = sheet_terms(p.rho, s.beyond, s.z1, s.z0, length, false);
+    const Lanes jr = radius * (j[0] * p.cosine + j[1] * p.sine);
+    const double jz = radius * j[2];
+    const Lanes z_field = t.bz - lanes_select(s.inside, lanes_all(1.0), zero);
+    const Lanes along = p.rho * ((t.t - t.bz) * jr + t.br * jz) +
+                        p.z * (t.br * jr + z_field * jz);
+    // Both ends with unit charge: what a sheet that ends there has, but for its inside.
+    const SheetEnd e1 = sheet_end(p.rho, s.beyond, s.z1), e0 = sheet_end(p.rho, s.beyond, s.z0);
+    const Lanes below = lanes_select(s.z1 > on_surface, lanes_all(0.5), lanes_all(-0.5)),
+                above = lanes_select(s.z0 < -on_surface, lanes_all(-0.5), lanes_all(0.5));
+    const Lanes ends_z = lanes_select(s.beyond < 0.0, below + above, zero) - e1.bz - e0.bz, ends_r = -e1.br - e0.br;
+    // The side with unit charge: rho times its radial field and the field of the sheet, both over its charge, add up.
+    const Lanes ring1 = ring_potential(p.rho, s.beyond, s.z1), ring0 = ring_potential(p.rho, s.beyond, s.z0);
+    const Lanes c1 = 1.0 / lanes_sqrt(1.0 + s.z1 * s.z1), c0 = 1.0 / lanes_sqrt(1.0 + s.z0 * s.z0);
+    const LaneMask on_axis = p.rho < axis;
+    const Lanes side_r = lanes_select(on_axis, 0.25 * p.rho * (s.z0 * c0 * c0 * c0 - s.z1 * c1 * c1 * c1),
+                                      (s.z1 * ring1 - s.z0 * ring0 - t.bz) /
+                                          lanes_select(on_axis, lanes_all(1.0), p.rho));
+    const Lanes layer = jr * (side_r + 0.5 * length * ends_r) + jz * (ring0 - ring1 + 0.5 * length * ends_z);
+    lanes_store(out + i, layer - along);
+  }
+}
+
 // Points where a sheet's or loop's (length 0) integrals are smooth: the same rule as in sheet_terms, to group points
 // alike.
 struct Smooth {
@@ -239,6 +278,14 @@ void Cylinder::gradient_block(const double* points, Index n, double* gradient) c
   std::fill_n(gradient, 6 * n, 0.0);
   add_cylinder_gradient(radius_, height_, 1.0, polarization_, points, n, gradient);
   if (inner_ > 0.0) add_cylinder_gradient(inner_, height_, -1.0, -polarization_, points, n, gradient);
+}
+
+void Cylinder::potential_block(const double* points, Index n, double* potential) const {
+  cylinder_potential(radius_, height_ / radius_, 1.0, polarization_.data(), points, n, potential);
+  if (inner_ == 0.0) return;
+  alignas(64) double bore[points_per_block];
+  cylinder_potential(inner_, height_ / inner_, -1.0, polarization_.data(), points, n, bore);
+  for (Index i = 0; i < n; ++i) potential[i] -= bore[i];
 }
 
 double Cylinder::radius() const { return std::hypot(radius_, 0.5 * height_); }

@@ -6,6 +6,10 @@
 // rule where it converges to rounding, on the axis and far away, with differences between the ends formed without
 // cancellation, and by elliptic integrals near the rims, as [Derby2010] has them for the field of the sheet.
 //
+// The potential Phi of a magnetised body grows with its size as a length does: Phi = - x.mu0 H + dPhi/d(size), and to make the
+// body larger adds a layer to it, of thickness x.n, whose potential is J. the field of unit charges on its surface times
+// that: on the ends of a cylinder the end terms of the sheet, on its side complete elliptic integrals.
+//
 // On a surface (closer than 1e-12 radii) the value is the outer one; on a rim or wire, where the field is infinite,
 // that 1e-15 radii beside it.
 #pragma once
@@ -53,6 +57,7 @@ class Cylinder final : public Source {
   Cylinder(double radius, double height, const Vec3& polarization, double inner_radius = 0.0);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
+  void potential_block(const double* points, Index n, double* potential) const override;
   double radius() const override;
   Vec3 moment() const override;
   std::vector<Panel> panels() const override { return faces(false); }

@@ -91,6 +91,21 @@ Gradients magnetic_gradient(const Team& team, const std::vector<MagneticBody>& b
   return result;
 }
 
+Vector magnetic_potential(const Team& team, const std::vector<MagneticBody>& bodies, const ConstPointsRef& points) {
+  check_points(points, "points");
+  const std::vector<Mat3> rotations = rotations_of(bodies);
+  Vector result = Vector::Zero(points.rows());
+  over_blocks(team, static_cast<Index>(points.rows()), [&](Index begin, Index end) {
+    alignas(64) double columns[3 * points_per_block], potential[points_per_block];
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      const Index n = local_columns(bodies[b].pose, rotations[b], points, begin, end, columns);
+      bodies[b].source->potential_block(columns, n, potential);
+      for (Index i = 0; i < end - begin; ++i) result[begin + i] += potential[i] / mu0;
+    }
+  });
+  return result;
+}
+
 RigidPose checked_pose(const Vec3& position, const Vec4& orientation) {
   if (!position.allFinite()) throw InvalidInput("position must be finite [m], got a component that is not");
   if (!orientation.allFinite() || orientation.norm() == 0.0)

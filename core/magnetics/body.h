@@ -30,6 +30,9 @@ inline RigidPose relative_pose(const RigidPose& of, const RigidPose& in) {
           quaternion_product(quaternion_inverse(in.orientation), of.orientation)};
 }
 
+// (n) scalar potential of all bodies together at (n x 3) points [A], world axes; H is its descent.
+Vector magnetic_potential(const Team& team, const std::vector<MagneticBody>& bodies, const ConstPointsRef& points);
+
 // Pose from a position [m] and a quaternion (w, x, y, z) of any length > 0.
 RigidPose checked_pose(const Vec3& position, const Vec4& orientation);
 

@@ -26,6 +26,9 @@ class CellMagnet final : public Source {
   CellMagnet(const Source& magnet, double density, double separation);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
+  void potential_block(const double* points, Index n, double* potential) const override {
+    leaves_.potential_block(points, n, potential);
+  }
   double radius() const override { return radius_; }
   Vec3 moment() const override { return moment_; }
   const DipoleSet* dipoles() const override { return &leaves_; }

@@ -53,6 +53,20 @@ LOOMSTONE_CLONES void field_kernel(const double* positions, const double* moment
   }
 }
 
+LOOMSTONE_CLONES void potential_kernel(const double* positions, const double* moments, Index dipoles, const double* points,
+                                       Index n, double* out) {
+  for (Index i = 0; i < n; i += n_lanes) {
+    const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
+    Lanes sum = lanes_all(0.0);
+    for (Index j = 0; j < dipoles; ++j) {
+      const double* m = moments + 3 * j;
+      const Arm a = arm(p, positions + 3 * j);
+      sum += (m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z) * a.inverse3;
+    }
+    lanes_store(out + i, k * sum);
+  }
+}
+
 LOOMSTONE_CLONES void gradient_kernel(const double* positions, const double* moments, Index dipoles,
                                       const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
@@ -141,6 +155,10 @@ void DipoleSet::field_block(const double* points, Index n, Quantity, double* fie
 
 void DipoleSet::gradient_block(const double* points, Index n, double* gradient) const {
   gradient_kernel(positions_.data(), moments_.data(), static_cast<Index>(positions_.rows()), points, n, gradient);
+}
+
+void DipoleSet::potential_block(const double* points, Index n, double* potential) const {
+  potential_kernel(positions_.data(), moments_.data(), static_cast<Index>(positions_.rows()), points, n, potential);
 }
 
 double DipoleSet::radius() const { return positions_.rows() > 0 ? positions_.rowwise().norm().maxCoeff() : 0.0; }

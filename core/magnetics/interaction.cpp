@@ -181,6 +181,18 @@ std::vector<std::pair<Index, Index>> pairs_of(const std::vector<MagneticBody>& b
   return pairs;
 }
 
+// Of charge in the potential of a hard magnet, which is finite where they touch.
+double charge_energy(const MagneticBody& induced, const MagneticBody& by) {
+  const std::vector<PanelSample> charges = induced.source->charges();
+  Points local(charges.size(), 3), x(charges.size(), 3);
+  for (std::size_t i = 0; i < charges.size(); ++i) local.row(i) = charges[i].position.transpose();
+  place_points(induced.pose, local, x);
+  const Vector potential = magnetic_potential(Team{}, {by}, x);
+  double energy = 0.0;
+  for (std::size_t i = 0; i < charges.size(); ++i) energy += mu0 * charges[i].charge * potential[i];
+  return energy;
+}
+
 double energy_integral(const MagneticBody& on, const MagneticBody& by, double tolerance) {
   if (const DipoleSet* set = on.source->dipoles()) {
     const Mat3 rotation = rotation_matrix(on.pose.orientation);
@@ -205,9 +217,11 @@ double energy_integral(const MagneticBody& on, const MagneticBody& by, double to
 
 double magnetic_energy(const MagneticBody& on, const MagneticBody& by, double tolerance) {
   check_tolerance(tolerance);
-  // Of induced bodies only the charge is known: the other is integrated over.
-  if (on.source->induced() || (!by.source->induced() && !integrate_over_first(on, by)))
-    return energy_integral(by, on, tolerance);
+  for (const auto& [induced, other] : {std::pair(&on, &by), std::pair(&by, &on)}) {
+    if (!induced->source->induced()) continue;
+    return other->source->dipoles() ? energy_integral(*other, *induced, tolerance) : charge_energy(*induced, *other);
+  }
+  if (!integrate_over_first(on, by)) return energy_integral(by, on, tolerance);
   return energy_integral(on, by, tolerance);
 }
 

@@ -63,6 +63,26 @@ LOOMSTONE_CLONES void gradient_kernel(const double* edges, Index n_edges, double
   }
 }
 
+// All points near the body or far from it: what cancels are terms of the size of the distance.
+LOOMSTONE_CLONES void potential_kernel(const double* faces, Index n_faces, const double* edges, Index n_edges, double radius,
+                                       const double* points, Index n, double* out) {
+  for (Index i = 0; i < n; i += n_lanes) {
+    const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
+    Lanes sum = lanes_all(0.0);
+    for (Index k = 0; k < n_faces; ++k) {
+      const double* f = faces + face_stride * k;
+      const Lanes height = f[9] * (p.x - f[0]) + f[10] * (p.y - f[1]) + f[11] * (p.z - f[2]);
+      sum -= f[13] * height * solid_angle(p, f, on_face * radius);
+    }
+    for (Index k = 0; k < n_edges; ++k) {
+      const double* e = edges + edge_stride * k;
+      const EdgeTerms t = edge_terms(p, e, on_edge * radius);
+      sum -= (e[7] * t.r0.x + e[8] * t.r0.y + e[9] * t.r0.z) * lanes_log(t.sum / t.defect);
+    }
+    lanes_store(out + i, sum);
+  }
+}
+
 Points box_corners(const Vec3& size) {
   Points corners(8, 3);
   for (int k = 0; k < 8; ++k)
@@ -167,6 +187,11 @@ void Polyhedron::gradient_block(const double* points, Index n, double* gradient)
         gradient_kernel(edges_.data(), static_cast<Index>(edges_.size() / edge_stride), radius_, some, m, out);
       },
       [&](const double* some, Index m, double* out) { far().gradient_block(some, m, out); });
+}
+
+void Polyhedron::potential_block(const double* points, Index n, double* potential) const {
+  potential_kernel(faces_.data(), static_cast<Index>(triangles_.rows()), edges_.data(),
+                   static_cast<Index>(edges_.size() / edge_stride), radius_, points, n, potential);
 }
 
 MeshMagnet::MeshMagnet(const TriangleMesh& mesh, const Vec3& polarization)

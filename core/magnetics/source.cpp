@@ -6,6 +6,10 @@
 
 namespace loomstone {
 
+void Source::potential_block(const double*, Index, double*) const {
+  throw Unsupported("a scalar potential is that of magnets and dipoles, got a current, or a body that is magnetised by others");
+}
+
 void check_points(const ConstPointsRef& points, const char* name) {
   if (points.allFinite()) return;
   for (Eigen::Index i = 0; i < points.rows(); ++i)

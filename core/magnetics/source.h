@@ -31,6 +31,9 @@ class Source {
   virtual void field_block(const double* points, Index n, Quantity quantity, double* field) const = 0;
   // Symmetric gradient of mu0 H [T/m] of one block.
   virtual void gradient_block(const double* points, Index n, double* gradient) const = 0;
+  // mu0 times the scalar potential of one block, whose descent is mu0 H and which vanishes far away [T m]. Throws Unsupported
+  // for currents, which have none.
+  virtual void potential_block(const double* points, Index n, double* potential) const;
   // Radius of the ball about the origin that holds the source [m].
   virtual double radius() const = 0;
   // Dipole moment [A m^2].

@@ -41,4 +41,11 @@ void Sphere::gradient_block(const double* points, Index n, double* gradient) con
       for (int c = 0; c < 6; ++c) gradient[c * n + i] = 0.0;
 }
 
+void Sphere::potential_block(const double* points, Index n, double* potential) const {
+  dipole_.potential_block(points, n, potential);
+  for (Index i = 0; i < n; ++i)
+    if (inside(points, n, i, radius_))
+      potential[i] = polarization_.dot(Vec3(points[i], points[n + i], points[2 * n + i])) / 3.0;
+}
+
 }  // namespace loomstone

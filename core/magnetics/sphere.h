@@ -10,6 +10,7 @@ class Sphere final : public Source {
   Sphere(double radius, const Vec3& polarization);  // [m], J [T]
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
+  void potential_block(const double* points, Index n, double* potential) const override;
   double radius() const override { return radius_; }
   Vec3 moment() const override { return dipole_.moment(); }
   const DipoleSet* dipoles() const override { return &dipole_; }

@@ -292,6 +292,25 @@ def test_forces_and_torques_are_minus_the_derivatives_of_the_energy(name):
         assert slope == pytest.approx(exact.torque @ axis, abs=3e-4 * np.linalg.norm(exact.torque))
 
 
+@pytest.mark.parametrize("name", ENERGY_BODIES)
+def test_the_field_strength_is_the_descent_of_the_potential(name):
+    magnet = ENERGY_BODIES[name].moved((0.002, -0.001, 0.003)).rotated((0.3, -0.2, 0.5))
+    random = np.random.default_rng(8)
+    special = magnet.position + np.array([[1e-9, 0, 0], [0, 0, 0.05]])  # near the centre, and far away
+    points = np.vstack((random.uniform(-0.015, 0.015, (200, 3)), random.uniform(-0.1, 0.1, (50, 3)), special))
+    step = 1e-7  # rounding leaves 1e-16 size / step = 1e-11, the second order some 1e-6 where edges are near
+    ends = [[ls.magnetics.potential(magnet, points + sign * step * axis) for sign in (-1, 1)] for axis in np.eye(3)]
+    slopes = np.array([low - high for low, high in ends]).T / (2 * step)
+    wanted = ls.magnetics.field(magnet, points, quantity="H")
+    error = np.linalg.norm(slopes - wanted, axis=1) / np.linalg.norm(wanted, axis=1)
+    assert np.median(error) < 1e-8 and error.max() < 1e-4
+
+
+def test_currents_have_no_potential():
+    with pytest.raises(ls.Unsupported, match="scalar potential"):
+        ls.magnetics.potential(ls.magnetics.loop(radius=0.1, current=1.0), [[0, 0, 0]])
+
+
 def test_the_energy_of_spheres_is_that_of_their_dipoles():
     random = np.random.default_rng(3)
     places, moments = random.uniform(-0.1, 0.1, (4, 3)), random.normal(size=(4, 3))

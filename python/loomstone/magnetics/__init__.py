@@ -27,6 +27,7 @@ from .bodies import (
     loop,
     mesh,
     polyline,
+    potential,
     solenoid,
     sphere,
 )
@@ -102,6 +103,7 @@ __all__ = [
     "polyline",
     "polyline_field",
     "polyline_gradient",
+    "potential",
     "soft_cuboid",
     "soft_mesh",
     "soft_sphere",

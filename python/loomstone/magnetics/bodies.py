@@ -34,6 +34,7 @@ __all__ = [
     "loop",
     "mesh",
     "polyline",
+    "potential",
     "solenoid",
     "sphere",
 ]
@@ -145,6 +146,20 @@ def gradient(bodies: Bodies, points: ArrayLike, *, threads: int = 0) -> Floats:
 
 
 @explained
+def potential(bodies: Bodies, points: ArrayLike, *, threads: int = 0) -> Floats:
+    """Scalar potential of hard magnets and dipoles, one or several together, whose descent is H, inside them too.
+
+    points (n, 3) [m], world axes. Returns (n) [A], zero infinitely far away and continuous everywhere. threads as in `field`.
+    Raises Unsupported for currents, which have none, and for induced bodies.
+
+    >>> import loomstone as ls
+    >>> ls.magnetics.potential(ls.magnetics.dipoles([[0, 0, 0]], [[0, 0, 1]]), [[0, 0, 0.5]])
+    array([0.31830989])
+    """
+    return _core.magnetic_potential(as_list(bodies), points, threads)
+
+
+@explained
 def cells(body: MagneticBody, *, density: float, separation: float = 3.0) -> MagneticBody:
     """A solid hard magnet as a hierarchy of dipole cells, as in the thesis (section 6.3.2): same pose, same moment.
 
@@ -244,7 +259,8 @@ def energy(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
     the integral of M.B over one magnet in the field of the other.
 
     Forces are minus its derivative by positions. tolerance [1]: of each pair's energy, or of 1e-3 of the energy that two
-    dipoles of their moments have at the sum of their radii where that is larger. threads 0: all processors; the result does not depend
+    dipoles of their moments have at the sum of their radii where that is larger; with an induced body, that of its charge in the
+    magnet's potential at the points of its panels, which needs none. threads 0: all processors; the result does not depend
     on it. Raises Unsupported for currents, which need work to be held constant.
 
     >>> import loomstone as ls
