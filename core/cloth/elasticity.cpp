@@ -53,10 +53,10 @@ double Elasticity::bending_eigenvalue(const ClothModel& model) {
   return largest;
 }
 
-void Elasticity::enter_limit_phase(const Team& team, const Points* x) {
+void Elasticity::enter_limit_phase(const Team& team, const Points& x, Index begin, Index end) {
   if (!limit_phase_) return;
-  if (x) limit_phase_->enter(team, *x);
-  membrane_.set_phase(x ? limit_phase_->table() : nullptr);
+  limit_phase_->enter(team, x, begin, end);
+  membrane_.set_phase(limit_phase_->table());
 }
 
 void Elasticity::add_implicit_forces(const Team& team, const Points& x, const Points* v, Index begin, Index end,

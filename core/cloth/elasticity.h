@@ -39,9 +39,11 @@ class Elasticity {
   void assemble(const Team& team, const Points& x, JacobianKind kind, double scale_d, double scale_k, Index begin,
                 Index end, const Points* w = nullptr, Points* y = nullptr);
 
-  // Forces, stiffness and membrane energy are from now on those of the phase that each triangle is in at x; null: of the
-  // membrane alone. Nothing changes where no strain is limited.
-  void enter_limit_phase(const Team& team, const Points* x);
+  // Forces and stiffness of rows [begin, end) are from now on those of the phase that each triangle is in at x. Nothing changes where
+  // no strain is limited.
+  void enter_limit_phase(const Team& team, const Points& x, Index begin, Index end);
+  // They are those of the membrane alone again.
+  void leave_limit_phase() { membrane_.set_phase(nullptr); }
 
   double membrane_energy(const Team& team, const Points& x) { return membrane_.energy(team, x); }
   double bending_energy(const Team& team, const Points& x) const;

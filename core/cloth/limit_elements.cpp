@@ -22,7 +22,8 @@ LimitElements::LimitElements(const LimitedCloth& cloth, bool single_rows) : clot
     for (Index limit = 0; limit < n_limits; ++limit) {
       const std::vector<Index>& group = groups[c * n_limits + limit];
       for (std::size_t first = 0; first < group.size(); first += n_lanes) {
-        bounds_of_.push_back(limit);
+        bounds_of_.push_back(limit), colour_of_.push_back(c);
+        n_in_.push_back(static_cast<Index>(std::min<std::size_t>(n_lanes, group.size() - first)));
         for (std::size_t i = first; i < first + n_lanes; ++i) element_of_.push_back(i < group.size() ? group[i] : -1);
       }
     }

@@ -52,6 +52,9 @@ class LimitElements {
 
   Index n_batches() const { return static_cast<Index>(bounds_of_.size()); }
   Index n_elements() const { return n_elements_; }
+  Index n_elements(Index batch) const { return n_in_[batch]; }
+  std::size_t n_limits() const { return bounds_.size(); }
+  Index colour(Index batch) const { return colour_of_[batch]; }
   const std::vector<Index>& colour_start() const { return colour_start_; }   // (colours + 1) batches
   Index element(Index slot) const { return element_of_[slot]; }              // -1 on empty lanes
   // Slots of the elements at each vertex, ascending.
@@ -76,7 +79,7 @@ class LimitElements {
   std::vector<std::uint8_t> held_;      // (n)
   std::vector<Index> also_held_;        // by hold()
   std::vector<Index> colour_start_, element_of_, slot_start_, slots_;
-  std::vector<Index> corners_, bounds_of_;
+  std::vector<Index> corners_, bounds_of_, colour_of_, n_in_;  // of batches
   std::vector<double> numbers_, rows_;
   std::vector<std::uint8_t> moves_;
   std::vector<limit::Bounds> bounds_, sweep_bounds_, rate_bounds_;

@@ -1,5 +1,6 @@
 #include "core/cloth/limit_kernels.h"
 
+#include <algorithm>
 #include <cstddef>
 
 namespace loomstone::limit {
@@ -44,6 +45,15 @@ LOOMSTONE_INLINE Symmetric<Real> rate(const Element<Real>& e, const Index* corne
   return {dot(r1, d1), dot(r2, d2), 0.5 * (dot(r1, d2) + dot(r2, d1))};
 }
 
+// True where velocities change the gradient so little that no frame makes a rate beyond its bounds of it: spares the frames.
+LOOMSTONE_INLINE bool slow(const Element<Lanes>& e, const Index* corners, const Bounds& bounds, const double* v) {
+  double least = bounds.high[0];
+  for (int k = 0; k < 3; ++k) least = std::min({least, bounds.high[k], -bounds.low[k]});
+  Space<Lanes> d1, d2;
+  columns(e, point<Lanes>(corners, 0, v), point<Lanes>(corners, 1, v), point<Lanes>(corners, 2, v), d1, d2);
+  return least > 0.0 && largest(greater(dot(d1, d1), dot(d2, d2))) < 0.99 * least * least;  // the hundredth: rounding
+}
+
 template <class Real>
 struct Correction {
   Space<Real> g1, g2;
@@ -53,7 +63,7 @@ struct Correction {
 // False where no element of the batch is beyond its bounds by more than the tolerance.
 template <class Real>
 LOOMSTONE_INLINE bool correction(const Element<Real>& e, const Index* corners, const std::uint8_t* moves, const Bounds& bounds,
-                                 const Motion& motion, Space<Real>& seen, Correction<Real>& out) {
+                                 const Motion& motion, Correction<Real>& out) {
   const Polar<Real> polar =
       stretch(e, point<Real>(corners, 0, motion.x), point<Real>(corners, 1, motion.x), point<Real>(corners, 2, motion.x));
   Space<Real> r1, r2;
@@ -65,7 +75,6 @@ LOOMSTONE_INLINE bool correction(const Element<Real>& e, const Index* corners, c
     back = excess(bounds, Symmetric<Real>{polar.u.a11 - 1.0, polar.u.a22 - 1.0, polar.u.a12});
   }
   const Space<Real> beyond = {size(back.a11), size(back.a22), size(back.a12)};
-  seen = {greater(seen.x, beyond.x), greater(seen.y, beyond.y), greater(seen.z, beyond.z)};
   out.size = greater(beyond.x, greater(beyond.y, beyond.z));
   if (!(largest(out.size) > motion.tolerance)) return false;
   if (!motion.v) rotation(polar, r1, r2);
@@ -98,13 +107,6 @@ LOOMSTONE_INLINE void displacements(const Element<Real>& e, const Correction<Rea
   delta[2] = combine(c.g1, e.x2, c.g2, e.y2);
 }
 
-template <class Real>
-LOOMSTONE_INLINE void note(const Space<Real>& beyond, Seen& seen) {
-  seen.excess[0] = greater(seen.excess[0], largest(beyond.x));
-  seen.excess[1] = greater(seen.excess[1], largest(beyond.y));
-  seen.excess[2] = greater(seen.excess[2], largest(beyond.z));
-}
-
 // Lanes that move and need to.
 LOOMSTONE_INLINE unsigned lanes_to_correct(const Lanes& size, const std::uint8_t* moves, double tolerance) {
   unsigned bits = 0;
@@ -113,12 +115,11 @@ LOOMSTONE_INLINE unsigned lanes_to_correct(const Lanes& size, const std::uint8_t
 }
 
 // The displacements of the corners of a batch; returns the lanes that they are for.
-LOOMSTONE_INLINE unsigned correct_batch(const Tables& tables, const Motion& motion, std::size_t b, Space<Lanes>& beyond,
-                                        Space<Lanes> delta[3]) {
+LOOMSTONE_INLINE unsigned correct_batch(const Tables& tables, const Motion& motion, std::size_t b, Space<Lanes> delta[3]) {
   const std::uint8_t* moves = tables.moves + 8 * b;
   const Element<Lanes> e = element_at<Lanes>(tables.numbers + 8 * element_numbers * b);
   Correction<Lanes> c;
-  if (!correction(e, tables.corners + 24 * b, moves, tables.bounds[tables.bounds_of[b]], motion, beyond, c)) return 0;
+  if (!correction(e, tables.corners + 24 * b, moves, tables.bounds[tables.bounds_of[b]], motion, c)) return 0;
   displacements(e, c, delta);
   return lanes_to_correct(c.size, moves, motion.tolerance);
 }
@@ -126,46 +127,39 @@ LOOMSTONE_INLINE unsigned correct_batch(const Tables& tables, const Motion& moti
 }  // namespace
 
 LOOMSTONE_CLONES
-void sweep(const Tables& tables, const Motion& motion, const Index* batches, Index n, std::uint8_t* corrected, Seen& seen) {
-  Space<Lanes> beyond{};
+void sweep(const Tables& tables, const Motion& motion, const Index* batches, Index n, std::uint8_t* corrected) {
   for (Index i = 0; i < n; ++i) {
     const std::size_t b = static_cast<std::size_t>(batches[i]);
     Space<Lanes> delta[3];
-    unsigned bits = correct_batch(tables, motion, b, beyond, delta);
+    unsigned bits = correct_batch(tables, motion, b, delta);
     corrected[b] = static_cast<std::uint8_t>(bits);
     for (; bits != 0; bits &= bits - 1) {
       const int lane = __builtin_ctz(bits);
       move(delta, tables.corners + 24 * b, lane, tables.moves[8 * b + lane], motion.v ? motion.v : motion.x);
     }
   }
-  note(beyond, seen);
 }
 
 LOOMSTONE_CLONES
-void corrections(const Tables& tables, const Motion& motion, const Index* batches, Index n, std::uint8_t* corrected, double* out,
-                 Seen& seen) {
-  Space<Lanes> beyond{};
+void corrections(const Tables& tables, const Motion& motion, const Index* batches, Index n, std::uint8_t* corrected, double* out) {
   for (Index i = 0; i < n; ++i) {
     const std::size_t b = static_cast<std::size_t>(batches[i]);
     Space<Lanes> delta[3];
-    corrected[b] = static_cast<std::uint8_t>(correct_batch(tables, motion, b, beyond, delta));
+    corrected[b] = static_cast<std::uint8_t>(correct_batch(tables, motion, b, delta));
     if (corrected[b] == 0) continue;
     double* o = out + 72 * b;
     for (int k = 0; k < 3; ++k)
       lanes_store(o + 24 * k, delta[k].x), lanes_store(o + 24 * k + 8, delta[k].y), lanes_store(o + 24 * k + 16, delta[k].z);
   }
-  note(beyond, seen);
 }
 
-bool correct_one(const Tables& tables, const Motion& motion, Index slot, Seen& seen) {
+bool correct_one(const Tables& tables, const Motion& motion, Index slot) {
   const std::size_t b = static_cast<std::size_t>(slot / 8), lane = static_cast<std::size_t>(slot % 8);
   const Index* corners = tables.corners + 24 * b + lane;
   const std::uint8_t moves = tables.moves[slot];
   const Element<double> e = element_at<double>(tables.rows + element_numbers * static_cast<std::size_t>(slot));
-  Space<double> beyond{0.0, 0.0, 0.0};
   Correction<double> c;
-  const bool found = correction(e, corners, &moves, tables.bounds[tables.bounds_of[b]], motion, beyond, c);
-  note(beyond, seen);
+  const bool found = correction(e, corners, &moves, tables.bounds[tables.bounds_of[b]], motion, c);
   if (!found || moves == 0 || !(c.size > motion.tolerance)) return false;
   Space<double> delta[3];
   displacements(e, c, delta);
@@ -174,10 +168,14 @@ bool correct_one(const Tables& tables, const Motion& motion, Index slot, Seen& s
 }
 
 LOOMSTONE_CLONES
-void strains(const Tables& tables, const Motion& motion, Index begin, Index end, double* out) {
-  for (std::size_t b = begin; b < static_cast<std::size_t>(end); ++b) {
+void look(const Tables& tables, const Motion& motion, const Index* batches, Index first, Index n, double* excess, double* strains) {
+  for (Index i = first; i < first + n; ++i) {
+    const std::size_t b = static_cast<std::size_t>(batches ? batches[i] : i);
     const Index* corners = tables.corners + 24 * b;
+    const Bounds& bounds = tables.bounds[tables.bounds_of[b]];
     const Element<Lanes> e = element_at<Lanes>(tables.numbers + 8 * element_numbers * b);
+    excess[b] = 0.0;
+    if (motion.v && slow(e, corners, bounds, motion.v)) continue;
     const Polar<Lanes> polar =
         stretch(e, point<Lanes>(corners, 0, motion.x), point<Lanes>(corners, 1, motion.x), point<Lanes>(corners, 2, motion.x));
     Symmetric<Lanes> strain = {polar.u.a11 - 1.0, polar.u.a22 - 1.0, polar.u.a12};
@@ -186,7 +184,10 @@ void strains(const Tables& tables, const Motion& motion, Index begin, Index end,
       rotation(polar, r1, r2);
       strain = rate(e, corners, motion.v, r1, r2);
     }
-    double* o = out + 24 * b;
+    const Symmetric<Lanes> back = loomstone::limit::excess(bounds, strain);
+    excess[b] = largest(greater(size(back.a11), greater(size(back.a22), size(back.a12))));
+    if (excess[b] == 0.0) continue;
+    double* o = strains + 24 * b;
     lanes_store(o, strain.a11), lanes_store(o + 8, strain.a22), lanes_store(o + 16, strain.a12);
   }
 }

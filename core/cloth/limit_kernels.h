@@ -25,22 +25,17 @@ struct Motion {
   double tolerance;              // [1] or [1/s]: what is let be
 };
 
-// Largest excess seen in each mode (weft, warp, shear), before any correction.
-struct Seen {
-  double excess[3] = {0.0, 0.0, 0.0};
-};
-
 // Corrects the elements of the batches listed, one batch after another. corrected (batches): bit l: lane l was.
-void sweep(const Tables& tables, const Motion& motion, const Index* batches, Index n, std::uint8_t* corrected, Seen& seen);
+void sweep(const Tables& tables, const Motion& motion, const Index* batches, Index n, std::uint8_t* corrected);
 
 // The corrections (batches x 9 x 8) of all three corners instead; nothing moves.
-void corrections(const Tables& tables, const Motion& motion, const Index* batches, Index n, std::uint8_t* corrected, double* out,
-                 Seen& seen);
+void corrections(const Tables& tables, const Motion& motion, const Index* batches, Index n, std::uint8_t* corrected, double* out);
 
 // One element; true where it was corrected. Needs tables.rows.
-bool correct_one(const Tables& tables, const Motion& motion, Index slot, Seen& seen);
+bool correct_one(const Tables& tables, const Motion& motion, Index slot);
 
-// Strain U - I (batches x 3 x 8), or its rate, of the batches [begin, end).
-void strains(const Tables& tables, const Motion& motion, Index begin, Index end, double* out);
+// Looks at n batches from number `first` on, or from entry `first` of `batches` where given. excess (batches): the largest of a batch's
+// elements, 0 where all are within their bounds; strains (batches x 3 x 8), or their rates, of batches with an excess.
+void look(const Tables& tables, const Motion& motion, const Index* batches, Index first, Index n, double* excess, double* strains);
 
 }  // namespace loomstone::limit

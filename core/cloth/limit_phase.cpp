@@ -20,8 +20,9 @@ constexpr Index batches_per_range = 32;
 constexpr double stiffening = 300.0, steeper = 10.0, third_begins = 0.5;
 
 LOOMSTONE_CLONES
-void enter_batches(const membrane::Tables& tables, Index first, Index last, const double* bounds, const double* x, double* out) {
-  for (Index b = first; b < last; ++b) {
+void enter_batches(const membrane::Tables& tables, const Index* batches, Index n, const double* bounds, const double* x, double* out) {
+  for (Index i = 0; i < n; ++i) {
+    const Index b = batches[i];
     const membrane::Batch batch = membrane::batch_of(tables, b);
     Lanes3 f1, f2;
     membrane::gradient_columns(batch, x, f1, f2);
@@ -56,7 +57,7 @@ void enter_batches(const membrane::Tables& tables, Index first, Index last, cons
 
 }  // namespace
 
-LimitPhase::LimitPhase(const Membrane& membrane, const std::vector<StrainLimit>& limits, const std::vector<Index>& limit_of)
+LimitPhase::LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limits, const std::vector<Index>& limit_of)
     : membrane_(membrane),
       bounds_(static_cast<std::size_t>(membrane.n_batches()) * bound_stride, 0.0),
       table_(static_cast<std::size_t>(membrane.n_batches()) * membrane::phase_stride, 0.0) {
@@ -77,9 +78,10 @@ LimitPhase::LimitPhase(const Membrane& membrane, const std::vector<StrainLimit>&
   }
 }
 
-void LimitPhase::enter(const Team& team, const Points& x) {
-  parallel_ranges(team, membrane_.n_batches(), batches_per_range, [&](Index first, Index last) {
-    enter_batches(membrane_.tables(), first, last, bounds_.data(), x.data(), table_.data());
+void LimitPhase::enter(const Team& team, const Points& x, Index begin, Index end) {
+  const std::vector<Index>& batches = membrane_.batches_of(begin, end);
+  parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_range, [&](Index first, Index last) {
+    enter_batches(membrane_.tables(), batches.data() + first, last - first, bounds_.data(), x.data(), table_.data());
   });
 }
 

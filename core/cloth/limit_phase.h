@@ -16,14 +16,15 @@ namespace loomstone {
 class LimitPhase {
  public:
   // limit_of (m): row of limits, -1: the triangle has none.
-  LimitPhase(const Membrane& membrane, const std::vector<StrainLimit>& limits, const std::vector<Index>& limit_of);
+  LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limits, const std::vector<Index>& limit_of);
 
-  // The phase each mode of each triangle is in at x; what it adds is linear in the Green strain from there on.
-  void enter(const Team& team, const Points& x);
+  // The phase each mode of each triangle that touches rows [begin, end) is in at x; what it adds is linear in the Green strain from
+  // there on.
+  void enter(const Team& team, const Points& x, Index begin, Index end);
   const double* table() const { return table_.data(); }  // see membrane::Tables
 
  private:
-  const Membrane& membrane_;
+  Membrane& membrane_;
   std::vector<double> bounds_;   // (batches x 12 x 8) least, most; those of the third phase
   AlignedDoubles table_;
 };

@@ -41,6 +41,9 @@ class Membrane {
   // What is added to forces and Jacobian from now on, see membrane::Tables; null: nothing. Not owned.
   void set_phase(const double* phase) { phase_ = phase; }
 
+  // Those that touch rows [begin, end), ascending; until other rows are asked for.
+  const std::vector<Index>& batches_of(Index begin, Index end) { return select_rows(begin, end), batches_; }
+
   double energy(const Team& team, const Points& x);  // [J], summed in a fixed order
 
   // Adds minus the elastic force, and minus the viscous force where v is given, to rows [begin, end) of `force`.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <numeric>
-#include <tuple>
 
 #include "core/cloth/edge_limiter.h"
 
@@ -11,6 +10,7 @@ namespace loomstone {
 namespace {
 
 constexpr Index batches_per_range = 16;
+constexpr Index listed = -1;                 // of n_corrected_, until it is counted
 
 // Numbers of a sequence that a key starts, splitmix64 [Steele2014].
 class Sequence {
@@ -33,62 +33,82 @@ std::uint64_t mixed(std::uint64_t a, std::uint64_t b) { return (a ^ (b + 0x9e377
 
 }  // namespace
 
-// The elements that sweeps look at: all, or, after the first sweep, those once corrected and their neighbours (by batches, which
-// are looked at whole). The set only grows.
-struct StrainLimiter::Active {
-  std::vector<std::vector<Index>> batches;   // of each colour, ascending
-  std::vector<std::uint8_t> in, spread;      // (batches) bits of lanes in `spread`
-  Index n_elements = 0;
-
-  explicit Active(const LimitElements& elements) {
-    const auto& start = elements.colour_start();
-    for (std::size_t c = 0; c + 1 < start.size(); ++c) {
-      batches.emplace_back(start[c + 1] - start[c]);
-      std::iota(batches.back().begin(), batches.back().end(), start[c]);
-    }
-    n_elements = elements.n_elements();
+// What sweeps still have to evaluate: everything, or, with an active set, the batches that a look has found beyond their bounds, then
+// those of which a vertex has moved since they were evaluated last. Any other would be found as it was, so that the bits are those of
+// sweeps over everything.
+class StrainLimiter::Pending {
+ public:
+  // singly: in the random order, element by element.
+  Pending(const LimitElements& elements, const limit::Tables& tables, bool everything, bool singly)
+      : elements_(elements),
+        tables_(tables),
+        everything_(everything),
+        singly_(singly),
+        waits_(elements.n_batches(), everything ? every_lane : 0),
+        moved_(elements.n_batches(), 0),
+        of_colour_(elements.colour_start().size() - 1) {
+    if (everything && !singly)
+      for (Index b = 0; b < elements.n_batches(); ++b) of_colour_[elements.colour(b)].push_back(b);
   }
 
-  void grow(const LimitElements& elements, const std::vector<std::uint8_t>& corrected) {
-    const bool first = in.empty();
-    if (first) in.assign(corrected.size(), 0), spread.assign(corrected.size(), 0), n_elements = 0;
-    std::vector<Index> entered;
-    for (const std::vector<Index>& of_colour : batches)
-      for (const Index b : of_colour) {
-        const unsigned fresh = corrected[b] & ~spread[b];
-        spread[b] = static_cast<std::uint8_t>(spread[b] | fresh);
-        for (unsigned bits = fresh; bits != 0; bits &= bits - 1) {
-          const Index slot = 8 * b + __builtin_ctz(bits);
-          for (int k = 0; k < 3; ++k) {
-            const Index v = elements.corners(slot)[8 * k];
-            for (Index s = elements.slot_start()[v]; s < elements.slot_start()[v + 1]; ++s) {
-              const Index other = elements.slots()[s] / 8;
-              if (in[other]) continue;
-              in[other] = 1;
-              entered.push_back(other);
-            }
-          }
-        }
+  std::size_t n_colours() const { return of_colour_.size(); }
+  std::int64_t evaluations() const { return evaluations_; }
+  const std::vector<Index>& moved() const { return moved_list_; }  // batches of which a vertex has ever moved
+
+  void add(Index batch) {
+    if (!singly_ && !waits_[batch]) of_colour_[elements_.colour(batch)].push_back(batch);
+    waits_[batch] = every_lane;
+  }
+
+  // Appends the batches of a colour that are to be evaluated now.
+  void take(std::size_t colour, std::vector<Index>& list) {
+    std::vector<Index>& batches = of_colour_[colour];
+    list.insert(list.end(), batches.begin(), batches.end());
+    for (const Index b : batches) evaluations_ += elements_.n_elements(b);
+    if (everything_) return;
+    for (const Index b : batches) waits_[b] = 0;
+    batches.clear();
+  }
+
+  // Whether a single element is to be evaluated now.
+  bool take_one(Index slot) {
+    const unsigned waiting = waits_[slot / 8], lane = 1u << slot % 8;
+    if (!(waiting & lane)) return false;
+    if (!everything_) waits_[slot / 8] = static_cast<std::uint8_t>(waiting & ~lane);
+    ++evaluations_;
+    return true;
+  }
+
+  // An element was corrected: all that shares a vertex that moved is to be evaluated again.
+  void spread(Index corrected) {
+    if (everything_) return;
+    for (int k = 0; k < 3; ++k) {
+      if (!(tables_.moves[corrected] >> k & 1)) continue;
+      const Index v = elements_.corners(corrected)[8 * k];
+      for (Index s = elements_.slot_start()[v]; s < elements_.slot_start()[v + 1]; ++s) {
+        const Index slot = elements_.slots()[s], b = slot / 8;
+        if (!moved_[b]) moved_[b] = 1, moved_list_.push_back(b);
+        if (singly_)
+          waits_[b] = static_cast<std::uint8_t>(waits_[b] | 1u << slot % 8);
+        else
+          add(b);
       }
-    if (first)
-      for (std::vector<Index>& of_colour : batches) of_colour.clear();
-    if (entered.empty()) return;
-    std::sort(entered.begin(), entered.end());
-    const auto& start = elements.colour_start();
-    auto next = entered.begin();
-    for (std::size_t c = 0; c < batches.size() && next != entered.end(); ++c) {
-      const auto end = std::lower_bound(next, entered.end(), start[c + 1]);
-      const auto middle = batches[c].insert(batches[c].end(), next, end);
-      std::inplace_merge(batches[c].begin(), middle, batches[c].end());
-      next = end;
     }
-    for (const Index b : entered)
-      for (Index l = 0; l < 8; ++l) n_elements += elements.element(8 * b + l) >= 0;
   }
+
+ private:
+  static constexpr std::uint8_t every_lane = 255;
+  const LimitElements& elements_;
+  const limit::Tables& tables_;
+  const bool everything_, singly_;
+  std::vector<std::uint8_t> waits_, moved_;  // (batches) bits of lanes, flags
+  std::vector<std::vector<Index>> of_colour_;
+  std::vector<Index> moved_list_;
+  std::int64_t evaluations_ = 0;
 };
 
-StrainLimiter::StrainLimiter(const LimitedCloth& cloth, const LimitOptions& options)
-    : options_(options), elements_(cloth, options.method == "gauss-seidel-random") {
+StrainLimiter::StrainLimiter(const LimitedCloth& cloth, const LimitOptions& options, const Communicator* ranks)
+    : options_(options), elements_(cloth, options.method == "gauss-seidel-random"), look_(elements_, ranks) {
   for (const StrainLimit& limit : cloth.limits)  // what is left to contacts must exceed what is left to sweeps
     for (const double bound : {limit.weft, limit.warp, limit.shear, limit.weft_min, limit.warp_min, limit.least_shear()})
       options_.tolerance = std::min(options_.tolerance, 0.5 * limit_margin(bound));
@@ -101,7 +121,6 @@ StrainLimiter::StrainLimiter(const LimitedCloth& cloth, const LimitOptions& opti
   if (n_edges > 0) edges_ = std::make_unique<EdgeLimiter>(by_edges);
   by_elements_ = n_edges < elements_.n_elements();
   corrected_.assign(elements_.n_batches(), 0);
-  strains_.resize(24 * static_cast<std::size_t>(elements_.n_batches()));
   if (options.method == "jacobi") {
     deltas_.resize(72 * static_cast<std::size_t>(elements_.n_batches()));
     n_corrected_.resize(cloth.n_vertices);
@@ -115,13 +134,16 @@ LimitReport StrainLimiter::enforce(const Team& team, std::uint64_t key, const st
   elements_.hold(held);
   const limit::Motion motion{x.data(), nullptr, options_.tolerance};
   LimitReport report;
-  if (by_elements_) report = enforce(team, key, elements_.sweep_tables(options_.method == "edges"), motion);
+  bool seen = false;
+  if (by_elements_) seen = enforce(team, key, elements_.sweep_tables(options_.method == "edges"), motion, report);
   if (edges_) {
     const LimitReport done = edges_->enforce(team, options_, held, x);
     report.sweeps = std::max(report.sweeps, done.sweeps);
     report.evaluations += done.evaluations;
   }
-  measure(team, elements_.tables(), motion, 1.0, report);
+  const limit::Tables tables = elements_.tables();
+  if (!seen || edges_) look_.at_all(team, tables, motion);
+  look_.tell(tables, motion, 1.0, report);
   return report;
 }
 
@@ -131,83 +153,119 @@ LimitReport StrainLimiter::enforce_rate(const Team& team, std::uint64_t key, con
   elements_.hold({});
   const limit::Tables tables = elements_.rate_tables(options_.strain_rate / h);
   const limit::Motion motion{const_cast<double*>(x.data()), v.data(), options_.tolerance / h};
-  LimitReport report = enforce(team, key, tables, motion);
-  if (measured) measure(team, tables, motion, h, report);
+  LimitReport report;
+  const bool seen = enforce(team, key, tables, motion, report);
+  if (!measured) return report;
+  if (!seen) look_.at_all(team, tables, motion);
+  look_.tell(tables, motion, h, report);
   return report;
 }
 
 LimitReport StrainLimiter::measure(const Team& team, const Points& x) {
   if (empty()) return {};
   LimitReport report;
-  measure(team, elements_.tables(), {const_cast<double*>(x.data()), nullptr, options_.tolerance}, 1.0, report);
+  const limit::Tables tables = elements_.tables();
+  const limit::Motion motion{const_cast<double*>(x.data()), nullptr, options_.tolerance};
+  look_.at_all(team, tables, motion);
+  look_.tell(tables, motion, 1.0, report);
   return report;
 }
 
-LimitReport StrainLimiter::enforce(const Team& team, std::uint64_t key, const limit::Tables& tables, const limit::Motion& motion) {
-  LimitReport report;
-  Active active(elements_);
-  std::vector<Index> order;
+bool StrainLimiter::enforce(const Team& team, std::uint64_t key, const limit::Tables& tables, const limit::Motion& motion,
+                            LimitReport& report) {
+  const bool randomly = options_.method == "gauss-seidel-random";
+  Pending pending(elements_, tables, !options_.active_set, randomly);
+  if (options_.active_set) {
+    look_.at_all(team, tables, motion);
+    report.evaluations += elements_.n_elements();
+    bool any = false;
+    for (Index b = 0; b < elements_.n_batches(); ++b)
+      if (look_.excess(b) > motion.tolerance) pending.add(b), any = true;
+    if (!any) {
+      ++report.sweeps;
+      return true;
+    }
+  }
+  std::fill(corrected_.begin(), corrected_.end(), 0);
   while (report.sweeps < options_.max_sweeps) {
-    report.evaluations += active.n_elements;
     std::int64_t n = 0;
     if (options_.method == "jacobi")
-      n = sweep_jacobi(team, tables, motion, active);
-    else if (options_.method == "gauss-seidel-random")
-      n = sweep_randomly(tables, motion, mixed(mixed(static_cast<std::uint64_t>(options_.seed), key), report.sweeps), active, order);
+      n = sweep_jacobi(team, tables, motion, pending);
+    else if (randomly)
+      n = sweep_randomly(tables, motion, mixed(mixed(static_cast<std::uint64_t>(options_.seed), key), report.sweeps), pending);
     else
-      n = sweep(team, tables, motion, report.sweeps, active);
+      n = sweep(team, tables, motion, report.sweeps, pending);
     ++report.sweeps;
     if (n == 0) break;  // every element that can be is within its limits
-    if (options_.active_set) active.grow(elements_, corrected_), order.clear();
   }
-  return report;
+  report.evaluations += pending.evaluations();
+  if (options_.active_set) look_.at(team, tables, motion, pending.moved());
+  return options_.active_set;
 }
 
 void StrainLimiter::run_batches(const Team& team, const limit::Tables& tables, const limit::Motion& motion,
                                 const std::vector<Index>& batches) {
   parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_range, [&](Index first, Index last) {
-    limit::Seen seen;
     if (deltas_.empty())
-      limit::sweep(tables, motion, batches.data() + first, last - first, corrected_.data(), seen);
+      limit::sweep(tables, motion, batches.data() + first, last - first, corrected_.data());
     else
-      limit::corrections(tables, motion, batches.data() + first, last - first, corrected_.data(), deltas_.data(), seen);
+      limit::corrections(tables, motion, batches.data() + first, last - first, corrected_.data(), deltas_.data());
   });
 }
 
 std::int64_t StrainLimiter::sweep(const Team& team, const limit::Tables& tables, const limit::Motion& motion, int number,
-                                  const Active& active) {
-  const std::size_t n = active.batches.size();
+                                  Pending& pending) {
+  const std::size_t n = pending.n_colours();
   std::int64_t corrected = 0;
+  std::vector<Index> batches;
   for (std::size_t i = 0; i < n; ++i) {
-    const std::vector<Index>& batches = active.batches[number % 2 == 0 ? i : n - 1 - i];  // there and back: less bias
+    batches.clear();
+    pending.take(number % 2 == 0 ? i : n - 1 - i, batches);  // there and back: less bias
     run_batches(team, tables, motion, batches);
-    for (const Index b : batches) corrected += __builtin_popcount(corrected_[b]);
+    for (const Index b : batches)
+      for (unsigned bits = corrected_[b]; bits != 0; bits &= bits - 1, ++corrected) pending.spread(8 * b + __builtin_ctz(bits));
   }
   return corrected;
+}
+
+// Of what was corrected in the batches, each once.
+std::vector<Index> StrainLimiter::corners_of(const std::vector<Index>& batches) {
+  std::vector<Index> vertices;
+  for (const Index b : batches)
+    for (unsigned bits = corrected_[b]; bits != 0; bits &= bits - 1)
+      for (int k = 0; k < 3; ++k)
+        if (const Index v = elements_.corners(8 * b + __builtin_ctz(bits))[8 * k]; n_corrected_[v] != listed) {
+          n_corrected_[v] = listed;
+          vertices.push_back(v);
+        }
+  return vertices;
 }
 
 // Corrections of an element scaled by one factor, one over the largest number of elements corrected at one of its vertices: the
 // plain sum (3.17) diverges, and scaling per vertex would lose momentum.
 std::int64_t StrainLimiter::sweep_jacobi(const Team& team, const limit::Tables& tables, const limit::Motion& motion,
-                                         const Active& active) {
-  std::vector<Index> all;
-  for (const auto& batches : active.batches) all.insert(all.end(), batches.begin(), batches.end());
-  run_batches(team, tables, motion, all);
+                                         Pending& pending) {
+  std::vector<Index> batches;
+  for (std::size_t c = 0; c < pending.n_colours(); ++c) pending.take(c, batches);
+  run_batches(team, tables, motion, batches);
   std::int64_t corrected = 0;
-  for (const Index b : all) corrected += __builtin_popcount(corrected_[b]);
+  for (const Index b : batches)
+    for (unsigned bits = corrected_[b]; bits != 0; bits &= bits - 1, ++corrected) pending.spread(8 * b + __builtin_ctz(bits));
   if (corrected == 0) return 0;
   const auto& start = elements_.slot_start();
   const auto& slots = elements_.slots();
   const auto is_corrected = [&](Index slot) { return corrected_[slot / 8] >> (slot % 8) & 1; };
-  const Index n = static_cast<Index>(n_corrected_.size());
-  parallel_for(team, n, [&](Index v) {
+  const std::vector<Index> vertices = corners_of(batches);
+  const Index n = static_cast<Index>(vertices.size());
+  parallel_for(team, n, [&](Index i) {
+    const Index v = vertices[i];
     Index count = 0;
     for (Index s = start[v]; s < start[v + 1]; ++s) count += is_corrected(slots[s]);
     n_corrected_[v] = count;
   });
   double* const values = motion.v ? motion.v : motion.x;
-  parallel_for(team, n, [&](Index v) {
-    if (n_corrected_[v] == 0) return;
+  parallel_for(team, n, [&](Index i) {
+    const Index v = vertices[i];
     double sum[3] = {0.0, 0.0, 0.0};
     bool moves = false;
     for (Index s = start[v]; s < start[v + 1]; ++s) {
@@ -228,59 +286,20 @@ std::int64_t StrainLimiter::sweep_jacobi(const Team& team, const limit::Tables& 
 }
 
 std::int64_t StrainLimiter::sweep_randomly(const limit::Tables& tables, const limit::Motion& motion, std::uint64_t key,
-                                           const Active& active, std::vector<Index>& order) {
-  if (order.empty())
-    for (const auto& batches : active.batches)
-      for (const Index b : batches)
-        for (Index slot = 8 * b; slot < 8 * b + 8; ++slot)
-          if (elements_.element(slot) >= 0) order.push_back(slot);
+                                           Pending& pending) {
+  if (order_.empty())
+    for (Index slot = 0; slot < 8 * elements_.n_batches(); ++slot)
+      if (elements_.element(slot) >= 0) order_.push_back(slot);
+  std::vector<Index> order = order_;
   Sequence random(key);
   for (Index i = static_cast<Index>(order.size()) - 1; i > 0; --i) std::swap(order[i], order[random.below(i + 1)]);
-  std::fill(corrected_.begin(), corrected_.end(), 0);
   std::int64_t corrected = 0;
-  limit::Seen seen;
   for (const Index slot : order)
-    if (limit::correct_one(tables, motion, slot, seen)) {
-      corrected_[slot / 8] = static_cast<std::uint8_t>(corrected_[slot / 8] | 1 << slot % 8);
+    if (pending.take_one(slot) && limit::correct_one(tables, motion, slot)) {
+      pending.spread(slot);
       ++corrected;
     }
   return corrected;
-}
-
-// What is left; `unit` makes strain of it.
-void StrainLimiter::measure(const Team& team, const limit::Tables& tables, const limit::Motion& motion, double unit,
-                            LimitReport& report) {
-  parallel_ranges(team, elements_.n_batches(), batches_per_range, [&](Index first, Index last) {
-    limit::strains(tables, motion, first, last, strains_.data());
-  });
-  double most = 0.0;
-  for (Index b = 0; b < elements_.n_batches(); ++b) {
-    const limit::Bounds& bounds = tables.bounds[tables.bounds_of[b]];
-    const double* strain = strains_.data() + 24 * static_cast<std::size_t>(b);
-    double furthest = 0.0;  // of all lanes: nearly all batches are within their limits
-    for (int k = 0; k < 3; ++k)
-      for (int lane = 0; lane < 8; ++lane)
-        furthest = std::max(furthest, std::max(strain[8 * k + lane] - bounds.high[k], bounds.low[k] - strain[8 * k + lane]));
-    if (furthest <= 0.0) continue;
-    for (Index lane = 0; lane < 8; ++lane) {
-      const Index element = elements_.element(8 * b + lane);
-      if (element < 0) continue;
-      double largest = 0.0;
-      for (int k = 0; k < 3; ++k) {
-        const double e = strain[8 * k + lane];
-        const double beyond = std::max({0.0, e - bounds.high[k], bounds.low[k] - e});
-        report.excess[k] = std::max(report.excess[k], unit * beyond);
-        largest = std::max(largest, beyond);
-        const double margin = limit_margin(e > bounds.high[k] ? bounds.high[k] : bounds.low[k]);
-        if (!motion.v && beyond > margin) report.broken.push_back({element, k, beyond});
-      }
-      report.beyond += largest > motion.tolerance;
-      if (largest > most || (largest == most && most > 0.0 && element < report.worst)) most = largest, report.worst = element;
-    }
-  }
-  std::sort(report.broken.begin(), report.broken.end(), [](const BrokenLimit& a, const BrokenLimit& b) {
-    return std::tuple(-a.excess, a.element, a.mode) < std::tuple(-b.excess, b.element, b.mode);
-  });
 }
 
 Vec3 corotational_strain(const Vec3& green) {
@@ -289,22 +308,26 @@ Vec3 corotational_strain(const Vec3& green) {
   return {(c11 + d) / s - 1.0, (c22 + d) / s - 1.0, c12 / s};
 }
 
+Vec3 corotational_strain(const Triangles& triangles, const std::vector<Corners2>& corners, const Points& x, Index triangle) {
+  const Corners2& c = corners[triangle];
+  const Vec2 e0 = (c.row(0) - c.row(2)).transpose(), e1 = (c.row(1) - c.row(2)).transpose();
+  const double determinant = e0.x() * e1.y() - e0.y() * e1.x();
+  limit::Element<double> element{};
+  element.g0x = e1.y() / determinant, element.g0y = -e1.x() / determinant;
+  element.g1x = -e0.y() / determinant, element.g1y = e0.x() / determinant;
+  const auto corner = [&](int k) {
+    const Index v = triangles(triangle, k);
+    return limit::Space<double>{x(v, 0), x(v, 1), x(v, 2)};
+  };
+  const limit::Polar<double> p = limit::stretch(element, corner(0), corner(1), corner(2));
+  return {p.u.a11 - 1.0, p.u.a22 - 1.0, p.u.a12};
+}
+
 void corotational_strain(const Team& team, const Triangles& triangles, const std::vector<Corners2>& corners, const Points& x,
                          Points& strain) {
   strain.resize(triangles.rows(), 3);
-  parallel_for(team, static_cast<Index>(triangles.rows()), [&](Index t) {
-    const Corners2& c = corners[t];
-    const Vec2 e0 = (c.row(0) - c.row(2)).transpose(), e1 = (c.row(1) - c.row(2)).transpose();
-    const double determinant = e0.x() * e1.y() - e0.y() * e1.x();
-    limit::Element<double> element{};
-    element.g0x = e1.y() / determinant, element.g0y = -e1.x() / determinant;
-    element.g1x = -e0.y() / determinant, element.g1y = e0.x() / determinant;
-    const auto corner = [&](int k) {
-      return limit::Space<double>{x(triangles(t, k), 0), x(triangles(t, k), 1), x(triangles(t, k), 2)};
-    };
-    const limit::Polar<double> p = limit::stretch(element, corner(0), corner(1), corner(2));
-    strain.row(t) << p.u.a11 - 1.0, p.u.a22 - 1.0, p.u.a12;
-  });
+  parallel_for(team, static_cast<Index>(triangles.rows()),
+               [&](Index t) { strain.row(t) = corotational_strain(triangles, corners, x, t).transpose(); });
 }
 
 }  // namespace loomstone

@@ -1,6 +1,7 @@
 // Moves candidate positions so that no element strains beyond its limits: continuum-based strain limiting, [Thomaszewski2010]
 // chapter 3, and edge-based limiting for comparison. Every method keeps linear and angular momentum; vertices that are fixed do
-// not change by one bit. The result is the same on any number of threads; ranks all compute all of it.
+// not change by one bit. The result is the same on any number of threads and ranks. Ranks share the looks at all elements; the
+// sweeps, over the few elements that looks have found, they all compute, since a message for each colour would take longer.
 #pragma once
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 
 #include "core/cloth/strain_limit.h"
 #include "core/cloth/limit_elements.h"
+#include "core/cloth/limit_look.h"
 #include "core/parallel/team.h"
 
 namespace loomstone {
@@ -24,11 +26,12 @@ struct BrokenLimit {
 // What limiting did, and what it left.
 struct LimitReport {
   int sweeps = 0;                            // over all elements, or the active ones
-  std::int64_t evaluations = 0;              // elements whose strain was computed in the sweeps
+  std::int64_t evaluations = 0;              // elements whose strain was computed, by all ranks together
   std::array<double, 3> excess{};            // largest strain beyond its limit in weft, warp, shear [1]
   std::int64_t beyond = 0;                   // elements beyond a limit by more than the tolerance
   Index worst = -1;                          // the element most beyond its limits, -1 where none is
   std::vector<BrokenLimit> broken;           // the largest excess first
+  std::vector<double> squares;               // (limits) sums over all excess
 
   double largest() const { return std::max({excess[0], excess[1], excess[2]}); }
 };
@@ -36,16 +39,19 @@ struct LimitReport {
 // U - I = (weft, warp, shear e12) from the Green strain of the same triangle.
 Vec3 corotational_strain(const Vec3& green);
 
-// U - I of every triangle in its weft/warp axes (m x 3): weft, warp, shear e12 [1].
+// U - I of a triangle, and of every triangle (m x 3), in its weft/warp axes: weft, warp, shear e12 [1].
+Vec3 corotational_strain(const Triangles& triangles, const std::vector<Corners2>& corners, const Points& x, Index triangle);
 void corotational_strain(const Team& team, const Triangles& triangles, const std::vector<Corners2>& corners, const Points& x,
                          Points& strain);
 
 class EdgeLimiter;
 
-// Stage. `key` of the random order: calls of the same key, seed and positions give the same bits.
+// Stage. `key` of the random order: calls of the same key, seed and positions give the same bits. On several ranks all calls are
+// collective.
 class StrainLimiter {
  public:
-  StrainLimiter(const LimitedCloth& cloth, const LimitOptions& options);
+  // ranks: that share the work; null: one alone.
+  StrainLimiter(const LimitedCloth& cloth, const LimitOptions& options, const Communicator* ranks = nullptr);
   ~StrainLimiter();
 
   bool empty() const { return elements_.n_elements() == 0; }
@@ -61,22 +67,24 @@ class StrainLimiter {
   LimitReport measure(const Team& team, const Points& x);
 
  private:
-  struct Active;
-  LimitReport enforce(const Team& team, std::uint64_t key, const limit::Tables& tables, const limit::Motion& motion);
-  std::int64_t sweep(const Team& team, const limit::Tables& tables, const limit::Motion& motion, int number, const Active& active);
-  std::int64_t sweep_jacobi(const Team& team, const limit::Tables& tables, const limit::Motion& motion, const Active& active);
-  std::int64_t sweep_randomly(const limit::Tables& tables, const limit::Motion& motion, std::uint64_t key, const Active& active,
-                              std::vector<Index>& order);
+  class Pending;
+  // Sweeps until all is within its bounds, or too many. True where what the look has seen still is so.
+  bool enforce(const Team& team, std::uint64_t key, const limit::Tables& tables, const limit::Motion& motion, LimitReport& report);
+  std::int64_t sweep(const Team& team, const limit::Tables& tables, const limit::Motion& motion, int number, Pending& pending);
+  std::int64_t sweep_jacobi(const Team& team, const limit::Tables& tables, const limit::Motion& motion, Pending& pending);
+  std::int64_t sweep_randomly(const limit::Tables& tables, const limit::Motion& motion, std::uint64_t key, Pending& pending);
   void run_batches(const Team& team, const limit::Tables& tables, const limit::Motion& motion, const std::vector<Index>& batches);
-  void measure(const Team& team, const limit::Tables& tables, const limit::Motion& motion, double unit, LimitReport& report);
+  std::vector<Index> corners_of(const std::vector<Index>& batches);
 
   LimitOptions options_;
   LimitElements elements_;
+  LimitLook look_;
   std::unique_ptr<EdgeLimiter> edges_;       // of the cloths that are limited by edges
   bool by_elements_ = false;                 // others are there
   // Scratch.
   std::vector<std::uint8_t> corrected_;      // (batches) bits of lanes
-  std::vector<double> deltas_, strains_;
+  std::vector<double> deltas_;
+  std::vector<Index> order_;                 // slots of all elements, before they are shuffled
   std::vector<Index> n_corrected_;           // (n) elements corrected at each vertex
 };
 

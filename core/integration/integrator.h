@@ -70,6 +70,7 @@ class Integrator {
   virtual IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs,
                                     ClothState& state, Points& body_velocity) = 0;
   virtual bool implicit() const = 0;  // takes extra terms
+  virtual bool asks_energy() const { return false; }  // of the whole cloth, on every rank
 };
 
 // Throws InvalidInput for unknown names and combinations that do not exist.

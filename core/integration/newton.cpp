@@ -30,6 +30,7 @@ class NewtonIntegrator final : public Integrator {
         solver_({options.linear_solver, std::min(options.tolerance, 1e-4), options.max_iterations}) {}
 
   bool implicit() const override { return true; }
+  bool asks_energy() const override { return true; }
 
   IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs, ClothState& state,
                             Points& body_velocity) override {

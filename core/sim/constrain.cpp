@@ -156,31 +156,28 @@ class Constraining {
     ++report_.rounds;
   }
 
-  Mode mode(const Points& strain, Index triangle, int k) const {
+  // Of mode k of a triangle of that strain.
+  Mode mode(const Vec3& strain, Index triangle, int k) const {
     const StrainLimit& limit = in_.cloth->strain_limits[in_.cloth->strain_limit_of[triangle]];
     const std::array<double, 3> most = {limit.weft, limit.warp, limit.shear};
     const std::array<double, 3> least = {limit.weft_min, limit.warp_min, limit.least_shear()};
-    const double above = strain(triangle, k) - most[k], below = least[k] - strain(triangle, k);
+    const double above = strain[k] - most[k], below = least[k] - strain[k];
     return above >= below ? Mode{above, limit_margin(most[k])} : Mode{below, limit_margin(least[k])};
   }
 
   // Finds the triangles that are beyond their limits at x by more than the margin (true where there are some), and sums the squares
   // of all excess for each limit. Cloths that are limited by edges or given up count nowhere.
   bool look(const Points& x) {
-    corotational_strain(*in_.team, in_.cloth->triangles, in_.cloth->corners, x, strain1_);
+    const LimitReport seen = in_.limiter->measure(*in_.team, x);
+    squares_ = seen.squares;
+    const auto counts = [&](Index row) { return !in_.cloth->strain_limits[row].edge && !given_up_[row]; };
+    for (std::size_t row = 0; row < squares_.size(); ++row)
+      if (!counts(static_cast<Index>(row))) squares_[row] = 0.0;
     beyond_.clear();
-    squares_.assign(in_.cloth->strain_limits.size(), 0.0);
-    for (Index t = 0; t < in_.cloth->triangles.rows(); ++t) {
-      const Index row = in_.cloth->strain_limit_of[t];
-      if (row < 0 || in_.cloth->strain_limits[row].edge || given_up_[row]) continue;
-      bool far = false;
-      for (int k = 0; k < 3; ++k) {
-        const Mode m = mode(strain1_, t, k);
-        if (m.excess > 0.0) squares_[row] += m.excess * m.excess;
-        far = far || m.excess > m.margin;
-      }
-      if (far) beyond_.push_back(t);
-    }
+    for (const BrokenLimit& each : seen.broken)
+      if (counts(in_.cloth->strain_limit_of[each.element])) beyond_.push_back(each.element);
+    std::sort(beyond_.begin(), beyond_.end());
+    beyond_.erase(std::unique(beyond_.begin(), beyond_.end()), beyond_.end());
     return !beyond_.empty();
   }
 
@@ -188,14 +185,15 @@ class Constraining {
   // they were within. False where nothing could, or they were not.
   bool retreat() {
     const Points wanted = x1_;
-    corotational_strain(*in_.team, in_.cloth->triangles, in_.cloth->corners, *in_.x0, strain0_);
     bool any = false;
     for (int pass = 0; pass < max_passes && !beyond_.empty(); ++pass) {
       std::vector<std::pair<Index, double>> shares;  // of the way that vertices keep
       for (const Index t : beyond_) {
+        const Vec3 strain0 = corotational_strain(in_.cloth->triangles, in_.cloth->corners, *in_.x0, t);
+        const Vec3 strain1 = corotational_strain(in_.cloth->triangles, in_.cloth->corners, x1_, t);
         double share = 1.0;
         for (int k = 0; k < 3; ++k) {
-          const Mode before = mode(strain0_, t, k), now = mode(strain1_, t, k);
+          const Mode before = mode(strain0, t, k), now = mode(strain1, t, k);
           const double aim = aimed_at * now.margin;
           if (now.excess > now.margin && before.excess < aim)
             share = std::min(share, (aim - before.excess) / (now.excess - before.excess));
@@ -235,7 +233,6 @@ class Constraining {
   FreeBodies& bodies_;
   ConstrainReport report_;
   Points target_;              // what was certified last
-  Points strain0_, strain1_;   // (m x 3)
   std::vector<Index> beyond_;
   std::vector<double> squares_;          // (limits)
   std::vector<std::uint8_t> given_up_;   // (limits)

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <numeric>
+#include <set>
 #include <sstream>
 
 #include "core/base/error.h"
@@ -30,8 +31,7 @@ class StageTimer {
 // Ends the second phase of strain limits whatever becomes of the solve.
 struct EndOfLimitPhase {
   Elasticity& elasticity;
-  const Team& team;
-  ~EndOfLimitPhase() { elasticity.enter_limit_phase(team, nullptr); }
+  ~EndOfLimitPhase() { elasticity.leave_limit_phase(); }
 };
 
 // An attempt is taken back: its times and iterations were spent all the same.
@@ -83,7 +83,7 @@ Stepper::Stepper(const Model& model, const IntegratorOptions& options, const Tea
     limiter_ = std::make_unique<StrainLimiter>(
         LimitedCloth{n, model.cloth.triangles, model.cloth.corners, model.cloth.strain_limits, model.cloth.strain_limit_of,
                      model.cloth.mass, model.cloth.pinned},
-        model.scene.limits);
+        model.scene.limits, &layout.communicator());
   fixed_ = model.cloth.pinned;
   fixed_.resize(model.n_rows(), 0);
   inverse_mass_ = Vector::Zero(model.collision.n_vertices);
@@ -203,8 +203,6 @@ Stepper::Left Stepper::take(State& state, StepOutcome& outcome, StepPart part) {
   }
   {
     StageTimer timer(report, StageName::Integrate);
-    const EndOfLimitPhase end{*elasticity_, team_};
-    if (limits_in_solve_) elasticity_->enter_limit_phase(team_, &state.cloth.x);
     integrate(state, report);
     check(state, "integrate");  // collision detection takes finite positions for granted
   }
@@ -291,7 +289,12 @@ double Stepper::terms_at(const Points& displacement, double time, TermRequest re
 }
 
 void Stepper::integrate(State& state, StepReport& report) {
-  if (model_.cloth.n_vertices == 0) return;
+  const Index n = model_.cloth.n_vertices;
+  if (n == 0) return;
+  const EndOfLimitPhase end{*elasticity_};
+  const bool all = integrator_->asks_energy();
+  if (limits_in_solve_)
+    elasticity_->enter_limit_phase(team_, state.cloth.x, all ? 0 : std::min(layout_.begin(), n), all ? n : std::min(layout_.end(), n));
   StepInputs inputs;
   inputs.step = step_;
   inputs.time = start_time_;
@@ -365,10 +368,9 @@ void Stepper::limit_strain_rate(State& state, StepOutcome& outcome) {
   report.beyond_limit = left.beyond;
   report.worst_element = left.worst < 0 ? -1 : model_.triangle_of[left.worst];
   outcome.broken = left.broken;
-  std::vector<Index> elements;
-  for (const BrokenLimit& each : left.broken) elements.push_back(each.element);
-  std::sort(elements.begin(), elements.end());
-  report.broken_limits = std::unique(elements.begin(), elements.end()) - elements.begin();
+  std::set<Index> elements;
+  for (const BrokenLimit& each : left.broken) elements.insert(each.element);
+  report.broken_limits = static_cast<std::int64_t>(elements.size());
   report.rate_sweeps += limiter_->enforce_rate(team_, limit_key_, state.cloth.x, step_, state.cloth.v, false).sweeps;
 }
 
@@ -414,12 +416,10 @@ Stepper::Left Stepper::limit_and_certify(State& state, StepOutcome& outcome) {
   FreeBodies bodies = free_bodies(state);
   ConstrainInputs inputs;
   inputs.team = &team_, inputs.collision_team = &collision_team_;
-  inputs.cloth = &model_.cloth;
-  inputs.limiter = limiter_.get(), inputs.collision = collision_.get();
+  inputs.cloth = &model_.cloth, inputs.limiter = limiter_.get(), inputs.collision = collision_.get();
   inputs.limits_hold = model_.scene.limits.method != "edges";
   if (!contacts_in_solve_) inputs.repelled = &contacts_;
-  inputs.key = limit_key_;
-  inputs.step = step_;
+  inputs.key = limit_key_, inputs.step = step_;
   inputs.x0 = &x0_, inputs.inverse_mass = &inverse_mass_;
   const ConstrainReport done = constrain(inputs, x1_, bodies);
   move_cloth(state);
