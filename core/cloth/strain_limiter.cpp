@@ -1,7 +1,6 @@
 #include "core/cloth/strain_limiter.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "core/cloth/edge_limiter.h"
 
