@@ -139,8 +139,8 @@ LOOMSTONE_INLINE Lanes ring_potential(const Lanes& rho, const Lanes& beyond, con
   return a[0] / (pi * lanes_sqrt(alpha2));
 }
 
-LOOMSTONE_CLONES void cylinder_potential(double radius, double length, double side, const double* j, const double* points,
-                                         Index n, double* out) {
+LOOMSTONE_CLONES void cylinder_potential(double radius, double length, double side, const double* j,
+                                         const double* points, Index n, double* out) {
   constexpr double axis = 1e-4;  // below it the first term of the series in rho is good to its square
   const Lanes zero = lanes_all(0.0);
   for (Index i = 0; i < n; i += n_lanes) {

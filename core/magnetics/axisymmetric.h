@@ -6,9 +6,9 @@
 // rule where it converges to rounding, on the axis and far away, with differences between the ends formed without
 // cancellation, and by elliptic integrals near the rims, as [Derby2010] has them for the field of the sheet.
 //
-// The potential Phi of a magnetised body grows with its size as a length does: Phi = - x.mu0 H + dPhi/d(size), and to make the
-// body larger adds a layer to it, of thickness x.n, whose potential is J. the field of unit charges on its surface times
-// that: on the ends of a cylinder the end terms of the sheet, on its side complete elliptic integrals.
+// The potential Phi of a magnetised body grows with its size as a length does: Phi = - x.mu0 H + dPhi/d(size), and to
+// make the body larger adds a layer to it, of thickness x.n, whose potential is J. the field of unit charges on its
+// surface times that: on the ends of a cylinder the end terms of the sheet, on its side complete elliptic integrals.
 //
 // On a surface (closer than 1e-12 radii) the value is the outer one; on a rim or wire, where the field is infinite,
 // that 1e-15 radii beside it.

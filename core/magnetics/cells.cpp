@@ -34,7 +34,8 @@ CellTable table_of(const MagneticBody& body, const CellMagnet& magnet, const std
 CellMagnet::CellMagnet(const Source& magnet, double density, double separation)
     : moment_(magnet.moment()), radius_(magnet.radius()), separation_(separation) {
   const auto box = magnet.box();
-  if (!box) throw InvalidInput("body must be a solid magnet to be divided into cells, got dipoles or a current");
+  if (!box || magnet.induced())
+    throw InvalidInput("body must be a solid magnet to be divided into cells, got dipoles, a current or an induced body");
   if (!(density > 0.0) || !std::isfinite(density))
     throw InvalidInput("density must be > 0 [1/m^3], got " + std::to_string(density));
   if (!(separation >= 1.0) || !std::isfinite(separation))

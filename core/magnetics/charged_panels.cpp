@@ -190,8 +190,8 @@ FluxMatrix panel_fluxes(const Team& team, const PanelSet& on, const RigidPose& p
   return fluxes;
 }
 
-ChargedPanels::ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges)
-    : set_(std::move(set)), charges_(std::move(charges)) {}
+ChargedPanels::ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges, SourcePtr solid)
+    : set_(std::move(set)), charges_(std::move(charges)), solid_(std::move(solid)) {}
 
 void ChargedPanels::field_block(const double* points, Index n, Quantity, double* field) const {
   field_kernel(set_->tables.data(), charges_.data(), static_cast<Index>(charges_.size()), set_->radius, points, n, field);

@@ -33,19 +33,25 @@ FluxMatrix panel_fluxes(const Team& team, const PanelSet& on, const RigidPose& p
 
 class ChargedPanels final : public Source {
  public:
-  // charges: mu0 sigma on each panel [T].
-  ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges);
+  // charges: mu0 sigma on each panel [T]; solid: the body that has this surface, if it is closed.
+  ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges, SourcePtr solid = nullptr);
   // Inside of the surface the flux density is given as mu0 H: how the body is magnetised there is not known here.
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
   double radius() const override { return set_->radius; }
   Vec3 moment() const override;
+  std::optional<std::pair<Vec3, Vec3>> box() const override {
+    return solid_ ? solid_->box() : std::nullopt;
+  }
+  double depth(const Vec3& point) const override { return solid_ ? solid_->depth(point) : 0.0; }
+  std::vector<Panel> surface() const override { return solid_ ? solid_->surface() : std::vector<Panel>(); }
   bool induced() const override { return true; }
   std::vector<PanelSample> charges() const override;
 
  private:
   std::shared_ptr<const PanelSet> set_;
   Vector charges_;
+  SourcePtr solid_;
 };
 
 }  // namespace loomstone

@@ -53,8 +53,8 @@ LOOMSTONE_CLONES void field_kernel(const double* positions, const double* moment
   }
 }
 
-LOOMSTONE_CLONES void potential_kernel(const double* positions, const double* moments, Index dipoles, const double* points,
-                                       Index n, double* out) {
+LOOMSTONE_CLONES void potential_kernel(const double* positions, const double* moments, Index dipoles,
+                                       const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
     Lanes sum = lanes_all(0.0);

@@ -1,5 +1,5 @@
 // Field lines: curves along B, traced by an adaptive Runge-Kutta pair of order 5 and 4 [Dormand1980] in the length of the
-// curve, all lines abreast. They end where they enter a magnet, leave a ball, meet themselves, or the field vanishes.
+// curve, all lines abreast. They end where they enter a solid body, leave a ball, meet themselves, or the field vanishes.
 #pragma once
 
 #include <cstdint>
@@ -36,7 +36,7 @@ struct FieldLines {
 FieldLines trace_field_lines(const Team& team, const std::vector<MagneticBody>& bodies, const LineSeeds& seeds,
                              const LineOptions& options);
 
-// About `lines` seeds that stand for equal flux each: on the surface of solid magnets where it goes out, and on the
+// About `lines` seeds that stand for equal flux each: on the surface of solid bodies where it goes out, and on the
 // discs that loops, solenoids and closed polylines span. Throws InvalidInput where there is none of these.
 LineSeeds flux_seeds(const Team& team, const std::vector<MagneticBody>& bodies, const Vec3& uniform, Index lines);
 

@@ -8,6 +8,7 @@
 #include "core/magnetics/axisymmetric.h"
 #include "core/magnetics/constants.h"
 #include "core/magnetics/field_lines.h"
+#include "core/magnetics/harmonic_sphere.h"
 #include "core/magnetics/polyline.h"
 #include "core/magnetics/sphere.h"
 
@@ -81,13 +82,23 @@ std::vector<Piece> fan_pieces(const Polyline& line, int n) {
 
 std::vector<Piece> pieces_of(const Source& source, int n) {
   if (source.box()) {
-    if (dynamic_cast<const Sphere*>(&source)) return sphere_pieces(source.radius(), n);
+    if (dynamic_cast<const Sphere*>(&source) || dynamic_cast<const HarmonicSphere*>(&source)) return sphere_pieces(source.radius(), n);
     return panel_pieces(source.surface(), n);
   }
   if (const auto* loop = dynamic_cast<const Loop*>(&source)) return disc_pieces(loop->radius(), n);
   if (const auto* solenoid = dynamic_cast<const Solenoid*>(&source)) return disc_pieces(solenoid->coil_radius(), n);
   if (const auto* line = dynamic_cast<const Polyline*>(&source); line && line->closed()) return fan_pieces(*line, n);
   return {};
+}
+
+// Where bodies touch, flux goes from one into the other at once.
+bool held_by_another(const std::vector<MagneticBody>& bodies, const MagneticBody& own, const Vec3& point) {
+  for (const MagneticBody& body : bodies) {
+    if (&body == &own || !body.source->box()) continue;
+    const Vec3 local = rotation_matrix(body.pose.orientation).transpose() * (point - body.pose.position);
+    if (local.norm() <= body.source->radius() && body.source->depth(local) > 0.0) return true;
+  }
+  return false;
 }
 
 // Place on a curve that fills the cube of the body, by turns a bit of each coordinate.
@@ -124,7 +135,7 @@ LineSeeds flux_seeds(const Team& team, const std::vector<MagneticBody>& bodies, 
     const Points field = magnetic_field(team, bodies, at, "B");
     for (std::size_t i = 0; i < pieces.size(); ++i) {
       const double through = (rotation * pieces[i].area).dot(field.row(i).transpose() + uniform);
-      if (solid && through <= 0.0) continue;
+      if (solid && (through <= 0.0 || held_by_another(bodies, body, at.row(i).transpose()))) continue;
       points.push_back(at.row(i).transpose());
       flux.push_back(std::abs(through));
       way.push_back(solid ? 1 : 0);

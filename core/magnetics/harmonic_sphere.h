@@ -46,6 +46,10 @@ class HarmonicSphere final : public Source {
   void gradient_block(const double* points, Index n, double* gradient) const override;  // inside: 0
   double radius() const override { return radius_; }
   Vec3 moment() const override;
+  std::optional<std::pair<Vec3, Vec3>> box() const override {
+    return std::pair(Vec3(Vec3::Constant(-radius_)), Vec3(Vec3::Constant(radius_)));
+  }
+  double depth(const Vec3& point) const override { return radius_ - point.norm(); }
   bool induced() const override { return true; }
   std::vector<PanelSample> charges() const override;
 

@@ -64,8 +64,8 @@ LOOMSTONE_CLONES void gradient_kernel(const double* edges, Index n_edges, double
 }
 
 // All points near the body or far from it: what cancels are terms of the size of the distance.
-LOOMSTONE_CLONES void potential_kernel(const double* faces, Index n_faces, const double* edges, Index n_edges, double radius,
-                                       const double* points, Index n, double* out) {
+LOOMSTONE_CLONES void potential_kernel(const double* faces, Index n_faces, const double* edges, Index n_edges,
+                                       double radius, const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
     Lanes sum = lanes_all(0.0);

@@ -4,8 +4,8 @@
 // A face of charge sigma adds sigma/4pi [n Omega + sum over its edges m L]: Omega the solid angle under which it is
 // seen (positive on the side of its normal n), m the normal of an edge in the plane of the face, outwards, L = log((r1
 // + r2 + l) / (r1 + r2 - l)) of an edge of length l with distances r1, r2 to its ends [Wilton1984]. Edges of
-// neighbouring faces are summed first, so an edge where the charge does not change costs nothing. The face's potential is
-// sigma/4pi [sum of (m.s) L - (n.r) Omega], r from a corner to the point, s from the point to an end of the edge.
+// neighbouring faces are summed first, so an edge where the charge does not change costs nothing. The face's potential
+// is sigma/4pi [sum of (m.s) L - (n.r) Omega], r from a corner to the point, s from the point to an end of the edge.
 //
 // On a face (closer than 1e-12 of the size) the value is the outer one. On an edge the field is infinite; it is
 // evaluated 1e-15 of the size beside it. Farther than 4 radii multipoles take over, which lose no digits however far

@@ -108,7 +108,7 @@ class SoftPanels final : public SoftShape {
     return charges;
   }
   SourcePtr source(const Vector& charges) const override {
-    return std::make_shared<ChargedPanels>(form_->set, charges);
+    return std::make_shared<ChargedPanels>(form_->set, charges, form_->solid);
   }
   // As div H = 0, the integral over the volume is that of x (H.n) over the surface.
   Vec3 mean_field(const Vector& received) const override {

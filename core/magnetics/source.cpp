@@ -7,7 +7,7 @@
 namespace loomstone {
 
 void Source::potential_block(const double*, Index, double*) const {
-  throw Unsupported("a scalar potential is that of magnets and dipoles, got a current, or a body that is magnetised by others");
+  throw Unsupported("a scalar potential is that of hard magnets and dipoles, got a current or an induced body");
 }
 
 void check_points(const ConstPointsRef& points, const char* name) {

@@ -31,21 +31,21 @@ class Source {
   virtual void field_block(const double* points, Index n, Quantity quantity, double* field) const = 0;
   // Symmetric gradient of mu0 H [T/m] of one block.
   virtual void gradient_block(const double* points, Index n, double* gradient) const = 0;
-  // mu0 times the scalar potential of one block, whose descent is mu0 H and which vanishes far away [T m]. Throws Unsupported
-  // for currents, which have none.
+  // mu0 times the scalar potential of one block, whose descent is mu0 H and which vanishes far away [T m]. Throws
+  // Unsupported for currents, which have none.
   virtual void potential_block(const double* points, Index n, double* potential) const;
   // Radius of the ball about the origin that holds the source [m].
   virtual double radius() const = 0;
   // Dipole moment [A m^2].
   virtual Vec3 moment() const = 0;
-  // Of solid magnets: bounding box [m], and depth of a point below the surface, negative outside [m].
+  // Of solid bodies: bounding box [m], and depth of a point below the surface, negative outside [m].
   virtual std::optional<std::pair<Vec3, Vec3>> box() const { return std::nullopt; }
   virtual double depth(const Vec3&) const { return 0.0; }
   // False where its current has ends.
   virtual bool steady() const { return true; }
   // Where its charge or current sits; empty for dipoles, which dipoles() gives.
   virtual std::vector<Panel> panels() const { return {}; }
-  // Of solid magnets: their whole surface, also where it carries no charge.
+  // Of solid bodies: their whole surface, also where it carries no charge.
   virtual std::vector<Panel> surface() const { return {}; }
   // Of induced bodies: their charge at points that are enough for integrals over it; empty for all others.
   virtual bool induced() const { return false; }

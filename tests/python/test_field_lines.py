@@ -64,6 +64,29 @@ def test_lines_of_a_solenoid_go_round_its_winding():
     assert m.LineEnd.no_field not in found.ends + found.begins
 
 
+@pytest.mark.parametrize("kind", ["cuboid", "sphere", "touching"])
+def test_lines_end_on_bodies_that_magnetise_and_go_on_from_them(kind):
+    magnet = m.cuboid(size=(0.01, 0.01, 0.005), polarization=(0, 0, 1.2))
+    if kind == "sphere":
+        soft = m.soft_sphere(radius=0.006, susceptibility=1000.0).moved((0, 0, 0.011))
+    else:
+        soft = m.soft_cuboid(size=(0.02, 0.02, 0.004), susceptibility=1000.0, cells=8)
+        soft = soft.moved((0, 0, 0.0045 if kind == "touching" else 0.0065))
+    (induced,) = m.induce(soft, by=magnet).bodies
+    found = m.field_lines([magnet, induced], 60)
+    assert set(found.ends) <= {m.LineEnd.body, m.LineEnd.left}
+    # Within the body the charge on its surface tells nothing of B: lines that went on there never came out.
+    assert sum(map(len, found.lines)) < 100 * 60
+
+    def at(bodies, points):
+        return np.array([ls._core.magnetic_depth([body], points) for body in bodies]) > -1e-6
+
+    first, last = (at([magnet, induced], np.array([line[k] for line in found.lines])) for k in (0, -1))
+    assert (first[0] | first[1]).all(), "all begin on one of the two"
+    assert (first[0] & last[1]).any() or kind == "touching", "some go from the magnet into the iron"
+    assert (first[1] & last[0]).any(), "and come back from there"
+
+
 def test_bad_requests_are_refused():
     for change, message in (
         ({"lines": 0}, "lines must be at least 1"),

@@ -22,7 +22,7 @@ class LineEnd(IntEnum):
     """Why a field line ends."""
 
     seed = 0  # it was followed one way only
-    body = 1  # it enters a magnet, or comes out of one
+    body = 1  # it enters a magnet or a body that magnetises, or comes out of one
     left = 2  # it leaves the ball of radius extent
     closed = 3  # it meets itself
     length = 4  # it is too long
@@ -52,9 +52,9 @@ def field_lines(
 ) -> FieldLines:
     """Traces lines of B by an adaptive Runge-Kutta pair of order 5 and 4.
 
-    Without seeds, `lines` of them begin where equal shares of the flux leave the surfaces of solid magnets or pass through
+    Without seeds, `lines` of them begin where equal shares of the flux leave the surfaces of magnets and of bodies that magnetise, or pass through
     loops, solenoids and closed polylines, so that they lie dense where the field is strong. seeds (n, 3) [m] are followed both
-    ways instead. uniform (3): flux density besides that of the bodies [T]. A line ends where it enters a magnet, where it leaves
+    ways instead. uniform (3): flux density besides that of the bodies [T]. A line ends where it enters such a body, where it leaves
     the ball of radius `extent` [m] about `centre` (0: four times the ball that holds the bodies, about its centre), where it
     meets itself, after `length` [m] (0: 20 extents), or where the field vanishes. tolerance [1]: error of a step over the extent.
     Neighbouring points turn by about 0.1 at most. threads 0: all processors; the result does not depend on it. Raises InvalidInput for
