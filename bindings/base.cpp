@@ -104,9 +104,9 @@ void each_number(Visit&& visit) {
   visit("magnetic_energy", &Class::magnetic_energy, "of magnets in one another's field and in the uniform one [J]");
   visit("magnetic_substeps", &Class::magnetic_substeps, "sub-steps that the motion of magnets took");
   visit("magnetic_error", &Class::magnetic_error, "largest estimated error of a force at the end of the step [N]");
-  visit("circuit_current", &Class::circuit_current, "in the circuit at the end of the step [A]");
-  visit("circuit_energy", &Class::circuit_energy, "of its inductance [J]");
-  visit("circuit_heat", &Class::circuit_heat, "in its resistance since the start [J]");
+  visit("circuit_current", &Class::circuit_current, "in the first circuit at the end of the step [A]");
+  visit("circuit_energy", &Class::circuit_energy, "of the inductances of all circuits, own and mutual [J]");
+  visit("circuit_heat", &Class::circuit_heat, "in the resistances of circuits since the start [J]");
   visit("circuit_supply", &Class::circuit_supply, "by the sources of all coils since the start [J]");
   visit("bearing_work", &Class::bearing_work, "taken out by friction and torques of bearings since the start [J]");
 }
@@ -172,6 +172,7 @@ void bind_frame(py::module_& m) {
   c.def_property_readonly("contact", [](py::object self) { return view(self.cast<const Frame&>().contact, self); },
                           "(n) 1 where the vertex took part in a contact");
   array("body_positions", &Frame::body_positions, "(nb x 3) vertices of rigid bodies and obstacles [m]");
+  array("coil_currents", &Frame::coil_currents, "(coils) in all coils, given or of circuits [A]");
   c.def_readonly("report", &Frame::report, "StepReport of the last step");
   c.def("with_contact",
         [](Frame self, std::vector<std::uint8_t> contact) {

@@ -6,6 +6,7 @@
 #include "core/magnetics/cells.h"
 #include "core/magnetics/field_lines.h"
 #include "core/magnetics/induction.h"
+#include "core/magnetics/mutual_inductance.h"
 #include "core/magnetics/polyhedron.h"
 #include "core/magnetics/sphere.h"
 #include "core/magnetics/tree_sums.h"
@@ -229,6 +230,13 @@ void bind_interactions(py::module_& m) {
 }
 
 void bind_energy(py::module_& m) {
+  m.def(
+      "mutual_inductance",
+      [](const MagneticBody& a, const MagneticBody& b, double tolerance) {
+        const py::gil_scoped_release release;
+        return mutual_inductance(a, b, tolerance);
+      },
+      py::arg("a"), py::arg("b"), py::kw_only(), py::arg("tolerance") = 1e-6);
   m.def(
       "magnetic_potential",
       [](const std::vector<MagneticBody>& bodies, const py::object& points, int threads) {

@@ -125,14 +125,16 @@ void bind_simulation(py::module_& m) {
   c.def("magnetic_forces", &S::magnetic_forces, released,
         "Magnetic forces [N] and torques about the centres [N m] on the bodies now, each (b x 3).");
   const auto electric = [&](const char* name, double CircuitState::*member, const char* text) {
-    c.def_property_readonly(name, [member](const S& self) { return self.circuit().*member; }, text);
+    c.def_property_readonly(name, [member](const S& self) { return self.circuits().*member; }, text);
   };
-  electric("current", &CircuitState::current, "[A] in the circuit now");
-  electric("circuit_heat", &CircuitState::heat, "[J] in the circuit's resistance since the start");
+  c.def_property_readonly("current", &S::current, "[A] in the first circuit now");
+  c.def_property_readonly("currents", &S::currents, "(coils) [A] in all coils now, given or of circuits");
+  electric("circuit_heat", &CircuitState::heat, "[J] in the circuits' resistances since the start");
   electric("circuit_supply", &CircuitState::supply, "[J] by the sources of all coils since the start");
   electric("bearing_work", &CircuitState::bearings, "[J] taken out by friction and torques of bearings since the start");
   c.def("magnets", &S::magnets, py::arg("frame"), released,
-        "Magnets where a frame of this scene shows them, in the scene's order; spheres that magnetise as what they are there.");
+        "Magnets where a frame of this scene shows them, in the scene's order, spheres that magnetise as what they are there; then\n"
+        "the coils that carry a current.");
   c.def("checkpoint", &S::checkpoint, released, "The state, exactly.");
   c.def("restore", &S::restore, py::arg("checkpoint"), released, "Continues from a checkpoint of the same scene.");
   c.def("rebuild_stages", &S::rebuild_stages, released, "Throws all stages away; changes no bit of the future.");

@@ -35,6 +35,7 @@ struct Frame {
   Vector stretch;                      // (m) largest principal stretch [1]
   std::vector<std::uint8_t> contact;   // (n) 1 where the vertex took part in a contact
   Points body_positions;               // (nb x 3) [m]
+  Vector coil_currents;                // (coils) [A]
   StepReport report;
 };
 

@@ -58,9 +58,9 @@ struct StepReport {
   double magnetic_energy = 0.0;      // of magnets in one another's field and in the uniform one
   int magnetic_substeps = 0;         // that the magnets' motion took
   double magnetic_error = 0.0;       // largest estimated error of a force at the end of the step [N]
-  double circuit_current = 0.0;      // in the circuit at the end of the step [A]
-  double circuit_energy = 0.0;       // of its inductance
-  double circuit_heat = 0.0;         // in its resistance since the start
+  double circuit_current = 0.0;      // in the first circuit at the end of the step [A]
+  double circuit_energy = 0.0;       // of the inductances of all circuits, own and mutual
+  double circuit_heat = 0.0;         // in their resistances since the start
   double circuit_supply = 0.0;       // by the sources of all coils since the start
   double bearing_work = 0.0;         // taken out by friction and torques of bearings since the start
 };

@@ -17,6 +17,9 @@ inline const std::string run_file = "run.vtkhdf", bodies_file = "bodies.vtkhdf";
 inline const std::string group = "/loomstone";
 inline const std::string run_kind = "run", bodies_kind = "bodies";
 
+// The currents in the coils of a scene that has some, a row a frame.
+inline const std::string currents = group + "/coil_currents";
+
 // A row of the table of frames.
 struct FrameRow {
   std::int64_t step = 0;  // of the frame; the report's own may differ

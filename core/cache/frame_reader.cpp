@@ -66,11 +66,13 @@ struct FrameReader::Data {
   FrameTopology topology;
   std::string metadata;
   std::vector<double> times;
+  std::int64_t n_coils = 0;
 
   Data(const std::string& run_path, const std::string& bodies_path)
       : run_file(open_ours(run_path, run_kind)), run(run_file), times(run.times()) {
     read_cloth();
     metadata = read_text(run_file, "metadata");
+    if (run_file.has_attribute(group, "n_coils")) n_coils = run_file.attribute(group, "n_coils");
     if (run_file.attribute(group, "has_bodies")) {
       bodies_file = open_ours(bodies_path, bodies_kind);
       bodies.emplace(*bodies_file);
@@ -147,6 +149,11 @@ Frame FrameReader::frame(int index) const {
   data_->run_file.open_rows(group + "/frames", frame_format()).read(index, 1, &row);
   frame.step = row.step;
   frame.report = row.report;
+  if (data_->n_coils > 0) {
+    frame.coil_currents.resize(data_->n_coils);
+    const RowFormat format{Number::Float64, static_cast<int>(data_->n_coils)};
+    data_->run_file.open_rows(currents, format).read(index, 1, frame.coil_currents.data());
+  }
   return frame;
 }
 

@@ -100,8 +100,8 @@ struct FrameWriter::Data {
   Parts parts;
   PolyDataWriter run;
   std::optional<PolyDataWriter> bodies;
-  Hdf5Rows frame_rows, report_rows;
-  Eigen::Index n_vertices, n_triangles, n_body_vertices;
+  Hdf5Rows frame_rows, report_rows, current_rows;
+  Eigen::Index n_vertices, n_triangles, n_body_vertices, n_coils = 0;
   std::int64_t n_frames = 0, n_reports = 0;
   std::vector<StepReport> pending;  // recorded, not yet in the file
 
@@ -142,6 +142,7 @@ struct FrameWriter::Data {
     check_rows("strain", frame.strain.rows(), n_triangles, 3);
     check_rows("stretch", frame.stretch.rows(), n_triangles, 1);
     check_rows("body_positions", frame.body_positions.rows(), n_body_vertices, 3);
+    if (n_frames > 0) check_rows("coil_currents", frame.coil_currents.size(), n_coils, 1);
   }
 
   void stage(const Frame& frame) {
@@ -151,6 +152,14 @@ struct FrameWriter::Data {
     const FrameRow row{frame.step, frame.report};
     frame_rows.resize(n_frames + 1);
     frame_rows.write(n_frames, 1, &row);
+    if (n_frames == 0 && frame.coil_currents.size() > 0) {
+      n_coils = frame.coil_currents.size();
+      run.file().write_attribute(group, "n_coils", std::array<std::int64_t, 1>{n_coils});
+      current_rows = run.file().create_rows(currents, {Number::Float64, static_cast<int>(n_coils)}, table_block);
+    }
+    if (n_coils == 0) return;
+    current_rows.resize(n_frames + 1);
+    current_rows.write(n_frames, 1, frame.coil_currents.data());
   }
 
   void stage_reports() {

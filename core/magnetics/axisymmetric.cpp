@@ -169,6 +169,22 @@ LOOMSTONE_CLONES void cylinder_potential(double radius, double length, double si
   }
 }
 
+// length 0: of a loop, else of a sheet; along the azimuth.
+LOOMSTONE_CLONES void vector_potential(double radius, double length, double strength, const double* points, Index n,
+                                       double* out) {
+  for (Index i = 0; i < n; i += n_lanes) {
+    const SheetPoint s = sheet_point(points, n, i, radius, length, 1.0);
+    Lanes along;
+    if (length > 0.0)
+      along = strength * s.p.rho * sheet_terms(s.p.rho, s.beyond, s.z1, s.z0, length, false).t;
+    else
+      along = -strength * sheet_end(s.p.rho, s.beyond, s.p.z).br;
+    lanes_store(out + i, -s.p.sine * along);
+    lanes_store(out + n + i, s.p.cosine * along);
+    lanes_store(out + 2 * n + i, lanes_all(0.0));
+  }
+}
+
 // Points where a sheet's or loop's (length 0) integrals are smooth: the same rule as in sheet_terms, to group points
 // alike.
 struct Smooth {
@@ -233,6 +249,10 @@ void Loop::gradient_block(const double* points, Index n, double* gradient) const
   split_block(points, n, 6, gradient, Smooth{radius_, 0.0}, kernel, kernel);
 }
 
+void Loop::vector_potential_block(const double* points, Index n, double* potential) const {
+  vector_potential(radius_, 0.0, mu0 * current_, points, n, potential);
+}
+
 Vec3 Loop::moment() const { return {0.0, 0.0, current_ * pi * radius_ * radius_}; }
 
 Solenoid::Solenoid(double radius, double length, double turns, double current) : radius_(radius), length_(length) {
@@ -251,6 +271,10 @@ void Solenoid::field_block(const double* points, Index n, Quantity, double* fiel
 void Solenoid::gradient_block(const double* points, Index n, double* gradient) const {
   std::fill_n(gradient, 6 * n, 0.0);
   add_cylinder_gradient(radius_, length_, 1.0, {0.0, 0.0, mu0 * sheet_}, points, n, gradient);
+}
+
+void Solenoid::vector_potential_block(const double* points, Index n, double* potential) const {
+  vector_potential(radius_, length_ / radius_, mu0 * sheet_ * radius_, points, n, potential);
 }
 
 double Solenoid::radius() const { return std::hypot(radius_, 0.5 * length_); }

@@ -27,6 +27,8 @@ class Loop final : public Source {
   double radius() const override { return radius_; }
   Vec3 moment() const override;
   std::vector<Panel> panels() const override;
+  // Vector potential [T m] of one block, that of the field's symmetry.
+  void vector_potential_block(const double* points, Index n, double* potential) const;
   double current() const { return current_; }
 
  private:
@@ -43,6 +45,7 @@ class Solenoid final : public Source {
   double radius() const override;
   Vec3 moment() const override;
   std::vector<Panel> panels() const override;
+  void vector_potential_block(const double* points, Index n, double* potential) const;  // as of a loop
   double coil_radius() const { return radius_; }
   double length() const { return length_; }
   double sheet_current() const { return sheet_; }  // [A/m]

@@ -242,15 +242,18 @@ FieldLines trace_field_lines(const Team& team, const std::vector<MagneticBody>& 
     const Tracer* onwards = line.sign > 0.0 ? &line : nullptr;
     LineEnd begin = LineEnd::seed, end = LineEnd::seed;
     if (line.sign < 0.0) {
-      begin = line.end;
-      all.insert(all.end(), line.points.rbegin(), line.points.rend());
       const bool both = t + 1 < tracers.size() && tracers[t + 1].origin == line.origin;
       if (both) ++t;
-      if (both && begin == LineEnd::closed) end = LineEnd::closed;  // it was gone round once
-      if (both && begin != LineEnd::closed) onwards = &tracers[t];
+      // One that closes is gone round once; it may miss its seed the other way.
+      const bool only_onwards = both && line.end != LineEnd::closed && tracers[t].end == LineEnd::closed;
+      begin = only_onwards ? LineEnd::closed : line.end;
+      if (!only_onwards) all.insert(all.end(), line.points.rbegin(), line.points.rend());
+      if (both && line.end == LineEnd::closed) end = LineEnd::closed;
+      if (both && line.end != LineEnd::closed) onwards = &tracers[t];
     }
     if (onwards) {
-      all.insert(all.end(), onwards->points.begin() + (onwards == &line ? 0 : 1), onwards->points.end());
+      const bool whole = onwards == &line || begin == LineEnd::closed;
+      all.insert(all.end(), onwards->points.begin() + (whole ? 0 : 1), onwards->points.end());
       end = onwards->end;
     }
     lines.first.push_back(static_cast<Index>(all.size()));

@@ -135,7 +135,7 @@ LineSeeds flux_seeds(const Team& team, const std::vector<MagneticBody>& bodies, 
     const Points field = magnetic_field(team, bodies, at, "B");
     for (std::size_t i = 0; i < pieces.size(); ++i) {
       const double through = (rotation * pieces[i].area).dot(field.row(i).transpose() + uniform);
-      if (solid && (through <= 0.0 || held_by_another(bodies, body, at.row(i).transpose()))) continue;
+      if ((solid && through <= 0.0) || held_by_another(bodies, body, at.row(i).transpose())) continue;
       points.push_back(at.row(i).transpose());
       flux.push_back(std::abs(through));
       way.push_back(solid ? 1 : 0);

@@ -24,6 +24,7 @@ void check_magnets(const Model& model, const State& state);  // where they begin
 
 // Coils on bodies and obstacles, and bearings.
 void build_coils(const Scene& scene, Model& model);
+void check_coils(const Model& model, const State& state);  // where they begin
 
 // Place in the bodies, then obstacles, of one that carries magnets or coils. Throws InvalidInput, and Unsupported where it deforms.
 std::size_t find_carrier(const Scene& scene, const std::string& name, const std::string& where);

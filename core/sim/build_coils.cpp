@@ -1,8 +1,10 @@
 // Coils on bodies and obstacles, and bearings.
 #include <cmath>
 
-#include "core/magnetics/axisymmetric.h"
+#include "core/magnetics/mutual_inductance.h"
 #include "core/sim/build.h"
+#include "core/sim/currents.h"
+#include "core/sim/motion.h"
 
 namespace loomstone {
 
@@ -63,28 +65,59 @@ void build_bearings(const Scene& scene, Model& model) {
 
 void build_coils(const Scene& scene, Model& model) {
   build_bearings(scene, model);
-  int circuits = 0;
   for (std::size_t i = 0; i < scene.coils.size(); ++i) {
     const Coil& coil = scene.coils[i];
     const std::string where = "coils[" + std::to_string(i) + "]";
     check_coil(coil, where);
-    if (coil.resistance > 0.0 && ++circuits > 1)
-      throw Unsupported(where + ": circuits do not act on one another; give all coils but one a current");
     const std::size_t carrier = find_carrier(scene, coil.body, where + ".body");
     Model::Wound wound;
     wound.carrier = static_cast<Index>(carrier);
     wound.local = {coil.position, coil.orientation.normalized()};
     if (carrier < scene.bodies.size()) wound.local.position -= model.body_mass[carrier].centre;
-    if (coil.shape == "loop")
-      wound.source = std::make_shared<Loop>(coil.radius, coil.turns);  // one ampere in every turn
-    else
-      wound.source = std::make_shared<Solenoid>(coil.radius, coil.length, coil.turns, 1.0);
+    wound.source = wound_source(coil, 1.0);
     model.coils.push_back(std::move(wound));
   }
-  if (scene.coils.empty()) return;
-  for (const Magnet& magnet : scene.magnets)
-    if (magnet.susceptibility != 0.0)
-      throw Unsupported("coils act on hard magnets, not on bodies that magnetise; leave out magnets with a susceptibility");
+  for (std::size_t i = 0; i < scene.coils.size(); ++i)
+    for (const Magnet& magnet : scene.magnets)
+      if (scene.coils[i].resistance > 0.0 && magnet.susceptibility != 0.0)
+        throw Unsupported("coils[" + std::to_string(i) +
+                          "]: circuits do not feel the flux of bodies that magnetise; give the coil a current, or leave out "
+                          "magnets with a susceptibility");
+}
+
+void check_coils(const Model& model, const State& state) {
+  const std::vector<RigidPose> obstacles = obstacle_places(model, state, 0.0, 1.0).poses;
+  const auto pose_of = [&](const auto& part) { return carried_pose(state.rigid, obstacles, part.carrier, part.local); };
+  std::vector<Index> circuits;
+  for (std::size_t j = 0; j < model.coils.size(); ++j) {
+    const std::string where = "coils[" + std::to_string(j) + "]";
+    if (model.scene.coils[j].resistance > 0.0) circuits.push_back(static_cast<Index>(j));
+    for (const Model::Carried& magnet : model.magnets) {
+      if (!magnet.soft) continue;
+      const SourcePtr solid = magnet.soft->solid();
+      const RigidPose pose = relative_pose(pose_of(model.coils[j]), pose_of(magnet));
+      const Mat3 rotation = rotation_matrix(pose.orientation);
+      for (const Panel& panel : model.coils[j].source->panels())
+        for (int i = 0; i < 64; ++i) {
+          const Vec3 point = panel.at(i % 8 / 7.0, panel.line() ? 0.0 : i / 8 / 7.0).position;
+          require(solid->depth(pose.position + rotation * point) <= 1e-6 * solid->radius(),
+                  where + " must lie apart from bodies that magnetise, got a winding that goes into one");
+        }
+    }
+  }
+  const auto m = static_cast<Eigen::Index>(circuits.size());
+  Eigen::MatrixXd inductances(m, m);
+  for (Eigen::Index a = 0; a < m; ++a) {
+    inductances(a, a) = model.scene.coils[circuits[a]].inductance;
+    for (Eigen::Index b = 0; b < a; ++b)
+      inductances(a, b) = inductances(b, a) =
+          mutual_inductance({model.coils[circuits[b]].source, pose_of(model.coils[circuits[b]])},
+                            {model.coils[circuits[a]].source, pose_of(model.coils[circuits[a]])}, 1e-4);
+  }
+  if (m < 2) return;
+  require(inductances.llt().info() == Eigen::Success,
+          "circuits must have inductances [H] whose mutual ones M keep M^2 < L_1 L_2, got M = " +
+              std::to_string(inductances(1, 0)) + " H of the first two; give them the inductance of their winding");
 }
 
 }  // namespace loomstone

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/cloth/strain_limiter.h"
+#include "core/sim/currents.h"
 #include "core/sim/motion.h"
 
 namespace loomstone {
@@ -23,12 +24,10 @@ void measure(const Model& model, const State& state, const Team& team, Elasticit
     report.body_kinetic_energy += 0.5 * (body_mass * state.rigid.velocities.row(b).squaredNorm() + spin.dot(inertia * spin));
     report.body_gravity_energy -= body_mass * state.rigid.positions.row(b).dot(model.scene.gravity.transpose());
   }
-  double inductance = 0.0;
-  for (const Coil& coil : model.scene.coils) inductance += coil.inductance;  // of one circuit
-  report.circuit_current = state.circuit.current;
-  report.circuit_energy = 0.5 * inductance * state.circuit.current * state.circuit.current;
-  report.circuit_heat = state.circuit.heat, report.circuit_supply = state.circuit.supply;
-  report.bearing_work = state.circuit.bearings;
+  report.circuit_current = first_circuit_current(model, state);
+  report.circuit_energy = state.circuits.energy;
+  report.circuit_heat = state.circuits.heat, report.circuit_supply = state.circuits.supply;
+  report.bearing_work = state.circuits.bearings;
   report.max_stretch = 1.0;
   report.weft_strain = report.warp_strain = report.shear_strain = 0.0;
   if (n == 0) return;
@@ -54,6 +53,7 @@ Frame capture(const Model& model, const State& state, const StepOutcome& outcome
   frame.step = state.step;
   frame.time = (static_cast<double>(state.step) - (1.0 - share)) * step;
   frame.report = outcome.report;
+  frame.coil_currents = coil_currents(model, state, frame.time);
   Points vertices;
   collision_vertices(model, state, vertices);
   if (share < 1.0) {

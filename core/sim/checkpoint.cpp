@@ -64,7 +64,9 @@ Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutco
   put(c, "rigid.orientations", state.rigid.orientations);
   put(c, "rigid.velocities", state.rigid.velocities);
   put(c, "rigid.angular_velocities", state.rigid.angular_velocities);
-  put(c, "circuit", Vec4(state.circuit.current, state.circuit.heat, state.circuit.supply, state.circuit.bearings));
+  const CircuitState& circuits = state.circuits;
+  put(c, "circuits", Vec4(circuits.energy, circuits.heat, circuits.supply, circuits.bearings));
+  put(c, "circuits.currents", circuits.currents);
   c.bytes["rigid.manifolds"] = state.rigid.manifolds;
   const auto& anchors = state.contacts.anchors;
   Points slip(anchors.size(), 3);
@@ -108,9 +110,11 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
   get(c, "rigid.velocities", s.rigid.velocities, state.rigid.velocities);
   get(c, "rigid.angular_velocities", s.rigid.angular_velocities, state.rigid.angular_velocities);
   s.rigid.manifolds = flags(c, "rigid.manifolds");
-  Vector circuit;
-  get(c, "circuit", circuit, Vector(Vector::Zero(4)));
-  s.circuit = {circuit[0], circuit[1], circuit[2], circuit[3]};
+  Vector energies;
+  get(c, "circuits", energies, Vector(Vector::Zero(4)));
+  s.circuits.energy = energies[0], s.circuits.heat = energies[1], s.circuits.supply = energies[2];
+  s.circuits.bearings = energies[3];
+  get(c, "circuits.currents", s.circuits.currents, state.circuits.currents);
   Points slip;
   Vector force;
   get(c, "contacts.slip", slip);

@@ -3,13 +3,19 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/magnetics/axisymmetric.h"
 #include "core/magnetics/constants.h"
+#include "core/magnetics/mutual_inductance.h"
 #include "core/sim/keyframes.h"
 #include "core/sim/motion.h"
 
 namespace loomstone {
 
 namespace {
+
+// What circuits do to one another as they move depends on their currents: so often these are taken anew in a kick, where the
+// change falls by the share of a current that a kick changes.
+constexpr int rounds = 4;
 
 // Linear between times, constant beyond them; no values: 0.
 double at_time(const std::vector<double>& times, const std::vector<double>& values, double time) {
@@ -25,50 +31,126 @@ double scale_of_force(const MagneticBody& a, const MagneticBody& b) {
   return 1.5 * mu0 / pi * a.source->moment().norm() * b.source->moment().norm() / std::pow(apart, 4);
 }
 
+void add_times(std::vector<Wrench>& to, double factor, const std::vector<Wrench>& what) {
+  for (std::size_t b = 0; b < to.size(); ++b) {
+    to[b].force += factor * what[b].force;
+    to[b].torque += factor * what[b].torque;
+  }
+}
+
 }  // namespace
+
+SourcePtr wound_source(const Coil& coil, double current) {
+  if (coil.shape == "loop") return std::make_shared<Loop>(coil.radius, coil.turns * current);
+  return std::make_shared<Solenoid>(coil.radius, coil.length, coil.turns, current);
+}
+
+Vector coil_currents(const Model& model, const State& state, double time) {
+  Vector currents = state.circuits.currents;
+  for (Index j = 0; j < static_cast<Index>(currents.size()); ++j) {
+    const Coil& coil = model.scene.coils[j];
+    if (coil.resistance == 0.0) currents[j] = at_time(coil.times, coil.currents, time);
+  }
+  return currents;
+}
+
+double first_circuit_current(const Model& model, const State& state) {
+  for (std::size_t j = 0; j < model.coils.size(); ++j)
+    if (model.scene.coils[j].resistance > 0.0) return state.circuits.currents[static_cast<Eigen::Index>(j)];
+  return 0.0;
+}
 
 Currents::Currents(const Model& model, const std::vector<Rotor>& rotors) : model_(model), rotors_(rotors) {
   for (std::size_t j = 0; j < model.coils.size(); ++j)
-    if (model.scene.coils[j].resistance == 0.0) order_.push_back(j);
-  for (std::size_t j = 0; j < model.coils.size(); ++j)
-    if (model.scene.coils[j].resistance > 0.0) order_.push_back(j);
+    (model.scene.coils[j].resistance == 0.0 ? given_ : circuits_).push_back(j);
+}
+
+double Currents::given_current(std::size_t coil, double time) const {
+  return at_time(model_.scene.coils[coil].times, model_.scene.coils[coil].currents, time);
+}
+
+std::vector<MagneticBody> Currents::given(const RigidState& state, const std::vector<RigidPose>& obstacles,
+                                          double time) const {
+  std::vector<MagneticBody> coils;
+  for (const std::size_t j : given_) {
+    const double current = given_current(j, time);
+    if (current == 0.0) continue;
+    const Model::Wound& wound = model_.coils[j];
+    coils.push_back({wound_source(model_.scene.coils[j], current), carried_pose(state, obstacles, wound.carrier, wound.local)});
+  }
+  return coils;
+}
+
+// Adds what a coil of one ampere and `other`, `factor` times, do to one another.
+void Currents::meet(const MagneticBody& coil, Index group, const MagneticBody& other, Index carrier, double factor,
+                    const RigidState& state, Wrenches& result) const {
+  const Index n = model_.n_bodies(), partner = std::min(carrier, n);
+  if (partner == group) return;
+  const Wrench w = magnetic_wrench(coil, other, model_.scene.magnetic_tolerance, 0.1 * scale_of_force(coil, other));
+  const auto add = [&](Index body, const Vec3& at, const Vec3& force, const Vec3& torque) {
+    if (body >= n) return;
+    result[body].force += force;
+    result[body].torque += torque + (at - state.positions.row(body).transpose()).cross(force);
+  };
+  const Vec3 &here = coil.pose.position, &there = other.pose.position;
+  add(group, here, factor * w.force, factor * w.torque);
+  add(partner, there, -factor * w.force, -factor * (w.torque + (here - there).cross(w.force)));
+}
+
+void Currents::place_inductances(const std::vector<MagneticBody>& coils) {
+  const auto mutual = [&](std::size_t j, std::size_t k) {
+    const RigidPose pose = relative_pose(coils[k].pose, coils[j].pose);
+    const auto known = known_.find({j, k});
+    if (known != known_.end() && known->second.pose == pose) return known->second.value;
+    const double tolerance = std::max(1e-2 * model_.scene.magnetic_tolerance, 1e-12);
+    return (known_[{j, k}] = {pose, mutual_inductance(coils[j], coils[k], tolerance)}).value;
+  };
+  const auto m = static_cast<Eigen::Index>(circuits_.size());
+  inductances_.resize(m, m);
+  from_given_.resize(m, given_.size());
+  for (Eigen::Index a = 0; a < m; ++a) {
+    inductances_(a, a) = model_.scene.coils[circuits_[a]].inductance;
+    for (Eigen::Index b = 0; b < a; ++b)
+      inductances_(a, b) = inductances_(b, a) = mutual(circuits_[b], circuits_[a]);
+    for (std::size_t g = 0; g < given_.size(); ++g)
+      from_given_(a, g) = model_.scene.coils[given_[g]].times.empty() ? 0.0 : mutual(given_[g], circuits_[a]);
+  }
 }
 
 void Currents::place(const RigidState& state, const std::vector<RigidPose>& obstacles,
-                     const std::vector<MagneticBody>& magnets, const std::vector<Index>& groups, double time) {
+                     const std::vector<MagneticBody>& magnets, const std::vector<Index>& groups, double time,
+                     std::vector<Wrench> magnetised) {
   const Index n = model_.n_bodies();
-  per_ampere_.assign(model_.coils.size(), std::vector<Wrench>(n));
+  magnetised_ = std::move(magnetised);
+  per_ampere_.assign(model_.coils.size(), Wrenches(n));
   sense_.assign(model_.coils.size(), 1.0);
   std::vector<MagneticBody> coils;
-  for (const Model::Wound& wound : model_.coils)
+  std::vector<Index> carriers;
+  for (const Model::Wound& wound : model_.coils) {
     coils.push_back({wound.source, carried_pose(state, obstacles, wound.carrier, wound.local)});
-  for (std::size_t place = 0; place < order_.size(); ++place) {
-    const std::size_t j = order_[place];
-    const MagneticBody& coil = coils[j];
-    const Index group = std::min(model_.coils[j].carrier, n);
-    std::vector<Wrench>& result = per_ampere_[j];
-    const auto add = [&](Index carrier, const Vec3& at, const Vec3& force, const Vec3& torque) {
-      if (carrier >= n) return;
-      result[carrier].force += force;
-      result[carrier].torque += torque + (at - state.positions.row(carrier).transpose()).cross(force);
-    };
-    const auto meet = [&](const MagneticBody& other, Index carrier, double factor) {
-      if (std::min(carrier, n) == group) return;
-      const Wrench w =
-          magnetic_wrench(coil, other, model_.scene.magnetic_tolerance, 0.1 * scale_of_force(coil, other));
-      const Vec3 &here = coil.pose.position, &there = other.pose.position;
-      add(group, here, factor * w.force, factor * w.torque);
-      add(std::min(carrier, n), there, -factor * w.force, -factor * (w.torque + (here - there).cross(w.force)));
-    };
-    for (std::size_t k = 0; k < magnets.size(); ++k) meet(magnets[k], groups[k], 1.0);
-    for (std::size_t before = 0; before < place; ++before) {  // all of them have given currents
-      const Coil& given = model_.scene.coils[order_[before]];
-      meet(coils[order_[before]], model_.coils[order_[before]].carrier, at_time(given.times, given.currents, time));
-    }
-    add(group, coil.pose.position, Vec3::Zero(), coil.moment().cross(model_.scene.magnetic_field));
-    const Vec3 axis = rotation_matrix(coil.pose.orientation).col(2);
-    if (axis.dot(model_.scene.coils[j].commutator) < 0.0) sense_[j] = -1.0;
+    carriers.push_back(std::min(wound.carrier, n));
   }
+  const auto place_coil = [&](std::size_t j, std::size_t n_given) {
+    Wrenches& result = per_ampere_[j];
+    for (std::size_t k = 0; k < magnets.size(); ++k) meet(coils[j], carriers[j], magnets[k], groups[k], 1.0, state, result);
+    for (std::size_t g = 0; g < n_given; ++g)
+      meet(coils[j], carriers[j], coils[given_[g]], carriers[given_[g]], given_current(given_[g], time), state, result);
+    if (carriers[j] < n) result[carriers[j]].torque += coils[j].moment().cross(model_.scene.magnetic_field);
+    const Vec3 axis = rotation_matrix(coils[j].pose.orientation).col(2);
+    if (axis.dot(model_.scene.coils[j].commutator) < 0.0) sense_[j] = -1.0;
+  };
+  for (std::size_t g = 0; g < given_.size(); ++g) place_coil(given_[g], g);
+  for (const std::size_t j : circuits_) place_coil(j, given_.size());
+  pairs_.clear();
+  for (std::size_t k = 1; k < circuits_.size(); ++k) {
+    for (std::size_t j = 0; j < k; ++j) {
+      const std::size_t a = circuits_[j], b = circuits_[k];
+      if (carriers[a] == carriers[b]) continue;
+      pairs_.push_back({j, k, Wrenches(n)});
+      meet(coils[a], carriers[a], coils[b], carriers[b], 1.0, state, pairs_.back().wrenches);
+    }
+  }
+  place_inductances(coils);
 }
 
 Currents::Twist Currents::middle(Index body, double duration, const RigidState& state, const Points& momenta,
@@ -87,8 +169,8 @@ Currents::Twist Currents::middle(Index body, double duration, const RigidState& 
   return {Vec3::Zero(), (along.dot(momentum) + 0.5 * duration * torque) / (inertia + 0.5 * duration * bearing.friction) * along};
 }
 
-double Currents::power(const std::vector<Wrench>& per_ampere, double duration, const RigidState& state,
-                       const Points& momenta, const std::vector<Wrench>& wrenches) const {
+double Currents::power(const Wrenches& per_ampere, double duration, const RigidState& state, const Points& momenta,
+                       const Wrenches& wrenches) const {
   double sum = 0.0;
   for (Index b = 0; b < model_.n_bodies(); ++b) {
     const Twist twist = middle(b, duration, state, momenta, wrenches[b]);
@@ -97,39 +179,67 @@ double Currents::power(const std::vector<Wrench>& per_ampere, double duration, c
   return sum;
 }
 
-void Currents::kick(double time, double duration, const RigidState& state, const Points& momenta,
-                    std::vector<Wrench>& wrenches, CircuitState& circuit) const {
-  const auto add = [&](std::vector<Wrench>& to, std::size_t j, double current) {
-    for (std::size_t b = 0; b < to.size(); ++b) {
-      to[b].force += current * per_ampere_[j][b].force;
-      to[b].torque += current * per_ampere_[j][b].torque;
+// Middle currents i_m of (2 L / tau + R) (i_m) + E(i_m) = 2 L i / tau + V - M di_g / tau, with E the power per ampere, linear in
+// the wrenches and so in i_m but for what circuits do to one another.
+void Currents::advance_circuits(double time, double duration, const RigidState& state, const Points& momenta,
+                                Wrenches& wrenches, CircuitState& circuits) const {
+  const auto m = static_cast<Eigen::Index>(circuits_.size());
+  Vector before(m), voltages(m), induced = Vector::Zero(m);
+  Eigen::MatrixXd fixed = 2.0 / duration * inductances_;
+  Vector change(given_.size());
+  for (std::size_t g = 0; g < given_.size(); ++g)
+    change[g] = given_current(given_[g], time + 0.5 * duration) - given_current(given_[g], time - 0.5 * duration);
+  if (!given_.empty()) induced = from_given_ * change;
+  for (Eigen::Index a = 0; a < m; ++a) {
+    const Coil& coil = model_.scene.coils[circuits_[a]];
+    before[a] = circuits.currents[circuits_[a]];
+    voltages[a] = sense_[circuits_[a]] * at_time(coil.times, coil.voltages, time);
+    fixed(a, a) += coil.resistance;
+  }
+  const Vector stored = 2.0 / duration * (inductances_ * before);
+  Vector middle_currents = before;
+  std::vector<Wrenches> felt, exerted;  // per ampere of each circuit: what its EMF follows, and what bodies feel
+  for (int round = 0; round < (pairs_.empty() ? 1 : rounds); ++round) {
+    felt.clear();
+    for (const std::size_t j : circuits_) felt.push_back(per_ampere_[j]);
+    exerted = felt;
+    for (const Pair& pair : pairs_) {
+      for (const auto& [own, other] : {std::pair(pair.j, pair.k), std::pair(pair.k, pair.j)}) {
+        add_times(felt[own], middle_currents[other], pair.wrenches);
+        add_times(exerted[own], 0.5 * middle_currents[other], pair.wrenches);
+      }
     }
-  };
-  for (const std::size_t j : order_) {
-    const Coil& coil = model_.scene.coils[j];
-    if (coil.resistance == 0.0) add(wrenches, j, at_time(coil.times, coil.currents, time));
+    Eigen::MatrixXd matrix = fixed;
+    Vector right = stored + voltages - induced / duration;
+    std::vector<Wrenches> with(m, wrenches);
+    for (Eigen::Index k = 0; k < m; ++k) add_times(with[k], 1.0, exerted[k]);
+    for (Eigen::Index j = 0; j < m; ++j) {
+      // What the bodies move without the currents, and what one ampere adds to that.
+      const double idle = power(felt[j], duration, state, momenta, wrenches);
+      right[j] -= idle;
+      for (Eigen::Index k = 0; k < m; ++k) matrix(j, k) += power(felt[j], duration, state, momenta, with[k]) - idle;
+    }
+    middle_currents = matrix.partialPivLu().solve(right);
   }
-  for (const std::size_t j : order_) {
-    const Coil& coil = model_.scene.coils[j];
-    if (coil.resistance == 0.0) continue;
-    std::vector<Wrench> more = wrenches;
-    add(more, j, 1.0);
-    // What the bodies move without the current, and what one ampere adds to that.
-    const double idle = power(per_ampere_[j], duration, state, momenta, wrenches);
-    const double slope = power(per_ampere_[j], duration, state, momenta, more) - idle;
-    const double voltage = sense_[j] * at_time(coil.times, coil.voltages, time), store = 2.0 * coil.inductance / duration;
-    const double middle_current = (store * circuit.current + voltage - idle) / (store + coil.resistance + slope);
-    add(wrenches, j, middle_current);
-    circuit.current = coil.inductance > 0.0 ? 2.0 * middle_current - circuit.current : middle_current;
-    circuit.heat += duration * coil.resistance * middle_current * middle_current;
-    circuit.supply += duration * voltage * middle_current;
+  Vector after(m);
+  for (Eigen::Index a = 0; a < m; ++a) {
+    const Coil& coil = model_.scene.coils[circuits_[a]];
+    add_times(wrenches, middle_currents[a], exerted[a]);
+    after[a] = coil.inductance > 0.0 ? 2.0 * middle_currents[a] - before[a] : middle_currents[a];
+    circuits.currents[circuits_[a]] = after[a];
+    circuits.heat += duration * coil.resistance * middle_currents[a] * middle_currents[a];
+    circuits.supply += duration * voltages[a] * middle_currents[a] - induced[a] * middle_currents[a];
   }
-  for (const std::size_t j : order_) {  // sources that hold a given current do what work is done
-    const Coil& coil = model_.scene.coils[j];
-    if (coil.resistance == 0.0)
-      circuit.supply += duration * at_time(coil.times, coil.currents, time) *
-                        power(per_ampere_[j], duration, state, momenta, wrenches);
-  }
+  circuits.energy = 0.5 * (inductances_ * after).dot(after);
+}
+
+void Currents::kick(double time, double duration, const RigidState& state, const Points& momenta,
+                    std::vector<Wrench>& wrenches, CircuitState& circuits) {
+  for (const std::size_t j : given_) add_times(wrenches, given_current(j, time), per_ampere_[j]);
+  if (!circuits_.empty()) advance_circuits(time, duration, state, momenta, wrenches, circuits);
+  for (const std::size_t j : given_)  // sources that hold a given current do what work is done
+    circuits.supply += duration * given_current(j, time) * power(per_ampere_[j], duration, state, momenta, wrenches);
+  if (!magnetised_.empty()) circuits.supply += duration * power(magnetised_, duration, state, momenta, wrenches);
   for (Index b = 0; b < model_.n_bodies(); ++b) {
     if (!held(b)) continue;
     const Bearing& bearing = model_.scene.bearings[model_.bearing_of_body[b]];
@@ -138,7 +248,7 @@ void Currents::kick(double time, double duration, const RigidState& state, const
     const double own = bearing.torque - bearing.friction * spin;
     wrenches[b].force = -model_.body_mass[b].mass * model_.scene.gravity;
     wrenches[b].torque = (along.dot(wrenches[b].torque) + own) * along;
-    circuit.bearings -= duration * own * spin;
+    circuits.bearings -= duration * own * spin;
   }
 }
 

@@ -1,10 +1,14 @@
-// What coils and bearings do to bodies in a kick, and the current of the circuit.
+// What coils and bearings do to bodies in a kick, and the currents of circuits.
 //
 // A coil with current i feels i G and its partners -i G by balance of momentum, where G is the force per ampere; the same G
 // times the velocities is its back-EMF, so that what a circuit loses the bodies gain, to the last bit of a kick: of length tau,
 // at rest positions, with middle values (subscript m), L (i' - i) = tau (V - R i_m - G v_m), m (v' - v) = tau (F + G i_m).
+// With several circuits L is the matrix of their own and mutual inductances, to which M di/dt of the given currents is added,
+// and G of each contains the currents of the others: what they do to one another in a kick is taken at i_m, by iteration, and
+// half of it is stored in L as bodies move.
 #pragma once
 
+#include <map>
 #include <vector>
 
 #include "core/magnetics/interaction.h"
@@ -14,6 +18,13 @@
 
 namespace loomstone {
 
+// (coils) currents at a time [s], given or of circuits [A]; of the first circuit, 0 without one.
+Vector coil_currents(const Model& model, const State& state, double time);
+double first_circuit_current(const Model& model, const State& state);
+
+// The winding of a coil with a current in each turn [A].
+SourcePtr wound_source(const Coil& coil, double current);
+
 // Stage.
 class Currents {
  public:
@@ -22,27 +33,50 @@ class Currents {
   bool held(Index body) const { return model_.bearing_of_body[body] >= 0; }
   Vec3 axis(Index body) const { return model_.scene.bearings[model_.bearing_of_body[body]].axis.normalized(); }
 
-  // Forces per ampere where magnets (of groups) and coils are at a time [s].
+  // The coils whose current is given and not zero at a time [s], as they are there.
+  std::vector<MagneticBody> given(const RigidState& state, const std::vector<RigidPose>& obstacles, double time) const;
+  // Forces per ampere where magnets (of groups) and coils are at a time [s]. magnetised: forces on the bodies that magnets exert
+  // on one another because coils magnetise some of them; their work is that of the sources of given currents.
   void place(const RigidState& state, const std::vector<RigidPose>& obstacles, const std::vector<MagneticBody>& magnets,
-             const std::vector<Index>& groups, double time);
-  // A kick of `duration` about `time` [s]: adds to `wrenches` what coils and bearings do, advances the circuit.
+             const std::vector<Index>& groups, double time, std::vector<Wrench> magnetised);
+  // A kick of `duration` about `time` [s]: adds to `wrenches` what coils and bearings do, advances the circuits.
   void kick(double time, double duration, const RigidState& state, const Points& momenta, std::vector<Wrench>& wrenches,
-            CircuitState& circuit) const;
+            CircuitState& circuits);
 
  private:
+  using Wrenches = std::vector<Wrench>;  // on each body
   struct Twist {
     Vec3 velocity, spin;
   };
+  struct Pair {
+    std::size_t j, k;  // places in circuits_
+    Wrenches wrenches;  // of one ampere in each [N/A^2, N m/A^2]
+  };
+  double given_current(std::size_t coil, double time) const;
+  void meet(const MagneticBody& coil, Index group, const MagneticBody& other, Index carrier, double factor,
+            const RigidState& state, Wrenches& result) const;
+  void place_inductances(const std::vector<MagneticBody>& coils);
+  void advance_circuits(double time, double duration, const RigidState& state, const Points& momenta, Wrenches& wrenches,
+                        CircuitState& circuits) const;
   // Velocities in the middle of a kick by a wrench.
   Twist middle(Index body, double duration, const RigidState& state, const Points& momenta, const Wrench& wrench) const;
-  double power(const std::vector<Wrench>& per_ampere, double duration, const RigidState& state, const Points& momenta,
-               const std::vector<Wrench>& wrenches) const;
+  double power(const Wrenches& per_ampere, double duration, const RigidState& state, const Points& momenta,
+               const Wrenches& wrenches) const;
 
   const Model& model_;
   const std::vector<Rotor>& rotors_;
-  std::vector<std::size_t> order_;                 // of coils, the circuit last
-  std::vector<std::vector<Wrench>> per_ampere_;    // of each coil on each body [N/A, N m/A]
-  std::vector<double> sense_;                      // of each coil's source: -1 where its commutator reverses it
+  std::vector<std::size_t> given_, circuits_;  // coils with given currents, with circuits
+  std::vector<Wrenches> per_ampere_;           // of each coil on each body [N/A, N m/A]
+  std::vector<Pair> pairs_;                    // of circuits on different bodies
+  Wrenches magnetised_;
+  Eigen::MatrixXd inductances_, from_given_;   // (circuits x circuits), (circuits x given) [H]
+  std::vector<double> sense_;                  // of each coil's source: -1 where its commutator reverses it
+  // Mutual inductances at the relative poses they were last asked for.
+  struct Known {
+    RigidPose pose;
+    double value = 0.0;
+  };
+  std::map<std::pair<std::size_t, std::size_t>, Known> known_;
 };
 
 }  // namespace loomstone

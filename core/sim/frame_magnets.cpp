@@ -6,6 +6,7 @@
 #include "core/magnetics/constants.h"
 #include "core/magnetics/sphere.h"
 #include "core/sim/magnetic_motion.h"
+#include "core/sim/motion.h"
 
 namespace loomstone {
 
@@ -40,13 +41,21 @@ std::vector<MagneticBody> magnets_of_frame(const Team& team, const Model& model,
     state.orientations.row(b) = pose.orientation.transpose();
   }
   for (const Model::Surface& obstacle : model.obstacles) obstacles.push_back(next(obstacle.local));
-  std::vector<MagneticBody> magnets = MagneticMotion(model).placed(team, state, obstacles);
+  std::vector<MagneticBody> coils;
+  for (std::size_t j = 0; j < model.coils.size(); ++j) {
+    const double current = static_cast<Eigen::Index>(j) < frame.coil_currents.size() ? frame.coil_currents[j] : 0.0;
+    if (current == 0.0) continue;
+    const Model::Wound& wound = model.coils[j];
+    coils.push_back({wound_source(model.scene.coils[j], current), carried_pose(state, obstacles, wound.carrier, wound.local)});
+  }
+  std::vector<MagneticBody> magnets = MagneticMotion(model).placed(team, state, obstacles, coils);
   for (std::size_t i = 0; i < magnets.size(); ++i) {
-    const double radius = model.magnets[i].radius;  // of what has no source of its own
     if (model.magnets[i].source || model.magnets[i].soft) continue;
+    const double radius = model.magnets[i].radius;  // of what has no source of its own
     const Vec3 polarization = mu0 / (4.0 / 3.0 * pi * radius * radius * radius) * magnets[i].moment();
     magnets[i].source = std::make_shared<Sphere>(radius, polarization);
   }
+  magnets.insert(magnets.end(), coils.begin(), coils.end());
   return magnets;
 }
 

@@ -43,7 +43,7 @@ std::vector<MagneticBody> MagneticMotion::hard(const std::vector<MagneticBody>& 
 }
 
 Points MagneticMotion::applied_field(const Team& team, const std::vector<MagneticBody>& magnets,
-                                     std::vector<KnownField>* known) const {
+                                     const std::vector<MagneticBody>& coils, std::vector<KnownField>* known) const {
   Points x(induced_.size(), 3), field = Points::Zero(induced_.size(), 3);
   for (std::size_t k = 0; k < induced_.size(); ++k) x.row(k) = magnets[induced_[k]].pose.position.transpose();
   for (const MagneticBody& body : hard(magnets)) {
@@ -51,13 +51,16 @@ Points MagneticMotion::applied_field(const Team& team, const std::vector<Magneti
     field += part;
     if (known) known->push_back({body, x, part});
   }
+  if (!coils.empty()) field += magnetic_field(team, coils, x, "B");
   field.rowwise() += model_.scene.magnetic_field.transpose();
   return field;
 }
 
 // Bodies that answer explicitly take no part in the others' magnetisation.
-void MagneticMotion::place_soft(const Team& team, std::vector<MagneticBody>& magnets) const {
-  const std::vector<MagneticBody> by = hard(magnets);
+void MagneticMotion::place_soft(const Team& team, std::vector<MagneticBody>& magnets,
+                                const std::vector<MagneticBody>& coils) const {
+  std::vector<MagneticBody> by = hard(magnets);
+  by.insert(by.end(), coils.begin(), coils.end());
   std::vector<SoftBody> mutual;
   std::vector<Index> rows;
   for (const Index i : induced_) {
@@ -77,13 +80,15 @@ void MagneticMotion::place_soft(const Team& team, std::vector<MagneticBody>& mag
 }
 
 std::vector<MagneticBody> MagneticMotion::placed(const Team& team, const RigidState& state,
-                                                 const std::vector<RigidPose>& obstacles) const {
+                                                 const std::vector<RigidPose>& obstacles,
+                                                 const std::vector<MagneticBody>& coils) const {
   std::vector<KnownField> known;
-  return placed(team, state, obstacles, known);
+  return placed(team, state, obstacles, coils, known);
 }
 
 std::vector<MagneticBody> MagneticMotion::placed(const Team& team, const RigidState& state,
                                                  const std::vector<RigidPose>& obstacles,
+                                                 const std::vector<MagneticBody>& coils,
                                                  std::vector<KnownField>& known) const {
   known.clear();
   std::vector<MagneticBody> bodies;
@@ -91,12 +96,12 @@ std::vector<MagneticBody> MagneticMotion::placed(const Team& team, const RigidSt
     bodies.push_back({magnet.source, carried_pose(state, obstacles, magnet.carrier, magnet.local)});
   if (induced_.empty()) return bodies;
   if (soft_) {
-    place_soft(team, bodies);
+    place_soft(team, bodies, coils);
     return bodies;
   }
   Points x(induced_.size(), 3);
   for (std::size_t k = 0; k < induced_.size(); ++k) x.row(k) = bodies[induced_[k]].pose.position.transpose();
-  const Points moments = induced_moments(team, x, polarizabilities_, applied_field(team, bodies, &known),
+  const Points moments = induced_moments(team, x, polarizabilities_, applied_field(team, bodies, coils, &known),
                                          std::min(1e-6, 1e-2 * model_.scene.magnetic_tolerance));
   for (std::size_t k = 0; k < induced_.size(); ++k) {
     MagneticBody& body = bodies[induced_[k]];
@@ -107,10 +112,32 @@ std::vector<MagneticBody> MagneticMotion::placed(const Team& team, const RigidSt
 }
 
 std::vector<Wrench> MagneticMotion::wrenches(const Team& team, const RigidState& state,
-                                             const std::vector<RigidPose>& obstacles) const {
+                                             const std::vector<RigidPose>& obstacles, double time) const {
   std::vector<KnownField> known;
-  const std::vector<MagneticBody> magnets = placed(team, state, obstacles, known);
+  const std::vector<MagneticBody> magnets = placed(team, state, obstacles, currents_.given(state, obstacles, time), known);
   return wrenches(team, state, magnets, known);
+}
+
+MagneticMotion::Instant MagneticMotion::instant(const Team& team, const RigidState& state,
+                                                const std::vector<RigidPose>& obstacles, double time) {
+  std::vector<KnownField> known;
+  std::vector<MagneticBody> coils;
+  if (!induced_.empty()) coils = currents_.given(state, obstacles, time);
+  Instant now;
+  now.magnets = placed(team, state, obstacles, coils, known);
+  now.forces = wrenches(team, state, now.magnets, known);
+  std::vector<Wrench> magnetised;
+  if (!coils.empty()) {
+    const std::vector<MagneticBody> alone = placed(team, state, obstacles, {}, known);
+    const std::vector<Wrench> without = wrenches(team, state, alone, known);
+    magnetised = now.forces;
+    for (std::size_t b = 0; b < magnetised.size(); ++b) {
+      magnetised[b].force -= without[b].force;
+      magnetised[b].torque -= without[b].torque;
+    }
+  }
+  currents_.place(state, obstacles, now.magnets, groups_, time, std::move(magnetised));
+  return now;
 }
 
 std::vector<Wrench> MagneticMotion::wrenches(const Team& team, const RigidState& state,
@@ -134,7 +161,7 @@ std::vector<Wrench> MagneticMotion::wrenches(const Team& team, const RigidState&
 // were hard, in the field that is not theirs: the other half is stored in them.
 double MagneticMotion::energy(const Team& team, const RigidState& state,
                               const std::vector<RigidPose>& obstacles) const {
-  const std::vector<MagneticBody> magnets = placed(team, state, obstacles);
+  const std::vector<MagneticBody> magnets = placed(team, state, obstacles, {});
   const std::vector<MagneticBody> hard = this->hard(magnets);
   std::vector<Index> groups;
   double total = 0.0;
@@ -152,7 +179,7 @@ double MagneticMotion::energy(const Team& team, const RigidState& state,
     }
     return total;
   }
-  const Points applied = applied_field(team, magnets);
+  const Points applied = applied_field(team, magnets, {});
   for (std::size_t k = 0; k < induced_.size(); ++k)
     total -= 0.5 * magnets[induced_[k]].moment().dot(applied.row(k).transpose());
   return total;
@@ -195,15 +222,13 @@ MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, cons
   const Points none = Points::Zero(n, 3);
   const Vec3& gravity = model_.scene.gravity;
   std::vector<std::uint8_t> touched;
-  std::vector<KnownField> known;
-  std::vector<MagneticBody> magnets = placed(team, state, obstacles.poses, known);
-  std::vector<Wrench> forces = wrenches(team, state, magnets, known), before;
-  currents_.place(state, obstacles.poses, magnets, groups_, time);
+  std::vector<Wrench> before;
+  Instant now = instant(team, state, obstacles.poses, time);
   Done done;
   int parts = 1;              // the sub-step is step / parts; `place` of them are done
   double limit = model_.scene.magnetic_step;
   for (int place = 0; place < parts;) {
-    const double frequency_now = frequency(state, magnets);
+    const double frequency_now = frequency(state, now.magnets);
     while (frequency_now * step > limit * parts && parts <= most_substeps) parts *= 2, place *= 2;
     if (parts > most_substeps || !std::isfinite(frequency_now)) {
       std::ostringstream out;
@@ -216,7 +241,7 @@ MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, cons
     ++place;
     const ObstaclePlaces at_end = between(obstacles, moved_obstacles, static_cast<double>(place) / parts);
 
-    before = forces;
+    before = now.forces;
     const double start = time + step * (place - 1) / parts;
     currents_.kick(start + 0.25 * h, 0.5 * h, state, momenta, before, circuit);
     // The world's answer first: it wants velocities after the whole kick.
@@ -245,9 +270,8 @@ MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, cons
       state.positions.row(b) += h * state.velocities.row(b);
       state.orientations.row(b) = freely_turned(rotors_[b], orientation, momenta.row(b).transpose(), h).transpose();
     }
-    magnets = placed(team, state, at_end.poses, known);
-    forces = before = wrenches(team, state, magnets, known);
-    currents_.place(state, at_end.poses, magnets, groups_, start + h);
+    now = instant(team, state, at_end.poses, start + h);
+    before = now.forces;
     currents_.kick(start + 0.75 * h, 0.5 * h, state, momenta, before, circuit);
     for (Index b = 0; b < n; ++b) {
       momenta.row(b) += 0.5 * h * before[b].torque.transpose();

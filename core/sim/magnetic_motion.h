@@ -23,11 +23,13 @@ class MagneticMotion {
  public:
   explicit MagneticMotion(const Model& model);
 
-  // All magnets at their poses; induced ones as the dipoles that they are there, with world axes.
-  std::vector<MagneticBody> placed(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles) const;
-  // Force [N] and torque about the centre [N m] on each body; obstacles (o) stand at their poses.
-  std::vector<Wrench> wrenches(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles) const;
-  // Of all magnets in one another's field and in the uniform one [J].
+  // All magnets at their poses; induced ones as the dipoles that they are there, with world axes; coils magnetise them too.
+  std::vector<MagneticBody> placed(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles,
+                                   const std::vector<MagneticBody>& coils) const;
+  // Force [N] and torque about the centre [N m] on each body by magnets at a time [s]; obstacles (o) stand at their poses.
+  std::vector<Wrench> wrenches(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles,
+                               double time) const;
+  // Of all magnets in one another's field and in the uniform one, without what coils magnetise [J].
   double energy(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles) const;
 
   struct Done {
@@ -41,16 +43,22 @@ class MagneticMotion {
                RigidWorld& world, RigidState& state, CircuitState& circuit);
 
  private:
+  // Magnets and what they feel at one instant; places the coils as well.
+  struct Instant {
+    std::vector<MagneticBody> magnets;
+    std::vector<Wrench> forces;
+  };
+  Instant instant(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles, double time);
   // known: what `placed` found out on the way, used again by wrenches.
   std::vector<MagneticBody> placed(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles,
-                                   std::vector<KnownField>& known) const;
+                                   const std::vector<MagneticBody>& coils, std::vector<KnownField>& known) const;
   std::vector<Wrench> wrenches(const Team& team, const RigidState& state, const std::vector<MagneticBody>& magnets,
                                const std::vector<KnownField>& known) const;
   double frequency(const RigidState& state, const std::vector<MagneticBody>& magnets) const;
   std::vector<MagneticBody> hard(const std::vector<MagneticBody>& magnets) const;
-  void place_soft(const Team& team, std::vector<MagneticBody>& magnets) const;
+  void place_soft(const Team& team, std::vector<MagneticBody>& magnets, const std::vector<MagneticBody>& coils) const;
   // Flux density at the induced spheres but for their own [T], and their places in the list of magnets.
-  Points applied_field(const Team& team, const std::vector<MagneticBody>& magnets,
+  Points applied_field(const Team& team, const std::vector<MagneticBody>& magnets, const std::vector<MagneticBody>& coils,
                        std::vector<KnownField>* known = nullptr) const;
 
   const Model& model_;

@@ -184,7 +184,10 @@ std::array<Points, 2> Simulation::magnetic_forces() const {
   return rows;
 }
 
-const CircuitState& Simulation::circuit() const { return data_->state.circuit; }
+const CircuitState& Simulation::circuits() const { return data_->state.circuits; }
+
+double Simulation::current() const { return first_circuit_current(data_->model, data_->state); }
+Vector Simulation::currents() const { return coil_currents(data_->model, data_->state, time()); }
 
 std::vector<MagneticBody> Simulation::magnets(const Frame& frame) const {
   return magnets_of_frame(data_->team, data_->model, frame);

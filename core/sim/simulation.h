@@ -63,8 +63,10 @@ class Simulation {
   Points body_positions() const;         // (b x 3) centres of mass [m]
   // Magnetic forces [N] and torques about the centres [N m] (b x 3) on the bodies now.
   std::array<Points, 2> magnetic_forces() const;
-  // The circuit of the scene now.
-  const CircuitState& circuit() const;
+  // The circuits of the scene now, and the currents in all its coils [A].
+  const CircuitState& circuits() const;
+  Vector currents() const;
+  double current() const;  // of the first circuit
   // All magnets where a frame of this scene shows them.
   std::vector<MagneticBody> magnets(const Frame& frame) const;
 

@@ -11,10 +11,11 @@
 
 namespace loomstone {
 
-// The circuit of a scene, and what energy has gone where since the start.
+// The circuits of a scene, and what energy has gone where since the start.
 struct CircuitState {
-  double current = 0.0;                  // [A]
-  double heat = 0.0;                     // in its resistance [J]
+  Vector currents;                       // (coils) of those with a circuit, else 0 [A]
+  double energy = 0.0;                   // of their inductances, own and mutual [J]
+  double heat = 0.0;                     // in their resistances [J]
   double supply = 0.0;                   // by sources, of given currents as well [J]
   double bearings = 0.0;                 // taken out by bearings' friction and torque [J]
 };
@@ -24,7 +25,7 @@ struct State {
   std::int64_t step = 0;                 // steps done; time is step * h; stepper
   ClothState cloth;                      // integrate, certify
   RigidState rigid;                      // bodies
-  CircuitState circuit;                  // bodies
+  CircuitState circuits;                 // bodies
   ContactState contacts;                 // certify (anchors of friction)
   std::uint8_t tangled = 0;              // cloth may intersect something: 1 the user put it so, 2 a step left impacts; check
   Points obstacle_vertices;              // (k x 3) all obstacles end to end, at the present time [m]; stepper

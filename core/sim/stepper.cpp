@@ -248,11 +248,11 @@ void Stepper::loads(const State& state) {
   add_drag(team_, model_.scene.air, start_time_, model_.cloth.triangles, model_.cloth.triangles_of_vertex.start,
            model_.cloth.triangles_of_vertex.items, state.cloth.x, state.cloth.v, begin, end, force_);
 
-  body_blocks_.clear();
-  start_poses_.clear();
+  body_blocks_.clear(), start_poses_.clear();
   body_velocity_ = Points::Zero(2 * model_.n_bodies(), 3);
   std::vector<Wrench> magnetic(model_.n_bodies());
-  if (magnetics_ && n > 0) magnetic = magnetics_->wrenches(team_, state.rigid, obstacle_places(model_, state, start_time_, 0.0).poses);
+  if (magnetics_ && n > 0)
+    magnetic = magnetics_->wrenches(team_, state.rigid, obstacle_places(model_, state, start_time_, 0.0).poses, start_time_);
   for (Index b = 0; b < model_.n_bodies(); ++b) {
     start_poses_.push_back(body_pose(state.rigid, b));
     body_blocks_.push_back(model_.body_mass[b].mass * Mat3::Identity());
@@ -340,15 +340,15 @@ void Stepper::bodies(State& state, StepReport& report) {
   if (!magnetics_) return world_->advance(step_, impulses, angular, places, state.rigid);
   const MagneticMotion::Done done = magnetics_->advance(
       team_, step_, impulses, angular, obstacle_places(model_, state, start_time_, 0.0), places, start_time_, *world_,
-      state.rigid, state.circuit);
+      state.rigid, state.circuits);
   report.magnetic_substeps += done.substeps;
   report.magnetic_error = done.error;
 }
 
 std::vector<Wrench> Stepper::magnetic_forces(const State& state) const {
   if (!magnetics_) return std::vector<Wrench>(model_.n_bodies());
-  return magnetics_->wrenches(team_, state.rigid,
-                              obstacle_places(model_, state, static_cast<double>(state.step) * options_.step, 0.0).poses);
+  const double time = static_cast<double>(state.step) * options_.step;
+  return magnetics_->wrenches(team_, state.rigid, obstacle_places(model_, state, time, 0.0).poses, time);
 }
 
 double Stepper::magnetic_energy(const State& state) const {

@@ -7,7 +7,7 @@ import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Air', 'Attachment', 'Bearing', 'CacheError', 'Camera', 'Checkpoint', 'ClosestPoint', 'Cloth', 'ClothMaterial', 'Coil', 'Collisions', 'Communicator', 'Curves', 'Detector', 'Error', 'Frame', 'FrameReader', 'FrameTopology', 'FrameWriter', 'IntegratorOptions', 'InvalidInput', 'LimitOptions', 'LimitReport', 'Magnet', 'MagneticBody', 'MassProperties', 'Obstacle', 'RenderOptions', 'Renderer', 'RigidBody', 'Scene', 'Simulation', 'SoftBody', 'SolverFailure', 'SpatialQuery', 'State', 'StepReport', 'StrainLimit', 'TriangleMesh', 'Unsupported', 'box', 'candidates', 'capsule', 'continuous', 'corotational_strain', 'default_thread_count', 'dipole_energy', 'dipole_forces', 'dipole_tree_field', 'dipole_tree_gradient', 'explicit_response', 'floor_square', 'funnel', 'grid', 'grid_cells', 'icosphere', 'induce', 'induced_moments', 'intersecting_pairs', 'jittered_grid', 'launched_by_mpi', 'limit_strain', 'magnetic_cell_front', 'magnetic_cell_level', 'magnetic_cells', 'magnetic_cuboid', 'magnetic_cylinder', 'magnetic_depth', 'magnetic_dipoles', 'magnetic_energy', 'magnetic_field', 'magnetic_field_lines', 'magnetic_force', 'magnetic_forces', 'magnetic_gradient', 'magnetic_loop', 'magnetic_mesh', 'magnetic_polyline', 'magnetic_potential', 'magnetic_solenoid', 'magnetic_sphere', 'mass_properties', 'mpi_communicator', 'read_checkpoint', 'read_mesh', 'single_communicator', 'soft_cuboid', 'soft_mesh', 'soft_sphere', 'wave_bar', 'write_checkpoint', 'write_mesh', 'write_png']
+__all__: list[str] = ['Air', 'Attachment', 'Bearing', 'CacheError', 'Camera', 'Checkpoint', 'ClosestPoint', 'Cloth', 'ClothMaterial', 'Coil', 'Collisions', 'Communicator', 'Curves', 'Detector', 'Error', 'Frame', 'FrameReader', 'FrameTopology', 'FrameWriter', 'IntegratorOptions', 'InvalidInput', 'LimitOptions', 'LimitReport', 'Magnet', 'MagneticBody', 'MassProperties', 'Obstacle', 'RenderOptions', 'Renderer', 'RigidBody', 'Scene', 'Simulation', 'SoftBody', 'SolverFailure', 'SpatialQuery', 'State', 'StepReport', 'StrainLimit', 'TriangleMesh', 'Unsupported', 'box', 'candidates', 'capsule', 'continuous', 'corotational_strain', 'default_thread_count', 'dipole_energy', 'dipole_forces', 'dipole_tree_field', 'dipole_tree_gradient', 'explicit_response', 'floor_square', 'funnel', 'grid', 'grid_cells', 'icosphere', 'induce', 'induced_moments', 'intersecting_pairs', 'jittered_grid', 'launched_by_mpi', 'limit_strain', 'magnetic_cell_front', 'magnetic_cell_level', 'magnetic_cells', 'magnetic_cuboid', 'magnetic_cylinder', 'magnetic_depth', 'magnetic_dipoles', 'magnetic_energy', 'magnetic_field', 'magnetic_field_lines', 'magnetic_force', 'magnetic_forces', 'magnetic_gradient', 'magnetic_loop', 'magnetic_mesh', 'magnetic_polyline', 'magnetic_potential', 'magnetic_solenoid', 'magnetic_sphere', 'mass_properties', 'mpi_communicator', 'mutual_inductance', 'read_checkpoint', 'read_mesh', 'single_communicator', 'soft_cuboid', 'soft_mesh', 'soft_sphere', 'wave_bar', 'write_checkpoint', 'write_mesh', 'write_png']
 class Error(Exception):
     """
     Base of all errors of this library.
@@ -88,17 +88,17 @@ class StepReport:
     @property
     def circuit_current(self) -> float:
         """
-        in the circuit at the end of the step [A]
+        in the first circuit at the end of the step [A]
         """
     @property
     def circuit_energy(self) -> float:
         """
-        of its inductance [J]
+        of the inductances of all circuits, own and mutual [J]
         """
     @property
     def circuit_heat(self) -> float:
         """
-        in its resistance since the start [J]
+        in the resistances of circuits since the start [J]
         """
     @property
     def circuit_supply(self) -> float:
@@ -375,6 +375,11 @@ class Frame:
     def body_positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
         (nb x 3) vertices of rigid bodies and obstacles [m]
+        """
+    @property
+    def coil_currents(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (coils) in all coils, given or of circuits [A]
         """
     @property
     def contact(self) -> numpy.typing.NDArray[numpy.uint8]:
@@ -2289,7 +2294,8 @@ class Simulation:
         """
     def magnets(self, frame: Frame) -> list[MagneticBody]:
         """
-        Magnets where a frame of this scene shows them, in the scene's order; spheres that magnetise as what they are there.
+        Magnets where a frame of this scene shows them, in the scene's order, spheres that magnetise as what they are there; then
+        the coils that carry a current.
         """
     def rebuild_stages(self) -> None:
         """
@@ -2330,7 +2336,7 @@ class Simulation:
     @property
     def circuit_heat(self) -> float:
         """
-        [J] in the circuit's resistance since the start
+        [J] in the circuits' resistances since the start
         """
     @property
     def circuit_supply(self) -> float:
@@ -2340,7 +2346,12 @@ class Simulation:
     @property
     def current(self) -> float:
         """
-        [A] in the circuit now
+        [A] in the first circuit now
+        """
+    @property
+    def currents(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        """
+        (coils) [A] in all coils now, given or of circuits
         """
     @property
     def external_forces(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
@@ -2564,6 +2575,8 @@ def mpi_communicator(fortran_handle: typing.SupportsInt | typing.SupportsIndex =
     """
     Ranks of an MPI communicator (mpi4py: comm.py2f()); -1: all ranks started.
     """
+def mutual_inductance(a: MagneticBody, b: MagneticBody, *, tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-06) -> float:
+    ...
 def read_checkpoint(path: str) -> Checkpoint:
     """
     Checkpoint from a file; CacheError says what is wrong.

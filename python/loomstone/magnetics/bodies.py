@@ -33,6 +33,7 @@ __all__ = [
     "induced_moments",
     "loop",
     "mesh",
+    "mutual_inductance",
     "polyline",
     "potential",
     "solenoid",
@@ -269,6 +270,21 @@ def energy(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
     -0.0347 J
     """
     return float(_core.magnetic_energy(list(bodies), tolerance, threads))
+
+
+@explained
+def mutual_inductance(a: MagneticBody, b: MagneticBody, *, tolerance: float = 1e-6) -> float:
+    """Flux that one of two loops or solenoids sends through the other, over the product of their currents [H].
+
+    With turns and one ampere each, as they were made: with other currents the product of these is contained. tolerance [1]: of the
+    integral of the vector potential's absolute value along the winding. Raises InvalidInput for other bodies.
+
+    >>> import loomstone as ls
+    >>> a, b = ls.magnetics.loop(radius=0.1, current=1.0), ls.magnetics.loop(radius=0.01, current=1.0)
+    >>> print(f"{1e9 * ls.magnetics.mutual_inductance(a, b):.3f} nH")
+    1.981 nH
+    """
+    return _core.mutual_inductance(a, b, tolerance=tolerance)
 
 
 @explained

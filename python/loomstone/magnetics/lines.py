@@ -84,9 +84,11 @@ def curves_of(found: FieldLines, radius: float) -> Curves:
     return Curves(np.concatenate(found.lines), first, np.concatenate(values), radius)
 
 
-def frame_curves(simulation: Any, frame: Frame, lines: int, uniform: ArrayLike = (0.0, 0.0, 0.0)) -> Curves:
-    """Field lines of a frame of a simulation."""
+def frame_curves(simulation: Any, frame: Frame, lines: int, uniform: ArrayLike = (0.0, 0.0, 0.0)) -> Curves | None:
+    """Field lines of a frame of a simulation, of its magnets and of the coils that carry a current; None without any."""
     magnets = simulation.magnets(frame)
+    if not magnets:
+        return None
     low, high = box_of(magnets)
     thin = 0.006 * float(np.linalg.norm(0.5 * (high - low))) ** 0.5 * max(m.radius for m in magnets) ** 0.5
     return curves_of(field_lines(magnets, lines, uniform=uniform, tolerance=1e-4, threads=1), thin)

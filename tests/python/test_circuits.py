@@ -1,0 +1,202 @@
+"""Several circuits with their mutual inductance, and coils that magnetise bodies: closed forms, balance of momentum and energy."""
+
+import numpy as np
+import pytest
+from scipy.special import ellipe, ellipk, eval_gegenbauer
+
+import loomstone as ls
+from loomstone import _core
+
+M = ls.magnetics
+BOX = ls.meshes.box(size=(0.01, 0.01, 0.01))
+ONE, TWO = dict(radius=0.05, length=0.04, turns=200), dict(radius=0.04, length=0.04, turns=100)
+
+
+def simulation(scene: ls.Scene, step: float) -> ls.Simulation:
+    return ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=step), threads=1)
+
+
+def balance(sim: ls.Simulation) -> float:
+    """All energies, with what has left through resistances and without what sources gave [J]."""
+    r = sim.report
+    return r.body_kinetic_energy + r.magnetic_energy + r.circuit_energy + r.circuit_heat - r.circuit_supply
+
+
+def of_circles(a: float, b: float, distance: float) -> float:
+    """Mutual inductance of two coaxial circles by Maxwell's formula [H]."""
+    m = 4 * a * b / ((a + b) ** 2 + distance**2)
+    return 4e-7 * np.pi * np.sqrt(a * b / m) * ((2 - m) * ellipk(m) - 2 * ellipe(m))
+
+
+def test_mutual_inductances_are_those_of_their_circles():
+    for a, b, distance in ((0.1, 0.01, 0.0), (0.1, 0.08, 0.02), (0.1, 0.1, 0.001)):
+        pair = M.loop(radius=a, current=1.0), M.loop(radius=b, current=1.0).moved((0, 0, distance))
+        assert M.mutual_inductance(*pair, tolerance=1e-10) == pytest.approx(of_circles(a, b, distance), rel=1e-10)
+    x, w = np.polynomial.legendre.leggauss(40)
+    heights = np.abs(0.02 * x[:, None] - 0.02 * x - 0.03)  # crossing the ends: the rule is good to some 1e-6
+    wanted = 200 * 100 / 4 * np.einsum("i,j,ij->", w, w, of_circles(0.05, 0.04, heights))
+    one, two = M.solenoid(**ONE, current=1.0), M.solenoid(**TWO, current=1.0).moved((0, 0, 0.03))
+    assert M.mutual_inductance(one, two) == pytest.approx(wanted, rel=1e-5)
+    assert M.mutual_inductance(one, two.rotated((np.pi, 0, 0))) == pytest.approx(-wanted, rel=1e-5)
+    # Force and inductance are found by different integrals.
+    beside, step = two.moved((0.07, 0.02, 0)).rotated((0.5, 0.2, 0)), 1e-5
+    ends = [M.mutual_inductance(one, beside.moved((s * step, 0, 0)), tolerance=1e-11) for s in (1, -1)]
+    assert (ends[0] - ends[1]) / (2 * step) == pytest.approx(M.force(on=beside, by=one, tolerance=1e-8).force[0], rel=1e-4)
+    with pytest.raises(ls.InvalidInput, match="loops and solenoids"):
+        M.mutual_inductance(one, M.sphere(radius=0.1, polarization=(0, 0, 1)))
+
+
+def transformer(**second) -> ls.Scene:
+    """Two windings on stands, the second 10 mm above the first."""
+    stands = [ls.obstacle(BOX.moved((0, 0, z)), name=name) for name, z in (("a", 0.5), ("b", -0.5))]
+    weight = ls.RigidBody(name="weight", mesh=BOX, shape="box", position=(1, 0, 0))
+    coils = [
+        ls.Coil(body="a", **ONE, resistance=0.5, inductance=4e-3, voltages=[1.0]),
+        ls.Coil(body="b", **TWO, position=(0, 0, 0.01), **(second or dict(resistance=0.8, inductance=1.2e-3))),
+    ]
+    return ls.Scene(obstacles=stands, bodies=[weight], coils=coils, gravity=(0, 0, 0))
+
+
+MUTUAL = M.mutual_inductance(M.solenoid(**ONE, current=1.0), M.solenoid(**TWO, current=1.0).moved((0, 0, 0.01)))
+
+
+def test_two_coupled_circuits_follow_the_closed_form_with_second_order():
+    inductances, resistances = np.array([[4e-3, MUTUAL], [MUTUAL, 1.2e-3]]), np.array((0.5, 0.8))
+    rates, modes = np.linalg.eig(np.linalg.solve(inductances, np.diag(resistances)))
+    final = np.array((2.0, 0.0))
+    errors = []
+    for step in (4e-4, 2e-4):
+        sim = simulation(transformer(), step)
+        for _ in range(round(4e-3 / step)):
+            sim.step()
+        exact = final - modes @ (np.exp(-rates * sim.time) * np.linalg.solve(modes, final))
+        errors.append(np.abs(sim.currents - exact).max())
+        assert abs(balance(sim)) < 1e-15, "every kick balances to rounding"
+        assert sim.frame().coil_currents == pytest.approx(sim.currents, rel=1e-15)
+    assert errors[1] < 5e-5 and errors[1] == pytest.approx(errors[0] / 4, rel=0.05)
+    assert sim.currents[1] < -0.2, "the second opposes what the first does"
+
+
+def test_a_given_current_that_changes_drives_a_circuit_beside_it():
+    frequency, times = 50.0, np.linspace(0, 0.1, 2001)
+    given = np.sin(2 * np.pi * frequency * times)
+    scene = transformer(times=times.tolist(), currents=given.tolist())
+    sim = simulation(scene.replace(coils=[scene.coils[0].replace(voltages=[]), scene.coils[1]]), 1e-4)
+    found = []
+    while sim.time < 0.08:
+        sim.step()
+        found.append((sim.time, sim.current))
+    time, current = np.array(found)[-400:].T  # two periods, after ten time constants
+    wave = 2 / 400 * (current * np.exp(-2j * np.pi * frequency * time)).sum()
+    omega = 2 * np.pi * frequency
+    wanted = -1j * omega * MUTUAL / (0.5 + 1j * omega * 4e-3) * -1j
+    assert abs(wave - wanted) < 2e-3 * abs(wanted)  # (omega h)^2 and the chords of the sine
+    assert abs(balance(sim)) < 1e-12
+
+
+def moving(step: float, steps: int) -> ls.Simulation:
+    """Two short-circuited coils and one with a given current drift past one another, turning."""
+    places = {"a": (0, 0, 0), "b": (0.02, 0, 0.05), "c": (-0.03, 0.02, -0.05)}
+    bodies = [ls.RigidBody(name=n, mesh=BOX, shape="box", density=2e5, position=p, velocity=(0, 0, -10 * p[2]), angular_velocity=(0, 20, 5)) for n, p in places.items()]
+    coils = [
+        ls.Coil(body="a", radius=0.03, length=0.02, turns=200, resistance=0.2, inductance=4e-3, voltages=[2.0]),
+        ls.Coil(body="b", radius=0.03, turns=200, shape="loop", resistance=0.2, inductance=5e-3),
+        ls.Coil(body="c", radius=0.03, length=0.02, turns=200, times=[0.0, 0.1], currents=[0.0, 10.0]),
+    ]
+    sim = simulation(ls.Scene(bodies=bodies, coils=coils, gravity=(0, 0, 0), collisions=False, magnetic_tolerance=1e-5, rigid_rebuild_interval=2), step)
+    for _ in range(steps):
+        sim.step()
+    return sim
+
+
+def test_moving_circuits_keep_momentum_and_balance_their_energy_with_second_order():
+    start = balance(moving(1e-3, 0))
+    sims = [moving(0.02 / n, n) for n in (8, 16)]
+    errors = [abs(balance(sim) - start) for sim in sims]
+    exchanged = sims[1].circuit_supply
+    assert errors[1] < 1e-3 * exchanged and errors[1] < 0.3 * errors[0] + 1e-6 * exchanged
+    momentum = 0.2 * np.asarray(sims[1].state.body_velocities).sum(axis=0)
+    assert momentum == pytest.approx((0, 0, 0), abs=1e-12)
+    # Resumed in the middle they go on with the same bits.
+    halves = [moving(1e-3, 0), moving(1e-3, 4)]
+    halves[0].restore(halves[1].checkpoint())
+    for sim in halves:
+        for _ in range(2):
+            sim.step()
+    assert np.array_equal(halves[0].currents, halves[1].currents) and np.abs(halves[0].currents).min() > 0
+
+
+def series_force(radius: float, distance: float, ball: float, chi: float, current: float) -> float:
+    """Axial force on a linear ball at a distance below the plane of a loop on its axis, by multipoles [N]."""
+    s = np.hypot(radius, distance)
+    n = np.arange(60)
+    field = current * radius**2 / (2 * s**3) * eval_gegenbauer(n, 1.5, distance / s) / s**n  # on the axis, sum of field z^n
+    potential = np.append(0.0, -field / (n + 1))  # of degree l
+    degree = n[1:]
+    answer = -degree * chi / (degree * chi + 2 * degree + 1) * potential[1:-1] * ball ** (2 * degree + 1)
+    return float(-4 * np.pi * M.MU0 * ((degree + 1) * answer * potential[2:]).sum())
+
+
+def ball_and_coil(currents, times=(), magnets=(), **ball) -> ls.Scene:
+    """A soft ball below a loop, both free."""
+    bodies = [ls.RigidBody(name="ball", mesh=ls.meshes.sphere(radius=0.01, subdivisions=2), shape="sphere", density=2e5),
+              ls.RigidBody(name="coil", mesh=BOX, shape="box", density=2e5, position=(0, 0, 0.02)),
+              ls.RigidBody(name="magnet", mesh=BOX, shape="box", density=2e5, position=(0.03, 0, 0))]  # fmt: skip
+    soft = ls.Magnet(body="ball", shape="sphere", radius=0.01, **ball)
+    coil = ls.Coil(body="coil", shape="loop", radius=0.02, turns=100, times=list(times), currents=list(currents))
+    return ls.Scene(bodies=bodies, magnets=[soft, *magnets], coils=[coil], gravity=(0, 0, 0), collisions=False, magnetic_tolerance=1e-6)
+
+
+@pytest.mark.parametrize("chi", [1000.0, 1.0, -1.0])
+def test_a_coil_magnetises_a_ball_and_is_pulled_as_the_series_says(chi):
+    scene = ball_and_coil([5.0], susceptibility=chi, resolution=30)
+    sim = simulation(scene, 1e-5)
+    sim.step()
+    mass = np.array([ls.mass_properties(b.mesh, b.density).mass for b in scene.bodies])
+    momenta = mass[:, None] * np.asarray(sim.state.body_velocities)
+    assert momenta[0, 2] / 1e-5 == pytest.approx(series_force(0.02, 0.02, 0.01, chi, 500.0), rel=1e-5)
+    assert np.abs(momenta.sum(axis=0)).max() < 1e-12 * np.abs(momenta[0, 2])
+    assert sim.circuit_supply == pytest.approx(sim.report.body_kinetic_energy, rel=1e-9)
+
+
+def test_energy_balances_where_coil_and_magnet_magnetise_a_ball():
+    magnet = ls.Magnet(body="magnet", shape="cuboid", size=(0.01, 0.01, 0.01), polarization=(1, 0, 0.5))
+    errors = []
+    for n in (16, 32):
+        scene = ball_and_coil([0.0, 30.0], times=(0.0, 0.016), magnets=[magnet], susceptibility=50.0)
+        sim = simulation(scene, 0.016 / n)
+        start = balance(sim)
+        for _ in range(n):
+            sim.step()
+        errors.append(abs(balance(sim) - start))
+    assert errors[1] < 2e-3 * sim.report.body_kinetic_energy and errors[1] < 0.3 * errors[0] + 1e-6 * sim.report.body_kinetic_energy
+
+
+def test_circuits_that_cannot_be_are_refused():
+    bad = transformer(resistance=0.8, inductance=1e-4)
+    with pytest.raises(ls.InvalidInput, match="M\\^2 < L_1 L_2"):
+        ls.Simulation(bad)
+    soft = ball_and_coil([1.0], susceptibility=10.0, resolution=8)
+    inside = soft.coils[0].replace(radius=0.008, position=(0, 0, -0.02))
+    with pytest.raises(ls.InvalidInput, match="must lie apart from bodies that magnetise"):
+        ls.Simulation(soft.replace(coils=[inside]))
+
+
+def test_a_frame_draws_the_closed_lines_of_a_coil_with_a_circuit(tmp_path):
+    scene = transformer()
+    sim = simulation(scene, 1e-3)
+    assert ls.magnetics.frame_curves(sim, sim.frame(), 10) is None, "no current has begun to flow"
+    sim.step()
+    frame = sim.frame()
+    coils = sim.magnets(frame)
+    assert [c.moment[2] / (np.pi * w["radius"] ** 2 * w["turns"]) for c, w in zip(coils, (ONE, TWO), strict=True)] == pytest.approx(sim.currents)
+    found = M.field_lines(coils, 40)
+    assert found.ends.count(M.LineEnd.closed) > 20
+    for line, end in zip(found.lines, found.ends, strict=True):
+        if end == M.LineEnd.closed:
+            assert np.array_equal(line[0], line[-1]), "a closed line ends where it began"
+    curves = ls.magnetics.frame_curves(sim, frame, 40)
+    renderer = ls.Renderer(sim.topology, ls.RenderOptions(width=120, height=90, samples=1))
+    assert (renderer.render(frame, curves) != renderer.render(frame)).any()
+    _core.FrameWriter(str(tmp_path), sim.topology, "{}").write(frame)
+    assert _core.FrameReader(str(tmp_path)).frame(0).coil_currents.tolist() == frame.coil_currents.tolist()
