@@ -65,6 +65,7 @@ from .integrators import (
 from .meshes import grid, read_mesh, write_mesh
 from .obstacles import box, capsule, floor, funnel, obstacle, sphere, wave_bar
 from .rigidity import bending_from_strips, strip_rigidity
+from .sequences import obstacle_sequence
 from .simulation import Simulation
 from .units import Quantity, units
 from .versions import show_versions
@@ -133,6 +134,7 @@ __all__ = [
     "meshes",
     "mpi_communicator",
     "obstacle",
+    "obstacle_sequence",
     "read_mesh",
     "show_versions",
     "single_communicator",
