@@ -1,0 +1,101 @@
+"""The motors of the table vii_motors, to their end: a brushed one with two segments, and magnets that follow a turning field.
+
+    python tests/benchmarks/motors.py PATH/vii_motors.json
+
+angle, speed: largest departures from the table over the largest values in it; balance: energy that is missing at the end over what
+sources gave and friction took. About 20 s.
+"""
+
+import argparse
+import json
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import loomstone as ls
+
+TO_X, TO_Y = (np.sqrt(0.5), 0, np.sqrt(0.5), 0), (np.sqrt(0.5), -np.sqrt(0.5), 0, 0)  # turn z there
+EDGE = 0.02
+
+
+def scene_of(case: dict[str, Any], until: float) -> tuple[ls.Scene, float]:
+    """The scene, and the angle the rotor starts at [rad]."""
+    if case["type"] == "brushed_dc_two_segment":
+        start = case["theta0"]
+        coil = ls.Coil(
+            body="rotor", shape="loop", radius=np.sqrt(case["area"] / np.pi), turns=case["turns"], resistance=case["resistance"],
+            orientation=TO_X, voltages=[case["voltage"]], commutator=(0, -1, 0),
+        )  # fmt: skip
+        parts = {"coils": [coil], "magnetic_field": (case["B0"], 0, 0)}
+    else:
+        start = 0.0
+        times = np.linspace(0, until + 0.1, round(4000 * (until + 0.1)) + 1)
+        # A frequency that grows to its last value, and stays.
+        ramp, frequency = case["ramp_s"], case["frequency_Hz"]
+        phase = 2 * np.pi * frequency * np.where(times < ramp, times**2 / (2 * ramp), times - 0.5 * ramp)
+        radius, turns = 2.0, 1000.0
+        current = case["B0"] * 2 * radius / (ls.magnetics.MU0 * turns)
+        coils = [
+            ls.Coil(body="stand", shape="loop", radius=radius, turns=turns, orientation=q, times=times.tolist(), currents=i.tolist())
+            for q, i in ((TO_X, current * np.cos(phase)), (TO_Y, current * np.sin(phase)))
+        ]
+        stand = ls.obstacle(ls.meshes.box(size=(0.01, 0.01, 0.01)).moved((0, 0, 0.5)), name="stand")
+        magnet = ls.Magnet(body="rotor", shape="dipole", moment=(case["rotor_moment"], 0, 0))
+        parts = {"coils": coils, "obstacles": [stand], "magnets": [magnet]}
+    rotor = ls.RigidBody(
+        name="rotor", mesh=ls.meshes.box(size=(EDGE,) * 3), shape="box", density=6 * case["inertia"] / EDGE**5,
+        orientation=(np.cos(start / 2), 0, 0, np.sin(start / 2)),
+    )  # fmt: skip
+    bearing = ls.Bearing(body="rotor", friction=case["viscous_friction"])
+    return ls.Scene(bodies=[rotor], bearings=[bearing], gravity=(0, 0, -9.81), magnetic_tolerance=1e-6, **parts), start
+
+
+def balance(sim: ls.Simulation) -> float:
+    """All energies, with what has left through resistances and bearings and without what sources gave [J]."""
+    r = sim.report
+    mechanical = r.body_kinetic_energy + r.body_gravity_energy + r.magnetic_energy
+    return mechanical + r.circuit_energy + r.circuit_heat + r.bearing_work - r.circuit_supply
+
+
+def follow(case: dict[str, Any], until: float, step: float) -> dict[str, Any]:
+    """Runs a motor; largest departures of angle [rad] and speed [rad/s] from the table, energy missing and turned over [J], place."""
+    scene, angle = scene_of(case, until)
+    sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=step), threads=1)
+    before = balance(sim)
+    times, found = [0.0], [(angle, 0.0)]
+    last = sim.state.body_orientations[0].copy()
+    while sim.time < until + 0.5 * step:
+        sim.step()
+        now = sim.state.body_orientations[0].copy()
+        angle += 2 * np.arctan2(last[0] * now[3] - last[3] * now[0], last[0] * now[0] + last[3] * now[3])
+        last = now
+        times.append(sim.time)
+        found.append((angle, sim.state.body_angular_velocities[0, 2]))
+    table = np.array(case["times"])
+    known = table <= until + 1e-9
+    theta, omega = (np.interp(table[known], times, values) for values in np.array(found).T)
+    return {
+        "angle": np.abs(theta - np.array(case["theta"])[known]).max(),
+        "speed": np.abs(omega - np.array(case["omega"])[known]).max(),
+        "missing": abs(balance(sim) - before),
+        "turned over": sim.circuit_supply + sim.circuit_heat + abs(sim.bearing_work),
+        "place": np.abs(sim.body_positions[0]).max(),
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("table", type=Path)
+    for case in json.loads(parser.parse_args().table.read_text())["cases"]:
+        step = 1e-4 if case["type"] == "brushed_dc_two_segment" else 1e-3
+        began = time.perf_counter()
+        found = follow(case, case["times"][-1], step)
+        print("{} {:38} to {} s: angle {:.1e}, speed {:.1e}, balance {:.1e}, {:.1f} s".format(
+            case["id"], case["type"], case["times"][-1], found["angle"] / max(case["theta"]),
+            found["speed"] / np.abs(case["omega"]).max(), found["missing"] / found["turned over"], time.perf_counter() - began), flush=True)  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()
