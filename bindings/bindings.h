@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <sstream>
 #include <string>
 #include <tuple>
@@ -57,6 +58,14 @@ py::array_t<Scalar, py::array::c_style | py::array::forcecast> numbers(const py:
     throw InvalidInput(std::string(name) + " must be an array of numbers, got " +
                        (any && kind != 'O' ? "an array of " + py::str(any.dtype()).template cast<std::string>()
                                            : "a " + py::type::of(object).attr("__name__").template cast<std::string>()));
+  if (std::is_integral_v<Scalar> && kind != 'b' && any.size() > 0)
+    for (const char* end : {"min", "max"}) {
+      const double value = py::float_(any.attr(end)());
+      if (value >= std::numeric_limits<Scalar>::min() && value <= std::numeric_limits<Scalar>::max()) continue;
+      throw InvalidInput(std::string(name) + " must be whole numbers within " +
+                         std::to_string(std::numeric_limits<Scalar>::max()) + ", got " +
+                         py::str(any.attr(end)()).template cast<std::string>());
+    }
   const py::array_t<Scalar, py::array::c_style | py::array::forcecast> array(any);
   if (std::is_integral_v<Scalar> && kind == 'f' && any.size() > 0 &&
       !py::module_::import("numpy").attr("array_equal")(any, array).template cast<bool>())
