@@ -8,6 +8,7 @@
 #include "core/sim/capture.h"
 #include "core/sim/frame_magnets.h"
 #include "core/sim/motion.h"
+#include "core/sim/scene_digest.h"
 #include "core/sim/stepper.h"
 #include "core/sim/user_writes.h"
 
@@ -19,6 +20,7 @@ constexpr int most_threads = 1024;  // libgomp dies where it cannot start as man
 
 struct Simulation::Data {
   IntegratorOptions options;
+  std::map<std::string, std::string> digests;   // of scene and options
   Team team;
   std::shared_ptr<const Communicator> communicator;
   Model model;
@@ -85,6 +87,7 @@ Simulation::Simulation(const Scene& scene, const IntegratorOptions& integrator, 
   data_->team.threads = threads == 0 ? default_thread_count() : threads;
   data_->communicator = std::move(communicator);
   together(*data_->communicator, [&] { build(scene, data_->model, data_->state); });
+  data_->digests = digests(scene, integrator);
   data_->layout = std::make_unique<RowLayout>(data_->model.n_rows(), data_->communicator);
   data_->make_stepper();
   data_->outcome.start_cloth = data_->state.cloth.x;
@@ -218,10 +221,13 @@ Checkpoint Simulation::checkpoint() const {
                        std::to_string(data_->state.step));
   data_->settle();
   gather_rows(*data_->layout, data_->state.cloth.previous_bending);  // the one table of which ranks keep a part
-  return to_checkpoint(data_->model, data_->state, data_->outcome);
+  Checkpoint made = to_checkpoint(data_->model, data_->state, data_->outcome);
+  made.texts = data_->digests;
+  return made;
 }
 
 void Simulation::restore(const Checkpoint& checkpoint) {
+  check_digests(checkpoint.texts, data_->digests);
   from_checkpoint(data_->model, checkpoint, data_->state, data_->outcome);
   data_->outcome.report = StepReport{};
   data_->outcome.forced.clear();

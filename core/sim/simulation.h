@@ -71,7 +71,7 @@ class Simulation {
   std::vector<MagneticBody> magnets(const Frame& frame) const;
 
   Checkpoint checkpoint() const;
-  void restore(const Checkpoint& checkpoint);   // same scene; throws CacheError where it does not fit
+  void restore(const Checkpoint& checkpoint);   // same scene and integrator; else throws CacheError
   void rebuild_stages();                 // throws all stages away; changes no bit of the future
 
   // Pairs of triangles (user numbering, all surfaces end to end) that the last step had to leave intersecting: what moves by

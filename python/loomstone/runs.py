@@ -20,7 +20,7 @@ from typing import Any, Protocol
 
 from . import _core
 from ._core import CacheError, Checkpoint, Error, Frame, FrameWriter, RenderOptions, StepReport
-from .cache import checkpoint_files, latest_checkpoint, write_checkpoint
+from .cache import Run, checkpoint_files, latest_checkpoint, write_checkpoint
 from .magnetics.lines import frame_curves
 from .ranks import together
 from .simulation import Simulation, frame_count, frames_due
@@ -305,6 +305,7 @@ def _writer(
     if simulation.rank != 0:
         return _NoWriter()
     if resume:
+        _check_rate(directory, options.rate)
         frames = FrameWriter.reopen(str(directory), (following - 0.5) / options.rate)
     else:
         if (directory / "run.vtkhdf").exists():
@@ -323,6 +324,15 @@ def _writer(
         keep_rows(directory / name, simulation.step_index)
     checks = FrameTable(directory / "frames.csv", simulation.topology, following) if options.verify else None
     return _Writer(directory, frames, steps, checks, options, simulation)
+
+
+def _check_rate(directory: Path, rate: float) -> None:
+    """Frames of a run are 1/rate apart."""
+    times = Run(directory).times
+    if len(times) > 1 and abs(times[1] * rate - 1.0) > 1e-6:
+        raise CacheError(
+            f"{directory}: rate must be that of the run, {1.0 / times[1]:.9g} frames/s, got {rate:g}; resume with it, or give another directory"
+        )
 
 
 def _remove_run(directory: Path) -> None:

@@ -87,7 +87,8 @@ class Simulation(_core.Simulation):
     ) -> dict[str, Any]:
         """Advances to `duration` [s] and writes frames, checkpoints, a table of steps and, where asked, pictures.
 
-        out : directory; overwrite : replace what is there; resume : continue what is there, bit for bit
+        out : directory; overwrite : replace what is there; resume : continue what is there, bit for bit, with the same scene,
+            integrator and rate (else CacheError); a longer duration prolongs it
         render : pictures and a video, with these RenderOptions
         verify : count intersecting triangles of every frame exactly, into frames.csv and the report
         control : called before every step; may write forces, pins and obstacle poses, as a function of time and state
@@ -103,7 +104,10 @@ class Simulation(_core.Simulation):
         return execute(self, options, out, overwrite=overwrite, resume=resume, control=control)
 
     def restore(self, checkpoint: Checkpoint) -> None:
-        """Continues from a checkpoint of the same scene; CacheError where it is of another one."""
+        """Continues from a checkpoint of the same scene and integrator; CacheError tells which fields are others.
+
+        Checkpoints of earlier versions do not know what they are of: only their counts of vertices, bodies ... are compared.
+        """
         _check_type("checkpoint", checkpoint, Checkpoint)
         super().restore(checkpoint)
 

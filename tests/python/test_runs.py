@@ -125,6 +125,20 @@ def test_a_run_can_be_prolonged(run, hanging, euler):
     assert report["digest"] == straight.digest() and len(ls.Run(run)) == 6
 
 
+def test_a_run_is_not_continued_as_another(run, hanging, euler):
+    stiff = hanging.cloths[0].replace(material=ls.ClothMaterial(weft_stiffness=500.0))
+    for scene, integrator, differ in [
+        (hanging.replace(gravity=(0, 0, 9.81)), euler, "scene.gravity"),
+        (hanging.replace(cloths=[stiff]), euler, "scene.cloths"),
+        (hanging, euler.replace(method="bdf2"), "integrator.method"),
+    ]:
+        with pytest.raises(ls.CacheError, match=f"of another scene or integrator .these differ: {differ}.; continue with those of the run"):
+            ls.Simulation(scene, integrator=integrator).run(out=run, duration=0.2, resume=True)
+    with pytest.raises(ls.CacheError, match="rate must be that of the run, 25 frames/s, got 50"):
+        ls.Simulation(hanging, integrator=euler).run(out=run, duration=0.2, rate=50.0, resume=True)
+    assert len(ls.Run(run)) == 4
+
+
 def test_a_checkpoint_cut_short_is_passed_over_for_the_one_before(run):
     newest = cache.checkpoint_files(run)[-1]
     newest.write_bytes(newest.read_bytes()[:200])
