@@ -180,7 +180,7 @@ struct Scene {
         field("contact_stiffness", &S::contact_stiffness, "N/m", non_negative(), "of a contact; 0: chosen from the material"),
         field("response", &S::response, "contacts in the implicit solve (implicit) or by impulses after it (impulse, as explicit integrators always do)"),
         field("allow_initial_intersections", &S::allow_initial_intersections, "accept a start with intersections: they are moved apart, then guarded"),
-        field("rigid_rebuild_interval", &S::rigid_rebuild_interval, "1", between(1, 1e9),
+        field("rigid_rebuild_interval", &S::rigid_rebuild_interval, "1", between(1, 1000),
               "steps between rebuilds of the rigid-body world; checkpoints with bodies fall on them"));
   }
 };

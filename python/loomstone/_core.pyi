@@ -1606,7 +1606,7 @@ class Scene:
     contact_stiffness : of a contact; 0: chosen from the material [N/m]; >= 0; default 0.0
     response : contacts in the implicit solve (implicit) or by impulses after it (impulse, as explicit integrators always do); default 'implicit'
     allow_initial_intersections : accept a start with intersections: they are moved apart, then guarded; default False
-    rigid_rebuild_interval : steps between rebuilds of the rigid-body world; checkpoints with bodies fall on them [1]; in [1, 1e+09]; default 40
+    rigid_rebuild_interval : steps between rebuilds of the rigid-body world; checkpoints with bodies fall on them [1]; in [1, 1000]; default 40
     """
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
     field_names: typing.ClassVar[tuple[str, ...]] = ('cloths', 'obstacles', 'bodies', 'attachments', 'magnets', 'coils', 'bearings', 'magnetic_field', 'magnetic_tolerance', 'magnetic_step', 'air', 'limits', 'gravity', 'collisions', 'contact_stiffness', 'response', 'allow_initial_intersections', 'rigid_rebuild_interval')
@@ -1712,7 +1712,7 @@ class Scene:
     @property
     def rigid_rebuild_interval(self) -> int:
         """
-        steps between rebuilds of the rigid-body world; checkpoints with bodies fall on them [1]; in [1, 1e+09]; default 40
+        steps between rebuilds of the rigid-body world; checkpoints with bodies fall on them [1]; in [1, 1000]; default 40
         """
 class IntegratorOptions:
     """

@@ -26,6 +26,8 @@ from .ranks import together
 from .simulation import Simulation, frame_count, frames_due
 from .verification import BROKEN, FORCED, MOST_BROKEN, FrameTable, append_rows, keep_rows
 
+LONGEST_WAIT = 10.0  # [s] that a run goes on after a signal to reach a step that can be saved; our choice, below usual grace periods
+
 __all__ = ["Interrupted", "Observer", "RunOptions", "StepTable", "execute", "summary_of_steps"]
 
 
@@ -109,6 +111,9 @@ def execute(
             if finished:
                 break
             if number and not unsaved and simulation.may_checkpoint:
+                watch.end()
+                raise Interrupted(number)
+            if number and simulation.agree(received.waited() >= LONGEST_WAIT):  # resuming takes the last checkpoint
                 watch.end()
                 raise Interrupted(number)
             if control:
@@ -346,7 +351,11 @@ def _remove_run(directory: Path) -> None:
 
 
 class _Received:
-    number = 0
+    number, when = 0, 0.0
+
+    def waited(self) -> float:
+        """Seconds since the signal."""
+        return time.monotonic() - self.when if self.number else 0.0
 
 
 @contextmanager
@@ -357,6 +366,8 @@ def _signals() -> Iterator[_Received]:
     def note(number: int, _: Any) -> None:
         if received.number and number == signal.SIGINT:
             raise KeyboardInterrupt
+        if not received.number:
+            received.when = time.monotonic()
         received.number = number
 
     try:

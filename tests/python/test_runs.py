@@ -1,13 +1,15 @@
 """Runs in directories: frames, checkpoints, tables, pictures, resuming."""
 
 import json
+import os
 import shutil
+import signal
 
 import numpy as np
 import pytest
 
 import loomstone as ls
-from loomstone import _core, cache, inspection, plots, progress, video
+from loomstone import _core, cache, inspection, plots, progress, runs, video
 from loomstone.runs import RunOptions, execute
 from loomstone.scene_file import SceneFile, parse_parameters
 
@@ -301,6 +303,27 @@ def test_a_verified_run_finds_the_intersections_that_a_start_has(tmp_path):
     )
     report = ls.Simulation(scene, threads=1).run(out=tmp_path / "v", duration=0.0, verify=True)
     assert report["verified_frames"] == report["intersecting_frames"] == 1 and report["most_intersecting_pairs"] > 10
+
+
+def test_a_signal_does_not_wait_long_for_a_step_that_can_be_saved(tmp_path, monkeypatch):
+    ball = ls.RigidBody(name="ball", mesh=ls.meshes.sphere(radius=0.02, subdivisions=1), shape="sphere", position=(0, 0, 0.1))
+    scene = ls.Scene(bodies=[ball], obstacles=[ls.floor()], rigid_rebuild_interval=1000)
+    settings = {"integrator": ls.SemiImplicitEuler(step=4e-3), "threads": 1}
+    monkeypatch.setattr(runs, "LONGEST_WAIT", 0.0)
+
+    def stop(sim):
+        if sim.step_index == 15:
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    interrupted = ls.Simulation(scene, **settings)
+    with pytest.raises(runs.Interrupted):
+        interrupted.run(out=tmp_path / "a", duration=0.2, control=stop)
+    assert interrupted.step_index < 20
+    resumed = ls.Simulation(scene, **settings).run(out=tmp_path / "a", duration=0.2, resume=True)
+    whole = ls.Simulation(scene, **settings).run(out=tmp_path / "b", duration=0.2)
+    assert resumed["digest"] == whole["digest"] and len(ls.Run(tmp_path / "a")) == 6
+    with pytest.raises(ls.InvalidInput, match=r"rigid_rebuild_interval must be in \[1, 1000\]"):
+        ls.Scene(bodies=[ball], rigid_rebuild_interval=100_000)
 
 
 def test_a_run_with_bodies_may_end_between_the_steps_that_can_be_saved(tmp_path):
