@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -45,6 +46,10 @@ void check_finite(const std::string& where, const Points& points) {
 }
 
 void check_vertices(const std::string& where, const std::vector<Index>& vertices, Index n) {
+  const bool mask = static_cast<Index>(vertices.size()) == n &&
+                    std::all_of(vertices.begin(), vertices.end(), [](Index v) { return v == 0 || v == 1; });
+  require(!mask, where + " must be vertex indices, got a truth value for each of " + std::to_string(n) +
+                     " vertices; give numpy.flatnonzero of it");
   std::set<Index> seen;
   for (const Index v : vertices) {
     require(v >= 0 && v < n, where + " must be vertex indices in [0, " + std::to_string(n - 1) + "], got " + std::to_string(v));

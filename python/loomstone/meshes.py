@@ -197,7 +197,12 @@ def write_mesh(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
         raise _core.Unsupported(
             f"{path}: formats other than .obj and .ply are written by meshio, which is not installed; pip install meshio"
         ) from None
-    meshio.write(path, meshio.Mesh(mesh.vertices, [("triangle", mesh.triangles)]))
+    try:
+        meshio.write(path, meshio.Mesh(mesh.vertices, [("triangle", mesh.triangles)]))
+    except (meshio.ReadError, meshio.WriteError, SystemExit) as error:  # a ReadError where it does not know the ending
+        raise InvalidInput(f"{path}: must end in .obj, .ply or what meshio writes, as .stl, .off or .vtk: {error}") from None
+    except OSError as error:
+        raise _core.CacheError(f"{path}: cannot be written: {error.strerror or error}") from error
 
 
 def nearest_vertices(mesh: TriangleMesh, points: ArrayLike) -> list[int]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import os
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._core import CacheError, InvalidInput, Unsupported
+from .tables import read_table
 
 __all__ = ["KINDS", "plot_run", "read_steps"]
 
@@ -22,11 +22,10 @@ def read_steps(directory: str | os.PathLike[str]) -> dict[str, NDArray[np.float6
     path = Path(directory) / "steps.csv"
     if not path.exists():
         raise CacheError(f"{path}: no table of steps; give the directory of a run made by `loomstone run`")
-    with path.open(newline="") as file:
-        rows = [row for row in csv.DictReader(file) if None not in row.values()]
+    header, rows = read_table(path, "step")
     if not rows:
         raise CacheError(f"{path}: has no steps yet")
-    return {name: np.array([float(row[name]) for row in rows]) for name in rows[0]}
+    return dict(zip(header, np.array(rows, float).T))
 
 
 def plot_run(directory: str | os.PathLike[str], *, kind: str = "energy", path: str | os.PathLike[str] | None = None) -> Path:

@@ -24,6 +24,7 @@ from .cache import Run, checkpoint_files, latest_checkpoint, write_checkpoint
 from .magnetics.lines import frame_curves
 from .ranks import together
 from .simulation import Simulation, frame_count, frames_due
+from .tables import read_table
 from .verification import BROKEN, FORCED, MOST_BROKEN, FrameTable, append_rows, keep_rows
 
 LONGEST_WAIT = 10.0  # [s] that a run goes on after a signal to reach a step that can be saved; our choice, below usual grace periods
@@ -141,11 +142,9 @@ class StepTable:
     """steps.csv: one row a step."""
 
     def __init__(self, path: Path, until_step: int) -> None:
-        kept = []
+        kept: list[list[str]] = []
         if path.exists() and until_step > 0:
-            with path.open(newline="") as file:
-                rows = [row for row in csv.reader(file)]
-            kept = [row for row in rows[1:] if len(row) == len(rows[0]) and int(row[0]) <= until_step]
+            kept = [row for row in read_table(path, "step")[1] if int(row[0]) <= until_step]
         self._path, self._file = path, path.open("w", newline="")
         self._table = csv.writer(self._file)
         self._table.writerow([*self._row(StepReport())])
@@ -174,8 +173,8 @@ class StepTable:
 
 def summary_of_steps(path: Path) -> dict[str, Any]:
     """Totals and extremes over all steps of a steps.csv."""
-    with path.open(newline="") as file:
-        rows = [row for row in csv.DictReader(file) if None not in row.values()]
+    header, lines = read_table(path, "step")
+    rows = [dict(zip(header, line)) for line in lines]
     if not rows:
         return {}
     wanted = sum(float(r["wanted_motion"]) for r in rows)

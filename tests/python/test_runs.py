@@ -326,6 +326,28 @@ def test_a_signal_does_not_wait_long_for_a_step_that_can_be_saved(tmp_path, monk
         ls.Scene(bodies=[ball], rigid_rebuild_interval=100_000)
 
 
+def test_a_damaged_table_of_steps_is_told_with_its_line(run):
+    path = run / "steps.csv"
+    whole = path.read_text()
+    path.write_text(whole[:-40])  # as a kill leaves it
+    assert len(plots.read_steps(run)["step"]) == 29
+    lines = whole.splitlines()
+    for content, said in [
+        ("\n".join([*lines[:5], "noise", *lines[5:]]), "line 6: must be [0-9]+ numbers, got 'noise'; remove this line"),
+        (whole.replace(lines[3].split(",")[4], "much", 1), "line [0-9]+: must be"),
+        ("noise", "must begin with the column 'step', got 'noise'"),
+        ("", "must begin with the column 'step', got ''"),
+    ]:
+        path.write_text(content)
+        with pytest.raises(ls.CacheError, match=said):
+            plots.read_steps(run)
+        with pytest.raises(ls.CacheError, match=said):
+            runs.summary_of_steps(path)
+    path.write_bytes(b"\xff\xfe\x00noise")
+    with pytest.raises(ls.CacheError, match="cannot be read as one"):
+        plots.read_steps(run)
+
+
 def test_a_run_with_bodies_may_end_between_the_steps_that_can_be_saved(tmp_path):
     ball = ls.RigidBody(name="ball", mesh=ls.meshes.sphere(radius=0.02, subdivisions=1), shape="sphere", position=(0, 0, 0.1))
     scene = ls.Scene(bodies=[ball], obstacles=[ls.floor()])
