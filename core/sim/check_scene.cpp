@@ -61,6 +61,9 @@ void check_cloth(const Cloth& cloth, const std::string& where) {
   require(cloth.mesh != nullptr, where + ".mesh is missing; give a TriangleMesh");
   check_fields(cloth, where);
   check_fields(cloth.material, where + ".material");
+  const double twist = cloth.material.bending_twist;
+  require(twist >= 0.0 || twist == -1.0,
+          where + ".material.bending_twist must be >= 0 [N m], or -1 for that of an isotropic plate, got " + std::to_string(twist));
   check_choice(where, "rest", cloth.rest, {"uv", "mesh"});
   check_choice(where, "rest_angles", cloth.rest_angles, {"flat", "mesh"});
   if (cloth.strain_limit) check_fields(*cloth.strain_limit, where + ".strain_limit");

@@ -793,7 +793,7 @@ class ClothMaterial:
     density : mass per area [kg/m^2]; > 0; default 0.3
     bending_weft : flexural rigidity along weft [N m]; >= 0; default 1e-05
     bending_warp : flexural rigidity along warp [N m]; >= 0; default 1e-05
-    bending_twist : twist rigidity (entry of 2 kxy); -1: that of an isotropic plate [N m]; in [-1, 1e+300]; default -1.0
+    bending_twist : twist rigidity (entry of 2 kxy), >= 0; -1: that of an isotropic plate [N m]; default -1.0
     bending_coupling : rigidity coupling weft and warp [N m]; default 0.0
     viscosity_dilation : lambda_d of (2.25) [N s/m]; default 0.0
     viscosity_shear : mu_d of (2.25) [N s/m]; >= 0; default 0.0
@@ -828,7 +828,7 @@ class ClothMaterial:
     @property
     def bending_twist(self) -> float:
         """
-        twist rigidity (entry of 2 kxy); -1: that of an isotropic plate [N m]; in [-1, 1e+300]; default -1.0
+        twist rigidity (entry of 2 kxy), >= 0; -1: that of an isotropic plate [N m]; default -1.0
         """
     @property
     def bending_warp(self) -> float:

@@ -116,6 +116,15 @@ TEST_CASE("a checkpoint of a scene that moves otherwise is refused with what dif
   CHECK_NOTHROW(Simulation(scene, step_of(2e-3, "bdf2"), 1).restore(kept));
 }
 
+TEST_CASE("a twist rigidity below zero is refused unless it is -1") {
+  Scene scene = drape(4);
+  scene.cloths[0].material.bending_twist = -0.5;
+  CHECK_THROWS_WITH(Simulation(scene, step_of(2e-3), 1),
+                    Catch::Contains("material.bending_twist must be >= 0 [N m], or -1 for that of an isotropic plate, got -0.5"));
+  scene.cloths[0].material.bending_twist = -1.0;
+  CHECK_NOTHROW(Simulation(scene, step_of(2e-3), 1));
+}
+
 TEST_CASE("a body that falls into a hammock is caught by it, and ends without intersections") {
   Simulation sim(hammock(), step_of(2e-3), 1);
   for (int i = 0; i < 400; ++i) sim.step();
