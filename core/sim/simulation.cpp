@@ -83,6 +83,13 @@ Simulation::Simulation(const Scene& scene, const IntegratorOptions& integrator, 
   check_fields(integrator, "integrator");
   if (integrator.jacobian != "spd" && integrator.jacobian != "exact")
     throw InvalidInput("integrator.jacobian must be spd or exact, got \"" + integrator.jacobian + "\"");
+  const IntegratorOptions defaults;
+  if (integrator.method == "explicit-euler" || integrator.method == "symplectic-euler")
+    for (const auto option : {&IntegratorOptions::jacobian, &IntegratorOptions::linear_solver})
+      if (integrator.*option != defaults.*option)
+        throw InvalidInput("integrator." + std::string(option == &IntegratorOptions::jacobian ? "jacobian" : "linear_solver") +
+                           " is for implicit methods, " + integrator.method + " solves no system; leave \"" + integrator.*option +
+                           "\" away, or take another method");
   data_->options = integrator;
   data_->team.threads = threads == 0 ? default_thread_count() : threads;
   data_->communicator = std::move(communicator);

@@ -79,7 +79,7 @@ def run(
     """
     with _session() as (communicator, rank):
         file = SceneFile.open(scene, parse_parameters(p))
-        options = file.integrator if integrator is None else file.integrator.replace(method=_method(integrator))
+        options = file.integrator if integrator is None else _other_method(file.integrator, integrator)
         if step is not None:
             options = options.replace(step=step)
         settings = (file.duration if duration is None else duration, file.rate if rate is None else rate)
@@ -340,10 +340,12 @@ def _advance(
         raise typer.Exit(1)
 
 
-def _method(name: str) -> str:
+def _other_method(options: IntegratorOptions, name: str) -> IntegratorOptions:
     if name not in METHODS:
         raise InvalidInput(f"--integrator must be one of {', '.join(sorted(METHODS))}, got {name!r}")
-    return name
+    if name in ("explicit-euler", "symplectic-euler"):  # what the scene file says about solving does not concern them
+        return IntegratorOptions(method=name, step=options.step)
+    return options.replace(method=name)
 
 
 @contextmanager

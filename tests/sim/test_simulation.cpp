@@ -116,6 +116,17 @@ TEST_CASE("a checkpoint of a scene that moves otherwise is refused with what dif
   CHECK_NOTHROW(Simulation(scene, step_of(2e-3, "bdf2"), 1).restore(kept));
 }
 
+TEST_CASE("choices that a method has no use for are refused") {
+  for (const char* method : {"explicit-euler", "symplectic-euler"}) {
+    IntegratorOptions o = step_of(1e-4, method);
+    CHECK_NOTHROW(Simulation(drape(4), o, 1));
+    o.jacobian = "exact";
+    CHECK_THROWS_WITH(Simulation(drape(4), o, 1), Catch::Contains("integrator.jacobian is for implicit methods"));
+    o.jacobian = "spd", o.linear_solver = "direct";
+    CHECK_THROWS_WITH(Simulation(drape(4), o, 1), Catch::Contains("integrator.linear_solver is for implicit methods"));
+  }
+}
+
 TEST_CASE("a twist rigidity below zero is refused unless it is -1") {
   Scene scene = drape(4);
   scene.cloths[0].material.bending_twist = -0.5;
