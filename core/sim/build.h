@@ -46,6 +46,10 @@ std::size_t find_by_name(const List& list, const std::string& name, const std::s
   throw InvalidInput(where + " must be the name of one (" + (known.empty() ? "there are none" : known) + "), got \"" + name + "\"");
 }
 
+// Name of a surface in reports and files: that given, or what it is with its place, or with the next number of which no
+// other surface has the name.
+std::string name_of(const Scene& scene, const char* kind, std::size_t index, std::size_t count, const std::string& given);
+
 // "cloths[1]" with its name where it has one.
 std::string item(const char* list, std::size_t index, const std::string& name);
 

@@ -130,7 +130,7 @@ void build_bodies(const Scene& scene, Model& model, State& state) {
     surface.local = mesh.vertices().rowwise() - model.body_mass[b].centre.transpose();
     model.bodies.push_back(std::move(surface));
     next += mesh.n_vertices();
-    add_topology(mesh, scene.bodies[b].name.empty() ? "body" + std::to_string(b) : scene.bodies[b].name, false);
+    add_topology(mesh, name_of(scene, "body", b, scene.bodies.size(), scene.bodies[b].name), false);
   }
   const std::size_t n_obstacles = scene.obstacles.size();
   state.pose_override.assign(n_obstacles, 0);
@@ -141,8 +141,7 @@ void build_bodies(const Scene& scene, Model& model, State& state) {
     const TriangleMesh& mesh = *scene.obstacles[o].mesh;
     model.obstacles.push_back({next, mesh.vertices()});
     next += mesh.n_vertices();
-    add_topology(mesh, scene.obstacles[o].name.empty() ? "obstacle" + std::to_string(o) : scene.obstacles[o].name,
-                 scene.obstacles[o].floor);
+    add_topology(mesh, name_of(scene, "obstacle", o, n_obstacles, scene.obstacles[o].name), scene.obstacles[o].floor);
   }
   obstacle_vertices(model, state, 0.0, 1.0, state.obstacle_vertices);
   build_attachments(scene, model, state);

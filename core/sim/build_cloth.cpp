@@ -172,8 +172,7 @@ void build_cloth(const Scene& scene, Model& model, State& state) {
   topology.cloth_of_triangle = all.cloth_of_triangle;
   for (Index t = 0; t < all.triangles.rows(); ++t) topology.corner_uv.middleRows(3 * t, 3) = all.corners[t];
   for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
-    const std::string& name = scene.cloths[c].name;
-    topology.cloth_names.push_back(name.empty() ? "cloth" + std::to_string(c) : name);
+    topology.cloth_names.push_back(name_of(scene, "cloth", c, scene.cloths.size(), scene.cloths[c].name));
     topology.cloth_of_vertex.insert(topology.cloth_of_vertex.end(), scene.cloths[c].mesh->n_vertices(), static_cast<Index>(c));
   }
 }

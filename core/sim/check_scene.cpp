@@ -13,6 +13,17 @@ std::string item(const char* list, std::size_t index, const std::string& name) {
   return text;
 }
 
+std::string name_of(const Scene& scene, const char* kind, std::size_t index, std::size_t count, const std::string& given) {
+  if (!given.empty()) return given;
+  for (;; index += count) {  // other unnamed ones of this kind take other numbers
+    const std::string name = kind + std::to_string(index);
+    const auto has_it = [&](const auto& list) {
+      return std::any_of(list.begin(), list.end(), [&](const auto& each) { return each.name == name; });
+    };
+    if (!has_it(scene.cloths) && !has_it(scene.bodies) && !has_it(scene.obstacles)) return name;
+  }
+}
+
 namespace {
 
 void require(bool holds, const std::string& message) {

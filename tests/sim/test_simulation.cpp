@@ -116,6 +116,19 @@ TEST_CASE("a checkpoint of a scene that moves otherwise is refused with what dif
   CHECK_NOTHROW(Simulation(scene, step_of(2e-3, "bdf2"), 1).restore(kept));
 }
 
+TEST_CASE("surfaces without a name get one that no other has") {
+  Scene scene = drape(4);
+  scene.cloths.resize(1, scene.cloths[0]);
+  Cloth second = scene.cloths[0];
+  second.mesh = share(second.mesh->moved(Vec3(0, 0, 0.2)));
+  scene.cloths.push_back(second), scene.cloths.push_back(second);
+  scene.cloths[2].mesh = share(second.mesh->moved(Vec3(0, 0, 0.2)));
+  scene.cloths[0].name = scene.cloths[2].name = "";
+  scene.cloths[1].name = "cloth0";
+  const Simulation sim(scene, step_of(2e-3), 1);
+  CHECK(sim.topology().cloth_names == std::vector<std::string>{"cloth3", "cloth0", "cloth2"});
+}
+
 TEST_CASE("choices that a method has no use for are refused") {
   for (const char* method : {"explicit-euler", "symplectic-euler"}) {
     IntegratorOptions o = step_of(1e-4, method);
