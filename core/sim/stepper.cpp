@@ -485,16 +485,16 @@ Index Stepper::vertex_of_row(Index row) const {
 
 // A step that moves a vertex by a hundred times the size of what there is has diverged, finite or not.
 void Stepper::check(const State& state, const char* stage) const {
-  const Vec3 extent = (x0_.colwise().maxCoeff() - x0_.colwise().minCoeff()).transpose();
-  const double limit = 100.0 * extent.norm();
+  double most = 100.0 * (x0_.colwise().maxCoeff() - x0_.colwise().minCoeff()).norm();
+  Index worst = -1;
   for (Index i = 0; i < model_.cloth.n_vertices; ++i) {
     const double moved = (state.cloth.x.row(i) - x0_.row(i)).norm();
-    if (moved <= limit && state.cloth.v.row(i).allFinite()) continue;
-    std::ostringstream out;
-    out << "cloth vertex " << vertex_of_row(i) << " moved by " << moved << " m in the stage \"" << stage
-        << "\", more than 100 times the extent of the scene, or is not finite; shorten integrator.step";
-    throw SolverFailure(out.str());
+    if (moved > most || (worst < 0 && !(moved <= most && state.cloth.v.row(i).allFinite()))) worst = i, most = std::fmax(most, moved);
   }
+  if (worst < 0) return;
+  throw SolverFailure((std::ostringstream() << "cloth vertex " << vertex_of_row(worst) << " moved by "
+      << (state.cloth.x.row(worst) - x0_.row(worst)).norm() << " m in the stage \"" << stage
+      << "\", more than 100 times the extent of the scene, or is not finite; shorten integrator.step").str());
 }
 
 }  // namespace loomstone

@@ -116,6 +116,14 @@ TEST_CASE("a checkpoint of a scene that moves otherwise is refused with what dif
   CHECK_NOTHROW(Simulation(scene, step_of(2e-3, "bdf2"), 1).restore(kept));
 }
 
+TEST_CASE("a step that throws cloth away is told with the vertex that went furthest") {
+  Simulation sim(drape(8), step_of(2e-3), 1);
+  Points force = sim.external_forces();
+  force(57, 2) = 1e12;
+  sim.set_external_forces(force);
+  CHECK_THROWS_WITH(sim.step(), Catch::Contains("cloth vertex 57 moved by"));
+}
+
 TEST_CASE("surfaces without a name get one that no other has") {
   Scene scene = drape(4);
   scene.cloths.resize(1, scene.cloths[0]);
