@@ -63,7 +63,7 @@ class Bending {
 };
 
 // The thesis' hinge with k = 4 B. It depends on the mesh and does not converge: effective rigidity 0.8 B on grids along
-// their axes, 0.88-0.96 B on smoothed irregular meshes, 0.7 ... 2.2 B at 45 degrees to a grid.
+// their axes, 0.83-0.96 B on smoothed irregular meshes (least in narrow strips), 0.7 ... 2.2 B at 45 degrees to a grid.
 std::unique_ptr<Bending> make_hinge_bending(const BendingSetup& setup);
 // Curvature of each triangle from the slopes at its mid-edges; beam theory within 1 % on every mesh.
 std::unique_ptr<Bending> make_midedge_bending(const BendingSetup& setup);

@@ -1023,7 +1023,7 @@ class Cloth:
     material : ClothMaterial
     rest : rest lengths from uv (the pattern [m]) or from the mesh: uv | mesh; default 'uv'
     rest_angles : rest angles between triangles: flat | mesh; default 'flat'
-    bending : bending element: mid-edge (beam theory within 1 % along any direction) | hinge (off by up to 25 % along the axes of grids, 12 % on smoothed irregular meshes, a factor 2 at 45 degrees); default 'mid-edge'
+    bending : bending element: mid-edge (beam theory within 1 % along any direction) | hinge (off by up to 25 % along the axes of grids, 12 to 18 % in strips of 16 to 6 elements across on smoothed irregular meshes, a factor 2 at 45 degrees); default 'mid-edge'
     pins : indices of vertices that are held, or moved by script
     script_times : times of the script [s], ascending; empty: pins stand still
     script_positions : (times * pins x 3) positions of the pins [m], linear between
@@ -1052,7 +1052,7 @@ class Cloth:
     @property
     def bending(self) -> str:
         """
-        bending element: mid-edge (beam theory within 1 % along any direction) | hinge (off by up to 25 % along the axes of grids, 12 % on smoothed irregular meshes, a factor 2 at 45 degrees); default 'mid-edge'
+        bending element: mid-edge (beam theory within 1 % along any direction) | hinge (off by up to 25 % along the axes of grids, 12 to 18 % in strips of 16 to 6 elements across on smoothed irregular meshes, a factor 2 at 45 degrees); default 'mid-edge'
         """
     @property
     def friction(self) -> float:
