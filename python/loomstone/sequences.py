@@ -7,6 +7,7 @@ import os
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,7 +100,7 @@ def _read_meshes(paths: list[Path], mesh: TriangleMesh | None) -> tuple[Triangle
     return mesh, np.array(frames)
 
 
-def _read_cache(path: Path) -> tuple[NDArray[np.floating], Floats | None]:
+def _read_cache(path: Path) -> tuple[NDArray[Any], Floats | None]:
     """Positions, memory-mapped where the format allows it, and times where the file has them."""
     try:
         if path.suffix.lower() in (".npy", ".npz"):
@@ -117,7 +118,7 @@ def _read_cache(path: Path) -> tuple[NDArray[np.floating], Floats | None]:
         raise CacheError(f"{path}: cannot be read: {error.strerror or error}") from error
 
 
-def _read_numpy(path: Path) -> tuple[NDArray[np.floating], Floats | None]:
+def _read_numpy(path: Path) -> tuple[NDArray[Any], Floats | None]:
     if path.suffix.lower() == ".npy":
         content, times = np.load(path, mmap_mode="r"), None
     else:
@@ -131,7 +132,7 @@ def _read_numpy(path: Path) -> tuple[NDArray[np.floating], Floats | None]:
     return content, times
 
 
-def _read_pc2(path: Path, head: bytes) -> tuple[NDArray[np.floating], None]:
+def _read_pc2(path: Path, head: bytes) -> tuple[NDArray[Any], None]:
     """Point cache 2: "POINTCACHE2", version, points, first frame, frames a sample, samples; then floats, little-endian."""
     if head[:12] != b"POINTCACHE2\0" or len(head) < 32:
         raise CacheError(f"{path}: is no point cache (.pc2)")
@@ -146,7 +147,7 @@ def _step_of(path: Path | None) -> float:
     return float(np.fromfile(path, "<f4", 1, offset=24)[0])
 
 
-def _read_mdd(path: Path, head: bytes) -> tuple[NDArray[np.floating], Floats]:
+def _read_mdd(path: Path, head: bytes) -> tuple[NDArray[Any], Floats]:
     """Frames, points, times [s]; then floats, all big-endian."""
     if len(head) < 8:
         raise CacheError(f"{path}: is no point cache (.mdd)")
@@ -157,7 +158,7 @@ def _read_mdd(path: Path, head: bytes) -> tuple[NDArray[np.floating], Floats]:
     return frames, np.fromfile(path, ">f4", samples, offset=8).astype(float)
 
 
-def _mapped(path: Path, kind: str, offset: int, samples: int, points: int) -> NDArray[np.floating]:
+def _mapped(path: Path, kind: str, offset: int, samples: int, points: int) -> NDArray[Any]:
     wanted, size = offset + 12 * samples * points, path.stat().st_size
     if samples < 1 or points < 1 or size < wanted:
         raise CacheError(f"{path}: says {samples} frames of {points} points, which take {wanted} bytes, but has {size}; it is cut short")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import loomstone as ls
-from loomstone import _core
+from loomstone import _core, cli
 
 ALL = [ls.ClothMaterial, ls.Cloth, ls.Obstacle, ls.Attachment, ls.Air, ls.Scene, ls.IntegratorOptions, ls.RigidBody,
        ls.Camera, ls.RenderOptions]  # fmt: skip
@@ -94,6 +94,12 @@ def test_a_description_is_not_changed_by_writing_to_what_it_returned():
 )
 def test_each_error_is_a_standard_one_and_one_of_ours(error, standard):
     assert issubclass(getattr(ls, error), standard) and issubclass(getattr(ls, error), ls.Error)
+
+
+def test_another_method_on_the_command_line_keeps_what_it_has_use_for():
+    scene = ls.BackwardEuler(step=2e-3, linear_solver="direct", jacobian="exact")
+    assert cli._other_method(scene, "symplectic-euler") == ls.SymplecticEuler(step=2e-3)
+    assert cli._other_method(scene, "bdf2") == ls.BDF2(step=2e-3, linear_solver="direct", jacobian="exact")
 
 
 def test_integrators_differ_from_the_default_by_name_and_what_is_given():
