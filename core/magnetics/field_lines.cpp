@@ -12,7 +12,9 @@ namespace {
 
 constexpr double finest = 0.1;    // turn between neighbouring points [rad]
 constexpr double coarsest = 0.6;  // of a step: cubics between its ends are then good to 3e-4 of the radius of curvature
-constexpr int most_rounds = 20000;
+// Steps of a line at a tolerance of 1e-5, which a line about a magnet or coil needs some 50 of. Beside a soft body, closer than
+// its panels are wide, the field has their pattern, and weak lines wander in it without end.
+constexpr double most_steps = 1000.0;
 
 constexpr std::array<std::array<double, 6>, 6> stages = {{
     {1.0 / 5},
@@ -84,7 +86,8 @@ class LineTracing {
     }
     directions(active, 0, [](const Tracer& line) { return line.x; });
     for (Tracer* line : active) line->tangent = line->k[0];
-    for (int round = 0; round < most_rounds; ++round) {
+    const double most = most_steps * std::max(1.0, std::pow(1e-5 / options_.tolerance, 0.2));
+    for (int round = 0; round < most; ++round) {
       std::erase_if(active, [](const Tracer* line) { return line->done; });
       if (active.empty()) return;
       for (int stage = 1; stage <= 6; ++stage)

@@ -56,7 +56,7 @@ def field_lines(
     loops, solenoids and closed polylines, so that they lie dense where the field is strong. seeds (n, 3) [m] are followed both
     ways instead. uniform (3): flux density besides that of the bodies [T]. A line ends where it enters such a body, where it leaves
     the ball of radius `extent` [m] about `centre` (0: four times the ball that holds the bodies, about its centre), where it
-    meets itself, after `length` [m] (0: 20 extents), or where the field vanishes. tolerance [1]: error of a step over the extent.
+    meets itself, after `length` [m] (0: 20 extents) or a thousand steps, or where the field vanishes. tolerance [1]: error of a step over the extent.
     Neighbouring points turn by about 0.1 at most. threads 0: all processors; the result does not depend on it. Raises InvalidInput for
     values out of range, and where there is nothing to begin at.
 
