@@ -18,6 +18,8 @@ void bind_renderer(py::module_& m) {
   py::class_<Renderer> c(m, "Renderer", "Draws frames of one run without a display (OSMesa, else EGL).");
   c.def(py::init<const FrameTopology&, const RenderOptions&>(), py::arg("topology"),
         py::arg("options") = RenderOptions{});
+  c.def("fit", &Renderer::fit, py::arg("first"), py::call_guard<py::gil_scoped_release>(),
+        "A fitted camera shows what it would of this frame, the first of a run; without it of the first that is drawn.");
   c.def("render",
         [](Renderer& self, const Frame& frame, const Curves* curves) {
           Image image;
@@ -35,8 +37,10 @@ void bind_renderer(py::module_& m) {
           if (rgb.ndim() != 3 || rgb.shape(2) != 3)
             throw InvalidInput("image must have shape (height, width, 3), got " +
                                py::str(rgb.attr("shape")).cast<std::string>());
-          write_png(path, Image{static_cast<int>(rgb.shape(1)), static_cast<int>(rgb.shape(0)),
-                                std::vector<std::uint8_t>(rgb.data(), rgb.data() + rgb.size())});
+          const Image image{static_cast<int>(rgb.shape(1)), static_cast<int>(rgb.shape(0)),
+                            std::vector<std::uint8_t>(rgb.data(), rgb.data() + rgb.size())};
+          const py::gil_scoped_release release;
+          write_png(path, image);
         },
         py::arg("path"), py::arg("image"), "Writes (height x width x 3) bytes as PNG.");
 }

@@ -111,7 +111,8 @@ struct Renderer::Data {
   GL gl{};
   std::vector<double> pattern_size;
   ColorTable table;
-  std::optional<Framing> framing;   // both from the first frame
+  std::optional<Framing> framing;   // this and the next from the first frame
+  Points first_bodies;              // (nb x 3) [m]
   std::optional<MeshBuffers> bodies;
   bool with_curves = false;         // `bodies` holds the curves of a picture as well
 
@@ -126,6 +127,7 @@ struct Renderer::Data {
   };
   std::optional<Passes> passes;
 
+  void fit(const Frame& first);
   Image draw_row(const Frame& frame, const std::string& color_by, const Curves* curves);
   void draw(const Frame& frame, const std::array<Vector, 2>& values, const SurfaceOptions& look, const Curves* curves);
   void place_bodies(const Frame& frame, const Curves* curves);
@@ -188,13 +190,13 @@ std::vector<const SquareBuffers*> Renderer::Data::place_floors(const Frame& fram
 // Curves differ from frame to frame, so that buffers with them serve one picture.
 void Renderer::Data::place_bodies(const Frame& frame, const Curves* curves) {
   if (curves) {
-    const BodiesAndTubes all = bodies_and_tubes(topology, frame.body_positions, *curves);
+    const BodiesAndTubes all = bodies_and_tubes(topology, first_bodies, frame.body_positions, *curves);
     bodies.emplace(gl, all.mesh, false);
     bodies->update(all.positions, all.values, Vector());
     with_curves = true;
     return;
   }
-  if (!bodies || with_curves) bodies.emplace(gl, drawn_bodies(topology, frame.body_positions), false);
+  if (!bodies || with_curves) bodies.emplace(gl, drawn_bodies(topology, first_bodies), false);
   with_curves = false;
   bodies->update(frame.body_positions, Eigen::Map<const Vector>(topology.body_pole.data(),
                                                                 static_cast<Index>(topology.body_pole.size())),
@@ -248,7 +250,6 @@ void Renderer::Data::draw(const Frame& frame, const std::array<Vector, 2>& value
 }
 
 Image Renderer::Data::draw_row(const Frame& frame, const std::string& color_by, const Curves* curves) {
-  if (!framing) framing = make_framing(topology, frame);
   SurfaceOptions look{options.pattern, options.wireframe, color_by != "cloth", {0.0, 1.0}, {}};
   std::array<Vector, 2> values;
   if (look.colored) {
@@ -269,9 +270,22 @@ Image Renderer::Data::draw_row(const Frame& frame, const std::string& color_by, 
   return image;
 }
 
+void Renderer::Data::fit(const Frame& first) {
+  framing = make_framing(topology, first);
+  first_bodies = first.body_positions;
+  bodies.reset();
+}
+
+void Renderer::fit(const Frame& first) {
+  check_frame(data_->topology, data_->options, first);
+  const Current current(*data_->context);
+  data_->fit(first);
+}
+
 Image Renderer::render(const Frame& frame, const Curves* curves) {
   Data& d = *data_;
   check_frame(d.topology, d.options, frame);
+  if (!d.framing) fit(frame);
   const Current current(*d.context);
   Image image{d.options.width, 0, {}};
   for (const std::string& row : names_in(d.options.color_by)) {

@@ -17,7 +17,7 @@ struct Camera {
   Vec3 target = Vec3(0, 0, 0);
   Vec3 up = Vec3(0, 0, 1);
   double field_of_view_degrees = 35.0;
-  bool fit = true;   // eye and target are chosen so that the scene fills the picture, seen from `eye` - `target`'s direction
+  bool fit = true;   // eye and target are chosen so that the first frame fills the picture, seen from `eye` - `target`'s direction
 
   static auto fields() {
     using C = Camera;
@@ -25,7 +25,7 @@ struct Camera {
         field("eye", &C::eye, "where the camera is [m]; with fit, only the direction from target counts"),
         field("target", &C::target, "what the camera looks at [m]"), field("up", &C::up, "direction that is up"),
         field("field_of_view_degrees", &C::field_of_view_degrees, "degrees", between(1.0, 170.0), "vertical field of view"),
-        field("fit", &C::fit, "the scene fills the picture, seen from the direction eye - target"));
+        field("fit", &C::fit, "the first frame of a run fills the picture, seen from the direction eye - target"));
   }
 };
 
@@ -86,7 +86,10 @@ class Renderer {
   // Throws Unsupported with one sentence where neither OSMesa nor EGL can be loaded.
   Renderer(const FrameTopology& topology, const RenderOptions& options);
   ~Renderer();
-  // The first frame fixes what a fitted camera shows. One thread at a time may use a Renderer; several may live at once.
+  // What a fitted camera shows, the scale of shading and which edges of bodies are sharp follow from this frame: the first
+  // of a sequence, so that no picture depends on what was drawn before it. Without it from the first frame that is drawn.
+  void fit(const Frame& first);
+  // One thread at a time may use a Renderer; several may live at once.
   Image render(const Frame& frame, const Curves* curves = nullptr);
   const std::string& backend() const;   // "osmesa" | "egl"
 

@@ -24,7 +24,8 @@ void check(const Curves& curves) {
 
 }  // namespace
 
-BodiesAndTubes bodies_and_tubes(const FrameTopology& bodies, const Points& body_positions, const Curves& curves) {
+BodiesAndTubes bodies_and_tubes(const FrameTopology& bodies, const Points& first_bodies, const Points& body_positions,
+                                const Curves& curves) {
   check(curves);
   const Index n_bodies = static_cast<Index>(body_positions.rows()), n_points = static_cast<Index>(curves.points.rows());
   BodiesAndTubes all;
@@ -66,7 +67,9 @@ BodiesAndTubes bodies_and_tubes(const FrameTopology& bodies, const Points& body_
   for (std::size_t t = 0; t < triangles.size(); ++t)
     for (int k = 0; k < 3; ++k) topology.body_triangles(m + static_cast<Index>(t), k) = triangles[t][k];
   topology.body_of_triangle.resize(topology.body_triangles.rows(), tube);
-  all.mesh = drawn_bodies(topology, all.positions);
+  Points shape = all.positions;
+  shape.topRows(n_bodies) = first_bodies;
+  all.mesh = drawn_bodies(topology, shape);
   for (std::size_t i = 0; i < all.mesh.vertex.size(); ++i)
     if (all.mesh.vertex[i] >= n_bodies) all.mesh.uv[i].x() = -1.0f;   // the shader knows curves by it
   return all;

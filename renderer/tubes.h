@@ -13,6 +13,8 @@ struct BodiesAndTubes {
   Vector values;      // poles of bodies; of tubes the curves' own
 };
 
-BodiesAndTubes bodies_and_tubes(const FrameTopology& topology, const Points& body_positions, const Curves& curves);
+// Edges are sharp where those of `first_bodies` are.
+BodiesAndTubes bodies_and_tubes(const FrameTopology& topology, const Points& first_bodies, const Points& body_positions,
+                                const Curves& curves);
 
 }  // namespace loomstone
