@@ -170,7 +170,7 @@ void bind_frame(py::module_& m) {
   array("strain", &Frame::strain, "(m x 3) Green strain weft, warp, shear (E12) [1]");
   array("stretch", &Frame::stretch, "(m) largest principal stretch [1]");
   c.def_property_readonly("contact", [](py::object self) { return view(self.cast<const Frame&>().contact, self); },
-                          "(n) 1 where the vertex took part in a contact");
+                          "(n) 1 where the vertex took part in a contact, 2 where it was forced to intersect");
   array("body_positions", &Frame::body_positions, "(nb x 3) vertices of rigid bodies and obstacles [m]");
   array("coil_currents", &Frame::coil_currents, "(coils) in all coils, given or of circuits [A]");
   c.def_readonly("report", &Frame::report, "StepReport of the last step");

@@ -1,9 +1,16 @@
 // Headless pictures.
 #include "renderer/renderer.h"
 
+#include <optional>
+#include <utility>
+
 #include "bindings/descriptions.h"
 
 namespace loomstone {
+
+namespace {
+using Pairs = std::vector<std::pair<double, double>>;
+}
 
 void bind_renderer(py::module_& m) {
   bind_description<Camera>(m, "Camera", "Where the picture is taken from.");
@@ -21,16 +28,26 @@ void bind_renderer(py::module_& m) {
   c.def("fit", &Renderer::fit, py::arg("first"), py::call_guard<py::gil_scoped_release>(),
         "A fitted camera shows what it would of this frame, the first of a run; without it of the first that is drawn.");
   c.def("render",
-        [](Renderer& self, const Frame& frame, const Curves* curves) {
+        [](Renderer& self, const Frame& frame, const Curves* curves, const std::optional<Pairs>& value_ranges) {
           Image image;
+          std::vector<ColorRange> values;
+          for (const auto& [low, high] : value_ranges.value_or(Pairs{})) values.push_back({low, high});
           {
             const py::gil_scoped_release release;
-            image = self.render(frame, curves);
+            image = self.render(frame, curves, value_ranges ? &values : nullptr);
           }
           return py::array_t<std::uint8_t>({image.height, image.width, 3}, image.rgb.data());
         },
-        py::arg("frame"), py::arg("curves") = py::none(),
-        "Picture of a frame, with curves if given: (height x width x 3) bytes, rows from the top.");
+        py::arg("frame"), py::arg("curves") = py::none(), py::arg("value_ranges") = py::none(),
+        "Picture of a frame, with curves if given: (height x width x 3) bytes, rows from the top. Automatic colours span\n"
+        "value_ranges, one (least, greatest) for each row of color_by; without them the values of this frame.");
+  c.def("value_ranges",
+        [](const Renderer& self, const Frame& frame) {
+          Pairs pairs;
+          for (const ColorRange& range : self.value_ranges(frame)) pairs.emplace_back(range.low, range.high);
+          return pairs;
+        },
+        py::arg("frame"), "Least and greatest value that each row of color_by shows in a frame; (0, 0) where it shows the cloth.");
   c.def_property_readonly("backend", &Renderer::backend, "osmesa | egl");
   m.def("write_png",
         [](const std::string& path, const py::array_t<std::uint8_t, py::array::c_style | py::array::forcecast>& rgb) {

@@ -132,4 +132,14 @@ void check_frame(const FrameTopology& topology, const RenderOptions& options, co
   }
 }
 
+void check_values(std::size_t rows, const std::vector<ColorRange>* values) {
+  if (!values) return;
+  if (values->size() != rows)
+    throw InvalidInput("value_ranges must have a range for each of the " + std::to_string(rows) + " rows of color_by, got " +
+                       std::to_string(values->size()) + "; take them from value_ranges() of the same options");
+  for (const ColorRange& range : *values)
+    if (!(range.low <= range.high) || !std::isfinite(range.high - range.low))
+      throw InvalidInput("value_ranges must be finite, the least value of each first");
+}
+
 }  // namespace loomstone

@@ -9,5 +9,6 @@ void check_options(const RenderOptions& options, int most_samples, int most_pixe
 void check_topology(const FrameTopology& topology);
 void check_hidden(const FrameTopology& topology, const RenderOptions& options);
 void check_frame(const FrameTopology& topology, const RenderOptions& options, const Frame& frame);
+void check_values(std::size_t rows, const std::vector<ColorRange>* values);
 
 }  // namespace loomstone

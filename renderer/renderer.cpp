@@ -128,7 +128,7 @@ struct Renderer::Data {
   std::optional<Passes> passes;
 
   void fit(const Frame& first);
-  Image draw_row(const Frame& frame, const std::string& color_by, const Curves* curves);
+  Image draw_row(const Frame& frame, const std::string& color_by, const Curves* curves, const ColorRange* shown);
   void draw(const Frame& frame, const std::array<Vector, 2>& values, const SurfaceOptions& look, const Curves* curves);
   void place_bodies(const Frame& frame, const Curves* curves);
   std::vector<double> middles(const Frame& frame, const View& view) const;
@@ -249,20 +249,15 @@ void Renderer::Data::draw(const Frame& frame, const std::array<Vector, 2>& value
                        reach.rectangle());
 }
 
-Image Renderer::Data::draw_row(const Frame& frame, const std::string& color_by, const Curves* curves) {
+Image Renderer::Data::draw_row(const Frame& frame, const std::string& color_by, const Curves* curves,
+                               const ColorRange* shown) {
   SurfaceOptions look{options.pattern, options.wireframe, color_by != "cloth", {0.0, 1.0}, {}};
   std::array<Vector, 2> values;
   if (look.colored) {
-    const std::array<std::string, 2> names = halves(color_by);
-    values[0] = scalar_field(names[0], topology, frame);
-    Vector all = values[0];
-    if (names[1] != names[0]) {
-      values[1] = scalar_field(names[1], topology, frame);
-      all.resize(values[0].size() + values[1].size());
-      all << values[0], values[1];
+    values = row_fields(color_by, topology, frame);
+    if (values[1].size() > 0)
       look.split = middles(frame, make_view(options.camera, static_cast<double>(options.width) / options.height, *framing));
-    }
-    look.range = color_range(options, color_by, all);
+    look.range = color_range(options, color_by, shown ? *shown : value_range(color_by, values));
   }
   draw(frame, values, look, curves);
   Image image = passes->surface.read();
@@ -282,14 +277,25 @@ void Renderer::fit(const Frame& first) {
   data_->fit(first);
 }
 
-Image Renderer::render(const Frame& frame, const Curves* curves) {
+std::vector<ColorRange> Renderer::value_ranges(const Frame& frame) const {
+  const Data& d = *data_;
+  check_frame(d.topology, d.options, frame);
+  std::vector<ColorRange> ranges;
+  for (const std::string& row : names_in(d.options.color_by))
+    ranges.push_back(row == "cloth" ? ColorRange{0.0, 0.0} : value_range(row, row_fields(row, d.topology, frame)));
+  return ranges;
+}
+
+Image Renderer::render(const Frame& frame, const Curves* curves, const std::vector<ColorRange>* values) {
   Data& d = *data_;
   check_frame(d.topology, d.options, frame);
   if (!d.framing) fit(frame);
   const Current current(*d.context);
   Image image{d.options.width, 0, {}};
-  for (const std::string& row : names_in(d.options.color_by)) {
-    const Image below = d.draw_row(frame, row, curves);
+  const std::vector<std::string> rows = names_in(d.options.color_by);
+  check_values(rows.size(), values);
+  for (std::size_t row = 0; row < rows.size(); ++row) {
+    const Image below = d.draw_row(frame, rows[row], curves, values ? &(*values)[row] : nullptr);
     image.rgb.insert(image.rgb.end(), below.rgb.begin(), below.rgb.end());
     image.height += below.height;
   }

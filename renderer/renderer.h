@@ -35,7 +35,7 @@ struct RenderOptions {
   int samples = 4;                      // MSAA
   std::string pattern = "weave";        // cloth surface: "weave" | "checker" | "plain"
   std::string color_by = "cloth";       // "cloth" or a scalar field; several joined by + lie one below another
-  double color_low = 0.0, color_high = 0.0;   // equal: taken from the frame
+  double color_low = 0.0, color_high = 0.0;   // equal: taken from what is drawn
   std::string color_map = "viridis";
   bool wireframe = false;
   bool shadows = true, ambient_occlusion = true;
@@ -54,10 +54,10 @@ struct RenderOptions {
         field("pattern", &O::pattern, "surface of the cloth: weave | checker | plain"),
         field("color_by", &O::color_by, 
               "cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (of each cloth the left half shows weft, "
-              "the right one warp) | contact; strain is U - I, as limits are; pictures of several, joined by +, lie one below "
-              "another"),
+              "the right one warp) | contact (2: forced to intersect); strain is U - I, as limits are; pictures of several, joined "
+              "by +, lie one below another"),
         field("color_low", &O::color_low, "1", unlimited(), "value at the low end of the colours"),
-        field("color_high", &O::color_high, "1", unlimited(), "value at the high end; equal to color_low: from the frame"),
+        field("color_high", &O::color_high, "1", unlimited(), "value at the high end; equal to color_low: both span all frames that are drawn together"),
         field("color_map", &O::color_map, "name of the colour map"),
         field("wireframe", &O::wireframe, "draws the edges of the cloth's triangles over it"),
         field("shadows", &O::shadows, "soft shadows"), field("ambient_occlusion", &O::ambient_occlusion, "ambient occlusion"),
@@ -81,6 +81,10 @@ struct Image {
   std::vector<std::uint8_t> rgb;   // rows from the top, 3 bytes a pixel
 };
 
+struct ColorRange {
+  double low, high;
+};
+
 class Renderer {
  public:
   // Throws Unsupported with one sentence where neither OSMesa nor EGL can be loaded.
@@ -89,8 +93,11 @@ class Renderer {
   // What a fitted camera shows, the scale of shading and which edges of bodies are sharp follow from this frame: the first
   // of a sequence, so that no picture depends on what was drawn before it. Without it from the first frame that is drawn.
   void fit(const Frame& first);
+  // Least and greatest value that each row of color_by shows in a frame; 0 and 0 where it shows the cloth.
+  std::vector<ColorRange> value_ranges(const Frame& frame) const;
+  // `values`: what automatic colours span, one range a row, as of all frames of a run; without it those of this frame.
   // One thread at a time may use a Renderer; several may live at once.
-  Image render(const Frame& frame, const Curves* curves = nullptr);
+  Image render(const Frame& frame, const Curves* curves = nullptr, const std::vector<ColorRange>* values = nullptr);
   const std::string& backend() const;   // "osmesa" | "egl"
 
  private:

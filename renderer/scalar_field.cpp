@@ -41,6 +41,7 @@ double corotational(const Eigen::RowVector3d& green, int column) {
 
 std::string scalar_field_title(const std::string& name) {
   if (name == "strain_split") return "strain weft / warp";
+  if (name == "contact") return "contact 1 / intersecting 2";
   std::string title = name;
   std::replace(title.begin(), title.end(), '_', ' ');
   return title;
@@ -50,7 +51,7 @@ Vector scalar_field(const std::string& name, const FrameTopology& topology, cons
   const Index n = static_cast<Index>(topology.cloth_of_vertex.size());
   Vector sum = Vector::Zero(n);
   if (name == "contact") {
-    for (Index vertex = 0; vertex < n; ++vertex) sum[vertex] = frame.contact[vertex] ? 1.0 : 0.0;
+    for (Index vertex = 0; vertex < n; ++vertex) sum[vertex] = frame.contact[vertex];
     return sum;
   }
   const int column = name == "strain_weft" ? 0 : name == "strain_warp" ? 1 : name == "strain_shear" ? 2 : -1;
@@ -70,12 +71,25 @@ Vector scalar_field(const std::string& name, const FrameTopology& topology, cons
   return sum;
 }
 
-ColorRange color_range(const RenderOptions& options, const std::string& field, const Vector& values) {
+std::array<Vector, 2> row_fields(const std::string& row, const FrameTopology& topology, const Frame& frame) {
+  const std::array<std::string, 2> names = halves(row);
+  return {scalar_field(names[0], topology, frame),
+          names[1] == names[0] ? Vector() : scalar_field(names[1], topology, frame)};
+}
+
+ColorRange value_range(const std::string& row, const std::array<Vector, 2>& fields) {
+  if (row == "contact") return {0.0, 2.0};
+  if (fields[0].size() == 0) return {0.0, 1.0};
+  const Vector& other = fields[1].size() > 0 ? fields[1] : fields[0];
+  return {std::min(fields[0].minCoeff(), other.minCoeff()), std::max(fields[0].maxCoeff(), other.maxCoeff())};
+}
+
+ColorRange color_range(const RenderOptions& options, const std::string& row, const ColorRange& values) {
   if (options.color_low != options.color_high) return {options.color_low, options.color_high};
-  if (field == "contact" || values.size() == 0) return {0.0, 1.0};
-  ColorRange range{values.minCoeff(), values.maxCoeff()};
+  ColorRange range = values;
+  if (row == "contact") return range;
   if (options.color_map == "diverging") {
-    const double neutral = field == "stretch" ? 1.0 : 0.0;
+    const double neutral = row == "stretch" ? 1.0 : 0.0;
     const double reach = std::max(neutral - range.low, range.high - neutral);
     range = {neutral - reach, neutral + reach};
   }

@@ -384,7 +384,7 @@ class Frame:
     @property
     def contact(self) -> numpy.typing.NDArray[numpy.uint8]:
         """
-        (n) 1 where the vertex took part in a contact
+        (n) 1 where the vertex took part in a contact, 2 where it was forced to intersect
         """
     @property
     def positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
@@ -1974,7 +1974,7 @@ class Camera:
     target : what the camera looks at [m]
     up : direction that is up
     field_of_view_degrees : vertical field of view [degrees]; in [1, 170]; default 35.0
-    fit : the scene fills the picture, seen from the direction eye - target; default True
+    fit : the first frame of a run fills the picture, seen from the direction eye - target; default True
     """
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
     field_names: typing.ClassVar[tuple[str, ...]] = ('eye', 'target', 'up', 'field_of_view_degrees', 'fit')
@@ -2005,7 +2005,7 @@ class Camera:
     @property
     def fit(self) -> bool:
         """
-        the scene fills the picture, seen from the direction eye - target; default True
+        the first frame of a run fills the picture, seen from the direction eye - target; default True
         """
     @property
     def target(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -2029,9 +2029,9 @@ class RenderOptions:
     height : height of the picture; of each where there are several [pixels]; in [16, 16384]; default 720
     samples : samples a pixel [1]; in [1, 16]; default 4
     pattern : surface of the cloth: weave | checker | plain; default 'weave'
-    color_by : cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (of each cloth the left half shows weft, the right one warp) | contact; strain is U - I, as limits are; pictures of several, joined by +, lie one below another; default 'cloth'
+    color_by : cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (of each cloth the left half shows weft, the right one warp) | contact (2: forced to intersect); strain is U - I, as limits are; pictures of several, joined by +, lie one below another; default 'cloth'
     color_low : value at the low end of the colours [1]; default 0.0
-    color_high : value at the high end; equal to color_low: from the frame [1]; default 0.0
+    color_high : value at the high end; equal to color_low: both span all frames that are drawn together [1]; default 0.0
     color_map : name of the colour map; default 'viridis'
     wireframe : draws the edges of the cloth's triangles over it; default False
     shadows : soft shadows; default True
@@ -2071,12 +2071,12 @@ class RenderOptions:
     @property
     def color_by(self) -> str:
         """
-        cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (of each cloth the left half shows weft, the right one warp) | contact; strain is U - I, as limits are; pictures of several, joined by +, lie one below another; default 'cloth'
+        cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (of each cloth the left half shows weft, the right one warp) | contact (2: forced to intersect); strain is U - I, as limits are; pictures of several, joined by +, lie one below another; default 'cloth'
         """
     @property
     def color_high(self) -> float:
         """
-        value at the high end; equal to color_low: from the frame [1]; default 0.0
+        value at the high end; equal to color_low: both span all frames that are drawn together [1]; default 0.0
         """
     @property
     def color_low(self) -> float:
@@ -2152,9 +2152,18 @@ class Renderer:
     """
     def __init__(self, topology: FrameTopology, options: RenderOptions = ...) -> None:
         ...
-    def render(self, frame: Frame, curves: Curves | None = None) -> numpy.typing.NDArray[numpy.uint8]:
+    def fit(self, first: Frame) -> None:
         """
-        Picture of a frame, with curves if given: (height x width x 3) bytes, rows from the top.
+        A fitted camera shows what it would of this frame, the first of a run; without it of the first that is drawn.
+        """
+    def render(self, frame: Frame, curves: Curves | None = None, value_ranges: collections.abc.Sequence[tuple[typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex]] | None = None) -> numpy.typing.NDArray[numpy.uint8]:
+        """
+        Picture of a frame, with curves if given: (height x width x 3) bytes, rows from the top. Automatic colours span
+        value_ranges, one (least, greatest) for each row of color_by; without them the values of this frame.
+        """
+    def value_ranges(self, frame: Frame) -> list[tuple[float, float]]:
+        """
+        Least and greatest value that each row of color_by shows in a frame; (0, 0) where it shows the cloth.
         """
     @property
     def backend(self) -> str:

@@ -117,7 +117,7 @@ def _marked(frame: Frame, simulation: Simulation, pairs: list[Any]) -> Frame:
     cloth = simulation.topology.triangles
     for triangle in np.asarray(pairs, int).reshape(-1):
         if triangle < len(cloth):
-            marks[cloth[triangle]] = 1
+            marks[cloth[triangle]] = 2
     return frame.with_contact(marks)
 
 
@@ -134,7 +134,7 @@ def contact_lines(summary: dict[str, Any]) -> list[str]:
     if summary["forced_steps"]:
         lines.append(
             f"{summary['forced_steps']} steps ended with triangles forced to intersect, at most {summary['most_forced']} pairs: what moves "
-            "by script left the cloth no room (forced.csv; drawn by --color-by contact as 2)"
+            "by script left the cloth no room (forced.csv; 2 by --color-by contact)"
         )
     return lines
 

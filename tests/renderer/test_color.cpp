@@ -129,7 +129,9 @@ TEST_CASE("strain is shown as U - I, which limits are in", "[renderer]") {
 
 TEST_CASE("an automatic range covers the values, a given one is kept, a diverging one is centred", "[renderer]") {
   RenderOptions options;
-  const Vector values = (Vector(3) << -0.01, 0.0, 0.04).finished();
+  const Vector field = (Vector(3) << -0.01, 0.0, 0.04).finished();
+  const ColorRange values = value_range("strain_warp", {field, Vector()});
+  CHECK(value_range("strain_split", {field, 2.0 * field}).high == 0.08);
   CHECK(color_range(options, "strain_warp", values).low == -0.01);
   CHECK(color_range(options, "strain_warp", values).high == 0.04);
   options.color_map = "diverging";
@@ -138,9 +140,45 @@ TEST_CASE("an automatic range covers the values, a given one is kept, a divergin
   options.color_high = 2.0;
   CHECK(color_range(options, "strain_warp", values).low == -1.0);
   CHECK(color_range(options, "strain_warp", values).high == 2.0);
-  const ColorRange narrow = color_range(RenderOptions{}, "stretch", Vector::Constant(3, 1.0));
+  const ColorRange narrow = color_range(RenderOptions{}, "stretch", {1.0, 1.0});
   CHECK(narrow.low < 1.0);
   CHECK(narrow.high > 1.0);
+}
+
+TEST_CASE("colours of a sequence mean the same in every frame", "[renderer]") {
+  DrapedScene scene = flat_scene();
+  scene.frame.stretch.setConstant(1.1);
+  DrapedScene more = scene;
+  more.frame.stretch.setConstant(1.3);
+  RenderOptions options = small_options();
+  options.color_by = "cloth+stretch";
+  Renderer renderer(scene.topology, options);
+  const std::vector<ColorRange> low = renderer.value_ranges(scene.frame), high = renderer.value_ranges(more.frame);
+  REQUIRE(low.size() == 2);
+  CHECK(low[1].low == Approx(1.1));
+  CHECK(high[1].high == Approx(1.3));
+  const std::vector<ColorRange> both = {{0.0, 0.0}, {low[1].low, high[1].high}};
+  CHECK(n_different(renderer.render(scene.frame), renderer.render(scene.frame, nullptr, &both)) > 0);
+  options.color_low = both[1].low, options.color_high = both[1].high;
+  Renderer given(scene.topology, options);
+  for (const Frame& frame : {scene.frame, more.frame})
+    CHECK(n_different(renderer.render(frame, nullptr, &both), given.render(frame)) == 0);
+  const std::vector<ColorRange> one = {{0.0, 1.0}};
+  CHECK_THROWS_WITH(renderer.render(scene.frame, nullptr, &one), Catch::Matchers::Contains("each of the 2 rows"));
+}
+
+TEST_CASE("a vertex forced to intersect looks other than one in contact", "[renderer]") {
+  DrapedScene scene = flat_scene();
+  RenderOptions options = small_options();
+  options.color_by = "contact";
+  Renderer renderer(scene.topology, options);
+  std::vector<Image> pictures;
+  for (const std::uint8_t mark : {0, 1, 2}) {
+    std::fill(scene.frame.contact.begin(), scene.frame.contact.end(), mark);
+    pictures.push_back(renderer.render(scene.frame));
+  }
+  CHECK(n_different(pictures[1], pictures[0]) > 0);
+  CHECK(n_different(pictures[2], pictures[1]) > 0);
 }
 
 TEST_CASE("text is drawn within its width, leaves ink, and is cut at the edge of the picture", "[renderer]") {
