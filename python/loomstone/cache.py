@@ -71,6 +71,19 @@ class Run:
             return {}
         return content if isinstance(content, dict) else {}
 
+    @property
+    def metadata_text(self) -> str:
+        """The metadata as they are stored."""
+        return self._reader.metadata or ""
+
+    @property
+    def rate(self) -> float:
+        """Frames a second of simulated time [1/s]; 25 where a single frame does not tell."""
+        if isinstance(rate := self.metadata.get("rate"), (int, float)):
+            return float(rate)
+        length = self.times[-1] - self.times[0] if len(self) > 1 else 0.0
+        return float(f"{(len(self) - 1) / length:.6g}") if length > 0.0 else 25.0
+
     def intersecting_pairs(self, index: int = -1) -> list[tuple[int, int]]:
         """Pairs of triangles of a frame that intersect: cloth triangles first, then bodies and obstacles."""
         points, triangles = self.surface(index)

@@ -93,7 +93,8 @@ def run(
 def resume(run: RunArgument, threads: Threads = 0, render: Render = False) -> None:
     """Continues a run that was interrupted or killed, bit for bit.
 
-    Scene, parameters and options are those the run began with; threads and ranks may differ.
+    Scene, parameters and options are those the run began with; threads and ranks may differ. Pictures in frames/ are
+    continued with the options they were drawn with; --render draws them where there are none. Missing ones are drawn at the end.
 
     \b
         loomstone resume out/drape
@@ -102,10 +103,10 @@ def resume(run: RunArgument, threads: Threads = 0, render: Render = False) -> No
         begun = Run(run)
         file = SceneFile.of_run(begun)
         duration, rate, options, look = stored_options(begun)
-        drawn = render or (run / "frames").is_dir()
+        looks = video.drawn_with(run / "frames") or (look if render else None)
         del begun
         verify = (run / "frames.csv").exists()
-        _advance(file, duration, rate, options, look if drawn else None, run, threads, communicator, rank,
+        _advance(file, duration, rate, options, looks, run, threads, communicator, rank,
                  verify=verify, resume=True)  # fmt: skip
 
 
@@ -122,13 +123,19 @@ def render(
     wireframe: Annotated[bool | None, typer.Option(help="edges over the cloth")] = None,
     field_lines: Annotated[int | None, typer.Option(help="lines of the magnets' field, 0: none")] = None,
     frame: Annotated[list[int], typer.Option(help="only this frame, -1 is the last; may be given again")] = [],  # noqa: B006
+    out: Annotated[Path | None, typer.Option(help="directory for pictures and video; default: frames in the run, its video.mp4")] = None,
     jobs: Annotated[int, typer.Option(help="frames drawn at once, 0: one a processor", min=0)] = 0,
-    again: Annotated[bool, typer.Option("--again", help="draw frames that are there already")] = False,
+    again: Annotated[bool, typer.Option("--again", help="delete the pictures that are there and draw all")] = False,
 ) -> None:
     """Draws the frames of a run and makes a video.
 
-    Pictures (PNG) that are there are kept, so it continues where it was interrupted. Strain is U - I, as limits are;
-    strain_split shows weft on the left half of each cloth and warp on the right; several --color-by joined by + lie one below another.
+    Options that are not given are those of the pictures in frames/, else those of the scene file. Pictures (PNG) that are there
+    are kept, so it continues where it was interrupted. A directory holds pictures of one set of options: others need --out, or
+    --again. Single frames (--frame) are drawn anew, into the directory of the run unless --out says otherwise. A fitted camera
+    shows what it would of the first frame; colours without --color-low and --color-high span the values of all frames.
+
+    Strain is U - I, as limits are; strain_split shows weft on the left half of each cloth and warp on the right; contact is 1, and 2
+    where triangles were forced to intersect; several --color-by joined by + lie one below another.
 
     \b
         loomstone render out/drape --color-by stretch --wireframe
@@ -136,7 +143,8 @@ def render(
     """
     with _session(parallel=False):
         source = Run(run)
-        options = stored_options(source)[3] if "render" in source.metadata else RenderOptions()
+        options = video.drawn_with(source.directory / "frames")
+        options = options or (stored_options(source)[3] if "render" in source.metadata else RenderOptions())
         given: dict[str, Any] = {"width": width, "height": height, "color_by": color_by, "color_map": color_map,
                                  "color_low": color_low, "color_high": color_high, "pattern": pattern, "wireframe": wireframe,
                                  "field_lines": field_lines}  # fmt: skip
@@ -144,12 +152,13 @@ def render(
         for i in frame:
             if not -len(source) <= i < len(source):
                 raise InvalidInput(f"--frame must be in [0, {len(source) - 1}], or count from the end, got {i}")
-        wanted = [i % len(source) for i in frame] or list(range(len(source)))
-        with typer.progressbar(length=len(wanted), label="rendering", hidden=not sys.stdout.isatty()) as bar:
-            paths = video.render_run(source, options, jobs=jobs, again=again, frames=wanted, progress=bar.update)
+        wanted = [i % len(source) for i in frame] or None
+        with typer.progressbar(length=len(wanted or source), label="rendering", hidden=not sys.stdout.isatty()) as bar:
+            paths = video.render_run(source, options, out=out, jobs=jobs, again=again, frames=wanted, progress=bar.update)
         print(f"pictures: {paths[0]}" if len(paths) == 1 else f"pictures: {paths[0].parent} ({len(paths)})")
         if not frame:
-            print(f"video: {video.encode(source.directory, rate=source.metadata.get('rate', 25.0))}")
+            target = (out or source.directory) / "video.mp4"
+            print(f"video: {video.encode(paths[0].parent, target, frames=len(paths), rate=source.rate)}")
 
 
 @app.command()
@@ -335,7 +344,7 @@ def _advance(
     say(inspection.report_text(report))
     say(f"frames: {directory / 'run.vtkhdf'}")
     if look:
-        say(f"pictures: {directory / 'frames'}\nvideo: {report.get('video', '')}")
+        say(f"pictures: {directory / 'frames'}\nvideo: {report.get('video', 'none: frames/ was given other options while it ran')}")
     if report.get("intersecting_frames"):
         raise typer.Exit(1)
 

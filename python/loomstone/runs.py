@@ -21,11 +21,11 @@ from typing import Any, Protocol
 from . import _core
 from ._core import CacheError, Checkpoint, Error, Frame, FrameWriter, RenderOptions, StepReport
 from .cache import Run, checkpoint_files, latest_checkpoint, write_checkpoint
-from .magnetics.lines import frame_curves
 from .ranks import together
 from .simulation import Simulation, frame_count, frames_due
 from .tables import read_table
 from .verification import BROKEN, FORCED, MOST_BROKEN, FrameTable, append_rows, keep_rows
+from .video import Painter, claim, colours_need_all_frames, drawn_with, encode, picture, render_run
 
 LONGEST_WAIT = 10.0  # [s] that a run goes on after a signal to reach a step that can be saved; our choice, below usual grace periods
 
@@ -42,7 +42,10 @@ class Interrupted(Exception):
 
 @dataclass(frozen=True)
 class RunOptions:
-    """duration [s], rate [1/s], pictures while it runs, exact count of intersections in every frame."""
+    """duration [s], rate [1/s], how pictures look, exact count of intersections in every frame.
+
+    Pictures are drawn while it runs, but at its end where their colours span the values of all frames.
+    """
 
     duration: float
     rate: float = 25.0
@@ -123,6 +126,10 @@ def execute(
             simulation.step()
             stepped = True
         watch.end()
+        with together(ranks):
+            drawn = writer.draw_rest(lambda: received.number != 0)
+        if number := simulation.agree(0 if drawn else received.number):
+            raise Interrupted(number)
         report = {
             "frames": n_frames,
             "steps": simulation.step_index,
@@ -220,6 +227,9 @@ class _NoWriter:
 
     def checkpoint(self, step: int, state: Checkpoint) -> None: ...
 
+    def draw_rest(self, stop: Callable[[], bool]) -> bool:
+        return True
+
     def finish(self, report: dict[str, Any]) -> dict[str, Any]:
         return report
 
@@ -233,12 +243,10 @@ class _Writer(_NoWriter):
         checks: FrameTable | None,
         options: RunOptions,
         simulation: Simulation,
+        painter: Painter | None,
     ) -> None:
         self._directory, self._frames, self._steps, self._checks, self._options = directory, frames, steps, checks, options
-        self._simulation = simulation
-        self._renderer = _core.Renderer(simulation.topology, options.render) if options.render else None
-        if self._renderer:
-            (directory / "frames").mkdir(exist_ok=True)
+        self._simulation, self._painter = simulation, painter
 
     def __exit__(self, *failure: object) -> None:
         try:
@@ -264,11 +272,8 @@ class _Writer(_NoWriter):
             self._frames.write(frame)
             if self._checks:
                 self._checks.add(index, frame)
-            if self._renderer:
-                path = self._directory / "frames" / f"frame-{index:05d}.png"
-                lines = self._options.render.field_lines if self._options.render else 0
-                curves = frame_curves(self._simulation, frame, lines) if lines else None
-                _core.write_png(str(path), self._renderer.render(frame, curves))
+            if self._painter and self._draws():
+                self._painter.draw(picture(self._directory / "frames", self._frames.n_frames - 1), frame)
 
     def step(self, report: StepReport, forced: list[list[int]], broken: list[tuple[int, str, float]]) -> None:
         with self._writing():
@@ -283,15 +288,27 @@ class _Writer(_NoWriter):
             self._steps.flush()
             write_checkpoint(self._directory, step, state)
 
+    def _draws(self) -> bool:
+        """Pictures are asked for, and nobody has given their directory other options meanwhile."""
+        return self._options.render is not None and drawn_with(self._directory / "frames") == self._options.render
+
+    def draw_rest(self, stop: Callable[[], bool]) -> bool:
+        """Draws from the cache what has no picture yet; False where that was stopped."""
+        if not self._draws() or not self._options.render:
+            return True
+        with self._writing():
+            paths = render_run(Run(self._directory), self._options.render, jobs=1, stop=stop, simulation=self._simulation)
+        return all(path.exists() for path in paths)
+
     def finish(self, report: dict[str, Any]) -> dict[str, Any]:
         with self._writing():
             report = report | self._steps.summary()
             if self._checks:
                 report = report | self._checks.summary()
-            if self._renderer:
-                from .video import encode
-
-                report["video"] = encode(self._directory, rate=self._options.rate)
+        if self._draws():
+            target = self._directory / "video.mp4"
+            report["video"] = encode(self._directory / "frames", target, frames=self._frames.n_frames, rate=self._options.rate)
+        with self._writing():
             text = json.dumps(report, indent=1)
             (self._directory / "report.json").write_text(text + "\n")
         return report
@@ -308,8 +325,15 @@ def _writer(
 ) -> _NoWriter:
     if simulation.rank != 0:
         return _NoWriter()
+    renderer = _core.Renderer(simulation.topology, options.render) if options.render else None
+    first, text = None, json.dumps(metadata)
     if resume:
         _check_rate(directory, options.rate)
+        if options.render:
+            begun = Run(directory)
+            text, first = begun.metadata_text, begun[0] if following else None
+            claim(directory / "frames", options.render, text, advice="render=True goes on with theirs; else move it away")
+            del begun
         frames = FrameWriter.reopen(str(directory), (following - 0.5) / options.rate)
     else:
         if (directory / "run.vtkhdf").exists():
@@ -322,12 +346,17 @@ def _writer(
             directory.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise CacheError(f"{directory} must be a directory that can be written: {error.strerror}; give another") from error
-        frames = FrameWriter(str(directory), simulation.topology, json.dumps(metadata))
+        if options.render:
+            claim(directory / "frames", options.render, text, again=overwrite, advice="give another directory, or overwrite")
+        frames = FrameWriter(str(directory), simulation.topology, text)
     steps = StepTable(directory / "steps.csv", simulation.step_index)
     for name, _ in (FORCED, BROKEN):
         keep_rows(directory / name, simulation.step_index)
     checks = FrameTable(directory / "frames.csv", simulation.topology, following) if options.verify else None
-    return _Writer(directory, frames, steps, checks, options, simulation)
+    painter = None
+    if renderer and options.render and not colours_need_all_frames(options.render):
+        painter = Painter(renderer, first=first, lines=options.render.field_lines, simulation=simulation)
+    return _Writer(directory, frames, steps, checks, options, simulation, painter)
 
 
 def _check_rate(directory: Path, rate: float) -> None:

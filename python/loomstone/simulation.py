@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -89,15 +90,19 @@ class Simulation(_core.Simulation):
 
         out : directory; overwrite : replace what is there; resume : continue what is there, bit for bit, with the same scene,
             integrator and rate (else CacheError); a longer duration prolongs it
-        render : pictures and a video, with these RenderOptions
+        render : pictures and a video, with these RenderOptions; drawn while it runs, but at the end where their colours span
+            the values of all frames. True: those of pictures that a resumed run has, else the default. Others than those are refused
         verify : count intersecting triangles of every frame exactly, into frames.csv and the report
         control : called before every step; may write forces, pins and obstacle poses, as a function of time and state
 
         Returns the report that is also in report.json.
         """
         from .runs import RunOptions, execute
+        from .video import drawn_with
 
-        look = RenderOptions() if render is True else render or None
+        look = render or None
+        if look is True:
+            look = (drawn_with(Path(out) / "frames") if resume else None) or RenderOptions()
         if look is not None:
             _check_type("render", look, RenderOptions, ", True or False")
         options = RunOptions(duration=duration, rate=rate, render=look, verify=verify)

@@ -208,28 +208,6 @@ def test_a_picture_shows_the_cloth(hanging, tmp_path):
         ls.write_png(str(tmp_path / "b.png"), image[:, :, 0])
 
 
-def test_pictures_of_a_run_are_kept_and_drawn_anew_when_options_change(run):
-    paths = video.render_run(ls.Run(run), SMALL, jobs=2)
-    assert len(paths) == 4 and all(path.exists() for path in paths)
-    first = paths[0].stat().st_mtime_ns
-    paths[2].unlink()
-    video.render_run(ls.Run(run), SMALL, jobs=1)
-    assert paths[2].exists() and paths[0].stat().st_mtime_ns == first
-    video.render_run(ls.Run(run), SMALL.replace(color_by="stretch"), jobs=1, frames=[0])
-    assert not paths[1].exists() and paths[0].stat().st_mtime_ns != first
-    with pytest.raises(ls.InvalidInput, match=r"frames must be in \[0, 3\]"):
-        video.render_run(ls.Run(run), SMALL, frames=[7])
-
-
-def test_a_run_with_pictures_makes_a_video(hanging, euler, tmp_path):
-    report = ls.Simulation(hanging, integrator=euler).run(out=tmp_path / "r", duration=0.08, render=SMALL)
-    assert len(list((tmp_path / "r" / "frames").glob("*.png"))) == 3
-    assert (tmp_path / "r" / "video.mp4").stat().st_size > 500 and report["video"].endswith("video.mp4")
-    shutil.rmtree(tmp_path / "r" / "frames")
-    with pytest.raises(ls.CacheError, match="no|none"):
-        video.encode(tmp_path / "r")
-
-
 def test_render_options_survive_json():
     options = SMALL.replace(camera=ls.Camera(eye=(1, 2, 3), fit=False))
     assert video.options_from_dict(json.loads(json.dumps(options.to_dict()))) == options
