@@ -1,0 +1,63 @@
+"""Pictures a second of a run that is there, with and without writing PNG files.
+
+    python tests/benchmarks/pictures.py out/drape [--jobs 2 --width 1280 --height 720 --pictures 24]
+
+Every process draws one picture before the clock starts, and that long the processes wait for one another.
+"""
+
+import argparse
+import multiprocessing
+import tempfile
+import time
+from pathlib import Path
+
+import loomstone as ls
+from loomstone import video
+from loomstone.scene_file import stored_options
+
+
+def draw(run, look, indices, out, start, spent):
+    frames, renderer = ls.Run(run), ls.Renderer(ls.Run(run).topology, look)
+    renderer.fit(frames[0])
+    renderer.render(frames[0])
+    start.wait()
+    before = time.process_time()
+    for i in indices:
+        image = renderer.render(frames[i])
+        if out:
+            ls.write_png(str(video.picture(out, i)), image)
+    spent.put(time.process_time() - before)
+
+
+def measure(run, look, n, jobs, out):
+    """Pictures a second; processor time of one [s]."""
+    context = multiprocessing.get_context("spawn")
+    start, spent, n_frames = context.Barrier(jobs + 1), context.Queue(), len(ls.Run(run))
+    shares = [[i % n_frames for i in range(job, n, jobs)] for job in range(jobs)]
+    processes = [context.Process(target=draw, args=(run, look, share, out, start, spent)) for share in shares]
+    for process in processes:
+        process.start()
+    start.wait()
+    began = time.perf_counter()
+    busy = sum(spent.get() for _ in processes)
+    seconds = time.perf_counter() - began
+    for process in processes:
+        process.join()
+    return n / seconds, busy / n
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("run", type=Path)
+    for name, default in (("jobs", 2), ("width", 1280), ("height", 720), ("pictures", 24)):
+        parser.add_argument(f"--{name}", type=int, default=default)
+    given = parser.parse_args()
+    look = stored_options(ls.Run(given.run))[3].replace(width=given.width, height=given.height)
+    with tempfile.TemporaryDirectory() as out:
+        for words, directory in (("with PNG files", Path(out)), ("without", None)):
+            rate, busy = measure(given.run, look, given.pictures, given.jobs, directory)
+            print(f"{words}: {rate:.2f} pictures/s, {1e3 * busy:.0f} ms of processor a picture", flush=True)
+
+
+if __name__ == "__main__":
+    main()
