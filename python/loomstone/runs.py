@@ -332,7 +332,7 @@ def _writer(
         if options.render:
             begun = Run(directory)
             text, first = begun.metadata_text, begun[0] if following else None
-            claim(directory / "frames", options.render, text, advice="render=True goes on with theirs; else move it away")
+            claim(directory / "frames", options.render, text, advice="move it away, and resuming draws all anew")
             del begun
         frames = FrameWriter.reopen(str(directory), (following - 0.5) / options.rate)
     else:

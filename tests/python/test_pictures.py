@@ -122,7 +122,7 @@ def test_other_options_neither_delete_nor_mix_pictures(scene, copied):
     before = pictures(copied / "frames")
     code, said = render(copied, "--width", 64, "--wireframe")
     assert code == 1 and "width 96 instead of 64" in said and "--out" in said and "--again" in said
-    with pytest.raises(ls.InvalidInput, match="other options"):
+    with pytest.raises(ls.InvalidInput, match="other options, camera .*; move it away, and resuming draws all anew"):
         simulate(scene, copied, resume=True, render=PLAIN)
     with pytest.raises(ls.InvalidInput, match="color_by must be"):
         video.render_run(ls.Run(copied), FIT.replace(color_by="mood"), again=True)
