@@ -12,7 +12,7 @@ namespace loomstone {
 class CleanUp {
  public:
   CleanUp(const CollisionModel& model, const std::vector<SurfacePair>& pairs, const Vector& inverse_mass, FreeBodies& bodies)
-      : model_(model), pairs_(pairs), impulses_(model, inverse_mass, bodies) {}
+      : model_(model), pairs_(pairs), impulses_(model, inverse_mass, bodies, true) {}
 
   // Adds the impacts to those of earlier rounds of the same step and solves them all.
   void solve(const std::vector<StepImpact>& impacts, const Points& x0, Points& x1);

@@ -13,6 +13,7 @@ struct FreeBody {
   const Points* local = nullptr;         // (k x 3) its vertices from the centre of mass, own axes [m]
   double inverse_mass = 0.0;             // [1/kg]
   Mat3 inverse_inertia = Mat3::Zero();   // about the centre, world axes, at the start [1/(kg m^2)]
+  bool supported = false;                // presses on what does not give way: clean-up takes it for as heavy as that
   RigidPose start, end;                  // of the centre of mass; the end is what may change
   // How the end was moved and turned in all: divided by h they are the changes of velocity and angular velocity.
   Vec3 moved = Vec3::Zero();   // [m]

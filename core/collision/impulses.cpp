@@ -41,7 +41,8 @@ bool Impulses::prepare(ImpulseContact& c, const Points& x0, const Points& x1, do
     // The impulse acts where the cloth is: its weights there sum to one in size.
     point += std::abs(c.weights[i]) * (x0.row(v) + share * (x1.row(v) - x0.row(v))).transpose();
   }
-  if (c.body < 0) {
+  if (c.body < 0 || held(bodies_[c.body])) {
+    c.body = -1;
     if (!(cloth > 0.0)) return false;
     c.normal_inverse_mass = cloth;
     c.tangential_mass = (Mat3::Identity() - c.normal * c.normal.transpose()) / cloth;

@@ -47,9 +47,9 @@ struct ImpulseContact {
 
 class Impulses {
  public:
-  // `inverse_mass` (n): of cloth; 0 for what is held.
-  Impulses(const CollisionModel& model, const Vector& inverse_mass, FreeBodies& bodies)
-      : model_(model), inverse_mass_(inverse_mass), bodies_(bodies) {}
+  // `inverse_mass` (n): of cloth; 0 for what is held. hold_supported: bodies that press on what does not give way stay.
+  Impulses(const CollisionModel& model, const Vector& inverse_mass, FreeBodies& bodies, bool hold_supported)
+      : model_(model), inverse_mass_(inverse_mass), bodies_(bodies), hold_supported_(hold_supported) {}
 
   // `x`: positions of the vertices when they touch, `share` that time as a part of the step. False where nothing can move.
   bool prepare(ImpulseContact& contact, const Points& x0, const Points& x1, double share) const;
@@ -59,9 +59,12 @@ class Impulses {
   void solve(std::vector<ImpulseContact>& contacts, const Points& x0, Points& x1, int most_sweeps, double tolerance);
 
  private:
+  bool held(const FreeBody& body) const { return hold_supported_ && body.supported; }
+
   const CollisionModel& model_;
   const Vector& inverse_mass_;
   FreeBodies& bodies_;
+  const bool hold_supported_;
 };
 
 }  // namespace loomstone

@@ -14,6 +14,13 @@ ObstaclePlaces between(const ObstaclePlaces& start, const ObstaclePlaces& end, d
   return places;
 }
 
+void check_places(const ObstaclePlaces& given, const ObstaclePlaces& expected) {
+  if (given.poses.size() == expected.poses.size() && given.deformed.rows() == expected.deformed.rows()) return;
+  throw InvalidInput("there must be one pose for each of the " + std::to_string(expected.poses.size()) + " obstacles and " +
+                     std::to_string(expected.deformed.rows()) + " vertices of those that deform, got " +
+                     std::to_string(given.poses.size()) + " and " + std::to_string(given.deformed.rows()));
+}
+
 void check_rows(const RigidState& state, Index n) {
   if (state.positions.rows() == n && state.orientations.rows() == n && state.velocities.rows() == n &&
       state.angular_velocities.rows() == n)
@@ -28,6 +35,26 @@ void check_motion(const RigidState& state, double step) {
         !state.orientations.row(i).allFinite() || !state.angular_velocities.row(i).allFinite())
       throw SolverFailure("bodies[" + std::to_string(i) + "] must stay finite, got NaN or infinity from the rigid-body step of " +
                           std::to_string(step) + " s; shorten the step or look for extreme impulses");
+}
+
+void check_impulses(const Points& impulses, const Points& angular_impulses, const RigidState& state, Index n) {
+  if (impulses.rows() == n && angular_impulses.rows() == n && state.positions.rows() == n) return;
+  throw InvalidInput("impulses and state must have one row for each of the " + std::to_string(n) + " bodies, got " +
+                     std::to_string(impulses.rows()) + ", " + std::to_string(angular_impulses.rows()) + " and " +
+                     std::to_string(state.positions.rows()));
+}
+
+std::vector<std::uint8_t> bodies_on_obstacles(int n, const std::vector<std::array<int, 2>>& pressed) {
+  std::vector<std::uint8_t> held(n, 0);
+  const auto holds = [&](int i) { return i >= n || held[i]; };
+  for (bool grown = true; grown;) {
+    grown = false;
+    for (const auto& [a, b] : pressed) {
+      if (holds(a) == holds(b)) continue;
+      held[holds(a) ? b : a] = 1, grown = true;
+    }
+  }
+  return held;
 }
 
 RigidState start_state(const std::vector<RigidBody>& bodies, const std::vector<MassProperties>& masses) {

@@ -1,6 +1,7 @@
 // Rigid bodies: what the user asks for (RigidBody), what changes (RigidState), and the world that moves them.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -66,6 +67,9 @@ struct RigidState {
 void check_rows(const RigidState& state, Index n);
 void check_motion(const RigidState& state, double step);
 
+// Throws InvalidInput unless there is a row for each of n bodies.
+void check_impulses(const Points& impulses, const Points& angular_impulses, const RigidState& state, Index n);
+
 // State of the bodies as described.
 RigidState start_state(const std::vector<RigidBody>& bodies, const std::vector<MassProperties>& masses);
 
@@ -99,6 +103,11 @@ struct ObstaclePlaces {
   Points deformed;  // (k x 3)
 };
 ObstaclePlaces between(const ObstaclePlaces& start, const ObstaclePlaces& end, double share);
+// Throws InvalidInput unless there are as many of each.
+void check_places(const ObstaclePlaces& given, const ObstaclePlaces& expected);
+
+// (n) 1 for bodies from which pairs that press on one another lead to an obstacle (numbered from n).
+std::vector<std::uint8_t> bodies_on_obstacles(int n, const std::vector<std::array<int, 2>>& pressed);
 
 // Stage. Bullet behind one source file; body-body and body-obstacle contacts only (cloth comes in as impulses).
 class RigidWorld {
@@ -122,6 +131,8 @@ class RigidWorld {
   void advance(double step, const Points& impulses, const Points& angular_impulses,
                const ObstaclePlaces& obstacles, RigidState& state,
                std::vector<std::uint8_t>* touched = nullptr);
+  // (b) 1 for bodies that the last step pressed on an obstacle, directly or over other bodies.
+  std::vector<std::uint8_t> supported() const;
   // Writes the manifolds into `state` so that restore() continues bit for bit.
   void save(RigidState& state) const;
 

@@ -282,6 +282,7 @@ struct RigidWorld::Data {
   }
   void read(RigidState& state) const;
   std::vector<unsigned char> manifold_bytes() const;
+  const btPersistentManifold& manifold(int m) const { return *engine->dispatcher.btCollisionDispatcher::getManifoldByIndexInternal(m); }
   void read_manifolds(ByteReader& bytes);
 };
 
@@ -340,9 +341,8 @@ void RigidWorld::Data::follow(const RigidState& state) {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (state.positions.row(i) != known.positions.row(i) || state.orientations.row(i) != known.orientations.row(i) ||
         state.velocities.row(i) != known.velocities.row(i) ||
-        state.angular_velocities.row(i) != known.angular_velocities.row(i)) {
+        state.angular_velocities.row(i) != known.angular_velocities.row(i))
       set_body(i, state);
-    }
   }
 }
 
@@ -361,11 +361,9 @@ void RigidWorld::Data::read(RigidState& state) const {
 std::vector<unsigned char> RigidWorld::Data::manifold_bytes() const {
   ByteWriter bytes;
   write_places(bytes, places);
-  const btCollisionDispatcher& dispatcher = engine->dispatcher;
-  bytes.write<std::int32_t>(dispatcher.getNumManifolds());
-  for (int m = 0; m < dispatcher.getNumManifolds(); ++m) {
-    write_manifold<btManifoldPoint>(bytes, *const_cast<btCollisionDispatcher&>(dispatcher).getManifoldByIndexInternal(m));
-  }
+  const int n = engine->dispatcher.getNumManifolds();
+  bytes.write<std::int32_t>(n);
+  for (int m = 0; m < n; ++m) write_manifold<btManifoldPoint>(bytes, manifold(m));
   return bytes.take();
 }
 
@@ -436,9 +434,8 @@ void RigidWorld::restore(const RigidState& state) {
   for (auto& body : engine.bodies) engine.world.addRigidBody(body.get());
   engine.world.clearForces();
   engine.world.performDiscreteCollisionDetection();
-  for (int m = 0; m < engine.dispatcher.getNumManifolds(); ++m) {
+  for (int m = 0; m < engine.dispatcher.getNumManifolds(); ++m)
     engine.dispatcher.clearManifold(engine.dispatcher.getManifoldByIndexInternal(m));
-  }
   if (!state.manifolds.empty()) data.read_manifolds(bytes);
   data.know(state);
 }
@@ -449,17 +446,9 @@ void RigidWorld::advance(double step, const Points& impulses, const Points& angu
   Data& data = *data_;
   Engine& engine = *data.engine;
   const std::size_t n = data.bodies.size();
-  const auto rows = static_cast<Eigen::Index>(n);
-  if (impulses.rows() != rows || angular_impulses.rows() != rows || state.positions.rows() != rows) {
-    throw InvalidInput("impulses and state must have one row for each of the " + std::to_string(n) + " bodies, got " +
-                       std::to_string(impulses.rows()) + ", " + std::to_string(angular_impulses.rows()) + " and " +
-                       std::to_string(state.positions.rows()));
-  }
+  check_impulses(impulses, angular_impulses, state, static_cast<Index>(n));
   const ObstaclePlaces& now = data.places;
-  if (obstacles.poses.size() != now.poses.size() || obstacles.deformed.rows() != now.deformed.rows())
-    throw InvalidInput("there must be one pose for each of the " + std::to_string(now.poses.size()) + " obstacles and " +
-                       std::to_string(now.deformed.rows()) + " vertices of those that deform, got " +
-                       std::to_string(obstacles.poses.size()) + " and " + std::to_string(obstacles.deformed.rows()));
+  check_places(obstacles, now);
   data.follow(state);
   for (std::size_t i = 0; i < n; ++i) {
     engine.bodies[i]->applyCentralImpulse(to_bullet(Vec3(impulses.row(i).transpose())));
@@ -493,6 +482,17 @@ void RigidWorld::advance(double step, const Points& impulses, const Points& angu
   data.read(state);
   check_motion(state, step);
   data.know(state);
+}
+
+std::vector<std::uint8_t> RigidWorld::supported() const {
+  std::vector<std::array<int, 2>> pressed;
+  for (int m = 0; m < data_->engine->dispatcher.getNumManifolds(); ++m) {
+    const btPersistentManifold& manifold = data_->manifold(m);
+    double impulse = 0.0;
+    for (int k = 0; k < manifold.getNumContacts(); ++k) impulse += manifold.getContactPoint(k).getAppliedImpulse();
+    if (impulse > 0.0) pressed.push_back({manifold.getBody0()->getUserIndex(), manifold.getBody1()->getUserIndex()});
+  }
+  return bodies_on_obstacles(static_cast<int>(data_->bodies.size()), pressed);
 }
 
 void RigidWorld::save(RigidState& state) const { state.manifolds = data_->manifold_bytes(); }

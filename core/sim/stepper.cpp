@@ -67,6 +67,9 @@ Stepper::Stepper(const Model& model, const IntegratorOptions& options, const Tea
   const Index n = model.cloth.n_vertices;
   elasticity_ = std::make_unique<Elasticity>(model.cloth, bending_treatment(options, model.cloth));
   integrator_ = make_integrator(options, model.cloth, *elasticity_);
+  if (!integrator_->implicit() && !model.attachments.empty())
+    throw Unsupported("attachments are part of an implicit solve, got integrator.method \"" + options.method +
+                      "\"; choose an implicit integrator or remove the attachments");
   contacts_in_solve_ = integrator_->implicit() && model.scene.response == "implicit";
   if (model.scene.collisions) collision_ = std::make_unique<CollisionStage>(model.collision);
   if (model.n_bodies() > 0) {
@@ -389,12 +392,14 @@ void Stepper::move_cloth(State& state) {
 // The bodies as certification may move them: from where they were to where Bullet has put them.
 FreeBodies Stepper::free_bodies(const State& state) const {
   FreeBodies bodies(model_.n_bodies());
+  const std::vector<std::uint8_t> supported = world_ ? world_->supported() : std::vector<std::uint8_t>();
   for (Index b = 0; b < model_.n_bodies(); ++b) {
     FreeBody& body = bodies[b];
     body.surface = model_.collision.surface_of_vertex[model_.bodies[b].first];
     body.local = &model_.bodies[b].local;
     body.inverse_mass = 1.0 / model_.body_mass[b].mass;
     body.inverse_inertia = body_blocks_[2 * b + 1].inverse();
+    body.supported = supported[b] != 0;
     body.start = start_poses_[b];
     body.end = body_pose(state.rigid, b);
   }

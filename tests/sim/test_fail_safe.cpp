@@ -114,11 +114,11 @@ TEST_CASE("a light ball squeezed between cloth and floor stays between them") {
     sim.step();
     INFO("step " << i << " substeps " << sim.report().substeps << " height " << sim.body_positions()(0, 2));
     REQUIRE(sim.report().unresolved == 0);
-    for (const auto& pair : sim.intersecting_pairs()) REQUIRE(pair[0] >= 200);  // the body may dig into the floor, never into cloth
+    for (const auto& pair : sim.intersecting_pairs()) REQUIRE(pair[0] >= 200);  // the body may touch the floor, never cloth
+    // It does not give way into the floor: what presses on it is borne there. Bullet lets bodies sink by a hair.
+    CHECK(sim.body_positions()(0, 2) > 0.0298);
+    CHECK(sim.body_positions()(0, 2) < 0.0302);
   }
-  // The drum presses it into the floor, out of which Bullet pushes it: the balance lies at 18 to 21 mm, by trifles.
-  CHECK(sim.body_positions()(0, 2) > 0.015);
-  CHECK(sim.body_positions()(0, 2) < 0.035);
 }
 
 TEST_CASE("plates that leave the cloth room never make it intersect, whatever the room, the step and the way they come") {
