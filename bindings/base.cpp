@@ -98,7 +98,7 @@ void each_number(Visit&& visit) {
   visit("membrane_energy", &Class::membrane_energy, "[J]");
   visit("bending_energy", &Class::bending_energy, "[J]");
   visit("gravity_energy", &Class::gravity_energy, "[J]");
-  visit("contact_energy", &Class::contact_energy, "[J]");
+  visit("contact_energy", &Class::contact_energy, "[J], at the start of the step; the other energies are those of its end");
   visit("body_kinetic_energy", &Class::body_kinetic_energy, "of rigid bodies, moving and turning [J]");
   visit("body_gravity_energy", &Class::body_gravity_energy, "of rigid bodies [J]");
   visit("magnetic_energy", &Class::magnetic_energy, "of magnets in one another's field and in the uniform one [J]");

@@ -52,7 +52,7 @@ struct StepReport {
   double membrane_energy = 0.0;
   double bending_energy = 0.0;
   double gravity_energy = 0.0;
-  double contact_energy = 0.0;
+  double contact_energy = 0.0;       // at the start of the step; the others at its end
   double body_kinetic_energy = 0.0;  // of rigid bodies, moving and turning
   double body_gravity_energy = 0.0;  // of rigid bodies
   double magnetic_energy = 0.0;      // of magnets in one another's field and in the uniform one

@@ -113,7 +113,7 @@ class StepReport:
     @property
     def contact_energy(self) -> float:
         """
-        [J]
+        [J], at the start of the step; the other energies are those of its end
         """
     @property
     def contacts(self) -> int:

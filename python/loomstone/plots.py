@@ -55,10 +55,11 @@ def plot_run(directory: str | os.PathLike[str], *, kind: str = "energy", path: s
 
 
 def _energy(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
-    names = [name for name in steps if name.endswith("_energy")]
-    for name in names:
-        axes.plot(steps["time"], steps[name], label=name.removesuffix("_energy"))
-    axes.plot(steps["time"], sum(steps[name] for name in names), "k", label="sum")
+    energies = {name.removesuffix("_energy"): values for name, values in steps.items() if name.endswith("_energy")}
+    energies["contact"] = np.append(energies["contact"][1:], np.nan)  # a step's is that of its start, the others of its end
+    for name, values in energies.items():
+        axes.plot(steps["time"], values, label=name)
+    axes.plot(steps["time"], sum(energies.values()), "k", label="sum")
     axes.set_ylabel("energy [J]")
 
 
