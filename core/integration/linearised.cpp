@@ -37,8 +37,9 @@ class LinearisedIntegrator final : public Integrator {
 
   bool implicit() const override { return true; }
 
-  IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs, ClothState& state,
+  IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& given, ClothState& state,
                             Points& body_velocity) override {
+    StepInputs inputs = given;
     const Index n = model_.n_vertices, rows = layout.n_rows();
     const Index begin = std::min(layout.begin(), n), end = std::min(layout.end(), n);
     const double h = inputs.step;
@@ -47,6 +48,9 @@ class LinearisedIntegrator final : public Integrator {
     const double c_d = scheme == Scheme::SemiImplicitEuler ? h : scheme == Scheme::Midpoint ? h / 2 : 2 * h / 3;
     const double c_k = scheme == Scheme::SemiImplicitEuler ? h * h : scheme == Scheme::Midpoint ? h * h / 4 : 4 * h * h / 9;
     const double sigma = scheme == Scheme::Bdf2 ? 2 * h / 3 : h;
+    const BodyRows body_rows(h, sigma, c_k, scheme == Scheme::Midpoint ? h / 2 : h);
+    body_mass_ = body_rows.masses(given.body_mass);
+    inputs.body_mass = &body_mass_;
 
     // Prescribed motion enters as the change of velocity of fixed rows.
     velocity_.resize(rows, 3);
@@ -106,7 +110,7 @@ class LinearisedIntegrator final : public Integrator {
 
     move(team, scheme, h, inputs, state);
     state.last_change = change_;
-    body_velocity += change_.bottomRows(rows - n);
+    body_velocity += body_rows.velocity_share * change_.bottomRows(rows - n);
     return {1, iterations, solved.residual, {}};
   }
 
@@ -158,6 +162,7 @@ class LinearisedIntegrator final : public Integrator {
   Elasticity& elasticity_;
   double tolerance_;
   StepSolve solver_;
+  std::vector<Mat3> body_mass_;
   ExtraTerms terms_;  // with friction that belongs to the solve before
   Points sum_, velocity_, change_, displacement_, cloth_displacement_, rhs_, force_, drift_, product_, bending_, next_x_, next_v_;
 };

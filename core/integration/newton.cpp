@@ -32,10 +32,14 @@ class NewtonIntegrator final : public Integrator {
   bool implicit() const override { return true; }
   bool asks_energy() const override { return true; }
 
-  IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs, ClothState& state,
+  IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& given, ClothState& state,
                             Points& body_velocity) override {
     const Index n = model_.n_vertices, rows = layout.n_rows();
+    StepInputs inputs = given;
     const double h = inputs.step;
+    const BodyRows body_rows = midpoint_ ? BodyRows(h, h, h * h / 4, h / 2) : BodyRows(h, h, h * h, h);
+    body_mass_ = body_rows.masses(given.body_mass);
+    inputs.body_mass = &body_mass_;
     begin_step(team, layout, inputs, state, body_velocity);
     IntegrationReport report;
     report.newton_iterations = 0;
@@ -69,7 +73,7 @@ class NewtonIntegrator final : public Integrator {
       state.v.row(i) = v1;
     });
     place_fixed(inputs, state.x);
-    body_velocity = now_.velocity.bottomRows(rows - n);
+    body_velocity += body_rows.velocity_share * (now_.velocity.bottomRows(rows - n) - body_velocity);
     return report;
   }
 
@@ -284,6 +288,7 @@ class NewtonIntegrator final : public Integrator {
   StepSolve solver_;
 
   // Scratch of a step.
+  std::vector<Mat3> body_mass_;
   Points start_x_, start_velocity_, load_, all_load_, correction_;
   Iterate now_, trial_;
   ExtraTerms secant_;

@@ -10,6 +10,23 @@
 
 namespace loomstone {
 
+// Free bodies move by h v+ whatever the cloth's scheme, their stage being symplectic Euler, and feel the impulse h f. Where
+// forces act at displacements of d v+ of bodies, and of (c_k / sigma) y of any row with y its unknown, a body's unknown is
+// thus y = sigma d / c_k dv, and the system stays symmetric with c_k / (h d) of its mass.
+struct BodyRows {
+  double mass_share, velocity_share;  // of the masses in the system; dv = velocity_share * y
+
+  BodyRows(double h, double sigma, double c_k, double d)
+      : mass_share(c_k / (h * d)), velocity_share(c_k / (sigma * d)) {}
+
+  // Masses for the system.
+  std::vector<Mat3> masses(const std::vector<Mat3>* given) const {
+    std::vector<Mat3> scaled = given ? *given : std::vector<Mat3>();
+    for (Mat3& mass : scaled) mass *= mass_share;
+    return scaled;
+  }
+};
+
 class StepSolve {
  public:
   explicit StepSolve(const LinearOptions& options) : solver_(make_linear_solver(options)) {}

@@ -137,6 +137,7 @@ void build_cloth(const Scene& scene, Model& model, State& state) {
   const Joined all = join(scene);
   ClothModel& cloth = model.cloth;
   const Index n = cloth.n_vertices = static_cast<Index>(all.x.rows());
+  if (n > 0) model.cloth_size = (all.x.colwise().maxCoeff() - all.x.colwise().minCoeff()).norm();
   order_vertices(scene, all, model);
   order_triangles(all, model);
   state.cloth.x.resize(n, 3);

@@ -58,6 +58,7 @@ struct Model {
   std::vector<MassProperties> body_mass;
   std::vector<Attached> attachments;
   double attachment_stiffness = 0.0;             // [N/m]
+  double cloth_size = 0.0;                       // diagonal of the box about all cloths at the start [m]
   std::vector<Carried> magnets;
   std::vector<Wound> coils;
   std::vector<int> bearing_of_body;              // -1: free

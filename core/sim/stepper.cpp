@@ -67,9 +67,6 @@ Stepper::Stepper(const Model& model, const IntegratorOptions& options, const Tea
   const Index n = model.cloth.n_vertices;
   elasticity_ = std::make_unique<Elasticity>(model.cloth, bending_treatment(options, model.cloth));
   integrator_ = make_integrator(options, model.cloth, *elasticity_);
-  if (!integrator_->implicit() && !model.attachments.empty())
-    throw Unsupported("attachments are part of an implicit solve, got integrator.method \"" + options.method +
-                      "\"; choose an implicit integrator or remove the attachments");
   contacts_in_solve_ = integrator_->implicit() && model.scene.response == "implicit";
   if (model.scene.collisions) collision_ = std::make_unique<CollisionStage>(model.collision);
   if (model.n_bodies() > 0) {
@@ -490,7 +487,7 @@ Index Stepper::vertex_of_row(Index row) const {
 
 // A step that moves a vertex by a hundred times the size of what there is has diverged, finite or not.
 void Stepper::check(const State& state, const char* stage) const {
-  double most = 100.0 * (x0_.colwise().maxCoeff() - x0_.colwise().minCoeff()).norm();
+  double most = 100.0 * model_.cloth_size;
   Index worst = -1;
   for (Index i = 0; i < model_.cloth.n_vertices; ++i) {
     const double moved = (state.cloth.x.row(i) - x0_.row(i)).norm();
@@ -499,7 +496,7 @@ void Stepper::check(const State& state, const char* stage) const {
   if (worst < 0) return;
   throw SolverFailure((std::ostringstream() << "cloth vertex " << vertex_of_row(worst) << " moved by "
       << (state.cloth.x.row(worst) - x0_.row(worst)).norm() << " m in the stage \"" << stage
-      << "\", more than 100 times the extent of the scene, or is not finite; shorten integrator.step").str());
+      << "\", more than 100 times the size of the cloths, or is not finite; shorten integrator.step").str());
 }
 
 }  // namespace loomstone

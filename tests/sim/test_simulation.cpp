@@ -5,6 +5,7 @@
 
 #include "core/base/error.h"
 #include "core/mesh/generators.h"
+#include "core/sim/state.h"
 #include "tests/sim/sim_support.h"
 
 using namespace loomstone;
@@ -17,6 +18,10 @@ Cloth cloth_of(TriangleMesh mesh, const char* name = "cloth") {
   cloth.name = name;
   cloth.mesh = share(std::move(mesh));
   return cloth;
+}
+
+std::string any_implicit() {
+  return GENERATE("semi-implicit-euler", "backward-euler", "implicit-midpoint", "nonlinear-midpoint", "bdf2");
 }
 
 Scene drape(Index cells) {
@@ -182,11 +187,21 @@ TEST_CASE("a body hung on a strip stretches it by its weight, and strip and body
   scene.bodies.push_back(weight);
   scene.attachments.push_back({"cloth", "weight", {0, 1, 2, 3, 4}});
   scene.collisions = false;
-  SECTION("at rest the strip carries the weight") {
-    IntegratorOptions o = step_of(5e-3);
-    scene.cloths[0].material.viscosity_shear = 0.5;
+  SECTION("explicit integrators, which have no solve, refuse the attachment") {
+    IntegratorOptions o = step_of(1e-5);
+    o.method = "symplectic-euler";
+    CHECK_THROWS_WITH(Simulation(scene, o, 1), Catch::Contains("choose an implicit integrator"));
+  }
+  SECTION("at rest the strip carries the weight, whatever the integrator") {
+    const std::string method = any_implicit();
+    CAPTURE(method);
+    const bool damps = method == "semi-implicit-euler" || method == "backward-euler";
+    IntegratorOptions o = step_of(damps ? 5e-3 : 2e-3);
+    o.method = method;
+    scene.cloths[0].material.viscosity_shear = damps ? 0.5 : 8.0;
     Simulation sim(scene, o, 1);
-    for (int i = 0; i < 1500; ++i) sim.step();
+    for (int i = 0; i < (damps ? 1500 : 750); ++i) sim.step();
+    CHECK(sim.state().rigid.velocities.norm() < 1e-3);
     // Nominal stress lambda E (lambda^2 - 1)/2 = m g / width, the strip's own weight (a fiftieth) halved onto it.
     const double load = (5000.0 * 0.1 * 0.02 * 0.02 + 0.5 * 0.05 * 0.04) * 9.81 / 0.1;
     double lambda = 1.0;
@@ -194,6 +209,41 @@ TEST_CASE("a body hung on a strip stretches it by its weight, and strip and body
       lambda -= (0.5 * 300.0 * lambda * (lambda * lambda - 1) - load) / (0.5 * 300.0 * (3 * lambda * lambda - 1));
     // The clamped ends do not contract but nu = 0; springs of 3e4 N/m per vertex give 1e-5 m.
     CHECK(0.2 - sim.positions().row(0)(2) == Approx(0.4 * lambda).epsilon(2e-3));
+  }
+  SECTION("a body that sets out with a speed of its own shares its momentum with the strip, and energy does not grow") {
+    const std::string method = any_implicit();
+    CAPTURE(method);
+    scene.cloths[0].pins.clear();
+    scene.gravity = Vec3::Zero();
+    scene.bodies[0].velocity = Vec3(0.1, 0.2, -0.3);
+    IntegratorOptions o = step_of(1e-3);
+    o.method = method;
+    o.linear_solver = "direct";
+    o.newton_tolerance = 1e-10;
+    Simulation sim(scene, o, 1);
+    const double body = 5000.0 * 0.1 * 0.02 * 0.02;
+    Vec3 start = body * scene.bodies[0].velocity;
+    const double energy = 0.5 * body * scene.bodies[0].velocity.squaredNorm();
+    const auto momentum = [&] {  // of the strip: a third of every triangle's mass at each corner
+      const Points v = sim.velocities();
+      Vec3 sum = Vec3::Zero();
+      for (const auto& corner : strip.mesh->triangles().rowwise())
+        for (int k = 0; k < 3; ++k) sum += 0.05 * 0.04 / 128 / 3 * v.row(corner[k]).transpose();
+      return sum;
+    };
+    Vec3 before = Vec3::Zero();
+    for (int i = 0; i < 150; ++i) {
+      sim.step();
+      const Vec3 cloth = momentum(), bodies = body * sim.state().rigid.velocities.row(0).transpose();
+      // What BDF-2 keeps is (3 p - p_) / 2 of the cloth, from its first step on, which is the midpoint rule's.
+      const Vec3 kept = method == "bdf2" ? Vec3(1.5 * cloth - 0.5 * before + bodies) : Vec3(cloth + bodies);
+      if (method == "bdf2" && i == 0) start = kept;
+      CHECK((kept - start).norm() < 1e-8 * start.norm());  // what Newton loops leave
+      before = cloth;
+      const StepReport& r = sim.report();
+      // Body and strip are coupled to first order.
+      CHECK(r.kinetic_energy + r.membrane_energy + r.bending_energy + r.body_kinetic_energy < 1.01 * energy);
+    }
   }
   SECTION("let go, both fall with g and keep their momentum") {
     scene.cloths[0].pins.clear();
@@ -336,6 +386,24 @@ TEST_CASE("a cloth dropped on the floor by the Newton loops stays above it, and 
     CHECK(z.minCoeff() > 0.25 * thickness);
     CHECK(sim.velocities().rowwise().norm().maxCoeff() < 1e-3);
   }
+}
+
+TEST_CASE("a cloth that drapes never has more energy than it set out with") {
+  Simulation sim(drape(20), step_of(4e-3), 1);
+  const auto energy = [&] {
+    const StepReport& r = sim.report();
+    return r.kinetic_energy + r.membrane_energy + r.bending_energy + r.gravity_energy;
+  };
+  sim.step();
+  const double start = energy(), g = sim.report().gravity_energy;
+  double highest = start, lowest = g;
+  for (int i = 0; i < 250; ++i) {
+    sim.step();
+    highest = std::max(highest, energy());
+    lowest = std::min(lowest, sim.report().gravity_energy);
+  }
+  // What meets something within a step is found at its start: contacts may push by a step's length of energy.
+  CHECK(highest - start < 1e-3 * (g - lowest));
 }
 
 TEST_CASE("a step that fails says where and leaves the last good state") {
