@@ -17,7 +17,7 @@ void bind_scene(py::module_& m) {
   bind_description<Cloth>(m, "Cloth", "A piece of cloth: mesh, material, and what holds it.");
   bind_description<Obstacle>(m, "Obstacle",
                              "A surface that cloth cannot pass: static, moved by keyframes, or a vertex sequence.");
-  bind_description<Attachment>(m, "Attachment", "Ties cloth vertices to a rigid body, both ways.");
+  bind_description<Attachment>(m, "Attachment", "Ties cloth vertices to a rigid body, both ways. Implicit integrators only: others refuse it (Unsupported).");
   bind_description<Magnet>(m, "Magnet", "What makes a rigid body or an obstacle magnetic; give several for one that carries several.");
   bind_description<Coil>(m, "Coil", "A winding on a body or an obstacle, with a given current or a circuit.");
   bind_description<Bearing>(m, "Bearing", "Lets a rigid body turn about an axis through its centre, and nothing else.");

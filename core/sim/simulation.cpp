@@ -1,6 +1,7 @@
 #include "core/sim/simulation.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "core/base/error.h"
@@ -16,7 +17,20 @@ namespace loomstone {
 
 namespace {
 constexpr int most_threads = 1024;  // libgomp dies where it cannot start as many as asked
-}
+
+// Held while a step runs: two at once would tear the state.
+class Stepping {
+ public:
+  explicit Stepping(std::atomic_flag& flag) : flag_(flag) {
+    if (flag_.test_and_set())
+      throw Unsupported("a step of this simulation is running in another thread; step a simulation from one thread at a time");
+  }
+  ~Stepping() { flag_.clear(); }
+
+ private:
+  std::atomic_flag& flag_;
+};
+}  // namespace
 
 struct Simulation::Data {
   IntegratorOptions options;
@@ -29,6 +43,7 @@ struct Simulation::Data {
   std::unique_ptr<RowLayout> layout;
   std::unique_ptr<Stepper> stepper;
   UserWrites writes;
+  std::atomic_flag stepping = ATOMIC_FLAG_INIT;
   bool measured = false;   // energies of the report are those of the state
   std::int64_t iterations = 0;
 
@@ -84,7 +99,8 @@ Simulation::Simulation(const Scene& scene, const IntegratorOptions& integrator, 
   if (integrator.jacobian != "spd" && integrator.jacobian != "exact")
     throw InvalidInput("integrator.jacobian must be spd or exact, got \"" + integrator.jacobian + "\"");
   const IntegratorOptions defaults;
-  if (integrator.method == "explicit-euler" || integrator.method == "symplectic-euler")
+  const bool solves = integrator.method != "explicit-euler" && integrator.method != "symplectic-euler";
+  if (!solves)
     for (const auto option : {&IntegratorOptions::jacobian, &IntegratorOptions::linear_solver})
       if (integrator.*option != defaults.*option)
         throw InvalidInput("integrator." + std::string(option == &IntegratorOptions::jacobian ? "jacobian" : "linear_solver") +
@@ -94,6 +110,9 @@ Simulation::Simulation(const Scene& scene, const IntegratorOptions& integrator, 
   data_->team.threads = threads == 0 ? default_thread_count() : threads;
   data_->communicator = std::move(communicator);
   together(*data_->communicator, [&] { build(scene, data_->model, data_->state); });
+  if (!solves && !scene.attachments.empty())
+    throw Unsupported("attachments are part of an implicit solve, got integrator.method \"" + integrator.method +
+                      "\"; choose an implicit integrator or remove the attachments");
   data_->digests = digests(scene, integrator);
   data_->layout = std::make_unique<RowLayout>(data_->model.n_rows(), data_->communicator);
   data_->make_stepper();
@@ -105,6 +124,7 @@ Simulation::~Simulation() = default;
 
 void Simulation::step() {
   Data& d = *data_;
+  const Stepping alone(d.stepping);
   d.measured = false;
   together(*d.communicator, [&] { d.writes.check(d.model, d.state); });
   d.settle();

@@ -352,9 +352,8 @@ std::vector<Wrench> Stepper::magnetic_forces(const State& state) const {
 }
 
 double Stepper::magnetic_energy(const State& state) const {
-  if (!magnetics_) return 0.0;
-  return magnetics_->energy(team_, state.rigid,
-                            obstacle_places(model_, state, static_cast<double>(state.step) * options_.step, 0.0).poses);
+  const double time = static_cast<double>(state.step) * options_.step;
+  return magnetics_ ? magnetics_->energy(team_, state.rigid, obstacle_places(model_, state, time, 0.0).poses) : 0.0;
 }
 
 // The last stage: velocities lead the next step away from the limits no faster than they may; positions stay.
@@ -493,8 +492,7 @@ void Stepper::check(const State& state, const char* stage) const {
     const double moved = (state.cloth.x.row(i) - x0_.row(i)).norm();
     if (moved > most || (worst < 0 && !(moved <= most && state.cloth.v.row(i).allFinite()))) worst = i, most = std::fmax(most, moved);
   }
-  if (worst < 0) return;
-  throw SolverFailure((std::ostringstream() << "cloth vertex " << vertex_of_row(worst) << " moved by "
+  if (worst >= 0) throw SolverFailure((std::ostringstream() << "cloth vertex " << vertex_of_row(worst) << " moved by "
       << (state.cloth.x.row(worst) - x0_.row(worst)).norm() << " m in the stage \"" << stage
       << "\", more than 100 times the size of the cloths, or is not finite; shorten integrator.step").str());
 }

@@ -1200,7 +1200,7 @@ class Obstacle:
         """
 class Attachment:
     """
-    Ties cloth vertices to a rigid body, both ways.
+    Ties cloth vertices to a rigid body, both ways. Implicit integrators only: others refuse it (Unsupported).
     
     Frozen; compared by value.
     

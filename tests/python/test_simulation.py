@@ -174,6 +174,30 @@ def test_a_step_lets_other_python_threads_run(hanging, euler):
     assert seen and sim.step_index == 50
 
 
+def test_steps_of_one_simulation_from_two_threads_are_refused_not_mixed(hanging, euler):
+    sim, reference = (ls.Simulation(hanging, integrator=euler, threads=1) for _ in range(2))
+    taken, refused = [], []
+
+    def walk():
+        for _ in range(200):
+            try:
+                sim.step()
+                taken.append(1)
+            except ls.Unsupported as error:
+                refused.append(str(error))
+
+    walkers = [threading.Thread(target=walk) for _ in range(3)]
+    for walker in walkers:
+        walker.start()
+    for walker in walkers:
+        walker.join()
+    assert len(taken) == sim.step_index and len(taken) + len(refused) == 600
+    assert all("one thread at a time" in message for message in refused)
+    for _ in taken:
+        reference.step()
+    assert (sim.positions == reference.positions).all()
+
+
 def test_a_body_falls_as_fast_as_gravity_says():
     body = ls.RigidBody(name="ball", mesh=ls.meshes.sphere(radius=0.05, subdivisions=2), shape="sphere", position=(0, 0, 1))
     cloth = ls.Cloth(mesh=ls.grid(cells=(2, 2)).moved((3, 0, 0)), pins=[0, 1, 2])
