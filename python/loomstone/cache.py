@@ -121,5 +121,8 @@ def latest_checkpoint(directory: Path) -> Checkpoint | None:
         except CacheError as error:
             problem = problem or error
     if problem:
-        raise problem
+        raise CacheError(
+            f"{directory}: none of its checkpoints can be read, so it cannot go on; its frames can still be rendered. "
+            f"Run the scene again into another directory. ({problem})"
+        )
     return None
