@@ -48,7 +48,7 @@ struct ImpulseContact {
 class Impulses {
  public:
   // `inverse_mass` (n): of cloth; 0 for what is held. hold_supported: bodies that press on what does not give way stay.
-  Impulses(const CollisionModel& model, const Vector& inverse_mass, FreeBodies& bodies, bool hold_supported)
+  Impulses(const CollisionModel& model, const Vector& inverse_mass, FreeBodies& bodies, bool hold_supported = false)
       : model_(model), inverse_mass_(inverse_mass), bodies_(bodies), hold_supported_(hold_supported) {}
 
   // `x`: positions of the vertices when they touch, `share` that time as a part of the step. False where nothing can move.

@@ -21,7 +21,7 @@ constexpr double tolerance = 1e-4;  // of the largest correction
 
 void repel(const CollisionModel& model, const std::vector<Contact>& contacts, const Tangle& tangle, const Points& x0, const Vector& inverse_mass,
            double step, Points& x1, FreeBodies& bodies) {
-  Impulses impulses(model, inverse_mass, bodies, false);
+  Impulses impulses(model, inverse_mass, bodies);
   std::vector<ImpulseContact> all;
   double scale = 0.0;
   for (const Contact& contact : contacts) {

@@ -49,7 +49,7 @@ TEST_CASE("an impulse between cloth and a free body keeps linear and angular mom
     place_body(scene.model, ball.bodies[0], ball.bodies[0].end, x1);
     const Points given = x1;
 
-    Impulses impulses(scene.model, scene.inverse_mass, ball.bodies, false);
+    Impulses impulses(scene.model, scene.inverse_mass, ball.bodies);
     ImpulseContact contact;
     contact.vertices = {4, scene.model.triangles(0, 0), scene.model.triangles(0, 1), scene.model.triangles(0, 2)};  // 4: of the body
     contact.weights = {1.0, -0.2, -0.5, -0.3};

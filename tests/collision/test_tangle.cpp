@@ -124,7 +124,7 @@ TEST_CASE("terms and impulses that untangle have neither sum nor torque") {
   CHECK(torque.norm() < 1e-13 * size);  // arms of 0.1 m
 
   FreeBodies none;
-  Impulses impulses(scene.model, scene.inverse_mass, none, false);
+  Impulses impulses(scene.model, scene.inverse_mass, none);
   std::vector<ImpulseContact> all = untangling_impulses(tangle, impulses, scene.x, scene.x, 1e-3);
   REQUIRE(all.size() == terms.size());
   for (ImpulseContact& c : all) c.scale = c.largest_change;
