@@ -15,6 +15,7 @@
 #include <unistd.h>
 
 #include "core/base/error.h"
+#include "core/base/word_hash.h"
 #include "core/cache/hdf5_file.h"
 
 namespace loomstone {
@@ -31,16 +32,14 @@ struct Trailer {
 };
 static_assert(sizeof(Trailer) == 24);
 
-// FNV-1a over words of eight bytes. Each step is invertible, so one changed word always changes the sum.
 std::uint64_t checksum(const unsigned char* bytes, std::size_t count) {
-  std::uint64_t sum = 0xcbf29ce484222325u;
+  WordHash hash;
   for (std::size_t at = 0; at < count; at += 8) {
     std::uint64_t word = 0;
     std::memcpy(&word, bytes + at, std::min<std::size_t>(8, count - at));
-    sum = (sum ^ word) * 0x100000001b3u;
-    sum ^= sum >> 32;
+    hash.add(word);
   }
-  return sum;
+  return hash.sum;
 }
 
 // A file descriptor that closes itself and turns failures into errors.

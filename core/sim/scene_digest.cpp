@@ -8,6 +8,7 @@
 #include <type_traits>
 
 #include "core/base/error.h"
+#include "core/base/word_hash.h"
 
 namespace loomstone {
 
@@ -16,7 +17,6 @@ namespace {
 template <class T>
 concept Description = requires { T::fields(); };
 
-// FNV-1a over words, as of checkpoint files.
 class Digest {
  public:
   void add(double value) {
@@ -62,16 +62,13 @@ class Digest {
     for_each_field<D>([&](const auto& each) {
       Digest given, usual;
       given.add(description.*(each.member)), usual.add(defaults.*(each.member));
-      if (given.sum_ != usual.sum_) visitor(each.name, given.sum_);
+      if (given.hash_.sum != usual.hash_.sum) visitor(each.name, given.hash_.sum);
     });
   }
 
  private:
-  void word(std::uint64_t value) {
-    sum_ = (sum_ ^ value) * 0x100000001b3u;
-    sum_ ^= sum_ >> 32;
-  }
-  std::uint64_t sum_ = 0xcbf29ce484222325u;
+  void word(std::uint64_t value) { hash_.add(value); }
+  WordHash hash_;
 };
 
 }  // namespace

@@ -1,0 +1,17 @@
+// FNV-1a over words of eight bytes. Each step is invertible, so one changed word always changes the sum.
+#pragma once
+
+#include <cstdint>
+
+namespace loomstone {
+
+struct WordHash {
+  std::uint64_t sum = 0xcbf29ce484222325u;
+
+  void add(std::uint64_t word) {
+    sum = (sum ^ word) * 0x100000001b3u;
+    sum ^= sum >> 32;
+  }
+};
+
+}  // namespace loomstone
