@@ -10,7 +10,7 @@ namespace loomstone {
 std::unique_ptr<Integrator> make_integrator(const IntegratorOptions& options, const ClothModel& model,
                                             Elasticity& elasticity) {
   const std::string& m = options.method;
-  if (m == "explicit-euler" || m == "symplectic-euler") return make_explicit(options, model, elasticity);
+  if (options.is_explicit()) return make_explicit(options, model, elasticity);
   if (m == "semi-implicit-euler" || m == "implicit-midpoint" || m == "bdf2")
     return make_linearised(options, model, elasticity);
   if (m == "backward-euler" || m == "nonlinear-midpoint") return make_newton(options, model, elasticity);
@@ -28,14 +28,13 @@ double largest_bending_damping(const ClothModel& model) {
 }
 
 bool bending_is_implicit(const IntegratorOptions& options, const ClothModel& model) {
-  const bool is_explicit = options.method == "explicit-euler" || options.method == "symplectic-euler";
   if (options.bending == "implicit") {
-    if (is_explicit)
+    if (options.is_explicit())
       throw InvalidInput("integrator.bending must be explicit or auto for " + options.method +
                          ", got implicit; choose an implicit integrator");
     return true;
   }
-  if (options.bending == "explicit" || (options.bending == "auto" && is_explicit)) return false;
+  if (options.bending == "explicit" || (options.bending == "auto" && options.is_explicit())) return false;
   if (options.bending != "auto")
     throw InvalidInput("integrator.bending must be auto, explicit or implicit, got \"" + options.bending + "\"");
   // Explicit in an implicit step, with damping beta K v of its start, it is stable while h (h + 2 beta) lambda < 4.

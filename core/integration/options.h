@@ -21,6 +21,9 @@ struct IntegratorOptions {
   double newton_tolerance = 1e-6;
   int max_newton_iterations = 100;
 
+  // Explicit and symplectic Euler, which solve no system.
+  bool is_explicit() const { return method == "explicit-euler" || method == "symplectic-euler"; }
+
   static auto fields() {
     using O = IntegratorOptions;
     return std::make_tuple(

@@ -99,8 +99,7 @@ Simulation::Simulation(const Scene& scene, const IntegratorOptions& integrator, 
   if (integrator.jacobian != "spd" && integrator.jacobian != "exact")
     throw InvalidInput("integrator.jacobian must be spd or exact, got \"" + integrator.jacobian + "\"");
   const IntegratorOptions defaults;
-  const bool solves = integrator.method != "explicit-euler" && integrator.method != "symplectic-euler";
-  if (!solves)
+  if (integrator.is_explicit())
     for (const auto option : {&IntegratorOptions::jacobian, &IntegratorOptions::linear_solver})
       if (integrator.*option != defaults.*option)
         throw InvalidInput("integrator." + std::string(option == &IntegratorOptions::jacobian ? "jacobian" : "linear_solver") +
@@ -110,7 +109,7 @@ Simulation::Simulation(const Scene& scene, const IntegratorOptions& integrator, 
   data_->team.threads = threads == 0 ? default_thread_count() : threads;
   data_->communicator = std::move(communicator);
   together(*data_->communicator, [&] { build(scene, data_->model, data_->state); });
-  if (!solves && !scene.attachments.empty())
+  if (integrator.is_explicit() && !scene.attachments.empty())
     throw Unsupported("attachments are part of an implicit solve, got integrator.method \"" + integrator.method +
                       "\"; choose an implicit integrator or remove the attachments");
   data_->digests = digests(scene, integrator);
