@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
-#include "core/cloth/strain_limiter.h"
+#include "core/cloth/strain_limit.h"
 
 namespace loomstone {
 
@@ -13,6 +13,14 @@ constexpr Index batches_per_range = 16;
 constexpr int message = 26;                  // doubles that tell of a batch: its number, its excess, its strains
 
 }  // namespace
+
+std::vector<Index> LimitReport::broken_elements() const {
+  std::vector<Index> elements;
+  for (const BrokenLimit& each : broken) elements.push_back(each.element);
+  std::sort(elements.begin(), elements.end());
+  elements.erase(std::unique(elements.begin(), elements.end()), elements.end());
+  return elements;
+}
 
 LimitLook::LimitLook(const LimitElements& elements, const Communicator* ranks)
     : elements_(elements),

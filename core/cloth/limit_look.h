@@ -2,6 +2,9 @@
 // at its part of the elements and all learn what was found, the same bits on any number of them.
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "core/cloth/limit_elements.h"
@@ -10,7 +13,26 @@
 
 namespace loomstone {
 
-struct LimitReport;
+// A mode (weft, warp, shear) of an element that is beyond its limit by more than limit_margin().
+struct BrokenLimit {
+  Index element;
+  int mode;
+  double excess;                             // strain beyond the limit [1]
+};
+
+// What limiting did, and what it left.
+struct LimitReport {
+  int sweeps = 0;                            // over all elements, or the active ones
+  std::int64_t evaluations = 0;              // elements whose strain was computed, by all ranks together
+  std::array<double, 3> excess{};            // largest strain beyond its limit in weft, warp, shear [1]
+  std::int64_t beyond = 0;                   // elements beyond a limit by more than the tolerance
+  Index worst = -1;                          // the element most beyond its limits, -1 where none is
+  std::vector<BrokenLimit> broken;           // the largest excess first
+  std::vector<double> squares;               // (limits) sums over all excess
+
+  double largest() const { return std::max({excess[0], excess[1], excess[2]}); }
+  std::vector<Index> broken_elements() const;  // ascending, each once
+};
 
 // Stage. What it has seen stays until it looks again.
 class LimitLook {

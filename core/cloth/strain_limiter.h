@@ -16,26 +16,6 @@
 
 namespace loomstone {
 
-// A mode (weft, warp, shear) of an element that is beyond its limit by more than limit_margin().
-struct BrokenLimit {
-  Index element;
-  int mode;
-  double excess;                             // strain beyond the limit [1]
-};
-
-// What limiting did, and what it left.
-struct LimitReport {
-  int sweeps = 0;                            // over all elements, or the active ones
-  std::int64_t evaluations = 0;              // elements whose strain was computed, by all ranks together
-  std::array<double, 3> excess{};            // largest strain beyond its limit in weft, warp, shear [1]
-  std::int64_t beyond = 0;                   // elements beyond a limit by more than the tolerance
-  Index worst = -1;                          // the element most beyond its limits, -1 where none is
-  std::vector<BrokenLimit> broken;           // the largest excess first
-  std::vector<double> squares;               // (limits) sums over all excess
-
-  double largest() const { return std::max({excess[0], excess[1], excess[2]}); }
-};
-
 // U - I = (weft, warp, shear e12) from the Green strain of the same triangle.
 Vec3 corotational_strain(const Vec3& green);
 

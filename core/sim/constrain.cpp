@@ -174,10 +174,8 @@ class Constraining {
     for (std::size_t row = 0; row < squares_.size(); ++row)
       if (!counts(static_cast<Index>(row))) squares_[row] = 0.0;
     beyond_.clear();
-    for (const BrokenLimit& each : seen.broken)
-      if (counts(in_.cloth->strain_limit_of[each.element])) beyond_.push_back(each.element);
-    std::sort(beyond_.begin(), beyond_.end());
-    beyond_.erase(std::unique(beyond_.begin(), beyond_.end()), beyond_.end());
+    for (const Index element : seen.broken_elements())
+      if (counts(in_.cloth->strain_limit_of[element])) beyond_.push_back(element);
     return !beyond_.empty();
   }
 

@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <numeric>
-#include <set>
 #include <sstream>
 
 #include "core/base/error.h"
@@ -367,9 +366,7 @@ void Stepper::limit_strain_rate(State& state, StepOutcome& outcome) {
   report.beyond_limit = left.beyond;
   report.worst_element = left.worst < 0 ? -1 : model_.triangle_of[left.worst];
   outcome.broken = left.broken;
-  std::set<Index> elements;
-  for (const BrokenLimit& each : left.broken) elements.insert(each.element);
-  report.broken_limits = static_cast<std::int64_t>(elements.size());
+  report.broken_limits = static_cast<std::int64_t>(left.broken_elements().size());
   report.rate_sweeps += limiter_->enforce_rate(team_, limit_key_, state.cloth.x, step_, state.cloth.v, false).sweeps;
 }
 
