@@ -212,6 +212,14 @@ void StrainLimiter::run_batches(const Team& team, const limit::Tables& tables, c
   });
 }
 
+// Tells what waits for it of all that was corrected in the batches; returns how much that is.
+std::int64_t StrainLimiter::spread(const std::vector<Index>& batches, Pending& pending) const {
+  std::int64_t corrected = 0;
+  for (const Index b : batches)
+    for (unsigned bits = corrected_[b]; bits != 0; bits &= bits - 1, ++corrected) pending.spread(8 * b + __builtin_ctz(bits));
+  return corrected;
+}
+
 std::int64_t StrainLimiter::sweep(const Team& team, const limit::Tables& tables, const limit::Motion& motion, int number,
                                   Pending& pending) {
   const std::size_t n = pending.n_colours();
@@ -221,8 +229,7 @@ std::int64_t StrainLimiter::sweep(const Team& team, const limit::Tables& tables,
     batches.clear();
     pending.take(number % 2 == 0 ? i : n - 1 - i, batches);  // there and back: less bias
     run_batches(team, tables, motion, batches);
-    for (const Index b : batches)
-      for (unsigned bits = corrected_[b]; bits != 0; bits &= bits - 1, ++corrected) pending.spread(8 * b + __builtin_ctz(bits));
+    corrected += spread(batches, pending);
   }
   return corrected;
 }
@@ -247,9 +254,7 @@ std::int64_t StrainLimiter::sweep_jacobi(const Team& team, const limit::Tables& 
   std::vector<Index> batches;
   for (std::size_t c = 0; c < pending.n_colours(); ++c) pending.take(c, batches);
   run_batches(team, tables, motion, batches);
-  std::int64_t corrected = 0;
-  for (const Index b : batches)
-    for (unsigned bits = corrected_[b]; bits != 0; bits &= bits - 1, ++corrected) pending.spread(8 * b + __builtin_ctz(bits));
+  const std::int64_t corrected = spread(batches, pending);
   if (corrected == 0) return 0;
   const auto& start = elements_.slot_start();
   const auto& slots = elements_.slots();

@@ -54,6 +54,7 @@ class StrainLimiter {
   std::int64_t sweep_jacobi(const Team& team, const limit::Tables& tables, const limit::Motion& motion, Pending& pending);
   std::int64_t sweep_randomly(const limit::Tables& tables, const limit::Motion& motion, std::uint64_t key, Pending& pending);
   void run_batches(const Team& team, const limit::Tables& tables, const limit::Motion& motion, const std::vector<Index>& batches);
+  std::int64_t spread(const std::vector<Index>& batches, Pending& pending) const;
   std::vector<Index> corners_of(const std::vector<Index>& batches);
 
   LimitOptions options_;
