@@ -15,6 +15,12 @@ struct ClothState {
   Points previous_x;         // (n x 3) [m]
   Points previous_v;         // (n x 3) [m/s]
   Points previous_bending;   // (n x 3) [N]
+
+  void forget_history() {
+    previous_x.resize(0, 3);
+    previous_v.resize(0, 3);
+    previous_bending.resize(0, 3);
+  }
 };
 
 }  // namespace loomstone

@@ -1,31 +1,18 @@
 #include "core/sim/stepper.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numeric>
 #include <sstream>
 
 #include "core/base/error.h"
 #include "core/cloth/air.h"
-#include "core/sim/constrain.h"
 #include "core/sim/motion.h"
+#include "core/sim/stage_timer.h"
 
 namespace loomstone {
 
 namespace {
-
-// Adds the wall time of its life to a stage of the report.
-class StageTimer {
- public:
-  StageTimer(StepReport& report, StageName stage)
-      : seconds_(report.seconds[static_cast<int>(stage)]), start_(std::chrono::steady_clock::now()) {}
-  ~StageTimer() { seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-
- private:
-  double& seconds_;
-  std::chrono::steady_clock::time_point start_;
-};
 
 // Ends the second phase of strain limits whatever becomes of the solve.
 struct EndOfLimitPhase {
@@ -44,16 +31,9 @@ void take_back(const StepReport& before, StepReport& report) {
   report.limit_rounds = spent.limit_rounds, report.limit_retreats = spent.limit_retreats;
 }
 
-// What multi-step schemes carry from the last step.
-void forget_history(ClothState& cloth) {
-  cloth.previous_x.resize(0, 3);
-  cloth.previous_v.resize(0, 3);
-  cloth.previous_bending.resize(0, 3);
-}
-
 // Nothing of a step of another length goes on: not the history, not the change of velocity that solves start from.
 void forget_steps(ClothState& cloth) {
-  forget_history(cloth);
+  cloth.forget_history();
   cloth.last_change.resize(0, 3);
 }
 
@@ -69,12 +49,13 @@ Stepper::Stepper(const Model& model, const IntegratorOptions& options, const Tea
   contacts_in_solve_ = integrator_->implicit() && model.scene.response == "implicit";
   if (model.scene.collisions) collision_ = std::make_unique<CollisionStage>(model.collision);
   if (model.n_bodies() > 0) {
-    const std::vector<RigidObstacle> obstacles = rigid_obstacles(model, state, static_cast<double>(state.step) * options.step);
     if (!model.magnets.empty() || !model.coils.empty() || !model.scene.bearings.empty())
       magnetics_ = std::make_unique<MagneticMotion>(model);
     // With magnets gravity and free rotation are theirs, between contacts.
-    world_ = std::make_unique<RigidWorld>(model.scene.bodies, obstacles, magnetics_ ? Vec3(Vec3::Zero()) : model.scene.gravity,
-                                          magnetics_ == nullptr);
+    const Vec3 gravity = magnetics_ ? Vec3(Vec3::Zero()) : model.scene.gravity;
+    world_ = std::make_unique<RigidWorld>(model.scene.bodies,
+                                          rigid_obstacles(model, state, static_cast<double>(state.step) * options.step),
+                                          gravity, magnetics_ == nullptr);
     world_->restore(state.rigid);
   }
   limits_in_solve_ = integrator_->implicit() && model.scene.limits.in_solve && model.scene.limits.method != "edges";
@@ -191,8 +172,8 @@ Stepper::Left Stepper::take(State& state, StepOutcome& outcome, StepPart part) {
     if (collision_ && state.tangled) collision_->find_tangle(x0_);
     if (collision_ && model_.cloth.n_vertices > 0) contacts_ = collision_->proximity(collision_team_, x0_);
     if (collision_ && contacts_in_solve_) {
-      collision_->terms(contacts_, x0_, v0_, last_change_, state.rigid.positions, step_, model_.cloth.n_vertices, state.contacts, terms_,
-                        report.contact_energy);
+      collision_->terms(contacts_, x0_, v0_, last_change_, state.rigid.positions, step_, model_.cloth.n_vertices,
+                        state.contacts, terms_, report.contact_energy);
     }
     n_contact_terms_ = terms_.size();
     if (collision_ && contacts_in_solve_)
@@ -247,7 +228,8 @@ void Stepper::loads(const State& state) {
   add_drag(team_, model_.scene.air, start_time_, model_.cloth.triangles, model_.cloth.triangles_of_vertex.start,
            model_.cloth.triangles_of_vertex.items, state.cloth.x, state.cloth.v, begin, end, force_);
 
-  body_blocks_.clear(), start_poses_.clear();
+  body_blocks_.clear();
+  start_poses_.clear();
   body_velocity_ = Points::Zero(2 * model_.n_bodies(), 3);
   std::vector<Wrench> magnetic(model_.n_bodies());
   if (magnetics_ && n > 0)
@@ -292,8 +274,10 @@ void Stepper::integrate(State& state, StepReport& report) {
   if (n == 0) return;
   const EndOfLimitPhase end{*elasticity_};
   const bool all = integrator_->asks_energy();
-  if (limits_in_solve_)
-    elasticity_->enter_limit_phase(team_, state.cloth.x, all ? 0 : std::min(layout_.begin(), n), all ? n : std::min(layout_.end(), n));
+  if (limits_in_solve_) {
+    const Index first = all ? 0 : std::min(layout_.begin(), n), last = all ? n : std::min(layout_.end(), n);
+    elasticity_->enter_limit_phase(team_, state.cloth.x, first, last);
+  }
   StepInputs inputs;
   inputs.step = step_;
   inputs.time = start_time_;
@@ -355,127 +339,6 @@ double Stepper::magnetic_energy(const State& state) const {
   return magnetics_ ? magnetics_->energy(team_, state.rigid, obstacle_places(model_, state, time, 0.0).poses) : 0.0;
 }
 
-// The last stage: velocities lead the next step away from the limits no faster than they may; positions stay.
-void Stepper::limit_strain_rate(State& state, StepOutcome& outcome) {
-  if (!limiter_) return;
-  StepReport& report = outcome.report;
-  StageTimer timer(report, StageName::Limit);
-  if (!left_) left_ = limiter_->measure(team_, state.cloth.x);
-  const LimitReport& left = *left_;
-  report.weft_excess = left.excess[0], report.warp_excess = left.excess[1], report.shear_excess = left.excess[2];
-  report.beyond_limit = left.beyond;
-  report.worst_element = left.worst < 0 ? -1 : model_.triangle_of[left.worst];
-  outcome.broken = left.broken;
-  report.broken_limits = static_cast<std::int64_t>(left.broken_elements().size());
-  report.rate_sweeps += limiter_->enforce_rate(team_, limit_key_, state.cloth.x, step_, state.cloth.v, false).sweeps;
-}
-
-// The cloth goes to x1_ and its velocities with it; what did not move keeps the integrator's.
-void Stepper::move_cloth(State& state) {
-  bool any = false;
-  for (Index i = 0; i < model_.cloth.n_vertices; ++i) {
-    if (x1_.row(i) == state.cloth.x.row(i)) continue;
-    any = true;
-    state.cloth.v.row(i) += (x1_.row(i) - state.cloth.x.row(i)) / step_;
-    state.cloth.x.row(i) = x1_.row(i);
-  }
-  if (any) forget_history(state.cloth);  // multi-step schemes start again after a jump of velocity
-}
-
-// The bodies as certification may move them: from where they were to where Bullet has put them.
-FreeBodies Stepper::free_bodies(const State& state) const {
-  FreeBodies bodies(model_.n_bodies());
-  const std::vector<std::uint8_t> supported = world_ ? world_->supported() : std::vector<std::uint8_t>();
-  for (Index b = 0; b < model_.n_bodies(); ++b) {
-    FreeBody& body = bodies[b];
-    body.surface = model_.collision.surface_of_vertex[model_.bodies[b].first];
-    body.local = &model_.bodies[b].local;
-    body.inverse_mass = 1.0 / model_.body_mass[b].mass;
-    body.inverse_inertia = body_blocks_[2 * b + 1].inverse();
-    body.supported = supported[b] != 0;
-    body.start = start_poses_[b];
-    body.end = body_pose(state.rigid, b);
-  }
-  return bodies;
-}
-
-// Strains within their limits, and (the last thing that moves vertices) no impact on the way from x0 to x1, no intersection at x1.
-// Velocities get the mean of what that takes over the step, (3.16).
-Stepper::Left Stepper::limit_and_certify(State& state, StepOutcome& outcome) {
-  StepReport& report = outcome.report;
-  const Index n = model_.cloth.n_vertices;
-  state.obstacle_vertices = next_obstacles_;
-  for (const Contact& contact : contacts_)
-    for (const Index vertex : contact.vertices)
-      if (vertex < n) outcome.contact[vertex] = 1;
-  left_.reset();
-  if (n == 0 || (!collision_ && !limiter_)) return {};
-  collision_vertices(model_, state, x1_);
-  FreeBodies bodies = free_bodies(state);
-  ConstrainInputs inputs;
-  inputs.team = &team_, inputs.collision_team = &collision_team_;
-  inputs.cloth = &model_.cloth, inputs.limiter = limiter_.get(), inputs.collision = collision_.get();
-  inputs.limits_hold = model_.scene.limits.method != "edges";
-  if (!contacts_in_solve_) inputs.repelled = &contacts_;
-  inputs.key = limit_key_, inputs.step = step_;
-  inputs.x0 = &x0_, inputs.inverse_mass = &inverse_mass_;
-  const ConstrainReport done = constrain(inputs, x1_, bodies);
-  move_cloth(state);
-  if (done.touched.empty() && !inputs.repelled) left_ = done.limits;  // nothing has moved since
-  for (const Index i : done.touched) outcome.contact[i] = 1;
-  for (Index b = 0; b < model_.n_bodies(); ++b) {  // Bullet takes over what has changed with its next step
-    const FreeBody& body = bodies[b];
-    state.rigid.positions.row(b) = body.end.position.transpose();
-    state.rigid.orientations.row(b) = body.end.orientation.transpose();
-    state.rigid.velocities.row(b) += body.moved.transpose() / step_;
-    state.rigid.angular_velocities.row(b) += body.turned.transpose() / step_;
-  }
-  if (collision_ && contacts_in_solve_) collision_->update_anchors(contacts_, x0_, x1_, state.contacts);
-  report.seconds[static_cast<int>(StageName::Limit)] += done.limit_seconds;
-  report.seconds[static_cast<int>(StageName::Certify)] -= done.limit_seconds;
-  report.limit_sweeps += done.limits.sweeps;
-  report.limit_evaluations += done.limits.evaluations;
-  if (limiter_) report.limit_rounds = std::max(report.limit_rounds, done.rounds);
-  report.limit_retreats += done.retreats;
-  report.limit_excess = std::max(report.limit_excess, done.limits.largest());
-  report.wanted_motion += done.wanted;
-  report.impacts += done.certified.impacts;
-  report.truncated += done.certified.truncated();
-  report.withheld_motion += done.certified.withheld();
-  report.truncated_momentum += done.certified.withheld_moment() / step_;
-  return {done.certified.unresolved, done.broke, done.stopped};
-}
-
-// How free the cloth is where a step has left impacts: never hidden, and counted until it is free again.
-void Stepper::count_intersections(State& state, StepOutcome& outcome) {
-  collision_vertices(model_, state, x1_);
-  const std::vector<std::array<Index, 2>> pairs = cloth_intersections(model_.collision, x1_);
-  outcome.report.intersections = static_cast<std::int64_t>(pairs.size());
-  // An edge may also pierce a triangle that it shares a corner's triangle with: not a pair that is counted.
-  if (pairs.empty() && collision_->find_tangle(x1_) == 0) state.tangled = 0;
-  if (state.tangled != 2) return;
-  outcome.forced = pairs;
-  outcome.report.forced = outcome.report.intersections;
-  for (const auto& pair : pairs)
-    for (const Index triangle : pair)
-      for (int k = 0; k < 3; ++k)
-        if (const Index v = model_.collision.triangles(triangle, k); v < model_.cloth.n_vertices) outcome.contact[v] = 2;
-}
-
-// What certification took from the step, and how calm contact is.
-void Stepper::measure_contacts(const ClothState& before, const State& state, StepOutcome& outcome) {
-  StepReport& report = outcome.report;
-  report.withheld = report.wanted_motion > 0.0 ? report.withheld_motion / report.wanted_motion : 0.0;
-  double squares = 0.0;
-  std::int64_t count = 0;
-  for (Index i = 0; i < model_.cloth.n_vertices; ++i) {
-    if (outcome.contact[i] == 0 || fixed_[i]) continue;
-    squares += (state.cloth.v.row(i) - before.v.row(i)).squaredNorm();
-    ++count;
-  }
-  report.contact_acceleration = count > 0 ? std::sqrt(squares / static_cast<double>(count)) / options_.step : 0.0;
-}
-
 Index Stepper::vertex_of_row(Index row) const {
   return static_cast<Index>(std::find(model_.row_of_vertex.begin(), model_.row_of_vertex.end(), row) -
                             model_.row_of_vertex.begin());
@@ -487,11 +350,18 @@ void Stepper::check(const State& state, const char* stage) const {
   Index worst = -1;
   for (Index i = 0; i < model_.cloth.n_vertices; ++i) {
     const double moved = (state.cloth.x.row(i) - x0_.row(i)).norm();
-    if (moved > most || (worst < 0 && !(moved <= most && state.cloth.v.row(i).allFinite()))) worst = i, most = std::fmax(most, moved);
+    const bool finite = std::isfinite(moved) && state.cloth.v.row(i).allFinite();
+    if (moved > most || (worst < 0 && !finite)) {
+      worst = i;
+      most = std::fmax(most, moved);
+    }
   }
-  if (worst >= 0) throw SolverFailure((std::ostringstream() << "cloth vertex " << vertex_of_row(worst) << " moved by "
-      << (state.cloth.x.row(worst) - x0_.row(worst)).norm() << " m in the stage \"" << stage
-      << "\", more than 100 times the size of the cloths, or is not finite; shorten integrator.step").str());
+  if (worst < 0) return;
+  std::ostringstream out;
+  out << "cloth vertex " << vertex_of_row(worst) << " moved by " << (state.cloth.x.row(worst) - x0_.row(worst)).norm()
+      << " m in the stage \"" << stage
+      << "\", more than 100 times the size of the cloths, or is not finite; shorten integrator.step";
+  throw SolverFailure(out.str());
 }
 
 }  // namespace loomstone
