@@ -38,6 +38,9 @@ void add_times(std::vector<Wrench>& to, double factor, const std::vector<Wrench>
   }
 }
 
+// Of a coil without a circuit [A].
+double given_at(const Coil& coil, double time) { return at_time(coil.times, coil.currents, time); }
+
 }  // namespace
 
 SourcePtr wound_source(const Coil& coil, double current) {
@@ -49,9 +52,21 @@ Vector coil_currents(const Model& model, const State& state, double time) {
   Vector currents = state.circuits.currents;
   for (Index j = 0; j < static_cast<Index>(currents.size()); ++j) {
     const Coil& coil = model.scene.coils[j];
-    if (coil.resistance == 0.0) currents[j] = at_time(coil.times, coil.currents, time);
+    if (coil.resistance == 0.0) currents[j] = given_at(coil, time);
   }
   return currents;
+}
+
+std::vector<MagneticBody> carrying_coils(const Model& model, const RigidState& state,
+                                         const std::vector<RigidPose>& obstacles, const Vector& currents) {
+  std::vector<MagneticBody> coils;
+  for (std::size_t j = 0; j < model.coils.size() && static_cast<Eigen::Index>(j) < currents.size(); ++j) {
+    const double current = currents[static_cast<Eigen::Index>(j)];
+    if (current == 0.0) continue;
+    const Model::Wound& wound = model.coils[j];
+    coils.push_back({wound_source(model.scene.coils[j], current), carried_pose(state, obstacles, wound.carrier, wound.local)});
+  }
+  return coils;
 }
 
 double first_circuit_current(const Model& model, const State& state) {
@@ -66,19 +81,14 @@ Currents::Currents(const Model& model, const std::vector<Rotor>& rotors) : model
 }
 
 double Currents::given_current(std::size_t coil, double time) const {
-  return at_time(model_.scene.coils[coil].times, model_.scene.coils[coil].currents, time);
+  return given_at(model_.scene.coils[coil], time);
 }
 
 std::vector<MagneticBody> Currents::given(const RigidState& state, const std::vector<RigidPose>& obstacles,
                                           double time) const {
-  std::vector<MagneticBody> coils;
-  for (const std::size_t j : given_) {
-    const double current = given_current(j, time);
-    if (current == 0.0) continue;
-    const Model::Wound& wound = model_.coils[j];
-    coils.push_back({wound_source(model_.scene.coils[j], current), carried_pose(state, obstacles, wound.carrier, wound.local)});
-  }
-  return coils;
+  Vector currents = Vector::Zero(static_cast<Eigen::Index>(model_.coils.size()));
+  for (const std::size_t j : given_) currents[static_cast<Eigen::Index>(j)] = given_current(j, time);
+  return carrying_coils(model_, state, obstacles, currents);
 }
 
 // Adds what a coil of one ampere and `other`, `factor` times, do to one another.

@@ -25,6 +25,10 @@ double first_circuit_current(const Model& model, const State& state);
 // The winding of a coil with a current in each turn [A].
 SourcePtr wound_source(const Coil& coil, double current);
 
+// The coils that carry a current, each at its place; currents: (coils) [A].
+std::vector<MagneticBody> carrying_coils(const Model& model, const RigidState& state,
+                                         const std::vector<RigidPose>& obstacles, const Vector& currents);
+
 // Stage.
 class Currents {
  public:

@@ -41,13 +41,7 @@ std::vector<MagneticBody> magnets_of_frame(const Team& team, const Model& model,
     state.orientations.row(b) = pose.orientation.transpose();
   }
   for (const Model::Surface& obstacle : model.obstacles) obstacles.push_back(next(obstacle.local));
-  std::vector<MagneticBody> coils;
-  for (std::size_t j = 0; j < model.coils.size(); ++j) {
-    const double current = static_cast<Eigen::Index>(j) < frame.coil_currents.size() ? frame.coil_currents[j] : 0.0;
-    if (current == 0.0) continue;
-    const Model::Wound& wound = model.coils[j];
-    coils.push_back({wound_source(model.scene.coils[j], current), carried_pose(state, obstacles, wound.carrier, wound.local)});
-  }
+  const std::vector<MagneticBody> coils = carrying_coils(model, state, obstacles, frame.coil_currents);
   std::vector<MagneticBody> magnets = MagneticMotion(model).placed(team, state, obstacles, coils);
   for (std::size_t i = 0; i < magnets.size(); ++i) {
     if (model.magnets[i].source || model.magnets[i].soft) continue;
