@@ -294,10 +294,15 @@ class _Writer(_NoWriter):
 
     def draw_rest(self, stop: Callable[[], bool]) -> bool:
         """Draws from the cache what has no picture yet; False where that was stopped."""
-        if not self._draws() or not self._options.render:
+        options = self._options.render
+        if options is None or not self._draws():
             return True
+        if not colours_need_all_frames(options):
+            drawn = (picture(self._directory / "frames", i).exists() for i in range(self._frames.n_frames))
+            if all(drawn):
+                return True
         with self._writing():
-            paths = render_run(Run(self._directory), self._options.render, jobs=1, stop=stop, simulation=self._simulation)
+            paths = render_run(Run(self._directory), options, jobs=1, stop=stop, simulation=self._simulation)
         return all(path.exists() for path in paths)
 
     def finish(self, report: dict[str, Any]) -> dict[str, Any]:
