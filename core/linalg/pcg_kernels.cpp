@@ -105,9 +105,11 @@ unsigned invert(double* blocks) {
   const Lanes c00 = a.yy * a.zz - a.yz * a.yz, c01 = a.xz * a.yz - a.xy * a.zz, c02 = a.xy * a.yz - a.xz * a.yy;
   const Lanes minor2 = a.xx * a.yy - a.xy * a.xy;
   const Lanes determinant = a.xx * c00 + a.xy * c01 + a.xz * c02;
-  const auto definite = (a.xx > 0.0) & (minor2 > 0.0) & (determinant > 0.0);
+  const Lanes definite = __builtin_convertvector((a.xx > 0.0) & (minor2 > 0.0) & (determinant > 0.0), Lanes);
+  double lanes[8];
+  lanes_store(lanes, definite);
   unsigned bad = 0;
-  for (int l = 0; l < 8; ++l) bad |= (definite[l] ? 0u : 1u) << l;
+  for (int l = 0; l < 8; ++l) bad |= (lanes[l] != 0.0 ? 0u : 1u) << l;
   const Lanes scale = 1.0 / determinant;
   const Lanes inverse[6] = {scale * c00, scale * c01, scale * c02, scale * (a.xx * a.zz - a.xz * a.xz),
                             scale * (a.xy * a.xz - a.xx * a.yz), scale * minor2};
