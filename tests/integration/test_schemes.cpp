@@ -193,23 +193,28 @@ TEST_CASE("pinned vertices do not move by one bit, scripted ones end exactly at 
   }
 }
 
+// The length of a strip hung by its own weight where stress is uniaxial: nominal stress lambda E (lambda^2 - 1)/2 = rho g s,
+// s the length below; the end hangs at the integral of lambda. weight: rho g [N/m^2], modulus: E [N/m].
+double hung_length(double length, double weight, double modulus) {
+  const int parts = 2000;
+  double hang = 0.0;
+  for (int i = 0; i < parts; ++i) {
+    const double load = weight * length * (i + 0.5) / parts;
+    double lambda = 1.0;
+    for (int k = 0; k < 30; ++k)
+      lambda -= (0.5 * modulus * lambda * (lambda * lambda - 1) - load) / (0.5 * modulus * (3 * lambda * lambda - 1));
+    hang += lambda * length / parts;
+  }
+  return hang;
+}
+
 TEST_CASE("a hung strip stretches as the analytic solution, along weft and along warp") {
-  // With nu = 0 a strip under its own weight is one-dimensional: nominal stress lambda E (lambda^2 - 1)/2 = rho g s,
-  // s the length below; the end hangs at the integral of lambda.
+  // With nu = 0 a strip under its own weight is one-dimensional.
   ClothMaterial m;
   m.weft_stiffness = 60, m.warp_stiffness = 25, m.shear_stiffness = 10, m.density = 0.8;
   const double g = 9.81, length = 1.0;
   for (const bool weft : {true, false}) {
-    const double modulus = weft ? m.weft_stiffness : m.warp_stiffness;
-    double hang = 0.0;
-    const int parts = 2000;
-    for (int i = 0; i < parts; ++i) {
-      const double load = m.density * g * length * (i + 0.5) / parts;
-      double lambda = 1.0;
-      for (int k = 0; k < 30; ++k)
-        lambda -= (0.5 * modulus * lambda * (lambda * lambda - 1) - load) / (0.5 * modulus * (3 * lambda * lambda - 1));
-      hang += lambda * length / parts;
-    }
+    const double hang = hung_length(length, m.density * g, weft ? m.weft_stiffness : m.warp_stiffness);
     const Index across = 2, along = 24;
     const TriangleMesh mesh = weft ? grid_cells(length, 0.1, along, across) : grid_cells(0.1, length, across, along);
     std::vector<Index> pins;
@@ -229,9 +234,8 @@ TEST_CASE("a hung strip stretches as the analytic solution, along weft and along
 }
 
 TEST_CASE("a hung strip with a Poisson ratio stretches by its compliance along weft, warp and bias") {
-  // Narrow, with free sides: the stress is uniaxial along d, S = p d d^T, with p lambda = rho g s and lambda^2 - 1 = 2 p / E,
-  // 1 / E the off-axis compliance. The clamp keeps the width and coupling to shear bends the strip in its plane: both cost
-  // less the narrower it is.
+  // Narrow, with free sides: the stress is uniaxial along d, 1 / E the off-axis compliance. The clamp keeps the width and
+  // coupling to shear bends the strip in its plane: both cost less the narrower it is.
   ClothMaterial m;
   m.weft_stiffness = 60, m.warp_stiffness = 25, m.shear_stiffness = 10, m.poisson = 0.3, m.density = 0.8;
   const double g = 9.81, length = 1.0, width = 0.04;
@@ -239,15 +243,7 @@ TEST_CASE("a hung strip with a Poisson ratio stretches by its compliance along w
     const double c = std::cos(degrees * M_PI / 180), s = std::sin(degrees * M_PI / 180);
     const double compliance = std::pow(c, 4) / m.weft_stiffness + std::pow(s, 4) / m.warp_stiffness +
                               c * c * s * s * (1 / m.shear_stiffness - 2 * m.poisson / m.weft_stiffness);
-    double hang = 0.0;
-    const int parts = 2000;
-    for (int i = 0; i < parts; ++i) {
-      const double load = m.density * g * length * (i + 0.5) / parts;
-      double lambda = 1.0;
-      for (int k = 0; k < 30; ++k)
-        lambda -= (0.5 * lambda * (lambda * lambda - 1) - load * compliance) / (0.5 * (3 * lambda * lambda - 1));
-      hang += lambda * length / parts;
-    }
+    const double hang = hung_length(length, m.density * g, 1 / compliance);
     const TriangleMesh base = grid_cells(length, width, 50, 2);
     Mat2 turn;
     turn << c, -s, s, c;
