@@ -11,7 +11,7 @@ import loomstone as ls
 duration = 4.0
 rate = 25.0
 render = ls.RenderOptions(
-    camera=ls.Camera(fit=False, eye=(0.22, -0.95, 0.10), target=(0.02, 0.0, -0.24), field_of_view_degrees=40.0), floor=False
+    camera=ls.Camera(fit=False, eye=(0.22, -0.95, 0.10), target=(0.0, 0.0, -0.205), field_of_view_degrees=24.0), floor=False
 )
 
 WIDTH, SCALE, REACH = 0.025, 0.042, 2.35
