@@ -1,6 +1,8 @@
 // A run may be killed at any moment: what its files then hold is whole and right, and the run can be continued.
 #include <catch2/catch.hpp>
 
+#include <algorithm>
+#include <chrono>
 #include <cstdlib>
 #include <random>
 #include <string>
@@ -64,15 +66,24 @@ int number_of_kills(int usual) {
 
 TEST_CASE("a run killed at any moment can be read, and every frame is right") {
   const FrameTopology topology = example_topology(6, true);
+  const auto write = [&](const std::string& directory, int n_frames) {
+    FrameWriter writer(directory, topology, "");
+    for (int index = 0; index < n_frames; ++index) write_example(writer, topology, index);
+  };
+  // Kills fall into the time of a few frames, however long a slow or watched program takes for these.
+  const auto start = std::chrono::steady_clock::now();
+  {
+    const TemporaryDirectory directory;
+    kill_after(0, [&] { write(directory.path(), 10); });
+  }
+  const auto ten_frames = std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() - start);
+  const unsigned window = std::max<unsigned>(60000, 3 * static_cast<unsigned>(ten_frames.count()));
   std::mt19937 random(1);
   int n_killed = 0, most = 0;
   for (int trial = 0; trial < number_of_kills(20); ++trial) {
     const TemporaryDirectory directory;
     FrameWriter(directory.path(), topology, "");
-    const bool killed = kill_after(1 + random() % 60000, [&] {
-      FrameWriter writer(directory.path(), topology, "");
-      for (int index = 0; index < 100000; ++index) write_example(writer, topology, index);
-    });
+    const bool killed = kill_after(1 + random() % window, [&] { write(directory.path(), 100000); });
     n_killed += killed;
     try {
       most = std::max(most, check_run(directory.path(), topology).first);
