@@ -144,6 +144,47 @@ LOOMSTONE_CLONES void gradient_kernel(const double* tables, const double* charge
   }
 }
 
+// Charges at points that are blunted: r / (r^2 + length^2)^(3/2).
+LOOMSTONE_CLONES void add_blunt_field(const double* charges, Index count, const double* points, Index n, double* out) {
+  for (Index i = 0; i < n; i += n_lanes) {
+    const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
+    Lanes3 sum{lanes_all(0.0), lanes_all(0.0), lanes_all(0.0)};
+    for (Index k = 0; k < count; ++k) {
+      const double* q = charges + 5 * static_cast<std::ptrdiff_t>(k);
+      const Lanes3 r{p.x - q[0], p.y - q[1], p.z - q[2]};
+      const Lanes square = dot(r, r) + q[4];
+      const Lanes scale = q[3] / (square * lanes_sqrt(square));
+      sum.x += scale * r.x;
+      sum.y += scale * r.y;
+      sum.z += scale * r.z;
+    }
+    lanes_store(out + i, lanes_load(out + i) + sum.x);
+    lanes_store(out + n + i, lanes_load(out + n + i) + sum.y);
+    lanes_store(out + 2 * n + i, lanes_load(out + 2 * n + i) + sum.z);
+  }
+}
+
+LOOMSTONE_CLONES void add_blunt_gradient(const double* charges, Index count, const double* points, Index n, double* out) {
+  for (Index i = 0; i < n; i += n_lanes) {
+    const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
+    Lanes sum[6];
+    for (int c = 0; c < 6; ++c) sum[c] = lanes_load(out + c * n + i);
+    for (Index k = 0; k < count; ++k) {
+      const double* q = charges + 5 * static_cast<std::ptrdiff_t>(k);
+      const Lanes3 r{p.x - q[0], p.y - q[1], p.z - q[2]};
+      const Lanes inverse = 1.0 / (dot(r, r) + q[4]);
+      const Lanes scale = q[3] * inverse * lanes_sqrt(inverse), three = 3.0 * scale * inverse;
+      sum[0] += scale - three * r.x * r.x;
+      sum[1] -= three * r.x * r.y;
+      sum[2] -= three * r.x * r.z;
+      sum[3] += scale - three * r.y * r.y;
+      sum[4] -= three * r.y * r.z;
+      sum[5] += scale - three * r.z * r.z;
+    }
+    for (int c = 0; c < 6; ++c) lanes_store(out + c * n + i, sum[c]);
+  }
+}
+
 }  // namespace
 
 PanelSet::PanelSet(std::vector<FlatPanel> all, int order) : panels(std::move(all)), per_panel(order * order) {
@@ -191,21 +232,66 @@ FluxMatrix panel_fluxes(const Team& team, const PanelSet& on, const RigidPose& p
 }
 
 ChargedPanels::ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges, SourcePtr solid)
-    : set_(std::move(set)), charges_(std::move(charges)), solid_(std::move(solid)) {}
+    : ChargedPanels(std::move(set), std::move(charges), std::move(solid), Fine{}) {}
+
+ChargedPanels::ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges, SourcePtr solid, Fine fine)
+    : set_(std::move(set)), charges_(std::move(charges)), solid_(std::move(solid)), fine_(std::move(fine)) {}
+
+ChargedPanels::FineTables ChargedPanels::make_tables() const {
+  constexpr double blunt = 0.15;  // of a panel's reach, a quarter of the distance of samples
+  FineTables tables{PanelSet(fine_.parts, 1), {}};
+  const auto add = [&](const Vec3& x, double charge, const FlatPanel& panel) {
+    const double length = blunt * panel.reach;
+    tables.points.insert(tables.points.end(), {x[0], x[1], x[2], charge / (4.0 * pi), length * length});
+  };
+  for (Eigen::Index i = 0; i < fine_.at_samples.size(); ++i)
+    if (fine_.at_samples[i] != 0.0)
+      add(set_->samples.row(i).transpose(), fine_.at_samples[i], set_->panels[i / set_->per_panel]);
+  for (std::size_t i = 0; i < fine_.samples.size(); ++i) {
+    const std::size_t part = i / (fine_.samples.size() / fine_.parts.size());
+    const PanelSample& sample = fine_.samples[i];
+    add(sample.position, mu0 * sample.charge - fine_.charges[static_cast<Eigen::Index>(part)] * sample.area.norm(),
+        fine_.parts[part]);
+  }
+  return tables;
+}
+
+const ChargedPanels::FineTables* ChargedPanels::fine() const {
+  if (fine_.at_samples.size() == 0) return nullptr;
+  std::call_once(once_, [this] { tables_ = make_tables(); });
+  return &*tables_;
+}
 
 void ChargedPanels::field_block(const double* points, Index n, Quantity, double* field) const {
   field_kernel(set_->tables.data(), charges_.data(), static_cast<Index>(charges_.size()), set_->radius, points, n, field);
+  const FineTables* fine = this->fine();
+  if (!fine) return;
+  alignas(64) double more[3 * points_per_block];
+  field_kernel(fine->parts.tables.data(), fine_.charges.data(), static_cast<Index>(fine_.charges.size()), set_->radius, points,
+               n, more);
+  add_blunt_field(fine->points.data(), static_cast<Index>(fine->points.size() / 5), points, n, more);
+  for (Index i = 0; i < 3 * n; ++i) field[i] += more[i];
 }
 
 void ChargedPanels::gradient_block(const double* points, Index n, double* gradient) const {
   gradient_kernel(set_->tables.data(), charges_.data(), static_cast<Index>(charges_.size()), set_->radius, points, n,
                   gradient);
+  const FineTables* fine = this->fine();
+  if (!fine) return;
+  alignas(64) double more[6 * points_per_block];
+  gradient_kernel(fine->parts.tables.data(), fine_.charges.data(), static_cast<Index>(fine_.charges.size()), set_->radius,
+                  points, n, more);
+  add_blunt_gradient(fine->points.data(), static_cast<Index>(fine->points.size() / 5), points, n, more);
+  for (Index i = 0; i < 6 * n; ++i) gradient[i] += more[i];
 }
 
 Vec3 ChargedPanels::moment() const {
   Vec3 sum = Vec3::Zero();
   for (Eigen::Index i = 0; i < charges_.size(); ++i)
     sum += charges_[i] / mu0 * set_->panels[i].area * set_->panels[i].centre;
+  for (Eigen::Index i = 0; i < fine_.at_samples.size(); ++i)
+    sum += fine_.at_samples[i] / mu0 * set_->samples.row(i).transpose();
+  for (const PanelSample& sample : fine_.samples) sum += sample.charge * sample.position;
   return sum;
 }
 
@@ -216,7 +302,9 @@ std::vector<PanelSample> ChargedPanels::charges() const {
     result[i].position = set_->samples.row(i).transpose();
     result[i].area = set_->shares[i] * set_->panels[panel].area * set_->panels[panel].normal;
     result[i].charge = charges_[panel] / mu0 * set_->shares[i] * set_->panels[panel].area;
+    if (fine_.at_samples.size() > 0) result[i].charge += fine_.at_samples[static_cast<Eigen::Index>(i)] / mu0;
   }
+  result.insert(result.end(), fine_.samples.begin(), fine_.samples.end());
   return result;
 }
 

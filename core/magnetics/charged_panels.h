@@ -1,8 +1,10 @@
 // Surface charge that is uniform on each of many flat panels, as induced bodies carry it: exact beside a panel, from points
-// of quadrature beyond `near` times its reach.
+// of quadrature beyond `near` times its reach. What varies within panels besides is known at points.
 #pragma once
 
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <vector>
 
 #include "core/base/rotation.h"
@@ -35,6 +37,14 @@ class ChargedPanels final : public Source {
  public:
   // charges: mu0 sigma on each panel [T]; solid: the body that has this surface, if it is closed.
   ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges, SourcePtr solid = nullptr);
+  // Besides, charge that varies within panels: at samples of the set, and uniform on parts of panels with samples of theirs.
+  struct Fine {
+    Vector at_samples;                 // (of the set) [T m^2]
+    std::vector<FlatPanel> parts;
+    Vector charges;                    // of each part, its mean [T]
+    std::vector<PanelSample> samples;  // of the parts, the same number of each: their whole charge
+  };
+  ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges, SourcePtr solid, Fine fine);
   // Inside of the surface the flux density is given as mu0 H: how the body is magnetised there is not known here.
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
@@ -49,9 +59,21 @@ class ChargedPanels final : public Source {
   std::vector<PanelSample> charges() const override;
 
  private:
+  // What fields of the fine part need, made when the first is asked for: the parts, and what samples have beyond their share of
+  // the charge of panels, by five: position, charge / 4 pi [T m^2], square of a length that blunts it [m^2].
+  struct FineTables {
+    PanelSet parts;
+    std::vector<double> points;
+  };
+  const FineTables* fine() const;  // null: there is none
+  FineTables make_tables() const;
+
   std::shared_ptr<const PanelSet> set_;
   Vector charges_;
   SourcePtr solid_;
+  Fine fine_;
+  mutable std::once_flag once_;
+  mutable std::optional<FineTables> tables_;
 };
 
 }  // namespace loomstone

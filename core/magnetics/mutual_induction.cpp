@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/magnetics/applied_field.h"
 #include "core/magnetics/cells.h"
 #include "core/magnetics/charged_panels.h"
 #include "core/magnetics/constants.h"
@@ -17,6 +18,7 @@ namespace loomstone {
 namespace {
 
 constexpr int most_iterations = 200, most_rounds = 50;
+constexpr double refinement = 3e-3;           // estimated error of a force by what varies within panels; a tenth of it in fact
 constexpr std::size_t most_fluxes = 1 << 25;  // between two bodies, a quarter of a gigabyte; beyond, fields are evaluated
 
 Vec3 in_axes(const RigidPose& pose, const Vec3& point) {
@@ -104,10 +106,18 @@ class Coupling {
         }
   }
 
-  std::vector<Vector> received(const std::vector<MagneticBody>& hard, const Vec3& field) const {
+  // Of magnets and a uniform field; of panels with all that varies within them.
+  std::vector<Vector> received(const std::vector<MagneticBody>& hard, const Vec3& field,
+                               std::vector<AppliedField>& applied) const {
     std::vector<Vector> result;
+    applied.resize(soft_.size());
     for (std::size_t i = 0; i < soft_.size(); ++i) {
       // B rather than mu0 H: its normal component goes on through a pole that touches.
+      if (const auto panels = soft_[i].shape->panels()) {
+        applied[i] = applied_field(team_, *panels, soft_[i].pose, hard, field, refinement);
+        result.push_back(applied[i].fluxes);
+        continue;
+      }
       Points b = magnetic_field(team_, hard, world_[i], "B");
       b.rowwise() += field.transpose();
       result.push_back(soft_[i].shape->received(b * rotations_[i]));
@@ -139,6 +149,13 @@ class Coupling {
     std::vector<MagneticBody> bodies;
     for (std::size_t i = 0; i < soft_.size(); ++i)
       bodies.push_back({soft_[i].shape->source(charges[i]), soft_[i].pose});
+    return bodies;
+  }
+
+  std::vector<MagneticBody> placed(const std::vector<Vector>& charges, const std::vector<AppliedField>& applied) const {
+    std::vector<MagneticBody> bodies;
+    for (std::size_t i = 0; i < soft_.size(); ++i)
+      bodies.push_back({soft_[i].shape->source(charges[i], applied[i]), soft_[i].pose});
     return bodies;
   }
 
@@ -212,7 +229,8 @@ Induction induce(const Team& team, const std::vector<SoftBody>& given, const std
   std::vector<SoftBody> soft = given;
   prepare_spheres(soft, hard, tolerance);
   const Coupling coupling(team, soft);
-  const std::vector<Vector> applied = coupling.received(hard, field);
+  std::vector<AppliedField> fine;
+  const std::vector<Vector> applied = coupling.received(hard, field, fine);
   Induction result;
   const std::vector<SoftBody> original = soft;
   const bool saturates = std::any_of(soft.begin(), soft.end(), [](const SoftBody& body) { return body.saturation > 0.0; });
@@ -236,7 +254,7 @@ Induction induce(const Team& team, const std::vector<SoftBody>& given, const std
       result.residual = solved.residual;
       result.iterations += solved.iterations;
     }
-    result.bodies = coupling.placed(charges);
+    result.bodies = coupling.placed(charges, fine);
     if (!saturates) return result;
     const std::vector<Vector> received = coupling.received(charges);
     bool changed = false;

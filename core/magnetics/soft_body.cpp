@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/base/error.h"
+#include "core/magnetics/applied_field.h"
 #include "core/magnetics/charged_panels.h"
 #include "core/magnetics/constants.h"
 #include "core/magnetics/harmonic_sphere.h"
@@ -77,7 +78,7 @@ struct PanelForm {
   std::vector<Grid> grids;
   std::shared_ptr<const PanelSet> set;  // panels of all grids
   SourcePtr solid;
-  double volume = 0.0;
+  double volume = 0.0, area = 0.0;  // [m^3], [m^2]
 };
 
 class SoftPanels final : public SoftShape {
@@ -110,6 +111,47 @@ class SoftPanels final : public SoftShape {
   SourcePtr source(const Vector& charges) const override {
     return std::make_shared<ChargedPanels>(form_->set, charges, form_->solid);
   }
+  // On a flat face sigma = n.H / (1/chi + 1/2) pointwise, but for the field of charge on other faces: only what that
+  // leaves varies as slowly as panels allow. The finest grid and its parts carry the former.
+  SourcePtr source(const Vector& charges, const AppliedField& applied) const override {
+    const double slope = 1.0 / (1.0 / susceptibility_ + 0.5);
+    const PanelSet& set = *form_->set;
+    Vector rest = charges;
+    Eigen::Index at = 0, finest = 0;
+    double mean = 0.0;  // of the flux over the whole surface, which no field has
+    for (const Grid& grid : form_->grids) {
+      finest = at;
+      const auto n = static_cast<Eigen::Index>(grid.panels.size());
+      mean = applied.fluxes.segment(at, n).sum() / form_->area;
+      for (; at < finest + n; ++at)
+        rest[at] -= grid.share * slope * (applied.fluxes[at] / set.panels[at].area - mean);
+    }
+    ChargedPanels::Fine fine;
+    fine.at_samples = Vector::Zero(set.samples.rows());
+    for (at = finest; at < rest.size(); ++at) {
+      if (applied.halved[at]) continue;
+      const double whole = applied.fluxes[at] / set.panels[at].area;
+      rest[at] += slope * (whole - mean);
+      for (Eigen::Index i = at * set.per_panel; i < (at + 1) * set.per_panel; ++i)
+        fine.at_samples[i] = slope * set.shares[i] * set.panels[at].area * (applied.normal[i] - whole);
+    }
+    std::vector<double> means;
+    for (const AppliedField::Leaf& leaf : applied.leaves) {
+      if (leaf.parent < finest) continue;
+      fine.parts.push_back(leaf.panel);
+      means.push_back(0.0);
+      for (int k = 0; k < AppliedField::points; ++k) {
+        PanelSample sample;
+        sample.position = leaf.positions[k];
+        sample.area = leaf.areas[k] * leaf.panel.normal;
+        sample.charge = leaf.areas[k] / mu0 * slope * (leaf.normal[k] - mean);
+        means.back() += mu0 * sample.charge / leaf.panel.area;
+        fine.samples.push_back(sample);
+      }
+    }
+    fine.charges = Eigen::Map<const Vector>(means.data(), static_cast<Eigen::Index>(means.size()));
+    return std::make_shared<ChargedPanels>(form_->set, rest, form_->solid, std::move(fine));
+  }
   // As div H = 0, the integral over the volume is that of x (H.n) over the surface.
   Vec3 mean_field(const Vector& received) const override {
     Vec3 sum = Vec3::Zero();
@@ -136,11 +178,14 @@ class SoftPanels final : public SoftShape {
 SoftShapePtr panels_of(PanelForm form, double susceptibility) {
   std::vector<FlatPanel> all;
   for (const Grid& grid : form.grids) all.insert(all.end(), grid.panels.begin(), grid.panels.end());
+  for (const FlatPanel& panel : form.grids.back().panels) form.area += panel.area;
   form.set = std::make_shared<const PanelSet>(std::move(all), points_a_direction);
   return std::make_shared<SoftPanels>(std::make_shared<const PanelForm>(std::move(form)), susceptibility);
 }
 
 }  // namespace
+
+SourcePtr SoftShape::source(const Vector& charges, const AppliedField&) const { return source(charges); }
 
 void check_susceptibility(double susceptibility) {
   if (!(susceptibility >= -1.0) || susceptibility == 0.0)

@@ -8,6 +8,7 @@
 
 namespace loomstone {
 
+struct AppliedField;
 struct PanelSet;
 
 class SoftShape {
@@ -20,6 +21,8 @@ class SoftShape {
   // The charge it answers with, a vector of the same size, linear in what is received.
   virtual Vector response(const Vector& received) const = 0;
   virtual SourcePtr source(const Vector& charges) const = 0;
+  // The same of panels, whose charge in the field of others varies within them as that does.
+  virtual SourcePtr source(const Vector& charges, const AppliedField& applied) const;
   // Of the applied field, over the volume [T].
   virtual Vec3 mean_field(const Vector& received) const = 0;
   virtual double volume() const = 0;  // [m^3]

@@ -55,7 +55,8 @@ def test_diamagnetic_balls_are_pushed_from_a_magnet_as_their_table_says():
 
 def test_a_wide_superconducting_plate_acts_as_the_plane_of_the_table():
     """A plate six heights wide and one thick: the force on it comes from a spot of one height, which the cells must resolve. With a
-    focus on it what is left is the finite width: 0.9 % for the magnet whose moment lies along the plate, with 32 cells as with 24."""
+    focus on it what is left is the finite width: 0.9 % for the magnet whose moment lies along the plate, with 32 cells as with 24.
+    Without one it is no more, as the charge varies within panels as the magnet's field does."""
     height = 0.015
     plates = [
         M.soft_cuboid(size=(6 * height, 6 * height, height), susceptibility=-1, cells=n, focus=f).moved((0, 0, -height / 2))
@@ -71,7 +72,7 @@ def test_a_wide_superconducting_plate_acts_as_the_plane_of_the_table():
         for plate in plates:
             felt = lift(plate, magnet, height)
             errors.append(abs(felt.force[2] / force - 1))
-        assert errors[0] < 0.1 and errors[1] < 0.0095, case["id"]
+        assert max(errors) < 0.0095, case["id"]
         assert abs(felt.torque[1]) == pytest.approx(torque, abs=0.02 * force * height)
 
 
@@ -86,9 +87,15 @@ def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
         assert M.field(pull.block(size), [[0, 0, 0.5 * size[2]]])[0, 2] == pytest.approx(density, rel=2e-3)
         assert pull.image_pull(0.0, size) == pytest.approx(force, rel=0.22)
     assert pull.image_pull(0.0, size) == pytest.approx(force, rel=5e-3), "that of the largest"
-    gaps = np.array((1e-3, 2e-3, 4e-3))
+    gaps = np.array((0.0, 1e-5, 1e-4, 5e-4, 1e-3, 2e-3, 4e-3))
     images = np.array([pull.image_pull(gap) for gap in gaps])
-    assert pull.plate_pull(gaps, susceptibility=1e5) == pytest.approx(images, rel=4e-3)  # the plate is five magnets wide
+    assert pull.plate_pull(gaps, susceptibility=1e5) == pytest.approx(images, rel=2e-3)  # the plate is five magnets wide
+    # Where the panels do not follow the pole: its edges cross them, and there are few.
+    plate = M.soft_cuboid(size=pull.PLATE, susceptibility=1e5, cells=8)
+    for gap, image in zip(gaps, images, strict=True):
+        turned = pull.block().rotated((0, 0, 0.5)).moved((0.0013, 0.0007, -0.5 * (pull.PLATE[2] + pull.MAGNET[2]) - gap))
+        (induced,) = M.induce(plate, by=turned).bodies
+        assert -M.force(on=induced, by=turned).force[2] == pytest.approx(image, rel=1.5e-2)
 
 
 def test_a_soft_body_cut_in_two_is_drawn_as_the_whole():
