@@ -69,6 +69,8 @@ void build_coils(const Scene& scene, Model& model) {
     const Coil& coil = scene.coils[i];
     const std::string where = "coils[" + std::to_string(i) + "]";
     check_coil(coil, where);
+    if (coil.resistance > 0.0 && scene.bodies.empty())
+      throw Unsupported(where + ": circuits are advanced together with rigid bodies, got a scene without one; add a body anywhere");
     const std::size_t carrier = find_carrier(scene, coil.body, where + ".body");
     Model::Wound wound;
     wound.carrier = static_cast<Index>(carrier);

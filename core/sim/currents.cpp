@@ -78,6 +78,7 @@ double first_circuit_current(const Model& model, const State& state) {
 Currents::Currents(const Model& model, const std::vector<Rotor>& rotors) : model_(model), rotors_(rotors) {
   for (std::size_t j = 0; j < model.coils.size(); ++j)
     (model.scene.coils[j].resistance == 0.0 ? given_ : circuits_).push_back(j);
+  scripted_.assign(model.obstacles.size(), {Vec3::Zero(), Vec3::Zero()});
 }
 
 double Currents::given_current(std::size_t coil, double time) const {
@@ -91,20 +92,35 @@ std::vector<MagneticBody> Currents::given(const RigidState& state, const std::ve
   return carrying_coils(model_, state, obstacles, currents);
 }
 
-// Adds what a coil of one ampere and `other`, `factor` times, do to one another.
-void Currents::meet(const MagneticBody& coil, Index group, const MagneticBody& other, Index carrier, double factor,
-                    const RigidState& state, Wrenches& result) const {
-  const Index n = model_.n_bodies(), partner = std::min(carrier, n);
-  if (partner == group) return;
-  const Wrench w = magnetic_wrench(coil, other, model_.scene.magnetic_tolerance, 0.1 * scale_of_force(coil, other));
-  const auto add = [&](Index body, const Vec3& at, const Vec3& force, const Vec3& torque) {
-    if (body >= n) return;
-    result[body].force += force;
-    result[body].torque += torque + (at - state.positions.row(body).transpose()).cross(force);
+void Currents::move(const std::vector<RigidPose>& from, const std::vector<RigidPose>& to, double step) {
+  for (std::size_t i = 0; i < scripted_.size(); ++i) {
+    const Vec4 &start = from[i].orientation, &end = to[i].orientation;
+    scripted_[i].velocity = (to[i].position - from[i].position) / step;
+    scripted_[i].spin = start == end ? Vec3(Vec3::Zero()) : angular_velocity_between(start, end, step);
+  }
+}
+
+bool Currents::joined(Index a, Index b) const {
+  const auto rests = [&](Index carrier) {
+    if (carrier < model_.n_bodies()) return false;
+    const Twist& twist = scripted_[carrier - model_.n_bodies()];
+    return twist.velocity.isZero(0.0) && twist.spin.isZero(0.0);
   };
-  const Vec3 &here = coil.pose.position, &there = other.pose.position;
-  add(group, here, factor * w.force, factor * w.torque);
-  add(partner, there, -factor * w.force, -factor * (w.torque + (here - there).cross(w.force)));
+  return a == b || (rests(a) && rests(b));
+}
+
+// Adds what a coil of one ampere and `other`, `factor` times, do to one another, about the centres of their carriers.
+void Currents::meet(const Part& coil, const Part& other, double factor, const Points& centres, Wrenches& result) const {
+  if (joined(coil.carrier, other.carrier)) return;
+  const Wrench w =
+      magnetic_wrench(coil.body, other.body, model_.scene.magnetic_tolerance, 0.1 * scale_of_force(coil.body, other.body));
+  const auto add = [&](Index carrier, const Vec3& at, const Vec3& force, const Vec3& torque) {
+    result[carrier].force += force;
+    result[carrier].torque += torque + (at - centres.row(carrier).transpose()).cross(force);
+  };
+  const Vec3 &here = coil.body.pose.position, &there = other.body.pose.position;
+  add(coil.carrier, here, factor * w.force, factor * w.torque);
+  add(other.carrier, there, -factor * w.force, -factor * (w.torque + (here - there).cross(w.force)));
 }
 
 void Currents::place_inductances(const std::vector<MagneticBody>& coils) {
@@ -128,24 +144,25 @@ void Currents::place_inductances(const std::vector<MagneticBody>& coils) {
 }
 
 void Currents::place(const RigidState& state, const std::vector<RigidPose>& obstacles,
-                     const std::vector<MagneticBody>& magnets, const std::vector<Index>& groups, double time,
-                     std::vector<Wrench> magnetised) {
-  const Index n = model_.n_bodies();
+                     const std::vector<MagneticBody>& magnets, double time, std::vector<Wrench> magnetised) {
+  const Index n = model_.n_bodies(), n_carriers = n + static_cast<Index>(obstacles.size());
+  Points centres(n_carriers, 3);
+  for (Index c = 0; c < n_carriers; ++c)
+    centres.row(c) = (c < n ? Vec3(state.positions.row(c).transpose()) : obstacles[c - n].position).transpose();
   magnetised_ = std::move(magnetised);
-  per_ampere_.assign(model_.coils.size(), Wrenches(n));
+  per_ampere_.assign(model_.coils.size(), Wrenches(n_carriers));
   sense_.assign(model_.coils.size(), 1.0);
   std::vector<MagneticBody> coils;
-  std::vector<Index> carriers;
-  for (const Model::Wound& wound : model_.coils) {
+  for (const Model::Wound& wound : model_.coils)
     coils.push_back({wound.source, carried_pose(state, obstacles, wound.carrier, wound.local)});
-    carriers.push_back(std::min(wound.carrier, n));
-  }
+  const auto part = [&](std::size_t j) { return Part{coils[j], model_.coils[j].carrier}; };
   const auto place_coil = [&](std::size_t j, std::size_t n_given) {
     Wrenches& result = per_ampere_[j];
-    for (std::size_t k = 0; k < magnets.size(); ++k) meet(coils[j], carriers[j], magnets[k], groups[k], 1.0, state, result);
+    for (std::size_t k = 0; k < magnets.size(); ++k)
+      meet(part(j), {magnets[k], model_.magnets[k].carrier}, 1.0, centres, result);
     for (std::size_t g = 0; g < n_given; ++g)
-      meet(coils[j], carriers[j], coils[given_[g]], carriers[given_[g]], given_current(given_[g], time), state, result);
-    if (carriers[j] < n) result[carriers[j]].torque += coils[j].moment().cross(model_.scene.magnetic_field);
+      meet(part(j), part(given_[g]), given_current(given_[g], time), centres, result);
+    result[model_.coils[j].carrier].torque += coils[j].moment().cross(model_.scene.magnetic_field);
     const Vec3 axis = rotation_matrix(coils[j].pose.orientation).col(2);
     if (axis.dot(model_.scene.coils[j].commutator) < 0.0) sense_[j] = -1.0;
   };
@@ -154,10 +171,10 @@ void Currents::place(const RigidState& state, const std::vector<RigidPose>& obst
   pairs_.clear();
   for (std::size_t k = 1; k < circuits_.size(); ++k) {
     for (std::size_t j = 0; j < k; ++j) {
-      const std::size_t a = circuits_[j], b = circuits_[k];
-      if (carriers[a] == carriers[b]) continue;
-      pairs_.push_back({j, k, Wrenches(n)});
-      meet(coils[a], carriers[a], coils[b], carriers[b], 1.0, state, pairs_.back().wrenches);
+      const Part a = part(circuits_[j]), b = part(circuits_[k]);
+      if (joined(a.carrier, b.carrier)) continue;
+      pairs_.push_back({j, k, Wrenches(n_carriers)});
+      meet(a, b, 1.0, centres, pairs_.back().wrenches);
     }
   }
   place_inductances(coils);
@@ -185,6 +202,15 @@ double Currents::power(const Wrenches& per_ampere, double duration, const RigidS
   for (Index b = 0; b < model_.n_bodies(); ++b) {
     const Twist twist = middle(b, duration, state, momenta, wrenches[b]);
     sum += per_ampere[b].force.dot(twist.velocity) + per_ampere[b].torque.dot(twist.spin);
+  }
+  return sum;
+}
+
+double Currents::scripted_power(const Wrenches& per_ampere) const {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < scripted_.size(); ++i) {
+    const Wrench& wrench = per_ampere[model_.n_bodies() + i];
+    sum += wrench.force.dot(scripted_[i].velocity) + wrench.torque.dot(scripted_[i].spin);
   }
   return sum;
 }
@@ -226,7 +252,7 @@ void Currents::advance_circuits(double time, double duration, const RigidState& 
     for (Eigen::Index j = 0; j < m; ++j) {
       // What the bodies move without the currents, and what one ampere adds to that.
       const double idle = power(felt[j], duration, state, momenta, wrenches);
-      right[j] -= idle;
+      right[j] -= idle + scripted_power(felt[j]);
       for (Eigen::Index k = 0; k < m; ++k) matrix(j, k) += power(felt[j], duration, state, momenta, with[k]) - idle;
     }
     middle_currents = matrix.partialPivLu().solve(right);
@@ -239,6 +265,7 @@ void Currents::advance_circuits(double time, double duration, const RigidState& 
     circuits.currents[circuits_[a]] = after[a];
     circuits.heat += duration * coil.resistance * middle_currents[a] * middle_currents[a];
     circuits.supply += duration * voltages[a] * middle_currents[a] - induced[a] * middle_currents[a];
+    circuits.supply -= duration * middle_currents[a] * scripted_power(exerted[a]);
   }
   circuits.energy = 0.5 * (inductances_ * after).dot(after);
 }

@@ -5,7 +5,8 @@
 // at rest positions, with middle values (subscript m), L (i' - i) = tau (V - R i_m - G v_m), m (v' - v) = tau (F + G i_m).
 // With several circuits L is the matrix of their own and mutual inductances, to which M di/dt of the given currents is added,
 // and G of each contains the currents of the others: what they do to one another in a kick is taken at i_m, by iteration, and
-// half of it is stored in L as bodies move.
+// half of it is stored in L as bodies move. What moves by script has its velocities in G v too; it feels nothing, and its work
+// counts as supply.
 #pragma once
 
 #include <map>
@@ -39,16 +40,18 @@ class Currents {
 
   // The coils whose current is given and not zero at a time [s], as they are there.
   std::vector<MagneticBody> given(const RigidState& state, const std::vector<RigidPose>& obstacles, double time) const;
-  // Forces per ampere where magnets (of groups) and coils are at a time [s]. magnetised: forces on the bodies that magnets exert
+  // Obstacles go from one place to the other in `step` [s]; call before place().
+  void move(const std::vector<RigidPose>& from, const std::vector<RigidPose>& to, double step);
+  // Forces per ampere where magnets and coils are at a time [s]. magnetised: forces on the bodies that magnets exert
   // on one another because coils magnetise some of them; their work is that of the sources of given currents.
   void place(const RigidState& state, const std::vector<RigidPose>& obstacles, const std::vector<MagneticBody>& magnets,
-             const std::vector<Index>& groups, double time, std::vector<Wrench> magnetised);
+             double time, std::vector<Wrench> magnetised);
   // A kick of `duration` about `time` [s]: adds to `wrenches` what coils and bearings do, advances the circuits.
   void kick(double time, double duration, const RigidState& state, const Points& momenta, std::vector<Wrench>& wrenches,
             CircuitState& circuits);
 
  private:
-  using Wrenches = std::vector<Wrench>;  // on each body
+  using Wrenches = std::vector<Wrench>;  // on each body; per ampere on each body and obstacle
   struct Twist {
     Vec3 velocity, spin;
   };
@@ -57,20 +60,28 @@ class Currents {
     Wrenches wrenches;  // of one ampere in each [N/A^2, N m/A^2]
   };
   double given_current(std::size_t coil, double time) const;
-  void meet(const MagneticBody& coil, Index group, const MagneticBody& other, Index carrier, double factor,
-            const RigidState& state, Wrenches& result) const;
+  struct Part {
+    const MagneticBody& body;
+    Index carrier;
+  };
+  // Whether the carriers never move against one another.
+  bool joined(Index a, Index b) const;
+  void meet(const Part& coil, const Part& other, double factor, const Points& centres, Wrenches& result) const;
   void place_inductances(const std::vector<MagneticBody>& coils);
   void advance_circuits(double time, double duration, const RigidState& state, const Points& momenta, Wrenches& wrenches,
                         CircuitState& circuits) const;
   // Velocities in the middle of a kick by a wrench.
   Twist middle(Index body, double duration, const RigidState& state, const Points& momenta, const Wrench& wrench) const;
+  // Per ampere [W/A]: of what bodies feel, and of what obstacles would feel.
   double power(const Wrenches& per_ampere, double duration, const RigidState& state, const Points& momenta,
                const Wrenches& wrenches) const;
+  double scripted_power(const Wrenches& per_ampere) const;
 
   const Model& model_;
   const std::vector<Rotor>& rotors_;
   std::vector<std::size_t> given_, circuits_;  // coils with given currents, with circuits
-  std::vector<Wrenches> per_ampere_;           // of each coil on each body [N/A, N m/A]
+  std::vector<Twist> scripted_;                // of each obstacle [m/s, rad/s]
+  std::vector<Wrenches> per_ampere_;           // of each coil [N/A, N m/A]
   std::vector<Pair> pairs_;                    // of circuits on different bodies
   Wrenches magnetised_;
   Eigen::MatrixXd inductances_, from_given_;   // (circuits x circuits), (circuits x given) [H]

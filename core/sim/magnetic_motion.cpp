@@ -136,7 +136,7 @@ MagneticMotion::Instant MagneticMotion::instant(const Team& team, const RigidSta
       magnetised[b].torque -= without[b].torque;
     }
   }
-  currents_.place(state, obstacles, now.magnets, groups_, time, std::move(magnetised));
+  currents_.place(state, obstacles, now.magnets, time, std::move(magnetised));
   return now;
 }
 
@@ -223,6 +223,7 @@ MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, cons
   const Vec3& gravity = model_.scene.gravity;
   std::vector<std::uint8_t> touched;
   std::vector<Wrench> before;
+  currents_.move(obstacles.poses, moved_obstacles.poses, step);
   Instant now = instant(team, state, obstacles.poses, time);
   Done done;
   int parts = 1;              // the sub-step is step / parts; `place` of them are done

@@ -126,6 +126,68 @@ def test_moving_circuits_keep_momentum_and_balance_their_energy_with_second_orde
     assert np.array_equal(halves[0].currents, halves[1].currents) and np.abs(halves[0].currents).min() > 0
 
 
+RADIUS, TURNS, MOMENT, SPEED = 0.02, 50, 0.5, 3.0
+
+
+def scripted(**what) -> ls.Scene:
+    """A dipole on one stand, a loop on the other, one of which is moved by script; a weight that feels nothing stands far off."""
+    stands = {"magnet": {}, "loop": {}} | what.pop("scripts")
+    obstacles = [ls.obstacle(BOX.moved((0, 0, z)), name=name, **stands[name]) for name, z in (("magnet", 0.5), ("loop", -0.5))]
+    magnets = [] if "magnetic_field" in what else [ls.Magnet(body="magnet", shape="dipole", moment=(0, 0, MOMENT))]
+    coil = ls.Coil(body="loop", shape="loop", radius=RADIUS, turns=TURNS, resistance=0.3, inductance=what.pop("inductance", 0.0))
+    weight = ls.RigidBody(name="weight", mesh=BOX, shape="box", position=(5, 0, 0))
+    return ls.Scene(obstacles=obstacles, bodies=[weight], magnets=magnets, coils=[coil], gravity=(0, 0, 0), **what)
+
+
+def passing(name: str, sense: float) -> dict:
+    return {name: dict(times=[0.0, 0.1], positions=[(0, 0, -0.15 * sense), (0, 0, -0.15 * sense + 0.1 * SPEED * sense)])}
+
+
+def flux(z):
+    """Of the dipole through the loop at a distance along the axis [T m^2]."""
+    return TURNS * 2e-7 * np.pi * MOMENT * RADIUS**2 / (RADIUS**2 + z**2) ** 1.5
+
+
+@pytest.mark.parametrize("script", [passing("magnet", 1.0), passing("loop", -1.0)], ids=["magnet", "loop"])
+def test_a_dipole_moved_by_script_along_the_axis_of_a_loop_drives_the_current_of_faraday(script):
+    sim = simulation(scripted(scripts=script), 5e-4)
+    exact, found = [], []
+    while sim.time < 0.0999:
+        sim.step()
+        z = -0.15 + SPEED * sim.time
+        exact.append(3 * z / (RADIUS**2 + z**2) * flux(z) * SPEED / 0.3)
+        found.append(sim.current)
+    assert found == pytest.approx(exact, rel=1e-9, abs=1e-9 * max(exact))
+    assert found[40] < 0 < found[-40], "it opposes the flux that grows and sustains the one that falls"
+    # Of the work of the script nothing is left, and the heat is that of the current between the steps as well.
+    assert sim.circuit_supply == pytest.approx(sim.circuit_heat, rel=1e-12)
+    assert sim.circuit_heat == pytest.approx(0.3 * 5e-4 * np.square(exact).sum(), rel=1e-3)
+    assert sim.state.body_velocities == pytest.approx(0.0, abs=1e-9), "the weight five metres off stays"
+
+
+def test_the_charge_that_a_passing_magnet_moves_is_the_change_of_flux_over_the_resistance():
+    sim = simulation(scripted(scripts={"magnet": dict(times=[0.0, 0.05], positions=[(0, 0, -0.15), (0, 0, 0)])}, inductance=1e-3), 5e-4)
+    charge, before = 0.0, 0.0
+    for _ in range(160):  # the magnet stands in the middle from 0.05 s on, and the current dies out in 3.3 ms
+        sim.step()
+        charge, before = charge + 5e-4 * 0.5 * (before + sim.current), sim.current
+    # The current bends within 3 ms: chords of 0.5 ms miss (h / tau)^2 / 12 of it where the magnet stops.
+    assert charge == pytest.approx((flux(0.15) - flux(0.0)) / 0.3, rel=2e-3)
+    assert sim.circuit_supply == pytest.approx(sim.circuit_heat + sim.report.circuit_energy, rel=1e-12)
+
+
+def test_a_loop_turned_by_script_in_a_uniform_field_is_a_generator():
+    times = np.linspace(0.0, 0.1, 41)
+    turns = np.outer(20 * np.pi * times, (1, 0, 0))
+    sim = simulation(scripted(scripts={"loop": dict(times=times, axis_angles=turns)}, magnetic_field=(0, 0, 0.2)), 5e-4)
+    peak = TURNS * 0.2 * np.pi * RADIUS**2 * 20 * np.pi / 0.3
+    for _ in range(200):
+        sim.step()
+        assert sim.current == pytest.approx(peak * np.sin(20 * np.pi * sim.time), abs=1e-6 * peak)
+    assert sim.circuit_supply == pytest.approx(sim.circuit_heat, rel=1e-12)
+    assert sim.circuit_heat == pytest.approx(0.5 * 0.3 * peak**2 * 0.1, rel=1e-3)
+
+
 def series_force(radius: float, distance: float, ball: float, chi: float, current: float) -> float:
     """Axial force on a linear ball at a distance below the plane of a loop on its axis, by multipoles [N]."""
     s = np.hypot(radius, distance)
