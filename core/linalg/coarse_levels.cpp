@@ -13,17 +13,18 @@ namespace {
 
 constexpr Index largest_factor = 32;  // nodes of the coarsest level
 constexpr Index parents_per_chunk = rows_per_block / 8;
-constexpr Index chunks_a_task = 8;  // 1,024 nodes, about 10 us
+constexpr Index chunks_a_task = 8;           // 1,024 nodes, about 5 us
+constexpr Index chunks_of_product_a_task = 2;  // 256 nodes, likewise
 // Jacobi sweeps with this damping converge where no more than four nodes meet in an element or a term (eigenvalues of
 // D^-1 A below four); elements that meet more were never seen to need less, and a cycle that fails is given up.
 constexpr double damping = 0.5;
 
 // z = B r, or z += B (r - t) where t is given.
 LOOMSTONE_CLONES
-void smooth(Index first, Index last, const double* inverse, const double* r, const double* t, double* z) {
+void smooth(Index first, Index last, const float* inverse, const float* r, const float* t, float* z) {
   for (std::size_t i = first; i < static_cast<std::size_t>(last); ++i) {
-    const double* b = inverse + 12 * i;
-    Quad v = quad_load(r + 4 * i), sum{};
+    const float* b = inverse + 12 * i;
+    FloatQuad v = quad_load(r + 4 * i), sum{};
     if (t) v -= quad_load(t + 4 * i), sum = quad_load(z + 4 * i);
     quad_store(z + 4 * i, ((sum + quad_load(b) * v[0]) + quad_load(b + 4) * v[1]) + quad_load(b + 8) * v[2]);
   }
@@ -31,8 +32,9 @@ void smooth(Index first, Index last, const double* inverse, const double* r, con
 
 // Calls body(first, last) on whole chunks of [0, n), the unit in which solvers count their work.
 template <class Body>
-void in_chunks(const Team& team, Index n, Index chunk, Body&& body) {
-  parallel_ranges(team, (n + chunk - 1) / chunk, chunks_a_task,
+void in_chunks(const Team& team, Index n, Index chunk, Body&& body, Index least_a_task = chunks_a_task) {
+  const Index n_chunks = (n + chunk - 1) / chunk;
+  parallel_ranges(team, n_chunks, std::max(least_a_task, (n_chunks + team.threads - 1) / team.threads),
                   [&](Index first, Index last) { body(first * chunk, std::min(n, last * chunk)); });
 }
 
@@ -82,8 +84,8 @@ void CoarseLevels::lay_out() {
   }
   for (Level& level : levels_) {
     const std::size_t n = level.matrix.n_rows();
-    for (auto* v : {&level.residual, &level.solution, &level.product}) v->assign(4 * (n + 1), 0.0);
-    level.inverse.assign(12 * n, 0.0);
+    for (auto* v : {&level.residual, &level.solution, &level.product}) v->assign(4 * (n + 1), 0.0f);
+    level.inverse.assign(12 * n, 0.0f);
     if (level.child_start.empty()) continue;
     level.groups.set_pattern(&level.matrix, level.matrix.n_rows());
     level.couplings.resize(level.groups);
@@ -117,7 +119,7 @@ void CoarseLevels::prepare(const Team& team, const LinearSystem& system) {
   for (Index row = 0; row < layout.n_rows(); ++row)
     slot_[row] = row < n_cloth_rows(system) && !is_fixed(system, row) ? aggregates_.of_row[row]
                                                                      : n_nodes_ + row / rows_per_block;
-  residual_.assign(4 * static_cast<std::size_t>(n_slots()), 0.0);
+  residual_.assign(4 * static_cast<std::size_t>(n_slots()), 0.0f);
   correction_ = residual_;
   sum_rows(team, system);
   gather_rows(layout);
@@ -241,16 +243,16 @@ bool CoarseLevels::invert_diagonal(Level& level) const {
     if (block.isZero(0.0)) block.setIdentity();
     Mat3 inverse;
     if (!invert_positive_definite(block, inverse)) return false;
-    double* out = level.inverse.data() + 12 * static_cast<std::size_t>(node);
+    float* out = level.inverse.data() + 12 * static_cast<std::size_t>(node);
     for (int c = 0; c < 3; ++c)
-      for (int r = 0; r < 3; ++r) out[4 * c + r] = damping * inverse(r, c);
+      for (int r = 0; r < 3; ++r) out[4 * c + r] = static_cast<float>(damping * inverse(r, c));
   }
   return true;
 }
 
 void CoarseLevels::clear_residual(Index block) {
   const auto clear = [&](Index first, Index last) {
-    std::fill_n(residual_.begin() + 4 * static_cast<std::size_t>(first), 4 * static_cast<std::size_t>(last - first), 0.0);
+    std::fill_n(residual_.begin() + 4 * static_cast<std::size_t>(first), 4 * static_cast<std::size_t>(last - first), 0.0f);
   };
   if (block + 1 < static_cast<Index>(aggregates_.block_start.size()))
     clear(aggregates_.block_start[block], aggregates_.block_start[block + 1]);
@@ -261,7 +263,7 @@ double CoarseLevels::solve(const Team& team, const RowLayout& layout) {
   if (!layout.single()) {
     std::vector<std::size_t> offsets;
     for (const Index start : layout.starts())
-      offsets.push_back(4 * sizeof(double) * static_cast<std::size_t>(first_node(start)));
+      offsets.push_back(4 * sizeof(float) * static_cast<std::size_t>(first_node(start)));
     layout.communicator().gather_all(residual_.data(), offsets);
   }
   const std::size_t size = 4 * static_cast<std::size_t>(n_nodes_);
@@ -269,32 +271,32 @@ double CoarseLevels::solve(const Team& team, const RowLayout& layout) {
   cycle(team, 0);
   std::copy_n(levels_[0].solution.begin(), size, correction_.begin());
   double product = 0.0;
-  for (std::size_t i = 0; i < size; ++i) product += residual_[i] * correction_[i];
+  for (std::size_t i = 0; i < size; ++i) product += static_cast<double>(residual_[i]) * static_cast<double>(correction_[i]);
   return product;
 }
 
 void CoarseLevels::cycle(const Team& team, std::size_t l) {
   Level& level = levels_[l];
   const Index n = level.matrix.n_rows();
-  double *r = level.residual.data(), *z = level.solution.data(), *t = level.product.data();
+  float *r = level.residual.data(), *z = level.solution.data(), *t = level.product.data();
   if (level.child_start.empty()) {
     Vector values(3 * n);
-    for (Index i = 0; i < n; ++i) values.segment<3>(3 * i) = Eigen::Map<const Vec3>(r + 4 * i);
+    for (Index i = 0; i < n; ++i) values.segment<3>(3 * i) = Eigen::Map<const Eigen::Vector3f>(r + 4 * i).cast<double>();
     coarsest_.solveInPlace(values);
-    for (Index i = 0; i < n; ++i) Eigen::Map<Vec3>(z + 4 * i) = values.segment<3>(3 * i);
+    for (Index i = 0; i < n; ++i) Eigen::Map<Eigen::Vector3f>(z + 4 * i) = values.segment<3>(3 * i).cast<float>();
     return;
   }
-  const double* inverse = level.inverse.data();
+  const float* inverse = level.inverse.data();
   const auto multiply = [&](Index first, Index last) {
     level.couplings.multiply_to_rows(level.groups, RowGroups::first_group(first), RowGroups::last_group(last), z, t);
   };
   in_chunks(team, n, rows_per_block, [&](Index first, Index last) { smooth(first, last, inverse, r, nullptr, z); });
-  in_chunks(team, n, rows_per_block, multiply);
+  in_chunks(team, n, rows_per_block, multiply, chunks_of_product_a_task);
   Level& next = levels_[l + 1];
   const Index n_next = next.matrix.n_rows();
   in_chunks(team, n_next, parents_per_chunk, [&](Index first, Index last) {
     for (Index parent = first; parent < last; ++parent) {
-      Quad sum{};
+      FloatQuad sum{};
       for (std::size_t i = level.child_start[parent]; i < static_cast<std::size_t>(level.child_start[parent + 1]); ++i)
         sum += quad_load(r + 4 * i) - quad_load(t + 4 * i);
       quad_store(next.residual.data() + 4 * static_cast<std::size_t>(parent), sum);
@@ -303,12 +305,12 @@ void CoarseLevels::cycle(const Team& team, std::size_t l) {
   cycle(team, l + 1);
   in_chunks(team, n_next, parents_per_chunk, [&](Index first, Index last) {
     for (Index parent = first; parent < last; ++parent) {
-      const Quad change = quad_load(next.solution.data() + 4 * static_cast<std::size_t>(parent));
+      const FloatQuad change = quad_load(next.solution.data() + 4 * static_cast<std::size_t>(parent));
       for (std::size_t i = level.child_start[parent]; i < static_cast<std::size_t>(level.child_start[parent + 1]); ++i)
         quad_store(z + 4 * i, quad_load(z + 4 * i) + change);
     }
   });
-  in_chunks(team, n, rows_per_block, multiply);
+  in_chunks(team, n, rows_per_block, multiply, chunks_of_product_a_task);
   in_chunks(team, n, rows_per_block, [&](Index first, Index last) { smooth(first, last, inverse, r, t, z); });
 }
 

@@ -143,7 +143,7 @@ double multiply_groups(const Pattern& pattern, const Arrays<double>& a, Index fi
   return to_groups(pattern, a, first, last, y);
 }
 LOOMSTONE_CLONES
-void multiply_rows(const Pattern& pattern, const Arrays<double>& a, Index first, Index last, double* y) {
+void multiply_rows(const Pattern& pattern, const Arrays<float>& a, Index first, Index last, float* y) {
   to_rows(pattern, a, first, last, y);
 }
 
@@ -187,11 +187,11 @@ double CouplingMatrix<Scalar>::multiply(const RowGroups& groups, Index first, In
 template <class Scalar>
 void CouplingMatrix<Scalar>::multiply_to_rows(const RowGroups& groups, Index first, Index last, const Scalar* x,
                                               Scalar* y) const
-  requires std::is_same_v<Scalar, double>
+  requires std::is_same_v<Scalar, float>
 {
   const Pattern pattern{groups.rows.data(), groups.slot_start.data(), groups.columns.data(), scalar_sum_.data()};
   // Asked again: clang 14 instantiates members whose requirement fails, too.
-  if constexpr (std::is_same_v<Scalar, double>) multiply_rows(pattern, {values_.data(), sums_.data(), x}, first, last, y);
+  if constexpr (std::is_same_v<Scalar, float>) multiply_rows(pattern, {values_.data(), sums_.data(), x}, first, last, y);
 }
 
 template class CouplingMatrix<float>;

@@ -27,7 +27,7 @@ class CouplingMatrix {
   double multiply(const RowGroups& groups, Index first, Index last, const Scalar* x, Scalar* y) const;
   // The same with y by rows, as x is.
   void multiply_to_rows(const RowGroups& groups, Index first, Index last, const Scalar* x, Scalar* y) const
-    requires std::is_same_v<Scalar, double>;
+    requires std::is_same_v<Scalar, float>;
 
  private:
   std::vector<Scalar> values_;  // (slots x 9 x 8) blocks, column-major

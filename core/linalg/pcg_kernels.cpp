@@ -8,14 +8,14 @@ namespace {
 
 LOOMSTONE_INLINE Quad widened(const FloatQuad& a) { return __builtin_convertvector(a, Quad); }
 LOOMSTONE_INLINE Quad widened(const Quad& a) { return a; }
-LOOMSTONE_INLINE void narrow(const Quad& a, FloatQuad& out) { out = __builtin_convertvector(a, FloatQuad); }
-LOOMSTONE_INLINE void narrow(const Quad& a, Quad& out) { out = a; }
+LOOMSTONE_INLINE FloatQuad narrowed(const FloatQuad& a) { return a; }
+LOOMSTONE_INLINE FloatQuad narrowed(const Quad& a) { return __builtin_convertvector(a, FloatQuad); }
 
 template <class Scalar>
-LOOMSTONE_INLINE void sum_rows(Index first, Index last, const Index* slots, const Scalar* r, double* sums) {
+LOOMSTONE_INLINE void sum_rows(Index first, Index last, const Index* slots, const Scalar* r, float* sums) {
   const auto add = [&](Index slot, const auto& row) {
-    double* sum = sums + 4 * static_cast<std::size_t>(slot);
-    quad_store(sum, quad_load(sum) + widened(row));
+    float* sum = sums + 4 * static_cast<std::size_t>(slot);
+    quad_store(sum, quad_load(sum) + narrowed(row));
   };
   for (std::size_t g = first; g < static_cast<std::size_t>(last); ++g) {
     LanesOf<Scalar> pairs[4];
@@ -37,12 +37,11 @@ LOOMSTONE_INLINE void update_row(Index row, double length, Scalar beta, const Ro
 
 template <class Scalar>
 LOOMSTONE_INLINE void directions(Index first, Index last, const Places& places, double length, Scalar beta, const Scalar* z,
-                                 const double* correction, Scalar* p, double* x) {
+                                 const float* correction, Scalar* p, double* x) {
   const auto update = [&](std::size_t place, auto row) {
     if (correction) {
-      decltype(row) more;
-      narrow(quad_load(correction + 4 * static_cast<std::size_t>(places.slots[place])), more);
-      row += more;
+      const FloatQuad more = quad_load(correction + 4 * static_cast<std::size_t>(places.slots[place]));
+      row += __builtin_convertvector(more, decltype(row));
     }
     update_row(places.rows[place], length, beta, row, p, x);
   };
@@ -118,18 +117,18 @@ unsigned invert(double* blocks) {
 }
 
 LOOMSTONE_CLONES
-void add_up(Index first, Index last, const Index* slots, const float* r, double* sums) { sum_rows(first, last, slots, r, sums); }
+void add_up(Index first, Index last, const Index* slots, const float* r, float* sums) { sum_rows(first, last, slots, r, sums); }
 LOOMSTONE_CLONES
-void add_up(Index first, Index last, const Index* slots, const double* r, double* sums) { sum_rows(first, last, slots, r, sums); }
+void add_up(Index first, Index last, const Index* slots, const double* r, float* sums) { sum_rows(first, last, slots, r, sums); }
 
 LOOMSTONE_CLONES
 void update_direction(Index first, Index last, const Places& places, double length, float beta, const float* z,
-                      const double* correction, float* p, double* x) {
+                      const float* correction, float* p, double* x) {
   directions(first, last, places, length, beta, z, correction, p, x);
 }
 LOOMSTONE_CLONES
 void update_direction(Index first, Index last, const Places& places, double length, double beta, const double* z,
-                      const double* correction, double* p, double* x) {
+                      const float* correction, double* p, double* x) {
   directions(first, last, places, length, beta, z, correction, p, x);
 }
 

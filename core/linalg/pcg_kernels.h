@@ -1,6 +1,6 @@
 // The vector arithmetic of conjugate gradients, in single and in double precision, eight rows at once. Directions and
 // solutions have four numbers a row, the fourth zero; residuals r, z = P^-1 r and products q (groups x 3 x 8); inverse
-// diagonal blocks (groups x 6 x 8): 00 01 02 11 12 22. Sums are in double precision.
+// diagonal blocks (groups x 6 x 8): 00 01 02 11 12 22. Scalar products are in double precision.
 #pragma once
 
 #include "core/base/types.h"
@@ -11,8 +11,8 @@ namespace loomstone::pcg {
 unsigned invert(double* blocks);
 
 // sums[slots[i]] += r of the row at place i (slots: groups x 8; sums: four numbers a slot).
-void add_up(Index first, Index last, const Index* slots, const float* r, double* sums);
-void add_up(Index first, Index last, const Index* slots, const double* r, double* sums);
+void add_up(Index first, Index last, const Index* slots, const float* r, float* sums);
+void add_up(Index first, Index last, const Index* slots, const double* r, float* sums);
 
 // x += length p, then p = z + beta p, on the rows of the groups (rows: groups x 8); where `correction` (four numbers a slot)
 // is given, p = z + correction[slots[i]] + beta p.
@@ -20,9 +20,9 @@ struct Places {
   const Index *rows, *slots;
 };
 void update_direction(Index first, Index last, const Places& places, double length, float beta, const float* z,
-                      const double* correction, float* p, double* x);
+                      const float* correction, float* p, double* x);
 void update_direction(Index first, Index last, const Places& places, double length, double beta, const double* z,
-                      const double* correction, double* p, double* x);
+                      const float* correction, double* p, double* x);
 
 // z = P^-1 r; returns r . z
 double precondition(Index first, Index last, const float* inverse, const float* r, float* z);
