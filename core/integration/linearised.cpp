@@ -53,24 +53,26 @@ class LinearisedIntegrator final : public Integrator {
     inputs.body_mass = &body_mass_;
 
     // Prescribed motion enters as the change of velocity of fixed rows.
-    velocity_.resize(rows, 3);
-    velocity_.topRows(n) = state.v;
-    velocity_.bottomRows(rows - n) = body_velocity;
-    change_ = Points::Zero(rows, 3);
-    if (state.last_change.rows() == rows) change_ = state.last_change;
-    for (Index i = 0; i < n; ++i)
-      if ((*inputs.fixed)[i])
-        change_.row(i) = (inputs.target->row(i) - state.x.row(i)) / h - velocity_.row(i);
-
-    displacement_ = (scheme == Scheme::SemiImplicitEuler ? h : scheme == Scheme::Midpoint ? h / 2 : 2 * h / 3) * velocity_;
-    if (scheme == Scheme::Bdf2) {
-      displacement_.topRows(n) += (state.x - state.previous_x) / 3.0;
-      displacement_.bottomRows(rows - n) = h * body_velocity;
-    }
+    for (Points* const table : {&change_, &displacement_, &rhs_}) table->resize(rows, 3);
+    for (Points* const table : {&cloth_displacement_, &force_, &product_}) table->resize(n, 3);
+    // Friction depends on slip and normal force at the end of the step, which a solve tells: a rough one is enough. Where cloth
+    // is in contact the last change is no start for it: its residual is nearly always larger than that of zero.
+    const bool asks = inputs.friction_at && inputs.terms && !inputs.terms->empty();
+    const bool starts_from_last = !asks && state.last_change.rows() == rows;
+    const double reach = scheme == Scheme::SemiImplicitEuler ? h : scheme == Scheme::Midpoint ? h / 2 : 2 * h / 3;
+    parallel_for(team, rows, [&](Index i) {
+      const Vec3 v = i < n ? state.v.row(i) : body_velocity.row(i - n);
+      Vec3 change = starts_from_last ? Vec3(state.last_change.row(i)) : Vec3(Vec3::Zero()), displacement = reach * v;
+      if (i < n && (*inputs.fixed)[i]) change = (inputs.target->row(i) - state.x.row(i)).transpose() / h - v;
+      if (scheme == Scheme::Bdf2 && i < n) displacement += (state.x.row(i) - state.previous_x.row(i)).transpose() / 3.0;
+      if (scheme == Scheme::Bdf2 && i >= n) displacement = h * v;
+      change_.row(i) = change;
+      displacement_.row(i) = displacement;
+      rhs_.row(i).setZero();
+      if (i < n) cloth_displacement_.row(i) = displacement, force_.row(i) = inputs.force->row(i);
+    });
 
     // Loads and elastic force.
-    rhs_ = Points::Zero(rows, 3);
-    force_ = *inputs.force;
     add_bending(team, scheme, state, begin, end);
     if (scheme == Scheme::Bdf2) {
       drift_ = -(state.x - state.previous_x) / (3.0 * sigma);
@@ -78,8 +80,6 @@ class LinearisedIntegrator final : public Integrator {
     } else {
       elasticity_.add_implicit_forces(team, state.x, nullptr, begin, end, force_);
     }
-    product_.resize(n, 3);
-    cloth_displacement_ = displacement_.topRows(n);
     elasticity_.assemble(team, state.x, kind_, c_d, c_k, begin, end, &cloth_displacement_, &product_);
     parallel_for(team, end - begin, [&](Index i) {
       const Index row = begin + i;
@@ -87,10 +87,8 @@ class LinearisedIntegrator final : public Integrator {
       if (scheme == Scheme::Bdf2) rhs_.row(row) += model_.mass[row] / 3.0 * (state.v.row(row) - state.previous_v.row(row));
     });
     const double term_time = scheme == Scheme::Midpoint ? h / 2 : h;  // when the scheme evaluates forces
-    // Friction depends on slip and normal force at the end of the step, which a solve tells: a rough one is enough.
-    const bool asks = inputs.friction_at && inputs.terms && !inputs.terms->empty();
     const double rough = asks ? std::max(rough_tolerance, tolerance_) : 0.0;
-    LinearReport solved = solve(team, layout, inputs, sigma, c_k, term_time, rough, false);
+    LinearReport solved = solve(team, layout, inputs, sigma, c_k, term_time, rough, StepSolve::Since::AnotherMatrix);
     int iterations = solved.iterations;
     if (asks && solved.converged) {
       StepInputs again = inputs;
@@ -99,7 +97,8 @@ class LinearisedIntegrator final : public Integrator {
           (*inputs.friction_at)(displacement_ + c_k / sigma * change_, term_time, terms_) >= friction_tolerance;
       if (wrong) again.terms = &terms_;
       if (wrong || solved.residual > tolerance_) {
-        solved = solve(team, layout, again, sigma, c_k, term_time, 0.0, true);
+        solved = solve(team, layout, again, sigma, c_k, term_time, 0.0,
+                       wrong ? StepSolve::Since::OtherTerms : StepSolve::Since::Nothing);
         iterations += solved.iterations;
       }
     }
@@ -116,20 +115,24 @@ class LinearisedIntegrator final : public Integrator {
 
  private:
   LinearReport solve(const Team& team, const RowLayout& layout, const StepInputs& inputs, double sigma, double c_k,
-                     double term_time, double tolerance, bool same_matrix) {
-    sum_ = rhs_;
-    if (inputs.terms) add_term_forces(*inputs.terms, layout, sigma, term_time, displacement_, sum_);
-    return solver_.solve(team, layout, inputs, elasticity_, c_k, sum_, change_, tolerance, same_matrix);
+                     double term_time, double tolerance, StepSolve::Since since) {
+    if (since != StepSolve::Since::Nothing) {
+      sum_.resize(rhs_.rows(), 3);
+      parallel_for(team, rhs_.rows(), [&](Index i) { sum_.row(i) = rhs_.row(i); });
+      if (inputs.terms) add_term_forces(*inputs.terms, layout, sigma, term_time, displacement_, sum_);
+    }
+    return solver_.solve(team, layout, inputs, elasticity_, c_k, sum_, change_, tolerance, since);
   }
 
   // Explicit bending, extrapolated to the time at which a scheme of second order needs it.
   void add_bending(const Team& team, Scheme scheme, ClothState& state, Index begin, Index end) {
     if (elasticity_.implicit_bending()) return;
-    bending_ = Points::Zero(model_.n_vertices, 3);
+    bending_.resize(model_.n_vertices, 3);
+    parallel_for(team, model_.n_vertices, [&](Index i) { bending_.row(i).setZero(); });
     elasticity_.add_explicit_bending(team, state.x, state.v, begin, end, bending_);
     const bool extrapolate = scheme_ != Scheme::SemiImplicitEuler && state.previous_bending.rows() == model_.n_vertices;
     if (!extrapolate)
-      force_ += bending_;
+      parallel_for(team, model_.n_vertices, [&](Index i) { force_.row(i) += bending_.row(i); });
     else if (scheme == Scheme::Bdf2)
       force_ += 2.0 * bending_ - state.previous_bending;
     else
@@ -164,7 +167,7 @@ class LinearisedIntegrator final : public Integrator {
   StepSolve solver_;
   std::vector<Mat3> body_mass_;
   ExtraTerms terms_;  // with friction that belongs to the solve before
-  Points sum_, velocity_, change_, displacement_, cloth_displacement_, rhs_, force_, drift_, product_, bending_, next_x_, next_v_;
+  Points sum_, change_, displacement_, cloth_displacement_, rhs_, force_, drift_, product_, bending_, next_x_, next_v_;
 };
 
 }  // namespace

@@ -32,9 +32,10 @@ class StepSolve {
   explicit StepSolve(const LinearOptions& options) : solver_(make_linear_solver(options)) {}
 
   // (matrix of `elasticity` + c_k sum J^T H J + body masses) x = rhs; fixed rows keep the x they come with. tolerance: of
-  // iterations, 0 for that of the options. same_matrix: nothing but the terms has changed since the last solve.
+  // iterations, 0 for that of the options. `since` the last solve nothing has changed, or nothing but the terms and rhs.
+  enum class Since { AnotherMatrix, OtherTerms, Nothing };
   LinearReport solve(const Team& team, const RowLayout& layout, const StepInputs& inputs, Elasticity& elasticity,
-                     double c_k, const Points& rhs, Points& x, double tolerance = 0.0, bool same_matrix = false) {
+                     double c_k, const Points& rhs, Points& x, double tolerance = 0.0, Since since = Since::AnotherMatrix) {
     const BlockMatrix& matrix = elasticity.matrix();
     if (halo_blocks_ != matrix.n_blocks()) {  // the pattern is that of the mesh and stays
       halo_ = matrix_halo(matrix, layout);
@@ -49,7 +50,8 @@ class StepSolve {
     system.layout = &layout;
     system.halo = &halo_;
     system.tolerance = tolerance;
-    system.same_matrix = same_matrix;
+    system.same_matrix = since != Since::AnotherMatrix;
+    system.same_system = since == Since::Nothing;
     return solver_->solve(team, system, rhs, x);
   }
 

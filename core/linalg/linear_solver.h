@@ -24,6 +24,8 @@ struct LinearSystem {
   const RowLayout* layout = nullptr;                // over all rows, bodies included; the solver computes owned rows
   const Halo* halo = nullptr;                       // of `matrix`; rows the terms need are added by the solver
   bool same_matrix = false;  // all but terms and tolerance is what the last solve was given; its preconditioner may serve
+  // The last solve was given all of this but for the tolerance, and left x: its iteration may go on. With same_matrix alone.
+  bool same_system = false;
   double tolerance = 0.0;                           // of iterations, in place of the solver's; 0: the solver's
 };
 

@@ -38,6 +38,8 @@ struct Krylov {
   CouplingMatrix<Scalar> matrix;
   std::vector<Scalar> r, z, p, q, inverse;
   double rz = 0.0, last_rz = 0.0;  // r . z, and before the last step
+  double beta = 0.0;               // of the next direction
+  double norm = 0.0;               // sqrt(r . P^-1 r), P the diagonal blocks
 
   void resize(const RowGroups& groups) {
     matrix.resize(groups);
@@ -64,9 +66,10 @@ class Pcg final : public LinearSolver {
     check_system(system, b, x);
     system_ = &system;
     team_ = team;
-    prepare();
-    const double start_norm = start(b, x);
-    const LinearReport report = iterate(b, start_norm);
+    const bool goes_on = system.same_system && left_ == Left::Iteration;
+    if (!goes_on) prepare();
+    const double norm = goes_on ? single_.norm * b_norm_ : start(b, x);
+    const LinearReport report = iterate(b, norm, goes_on);
     finish(x);
     return report;
   }
@@ -141,6 +144,7 @@ class Pcg final : public LinearSolver {
     if (!system_->same_matrix) single_.resize(groups_);
     sums_.assign((rows + rows_per_block - 1) / rows_per_block, 0.0);
     bad_rows_.assign(sums_.size(), rows);
+    seen_.assign(sums_.size(), 0);
     terms_.build(system_->terms, system_->term_scale, layout());
     if (!layout().single())
       halo_ = with_term_rows(system_->halo ? *system_->halo : matrix_halo(*system_->matrix, layout()),
@@ -208,13 +212,63 @@ class Pcg final : public LinearSolver {
     }));
   }
 
+  // residual_ = b - A x_ as true_residual() has it, where the last solve has left x_ and its residual, and only b and the terms
+  // are others: to single precision, as the iteration it starts.
+  double known_residual(const Points& b) {
+    refresh(x_.data());
+    return std::sqrt(sum_over_blocks([&](Index begin, Index end) {
+      const auto each = [&](Index row, auto&& value) {
+        const std::size_t i = in_groups(groups_.place[row] / 8) + groups_.place[row] % 8;
+        for (int d = 0; d < 3; ++d) residual_[i + 8 * d] = is_fixed(*system_, row) ? 0.0 : value(i + 8 * d, d);
+      };
+      for (Index row = begin; row < end; ++row)
+        each(row, [&](std::size_t i, int d) { return b(row, d) - product_of_matrix_[i]; });
+      terms_.for_touched(begin, end, [&](Index row) {
+        const Vec3 force = terms_.force(row);
+        each(row, [&](std::size_t i, int d) { return residual_[i] - force[d]; });
+      });
+      return pcg::preconditioned_square(RowGroups::first_group(begin), RowGroups::last_group(end), single_.inverse.data(),
+                                        residual_.data());
+    }));
+  }
+
+  // What a rough solve leaves for one with the same matrix: x_, and the product of the matrix with it, terms apart.
+  void leave(const Points& b) {
+    refresh(x_.data());
+    product_of_matrix_.resize(residual_.size());
+    over_blocks([&](Index, Index begin, Index end) {
+      const auto each = [&](Index row, auto&& value) {
+        const std::size_t i = in_groups(groups_.place[row] / 8) + groups_.place[row] % 8;
+        for (int d = 0; d < 3; ++d) product_of_matrix_[i + 8 * d] = value(i + 8 * d, d);
+      };
+      for (Index row = begin; row < end; ++row)
+        each(row, [&](std::size_t i, int d) { return b(row, d) - b_norm_ * static_cast<double>(single_.r[i]); });
+      terms_.for_touched(begin, end, [&](Index row) {
+        const Vec3 force = terms_.force(row);
+        each(row, [&](std::size_t i, int d) { return product_of_matrix_[i] - force[d]; });
+      });
+    });
+    left_ = Left::Iteration;
+  }
+
   // With x the fixed rows alone the norm of the residual is what residuals are measured by. Then the guess is tried.
   double start(const Points& b, const Points& guess) {
-    bool any_fixed = false, any_guess = false;
-    for (Index row = layout().begin(); row < layout().end(); ++row)
-      (is_fixed(*system_, row) ? any_fixed : any_guess) |= !guess.row(row).isZero(0.0);
-    any_fixed = layout().communicator().maximum(any_fixed) > 0;
-    any_guess = layout().communicator().maximum(any_guess) > 0;
+    const bool stays = system_->same_matrix && left_ == Left::Iteration;
+    enum { Fixed = 1, Free = 2, Other = 4 };  // rows that are fixed and not zero, free and not zero, not what x_ is
+    over_blocks([&](Index block, Index begin, Index end) {
+      int seen = 0;
+      for (Index row = begin; row < end; ++row) {
+        if (!guess.row(row).isZero(0.0)) seen |= is_fixed(*system_, row) ? Fixed : Free;
+        if (stays && guess.row(row).transpose() != Eigen::Map<const Vec3>(x_.data() + at(row))) seen |= Other;
+      }
+      seen_[block] = static_cast<std::uint8_t>(seen);
+    });
+    const auto any = [&](int what) {
+      const bool mine = std::any_of(seen_.begin(), seen_.end(), [&](std::uint8_t seen) { return (seen & what) != 0; });
+      return layout().communicator().maximum(mine) > 0;
+    };
+    const bool any_fixed = any(Fixed), any_guess = any(Free), known = stays && !any(Other);
+    left_ = Left::Nothing;
     const auto set_x = [&](bool free_rows) {
       over_blocks([&](Index, Index begin, Index end) {
         for (Index row = begin; row < end; ++row) {
@@ -229,33 +283,37 @@ class Pcg final : public LinearSolver {
     if (!std::isfinite(b_norm_)) throw_not_finite(*system_, b, guess);
     if (!any_guess) return b_norm_;
     set_x(true);
-    const double guess_norm = true_residual(b, false);
+    const double guess_norm = known ? known_residual(b) : true_residual(b, false);
     if (std::isfinite(guess_norm) && guess_norm < b_norm_) return guess_norm;
     set_x(false);
     return true_residual(b, !any_fixed);
   }
 
-  LinearReport iterate(const Points& b, double norm) {
+  LinearReport iterate(const Points& b, double norm, bool goes_on) {
     LinearReport report;
+    left_ = Left::Nothing;
     if (b_norm_ == 0.0) return report;  // x = 0 on free rows is exact
     const double goal = (system_->tolerance > 0.0 ? system_->tolerance : options_.tolerance) * b_norm_;
     const bool rough = system_->tolerance > options_.tolerance;
-    bool in_double = false, restart = true;
+    bool in_double = false;
+    Run way = goes_on ? Run::On : Run::Anew;
     while (norm > goal && report.iterations < options_.max_iterations) {
       const double before = norm;
       // A little below the goal, so that drift does not make another round of it.
       const double reach = in_double ? goal : std::max(0.97 * goal, trusted_fall * norm);
-      const double iterated = in_double ? run(double_, restart, reach, report.iterations)
-                                        : run(single_, restart, reach, report.iterations);
+      const double iterated = in_double ? run(double_, way, reach, report.iterations)
+                                        : run(single_, way, reach, report.iterations);
       if (rough && iterated <= goal) {  // no look at the true one: what comes next starts with it
         report.residual = iterated / b_norm_;
+        if (!in_double) leave(b);
         return report;
       }
       norm = true_residual(b, false);
       if (in_double && !(norm < 0.5 * before)) break;  // rounding of double precision
-      restart = !(norm < 2.0 * iterated);              // else directions stay conjugate
+      way = norm < 2.0 * iterated ? Run::Conjugate : Run::Anew;
       if (!in_double && !(norm < 0.1 * before) && norm > goal && report.iterations < options_.max_iterations) {
-        in_double = restart = true;
+        in_double = true;
+        way = Run::Anew;
         prepare_double();
       }
     }
@@ -292,24 +350,34 @@ class Pcg final : public LinearSolver {
     return levels_on_ ? square + product : square;
   }
 
-  // Iterates from residual_, scaled by 1 / b_norm_ (no power of which single precision could lose), until the iterated
-  // norm is below `reach`; returns it. Single precision gives up where the matrix looks indefinite to it.
+  // From residual_, in new directions or in such that are conjugate to the last; or as if the last run had not ended.
+  enum class Run { Anew, Conjugate, On };
+
   template <class Scalar>
-  double run(Krylov<Scalar>& k, bool restart, double reach, int& iterations) {
+  void begin_run(Krylov<Scalar>& k, bool conjugate) {
     const double scale = 1.0 / b_norm_;
     const double square = sum_over_groups([&](Index first, Index last) {
       for (std::size_t i = in_groups(first); i < in_groups(last); ++i) k.r[i] = static_cast<Scalar>(scale * residual_[i]);
       add_up(first, last, k);
       return pcg::precondition(first, last, k.inverse.data(), k.r.data(), k.z.data());
     });
-    k.rz = residual_product(square, k);
-    if (restart) std::fill(k.p.begin(), k.p.end(), Scalar{0});
-    double beta = restart ? 0.0 : k.rz / k.last_rz, norm = std::sqrt(square);
+    k.norm = std::sqrt(square);
+    const double rz = residual_product(square, k);
+    k.beta = conjugate ? rz / k.last_rz : 0.0;
+    k.rz = rz;
+    if (!conjugate) std::fill(k.p.begin(), k.p.end(), Scalar{0});
+  }
+
+  // Iterates, with all scaled by 1 / b_norm_ (no power of which single precision could lose), until the iterated norm is
+  // below `reach`; returns it. Single precision gives up where the matrix looks indefinite to it.
+  template <class Scalar>
+  double run(Krylov<Scalar>& k, Run way, double reach, int& iterations) {
+    if (way != Run::On) begin_run(k, way == Run::Conjugate);
     double length = 0.0;  // of the last step along p, which x takes when p changes
-    while (norm > scale * reach && iterations < options_.max_iterations) {
+    while (k.norm * b_norm_ > reach && iterations < options_.max_iterations) {
       over_blocks([&](Index, Index begin, Index end) {
         pcg::update_direction(RowGroups::first_group(begin), RowGroups::last_group(end), {groups_.rows.data(), slots_.data()},
-                              length, static_cast<Scalar>(beta), k.z.data(), levels_on_ ? coarse_.correction() : nullptr,
+                              length, static_cast<Scalar>(k.beta), k.z.data(), levels_on_ ? coarse_.correction() : nullptr,
                               k.p.data(), x_.data());
       });
       length = 0.0;
@@ -328,14 +396,14 @@ class Pcg final : public LinearSolver {
       const bool had_levels = levels_on_;
       const double rz = residual_product(next_square, k);
       length = b_norm_ * static_cast<double>(alpha);
-      beta = had_levels == levels_on_ ? rz / k.rz : 0.0;
+      k.beta = had_levels == levels_on_ ? rz / k.rz : 0.0;
       k.last_rz = k.rz;
       k.rz = rz;
-      norm = std::sqrt(next_square);
+      k.norm = std::sqrt(next_square);
       ++iterations;
     }
     over_blocks([&](Index, Index begin, Index end) { pcg::move(begin, end, length, k.p.data(), x_.data()); });
-    return norm * b_norm_;
+    return k.norm * b_norm_;
   }
 
   void finish(Points& x) {
@@ -364,6 +432,9 @@ class Pcg final : public LinearSolver {
   Krylov<float> single_;
   Krylov<double> double_;
   std::vector<double> x_, product_, residual_, sums_;
+  std::vector<std::uint8_t> seen_;  // (blocks)
+  enum class Left { Nothing, Iteration } left_ = Left::Nothing;  // by the last solve, for the next
+  std::vector<double> product_of_matrix_;  // (groups x 3 x 8) with x_, terms apart; where something is left
   std::vector<Index> bad_rows_;
   double b_norm_ = 0.0;
 };

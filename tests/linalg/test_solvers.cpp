@@ -165,18 +165,18 @@ TEST_CASE("a product by rows is the product by groups") {
   const Index n = system.matrix.n_rows();
   RowGroups groups;
   groups.set_pattern(&system.matrix, n);
-  CouplingMatrix<double> matrix;
+  CouplingMatrix<float> matrix;
   matrix.resize(groups);
   matrix.set_groups(&system.matrix, nullptr, groups, 0, groups.n_groups());
-  std::vector<double> x(4 * (n + 1), 0.0), y(24 * groups.n_groups()), by_rows(x.size(), 1.0);
+  std::vector<float> x(4 * (n + 1), 0.0f), y(24 * groups.n_groups()), by_rows(x.size(), 1.0f);
   for (Index row = 0; row < n; ++row)
-    for (int d = 0; d < 3; ++d) x[4 * row + d] = system.b(row, d);
+    for (int d = 0; d < 3; ++d) x[4 * row + d] = static_cast<float>(system.b(row, d));
   matrix.multiply(groups, 0, groups.n_groups(), x.data(), y.data());
   matrix.multiply_to_rows(groups, 0, groups.n_groups(), x.data(), by_rows.data());
   for (Index row = 0; row < n; ++row) {
     for (int d = 0; d < 3; ++d)
       CHECK(by_rows[4 * row + d] == y[24 * (groups.place[row] / 8) + 8 * d + groups.place[row] % 8]);
-    CHECK(by_rows[4 * row + 3] == 0.0);
+    CHECK(by_rows[4 * row + 3] == 0.0f);
   }
 }
 
@@ -289,6 +289,47 @@ TEST_CASE("a solve with other terms on the same matrix is a first solve's") {
     CHECK((second - exact).norm() < 1e-8 * exact.norm());
     if (std::string(method) == "gauss-seidel" || std::string(method) == "direct")
       CHECK(same_bits(second, solved(other, {method, 1e-10, 2000})));
+  }
+}
+
+TEST_CASE("a solve may go on from a rough one") {
+  const RandomSystem system = random_system(30, 2, 100);
+  RandomSystem other = random_system(30, 2, 100);
+  for (ExtraTerm& term : other.terms) term.hessian *= 0.7;
+  const Points exact_other = solved(other, {"direct", 1e-10, 2000});
+  for (const char* method : {"pcg", "block-jacobi", "gauss-seidel"}) {
+    INFO(method);
+    const auto rough_solve = [&](LinearSolver& solver, int threads, Points& x) {
+      LinearSystem rough = system.view();
+      rough.tolerance = 1e-2;
+      return solver.solve(Team{threads}, rough, system.b, x).iterations;
+    };
+    LinearSystem again = system.view();
+    again.same_matrix = true;
+    Points of_one_thread;
+    for (const int threads : {1, 3}) {
+      // Of the same system: as if it had not stopped.
+      LinearReport whole;
+      const Points at_once = solved(system, {method, 1e-4, 2000}, threads, &whole);
+      auto solver = make_linear_solver({method, 1e-4, 2000});
+      Points x = system.x;
+      const int first = rough_solve(*solver, threads, x);
+      again.same_system = true, again.terms = &system.terms;
+      const LinearReport rest = solver->solve(Team{threads}, again, system.b, x);
+      CHECK((first > 0 && rest.iterations > 0));
+      CHECK(first + rest.iterations == whole.iterations);
+      CHECK(same_bits(x, at_once));
+
+      // With other terms: its residual is that of the terms it is given, as the one in double precision tells.
+      solver = make_linear_solver({method, 1e-9, 2000});
+      Points y = system.x;
+      rough_solve(*solver, threads, y);
+      again.same_system = false, again.terms = &other.terms;
+      CHECK(solver->solve(Team{threads}, again, system.b, y).residual <= 1e-9);
+      CHECK((y - exact_other).norm() < 1e-7 * exact_other.norm());
+      if (threads == 1) of_one_thread = y;
+      CHECK(same_bits(y, of_one_thread));
+    }
   }
 }
 
