@@ -117,22 +117,28 @@ class LinearisedIntegrator final : public Integrator {
   LinearReport solve(const Team& team, const RowLayout& layout, const StepInputs& inputs, double sigma, double c_k,
                      double term_time, double tolerance, StepSolve::Since since) {
     if (since != StepSolve::Since::Nothing) {
-      sum_.resize(rhs_.rows(), 3);
-      parallel_for(team, rhs_.rows(), [&](Index i) { sum_.row(i) = rhs_.row(i); });
+      keep_zero_outside(sum_, rhs_.rows());
+      parallel_for(team, layout.end() - layout.begin(),
+                   [&](Index i) { sum_.row(layout.begin() + i) = rhs_.row(layout.begin() + i); });
       if (inputs.terms) add_term_forces(*inputs.terms, layout, sigma, term_time, displacement_, sum_);
     }
     return solver_.solve(team, layout, inputs, elasticity_, c_k, sum_, change_, tolerance, since);
   }
 
+  // Rows of this rank are written at every step, those of others never.
+  static void keep_zero_outside(Points& table, Index rows) {
+    if (table.rows() != rows) table = Points::Zero(rows, 3);
+  }
+
   // Explicit bending, extrapolated to the time at which a scheme of second order needs it.
   void add_bending(const Team& team, Scheme scheme, ClothState& state, Index begin, Index end) {
     if (elasticity_.implicit_bending()) return;
-    bending_.resize(model_.n_vertices, 3);
-    parallel_for(team, model_.n_vertices, [&](Index i) { bending_.row(i).setZero(); });
+    keep_zero_outside(bending_, model_.n_vertices);
+    parallel_for(team, end - begin, [&](Index i) { bending_.row(begin + i).setZero(); });
     elasticity_.add_explicit_bending(team, state.x, state.v, begin, end, bending_);
     const bool extrapolate = scheme_ != Scheme::SemiImplicitEuler && state.previous_bending.rows() == model_.n_vertices;
     if (!extrapolate)
-      parallel_for(team, model_.n_vertices, [&](Index i) { force_.row(i) += bending_.row(i); });
+      parallel_for(team, end - begin, [&](Index i) { force_.row(begin + i) += bending_.row(begin + i); });
     else if (scheme == Scheme::Bdf2)
       force_ += 2.0 * bending_ - state.previous_bending;
     else

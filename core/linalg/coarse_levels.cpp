@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 
 #include "core/linalg/quad.h"
 #include "core/linalg/small.h"
@@ -132,7 +133,10 @@ void CoarseLevels::prepare(const Team& team, const LinearSystem& system) {
   usable_ = std::all_of(levels_.begin(), levels_.end(), [&](Level& level) { return invert_diagonal(level); });
   if (!usable_) return;
   for (Level& level : levels_)
-    if (!level.child_start.empty()) level.couplings.set_groups(&level.matrix, nullptr, level.groups, 0, level.groups.n_groups());
+    if (!level.child_start.empty())
+      parallel_ranges(team, level.groups.n_groups(), 32, [&](Index first, Index last) {
+        level.couplings.set_groups(&level.matrix, nullptr, level.groups, first, last);
+      });
   const BlockMatrix& last = levels_.back().matrix;
   Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(3 * last.n_rows(), 3 * last.n_rows());
   for (Index row = 0; row < last.n_rows(); ++row)
@@ -198,7 +202,7 @@ CoarseLevels::TermNodes CoarseLevels::nodes_of(const ExtraTerm& term) const {
 }
 
 // Layers that touch: their aggregates are coupled by terms alone. Couplings that no term has any more stay until they are
-// most of all (they are zero then and change no bit); every rank knows all terms.
+// most of all (they are zero then and change no bit), as what has just parted often meets again; every rank knows all terms.
 void CoarseLevels::couple_terms(const LinearSystem& system) {
   if (!system.terms) return;
   Couplings wanted;
@@ -211,9 +215,12 @@ void CoarseLevels::couple_terms(const LinearSystem& system) {
   }
   std::sort(wanted.begin(), wanted.end());
   wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+  const std::size_t most = 2 * wanted.size() + 64;
   const bool there = std::includes(couplings_.begin(), couplings_.end(), wanted.begin(), wanted.end());
-  if (there && couplings_.size() <= 2 * wanted.size() + 64) return;
-  couplings_ = std::move(wanted);
+  if (there && couplings_.size() <= most) return;
+  Couplings all;
+  std::set_union(couplings_.begin(), couplings_.end(), wanted.begin(), wanted.end(), std::back_inserter(all));
+  couplings_ = all.size() <= most ? std::move(all) : std::move(wanted);
   lay_out();
 }
 

@@ -27,7 +27,7 @@ void TermRows::build(const ExtraTerms* terms, double scale, const RowLayout& lay
   slots_.resize(row_start_.back());
   for (std::size_t t = 0; t < hessians_.size(); ++t)
     for (Index p = part_start_[t]; p < part_start_[t + 1]; ++p)
-      if (layout.owns(parts_[p].row)) slots_[row_start_[parts_[p].row]++] = {static_cast<Index>(t), p};
+      if (layout.owns(parts_[p].row)) slots_[row_start_[parts_[p].row]++] = {static_cast<Index>(t), parts_[p].arm, parts_[p].weight};
   // Filling moved every start to its end, which is the next row's start.
   for (Index row = layout.n_rows(); row > 0; --row) row_start_[row] = row_start_[row - 1];
   row_start_[0] = 0;
@@ -44,7 +44,7 @@ void TermRows::evaluate(const Team& team, const Scalar* x) {
           const Part& part = parts_[p];
           const Vec3 v =
               Eigen::Map<const Eigen::Vector3<Scalar>>(x + 4 * static_cast<std::size_t>(part.row)).template cast<double>();
-          u += part.arm < 0 ? Vec3(part.weight * v) : entry(part).apply(v);
+          u += part.arm < 0 ? Vec3(part.weight * v) : entry(part.row, part.arm, part.weight).apply(v);
         }
         forces_[t] = scale_ * (hessians_[t] * u);
       },
@@ -54,9 +54,9 @@ void TermRows::evaluate(const Team& team, const Scalar* x) {
 Vec3 TermRows::force(Index row) const {
   Vec3 sum = Vec3::Zero();
   for (Index k = row_start_[row]; k < row_start_[row + 1]; ++k) {
-    const Part& part = parts_[slots_[k].part];
-    const Vec3& force = forces_[slots_[k].term];
-    sum += part.arm < 0 ? Vec3(part.weight * force) : entry(part).apply_transposed(force);
+    const Slot& slot = slots_[k];
+    const Vec3& force = forces_[slot.term];
+    sum += slot.arm < 0 ? Vec3(slot.weight * force) : entry(row, slot.arm, slot.weight).apply_transposed(force);
   }
   return sum;
 }
@@ -70,7 +70,7 @@ Mat3 TermRows::diagonal(Index row) const {
     // A row may enter a term more than once.
     const Index t = slots_[k].term;
     Mat3 jacobian = Mat3::Zero();
-    for (; k < row_start_[row + 1] && slots_[k].term == t; ++k) jacobian += entry(parts_[slots_[k].part]).jacobian();
+    for (; k < row_start_[row + 1] && slots_[k].term == t; ++k) jacobian += entry(row, slots_[k].arm, slots_[k].weight).jacobian();
     sum += scale_ * (jacobian.transpose() * hessians_[t] * jacobian);
   }
   return sum;

@@ -38,11 +38,13 @@ class TermRows {
     Index row, arm;  // arm: place in arms_, -1 for none
     double weight;
   };
+  // The part of a term that touches a row, its arm and weight beside it: rows read their slots in order.
   struct Slot {
-    Index term, part;
+    Index term, arm;
+    double weight;
   };
-  TermEntry entry(const Part& part) const {
-    return {part.row, part.arm >= 0, part.weight, part.arm >= 0 ? arms_[part.arm] : Vec3(Vec3::Zero())};
+  TermEntry entry(Index row, Index arm, double weight) const {
+    return {row, arm >= 0, weight, arm >= 0 ? arms_[arm] : Vec3(Vec3::Zero())};
   }
 
   double scale_ = 0.0;

@@ -208,17 +208,21 @@ void Stepper::loads(const State& state) {
   pin_targets(model_, state, end_time_, share_, target_);
   obstacle_vertices(model_, state, end_time_, share_, next_obstacles_);
   v0_.resize(x0_.rows(), 3);
-  v0_.topRows(n) = state.cloth.v;
-  for (Index i = 0; i < n; ++i)
+  last_change_.resize(x0_.rows(), 3);
+  // What the last step has changed is expected of this one: sliding contacts lag behind less.
+  const bool has_change = state.cloth.last_change.rows() == model_.n_rows();
+  parallel_for(team_, n, [&](Index i) {
+    v0_.row(i) = state.cloth.v.row(i);
     if (fixed_[i]) v0_.row(i) = (target_.row(i) - x0_.row(i)) / h;
+    last_change_.row(i).setZero();
+    if (has_change) last_change_.row(i) = state.cloth.last_change.row(i);
+  });
+  last_change_.bottomRows(x0_.rows() - n).setZero();
   for (std::size_t b = 0; b < model_.bodies.size(); ++b)
     for (Index i = 0; i < model_.bodies[b].local.rows(); ++i) {
       const Index vertex = model_.bodies[b].first + i;
       v0_.row(vertex) = velocity_at(state.rigid, static_cast<Index>(b), x0_.row(vertex).transpose()).transpose();
     }
-  // What the last step has changed is expected of this one: sliding contacts lag behind less.
-  last_change_ = Points::Zero(x0_.rows(), 3);
-  if (state.cloth.last_change.rows() == model_.n_rows()) last_change_.topRows(n) = state.cloth.last_change.topRows(n);
   v0_.bottomRows(next_obstacles_.rows()) = (next_obstacles_ - state.obstacle_vertices) / h;
 
   force_ = state.external_force;
