@@ -149,12 +149,21 @@ bool BroadPhase::cluster_pairs(const Team& team, Index surface_pair, std::size_t
       if (own.size() <= most) own.push_back(pair_key(a, b));
     });
   });
+  std::size_t n = 0;
+  for (const std::vector<PairKey>& own : of_task) n += own.size();
   found.clear();
-  for (const std::vector<PairKey>& own : of_task) {
-    found.insert(found.end(), own.begin(), own.end());
-    if (found.size() > most) return false;
-  }
-  std::sort(found.begin(), found.end());
+  if (n > most) return false;
+  // Sorted: dealt out by the first cluster, then each cluster's by the second.
+  const Index n_clusters = trees_[pairs_[surface_pair].a].n_clusters();
+  std::vector<Index> start(n_clusters + 1, 0);
+  for (const std::vector<PairKey>& own : of_task)
+    for (const PairKey key : own) ++start[first_of(key) + 1];
+  for (Index c = 0; c < n_clusters; ++c) start[c + 1] += start[c];
+  found.resize(n);
+  std::vector<Index> next(start.begin(), start.end() - 1);
+  for (const std::vector<PairKey>& own : of_task)
+    for (const PairKey key : own) found[next[first_of(key)]++] = key;
+  parallel_for(team, n_clusters, [&](Index c) { std::sort(found.begin() + start[c], found.begin() + start[c + 1]); });
   return true;
 }
 

@@ -31,6 +31,7 @@ struct CollisionStage::Data {
   Tangle tangle;
   ImpactSearch search;
   std::vector<ContactLaw> laws;  // scratch: of the terms of this step
+  ContactStart start;            // likewise, of its contacts
 };
 
 void CertifyReport::merge(const std::vector<Shortened>& others) {
@@ -82,7 +83,7 @@ void CollisionStage::terms(const std::vector<Contact>& contacts, const Points& x
                            const Points& last_change, const Points& body_centres, double step, Index n_cloth, const ContactState& state,
                            ExtraTerms& terms, double& energy) {
   contact_terms(data_->model, contacts, x0, v0, last_change, body_centres, step, n_cloth, state, terms,
-                data_->laws, energy);
+                data_->laws, data_->start, energy);
 }
 
 void CollisionStage::untangle(const Points& x0, const Points& v0, const Points& body_centres, double step, Index n_cloth,
@@ -102,7 +103,7 @@ double CollisionStage::friction_at(const Team& team, const Points& displacement,
 
 void CollisionStage::update_anchors(const std::vector<Contact>& contacts, const Points& x0, const Points& x1,
                                     ContactState& state) {
-  update_contact_anchors(data_->model, contacts, x0, x1, state);
+  update_contact_anchors(data_->model, contacts, x0, x1, data_->start, state);
 }
 
 void CollisionStage::repel(const std::vector<Contact>& contacts, const Points& x0, Points& x1, const Vector& inverse_mass,

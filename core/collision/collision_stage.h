@@ -88,7 +88,7 @@ class CollisionStage {
   double friction_at(const Team& team, const Points& displacement, double time, const Vector& inverse_mass, Index n_cloth,
                      ExtraTerms& terms);
 
-  // Anchors after the step, from the actual motion x0 -> x1.
+  // Anchors after the step, from the actual motion x0 -> x1; terms() has been asked for those of these contacts.
   void update_anchors(const std::vector<Contact>& contacts, const Points& x0, const Points& x1, ContactState& state);
 
   // The response by impulses: changes the ends of cloth and bodies so that contacts of x0 approach no further, regain their

@@ -34,10 +34,13 @@ ContactForce force_at_gap(const ContactLaw& law, double gap, double stiffness) {
 
 void contact_terms(const CollisionModel& model, const std::vector<Contact>& contacts, const Points& x0, const Points& v0,
                    const Points& last_change, const Points& body_centres, double step, Index n_cloth,
-                   const ContactState& state, ExtraTerms& terms, std::vector<ContactLaw>& laws, double& energy) {
+                   const ContactState& state, ExtraTerms& terms, std::vector<ContactLaw>& laws, ContactStart& start,
+                   double& energy) {
   laws.clear();
-  const std::vector<double> shares = contact_shares(contacts, model, x0);
-  const std::vector<Vec3> slips = anchored_slips(contacts, model, state);
+  start.shares = contact_shares(contacts, model, x0);
+  start.slips = anchored_slips(contacts, model, state);
+  const std::vector<double>& shares = start.shares;
+  const std::vector<Vec3>& slips = start.slips;
   terms.reserve(terms.size() + contacts.size());
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
@@ -122,9 +125,7 @@ double contact_friction_at(const Team& team, const std::vector<ContactLaw>& laws
 }
 
 void update_contact_anchors(const CollisionModel& model, const std::vector<Contact>& contacts, const Points& x0,
-                            const Points& x1, ContactState& state) {
-  const std::vector<double> shares = contact_shares(contacts, model, x0);
-  const std::vector<Vec3> slips = anchored_slips(contacts, model, state);
+                            const Points& x1, const ContactStart& start, ContactState& state) {
   std::vector<RigidMotion> motions(model.surfaces.size());
   std::vector<std::uint8_t> known(model.surfaces.size(), 0);
   std::vector<ContactState::Anchor> anchors;
@@ -134,7 +135,7 @@ void update_contact_anchors(const CollisionModel& model, const std::vector<Conta
     const double force = contact_force(contact.distance, contact.thickness, model.contact_stiffness).force;
     const Vec3 moved = weighted(contact, x1) - weighted(contact, x0);
     const Vec3 actual = moved - contact.normal * contact.normal.dot(moved);
-    Vec3 slip = slip_after(slips[c], actual, model.contact_stiffness, contact.friction * force);
+    Vec3 slip = slip_after(start.slips[c], actual, model.contact_stiffness, contact.friction * force);
     // The slip is a vector fixed to a moving body: it turns with it.
     for (const int corner : {0, 3}) {
       const Index s = model.surface_of_vertex[contact.vertices[corner]];
@@ -145,7 +146,7 @@ void update_contact_anchors(const CollisionModel& model, const std::vector<Conta
       }
       if (motions[s].rigid) slip = motions[s].rotation * slip;
     }
-    anchors.push_back({contact.kind, contact.a, contact.b, slip, shares[c] * force});
+    anchors.push_back({contact.kind, contact.a, contact.b, slip, start.shares[c] * force});
   }
   state.anchors = std::move(anchors);
 }

@@ -15,10 +15,16 @@ struct ContactLaw {
   double limit;                // of the friction force [N]
 };
 
+// What contacts had at the start of the step.
+struct ContactStart {
+  std::vector<double> shares;  // of the force each carries [1]
+  std::vector<Vec3> slips;     // of the anchors [m]
+};
+
 // laws: one a term added.
 void contact_terms(const CollisionModel& model, const std::vector<Contact>& contacts, const Points& x0, const Points& v0,
                    const Points& last_change, const Points& body_centres, double step, Index n_cloth,
-                   const ContactState& state, ExtraTerms& terms, std::vector<ContactLaw>& laws, double& energy);
+                   const ContactState& state, ExtraTerms& terms, std::vector<ContactLaw>& laws, ContactStart& start, double& energy);
 
 // Gradient and hessian of the first laws.size() terms where rows have moved by `displacement` (rows x 3) [m] in `time` [s],
 // normal and friction force evaluated there. Returns their energy [J], whose gradient they are while limits stay.
@@ -31,8 +37,9 @@ double contact_terms_at(const Team& team, std::vector<ContactLaw>& laws, double 
 double contact_friction_at(const Team& team, const std::vector<ContactLaw>& laws, double stiffness, const Points& displacement,
                            double time, const Vector& inverse_mass, Index n_cloth, ExtraTerms& terms);
 
-// Slips of the step that has been made, sorted like the contacts; those of pairs that are no contacts are dropped.
+// Slips of the step that has been made, sorted like the contacts; those of pairs that are no contacts are dropped. `start`: of the
+// same contacts, as contact_terms() left it.
 void update_contact_anchors(const CollisionModel& model, const std::vector<Contact>& contacts, const Points& x0,
-                            const Points& x1, ContactState& state);
+                            const Points& x1, const ContactStart& start, ContactState& state);
 
 }  // namespace loomstone

@@ -49,6 +49,7 @@ NearLists::NearLists(const CollisionModel& model, const std::vector<SurfacePair>
       most_per_cluster_(most_per_cluster),
       inflation_(model.surfaces.size(), 0.0),
       version_(model.surfaces.size(), 0),
+      members_(model.surfaces.size()),
       motions_(model.surfaces.size()),
       marked_(model.surfaces.size()),
       unlisted_(pairs.size(), 0) {
@@ -70,19 +71,36 @@ bool NearLists::other_trees() const {
   return false;
 }
 
+void NearLists::find_members(Index surface) {
+  const ClusterTree& tree = broad_phase_.tree(surface);
+  const Index* const corners = tree.faces().corners.data();
+  Members& members = members_[surface];
+  members.start.assign(1, 0);
+  members.vertices.clear();
+  for (Index c = 0; c < tree.n_clusters(); ++c) {
+    const auto begin = members.vertices.insert(members.vertices.end(), corners + 3 * slab_lanes * c,
+                                               corners + 3 * slab_lanes * (c + 1));
+    std::sort(begin, members.vertices.end());
+    members.vertices.erase(std::unique(begin, members.vertices.end()), members.vertices.end());
+    const auto none = members.vertices.begin() + members.start.back();  // empty lanes come first
+    if (none != members.vertices.end() && *none < 0) members.vertices.erase(none);
+    members.start.push_back(static_cast<Index>(members.vertices.size()));
+  }
+}
+
 void NearLists::find_motions(const Team& team, const Points& x0, const Points& x1) {
   for (std::size_t s = 0; s < motions_.size(); ++s) {
-    const ClusterTree& tree = broad_phase_.tree(static_cast<Index>(s));
-    motions_[s].resize(tree.n_clusters());
-    const Index* const corners = tree.faces().corners.data();
+    const Members& members = members_[s];
+    const Index n_clusters = static_cast<Index>(members.start.size()) - 1;
+    motions_[s].resize(n_clusters);
     parallel_for(
-        team, tree.n_clusters(),
+        team, n_clusters,
         [&](Index c) {
           double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
-          for (Index i = 3 * slab_lanes * c; i < 3 * slab_lanes * (c + 1); ++i) {
-            if (corners[i] < 0) continue;
+          for (Index i = members.start[c]; i < members.start[c + 1]; ++i) {
+            const Index v = members.vertices[i];
             for (int k = 0; k < 3; ++k) {
-              const double d = x1(corners[i], k) - x0(corners[i], k);
+              const double d = x1(v, k) - x0(v, k);
               low[k] = std::min(low[k], d);
               high[k] = std::max(high[k], d);
             }
@@ -159,11 +177,13 @@ void NearLists::search(const Team& team, const Points& x1) {
     tree.refit_nodes(team, x_, still_, moving_, n_searches_ % 8 == 0);
     formed[s] = tree.version() != version_[s];
     version_[s] = tree.version();
+    if (formed[s]) find_members(static_cast<Index>(s));
     marked_[s].assign(tree.n_clusters(), 0);
   }
 
   std::vector<NearList> old;
   old.swap(lists_);
+  lists_.reserve(old.size() + old.size() / 8);
   std::size_t next = 0;
   std::vector<PairKey> found;
   for (Index i = 0; i < static_cast<Index>(pairs_.size()); ++i) {
@@ -268,16 +288,12 @@ void NearLists::update(const Team& team, const Points& x) {
     std::fill(unlisted_.begin(), unlisted_.end(), 0);
     search(team, ahead);
     find_motions(team, x, ahead);
-    for (NearList& list : lists_) list.change = change_bound(list);
+    parallel_for(team, static_cast<Index>(lists_.size()), [&](Index i) { lists_[i].change = change_bound(lists_[i]); });
   }
-  if (drop_fast()) std::erase_if(lists_, [&](const NearList& list) { return unlisted_[list.pair] != 0; });
-  std::vector<Index> stale;
-  for (Index i = 0; i < static_cast<Index>(lists_.size()); ++i) {
-    const NearList& list = lists_[i];
-    // The negated comparisons also catch motions that are not numbers.
-    if (!(list.used <= list.slack) || !(list.used + list.change <= list.slack + spare(list.pair))) stale.push_back(i);
-  }
-  make(team, stale);
+  // The negated comparisons also catch motions that are not numbers.
+  make(team, ended(team, [&](const NearList& list) {
+         return !(list.used <= list.slack) || !(list.used + list.change <= list.slack + spare(list.pair));
+       }));
 }
 
 void NearLists::cover(const Team& team, const Points& x1) {
@@ -286,29 +302,45 @@ void NearLists::cover(const Team& team, const Points& x1) {
   if (others || (unlisted().size() < pairs_.size() && !as_expected(team, x1))) search(team, x1);
   find_motions(team, x_, x1);
   parallel_for(team, static_cast<Index>(lists_.size()), [&](Index i) { lists_[i].change = change_bound(lists_[i]); });
-  if (drop_fast()) std::erase_if(lists_, [&](const NearList& list) { return unlisted_[list.pair] != 0; });
-  std::vector<Index> stale;
-  for (Index i = 0; i < static_cast<Index>(lists_.size()); ++i) {
-    const NearList& list = lists_[i];
-    if (!(list.slack >= 0.0) || !(list.used + list.change <= list.slack + spare(list.pair))) stale.push_back(i);
-  }
-  make(team, stale);
+  make(team, ended(team, [&](const NearList& list) {
+         return !(list.slack >= 0.0) || !(list.used + list.change <= list.slack + spare(list.pair));
+       }));
 }
 
-// Pairs of surfaces of which many clusters move too far for lists are no longer listed; true where there are some.
-bool NearLists::drop_fast() {
-  std::vector<std::size_t> n_lists(pairs_.size(), 0), n_fast(pairs_.size(), 0);
-  for (const NearList& list : lists_) {
-    ++n_lists[list.pair];
-    n_fast[list.pair] += list.change > most_slack_[list.pair];
-  }
-  bool any = false;
-  for (std::size_t i = 0; i < pairs_.size(); ++i)
-    if (n_fast[i] > n_lists[i] / 4) {
-      unlisted_[i] = 1;
-      any = true;
+// The lists that `ends` is true of, ascending. Before, pairs of surfaces of which many clusters move too far for lists are no
+// longer listed.
+template <class Ends>
+std::vector<Index> NearLists::ended(const Team& team, Ends&& ends) {
+  constexpr Index grain = 1024;
+  struct Seen {
+    std::vector<Index> ended;
+    std::vector<std::size_t> n_lists, n_fast;  // of surface pairs
+  };
+  const Index n = static_cast<Index>(lists_.size());
+  std::vector<Seen> of_range((n + grain - 1) / grain);
+  parallel_tasks(team, static_cast<Index>(of_range.size()), [&](Index range) {
+    Seen& seen = of_range[range];
+    seen.n_lists.assign(pairs_.size(), 0), seen.n_fast.assign(pairs_.size(), 0);
+    for (Index i = range * grain; i < std::min(n, (range + 1) * grain); ++i) {
+      const NearList& list = lists_[i];
+      ++seen.n_lists[list.pair];
+      seen.n_fast[list.pair] += list.change > most_slack_[list.pair];
+      if (ends(list)) seen.ended.push_back(i);
     }
-  return any;
+  });
+  bool any = false;
+  for (std::size_t pair = 0; pair < pairs_.size(); ++pair) {
+    std::size_t n_lists = 0, n_fast = 0;
+    for (const Seen& seen : of_range) n_lists += seen.n_lists[pair], n_fast += seen.n_fast[pair];
+    if (n_fast > n_lists / 4) unlisted_[pair] = 1, any = true;
+  }
+  if (any) {
+    std::erase_if(lists_, [&](const NearList& list) { return unlisted_[list.pair] != 0; });
+    return ended(team, ends);
+  }
+  std::vector<Index> all;
+  for (const Seen& seen : of_range) all.insert(all.end(), seen.ended.begin(), seen.ended.end());
+  return all;
 }
 
 std::vector<Index> NearLists::unlisted() const {

@@ -66,13 +66,15 @@ class NearLists {
   };
 
   bool other_trees() const;  // than those that clusters were found in
+  void find_members(Index surface);
   void find_motions(const Team& team, const Points& x0, const Points& x1);
   double change_bound(const NearList& list) const;
   bool as_expected(const Team& team, const Points& x) const;
   double margin_of(Index surface) const;
   void pack_still(const Team& team);
   void search(const Team& team, const Points& x1);
-  bool drop_fast();
+  template <class Ends>
+  std::vector<Index> ended(const Team& team, Ends&& ends);
   void make(const Team& team, const std::vector<Index>& which);
   void make(NearList& list, PairSearch::Slots& slots) const;
   // What is held beyond the floor under gaps when all slack is used [m].
@@ -89,6 +91,11 @@ class NearLists {
   std::vector<PackedSlabs> still_, moving_;         // boxes of vertices at x, and of those ways with their margin
   bool still_at_x_ = false;
   std::vector<int> version_;                        // of the trees
+  // The vertices of each surface's clusters, each once: those of cluster c are [start[c], start[c + 1]).
+  struct Members {
+    std::vector<Index> start{0}, vertices;
+  };
+  std::vector<Members> members_;
   std::vector<std::vector<Motion>> motions_;        // of the clusters of each surface
   std::vector<std::vector<std::uint8_t>> marked_;   // scratch: clusters whose features are needed
   std::vector<NearList> lists_;                     // ascending by surface pair and clusters

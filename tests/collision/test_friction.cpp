@@ -122,6 +122,10 @@ TEST_CASE("an anchor goes along when a vertex moves to a neighbouring face, and 
   Points x1 = x;
   x1(0, 0) += 2e-5;
   ContactState state;
+  ExtraTerms terms;
+  double energy = 0.0;
+  const Points still = Points::Zero(x.rows(), 3);
+  stage.terms(first, x, still, still, Points(0, 3), 1e-3, 4, state, terms, energy);
   stage.update_anchors(first, x, x1, state);
   REQUIRE(state.anchors.size() == 1);
   CHECK((state.anchors[0].slip - Vec3(2e-5, 0, 0)).norm() < 1e-15);
