@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/magnetics/cells.h"
+#include "core/magnetics/charged_panels.h"
 #include "core/magnetics/constants.h"
 #include "core/magnetics/cuboid_pair.h"
 #include "core/magnetics/panel_integral.h"
@@ -51,8 +52,12 @@ Wrench on_charges(const MagneticBody& on, const MagneticBody& by) {
   return w;
 }
 
+// Induced bodies act on one another by the means of their panels: what varies within these was worked out for magnets, and
+// its field at all points of it costs too much.
+MagneticBody even(const MagneticBody& body) { return {even_source(body.source), body.pose}; }
+
 Wrench integrated(const MagneticBody& on, const MagneticBody& by, double tolerance, double least) {
-  if (on.source->induced()) return on_charges(on, by);
+  if (on.source->induced()) return by.source->induced() ? on_charges(even(on), even(by)) : on_charges(on, by);
   if (on.source->dipoles()) return on_dipoles(on, by);
   if (const std::optional<Wrench> closed = parallel_cuboid_wrench(on, by)) {
     const double size = std::max(closed->force.norm(), closed->torque.norm() / on.source->radius());

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "core/base/error.h"
+#include "core/magnetics/charged_panels.h"
 #include "core/magnetics/induction.h"
 #include "core/magnetics/mutual_induction.h"
 #include "core/sim/motion.h"
@@ -194,11 +195,17 @@ double MagneticMotion::frequency(const RigidState& state, const std::vector<Magn
   std::vector<RigidPose> poses;
   for (const MagneticBody& magnet : magnets) poses.push_back(magnet.pose);
   // An induced moment changes on the way as well: of forces like r^-7 the derivative is 7/4 of that of r^-4.
-  // Charge on a surface acts as its absolute value does, also where the whole moment is small.
+  // Charge on a surface acts as its absolute value does, also where the whole moment is small; of what is written as a sum of
+  // charges of both signs that is the least found.
+  const auto spread = [](const SourcePtr& source) {
+    double sum = 0.0;
+    for (const PanelSample& sample : source->charges()) sum += std::abs(sample.charge) * sample.position.norm();
+    return sum;
+  };
   for (const Index i : induced_) {
-    double moment = magnets[i].source->induced() ? 0.0 : magnets[i].moment().norm();
-    for (const PanelSample& sample : magnets[i].source->charges())
-      moment += std::abs(sample.charge) * sample.position.norm();
+    const SourcePtr &source = magnets[i].source, even = even_source(source);
+    double moment = source->induced() ? spread(source) : magnets[i].moment().norm();
+    if (even != source) moment = std::min(moment, spread(even));
     coarse[i].moment = 1.75 * moment / static_cast<double>(coarse[i].positions.rows());
   }
   return std::sqrt(largest_frequency2(coarse, poses, groups_, carriers, model_.scene.magnetic_field.norm()));
