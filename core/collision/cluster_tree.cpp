@@ -15,20 +15,19 @@ constexpr double decay_limit = 1.5;
 
 // Row i of the result is column i of the rows.
 LOOMSTONE_INLINE void transpose(SlabLanes* row) {
-  typedef std::int32_t Order __attribute__((vector_size(4 * slab_lanes)));
   SlabLanes a[slab_lanes], b[slab_lanes];
   for (int i = 0; i < 8; i += 2) {
-    a[i] = __builtin_shuffle(row[i], row[i + 1], Order{0, 8, 1, 9, 4, 12, 5, 13});
-    a[i + 1] = __builtin_shuffle(row[i], row[i + 1], Order{2, 10, 3, 11, 6, 14, 7, 15});
+    a[i] = __builtin_shufflevector(row[i], row[i + 1], 0, 8, 1, 9, 4, 12, 5, 13);
+    a[i + 1] = __builtin_shufflevector(row[i], row[i + 1], 2, 10, 3, 11, 6, 14, 7, 15);
   }
   for (int i = 0; i < 8; i += 4)
     for (int j = 0; j < 2; ++j) {
-      b[i + 2 * j] = __builtin_shuffle(a[i + j], a[i + j + 2], Order{0, 1, 8, 9, 4, 5, 12, 13});
-      b[i + 2 * j + 1] = __builtin_shuffle(a[i + j], a[i + j + 2], Order{2, 3, 10, 11, 6, 7, 14, 15});
+      b[i + 2 * j] = __builtin_shufflevector(a[i + j], a[i + j + 2], 0, 1, 8, 9, 4, 5, 12, 13);
+      b[i + 2 * j + 1] = __builtin_shufflevector(a[i + j], a[i + j + 2], 2, 3, 10, 11, 6, 7, 14, 15);
     }
   for (int i = 0; i < 4; ++i) {
-    row[i] = __builtin_shuffle(b[i], b[i + 4], Order{0, 1, 2, 3, 8, 9, 10, 11});
-    row[i + 4] = __builtin_shuffle(b[i], b[i + 4], Order{4, 5, 6, 7, 12, 13, 14, 15});
+    row[i] = __builtin_shufflevector(b[i], b[i + 4], 0, 1, 2, 3, 8, 9, 10, 11);
+    row[i + 4] = __builtin_shufflevector(b[i], b[i + 4], 4, 5, 6, 7, 12, 13, 14, 15);
   }
 }
 
