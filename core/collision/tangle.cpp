@@ -127,7 +127,7 @@ void Tangle::pierce(const Points& x) {
 }
 
 void Tangle::leave_out() {
-  auto& [vertex_face, edge_edge] = left_out_;
+  std::vector<PairKey>&vertex_face = left_out_[0], &edge_edge = left_out_[1];
   const auto add = [&](Index a, Index b) {
     for (int k = 0; k < 3; ++k) {
       vertex_face.push_back(pair_key(model_.triangles(a, k), b));

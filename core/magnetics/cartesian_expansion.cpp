@@ -151,7 +151,7 @@ CartesianExpansion::CartesianExpansion(int order) : order_(order) {
   }
   std::vector<Trace> by_height;
   for (int i = 0; i < static_cast<int>(places.size()); ++i) {
-    const auto [x, y, z] = places[i].n;
+    const int x = places[i].n[0], y = places[i].n[1], z = places[i].n[2];
     const int degree = x + y + z, axis = x > 0 ? 0 : y > 0 ? 1 : 2, largest = places[i].n[axis];
     const auto less = [&](int along, int by) {
       int n[3] = {x, y, z};
