@@ -8,6 +8,9 @@
 
 namespace loomstone {
 
+// Of the motion wanted, by truncation. Our choice: scenes withhold 1e-5 or nothing in all steps but a few, which withhold all.
+constexpr double much_withheld = 0.1;
+
 // The last stage: velocities lead the next step away from the limits no faster than they may; positions stay.
 void Stepper::limit_strain_rate(State& state, StepOutcome& outcome) {
   if (!limiter_) return;
@@ -103,7 +106,8 @@ Stepper::Left Stepper::limit_and_certify(State& state, StepOutcome& outcome) {
   report.truncated += done.certified.truncated();
   report.withheld_motion += done.certified.withheld();
   report.truncated_momentum += done.certified.withheld_moment() / step_;
-  return {done.certified.unresolved, done.broke, done.stopped};
+  const bool froze = done.certified.withheld() > much_withheld * done.wanted;
+  return {done.certified.unresolved, froze, done.broke, done.stopped};
 }
 
 // How free the cloth is where a step has left impacts: never hidden, and counted until it is free again.

@@ -89,7 +89,7 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
     std::vector<StepPart> left = {StepPart{}};  // the last comes first
     State before;                               // of the part; `start` until a part is done
     bool halving = true;                        // until 1/64 has failed: then the rest is taken as it comes
-    bool halving_for_limits = true;
+    bool halving_for_limits = true, halving_for_motion = true;
     while (!left.empty()) {
       const StepPart part = left.back();
       left.pop_back();
@@ -106,7 +106,8 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
       // Sweeps alone converge too slowly to be worth more: what they leave is reported.
       const bool worth = undone.stopped || limits_in_solve_ || part.length() > StepPart::quarter;
       const bool failed_limits = (undone.stopped || undone.broke_limits) && halving_for_limits && worth;
-      if (!solved || (part.length() > 1 && ((undone.impacts > 0 && halving) || failed_limits))) {
+      const bool froze = undone.froze && halving_for_motion && part.length() > StepPart::quarter;
+      if (!solved || froze || (part.length() > 1 && ((undone.impacts > 0 && halving) || failed_limits))) {
         state = report.substeps == 0 ? start : before;
         if (world_) world_->restore(state.rigid);
         forget_steps(state.cloth);
@@ -119,6 +120,7 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
       }
       if (undone.impacts > 0) halving = false;
       if (undone.stopped || undone.broke_limits) halving_for_limits = false;
+      if (undone.froze) halving_for_motion = false;
       report.unresolved += undone.impacts;
       ++report.substeps;
       if (part.length() < StepPart::whole) forget_steps(state.cloth);

@@ -27,7 +27,8 @@ struct StepOutcome {
 };
 
 // A part of a step in 64ths of it: a step that certification cannot free of impacts, whose solver finds no solution, that
-// breaks limits of strain or stops the cloth for them is taken again in halves; down to quarters where sweeps alone limit.
+// breaks limits of strain or stops the cloth for them is taken again in halves; down to quarters where sweeps alone limit, and
+// where certification took much of the motion.
 struct StepPart {
   static constexpr int whole = 64, quarter = 16;
   int first = 0, last = whole;
@@ -50,9 +51,11 @@ class Stepper {
   double magnetic_energy(const State& state) const;
 
  private:
-  // What a part leaves: impacts, and whether it broke limits of strain that held at its start, or stopped the cloth for them.
+  // What a part leaves: impacts, whether certification took much of the motion, and whether it broke limits of strain that held at
+  // its start, or stopped the cloth for them.
   struct Left {
     std::int64_t impacts = 0;
+    bool froze = false;
     bool broke_limits = false;
     bool stopped = false;
   };
