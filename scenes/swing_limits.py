@@ -41,7 +41,7 @@ def scene(triangles: int = 3616, sweeps: int = 100) -> ls.Scene:
         ls.Cloth(name=name, mesh=flat.moved(((i - 3) * SPACING, 0, 0)), material=material, pins=pins, strain_limit=limit)
         for i, (name, limit) in enumerate(COLUMNS.items())
     ]
-    return ls.Scene(cloths=cloths, collisions=False, limits=ls.LimitOptions(max_sweeps=sweeps))
+    return ls.Scene(cloths=cloths, limits=ls.LimitOptions(max_sweeps=sweeps))
 
 
 def check(run: ls.Run) -> None:
