@@ -46,6 +46,26 @@ void add_table(const FlatPanel& p, std::vector<double>& tables) {
   }
 }
 
+// Field q r / square^(3/2) of a charge at the distance r, square: r^2, more where the charge is blunted.
+LOOMSTONE_INLINE void add_charge_field(const Lanes3& r, const Lanes& square, double charge, Lanes3& h) {
+  const Lanes scale = charge / (square * lanes_sqrt(square));
+  h.x += scale * r.x;
+  h.y += scale * r.y;
+  h.z += scale * r.z;
+}
+
+// The gradient of that: xx, xy, xz, yy, yz, zz.
+LOOMSTONE_INLINE void add_charge_gradient(const Lanes3& r, const Lanes& square, double charge, Lanes g[6]) {
+  const Lanes inverse = 1.0 / square;
+  const Lanes scale = charge * inverse * lanes_sqrt(inverse), three = 3.0 * scale * inverse;
+  g[0] += scale - three * r.x * r.x;
+  g[1] -= three * r.x * r.y;
+  g[2] -= three * r.x * r.z;
+  g[3] += scale - three * r.y * r.y;
+  g[4] -= three * r.y * r.z;
+  g[5] += scale - three * r.z * r.z;
+}
+
 // Field of unit charge on the panel of a table.
 LOOMSTONE_INLINE Lanes3 panel_field(const Lanes3& p, const double* t, double radius) {
   const Lanes3 away{p.x - t[0], p.y - t[1], p.z - t[2]};
@@ -54,11 +74,7 @@ LOOMSTONE_INLINE Lanes3 panel_field(const Lanes3& p, const double* t, double rad
   for (int c = 0; c < 4; ++c) {
     const double* q = t + points_at + 4 * c;
     const Lanes3 r{p.x - q[0], p.y - q[1], p.z - q[2]};
-    const Lanes square = dot(r, r);
-    const Lanes scale = q[3] / (square * lanes_sqrt(square));
-    h.x += scale * r.x;
-    h.y += scale * r.y;
-    h.z += scale * r.z;
+    add_charge_field(r, dot(r, r), q[3], h);
   }
   if (!lanes_any(beside)) return h;
   Lanes omega = lanes_all(0.0);
@@ -123,14 +139,7 @@ LOOMSTONE_CLONES void gradient_kernel(const double* tables, const double* charge
       for (int c = 0; c < 4; ++c) {
         const double* q = t + points_at + 4 * c;
         const Lanes3 r{p.x - q[0], p.y - q[1], p.z - q[2]};
-        const Lanes inverse = 1.0 / dot(r, r);
-        const Lanes scale = q[3] * inverse * lanes_sqrt(inverse), three = 3.0 * scale * inverse;
-        g[0] += scale - three * r.x * r.x;
-        g[1] -= three * r.x * r.y;
-        g[2] -= three * r.x * r.z;
-        g[3] += scale - three * r.y * r.y;
-        g[4] -= three * r.y * r.z;
-        g[5] += scale - three * r.z * r.z;
+        add_charge_gradient(r, dot(r, r), q[3], g);
       }
       if (lanes_any(beside)) {
         for (int c = 0; c < t[5]; ++c) {
@@ -152,11 +161,7 @@ LOOMSTONE_CLONES void add_blunt_field(const double* charges, Index count, const 
     for (Index k = 0; k < count; ++k) {
       const double* q = charges + 5 * static_cast<std::ptrdiff_t>(k);
       const Lanes3 r{p.x - q[0], p.y - q[1], p.z - q[2]};
-      const Lanes square = dot(r, r) + q[4];
-      const Lanes scale = q[3] / (square * lanes_sqrt(square));
-      sum.x += scale * r.x;
-      sum.y += scale * r.y;
-      sum.z += scale * r.z;
+      add_charge_field(r, dot(r, r) + q[4], q[3], sum);
     }
     lanes_store(out + i, lanes_load(out + i) + sum.x);
     lanes_store(out + n + i, lanes_load(out + n + i) + sum.y);
@@ -172,14 +177,7 @@ LOOMSTONE_CLONES void add_blunt_gradient(const double* charges, Index count, con
     for (Index k = 0; k < count; ++k) {
       const double* q = charges + 5 * static_cast<std::ptrdiff_t>(k);
       const Lanes3 r{p.x - q[0], p.y - q[1], p.z - q[2]};
-      const Lanes inverse = 1.0 / (dot(r, r) + q[4]);
-      const Lanes scale = q[3] * inverse * lanes_sqrt(inverse), three = 3.0 * scale * inverse;
-      sum[0] += scale - three * r.x * r.x;
-      sum[1] -= three * r.x * r.y;
-      sum[2] -= three * r.x * r.z;
-      sum[3] += scale - three * r.y * r.y;
-      sum[4] -= three * r.y * r.z;
-      sum[5] += scale - three * r.z * r.z;
+      add_charge_gradient(r, dot(r, r) + q[4], q[3], sum);
     }
     for (int c = 0; c < 6; ++c) lanes_store(out + c * n + i, sum[c]);
   }
