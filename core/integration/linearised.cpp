@@ -52,25 +52,41 @@ class LinearisedIntegrator final : public Integrator {
     body_mass_ = body_rows.masses(given.body_mass);
     inputs.body_mass = &body_mass_;
 
-    // Prescribed motion enters as the change of velocity of fixed rows.
-    for (Points* const table : {&change_, &displacement_, &rhs_}) table->resize(rows, 3);
-    for (Points* const table : {&cloth_displacement_, &force_, &product_}) table->resize(n, 3);
+    for (Points* const table : {&change_, &displacement_, &rhs_}) keep_zero_outside(*table, rows);
+    for (Points* const table : {&cloth_displacement_, &force_, &product_}) keep_zero_outside(*table, n);
     // Friction depends on slip and normal force at the end of the step, which a solve tells: a rough one is enough. Where cloth
     // is in contact the last change is no start for it: its residual is nearly always larger than that of zero.
     const bool asks = inputs.friction_at && inputs.terms && !inputs.terms->empty();
     const bool starts_from_last = !asks && state.last_change.rows() == rows;
     const double reach = scheme == Scheme::SemiImplicitEuler ? h : scheme == Scheme::Midpoint ? h / 2 : 2 * h / 3;
-    parallel_for(team, rows, [&](Index i) {
-      const Vec3 v = i < n ? state.v.row(i) : body_velocity.row(i - n);
-      Vec3 change = starts_from_last ? Vec3(state.last_change.row(i)) : Vec3(Vec3::Zero()), displacement = reach * v;
-      if (i < n && (*inputs.fixed)[i]) change = (inputs.target->row(i) - state.x.row(i)).transpose() / h - v;
-      if (scheme == Scheme::Bdf2 && i < n) displacement += (state.x.row(i) - state.previous_x.row(i)).transpose() / 3.0;
-      if (scheme == Scheme::Bdf2 && i >= n) displacement = h * v;
-      change_.row(i) = change;
-      displacement_.row(i) = displacement;
-      rhs_.row(i).setZero();
-      if (i < n) cloth_displacement_.row(i) = displacement, force_.row(i) = inputs.force->row(i);
+    const auto velocity = [&](Index row) { return Vec3(row < n ? state.v.row(row) : body_velocity.row(row - n)); };
+    const auto displace = [&](Index row) {
+      Vec3 moved = reach * velocity(row);
+      if (scheme == Scheme::Bdf2 && row < n) moved += (state.x.row(row) - state.previous_x.row(row)).transpose() / 3.0;
+      if (scheme == Scheme::Bdf2 && row >= n) moved = h * velocity(row);
+      displacement_.row(row) = moved;
+      if (row < n) cloth_displacement_.row(row) = moved;
+    };
+    parallel_for(team, layout.end() - layout.begin(), [&](Index i) {
+      const Index row = layout.begin() + i;
+      displace(row);
+      Vec3 change = starts_from_last ? Vec3(state.last_change.row(row)) : Vec3(Vec3::Zero());
+      // Prescribed motion enters as the change of velocity of fixed rows.
+      if (row < n && (*inputs.fixed)[row])
+        change = (inputs.target->row(row) - state.x.row(row)).transpose() / h - velocity(row);
+      change_.row(row) = change;
+      rhs_.row(row).setZero();
+      if (row < n) force_.row(row) = inputs.force->row(row);
     });
+    // Rows of other ranks that are read: terms may reach any.
+    const bool any_row = inputs.terms && !inputs.terms->empty();
+    if (any_row && !layout.single())
+      parallel_for(team, rows, [&](Index row) {
+        if (!layout.owns(row)) displace(row);
+      });
+    if (!any_row)
+      for (const Halo::Neighbour& neighbour : solver_.halo(elasticity_.matrix(), layout).neighbours)
+        for (const Index row : neighbour.receive) displace(row);
 
     // Loads and elastic force.
     add_bending(team, scheme, state, begin, end);

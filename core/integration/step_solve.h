@@ -31,16 +31,21 @@ class StepSolve {
  public:
   explicit StepSolve(const LinearOptions& options) : solver_(make_linear_solver(options)) {}
 
+  // Rows of others that this rank's rows of `matrix` are coupled to.
+  const Halo& halo(const BlockMatrix& matrix, const RowLayout& layout) {
+    if (halo_blocks_ != matrix.n_blocks()) {  // the pattern is that of the mesh and stays
+      halo_ = matrix_halo(matrix, layout);
+      halo_blocks_ = matrix.n_blocks();
+    }
+    return halo_;
+  }
+
   // (matrix of `elasticity` + c_k sum J^T H J + body masses) x = rhs; fixed rows keep the x they come with. tolerance: of
   // iterations, 0 for that of the options. `since` the last solve nothing has changed, or nothing but the terms and rhs.
   enum class Since { AnotherMatrix, OtherTerms, Nothing };
   LinearReport solve(const Team& team, const RowLayout& layout, const StepInputs& inputs, Elasticity& elasticity,
                      double c_k, const Points& rhs, Points& x, double tolerance = 0.0, Since since = Since::AnotherMatrix) {
     const BlockMatrix& matrix = elasticity.matrix();
-    if (halo_blocks_ != matrix.n_blocks()) {  // the pattern is that of the mesh and stays
-      halo_ = matrix_halo(matrix, layout);
-      halo_blocks_ = matrix.n_blocks();
-    }
     LinearSystem system;
     system.matrix = &matrix;
     system.body_blocks = inputs.body_mass;
@@ -48,7 +53,7 @@ class StepSolve {
     system.term_scale = c_k;
     system.fixed = inputs.fixed;
     system.layout = &layout;
-    system.halo = &halo_;
+    system.halo = &halo(matrix, layout);
     system.tolerance = tolerance;
     system.same_matrix = since != Since::AnotherMatrix;
     system.same_system = since == Since::Nothing;

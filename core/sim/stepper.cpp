@@ -201,21 +201,16 @@ Stepper::Left Stepper::take(State& state, StepOutcome& outcome, StepPart part) {
   return undone;
 }
 
-// Forces at the start, and where scripted motion leads.
-void Stepper::loads(const State& state) {
+// Velocities of all that collides at the start, and what the last step has changed, which is expected of this one: sliding
+// contacts lag behind less.
+void Stepper::expect_motion(const State& state) {
   const Index n = model_.cloth.n_vertices;
-  const double h = step_;
-  const Index begin = std::min(layout_.begin(), n), end = std::min(layout_.end(), n);
-  collision_vertices(model_, state, x0_);
-  pin_targets(model_, state, end_time_, share_, target_);
-  obstacle_vertices(model_, state, end_time_, share_, next_obstacles_);
   v0_.resize(x0_.rows(), 3);
   last_change_.resize(x0_.rows(), 3);
-  // What the last step has changed is expected of this one: sliding contacts lag behind less.
   const bool has_change = state.cloth.last_change.rows() == model_.n_rows();
   parallel_for(team_, n, [&](Index i) {
     v0_.row(i) = state.cloth.v.row(i);
-    if (fixed_[i]) v0_.row(i) = (target_.row(i) - x0_.row(i)) / h;
+    if (fixed_[i]) v0_.row(i) = (target_.row(i) - x0_.row(i)) / step_;
     last_change_.row(i).setZero();
     if (has_change) last_change_.row(i) = state.cloth.last_change.row(i);
   });
@@ -225,7 +220,18 @@ void Stepper::loads(const State& state) {
       const Index vertex = model_.bodies[b].first + i;
       v0_.row(vertex) = velocity_at(state.rigid, static_cast<Index>(b), x0_.row(vertex).transpose()).transpose();
     }
-  v0_.bottomRows(next_obstacles_.rows()) = (next_obstacles_ - state.obstacle_vertices) / h;
+  v0_.bottomRows(next_obstacles_.rows()) = (next_obstacles_ - state.obstacle_vertices) / step_;
+}
+
+// Forces at the start, and where scripted motion leads.
+void Stepper::loads(const State& state) {
+  const Index n = model_.cloth.n_vertices;
+  const double h = step_;
+  const Index begin = std::min(layout_.begin(), n), end = std::min(layout_.end(), n);
+  collision_vertices(model_, state, x0_);
+  pin_targets(model_, state, end_time_, share_, target_);
+  obstacle_vertices(model_, state, end_time_, share_, next_obstacles_);
+  if (collision_ && contacts_in_solve_) expect_motion(state);
 
   force_ = state.external_force;
   parallel_for(team_, end - begin, [&](Index i) {

@@ -62,6 +62,7 @@ class Stepper {
   // All stages of a part.
   Left take(State& state, StepOutcome& outcome, StepPart part);
   void loads(const State& state);
+  void expect_motion(const State& state);
   void add_attachments(const State& state, ExtraTerms& terms) const;
   double terms_at(const Points& displacement, double time, TermRequest request, ExtraTerms& terms);
   void integrate(State& state, StepReport& report);
