@@ -66,7 +66,7 @@ class Pcg final : public LinearSolver {
     check_system(system, b, x);
     system_ = &system;
     team_ = team;
-    const bool goes_on = system.same_system && left_ == Left::Iteration;
+    const bool goes_on = system.same_system && left_iteration_;
     if (!goes_on) prepare();
     const double norm = goes_on ? single_.norm * b_norm_ : start(b, x);
     const LinearReport report = iterate(b, norm, goes_on);
@@ -113,6 +113,15 @@ class Pcg final : public LinearSolver {
     });
   }
 
+  // Where the first of a row's three numbers lies in vectors by groups; the next are 8 further each.
+  std::size_t place_of(Index row) const { return in_groups(groups_.place[row] / 8) + groups_.place[row] % 8; }
+  // Writes a row of such a vector: value(place, axis).
+  template <class Value>
+  void set_row(Index row, std::vector<double>& v, Value&& value) const {
+    const std::size_t place = place_of(row);
+    for (int d = 0; d < 3; ++d) v[place + 8 * d] = value(place + 8 * d, d);
+  }
+
   // q = A p on rows [begin, end); returns p . q.
   template <class Scalar>
   double multiply(Index begin, Index end, Krylov<Scalar>& k) {
@@ -121,7 +130,7 @@ class Pcg final : public LinearSolver {
     if (terms_.empty()) return product;
     terms_.for_touched(begin, end, [&](Index row) {
       const Vec3 force = terms_.force(row);
-      Scalar* q = k.q.data() + in_groups(groups_.place[row] / 8) + groups_.place[row] % 8;
+      Scalar* q = k.q.data() + place_of(row);
       for (int d = 0; d < 3; ++d) {
         q[8 * d] += static_cast<Scalar>(force[d]);
         product += static_cast<double>(k.p[at(row) + d]) * force[d];
@@ -203,9 +212,10 @@ class Pcg final : public LinearSolver {
     return std::sqrt(sum_over_blocks([&](Index begin, Index end) {
       if (!x_is_zero) multiply_system(*system_, terms_, begin, end, x_.data(), product_.data());
       for (Index row = begin; row < end; ++row) {
-        double* r = residual_.data() + in_groups(groups_.place[row] / 8) + groups_.place[row] % 8;
         const bool fixed = is_fixed(*system_, row);
-        for (int d = 0; d < 3; ++d) r[8 * d] = fixed ? 0.0 : x_is_zero ? b(row, d) : b(row, d) - product_[at(row) + d];
+        set_row(row, residual_, [&](std::size_t, int d) {
+          return fixed ? 0.0 : x_is_zero ? b(row, d) : b(row, d) - product_[at(row) + d];
+        });
       }
       return pcg::preconditioned_square(RowGroups::first_group(begin), RowGroups::last_group(end), single_.inverse.data(),
                                         residual_.data());
@@ -217,15 +227,14 @@ class Pcg final : public LinearSolver {
   double known_residual(const Points& b) {
     refresh(x_.data());
     return std::sqrt(sum_over_blocks([&](Index begin, Index end) {
-      const auto each = [&](Index row, auto&& value) {
-        const std::size_t i = in_groups(groups_.place[row] / 8) + groups_.place[row] % 8;
-        for (int d = 0; d < 3; ++d) residual_[i + 8 * d] = is_fixed(*system_, row) ? 0.0 : value(i + 8 * d, d);
-      };
-      for (Index row = begin; row < end; ++row)
-        each(row, [&](std::size_t i, int d) { return b(row, d) - product_of_matrix_[i]; });
+      for (Index row = begin; row < end; ++row) {
+        const bool fixed = is_fixed(*system_, row);
+        set_row(row, residual_, [&](std::size_t i, int d) { return fixed ? 0.0 : b(row, d) - product_of_matrix_[i]; });
+      }
       terms_.for_touched(begin, end, [&](Index row) {
+        if (is_fixed(*system_, row)) return;
         const Vec3 force = terms_.force(row);
-        each(row, [&](std::size_t i, int d) { return residual_[i] - force[d]; });
+        set_row(row, residual_, [&](std::size_t i, int d) { return residual_[i] - force[d]; });
       });
       return pcg::preconditioned_square(RowGroups::first_group(begin), RowGroups::last_group(end), single_.inverse.data(),
                                         residual_.data());
@@ -237,23 +246,20 @@ class Pcg final : public LinearSolver {
     refresh(x_.data());
     product_of_matrix_.resize(residual_.size());
     over_blocks([&](Index, Index begin, Index end) {
-      const auto each = [&](Index row, auto&& value) {
-        const std::size_t i = in_groups(groups_.place[row] / 8) + groups_.place[row] % 8;
-        for (int d = 0; d < 3; ++d) product_of_matrix_[i + 8 * d] = value(i + 8 * d, d);
-      };
       for (Index row = begin; row < end; ++row)
-        each(row, [&](std::size_t i, int d) { return b(row, d) - b_norm_ * static_cast<double>(single_.r[i]); });
+        set_row(row, product_of_matrix_,
+                [&](std::size_t i, int d) { return b(row, d) - b_norm_ * static_cast<double>(single_.r[i]); });
       terms_.for_touched(begin, end, [&](Index row) {
         const Vec3 force = terms_.force(row);
-        each(row, [&](std::size_t i, int d) { return product_of_matrix_[i] - force[d]; });
+        set_row(row, product_of_matrix_, [&](std::size_t i, int d) { return product_of_matrix_[i] - force[d]; });
       });
     });
-    left_ = Left::Iteration;
+    left_iteration_ = true;
   }
 
   // With x the fixed rows alone the norm of the residual is what residuals are measured by. Then the guess is tried.
   double start(const Points& b, const Points& guess) {
-    const bool stays = system_->same_matrix && left_ == Left::Iteration;
+    const bool stays = system_->same_matrix && left_iteration_;
     enum { Fixed = 1, Free = 2, Other = 4 };  // rows that are fixed and not zero, free and not zero, not what x_ is
     over_blocks([&](Index block, Index begin, Index end) {
       int seen = 0;
@@ -268,7 +274,7 @@ class Pcg final : public LinearSolver {
       return layout().communicator().maximum(mine) > 0;
     };
     const bool any_fixed = any(Fixed), any_guess = any(Free), known = stays && !any(Other);
-    left_ = Left::Nothing;
+    left_iteration_ = false;
     const auto set_x = [&](bool free_rows) {
       over_blocks([&](Index, Index begin, Index end) {
         for (Index row = begin; row < end; ++row) {
@@ -291,7 +297,7 @@ class Pcg final : public LinearSolver {
 
   LinearReport iterate(const Points& b, double norm, bool goes_on) {
     LinearReport report;
-    left_ = Left::Nothing;
+    left_iteration_ = false;
     if (b_norm_ == 0.0) return report;  // x = 0 on free rows is exact
     const double goal = (system_->tolerance > 0.0 ? system_->tolerance : options_.tolerance) * b_norm_;
     const bool rough = system_->tolerance > options_.tolerance;
@@ -433,7 +439,7 @@ class Pcg final : public LinearSolver {
   Krylov<double> double_;
   std::vector<double> x_, product_, residual_, sums_;
   std::vector<std::uint8_t> seen_;  // (blocks)
-  enum class Left { Nothing, Iteration } left_ = Left::Nothing;  // by the last solve, for the next
+  bool left_iteration_ = false;  // by the last solve, for the next: x_, directions, product_of_matrix_
   std::vector<double> product_of_matrix_;  // (groups x 3 x 8) with x_, terms apart; where something is left
   std::vector<Index> bad_rows_;
   double b_norm_ = 0.0;
