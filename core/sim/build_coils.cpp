@@ -80,11 +80,16 @@ void build_coils(const Scene& scene, Model& model) {
     model.coils.push_back(std::move(wound));
   }
   for (std::size_t i = 0; i < scene.coils.size(); ++i)
-    for (const Magnet& magnet : scene.magnets)
-      if (scene.coils[i].resistance > 0.0 && magnet.susceptibility != 0.0)
-        throw Unsupported("coils[" + std::to_string(i) +
-                          "]: circuits do not feel the flux of bodies that magnetise; give the coil a current, or leave out "
-                          "magnets with a susceptibility");
+    for (const Magnet& magnet : scene.magnets) {
+      if (scene.coils[i].resistance == 0.0 || magnet.susceptibility == 0.0) continue;
+      const std::string where = "coils[" + std::to_string(i) + "]";
+      if (magnet.saturation > 0.0 || magnet.response == "explicit")
+        throw Unsupported(where + ": circuits want bodies that magnetise to do so linearly and mutually, got one with " +
+                          (magnet.saturation > 0.0 ? "saturation" : "the explicit response") +
+                          "; leave that out, or give the coil a current");
+      require(scene.coils[i].inductance > 0.0,
+              where + ".inductance must be > 0 [H] beside bodies that magnetise; give it that of the winding in air");
+    }
 }
 
 void check_coils(const Model& model, const State& state) {

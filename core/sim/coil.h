@@ -35,7 +35,7 @@ struct Coil {
         field("currents", &C::currents, "given current at these times [A], linear between, counter-clockwise seen from +z"),
         field("voltages", &C::voltages, "of the source of a circuit at these times [V], linear between; empty: short-circuited"),
         field("resistance", &C::resistance, "ohm", non_negative(), "of a circuit, whose current follows L di/dt + R i = V - d(flux)/dt; 0: the current is given"),
-        field("inductance", &C::inductance, "H", non_negative(), "of a circuit"),
+        field("inductance", &C::inductance, "H", non_negative(), "of a circuit, of its winding in air"),
         field("commutator", &C::commutator, "(3) direction in space: the source is reversed while the coil's axis points against it; zero: none"));
   }
 };

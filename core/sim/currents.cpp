@@ -31,13 +31,6 @@ double scale_of_force(const MagneticBody& a, const MagneticBody& b) {
   return 1.5 * mu0 / pi * a.source->moment().norm() * b.source->moment().norm() / std::pow(apart, 4);
 }
 
-void add_times(std::vector<Wrench>& to, double factor, const std::vector<Wrench>& what) {
-  for (std::size_t b = 0; b < to.size(); ++b) {
-    to[b].force += factor * what[b].force;
-    to[b].torque += factor * what[b].torque;
-  }
-}
-
 // Of a coil without a circuit [A].
 double given_at(const Coil& coil, double time) { return at_time(coil.times, coil.currents, time); }
 
@@ -55,6 +48,15 @@ Vector coil_currents(const Model& model, const State& state, double time) {
     if (coil.resistance == 0.0) currents[j] = given_at(coil, time);
   }
   return currents;
+}
+
+Points carrier_centres(const RigidState& state, const std::vector<RigidPose>& obstacles) {
+  const Eigen::Index n = state.positions.rows();
+  Points centres(n + static_cast<Eigen::Index>(obstacles.size()), 3);
+  centres.topRows(n) = state.positions;
+  for (std::size_t i = 0; i < obstacles.size(); ++i)
+    centres.row(n + static_cast<Eigen::Index>(i)) = obstacles[i].position.transpose();
+  return centres;
 }
 
 std::vector<MagneticBody> carrying_coils(const Model& model, const RigidState& state,
@@ -85,11 +87,11 @@ double Currents::given_current(std::size_t coil, double time) const {
   return given_at(model_.scene.coils[coil], time);
 }
 
-std::vector<MagneticBody> Currents::given(const RigidState& state, const std::vector<RigidPose>& obstacles,
-                                          double time) const {
+Vector Currents::all(double time, const Vector& circuits) const {
   Vector currents = Vector::Zero(static_cast<Eigen::Index>(model_.coils.size()));
   for (const std::size_t j : given_) currents[static_cast<Eigen::Index>(j)] = given_current(j, time);
-  return carrying_coils(model_, state, obstacles, currents);
+  for (Eigen::Index k = 0; k < circuits.size(); ++k) currents[static_cast<Eigen::Index>(circuits_[k])] = circuits[k];
+  return currents;
 }
 
 void Currents::move(const std::vector<RigidPose>& from, const std::vector<RigidPose>& to, double step) {
@@ -123,7 +125,7 @@ void Currents::meet(const Part& coil, const Part& other, double factor, const Po
   add(other.carrier, there, -factor * w.force, -factor * (w.torque + (here - there).cross(w.force)));
 }
 
-void Currents::place_inductances(const std::vector<MagneticBody>& coils) {
+void Currents::place_inductances(const std::vector<MagneticBody>& coils, const CircuitResponse& response) {
   const auto mutual = [&](std::size_t j, std::size_t k) {
     const RigidPose pose = relative_pose(coils[k].pose, coils[j].pose);
     const auto known = known_.find({j, k});
@@ -141,24 +143,46 @@ void Currents::place_inductances(const std::vector<MagneticBody>& coils) {
     for (std::size_t g = 0; g < given_.size(); ++g)
       from_given_(a, g) = model_.scene.coils[given_[g]].times.empty() ? 0.0 : mutual(given_[g], circuits_[a]);
   }
+  if (response.inductances.rows() == 0) return;
+  for (Eigen::Index a = 0; a < m; ++a) {
+    for (Eigen::Index b = 0; b < m; ++b) inductances_(a, b) += response.inductances(a, circuits_[b]);
+    for (std::size_t g = 0; g < given_.size(); ++g) from_given_(a, g) += response.inductances(a, given_[g]);
+  }
 }
 
-void Currents::place(const RigidState& state, const std::vector<RigidPose>& obstacles,
-                     const std::vector<MagneticBody>& magnets, double time, std::vector<Wrench> magnetised) {
-  const Index n = model_.n_bodies(), n_carriers = n + static_cast<Index>(obstacles.size());
-  Points centres(n_carriers, 3);
-  for (Index c = 0; c < n_carriers; ++c)
-    centres.row(c) = (c < n ? Vec3(state.positions.row(c).transpose()) : obstacles[c - n].position).transpose();
-  magnetised_ = std::move(magnetised);
-  per_ampere_.assign(model_.coils.size(), Wrenches(n_carriers));
-  sense_.assign(model_.coils.size(), 1.0);
+std::vector<MagneticBody> Currents::placed_coils(const RigidState& state, const std::vector<RigidPose>& obstacles) const {
   std::vector<MagneticBody> coils;
   for (const Model::Wound& wound : model_.coils)
     coils.push_back({wound.source, carried_pose(state, obstacles, wound.carrier, wound.local)});
+  return coils;
+}
+
+std::vector<Wrench> Currents::on_magnets(const RigidState& state, const std::vector<RigidPose>& obstacles,
+                                         const std::vector<MagneticBody>& magnets, const Vector& currents) const {
+  const Points centres = carrier_centres(state, obstacles);
+  const std::vector<MagneticBody> coils = placed_coils(state, obstacles);
+  Wrenches result(centres.rows());
+  for (std::size_t j = 0; j < coils.size(); ++j)
+    for (std::size_t k = 0; k < magnets.size() && currents[static_cast<Eigen::Index>(j)] != 0.0; ++k)
+      meet({coils[j], model_.coils[j].carrier}, {magnets[k], model_.magnets[k].carrier},
+           currents[static_cast<Eigen::Index>(j)], centres, result);
+  return result;
+}
+
+void Currents::place(const RigidState& state, const std::vector<RigidPose>& obstacles,
+                     const std::vector<MagneticBody>& magnets, double time, std::vector<Wrench> magnetised,
+                     const CircuitResponse& response) {
+  const Points centres = carrier_centres(state, obstacles);
+  const Index n_carriers = static_cast<Index>(centres.rows());
+  magnetised_ = std::move(magnetised);
+  per_ampere_.assign(model_.coils.size(), Wrenches(n_carriers));
+  sense_.assign(model_.coils.size(), 1.0);
+  const std::vector<MagneticBody> coils = placed_coils(state, obstacles);
   const auto part = [&](std::size_t j) { return Part{coils[j], model_.coils[j].carrier}; };
-  const auto place_coil = [&](std::size_t j, std::size_t n_given) {
+  const bool answered = !response.linear.empty();
+  const auto place_coil = [&](std::size_t j, std::size_t n_given, bool on_magnets) {
     Wrenches& result = per_ampere_[j];
-    for (std::size_t k = 0; k < magnets.size(); ++k)
+    for (std::size_t k = 0; k < magnets.size() && on_magnets; ++k)
       meet(part(j), {magnets[k], model_.magnets[k].carrier}, 1.0, centres, result);
     for (std::size_t g = 0; g < n_given; ++g)
       meet(part(j), part(given_[g]), given_current(given_[g], time), centres, result);
@@ -166,9 +190,12 @@ void Currents::place(const RigidState& state, const std::vector<RigidPose>& obst
     const Vec3 axis = rotation_matrix(coils[j].pose.orientation).col(2);
     if (axis.dot(model_.scene.coils[j].commutator) < 0.0) sense_[j] = -1.0;
   };
-  for (std::size_t g = 0; g < given_.size(); ++g) place_coil(given_[g], g);
-  for (const std::size_t j : circuits_) place_coil(j, given_.size());
-  pairs_.clear();
+  for (std::size_t g = 0; g < given_.size(); ++g) place_coil(given_[g], g, true);
+  for (std::size_t k = 0; k < circuits_.size(); ++k) {
+    place_coil(circuits_[k], given_.size(), !answered);
+    if (answered) add_times(per_ampere_[circuits_[k]], 1.0, response.linear[k]);
+  }
+  pairs_ = response.quadratic;
   for (std::size_t k = 1; k < circuits_.size(); ++k) {
     for (std::size_t j = 0; j < k; ++j) {
       const Part a = part(circuits_[j]), b = part(circuits_[k]);
@@ -177,7 +204,7 @@ void Currents::place(const RigidState& state, const std::vector<RigidPose>& obst
       meet(a, b, 1.0, centres, pairs_.back().wrenches);
     }
   }
-  place_inductances(coils);
+  place_inductances(coils, response);
 }
 
 Currents::Twist Currents::middle(Index body, double duration, const RigidState& state, const Points& momenta,
@@ -239,11 +266,13 @@ void Currents::advance_circuits(double time, double duration, const RigidState& 
     felt.clear();
     for (const std::size_t j : circuits_) felt.push_back(per_ampere_[j]);
     exerted = felt;
+    const auto act = [&](std::size_t own, std::size_t other, const Wrenches& what) {
+      add_times(felt[own], middle_currents[static_cast<Eigen::Index>(other)], what);
+      add_times(exerted[own], 0.5 * middle_currents[static_cast<Eigen::Index>(other)], what);
+    };
     for (const Pair& pair : pairs_) {
-      for (const auto& [own, other] : {std::pair(pair.j, pair.k), std::pair(pair.k, pair.j)}) {
-        add_times(felt[own], middle_currents[other], pair.wrenches);
-        add_times(exerted[own], 0.5 * middle_currents[other], pair.wrenches);
-      }
+      act(pair.j, pair.k, pair.wrenches);
+      if (pair.j != pair.k) act(pair.k, pair.j, pair.wrenches);
     }
     Eigen::MatrixXd matrix = fixed;
     Vector right = stored + voltages - induced / duration;

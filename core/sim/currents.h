@@ -5,7 +5,8 @@
 // at rest positions, with middle values (subscript m), L (i' - i) = tau (V - R i_m - G v_m), m (v' - v) = tau (F + G i_m).
 // With several circuits L is the matrix of their own and mutual inductances, to which M di/dt of the given currents is added,
 // and G of each contains the currents of the others: what they do to one another in a kick is taken at i_m, by iteration, and
-// half of it is stored in L as bodies move. What moves by script has its velocities in G v too; it feels nothing, and its work
+// half of it is stored in L as bodies move. The same holds for what a circuit does to itself by bodies that it magnetises
+// (circuit_response.h), whose flux adds to L. What moves by script has its velocities in G v too; it feels nothing, and its work
 // counts as supply.
 #pragma once
 
@@ -14,6 +15,7 @@
 
 #include "core/magnetics/interaction.h"
 #include "core/rigid/free_motion.h"
+#include "core/sim/circuit_response.h"
 #include "core/sim/model.h"
 #include "core/sim/state.h"
 
@@ -22,6 +24,9 @@ namespace loomstone {
 // (coils) currents at a time [s], given or of circuits [A]; of the first circuit, 0 without one.
 Vector coil_currents(const Model& model, const State& state, double time);
 double first_circuit_current(const Model& model, const State& state);
+
+// Where bodies and then obstacles are, about which wrenches on them count (carriers x 3) [m].
+Points carrier_centres(const RigidState& state, const std::vector<RigidPose>& obstacles);
 
 // The winding of a coil with a current in each turn [A].
 SourcePtr wound_source(const Coil& coil, double current);
@@ -38,14 +43,19 @@ class Currents {
   bool held(Index body) const { return model_.bearing_of_body[body] >= 0; }
   Vec3 axis(Index body) const { return model_.scene.bearings[model_.bearing_of_body[body]].axis.normalized(); }
 
-  // The coils whose current is given and not zero at a time [s], as they are there.
-  std::vector<MagneticBody> given(const RigidState& state, const std::vector<RigidPose>& obstacles, double time) const;
+  const std::vector<std::size_t>& circuits() const { return circuits_; }  // their places among the coils
+  // (coils) the currents that are given at a time [s], and those of the circuits if any are told [A].
+  Vector all(double time, const Vector& circuits = {}) const;
   // Obstacles go from one place to the other in `step` [s]; call before place().
   void move(const std::vector<RigidPose>& from, const std::vector<RigidPose>& to, double step);
+  // What coils with currents (coils) and magnets do to one another, on each body and obstacle.
+  std::vector<Wrench> on_magnets(const RigidState& state, const std::vector<RigidPose>& obstacles,
+                                 const std::vector<MagneticBody>& magnets, const Vector& currents) const;
   // Forces per ampere where magnets and coils are at a time [s]. magnetised: forces on the bodies that magnets exert
-  // on one another because coils magnetise some of them; their work is that of the sources of given currents.
+  // on one another because coils of given currents magnetise some of them; their work is that of the sources of these currents.
+  // response: of circuits with magnets that they magnetise; no rows: none do, and they act on magnets as these are.
   void place(const RigidState& state, const std::vector<RigidPose>& obstacles, const std::vector<MagneticBody>& magnets,
-             double time, std::vector<Wrench> magnetised);
+             double time, std::vector<Wrench> magnetised, const CircuitResponse& response);
   // A kick of `duration` about `time` [s]: adds to `wrenches` what coils and bearings do, advances the circuits.
   void kick(double time, double duration, const RigidState& state, const Points& momenta, std::vector<Wrench>& wrenches,
             CircuitState& circuits);
@@ -55,11 +65,9 @@ class Currents {
   struct Twist {
     Vec3 velocity, spin;
   };
-  struct Pair {
-    std::size_t j, k;  // places in circuits_
-    Wrenches wrenches;  // of one ampere in each [N/A^2, N m/A^2]
-  };
+  using Pair = CircuitResponse::Pair;  // places in circuits_
   double given_current(std::size_t coil, double time) const;
+  std::vector<MagneticBody> placed_coils(const RigidState& state, const std::vector<RigidPose>& obstacles) const;
   struct Part {
     const MagneticBody& body;
     Index carrier;
@@ -67,7 +75,7 @@ class Currents {
   // Whether the carriers never move against one another.
   bool joined(Index a, Index b) const;
   void meet(const Part& coil, const Part& other, double factor, const Points& centres, Wrenches& result) const;
-  void place_inductances(const std::vector<MagneticBody>& coils);
+  void place_inductances(const std::vector<MagneticBody>& coils, const CircuitResponse& response);
   void advance_circuits(double time, double duration, const RigidState& state, const Points& momenta, Wrenches& wrenches,
                         CircuitState& circuits) const;
   // Velocities in the middle of a kick by a wrench.
@@ -82,7 +90,7 @@ class Currents {
   std::vector<std::size_t> given_, circuits_;  // coils with given currents, with circuits
   std::vector<Twist> scripted_;                // of each obstacle [m/s, rad/s]
   std::vector<Wrenches> per_ampere_;           // of each coil [N/A, N m/A]
-  std::vector<Pair> pairs_;                    // of circuits on different bodies
+  std::vector<Pair> pairs_;                    // of circuits on different bodies, and by what they magnetise
   Wrenches magnetised_;
   Eigen::MatrixXd inductances_, from_given_;   // (circuits x circuits), (circuits x given) [H]
   std::vector<double> sense_;                  // of each coil's source: -1 where its commutator reverses it

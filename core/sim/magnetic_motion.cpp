@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/magnetics/charged_panels.h"
+#include "core/magnetics/coil_flux.h"
 #include "core/magnetics/induction.h"
 #include "core/magnetics/mutual_induction.h"
 #include "core/sim/motion.h"
@@ -113,47 +114,76 @@ std::vector<MagneticBody> MagneticMotion::placed(const Team& team, const RigidSt
 }
 
 std::vector<Wrench> MagneticMotion::wrenches(const Team& team, const RigidState& state,
-                                             const std::vector<RigidPose>& obstacles, double time) const {
+                                             const std::vector<RigidPose>& obstacles, const Vector& currents) const {
   std::vector<KnownField> known;
-  const std::vector<MagneticBody> magnets = placed(team, state, obstacles, currents_.given(state, obstacles, time), known);
-  return wrenches(team, state, magnets, known);
+  const std::vector<MagneticBody> magnets =
+      placed(team, state, obstacles, carrying_coils(model_, state, obstacles, currents), known);
+  std::vector<Wrench> result = wrenches(team, state, obstacles, magnets, known);
+  result.resize(model_.n_bodies());
+  return result;
 }
 
 MagneticMotion::Instant MagneticMotion::instant(const Team& team, const RigidState& state,
                                                 const std::vector<RigidPose>& obstacles, double time) {
   std::vector<KnownField> known;
+  const auto act = [&](const std::vector<MagneticBody>& coils) {
+    Instant now;
+    now.magnets = placed(team, state, obstacles, coils, known);
+    now.forces = wrenches(team, state, obstacles, now.magnets, known);
+    return now;
+  };
   std::vector<MagneticBody> coils;
-  if (!induced_.empty()) coils = currents_.given(state, obstacles, time);
-  Instant now;
-  now.magnets = placed(team, state, obstacles, coils, known);
-  now.forces = wrenches(team, state, now.magnets, known);
+  if (!induced_.empty()) coils = carrying_coils(model_, state, obstacles, currents_.all(time));
+  Instant now = act(coils);
   std::vector<Wrench> magnetised;
   if (!coils.empty()) {
-    const std::vector<MagneticBody> alone = placed(team, state, obstacles, {}, known);
-    const std::vector<Wrench> without = wrenches(team, state, alone, known);
     magnetised = now.forces;
-    for (std::size_t b = 0; b < magnetised.size(); ++b) {
-      magnetised[b].force -= without[b].force;
-      magnetised[b].torque -= without[b].torque;
-    }
+    add_times(magnetised, -1.0, act({}).forces);
   }
-  currents_.place(state, obstacles, now.magnets, time, std::move(magnetised));
+  CircuitResponse response;
+  if (!induced_.empty() && !currents_.circuits().empty()) {
+    const auto trial = [&](const Vector& amperes) {
+      const Vector currents = currents_.all(time, amperes);
+      const Instant then = act(carrying_coils(model_, state, obstacles, currents));
+      CircuitTrial result{then.forces, Vector::Zero(currents.size())};
+      add_times(result.wrenches, 1.0, currents_.on_magnets(state, obstacles, then.magnets, currents));
+      for (std::size_t j = 0; j < model_.coils.size(); ++j) {
+        const Model::Wound& wound = model_.coils[j];
+        const MagneticBody coil{wound.source, carried_pose(state, obstacles, wound.carrier, wound.local)};
+        for (const Index i : induced_) result.flux[static_cast<Eigen::Index>(j)] += linked_flux(coil, then.magnets[i]);
+      }
+      return result;
+    };
+    response = circuit_response(currents_.circuits(), amperes_beside(now.magnets), trial);
+  }
+  currents_.place(state, obstacles, now.magnets, time, std::move(magnetised), response);
   return now;
 }
 
+// As many in each circuit as give it the moment of the strongest magnet: what they do then shows beside what magnets do.
+Vector MagneticMotion::amperes_beside(const std::vector<MagneticBody>& magnets) const {
+  double moment = 0.0;
+  for (const MagneticBody& magnet : magnets) moment = std::max(moment, magnet.source->moment().norm());
+  Vector amperes(currents_.circuits().size());
+  for (Eigen::Index k = 0; k < amperes.size(); ++k)
+    amperes[k] = moment > 0.0 ? moment / model_.coils[currents_.circuits()[k]].source->moment().norm() : 1.0;
+  return amperes;
+}
+
 std::vector<Wrench> MagneticMotion::wrenches(const Team& team, const RigidState& state,
+                                             const std::vector<RigidPose>& obstacles,
                                              const std::vector<MagneticBody>& magnets,
                                              const std::vector<KnownField>& known) const {
   const std::vector<Wrench> each = magnetic_wrenches(team, magnets, model_.scene.magnetic_tolerance, groups_, known);
-  std::vector<Wrench> result(model_.n_bodies());
+  const Points centres = carrier_centres(state, obstacles);
+  std::vector<Wrench> result(centres.rows());
   for (std::size_t i = 0; i < magnets.size(); ++i) {
-    const Index body = model_.magnets[i].carrier;
-    if (body >= model_.n_bodies()) continue;
-    const Vec3 arm = magnets[i].pose.position - state.positions.row(body).transpose();
-    result[body].force += each[i].force;
-    result[body].torque += each[i].torque + arm.cross(each[i].force);
-    result[body].torque += magnets[i].moment().cross(model_.scene.magnetic_field);
-    result[body].error += each[i].error;
+    const Index carrier = model_.magnets[i].carrier;
+    const Vec3 arm = magnets[i].pose.position - centres.row(carrier).transpose();
+    result[carrier].force += each[i].force;
+    result[carrier].torque += each[i].torque + arm.cross(each[i].force);
+    result[carrier].torque += magnets[i].moment().cross(model_.scene.magnetic_field);
+    result[carrier].error += each[i].error;
   }
   return result;
 }

@@ -26,9 +26,10 @@ class MagneticMotion {
   // All magnets at their poses; induced ones as the dipoles that they are there, with world axes; coils magnetise them too.
   std::vector<MagneticBody> placed(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles,
                                    const std::vector<MagneticBody>& coils) const;
-  // Force [N] and torque about the centre [N m] on each body by magnets at a time [s]; obstacles (o) stand at their poses.
+  // Force [N] and torque about the centre [N m] on each body by magnets, of which coils with currents (coils) [A] magnetise
+  // some; obstacles (o) stand at their poses.
   std::vector<Wrench> wrenches(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles,
-                               double time) const;
+                               const Vector& currents) const;
   // Of all magnets in one another's field and in the uniform one, without what coils magnetise [J].
   double energy(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles) const;
 
@@ -43,17 +44,19 @@ class MagneticMotion {
                RigidWorld& world, RigidState& state, CircuitState& circuit);
 
  private:
-  // Magnets and what they feel at one instant; places the coils as well.
+  // Magnets and what they do to one another at one instant, without currents of circuits; places the coils as well.
   struct Instant {
     std::vector<MagneticBody> magnets;
-    std::vector<Wrench> forces;
+    std::vector<Wrench> forces;  // on each body and obstacle
   };
   Instant instant(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles, double time);
   // known: what `placed` found out on the way, used again by wrenches.
   std::vector<MagneticBody> placed(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles,
                                    const std::vector<MagneticBody>& coils, std::vector<KnownField>& known) const;
-  std::vector<Wrench> wrenches(const Team& team, const RigidState& state, const std::vector<MagneticBody>& magnets,
-                               const std::vector<KnownField>& known) const;
+  // On each body and obstacle.
+  std::vector<Wrench> wrenches(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles,
+                               const std::vector<MagneticBody>& magnets, const std::vector<KnownField>& known) const;
+  Vector amperes_beside(const std::vector<MagneticBody>& magnets) const;
   double frequency(const RigidState& state, const std::vector<MagneticBody>& magnets) const;
   std::vector<MagneticBody> hard(const std::vector<MagneticBody>& magnets) const;
   void place_soft(const Team& team, std::vector<MagneticBody>& magnets, const std::vector<MagneticBody>& coils) const;

@@ -245,7 +245,8 @@ void Stepper::loads(const State& state) {
   body_velocity_ = Points::Zero(2 * model_.n_bodies(), 3);
   std::vector<Wrench> magnetic(model_.n_bodies());
   if (magnetics_ && n > 0)
-    magnetic = magnetics_->wrenches(team_, state.rigid, obstacle_places(model_, state, start_time_, 0.0).poses, start_time_);
+    magnetic = magnetics_->wrenches(team_, state.rigid, obstacle_places(model_, state, start_time_, 0.0).poses,
+                                    coil_currents(model_, state, start_time_));
   for (Index b = 0; b < model_.n_bodies(); ++b) {
     start_poses_.push_back(body_pose(state.rigid, b));
     body_blocks_.push_back(model_.body_mass[b].mass * Mat3::Identity());
@@ -343,7 +344,8 @@ void Stepper::bodies(State& state, StepReport& report) {
 std::vector<Wrench> Stepper::magnetic_forces(const State& state) const {
   if (!magnetics_) return std::vector<Wrench>(model_.n_bodies());
   const double time = static_cast<double>(state.step) * options_.step;
-  return magnetics_->wrenches(team_, state.rigid, obstacle_places(model_, state, time, 0.0).poses, time);
+  return magnetics_->wrenches(team_, state.rigid, obstacle_places(model_, state, time, 0.0).poses,
+                              coil_currents(model_, state, time));
 }
 
 double Stepper::magnetic_energy(const State& state) const {

@@ -1393,7 +1393,7 @@ class Coil:
     currents : given current at these times [A], linear between, counter-clockwise seen from +z
     voltages : of the source of a circuit at these times [V], linear between; empty: short-circuited
     resistance : of a circuit, whose current follows L di/dt + R i = V - d(flux)/dt; 0: the current is given [ohm]; >= 0; default 0.0
-    inductance : of a circuit [H]; >= 0; default 0.0
+    inductance : of a circuit, of its winding in air [H]; >= 0; default 0.0
     commutator : (3) direction in space: the source is reversed while the coil's axis points against it; zero: none
     """
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -1430,7 +1430,7 @@ class Coil:
     @property
     def inductance(self) -> float:
         """
-        of a circuit [H]; >= 0; default 0.0
+        of a circuit, of its winding in air [H]; >= 0; default 0.0
         """
     @property
     def length(self) -> float:

@@ -145,9 +145,7 @@ def test_bad_coils_and_bearings_are_refused():
     ):
         with pytest.raises(ls.InvalidInput, match=message):
             ls.Simulation(ls.Scene(bodies=[box], **bad))
-    soft = ls.Magnet(body="b", shape="sphere", radius=0.005, susceptibility=10)
     for bad, message in (
-        ({"coils": [ls.Coil(**good, resistance=1.0)], "magnets": [soft]}, "flux of bodies that magnetise"),
         ({"bearings": [ls.Bearing(body="b")], "cloths": [ls.Cloth(mesh=ls.grid(cells=(2, 2)).moved((0, 0, 1)))]}, "not beside cloth"),
     ):
         with pytest.raises(ls.Unsupported, match=message):

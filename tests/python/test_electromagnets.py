@@ -1,0 +1,158 @@
+"""Circuits beside bodies that magnetise: inductance of cores, forces that follow from it, energy and momentum that balance."""
+
+import numpy as np
+import pytest
+from test_circuits import BOX, balance, series_force, simulation
+
+import loomstone as ls
+
+M = ls.magnetics
+WEIGHT = ls.RigidBody(name="weight", mesh=BOX, shape="box", position=(3, 0, 0))
+
+
+def held(core: ls.Magnet, coil: ls.Coil, core_mesh=BOX) -> ls.Scene:
+    """A core and a coil on stands; a weight far off makes the scene one of rigid bodies."""
+    stands = [ls.obstacle(core_mesh, name="core"), ls.obstacle(BOX.moved((0, 0, 0.5)), name="coil")]
+    return ls.Scene(obstacles=stands, bodies=[WEIGHT], magnets=[core], coils=[coil], gravity=(0, 0, 0), collisions=False, magnetic_tolerance=1e-6)
+
+
+def core_inductance(core: ls.Magnet, **coil) -> float:
+    """What a core adds to the inductance of a circuit, from the energy of a current in it [H]."""
+    sim = simulation(held(core, ls.Coil(body="coil", resistance=1.0, inductance=1e-3, voltages=[1.0], **coil)), 1e-4)
+    sim.step()
+    return 2.0 * sim.report.circuit_energy / sim.current**2 - 1e-3
+
+
+def test_a_small_ball_in_a_loop_slows_its_current_by_its_polarisability():
+    ball = ls.Magnet(body="core", shape="sphere", radius=0.004, susceptibility=500.0)
+    coil = ls.Coil(body="coil", shape="loop", radius=0.02, turns=100, resistance=0.5, inductance=1e-5, voltages=[1.0])
+    per_ampere = M.MU0 * 100 / (2 * 0.02)
+    added = 4 * np.pi * 0.004**3 / M.MU0 * 500 / 503 * per_ampere**2
+    assert added > 0.5e-5, "the ball matters"
+    errors = []
+    for step in (4e-6, 2e-6):
+        sim = simulation(held(ball, coil), step)
+        for _ in range(round(4e-5 / step)):
+            sim.step()
+        errors.append(abs(sim.current - 2.0 * (1 - np.exp(-0.5 * sim.time / (1e-5 + added)))))
+        assert abs(balance(sim)) < 1e-15
+    assert errors[1] < 1e-2 and errors[1] == pytest.approx(errors[0] / 4, rel=0.1)
+
+
+@pytest.mark.parametrize("chi", [1000.0, 1.0, -1.0])
+def test_the_force_on_a_ball_is_half_the_slope_of_its_inductance(chi):
+    def inductance(distance):
+        ball = ls.Magnet(body="core", shape="sphere", radius=0.01, susceptibility=chi, resolution=30)
+        return core_inductance(ball, shape="loop", radius=0.02, turns=100, position=(0, 0, distance))
+
+    for distance in (0.02, 0.004):  # below the loop; half-way through it
+        slope = (inductance(distance - 1e-5) - inductance(distance + 1e-5)) / 2e-5
+        assert 0.5 * 25.0 * slope == pytest.approx(series_force(0.02, distance, 0.01, chi, 500.0), rel=1e-4)
+
+
+def plunger(z: float, **coil) -> ls.Scene:
+    """An iron bar, partly in a solenoid."""
+    bar = ls.RigidBody(name="bar", mesh=ls.meshes.box(size=(0.008, 0.008, 0.03)), shape="box", density=2e5, position=(0, 0, z))
+    iron = ls.Magnet(body="bar", shape="cuboid", size=(0.008, 0.008, 0.03), susceptibility=1000.0, resolution=20)
+    winding = ls.Coil(body="stand", radius=0.01, length=0.02, turns=200, **coil)
+    return ls.Scene(bodies=[bar], obstacles=[ls.obstacle(BOX.moved((0.5, 0, 0)), name="stand")], magnets=[iron], coils=[winding],
+                    gravity=(0, 0, 0), collisions=False, magnetic_tolerance=1e-5)  # fmt: skip
+
+
+def test_a_bar_is_drawn_into_a_solenoid_as_its_inductance_grows():
+    def inductance(z):
+        sim = simulation(plunger(z, resistance=1.0, inductance=1e-3, voltages=[1.0]), 1e-6)
+        sim.step()
+        return 2.0 * sim.report.circuit_energy / sim.current**2 - 1e-3
+
+    for z in (0.03, 0.015, 0.004):
+        scene = plunger(z, currents=[5.0])
+        sim = simulation(scene, 1e-6)
+        sim.step()
+        mass = ls.mass_properties(scene.bodies[0].mesh, scene.bodies[0].density).mass
+        force = mass * sim.state.body_velocities[0, 2] / 1e-6
+        assert force < 0.0, "into the coil"
+        # Force and flux are found by different integrals; they agree to what the grid leaves (12 panels an edge: 8e-3, 32: 1e-4).
+        assert 0.5 * 25.0 * (inductance(z + 1e-4) - inductance(z - 1e-4)) / 2e-4 == pytest.approx(force, rel=2e-3)
+    assert inductance(0.0) > 2 * inductance(0.015) > 4 * inductance(0.03)
+
+
+def falling(magnets=(), **given) -> ls.Scene:
+    """A soft ball flies through a loop with a circuit, a magnet and perhaps a second coil beside them, all free."""
+    places = {"ball": (0, 0, 0), "coil": (0.06, 0, 0.02), "magnet": (0.03, 0, 0)}  # the loop is far from the box that carries it
+    mesh = {"ball": ls.meshes.sphere(radius=0.01, subdivisions=2)}
+    bodies = [ls.RigidBody(name=n, mesh=mesh.get(n, BOX), shape="sphere" if n in mesh else "box", density=2e5, position=p) for n, p in places.items()]
+    bodies[0] = bodies[0].replace(velocity=(0.3, 0, 4.0), angular_velocity=(30, 10, 0))
+    loop = {"body": "coil", "shape": "loop", "radius": 0.02, "turns": 100, "position": (-0.06, 0, 0)}
+    coils = [ls.Coil(**loop, resistance=0.2, inductance=8e-4, voltages=[3.0])]
+    if given:
+        coils.append(ls.Coil(body="magnet", shape="loop", radius=0.01, turns=100, position=(0, 0, -0.02), **given))
+    soft = ls.Magnet(body="ball", shape="sphere", radius=0.01, susceptibility=50.0)
+    return ls.Scene(bodies=bodies, magnets=[soft, *magnets], coils=coils, gravity=(0, 0, 0), collisions=False, magnetic_tolerance=1e-6, rigid_rebuild_interval=2)
+
+
+def moving(steps: int, of: int, **what) -> ls.Simulation:
+    """So many of the steps that 8 ms are divided into."""
+    sim = simulation(falling(**what), 8e-3 / of)
+    for _ in range(steps):
+        sim.step()
+    return sim
+
+
+MAGNET = ls.Magnet(body="magnet", shape="cuboid", size=(0.01, 0.01, 0.01), polarization=(1, 0, 0.5))
+CASES = {
+    "alone": {},
+    "beside a magnet": {"magnets": [MAGNET]},
+    "beside a magnet and a growing current": {"magnets": [MAGNET], "times": [0.0, 0.008], "currents": [0.0, 20.0]},
+    "beside another circuit": {"magnets": [MAGNET], "resistance": 0.3, "inductance": 6e-4, "voltages": [-2.0]},
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_energy_and_momentum_balance_where_a_ball_flies_through_a_coil(case):
+    start = moving(0, 16, **CASES[case])
+    sims = [moving(n, n, **CASES[case]) for n in (16, 32)]
+    errors = [abs(balance(sim) - balance(start)) for sim in sims]
+    exchanged = sims[1].circuit_supply + sims[1].circuit_heat
+    assert errors[1] < 1e-3 * exchanged and errors[1] < 0.3 * errors[0] + 1e-5 * exchanged
+    masses = np.array([ls.mass_properties(b.mesh, b.density).mass for b in falling().bodies])
+    momenta = [masses @ np.asarray(sim.state.body_velocities) for sim in (start, sims[1])]
+    assert momenta[1] == pytest.approx(momenta[0], abs=1e-12)
+
+
+def test_an_electromagnet_goes_on_with_the_same_bits_after_a_checkpoint():
+    sims = [moving(n, 16, magnets=[MAGNET]) for n in (4, 0)]
+    sims[1].restore(sims[0].checkpoint())
+    for sim in sims:
+        for _ in range(4):
+            sim.step()
+    assert sims[0].current == sims[1].current != 0.0
+    assert np.array_equal(sims[0].state.body_velocities, sims[1].state.body_velocities)
+
+
+def horseshoe(width: float) -> ls.TriangleMesh:
+    """A U of three squares' width and height in the plane of x and z, a square thick."""
+    outline = np.array([(0, 0), (3, 0), (3, 3), (2, 3), (2, 1), (1, 1), (1, 3), (0, 3)])
+    side = np.array([(0, 5, 6), (0, 6, 7), (0, 1, 5), (1, 4, 5), (1, 2, 4), (2, 3, 4)])
+    vertices = width * np.array([(x, y, z) for y in (-0.5, 0.5) for x, z in outline])
+    around = [t for i in range(8) for j in [(i + 1) % 8] for t in ((i, i + 8, j), (j, i + 8, j + 8))]
+    return ls.TriangleMesh(vertices, np.vstack([side, side[:, ::-1] + 8, np.array(around)]))
+
+
+def test_circuits_beside_bodies_that_they_cannot_magnetise_linearly_are_refused():
+    bar = plunger(0.0, resistance=1.0, inductance=1e-3)
+    bar = bar.replace(magnets=[bar.magnets[0].replace(resolution=0)])
+    for soft, coil, error, message in (
+        ({"saturation": 2.0}, {}, ls.Unsupported, "saturation"),
+        ({"response": "explicit", "density": 1e7}, {}, ls.Unsupported, "explicit"),
+        ({}, {"inductance": 0.0}, ls.InvalidInput, "inductance must be > 0"),
+    ):
+        scene = bar.replace(magnets=[bar.magnets[0].replace(**soft)], coils=[bar.coils[0].replace(**coil)])
+        with pytest.raises(error, match=message):
+            ls.Simulation(scene)
+    mesh = horseshoe(0.01)
+    iron = ls.Magnet(body="core", shape="mesh", susceptibility=100.0)
+    coil = ls.Coil(body="coil", radius=0.012, length=0.01, turns=100, resistance=1.0, inductance=1e-3)
+    scene = held(iron, coil.replace(position=(0.005, 0, 0.02)), mesh)  # round one leg: the other is beside the winding
+    with pytest.raises(ls.Unsupported, match="reaches round the winding"):
+        ls.Simulation(scene).step()
