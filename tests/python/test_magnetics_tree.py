@@ -113,3 +113,12 @@ def test_tolerances_out_of_range_are_named():
             M.dipole_field(points, moments, points, tolerance=tolerance)
         with pytest.raises(ls.InvalidInput, match=r"tolerance must be in \[1e-10, 0.1\]"):
             M.dipole_forces(points, moments, tolerance=tolerance)
+
+
+def test_of_very_many_dipoles_the_setting_is_found_on_samples_first():
+    points, moments = aligned(200_000)
+    rows = np.random.default_rng(8).choice(len(points), 200, replace=False)
+    forces, _ = M.dipole_forces(points[rows], moments[rows], points, moments)
+    found = [M.dipole_forces(points, moments, tolerance=1e-2, threads=threads) for threads in (1, 2)]
+    assert off(found[0][0][rows], forces) <= SAMPLED * 1e-2
+    assert all(np.array_equal(a, b) for a, b in zip(*found, strict=True)), "the same bits on any number of threads"
