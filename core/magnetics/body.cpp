@@ -41,6 +41,23 @@ std::vector<Mat3> rotations_of(const std::vector<MagneticBody>& bodies) {
   return rotations;
 }
 
+// A block's columns turned to world axes and added to rows.
+void add_field(const Mat3& r, const double* field, Index n, Index count, double scale, double* rows) {
+  for (Index i = 0; i < count; ++i)
+    for (int k = 0; k < 3; ++k)
+      rows[3 * i + k] += scale * (r(k, 0) * field[i] + r(k, 1) * field[n + i] + r(k, 2) * field[2 * n + i]);
+}
+
+void add_gradient(const Mat3& r, const double* g, Index n, Index count, double* rows) {
+  for (Index i = 0; i < count; ++i) {
+    Mat3 local;
+    local << g[i], g[n + i], g[2 * n + i], g[n + i], g[3 * n + i], g[4 * n + i], g[2 * n + i], g[4 * n + i], g[5 * n + i];
+    const Mat3 turned = r * local * r.transpose();
+    for (int k = 0; k < 3; ++k)
+      for (int l = 0; l < 3; ++l) rows[9 * i + 3 * k + l] += 0.5 * (turned(k, l) + turned(l, k));
+  }
+}
+
 }  // namespace
 
 Points magnetic_field(const Team& team, const std::vector<MagneticBody>& bodies, const ConstPointsRef& points,
@@ -60,9 +77,7 @@ Points magnetic_field(const Team& team, const std::vector<MagneticBody>& bodies,
       const Mat3& r = rotations[b];
       const Index n = local_columns(bodies[b].pose, r, points, begin, end, columns);
       bodies[b].source->field_block(columns, n, wanted, field);
-      for (Index i = 0; i < end - begin; ++i)
-        for (int k = 0; k < 3; ++k)
-          out[3 * i + k] += scale * (r(k, 0) * field[i] + r(k, 1) * field[n + i] + r(k, 2) * field[2 * n + i]);
+      add_field(r, field, n, end - begin, scale, out);
     }
   });
   return result;
@@ -74,19 +89,27 @@ Gradients magnetic_gradient(const Team& team, const std::vector<MagneticBody>& b
   Gradients result(points.rows(), 9);
   over_blocks(team, static_cast<Index>(points.rows()), [&](Index begin, Index end) {
     alignas(64) double columns[3 * points_per_block], g[6 * points_per_block];
-    for (Index i = begin; i < end; ++i) result.row(i).setZero();
+    double* out = result.data() + 9 * static_cast<std::ptrdiff_t>(begin);
+    std::fill_n(out, 9 * (end - begin), 0.0);
     for (std::size_t b = 0; b < bodies.size(); ++b) {
       const Index n = local_columns(bodies[b].pose, rotations[b], points, begin, end, columns);
       bodies[b].source->gradient_block(columns, n, g);
-      for (Index i = 0; i < end - begin; ++i) {
-        Mat3 local;
-        local << g[i], g[n + i], g[2 * n + i], g[n + i], g[3 * n + i], g[4 * n + i], g[2 * n + i], g[4 * n + i],
-            g[5 * n + i];
-        const Mat3 turned = rotations[b] * local * rotations[b].transpose();
-        for (int k = 0; k < 3; ++k)
-          for (int l = 0; l < 3; ++l) result(begin + i, 3 * k + l) += 0.5 * (turned(k, l) + turned(l, k));
-      }
+      add_gradient(rotations[b], g, n, end - begin, out);
     }
+  });
+  return result;
+}
+
+FieldAndGradient magnetic_field_and_gradient(const Team& team, const MagneticBody& body, const ConstPointsRef& points) {
+  check_points(points, "points");
+  const Mat3 r = rotation_matrix(body.pose.orientation);
+  FieldAndGradient result{Points::Zero(points.rows(), 3), Gradients::Zero(points.rows(), 9)};
+  over_blocks(team, static_cast<Index>(points.rows()), [&](Index begin, Index end) {
+    alignas(64) double columns[3 * points_per_block], field[3 * points_per_block], g[6 * points_per_block];
+    const Index n = local_columns(body.pose, r, points, begin, end, columns);
+    body.source->field_and_gradient_block(columns, n, Quantity::flux_density, field, g);
+    add_field(r, field, n, end - begin, 1.0, result.field.data() + 3 * static_cast<std::ptrdiff_t>(begin));
+    add_gradient(r, g, n, end - begin, result.gradient.data() + 9 * static_cast<std::ptrdiff_t>(begin));
   });
   return result;
 }

@@ -24,6 +24,13 @@ Points magnetic_field(const Team& team, const std::vector<MagneticBody>& bodies,
 // (n x 9) dB_i/dx_j outside of magnets [T/m], world axes.
 Gradients magnetic_gradient(const Team& team, const std::vector<MagneticBody>& bodies, const ConstPointsRef& points);
 
+// The two (B) of one body at once, the same bits.
+struct FieldAndGradient {
+  Points field;        // (n x 3) [T]
+  Gradients gradient;  // (n x 9) [T/m]
+};
+FieldAndGradient magnetic_field_and_gradient(const Team& team, const MagneticBody& body, const ConstPointsRef& points);
+
 // A pose as seen from another.
 inline RigidPose relative_pose(const RigidPose& of, const RigidPose& in) {
   return {rotation_matrix(in.orientation).transpose() * (of.position - in.position),

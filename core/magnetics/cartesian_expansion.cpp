@@ -48,6 +48,23 @@ LOOMSTONE_CLONES void dipole_kernel(const Power* powers, const int* const* next,
   for (int i = 0; i < n_places; ++i) out[i] = lanes_sum(sums[i]);
 }
 
+LOOMSTONE_CLONES void charge_kernel(const Power* powers, int n_places, const double* positions, const double* charges,
+                                    Index n, const double* centre, double* out) {
+  Lanes sums[most_places], w[most_places];
+  for (int i = 0; i < n_places; ++i) sums[i] = lanes_all(0.0);
+  for (Index begin = 0; begin < n; begin += n_lanes) {
+    double x[3][n_lanes], q[n_lanes];
+    for (int lane = 0; lane < n_lanes; ++lane) {
+      const bool real = begin + lane < n;
+      for (int c = 0; c < 3; ++c) x[c][lane] = real ? centre[c] - positions[3 * (begin + lane) + c] : 0.0;
+      q[lane] = real ? charges[begin + lane] : 0.0;
+    }
+    lane_powers(powers, n_places, Lanes3{lanes_load(x[0]), lanes_load(x[1]), lanes_load(x[2])}, w);
+    for (int i = 0; i < n_places; ++i) sums[i] += lanes_load(q) * w[i];
+  }
+  for (int i = 0; i < n_places; ++i) out[i] = lanes_sum(sums[i]);
+}
+
 LOOMSTONE_INLINE void lane_derivatives(const Derivative* steps, int n_steps, const Trace* traces, int n_traces,
                                        const Lanes* r, Lanes* d) {
   const Lanes inverse = 1.0 / (r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
@@ -79,7 +96,7 @@ LOOMSTONE_CLONES void far_kernel(const Derivative* steps, int n_steps, const Tra
       for (int c = 0; c < 3; ++c) arms[c][lane] = far[real ? begin + lane : begin].arm[c];
     }
     const Lanes r[3] = {lanes_load(arms[0]), lanes_load(arms[1]), lanes_load(arms[2])};
-    for (int i = 1; i < n_slim; ++i)
+    for (int i = 0; i < n_slim; ++i)
       m[i] = Lanes{moments[0][i], moments[1][i], moments[2][i], moments[3][i],
                    moments[4][i], moments[5][i], moments[6][i], moments[7][i]};
     lane_derivatives(steps, n_steps, traces, n_traces, r, d);
@@ -95,6 +112,7 @@ LOOMSTONE_CLONES void far_kernel(const Derivative* steps, int n_steps, const Tra
           for (int j = 0; j < 4; ++j) part[j] += m[k + j] * d[place[j]];
         for (; k < last; ++k, ++place) part[0] += m[k] * d[*place];
         sums[i] += (part[0] + part[1]) + (part[2] + part[3]);
+        sums[i] += m[0] * d[slim[i]];
       }
     }
   }
@@ -189,13 +207,13 @@ CartesianExpansion::CartesianExpansion(int order) : order_(order) {
     for (int i = slim_ends_[degree - 1]; i < slim_ends_[degree]; ++i)
       for (int k = 1; k < slim_ends_[order - degree]; ++k)
         products_.push_back(static_cast<std::uint16_t>(sum(slim_[i], slim_[k])));
-  for (int i = 1; i < static_cast<int>(slim_.size()); ++i) {
+  for (int i = 0; i < static_cast<int>(slim_.size()); ++i) {
     const auto& n = places[slim_[i]].n;
     const int degree = n[0] + n[1] + n[2];
     for (int k = 0; k < static_cast<int>(places.size()); ++k) {
       if (degree + places[k].n[0] + places[k].n[1] + places[k].n[2] > order) break;
       moment_shifts_.push_back({sum(slim_[i], k), i, k});
-      local_shifts_.push_back({slim_[i], sum(slim_[i], k), k});
+      if (degree > 0) local_shifts_.push_back({slim_[i], sum(slim_[i], k), k});
     }
   }
 }
@@ -205,7 +223,7 @@ void CartesianExpansion::add_folded(double* all, double* moments) const {
     all[trace->first] -= all[trace->target];
     all[trace->second] -= all[trace->target];
   }
-  for (std::size_t i = 1; i < slim_.size(); ++i) moments[i] += all[slim_[i]];
+  for (std::size_t i = 0; i < slim_.size(); ++i) moments[i] += all[slim_[i]];
 }
 
 void CartesianExpansion::add_dipoles(const double* positions, const double* dipoles, Index n, const Vec3& centre,
@@ -213,6 +231,13 @@ void CartesianExpansion::add_dipoles(const double* positions, const double* dipo
   double all[most_places];
   const int* next[3] = {next_[0].data(), next_[1].data(), next_[2].data()};
   dipole_kernel(powers_.data(), next, n_powers_[0], local_size(), positions, dipoles, n, centre.data(), all);
+  add_folded(all, moments);
+}
+
+void CartesianExpansion::add_charges(const double* positions, const double* charges, Index n, const Vec3& centre,
+                                     double* moments) const {
+  double all[most_places];
+  charge_kernel(powers_.data(), local_size(), positions, charges, n, centre.data(), all);
   add_folded(all, moments);
 }
 

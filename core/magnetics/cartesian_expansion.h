@@ -1,5 +1,5 @@
-// Expansions of the potential of dipoles in derivatives of 1/r, and their translations. With multi-indices n, m
-//   phi(x) = sum_m M_m D_m(x - z),            D_m = d^m (1/r),  m >= 1,                     far from z,
+// Expansions of the potential of dipoles and charges in derivatives of 1/r, and their translations. With multi-indices n, m
+//   phi(x) = sum_m M_m D_m(x - z),            D_m = d^m (1/r),                              far from z,
 //          = sum_n L_n (x - y)^n / n!,        L_n = sum_m M_m D_{n+m}(y - z),               near y,
 // cut at |n| + |m| <= order for the two cells together: this sum is the energy of an interaction that changes sides
 // without change, so that forces between cells are equal and opposite whatever the order [Dehnen2002].
@@ -37,11 +37,14 @@ class CartesianExpansion {
 
   explicit CartesianExpansion(int order);  // 3 ... highest_order
 
+  int order() const { return order_; }
   int moments_size() const { return static_cast<int>(slim_.size()); }   // z <= 1, by degree
   int local_size() const { return static_cast<int>(powers_.size()); }  // all, by degree
 
   // Adds to the moments about `centre` those of n dipoles: positions and moments (n x 3).
   void add_dipoles(const double* positions, const double* dipoles, Index n, const Vec3& centre, double* moments) const;
+  // The same of n charges: positions (n x 3).
+  void add_charges(const double* positions, const double* charges, Index n, const Vec3& centre, double* moments) const;
   // Adds the moments of a cell; shift: from its centre to the new one.
   void add_moments(const double* child, const Vec3& shift, double* moments) const;
 

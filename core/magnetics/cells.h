@@ -26,6 +26,10 @@ class CellMagnet final : public Source {
   CellMagnet(const Source& magnet, double density, double separation);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
+  void field_and_gradient_block(const double* points, Index n, Quantity quantity, double* field,
+                                double* gradient) const override {
+    leaves_.field_and_gradient_block(points, n, quantity, field, gradient);
+  }
   void potential_block(const double* points, Index n, double* potential) const override {
     leaves_.potential_block(points, n, potential);
   }

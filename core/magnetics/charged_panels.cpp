@@ -14,7 +14,6 @@ namespace {
 // with their area / 4 pi.
 constexpr int triangles_at = 6, triangle_stride = 13, edges_at = triangles_at + 2 * triangle_stride, edge_stride = 10,
               points_at = edges_at + 4 * edge_stride, stride = points_at + 16;
-constexpr double on_face = 1e-12, on_edge = 1e-15;  // in units of the radius
 
 void add_table(const FlatPanel& p, std::vector<double>& tables) {
   const std::size_t begin = tables.size();
@@ -144,7 +143,7 @@ LOOMSTONE_CLONES void gradient_kernel(const double* tables, const double* charge
       if (lanes_any(beside)) {
         for (int c = 0; c < t[5]; ++c) {
           const double* e = t + edges_at + edge_stride * c;
-          add_edge_gradients(edge_gradients(p, e, on_edge * radius), e + 7, t + triangles_at + 9, exact);
+          add_edge_gradients(edge_gradients(edge_terms(p, e, on_edge * radius), e), e + 7, t + triangles_at + 9, exact);
         }
       }
       for (int c = 0; c < 6; ++c) sum[c] += charges[k] * lanes_select(beside, exact[c] / (4.0 * pi), g[c]);

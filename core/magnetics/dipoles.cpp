@@ -89,6 +89,37 @@ LOOMSTONE_CLONES void gradient_kernel(const double* positions, const double* mom
   }
 }
 
+// The two above in one pass.
+LOOMSTONE_CLONES void field_and_gradient_kernel(const double* positions, const double* moments, Index dipoles,
+                                                const double* points, Index n, double* field, double* gradient) {
+  for (Index i = 0; i < n; i += n_lanes) {
+    const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
+    Lanes3 b{lanes_all(0.0), lanes_all(0.0), lanes_all(0.0)};
+    Lanes sum[6];
+    for (Lanes& s : sum) s = lanes_all(0.0);
+    for (Index j = 0; j < dipoles; ++j) {
+      const double* m = moments + 3 * j;
+      const Arm a = arm(p, positions + 3 * j);
+      const Lanes mr = m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z;
+      const Lanes along = 3.0 * mr * a.inverse2;
+      b.x += (along * a.r.x - m[0]) * a.inverse3;
+      b.y += (along * a.r.y - m[1]) * a.inverse3;
+      b.z += (along * a.r.z - m[2]) * a.inverse3;
+      const Lanes five = 5.0 * mr * a.inverse2, scale = a.inverse3 * a.inverse2;
+      sum[0] += (2.0 * m[0] * a.r.x + mr - five * a.r.x * a.r.x) * scale;
+      sum[1] += (m[0] * a.r.y + m[1] * a.r.x - five * a.r.x * a.r.y) * scale;
+      sum[2] += (m[0] * a.r.z + m[2] * a.r.x - five * a.r.x * a.r.z) * scale;
+      sum[3] += (2.0 * m[1] * a.r.y + mr - five * a.r.y * a.r.y) * scale;
+      sum[4] += (m[1] * a.r.z + m[2] * a.r.y - five * a.r.y * a.r.z) * scale;
+      sum[5] += (2.0 * m[2] * a.r.z + mr - five * a.r.z * a.r.z) * scale;
+    }
+    lanes_store(field + i, k * b.x);
+    lanes_store(field + n + i, k * b.y);
+    lanes_store(field + 2 * n + i, k * b.z);
+    for (int c = 0; c < 6; ++c) lanes_store(gradient + c * n + i, 3.0 * k * sum[c]);
+  }
+}
+
 // Field (6.5) and force (6.10) in one pass.
 LOOMSTONE_CLONES void force_kernel(const double* positions, const double* moments, Index dipoles, const double* points,
                                    const double* own, Index n, double nearest2, double* field, double* force) {
@@ -155,6 +186,12 @@ void DipoleSet::field_block(const double* points, Index n, Quantity, double* fie
 
 void DipoleSet::gradient_block(const double* points, Index n, double* gradient) const {
   gradient_kernel(positions_.data(), moments_.data(), static_cast<Index>(positions_.rows()), points, n, gradient);
+}
+
+void DipoleSet::field_and_gradient_block(const double* points, Index n, Quantity, double* field,
+                                         double* gradient) const {
+  field_and_gradient_kernel(positions_.data(), moments_.data(), static_cast<Index>(positions_.rows()), points, n, field,
+                            gradient);
 }
 
 void DipoleSet::potential_block(const double* points, Index n, double* potential) const {

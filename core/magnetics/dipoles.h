@@ -18,6 +18,8 @@ class DipoleSet final : public Source {
   DipoleSet(Points positions, Points moments);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
+  void field_and_gradient_block(const double* points, Index n, Quantity quantity, double* field,
+                                double* gradient) const override;
   void potential_block(const double* points, Index n, double* potential) const override;
   double radius() const override;
   Vec3 moment() const override { return moments_.colwise().sum().transpose(); }

@@ -137,12 +137,12 @@ std::vector<bool> add_single_dipoles(const Team& team, const std::vector<Magneti
 void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bodies, const std::vector<bool>& single,
                            const std::vector<Index>& carrier, const std::vector<KnownField>& known,
                            std::vector<Wrench>& result) {
-  const auto field_at = [&](const MagneticBody& body, const Points& x) {
+  const auto evaluated = [&](const MagneticBody& body, const Points& x) {
     for (const KnownField& at : known)
       if (at.body.source == body.source && at.body.pose.position == body.pose.position &&
           at.body.pose.orientation == body.pose.orientation && at.points.rows() == x.rows() && at.points == x)
-        return at.field;
-    return magnetic_field(team, {body}, x, "B");
+        return at.there;
+    return magnetic_field_and_gradient(team, body, x);
   };
   for (std::size_t k = 0; k < bodies.size(); ++k) {
     if (single[k]) continue;
@@ -155,14 +155,13 @@ void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bo
       const MagneticBody& on = bodies[rows[r]];
       place_points(on.pose, on.source->dipoles()->positions(), x.middleRows(static_cast<Eigen::Index>(r), 1));
     }
-    const Points field = field_at(bodies[k], x);
-    const Gradients gradient = magnetic_gradient(team, {bodies[k]}, x);
+    const FieldAndGradient at = evaluated(bodies[k], x);
     for (std::size_t r = 0; r < rows.size(); ++r) {
       const MagneticBody& on = bodies[rows[r]];
       const Vec3 m = on.moment(), arm = x.row(r).transpose() - on.pose.position;
       Wrench w;
-      w.force = Eigen::Map<const Mat3>(gradient.row(r).data()) * m;
-      w.torque = m.cross(Vec3(field.row(r).transpose())) + arm.cross(w.force);
+      w.force = Eigen::Map<const Mat3>(at.gradient.row(r).data()) * m;
+      w.torque = m.cross(Vec3(at.field.row(r).transpose())) + arm.cross(w.force);
       const Wrench back = reaction(w, on, bodies[k]);
       for (const auto& [body, part] : {std::pair{rows[r], w}, std::pair{static_cast<Index>(k), back}}) {
         result[body].force += part.force;

@@ -23,7 +23,8 @@ Wrench magnetic_wrench(const MagneticBody& on, const MagneticBody& by, double to
 // The field of a source at points that are asked for again.
 struct KnownField {
   MagneticBody body;
-  Points points, field;  // (n x 3) [m], B [T], world axes
+  Points points;           // (n x 3) [m]
+  FieldAndGradient there;  // world axes
 };
 
 // On every body by all others, each pair to `tolerance` times the largest force of a pair, or of what spheres and other

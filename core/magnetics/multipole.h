@@ -23,7 +23,8 @@ class Multipoles {
   // origin.
   Multipoles(const Points& positions, const Vector& charges, double radius);
 
-  // mu0 H [T] or its gradient [T/m] of one block; points nearer than near * radius get no sensible value.
+  // mu0 H [T] or its gradient [T/m] of one block; points nearer than 2 radii get no sensible value, beyond
+  // them to 1e-6, beyond near * radius to rounding.
   void field_block(const double* points, Index n, double* field) const;
   void gradient_block(const double* points, Index n, double* gradient) const;
 

@@ -16,7 +16,6 @@ namespace loomstone {
 namespace {
 
 constexpr int face_stride = 16, edge_stride = 14;
-constexpr double on_face = 1e-12, on_edge = 1e-15;  // in units of the radius
 
 LOOMSTONE_CLONES void field_kernel(const double* faces, Index n_faces, const double* edges, Index n_edges,
                                    double radius, const double* j, const double* points, Index n, double* out) {
@@ -57,7 +56,7 @@ LOOMSTONE_CLONES void gradient_kernel(const double* edges, Index n_edges, double
     for (Lanes& s : g) s = lanes_all(0.0);
     for (Index k = 0; k < n_edges; ++k) {
       const double* e = edges + edge_stride * k;
-      add_edge_gradients(edge_gradients(p, e, on_edge * radius), e + 7, e + 10, g);
+      add_edge_gradients(edge_gradients(edge_terms(p, e, on_edge * radius), e), e + 7, e + 10, g);
     }
     for (int c = 0; c < 6; ++c) lanes_store(out + c * n + i, g[c]);
   }
@@ -139,7 +138,7 @@ Polyhedron::Polyhedron(Points vertices, Triangles triangles, const Vec3& polariz
 
 Vec3 Polyhedron::moment() const { return polarization_ * volume_ / mu0; }
 
-const Multipoles& Polyhedron::far() const {
+const Multipoles& Polyhedron::multipoles() const {
   std::call_once(once_, [&] {
     std::vector<Vec3> positions;
     std::vector<double> charges;
@@ -176,7 +175,7 @@ void Polyhedron::field_block(const double* points, Index n, Quantity quantity, d
   split_block(
       points, n, 3, field, [&](double x, double y, double z) { return x * x + y * y + z * z < bound; },
       [&](const double* some, Index m, double* out) { near_field(some, m, quantity, out); },
-      [&](const double* some, Index m, double* out) { far().field_block(some, m, out); });
+      [&](const double* some, Index m, double* out) { multipoles().field_block(some, m, out); });
 }
 
 void Polyhedron::gradient_block(const double* points, Index n, double* gradient) const {
@@ -186,7 +185,7 @@ void Polyhedron::gradient_block(const double* points, Index n, double* gradient)
       [&](const double* some, Index m, double* out) {
         gradient_kernel(edges_.data(), static_cast<Index>(edges_.size() / edge_stride), radius_, some, m, out);
       },
-      [&](const double* some, Index m, double* out) { far().gradient_block(some, m, out); });
+      [&](const double* some, Index m, double* out) { multipoles().gradient_block(some, m, out); });
 }
 
 void Polyhedron::potential_block(const double* points, Index n, double* potential) const {

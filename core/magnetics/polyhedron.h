@@ -39,6 +39,8 @@ class Polyhedron : public Source {
   const Triangles& triangles() const { return triangles_; }   // (m x 3)
   const Vec3& polarization() const { return polarization_; }  // J [T]
   double volume() const { return volume_; }                   // [m^3]
+  // Of its charge, made when first asked for.
+  const Multipoles& multipoles() const;
 
  protected:
   Polyhedron(Points vertices, Triangles triangles, const Vec3& polarization);
@@ -46,8 +48,6 @@ class Polyhedron : public Source {
   virtual void near_field(const double* points, Index n, Quantity quantity, double* field) const;
 
  private:
-  const Multipoles& far() const;
-
   Points vertices_;
   Triangles triangles_;
   Vec3 polarization_;

@@ -31,6 +31,12 @@ class Source {
   virtual void field_block(const double* points, Index n, Quantity quantity, double* field) const = 0;
   // Symmetric gradient of mu0 H [T/m] of one block.
   virtual void gradient_block(const double* points, Index n, double* gradient) const = 0;
+  // Both at once, the same bits.
+  virtual void field_and_gradient_block(const double* points, Index n, Quantity quantity, double* field,
+                                        double* gradient) const {
+    field_block(points, n, quantity, field);
+    gradient_block(points, n, gradient);
+  }
   // mu0 times the scalar potential of one block, whose descent is mu0 H and which vanishes far away [T m]. Throws
   // Unsupported for currents, which have none.
   virtual void potential_block(const double* points, Index n, double* potential) const;

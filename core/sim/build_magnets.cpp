@@ -5,6 +5,7 @@
 #include "core/base/error.h"
 #include "core/magnetics/axisymmetric.h"
 #include "core/magnetics/cells.h"
+#include "core/magnetics/expanded_mesh.h"
 #include "core/magnetics/induction.h"
 #include "core/magnetics/mutual_induction.h"
 #include "core/magnetics/polyhedron.h"
@@ -121,6 +122,24 @@ double pole_at(const Model& model, Index carrier, const Vec3& point) {
   return pole;
 }
 
+// Where many spheres are in the field of many faces, the field is expanded once: that takes as long as some twenty exact
+// evaluations at this bound.
+void expand_meshes(const Scene& scene, Model& model) {
+  constexpr std::size_t most_exact = 20000;
+  const double tolerance = 0.3 * scene.magnetic_tolerance;
+  if (tolerance < 3e-7) return;
+  std::size_t n_spheres = 0;
+  for (const Model::Carried& carried : model.magnets) {
+    if (carried.soft) return;
+    n_spheres += !carried.source;
+  }
+  for (Model::Carried& carried : model.magnets) {
+    const auto mesh = std::dynamic_pointer_cast<const MeshMagnet>(carried.source);
+    if (mesh && n_spheres * mesh->triangles().rows() > most_exact)
+      carried.source = std::make_shared<ExpandedMesh>(mesh, tolerance);
+  }
+}
+
 void build_poles(const Scene& scene, Model& model) {
   std::vector<double>& pole = model.topology.body_pole;
   pole.clear();
@@ -186,6 +205,7 @@ void build_magnets(const Scene& scene, Model& model) {
         carried.soft = soft_sphere(carried.radius, scene.magnets[i].susceptibility, 1);
     }
   }
+  expand_meshes(scene, model);
   if (!scene.magnets.empty()) build_poles(scene, model);
 }
 

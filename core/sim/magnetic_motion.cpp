@@ -49,9 +49,12 @@ Points MagneticMotion::applied_field(const Team& team, const std::vector<Magneti
   Points x(induced_.size(), 3), field = Points::Zero(induced_.size(), 3);
   for (std::size_t k = 0; k < induced_.size(); ++k) x.row(k) = magnets[induced_[k]].pose.position.transpose();
   for (const MagneticBody& body : hard(magnets)) {
-    const Points part = magnetic_field(team, {body}, x, "B");
-    field += part;
-    if (known) known->push_back({body, x, part});
+    if (known) {
+      known->push_back({body, x, magnetic_field_and_gradient(team, body, x)});
+      field += known->back().there.field;
+    } else {
+      field += magnetic_field(team, {body}, x, "B");
+    }
   }
   if (!coils.empty()) field += magnetic_field(team, coils, x, "B");
   field.rowwise() += model_.scene.magnetic_field.transpose();

@@ -1,0 +1,82 @@
+// The field of a magnet of many faces by expansions, beside the exact sum over its faces.
+#include <random>
+
+#include <catch2/catch.hpp>
+
+#include "core/base/error.h"
+#include "core/magnetics/body.h"
+#include "core/magnetics/expanded_mesh.h"
+#include "core/mesh/triangle_mesh.h"
+
+using namespace loomstone;
+
+namespace {
+
+// A torus of 40 mm with a tube of 15 mm, 3,200 faces.
+std::shared_ptr<const MeshMagnet> ring() {
+  constexpr Index around = 80, sides = 20;
+  Points x(around * sides, 3);
+  Triangles t(2 * around * sides, 3);
+  for (Index i = 0; i < around; ++i) {
+    for (Index k = 0; k < sides; ++k) {
+      const double a = 2.0 * 3.141592653589793 * i / around, b = 2.0 * 3.141592653589793 * k / sides, r = 0.04 + 0.015 * std::cos(b);
+      x.row(i * sides + k) << r * std::cos(a), r * std::sin(a), 0.015 * std::sin(b);
+      const Index corner[4] = {i * sides + k, (i + 1) % around * sides + k, (i + 1) % around * sides + (k + 1) % sides,
+                               i * sides + (k + 1) % sides};
+      t.row(2 * (i * sides + k)) << corner[0], corner[1], corner[2];
+      t.row(2 * (i * sides + k) + 1) << corner[0], corner[2], corner[3];
+    }
+  }
+  return std::make_shared<MeshMagnet>(TriangleMesh(x, t), Vec3(0.3, -0.1, 0.6));
+}
+
+// Points at a distance from the surface, on either side, and some far away.
+Points beside(double distance, bool inside) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<double> angle(0.0, 2.0 * 3.141592653589793);
+  Points x(300, 3);
+  for (Index i = 0; i < 300; ++i) {
+    const double a = angle(random), b = angle(random), tube = 0.015 + (inside ? -distance : distance), r = 0.04 + tube * std::cos(b);
+    x.row(i) << r * std::cos(a), r * std::sin(a), tube * std::sin(b);
+  }
+  return x;
+}
+
+}  // namespace
+
+TEST_CASE("expanded fields and gradients are those of all faces within the tolerance") {
+  const std::shared_ptr<const MeshMagnet> exact = ring();
+  for (const double tolerance : {1e-2, 3e-4, 3e-5, 3e-7}) {
+    const auto expanded = std::make_shared<ExpandedMesh>(exact, tolerance);
+    for (const double distance : {0.0005, 0.002, 0.005, 0.02, 0.1, 0.3}) {
+      for (const bool inside : {false, true}) {
+        if (inside && distance > 0.005) continue;
+        const Points x = beside(distance, inside);
+        const FieldAndGradient a = magnetic_field_and_gradient(Team{}, {exact, {}}, x);
+        const FieldAndGradient b = magnetic_field_and_gradient(Team{}, {expanded, {}}, x);
+        INFO("tolerance " << tolerance << ", distance " << distance << ", inside " << inside);
+        INFO("field " << (a.field - b.field).rowwise().norm().maxCoeff() / a.field.rowwise().norm().maxCoeff() << ", gradient "
+                      << (a.gradient - b.gradient).rowwise().norm().maxCoeff() / a.gradient.rowwise().norm().maxCoeff());
+        CHECK((a.field - b.field).rowwise().norm().maxCoeff() < tolerance * a.field.rowwise().norm().maxCoeff());
+        CHECK((a.gradient - b.gradient).rowwise().norm().maxCoeff() < tolerance * a.gradient.rowwise().norm().maxCoeff());
+      }
+    }
+  }
+}
+
+TEST_CASE("the value at a point does not depend on the points beside it") {
+  const auto expanded = std::make_shared<ExpandedMesh>(ring(), 1e-4);
+  const Points x = beside(0.004, false);
+  const FieldAndGradient all = magnetic_field_and_gradient(Team{2}, {expanded, {}}, x);
+  for (Index i = 0; i < 300; i += 37) {
+    const FieldAndGradient one = magnetic_field_and_gradient(Team{}, {expanded, {}}, x.row(i));
+    CHECK(one.field.row(0) == all.field.row(i));
+    CHECK(one.gradient.row(0) == all.gradient.row(i));
+  }
+  CHECK(magnetic_field(Team{}, {{expanded, {}}}, x, "B") == all.field);
+  CHECK(magnetic_gradient(Team{}, {{expanded, {}}}, x) == all.gradient);
+}
+
+TEST_CASE("a tolerance that expansions cannot reach is refused") {
+  CHECK_THROWS_AS(ExpandedMesh(ring(), 1e-12), InvalidInput);
+}
