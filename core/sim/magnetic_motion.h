@@ -47,6 +47,7 @@ class MagneticMotion {
   // Magnets and what they do to one another at one instant, without currents of circuits; places the coils as well.
   struct Instant {
     std::vector<MagneticBody> magnets;
+    std::vector<KnownField> known;
     std::vector<Wrench> forces;  // on each body and obstacle
   };
   Instant instant(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles, double time);
@@ -57,7 +58,8 @@ class MagneticMotion {
   std::vector<Wrench> wrenches(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles,
                                const std::vector<MagneticBody>& magnets, const std::vector<KnownField>& known) const;
   Vector amperes_beside(const std::vector<MagneticBody>& magnets) const;
-  double frequency(const RigidState& state, const std::vector<MagneticBody>& magnets) const;
+  // Of the stiffest body [rad/s].
+  double frequency(const Team& team, const RigidState& state, const Instant& now, const RigidWorld& world) const;
   std::vector<MagneticBody> hard(const std::vector<MagneticBody>& magnets) const;
   void place_soft(const Team& team, std::vector<MagneticBody>& magnets, const std::vector<MagneticBody>& coils) const;
   // Flux density at the induced spheres but for their own [T], and their places in the list of magnets.

@@ -205,6 +205,58 @@ def test_balls_that_have_snapped_together_come_to_rest():
     assert 2 < most < 64
 
 
+def iron_balls(n: int, magnet: ls.Magnet, radius: float = 0.005, **scene) -> ls.Scene:
+    """Iron balls in two layers above a magnet's carrier, which the scene has under the name "magnet"."""
+    ball, random = ls.meshes.sphere(radius=radius, subdivisions=2), np.random.default_rng(3)
+    places = np.array([(x, y, z) for z in (0.02, 0.032) for x in (-0.012, 0.0, 0.012) for y in (-0.012, 0.0, 0.012)])[:n]
+    places = places + random.uniform(-1e-3, 1e-3, (n, 3))
+    bodies = [ls.RigidBody(name=f"ball {i}", mesh=ball, shape="sphere", density=7800, position=p) for i, p in enumerate(places)]
+    magnets = [ls.Magnet(body=b.name, shape="sphere", radius=radius, susceptibility=1000.0) for b in bodies]
+    bodies += scene.pop("bodies", [])
+    return ls.Scene(bodies=bodies, magnets=[magnet, *magnets], magnetic_tolerance=1e-3, **scene)
+
+
+def test_iron_balls_that_fly_towards_a_free_magnet_keep_momenta_and_energy_with_second_order():
+    box = ls.meshes.box(size=(0.02, 0.02, 0.01))
+    carrier = ls.RigidBody(name="magnet", mesh=box, shape="box", density=7500)
+    scene = iron_balls(8, ls.Magnet(body="magnet", shape="cuboid", size=(0.02, 0.02, 0.01), polarization=(0, 0, 1.0)),
+                       bodies=[carrier], gravity=(0, 0, 0))
+    gained = []
+    for steps in (10, 20):
+        sim = simulation(scene.replace(magnetic_step=1.0), 4e-3 / steps)
+        sim.step()
+        energy, potential = sim.report.body_kinetic_energy + sim.report.magnetic_energy, sim.report.magnetic_energy
+        start, impulse = sim.time, 0.0
+        linear0, angular0 = total_momenta(sim, scene)
+        while sim.time < start + 3.6e-3 - 1e-9:
+            sim.step()
+            assert sim.report.magnetic_substeps == 1
+            impulse += 4e-3 / steps * np.linalg.norm(sim.magnetic_forces()[0], axis=1).sum()
+        gained.append((sim.report.body_kinetic_energy + sim.report.magnetic_energy - energy) / (sim.report.magnetic_energy - potential))
+        linear, angular = total_momenta(sim, scene)
+        assert np.linalg.norm(linear - linear0) < 1e-12 * impulse
+        assert np.linalg.norm(angular - angular0) < 1e-12 * impulse * 0.03
+    assert abs(gained[1]) < 1e-2 and gained[0] / gained[1] == pytest.approx(4.0, rel=0.3)
+
+
+def test_iron_balls_that_stick_to_a_magnet_calm_down_in_few_substeps():
+    box = ls.meshes.box(size=(0.03, 0.03, 0.02))
+    scene = iron_balls(18, ls.Magnet(body="magnet", shape="cuboid", size=(0.03, 0.03, 0.02), polarization=(0, 0, 1.2)),
+                       obstacles=[ls.obstacle(box, name="magnet", friction=0.6)])
+    sim = simulation(scene, 1e-3)
+    energies, substeps = [], []
+    for _ in range(400):
+        sim.step()
+        energies.append(sim.report.body_kinetic_energy)
+        substeps.append(sim.report.magnetic_substeps)
+        if sim.time > 0.2:
+            x = np.array(sim.state.body_positions)
+            distances = np.linalg.norm(x[:, None] - x, axis=2)[np.triu_indices(18, 1)]
+            assert distances.min() > 0.0097, "they overlap by no more than a ball of 1 m/s goes in a sub-step of 0.25 ms"
+    assert np.mean(energies[300:]) < 0.7 * np.mean(energies[100:200]), "contacts feed nothing in"
+    assert 1 < np.mean(substeps[200:]) < 8
+
+
 BAD = {
     "body must be the name of one": dict(body="c"),
     "body must be the name of what": dict(body=""),
