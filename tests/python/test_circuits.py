@@ -244,6 +244,11 @@ def test_circuits_that_cannot_be_are_refused():
         ls.Simulation(soft.replace(coils=[inside]))
 
 
+def test_circuits_without_a_rigid_body_are_refused():
+    with pytest.raises(ls.Unsupported, match="circuits are advanced together with rigid bodies"):
+        ls.Simulation(transformer().replace(bodies=[], cloths=[ls.Cloth(mesh=ls.grid(size=(0.1, 0.1), cells=(2, 2)))]))
+
+
 def test_a_frame_draws_the_closed_lines_of_a_coil_with_a_circuit(tmp_path):
     scene = transformer()
     sim = simulation(scene, 1e-3)
