@@ -130,6 +130,14 @@ def test_an_electromagnet_goes_on_with_the_same_bits_after_a_checkpoint():
     assert np.array_equal(sims[0].state.body_velocities, sims[1].state.body_velocities)
 
 
+def test_a_picture_has_no_field_lines_before_the_current_begins():
+    scene = plunger(0.015, resistance=1.0, inductance=1e-3, voltages=[1.0])
+    sim = simulation(scene.replace(magnets=[scene.magnets[0].replace(resolution=8)]), 1e-4)
+    assert M.frame_curves(sim, sim.frame(), 10) is None
+    sim.step()
+    assert M.frame_curves(sim, sim.frame(), 10) is not None
+
+
 def horseshoe(width: float) -> ls.TriangleMesh:
     """A U of three squares' width and height in the plane of x and z, a square thick."""
     outline = np.array([(0, 0), (3, 0), (3, 3), (2, 3), (2, 1), (1, 1), (1, 3), (0, 3)])

@@ -48,6 +48,7 @@ MAGNETIC = {
     "levitation": ({}, 0.3),
     "motor": ({}, 0.1),
     "lift": ({"spheres": 4}, 1.5),
+    "plunger": ({}, 0.1),
     "pull": ({"cells": 8}, 0.05),
     "toy_magnets": ({"parallel": False}, 0.08),
 }
@@ -78,6 +79,11 @@ def test_magnets_gain_no_energy_and_fall_through_nothing(name):
         turning = sim.report.body_kinetic_energy + sim.bearing_work + 0.25e-3 * sim.current**2
         assert turning + sim.circuit_heat == pytest.approx(sim.circuit_supply, rel=5e-3)
         assert sim.state.body_angular_velocities[0, 2] > 50
+    elif name == "plunger":  # it has leapt, and what its source gave is all there
+        gained = energies().sum() - start.sum()
+        assert sim.body_positions[0, 2] > 0.04 and gained > 3e-3
+        circuit = sim.report.circuit_energy + sim.circuit_heat - sim.circuit_supply
+        assert gained + circuit == pytest.approx(0.0, abs=0.01 * gained)
     elif name not in ("figures", "lift", "pull"):  # where scripts do work on their way
         # Leapfrog's energy swings by 1e-3 of what is exchanged; contacts only take.
         assert energies().sum() - start.sum() < 0.01 * most
