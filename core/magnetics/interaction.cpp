@@ -171,15 +171,15 @@ void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bo
   }
 }
 
-// Bodies that act on one another, i < k.
+// Bodies that act on one another, i < k; those that are in `done` were dealt with.
 std::vector<std::pair<Index, Index>> pairs_of(const std::vector<MagneticBody>& bodies,
-                                              const std::vector<Index>& carrier) {
+                                              const std::vector<Index>& carrier, const std::vector<bool>& done) {
   std::vector<std::pair<Index, Index>> pairs;
   for (Index i = 0; i < static_cast<Index>(bodies.size()); ++i) {
     for (Index k = i + 1; k < static_cast<Index>(bodies.size()); ++k) {
-      if (!carrier.empty() && carrier[i] == carrier[k]) continue;
+      if ((done[i] && done[k]) || (!carrier.empty() && carrier[i] == carrier[k])) continue;
       check_pair(bodies[i], bodies[k]);
-      pairs.emplace_back(i, k);
+      if (!done[i] && !done[k]) pairs.emplace_back(i, k);
     }
   }
   return pairs;
@@ -232,7 +232,8 @@ double magnetic_energy(const MagneticBody& on, const MagneticBody& by, double to
 double magnetic_energy(const Team& team, const std::vector<MagneticBody>& bodies, double tolerance,
                        const std::vector<Index>& carrier) {
   check_tolerance(tolerance);
-  const std::vector<std::pair<Index, Index>> pairs = pairs_of(bodies, carrier);
+  const std::vector<std::pair<Index, Index>> pairs =
+      pairs_of(bodies, carrier, std::vector<bool>(bodies.size(), false));
   std::vector<double> energies(pairs.size());
   const auto solve = [&](Index p) {
     energies[p] = magnetic_energy(bodies[pairs[p].first], bodies[pairs[p].second], tolerance);
@@ -259,8 +260,7 @@ std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<Magnet
   check_tolerance(tolerance);
   std::vector<Wrench> result(bodies.size());
   const std::vector<bool> single = add_single_dipoles(team, bodies, result);
-  std::vector<std::pair<Index, Index>> pairs = pairs_of(bodies, carrier);
-  std::erase_if(pairs, [&](const auto& pair) { return single[pair.first] || single[pair.second]; });
+  const std::vector<std::pair<Index, Index>> pairs = pairs_of(bodies, carrier, single);
   add_dipoles_in_fields(team, bodies, single, carrier, known, result);
   // First roughly, for the largest force; then what is not yet good enough.
   std::vector<Wrench> on_first(pairs.size());

@@ -131,8 +131,8 @@ class RigidWorld {
   void advance(double step, const Points& impulses, const Points& angular_impulses,
                const ObstaclePlaces& obstacles, RigidState& state,
                std::vector<std::uint8_t>* touched = nullptr);
-  // (b) 1 for bodies that the last step pressed on anything.
-  std::vector<std::uint8_t> pressed() const;
+  // (b) 1 for bodies that touched something in the last step, or came within some hundredths of their size of it since they did.
+  std::vector<std::uint8_t> touching() const;
   // (b) 1 for bodies that the last step pressed on an obstacle, directly or over other bodies.
   std::vector<std::uint8_t> supported() const;
   // Writes the manifolds into `state` so that restore() continues bit for bit.

@@ -202,7 +202,6 @@ struct RigidWorld::Data {
   std::vector<unsigned char> manifold_bytes() const;
   const btPersistentManifold& manifold(int m) const { return *engine->dispatcher.btCollisionDispatcher::getManifoldByIndexInternal(m); }
   void read_manifolds(ByteReader& bytes);
-  std::vector<std::array<int, 2>> pressed() const;
 };
 
 void RigidWorld::Data::add_body(const RigidBody& body, const std::string& where) {
@@ -403,28 +402,26 @@ void RigidWorld::advance(double step, const Points& impulses, const Points& angu
   data.know(state);
 }
 
-// Pairs of the engine's bodies.
-std::vector<std::array<int, 2>> RigidWorld::Data::pressed() const {
-  std::vector<std::array<int, 2>> pairs;
-  for (int m = 0; m < engine->dispatcher.getNumManifolds(); ++m) {
-    const btPersistentManifold& contact = manifold(m);
-    double impulse = 0.0;
-    for (int k = 0; k < contact.getNumContacts(); ++k) impulse += contact.getContactPoint(k).getAppliedImpulse();
-    if (impulse > 0.0) pairs.push_back({contact.getBody0()->getUserIndex(), contact.getBody1()->getUserIndex()});
-  }
-  return pairs;
-}
-
-std::vector<std::uint8_t> RigidWorld::pressed() const {
+std::vector<std::uint8_t> RigidWorld::touching() const {
   std::vector<std::uint8_t> result(data_->bodies.size(), 0);
-  for (const std::array<int, 2>& pair : data_->pressed())
-    for (const int body : pair)
+  for (int m = 0; m < data_->engine->dispatcher.getNumManifolds(); ++m) {
+    const btPersistentManifold& contact = data_->manifold(m);
+    if (contact.getNumContacts() == 0) continue;
+    for (const int body : {contact.getBody0()->getUserIndex(), contact.getBody1()->getUserIndex()})
       if (static_cast<std::size_t>(body) < result.size()) result[body] = 1;
+  }
   return result;
 }
 
 std::vector<std::uint8_t> RigidWorld::supported() const {
-  return bodies_on_obstacles(static_cast<int>(data_->bodies.size()), data_->pressed());
+  std::vector<std::array<int, 2>> pressed;
+  for (int m = 0; m < data_->engine->dispatcher.getNumManifolds(); ++m) {
+    const btPersistentManifold& manifold = data_->manifold(m);
+    double impulse = 0.0;
+    for (int k = 0; k < manifold.getNumContacts(); ++k) impulse += manifold.getContactPoint(k).getAppliedImpulse();
+    if (impulse > 0.0) pressed.push_back({manifold.getBody0()->getUserIndex(), manifold.getBody1()->getUserIndex()});
+  }
+  return bodies_on_obstacles(static_cast<int>(data_->bodies.size()), pressed);
 }
 
 void RigidWorld::save(RigidState& state) const { state.manifolds = data_->manifold_bytes(); }

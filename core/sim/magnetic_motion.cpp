@@ -19,10 +19,10 @@ namespace {
 constexpr int most_substeps = 4096;
 // A sub-step whose length times frequency has grown to this many times what was asked for is halved.
 constexpr double tolerated_growth = 4.0 / 3.0;
-// Contacts are answered to first order in the sub-step, and friction damps what oscillates in them: bodies that press on
+// Contacts are answered to first order in the sub-step, and friction damps what oscillates in them: bodies that touch
 // something may take sub-steps four times as long. Our choice; of 250 iron balls of 10 mm that stick to one another two overlap
 // by at most 0.08 mm then, by 0.06 in sub-steps half as long.
-constexpr double pressed_share = 1.0 / 16.0;
+constexpr double touching_share = 1.0 / 16.0;
 
 }  // namespace
 
@@ -259,9 +259,9 @@ double MagneticMotion::frequency(const Team& team, const RigidState& state, cons
         add_sphere_frequencies2(team, spheres, coarse[i], poses[i], now.known[k].there.gradient, carriers, squares);
     }
   }
-  const std::vector<std::uint8_t> pressed = world.pressed();
-  for (std::size_t b = 0; b < pressed.size(); ++b)
-    if (pressed[b]) squares[b] *= pressed_share;
+  const std::vector<std::uint8_t> touching = world.touching();
+  for (std::size_t b = 0; b < touching.size(); ++b)
+    if (touching[b]) squares[b] *= touching_share;
   return std::sqrt(*std::max_element(squares.begin(), squares.end()));
 }
 

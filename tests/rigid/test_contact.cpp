@@ -58,9 +58,9 @@ TEST_CASE("a body counts as supported where contacts lead from it to an obstacle
   RigidWorld world(cubes, {floor_of(2.0, 4)}, gravity);
   RigidState state = world.initial_state();
   CHECK(world.supported() == std::vector<std::uint8_t>{0, 0, 0, 0, 0});
-  CHECK(world.pressed() == std::vector<std::uint8_t>{0, 0, 0, 0, 0});
+  CHECK(world.touching() == std::vector<std::uint8_t>{0, 0, 0, 0, 0});
   run(world, state, 1e-3, 1, 1);
-  CHECK(world.pressed() == std::vector<std::uint8_t>{1, 1, 0, 0, 0});
+  CHECK(world.touching() == std::vector<std::uint8_t>{1, 1, 0, 0, 0});
   run(world, state, 1e-3, 9, 1);  // the third is 0.5 mm lower, 9.5 mm above the floor
   CHECK(state.velocities(3, 2) < state.velocities(2, 2) + 0.05);  // stopped by the fifth
   CHECK(world.supported() == std::vector<std::uint8_t>{1, 1, 0, 0, 0});
