@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/magnetics/constants.h"
 #include "core/magnetics/lane_math.h"
@@ -185,6 +186,7 @@ void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& sp
                              const RigidPose& pose, const Gradients& gradient,
                              const std::vector<Carrier>& carriers, std::vector<double>& frequencies2) {
   const Index n = static_cast<Index>(spheres.size());
+  const bool few = by.positions.rows() <= most_parts;
   Points parts(by.positions.rows(), 3);
   place_points(pose, by.positions, parts);
   std::vector<double> each(n);
@@ -193,8 +195,8 @@ void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& sp
       [&](Index i) {
         const SoftSphere& on = spheres[i];
         const double closest = on.radius + 0.5 * by.size, moment = on.moment.norm();
-        double coarse = 0.0;
-        for (Eigen::Index p = 0; p < parts.rows(); ++p) {
+        double coarse = few ? 0.0 : std::numeric_limits<double>::infinity();
+        for (Eigen::Index p = 0; few && p < parts.rows(); ++p) {
           const double r = std::max((parts.row(p).transpose() - on.position).norm(), closest), r2 = r * r;
           coarse += 1.0 / (r2 * r2 * r);
         }
