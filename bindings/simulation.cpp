@@ -123,7 +123,7 @@ void bind_simulation(py::module_& m) {
         "Pose of an obstacle at the end of the next step: position [m], quaternion (w, x, y, z). Replaces its keyframes.");
   c.def_property_readonly("body_positions", &S::body_positions, "(b x 3) centres of mass [m], a copy");
   c.def("magnetic_forces", &S::magnetic_forces, released,
-        "Magnetic forces [N] and torques about the centres [N m] on the bodies now, each (b x 3).");
+        "Forces [N] and torques about the centres [N m] on the bodies by magnets and currents now, each (b x 3).");
   const auto electric = [&](const char* name, double CircuitState::*member, const char* text) {
     c.def_property_readonly(name, [member](const S& self) { return self.circuits().*member; }, text);
   };

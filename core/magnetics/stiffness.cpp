@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/magnetics/axisymmetric.h"
 #include "core/magnetics/constants.h"
 #include "core/magnetics/lane_math.h"
 
@@ -41,8 +42,16 @@ CoarseMagnet divided(const Vec3& low, const Vec3& high) {
 
 CoarseMagnet coarse_magnet(const Source& source) {
   CoarseMagnet coarse;
+  const auto winding = [&](double radius, double length) {
+    const Vec3 reach(radius, radius, 0.5 * std::max(length, radius));
+    coarse = divided(-reach, reach);
+  };
   if (const auto box = source.box()) {
     coarse = divided(box->first, box->second);
+  } else if (const auto* loop = dynamic_cast<const Loop*>(&source)) {
+    winding(loop->radius(), 0.0);
+  } else if (const auto* solenoid = dynamic_cast<const Solenoid*>(&source)) {
+    winding(solenoid->coil_radius(), solenoid->length());
   } else if (const DipoleSet* set = source.dipoles(); set && set->positions().rows() > 0) {
     coarse.positions = set->positions();
     coarse.moment = set->moments().rowwise().norm().maxCoeff();

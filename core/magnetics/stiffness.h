@@ -1,5 +1,5 @@
 // How stiff the forces between magnets are, as an upper bound of oscillation frequencies: what an explicit integrator must
-// resolve. Every magnet is taken as a few dipoles on a lattice, close enough that none is far longer than wide; the
+// resolve. Every magnet, and every coil as the magnet of its bore, is taken as a few dipoles on a lattice, close enough that none is far longer than wide; the
 // derivative of the force between two dipoles a distance r apart is at most 24 mu0/4pi m m' / r^5, that of the torque 2 mu0/4pi
 // m m' / r^3. Dipoles of solid magnets do not come closer than their own size.
 #pragma once

@@ -4,10 +4,10 @@ namespace loomstone {
 
 namespace {
 
-// The sum of some trials, each with its factor.
-std::vector<Wrench> combined(const std::vector<std::pair<double, const CircuitTrial*>>& parts) {
-  std::vector<Wrench> sum(parts.front().second->wrenches.size());
-  for (const auto& [factor, trial] : parts) add_times(sum, factor, trial->wrenches);
+// The sum of some wrenches, each with its factor.
+std::vector<Wrench> combined(const std::vector<std::pair<double, const std::vector<Wrench>*>>& parts) {
+  std::vector<Wrench> sum(parts.front().second->size());
+  for (const auto& [factor, wrenches] : parts) add_times(sum, factor, *wrenches);
   return sum;
 }
 
@@ -21,6 +21,7 @@ void add_times(std::vector<Wrench>& to, double factor, const std::vector<Wrench>
 }
 
 CircuitResponse circuit_response(const std::vector<std::size_t>& circuits, const Vector& amperes,
+                                 const std::vector<Wrench>& idle,
                                  const std::function<CircuitTrial(const Vector&)>& trial) {
   const std::size_t m = circuits.size();
   const auto with = [&](std::size_t j, double sign) {
@@ -28,23 +29,23 @@ CircuitResponse circuit_response(const std::vector<std::size_t>& circuits, const
     currents[static_cast<Eigen::Index>(j)] = sign * amperes[static_cast<Eigen::Index>(j)];
     return currents;
   };
-  const CircuitTrial idle = trial(Vector::Zero(amperes.size()));
-  std::vector<CircuitTrial> forth;
+  std::vector<std::vector<Wrench>> forth;
   CircuitResponse response;
-  response.inductances.resize(static_cast<Eigen::Index>(m), idle.flux.size());
   for (std::size_t j = 0; j < m; ++j) {
     const auto row = static_cast<Eigen::Index>(j);
     const double i = amperes[row];
-    forth.push_back(trial(with(j, 1.0)));
-    const CircuitTrial back = trial(with(j, -1.0));
-    response.linear.push_back(combined({{0.5 / i, &forth[j]}, {-0.5 / i, &back}}));
-    response.quadratic.push_back({j, j, combined({{1 / (i * i), &forth[j]}, {1 / (i * i), &back}, {-2 / (i * i), &idle}})});
-    response.inductances.row(row) = (forth[j].flux - back.flux).transpose() / (2.0 * i);
+    const CircuitTrial on = trial(with(j, 1.0)), back = trial(with(j, -1.0));
+    forth.push_back(on.wrenches);
+    response.linear.push_back(combined({{0.5 / i, &on.wrenches}, {-0.5 / i, &back.wrenches}}));
+    response.quadratic.push_back(
+        {j, j, combined({{1 / (i * i), &on.wrenches}, {1 / (i * i), &back.wrenches}, {-2 / (i * i), &idle}})});
+    if (j == 0) response.inductances.resize(static_cast<Eigen::Index>(m), on.flux.size());
+    response.inductances.row(row) = (on.flux - back.flux).transpose() / (2.0 * i);
     for (std::size_t k = 0; k < j; ++k) {
       const CircuitTrial both = trial(with(j, 1.0) + with(k, 1.0));
       const double scale = 1.0 / (i * amperes[static_cast<Eigen::Index>(k)]);
       response.quadratic.push_back(
-          {k, j, combined({{scale, &both}, {-scale, &forth[j]}, {-scale, &forth[k]}, {scale, &idle}})});
+          {k, j, combined({{scale, &both.wrenches}, {-scale, &forth[j]}, {-scale, &forth[k]}, {scale, &idle}})});
     }
   }
   for (std::size_t j = 0; j < m; ++j)

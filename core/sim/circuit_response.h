@@ -28,12 +28,13 @@ struct CircuitResponse {
 // What acts with some current in each circuit.
 struct CircuitTrial {
   std::vector<Wrench> wrenches;          // on each carrier
-  Vector flux;                           // (coils) through each by magnetised bodies [Wb]
+  Vector flux;                           // (coils) through each by magnetised bodies, where it is wanted [Wb]
 };
 
-// circuits: their places among the coils; amperes: (circuits) as many as show beside what acts without them [A]. Of the mutual
-// inductance of two circuits the mean of both ways round is taken.
+// circuits: their places among the coils; amperes: (circuits) as many as show beside what acts without them, which is `idle`
+// [A]. Of the mutual inductance of two circuits the mean of both ways round is taken.
 CircuitResponse circuit_response(const std::vector<std::size_t>& circuits, const Vector& amperes,
+                                 const std::vector<Wrench>& idle,
                                  const std::function<CircuitTrial(const Vector&)>& trial);
 
 }  // namespace loomstone

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/error.h"
 #include "core/magnetics/axisymmetric.h"
 #include "core/magnetics/constants.h"
 #include "core/magnetics/mutual_inductance.h"
@@ -143,11 +144,35 @@ void Currents::place_inductances(const std::vector<MagneticBody>& coils, const C
     for (std::size_t g = 0; g < given_.size(); ++g)
       from_given_(a, g) = model_.scene.coils[given_[g]].times.empty() ? 0.0 : mutual(given_[g], circuits_[a]);
   }
-  if (response.inductances.rows() == 0) return;
+  if (response.linear.empty()) return;
   for (Eigen::Index a = 0; a < m; ++a) {
     for (Eigen::Index b = 0; b < m; ++b) inductances_(a, b) += response.inductances(a, circuits_[b]);
     for (std::size_t g = 0; g < given_.size(); ++g) from_given_(a, g) += response.inductances(a, given_[g]);
+    if (!(inductances_(a, a) > 0.0))
+      throw InvalidInput("coils[" + std::to_string(circuits_[a]) + "].inductance must be that of the winding in air, more than the " +
+                         std::to_string(-response.inductances(a, circuits_[a])) +
+                         " H that diamagnetic bodies in it take away, got " +
+                         std::to_string(model_.scene.coils[circuits_[a]].inductance) + " H");
   }
+}
+
+bool Currents::wants_flux(std::size_t coil) const {
+  return model_.scene.coils[coil].resistance > 0.0 || !model_.scene.coils[coil].times.empty();
+}
+
+std::vector<Wrench> Currents::on_coils(const RigidState& state, const std::vector<RigidPose>& obstacles,
+                                       const Vector& currents) const {
+  const Points centres = carrier_centres(state, obstacles);
+  const std::vector<MagneticBody> coils = placed_coils(state, obstacles);
+  Wrenches result(centres.rows());
+  for (std::size_t j = 0; j < coils.size(); ++j) {
+    const double current = currents[static_cast<Eigen::Index>(j)];
+    result[model_.coils[j].carrier].torque += current * coils[j].moment().cross(model_.scene.magnetic_field);
+    for (std::size_t k = 0; k < j && current != 0.0; ++k)
+      meet({coils[j], model_.coils[j].carrier}, {coils[k], model_.coils[k].carrier},
+           current * currents[static_cast<Eigen::Index>(k)], centres, result);
+  }
+  return result;
 }
 
 std::vector<MagneticBody> Currents::placed_coils(const RigidState& state, const std::vector<RigidPose>& obstacles) const {

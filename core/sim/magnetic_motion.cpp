@@ -38,6 +38,7 @@ MagneticMotion::MagneticMotion(const Model& model) : model_(model), currents_(mo
       coarse_.push_back(CoarseMagnet{Points::Zero(1, 3), 0.0, 2.0 * magnet.radius});
     soft_ |= magnet.soft != nullptr;
   }
+  for (const Model::Wound& wound : model.coils) coarse_coils_.push_back(coarse_magnet(*wound.source));
   polarizabilities_.resize(induced_.size());
   for (std::size_t k = 0; k < induced_.size(); ++k) polarizabilities_[k] = model.magnets[induced_[k]].polarizability;
 }
@@ -126,6 +127,10 @@ std::vector<Wrench> MagneticMotion::wrenches(const Team& team, const RigidState&
   const std::vector<MagneticBody> magnets =
       placed(team, state, obstacles, carrying_coils(model_, state, obstacles, currents), known);
   std::vector<Wrench> result = wrenches(team, state, obstacles, magnets, known);
+  if (!model_.coils.empty()) {
+    add_times(result, 1.0, currents_.on_magnets(state, obstacles, magnets, currents));
+    add_times(result, 1.0, currents_.on_coils(state, obstacles, currents));
+  }
   result.resize(model_.n_bodies());
   return result;
 }
@@ -154,13 +159,16 @@ MagneticMotion::Instant MagneticMotion::instant(const Team& team, const RigidSta
       CircuitTrial result{then.forces, Vector::Zero(currents.size())};
       add_times(result.wrenches, 1.0, currents_.on_magnets(state, obstacles, then.magnets, currents));
       for (std::size_t j = 0; j < model_.coils.size(); ++j) {
+        if (!currents_.wants_flux(j)) continue;
         const Model::Wound& wound = model_.coils[j];
         const MagneticBody coil{wound.source, carried_pose(state, obstacles, wound.carrier, wound.local)};
         for (const Index i : induced_) result.flux[static_cast<Eigen::Index>(j)] += linked_flux(coil, then.magnets[i]);
       }
       return result;
     };
-    response = circuit_response(currents_.circuits(), amperes_beside(now.magnets), trial);
+    std::vector<Wrench> idle = now.forces;
+    add_times(idle, 1.0, currents_.on_magnets(state, obstacles, now.magnets, currents_.all(time)));
+    response = circuit_response(currents_.circuits(), amperes_beside(now.magnets), idle, trial);
   }
   currents_.place(state, obstacles, now.magnets, time, std::move(magnetised), response);
   return now;
@@ -222,15 +230,18 @@ double MagneticMotion::energy(const Team& team, const RigidState& state,
   return total;
 }
 
-double MagneticMotion::frequency(const Team& team, const RigidState& state, const Instant& now,
-                                 const RigidWorld& world) const {
+double MagneticMotion::frequency(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles,
+                                 const Instant& now, const Vector& currents, const RigidWorld& world) const {
   std::vector<Carrier> carriers(model_.n_bodies() + 1);
   for (Index b = 0; b < model_.n_bodies(); ++b)
     carriers[b] = {currents_.held(b) ? 0.0 : 1.0 / model_.body_mass[b].mass, 1.0 / rotors_[b].moments.minCoeff(),
                    state.positions.row(b).transpose()};
   std::vector<CoarseMagnet> coarse = coarse_;
   std::vector<RigidPose> poses;
-  for (const MagneticBody& magnet : now.magnets) poses.push_back(magnet.pose);
+  std::vector<MagneticBody> magnets = now.magnets;
+  if (!induced_.empty() && !currents_.circuits().empty())  // as these magnetise them too
+    magnets = placed(team, state, obstacles, carrying_coils(model_, state, obstacles, currents));
+  for (const MagneticBody& magnet : magnets) poses.push_back(magnet.pose);
   // An induced moment changes on the way as well: of forces like r^-7 the derivative is 7/4 of that of r^-4.
   // Charge on a surface acts as its absolute value does, also where the whole moment is small; of what is written as a sum of
   // charges of both signs that is the least found.
@@ -242,21 +253,37 @@ double MagneticMotion::frequency(const Team& team, const RigidState& state, cons
   std::vector<SoftSphere> spheres;
   const bool soft_spheres = !soft_ && !induced_.empty() && polarizabilities_.minCoeff() > 0.0;
   for (const Index i : induced_) {
-    const SourcePtr &source = now.magnets[i].source, even = even_source(source);
-    double moment = source->induced() ? spread(source) : now.magnets[i].moment().norm();
+    const SourcePtr &source = magnets[i].source, even = even_source(source);
+    double moment = source->induced() ? spread(source) : magnets[i].moment().norm();
     if (even != source) moment = std::min(moment, spread(even));
     coarse[i].soft_sphere = soft_spheres;
     coarse[i].moment = (soft_spheres ? 1.0 : 1.75) * moment / static_cast<double>(coarse[i].positions.rows());
     if (soft_spheres)
-      spheres.push_back({groups_[i], poses[i].position, now.magnets[i].moment(), model_.magnets[i].radius});
+      spheres.push_back({groups_[i], poses[i].position, magnets[i].moment(), model_.magnets[i].radius});
   }
-  std::vector<double> squares = frequencies2(coarse, poses, groups_, carriers, model_.scene.magnetic_field.norm());
+  std::vector<Index> groups = groups_;
+  for (std::size_t j = 0; j < model_.coils.size(); ++j) {
+    const Model::Wound& wound = model_.coils[j];
+    coarse.push_back(coarse_coils_[j]);
+    coarse.back().moment *= std::abs(currents[static_cast<Eigen::Index>(j)]);
+    poses.push_back(carried_pose(state, obstacles, wound.carrier, wound.local));
+    groups.push_back(std::min(wound.carrier, model_.n_bodies()));
+  }
+  std::vector<double> squares = frequencies2(coarse, poses, groups, carriers, model_.scene.magnetic_field.norm());
   if (!spheres.empty()) {
     add_sphere_frequencies2(team, spheres, carriers, squares);
     for (std::size_t k = 0; k < hard_.size(); ++k) {
       const Index i = hard_[k];
       if (groups_[i] == model_.n_bodies())
         add_sphere_frequencies2(team, spheres, coarse[i], poses[i], now.known[k].there.gradient, carriers, squares);
+    }
+    Points x(spheres.size(), 3);
+    for (std::size_t k = 0; k < spheres.size(); ++k) x.row(k) = spheres[k].position.transpose();
+    for (std::size_t j = 0; j < model_.coils.size(); ++j) {
+      const std::size_t i = model_.magnets.size() + j;
+      if (groups[i] != model_.n_bodies() || coarse[i].moment == 0.0) continue;
+      const MagneticBody coil{wound_source(model_.scene.coils[j], currents[static_cast<Eigen::Index>(j)]), poses[i]};
+      add_sphere_frequencies2(team, spheres, coarse[i], poses[i], magnetic_gradient(team, {coil}, x), carriers, squares);
     }
   }
   const std::vector<std::uint8_t> touching = world.touching();
@@ -290,7 +317,11 @@ MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, cons
   int parts = 1;              // the sub-step is step / parts; `place` of them are done
   double limit = model_.scene.magnetic_step;
   for (int place = 0; place < parts;) {
-    const double frequency_now = frequency(team, state, now, world);
+    const ObstaclePlaces here = between(obstacles, moved_obstacles, static_cast<double>(place) / parts);
+    Vector currents = currents_.all(time + step * place / parts);
+    for (const std::size_t j : currents_.circuits())
+      currents[static_cast<Eigen::Index>(j)] = circuit.currents[static_cast<Eigen::Index>(j)];
+    const double frequency_now = frequency(team, state, here.poses, now, currents, world);
     while (frequency_now * step > limit * parts && parts <= most_substeps) parts *= 2, place *= 2;
     if (parts > most_substeps || !std::isfinite(frequency_now)) {
       std::ostringstream out;

@@ -59,7 +59,8 @@ class MagneticMotion {
                                const std::vector<MagneticBody>& magnets, const std::vector<KnownField>& known) const;
   Vector amperes_beside(const std::vector<MagneticBody>& magnets) const;
   // Of the stiffest body [rad/s].
-  double frequency(const Team& team, const RigidState& state, const Instant& now, const RigidWorld& world) const;
+  double frequency(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles, const Instant& now,
+                   const Vector& currents, const RigidWorld& world) const;
   std::vector<MagneticBody> hard(const std::vector<MagneticBody>& magnets) const;
   void place_soft(const Team& team, std::vector<MagneticBody>& magnets, const std::vector<MagneticBody>& coils) const;
   // Flux density at the induced spheres but for their own [T], and their places in the list of magnets.
@@ -70,7 +71,7 @@ class MagneticMotion {
   std::vector<Rotor> rotors_;
   Currents currents_;
   std::vector<Index> groups_;          // carrier of each magnet, one number for all obstacles
-  std::vector<CoarseMagnet> coarse_;
+  std::vector<CoarseMagnet> coarse_, coarse_coils_;  // coils: with one ampere
   std::vector<Index> hard_, induced_;  // places in the list of magnets
   Vector polarizabilities_;            // of the induced ones, where they are dipoles
   bool soft_ = false;                  // the induced ones are not just dipoles

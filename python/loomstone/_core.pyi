@@ -2299,7 +2299,7 @@ class Simulation:
         """
     def magnetic_forces(self) -> typing.Annotated[list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]], "FixedSize(2)"]:
         """
-        Magnetic forces [N] and torques about the centres [N m] on the bodies now, each (b x 3).
+        Forces [N] and torques about the centres [N m] on the bodies by magnets and currents now, each (b x 3).
         """
     def magnets(self, frame: Frame) -> list[MagneticBody]:
         """
