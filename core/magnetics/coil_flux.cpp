@@ -23,36 +23,23 @@ struct Bore {
 Bore bore_of(const Source& coil) {
   if (const auto* s = dynamic_cast<const Solenoid*>(&coil))
     return {s->coil_radius(), 0.5 * s->length(), mu0 * s->sheet_current()};
-  const auto* loop = dynamic_cast<const Loop*>(&coil);
-  if (!loop) throw InvalidInput("a flux is linked by loops and solenoids, got another source");
-  const double length = loop_length * loop->radius();
-  return {loop->radius(), 0.5 * length, mu0 * loop->current() / length};
+  const auto& loop = dynamic_cast<const Loop&>(coil);
+  const double length = loop_length * loop.radius();
+  return {loop.radius(), 0.5 * length, mu0 * loop.current() / length};
 }
 
-// Whether the body lies in the bore, told by its points beside the winding, else by where the line between its ends passes it.
-bool in_bore(const Bore& bore, const Points& points) {
-  int inside = 0, outside = 0;
-  Index low = 0, high = 0;
-  for (Index i = 0; i < points.rows(); ++i) {
-    if (points(i, 2) < points(low, 2)) low = i;
-    if (points(i, 2) > points(high, 2)) high = i;
-    if (std::abs(points(i, 2)) > bore.half_length) continue;
-    ++(points.row(i).head<2>().norm() < bore.radius ? inside : outside);
-  }
-  if (inside > 0 && outside > 0)
-    throw Unsupported("a circuit beside bodies that magnetise must have them in its bore or beside it, got one that reaches round "
-                      "the winding; split the body");
-  if (inside + outside > 0) return inside > 0;
-  const double from = points(low, 2), to = points(high, 2);
-  if (from > 0.0 || to < 0.0) return false;  // beyond an end, where both branches differ by a constant
-  const Vec3 at = points.row(low) + (to > from ? -from / (to - from) : 0.0) * (points.row(high) - points.row(low));
-  return at.head<2>().norm() < bore.radius;
+// Notes points of the edge from a to b that are beside the turns: its ends, and where it crosses their middle and ends.
+void note_edge(const Bore& bore, const Vec3& a, const Vec3& b, BesideWinding& found) {
+  const auto note = [&](const Vec3& x) { (x.head<2>().norm() < bore.radius ? found.in_bore : found.outside) = true; };
+  if (std::abs(a[2]) <= bore.half_length) note(a);
+  if (std::abs(b[2]) <= bore.half_length) note(b);
+  for (const double z : {-bore.half_length, 0.0, bore.half_length})
+    if ((a[2] < z && b[2] > z) || (a[2] > z && b[2] < z)) note(a + (z - a[2]) / (b[2] - a[2]) * (b - a));
 }
 
 // mu0 times the scalar potential of the winding with one ampere at points in its axes [T m].
-Vector winding_potential(const Bore& bore, const Points& points) {
+Vector winding_potential(const Bore& bore, bool threaded, const Points& points) {
   const Cylinder magnet(bore.radius, 2.0 * bore.half_length, Vec3(0, 0, bore.polarization));
-  const bool threaded = in_bore(bore, points);
   Vector potential(points.rows());
   alignas(64) double x[3 * points_per_block], values[points_per_block];
   for (Index begin = 0; begin < points.rows(); begin += points_per_block) {
@@ -71,6 +58,28 @@ Vector winding_potential(const Bore& bore, const Points& points) {
 
 }  // namespace
 
+BesideWinding beside_winding(const MagneticBody& coil, const MagneticBody& body) {
+  const Bore bore = bore_of(*coil.source);
+  const RigidPose pose = relative_pose(body.pose, coil.pose);
+  const Mat3 rotation = rotation_matrix(pose.orientation);
+  BesideWinding found;
+  bool polygons = false;
+  for (const Panel& panel : body.source->surface()) {
+    if (panel.shape != Panel::Shape::triangle && panel.shape != Panel::Shape::parallelogram) continue;
+    polygons = true;
+    Vec3 corners[4] = {panel.a, panel.a + panel.b, panel.a + panel.c, panel.a + panel.c};
+    if (panel.shape == Panel::Shape::parallelogram) corners[2] += panel.b;
+    for (Vec3& corner : corners) corner = pose.position + rotation * corner;
+    for (int k = 0; k < 4; ++k) note_edge(bore, corners[k], corners[(k + 1) % 4], found);
+  }
+  if (polygons) return found;
+  // The part of a ball that is nearest to the middle of the winding's height.
+  const double z = std::clamp(pose.position[2], -bore.half_length, bore.half_length);
+  if (std::abs(pose.position[2] - z) < body.source->radius())
+    (pose.position.head<2>().norm() < bore.radius ? found.in_bore : found.outside) = true;
+  return found;
+}
+
 double linked_flux(const MagneticBody& coil, const MagneticBody& magnetised) {
   const RigidPose pose = relative_pose(magnetised.pose, coil.pose);
   const Mat3 rotation = rotation_matrix(pose.orientation);
@@ -83,7 +92,11 @@ double linked_flux(const MagneticBody& coil, const MagneticBody& magnetised) {
   Points at(static_cast<Eigen::Index>(charges.size()), 3);
   for (std::size_t i = 0; i < charges.size(); ++i)
     at.row(static_cast<Eigen::Index>(i)) = (pose.position + rotation * charges[i].position).transpose();
-  const Vector potential = winding_potential(bore_of(*coil.source), at);
+  const BesideWinding beside = beside_winding(coil, magnetised);
+  if (beside.in_bore && beside.outside)
+    throw Unsupported("circuits want bodies that magnetise in the bore of their coil or beside it, got one that reaches round the "
+                      "winding or has run into it");
+  const Vector potential = winding_potential(bore_of(*coil.source), beside.in_bore, at);
   double flux = 0.0;
   for (std::size_t i = 0; i < charges.size(); ++i) flux -= charges[i].charge * potential[static_cast<Eigen::Index>(i)];
   return flux;

@@ -7,8 +7,16 @@
 
 namespace loomstone {
 
-// [Wb] through all turns of a loop or solenoid of one ampere a turn, by dipoles or by an induced body that lies in its bore,
-// beyond its ends or beside it. Throws Unsupported where the body reaches round the winding, InvalidInput for other sources.
+// Where a body lies that does not cut the winding: all of it that is beside the turns is in the bore, or outside. Of a body that
+// reaches round the winding both are; beyond the ends neither.
+struct BesideWinding {
+  bool in_bore = false, outside = false;
+};
+// body: a solid one, told by its surface where that is polygons, else taken for a ball.
+BesideWinding beside_winding(const MagneticBody& coil, const MagneticBody& body);
+
+// [Wb] through all turns of a loop or solenoid of one ampere a turn, by dipoles or by an induced body. Throws Unsupported where the
+// body reaches round the winding.
 double linked_flux(const MagneticBody& coil, const MagneticBody& magnetised);
 
 }  // namespace loomstone

@@ -1,6 +1,8 @@
 // Coils on bodies and obstacles, and bearings.
+#include <algorithm>
 #include <cmath>
 
+#include "core/magnetics/coil_flux.h"
 #include "core/magnetics/mutual_inductance.h"
 #include "core/sim/build.h"
 #include "core/sim/currents.h"
@@ -96,20 +98,30 @@ void check_coils(const Model& model, const State& state) {
   const std::vector<RigidPose> obstacles = obstacle_places(model, state, 0.0, 1.0).poses;
   const auto pose_of = [&](const auto& part) { return carried_pose(state.rigid, obstacles, part.carrier, part.local); };
   std::vector<Index> circuits;
+  const bool any_circuit = std::any_of(model.scene.coils.begin(), model.scene.coils.end(),
+                                       [](const Coil& coil) { return coil.resistance > 0.0; });
   for (std::size_t j = 0; j < model.coils.size(); ++j) {
     const std::string where = "coils[" + std::to_string(j) + "]";
     if (model.scene.coils[j].resistance > 0.0) circuits.push_back(static_cast<Index>(j));
-    for (const Model::Carried& magnet : model.magnets) {
-      if (!magnet.soft) continue;
-      const SourcePtr solid = magnet.soft->solid();
+    for (std::size_t k = 0; k < model.magnets.size(); ++k) {
+      const Model::Carried& magnet = model.magnets[k];
+      if (magnet.source) continue;
+      const SourcePtr solid = magnet.soft ? magnet.soft->solid() : nullptr;  // null: a sphere that is taken as a dipole
+      const double radius = solid ? solid->radius() : magnet.radius;
       const RigidPose pose = relative_pose(pose_of(model.coils[j]), pose_of(magnet));
       const Mat3 rotation = rotation_matrix(pose.orientation);
       for (const Panel& panel : model.coils[j].source->panels())
         for (int i = 0; i < 64; ++i) {
           const Vec3 point = panel.at(i % 8 / 7.0, panel.line() ? 0.0 : i / 8 / 7.0).position;
-          require(solid->depth(pose.position + rotation * point) <= 1e-6 * solid->radius(),
+          const Vec3 there = pose.position + rotation * point;
+          require((solid ? solid->depth(there) : radius - there.norm()) <= 1e-6 * radius,
                   where + " must lie apart from bodies that magnetise, got a winding that goes into one");
         }
+      if (!solid || !any_circuit || (model.scene.coils[j].resistance == 0.0 && model.scene.coils[j].times.empty())) continue;
+      const BesideWinding beside = beside_winding({model.coils[j].source, pose_of(model.coils[j])}, {solid, pose_of(magnet)});
+      if (beside.in_bore && beside.outside)
+        throw Unsupported(where + ": circuits want bodies that magnetise in the bore or beside the winding, got magnets[" +
+                          std::to_string(k) + "], which reaches round it; split the body");
     }
   }
   const auto m = static_cast<Eigen::Index>(circuits.size());

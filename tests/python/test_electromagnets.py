@@ -130,6 +130,79 @@ def test_an_electromagnet_goes_on_with_the_same_bits_after_a_checkpoint():
     assert np.array_equal(sims[0].state.body_velocities, sims[1].state.body_velocities)
 
 
+def half_ring(inner: float, outer: float, width: float, parts: int = 8) -> ls.TriangleMesh:
+    """Half a ring in the plane of x and z, open towards -x; not convex."""
+    angles = np.linspace(-np.pi / 2, np.pi / 2, parts + 1)
+    section = [(inner, -0.5 * width), (outer, -0.5 * width), (outer, 0.5 * width), (inner, 0.5 * width)]
+    vertices = np.array([(r * np.cos(a), y, r * np.sin(a)) for a in angles for r, y in section])
+    quads = [(4 * k + i, 4 * k + 4 + i, 4 * k + 4 + (i + 1) % 4, 4 * k + (i + 1) % 4) for k in range(parts) for i in range(4)]
+    quads += [(0, 1, 2, 3), tuple(4 * parts + i for i in (3, 2, 1, 0))]
+    return ls.TriangleMesh(vertices, np.array([t for a, b, c, d in quads for t in ((a, c, b), (a, d, c))]))
+
+
+def test_a_bow_round_a_loop_lies_beside_its_winding():
+    """Its middle lies in the loop's axis, and none of it in the loop."""
+    iron = ls.Magnet(body="core", shape="mesh", susceptibility=100.0, resolution=300)
+
+    def added(z: float, **shape) -> float:
+        mesh = half_ring(0.012, 0.018, 0.006).moved((0, 0, z))
+        coil = ls.Coil(body="coil", radius=0.009, turns=100, resistance=1.0, inductance=1e-3, voltages=[1.0], **shape)
+        sim = simulation(held(iron, coil, mesh), 1e-4)
+        sim.step()
+        return 2.0 * sim.report.circuit_energy / sim.current**2 - 1e-3
+
+    for z in (-0.0021, 0.0, 0.0006, 0.0017):
+        assert added(z, shape="loop") == pytest.approx(added(z, length=5e-4), rel=2e-3)  # (length / radius)^2
+
+
+@pytest.mark.parametrize("given", [True, False])
+def test_balls_in_the_field_of_a_coil_move_in_sub_steps_that_resolve_their_pull(given):
+    ball, mesh = 0.003, ls.meshes.sphere(radius=0.003, subdivisions=2)
+    bodies = [ls.RigidBody(name=n, mesh=mesh, shape="sphere", density=7800, position=(0, 0, z)) for n, z in (("a", -0.0045), ("b", 0.0045))]
+    magnets = [ls.Magnet(body=n, shape="sphere", radius=ball, susceptibility=1000.0) for n in "ab"]
+    source = {"currents": [20.0]} if given else {"resistance": 2.0, "inductance": 5e-3, "voltages": [40.0]}
+    coil = ls.Coil(body="stand", radius=0.02, length=0.06, turns=600, **source)
+    stand = ls.obstacle(BOX.moved((0, 0, 0.5)), name="stand")
+    sim = simulation(ls.Scene(obstacles=[stand], bodies=bodies, magnets=magnets, coils=[coil], gravity=(0, 0, 0), collisions=False), 2e-3)
+    start, substeps = balance(sim), 0
+    for _ in range(10):
+        sim.step()
+        substeps += sim.report.magnetic_substeps
+    assert substeps > 30
+    assert balance(sim) < start + 1e-4, "they click together, which takes energy and gives none"
+    assert np.diff(sim.body_positions[:, 2]) == pytest.approx(2 * ball, abs=2e-5)
+
+
+@pytest.mark.parametrize("soft", [True, False])
+def test_a_strong_coil_draws_in_what_it_pulls_with_the_speed_of_short_steps(soft):
+    ball = {"susceptibility": 1000.0} if soft else {"polarization": (0, 0, 1.0)}
+    body = ls.RigidBody(name="ball", mesh=ls.meshes.sphere(radius=0.004, subdivisions=2), shape="sphere", density=7800, position=(0, 0, 0.012))
+    coil = ls.Coil(body="stand", radius=0.01, length=0.01, turns=400, currents=[50.0])
+    stand = ls.obstacle(BOX.moved((0.5, 0, 0)), name="stand")
+    scene = ls.Scene(obstacles=[stand], bodies=[body], magnets=[ls.Magnet(body="ball", shape="sphere", radius=0.004, **ball)], coils=[coil],
+                     gravity=(0, 0, 0), collisions=False)  # fmt: skip
+    speeds = []
+    for step in (2e-3, 1e-4):
+        sim = simulation(scene, step)
+        for _ in range(round(2e-3 / step)):
+            sim.step()
+        speeds.append(sim.state.body_velocities[0, 2])
+    assert abs(speeds[1]) > 1.0 and speeds[0] == pytest.approx(speeds[1], rel=0.05)
+
+
+def test_forces_by_currents_are_among_the_magnetic_forces():
+    scene = falling(magnets=[MAGNET], times=[0.0, 0.008], currents=[5.0, 20.0])
+    scene = scene.replace(bodies=[b.replace(velocity=(0, 0, 0), angular_velocity=(0, 0, 0)) for b in scene.bodies])
+    sim = simulation(scene, 1e-5)
+    for _ in range(20):  # a current has begun to flow
+        sim.step()
+    masses = np.array([ls.mass_properties(b.mesh, b.density).mass for b in scene.bodies])
+    before, forces = np.array(sim.state.body_velocities), np.asarray(sim.magnetic_forces()[0])
+    sim.step()
+    felt = masses[:, None] * (np.asarray(sim.state.body_velocities) - before) / 1e-5
+    assert np.abs(forces).max() > 0.01 and forces == pytest.approx(felt, abs=0.06 * np.abs(felt).max())  # the current grows by 1/20
+
+
 def test_a_picture_has_no_field_lines_before_the_current_begins():
     scene = plunger(0.015, resistance=1.0, inductance=1e-3, voltages=[1.0])
     sim = simulation(scene.replace(magnets=[scene.magnets[0].replace(resolution=8)]), 1e-4)
@@ -158,9 +231,15 @@ def test_circuits_beside_bodies_that_they_cannot_magnetise_linearly_are_refused(
         scene = bar.replace(magnets=[bar.magnets[0].replace(**soft)], coils=[bar.coils[0].replace(**coil)])
         with pytest.raises(error, match=message):
             ls.Simulation(scene)
+    ball = ls.Magnet(body="core", shape="sphere", radius=0.009, susceptibility=-1.0, resolution=20)
+    loop = ls.Coil(body="coil", shape="loop", radius=0.0095, turns=100, resistance=1.0, inductance=1e-5, voltages=[1.0])
+    with pytest.raises(ls.InvalidInput, match="coils.0..inductance must be that of the winding in air"):
+        simulation(held(ball, loop), 1e-4).step()
+    with pytest.raises(ls.InvalidInput, match="lie apart"):
+        simulation(held(ball.replace(resolution=0, susceptibility=10.0), loop.replace(radius=0.008)), 1e-4)
     mesh = horseshoe(0.01)
     iron = ls.Magnet(body="core", shape="mesh", susceptibility=100.0)
     coil = ls.Coil(body="coil", radius=0.012, length=0.01, turns=100, resistance=1.0, inductance=1e-3)
     scene = held(iron, coil.replace(position=(0.005, 0, 0.02)), mesh)  # round one leg: the other is beside the winding
-    with pytest.raises(ls.Unsupported, match="reaches round the winding"):
-        ls.Simulation(scene).step()
+    with pytest.raises(ls.Unsupported, match="magnets.0., which reaches round it"):
+        ls.Simulation(scene)

@@ -163,3 +163,12 @@ def test_a_path_needs_a_direction():
             ls.magnetics.force_over_distance(ball.moved((0, 0, 0.03)), ball, [0.0], axis=axis)
         with pytest.raises(ls.InvalidInput, match="axis must be three finite numbers"):
             ls.magnetics.torque_over_angle(ball.moved((0, 0, 0.03)), ball, [0.0], axis=axis)
+
+
+def test_pictures_show_the_lines_of_small_magnets_far_apart():
+    ball = ls.meshes.sphere(radius=0.001, subdivisions=2)
+    places = {"a": (0, 0, 0), "b": (10.0, 0, 0)}
+    bodies = [ls.RigidBody(name=n, mesh=ball, shape="sphere", position=p) for n, p in places.items()]
+    magnets = [ls.Magnet(body=n, shape="sphere", radius=0.001, polarization=(0, 0, 1.2)) for n in places]
+    sim = ls.Simulation(ls.Scene(bodies=bodies, magnets=magnets), threads=1)
+    assert ls.magnetics.frame_curves(sim, sim.frame(), 10) is not None

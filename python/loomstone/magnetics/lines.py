@@ -90,10 +90,10 @@ def frame_curves(simulation: Any, frame: Frame, lines: int, uniform: ArrayLike =
     magnets = simulation.magnets(frame)
     if not magnets:
         return None
-    low, high = box_of(magnets)
-    beside = np.stack([low, high]) + 0.1 * (high - low) * [[-1.0], [1.0]]
+    beside = np.concatenate([m.position + 1.2 * m.radius * np.array([(1.0, 0.0, 0.0), (0.0, 0.0, 1.0)]) for m in magnets])
     if not np.any(uniform) and np.abs(field(magnets, beside, threads=1)).max() < WEAK:
         return None
+    low, high = box_of(magnets)
     size = float(np.linalg.norm(0.5 * (high - low)))
     thin = 0.006 * size**0.5 * max(m.radius for m in magnets) ** 0.5
     # Long enough to leave the ball that lines are drawn in, too short for a bundle of those that wind round a current for ever.
