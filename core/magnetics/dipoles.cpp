@@ -34,6 +34,25 @@ LOOMSTONE_INLINE Arm arm(const Lanes3& p, const double* position, double nearest
   return a;
 }
 
+// Field of a dipole m, over mu0 / 4 pi; mr: m.r.
+LOOMSTONE_INLINE void add_field(const double* m, const Arm& a, const Lanes& mr, Lanes3& b) {
+  const Lanes along = 3.0 * mr * a.inverse2;
+  b.x += (along * a.r.x - m[0]) * a.inverse3;
+  b.y += (along * a.r.y - m[1]) * a.inverse3;
+  b.z += (along * a.r.z - m[2]) * a.inverse3;
+}
+
+// Its gradient over three times that: xx, xy, xz, yy, yz, zz.
+LOOMSTONE_INLINE void add_gradient(const double* m, const Arm& a, const Lanes& mr, Lanes sum[6]) {
+  const Lanes five = 5.0 * mr * a.inverse2, scale = a.inverse3 * a.inverse2;
+  sum[0] += (2.0 * m[0] * a.r.x + mr - five * a.r.x * a.r.x) * scale;
+  sum[1] += (m[0] * a.r.y + m[1] * a.r.x - five * a.r.x * a.r.y) * scale;
+  sum[2] += (m[0] * a.r.z + m[2] * a.r.x - five * a.r.x * a.r.z) * scale;
+  sum[3] += (2.0 * m[1] * a.r.y + mr - five * a.r.y * a.r.y) * scale;
+  sum[4] += (m[1] * a.r.z + m[2] * a.r.y - five * a.r.y * a.r.z) * scale;
+  sum[5] += (2.0 * m[2] * a.r.z + mr - five * a.r.z * a.r.z) * scale;
+}
+
 LOOMSTONE_CLONES void field_kernel(const double* positions, const double* moments, Index dipoles, const double* points,
                                    Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
@@ -42,10 +61,7 @@ LOOMSTONE_CLONES void field_kernel(const double* positions, const double* moment
     for (Index j = 0; j < dipoles; ++j) {
       const double* m = moments + 3 * j;
       const Arm a = arm(p, positions + 3 * j);
-      const Lanes along = 3.0 * (m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z) * a.inverse2;
-      sum.x += (along * a.r.x - m[0]) * a.inverse3;
-      sum.y += (along * a.r.y - m[1]) * a.inverse3;
-      sum.z += (along * a.r.z - m[2]) * a.inverse3;
+      add_field(m, a, m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z, sum);
     }
     lanes_store(out + i, k * sum.x);
     lanes_store(out + n + i, k * sum.y);
@@ -77,13 +93,7 @@ LOOMSTONE_CLONES void gradient_kernel(const double* positions, const double* mom
       const double* m = moments + 3 * j;
       const Arm a = arm(p, positions + 3 * j);
       const Lanes mr = m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z;
-      const Lanes five = 5.0 * mr * a.inverse2, scale = a.inverse3 * a.inverse2;
-      sum[0] += (2.0 * m[0] * a.r.x + mr - five * a.r.x * a.r.x) * scale;
-      sum[1] += (m[0] * a.r.y + m[1] * a.r.x - five * a.r.x * a.r.y) * scale;
-      sum[2] += (m[0] * a.r.z + m[2] * a.r.x - five * a.r.x * a.r.z) * scale;
-      sum[3] += (2.0 * m[1] * a.r.y + mr - five * a.r.y * a.r.y) * scale;
-      sum[4] += (m[1] * a.r.z + m[2] * a.r.y - five * a.r.y * a.r.z) * scale;
-      sum[5] += (2.0 * m[2] * a.r.z + mr - five * a.r.z * a.r.z) * scale;
+      add_gradient(m, a, mr, sum);
     }
     for (int c = 0; c < 6; ++c) lanes_store(out + c * n + i, 3.0 * k * sum[c]);
   }
@@ -101,17 +111,8 @@ LOOMSTONE_CLONES void field_and_gradient_kernel(const double* positions, const d
       const double* m = moments + 3 * j;
       const Arm a = arm(p, positions + 3 * j);
       const Lanes mr = m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z;
-      const Lanes along = 3.0 * mr * a.inverse2;
-      b.x += (along * a.r.x - m[0]) * a.inverse3;
-      b.y += (along * a.r.y - m[1]) * a.inverse3;
-      b.z += (along * a.r.z - m[2]) * a.inverse3;
-      const Lanes five = 5.0 * mr * a.inverse2, scale = a.inverse3 * a.inverse2;
-      sum[0] += (2.0 * m[0] * a.r.x + mr - five * a.r.x * a.r.x) * scale;
-      sum[1] += (m[0] * a.r.y + m[1] * a.r.x - five * a.r.x * a.r.y) * scale;
-      sum[2] += (m[0] * a.r.z + m[2] * a.r.x - five * a.r.x * a.r.z) * scale;
-      sum[3] += (2.0 * m[1] * a.r.y + mr - five * a.r.y * a.r.y) * scale;
-      sum[4] += (m[1] * a.r.z + m[2] * a.r.y - five * a.r.y * a.r.z) * scale;
-      sum[5] += (2.0 * m[2] * a.r.z + mr - five * a.r.z * a.r.z) * scale;
+      add_field(m, a, mr, b);
+      add_gradient(m, a, mr, sum);
     }
     lanes_store(field + i, k * b.x);
     lanes_store(field + n + i, k * b.y);
@@ -131,10 +132,7 @@ LOOMSTONE_CLONES void force_kernel(const double* positions, const double* moment
       const double* m = moments + 3 * j;
       const Arm a = arm(p, positions + 3 * j, nearest2);
       const Lanes mr = m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z;
-      const Lanes along = 3.0 * mr * a.inverse2;
-      b.x += (along * a.r.x - m[0]) * a.inverse3;
-      b.y += (along * a.r.y - m[1]) * a.inverse3;
-      b.z += (along * a.r.z - m[2]) * a.inverse3;
+      add_field(m, a, mr, b);
       const Lanes qr = q.x * a.r.x + q.y * a.r.y + q.z * a.r.z;
       const Lanes qm = q.x * m[0] + q.y * m[1] + q.z * m[2];
       const Lanes scale = a.inverse3 * a.inverse2;
