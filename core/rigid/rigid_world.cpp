@@ -1,11 +1,12 @@
-// Rigid bodies by Bullet (double precision), which only this file and bullet_shapes.h include. The body frame of Bullet has
-// principal axes of inertia; states and callers know only the mesh's axes with the origin at the centre of mass.
+// Rigid bodies by Bullet (double precision), the only file that includes it. The body frame of Bullet has principal axes of
+// inertia; states and callers know only the mesh's axes with the origin at the centre of mass.
 //
 // Bullet's contact cache, pair order and tree are hidden state. restore() therefore always builds a new world in the same
 // order and puts the saved contact points back: a run that restores at a step continues bit for bit like one that loads the
 // same state from a file.
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
 #include <btBulletDynamicsCommon.h>
+#include <LinearMath/btConvexHullComputer.h>
 
 #include <algorithm>
 #include <array>
@@ -17,7 +18,6 @@
 
 #include "core/base/error.h"
 #include "core/base/rotation.h"
-#include "core/rigid/bullet_shapes.h"
 #include "core/rigid/contact_bytes.h"
 #include "core/rigid/rigid_body.h"
 #include "core/rigid/shape_geometry.h"
@@ -28,6 +28,77 @@ namespace {
 
 // With 50 iterations cubes of 1 cm stay at rest at steps of 1 ms; with 10 stacks creep.
 constexpr int solver_iterations = 50;
+
+btVector3 to_bullet(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+Vec3 from_bullet(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
+btMatrix3x3 to_bullet(const Mat3& m) {
+  return {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)};
+}
+Mat3 from_bullet(const btMatrix3x3& m) {
+  Mat3 r;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) r(i, j) = m[i][j];
+  return r;
+}
+
+using Shapes = std::vector<std::unique_ptr<btCollisionShape>>;
+
+// Convex hull. Bullet adds the margin of a hull outside, so its points are those of a shrunken core.
+std::unique_ptr<btConvexHullShape> hull_shape(const std::vector<Vec3>& points, const std::string& where) {
+  btConvexHullComputer hull;
+  hull.compute(points.front().data(), sizeof(Vec3), static_cast<int>(points.size()), 0.0, 0.0);
+  std::vector<Vec3> vertices;  // the given ones: the hull's own are rounded to 1e-4 of its size
+  for (int i = 0; i < hull.vertices.size(); ++i) vertices.push_back(points[hull.original_vertex_index[i]]);
+  std::vector<std::vector<int>> faces(hull.faces.size());
+  for (int f = 0; f < hull.faces.size(); ++f) {
+    const btConvexHullComputer::Edge* const start = &hull.edges[hull.faces[f]];
+    const btConvexHullComputer::Edge* edge = start;
+    do {
+      faces[f].push_back(edge->getSourceVertex());
+      edge = edge->getNextEdgeOfFace();
+    } while (edge != start);
+  }
+  const bool polyhedron = hull.vertices.size() <= most_polyhedron_vertices;
+  const ConvexCore core = convex_core(vertices, faces, polyhedron ? polyhedron_margin : round_margin, where);
+  auto shape = std::make_unique<btConvexHullShape>();
+  shape->setMargin(core.margin);
+  for (const Vec3& point : core.points) shape->addPoint(to_bullet(point), false);
+  shape->recalcLocalAabb();
+  if (polyhedron) shape->initializePolyhedralFeatures();
+  return shape;
+}
+
+// Adds the body's shape, and those it consists of, to `shapes`; the one of the whole body comes last.
+void add_shapes(const RigidBody& body, const MassProperties& mass, const Mat3& principal, const std::string& where,
+                Shapes& shapes) {
+  check_shape(body, where);
+  const TriangleMesh& mesh = *body.mesh;
+  if (body.shape == "sphere") {
+    shapes.push_back(std::make_unique<btSphereShape>(sphere_radius(mesh, mass, body.density, where)));
+  } else if (body.shape == "box") {
+    const Vec3 low = mesh.vertices().colwise().minCoeff().transpose(), high = mesh.vertices().colwise().maxCoeff().transpose();
+    const Vec3 half = 0.5 * (high - low);
+    auto box = std::make_unique<btBoxShape>(to_bullet(half));
+    box->setMargin(0.05 * half.minCoeff());  // lies inside the box
+    box->initializePolyhedralFeatures();
+    const Vec3 offset = principal.transpose() * (0.5 * (low + high) - mass.centre);
+    shapes.push_back(std::move(box));
+    if (offset.norm() < 1e-9 * half.norm() && principal.isIdentity(0.0)) return;
+    auto placed = std::make_unique<btCompoundShape>();
+    placed->addChildShape(btTransform(to_bullet(Mat3(principal.transpose())), to_bullet(offset)), shapes.back().get());
+    shapes.push_back(std::move(placed));
+  } else if (body.shape == "convex") {
+    shapes.push_back(hull_shape(body_points(mesh, mass.centre, principal), where + ".mesh"));
+  } else {  // parts
+    auto compound = std::make_unique<btCompoundShape>();
+    for (std::size_t k = 0; k < body.parts.size(); ++k) {
+      const std::vector<Vec3> points = body_points(*body.parts[k], mass.centre, principal);
+      shapes.push_back(hull_shape(points, where + ".parts[" + std::to_string(k) + "]"));
+      compound->addChildShape(btTransform::getIdentity(), shapes.back().get());
+    }
+    shapes.push_back(std::move(compound));
+  }
+}
 
 // A box grows by the distance within which its own shape makes contacts, which goes with its size, not by Bullet's 2 cm. In
 // the tree boxes of bodies are just those: Bullet would let them grow by 5 cm as soon as they move, within which a small body has

@@ -123,4 +123,15 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices, const std::vector<std:
   return core;
 }
 
+void check_shape(const RigidBody& body, const std::string& where) {
+  if (body.shape == "parts") {
+    if (body.parts.empty())
+      throw InvalidInput(where + ".shape \"parts\" needs at least one convex mesh in parts, got none; use \"convex\" for one hull");
+    for (std::size_t k = 0; k < body.parts.size(); ++k)
+      if (!body.parts[k]) throw InvalidInput(where + ".parts[" + std::to_string(k) + "] must be a mesh, got none");
+  } else if (body.shape != "sphere" && body.shape != "box" && body.shape != "convex") {
+    throw InvalidInput(where + ".shape must be sphere, box, convex or parts, got \"" + body.shape + "\"");
+  }
+}
+
 }  // namespace loomstone
