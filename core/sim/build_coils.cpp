@@ -117,7 +117,7 @@ void check_coils(const Model& model, const State& state) {
           require((solid ? solid->depth(there) : radius - there.norm()) <= 1e-6 * radius,
                   where + " must lie apart from bodies that magnetise, got a winding that goes into one");
         }
-      if (!solid || !any_circuit || (model.scene.coils[j].resistance == 0.0 && model.scene.coils[j].times.empty())) continue;
+      if (!solid || !any_circuit || !wants_flux(model.scene.coils[j])) continue;
       const BesideWinding beside = beside_winding({model.coils[j].source, pose_of(model.coils[j])}, {solid, pose_of(magnet)});
       if (beside.in_bore && beside.outside)
         throw Unsupported(where + ": circuits want bodies that magnetise in the bore or beside the winding, got magnets[" +

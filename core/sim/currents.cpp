@@ -37,6 +37,8 @@ double given_at(const Coil& coil, double time) { return at_time(coil.times, coil
 
 }  // namespace
 
+bool wants_flux(const Coil& coil) { return coil.resistance > 0.0 || !coil.times.empty(); }
+
 SourcePtr wound_source(const Coil& coil, double current) {
   if (coil.shape == "loop") return std::make_shared<Loop>(coil.radius, coil.turns * current);
   return std::make_shared<Solenoid>(coil.radius, coil.length, coil.turns, current);
@@ -154,10 +156,6 @@ void Currents::place_inductances(const std::vector<MagneticBody>& coils, const C
                          " H that diamagnetic bodies in it take away, got " +
                          std::to_string(model_.scene.coils[circuits_[a]].inductance) + " H");
   }
-}
-
-bool Currents::wants_flux(std::size_t coil) const {
-  return model_.scene.coils[coil].resistance > 0.0 || !model_.scene.coils[coil].times.empty();
 }
 
 std::vector<Wrench> Currents::on_coils(const RigidState& state, const std::vector<RigidPose>& obstacles,

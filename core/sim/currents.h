@@ -35,6 +35,9 @@ SourcePtr wound_source(const Coil& coil, double current);
 std::vector<MagneticBody> carrying_coils(const Model& model, const RigidState& state,
                                          const std::vector<RigidPose>& obstacles, const Vector& currents);
 
+// Whether anything follows from the flux of magnetised bodies through a coil.
+bool wants_flux(const Coil& coil);
+
 // Stage.
 class Currents {
  public:
@@ -53,8 +56,6 @@ class Currents {
                                  const std::vector<MagneticBody>& magnets, const Vector& currents) const;
   // What coils with such currents do to one another and feel from the uniform field, likewise.
   std::vector<Wrench> on_coils(const RigidState& state, const std::vector<RigidPose>& obstacles, const Vector& currents) const;
-  // Whether anything follows from the flux of magnetised bodies through a coil.
-  bool wants_flux(std::size_t coil) const;
   // Forces per ampere where magnets and coils are at a time [s]. magnetised: forces on the bodies that magnets exert
   // on one another because coils of given currents magnetise some of them; their work is that of the sources of these currents.
   // response: of circuits with magnets that they magnetise; no rows: none do, and they act on magnets as these are.

@@ -154,7 +154,7 @@ MagneticMotion::Instant MagneticMotion::instant(const Team& team, const RigidSta
       CircuitTrial result{then.forces, Vector::Zero(currents.size())};
       add_times(result.wrenches, 1.0, currents_.on_magnets(state, obstacles, then.magnets, currents));
       for (std::size_t j = 0; j < model_.coils.size(); ++j) {
-        if (!currents_.wants_flux(j)) continue;
+        if (!wants_flux(model_.scene.coils[j])) continue;
         const Model::Wound& wound = model_.coils[j];
         const MagneticBody coil{wound.source, carried_pose(state, obstacles, wound.carrier, wound.local)};
         for (const Index i : induced_) result.flux[static_cast<Eigen::Index>(j)] += linked_flux(coil, then.magnets[i]);
