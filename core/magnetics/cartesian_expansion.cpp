@@ -16,10 +16,6 @@ using Trace = CartesianExpansion::Trace;
 constexpr int most_places = 680;  // of order 14
 constexpr int most_slim = 225;
 
-LOOMSTONE_INLINE double lanes_sum(const Lanes& a) {
-  return ((a[0] + a[1]) + (a[2] + a[3])) + ((a[4] + a[5]) + (a[6] + a[7]));
-}
-
 // x^k / k! of `n` places.
 LOOMSTONE_INLINE void lane_powers(const Power* powers, int n, const Lanes3& x, Lanes* out) {
   const Lanes components[3] = {x.x, x.y, x.z};
@@ -167,7 +163,9 @@ CartesianExpansion::CartesianExpansion(int order) : order_(order) {
     slim_ends_.push_back(static_cast<int>(slim_.size()));
     if (degree >= order - 2 && degree < order) n_powers_[order - 1 - degree] = static_cast<int>(places.size());
   }
-  std::vector<Trace> by_height;
+  for (int y = 0; y <= order; ++y)
+    for (int z = 0; y + z <= order; ++z)
+      for (int x = 0; x + y + z <= order; ++x) rows_.push_back(place(x, y, z));
   for (int i = 0; i < static_cast<int>(places.size()); ++i) {
     const int x = places[i].n[0], y = places[i].n[1], z = places[i].n[2];
     const int degree = x + y + z, axis = x > 0 ? 0 : y > 0 ? 1 : 2, largest = places[i].n[axis];

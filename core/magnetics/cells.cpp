@@ -96,12 +96,26 @@ Index CellMagnet::build(const Source& magnet, const Vec3& low, const Vec3& high,
   return self;
 }
 
+CellMagnet CellMagnet::expanded(double tolerance) const {
+  CellMagnet result = *this;
+  result.expanded_ = std::make_shared<ExpandedField>(std::make_unique<DipoleGroups>(leaves_, radius_), tolerance);
+  return result;
+}
+
 void CellMagnet::field_block(const double* points, Index n, Quantity quantity, double* field) const {
+  if (expanded_) return expanded_->field_block(points, n, field);
   leaves_.field_block(points, n, quantity, field);
 }
 
 void CellMagnet::gradient_block(const double* points, Index n, double* gradient) const {
+  if (expanded_) return expanded_->gradient_block(points, n, gradient);
   leaves_.gradient_block(points, n, gradient);
+}
+
+void CellMagnet::field_and_gradient_block(const double* points, Index n, Quantity quantity, double* field,
+                                          double* gradient) const {
+  if (expanded_) return expanded_->field_and_gradient_block(points, n, field, gradient);
+  leaves_.field_and_gradient_block(points, n, quantity, field, gradient);
 }
 
 std::vector<Index> CellMagnet::front(const Vec3& low, const Vec3& high, const RigidPose& pose) const {

@@ -8,6 +8,7 @@
 
 #include <vector>
 
+#include "core/magnetics/expanded_field.h"
 #include "core/magnetics/interaction.h"
 
 namespace loomstone {
@@ -24,12 +25,13 @@ class CellMagnet final : public Source {
   // magnet: hard and solid; density: of the leaves [1/m^3]; separation: a cell of longest edge e serves at distances
   // from separation * e on [1], which is r_0 times the cubic root of rho_0 in (6.19).
   CellMagnet(const Source& magnet, double density, double separation);
+  // The same; field and gradient at points come from expansions [expanded_field.h] to a tolerance as there, not from a sum over
+  // all leaves. Fronts and forces between cells are what they are.
+  CellMagnet expanded(double tolerance) const;
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
   void field_and_gradient_block(const double* points, Index n, Quantity quantity, double* field,
-                                double* gradient) const override {
-    leaves_.field_and_gradient_block(points, n, quantity, field, gradient);
-  }
+                                double* gradient) const override;
   void potential_block(const double* points, Index n, double* potential) const override {
     leaves_.potential_block(points, n, potential);
   }
@@ -49,6 +51,7 @@ class CellMagnet final : public Source {
   Vec3 moment_;
   double radius_, separation_, diameter_ = 0.0;
   DipoleSet leaves_{Points(0, 3), Points(0, 3)};
+  std::shared_ptr<const ExpandedField> expanded_;  // of the leaves, or null
 };
 
 // Cells as world positions and moments.

@@ -9,49 +9,13 @@
 #include "core/base/error.h"
 #include "core/magnetics/constants.h"
 #include "core/magnetics/dipole_kernels.h"
-#include "core/magnetics/lane_math.h"
+#include "core/magnetics/dipole_terms.h"
 
 namespace loomstone {
 
 namespace {
 
 constexpr double k = mu0 / (4.0 * pi);
-
-// From dipole j to the observers: r, 1/R^2 and 1/R^3, both 0 where R = 0.
-struct Arm {
-  Lanes3 r;
-  Lanes inverse2, inverse3;
-};
-
-LOOMSTONE_INLINE Arm arm(const Lanes3& p, const double* position, double nearest2 = 0.0) {
-  Arm a;
-  a.r = {p.x - position[0], p.y - position[1], p.z - position[2]};
-  const Lanes square = dot(a.r, a.r);
-  const Lanes inverse = 1.0 / square;
-  a.inverse2 = lanes_select(square > 0.0, inverse, lanes_all(0.0));
-  const Lanes capped = lanes_select(square < nearest2, lanes_all(1.0 / nearest2), a.inverse2);
-  a.inverse3 = lanes_select(square > 0.0, capped * lanes_sqrt(capped), lanes_all(0.0));
-  return a;
-}
-
-// Field of a dipole m, over mu0 / 4 pi; mr: m.r.
-LOOMSTONE_INLINE void add_field(const double* m, const Arm& a, const Lanes& mr, Lanes3& b) {
-  const Lanes along = 3.0 * mr * a.inverse2;
-  b.x += (along * a.r.x - m[0]) * a.inverse3;
-  b.y += (along * a.r.y - m[1]) * a.inverse3;
-  b.z += (along * a.r.z - m[2]) * a.inverse3;
-}
-
-// Its gradient over three times that: xx, xy, xz, yy, yz, zz.
-LOOMSTONE_INLINE void add_gradient(const double* m, const Arm& a, const Lanes& mr, Lanes sum[6]) {
-  const Lanes five = 5.0 * mr * a.inverse2, scale = a.inverse3 * a.inverse2;
-  sum[0] += (2.0 * m[0] * a.r.x + mr - five * a.r.x * a.r.x) * scale;
-  sum[1] += (m[0] * a.r.y + m[1] * a.r.x - five * a.r.x * a.r.y) * scale;
-  sum[2] += (m[0] * a.r.z + m[2] * a.r.x - five * a.r.x * a.r.z) * scale;
-  sum[3] += (2.0 * m[1] * a.r.y + mr - five * a.r.y * a.r.y) * scale;
-  sum[4] += (m[1] * a.r.z + m[2] * a.r.y - five * a.r.y * a.r.z) * scale;
-  sum[5] += (2.0 * m[2] * a.r.z + mr - five * a.r.z * a.r.z) * scale;
-}
 
 LOOMSTONE_CLONES void field_kernel(const double* positions, const double* moments, Index dipoles, const double* points,
                                    Index n, double* out) {
@@ -60,8 +24,8 @@ LOOMSTONE_CLONES void field_kernel(const double* positions, const double* moment
     Lanes3 sum{lanes_all(0.0), lanes_all(0.0), lanes_all(0.0)};
     for (Index j = 0; j < dipoles; ++j) {
       const double* m = moments + 3 * j;
-      const Arm a = arm(p, positions + 3 * j);
-      add_field(m, a, m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z, sum);
+      const DipoleArm a = dipole_arm(p, positions + 3 * j);
+      add_dipole_field(m, a, m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z, sum);
     }
     lanes_store(out + i, k * sum.x);
     lanes_store(out + n + i, k * sum.y);
@@ -76,7 +40,7 @@ LOOMSTONE_CLONES void potential_kernel(const double* positions, const double* mo
     Lanes sum = lanes_all(0.0);
     for (Index j = 0; j < dipoles; ++j) {
       const double* m = moments + 3 * j;
-      const Arm a = arm(p, positions + 3 * j);
+      const DipoleArm a = dipole_arm(p, positions + 3 * j);
       sum += (m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z) * a.inverse3;
     }
     lanes_store(out + i, k * sum);
@@ -91,9 +55,9 @@ LOOMSTONE_CLONES void gradient_kernel(const double* positions, const double* mom
     for (Lanes& s : sum) s = lanes_all(0.0);
     for (Index j = 0; j < dipoles; ++j) {
       const double* m = moments + 3 * j;
-      const Arm a = arm(p, positions + 3 * j);
+      const DipoleArm a = dipole_arm(p, positions + 3 * j);
       const Lanes mr = m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z;
-      add_gradient(m, a, mr, sum);
+      add_dipole_gradient(m, a, mr, sum);
     }
     for (int c = 0; c < 6; ++c) lanes_store(out + c * n + i, 3.0 * k * sum[c]);
   }
@@ -109,10 +73,10 @@ LOOMSTONE_CLONES void field_and_gradient_kernel(const double* positions, const d
     for (Lanes& s : sum) s = lanes_all(0.0);
     for (Index j = 0; j < dipoles; ++j) {
       const double* m = moments + 3 * j;
-      const Arm a = arm(p, positions + 3 * j);
+      const DipoleArm a = dipole_arm(p, positions + 3 * j);
       const Lanes mr = m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z;
-      add_field(m, a, mr, b);
-      add_gradient(m, a, mr, sum);
+      add_dipole_field(m, a, mr, b);
+      add_dipole_gradient(m, a, mr, sum);
     }
     lanes_store(field + i, k * b.x);
     lanes_store(field + n + i, k * b.y);
@@ -130,9 +94,9 @@ LOOMSTONE_CLONES void force_kernel(const double* positions, const double* moment
     Lanes3 b{lanes_all(0.0), lanes_all(0.0), lanes_all(0.0)}, f = b;
     for (Index j = 0; j < dipoles; ++j) {
       const double* m = moments + 3 * j;
-      const Arm a = arm(p, positions + 3 * j, nearest2);
+      const DipoleArm a = dipole_arm(p, positions + 3 * j, nearest2);
       const Lanes mr = m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z;
-      add_field(m, a, mr, b);
+      add_dipole_field(m, a, mr, b);
       const Lanes qr = q.x * a.r.x + q.y * a.r.y + q.z * a.r.z;
       const Lanes qm = q.x * m[0] + q.y * m[1] + q.z * m[2];
       const Lanes scale = a.inverse3 * a.inverse2;

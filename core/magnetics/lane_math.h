@@ -34,6 +34,10 @@ LOOMSTONE_INLINE bool lanes_any(const LaneMask& mask) {
   return any != 0;
 }
 
+LOOMSTONE_INLINE double lanes_sum(const Lanes& a) {
+  return ((a[0] + a[1]) + (a[2] + a[3])) + ((a[4] + a[5]) + (a[6] + a[7]));
+}
+
 // Natural logarithm of normal positive numbers.
 LOOMSTONE_INLINE Lanes lanes_log(const Lanes& value) {
   const LaneMask bits = lanes_bits(value);

@@ -123,16 +123,53 @@ LOOMSTONE_CLONES void gradient_kernel(const double* const* coefficients, double 
   evaluate<6>(coefficients, inverse_radius, points, n, Multipoles::degree + 2, out);
 }
 
-}  // namespace
+// Adds c conj(h) for each harmonic of h, twice where m > 0, as -m counts there.
+void add_moments(double c, const Coefficients& h, Coefficients& moments) {
+  for (int l = 0; l <= Multipoles::degree; ++l)
+    for (int m = 0; m <= l; ++m) moments[slot(l, m)] += c * (m == 0 ? 1.0 : 2.0) * std::conj(h[slot(l, m)]);
+}
 
-Multipoles::Multipoles(const Points& positions, const Vector& charges, double radius) : radius_(radius) {
+Coefficients moments_of(const Points& positions, const Vector& charges, double radius) {
   Coefficients moments(size), harmonics(size);
   for (Eigen::Index i = 0; i < positions.rows(); ++i) {
     regular_harmonics(positions.row(i).transpose() / radius, harmonics);
-    for (int l = 0; l <= degree; ++l)
-      for (int m = 0; m <= l; ++m)
-        moments[slot(l, m)] += charges[i] * (m == 0 ? 1.0 : 2.0) * std::conj(harmonics[slot(l, m)]);
+    add_moments(charges[i], harmonics, moments);
   }
+  return moments;
+}
+
+// Derivatives of R_lm: (d/dx - i d/dy) R_lm = R_{l-1,m-1}, (d/dx + i d/dy) R_lm = -R_{l-1,m+1}, d/dz R_lm = R_{l-1,m}.
+Coefficients along(const Coefficients& harmonics, const Vec3& direction) {
+  const std::complex<double> i(0.0, 1.0);
+  Coefficients d(size);
+  for (int l = 1; l <= Multipoles::degree; ++l) {
+    for (int m = 0; m <= l; ++m) {
+      const auto at = [&](int order) -> std::complex<double> {
+        if (order < 0) return -std::conj(harmonics[slot(l - 1, -order)]);  // R_l-1 = -conj(R_l1)
+        return order < l ? harmonics[slot(l - 1, order)] : 0.0;
+      };
+      const std::complex<double> less = at(m - 1), more = -at(m + 1);
+      d[slot(l, m)] = 0.5 * direction[0] * (less + more) + 0.5 * direction[1] * i * (less - more) + direction[2] * at(m);
+    }
+  }
+  return d;
+}
+
+}  // namespace
+
+Multipoles::Multipoles(const Points& positions, const Vector& charges, double radius)
+    : Multipoles(moments_of(positions, charges, radius), radius) {}
+
+Multipoles Multipoles::of_dipoles(const Points& positions, const Points& moments, double radius) {
+  Coefficients sums(size), harmonics(size);
+  for (Eigen::Index i = 0; i < positions.rows(); ++i) {
+    regular_harmonics(positions.row(i).transpose() / radius, harmonics);
+    add_moments(1.0, along(harmonics, moments.row(i).transpose() / radius), sums);
+  }
+  return Multipoles(std::move(sums), radius);
+}
+
+Multipoles::Multipoles(std::vector<std::complex<double>> moments, double radius) : radius_(radius) {
   moments[0] = 0.0;  // a magnet has no net charge
   const double scale = 1.0 / (4.0 * pi * radius * radius);
   int k = 0;

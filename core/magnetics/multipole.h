@@ -23,12 +23,17 @@ class Multipoles {
   // origin.
   Multipoles(const Points& positions, const Vector& charges, double radius);
 
+  // The same of dipoles, moments times mu0 (n x 3) [T m^3].
+  static Multipoles of_dipoles(const Points& positions, const Points& moments, double radius);
+
   // mu0 H [T] or its gradient [T/m] of one block; points nearer than 2 radii get no sensible value, beyond
   // them to 1e-6, beyond near * radius to rounding.
   void field_block(const double* points, Index n, double* field) const;
   void gradient_block(const double* points, Index n, double* gradient) const;
 
  private:
+  Multipoles(std::vector<std::complex<double>> moments, double radius);
+
   double radius_;
   // Coefficients (real, imaginary) in triangles l = 0 ... degree + 2, m = 0 ... l; lengths in units of the radius.
   std::array<std::vector<double>, 3> field_;

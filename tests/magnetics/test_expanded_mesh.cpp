@@ -1,10 +1,12 @@
-// The field of a magnet of many faces by expansions, beside the exact sum over its faces.
+// The field of a magnet of many faces or cells by expansions, beside the exact sum over these.
+#include <functional>
 #include <random>
 
 #include <catch2/catch.hpp>
 
 #include "core/base/error.h"
 #include "core/magnetics/body.h"
+#include "core/magnetics/cells.h"
 #include "core/magnetics/expanded_mesh.h"
 #include "core/mesh/triangle_mesh.h"
 
@@ -42,12 +44,9 @@ Points beside(double distance, bool inside) {
   return x;
 }
 
-}  // namespace
-
-TEST_CASE("expanded fields and gradients are those of all faces within the tolerance") {
-  const std::shared_ptr<const MeshMagnet> exact = ring();
+void check_expansion(const SourcePtr& exact, const std::function<SourcePtr(double)>& expanded_to) {
   for (const double tolerance : {1e-2, 3e-4, 3e-5, 3e-7}) {
-    const auto expanded = std::make_shared<ExpandedMesh>(exact, tolerance);
+    const SourcePtr expanded = expanded_to(tolerance);
     for (const double distance : {0.0005, 0.002, 0.005, 0.02, 0.1, 0.3}) {
       for (const bool inside : {false, true}) {
         if (inside && distance > 0.005) continue;
@@ -64,17 +63,46 @@ TEST_CASE("expanded fields and gradients are those of all faces within the toler
   }
 }
 
-TEST_CASE("the value at a point does not depend on the points beside it") {
-  const auto expanded = std::make_shared<ExpandedMesh>(ring(), 1e-4);
-  const Points x = beside(0.004, false);
-  const FieldAndGradient all = magnetic_field_and_gradient(Team{2}, {expanded, {}}, x);
-  for (Index i = 0; i < 300; i += 37) {
-    const FieldAndGradient one = magnetic_field_and_gradient(Team{}, {expanded, {}}, x.row(i));
-    CHECK(one.field.row(0) == all.field.row(i));
-    CHECK(one.gradient.row(0) == all.gradient.row(i));
+}  // namespace
+
+TEST_CASE("expanded fields and gradients are those of all faces within the tolerance") {
+  const std::shared_ptr<const MeshMagnet> exact = ring();
+  check_expansion(exact, [&](double tolerance) { return std::make_shared<ExpandedMesh>(exact, tolerance); });
+}
+
+TEST_CASE("expanded fields and gradients are those of all cells within the tolerance") {
+  for (const double density : {1e6, 1e7}) {  // 96 and 1,336 leaves
+    const auto exact = std::make_shared<CellMagnet>(*ring(), density, 3.0);
+    INFO("leaves " << exact->dipoles()->positions().rows());
+    check_expansion(exact, [&](double tolerance) { return std::make_shared<CellMagnet>(exact->expanded(tolerance)); });
   }
-  CHECK(magnetic_field(Team{}, {{expanded, {}}}, x, "B") == all.field);
-  CHECK(magnetic_gradient(Team{}, {{expanded, {}}}, x) == all.gradient);
+}
+
+TEST_CASE("the value at a point does not depend on the points beside it") {
+  const CellMagnet cells(*ring(), 1e7, 3.0);
+  const SourcePtr sources[] = {std::make_shared<ExpandedMesh>(ring(), 1e-4),
+                               std::make_shared<CellMagnet>(cells.expanded(1e-3))};
+  for (const SourcePtr& expanded : sources) {
+    Points x = beside(0.004, false);
+    x.bottomRows(40) *= 5.0;  // beyond the cubes
+    const FieldAndGradient all = magnetic_field_and_gradient(Team{2}, {expanded, {}}, x);
+    for (Index i = 0; i < 300; i += 37) {
+      const FieldAndGradient one = magnetic_field_and_gradient(Team{}, {expanded, {}}, x.row(i));
+      CHECK(one.field.row(0) == all.field.row(i));
+      CHECK(one.gradient.row(0) == all.gradient.row(i));
+    }
+    CHECK(magnetic_field(Team{}, {{expanded, {}}}, x, "B") == all.field);
+    CHECK(magnetic_gradient(Team{}, {{expanded, {}}}, x) == all.gradient);
+  }
+}
+
+TEST_CASE("cells keep their fronts, their moment and the forces between them where their field is expanded") {
+  const CellMagnet exact(*ring(), 5e5, 3.0);
+  const MagneticBody a{std::make_shared<CellMagnet>(exact), {}}, b{std::make_shared<CellMagnet>(exact.expanded(1e-2)), {}};
+  const MagneticBody other{std::make_shared<CellMagnet>(*ring(), 5e5, 3.0), {Vec3(0.0, 0.02, 0.05), Vec4(1, 0, 0, 0)}};
+  CHECK(cell_front(a, other).positions == cell_front(b, other).positions);
+  CHECK(magnetic_wrench(a, other, 1e-4).force == magnetic_wrench(b, other, 1e-4).force);
+  CHECK(a.source->moment() == b.source->moment());
 }
 
 TEST_CASE("a tolerance that expansions cannot reach is refused") {
