@@ -56,7 +56,7 @@ double Elasticity::bending_eigenvalue(const ClothModel& model) {
 void Elasticity::enter_limit_phase(const Team& team, const Points& x, Index begin, Index end) {
   if (!limit_phase_) return;
   limit_phase_->enter(team, x, begin, end);
-  membrane_.set_phase(limit_phase_->table());
+  membrane_.set_phase(limit_phase_->table(), limit_phase_->entered());
 }
 
 void Elasticity::add_implicit_forces(const Team& team, const Points& x, const Points* v, Index begin, Index end,

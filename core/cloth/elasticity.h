@@ -43,7 +43,7 @@ class Elasticity {
   // no strain is limited.
   void enter_limit_phase(const Team& team, const Points& x, Index begin, Index end);
   // They are those of the membrane alone again.
-  void leave_limit_phase() { membrane_.set_phase(nullptr); }
+  void leave_limit_phase() { membrane_.set_phase(nullptr, nullptr); }
 
   double membrane_energy(const Team& team, const Points& x) { return membrane_.energy(team, x); }
   double bending_energy(const Team& team, const Points& x) const;

@@ -86,7 +86,7 @@ struct Element {
   Real x0, y0, x1, y1, x2, y2;   // corners from the centre, in rest coordinates [m]
   Symmetric<Real> moments;       // sum over corners of mass fraction times X X^T; two held: of the height [m^2]
 };
-inline constexpr int element_numbers = 13;
+inline constexpr int element_numbers = 13, element_gradients = 4;  // of these
 
 // Polar decomposition F = R U.
 template <class Real>

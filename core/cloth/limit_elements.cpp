@@ -34,7 +34,8 @@ LimitElements::LimitElements(const LimitedCloth& cloth, bool single_rows) : clot
 
   const std::size_t n_slots = element_of_.size();
   corners_.resize(3 * n_slots);
-  numbers_.resize(limit::element_numbers * n_slots);
+  gradients_.resize(limit::element_gradients * n_slots);
+  numbers_.resize((limit::element_numbers - limit::element_gradients) * n_slots);
   if (single_rows) rows_.resize(limit::element_numbers * n_slots);
   moves_.assign(n_slots, 0);
   slot_start_.assign(cloth.n_vertices + 1, 0);
@@ -95,8 +96,12 @@ void LimitElements::set_element(Index slot) {
   const double values[limit::element_numbers] = {g[0].x(), g[0].y(), g[1].x(),      g[1].y(),      x[0].x(),     x[0].y(), x[1].x(),
                                                  x[1].y(), x[2].x(), x[2].y(),      moments(0, 0), moments(1, 1), moments(0, 1)};
   const std::size_t batch = slot / n_lanes, lane = slot % n_lanes;
+  constexpr int n_gradients = limit::element_gradients, n_others = limit::element_numbers - n_gradients;
   for (int k = 0; k < limit::element_numbers; ++k) {
-    numbers_[n_lanes * (limit::element_numbers * batch + k) + lane] = values[k];
+    if (k < n_gradients)
+      gradients_[n_lanes * (n_gradients * batch + k) + lane] = values[k];
+    else
+      numbers_[n_lanes * (n_others * batch + k - n_gradients) + lane] = values[k];
     if (!rows_.empty()) rows_[limit::element_numbers * static_cast<std::size_t>(slot) + k] = values[k];
   }
   for (int k = 0; k < 3; ++k) corners_[n_lanes * (3 * batch + k) + lane] = cloth_.triangles(t, k);
@@ -121,7 +126,7 @@ void LimitElements::hold(const std::vector<Index>& vertices) {
 }
 
 limit::Tables LimitElements::tables() const {
-  return {corners_.data(), numbers_.data(), moves_.data(), bounds_of_.data(), bounds_.data(),
+  return {corners_.data(), gradients_.data(), numbers_.data(), moves_.data(), bounds_of_.data(), bounds_.data(),
           rows_.empty() ? nullptr : rows_.data()};
 }
 

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "core/cloth/aligned.h"
 #include "core/cloth/limit_kernels.h"
 #include "core/cloth/strain_limit.h"
 #include "core/mesh/triangle_mesh.h"
@@ -80,7 +81,8 @@ class LimitElements {
   std::vector<Index> also_held_;        // by hold()
   std::vector<Index> colour_start_, element_of_, slot_start_, slots_;
   std::vector<Index> corners_, bounds_of_, colour_of_, n_in_;  // of batches
-  std::vector<double> numbers_, rows_;
+  AlignedDoubles gradients_, numbers_;
+  std::vector<double> rows_;
   std::vector<std::uint8_t> moves_;
   std::vector<limit::Bounds> bounds_, sweep_bounds_, rate_bounds_;
 };

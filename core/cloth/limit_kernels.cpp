@@ -19,10 +19,26 @@ LOOMSTONE_INLINE Lanes load<Lanes>(const double* p) {
 }
 
 template <class Real>
-LOOMSTONE_INLINE Element<Real> element_at(const double* numbers) {
+LOOMSTONE_INLINE Element<Real> gradients_at(const double* gradients) {
+  constexpr int n = width<Real>;
+  Element<Real> e{};
+  e.g0x = load<Real>(gradients), e.g0y = load<Real>(gradients + n);
+  e.g1x = load<Real>(gradients + 2 * n), e.g1y = load<Real>(gradients + 3 * n);
+  return e;
+}
+
+template <class Real>
+LOOMSTONE_INLINE Element<Real> element_at(const double* gradients, const double* numbers) {
   constexpr int n = width<Real>;
   const auto at = [&](int k) -> Real { return load<Real>(numbers + n * k); };
-  return {at(0), at(1), at(2), at(3), at(4), at(5), at(6), at(7), at(8), at(9), {at(10), at(11), at(12)}};
+  Element<Real> e = gradients_at<Real>(gradients);
+  e.x0 = at(0), e.y0 = at(1), e.x1 = at(2), e.y1 = at(3), e.x2 = at(4), e.y2 = at(5);
+  e.moments = {at(6), at(7), at(8)};
+  return e;
+}
+
+LOOMSTONE_INLINE const double* gradients_of(const Tables& tables, std::size_t batch) {
+  return tables.gradients + 8 * element_gradients * batch;
 }
 
 // Corner k of the element(s); `corners` has those of eight lanes.
@@ -117,7 +133,8 @@ LOOMSTONE_INLINE unsigned lanes_to_correct(const Lanes& size, const std::uint8_t
 // The displacements of the corners of a batch; returns the lanes that they are for.
 LOOMSTONE_INLINE unsigned correct_batch(const Tables& tables, const Motion& motion, std::size_t b, Space<Lanes> delta[3]) {
   const std::uint8_t* moves = tables.moves + 8 * b;
-  const Element<Lanes> e = element_at<Lanes>(tables.numbers + 8 * element_numbers * b);
+  const Element<Lanes> e =
+      element_at<Lanes>(gradients_of(tables, b), tables.numbers + 8 * (element_numbers - element_gradients) * b);
   Correction<Lanes> c;
   if (!correction(e, tables.corners + 24 * b, moves, tables.bounds[tables.bounds_of[b]], motion, c)) return 0;
   displacements(e, c, delta);
@@ -157,7 +174,8 @@ bool correct_one(const Tables& tables, const Motion& motion, Index slot) {
   const std::size_t b = static_cast<std::size_t>(slot / 8), lane = static_cast<std::size_t>(slot % 8);
   const Index* corners = tables.corners + 24 * b + lane;
   const std::uint8_t moves = tables.moves[slot];
-  const Element<double> e = element_at<double>(tables.rows + element_numbers * static_cast<std::size_t>(slot));
+  const double* row = tables.rows + element_numbers * static_cast<std::size_t>(slot);
+  const Element<double> e = element_at<double>(row, row + element_gradients);
   Correction<double> c;
   const bool found = correction(e, corners, &moves, tables.bounds[tables.bounds_of[b]], motion, c);
   if (!found || moves == 0 || !(c.size > motion.tolerance)) return false;
@@ -173,7 +191,7 @@ void look(const Tables& tables, const Motion& motion, const Index* batches, Inde
     const std::size_t b = static_cast<std::size_t>(batches ? batches[i] : i);
     const Index* corners = tables.corners + 24 * b;
     const Bounds& bounds = tables.bounds[tables.bounds_of[b]];
-    const Element<Lanes> e = element_at<Lanes>(tables.numbers + 8 * element_numbers * b);
+    const Element<Lanes> e = gradients_at<Lanes>(gradients_of(tables, b));
     excess[b] = 0.0;
     if (motion.v && slow(e, corners, bounds, motion.v)) continue;
     const Polar<Lanes> polar =

@@ -10,7 +10,8 @@ namespace loomstone::limit {
 // Constant tables (but for what is held). Slot s is lane s % 8 of batch s / 8; of single elements likewise number s.
 struct Tables {
   const Index* corners;          // (batches x 3 x 8) vertices
-  const double* numbers;         // (batches x 13 x 8) Element
+  const double* gradients;       // (batches x 4 x 8) of Element: all that looks read
+  const double* numbers;         // (batches x 9 x 8) the others
   const std::uint8_t* moves;     // (slots) bit k: corner k may move; two_held; 0 on empty lanes
   const Index* bounds_of;        // (batches) row of bounds
   const Bounds* bounds;

@@ -1,8 +1,10 @@
 #include "core/cloth/limit_phase.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "core/cloth/membrane_batch.h"
 
@@ -19,8 +21,18 @@ constexpr Index batches_per_range = 32;
 // scenes/swing_limits.py and limit_scaling.py at 4 ms; docs/performance.md has the figures.
 constexpr double stiffening = 300.0, steeper = 10.0, third_begins = 0.5;
 
+// Whether a mode of some lane is beyond its bounds, NaN included.
+LOOMSTONE_INLINE bool beyond_any(const Lanes strain[3], const double* bound) {
+  bool any = false;
+  for (int k = 0; k < 3; ++k)
+    for (int l = 0; l < n_lanes; ++l)
+      any |= !(strain[k][l] >= bound[n_lanes * k + l] && strain[k][l] <= bound[n_lanes * (3 + k) + l]);
+  return any;
+}
+
 LOOMSTONE_CLONES
-void enter_batches(const membrane::Tables& tables, const Index* batches, Index n, const double* bounds, const double* x, double* out) {
+void enter_batches(const membrane::Tables& tables, const Index* batches, Index n, const double* bounds, const Index* bounds_of,
+                   const double* x, double* out, std::uint8_t* entered) {
   for (Index i = 0; i < n; ++i) {
     const Index b = batches[i];
     const membrane::Batch batch = membrane::batch_of(tables, b);
@@ -35,7 +47,9 @@ void enter_batches(const membrane::Tables& tables, const Index* batches, Index n
     const Lanes strain[3] = {u[0] - 1.0, u[1] - 1.0, u[2]};
     const Lanes green[3] = {0.5 * (c11 - 1.0), 0.5 * (c22 - 1.0), 0.5 * c12};
     const Lanes slope[3] = {u[0], u[1], 0.5 * trace};
-    const double* bound = bounds + bound_stride * static_cast<std::size_t>(b);
+    const double* bound = bounds + bound_stride * static_cast<std::size_t>(bounds_of[b]);
+    entered[b] = beyond_any(strain, bound);
+    if (!entered[b]) continue;
     double* o = out + membrane::phase_stride * static_cast<std::size_t>(b);
     for (int k = 0; k < 3; ++k) {
       const Lanes modulus = (k == 2 ? 2.0 : 1.0) * stiffening * batch.constant(k == 0 ? 1 : k == 1 ? 2 : 4);
@@ -55,33 +69,47 @@ void enter_batches(const membrane::Tables& tables, const Index* batches, Index n
   }
 }
 
+// The bounds of one lane.
+void set_bounds(const StrainLimit& limit, double* lane) {
+  constexpr double free = std::numeric_limits<double>::infinity();
+  const double least[3] = {limit.weft_min, limit.warp_min, limit.least_shear()}, most[3] = {limit.weft, limit.warp, limit.shear};
+  for (int k = 0; k < 3; ++k) {
+    const bool compression_is_free = k < 2 && least[k] <= -1.0;
+    const double below = limit_margin(least[k]), above = limit_margin(most[k]);
+    lane[n_lanes * k] = compression_is_free ? -free : least[k] + below;
+    lane[n_lanes * (3 + k)] = most[k] - above;
+    lane[n_lanes * (6 + k)] = compression_is_free ? -free : least[k] + (1.0 - third_begins) * below;
+    lane[n_lanes * (9 + k)] = most[k] - (1.0 - third_begins) * above;
+  }
+}
+
 }  // namespace
 
 LimitPhase::LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limits, const std::vector<Index>& limit_of)
     : membrane_(membrane),
-      bounds_(static_cast<std::size_t>(membrane.n_batches()) * bound_stride, 0.0),
-      table_(static_cast<std::size_t>(membrane.n_batches()) * membrane::phase_stride, 0.0) {
-  constexpr double free = std::numeric_limits<double>::infinity();
-  for (Index t = 0; t < membrane.n_batches() * n_lanes; ++t) {
-    const Index row = limit_of[std::min(t, membrane.n_triangles() - 1)];
-    const StrainLimit limit = row < 0 || limits[row].edge ? StrainLimit{} : limits[row];  // edges are limited afterwards
-    const double least[3] = {limit.weft_min, limit.warp_min, limit.least_shear()}, most[3] = {limit.weft, limit.warp, limit.shear};
-    double* lane = bounds_.data() + bound_stride * static_cast<std::size_t>(t / n_lanes) + t % n_lanes;
-    for (int k = 0; k < 3; ++k) {
-      const bool compression_is_free = k < 2 && least[k] <= -1.0;
-      const double below = limit_margin(least[k]), above = limit_margin(most[k]);
-      lane[n_lanes * k] = compression_is_free ? -free : least[k] + below;
-      lane[n_lanes * (3 + k)] = most[k] - above;
-      lane[n_lanes * (6 + k)] = compression_is_free ? -free : least[k] + (1.0 - third_begins) * below;
-      lane[n_lanes * (9 + k)] = most[k] - (1.0 - third_begins) * above;
-    }
+      bounds_of_(membrane.n_batches()),
+      table_(static_cast<std::size_t>(membrane.n_batches()) * membrane::phase_stride, 0.0),
+      entered_(membrane.n_batches(), 0) {
+  using Rows = std::array<Index, n_lanes>;  // of limits, one a lane
+  std::map<Rows, Index> known;
+  for (Index b = 0; b < membrane.n_batches(); ++b) {
+    Rows rows;
+    for (int l = 0; l < n_lanes; ++l) rows[l] = limit_of[std::min(b * n_lanes + l, membrane.n_triangles() - 1)];
+    const auto [found, is_new] = known.try_emplace(rows, static_cast<Index>(known.size()));
+    bounds_of_[b] = found->second;
+    if (!is_new) continue;
+    bounds_.resize(bounds_.size() + bound_stride);
+    double* lane = bounds_.data() + bounds_.size() - bound_stride;
+    for (const Index row : rows)  // edges are limited afterwards
+      set_bounds(row < 0 || limits[row].edge ? StrainLimit{} : limits[row], lane++);
   }
 }
 
 void LimitPhase::enter(const Team& team, const Points& x, Index begin, Index end) {
   const std::vector<Index>& batches = membrane_.batches_of(begin, end);
   parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_range, [&](Index first, Index last) {
-    enter_batches(membrane_.tables(), batches.data() + first, last - first, bounds_.data(), x.data(), table_.data());
+    enter_batches(membrane_.tables(), batches.data() + first, last - first, bounds_.data(), bounds_of_.data(), x.data(), table_.data(),
+                  entered_.data());
   });
 }
 

@@ -21,12 +21,16 @@ class LimitPhase {
   // The phase each mode of each triangle that touches rows [begin, end) is in at x; what it adds is linear in the Green strain from
   // there on.
   void enter(const Team& team, const Points& x, Index begin, Index end);
-  const double* table() const { return table_.data(); }  // see membrane::Tables
+  // See membrane::Tables.
+  const double* table() const { return table_.data(); }
+  const std::uint8_t* entered() const { return entered_.data(); }
 
  private:
   Membrane& membrane_;
-  std::vector<double> bounds_;   // (batches x 12 x 8) least, most; those of the third phase
+  AlignedDoubles bounds_;        // (rows x 12 x 8) least, most; those of the third phase
+  std::vector<Index> bounds_of_; // (batches) row of bounds
   AlignedDoubles table_;
+  std::vector<std::uint8_t> entered_;
 };
 
 }  // namespace loomstone

@@ -37,9 +37,9 @@ class Membrane {
   Index n_triangles() const { return n_triangles_; }
   Index n_batches() const { return n_batches_; }
 
-  membrane::Tables tables() const { return {corners_.data(), gradients_.data(), constants_.data(), phase_}; }
+  membrane::Tables tables() const { return {corners_.data(), gradients_.data(), constants_.data(), phase_, in_phase_}; }
   // What is added to forces and Jacobian from now on, see membrane::Tables; null: nothing. Not owned.
-  void set_phase(const double* phase) { phase_ = phase; }
+  void set_phase(const double* phase, const std::uint8_t* in_phase) { phase_ = phase, in_phase_ = in_phase; }
 
   // Those that touch rows [begin, end), ascending; until other rows are asked for.
   const std::vector<Index>& batches_of(Index begin, Index end) { return select_rows(begin, end), batches_; }
@@ -70,6 +70,7 @@ class Membrane {
   std::vector<Index> corners_;      // see membrane_kernels.h
   std::vector<double> gradients_, constants_, area_;
   const double* phase_ = nullptr;
+  const std::uint8_t* in_phase_ = nullptr;
   bool viscous_ = false;
   std::vector<Index> slot_start_, slots_;  // element slots of each vertex, ascending
 

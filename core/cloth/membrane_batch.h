@@ -28,6 +28,10 @@ LOOMSTONE_INLINE void gradient_columns(const Batch& batch, const double* x, Lane
   f2 = combine(e0, batch.gradient(1), e1, batch.gradient(3));
 }
 
+// Null where nothing is added.
+LOOMSTONE_INLINE const double* phase_of(const Tables& t, Index b) {
+  return t.phase && t.in_phase[b] ? t.phase + phase_stride * static_cast<std::size_t>(b) : nullptr;
+}
 // What the second phase adds to a component of S where that of E is e, and its derivative.
 LOOMSTONE_INLINE Lanes phase_slope(const double* phase, int mode) { return lanes_load(phase + 8 * mode); }
 LOOMSTONE_INLINE Lanes phase_stress(const double* phase, int mode, const Lanes& e) {

@@ -38,8 +38,7 @@ void forces(const Tables& tables, const Index* batches, Index n, const double* x
     const Lanes e11 = 0.5 * (dot(f1, f1) - 1.0), e22 = 0.5 * (dot(f2, f2) - 1.0), e12 = 0.5 * dot(f1, f2);
     const Lanes a11 = batch.constant(1), a22 = batch.constant(2), a12 = batch.constant(3), g = batch.constant(4);
     Lanes s11 = a11 * e11 + a12 * e22, s22 = a22 * e22 + a12 * e11, s12 = 2.0 * g * e12;  // (2.23)
-    if (tables.phase) {
-      const double* phase = tables.phase + phase_stride * static_cast<std::size_t>(batches[i]);
+    if (const double* phase = phase_of(tables, batches[i])) {
       s11 += phase_stress(phase, 0, e11), s22 += phase_stress(phase, 1, e22), s12 += phase_stress(phase, 2, e12);
     }
     if (v) {
@@ -75,8 +74,7 @@ void blocks(const Tables& tables, const Index* batches, Index n, const double* x
     const Lanes area = batch.constant(0);
     Lanes a11 = batch.constant(1), a22 = batch.constant(2), a12 = batch.constant(3), g = batch.constant(4);
     Lanes s11 = a11 * e11 + a12 * e22, s22 = a22 * e22 + a12 * e11, s12 = 2.0 * g * e12;
-    if (tables.phase) {
-      const double* phase = tables.phase + phase_stride * static_cast<std::size_t>(batches[i]);
+    if (const double* phase = phase_of(tables, batches[i])) {
       s11 += phase_stress(phase, 0, e11), s22 += phase_stress(phase, 1, e22), s12 += phase_stress(phase, 2, e12);
       a11 += phase_slope(phase, 0), a22 += phase_slope(phase, 1), g += 0.5 * phase_slope(phase, 2);
     }
@@ -161,8 +159,7 @@ void strains(const Tables& tables, const Index* batches, Index n, const double* 
     const Lanes e11 = 0.5 * (c11 - 1.0), e22 = 0.5 * (c22 - 1.0), e12 = 0.5 * c12;
     const Lanes a11 = batch.constant(1), a22 = batch.constant(2), a12 = batch.constant(3), g = batch.constant(4);
     Lanes energy = 0.5 * (a11 * e11 * e11 + a22 * e22 * e22) + a12 * e11 * e22 + 2.0 * g * e12 * e12;  // (2.21)
-    if (tables.phase) {
-      const double* phase = tables.phase + phase_stride * static_cast<std::size_t>(batches[i]);
+    if (const double* phase = phase_of(tables, batches[i])) {
       energy += phase_energy(phase, 0, e11) + phase_energy(phase, 1, e22) + 2.0 * phase_energy(phase, 2, e12);
     }
     energy *= batch.constant(0);

@@ -1,6 +1,8 @@
 // The element arithmetic of the membrane on batches of eight triangles.
 #pragma once
 
+#include <cstdint>
+
 #include "core/base/types.h"
 
 namespace loomstone::membrane {
@@ -18,6 +20,7 @@ struct Tables {
   const double* gradients;   // (batches x 6 x 8) dN0x dN0y dN1x dN1y dN2x dN2y [1/m]
   const double* constants;   // (batches x 7 x 8) area, a11, a22, a12, g, lambda_d, mu_d
   const double* phase = nullptr;   // (batches x 6 x 8) slope, then stress at E = 0, of what is added to S11, S22, S12; or null
+  const std::uint8_t* in_phase = nullptr;  // (batches) 0: nothing is added
 };
 
 // forces (x 3 corners x 3): minus (2.33); with v also minus the viscous force (2.24, 2.25).

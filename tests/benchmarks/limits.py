@@ -52,7 +52,7 @@ def state_at(start: float, triangles: int) -> State:
 
 
 def measure(sim: ls.Simulation, limited: bool, duration: float) -> dict[str, float]:
-    steps = sweeps = evaluations = limit = 0.0
+    steps = sweeps = evaluations = limit = iterations = 0.0
     excess: list[float] = []
     start, wall = time.process_time(), time.perf_counter()
     while sim.time < duration - 1e-9:
@@ -62,6 +62,7 @@ def measure(sim: ls.Simulation, limited: bool, duration: float) -> dict[str, flo
         sweeps += report.limit_sweeps
         evaluations += report.limit_evaluations
         limit += report.seconds["limit"]
+        iterations += report.linear_iterations
         excess.append(max(report.weft_excess, report.warp_excess, report.shear_excess) if limited else float("nan"))
     excess.sort()
     cpu = 1e3 * (time.process_time() - start) / steps
@@ -72,6 +73,7 @@ def measure(sim: ls.Simulation, limited: bool, duration: float) -> dict[str, flo
         "cpu": cpu,
         "p90": excess[int(0.9 * len(excess))],
         "worst": excess[-1],
+        "iterations": iterations / steps,
     }
 
 
@@ -112,7 +114,7 @@ def main() -> None:
     if options.read and options.plot:
         plot(options.plot, options.read)
         return
-    print(f"{'triangles':>9}  {'method':<20} {'sweeps':>7} {'eval/tri':>8} {'limit ms':>8} {'step ms':>8} {'excess p90':>10} {'worst':>8}")
+    print(f"{'triangles':>9}  {'method':<20} {'sweeps':>7} {'eval/tri':>8} {'limit ms':>8} {'step ms':>8} {'excess p90':>10} {'worst':>8} {'iterations':>10}")
     for triangles in options.triangles:
         state = state_at(options.start, triangles) if options.start > 0.0 else None
         for name, method, in_solve, threads in METHODS:
@@ -123,7 +125,7 @@ def main() -> None:
             m = measure(sim, limited, options.duration)
             print(
                 f"{triangles:>9}  {name:<20} {m['sweeps']:>7.2f} {m['evaluations'] / triangles:>8.2f} {m['limit']:>8.2f} "
-                f"{m['cpu']:>8.2f} {m['p90']:>10.4f} {m['worst']:>8.4f}",
+                f"{m['cpu']:>8.2f} {m['p90']:>10.4f} {m['worst']:>8.4f} {m['iterations']:>10.1f}",
                 flush=True,
             )
 

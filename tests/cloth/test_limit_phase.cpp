@@ -47,7 +47,7 @@ TEST_CASE("within its limits a sheet has no second phase") {
   LimitPhase phase = phase_of(s, limit);
   const Points x = deformed(s.mesh, 1), before = force_of(s.membrane, x);
   phase.enter({}, x, 0, s.mesh.n_vertices());
-  s.membrane.set_phase(phase.table());
+  s.membrane.set_phase(phase.table(), phase.entered());
   CHECK(force_of(s.membrane, x) == before);
 }
 
@@ -57,7 +57,7 @@ TEST_CASE("the second phase has forces of its energy and the Jacobian of its for
   const Points x = deformed(s.mesh, 1), d = random_points(n, 1.0, 2), without = force_of(s.membrane, x);
   LimitPhase phase = phase_of(s, exceeded());
   phase.enter({}, x, 0, s.mesh.n_vertices());
-  s.membrane.set_phase(phase.table());
+  s.membrane.set_phase(phase.table(), phase.entered());
   REQUIRE((force_of(s.membrane, x) - without).norm() > 10.0 * without.norm());
   BlockMatrix k = pattern(s.mesh);
   s.membrane.set_jacobian({}, x, JacobianKind::Exact, 1.0, 0.0, 0, n, k);
@@ -84,7 +84,7 @@ TEST_CASE("with a second phase the positive Jacobian stays positive semidefinite
   x.col(0) *= 0.7;
   LimitPhase phase = phase_of(s, exceeded());
   phase.enter({}, x, 0, s.mesh.n_vertices());
-  s.membrane.set_phase(phase.table());
+  s.membrane.set_phase(phase.table(), phase.entered());
   BlockMatrix k = pattern(s.mesh);
   s.membrane.set_jacobian({}, x, JacobianKind::Positive, 1.0, 0.0, 0, s.mesh.n_vertices(), k);
   const Eigen::VectorXd eigenvalues = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(dense(k)).eigenvalues();
@@ -102,10 +102,10 @@ TEST_CASE("before its limit a strip meets two phases one after another, and befo
   LimitPhase phase = phase_of(s, limit);
   for (const double strain : {0.05, 0.089, 0.093, 0.1, 0.12}) {
     const Points x = stretched(s.mesh, strain);
-    s.membrane.set_phase(nullptr);
+    s.membrane.set_phase(nullptr, nullptr);
     const double elastic = tension(s, x);
     phase.enter({}, x, 0, s.mesh.n_vertices());
-    s.membrane.set_phase(phase.table());
+    s.membrane.set_phase(phase.table(), phase.entered());
     const double more = (tension(s, x) - elastic) / 0.2;  // the sheet is 0.2 m wide [N/m]
     // First Piola stress is stretch times S, S = the modulus times the stretch times what is beyond.
     const double beyond = std::max(0.0, strain - 0.09) + 9.0 * std::max(0.0, strain - 0.095);
@@ -121,7 +121,7 @@ TEST_CASE("turning the cloth changes nothing of its phases") {
   const Points turned = x * turn.transpose();
   LimitPhase phase = phase_of(s, exceeded());
   phase.enter({}, x, 0, s.mesh.n_vertices());
-  s.membrane.set_phase(phase.table());
+  s.membrane.set_phase(phase.table(), phase.entered());
   const Points expected = force_of(s.membrane, x) * turn.transpose();
   phase.enter({}, turned, 0, s.mesh.n_vertices());
   CHECK((force_of(s.membrane, turned) - expected).norm() < 1e-9 * expected.norm());
