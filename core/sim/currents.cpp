@@ -105,11 +105,15 @@ void Currents::move(const std::vector<RigidPose>& from, const std::vector<RigidP
   }
 }
 
+std::vector<std::uint8_t> Currents::resting() const {
+  std::vector<std::uint8_t> resting;
+  for (const Twist& twist : scripted_) resting.push_back(twist.rests());
+  return resting;
+}
+
 bool Currents::joined(Index a, Index b) const {
   const auto rests = [&](Index carrier) {
-    if (carrier < model_.n_bodies()) return false;
-    const Twist& twist = scripted_[carrier - model_.n_bodies()];
-    return twist.velocity.isZero(0.0) && twist.spin.isZero(0.0);
+    return carrier >= model_.n_bodies() && scripted_[carrier - model_.n_bodies()].rests();
   };
   return a == b || (rests(a) && rests(b));
 }

@@ -51,6 +51,7 @@ class Currents {
   Vector all(double time, const Vector& circuits = {}) const;
   // Obstacles go from one place to the other in `step` [s]; call before place().
   void move(const std::vector<RigidPose>& from, const std::vector<RigidPose>& to, double step);
+  std::vector<std::uint8_t> resting() const;  // which obstacles do not move, as last told
   // What coils with currents (coils) and magnets do to one another, on each body and obstacle.
   std::vector<Wrench> on_magnets(const RigidState& state, const std::vector<RigidPose>& obstacles,
                                  const std::vector<MagneticBody>& magnets, const Vector& currents) const;
@@ -69,6 +70,7 @@ class Currents {
   using Wrenches = std::vector<Wrench>;  // on each body; per ampere on each body and obstacle
   struct Twist {
     Vec3 velocity, spin;
+    bool rests() const { return velocity.isZero(0.0) && spin.isZero(0.0); }
   };
   using Pair = CircuitResponse::Pair;  // places in circuits_
   double given_current(std::size_t coil, double time) const;

@@ -18,14 +18,14 @@ constexpr double touching_share = 1.0 / 16.0;
 }  // namespace
 
 double MagneticMotion::frequency(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles,
-                                 const Instant& now, const Vector& currents, const RigidWorld& world) const {
+                                 const Vector& currents, const RigidWorld& world) const {
   std::vector<Carrier> carriers(model_.n_bodies() + 1);
   for (Index b = 0; b < model_.n_bodies(); ++b)
     carriers[b] = {currents_.held(b) ? 0.0 : 1.0 / model_.body_mass[b].mass, 1.0 / rotors_[b].moments.minCoeff(),
                    state.positions.row(b).transpose()};
   std::vector<CoarseMagnet> coarse = coarse_;
   std::vector<RigidPose> poses;
-  std::vector<MagneticBody> magnets = now.magnets;
+  std::vector<MagneticBody> magnets = now_.magnets;
   if (!induced_.empty() && !currents_.circuits().empty())  // as these magnetise them too
     magnets = placed(team, state, obstacles, carrying_coils(model_, state, obstacles, currents));
   for (const MagneticBody& magnet : magnets) poses.push_back(magnet.pose);
@@ -62,7 +62,7 @@ double MagneticMotion::frequency(const Team& team, const RigidState& state, cons
     for (std::size_t k = 0; k < hard_.size(); ++k) {
       const Index i = hard_[k];
       if (groups_[i] == model_.n_bodies())
-        add_sphere_frequencies2(team, spheres, coarse[i], poses[i], now.known[k].there.gradient, carriers, squares);
+        add_sphere_frequencies2(team, spheres, coarse[i], poses[i], now_.known[k].there.gradient, carriers, squares);
     }
     Points x(spheres.size(), 3);
     for (std::size_t k = 0; k < spheres.size(); ++k) x.row(k) = spheres[k].position.transpose();

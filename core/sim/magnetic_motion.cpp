@@ -130,8 +130,10 @@ std::vector<Wrench> MagneticMotion::wrenches(const Team& team, const RigidState&
   return result;
 }
 
-MagneticMotion::Instant MagneticMotion::instant(const Team& team, const RigidState& state,
-                                                const std::vector<RigidPose>& obstacles, double time) {
+void MagneticMotion::arrive(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles, double time) {
+  Cause cause{state.positions, state.orientations, obstacles, currents_.resting(), currents_.all(time)};
+  if (cause_ && *cause_ == cause) return;
+  cause_.reset();
   const auto act = [&](const std::vector<MagneticBody>& coils) {
     Instant now;
     now.magnets = placed(team, state, obstacles, coils, now.known);
@@ -140,10 +142,10 @@ MagneticMotion::Instant MagneticMotion::instant(const Team& team, const RigidSta
   };
   std::vector<MagneticBody> coils;
   if (!induced_.empty()) coils = carrying_coils(model_, state, obstacles, currents_.all(time));
-  Instant now = act(coils);
+  now_ = act(coils);
   std::vector<Wrench> magnetised;
   if (!coils.empty()) {
-    magnetised = now.forces;
+    magnetised = now_.forces;
     add_times(magnetised, -1.0, act({}).forces);
   }
   CircuitResponse response;
@@ -161,12 +163,12 @@ MagneticMotion::Instant MagneticMotion::instant(const Team& team, const RigidSta
       }
       return result;
     };
-    std::vector<Wrench> idle = now.forces;
-    add_times(idle, 1.0, currents_.on_magnets(state, obstacles, now.magnets, currents_.all(time)));
-    response = circuit_response(currents_.circuits(), amperes_beside(now.magnets), idle, trial);
+    std::vector<Wrench> idle = now_.forces;
+    add_times(idle, 1.0, currents_.on_magnets(state, obstacles, now_.magnets, currents_.all(time)));
+    response = circuit_response(currents_.circuits(), amperes_beside(now_.magnets), idle, trial);
   }
-  currents_.place(state, obstacles, now.magnets, time, std::move(magnetised), response);
-  return now;
+  currents_.place(state, obstacles, now_.magnets, time, std::move(magnetised), response);
+  cause_ = std::move(cause);
 }
 
 // As many in each circuit as give it the moment of the strongest magnet: what they do then shows beside what magnets do.
@@ -245,7 +247,7 @@ MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, cons
   std::vector<std::uint8_t> touched;
   std::vector<Wrench> before;
   currents_.move(obstacles.poses, moved_obstacles.poses, step);
-  Instant now = instant(team, state, obstacles.poses, time);
+  arrive(team, state, obstacles.poses, time);
   Done done;
   int parts = 1;              // the sub-step is step / parts; `place` of them are done
   double limit = model_.scene.magnetic_step;
@@ -254,7 +256,7 @@ MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, cons
     Vector currents = currents_.all(time + step * place / parts);
     for (const std::size_t j : currents_.circuits())
       currents[static_cast<Eigen::Index>(j)] = circuit.currents[static_cast<Eigen::Index>(j)];
-    const double frequency_now = frequency(team, state, here.poses, now, currents, world);
+    const double frequency_now = frequency(team, state, here.poses, currents, world);
     while (frequency_now * step > limit * parts && parts <= most_substeps) parts *= 2, place *= 2;
     if (parts > most_substeps || !std::isfinite(frequency_now)) {
       std::ostringstream out;
@@ -267,7 +269,7 @@ MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, cons
     ++place;
     const ObstaclePlaces at_end = between(obstacles, moved_obstacles, static_cast<double>(place) / parts);
 
-    before = now.forces;
+    before = now_.forces;
     const double start = time + step * (place - 1) / parts;
     currents_.kick(start + 0.25 * h, 0.5 * h, state, momenta, before, circuit);
     // The world's answer first: it wants velocities after the whole kick.
@@ -296,8 +298,8 @@ MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, cons
       state.positions.row(b) += h * state.velocities.row(b);
       state.orientations.row(b) = freely_turned(rotors_[b], orientation, momenta.row(b).transpose(), h).transpose();
     }
-    now = instant(team, state, at_end.poses, start + h);
-    before = now.forces;
+    arrive(team, state, at_end.poses, start + h);
+    before = now_.forces;
     currents_.kick(start + 0.75 * h, 0.5 * h, state, momenta, before, circuit);
     for (Index b = 0; b < n; ++b) {
       momenta.row(b) += 0.5 * h * before[b].torque.transpose();

@@ -8,6 +8,7 @@
 // momentum is the same.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "core/magnetics/interaction.h"
@@ -44,13 +45,23 @@ class MagneticMotion {
                RigidWorld& world, RigidState& state, CircuitState& circuit);
 
  private:
-  // Magnets and what they do to one another at one instant, without currents of circuits; places the coils as well.
+  // Magnets and what they do to one another at one instant, without currents of circuits.
   struct Instant {
     std::vector<MagneticBody> magnets;
     std::vector<KnownField> known;
     std::vector<Wrench> forces;  // on each body and obstacle
   };
-  Instant instant(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles, double time);
+  // All that it depends on.
+  struct Cause {
+    Points positions;
+    Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor> orientations;
+    std::vector<RigidPose> obstacles;
+    std::vector<std::uint8_t> resting;  // of obstacles
+    Vector given;                       // (coils) currents [A]
+    bool operator==(const Cause& other) const = default;
+  };
+  // Brings now_ to an instant and places the coils; a step begins where the one before has ended, which is told by the cause.
+  void arrive(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles, double time);
   // known: what `placed` found out on the way, used again by wrenches.
   std::vector<MagneticBody> placed(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles,
                                    const std::vector<MagneticBody>& coils, std::vector<KnownField>& known) const;
@@ -58,8 +69,8 @@ class MagneticMotion {
   std::vector<Wrench> wrenches(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles,
                                const std::vector<MagneticBody>& magnets, const std::vector<KnownField>& known) const;
   Vector amperes_beside(const std::vector<MagneticBody>& magnets) const;
-  // Of the stiffest body [rad/s].
-  double frequency(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles, const Instant& now,
+  // Of the stiffest body, now_ [rad/s].
+  double frequency(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles,
                    const Vector& currents, const RigidWorld& world) const;
   std::vector<MagneticBody> hard(const std::vector<MagneticBody>& magnets) const;
   void place_soft(const Team& team, std::vector<MagneticBody>& magnets, const std::vector<MagneticBody>& coils) const;
@@ -75,6 +86,8 @@ class MagneticMotion {
   std::vector<Index> hard_, induced_;  // places in the list of magnets
   Vector polarizabilities_;            // of the induced ones, where they are dipoles
   bool soft_ = false;                  // the induced ones are not just dipoles
+  std::optional<Cause> cause_;         // of now_ and of the coils' places
+  Instant now_;
 };
 
 }  // namespace loomstone

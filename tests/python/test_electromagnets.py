@@ -130,6 +130,28 @@ def test_an_electromagnet_goes_on_with_the_same_bits_after_a_checkpoint():
     assert np.array_equal(sims[0].state.body_velocities, sims[1].state.body_velocities)
 
 
+def push(sim: ls.Simulation) -> None:
+    sim.set_obstacle_pose(0, (0.03, 0.001, -0.04))
+
+
+@pytest.mark.parametrize("write", [None, push])
+@pytest.mark.parametrize("case", ["beside a magnet and a growing current", "beside another circuit"])
+def test_forces_at_the_end_of_a_step_serve_the_next_where_nothing_has_changed(case, write):
+    scene = falling(**CASES[case])
+    stand = ls.box(name="stand", size=(0.01, 0.01, 0.01), times=[0, 1e-3, 3e-3], positions=[(0.03, 0, -0.04)] * 2 + [(0.03, 0, -0.03)])
+    scene = scene.replace(obstacles=[stand], magnets=[*scene.magnets, MAGNET.replace(body="stand")])
+    going_on, anew = (simulation(scene, 5e-4) for _ in range(2))
+    for step in range(10):
+        if write and step == 4:
+            write(going_on), write(anew)
+        anew.rebuild_stages()  # which then know of no step before
+        for sim in (going_on, anew):
+            sim.step()
+    for name in ("body_positions", "body_orientations", "body_velocities", "body_angular_velocities"):
+        assert np.array_equal(getattr(going_on.state, name), getattr(anew.state, name)), name
+    assert going_on.current == anew.current and going_on.circuit_supply == anew.circuit_supply
+
+
 def half_ring(inner: float, outer: float, width: float, parts: int = 8) -> ls.TriangleMesh:
     """Half a ring in the plane of x and z, open towards -x; not convex."""
     angles = np.linspace(-np.pi / 2, np.pi / 2, parts + 1)
