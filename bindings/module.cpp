@@ -1,7 +1,9 @@
 // The Python module loomstone._core: converts and forwards, nothing more.
 #include "bindings/bindings.h"
+#include "core/base/simd.h"
 
 PYBIND11_MODULE(_core, m) {
+  loomstone::check_instruction_set();
   m.doc() = "C++ core of loomstone; use the package loomstone instead of this module.";
   m.attr("__version__") = LOOMSTONE_VERSION;
   loomstone::bind_base(m);

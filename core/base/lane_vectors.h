@@ -8,29 +8,45 @@
 
 namespace loomstone {
 
+template <class Lanes>
 struct Lanes3 {
   Lanes x, y, z;
 };
 
-// Rows of an (n x 3) array, one a lane.
-LOOMSTONE_INLINE Lanes3 lanes_gather(const Index* rows, const double* x) {
-  Lanes3 r;
-  for (int l = 0; l < n_lanes; ++l) {
-    const double* p = x + 3 * static_cast<std::size_t>(rows[l]);
-    r.x[l] = p[0];
-    r.y[l] = p[1];
-    r.z[l] = p[2];
-  }
-  return r;
+// Columns of an array, n apart.
+template <class Lanes>
+LOOMSTONE_INLINE Lanes3<Lanes> lanes3_load(const double* p, Index n) {
+  return {lanes_load<Lanes>(p), lanes_load<Lanes>(p + n), lanes_load<Lanes>(p + 2 * n)};
 }
 
-LOOMSTONE_INLINE Lanes3 minus(const Lanes3& a, const Lanes3& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-LOOMSTONE_INLINE Lanes3 combine(const Lanes3& a, const Lanes& s, const Lanes3& b, const Lanes& t) {
+// Rows of an (n x 3) array, one a lane.
+template <class Lanes>
+LOOMSTONE_INLINE Lanes3<Lanes> lanes_gather(const Index* rows, const double* x) {
+  const auto component = [&](int c) LOOMSTONE_INLINE_LAMBDA {
+    return lanes_of<Lanes>([&](int l) LOOMSTONE_INLINE_LAMBDA { return x[3 * static_cast<std::size_t>(rows[l]) + c]; });
+  };
+  return {component(0), component(1), component(2)};
+}
+
+template <class Lanes>
+LOOMSTONE_INLINE Lanes3<Lanes> minus(const Lanes3<Lanes>& a, const Lanes3<Lanes>& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+template <class Lanes>
+LOOMSTONE_INLINE Lanes3<Lanes> combine(const Lanes3<Lanes>& a, const Lanes& s, const Lanes3<Lanes>& b, const Lanes& t) {
   return {a.x * s + b.x * t, a.y * s + b.y * t, a.z * s + b.z * t};
 }
-LOOMSTONE_INLINE Lanes dot(const Lanes3& a, const Lanes3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-LOOMSTONE_INLINE Lanes3 cross(const Lanes3& a, const Lanes3& b) {
+template <class Lanes>
+LOOMSTONE_INLINE Lanes dot(const Lanes3<Lanes>& a, const Lanes3<Lanes>& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+template <class Lanes>
+LOOMSTONE_INLINE Lanes3<Lanes> cross(const Lanes3<Lanes>& a, const Lanes3<Lanes>& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+template <class Lanes>
+LOOMSTONE_INLINE Lanes norm(const Lanes3<Lanes>& a) {
+  return lanes_sqrt(dot(a, a));
 }
 
 }  // namespace loomstone

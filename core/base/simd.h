@@ -1,40 +1,194 @@
-// Eight doubles worked at once. Kernels are written once on Lanes and compiled for three instruction sets; the best one is
-// chosen when the program starts. All give the same bits (no contraction, no reordered sums).
+// Eight doubles worked at once. A kernel is a function template of their type, Lanes, that is inlined into three functions, each
+// compiled for one instruction set; LOOMSTONE_WIDEST(kernel)(arguments) calls the one for the widest that the processor has. All
+// give the same bits (no contraction, no reordered sums).
 #pragma once
 
-#include <cmath>
+#include <type_traits>
+
+#include "core/base/halves.h"
 
 namespace loomstone {
 
 inline constexpr int n_lanes = 8;
 
-typedef double Lanes __attribute__((vector_size(8 * n_lanes)));
+typedef double Lanes512 __attribute__((vector_size(8 * n_lanes)));
+typedef double HalfLanes __attribute__((vector_size(4 * n_lanes)));
+typedef double QuarterLanes __attribute__((vector_size(2 * n_lanes)));
+using Lanes256 = Halves<HalfLanes>;
+using Lanes128 = Halves<Halves<QuarterLanes>>;
+
+enum class InstructionSet { baseline, v3, v4 };
+// The widest of the processor; LOOMSTONE_INSTRUCTIONS=x86-64 or x86-64-v3 in the environment narrows it.
+extern const InstructionSet instruction_set;
+// Refuses any other value of that variable.
+void check_instruction_set();
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || defined(__clang__) || !defined(__x86_64__)
+#define LOOMSTONE_SEVERAL_SETS 0
 #define LOOMSTONE_CLONES
 #else
+#define LOOMSTONE_SEVERAL_SETS 1
 #define LOOMSTONE_CLONES __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 #endif
-#define LOOMSTONE_INLINE inline __attribute__((always_inline))
 
-LOOMSTONE_INLINE Lanes lanes_sqrt(const Lanes& a) {
-  Lanes r;
-  for (int i = 0; i < n_lanes; ++i) r[i] = __builtin_sqrt(a[i]);
-  return r;
+// A kernel, given as a function of (Lanes{}, arguments...).
+template <class Kernel>
+class Widest {
+ public:
+  template <class... Arguments>
+  LOOMSTONE_INLINE decltype(auto) operator()(Arguments&&... arguments) const {
+#if LOOMSTONE_SEVERAL_SETS
+    if (instruction_set == InstructionSet::v4) return v4<Passed<Arguments>...>(arguments...);
+    if (instruction_set == InstructionSet::v3) return v3<Passed<Arguments>...>(arguments...);
+#endif
+    return baseline<Passed<Arguments>...>(arguments...);
+  }
+
+ private:
+  // Numbers and pointers by value: a kernel that stores need not read them again.
+  template <class Argument>
+  using Passed = std::conditional_t<std::is_scalar_v<std::remove_reference_t<Argument>>, std::remove_cvref_t<Argument>,
+        Argument&>;
+
+#if LOOMSTONE_SEVERAL_SETS
+  template <class... Arguments>
+  __attribute__((target("arch=x86-64-v4"))) static decltype(auto) v4(Arguments... a) {
+    return Kernel{}(Lanes512{}, a...);
+  }
+  template <class... Arguments>
+  __attribute__((target("arch=x86-64-v3"))) static decltype(auto) v3(Arguments... a) {
+    return Kernel{}(Lanes256{}, a...);
+  }
+#endif
+  template <class... Arguments>
+  static decltype(auto) baseline(Arguments... a) {
+    return Kernel{}(Lanes128{}, a...);
+  }
+};
+
+template <class Kernel>
+LOOMSTONE_INLINE Widest<Kernel> widest(Kernel) {
+  return {};
+}
+#define LOOMSTONE_WIDEST(kernel)                                                                       \
+  ::loomstone::widest([](auto lanes, auto&&... arguments) LOOMSTONE_INLINE_LAMBDA -> decltype(auto) { \
+    return kernel<decltype(lanes)>(arguments...);                                                       \
+  })
+
+typedef Lanes512 Lanes;  // of kernels that are compiled as clones
+
+template <class Lanes = Lanes512>
+LOOMSTONE_INLINE Lanes lanes_all(double a) {
+  return Lanes{} + a;
 }
 
-LOOMSTONE_INLINE Lanes lanes_max0(const Lanes& a) {
-  Lanes r;
-  for (int i = 0; i < n_lanes; ++i) r[i] = a[i] > 0.0 ? a[i] : 0.0;
-  return r;
-}
-
+template <class Lanes = Lanes512>
 LOOMSTONE_INLINE Lanes lanes_load(const double* p) {
-  Lanes r;
-  __builtin_memcpy(&r, p, sizeof(Lanes));
-  return r;
+  if constexpr (in_halves<Lanes>) {
+    return {lanes_load<typename Lanes::Half>(p), lanes_load<typename Lanes::Half>(p + Lanes::size)};
+  } else {
+    Lanes r;
+    __builtin_memcpy(&r, p, sizeof(Lanes));
+    return r;
+  }
 }
 
-LOOMSTONE_INLINE void lanes_store(double* p, const Lanes& a) { __builtin_memcpy(p, &a, sizeof(Lanes)); }
+template <class Lanes>
+LOOMSTONE_INLINE void lanes_store(double* p, const Lanes& a) {
+  if constexpr (in_halves<Lanes>)
+    lanes_store(p, a.low), lanes_store(p + Lanes::size, a.high);
+  else
+    __builtin_memcpy(p, &a, sizeof(Lanes));
+}
+
+// Lane l is value(l), a function that is inlined.
+template <class Lanes, class Value>
+LOOMSTONE_INLINE Lanes lanes_of(const Value& value, int first = 0) {
+  if constexpr (in_halves<Lanes>) {
+    return {lanes_of<typename Lanes::Half>(value, first), lanes_of<typename Lanes::Half>(value, first + Lanes::size)};
+  } else if constexpr (sizeof(Lanes) == sizeof(Lanes512)) {
+    return Lanes{value(0), value(1), value(2), value(3), value(4), value(5), value(6), value(7)};
+  } else if constexpr (sizeof(Lanes) == sizeof(HalfLanes)) {
+    return Lanes{value(first), value(first + 1), value(first + 2), value(first + 3)};
+  } else {
+    return Lanes{value(first), value(first + 1)};
+  }
+}
+
+template <class Lanes>
+LOOMSTONE_INLINE void lanes_put(Lanes& a, int lane, double value) {
+  if constexpr (in_halves<Lanes>)
+    lane < Lanes::size ? lanes_put(a.low, lane, value) : lanes_put(a.high, lane - Lanes::size, value);
+  else
+    a[lane] = value;
+}
+
+// Eight or four of the lanes of a (0 ... 7) and b (8 ... 15).
+template <int... index, class Lanes>
+LOOMSTONE_INLINE auto lanes_shuffle(const Lanes& a, const Lanes& b) {
+  if constexpr (in_halves<Lanes>) {
+    constexpr int from[] = {index...};
+    using Result = std::conditional_t<sizeof...(index) == n_lanes, Lanes, HalfLanes>;
+    return lanes_of<Result>([&](int l) LOOMSTONE_INLINE_LAMBDA { return from[l] < n_lanes ? a[from[l]] : b[from[l] - n_lanes]; });
+  } else {
+    return __builtin_shufflevector(a, b, index...);
+  }
+}
+
+// Eight times one of four numbers.
+template <class Lanes, int... index>
+LOOMSTONE_INLINE Lanes lanes_spread(const HalfLanes& a) {
+  if constexpr (in_halves<Lanes>) {
+    constexpr int from[] = {index...};
+    return lanes_of<Lanes>([&](int l) LOOMSTONE_INLINE_LAMBDA { return a[from[l]]; });
+  } else {
+    return __builtin_shufflevector(a, a, index...);
+  }
+}
+
+template <class Lanes>
+LOOMSTONE_INLINE Lanes lanes_select(const MaskOf<Lanes>& where, const Lanes& yes, const Lanes& no) {
+  if constexpr (in_halves<Lanes>)
+    return {lanes_select(where.low, yes.low, no.low), lanes_select(where.high, yes.high, no.high)};
+  else
+    return where ? yes : no;
+}
+
+template <class Lanes>
+LOOMSTONE_INLINE Lanes lanes_sqrt(const Lanes& a) {
+  if constexpr (in_halves<Lanes>) {
+    return {lanes_sqrt(a.low), lanes_sqrt(a.high)};
+  } else {
+    Lanes r;
+    for (unsigned i = 0; i < sizeof(Lanes) / sizeof(double); ++i) r[i] = __builtin_sqrt(a[i]);
+    return r;
+  }
+}
+
+template <class Mask>
+LOOMSTONE_INLINE bool lanes_any(const Mask& mask) {
+  long long any = 0;
+  for (int i = 0; i < n_lanes; ++i) any |= mask[i];
+  return any != 0;
+}
+
+// Of lanes in a fixed order.
+template <class Lanes>
+LOOMSTONE_INLINE double lanes_sum(const Lanes& a) {
+  return ((a[0] + a[1]) + (a[2] + a[3])) + ((a[4] + a[5]) + (a[6] + a[7]));
+}
+
+template <class Lanes>
+LOOMSTONE_INLINE Lanes lanes_min(const Lanes& a, const Lanes& b) {
+  return lanes_select(a < b, a, b);
+}
+template <class Lanes>
+LOOMSTONE_INLINE Lanes lanes_max(const Lanes& a, const Lanes& b) {
+  return lanes_select(a > b, a, b);
+}
+template <class Lanes>
+LOOMSTONE_INLINE Lanes lanes_max0(const Lanes& a) {
+  return lanes_max(a, Lanes{});
+}
 
 }  // namespace loomstone

@@ -1,6 +1,6 @@
 // One triangle against its limits: closed-form polar decomposition of the 3x2 gradient, strain, and the correction that meets a
 // target of strain while it keeps linear and angular momentum. Implements [Thomaszewski2010] 3.3.1, (3.2)-(3.14), written once
-// for one triangle (Real = double) and for eight (Real = Lanes).
+// for one triangle (Real = double) and for eight (Real = Lanes512 and its like).
 //
 // The 6x6 system (3.10) is solved without an inverse. Displacements of the corners that meet the strain rows are affine,
 // R (E + w J) X with E = target - strain (symmetric 2x2), J the quarter turn, and X the rest coordinates from the centre of mass
@@ -26,29 +26,41 @@
 namespace loomstone::limit {
 
 LOOMSTONE_INLINE double root(double a) { return std::sqrt(a); }
-LOOMSTONE_INLINE Lanes root(const Lanes& a) { return lanes_sqrt(a); }
-template <class Real>
-LOOMSTONE_INLINE Real greater(const Real& a, const Real& b) {
-  return a > b ? a : b;
+template <class Lanes>
+LOOMSTONE_INLINE Lanes root(const Lanes& a) {
+  return lanes_sqrt(a);
 }
-template <class Real>
-LOOMSTONE_INLINE Real smaller(const Real& a, const Real& b) {
-  return a < b ? a : b;
+LOOMSTONE_INLINE double greater(double a, double b) { return a > b ? a : b; }
+template <class Lanes>
+LOOMSTONE_INLINE Lanes greater(const Lanes& a, const Lanes& b) {
+  return lanes_max(a, b);
+}
+LOOMSTONE_INLINE double smaller(double a, double b) { return a < b ? a : b; }
+template <class Lanes>
+LOOMSTONE_INLINE Lanes smaller(const Lanes& a, const Lanes& b) {
+  return lanes_min(a, b);
 }
 template <class Real>
 LOOMSTONE_INLINE Real size(const Real& a) {
   return greater(a, -a);
 }
 LOOMSTONE_INLINE double largest(double a) { return a; }
+template <class Lanes>
 LOOMSTONE_INLINE double largest(const Lanes& a) {
-  const Lanes b = greater(a, __builtin_shufflevector(a, a, 4, 5, 6, 7, 0, 1, 2, 3));
-  const Lanes c = greater(b, __builtin_shufflevector(b, b, 2, 3, 0, 1, 6, 7, 4, 5));
+  const Lanes b = greater(a, lanes_shuffle<4, 5, 6, 7, 0, 1, 2, 3>(a, a));
+  const Lanes c = greater(b, lanes_shuffle<2, 3, 0, 1, 6, 7, 4, 5>(b, b));
   return c[0] > c[1] ? c[0] : c[1];
 }
 LOOMSTONE_INLINE double at(double a, int) { return a; }
-LOOMSTONE_INLINE double at(const Lanes& a, int lane) { return a[lane]; }
+template <class Lanes>
+LOOMSTONE_INLINE double at(const Lanes& a, int lane) {
+  return a[lane];
+}
 LOOMSTONE_INLINE void put(double& a, int, double value) { a = value; }
-LOOMSTONE_INLINE void put(Lanes& a, int lane, double value) { a[lane] = value; }
+template <class Lanes>
+LOOMSTONE_INLINE void put(Lanes& a, int lane, double value) {
+  lanes_put(a, lane, value);
+}
 template <class Real>
 inline constexpr int width = sizeof(Real) / sizeof(double);
 

@@ -2,20 +2,19 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <type_traits>
 
 namespace loomstone::limit {
 
 namespace {
 
+// Real: double or the type of eight.
 template <class Real>
-LOOMSTONE_INLINE Real load(const double* p);
-template <>
-LOOMSTONE_INLINE double load<double>(const double* p) {
-  return *p;
-}
-template <>
-LOOMSTONE_INLINE Lanes load<Lanes>(const double* p) {
-  return lanes_load(p);
+LOOMSTONE_INLINE Real load(const double* p) {
+  if constexpr (std::is_same_v<Real, double>)
+    return *p;
+  else
+    return lanes_load<Real>(p);
 }
 
 template <class Real>
@@ -44,12 +43,14 @@ LOOMSTONE_INLINE const double* gradients_of(const Tables& tables, std::size_t ba
 // Corner k of the element(s); `corners` has those of eight lanes.
 template <class Real>
 LOOMSTONE_INLINE Space<Real> point(const Index* corners, int k, const double* x) {
-  Space<Real> r;
-  for (int l = 0; l < width<Real>; ++l) {
-    const double* p = x + 3 * static_cast<std::size_t>(corners[8 * k + l]);
-    put(r.x, l, p[0]), put(r.y, l, p[1]), put(r.z, l, p[2]);
-  }
-  return r;
+  const auto component = [&](int c) LOOMSTONE_INLINE_LAMBDA -> Real {
+    const auto of_lane = [&](int l) LOOMSTONE_INLINE_LAMBDA { return x[3 * static_cast<std::size_t>(corners[8 * k + l]) + c]; };
+    if constexpr (std::is_same_v<Real, double>)
+      return of_lane(0);
+    else
+      return lanes_of<Real>(of_lane);
+  };
+  return {component(0), component(1), component(2)};
 }
 
 // Rate of strain in the frame of the element, sym(R^T dF/dt).
@@ -62,6 +63,7 @@ LOOMSTONE_INLINE Symmetric<Real> rate(const Element<Real>& e, const Index* corne
 }
 
 // True where velocities change the gradient so little that no frame makes a rate beyond its bounds of it: spares the frames.
+template <class Lanes>
 LOOMSTONE_INLINE bool slow(const Element<Lanes>& e, const Index* corners, const Bounds& bounds, const double* v) {
   double least = bounds.high[0];
   for (int k = 0; k < 3; ++k) least = std::min({least, bounds.high[k], -bounds.low[k]});
@@ -124,6 +126,7 @@ LOOMSTONE_INLINE void displacements(const Element<Real>& e, const Correction<Rea
 }
 
 // Lanes that move and need to.
+template <class Lanes>
 LOOMSTONE_INLINE unsigned lanes_to_correct(const Lanes& size, const std::uint8_t* moves, double tolerance) {
   unsigned bits = 0;
   for (int l = 0; l < n_lanes; ++l) bits |= static_cast<unsigned>(moves[l] != 0 && size[l] > tolerance) << l;
@@ -131,6 +134,7 @@ LOOMSTONE_INLINE unsigned lanes_to_correct(const Lanes& size, const std::uint8_t
 }
 
 // The displacements of the corners of a batch; returns the lanes that they are for.
+template <class Lanes>
 LOOMSTONE_INLINE unsigned correct_batch(const Tables& tables, const Motion& motion, std::size_t b, Space<Lanes> delta[3]) {
   const std::uint8_t* moves = tables.moves + 8 * b;
   const Element<Lanes> e =
@@ -143,8 +147,8 @@ LOOMSTONE_INLINE unsigned correct_batch(const Tables& tables, const Motion& moti
 
 }  // namespace
 
-LOOMSTONE_CLONES
-void sweep(const Tables& tables, const Motion& motion, const Index* batches, Index n, std::uint8_t* corrected) {
+template <class Lanes>
+LOOMSTONE_INLINE void sweep(const Tables& tables, const Motion& motion, const Index* batches, Index n, std::uint8_t* corrected) {
   for (Index i = 0; i < n; ++i) {
     const std::size_t b = static_cast<std::size_t>(batches[i]);
     Space<Lanes> delta[3];
@@ -156,9 +160,13 @@ void sweep(const Tables& tables, const Motion& motion, const Index* batches, Ind
     }
   }
 }
+void sweep(const Tables& tables, const Motion& motion, const Index* batches, Index n, std::uint8_t* corrected) {
+  LOOMSTONE_WIDEST(sweep)(tables, motion, batches, n, corrected);
+}
 
-LOOMSTONE_CLONES
-void corrections(const Tables& tables, const Motion& motion, const Index* batches, Index n, std::uint8_t* corrected, double* out) {
+template <class Lanes>
+LOOMSTONE_INLINE void corrections(const Tables& tables, const Motion& motion, const Index* batches, Index n,
+                                  std::uint8_t* corrected, double* out) {
   for (Index i = 0; i < n; ++i) {
     const std::size_t b = static_cast<std::size_t>(batches[i]);
     Space<Lanes> delta[3];
@@ -168,6 +176,9 @@ void corrections(const Tables& tables, const Motion& motion, const Index* batche
     for (int k = 0; k < 3; ++k)
       lanes_store(o + 24 * k, delta[k].x), lanes_store(o + 24 * k + 8, delta[k].y), lanes_store(o + 24 * k + 16, delta[k].z);
   }
+}
+void corrections(const Tables& tables, const Motion& motion, const Index* batches, Index n, std::uint8_t* corrected, double* out) {
+  LOOMSTONE_WIDEST(corrections)(tables, motion, batches, n, corrected, out);
 }
 
 bool correct_one(const Tables& tables, const Motion& motion, Index slot) {
@@ -185,8 +196,9 @@ bool correct_one(const Tables& tables, const Motion& motion, Index slot) {
   return true;
 }
 
-LOOMSTONE_CLONES
-void look(const Tables& tables, const Motion& motion, const Index* batches, Index first, Index n, double* excess, double* strains) {
+template <class Lanes>
+LOOMSTONE_INLINE void look(const Tables& tables, const Motion& motion, const Index* batches, Index first, Index n,
+                           double* excess, double* strains) {
   for (Index i = first; i < first + n; ++i) {
     const std::size_t b = static_cast<std::size_t>(batches ? batches[i] : i);
     const Index* corners = tables.corners + 24 * b;
@@ -208,6 +220,9 @@ void look(const Tables& tables, const Motion& motion, const Index* batches, Inde
     double* o = strains + 24 * b;
     lanes_store(o, strain.a11), lanes_store(o + 8, strain.a22), lanes_store(o + 16, strain.a12);
   }
+}
+void look(const Tables& tables, const Motion& motion, const Index* batches, Index first, Index n, double* excess, double* strains) {
+  LOOMSTONE_WIDEST(look)(tables, motion, batches, first, n, excess, strains);
 }
 
 }  // namespace loomstone::limit

@@ -22,21 +22,21 @@ constexpr Index batches_per_range = 32;
 constexpr double stiffening = 300.0, steeper = 10.0, third_begins = 0.5;
 
 // Whether a mode of some lane is beyond its bounds, NaN included.
+template <class Lanes>
 LOOMSTONE_INLINE bool beyond_any(const Lanes strain[3], const double* bound) {
-  bool any = false;
-  for (int k = 0; k < 3; ++k)
-    for (int l = 0; l < n_lanes; ++l)
-      any |= !(strain[k][l] >= bound[n_lanes * k + l] && strain[k][l] <= bound[n_lanes * (3 + k) + l]);
-  return any;
+  const auto within = [&](int k) LOOMSTONE_INLINE_LAMBDA -> MaskOf<Lanes> {
+    return (strain[k] >= lanes_load<Lanes>(bound + n_lanes * k)) & (strain[k] <= lanes_load<Lanes>(bound + n_lanes * (3 + k)));
+  };
+  return lanes_any(~(within(0) & within(1) & within(2)));
 }
 
-LOOMSTONE_CLONES
-void enter_batches(const membrane::Tables& tables, const Index* batches, Index n, const double* bounds, const Index* bounds_of,
-                   const double* x, double* out, std::uint8_t* entered) {
+template <class Lanes>
+LOOMSTONE_INLINE void enter_batches(const membrane::Tables& tables, const Index* batches, Index n, const double* bounds,
+                                    const Index* bounds_of, const double* x, double* out, std::uint8_t* entered) {
   for (Index i = 0; i < n; ++i) {
     const Index b = batches[i];
-    const membrane::Batch batch = membrane::batch_of(tables, b);
-    Lanes3 f1, f2;
+    const membrane::Batch<Lanes> batch = membrane::batch_of<Lanes>(tables, b);
+    Lanes3<Lanes> f1, f2;
     membrane::gradient_columns(batch, x, f1, f2);
     const Lanes c11 = dot(f1, f1), c22 = dot(f2, f2), c12 = dot(f1, f2);
     // U of the polar decomposition (method.md 3), E = (U^2 - 1) / 2 and the diagonal of dE/dU.
@@ -53,16 +53,16 @@ void enter_batches(const membrane::Tables& tables, const Index* batches, Index n
     double* o = out + membrane::phase_stride * static_cast<std::size_t>(b);
     for (int k = 0; k < 3; ++k) {
       const Lanes modulus = (k == 2 ? 2.0 : 1.0) * stiffening * batch.constant(k == 0 ? 1 : k == 1 ? 2 : 4);
-      const Lanes least = lanes_load(bound + n_lanes * k), most = lanes_load(bound + n_lanes * (3 + k));
-      const Lanes far_least = lanes_load(bound + n_lanes * (6 + k)), far_most = lanes_load(bound + n_lanes * (9 + k));
-      Lanes tangent, stress;
-      for (int l = 0; l < n_lanes; ++l) {
-        const double e = strain[k][l];
-        const double beyond = e > most[l] ? e - most[l] : e < least[l] ? e - least[l] : 0.0;
-        const double far = e > far_most[l] ? e - far_most[l] : e < far_least[l] ? e - far_least[l] : 0.0;
-        tangent[l] = modulus[l] * (beyond == 0.0 ? 0.0 : far == 0.0 ? 1.0 : steeper);
-        stress[l] = modulus[l] * (beyond + (steeper - 1.0) * far);
-      }
+      const Lanes least = lanes_load<Lanes>(bound + n_lanes * k), most = lanes_load<Lanes>(bound + n_lanes * (3 + k));
+      const Lanes far_least = lanes_load<Lanes>(bound + n_lanes * (6 + k)),
+            far_most = lanes_load<Lanes>(bound + n_lanes * (9 + k));
+      const Lanes e = strain[k];
+      const MaskOf<Lanes> over = e > most, under = e < least, far_over = e > far_most, far_under = e < far_least;
+      const Lanes beyond = lanes_select(over, e - most, lanes_select(under, e - least, Lanes{}));
+      const Lanes far = lanes_select(far_over, e - far_most, lanes_select(far_under, e - far_least, Lanes{}));
+      const Lanes steepness = lanes_select(far_over | far_under, lanes_all<Lanes>(steeper), lanes_all<Lanes>(1.0));
+      const Lanes tangent = modulus * lanes_select(over | under, steepness, Lanes{});
+      const Lanes stress = modulus * (beyond + (steeper - 1.0) * far);
       lanes_store(o + n_lanes * k, tangent);
       lanes_store(o + n_lanes * (3 + k), slope[k] * stress - tangent * green[k]);
     }
@@ -108,8 +108,8 @@ LimitPhase::LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limit
 void LimitPhase::enter(const Team& team, const Points& x, Index begin, Index end) {
   const std::vector<Index>& batches = membrane_.batches_of(begin, end);
   parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_range, [&](Index first, Index last) {
-    enter_batches(membrane_.tables(), batches.data() + first, last - first, bounds_.data(), bounds_of_.data(), x.data(), table_.data(),
-                  entered_.data());
+    LOOMSTONE_WIDEST(enter_batches)(membrane_.tables(), batches.data() + first, last - first, bounds_.data(), bounds_of_.data(),
+                                    x.data(), table_.data(), entered_.data());
   });
 }
 

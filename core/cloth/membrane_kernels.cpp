@@ -6,34 +6,36 @@ namespace loomstone::membrane {
 
 namespace {
 
+template <class Lanes>
 LOOMSTONE_INLINE void store(double* out, int k, const Lanes& value) { lanes_store(out + 8 * k, value); }
 
 // The nine numbers of a block of each lane beside one another: the first eight as the transpose of 8 x 8.
+template <class Lanes>
 LOOMSTONE_INLINE void store_blocks(double* out, const Lanes a[9]) {
   Lanes b[8], c[8];
   for (int i = 0; i < 8; i += 2) {
-    b[i] = __builtin_shufflevector(a[i], a[i + 1], 0, 8, 2, 10, 4, 12, 6, 14);
-    b[i + 1] = __builtin_shufflevector(a[i], a[i + 1], 1, 9, 3, 11, 5, 13, 7, 15);
+    b[i] = lanes_shuffle<0, 8, 2, 10, 4, 12, 6, 14>(a[i], a[i + 1]);
+    b[i + 1] = lanes_shuffle<1, 9, 3, 11, 5, 13, 7, 15>(a[i], a[i + 1]);
   }
   for (int i = 0; i < 8; i += 4)
     for (int k = 0; k < 2; ++k) {
-      c[i + k] = __builtin_shufflevector(b[i + k], b[i + k + 2], 0, 1, 8, 9, 4, 5, 12, 13);
-      c[i + k + 2] = __builtin_shufflevector(b[i + k], b[i + k + 2], 2, 3, 10, 11, 6, 7, 14, 15);
+      c[i + k] = lanes_shuffle<0, 1, 8, 9, 4, 5, 12, 13>(b[i + k], b[i + k + 2]);
+      c[i + k + 2] = lanes_shuffle<2, 3, 10, 11, 6, 7, 14, 15>(b[i + k], b[i + k + 2]);
     }
   for (int k = 0; k < 4; ++k) {
-    lanes_store(out + lane_stride * k, __builtin_shufflevector(c[k], c[k + 4], 0, 1, 2, 3, 8, 9, 10, 11));
-    lanes_store(out + lane_stride * (k + 4), __builtin_shufflevector(c[k], c[k + 4], 4, 5, 6, 7, 12, 13, 14, 15));
+    lanes_store(out + lane_stride * k, lanes_shuffle<0, 1, 2, 3, 8, 9, 10, 11>(c[k], c[k + 4]));
+    lanes_store(out + lane_stride * (k + 4), lanes_shuffle<4, 5, 6, 7, 12, 13, 14, 15>(c[k], c[k + 4]));
   }
   for (int l = 0; l < n_lanes; ++l) out[lane_stride * l + 8] = a[8][l];
 }
 
 }  // namespace
 
-LOOMSTONE_CLONES
-void forces(const Tables& tables, const Index* batches, Index n, const double* x, const double* v, double* out) {
+template <class Lanes>
+LOOMSTONE_INLINE void forces(const Tables& tables, const Index* batches, Index n, const double* x, const double* v, double* out) {
   for (Index i = 0; i < n; ++i) {
-    const Batch batch = batch_of(tables, batches[i]);
-    Lanes3 f1, f2;
+    const Batch<Lanes> batch = batch_of<Lanes>(tables, batches[i]);
+    Lanes3<Lanes> f1, f2;
     gradient_columns(batch, x, f1, f2);
     const Lanes e11 = 0.5 * (dot(f1, f1) - 1.0), e22 = 0.5 * (dot(f2, f2) - 1.0), e12 = 0.5 * dot(f1, f2);
     const Lanes a11 = batch.constant(1), a22 = batch.constant(2), a12 = batch.constant(3), g = batch.constant(4);
@@ -42,7 +44,7 @@ void forces(const Tables& tables, const Index* batches, Index n, const double* x
       s11 += phase_stress(phase, 0, e11), s22 += phase_stress(phase, 1, e22), s12 += phase_stress(phase, 2, e12);
     }
     if (v) {
-      Lanes3 d1, d2;  // columns of dF/dt
+      Lanes3<Lanes> d1, d2;  // columns of dF/dt
       gradient_columns(batch, v, d1, d2);
       const Lanes r11 = dot(d1, f1), r22 = dot(d2, f2), r12 = 0.5 * (dot(d1, f2) + dot(d2, f1));
       const Lanes lambda = batch.constant(5), mu = batch.constant(6);
@@ -52,23 +54,26 @@ void forces(const Tables& tables, const Index* batches, Index n, const double* x
       s12 += 2.0 * mu * r12;
     }
     const Lanes minus_area = -batch.constant(0);
-    const Lanes3 p1 = combine(f1, minus_area * s11, f2, minus_area * s12);  // columns of -A F S
-    const Lanes3 p2 = combine(f1, minus_area * s12, f2, minus_area * s22);
-    const Lanes3 force0 = combine(p1, batch.gradient(0), p2, batch.gradient(1));
-    const Lanes3 force1 = combine(p1, batch.gradient(2), p2, batch.gradient(3));
+    const Lanes3<Lanes> p1 = combine(f1, minus_area * s11, f2, minus_area * s12);  // columns of -A F S
+    const Lanes3<Lanes> p2 = combine(f1, minus_area * s12, f2, minus_area * s22);
+    const Lanes3<Lanes> force0 = combine(p1, batch.gradient(0), p2, batch.gradient(1));
+    const Lanes3<Lanes> force1 = combine(p1, batch.gradient(2), p2, batch.gradient(3));
     double* o = out + force_stride * static_cast<std::size_t>(batches[i]);
     store(o, 0, force0.x), store(o, 1, force0.y), store(o, 2, force0.z);
     store(o, 3, force1.x), store(o, 4, force1.y), store(o, 5, force1.z);
     store(o, 6, -(force0.x + force1.x)), store(o, 7, -(force0.y + force1.y)), store(o, 8, -(force0.z + force1.z));
   }
 }
+void forces(const Tables& tables, const Index* batches, Index n, const double* x, const double* v, double* out) {
+  LOOMSTONE_WIDEST(forces)(tables, batches, n, x, v, out);
+}
 
-LOOMSTONE_CLONES
-void blocks(const Tables& tables, const Index* batches, Index n, const double* x, bool positive, double scale_k,
-            double scale_d, double* out) {
+template <class Lanes>
+LOOMSTONE_INLINE void blocks(const Tables& tables, const Index* batches, Index n, const double* x, bool positive, double scale_k,
+                             double scale_d, double* out) {
   for (Index i = 0; i < n; ++i) {
-    const Batch batch = batch_of(tables, batches[i]);
-    Lanes3 f1, f2;
+    const Batch<Lanes> batch = batch_of<Lanes>(tables, batches[i]);
+    Lanes3<Lanes> f1, f2;
     gradient_columns(batch, x, f1, f2);
     const Lanes e11 = 0.5 * (dot(f1, f1) - 1.0), e22 = 0.5 * (dot(f2, f2) - 1.0), e12 = 0.5 * dot(f1, f2);
     const Lanes area = batch.constant(0);
@@ -76,7 +81,7 @@ void blocks(const Tables& tables, const Index* batches, Index n, const double* x
     Lanes s11 = a11 * e11 + a12 * e22, s22 = a22 * e22 + a12 * e11, s12 = 2.0 * g * e12;
     if (const double* phase = phase_of(tables, batches[i])) {
       s11 += phase_stress(phase, 0, e11), s22 += phase_stress(phase, 1, e22), s12 += phase_stress(phase, 2, e12);
-      a11 += phase_slope(phase, 0), a22 += phase_slope(phase, 1), g += 0.5 * phase_slope(phase, 2);
+      a11 += phase_slope<Lanes>(phase, 0), a22 += phase_slope<Lanes>(phase, 1), g += 0.5 * phase_slope<Lanes>(phase, 2);
     }
     if (positive) {
       // Positive part of [s11 s12; s12 s22] from its eigenvalues m +- r.
@@ -123,17 +128,21 @@ void blocks(const Tables& tables, const Index* batches, Index n, const double* x
     }
   }
 }
+void blocks(const Tables& tables, const Index* batches, Index n, const double* x, bool positive, double scale_k,
+            double scale_d, double* out) {
+  LOOMSTONE_WIDEST(blocks)(tables, batches, n, x, positive, scale_k, scale_d, out);
+}
 
-LOOMSTONE_CLONES
-void rows(Index n, const Index* row_start, const Index* diagonal, const Index* sources, const double* elements,
-          double* values) {
+template <class Lanes>
+LOOMSTONE_INLINE void rows(Index n, const Index* row_start, const Index* diagonal, const Index* sources, const double* elements,
+                           double* values) {
   for (Index row = 0; row < n; ++row) {
     Lanes sum{};
     double last = 0.0;
     for (std::size_t k = row_start[row]; k < static_cast<std::size_t>(row_start[row + 1]); ++k) {
       const double *a = elements + sources[2 * k], *b = elements + sources[2 * k + 1];
-      const Lanes other = lanes_load(b);
-      const Lanes v = lanes_load(a) + __builtin_shufflevector(other, other, 0, 3, 6, 1, 4, 7, 2, 5);
+      const Lanes other = lanes_load<Lanes>(b);
+      const Lanes v = lanes_load<Lanes>(a) + lanes_shuffle<0, 3, 6, 1, 4, 7, 2, 5>(other, other);
       const double v8 = a[8] + b[8];
       lanes_store(values + 9 * k, v);
       values[9 * k + 8] = v8;
@@ -148,12 +157,16 @@ void rows(Index n, const Index* row_start, const Index* diagonal, const Index* s
       for (int r = 0; r < 3; ++r) d[3 * c + r] = -0.5 * (s[3 * c + r] + s[3 * r + c]);
   }
 }
+void rows(Index n, const Index* row_start, const Index* diagonal, const Index* sources, const double* elements,
+          double* values) {
+  LOOMSTONE_WIDEST(rows)(n, row_start, diagonal, sources, elements, values);
+}
 
-LOOMSTONE_CLONES
-void strains(const Tables& tables, const Index* batches, Index n, const double* x, double* out) {
+template <class Lanes>
+LOOMSTONE_INLINE void strains(const Tables& tables, const Index* batches, Index n, const double* x, double* out) {
   for (Index i = 0; i < n; ++i) {
-    const Batch batch = batch_of(tables, batches[i]);
-    Lanes3 f1, f2;
+    const Batch<Lanes> batch = batch_of<Lanes>(tables, batches[i]);
+    Lanes3<Lanes> f1, f2;
     gradient_columns(batch, x, f1, f2);
     const Lanes c11 = dot(f1, f1), c22 = dot(f2, f2), c12 = dot(f1, f2);
     const Lanes e11 = 0.5 * (c11 - 1.0), e22 = 0.5 * (c22 - 1.0), e12 = 0.5 * c12;
@@ -168,6 +181,9 @@ void strains(const Tables& tables, const Index* batches, Index n, const double* 
     double* o = out + strain_stride * static_cast<std::size_t>(batches[i]);
     store(o, 0, e11), store(o, 1, e22), store(o, 2, e12), store(o, 3, energy), store(o, 4, stretch);
   }
+}
+void strains(const Tables& tables, const Index* batches, Index n, const double* x, double* out) {
+  LOOMSTONE_WIDEST(strains)(tables, batches, n, x, out);
 }
 
 }  // namespace loomstone::membrane

@@ -16,17 +16,20 @@ struct Azimuths {
 };
 extern const Azimuths azimuths;
 
+template <class Lanes>
 struct LoopTerms {
   Lanes bz, br, br_over_rho;  // field
   Lanes dz_bz, dz_br;         // derivatives along z
 };
 
+template <class Lanes>
 struct SheetTerms {
   Lanes bz, br, br_over_rho, t;
   Lanes dz_bz, dz_br, w;  // w = - dt / drho
 };
 
-LOOMSTONE_INLINE void take(const LaneMask& where, LoopTerms& into, const LoopTerms& from) {
+template <class Lanes>
+LOOMSTONE_INLINE void take(const MaskOf<Lanes>& where, LoopTerms<Lanes>& into, const LoopTerms<Lanes>& from) {
   into.bz = lanes_select(where, from.bz, into.bz);
   into.br = lanes_select(where, from.br, into.br);
   into.br_over_rho = lanes_select(where, from.br_over_rho, into.br_over_rho);
@@ -35,16 +38,17 @@ LOOMSTONE_INLINE void take(const LaneMask& where, LoopTerms& into, const LoopTer
 }
 
 // Loop near its wire. beyond = rho - 1.
-LOOMSTONE_INLINE LoopTerms loop_near(const Lanes& rho, const Lanes& beyond, const Lanes& zeta) {
+template <class Lanes>
+LOOMSTONE_INLINE LoopTerms<Lanes> loop_near(const Lanes& rho, const Lanes& beyond, const Lanes& zeta) {
   const Lanes sum = rho + 1.0;
   const Lanes alpha2 = zeta * zeta + sum * sum;
-  const Lanes beta2 = lanes_max(zeta * zeta + beyond * beyond, lanes_all(1e-30));
+  const Lanes beta2 = lanes_max(zeta * zeta + beyond * beyond, lanes_all<Lanes>(1e-30));
   const Lanes kc2 = beta2 / alpha2, alpha = lanes_sqrt(alpha2), cube = 1.0 / (pi * alpha2 * alpha);
-  Lanes a[2] = {lanes_all(1.0), lanes_all(0.0)}, b[2] = {lanes_all(0.0), lanes_all(1.0)};
+  Lanes a[2] = {lanes_all<Lanes>(1.0), Lanes{}}, b[2] = {Lanes{}, lanes_all<Lanes>(1.0)};
   elliptic<2>(lanes_sqrt(kc2), kc2, a, b);
   const Lanes c3 = a[0], s3 = a[1];  // int c/Delta^3, int s/Delta^3
   const Lanes c5 = (2.0 * c3 + s3) / 3.0, s5 = (2.0 * s3 + c3) / (3.0 * kc2);
-  LoopTerms out;
+  LoopTerms<Lanes> out;
   out.bz = cube * (sum * c3 - beyond * s3);
   out.br = cube * zeta * (s3 - c3);
   out.br_over_rho = out.br / rho;
@@ -54,9 +58,10 @@ LOOMSTONE_INLINE LoopTerms loop_near(const Lanes& rho, const Lanes& beyond, cons
 }
 
 // Loop on the axis and far away; cos phi is integrated by parts, so nothing cancels.
-LOOMSTONE_INLINE LoopTerms loop_smooth(const Lanes& rho, const Lanes& beyond, const Lanes& zeta) {
+template <class Lanes>
+LOOMSTONE_INLINE LoopTerms<Lanes> loop_smooth(const Lanes& rho, const Lanes& beyond, const Lanes& zeta) {
   const Lanes sum2 = (rho + 1.0) * (rho + 1.0), beyond2 = beyond * beyond, zeta2 = zeta * zeta, rho2 = rho * rho;
-  Lanes bz = lanes_all(0.0), br = bz, dz_bz = bz, dz_br = bz;
+  Lanes bz = Lanes{}, br = bz, dz_bz = bz, dz_br = bz;
   for (int i = 0; i < n_azimuths; ++i) {
     const double c = azimuths.c[i], s = azimuths.s[i], sine2 = 4.0 * s * c;
     const Lanes i2 = 1.0 / (zeta2 + sum2 * c + beyond2 * s), i3 = i2 * lanes_sqrt(i2), i5 = i3 * i2;
@@ -68,7 +73,7 @@ LOOMSTONE_INLINE LoopTerms loop_smooth(const Lanes& rho, const Lanes& beyond, co
     dz_br += cosine - 3.0 * zeta2 * cosine5;
   }
   constexpr double weight = 0.5 / n_azimuths;
-  LoopTerms out;
+  LoopTerms<Lanes> out;
   out.bz = weight * bz;
   out.br_over_rho = weight * zeta * br;
   out.br = rho * out.br_over_rho;
@@ -77,29 +82,32 @@ LOOMSTONE_INLINE LoopTerms loop_smooth(const Lanes& rho, const Lanes& beyond, co
   return out;
 }
 
-LOOMSTONE_INLINE LoopTerms loop_terms(const Lanes& rho, const Lanes& beyond, const Lanes& zeta) {
+template <class Lanes>
+LOOMSTONE_INLINE LoopTerms<Lanes> loop_terms(const Lanes& rho, const Lanes& beyond, const Lanes& zeta) {
   const Lanes beta2 = zeta * zeta + beyond * beyond, alpha2 = zeta * zeta + (rho + 1.0) * (rho + 1.0);
-  const LaneMask far = beta2 > smooth * alpha2;
-  LoopTerms out = {};
+  const MaskOf<Lanes> far = beta2 > smooth * alpha2;
+  LoopTerms<Lanes> out = {};
   if (lanes_any(far)) out = loop_smooth(rho, beyond, zeta);
   if (lanes_any(~far)) take(~far, out, loop_near(rho, beyond, zeta));
   return out;
 }
 
 // One end of a sheet near it: what it adds to bz, br, t; loops for the derivatives.
+template <class Lanes>
 struct SheetEnd {
   Lanes bz, br, t;
 };
 
-LOOMSTONE_INLINE SheetEnd sheet_end(const Lanes& rho, const Lanes& beyond, const Lanes& zeta) {
+template <class Lanes>
+LOOMSTONE_INLINE SheetEnd<Lanes> sheet_end(const Lanes& rho, const Lanes& beyond, const Lanes& zeta) {
   const Lanes sum = rho + 1.0, ratio = -beyond / sum, p = ratio * ratio;
-  const Lanes alpha2 = zeta * zeta + sum * sum, beta2 = lanes_max(zeta * zeta + beyond * beyond, lanes_all(1e-30));
+  const Lanes alpha2 = zeta * zeta + sum * sum, beta2 = lanes_max(zeta * zeta + beyond * beyond, lanes_all<Lanes>(1e-30));
   const Lanes kc = lanes_sqrt(beta2 / alpha2), inverse = 1.0 / lanes_sqrt(alpha2);
-  Lanes a1[2] = {lanes_all(-1.0), p}, b1[2] = {lanes_all(1.0), lanes_all(1.0)};
-  elliptic<2>(kc, lanes_all(1.0), a1, b1);  // int (s - c)/Delta, int (p c + s)/Delta
-  Lanes a2[2] = {lanes_all(1.0), lanes_all(1.0)}, b2[2] = {ratio, lanes_all(1.0)};
+  Lanes a1[2] = {lanes_all<Lanes>(-1.0), p}, b1[2] = {lanes_all<Lanes>(1.0), lanes_all<Lanes>(1.0)};
+  elliptic<2>(kc, lanes_all<Lanes>(1.0), a1, b1);  // int (s - c)/Delta, int (p c + s)/Delta
+  Lanes a2[2] = {lanes_all<Lanes>(1.0), lanes_all<Lanes>(1.0)}, b2[2] = {ratio, lanes_all<Lanes>(1.0)};
   elliptic<2>(kc, p, a2, b2);
-  SheetEnd out;
+  SheetEnd<Lanes> out;
   out.bz = zeta * inverse / (pi * sum) * a2[0];
   out.br = -inverse / pi * a1[0];
   const Lanes q = 1.0 - p;
@@ -107,16 +115,17 @@ LOOMSTONE_INLINE SheetEnd sheet_end(const Lanes& rho, const Lanes& beyond, const
   return out;
 }
 
-LOOMSTONE_INLINE SheetTerms sheet_near(const Lanes& rho, const Lanes& beyond, const Lanes& z1, const Lanes& z0,
-                                       bool gradient) {
-  const SheetEnd e1 = sheet_end(rho, beyond, z1), e0 = sheet_end(rho, beyond, z0);
-  SheetTerms out = {};
+template <class Lanes>
+LOOMSTONE_INLINE SheetTerms<Lanes> sheet_near(const Lanes& rho, const Lanes& beyond, const Lanes& z1, const Lanes& z0,
+                                              bool gradient) {
+  const SheetEnd<Lanes> e1 = sheet_end(rho, beyond, z1), e0 = sheet_end(rho, beyond, z0);
+  SheetTerms<Lanes> out = {};
   out.bz = e1.bz - e0.bz;
   out.br = e1.br - e0.br;
   out.t = e1.t - e0.t;
   out.br_over_rho = out.br / rho;
   if (gradient) {
-    const LoopTerms l1 = loop_terms(rho, beyond, z1), l0 = loop_terms(rho, beyond, z0);
+    const LoopTerms<Lanes> l1 = loop_terms(rho, beyond, z1), l0 = loop_terms(rho, beyond, z0);
     out.dz_bz = l1.bz - l0.bz;
     out.dz_br = l1.br - l0.br;
     out.w = (2.0 * out.t - out.bz) / rho;
@@ -124,12 +133,13 @@ LOOMSTONE_INLINE SheetTerms sheet_near(const Lanes& rho, const Lanes& beyond, co
   return out;
 }
 
-LOOMSTONE_INLINE SheetTerms sheet_smooth(const Lanes& rho, const Lanes& beyond, const Lanes& z1, const Lanes& z0,
-                                         double length, bool gradient) {
+template <class Lanes>
+LOOMSTONE_INLINE SheetTerms<Lanes> sheet_smooth(const Lanes& rho, const Lanes& beyond, const Lanes& z1, const Lanes& z0,
+                                                double length, bool gradient) {
   const Lanes sum2 = (rho + 1.0) * (rho + 1.0), beyond2 = beyond * beyond, rho2 = rho * rho;
   const Lanes z12 = z1 * z1, z02 = z0 * z0, middle = z1 + z0;
-  const LaneMask aside = z1 * z0 > 0.0;  // both ends on the same side: their difference is formed exactly
-  const Lanes zero = lanes_all(0.0);
+  const MaskOf<Lanes> aside = z1 * z0 > 0.0;  // both ends on the same side: their difference is formed exactly
+  const Lanes zero{};
   Lanes bz = zero, t = zero, br = zero, dz_bz = zero, dz_br = zero, w = zero;
   for (int i = 0; i < n_azimuths; ++i) {
     const double c = azimuths.c[i], s = azimuths.s[i], sine2 = 4.0 * s * c;
@@ -137,10 +147,10 @@ LOOMSTONE_INLINE SheetTerms sheet_smooth(const Lanes& rho, const Lanes& beyond, 
     const Lanes d1 = lanes_sqrt(z12 + q), d0 = lanes_sqrt(z02 + q), i1 = 1.0 / d1, i0 = 1.0 / d0;
     // Q = [zeta / (q D)] between the ends and R = - dQ / d(q/2)
     const Lanes mixed = z1 * d0 + z0 * d1, inverse = i1 * i0;
-    const Lanes cross = lanes_select(aside, mixed, lanes_all(1.0));
+    const Lanes cross = lanes_select(aside, mixed, lanes_all<Lanes>(1.0));
     const Lanes aside_q = length * middle * inverse / cross;
     const Lanes aside_r = aside_q * (i1 * i1 + i0 * i0 + inverse * (z1 * d1 + z0 * d0) / cross);
-    const Lanes over = 1.0 / lanes_max(q, lanes_all(1e-30)), a = z1 * i1 - z0 * i0;
+    const Lanes over = 1.0 / lanes_max(q, lanes_all<Lanes>(1e-30)), a = z1 * i1 - z0 * i0;
     const Lanes across_r = (2.0 * a * over + z1 * i1 * i1 * i1 - z0 * i0 * i0 * i0) * over;
     const Lanes value = lanes_select(aside, aside_q, a * over), slope = lanes_select(aside, aside_r, across_r);
     bz += value - rho2 * sine2 * slope;
@@ -157,7 +167,7 @@ LOOMSTONE_INLINE SheetTerms sheet_smooth(const Lanes& rho, const Lanes& beyond, 
     }
   }
   constexpr double weight = 0.5 / n_azimuths;
-  SheetTerms out;
+  SheetTerms<Lanes> out;
   out.bz = weight * bz;
   out.t = weight * t;
   out.br_over_rho = weight * br;
@@ -169,15 +179,16 @@ LOOMSTONE_INLINE SheetTerms sheet_smooth(const Lanes& rho, const Lanes& beyond, 
 }
 
 // z1 and z0: heights above the lower and the upper end, z1 - z0 = length; beyond = rho - 1.
-LOOMSTONE_INLINE SheetTerms sheet_terms(const Lanes& rho, const Lanes& beyond, const Lanes& z1, const Lanes& z0,
-                                        double length, bool gradient) {
+template <class Lanes>
+LOOMSTONE_INLINE SheetTerms<Lanes> sheet_terms(const Lanes& rho, const Lanes& beyond, const Lanes& z1, const Lanes& z0,
+                                               double length, bool gradient) {
   const Lanes sum = rho + 1.0, sum2 = sum * sum, beyond2 = beyond * beyond;
-  const LaneMask far = (beyond2 > smooth * sum2) | ((z1 * z0 > 0.0) & (z1 * z1 + beyond2 > smooth * (z1 * z1 + sum2)) &
-                                                    (z0 * z0 + beyond2 > smooth * (z0 * z0 + sum2)));
-  SheetTerms out = {};
+  const MaskOf<Lanes> far = (beyond2 > smooth * sum2) | ((z1 * z0 > 0.0) & (z1 * z1 + beyond2 > smooth * (z1 * z1 + sum2)) &
+                                                         (z0 * z0 + beyond2 > smooth * (z0 * z0 + sum2)));
+  SheetTerms<Lanes> out = {};
   if (lanes_any(far)) out = sheet_smooth(rho, beyond, z1, z0, length, gradient);
   if (lanes_any(~far)) {
-    const SheetTerms close = sheet_near(rho, beyond, z1, z0, gradient);
+    const SheetTerms<Lanes> close = sheet_near(rho, beyond, z1, z0, gradient);
     out.bz = lanes_select(far, out.bz, close.bz);
     out.br = lanes_select(far, out.br, close.br);
     out.br_over_rho = lanes_select(far, out.br_over_rho, close.br_over_rho);

@@ -17,17 +17,19 @@ constexpr int most_places = 680;  // of order 14
 constexpr int most_slim = 225;
 
 // x^k / k! of `n` places.
-LOOMSTONE_INLINE void lane_powers(const Power* powers, int n, const Lanes3& x, Lanes* out) {
+template <class Lanes>
+LOOMSTONE_INLINE void lane_powers(const Power* powers, int n, const Lanes3<Lanes>& x, Lanes* out) {
   const Lanes components[3] = {x.x, x.y, x.z};
-  out[0] = lanes_all(1.0);
+  out[0] = lanes_all<Lanes>(1.0);
   for (int i = 1; i < n; ++i) out[i] = out[powers[i].before] * components[powers[i].axis] * powers[i].share;
 }
 
-LOOMSTONE_CLONES void dipole_kernel(const Power* powers, const int* const* next, int n_powers, int n_places,
+template <class Lanes>
+LOOMSTONE_INLINE void dipole_kernel(const Power* powers, const int* const* next, int n_powers, int n_places,
                                     const double* positions, const double* dipoles, Index n, const double* centre,
                                     double* out) {
   Lanes sums[most_places], w[most_places];
-  for (int i = 0; i < n_places; ++i) sums[i] = lanes_all(0.0);
+  for (int i = 0; i < n_places; ++i) sums[i] = Lanes{};
   for (Index begin = 0; begin < n; begin += n_lanes) {
     double x[3][n_lanes], m[3][n_lanes];
     for (int lane = 0; lane < n_lanes; ++lane) {
@@ -37,17 +39,18 @@ LOOMSTONE_CLONES void dipole_kernel(const Power* powers, const int* const* next,
         m[c][lane] = real ? dipoles[3 * (begin + lane) + c] : 0.0;
       }
     }
-    lane_powers(powers, n_powers, Lanes3{lanes_load(x[0]), lanes_load(x[1]), lanes_load(x[2])}, w);
+    lane_powers(powers, n_powers, Lanes3<Lanes>{lanes_load<Lanes>(x[0]), lanes_load<Lanes>(x[1]), lanes_load<Lanes>(x[2])}, w);
     for (int i = 0; i < n_powers; ++i)
-      for (int c = 0; c < 3; ++c) sums[next[c][i]] -= lanes_load(m[c]) * w[i];
+      for (int c = 0; c < 3; ++c) sums[next[c][i]] -= lanes_load<Lanes>(m[c]) * w[i];
   }
   for (int i = 0; i < n_places; ++i) out[i] = lanes_sum(sums[i]);
 }
 
-LOOMSTONE_CLONES void charge_kernel(const Power* powers, int n_places, const double* positions, const double* charges,
+template <class Lanes>
+LOOMSTONE_INLINE void charge_kernel(const Power* powers, int n_places, const double* positions, const double* charges,
                                     Index n, const double* centre, double* out) {
   Lanes sums[most_places], w[most_places];
-  for (int i = 0; i < n_places; ++i) sums[i] = lanes_all(0.0);
+  for (int i = 0; i < n_places; ++i) sums[i] = Lanes{};
   for (Index begin = 0; begin < n; begin += n_lanes) {
     double x[3][n_lanes], q[n_lanes];
     for (int lane = 0; lane < n_lanes; ++lane) {
@@ -55,12 +58,13 @@ LOOMSTONE_CLONES void charge_kernel(const Power* powers, int n_places, const dou
       for (int c = 0; c < 3; ++c) x[c][lane] = real ? centre[c] - positions[3 * (begin + lane) + c] : 0.0;
       q[lane] = real ? charges[begin + lane] : 0.0;
     }
-    lane_powers(powers, n_places, Lanes3{lanes_load(x[0]), lanes_load(x[1]), lanes_load(x[2])}, w);
-    for (int i = 0; i < n_places; ++i) sums[i] += lanes_load(q) * w[i];
+    lane_powers(powers, n_places, Lanes3<Lanes>{lanes_load<Lanes>(x[0]), lanes_load<Lanes>(x[1]), lanes_load<Lanes>(x[2])}, w);
+    for (int i = 0; i < n_places; ++i) sums[i] += lanes_load<Lanes>(q) * w[i];
   }
   for (int i = 0; i < n_places; ++i) out[i] = lanes_sum(sums[i]);
 }
 
+template <class Lanes>
 LOOMSTONE_INLINE void lane_derivatives(const Derivative* steps, int n_steps, const Trace* traces, int n_traces,
                                        const Lanes* r, Lanes* d) {
   const Lanes inverse = 1.0 / (r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
@@ -76,12 +80,13 @@ LOOMSTONE_INLINE void lane_derivatives(const Derivative* steps, int n_steps, con
 }
 
 // Eight far cells at a time; lanes are summed once at the end.
-LOOMSTONE_CLONES void far_kernel(const Derivative* steps, int n_steps, const Trace* traces, int n_traces,
+template <class Lanes>
+LOOMSTONE_INLINE void far_kernel(const Derivative* steps, int n_steps, const Trace* traces, int n_traces,
                                  const std::uint16_t* products, const int* slim, const int* ends, int order,
                                  const CartesianExpansion::Far* far, Index n, double* local) {
   Lanes d[most_places], m[most_slim], sums[most_slim];
   const int n_slim = ends[order - 1];
-  for (int i = 0; i < n_slim; ++i) sums[i] = lanes_all(0.0);
+  for (int i = 0; i < n_slim; ++i) sums[i] = Lanes{};
   static constexpr double none[most_slim] = {};
   for (Index begin = 0; begin < n; begin += n_lanes) {
     double arms[3][n_lanes];
@@ -91,10 +96,9 @@ LOOMSTONE_CLONES void far_kernel(const Derivative* steps, int n_steps, const Tra
       moments[lane] = real ? far[begin + lane].moments : none;
       for (int c = 0; c < 3; ++c) arms[c][lane] = far[real ? begin + lane : begin].arm[c];
     }
-    const Lanes r[3] = {lanes_load(arms[0]), lanes_load(arms[1]), lanes_load(arms[2])};
+    const Lanes r[3] = {lanes_load<Lanes>(arms[0]), lanes_load<Lanes>(arms[1]), lanes_load<Lanes>(arms[2])};
     for (int i = 0; i < n_slim; ++i)
-      m[i] = Lanes{moments[0][i], moments[1][i], moments[2][i], moments[3][i],
-                   moments[4][i], moments[5][i], moments[6][i], moments[7][i]};
+      m[i] = lanes_of<Lanes>([&](int lane) LOOMSTONE_INLINE_LAMBDA { return moments[lane][i]; });
     lane_derivatives(steps, n_steps, traces, n_traces, r, d);
     const std::uint16_t* place = products;
     int i = 1;
@@ -102,7 +106,7 @@ LOOMSTONE_CLONES void far_kernel(const Derivative* steps, int n_steps, const Tra
       const int last = ends[order - degree];
       for (; i < ends[degree]; ++i) {
         Lanes part[4];
-        for (Lanes& p : part) p = lanes_all(0.0);
+        for (Lanes& p : part) p = Lanes{};
         int k = 1;
         for (; k + 4 <= last; k += 4, place += 4)
           for (int j = 0; j < 4; ++j) part[j] += m[k + j] * d[place[j]];
@@ -115,17 +119,18 @@ LOOMSTONE_CLONES void far_kernel(const Derivative* steps, int n_steps, const Tra
   for (int i = 1; i < n_slim; ++i) local[slim[i]] += lanes_sum(sums[i]);
 }
 
-LOOMSTONE_CLONES void evaluate_kernel(const Power* powers, const int* const* next, const int* n_powers,
+template <class Lanes>
+LOOMSTONE_INLINE void evaluate_kernel(const Power* powers, const int* const* next, const int* n_powers,
                                       const double* local, const double* centre, const double* points, Index n,
                                       double* field, double* gradient) {
   Lanes w[most_places];
   for (Index i = 0; i < n; i += n_lanes) {
-    const Lanes3 x{lanes_load(points + i) - centre[0], lanes_load(points + n + i) - centre[1],
-                   lanes_load(points + 2 * n + i) - centre[2]};
+    const Lanes3<Lanes> x{lanes_load<Lanes>(points + i) - centre[0], lanes_load<Lanes>(points + n + i) - centre[1],
+                          lanes_load<Lanes>(points + 2 * n + i) - centre[2]};
     lane_powers(powers, n_powers[0], x, w);
     Lanes b[3], g[6];
-    for (Lanes& s : b) s = lanes_all(0.0);
-    for (Lanes& s : g) s = lanes_all(0.0);
+    for (Lanes& s : b) s = Lanes{};
+    for (Lanes& s : g) s = Lanes{};
     for (int k = 0; k < n_powers[0]; ++k)
       for (int c = 0; c < 3; ++c) b[c] -= local[next[c][k]] * w[k];
     for (int k = 0; k < n_powers[1]; ++k) {
@@ -228,14 +233,14 @@ void CartesianExpansion::add_dipoles(const double* positions, const double* dipo
                                      double* moments) const {
   double all[most_places];
   const int* next[3] = {next_[0].data(), next_[1].data(), next_[2].data()};
-  dipole_kernel(powers_.data(), next, n_powers_[0], local_size(), positions, dipoles, n, centre.data(), all);
+  LOOMSTONE_WIDEST(dipole_kernel)(powers_.data(), next, n_powers_[0], local_size(), positions, dipoles, n, centre.data(), all);
   add_folded(all, moments);
 }
 
 void CartesianExpansion::add_charges(const double* positions, const double* charges, Index n, const Vec3& centre,
                                      double* moments) const {
   double all[most_places];
-  charge_kernel(powers_.data(), local_size(), positions, charges, n, centre.data(), all);
+  LOOMSTONE_WIDEST(charge_kernel)(powers_.data(), local_size(), positions, charges, n, centre.data(), all);
   add_folded(all, moments);
 }
 
@@ -254,9 +259,9 @@ void CartesianExpansion::add_moments(const double* child, const Vec3& shift, dou
 }
 
 void CartesianExpansion::add_far(const Far* far, Index n, double* local) const {
-  far_kernel(derivatives_.data(), static_cast<int>(derivatives_.size()), derivative_traces_.data(),
-             static_cast<int>(derivative_traces_.size()), products_.data(), slim_.data(), slim_ends_.data(), order_,
-             far, n, local);
+  LOOMSTONE_WIDEST(far_kernel)(derivatives_.data(), static_cast<int>(derivatives_.size()), derivative_traces_.data(),
+                               static_cast<int>(derivative_traces_.size()), products_.data(), slim_.data(),
+                               slim_ends_.data(), order_, far, n, local);
 }
 
 void CartesianExpansion::complete(double* local) const {
@@ -272,7 +277,7 @@ void CartesianExpansion::add_local(const double* parent, const Vec3& shift, doub
 void CartesianExpansion::evaluate(const double* local, const Vec3& centre, const double* points, Index n, double* field,
                                   double* gradient) const {
   const int* next[3] = {next_[0].data(), next_[1].data(), next_[2].data()};
-  evaluate_kernel(powers_.data(), next, n_powers_, local, centre.data(), points, n, field, gradient);
+  LOOMSTONE_WIDEST(evaluate_kernel)(powers_.data(), next, n_powers_, local, centre.data(), points, n, field, gradient);
 }
 
 }  // namespace loomstone

@@ -27,15 +27,15 @@ struct LaneMasks {
 };
 constexpr LaneMasks masks;
 
+template <class Lanes>
 LOOMSTONE_INLINE Lanes first_of(const double* values, int n) {
-  LaneMask mask;
-  __builtin_memcpy(&mask, masks.rows[n < n_lanes ? n : n_lanes], sizeof(mask));
-  const LaneMask kept = lanes_bits(lanes_load(values)) & mask;
-  return lanes_of_bits(kept);
+  const double* kept = reinterpret_cast<const double*>(masks.rows[n < n_lanes ? n : n_lanes]);
+  return lanes_of_bits<Lanes>(lanes_bits(lanes_load<Lanes>(values)) & lanes_bits(lanes_load<Lanes>(kept)));
 }
 
 // rows: for each power of y, for each of z, coefficients by powers of x.
-LOOMSTONE_CLONES void point_kernel(const double* rows, int order, const double* at, double* field, double* gradient) {
+template <class Lanes>
+LOOMSTONE_INLINE void point_kernel(const double* rows, int order, const double* at, double* field, double* gradient) {
   double x[below + 2 * n_lanes] = {}, y[below + most_powers], z[below + most_powers];
   powers_of(at[0], order + 1, x);
   powers_of(at[1], order + 1, y);
@@ -43,14 +43,14 @@ LOOMSTONE_CLONES void point_kernel(const double* rows, int order, const double* 
   for (int c = 0; c < 3; ++c) field[c] = 0.0;
   for (int c = 0; c < 6; ++c) gradient[c] = 0.0;
   for (int first = 0; first <= order; first += n_lanes) {  // power of x of the first lane
-    Lanes none = lanes_all(0.0), s = none, sy = none, sz = none, syy = none, syz = none, szz = none;
+    Lanes none = Lanes{}, s = none, sy = none, sz = none, syy = none, syz = none, szz = none;
     const double* row = rows;
     for (int b = 0; b <= order; ++b) {
       Lanes t = none, tz = none, tzz = none;
       for (int c = 0; c <= order - b; ++c) {
         const int length = order + 1 - b - c;
         if (length > first) {
-          const Lanes v = first_of(row + first, length - first);
+          const Lanes v = first_of<Lanes>(row + first, length - first);
           t += z[below + c] * v;
           tz += z[below + c - 1] * v;
           tzz += z[below + c - 2] * v;
@@ -64,7 +64,8 @@ LOOMSTONE_CLONES void point_kernel(const double* rows, int order, const double* 
       syz += y[below + b - 1] * tz;
       szz += y[below + b] * tzz;
     }
-    const Lanes w = lanes_load(x + below + first), wx = lanes_load(x + below + first - 1), wxx = lanes_load(x + first);
+    const Lanes w = lanes_load<Lanes>(x + below + first), wx = lanes_load<Lanes>(x + below + first - 1),
+          wxx = lanes_load<Lanes>(x + first);
     field[0] -= lanes_sum(wx * s);
     field[1] -= lanes_sum(w * sy);
     field[2] -= lanes_sum(w * sz);
@@ -86,7 +87,7 @@ void CartesianExpansion::pack(const double* local, double* rows) const {
 void CartesianExpansion::evaluate_at(const double* rows, const Vec3& centre, const double* point, double* field,
                                      double* gradient) const {
   const double at[3] = {point[0] - centre[0], point[1] - centre[1], point[2] - centre[2]};
-  point_kernel(rows, order_, at, field, gradient);
+  LOOMSTONE_WIDEST(point_kernel)(rows, order_, at, field, gradient);
 }
 
 }  // namespace loomstone

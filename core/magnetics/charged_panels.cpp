@@ -46,7 +46,8 @@ void add_table(const FlatPanel& p, std::vector<double>& tables) {
 }
 
 // Field q r / square^(3/2) of a charge at the distance r, square: r^2, more where the charge is blunted.
-LOOMSTONE_INLINE void add_charge_field(const Lanes3& r, const Lanes& square, double charge, Lanes3& h) {
+template <class Lanes>
+LOOMSTONE_INLINE void add_charge_field(const Lanes3<Lanes>& r, const Lanes& square, double charge, Lanes3<Lanes>& h) {
   const Lanes scale = charge / (square * lanes_sqrt(square));
   h.x += scale * r.x;
   h.y += scale * r.y;
@@ -54,7 +55,8 @@ LOOMSTONE_INLINE void add_charge_field(const Lanes3& r, const Lanes& square, dou
 }
 
 // The gradient of that: xx, xy, xz, yy, yz, zz.
-LOOMSTONE_INLINE void add_charge_gradient(const Lanes3& r, const Lanes& square, double charge, Lanes g[6]) {
+template <class Lanes>
+LOOMSTONE_INLINE void add_charge_gradient(const Lanes3<Lanes>& r, const Lanes& square, double charge, Lanes g[6]) {
   const Lanes inverse = 1.0 / square;
   const Lanes scale = charge * inverse * lanes_sqrt(inverse), three = 3.0 * scale * inverse;
   g[0] += scale - three * r.x * r.x;
@@ -66,23 +68,24 @@ LOOMSTONE_INLINE void add_charge_gradient(const Lanes3& r, const Lanes& square, 
 }
 
 // Field of unit charge on the panel of a table.
-LOOMSTONE_INLINE Lanes3 panel_field(const Lanes3& p, const double* t, double radius) {
-  const Lanes3 away{p.x - t[0], p.y - t[1], p.z - t[2]};
-  const LaneMask beside = dot(away, away) < t[3];
-  Lanes3 h{lanes_all(0.0), lanes_all(0.0), lanes_all(0.0)};
+template <class Lanes>
+LOOMSTONE_INLINE Lanes3<Lanes> panel_field(const Lanes3<Lanes>& p, const double* t, double radius) {
+  const Lanes3<Lanes> away{p.x - t[0], p.y - t[1], p.z - t[2]};
+  const MaskOf<Lanes> beside = dot(away, away) < t[3];
+  Lanes3<Lanes> h{};
   for (int c = 0; c < 4; ++c) {
     const double* q = t + points_at + 4 * c;
-    const Lanes3 r{p.x - q[0], p.y - q[1], p.z - q[2]};
+    const Lanes3<Lanes> r{p.x - q[0], p.y - q[1], p.z - q[2]};
     add_charge_field(r, dot(r, r), q[3], h);
   }
   if (!lanes_any(beside)) return h;
-  Lanes omega = lanes_all(0.0);
+  Lanes omega{};
   for (int c = 0; c < t[4]; ++c) omega += solid_angle(p, t + triangles_at + triangle_stride * c, on_face * radius);
   const double* normal = t + triangles_at + 9;
-  Lanes3 exact{normal[0] * omega, normal[1] * omega, normal[2] * omega};
+  Lanes3<Lanes> exact{normal[0] * omega, normal[1] * omega, normal[2] * omega};
   for (int c = 0; c < t[5]; ++c) {
     const double* e = t + edges_at + edge_stride * c;
-    const EdgeTerms terms = edge_terms(p, e, on_edge * radius);
+    const EdgeTerms<Lanes> terms = edge_terms(p, e, on_edge * radius);
     const Lanes log = lanes_log(terms.sum / terms.defect);
     exact.x += e[7] * log;
     exact.y += e[8] * log;
@@ -92,13 +95,14 @@ LOOMSTONE_INLINE Lanes3 panel_field(const Lanes3& p, const double* t, double rad
           lanes_select(beside, exact.z / (4.0 * pi), h.z)};
 }
 
-LOOMSTONE_CLONES void field_kernel(const double* tables, const double* charges, Index panels, double radius,
+template <class Lanes>
+LOOMSTONE_INLINE void field_kernel(const double* tables, const double* charges, Index panels, double radius,
                                    const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
-    const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
-    Lanes3 sum{lanes_all(0.0), lanes_all(0.0), lanes_all(0.0)};
+    const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
+    Lanes3<Lanes> sum{};
     for (Index k = 0; k < panels; ++k) {
-      const Lanes3 h = panel_field(p, tables + stride * static_cast<std::ptrdiff_t>(k), radius);
+      const Lanes3<Lanes> h = panel_field(p, tables + stride * static_cast<std::ptrdiff_t>(k), radius);
       sum.x += charges[k] * h.x;
       sum.y += charges[k] * h.y;
       sum.z += charges[k] * h.z;
@@ -110,11 +114,12 @@ LOOMSTONE_CLONES void field_kernel(const double* tables, const double* charges, 
 }
 
 // normals: of each point times its area, laid out as the points; adds to rows of `out`, `row_of` each point.
-LOOMSTONE_CLONES void flux_kernel(const double* tables, Index panels, double radius, const double* points,
+template <class Lanes>
+LOOMSTONE_INLINE void flux_kernel(const double* tables, Index panels, double radius, const double* points,
                                   const double* normals, Index n, const Index* row_of, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
-    const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
-    const Lanes3 a{lanes_load(normals + i), lanes_load(normals + n + i), lanes_load(normals + 2 * n + i)};
+    const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
+    const Lanes3<Lanes> a = lanes3_load<Lanes>(normals + i, n);
     for (Index k = 0; k < panels; ++k) {
       const Lanes flux = dot(a, panel_field(p, tables + stride * static_cast<std::ptrdiff_t>(k), radius));
       for (int lane = 0; lane < n_lanes; ++lane)
@@ -123,21 +128,22 @@ LOOMSTONE_CLONES void flux_kernel(const double* tables, Index panels, double rad
   }
 }
 
-LOOMSTONE_CLONES void gradient_kernel(const double* tables, const double* charges, Index panels, double radius,
+template <class Lanes>
+LOOMSTONE_INLINE void gradient_kernel(const double* tables, const double* charges, Index panels, double radius,
                                       const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
-    const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
+    const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes sum[6];
-    for (Lanes& s : sum) s = lanes_all(0.0);
+    for (Lanes& s : sum) s = Lanes{};
     for (Index k = 0; k < panels; ++k) {
       const double* t = tables + stride * static_cast<std::ptrdiff_t>(k);
-      const Lanes3 away{p.x - t[0], p.y - t[1], p.z - t[2]};
-      const LaneMask beside = dot(away, away) < t[3];
+      const Lanes3<Lanes> away{p.x - t[0], p.y - t[1], p.z - t[2]};
+      const MaskOf<Lanes> beside = dot(away, away) < t[3];
       Lanes g[6], exact[6];
-      for (int c = 0; c < 6; ++c) g[c] = exact[c] = lanes_all(0.0);
+      for (int c = 0; c < 6; ++c) g[c] = exact[c] = Lanes{};
       for (int c = 0; c < 4; ++c) {
         const double* q = t + points_at + 4 * c;
-        const Lanes3 r{p.x - q[0], p.y - q[1], p.z - q[2]};
+        const Lanes3<Lanes> r{p.x - q[0], p.y - q[1], p.z - q[2]};
         add_charge_gradient(r, dot(r, r), q[3], g);
       }
       if (lanes_any(beside)) {
@@ -153,29 +159,31 @@ LOOMSTONE_CLONES void gradient_kernel(const double* tables, const double* charge
 }
 
 // Charges at points that are blunted: r / (r^2 + length^2)^(3/2).
-LOOMSTONE_CLONES void add_blunt_field(const double* charges, Index count, const double* points, Index n, double* out) {
+template <class Lanes>
+LOOMSTONE_INLINE void add_blunt_field(const double* charges, Index count, const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
-    const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
-    Lanes3 sum{lanes_all(0.0), lanes_all(0.0), lanes_all(0.0)};
+    const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
+    Lanes3<Lanes> sum{};
     for (Index k = 0; k < count; ++k) {
       const double* q = charges + 5 * static_cast<std::ptrdiff_t>(k);
-      const Lanes3 r{p.x - q[0], p.y - q[1], p.z - q[2]};
+      const Lanes3<Lanes> r{p.x - q[0], p.y - q[1], p.z - q[2]};
       add_charge_field(r, dot(r, r) + q[4], q[3], sum);
     }
-    lanes_store(out + i, lanes_load(out + i) + sum.x);
-    lanes_store(out + n + i, lanes_load(out + n + i) + sum.y);
-    lanes_store(out + 2 * n + i, lanes_load(out + 2 * n + i) + sum.z);
+    lanes_store(out + i, lanes_load<Lanes>(out + i) + sum.x);
+    lanes_store(out + n + i, lanes_load<Lanes>(out + n + i) + sum.y);
+    lanes_store(out + 2 * n + i, lanes_load<Lanes>(out + 2 * n + i) + sum.z);
   }
 }
 
-LOOMSTONE_CLONES void add_blunt_gradient(const double* charges, Index count, const double* points, Index n, double* out) {
+template <class Lanes>
+LOOMSTONE_INLINE void add_blunt_gradient(const double* charges, Index count, const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
-    const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
+    const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes sum[6];
-    for (int c = 0; c < 6; ++c) sum[c] = lanes_load(out + c * n + i);
+    for (int c = 0; c < 6; ++c) sum[c] = lanes_load<Lanes>(out + c * n + i);
     for (Index k = 0; k < count; ++k) {
       const double* q = charges + 5 * static_cast<std::ptrdiff_t>(k);
-      const Lanes3 r{p.x - q[0], p.y - q[1], p.z - q[2]};
+      const Lanes3<Lanes> r{p.x - q[0], p.y - q[1], p.z - q[2]};
       add_charge_gradient(r, dot(r, r) + q[4], q[3], sum);
     }
     for (int c = 0; c < 6; ++c) lanes_store(out + c * n + i, sum[c]);
@@ -221,8 +229,8 @@ FluxMatrix panel_fluxes(const Team& team, const PanelSet& on, const RigidPose& p
             if (i < count) normals[c * padded + i] = normal[c];
           }
         }
-        flux_kernel(by.tables.data(), static_cast<Index>(by.panels.size()), by.radius, points.data(), normals.data(),
-                    padded, rows.data(), fluxes.data());
+        LOOMSTONE_WIDEST(flux_kernel)(by.tables.data(), static_cast<Index>(by.panels.size()), by.radius, points.data(),
+                                      normals.data(), padded, rows.data(), fluxes.data());
       },
       1);
   return fluxes;
@@ -260,25 +268,26 @@ const ChargedPanels::FineTables* ChargedPanels::fine() const {
 }
 
 void ChargedPanels::field_block(const double* points, Index n, Quantity, double* field) const {
-  field_kernel(set_->tables.data(), charges_.data(), static_cast<Index>(charges_.size()), set_->radius, points, n, field);
+  LOOMSTONE_WIDEST(field_kernel)(set_->tables.data(), charges_.data(), static_cast<Index>(charges_.size()), set_->radius,
+                                 points, n, field);
   const FineTables* fine = this->fine();
   if (!fine) return;
   alignas(64) double more[3 * points_per_block];
-  field_kernel(fine->parts.tables.data(), fine_.charges.data(), static_cast<Index>(fine_.charges.size()), set_->radius, points,
-               n, more);
-  add_blunt_field(fine->points.data(), static_cast<Index>(fine->points.size() / 5), points, n, more);
+  LOOMSTONE_WIDEST(field_kernel)(fine->parts.tables.data(), fine_.charges.data(), static_cast<Index>(fine_.charges.size()),
+                                 set_->radius, points, n, more);
+  LOOMSTONE_WIDEST(add_blunt_field)(fine->points.data(), static_cast<Index>(fine->points.size() / 5), points, n, more);
   for (Index i = 0; i < 3 * n; ++i) field[i] += more[i];
 }
 
 void ChargedPanels::gradient_block(const double* points, Index n, double* gradient) const {
-  gradient_kernel(set_->tables.data(), charges_.data(), static_cast<Index>(charges_.size()), set_->radius, points, n,
-                  gradient);
+  LOOMSTONE_WIDEST(gradient_kernel)(set_->tables.data(), charges_.data(), static_cast<Index>(charges_.size()),
+                                    set_->radius, points, n, gradient);
   const FineTables* fine = this->fine();
   if (!fine) return;
   alignas(64) double more[6 * points_per_block];
-  gradient_kernel(fine->parts.tables.data(), fine_.charges.data(), static_cast<Index>(fine_.charges.size()), set_->radius,
-                  points, n, more);
-  add_blunt_gradient(fine->points.data(), static_cast<Index>(fine->points.size() / 5), points, n, more);
+  LOOMSTONE_WIDEST(gradient_kernel)(fine->parts.tables.data(), fine_.charges.data(),
+                                    static_cast<Index>(fine_.charges.size()), set_->radius, points, n, more);
+  LOOMSTONE_WIDEST(add_blunt_gradient)(fine->points.data(), static_cast<Index>(fine->points.size() / 5), points, n, more);
   for (Index i = 0; i < 6 * n; ++i) gradient[i] += more[i];
 }
 

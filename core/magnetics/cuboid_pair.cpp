@@ -16,12 +16,14 @@ namespace loomstone {
 namespace {
 
 // Arms of eight pairs of corners: logarithms L_x = arsinh(x / hypot(y, z)), angles A_x = arctan(y z / (x R)).
+template <class Lanes>
 struct Arms {
   Lanes x[3], log[3], angle[3], r;
 };
 
-LOOMSTONE_INLINE Arms arms_of(const Lanes* x) {
-  Arms a;
+template <class Lanes>
+LOOMSTONE_INLINE Arms<Lanes> arms_of(const Lanes* x) {
+  Arms<Lanes> a;
   a.r = lanes_sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
   for (int i = 0; i < 3; ++i) {
     const Lanes &u = x[i], &v = x[(i + 1) % 3], &w = x[(i + 2) % 3];
@@ -33,7 +35,8 @@ LOOMSTONE_INLINE Arms arms_of(const Lanes* x) {
 }
 
 // T_ijk: the three alike, two alike and one other, all different.
-LOOMSTONE_INLINE Lanes third(const Arms& a, int i, int j, int k) {
+template <class Lanes>
+LOOMSTONE_INLINE Lanes third(const Arms<Lanes>& a, int i, int j, int k) {
   if (i == j && j == k) {
     const int p = (i + 1) % 3, q = (i + 2) % 3;
     return a.x[i] * (a.r - a.x[p] * a.log[p] - a.x[q] * a.log[q]) - a.x[p] * a.x[q] * a.angle[i];
@@ -47,7 +50,8 @@ LOOMSTONE_INLINE Lanes third(const Arms& a, int i, int j, int k) {
 }
 
 // Its integral along `axis`, which is none of j and k.
-LOOMSTONE_INLINE Lanes integral(const Arms& a, int i, int j, int k, int axis) {
+template <class Lanes>
+LOOMSTONE_INLINE Lanes integral(const Arms<Lanes>& a, int i, int j, int k, int axis) {
   if (i == j && j == k) {
     const int other = 3 - i - axis;
     const Lanes &x = a.x[axis], &y = a.x[other], &z = a.x[i];
@@ -69,7 +73,8 @@ LOOMSTONE_INLINE Lanes integral(const Arms& a, int i, int j, int k, int axis) {
          0.5 * z * (z * z / 3.0 - y * y) * a.angle[twice] - 5.0 / 12.0 * x * y * a.r;
 }
 
-LOOMSTONE_INLINE double lanes_sum(const Lanes& a) {
+template <class Lanes>
+LOOMSTONE_INLINE double sum_in_order(const Lanes& a) {
   double sum = 0.0;
   for (int i = 0; i < n_lanes; ++i) sum += a[i];
   return sum;
@@ -77,13 +82,14 @@ LOOMSTONE_INLINE double lanes_sum(const Lanes& a) {
 
 // Adds sums over corners of - T_ijk (3) and of its moments (3 x 3: lever, k) about the centre of 2, times J1_i J2_j. Half
 // edges a of 1, b of 2; d from the centre of 1 to that of 2.
-LOOMSTONE_CLONES void corner_sums(const double* a, const double* b, const double* d, const double* j1, const double* j2,
+template <class Lanes>
+LOOMSTONE_INLINE void corner_sums(const double* a, const double* b, const double* d, const double* j1, const double* j2,
                                   double* force, double* levers) {
   // Of faces that lie in one plane the second counts as outside the first.
   const double least = 1e-15 * (a[0] + a[1] + a[2] + b[0] + b[1] + b[2]);
   Lanes forces[3], moments[9];
-  for (Lanes& f : forces) f = lanes_all(0.0);
-  for (Lanes& m : moments) m = lanes_all(0.0);
+  for (Lanes& f : forces) f = Lanes{};
+  for (Lanes& m : moments) m = Lanes{};
   for (int block = 0; block < 8; ++block) {
     double columns[3][n_lanes], y[3], signs[n_lanes];
     for (int lane = 0; lane < n_lanes; ++lane) {
@@ -96,9 +102,9 @@ LOOMSTONE_CLONES void corner_sums(const double* a, const double* b, const double
         signs[lane] *= s1 * s2;
       }
     }
-    const Lanes x[3] = {lanes_load(columns[0]), lanes_load(columns[1]), lanes_load(columns[2])};
-    const Lanes sign = lanes_load(signs);
-    const Arms arms = arms_of(x);
+    const Lanes x[3] = {lanes_load<Lanes>(columns[0]), lanes_load<Lanes>(columns[1]), lanes_load<Lanes>(columns[2])};
+    const Lanes sign = lanes_load<Lanes>(signs);
+    const Arms<Lanes> arms = arms_of(x);
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
         const double strength = j1[i] * j2[j];
@@ -116,8 +122,8 @@ LOOMSTONE_CLONES void corner_sums(const double* a, const double* b, const double
       }
     }
   }
-  for (int k = 0; k < 3; ++k) force[k] += lanes_sum(forces[k]);
-  for (int k = 0; k < 9; ++k) levers[k] += lanes_sum(moments[k]);
+  for (int k = 0; k < 3; ++k) force[k] += sum_in_order(forces[k]);
+  for (int k = 0; k < 9; ++k) levers[k] += sum_in_order(moments[k]);
 }
 
 }  // namespace
@@ -135,7 +141,8 @@ std::optional<Wrench> parallel_cuboid_wrench(const MagneticBody& on, const Magne
   const Vec3 second_j = whole * second->polarization();
   Vec3 force = Vec3::Zero();
   double levers[9] = {};
-  corner_sums(a.data(), b.data(), d.data(), first->polarization().data(), second_j.data(), force.data(), levers);
+  LOOMSTONE_WIDEST(corner_sums)(a.data(), b.data(), d.data(), first->polarization().data(), second_j.data(), force.data(),
+                                levers);
   const double scale = 1.0 / (4.0 * pi * mu0);
   const Vec3 torque(levers[5] - levers[7], levers[6] - levers[2], levers[1] - levers[3]);
   // 64 terms of the size of the longest arm squared, cubed in the torque, with their rounding.

@@ -9,18 +9,19 @@ namespace {
 // A table of eight dipoles: positions and moments times mu0 / 4 pi.
 constexpr int rows = 6, group_size = rows * n_lanes;
 
-LOOMSTONE_CLONES void group_kernel(const double* tables, const Index* groups, Index n_groups, const double* point,
+template <class Lanes>
+LOOMSTONE_INLINE void group_kernel(const double* tables, const Index* groups, Index n_groups, const double* point,
                                    double* field, double* gradient) {
-  const Lanes3 p{lanes_all(point[0]), lanes_all(point[1]), lanes_all(point[2])};
-  Lanes3 h{lanes_all(0.0), lanes_all(0.0), lanes_all(0.0)};
+  const Lanes3<Lanes> p{lanes_all<Lanes>(point[0]), lanes_all<Lanes>(point[1]), lanes_all<Lanes>(point[2])};
+  Lanes3<Lanes> h{};
   Lanes g[6];
-  for (Lanes& s : g) s = lanes_all(0.0);
+  for (Lanes& s : g) s = Lanes{};
   for (Index k = 0; k < n_groups; ++k) {
     const double* row = tables + static_cast<std::size_t>(groups[k]) * group_size;
     Lanes t[rows];
-    for (Lanes& value : t) value = lanes_load(row), row += n_lanes;
+    for (Lanes& value : t) value = lanes_load<Lanes>(row), row += n_lanes;
     const Lanes* m = t + 3;
-    const DipoleArm a = dipole_arm(p, t);
+    const DipoleArm<Lanes> a = dipole_arm(p, t);
     const Lanes mr = m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z;
     add_dipole_field(m, a, mr, h);
     add_dipole_gradient(m, a, mr, g);
@@ -59,7 +60,7 @@ std::vector<ExpansionSetting> DipoleGroups::settings() const {
 }
 
 void DipoleGroups::sum(const Index* groups, Index n, const double* point, double* field, double* gradient) const {
-  group_kernel(tables_.data(), groups, n, point, field, gradient);
+  LOOMSTONE_WIDEST(group_kernel)(tables_.data(), groups, n, point, field, gradient);
 }
 
 }  // namespace loomstone

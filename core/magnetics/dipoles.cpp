@@ -17,14 +17,15 @@ namespace {
 
 constexpr double k = mu0 / (4.0 * pi);
 
-LOOMSTONE_CLONES void field_kernel(const double* positions, const double* moments, Index dipoles, const double* points,
+template <class Lanes>
+LOOMSTONE_INLINE void field_kernel(const double* positions, const double* moments, Index dipoles, const double* points,
                                    Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
-    const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
-    Lanes3 sum{lanes_all(0.0), lanes_all(0.0), lanes_all(0.0)};
+    const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
+    Lanes3<Lanes> sum{};
     for (Index j = 0; j < dipoles; ++j) {
       const double* m = moments + 3 * j;
-      const DipoleArm a = dipole_arm(p, positions + 3 * j);
+      const DipoleArm<Lanes> a = dipole_arm(p, positions + 3 * j);
       add_dipole_field(m, a, m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z, sum);
     }
     lanes_store(out + i, k * sum.x);
@@ -33,29 +34,31 @@ LOOMSTONE_CLONES void field_kernel(const double* positions, const double* moment
   }
 }
 
-LOOMSTONE_CLONES void potential_kernel(const double* positions, const double* moments, Index dipoles,
+template <class Lanes>
+LOOMSTONE_INLINE void potential_kernel(const double* positions, const double* moments, Index dipoles,
                                        const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
-    const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
-    Lanes sum = lanes_all(0.0);
+    const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
+    Lanes sum{};
     for (Index j = 0; j < dipoles; ++j) {
       const double* m = moments + 3 * j;
-      const DipoleArm a = dipole_arm(p, positions + 3 * j);
+      const DipoleArm<Lanes> a = dipole_arm(p, positions + 3 * j);
       sum += (m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z) * a.inverse3;
     }
     lanes_store(out + i, k * sum);
   }
 }
 
-LOOMSTONE_CLONES void gradient_kernel(const double* positions, const double* moments, Index dipoles,
+template <class Lanes>
+LOOMSTONE_INLINE void gradient_kernel(const double* positions, const double* moments, Index dipoles,
                                       const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
-    const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
+    const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes sum[6];
-    for (Lanes& s : sum) s = lanes_all(0.0);
+    for (Lanes& s : sum) s = Lanes{};
     for (Index j = 0; j < dipoles; ++j) {
       const double* m = moments + 3 * j;
-      const DipoleArm a = dipole_arm(p, positions + 3 * j);
+      const DipoleArm<Lanes> a = dipole_arm(p, positions + 3 * j);
       const Lanes mr = m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z;
       add_dipole_gradient(m, a, mr, sum);
     }
@@ -64,16 +67,17 @@ LOOMSTONE_CLONES void gradient_kernel(const double* positions, const double* mom
 }
 
 // The two above in one pass.
-LOOMSTONE_CLONES void field_and_gradient_kernel(const double* positions, const double* moments, Index dipoles,
+template <class Lanes>
+LOOMSTONE_INLINE void field_and_gradient_kernel(const double* positions, const double* moments, Index dipoles,
                                                 const double* points, Index n, double* field, double* gradient) {
   for (Index i = 0; i < n; i += n_lanes) {
-    const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
-    Lanes3 b{lanes_all(0.0), lanes_all(0.0), lanes_all(0.0)};
+    const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
+    Lanes3<Lanes> b{};
     Lanes sum[6];
-    for (Lanes& s : sum) s = lanes_all(0.0);
+    for (Lanes& s : sum) s = Lanes{};
     for (Index j = 0; j < dipoles; ++j) {
       const double* m = moments + 3 * j;
-      const DipoleArm a = dipole_arm(p, positions + 3 * j);
+      const DipoleArm<Lanes> a = dipole_arm(p, positions + 3 * j);
       const Lanes mr = m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z;
       add_dipole_field(m, a, mr, b);
       add_dipole_gradient(m, a, mr, sum);
@@ -86,15 +90,16 @@ LOOMSTONE_CLONES void field_and_gradient_kernel(const double* positions, const d
 }
 
 // Field (6.5) and force (6.10) in one pass.
-LOOMSTONE_CLONES void force_kernel(const double* positions, const double* moments, Index dipoles, const double* points,
+template <class Lanes>
+LOOMSTONE_INLINE void force_kernel(const double* positions, const double* moments, Index dipoles, const double* points,
                                    const double* own, Index n, double nearest2, double* field, double* force) {
   for (Index i = 0; i < n; i += n_lanes) {
-    const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
-    const Lanes3 q{lanes_load(own + i), lanes_load(own + n + i), lanes_load(own + 2 * n + i)};
-    Lanes3 b{lanes_all(0.0), lanes_all(0.0), lanes_all(0.0)}, f = b;
+    const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
+    const Lanes3<Lanes> q = lanes3_load<Lanes>(own + i, n);
+    Lanes3<Lanes> b{}, f = b;
     for (Index j = 0; j < dipoles; ++j) {
       const double* m = moments + 3 * j;
-      const DipoleArm a = dipole_arm(p, positions + 3 * j, nearest2);
+      const DipoleArm<Lanes> a = dipole_arm(p, positions + 3 * j, nearest2);
       const Lanes mr = m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z;
       add_dipole_field(m, a, mr, b);
       const Lanes qr = q.x * a.r.x + q.y * a.r.y + q.z * a.r.z;
@@ -118,17 +123,17 @@ LOOMSTONE_CLONES void force_kernel(const double* positions, const double* moment
 
 void dipole_field_block(const double* positions, const double* moments, Index dipoles, const double* points, Index n,
                         double* field) {
-  field_kernel(positions, moments, dipoles, points, n, field);
+  LOOMSTONE_WIDEST(field_kernel)(positions, moments, dipoles, points, n, field);
 }
 
 void dipole_gradient_block(const double* positions, const double* moments, Index dipoles, const double* points, Index n,
                            double* gradient) {
-  gradient_kernel(positions, moments, dipoles, points, n, gradient);
+  LOOMSTONE_WIDEST(gradient_kernel)(positions, moments, dipoles, points, n, gradient);
 }
 
 void dipole_force_block(const double* positions, const double* moments, Index dipoles, const double* points,
                         const double* own, Index n, double nearest2, double* field, double* force) {
-  force_kernel(positions, moments, dipoles, points, own, n, nearest2, field, force);
+  LOOMSTONE_WIDEST(force_kernel)(positions, moments, dipoles, points, own, n, nearest2, field, force);
 }
 
 DipoleSet::DipoleSet(Points positions, Points moments)
@@ -143,21 +148,23 @@ DipoleSet::DipoleSet(Points positions, Points moments)
 }
 
 void DipoleSet::field_block(const double* points, Index n, Quantity, double* field) const {
-  field_kernel(positions_.data(), moments_.data(), static_cast<Index>(positions_.rows()), points, n, field);
+  LOOMSTONE_WIDEST(field_kernel)(positions_.data(), moments_.data(), static_cast<Index>(positions_.rows()), points, n, field);
 }
 
 void DipoleSet::gradient_block(const double* points, Index n, double* gradient) const {
-  gradient_kernel(positions_.data(), moments_.data(), static_cast<Index>(positions_.rows()), points, n, gradient);
+  LOOMSTONE_WIDEST(gradient_kernel)(positions_.data(), moments_.data(), static_cast<Index>(positions_.rows()), points, n,
+                                    gradient);
 }
 
 void DipoleSet::field_and_gradient_block(const double* points, Index n, Quantity, double* field,
                                          double* gradient) const {
-  field_and_gradient_kernel(positions_.data(), moments_.data(), static_cast<Index>(positions_.rows()), points, n, field,
-                            gradient);
+  LOOMSTONE_WIDEST(field_and_gradient_kernel)(positions_.data(), moments_.data(), static_cast<Index>(positions_.rows()),
+                                              points, n, field, gradient);
 }
 
 void DipoleSet::potential_block(const double* points, Index n, double* potential) const {
-  potential_kernel(positions_.data(), moments_.data(), static_cast<Index>(positions_.rows()), points, n, potential);
+  LOOMSTONE_WIDEST(potential_kernel)(positions_.data(), moments_.data(), static_cast<Index>(positions_.rows()), points, n,
+                                     potential);
 }
 
 double DipoleSet::radius() const { return positions_.rows() > 0 ? positions_.rowwise().norm().maxCoeff() : 0.0; }
@@ -181,8 +188,8 @@ Wrenches dipole_forces(const Team& team, const Points& positions, const Points& 
             m[c * padded + i] = moments(row, c);
           }
         }
-        force_kernel(by.positions().data(), by.moments().data(), static_cast<Index>(by.positions().rows()), x, m,
-                     padded, nearest * nearest, b, f);
+        LOOMSTONE_WIDEST(force_kernel)(by.positions().data(), by.moments().data(),
+                                       static_cast<Index>(by.positions().rows()), x, m, padded, nearest * nearest, b, f);
         for (Index i = begin; i < end; ++i) {
           const Index j = i - begin;
           const Vec3 field(b[j], b[padded + j], b[2 * padded + j]), own = moments.row(i).transpose();

@@ -10,9 +10,9 @@
 
 namespace loomstone {
 
-template <int count>
+template <int count, class Lanes>
 LOOMSTONE_INLINE void elliptic(const Lanes& kc, const Lanes& p, Lanes* a, Lanes* b) {
-  Lanes k = kc, root = lanes_sqrt(p), mean = lanes_all(1.0), product;
+  Lanes k = kc, root = lanes_sqrt(p), mean = lanes_all<Lanes>(1.0), product;
   Lanes g = k / root;
   for (int i = 0; i < count; ++i) {
     b[i] /= root;

@@ -10,22 +10,23 @@ namespace {
 // charge / 4 pi times its normal in the face and that of the face.
 constexpr int face_rows = 14, edge_rows = 13, group_size = (face_rows + 3 * edge_rows) * n_lanes;
 
-LOOMSTONE_CLONES void group_kernel(const double* tables, const Index* groups, Index n_groups, double radius,
+template <class Lanes>
+LOOMSTONE_INLINE void group_kernel(const double* tables, const Index* groups, Index n_groups, double radius,
                                    const double* point, double* field, double* gradient) {
-  const Lanes3 p{lanes_all(point[0]), lanes_all(point[1]), lanes_all(point[2])};
+  const Lanes3<Lanes> p{lanes_all<Lanes>(point[0]), lanes_all<Lanes>(point[1]), lanes_all<Lanes>(point[2])};
   Lanes h[3], g[6];
-  for (Lanes& s : h) s = lanes_all(0.0);
-  for (Lanes& s : g) s = lanes_all(0.0);
+  for (Lanes& s : h) s = Lanes{};
+  for (Lanes& s : g) s = Lanes{};
   for (Index k = 0; k < n_groups; ++k) {
     const double* row = tables + static_cast<std::size_t>(groups[k]) * group_size;
     Lanes f[face_rows];
-    for (Lanes& value : f) value = lanes_load(row), row += n_lanes;
+    for (Lanes& value : f) value = lanes_load<Lanes>(row), row += n_lanes;
     const Lanes angle = f[13] * solid_angle(p, f, on_face * radius);
     for (int c = 0; c < 3; ++c) h[c] += f[9 + c] * angle;
     for (int edge = 0; edge < 3; ++edge) {
       Lanes e[edge_rows];
-      for (Lanes& value : e) value = lanes_load(row), row += n_lanes;
-      const EdgeTerms t = edge_terms(p, e, on_edge * radius);
+      for (Lanes& value : e) value = lanes_load<Lanes>(row), row += n_lanes;
+      const EdgeTerms<Lanes> t = edge_terms(p, e, on_edge * radius);
       const Lanes log = lanes_log(t.sum / t.defect);
       for (int c = 0; c < 3; ++c) h[c] += e[7 + c] * log;
       add_edge_gradients(edge_gradients(t, e), e + 7, e + 10, g);
@@ -96,7 +97,7 @@ std::vector<ExpansionSetting> FaceGroups::settings() const {
 }
 
 void FaceGroups::sum(const Index* groups, Index n, const double* point, double* field, double* gradient) const {
-  group_kernel(tables_.data(), groups, n, mesh_->radius(), point, field, gradient);
+  LOOMSTONE_WIDEST(group_kernel)(tables_.data(), groups, n, mesh_->radius(), point, field, gradient);
 }
 
 }  // namespace loomstone

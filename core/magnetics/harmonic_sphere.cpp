@@ -73,23 +73,23 @@ std::vector<double> flat(const std::vector<Complex>& c, double scale) {
 }
 
 // Sums over the harmonics of degrees up to `highest`, as in multipole.cpp; points inside get the value on the surface.
-template <int components>
+template <int components, class Lanes>
 LOOMSTONE_INLINE void evaluate(const double* const* coefficients, const double* factor_a, const double* factor_b,
                                double inverse_radius, const double* points, Index n, int highest, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
-    Lanes3 p{lanes_load(points + i) * inverse_radius, lanes_load(points + n + i) * inverse_radius,
-             lanes_load(points + 2 * n + i) * inverse_radius};
-    const Lanes square = lanes_max(dot(p, p), lanes_all(1.0));
+    Lanes3<Lanes> p{lanes_load<Lanes>(points + i) * inverse_radius, lanes_load<Lanes>(points + n + i) * inverse_radius,
+                    lanes_load<Lanes>(points + 2 * n + i) * inverse_radius};
+    const Lanes square = lanes_max(dot(p, p), lanes_all<Lanes>(1.0));
     const Lanes inverse = 1.0 / square, distance = lanes_sqrt(square);
-    const Lanes needed = 39.0 / lanes_max(lanes_log(distance), lanes_all(1e-3)) + 3.0;
+    const Lanes needed = 39.0 / lanes_max(lanes_log(distance), lanes_all<Lanes>(1e-3)) + 3.0;
     int last = 0;
     for (int lane = 0; lane < n_lanes; ++lane) last = needed[lane] > last ? static_cast<int>(needed[lane]) + 1 : last;
     last = last < highest ? last : highest;
     Lanes sum[components];
-    for (Lanes& s : sum) s = lanes_all(0.0);
+    for (Lanes& s : sum) s = Lanes{};
     Lanes real[2][top + 1], imaginary[2][top + 1];  // degrees l and l - 1 in turn
     real[0][0] = lanes_sqrt(inverse);
-    imaginary[0][0] = lanes_all(0.0);
+    imaginary[0][0] = Lanes{};
     p.x *= inverse;
     p.y *= inverse;
     p.z *= inverse;
@@ -109,26 +109,28 @@ LOOMSTONE_INLINE void evaluate(const double* const* coefficients, const double* 
       im[l - 1] = fa[l - 1] * p.z * im1[l - 1];
       re[l] = fa[l] * (p.x * re1[l - 1] - p.y * im1[l - 1]);
       im[l] = fa[l] * (p.x * im1[l - 1] + p.y * re1[l - 1]);
-      const LaneMask wanted = needed > static_cast<double>(l);
+      const MaskOf<Lanes> wanted = needed > static_cast<double>(l);
       for (int c = 0; c < components; ++c) {
         const double* value = coefficients[c] + 2 * row;
-        Lanes part = lanes_all(0.0);
+        Lanes part{};
         for (int m = 0; m <= l; ++m) part += value[2 * m] * re[m] + value[2 * m + 1] * im[m];
-        sum[c] += lanes_select(wanted, part, lanes_all(0.0));
+        sum[c] += lanes_select(wanted, part, Lanes{});
       }
     }
     for (int c = 0; c < components; ++c) lanes_store(out + c * n + i, sum[c]);
   }
 }
 
-LOOMSTONE_CLONES void field_kernel(const double* const* coefficients, const double* factor_a, const double* factor_b,
+template <class Lanes>
+LOOMSTONE_INLINE void field_kernel(const double* const* coefficients, const double* factor_a, const double* factor_b,
                                    double inverse_radius, const double* points, Index n, int highest, double* out) {
-  evaluate<3>(coefficients, factor_a, factor_b, inverse_radius, points, n, highest, out);
+  evaluate<3, Lanes>(coefficients, factor_a, factor_b, inverse_radius, points, n, highest, out);
 }
 
-LOOMSTONE_CLONES void gradient_kernel(const double* const* coefficients, const double* factor_a, const double* factor_b,
+template <class Lanes>
+LOOMSTONE_INLINE void gradient_kernel(const double* const* coefficients, const double* factor_a, const double* factor_b,
                                       double inverse_radius, const double* points, Index n, int highest, double* out) {
-  evaluate<6>(coefficients, factor_a, factor_b, inverse_radius, points, n, highest, out);
+  evaluate<6, Lanes>(coefficients, factor_a, factor_b, inverse_radius, points, n, highest, out);
 }
 
 }  // namespace
@@ -228,8 +230,8 @@ HarmonicSphere::HarmonicSphere(double radius, std::shared_ptr<const SphereSeries
 
 void HarmonicSphere::field_block(const double* points, Index n, Quantity quantity, double* field) const {
   const double* coefficients[3] = {field_[0].data(), field_[1].data(), field_[2].data()};
-  field_kernel(coefficients, recurrence().a.data(), recurrence().b.data(), 1.0 / radius_, points, n,
-               series_->degree() + 1, field);
+  LOOMSTONE_WIDEST(field_kernel)(coefficients, recurrence().a.data(), recurrence().b.data(), 1.0 / radius_, points, n,
+                                 series_->degree() + 1, field);
   for (Index i = 0; i < n; ++i) {
     const Vec3 point(points[i], points[n + i], points[2 * n + i]);
     if (point.norm() >= radius_ * (1.0 - 1e-12)) continue;
@@ -241,8 +243,8 @@ void HarmonicSphere::field_block(const double* points, Index n, Quantity quantit
 void HarmonicSphere::gradient_block(const double* points, Index n, double* gradient) const {
   const double* coefficients[6];
   for (int c = 0; c < 6; ++c) coefficients[c] = gradient_[c].data();
-  gradient_kernel(coefficients, recurrence().a.data(), recurrence().b.data(), 1.0 / radius_, points, n,
-                  series_->degree() + 2, gradient);
+  LOOMSTONE_WIDEST(gradient_kernel)(coefficients, recurrence().a.data(), recurrence().b.data(), 1.0 / radius_, points, n,
+                                    series_->degree() + 2, gradient);
   for (Index i = 0; i < n; ++i) {
     if (std::hypot(points[i], points[n + i], points[2 * n + i]) >= radius_ * (1.0 - 1e-12)) continue;
     for (int c = 0; c < 6; ++c) gradient[c * n + i] = 0.0;

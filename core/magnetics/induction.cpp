@@ -20,25 +20,28 @@ constexpr int most_iterations = 200;
 constexpr Index most_kept = 1400;
 
 // 1/R^3 and 3/R^5 from every sphere to eight at x (columns of eight), 0 where R = 0.
-LOOMSTONE_CLONES void distance_kernel(const double* x, const double* positions, Index n, double* factors) {
-  const Lanes3 p{lanes_load(x), lanes_load(x + n_lanes), lanes_load(x + 2 * n_lanes)};
+template <class Lanes>
+LOOMSTONE_INLINE void distance_kernel(const double* x, const double* positions, Index n, double* factors) {
+  const Lanes3<Lanes> p = lanes3_load<Lanes>(x, n_lanes);
   for (Index j = 0; j < n; ++j, positions += 3, factors += 2 * n_lanes) {
-    const Lanes3 r{p.x - positions[0], p.y - positions[1], p.z - positions[2]};
+    const Lanes3<Lanes> r{p.x - positions[0], p.y - positions[1], p.z - positions[2]};
     const Lanes square = dot(r, r), inverse = 1.0 / square;
-    const Lanes inverse2 = lanes_select(square > 0.0, inverse, lanes_all(0.0)), inverse3 = inverse2 * lanes_sqrt(inverse2);
+    const Lanes inverse2 = lanes_select(square > 0.0, inverse, Lanes{}), inverse3 = inverse2 * lanes_sqrt(inverse2);
     lanes_store(factors, inverse3);
     lanes_store(factors + n_lanes, 3.0 * (inverse3 * inverse2));
   }
 }
 
 // Flux density (6.5) of moments m (n x 3) at eight spheres, times 4 pi / mu0.
-LOOMSTONE_CLONES void moment_kernel(const double* x, const double* positions, const double* factors, const double* m,
+template <class Lanes>
+LOOMSTONE_INLINE void moment_kernel(const double* x, const double* positions, const double* factors, const double* m,
                                     Index n, double* field) {
-  const Lanes3 p{lanes_load(x), lanes_load(x + n_lanes), lanes_load(x + 2 * n_lanes)};
-  Lanes3 sum{lanes_all(0.0), lanes_all(0.0), lanes_all(0.0)};
+  const Lanes3<Lanes> p = lanes3_load<Lanes>(x, n_lanes);
+  Lanes3<Lanes> sum{};
   for (Index j = 0; j < n; ++j, positions += 3, m += 3, factors += 2 * n_lanes) {
-    const Lanes3 r{p.x - positions[0], p.y - positions[1], p.z - positions[2]};
-    const Lanes inverse3 = lanes_load(factors), along = (m[0] * r.x + m[1] * r.y + m[2] * r.z) * lanes_load(factors + n_lanes);
+    const Lanes3<Lanes> r{p.x - positions[0], p.y - positions[1], p.z - positions[2]};
+    const Lanes inverse3 = lanes_load<Lanes>(factors);
+    const Lanes along = (m[0] * r.x + m[1] * r.y + m[2] * r.z) * lanes_load<Lanes>(factors + n_lanes);
     sum.x += along * r.x - inverse3 * m[0];
     sum.y += along * r.y - inverse3 * m[1];
     sum.z += along * r.z - inverse3 * m[2];
@@ -60,7 +63,7 @@ class MutualField {
       double* x = columns_.data() + 3 * n_lanes * e;
       for (int lane = 0; lane < n_lanes; ++lane)
         for (int c = 0; c < 3; ++c) x[c * n_lanes + lane] = positions(std::min<Index>(n_lanes * e + lane, n - 1), c);
-      distance_kernel(x, positions.data(), n, factors_of(e));
+      LOOMSTONE_WIDEST(distance_kernel)(x, positions.data(), n, factors_of(e));
     }, grain);
   }
 
@@ -70,7 +73,7 @@ class MutualField {
     Points field(n, 3);
     parallel_for(team_, eights(), [&](Index e) {
       alignas(64) double b[3 * n_lanes];
-      moment_kernel(columns_.data() + 3 * n_lanes * e, positions_.data(), factors_of(e), moments.data(), n, b);
+      LOOMSTONE_WIDEST(moment_kernel)(columns_.data() + 3 * n_lanes * e, positions_.data(), factors_of(e), moments.data(), n, b);
       for (Index i = n_lanes * e; i < std::min(n, n_lanes * (e + 1)); ++i)
         for (int c = 0; c < 3; ++c) field(i, c) = mu0 / (4.0 * pi) * b[c * n_lanes + i - n_lanes * e];
     }, grain);

@@ -62,16 +62,16 @@ std::vector<double> flat(const Coefficients& c, double scale) {
 
 // Sums over the harmonics of all `components` at once. Each lane takes the degrees it needs, whatever its neighbours
 // need, so that a point's value does not depend on the points beside it.
-template <int components>
+template <int components, class Lanes>
 LOOMSTONE_INLINE void evaluate(const double* const* coefficients, double inverse_radius, const double* points, Index n,
                                int highest, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
-    Lanes3 p{lanes_load(points + i) * inverse_radius, lanes_load(points + n + i) * inverse_radius,
-             lanes_load(points + 2 * n + i) * inverse_radius};
+    Lanes3<Lanes> p{lanes_load<Lanes>(points + i) * inverse_radius, lanes_load<Lanes>(points + n + i) * inverse_radius,
+                    lanes_load<Lanes>(points + 2 * n + i) * inverse_radius};
     Lanes square = dot(p, p);
     // Nearer points get the value of a point at twice the radius, which is finite and not used.
-    const LaneMask inside = square < 4.0;
-    square = lanes_select(inside, lanes_all(4.0), square);
+    const MaskOf<Lanes> inside = square < 4.0;
+    square = lanes_select(inside, lanes_all<Lanes>(4.0), square);
     const Lanes inverse = 1.0 / square, distance = lanes_sqrt(square);
     // The first term is of degree 2; degrees whose share is below exp(-39) = 1e-17 are left out.
     const Lanes needed = 39.0 / lanes_log(distance) + 3.0;
@@ -79,10 +79,10 @@ LOOMSTONE_INLINE void evaluate(const double* const* coefficients, double inverse
     for (int lane = 0; lane < n_lanes; ++lane) last = needed[lane] > last ? static_cast<int>(needed[lane]) + 1 : last;
     last = last < highest ? last : highest;
     Lanes sum[components];
-    for (Lanes& s : sum) s = lanes_all(0.0);
+    for (Lanes& s : sum) s = Lanes{};
     Lanes real[2][top + 1], imaginary[2][top + 1];  // degrees l and l - 1 in turn
     real[0][0] = lanes_sqrt(inverse);
-    imaginary[0][0] = lanes_all(0.0);
+    imaginary[0][0] = Lanes{};
     p.x *= inverse;
     p.y *= inverse;
     p.z *= inverse;
@@ -101,26 +101,28 @@ LOOMSTONE_INLINE void evaluate(const double* const* coefficients, double inverse
       im[l - 1] = (2.0 * l - 1.0) * p.z * im1[l - 1];
       re[l] = (2.0 * l - 1.0) * (p.x * re1[l - 1] - p.y * im1[l - 1]);
       im[l] = (2.0 * l - 1.0) * (p.x * im1[l - 1] + p.y * re1[l - 1]);
-      const LaneMask wanted = needed > static_cast<double>(l);
+      const MaskOf<Lanes> wanted = needed > static_cast<double>(l);
       for (int c = 0; c < components; ++c) {
         const double* value = coefficients[c] + 2 * slot(l, 0);
-        Lanes part = lanes_all(0.0);
+        Lanes part{};
         for (int m = 0; m <= l; ++m) part += value[2 * m] * re[m] + value[2 * m + 1] * im[m];
-        sum[c] += lanes_select(wanted, part, lanes_all(0.0));
+        sum[c] += lanes_select(wanted, part, Lanes{});
       }
     }
     for (int c = 0; c < components; ++c) lanes_store(out + c * n + i, sum[c]);
   }
 }
 
-LOOMSTONE_CLONES void field_kernel(const double* const* coefficients, double inverse_radius, const double* points,
+template <class Lanes>
+LOOMSTONE_INLINE void field_kernel(const double* const* coefficients, double inverse_radius, const double* points,
                                    Index n, double* out) {
-  evaluate<3>(coefficients, inverse_radius, points, n, Multipoles::degree + 1, out);
+  evaluate<3, Lanes>(coefficients, inverse_radius, points, n, Multipoles::degree + 1, out);
 }
 
-LOOMSTONE_CLONES void gradient_kernel(const double* const* coefficients, double inverse_radius, const double* points,
+template <class Lanes>
+LOOMSTONE_INLINE void gradient_kernel(const double* const* coefficients, double inverse_radius, const double* points,
                                       Index n, double* out) {
-  evaluate<6>(coefficients, inverse_radius, points, n, Multipoles::degree + 2, out);
+  evaluate<6, Lanes>(coefficients, inverse_radius, points, n, Multipoles::degree + 2, out);
 }
 
 // Adds c conj(h) for each harmonic of h, twice where m > 0, as -m counts there.
@@ -185,13 +187,13 @@ Multipoles::Multipoles(std::vector<std::complex<double>> moments, double radius)
 
 void Multipoles::field_block(const double* points, Index n, double* field) const {
   const double* coefficients[3] = {field_[0].data(), field_[1].data(), field_[2].data()};
-  field_kernel(coefficients, 1.0 / radius_, points, n, field);
+  LOOMSTONE_WIDEST(field_kernel)(coefficients, 1.0 / radius_, points, n, field);
 }
 
 void Multipoles::gradient_block(const double* points, Index n, double* gradient) const {
   const double* coefficients[6];
   for (int c = 0; c < 6; ++c) coefficients[c] = gradient_[c].data();
-  gradient_kernel(coefficients, 1.0 / radius_, points, n, gradient);
+  LOOMSTONE_WIDEST(gradient_kernel)(coefficients, 1.0 / radius_, points, n, gradient);
 }
 
 }  // namespace loomstone

@@ -17,12 +17,13 @@ namespace {
 
 constexpr int face_stride = 16, edge_stride = 14;
 
-LOOMSTONE_CLONES void field_kernel(const double* faces, Index n_faces, const double* edges, Index n_edges,
+template <class Lanes>
+LOOMSTONE_INLINE void field_kernel(const double* faces, Index n_faces, const double* edges, Index n_edges,
                                    double radius, const double* j, const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
-    const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
-    Lanes3 h{lanes_all(0.0), lanes_all(0.0), lanes_all(0.0)};
-    Lanes around = lanes_all(0.0);
+    const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
+    Lanes3<Lanes> h{};
+    Lanes around{};
     for (Index k = 0; k < n_faces; ++k) {
       const double* f = faces + face_stride * k;
       const Lanes omega = solid_angle(p, f, on_face * radius);
@@ -33,27 +34,28 @@ LOOMSTONE_CLONES void field_kernel(const double* faces, Index n_faces, const dou
     }
     for (Index k = 0; k < n_edges; ++k) {
       const double* e = edges + edge_stride * k;
-      const EdgeTerms t = edge_terms(p, e, on_edge * radius);
+      const EdgeTerms<Lanes> t = edge_terms(p, e, on_edge * radius);
       const Lanes log = lanes_log(t.sum / t.defect);
       h.x += e[7] * log;
       h.y += e[8] * log;
       h.z += e[9] * log;
     }
     // Inside, all faces are seen from behind: -4 pi in all. j is zero where mu0 H is wanted.
-    const LaneMask inside = around < -2.0 * pi;
-    lanes_store(out + i, h.x + lanes_select(inside, lanes_all(j[0]), lanes_all(0.0)));
-    lanes_store(out + n + i, h.y + lanes_select(inside, lanes_all(j[1]), lanes_all(0.0)));
-    lanes_store(out + 2 * n + i, h.z + lanes_select(inside, lanes_all(j[2]), lanes_all(0.0)));
+    const MaskOf<Lanes> inside = around < -2.0 * pi;
+    lanes_store(out + i, h.x + lanes_select(inside, lanes_all<Lanes>(j[0]), Lanes{}));
+    lanes_store(out + n + i, h.y + lanes_select(inside, lanes_all<Lanes>(j[1]), Lanes{}));
+    lanes_store(out + 2 * n + i, h.z + lanes_select(inside, lanes_all<Lanes>(j[2]), Lanes{}));
   }
 }
 
 // Derivatives need edges only: d Omega is the field of a unit current along the face's rim, dL is rational.
-LOOMSTONE_CLONES void gradient_kernel(const double* edges, Index n_edges, double radius, const double* points, Index n,
+template <class Lanes>
+LOOMSTONE_INLINE void gradient_kernel(const double* edges, Index n_edges, double radius, const double* points, Index n,
                                       double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
-    const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
+    const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes g[6];
-    for (Lanes& s : g) s = lanes_all(0.0);
+    for (Lanes& s : g) s = Lanes{};
     for (Index k = 0; k < n_edges; ++k) {
       const double* e = edges + edge_stride * k;
       add_edge_gradients(edge_gradients(edge_terms(p, e, on_edge * radius), e), e + 7, e + 10, g);
@@ -63,11 +65,12 @@ LOOMSTONE_CLONES void gradient_kernel(const double* edges, Index n_edges, double
 }
 
 // All points near the body or far from it: what cancels are terms of the size of the distance.
-LOOMSTONE_CLONES void potential_kernel(const double* faces, Index n_faces, const double* edges, Index n_edges,
+template <class Lanes>
+LOOMSTONE_INLINE void potential_kernel(const double* faces, Index n_faces, const double* edges, Index n_edges,
                                        double radius, const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
-    const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
-    Lanes sum = lanes_all(0.0);
+    const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
+    Lanes sum{};
     for (Index k = 0; k < n_faces; ++k) {
       const double* f = faces + face_stride * k;
       const Lanes height = f[9] * (p.x - f[0]) + f[10] * (p.y - f[1]) + f[11] * (p.z - f[2]);
@@ -75,7 +78,7 @@ LOOMSTONE_CLONES void potential_kernel(const double* faces, Index n_faces, const
     }
     for (Index k = 0; k < n_edges; ++k) {
       const double* e = edges + edge_stride * k;
-      const EdgeTerms t = edge_terms(p, e, on_edge * radius);
+      const EdgeTerms<Lanes> t = edge_terms(p, e, on_edge * radius);
       sum -= (e[7] * t.r0.x + e[8] * t.r0.y + e[9] * t.r0.z) * lanes_log(t.sum / t.defect);
     }
     lanes_store(out + i, sum);
@@ -166,8 +169,8 @@ const Multipoles& Polyhedron::multipoles() const {
 
 void Polyhedron::near_field(const double* points, Index n, Quantity quantity, double* field) const {
   const Vec3 j = quantity == Quantity::flux_density ? polarization_ : Vec3(Vec3::Zero());
-  field_kernel(faces_.data(), static_cast<Index>(triangles_.rows()), edges_.data(),
-               static_cast<Index>(edges_.size() / edge_stride), radius_, j.data(), points, n, field);
+  LOOMSTONE_WIDEST(field_kernel)(faces_.data(), static_cast<Index>(triangles_.rows()), edges_.data(),
+                                 static_cast<Index>(edges_.size() / edge_stride), radius_, j.data(), points, n, field);
 }
 
 void Polyhedron::field_block(const double* points, Index n, Quantity quantity, double* field) const {
@@ -183,14 +186,14 @@ void Polyhedron::gradient_block(const double* points, Index n, double* gradient)
   split_block(
       points, n, 6, gradient, [&](double x, double y, double z) { return x * x + y * y + z * z < bound; },
       [&](const double* some, Index m, double* out) {
-        gradient_kernel(edges_.data(), static_cast<Index>(edges_.size() / edge_stride), radius_, some, m, out);
+        LOOMSTONE_WIDEST(gradient_kernel)(edges_.data(), static_cast<Index>(edges_.size() / edge_stride), radius_, some, m, out);
       },
       [&](const double* some, Index m, double* out) { multipoles().gradient_block(some, m, out); });
 }
 
 void Polyhedron::potential_block(const double* points, Index n, double* potential) const {
-  potential_kernel(faces_.data(), static_cast<Index>(triangles_.rows()), edges_.data(),
-                   static_cast<Index>(edges_.size() / edge_stride), radius_, points, n, potential);
+  LOOMSTONE_WIDEST(potential_kernel)(faces_.data(), static_cast<Index>(triangles_.rows()), edges_.data(),
+                                     static_cast<Index>(edges_.size() / edge_stride), radius_, points, n, potential);
 }
 
 MeshMagnet::MeshMagnet(const TriangleMesh& mesh, const Vec3& polarization)

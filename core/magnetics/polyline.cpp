@@ -13,27 +13,29 @@ namespace loomstone {
 namespace {
 
 // Of one segment: c = l x r0 and factor 2 (1/d0 + 1/d1) / ((d0 + d1)^2 - l^2), without cancellation beside the wire.
+template <class Lanes>
 struct Segment {
-  Lanes3 r0, r1, c;
+  Lanes3<Lanes> r0, r1, c;
   Lanes i0, i1, outer;
   double l[3];
 };
 
-LOOMSTONE_INLINE Segment segment(const Lanes3& p, const double* a, double nearest) {
-  Segment s;
+template <class Lanes>
+LOOMSTONE_INLINE Segment<Lanes> segment(const Lanes3<Lanes>& p, const double* a, double nearest) {
+  Segment<Lanes> s;
   for (int k = 0; k < 3; ++k) s.l[k] = a[3 + k] - a[k];
   const double length = __builtin_sqrt(s.l[0] * s.l[0] + s.l[1] * s.l[1] + s.l[2] * s.l[2]);
   s.r0 = {p.x - a[0], p.y - a[1], p.z - a[2]};
   s.r1 = {p.x - a[3], p.y - a[4], p.z - a[5]};
   const Lanes t0 = (s.l[0] * s.r0.x + s.l[1] * s.r0.y + s.l[2] * s.r0.z) / length;
   const Lanes t1 = (s.l[0] * s.r1.x + s.l[1] * s.r1.y + s.l[2] * s.r1.z) / length;
-  const LaneMask first = lanes_abs(t0) < lanes_abs(t1);
-  const Lanes3 r = {lanes_select(first, s.r0.x, s.r1.x), lanes_select(first, s.r0.y, s.r1.y),
-                    lanes_select(first, s.r0.z, s.r1.z)};
+  const MaskOf<Lanes> first = lanes_abs(t0) < lanes_abs(t1);
+  const Lanes3<Lanes> r = {lanes_select(first, s.r0.x, s.r1.x), lanes_select(first, s.r0.y, s.r1.y),
+                           lanes_select(first, s.r0.z, s.r1.z)};
   s.c = {s.l[1] * r.z - s.l[2] * r.y, s.l[2] * r.x - s.l[0] * r.z, s.l[0] * r.y - s.l[1] * r.x};
-  const Lanes square = lanes_max(dot(s.c, s.c) / (length * length), lanes_all(nearest * nearest));
+  const Lanes square = lanes_max(dot(s.c, s.c) / (length * length), lanes_all<Lanes>(nearest * nearest));
   const Lanes d0 = lanes_sqrt(t0 * t0 + square), d1 = lanes_sqrt(t1 * t1 + square);
-  const Lanes beyond = lanes_select(t0 * t1 > 0.0, lanes_min(lanes_abs(t0), lanes_abs(t1)), lanes_all(0.0));
+  const Lanes beyond = lanes_select(t0 * t1 > 0.0, lanes_min(lanes_abs(t0), lanes_abs(t1)), Lanes{});
   const Lanes defect = square * (1.0 / (d0 + lanes_abs(t0)) + 1.0 / (d1 + lanes_abs(t1))) + 2.0 * beyond;
   s.i0 = 1.0 / d0;
   s.i1 = 1.0 / d1;
@@ -41,13 +43,14 @@ LOOMSTONE_INLINE Segment segment(const Lanes3& p, const double* a, double neares
   return s;
 }
 
-LOOMSTONE_CLONES void field_kernel(const double* vertices, Index segments, double scale, double nearest,
+template <class Lanes>
+LOOMSTONE_INLINE void field_kernel(const double* vertices, Index segments, double scale, double nearest,
                                    const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
-    const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
-    Lanes3 b{lanes_all(0.0), lanes_all(0.0), lanes_all(0.0)};
+    const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
+    Lanes3<Lanes> b{};
     for (Index k = 0; k < segments; ++k) {
-      const Segment s = segment(p, vertices + 3 * k, nearest);
+      const Segment<Lanes> s = segment(p, vertices + 3 * k, nearest);
       const Lanes factor = (s.i0 + s.i1) * s.outer;
       b.x += factor * s.c.x;
       b.y += factor * s.c.y;
@@ -59,14 +62,15 @@ LOOMSTONE_CLONES void field_kernel(const double* vertices, Index segments, doubl
   }
 }
 
-LOOMSTONE_CLONES void gradient_kernel(const double* vertices, Index segments, double scale, double nearest,
+template <class Lanes>
+LOOMSTONE_INLINE void gradient_kernel(const double* vertices, Index segments, double scale, double nearest,
                                       const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
-    const Lanes3 p{lanes_load(points + i), lanes_load(points + n + i), lanes_load(points + 2 * n + i)};
+    const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes g[6];
-    for (Lanes& each : g) each = lanes_all(0.0);
+    for (Lanes& each : g) each = Lanes{};
     for (Index k = 0; k < segments; ++k) {
-      const Segment s = segment(p, vertices + 3 * k, nearest);
+      const Segment<Lanes> s = segment(p, vertices + 3 * k, nearest);
       // f = (1/d0 + 1/d1) / ((d0 + d1)^2 - l^2); with n = r/d: grad f = -outer (n0/d0^2 + n1/d1^2) - 2 f outer (d0 +
       // d1)(n0 + n1)
       const Lanes f = (s.i0 + s.i1) * s.outer;
@@ -102,16 +106,16 @@ Polyline::Polyline(Points vertices, double current) : vertices_(std::move(vertic
 }
 
 void Polyline::field_block(const double* points, Index n, Quantity, double* field) const {
-  field_kernel(vertices_.data(), static_cast<Index>(vertices_.rows()) - 1, mu0 * current_ / (2.0 * pi), 1e-15 * radius_,
-               points, n, field);
+  LOOMSTONE_WIDEST(field_kernel)(vertices_.data(), static_cast<Index>(vertices_.rows()) - 1, mu0 * current_ / (2.0 * pi),
+                                 1e-15 * radius_, points, n, field);
 }
 
 void Polyline::gradient_block(const double* points, Index n, double* gradient) const {
   if (!closed())
     throw InvalidInput(
         "vertices must form a closed line to have a gradient, got ends that differ; repeat the first vertex last");
-  gradient_kernel(vertices_.data(), static_cast<Index>(vertices_.rows()) - 1, mu0 * current_ / (2.0 * pi),
-                  1e-15 * radius_, points, n, gradient);
+  LOOMSTONE_WIDEST(gradient_kernel)(vertices_.data(), static_cast<Index>(vertices_.rows()) - 1, mu0 * current_ / (2.0 * pi),
+                                    1e-15 * radius_, points, n, gradient);
 }
 
 Vec3 Polyline::moment() const {

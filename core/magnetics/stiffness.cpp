@@ -96,19 +96,21 @@ constexpr int sphere_rows = 6;
 constexpr double neighbours = 1.6;
 
 // Sum of that bound over what is far from sphere i, over its moment and mu0/4pi; the places of what is near, itself among them.
-LOOMSTONE_CLONES double far_kernel(const double* table, Index padded, Index i, Index* near, Index* n_near) {
+template <class Lanes>
+LOOMSTONE_INLINE double far_kernel(const double* table, Index padded, Index i, Index* near, Index* n_near) {
   const double x = table[i], y = table[padded + i], z = table[2 * padded + i], radius = table[3 * padded + i],
                own = table[5 * padded + i];
-  Lanes sum = lanes_all(0.0);
+  Lanes sum{};
   Index count = 0;
   for (Index k = 0; k < padded; k += n_lanes) {
     const double* t = table + k;
-    const Lanes3 r{lanes_load(t) - x, lanes_load(t + padded) - y, lanes_load(t + 2 * padded) - z};
-    const Lanes square = dot(r, r), reach = neighbours * (lanes_load(t + 3 * padded) + radius);
-    const LaneMask far = square >= reach * reach;
-    const Lanes inverse = 1.0 / lanes_select(far, square, lanes_all(1.0));
-    const Lanes bound = lanes_load(t + 4 * padded) * (inverse * inverse) * lanes_sqrt(inverse) * (lanes_load(t + 5 * padded) + own);
-    sum += lanes_select(far, bound, lanes_all(0.0));
+    const Lanes3<Lanes> r{lanes_load<Lanes>(t) - x, lanes_load<Lanes>(t + padded) - y, lanes_load<Lanes>(t + 2 * padded) - z};
+    const Lanes square = dot(r, r), reach = neighbours * (lanes_load<Lanes>(t + 3 * padded) + radius);
+    const MaskOf<Lanes> far = square >= reach * reach;
+    const Lanes inverse = 1.0 / lanes_select(far, square, lanes_all<Lanes>(1.0));
+    const Lanes bound = lanes_load<Lanes>(t + 4 * padded) * (inverse * inverse) * lanes_sqrt(inverse) *
+                        (lanes_load<Lanes>(t + 5 * padded) + own);
+    sum += lanes_select(far, bound, Lanes{});
     for (int lane = 0; lane < n_lanes; ++lane) {
       near[count] = k + lane;
       count += far[lane] ? 0 : 1;
@@ -174,7 +176,7 @@ void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& sp
         Index n_near = 0;
         const SoftSphere& on = spheres[i];
         const double own = table[5 * padded + i];
-        double sum = on.moment.norm() * far_kernel(table.data(), padded, i, near.data(), &n_near);
+        double sum = on.moment.norm() * LOOMSTONE_WIDEST(far_kernel)(table.data(), padded, i, near.data(), &n_near);
         for (Index k = 0; k < n_near; ++k) {
           const SoftSphere& by = spheres[near[k]];
           if (near[k] >= n || by.carrier == on.carrier) continue;

@@ -1,0 +1,44 @@
+#include "core/base/simd.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <optional>
+#include <string>
+
+#include "core/base/error.h"
+
+namespace loomstone {
+
+namespace {
+
+constexpr const char* variable = "LOOMSTONE_INSTRUCTIONS";
+
+InstructionSet of_processor() {
+#if LOOMSTONE_SEVERAL_SETS
+  if (__builtin_cpu_supports("x86-64-v4")) return InstructionSet::v4;
+  if (__builtin_cpu_supports("x86-64-v3")) return InstructionSet::v3;
+#endif
+  return InstructionSet::baseline;
+}
+
+// What the environment allows; nothing where it has a name that is none.
+std::optional<InstructionSet> allowed() {
+  const char* text = std::getenv(variable);
+  const std::string name = text ? text : "x86-64-v4";
+  if (name == "x86-64") return InstructionSet::baseline;
+  if (name == "x86-64-v3") return InstructionSet::v3;
+  if (name == "x86-64-v4") return InstructionSet::v4;
+  return std::nullopt;
+}
+
+}  // namespace
+
+const InstructionSet instruction_set = std::min(of_processor(), allowed().value_or(InstructionSet::v4));
+
+void check_instruction_set() {
+  if (!allowed())
+    throw InvalidInput(std::string(variable) + " must be x86-64, x86-64-v3 or x86-64-v4, got '" + std::getenv(variable) +
+                       "'; unset it for the widest that the processor has");
+}
+
+}  // namespace loomstone
