@@ -86,6 +86,15 @@ void bind_soft_bodies(py::module_& m) {
       py::kw_only(), py::arg("size"), py::arg("susceptibility"), py::arg("saturation") = 0.0, py::arg("cells") = 12,
       py::arg("focus") = 0.0, py::arg("threads") = 0);
   m.def(
+      "soft_cylinder",
+      [](double radius, double height, double susceptibility, double inner_radius, double saturation, int cells, int threads) {
+        const Team team = team_of(threads);
+        const py::gil_scoped_release release;
+        return soft_body(soft_cylinder(team, radius, height, inner_radius, susceptibility, cells), saturation);
+      },
+      py::kw_only(), py::arg("radius"), py::arg("height"), py::arg("susceptibility"), py::arg("inner_radius") = 0.0,
+      py::arg("saturation") = 0.0, py::arg("cells") = 8, py::arg("threads") = 0);
+  m.def(
       "soft_mesh",
       [](const TriangleMesh& mesh, double susceptibility, double saturation, int panels, int threads) {
         const Team team = team_of(threads);

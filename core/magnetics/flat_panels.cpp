@@ -7,6 +7,7 @@
 #include <queue>
 #include <tuple>
 
+#include "core/magnetics/constants.h"
 #include "core/magnetics/gauss.h"
 #include "core/mesh/triangle_mesh.h"
 
@@ -94,6 +95,57 @@ std::vector<FlatPanel> cuboid_panels(const Vec3& size, int cells, double focus) 
     }
   }
   return all;
+}
+
+std::vector<FlatPanel> cylinder_panels(double radius, double inner_radius, double height, int cells) {
+  const int sides = 2 * cells;
+  const double angle = 2.0 * pi / sides, wider = std::sqrt(angle / std::sin(angle));  // as large an area as the circle's
+  // Rows go with the root of the slenderness: errors of long and short cylinders are much alike then.
+  const int slender = std::clamp(static_cast<int>(std::lround(std::sqrt(0.5 * height / radius))), 1, 8);
+  std::vector<std::array<double, 2>> profile;  // radius and height, counter-clockwise about the section
+  const auto go_to = [&](double r, double z, int n, bool graded_at_start) {
+    const std::array<double, 2> from = profile.back();
+    for (int i = 1; i <= n; ++i) {
+      const double t = static_cast<double>(i) / n, both = 2.0 * t - 1.0;
+      const double share = graded_at_start ? 0.5 * (1.0 + std::copysign(graded(std::abs(both), 0.0), both)) : graded(t, 0.0);
+      profile.push_back({from[0] + share * (r - from[0]), from[1] + share * (z - from[1])});
+    }
+  };
+  const double half = 0.5 * height;
+  const bool ring = inner_radius > 0.0;
+  profile.push_back({inner_radius, -half});
+  go_to(radius, -half, cells / 2, ring);
+  go_to(radius, half, slender * cells, true);
+  if (ring) {
+    go_to(inner_radius, half, cells / 2, true);
+    go_to(inner_radius, -half, slender * cells, true);
+  } else {
+    const auto n = static_cast<std::size_t>(cells / 2);
+    for (std::size_t i = n; i-- > 0;) profile.push_back({profile[i][0], half});
+  }
+  const auto corner = [&](std::size_t row, int side) {
+    const double phi = angle * (side % sides);
+    return Vec3(wider * profile[row][0] * std::cos(phi), wider * profile[row][0] * std::sin(phi), profile[row][1]);
+  };
+  std::vector<FlatPanel> result;
+  for (std::size_t row = 0; row + 1 < profile.size(); ++row) {
+    for (int side = 0; side < sides; ++side) {
+      const Vec3 c[4] = {corner(row, side), corner(row, side + 1), corner(row + 1, side + 1), corner(row + 1, side)};
+      const auto add = [&](int i, int j, int k) {
+        const Vec3 corners[3] = {c[i], c[j], c[k]};
+        result.push_back(make_panel(corners, 3));
+      };
+      if (profile[row][0] == 0.0)
+        add(0, 2, 3);
+      else if (profile[row + 1][0] == 0.0)
+        add(0, 1, 2);
+      else if ((side + row) % 2 == 0)  // diagonals alternate, so that the prism keeps planes of symmetry
+        add(0, 1, 2), add(0, 2, 3);
+      else
+        add(0, 1, 3), add(1, 2, 3);
+    }
+  }
+  return result;
 }
 
 std::vector<FlatPanel> mesh_panels(const TriangleMesh& mesh, Index panels) {

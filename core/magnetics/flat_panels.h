@@ -1,4 +1,5 @@
-// Surfaces of bodies as flat panels with points of quadrature: graded grids on the faces of cuboids, triangles of meshes.
+// Surfaces of bodies as flat panels with points of quadrature: graded grids on the faces of cuboids and cylinders, triangles of
+// meshes.
 #pragma once
 
 #include <vector>
@@ -32,6 +33,11 @@ std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order);
 // so far of the middle and grow with the distance from it beyond, for what is near the middle of a wide face. The first eighth of them lies where x, y, z > 0; the
 // others are its mirror images: panel s n/8 + i is panel i mirrored along the axes of the bits of s.
 std::vector<FlatPanel> cuboid_panels(const Vec3& size, int cells, double focus);
+
+// Triangles of a cylinder |z| <= height / 2 about the origin or, with inner_radius > 0, of a ring; a prism of 2 cells sides with
+// the cross section of the cylinder. cells (even) along its side, some more of a long one, half of them along a radius or
+// across the wall, finer towards the rims, where the charge is singular.
+std::vector<FlatPanel> cylinder_panels(double radius, double inner_radius, double height, int cells);
 
 // Triangles of a mesh, the longest edges bisected (neighbours with them) until there are at least `panels`.
 std::vector<FlatPanel> mesh_panels(const TriangleMesh& mesh, Index panels);

@@ -6,6 +6,7 @@
 
 #include "core/base/error.h"
 #include "core/magnetics/applied_field.h"
+#include "core/magnetics/axisymmetric.h"
 #include "core/magnetics/charged_panels.h"
 #include "core/magnetics/constants.h"
 #include "core/magnetics/harmonic_sphere.h"
@@ -184,6 +185,23 @@ SoftShapePtr panels_of(PanelForm form, double susceptibility) {
   return std::make_shared<SoftPanels>(std::make_shared<const PanelForm>(std::move(form)), susceptibility);
 }
 
+// Half, about 0.7 of the cells, all of them: grids whose errors go with the second and third power of 1 / cells.
+std::vector<int> three_grids(int cells) { return {cells / 2, 2 * static_cast<int>(std::lround(0.35 * cells)), cells}; }
+
+// Shares of grids with so many cells that leave no error in the second power of 1 / cells, nor, of three, in the third.
+Vector shares_of(const std::vector<int>& counts) {
+  const auto n = static_cast<Index>(counts.size());
+  DenseMatrix powers(n, n);
+  for (Index g = 0; g < n; ++g)
+    for (Index k = 0; k < n; ++k) powers(k, g) = k == 0 ? 1.0 : std::pow(counts[g], -1.0 - k);
+  return powers.inverse() * Vector::Unit(n, 0);
+}
+
+void check_cells(int cells, int most) {
+  if (cells < 8 || cells > most || cells % 4 != 0)
+    throw InvalidInput("cells must be a multiple of 4 from 8 to " + std::to_string(most) + ", got " + std::to_string(cells));
+}
+
 }  // namespace
 
 SourcePtr SoftShape::source(const Vector& charges, const AppliedField&) const { return source(charges); }
@@ -232,24 +250,40 @@ SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibili
   PanelForm form;
   form.solid = std::make_shared<Cuboid>(size, Vec3(0, 0, 1));  // checks the size
   form.volume = size.prod();
-  if (cells < 8 || cells > 48 || cells % 4 != 0)
-    throw InvalidInput("cells must be a multiple of 4 from 8 to 48, got " + std::to_string(cells));
+  check_cells(cells, 48);
   if (!(focus >= 0.0) || !std::isfinite(focus))
     throw InvalidInput("focus must be >= 0 [m], got " + std::to_string(focus));
-  // Half, about 0.7 of the cells, all of them; shares that leave no error in the second and third power of 1 / cells. What is
-  // so near that a focus is wanted lies within half the cells: from three quarters on errors go with the second power.
-  std::vector<int> counts{cells / 2, 2 * static_cast<int>(std::lround(0.35 * cells)), cells};
+  // What is so near that a focus is wanted lies within half the cells: from three quarters on errors go with the second power.
+  std::vector<int> counts = three_grids(cells);
   if (focus > 0.0) counts = {2 * static_cast<int>(std::lround(0.375 * cells)), cells};
-  const auto n = static_cast<Index>(counts.size());
-  DenseMatrix powers(n, n);
-  for (Index g = 0; g < n; ++g)
-    for (Index k = 0; k < n; ++k) powers(k, g) = k == 0 ? 1.0 : std::pow(counts[g], -1.0 - k);
-  const Vector shares = powers.inverse() * Vector::Unit(n, 0);
-  for (Index g = 0; g < n; ++g) {
+  const Vector shares = shares_of(counts);
+  for (std::size_t g = 0; g < counts.size(); ++g) {
     Grid grid;
     grid.panels = cuboid_panels(size, counts[g], focus);
     grid.flux = cuboid_flux(team, grid.panels);
-    grid.share = shares[g];
+    grid.share = shares[static_cast<Eigen::Index>(g)];
+    form.grids.push_back(std::move(grid));
+  }
+  return panels_of(std::move(form), susceptibility);
+}
+
+SoftShapePtr soft_cylinder(const Team& team, double radius, double height, double inner_radius, double susceptibility, int cells) {
+  check_susceptibility(susceptibility);
+  PanelForm form;
+  form.solid = std::make_shared<Cylinder>(radius, height, Vec3(0, 0, 1), inner_radius);  // checks the sizes
+  form.volume = form.solid->moment().norm() * mu0;
+  check_cells(cells, 24);
+  const std::vector<int> counts = three_grids(cells);
+  const Vector shares = shares_of(counts);
+  for (std::size_t g = 0; g < counts.size(); ++g) {
+    Grid grid;
+    grid.panels = cylinder_panels(radius, inner_radius, height, counts[g]);
+    if (static_cast<Index>(grid.panels.size()) > most_panels)
+      throw InvalidInput("cells must divide the surface of a cylinder into at most " + std::to_string(most_panels) +
+                         " panels, got " + std::to_string(grid.panels.size()) + " with " + std::to_string(cells) +
+                         "; take fewer");
+    grid.flux = mesh_flux(team, grid.panels);
+    grid.share = shares[static_cast<Eigen::Index>(g)];
     form.grids.push_back(std::move(grid));
   }
   return panels_of(std::move(form), susceptibility);

@@ -1,5 +1,6 @@
 // Linear bodies (soft iron, para- and diamagnets, superconductors) in their own axes: what charge their surface takes on in
-// an applied field. Spheres answer exactly, by solid harmonics; cuboids and meshes by panels.
+// an applied field. Spheres answer exactly, by solid harmonics; cuboids, cylinders and meshes by
+// panels.
 #pragma once
 
 #include <memory>
@@ -52,6 +53,10 @@ int sphere_degree_of(const SoftShape& shape);
 // and third power of the size of panels; their answers are extrapolated together. focus [m]: half the width of what is near
 // the middle of wide faces, where panels are finer then; 0: none.
 SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells, double focus = 0.0);
+
+// A cylinder |z| <= height / 2 or, with inner_radius > 0, a ring. cells: panels along its side, >= 8 and a multiple of 4; three
+// grids are extrapolated, as for cuboids.
+SoftShapePtr soft_cylinder(const Team& team, double radius, double height, double inner_radius, double susceptibility, int cells);
 
 // A closed mesh about its own centre of volume (the pose tells where it is), its triangles halved until there are at least
 // `panels`.

@@ -43,8 +43,8 @@ void check_shape(const Magnet& magnet, const std::string& where) {
   const bool induced = magnet.susceptibility != 0.0;
   require(!induced || magnet.polarization.isZero(0.0),
           where + ".polarization must be zero where susceptibility is given: a magnet is hard or soft");
-  if (induced && (cylinder || dipole))
-    throw Unsupported(where + ".susceptibility is that of spheres, cuboids and meshes, got shape " + magnet.shape);
+  if (induced && dipole)
+    throw Unsupported(where + ".susceptibility is that of bodies with a volume, got shape dipole");
   require(!induced || magnet.engine == "accurate", where + ".engine must be accurate with a susceptibility");
   const bool cells = magnet.response == "explicit";
   require(magnet.focus == 0.0 || (induced && cuboid && !cells),
@@ -99,6 +99,9 @@ void carry_soft(const Magnet& magnet, const TriangleMesh& carrier, Model::Carrie
   } else if (magnet.shape == "cuboid") {
     carried.soft = soft_cuboid(one, magnet.size, chi, magnet.resolution == 0 ? 8 : magnet.resolution,
                                magnet.focus);
+  } else if (magnet.shape == "cylinder") {
+    carried.soft = soft_cylinder(one, magnet.radius, magnet.height, magnet.inner_radius, chi,
+                                 magnet.resolution == 0 ? 8 : magnet.resolution);
   } else {
     const SoftMesh made =
         soft_mesh(one, magnet.mesh ? *magnet.mesh : carrier, chi, magnet.resolution == 0 ? 500 : magnet.resolution);

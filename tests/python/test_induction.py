@@ -93,7 +93,7 @@ def test_what_cannot_magnetise_is_refused():
     soft = scene.magnets[0]
     for change, kind, message in (
         ({"polarization": (0, 0, 1)}, ls.InvalidInput, "polarization must be zero where susceptibility"),
-        ({"shape": "cylinder", "height": 0.01}, ls.Unsupported, "susceptibility is that of spheres"),
+        ({"shape": "dipole", "radius": 0.0}, ls.Unsupported, "susceptibility is that of bodies with a volume"),
         ({"radius": 0.0}, ls.InvalidInput, "radius must be > 0"),
         ({"engine": "cells", "density": 1e6}, ls.InvalidInput, "engine must be accurate"),
     ):

@@ -54,7 +54,7 @@ from .formulas import (
     sphere_gradient,
 )
 from .lines import FieldLines, LineEnd, curves_of, field_lines, frame_curves
-from .soft import Induced, induce, soft_cuboid, soft_mesh, soft_sphere
+from .soft import Induced, induce, soft_cuboid, soft_cylinder, soft_mesh, soft_sphere
 
 MU0 = 1.2566370614359173e-06  # 4 pi 1e-7 [T m/A]
 
@@ -107,6 +107,7 @@ __all__ = [
     "polyline_gradient",
     "potential",
     "soft_cuboid",
+    "soft_cylinder",
     "soft_mesh",
     "soft_sphere",
     "solenoid",

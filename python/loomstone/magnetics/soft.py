@@ -1,7 +1,7 @@
 """Bodies that magnetise in the field they are in: soft iron, para- and diamagnets, superconductors.
 
-`soft_sphere`, `soft_cuboid` and `soft_mesh` return a `SoftBody` with poses as magnets have them; `induce` finds how they magnetise
-in a field and in one another's, and returns them as magnets.
+`soft_sphere`, `soft_cuboid`, `soft_cylinder` and `soft_mesh` return a `SoftBody` with poses as magnets have them; `induce` finds how
+they magnetise in a field and in one another's, and returns them as magnets.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from .._core import MagneticBody, SoftBody, TriangleMesh
 from ..arguments import explained
 from .bodies import Bodies, as_list
 
-__all__ = ["Induced", "induce", "soft_cuboid", "soft_mesh", "soft_sphere"]
+__all__ = ["Induced", "induce", "soft_cuboid", "soft_cylinder", "soft_mesh", "soft_sphere"]
 
 
 class Induced(NamedTuple):
@@ -52,6 +52,36 @@ def soft_cuboid(
     """
     return _core.soft_cuboid(
         size=size, susceptibility=susceptibility, saturation=saturation, cells=cells, focus=focus, threads=threads
+    )
+
+
+@explained
+def soft_cylinder(
+    *,
+    radius: float,
+    height: float,
+    susceptibility: float,
+    inner_radius: float = 0.0,
+    saturation: float = 0.0,
+    cells: int = 8,
+    threads: int = 0,
+) -> SoftBody:
+    """Linear cylinder about the z axis: radius and height [m]; inner_radius > 0: a ring; susceptibility chi = mu_r - 1 >= -1 [1].
+
+    cells: panels along the side, a multiple of 4 from 8 to 24 (some more of a slender one), twice as many around it; finer towards the
+    rims, where the charge is singular. The answers of three grids are extrapolated: with 8 cells moments err by
+    1e-4 where the height is about the diameter, by 1e-3 where one is ten times the other or a ring's wall half its radius, by 2e-2
+    where the wall is a tenth of it.
+    The equation is factored here, once; poses and fields cost no more of it. saturation mu0 M_s [T], 0: none; see `induce`.
+    """
+    return _core.soft_cylinder(
+        radius=radius,
+        height=height,
+        susceptibility=susceptibility,
+        inner_radius=inner_radius,
+        saturation=saturation,
+        cells=cells,
+        threads=threads,
     )
 
 

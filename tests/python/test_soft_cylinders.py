@@ -1,0 +1,102 @@
+"""Cylinders and rings that magnetise agree with another way of solving for them, with closed forms, and in scenes with themselves."""
+
+import numpy as np
+import pytest
+from scipy.special import ellipe, ellipk, ellipkm1
+
+import loomstone as ls
+from loomstone import magnetics as M
+
+
+def polarizability(body, volume, axis):
+    """Moment along an axis over volume and field strength [1]."""
+    (induced,) = M.induce(body, field=M.MU0 * np.eye(3)[axis]).bodies
+    across = np.delete(induced.moment, axis)
+    # By symmetry but for points of quadrature on triangles, which are denser at one corner.
+    assert np.abs(across).max() < 1e-6 * np.abs(induced.moment[axis])
+    return induced.moment[axis] / volume
+
+
+def conductor(radius, inner, height, segments=80):
+    """Axial polarizability [1] of ideal iron: charged rings of a body of revolution that make its surface an equipotential in a field
+    of 1 A/m, an equation of the first kind by collocation; segments on each line of the section, graded towards its ends."""
+    half = 0.5 * height
+    corners = [(inner, -half), (radius, -half), (radius, half), (inner, half)] + ([(inner, -half)] if inner > 0 else [])
+    t = 0.5 * (1 - np.cos(np.linspace(0, np.pi, segments + 1)))
+    start = np.vstack([np.add(a, np.outer(t[:-1], np.subtract(b, a))) for a, b in zip(corners, corners[1:], strict=False)])
+    end = np.vstack([np.add(a, np.outer(t[1:], np.subtract(b, a))) for a, b in zip(corners, corners[1:], strict=False)])
+    middle, length = 0.5 * (start + end), np.linalg.norm(end - start, axis=1)
+    nodes, weights = np.polynomial.legendre.leggauss(16)
+    s, w = 0.5 * (1 + nodes), 0.5 * weights
+    # From the middle outwards, squared: the potential of a ring has a logarithm at itself.
+    places = np.concatenate([0.5 - 0.5 * s**2, 0.5 + 0.5 * s**2])
+    shares = np.concatenate([s * w, s * w])
+    matrix = np.zeros((len(middle), len(middle)))
+    for place, share in zip(places, shares, strict=True):
+        ring = start + place * (end - start)
+        d2 = (middle[:, None, 0] + ring[None, :, 0]) ** 2 + (middle[:, None, 1] - ring[None, :, 1]) ** 2
+        rest = ((middle[:, None, 0] - ring[None, :, 0]) ** 2 + (middle[:, None, 1] - ring[None, :, 1]) ** 2) / d2
+        matrix += share * length * ring[:, 0] * ellipkm1(rest) / (np.pi * np.sqrt(d2))
+    charge = np.linalg.solve(matrix, middle[:, 1])
+    return (charge * 2 * np.pi * middle[:, 0] * length * middle[:, 1]).sum() / (np.pi * (radius**2 - inner**2) * height)
+
+
+# Radius, inner radius, height; cells; error that was seen, rounded up.
+@pytest.mark.parametrize(
+    ("radius", "inner", "height", "cells", "error"),
+    [
+        (1.0, 0.0, 2.0, 8, 2e-4),
+        (1.0, 0.0, 2.0, 12, 4e-5),
+        (1.0, 0.0, 20.0, 8, 1e-3),
+        (1.0, 0.0, 0.2, 8, 1e-3),
+        (1.0, 0.5, 1.0, 8, 2e-3),
+        (1.0, 0.5, 1.0, 12, 2e-4),
+    ],
+)
+def test_ideal_iron_in_a_field_along_its_axis_is_polarised_as_a_conductor_is(radius, inner, height, cells, error):
+    body = M.soft_cylinder(radius=radius, height=height, inner_radius=inner, susceptibility=np.inf, cells=cells)
+    found = polarizability(body, np.pi * (radius**2 - inner**2) * height, 2)
+    assert found == pytest.approx(conductor(radius, inner, height), rel=error)
+
+
+@pytest.mark.parametrize("slenderness", [0.3, 1.0, 4.0])
+def test_weak_magnetisation_has_the_demagnetising_factors_of_uniform_cylinders(slenderness):
+    # Axial: [Joseph1966]; the three add up to 1.
+    t = slenderness
+    m = 1 / (1 + t * t)
+    axial = 1 - 4 / (3 * np.pi * t) * (np.sqrt(1 + t * t) * (t * t * ellipk(m) + (1 - t * t) * ellipe(m)) - 1)
+    chi, volume = 0.01, np.pi * 2 * t
+    for axis, factor in ((2, axial), (0, 0.5 * (1 - axial))):
+        both = [polarizability(M.soft_cylinder(radius=1, height=2 * t, susceptibility=c), volume, axis) for c in (chi, -chi)]
+        # chi (1 - N chi + ...) for both signs: what is left is of the second order in chi
+        assert -sum(both) / (2 * chi * chi) == pytest.approx(factor, rel=2e-3)
+
+
+def test_a_scene_pulls_an_iron_rod_as_the_functions_do():
+    rod = ls.RigidBody(name="rod", mesh=ls.meshes.box(size=(0.005, 0.005, 0.02)), position=(0, 0, 0.03), density=7800)
+    magnets = [
+        ls.Magnet(body="rod", shape="cylinder", radius=0.004, height=0.02, susceptibility=500.0),
+        ls.Magnet(body="base", shape="cylinder", radius=0.01, height=0.01, polarization=(0, 0, 1.2)),
+    ]
+    base = ls.obstacle(ls.meshes.box(size=(0.014, 0.014, 0.01)), name="base")
+    sim = ls.Simulation(ls.Scene(bodies=[rod], obstacles=[base], magnets=magnets, gravity=(0, 0, 0)))
+    by = M.cylinder(radius=0.01, height=0.01, polarization=(0, 0, 1.2))
+    alone = M.soft_cylinder(radius=0.004, height=0.02, susceptibility=500.0).moved((0, 0, 0.03))
+    (induced,) = M.induce(alone, by=by).bodies
+    wanted = M.force(on=induced, by=by).force
+    assert wanted[2] < -0.3, "towards the magnet [N]"
+    assert np.allclose(sim.magnetic_forces()[0][0], wanted, rtol=1e-3, atol=1e-4 * abs(wanted[2]))
+
+
+def test_what_is_no_cylinder_is_refused():
+    good = {"radius": 0.01, "height": 0.01, "susceptibility": 100.0}
+    for change, message in (
+        ({"cells": 10}, "cells must be a multiple of 4 from 8 to 24, got 10"),
+        ({"cells": 28}, "cells must be a multiple of 4 from 8 to 24, got 28"),
+        ({"cells": 24, "height": 1.0}, "at most 8000 panels.*take fewer"),
+        ({"radius": 0.0}, "radius"),
+        ({"inner_radius": 0.02}, "inner_radius"),
+        ({"susceptibility": -2.0}, "susceptibility must be >= -1"),
+    ):
+        with pytest.raises(ls.InvalidInput, match=message):
+            M.soft_cylinder(**{**good, **change})
