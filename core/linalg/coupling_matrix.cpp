@@ -1,6 +1,5 @@
 #include "core/linalg/coupling_matrix.h"
 
-#include <cmath>
 #include <limits>
 
 #include "core/linalg/lanes3.h"
@@ -12,22 +11,26 @@ namespace {
 constexpr std::size_t block_stride = 72;  // 9 numbers of eight blocks
 constexpr double no_block[9] = {};
 
-template <class Scalar>
+template <class Scalar, class Lanes>
 LOOMSTONE_INLINE void store_as(Scalar* out, const Lanes& a) {
-  const LanesOf<Scalar> r = __builtin_convertvector(a, LanesOf<Scalar>);
-  __builtin_memcpy(out, &r, sizeof r);
+  if constexpr (in_halves<Lanes>) {
+    store_as(out, a.low), store_as(out + Lanes::size, a.high);
+  } else {
+    typedef Scalar Stored __attribute__((vector_size(sizeof(Lanes) / sizeof(double) * sizeof(Scalar))));
+    const Stored r = __builtin_convertvector(a, Stored);
+    __builtin_memcpy(out, &r, sizeof r);
+  }
 }
 
 // Slots of eight blocks each from `blocks` (null: none there), added to sums (9 lanes).
-template <class Scalar>
+template <class Scalar, class Lanes>
 LOOMSTONE_INLINE void copy_slots(Index n, const Index* sources, const double* matrix, Scalar* values, Lanes sums[9]) {
   for (Index k = 0; k < n; ++k) {
     const double* block[8];
     for (int l = 0; l < 8; ++l)
       block[l] = sources[8 * k + l] < 0 ? no_block : matrix + 9 * static_cast<std::size_t>(sources[8 * k + l]);
     for (int e = 0; e < 9; ++e) {
-      const Lanes v = {block[0][e], block[1][e], block[2][e], block[3][e],
-                       block[4][e], block[5][e], block[6][e], block[7][e]};
+      const Lanes v = lanes_of<Lanes>([&](int l) LOOMSTONE_INLINE_LAMBDA { return block[l][e]; });
       sums[e] += v;
       store_as(values + block_stride * k + 8 * e, v);
     }
@@ -35,22 +38,23 @@ LOOMSTONE_INLINE void copy_slots(Index n, const Index* sources, const double* ma
 }
 
 // Whether R is a number times the identity, as a mass is, but for rounding to Scalar.
-template <class Scalar>
+template <class Scalar, class Lanes>
 LOOMSTONE_INLINE bool is_scalar(const Lanes r[9]) {
-  const double rounding = 0.5 * std::numeric_limits<Scalar>::epsilon();
-  bool scalar = true;
-  for (int e = 1; e < 9; ++e)
-    for (int l = 0; l < 8; ++l)
-      scalar &= std::abs(r[e][l] - (e % 4 == 0 ? r[0][l] : 0.0)) <= rounding * std::abs(r[0][l]);
-  return scalar;
+  const Lanes rounding = 0.5 * std::numeric_limits<Scalar>::epsilon() * lanes_max(r[0], -r[0]);
+  MaskOf<Lanes> scalar = rounding >= 0.0;
+  for (int e = 1; e < 9; ++e) {
+    const Lanes other = e % 4 == 0 ? r[e] - r[0] : r[e];
+    scalar &= lanes_max(other, -other) <= rounding;
+  }
+  return !lanes_any(~scalar);
 }
 
 // sums come as the diagonal blocks and leave, in `out`, as R; returns whether its first number tells all.
-template <class Scalar>
-LOOMSTONE_INLINE bool copy(Index n, const Index* sources, const double* matrix, const double* sums, Scalar* values,
-                           Scalar* out) {
+template <class Lanes, class Scalar>
+LOOMSTONE_INLINE bool copy_group(Index n, const Index* sources, const double* matrix, const double* sums, Scalar* values,
+                                 Scalar* out) {
   Lanes r[9];
-  for (int e = 0; e < 9; ++e) r[e] = lanes_load(sums + 8 * e);
+  for (int e = 0; e < 9; ++e) r[e] = lanes_load<Lanes>(sums + 8 * e);
   copy_slots(n, sources, matrix, values, r);
   if (is_scalar<Scalar>(r)) {
     store_as(out, r[0]);
@@ -58,15 +62,6 @@ LOOMSTONE_INLINE bool copy(Index n, const Index* sources, const double* matrix, 
   }
   for (int e = 0; e < 9; ++e) store_as(out + 8 * e, r[e]);
   return false;
-}
-
-LOOMSTONE_CLONES
-bool copy_group(Index n, const Index* sources, const double* matrix, const double* sums, float* values, float* out) {
-  return copy(n, sources, matrix, sums, values, out);
-}
-LOOMSTONE_CLONES
-bool copy_group(Index n, const Index* sources, const double* matrix, const double* sums, double* values, double* out) {
-  return copy(n, sources, matrix, sums, values, out);
 }
 
 template <class Scalar>
@@ -108,12 +103,12 @@ LOOMSTONE_INLINE Triple<Scalar> couple(const Pattern& pattern, const Arrays<Scal
 
 template <class Scalar>
 LOOMSTONE_INLINE double to_groups(const Pattern& pattern, const Arrays<Scalar>& a, Index first, Index last, Scalar* y) {
-  Lanes product{};
+  Lanes256 product{};
   for (std::size_t g = first; g < static_cast<std::size_t>(last); ++g) {
     const Triple<Scalar> here = gather_rows(pattern.rows + 8 * g, a.x);
     const Triple<Scalar> sum = couple(pattern, a, g, here);
     store_triple(y + 24 * g, sum);
-    product += __builtin_convertvector(dot(here, sum), Lanes);
+    product += in_doubles(dot(here, sum));
   }
   return lanes_sum(product);
 }
@@ -170,10 +165,10 @@ void CouplingMatrix<Scalar>::set_groups(const BlockMatrix* matrix, const std::ve
       for (int e = 0; e < 9; ++e) sums[8 * e + l] = diagonal[e];
     }
     const std::size_t slot = groups.slot_start[group];
-    scalar_sum_[group] = copy_group(groups.slot_start[group + 1] - groups.slot_start[group],
-                                    groups.sources.data() + 8 * slot, n_coupled > 0 ? matrix->block(0) : no_block, sums,
-                                    values_.data() + block_stride * slot,
-                                    sums_.data() + block_stride * static_cast<std::size_t>(group));
+    scalar_sum_[group] = LOOMSTONE_WIDEST(copy_group)(
+        groups.slot_start[group + 1] - groups.slot_start[group], groups.sources.data() + 8 * slot,
+        n_coupled > 0 ? matrix->block(0) : no_block, sums, values_.data() + block_stride * slot,
+        sums_.data() + block_stride * static_cast<std::size_t>(group));
   }
 }
 

@@ -85,9 +85,11 @@ LOOMSTONE_INLINE LanesOf<Scalar> dot(const Triple<Scalar>& a, const Triple<Scala
   return (a.x * b.x + a.y * b.y) + a.z * b.z;
 }
 
-// Sum of lanes in a fixed order, in double precision.
-LOOMSTONE_INLINE double lanes_sum(const Lanes& a) {
-  return ((a[0] + a[1]) + (a[2] + a[3])) + ((a[4] + a[5]) + (a[6] + a[7]));
+// In double precision, in halves: gcc 12 keeps a sum of eight doubles in memory where registers hold four.
+template <class Lane>
+LOOMSTONE_INLINE Lanes256 in_doubles(const Lane& a) {
+  return {__builtin_convertvector(__builtin_shufflevector(a, a, 0, 1, 2, 3), HalfLanes),
+          __builtin_convertvector(__builtin_shufflevector(a, a, 4, 5, 6, 7), HalfLanes)};
 }
 
 }  // namespace loomstone

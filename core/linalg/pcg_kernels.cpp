@@ -70,11 +70,11 @@ LOOMSTONE_INLINE Inverse<Scalar> load_inverse(const Scalar* m) {
 
 template <class Scalar>
 LOOMSTONE_INLINE double preconditioned(Index first, Index last, const Scalar* inverse, const Scalar* r, Scalar* z) {
-  Lanes sum{};
+  Lanes256 sum{};
   for (std::size_t g = first; g < static_cast<std::size_t>(last); ++g) {
     const Triple<Scalar> residual = load_triple(r + 24 * g), out = load_inverse(inverse + 48 * g).times(residual);
     store_triple(z + 24 * g, out);
-    sum += __builtin_convertvector(dot(residual, out), Lanes);
+    sum += in_doubles(dot(residual, out));
   }
   return lanes_sum(sum);
 }
@@ -82,7 +82,7 @@ LOOMSTONE_INLINE double preconditioned(Index first, Index last, const Scalar* in
 template <class Scalar>
 LOOMSTONE_INLINE double step(Index first, Index last, Scalar alpha, const Scalar* q, const Scalar* inverse, Scalar* r,
                              Scalar* z) {
-  Lanes sum{};
+  Lanes256 sum{};
   for (std::size_t g = first; g < static_cast<std::size_t>(last); ++g) {
     Triple<Scalar> residual = load_triple(r + 24 * g);
     const Triple<Scalar> change = load_triple(q + 24 * g);
@@ -90,7 +90,7 @@ LOOMSTONE_INLINE double step(Index first, Index last, Scalar alpha, const Scalar
     store_triple(r + 24 * g, residual);
     const Triple<Scalar> out = load_inverse(inverse + 48 * g).times(residual);
     store_triple(z + 24 * g, out);
-    sum += __builtin_convertvector(dot(residual, out), Lanes);
+    sum += in_doubles(dot(residual, out));
   }
   return lanes_sum(sum);
 }
