@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <numeric>
 #include <optional>
 #include <string>
 
@@ -174,10 +176,13 @@ void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bo
 // Bodies that act on one another, i < k; those that are in `done` were dealt with.
 std::vector<std::pair<Index, Index>> pairs_of(const std::vector<MagneticBody>& bodies,
                                               const std::vector<Index>& carrier, const std::vector<bool>& done) {
+  std::vector<Index> all(bodies.size()), left;
+  std::iota(all.begin(), all.end(), 0);
+  std::copy_if(all.begin(), all.end(), std::back_inserter(left), [&](Index i) { return !done[i]; });
   std::vector<std::pair<Index, Index>> pairs;
-  for (Index i = 0; i < static_cast<Index>(bodies.size()); ++i) {
-    for (Index k = i + 1; k < static_cast<Index>(bodies.size()); ++k) {
-      if ((done[i] && done[k]) || (!carrier.empty() && carrier[i] == carrier[k])) continue;
+  for (const Index i : all) {
+    for (const Index k : done[i] ? left : all) {
+      if (k <= i || (!carrier.empty() && carrier[i] == carrier[k])) continue;
       check_pair(bodies[i], bodies[k]);
       if (!done[i] && !done[k]) pairs.emplace_back(i, k);
     }

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <numeric>
 
 #include "core/magnetics/axisymmetric.h"
 #include "core/magnetics/constants.h"
@@ -133,11 +135,15 @@ std::vector<double> frequencies2(const std::vector<CoarseMagnet>& magnets, const
       result[carrier[i]] += magnets[i].moment * static_cast<double>(world[i].rows()) * field *
                             carriers[carrier[i]].inverse_inertia;
   }
-  for (std::size_t i = 0; i < magnets.size(); ++i) {
-    for (std::size_t k = i + 1; k < magnets.size(); ++k) {
+  std::vector<std::size_t> all(magnets.size()), others;  // others: no soft spheres, which do not meet here
+  std::iota(all.begin(), all.end(), 0);
+  std::copy_if(all.begin(), all.end(), std::back_inserter(others), [&](std::size_t k) { return !magnets[k].soft_sphere; });
+  for (const std::size_t i : all) {
+    for (const std::size_t k : magnets[i].soft_sphere ? others : all) {
+      if (k <= i) continue;
       const Carrier &a = carriers[carrier[i]], &b = carriers[carrier[k]];
       if (carrier[i] == carrier[k] || (fixed(a) && fixed(b))) continue;
-      if (magnets[i].soft_sphere ? magnets[k].soft_sphere || fixed(b) : magnets[k].soft_sphere && fixed(a)) continue;
+      if ((magnets[i].soft_sphere && fixed(b)) || (magnets[k].soft_sphere && fixed(a))) continue;
       const double turning = (magnets[i].soft_sphere ? 0.0 : a.inverse_inertia) +
                              (magnets[k].soft_sphere ? 0.0 : b.inverse_inertia);
       const double closest = 0.5 * (magnets[i].size + magnets[k].size);
