@@ -10,6 +10,7 @@
 #include "core/magnetics/constants.h"
 #include "core/magnetics/gmres.h"
 #include "core/magnetics/lane_math.h"
+#include "core/parallel/wait_policy.h"
 
 namespace loomstone {
 
@@ -64,7 +65,7 @@ class MutualField {
       for (int lane = 0; lane < n_lanes; ++lane)
         for (int c = 0; c < 3; ++c) x[c * n_lanes + lane] = positions(std::min<Index>(n_lanes * e + lane, n - 1), c);
       LOOMSTONE_WIDEST(distance_kernel)(x, positions.data(), n, factors_of(e));
-    }, grain);
+    }, grain());
   }
 
   Points of(const Points& moments) {
@@ -76,12 +77,13 @@ class MutualField {
       LOOMSTONE_WIDEST(moment_kernel)(columns_.data() + 3 * n_lanes * e, positions_.data(), factors_of(e), moments.data(), n, b);
       for (Index i = n_lanes * e; i < std::min(n, n_lanes * (e + 1)); ++i)
         for (int c = 0; c < 3; ++c) field(i, c) = mu0 / (4.0 * pi) * b[c * n_lanes + i - n_lanes * e];
-    }, grain);
+    }, grain());
     return field;
   }
 
  private:
-  static constexpr Index grain = 32;  // eights; 256 spheres on one another take some 30 us, as long as waking a thread
+  // Eights that one thread takes: 256 spheres on one another take some 30 us, as long as waking a thread.
+  Index grain() const { return threads_sleep() ? 32 : 8; }
 
   Index eights() const { return (static_cast<Index>(positions_.rows()) + n_lanes - 1) / n_lanes; }
   double* factors_of(Index e) { return factors_.data() + static_cast<std::size_t>(2 * n_lanes) * positions_.rows() * e; }

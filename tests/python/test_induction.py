@@ -28,6 +28,19 @@ def test_one_sphere_answers_with_three_chi_over_three_plus_chi():
         assert moment[0, 2] == pytest.approx(share, rel=1e-12)  # 4 pi R^3 B / mu0 is 1
 
 
+def test_moments_and_fields_have_the_same_bits_on_any_number_of_threads():
+    random = np.random.default_rng(8)
+    points = 0.03 * np.stack(np.meshgrid(*3 * [np.arange(8)]), axis=-1).reshape(-1, 3) + random.uniform(-0.004, 0.004, (512, 3))
+    applied = random.normal(size=(512, 3))
+    moments = [
+        ls.magnetics.induced_moments(points, radii=512 * [0.01], susceptibilities=512 * [100.0], applied=applied, threads=n) for n in (1, 2, 3)
+    ]
+    assert np.array_equal(moments[0], moments[1]) and np.array_equal(moments[0], moments[2])
+    ring = ls.magnetics.cylinder(radius=0.05, height=0.02, inner_radius=0.03, polarization=(0.2, 0, 1.0)).moved((0.1, 0.1, 0.1))
+    fields = [ls.magnetics.field([ring], points, threads=n) for n in (1, 3)]
+    assert np.array_equal(fields[0], fields[1])
+
+
 def test_bad_spheres_are_refused():
     good = {"radii": [0.01], "susceptibilities": [1.0], "applied": [[0, 0, 1.0]]}
     for change, message in (

@@ -1,0 +1,17 @@
+#include "core/parallel/wait_policy.h"
+
+#include <cstdlib>
+
+#include <strings.h>
+
+namespace loomstone {
+
+bool threads_sleep() {
+  static const bool sleep = [] {
+    const char* policy = std::getenv("OMP_WAIT_POLICY");  // read by libgomp as it loads
+    return policy && strcasecmp(policy, "passive") == 0;
+  }();
+  return sleep;
+}
+
+}  // namespace loomstone
