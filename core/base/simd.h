@@ -1,6 +1,7 @@
 // Eight doubles worked at once. A kernel is a function template of their type, Lanes, that is inlined into three functions, each
-// compiled for one instruction set; LOOMSTONE_WIDEST(kernel)(arguments) calls the one for the widest that the processor has. All
-// give the same bits (no contraction, no reordered sums).
+// compiled for one instruction set; LOOMSTONE_WIDEST(kernel)(arguments) calls the one for the widest that the processor has.
+// LOOMSTONE_CLONES does for functions whose vectors, of floats or of four doubles, fit the registers of AVX2 too. All give the
+// same bits (no contraction, no reordered sums).
 #pragma once
 
 #include <type_traits>
@@ -18,7 +19,7 @@ using Lanes256 = Halves<HalfLanes>;
 using Lanes128 = Halves<Halves<QuarterLanes>>;
 
 enum class InstructionSet { baseline, v3, v4 };
-// The widest of the processor; LOOMSTONE_INSTRUCTIONS=x86-64 or x86-64-v3 in the environment narrows it.
+// The widest of the processor; LOOMSTONE_INSTRUCTIONS=x86-64 or x86-64-v3 in the environment narrows it, but for clones.
 extern const InstructionSet instruction_set;
 // Refuses any other value of that variable.
 void check_instruction_set();
@@ -70,12 +71,12 @@ template <class Kernel>
 LOOMSTONE_INLINE Widest<Kernel> widest(Kernel) {
   return {};
 }
-#define LOOMSTONE_WIDEST(kernel)                                                                       \
+#define LOOMSTONE_WIDEST(kernel)                                                                      \
   ::loomstone::widest([](auto lanes, auto&&... arguments) LOOMSTONE_INLINE_LAMBDA -> decltype(auto) { \
-    return kernel<decltype(lanes)>(arguments...);                                                       \
+    return kernel<decltype(lanes)>(arguments...);                                                     \
   })
 
-typedef Lanes512 Lanes;  // of kernels that are compiled as clones
+typedef Lanes512 Lanes;  // in clones
 
 template <class Lanes = Lanes512>
 LOOMSTONE_INLINE Lanes lanes_all(double a) {

@@ -1,6 +1,6 @@
 // One triangle against its limits: closed-form polar decomposition of the 3x2 gradient, strain, and the correction that meets a
 // target of strain while it keeps linear and angular momentum. Implements [Thomaszewski2010] 3.3.1, (3.2)-(3.14), written once
-// for one triangle (Real = double) and for eight (Real = Lanes512 and its like).
+// for one triangle (Real = double) and for eight (Real: the Lanes of core/base/simd.h).
 //
 // The 6x6 system (3.10) is solved without an inverse. Displacements of the corners that meet the strain rows are affine,
 // R (E + w J) X with E = target - strain (symmetric 2x2), J the quarter turn, and X the rest coordinates from the centre of mass

@@ -1,4 +1,4 @@
-"""Kernels compiled for other instruction sets give the same bits: LOOMSTONE_INSTRUCTIONS narrows what a processor has."""
+"""Kernels of magnets and cloth compiled for other instruction sets give the same bits; LOOMSTONE_INSTRUCTIONS narrows the choice."""
 
 import os
 import subprocess
