@@ -1,6 +1,7 @@
 #include "core/cloth/strain_limiter.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "core/cloth/edge_limiter.h"
 
@@ -77,6 +78,8 @@ class StrainLimiter::Pending {
     ++evaluations_;
     return true;
   }
+
+  bool everything() const { return everything_; }  // nothing needs to be told what was corrected
 
   // An element was corrected: all that shares a vertex that moved is to be evaluated again.
   void spread(Index corrected) {
@@ -215,6 +218,10 @@ void StrainLimiter::run_batches(const Team& team, const limit::Tables& tables, c
 // Tells what waits for it of all that was corrected in the batches; returns how much that is.
 std::int64_t StrainLimiter::spread(const std::vector<Index>& batches, Pending& pending) const {
   std::int64_t corrected = 0;
+  if (pending.everything()) {
+    for (const Index b : batches) corrected += std::popcount(corrected_[b]);
+    return corrected;
+  }
   for (const Index b : batches)
     for (unsigned bits = corrected_[b]; bits != 0; bits &= bits - 1, ++corrected) pending.spread(8 * b + __builtin_ctz(bits));
   return corrected;
@@ -259,17 +266,19 @@ std::int64_t StrainLimiter::sweep_jacobi(const Team& team, const limit::Tables& 
   const auto& start = elements_.slot_start();
   const auto& slots = elements_.slots();
   const auto is_corrected = [&](Index slot) { return corrected_[slot / 8] >> (slot % 8) & 1; };
-  const std::vector<Index> vertices = corners_of(batches);
-  const Index n = static_cast<Index>(vertices.size());
+  const bool listed_alone = corrected < elements_.n_elements() / 8;  // else all vertices are looked at
+  std::vector<Index> vertices;
+  if (listed_alone) vertices = corners_of(batches);
+  const Index n = listed_alone ? static_cast<Index>(vertices.size()) : static_cast<Index>(n_corrected_.size());
   parallel_for(team, n, [&](Index i) {
-    const Index v = vertices[i];
+    const Index v = listed_alone ? vertices[i] : i;
     Index count = 0;
     for (Index s = start[v]; s < start[v + 1]; ++s) count += is_corrected(slots[s]);
     n_corrected_[v] = count;
   });
   double* const values = motion.v ? motion.v : motion.x;
   parallel_for(team, n, [&](Index i) {
-    const Index v = vertices[i];
+    const Index v = listed_alone ? vertices[i] : i;
     double sum[3] = {0.0, 0.0, 0.0};
     bool moves = false;
     for (Index s = start[v]; s < start[v + 1]; ++s) {
