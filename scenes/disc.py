@@ -13,7 +13,7 @@ duration = 1.2
 rate = 25.0
 integrator = ls.SemiImplicitEuler(step=4e-3)
 render = ls.RenderOptions(
-    camera=ls.Camera(eye=(0.0, -7.0, 2.6), target=(0.0, 0.0, -0.15), field_of_view_degrees=14.0, fit=False),
+    camera=ls.Camera(eye=(0.0, -7.0, 2.6), target=(0.0, 0.0, -0.15), field_of_view_degrees=11.2, fit=False),
     width=1800,
     height=560,
     floor=False,
