@@ -163,7 +163,7 @@ struct Bounds {
 // What takes a strain back inside its bounds (3.4): target minus strain, zero where it is inside.
 template <class Real>
 LOOMSTONE_INLINE Symmetric<Real> excess(const Bounds& b, const Symmetric<Real>& strain) {
-  const auto back = [&](int k, const Real& e) -> Real {
+  const auto back = [&](int k, const Real& e) LOOMSTONE_INLINE_LAMBDA -> Real {
     const Real low = Real{} + b.low[k], high = Real{} + b.high[k];
     return greater(low, smaller(high, e)) - e;
   };

@@ -29,7 +29,7 @@ LOOMSTONE_INLINE Element<Real> gradients_at(const double* gradients) {
 template <class Real>
 LOOMSTONE_INLINE Element<Real> element_at(const double* gradients, const double* numbers) {
   constexpr int n = width<Real>;
-  const auto at = [&](int k) -> Real { return load<Real>(numbers + n * k); };
+  const auto at = [&](int k) LOOMSTONE_INLINE_LAMBDA -> Real { return load<Real>(numbers + n * k); };
   Element<Real> e = gradients_at<Real>(gradients);
   e.x0 = at(0), e.y0 = at(1), e.x1 = at(2), e.y1 = at(3), e.x2 = at(4), e.y2 = at(5);
   e.moments = {at(6), at(7), at(8)};

@@ -241,7 +241,7 @@ std::int64_t StrainLimiter::sweep(const Team& team, const limit::Tables& tables,
   return corrected;
 }
 
-// Of what was corrected in the batches, each once.
+// Of what was corrected in the batches, each once: marked as listed until corrections are counted.
 std::vector<Index> StrainLimiter::corners_of(const std::vector<Index>& batches) {
   std::vector<Index> vertices;
   for (const Index b : batches)

@@ -13,7 +13,7 @@ LOOMSTONE_INLINE FloatQuad narrowed(const Quad& a) { return __builtin_convertvec
 
 template <class Scalar>
 LOOMSTONE_INLINE void sum_rows(Index first, Index last, const Index* slots, const Scalar* r, float* sums) {
-  const auto add = [&](Index slot, const auto& row) {
+  const auto add = [&](Index slot, const auto& row) LOOMSTONE_INLINE_LAMBDA {
     float* sum = sums + 4 * static_cast<std::size_t>(slot);
     quad_store(sum, quad_load(sum) + narrowed(row));
   };
@@ -38,7 +38,7 @@ LOOMSTONE_INLINE void update_row(Index row, double length, Scalar beta, const Ro
 template <class Scalar>
 LOOMSTONE_INLINE void directions(Index first, Index last, const Places& places, double length, Scalar beta, const Scalar* z,
                                  const float* correction, Scalar* p, double* x) {
-  const auto update = [&](std::size_t place, auto row) {
+  const auto update = [&](std::size_t place, auto row) LOOMSTONE_INLINE_LAMBDA {
     if (correction) {
       const FloatQuad more = quad_load(correction + 4 * static_cast<std::size_t>(places.slots[place]));
       row += __builtin_convertvector(more, decltype(row));

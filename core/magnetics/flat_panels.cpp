@@ -101,7 +101,7 @@ std::vector<FlatPanel> cylinder_panels(double radius, double inner_radius, doubl
   const int sides = 2 * cells;
   const double angle = 2.0 * pi / sides, wider = std::sqrt(angle / std::sin(angle));  // as large an area as the circle's
   // Rows go with the root of the slenderness: errors of long and short cylinders are much alike then.
-  const int slender = std::clamp(static_cast<int>(std::lround(std::sqrt(0.5 * height / radius))), 1, 8);
+  const int slender = static_cast<int>(std::lround(std::clamp(std::sqrt(0.5 * height / radius), 1.0, 8.0)));
   std::vector<std::array<double, 2>> profile;  // radius and height, counter-clockwise about the section
   const auto go_to = [&](double r, double z, int n, bool graded_at_start) {
     const std::array<double, 2> from = profile.back();
@@ -135,14 +135,15 @@ std::vector<FlatPanel> cylinder_panels(double radius, double inner_radius, doubl
         const Vec3 corners[3] = {c[i], c[j], c[k]};
         result.push_back(make_panel(corners, 3));
       };
+      // Diagonals alternate, and so do the corners at which points of quadrature are denser: planes of symmetry stay.
       if (profile[row][0] == 0.0)
         add(0, 2, 3);
       else if (profile[row + 1][0] == 0.0)
-        add(0, 1, 2);
-      else if ((side + row) % 2 == 0)  // diagonals alternate, so that the prism keeps planes of symmetry
+        add(2, 0, 1);
+      else if ((side + row) % 2 == 0)
         add(0, 1, 2), add(0, 2, 3);
       else
-        add(0, 1, 3), add(1, 2, 3);
+        add(1, 3, 0), add(1, 2, 3);
     }
   }
   return result;

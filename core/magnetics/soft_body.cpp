@@ -273,15 +273,19 @@ SoftShapePtr soft_cylinder(const Team& team, double radius, double height, doubl
   form.solid = std::make_shared<Cylinder>(radius, height, Vec3(0, 0, 1), inner_radius);  // checks the sizes
   form.volume = form.solid->moment().norm() * mu0;
   check_cells(cells, 24);
+  constexpr double thinnest = 0.02;  // of the radius: what panels so much wider than that no longer resolve
+  if (const double thin = std::min(height, radius - inner_radius); thin < thinnest * radius)
+    throw Unsupported("height and wall must be at least " + std::to_string(thinnest * radius) +
+                      " m, a fiftieth of the radius of a cylinder that magnetises, got " + std::to_string(thin) +
+                      "; give a mesh with smaller panels");
   const std::vector<int> counts = three_grids(cells);
   const Vector shares = shares_of(counts);
   for (std::size_t g = 0; g < counts.size(); ++g) {
     Grid grid;
     grid.panels = cylinder_panels(radius, inner_radius, height, counts[g]);
     if (static_cast<Index>(grid.panels.size()) > most_panels)
-      throw InvalidInput("cells must divide the surface of a cylinder into at most " + std::to_string(most_panels) +
-                         " panels, got " + std::to_string(grid.panels.size()) + " with " + std::to_string(cells) +
-                         "; take fewer");
+      throw InvalidInput("panels must be at most " + std::to_string(most_panels) + ", got " + std::to_string(grid.panels.size()) +
+                         " on a cylinder with " + std::to_string(cells) + " cells; take fewer");
     grid.flux = mesh_flux(team, grid.panels);
     grid.share = shares[static_cast<Eigen::Index>(g)];
     form.grids.push_back(std::move(grid));

@@ -55,7 +55,7 @@ int sphere_degree_of(const SoftShape& shape);
 SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells, double focus = 0.0);
 
 // A cylinder |z| <= height / 2 or, with inner_radius > 0, a ring. cells: panels along its side, >= 8 and a multiple of 4; three
-// grids are extrapolated, as for cuboids.
+// grids are extrapolated, as for cuboids. Throws Unsupported where height or wall is less than a fiftieth of the radius.
 SoftShapePtr soft_cylinder(const Team& team, double radius, double height, double inner_radius, double susceptibility, int cells);
 
 // A closed mesh about its own centre of volume (the pose tells where it is), its triangles halved until there are at least

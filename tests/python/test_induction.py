@@ -107,6 +107,7 @@ def test_what_cannot_magnetise_is_refused():
     for change, kind, message in (
         ({"polarization": (0, 0, 1)}, ls.InvalidInput, "polarization must be zero where susceptibility"),
         ({"shape": "dipole", "radius": 0.0}, ls.Unsupported, "susceptibility is that of bodies with a volume"),
+        ({"shape": "cylinder", "height": 0.01, "resolution": 10}, ls.InvalidInput, "resolution must be a multiple of 4 from 8 to 24"),
         ({"radius": 0.0}, ls.InvalidInput, "radius must be > 0"),
         ({"engine": "cells", "density": 1e6}, ls.InvalidInput, "engine must be accurate"),
     ):

@@ -70,8 +70,8 @@ def soft_cylinder(
 
     cells: panels along the side, a multiple of 4 from 8 to 24 (some more of a slender one), twice as many around it; finer towards the
     rims, where the charge is singular. The answers of three grids are extrapolated: with 8 cells moments err by
-    1e-4 where the height is about the diameter, by 1e-3 where one is ten times the other or a ring's wall half its radius, by 2e-2
-    where the wall is a tenth of it.
+    1e-4 where the height is about the diameter, by 1e-3 where one is ten times the other or a ring's wall half its radius, by up to
+    5e-2 (2e-3 with 20) where height or wall is a tenth of the radius or less. Raises Unsupported below a fiftieth.
     The equation is factored here, once; poses and fields cost no more of it. saturation mu0 M_s [T], 0: none; see `induce`.
     """
     return _core.soft_cylinder(
