@@ -122,7 +122,7 @@ def test_the_explicit_response_is_chosen_by_name():
 BAD = {
     "polarization must be zero": dict(polarization=(0, 0, 1)),
     "size must be three lengths": dict(size=(0.01, 0, 0.01)),
-    "cells must be a multiple": dict(resolution=9),
+    "resolution must be a multiple of 4 from 8 to 48 of a cuboid": dict(resolution=9),
     "response must be mutual or explicit": dict(response="thesis"),
     "density must be > 0": dict(response="explicit"),
     "focus belongs to cuboids": dict(shape="sphere", size=(0, 0, 0), radius=0.01, focus=0.001),
