@@ -4,6 +4,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "core/magnetics/body.h"
 
@@ -36,6 +37,9 @@ class SoftShape {
 };
 
 using SoftShapePtr = std::shared_ptr<const SoftShape>;
+
+// Cells of the finest grid on a shape, "cuboid" or "cylinder"; throws InvalidInput unless a multiple of 4 from 8 on that the shape takes.
+void check_cells(int cells, const std::string& shape, const std::string& name = "cells");
 
 // Throws InvalidInput unless chi >= -1 [1] and other than 0; infinity is ideal iron.
 void check_susceptibility(double susceptibility);

@@ -149,19 +149,21 @@ Vector shares_of(const std::vector<int>& counts) {
   return powers.inverse() * Vector::Unit(n, 0);
 }
 
-void check_cells(int cells, int most) {
-  if (cells < 8 || cells > most || cells % 4 != 0)
-    throw InvalidInput("cells must be a multiple of 4 from 8 to " + std::to_string(most) + ", got " + std::to_string(cells));
-}
-
 }  // namespace
+
+void check_cells(int cells, const std::string& shape, const std::string& name) {
+  const int most = shape == "cylinder" ? 24 : 48;
+  if (cells < 8 || cells > most || cells % 4 != 0)
+    throw InvalidInput(name + " must be a multiple of 4 from 8 to " + std::to_string(most) + " of a " + shape + ", got " +
+                       std::to_string(cells));
+}
 
 SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells, double focus) {
   check_susceptibility(susceptibility);
   PanelForm form;
   form.solid = std::make_shared<Cuboid>(size, Vec3(0, 0, 1));  // checks the size
   form.volume = size.prod();
-  check_cells(cells, 48);
+  check_cells(cells, "cuboid");
   if (!(focus >= 0.0) || !std::isfinite(focus))
     throw InvalidInput("focus must be >= 0 [m], got " + std::to_string(focus));
   // What is so near that a focus is wanted lies within half the cells: from three quarters on errors go with the second power.
@@ -183,7 +185,7 @@ SoftShapePtr soft_cylinder(const Team& team, double radius, double height, doubl
   PanelForm form;
   form.solid = std::make_shared<Cylinder>(radius, height, Vec3(0, 0, 1), inner_radius);  // checks the sizes
   form.volume = form.solid->moment().norm() * mu0;
-  check_cells(cells, 24);
+  check_cells(cells, "cylinder");
   constexpr double thinnest = 0.02;  // of the radius: what panels so much wider than that no longer resolve
   if (const double thin = std::min(height, radius - inner_radius); thin < thinnest * radius)
     throw Unsupported("height and wall must be at least " + std::to_string(thinnest * radius) +

@@ -53,10 +53,7 @@ void check_shape(const Magnet& magnet, const std::string& where) {
           where + ".response must be mutual or explicit, got \"" + magnet.response + "\"");
   require(induced || (!cells && magnet.saturation == 0.0 && magnet.resolution == 0),
           where + ".response, saturation and resolution belong to a susceptibility; leave them out");
-  if (const int most = cylinder ? 24 : 48; magnet.resolution != 0 && (cuboid || cylinder))
-    require(8 <= magnet.resolution && magnet.resolution <= most && magnet.resolution % 4 == 0,
-            where + ".resolution must be a multiple of 4 from 8 to " + std::to_string(most) + " of a " + magnet.shape +
-                ", got " + std::to_string(magnet.resolution));
+  if (magnet.resolution != 0 && (cuboid || cylinder)) check_cells(magnet.resolution, magnet.shape, where + ".resolution");
   require(magnet.saturation == 0.0 || (magnet.susceptibility > 0.0 && !cells),
           where + ".saturation must be 0 [T] unless susceptibility is > 0 and response mutual");
   require(!cells || magnet.resolution == 0, where + ".resolution belongs to the mutual response; leave it out");
