@@ -13,69 +13,11 @@
 
 #include "core/base/error.h"
 #include "core/mesh/adjacency.h"
+#include "core/mesh/closest_on_triangle.h"
 
 namespace loomstone {
 
 namespace {
-
-// Which part of a triangle is closest: its inside, the edge opposite corner `corner`, or that corner.
-enum class Feature { Face, Edge, Corner };
-
-struct Candidate {
-  Vec3 point, barycentric;
-  Feature feature;
-  int corner;
-};
-
-Candidate at_corner(const Vec3& position, int corner) {
-  return {position, Vec3::Unit(corner), Feature::Corner, corner};
-}
-
-// On the edge from corner `from` to corner `to`, share t of the way.
-Candidate on_edge(const Vec3& a, const Vec3& b, double t, int from, int to) {
-  Vec3 barycentric = Vec3::Zero();
-  barycentric[from] = 1.0 - t;
-  barycentric[to] = t;
-  return {a + t * (b - a), barycentric, Feature::Edge, 3 - from - to};
-}
-
-Candidate closest_on_segment(const Vec3& p, const Vec3& a, const Vec3& b, int from, int to) {
-  const Vec3 ab = b - a;
-  const double along = ab.dot(p - a), squared = ab.squaredNorm();
-  if (along <= 0.0 || squared == 0.0) return at_corner(a, from);
-  if (along >= squared) return at_corner(b, to);
-  return on_edge(a, b, along / squared, from, to);
-}
-
-Candidate closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
-  const Vec3 ab = b - a, ac = c - a, ap = p - a;
-  const double d1 = ab.dot(ap), d2 = ac.dot(ap);
-  if (d1 <= 0.0 && d2 <= 0.0) return at_corner(a, 0);
-  const Vec3 bp = p - b;
-  const double d3 = ab.dot(bp), d4 = ac.dot(bp);
-  if (d3 >= 0.0 && d4 <= d3) return at_corner(b, 1);
-  const double vc = d1 * d4 - d3 * d2;
-  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 && d1 > d3) return on_edge(a, b, d1 / (d1 - d3), 0, 1);
-  const Vec3 cp = p - c;
-  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
-  if (d6 >= 0.0 && d5 <= d6) return at_corner(c, 2);
-  const double vb = d5 * d2 - d1 * d6;
-  if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 && d2 > d6) return on_edge(a, c, d2 / (d2 - d6), 0, 2);
-  const double va = d3 * d6 - d5 * d4;
-  const double along = d4 - d3, back = d5 - d6;
-  if (va <= 0.0 && along >= 0.0 && back >= 0.0 && along + back > 0.0) return on_edge(b, c, along / (along + back), 1, 2);
-  const double sum = va + vb + vc;
-  if (sum > 0.0) {
-    const double v = vb / sum, w = vc / sum;
-    return {a + v * ab + w * ac, Vec3(1.0 - v - w, v, w), Feature::Face, 0};
-  }
-  // A triangle without area is its edges.
-  Candidate best = closest_on_segment(p, a, b, 0, 1);
-  for (const Candidate& other : {closest_on_segment(p, b, c, 1, 2), closest_on_segment(p, a, c, 0, 2)}) {
-    if ((other.point - p).squaredNorm() < (best.point - p).squaredNorm()) best = other;
-  }
-  return best;
-}
 
 Vec3 unit_or(const Vec3& v, const Vec3& otherwise) {
   const double length = v.norm();
@@ -110,7 +52,7 @@ struct Search {
   double rounding;  // of the query point to float [m]
   double best = 0.0;  // squared distance [m^2]
   Index triangle = -1;
-  Candidate candidate{};
+  TrianglePoint candidate{};
 };
 
 // Slightly more than `distance`, as float: Embree's own box distances are rounded, and equal distances must be reported.
@@ -122,7 +64,7 @@ bool test_triangle(RTCPointQueryFunctionArguments* arguments) {
   auto& search = *static_cast<Search*>(arguments->userPtr);
   const auto triangle = static_cast<Index>(arguments->primID);
   const Surface& surface = *search.surface;
-  const Candidate candidate = closest_on_triangle(search.point, surface.corner(triangle, 0), surface.corner(triangle, 1),
+  const TrianglePoint candidate = closest_on_triangle(search.point, surface.corner(triangle, 0), surface.corner(triangle, 1),
                                                   surface.corner(triangle, 2));
   const double squared = (candidate.point - search.point).squaredNorm();
   const bool better = squared < search.best ||
@@ -157,7 +99,7 @@ struct SpatialQuery::Data : Surface {
   void check() const;
   void build_tree();
   void update_normals();
-  Vec3 normal(Index triangle, const Candidate& candidate) const;
+  Vec3 normal(Index triangle, const TrianglePoint& candidate) const;
 };
 
 void SpatialQuery::Data::check() const {
@@ -211,11 +153,11 @@ void SpatialQuery::Data::update_normals() {
   }
 }
 
-Vec3 SpatialQuery::Data::normal(Index triangle, const Candidate& candidate) const {
+Vec3 SpatialQuery::Data::normal(Index triangle, const TrianglePoint& candidate) const {
   switch (candidate.feature) {
-    case Feature::Corner: return vertex_normals[triangles(triangle, candidate.corner)];
-    case Feature::Edge: return edge_normals[edges.of_triangle[triangle][candidate.corner]];
-    case Feature::Face: break;
+    case TriangleFeature::Corner: return vertex_normals[triangles(triangle, candidate.corner)];
+    case TriangleFeature::Edge: return edge_normals[edges.of_triangle[triangle][candidate.corner]];
+    case TriangleFeature::Face: break;
   }
   return face_normals[triangle];
 }

@@ -2,6 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
+#include <map>
+#include <type_traits>
+#include <utility>
 
 #include "core/rigid/byte_stream.h"
 #include "core/rigid/rigid_body.h"
@@ -35,6 +39,30 @@ void write_manifold(ByteWriter& bytes, const Manifold& manifold) {
     Point point = manifold.getContactPoint(k);
     for_each_field_of(point, [&](const auto& value) { bytes.write(value); });
   }
+}
+
+// A saved manifold goes to the first unused one of its pair; one whose pair no longer overlaps has nothing to hold.
+template <class Point, class Dispatcher>
+void read_manifolds(ByteReader& bytes, Dispatcher& dispatcher, int most_points) {
+  using Manifold = std::remove_pointer_t<decltype(dispatcher.getManifoldByIndexInternal(0))>;
+  std::map<std::pair<int, int>, std::deque<Manifold*>> unused;
+  for (int k = 0; k < dispatcher.getNumManifolds(); ++k) {
+    Manifold* manifold = dispatcher.getManifoldByIndexInternal(k);
+    unused[{manifold->getBody0()->getUserIndex(), manifold->getBody1()->getUserIndex()}].push_back(manifold);
+  }
+  const int n_manifolds = bytes.read<std::int32_t>();
+  for (int m = 0; m < n_manifolds; ++m) {
+    const int first = bytes.read<std::int32_t>(), second = bytes.read<std::int32_t>(), n_points = bytes.read<std::int32_t>();
+    bytes.require(0 <= n_points && n_points <= most_points);
+    Manifold* target = nullptr;
+    if (auto& left = unused[{first, second}]; !left.empty()) target = left.front(), left.pop_front();
+    for (int k = 0; k < n_points; ++k) {
+      Point point;
+      for_each_field_of(point, [&](auto& value) { value = bytes.read<std::decay_t<decltype(value)>>(); });
+      if (target) target->addManifoldPoint(point);
+    }
+  }
+  bytes.require(bytes.at_end());
 }
 
 // Where obstacles are, before the manifolds.

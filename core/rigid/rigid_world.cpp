@@ -1,23 +1,18 @@
-// Rigid bodies by Bullet (double precision), the only file that includes it. The body frame of Bullet has principal axes of
-// inertia; states and callers know only the mesh's axes with the origin at the centre of mass.
+// Rigid bodies by Bullet. Its body frame has principal axes of inertia; states and callers know only the mesh's axes with the
+// origin at the centre of mass.
 //
 // Bullet's contact cache, pair order and tree are hidden state. restore() therefore always builds a new world in the same
 // order and puts the saved contact points back: a run that restores at a step continues bit for bit like one that loads the
 // same state from a file.
-#include <BulletCollision/CollisionShapes/btTriangleShape.h>
-#include <btBulletDynamicsCommon.h>
-#include <LinearMath/btConvexHullComputer.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <deque>
-#include <map>
 #include <string>
-#include <utility>
 
 #include "core/base/error.h"
 #include "core/base/rotation.h"
+#include "core/rigid/bullet_contacts.h"
+#include "core/rigid/bullet_shapes.h"
 #include "core/rigid/contact_bytes.h"
 #include "core/rigid/rigid_body.h"
 #include "core/rigid/shape_geometry.h"
@@ -28,77 +23,6 @@ namespace {
 
 // With 50 iterations cubes of 1 cm stay at rest at steps of 1 ms; with 10 stacks creep.
 constexpr int solver_iterations = 50;
-
-btVector3 to_bullet(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
-Vec3 from_bullet(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
-btMatrix3x3 to_bullet(const Mat3& m) {
-  return {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)};
-}
-Mat3 from_bullet(const btMatrix3x3& m) {
-  Mat3 r;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) r(i, j) = m[i][j];
-  return r;
-}
-
-using Shapes = std::vector<std::unique_ptr<btCollisionShape>>;
-
-// Convex hull. Bullet adds the margin of a hull outside, so its points are those of a shrunken core.
-std::unique_ptr<btConvexHullShape> hull_shape(const std::vector<Vec3>& points, const std::string& where) {
-  btConvexHullComputer hull;
-  hull.compute(points.front().data(), sizeof(Vec3), static_cast<int>(points.size()), 0.0, 0.0);
-  std::vector<Vec3> vertices;  // the given ones: the hull's own are rounded to 1e-4 of its size
-  for (int i = 0; i < hull.vertices.size(); ++i) vertices.push_back(points[hull.original_vertex_index[i]]);
-  std::vector<std::vector<int>> faces(hull.faces.size());
-  for (int f = 0; f < hull.faces.size(); ++f) {
-    const btConvexHullComputer::Edge* const start = &hull.edges[hull.faces[f]];
-    const btConvexHullComputer::Edge* edge = start;
-    do {
-      faces[f].push_back(edge->getSourceVertex());
-      edge = edge->getNextEdgeOfFace();
-    } while (edge != start);
-  }
-  const bool polyhedron = hull.vertices.size() <= most_polyhedron_vertices;
-  const ConvexCore core = convex_core(vertices, faces, polyhedron ? polyhedron_margin : round_margin, where);
-  auto shape = std::make_unique<btConvexHullShape>();
-  shape->setMargin(core.margin);
-  for (const Vec3& point : core.points) shape->addPoint(to_bullet(point), false);
-  shape->recalcLocalAabb();
-  if (polyhedron) shape->initializePolyhedralFeatures();
-  return shape;
-}
-
-// Adds the body's shape, and those it consists of, to `shapes`; the one of the whole body comes last.
-void add_shapes(const RigidBody& body, const MassProperties& mass, const Mat3& principal, const std::string& where,
-                Shapes& shapes) {
-  check_shape(body, where);
-  const TriangleMesh& mesh = *body.mesh;
-  if (body.shape == "sphere") {
-    shapes.push_back(std::make_unique<btSphereShape>(sphere_radius(mesh, mass, body.density, where)));
-  } else if (body.shape == "box") {
-    const Vec3 low = mesh.vertices().colwise().minCoeff().transpose(), high = mesh.vertices().colwise().maxCoeff().transpose();
-    const Vec3 half = 0.5 * (high - low);
-    auto box = std::make_unique<btBoxShape>(to_bullet(half));
-    box->setMargin(0.05 * half.minCoeff());  // lies inside the box
-    box->initializePolyhedralFeatures();
-    const Vec3 offset = principal.transpose() * (0.5 * (low + high) - mass.centre);
-    shapes.push_back(std::move(box));
-    if (offset.norm() < 1e-9 * half.norm() && principal.isIdentity(0.0)) return;
-    auto placed = std::make_unique<btCompoundShape>();
-    placed->addChildShape(btTransform(to_bullet(Mat3(principal.transpose())), to_bullet(offset)), shapes.back().get());
-    shapes.push_back(std::move(placed));
-  } else if (body.shape == "convex") {
-    shapes.push_back(hull_shape(body_points(mesh, mass.centre, principal), where + ".mesh"));
-  } else {  // parts
-    auto compound = std::make_unique<btCompoundShape>();
-    for (std::size_t k = 0; k < body.parts.size(); ++k) {
-      const std::vector<Vec3> points = body_points(*body.parts[k], mass.centre, principal);
-      shapes.push_back(hull_shape(points, where + ".parts[" + std::to_string(k) + "]"));
-      compound->addChildShape(btTransform::getIdentity(), shapes.back().get());
-    }
-    shapes.push_back(std::move(compound));
-  }
-}
 
 // A box grows by the distance within which its own shape makes contacts, which goes with its size, not by Bullet's 2 cm. In
 // the tree boxes of bodies are just those: Bullet would let them grow by 5 cm as soon as they move, within which a small body has
@@ -131,18 +55,6 @@ class World : public btDiscreteDynamicsWorld {
  protected:
   void saveKinematicState(btScalar) override {}
 };
-
-// Separating axes for hull against hull only: against the triangles of an obstacle Bullet would make a polyhedron of every
-// triangle in every step (fifteen times the time).
-void meet(btBroadphasePair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) {
-  const auto shape = [](const btBroadphaseProxy* proxy) {
-    return static_cast<const btCollisionObject*>(proxy->m_clientObject)->getCollisionShape();
-  };
-  btDispatcherInfo chosen = info;
-  const auto flat = [](const btCollisionShape* s) { return s->isConcave() || s->getShapeType() == TRIANGLE_SHAPE_PROXYTYPE; };
-  chosen.m_enableSatConvex = !flat(shape(pair.m_pProxy0)) && !flat(shape(pair.m_pProxy1));
-  btCollisionDispatcher::defaultNearCallback(pair, dispatcher, chosen);
-}
 
 // Everything that restore() throws away. Members are destroyed in reverse order: world before what it refers to.
 struct Engine {
@@ -205,27 +117,6 @@ btTransform bullet_pose(const RigidPose& pose) {
   return btTransform(to_bullet(rotation_matrix(pose.orientation)), to_bullet(pose.position));
 }
 
-// Triangles as Bullet reads them; owns the arrays.
-struct ObstacleMesh {
-  Points vertices;
-  Triangles triangles;
-  btTriangleIndexVertexArray arrays;
-  std::unique_ptr<btBvhTriangleMeshShape> shape;
-
-  explicit ObstacleMesh(const TriangleMesh& mesh) : vertices(mesh.vertices()), triangles(mesh.triangles()) {
-    btIndexedMesh indexed;
-    indexed.m_numTriangles = static_cast<int>(triangles.rows());
-    indexed.m_triangleIndexBase = reinterpret_cast<const unsigned char*>(triangles.data());
-    indexed.m_triangleIndexStride = 3 * sizeof(Index);
-    indexed.m_numVertices = static_cast<int>(vertices.rows());
-    indexed.m_vertexBase = reinterpret_cast<const unsigned char*>(vertices.data());
-    indexed.m_vertexStride = 3 * sizeof(double);
-    indexed.m_vertexType = PHY_DOUBLE;
-    arrays.addIndexedMesh(indexed, PHY_INTEGER);
-    shape = std::make_unique<btBvhTriangleMeshShape>(&arrays, true);
-  }
-};
-
 // A triangle of an obstacle that deforms: a body of its own, so that what rests on it feels how fast it moves just there.
 struct Facet {
   std::array<Index, 3> corners;  // rows of all vertices that deform
@@ -272,7 +163,6 @@ struct RigidWorld::Data {
   void read(RigidState& state) const;
   std::vector<unsigned char> manifold_bytes() const;
   const btPersistentManifold& manifold(int m) const { return *engine->dispatcher.btCollisionDispatcher::getManifoldByIndexInternal(m); }
-  void read_manifolds(ByteReader& bytes);
 };
 
 void RigidWorld::Data::add_body(const RigidBody& body, const std::string& where) {
@@ -356,29 +246,6 @@ std::vector<unsigned char> RigidWorld::Data::manifold_bytes() const {
   return bytes.take();
 }
 
-// A saved manifold goes to the first unused one of its pair; one whose pair no longer overlaps has nothing to hold.
-void RigidWorld::Data::read_manifolds(ByteReader& bytes) {
-  btCollisionDispatcher& dispatcher = engine->dispatcher;
-  std::map<std::pair<int, int>, std::deque<btPersistentManifold*>> unused;
-  for (int k = 0; k < dispatcher.getNumManifolds(); ++k) {
-    btPersistentManifold* manifold = dispatcher.getManifoldByIndexInternal(k);
-    unused[{manifold->getBody0()->getUserIndex(), manifold->getBody1()->getUserIndex()}].push_back(manifold);
-  }
-  const int n_manifolds = bytes.read<std::int32_t>();
-  for (int m = 0; m < n_manifolds; ++m) {
-    const int first = bytes.read<std::int32_t>(), second = bytes.read<std::int32_t>(), n_points = bytes.read<std::int32_t>();
-    bytes.require(0 <= n_points && n_points <= MANIFOLD_CACHE_SIZE);
-    btPersistentManifold* target = nullptr;
-    if (auto& left = unused[{first, second}]; !left.empty()) target = left.front(), left.pop_front();
-    for (int k = 0; k < n_points; ++k) {
-      btManifoldPoint point;
-      for_each_field_of(point, [&](auto& value) { value = bytes.read<std::decay_t<decltype(value)>>(); });
-      if (target) target->addManifoldPoint(point);
-    }
-  }
-  bytes.require(bytes.at_end());
-}
-
 RigidWorld::RigidWorld(const std::vector<RigidBody>& bodies, const std::vector<RigidObstacle>& obstacles,
                        const Vec3& gravity, bool gyroscopic)
     : data_(std::make_unique<Data>()) {
@@ -425,7 +292,7 @@ void RigidWorld::restore(const RigidState& state) {
   engine.world.performDiscreteCollisionDetection();
   for (int m = 0; m < engine.dispatcher.getNumManifolds(); ++m)
     engine.dispatcher.clearManifold(engine.dispatcher.getManifoldByIndexInternal(m));
-  if (!state.manifolds.empty()) data.read_manifolds(bytes);
+  if (!state.manifolds.empty()) read_manifolds<btManifoldPoint>(bytes, engine.dispatcher, MANIFOLD_CACHE_SIZE);
   data.know(state);
 }
 

@@ -31,7 +31,7 @@ DOORS = {
     r"<omp\.h>|#pragma omp": r"core/parallel/",
     r"<mpi\.h>": r"core/parallel/",
     r"<hdf5\.h>": r"core/cache/hdf5_file\.(h|cpp)$",
-    r"<(bullet/)?bt|BulletDynamics|BulletCollision": r"core/rigid/rigid_world\.cpp$",
+    r"<(bullet/)?bt|BulletDynamics|BulletCollision": r"core/rigid/bullet\.h$",
     r"<embree3/": r"core/(mesh/spatial_query|collision/embree\w*)\.cpp$",
     r"cholmod\.h": r"core/linalg/cholmod_solver\.cpp$",
     r"<metis\.h>": r"core/parallel/partition\.cpp$",

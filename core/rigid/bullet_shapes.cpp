@@ -1,0 +1,68 @@
+#include "core/rigid/bullet_shapes.h"
+
+#include "core/base/error.h"
+#include "core/rigid/shape_geometry.h"
+
+namespace loomstone {
+
+namespace {
+
+// Convex hull. Bullet adds the margin of a hull outside, so its points are those of a shrunken core.
+std::unique_ptr<btConvexHullShape> hull_shape(const std::vector<Vec3>& points, const std::string& where) {
+  btConvexHullComputer hull;
+  hull.compute(points.front().data(), sizeof(Vec3), static_cast<int>(points.size()), 0.0, 0.0);
+  std::vector<Vec3> vertices;  // the given ones: the hull's own are rounded to 1e-4 of its size
+  for (int i = 0; i < hull.vertices.size(); ++i) vertices.push_back(points[hull.original_vertex_index[i]]);
+  std::vector<std::vector<int>> faces(hull.faces.size());
+  for (int f = 0; f < hull.faces.size(); ++f) {
+    const btConvexHullComputer::Edge* const start = &hull.edges[hull.faces[f]];
+    const btConvexHullComputer::Edge* edge = start;
+    do {
+      faces[f].push_back(edge->getSourceVertex());
+      edge = edge->getNextEdgeOfFace();
+    } while (edge != start);
+  }
+  const bool polyhedron = hull.vertices.size() <= most_polyhedron_vertices;
+  const ConvexCore core = convex_core(vertices, faces, polyhedron ? polyhedron_margin : round_margin, where);
+  auto shape = std::make_unique<btConvexHullShape>();
+  shape->setMargin(core.margin);
+  for (const Vec3& point : core.points) shape->addPoint(to_bullet(point), false);
+  shape->recalcLocalAabb();
+  if (polyhedron) shape->initializePolyhedralFeatures();
+  return shape;
+}
+
+}  // namespace
+
+void add_shapes(const RigidBody& body, const MassProperties& mass, const Mat3& principal, const std::string& where,
+                Shapes& shapes) {
+  check_shape(body, where);
+  const TriangleMesh& mesh = *body.mesh;
+  if (body.shape == "sphere") {
+    shapes.push_back(std::make_unique<btSphereShape>(sphere_radius(mesh, mass, body.density, where)));
+  } else if (body.shape == "box") {
+    const Vec3 low = mesh.vertices().colwise().minCoeff().transpose(), high = mesh.vertices().colwise().maxCoeff().transpose();
+    const Vec3 half = 0.5 * (high - low);
+    auto box = std::make_unique<btBoxShape>(to_bullet(half));
+    box->setMargin(0.05 * half.minCoeff());  // lies inside the box
+    box->initializePolyhedralFeatures();
+    const Vec3 offset = principal.transpose() * (0.5 * (low + high) - mass.centre);
+    shapes.push_back(std::move(box));
+    if (offset.norm() < 1e-9 * half.norm() && principal.isIdentity(0.0)) return;
+    auto placed = std::make_unique<btCompoundShape>();
+    placed->addChildShape(btTransform(to_bullet(Mat3(principal.transpose())), to_bullet(offset)), shapes.back().get());
+    shapes.push_back(std::move(placed));
+  } else if (body.shape == "convex") {
+    shapes.push_back(hull_shape(body_points(mesh, mass.centre, principal), where + ".mesh"));
+  } else {  // parts
+    auto compound = std::make_unique<btCompoundShape>();
+    for (std::size_t k = 0; k < body.parts.size(); ++k) {
+      const std::vector<Vec3> points = body_points(*body.parts[k], mass.centre, principal);
+      shapes.push_back(hull_shape(points, where + ".parts[" + std::to_string(k) + "]"));
+      compound->addChildShape(btTransform::getIdentity(), shapes.back().get());
+    }
+    shapes.push_back(std::move(compound));
+  }
+}
+
+}  // namespace loomstone

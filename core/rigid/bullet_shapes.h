@@ -1,0 +1,42 @@
+// Collision shapes of Bullet.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/mesh/triangle_mesh.h"
+#include "core/rigid/bullet.h"
+#include "core/rigid/rigid_body.h"
+
+namespace loomstone {
+
+using Shapes = std::vector<std::unique_ptr<btCollisionShape>>;
+
+// Adds the body's shape, and those it consists of, to `shapes`; the one of the whole body comes last. `principal`: Bullet's
+// body axes in mesh axes (columns). Throws InvalidInput where the mesh does not have the shape.
+void add_shapes(const RigidBody& body, const MassProperties& mass, const Mat3& principal, const std::string& where,
+                Shapes& shapes);
+
+// Triangles as Bullet reads them; owns the arrays.
+struct ObstacleMesh {
+  Points vertices;
+  Triangles triangles;
+  btTriangleIndexVertexArray arrays;
+  std::unique_ptr<btBvhTriangleMeshShape> shape;
+
+  explicit ObstacleMesh(const TriangleMesh& mesh) : vertices(mesh.vertices()), triangles(mesh.triangles()) {
+    btIndexedMesh indexed;
+    indexed.m_numTriangles = static_cast<int>(triangles.rows());
+    indexed.m_triangleIndexBase = reinterpret_cast<const unsigned char*>(triangles.data());
+    indexed.m_triangleIndexStride = 3 * sizeof(Index);
+    indexed.m_numVertices = static_cast<int>(vertices.rows());
+    indexed.m_vertexBase = reinterpret_cast<const unsigned char*>(vertices.data());
+    indexed.m_vertexStride = 3 * sizeof(double);
+    indexed.m_vertexType = PHY_DOUBLE;
+    arrays.addIndexedMesh(indexed, PHY_INTEGER);
+    shape = std::make_unique<btBvhTriangleMeshShape>(&arrays, true);
+  }
+};
+
+}  // namespace loomstone
