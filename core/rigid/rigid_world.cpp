@@ -344,7 +344,10 @@ std::vector<std::uint8_t> RigidWorld::touching() const {
   std::vector<std::uint8_t> result(data_->bodies.size(), 0);
   for (int m = 0; m < data_->engine->dispatcher.getNumManifolds(); ++m) {
     const btPersistentManifold& contact = data_->manifold(m);
-    if (contact.getNumContacts() == 0) continue;
+    bool near = false;  // others are ahead
+    for (int k = 0; k < contact.getNumContacts(); ++k)
+      near |= contact.getContactPoint(k).getDistance() <= contact.getContactBreakingThreshold();
+    if (!near) continue;
     for (const int body : {contact.getBody0()->getUserIndex(), contact.getBody1()->getUserIndex()})
       if (static_cast<std::size_t>(body) < result.size()) result[body] = 1;
   }
