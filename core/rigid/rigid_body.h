@@ -112,10 +112,13 @@ std::vector<std::uint8_t> bodies_on_obstacles(int n, const std::vector<std::arra
 // Stage. Bullet behind one source file; body-body and body-obstacle contacts only (cloth comes in as impulses).
 class RigidWorld {
  public:
+  // With 50 sweeps over all contacts cubes of 1 cm stay at rest at steps of 1 ms; with 10 stacks creep.
+  static constexpr int default_iterations = 50;
+
   // gyroscopic: spinning bodies feel their own inertia; false where another stage turns them between contacts. Throws
   // InvalidInput for open meshes, unknown shapes, bodies without volume.
   RigidWorld(const std::vector<RigidBody>& bodies, const std::vector<RigidObstacle>& obstacles, const Vec3& gravity,
-             bool gyroscopic = true);
+             bool gyroscopic = true, int iterations = default_iterations);
   ~RigidWorld();
 
   // Initial state of the described bodies.

@@ -21,9 +21,6 @@ namespace loomstone {
 
 namespace {
 
-// With 50 iterations cubes of 1 cm stay at rest at steps of 1 ms; with 10 stacks creep.
-constexpr int solver_iterations = 50;
-
 // A box grows by the distance within which its own shape makes contacts, which goes with its size, not by Bullet's 2 cm. In
 // the tree boxes of bodies are just those: Bullet would let them grow by 5 cm as soon as they move, within which a small body has
 // hundreds of neighbours.
@@ -65,11 +62,11 @@ struct Engine {
   std::vector<std::unique_ptr<btRigidBody>> bodies;  // dynamic ones, then obstacles, then facets of those that deform
   World world{&dispatcher, &broadphase, &solver, &configuration};
 
-  explicit Engine(const Vec3& gravity) {
+  Engine(const Vec3& gravity, int iterations) {
     configuration.setConvexConvexMultipointIterations(4, 4);
     configuration.setPlaneConvexMultipointIterations(4, 4);
     btContactSolverInfo& info = world.getSolverInfo();
-    info.m_numIterations = solver_iterations;
+    info.m_numIterations = iterations;
     info.m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
     info.m_warmstartingFactor = 1.0;  // at 0.85 a stack of five cubes keeps swaying at 4 mm/s, at 1 it stands
     dispatcher.setNearCallback(meet);
@@ -140,6 +137,7 @@ struct RigidWorld::Data {
   std::vector<RigidObstacle> obstacles;
   Vec3 gravity;
   bool gyroscopic = true;
+  int iterations = RigidWorld::default_iterations;
   std::vector<MassProperties> masses;
   std::vector<Mat3> principal;                 // columns: Bullet's body axes in mesh axes
   std::vector<Vec3> moments;                   // about them [kg m^2]
@@ -247,10 +245,11 @@ std::vector<unsigned char> RigidWorld::Data::manifold_bytes() const {
 }
 
 RigidWorld::RigidWorld(const std::vector<RigidBody>& bodies, const std::vector<RigidObstacle>& obstacles,
-                       const Vec3& gravity, bool gyroscopic)
+                       const Vec3& gravity, bool gyroscopic, int iterations)
     : data_(std::make_unique<Data>()) {
   data_->gravity = gravity;
   data_->gyroscopic = gyroscopic;
+  data_->iterations = iterations;
   for (std::size_t i = 0; i < bodies.size(); ++i) data_->add_body(bodies[i], "bodies[" + std::to_string(i) + "]");
   for (std::size_t i = 0; i < obstacles.size(); ++i)
     data_->add_obstacle(obstacles[i], "obstacles[" + std::to_string(i) + "]");
@@ -267,7 +266,7 @@ void RigidWorld::restore(const RigidState& state) {
   Data& data = *data_;
   const auto n = static_cast<Index>(data.bodies.size());
   check_rows(state, n);
-  data.engine = std::make_unique<Engine>(data.gravity);
+  data.engine = std::make_unique<Engine>(data.gravity, data.iterations);
   Engine& engine = *data.engine;
   ByteReader bytes(state.manifolds);
   data.places = data.start_places;

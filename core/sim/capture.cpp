@@ -57,9 +57,9 @@ Frame capture(const Model& model, const State& state, const StepOutcome& outcome
   Points vertices;
   collision_vertices(model, state, vertices);
   if (share < 1.0) {
-    vertices.topRows(n) = outcome.start_cloth + share * (vertices.topRows(n) - outcome.start_cloth);
-    const Index rest = static_cast<Index>(vertices.rows()) - n;
-    vertices.bottomRows(rest) = outcome.start_surfaces + share * (vertices.bottomRows(rest) - outcome.start_surfaces);
+    Points start;
+    collision_vertices(model, outcome.start, start);
+    vertices = start + share * (vertices - start);
   }
   const Points rows = vertices.topRows(n);
   frame.body_positions = vertices.bottomRows(vertices.rows() - n);

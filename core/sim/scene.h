@@ -160,6 +160,7 @@ struct Scene {
   double contact_stiffness = 0.0;
   std::string response = "implicit";
   bool allow_initial_intersections = false;
+  int rigid_iterations = RigidWorld::default_iterations;
   int rigid_rebuild_interval = 40;
 
   static auto fields() {
@@ -180,6 +181,8 @@ struct Scene {
         field("contact_stiffness", &S::contact_stiffness, "N/m", non_negative(), "of a contact; 0: chosen from the material"),
         field("response", &S::response, "contacts in the implicit solve (implicit) or by impulses after it (impulse, as explicit integrators always do)"),
         field("allow_initial_intersections", &S::allow_initial_intersections, "accept a start with intersections: they are moved apart, then guarded"),
+        field("rigid_iterations", &S::rigid_iterations, "1", between(1, 10000),
+              "sweeps of the rigid-body solver over all contacts in a step: stacks want many, loose heaps few"),
         field("rigid_rebuild_interval", &S::rigid_rebuild_interval, "1", between(1, 1000),
               "steps between rebuilds of the rigid-body world; checkpoints with bodies fall on them"));
   }

@@ -115,7 +115,7 @@ Simulation::Simulation(const Scene& scene, const IntegratorOptions& integrator, 
   data_->digests = digests(scene, integrator);
   data_->layout = std::make_unique<RowLayout>(data_->model.n_rows(), data_->communicator);
   data_->make_stepper();
-  data_->outcome.start_cloth = data_->state.cloth.x;
+  data_->outcome.start = data_->state;
   data_->outcome.contact.assign(data_->model.cloth.n_vertices, 0);
 }
 
@@ -260,10 +260,7 @@ void Simulation::restore(const Checkpoint& checkpoint) {
   data_->outcome.broken.clear();
   data_->outcome.report.step = data_->state.step;
   data_->outcome.report.time = time();
-  data_->outcome.start_cloth = data_->state.cloth.x;
-  Points vertices;
-  collision_vertices(data_->model, data_->state, vertices);
-  data_->outcome.start_surfaces = vertices.bottomRows(vertices.rows() - data_->model.cloth.n_vertices);
+  data_->outcome.start = data_->state;
   data_->measured = false;
   data_->writes.remember(data_->state);
   data_->make_stepper();

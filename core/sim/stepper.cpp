@@ -47,7 +47,7 @@ Stepper::Stepper(const Model& model, const IntegratorOptions& options, const Tea
   elasticity_ = std::make_unique<Elasticity>(model.cloth, bending_treatment(options, model.cloth));
   integrator_ = make_integrator(options, model.cloth, *elasticity_);
   contacts_in_solve_ = integrator_->implicit() && model.scene.response == "implicit";
-  if (model.scene.collisions) collision_ = std::make_unique<CollisionStage>(model.collision);
+  if (model.scene.collisions && n > 0) collision_ = std::make_unique<CollisionStage>(model.collision);
   if (model.n_bodies() > 0) {
     if (!model.magnets.empty() || !model.coils.empty() || !model.scene.bearings.empty())
       magnetics_ = std::make_unique<MagneticMotion>(model);
@@ -55,7 +55,7 @@ Stepper::Stepper(const Model& model, const IntegratorOptions& options, const Tea
     const Vec3 gravity = magnetics_ ? Vec3(Vec3::Zero()) : model.scene.gravity;
     world_ = std::make_unique<RigidWorld>(model.scene.bodies,
                                           rigid_obstacles(model, state, static_cast<double>(state.step) * options.step),
-                                          gravity, magnetics_ == nullptr);
+                                          gravity, magnetics_ == nullptr, model.scene.rigid_iterations);
     world_->restore(state.rigid);
   }
   limits_in_solve_ = integrator_->implicit() && model.scene.limits.in_solve && model.scene.limits.method != "edges";
@@ -71,8 +71,9 @@ Stepper::Stepper(const Model& model, const IntegratorOptions& options, const Tea
 }
 
 void Stepper::advance(State& state, StepOutcome& outcome) {
-  State start = state;  // a failed step leaves the state as it was
-  if (world_ && collision_) world_->save(start.rigid);
+  State& start = outcome.start;
+  start = state;
+  if (world_ && collision_) world_->save(start.rigid);  // else no step is taken again
   StepReport& report = outcome.report;
   report = StepReport{};
   report.step = state.step + 1;
@@ -82,9 +83,6 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
   outcome.contact.assign(model_.cloth.n_vertices, 0);
   outcome.forced.clear();
   outcome.broken.clear();
-  collision_vertices(model_, state, x0_);
-  outcome.start_cloth = state.cloth.x;
-  outcome.start_surfaces = x0_.bottomRows(x0_.rows() - model_.cloth.n_vertices);
   try {
     std::vector<StepPart> left = {StepPart{}};  // the last comes first
     State before;                               // of the part; `start` until a part is done
@@ -172,7 +170,7 @@ Stepper::Left Stepper::take(State& state, StepOutcome& outcome, StepPart part) {
     report.contact_energy = 0.0;
     if (collision_) collision_->forget_tangle();
     if (collision_ && state.tangled) collision_->find_tangle(x0_);
-    if (collision_ && model_.cloth.n_vertices > 0) contacts_ = collision_->proximity(collision_team_, x0_);
+    if (collision_) contacts_ = collision_->proximity(collision_team_, x0_);
     if (collision_ && contacts_in_solve_) {
       collision_->terms(contacts_, x0_, v0_, last_change_, state.rigid.positions, step_, model_.cloth.n_vertices,
                         state.contacts, terms_, report.contact_energy);
@@ -228,7 +226,7 @@ void Stepper::loads(const State& state) {
   const Index n = model_.cloth.n_vertices;
   const double h = step_;
   const Index begin = std::min(layout_.begin(), n), end = std::min(layout_.end(), n);
-  collision_vertices(model_, state, x0_);
+  if (n > 0) collision_vertices(model_, state, x0_);
   pin_targets(model_, state, end_time_, share_, target_);
   obstacle_vertices(model_, state, end_time_, share_, next_obstacles_);
   if (collision_ && contacts_in_solve_) expect_motion(state);

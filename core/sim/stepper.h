@@ -19,8 +19,7 @@ namespace loomstone {
 // What a step leaves for people to look at.
 struct StepOutcome {
   StepReport report;
-  Points start_cloth;                    // (n x 3) cloth at the start of the step, for frames between steps [m]
-  Points start_surfaces;                 // (k x 3) bodies and obstacles at the start [m]
+  State start;                           // of the step, for frames between steps; a failed step goes back to it
   std::vector<std::uint8_t> contact;     // (n) rows: 1 in contact, 2 in a triangle that intersects because it is forced to
   std::vector<BrokenLimit> broken;       // of triangles in the internal order, the largest excess first
   std::vector<std::array<Index, 2>> forced;  // pairs of triangles (of all surfaces) that intersect because they are forced to

@@ -1606,17 +1606,18 @@ class Scene:
     contact_stiffness : of a contact; 0: chosen from the material [N/m]; >= 0; default 0.0
     response : contacts in the implicit solve (implicit) or by impulses after it (impulse, as explicit integrators always do); default 'implicit'
     allow_initial_intersections : accept a start with intersections: they are moved apart, then guarded; default False
+    rigid_iterations : sweeps of the rigid-body solver over all contacts in a step: stacks want many, loose heaps few [1]; in [1, 10000]; default 50
     rigid_rebuild_interval : steps between rebuilds of the rigid-body world; checkpoints with bodies fall on them [1]; in [1, 1000]; default 40
     """
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('cloths', 'obstacles', 'bodies', 'attachments', 'magnets', 'coils', 'bearings', 'magnetic_field', 'magnetic_tolerance', 'magnetic_step', 'air', 'limits', 'gravity', 'collisions', 'contact_stiffness', 'response', 'allow_initial_intersections', 'rigid_rebuild_interval')
+    field_names: typing.ClassVar[tuple[str, ...]] = ('cloths', 'obstacles', 'bodies', 'attachments', 'magnets', 'coils', 'bearings', 'magnetic_field', 'magnetic_tolerance', 'magnetic_step', 'air', 'limits', 'gravity', 'collisions', 'contact_stiffness', 'response', 'allow_initial_intersections', 'rigid_iterations', 'rigid_rebuild_interval')
     def __eq__(self, arg0: object) -> bool:
         ...
-    def __init__(self, *, cloths: collections.abc.Sequence[Cloth] = [], obstacles: collections.abc.Sequence[Obstacle] = [], bodies: collections.abc.Sequence[RigidBody] = [], attachments: collections.abc.Sequence[Attachment] = [], magnets: collections.abc.Sequence[Magnet] = [], coils: collections.abc.Sequence[Coil] = [], bearings: collections.abc.Sequence[Bearing] = [], magnetic_field: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., magnetic_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001, magnetic_step: typing.SupportsFloat | typing.SupportsIndex = 0.15, air: Air = ..., limits: LimitOptions = ..., gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., collisions: bool = True, contact_stiffness: typing.SupportsFloat | typing.SupportsIndex = 0.0, response: str = 'implicit', allow_initial_intersections: bool = False, rigid_rebuild_interval: typing.SupportsInt | typing.SupportsIndex = 40) -> None:
+    def __init__(self, *, cloths: collections.abc.Sequence[Cloth] = [], obstacles: collections.abc.Sequence[Obstacle] = [], bodies: collections.abc.Sequence[RigidBody] = [], attachments: collections.abc.Sequence[Attachment] = [], magnets: collections.abc.Sequence[Magnet] = [], coils: collections.abc.Sequence[Coil] = [], bearings: collections.abc.Sequence[Bearing] = [], magnetic_field: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., magnetic_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001, magnetic_step: typing.SupportsFloat | typing.SupportsIndex = 0.15, air: Air = ..., limits: LimitOptions = ..., gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., collisions: bool = True, contact_stiffness: typing.SupportsFloat | typing.SupportsIndex = 0.0, response: str = 'implicit', allow_initial_intersections: bool = False, rigid_iterations: typing.SupportsInt | typing.SupportsIndex = 50, rigid_rebuild_interval: typing.SupportsInt | typing.SupportsIndex = 40) -> None:
         ...
     def __repr__(self) -> str:
         ...
-    def replace(self, *, cloths: collections.abc.Sequence[Cloth] = ..., obstacles: collections.abc.Sequence[Obstacle] = ..., bodies: collections.abc.Sequence[RigidBody] = ..., attachments: collections.abc.Sequence[Attachment] = ..., magnets: collections.abc.Sequence[Magnet] = ..., coils: collections.abc.Sequence[Coil] = ..., bearings: collections.abc.Sequence[Bearing] = ..., magnetic_field: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., magnetic_tolerance: typing.SupportsFloat | typing.SupportsIndex = ..., magnetic_step: typing.SupportsFloat | typing.SupportsIndex = ..., air: Air = ..., limits: LimitOptions = ..., gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., collisions: bool = ..., contact_stiffness: typing.SupportsFloat | typing.SupportsIndex = ..., response: str = ..., allow_initial_intersections: bool = ..., rigid_rebuild_interval: typing.SupportsInt | typing.SupportsIndex = ...) -> Scene:
+    def replace(self, *, cloths: collections.abc.Sequence[Cloth] = ..., obstacles: collections.abc.Sequence[Obstacle] = ..., bodies: collections.abc.Sequence[RigidBody] = ..., attachments: collections.abc.Sequence[Attachment] = ..., magnets: collections.abc.Sequence[Magnet] = ..., coils: collections.abc.Sequence[Coil] = ..., bearings: collections.abc.Sequence[Bearing] = ..., magnetic_field: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., magnetic_tolerance: typing.SupportsFloat | typing.SupportsIndex = ..., magnetic_step: typing.SupportsFloat | typing.SupportsIndex = ..., air: Air = ..., limits: LimitOptions = ..., gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., collisions: bool = ..., contact_stiffness: typing.SupportsFloat | typing.SupportsIndex = ..., response: str = ..., allow_initial_intersections: bool = ..., rigid_iterations: typing.SupportsInt | typing.SupportsIndex = ..., rigid_rebuild_interval: typing.SupportsInt | typing.SupportsIndex = ...) -> Scene:
         """
         A copy in which the given fields have other values.
         """
@@ -1708,6 +1709,11 @@ class Scene:
     def response(self) -> str:
         """
         contacts in the implicit solve (implicit) or by impulses after it (impulse, as explicit integrators always do); default 'implicit'
+        """
+    @property
+    def rigid_iterations(self) -> int:
+        """
+        sweeps of the rigid-body solver over all contacts in a step: stacks want many, loose heaps few [1]; in [1, 10000]; default 50
         """
     @property
     def rigid_rebuild_interval(self) -> int:
