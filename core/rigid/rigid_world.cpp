@@ -22,8 +22,8 @@ namespace loomstone {
 namespace {
 
 // A box grows by the distance within which its own shape makes contacts, which goes with its size, not by Bullet's 2 cm. In
-// the tree boxes of bodies are just those: Bullet would let them grow by 5 cm as soon as they move, within which a small body has
-// hundreds of neighbours.
+// the tree boxes of bodies are a few such distances wider, and stay as they are until a body has left its own; Bullet would let
+// them grow by 5 cm as soon as they move, within which a small body has hundreds of neighbours.
 //
 // Obstacles stand at their pose at the start of the step with the velocity that leads to its end, like the bodies; their
 // velocities are given, not differenced by Bullet (whose arc cosine turns rounding into 1e-8 / step of spin).
@@ -32,8 +32,11 @@ class World : public btDiscreteDynamicsWorld {
   using btDiscreteDynamicsWorld::btDiscreteDynamicsWorld;
 
   void updateAabbs() override {
+    constexpr btScalar room = 4.0;  // more boxes meet where it is larger, more of them move where it is smaller
+    auto& broadphase = static_cast<btDbvtBroadphase&>(*getBroadphase());
     for (int i = 0; i < m_collisionObjects.size(); ++i) {
       btCollisionObject& object = *m_collisionObjects[i];
+      btBroadphaseProxy& proxy = *object.getBroadphaseHandle();
       const btCollisionShape& shape = *object.getCollisionShape();
       const btScalar margin = std::min(shape.getContactBreakingThreshold(gContactBreakingThreshold), gContactBreakingThreshold);
       const btVector3 wider(margin, margin, margin);
@@ -41,11 +44,15 @@ class World : public btDiscreteDynamicsWorld {
       shape.getAabb(object.getWorldTransform(), low, high);
       shape.getAabb(object.getInterpolationWorldTransform(), end_low, end_high);  // of an obstacle the same
       low.setMin(end_low), high.setMax(end_high);
-      auto& broadphase = static_cast<btDbvtBroadphase&>(*getBroadphase());
-      if (object.isStaticOrKinematicObject())
-        broadphase.setAabb(object.getBroadphaseHandle(), low - wider, high + wider, getDispatcher());
-      else
-        broadphase.setAabbForceUpdate(object.getBroadphaseHandle(), low - wider, high + wider, getDispatcher());
+      low -= wider, high += wider;
+      if (object.isStaticOrKinematicObject()) {
+        broadphase.setAabb(&proxy, low, high, getDispatcher());
+        continue;
+      }
+      const auto within = [](const btVector3& a, const btVector3& b) { return a.x() <= b.x() && a.y() <= b.y() && a.z() <= b.z(); };
+      const btVector3 loose = wider * (3.0 * room);
+      if (within(proxy.m_aabbMin, low) && within(high, proxy.m_aabbMax) && within(low - loose, proxy.m_aabbMin) && within(proxy.m_aabbMax, high + loose)) continue;
+      broadphase.setAabbForceUpdate(&proxy, low - room * wider, high + room * wider, getDispatcher());
     }
   }
 

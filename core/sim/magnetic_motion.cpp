@@ -79,7 +79,7 @@ void MagneticMotion::place_soft(const Team& team, std::vector<MagneticBody>& mag
     rows.push_back(i);
   }
   if (mutual.empty()) return;
-  const double tolerance = std::min(1e-6, 1e-2 * model_.scene.magnetic_tolerance);
+  const double tolerance = 1e-2 * model_.scene.magnetic_tolerance;
   const Induction induced = induce(team, mutual, by, model_.scene.magnetic_field, tolerance);
   for (std::size_t k = 0; k < rows.size(); ++k) magnets[rows[k]] = induced.bodies[k];
 }
@@ -107,7 +107,7 @@ std::vector<MagneticBody> MagneticMotion::placed(const Team& team, const RigidSt
   Points x(induced_.size(), 3);
   for (std::size_t k = 0; k < induced_.size(); ++k) x.row(k) = bodies[induced_[k]].pose.position.transpose();
   const Points moments = induced_moments(team, x, polarizabilities_, applied_field(team, bodies, coils, &known),
-                                         std::min(1e-6, 1e-2 * model_.scene.magnetic_tolerance));
+                                         1e-2 * model_.scene.magnetic_tolerance);
   for (std::size_t k = 0; k < induced_.size(); ++k) {
     MagneticBody& body = bodies[induced_[k]];
     body.source = std::make_shared<DipoleSet>(Points::Zero(1, 3), Points(moments.row(k)));
@@ -273,7 +273,7 @@ MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, cons
     const double start = time + step * (place - 1) / parts;
     currents_.kick(start + 0.25 * h, 0.5 * h, state, momenta, before, circuit);
     // The world's answer first: it wants velocities after the whole kick.
-    RigidState answer = state;
+    RigidState answer{state.positions, state.orientations, state.velocities, state.angular_velocities, {}};
     for (Index b = 0; b < n; ++b) {
       const Vec3 kick = h * (before[b].force / model_.body_mass[b].mass + gravity);
       answer.velocities.row(b) += kick.transpose();
