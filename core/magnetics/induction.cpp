@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -59,7 +60,7 @@ class MutualField {
     const Index n = static_cast<Index>(positions.rows());
     if (n > most_kept) return;
     columns_.resize(3 * n_lanes * eights());
-    factors_.resize(static_cast<std::size_t>(2 * n_lanes) * n * eights());
+    factors_.reset(new double[static_cast<std::size_t>(2 * n_lanes) * n * eights()]);  // each is written below
     parallel_for(team, eights(), [&](Index e) {
       double* x = columns_.data() + 3 * n_lanes * e;
       for (int lane = 0; lane < n_lanes; ++lane)
@@ -86,11 +87,12 @@ class MutualField {
   Index grain() const { return threads_sleep() ? 32 : 8; }
 
   Index eights() const { return (static_cast<Index>(positions_.rows()) + n_lanes - 1) / n_lanes; }
-  double* factors_of(Index e) { return factors_.data() + static_cast<std::size_t>(2 * n_lanes) * positions_.rows() * e; }
+  double* factors_of(Index e) { return factors_.get() + static_cast<std::size_t>(2 * n_lanes) * positions_.rows() * e; }
 
   const Team& team_;
   const Points& positions_;
-  std::vector<double> columns_, factors_;
+  std::vector<double> columns_;
+  std::unique_ptr<double[]> factors_;
 };
 
 }  // namespace

@@ -85,10 +85,7 @@ double driving_back(const Vec3& m, const Vec3& other, const Vec3& n) {
   const double size = std::sqrt(h.squaredNorm() / 6.0);
   if (size == 0.0) return 0.0;
   const double shape = std::clamp(h.determinant() / (2.0 * size * size * size), -1.0, 1.0);
-  // cos(acos(shape) / 3), the largest root of 4 t^3 - 3 t = shape: Newton's method comes down to it from 1 and stays above.
-  double t = 1.0;
-  for (int i = 0; i < 5; ++i) t -= (4.0 * t * t * t - 3.0 * t - shape) / (12.0 * t * t - 3.0);
-  return 2.0 * size * t;
+  return 2.0 * size * std::cos(std::acos(shape) / 3.0);
 }
 
 }  // namespace

@@ -11,11 +11,11 @@
 
 #include "core/base/error.h"
 #include "core/base/rotation.h"
-#include "core/rigid/bullet_contacts.h"
 #include "core/rigid/bullet_shapes.h"
 #include "core/rigid/contact_bytes.h"
 #include "core/rigid/rigid_body.h"
 #include "core/rigid/shape_geometry.h"
+#include "core/rigid/sphere_meeting.h"
 
 namespace loomstone {
 
@@ -60,9 +60,28 @@ class World : public btDiscreteDynamicsWorld {
   void saveKinematicState(btScalar) override {}
 };
 
+// Separating axes for hull against hull only: against the triangles of an obstacle Bullet would make a polyhedron of every
+// triangle in every step (fifteen times the time).
+void meet(btBroadphasePair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) {
+  const auto shape = [](const btBroadphaseProxy* proxy) {
+    return static_cast<const btCollisionObject*>(proxy->m_clientObject)->getCollisionShape();
+  };
+  btDispatcherInfo chosen = info;
+  const auto flat = [](const btCollisionShape* s) { return s->isConcave() || s->getShapeType() == TRIANGLE_SHAPE_PROXYTYPE; };
+  chosen.m_enableSatConvex = !flat(shape(pair.m_pProxy0)) && !flat(shape(pair.m_pProxy1));
+  btCollisionDispatcher::defaultNearCallback(pair, dispatcher, chosen);
+}
+
+btDefaultCollisionConstructionInfo room_for_spheres() {
+  btDefaultCollisionConstructionInfo info;
+  info.m_customCollisionAlgorithmMaxElementSize = SphereMeetings::size();
+  return info;
+}
+
 // Everything that restore() throws away. Members are destroyed in reverse order: world before what it refers to.
 struct Engine {
-  btDefaultCollisionConfiguration configuration;
+  btDefaultCollisionConfiguration configuration{room_for_spheres()};
+  SphereMeetings spheres;
   btCollisionDispatcher dispatcher{&configuration};
   btDbvtBroadphase broadphase;
   btSequentialImpulseConstraintSolver solver;
@@ -77,6 +96,7 @@ struct Engine {
     info.m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
     info.m_warmstartingFactor = 1.0;  // at 0.85 a stack of five cubes keeps swaying at 4 mm/s, at 1 it stands
     dispatcher.setNearCallback(meet);
+    spheres.enter(dispatcher);
     broadphase.m_cupdates = 100;  // [%] pairs that have parted are forgotten at once
     info.m_splitImpulsePenetrationThreshold = 0.0;  // pushing out of a penetration gives no velocity
     world.setGravity(to_bullet(gravity));

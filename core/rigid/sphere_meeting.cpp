@@ -1,0 +1,147 @@
+#include "core/rigid/sphere_meeting.h"
+
+#include <algorithm>
+#include <array>
+#include <new>
+#include <utility>
+#include <vector>
+
+#include "core/mesh/closest_on_triangle.h"
+#include "core/rigid/sphere_contacts.h"
+
+namespace loomstone {
+
+namespace {
+
+// In place of those of the step before. A new point goes on from the impulse of the old one whose normal is nearest.
+void put_points(btPersistentManifold& manifold, const std::vector<SphereContact>& contacts) {
+  constexpr btScalar same = 0.1;  // squared distance of normals: 18 degrees
+  btManifoldPoint old[MANIFOLD_CACHE_SIZE];
+  const int n_old = manifold.getNumContacts();
+  for (int k = 0; k < n_old; ++k) old[k] = manifold.getContactPoint(k);
+  manifold.clearManifold();
+  const btCollisionObject &a = *manifold.getBody0(), &b = *manifold.getBody1();
+  for (const SphereContact& contact : contacts) {
+    const btVector3 on_a = to_bullet(contact.on_sphere), on_b = to_bullet(contact.on_other), normal = to_bullet(contact.normal);
+    btManifoldPoint point(a.getWorldTransform().invXform(on_a), b.getWorldTransform().invXform(on_b), normal, contact.gap);
+    point.m_positionWorldOnA = on_a, point.m_positionWorldOnB = on_b;
+    point.m_combinedFriction = btManifoldResult::calculateCombinedFriction(&a, &b);
+    point.m_combinedRestitution = btManifoldResult::calculateCombinedRestitution(&a, &b);
+    const auto from = [&](const btManifoldPoint& p) { return p.m_normalWorldOnB.distance2(normal); };
+    btManifoldPoint* const before = std::min_element(old, old + n_old, [&](const auto& p, const auto& q) { return from(p) < from(q); });
+    if (before != old + n_old && from(*before) < same) {
+      point.m_appliedImpulse = before->m_appliedImpulse;
+      point.m_lifeTime = before->m_lifeTime + 1;
+    }
+    manifold.addManifoldPoint(point);
+  }
+}
+
+double radius(const btRigidBody& ball) { return static_cast<const btSphereShape*>(ball.getCollisionShape())->getRadius(); }
+
+// `near`: gap up to which they touch; `motion`: of the ball past the other in this step, none for balls that bounce.
+std::vector<SphereContact> with_ball(const btRigidBody& ball, const btRigidBody& other, double near, const Vec3& motion) {
+  const Vec3 at = from_bullet(ball.getWorldTransform().getOrigin()), past = from_bullet(other.getWorldTransform().getOrigin());
+  const SphereContact contact = sphere_contact(at, radius(ball), past, radius(other));
+  if (contact.gap <= near) return {contact};
+  if (contact.gap > motion.norm()) return {};
+  // What passes round the other would be held up by the plane that touches it.
+  const bool meets = least_gap(at, radius(ball), past, radius(other), motion) <= near;
+  if (!meets && -motion.dot(contact.normal) > contact.gap) return {};
+  return {contact};
+}
+
+// The triangles near a sphere, asked for again only once it has moved on.
+class NearTriangles : btTriangleCallback {
+ public:
+  // Those within `reach` of a point in the mesh's axes, and maybe more; `room`: how much farther to look, so as not to ask soon.
+  const std::vector<std::array<Vec3, 3>>& within(double reach, const btVector3& point, double room, const btBvhTriangleMeshShape& mesh) {
+    if ((point - asked_).length() + reach > reach_) {
+      asked_ = point, reach_ = reach + room;
+      triangles_.clear();
+      const btVector3 wide = btVector3(1, 1, 1) * reach_;
+      mesh.processAllTriangles(this, point - wide, point + wide);
+    }
+    return triangles_;
+  }
+
+ private:
+  void processTriangle(btVector3* corners, int, int) override {
+    const std::array<Vec3, 3> x = {from_bullet(corners[0]), from_bullet(corners[1]), from_bullet(corners[2])};
+    const Vec3 point = from_bullet(asked_);
+    if ((closest_on_triangle(point, x[0], x[1], x[2]).point - point).norm() <= reach_) triangles_.push_back(x);
+  }
+
+  std::vector<std::array<Vec3, 3>> triangles_;
+  btVector3 asked_{0, 0, 0};
+  double reach_ = -1.0;  // none known
+};
+
+std::vector<SphereContact> with_mesh(const btRigidBody& ball, const btRigidBody& other, double near, const Vec3& motion, NearTriangles& triangles) {
+  const btTransform& pose = other.getWorldTransform();
+  const btVector3 local = pose.invXform(ball.getWorldTransform().getOrigin());
+  const double reach = std::max(near, motion.norm());
+  SphereOnTriangles found(from_bullet(local), radius(ball), reach);
+  const auto& mesh = *static_cast<const btBvhTriangleMeshShape*>(other.getCollisionShape());
+  for (const auto& [a, b, c] : triangles.within(radius(ball) + reach, local, 0.1 * radius(ball), mesh)) found.add(a, b, c);
+  std::vector<SphereContact> contacts = found.contacts(MANIFOLD_CACHE_SIZE);
+  for (SphereContact& contact : contacts)
+    contact = {from_bullet(pose * to_bullet(contact.on_sphere)), from_bullet(pose * to_bullet(contact.on_other)),
+               from_bullet(pose.getBasis() * to_bullet(contact.normal)), contact.gap};
+  return contacts;
+}
+
+// Of one pair; the first of its bodies is a sphere, the second a sphere or a mesh.
+class SphereMeeting : public btCollisionAlgorithm {
+ public:
+  SphereMeeting(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObject* ball, const btCollisionObject* other)
+      : btCollisionAlgorithm(info), manifold_(m_dispatcher->getNewManifold(ball, other)) {}
+  ~SphereMeeting() override { m_dispatcher->releaseManifold(manifold_); }
+
+  void processCollision(const btCollisionObjectWrapper*, const btCollisionObjectWrapper*, const btDispatcherInfo& info,
+                        btManifoldResult* result) override {
+    result->setPersistentManifold(manifold_);
+    const auto& ball = *static_cast<const btRigidBody*>(manifold_->getBody0());
+    const auto& other = *static_cast<const btRigidBody*>(manifold_->getBody1());
+    const bool round = other.getCollisionShape()->getShapeType() == SPHERE_SHAPE_PROXYTYPE;
+    const btVector3 from = ball.getWorldTransform().getOrigin() - other.getWorldTransform().getOrigin();
+    btVector3 velocity = ball.getLinearVelocity() - (round ? other.getLinearVelocity() : other.getVelocityInLocalPoint(from));
+    velocity += (ball.getGravity() - other.getGravity()) * info.m_timeStep;
+    double near = manifold_->getContactBreakingThreshold();
+    if (btManifoldResult::calculateCombinedRestitution(&ball, &other) > 0.0) {
+      velocity.setZero();
+      if (manifold_->getNumContacts() == 0) near = 0.0;  // thrown back where they touch, no sooner
+    }
+    const Vec3 motion = from_bullet(velocity * info.m_timeStep);
+    put_points(*manifold_, round ? with_ball(ball, other, near, motion) : with_mesh(ball, other, near, motion, triangles_));
+  }
+  btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&, btManifoldResult*) override {
+    return 1.0;  // Bullet asks no one
+  }
+  void getAllContactManifolds(btManifoldArray& manifolds) override { manifolds.push_back(manifold_); }
+
+ private:
+  btPersistentManifold* manifold_;
+  NearTriangles triangles_;
+};
+
+}  // namespace
+
+int SphereMeetings::size() { return static_cast<int>(sizeof(SphereMeeting)); }
+
+void SphereMeetings::enter(btCollisionDispatcher& dispatcher) {
+  dispatcher.registerCollisionCreateFunc(SPHERE_SHAPE_PROXYTYPE, SPHERE_SHAPE_PROXYTYPE, &create_);
+  dispatcher.registerCollisionCreateFunc(SPHERE_SHAPE_PROXYTYPE, TRIANGLE_MESH_SHAPE_PROXYTYPE, &create_);
+  dispatcher.registerCollisionCreateFunc(TRIANGLE_MESH_SHAPE_PROXYTYPE, SPHERE_SHAPE_PROXYTYPE, &create_);
+}
+
+btCollisionAlgorithm* SphereMeetings::Create::CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
+                                                                       const btCollisionObjectWrapper* first,
+                                                                       const btCollisionObjectWrapper* second) {
+  const bool first_round = first->getCollisionShape()->getShapeType() == SPHERE_SHAPE_PROXYTYPE;
+  const btCollisionObject *ball = first->getCollisionObject(), *other = second->getCollisionObject();
+  if (!first_round) std::swap(ball, other);
+  return new (info.m_dispatcher1->allocateCollisionAlgorithm(size())) SphereMeeting(info, ball, other);
+}
+
+}  // namespace loomstone
