@@ -15,15 +15,20 @@ struct GmresResult {
   int iterations = 0;
 };
 
-// apply(x) gives A x. Stops at `tolerance` times the norm of the right side or after `most` iterations.
+// apply(x) gives A x. Stops at `tolerance` times the norm of the right side or after `most` iterations. start: where to begin,
+// empty: at zero.
 template <class Apply>
-GmresResult gmres(Apply&& apply, const Vector& right, double tolerance, int most) {
+GmresResult gmres(Apply&& apply, const Vector& right, double tolerance, int most, const Vector& start = {}) {
   GmresResult result{Vector::Zero(right.size()), 0.0, 0};
   const double size = right.norm();
   if (size == 0.0) return result;
+  Vector first = right;
+  if (start.size() > 0) first -= apply(start), result.solution = start;
+  const double left = first.norm();
+  if (left > 0.0) first /= left;
   // Arnoldi vectors, the triangle of their products, and the rotations that made it one.
-  std::vector<Vector> basis{right / size}, columns;
-  std::vector<double> cosines, sines, rest{size};
+  std::vector<Vector> basis{first}, columns;
+  std::vector<double> cosines, sines, rest{left};
   while (std::abs(rest.back()) > tolerance * size && result.iterations < most) {
     const int k = result.iterations++;
     Vector next = apply(basis[k]);

@@ -105,7 +105,7 @@ double sphere_polarizability(double radius, double susceptibility) {
 }
 
 Points induced_moments(const Team& team, const Points& positions, const Vector& polarizabilities, const Points& applied,
-                       double tolerance) {
+                       double tolerance, const Points& start) {
   const Points right = polarizabilities.asDiagonal() * applied;
   const auto rows = [&](const Vector& m) { return Eigen::Map<const Points>(m.data(), positions.rows(), 3); };
   const auto flat = [](const Points& m) { return Vector(Eigen::Map<const Vector>(m.data(), m.size())); };
@@ -113,7 +113,7 @@ Points induced_moments(const Team& team, const Points& positions, const Vector& 
   const auto apply = [&](const Vector& m) {
     return flat(rows(m) - polarizabilities.asDiagonal() * mutual.of(rows(m)));
   };
-  const GmresResult solved = gmres(apply, flat(right), tolerance, most_iterations);
+  const GmresResult solved = gmres(apply, flat(right), tolerance, most_iterations, start.rows() == positions.rows() ? flat(start) : Vector());
   if (!(solved.residual <= tolerance))
     throw SolverFailure("spheres that magnetise each other must come to an equilibrium, got a residual of " +
                         std::to_string(solved.residual) + " after " + std::to_string(solved.iterations) +

@@ -13,10 +13,11 @@ namespace loomstone {
 double sphere_polarizability(double radius, double susceptibility);
 
 // (n x 3) moments [A m^2] of spheres at (n x 3) positions [m] with polarizabilities (n) in the applied flux density (n x 3)
-// [T], to a relative residual of `tolerance`: generalised minimal residuals [Saad1986] on m - alpha T m = alpha B. Throws
-// SolverFailure where that is not reached in 200 iterations (spheres deep in one another).
+// [T], to a relative residual of `tolerance`: generalised minimal residuals [Saad1986] on m - alpha T m = alpha B, from moments
+// they may be near to (start, if as many). Throws SolverFailure where that is not reached in 200 iterations (spheres deep in one
+// another).
 Points induced_moments(const Team& team, const Points& positions, const Vector& polarizabilities, const Points& applied,
-                       double tolerance);
+                       double tolerance, const Points& start = {});
 
 // The same from radii [m] and susceptibilities (n), checked (throws InvalidInput).
 Points sphere_moments(const Team& team, const Points& positions, const std::vector<double>& radii,

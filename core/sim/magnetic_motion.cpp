@@ -94,7 +94,7 @@ std::vector<MagneticBody> MagneticMotion::placed(const Team& team, const RigidSt
 std::vector<MagneticBody> MagneticMotion::placed(const Team& team, const RigidState& state,
                                                  const std::vector<RigidPose>& obstacles,
                                                  const std::vector<MagneticBody>& coils,
-                                                 std::vector<KnownField>& known) const {
+                                                 std::vector<KnownField>& known, Points* moments) const {
   known.clear();
   std::vector<MagneticBody> bodies;
   for (const Model::Carried& magnet : model_.magnets)
@@ -106,11 +106,12 @@ std::vector<MagneticBody> MagneticMotion::placed(const Team& team, const RigidSt
   }
   Points x(induced_.size(), 3);
   for (std::size_t k = 0; k < induced_.size(); ++k) x.row(k) = bodies[induced_[k]].pose.position.transpose();
-  const Points moments = induced_moments(team, x, polarizabilities_, applied_field(team, bodies, coils, &known),
-                                         1e-2 * model_.scene.magnetic_tolerance);
+  const Points induced = induced_moments(team, x, polarizabilities_, applied_field(team, bodies, coils, &known),
+                                         1e-2 * model_.scene.magnetic_tolerance, moments ? *moments : Points());
+  if (moments) *moments = induced;
   for (std::size_t k = 0; k < induced_.size(); ++k) {
     MagneticBody& body = bodies[induced_[k]];
-    body.source = std::make_shared<DipoleSet>(Points::Zero(1, 3), Points(moments.row(k)));
+    body.source = std::make_shared<DipoleSet>(Points::Zero(1, 3), Points(induced.row(k)));
     body.pose.orientation = Vec4(1, 0, 0, 0);
   }
   return bodies;
@@ -130,19 +131,24 @@ std::vector<Wrench> MagneticMotion::wrenches(const Team& team, const RigidState&
   return result;
 }
 
+void MagneticMotion::forget() {
+  cause_.reset();
+  moments_.resize(0, 3);
+}
+
 void MagneticMotion::arrive(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles, double time) {
   Cause cause{state.positions, state.orientations, obstacles, currents_.resting(), currents_.all(time)};
   if (cause_ && *cause_ == cause) return;
   cause_.reset();
-  const auto act = [&](const std::vector<MagneticBody>& coils) {
+  const auto act = [&](const std::vector<MagneticBody>& coils, Points* moments = nullptr) {
     Instant now;
-    now.magnets = placed(team, state, obstacles, coils, now.known);
+    now.magnets = placed(team, state, obstacles, coils, now.known, moments);
     now.forces = wrenches(team, state, obstacles, now.magnets, now.known);
     return now;
   };
   std::vector<MagneticBody> coils;
   if (!induced_.empty()) coils = carrying_coils(model_, state, obstacles, currents_.all(time));
-  now_ = act(coils);
+  now_ = act(coils, &moments_);
   std::vector<Wrench> magnetised;
   if (!coils.empty()) {
     magnetised = now_.forces;

@@ -34,6 +34,9 @@ class MagneticMotion {
   // Of all magnets in one another's field and in the uniform one, without what coils magnetise [J].
   double energy(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles) const;
 
+  // What comes next depends on the state alone, no longer on how it came about.
+  void forget();
+
   struct Done {
     int substeps = 0;
     double error = 0.0;  // largest estimated error of a force at the end [N]
@@ -62,9 +65,11 @@ class MagneticMotion {
   };
   // Brings now_ to an instant and places the coils; a step begins where the one before has ended, which is told by the cause.
   void arrive(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles, double time);
-  // known: what `placed` found out on the way, used again by wrenches.
+  // known: what `placed` found out on the way, used again by wrenches. moments: of induced dipoles, where to begin and what
+  // they are then.
   std::vector<MagneticBody> placed(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles,
-                                   const std::vector<MagneticBody>& coils, std::vector<KnownField>& known) const;
+                                   const std::vector<MagneticBody>& coils, std::vector<KnownField>& known,
+                                   Points* moments = nullptr) const;
   // On each body and obstacle.
   std::vector<Wrench> wrenches(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles,
                                const std::vector<MagneticBody>& magnets, const std::vector<KnownField>& known) const;
@@ -86,6 +91,7 @@ class MagneticMotion {
   std::vector<Index> hard_, induced_;  // places in the list of magnets
   Vector polarizabilities_;            // of the induced ones, where they are dipoles
   bool soft_ = false;                  // the induced ones are not just dipoles
+  Points moments_;                     // (induced) at the last instant, where they are dipoles; empty: not known
   std::optional<Cause> cause_;         // of now_ and of the coils' places
   Instant now_;
 };

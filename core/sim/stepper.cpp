@@ -107,7 +107,7 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
       const bool froze = undone.froze && halving_for_motion && part.length() > StepPart::quarter;
       if (!solved || froze || (part.length() > 1 && ((undone.impacts > 0 && halving) || failed_limits))) {
         state = report.substeps == 0 ? start : before;
-        if (world_) world_->restore(state.rigid);
+        restart(state.rigid);
         forget_steps(state.cloth);
         take_back(had, report);
         outcome.contact = contact;
@@ -138,11 +138,11 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
     // A world rebuilt from State at fixed steps: what comes after depends on State alone, checkpoint or not.
     if (world_ && state.step % model_.scene.rigid_rebuild_interval == 0) {
       world_->save(state.rigid);
-      world_->restore(state.rigid);
+      restart(state.rigid);
     }
   } catch (const SolverFailure& failure) {
     state = start;
-    if (world_) world_->restore(state.rigid);
+    restart(state.rigid);
     std::ostringstream out;
     out << "step " << report.step << " (to time " << report.time << " s) failed: " << failure.what();
     throw SolverFailure(out.str());
@@ -318,6 +318,11 @@ void Stepper::integrate(State& state, StepReport& report) {
   report.newton_iterations += done.newton_iterations;
   report.linear_iterations += done.linear_iterations;
   report.linear_residual = done.residual;
+}
+
+void Stepper::restart(const RigidState& rigid) {
+  if (world_) world_->restore(rigid);
+  if (magnetics_) magnetics_->forget();
 }
 
 // What the cloth did to the bodies goes to Bullet as impulses; it adds loads and contacts among bodies.
