@@ -127,17 +127,19 @@ LOOMSTONE_INLINE double far_kernel(const double* table, Index padded, Index i, I
 std::vector<double> frequencies2(const std::vector<CoarseMagnet>& magnets, const std::vector<RigidPose>& poses,
                                  const std::vector<Index>& carrier, const std::vector<Carrier>& carriers, double field) {
   std::vector<double> result(carriers.size(), 0.0);
+  std::vector<std::size_t> all(magnets.size()), others;  // others: no soft spheres, which do not meet here
+  std::iota(all.begin(), all.end(), 0);
+  std::copy_if(all.begin(), all.end(), std::back_inserter(others), [&](std::size_t k) { return !magnets[k].soft_sphere; });
+  // Soft spheres beside what does not give way have nothing to meet.
+  if (std::all_of(others.begin(), others.end(), [&](std::size_t k) { return fixed(carriers[carrier[k]]); })) all = others;
   std::vector<Points> world(magnets.size());
-  for (std::size_t i = 0; i < magnets.size(); ++i) {
+  for (const std::size_t i : all) {
     world[i].resize(magnets[i].positions.rows(), 3);
     place_points(poses[i], magnets[i].positions, world[i]);
     if (!magnets[i].soft_sphere)
       result[carrier[i]] += magnets[i].moment * static_cast<double>(world[i].rows()) * field *
                             carriers[carrier[i]].inverse_inertia;
   }
-  std::vector<std::size_t> all(magnets.size()), others;  // others: no soft spheres, which do not meet here
-  std::iota(all.begin(), all.end(), 0);
-  std::copy_if(all.begin(), all.end(), std::back_inserter(others), [&](std::size_t k) { return !magnets[k].soft_sphere; });
   for (const std::size_t i : all) {
     for (const std::size_t k : magnets[i].soft_sphere ? others : all) {
       if (k <= i) continue;
