@@ -41,8 +41,9 @@ void SphereOnTriangles::add(const Vec3& a, const Vec3& b, const Vec3& c) {
 // Nearest on every triangle that shares the part, and told by the first of them.
 bool SphereOnTriangles::least_around(const Near& at) const {
   if (at.closest == all_corners) return true;
+  const double reach = at.distance * (1.0 + 1e-9);  // what has the part in it is no farther
   for (const Near& other : near_) {
-    if (&other == &at) continue;
+    if (&other == &at || other.distance > reach) continue;
     unsigned shared = 0, met = 0;
     for (int k = 0; k < 3; ++k)
       for (int j = 0; j < 3; ++j)

@@ -24,7 +24,9 @@ double least_gap(const Vec3& centre, double radius, const Vec3& other_centre, do
 class SphereOnTriangles {
  public:
   // Contacts are sought up to a gap of `reach` [m].
-  SphereOnTriangles(const Vec3& centre, double radius, double reach) : centre_(centre), radius_(radius), reach_(reach) {}
+  SphereOnTriangles(const Vec3& centre, double radius, double reach) : centre_(centre), radius_(radius), reach_(reach) {
+    near_.reserve(8);
+  }
   void add(const Vec3& a, const Vec3& b, const Vec3& c);
   // The nearest `most`, from the nearest on.
   std::vector<SphereContact> contacts(std::size_t most) const;

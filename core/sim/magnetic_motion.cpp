@@ -45,16 +45,12 @@ std::vector<MagneticBody> MagneticMotion::hard(const std::vector<MagneticBody>& 
 }
 
 Points MagneticMotion::applied_field(const Team& team, const std::vector<MagneticBody>& magnets,
-                                     const std::vector<MagneticBody>& coils, std::vector<KnownField>* known) const {
+                                     const std::vector<MagneticBody>& coils, std::vector<KnownField>& known) const {
   Points x(induced_.size(), 3), field = Points::Zero(induced_.size(), 3);
   for (std::size_t k = 0; k < induced_.size(); ++k) x.row(k) = magnets[induced_[k]].pose.position.transpose();
   for (const MagneticBody& body : hard(magnets)) {
-    if (known) {
-      known->push_back({body, x, magnetic_field_and_gradient(team, body, x)});
-      field += known->back().there.field;
-    } else {
-      field += magnetic_field(team, {body}, x, "B");
-    }
+    known.push_back({body, x, magnetic_field_and_gradient(team, body, x)});
+    field += known.back().there.field;
   }
   if (!coils.empty()) field += magnetic_field(team, coils, x, "B");
   field.rowwise() += model_.scene.magnetic_field.transpose();
@@ -106,7 +102,7 @@ std::vector<MagneticBody> MagneticMotion::placed(const Team& team, const RigidSt
   }
   Points x(induced_.size(), 3);
   for (std::size_t k = 0; k < induced_.size(); ++k) x.row(k) = bodies[induced_[k]].pose.position.transpose();
-  const Points induced = induced_moments(team, x, polarizabilities_, applied_field(team, bodies, coils, &known),
+  const Points induced = induced_moments(team, x, polarizabilities_, applied_field(team, bodies, coils, known),
                                          1e-2 * model_.scene.magnetic_tolerance, moments ? *moments : Points());
   if (moments) *moments = induced;
   for (std::size_t k = 0; k < induced_.size(); ++k) {
@@ -209,7 +205,11 @@ std::vector<Wrench> MagneticMotion::wrenches(const Team& team, const RigidState&
 // were hard, in the field that is not theirs: the other half is stored in them.
 double MagneticMotion::energy(const Team& team, const RigidState& state,
                               const std::vector<RigidPose>& obstacles) const {
-  const std::vector<MagneticBody> magnets = placed(team, state, obstacles, {});
+  const bool here = cause_ && model_.coils.empty() && cause_->positions == state.positions &&
+                    cause_->orientations == state.orientations && cause_->obstacles == obstacles;
+  std::vector<KnownField> known;
+  const std::vector<MagneticBody> magnets = here ? now_.magnets : placed(team, state, obstacles, {}, known);
+  if (here) known = now_.known;
   const std::vector<MagneticBody> hard = this->hard(magnets);
   std::vector<Index> groups;
   double total = 0.0;
@@ -227,9 +227,11 @@ double MagneticMotion::energy(const Team& team, const RigidState& state,
     }
     return total;
   }
-  const Points applied = applied_field(team, magnets, {});
-  for (std::size_t k = 0; k < induced_.size(); ++k)
-    total -= 0.5 * magnets[induced_[k]].moment().dot(applied.row(k).transpose());
+  for (std::size_t k = 0; k < induced_.size(); ++k) {
+    Vec3 applied = model_.scene.magnetic_field;
+    for (const KnownField& field : known) applied += field.there.field.row(k).transpose();
+    total -= 0.5 * magnets[induced_[k]].moment().dot(applied);
+  }
   return total;
 }
 

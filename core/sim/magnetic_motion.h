@@ -81,7 +81,7 @@ class MagneticMotion {
   void place_soft(const Team& team, std::vector<MagneticBody>& magnets, const std::vector<MagneticBody>& coils) const;
   // Flux density at the induced spheres but for their own [T], and their places in the list of magnets.
   Points applied_field(const Team& team, const std::vector<MagneticBody>& magnets, const std::vector<MagneticBody>& coils,
-                       std::vector<KnownField>* known = nullptr) const;
+                       std::vector<KnownField>& known) const;
 
   const Model& model_;
   std::vector<Rotor> rotors_;
