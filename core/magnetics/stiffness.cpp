@@ -27,12 +27,13 @@ CoarseMagnet divided(const Vec3& low, const Vec3& high) {
     const double longest = part.maxCoeff(&axis);
     if (longest <= longest_part * std::cbrt(part.prod()) || count[0] * count[1] * count[2] * 2 > most_parts) {
       CoarseMagnet coarse;
-      coarse.positions.resize(count[0] * count[1] * count[2], 3);
+      Points positions(count[0] * count[1] * count[2], 3);
       Index row = 0;
       for (int i = 0; i < count[0]; ++i)
         for (int j = 0; j < count[1]; ++j)
           for (int k = 0; k < count[2]; ++k)
-            coarse.positions.row(row++) = (low + part.cwiseProduct(Vec3(i + 0.5, j + 0.5, k + 0.5))).transpose();
+            positions.row(row++) = (low + part.cwiseProduct(Vec3(i + 0.5, j + 0.5, k + 0.5))).transpose();
+      coarse.positions = std::make_shared<const Points>(std::move(positions));
       coarse.size = std::cbrt(part.prod());
       return coarse;
     }
@@ -55,14 +56,14 @@ CoarseMagnet coarse_magnet(const Source& source) {
   } else if (const auto* solenoid = dynamic_cast<const Solenoid*>(&source)) {
     winding(solenoid->coil_radius(), solenoid->length());
   } else if (const DipoleSet* set = source.dipoles(); set && set->positions().rows() > 0) {
-    coarse.positions = set->positions();
+    coarse.positions = std::make_shared<const Points>(set->positions());
     coarse.moment = set->moments().rowwise().norm().maxCoeff();
     return coarse;
   } else {
-    coarse.positions = Points::Zero(1, 3);
+    coarse.positions = std::make_shared<const Points>(Points::Zero(1, 3));
     coarse.size = source.radius();
   }
-  coarse.moment = source.moment().norm() / static_cast<double>(coarse.positions.rows());
+  coarse.moment = source.moment().norm() / static_cast<double>(coarse.positions->rows());
   return coarse;
 }
 
@@ -134,8 +135,8 @@ std::vector<double> frequencies2(const std::vector<CoarseMagnet>& magnets, const
   if (std::all_of(others.begin(), others.end(), [&](std::size_t k) { return fixed(carriers[carrier[k]]); })) all = others;
   std::vector<Points> world(magnets.size());
   for (const std::size_t i : all) {
-    world[i].resize(magnets[i].positions.rows(), 3);
-    place_points(poses[i], magnets[i].positions, world[i]);
+    world[i].resize(magnets[i].positions->rows(), 3);
+    place_points(poses[i], *magnets[i].positions, world[i]);
     if (!magnets[i].soft_sphere)
       result[carrier[i]] += magnets[i].moment * static_cast<double>(world[i].rows()) * field *
                             carriers[carrier[i]].inverse_inertia;
@@ -205,9 +206,9 @@ void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& sp
                              const RigidPose& pose, const Gradients& gradient,
                              const std::vector<Carrier>& carriers, std::vector<double>& frequencies2) {
   const Index n = static_cast<Index>(spheres.size());
-  const bool few = by.positions.rows() <= most_parts;
-  Points parts(by.positions.rows(), 3);
-  place_points(pose, by.positions, parts);
+  const bool few = by.positions->rows() <= most_parts;
+  Points parts(by.positions->rows(), 3);
+  place_points(pose, *by.positions, parts);
   std::vector<double> each(n);
   parallel_for(
       team, n,

@@ -4,6 +4,7 @@
 // m m' / r^3. Dipoles of solid magnets do not come closer than their own size.
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "core/magnetics/body.h"
@@ -11,7 +12,7 @@
 namespace loomstone {
 
 struct CoarseMagnet {
-  Points positions;       // (n x 3) of dipoles, in the axes of the source [m]
+  std::shared_ptr<const Points> positions;  // (n x 3) of dipoles, in the axes of the source [m]
   double moment = 0.0;    // of each [A m^2]
   double size = 0.0;      // edge of the part that each stands for; 0: points [m]
   bool soft_sphere = false;  // see SoftSphere

@@ -32,6 +32,11 @@ double least_gap(const Vec3& centre, double radius, const Vec3& other_centre, do
   return (arm + share * motion).norm() - radius - other_radius;
 }
 
+void SphereOnTriangles::begin(const Vec3& centre, double radius, double reach) {
+  centre_ = centre, radius_ = radius, reach_ = reach;
+  near_.clear();
+}
+
 void SphereOnTriangles::add(const Vec3& a, const Vec3& b, const Vec3& c) {
   const TrianglePoint closest = closest_on_triangle(centre_, a, b, c);
   const double distance = (centre_ - closest.point).norm();
@@ -54,14 +59,15 @@ bool SphereOnTriangles::least_around(const Near& at) const {
   return true;
 }
 
-std::vector<SphereContact> SphereOnTriangles::contacts(std::size_t most) const {
-  std::vector<const Near*> kept;
+void SphereOnTriangles::contacts(std::size_t most, std::vector<SphereContact>& contacts) {
+  least_.clear();
   for (const Near& at : near_)
-    if (least_around(at)) kept.push_back(&at);
-  std::stable_sort(kept.begin(), kept.end(), [](const Near* a, const Near* b) { return a->distance < b->distance; });
-  if (kept.size() > most) kept.resize(most);
-  std::vector<SphereContact> contacts;
-  for (const Near* at : kept) {
+    if (least_around(at)) least_.push_back(&at);
+  std::sort(least_.begin(), least_.end(), [](const Near* a, const Near* b) {
+    return a->distance != b->distance ? a->distance < b->distance : a < b;
+  });
+  if (least_.size() > most) least_.resize(most);
+  for (const Near* at : least_) {
     Vec3 normal = centre_ - at->point;
     if (at->distance > 1e-12 * radius_)
       normal /= at->distance;
@@ -69,7 +75,6 @@ std::vector<SphereContact> SphereOnTriangles::contacts(std::size_t most) const {
       normal = (at->corners[1] - at->corners[0]).cross(at->corners[2] - at->corners[0]).normalized();
     contacts.push_back({centre_ - radius_ * normal, at->point, normal, at->distance - radius_});
   }
-  return contacts;
 }
 
 }  // namespace loomstone

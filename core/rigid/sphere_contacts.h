@@ -23,13 +23,11 @@ double least_gap(const Vec3& centre, double radius, const Vec3& other_centre, do
 // sphere that rolls over a plane is not held up by the edges within it.
 class SphereOnTriangles {
  public:
-  // Contacts are sought up to a gap of `reach` [m].
-  SphereOnTriangles(const Vec3& centre, double radius, double reach) : centre_(centre), radius_(radius), reach_(reach) {
-    near_.reserve(8);
-  }
+  // Contacts are sought up to a gap of `reach` [m]. Forgets what was told before.
+  void begin(const Vec3& centre, double radius, double reach);
   void add(const Vec3& a, const Vec3& b, const Vec3& c);
-  // The nearest `most`, from the nearest on.
-  std::vector<SphereContact> contacts(std::size_t most) const;
+  // Adds the nearest `most`, from the nearest on.
+  void contacts(std::size_t most, std::vector<SphereContact>& contacts);
 
  private:
   struct Near {
@@ -41,8 +39,9 @@ class SphereOnTriangles {
   bool least_around(const Near& at) const;
 
   Vec3 centre_;
-  double radius_, reach_;
+  double radius_ = 0.0, reach_ = 0.0;
   std::vector<Near> near_;  // in the order in which they were told
+  std::vector<const Near*> least_;
 };
 
 }  // namespace loomstone

@@ -40,15 +40,16 @@ void put_points(btPersistentManifold& manifold, const std::vector<SphereContact>
 double radius(const btRigidBody& ball) { return static_cast<const btSphereShape*>(ball.getCollisionShape())->getRadius(); }
 
 // `near`: gap up to which they touch; `motion`: of the ball past the other in this step, none for balls that bounce.
-std::vector<SphereContact> with_ball(const btRigidBody& ball, const btRigidBody& other, double near, const Vec3& motion) {
+void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, const Vec3& motion, std::vector<SphereContact>& contacts) {
   const Vec3 at = from_bullet(ball.getWorldTransform().getOrigin()), past = from_bullet(other.getWorldTransform().getOrigin());
   const SphereContact contact = sphere_contact(at, radius(ball), past, radius(other));
-  if (contact.gap <= near) return {contact};
-  if (contact.gap > motion.norm()) return {};
-  // What passes round the other would be held up by the plane that touches it.
-  const bool meets = least_gap(at, radius(ball), past, radius(other), motion) <= near;
-  if (!meets && -motion.dot(contact.normal) > contact.gap) return {};
-  return {contact};
+  if (contact.gap > near) {
+    if (contact.gap > motion.norm()) return;
+    // What passes round the other would be held up by the plane that touches it.
+    const bool meets = least_gap(at, radius(ball), past, radius(other), motion) <= near;
+    if (!meets && -motion.dot(contact.normal) > contact.gap) return;
+  }
+  contacts.push_back(contact);
 }
 
 // The triangles near a sphere, asked for again only once it has moved on.
@@ -77,18 +78,18 @@ class NearTriangles : btTriangleCallback {
   double reach_ = -1.0;  // none known
 };
 
-std::vector<SphereContact> with_mesh(const btRigidBody& ball, const btRigidBody& other, double near, const Vec3& motion, NearTriangles& triangles) {
+void add_mesh(const btRigidBody& ball, const btRigidBody& other, double near, const Vec3& motion, NearTriangles& triangles,
+              SphereOnTriangles& found, std::vector<SphereContact>& contacts) {
   const btTransform& pose = other.getWorldTransform();
   const btVector3 local = pose.invXform(ball.getWorldTransform().getOrigin());
   const double reach = std::max(near, motion.norm());
-  SphereOnTriangles found(from_bullet(local), radius(ball), reach);
+  found.begin(from_bullet(local), radius(ball), reach);
   const auto& mesh = *static_cast<const btBvhTriangleMeshShape*>(other.getCollisionShape());
   for (const auto& [a, b, c] : triangles.within(radius(ball) + reach, local, 0.1 * radius(ball), mesh)) found.add(a, b, c);
-  std::vector<SphereContact> contacts = found.contacts(MANIFOLD_CACHE_SIZE);
+  found.contacts(MANIFOLD_CACHE_SIZE, contacts);
   for (SphereContact& contact : contacts)
     contact = {from_bullet(pose * to_bullet(contact.on_sphere)), from_bullet(pose * to_bullet(contact.on_other)),
                from_bullet(pose.getBasis() * to_bullet(contact.normal)), contact.gap};
-  return contacts;
 }
 
 // Of one pair; the first of its bodies is a sphere, the second a sphere or a mesh.
@@ -113,7 +114,13 @@ class SphereMeeting : public btCollisionAlgorithm {
       if (manifold_->getNumContacts() == 0) near = 0.0;  // thrown back where they touch, no sooner
     }
     const Vec3 motion = from_bullet(velocity * info.m_timeStep);
-    put_points(*manifold_, round ? with_ball(ball, other, near, motion) : with_mesh(ball, other, near, motion, triangles_));
+    contacts_.clear();
+    if (round) {
+      add_ball(ball, other, near, motion, contacts_);
+    } else {
+      add_mesh(ball, other, near, motion, triangles_, found_, contacts_);
+    }
+    put_points(*manifold_, contacts_);
   }
   btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&, btManifoldResult*) override {
     return 1.0;  // Bullet asks no one
@@ -123,6 +130,8 @@ class SphereMeeting : public btCollisionAlgorithm {
  private:
   btPersistentManifold* manifold_;
   NearTriangles triangles_;
+  SphereOnTriangles found_;              // these two are kept for their memory alone
+  std::vector<SphereContact> contacts_;
 };
 
 }  // namespace

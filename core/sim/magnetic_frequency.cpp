@@ -44,7 +44,7 @@ double MagneticMotion::frequency(const Team& team, const RigidState& state, cons
     double moment = source->induced() ? spread(source) : magnets[i].moment().norm();
     if (even != source) moment = std::min(moment, spread(even));
     coarse[i].soft_sphere = soft_spheres;
-    coarse[i].moment = (soft_spheres ? 1.0 : 1.75) * moment / static_cast<double>(coarse[i].positions.rows());
+    coarse[i].moment = (soft_spheres ? 1.0 : 1.75) * moment / static_cast<double>(coarse[i].positions->rows());
     if (soft_spheres)
       spheres.push_back({groups_[i], poses[i].position, magnets[i].moment(), model_.magnets[i].radius});
   }

@@ -30,7 +30,7 @@ MagneticMotion::MagneticMotion(const Model& model) : model_(model), currents_(mo
     if (magnet.source || magnet.soft)
       coarse_.push_back(coarse_magnet(magnet.source ? *magnet.source : *magnet.soft->solid()));
     else
-      coarse_.push_back(CoarseMagnet{Points::Zero(1, 3), 0.0, 2.0 * magnet.radius});
+      coarse_.push_back(CoarseMagnet{std::make_shared<const Points>(Points::Zero(1, 3)), 0.0, 2.0 * magnet.radius});
     soft_ |= magnet.soft != nullptr;
   }
   for (const Model::Wound& wound : model.coils) coarse_coils_.push_back(coarse_magnet(*wound.source));

@@ -12,11 +12,14 @@ using namespace loomstone;
 namespace {
 
 std::vector<SphereContact> contacts_on(const TriangleMesh& mesh, const Vec3& centre, double radius, double reach) {
-  SphereOnTriangles found(centre, radius, reach);
+  SphereOnTriangles found;
+  found.begin(centre, radius, reach);
   const Points& x = mesh.vertices();
   for (const auto& t : mesh.triangles().rowwise())
     found.add(x.row(t[0]).transpose(), x.row(t[1]).transpose(), x.row(t[2]).transpose());
-  return found.contacts(4);
+  std::vector<SphereContact> contacts;
+  found.contacts(4, contacts);
+  return contacts;
 }
 
 RigidBody ball_at(const Vec3& position, const Vec3& velocity, double restitution = 0.0) {
