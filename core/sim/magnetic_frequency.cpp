@@ -40,13 +40,16 @@ double MagneticMotion::frequency(const Team& team, const RigidState& state, cons
   std::vector<SoftSphere> spheres;
   const bool soft_spheres = !soft_ && !induced_.empty() && polarizabilities_.minCoeff() > 0.0;
   for (const Index i : induced_) {
+    if (soft_spheres) {
+      spheres.push_back({groups_[i], poses[i].position, magnets[i].moment(), model_.magnets[i].radius});
+      coarse[i].soft_sphere = true;
+      coarse[i].moment = spheres.back().moment.norm() / static_cast<double>(coarse[i].positions->rows());
+      continue;
+    }
     const SourcePtr &source = magnets[i].source, even = even_source(source);
     double moment = source->induced() ? spread(source) : magnets[i].moment().norm();
     if (even != source) moment = std::min(moment, spread(even));
-    coarse[i].soft_sphere = soft_spheres;
-    coarse[i].moment = (soft_spheres ? 1.0 : 1.75) * moment / static_cast<double>(coarse[i].positions->rows());
-    if (soft_spheres)
-      spheres.push_back({groups_[i], poses[i].position, magnets[i].moment(), model_.magnets[i].radius});
+    coarse[i].moment = 1.75 * moment / static_cast<double>(coarse[i].positions->rows());
   }
   std::vector<Index> groups = groups_;
   for (std::size_t j = 0; j < model_.coils.size(); ++j) {
