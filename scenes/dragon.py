@@ -69,7 +69,7 @@ def scene(spheres: int = 250, cells: int = 0, mesh: str = "", polarization: floa
         )
         magnets.append(ls.Magnet(body=f"ball {i + 1}", shape="sphere", radius=BALL, susceptibility=1000.0))
     return ls.Scene(bodies=bodies, magnets=magnets, obstacles=[carrier, ls.floor(size=1.0)], magnetic_tolerance=1e-3,
-                    magnetic_step=1.0, rigid_iterations=12)  # fmt: skip
+                    magnetic_step=1.0, rigid_iterations=10)  # fmt: skip
 
 
 def check(run: ls.Run) -> None:

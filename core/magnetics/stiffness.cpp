@@ -86,7 +86,7 @@ double driving_back(const Vec3& m, const Vec3& other, const Vec3& n) {
   const double size = std::sqrt(h.squaredNorm() / 6.0);
   if (size == 0.0) return 0.0;
   const double shape = std::clamp(h.determinant() / (2.0 * size * size * size), -1.0, 1.0);
-  // cos(acos(shape) / 3), which is smooth in cos(acos(shape) / 2), by a polynomial that is at most 2.1e-5 above it.
+  // cos(acos(shape) / 3), which is smooth in cos(acos(shape) / 2), by a polynomial that is at most 2.2e-5 above it.
   const double s = std::sqrt(0.5 * (1.0 + shape));
   return 2.0 * size * (0.5000217 + s * (0.5768125 + s * (-0.1064940 + s * (0.0383529 - 0.0086883 * s))));
 }

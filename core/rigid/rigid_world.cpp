@@ -38,8 +38,9 @@ class World : public btDiscreteDynamicsWorld {
       btCollisionObject& object = *m_collisionObjects[i];
       btBroadphaseProxy& proxy = *object.getBroadphaseHandle();
       const btCollisionShape& shape = *object.getCollisionShape();
-      const btScalar margin = std::min(shape.getContactBreakingThreshold(gContactBreakingThreshold), gContactBreakingThreshold);
-      const btVector3 wider(margin, margin, margin);
+      if (i == static_cast<int>(margins_.size()))
+        margins_.push_back(std::min(shape.getContactBreakingThreshold(gContactBreakingThreshold), gContactBreakingThreshold));
+      const btVector3 wider(margins_[i], margins_[i], margins_[i]);
       btVector3 low, high, end_low, end_high;
       shape.getAabb(object.getWorldTransform(), low, high);
       shape.getAabb(object.getInterpolationWorldTransform(), end_low, end_high);  // of an obstacle the same
@@ -58,6 +59,9 @@ class World : public btDiscreteDynamicsWorld {
 
  protected:
   void saveKinematicState(btScalar) override {}
+
+ private:
+  std::vector<btScalar> margins_;  // of the objects, none of which is ever taken away
 };
 
 // Separating axes for hull against hull only: against the triangles of an obstacle Bullet would make a polyhedron of every
