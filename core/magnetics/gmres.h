@@ -2,6 +2,7 @@
 // magnetise one another are close to the identity, and each product costs far more than the sums over the basis.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -16,7 +17,8 @@ struct GmresResult {
 };
 
 // apply(x) gives A x. Stops at `tolerance` times the norm of the right side or after `most` iterations. start: where to begin,
-// empty: at zero.
+// empty: at zero. A start within 1 + 1e-6 tolerances stays as it is: a solution, which rounding may put beyond the one, is not
+// improved.
 template <class Apply>
 GmresResult gmres(Apply&& apply, const Vector& right, double tolerance, int most, const Vector& start = {}) {
   GmresResult result{Vector::Zero(right.size()), 0.0, 0};
@@ -25,7 +27,11 @@ GmresResult gmres(Apply&& apply, const Vector& right, double tolerance, int most
   Vector first = right;
   if (start.size() > 0) first -= apply(start), result.solution = start;
   const double left = first.norm();
-  if (left > 0.0) first /= left;
+  if (start.size() > 0 && left <= (1.0 + 1e-6) * tolerance * size) {
+    result.residual = std::min(left / size, tolerance);
+    return result;
+  }
+  first /= left;
   // Arnoldi vectors, the triangle of their products, and the rotations that made it one.
   std::vector<Vector> basis{first}, columns;
   std::vector<double> cosines, sines, rest{left};

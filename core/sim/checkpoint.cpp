@@ -67,6 +67,7 @@ Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutco
   const CircuitState& circuits = state.circuits;
   put(c, "circuits", Vec4(circuits.energy, circuits.heat, circuits.supply, circuits.bearings));
   put(c, "circuits.currents", circuits.currents);
+  put(c, "induced_moments", state.induced_moments);
   c.bytes["rigid.manifolds"] = state.rigid.manifolds;
   const auto& anchors = state.contacts.anchors;
   Points slip(anchors.size(), 3);
@@ -115,6 +116,7 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
   s.circuits.energy = energies[0], s.circuits.heat = energies[1], s.circuits.supply = energies[2];
   s.circuits.bearings = energies[3];
   get(c, "circuits.currents", s.circuits.currents, state.circuits.currents);
+  get(c, "induced_moments", s.induced_moments);
   Points slip;
   Vector force;
   get(c, "contacts.slip", slip);

@@ -127,24 +127,20 @@ std::vector<Wrench> MagneticMotion::wrenches(const Team& team, const RigidState&
   return result;
 }
 
-void MagneticMotion::forget() {
-  cause_.reset();
-  moments_.resize(0, 3);
-}
-
-void MagneticMotion::arrive(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles, double time) {
+void MagneticMotion::arrive(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles, double time,
+                            Points& moments) {
   Cause cause{state.positions, state.orientations, obstacles, currents_.resting(), currents_.all(time)};
   if (cause_ && *cause_ == cause) return;
   cause_.reset();
-  const auto act = [&](const std::vector<MagneticBody>& coils, Points* moments = nullptr) {
+  const auto act = [&](const std::vector<MagneticBody>& coils, Points* begin = nullptr) {
     Instant now;
-    now.magnets = placed(team, state, obstacles, coils, now.known, moments);
+    now.magnets = placed(team, state, obstacles, coils, now.known, begin);
     now.forces = wrenches(team, state, obstacles, now.magnets, now.known);
     return now;
   };
   std::vector<MagneticBody> coils;
   if (!induced_.empty()) coils = carrying_coils(model_, state, obstacles, currents_.all(time));
-  now_ = act(coils, &moments_);
+  now_ = act(coils, &moments);
   std::vector<Wrench> magnetised;
   if (!coils.empty()) {
     magnetised = now_.forces;
@@ -204,11 +200,11 @@ std::vector<Wrench> MagneticMotion::wrenches(const Team& team, const RigidState&
 // Hard magnets in one another's field and in the uniform one; induced dipoles have half of what they would have if they
 // were hard, in the field that is not theirs: the other half is stored in them.
 double MagneticMotion::energy(const Team& team, const RigidState& state,
-                              const std::vector<RigidPose>& obstacles) const {
+                              const std::vector<RigidPose>& obstacles, Points moments) const {
   const bool here = cause_ && model_.coils.empty() && cause_->positions == state.positions &&
                     cause_->orientations == state.orientations && cause_->obstacles == obstacles;
   std::vector<KnownField> known;
-  const std::vector<MagneticBody> magnets = here ? now_.magnets : placed(team, state, obstacles, {}, known);
+  const std::vector<MagneticBody> magnets = here ? now_.magnets : placed(team, state, obstacles, {}, known, &moments);
   if (here) known = now_.known;
   const std::vector<MagneticBody> hard = this->hard(magnets);
   std::vector<Index> groups;
@@ -238,7 +234,7 @@ double MagneticMotion::energy(const Team& team, const RigidState& state,
 MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, const Points& impulses,
                                              const Points& angular_impulses, const ObstaclePlaces& obstacles,
                                              const ObstaclePlaces& moved_obstacles, double time, RigidWorld& world,
-                                             RigidState& state, CircuitState& circuit) {
+                                             RigidState& state, CircuitState& circuit, Points& moments) {
   const Index n = model_.n_bodies();
   Points momenta(n, 3);  // angular, world axes [kg m^2/s]
   for (Index b = 0; b < n; ++b) {
@@ -255,7 +251,7 @@ MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, cons
   std::vector<std::uint8_t> touched;
   std::vector<Wrench> before;
   currents_.move(obstacles.poses, moved_obstacles.poses, step);
-  arrive(team, state, obstacles.poses, time);
+  arrive(team, state, obstacles.poses, time, moments);
   Done done;
   int parts = 1;              // the sub-step is step / parts; `place` of them are done
   double limit = model_.scene.magnetic_step;
@@ -306,7 +302,7 @@ MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, cons
       state.positions.row(b) += h * state.velocities.row(b);
       state.orientations.row(b) = freely_turned(rotors_[b], orientation, momenta.row(b).transpose(), h).transpose();
     }
-    arrive(team, state, at_end.poses, start + h);
+    arrive(team, state, at_end.poses, start + h, moments);
     before = now_.forces;
     currents_.kick(start + 0.75 * h, 0.5 * h, state, momenta, before, circuit);
     for (Index b = 0; b < n; ++b) {

@@ -31,21 +31,20 @@ class MagneticMotion {
   // some; obstacles (o) stand at their poses.
   std::vector<Wrench> wrenches(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles,
                                const Vector& currents) const;
-  // Of all magnets in one another's field and in the uniform one, without what coils magnetise [J].
-  double energy(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles) const;
-
-  // What comes next depends on the state alone, no longer on how it came about.
-  void forget();
+  // Of all magnets in one another's field and in the uniform one, without what coils magnetise [J]. moments: of induced
+  // dipoles, from which to begin.
+  double energy(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles, Points moments) const;
 
   struct Done {
     int substeps = 0;
     double error = 0.0;  // largest estimated error of a force at the end [N]
   };
   // Advances the bodies by `step`; impulses [N s] and angular impulses [N m s] (b x 3) act first; obstacles go from one place
-  // to the other; `time` is that of the start [s]. `world` knows of no gravity and no gyroscopic forces. Throws SolverFailure.
+  // to the other; `time` is that of the start [s]. `world` knows of no gravity and no gyroscopic forces. moments: of induced
+  // dipoles, from which to begin, and those at the end. Throws SolverFailure.
   Done advance(const Team& team, double step, const Points& impulses, const Points& angular_impulses,
                const ObstaclePlaces& obstacles, const ObstaclePlaces& moved_obstacles, double time,
-               RigidWorld& world, RigidState& state, CircuitState& circuit);
+               RigidWorld& world, RigidState& state, CircuitState& circuit, Points& moments);
 
  private:
   // Magnets and what they do to one another at one instant, without currents of circuits.
@@ -64,7 +63,7 @@ class MagneticMotion {
     bool operator==(const Cause& other) const = default;
   };
   // Brings now_ to an instant and places the coils; a step begins where the one before has ended, which is told by the cause.
-  void arrive(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles, double time);
+  void arrive(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles, double time, Points& moments);
   // known: what `placed` found out on the way, used again by wrenches. moments: of induced dipoles, where to begin and what
   // they are then.
   std::vector<MagneticBody> placed(const Team& team, const RigidState& state, const std::vector<RigidPose>& obstacles,
@@ -91,7 +90,6 @@ class MagneticMotion {
   std::vector<Index> hard_, induced_;  // places in the list of magnets
   Vector polarizabilities_;            // of the induced ones, where they are dipoles
   bool soft_ = false;                  // the induced ones are not just dipoles
-  Points moments_;                     // (induced) at the last instant, where they are dipoles; empty: not known
   std::optional<Cause> cause_;         // of now_ and of the coils' places
   Instant now_;
 };

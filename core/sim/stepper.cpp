@@ -110,7 +110,7 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
       const bool froze = undone.froze && halving_for_motion && part.length() > StepPart::quarter;
       if (!solved || froze || (part.length() > 1 && ((undone.impacts > 0 && halving) || failed_limits))) {
         state = report.substeps == 0 ? start : before;
-        restart(state.rigid);
+        if (world_) world_->restore(state.rigid);
         forget_steps(state.cloth);
         take_back(had, report);
         outcome.contact = contact;
@@ -141,11 +141,11 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
     // A world rebuilt from State at fixed steps: what comes after depends on State alone, checkpoint or not.
     if (world_ && state.step % model_.scene.rigid_rebuild_interval == 0) {
       world_->save(state.rigid);
-      restart(state.rigid);
+      world_->restore(state.rigid);
     }
   } catch (const SolverFailure& failure) {
     state = start;
-    restart(state.rigid);
+    if (world_) world_->restore(state.rigid);
     std::ostringstream out;
     out << "step " << report.step << " (to time " << report.time << " s) failed: " << failure.what();
     throw SolverFailure(out.str());
@@ -323,11 +323,6 @@ void Stepper::integrate(State& state, StepReport& report) {
   report.linear_residual = done.residual;
 }
 
-void Stepper::restart(const RigidState& rigid) {
-  if (world_) world_->restore(rigid);
-  if (magnetics_) magnetics_->forget();
-}
-
 // What the cloth did to the bodies goes to Bullet as impulses; it adds loads and contacts among bodies.
 void Stepper::bodies(State& state, StepReport& report) {
   if (!world_) return;
@@ -342,7 +337,7 @@ void Stepper::bodies(State& state, StepReport& report) {
   if (!magnetics_) return world_->advance(step_, impulses, angular, places, state.rigid);
   const MagneticMotion::Done done = magnetics_->advance(
       team_, step_, impulses, angular, obstacle_places(model_, state, start_time_, 0.0), places, start_time_, *world_,
-      state.rigid, state.circuits);
+      state.rigid, state.circuits, state.induced_moments);
   report.magnetic_substeps += done.substeps;
   report.magnetic_error = done.error;
 }
@@ -356,7 +351,9 @@ std::vector<Wrench> Stepper::magnetic_forces(const State& state) const {
 
 double Stepper::magnetic_energy(const State& state) const {
   const double time = static_cast<double>(state.step) * options_.step;
-  return magnetics_ ? magnetics_->energy(team_, state.rigid, obstacle_places(model_, state, time, 0.0).poses) : 0.0;
+  return magnetics_ ? magnetics_->energy(team_, state.rigid, obstacle_places(model_, state, time, 0.0).poses,
+                                          state.induced_moments)
+                    : 0.0;
 }
 
 Index Stepper::vertex_of_row(Index row) const {

@@ -66,7 +66,6 @@ class Stepper {
   double terms_at(const Points& displacement, double time, TermRequest request, ExtraTerms& terms);
   void integrate(State& state, StepReport& report);
   void bodies(State& state, StepReport& report);
-  void restart(const RigidState& rigid);  // bodies go on from their state alone
   void move_cloth(State& state);
   void limit_strain_rate(State& state, StepOutcome& outcome);
   FreeBodies free_bodies(const State& state) const;
