@@ -239,10 +239,12 @@ def test_iron_balls_that_fly_towards_a_free_magnet_keep_momenta_and_energy_with_
     assert abs(gained[1]) < 1e-2 and gained[0] / gained[1] == pytest.approx(4.0, rel=0.3)
 
 
-def test_iron_balls_that_stick_to_a_magnet_calm_down_in_few_substeps():
+@pytest.mark.parametrize("scene", [{}, {"magnetic_step": 1.0, "rigid_iterations": 10}], ids=["fine", "coarse"])
+def test_iron_balls_that_stick_to_a_magnet_calm_down_in_few_substeps(scene):
     box = ls.meshes.box(size=(0.03, 0.03, 0.02))
+    most = 1.1 if scene else 8.0
     scene = iron_balls(18, ls.Magnet(body="magnet", shape="cuboid", size=(0.03, 0.03, 0.02), polarization=(0, 0, 1.2)),
-                       obstacles=[ls.obstacle(box, name="magnet", friction=0.6)])
+                       obstacles=[ls.obstacle(box, name="magnet", friction=0.6)], **scene)
     sim = simulation(scene, 1e-3)
     energies, substeps = [], []
     for _ in range(400):
@@ -252,9 +254,9 @@ def test_iron_balls_that_stick_to_a_magnet_calm_down_in_few_substeps():
         if sim.time > 0.2:
             x = np.array(sim.state.body_positions)
             distances = np.linalg.norm(x[:, None] - x, axis=2)[np.triu_indices(18, 1)]
-            assert distances.min() > 0.0097, "they overlap by no more than a ball of 1 m/s goes in a sub-step of 0.25 ms"
+            assert distances.min() > 0.0098, "what meets in a step is stopped before it overlaps; sweeps leave 0.1 mm"
     assert np.mean(energies[300:]) < 0.7 * np.mean(energies[100:200]), "contacts feed nothing in"
-    assert 1 < np.mean(substeps[200:]) < 8
+    assert 1 <= np.mean(substeps[200:]) < most
 
 
 BAD = {
