@@ -15,25 +15,39 @@ namespace {
 
 // In place of those of the step before. A new point goes on from the impulse of the old one whose normal is nearest.
 void put_points(btPersistentManifold& manifold, const std::vector<SphereContact>& contacts) {
+  struct Before {
+    btVector3 normal;
+    btScalar impulse;
+    int life_time;
+  };
   constexpr btScalar same = 0.1;  // squared distance of normals: 18 degrees
-  btManifoldPoint old[MANIFOLD_CACHE_SIZE];
-  const int n_old = manifold.getNumContacts();
-  for (int k = 0; k < n_old; ++k) old[k] = manifold.getContactPoint(k);
-  manifold.clearManifold();
+  Before before[MANIFOLD_CACHE_SIZE];
+  const int n_before = manifold.getNumContacts(), n = static_cast<int>(contacts.size());
+  for (int k = 0; k < n_before; ++k) {
+    const btManifoldPoint& point = manifold.getContactPoint(k);
+    before[k] = {point.m_normalWorldOnB, point.m_appliedImpulse, point.m_lifeTime};
+  }
+  manifold.setNumContacts(n);
   const btCollisionObject &a = *manifold.getBody0(), &b = *manifold.getBody1();
-  for (const SphereContact& contact : contacts) {
-    const btVector3 on_a = to_bullet(contact.on_sphere), on_b = to_bullet(contact.on_other), normal = to_bullet(contact.normal);
-    btManifoldPoint point(a.getWorldTransform().invXform(on_a), b.getWorldTransform().invXform(on_b), normal, contact.gap);
-    point.m_positionWorldOnA = on_a, point.m_positionWorldOnB = on_b;
+  for (int k = 0; k < n; ++k) {
+    const SphereContact& contact = contacts[k];
+    btManifoldPoint& point = manifold.getContactPoint(k);
+    if (k >= n_before) point = btManifoldPoint();
+    point.m_positionWorldOnA = to_bullet(contact.on_sphere), point.m_positionWorldOnB = to_bullet(contact.on_other);
+    point.m_localPointA = a.getWorldTransform().invXform(point.m_positionWorldOnA);
+    point.m_localPointB = b.getWorldTransform().invXform(point.m_positionWorldOnB);
+    point.m_normalWorldOnB = to_bullet(contact.normal);
+    point.m_distance1 = contact.gap;
     point.m_combinedFriction = btManifoldResult::calculateCombinedFriction(&a, &b);
     point.m_combinedRestitution = btManifoldResult::calculateCombinedRestitution(&a, &b);
-    const auto from = [&](const btManifoldPoint& p) { return p.m_normalWorldOnB.distance2(normal); };
-    btManifoldPoint* const before = std::min_element(old, old + n_old, [&](const auto& p, const auto& q) { return from(p) < from(q); });
-    if (before != old + n_old && from(*before) < same) {
-      point.m_appliedImpulse = before->m_appliedImpulse;
-      point.m_lifeTime = before->m_lifeTime + 1;
+    point.m_appliedImpulse = 0.0, point.m_lifeTime = 0;
+    btScalar nearest = same;
+    for (int j = 0; j < n_before; ++j) {
+      const btScalar distance = before[j].normal.distance2(point.m_normalWorldOnB);
+      if (distance >= nearest) continue;
+      nearest = distance;
+      point.m_appliedImpulse = before[j].impulse, point.m_lifeTime = before[j].life_time + 1;
     }
-    manifold.addManifoldPoint(point);
   }
 }
 
@@ -42,9 +56,10 @@ double radius(const btRigidBody& ball) { return static_cast<const btSphereShape*
 // `near`: gap up to which they touch; `motion`: of the ball past the other in this step, none for balls that bounce.
 void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, const Vec3& motion, std::vector<SphereContact>& contacts) {
   const Vec3 at = from_bullet(ball.getWorldTransform().getOrigin()), past = from_bullet(other.getWorldTransform().getOrigin());
+  const double reach = radius(ball) + radius(other) + std::max(near, motion.norm());
+  if ((at - past).squaredNorm() > reach * reach) return;
   const SphereContact contact = sphere_contact(at, radius(ball), past, radius(other));
   if (contact.gap > near) {
-    if (contact.gap > motion.norm()) return;
     // What passes round the other would be held up by the plane that touches it.
     const bool meets = least_gap(at, radius(ball), past, radius(other), motion) <= near;
     if (!meets && -motion.dot(contact.normal) > contact.gap) return;
@@ -120,7 +135,7 @@ class SphereMeeting : public btCollisionAlgorithm {
     } else {
       add_mesh(ball, other, near, motion, triangles_, found_, contacts_);
     }
-    put_points(*manifold_, contacts_);
+    if (!contacts_.empty() || manifold_->getNumContacts() > 0) put_points(*manifold_, contacts_);
   }
   btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&, btManifoldResult*) override {
     return 1.0;  // Bullet asks no one
