@@ -116,7 +116,8 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
   s.circuits.energy = energies[0], s.circuits.heat = energies[1], s.circuits.supply = energies[2];
   s.circuits.bearings = energies[3];
   get(c, "circuits.currents", s.circuits.currents, state.circuits.currents);
-  get(c, "induced_moments", s.induced_moments);
+  s.induced_moments.resize(0, 3);
+  if (c.arrays.count("induced_moments")) get(c, "induced_moments", s.induced_moments);  // earlier versions had none
   Points slip;
   Vector force;
   get(c, "contacts.slip", slip);
