@@ -254,13 +254,26 @@ std::vector<Index> StrainLimiter::corners_of(const std::vector<Index>& batches) 
   return vertices;
 }
 
+// What lies in one part of the mesh to one thread, which then mostly adds up what it has corrected itself; within a part as they
+// are, which is how tables lie in memory.
+std::vector<Index> StrainLimiter::divided(const Team& team, const std::vector<Index>& batches) const {
+  if (team.threads <= 1) return batches;
+  std::vector<std::vector<Index>> parts(team.threads);
+  const auto last = static_cast<std::int64_t>(parts.size()) - 1;
+  for (const Index b : batches)
+    parts[std::min(last, std::int64_t{elements_.element(8 * b)} * team.threads / elements_.n_elements())].push_back(b);
+  std::vector<Index> result;
+  for (const std::vector<Index>& part : parts) result.insert(result.end(), part.begin(), part.end());
+  return result;
+}
+
 // Corrections of an element scaled by one factor, one over the largest number of elements corrected at one of its vertices: the
 // plain sum (3.17) diverges, and scaling per vertex would lose momentum.
 std::int64_t StrainLimiter::sweep_jacobi(const Team& team, const limit::Tables& tables, const limit::Motion& motion,
                                          Pending& pending) {
   std::vector<Index> batches;
   for (std::size_t c = 0; c < pending.n_colours(); ++c) pending.take(c, batches);
-  run_batches(team, tables, motion, batches);
+  run_batches(team, tables, motion, divided(team, batches));
   const std::int64_t corrected = spread(batches, pending);
   if (corrected == 0) return 0;
   const auto& start = elements_.slot_start();

@@ -56,6 +56,7 @@ class StrainLimiter {
   void run_batches(const Team& team, const limit::Tables& tables, const limit::Motion& motion, const std::vector<Index>& batches);
   std::int64_t spread(const std::vector<Index>& batches, Pending& pending) const;
   std::vector<Index> corners_of(const std::vector<Index>& batches);
+  std::vector<Index> divided(const Team& team, const std::vector<Index>& batches) const;
 
   LimitOptions options_;
   LimitElements elements_;
