@@ -137,7 +137,7 @@ void bind_simulation(py::module_& m) {
         "the coils that carry a current.");
   c.def("checkpoint", &S::checkpoint, released, "The state, exactly.");
   c.def("restore", &S::restore, py::arg("checkpoint"), released, "Continues from a checkpoint of the same scene.");
-  c.def("rebuild_stages", &S::rebuild_stages, released, "Throws all stages away; changes no bit of the future.");
+  c.def("rebuild_stages", &S::rebuild_stages, released, "Throws all stages away; where a checkpoint may be taken it changes no bit of the future.");
   c.def_property_readonly("forced_pairs", &S::forced_pairs,
                           "Pairs of triangles, all surfaces end to end, that the last step had to leave intersecting because\n"
                           "what moves by script left the cloth no room.");

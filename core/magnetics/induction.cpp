@@ -113,7 +113,8 @@ Points induced_moments(const Team& team, const Points& positions, const Vector& 
   const auto apply = [&](const Vector& m) {
     return flat(rows(m) - polarizabilities.asDiagonal() * mutual.of(rows(m)));
   };
-  const GmresResult solved = gmres(apply, flat(right), tolerance, most_iterations, start.rows() == positions.rows() ? flat(start) : Vector());
+  const Vector begin = start.rows() == positions.rows() ? flat(start) : Vector();
+  const GmresResult solved = gmres(apply, flat(right), tolerance, most_iterations, begin);
   if (!(solved.residual <= tolerance))
     throw SolverFailure("spheres that magnetise each other must come to an equilibrium, got a residual of " +
                         std::to_string(solved.residual) + " after " + std::to_string(solved.iterations) +

@@ -15,13 +15,18 @@ class ByteWriter {
   template <class Number>
   void write(Number value) {
     static_assert(std::is_arithmetic_v<Number>);
-    const auto* first = reinterpret_cast<const unsigned char*>(&value);
-    bytes_.insert(bytes_.end(), first, first + sizeof(Number));
+    if (size_ + sizeof(Number) > bytes_.size()) bytes_.resize(2 * bytes_.size() + 4096);
+    std::memcpy(bytes_.data() + size_, &value, sizeof(Number));
+    size_ += sizeof(Number);
   }
-  std::vector<unsigned char> take() { return std::move(bytes_); }
+  std::vector<unsigned char> take() {
+    bytes_.resize(size_);
+    return std::move(bytes_);
+  }
 
  private:
   std::vector<unsigned char> bytes_;
+  std::size_t size_ = 0;
 };
 
 class ByteReader {

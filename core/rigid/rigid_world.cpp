@@ -50,9 +50,12 @@ class World : public btDiscreteDynamicsWorld {
         broadphase.setAabb(&proxy, low, high, getDispatcher());
         continue;
       }
-      const auto within = [](const btVector3& a, const btVector3& b) { return a.x() <= b.x() && a.y() <= b.y() && a.z() <= b.z(); };
+      const auto below = [](const btVector3& a, const btVector3& b) {
+        return a.x() <= b.x() && a.y() <= b.y() && a.z() <= b.z();
+      };
       const btVector3 loose = wider * (3.0 * room);
-      if (within(proxy.m_aabbMin, low) && within(high, proxy.m_aabbMax) && within(low - loose, proxy.m_aabbMin) && within(proxy.m_aabbMax, high + loose)) continue;
+      const bool inside = below(proxy.m_aabbMin, low) && below(high, proxy.m_aabbMax);
+      if (inside && below(low - loose, proxy.m_aabbMin) && below(proxy.m_aabbMax, high + loose)) continue;
       broadphase.setAabbForceUpdate(&proxy, low - room * wider, high + room * wider, getDispatcher());
     }
   }
@@ -102,6 +105,7 @@ struct Engine {
     dispatcher.setNearCallback(meet);
     spheres.enter(dispatcher);
     broadphase.m_cupdates = 100;  // [%] pairs that have parted are forgotten at once
+    world.getDispatchInfo().m_allowedCcdPenetration = 0.0;  // not 4 cm
     info.m_splitImpulsePenetrationThreshold = 0.0;  // pushing out of a penetration gives no velocity
     world.setGravity(to_bullet(gravity));
   }

@@ -1,6 +1,8 @@
 #include "core/rigid/sphere_contacts.h"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 #include "core/mesh/closest_on_triangle.h"
 
@@ -9,11 +11,50 @@ namespace loomstone {
 namespace {
 
 constexpr unsigned all_corners = 0b111;
+// Squared distance of normals up to which two contacts are one: a twentieth of a degree.
+constexpr double same_normal = 1e-6;
 
 unsigned corners_of(const TrianglePoint& closest) {
   if (closest.feature == TriangleFeature::Face) return all_corners;
   const unsigned corner = 1u << closest.corner;
   return closest.feature == TriangleFeature::Corner ? corner : all_corners & ~corner;
+}
+
+double distance_to(const std::array<Vec3, 3>& triangle, const Vec3& point) {
+  return (point - closest_on_triangle(point, triangle[0], triangle[1], triangle[2]).point).norm();
+}
+
+// Share of the motion after which a sphere is within `exact` of a triangle, by steps that cannot lead into it; above 1: never.
+double first_touch(const std::array<Vec3, 3>& triangle, const Vec3& centre, double radius, double exact, const Vec3& motion) {
+  constexpr int most_steps = 64;  // what is slower glances off
+  const double length = motion.norm();
+  double share = 0.0;
+  for (int k = 0; k < most_steps && share <= 1.0; ++k) {
+    const double gap = distance_to(triangle, centre + share * motion) - radius;
+    if (gap <= exact) return share;
+    share += gap / length;
+  }
+  return 2.0;
+}
+
+SphereContact contact_at(const Vec3& centre, double radius, const Vec3& point, const Vec3& normal) {
+  return {centre - radius * normal, point, normal, (centre - point).dot(normal) - radius};
+}
+
+// The nearest, then again and again the one whose normal is farthest from those of all before it.
+void keep_most_different(std::vector<SphereContact>& contacts, std::size_t most) {
+  if (contacts.size() <= most) return;
+  for (std::size_t n = 1; n < most; ++n) {
+    const auto apart = [&](const SphereContact& contact) {
+      double least = 4.0;
+      for (std::size_t k = 0; k < n; ++k) least = std::min(least, (contact.normal - contacts[k].normal).squaredNorm());
+      return least;
+    };
+    const auto farthest = std::max_element(contacts.begin() + static_cast<std::ptrdiff_t>(n), contacts.end(),
+                                           [&](const auto& a, const auto& b) { return apart(a) < apart(b); });
+    std::swap(contacts[n], *farthest);
+  }
+  contacts.resize(most);
 }
 
 }  // namespace
@@ -25,26 +66,31 @@ SphereContact sphere_contact(const Vec3& centre, double radius, const Vec3& othe
   return {centre - radius * normal, other_centre + other_radius * normal, normal, distance - radius - other_radius};
 }
 
-double least_gap(const Vec3& centre, double radius, const Vec3& other_centre, double other_radius, const Vec3& motion) {
+std::optional<SphereContact> contact_ahead(const Vec3& centre, double radius, const Vec3& other_centre, double other_radius,
+                                           const Vec3& motion) {
+  // |arm + share motion| = touching
   const Vec3 arm = centre - other_centre;
-  const double squared = motion.squaredNorm();
-  const double share = squared > 0.0 ? std::clamp(-arm.dot(motion) / squared, 0.0, 1.0) : 0.0;
-  return (arm + share * motion).norm() - radius - other_radius;
+  const double touching = radius + other_radius, a = motion.squaredNorm(), b = arm.dot(motion),
+               c = arm.squaredNorm() - touching * touching, root = b * b - a * c;
+  if (b >= 0.0 || root < 0.0 || c <= 0.0) return std::nullopt;
+  const double share = c / (-b + std::sqrt(root));
+  if (share > 1.0) return std::nullopt;
+  const Vec3 normal = (arm + share * motion) / touching;
+  return contact_at(centre, radius, other_centre + other_radius * normal, normal);
 }
 
-void SphereOnTriangles::begin(const Vec3& centre, double radius, double reach) {
-  centre_ = centre, radius_ = radius, reach_ = reach;
+void SphereOnTriangles::look(const std::vector<std::array<Vec3, 3>>& triangles, const Vec3& centre, double reach) {
   near_.clear();
-}
-
-void SphereOnTriangles::add(const Vec3& a, const Vec3& b, const Vec3& c) {
-  const TrianglePoint closest = closest_on_triangle(centre_, a, b, c);
-  const double distance = (centre_ - closest.point).norm();
-  if (distance <= radius_ + reach_) near_.push_back({{a, b, c}, closest.point, distance, corners_of(closest)});
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    const auto& [a, b, c] = triangles[t];
+    const TrianglePoint closest = closest_on_triangle(centre, a, b, c);
+    const double distance = (centre - closest.point).norm();
+    if (distance <= reach) near_.push_back({static_cast<Index>(t), closest.point, distance, corners_of(closest)});
+  }
 }
 
 // Nearest on every triangle that shares the part, and told by the first of them.
-bool SphereOnTriangles::least_around(const Near& at) const {
+bool SphereOnTriangles::least_around(const std::vector<std::array<Vec3, 3>>& triangles, const Near& at) const {
   if (at.closest == all_corners) return true;
   const double reach = at.distance * (1.0 + 1e-9);  // what has the part in it is no farther
   for (const Near& other : near_) {
@@ -52,29 +98,54 @@ bool SphereOnTriangles::least_around(const Near& at) const {
     unsigned shared = 0, met = 0;
     for (int k = 0; k < 3; ++k)
       for (int j = 0; j < 3; ++j)
-        if ((at.closest & (1u << k)) && at.corners[k] == other.corners[j]) shared |= 1u << j, met |= 1u << k;
+        if ((at.closest & (1u << k)) && triangles[at.triangle][k] == triangles[other.triangle][j])
+          shared |= 1u << j, met |= 1u << k;
     if (met != at.closest) continue;
     if (other.closest != shared || &other < &at) return false;
   }
   return true;
 }
 
-void SphereOnTriangles::contacts(std::size_t most, std::vector<SphereContact>& contacts) {
-  least_.clear();
-  for (const Near& at : near_)
-    if (least_around(at)) least_.push_back(&at);
-  std::sort(least_.begin(), least_.end(), [](const Near* a, const Near* b) {
-    return a->distance != b->distance ? a->distance < b->distance : a < b;
-  });
-  if (least_.size() > most) least_.resize(most);
-  for (const Near* at : least_) {
-    Vec3 normal = centre_ - at->point;
-    if (at->distance > 1e-12 * radius_)
-      normal /= at->distance;
-    else  // but for rounding the centre lies in the surface
-      normal = (at->corners[1] - at->corners[0]).cross(at->corners[2] - at->corners[0]).normalized();
-    contacts.push_back({centre_ - radius_ * normal, at->point, normal, at->distance - radius_});
+// What the sphere meets on its way counts where it is least around as the sphere stands then; its plane is the one met.
+void SphereOnTriangles::find_ahead(const std::vector<std::array<Vec3, 3>>& triangles, const Vec3& centre, double radius,
+                                   double exact, const Vec3& motion) {
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    const double share = first_touch(triangles[t], centre, radius, exact, motion);
+    if (share == 0.0 || share > 1.0) continue;
+    const Vec3 there = centre + share * motion;
+    look(triangles, there, radius + 2.0 * exact);
+    const auto at = std::find_if(near_.begin(), near_.end(), [&](const Near& n) { return n.triangle == static_cast<Index>(t); });
+    if (at == near_.end() || !least_around(triangles, *at)) continue;
+    const Vec3 normal = (there - at->point) / at->distance;
+    const auto known = [&](const SphereContact& c) { return (c.normal - normal).squaredNorm() < same_normal; };
+    if (motion.dot(normal) >= 0.0 || std::any_of(touching_.begin(), touching_.end(), known)) continue;
+    ahead_.push_back(contact_at(centre, radius, at->point, normal));
   }
+  std::stable_sort(ahead_.begin(), ahead_.end(), [&](const SphereContact& a, const SphereContact& b) {
+    return a.gap * -motion.dot(b.normal) < b.gap * -motion.dot(a.normal);  // the first first
+  });
+}
+
+void SphereOnTriangles::find(const std::vector<std::array<Vec3, 3>>& triangles, const Vec3& centre, double radius, double near,
+                             const Vec3& motion, std::size_t most, std::vector<SphereContact>& contacts) {
+  touching_.clear(), ahead_.clear();
+  look(triangles, centre, radius + near);
+  for (const Near& at : near_) {
+    if (!least_around(triangles, at)) continue;
+    Vec3 normal = centre - at.point;
+    if (at.distance > 1e-12 * radius) {
+      normal /= at.distance;
+    } else {  // but for rounding the centre lies in the surface
+      const auto& [a, b, c] = triangles[at.triangle];
+      normal = (b - a).cross(c - a).normalized();
+    }
+    touching_.push_back(contact_at(centre, radius, at.point, normal));
+  }
+  std::stable_sort(touching_.begin(), touching_.end(), [](const auto& a, const auto& b) { return a.gap < b.gap; });
+  if (motion.norm() > near) find_ahead(triangles, centre, radius, 1e-4 * radius, motion);
+  keep_most_different(touching_, ahead_.empty() ? most : most - 1);
+  contacts.insert(contacts.end(), touching_.begin(), touching_.end());
+  for (std::size_t k = 0; k < ahead_.size() && contacts.size() < most; ++k) contacts.push_back(ahead_[k]);
 }
 
 }  // namespace loomstone

@@ -13,6 +13,15 @@ namespace loomstone {
 
 namespace {
 
+// Squared distance of normals up to which a contact is that of the step before: 18 degrees.
+constexpr btScalar same_contact = 0.1;
+
+bool touched_before(const btPersistentManifold& manifold, const SphereContact& contact) {
+  for (int k = 0; k < manifold.getNumContacts(); ++k)
+    if (manifold.getContactPoint(k).m_normalWorldOnB.distance2(to_bullet(contact.normal)) < same_contact) return true;
+  return false;
+}
+
 // In place of those of the step before. A new point goes on from the impulse of the old one whose normal is nearest.
 void put_points(btPersistentManifold& manifold, const std::vector<SphereContact>& contacts) {
   struct Before {
@@ -20,7 +29,6 @@ void put_points(btPersistentManifold& manifold, const std::vector<SphereContact>
     btScalar impulse;
     int life_time;
   };
-  constexpr btScalar same = 0.1;  // squared distance of normals: 18 degrees
   Before before[MANIFOLD_CACHE_SIZE];
   const int n_before = manifold.getNumContacts(), n = static_cast<int>(contacts.size());
   for (int k = 0; k < n_before; ++k) {
@@ -32,7 +40,12 @@ void put_points(btPersistentManifold& manifold, const std::vector<SphereContact>
   for (int k = 0; k < n; ++k) {
     const SphereContact& contact = contacts[k];
     btManifoldPoint& point = manifold.getContactPoint(k);
-    if (k >= n_before) point = btManifoldPoint();
+    if (k >= n_before) {
+      const btVector3 zero(0, 0, 0);
+      point = btManifoldPoint(zero, zero, zero, 0.0);
+      point.m_lateralFrictionDir1 = point.m_lateralFrictionDir2 = zero;
+      point.m_partId0 = point.m_partId1 = point.m_index0 = point.m_index1 = -1;
+    }
     point.m_positionWorldOnA = to_bullet(contact.on_sphere), point.m_positionWorldOnB = to_bullet(contact.on_other);
     point.m_localPointA = a.getWorldTransform().invXform(point.m_positionWorldOnA);
     point.m_localPointB = b.getWorldTransform().invXform(point.m_positionWorldOnB);
@@ -41,7 +54,7 @@ void put_points(btPersistentManifold& manifold, const std::vector<SphereContact>
     point.m_combinedFriction = btManifoldResult::calculateCombinedFriction(&a, &b);
     point.m_combinedRestitution = btManifoldResult::calculateCombinedRestitution(&a, &b);
     point.m_appliedImpulse = 0.0, point.m_lifeTime = 0;
-    btScalar nearest = same;
+    btScalar nearest = same_contact;
     for (int j = 0; j < n_before; ++j) {
       const btScalar distance = before[j].normal.distance2(point.m_normalWorldOnB);
       if (distance >= nearest) continue;
@@ -54,24 +67,24 @@ void put_points(btPersistentManifold& manifold, const std::vector<SphereContact>
 double radius(const btRigidBody& ball) { return static_cast<const btSphereShape*>(ball.getCollisionShape())->getRadius(); }
 
 // `near`: gap up to which they touch; `motion`: of the ball past the other in this step, none for balls that bounce.
-void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, const Vec3& motion, std::vector<SphereContact>& contacts) {
+void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, const Vec3& motion,
+              std::vector<SphereContact>& contacts) {
   const Vec3 at = from_bullet(ball.getWorldTransform().getOrigin()), past = from_bullet(other.getWorldTransform().getOrigin());
   const double reach = radius(ball) + radius(other) + std::max(near, motion.norm());
   if ((at - past).squaredNorm() > reach * reach) return;
   const SphereContact contact = sphere_contact(at, radius(ball), past, radius(other));
-  if (contact.gap > near) {
-    // What passes round the other would be held up by the plane that touches it.
-    const bool meets = least_gap(at, radius(ball), past, radius(other), motion) <= near;
-    if (!meets && -motion.dot(contact.normal) > contact.gap) return;
-  }
-  contacts.push_back(contact);
+  if (contact.gap <= near)
+    contacts.push_back(contact);
+  else if (const auto ahead = contact_ahead(at, radius(ball), past, radius(other), motion))
+    contacts.push_back(*ahead);
 }
 
 // The triangles near a sphere, asked for again only once it has moved on.
 class NearTriangles : btTriangleCallback {
  public:
   // Those within `reach` of a point in the mesh's axes, and maybe more; `room`: how much farther to look, so as not to ask soon.
-  const std::vector<std::array<Vec3, 3>>& within(double reach, const btVector3& point, double room, const btBvhTriangleMeshShape& mesh) {
+  const std::vector<std::array<Vec3, 3>>& within(double reach, const btVector3& point, double room,
+                                                 const btBvhTriangleMeshShape& mesh) {
     if ((point - asked_).length() + reach > reach_) {
       asked_ = point, reach_ = reach + room;
       triangles_.clear();
@@ -97,11 +110,11 @@ void add_mesh(const btRigidBody& ball, const btRigidBody& other, double near, co
               SphereOnTriangles& found, std::vector<SphereContact>& contacts) {
   const btTransform& pose = other.getWorldTransform();
   const btVector3 local = pose.invXform(ball.getWorldTransform().getOrigin());
-  const double reach = std::max(near, motion.norm());
-  found.begin(from_bullet(local), radius(ball), reach);
+  const Vec3 local_motion = from_bullet(pose.getBasis().transpose() * to_bullet(motion));
+  const double reach = radius(ball) + std::max(near, motion.norm());
   const auto& mesh = *static_cast<const btBvhTriangleMeshShape*>(other.getCollisionShape());
-  for (const auto& [a, b, c] : triangles.within(radius(ball) + reach, local, 0.1 * radius(ball), mesh)) found.add(a, b, c);
-  found.contacts(MANIFOLD_CACHE_SIZE, contacts);
+  found.find(triangles.within(reach, local, 0.1 * radius(ball), mesh), from_bullet(local), radius(ball), near, local_motion,
+             MANIFOLD_CACHE_SIZE, contacts);
   for (SphereContact& contact : contacts)
     contact = {from_bullet(pose * to_bullet(contact.on_sphere)), from_bullet(pose * to_bullet(contact.on_other)),
                from_bullet(pose.getBasis() * to_bullet(contact.normal)), contact.gap};
@@ -123,11 +136,9 @@ class SphereMeeting : public btCollisionAlgorithm {
     const btVector3 from = ball.getWorldTransform().getOrigin() - other.getWorldTransform().getOrigin();
     btVector3 velocity = ball.getLinearVelocity() - (round ? other.getLinearVelocity() : other.getVelocityInLocalPoint(from));
     velocity += (ball.getGravity() - other.getGravity()) * info.m_timeStep;
-    double near = manifold_->getContactBreakingThreshold();
-    if (btManifoldResult::calculateCombinedRestitution(&ball, &other) > 0.0) {
-      velocity.setZero();
-      if (manifold_->getNumContacts() == 0) near = 0.0;  // thrown back where they touch, no sooner
-    }
+    const double near = manifold_->getContactBreakingThreshold();
+    const bool bounce = btManifoldResult::calculateCombinedRestitution(&ball, &other) > 0.0;
+    if (bounce) velocity.setZero();
     const Vec3 motion = from_bullet(velocity * info.m_timeStep);
     contacts_.clear();
     if (round) {
@@ -135,6 +146,10 @@ class SphereMeeting : public btCollisionAlgorithm {
     } else {
       add_mesh(ball, other, near, motion, triangles_, found_, contacts_);
     }
+    if (bounce)  // thrown back where they touch, no sooner
+      contacts_.erase(std::remove_if(contacts_.begin(), contacts_.end(), [&](const SphereContact& contact) {
+        return contact.gap > 0.0 && !touched_before(*manifold_, contact);
+      }), contacts_.end());
     if (!contacts_.empty() || manifold_->getNumContacts() > 0) put_points(*manifold_, contacts_);
   }
   btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&, btManifoldResult*) override {

@@ -6,8 +6,9 @@
 namespace loomstone {
 
 // In place of Bullet's own, which makes contacts of two spheres only once they overlap, several for each pair, and holds spheres
-// up at edges within a plane. Contacts reach up to where the speeds lead in this step, unless bodies bounce: one that lies
-// ahead lets bodies come just as near as touching, so that they need not overlap first.
+// up at edges within a plane. Unless bodies bounce there are contacts also with what lies on their way in this step, which let
+// them come just as near as touching, so that they need not overlap first. What a sphere meets only because it is struck within
+// the step is not on its way: it may sink in for a step.
 class SphereMeetings {
  public:
   // What a dispatcher's configuration must leave room for.
@@ -17,7 +18,8 @@ class SphereMeetings {
 
  private:
   struct Create : btCollisionAlgorithmCreateFunc {
-    btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* first,
+    btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
+                                                   const btCollisionObjectWrapper* first,
                                                    const btCollisionObjectWrapper* second) override;
   };
   Create create_;

@@ -181,8 +181,8 @@ struct Scene {
         field("contact_stiffness", &S::contact_stiffness, "N/m", non_negative(), "of a contact; 0: chosen from the material"),
         field("response", &S::response, "contacts in the implicit solve (implicit) or by impulses after it (impulse, as explicit integrators always do)"),
         field("allow_initial_intersections", &S::allow_initial_intersections, "accept a start with intersections: they are moved apart, then guarded"),
-        field("rigid_iterations", &S::rigid_iterations, "1", between(1, 10000),
-              "sweeps of the rigid-body solver over all contacts in a step: stacks want many, loose heaps few"),
+        field("rigid_iterations", &S::rigid_iterations, "1", between(10, 10000),
+              "sweeps of the rigid-body solver over all contacts in a step: stacks want many, loose heaps few; fewer than 10 feed energy in"),
         field("rigid_rebuild_interval", &S::rigid_rebuild_interval, "1", between(1, 1000),
               "steps between rebuilds of the rigid-body world; checkpoints with bodies fall on them"));
   }

@@ -72,7 +72,7 @@ class Simulation {
 
   Checkpoint checkpoint() const;
   void restore(const Checkpoint& checkpoint);   // same scene and integrator; else throws CacheError
-  void rebuild_stages();                 // throws all stages away; changes no bit of the future
+  void rebuild_stages();                 // throws all stages away; where a checkpoint may be taken it changes no bit of the future
 
   // Pairs of triangles (user numbering, all surfaces end to end) that the last step had to leave intersecting: what moves by
   // script left the cloth no room. Until they are free again.

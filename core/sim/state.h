@@ -26,7 +26,7 @@ struct State {
   ClothState cloth;                      // integrate, certify
   RigidState rigid;                      // bodies
   CircuitState circuits;                 // bodies
-  Points induced_moments;                // (k x 3) of spheres that answer as dipoles, from which the next are sought [A m^2]; bodies
+  Points induced_moments;                // (k x 3) of spheres that are dipoles, where the next are sought [A m^2]; bodies
   ContactState contacts;                 // certify (anchors of friction)
   std::uint8_t tangled = 0;              // cloth may intersect something: 1 the user put it so, 2 a step left impacts; check
   Points obstacle_vertices;              // (k x 3) all obstacles end to end, at the present time [m]; stepper

@@ -72,11 +72,9 @@ Stepper::Stepper(const Model& model, const IntegratorOptions& options, const Tea
 
 void Stepper::advance(State& state, StepOutcome& outcome) {
   State& start = outcome.start;
-  std::vector<unsigned char> manifolds;  // of the last time the world was built anew: of no use until it is again
-  manifolds.swap(state.rigid.manifolds);
+  state.rigid.manifolds.clear();  // of the last time the world was built anew: of no use until it is again
   start = state;
-  start.rigid.manifolds.swap(manifolds);
-  if (world_ && collision_) world_->save(start.rigid);  // else no step is taken again
+  if (world_) world_->save(start.rigid);
   StepReport& report = outcome.report;
   report = StepReport{};
   report.step = state.step + 1;

@@ -1606,7 +1606,7 @@ class Scene:
     contact_stiffness : of a contact; 0: chosen from the material [N/m]; >= 0; default 0.0
     response : contacts in the implicit solve (implicit) or by impulses after it (impulse, as explicit integrators always do); default 'implicit'
     allow_initial_intersections : accept a start with intersections: they are moved apart, then guarded; default False
-    rigid_iterations : sweeps of the rigid-body solver over all contacts in a step: stacks want many, loose heaps few [1]; in [1, 10000]; default 50
+    rigid_iterations : sweeps of the rigid-body solver over all contacts in a step: stacks want many, loose heaps few; fewer than 10 feed energy in [1]; in [10, 10000]; default 50
     rigid_rebuild_interval : steps between rebuilds of the rigid-body world; checkpoints with bodies fall on them [1]; in [1, 1000]; default 40
     """
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -1713,7 +1713,7 @@ class Scene:
     @property
     def rigid_iterations(self) -> int:
         """
-        sweeps of the rigid-body solver over all contacts in a step: stacks want many, loose heaps few [1]; in [1, 10000]; default 50
+        sweeps of the rigid-body solver over all contacts in a step: stacks want many, loose heaps few; fewer than 10 feed energy in [1]; in [10, 10000]; default 50
         """
     @property
     def rigid_rebuild_interval(self) -> int:
@@ -2314,7 +2314,7 @@ class Simulation:
         """
     def rebuild_stages(self) -> None:
         """
-        Throws all stages away; changes no bit of the future.
+        Throws all stages away; where a checkpoint may be taken it changes no bit of the future.
         """
     def restore(self, checkpoint: Checkpoint) -> None:
         """

@@ -1,6 +1,7 @@
 // Claims about where spheres touch, and about spheres that come too fast to be stopped by what they overlap already.
 #include <catch2/catch.hpp>
 
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -11,14 +12,14 @@ using namespace loomstone;
 
 namespace {
 
-std::vector<SphereContact> contacts_on(const TriangleMesh& mesh, const Vec3& centre, double radius, double reach) {
-  SphereOnTriangles found;
-  found.begin(centre, radius, reach);
+std::vector<SphereContact> contacts_on(const TriangleMesh& mesh, const Vec3& centre, double radius, double near,
+                                       const Vec3& motion = Vec3::Zero()) {
+  std::vector<std::array<Vec3, 3>> triangles;
   const Points& x = mesh.vertices();
   for (const auto& t : mesh.triangles().rowwise())
-    found.add(x.row(t[0]).transpose(), x.row(t[1]).transpose(), x.row(t[2]).transpose());
+    triangles.push_back({x.row(t[0]).transpose(), x.row(t[1]).transpose(), x.row(t[2]).transpose()});
   std::vector<SphereContact> contacts;
-  found.contacts(4, contacts);
+  SphereOnTriangles().find(triangles, centre, radius, near, motion, 4, contacts);
   return contacts;
 }
 
@@ -64,6 +65,50 @@ TEST_CASE("each wall of a corner is touched, an edge and a tip once, and what li
   const auto within = contacts_on(cube, Vec3(0.5, 0.1, 0.2), 0.1, 0.0);  // the centre lies in a face
   REQUIRE(within.size() == 1);
   CHECK((within[0].normal - Vec3::UnitX()).norm() < 1e-15);
+}
+
+TEST_CASE("what lies on the way of a sphere is a contact ahead, in the plane in which they meet") {
+  const TriangleMesh cube = box(1.0, 1.0, 1.0);
+  const auto face = contacts_on(cube, Vec3(0.1, 0.2, 0.65), 0.1, 1e-3, Vec3(0.2, 0.0, -0.1));
+  REQUIRE(face.size() == 1);
+  CHECK(face[0].gap == Approx(0.05).epsilon(1e-12));
+  CHECK((face[0].normal - Vec3::UnitZ()).norm() < 1e-12);
+  const auto both = contacts_on(box(2.0, 2.0, 2.0), Vec3(0.85, 0.0, -0.8), 0.1, 1e-3, Vec3(0.2, 0.0, -0.3));
+  REQUIRE(both.size() == 2);  // from inside, the floor later than the wall
+  CHECK((both[0].normal + Vec3::UnitX()).norm() < 1e-12);
+  CHECK((both[1].normal - Vec3::UnitZ()).norm() < 1e-12);
+  const auto edge = contacts_on(cube, Vec3(0.6, 0.0, 0.8), 0.1, 1e-3, Vec3(-0.04, 0.0, -0.4));
+  REQUIRE(edge.size() == 1);
+  CHECK(edge[0].normal.x() > 0.5);
+  CHECK((edge[0].on_other - Vec3(0.5, 0.0, 0.5)).norm() < 1e-4);
+  // Past an edge at 45 degrees, its nearest point seven hundredths away.
+  CHECK(contacts_on(cube, Vec3(0.4, 0.0, 0.8), 0.1, 1e-3, Vec3(0.4, 0.0, -0.4)).empty());
+}
+
+TEST_CASE("balls pass edges and fly through holes as if they were not there") {
+  const double radius = 0.005;
+  for (const double speed : {2.0, 10.0, 30.0}) {
+    for (const double clear : {0.3e-3, 1e-3}) {
+      CAPTURE(speed, clear);
+      const double s = std::sqrt(0.5);
+      const Vec3 nearest = Vec3(0.05, 0, 0.05) + (radius + clear) * Vec3(s, 0, s), velocity = speed * Vec3(s, 0, -s);
+      RigidObstacle cube{shared(box(0.1, 0.1, 0.1)), 0.3, Vec3::Zero(), Vec4(1, 0, 0, 0), Points(0, 3)};
+      RigidWorld world({ball_at(nearest - 3.7e-3 * velocity, velocity)}, {cube}, Vec3::Zero());
+      RigidState state = world.initial_state();
+      run(world, state, 1e-3, 12, 1);
+      CHECK((state.velocities.row(0).transpose() - velocity).norm() == 0.0);
+    }
+  }
+}
+
+TEST_CASE("a ball that lies on one face of a mesh is thrown back by another one as if it did not") {
+  RigidObstacle room{shared(box(0.2, 0.2, 0.2)), 0.0, Vec3::Zero(), Vec4(1, 0, 0, 0), Points(0, 3)};  // from inside
+  RigidBody ball = body_of(icosphere(0.05, 3), "sphere", Vec3(0, 0.003, -0.05));
+  ball.velocity = Vec3(0.4, 0, 0), ball.friction = 0.0, ball.restitution = 1.0;
+  RigidWorld world({ball}, {room}, Vec3::Zero());
+  RigidState state = world.initial_state();
+  run(world, state, 1e-3, 180, 1);
+  CHECK(state.velocities(0, 0) == Approx(-0.4).epsilon(1e-6));
 }
 
 TEST_CASE("balls that come at 3 m/s, 3 mm in a step, do not enter floors or one another") {
