@@ -128,6 +128,8 @@ void SphereOnTriangles::find_ahead(const std::vector<std::array<Vec3, 3>>& trian
 
 void SphereOnTriangles::find(const std::vector<std::array<Vec3, 3>>& triangles, const Vec3& centre, double radius, double near,
                              const Vec3& motion, std::size_t most, std::vector<SphereContact>& contacts) {
+  const double exact = 1e-4 * radius;
+  const bool moves = motion.norm() > near;
   touching_.clear(), ahead_.clear();
   look(triangles, centre, radius + near);
   for (const Near& at : near_) {
@@ -139,10 +141,12 @@ void SphereOnTriangles::find(const std::vector<std::array<Vec3, 3>>& triangles, 
       const auto& [a, b, c] = triangles[at.triangle];
       normal = (b - a).cross(c - a).normalized();
     }
-    touching_.push_back(contact_at(centre, radius, at.point, normal));
+    const SphereContact contact = contact_at(centre, radius, at.point, normal);
+    // Its plane lies in the way: whether the surface does is seen below.
+    if (!moves || contact.gap <= exact || -motion.dot(normal) <= contact.gap) touching_.push_back(contact);
   }
   std::stable_sort(touching_.begin(), touching_.end(), [](const auto& a, const auto& b) { return a.gap < b.gap; });
-  if (motion.norm() > near) find_ahead(triangles, centre, radius, 1e-4 * radius, motion);
+  if (moves) find_ahead(triangles, centre, radius, exact, motion);
   keep_most_different(touching_, ahead_.empty() ? most : most - 1);
   contacts.insert(contacts.end(), touching_.begin(), touching_.end());
   for (std::size_t k = 0; k < ahead_.size() && contacts.size() < most; ++k) contacts.push_back(ahead_[k]);

@@ -73,7 +73,8 @@ void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, co
   const double reach = radius(ball) + radius(other) + std::max(near, motion.norm());
   if ((at - past).squaredNorm() > reach * reach) return;
   const SphereContact contact = sphere_contact(at, radius(ball), past, radius(other));
-  if (contact.gap <= near)
+  // One that straight motion does not need may save what is struck on its way; one that it is held up by must be met.
+  if (contact.gap <= 0.0 || -motion.dot(contact.normal) <= contact.gap)
     contacts.push_back(contact);
   else if (const auto ahead = contact_ahead(at, radius(ball), past, radius(other), motion))
     contacts.push_back(*ahead);
