@@ -128,7 +128,6 @@ void SphereOnTriangles::find_ahead(const std::vector<std::array<Vec3, 3>>& trian
 
 void SphereOnTriangles::find(const std::vector<std::array<Vec3, 3>>& triangles, const Vec3& centre, double radius, double near,
                              const Vec3& motion, std::size_t most, std::vector<SphereContact>& contacts) {
-  const double exact = 1e-4 * radius;
   const bool moves = motion.norm() > near;
   touching_.clear(), ahead_.clear();
   look(triangles, centre, radius + near);
@@ -142,11 +141,15 @@ void SphereOnTriangles::find(const std::vector<std::array<Vec3, 3>>& triangles, 
       normal = (b - a).cross(c - a).normalized();
     }
     const SphereContact contact = contact_at(centre, radius, at.point, normal);
-    // Its plane lies in the way: whether the surface does is seen below.
-    if (!moves || contact.gap <= exact || -motion.dot(normal) <= contact.gap) touching_.push_back(contact);
+    // Where its plane lies in the way, whether the surface does is seen below.
+    if (!moves || contact.gap <= 0.1 * near || -motion.dot(normal) <= contact.gap) touching_.push_back(contact);
   }
   std::stable_sort(touching_.begin(), touching_.end(), [](const auto& a, const auto& b) { return a.gap < b.gap; });
-  if (moves) find_ahead(triangles, centre, radius, exact, motion);
+  Vec3 left = motion;  // what the touching ones leave of it
+  for (int pass = 0; pass < 2; ++pass)
+    for (const SphereContact& contact : touching_)
+      left += std::max(0.0, -left.dot(contact.normal) - std::max(0.0, contact.gap)) * contact.normal;
+  if (left.norm() > near) find_ahead(triangles, centre, radius, 1e-4 * radius, left);
   keep_most_different(touching_, ahead_.empty() ? most : most - 1);
   contacts.insert(contacts.end(), touching_.begin(), touching_.end());
   for (std::size_t k = 0; k < ahead_.size() && contacts.size() < most; ++k) contacts.push_back(ahead_[k]);
