@@ -297,6 +297,34 @@ def test_point_dipoles_that_fall_into_each_other_are_told():
         simulation(ls.Scene(bodies=bodies, magnets=magnets), 1e-3).step()
 
 
+def test_after_a_failed_step_bodies_go_on_as_if_it_had_not_been_tried():
+    cube, tables = ls.meshes.box(size=(0.02, 0.02, 0.02)), ("body_positions", "body_orientations", "body_velocities")
+    belt = ls.box(size=(0.4, 0.4, 0.02), times=[0, 1], positions=[(0, 0, -0.01), (0.5, 0, -0.01)], friction=1.0)
+    bodies = [ls.RigidBody(name=f"cube {i}", mesh=cube, shape="box", position=p, friction=1.0, velocity=(0.5, 0, 0))
+              for i, p in enumerate([(0, 0, 0.01), (0, 0.1, 0.01), (0, 0.1, 0.03)])]  # fmt: skip
+    magnets = [ls.Magnet(body=name, shape="dipole", moment=(0, 0, 0.1)) for name in ("cube 0", "far")]
+    stand = ls.box(size=(0.01, 0.01, 0.01), name="far", times=[0, 1], positions=[(0, 0, 5.0), (0, 0, 5.0)])
+    reached = []
+    for fails in (False, True):
+        sim = simulation(ls.Scene(bodies=bodies, obstacles=[belt, stand], magnets=magnets), 1e-3)
+        for _ in range(25):
+            sim.step()
+        near = sim.state.body_positions[0] + (0.5e-3, 0, 3e-3)
+        sim.set_obstacle_pose(1, near)
+        sim.step()
+        if fails:  # one dipole goes through the other
+            before = {name: np.array(getattr(sim.state, name)) for name in tables}
+            sim.set_obstacle_pose(1, near + 1.3 * (before["body_positions"][0] - near) + 1e-3 * before["body_velocities"][0])
+            with pytest.raises(ls.SolverFailure, match="at most 4096 sub-steps"):
+                sim.step()
+            assert all(np.array_equal(getattr(sim.state, name), before[name]) for name in tables)
+        sim.set_obstacle_pose(1, (0, 0, 5.0))
+        for _ in range(40):
+            sim.step()
+        reached.append({name: np.array(getattr(sim.state, name)) for name in tables})
+    assert all(np.array_equal(reached[0][name], reached[1][name]) for name in tables), "their contacts were kept"
+
+
 def test_poles_are_kept_in_files_and_drawn_red_and_blue(tmp_path):
     scene = on_the_floor().replace(magnets=on_the_floor().magnets[:1])
     sim = simulation(scene, 1e-3)
