@@ -1,4 +1,4 @@
-// Contact points of Bullet as bytes; templates, so that one source file alone knows its types.
+// Contact points of Bullet as bytes.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +7,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "core/rigid/bullet.h"
 #include "core/rigid/byte_stream.h"
 #include "core/rigid/rigid_body.h"
 
@@ -30,34 +31,31 @@ void for_each_field_of(Point& p, Visitor&& visit) {
   }
 }
 
-template <class Point, class Manifold>
-void write_manifold(ByteWriter& bytes, const Manifold& manifold) {
+inline void write_manifold(ByteWriter& bytes, const btPersistentManifold& manifold) {
   bytes.write<std::int32_t>(manifold.getBody0()->getUserIndex());
   bytes.write<std::int32_t>(manifold.getBody1()->getUserIndex());
   bytes.write<std::int32_t>(manifold.getNumContacts());
   for (int k = 0; k < manifold.getNumContacts(); ++k) {
-    Point point = manifold.getContactPoint(k);
+    btManifoldPoint point = manifold.getContactPoint(k);
     for_each_field_of(point, [&](const auto& value) { bytes.write(value); });
   }
 }
 
 // A saved manifold goes to the first unused one of its pair; one whose pair no longer overlaps has nothing to hold.
-template <class Point, class Dispatcher>
-void read_manifolds(ByteReader& bytes, Dispatcher& dispatcher, int most_points) {
-  using Manifold = std::remove_pointer_t<decltype(dispatcher.getManifoldByIndexInternal(0))>;
-  std::map<std::pair<int, int>, std::deque<Manifold*>> unused;
+inline void read_manifolds(ByteReader& bytes, btCollisionDispatcher& dispatcher) {
+  std::map<std::pair<int, int>, std::deque<btPersistentManifold*>> unused;
   for (int k = 0; k < dispatcher.getNumManifolds(); ++k) {
-    Manifold* manifold = dispatcher.getManifoldByIndexInternal(k);
+    btPersistentManifold* manifold = dispatcher.getManifoldByIndexInternal(k);
     unused[{manifold->getBody0()->getUserIndex(), manifold->getBody1()->getUserIndex()}].push_back(manifold);
   }
   const int n_manifolds = bytes.read<std::int32_t>();
   for (int m = 0; m < n_manifolds; ++m) {
     const int first = bytes.read<std::int32_t>(), second = bytes.read<std::int32_t>(), n_points = bytes.read<std::int32_t>();
-    bytes.require(0 <= n_points && n_points <= most_points);
-    Manifold* target = nullptr;
+    bytes.require(0 <= n_points && n_points <= MANIFOLD_CACHE_SIZE);
+    btPersistentManifold* target = nullptr;
     if (auto& left = unused[{first, second}]; !left.empty()) target = left.front(), left.pop_front();
     for (int k = 0; k < n_points; ++k) {
-      Point point;
+      btManifoldPoint point;
       for_each_field_of(point, [&](auto& value) { value = bytes.read<std::decay_t<decltype(value)>>(); });
       if (target) target->addManifoldPoint(point);
     }

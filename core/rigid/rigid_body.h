@@ -109,7 +109,7 @@ void check_places(const ObstaclePlaces& given, const ObstaclePlaces& expected);
 // (n) 1 for bodies from which pairs that press on one another lead to an obstacle (numbered from n).
 std::vector<std::uint8_t> bodies_on_obstacles(int n, const std::vector<std::array<int, 2>>& pressed);
 
-// Stage. Bullet behind one source file; body-body and body-obstacle contacts only (cloth comes in as impulses).
+// Stage. Bullet behind this class alone; body-body and body-obstacle contacts only (cloth comes in as impulses).
 class RigidWorld {
  public:
   // With 50 sweeps over all contacts cubes of 1 cm stay at rest at steps of 1 ms; with 10 stacks creep.

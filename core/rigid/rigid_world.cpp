@@ -275,7 +275,7 @@ std::vector<unsigned char> RigidWorld::Data::manifold_bytes() const {
   write_places(bytes, places);
   const int n = engine->dispatcher.getNumManifolds();
   bytes.write<std::int32_t>(n);
-  for (int m = 0; m < n; ++m) write_manifold<btManifoldPoint>(bytes, manifold(m));
+  for (int m = 0; m < n; ++m) write_manifold(bytes, manifold(m));
   return bytes.take();
 }
 
@@ -326,7 +326,7 @@ void RigidWorld::restore(const RigidState& state) {
   engine.world.performDiscreteCollisionDetection();
   for (int m = 0; m < engine.dispatcher.getNumManifolds(); ++m)
     engine.dispatcher.clearManifold(engine.dispatcher.getManifoldByIndexInternal(m));
-  if (!state.manifolds.empty()) read_manifolds<btManifoldPoint>(bytes, engine.dispatcher, MANIFOLD_CACHE_SIZE);
+  if (!state.manifolds.empty()) read_manifolds(bytes, engine.dispatcher);
   data.know(state);
 }
 
