@@ -7,8 +7,13 @@ namespace loomstone {
 
 namespace {
 
+void know_polyhedron(btCollisionShape& shape, Polyhedron polyhedron, Shapes& shapes) {
+  shapes.polyhedra.push_back(std::make_unique<Polyhedron>(std::move(polyhedron)));
+  shape.setUserPointer(shapes.polyhedra.back().get());
+}
+
 // Convex hull. Bullet adds the margin of a hull outside, so its points are those of a shrunken core.
-std::unique_ptr<btConvexHullShape> hull_shape(const std::vector<Vec3>& points, const std::string& where) {
+void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes& shapes) {
   btConvexHullComputer hull;
   hull.compute(points.front().data(), sizeof(Vec3), static_cast<int>(points.size()), 0.0, 0.0);
   std::vector<Vec3> vertices;  // the given ones: the hull's own are rounded to 1e-4 of its size
@@ -28,41 +33,45 @@ std::unique_ptr<btConvexHullShape> hull_shape(const std::vector<Vec3>& points, c
   shape->setMargin(core.margin);
   for (const Vec3& point : core.points) shape->addPoint(to_bullet(point), false);
   shape->recalcLocalAabb();
-  if (polyhedron) shape->initializePolyhedralFeatures();
-  return shape;
+  if (polyhedron) {
+    shape->initializePolyhedralFeatures();
+    know_polyhedron(*shape, Polyhedron(vertices, faces), shapes);
+  }
+  shapes.all.push_back(std::move(shape));
 }
 
 }  // namespace
 
-void add_shapes(const RigidBody& body, const MassProperties& mass, const Mat3& principal, const std::string& where,
-                Shapes& shapes) {
+Shapes make_shapes(const RigidBody& body, const MassProperties& mass, const Mat3& principal, const std::string& where) {
   check_shape(body, where);
   const TriangleMesh& mesh = *body.mesh;
+  Shapes shapes;
   if (body.shape == "sphere") {
-    shapes.push_back(std::make_unique<btSphereShape>(sphere_radius(mesh, mass, body.density, where)));
+    shapes.all.push_back(std::make_unique<btSphereShape>(sphere_radius(mesh, mass, body.density, where)));
   } else if (body.shape == "box") {
     const Vec3 low = mesh.vertices().colwise().minCoeff().transpose(), high = mesh.vertices().colwise().maxCoeff().transpose();
     const Vec3 half = 0.5 * (high - low);
     auto box = std::make_unique<btBoxShape>(to_bullet(half));
     box->setMargin(0.05 * half.minCoeff());  // lies inside the box
     box->initializePolyhedralFeatures();
+    know_polyhedron(*box, box_polyhedron(half), shapes);
     const Vec3 offset = principal.transpose() * (0.5 * (low + high) - mass.centre);
-    shapes.push_back(std::move(box));
-    if (offset.norm() < 1e-9 * half.norm() && principal.isIdentity(0.0)) return;
+    shapes.all.push_back(std::move(box));
+    if (offset.norm() < 1e-9 * half.norm() && principal.isIdentity(0.0)) return shapes;
     auto placed = std::make_unique<btCompoundShape>();
-    placed->addChildShape(btTransform(to_bullet(Mat3(principal.transpose())), to_bullet(offset)), shapes.back().get());
-    shapes.push_back(std::move(placed));
+    placed->addChildShape(btTransform(to_bullet(Mat3(principal.transpose())), to_bullet(offset)), &shapes.whole());
+    shapes.all.push_back(std::move(placed));
   } else if (body.shape == "convex") {
-    shapes.push_back(hull_shape(body_points(mesh, mass.centre, principal), where + ".mesh"));
+    add_hull(body_points(mesh, mass.centre, principal), where + ".mesh", shapes);
   } else {  // parts
     auto compound = std::make_unique<btCompoundShape>();
     for (std::size_t k = 0; k < body.parts.size(); ++k) {
-      const std::vector<Vec3> points = body_points(*body.parts[k], mass.centre, principal);
-      shapes.push_back(hull_shape(points, where + ".parts[" + std::to_string(k) + "]"));
-      compound->addChildShape(btTransform::getIdentity(), shapes.back().get());
+      add_hull(body_points(*body.parts[k], mass.centre, principal), where + ".parts[" + std::to_string(k) + "]", shapes);
+      compound->addChildShape(btTransform::getIdentity(), &shapes.whole());
     }
-    shapes.push_back(std::move(compound));
+    shapes.all.push_back(std::move(compound));
   }
+  return shapes;
 }
 
 }  // namespace loomstone

@@ -7,16 +7,21 @@
 
 #include "core/mesh/triangle_mesh.h"
 #include "core/rigid/bullet.h"
+#include "core/rigid/hull_contacts.h"
 #include "core/rigid/rigid_body.h"
 
 namespace loomstone {
 
-using Shapes = std::vector<std::unique_ptr<btCollisionShape>>;
+// Of a body; those that are polyhedra of few vertices point to them (getUserPointer).
+struct Shapes {
+  std::vector<std::unique_ptr<btCollisionShape>> all;  // that of the whole body last
+  std::vector<std::unique_ptr<Polyhedron>> polyhedra;
 
-// Adds the body's shape, and those it consists of, to `shapes`; the one of the whole body comes last. `principal`: Bullet's
-// body axes in mesh axes (columns). Throws InvalidInput where the mesh does not have the shape.
-void add_shapes(const RigidBody& body, const MassProperties& mass, const Mat3& principal, const std::string& where,
-                Shapes& shapes);
+  btCollisionShape& whole() const { return *all.back(); }
+};
+
+// `principal`: Bullet's body axes in mesh axes (columns). Throws InvalidInput where the mesh does not have the shape.
+Shapes make_shapes(const RigidBody& body, const MassProperties& mass, const Mat3& principal, const std::string& where);
 
 // Triangles as Bullet reads them; owns the arrays.
 struct ObstacleMesh {

@@ -13,6 +13,7 @@
 #include "core/base/rotation.h"
 #include "core/rigid/bullet_shapes.h"
 #include "core/rigid/contact_bytes.h"
+#include "core/rigid/hull_meeting.h"
 #include "core/rigid/rigid_body.h"
 #include "core/rigid/shape_geometry.h"
 #include "core/rigid/sphere_meeting.h"
@@ -67,28 +68,17 @@ class World : public btDiscreteDynamicsWorld {
   std::vector<btScalar> margins_;  // of the objects, none of which is ever taken away
 };
 
-// Separating axes for hull against hull only: against the triangles of an obstacle Bullet would make a polyhedron of every
-// triangle in every step (fifteen times the time).
-void meet(btBroadphasePair& pair, btCollisionDispatcher& dispatcher, const btDispatcherInfo& info) {
-  const auto shape = [](const btBroadphaseProxy* proxy) {
-    return static_cast<const btCollisionObject*>(proxy->m_clientObject)->getCollisionShape();
-  };
-  btDispatcherInfo chosen = info;
-  const auto flat = [](const btCollisionShape* s) { return s->isConcave() || s->getShapeType() == TRIANGLE_SHAPE_PROXYTYPE; };
-  chosen.m_enableSatConvex = !flat(shape(pair.m_pProxy0)) && !flat(shape(pair.m_pProxy1));
-  btCollisionDispatcher::defaultNearCallback(pair, dispatcher, chosen);
-}
-
-btDefaultCollisionConstructionInfo room_for_spheres() {
+btDefaultCollisionConstructionInfo room_for_meetings() {
   btDefaultCollisionConstructionInfo info;
-  info.m_customCollisionAlgorithmMaxElementSize = SphereMeetings::size();
+  info.m_customCollisionAlgorithmMaxElementSize = std::max(SphereMeetings::size(), HullMeetings::size());
   return info;
 }
 
 // Everything that restore() throws away. Members are destroyed in reverse order: world before what it refers to.
 struct Engine {
-  btDefaultCollisionConfiguration configuration{room_for_spheres()};
+  btDefaultCollisionConfiguration configuration{room_for_meetings()};
   SphereMeetings spheres;
+  HullMeetings hulls;
   btCollisionDispatcher dispatcher{&configuration};
   btDbvtBroadphase broadphase;
   btSequentialImpulseConstraintSolver solver;
@@ -102,8 +92,9 @@ struct Engine {
     info.m_numIterations = iterations;
     info.m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
     info.m_warmstartingFactor = 1.0;  // at 0.85 a stack of five cubes keeps swaying at 4 mm/s, at 1 it stands
-    dispatcher.setNearCallback(meet);
     spheres.enter(dispatcher);
+    hulls.enter(dispatcher, configuration);
+    world.getDispatchInfo().m_enableSatConvex = true;  // for hulls of few vertices among themselves
     broadphase.m_cupdates = 100;  // [%] pairs that have parted are forgotten at once
     world.getDispatchInfo().m_allowedCcdPenetration = 0.0;  // not 4 cm
     info.m_splitImpulsePenetrationThreshold = 0.0;  // pushing out of a penetration gives no velocity
@@ -176,7 +167,7 @@ struct RigidWorld::Data {
   std::vector<MassProperties> masses;
   std::vector<Mat3> principal;                 // columns: Bullet's body axes in mesh axes
   std::vector<Vec3> moments;                   // about them [kg m^2]
-  std::vector<Shapes> shapes;                  // of each body, that of the whole last
+  std::vector<Shapes> shapes;                  // of each body
   std::vector<double> inner_radii;             // half the smallest side of the box about each body [m]
   std::vector<std::size_t> stiff;              // the obstacles that keep their shape
   std::vector<std::unique_ptr<ObstacleMesh>> obstacle_meshes;  // theirs
@@ -210,10 +201,9 @@ void RigidWorld::Data::add_body(const RigidBody& body, const std::string& where)
   const MassProperties& mass = masses.back();
   principal.push_back(principal_axes(mass.inertia));
   moments.push_back((principal.back().transpose() * mass.inertia * principal.back()).diagonal());
-  shapes.emplace_back();
-  add_shapes(body, mass, principal.back(), where, shapes.back());
+  shapes.push_back(make_shapes(body, mass, principal.back(), where));
   btVector3 low, high;
-  shapes.back().back()->getAabb(btTransform::getIdentity(), low, high);
+  shapes.back().whole().getAabb(btTransform::getIdentity(), low, high);
   inner_radii.push_back(0.5 * from_bullet(high - low).minCoeff());
   bodies.push_back(body);
 }
@@ -309,7 +299,7 @@ void RigidWorld::restore(const RigidState& state) {
 
   for (Index i = 0; i < n; ++i) {
     const RigidBody& body = data.bodies[i];
-    btCollisionShape& shape = *data.shapes[i].back();
+    btCollisionShape& shape = data.shapes[i].whole();
     btRigidBody& moving = engine.add(data.masses[i].mass, data.moments[i], shape, body.friction, body.restitution);
     if (!data.gyroscopic) moving.setFlags(moving.getFlags() & ~BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY);
     // A body that moves by more than half its thickness in a step is swept, so that it does not pass through a floor.

@@ -44,9 +44,9 @@ struct ConvexCore {
 ConvexCore convex_core(const std::vector<Vec3>& vertices, const std::vector<std::vector<int>>& faces,
                        double margin_share, const std::string& where);
 
-// Hulls of few vertices meet one another by separating axes and clipped faces: in stacks of five cubes, measured, they creep
-// by 0.1 mm where points gathered over several steps let them jitter at 2 cm/s and creep by 0.6 mm. The cost grows with faces
-// times faces: above this number of vertices a hull is round enough to do without. Our choice.
+// Hulls of few vertices meet one another, and triangles of obstacles, by separating axes and clipped faces: then stacks of five
+// cubes come to rest, where points gathered over several steps let them jitter at 2 cm/s and creep by 0.6 mm. The cost grows with
+// faces times faces: above this number of vertices a hull is round enough to do without. Our choice.
 constexpr int most_polyhedron_vertices = 32;
 // Margin over inner radius. Polyhedra need none but in contact with others; round hulls need one that keeps them out of
 // Bullet's slower and rougher search for penetrations (0.01 to 0.15 make no difference to stacks).

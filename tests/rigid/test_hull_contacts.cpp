@@ -1,0 +1,149 @@
+// Claims about where convex polyhedra touch triangles, and about bodies of few corners thrown on them.
+#include <catch2/catch.hpp>
+
+#include <array>
+#include <cmath>
+#include <random>
+
+#include "core/base/rotation.h"
+#include "core/rigid/hull_contacts.h"
+#include "tests/rigid/worlds.h"
+
+using namespace loomstone;
+
+namespace {
+
+const Vec3 gravity(0, 0, -9.81);
+
+// Contacts of a hull at a pose, in world axes.
+std::vector<HullContact> contacts_on(const TriangleMesh& mesh, const Polyhedron& hull, const Vec3& at, const Mat3& turned,
+                                     double near) {
+  std::vector<std::array<Vec3, 3>> triangles;
+  for (const auto& t : mesh.triangles().rowwise()) {
+    triangles.emplace_back();
+    for (int k = 0; k < 3; ++k) triangles.back()[k] = turned.transpose() * (mesh.vertices().row(t[k]).transpose() - at);
+  }
+  std::vector<HullContact> contacts;
+  HullOnTriangles().find(hull, triangles, near, contacts);
+  for (HullContact& contact : contacts) contact = {turned * contact.point + at, turned * contact.normal, contact.gap};
+  return contacts;
+}
+
+Mat3 about(const Vec3& axis, double angle) { return Eigen::AngleAxisd(angle, axis).toRotationMatrix(); }
+
+Vec4 random_turn(std::mt19937& random) {
+  std::normal_distribution<double> normal;
+  return Vec4(normal(random), normal(random), normal(random), normal(random)).normalized();
+}
+
+TriangleMesh prism(int sides, double radius, double height) {
+  Points x(2 * sides + 2, 3);
+  Triangles t(4 * sides, 3);
+  for (int i = 0; i < sides; ++i) {
+    const double angle = 2.0 * M_PI * i / sides;
+    const Index j = (i + 1) % sides, top = sides, low = 2 * sides, high = 2 * sides + 1;
+    x.row(i) << radius * std::cos(angle), radius * std::sin(angle), -0.5 * height;
+    x.row(i + sides) << x(i, 0), x(i, 1), 0.5 * height;
+    t.row(4 * i) << i, j, j + top;
+    t.row(4 * i + 1) << i, j + top, i + top;
+    t.row(4 * i + 2) << low, j, i;
+    t.row(4 * i + 3) << high, i + top, j + top;
+  }
+  x.row(2 * sides) << 0, 0, -0.5 * height;
+  x.row(2 * sides + 1) << 0, 0, 0.5 * height;
+  return TriangleMesh(x, t);
+}
+
+}  // namespace
+
+TEST_CASE("a box stands on a plane of triangles by its four corners, wherever their edges run") {
+  const Polyhedron hull = box_polyhedron(Vec3(0.03, 0.02, 0.01));
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> place(-0.2, 0.2);
+  for (const Index cells : {1, 37, 80})
+    for (int i = 0; i < 20; ++i) {
+      const Vec3 at(place(random), place(random), 0.0099);
+      const Mat3 turned = about(Vec3::UnitZ(), 20.0 * place(random));
+      CAPTURE(cells, at.transpose());
+      const auto contacts = contacts_on(floor_square(1.0, cells), hull, at, turned, 0.001);
+      REQUIRE(contacts.size() == 4);
+      std::vector<bool> met(4, false);
+      for (const HullContact& contact : contacts) {
+        CHECK((contact.normal - Vec3::UnitZ()).norm() < 1e-12);
+        CHECK(contact.gap == Approx(-1e-4).margin(1e-15));
+        const Vec3 own = turned.transpose() * (contact.point - at);
+        CHECK(std::abs(own.x()) == Approx(0.03).margin(1e-12));
+        CHECK(std::abs(own.y()) == Approx(0.02).margin(1e-12));
+        met[(own.x() > 0) + 2 * (own.y() > 0)] = true;
+      }
+      CHECK(met == std::vector<bool>(4, true));
+    }
+}
+
+TEST_CASE("a corner meets a face, a face a corner, an edge an edge, each once and in the right plane") {
+  const Polyhedron cube = box_polyhedron(Vec3(0.01, 0.01, 0.01));
+  const double half_diagonal = 0.01 * std::sqrt(3.0);
+  const Mat3 on_tip = Eigen::Quaterniond::FromTwoVectors(Vec3(1, 1, 1), -Vec3::UnitZ()).toRotationMatrix();
+  const auto tip = contacts_on(floor_square(1.0, 7), cube, Vec3(0.013, 0.021, half_diagonal - 1e-4), on_tip, 5e-4);
+  REQUIRE(tip.size() == 1);
+  CHECK((tip[0].normal - Vec3::UnitZ()).norm() < 1e-12);
+  CHECK(tip[0].gap == Approx(-1e-4).margin(1e-12));
+  CHECK((tip[0].point - Vec3(0.013, 0.021, 0)).norm() < 1e-9);
+
+  const TriangleMesh upright = box(1.0, 1.0, 1.0).moved(Vec3::Zero(), about(Vec3::UnitX(), M_PI) * on_tip);
+  const auto face = contacts_on(upright, cube, Vec3(0.002, -0.003, upright.vertices().col(2).maxCoeff() + 0.0099),
+                                about(Vec3::UnitZ(), 0.4), 5e-4);
+  REQUIRE(!face.empty());
+  for (const HullContact& contact : face) CHECK((contact.normal - Vec3::UnitZ()).norm() < 1e-12);
+  CHECK(std::min_element(face.begin(), face.end(), [](const auto& a, const auto& b) { return a.gap < b.gap; })->gap ==
+        Approx(-1e-4).margin(1e-12));
+
+  // One roof across another.
+  const TriangleMesh roof = box(1.0, 1.0, 1.0).moved(Vec3::Zero(), about(Vec3::UnitX(), M_PI / 4));
+  const auto cross = contacts_on(roof, cube, Vec3(0.1, 0.001, std::sqrt(0.5) + 0.01 * std::sqrt(2.0) - 1e-4),
+                                 about(Vec3::UnitY(), M_PI / 4), 5e-4);
+  REQUIRE(cross.size() >= 1);
+  for (const HullContact& contact : cross) {
+    CHECK((contact.normal - Vec3::UnitZ()).norm() < 1e-9);
+    CHECK(contact.gap == Approx(-1e-4).margin(1e-9));
+    CHECK((contact.point - Vec3(0.1, 0, std::sqrt(0.5))).norm() < 1e-9);
+  }
+}
+
+TEST_CASE("what is thrown on a floor gains no energy, comes to rest, and lies on it exactly") {
+  const std::vector<std::pair<TriangleMesh, std::string>> things = {
+      {box(0.02, 0.03, 0.015), "box"}, {box(0.02, 0.03, 0.015), "convex"}, {prism(14, 0.004, 0.027), "convex"}, {prism(3, 0.01, 0.01), "convex"}};
+  const double rod = 0.004 * std::cos(M_PI / 14), bar = 0.005;
+  const std::vector<std::vector<double>> heights = {{0.01, 0.015, 0.0075}, {0.01, 0.015, 0.0075}, {rod, 0.0135}, {bar, 0.005}};
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  for (const bool deforms : {false, true})
+    for (std::size_t k = 0; k < things.size(); ++k)
+      for (int run_of = 0; run_of < 4; ++run_of) {
+        CAPTURE(k, run_of, deforms);
+        RigidBody body = body_of(things[k].first, things[k].second, Vec3(0.001, 0.002, 0.05));
+        body.orientation = random_turn(random), body.density = 1800.0;
+        for (int i = 0; i < 3; ++i) body.velocity[i] = 0.3 * normal(random), body.angular_velocity[i] = 20.0 * normal(random);
+        const RigidObstacle flat = floor_of(4.0, deforms ? 2 : 1);
+        RigidWorld world({body}, {deforms ? deforming(flat) : flat}, gravity);
+        RigidState state = world.initial_state();
+        const MassProperties& mass = world.mass_properties()[0];
+        const auto energy = [&] {
+          const Vec3 spin = rotation_matrix(state.orientations.row(0).transpose()).transpose() * state.angular_velocities.row(0).transpose();
+          return 0.5 * mass.mass * state.velocities.row(0).squaredNorm() + 0.5 * spin.dot(mass.inertia * spin) +
+                 mass.mass * 9.81 * state.positions(0, 2);
+        };
+        const Points none = Points::Zero(1, 3);
+        const ObstaclePlaces places = deforms ? ObstaclePlaces({RigidPose{}}, flat.mesh->vertices()) : ObstaclePlaces({RigidPose{}});
+        double before = energy(), most = 0.0;
+        const double fastest = std::sqrt(2.0 * before / mass.mass);
+        for (int i = 0; i < 3000; ++i) {
+          world.advance(1e-3, none, none, places, state);
+          most = std::max(most, energy() - before), before = energy();
+        }
+        CHECK(most < mass.mass * 9.81 * fastest * 1e-3);  // it is lifted out of what it fell into within a step
+        const double z = state.positions(0, 2);
+        CHECK(std::any_of(heights[k].begin(), heights[k].end(), [&](double h) { return std::abs(z - h) < 2e-6; }));
+        CHECK(state.velocities.norm() < 1e-3);
+      }
+}
