@@ -302,7 +302,8 @@ def test_after_a_failed_step_bodies_go_on_as_if_it_had_not_been_tried():
     belt = ls.box(size=(0.4, 0.4, 0.02), times=[0, 1], positions=[(0, 0, -0.01), (0.5, 0, -0.01)], friction=1.0)
     bodies = [ls.RigidBody(name=f"cube {i}", mesh=cube, shape="box", position=p, friction=1.0, velocity=(0.5, 0, 0))
               for i, p in enumerate([(0, 0, 0.01), (0, 0.1, 0.01), (0, 0.1, 0.03)])]  # fmt: skip
-    magnets = [ls.Magnet(body=name, shape="dipole", moment=(0, 0, 0.1)) for name in ("cube 0", "far")]
+    arm = np.array((0.5, 0, 0))  # so that the stand itself is out of the way
+    magnets = [ls.Magnet(body=name, shape="dipole", moment=(0, 0, 0.1), position=at) for name, at in (("cube 0", (0, 0, 0)), ("far", arm))]
     stand = ls.box(size=(0.01, 0.01, 0.01), name="far", times=[0, 1], positions=[(0, 0, 5.0), (0, 0, 5.0)])
     reached = []
     for fails in (False, True):
@@ -310,11 +311,12 @@ def test_after_a_failed_step_bodies_go_on_as_if_it_had_not_been_tried():
         for _ in range(25):
             sim.step()
         near = sim.state.body_positions[0] + (0.5e-3, 0, 3e-3)
-        sim.set_obstacle_pose(1, near)
+        sim.set_obstacle_pose(1, near - arm)
         sim.step()
         if fails:  # one dipole goes through the other
             before = {name: np.array(getattr(sim.state, name)) for name in tables}
-            sim.set_obstacle_pose(1, near + 1.3 * (before["body_positions"][0] - near) + 1e-3 * before["body_velocities"][0])
+            meets = near + 1.3 * (before["body_positions"][0] - near) + 1e-3 * before["body_velocities"][0]
+            sim.set_obstacle_pose(1, meets - arm)
             with pytest.raises(ls.SolverFailure, match="at most 4096 sub-steps"):
                 sim.step()
             assert all(np.array_equal(getattr(sim.state, name), before[name]) for name in tables)
