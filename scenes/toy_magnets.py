@@ -1,77 +1,108 @@
-"""Two toy magnets and a steel ball, figure 6.1: plastic rods with a magnet in each end, lying side by side on a table.
+"""Two toy magnets and a steel ball, figures 6.1 and 6.8: plastic rods with a magnet in each end, on a table.
 
-See: a soft ball is drawn to the end of the first rod. Antiparallel, the rods roll towards each other and snap together along
-their sides. Parallel, the second rod is repelled until it has turned: over the barrier, it is caught by the other end.
-Red is north, blue south.
+See: one rod is held, with the ball at its end; another comes. Antiparallel it is repelled, until the slide has pushed it so
+near that the ball, magnetised unevenly, draws it more than the rod behind the ball repels it: over the barrier it leaps from
+the slide. Parallel it is drawn in from afar and snaps to the ball. Free, antiparallel with nothing that guides it, it flees,
+turns, and snaps on by its other end. Red is north, blue south.
 """
 
 import numpy as np
 
 import loomstone as ls
 
-duration = 1.0
+duration = 0.9
 rate = 50.0
 integrator = ls.SemiImplicitEuler(step=1e-3)
-render = ls.RenderOptions(camera=ls.Camera(fit=False, eye=(0.02, -0.10, 0.09), target=(0.0, 0.0, 0.0), field_of_view_degrees=40.0))
+render = ls.RenderOptions(camera=ls.Camera(fit=False, eye=(-0.012, -0.085, 0.085), target=(-0.010, 0.0, 0.0), field_of_view_degrees=31.0))
 
-LENGTH, RADIUS = 0.027, 0.004          # of a rod
-DEEP = 0.0005                          # plastic over the magnet's end
+LENGTH, RADIUS, SIDES = 0.027, 0.004, 14   # of a rod; few sides, so that it collides as a polyhedron
+DEEP = 0.0005                              # plastic over the magnet's end
 MAGNET = {"radius": 0.003, "height": 0.006}
-BALL = 0.00635
+BALL = 0.005
+GAP = {"parallel": 0.018, "antiparallel": 0.009, "free": 0.011}
+ASKEW = {"parallel": 0.05, "antiparallel": 0.0, "free": 0.7}   # as things on a table are [rad]
+PUSHED = (0.1, 0.6)                        # from when to when [s], up to 1 mm from the ball
 
 
 def rod_mesh() -> ls.TriangleMesh:
-    """Cylinder along z with rings where its magnets begin, so that the ends alone are coloured."""
-    sides, half = 14, 0.5 * LENGTH  # few enough to collide as a polyhedron
+    """Prism along x with rings where its magnets begin, so that the ends alone are coloured; it lies on a face."""
+    half = 0.5 * LENGTH
     inner = half - DEEP - MAGNET["height"]
-    angles = 2 * np.pi * np.arange(sides) / sides
-    ring = RADIUS * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    heights = [-half, -inner - 2e-4, -inner + 1e-3, inner - 1e-3, inner + 2e-4, half]
-    vertices = [(x, y, z) for z in heights for x, y in ring] + [(0, 0, -half), (0, 0, half)]
+    angles = 2 * np.pi * (np.arange(SIDES) + 0.5) / SIDES
+    ring = RADIUS * np.stack([np.sin(angles), -np.cos(angles)], axis=1)
+    places = [-half, -inner - 2e-4, -inner + 1e-3, inner - 1e-3, inner + 2e-4, half]
+    vertices = [(x, y, z) for x in places for y, z in ring] + [(-half, 0, 0), (half, 0, 0)]
     triangles = []
-    for level in range(len(heights) - 1):
-        for i in range(sides):
-            a, b = level * sides + i, level * sides + (i + 1) % sides
-            triangles += [(a, b, b + sides), (a, b + sides, a + sides)]
-    low, high, top = len(vertices) - 2, len(vertices) - 1, (len(heights) - 1) * sides
-    for i in range(sides):
-        j = (i + 1) % sides
+    for level in range(len(places) - 1):
+        for i in range(SIDES):
+            a, b = level * SIDES + i, level * SIDES + (i + 1) % SIDES
+            triangles += [(a, b, b + SIDES), (a, b + SIDES, a + SIDES)]
+    low, high, top = len(vertices) - 2, len(vertices) - 1, (len(places) - 1) * SIDES
+    for i in range(SIDES):
+        j = (i + 1) % SIDES
         triangles += [(low, j, i), (high, top + i, top + j)]
     return ls.TriangleMesh(np.array(vertices), np.array(triangles))
 
 
-def scene(parallel: bool = True, polarization: float = 1.1) -> ls.Scene:
-    """parallel: the moments of the rods point the same way; polarization: of their magnets [T]."""
+def rails_and_slide(start: float, path: float) -> list[ls.Obstacle]:
+    """Beside and behind a rod whose middle is at `start`."""
+    size, beside = (0.055, 0.002, 0.005), RADIUS + 0.00105
+    rails = [ls.box(name=f"rail {y:+.0f}", size=size, centre=(start - 0.004, y * beside, 0.0025), friction=0.05) for y in (-1, 1)]
+    back = start - 0.5 * LENGTH - 0.0031
+    slide = ls.box(
+        name="slide", size=(0.006, 0.006, 0.006), friction=0.05,
+        times=[0.0, *PUSHED], positions=[(back, 0.0, 0.0035), (back, 0.0, 0.0035), (back + path, 0.0, 0.0035)],
+    )  # fmt: skip
+    return [*rails, slide]
+
+
+def scene(case: str = "antiparallel", polarization: float = 1.1) -> ls.Scene:
+    """case: parallel | antiparallel | free; polarization: of the magnets [T]."""
+    if case not in GAP:
+        raise ls.InvalidInput(f"case must be one of {', '.join(GAP)}, got {case!r}")
     mesh = rod_mesh()
-    s = np.sqrt(0.5)
-    along_y = np.array((s, -s, 0.0, 0.0))  # takes z to y
-    turned = along_y if parallel else np.array((s, s, 0.0, 0.0))  # takes z to -y
-    # A little askew, as things on a table are.
-    askew = np.array((np.cos(0.05), 0.0, 0.0, np.sin(0.05)))
-    w, x, y, z = askew
-    matrix = np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])
-    rods = [
-        ls.RigidBody(name="first", mesh=mesh, density=1800, position=(-0.011, 0.0, 1.05 * RADIUS), orientation=along_y, friction=0.3),
-        ls.RigidBody(name="second", mesh=mesh, density=1800, position=(0.011, 0.002, 1.05 * RADIUS), orientation=matrix @ turned, friction=0.3),
-    ]
+    height, reach = RADIUS * np.cos(np.pi / SIDES), BALL + 0.5 * LENGTH
+    start, turn = -reach - GAP[case], ASKEW[case] + (0.0 if case == "parallel" else np.pi)
+    rod = ls.RigidBody(
+        name="rod", mesh=mesh, density=1800, friction=0.15,
+        position=(start, 0.0, height), orientation=(np.cos(0.5 * turn), 0.0, 0.0, np.sin(0.5 * turn)),
+    )  # fmt: skip
     ball = ls.RigidBody(
-        name="ball", mesh=ls.meshes.sphere(radius=BALL, subdivisions=3), shape="sphere", density=7800,
-        position=(-0.013, 0.5 * LENGTH + BALL + 0.004, BALL),
+        name="ball", mesh=ls.meshes.sphere(radius=BALL, subdivisions=3), shape="sphere", density=7800, friction=0.3, position=(0.0, 0.0, BALL)
     )
+    # One keyframe gives it a pose of its own, which its magnets take part in.
+    held = ls.obstacle(mesh, name="held", times=[0.0], positions=[(reach + 2e-5, 0.0, height)], friction=0.3)
+    along_x = (np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0)  # takes z there
     at = 0.5 * LENGTH - DEEP - 0.5 * MAGNET["height"]
     magnets = [
-        ls.Magnet(body=name, shape="cylinder", **MAGNET, position=(0, 0, end), polarization=(0, 0, polarization))
-        for name in ("first", "second")
-        for end in (-at, at)
+        ls.Magnet(body=name, shape="cylinder", **MAGNET, position=(x, 0, 0), orientation=along_x, polarization=(0, 0, polarization))
+        for name in ("held", "rod")
+        for x in (-at, at)
     ]
-    magnets.append(ls.Magnet(body="ball", shape="sphere", radius=BALL, susceptibility=1000.0))
-    return ls.Scene(bodies=[*rods, ball], magnets=magnets, obstacles=[ls.floor(size=0.3)], magnetic_tolerance=1e-3)
+    # Of degree 6: one dipole would not be drawn from both sides at once.
+    magnets.append(ls.Magnet(body="ball", shape="sphere", radius=BALL, susceptibility=1000.0, resolution=6))
+    guides = rails_and_slide(start, GAP[case] - 0.001) if case == "antiparallel" else []
+    return ls.Scene(bodies=[rod, ball], magnets=magnets, obstacles=[held, ls.floor(size=0.4, friction=0.15), *guides], magnetic_tolerance=1e-3)
 
 
 def check(run: ls.Run) -> None:
-    last = run[-1]
-    bodies = [last.body_positions[run.topology.body_of_vertex == b] for b in range(3)]
-    near = [np.linalg.norm(a[:, None] - b[None], axis=2).min() for a, b in ((bodies[0], bodies[1]), (bodies[0], bodies[2]))]
-    assert near[0] < 2e-3, "the rods have found each other"
-    assert near[1] < 2e-3 or np.linalg.norm(bodies[1][:, None] - bodies[2][None], axis=2).min() < 2e-3, "the ball sticks to one of them"
-    assert min(b[:, 2].min() for b in bodies) > -5e-4, "nothing sinks into the table"
+    names, owner = list(run.topology.body_names), run.topology.body_of_vertex
+
+    def vertices(name: str, frame: int) -> np.ndarray:
+        return run[frame].body_positions[owner == names.index(name)]
+
+    def gaps(frame: int) -> np.ndarray:
+        """Of the rod's vertices to the ball; the middles of its ends come last."""
+        return np.linalg.norm(vertices("rod", frame) - vertices("ball", frame).mean(axis=0), axis=1) - BALL
+
+    near = [gaps(k).min() for k in range(len(run))]
+    assert near[-1] < 5e-4, "the rod has found the ball"
+    assert vertices("rod", -1)[:, 2].min() > -5e-4, "nothing sinks into the table"
+    turned = np.argmin(gaps(0)[-2:]) != np.argmin(gaps(-1)[-2:])
+    fled = max(near) > near[0] + 1e-3
+    assert turned == fled, "one that is repelled and free turns, others do not"
+    if "slide" in names:
+        ahead = np.array([vertices("rod", k)[:, 0].min() - vertices("slide", k)[:, 0].max() for k in range(len(run))])
+        leapt = int(np.argmax(ahead > 1e-3))
+        assert leapt > 0 and ahead[:leapt].max() < 5e-4, "it is repelled, and stays at the slide"
+        assert 1e-3 < near[leapt - 1] < 5e-3, "until it is over the barrier"

@@ -33,6 +33,8 @@ def obstacle(
     mesh : surface in its own frame; stands at `centre` [m] unless moved
     times : (k) keyframes [s], ascending; positions : (k x 3) of the mesh's origin [m], default `centre` throughout;
     axis_angles : (k x 3) rotation vectors [rad]
+    Without times the mesh itself is moved, and what lies in its frame, as magnets do, is placed from the world's origin; one
+    keyframe gives it a pose instead, which they take part in.
     friction : [1]; thickness : contact distance [m], 0: as the cloth's
     """
     times = np.asarray(times, float).ravel()

@@ -44,7 +44,9 @@ def with_cells(scene: ls.Scene, density: float) -> ls.Scene:
     def in_cells(magnet: ls.Magnet) -> ls.Magnet:
         if magnet.response == "explicit":
             return magnet.replace(density=density)
-        if magnet.susceptibility != 0 or magnet.shape in ("sphere", "dipole"):
+        if magnet.shape == "sphere":
+            return magnet.replace(resolution=0)  # one dipole
+        if magnet.susceptibility != 0 or magnet.shape == "dipole":
             return magnet
         return magnet.replace(engine="cells", density=density)
 

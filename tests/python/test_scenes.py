@@ -50,7 +50,7 @@ MAGNETIC = {
     "lift": ({"spheres": 4}, 1.5),
     "plunger": ({}, 0.1),
     "pull": ({"cells": 8}, 0.05),
-    "toy_magnets": ({"parallel": False}, 0.08),
+    "toy_magnets": ({"case": "parallel"}, 0.2),
 }
 
 
@@ -92,6 +92,13 @@ def test_magnets_gain_no_energy_and_fall_through_nothing(name):
 def test_the_drape_keeps_its_claims(tmp_path):
     file = SceneFile.open(SCENES / "drape.py", {"triangles": 450})
     ls.Simulation(file.scene(), integrator=file.integrator, threads=1).run(out=tmp_path, duration=0.6)
+    file.check(ls.Run(tmp_path))
+
+
+@pytest.mark.parametrize("case", ["antiparallel", "free", "parallel"])
+def test_toy_magnets_keep_their_claims_to_the_end(case, tmp_path):
+    file = SceneFile.open(SCENES / "toy_magnets.py", {"case": case})
+    ls.Simulation(file.scene(), integrator=file.integrator, threads=1).run(out=tmp_path, duration=file.duration, rate=file.rate)
     file.check(ls.Run(tmp_path))
 
 
