@@ -74,7 +74,7 @@ def scene(figures: int = 4, balls: int = 90, response: str = "mutual", resolutio
         )
     ]
     return ls.Scene(bodies=bodies, magnets=magnets, obstacles=[block, *walls, ls.floor(size=0.4)], magnetic_tolerance=1e-3,
-                    magnetic_step=0.3)  # fmt: skip
+                    magnetic_step=1.0)  # fmt: skip
 
 
 def check(run: ls.Run) -> None:
