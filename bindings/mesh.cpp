@@ -75,6 +75,8 @@ void bind_generators(py::module_& m) {
         "Box with the given sides [m].");
   m.def("capsule", &capsule, py::arg("radius"), py::arg("length"), py::kw_only(), py::arg("segments") = 32,
         "Capsule along z, `length` between the centres of its caps [m].");
+  m.def("cylinder", &cylinder, py::arg("radius"), py::arg("length"), py::kw_only(), py::arg("segments") = 32,
+        "Cylinder along z, a prism of `segments` sides [m].");
   m.def("funnel", &funnel, py::arg("top_radius"), py::arg("bottom_radius"), py::arg("height"), py::arg("tube_length"),
         py::arg("wall"), py::kw_only(), py::arg("segments") = 64,
         "Cone from top_radius at z = height to bottom_radius at z = 0, then a tube below; closed, with a wall [m].");

@@ -26,6 +26,7 @@ TriangleMesh disc(double radius, Index rings);
 TriangleMesh icosphere(double radius, int subdivisions);
 TriangleMesh box(double x, double y, double z, Index cells_per_side = 1);
 TriangleMesh capsule(double radius, double length, Index segments = 32);  // axis z, length between cap centres
+TriangleMesh cylinder(double radius, double length, Index segments = 32);  // axis z; a prism, its corners on the cylinder
 // Surface of revolution about z, closed with a wall of `wall` thickness: a cone from `top_radius` at z = height to
 // `bottom_radius` at z = 0, then a tube of `tube_length` below.
 TriangleMesh funnel(double top_radius, double bottom_radius, double height, double tube_length, double wall,

@@ -1,5 +1,6 @@
-// Surfaces made of rings of vertices: capsule, wave bar, funnel. Neighbouring rings are turned by half a segment against
-// each other and joined along the shorter diagonals, so triangles stay near equilateral.
+// Surfaces made of rings of vertices: capsule, cylinder, wave bar, funnel. Neighbouring rings are joined along the shorter
+// diagonals; but for the cylinder's, a prism, they are turned by half a segment against each other, so triangles stay near
+// equilateral.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -49,6 +50,21 @@ void join_rings(MeshBuilder& builder, Index a, Index n_a, Index b, Index n_b) {
 // Height of an equilateral triangle on a segment of a circle.
 double row_height(double radius, Index segments) { return std::sqrt(0.75) * 2.0 * M_PI * radius / segments; }
 
+// Rings joined one after another, closed by a point at either end.
+TriangleMesh joined(const std::vector<Ring>& rings, const Vec3& start, const Vec3& end, bool turning) {
+  MeshBuilder builder;
+  const Index low = builder.add(start);
+  std::vector<Index> first;
+  for (std::size_t r = 0; r < rings.size(); ++r) {
+    first.push_back(add_ring(builder, rings[r], turning && r % 2 == 1));
+    if (r > 0) join_rings(builder, first[r - 1], rings[r - 1].n, first[r], rings[r].n);
+  }
+  const Index high = builder.add(end);
+  for (Index k = 0; k < rings.front().n; ++k) builder.add(low, first.front() + (k + 1) % rings.front().n, first.front() + k);
+  for (Index k = 0; k < rings.back().n; ++k) builder.add(high, first.back() + k, first.back() + (k + 1) % rings.back().n);
+  return builder.mesh();
+}
+
 // Closes a tube of equal rings by half spheres, whose rings have fewer vertices towards the pole.
 TriangleMesh capped(const std::vector<Ring>& tube) {
   const double radius = tube.front().radius;
@@ -67,17 +83,8 @@ TriangleMesh capped(const std::vector<Ring>& tube) {
   rings.insert(rings.end(), tube.begin(), tube.end());
   for (int row = n_cap - 1; row > 0; --row) rings.push_back(cap_ring(tube.back(), row, 1.0));
 
-  MeshBuilder builder;
-  const Index start = builder.add(Vec3(tube.front().centre - radius * tube.front().up.cross(tube.front().side)));
-  std::vector<Index> first;
-  for (std::size_t r = 0; r < rings.size(); ++r) {
-    first.push_back(add_ring(builder, rings[r], r % 2 == 1));
-    if (r > 0) join_rings(builder, first[r - 1], rings[r - 1].n, first[r], rings[r].n);
-  }
-  const Index end = builder.add(Vec3(tube.back().centre + radius * tube.back().up.cross(tube.back().side)));
-  for (Index k = 0; k < rings.front().n; ++k) builder.add(start, first.front() + (k + 1) % rings.front().n, first.front() + k);
-  for (Index k = 0; k < rings.back().n; ++k) builder.add(end, first.back() + k, first.back() + (k + 1) % rings.back().n);
-  return builder.mesh();
+  return joined(rings, tube.front().centre - radius * tube.front().up.cross(tube.front().side),
+                tube.back().centre + radius * tube.back().up.cross(tube.back().side), true);
 }
 
 // A point of the profile of a surface of revolution about z.
@@ -118,6 +125,24 @@ TriangleMesh capsule(double radius, double length, Index segments) {
     tube.push_back({centre, Vec3::UnitX(), Vec3::UnitY(), radius, segments});
   }
   return capped(tube);
+}
+
+TriangleMesh cylinder(double radius, double length, Index segments) {
+  require_positive(radius, "radius");
+  require_positive(length, "length");
+  require_between(segments, 3, 4096, "segments");
+  const double side = 2.0 * M_PI * radius / segments;
+  const int n_rows = std::max(1, static_cast<int>(std::round(length / side))),
+            n_cap = std::max(1, static_cast<int>(std::round(radius / side)));
+  const auto ring = [&](double z, int row) {  // of the caps, `row` from the middle
+    const double share = static_cast<double>(row) / n_cap;
+    return Ring{Vec3(0.0, 0.0, z), Vec3::UnitX(), Vec3::UnitY(), share * radius, std::max<Index>(3, static_cast<Index>(std::round(share * segments)))};
+  };
+  std::vector<Ring> rings;
+  for (int row = 1; row < n_cap; ++row) rings.push_back(ring(-0.5 * length, row));
+  for (int i = 0; i <= n_rows; ++i) rings.push_back(ring(length * (static_cast<double>(i) / n_rows - 0.5), n_cap));
+  for (int row = n_cap - 1; row > 0; --row) rings.push_back(ring(0.5 * length, row));
+  return joined(rings, Vec3(0.0, 0.0, -0.5 * length), Vec3(0.0, 0.0, 0.5 * length), false);
 }
 
 TriangleMesh wave_bar(double length, double radius, double amplitude, double wavelength, Index segments) {

@@ -19,6 +19,7 @@ from .arguments import explained, vector, whole
 __all__ = [
     "box",
     "capsule",
+    "cylinder",
     "disc",
     "floor",
     "funnel",
@@ -137,6 +138,13 @@ def box(*, size: tuple[float, float, float], cells_per_side: int = 1) -> Triangl
 def capsule(*, radius: float, length: float, segments: int = 32) -> TriangleMesh:
     """Capsule along z; `length` between the centres of its caps [m]."""
     return _core.capsule(radius, length, segments=segments)
+
+
+@explained
+def cylinder(*, radius: float, length: float, segments: int = 32) -> TriangleMesh:
+    """Cylinder along z [m]: a prism of `segments` sides with its corners on the cylinder. Of up to 16 sides it is a rigid body's
+    polyhedron, whose contacts are exact."""
+    return _core.cylinder(radius, length, segments=segments)
 
 
 @explained

@@ -62,6 +62,8 @@ TEST_CASE("closed generators face outward, are closed, and have volume and Euler
       {"box", box(1.0, 2.0, 3.0, 1), 6.0, 1e-12, 2, 18.0 * degree},
       {"capsule", capsule(1.0, 3.0, 48), (4.0 / 3.0 + 3.0) * M_PI, 0.005, 2, 40.0 * degree},
       {"coarse capsule", capsule(1.0, 1.0, 12), (4.0 / 3.0 + 1.0) * M_PI, 0.1, 2, 30.0 * degree},
+      {"cylinder", cylinder(1.0, 3.0, 48), 3.0 * M_PI, 0.005, 2, 30.0 * degree},
+      {"triangular prism", cylinder(1.0, 1.0, 3), 0.75 * std::sqrt(3.0), 1e-12, 2, 25.0 * degree},
       {"funnel", funnel(top, bottom, height, tube, wall, 96), 2.0 * M_PI * section, 0.006, 0, 25.0 * degree},
       {"wave bar", wave_bar(1.0, 0.02, 0.05, 0.5, 32), M_PI * 0.0004 * way + M_PI * 4.0 / 3.0 * 8e-6, 0.007, 2,
        40.0 * degree}};
@@ -124,6 +126,7 @@ TEST_CASE("closed generators refuse impossible numbers by name") {
   CHECK_THROWS_WITH(box(1.0, 1.0, 1.0, 0), Catch::Contains("cells_per_side must be 1 to 1000"));
   CHECK_THROWS_WITH(capsule(1.0, 0.0), Catch::Contains("length must be > 0"));
   CHECK_THROWS_WITH(capsule(1.0, 1.0, 5), Catch::Contains("segments must be 6 to 4096"));
+  CHECK_THROWS_WITH(cylinder(1.0, 1.0, 2), Catch::Contains("segments must be 3 to 4096"));
   CHECK_THROWS_WITH(funnel(0.1, 0.2, 1.0, 1.0, 0.01), Catch::Contains("top_radius must be > bottom_radius"));
   CHECK_THROWS_WITH(funnel(0.3, 0.1, 0.01, 0.001, 0.05), Catch::Contains("tube_length must be >"));
   CHECK_THROWS_WITH(wave_bar(1.0, 0.01, -0.1, 1.0), Catch::Contains("amplitude must be >= 0"));

@@ -63,9 +63,11 @@ def test_solids_are_closed_and_have_their_volumes():
     assert volume(meshes.box(size=(1, 2, 3))) == pytest.approx(6)
     capsule = np.pi * 0.01 * 0.5 + 4 / 3 * np.pi * 1e-3
     assert volume(meshes.capsule(radius=0.1, length=0.5)) == pytest.approx(capsule, rel=0.03)
+    prism = 0.5 * 14 * np.sin(2 * np.pi / 14) * 0.01 * 0.5
+    assert volume(meshes.cylinder(radius=0.1, length=0.5, segments=14)) == pytest.approx(prism, rel=1e-12)
     funnel = meshes.funnel(top_radius=0.2, bottom_radius=0.05, height=0.2, tube_length=0.1, wall=0.01)
     bar = meshes.wave_bar(length=0.5, radius=0.02, amplitude=0.05, wavelength=0.2)
-    for mesh in (funnel, bar, meshes.sphere(radius=1), meshes.box(size=(1, 1, 1)), meshes.capsule(radius=1, length=1)):
+    for mesh in (funnel, bar, meshes.sphere(radius=1), meshes.box(size=(1, 1, 1)), meshes.capsule(radius=1, length=1), meshes.cylinder(radius=1, length=0.1)):
         assert mesh.closed and volume(mesh) > 0
 
 
