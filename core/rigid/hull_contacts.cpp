@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -12,65 +13,59 @@ namespace {
 constexpr double same_plane = 1e-4;  // sine of the angle up to which planes are one
 constexpr double turned_to = 0.98;   // cosine of that up to which a face lies on another: 11 degrees
 
-using Contacts = std::vector<HullContact>;
+using Contacts = HullOnTriangles::Contacts;
 
-// Of contacts in one plane: the outermost, the one farthest from it, and those farthest out on either side of the line through
-// the two; what bears a body, whatever is a little deeper. What is deeper by a tenth of `near` takes the place of the last.
-void keep_corners(Contacts& contacts, double near) {
+// Four of the contacts in one plane. First those that bear, the deepest but for a fiftieth of `near`: of these the outermost,
+// the one farthest from it, and those farthest out on either side of the line through the two. Then those farthest from all
+// before them. What was there in the step before is taken for a little deeper and farther out than it is.
+void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
   if (contacts.size() <= 4) return;
-  Vec3 mean = Vec3::Zero();
-  for (const HullContact& contact : contacts) mean += contact.point / static_cast<double>(contacts.size());
-  const auto bring = [&](std::size_t place, const auto& value) {
-    std::swap(contacts[place], *std::max_element(contacts.begin() + static_cast<std::ptrdiff_t>(place), contacts.end(),
-                                                 [&](const auto& a, const auto& b) { return value(a) < value(b); }));
+  constexpr double bearing = 0.02, stays = 1.05;
+  std::vector<bool> old;
+  for (const HullContact& contact : contacts)
+    old.push_back(std::any_of(before.begin(), before.end(), [&](const HullContact& c) { return (c.point - contact.on_hull()).norm() < 0.1 * near; }));
+  double deepest = near;
+  for (const HullContact& contact : contacts) deepest = std::min(deepest, contact.gap);
+  const auto swap = [&](std::size_t i, std::size_t j) {
+    std::swap(contacts[i], contacts[j]);
+    std::vector<bool>::swap(old[i], old[j]);
   };
-  bring(0, [&](const HullContact& c) { return (c.point - mean).squaredNorm(); });
-  const Vec3 first = contacts[0].point;
-  bring(1, [&](const HullContact& c) { return (c.point - first).squaredNorm(); });
-  const Vec3 line = contacts[1].point - first;
-  bring(2, [&](const HullContact& c) { return (c.point - first).cross(line).squaredNorm(); });
-  const Vec3 side = (contacts[2].point - first).cross(line);
-  bring(3, [&](const HullContact& c) { return -side.dot((c.point - first).cross(line)); });
-  const auto deeper = [](const HullContact& a, const HullContact& b) { return a.gap < b.gap; };
-  const auto kept = contacts.begin() + 4, deepest = std::min_element(kept, contacts.end(), deeper);
-  if (deepest != contacts.end() && deepest->gap < std::min_element(contacts.begin(), kept, deeper)->gap - 0.1 * near)
-    contacts[3] = *deepest;
-  contacts.resize(4);
-}
-
-// Of contacts in several planes, of each by turns: the deepest, the one farthest from it, what is left.
-void keep_of_each(std::vector<Contacts>& planes, Contacts& kept) {
-  for (Contacts& plane : planes) {
-    std::iter_swap(plane.begin(), std::min_element(plane.begin(), plane.end(), [](const auto& a, const auto& b) { return a.gap < b.gap; }));
-    std::stable_sort(plane.begin() + 1, plane.end(), [&](const auto& a, const auto& b) {
-      return (a.point - plane[0].point).squaredNorm() > (b.point - plane[0].point).squaredNorm();
-    });
-  }
-  for (std::size_t turn = 0; kept.size() < 4; ++turn) {
-    bool left = false;
-    for (const Contacts& plane : planes)
-      if (turn < plane.size() && kept.size() < 4) kept.push_back(plane[turn]), left = true;
-    if (!left) return;
-  }
-}
-
-void keep_four(Contacts& contacts, double near) {
-  std::vector<Contacts> planes;
-  for (const HullContact& contact : contacts) {
-    const auto plane = std::find_if(planes.begin(), planes.end(), [&](const Contacts& p) { return p[0].normal.dot(contact.normal) > turned_to; });
-    if (plane == planes.end()) {
-      planes.push_back({contact});
-    } else if (std::none_of(plane->begin(), plane->end(), [&](const HullContact& c) { return c.point == contact.point; })) {
-      plane->push_back(contact);  // corners of hulls end several edges
+  std::size_t n = 0;
+  for (std::size_t k = 0; k < contacts.size(); ++k)
+    if (contacts[k].gap < deepest + (old[k] ? 2.0 : 1.0) * bearing * near) swap(n++, k);
+  Vec3 mean = Vec3::Zero();
+  for (std::size_t k = 0; k < n; ++k) mean += contacts[k].point / static_cast<double>(n);
+  // Of what is no better by more than a share `ties` the first.
+  const auto bring = [&](std::size_t place, std::size_t end, double ties, const auto& value) {
+    std::size_t chosen = place;
+    double most = 0.0;
+    for (std::size_t k = place; k < end; ++k) {
+      const double at = value(contacts[k]) * (old[k] ? stays : 1.0);
+      if (k == place || at > most + ties * std::abs(most)) chosen = k, most = at;
     }
+    swap(place, chosen);
+  };
+  if (n >= 4) {
+    bring(0, n, 1e-6, [&](const HullContact& c) { return (c.point - mean).squaredNorm(); });
+    const Vec3 first = contacts[0].point;
+    bring(1, n, 1e-6, [&](const HullContact& c) { return (c.point - first).squaredNorm(); });
+    const Vec3 line = contacts[1].point - first;
+    bring(2, n, 1e-6, [&](const HullContact& c) { return (c.point - first).cross(line).squaredNorm(); });
+    const Vec3 side = (contacts[2].point - first).cross(line);
+    bring(3, n, 1e-6, [&](const HullContact& c) { return -side.dot((c.point - first).cross(line)); });
+    contacts.resize(4);
+    return;
   }
-  contacts.clear();
-  if (planes.size() == 1) {
-    contacts.swap(planes[0]);
-    keep_corners(contacts, near);
-  } else {
-    keep_of_each(planes, contacts);
-  }
+  // Of a thin plate's upper and lower corners, as far away, the lower.
+  for (std::size_t k = n + 1; k < contacts.size(); ++k)
+    for (std::size_t j = k; j > n && contacts[j].gap < contacts[j - 1].gap; --j) swap(j, j - 1);
+  for (std::size_t place = n; place < 4; ++place)
+    bring(place, contacts.size(), 0.1, [&](const HullContact& c) {
+      double least = (c.point - contacts[0].point).squaredNorm();
+      for (std::size_t k = 1; k < place; ++k) least = std::min(least, (c.point - contacts[k].point).squaredNorm());
+      return least;
+    });
+  contacts.resize(4);
 }
 
 }  // namespace
@@ -78,25 +73,34 @@ void keep_four(Contacts& contacts, double near) {
 Polyhedron::Polyhedron(const std::vector<Vec3>& given, const std::vector<std::vector<int>>& loops)
     : points(given), centre(Vec3::Zero()) {
   for (const Vec3& point : points) centre += point / static_cast<double>(points.size());
-  std::map<std::pair<Index, Index>, Index> face_of;  // of the directed edges
+  double size = 0.0;
+  for (const Vec3& point : points) size = std::max(size, (point - centre).norm());
+  std::vector<std::pair<Vec3, const std::vector<int>*>> by_area;
   for (const std::vector<int>& loop : loops) {
     Vec3 area = Vec3::Zero();
     for (std::size_t k = 0; k < loop.size(); ++k)
-      area += (points[loop[k]] - centre).cross(points[loop[(k + 1) % loop.size()]] - centre);
-    Vec3 normal = area.normalized();
-    double offset = 0.0;
-    for (const int corner : loop) offset += normal.dot(points[corner]) / static_cast<double>(loop.size());
-    if (offset < normal.dot(centre)) normal = -normal, offset = -offset;
-    // A sliver between points of one plane has no direction of its own: it joins a face that it lies in.
-    const auto lies_in = [&](const Face& face) {
-      return std::all_of(loop.begin(), loop.end(), [&](int corner) {
-        return std::abs(face.normal.dot(points[corner]) - face.offset) < same_plane * std::abs(offset - normal.dot(centre));
+      area += (points[loop[k]] - points[loop[0]]).cross(points[loop[(k + 1) % loop.size()]] - points[loop[0]]);
+    by_area.emplace_back(area, &loop);
+  }
+  std::stable_sort(by_area.begin(), by_area.end(), [](const auto& a, const auto& b) { return a.first.norm() > b.first.norm(); });
+  std::map<std::pair<Index, Index>, Index> face_of;  // of the directed edges
+  for (const auto& [area, loop] : by_area) {
+    Face face{area.normalized(), 0.0};
+    for (const int corner : *loop) face.offset += face.normal.dot(points[corner]) / static_cast<double>(loop->size());
+    if (face.offset < face.normal.dot(centre)) face = {-face.normal, -face.offset};
+    // A sliver between points of one plane has no direction of its own: it joins a larger face that it lies in.
+    auto same = std::find_if(faces.begin(), faces.end(), [&](const Face& other) {
+      return std::all_of(loop->begin(), loop->end(), [&](int corner) {
+        return std::abs(other.normal.dot(points[corner]) - other.offset) < same_plane * size;
       });
-    };
-    auto face = std::find_if(faces.begin(), faces.end(), lies_in);
-    if (face == faces.end()) face = faces.insert(faces.end(), {normal, offset});
-    for (std::size_t k = 0; k < loop.size(); ++k)
-      face_of[{loop[k], loop[(k + 1) % loop.size()]}] = static_cast<Index>(face - faces.begin());
+    });
+    if (same == faces.end()) {
+      const auto outside = [&](const Vec3& point) { return face.normal.dot(point) - face.offset > same_plane * size; };
+      if (area.norm() == 0.0 || std::any_of(points.begin(), points.end(), outside)) continue;
+      same = faces.insert(faces.end(), face);
+    }
+    for (std::size_t k = 0; k < loop->size(); ++k)
+      face_of[{(*loop)[k], (*loop)[(k + 1) % loop->size()]}] = static_cast<Index>(same - faces.begin());
   }
   for (const auto& [ends, face] : face_of) {
     const auto other = face_of.find({ends.second, ends.first});
@@ -111,40 +115,44 @@ Polyhedron box_polyhedron(const Vec3& half) {
   return {points, {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}};
 }
 
-bool HullOnTriangles::reaches_farthest(const Vec3& direction, const Vec3& corner) const {
-  for (const auto& triangle : *triangles_) {
-    if (std::find(triangle.begin(), triangle.end(), corner) == triangle.end()) continue;
-    for (const Vec3& other : triangle)
-      if (direction.dot(other - corner) > same_plane * (other - corner).norm()) return false;
+bool HullOnTriangles::reaches_farthest(const Vec3& direction, const Corners& triangle, unsigned among) const {
+  const Vec3& from = triangle[among & 1u ? 0 : among & 2u ? 1 : 2];
+  for (const Corners& other : *triangles_) {
+    bool shares = true;
+    for (int k = 0; k < 3; ++k)
+      if (among & (1u << k)) shares &= std::find(other.begin(), other.end(), triangle[k]) != other.end();
+    if (!shares) continue;
+    for (const Vec3& corner : other)
+      if (direction.dot(corner - from) > same_plane * (corner - from).norm()) return false;
   }
   return true;
 }
 
-bool HullOnTriangles::reaches_farthest(const Vec3& direction, const Vec3& from, const Vec3& to) const {
-  for (const auto& triangle : *triangles_) {
-    if (std::find(triangle.begin(), triangle.end(), from) == triangle.end() ||
-        std::find(triangle.begin(), triangle.end(), to) == triangle.end())
-      continue;
-    for (const Vec3& other : triangle)
-      if (direction.dot(other - from) > same_plane * (other - from).norm()) return false;
-  }
-  return true;
-}
-
-bool HullOnTriangles::least_overlap(const std::array<Vec3, 3>& triangle, const Vec3& normal, double near, Axis& best) const {
+bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal, double near, Axis& best,
+                                    Axis& met) const {
   const Polyhedron& hull = *hull_;
-  best = {normal, normal.dot(hull.points[0] - triangle[0])};
+  best = {normal, normal.dot(hull.points[0] - triangle[0]), -1, -1, true, triangle[0]};
   for (const Vec3& point : hull.points) best.gap = std::min(best.gap, normal.dot(point - triangle[0]));
   if (best.gap > near) return false;
+  double apart = best.gap;  // by whatever axis
+  met = best;
   // What does not overlap clearly less than by an axis before is left: contacts stay of one kind.
-  const auto better = [&](double gap) { return gap > best.gap + 1e-3 * near + 0.05 * std::abs(best.gap); };
+  const auto better = [&](double gap, const Axis& than) { return gap > than.gap + 1e-3 * near + 0.05 * std::abs(than.gap); };
+  const auto consider = [&](Axis axis, unsigned among) {
+    if (!better(axis.gap, met)) return;
+    axis.met = reaches_farthest(axis.direction, triangle, among);
+    if (axis.met) met = axis;
+    if (better(axis.gap, best)) best = axis;
+  };
   for (std::size_t f = 0; f < hull.faces.size(); ++f) {
-    const auto height = [&](const Vec3& corner) { return hull.faces[f].normal.dot(corner); };
-    const Vec3& lowest = *std::min_element(triangle.begin(), triangle.end(), [&](const Vec3& a, const Vec3& b) { return height(a) < height(b); });
-    const double gap = height(lowest) - hull.faces[f].offset;
+    const Polyhedron::Face& face = hull.faces[f];
+    int lowest = 0;
+    for (int k = 1; k < 3; ++k)
+      if (face.normal.dot(triangle[k] - triangle[lowest]) < 0.0) lowest = k;
+    const double gap = face.normal.dot(triangle[lowest]) - face.offset;
     if (gap > near) return false;
-    if (better(gap) && reaches_farthest(-hull.faces[f].normal, lowest))
-      best = {-hull.faces[f].normal, gap, static_cast<Index>(f)};
+    apart = std::max(apart, gap);
+    consider({-face.normal, gap, static_cast<Index>(f), -1, true, triangle[lowest]}, 1u << lowest);
   }
   for (std::size_t e = 0; e < hull.edges.size(); ++e) {
     const auto& [points, faces] = hull.edges[e];
@@ -153,33 +161,30 @@ bool HullOnTriangles::least_overlap(const std::array<Vec3, 3>& triangle, const V
     const double turn = first.cross(second).dot(along) > 0.0 ? 1.0 : -1.0;
     for (int side = 0; side < 3; ++side) {
       const Vec3 &start = triangle[side], reach = triangle[(side + 1) % 3] - start;
-      Vec3 direction = along.cross(reach);
-      const double length = direction.norm();
+      const Vec3 across = along.cross(reach);
+      const double length = across.norm();
       if (length < same_plane * along.norm() * reach.norm()) continue;
-      direction /= length;
       // The hull is met by this edge in directions between the normals of its two faces, the triangle by its side where the rest
       // lies behind.
-      if (direction.dot(first + second) > 0.0) direction = -direction;
+      const Vec3 direction = across / (across.dot(first + second) > 0.0 ? -length : length);
       if (turn * direction.cross(first).dot(along) < 0.0 || turn * second.cross(direction).dot(along) < 0.0) continue;
       if (direction.dot(triangle[(side + 2) % 3] - start) > 0.0) continue;
       const double gap = direction.dot(from - start);
       if (gap > near) return false;
-      if (!better(gap)) continue;
-      // Where the two pass one another.
+      apart = std::max(apart, gap);
+      if (!better(gap, met)) continue;
       const Vec3 between = start - from;
-      const double at = between.cross(reach).dot(along.cross(reach)) / (length * length);
-      const double share = between.cross(along).dot(along.cross(reach)) / (length * length);
-      if (at < 0.0 || at > 1.0 || share < 0.0 || share > 1.0) continue;
-      if (reaches_farthest(direction, start, triangle[(side + 1) % 3]))
-        best = {direction, gap, -1, static_cast<Index>(e), side, start + share * reach};
+      const double on_hull = between.cross(reach).dot(across) / (length * length),
+                   on_side = between.cross(along).dot(across) / (length * length);
+      if (on_hull < 0.0 || on_hull > 1.0 || on_side < 0.0 || on_side > 1.0) continue;
+      consider({direction, gap, -1, static_cast<Index>(e), true, start + on_side * reach}, 1u << side | 1u << (side + 1) % 3);
     }
   }
-  return true;
+  return best.gap > 0.0 || apart < 0.01 * near;
 }
 
 // The ends of what lies of the hull's edges above the triangle.
-void HullOnTriangles::clip_hull(const std::array<Vec3, 3>& triangle, const Vec3& normal, double near,
-                                std::vector<HullContact>& contacts) const {
+void HullOnTriangles::clip_hull(const Corners& triangle, const Vec3& normal, double near) {
   const double turn = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).dot(normal) > 0.0 ? 1.0 : -1.0;
   for (const auto& edge : hull_->edges) {
     const Vec3 &from = hull_->points[edge.points[0]], &to = hull_->points[edge.points[1]];
@@ -200,14 +205,13 @@ void HullOnTriangles::clip_hull(const std::array<Vec3, 3>& triangle, const Vec3&
       if ((share == low_end && share > 0.0) || (share == high_end && share < 1.0)) continue;  // only as far as is looked
       const Vec3 point = share == 0.0 ? from : share == 1.0 ? to : Vec3(from + share * (to - from));
       const double gap = normal.dot(point - triangle[0]);
-      contacts.push_back({point - gap * normal, normal, gap});
+      contacts_.push_back({point - gap * normal, normal, gap});
     }
   }
 }
 
 // The corners of what lies of the triangle below a face of the hull.
-void HullOnTriangles::clip_triangle(const std::array<Vec3, 3>& triangle, Index face, const Vec3& normal, double near,
-                                    std::vector<HullContact>& contacts) {
+void HullOnTriangles::clip_triangle(const Corners& triangle, Index face, const Vec3& normal, double near) {
   const Polyhedron::Face& below = hull_->faces[face];
   polygon_.assign(triangle.begin(), triangle.end());
   for (const Polyhedron::Face& other : hull_->faces) {
@@ -223,38 +227,84 @@ void HullOnTriangles::clip_triangle(const std::array<Vec3, 3>& triangle, Index f
   }
   for (const Vec3& point : polygon_) {
     const double gap = (below.normal.dot(point) - below.offset) / -below.normal.dot(normal);
-    if (gap <= near) contacts.push_back({point, normal, gap});
+    if (gap <= near) contacts_.push_back({point, normal, gap});
   }
 }
 
-void HullOnTriangles::find(const Polyhedron& hull, const std::vector<std::array<Vec3, 3>>& triangles, double near,
-                           std::vector<HullContact>& contacts) {
-  contacts.clear();
+void HullOnTriangles::touch(const Corners& triangle, const Vec3& normal, double near, const Axis& axis) {
+  if (axis.edge >= 0) {
+    contacts_.push_back({axis.point, axis.direction, axis.gap});
+    return;
+  }
+  Index face = axis.face;
+  if (face < 0) {  // the triangle's own plane is met, maybe by a face
+    const auto opposite = std::min_element(hull_->faces.begin(), hull_->faces.end(), [&](const auto& a, const auto& b) {
+      return a.normal.dot(normal) < b.normal.dot(normal);
+    });
+    if (opposite->normal.dot(normal) < -turned_to) face = static_cast<Index>(opposite - hull_->faces.begin());
+  }
+  if (axis.direction.dot(normal) > turned_to) clip_hull(triangle, normal, near);
+  if (face >= 0) clip_triangle(triangle, face, axis.met ? axis.direction : normal, near);
+}
+
+void HullOnTriangles::find(const Polyhedron& hull, const std::vector<Corners>& triangles, std::size_t n_met, double near,
+                           std::size_t most, const Contacts& before, std::vector<Contacts>& planes) {
   hull_ = &hull, triangles_ = &triangles;
-  for (const auto& triangle : triangles) {
-    Vec3 normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]);
-    const double area = normal.norm();
-    if (area == 0.0) continue;
-    normal /= normal.dot(hull.centre - triangle[0]) < 0.0 ? -area : area;
-    Axis axis;
-    if (!least_overlap(triangle, normal, near, axis)) continue;
-    if (axis.edge >= 0) {
-      contacts.push_back({axis.point, axis.direction, axis.gap});
+  contacts_.clear(), planes.clear();
+  std::vector<std::pair<std::size_t, Axis>> deep;  // triangles that may be met, or may be left as others are
+  HullContact way_out{Vec3::Zero(), Vec3::Zero(), -std::numeric_limits<double>::infinity()};
+  const auto normal_of = [&](const Corners& triangle) -> Vec3 {
+    const Vec3 normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).normalized();
+    double side = normal.dot(hull.centre - triangle[0]), off_plane = 2.0 * near;
+    for (const HullContact& contact : before) {
+      const double along = normal.dot(contact.normal), off = std::abs(normal.dot(contact.point - triangle[0]));
+      if (std::abs(along) > turned_to && off < off_plane) side = along, off_plane = off;
+    }
+    return side < 0.0 ? Vec3(-normal) : normal;
+  };
+  for (std::size_t t = 0; t < n_met; ++t) {
+    const Vec3 normal = normal_of(triangles[t]);
+    Axis best, met;
+    if (normal.isZero() || !least_overlap(triangles[t], normal, near, best, met)) continue;
+    if (best.met || best.direction.dot(normal) > turned_to) {
+      touch(triangles[t], normal, near, best);
       continue;
     }
-    Index face = axis.face;
-    if (face < 0) {  // the triangle's own plane is met
-      clip_hull(triangle, normal, near, contacts);
-      const auto opposite = std::min_element(hull.faces.begin(), hull.faces.end(), [&](const auto& a, const auto& b) {
-        return a.normal.dot(normal) < b.normal.dot(normal);
-      });
-      if (opposite->normal.dot(normal) < -turned_to) face = static_cast<Index>(opposite - hull.faces.begin());
-    } else if (axis.direction.dot(normal) > turned_to) {
-      clip_hull(triangle, normal, near, contacts);
+    if (best.gap > 0.0) continue;
+    // The shortest way out of this triangle leads past others that reach farther. Either it is the way out of all, and they
+    // are met, or it leads into them, and this one is met in the next best direction.
+    Vec3 farthest = best.point;
+    for (const Corners& other : triangles)
+      for (const Vec3& corner : other)
+        if (best.direction.dot(corner - farthest) > 0.0) farthest = corner;
+    const double of_all = best.gap - best.direction.dot(farthest - best.point);
+    if (of_all >= met.gap) {
+      if (of_all > way_out.gap) way_out = {farthest, best.direction, of_all};
+    } else if (met.gap > 3.0 * best.gap - 0.3 * near) {
+      touch(triangles[t], normal, near, met);
+    } else {
+      deep.emplace_back(t, met);
     }
-    if (face >= 0) clip_triangle(triangle, face, axis.direction, near, contacts);
   }
-  if (!contacts.empty()) keep_four(contacts, near);
+  if (std::none_of(contacts_.begin(), contacts_.end(), [](const HullContact& contact) { return contact.gap < 0.0; })) {
+    for (const auto& [t, met] : deep)
+      if (met.gap > way_out.gap) touch(triangles[t], normal_of(triangles[t]), near, met);
+    if (std::isfinite(way_out.gap)) contacts_.push_back(way_out);
+  }
+  for (const HullContact& contact : contacts_) {
+    const auto plane = std::find_if(planes.begin(), planes.end(), [&](const Contacts& p) { return p[0].normal.dot(contact.normal) > turned_to; });
+    if (plane == planes.end()) {
+      planes.push_back({contact});
+    } else if (std::none_of(plane->begin(), plane->end(), [&](const HullContact& c) { return c.point == contact.point; })) {
+      plane->push_back(contact);  // corners of hulls end several edges
+    }
+  }
+  const auto deepest = [](const Contacts& plane) {
+    return std::min_element(plane.begin(), plane.end(), [](const auto& a, const auto& b) { return a.gap < b.gap; })->gap;
+  };
+  std::stable_sort(planes.begin(), planes.end(), [&](const Contacts& a, const Contacts& b) { return deepest(a) < deepest(b); });
+  if (planes.size() > most) planes.resize(most);
+  for (Contacts& plane : planes) keep_bearing(plane, near, before);
 }
 
 }  // namespace loomstone

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <new>
 #include <utility>
-#include <vector>
 
 #include "core/rigid/hull_contacts.h"
 
@@ -11,10 +10,17 @@ namespace loomstone {
 
 namespace {
 
-using Corners = std::array<Vec3, 3>;
+using Corners = HullOnTriangles::Corners;
+
+constexpr std::size_t most_planes = 4;  // in which a hull touches one obstacle
+constexpr btScalar same_plane = 0.9;    // cosine of the angle that planes turn by from step to step
+
+bool is_triangle(const btCollisionObjectWrapper& object) {
+  return object.getCollisionShape()->getShapeType() == TRIANGLE_SHAPE_PROXYTYPE;
+}
 
 const Polyhedron* polyhedron_of(const btCollisionObjectWrapper& object) {
-  return static_cast<const Polyhedron*>(object.getCollisionShape()->getUserPointer());
+  return is_triangle(object) ? nullptr : static_cast<const Polyhedron*>(object.getCollisionShape()->getUserPointer());
 }
 
 // Triangles of a mesh that meet a box, in the axes of the hull.
@@ -40,63 +46,139 @@ class HullMeeting : public btCollisionAlgorithm {
  public:
   HullMeeting(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* first,
               const btCollisionObjectWrapper* second)
-      : btCollisionAlgorithm(info), shared_(info.m_manifold != nullptr),
-        manifold_(shared_ ? info.m_manifold
-                          : m_dispatcher->getNewManifold(first->getCollisionObject(), second->getCollisionObject())) {}
+      : btCollisionAlgorithm(info), hull_first_(polyhedron_of(*first) != nullptr) {
+    const std::size_t n = is_triangle(hull_first_ ? *second : *first) ? 1 : most_planes;
+    while (manifolds_.size() < n)
+      manifolds_.push_back(m_dispatcher->getNewManifold(first->getCollisionObject(), second->getCollisionObject()));
+  }
   ~HullMeeting() override {
-    if (!shared_) m_dispatcher->releaseManifold(manifold_);
+    for (btPersistentManifold* manifold : manifolds_) m_dispatcher->releaseManifold(manifold);
   }
 
   void processCollision(const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second,
                         const btDispatcherInfo&, btManifoldResult* result) override {
-    if (!shared_) result->setPersistentManifold(manifold_);
-    const bool hull_first = polyhedron_of(*first) != nullptr;
-    const btCollisionObjectWrapper &hull = hull_first ? *first : *second, &other = hull_first ? *second : *first;
-    const btTransform& pose = hull.getWorldTransform();
-    const double near = manifold_->getContactBreakingThreshold();
-    triangles_.clear();
-    collect(hull, other, near);
-    contacts_of_.find(*polyhedron_of(hull), triangles_, near, contacts_);
-    // The result takes points on its second body, normals away from it.
-    const bool towards_first = result->getBody0Wrap()->getCollisionObject() == hull.getCollisionObject();
-    for (const HullContact& contact : contacts_) {
-      const btVector3 normal = pose.getBasis() * to_bullet(contact.normal), point = pose * to_bullet(contact.point);
-      if (towards_first) {
-        result->addContactPoint(normal, point, contact.gap);
-      } else {
-        result->addContactPoint(-normal, point + contact.gap * normal, contact.gap);
+    const btCollisionObjectWrapper &hull = hull_first_ ? *first : *second, &other = hull_first_ ? *second : *first;
+    const double near = manifolds_.front()->getContactBreakingThreshold();
+    before_.clear();
+    for (const btPersistentManifold* manifold : manifolds_)
+      for (int k = 0; k < manifold->getNumContacts(); ++k) {
+        const btManifoldPoint& point = manifold->getContactPoint(k);
+        const Vec3 normal = from_bullet(hull.getWorldTransform().getBasis().transpose() * point.m_normalWorldOnB);
+        const bool towards_hull = manifold->getBody0() == hull.getCollisionObject();
+        before_.push_back({on_hull(hull, *manifold, point), towards_hull ? normal : Vec3(-normal), 0.0});
       }
-    }
-    if (!shared_) result->refreshContactPoints();
+    const std::size_t n_met = collect(hull, other, near);
+    contacts_of_.find(*polyhedron_of(hull), triangles_, n_met, near, manifolds_.size(), before_, planes_);
+    const btCollisionObject &a = *hull.getCollisionObject(), &b = *other.getCollisionObject();
+    if (btManifoldResult::calculateCombinedRestitution(&a, &b) > 0.0) leave_out_what_is_ahead(near);
+    put_points(hull, near, *result);
   }
   btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&, btManifoldResult*) override {
     return 1.0;  // Bullet asks no one
   }
   void getAllContactManifolds(btManifoldArray& manifolds) override {
-    if (!shared_) manifolds.push_back(manifold_);
+    for (btPersistentManifold* manifold : manifolds_) manifolds.push_back(manifold);
   }
 
  private:
-  void collect(const btCollisionObjectWrapper& hull, const btCollisionObjectWrapper& other, double near) {
+  // In the axes of the hull.
+  static Vec3 on_hull(const btCollisionObjectWrapper& hull, const btPersistentManifold& manifold, const btManifoldPoint& point) {
+    const btCollisionObject& body = *hull.getCollisionObject();
+    const btVector3& local = manifold.getBody0() == &body ? point.m_localPointA : point.m_localPointB;
+    return from_bullet(hull.getWorldTransform().invXform(body.getWorldTransform() * local));
+  }
+
+  // Fills triangles_; returns how many of them may be met, the others only lie around.
+  std::size_t collect(const btCollisionObjectWrapper& hull, const btCollisionObjectWrapper& other, double near) {
+    triangles_.clear();
+    const auto* facet = is_triangle(other) ? static_cast<const FacetSurroundings*>(other.getCollisionShape()->getUserPointer()) : nullptr;
+    if (facet) {
+      const auto add = [&](const std::array<Index, 3>& corners) {
+        Corners x;
+        for (int k = 0; k < 3; ++k)
+          x[k] = from_bullet(hull.getWorldTransform().invXform(to_bullet(Vec3(facet->vertices->row(corners[k]).transpose()))));
+        triangles_.push_back(x);
+      };
+      add(facet->corners);
+      for (const auto& around : facet->others) add(around);
+      return 1;
+    }
     const btTransform to_hull = hull.getWorldTransform().inverseTimes(other.getWorldTransform());
     btVector3 low, high;
     hull.getCollisionShape()->getAabb(to_hull.inverse(), low, high);
     const btVector3 wider(near, near, near);
     Collect found(to_hull, low - wider, high + wider, triangles_);
-    if (other.getCollisionShape()->getShapeType() == TRIANGLE_SHAPE_PROXYTYPE) {
-      btVector3 corners[3];
-      std::copy_n(static_cast<const btTriangleShape*>(other.getCollisionShape())->m_vertices1, 3, corners);
-      found.processTriangle(corners, 0, 0);
-    } else {
-      static_cast<const btConcaveShape*>(other.getCollisionShape())->processAllTriangles(&found, low - wider, high + wider);
-    }
+    static_cast<const btConcaveShape*>(other.getCollisionShape())->processAllTriangles(&found, low - wider, high + wider);
+    return triangles_.size();
   }
 
-  bool shared_;  // with the other parts of a body
-  btPersistentManifold* manifold_;
-  HullOnTriangles contacts_of_;  // these three are kept for their memory alone
+  bool was_there(const Vec3& point, double near) const {
+    return std::any_of(before_.begin(), before_.end(), [&](const HullContact& c) { return (c.point - point).norm() < near; });
+  }
+
+  // What bounces is thrown back where it touches, no sooner.
+  void leave_out_what_is_ahead(double near) {
+    for (auto& plane : planes_)
+      plane.erase(std::remove_if(plane.begin(), plane.end(), [&](const HullContact& contact) {
+        return contact.gap > 0.0 && !was_there(contact.on_hull(), near);
+      }), plane.end());
+    planes_.erase(std::remove_if(planes_.begin(), planes_.end(), [](const auto& plane) { return plane.empty(); }), planes_.end());
+  }
+
+  // The unused manifold whose plane is nearest to one, else an empty one, else any.
+  std::size_t manifold_for(const btVector3& normal_on_second) const {
+    std::size_t chosen = manifolds_.size();
+    btScalar most = -2.0;
+    for (std::size_t m = 0; m < manifolds_.size(); ++m) {
+      if (used_[m]) continue;
+      const bool empty = manifolds_[m]->getNumContacts() == 0;
+      const btScalar along = empty ? same_plane : manifolds_[m]->getContactPoint(0).m_normalWorldOnB.dot(normal_on_second);
+      if (along > most) chosen = m, most = along;
+    }
+    if (most < same_plane) manifolds_[chosen]->clearManifold();
+    return chosen;
+  }
+
+  // In place of those of the step before; a point near an old one goes on from its impulse.
+  void put_points(const btCollisionObjectWrapper& hull, double near, btManifoldResult& result) {
+    const btTransform& pose = hull.getWorldTransform();
+    // Manifolds and the result take points on their second body, normals away from it.
+    const bool towards_first = manifolds_.front()->getBody0() == hull.getCollisionObject(),
+               result_towards_hull = result.getBody0Wrap()->getCollisionObject() == hull.getCollisionObject();
+    used_.assign(manifolds_.size(), false);
+    for (const auto& plane : planes_) {
+      const btVector3 direction = pose.getBasis() * to_bullet(plane.front().normal);
+      const std::size_t m = manifold_for(towards_first ? direction : -direction);
+      used_[m] = true;
+      btPersistentManifold& manifold = *manifolds_[m];
+      for (int k = manifold.getNumContacts() - 1; k >= 0; --k) {
+        const Vec3 old = on_hull(hull, manifold, manifold.getContactPoint(k));
+        if (std::none_of(plane.begin(), plane.end(), [&](const HullContact& c) { return (c.on_hull() - old).norm() < near; }))
+          manifold.removeContactPoint(k);
+      }
+      result.setPersistentManifold(&manifold);
+      for (const HullContact& contact : plane) {
+        const btVector3 normal = pose.getBasis() * to_bullet(contact.normal), point = pose * to_bullet(contact.point);
+        if (result_towards_hull) {
+          result.addContactPoint(normal, point, contact.gap);
+        } else {
+          result.addContactPoint(-normal, point + contact.gap * normal, contact.gap);
+        }
+      }
+      result.refreshContactPoints();
+    }
+    for (std::size_t m = 0; m < manifolds_.size(); ++m)
+      if (!used_[m] && manifolds_[m]->getNumContacts() > 0) manifolds_[m]->clearManifold();
+    result.setPersistentManifold(manifolds_.front());
+  }
+
+  bool hull_first_;
+  std::vector<btPersistentManifold*> manifolds_;  // one for each plane
+  HullOnTriangles contacts_of_;                   // these are kept for their memory alone
   std::vector<Corners> triangles_;
-  std::vector<HullContact> contacts_;
+  std::vector<HullOnTriangles::Contacts> planes_;
+  HullOnTriangles::Contacts before_;
+  std::vector<bool> used_;
 };
 
 }  // namespace

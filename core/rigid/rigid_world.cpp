@@ -142,11 +142,11 @@ btTransform bullet_pose(const RigidPose& pose) {
 
 // A triangle of an obstacle that deforms: a body of its own, so that what rests on it feels how fast it moves just there.
 struct Facet {
-  std::array<Index, 3> corners;  // rows of all vertices that deform
+  FacetSurroundings around;
   double friction;
   std::unique_ptr<btTriangleShape> shape = std::make_unique<btTriangleShape>();
 
-  Mat3 at(const Points& x) const { return (Mat3() << x.row(corners[0]), x.row(corners[1]), x.row(corners[2])).finished(); }
+  Mat3 at(const Points& x) const { return (Mat3() << x.row(around.corners[0]), x.row(around.corners[1]), x.row(around.corners[2])).finished(); }
   // Its axes turn with it, so that contact points carried over stay where they were on it.
   void put(btRigidBody& body, const Points& x) const {
     const FacetFrame frame = facet_frame(at(x));
@@ -219,8 +219,15 @@ void RigidWorld::Data::add_obstacle(const RigidObstacle& obstacle, const std::st
     const Index first = static_cast<Index>(start_places.deformed.rows());
     start_places.deformed.conservativeResize(first + obstacle.vertices.rows(), 3);
     start_places.deformed.bottomRows(obstacle.vertices.rows()) = obstacle.vertices;
-    for (const auto& corner : obstacle.mesh->triangles().rowwise())
-      facets.push_back({{corner[0] + first, corner[1] + first, corner[2] + first}, obstacle.friction});
+    std::vector<std::vector<std::array<Index, 3>>> at(obstacle.vertices.rows());  // the triangles at each vertex
+    for (const auto& t : obstacle.mesh->triangles().rowwise())
+      for (const Index corner : t) at[corner].push_back({t[0] + first, t[1] + first, t[2] + first});
+    for (const auto& t : obstacle.mesh->triangles().rowwise()) {
+      facets.push_back({{&places.deformed, {t[0] + first, t[1] + first, t[2] + first}, {}}, obstacle.friction});
+      for (const Index corner : t)
+        for (const auto& other : at[corner])
+          if (other != facets.back().around.corners) facets.back().around.others.push_back(other);
+    }
   }
   obstacles.push_back(obstacle);
 }
@@ -309,7 +316,10 @@ void RigidWorld::restore(const RigidState& state) {
   }
   for (std::size_t k = 0; k < data.stiff.size(); ++k)
     engine.add_obstacle(*data.obstacle_meshes[k]->shape, data.obstacles[data.stiff[k]].friction);
-  for (const Facet& facet : data.facets) engine.add_obstacle(*facet.shape, facet.friction);
+  for (Facet& facet : data.facets) {
+    facet.shape->setUserPointer(&facet.around);
+    engine.add_obstacle(*facet.shape, facet.friction);
+  }
   data.put_obstacles();
   for (auto& body : engine.bodies) engine.world.addRigidBody(body.get());
   engine.world.clearForces();

@@ -52,7 +52,7 @@ TEST_CASE("a resting body stays and sinks in by less than a tenth of a millimetr
 
 TEST_CASE("a body counts as supported where contacts lead from it to an obstacle, not where bodies meet in the air") {
   std::vector<RigidBody> cubes;
-  for (const Vec3 at : {Vec3(0, 0, 0.05), Vec3(0, 0, 0.15), Vec3(0.5, 0, 0.06), Vec3(0.5, 0, 1.0), Vec3(0.5, 0, 1.1)})
+  for (const Vec3& at : {Vec3(0, 0, 0.05), Vec3(0, 0, 0.15), Vec3(0.5, 0, 0.06), Vec3(0.5, 0, 1.0), Vec3(0.5, 0, 1.1)})
     cubes.push_back(body_of(box(0.1, 0.1, 0.1), "box", at));
   cubes[3].velocity = Vec3(0, 0, 0.1), cubes[4].velocity = Vec3(0, 0, -0.1);  // they meet
   RigidWorld world(cubes, {floor_of(2.0, 4)}, gravity);

@@ -23,9 +23,11 @@ std::vector<HullContact> contacts_on(const TriangleMesh& mesh, const Polyhedron&
     triangles.emplace_back();
     for (int k = 0; k < 3; ++k) triangles.back()[k] = turned.transpose() * (mesh.vertices().row(t[k]).transpose() - at);
   }
+  std::vector<std::vector<HullContact>> planes;
+  HullOnTriangles().find(hull, triangles, triangles.size(), near, 4, {}, planes);
   std::vector<HullContact> contacts;
-  HullOnTriangles().find(hull, triangles, near, contacts);
-  for (HullContact& contact : contacts) contact = {turned * contact.point + at, turned * contact.normal, contact.gap};
+  for (const auto& plane : planes)
+    for (const HullContact& c : plane) contacts.push_back({turned * c.point + at, turned * c.normal, c.gap});
   return contacts;
 }
 
@@ -146,4 +148,130 @@ TEST_CASE("what is thrown on a floor gains no energy, comes to rest, and lies on
         CHECK(std::any_of(heights[k].begin(), heights[k].end(), [&](double h) { return std::abs(z - h) < 2e-6; }));
         CHECK(state.velocities.norm() < 1e-3);
       }
+}
+
+namespace {
+
+struct Rest {
+  double moved, speed, spin;  // over the last half, [m], [m/s], [rad/s]
+  Vec3 at;
+  double most_gain;           // of energy over mass in a step [J/kg]
+};
+
+Rest come_to_rest(const RigidBody& body, const RigidObstacle& obstacle, int steps) {
+  RigidWorld world({body}, {obstacle}, gravity);
+  RigidState state = world.initial_state();
+  const MassProperties& mass = world.mass_properties()[0];
+  const Points none = Points::Zero(1, 3);
+  const ObstaclePlaces places = obstacle.vertices.rows() ? ObstaclePlaces({RigidPose{}}, obstacle.vertices) : ObstaclePlaces({RigidPose{}});
+  Rest rest{0.0, 0.0, 0.0, Vec3::Zero(), 0.0};
+  double before = 1e300;
+  for (int i = 0; i < steps; ++i) {
+    world.advance(1e-3, none, none, places, state);
+    const Vec3 at = state.positions.row(0).transpose(), spin = state.angular_velocities.row(0).transpose();
+    const Vec3 own = rotation_matrix(state.orientations.row(0).transpose()).transpose() * spin;
+    const double energy = 0.5 * state.velocities.row(0).squaredNorm() + 0.5 * own.dot(mass.inertia * own) / mass.mass + 9.81 * at.z();
+    if (i > 0) rest.most_gain = std::max(rest.most_gain, energy - before);
+    before = energy;
+    if (i == steps / 2) rest.at = at;
+    if (i <= steps / 2) continue;
+    rest.moved = std::max(rest.moved, (at - rest.at).norm());
+    rest.speed = std::max(rest.speed, state.velocities.row(0).norm());
+    rest.spin = std::max(rest.spin, spin.norm());
+  }
+  rest.at = state.positions.row(0).transpose();
+  return rest;
+}
+
+// Three faces of a room in one mesh, its corner at the origin.
+RigidObstacle room(double size) {
+  Points x(7, 3);
+  x << 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 0, 0, 1, 1, 1, 0, 1;
+  Triangles t(6, 3);
+  t << 0, 1, 4, 0, 4, 2, 0, 2, 5, 0, 5, 3, 0, 3, 6, 0, 6, 1;
+  return {shared(TriangleMesh(size * x, t)), 0.3, Vec3::Zero(), Vec4(1, 0, 0, 0), Points(0, 3)};
+}
+
+}  // namespace
+
+TEST_CASE("bodies come to rest for good in corners, over posts, on fine floors, on flat ends of many corners") {
+  // In a corner all three planes bear, each by corners of its own.
+  for (const std::string shape : {"box", "convex"}) {
+    const Rest in_corner = come_to_rest(body_of(box(0.04, 0.03, 0.01), shape, Vec3(0.0201, 0.0151, 0.006)), room(0.3), 1000);
+    CHECK(in_corner.speed < 1e-9);
+    CHECK(std::abs(in_corner.at.z() - 0.005) < 1e-6);
+  }
+  // Larger than what it lies on: no side of that is taken for what bears it.
+  for (const Index cells : {1, 8}) {
+    const RigidObstacle post{shared(box(0.04, 0.03, 0.02, cells).moved(Vec3(0, 0, -0.01))), 0.3, Vec3::Zero(), Vec4(1, 0, 0, 0), Points(0, 3)};
+    RigidBody plate = body_of(box(0.16, 0.12, 0.08), "box", Vec3(0.003, 0.002, 0.0425));
+    plate.orientation = quaternion_from_rotation_vector(Vec3(0.04, 0.03, 0.2));
+    const Rest on_post = come_to_rest(plate, post, 1500);
+    CAPTURE(cells);
+    CHECK(on_post.most_gain < 0.01);
+    CHECK(on_post.speed < 1e-6);
+    CHECK(std::abs(on_post.at.z() - 0.04) < 1e-6);
+  }
+  // Cells finer than the distance at which contacts are made: of more than four points those that bear are kept.
+  RigidBody rod = body_of(prism(14, 0.004, 0.027).moved(Vec3::Zero(), about(Vec3::UnitY(), M_PI / 2) * about(Vec3::UnitZ(), M_PI / 14)),
+                          "convex", Vec3(0.001, 0.002, 0.004 * std::cos(M_PI / 14)));
+  const Rest on_cells = come_to_rest(rod, floor_of(0.1, 60), 1000);
+  CHECK(on_cells.speed < 1e-9);
+  CHECK(on_cells.spin < 1e-6);
+  for (const int sides : {3, 5, 14, 15}) {
+    CAPTURE(sides);
+    const Rest on_end = come_to_rest(body_of(prism(sides, 0.01, 0.02), "convex", Vec3(0.001, 0.002, 0.0101)), floor_of(1.0, 1), 1000);
+    CHECK(on_end.speed < 1e-9);
+    CHECK(std::abs(on_end.at.z() - 0.01) < 1e-6);
+  }
+  const Rest thin = come_to_rest(body_of(box(0.02, 0.02, 0.0002), "box", Vec3(0.0013, 0.0021, 0.0001)), floor_of(0.6, 1), 500);
+  CHECK(thin.speed < 1e-9);
+  CHECK(std::abs(thin.at.z() - 1e-4) < 1e-7);
+}
+
+TEST_CASE("points inside the edges and faces of a hull change nothing") {
+  std::mt19937 random(7);
+  for (int k = 0; k < 20; ++k) {
+    const Mat3 turned = rotation_matrix(random_turn(random));
+    RigidBody body = body_of(box(0.02, 0.03, 0.015, 2).moved(Vec3::Zero(), turned), "convex", Vec3(0, 0, 0.0076));
+    body.orientation = quaternion_from_matrix(turned.transpose());
+    const Rest rest = come_to_rest(body, floor_of(1.0, 3), 300);
+    CAPTURE(k);
+    CHECK(std::abs(rest.at.z() - 0.0075) < 1e-5);  // corners of turned meshes are rounded
+    CHECK(rest.speed < 1e-5);
+  }
+}
+
+TEST_CASE("bodies of every size bounce as high as their restitution says") {
+  for (const double size : {0.02, 0.05, 0.2}) {
+    RigidBody cube = body_of(box(size, size, size), "box", Vec3(0.001, 0.002, 0.5 * size + 0.2));
+    cube.restitution = 0.9;
+    RigidObstacle flat = floor_of(4.0, 2);
+    RigidWorld world({cube}, {flat}, gravity);
+    RigidState state = world.initial_state();
+    double highest = 0.0;
+    for (int i = 0; i < 450; ++i) {
+      run(world, state, 1e-3, 1, 1);
+      if (state.velocities(0, 2) > 0.0) highest = std::max(highest, state.positions(0, 2) - 0.5 * size);
+    }
+    CAPTURE(size);
+    CHECK(highest == Approx(0.81 * 0.2).epsilon(0.02));
+  }
+}
+
+TEST_CASE("a box slides as far over the edges of a fine surface that deforms as over one of two triangles") {
+  double way[2];
+  for (const int k : {0, 1}) {
+    RigidBody brick = body_of(box(0.04, 0.03, 0.02), "box", Vec3(-0.2, 0.0071, 0.01));
+    brick.velocity = Vec3(0.9, 0.1, 0), brick.friction = 0.3;
+    const RigidObstacle flat = deforming(floor_of(0.6, k == 0 ? 1 : 20));
+    RigidWorld world({brick}, {flat}, gravity);
+    RigidState state = world.initial_state();
+    const Vec3 start = state.positions.row(0).transpose();
+    const Points none = Points::Zero(1, 3);
+    for (int i = 0; i < 400; ++i) world.advance(1e-3, none, none, ObstaclePlaces({RigidPose{}}, flat.vertices), state);
+    way[k] = (state.positions.row(0).transpose() - start).norm();
+    CHECK(std::abs(state.positions(0, 2) - 0.01) < 1e-6);
+  }
+  CHECK(way[1] == Approx(way[0]).epsilon(0.005));
 }
