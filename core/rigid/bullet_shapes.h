@@ -7,7 +7,7 @@
 
 #include "core/mesh/triangle_mesh.h"
 #include "core/rigid/bullet.h"
-#include "core/rigid/hull_contacts.h"
+#include "core/rigid/polyhedron.h"
 #include "core/rigid/rigid_body.h"
 
 namespace loomstone {

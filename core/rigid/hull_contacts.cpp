@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <utility>
 
 namespace loomstone {
 
 namespace {
 
-constexpr double same_plane = 1e-4;  // sine of the angle up to which planes are one
+constexpr double same_plane = 1e-4;  // sine of the angle up to which what lies beside goes on in the same plane
 constexpr double turned_to = 0.98;   // cosine of that up to which a face lies on another: 11 degrees
 
 using Contacts = HullOnTriangles::Contacts;
@@ -23,7 +22,9 @@ void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
   constexpr double bearing = 0.02, stays = 1.05;
   std::vector<bool> old;
   for (const HullContact& contact : contacts)
-    old.push_back(std::any_of(before.begin(), before.end(), [&](const HullContact& c) { return (c.point - contact.on_hull()).norm() < 0.1 * near; }));
+    old.push_back(std::any_of(before.begin(), before.end(), [&](const HullContact& c) {
+      return (c.point - contact.on_hull()).norm() < 0.1 * near;
+    }));
   double deepest = near;
   for (const HullContact& contact : contacts) deepest = std::min(deepest, contact.gap);
   const auto swap = [&](std::size_t i, std::size_t j) {
@@ -69,51 +70,6 @@ void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
 }
 
 }  // namespace
-
-Polyhedron::Polyhedron(const std::vector<Vec3>& given, const std::vector<std::vector<int>>& loops)
-    : points(given), centre(Vec3::Zero()) {
-  for (const Vec3& point : points) centre += point / static_cast<double>(points.size());
-  double size = 0.0;
-  for (const Vec3& point : points) size = std::max(size, (point - centre).norm());
-  std::vector<std::pair<Vec3, const std::vector<int>*>> by_area;
-  for (const std::vector<int>& loop : loops) {
-    Vec3 area = Vec3::Zero();
-    for (std::size_t k = 0; k < loop.size(); ++k)
-      area += (points[loop[k]] - points[loop[0]]).cross(points[loop[(k + 1) % loop.size()]] - points[loop[0]]);
-    by_area.emplace_back(area, &loop);
-  }
-  std::stable_sort(by_area.begin(), by_area.end(), [](const auto& a, const auto& b) { return a.first.norm() > b.first.norm(); });
-  std::map<std::pair<Index, Index>, Index> face_of;  // of the directed edges
-  for (const auto& [area, loop] : by_area) {
-    Face face{area.normalized(), 0.0};
-    for (const int corner : *loop) face.offset += face.normal.dot(points[corner]) / static_cast<double>(loop->size());
-    if (face.offset < face.normal.dot(centre)) face = {-face.normal, -face.offset};
-    // A sliver between points of one plane has no direction of its own: it joins a larger face that it lies in.
-    auto same = std::find_if(faces.begin(), faces.end(), [&](const Face& other) {
-      return std::all_of(loop->begin(), loop->end(), [&](int corner) {
-        return std::abs(other.normal.dot(points[corner]) - other.offset) < same_plane * size;
-      });
-    });
-    if (same == faces.end()) {
-      const auto outside = [&](const Vec3& point) { return face.normal.dot(point) - face.offset > same_plane * size; };
-      if (area.norm() == 0.0 || std::any_of(points.begin(), points.end(), outside)) continue;
-      same = faces.insert(faces.end(), face);
-    }
-    for (std::size_t k = 0; k < loop->size(); ++k)
-      face_of[{(*loop)[k], (*loop)[(k + 1) % loop->size()]}] = static_cast<Index>(same - faces.begin());
-  }
-  for (const auto& [ends, face] : face_of) {
-    const auto other = face_of.find({ends.second, ends.first});
-    if (ends.first > ends.second || other == face_of.end() || other->second == face) continue;
-    edges.push_back({{ends.first, ends.second}, {face, other->second}});
-  }
-}
-
-Polyhedron box_polyhedron(const Vec3& half) {
-  std::vector<Vec3> points;
-  for (int k = 0; k < 8; ++k) points.emplace_back(k & 1 ? half.x() : -half.x(), k & 2 ? half.y() : -half.y(), k & 4 ? half.z() : -half.z());
-  return {points, {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}};
-}
 
 bool HullOnTriangles::reaches_farthest(const Vec3& direction, const Corners& triangle, unsigned among) const {
   const Vec3& from = triangle[among & 1u ? 0 : among & 2u ? 1 : 2];
@@ -292,7 +248,8 @@ void HullOnTriangles::find(const Polyhedron& hull, const std::vector<Corners>& t
     if (std::isfinite(way_out.gap)) contacts_.push_back(way_out);
   }
   for (const HullContact& contact : contacts_) {
-    const auto plane = std::find_if(planes.begin(), planes.end(), [&](const Contacts& p) { return p[0].normal.dot(contact.normal) > turned_to; });
+    const auto same = [&](const Contacts& plane) { return plane[0].normal.dot(contact.normal) > turned_to; };
+    const auto plane = std::find_if(planes.begin(), planes.end(), same);
     if (plane == planes.end()) {
       planes.push_back({contact});
     } else if (std::none_of(plane->begin(), plane->end(), [&](const HullContact& c) { return c.point == contact.point; })) {

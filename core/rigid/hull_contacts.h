@@ -4,29 +4,9 @@
 #include <array>
 #include <vector>
 
-#include "core/base/types.h"
+#include "core/rigid/polyhedron.h"
 
 namespace loomstone {
-
-struct Polyhedron {
-  struct Face {
-    Vec3 normal;    // outward, unit length
-    double offset;  // normal . x of its plane [m]
-  };
-  struct Edge {
-    std::array<Index, 2> points;
-    std::array<Index, 2> faces;  // those it lies between
-  };
-  std::vector<Vec3> points;
-  std::vector<Face> faces;
-  std::vector<Edge> edges;  // but for those within a plane
-  Vec3 centre;              // mean of the points
-
-  // `loops`: the corners of each face in order round it.
-  Polyhedron(const std::vector<Vec3>& points, const std::vector<std::vector<int>>& loops);
-};
-// With its centre at the origin.
-Polyhedron box_polyhedron(const Vec3& half);
 
 struct HullContact {
   Vec3 point;   // on the triangle [m]
@@ -37,9 +17,9 @@ struct HullContact {
 };
 
 // Contacts of a hull with triangles in its own axes, by separating axes [Gottschalk1996] and clipped faces; a triangle turns its
-// face to the side it touched the hull on in the step before, else to that where the hull's centre is. An edge or a corner of a triangle is met only in directions in which none of
-// the triangles that share it (their coordinates are equal bit for bit) reaches farther: what slides over a plane is not held
-// up by the edges within it.
+// face to the side it touched the hull on in the step before, else to that where the hull's centre is. An edge or a corner of a
+// triangle is met only in directions in which none of the triangles that share it (their coordinates are equal bit for bit)
+// reaches farther: what slides over a plane is not held up by the edges within it.
 class HullOnTriangles {
  public:
   using Corners = std::array<Vec3, 3>;

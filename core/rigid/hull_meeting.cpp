@@ -91,8 +91,8 @@ class HullMeeting : public btCollisionAlgorithm {
   // Fills triangles_; returns how many of them may be met, the others only lie around.
   std::size_t collect(const btCollisionObjectWrapper& hull, const btCollisionObjectWrapper& other, double near) {
     triangles_.clear();
-    const auto* facet = is_triangle(other) ? static_cast<const FacetSurroundings*>(other.getCollisionShape()->getUserPointer()) : nullptr;
-    if (facet) {
+    if (is_triangle(other)) {
+      const auto* facet = static_cast<const FacetSurroundings*>(other.getCollisionShape()->getUserPointer());
       const auto add = [&](const std::array<Index, 3>& corners) {
         Corners x;
         for (int k = 0; k < 3; ++k)
