@@ -1,8 +1,8 @@
-"""A superconducting ball floats over a magnetised ring, figure 6.5 (with a ball in place of the cube).
+"""A superconductor floats over a magnetised ring, example 6.5: a ball, or with `shape="cube"` the thesis' cube (a minute and a half).
 
-See: the ball, let go beside and above its place, swings about it and never touches the ring: on the axis there is a point without
-field, and a superconductor is driven to where the field is weak. A permanent magnet would fall or flip (`material="magnet"`).
-Red is north, blue south.
+See: let go beside and above its place, it swings about it and never touches the ring: on the axis there is a point without
+field, and a superconductor is driven to where the field is weak. The cube turns as well, as its corners are driven out first. A
+permanent magnet would fall or flip (`material="magnet"`). Red is north, blue south.
 """
 
 import numpy as np
@@ -45,22 +45,28 @@ def balance(material: str = "superconductor", density: float = 6000.0) -> float:
     return float(z[crossings[0]])
 
 
-def scene(material: str = "superconductor") -> ls.Scene:
-    """material: "superconductor" | "magnet" (J = 0.05 T along that of the ring)"""
+def scene(material: str = "superconductor", shape: str = "ball") -> ls.Scene:
+    """material: superconductor | magnet (J = 0.05 T along that of the ring); shape: ball | cube of the same volume, turned a little"""
+    if shape not in ("ball", "cube") or material not in ("superconductor", "magnet"):
+        raise ls.InvalidInput(f"scene takes superconductor or magnet, ball or cube, got {material!r} and {shape!r}")
+    own = {"susceptibility": -1.0} if material == "superconductor" else {"polarization": (0, 0, 0.05)}
     place = np.array((0.0, 0.0, balance(material)))
     ring = ls.obstacle(ring_mesh(), name="ring")
-    magnet = ls.Magnet(body="ball", shape="sphere", radius=BALL, susceptibility=-1.0)
-    if material == "magnet":
-        magnet = ls.Magnet(body="ball", shape="sphere", radius=BALL, polarization=(0, 0, 0.05))
     start = place + ((0.001, 0.0005, 0.001) if material == "superconductor" else (1e-5, 0.0, 0.0))
-    ball = ls.RigidBody(
-        name="ball", mesh=ls.meshes.sphere(radius=BALL, subdivisions=3), shape="sphere", density=6000, position=start
-    )
+    if shape == "ball":
+        mesh = ls.meshes.sphere(radius=BALL, subdivisions=3)
+        body = ls.RigidBody(name="floating", mesh=mesh, shape="sphere", density=6000, position=start)
+        magnet = ls.Magnet(body="floating", shape="sphere", radius=BALL, **own)
+    else:
+        size = (BALL * (4 / 3 * np.pi) ** (1 / 3),) * 3
+        askew = (np.cos(0.1), 0.0, np.sin(0.1), 0.0)
+        body = ls.RigidBody(name="floating", mesh=ls.meshes.box(size=size), shape="box", density=6000, position=start, orientation=askew)
+        magnet = ls.Magnet(body="floating", shape="cuboid", size=size, **own)
     carried = ls.Magnet(body="ring", shape="cylinder", **RING, polarization=(0, 0, 1.2))
-    return ls.Scene(bodies=[ball], obstacles=[ring, ls.floor(height=-0.003, size=0.2)], magnets=[magnet, carried])
+    return ls.Scene(bodies=[body], obstacles=[ring, ls.floor(height=-0.003, size=0.2)], magnets=[magnet, carried])
 
 
 def check(run: ls.Run) -> None:
-    balls = np.array([frame.body_positions[run.topology.body_of_vertex == 0].mean(axis=0) for frame in run])
-    away = np.linalg.norm(balls - (0.0, 0.0, balance()), axis=1)
-    assert away.max() < 0.004, "the ball swings about its place"
+    floating = np.array([frame.body_positions[run.topology.body_of_vertex == 0].mean(axis=0) for frame in run])
+    away = np.linalg.norm(floating - (0.0, 0.0, balance()), axis=1)
+    assert away.max() < 0.004, "it swings about its place"
