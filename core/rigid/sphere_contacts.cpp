@@ -24,6 +24,15 @@ double distance_to(const std::array<Vec3, 3>& triangle, const Vec3& point) {
   return (point - closest_on_triangle(point, triangle[0], triangle[1], triangle[2]).point).norm();
 }
 
+// Whether the boxes about a triangle and a sphere meet; sooner told than how far they are apart.
+bool may_reach(const std::array<Vec3, 3>& triangle, const Vec3& centre, double reach) {
+  for (int k = 0; k < 3; ++k) {
+    const double a = triangle[0][k] - centre[k], b = triangle[1][k] - centre[k], c = triangle[2][k] - centre[k];
+    if (std::min({a, b, c}) > reach || std::max({a, b, c}) < -reach) return false;
+  }
+  return true;
+}
+
 // Share of the motion after which a sphere is within `exact` of a triangle, by steps that cannot lead into it; above 1: never.
 double first_touch(const std::array<Vec3, 3>& triangle, const Vec3& centre, double radius, double exact, const Vec3& motion) {
   constexpr int most_steps = 64;  // what is slower glances off
@@ -82,6 +91,7 @@ std::optional<SphereContact> contact_ahead(const Vec3& centre, double radius, co
 void SphereOnTriangles::look(const std::vector<std::array<Vec3, 3>>& triangles, const Vec3& centre, double reach) {
   near_.clear();
   for (std::size_t t = 0; t < triangles.size(); ++t) {
+    if (!may_reach(triangles[t], centre, reach)) continue;
     const auto& [a, b, c] = triangles[t];
     const TrianglePoint closest = closest_on_triangle(centre, a, b, c);
     const double distance = (centre - closest.point).norm();
@@ -109,7 +119,9 @@ bool SphereOnTriangles::least_around(const std::vector<std::array<Vec3, 3>>& tri
 // What the sphere meets on its way counts where it is least around as the sphere stands then; its plane is the one met.
 void SphereOnTriangles::find_ahead(const std::vector<std::array<Vec3, 3>>& triangles, const Vec3& centre, double radius,
                                    double exact, const Vec3& motion) {
+  const double reach = radius + exact + motion.norm();
   for (std::size_t t = 0; t < triangles.size(); ++t) {
+    if (!may_reach(triangles[t], centre, reach)) continue;
     const double share = first_touch(triangles[t], centre, radius, exact, motion);
     if (share == 0.0 || share > 1.0) continue;
     const Vec3 there = centre + share * motion;
