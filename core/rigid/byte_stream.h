@@ -12,12 +12,19 @@ namespace loomstone {
 
 class ByteWriter {
  public:
+  explicit ByteWriter(std::size_t expected = 0) : bytes_(expected) {}
+
   template <class Number>
   void write(Number value) {
+    write_all(&value, 1);
+  }
+  template <class Number>
+  void write_all(const Number* values, std::size_t n) {
     static_assert(std::is_arithmetic_v<Number>);
-    if (size_ + sizeof(Number) > bytes_.size()) bytes_.resize(2 * bytes_.size() + 4096);
-    std::memcpy(bytes_.data() + size_, &value, sizeof(Number));
-    size_ += sizeof(Number);
+    const std::size_t more = n * sizeof(Number);
+    if (size_ + more > bytes_.size()) bytes_.resize(2 * bytes_.size() + more + 4096);
+    std::memcpy(bytes_.data() + size_, values, more);
+    size_ += more;
   }
   std::vector<unsigned char> take() {
     bytes_.resize(size_);

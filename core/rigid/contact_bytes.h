@@ -1,6 +1,8 @@
 // Contact points of Bullet as bytes.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -13,7 +15,7 @@
 
 namespace loomstone {
 
-// Calls visit on every field that Bullet carries from step to step.
+// Calls visit on every field that Bullet carries from step to step: 35 real numbers, then 6 whole ones.
 template <class Point, class Visitor>
 void for_each_field_of(Point& p, Visitor&& visit) {
   for (auto* vector : {&p.m_localPointA, &p.m_localPointB, &p.m_positionWorldOnA, &p.m_positionWorldOnB,
@@ -36,8 +38,18 @@ inline void write_manifold(ByteWriter& bytes, const btPersistentManifold& manifo
   bytes.write<std::int32_t>(manifold.getBody1()->getUserIndex());
   bytes.write<std::int32_t>(manifold.getNumContacts());
   for (int k = 0; k < manifold.getNumContacts(); ++k) {
-    btManifoldPoint point = manifold.getContactPoint(k);
-    for_each_field_of(point, [&](const auto& value) { bytes.write(value); });
+    std::array<double, 35> reals;
+    std::array<int, 6> whole;
+    std::size_t n_reals = 0, n_whole = 0;
+    for_each_field_of(manifold.getContactPoint(k), [&](const auto& value) {
+      if constexpr (std::is_same_v<std::decay_t<decltype(value)>, double>) {
+        reals[n_reals++] = value;
+      } else {
+        whole[n_whole++] = value;
+      }
+    });
+    bytes.write_all(reals.data(), n_reals);
+    bytes.write_all(whole.data(), n_whole);
   }
 }
 

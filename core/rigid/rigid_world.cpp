@@ -268,9 +268,9 @@ void RigidWorld::Data::read(RigidState& state) const {
 }
 
 std::vector<unsigned char> RigidWorld::Data::manifold_bytes() const {
-  ByteWriter bytes;
-  write_places(bytes, places);
   const int n = engine->dispatcher.getNumManifolds();
+  ByteWriter bytes(512 * static_cast<std::size_t>(n));  // more come with more contacts
+  write_places(bytes, places);
   bytes.write<std::int32_t>(n);
   for (int m = 0; m < n; ++m) write_manifold(bytes, manifold(m));
   return bytes.take();
