@@ -224,9 +224,10 @@ void RigidWorld::Data::add_obstacle(const RigidObstacle& obstacle, const std::st
       for (const Index corner : t) at[corner].push_back({t[0] + first, t[1] + first, t[2] + first});
     for (const auto& t : obstacle.mesh->triangles().rowwise()) {
       facets.push_back({{&places.deformed, {t[0] + first, t[1] + first, t[2] + first}, {}}, obstacle.friction});
+      auto& [vertices, corners, others] = facets.back().around;
       for (const Index corner : t)
         for (const auto& other : at[corner])
-          if (other != facets.back().around.corners) facets.back().around.others.push_back(other);
+          if (other != corners && std::find(others.begin(), others.end(), other) == others.end()) others.push_back(other);
     }
   }
   obstacles.push_back(obstacle);
