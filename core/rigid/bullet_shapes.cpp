@@ -28,6 +28,11 @@ void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes&
     } while (edge != start);
   }
   const bool polyhedron = hull.vertices.size() <= most_polyhedron_vertices;
+  constexpr int most_looked_through = 2000;  // by faces times faces; what is larger is round
+  if (!polyhedron && hull.vertices.size() <= most_looked_through) {
+    const std::vector<Vec3> corners = Polyhedron(vertices, faces).corners();
+    if (corners.size() >= 4 && corners.size() <= most_polyhedron_vertices) return add_hull(corners, where, shapes);
+  }
   const ConvexCore core = convex_core(vertices, faces, polyhedron ? polyhedron_margin : round_margin, where);
   auto shape = std::make_unique<btConvexHullShape>();
   shape->setMargin(core.margin);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <utility>
 
@@ -11,13 +12,18 @@ namespace {
 
 constexpr double same_plane = 1e-4;  // distance over size up to which a point lies in a plane
 
+double size_of(const std::vector<Vec3>& points, const Vec3& centre) {
+  double size = 0.0;
+  for (const Vec3& point : points) size = std::max(size, (point - centre).norm());
+  return size;
+}
+
 }  // namespace
 
 Polyhedron::Polyhedron(const std::vector<Vec3>& given, const std::vector<std::vector<int>>& loops)
     : points(given), centre(Vec3::Zero()) {
   for (const Vec3& point : points) centre += point / static_cast<double>(points.size());
-  double size = 0.0;
-  for (const Vec3& point : points) size = std::max(size, (point - centre).norm());
+  const double size = size_of(points, centre);
   std::vector<std::pair<Vec3, const std::vector<int>*>> by_area;
   for (const std::vector<int>& loop : loops) {
     Vec3 area = Vec3::Zero();
@@ -50,6 +56,16 @@ Polyhedron::Polyhedron(const std::vector<Vec3>& given, const std::vector<std::ve
     if (ends.first > ends.second || other == face_of.end() || other->second == face) continue;
     edges.push_back({{ends.first, ends.second}, {face, other->second}});
   }
+}
+
+std::vector<Vec3> Polyhedron::corners() const {
+  const double close = same_plane * size_of(points, centre);
+  std::vector<Vec3> result;
+  std::copy_if(points.begin(), points.end(), std::back_inserter(result), [&](const Vec3& point) {
+    const auto lies_in = [&](const Face& face) { return std::abs(face.normal.dot(point) - face.offset) < close; };
+    return std::count_if(faces.begin(), faces.end(), lies_in) >= 3;
+  });
+  return result;
 }
 
 Polyhedron box_polyhedron(const Vec3& half) {

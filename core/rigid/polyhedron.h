@@ -24,6 +24,8 @@ struct Polyhedron {
 
   // `loops`: the corners of each face in order round it.
   Polyhedron(const std::vector<Vec3>& points, const std::vector<std::vector<int>>& loops);
+  // The points but for those within a face or an edge, which rounding leaves among a hull's.
+  std::vector<Vec3> corners() const;
 };
 // With its centre at the origin.
 Polyhedron box_polyhedron(const Vec3& half);
