@@ -39,17 +39,6 @@ def bowl(segments: int = 48, rings: int = 10) -> ls.TriangleMesh:
     return ls.TriangleMesh(np.array(vertices), np.array(triangles))
 
 
-def magnet_mesh(sides: int = 32) -> ls.TriangleMesh:
-    r, half = MAGNET["radius"], 0.5 * MAGNET["height"]
-    angles = 2 * np.pi * np.arange(sides) / sides
-    vertices = [(r * np.cos(a), r * np.sin(a), z) for z in (-half, half) for a in angles] + [(0, 0, -half), (0, 0, half)]
-    triangles = []
-    for i in range(sides):
-        j = (i + 1) % sides
-        triangles += [(i, j, sides + j), (i, sides + j, sides + i), (2 * sides, j, i), (2 * sides + 1, sides + i, sides + j)]
-    return ls.TriangleMesh(np.array(vertices), np.array(triangles))
-
-
 def scene(spheres: int = 7, polarization: float = 0.66) -> ls.Scene:
     """polarization: of the magnet [T]."""
     ball = ls.meshes.sphere(radius=BALL, subdivisions=2)
@@ -61,7 +50,8 @@ def scene(spheres: int = 7, polarization: float = 0.66) -> ls.Scene:
         height = DEPTH * (r / BOWL) ** 2 + 1.3 * BALL
         bodies.append(ls.RigidBody(name=f"ball {i + 1}", mesh=ball, shape="sphere", density=7800, position=(x, y, height), friction=0.4))
     heights = [HIGH, HIGH, LOW, LOW, HIGH]
-    carried = ls.obstacle(magnet_mesh(), name="magnet", times=TIMES, positions=[(0.0, 0.0, z) for z in heights], friction=0.4)
+    rod = ls.meshes.cylinder(radius=MAGNET["radius"], length=MAGNET["height"])
+    carried = ls.obstacle(rod, name="magnet", times=TIMES, positions=[(0.0, 0.0, z) for z in heights], friction=0.4)
     magnets = [ls.Magnet(body="magnet", shape="cylinder", **MAGNET, polarization=(0, 0, polarization))]
     magnets += [ls.Magnet(body=body.name, shape="sphere", radius=BALL, susceptibility=1000.0) for body in bodies]
     shell = ls.obstacle(bowl(), name="bowl", friction=0.3)
