@@ -1,5 +1,5 @@
-// What the files of this directory share: one function a module of the core, called in order by module.cpp, and the ways
-// arrays go to numpy.
+// What the files of this directory share: one function a module of the core, called in order by
+// module.cpp, and the ways arrays go to numpy.
 #pragma once
 
 #include <cstdint>
@@ -42,26 +42,32 @@ std::vector<std::tuple<Index, std::string, double>> named(const std::vector<Brok
 // A read-only numpy view of a vector that lives as long as `owner`.
 template <class T>
 py::array_t<T> view(const std::vector<T>& values, py::handle owner) {
-  py::array_t<T> array({static_cast<py::ssize_t>(values.size())}, {static_cast<py::ssize_t>(sizeof(T))}, values.data(),
-                       owner);
+  py::array_t<T> array({static_cast<py::ssize_t>(values.size())},
+                       {static_cast<py::ssize_t>(sizeof(T))}, values.data(), owner);
   array.attr("setflags")(py::arg("write") = false);
   return array;
 }
 
-// Numbers of a numpy-like object; text, complex numbers and, where integers are wanted, fractions are refused.
+// Numbers of a numpy-like object; text, complex numbers and, where integers are wanted, fractions
+// are refused.
 template <class Scalar>
-py::array_t<Scalar, py::array::c_style | py::array::forcecast> numbers(const py::object& object, const char* name) {
+py::array_t<Scalar, py::array::c_style | py::array::forcecast> numbers(const py::object& object,
+                                                                       const char* name) {
   const auto any = py::array::ensure(object);
   if (!any) PyErr_Clear();
   const char kind = any ? any.dtype().kind() : 'O';
   if (std::string("buif").find(kind) == std::string::npos)
-    throw InvalidInput(std::string(name) + " must be an array of numbers, got " +
-                       (any && kind != 'O' ? "an array of " + py::str(any.dtype()).template cast<std::string>()
-                                           : "a " + py::type::of(object).attr("__name__").template cast<std::string>()));
+    throw InvalidInput(
+        std::string(name) + " must be an array of numbers, got " +
+        (any && kind != 'O'
+             ? "an array of " + py::str(any.dtype()).template cast<std::string>()
+             : "a " + py::type::of(object).attr("__name__").template cast<std::string>()));
   if (std::is_integral_v<Scalar> && kind != 'b' && any.size() > 0)
     for (const char* end : {"min", "max"}) {
       const double value = py::float_(any.attr(end)());
-      if (value >= std::numeric_limits<Scalar>::min() && value <= std::numeric_limits<Scalar>::max()) continue;
+      if (value >= std::numeric_limits<Scalar>::min() &&
+          value <= std::numeric_limits<Scalar>::max())
+        continue;
       throw InvalidInput(std::string(name) + " must be whole numbers within " +
                          std::to_string(std::numeric_limits<Scalar>::max()) + ", got " +
                          py::str(any.attr(end)()).template cast<std::string>());
@@ -79,8 +85,8 @@ Fixed as_vector(const py::object& object, const char* name) {
   const auto array = numbers<double>(object, name);
   constexpr py::ssize_t wanted = Fixed::SizeAtCompileTime;
   if (array.ndim() != 1 || array.shape(0) != wanted)
-    throw InvalidInput(std::string(name) + " must have shape (" + std::to_string(wanted) + ",), got " +
-                       py::str(array.attr("shape")).template cast<std::string>());
+    throw InvalidInput(std::string(name) + " must have shape (" + std::to_string(wanted) +
+                       ",), got " + py::str(array.attr("shape")).template cast<std::string>());
   return Eigen::Map<const Fixed>(array.data());
 }
 

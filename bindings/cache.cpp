@@ -10,8 +10,8 @@ namespace {
 py::dict arrays(const Checkpoint& checkpoint) {
   py::dict dict;
   for (const auto& [name, array] : checkpoint.arrays)
-    dict[name.c_str()] = py::array_t<double>(std::vector<py::ssize_t>(array.shape.begin(), array.shape.end()),
-                                             array.values.data());
+    dict[name.c_str()] = py::array_t<double>(
+        std::vector<py::ssize_t>(array.shape.begin(), array.shape.end()), array.values.data());
   return dict;
 }
 
@@ -31,33 +31,42 @@ void bind_checkpoint(py::module_& m) {
   c.def("__repr__", [](const Checkpoint& self) {
     const auto step = self.integers.find("step");
     return "Checkpoint(" + std::to_string(self.arrays.size()) + " arrays" +
-           (step == self.integers.end() ? ")" : ", step " + std::to_string(step->second.at(0)) + ")");
+           (step == self.integers.end() ? ")"
+                                        : ", step " + std::to_string(step->second.at(0)) + ")");
   });
   m.def("write_checkpoint", &write_checkpoint, py::arg("path"), py::arg("checkpoint"),
         "Writes under another name, then renames.");
-  m.def("read_checkpoint", &read_checkpoint, py::arg("path"), "Checkpoint from a file; CacheError says what is wrong.");
+  m.def("read_checkpoint", &read_checkpoint, py::arg("path"),
+        "Checkpoint from a file; CacheError says what is wrong.");
 }
 
 }  // namespace
 
 void bind_cache(py::module_& m) {
-  py::class_<FrameWriter> writer(m, "FrameWriter",
-                                 "Writes run.vtkhdf (cloth) and bodies.vtkhdf into a directory, readable at any moment.");
-  writer.def(py::init<const std::string&, const FrameTopology&, const std::string&>(), py::arg("directory"),
-             py::arg("topology"), py::arg("metadata"));
+  py::class_<FrameWriter> writer(
+      m, "FrameWriter",
+      "Writes run.vtkhdf (cloth) and bodies.vtkhdf into a directory, readable at any moment.");
+  writer.def(py::init<const std::string&, const FrameTopology&, const std::string&>(),
+             py::arg("directory"), py::arg("topology"), py::arg("metadata"));
   writer.def_static("reopen", &FrameWriter::reopen, py::arg("directory"), py::arg("after_time"),
                     "Continues existing files; frames later than after_time [s] are dropped.");
-  writer.def("write", &FrameWriter::write, py::arg("frame"), py::call_guard<py::gil_scoped_release>());
+  writer.def("write", &FrameWriter::write, py::arg("frame"),
+             py::call_guard<py::gil_scoped_release>());
   writer.def_property_readonly("n_frames", &FrameWriter::n_frames);
 
-  py::class_<FrameReader> reader(m, "FrameReader", "Frames of a run: a directory or its run.vtkhdf.");
+  py::class_<FrameReader> reader(m, "FrameReader",
+                                 "Frames of a run: a directory or its run.vtkhdf.");
   reader.def(py::init<const std::string&>(), py::arg("path"));
   reader.def_property_readonly("n_frames", &FrameReader::n_frames);
-  reader.def_property_readonly("topology", &FrameReader::topology, py::return_value_policy::reference_internal);
-  reader.def_property_readonly("metadata", &FrameReader::metadata, "free text, JSON where loomstone wrote it");
-  reader.def_property_readonly("times", [](py::object self) { return view(self.cast<const FrameReader&>().times(), self); },
-                               "(frames) [s]");
-  reader.def("frame", &FrameReader::frame, py::arg("index"), py::call_guard<py::gil_scoped_release>());
+  reader.def_property_readonly("topology", &FrameReader::topology,
+                               py::return_value_policy::reference_internal);
+  reader.def_property_readonly("metadata", &FrameReader::metadata,
+                               "free text, JSON where loomstone wrote it");
+  reader.def_property_readonly(
+      "times", [](py::object self) { return view(self.cast<const FrameReader&>().times(), self); },
+      "(frames) [s]");
+  reader.def("frame", &FrameReader::frame, py::arg("index"),
+             py::call_guard<py::gil_scoped_release>());
   bind_checkpoint(m);
 }
 

@@ -1,5 +1,5 @@
-// Binds a description from its fields(): keyword-only constructor with the C++ defaults, read-only properties whose text
-// is the C++ one, equality by value, repr, to_dict() and replace().
+// Binds a description from its fields(): keyword-only constructor with the C++ defaults, read-only
+// properties whose text is the C++ one, equality by value, repr, to_dict() and replace().
 #pragma once
 
 #include <array>
@@ -30,7 +30,8 @@ template <EigenArray T>
 bool equal(const T& a, const T& b) {
   return a.rows() == b.rows() && a.cols() == b.cols() && (a.size() == 0 || a == b);
 }
-inline bool equal(const std::shared_ptr<const TriangleMesh>& a, const std::shared_ptr<const TriangleMesh>& b) {
+inline bool equal(const std::shared_ptr<const TriangleMesh>& a,
+                  const std::shared_ptr<const TriangleMesh>& b) {
   if (a == b) return true;
   return a && b && equal(a->vertices(), b->vertices()) && equal(a->triangles(), b->triangles()) &&
          equal(a->uv(), b->uv()) && equal(a->uv_triangles(), b->uv_triangles());
@@ -51,7 +52,8 @@ bool equal(const std::vector<T>& a, const std::vector<T>& b) {
 template <Description D>
 bool equal(const D& a, const D& b) {
   bool same = true;
-  for_each_field<D>([&](const auto& each) { same = same && equal(a.*(each.member), b.*(each.member)); });
+  for_each_field<D>(
+      [&](const auto& each) { same = same && equal(a.*(each.member), b.*(each.member)); });
   return same;
 }
 
@@ -124,7 +126,8 @@ std::string field_text(const F& each) {
   using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
   std::string text = each.meaning;
   if (*each.unit) text += std::string(" [") + each.unit + "]";
-  if constexpr ((std::is_arithmetic_v<Member> && !std::is_same_v<Member, bool>) || std::is_same_v<Member, std::optional<double>>) {
+  if constexpr ((std::is_arithmetic_v<Member> && !std::is_same_v<Member, bool>) ||
+                std::is_same_v<Member, std::optional<double>>) {
     const std::string limits = to_text(each.limits);
     if (limits != "finite") text += "; " + limits;
   }
@@ -133,27 +136,34 @@ std::string field_text(const F& each) {
   return text;
 }
 
-// A number that carries a unit (loomstone.units or Pint) in the unit of its field; anything else as it is.
+// A number that carries a unit (loomstone.units or Pint) in the unit of its field; anything else as
+// it is.
 template <class D, class F>
 py::object in_unit(const py::object& value, const F& each, const char* name) {
   using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
   if (!std::is_arithmetic_v<Member> || std::is_same_v<Member, bool>) return value;
   if (PyFloat_Check(value.ptr()) || PyLong_Check(value.ptr())) return value;
-  const std::string unit = *each.unit ? each.unit : "1", where = std::string(name) + "." + each.name;
+  const std::string unit = *each.unit ? each.unit : "1",
+                    where = std::string(name) + "." + each.name;
   return py::module_::import("loomstone.units").attr("in_unit")(value, unit, where);
 }
 
-// Why these keyword arguments make no D: an unknown name (TypeError) or a value of the wrong kind or shape.
+// Why these keyword arguments make no D: an unknown name (TypeError) or a value of the wrong kind
+// or shape.
 template <Description D>
 [[noreturn]] void explain_arguments(const char* name, const py::kwargs& arguments) {
   py::list known;
   for_each_field<D>([&](const auto& each) { known.append(each.name); });
   for (const auto& [key, value] : arguments) {
     if (known.contains(key)) continue;
-    const auto close = py::module_::import("difflib").attr("get_close_matches")(key, known, 1).template cast<py::list>();
-    const std::string hint = close.empty() ? "; known: " + py::str(", ").attr("join")(known).template cast<std::string>()
-                                           : "; did you mean '" + close[0].template cast<std::string>() + "'?";
-    throw py::type_error(std::string(name) + " has no field '" + key.template cast<std::string>() + "'" + hint);
+    const auto close = py::module_::import("difflib")
+                           .attr("get_close_matches")(key, known, 1)
+                           .template cast<py::list>();
+    const std::string hint =
+        close.empty() ? "; known: " + py::str(", ").attr("join")(known).template cast<std::string>()
+                      : "; did you mean '" + close[0].template cast<std::string>() + "'?";
+    throw py::type_error(std::string(name) + " has no field '" + key.template cast<std::string>() +
+                         "'" + hint);
   }
   for_each_field<D>([&](const auto& each) {
     using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
@@ -164,15 +174,16 @@ template <Description D>
     const std::string where = std::string(name) + "." + each.name;
     if constexpr (EigenArray<Member>) {
       const py::object array = py::module_::import("numpy").attr("asarray")(value);
-      const auto columns = Member::ColsAtCompileTime == 1 ? std::to_string(Member::RowsAtCompileTime) + ",)"
-                                                          : "n, " + std::to_string(Member::ColsAtCompileTime) + ")";
+      const auto columns = Member::ColsAtCompileTime == 1
+                               ? std::to_string(Member::RowsAtCompileTime) + ",)"
+                               : "n, " + std::to_string(Member::ColsAtCompileTime) + ")";
       throw InvalidInput(where + " must be numbers of shape (" + columns + ", got shape " +
                          py::str(array.attr("shape")).template cast<std::string>() + " of " +
                          py::str(array.attr("dtype")).template cast<std::string>());
     }
     throw py::type_error(where + " (" + field_text<D>(each) + ") cannot be a " +
-                         py::type::of(value).attr("__name__").template cast<std::string>() + ": got " +
-                         py::repr(value).template cast<std::string>().substr(0, 200));
+                         py::type::of(value).attr("__name__").template cast<std::string>() +
+                         ": got " + py::repr(value).template cast<std::string>().substr(0, 200));
   });
   throw py::type_error(std::string(name) + ": takes keyword arguments only");
 }
@@ -196,44 +207,58 @@ D from_arguments(const char* name, D value, const py::kwargs& arguments) {
   return value;
 }
 
-// The constructor is bound twice: once with its full signature (stubs, help), and once for arguments that need conversion
-// or are refused with a reason.
+// The constructor is bound twice: once with its full signature (stubs, help), and once for
+// arguments that need conversion or are refused with a reason.
 template <Description D, std::size_t... P, std::size_t... K, class... F>
-void bind_constructor(py::class_<D>& c, const char* name, std::index_sequence<P...>, std::index_sequence<K...>,
-                      const std::tuple<F...>& fields) {
+void bind_constructor(py::class_<D>& c, const char* name, std::index_sequence<P...>,
+                      std::index_sequence<K...>, const std::tuple<F...>& fields) {
   const D defaults{};
-  const auto argument = [&](const auto& each) { return py::arg(each.name) = defaults.*(each.member); };
-  c.def(py::init([name](const std::decay_t<decltype(std::declval<D>().*(std::declval<F>().member))>&... values) {
+  const auto argument = [&](const auto& each) {
+    return py::arg(each.name) = defaults.*(each.member);
+  };
+  c.def(py::init([name](const std::decay_t<decltype(std::declval<D>().*
+                                                    (std::declval<F>().member))>&... values) {
           D value;
           std::apply([&](const auto&... f) { ((value.*(f.member) = values), ...); }, D::fields());
           check_fields(value, name);
           return value;
         }),
-        argument(std::get<P>(fields))..., py::kw_only(), argument(std::get<sizeof...(P) + K>(fields))...);
-  c.def(py::init([name](const py::kwargs& arguments) { return from_arguments(name, D{}, arguments); }));
+        argument(std::get<P>(fields))..., py::kw_only(),
+        argument(std::get<sizeof...(P) + K>(fields))...);
+  c.def(py::init(
+      [name](const py::kwargs& arguments) { return from_arguments(name, D{}, arguments); }));
 }
 
 // The first n_positional fields may also be given without their names.
 template <Description D, std::size_t n_positional = 0>
 py::class_<D> bind_description(py::module_& m, const char* name, const std::string& meaning) {
-  std::string doc = meaning + "\n\nFrozen; compared by value.\n\nParameters (keywords)\n---------------------\n";
-  for_each_field<D>([&](const auto& each) { doc += std::string(each.name) + " : " + field_text<D>(each) + "\n"; });
+  std::string doc =
+      meaning + "\n\nFrozen; compared by value.\n\nParameters (keywords)\n---------------------\n";
+  for_each_field<D>([&](const auto& each) {
+    doc += std::string(each.name) + " : " + field_text<D>(each) + "\n";
+  });
   py::class_<D> c(m, name, doc.c_str());
   constexpr std::size_t n_fields = std::tuple_size_v<decltype(D::fields())>;
-  bind_constructor(c, name, std::make_index_sequence<n_positional>(), std::make_index_sequence<n_fields - n_positional>(),
-                   D::fields());
+  bind_constructor(c, name, std::make_index_sequence<n_positional>(),
+                   std::make_index_sequence<n_fields - n_positional>(), D::fields());
   for_each_field<D>([&](const auto& each) {
     using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
     const auto member = each.member;
     const std::string text = field_text<D>(each);
-    c.def_property_readonly(each.name, [member](const D& self) -> Member { return self.*member; }, text.c_str());
+    c.def_property_readonly(
+        each.name, [member](const D& self) -> Member { return self.*member; }, text.c_str());
   });
   c.def("__eq__", [](const D& a, const D& b) { return equal(a, b); }, py::is_operator());
   c.def("__repr__", [name](const D& self) { return repr_description(self, name); });
-  c.def("replace",
-        [name](const D& self, const py::kwargs& changes) { return from_arguments(name, self, changes); },
-        "A copy in which the given fields have other values.");
-  c.def("to_dict", [](const D& self) { return plain(self); }, "Plain values for JSON; meshes by their counts.");
+  c.def(
+      "replace",
+      [name](const D& self, const py::kwargs& changes) {
+        return from_arguments(name, self, changes);
+      },
+      "A copy in which the given fields have other values.");
+  c.def(
+      "to_dict", [](const D& self) { return plain(self); },
+      "Plain values for JSON; meshes by their counts.");
   py::list names;
   for_each_field<D>([&](const auto& each) { names.append(each.name); });
   c.attr("field_names") = py::tuple(names);

@@ -18,16 +18,19 @@ Team team_of(int threads) {
 }
 
 std::vector<Corners2> corners_of(const TriangleMesh& mesh, const std::string& rest) {
-  if (rest != "uv" && rest != "mesh") throw InvalidInput("rest must be one of uv | mesh, got \"" + rest + "\"");
+  if (rest != "uv" && rest != "mesh")
+    throw InvalidInput("rest must be one of uv | mesh, got \"" + rest + "\"");
   return rest_corners(mesh, rest == "uv", "mesh");
 }
 
 void check_finite(const Points& points) {
   for (Index i = 0; i < points.rows(); ++i)
-    if (!points.row(i).allFinite()) throw InvalidInput("points must be finite, row " + std::to_string(i) + " is not");
+    if (!points.row(i).allFinite())
+      throw InvalidInput("points must be finite, row " + std::to_string(i) + " is not");
 }
 
-Points strain_of(const py::object& points, const TriangleMesh& mesh, const std::string& rest, int threads) {
+Points strain_of(const py::object& points, const TriangleMesh& mesh, const std::string& rest,
+                 int threads) {
   const Points x = as_rows<Points>(points, "points", mesh.n_vertices());
   check_finite(x);
   const Team team = team_of(threads);
@@ -37,8 +40,11 @@ Points strain_of(const py::object& points, const TriangleMesh& mesh, const std::
   return result;
 }
 
-Vector masses_of(const py::object& masses, const TriangleMesh& mesh, const std::vector<Corners2>& corners) {
-  if (masses.is_none()) return lumped_mass(mesh.n_vertices(), mesh.triangles(), corners, std::vector<double>(corners.size(), 1.0));
+Vector masses_of(const py::object& masses, const TriangleMesh& mesh,
+                 const std::vector<Corners2>& corners) {
+  if (masses.is_none())
+    return lumped_mass(mesh.n_vertices(), mesh.triangles(), corners,
+                       std::vector<double>(corners.size(), 1.0));
   const auto array = numbers<double>(masses, "masses");
   if (array.ndim() != 1 || array.shape(0) != mesh.n_vertices())
     throw InvalidInput("masses must have shape (" + std::to_string(mesh.n_vertices()) + ",), got " +
@@ -46,13 +52,15 @@ Vector masses_of(const py::object& masses, const TriangleMesh& mesh, const std::
   const Vector result = Eigen::Map<const Vector>(array.data(), array.size());
   for (Index i = 0; i < result.size(); ++i)
     if (!(result[i] > 0.0 && std::isfinite(result[i])))
-      throw InvalidInput("masses must be positive and finite, got " + std::to_string(result[i]) + " at vertex " + std::to_string(i));
+      throw InvalidInput("masses must be positive and finite, got " + std::to_string(result[i]) +
+                         " at vertex " + std::to_string(i));
   return result;
 }
 
-std::pair<Points, LimitReport> limited(const py::object& points, const TriangleMesh& mesh, const StrainLimit& strain_limit,
-                                     const py::object& masses, const std::vector<Index>& fixed, const LimitOptions& options,
-                                     const std::string& rest, int threads) {
+std::pair<Points, LimitReport> limited(const py::object& points, const TriangleMesh& mesh,
+                                       const StrainLimit& strain_limit, const py::object& masses,
+                                       const std::vector<Index>& fixed, const LimitOptions& options,
+                                       const std::string& rest, int threads) {
   LimitedCloth cloth;
   Points x = as_rows<Points>(points, "points", mesh.n_vertices());
   check_finite(x);
@@ -66,7 +74,8 @@ std::pair<Points, LimitReport> limited(const py::object& points, const TriangleM
   cloth.fixed.assign(mesh.n_vertices(), 0);
   for (const Index v : fixed) {
     if (v < 0 || v >= mesh.n_vertices())
-      throw InvalidInput("fixed must be vertex indices in [0, " + std::to_string(mesh.n_vertices() - 1) + "], got " + std::to_string(v));
+      throw InvalidInput("fixed must be vertex indices in [0, " +
+                         std::to_string(mesh.n_vertices() - 1) + "], got " + std::to_string(v));
     cloth.fixed[v] = 1;
   }
   const Team team = team_of(threads);
@@ -81,36 +90,48 @@ std::pair<Points, LimitReport> limited(const py::object& points, const TriangleM
 std::vector<std::tuple<Index, std::string, double>> named(const std::vector<BrokenLimit>& broken) {
   constexpr const char* modes[] = {"weft", "warp", "shear"};
   std::vector<std::tuple<Index, std::string, double>> result;
-  for (const BrokenLimit& each : broken) result.emplace_back(each.element, modes[each.mode], each.excess);
+  for (const BrokenLimit& each : broken)
+    result.emplace_back(each.element, modes[each.mode], each.excess);
   return result;
 }
 
 void bind_limits(py::module_& m) {
   py::class_<LimitReport> c(m, "LimitReport", "What strain limiting did, and what it left.");
-  c.def_readonly("sweeps", &LimitReport::sweeps, "sweeps over the elements, or over the active ones");
-  c.def_readonly("evaluations", &LimitReport::evaluations, "elements whose strain was computed in the sweeps");
-  c.def_readonly("excess", &LimitReport::excess, "largest strain beyond its limit along weft, warp and in shear [1]");
-  c.def_readonly("beyond", &LimitReport::beyond, "elements beyond a limit by more than the tolerance");
+  c.def_readonly("sweeps", &LimitReport::sweeps,
+                 "sweeps over the elements, or over the active ones");
+  c.def_readonly("evaluations", &LimitReport::evaluations,
+                 "elements whose strain was computed in the sweeps");
+  c.def_readonly("excess", &LimitReport::excess,
+                 "largest strain beyond its limit along weft, warp and in shear [1]");
+  c.def_readonly("beyond", &LimitReport::beyond,
+                 "elements beyond a limit by more than the tolerance");
   c.def_readonly("worst", &LimitReport::worst, "the element most beyond its limits; -1: none");
   c.def_property_readonly(
       "broken", [](const LimitReport& r) { return named(r.broken); },
-      "(element, \"weft\" | \"warp\" | \"shear\", excess) of all that is beyond a limit by more than 0.01 (a fifth of limits below\n"
+      "(element, \"weft\" | \"warp\" | \"shear\", excess) of all that is beyond a limit by more "
+      "than 0.01 (a fifth of limits below\n"
       "0.05), the worst first");
   c.def("__repr__", [](const LimitReport& r) {
-    return "LimitReport(sweeps=" + std::to_string(r.sweeps) + ", evaluations=" + std::to_string(r.evaluations) +
-           ", excess=" + py::str(py::cast(r.excess)).cast<std::string>() + ", beyond=" + std::to_string(r.beyond) +
-           ", worst=" + std::to_string(r.worst) + ")";
+    return "LimitReport(sweeps=" + std::to_string(r.sweeps) +
+           ", evaluations=" + std::to_string(r.evaluations) +
+           ", excess=" + py::str(py::cast(r.excess)).cast<std::string>() +
+           ", beyond=" + std::to_string(r.beyond) + ", worst=" + std::to_string(r.worst) + ")";
   });
-  m.def("corotational_strain", &strain_of, py::arg("points"), py::arg("mesh"), py::kw_only(), py::arg("rest") = "uv",
-        py::arg("threads") = 0,
-        "Co-rotational strain U - I of each triangle of `mesh` with its vertices at `points` (n, 3) [m]: (m, 3) of weft, warp and\n"
-        "shear e12, half the engineering shear. rest: \"uv\" (uv are the pattern [m]) or \"mesh\" (lengths of the mesh).");
-  m.def("limit_strain", &limited, py::arg("points"), py::arg("mesh"), py::arg("strain_limit"), py::kw_only(),
-        py::arg("masses") = py::none(), py::arg("fixed") = std::vector<Index>{}, py::arg("options") = LimitOptions{},
+  m.def("corotational_strain", &strain_of, py::arg("points"), py::arg("mesh"), py::kw_only(),
         py::arg("rest") = "uv", py::arg("threads") = 0,
-        "Moves `points` (n, 3) [m], the vertices of `mesh`, so that no triangle strains beyond `strain_limit`: the new points and\n"
-        "a LimitReport. Linear and angular momentum of the change are zero but for what holds the fixed vertices.\n"
-        "masses (n) [kg], None: a third of the areas around each vertex; fixed: vertices that do not move; options: LimitOptions\n"
+        "Co-rotational strain U - I of each triangle of `mesh` with its vertices at `points` (n, "
+        "3) [m]: (m, 3) of weft, warp and\n"
+        "shear e12, half the engineering shear. rest: \"uv\" (uv are the pattern [m]) or \"mesh\" "
+        "(lengths of the mesh).");
+  m.def("limit_strain", &limited, py::arg("points"), py::arg("mesh"), py::arg("strain_limit"),
+        py::kw_only(), py::arg("masses") = py::none(), py::arg("fixed") = std::vector<Index>{},
+        py::arg("options") = LimitOptions{}, py::arg("rest") = "uv", py::arg("threads") = 0,
+        "Moves `points` (n, 3) [m], the vertices of `mesh`, so that no triangle strains beyond "
+        "`strain_limit`: the new points and\n"
+        "a LimitReport. Linear and angular momentum of the change are zero but for what holds the "
+        "fixed vertices.\n"
+        "masses (n) [kg], None: a third of the areas around each vertex; fixed: vertices that do "
+        "not move; options: LimitOptions\n"
         "(strain_rate has no meaning here).");
 }
 

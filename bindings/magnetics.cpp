@@ -23,48 +23,56 @@ Team team_of(int threads) {
 MagneticBody at_origin(SourcePtr source) { return {std::move(source), {}}; }
 
 py::array_t<double> as_tensors(const Gradients& rows) {
-  py::array_t<double> array({static_cast<py::ssize_t>(rows.rows()), py::ssize_t{3}, py::ssize_t{3}});
+  py::array_t<double> array(
+      {static_cast<py::ssize_t>(rows.rows()), py::ssize_t{3}, py::ssize_t{3}});
   std::copy_n(rows.data(), rows.size(), array.mutable_data());
   return array;
 }
 
 void bind_body(py::module_& m) {
   py::class_<MagneticBody> c(
-      m, "MagneticBody", "Magnet or current at a pose; made by the functions of loomstone.magnetics, unchangeable.");
-  c.def_property_readonly("position", [](const MagneticBody& b) { return b.pose.position; }, "(3) centre [m]");
+      m, "MagneticBody",
+      "Magnet or current at a pose; made by the functions of loomstone.magnetics, unchangeable.");
+  c.def_property_readonly(
+      "position", [](const MagneticBody& b) { return b.pose.position; }, "(3) centre [m]");
   c.def_property_readonly(
       "orientation", [](const MagneticBody& b) { return b.pose.orientation; },
       "(4) quaternion (w, x, y, z), own axes to world");
-  c.def_property_readonly("moment", &MagneticBody::moment, "(3) dipole moment in world axes [A m^2]");
+  c.def_property_readonly("moment", &MagneticBody::moment,
+                          "(3) dipole moment in world axes [A m^2]");
   c.def_property_readonly(
       "radius", [](const MagneticBody& b) { return b.source->radius(); },
       "radius of the ball about the centre that holds the body [m]");
   c.def(
       "at",
       [](const MagneticBody& b, const py::object& position, const py::object& orientation) {
-        return MagneticBody{
-            b.source, checked_pose(as_vector<Vec3>(position, "position"), as_vector<Vec4>(orientation, "orientation"))};
+        return MagneticBody{b.source, checked_pose(as_vector<Vec3>(position, "position"),
+                                                   as_vector<Vec4>(orientation, "orientation"))};
       },
       py::arg("position"), py::arg("orientation") = py::make_tuple(1.0, 0.0, 0.0, 0.0),
       "The same body at another pose: centre (3) [m], quaternion (w, x, y, z), normalised.");
   c.def(
       "moved",
       [](const MagneticBody& b, const py::object& by) {
-        return MagneticBody{b.source, checked_pose(b.pose.position + as_vector<Vec3>(by, "by"), b.pose.orientation)};
+        return MagneticBody{b.source, checked_pose(b.pose.position + as_vector<Vec3>(by, "by"),
+                                                   b.pose.orientation)};
       },
       py::arg("by"), "A copy displaced by (3) [m].");
   c.def(
       "rotated",
       [](const MagneticBody& b, const py::object& by) {
         const Vec4 turn = quaternion_from_rotation_vector(as_vector<Vec3>(by, "by"));
-        return MagneticBody{b.source, checked_pose(b.pose.position, quaternion_product(turn, b.pose.orientation))};
+        return MagneticBody{
+            b.source, checked_pose(b.pose.position, quaternion_product(turn, b.pose.orientation))};
       },
-      py::arg("by"), "A copy turned about its own centre by a rotation vector (3) in world axes [rad].");
+      py::arg("by"),
+      "A copy turned about its own centre by a rotation vector (3) in world axes [rad].");
   c.def("__repr__", [](const MagneticBody& b) {
     const auto text = [](const Vec3& v) {
       return py::str(py::tuple(py::cast(v).attr("tolist")())).cast<std::string>();
     };
-    return "MagneticBody(position=" + text(b.pose.position) + " m, moment=" + text(b.moment()) + " A m^2)";
+    return "MagneticBody(position=" + text(b.pose.position) + " m, moment=" + text(b.moment()) +
+           " A m^2)";
   });
 }
 
@@ -73,15 +81,18 @@ void bind_sources(py::module_& m) {
   m.def(
       "magnetic_cuboid",
       [vec](const py::object& size, const py::object& polarization) {
-        return at_origin(std::make_shared<Cuboid>(vec(size, "size"), vec(polarization, "polarization")));
+        return at_origin(
+            std::make_shared<Cuboid>(vec(size, "size"), vec(polarization, "polarization")));
       },
       py::kw_only(), py::arg("size"), py::arg("polarization"));
   m.def(
       "magnetic_cylinder",
       [vec](double radius, double height, const py::object& polarization, double inner_radius) {
-        return at_origin(std::make_shared<Cylinder>(radius, height, vec(polarization, "polarization"), inner_radius));
+        return at_origin(std::make_shared<Cylinder>(
+            radius, height, vec(polarization, "polarization"), inner_radius));
       },
-      py::kw_only(), py::arg("radius"), py::arg("height"), py::arg("polarization"), py::arg("inner_radius") = 0.0);
+      py::kw_only(), py::arg("radius"), py::arg("height"), py::arg("polarization"),
+      py::arg("inner_radius") = 0.0);
   m.def(
       "magnetic_sphere",
       [vec](double radius, const py::object& polarization) {
@@ -97,12 +108,15 @@ void bind_sources(py::module_& m) {
   m.def(
       "magnetic_dipoles",
       [](const py::object& points, const py::object& moments) {
-        return at_origin(
-            std::make_shared<DipoleSet>(as_rows<Points>(points, "points"), as_rows<Points>(moments, "moments")));
+        return at_origin(std::make_shared<DipoleSet>(as_rows<Points>(points, "points"),
+                                                     as_rows<Points>(moments, "moments")));
       },
       py::arg("points"), py::arg("moments"));
   m.def(
-      "magnetic_loop", [](double radius, double current) { return at_origin(std::make_shared<Loop>(radius, current)); },
+      "magnetic_loop",
+      [](double radius, double current) {
+        return at_origin(std::make_shared<Loop>(radius, current));
+      },
       py::kw_only(), py::arg("radius"), py::arg("current"));
   m.def(
       "magnetic_solenoid",
@@ -121,7 +135,8 @@ void bind_sources(py::module_& m) {
 void bind_fields(py::module_& m) {
   m.def(
       "magnetic_field",
-      [](const std::vector<MagneticBody>& bodies, const py::object& points, const std::string& quantity, int threads) {
+      [](const std::vector<MagneticBody>& bodies, const py::object& points,
+         const std::string& quantity, int threads) {
         const Points x = as_rows<Points>(points, "points");
         const Team team = team_of(threads);
         const py::gil_scoped_release release;
@@ -143,21 +158,24 @@ void bind_fields(py::module_& m) {
       py::arg("bodies"), py::arg("points"), py::arg("threads") = 0);
   m.def(
       "dipole_forces",
-      [](const py::object& points, const py::object& moments, const py::object& by_points, const py::object& by_moments,
-         const std::optional<double>& tolerance, int threads) {
-        const Points x = as_rows<Points>(points, "points"), own = as_rows<Points>(moments, "moments");
+      [](const py::object& points, const py::object& moments, const py::object& by_points,
+         const py::object& by_moments, const std::optional<double>& tolerance, int threads) {
+        const Points x = as_rows<Points>(points, "points"),
+                     own = as_rows<Points>(moments, "moments");
         const DipoleSet on(x, own);  // checks them
-        const DipoleSet by(as_rows<Points>(by_points, "by_points"), as_rows<Points>(by_moments, "by_moments"));
+        const DipoleSet by(as_rows<Points>(by_points, "by_points"),
+                           as_rows<Points>(by_moments, "by_moments"));
         const Team team = team_of(threads);
         Wrenches result;
         {
           const py::gil_scoped_release release;
-          result = tolerance ? tree_forces(team, x, own, by, *tolerance) : dipole_forces(team, x, own, by);
+          result = tolerance ? tree_forces(team, x, own, by, *tolerance)
+                             : dipole_forces(team, x, own, by);
         }
         return py::make_tuple(result.forces, result.torques);
       },
-      py::arg("points"), py::arg("moments"), py::arg("by_points"), py::arg("by_moments"), py::arg("tolerance") = py::none(),
-      py::arg("threads") = 0);
+      py::arg("points"), py::arg("moments"), py::arg("by_points"), py::arg("by_moments"),
+      py::arg("tolerance") = py::none(), py::arg("threads") = 0);
   m.def(
       "dipole_energy",
       [](const py::object& points, const py::object& moments, int threads) {
@@ -172,17 +190,20 @@ void bind_fields(py::module_& m) {
 void bind_tree_sums(py::module_& m) {
   m.def(
       "dipole_tree_field",
-      [](const py::object& points, const py::object& moments, const py::object& observers, double tolerance, int threads) {
+      [](const py::object& points, const py::object& moments, const py::object& observers,
+         double tolerance, int threads) {
         const DipoleSet by(as_rows<Points>(points, "points"), as_rows<Points>(moments, "moments"));
         const Points x = as_rows<Points>(observers, "observers");
         const Team team = team_of(threads);
         const py::gil_scoped_release release;
         return tree_field(team, by, x, false, tolerance).field;
       },
-      py::arg("points"), py::arg("moments"), py::arg("observers"), py::arg("tolerance"), py::arg("threads") = 0);
+      py::arg("points"), py::arg("moments"), py::arg("observers"), py::arg("tolerance"),
+      py::arg("threads") = 0);
   m.def(
       "dipole_tree_gradient",
-      [](const py::object& points, const py::object& moments, const py::object& observers, double tolerance, int threads) {
+      [](const py::object& points, const py::object& moments, const py::object& observers,
+         double tolerance, int threads) {
         const DipoleSet by(as_rows<Points>(points, "points"), as_rows<Points>(moments, "moments"));
         const Points x = as_rows<Points>(observers, "observers");
         const Team team = team_of(threads);
@@ -193,7 +214,8 @@ void bind_tree_sums(py::module_& m) {
         }
         return as_tensors(rows);
       },
-      py::arg("points"), py::arg("moments"), py::arg("observers"), py::arg("tolerance"), py::arg("threads") = 0);
+      py::arg("points"), py::arg("moments"), py::arg("observers"), py::arg("tolerance"),
+      py::arg("threads") = 0);
 }
 
 void bind_interactions(py::module_& m) {
@@ -259,22 +281,25 @@ void bind_energy(py::module_& m) {
 void bind_induction(py::module_& m) {
   m.def(
       "induced_moments",
-      [](const py::object& points, const std::vector<double>& radii, const std::vector<double>& susceptibilities,
-         const py::object& applied, double tolerance, int threads) {
-        const Points x = as_rows<Points>(points, "points"), field = as_rows<Points>(applied, "applied", x.rows());
+      [](const py::object& points, const std::vector<double>& radii,
+         const std::vector<double>& susceptibilities, const py::object& applied, double tolerance,
+         int threads) {
+        const Points x = as_rows<Points>(points, "points"),
+                     field = as_rows<Points>(applied, "applied", x.rows());
         const Team team = team_of(threads);
         const py::gil_scoped_release release;
         return sphere_moments(team, x, radii, susceptibilities, field, tolerance);
       },
-      py::arg("points"), py::arg("radii"), py::arg("susceptibilities"), py::arg("applied"), py::arg("tolerance") = 1e-12,
-      py::arg("threads") = 0);
+      py::arg("points"), py::arg("radii"), py::arg("susceptibilities"), py::arg("applied"),
+      py::arg("tolerance") = 1e-12, py::arg("threads") = 0);
 }
 
 void bind_cells(py::module_& m) {
   m.def(
       "magnetic_cells",
       [](const MagneticBody& body, double density, double separation) {
-        return MagneticBody{std::make_shared<CellMagnet>(*body.source, density, separation), body.pose};
+        return MagneticBody{std::make_shared<CellMagnet>(*body.source, density, separation),
+                            body.pose};
       },
       py::arg("body"), py::kw_only(), py::arg("density"), py::arg("separation") = 3.0);
   m.def(
@@ -296,8 +321,9 @@ void bind_cells(py::module_& m) {
 void bind_lines(py::module_& m) {
   m.def(
       "magnetic_field_lines",
-      [](const std::vector<MagneticBody>& bodies, Index lines, const py::object& seeds, const py::object& uniform,
-         const py::object& centre, double extent, double length, double tolerance, int threads) {
+      [](const std::vector<MagneticBody>& bodies, Index lines, const py::object& seeds,
+         const py::object& uniform, const py::object& centre, double extent, double length,
+         double tolerance, int threads) {
         LineOptions options;
         options.uniform = as_vector<Vec3>(uniform, "uniform");
         options.centre = as_vector<Vec3>(centre, "centre");
@@ -309,18 +335,20 @@ void bind_lines(py::module_& m) {
         FieldLines found;
         {
           const py::gil_scoped_release release;
-          found = trace_field_lines(team, bodies, seeds.is_none() ? flux_seeds(team, bodies, options.uniform, lines) : given,
-                                    options);
+          found = trace_field_lines(
+              team, bodies,
+              seeds.is_none() ? flux_seeds(team, bodies, options.uniform, lines) : given, options);
         }
         const auto numbers = [](const std::vector<LineEnd>& ends) {
           std::vector<int> all;
           for (const LineEnd end : ends) all.push_back(static_cast<int>(end));
           return all;
         };
-        return py::make_tuple(found.points, found.first, numbers(found.begins), numbers(found.ends));
+        return py::make_tuple(found.points, found.first, numbers(found.begins),
+                              numbers(found.ends));
       },
-      py::arg("bodies"), py::arg("lines"), py::arg("seeds"), py::arg("uniform"), py::arg("centre"), py::arg("extent"),
-      py::arg("length"), py::arg("tolerance"), py::arg("threads") = 0);
+      py::arg("bodies"), py::arg("lines"), py::arg("seeds"), py::arg("uniform"), py::arg("centre"),
+      py::arg("extent"), py::arg("length"), py::arg("tolerance"), py::arg("threads") = 0);
   m.def(
       "magnetic_depth",
       [](const std::vector<MagneticBody>& bodies, const py::object& points) {

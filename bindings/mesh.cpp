@@ -12,23 +12,27 @@ namespace loomstone {
 namespace {
 
 std::string repr(const TriangleMesh& mesh) {
-  return "TriangleMesh(" + std::to_string(mesh.n_vertices()) + " vertices, " + std::to_string(mesh.n_triangles()) +
-         " triangles" + (mesh.has_uv() ? ", uv" : "") + (mesh.closed() ? ", closed)" : ")");
+  return "TriangleMesh(" + std::to_string(mesh.n_vertices()) + " vertices, " +
+         std::to_string(mesh.n_triangles()) + " triangles" + (mesh.has_uv() ? ", uv" : "") +
+         (mesh.closed() ? ", closed)" : ")");
 }
 
 void bind_triangle_mesh(py::module_& m) {
-  py::classh<TriangleMesh> c(m, "TriangleMesh",
-                             "Immutable triangle mesh, validated once.\n\n"
-                             "vertices : (n x 3) positions [m]\ntriangles : (m x 3) vertex indices\n"
-                             "uv : (k x 2) rest coordinates, weft and warp [m], or None\n"
-                             "uv_triangles : (m x 3) indices into uv, or None: the triangles themselves\n\n"
-                             "Raises InvalidInput naming the item: NaN, zero area, duplicate or inverted faces,\n"
-                             "non-manifold edges, isolated vertices, indices out of range.");
+  py::classh<TriangleMesh> c(
+      m, "TriangleMesh",
+      "Immutable triangle mesh, validated once.\n\n"
+      "vertices : (n x 3) positions [m]\ntriangles : (m x 3) vertex indices\n"
+      "uv : (k x 2) rest coordinates, weft and warp [m], or None\n"
+      "uv_triangles : (m x 3) indices into uv, or None: the triangles themselves\n\n"
+      "Raises InvalidInput naming the item: NaN, zero area, duplicate or inverted faces,\n"
+      "non-manifold edges, isolated vertices, indices out of range.");
   c.def(py::init([](const py::object& vertices, const py::object& triangles, const py::object& uv,
                     const py::object& uv_triangles) {
-          return TriangleMesh(as_rows<Points>(vertices, "vertices"), as_rows<Triangles>(triangles, "triangles"),
-                              uv.is_none() ? Points2() : as_rows<Points2>(uv, "uv"),
-                              uv_triangles.is_none() ? Triangles() : as_rows<Triangles>(uv_triangles, "uv_triangles"));
+          return TriangleMesh(
+              as_rows<Points>(vertices, "vertices"), as_rows<Triangles>(triangles, "triangles"),
+              uv.is_none() ? Points2() : as_rows<Points2>(uv, "uv"),
+              uv_triangles.is_none() ? Triangles()
+                                     : as_rows<Triangles>(uv_triangles, "uv_triangles"));
         }),
         py::arg("vertices"), py::arg("triangles"), py::arg("uv") = py::none(), py::kw_only(),
         py::arg("uv_triangles") = py::none());
@@ -45,43 +49,60 @@ void bind_triangle_mesh(py::module_& m) {
   c.def_property_readonly("flat", &TriangleMesh::flat, "all vertices lie in one plane");
   c.def_property_readonly("mean_edge", &TriangleMesh::mean_edge, "mean length of the edges [m]");
   c.def_property_readonly(
-      "edges", [](const TriangleMesh& mesh) { return edge_table(mesh.n_vertices(), mesh.triangles()).edges; },
+      "edges",
+      [](const TriangleMesh& mesh) {
+        return edge_table(mesh.n_vertices(), mesh.triangles()).edges;
+      },
       "(k x 2) unique edges as (smaller, larger) vertex, sorted");
-  c.def("moved",
-        [](const TriangleMesh& mesh, const py::object& translation, const py::object& rotation, double scale) {
-          return mesh.moved(as_vector<Vec3>(translation, "translation"), as_rows<Points>(rotation, "rotation", 3), scale);
-        },
-        py::arg("translation") = py::make_tuple(0, 0, 0), py::kw_only(),
-        py::arg("rotation") = py::make_tuple(py::make_tuple(1, 0, 0), py::make_tuple(0, 1, 0), py::make_tuple(0, 0, 1)),
-        py::arg("scale") = 1.0,
-        "A copy at rotation * scale * x + translation [m]; uv unchanged.");
-  c.def("__eq__", [](const TriangleMesh& a, const TriangleMesh& b) {
-    const auto same = [](const auto& x, const auto& y) { return x.rows() == y.rows() && (x.rows() == 0 || x == y); };
-    return same(a.vertices(), b.vertices()) && same(a.triangles(), b.triangles()) && same(a.uv(), b.uv()) &&
-           same(a.uv_triangles(), b.uv_triangles());
-  }, py::is_operator());
+  c.def(
+      "moved",
+      [](const TriangleMesh& mesh, const py::object& translation, const py::object& rotation,
+         double scale) {
+        return mesh.moved(as_vector<Vec3>(translation, "translation"),
+                          as_rows<Points>(rotation, "rotation", 3), scale);
+      },
+      py::arg("translation") = py::make_tuple(0, 0, 0), py::kw_only(),
+      py::arg("rotation") =
+          py::make_tuple(py::make_tuple(1, 0, 0), py::make_tuple(0, 1, 0), py::make_tuple(0, 0, 1)),
+      py::arg("scale") = 1.0, "A copy at rotation * scale * x + translation [m]; uv unchanged.");
+  c.def(
+      "__eq__",
+      [](const TriangleMesh& a, const TriangleMesh& b) {
+        const auto same = [](const auto& x, const auto& y) {
+          return x.rows() == y.rows() && (x.rows() == 0 || x == y);
+        };
+        return same(a.vertices(), b.vertices()) && same(a.triangles(), b.triangles()) &&
+               same(a.uv(), b.uv()) && same(a.uv_triangles(), b.uv_triangles());
+      },
+      py::is_operator());
   c.def("__repr__", &repr);
 }
 
 void bind_generators(py::module_& m) {
-  m.def("grid_cells", &grid_cells, py::arg("width"), py::arg("height"), py::arg("nx"), py::arg("ny"), py::kw_only(),
-        py::arg("pattern") = "alternating", "Rectangle [m] of nx x ny cells, two triangles each: alternating | diagonal.");
+  m.def("grid_cells", &grid_cells, py::arg("width"), py::arg("height"), py::arg("nx"),
+        py::arg("ny"), py::kw_only(), py::arg("pattern") = "alternating",
+        "Rectangle [m] of nx x ny cells, two triangles each: alternating | diagonal.");
   m.def("grid", &grid, py::arg("width"), py::arg("height"), py::arg("triangles"), py::kw_only(),
-        py::arg("pattern") = "alternating", "Rectangle [m] of about `triangles` triangles in square cells.");
-  m.def("jittered_grid", &jittered_grid, py::arg("width"), py::arg("height"), py::arg("nx"), py::arg("ny"), py::kw_only(),
-        py::arg("amount"), py::arg("seed") = 1, "Grid whose interior vertices are displaced by up to `amount` of a cell.");
-  m.def("icosphere", &icosphere, py::arg("radius"), py::kw_only(), py::arg("subdivisions"), "Sphere [m].");
-  m.def("box", &box, py::arg("x"), py::arg("y"), py::arg("z"), py::kw_only(), py::arg("cells_per_side") = 1,
-        "Box with the given sides [m].");
-  m.def("capsule", &capsule, py::arg("radius"), py::arg("length"), py::kw_only(), py::arg("segments") = 32,
-        "Capsule along z, `length` between the centres of its caps [m].");
-  m.def("cylinder", &cylinder, py::arg("radius"), py::arg("length"), py::kw_only(), py::arg("segments") = 32,
-        "Cylinder along z, a prism of `segments` sides [m].");
-  m.def("funnel", &funnel, py::arg("top_radius"), py::arg("bottom_radius"), py::arg("height"), py::arg("tube_length"),
-        py::arg("wall"), py::kw_only(), py::arg("segments") = 64,
-        "Cone from top_radius at z = height to bottom_radius at z = 0, then a tube below; closed, with a wall [m].");
-  m.def("wave_bar", &wave_bar, py::arg("length"), py::arg("radius"), py::arg("amplitude"), py::arg("wavelength"),
-        py::kw_only(), py::arg("segments") = 24, "Tube along y whose centre line waves in z [m].");
+        py::arg("pattern") = "alternating",
+        "Rectangle [m] of about `triangles` triangles in square cells.");
+  m.def("jittered_grid", &jittered_grid, py::arg("width"), py::arg("height"), py::arg("nx"),
+        py::arg("ny"), py::kw_only(), py::arg("amount"), py::arg("seed") = 1,
+        "Grid whose interior vertices are displaced by up to `amount` of a cell.");
+  m.def("icosphere", &icosphere, py::arg("radius"), py::kw_only(), py::arg("subdivisions"),
+        "Sphere [m].");
+  m.def("box", &box, py::arg("x"), py::arg("y"), py::arg("z"), py::kw_only(),
+        py::arg("cells_per_side") = 1, "Box with the given sides [m].");
+  m.def("capsule", &capsule, py::arg("radius"), py::arg("length"), py::kw_only(),
+        py::arg("segments") = 32, "Capsule along z, `length` between the centres of its caps [m].");
+  m.def("cylinder", &cylinder, py::arg("radius"), py::arg("length"), py::kw_only(),
+        py::arg("segments") = 32, "Cylinder along z, a prism of `segments` sides [m].");
+  m.def("funnel", &funnel, py::arg("top_radius"), py::arg("bottom_radius"), py::arg("height"),
+        py::arg("tube_length"), py::arg("wall"), py::kw_only(), py::arg("segments") = 64,
+        "Cone from top_radius at z = height to bottom_radius at z = 0, then a tube below; closed, "
+        "with a wall [m].");
+  m.def("wave_bar", &wave_bar, py::arg("length"), py::arg("radius"), py::arg("amplitude"),
+        py::arg("wavelength"), py::kw_only(), py::arg("segments") = 24,
+        "Tube along y whose centre line waves in z [m].");
   m.def("floor_square", &floor_square, py::arg("size"), py::kw_only(), py::arg("cells") = 8,
         "Open square in z = 0 with normal +z [m].");
 }
@@ -91,22 +112,31 @@ void bind_queries(py::module_& m) {
   point.def_readonly("triangle", &ClosestPoint::triangle, "index, -1: nothing within the radius");
   point.def_readonly("point", &ClosestPoint::point, "[m]");
   point.def_readonly("barycentric", &ClosestPoint::barycentric, "[1]");
-  point.def_readonly("normal", &ClosestPoint::normal, "pseudo-normal of the closest feature, unit length");
+  point.def_readonly("normal", &ClosestPoint::normal,
+                     "pseudo-normal of the closest feature, unit length");
   point.def_readonly("distance", &ClosestPoint::distance, "[m]");
   point.def("__repr__", [](const ClosestPoint& self) {
     return "ClosestPoint(triangle=" + std::to_string(self.triangle) +
            ", distance=" + py::str(py::cast(self.distance)).cast<std::string>() + ")";
   });
-  py::class_<SpatialQuery> c(m, "SpatialQuery", "Closest points and inside tests on a triangle surface.");
-  c.def(py::init([](const TriangleMesh& mesh) { return SpatialQuery(mesh.vertices(), mesh.triangles()); }),
+  py::class_<SpatialQuery> c(m, "SpatialQuery",
+                             "Closest points and inside tests on a triangle surface.");
+  c.def(py::init([](const TriangleMesh& mesh) {
+          return SpatialQuery(mesh.vertices(), mesh.triangles());
+        }),
         py::arg("mesh"));
-  c.def("closest",
-        [](const SpatialQuery& self, const py::object& point, double radius) {
-          return self.closest(as_vector<Vec3>(point, "point"), radius);
-        },
-        py::arg("point"), py::arg("radius"), "ClosestPoint to a point (3) [m] within a radius [m].");
-  c.def("inside", [](const SpatialQuery& self, const py::object& point) { return self.inside(as_vector<Vec3>(point, "point")); },
-        py::arg("point"), "True where the point (3) [m] lies inside a closed surface.");
+  c.def(
+      "closest",
+      [](const SpatialQuery& self, const py::object& point, double radius) {
+        return self.closest(as_vector<Vec3>(point, "point"), radius);
+      },
+      py::arg("point"), py::arg("radius"), "ClosestPoint to a point (3) [m] within a radius [m].");
+  c.def(
+      "inside",
+      [](const SpatialQuery& self, const py::object& point) {
+        return self.inside(as_vector<Vec3>(point, "point"));
+      },
+      py::arg("point"), "True where the point (3) [m] lies inside a closed surface.");
 }
 
 }  // namespace
@@ -117,7 +147,8 @@ void bind_mesh(py::module_& m) {
   bind_queries(m);
   m.def("read_mesh", &read_mesh, py::arg("path"), py::kw_only(), py::arg("with_uv") = true,
         "TriangleMesh from an OBJ or PLY file; with_uv=False leaves rest coordinates out.");
-  m.def("write_mesh", &write_mesh, py::arg("path"), py::arg("mesh"), py::kw_only(), py::arg("text") = false,
+  m.def("write_mesh", &write_mesh, py::arg("path"), py::arg("mesh"), py::kw_only(),
+        py::arg("text") = false,
         "Writes an OBJ or PLY file, by the path's ending; text: PLY as text.");
 }
 

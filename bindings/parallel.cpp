@@ -10,28 +10,39 @@ void bind_parallel(py::module_& m) {
   py::classh<Communicator> c(m, "Communicator", "The ranks of one simulation.");
   c.def_property_readonly("rank", &Communicator::rank, "number of this rank, from 0");
   c.def_property_readonly("size", &Communicator::size, "number of ranks");
-  c.def("barrier", &Communicator::barrier, py::call_guard<py::gil_scoped_release>(), "Waits until all ranks are here.");
-  c.def("maximum", &Communicator::maximum, py::arg("value"), py::call_guard<py::gil_scoped_release>(),
-        "Largest value over all ranks.");
-  c.def("agree",
-        [](const Communicator& self, int kind, std::string text) {
-          const py::gil_scoped_release release;
-          self.agree(kind, text);
-          return std::pair(kind, text);
-        },
-        py::arg("kind"), py::arg("text"),
-        "Kind (0: none) and text of the failure of the lowest rank that has one, on all ranks. Where this rank failed and the\n"
-        "others do not come within ten seconds, ends them all.");
-  c.def_property_readonly("agreed", &Communicator::agreed, "Text of the last failure that ranks agreed on.");
+  c.def("barrier", &Communicator::barrier, py::call_guard<py::gil_scoped_release>(),
+        "Waits until all ranks are here.");
+  c.def("maximum", &Communicator::maximum, py::arg("value"),
+        py::call_guard<py::gil_scoped_release>(), "Largest value over all ranks.");
+  c.def(
+      "agree",
+      [](const Communicator& self, int kind, std::string text) {
+        const py::gil_scoped_release release;
+        self.agree(kind, text);
+        return std::pair(kind, text);
+      },
+      py::arg("kind"), py::arg("text"),
+      "Kind (0: none) and text of the failure of the lowest rank that has one, on all ranks. Where "
+      "this rank failed and the\n"
+      "others do not come within ten seconds, ends them all.");
+  c.def_property_readonly("agreed", &Communicator::agreed,
+                          "Text of the last failure that ranks agreed on.");
   c.def("abort", &Communicator::abort, py::arg("code"), "Ends all ranks at once.");
   c.def("__repr__", [](const Communicator& self) {
-    return "Communicator(rank " + std::to_string(self.rank()) + " of " + std::to_string(self.size()) + ")";
+    return "Communicator(rank " + std::to_string(self.rank()) + " of " +
+           std::to_string(self.size()) + ")";
   });
-  m.def("single_communicator", [] { return std::const_pointer_cast<Communicator>(single_communicator()); },
-        "One rank, no MPI.");
-  m.def("mpi_communicator", [](int handle) { return std::const_pointer_cast<Communicator>(mpi_communicator(handle)); },
-        py::arg("fortran_handle") = -1, "Ranks of an MPI communicator (mpi4py: comm.py2f()); -1: all ranks started.");
-  m.def("launched_by_mpi", &launched_by_mpi, "True where an MPI launcher started this process as one of several ranks.");
+  m.def(
+      "single_communicator",
+      [] { return std::const_pointer_cast<Communicator>(single_communicator()); },
+      "One rank, no MPI.");
+  m.def(
+      "mpi_communicator",
+      [](int handle) { return std::const_pointer_cast<Communicator>(mpi_communicator(handle)); },
+      py::arg("fortran_handle") = -1,
+      "Ranks of an MPI communicator (mpi4py: comm.py2f()); -1: all ranks started.");
+  m.def("launched_by_mpi", &launched_by_mpi,
+        "True where an MPI launcher started this process as one of several ranks.");
   m.def("default_thread_count", &default_thread_count, "Processors this process may run on.");
 }
 

@@ -16,50 +16,67 @@ void bind_renderer(py::module_& m) {
   bind_description<Camera>(m, "Camera", "Where the picture is taken from.");
   bind_description<RenderOptions>(m, "RenderOptions", "How a picture looks.");
   py::class_<Curves>(m, "Curves", "Curves that a picture shows as tubes.")
-      .def(py::init([](const py::object& points, const std::vector<Index>& first, const std::vector<double>& value, double radius) {
+      .def(py::init([](const py::object& points, const std::vector<Index>& first,
+                       const std::vector<double>& value, double radius) {
              const Points x = as_rows<Points>(points, "points");
-             return Curves{x, first, Eigen::Map<const Vector>(value.data(), static_cast<Index>(value.size())), radius};
+             return Curves{x, first,
+                           Eigen::Map<const Vector>(value.data(), static_cast<Index>(value.size())),
+                           radius};
            }),
            py::arg("points"), py::arg("first"), py::arg("value"), py::arg("radius"),
-           "(n x 3) points [m] of all curves end to end, (curves + 1) first rows, (n) values from 1 (red) to -1 (blue), radius [m].");
-  py::class_<Renderer> c(m, "Renderer", "Draws frames of one run without a display (OSMesa, else EGL).");
+           "(n x 3) points [m] of all curves end to end, (curves + 1) first rows, (n) values from "
+           "1 (red) to -1 (blue), radius [m].");
+  py::class_<Renderer> c(m, "Renderer",
+                         "Draws frames of one run without a display (OSMesa, else EGL).");
   c.def(py::init<const FrameTopology&, const RenderOptions&>(), py::arg("topology"),
         py::arg("options") = RenderOptions{});
   c.def("fit", &Renderer::fit, py::arg("first"), py::call_guard<py::gil_scoped_release>(),
-        "A fitted camera shows what it would of this frame, the first of a run; without it of the first that is drawn.");
-  c.def("render",
-        [](Renderer& self, const Frame& frame, const Curves* curves, const std::optional<Pairs>& value_ranges) {
-          Image image;
-          std::vector<ColorRange> values;
-          for (const auto& [low, high] : value_ranges.value_or(Pairs{})) values.push_back({low, high});
-          {
-            const py::gil_scoped_release release;
-            image = self.render(frame, curves, value_ranges ? &values : nullptr);
-          }
-          return py::array_t<std::uint8_t>({image.height, image.width, 3}, image.rgb.data());
-        },
-        py::arg("frame"), py::arg("curves") = py::none(), py::arg("value_ranges") = py::none(),
-        "Picture of a frame, with curves if given: (height x width x 3) bytes, rows from the top. Automatic colours span\n"
-        "value_ranges, one (least, greatest) for each row of color_by; without them the values of this frame.");
-  c.def("value_ranges",
-        [](const Renderer& self, const Frame& frame) {
-          Pairs pairs;
-          for (const ColorRange& range : self.value_ranges(frame)) pairs.emplace_back(range.low, range.high);
-          return pairs;
-        },
-        py::arg("frame"), "Least and greatest value that each row of color_by shows in a frame; (0, 0) where it shows the cloth.");
-  c.def_property_readonly("backend", &Renderer::backend, "osmesa | egl");
-  m.def("write_png",
-        [](const std::string& path, const py::array_t<std::uint8_t, py::array::c_style | py::array::forcecast>& rgb) {
-          if (rgb.ndim() != 3 || rgb.shape(2) != 3)
-            throw InvalidInput("image must have shape (height, width, 3), got " +
-                               py::str(rgb.attr("shape")).cast<std::string>());
-          const Image image{static_cast<int>(rgb.shape(1)), static_cast<int>(rgb.shape(0)),
-                            std::vector<std::uint8_t>(rgb.data(), rgb.data() + rgb.size())};
+        "A fitted camera shows what it would of this frame, the first of a run; without it of the "
+        "first that is drawn.");
+  c.def(
+      "render",
+      [](Renderer& self, const Frame& frame, const Curves* curves,
+         const std::optional<Pairs>& value_ranges) {
+        Image image;
+        std::vector<ColorRange> values;
+        for (const auto& [low, high] : value_ranges.value_or(Pairs{}))
+          values.push_back({low, high});
+        {
           const py::gil_scoped_release release;
-          write_png(path, image);
-        },
-        py::arg("path"), py::arg("image"), "Writes (height x width x 3) bytes as PNG.");
+          image = self.render(frame, curves, value_ranges ? &values : nullptr);
+        }
+        return py::array_t<std::uint8_t>({image.height, image.width, 3}, image.rgb.data());
+      },
+      py::arg("frame"), py::arg("curves") = py::none(), py::arg("value_ranges") = py::none(),
+      "Picture of a frame, with curves if given: (height x width x 3) bytes, rows from the top. "
+      "Automatic colours span\n"
+      "value_ranges, one (least, greatest) for each row of color_by; without them the values of "
+      "this frame.");
+  c.def(
+      "value_ranges",
+      [](const Renderer& self, const Frame& frame) {
+        Pairs pairs;
+        for (const ColorRange& range : self.value_ranges(frame))
+          pairs.emplace_back(range.low, range.high);
+        return pairs;
+      },
+      py::arg("frame"),
+      "Least and greatest value that each row of color_by shows in a frame; (0, 0) where it shows "
+      "the cloth.");
+  c.def_property_readonly("backend", &Renderer::backend, "osmesa | egl");
+  m.def(
+      "write_png",
+      [](const std::string& path,
+         const py::array_t<std::uint8_t, py::array::c_style | py::array::forcecast>& rgb) {
+        if (rgb.ndim() != 3 || rgb.shape(2) != 3)
+          throw InvalidInput("image must have shape (height, width, 3), got " +
+                             py::str(rgb.attr("shape")).cast<std::string>());
+        const Image image{static_cast<int>(rgb.shape(1)), static_cast<int>(rgb.shape(0)),
+                          std::vector<std::uint8_t>(rgb.data(), rgb.data() + rgb.size())};
+        const py::gil_scoped_release release;
+        write_png(path, image);
+      },
+      py::arg("path"), py::arg("image"), "Writes (height x width x 3) bytes as PNG.");
 }
 
 }  // namespace loomstone

@@ -10,53 +10,82 @@ namespace loomstone {
 namespace {
 
 py::array_t<std::uint8_t> flags(std::vector<std::uint8_t>& values, py::handle owner) {
-  return py::array_t<std::uint8_t>({static_cast<py::ssize_t>(values.size())}, {py::ssize_t{1}}, values.data(), owner);
+  return py::array_t<std::uint8_t>({static_cast<py::ssize_t>(values.size())}, {py::ssize_t{1}},
+                                   values.data(), owner);
 }
 
 void bind_state(py::module_& m) {
-  py::class_<State> c(m, "State",
-                      "The tables that change, as numpy views without copy: row sim.vertex_order[i] is vertex i.\n\n"
-                      "A view keeps its simulation alive and shows the present after every step and restore. Between steps\n"
-                      "tables may be written in place or assigned; not from another thread while a step runs. Every step\n"
-                      "first checks that what was written is finite (InvalidInput). Positions and velocities written here\n"
-                      "start the history of multi-step schemes anew. Ranks hold all rows; what a rank writes counts for the\n"
-                      "rows it owns (sim.owned_rows), what it writes about obstacles counts on rank 0.");
+  py::class_<State> c(
+      m, "State",
+      "The tables that change, as numpy views without copy: row sim.vertex_order[i] is vertex "
+      "i.\n\n"
+      "A view keeps its simulation alive and shows the present after every step and restore. "
+      "Between steps\n"
+      "tables may be written in place or assigned; not from another thread while a step runs. "
+      "Every step\n"
+      "first checks that what was written is finite (InvalidInput). Positions and velocities "
+      "written here\n"
+      "start the history of multi-step schemes anew. Ranks hold all rows; what a rank writes "
+      "counts for the\n"
+      "rows it owns (sim.owned_rows), what it writes about obstacles counts on rank 0.");
   const auto table = [&](const char* name, auto get, const char* text) {
-    c.def_property(name, get,
-                   [get, name](State& self, const py::object& values) {
-                     using Table = std::decay_t<decltype(get(self))>;
-                     auto& rows = get(self);
-                     rows.topRows(rows.rows()) = as_rows<Table>(values, name, rows.rows());
-                   },
-                   text);
+    c.def_property(
+        name, get,
+        [get, name](State& self, const py::object& values) {
+          using Table = std::decay_t<decltype(get(self))>;
+          auto& rows = get(self);
+          rows.topRows(rows.rows()) = as_rows<Table>(values, name, rows.rows());
+        },
+        text);
   };
   const auto flag = [&](const char* name, auto member, const char* text) {
-    c.def_property_readonly(name, [member](py::object self) { return flags(self.cast<State&>().*member, self); }, text);
+    c.def_property_readonly(
+        name, [member](py::object self) { return flags(self.cast<State&>().*member, self); }, text);
   };
-  const auto result = [&](const char* name, auto get, const char* text) { c.def_property_readonly(name, get, text); };
-  table("positions", [](State& s) -> Points& { return s.cloth.x; }, "(n x 3) [m]; written by the integrator, then certify");
-  table("velocities", [](State& s) -> Points& { return s.cloth.v; }, "(n x 3) [m/s]; written by the integrator, then certify");
-  table("external_forces", [](State& s) -> Points& { return s.external_force; },
-        "(n x 3) [N]; added to every step until changed");
-  table("pin_targets", [](State& s) -> Points& { return s.pin_target; },
-        "(n x 3) [m] where flagged pins are at the end of the next step");
-  flag("pin_flags", &State::pin_override, "(n) 1: pin_targets hold for this pin instead of its script");
-  table("obstacle_positions", [](State& s) -> Points& { return s.pose_position; },
-        "(o x 3) [m] where flagged obstacles are at the end of the next step");
-  table("obstacle_orientations", [](State& s) -> auto& { return s.pose_orientation; }, "(o x 4) unit quaternions (w, x, y, z)");
+  const auto result = [&](const char* name, auto get, const char* text) {
+    c.def_property_readonly(name, get, text);
+  };
+  table(
+      "positions", [](State& s) -> Points& { return s.cloth.x; },
+      "(n x 3) [m]; written by the integrator, then certify");
+  table(
+      "velocities", [](State& s) -> Points& { return s.cloth.v; },
+      "(n x 3) [m/s]; written by the integrator, then certify");
+  table(
+      "external_forces", [](State& s) -> Points& { return s.external_force; },
+      "(n x 3) [N]; added to every step until changed");
+  table(
+      "pin_targets", [](State& s) -> Points& { return s.pin_target; },
+      "(n x 3) [m] where flagged pins are at the end of the next step");
+  flag("pin_flags", &State::pin_override,
+       "(n) 1: pin_targets hold for this pin instead of its script");
+  table(
+      "obstacle_positions", [](State& s) -> Points& { return s.pose_position; },
+      "(o x 3) [m] where flagged obstacles are at the end of the next step");
+  table(
+      "obstacle_orientations", [](State& s) -> auto& { return s.pose_orientation; },
+      "(o x 4) unit quaternions (w, x, y, z)");
   flag("obstacle_flags", &State::pose_override, "(o) 1: the pose above holds instead of keyframes");
-  result("obstacle_vertices", [](const State& s) -> const Points& { return s.obstacle_vertices; },
-         "(k x 3) all obstacles end to end [m], read-only");
-  result("body_positions", [](const State& s) -> const Points& { return s.rigid.positions; },
-         "(b x 3) centres of mass [m], read-only");
-  result("body_orientations", [](const State& s) -> const auto& { return s.rigid.orientations; },
-         "(b x 4) unit quaternions (w, x, y, z), read-only");
-  result("body_velocities", [](const State& s) -> const Points& { return s.rigid.velocities; }, "(b x 3) [m/s], read-only");
-  result("body_angular_velocities", [](const State& s) -> const Points& { return s.rigid.angular_velocities; },
-         "(b x 3) [rad/s], read-only");
+  result(
+      "obstacle_vertices", [](const State& s) -> const Points& { return s.obstacle_vertices; },
+      "(k x 3) all obstacles end to end [m], read-only");
+  result(
+      "body_positions", [](const State& s) -> const Points& { return s.rigid.positions; },
+      "(b x 3) centres of mass [m], read-only");
+  result(
+      "body_orientations", [](const State& s) -> const auto& { return s.rigid.orientations; },
+      "(b x 4) unit quaternions (w, x, y, z), read-only");
+  result(
+      "body_velocities", [](const State& s) -> const Points& { return s.rigid.velocities; },
+      "(b x 3) [m/s], read-only");
+  result(
+      "body_angular_velocities",
+      [](const State& s) -> const Points& { return s.rigid.angular_velocities; },
+      "(b x 3) [rad/s], read-only");
   c.def("__repr__", [](const State& s) {
-    return "State(step " + std::to_string(s.step) + ", " + std::to_string(s.cloth.x.rows()) + " cloth rows, " +
-           std::to_string(s.rigid.positions.rows()) + " bodies, " + std::to_string(s.pose_override.size()) + " obstacles)";
+    return "State(step " + std::to_string(s.step) + ", " + std::to_string(s.cloth.x.rows()) +
+           " cloth rows, " + std::to_string(s.rigid.positions.rows()) + " bodies, " +
+           std::to_string(s.pose_override.size()) + " obstacles)";
   });
 }
 
@@ -66,15 +95,18 @@ void bind_simulation(py::module_& m) {
   bind_state(m);
   using S = Simulation;
   const auto released = py::call_guard<py::gil_scoped_release>();
-  py::class_<S> c(m, "Simulation", "Model, State and Stepper of a scene. Arrays are in the user's vertex order.");
+  py::class_<S> c(m, "Simulation",
+                  "Model, State and Stepper of a scene. Arrays are in the user's vertex order.");
   c.def(py::init([](const Scene& scene, const IntegratorOptions& integrator, int threads,
                     std::shared_ptr<Communicator> communicator) {
           const py::gil_scoped_release release;
-          return new S(scene, integrator, threads, communicator ? communicator : single_communicator());
+          return new S(scene, integrator, threads,
+                       communicator ? communicator : single_communicator());
         }),
-        py::arg("scene"), py::arg("integrator") = IntegratorOptions{}, py::kw_only(), py::arg("threads") = 0,
-        py::arg("communicator") = py::none());
-  c.def("step", &S::step, released, "Advances by one step; SolverFailure leaves the last good state.");
+        py::arg("scene"), py::arg("integrator") = IntegratorOptions{}, py::kw_only(),
+        py::arg("threads") = 0, py::arg("communicator") = py::none());
+  c.def("step", &S::step, released,
+        "Advances by one step; SolverFailure leaves the last good state.");
   c.def_property_readonly("time", &S::time, "[s]");
   c.def_property_readonly("step_index", &S::step_index, "steps done");
   c.def_property_readonly("step_size", &S::step_size, "[s]");
@@ -82,68 +114,98 @@ void bind_simulation(py::module_& m) {
   c.def_property_readonly("rank", [](const S& self) { return self.communicator().rank(); });
   c.def_property_readonly("ranks", [](const S& self) { return self.communicator().size(); });
   c.def_property_readonly("report", &S::report, "StepReport of the last step");
-  c.def_property_readonly("may_checkpoint", &S::may_checkpoint, "False between rebuilds of the rigid-body world.");
-  c.def("agree", [](const S& self, std::int64_t value) { return self.communicator().maximum(value); }, py::arg("value"),
-        released, "Largest value over all ranks.");
+  c.def_property_readonly("may_checkpoint", &S::may_checkpoint,
+                          "False between rebuilds of the rigid-body world.");
+  c.def(
+      "agree", [](const S& self, std::int64_t value) { return self.communicator().maximum(value); },
+      py::arg("value"), released, "Largest value over all ranks.");
   c.def_property_readonly("topology", &S::topology, py::return_value_policy::reference_internal);
   c.def("frame", &S::frame, released, "Frame of the present state.");
-  c.def("frame_at", &S::frame_at, py::arg("time"), released, "Frame between the last two steps, interpolated.");
-  c.def_property_readonly("vertex_order", [](py::object self) { return view(self.cast<const S&>().vertex_order(), self); },
-                          "(n) internal row of each vertex");
-  c.def_property_readonly("state", &S::state, "State: the internal tables as views, to be read and written between steps.");
-  c.def_property_readonly("owned_rows", [](const S& self) { return std::pair(self.owned_rows()[0], self.owned_rows()[1]); },
-                          "(first, end) internal rows of the cloth that this rank computes.");
+  c.def("frame_at", &S::frame_at, py::arg("time"), released,
+        "Frame between the last two steps, interpolated.");
+  c.def_property_readonly(
+      "vertex_order",
+      [](py::object self) { return view(self.cast<const S&>().vertex_order(), self); },
+      "(n) internal row of each vertex");
+  c.def_property_readonly(
+      "state", &S::state,
+      "State: the internal tables as views, to be read and written between steps.");
+  c.def_property_readonly(
+      "owned_rows",
+      [](const S& self) { return std::pair(self.owned_rows()[0], self.owned_rows()[1]); },
+      "(first, end) internal rows of the cloth that this rank computes.");
   c.def("gather", &S::gather, released,
-        "Makes what each rank wrote into its own rows known to all ranks now instead of at the next step. Collective.\n\n"
+        "Makes what each rank wrote into its own rows known to all ranks now instead of at the "
+        "next step. Collective.\n\n"
         "Without writes there is nothing to gather: after every step all ranks hold all rows.");
-  c.def_property_readonly("loop_iterations", &S::loop_iterations,
-                          "Iterations of the loops this rank has run within steps: how work is shared.");
+  c.def_property_readonly(
+      "loop_iterations", &S::loop_iterations,
+      "Iterations of the loops this rank has run within steps: how work is shared.");
   const auto array = [&](const char* name, auto get, auto set, const char* text) {
-    c.def_property(name, get,
-                   [get, set, name](S& self, const py::object& values) {
-                     (self.*set)(as_rows<Points>(values, name, (self.*get)().rows()));
-                   },
-                   text);
+    c.def_property(
+        name, get,
+        [get, set, name](S& self, const py::object& values) {
+          (self.*set)(as_rows<Points>(values, name, (self.*get)().rows()));
+        },
+        text);
   };
   array("positions", &S::positions, &S::set_positions, "(n x 3) [m], a copy; assignable");
   array("velocities", &S::velocities, &S::set_velocities, "(n x 3) [m/s], a copy; assignable");
   array("external_forces", &S::external_forces, &S::set_external_forces,
         "(n x 3) [N], a copy; assignable; added to every step until changed");
-  c.def("set_pin_targets",
-        [](S& self, const py::object& targets) {
-          self.set_pin_targets(as_rows<Points>(targets, "targets", self.positions().rows()));
-        },
-        py::arg("targets"),
-        "Where pinned vertices are at the end of the next step, (n x 3) [m]; other rows are ignored. Replaces the script.");
-  c.def("set_obstacle_pose",
-        [](S& self, int obstacle, const py::object& position, const py::object& orientation) {
-          self.set_obstacle_pose(obstacle, as_vector<Vec3>(position, "position"), as_vector<Vec4>(orientation, "orientation"));
-        },
-        py::arg("obstacle"), py::arg("position"), py::arg("orientation") = py::make_tuple(1, 0, 0, 0),
-        "Pose of an obstacle at the end of the next step: position [m], quaternion (w, x, y, z). Replaces its keyframes.");
-  c.def_property_readonly("body_positions", &S::body_positions, "(b x 3) centres of mass [m], a copy");
+  c.def(
+      "set_pin_targets",
+      [](S& self, const py::object& targets) {
+        self.set_pin_targets(as_rows<Points>(targets, "targets", self.positions().rows()));
+      },
+      py::arg("targets"),
+      "Where pinned vertices are at the end of the next step, (n x 3) [m]; other rows are ignored. "
+      "Replaces the script.");
+  c.def(
+      "set_obstacle_pose",
+      [](S& self, int obstacle, const py::object& position, const py::object& orientation) {
+        self.set_obstacle_pose(obstacle, as_vector<Vec3>(position, "position"),
+                               as_vector<Vec4>(orientation, "orientation"));
+      },
+      py::arg("obstacle"), py::arg("position"), py::arg("orientation") = py::make_tuple(1, 0, 0, 0),
+      "Pose of an obstacle at the end of the next step: position [m], quaternion (w, x, y, z). "
+      "Replaces its keyframes.");
+  c.def_property_readonly("body_positions", &S::body_positions,
+                          "(b x 3) centres of mass [m], a copy");
   c.def("magnetic_forces", &S::magnetic_forces, released,
-        "Forces [N] and torques about the centres [N m] on the bodies by magnets and currents now, each (b x 3).");
-  const auto electric = [&](const char* name, double CircuitState::*member, const char* text) {
-    c.def_property_readonly(name, [member](const S& self) { return self.circuits().*member; }, text);
+        "Forces [N] and torques about the centres [N m] on the bodies by magnets and currents now, "
+        "each (b x 3).");
+  const auto electric = [&](const char* name, double CircuitState::* member, const char* text) {
+    c.def_property_readonly(
+        name, [member](const S& self) { return self.circuits().*member; }, text);
   };
   c.def_property_readonly("current", &S::current, "[A] in the first circuit now");
-  c.def_property_readonly("currents", &S::currents, "(coils) [A] in all coils now, given or of circuits");
+  c.def_property_readonly("currents", &S::currents,
+                          "(coils) [A] in all coils now, given or of circuits");
   electric("circuit_heat", &CircuitState::heat, "[J] in the circuits' resistances since the start");
-  electric("circuit_supply", &CircuitState::supply, "[J] by the sources of all coils since the start");
-  electric("bearing_work", &CircuitState::bearings, "[J] taken out by friction and torques of bearings since the start");
+  electric("circuit_supply", &CircuitState::supply,
+           "[J] by the sources of all coils since the start");
+  electric("bearing_work", &CircuitState::bearings,
+           "[J] taken out by friction and torques of bearings since the start");
   c.def("magnets", &S::magnets, py::arg("frame"), released,
-        "Magnets where a frame of this scene shows them, in the scene's order, spheres that magnetise as what they are there; then\n"
+        "Magnets where a frame of this scene shows them, in the scene's order, spheres that "
+        "magnetise as what they are there; then\n"
         "the coils that carry a current.");
   c.def("checkpoint", &S::checkpoint, released, "The state, exactly.");
-  c.def("restore", &S::restore, py::arg("checkpoint"), released, "Continues from a checkpoint of the same scene.");
-  c.def("rebuild_stages", &S::rebuild_stages, released, "Throws all stages away; where a checkpoint may be taken it changes no bit of the future.");
+  c.def("restore", &S::restore, py::arg("checkpoint"), released,
+        "Continues from a checkpoint of the same scene.");
+  c.def("rebuild_stages", &S::rebuild_stages, released,
+        "Throws all stages away; where a checkpoint may be taken it changes no bit of the future.");
   c.def_property_readonly("forced_pairs", &S::forced_pairs,
-                          "Pairs of triangles, all surfaces end to end, that the last step had to leave intersecting because\n"
+                          "Pairs of triangles, all surfaces end to end, that the last step had to "
+                          "leave intersecting because\n"
                           "what moves by script left the cloth no room.");
-  c.def_property_readonly("broken_limits", [](const S& self) { return named(self.broken_limits()); },
-                          "(triangle, \"weft\" | \"warp\" | \"shear\", excess) of all that the last step left beyond a limit of strain by\n"
-                          "more than 0.01 (a fifth of limits below 0.05), the worst first; triangles of all cloths end to end.");
+  c.def_property_readonly(
+      "broken_limits", [](const S& self) { return named(self.broken_limits()); },
+      "(triangle, \"weft\" | \"warp\" | \"shear\", excess) of all that the last step left beyond a "
+      "limit of strain by\n"
+      "more than 0.01 (a fifth of limits below 0.05), the worst first; triangles of all cloths end "
+      "to end.");
   c.def("intersecting_pairs", &S::intersecting_pairs, released,
         "Pairs of triangles that intersect now, all surfaces end to end.");
 }

@@ -16,25 +16,31 @@ SoftBody soft_body(SoftShapePtr shape, double saturation, const RigidPose& pose 
   if (!(saturation >= 0.0) || !std::isfinite(saturation))
     throw InvalidInput("saturation must be >= 0 [T], got " + std::to_string(saturation));
   if (saturation > 0.0 && !(shape->susceptibility() > 0.0))
-    throw InvalidInput("saturation must be 0 [T] unless susceptibility is > 0, got " + std::to_string(saturation));
+    throw InvalidInput("saturation must be 0 [T] unless susceptibility is > 0, got " +
+                       std::to_string(saturation));
   return {std::move(shape), pose, saturation};
 }
 
 void bind_body(py::module_& m) {
   py::class_<SoftBody> c(m, "SoftBody",
-                         "Linear body at a pose that magnetises in the field it is in; made by the functions soft_... of "
+                         "Linear body at a pose that magnetises in the field it is in; made by the "
+                         "functions soft_... of "
                          "loomstone.magnetics, unchangeable.");
-  c.def_property_readonly("position", [](const SoftBody& b) { return b.pose.position; }, "(3) centre [m]");
+  c.def_property_readonly(
+      "position", [](const SoftBody& b) { return b.pose.position; }, "(3) centre [m]");
   c.def_property_readonly(
       "orientation", [](const SoftBody& b) { return b.pose.orientation; },
       "(4) quaternion (w, x, y, z), own axes to world");
-  c.def_property_readonly("susceptibility", [](const SoftBody& b) { return b.shape->susceptibility(); }, "chi [1]");
-  c.def_property_readonly("saturation", [](const SoftBody& b) { return b.saturation; }, "mu0 M_s [T], 0: none");
+  c.def_property_readonly(
+      "susceptibility", [](const SoftBody& b) { return b.shape->susceptibility(); }, "chi [1]");
+  c.def_property_readonly(
+      "saturation", [](const SoftBody& b) { return b.saturation; }, "mu0 M_s [T], 0: none");
   c.def_property_readonly("volume", [](const SoftBody& b) { return b.shape->volume(); }, "[m^3]");
   c.def(
       "at",
       [](const SoftBody& b, const py::object& position, const py::object& orientation) {
-        const RigidPose pose = checked_pose(as_vector<Vec3>(position, "position"), as_vector<Vec4>(orientation, "orientation"));
+        const RigidPose pose = checked_pose(as_vector<Vec3>(position, "position"),
+                                            as_vector<Vec4>(orientation, "orientation"));
         return SoftBody{b.shape, pose, b.saturation};
       },
       py::arg("position"), py::arg("orientation") = py::make_tuple(1.0, 0.0, 0.0, 0.0),
@@ -47,22 +53,26 @@ void bind_body(py::module_& m) {
         return soft_body(b.shape->with_susceptibility(susceptibility), b.saturation, b.pose);
       },
       py::arg("susceptibility"),
-      "The same body of another susceptibility >= -1 [1]; what was computed for its shape is used again.");
+      "The same body of another susceptibility >= -1 [1]; what was computed for its shape is used "
+      "again.");
   c.def(
       "moved",
       [](const SoftBody& b, const py::object& by) {
-        return SoftBody{b.shape, checked_pose(b.pose.position + as_vector<Vec3>(by, "by"), b.pose.orientation),
-                        b.saturation};
+        return SoftBody{
+            b.shape, checked_pose(b.pose.position + as_vector<Vec3>(by, "by"), b.pose.orientation),
+            b.saturation};
       },
       py::arg("by"), "A copy displaced by (3) [m].");
   c.def(
       "rotated",
       [](const SoftBody& b, const py::object& by) {
         const Vec4 turn = quaternion_from_rotation_vector(as_vector<Vec3>(by, "by"));
-        return SoftBody{b.shape, checked_pose(b.pose.position, quaternion_product(turn, b.pose.orientation)),
+        return SoftBody{b.shape,
+                        checked_pose(b.pose.position, quaternion_product(turn, b.pose.orientation)),
                         b.saturation};
       },
-      py::arg("by"), "A copy turned about its own centre by a rotation vector (3) in world axes [rad].");
+      py::arg("by"),
+      "A copy turned about its own centre by a rotation vector (3) in world axes [rad].");
 }
 
 }  // namespace
@@ -74,45 +84,53 @@ void bind_soft_bodies(py::module_& m) {
       [](double radius, double susceptibility, double saturation, int degree) {
         return soft_body(soft_sphere(radius, susceptibility, degree), saturation);
       },
-      py::kw_only(), py::arg("radius"), py::arg("susceptibility"), py::arg("saturation") = 0.0, py::arg("degree") = 0);
+      py::kw_only(), py::arg("radius"), py::arg("susceptibility"), py::arg("saturation") = 0.0,
+      py::arg("degree") = 0);
   m.def(
       "soft_cuboid",
-      [](const py::object& size, double susceptibility, double saturation, int cells, double focus, int threads) {
+      [](const py::object& size, double susceptibility, double saturation, int cells, double focus,
+         int threads) {
         const Vec3 edges = as_vector<Vec3>(size, "size");
         const Team team = team_of(threads);
         const py::gil_scoped_release release;
         return soft_body(soft_cuboid(team, edges, susceptibility, cells, focus), saturation);
       },
-      py::kw_only(), py::arg("size"), py::arg("susceptibility"), py::arg("saturation") = 0.0, py::arg("cells") = 12,
-      py::arg("focus") = 0.0, py::arg("threads") = 0);
+      py::kw_only(), py::arg("size"), py::arg("susceptibility"), py::arg("saturation") = 0.0,
+      py::arg("cells") = 12, py::arg("focus") = 0.0, py::arg("threads") = 0);
   m.def(
       "soft_cylinder",
-      [](double radius, double height, double susceptibility, double inner_radius, double saturation, int cells, int threads) {
+      [](double radius, double height, double susceptibility, double inner_radius,
+         double saturation, int cells, int threads) {
         const Team team = team_of(threads);
         const py::gil_scoped_release release;
-        return soft_body(soft_cylinder(team, radius, height, inner_radius, susceptibility, cells), saturation);
+        return soft_body(soft_cylinder(team, radius, height, inner_radius, susceptibility, cells),
+                         saturation);
       },
-      py::kw_only(), py::arg("radius"), py::arg("height"), py::arg("susceptibility"), py::arg("inner_radius") = 0.0,
-      py::arg("saturation") = 0.0, py::arg("cells") = 8, py::arg("threads") = 0);
+      py::kw_only(), py::arg("radius"), py::arg("height"), py::arg("susceptibility"),
+      py::arg("inner_radius") = 0.0, py::arg("saturation") = 0.0, py::arg("cells") = 8,
+      py::arg("threads") = 0);
   m.def(
       "soft_mesh",
-      [](const TriangleMesh& mesh, double susceptibility, double saturation, int panels, int threads) {
+      [](const TriangleMesh& mesh, double susceptibility, double saturation, int panels,
+         int threads) {
         const Team team = team_of(threads);
         const py::gil_scoped_release release;
         const SoftMesh made = soft_mesh(team, mesh, susceptibility, panels);
         return soft_body(made.shape, saturation, made.pose);
       },
-      py::arg("mesh"), py::kw_only(), py::arg("susceptibility"), py::arg("saturation") = 0.0, py::arg("panels") = 1500,
-      py::arg("threads") = 0);
+      py::arg("mesh"), py::kw_only(), py::arg("susceptibility"), py::arg("saturation") = 0.0,
+      py::arg("panels") = 1500, py::arg("threads") = 0);
   m.def(
       "induce",
-      [](const std::vector<SoftBody>& soft, const std::vector<MagneticBody>& by, const py::object& field,
-         double tolerance, int threads) {
+      [](const std::vector<SoftBody>& soft, const std::vector<MagneticBody>& by,
+         const py::object& field, double tolerance, int threads) {
         const Vec3 uniform = as_vector<Vec3>(field, "field");
         const Team team = team_of(threads);
         std::vector<std::string> names;
-        for (std::size_t i = 0; i < soft.size(); ++i) names.push_back("soft[" + std::to_string(i) + "]");
-        for (std::size_t i = 0; i < by.size(); ++i) names.push_back("by[" + std::to_string(i) + "]");
+        for (std::size_t i = 0; i < soft.size(); ++i)
+          names.push_back("soft[" + std::to_string(i) + "]");
+        for (std::size_t i = 0; i < by.size(); ++i)
+          names.push_back("by[" + std::to_string(i) + "]");
         Induction result;
         {
           const py::gil_scoped_release release;
@@ -121,11 +139,14 @@ void bind_soft_bodies(py::module_& m) {
         }
         return py::make_tuple(result.bodies, result.residual, result.iterations);
       },
-      py::arg("soft"), py::arg("by"), py::arg("field"), py::arg("tolerance"), py::arg("threads") = 0);
+      py::arg("soft"), py::arg("by"), py::arg("field"), py::arg("tolerance"),
+      py::arg("threads") = 0);
   m.def(
       "explicit_response",
-      [](const SoftBody& body, double density, const std::vector<MagneticBody>& by, const py::object& field) {
-        return explicit_response(body, explicit_cells(*body.shape, density), by, as_vector<Vec3>(field, "field"));
+      [](const SoftBody& body, double density, const std::vector<MagneticBody>& by,
+         const py::object& field) {
+        return explicit_response(body, explicit_cells(*body.shape, density), by,
+                                 as_vector<Vec3>(field, "field"));
       },
       py::arg("body"), py::arg("density"), py::arg("by"), py::arg("field"));
 }

@@ -1,6 +1,7 @@
-// Fit of the camera: every corner of the framing box must project into the picture. In camera coordinates (a right, b up,
-// c into the picture) a point is inside horizontally when |a - eye_a| <= t (c - eye_c), two half-planes of the eye's
-// position; the eye nearest to the scene that satisfies all of them is found in closed form, for each axis alone.
+// Fit of the camera: every corner of the framing box must project into the picture. In camera
+// coordinates (a right, b up, c into the picture) a point is inside horizontally when |a - eye_a|
+// <= t (c - eye_c), two half-planes of the eye's position; the eye nearest to the scene that
+// satisfies all of them is found in closed form, for each axis alone.
 #include "renderer/camera.h"
 
 #include <algorithm>
@@ -11,7 +12,7 @@
 namespace loomstone {
 namespace {
 
-constexpr double margin = 0.92;   // share of the picture the box may fill; our choice
+constexpr double margin = 0.92;  // share of the picture the box may fill; our choice
 constexpr double pi = 3.14159265358979323846;
 
 void include(const Points& positions, Index vertex, Framing& box) {
@@ -24,7 +25,8 @@ void include(const Points& positions, Index vertex, Framing& box) {
 Framing make_framing(const FrameTopology& topology, const Frame& first) {
   const double infinity = std::numeric_limits<double>::infinity();
   Framing box{Vec3::Constant(infinity), Vec3::Constant(-infinity)};
-  for (Index vertex = 0; vertex < first.positions.rows(); ++vertex) include(first.positions, vertex, box);
+  for (Index vertex = 0; vertex < first.positions.rows(); ++vertex)
+    include(first.positions, vertex, box);
   const Framing cloth = box;
   double floor_height = -infinity;
   for (Index vertex = 0; vertex < first.body_positions.rows(); ++vertex) {
@@ -33,13 +35,15 @@ Framing make_framing(const FrameTopology& topology, const Frame& first) {
     else
       include(first.body_positions, vertex, box);
   }
-  if (!(box.low.array() <= box.high.array()).all()) return {Vec3::Constant(-0.5), Vec3::Constant(0.5)};
+  if (!(box.low.array() <= box.high.array()).all())
+    return {Vec3::Constant(-0.5), Vec3::Constant(0.5)};
   if (first.positions.rows() > 0) {
     const double fall = std::max(cloth.high.x() - cloth.low.x(), cloth.high.y() - cloth.low.y());
     const double lowest = std::max(cloth.high.z() - fall, floor_height);
     if (lowest < box.low.z()) box.low.z() = lowest;
   }
-  const double least = std::max(1e-6, 0.02 * (box.high - box.low).norm());   // a flat or empty box still has a size
+  const double least =
+      std::max(1e-6, 0.02 * (box.high - box.low).norm());  // a flat or empty box still has a size
   for (int axis = 0; axis < 3; ++axis) {
     const double missing = std::max(0.0, least - (box.high[axis] - box.low[axis]));
     box.low[axis] -= 0.5 * missing;
@@ -62,12 +66,14 @@ View make_view(const Camera& camera, double aspect, const Framing& framing) {
   view.up = view.right.cross(view.forward);
   view.eye = camera.eye;
   if (camera.fit) {
-    std::array<double, 2> low, high;   // of +-a - t c over the corners, for a horizontal and vertical
+    std::array<double, 2> low,
+        high;  // of +-a - t c over the corners, for a horizontal and vertical
     low.fill(-std::numeric_limits<double>::infinity());
     high = low;
     const std::array<double, 2> tangent = {margin * view.tangent_x, margin * view.tangent_y};
     for (int corner = 0; corner < 8; ++corner) {
-      const Vec3 p(corner & 1 ? framing.high.x() : framing.low.x(), corner & 2 ? framing.high.y() : framing.low.y(),
+      const Vec3 p(corner & 1 ? framing.high.x() : framing.low.x(),
+                   corner & 2 ? framing.high.y() : framing.low.y(),
                    corner & 4 ? framing.high.z() : framing.low.z());
       const std::array<double, 2> across = {p.dot(view.right), p.dot(view.up)};
       for (int axis = 0; axis < 2; ++axis) {
@@ -75,8 +81,10 @@ View make_view(const Camera& camera, double aspect, const Framing& framing) {
         low[axis] = std::max(low[axis], -across[axis] - tangent[axis] * p.dot(view.forward));
       }
     }
-    const double depth = std::min(-(high[0] + low[0]) / (2.0 * tangent[0]), -(high[1] + low[1]) / (2.0 * tangent[1]));
-    view.eye = 0.5 * (high[0] - low[0]) * view.right + 0.5 * (high[1] - low[1]) * view.up + depth * view.forward;
+    const double depth = std::min(-(high[0] + low[0]) / (2.0 * tangent[0]),
+                                  -(high[1] + low[1]) / (2.0 * tangent[1]));
+    view.eye = 0.5 * (high[0] - low[0]) * view.right + 0.5 * (high[1] - low[1]) * view.up +
+               depth * view.forward;
   }
   const double distance = (framing.centre() - view.eye).dot(view.forward);
   view.near_depth = std::max(0.02 * framing.radius(), distance - 8.0 * framing.radius());

@@ -26,7 +26,8 @@ std::string number(double value, int decimals, double span) {
 void fill(Image& image, int left, int top, int width, int height, const Color& color) {
   for (int y = std::max(0, top); y < std::min(image.height, top + height); ++y)
     for (int x = std::max(0, left); x < std::min(image.width, left + width); ++x)
-      std::copy(color.begin(), color.end(), &image.rgb[3 * (static_cast<std::size_t>(y) * image.width + x)]);
+      std::copy(color.begin(), color.end(),
+                &image.rgb[3 * (static_cast<std::size_t>(y) * image.width + x)]);
 }
 
 }  // namespace
@@ -41,7 +42,8 @@ std::vector<ColorBarLabel> color_bar_labels(const ColorRange& range) {
       break;
     }
   const int decimals = std::max(0, static_cast<int>(std::ceil(-std::log10(step) - 1e-9)));
-  const int end_decimals = std::max(decimals, static_cast<int>(std::ceil(-std::log10(span) + 2.0 - 1e-9)));
+  const int end_decimals =
+      std::max(decimals, static_cast<int>(std::ceil(-std::log10(span) + 2.0 - 1e-9)));
   const auto end_text = [&](double value) {
     const bool round = std::abs(value / step - std::round(value / step)) < 1e-6;
     return number(value, round ? decimals : end_decimals, span);
@@ -60,22 +62,27 @@ ColorBarPlace color_bar_place(int image_width, int image_height) {
   const double text = text_height(image_height);
   const int height = std::max(2, static_cast<int>(0.42 * image_height));
   const int width = std::max(2, static_cast<int>(1.25 * text));
-  return {std::max(0, static_cast<int>(image_width - 8.0 * text)), (image_height - height) / 2, width, height};
+  return {std::max(0, static_cast<int>(image_width - 8.0 * text)), (image_height - height) / 2,
+          width, height};
 }
 
-void draw_color_bar(Image& image, const ColorTable& table, const ColorRange& range, const std::string& title) {
+void draw_color_bar(Image& image, const ColorTable& table, const ColorRange& range,
+                    const std::string& title) {
   const ColorBarPlace place = color_bar_place(image.width, image.height);
   const double text = text_height(image.height);
   fill(image, place.left - 1, place.top - 1, place.width + 2, place.height + 2, ink);
   for (int row = 0; row < place.height; ++row) {
-    const double share = place.height > 1 ? 1.0 - static_cast<double>(row) / (place.height - 1) : 0.0;
-    fill(image, place.left, place.top + row, place.width, 1, table[static_cast<std::size_t>(std::lround(255.0 * share))]);
+    const double share =
+        place.height > 1 ? 1.0 - static_cast<double>(row) / (place.height - 1) : 0.0;
+    fill(image, place.left, place.top + row, place.width, 1,
+         table[static_cast<std::size_t>(std::lround(255.0 * share))]);
   }
   const int tick = std::max(2, static_cast<int>(0.35 * text));
   for (const ColorBarLabel& label : color_bar_labels(range)) {
     const double y = place.top + (1.0 - label.share) * (place.height - 1);
     fill(image, place.left + place.width + 1, static_cast<int>(std::lround(y)), tick, 1, ink);
-    draw_text(image, label.text, place.left + place.width + tick + 0.5 * text, y + 0.5 + 0.5 * text, text, ink);
+    draw_text(image, label.text, place.left + place.width + tick + 0.5 * text, y + 0.5 + 0.5 * text,
+              text, ink);
   }
   const double right = image.width - 1.2 * text;
   const double left = std::max(2.0, std::min(place.left - 1.0, right - text_width(title, text)));

@@ -1,5 +1,5 @@
-// The only file that knows OSMesa and EGL. Libraries are opened once and never closed: contexts of several renderers and
-// threads share them.
+// The only file that knows OSMesa and EGL. Libraries are opened once and never closed: contexts of
+// several renderers and threads share them.
 #include "renderer/context.h"
 
 #include <dlfcn.h>
@@ -44,7 +44,8 @@ struct OsMesa {
   OsMesa() {
     void* library = open_first({"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"});
     found = library && look_up(library, "OSMesaCreateContextAttribs", create) &&
-            look_up(library, "OSMesaDestroyContext", destroy) && look_up(library, "OSMesaMakeCurrent", make_current) &&
+            look_up(library, "OSMesaDestroyContext", destroy) &&
+            look_up(library, "OSMesaMakeCurrent", make_current) &&
             look_up(library, "OSMesaGetProcAddress", function);
   }
   static const OsMesa& get() {
@@ -67,15 +68,28 @@ class OsMesaContext final : public Context {
  private:
   std::string name_ = "osmesa";
   OSMesaContext handle_;
-  std::array<unsigned char, 16 * 16 * 4> pixels_{};   // OSMesa wants a picture of its own; we draw into framebuffers
+  std::array<unsigned char, 16 * 16 * 4>
+      pixels_{};  // OSMesa wants a picture of its own; we draw into framebuffers
 };
 
 std::unique_ptr<Context> create_osmesa() {
   const OsMesa& osmesa = OsMesa::get();
   if (!osmesa.found) return nullptr;
-  const int attributes[] = {OSMESA_FORMAT, OSMESA_RGBA, OSMESA_DEPTH_BITS, 0, OSMESA_STENCIL_BITS, 0,
-                            OSMESA_ACCUM_BITS, 0, OSMESA_PROFILE, OSMESA_CORE_PROFILE,
-                            OSMESA_CONTEXT_MAJOR_VERSION, 3, OSMESA_CONTEXT_MINOR_VERSION, 3, 0};
+  const int attributes[] = {OSMESA_FORMAT,
+                            OSMESA_RGBA,
+                            OSMESA_DEPTH_BITS,
+                            0,
+                            OSMESA_STENCIL_BITS,
+                            0,
+                            OSMESA_ACCUM_BITS,
+                            0,
+                            OSMESA_PROFILE,
+                            OSMESA_CORE_PROFILE,
+                            OSMESA_CONTEXT_MAJOR_VERSION,
+                            3,
+                            OSMESA_CONTEXT_MINOR_VERSION,
+                            3,
+                            0};
   OSMesaContext handle = osmesa.create(attributes, nullptr);
   if (!handle) return nullptr;
   return std::make_unique<OsMesaContext>(handle);
@@ -96,8 +110,10 @@ struct Egl {
   Egl() {
     void* library = open_first({"libEGL.so.1", "libEGL.so"});
     if (!library || !look_up(library, "eglGetProcAddress", function) ||
-        !look_up(library, "eglInitialize", initialize) || !look_up(library, "eglBindAPI", bind_api) ||
-        !look_up(library, "eglCreateContext", create) || !look_up(library, "eglDestroyContext", destroy) ||
+        !look_up(library, "eglInitialize", initialize) ||
+        !look_up(library, "eglBindAPI", bind_api) ||
+        !look_up(library, "eglCreateContext", create) ||
+        !look_up(library, "eglDestroyContext", destroy) ||
         !look_up(library, "eglMakeCurrent", make_current))
       return;
     const auto display_of_platform =
@@ -119,9 +135,10 @@ class EglContext final : public Context {
   const std::string& backend() const override { return name_; }
   void make_current() override {
     const Egl& egl = Egl::get();
-    egl.bind_api(EGL_OPENGL_API);   // per thread
+    egl.bind_api(EGL_OPENGL_API);  // per thread
     if (!egl.make_current(egl.display, EGL_NO_SURFACE, EGL_NO_SURFACE, handle_))
-      throw Unsupported("the EGL context could not be made current (is it in use in another thread?)");
+      throw Unsupported(
+          "the EGL context could not be made current (is it in use in another thread?)");
   }
   void release() override {
     Egl::get().make_current(Egl::get().display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
@@ -135,15 +152,24 @@ class EglContext final : public Context {
 std::unique_ptr<Context> create_egl() {
   const Egl& egl = Egl::get();
   if (!egl.found || !egl.bind_api(EGL_OPENGL_API)) return nullptr;
-  const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_CONTEXT_MINOR_VERSION, 3,
-                               EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT, EGL_NONE};
+  const EGLint attributes[] = {EGL_CONTEXT_MAJOR_VERSION,
+                               3,
+                               EGL_CONTEXT_MINOR_VERSION,
+                               3,
+                               EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                               EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+                               EGL_NONE};
   EGLContext handle = egl.create(egl.display, EGLConfig{}, EGL_NO_CONTEXT, attributes);
   if (handle == EGL_NO_CONTEXT) return nullptr;
   return std::make_unique<EglContext>(handle);
 }
 
-GLADapiproc osmesa_function(const char* name) { return reinterpret_cast<GLADapiproc>(OsMesa::get().function(name)); }
-GLADapiproc egl_function(const char* name) { return reinterpret_cast<GLADapiproc>(Egl::get().function(name)); }
+GLADapiproc osmesa_function(const char* name) {
+  return reinterpret_cast<GLADapiproc>(OsMesa::get().function(name));
+}
+GLADapiproc egl_function(const char* name) {
+  return reinterpret_cast<GLADapiproc>(Egl::get().function(name));
+}
 
 }  // namespace
 
@@ -151,15 +177,18 @@ std::unique_ptr<Context> create_context() {
   const char* variable = std::getenv("LOOMSTONE_GL");
   const std::string forced = variable ? variable : "";
   if (!forced.empty() && forced != "osmesa" && forced != "egl")
-    throw InvalidInput("the environment variable LOOMSTONE_GL must be osmesa or egl, got '" + forced + "'; correct or unset it");
+    throw InvalidInput("the environment variable LOOMSTONE_GL must be osmesa or egl, got '" +
+                       forced + "'; correct or unset it");
   std::unique_ptr<Context> context;
   if (forced != "egl") context = create_osmesa();
   if (!context && forced != "osmesa") context = create_egl();
   if (!context)
-    throw Unsupported("rendering needs OpenGL 3.3 without a screen, and " +
-                      (forced.empty() ? std::string("neither OSMesa nor EGL") : forced + " (LOOMSTONE_GL)") +
-                      " could not be loaded; install one of them (Debian: apt-get install libosmesa6, or libegl1 with "
-                      "libegl-mesa0 and libgl1-mesa-dri).");
+    throw Unsupported(
+        "rendering needs OpenGL 3.3 without a screen, and " +
+        (forced.empty() ? std::string("neither OSMesa nor EGL") : forced + " (LOOMSTONE_GL)") +
+        " could not be loaded; install one of them (Debian: apt-get install libosmesa6, or libegl1 "
+        "with "
+        "libegl-mesa0 and libgl1-mesa-dri).");
   return context;
 }
 

@@ -1,5 +1,6 @@
-// A headless OpenGL 3.3 core context: OSMesa, else EGL without a surface. Both are loaded at run time, so a machine that
-// has neither gets a sentence and no link error. The environment variable LOOMSTONE_GL=osmesa|egl forces one.
+// A headless OpenGL 3.3 core context: OSMesa, else EGL without a surface. Both are loaded at run
+// time, so a machine that has neither gets a sentence and no link error. The environment variable
+// LOOMSTONE_GL=osmesa|egl forces one.
 #pragma once
 
 #include <memory>
@@ -12,9 +13,9 @@ namespace loomstone {
 class Context {
  public:
   virtual ~Context() = default;
-  virtual const std::string& backend() const = 0;   // "osmesa" | "egl"
+  virtual const std::string& backend() const = 0;  // "osmesa" | "egl"
   virtual void make_current() = 0;
-  virtual void release() = 0;                        // no context is current in this thread afterwards
+  virtual void release() = 0;  // no context is current in this thread afterwards
 };
 
 // Throws Unsupported naming what was tried and which packages help.

@@ -28,9 +28,13 @@ void main() {
 }  // namespace
 
 DepthPass::DepthPass(const GL& gl, int width, int height)
-    : gl_(&gl), width_(width), height_(height), program_(gl, "depth", vertex_shader, fragment_shader),
+    : gl_(&gl),
+      width_(width),
+      height_(height),
+      program_(gl, "depth", vertex_shader, fragment_shader),
       surface_(make_texture(gl, GL_RGBA32F, width, height)),
-      depth_(make_renderbuffer(gl, GL_DEPTH_COMPONENT24, width, height, 1)), framebuffer_(make_framebuffer(gl)) {
+      depth_(make_renderbuffer(gl, GL_DEPTH_COMPONENT24, width, height, 1)),
+      framebuffer_(make_framebuffer(gl)) {
   gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
   gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, surface_.name(), 0);
   gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth_.name());
@@ -49,7 +53,7 @@ void DepthPass::draw(const View& view, const MeshBuffers& cloth, const MeshBuffe
   program_.set("projection", view.projection());
   cloth.draw();
   bodies.draw();
-  gl_->Enable(GL_CULL_FACE);   // a floor seen from below hides nothing
+  gl_->Enable(GL_CULL_FACE);  // a floor seen from below hides nothing
   for (const SquareBuffers* floor : floors) floor->draw();
   gl_->Disable(GL_CULL_FACE);
 }

@@ -8,10 +8,12 @@ namespace loomstone {
 
 class DepthPass {
  public:
-  DepthPass(const GL& gl, int width, int height);   // of this pass
+  DepthPass(const GL& gl, int width, int height);  // of this pass
   void draw(const View& view, const MeshBuffers& cloth, const MeshBuffers& bodies,
             const std::vector<const SquareBuffers*>& floors) const;
-  GLuint surface() const { return surface_.name(); }   // xyz: unit normal in eye space, w: depth [m], 0 where nothing is
+  GLuint surface() const {
+    return surface_.name();
+  }  // xyz: unit normal in eye space, w: depth [m], 0 where nothing is
   int width() const { return width_; }
   int height() const { return height_; }
 

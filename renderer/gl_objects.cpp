@@ -33,12 +33,13 @@ GlObject make_vertex_array(const GL& gl) {
   return {gl, name, [](const GL& g, GLuint n) { g.DeleteVertexArrays(1, &n); }};
 }
 
-GlObject make_texture(const GL& gl, GLenum format, int width, int height, GLenum filter, const void* pixels,
-                      GLenum pixel_format, GLenum pixel_type) {
+GlObject make_texture(const GL& gl, GLenum format, int width, int height, GLenum filter,
+                      const void* pixels, GLenum pixel_format, GLenum pixel_type) {
   GLuint name = 0;
   gl.GenTextures(1, &name);
   gl.BindTexture(GL_TEXTURE_2D, name);
-  gl.TexImage2D(GL_TEXTURE_2D, 0, static_cast<GLint>(format), width, height, 0, pixel_format, pixel_type, pixels);
+  gl.TexImage2D(GL_TEXTURE_2D, 0, static_cast<GLint>(format), width, height, 0, pixel_format,
+                pixel_type, pixels);
   gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, static_cast<GLint>(filter));
   gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, static_cast<GLint>(filter));
   gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
@@ -51,7 +52,8 @@ GlObject make_renderbuffer(const GL& gl, GLenum format, int width, int height, i
   GLuint name = 0;
   gl.GenRenderbuffers(1, &name);
   gl.BindRenderbuffer(GL_RENDERBUFFER, name);
-  gl.RenderbufferStorageMultisample(GL_RENDERBUFFER, samples > 1 ? samples : 0, format, width, height);
+  gl.RenderbufferStorageMultisample(GL_RENDERBUFFER, samples > 1 ? samples : 0, format, width,
+                                    height);
   return {gl, name, [](const GL& g, GLuint n) { g.DeleteRenderbuffers(1, &n); }};
 }
 
@@ -81,7 +83,8 @@ GLuint compile(const GL& gl, const std::string& name, GLenum stage, const std::s
 
 }  // namespace
 
-Program::Program(const GL& gl, const std::string& name, const std::string& vertex, const std::string& fragment)
+Program::Program(const GL& gl, const std::string& name, const std::string& vertex,
+                 const std::string& fragment)
     : gl_(&gl), object_(gl, gl.CreateProgram(), [](const GL& g, GLuint n) { g.DeleteProgram(n); }) {
   const GLuint first = compile(gl, name, GL_VERTEX_SHADER, vertex);
   const GLuint second = compile(gl, name, GL_FRAGMENT_SHADER, fragment);
@@ -126,8 +129,8 @@ void Program::set_texture(const char* name, int unit, GLuint texture) const {
 void check_framebuffer(const GL& gl, const char* what) {
   const GLenum status = gl.CheckFramebufferStatus(GL_FRAMEBUFFER);
   if (status != GL_FRAMEBUFFER_COMPLETE)
-    throw Unsupported(std::string("this OpenGL cannot draw into the framebuffer of the ") + what + " (status " +
-                      std::to_string(status) + ")");
+    throw Unsupported(std::string("this OpenGL cannot draw into the framebuffer of the ") + what +
+                      " (status " + std::to_string(status) + ")");
 }
 
 }  // namespace loomstone

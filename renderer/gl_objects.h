@@ -1,4 +1,5 @@
-// OpenGL objects that end with their owner. All need their context current, also when they are destroyed.
+// OpenGL objects that end with their owner. All need their context current, also when they are
+// destroyed.
 #pragma once
 
 #include <string>
@@ -33,15 +34,18 @@ class GlObject {
 GlObject make_buffer(const GL& gl);
 GlObject make_vertex_array(const GL& gl);
 // No mipmaps, clamped to the edge; `filter` GL_NEAREST or GL_LINEAR.
-GlObject make_texture(const GL& gl, GLenum format, int width, int height, GLenum filter = GL_NEAREST,
-                      const void* pixels = nullptr, GLenum pixel_format = GL_RGBA, GLenum pixel_type = GL_FLOAT);
+GlObject make_texture(const GL& gl, GLenum format, int width, int height,
+                      GLenum filter = GL_NEAREST, const void* pixels = nullptr,
+                      GLenum pixel_format = GL_RGBA, GLenum pixel_type = GL_FLOAT);
 GlObject make_renderbuffer(const GL& gl, GLenum format, int width, int height, int samples);
 GlObject make_framebuffer(const GL& gl);
 
-// Compiled and linked; a failure is our own mistake and is thrown as Unsupported with the compiler's words.
+// Compiled and linked; a failure is our own mistake and is thrown as Unsupported with the
+// compiler's words.
 class Program {
  public:
-  Program(const GL& gl, const std::string& name, const std::string& vertex, const std::string& fragment);
+  Program(const GL& gl, const std::string& name, const std::string& vertex,
+          const std::string& fragment);
   void use() const { gl_->UseProgram(object_.name()); }
   // The program must be in use. A uniform that the compiler dropped is no error.
   void set(const char* name, int value) const;

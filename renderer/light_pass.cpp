@@ -1,8 +1,9 @@
-// Soft shadows: the mean depth of what blocks the light near a point tells the width of its half shadow, over which the
-// shadow map is then averaged (R. Fernando, "Percentage-closer soft shadows", 2005). Ambient occlusion: the sum over
-// neighbours of how far they stand above the point's plane (M. McGuire, M. Mara, D. Luebke, "Scalable ambient
-// obscurance", 2012). Both take few samples, turned by a 4 x 4 pattern of angles, and a blur four pixels wide that
-// averages exactly over that pattern without crossing edges in depth.
+// Soft shadows: the mean depth of what blocks the light near a point tells the width of its half
+// shadow, over which the shadow map is then averaged (R. Fernando, "Percentage-closer soft
+// shadows", 2005). Ambient occlusion: the sum over neighbours of how far they stand above the
+// point's plane (M. McGuire, M. Mara, D. Luebke, "Scalable ambient obscurance", 2012). Both take
+// few samples, turned by a 4 x 4 pattern of angles, and a blur four pixels wide that averages
+// exactly over that pattern without crossing edges in depth.
 #include "renderer/light_pass.h"
 
 namespace loomstone {
@@ -126,10 +127,16 @@ void main() {
 }  // namespace
 
 LightPass::LightPass(const GL& gl, int width, int height)
-    : gl_(&gl), width_(width), height_(height), light_program_(gl, "light", whole_picture, light_fragment_shader),
-      blur_program_(gl, "blur", whole_picture, blur_fragment_shader), first_(make_texture(gl, GL_RGBA32F, width, height)),
-      second_(make_texture(gl, GL_RGBA32F, width, height)), first_framebuffer_(make_framebuffer(gl)),
-      second_framebuffer_(make_framebuffer(gl)), empty_(make_vertex_array(gl)) {
+    : gl_(&gl),
+      width_(width),
+      height_(height),
+      light_program_(gl, "light", whole_picture, light_fragment_shader),
+      blur_program_(gl, "blur", whole_picture, blur_fragment_shader),
+      first_(make_texture(gl, GL_RGBA32F, width, height)),
+      second_(make_texture(gl, GL_RGBA32F, width, height)),
+      first_framebuffer_(make_framebuffer(gl)),
+      second_framebuffer_(make_framebuffer(gl)),
+      empty_(make_vertex_array(gl)) {
   gl.BindFramebuffer(GL_FRAMEBUFFER, first_framebuffer_.name());
   gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, first_.name(), 0);
   check_framebuffer(gl, "light pass");
@@ -138,8 +145,8 @@ LightPass::LightPass(const GL& gl, int width, int height)
   check_framebuffer(gl, "light pass");
 }
 
-void LightPass::draw(const View& view, const LightView& light, const LightPassOptions& options, const DepthPass& depth,
-                     const ShadowPass& shadow) const {
+void LightPass::draw(const View& view, const LightView& light, const LightPassOptions& options,
+                     const DepthPass& depth, const ShadowPass& shadow) const {
   const Float4x4 to_eye = view.view();
   gl_->BindVertexArray(empty_.name());
   gl_->Viewport(0, 0, width_, height_);
@@ -150,9 +157,12 @@ void LightPass::draw(const View& view, const LightView& light, const LightPassOp
   light_program_.set_texture("surface", 0, depth.surface());
   light_program_.set_texture("shadow_map", 1, shadow.depth());
   light_program_.set("light_from_eye", Float4x4(light.matrix * to_eye.inverse()));
-  light_program_.set("towards_light", Eigen::Vector3f(to_eye.topLeftCorner<3, 3>() * light.towards));
-  light_program_.set("tangent", Eigen::Vector2f(static_cast<float>(view.tangent_x), static_cast<float>(view.tangent_y)));
-  light_program_.set("size", Eigen::Vector2f(static_cast<float>(width_), static_cast<float>(height_)));
+  light_program_.set("towards_light",
+                     Eigen::Vector3f(to_eye.topLeftCorner<3, 3>() * light.towards));
+  light_program_.set("tangent", Eigen::Vector2f(static_cast<float>(view.tangent_x),
+                                                static_cast<float>(view.tangent_y)));
+  light_program_.set("size",
+                     Eigen::Vector2f(static_cast<float>(width_), static_cast<float>(height_)));
   light_program_.set("scale", static_cast<float>(options.scale));
   light_program_.set("light_radius", light.radius);
   light_program_.set("with_shadows", options.shadows ? 1 : 0);

@@ -1,4 +1,5 @@
-// Third pass, half size: how much of the light and how much of the surroundings each point sees, then smoothed.
+// Third pass, half size: how much of the light and how much of the surroundings each point sees,
+// then smoothed.
 #pragma once
 
 #include "renderer/depth_pass.h"
@@ -8,15 +9,17 @@ namespace loomstone {
 
 struct LightPassOptions {
   bool shadows, ambient_occlusion;
-  double scale;   // radius of the scene [m]
+  double scale;  // radius of the scene [m]
 };
 
 class LightPass {
  public:
   LightPass(const GL& gl, int width, int height);
-  void draw(const View& view, const LightView& light, const LightPassOptions& options, const DepthPass& depth,
-            const ShadowPass& shadow) const;
-  GLuint result() const { return first_.name(); }   // x: light seen, y: surroundings seen, z: depth [m], 0 where nothing is
+  void draw(const View& view, const LightView& light, const LightPassOptions& options,
+            const DepthPass& depth, const ShadowPass& shadow) const;
+  GLuint result() const {
+    return first_.name();
+  }  // x: light seen, y: surroundings seen, z: depth [m], 0 where nothing is
 
  private:
   const GL* gl_;

@@ -11,12 +11,13 @@
 namespace loomstone {
 namespace {
 
-constexpr int floats_per_vertex = 10;   // position 3, normal 3, uv 2, values 2
+constexpr int floats_per_vertex = 10;  // position 3, normal 3, uv 2, values 2
 
-// Rows of triangles ordered by part, and where each part begins. Parts that `keep` refuses get no rows.
+// Rows of triangles ordered by part, and where each part begins. Parts that `keep` refuses get no
+// rows.
 template <class Keep>
-std::vector<Index> rows_by_part(const std::vector<Index>& part_of_triangle, Index n_parts, Keep keep,
-                                std::vector<Index>& first_of_part) {
+std::vector<Index> rows_by_part(const std::vector<Index>& part_of_triangle, Index n_parts,
+                                Keep keep, std::vector<Index>& first_of_part) {
   first_of_part.assign(n_parts + 1, 0);
   for (Index part : part_of_triangle)
     if (keep(part)) ++first_of_part[part + 1];
@@ -33,10 +34,13 @@ Vec3 unit_or(const Vec3& a, const Vec3& otherwise) {
   return length > 0.0 ? Vec3(a / length) : otherwise;
 }
 
-// Groups of corners around each vertex, joined over edges whose two triangles nearly agree in direction.
+// Groups of corners around each vertex, joined over edges whose two triangles nearly agree in
+// direction.
 class CornerGroups {
  public:
-  explicit CornerGroups(Index n_corners) : parent_(n_corners) { std::iota(parent_.begin(), parent_.end(), 0); }
+  explicit CornerGroups(Index n_corners) : parent_(n_corners) {
+    std::iota(parent_.begin(), parent_.end(), 0);
+  }
   Index root(Index corner) {
     while (parent_[corner] != corner) corner = parent_[corner] = parent_[parent_[corner]];
     return corner;
@@ -52,8 +56,8 @@ class CornerGroups {
 DrawnMesh drawn_cloth(const FrameTopology& topology) {
   DrawnMesh mesh;
   const Index n_cloths = static_cast<Index>(topology.cloth_names.size());
-  const std::vector<Index> rows =
-      rows_by_part(topology.cloth_of_triangle, n_cloths, [](Index) { return true; }, mesh.first_of_part);
+  const std::vector<Index> rows = rows_by_part(
+      topology.cloth_of_triangle, n_cloths, [](Index) { return true; }, mesh.first_of_part);
   std::map<std::tuple<Index, double, double>, Index> drawn;
   mesh.triangles.resize(static_cast<Index>(rows.size()), 3);
   for (Index i = 0; i < mesh.triangles.rows(); ++i) {
@@ -78,13 +82,14 @@ DrawnMesh drawn_bodies(const FrameTopology& topology, const Points& x, double cr
   DrawnMesh mesh;
   const Index n_bodies = static_cast<Index>(topology.body_names.size());
   const std::vector<Index> rows = rows_by_part(
-      topology.body_of_triangle, n_bodies, [&](Index body) { return !topology.body_is_floor[body]; },
-      mesh.first_of_part);
+      topology.body_of_triangle, n_bodies,
+      [&](Index body) { return !topology.body_is_floor[body]; }, mesh.first_of_part);
   const Index n = static_cast<Index>(rows.size());
 
   const double cosine = std::cos(crease_degrees * 3.14159265358979323846 / 180.0);
   Points normal(n, 3);
-  std::map<std::pair<Index, Index>, std::pair<Index, int>> edge_seen;   // to triangle and corner before the edge
+  std::map<std::pair<Index, Index>, std::pair<Index, int>>
+      edge_seen;  // to triangle and corner before the edge
   CornerGroups groups(3 * n);
   for (Index i = 0; i < n; ++i) {
     const auto triangle = topology.body_triangles.row(rows[i]);
@@ -96,14 +101,15 @@ DrawnMesh drawn_bodies(const FrameTopology& topology, const Points& x, double cr
       if (fresh) continue;
       const auto [other, other_corner] = place->second;
       if (normal.row(i).dot(normal.row(other)) < cosine) continue;
-      const Index other_from = 3 * other + other_corner, other_to = 3 * other + (other_corner + 1) % 3;
+      const Index other_from = 3 * other + other_corner,
+                  other_to = 3 * other + (other_corner + 1) % 3;
       const bool same_way = topology.body_triangles(rows[other], other_corner) == from;
       groups.join(3 * i + corner, same_way ? other_from : other_to);
       groups.join(3 * i + (corner + 1) % 3, same_way ? other_to : other_from);
     }
   }
 
-  std::map<Index, Index> drawn;   // by the root of the corner's group
+  std::map<Index, Index> drawn;  // by the root of the corner's group
   mesh.triangles.resize(n, 3);
   for (Index i = 0; i < n; ++i) {
     for (int corner = 0; corner < 3; ++corner) {
@@ -111,7 +117,8 @@ DrawnMesh drawn_bodies(const FrameTopology& topology, const Points& x, double cr
           drawn.try_emplace(groups.root(3 * i + corner), static_cast<Index>(mesh.vertex.size()));
       if (fresh) {
         mesh.vertex.push_back(topology.body_triangles(rows[i], corner));
-        mesh.uv.push_back(Eigen::Vector2f(static_cast<float>(topology.body_of_triangle[rows[i]]), 0.0f));
+        mesh.uv.push_back(
+            Eigen::Vector2f(static_cast<float>(topology.body_of_triangle[rows[i]]), 0.0f));
       }
       mesh.triangles(i, corner) = place->second;
     }
@@ -127,7 +134,8 @@ Points shading_normals(const DrawnMesh& mesh, const Points& positions) {
   for (Index i = 0; i < mesh.triangles.rows(); ++i) {
     Vec3 side[3];
     for (int corner = 0; corner < 3; ++corner) {
-      const Index from = mesh.vertex[mesh.triangles(i, corner)], to = mesh.vertex[mesh.triangles(i, (corner + 1) % 3)];
+      const Index from = mesh.vertex[mesh.triangles(i, corner)],
+                  to = mesh.vertex[mesh.triangles(i, (corner + 1) % 3)];
       side[corner] = positions.row(to) - positions.row(from);
     }
     const Vec3 normal = unit_or(side[0].cross(side[1]), Vec3::Zero());
@@ -161,8 +169,12 @@ void describe_vertices(const GL& gl) {
 }  // namespace
 
 MeshBuffers::MeshBuffers(const GL& gl, const DrawnMesh& mesh, bool with_edges)
-    : gl_(&gl), mesh_(mesh), vertex_array_(make_vertex_array(gl)), vertices_(make_buffer(gl)),
-      indices_(make_buffer(gl)), edges_(make_buffer(gl)) {
+    : gl_(&gl),
+      mesh_(mesh),
+      vertex_array_(make_vertex_array(gl)),
+      vertices_(make_buffer(gl)),
+      indices_(make_buffer(gl)),
+      edges_(make_buffer(gl)) {
   gl.BindVertexArray(vertex_array_.name());
   gl.BindBuffer(GL_ARRAY_BUFFER, vertices_.name());
   describe_vertices(gl);
@@ -170,16 +182,18 @@ MeshBuffers::MeshBuffers(const GL& gl, const DrawnMesh& mesh, bool with_edges)
     std::vector<std::pair<Index, Index>> edges;
     for (Index i = 0; i < mesh.triangles.rows(); ++i)
       for (int corner = 0; corner < 3; ++corner)
-        edges.push_back(std::minmax({mesh.triangles(i, corner), mesh.triangles(i, (corner + 1) % 3)}));
+        edges.push_back(
+            std::minmax({mesh.triangles(i, corner), mesh.triangles(i, (corner + 1) % 3)}));
     std::sort(edges.begin(), edges.end());
     edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
     n_edge_indices_ = static_cast<GLsizei>(2 * edges.size());
     gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, edges_.name());
-    gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(edges.size() * sizeof(edges[0])), edges.data(),
-                  GL_STATIC_DRAW);
+    gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(edges.size() * sizeof(edges[0])),
+                  edges.data(), GL_STATIC_DRAW);
   }
   gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_.name());
-  gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(mesh.triangles.size() * sizeof(Index)),
+  gl.BufferData(GL_ELEMENT_ARRAY_BUFFER,
+                static_cast<GLsizeiptr>(mesh.triangles.size() * sizeof(Index)),
                 mesh.triangles.data(), GL_STATIC_DRAW);
 }
 
@@ -199,15 +213,16 @@ void MeshBuffers::update(const Points& positions, const Vector& values, const Ve
     out[9] = others.size() > 0 ? static_cast<float>(others[vertex]) : 0.0f;
   }
   gl_->BindBuffer(GL_ARRAY_BUFFER, vertices_.name());
-  gl_->BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(floats_.size() * sizeof(float)), floats_.data(),
-                  GL_STREAM_DRAW);
+  gl_->BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(floats_.size() * sizeof(float)),
+                  floats_.data(), GL_STREAM_DRAW);
 }
 
 void MeshBuffers::draw() const {
   if (mesh_.triangles.rows() == 0) return;
   gl_->BindVertexArray(vertex_array_.name());
   gl_->BindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_.name());
-  gl_->DrawElements(GL_TRIANGLES, static_cast<GLsizei>(mesh_.triangles.size()), GL_UNSIGNED_INT, nullptr);
+  gl_->DrawElements(GL_TRIANGLES, static_cast<GLsizei>(mesh_.triangles.size()), GL_UNSIGNED_INT,
+                    nullptr);
 }
 
 void MeshBuffers::draw_part(Index part) const {
@@ -215,8 +230,9 @@ void MeshBuffers::draw_part(Index part) const {
   if (count == 0) return;
   gl_->BindVertexArray(vertex_array_.name());
   gl_->BindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_.name());
-  gl_->DrawElements(GL_TRIANGLES, 3 * count, GL_UNSIGNED_INT,
-                    reinterpret_cast<const void*>(static_cast<std::size_t>(first) * 3 * sizeof(Index)));
+  gl_->DrawElements(
+      GL_TRIANGLES, 3 * count, GL_UNSIGNED_INT,
+      reinterpret_cast<const void*>(static_cast<std::size_t>(first) * 3 * sizeof(Index)));
 }
 
 void MeshBuffers::draw_edges() const {
@@ -233,16 +249,18 @@ SquareBuffers::SquareBuffers(const GL& gl)
   describe_vertices(gl);
 }
 
-void SquareBuffers::update(const Vec3& centre, const Vec3& side_a, const Vec3& side_b, const Vec3& normal) {
+void SquareBuffers::update(const Vec3& centre, const Vec3& side_a, const Vec3& side_b,
+                           const Vec3& normal) {
   std::vector<float> floats;
   for (const auto& [a, b] : {std::pair{-1.0, -1.0}, {1.0, -1.0}, {-1.0, 1.0}, {1.0, 1.0}}) {
     const Vec3 corner = centre + a * side_a + b * side_b;
-    for (double value : {corner.x(), corner.y(), corner.z(), normal.x(), normal.y(), normal.z(), a, b, 0.0, 0.0})
+    for (double value :
+         {corner.x(), corner.y(), corner.z(), normal.x(), normal.y(), normal.z(), a, b, 0.0, 0.0})
       floats.push_back(static_cast<float>(value));
   }
   gl_->BindBuffer(GL_ARRAY_BUFFER, vertices_.name());
-  gl_->BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(floats.size() * sizeof(float)), floats.data(),
-                  GL_STREAM_DRAW);
+  gl_->BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(floats.size() * sizeof(float)),
+                  floats.data(), GL_STREAM_DRAW);
 }
 
 void SquareBuffers::draw() const {

@@ -1,5 +1,5 @@
-// PNG files by libpng's simplified interface, fast compression: on pictures of this kind a third of the default's time for
-// a tenth more bytes.
+// PNG files by libpng's simplified interface, fast compression: on pictures of this kind a third of
+// the default's time for a tenth more bytes.
 #include <unistd.h>
 
 #include <cstdio>
@@ -15,9 +15,11 @@ namespace loomstone {
 
 void write_png(const std::string& path, const Image& image) {
   if (image.width < 1 || image.height < 1 ||
-      image.rgb.size() != 3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height))
-    throw InvalidInput("an image must have 3 bytes for each of its " + std::to_string(image.width) + " x " +
-                       std::to_string(image.height) + " pixels, got " + std::to_string(image.rgb.size()));
+      image.rgb.size() !=
+          3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height))
+    throw InvalidInput("an image must have 3 bytes for each of its " + std::to_string(image.width) +
+                       " x " + std::to_string(image.height) + " pixels, got " +
+                       std::to_string(image.rgb.size()));
   png_image header{};
   header.version = PNG_IMAGE_VERSION;
   header.width = static_cast<png_uint_32>(image.width);
@@ -26,7 +28,8 @@ void write_png(const std::string& path, const Image& image) {
   header.flags = PNG_IMAGE_FLAG_FAST;
   // Never half a file under its final name.
   const std::string unfinished = path + ".part" + std::to_string(getpid());
-  const bool written = png_image_write_to_file(&header, unfinished.c_str(), 0, image.rgb.data(), 0, nullptr) != 0;
+  const bool written =
+      png_image_write_to_file(&header, unfinished.c_str(), 0, image.rgb.data(), 0, nullptr) != 0;
   std::error_code error;
   if (written) std::filesystem::rename(unfinished, path, error);
   if (!written || error) {

@@ -44,7 +44,8 @@ Plane floor_plane(const FrameTopology& topology, const Points& x, Index body) {
   double count = 0.0;
   for (Index row = 0; row < topology.body_triangles.rows(); ++row) {
     if (topology.body_of_triangle[row] != body) continue;
-    const Vec3 a = x.row(topology.body_triangles(row, 0)), b = x.row(topology.body_triangles(row, 1)),
+    const Vec3 a = x.row(topology.body_triangles(row, 0)),
+               b = x.row(topology.body_triangles(row, 1)),
                c = x.row(topology.body_triangles(row, 2));
     normal += (b - a).cross(c - a);
     sum += a + b + c;
@@ -90,10 +91,13 @@ class Reach {
   }
   Rectangle rectangle() const {
     const auto pixel = [](double at, int size, int extra) {
-      return static_cast<int>(std::clamp((0.5 * at + 0.5) * size + extra, 0.0, static_cast<double>(size)));
+      return static_cast<int>(
+          std::clamp((0.5 * at + 0.5) * size + extra, 0.0, static_cast<double>(size)));
     };
-    const int left = pixel(low_.x(), width_, -2), bottom = pixel(low_.y(), height_, -2);   // 2: lines and rounding
-    return {left, bottom, pixel(high_.x(), width_, 3) - left, pixel(high_.y(), height_, 3) - bottom};
+    const int left = pixel(low_.x(), width_, -2),
+              bottom = pixel(low_.y(), height_, -2);  // 2: lines and rounding
+    return {left, bottom, pixel(high_.x(), width_, 3) - left,
+            pixel(high_.y(), height_, 3) - bottom};
   }
 
  private:
@@ -111,10 +115,10 @@ struct Renderer::Data {
   GL gl{};
   std::vector<double> pattern_size;
   ColorTable table;
-  std::optional<Framing> framing;   // this and the next from the first frame
-  Points first_bodies;              // (nb x 3) [m]
+  std::optional<Framing> framing;  // this and the next from the first frame
+  Points first_bodies;             // (nb x 3) [m]
   std::optional<MeshBuffers> bodies;
-  bool with_curves = false;         // `bodies` holds the curves of a picture as well
+  bool with_curves = false;  // `bodies` holds the curves of a picture as well
 
   // OpenGL objects: made and ended while the context is current.
   struct Passes {
@@ -128,16 +132,19 @@ struct Renderer::Data {
   std::optional<Passes> passes;
 
   void fit(const Frame& first);
-  Image draw_row(const Frame& frame, const std::string& color_by, const Curves* curves, const ColorRange* shown);
-  void draw(const Frame& frame, const std::array<Vector, 2>& values, const SurfaceOptions& look, const Curves* curves);
+  Image draw_row(const Frame& frame, const std::string& color_by, const Curves* curves,
+                 const ColorRange* shown);
+  void draw(const Frame& frame, const std::array<Vector, 2>& values, const SurfaceOptions& look,
+            const Curves* curves);
   void place_bodies(const Frame& frame, const Curves* curves);
   std::vector<double> middles(const Frame& frame, const View& view) const;
   std::vector<const SquareBuffers*> place_floors(const Frame& frame);
 };
 
-Renderer::Renderer(const FrameTopology& topology, const RenderOptions& options) : data_(std::make_unique<Data>()) {
+Renderer::Renderer(const FrameTopology& topology, const RenderOptions& options)
+    : data_(std::make_unique<Data>()) {
   check_topology(topology);
-  check_options(options, 8, 16384);   // what no machine could draw, before OpenGL is asked for
+  check_options(options, 8, 16384);  // what no machine could draw, before OpenGL is asked for
   check_hidden(topology, options);
   Data& d = *data_;
   d.topology = shown(topology, options);
@@ -152,9 +159,12 @@ Renderer::Renderer(const FrameTopology& topology, const RenderOptions& options) 
   d.pattern_size = pattern_sizes(topology);
   d.table = color_table(options.color_map);
   const int w = options.width, h = options.height, half_w = (w + 1) / 2, half_h = (h + 1) / 2;
-  d.passes.emplace(Data::Passes{MeshBuffers(d.gl, drawn_cloth(topology), options.wireframe), ShadowPass(d.gl),
-                                DepthPass(d.gl, half_w, half_h), LightPass(d.gl, half_w, half_h),
-                                SurfacePass(d.gl, w, h, options.samples, d.table), {}});
+  d.passes.emplace(Data::Passes{MeshBuffers(d.gl, drawn_cloth(topology), options.wireframe),
+                                ShadowPass(d.gl),
+                                DepthPass(d.gl, half_w, half_h),
+                                LightPass(d.gl, half_w, half_h),
+                                SurfacePass(d.gl, w, h, options.samples, d.table),
+                                {}});
   if (options.floor)
     for (std::uint8_t is_floor : d.topology.body_is_floor)
       if (is_floor) d.passes->floors.emplace_back(d.gl);
@@ -171,14 +181,15 @@ const std::string& Renderer::backend() const { return data_->context->backend();
 std::vector<const SquareBuffers*> Renderer::Data::place_floors(const Frame& frame) {
   std::vector<const SquareBuffers*> placed;
   if (!options.floor) return placed;
-  const double reach = 6.0 * framing->radius();   // the floor shader counts on 6
+  const double reach = 6.0 * framing->radius();  // the floor shader counts on 6
   std::size_t next = 0;
   for (std::size_t body = 0; body < topology.body_is_floor.size(); ++body) {
     if (!topology.body_is_floor[body]) continue;
     SquareBuffers& square = passes->floors[next++];
     const Plane plane = floor_plane(topology, frame.body_positions, static_cast<Index>(body));
     if (plane.normal.norm() == 0.0) continue;
-    const Vec3 centre = framing->centre() - plane.normal.dot(framing->centre() - plane.point) * plane.normal;
+    const Vec3 centre =
+        framing->centre() - plane.normal.dot(framing->centre() - plane.point) * plane.normal;
     const Vec3 aside = std::abs(plane.normal.x()) < 0.9 ? Vec3::UnitX() : Vec3::UnitY();
     const Vec3 b = plane.normal.cross(aside).normalized(), a = b.cross(plane.normal);
     square.update(centre, reach * a, reach * b, plane.normal);
@@ -190,7 +201,8 @@ std::vector<const SquareBuffers*> Renderer::Data::place_floors(const Frame& fram
 // Curves differ from frame to frame, so that buffers with them serve one picture.
 void Renderer::Data::place_bodies(const Frame& frame, const Curves* curves) {
   if (curves) {
-    const BodiesAndTubes all = bodies_and_tubes(topology, first_bodies, frame.body_positions, *curves);
+    const BodiesAndTubes all =
+        bodies_and_tubes(topology, first_bodies, frame.body_positions, *curves);
     bodies.emplace(gl, all.mesh, false);
     bodies->update(all.positions, all.values, Vector());
     with_curves = true;
@@ -198,8 +210,9 @@ void Renderer::Data::place_bodies(const Frame& frame, const Curves* curves) {
   }
   if (!bodies || with_curves) bodies.emplace(gl, drawn_bodies(topology, first_bodies), false);
   with_curves = false;
-  bodies->update(frame.body_positions, Eigen::Map<const Vector>(topology.body_pole.data(),
-                                                                static_cast<Index>(topology.body_pole.size())),
+  bodies->update(frame.body_positions,
+                 Eigen::Map<const Vector>(topology.body_pole.data(),
+                                          static_cast<Index>(topology.body_pole.size())),
                  Vector());
 }
 
@@ -221,42 +234,47 @@ std::vector<double> Renderer::Data::middles(const Frame& frame, const View& view
   return low;
 }
 
-void Renderer::Data::draw(const Frame& frame, const std::array<Vector, 2>& values, const SurfaceOptions& look,
-                          const Curves* curves) {
+void Renderer::Data::draw(const Frame& frame, const std::array<Vector, 2>& values,
+                          const SurfaceOptions& look, const Curves* curves) {
   passes->cloth.update(frame.positions, values[0], values[1]);
   place_bodies(frame, curves);
   const std::vector<const SquareBuffers*> floors = place_floors(frame);
 
-  const View view = make_view(options.camera, static_cast<double>(options.width) / options.height, *framing);
-  Vec3 low = framing->centre(), high = low;   // of what casts shadows
+  const View view =
+      make_view(options.camera, static_cast<double>(options.width) / options.height, *framing);
+  Vec3 low = framing->centre(), high = low;  // of what casts shadows
   Reach reach(view, options.width, options.height);
   const auto include = [&](const Vec3& p) {
     low = low.cwiseMin(p);
     high = high.cwiseMax(p);
     reach.include(p);
   };
-  for (Index vertex = 0; vertex < frame.positions.rows(); ++vertex) include(frame.positions.row(vertex));
+  for (Index vertex = 0; vertex < frame.positions.rows(); ++vertex)
+    include(frame.positions.row(vertex));
   for (Index vertex = 0; vertex < frame.body_positions.rows(); ++vertex)
-    if (!topology.body_is_floor[topology.body_of_vertex[vertex]]) include(frame.body_positions.row(vertex));
+    if (!topology.body_is_floor[topology.body_of_vertex[vertex]])
+      include(frame.body_positions.row(vertex));
   for (Index i = 0; curves && i < curves->points.rows(); ++i) include(curves->points.row(i));
 
   const LightView light = make_light_view(options.light_direction, low, high);
   if (options.shadows) passes->shadow.draw(light, passes->cloth, *bodies);
   passes->depth.draw(view, passes->cloth, *bodies, floors);
-  passes->light.draw(view, light, {options.shadows, options.ambient_occlusion, framing->radius()}, passes->depth,
-                     passes->shadow);
-  passes->surface.draw(view, light, look, passes->light, passes->cloth, *bodies, floors, pattern_size,
-                       reach.rectangle());
+  passes->light.draw(view, light, {options.shadows, options.ambient_occlusion, framing->radius()},
+                     passes->depth, passes->shadow);
+  passes->surface.draw(view, light, look, passes->light, passes->cloth, *bodies, floors,
+                       pattern_size, reach.rectangle());
 }
 
-Image Renderer::Data::draw_row(const Frame& frame, const std::string& color_by, const Curves* curves,
-                               const ColorRange* shown) {
+Image Renderer::Data::draw_row(const Frame& frame, const std::string& color_by,
+                               const Curves* curves, const ColorRange* shown) {
   SurfaceOptions look{options.pattern, options.wireframe, color_by != "cloth", {0.0, 1.0}, {}};
   std::array<Vector, 2> values;
   if (look.colored) {
     values = row_fields(color_by, topology, frame);
     if (values[1].size() > 0)
-      look.split = middles(frame, make_view(options.camera, static_cast<double>(options.width) / options.height, *framing));
+      look.split = middles(
+          frame,
+          make_view(options.camera, static_cast<double>(options.width) / options.height, *framing));
     look.range = color_range(options, color_by, shown ? *shown : value_range(color_by, values));
   }
   draw(frame, values, look, curves);
@@ -282,11 +300,13 @@ std::vector<ColorRange> Renderer::value_ranges(const Frame& frame) const {
   check_frame(d.topology, d.options, frame);
   std::vector<ColorRange> ranges;
   for (const std::string& row : names_in(d.options.color_by))
-    ranges.push_back(row == "cloth" ? ColorRange{0.0, 0.0} : value_range(row, row_fields(row, d.topology, frame)));
+    ranges.push_back(row == "cloth" ? ColorRange{0.0, 0.0}
+                                    : value_range(row, row_fields(row, d.topology, frame)));
   return ranges;
 }
 
-Image Renderer::render(const Frame& frame, const Curves* curves, const std::vector<ColorRange>* values) {
+Image Renderer::render(const Frame& frame, const Curves* curves,
+                       const std::vector<ColorRange>* values) {
   Data& d = *data_;
   check_frame(d.topology, d.options, frame);
   if (!d.framing) fit(frame);

@@ -29,10 +29,12 @@ std::array<std::string, 2> halves(const std::string& name) {
 
 namespace {
 
-// U - I from the Green strain E: C = I + 2 E, U = (C + d I) / sqrt(tr C + 2 d) with d = sqrt(det C) (method.md 3).
+// U - I from the Green strain E: C = I + 2 E, U = (C + d I) / sqrt(tr C + 2 d) with d = sqrt(det C)
+// (method.md 3).
 double corotational(const Eigen::RowVector3d& green, int column) {
   const double c11 = 1.0 + 2.0 * green[0], c22 = 1.0 + 2.0 * green[1], c12 = 2.0 * green[2];
-  const double d = std::sqrt(std::max(0.0, c11 * c22 - c12 * c12)), s = std::sqrt(std::max(0.0, c11 + c22 + 2.0 * d));
+  const double d = std::sqrt(std::max(0.0, c11 * c22 - c12 * c12)),
+               s = std::sqrt(std::max(0.0, c11 + c22 + 2.0 * d));
   if (s == 0.0) return column == 2 ? 0.0 : -1.0;
   return column == 2 ? c12 / s : ((column == 0 ? c11 : c22) + d) / s - 1.0;
 }
@@ -54,11 +56,16 @@ Vector scalar_field(const std::string& name, const FrameTopology& topology, cons
     for (Index vertex = 0; vertex < n; ++vertex) sum[vertex] = frame.contact[vertex];
     return sum;
   }
-  const int column = name == "strain_weft" ? 0 : name == "strain_warp" ? 1 : name == "strain_shear" ? 2 : -1;
+  const int column = name == "strain_weft"    ? 0
+                     : name == "strain_warp"  ? 1
+                     : name == "strain_shear" ? 2
+                                              : -1;
   Vector weight = Vector::Zero(n);
   for (Index triangle = 0; triangle < topology.triangles.rows(); ++triangle) {
-    const double value = column < 0 ? frame.stretch[triangle] : corotational(frame.strain.row(triangle), column);
-    const Vec2 a = topology.corner_uv.row(3 * triangle), b = topology.corner_uv.row(3 * triangle + 1),
+    const double value =
+        column < 0 ? frame.stretch[triangle] : corotational(frame.strain.row(triangle), column);
+    const Vec2 a = topology.corner_uv.row(3 * triangle),
+               b = topology.corner_uv.row(3 * triangle + 1),
                c = topology.corner_uv.row(3 * triangle + 2);
     const double area = 0.5 * std::abs((b - a).x() * (c - a).y() - (b - a).y() * (c - a).x());
     for (int corner = 0; corner < 3; ++corner) {
@@ -71,7 +78,8 @@ Vector scalar_field(const std::string& name, const FrameTopology& topology, cons
   return sum;
 }
 
-std::array<Vector, 2> row_fields(const std::string& row, const FrameTopology& topology, const Frame& frame) {
+std::array<Vector, 2> row_fields(const std::string& row, const FrameTopology& topology,
+                                 const Frame& frame) {
   const std::array<std::string, 2> names = halves(row);
   return {scalar_field(names[0], topology, frame),
           names[1] == names[0] ? Vector() : scalar_field(names[1], topology, frame)};
@@ -81,10 +89,12 @@ ColorRange value_range(const std::string& row, const std::array<Vector, 2>& fiel
   if (row == "contact") return {0.0, 2.0};
   if (fields[0].size() == 0) return {0.0, 1.0};
   const Vector& other = fields[1].size() > 0 ? fields[1] : fields[0];
-  return {std::min(fields[0].minCoeff(), other.minCoeff()), std::max(fields[0].maxCoeff(), other.maxCoeff())};
+  return {std::min(fields[0].minCoeff(), other.minCoeff()),
+          std::max(fields[0].maxCoeff(), other.maxCoeff())};
 }
 
-ColorRange color_range(const RenderOptions& options, const std::string& row, const ColorRange& values) {
+ColorRange color_range(const RenderOptions& options, const std::string& row,
+                       const ColorRange& values) {
   if (options.color_low != options.color_high) return {options.color_low, options.color_high};
   ColorRange range = values;
   if (row == "contact") return range;
@@ -93,7 +103,8 @@ ColorRange color_range(const RenderOptions& options, const std::string& row, con
     const double reach = std::max(neutral - range.low, range.high - neutral);
     range = {neutral - reach, neutral + reach};
   }
-  const double least = 1e-6 * std::max(1.0, std::abs(range.low));   // a uniform field is one colour, not noise
+  const double least =
+      1e-6 * std::max(1.0, std::abs(range.low));  // a uniform field is one colour, not noise
   if (range.high - range.low < least) range = {range.low - 0.5 * least, range.low + 0.5 * least};
   return range;
 }

@@ -26,7 +26,8 @@ LightView make_light_view(const Vec3& direction, const Vec3& low, const Vec3& hi
   const double radius = std::pow(1.1, std::ceil(std::log(tight) / std::log(1.1)));
   const double texel = 2.0 * radius / ShadowPass::resolution;
   const Vec3 centre = 0.5 * (low + high);
-  const double x = texel * std::round(centre.dot(right) / texel), y = texel * std::round(centre.dot(up) / texel);
+  const double x = texel * std::round(centre.dot(right) / texel),
+               y = texel * std::round(centre.dot(up) / texel);
   const double z = centre.dot(towards);
   Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
   m.block<1, 3>(0, 0) = right.transpose() / radius;
@@ -39,8 +40,10 @@ LightView make_light_view(const Vec3& direction, const Vec3& low, const Vec3& hi
 }
 
 ShadowPass::ShadowPass(const GL& gl)
-    : gl_(&gl), program_(gl, "shadow", vertex_shader, fragment_shader),
-      depth_(make_texture(gl, GL_DEPTH_COMPONENT32F, resolution, resolution, GL_NEAREST, nullptr, GL_DEPTH_COMPONENT)),
+    : gl_(&gl),
+      program_(gl, "shadow", vertex_shader, fragment_shader),
+      depth_(make_texture(gl, GL_DEPTH_COMPONENT32F, resolution, resolution, GL_NEAREST, nullptr,
+                          GL_DEPTH_COMPONENT)),
       framebuffer_(make_framebuffer(gl)) {
   gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
   gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth_.name(), 0);
@@ -49,7 +52,8 @@ ShadowPass::ShadowPass(const GL& gl)
   check_framebuffer(gl, "shadow pass");
 }
 
-void ShadowPass::draw(const LightView& light, const MeshBuffers& cloth, const MeshBuffers& bodies) const {
+void ShadowPass::draw(const LightView& light, const MeshBuffers& cloth,
+                      const MeshBuffers& bodies) const {
   gl_->BindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
   gl_->Viewport(0, 0, resolution, resolution);
   gl_->Enable(GL_DEPTH_TEST);

@@ -12,8 +12,8 @@ struct LightView {
   float radius;             // [m]
 };
 
-// Covers the box of what casts shadows. Moves in whole texels and grows in steps, so that shadows do not crawl from frame
-// to frame.
+// Covers the box of what casts shadows. Moves in whole texels and grows in steps, so that shadows
+// do not crawl from frame to frame.
 LightView make_light_view(const Vec3& direction, const Vec3& low, const Vec3& high);
 
 class ShadowPass {

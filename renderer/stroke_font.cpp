@@ -1,5 +1,6 @@
-// Glyphs are lines "l x0 y0 x1 y1" and arcs "a x y rx ry from to" (degrees) in a box where figures are 1 high, y upwards,
-// after the width of the glyph. A pixel's coverage is taken from its distance to the nearest stroke.
+// Glyphs are lines "l x0 y0 x1 y1" and arcs "a x y rx ry from to" (degrees) in a box where figures
+// are 1 high, y upwards, after the width of the glyph. A pixel's coverage is taken from its
+// distance to the nearest stroke.
 #include "renderer/stroke_font.h"
 
 #include <algorithm>
@@ -43,7 +44,9 @@ const std::map<char, const char*> glyph_texts = {
     {'j', "0.20 l .13 .68 .13 -.1 a -.01 -.1 .14 .18 0 -90 l .13 .93 .13 .94"},
     {'k', "0.48 l .05 1 .05 0 l .44 .68 .05 .27 l .19 .41 .46 0"},
     {'l', "0.14 l .07 1 .07 0"},
-    {'m', "0.84 l .05 .68 .05 0 a .23 .46 .18 .22 180 0 l .41 .46 .41 0 a .59 .46 .18 .22 180 0 l .77 .46 .77 0"},
+    {'m',
+     "0.84 l .05 .68 .05 0 a .23 .46 .18 .22 180 0 l .41 .46 .41 0 a .59 .46 .18 .22 180 0 l .77 "
+     ".46 .77 0"},
     {'n', "0.56 l .05 .68 .05 0 a .28 .42 .23 .26 180 0 l .51 .42 .51 0"},
     {'o', "0.56 a .28 .34 .25 .34 0 360"},
     {'p', "0.56 l .05 .68 .05 -.3 a .29 .34 .24 .34 0 360"},
@@ -112,12 +115,14 @@ double text_width(const std::string& text, double height) {
   return text.empty() ? 0.0 : height * (width - gap);
 }
 
-void draw_text(Image& image, const std::string& text, double left, double baseline, double height, const Color& color) {
+void draw_text(Image& image, const std::string& text, double left, double baseline, double height,
+               const Color& color) {
   const double half_stroke = std::max(0.55, 0.5 * weight * height);
   for (char sign : text) {
     const Glyph& glyph = glyph_of(sign);
     const int first_x = std::max(0, static_cast<int>(left - 2.0 - half_stroke));
-    const int last_x = std::min(image.width - 1, static_cast<int>(left + glyph.width * height + 2.0 + half_stroke));
+    const int last_x = std::min(image.width - 1,
+                                static_cast<int>(left + glyph.width * height + 2.0 + half_stroke));
     const int first_y = std::max(0, static_cast<int>(baseline - 1.2 * height - 2.0));
     const int last_y = std::min(image.height - 1, static_cast<int>(baseline + 0.4 * height + 2.0));
     for (int y = first_y; y <= last_y && !glyph.segments.empty(); ++y) {
@@ -128,8 +133,8 @@ void draw_text(Image& image, const std::string& text, double left, double baseli
         const double cover = std::clamp(half_stroke + 0.5 - nearest * height, 0.0, 1.0);
         std::uint8_t* pixel = &image.rgb[3 * (static_cast<std::size_t>(y) * image.width + x)];
         for (int channel = 0; channel < 3; ++channel)
-          pixel[channel] =
-              static_cast<std::uint8_t>(std::lround(pixel[channel] + cover * (color[channel] - pixel[channel])));
+          pixel[channel] = static_cast<std::uint8_t>(
+              std::lround(pixel[channel] + cover * (color[channel] - pixel[channel])));
       }
     }
     left += (glyph.width + gap) * height;

@@ -8,9 +8,12 @@
 
 namespace loomstone {
 
-// Width of a line of text whose figures are `height` high [pixels]. Signs that the font lacks are left blank.
+// Width of a line of text whose figures are `height` high [pixels]. Signs that the font lacks are
+// left blank.
 double text_width(const std::string& text, double height);
-// `left` and `baseline` in pixels from the upper left corner. What lies outside the picture is left out.
-void draw_text(Image& image, const std::string& text, double left, double baseline, double height, const Color& color);
+// `left` and `baseline` in pixels from the upper left corner. What lies outside the picture is left
+// out.
+void draw_text(Image& image, const std::string& text, double left, double baseline, double height,
+               const Color& color);
 
 }  // namespace loomstone

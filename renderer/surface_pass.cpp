@@ -12,38 +12,51 @@ namespace {
 using Rgb = Eigen::Vector3f;
 
 // Linear colours of cloths in turn, front; the back is paler. Our choice.
-const std::array<Rgb, 6> palette = {Rgb(0.055f, 0.135f, 0.27f), Rgb(0.50f, 0.155f, 0.085f), Rgb(0.245f, 0.31f, 0.185f),
-                                    Rgb(0.56f, 0.36f, 0.11f),   Rgb(0.25f, 0.115f, 0.215f), Rgb(0.60f, 0.55f, 0.455f)};
+const std::array<Rgb, 6> palette = {Rgb(0.055f, 0.135f, 0.27f), Rgb(0.50f, 0.155f, 0.085f),
+                                    Rgb(0.245f, 0.31f, 0.185f), Rgb(0.56f, 0.36f, 0.11f),
+                                    Rgb(0.25f, 0.115f, 0.215f), Rgb(0.60f, 0.55f, 0.455f)};
 
 Rgb back_of(const Rgb& front) { return 0.72f * front + 0.28f * Rgb(0.55f, 0.53f, 0.48f); }
 
 }  // namespace
 
 SurfacePass::SurfacePass(const GL& gl, int width, int height, int samples, const ColorTable& table)
-    : gl_(&gl), width_(width), height_(height),
-      background_program_(gl, "background", whole_picture_vertex_shader(), background_fragment_shader()),
+    : gl_(&gl),
+      width_(width),
+      height_(height),
+      background_program_(gl, "background", whole_picture_vertex_shader(),
+                          background_fragment_shader()),
       floor_program_(gl, "floor", surface_vertex_shader(), floor_fragment_shader()),
       cloth_program_(gl, "cloth", surface_vertex_shader(), cloth_fragment_shader()),
       body_program_(gl, "body", surface_vertex_shader(), body_fragment_shader()),
       edge_program_(gl, "edge", surface_vertex_shader(), edge_fragment_shader()),
       overlay_program_(gl, "overlay", whole_picture_vertex_shader(), overlay_fragment_shader()),
       picture_color_(make_renderbuffer(gl, GL_RGBA8, width, height, 1)),
-      picture_depth_(make_renderbuffer(gl, GL_DEPTH_COMPONENT24, width, height, 1)), picture_(make_framebuffer(gl)),
+      picture_depth_(make_renderbuffer(gl, GL_DEPTH_COMPONENT24, width, height, 1)),
+      picture_(make_framebuffer(gl)),
       things_color_(make_renderbuffer(gl, GL_RGBA8, width, height, samples)),
-      things_depth_(make_renderbuffer(gl, GL_DEPTH_COMPONENT24, width, height, samples)), things_(make_framebuffer(gl)),
-      resolved_color_(make_texture(gl, GL_RGBA8, width, height)), resolved_(make_framebuffer(gl)),
-      color_table_(make_texture(gl, GL_RGB8, 256, 1, GL_LINEAR, table.data(), GL_RGB, GL_UNSIGNED_BYTE)),
+      things_depth_(make_renderbuffer(gl, GL_DEPTH_COMPONENT24, width, height, samples)),
+      things_(make_framebuffer(gl)),
+      resolved_color_(make_texture(gl, GL_RGBA8, width, height)),
+      resolved_(make_framebuffer(gl)),
+      color_table_(
+          make_texture(gl, GL_RGB8, 256, 1, GL_LINEAR, table.data(), GL_RGB, GL_UNSIGNED_BYTE)),
       empty_(make_vertex_array(gl)) {
   gl.BindFramebuffer(GL_FRAMEBUFFER, picture_.name());
-  gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, picture_color_.name());
-  gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, picture_depth_.name());
+  gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER,
+                             picture_color_.name());
+  gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER,
+                             picture_depth_.name());
   check_framebuffer(gl, "picture");
   gl.BindFramebuffer(GL_FRAMEBUFFER, things_.name());
-  gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, things_color_.name());
-  gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, things_depth_.name());
+  gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER,
+                             things_color_.name());
+  gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER,
+                             things_depth_.name());
   check_framebuffer(gl, "surface pass");
   gl.BindFramebuffer(GL_FRAMEBUFFER, resolved_.name());
-  gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, resolved_color_.name(), 0);
+  gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D,
+                          resolved_color_.name(), 0);
   check_framebuffer(gl, "resolved picture");
 }
 
@@ -62,13 +75,14 @@ void SurfacePass::set_common(const Program& program, const View& view, const Lig
 }
 
 void SurfacePass::draw_floors(const std::vector<const SquareBuffers*>& floors) const {
-  gl_->Enable(GL_CULL_FACE);   // seen from below a floor hides nothing
+  gl_->Enable(GL_CULL_FACE);  // seen from below a floor hides nothing
   for (const SquareBuffers* floor : floors) floor->draw();
   gl_->Disable(GL_CULL_FACE);
 }
 
-void SurfacePass::draw_surroundings(const View& view, const LightView& light, const SurfaceOptions& options,
-                                    const LightPass& seen, const std::vector<const SquareBuffers*>& floors) const {
+void SurfacePass::draw_surroundings(const View& view, const LightView& light,
+                                    const SurfaceOptions& options, const LightPass& seen,
+                                    const std::vector<const SquareBuffers*>& floors) const {
   set_common(floor_program_, view, light, options, seen);
   draw_floors(floors);
   // The backdrop last and at the far end, where nothing was drawn: each pixel is shaded once.
@@ -79,18 +93,21 @@ void SurfacePass::draw_surroundings(const View& view, const LightView& light, co
   gl_->DepthFunc(GL_LESS);
 }
 
-void SurfacePass::draw_things(const View& view, const LightView& light, const SurfaceOptions& options,
-                              const LightPass& seen, const MeshBuffers& cloth, const MeshBuffers& bodies,
+void SurfacePass::draw_things(const View& view, const LightView& light,
+                              const SurfaceOptions& options, const LightPass& seen,
+                              const MeshBuffers& cloth, const MeshBuffers& bodies,
                               const std::vector<const SquareBuffers*>& floors,
                               const std::vector<double>& pattern_size) const {
   set_common(floor_program_, view, light, options, seen);
-  gl_->ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);   // floors only hide here
+  gl_->ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);  // floors only hide here
   draw_floors(floors);
   gl_->ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
 
   set_common(cloth_program_, view, light, options, seen);
   cloth_program_.set_texture("color_table", 1, color_table_.name());
-  cloth_program_.set("pattern", options.pattern == "weave" ? 1 : options.pattern == "checker" ? 2 : 0);
+  cloth_program_.set("pattern", options.pattern == "weave"     ? 1
+                                : options.pattern == "checker" ? 2
+                                                               : 0);
   cloth_program_.set("value_range", Eigen::Vector2f(static_cast<float>(options.range.low),
                                                     static_cast<float>(options.range.high)));
   for (Index part = 0; part < cloth.n_parts(); ++part) {
@@ -98,8 +115,12 @@ void SurfacePass::draw_things(const View& view, const LightView& light, const Su
     cloth_program_.set("front_color", front);
     cloth_program_.set("back_color", back_of(front));
     cloth_program_.set("checker_color", Rgb(0.66f, 0.63f, 0.57f));
-    cloth_program_.set("pattern_size", static_cast<float>(pattern_size[static_cast<std::size_t>(part)]));
-    cloth_program_.set("split", options.split.empty() ? 1e9f : static_cast<float>(options.split[static_cast<std::size_t>(part)]));
+    cloth_program_.set("pattern_size",
+                       static_cast<float>(pattern_size[static_cast<std::size_t>(part)]));
+    cloth_program_.set("split",
+                       options.split.empty()
+                           ? 1e9f
+                           : static_cast<float>(options.split[static_cast<std::size_t>(part)]));
     cloth.draw_part(part);
   }
   if (options.wireframe) {
@@ -117,10 +138,10 @@ void SurfacePass::draw_things(const View& view, const LightView& light, const Su
   bodies.draw();
 }
 
-void SurfacePass::draw(const View& view, const LightView& light, const SurfaceOptions& options, const LightPass& seen,
-                       const MeshBuffers& cloth, const MeshBuffers& bodies,
-                       const std::vector<const SquareBuffers*>& floors, const std::vector<double>& pattern_size,
-                       const Rectangle& reached) const {
+void SurfacePass::draw(const View& view, const LightView& light, const SurfaceOptions& options,
+                       const LightPass& seen, const MeshBuffers& cloth, const MeshBuffers& bodies,
+                       const std::vector<const SquareBuffers*>& floors,
+                       const std::vector<double>& pattern_size, const Rectangle& reached) const {
   gl_->Viewport(0, 0, width_, height_);
   gl_->Enable(GL_DEPTH_TEST);
   gl_->BindFramebuffer(GL_FRAMEBUFFER, picture_.name());
@@ -138,14 +159,16 @@ void SurfacePass::draw(const View& view, const LightView& light, const SurfaceOp
   const int right = reached.left + reached.width, top = reached.bottom + reached.height;
   gl_->BindFramebuffer(GL_READ_FRAMEBUFFER, things_.name());
   gl_->BindFramebuffer(GL_DRAW_FRAMEBUFFER, resolved_.name());
-  gl_->BlitFramebuffer(reached.left, reached.bottom, right, top, reached.left, reached.bottom, right, top,
-                       GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  gl_->BlitFramebuffer(reached.left, reached.bottom, right, top, reached.left, reached.bottom,
+                       right, top, GL_COLOR_BUFFER_BIT, GL_NEAREST);
   gl_->BindFramebuffer(GL_FRAMEBUFFER, picture_.name());
   overlay_program_.use();
   overlay_program_.set_texture("things", 0, resolved_color_.name());
   gl_->Disable(GL_DEPTH_TEST);
   gl_->Enable(GL_BLEND);
-  gl_->BlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);   // the mean over samples is already weighted by what they cover
+  gl_->BlendFunc(
+      GL_ONE,
+      GL_ONE_MINUS_SRC_ALPHA);  // the mean over samples is already weighted by what they cover
   gl_->BindVertexArray(empty_.name());
   gl_->DrawArrays(GL_TRIANGLES, 0, 3);
   gl_->Disable(GL_BLEND);
@@ -159,8 +182,9 @@ Image SurfacePass::read() const {
   gl_->PixelStorei(GL_PACK_ALIGNMENT, 1);
   gl_->ReadPixels(0, 0, width_, height_, GL_RGBA, GL_UNSIGNED_BYTE, rgba.data());
   Image image{width_, height_, std::vector<std::uint8_t>(3 * n)};
-  for (int row = 0; row < height_; ++row) {   // OpenGL counts rows from below
-    const std::uint8_t* from = rgba.data() + 4 * static_cast<std::size_t>(height_ - 1 - row) * width_;
+  for (int row = 0; row < height_; ++row) {  // OpenGL counts rows from below
+    const std::uint8_t* from =
+        rgba.data() + 4 * static_cast<std::size_t>(height_ - 1 - row) * width_;
     std::uint8_t* to = image.rgb.data() + 3 * static_cast<std::size_t>(row) * width_;
     for (int column = 0; column < width_; ++column, from += 4, to += 3) std::memcpy(to, from, 3);
   }

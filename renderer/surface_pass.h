@@ -1,5 +1,5 @@
-// Last pass, full size: backdrop and floor, which have no edges, with one sample a pixel; over them bodies, cloth and its
-// edges with several, only within the rectangle that they reach.
+// Last pass, full size: backdrop and floor, which have no edges, with one sample a pixel; over them
+// bodies, cloth and its edges with several, only within the rectangle that they reach.
 #pragma once
 
 #include "renderer/color_map.h"
@@ -9,41 +9,46 @@
 namespace loomstone {
 
 struct Rectangle {
-  int left, bottom, width, height;   // pixels, from the lower left corner
+  int left, bottom, width, height;  // pixels, from the lower left corner
 };
 
 struct SurfaceOptions {
-  std::string pattern;      // "weave" | "checker" | "plain"
+  std::string pattern;  // "weave" | "checker" | "plain"
   bool wireframe;
-  bool colored;             // by values between low and high
+  bool colored;  // by values between low and high
   ColorRange range;
-  std::vector<double> split;   // of each cloth: column from which on its other values are shown [pixels]; or empty: all ones
+  std::vector<double> split;  // of each cloth: column from which on its other values are shown
+                              // [pixels]; or empty: all ones
 };
 
 class SurfacePass {
  public:
   SurfacePass(const GL& gl, int width, int height, int samples, const ColorTable& table);
   // pattern_size: edge of the square that each cloth would fill, from its uv [m].
-  void draw(const View& view, const LightView& light, const SurfaceOptions& options, const LightPass& seen,
-            const MeshBuffers& cloth, const MeshBuffers& bodies, const std::vector<const SquareBuffers*>& floors,
+  void draw(const View& view, const LightView& light, const SurfaceOptions& options,
+            const LightPass& seen, const MeshBuffers& cloth, const MeshBuffers& bodies,
+            const std::vector<const SquareBuffers*>& floors,
             const std::vector<double>& pattern_size, const Rectangle& reached) const;
   Image read() const;
 
  private:
-  void draw_surroundings(const View& view, const LightView& light, const SurfaceOptions& options, const LightPass& seen,
+  void draw_surroundings(const View& view, const LightView& light, const SurfaceOptions& options,
+                         const LightPass& seen,
                          const std::vector<const SquareBuffers*>& floors) const;
-  void draw_things(const View& view, const LightView& light, const SurfaceOptions& options, const LightPass& seen,
-                   const MeshBuffers& cloth, const MeshBuffers& bodies, const std::vector<const SquareBuffers*>& floors,
+  void draw_things(const View& view, const LightView& light, const SurfaceOptions& options,
+                   const LightPass& seen, const MeshBuffers& cloth, const MeshBuffers& bodies,
+                   const std::vector<const SquareBuffers*>& floors,
                    const std::vector<double>& pattern_size) const;
   void draw_floors(const std::vector<const SquareBuffers*>& floors) const;
-  void set_common(const Program& program, const View& view, const LightView& light, const SurfaceOptions& options,
-                  const LightPass& seen) const;
+  void set_common(const Program& program, const View& view, const LightView& light,
+                  const SurfaceOptions& options, const LightPass& seen) const;
 
   const GL* gl_;
   int width_, height_;
-  Program background_program_, floor_program_, cloth_program_, body_program_, edge_program_, overlay_program_;
-  GlObject picture_color_, picture_depth_, picture_;    // one sample
-  GlObject things_color_, things_depth_, things_;       // several samples; alpha tells what is covered
+  Program background_program_, floor_program_, cloth_program_, body_program_, edge_program_,
+      overlay_program_;
+  GlObject picture_color_, picture_depth_, picture_;  // one sample
+  GlObject things_color_, things_depth_, things_;  // several samples; alpha tells what is covered
   GlObject resolved_color_, resolved_;
   GlObject color_table_, empty_;
 };

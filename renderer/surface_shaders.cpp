@@ -1,5 +1,6 @@
-// Look of things. All colours are linear until encode(). The numbers were chosen by eye on draped cloth (our choice): one
-// warm key light, a sky that is brighter and cooler than the ground, a backdrop without a horizon.
+// Look of things. All colours are linear until encode(). The numbers were chosen by eye on draped
+// cloth (our choice): one warm key light, a sky that is brighter and cooler than the ground, a
+// backdrop without a horizon.
 #include "renderer/surface_shaders.h"
 
 namespace loomstone {
@@ -215,7 +216,8 @@ void main() { color = texelFetch(things, ivec2(gl_FragCoord.xy), 0); }
 }  // namespace
 
 std::string whole_picture_vertex_shader() {
-  return "void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 1.0, 1.0); }";
+  return "void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, "
+         "1.0, 1.0); }";
 }
 std::string surface_vertex_shader() { return vertex_text; }
 std::string background_fragment_shader() { return std::string(common) + background_text; }

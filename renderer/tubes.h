@@ -6,15 +6,16 @@
 
 namespace loomstone {
 
-// Bodies and tubes as one drawn mesh: rows of the tubes' vertices and values follow those of the bodies.
+// Bodies and tubes as one drawn mesh: rows of the tubes' vertices and values follow those of the
+// bodies.
 struct BodiesAndTubes {
   DrawnMesh mesh;
-  Points positions;   // [m]
-  Vector values;      // poles of bodies; of tubes the curves' own
+  Points positions;  // [m]
+  Vector values;     // poles of bodies; of tubes the curves' own
 };
 
 // Edges are sharp where those of `first_bodies` are.
-BodiesAndTubes bodies_and_tubes(const FrameTopology& topology, const Points& first_bodies, const Points& body_positions,
-                                const Curves& curves);
+BodiesAndTubes bodies_and_tubes(const FrameTopology& topology, const Points& first_bodies,
+                                const Points& body_positions, const Curves& curves);
 
 }  // namespace loomstone

@@ -1,12 +1,11 @@
 """Four cloths over four small bodies, bending stiffness growing eightfold from one to the next.
 
-See: from left to right folds become fewer and wider, until the stiffest cloth stands out like card. After example 2.4
-of the thesis, which doubles the stiffness three times in turn.
+See: from left to right folds become fewer and wider, until the stiffest cloth stands out like card.
+After example 2.4 of the thesis, which doubles the stiffness three times in turn.
 """
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 
 duration = 1.5
 rate = 25.0
@@ -17,7 +16,9 @@ SPACING, SIZE, RADIUS = 0.42, 0.36, 0.07
 
 def integrator(triangles: int = 3600) -> ls.IntegratorOptions:
     """4 ms at a contact distance of 1 mm, in proportion below."""
-    return ls.SemiImplicitEuler(step=float(np.clip(0.4 * SIZE / np.sqrt(triangles / 2), 5e-4, 4e-3)))
+    return ls.SemiImplicitEuler(
+        step=float(np.clip(0.4 * SIZE / np.sqrt(triangles / 2), 5e-4, 4e-3))
+    )
 
 
 def scene(triangles: int = 3600, bending: float = 2e-6, factor: float = 8.0) -> ls.Scene:
@@ -30,7 +31,9 @@ def scene(triangles: int = 3600, bending: float = 2e-6, factor: float = 8.0) -> 
         material = ls.ClothMaterial(density=0.2, bending_weft=rigidity, bending_warp=rigidity)
         mesh = flat.moved((x, 0.0, RADIUS + 0.004))
         cloths.append(ls.Cloth(name=f"B = {rigidity:.2g} N m", mesh=mesh, material=material))
-        obstacles.append(ls.sphere(name=f"body {i + 1}", radius=RADIUS, centre=(x, 0.0, 0.0), subdivisions=3))
+        obstacles.append(
+            ls.sphere(name=f"body {i + 1}", radius=RADIUS, centre=(x, 0.0, 0.0), subdivisions=3)
+        )
     return ls.Scene(cloths=cloths, obstacles=obstacles)
 
 

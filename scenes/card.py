@@ -1,17 +1,18 @@
 """Boxes are thrown on a cloth that is held by its corners.
 
-See: the cloth gives way under each box, throws waves, and cradles the heap; the boxes tumble, hit one another and come to
-rest in the sag. The cloth moves the boxes as much as they move it.
+See: the cloth gives way under each box, throws waves, and cradles the heap; the boxes tumble, hit
+one another and come to rest in the sag. The cloth moves the boxes as much as they move it.
 """
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 
 duration = 2.0
 rate = 25.0
 render = ls.RenderOptions(
-    camera=ls.Camera(fit=False, eye=(0.50, -0.78, 0.52), target=(0.0, 0.0, 0.0), field_of_view_degrees=33.0)
+    camera=ls.Camera(
+        fit=False, eye=(0.50, -0.78, 0.52), target=(0.0, 0.0, 0.0), field_of_view_degrees=33.0
+    )
 )
 
 SIZE = 0.5
@@ -25,7 +26,9 @@ def integrator(triangles: int = 5000) -> ls.IntegratorOptions:
 def scene(triangles: int = 5000, boxes: int = 5, speed: float = 1.0) -> ls.Scene:
     cells = max(2, round(np.sqrt(triangles / 2)))
     mesh = ls.grid(size=(SIZE, SIZE), cells=(cells, cells))
-    corners = ls.meshes.nearest_vertices(mesh, [(x, y, 0.0) for x in (-0.25, 0.25) for y in (-0.25, 0.25)])
+    corners = ls.meshes.nearest_vertices(
+        mesh, [(x, y, 0.0) for x in (-0.25, 0.25) for y in (-0.25, 0.25)]
+    )
     material = ls.ClothMaterial(
         weft_stiffness=2000.0,
         warp_stiffness=2000.0,
@@ -54,12 +57,17 @@ def scene(triangles: int = 5000, boxes: int = 5, speed: float = 1.0) -> ls.Scene
                 friction=0.4,
             )
         )
-    return ls.Scene(cloths=[ls.Cloth(name="cloth", mesh=mesh, material=material, pins=corners, friction=0.4)], bodies=bodies)
+    return ls.Scene(
+        cloths=[ls.Cloth(name="cloth", mesh=mesh, material=material, pins=corners, friction=0.4)],
+        bodies=bodies,
+    )
 
 
 def check(run: ls.Run) -> None:
     last, body = run[-1], run.topology.body_of_vertex
     for i, name in enumerate(run.topology.body_names):
         centre = last.body_positions[body == i].mean(axis=0)
-        assert np.abs(centre[:2]).max() < 0.25 and -0.3 < centre[2] < 0.25, f"{name} lies in the cloth"
+        assert np.abs(centre[:2]).max() < 0.25 and -0.3 < centre[2] < 0.25, (
+            f"{name} lies in the cloth"
+        )
     assert max(frame.stretch.max() for frame in run) < 1.6, "the boxes do not tear the cloth"

@@ -1,55 +1,91 @@
 """Magnets sewn into cloth: two curtains that a magnetic clasp shuts.
 
-See: two curtains hang side by side and overlap; one has a magnet sewn to the back of its edge, the other to the front. They
-find each other, snap together with both cloths between them, and the curtains stay shut. Red is
-north, blue south.
+See: two curtains hang side by side and overlap; one has a magnet sewn to the back of its edge, the
+other to the front. They find each other, snap together with both cloths between them, and the
+curtains stay shut. Red is north, blue south.
 """
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 
 duration = 0.8
 rate = 50.0
 integrator = ls.SemiImplicitEuler(step=1e-3)
 render = ls.RenderOptions(
-    camera=ls.Camera(fit=False, eye=(0.42, -0.85, 0.10), target=(0.0, 0.0, -0.16), field_of_view_degrees=30.0)
+    camera=ls.Camera(
+        fit=False, eye=(0.42, -0.85, 0.10), target=(0.0, 0.0, -0.16), field_of_view_degrees=30.0
+    )
 )
 
 WIDTH, HEIGHT = 0.24, 0.30
 OVERLAP = 0.05
-APART = 0.012                        # of each curtain from the plane between them
+APART = 0.012  # of each curtain from the plane between them
 MAGNET = (0.014, 0.004, 0.014)
-AT = -0.20                           # height of the clasp below the rail
+AT = -0.20  # height of the clasp below the rail
 
 
 def curtain(side: int, triangles: int) -> ls.TriangleMesh:
     """side -1: left, behind; 1: right, in front. Hangs from z = 0."""
     flat = ls.grid(size=(WIDTH, HEIGHT), triangles=triangles)
     upright = ((1, 0, 0), (0, 0, -1), (0, 1, 0))
-    return flat.moved((side * 0.5 * (WIDTH - OVERLAP), -side * APART, -0.5 * HEIGHT), rotation=upright)
+    return flat.moved(
+        (side * 0.5 * (WIDTH - OVERLAP), -side * APART, -0.5 * HEIGHT), rotation=upright
+    )
 
 
 def scene(triangles: int = 1200, polarization: float = 1.2) -> ls.Scene:
     """triangles: of each curtain; polarization: of the magnets [T]."""
-    linen = ls.ClothMaterial(weft_stiffness=800, warp_stiffness=800, shear_stiffness=200, density=0.15, bending_weft=3e-6, bending_warp=3e-6)
+    linen = ls.ClothMaterial(
+        weft_stiffness=800,
+        warp_stiffness=800,
+        shear_stiffness=200,
+        density=0.15,
+        bending_weft=3e-6,
+        bending_warp=3e-6,
+    )
     cloths, bodies, magnets, attachments = [], [], [], []
     for side, name in ((-1, "left"), (1, "right")):
         mesh = curtain(side, triangles)
         x = np.asarray(mesh.vertices)
         place = np.array((0.0, -side * APART, AT))
-        # Sewn down one edge of the mesh beyond the magnet, so that no triangle that may bend reaches it.
-        beyond = np.maximum(np.abs(x[:, 0] - place[0]) - 0.5 * MAGNET[0], np.abs(x[:, 2] - place[2]) - 0.5 * MAGNET[2])
+        # Sewn down one edge of the mesh beyond the magnet, so that no triangle that may bend
+        # reaches it.
+        beyond = np.maximum(
+            np.abs(x[:, 0] - place[0]) - 0.5 * MAGNET[0],
+            np.abs(x[:, 2] - place[2]) - 0.5 * MAGNET[2],
+        )
         sewn = np.flatnonzero(beyond <= mesh.mean_edge)
-        cloths.append(ls.Cloth(name=name, mesh=mesh, material=linen, pins=np.flatnonzero(x[:, 2] > -1e-9), friction=0.4))
+        cloths.append(
+            ls.Cloth(
+                name=name,
+                mesh=mesh,
+                material=linen,
+                pins=np.flatnonzero(x[:, 2] > -1e-9),
+                friction=0.4,
+            )
+        )
         body = ls.RigidBody(
-            name=f"{name} magnet", mesh=ls.meshes.box(size=MAGNET, cells_per_side=2), shape="box", density=7500, friction=0.4,
+            name=f"{name} magnet",
+            mesh=ls.meshes.box(size=MAGNET, cells_per_side=2),
+            shape="box",
+            density=7500,
+            friction=0.4,
             position=place - (0, side * (0.5 * MAGNET[1] + 0.001), 0),
         )
         bodies.append(body)
-        magnets.append(ls.Magnet(body=body.name, shape="cuboid", size=MAGNET, polarization=(0, polarization, 0)))
+        magnets.append(
+            ls.Magnet(
+                body=body.name, shape="cuboid", size=MAGNET, polarization=(0, polarization, 0)
+            )
+        )
         attachments.append(ls.Attachment(cloth=name, body=body.name, vertices=sewn))
-    return ls.Scene(cloths=cloths, bodies=bodies, magnets=magnets, attachments=attachments, magnetic_tolerance=1e-3)
+    return ls.Scene(
+        cloths=cloths,
+        bodies=bodies,
+        magnets=magnets,
+        attachments=attachments,
+        magnetic_tolerance=1e-3,
+    )
 
 
 def check(run: ls.Run) -> None:

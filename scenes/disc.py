@@ -1,10 +1,13 @@
-"""Four discs of 1 m over small spheres: anisotropic limits, the same with weft and warp swapped, limits of edges, none. Example 3.2.
+"""Four discs of 1 m over small spheres: anisotropic limits, the same with weft and warp swapped,
+limits of edges, none. Example 3.2.
 
-See: strain along weft (A) and along warp (B) stays tight where the other directions give way; with one bound for edges (C) strain is
-the same in all directions; without limits (D) it concentrates over the sphere. Figure 3.7 of the thesis.
+See: strain along weft (A) and along warp (B) stays tight where the other directions give way; with
+one bound for edges (C) strain is the same in all directions; without limits (D) it concentrates
+over the sphere. Figure 3.7 of the thesis.
 
     loomstone run scenes/disc.py --out out/disc --render
-    loomstone render out/disc --color-by strain_split+strain_shear --color-map diverging --color-low -0.2 --color-high 0.2
+    loomstone render out/disc --color-by strain_split+strain_shear --color-map diverging --color-low
+    -0.2 --color-high 0.2
 """
 
 import loomstone as ls
@@ -13,7 +16,9 @@ duration = 1.2
 rate = 25.0
 integrator = ls.SemiImplicitEuler(step=4e-3)
 render = ls.RenderOptions(
-    camera=ls.Camera(eye=(0.0, -7.0, 2.6), target=(0.0, 0.0, -0.15), field_of_view_degrees=11.2, fit=False),
+    camera=ls.Camera(
+        eye=(0.0, -7.0, 2.6), target=(0.0, 0.0, -0.15), field_of_view_degrees=11.2, fit=False
+    ),
     width=1800,
     height=560,
     floor=False,
@@ -34,14 +39,25 @@ def scene(triangles: int = 4424) -> ls.Scene:
     for i, (name, ((weft, warp, shear), limit)) in enumerate(COLUMNS.items()):
         x = (i - 1.5) * SPACING
         material = ls.ClothMaterial(weft_stiffness=weft, warp_stiffness=warp, shear_stiffness=shear)
-        cloths.append(ls.Cloth(name=name, mesh=flat.moved((x, 0, BALL + 0.008)), material=material, strain_limit=limit))
-        obstacles.append(ls.sphere(name=f"body {name}", radius=BALL, centre=(x, 0.0, 0.0), subdivisions=3))
+        cloths.append(
+            ls.Cloth(
+                name=name,
+                mesh=flat.moved((x, 0, BALL + 0.008)),
+                material=material,
+                strain_limit=limit,
+            )
+        )
+        obstacles.append(
+            ls.sphere(name=f"body {name}", radius=BALL, centre=(x, 0.0, 0.0), subdivisions=3)
+        )
     return ls.Scene(cloths=cloths, obstacles=obstacles)
 
 
 def check(run: ls.Run) -> None:
     last, column = run[-1], run.topology.cloth_of_triangle
     most = [last.strain[column == i].max(axis=0) for i in range(len(COLUMNS))]
-    assert max(frame.report.broken_limits for frame in run) == 0, "limits hold, to a fifth of 4 % and to 0.01"
+    assert max(frame.report.broken_limits for frame in run) == 0, (
+        "limits hold, to a fifth of 4 % and to 0.01"
+    )
     assert most[0][0] < 0.06 and most[1][1] < 0.06, "the tight direction stays tight (Green strain)"
     assert most[3][1] > most[1][1], "without limits it is strained further"

@@ -1,21 +1,23 @@
 """Iron balls rain on a magnetised dragon, figure 6.3.
 
-See: balls that hit the coils of the snake-like dragon stick to it and to one another, along crests where the field is strong; those
-that miss roll away over the floor. Red is north, blue south. `-p mesh=FILE` takes any closed mesh for the dragon, `-p cells=1824` or
-`-p cells=3628` the cells of the thesis in place of exact fields.
+See: balls that hit the coils of the snake-like dragon stick to it and to one another, along crests
+where the field is strong; those that miss roll away over the floor. Red is north, blue south. `-p
+mesh=FILE` takes any closed mesh for the dragon, `-p cells=1824` or `-p cells=3628` the cells of the
+thesis in place of exact fields.
 """
 
 from pathlib import Path
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 
 duration = 1.5
 rate = 50.0
 integrator = ls.SemiImplicitEuler(step=1e-3)
 render = ls.RenderOptions(
-    camera=ls.Camera(fit=False, eye=(0.13, -0.30, 0.19), target=(0.0, 0.0, 0.035), field_of_view_degrees=32.0)
+    camera=ls.Camera(
+        fit=False, eye=(0.13, -0.30, 0.19), target=(0.0, 0.0, 0.035), field_of_view_degrees=32.0
+    )
 )
 
 SIZE, BALL = 0.14, 0.005
@@ -27,14 +29,20 @@ def serpent(segments: int = 90, sides: int = 10) -> ls.TriangleMesh:
     turn = 3.6 * np.pi * t
     wide = 0.34 * (1 - 0.45 * t)
     curve = np.stack([wide * np.cos(turn), wide * np.sin(turn), 0.09 + 0.42 * t**1.5], axis=1)
-    thick = 0.02 + 0.06 * np.sin(np.pi * np.clip(t, 0.02, 0.98)) ** 0.6 + 0.05 * np.exp(-(((t - 0.95) / 0.035) ** 2))
+    thick = (
+        0.02
+        + 0.06 * np.sin(np.pi * np.clip(t, 0.02, 0.98)) ** 0.6
+        + 0.05 * np.exp(-(((t - 0.95) / 0.035) ** 2))
+    )
     tangent = np.gradient(curve, axis=0)
     tangent /= np.linalg.norm(tangent, axis=1)[:, None]
     aside = np.cross(tangent, (0, 0, 1.0))
     aside /= np.linalg.norm(aside, axis=1)[:, None]
     up = np.cross(aside, tangent)
     angles = 2 * np.pi * np.arange(sides) / sides
-    rings = curve[:, None] + thick[:, None, None] * (np.cos(angles)[None, :, None] * aside[:, None] + np.sin(angles)[None, :, None] * up[:, None])
+    rings = curve[:, None] + thick[:, None, None] * (
+        np.cos(angles)[None, :, None] * aside[:, None] + np.sin(angles)[None, :, None] * up[:, None]
+    )
     vertices = np.vstack([rings.reshape(-1, 3), curve[:1], curve[-1:]])
     triangles, last = [], segments * sides
     for k in range(segments):
@@ -47,13 +55,19 @@ def serpent(segments: int = 90, sides: int = 10) -> ls.TriangleMesh:
     return ls.TriangleMesh(vertices, np.array(triangles))
 
 
-def scene(spheres: int = 250, cells: int = 0, mesh: str = "", polarization: float = 0.6) -> ls.Scene:
-    """cells: about so many dipoles stand for the dragon, 0: exact; mesh: file of a closed mesh; polarization: of the dragon [T]."""
+def scene(
+    spheres: int = 250, cells: int = 0, mesh: str = "", polarization: float = 0.6
+) -> ls.Scene:
+    """cells: about so many dipoles stand for the dragon, 0: exact; mesh: file of a closed mesh;
+    polarization: of the dragon [T].
+    """
     figure = ls.read_mesh(Path(mesh), with_uv=False) if mesh else serpent()
     x = np.asarray(figure.vertices)
     low, high = x.min(axis=0), x.max(axis=0)
     scale = SIZE / (high - low).max()
-    figure = figure.moved(-scale * np.array([*(0.5 * (low + high))[:2], low[2]]) + (0, 0, 1e-4), scale=scale)
+    figure = figure.moved(
+        -scale * np.array([*(0.5 * (low + high))[:2], low[2]]) + (0, 0, 1e-4), scale=scale
+    )
     carrier = ls.obstacle(figure, name="dragon", friction=0.6)
     density = cells / ls.mass_properties(figure, 1.0).mass
     exact = {"engine": "cells", "density": density} if cells else {}
@@ -65,9 +79,18 @@ def scene(spheres: int = 250, cells: int = 0, mesh: str = "", polarization: floa
         layer, place = divmod(i, 16)
         x, y = (np.array(divmod(place, 4)) - 1.5) * 0.022 + random.uniform(-0.003, 0.003, 2)
         bodies.append(
-            ls.RigidBody(name=f"ball {i + 1}", mesh=ball, shape="sphere", density=7800, friction=0.5, position=(x, y, 0.12 + 0.016 * layer))
+            ls.RigidBody(
+                name=f"ball {i + 1}",
+                mesh=ball,
+                shape="sphere",
+                density=7800,
+                friction=0.5,
+                position=(x, y, 0.12 + 0.016 * layer),
+            )
         )
-        magnets.append(ls.Magnet(body=f"ball {i + 1}", shape="sphere", radius=BALL, susceptibility=1000.0))
+        magnets.append(
+            ls.Magnet(body=f"ball {i + 1}", shape="sphere", radius=BALL, susceptibility=1000.0)
+        )
     return ls.Scene(bodies=bodies, magnets=magnets, obstacles=[carrier, ls.floor(size=1.0)], magnetic_tolerance=1e-3,
                     magnetic_step=1.0, rigid_iterations=10)  # fmt: skip
 

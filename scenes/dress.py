@@ -1,21 +1,25 @@
 """A dress hangs by its straps from a bar, is shaken and spun.
 
-See: the skirt falls from its cone into folds; from 1 s on the bar jerks forth and back and the dress swings after it;
-from 2.8 s on it turns ever faster, so that the skirt winds round itself, then flies out. Example 3.4 of the thesis
-(figure 3.9): the same stiffness and limits of strain, nearly the same number of triangles, own pattern of 13 panels.
+See: the skirt falls from its cone into folds; from 1 s on the bar jerks forth and back and the
+dress swings after it; from 2.8 s on it turns ever faster, so that the skirt winds round itself,
+then flies out. Example 3.4 of the thesis (figure 3.9): the same stiffness and limits of strain,
+nearly the same number of triangles, own pattern of 13 panels.
 
-    loomstone run scenes/dress.py -p mesh=dress.obj    # hangs another garment, sewn, z up, its uv the pattern in metres
+    loomstone run scenes/dress.py -p mesh=dress.obj    # hangs another garment, sewn, z up, its uv
+    the pattern in metres
 """
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 
 duration = 5.0
 rate = 25.0
 integrator = ls.SemiImplicitEuler(step=2e-3)
 render = ls.RenderOptions(
-    camera=ls.Camera(fit=False, eye=(1.1, -2.2, 0.1), target=(0.0, 0.0, -0.5), field_of_view_degrees=30.0), floor=False
+    camera=ls.Camera(
+        fit=False, eye=(1.1, -2.2, 0.1), target=(0.0, 0.0, -0.5), field_of_view_degrees=30.0
+    ),
+    floor=False,
 )
 
 BAR_RADIUS = 0.015
@@ -37,11 +41,17 @@ def bar() -> ls.Obstacle:
     positions, turns = motion(times)
     along = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])  # its axis from z to x
     mesh = ls.meshes.capsule(radius=BAR_RADIUS, length=0.5).moved((0.0, 0.0, 0.0), rotation=along)
-    return ls.obstacle(mesh, name="bar", times=times, positions=positions, axis_angles=turns, friction=0.6)
+    return ls.obstacle(
+        mesh, name="bar", times=times, positions=positions, axis_angles=turns, friction=0.6
+    )
 
 
-def scene(triangles: int = 8900, limited: bool = True, mesh: str = "", below: float = 0.048) -> ls.Scene:
-    """mesh: a file; the bar runs along its y axis, `below` [m] under its highest point, as behind a halter's neck."""
+def scene(
+    triangles: int = 8900, limited: bool = True, mesh: str = "", below: float = 0.048
+) -> ls.Scene:
+    """mesh: a file; the bar runs along its y axis, `below` [m] under its highest point, as behind a
+    halter's neck.
+    """
     if mesh:
         dress = ls.garments.read(mesh)
         highest = dress.mesh.vertices[np.argmax(dress.mesh.vertices[:, 2])]
@@ -58,8 +68,12 @@ def scene(triangles: int = 8900, limited: bool = True, mesh: str = "", below: fl
         bending_warp=1e-5,
     )
     limit = ls.StrainLimit(weft=0.1, warp=0.1, shear=0.4) if limited else None
-    cloth = ls.Cloth(name="dress", mesh=dress.mesh, material=material, friction=0.3, strain_limit=limit)
-    return ls.Scene(cloths=[cloth], obstacles=[bar()], air=ls.Air(normal_drag=0.5, tangential_drag=0.02))
+    cloth = ls.Cloth(
+        name="dress", mesh=dress.mesh, material=material, friction=0.3, strain_limit=limit
+    )
+    return ls.Scene(
+        cloths=[cloth], obstacles=[bar()], air=ls.Air(normal_drag=0.5, tangential_drag=0.02)
+    )
 
 
 def check(run: ls.Run) -> None:

@@ -1,22 +1,25 @@
 """Field lines of bodies that move: a bar magnet is caught by a horseshoe, figure 6.13 in motion.
 
-See: lines leave red north poles, each with the same share of the flux, and end on blue south poles. The bar flies to the pole that
-attracts it, snaps on and stands up, and lines that closed through the air now begin at its far end. No gravity.
+See: lines leave red north poles, each with the same share of the flux, and end on blue south poles.
+The bar flies to the pole that attracts it, snaps on and stands up, and lines that closed through
+the air now begin at its far end. No gravity.
 """
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 
 duration = 0.1
 rate = 250.0
 integrator = ls.SemiImplicitEuler(step=5e-4)
 render = ls.RenderOptions(
-    field_lines=160, camera=ls.Camera(fit=False, eye=(0.05, -0.21, 0.07), target=(0.0, 0.0, 0.012), field_of_view_degrees=34.0)
+    field_lines=160,
+    camera=ls.Camera(
+        fit=False, eye=(0.05, -0.21, 0.07), target=(0.0, 0.0, 0.012), field_of_view_degrees=34.0
+    ),
 )
 
 WIDE, LEG, THICK = 0.008, 0.03, 0.008  # of the horseshoe's legs
-GAP = 0.03                             # between their middles
+GAP = 0.03  # between their middles
 BAR = (0.02, 0.006, 0.006)
 
 
@@ -28,7 +31,10 @@ def horseshoe(bends: int = 16) -> ls.TriangleMesh:
     outer = np.vstack([[0.5 * GAP + half, LEG], (0.5 * GAP + half) * arc, [-0.5 * GAP - half, LEG]])
     inner = np.vstack([[0.5 * GAP - half, LEG], (0.5 * GAP - half) * arc, [-0.5 * GAP + half, LEG]])
     n = len(outer)
-    rows = [np.insert(line, 1, y, axis=1) for line, y in ((outer, -0.5), (inner, -0.5), (inner, 0.5), (outer, 0.5))]
+    rows = [
+        np.insert(line, 1, y, axis=1)
+        for line, y in ((outer, -0.5), (inner, -0.5), (inner, 0.5), (outer, 0.5))
+    ]
     vertices = np.vstack([row * (1.0, THICK, 1.0) for row in rows])
     triangles = []
     for side in range(4):
@@ -37,7 +43,11 @@ def horseshoe(bends: int = 16) -> ls.TriangleMesh:
             triangles += [(a + i, a + i + 1, b + i + 1), (a + i, b + i + 1, b + i)]
     for i in (0, n - 1):
         end = [i, n + i, 2 * n + i, 3 * n + i]
-        triangles += [end[:3], [end[0], end[2], end[3]]] if i == 0 else [end[2::-1], [end[3], end[2], end[0]]]
+        triangles += (
+            [end[:3], [end[0], end[2], end[3]]]
+            if i == 0
+            else [end[2::-1], [end[3], end[2], end[0]]]
+        )
     return ls.TriangleMesh(vertices, np.array(triangles))
 
 
@@ -45,14 +55,30 @@ def scene(polarization: float = 1.0) -> ls.Scene:
     """polarization: of both magnets [T]."""
     leg = {"shape": "cuboid", "size": (WIDE, THICK, LEG)}
     magnets = [
-        ls.Magnet(body="horseshoe", **leg, position=(x, 0, 0.5 * LEG), polarization=(0, 0, np.sign(x) * polarization))
+        ls.Magnet(
+            body="horseshoe",
+            **leg,
+            position=(x, 0, 0.5 * LEG),
+            polarization=(0, 0, np.sign(x) * polarization),
+        )
         for x in (-0.5 * GAP, 0.5 * GAP)
     ]
-    magnets.append(ls.Magnet(body="bar", shape="cuboid", size=BAR, polarization=(polarization, 0, 0)))
+    magnets.append(
+        ls.Magnet(body="bar", shape="cuboid", size=BAR, polarization=(polarization, 0, 0))
+    )
     turned = (np.cos(0.6), 0.0, np.sin(0.6), 0.0)
-    bar = ls.RigidBody(name="bar", mesh=ls.meshes.box(size=BAR), shape="box", density=7500, position=(0, 0, 0.05), orientation=turned)
+    bar = ls.RigidBody(
+        name="bar",
+        mesh=ls.meshes.box(size=BAR),
+        shape="box",
+        density=7500,
+        position=(0, 0, 0.05),
+        orientation=turned,
+    )
     arch = ls.obstacle(horseshoe(), name="horseshoe")
-    return ls.Scene(bodies=[bar], obstacles=[arch], magnets=magnets, gravity=(0, 0, 0), magnetic_tolerance=1e-3)
+    return ls.Scene(
+        bodies=[bar], obstacles=[arch], magnets=magnets, gravity=(0, 0, 0), magnetic_tolerance=1e-3
+    )
 
 
 def check(run: ls.Run) -> None:

@@ -1,25 +1,34 @@
 """A block magnet lifts four iron figures out of a tray of balls that are not magnetic, figure 6.11.
 
-See: the magnet comes down over the tray; one after another the figures leap to it out of the balls and hang on it or on one another,
-by head or foot; the balls stay behind. Red is north, blue south. `-p response=explicit` takes the thesis' cells, which magnetise
-alone, in place of charge on the figures' surfaces that answers to one another's: a quarter of the time.
+See: the magnet comes down over the tray; one after another the figures leap to it out of the balls
+and hang on it or on one another, by head or foot; the balls stay behind. Red is north, blue south.
+`-p response=explicit` takes the thesis' cells, which magnetise alone, in place of charge on the
+figures' surfaces that answers to one another's: a quarter of the time.
 """
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 
 duration = 0.8
 rate = 50.0
 integrator = ls.SemiImplicitEuler(step=1e-3)
-render = ls.RenderOptions(camera=ls.Camera(fit=False, eye=(0.04, -0.15, 0.075), target=(0.0, 0.0, 0.024), field_of_view_degrees=32.0))
+render = ls.RenderOptions(
+    camera=ls.Camera(
+        fit=False, eye=(0.04, -0.15, 0.075), target=(0.0, 0.0, 0.024), field_of_view_degrees=32.0
+    )
+)
 
 BLOCK = (0.04, 0.02, 0.01)
 TRAY, WALL, RIM = (0.064, 0.044), 0.003, 0.012  # inside, thickness and height of its walls
 BALL = 0.003
-PROFILE = ((0.004, 0.0), (0.0018, 0.008), (0.0028, 0.0105), (0.0012, 0.0135))  # radius and height of a figure's rings
+PROFILE = (
+    (0.004, 0.0),
+    (0.0018, 0.008),
+    (0.0028, 0.0105),
+    (0.0012, 0.0135),
+)  # radius and height of a figure's rings
 PLACES = ((-0.013, -0.006), (-0.012, 0.007), (0.012, -0.007), (0.013, 0.006))
-HIGH, LOW = 0.060, 0.026                        # heights of the magnet's middle
+HIGH, LOW = 0.060, 0.026  # heights of the magnet's middle
 
 
 def figure(sides: int = 8) -> ls.TriangleMesh:
@@ -38,14 +47,32 @@ def figure(sides: int = 8) -> ls.TriangleMesh:
     return ls.TriangleMesh(np.array(vertices), np.array(triangles))
 
 
-def scene(figures: int = 4, balls: int = 90, response: str = "mutual", resolution: int = 64, polarization: float = 1.2) -> ls.Scene:
-    """response: of the figures, mutual | explicit; resolution: panels of a figure, 64: forces err by a fifth, 150: by a tenth;
+def scene(
+    figures: int = 4,
+    balls: int = 90,
+    response: str = "mutual",
+    resolution: int = 64,
+    polarization: float = 1.2,
+) -> ls.Scene:
+    """response: of the figures, mutual | explicit; resolution: panels of a figure, 64: forces err
+    by a fifth, 150: by a tenth;
     polarization: of the block [T]."""
     man, ball = figure(), ls.meshes.sphere(radius=BALL, subdivisions=2)
     volume = ls.mass_properties(man, 1.0).mass
-    how = {"resolution": resolution} if response == "mutual" else {"response": response, "density": 24 / volume}
+    how = (
+        {"resolution": resolution}
+        if response == "mutual"
+        else {"response": response, "density": 24 / volume}
+    )
     bodies = [
-        ls.RigidBody(name=f"figure {i + 1}", mesh=man, shape="convex", density=7800, friction=0.4, position=(*PLACES[i], 1e-4))
+        ls.RigidBody(
+            name=f"figure {i + 1}",
+            mesh=man,
+            shape="convex",
+            density=7800,
+            friction=0.4,
+            position=(*PLACES[i], 1e-4),
+        )
         for i in range(figures)
     ]
     magnets = [ls.Magnet(body=body.name, susceptibility=500.0, **how) for body in bodies]
@@ -54,21 +81,41 @@ def scene(figures: int = 4, balls: int = 90, response: str = "mutual", resolutio
     layer = 0
     while balls > 0:
         for place in np.ndindex(columns, rows):
-            x, y = (np.array(place) - 0.5 * (np.array((columns, rows)) - 1)) * pitch + random.uniform(-1e-4, 1e-4, 2)
-            if balls == 0 or min(np.hypot(x - a, y - b) for a, b in PLACES) < PROFILE[0][0] + 1.1 * BALL:
+            x, y = (
+                np.array(place) - 0.5 * (np.array((columns, rows)) - 1)
+            ) * pitch + random.uniform(-1e-4, 1e-4, 2)
+            if (
+                balls == 0
+                or min(np.hypot(x - a, y - b) for a, b in PLACES) < PROFILE[0][0] + 1.1 * BALL
+            ):
                 continue
             at = (x, y, (1.05 + 2.1 * layer) * BALL)
-            bodies.append(ls.RigidBody(name=f"ball {balls}", mesh=ball, shape="sphere", density=2500, friction=0.3, position=at))
+            bodies.append(
+                ls.RigidBody(
+                    name=f"ball {balls}",
+                    mesh=ball,
+                    shape="sphere",
+                    density=2500,
+                    friction=0.3,
+                    position=at,
+                )
+            )
             balls -= 1
         layer += 1
     times = [0.0, 0.05, 0.4, 0.5, 0.8]
     block = ls.obstacle(ls.meshes.box(size=BLOCK, cells_per_side=4), name="block", times=times,
                         positions=[(0.0, 0.0, z) for z in (HIGH, HIGH, LOW, LOW, HIGH)], friction=0.5)  # fmt: skip
-    magnets.append(ls.Magnet(body="block", shape="cuboid", size=BLOCK, polarization=(0, 0, polarization)))
+    magnets.append(
+        ls.Magnet(body="block", shape="cuboid", size=BLOCK, polarization=(0, 0, polarization))
+    )
     walls = [
         ls.box(name=f"wall {k + 1}", size=(*size, RIM), centre=(x, y, 0.5 * RIM), friction=0.3)
         for k, (size, x, y) in enumerate(
-            ((sx, sy), side * 0.5 * (TRAY[0] + WALL) * along, side * 0.5 * (TRAY[1] + WALL) * (1 - along))
+            (
+                (sx, sy),
+                side * 0.5 * (TRAY[0] + WALL) * along,
+                side * 0.5 * (TRAY[1] + WALL) * (1 - along),
+            )
             for along, sx, sy in ((1, WALL, TRAY[1] + 2 * WALL), (0, TRAY[0], WALL))
             for side in (-1, 1)
         )
@@ -78,7 +125,15 @@ def scene(figures: int = 4, balls: int = 90, response: str = "mutual", resolutio
 
 
 def check(run: ls.Run) -> None:
-    owner, names, last = run.topology.body_of_vertex, run.topology.body_names, run[-1].body_positions
+    owner, names, last = (
+        run.topology.body_of_vertex,
+        run.topology.body_names,
+        run[-1].body_positions,
+    )
     heights = {name: last[owner == b, 2].mean() for b, name in enumerate(names)}
-    assert all(height > HIGH - 0.03 for name, height in heights.items() if name.startswith("figure")), "all figures hang on the block"
-    assert all(0 < height < 0.04 for name, height in heights.items() if name.startswith("ball")), "all balls stay behind"
+    assert all(
+        height > HIGH - 0.03 for name, height in heights.items() if name.startswith("figure")
+    ), "all figures hang on the block"
+    assert all(0 < height < 0.04 for name, height in heights.items() if name.startswith("ball")), (
+        "all balls stay behind"
+    )

@@ -1,12 +1,11 @@
 """A flag in the wind.
 
-See: waves run from the pole to the free end, and the end flaps. The pole's edge is pinned; drag acts on every triangle,
-across it much more than along it.
+See: waves run from the pole to the free end, and the end flaps. The pole's edge is pinned; drag
+acts on every triangle, across it much more than along it.
 """
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 
 duration = 3.0
 rate = 25.0
@@ -16,11 +15,15 @@ render = ls.RenderOptions(camera=ls.Camera(eye=(0.4, -2.0, 0.3)), pattern="plain
 
 def scene(triangles: int = 4800, wind: float = 7.0, fabric: str = "silk") -> ls.Scene:
     flat = ls.meshes.irregular(size=(0.9, 0.6), triangles=triangles)
-    upright = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # x along the wind, warp up
+    upright = np.array(
+        [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]
+    )  # x along the wind, warp up
     mesh = flat.moved((0.45, 0.0, 0.0), rotation=upright)
     pole = [int(i) for i in np.flatnonzero(mesh.vertices[:, 0] < 1e-9)]
     air = ls.Air(normal_drag=1.0, tangential_drag=0.02, wind=(wind, 0.3 * wind, 0.0), gust=0.2)
-    return ls.Scene(cloths=[ls.Cloth(name="flag", mesh=mesh, material=ls.fabrics[fabric], pins=pole)], air=air)
+    return ls.Scene(
+        cloths=[ls.Cloth(name="flag", mesh=mesh, material=ls.fabrics[fabric], pins=pole)], air=air
+    )
 
 
 def check(run: ls.Run) -> None:

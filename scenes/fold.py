@@ -1,17 +1,19 @@
 """A long sheet falls on its edge and folds into ten layers.
 
-See: the sheet stands on edge above the floor, creased slightly to and fro like a map. When its lower edge lands the creases
-close one after the other from below, and the layers come down on one another.
+See: the sheet stands on edge above the floor, creased slightly to and fro like a map. When its
+lower edge lands the creases close one after the other from below, and the layers come down on one
+another.
 """
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 
 duration = 1.6
 rate = 25.0
 render = ls.RenderOptions(
-    camera=ls.Camera(fit=False, eye=(0.62, -0.40, 0.36), target=(0.0, 0.0, 0.18), field_of_view_degrees=39.0)
+    camera=ls.Camera(
+        fit=False, eye=(0.62, -0.40, 0.36), target=(0.0, 0.0, 0.18), field_of_view_degrees=39.0
+    )
 )
 
 LAYER, WIDTH, DROP = 0.06, 0.20, 0.02
@@ -36,7 +38,10 @@ def scene(triangles: int = 6000, layers: int = 10, lean: float = 50.0) -> ls.Sce
     bent = np.stack([sideways, flat.vertices[:, 0], DROP + upwards], axis=1)
     mesh = ls.TriangleMesh(bent, flat.triangles, flat.vertices[:, :2])
     material = ls.ClothMaterial(density=0.2, bending_weft=2e-6, bending_warp=2e-6)
-    return ls.Scene(cloths=[ls.Cloth(name="sheet", mesh=mesh, material=material, friction=0.2)], obstacles=[ls.floor()])
+    return ls.Scene(
+        cloths=[ls.Cloth(name="sheet", mesh=mesh, material=material, friction=0.2)],
+        obstacles=[ls.floor()],
+    )
 
 
 def check(run: ls.Run) -> None:

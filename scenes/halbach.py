@@ -1,22 +1,26 @@
-"""A Halbach array: cubes whose magnetisation turns by 90 degrees from one to the next, with a strong and a weak side.
+"""A Halbach array: cubes whose magnetisation turns by 90 degrees from one to the next, with a
+strong and a weak side.
 
-See: field lines crowd above the array and nearly none are below. Of two equal little magnets, let go at the same distance above and
-below, the upper one turns and is snatched long before the lower one. No gravity. Red is north, blue south.
+See: field lines crowd above the array and nearly none are below. Of two equal little magnets, let
+go at the same distance above and below, the upper one turns and is snatched long before the lower
+one. No gravity. Red is north, blue south.
 """
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 
 duration = 0.06
 rate = 250.0
 integrator = ls.SemiImplicitEuler(step=5e-4)
 render = ls.RenderOptions(
-    field_lines=160, camera=ls.Camera(fit=False, eye=(0.025, -0.16, 0.035), target=(0.0, 0.0, 0.0), field_of_view_degrees=34.0)
+    field_lines=160,
+    camera=ls.Camera(
+        fit=False, eye=(0.025, -0.16, 0.035), target=(0.0, 0.0, 0.0), field_of_view_degrees=34.0
+    ),
 )
 
 CUBE, BALL = 0.01, 0.003
-DISTANCE = 0.016                       # of each ball's middle from the array's
+DISTANCE = 0.016  # of each ball's middle from the array's
 
 
 def directions(n: int) -> np.ndarray:
@@ -28,7 +32,13 @@ def directions(n: int) -> np.ndarray:
 def array(n: int, polarization: float) -> list[ls.Magnet]:
     places = (np.arange(n) - 0.5 * (n - 1)) * CUBE
     return [
-        ls.Magnet(body=f"cube {i + 1}", shape="cuboid", size=(CUBE, CUBE, CUBE), position=(x, 0, 0), polarization=polarization * d)
+        ls.Magnet(
+            body=f"cube {i + 1}",
+            shape="cuboid",
+            size=(CUBE, CUBE, CUBE),
+            position=(x, 0, 0),
+            polarization=polarization * d,
+        )
         for i, (x, d) in enumerate(zip(places, directions(n), strict=True))
     ]
 
@@ -40,21 +50,37 @@ def scene(cubes: int = 7, polarization: float = 1.2) -> ls.Scene:
     held = [ls.obstacle(cube.moved(magnet.position), name=magnet.body) for magnet in row]
     ball = ls.meshes.sphere(radius=BALL, subdivisions=3)
     bodies = [
-        ls.RigidBody(name=name, mesh=ball, shape="sphere", density=7500, position=(0.0, 0, side * DISTANCE), orientation=(0.8, 0, 0.6, 0))
+        ls.RigidBody(
+            name=name,
+            mesh=ball,
+            shape="sphere",
+            density=7500,
+            position=(0.0, 0, side * DISTANCE),
+            orientation=(0.8, 0, 0.6, 0),
+        )
         for name, side in (("above", 1), ("below", -1))
     ]
     magnets = row + [
-        ls.Magnet(body=body.name, shape="sphere", radius=BALL, polarization=(0, 0, 0.3)) for body in bodies
+        ls.Magnet(body=body.name, shape="sphere", radius=BALL, polarization=(0, 0, 0.3))
+        for body in bodies
     ]
-    return ls.Scene(bodies=bodies, obstacles=held, magnets=magnets, gravity=(0, 0, 0), magnetic_tolerance=1e-3)
+    return ls.Scene(
+        bodies=bodies, obstacles=held, magnets=magnets, gravity=(0, 0, 0), magnetic_tolerance=1e-3
+    )
 
 
 def strengths(cubes: int = 7) -> tuple[float, float]:
     """|B| at the balls' places above and below, averaged along the middle third [T]."""
-    sources = [ls.magnetics.cuboid(size=m.size, polarization=m.polarization).moved(m.position) for m in array(cubes, 1.2)]
+    sources = [
+        ls.magnetics.cuboid(size=m.size, polarization=m.polarization).moved(m.position)
+        for m in array(cubes, 1.2)
+    ]
     x = np.linspace(-cubes * CUBE / 6, cubes * CUBE / 6, 41)
     sides = [np.stack([x, 0 * x, 0 * x + side * DISTANCE], axis=1) for side in (1, -1)]
-    above, below = (float(np.linalg.norm(ls.magnetics.field(sources, points), axis=1).mean()) for points in sides)
+    above, below = (
+        float(np.linalg.norm(ls.magnetics.field(sources, points), axis=1).mean())
+        for points in sides
+    )
     return above, below
 
 
@@ -62,7 +88,11 @@ def check(run: ls.Run) -> None:
     above, below = strengths()
     assert above > 3 * below, "one side is strong"
     owner = run.topology.body_of_vertex
-    heights = np.array([[abs(frame.body_positions[owner == b, 2].mean()) for b in range(2)] for frame in run])
+    heights = np.array(
+        [[abs(frame.body_positions[owner == b, 2].mean()) for b in range(2)] for frame in run]
+    )
     near = heights < 0.5 * (0.5 * CUBE + BALL + DISTANCE)
     assert near[:, 0].any(), "and takes the ball"
-    assert not near[:, 1].any() or near[:, 0].argmax() < near[:, 1].argmax(), "before the weak one takes the other"
+    assert not near[:, 1].any() or near[:, 0].argmax() < near[:, 1].argmax(), (
+        "before the weak one takes the other"
+    )

@@ -21,6 +21,8 @@ def scene(triangles: int = 1600) -> ls.Scene:
 def check(run: ls.Run) -> None:
     last, first = run[-1], run[0]
     pinned = abs(first.positions - last.positions).max(axis=1).argsort()[:2]
-    assert (first.positions[pinned] == last.positions[pinned]).all(), "pinned vertices stay where they are"
+    assert (first.positions[pinned] == last.positions[pinned]).all(), (
+        "pinned vertices stay where they are"
+    )
     assert last.positions[:, 2].min() < -0.2, "the cloth hangs down"
     assert last.stretch.max() < 1.2, "a light cloth of 300 N/m stretches little under its weight"

@@ -1,36 +1,45 @@
 """Four sheets of growing friction lie on one slope: two slide down, two stay.
 
-See: the tangent of the slope is 0.30. The sheets' friction with it is 0.15, 0.29, 0.31 and 0.45; Coulomb's law lets the first
-two go, with the acceleration g (sin - mu cos), and holds the others, however near the limit.
+See: the tangent of the slope is 0.30. The sheets' friction with it is 0.15, 0.29, 0.31 and 0.45;
+Coulomb's law lets the first two go, with the acceleration g (sin - mu cos), and holds the others,
+however near the limit.
 """
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 
 duration = 1.0
 rate = 25.0
 integrator = ls.SemiImplicitEuler(step=2e-3)
 render = ls.RenderOptions(
-    camera=ls.Camera(fit=False, eye=(0.85, -1.25, 0.85), target=(0.12, 0.0, -0.05), field_of_view_degrees=33.0)
+    camera=ls.Camera(
+        fit=False, eye=(0.85, -1.25, 0.85), target=(0.12, 0.0, -0.05), field_of_view_degrees=33.0
+    )
 )
 
 SLOPE, PLANE = 0.30, 0.3
-FRICTION = (0.15, 0.29, 0.31, 0.45)   # of each sheet on the slope
+FRICTION = (0.15, 0.29, 0.31, 0.45)  # of each sheet on the slope
 GAP = 1e-3
 
 
 def scene(triangles: int = 400, slope: float = SLOPE) -> ls.Scene:
     cells = max(1, round(np.sqrt(triangles / 2)))
     angle = np.arctan(slope)
-    down, normal = np.array([np.cos(angle), 0.0, -np.sin(angle)]), np.array([np.sin(angle), 0.0, np.cos(angle)])
+    down, normal = (
+        np.array([np.cos(angle), 0.0, -np.sin(angle)]),
+        np.array([np.sin(angle), 0.0, np.cos(angle)]),
+    )
     frame = np.stack([down, [0.0, 1.0, 0.0], normal], axis=1)
     cloths = []
     for i, friction in enumerate(FRICTION):
         start = -0.35 * down + 0.16 * (i - 1.5) * np.array([0.0, 1.0, 0.0]) + 0.999 * GAP * normal
         mesh = ls.grid(size=(0.12, 0.12), cells=(cells, cells)).moved(start, rotation=frame)
         # A pair's friction is the geometric mean of both sides'.
-        cloths.append(ls.Cloth(name=f"friction {friction}", mesh=mesh, thickness=GAP, friction=friction**2 / PLANE))
+        cloths.append(
+            ls.Cloth(
+                name=f"friction {friction}", mesh=mesh, thickness=GAP, friction=friction**2 / PLANE
+            )
+        )
     plane = ls.obstacle(
         ls.meshes.box(size=(1.3, 0.75, 0.02)).moved(0.15 * down - 0.01 * normal, rotation=frame),
         name="slope",
@@ -51,4 +60,6 @@ def check(run: ls.Run) -> None:
             assert distance < 1e-4, f"friction {friction} holds on a slope of {SLOPE}"
         else:
             expected = 0.5 * pull * last.time**2
-            assert abs(distance - expected) < 0.05 * expected + 1e-3, f"friction {friction}: slides as Coulomb says"
+            assert abs(distance - expected) < 0.05 * expected + 1e-3, (
+                f"friction {friction}: slides as Coulomb says"
+            )

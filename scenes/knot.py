@@ -1,21 +1,23 @@
 """A ribbon is tied in an overhand knot and pulled tight.
 
-See: the ends are drawn apart, the loop runs smaller, the ribbon folds where it turns, and in the end the knot is a tight
-lump that friction holds. Every strand is in contact with every other.
+See: the ends are drawn apart, the loop runs smaller, the ribbon folds where it turns, and in the
+end the knot is a tight lump that friction holds. Every strand is in contact with every other.
 """
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 
 duration = 4.0
 rate = 25.0
 render = ls.RenderOptions(
-    camera=ls.Camera(fit=False, eye=(0.22, -0.95, 0.10), target=(0.0, 0.0, -0.205), field_of_view_degrees=24.0), floor=False
+    camera=ls.Camera(
+        fit=False, eye=(0.22, -0.95, 0.10), target=(0.0, 0.0, -0.205), field_of_view_degrees=24.0
+    ),
+    floor=False,
 )
 
 WIDTH, SCALE, REACH = 0.025, 0.042, 2.35
-HEIGHT = -0.06   # of the ends when they have been drawn apart [m]
+HEIGHT = -0.06  # of the ends when they have been drawn apart [m]
 
 
 def integrator(triangles: int = 6000) -> ls.IntegratorOptions:
@@ -23,10 +25,11 @@ def integrator(triangles: int = 6000) -> ls.IntegratorOptions:
 
 
 def centre_line(n: int) -> np.ndarray:
-    """(n + 1 x 3) points of an open trefoil, evenly spaced [m]: flat but for the crossings, where strands pass by one another.
+    """(n + 1 x 3) points of an open trefoil, evenly spaced [m]: flat but for the crossings, where
+    strands pass by one another.
 
-    In the plane of the picture x = t^3 - 3 t, z = t^4 - 4 t^2; crossings lie at t = +-0.518, +-1.732, +-1.932, and the strand
-    is in turn before and behind.
+    In the plane of the picture x = t^3 - 3 t, z = t^4 - 4 t^2; crossings lie at t = +-0.518,
+    +-1.732, +-1.932, and the strand is in turn before and behind.
     """
     t = np.linspace(-REACH, REACH, 20001)
     crossings = np.array([-REACH, -1.932, -1.732, -0.518, 0.518, 1.732, 1.932, REACH])
@@ -47,17 +50,27 @@ def scene(triangles: int = 6000, slack: float = 8.0, friction: float = 0.2) -> l
     edge = np.sqrt(2.0 * length * WIDTH / triangles)
     columns, rows = max(3, round(WIDTH / edge)), max(20, round(length / edge))
     flat = ls.grid(size=(WIDTH, length), cells=(columns, rows))
-    # The ribbon stands on its edge, its width along y: so its plane lines stay as long as the middle one.
+    # The ribbon stands on its edge, its width along y: so its plane lines stay as long as the
+    # middle one.
     line = np.repeat(centre_line(rows), columns + 1, axis=0)
-    mesh = ls.TriangleMesh(line + flat.vertices[:, :1] * [[0.0, 1.0, 0.0]], flat.triangles, flat.vertices[:, :2])
+    mesh = ls.TriangleMesh(
+        line + flat.vertices[:, :1] * [[0.0, 1.0, 0.0]], flat.triangles, flat.vertices[:, :2]
+    )
     ends = np.concatenate([np.arange(columns + 1), np.arange(columns + 1) + rows * (columns + 1)])
     start = mesh.vertices[ends]
     times = np.array([0.0, 0.8 * duration, duration])
     apart = 0.5 * (length - slack * WIDTH)
-    drawn = np.stack([apart * np.sign(start[:, 0]), start[:, 1], np.full(len(start), HEIGHT)], axis=1)
+    drawn = np.stack(
+        [apart * np.sign(start[:, 0]), start[:, 1], np.full(len(start), HEIGHT)], axis=1
+    )
     path = np.concatenate([start, drawn, drawn])
     material = ls.ClothMaterial(
-        weft_stiffness=600.0, warp_stiffness=600.0, shear_stiffness=200.0, density=0.15, bending_weft=1e-6, bending_warp=1e-6
+        weft_stiffness=600.0,
+        warp_stiffness=600.0,
+        shear_stiffness=200.0,
+        density=0.15,
+        bending_weft=1e-6,
+        bending_warp=1e-6,
     )
     ribbon = ls.Cloth(
         name="ribbon",

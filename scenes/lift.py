@@ -1,29 +1,35 @@
 """A permanent magnet lifts soft iron balls out of a bowl, figure 6.2.
 
-See: the magnet comes down, five balls jump to it and to one another, and hang below it when it goes up again; one touches
-the magnet, the others hang on balls. Two that are too far stay in the bowl. Red is north, blue south.
+See: the magnet comes down, five balls jump to it and to one another, and hang below it when it goes
+up again; one touches the magnet, the others hang on balls. Two that are too far stay in the bowl.
+Red is north, blue south.
 """
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 
 duration = 2.4
 rate = 25.0
 integrator = ls.SemiImplicitEuler(step=1e-3)
-render = ls.RenderOptions(camera=ls.Camera(fit=False, eye=(0.03, -0.17, 0.10), target=(0.0, 0.0, 0.028), field_of_view_degrees=34.0))
+render = ls.RenderOptions(
+    camera=ls.Camera(
+        fit=False, eye=(0.03, -0.17, 0.10), target=(0.0, 0.0, 0.028), field_of_view_degrees=34.0
+    )
+)
 
-BOWL, DEPTH, WALL = 0.035, 0.02, 0.004     # radius of the rim, depth inside
+BOWL, DEPTH, WALL = 0.035, 0.02, 0.004  # radius of the rim, depth inside
 BALL = 0.004
 MAGNET = {"radius": 0.004, "height": 0.02}
-LOW, HIGH = 0.0235, 0.065                  # heights of the magnet's middle
+LOW, HIGH = 0.0235, 0.065  # heights of the magnet's middle
 TIMES = [0.0, 0.5, 1.1, 1.3, 2.4]
 
 
 def bowl(segments: int = 48, rings: int = 10) -> ls.TriangleMesh:
     """Shell between two paraboloids, closed, its lowest inner point at the origin."""
     radii = BOWL * np.arange(rings + 1) / rings
-    profile = [(r, DEPTH * (r / BOWL) ** 2) for r in radii] + [(r, DEPTH * (r / BOWL) ** 2 - WALL) for r in radii[::-1]]
+    profile = [(r, DEPTH * (r / BOWL) ** 2) for r in radii] + [
+        (r, DEPTH * (r / BOWL) ** 2 - WALL) for r in radii[::-1]
+    ]
     vertices, rows = [], []
     for r, z in profile:
         count = segments if r > 0 else 1
@@ -48,15 +54,33 @@ def scene(spheres: int = 7, polarization: float = 0.66) -> ls.Scene:
         r = 2.1 * BALL * np.sqrt(i)
         x, y = r * np.cos(turn * i), r * np.sin(turn * i)
         height = DEPTH * (r / BOWL) ** 2 + 1.3 * BALL
-        bodies.append(ls.RigidBody(name=f"ball {i + 1}", mesh=ball, shape="sphere", density=7800, position=(x, y, height), friction=0.4))
+        bodies.append(
+            ls.RigidBody(
+                name=f"ball {i + 1}",
+                mesh=ball,
+                shape="sphere",
+                density=7800,
+                position=(x, y, height),
+                friction=0.4,
+            )
+        )
     heights = [HIGH, HIGH, LOW, LOW, HIGH]
     rod = ls.meshes.cylinder(radius=MAGNET["radius"], length=MAGNET["height"])
-    carried = ls.obstacle(rod, name="magnet", times=TIMES, positions=[(0.0, 0.0, z) for z in heights], friction=0.4)
-    magnets = [ls.Magnet(body="magnet", shape="cylinder", **MAGNET, polarization=(0, 0, polarization))]
-    magnets += [ls.Magnet(body=body.name, shape="sphere", radius=BALL, susceptibility=1000.0) for body in bodies]
+    carried = ls.obstacle(
+        rod, name="magnet", times=TIMES, positions=[(0.0, 0.0, z) for z in heights], friction=0.4
+    )
+    magnets = [
+        ls.Magnet(body="magnet", shape="cylinder", **MAGNET, polarization=(0, 0, polarization))
+    ]
+    magnets += [
+        ls.Magnet(body=body.name, shape="sphere", radius=BALL, susceptibility=1000.0)
+        for body in bodies
+    ]
     shell = ls.obstacle(bowl(), name="bowl", friction=0.3)
     table = ls.floor(height=-WALL, size=0.3)
-    return ls.Scene(bodies=bodies, magnets=magnets, obstacles=[carried, shell, table], magnetic_tolerance=1e-3)
+    return ls.Scene(
+        bodies=bodies, magnets=magnets, obstacles=[carried, shell, table], magnetic_tolerance=1e-3
+    )
 
 
 def check(run: ls.Run) -> None:

@@ -1,7 +1,8 @@
-"""A cloth pinned at two corners swings for a second, its strain limited by the method named: what limits cost on growing meshes.
+"""A cloth pinned at two corners swings for a second, its strain limited by the method named: what
+limits cost on growing meshes.
 
-See: the same motion from every method but edges, which cannot tell shear from stretch. Table 3.1 of the thesis;
-tests/benchmarks/limits.py makes it, with times and what each method leaves.
+See: the same motion from every method but edges, which cannot tell shear from stretch. Table 3.1 of
+the thesis; tests/benchmarks/limits.py makes it, with times and what each method leaves.
 
     loomstone run scenes/limit_scaling.py -p triangles=3600 -p method=jacobi -p in_solve=no
 """
@@ -16,11 +17,21 @@ render = ls.RenderOptions(camera=ls.Camera(eye=(1.2, -0.9, 0.2)))
 LIMITS = (0.1, 0.1, 0.2)
 
 
-def scene(triangles: int = 3600, method: str = "gauss-seidel", in_solve: bool = True, max_sweeps: int = 100) -> ls.Scene:
+def scene(
+    triangles: int = 3600,
+    method: str = "gauss-seidel",
+    in_solve: bool = True,
+    max_sweeps: int = 100,
+) -> ls.Scene:
     """method: as LimitOptions.method, or none. in_solve: implicit limits before the sweeps."""
     mesh = ls.meshes.irregular(size=(0.5, 0.5), triangles=triangles)
     material = ls.ClothMaterial(
-        weft_stiffness=500.0, warp_stiffness=500.0, shear_stiffness=250.0, density=0.3, bending_weft=1e-5, bending_warp=1e-5
+        weft_stiffness=500.0,
+        warp_stiffness=500.0,
+        shear_stiffness=250.0,
+        density=0.3,
+        bending_weft=1e-5,
+        bending_warp=1e-5,
     )
     cloth = ls.Cloth(
         name="cloth",
@@ -29,7 +40,11 @@ def scene(triangles: int = 3600, method: str = "gauss-seidel", in_solve: bool = 
         pins=ls.meshes.nearest_vertices(mesh, [(-0.25, 0.25, 0.0), (0.25, 0.25, 0.0)]),
         strain_limit=None if method == "none" else ls.StrainLimit(*LIMITS),
     )
-    limits = ls.LimitOptions(method="gauss-seidel" if method == "none" else method, in_solve=in_solve, max_sweeps=max_sweeps)
+    limits = ls.LimitOptions(
+        method="gauss-seidel" if method == "none" else method,
+        in_solve=in_solve,
+        max_sweeps=max_sweeps,
+    )
     return ls.Scene(cloths=[cloth], limits=limits, collisions=False)
 
 

@@ -1,49 +1,85 @@
-"""A brushed motor: a coil between two poles, turned by a current that a commutator reverses every half turn.
+"""A brushed motor: a coil between two poles, turned by a current that a commutator reverses every
+half turn.
 
-See: the rotor starts from rest and spins up until its back-EMF leaves just the current that friction and load take. Red is north,
-blue south. `python scenes/motor.py` prints speed, current and efficiency over the load.
+See: the rotor starts from rest and spins up until its back-EMF leaves just the current that
+friction and load take. Red is north, blue south. `python scenes/motor.py` prints speed, current and
+efficiency over the load.
 """
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 
 duration = 0.5
 rate = 100.0
 integrator = ls.SemiImplicitEuler(step=5e-4)
 render = ls.RenderOptions(
-    field_lines=80, camera=ls.Camera(fit=False, eye=(0.06, -0.12, 0.11), target=(0.0, 0.0, 0.0), field_of_view_degrees=36.0)
+    field_lines=80,
+    camera=ls.Camera(
+        fit=False, eye=(0.06, -0.12, 0.11), target=(0.0, 0.0, 0.0), field_of_view_degrees=36.0
+    ),
 )
 
-POLE, GAP = (0.012, 0.03, 0.03), 0.04       # size of each pole magnet, and clear distance between them
-ROTOR = (0.026, 0.008, 0.02)                # an oblong block; the coil's axis lies along its short side
+POLE, GAP = (0.012, 0.03, 0.03), 0.04  # size of each pole magnet, and clear distance between them
+ROTOR = (0.026, 0.008, 0.02)  # an oblong block; the coil's axis lies along its short side
 WINDING = {"radius": 0.008, "length": 0.006, "turns": 150}
 RESISTANCE, INDUCTANCE, FRICTION = 2.0, 5e-4, 2e-6
 
 
-def scene(voltage: float = 3.0, load: float = 0.0, polarization: float = 1.2, density: float = 3000.0) -> ls.Scene:
-    """voltage: of the source [V]; load: torque that the shaft works against [N m]; density: of the rotor [kg/m^3]."""
+def scene(
+    voltage: float = 3.0, load: float = 0.0, polarization: float = 1.2, density: float = 3000.0
+) -> ls.Scene:
+    """voltage: of the source [V]; load: torque that the shaft works against [N m]; density: of the
+    rotor [kg/m^3].
+    """
     poles = [
         ls.obstacle(ls.meshes.box(size=POLE).moved((side * 0.5 * (GAP + POLE[0]), 0, 0)), name=name)
         for side, name in ((-1, "left pole"), (1, "right pole"))
     ]
     magnets = [
-        ls.Magnet(body=name, shape="cuboid", size=POLE, position=(side * 0.5 * (GAP + POLE[0]), 0, 0), polarization=(polarization, 0, 0))
+        ls.Magnet(
+            body=name,
+            shape="cuboid",
+            size=POLE,
+            position=(side * 0.5 * (GAP + POLE[0]), 0, 0),
+            polarization=(polarization, 0, 0),
+        )
         for side, name in ((-1, "left pole"), (1, "right pole"))
     ]
     turned = (np.cos(0.3), 0, 0, np.sin(0.3))
-    rotor = ls.RigidBody(name="rotor", mesh=ls.meshes.box(size=ROTOR), shape="box", density=density, orientation=turned)
+    rotor = ls.RigidBody(
+        name="rotor",
+        mesh=ls.meshes.box(size=ROTOR),
+        shape="box",
+        density=density,
+        orientation=turned,
+    )
     to_y = (np.sqrt(0.5), -np.sqrt(0.5), 0, 0)  # takes the coil's z to the rotor's y
-    # The torque on a moment at angle a from the field (along x) is -sin a: reversed below the x axis it always drives one way.
+    # The torque on a moment at angle a from the field (along x) is -sin a: reversed below the x
+    # axis it always drives one way.
     coil = ls.Coil(
-        body="rotor", **WINDING, orientation=to_y, resistance=RESISTANCE, inductance=INDUCTANCE, voltages=[voltage], commutator=(0, -1, 0)
+        body="rotor",
+        **WINDING,
+        orientation=to_y,
+        resistance=RESISTANCE,
+        inductance=INDUCTANCE,
+        voltages=[voltage],
+        commutator=(0, -1, 0),
     )
     bearing = ls.Bearing(body="rotor", axis=(0, 0, 1), friction=FRICTION, torque=-load)
-    return ls.Scene(bodies=[rotor], obstacles=poles, magnets=magnets, coils=[coil], bearings=[bearing], magnetic_tolerance=1e-3)
+    return ls.Scene(
+        bodies=[rotor],
+        obstacles=poles,
+        magnets=magnets,
+        coils=[coil],
+        bearings=[bearing],
+        magnetic_tolerance=1e-3,
+    )
 
 
 def speed_at(load: float, *, time: float = 1.5, step: float = 5e-4) -> tuple[float, float, float]:
-    """Speed [rad/s], mean current [A] and efficiency [1] in the last fifth of a run against a load [N m]."""
+    """Speed [rad/s], mean current [A] and efficiency [1] in the last fifth of a run against a load
+    [N m].
+    """
     sim = ls.Simulation(scene(load=load), integrator=ls.SemiImplicitEuler(step=step), threads=1)
     n = round(time / step)
     angle, supply, heat = 0.0, 0.0, 0.0
@@ -55,14 +91,24 @@ def speed_at(load: float, *, time: float = 1.5, step: float = 5e-4) -> tuple[flo
             angle += step * sim.state.body_angular_velocities[0, 2]
     span = step * (n - 4 * n // 5)
     given = sim.circuit_supply - supply
-    return angle / span, np.sqrt((sim.circuit_heat - heat) / (RESISTANCE * span)), load * angle / given
+    return (
+        angle / span,
+        np.sqrt((sim.circuit_heat - heat) / (RESISTANCE * span)),
+        load * angle / given,
+    )
 
 
 def check(run: ls.Run) -> None:
     last = run[-1].report
-    assert last.body_kinetic_energy > 100 * run[1].report.body_kinetic_energy, "the rotor has come up to speed"
+    assert last.body_kinetic_energy > 100 * run[1].report.body_kinetic_energy, (
+        "the rotor has come up to speed"
+    )
 
 
 if __name__ == "__main__":
     for torque in np.linspace(0.0, 1.6e-3, 5):
-        print("load {:.4f} N m: {:.1f} rad/s, {:.3f} A, efficiency {:.2f}".format(torque, *speed_at(torque)))
+        print(
+            "load {:.4f} N m: {:.1f} rad/s, {:.3f} A, efficiency {:.2f}".format(
+                torque, *speed_at(torque)
+            )
+        )

@@ -1,29 +1,40 @@
-"""A catalogue magnet and an iron plate: a weight with the magnet in its top stands on the floor, and the plate comes down to it.
+"""A catalogue magnet and an iron plate: a weight with the magnet in its top stands on the floor,
+and the plate comes down to it.
 
-See: the weight leaves the floor where the pull over the gap has grown to its weight, snaps to the plate and goes up with it. Red is
-north, blue south. `python scenes/pull.py` prints the pull on the plate over the gap, beside that of the magnet's image in a plane of
-ideal iron and the figures of a dealer's catalogue; `python scenes/pull.py FILE` draws it.
+See: the weight leaves the floor where the pull over the gap has grown to its weight, snaps to the
+plate and goes up with it. Red is north, blue south. `python scenes/pull.py` prints the pull on the
+plate over the gap, beside that of the magnet's image in a plane of ideal iron and the figures of a
+dealer's catalogue; `python scenes/pull.py FILE` draws it.
 """
 
 import sys
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 
 duration = 0.6
 rate = 50.0
 integrator = ls.SemiImplicitEuler(step=1e-3)
-render = ls.RenderOptions(camera=ls.Camera(fit=False, eye=(0.04, -0.18, 0.03), target=(0.0, 0.0, 0.026), field_of_view_degrees=30.0))
+render = ls.RenderOptions(
+    camera=ls.Camera(
+        fit=False, eye=(0.04, -0.18, 0.03), target=(0.0, 0.0, 0.026), field_of_view_degrees=30.0
+    )
+)
 
-# Block magnets of grade N38, edges [mm]: flux density at the middle of the pole [T] and pull on a thick steel plate in contact [N],
-# from the data sheets at dhit.pl (MPL 10x5x1.5, 12x10x4, 40x10x5, 40x20x10; 1.22 ... 1.26 T).
-CATALOGUE = {(10, 5, 1.5): (0.23933, 8.47), (12, 10, 4): (0.34059, 33.88), (40, 10, 5): (0.32137, 116.27), (40, 20, 10): (0.34960, 241.53)}
+# Block magnets of grade N38, edges [mm]: flux density at the middle of the pole [T] and pull on a
+# thick steel plate in contact [N], from the data sheets at dhit.pl (MPL 10x5x1.5, 12x10x4, 40x10x5,
+# 40x20x10; 1.22 ... 1.26 T).
+CATALOGUE = {
+    (10, 5, 1.5): (0.23933, 8.47),
+    (12, 10, 4): (0.34059, 33.88),
+    (40, 10, 5): (0.32137, 116.27),
+    (40, 20, 10): (0.34960, 241.53),
+}
 POLARIZATION = 1.24
 MAGNET = (0.012, 0.010, 0.004)
-WEIGHT = (0.012, 0.010, 0.024)          # with the magnet in its top
+WEIGHT = (0.012, 0.010, 0.024)  # with the magnet in its top
 PLATE = (0.060, 0.060, 0.010)
-FOCUS = 0.007                           # half the width of the magnet, and a little
+FOCUS = 0.007  # half the width of the magnet, and a little
 
 
 def block(size: tuple[float, float, float] = MAGNET) -> ls.magnetics.MagneticBody:
@@ -31,14 +42,22 @@ def block(size: tuple[float, float, float] = MAGNET) -> ls.magnetics.MagneticBod
 
 
 def image_pull(gap: float, size: tuple[float, float, float] = MAGNET) -> float:
-    """Force between a block and a plane of ideal iron over a gap [N]: that of its image, at twice the distance."""
+    """Force between a block and a plane of ideal iron over a gap [N]: that of its image, at twice
+    the distance.
+    """
     magnet = block(size)
-    return float(-ls.magnetics.force(on=magnet.moved((0, 0, size[2] + 2 * gap)), by=magnet).force[2])
+    return float(
+        -ls.magnetics.force(on=magnet.moved((0, 0, size[2] + 2 * gap)), by=magnet).force[2]
+    )
 
 
 def plate_pull(gaps: np.ndarray, *, cells: int = 12, susceptibility: float = 1e3) -> np.ndarray:
-    """Force (n) of the magnet on the plate of the scene, over gaps (n) [m], from the charge on the plate's surface [N]."""
-    plate = ls.magnetics.soft_cuboid(size=PLATE, susceptibility=susceptibility, cells=cells, focus=FOCUS)
+    """Force (n) of the magnet on the plate of the scene, over gaps (n) [m], from the charge on the
+    plate's surface [N].
+    """
+    plate = ls.magnetics.soft_cuboid(
+        size=PLATE, susceptibility=susceptibility, cells=cells, focus=FOCUS
+    )
     pulls = []
     for gap in gaps:
         magnet = block().moved((0, 0, -0.5 * (PLATE[2] + MAGNET[2]) - gap))
@@ -58,24 +77,48 @@ def reach(mass: float) -> float:
 
 def scene(mass: float = 0.1, cells: int = 12) -> ls.Scene:
     """mass: of the weight with its magnet [kg]; cells: of the plate along each edge."""
-    weight = ls.RigidBody(name="weight", mesh=ls.meshes.box(size=WEIGHT, cells_per_side=4), shape="box", friction=0.5,
-                          density=mass / np.prod(WEIGHT), position=(0, 0, 0.5 * WEIGHT[2] + 1e-5))  # fmt: skip
+    weight = ls.RigidBody(
+        name="weight",
+        mesh=ls.meshes.box(size=WEIGHT, cells_per_side=4),
+        shape="box",
+        friction=0.5,
+        # fmt: skip
+        density=mass / np.prod(WEIGHT),
+        position=(0, 0, 0.5 * WEIGHT[2] + 1e-5),
+    )
     top = 0.5 * PLATE[2] + WEIGHT[2]
     heights = top + reach(mass) * np.array((1.6, 0.7, 0.7, 5.0))
     plate = ls.obstacle(ls.meshes.box(size=PLATE, cells_per_side=6), name="plate", times=[0.0, 0.25, 0.35, 0.6],
                         positions=[(0.0, 0.0, z) for z in heights], friction=0.5)  # fmt: skip
     magnets = [
-        ls.Magnet(body="weight", shape="cuboid", size=MAGNET, position=(0, 0, 0.5 * (WEIGHT[2] - MAGNET[2])), polarization=(0, 0, POLARIZATION)),
-        ls.Magnet(body="plate", shape="cuboid", size=PLATE, susceptibility=1e3, resolution=cells, focus=FOCUS),
+        ls.Magnet(
+            body="weight",
+            shape="cuboid",
+            size=MAGNET,
+            position=(0, 0, 0.5 * (WEIGHT[2] - MAGNET[2])),
+            polarization=(0, 0, POLARIZATION),
+        ),
+        ls.Magnet(
+            body="plate",
+            shape="cuboid",
+            size=PLATE,
+            susceptibility=1e3,
+            resolution=cells,
+            focus=FOCUS,
+        ),
     ]
     return ls.Scene(bodies=[weight], magnets=magnets, obstacles=[plate, ls.floor(size=0.4)], magnetic_tolerance=1e-3,
                     magnetic_step=0.3)  # fmt: skip
 
 
 def gaps_of(run: ls.Run) -> tuple[np.ndarray, np.ndarray]:
-    """Height of the weight's foot over the floor, and gap between magnet and plate, in every frame [m]."""
+    """Height of the weight's foot over the floor, and gap between magnet and plate, in every frame
+    [m].
+    """
     owner = run.topology.body_of_vertex
-    weight, plate = (np.array([frame.body_positions[owner == b, 2] for frame in run]) for b in (0, 1))
+    weight, plate = (
+        np.array([frame.body_positions[owner == b, 2] for frame in run]) for b in (0, 1)
+    )
     return weight.min(axis=1), plate.min(axis=1) - weight.max(axis=1)
 
 
@@ -83,7 +126,9 @@ def check(run: ls.Run) -> None:
     foot, gap = gaps_of(run)
     lifted = foot > 2e-4
     assert lifted[-1] and gap[-1] < 2e-4, "the weight hangs on the plate"
-    assert gap[:-1][lifted[1:] & ~lifted[:-1]].min() < 1.08 * reach(0.1), "it stood until the pull was as large as its weight: the plate comes 0.07 of the reach nearer in a frame"
+    assert gap[:-1][lifted[1:] & ~lifted[:-1]].min() < 1.08 * reach(0.1), (
+        "it stood until the pull was as large as its weight: the plate comes 0.07 of the reach nearer in a frame"
+    )
 
 
 def main() -> None:
@@ -91,14 +136,21 @@ def main() -> None:
     for edges, (density, pull) in CATALOGUE.items():
         size = tuple(1e-3 * edge for edge in edges)
         pole = ls.magnetics.field(block(size), [[0, 0, 0.5 * size[2]]])[0, 2]
-        print("{:14} {:.4f}  {:.4f}  {:15.1f}  {:9.1f}".format("x".join(map(str, edges)), pole, density, image_pull(0.0, size), pull))
+        print(
+            "{:14} {:.4f}  {:.4f}  {:15.1f}  {:9.1f}".format(
+                "x".join(map(str, edges)), pole, density, image_pull(0.0, size), pull
+            )
+        )
     gaps = 1e-3 * np.array((0.0, 0.1, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0))
     pulls, images = plate_pull(gaps), np.array([image_pull(gap) for gap in gaps])
     print("gap mm   pull on the plate N   image N")
     for row in zip(1e3 * gaps, pulls, images, strict=True):
         print("{:6.1f} {:21.3f} {:9.3f}".format(*row))
     if len(sys.argv) > 1:
-        ls.magnetics.plot_curve(ls.magnetics.ForceCurve(gaps, np.outer(pulls, (0, 0, 1)), np.zeros((len(gaps), 3))), sys.argv[1])
+        ls.magnetics.plot_curve(
+            ls.magnetics.ForceCurve(gaps, np.outer(pulls, (0, 0, 1)), np.zeros((len(gaps), 3))),
+            sys.argv[1],
+        )
 
 
 if __name__ == "__main__":

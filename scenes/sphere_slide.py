@@ -1,32 +1,37 @@
 """A square cloth falls on a sphere, off its centre, drapes round it and slides down onto the floor.
 
-See: it hangs over the sphere, slips off on its heavy side and crumples on the floor, and nowhere does it strain by more than its
-limits: 10 % along weft and warp. Figure 3.8 of the thesis.
+See: it hangs over the sphere, slips off on its heavy side and crumples on the floor, and nowhere
+does it strain by more than its limits: 10 % along weft and warp. Figure 3.8 of the thesis.
 
     loomstone run scenes/sphere_slide.py --verify -p triangles=3600
 """
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 
 duration = 3.0
 rate = 25.0
-render = ls.RenderOptions(camera=ls.Camera(fit=False, eye=(0.72, -0.9, 0.3), target=(0.07, 0.02, -0.1)))
+render = ls.RenderOptions(
+    camera=ls.Camera(fit=False, eye=(0.72, -0.9, 0.3), target=(0.07, 0.02, -0.1))
+)
 
 RADIUS = 0.15
 LIMITS = (0.1, 0.1, 0.4)
 
 
 def integrator(triangles: int = 14476) -> ls.IntegratorOptions:
-    """The contact distance is a tenth of an edge; below 1 mm the step shrinks with it (4 ms at 1 mm)."""
+    """The contact distance is a tenth of an edge; below 1 mm the step shrinks with it (4 ms at 1
+    mm).
+    """
     edge = 0.5 / np.sqrt(triangles / 2)
     return ls.SemiImplicitEuler(step=float(np.clip(4.0 * 0.1 * edge * 1.2, 5e-4, 4e-3)))
 
 
 def scene(triangles: int = 14476, limited: bool = True, friction: float = 0.1) -> ls.Scene:
     """limited=False shows how far the cloth strains by itself."""
-    mesh = ls.meshes.irregular(size=(0.5, 0.5), triangles=triangles, seed=3).moved((0.045, 0.03, RADIUS + 0.006))
+    mesh = ls.meshes.irregular(size=(0.5, 0.5), triangles=triangles, seed=3).moved(
+        (0.045, 0.03, RADIUS + 0.006)
+    )
     material = ls.ClothMaterial(
         weft_stiffness=300.0,
         warp_stiffness=300.0,
@@ -42,7 +47,13 @@ def scene(triangles: int = 14476, limited: bool = True, friction: float = 0.1) -
         friction=friction,
         strain_limit=ls.StrainLimit(*LIMITS) if limited else None,
     )
-    return ls.Scene(cloths=[cloth], obstacles=[ls.sphere(radius=RADIUS, friction=friction), ls.floor(height=-0.3, friction=0.3)])
+    return ls.Scene(
+        cloths=[cloth],
+        obstacles=[
+            ls.sphere(radius=RADIUS, friction=friction),
+            ls.floor(height=-0.3, friction=0.3),
+        ],
+    )
 
 
 def check(run: ls.Run) -> None:

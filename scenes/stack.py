@@ -1,17 +1,18 @@
 """Twenty sheets fall into a box, which is then shaken.
 
-See: the sheets land on one another with a rustle, lie in a stack, and are pushed against the walls to and fro. Nineteen layers
-press on the lowest; nothing passes through anything.
+See: the sheets land on one another with a rustle, lie in a stack, and are pushed against the walls
+to and fro. Nineteen layers press on the lowest; nothing passes through anything.
 """
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 
 duration = 3.0
 rate = 25.0
 render = ls.RenderOptions(
-    camera=ls.Camera(fit=False, eye=(0.23, -0.48, 0.25), target=(0.0, 0.0, 0.035), field_of_view_degrees=31.0),
+    camera=ls.Camera(
+        fit=False, eye=(0.23, -0.48, 0.25), target=(0.0, 0.0, 0.035), field_of_view_degrees=31.0
+    ),
     pattern="plain",
     hidden="front+right",  # so that the layers are seen
 )
@@ -25,11 +26,17 @@ def integrator(triangles: int = 800) -> ls.IntegratorOptions:
 
 
 def shaking() -> tuple[np.ndarray, np.ndarray]:
-    """Times [s] and positions [m] of the box: still while the sheets land, then to and fro and up and down, and still again."""
+    """Times [s] and positions [m] of the box: still while the sheets land, then to and fro and up
+    and down, and still again.
+    """
     times = np.arange(0.0, duration + 1e-9, 0.005)
     t = np.clip(times - 0.5, 0.0, 1.9)
     reach = np.clip(t / 0.4, 0.0, 1.0) * np.clip((1.9 - t) / 0.4, 0.0, 1.0)
-    path = [0.05 * np.sin(4.0 * np.pi * t), 0.03 * np.sin(6.0 * np.pi * t), 0.03 * np.sin(7.0 * np.pi * t) ** 2]
+    path = [
+        0.05 * np.sin(4.0 * np.pi * t),
+        0.03 * np.sin(6.0 * np.pi * t),
+        0.03 * np.sin(7.0 * np.pi * t) ** 2,
+    ]
     return times, reach[:, None] * np.stack(path, axis=1)
 
 
@@ -38,15 +45,26 @@ def scene(triangles: int = 800, sheets: int = 20) -> ls.Scene:
     cells = max(1, round(np.sqrt(triangles / 2)))
     flat = ls.grid(size=(SIZE, SIZE), cells=(cells, cells))
     material = ls.ClothMaterial(
-        weft_stiffness=300.0, warp_stiffness=300.0, shear_stiffness=60.0, density=0.12, bending_weft=2e-6, bending_warp=2e-6
+        weft_stiffness=300.0,
+        warp_stiffness=300.0,
+        shear_stiffness=60.0,
+        density=0.12,
+        bending_weft=2e-6,
+        bending_warp=2e-6,
     )
     random = np.random.default_rng(7)
     cloths = []
     for i in range(sheets):
         turn = np.radians(random.uniform(-4.0, 4.0))
-        rotation = np.array([[np.cos(turn), -np.sin(turn), 0.0], [np.sin(turn), np.cos(turn), 0.0], [0.0, 0.0, 1.0]])
+        rotation = np.array(
+            [[np.cos(turn), -np.sin(turn), 0.0], [np.sin(turn), np.cos(turn), 0.0], [0.0, 0.0, 1.0]]
+        )
         place = (*random.uniform(-0.004, 0.004, 2), 0.02 + SPACING * i)
-        cloths.append(ls.Cloth(name=f"sheet {i + 1}", mesh=flat.moved(place, rotation=rotation), material=material))
+        cloths.append(
+            ls.Cloth(
+                name=f"sheet {i + 1}", mesh=flat.moved(place, rotation=rotation), material=material
+            )
+        )
     times, path = shaking()
     middle, height = 0.5 * (BOX + WALL), 0.5 * HEIGHT
     parts = {
@@ -56,7 +74,10 @@ def scene(triangles: int = 800, sheets: int = 20) -> ls.Scene:
         "front": ((BOX, WALL, HEIGHT), (0.0, -middle, height)),
         "back": ((BOX, WALL, HEIGHT), (0.0, middle, height)),
     }
-    box = [ls.box(name=name, size=size, times=times, positions=path + centre) for name, (size, centre) in parts.items()]
+    box = [
+        ls.box(name=name, size=size, times=times, positions=path + centre)
+        for name, (size, centre) in parts.items()
+    ]
     return ls.Scene(cloths=cloths, obstacles=box)
 
 

@@ -1,9 +1,10 @@
 """A cloth pinned at two corners is released flat and swings for four seconds.
 
-See: it falls, whips through, and swings back; how high tells how much energy the integrator keeps. No damping, no
-collisions. Figure 4.1 of the thesis does the same with an unstructured mesh.
+See: it falls, whips through, and swings back; how high tells how much energy the integrator keeps.
+No damping, no collisions. Figure 4.1 of the thesis does the same with an unstructured mesh.
 
-    loomstone run scenes/swing.py --integrator implicit-midpoint; loomstone plot out/swing --what energy
+    loomstone run scenes/swing.py --integrator implicit-midpoint; loomstone plot out/swing --what
+    energy
 """
 
 import loomstone as ls
@@ -24,7 +25,9 @@ def scene(columns: int = 44, rows: int = 57) -> ls.Scene:
         bending_weft=1e-5,
         bending_warp=1e-5,
     )
-    return ls.Scene(cloths=[ls.Cloth(mesh=mesh, material=material, pins=[0, columns])], collisions=False)
+    return ls.Scene(
+        cloths=[ls.Cloth(mesh=mesh, material=material, pins=[0, columns])], collisions=False
+    )
 
 
 def check(run: ls.Run) -> None:
@@ -32,6 +35,11 @@ def check(run: ls.Run) -> None:
     assert last.positions[:, 2].mean() < -0.15, "the cloth hangs below its pins"
     assert last.positions[:, 2].max() < 0.1, "it never swings above where it started"
     energy = last.report
-    total = energy.kinetic_energy + energy.membrane_energy + energy.bending_energy + energy.gravity_energy
+    total = (
+        energy.kinetic_energy
+        + energy.membrane_energy
+        + energy.bending_energy
+        + energy.gravity_energy
+    )
     begin = first.report.gravity_energy
     assert total < begin + 1e-3, "no energy is gained"

@@ -1,12 +1,16 @@
-"""Seven soft cloths, pinned at two corners and released flat, that differ only in their limits of strain. Example 3.1.
+"""Seven soft cloths, pinned at two corners and released flat, that differ only in their limits of
+strain. Example 3.1.
 
-See: from left to right (weft, warp, shear) limits of (2, 2, 2) %, (2, 2, 20) %, (2, 20, 20) %, (20, 2, 20) %, edges limited to 2 %
-and to 20 %, and no limit: the columns of figure 3.6 of the thesis. Loose shear lets a cloth hang in a bag that tight weft and warp
-allow; swapping weft and warp swaps width and length; one bound for edges only makes all softer or stiffer. The rows of the
-figure lie one below another: the cloths, weft strain on the left and warp strain on the right half of each, shear.
+See: from left to right (weft, warp, shear) limits of (2, 2, 2) %, (2, 2, 20) %, (2, 20, 20) %, (20,
+2, 20) %, edges limited to 2 % and to 20 %, and no limit: the columns of figure 3.6 of the thesis.
+Loose shear lets a cloth hang in a bag that tight weft and warp allow; swapping weft and warp swaps
+width and length; one bound for edges only makes all softer or stiffer. The rows of the figure lie
+one below another: the cloths, weft strain on the left and warp strain on the right half of each,
+shear.
 
     loomstone run scenes/swing_limits.py --out out/swing_limits
-    loomstone render out/swing_limits --color-by cloth+strain_split+strain_shear --color-map diverging --color-low -0.25 --color-high 0.25
+    loomstone render out/swing_limits --color-by cloth+strain_split+strain_shear --color-map
+    diverging --color-low -0.25 --color-high 0.25
 """
 
 import loomstone as ls
@@ -15,7 +19,9 @@ duration = 1.5
 rate = 25.0
 integrator = ls.SemiImplicitEuler(step=4e-3)
 render = ls.RenderOptions(
-    camera=ls.Camera(eye=(0.0, -13.0, 0.5), target=(0.0, 0.7, -0.85), field_of_view_degrees=16.0, fit=False),
+    camera=ls.Camera(
+        eye=(0.0, -13.0, 0.5), target=(0.0, 0.7, -0.85), field_of_view_degrees=16.0, fit=False
+    ),
     width=1800,
     height=420,
     floor=False,
@@ -36,18 +42,30 @@ COLUMNS = {
 def scene(triangles: int = 3616, sweeps: int = 100) -> ls.Scene:
     flat = ls.meshes.irregular(size=(SIZE, SIZE), triangles=triangles)
     pins = ls.meshes.nearest_vertices(flat, [(-SIZE / 2, SIZE / 2, 0), (SIZE / 2, SIZE / 2, 0)])
-    material = ls.ClothMaterial(weft_stiffness=100.0, warp_stiffness=100.0, shear_stiffness=30.0, density=0.5)
+    material = ls.ClothMaterial(
+        weft_stiffness=100.0, warp_stiffness=100.0, shear_stiffness=30.0, density=0.5
+    )
     cloths = [
-        ls.Cloth(name=name, mesh=flat.moved(((i - 3) * SPACING, 0, 0)), material=material, pins=pins, strain_limit=limit)
+        ls.Cloth(
+            name=name,
+            mesh=flat.moved(((i - 3) * SPACING, 0, 0)),
+            material=material,
+            pins=pins,
+            strain_limit=limit,
+        )
         for i, (name, limit) in enumerate(COLUMNS.items())
     ]
     return ls.Scene(cloths=cloths, limits=ls.LimitOptions(max_sweeps=sweeps))
 
 
 def check(run: ls.Run) -> None:
-    assert max(frame.report.broken_limits for frame in run) == 0, "limits hold, to a fifth of 2 % and to 0.01"
+    assert max(frame.report.broken_limits for frame in run) == 0, (
+        "limits hold, to a fifth of 2 % and to 0.01"
+    )
     last, column = run[-1], run.topology.cloth_of_triangle
     mean = [abs(last.strain[column == i]).mean(axis=0) for i in range(len(COLUMNS))]
-    assert mean[6].max() > 2 * mean[0].max(), "without limits it stretches further than with tight ones"
+    assert mean[6].max() > 2 * mean[0].max(), (
+        "without limits it stretches further than with tight ones"
+    )
     assert mean[1][2] > 2 * mean[0][2], "loose shear is used"
     assert mean[2][1] > mean[3][1] and mean[3][0] > mean[2][0], "swapped limits swap weft and warp"

@@ -1,31 +1,41 @@
-"""Two toy magnets and a steel ball, figures 6.1 and 6.8: plastic rods with a magnet in each end, on a table.
+"""Two toy magnets and a steel ball, figures 6.1 and 6.8: plastic rods with a magnet in each end, on
+a table.
 
-See: one rod is held, with the ball at its end; another comes. Antiparallel it is repelled, until the slide has pushed it so
-near that the ball, magnetised unevenly, draws it more than the rod behind the ball repels it: over the barrier it leaps from
-the slide. Parallel it is drawn in from afar and snaps to the ball. Free, antiparallel with nothing that guides it, it flees,
-turns, and snaps on by its other end. Red is north, blue south.
+See: one rod is held, with the ball at its end; another comes. Antiparallel it is repelled, until
+the slide has pushed it so near that the ball, magnetised unevenly, draws it more than the rod
+behind the ball repels it: over the barrier it leaps from the slide. Parallel it is drawn in from
+afar and snaps to the ball. Free, antiparallel with nothing that guides it, it flees, turns, and
+snaps on by its other end. Red is north, blue south.
 """
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 
 duration = 0.9
 rate = 50.0
 integrator = ls.SemiImplicitEuler(step=1e-3)
-render = ls.RenderOptions(camera=ls.Camera(fit=False, eye=(-0.012, -0.085, 0.085), target=(-0.010, 0.0, 0.0), field_of_view_degrees=31.0))
+render = ls.RenderOptions(
+    camera=ls.Camera(
+        fit=False,
+        eye=(-0.012, -0.085, 0.085),
+        target=(-0.010, 0.0, 0.0),
+        field_of_view_degrees=31.0,
+    )
+)
 
-LENGTH, RADIUS, SIDES = 0.027, 0.004, 14   # of a rod; few sides, so that it collides as a polyhedron
-DEEP = 0.0005                              # plastic over the magnet's end
+LENGTH, RADIUS, SIDES = 0.027, 0.004, 14  # of a rod; few sides, so that it collides as a polyhedron
+DEEP = 0.0005  # plastic over the magnet's end
 MAGNET = {"radius": 0.003, "height": 0.006}
 BALL = 0.005
 GAP = {"parallel": 0.018, "antiparallel": 0.009, "free": 0.011}
-ASKEW = {"parallel": 0.05, "antiparallel": 0.0, "free": 0.7}   # as things on a table are [rad]
-PUSHED = (0.1, 0.6)                        # from when to when [s], up to 1 mm from the ball
+ASKEW = {"parallel": 0.05, "antiparallel": 0.0, "free": 0.7}  # as things on a table are [rad]
+PUSHED = (0.1, 0.6)  # from when to when [s], up to 1 mm from the ball
 
 
 def rod_mesh() -> ls.TriangleMesh:
-    """Prism along x with rings where its magnets begin, so that the ends alone are coloured; it lies on a face."""
+    """Prism along x with rings where its magnets begin, so that the ends alone are coloured; it
+    lies on a face.
+    """
     half = 0.5 * LENGTH
     inner = half - DEEP - MAGNET["height"]
     angles = 2 * np.pi * (np.arange(SIDES) + 0.5) / SIDES
@@ -47,7 +57,15 @@ def rod_mesh() -> ls.TriangleMesh:
 def rails_and_slide(start: float, path: float) -> list[ls.Obstacle]:
     """Beside and behind a rod whose middle is at `start`."""
     size, beside = (0.055, 0.002, 0.005), RADIUS + 0.00105
-    rails = [ls.box(name=f"rail {y:+.0f}", size=size, centre=(start - 0.004, y * beside, 0.0025), friction=0.05) for y in (-1, 1)]
+    rails = [
+        ls.box(
+            name=f"rail {y:+.0f}",
+            size=size,
+            centre=(start - 0.004, y * beside, 0.0025),
+            friction=0.05,
+        )
+        for y in (-1, 1)
+    ]
     back = start - 0.5 * LENGTH - 0.0031
     slide = ls.box(
         name="slide", size=(0.006, 0.006, 0.006), friction=0.05,
@@ -68,21 +86,42 @@ def scene(case: str = "antiparallel", polarization: float = 1.1) -> ls.Scene:
         position=(start, 0.0, height), orientation=(np.cos(0.5 * turn), 0.0, 0.0, np.sin(0.5 * turn)),
     )  # fmt: skip
     ball = ls.RigidBody(
-        name="ball", mesh=ls.meshes.sphere(radius=BALL, subdivisions=3), shape="sphere", density=7800, friction=0.3, position=(0.0, 0.0, BALL)
+        name="ball",
+        mesh=ls.meshes.sphere(radius=BALL, subdivisions=3),
+        shape="sphere",
+        density=7800,
+        friction=0.3,
+        position=(0.0, 0.0, BALL),
     )
     # One keyframe gives it a pose of its own, which its magnets take part in.
-    held = ls.obstacle(mesh, name="held", times=[0.0], positions=[(reach + 2e-5, 0.0, height)], friction=0.3)
+    held = ls.obstacle(
+        mesh, name="held", times=[0.0], positions=[(reach + 2e-5, 0.0, height)], friction=0.3
+    )
     along_x = (np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0)  # takes z there
     at = 0.5 * LENGTH - DEEP - 0.5 * MAGNET["height"]
     magnets = [
-        ls.Magnet(body=name, shape="cylinder", **MAGNET, position=(x, 0, 0), orientation=along_x, polarization=(0, 0, polarization))
+        ls.Magnet(
+            body=name,
+            shape="cylinder",
+            **MAGNET,
+            position=(x, 0, 0),
+            orientation=along_x,
+            polarization=(0, 0, polarization),
+        )
         for name in ("held", "rod")
         for x in (-at, at)
     ]
     # Of degree 6: one dipole would not be drawn from both sides at once.
-    magnets.append(ls.Magnet(body="ball", shape="sphere", radius=BALL, susceptibility=1000.0, resolution=6))
+    magnets.append(
+        ls.Magnet(body="ball", shape="sphere", radius=BALL, susceptibility=1000.0, resolution=6)
+    )
     guides = rails_and_slide(start, GAP[case] - 0.001) if case == "antiparallel" else []
-    return ls.Scene(bodies=[rod, ball], magnets=magnets, obstacles=[held, ls.floor(size=0.4, friction=0.15), *guides], magnetic_tolerance=1e-3)
+    return ls.Scene(
+        bodies=[rod, ball],
+        magnets=magnets,
+        obstacles=[held, ls.floor(size=0.4, friction=0.15), *guides],
+        magnetic_tolerance=1e-3,
+    )
 
 
 def check(run: ls.Run) -> None:
@@ -93,7 +132,10 @@ def check(run: ls.Run) -> None:
 
     def gaps(frame: int) -> np.ndarray:
         """Of the rod's vertices to the ball; the middles of its ends come last."""
-        return np.linalg.norm(vertices("rod", frame) - vertices("ball", frame).mean(axis=0), axis=1) - BALL
+        return (
+            np.linalg.norm(vertices("rod", frame) - vertices("ball", frame).mean(axis=0), axis=1)
+            - BALL
+        )
 
     near = [gaps(k).min() for k in range(len(run))]
     assert near[-1] < 5e-4, "the rod has found the ball"
@@ -102,7 +144,12 @@ def check(run: ls.Run) -> None:
     fled = max(near) > near[0] + 1e-3
     assert turned == fled, "one that is repelled and free turns, others do not"
     if "slide" in names:
-        ahead = np.array([vertices("rod", k)[:, 0].min() - vertices("slide", k)[:, 0].max() for k in range(len(run))])
+        ahead = np.array(
+            [
+                vertices("rod", k)[:, 0].min() - vertices("slide", k)[:, 0].max()
+                for k in range(len(run))
+            ]
+        )
         leapt = int(np.argmax(ahead > 1e-3))
         assert leapt > 0 and ahead[:leapt].max() < 5e-4, "it is repelled, and stays at the slide"
         assert 1e-3 < near[leapt - 1] < 5e-3, "until it is over the barrier"

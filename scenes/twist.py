@@ -1,44 +1,60 @@
-"""A square cloth is wrung out: two opposite edges turn against each other until it is packed into a rope.
+"""A square cloth is wrung out: two opposite edges turn against each other until it is packed into a
+rope.
 
-See: folds run along the axis, lie down on one another, and from the first second on press tight; edges are driven at one
-turn a second against each other, so the cloth must stretch, but it neither tears nor passes through itself. No gravity. Start,
-material and motion are those on which loomstone is compared with other programs.
+See: folds run along the axis, lie down on one another, and from the first second on press tight;
+edges are driven at one turn a second against each other, so the cloth must stretch, but it neither
+tears nor passes through itself. No gravity. Start, material and motion are those on which loomstone
+is compared with other programs.
 
     loomstone run scenes/twist.py --verify -p triangles=1800
 """
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 
 duration = 2.0
 rate = 25.0
 render = ls.RenderOptions(
-    camera=ls.Camera(fit=False, eye=(0.62, -0.42, 0.52), target=(0.0, 0.0, 0.0), field_of_view_degrees=40.0), floor=False
+    camera=ls.Camera(
+        fit=False, eye=(0.62, -0.42, 0.52), target=(0.0, 0.0, 0.0), field_of_view_degrees=40.0
+    ),
+    floor=False,
 )
 
 SIZE = 0.5
 
 
 def integrator(triangles: int = 7200) -> ls.IntegratorOptions:
-    """The contact distance is a tenth of an edge; below 1 mm the step shrinks with it (4 ms at 1 mm)."""
+    """The contact distance is a tenth of an edge; below 1 mm the step shrinks with it (4 ms at 1
+    mm).
+    """
     edge = SIZE / np.sqrt(triangles / 2)
     return ls.SemiImplicitEuler(step=float(np.clip(4.0 * 0.1 * edge * 1.2, 5e-4, 4e-3)))
 
 
-def scene(triangles: int = 7200, turns: float = 0.5, friction: float = 0.3, collisions: bool = True) -> ls.Scene:
-    """turns: of each edge in a second. collisions=False shows what the driven edges stretch by themselves."""
+def scene(
+    triangles: int = 7200, turns: float = 0.5, friction: float = 0.3, collisions: bool = True
+) -> ls.Scene:
+    """turns: of each edge in a second.
+
+    collisions=False shows what the driven edges stretch by themselves.
+    """
     cells = max(2, round(np.sqrt(triangles / 2)))
     mesh = ls.grid(size=(SIZE, SIZE), cells=(cells, cells))
     near, far = np.arange(cells + 1), np.arange(cells + 1) + cells * (cells + 1)
-    # The script is linear between its times: 1000 a second keep the edges within a micrometre of their circles.
+    # The script is linear between its times: 1000 a second keep the edges within a micrometre of
+    # their circles.
     times = np.linspace(0.0, duration, 1 + round(1000 * duration))
     angle = 2.0 * np.pi * turns * times[:, None]
     paths = []
     for edge, sign in ((near, 1.0), (far, -1.0)):
         x, y, z = mesh.vertices[edge].T
         c, s = np.cos(sign * angle), np.sin(sign * angle)
-        paths.append(np.stack([c * x + s * z, np.broadcast_to(y, (len(times), len(y))), c * z - s * x], axis=2))
+        paths.append(
+            np.stack(
+                [c * x + s * z, np.broadcast_to(y, (len(times), len(y))), c * z - s * x], axis=2
+            )
+        )
     material = ls.ClothMaterial(
         weft_stiffness=300.0,
         warp_stiffness=300.0,

@@ -1,4 +1,5 @@
-// The four kinds of error the library throws. A message says what must hold, what came, where, and what to do.
+// The four kinds of error the library throws. A message says what must hold, what came, where, and
+// what to do.
 #pragma once
 
 #include <stdexcept>

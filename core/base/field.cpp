@@ -18,8 +18,8 @@ std::string to_text(const Limits& limits) {
   return out.str();
 }
 
-void throw_outside_limits(const std::string& where, const char* name, const char* unit, const Limits& limits,
-                          double value) {
+void throw_outside_limits(const std::string& where, const char* name, const char* unit,
+                          const Limits& limits, double value) {
   std::ostringstream out;
   out << where << (where.empty() ? "" : ".") << name << " must be " << to_text(limits);
   if (*unit) out << " [" << unit << "]";

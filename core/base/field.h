@@ -1,10 +1,11 @@
-// Declares the fields of a description once: name, unit, limits, meaning. Validation, Python binding, repr and cache
-// metadata all read the same list.
+// Declares the fields of a description once: name, unit, limits, meaning. Validation, Python
+// binding, repr and cache metadata all read the same list.
 //
 //   struct Gas {
 //     double density = 1.2;
 //     static auto fields() {
-//       return std::make_tuple(field("density", &Gas::density, "kg/m^3", non_negative(), "density of the air"));
+//       return std::make_tuple(field("density", &Gas::density, "kg/m^3", non_negative(), "density
+//       of the air"));
 //     }
 //   };
 #pragma once
@@ -20,7 +21,8 @@
 
 namespace loomstone {
 
-// Closed or half-open interval of admissible numbers; NaN is never admissible, infinity only where said.
+// Closed or half-open interval of admissible numbers; NaN is never admissible, infinity only where
+// said.
 struct Limits {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
@@ -36,7 +38,9 @@ struct Limits {
 
 inline Limits unlimited() { return {}; }
 inline Limits positive() { return {0.0, std::numeric_limits<double>::infinity(), true, false}; }
-inline Limits non_negative() { return {0.0, std::numeric_limits<double>::infinity(), false, false}; }
+inline Limits non_negative() {
+  return {0.0, std::numeric_limits<double>::infinity(), false, false};
+}
 inline Limits between(double low, double high) { return {low, high, false, false}; }
 
 // "> 0", ">= 0", "in [a, b]" or "finite".
@@ -45,20 +49,20 @@ std::string to_text(const Limits& limits);
 template <class Owner, class Member>
 struct Field {
   const char* name;
-  Member Owner::*member;
+  Member Owner::* member;
   const char* unit;  // "1" when pure, "" where a unit makes no sense
   Limits limits;     // numbers only
   const char* meaning;
 };
 
 template <class Owner, class Member>
-Field<Owner, Member> field(const char* name, Member Owner::*member, const char* unit, Limits limits,
-                           const char* meaning) {
+Field<Owner, Member> field(const char* name, Member Owner::* member, const char* unit,
+                           Limits limits, const char* meaning) {
   return {name, member, unit, limits, meaning};
 }
 
 template <class Owner, class Member>
-Field<Owner, Member> field(const char* name, Member Owner::*member, const char* meaning) {
+Field<Owner, Member> field(const char* name, Member Owner::* member, const char* meaning) {
   return {name, member, "", {}, meaning};
 }
 
@@ -67,8 +71,8 @@ void for_each_field(Visitor&& visit) {
   std::apply([&](const auto&... each) { (visit(each), ...); }, Description::fields());
 }
 
-// Throws InvalidInput naming the first field outside its limits, as "cloths[0].material.density must be > 0 [kg/m^2],
-// got -1; ...".
+// Throws InvalidInput naming the first field outside its limits, as "cloths[0].material.density
+// must be > 0 [kg/m^2], got -1; ...".
 [[noreturn]] void throw_outside_limits(const std::string& where, const char* name, const char* unit,
                                        const Limits& limits, double value);
 
@@ -77,7 +81,8 @@ void check_fields(const Description& description, const std::string& where) {
   for_each_field<Description>([&](const auto& each) {
     using Member = std::decay_t<decltype(description.*(each.member))>;
     const auto check = [&](double value) {
-      if (!each.limits.contains(value)) throw_outside_limits(where, each.name, each.unit, each.limits, value);
+      if (!each.limits.contains(value))
+        throw_outside_limits(where, each.name, each.unit, each.limits, value);
     };
     if constexpr (std::is_arithmetic_v<Member> && !std::is_same_v<Member, bool>)
       check(static_cast<double>(description.*(each.member)));

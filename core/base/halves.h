@@ -1,6 +1,7 @@
-// A vector in two halves, each a vector of the processor or again in halves; arithmetic, comparisons and bits as those of
-// gcc's vectors. Where registers hold four doubles gcc 12 takes a vector of eight apart into single numbers to compare, and
-// moves it through memory to add; halves stay in registers.
+// A vector in two halves, each a vector of the processor or again in halves; arithmetic,
+// comparisons and bits as those of gcc's vectors. Where registers hold four doubles gcc 12 takes a
+// vector of eight apart into single numbers to compare, and moves it through memory to add; halves
+// stay in registers.
 #pragma once
 
 #include <type_traits>
@@ -35,12 +36,18 @@ struct Halves {
   LOOMSTONE_INLINE friend Halves operator-(const Halves& a) { return {-a.low, -a.high}; }
   LOOMSTONE_INLINE friend Halves operator~(const Halves& a) { return {~a.low, ~a.high}; }
 
-#define LOOMSTONE_OPERATOR(op) \
-  LOOMSTONE_INLINE friend Halves operator op(const Halves& a, const Halves& b) { return {a.low op b.low, a.high op b.high}; } \
-  LOOMSTONE_INLINE friend Halves operator op(const Halves& a, Scalar b) { return {a.low op b, a.high op b}; } \
-  LOOMSTONE_INLINE friend Halves operator op(Scalar a, const Halves& b) { return {a op b.low, a op b.high}; } \
-  LOOMSTONE_INLINE Halves& operator op##=(const Halves& b) { return *this = *this op b; } \
-  LOOMSTONE_INLINE Halves& operator op##=(Scalar b) { return *this = *this op b; }
+#define LOOMSTONE_OPERATOR(op)                                                              \
+  LOOMSTONE_INLINE friend Halves operator op(const Halves& a, const Halves& b) {            \
+    return {a.low op b.low, a.high op b.high};                                              \
+  }                                                                                         \
+  LOOMSTONE_INLINE friend Halves operator op(const Halves& a, Scalar b) {                   \
+    return {a.low op b, a.high op b};                                                       \
+  }                                                                                         \
+  LOOMSTONE_INLINE friend Halves operator op(Scalar a, const Halves& b) {                   \
+    return {a op b.low, a op b.high};                                                       \
+  }                                                                                         \
+  LOOMSTONE_INLINE Halves& operator op## = (const Halves& b) { return *this = *this op b; } \
+  LOOMSTONE_INLINE Halves& operator op## = (Scalar b) { return *this = *this op b; }
   LOOMSTONE_OPERATOR(+)
   LOOMSTONE_OPERATOR(-)
   LOOMSTONE_OPERATOR(*)
@@ -49,9 +56,13 @@ struct Halves {
   LOOMSTONE_OPERATOR(|)
 #undef LOOMSTONE_OPERATOR
 
-#define LOOMSTONE_COMPARISON(op) \
-  LOOMSTONE_INLINE friend Mask operator op(const Halves& a, const Halves& b) { return {a.low op b.low, a.high op b.high}; } \
-  LOOMSTONE_INLINE friend Mask operator op(const Halves& a, Scalar b) { return {a.low op b, a.high op b}; }
+#define LOOMSTONE_COMPARISON(op)                                               \
+  LOOMSTONE_INLINE friend Mask operator op(const Halves& a, const Halves& b) { \
+    return {a.low op b.low, a.high op b.high};                                 \
+  }                                                                            \
+  LOOMSTONE_INLINE friend Mask operator op(const Halves& a, Scalar b) {        \
+    return {a.low op b, a.high op b};                                          \
+  }
   LOOMSTONE_COMPARISON(<)
   LOOMSTONE_COMPARISON(>)
   LOOMSTONE_COMPARISON(<=)

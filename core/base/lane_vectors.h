@@ -23,7 +23,9 @@ LOOMSTONE_INLINE Lanes3<Lanes> lanes3_load(const double* p, Index n) {
 template <class Lanes>
 LOOMSTONE_INLINE Lanes3<Lanes> lanes_gather(const Index* rows, const double* x) {
   const auto component = [&](int c) LOOMSTONE_INLINE_LAMBDA {
-    return lanes_of<Lanes>([&](int l) LOOMSTONE_INLINE_LAMBDA { return x[3 * static_cast<std::size_t>(rows[l]) + c]; });
+    return lanes_of<Lanes>([&](int l) LOOMSTONE_INLINE_LAMBDA {
+      return x[3 * static_cast<std::size_t>(rows[l]) + c];
+    });
   };
   return {component(0), component(1), component(2)};
 }
@@ -33,7 +35,8 @@ LOOMSTONE_INLINE Lanes3<Lanes> minus(const Lanes3<Lanes>& a, const Lanes3<Lanes>
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
 template <class Lanes>
-LOOMSTONE_INLINE Lanes3<Lanes> combine(const Lanes3<Lanes>& a, const Lanes& s, const Lanes3<Lanes>& b, const Lanes& t) {
+LOOMSTONE_INLINE Lanes3<Lanes> combine(const Lanes3<Lanes>& a, const Lanes& s,
+                                       const Lanes3<Lanes>& b, const Lanes& t) {
   return {a.x * s + b.x * t, a.y * s + b.y * t, a.z * s + b.z * t};
 }
 template <class Lanes>

@@ -1,4 +1,5 @@
-// Rotations as unit quaternions (w, x, y, z), matrices and rotation vectors [rad]; poses of rigid bodies.
+// Rotations as unit quaternions (w, x, y, z), matrices and rotation vectors [rad]; poses of rigid
+// bodies.
 #pragma once
 
 #include <cmath>
@@ -10,8 +11,12 @@ namespace loomstone {
 inline Eigen::Quaterniond to_quaternion(const Vec4& q) { return {q[0], q[1], q[2], q[3]}; }
 inline Vec4 to_vector(const Eigen::Quaterniond& q) { return {q.w(), q.x(), q.y(), q.z()}; }
 
-inline Mat3 rotation_matrix(const Vec4& orientation) { return to_quaternion(orientation).toRotationMatrix(); }
-inline Vec4 quaternion_from_matrix(const Mat3& rotation) { return to_vector(Eigen::Quaterniond(rotation).normalized()); }
+inline Mat3 rotation_matrix(const Vec4& orientation) {
+  return to_quaternion(orientation).toRotationMatrix();
+}
+inline Vec4 quaternion_from_matrix(const Mat3& rotation) {
+  return to_vector(Eigen::Quaterniond(rotation).normalized());
+}
 
 // q and -q are one rotation; of the two, the one nearer to `reference`.
 inline Vec4 nearer_sign(const Vec4& orientation, const Vec4& reference) {
@@ -46,17 +51,21 @@ inline Vec3 rotation_vector(const Vec4& orientation) {
 
 // Orientation after `step` [s] of constant angular velocity in world axes [rad/s].
 inline Vec4 turned(const Vec4& orientation, const Vec3& angular_velocity, double step) {
-  return quaternion_product(quaternion_from_rotation_vector(angular_velocity * step), orientation).normalized();
+  return quaternion_product(quaternion_from_rotation_vector(angular_velocity * step), orientation)
+      .normalized();
 }
 
-// Angular velocity in world axes [rad/s] that leads from `start` to `end` in `step` [s], the shorter way round.
+// Angular velocity in world axes [rad/s] that leads from `start` to `end` in `step` [s], the
+// shorter way round.
 inline Vec3 angular_velocity_between(const Vec4& start, const Vec4& end, double step) {
   return rotation_vector(quaternion_product(end, quaternion_inverse(start))) / step;
 }
 
 // Constant angular velocity from `start` (share 0) to `end` (share 1), the shorter way round.
 inline Vec4 slerp(const Vec4& start, const Vec4& end, double share) {
-  return quaternion_product(quaternion_from_rotation_vector(share * angular_velocity_between(start, end, 1.0)), start)
+  return quaternion_product(
+             quaternion_from_rotation_vector(share * angular_velocity_between(start, end, 1.0)),
+             start)
       .normalized();
 }
 
@@ -70,11 +79,13 @@ inline bool operator==(const RigidPose& a, const RigidPose& b) {
   return a.position == b.position && a.orientation == b.orientation;
 }
 
-// Pose on the way from `start` (share 0) to `end` (share 1): constant velocity and angular velocity. The ends keep their bits.
+// Pose on the way from `start` (share 0) to `end` (share 1): constant velocity and angular
+// velocity. The ends keep their bits.
 inline RigidPose between(const RigidPose& start, const RigidPose& end, double share) {
   if (share == 0.0) return start;
   if (share == 1.0) return end;
-  return {start.position + share * (end.position - start.position), slerp(start.orientation, end.orientation, share)};
+  return {start.position + share * (end.position - start.position),
+          slerp(start.orientation, end.orientation, share)};
 }
 
 // (k x 3) world positions of points given in the body's own axes.

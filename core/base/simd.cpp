@@ -33,12 +33,13 @@ std::optional<InstructionSet> allowed() {
 
 }  // namespace
 
-const InstructionSet instruction_set = std::min(of_processor(), allowed().value_or(InstructionSet::v4));
+const InstructionSet instruction_set =
+    std::min(of_processor(), allowed().value_or(InstructionSet::v4));
 
 void check_instruction_set() {
   if (!allowed())
-    throw InvalidInput(std::string(variable) + " must be x86-64, x86-64-v3 or x86-64-v4, got '" + std::getenv(variable) +
-                       "'; unset it for the widest that the processor has");
+    throw InvalidInput(std::string(variable) + " must be x86-64, x86-64-v3 or x86-64-v4, got '" +
+                       std::getenv(variable) + "'; unset it for the widest that the processor has");
 }
 
 }  // namespace loomstone

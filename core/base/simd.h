@@ -1,7 +1,8 @@
-// Eight doubles worked at once. A kernel is a function template of their type, Lanes, that is inlined into three functions, each
-// compiled for one instruction set; LOOMSTONE_WIDEST(kernel)(arguments) calls the one for the widest that the processor has.
-// LOOMSTONE_CLONES does for functions whose vectors, of floats or of four doubles, fit the registers of AVX2 too. All give the
-// same bits (no contraction, no reordered sums).
+// Eight doubles worked at once. A kernel is a function template of their type, Lanes, that is
+// inlined into three functions, each compiled for one instruction set;
+// LOOMSTONE_WIDEST(kernel)(arguments) calls the one for the widest that the processor has.
+// LOOMSTONE_CLONES does for functions whose vectors, of floats or of four doubles, fit the
+// registers of AVX2 too. All give the same bits (no contraction, no reordered sums).
 #pragma once
 
 #include <type_traits>
@@ -19,17 +20,20 @@ using Lanes256 = Halves<HalfLanes>;
 using Lanes128 = Halves<Halves<QuarterLanes>>;
 
 enum class InstructionSet { baseline, v3, v4 };
-// The widest of the processor; LOOMSTONE_INSTRUCTIONS=x86-64 or x86-64-v3 in the environment narrows it, but for clones.
+// The widest of the processor; LOOMSTONE_INSTRUCTIONS=x86-64 or x86-64-v3 in the environment
+// narrows it, but for clones.
 extern const InstructionSet instruction_set;
 // Refuses any other value of that variable.
 void check_instruction_set();
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || defined(__clang__) || !defined(__x86_64__)
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || defined(__clang__) || \
+    !defined(__x86_64__)
 #define LOOMSTONE_SEVERAL_SETS 0
 #define LOOMSTONE_CLONES
 #else
 #define LOOMSTONE_SEVERAL_SETS 1
-#define LOOMSTONE_CLONES __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+#define LOOMSTONE_CLONES \
+  __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 #endif
 
 // A kernel, given as a function of (Lanes{}, arguments...).
@@ -48,8 +52,8 @@ class Widest {
  private:
   // Numbers and pointers by value: a kernel that stores need not read them again.
   template <class Argument>
-  using Passed = std::conditional_t<std::is_scalar_v<std::remove_reference_t<Argument>>, std::remove_cvref_t<Argument>,
-        Argument&>;
+  using Passed = std::conditional_t<std::is_scalar_v<std::remove_reference_t<Argument>>,
+                                    std::remove_cvref_t<Argument>, Argument&>;
 
 #if LOOMSTONE_SEVERAL_SETS
   template <class... Arguments>
@@ -71,10 +75,11 @@ template <class Kernel>
 LOOMSTONE_INLINE Widest<Kernel> widest(Kernel) {
   return {};
 }
-#define LOOMSTONE_WIDEST(kernel)                                                                      \
-  ::loomstone::widest([](auto lanes, auto&&... arguments) LOOMSTONE_INLINE_LAMBDA -> decltype(auto) { \
-    return kernel<decltype(lanes)>(arguments...);                                                     \
-  })
+#define LOOMSTONE_WIDEST(kernel)                                          \
+  ::loomstone::widest([](auto lanes, auto&&... arguments)                 \
+                          LOOMSTONE_INLINE_LAMBDA -> decltype(auto) {     \
+                            return kernel<decltype(lanes)>(arguments...); \
+                          })
 
 typedef Lanes512 Lanes;  // in clones
 
@@ -106,7 +111,8 @@ LOOMSTONE_INLINE void lanes_store(double* p, const Lanes& a) {
 template <class Lanes, class Value>
 LOOMSTONE_INLINE Lanes lanes_of(const Value& value, int first = 0) {
   if constexpr (in_halves<Lanes>) {
-    return {lanes_of<typename Lanes::Half>(value, first), lanes_of<typename Lanes::Half>(value, first + Lanes::size)};
+    return {lanes_of<typename Lanes::Half>(value, first),
+            lanes_of<typename Lanes::Half>(value, first + Lanes::size)};
   } else if constexpr (sizeof(Lanes) == sizeof(Lanes512)) {
     return Lanes{value(0), value(1), value(2), value(3), value(4), value(5), value(6), value(7)};
   } else if constexpr (sizeof(Lanes) == sizeof(HalfLanes)) {
@@ -119,7 +125,8 @@ LOOMSTONE_INLINE Lanes lanes_of(const Value& value, int first = 0) {
 template <class Lanes>
 LOOMSTONE_INLINE void lanes_put(Lanes& a, int lane, double value) {
   if constexpr (in_halves<Lanes>)
-    lane < Lanes::size ? lanes_put(a.low, lane, value) : lanes_put(a.high, lane - Lanes::size, value);
+    lane < Lanes::size ? lanes_put(a.low, lane, value)
+                       : lanes_put(a.high, lane - Lanes::size, value);
   else
     a[lane] = value;
 }
@@ -130,7 +137,9 @@ LOOMSTONE_INLINE auto lanes_shuffle(const Lanes& a, const Lanes& b) {
   if constexpr (in_halves<Lanes>) {
     constexpr int from[] = {index...};
     using Result = std::conditional_t<sizeof...(index) == n_lanes, Lanes, HalfLanes>;
-    return lanes_of<Result>([&](int l) LOOMSTONE_INLINE_LAMBDA { return from[l] < n_lanes ? a[from[l]] : b[from[l] - n_lanes]; });
+    return lanes_of<Result>([&](int l) LOOMSTONE_INLINE_LAMBDA {
+      return from[l] < n_lanes ? a[from[l]] : b[from[l] - n_lanes];
+    });
   } else {
     return __builtin_shufflevector(a, b, index...);
   }

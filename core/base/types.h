@@ -1,5 +1,5 @@
-// Vocabulary of the library: fixed-size vectors, (n x 3) row-major arrays that numpy sees without a copy, indices.
-// SI units everywhere.
+// Vocabulary of the library: fixed-size vectors, (n x 3) row-major arrays that numpy sees without a
+// copy, indices. SI units everywhere.
 #pragma once
 
 #include <cstdint>
@@ -19,10 +19,11 @@ using Mat3 = Eigen::Matrix3d;
 using Mat32 = Eigen::Matrix<double, 3, 2>;
 using Vector = Eigen::VectorXd;
 
-using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;      // (n x 3)
-using Points2 = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;     // (n x 2)
-using Triangles = Eigen::Matrix<Index, Eigen::Dynamic, 3, Eigen::RowMajor>;    // (m x 3) vertex indices
-using Edges = Eigen::Matrix<Index, Eigen::Dynamic, 2, Eigen::RowMajor>;        // (k x 2) vertex indices
+using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;   // (n x 3)
+using Points2 = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;  // (n x 2)
+using Triangles =
+    Eigen::Matrix<Index, Eigen::Dynamic, 3, Eigen::RowMajor>;            // (m x 3) vertex indices
+using Edges = Eigen::Matrix<Index, Eigen::Dynamic, 2, Eigen::RowMajor>;  // (k x 2) vertex indices
 
 using PointsRef = Eigen::Ref<Points>;
 using ConstPointsRef = Eigen::Ref<const Points>;

@@ -1,5 +1,6 @@
-// A checkpoint is an HDF5 file (any HDF5 tool can look into it) followed by 24 bytes: a mark, the length and a checksum
-// of all that comes before. The checksum is verified before HDF5 sees a byte, since HDF5 itself trusts what it reads.
+// A checkpoint is an HDF5 file (any HDF5 tool can look into it) followed by 24 bytes: a mark, the
+// length and a checksum of all that comes before. The checksum is verified before HDF5 sees a byte,
+// since HDF5 itself trusts what it reads.
 #include "core/cache/checkpoint_file.h"
 
 #include <algorithm>
@@ -22,7 +23,8 @@ namespace loomstone {
 
 namespace {
 
-constexpr std::int64_t format = 1;  // raise it when a reader of this version would misunderstand the file
+constexpr std::int64_t format =
+    1;  // raise it when a reader of this version would misunderstand the file
 constexpr char mark[8] = {'L', 'O', 'O', 'M', 'C', 'H', 'K', '\n'};
 
 struct Trailer {
@@ -45,7 +47,8 @@ std::uint64_t checksum(const unsigned char* bytes, std::size_t count) {
 // A file descriptor that closes itself and turns failures into errors.
 class Descriptor {
  public:
-  Descriptor(const std::string& path, int flags) : path_(path), descriptor_(::open(path.c_str(), flags, 0644)) {
+  Descriptor(const std::string& path, int flags)
+      : path_(path), descriptor_(::open(path.c_str(), flags, 0644)) {
     if (descriptor_ < 0) fail("open");
   }
   Descriptor(const Descriptor&) = delete;
@@ -86,7 +89,8 @@ class Descriptor {
 
  private:
   [[noreturn]] void fail(const char* tried) const {
-    throw CacheError(path_ + ": could not " + tried + " the checkpoint: " + std::strerror(errno) + ".");
+    throw CacheError(path_ + ": could not " + tried + " the checkpoint: " + std::strerror(errno) +
+                     ".");
   }
   std::string path_;
   int descriptor_;
@@ -97,10 +101,14 @@ std::string encoded(const std::string& name) {
   if (name.empty()) throw InvalidInput("names in a checkpoint must not be empty.");
   std::string text;
   for (char letter : name) {
-    if (letter == '%') text += "%25";
-    else if (letter == '/') text += "%2F";
-    else if (letter == '.') text += "%2E";
-    else text += letter;
+    if (letter == '%')
+      text += "%25";
+    else if (letter == '/')
+      text += "%2F";
+    else if (letter == '.')
+      text += "%2E";
+    else
+      text += letter;
   }
   return text;
 }
@@ -122,8 +130,9 @@ void check_shape(const std::string& name, const Checkpoint::Array& array) {
   std::int64_t count = 1;
   for (std::int64_t length : array.shape) count *= length;
   if (count != static_cast<std::int64_t>(array.values.size()))
-    throw InvalidInput("checkpoint array '" + name + "' must have as many values as its shape says (" +
-                       std::to_string(count) + "), got " + std::to_string(array.values.size()) + ".");
+    throw InvalidInput("checkpoint array '" + name +
+                       "' must have as many values as its shape says (" + std::to_string(count) +
+                       "), got " + std::to_string(array.values.size()) + ".");
 }
 
 std::vector<unsigned char> to_bytes(const std::string& path, const Checkpoint& checkpoint) {
@@ -153,8 +162,9 @@ Checkpoint from_bytes(const std::string& path, std::span<const unsigned char> by
       file.text_attribute("/", "kind") != "checkpoint")
     throw CacheError(path + ": is not a loomstone checkpoint.");
   if (const std::int64_t found = file.attribute("/", "format"); found > format)
-    throw CacheError(path + ": written by a newer version (checkpoint format " + std::to_string(found) +
-                     ", this build reads up to " + std::to_string(format) + "); update loomstone.");
+    throw CacheError(path + ": written by a newer version (checkpoint format " +
+                     std::to_string(found) + ", this build reads up to " + std::to_string(format) +
+                     "); update loomstone.");
   Checkpoint checkpoint;
   for (const std::string& name : file.children("/arrays")) {
     Checkpoint::Array& array = checkpoint.arrays[decoded(name)];
@@ -173,8 +183,8 @@ Checkpoint from_bytes(const std::string& path, std::span<const unsigned char> by
 
 }  // namespace
 
-// Complete and on the disk under another name before it takes the old one's place: at any moment, even if the power
-// fails, `path` is a whole checkpoint.
+// Complete and on the disk under another name before it takes the old one's place: at any moment,
+// even if the power fails, `path` is a whole checkpoint.
 void write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
   const std::vector<unsigned char> bytes = to_bytes(path, checkpoint);
   Trailer trailer{{}, bytes.size(), checksum(bytes.data(), bytes.size())};
@@ -188,7 +198,9 @@ void write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
   if (std::rename(part.c_str(), path.c_str()) != 0)
     throw CacheError(path + ": could not rename " + part + " to it: " + std::strerror(errno) + ".");
   const std::size_t slash = path.rfind('/');
-  Descriptor(slash == std::string::npos ? "." : path.substr(0, slash + 1), O_RDONLY | O_DIRECTORY | O_CLOEXEC).sync();
+  Descriptor(slash == std::string::npos ? "." : path.substr(0, slash + 1),
+             O_RDONLY | O_DIRECTORY | O_CLOEXEC)
+      .sync();
 }
 
 Checkpoint read_checkpoint(const std::string& path) {
@@ -197,11 +209,13 @@ Checkpoint read_checkpoint(const std::string& path) {
   if (bytes.size() >= sizeof trailer)
     std::memcpy(&trailer, bytes.data() + bytes.size() - sizeof trailer, sizeof trailer);
   if (std::memcmp(trailer.mark, mark, sizeof mark) != 0)
-    throw CacheError(path + ": is not a loomstone checkpoint, or is truncated; resume from another checkpoint.");
+    throw CacheError(
+        path + ": is not a loomstone checkpoint, or is truncated; resume from another checkpoint.");
   const std::size_t length = bytes.size() - sizeof trailer;
   if (trailer.length != length || checksum(bytes.data(), length) != trailer.checksum)
     throw CacheError(path +
-                     ": the checkpoint is damaged (its checksum does not match its content); resume from another.");
+                     ": the checkpoint is damaged (its checksum does not match its content); "
+                     "resume from another.");
   return from_bytes(path, {bytes.data(), length});
 }
 

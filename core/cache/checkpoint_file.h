@@ -1,4 +1,5 @@
-// A checkpoint: named arrays and texts that hold a State exactly. Written under another name and renamed.
+// A checkpoint: named arrays and texts that hold a State exactly. Written under another name and
+// renamed.
 #pragma once
 
 #include <string>

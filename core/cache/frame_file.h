@@ -1,4 +1,5 @@
-// Frames in HDF5 (VTKHDF temporal PolyData that ParaView opens), readable and right at any moment of a killed run.
+// Frames in HDF5 (VTKHDF temporal PolyData that ParaView opens), readable and right at any moment
+// of a killed run.
 #pragma once
 
 #include <memory>
@@ -9,20 +10,25 @@
 
 namespace loomstone {
 
-// Writes run.vtkhdf (all cloth) and bodies.vtkhdf (bodies and obstacles, where there are any) into a directory.
+// Writes run.vtkhdf (all cloth) and bodies.vtkhdf (bodies and obstacles, where there are any) into
+// a directory.
 class FrameWriter {
  public:
-  // Creates the files (under another name, then renamed); `metadata` is free text (JSON) kept beside the frames.
-  FrameWriter(const std::string& directory, const FrameTopology& topology, const std::string& metadata);
-  // Continues a run: its whole frames and reports up to and including `after_time` [s] are copied into new files, which
-  // then replace the old ones.
+  // Creates the files (under another name, then renamed); `metadata` is free text (JSON) kept
+  // beside the frames.
+  FrameWriter(const std::string& directory, const FrameTopology& topology,
+              const std::string& metadata);
+  // Continues a run: its whole frames and reports up to and including `after_time` [s] are copied
+  // into new files, which then replace the old ones.
   static FrameWriter reopen(const std::string& directory, double after_time);
   ~FrameWriter();
   FrameWriter(FrameWriter&&) noexcept;
   FrameWriter& operator=(FrameWriter&&) noexcept;
-  void write(const Frame& frame);   // throws CacheError (disk full, ...), earlier frames stay readable
-  void record(const StepReport& report);  // of every step; reaches the file with the next frame or flush()
-  void flush();                     // call it before a checkpoint, so that a resumed run has all reports up to it
+  void write(
+      const Frame& frame);  // throws CacheError (disk full, ...), earlier frames stay readable
+  void record(
+      const StepReport& report);  // of every step; reaches the file with the next frame or flush()
+  void flush();  // call it before a checkpoint, so that a resumed run has all reports up to it
   int n_frames() const;
 
  private:
@@ -33,7 +39,8 @@ class FrameWriter {
 
 class FrameReader {
  public:
-  // `path`: directory or run.vtkhdf. Throws CacheError for missing, truncated, foreign or newer files.
+  // `path`: directory or run.vtkhdf. Throws CacheError for missing, truncated, foreign or newer
+  // files.
   explicit FrameReader(const std::string& path);
   ~FrameReader();
   FrameReader(FrameReader&&) noexcept;

@@ -1,4 +1,5 @@
-// What the frame files hold besides the VTKHDF layout: group /loomstone with format, names, metadata and reports.
+// What the frame files hold besides the VTKHDF layout: group /loomstone with format, names,
+// metadata and reports.
 #pragma once
 
 #include <cstddef>
@@ -86,7 +87,9 @@ inline std::vector<Column> report_columns(std::size_t start = 0) {
   return columns;
 }
 
-inline RowFormat report_format() { return {.columns = report_columns(), .bytes = sizeof(StepReport)}; }
+inline RowFormat report_format() {
+  return {.columns = report_columns(), .bytes = sizeof(StepReport)};
+}
 
 inline RowFormat frame_format() {
   auto columns = report_columns(offsetof(FrameRow, report));

@@ -1,6 +1,6 @@
+#include <sys/stat.h>
 #include <algorithm>
 #include <optional>
-#include <sys/stat.h>
 
 #include "core/base/error.h"
 #include "core/cache/frame_file.h"
@@ -17,13 +17,15 @@ namespace {
 Hdf5File open_ours(const std::string& path, const std::string& kind) {
   Hdf5File file = Hdf5File::open(path);
   if (!file.has_attribute(group, "format") || !file.has_attribute(group, "kind"))
-    throw CacheError(path + ": is HDF5 but not a loomstone cache; give a file that loomstone wrote.");
+    throw CacheError(path +
+                     ": is HDF5 but not a loomstone cache; give a file that loomstone wrote.");
   const std::int64_t found = file.attribute(group, "format");
   if (found > format)
     throw CacheError(path + ": written by a newer version (file format " + std::to_string(found) +
                      ", this build reads up to " + std::to_string(format) + "); update loomstone.");
   if (const std::string found_kind = file.text_attribute(group, "kind"); found_kind != kind)
-    throw CacheError(path + ": must be a loomstone file of kind '" + kind + "', got '" + found_kind + "'.");
+    throw CacheError(path + ": must be a loomstone file of kind '" + kind + "', got '" +
+                     found_kind + "'.");
   return file;
 }
 
@@ -34,7 +36,8 @@ std::string read_text(const Hdf5File& file, const std::string& name) {
 
 std::vector<std::string> read_names(const Hdf5File& file) {
   std::vector<std::string> names(file.children(group + "/names").size());
-  for (std::size_t i = 0; i < names.size(); ++i) names[i] = read_text(file, "names/" + std::to_string(i));
+  for (std::size_t i = 0; i < names.size(); ++i)
+    names[i] = read_text(file, "names/" + std::to_string(i));
   return names;
 }
 
@@ -49,11 +52,12 @@ std::string directory_of(const std::string& path) {
   return slash == std::string::npos ? "." : path.substr(0, slash);
 }
 
-void check_group_numbers(const Hdf5File& file, const std::vector<Index>& groups, std::size_t n_names) {
+void check_group_numbers(const Hdf5File& file, const std::vector<Index>& groups,
+                         std::size_t n_names) {
   for (Index number : groups)
     if (number < 0 || static_cast<std::size_t>(number) >= n_names)
-      throw CacheError(file.name() + ": the file is damaged: it names cloth or body " + std::to_string(number) +
-                       " of " + std::to_string(n_names) + ".");
+      throw CacheError(file.name() + ": the file is damaged: it names cloth or body " +
+                       std::to_string(number) + " of " + std::to_string(n_names) + ".");
 }
 
 }  // namespace
@@ -98,13 +102,16 @@ struct FrameReader::Data {
     topology.body_of_vertex = bodies->constant_indices("PointData/body", bodies->n_points());
     if (bodies_file->has("/VTKHDF/PointData/pole"))
       topology.body_pole = bodies->constant_numbers("PointData/pole", bodies->n_points(), 1);
-    topology.body_of_triangle = bodies->constant_indices("CellData/body", bodies->triangles().rows());
+    topology.body_of_triangle =
+        bodies->constant_indices("CellData/body", bodies->triangles().rows());
     topology.body_is_floor = bodies_file->read_array<std::uint8_t>(group + "/is_floor");
     check_group_numbers(*bodies_file, topology.body_of_vertex, topology.body_names.size());
     check_group_numbers(*bodies_file, topology.body_of_triangle, topology.body_names.size());
     if (topology.body_is_floor.size() != topology.body_names.size())
-      throw CacheError(bodies_file->name() + ": the file is damaged: is_floor has the wrong length.");
-    // A killed process may leave the bodies a frame ahead; frames that both have must be of the same run.
+      throw CacheError(bodies_file->name() +
+                       ": the file is damaged: is_floor has the wrong length.");
+    // A killed process may leave the bodies a frame ahead; frames that both have must be of the
+    // same run.
     times.resize(std::min(times.size(), bodies->times().size()));
     if (!std::equal(times.begin(), times.end(), bodies->times().begin()))
       throw CacheError(bodies_file->name() + ": belongs to another run than " + run_file.name() +
@@ -161,7 +168,8 @@ std::vector<StepReport> FrameReader::reports() const {
   const Hdf5Rows rows = data_->run_file.open_rows(group + "/reports", report_format());
   const std::int64_t count = data_->run_file.attribute(group, "n_reports");
   if (count < 0 || count > rows.size())
-    throw CacheError(data_->run_file.name() + ": the file is damaged: it has fewer reports than it says.");
+    throw CacheError(data_->run_file.name() +
+                     ": the file is damaged: it has fewer reports than it says.");
   std::vector<StepReport> reports(static_cast<std::size_t>(count));
   rows.read(0, count, reports.data());
   return reports;

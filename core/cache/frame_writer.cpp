@@ -20,7 +20,8 @@ void write_bytes(Hdf5File& file, const std::string& name, const void* bytes, std
 }
 
 // The group that says whose file this is; names one a line.
-void write_description(Hdf5File& file, const std::string& kind, const std::vector<std::string>& names) {
+void write_description(Hdf5File& file, const std::string& kind,
+                       const std::vector<std::string>& names) {
   file.create_group(group);
   file.write_attribute(group, "format", std::array<std::int64_t, 1>{format});
   file.write_text_attribute(group, "kind", kind);
@@ -31,19 +32,21 @@ void write_description(Hdf5File& file, const std::string& kind, const std::vecto
 
 void check_rows(const char* name, Eigen::Index rows, Eigen::Index expected, int columns) {
   if (rows == expected) return;
-  throw InvalidInput("frame." + std::string(name) + " must have " + std::to_string(expected) + " rows of " +
-                     std::to_string(columns) + " as the topology says, got " + std::to_string(rows) +
-                     "; write frames of one run only.");
+  throw InvalidInput("frame." + std::string(name) + " must have " + std::to_string(expected) +
+                     " rows of " + std::to_string(columns) + " as the topology says, got " +
+                     std::to_string(rows) + "; write frames of one run only.");
 }
 
 void check_topology(const FrameTopology& topology) {
   const auto check = [](const char* name, Eigen::Index length, Eigen::Index expected) {
     if (length != expected)
-      throw InvalidInput("topology." + std::string(name) + " must have " + std::to_string(expected) + " entries, got " +
-                         std::to_string(length) + ".");
+      throw InvalidInput("topology." + std::string(name) + " must have " +
+                         std::to_string(expected) + " entries, got " + std::to_string(length) +
+                         ".");
   };
   check("corner_uv", topology.corner_uv.rows(), topology.triangles.size());
-  check("cloth_of_triangle", static_cast<Eigen::Index>(topology.cloth_of_triangle.size()), topology.triangles.rows());
+  check("cloth_of_triangle", static_cast<Eigen::Index>(topology.cloth_of_triangle.size()),
+        topology.triangles.rows());
   check("body_of_triangle", static_cast<Eigen::Index>(topology.body_of_triangle.size()),
         topology.body_triangles.rows());
   if (!topology.body_pole.empty())
@@ -53,14 +56,17 @@ void check_topology(const FrameTopology& topology) {
         static_cast<Eigen::Index>(topology.body_names.size()));
 }
 
-PolyDataWriter create_run(const std::string& path, const FrameTopology& topology, const std::string& metadata) {
-  const std::vector<PolyDataField> on_points = {{"velocity", Number::Float64, 3},
-                                                {"contact", Number::UInt8, 1},
-                                                {"cloth", Number::Int32, 1, topology.cloth_of_vertex.data()}};
-  const std::vector<PolyDataField> on_cells = {{"strain", Number::Float64, 3},
-                                               {"stretch", Number::Float64, 1},
-                                               {"cloth", Number::Int32, 1, topology.cloth_of_triangle.data()},
-                                               {"uv", Number::Float64, 6, topology.corner_uv.data()}};
+PolyDataWriter create_run(const std::string& path, const FrameTopology& topology,
+                          const std::string& metadata) {
+  const std::vector<PolyDataField> on_points = {
+      {"velocity", Number::Float64, 3},
+      {"contact", Number::UInt8, 1},
+      {"cloth", Number::Int32, 1, topology.cloth_of_vertex.data()}};
+  const std::vector<PolyDataField> on_cells = {
+      {"strain", Number::Float64, 3},
+      {"stretch", Number::Float64, 1},
+      {"cloth", Number::Int32, 1, topology.cloth_of_triangle.data()},
+      {"uv", Number::Float64, 6, topology.corner_uv.data()}};
   const auto n_vertices = static_cast<std::int64_t>(topology.cloth_of_vertex.size());
   PolyDataWriter writer(path, n_vertices, topology.triangles, on_points, on_cells);
   write_description(writer.file(), run_kind, topology.cloth_names);
@@ -73,12 +79,15 @@ PolyDataWriter create_run(const std::string& path, const FrameTopology& topology
 
 PolyDataWriter create_bodies(const std::string& path, const FrameTopology& topology) {
   const auto n_vertices = static_cast<std::int64_t>(topology.body_of_vertex.size());
-  std::vector<PolyDataField> on_points = {{"body", Number::Int32, 1, topology.body_of_vertex.data()}};
-  if (!topology.body_pole.empty()) on_points.push_back({"pole", Number::Float64, 1, topology.body_pole.data()});
+  std::vector<PolyDataField> on_points = {
+      {"body", Number::Int32, 1, topology.body_of_vertex.data()}};
+  if (!topology.body_pole.empty())
+    on_points.push_back({"pole", Number::Float64, 1, topology.body_pole.data()});
   PolyDataWriter writer(path, n_vertices, topology.body_triangles, on_points,
                         {{"body", Number::Int32, 1, topology.body_of_triangle.data()}});
   write_description(writer.file(), bodies_kind, topology.body_names);
-  write_bytes(writer.file(), "is_floor", topology.body_is_floor.data(), topology.body_is_floor.size());
+  write_bytes(writer.file(), "is_floor", topology.body_is_floor.data(),
+              topology.body_is_floor.size());
   return writer;
 }
 
@@ -107,8 +116,11 @@ struct FrameWriter::Data {
 
   // Creates both files under other names; publish() puts them in place.
   Data(const std::string& into, const FrameTopology& topology, const std::string& metadata)
-      : directory(into), parts{into}, run(create_run(into + "/" + run_file + ".part", topology, metadata)) {
-    if (!topology.body_names.empty()) bodies = create_bodies(into + "/" + bodies_file + ".part", topology);
+      : directory(into),
+        parts{into},
+        run(create_run(into + "/" + run_file + ".part", topology, metadata)) {
+    if (!topology.body_names.empty())
+      bodies = create_bodies(into + "/" + bodies_file + ".part", topology);
     frame_rows = run.file().create_rows(group + "/frames", frame_format(), table_block);
     report_rows = run.file().create_rows(group + "/reports", report_format(), table_block);
     n_vertices = static_cast<Eigen::Index>(topology.cloth_of_vertex.size());
@@ -121,10 +133,11 @@ struct FrameWriter::Data {
     run.file().flush();
   }
 
-  // The bodies go first: should the process die in between, the pair still belongs together as long as the old run
-  // file is gone or, when continuing a run, has the same frames.
+  // The bodies go first: should the process die in between, the pair still belongs together as long
+  // as the old run file is gone or, when continuing a run, has the same frames.
   void publish(bool same_run) {
-    const std::string run_path = directory + "/" + run_file, bodies_path = directory + "/" + bodies_file;
+    const std::string run_path = directory + "/" + run_file,
+                      bodies_path = directory + "/" + bodies_file;
     flush();
     if (!same_run) std::remove(run_path.c_str());
     if (bodies)
@@ -155,7 +168,8 @@ struct FrameWriter::Data {
     if (n_frames == 0 && frame.coil_currents.size() > 0) {
       n_coils = frame.coil_currents.size();
       run.file().write_attribute(group, "n_coils", std::array<std::int64_t, 1>{n_coils});
-      current_rows = run.file().create_rows(currents, {Number::Float64, static_cast<int>(n_coils)}, table_block);
+      current_rows = run.file().create_rows(currents, {Number::Float64, static_cast<int>(n_coils)},
+                                            table_block);
     }
     if (n_coils == 0) return;
     current_rows.resize(n_frames + 1);
@@ -195,20 +209,24 @@ FrameWriter::~FrameWriter() = default;
 FrameWriter::FrameWriter(FrameWriter&&) noexcept = default;
 FrameWriter& FrameWriter::operator=(FrameWriter&&) noexcept = default;
 
-FrameWriter::FrameWriter(const std::string& directory, const FrameTopology& topology, const std::string& metadata) {
+FrameWriter::FrameWriter(const std::string& directory, const FrameTopology& topology,
+                         const std::string& metadata) {
   check_topology(topology);
   data_ = std::make_unique<Data>(directory, topology, metadata);
   data_->publish(false);
 }
 
-// Continuing in place would mean to trust the free space of a file whose writer was killed. Copying costs a moment,
-// trusts only whole frames, and leaves the old files until the new ones are complete.
+// Continuing in place would mean to trust the free space of a file whose writer was killed. Copying
+// costs a moment, trusts only whole frames, and leaves the old files until the new ones are
+// complete.
 FrameWriter FrameWriter::reopen(const std::string& directory, double after_time) {
   const FrameReader old(directory);
   FrameWriter writer;
   writer.data_ = std::make_unique<Data>(directory, old.topology(), old.metadata());
   Data& data = *writer.data_;
-  for (int index = 0; index < old.n_frames() && old.times()[static_cast<std::size_t>(index)] <= after_time; ++index) {
+  for (int index = 0;
+       index < old.n_frames() && old.times()[static_cast<std::size_t>(index)] <= after_time;
+       ++index) {
     const Frame frame = old.frame(index);
     data.stage(frame);
     data.commit(frame);

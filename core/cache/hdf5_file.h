@@ -1,5 +1,6 @@
-// A thin owner of HDF5 files and datasets. The only header of the cache that stands for HDF5, and it shows none of it.
-// Every failure becomes a CacheError with the file's name, what was tried and the cause HDF5 or the system gave.
+// A thin owner of HDF5 files and datasets. The only header of the cache that stands for HDF5, and
+// it shows none of it. Every failure becomes a CacheError with the file's name, what was tried and
+// the cause HDF5 or the system gave.
 #pragma once
 
 #include <cstddef>
@@ -16,13 +17,21 @@ enum class Number { UInt8, Int32, Int64, Float64 };
 template <class T>
 Number number_of();
 template <>
-inline Number number_of<std::uint8_t>() { return Number::UInt8; }
+inline Number number_of<std::uint8_t>() {
+  return Number::UInt8;
+}
 template <>
-inline Number number_of<std::int32_t>() { return Number::Int32; }
+inline Number number_of<std::int32_t>() {
+  return Number::Int32;
+}
 template <>
-inline Number number_of<std::int64_t>() { return Number::Int64; }
+inline Number number_of<std::int64_t>() {
+  return Number::Int64;
+}
 template <>
-inline Number number_of<double>() { return Number::Float64; }
+inline Number number_of<double>() {
+  return Number::Float64;
+}
 
 // One named column of a table whose rows are structs.
 struct Column {
@@ -45,7 +54,8 @@ struct Hdf5Shared {
   bool unwritten = false;  // something could not be written, or has not been flushed since
 };
 
-// A dataset of rows that can grow. Rows are addressed by number; buffers hold whole rows, tightly packed.
+// A dataset of rows that can grow. Rows are addressed by number; buffers hold whole rows, tightly
+// packed.
 class Hdf5Rows {
  public:
   Hdf5Rows() = default;
@@ -87,17 +97,21 @@ class Hdf5File {
   std::vector<std::string> children(const std::string& group) const;  // sorted by name
 
   // Attributes of a group or dataset.
-  void write_text_attribute(const std::string& object, const std::string& name, const std::string& text);
-  void write_attribute(const std::string& object, const std::string& name, std::span<const std::int64_t> values);
+  void write_text_attribute(const std::string& object, const std::string& name,
+                            const std::string& text);
+  void write_attribute(const std::string& object, const std::string& name,
+                       std::span<const std::int64_t> values);
   void update_attribute(const std::string& object, const std::string& name, std::int64_t value);
   bool has_attribute(const std::string& object, const std::string& name) const;
   std::string text_attribute(const std::string& object, const std::string& name) const;
   std::int64_t attribute(const std::string& object, const std::string& name) const;
 
   // Arrays of fixed shape ({} for a single number).
-  void write_array(const std::string& path, Number type, const std::vector<std::int64_t>& shape, const void* values);
+  void write_array(const std::string& path, Number type, const std::vector<std::int64_t>& shape,
+                   const void* values);
   template <class T>
-  std::vector<T> read_array(const std::string& path, std::vector<std::int64_t>* shape = nullptr) const;
+  std::vector<T> read_array(const std::string& path,
+                            std::vector<std::int64_t>* shape = nullptr) const;
 
   // Growing datasets, stored in blocks of `block_rows` rows that are set aside as a whole.
   Hdf5Rows create_rows(const std::string& path, const RowFormat& format, std::int64_t block_rows);
@@ -105,15 +119,18 @@ class Hdf5File {
 
  private:
   Hdf5File(std::int64_t file, std::string name);
-  std::int64_t open_to_read_array(const std::string& path, Number type, std::vector<std::int64_t>& shape) const;
-  void finish_reading_array(std::int64_t dataset, const std::string& path, Number type, void* values) const;
+  std::int64_t open_to_read_array(const std::string& path, Number type,
+                                  std::vector<std::int64_t>& shape) const;
+  void finish_reading_array(std::int64_t dataset, const std::string& path, Number type,
+                            void* values) const;
   void cut_off() const;
   std::int64_t file_ = -1;
   std::shared_ptr<Hdf5Shared> shared_;
 };
 
 template <class T>
-std::vector<T> Hdf5File::read_array(const std::string& path, std::vector<std::int64_t>* shape) const {
+std::vector<T> Hdf5File::read_array(const std::string& path,
+                                    std::vector<std::int64_t>* shape) const {
   std::vector<std::int64_t> found;
   const std::int64_t dataset = open_to_read_array(path, number_of<T>(), found);
   std::size_t count = 1;

@@ -1,5 +1,5 @@
-// One temporal PolyData in VTKHDF layout: triangles stored once, points and fields anew every frame.
-// Layout: VTK File Formats, "VTKHDF", version 2.0.
+// One temporal PolyData in VTKHDF layout: triangles stored once, points and fields anew every
+// frame. Layout: VTK File Formats, "VTKHDF", version 2.0.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,8 @@
 
 namespace loomstone {
 
-// A field on points or cells; with `constant` it is stored once, otherwise every frame brings its values.
+// A field on points or cells; with `constant` it is stored once, otherwise every frame brings its
+// values.
 struct PolyDataField {
   std::string name;
   Number type = Number::Float64;
@@ -19,22 +20,25 @@ struct PolyDataField {
   const void* constant = nullptr;
 };
 
-// Writes. A frame is written in two phases, so that a process killed at any moment leaves a file whose first NSteps
-// frames are whole: stage() puts the data past the last frame, flush() makes them reach the file, commit() counts the
-// frame and a second flush() tells. A frame that failed on the way may be written again.
+// Writes. A frame is written in two phases, so that a process killed at any moment leaves a file
+// whose first NSteps frames are whole: stage() puts the data past the last frame, flush() makes
+// them reach the file, commit() counts the frame and a second flush() tells. A frame that failed on
+// the way may be written again.
 class PolyDataWriter {
  public:
   PolyDataWriter(const std::string& path, std::int64_t n_points, const Triangles& triangles,
-                 const std::vector<PolyDataField>& point_fields, const std::vector<PolyDataField>& cell_fields);
+                 const std::vector<PolyDataField>& point_fields,
+                 const std::vector<PolyDataField>& cell_fields);
   Hdf5File& file() { return file_; }
 
-  // `point_values` and `cell_values`: one pointer a field that is not constant, in the order given above.
+  // `point_values` and `cell_values`: one pointer a field that is not constant, in the order given
+  // above.
   void stage(std::int64_t frame, const Points& points, const std::vector<const void*>& point_values,
              const std::vector<const void*>& cell_values);
   void commit(std::int64_t frame, double time);
 
  private:
-  struct Table {       // of one row a frame
+  struct Table {  // of one row a frame
     Hdf5Rows rows;
     std::int64_t stride;  // row k holds k * stride, in every column
     int columns;
@@ -44,8 +48,8 @@ class PolyDataWriter {
     std::int64_t rows_per_frame;
   };
   void create_cells(const Triangles& triangles);
-  void create_fields(const std::string& group, const std::vector<PolyDataField>& fields, std::int64_t n_rows,
-                     std::vector<Values>& values);
+  void create_fields(const std::string& group, const std::vector<PolyDataField>& fields,
+                     std::int64_t n_rows, std::vector<Values>& values);
   void create_table(const std::string& path, std::int64_t stride, int columns);
   void set_aside_frames();
 
@@ -63,11 +67,13 @@ class PolyDataReader {
   std::int64_t n_points() const { return n_points_; }
   const Triangles& triangles() const { return triangles_; }
   const std::vector<double>& times() const { return times_; }
-  std::vector<Index> constant_indices(const std::string& field, std::int64_t n_rows) const;  // "PointData/cloth"
-  std::vector<double> constant_numbers(const std::string& field, std::int64_t n_rows, int components) const;
+  std::vector<Index> constant_indices(const std::string& field,
+                                      std::int64_t n_rows) const;  // "PointData/cloth"
+  std::vector<double> constant_numbers(const std::string& field, std::int64_t n_rows,
+                                       int components) const;
   Points points(std::int64_t frame) const;
-  void read(const std::string& field, Number type, int components, std::int64_t rows_per_frame, std::int64_t frame,
-            void* values) const;
+  void read(const std::string& field, Number type, int components, std::int64_t rows_per_frame,
+            std::int64_t frame, void* values) const;
 
  private:
   const Hdf5File* file_;

@@ -37,16 +37,19 @@ PolyDataReader::PolyDataReader(const Hdf5File& file) : file_(&file) {
   times.read(0, n_frames, times_.data());
 }
 
-std::vector<Index> PolyDataReader::constant_indices(const std::string& field, std::int64_t n_rows) const {
+std::vector<Index> PolyDataReader::constant_indices(const std::string& field,
+                                                    std::int64_t n_rows) const {
   auto values = file_->read_array<std::int32_t>(root + "/" + field);
-  if (static_cast<std::int64_t>(values.size()) != n_rows) damaged(*file_, field + " has the wrong length");
+  if (static_cast<std::int64_t>(values.size()) != n_rows)
+    damaged(*file_, field + " has the wrong length");
   return values;
 }
 
 std::vector<double> PolyDataReader::constant_numbers(const std::string& field, std::int64_t n_rows,
                                                      int components) const {
   auto values = file_->read_array<double>(root + "/" + field);
-  if (static_cast<std::int64_t>(values.size()) != n_rows * components) damaged(*file_, field + " has the wrong length");
+  if (static_cast<std::int64_t>(values.size()) != n_rows * components)
+    damaged(*file_, field + " has the wrong length");
   return values;
 }
 
@@ -56,10 +59,11 @@ Points PolyDataReader::points(std::int64_t frame) const {
   return points;
 }
 
-void PolyDataReader::read(const std::string& field, Number type, int components, std::int64_t rows_per_frame,
-                          std::int64_t frame, void* values) const {
+void PolyDataReader::read(const std::string& field, Number type, int components,
+                          std::int64_t rows_per_frame, std::int64_t frame, void* values) const {
   const Hdf5Rows rows = file_->open_rows(root + "/" + field, {type, components});
-  if (rows.size() < (frame + 1) * rows_per_frame) damaged(*file_, field + " ends before the last frame");
+  if (rows.size() < (frame + 1) * rows_per_frame)
+    damaged(*file_, field + " ends before the last frame");
   rows.read(frame * rows_per_frame, rows_per_frame, values);
 }
 

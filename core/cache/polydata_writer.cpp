@@ -1,5 +1,5 @@
-// VTK silently shows an empty mesh, or step 0 at every step, when an item of this layout is missing: nothing here is
-// optional, even where it holds only zeros.
+// VTK silently shows an empty mesh, or step 0 at every step, when an item of this layout is
+// missing: nothing here is optional, even where it holds only zeros.
 #include <algorithm>
 #include <array>
 
@@ -9,8 +9,8 @@ namespace loomstone {
 
 namespace {
 
-// Frames whose place is set aside at once. Room is made rarely, so that a kill rarely meets it; the unused rest is a
-// hole in the file that takes no disk space.
+// Frames whose place is set aside at once. Room is made rarely, so that a kill rarely meets it; the
+// unused rest is a hole in the file that takes no disk space.
 constexpr std::int64_t frames_per_block = 16;
 constexpr std::int64_t table_block = 1024;  // rows
 
@@ -18,7 +18,8 @@ const std::string root = "/VTKHDF";
 
 }  // namespace
 
-PolyDataWriter::PolyDataWriter(const std::string& path, std::int64_t n_points, const Triangles& triangles,
+PolyDataWriter::PolyDataWriter(const std::string& path, std::int64_t n_points,
+                               const Triangles& triangles,
                                const std::vector<PolyDataField>& point_fields,
                                const std::vector<PolyDataField>& cell_fields)
     : file_(Hdf5File::create(path)) {
@@ -38,8 +39,11 @@ PolyDataWriter::PolyDataWriter(const std::string& path, std::int64_t n_points, c
   create_table(steps + "/CellOffsets", 0, 4);
   create_table(steps + "/ConnectivityIdOffsets", 0, 4);
 
-  const auto block = [](std::int64_t rows) { return std::max<std::int64_t>(rows * frames_per_block, 1); };
-  values_.push_back({file_.create_rows(root + "/Points", {Number::Float64, 3}, block(n_points)), n_points});
+  const auto block = [](std::int64_t rows) {
+    return std::max<std::int64_t>(rows * frames_per_block, 1);
+  };
+  values_.push_back(
+      {file_.create_rows(root + "/Points", {Number::Float64, 3}, block(n_points)), n_points});
   create_fields("PointData", point_fields, n_points, values_);
   create_fields("CellData", cell_fields, triangles.rows(), values_);
 }
@@ -48,41 +52,50 @@ PolyDataWriter::PolyDataWriter(const std::string& path, std::int64_t n_points, c
 void PolyDataWriter::create_cells(const Triangles& triangles) {
   const std::int64_t n_triangles = triangles.rows(), n_corners = triangles.size(), none = 0;
   std::vector<std::int64_t> connectivity(triangles.data(), triangles.data() + n_corners), offsets;
-  for (std::int64_t triangle = 0; triangle <= n_triangles; ++triangle) offsets.push_back(3 * triangle);
+  for (std::int64_t triangle = 0; triangle <= n_triangles; ++triangle)
+    offsets.push_back(3 * triangle);
   for (const std::string kind : {"Vertices", "Lines", "Polygons", "Strips"}) {
     const bool ours = kind == "Polygons";
     const std::string group = root + "/" + kind;
     file_.create_group(group);
     file_.write_array(group + "/NumberOfCells", Number::Int64, {1}, ours ? &n_triangles : &none);
-    file_.write_array(group + "/NumberOfConnectivityIds", Number::Int64, {1}, ours ? &n_corners : &none);
-    file_.write_array(group + "/Connectivity", Number::Int64, {ours ? n_corners : 0}, connectivity.data());
-    file_.write_array(group + "/Offsets", Number::Int64, {ours ? n_triangles + 1 : 1}, offsets.data());
+    file_.write_array(group + "/NumberOfConnectivityIds", Number::Int64, {1},
+                      ours ? &n_corners : &none);
+    file_.write_array(group + "/Connectivity", Number::Int64, {ours ? n_corners : 0},
+                      connectivity.data());
+    file_.write_array(group + "/Offsets", Number::Int64, {ours ? n_triangles + 1 : 1},
+                      offsets.data());
   }
 }
 
-void PolyDataWriter::create_fields(const std::string& group, const std::vector<PolyDataField>& fields,
-                                   std::int64_t n_rows, std::vector<Values>& values) {
+void PolyDataWriter::create_fields(const std::string& group,
+                                   const std::vector<PolyDataField>& fields, std::int64_t n_rows,
+                                   std::vector<Values>& values) {
   file_.create_group(root + "/" + group);
   file_.create_group(root + "/Steps/" + group + "Offsets");
   for (const PolyDataField& field : fields) {
     const std::string path = root + "/" + group + "/" + field.name;
     if (field.constant) {
-      const auto shape = field.components == 1 ? std::vector<std::int64_t>{n_rows}
-                                               : std::vector<std::int64_t>{n_rows, field.components};
+      const auto shape = field.components == 1
+                             ? std::vector<std::int64_t>{n_rows}
+                             : std::vector<std::int64_t>{n_rows, field.components};
       file_.write_array(path, field.type, shape, field.constant);
     } else {
       const std::int64_t block = std::max<std::int64_t>(n_rows * frames_per_block, 1);
       values.push_back({file_.create_rows(path, {field.type, field.components}, block), n_rows});
     }
-    create_table(root + "/Steps/" + group + "Offsets/" + field.name, field.constant ? 0 : n_rows, 1);
+    create_table(root + "/Steps/" + group + "Offsets/" + field.name, field.constant ? 0 : n_rows,
+                 1);
   }
 }
 
 void PolyDataWriter::create_table(const std::string& path, std::int64_t stride, int columns) {
-  tables_.push_back({file_.create_rows(path, {Number::Int64, columns}, table_block), stride, columns});
+  tables_.push_back(
+      {file_.create_rows(path, {Number::Int64, columns}, table_block), stride, columns});
 }
 
-// Rows past NSteps are ignored by readers, so tables are filled for the whole block; NumberOfParts is 1 in all rows.
+// Rows past NSteps are ignored by readers, so tables are filled for the whole block; NumberOfParts
+// is 1 in all rows.
 void PolyDataWriter::set_aside_frames() {
   const std::int64_t first = n_set_aside_, count = frames_per_block;
   for (Table& table : tables_) {
@@ -97,7 +110,8 @@ void PolyDataWriter::set_aside_frames() {
   n_set_aside_ += count;
 }
 
-void PolyDataWriter::stage(std::int64_t frame, const Points& points, const std::vector<const void*>& point_values,
+void PolyDataWriter::stage(std::int64_t frame, const Points& points,
+                           const std::vector<const void*>& point_values,
                            const std::vector<const void*>& cell_values) {
   if (frame >= n_set_aside_) set_aside_frames();
   std::size_t field = 0;
@@ -110,8 +124,9 @@ void PolyDataWriter::stage(std::int64_t frame, const Points& points, const std::
   for (const void* data : cell_values) put(data);
 }
 
-// Steps/Values must have exactly NSteps rows, so it grows in the same phase as the count; only where it grows into a new
-// block is it flushed first, since a block must be on record in the file before the count lets anybody read it.
+// Steps/Values must have exactly NSteps rows, so it grows in the same phase as the count; only
+// where it grows into a new block is it flushed first, since a block must be on record in the file
+// before the count lets anybody read it.
 void PolyDataWriter::commit(std::int64_t frame, double time) {
   times_.resize(frame + 1);
   times_.write(frame, 1, &time);

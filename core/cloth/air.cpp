@@ -9,13 +9,15 @@ Vec3 wind_at(const Air& air, const Vec3& place, double time) {
   const double speed = air.wind.norm();
   if (speed == 0.0) return air.wind;
   const double s = air.wind.dot(place) / speed;  // along the wind [m]
-  const double waves = 0.5 * std::sin(2.3 * time - 3.1 * s) + 0.3 * std::sin(5.1 * time - 4.7 * s + 1.7 * place.z()) +
+  const double waves = 0.5 * std::sin(2.3 * time - 3.1 * s) +
+                       0.3 * std::sin(5.1 * time - 4.7 * s + 1.7 * place.z()) +
                        0.2 * std::sin(9.7 * time - 7.9 * s + 2.9 * place.y());
   return air.wind * (1.0 + air.gust * waves);
 }
 
 namespace {
-Vec3 triangle_drag(const Air& air, double time, const Triangles& triangles, Index t, const Points& x, const Points& v) {
+Vec3 triangle_drag(const Air& air, double time, const Triangles& triangles, Index t,
+                   const Points& x, const Points& v) {
   const Index i = triangles(t, 0), j = triangles(t, 1), k = triangles(t, 2);
   const Vec3 xi = x.row(i), xj = x.row(j), xk = x.row(k);
   const Vec3 twice = (xj - xi).cross(xk - xi);
@@ -27,13 +29,14 @@ Vec3 triangle_drag(const Air& air, double time, const Triangles& triangles, Inde
   const double along = u.dot(n);
   const Vec3 tangential = u - along * n;
   return 0.25 * air.density * norm *
-         (air.normal_drag * std::abs(along) * along * n + air.tangential_drag * tangential.norm() * tangential);
+         (air.normal_drag * std::abs(along) * along * n +
+          air.tangential_drag * tangential.norm() * tangential);
 }
 }  // namespace
 
 void add_drag(const Team& team, const Air& air, double time, const Triangles& triangles,
-              const std::vector<Index>& start, const std::vector<Index>& items, const Points& x, const Points& v,
-              Index begin, Index end, Points& force) {
+              const std::vector<Index>& start, const std::vector<Index>& items, const Points& x,
+              const Points& v, Index begin, Index end, Points& force) {
   if (air.density == 0.0 || (air.normal_drag == 0.0 && air.tangential_drag == 0.0)) return;
   std::vector<std::uint8_t> needed(triangles.rows(), 0);
   for (Index s = start[begin]; s < start[end]; ++s) needed[items[s]] = 1;

@@ -19,22 +19,26 @@ struct Air {
     using A = Air;
     return std::make_tuple(
         field("density", &A::density, "kg/m^3", non_negative(), "density of the air"),
-        field("normal_drag", &A::normal_drag, "1", non_negative(), "drag coefficient across a triangle"),
-        field("tangential_drag", &A::tangential_drag, "1", non_negative(), "drag coefficient along a triangle"),
+        field("normal_drag", &A::normal_drag, "1", non_negative(),
+              "drag coefficient across a triangle"),
+        field("tangential_drag", &A::tangential_drag, "1", non_negative(),
+              "drag coefficient along a triangle"),
         field("wind", &A::wind, "velocity of the air [m/s]"),
-        field("gust", &A::gust, "1", between(0.0, 1.0), "relative strength of slow variations of the wind"));
+        field("gust", &A::gust, "1", between(0.0, 1.0),
+              "relative strength of slow variations of the wind"));
   }
 };
 
-// Velocity of the air at a place and time [m/s]: the wind times 1 + gust * (a sum of three slow travelling waves). Our choice.
+// Velocity of the air at a place and time [m/s]: the wind times 1 + gust * (a sum of three slow
+// travelling waves). Our choice.
 Vec3 wind_at(const Air& air, const Vec3& place, double time);
 
-// Adds to rows [begin, end) a third of each incident triangle's drag: with A the present area, n the unit normal and u the
-// velocity of the air relative to the triangle's mean velocity,
+// Adds to rows [begin, end) a third of each incident triangle's drag: with A the present area, n
+// the unit normal and u the velocity of the air relative to the triangle's mean velocity,
 //   f = density / 2 * A * (normal_drag |u.n| (u.n) n + tangential_drag |u_t| u_t).
 // `slots` lists for each vertex its triangles, ascending (start, items).
 void add_drag(const Team& team, const Air& air, double time, const Triangles& triangles,
-              const std::vector<Index>& start, const std::vector<Index>& items, const Points& x, const Points& v,
-              Index begin, Index end, Points& force);
+              const std::vector<Index>& start, const std::vector<Index>& items, const Points& x,
+              const Points& v, Index begin, Index end, Points& force);
 
 }  // namespace loomstone

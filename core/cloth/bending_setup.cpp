@@ -13,16 +13,19 @@ namespace loomstone {
 
 namespace {
 
-[[noreturn]] void refuse_size(const char* field, const char* expected, std::size_t wanted, std::size_t got) {
+[[noreturn]] void refuse_size(const char* field, const char* expected, std::size_t wanted,
+                              std::size_t got) {
   std::ostringstream out;
-  out << "bending: " << field << " must have one entry a " << expected << " (" << wanted << "), got " << got
-      << "; build it from the same mesh";
+  out << "bending: " << field << " must have one entry a " << expected << " (" << wanted
+      << "), got " << got << "; build it from the same mesh";
   throw InvalidInput(out.str());
 }
 
-[[noreturn]] void refuse(const char* field, Index item, const char* must, double got, const char* remedy) {
+[[noreturn]] void refuse(const char* field, Index item, const char* must, double got,
+                         const char* remedy) {
   std::ostringstream out;
-  out << "bending: " << field << "[" << item << "] must be " << must << ", got " << got << "; " << remedy;
+  out << "bending: " << field << "[" << item << "] must be " << must << ", got " << got << "; "
+      << remedy;
   throw InvalidInput(out.str());
 }
 
@@ -39,21 +42,25 @@ void check_bending_setup(const BendingSetup& setup) {
     const Vec2 e1 = (x.row(1) - x.row(0)).transpose(), e2 = (x.row(2) - x.row(0)).transpose();
     const double area = 0.5 * (e1.x() * e2.y() - e1.y() * e2.x());
     if (!(area > 1e-12 * std::max({e1.squaredNorm(), e2.squaredNorm(), (e2 - e1).squaredNorm()})))
-      refuse("corners", t, "three that span a rest area > 1e-12 of the longest edge squared [m^2]", area,
-             "remove the triangle or turn its corners counter-clockwise");
+      refuse("corners", t, "three that span a rest area > 1e-12 of the longest edge squared [m^2]",
+             area, "remove the triangle or turn its corners counter-clockwise");
     const Mat3& d = setup.rigidity[t];
     if (!d.allFinite() || d != d.transpose())
-      refuse("rigidity", t, "finite and symmetric", d.sum(), "give bending_weft, _warp, _twist and _coupling in N m");
-    const Vec3 eigenvalues = Eigen::SelfAdjointEigenSolver<Mat3>(d, Eigen::EigenvaluesOnly).eigenvalues();
+      refuse("rigidity", t, "finite and symmetric", d.sum(),
+             "give bending_weft, _warp, _twist and _coupling in N m");
+    const Vec3 eigenvalues =
+        Eigen::SelfAdjointEigenSolver<Mat3>(d, Eigen::EigenvaluesOnly).eigenvalues();
     if (eigenvalues(0) < -1e-12 * eigenvalues(2))
-      refuse("rigidity", t, "positive semi-definite (bending_coupling^2 <= bending_weft * bending_warp)", eigenvalues(0),
-             "lower bending_coupling");
+      refuse("rigidity", t,
+             "positive semi-definite (bending_coupling^2 <= bending_weft * bending_warp)",
+             eigenvalues(0), "lower bending_coupling");
     if (!(setup.damping[t] >= 0.0) || !std::isfinite(setup.damping[t]))
       refuse("damping", t, ">= 0 [s]", setup.damping[t], "a negative one would feed energy");
   }
   for (Index e = 0; e < static_cast<Index>(setup.rest_angles.size()); ++e)
     if (!(std::abs(setup.rest_angles[e]) < M_PI))
-      refuse("rest_angles", e, "in (-pi, pi) [rad]", setup.rest_angles[e], "give angles in radians");
+      refuse("rest_angles", e, "in (-pi, pi) [rad]", setup.rest_angles[e],
+             "give angles in radians");
 }
 
 HingeSet make_hinge_set(const BendingSetup& setup, const EdgeTable& edges) {
@@ -66,7 +73,8 @@ HingeSet make_hinge_set(const BendingSetup& setup, const EdgeTable& edges) {
   } else if (!setup.flat_rest) {
     rest = measure_angles(list, setup.rest_positions);
   }
-  return HingeSet(static_cast<Index>(setup.rest_positions.rows()), std::move(list), std::move(rest));
+  return HingeSet(static_cast<Index>(setup.rest_positions.rows()), std::move(list),
+                  std::move(rest));
 }
 
 std::vector<Index> all_of(Index n) {
@@ -75,8 +83,8 @@ std::vector<Index> all_of(Index n) {
   return list;
 }
 
-double power_iteration(const HingeSet& hinges, const Points& rest_positions, const std::vector<std::uint8_t>& pinned,
-                       const Vector& mass,
+double power_iteration(const HingeSet& hinges, const Points& rest_positions,
+                       const std::vector<std::uint8_t>& pinned, const Vector& mass,
                        const std::function<void(const HingeValues&, AlignedDoubles&)>& moments) {
   constexpr int iterations = 40;  // measured: 2e-4 low on a grid
   const Team team;

@@ -16,24 +16,24 @@ namespace loomstone {
 struct ClothModel {
   // Bending elements of one kind on some of the cloths, with vertices numbered over all.
   struct BendingPart {
-    std::string element;   // "mid-edge" | "hinge"
+    std::string element;  // "mid-edge" | "hinge"
     BendingSetup setup;
   };
 
   Index n_vertices = 0;
-  Triangles triangles;                           // (m x 3)
-  std::vector<Corners2> corners;                 // (m) rest coordinates [m]
-  std::vector<MembraneConstants> constants;      // (m)
+  Triangles triangles;                       // (m x 3)
+  std::vector<Corners2> corners;             // (m) rest coordinates [m]
+  std::vector<MembraneConstants> constants;  // (m)
   std::vector<StrainLimit> strain_limits;
-  std::vector<Index> strain_limit_of;            // (m) row of strain_limits, -1: none
+  std::vector<Index> strain_limit_of;  // (m) row of strain_limits, -1: none
   std::vector<BendingPart> bending;
-  Vector mass;                                   // (n) lumped [kg], method.md 1.3
-  std::vector<std::uint8_t> pinned;              // (n) 1: held or moved by script
-  Incidence triangles_of_vertex;                 // (n)
+  Vector mass;                       // (n) lumped [kg], method.md 1.3
+  std::vector<std::uint8_t> pinned;  // (n) 1: held or moved by script
+  Incidence triangles_of_vertex;     // (n)
 };
 
 // Lumped mass: a third of the areas of the incident triangles times their density [kg/m^2].
-Vector lumped_mass(Index n_vertices, const Triangles& triangles, const std::vector<Corners2>& corners,
-                   const std::vector<double>& density);
+Vector lumped_mass(Index n_vertices, const Triangles& triangles,
+                   const std::vector<Corners2>& corners, const std::vector<double>& density);
 
 }  // namespace loomstone

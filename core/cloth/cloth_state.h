@@ -7,14 +7,15 @@ namespace loomstone {
 
 // State.
 struct ClothState {
-  Points x;                  // (n x 3) [m], integrator, then certify
-  Points v;                  // (n x 3) [m/s], integrator, then certify
-  Points last_change;        // (rows x 3) [m/s] change of velocity of the last implicit step, guess of the next; integrator
-  // History of multi-step schemes (BDF-2, extrapolated bending); empty where there is none. Integrator; cleared when
-  // certify moved a vertex.
-  Points previous_x;         // (n x 3) [m]
-  Points previous_v;         // (n x 3) [m/s]
-  Points previous_bending;   // (n x 3) [N]
+  Points x;            // (n x 3) [m], integrator, then certify
+  Points v;            // (n x 3) [m/s], integrator, then certify
+  Points last_change;  // (rows x 3) [m/s] change of velocity of the last implicit step, guess of
+                       // the next; integrator
+  // History of multi-step schemes (BDF-2, extrapolated bending); empty where there is none.
+  // Integrator; cleared when certify moved a vertex.
+  Points previous_x;        // (n x 3) [m]
+  Points previous_v;        // (n x 3) [m/s]
+  Points previous_bending;  // (n x 3) [N]
 
   void forget_history() {
     previous_x.resize(0, 3);

@@ -19,14 +19,18 @@ EdgeLimiter::EdgeLimiter(const LimitedCloth& cloth) {
     for (int k = 0; k < 3; ++k) {
       const Index a = cloth.triangles(t, k), b = cloth.triangles(t, (k + 1) % 3);
       const double length = (cloth.corners[t].row(k) - cloth.corners[t].row((k + 1) % 3)).norm();
-      sides.push_back({std::min(a, b), std::max(a, b), length, cloth.limits[cloth.limit_of[t]].edge_bound()});
+      sides.push_back(
+          {std::min(a, b), std::max(a, b), length, cloth.limits[cloth.limit_of[t]].edge_bound()});
     }
   }
-  std::stable_sort(sides.begin(), sides.end(), [](const Side& p, const Side& q) { return std::pair(p.a, p.b) < std::pair(q.a, q.b); });
+  std::stable_sort(sides.begin(), sides.end(), [](const Side& p, const Side& q) {
+    return std::pair(p.a, p.b) < std::pair(q.a, q.b);
+  });
   std::vector<Side> unique;
   for (const Side& side : sides) {
     if (!unique.empty() && unique.back().a == side.a && unique.back().b == side.b)
-      unique.back().length = 0.5 * (unique.back().length + side.length), unique.back().bound = std::min(unique.back().bound, side.bound);
+      unique.back().length = 0.5 * (unique.back().length + side.length),
+      unique.back().bound = std::min(unique.back().bound, side.bound);
     else
       unique.push_back(side);
   }
@@ -37,7 +41,8 @@ EdgeLimiter::EdgeLimiter(const LimitedCloth& cloth) {
   const std::vector<Index> colour = colours(cloth.n_vertices, rows, n_colours);
   std::vector<Index> order(n);
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return colour[a] < colour[b]; });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](Index a, Index b) { return colour[a] < colour[b]; });
   edges_.resize(n, 2), longest_.resize(n), rest_.resize(n);
   colour_start_.assign(n_colours + 1, 0);
   edge_start_.assign(cloth.n_vertices + 1, 0);
@@ -59,10 +64,12 @@ EdgeLimiter::EdgeLimiter(const LimitedCloth& cloth) {
     if (cloth.fixed[v]) inverse_mass_[v] = 0.0;
 }
 
-LimitReport EdgeLimiter::enforce(const Team& team, const LimitOptions& options, const std::vector<Index>& held, Points& x) const {
+LimitReport EdgeLimiter::enforce(const Team& team, const LimitOptions& options,
+                                 const std::vector<Index>& held, Points& x) const {
   Vector inverse_mass = inverse_mass_;
   for (const Index v : held) inverse_mass[v] = 0.0;
-  const Index n = static_cast<Index>(edges_.rows()), n_colours = static_cast<Index>(colour_start_.size()) - 1;
+  const Index n = static_cast<Index>(edges_.rows()),
+              n_colours = static_cast<Index>(colour_start_.size()) - 1;
   std::vector<std::vector<Index>> active(n_colours);
   for (Index c = 0; c < n_colours; ++c) {
     active[c].resize(colour_start_[c + 1] - colour_start_[c]);
@@ -88,7 +95,8 @@ LimitReport EdgeLimiter::enforce(const Team& team, const LimitOptions& options, 
       const std::vector<Index>& list = active[report.sweeps % 2 == 0 ? i : n_colours - 1 - i];
       report.evaluations += static_cast<std::int64_t>(list.size());
       parallel_for(team, static_cast<Index>(list.size()), [&](Index k) { correct(list[k]); });
-      clean = clean && std::none_of(list.begin(), list.end(), [&](Index e) { return corrected[e] != 0; });
+      clean = clean &&
+              std::none_of(list.begin(), list.end(), [&](Index e) { return corrected[e] != 0; });
     }
     ++report.sweeps;
     if (clean) break;
@@ -97,7 +105,8 @@ LimitReport EdgeLimiter::enforce(const Team& team, const LimitOptions& options, 
       if (!corrected[e] || spread[e]) continue;
       spread[e] = 1;
       for (int k = 0; k < 2; ++k)
-        for (Index s = edge_start_[edges_(e, k)]; s < edge_start_[edges_(e, k) + 1]; ++s) in[edges_of_[s]] = 1;
+        for (Index s = edge_start_[edges_(e, k)]; s < edge_start_[edges_(e, k) + 1]; ++s)
+          in[edges_of_[s]] = 1;
     }
     for (Index c = 0; c < n_colours; ++c) {
       active[c].clear();

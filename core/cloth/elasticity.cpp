@@ -4,8 +4,8 @@
 
 namespace loomstone {
 
-Vector lumped_mass(Index n_vertices, const Triangles& triangles, const std::vector<Corners2>& corners,
-                   const std::vector<double>& density) {
+Vector lumped_mass(Index n_vertices, const Triangles& triangles,
+                   const std::vector<Corners2>& corners, const std::vector<double>& density) {
   Vector mass = Vector::Zero(n_vertices);
   for (Index t = 0; t < triangles.rows(); ++t) {
     const Vec2 e1 = (corners[t].row(1) - corners[t].row(0)).transpose();
@@ -32,10 +32,12 @@ Elasticity::Elasticity(const ClothModel& model, BendingTreatment bending)
       treatment_(bending),
       zero_velocity_(Points::Zero(model.n_vertices, 3)) {
   if (!model.strain_limits.empty())
-    limit_phase_ = std::make_unique<LimitPhase>(membrane_, model.strain_limits, model.strain_limit_of);
+    limit_phase_ =
+        std::make_unique<LimitPhase>(membrane_, model.strain_limits, model.strain_limit_of);
   std::vector<std::pair<Index, Index>> couplings;
   for (Index t = 0; t < model.triangles.rows(); ++t)
-    for (int k = 0; k < 3; ++k) couplings.emplace_back(model.triangles(t, k), model.triangles(t, (k + 1) % 3));
+    for (int k = 0; k < 3; ++k)
+      couplings.emplace_back(model.triangles(t, k), model.triangles(t, (k + 1) % 3));
   for (const auto& part : model.bending) {
     bending_.push_back(make_bending(part, bending == BendingTreatment::Lumped));
     if (!implicit_bending()) continue;
@@ -49,7 +51,8 @@ Elasticity::Elasticity(const ClothModel& model, BendingTreatment bending)
 
 double Elasticity::bending_eigenvalue(const ClothModel& model) {
   double largest = 0.0;
-  for (const auto& part : model.bending) largest = std::max(largest, make_bending(part, false)->largest_eigenvalue(model.mass));
+  for (const auto& part : model.bending)
+    largest = std::max(largest, make_bending(part, false)->largest_eigenvalue(model.mass));
   return largest;
 }
 
@@ -59,29 +62,32 @@ void Elasticity::enter_limit_phase(const Team& team, const Points& x, Index begi
   membrane_.set_phase(limit_phase_->table(), limit_phase_->entered());
 }
 
-void Elasticity::add_implicit_forces(const Team& team, const Points& x, const Points* v, Index begin, Index end,
-                                     Points& force) {
+void Elasticity::add_implicit_forces(const Team& team, const Points& x, const Points* v,
+                                     Index begin, Index end, Points& force) {
   membrane_.add_forces(team, x, v, begin, end, force);
   if (!implicit_bending()) return;
-  for (const auto& element : bending_) element->add_forces(team, x, v ? *v : zero_velocity_, begin, end, force);
+  for (const auto& element : bending_)
+    element->add_forces(team, x, v ? *v : zero_velocity_, begin, end, force);
 }
 
-void Elasticity::add_explicit_bending(const Team& team, const Points& x, const Points& v, Index begin, Index end,
-                                      Points& force) {
+void Elasticity::add_explicit_bending(const Team& team, const Points& x, const Points& v,
+                                      Index begin, Index end, Points& force) {
   if (implicit_bending()) return;
   for (const auto& element : bending_) element->add_forces(team, x, v, begin, end, force);
 }
 
 // Chunks of rows, each with all that is to be done with it while it is in the cache.
-void Elasticity::assemble(const Team& team, const Points& x, JacobianKind kind, double scale_d, double scale_k,
-                          Index begin, Index end, const Points* w, Points* y) {
+void Elasticity::assemble(const Team& team, const Points& x, JacobianKind kind, double scale_d,
+                          double scale_k, Index begin, Index end, const Points* w, Points* y) {
   if (w)
     parallel_for(team, model_.n_vertices, [&](Index i) {
       for (int d = 0; d < 3; ++d) wide_in_[4 * static_cast<std::size_t>(i) + d] = (*w)(i, d);
     });
   membrane_.locate_rows(matrix_, begin, end);
   const Index n_chunks = (end - begin + rows_per_block - 1) / rows_per_block;
-  const auto end_of = [&](Index chunk) { return std::min(end, begin + (chunk + 1) * rows_per_block); };
+  const auto end_of = [&](Index chunk) {
+    return std::min(end, begin + (chunk + 1) * rows_per_block);
+  };
   parallel_ranges(team, n_chunks, 1, [&](Index first, Index last) {
     AlignedDoubles scratch;
     for (Index chunk = first; chunk < last; ++chunk) {
@@ -96,11 +102,12 @@ void Elasticity::assemble(const Team& team, const Points& x, JacobianKind kind, 
   });
 }
 
-void Elasticity::add_bending(const Team& team, const Points& x, JacobianKind kind, double scale_d, double scale_k,
-                             Index begin, Index end) {
+void Elasticity::add_bending(const Team& team, const Points& x, JacobianKind kind, double scale_d,
+                             double scale_k, Index begin, Index end) {
   for (const auto& element : bending_) {
     element->add_stiffness(team, x, scale_k, scale_d, begin, end, matrix_);
-    if (kind == JacobianKind::Exact) element->add_geometric_stiffness(team, x, scale_k, begin, end, matrix_);
+    if (kind == JacobianKind::Exact)
+      element->add_geometric_stiffness(team, x, scale_k, begin, end, matrix_);
   }
 }
 

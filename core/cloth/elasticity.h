@@ -13,8 +13,9 @@
 
 namespace loomstone {
 
-// How bending enters a step: as a force only; in the matrix too, by a sparse bound of its stiffness that keeps linearly
-// implicit steps stable (see BendingSetup::lumped_stiffness); or with the whole Gauss-Newton stiffness.
+// How bending enters a step: as a force only; in the matrix too, by a sparse bound of its stiffness
+// that keeps linearly implicit steps stable (see BendingSetup::lumped_stiffness); or with the whole
+// Gauss-Newton stiffness.
 enum class BendingTreatment { Explicit, Lumped, Full };
 
 // Stage.
@@ -28,19 +29,23 @@ class Elasticity {
   bool implicit_bending() const { return treatment_ != BendingTreatment::Explicit; }
   BlockMatrix& matrix() { return matrix_; }
 
-  // Adds minus elastic minus viscous forces of what is in the stiffness (membrane, and implicit bending); v null: no
-  // viscous part.
-  void add_implicit_forces(const Team& team, const Points& x, const Points* v, Index begin, Index end, Points& force);
-  // Adds minus elastic minus damping forces of bending where it is explicit (nothing where it is implicit).
-  void add_explicit_bending(const Team& team, const Points& x, const Points& v, Index begin, Index end, Points& force);
+  // Adds minus elastic minus viscous forces of what is in the stiffness (membrane, and implicit
+  // bending); v null: no viscous part.
+  void add_implicit_forces(const Team& team, const Points& x, const Points* v, Index begin,
+                           Index end, Points& force);
+  // Adds minus elastic minus damping forces of bending where it is explicit (nothing where it is
+  // implicit).
+  void add_explicit_bending(const Team& team, const Points& x, const Points& v, Index begin,
+                            Index end, Points& force);
 
-  // matrix = M + scale_d D + scale_k K on rows [begin, end); where w is given, current on all rows that the matrix
-  // couples to them, also y = (matrix - M) w on these rows.
-  void assemble(const Team& team, const Points& x, JacobianKind kind, double scale_d, double scale_k, Index begin,
-                Index end, const Points* w = nullptr, Points* y = nullptr);
+  // matrix = M + scale_d D + scale_k K on rows [begin, end); where w is given, current on all rows
+  // that the matrix couples to them, also y = (matrix - M) w on these rows.
+  void assemble(const Team& team, const Points& x, JacobianKind kind, double scale_d,
+                double scale_k, Index begin, Index end, const Points* w = nullptr,
+                Points* y = nullptr);
 
-  // Forces and stiffness of rows [begin, end) are from now on those of the phase that each triangle is in at x. Nothing changes where
-  // no strain is limited.
+  // Forces and stiffness of rows [begin, end) are from now on those of the phase that each triangle
+  // is in at x. Nothing changes where no strain is limited.
   void enter_limit_phase(const Team& team, const Points& x, Index begin, Index end);
   // They are those of the membrane alone again.
   void leave_limit_phase() { membrane_.set_phase(nullptr, nullptr); }
@@ -52,8 +57,8 @@ class Elasticity {
   }
 
  private:
-  void add_bending(const Team& team, const Points& x, JacobianKind kind, double scale_d, double scale_k, Index begin,
-                   Index end);
+  void add_bending(const Team& team, const Points& x, JacobianKind kind, double scale_d,
+                   double scale_k, Index begin, Index end);
   void finish_rows(Index begin, Index end, const Points* w, Points* y);
 
   const ClothModel& model_;
@@ -62,7 +67,7 @@ class Elasticity {
   std::vector<std::unique_ptr<Bending>> bending_;
   BendingTreatment treatment_;
   BlockMatrix matrix_;
-  std::vector<double> wide_in_, wide_out_;   // vectors of 4 doubles a row
+  std::vector<double> wide_in_, wide_out_;  // vectors of 4 doubles a row
   Points zero_velocity_;
 };
 

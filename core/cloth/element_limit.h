@@ -1,21 +1,26 @@
-// One triangle against its limits: closed-form polar decomposition of the 3x2 gradient, strain, and the correction that meets a
-// target of strain while it keeps linear and angular momentum. Implements [Thomaszewski2010] 3.3.1, (3.2)-(3.14), written once
-// for one triangle (Real = double) and for eight (Real: the Lanes of core/base/simd.h).
+// One triangle against its limits: closed-form polar decomposition of the 3x2 gradient, strain, and
+// the correction that meets a target of strain while it keeps linear and angular momentum.
+// Implements [Thomaszewski2010] 3.3.1, (3.2)-(3.14), written once for one triangle (Real = double)
+// and for eight (Real: the Lanes of core/base/simd.h).
 //
-// The 6x6 system (3.10) is solved without an inverse. Displacements of the corners that meet the strain rows are affine,
-// R (E + w J) X with E = target - strain (symmetric 2x2), J the quarter turn, and X the rest coordinates from the centre of mass
-// of the three corners; the momentum rows hold by the choice of the centre, and angular momentum about it gives w from the
-// constant moments M = sum m X X^T:
+// The 6x6 system (3.10) is solved without an inverse. Displacements of the corners that meet the
+// strain rows are affine, R (E + w J) X with E = target - strain (symmetric 2x2), J the quarter
+// turn, and X the rest coordinates from the centre of mass of the three corners; the momentum rows
+// hold by the choice of the centre, and angular momentum about it gives w from the constant moments
+// M = sum m X X^T:
 //     w = -[(U M E)_12 - (U M E)_21] / tr(U M).
-// In the plane this takes 22 multiplications, 16 additions and 1 division; the thesis counts 37, 33 and 1 (3.13), and its 5x5
-// inverse does not exist for a triangle whose third node lies above the middle of its base.
-// A held corner is a corner of infinite mass: the centre moves there and w keeps angular momentum about it, the exact solution of
-// the four equations that are left. Two held corners: least squares of the strain tensor (2 unknowns), which is (E + w J) X too,
-// with X the height over the held edge. Departs from (3.15), whose result depends on the unit of mass. Three: nothing moves.
+// In the plane this takes 22 multiplications, 16 additions and 1 division; the thesis counts 37, 33
+// and 1 (3.13), and its 5x5 inverse does not exist for a triangle whose third node lies above the
+// middle of its base. A held corner is a corner of infinite mass: the centre moves there and w
+// keeps angular momentum about it, the exact solution of the four equations that are left. Two held
+// corners: least squares of the strain tensor (2 unknowns), which is (E + w J) X too, with X the
+// height over the held edge. Departs from (3.15), whose result depends on the unit of mass. Three:
+// nothing moves.
 //
-// A triangle in space has no inside: F has no sign, U is never indefinite, and a triangle turned over is one rotated. Where F has
-// rank one (d = 0) the normal of its plane is not known and any normal across the line is taken; at rank zero (all corners in
-// one point) there is no direction at all and no correction. Nothing of this gives NaN.
+// A triangle in space has no inside: F has no sign, U is never indefinite, and a triangle turned
+// over is one rotated. Where F has rank one (d = 0) the normal of its plane is not known and any
+// normal across the line is taken; at rank zero (all corners in one point) there is no direction at
+// all and no correction. Nothing of this gives NaN.
 #pragma once
 
 #include <cmath>
@@ -73,7 +78,8 @@ LOOMSTONE_INLINE Space<Real> minus(const Space<Real>& a, const Space<Real>& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
 template <class Real>
-LOOMSTONE_INLINE Space<Real> combine(const Space<Real>& a, const Real& s, const Space<Real>& b, const Real& t) {
+LOOMSTONE_INLINE Space<Real> combine(const Space<Real>& a, const Real& s, const Space<Real>& b,
+                                     const Real& t) {
   return {a.x * s + b.x * t, a.y * s + b.y * t, a.z * s + b.z * t};
 }
 template <class Real>
@@ -94,24 +100,25 @@ struct Symmetric {
 // Constants of a triangle, or of eight.
 template <class Real>
 struct Element {
-  Real g0x, g0y, g1x, g1y;       // gradients of the shape functions of corners 0 and 1 [1/m]
-  Real x0, y0, x1, y1, x2, y2;   // corners from the centre, in rest coordinates [m]
-  Symmetric<Real> moments;       // sum over corners of mass fraction times X X^T; two held: of the height [m^2]
+  Real g0x, g0y, g1x, g1y;      // gradients of the shape functions of corners 0 and 1 [1/m]
+  Real x0, y0, x1, y1, x2, y2;  // corners from the centre, in rest coordinates [m]
+  Symmetric<Real>
+      moments;  // sum over corners of mass fraction times X X^T; two held: of the height [m^2]
 };
 inline constexpr int element_numbers = 13, element_gradients = 4;  // of these
 
 // Polar decomposition F = R U.
 template <class Real>
 struct Polar {
-  Space<Real> f1, f2, normal;    // columns of F, f1 x f2
-  Real d, s;                     // sqrt(det C), tr U
+  Space<Real> f1, f2, normal;  // columns of F, f1 x f2
+  Real d, s;                   // sqrt(det C), tr U
   Symmetric<Real> u;
 };
 
 // Columns of sum x_i (grad N_i)^T (2.31); gradients add up to zero.
 template <class Real>
-LOOMSTONE_INLINE void columns(const Element<Real>& e, const Space<Real>& p0, const Space<Real>& p1, const Space<Real>& p2,
-                              Space<Real>& f1, Space<Real>& f2) {
+LOOMSTONE_INLINE void columns(const Element<Real>& e, const Space<Real>& p0, const Space<Real>& p1,
+                              const Space<Real>& p2, Space<Real>& f1, Space<Real>& f2) {
   const Space<Real> a = minus(p0, p2), b = minus(p1, p2);
   f1 = combine(a, e.g0x, b, e.g1x);
   f2 = combine(a, e.g0y, b, e.g1y);
@@ -119,7 +126,8 @@ LOOMSTONE_INLINE void columns(const Element<Real>& e, const Space<Real>& p0, con
 
 // U = (C + d I) / sqrt(tr C + 2 d) with C = F^T F, d = sqrt(det C).
 template <class Real>
-LOOMSTONE_INLINE Polar<Real> stretch(const Element<Real>& e, const Space<Real>& p0, const Space<Real>& p1, const Space<Real>& p2) {
+LOOMSTONE_INLINE Polar<Real> stretch(const Element<Real>& e, const Space<Real>& p0,
+                                     const Space<Real>& p1, const Space<Real>& p2) {
   Polar<Real> p;
   columns(e, p0, p1, p2, p.f1, p.f2);
   const Real c11 = dot(p.f1, p.f1), c22 = dot(p.f2, p.f2), c12 = dot(p.f1, p.f2);
@@ -157,7 +165,7 @@ LOOMSTONE_INLINE void rotation(const Polar<Real>& p, Space<Real>& r1, Space<Real
 
 // Smallest and largest admissible strain.
 struct Bounds {
-  double low[3], high[3];        // weft, warp, shear
+  double low[3], high[3];  // weft, warp, shear
 };
 
 // What takes a strain back inside its bounds (3.4): target minus strain, zero where it is inside.
@@ -172,7 +180,8 @@ LOOMSTONE_INLINE Symmetric<Real> excess(const Bounds& b, const Symmetric<Real>& 
 
 // w of the affine field (E + w J) X, from angular momentum.
 template <class Real>
-LOOMSTONE_INLINE Real spin(const Symmetric<Real>& m, const Symmetric<Real>& u, const Symmetric<Real>& e) {
+LOOMSTONE_INLINE Real spin(const Symmetric<Real>& m, const Symmetric<Real>& u,
+                           const Symmetric<Real>& e) {
   const Real shared = u.a12 * m.a12;
   const Real um11 = u.a11 * m.a11 + shared, um12 = u.a11 * m.a12 + u.a12 * m.a22;
   const Real um21 = u.a12 * m.a11 + u.a22 * m.a12, um22 = shared + u.a22 * m.a22;
@@ -188,14 +197,15 @@ LOOMSTONE_INLINE Real spin_of_two(const Symmetric<Real>& m, const Symmetric<Real
 // How much strain it can change there: what remains in the direction of the height, and across.
 template <class Real>
 LOOMSTONE_INLINE Real reach_of_two(const Symmetric<Real>& m, const Symmetric<Real>& e) {
-  const Real along = (m.a11 * e.a11 + 2.0 * (m.a12 * e.a12) + m.a22 * e.a22) / (m.a11 + m.a22 + 1e-300);
+  const Real along =
+      (m.a11 * e.a11 + 2.0 * (m.a12 * e.a12) + m.a22 * e.a22) / (m.a11 + m.a22 + 1e-300);
   return greater(size(along), size(spin_of_two(m, e)));
 }
 
 // Columns of R (E + w J): corner X moves by g1 X_x + g2 X_y.
 template <class Real>
-LOOMSTONE_INLINE void field(const Space<Real>& r1, const Space<Real>& r2, const Symmetric<Real>& e, const Real& w, Space<Real>& g1,
-                            Space<Real>& g2) {
+LOOMSTONE_INLINE void field(const Space<Real>& r1, const Space<Real>& r2, const Symmetric<Real>& e,
+                            const Real& w, Space<Real>& g1, Space<Real>& g2) {
   g1 = combine(r1, e.a11, r2, e.a12 + w);
   g2 = combine(r1, e.a12 - w, r2, e.a22);
 }

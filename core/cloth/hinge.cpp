@@ -18,7 +18,8 @@ HingeSet::HingeSet(Index n_vertices, std::vector<Hinge> hinges, std::vector<doub
   vertices_.resize(static_cast<std::size_t>(n_batches()) * hinge::vertex_stride);
   rest_lanes_.resize(static_cast<std::size_t>(n_batches()) * hinge::angle_stride);
   for (Index e = 0; e < n_batches() * lanes; ++e) {
-    const Index source = std::min(e, n_hinges() - 1);  // empty lanes repeat the last hinge; nobody reads them
+    const Index source =
+        std::min(e, n_hinges() - 1);  // empty lanes repeat the last hinge; nobody reads them
     const std::size_t batch = e / lanes, lane = e % lanes;
     for (int j = 0; j < 4; ++j)
       vertices_[hinge::vertex_stride * batch + lanes * j + lane] = hinges_[source].vertices[j];
@@ -27,7 +28,8 @@ HingeSet::HingeSet(Index n_vertices, std::vector<Hinge> hinges, std::vector<doub
   of_vertices_.start.assign(n_vertices + 1, 0);
   for (const Hinge& h : hinges_)
     for (const Index vertex : h.vertices) ++of_vertices_.start[vertex + 1];
-  std::partial_sum(of_vertices_.start.begin(), of_vertices_.start.end(), of_vertices_.start.begin());
+  std::partial_sum(of_vertices_.start.begin(), of_vertices_.start.end(),
+                   of_vertices_.start.begin());
   of_vertices_.items.resize(of_vertices_.start[n_vertices]);
   std::vector<Index> fill(of_vertices_.start.begin(), of_vertices_.start.end() - 1);
   for (Index e = 0; e < n_hinges(); ++e)
@@ -59,9 +61,10 @@ void HingeSet::find_range(Index begin, Index end, HingeRange& range) const {
   range.batches.erase(std::unique(range.batches.begin(), range.batches.end()), range.batches.end());
 }
 
-void HingeSet::evaluate(const Team& team, const std::vector<Index>& batches, const Points& x, const Points* v,
-                        bool with_gradient, HingeValues& values) const {
-  const bool same = values.x.rows() == x.rows() && (values.has_gradient || !with_gradient) && values.batches == batches &&
+void HingeSet::evaluate(const Team& team, const std::vector<Index>& batches, const Points& x,
+                        const Points* v, bool with_gradient, HingeValues& values) const {
+  const bool same = values.x.rows() == x.rows() && (values.has_gradient || !with_gradient) &&
+                    values.batches == batches &&
                     std::memcmp(values.x.data(), x.data(), sizeof(double) * x.size()) == 0;
   if (same && !v) return;
   values.x = x, values.batches = batches, values.has_gradient = with_gradient;
@@ -69,25 +72,29 @@ void HingeSet::evaluate(const Team& team, const std::vector<Index>& batches, con
   values.difference.resize(n), values.half_sine.resize(n), values.half_cosine.resize(n);
   if (v) values.rate.resize(n);
   if (with_gradient) values.gradient.resize(n * hinge::gradient_stride);
-  const hinge::Output out{values.difference.data(), values.half_sine.data(), values.half_cosine.data(),
-                          v ? values.rate.data() : nullptr, with_gradient ? values.gradient.data() : nullptr};
-  parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_range, [&](Index first, Index last) {
-    hinge::angles(vertices_.data(), rest_lanes_.data(), batches.data() + first, last - first, x.data(),
-                  v ? v->data() : nullptr, out);
-  });
+  const hinge::Output out{values.difference.data(), values.half_sine.data(),
+                          values.half_cosine.data(), v ? values.rate.data() : nullptr,
+                          with_gradient ? values.gradient.data() : nullptr};
+  parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_range,
+                  [&](Index first, Index last) {
+                    hinge::angles(vertices_.data(), rest_lanes_.data(), batches.data() + first,
+                                  last - first, x.data(), v ? v->data() : nullptr, out);
+                  });
 }
 
-void HingeSet::gather(const Team& team, const HingeValues& values, const AlignedDoubles& moment, const HingeRange& range,
-                      Points& force) const {
+void HingeSet::gather(const Team& team, const HingeValues& values, const AlignedDoubles& moment,
+                      const HingeRange& range, Points& force) const {
   const Index n_chunks = static_cast<Index>(range.chunk_start.size()) - 1;
   parallel_ranges(team, n_chunks, 1, [&](Index first_chunk, Index last_chunk) {
     double sums[4 * (rows_per_block + 1)];
     for (Index chunk = first_chunk; chunk < last_chunk; ++chunk) {
       const Index start = range.chunk_start[chunk];
-      hinge::add_moments(range.hinges.data() + start, range.places.data() + 4 * static_cast<std::size_t>(start),
-                         range.chunk_start[chunk + 1] - start, moment.data(), values.gradient.data(),
-                         rows_per_block + 1, sums);
-      const Index first = range.begin + chunk * rows_per_block, last = std::min(range.end, first + rows_per_block);
+      hinge::add_moments(range.hinges.data() + start,
+                         range.places.data() + 4 * static_cast<std::size_t>(start),
+                         range.chunk_start[chunk + 1] - start, moment.data(),
+                         values.gradient.data(), rows_per_block + 1, sums);
+      const Index first = range.begin + chunk * rows_per_block,
+                  last = std::min(range.end, first + rows_per_block);
       for (Index row = first; row < last; ++row)
         for (int d = 0; d < 3; ++d) force(row, d) -= sums[4 * (row - first) + d];
     }
@@ -98,7 +105,8 @@ Index HingeSet::count_degenerate(const HingeValues& values) const {
   Index count = 0;
   for (Index e = 0; e < n_hinges(); ++e) {
     const double* u = values.gradient.data() + hinge::gradient_stride * static_cast<std::size_t>(e);
-    count += u[0] == 0.0 && u[1] == 0.0 && u[2] == 0.0;  // the gradient at the first vertex vanishes nowhere else
+    count += u[0] == 0.0 && u[1] == 0.0 &&
+             u[2] == 0.0;  // the gradient at the first vertex vanishes nowhere else
   }
   return count;
 }

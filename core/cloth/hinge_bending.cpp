@@ -1,9 +1,10 @@
-// The hinge element: an energy for the angle of each interior edge. Implements method.md 1.2 and the rest angles of
-// Bridson, Marino, Fedkiw 2003, with k = 4 B.
-// It depends on the mesh and does not converge: effective rigidity 0.8 B on grids along their axes, 0.88-0.96 B on
-// smoothed irregular meshes (0.83 B in strips of 6 elements across), 0.7 ... 2.2 B at 45 degrees to a grid. Use the mid-edge element where B must mean B.
-// Departure: damping is proportional to stiffness, beta V''(0) = beta c / 2 per hinge, as in the mid-edge element; the
-// thesis' damping factor |e| depends on the mesh.
+// The hinge element: an energy for the angle of each interior edge. Implements method.md 1.2 and
+// the rest angles of Bridson, Marino, Fedkiw 2003, with k = 4 B. It depends on the mesh and does
+// not converge: effective rigidity 0.8 B on grids along their axes, 0.88-0.96 B on smoothed
+// irregular meshes (0.83 B in strips of 6 elements across), 0.7 ... 2.2 B at 45 degrees to a grid.
+// Use the mid-edge element where B must mean B. Departure: damping is proportional to stiffness,
+// beta V''(0) = beta c / 2 per hinge, as in the mid-edge element; the thesis' damping factor |e|
+// depends on the mesh.
 #include <algorithm>
 #include <cmath>
 
@@ -16,20 +17,24 @@ namespace loomstone {
 
 namespace {
 
-// Area and, of the edge opposite corner i, length and rigidity across it: kappa^T D kappa for a unit curvature about it.
+// Area and, of the edge opposite corner i, length and rigidity across it: kappa^T D kappa for a
+// unit curvature about it.
 struct EdgeOfTriangle {
   double area, length, rigidity;
 };
 
-EdgeOfTriangle edge_of_triangle(const BendingSetup& setup, const EdgeTable& edges, Index triangle, Index edge) {
+EdgeOfTriangle edge_of_triangle(const BendingSetup& setup, const EdgeTable& edges, Index triangle,
+                                Index edge) {
   int i = 0;
   while (edges.of_triangle[triangle][i] != edge) ++i;
   const Corners2& x = setup.corners[triangle];
-  const Vec2 e = (x.row((i + 2) % 3) - x.row((i + 1) % 3)).transpose(), f = (x.row(i) - x.row((i + 1) % 3)).transpose();
+  const Vec2 e = (x.row((i + 2) % 3) - x.row((i + 1) % 3)).transpose(),
+             f = (x.row(i) - x.row((i + 1) % 3)).transpose();
   const double length = e.norm();
   const Vec2 n(e.y() / length, -e.x() / length);
   const Vec3 kappa(n.x() * n.x(), n.y() * n.y(), 2.0 * n.x() * n.y());
-  return {0.5 * (e.x() * f.y() - e.y() * f.x()), length, kappa.dot(setup.rigidity[triangle] * kappa)};
+  return {0.5 * (e.x() * f.y() - e.y() * f.x()), length,
+          kappa.dot(setup.rigidity[triangle] * kappa)};
 }
 
 HingePairs diagonal_pairs(Index n) {
@@ -39,37 +44,44 @@ HingePairs diagonal_pairs(Index n) {
 
 class HingeBending final : public Bending {
  public:
-  explicit HingeBending(const BendingSetup& setup) : rest_positions_(setup.rest_positions), pinned_(setup.pinned) {
+  explicit HingeBending(const BendingSetup& setup)
+      : rest_positions_(setup.rest_positions), pinned_(setup.pinned) {
     check_bending_setup(setup);
-    const EdgeTable edges = edge_table(static_cast<Index>(setup.rest_positions.rows()), setup.triangles);
+    const EdgeTable edges =
+        edge_table(static_cast<Index>(setup.rest_positions.rows()), setup.triangles);
     hinges_ = make_hinge_set(setup, edges);
     for (const Hinge& h : hinges_.hinges()) {
       const EdgeOfTriangle a = edge_of_triangle(setup, edges, h.triangles[0], h.edge);
       const EdgeOfTriangle b = edge_of_triangle(setup, edges, h.triangles[1], h.edge);
       const double length = 0.5 * (a.length + b.length);
       // c = k |e|^2 / (|N1| + |N2|), k = 4 B, |N| = 2 area
-      const double c = 4.0 * 0.5 * (a.rigidity + b.rigidity) * length * length / (2.0 * (a.area + b.area));
+      const double c =
+          4.0 * 0.5 * (a.rigidity + b.rigidity) * length * length / (2.0 * (a.area + b.area));
       const double beta = 0.5 * (setup.damping[h.triangles[0]] + setup.damping[h.triangles[1]]);
       stiffness_.push_back(c);
       damping_.push_back(0.5 * beta * c);
       damped_ = damped_ || damping_.back() > 0.0;
     }
-    for (const double angle : hinges_.rest_angles()) rest_half_sine_.push_back(std::sin(0.5 * angle));
+    for (const double angle : hinges_.rest_angles())
+      rest_half_sine_.push_back(std::sin(0.5 * angle));
     assembler_ = HingeStiffness(static_cast<Index>(setup.rest_positions.rows()), hinges_,
                                 diagonal_pairs(hinges_.n_hinges()));
   }
 
   const std::vector<Hinge>& hinges() const override { return hinges_.hinges(); }
   const std::vector<double>& rest_angles() const override { return hinges_.rest_angles(); }
-  std::vector<std::pair<Index, Index>> couplings() const override { return assembler_.couplings(hinges_); }
+  std::vector<std::pair<Index, Index>> couplings() const override {
+    return assembler_.couplings(hinges_);
+  }
 
   double energy(const Team& team, const Points& x) const override {
     hinges_.evaluate(team, all_of(hinges_.n_batches()), x, nullptr, false, values_);
     return parallel_sum(team, hinges_.n_hinges(), [&](Index e) {
-      // V = c [2 cos(rest / 2) - 2 cos(theta / 2) - (theta - rest) sin(rest / 2)], with the difference of the cosines
-      // as a product: small angles keep their digits.
+      // V = c [2 cos(rest / 2) - 2 cos(theta / 2) - (theta - rest) sin(rest / 2)], with the
+      // difference of the cosines as a product: small angles keep their digits.
       const double rest = hinges_.rest_angles()[e], difference = values_.difference[e];
-      const double cosines = 2.0 * std::sin(0.5 * rest + 0.25 * difference) * std::sin(0.25 * difference);
+      const double cosines =
+          2.0 * std::sin(0.5 * rest + 0.25 * difference) * std::sin(0.25 * difference);
       return stiffness_[e] * (2.0 * cosines - difference * rest_half_sine_[e]);
     });
   }
@@ -90,8 +102,8 @@ class HingeBending final : public Bending {
     hinges_.gather(team, values_, moment_, range_, force);
   }
 
-  void add_stiffness(const Team& team, const Points& x, double scale_k, double scale_d, Index begin, Index end,
-                     BlockMatrix& matrix) const override {
+  void add_stiffness(const Team& team, const Points& x, double scale_k, double scale_d, Index begin,
+                     Index end, BlockMatrix& matrix) const override {
     hinges_.find_range(begin, end, range_);
     const std::vector<Index>& batches = range_.batches;
     hinges_.evaluate(team, batches, x, nullptr, true, values_);
@@ -105,8 +117,8 @@ class HingeBending final : public Bending {
     assembler_.add(team, hinges_, values_, moment_, 1.0, begin, end, matrix);
   }
 
-  void add_geometric_stiffness(const Team& team, const Points& x, double scale, Index begin, Index end,
-                               BlockMatrix& matrix) const override {
+  void add_geometric_stiffness(const Team& team, const Points& x, double scale, Index begin,
+                               Index end, BlockMatrix& matrix) const override {
     hinges_.find_range(begin, end, range_);
     const std::vector<Index>& batches = range_.batches;
     hinges_.evaluate(team, batches, x, nullptr, false, values_);
@@ -122,7 +134,9 @@ class HingeBending final : public Bending {
                            [&](const HingeValues& values, AlignedDoubles& moment) {
                              moment.resize(values.rate.size());
                              for (Index e = 0; e < hinges_.n_hinges(); ++e)
-                               moment[e] = 0.5 * stiffness_[e] * std::cos(0.5 * hinges_.rest_angles()[e]) * values.rate[e];
+                               moment[e] = 0.5 * stiffness_[e] *
+                                           std::cos(0.5 * hinges_.rest_angles()[e]) *
+                                           values.rate[e];
                            });
   }
 
@@ -150,6 +164,8 @@ class HingeBending final : public Bending {
 
 }  // namespace
 
-std::unique_ptr<Bending> make_hinge_bending(const BendingSetup& setup) { return std::make_unique<HingeBending>(setup); }
+std::unique_ptr<Bending> make_hinge_bending(const BendingSetup& setup) {
+  return std::make_unique<HingeBending>(setup);
+}
 
 }  // namespace loomstone

@@ -6,10 +6,12 @@ namespace loomstone {
 
 namespace {
 
-// theta is the difference of the directions of the two triangles about the edge. The direction phi of one, with apex
-// a = alpha e^ + eta t seen from x3 (e^ along the edge of length L, t across it) and n = e^ x t, has
+// theta is the difference of the directions of the two triangles about the edge. The direction phi
+// of one, with apex a = alpha e^ + eta t seen from x3 (e^ along the edge of length L, t across it)
+// and n = e^ x t, has
 //   phi_aa = -S / eta^2,   phi_ae = alpha / (L eta^2) S - e^ n^T / (L eta),
-//   phi_ee = -S (1/2 + alpha^2 / eta^2) / L^2 + alpha / (L^2 eta) (n e^^T + e^ n^T),   S = n t^T + t n^T;
+//   phi_ee = -S (1/2 + alpha^2 / eta^2) / L^2 + alpha / (L^2 eta) (n e^^T + e^ n^T),   S = n t^T +
+//   t n^T;
 // what phi_ee lacks to be symmetric is the same for both triangles and leaves their difference.
 struct Direction {
   Mat3 aa, ae, ee;
@@ -33,9 +35,13 @@ bool second_derivative(const Vec3& a, const Vec3& e, Direction& d) {
   return true;
 }
 
-// Blocks (row, j) of the Hessian of theta for the four vertices j; false where a triangle has no area.
-bool hessian_row(const std::array<Index, 4>& vertices, int row, const Points& x, std::array<Mat3, 4>& blocks) {
-  const auto from_x3 = [&](int j) { return Vec3((x.row(vertices[j]) - x.row(vertices[2])).transpose()); };
+// Blocks (row, j) of the Hessian of theta for the four vertices j; false where a triangle has no
+// area.
+bool hessian_row(const std::array<Index, 4>& vertices, int row, const Points& x,
+                 std::array<Mat3, 4>& blocks) {
+  const auto from_x3 = [&](int j) {
+    return Vec3((x.row(vertices[j]) - x.row(vertices[2])).transpose());
+  };
   Direction a, c;
   const Vec3 e = from_x3(3);
   if (!second_derivative(from_x3(0), e, a) || !second_derivative(from_x3(1), e, c)) return false;
@@ -56,8 +62,9 @@ bool hessian_row(const std::array<Index, 4>& vertices, int row, const Points& x,
 
 }  // namespace
 
-void add_hinge_hessians(const Team& team, const HingeSet& hinges, const AlignedDoubles& moment, const Points& x,
-                        double scale, Index begin, Index end, BlockMatrix& matrix) {
+void add_hinge_hessians(const Team& team, const HingeSet& hinges, const AlignedDoubles& moment,
+                        const Points& x, double scale, Index begin, Index end,
+                        BlockMatrix& matrix) {
   const Incidence& incidence = hinges.of_vertices();
   parallel_for(team, end - begin, [&](Index i) {
     const Index row = begin + i;

@@ -26,7 +26,8 @@ HingeStiffness::HingeStiffness(Index n_vertices, const HingeSet& hinges, HingePa
     for (Index p = pairs_.start[e]; p < pairs_.start[e + 1]; ++p)
       for (int j = 0; j < 4; ++j)
         place_[4 * static_cast<std::size_t>(p) + j] = static_cast<std::uint8_t>(
-            std::lower_bound(vertices.begin(), vertices.end(), hinges.hinges()[pairs_.hinge[p]].vertices[j]) -
+            std::lower_bound(vertices.begin(), vertices.end(),
+                             hinges.hinges()[pairs_.hinge[p]].vertices[j]) -
             vertices.begin());
     stencil_.insert(stencil_.end(), vertices.begin(), vertices.end());
     stencil_start_.push_back(static_cast<Index>(stencil_.size()));
@@ -40,7 +41,8 @@ std::vector<std::pair<Index, Index>> HingeStiffness::couplings(const HingeSet& h
     row.clear();
     for (Index k = hinges.of_vertices().start[i]; k < hinges.of_vertices().start[i + 1]; ++k) {
       const Index e = hinges.of_vertices().items[k] / 4;
-      row.insert(row.end(), stencil_.begin() + stencil_start_[e], stencil_.begin() + stencil_start_[e + 1]);
+      row.insert(row.end(), stencil_.begin() + stencil_start_[e],
+                 stencil_.begin() + stencil_start_[e + 1]);
     }
     std::sort(row.begin(), row.end());
     row.erase(std::unique(row.begin(), row.end()), row.end());
@@ -50,8 +52,10 @@ std::vector<std::pair<Index, Index>> HingeStiffness::couplings(const HingeSet& h
   return pairs;
 }
 
-void HingeStiffness::locate(const HingeSet& hinges, const BlockMatrix& matrix, Index begin, Index end) {
-  if (matrix.columns().data() == located_columns_ && matrix.n_blocks() == located_blocks_ && begin == begin_ && end == end_)
+void HingeStiffness::locate(const HingeSet& hinges, const BlockMatrix& matrix, Index begin,
+                            Index end) {
+  if (matrix.columns().data() == located_columns_ && matrix.n_blocks() == located_blocks_ &&
+      begin == begin_ && end == end_)
     return;
   located_columns_ = matrix.columns().data(), located_blocks_ = matrix.n_blocks();
   begin_ = begin, end_ = end;
@@ -63,7 +67,8 @@ void HingeStiffness::locate(const HingeSet& hinges, const BlockMatrix& matrix, I
   for (Index first = begin; first < end; first += rows_per_chunk) {
     const Index last = std::min(end, first + rows_per_chunk);
     const auto item = incidence.items.begin();
-    for (auto k = item + incidence.start[first]; k < item + incidence.start[last]; ++k) chunk_.push_back(*k / 4);
+    for (auto k = item + incidence.start[first]; k < item + incidence.start[last]; ++k)
+      chunk_.push_back(*k / 4);
     const auto list = chunk_.begin() + chunk_start_.back();
     std::sort(list, chunk_.end());
     chunk_.erase(std::unique(list, chunk_.end()), chunk_.end());
@@ -85,12 +90,14 @@ void HingeStiffness::locate(const HingeSet& hinges, const BlockMatrix& matrix, I
   }
 }
 
-void HingeStiffness::add(const Team& team, const HingeSet& hinges, const HingeValues& values, const AlignedDoubles& q,
-                         double scale, Index begin, Index end, BlockMatrix& matrix) {
+void HingeStiffness::add(const Team& team, const HingeSet& hinges, const HingeValues& values,
+                         const AlignedDoubles& q, double scale, Index begin, Index end,
+                         BlockMatrix& matrix) {
   locate(hinges, matrix, begin, end);
   const Incidence& incidence = hinges.of_vertices();
-  const stiffness::Tables tables{pairs_.start.data(), pairs_.hinge.data(), place_.data(), stencil_start_.data(),
-                                 q.data(), values.gradient.data()};
+  const stiffness::Tables tables{
+      pairs_.start.data(),   pairs_.hinge.data(), place_.data(), stencil_start_.data(), q.data(),
+      values.gradient.data()};
   const Index n_chunks = static_cast<Index>(chunk_start_.size()) - 1;
   parallel_ranges(team, n_chunks, 1, [&](Index first_chunk, Index last_chunk) {
     AlignedDoubles moments, sums;
@@ -98,16 +105,22 @@ void HingeStiffness::add(const Team& team, const HingeSet& hinges, const HingeVa
       const Index* list = chunk_.data() + chunk_start_[chunk];
       const Index n_list = chunk_start_[chunk + 1] - chunk_start_[chunk];
       std::size_t size = 0;
-      for (Index k = 0; k < n_list; ++k) size += stencil_start_[list[k] + 1] - stencil_start_[list[k]];
+      for (Index k = 0; k < n_list; ++k)
+        size += stencil_start_[list[k] + 1] - stencil_start_[list[k]];
       if (moments.size() < 4 * size) moments.resize(4 * size);
       stiffness::moment_gradients(tables, list, n_list, moments.data());
-      const Index first = begin + chunk * rows_per_chunk, last = std::min(end, first + rows_per_chunk);
+      const Index first = begin + chunk * rows_per_chunk,
+                  last = std::min(end, first + rows_per_chunk);
       for (Index row = first; row < last; ++row) {
-        const Index item = incidence.start[row], n_blocks = matrix.row_start()[row + 1] - matrix.row_start()[row];
-        if (sums.size() < stiffness::row_scratch(n_blocks)) sums.resize(stiffness::row_scratch(n_blocks));
-        const stiffness::Row parts{incidence.items.data() + item, offset_.data() + (item - incidence.start[begin]),
-                                   incidence.start[row + 1] - item, block_.data() + row_blocks_[row - begin], n_blocks};
-        stiffness::add_row(tables, parts, moments.data(), scale, sums.data(), matrix.block(matrix.row_start()[row]));
+        const Index item = incidence.start[row],
+                    n_blocks = matrix.row_start()[row + 1] - matrix.row_start()[row];
+        if (sums.size() < stiffness::row_scratch(n_blocks))
+          sums.resize(stiffness::row_scratch(n_blocks));
+        const stiffness::Row parts{
+            incidence.items.data() + item, offset_.data() + (item - incidence.start[begin]),
+            incidence.start[row + 1] - item, block_.data() + row_blocks_[row - begin], n_blocks};
+        stiffness::add_row(tables, parts, moments.data(), scale, sums.data(),
+                           matrix.block(matrix.row_start()[row]));
       }
     }
   });

@@ -1,5 +1,6 @@
-// The elements that have limits, coloured: no two of a colour share a vertex, so that those of a colour may be corrected at once.
-// Eight of a colour and of one limit make a batch; the order of batches and lanes is fixed by the mesh alone.
+// The elements that have limits, coloured: no two of a colour share a vertex, so that those of a
+// colour may be corrected at once. Eight of a colour and of one limit make a batch; the order of
+// batches and lanes is fixed by the mesh alone.
 #pragma once
 
 #include <vector>
@@ -14,15 +15,16 @@ namespace loomstone {
 // What is limited.
 struct LimitedCloth {
   Index n_vertices = 0;
-  Triangles triangles;                  // (m x 3)
-  std::vector<Corners2> corners;        // (m) rest coordinates in weft/warp axes [m]
+  Triangles triangles;            // (m x 3)
+  std::vector<Corners2> corners;  // (m) rest coordinates in weft/warp axes [m]
   std::vector<StrainLimit> limits;
-  std::vector<Index> limit_of;          // (m) row of limits, -1: free
-  Vector mass;                          // (n) [kg], > 0
-  std::vector<std::uint8_t> fixed;      // (n) 1: never moves
+  std::vector<Index> limit_of;      // (m) row of limits, -1: free
+  Vector mass;                      // (n) [kg], > 0
+  std::vector<std::uint8_t> fixed;  // (n) 1: never moves
 };
 
-// Colours of items (rows of vertices) such that no two of one colour share a vertex: each the smallest one free, in ascending order.
+// Colours of items (rows of vertices) such that no two of one colour share a vertex: each the
+// smallest one free, in ascending order.
 template <class Rows>
 std::vector<Index> colours(Index n_vertices, const Rows& items, Index& n_colours) {
   std::vector<Index> start(n_vertices + 1, 0), of_item(items.rows(), -1), stamp;
@@ -56,12 +58,14 @@ class LimitElements {
   Index n_elements(Index batch) const { return n_in_[batch]; }
   std::size_t n_limits() const { return bounds_.size(); }
   Index colour(Index batch) const { return colour_of_[batch]; }
-  const std::vector<Index>& colour_start() const { return colour_start_; }   // (colours + 1) batches
-  Index element(Index slot) const { return element_of_[slot]; }              // -1 on empty lanes
+  const std::vector<Index>& colour_start() const { return colour_start_; }  // (colours + 1) batches
+  Index element(Index slot) const { return element_of_[slot]; }             // -1 on empty lanes
   // Slots of the elements at each vertex, ascending.
   const std::vector<Index>& slot_start() const { return slot_start_; }
   const std::vector<Index>& slots() const { return slots_; }
-  const Index* corners(Index slot) const { return corners_.data() + 24 * static_cast<std::size_t>(slot / 8) + slot % 8; }
+  const Index* corners(Index slot) const {
+    return corners_.data() + 24 * static_cast<std::size_t>(slot / 8) + slot % 8;
+  }
 
   // Besides what is fixed, these vertices do not move until the next call.
   void hold(const std::vector<Index>& vertices);
@@ -77,8 +81,8 @@ class LimitElements {
 
   LimitedCloth cloth_;
   Index n_elements_ = 0;
-  std::vector<std::uint8_t> held_;      // (n)
-  std::vector<Index> also_held_;        // by hold()
+  std::vector<std::uint8_t> held_;  // (n)
+  std::vector<Index> also_held_;    // by hold()
   std::vector<Index> colour_start_, element_of_, slot_start_, slots_;
   std::vector<Index> corners_, bounds_of_, colour_of_, n_in_;  // of batches
   AlignedDoubles gradients_, numbers_;

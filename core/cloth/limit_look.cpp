@@ -10,7 +10,7 @@ namespace loomstone {
 namespace {
 
 constexpr Index batches_per_range = 16;
-constexpr int message = 26;                  // doubles that tell of a batch: its number, its excess, its strains
+constexpr int message = 26;  // doubles that tell of a batch: its number, its excess, its strains
 
 }  // namespace
 
@@ -29,18 +29,24 @@ LimitLook::LimitLook(const LimitElements& elements, const Communicator* ranks)
       strains_(24 * static_cast<std::size_t>(elements.n_batches())) {}
 
 void LimitLook::at_all(const Team& team, const limit::Tables& tables, const limit::Motion& motion) {
-  const std::int64_t n = elements_.n_batches(), rank = ranks_ ? ranks_->rank() : 0, size = ranks_ ? ranks_->size() : 1;
-  const Index first = static_cast<Index>(n * rank / size), last = static_cast<Index>(n * (rank + 1) / size);
+  const std::int64_t n = elements_.n_batches(), rank = ranks_ ? ranks_->rank() : 0,
+                     size = ranks_ ? ranks_->size() : 1;
+  const Index first = static_cast<Index>(n * rank / size),
+              last = static_cast<Index>(n * (rank + 1) / size);
   parallel_ranges(team, last - first, batches_per_range, [&](Index begin, Index end) {
-    limit::look(tables, motion, nullptr, first + begin, end - begin, excess_.data(), strains_.data());
+    limit::look(tables, motion, nullptr, first + begin, end - begin, excess_.data(),
+                strains_.data());
   });
   if (ranks_) share(first, last);
 }
 
-void LimitLook::at(const Team& team, const limit::Tables& tables, const limit::Motion& motion, const std::vector<Index>& batches) {
-  parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_range, [&](Index begin, Index end) {
-    limit::look(tables, motion, batches.data(), begin, end - begin, excess_.data(), strains_.data());
-  });
+void LimitLook::at(const Team& team, const limit::Tables& tables, const limit::Motion& motion,
+                   const std::vector<Index>& batches) {
+  parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_range,
+                  [&](Index begin, Index end) {
+                    limit::look(tables, motion, batches.data(), begin, end - begin, excess_.data(),
+                                strains_.data());
+                  });
 }
 
 // Nearly always nothing is beyond anywhere, and a count is all that goes round.
@@ -53,7 +59,8 @@ void LimitLook::share(Index first, Index last) {
   ranks_->gather_all(counts.data(), offsets);
   std::fill(excess_.begin(), excess_.begin() + first, 0.0);
   std::fill(excess_.begin() + last, excess_.end(), 0.0);
-  for (int r = 0; r < size; ++r) offsets[r + 1] = offsets[r] + message * sizeof(double) * static_cast<std::size_t>(counts[r]);
+  for (int r = 0; r < size; ++r)
+    offsets[r + 1] = offsets[r] + message * sizeof(double) * static_cast<std::size_t>(counts[r]);
   if (offsets.back() == 0) return;
   std::vector<double> told(offsets.back() / sizeof(double));
   double* next = told.data() + offsets[rank] / sizeof(double);
@@ -70,7 +77,8 @@ void LimitLook::share(Index first, Index last) {
   }
 }
 
-void LimitLook::tell(const limit::Tables& tables, const limit::Motion& motion, double unit, LimitReport& report) const {
+void LimitLook::tell(const limit::Tables& tables, const limit::Motion& motion, double unit,
+                     LimitReport& report) const {
   double most = 0.0;
   report.squares.assign(elements_.n_limits(), 0.0);
   for (Index b = 0; b < elements_.n_batches(); ++b) {
@@ -91,12 +99,14 @@ void LimitLook::tell(const limit::Tables& tables, const limit::Motion& motion, d
         if (!motion.v && beyond > margin) report.broken.push_back({element, k, beyond});
       }
       report.beyond += largest > motion.tolerance;
-      if (largest > most || (largest == most && most > 0.0 && element < report.worst)) most = largest, report.worst = element;
+      if (largest > most || (largest == most && most > 0.0 && element < report.worst))
+        most = largest, report.worst = element;
     }
   }
-  std::sort(report.broken.begin(), report.broken.end(), [](const BrokenLimit& a, const BrokenLimit& b) {
-    return std::tuple(-a.excess, a.element, a.mode) < std::tuple(-b.excess, b.element, b.mode);
-  });
+  std::sort(
+      report.broken.begin(), report.broken.end(), [](const BrokenLimit& a, const BrokenLimit& b) {
+        return std::tuple(-a.excess, a.element, a.mode) < std::tuple(-b.excess, b.element, b.mode);
+      });
 }
 
 }  // namespace loomstone

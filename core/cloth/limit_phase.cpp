@@ -15,9 +15,10 @@ namespace {
 constexpr int bound_stride = 12 * n_lanes;
 constexpr Index batches_per_range = 32;
 
-// Moduli of the second phase over that of the membrane, and of the third over that of the second. The second begins limit_margin()
-// before the limit, the third half-way. Light loads meet the second alone: a triangle that the third took at once would be
-// thrown back and change phase every other step. Heavy ones, at pins, would stretch the second far beyond the limit. Tuned on
+// Moduli of the second phase over that of the membrane, and of the third over that of the second.
+// The second begins limit_margin() before the limit, the third half-way. Light loads meet the
+// second alone: a triangle that the third took at once would be thrown back and change phase every
+// other step. Heavy ones, at pins, would stretch the second far beyond the limit. Tuned on
 // scenes/swing_limits.py and limit_scaling.py at 4 ms; docs/performance.md has the figures.
 constexpr double stiffening = 300.0, steeper = 10.0, third_begins = 0.5;
 
@@ -25,14 +26,16 @@ constexpr double stiffening = 300.0, steeper = 10.0, third_begins = 0.5;
 template <class Lanes>
 LOOMSTONE_INLINE bool beyond_any(const Lanes strain[3], const double* bound) {
   const auto within = [&](int k) LOOMSTONE_INLINE_LAMBDA -> MaskOf<Lanes> {
-    return (strain[k] >= lanes_load<Lanes>(bound + n_lanes * k)) & (strain[k] <= lanes_load<Lanes>(bound + n_lanes * (3 + k)));
+    return (strain[k] >= lanes_load<Lanes>(bound + n_lanes * k)) &
+           (strain[k] <= lanes_load<Lanes>(bound + n_lanes * (3 + k)));
   };
   return lanes_any(~(within(0) & within(1) & within(2)));
 }
 
 template <class Lanes>
-LOOMSTONE_INLINE void enter_batches(const membrane::Tables& tables, const Index* batches, Index n, const double* bounds,
-                                    const Index* bounds_of, const double* x, double* out, std::uint8_t* entered) {
+LOOMSTONE_INLINE void enter_batches(const membrane::Tables& tables, const Index* batches, Index n,
+                                    const double* bounds, const Index* bounds_of, const double* x,
+                                    double* out, std::uint8_t* entered) {
   for (Index i = 0; i < n; ++i) {
     const Index b = batches[i];
     const membrane::Batch<Lanes> batch = membrane::batch_of<Lanes>(tables, b);
@@ -52,15 +55,22 @@ LOOMSTONE_INLINE void enter_batches(const membrane::Tables& tables, const Index*
     if (!entered[b]) continue;
     double* o = out + membrane::phase_stride * static_cast<std::size_t>(b);
     for (int k = 0; k < 3; ++k) {
-      const Lanes modulus = (k == 2 ? 2.0 : 1.0) * stiffening * batch.constant(k == 0 ? 1 : k == 1 ? 2 : 4);
-      const Lanes least = lanes_load<Lanes>(bound + n_lanes * k), most = lanes_load<Lanes>(bound + n_lanes * (3 + k));
+      const Lanes modulus = (k == 2 ? 2.0 : 1.0) * stiffening *
+                            batch.constant(k == 0   ? 1
+                                           : k == 1 ? 2
+                                                    : 4);
+      const Lanes least = lanes_load<Lanes>(bound + n_lanes * k),
+                  most = lanes_load<Lanes>(bound + n_lanes * (3 + k));
       const Lanes far_least = lanes_load<Lanes>(bound + n_lanes * (6 + k)),
-            far_most = lanes_load<Lanes>(bound + n_lanes * (9 + k));
+                  far_most = lanes_load<Lanes>(bound + n_lanes * (9 + k));
       const Lanes e = strain[k];
-      const MaskOf<Lanes> over = e > most, under = e < least, far_over = e > far_most, far_under = e < far_least;
+      const MaskOf<Lanes> over = e > most, under = e<least, far_over = e> far_most,
+                          far_under = e < far_least;
       const Lanes beyond = lanes_select(over, e - most, lanes_select(under, e - least, Lanes{}));
-      const Lanes far = lanes_select(far_over, e - far_most, lanes_select(far_under, e - far_least, Lanes{}));
-      const Lanes steepness = lanes_select(far_over | far_under, lanes_all<Lanes>(steeper), lanes_all<Lanes>(1.0));
+      const Lanes far =
+          lanes_select(far_over, e - far_most, lanes_select(far_under, e - far_least, Lanes{}));
+      const Lanes steepness =
+          lanes_select(far_over | far_under, lanes_all<Lanes>(steeper), lanes_all<Lanes>(1.0));
       const Lanes tangent = modulus * lanes_select(over | under, steepness, Lanes{});
       const Lanes stress = modulus * (beyond + (steeper - 1.0) * far);
       lanes_store(o + n_lanes * k, tangent);
@@ -72,7 +82,8 @@ LOOMSTONE_INLINE void enter_batches(const membrane::Tables& tables, const Index*
 // The bounds of one lane.
 void set_bounds(const StrainLimit& limit, double* lane) {
   constexpr double free = std::numeric_limits<double>::infinity();
-  const double least[3] = {limit.weft_min, limit.warp_min, limit.least_shear()}, most[3] = {limit.weft, limit.warp, limit.shear};
+  const double least[3] = {limit.weft_min, limit.warp_min, limit.least_shear()},
+               most[3] = {limit.weft, limit.warp, limit.shear};
   for (int k = 0; k < 3; ++k) {
     const bool compression_is_free = k < 2 && least[k] <= -1.0;
     const double below = limit_margin(least[k]), above = limit_margin(most[k]);
@@ -85,7 +96,8 @@ void set_bounds(const StrainLimit& limit, double* lane) {
 
 }  // namespace
 
-LimitPhase::LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limits, const std::vector<Index>& limit_of)
+LimitPhase::LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limits,
+                       const std::vector<Index>& limit_of)
     : membrane_(membrane),
       bounds_of_(membrane.n_batches()),
       table_(static_cast<std::size_t>(membrane.n_batches()) * membrane::phase_stride, 0.0),
@@ -94,7 +106,8 @@ LimitPhase::LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limit
   std::map<Rows, Index> known;
   for (Index b = 0; b < membrane.n_batches(); ++b) {
     Rows rows;
-    for (int l = 0; l < n_lanes; ++l) rows[l] = limit_of[std::min(b * n_lanes + l, membrane.n_triangles() - 1)];
+    for (int l = 0; l < n_lanes; ++l)
+      rows[l] = limit_of[std::min(b * n_lanes + l, membrane.n_triangles() - 1)];
     const auto [found, is_new] = known.try_emplace(rows, static_cast<Index>(known.size()));
     bounds_of_[b] = found->second;
     if (!is_new) continue;
@@ -107,10 +120,12 @@ LimitPhase::LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limit
 
 void LimitPhase::enter(const Team& team, const Points& x, Index begin, Index end) {
   const std::vector<Index>& batches = membrane_.batches_of(begin, end);
-  parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_range, [&](Index first, Index last) {
-    LOOMSTONE_WIDEST(enter_batches)(membrane_.tables(), batches.data() + first, last - first, bounds_.data(), bounds_of_.data(),
-                                    x.data(), table_.data(), entered_.data());
-  });
+  parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_range,
+                  [&](Index first, Index last) {
+                    LOOMSTONE_WIDEST(enter_batches)(membrane_.tables(), batches.data() + first,
+                                                    last - first, bounds_.data(), bounds_of_.data(),
+                                                    x.data(), table_.data(), entered_.data());
+                  });
 }
 
 }  // namespace loomstone

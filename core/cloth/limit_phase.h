@@ -1,6 +1,6 @@
-// Strain limits inside the implicit solve: close to a limit a triangle enters a stiff second phase, so that what stops the cloth
-// meets elasticity and contacts in one matrix, and little is left to correct afterwards. Our choice; docs/performance.md
-// tells what was tried beside it.
+// Strain limits inside the implicit solve: close to a limit a triangle enters a stiff second phase,
+// so that what stops the cloth meets elasticity and contacts in one matrix, and little is left to
+// correct afterwards. Our choice; docs/performance.md tells what was tried beside it.
 #pragma once
 
 #include <vector>
@@ -16,10 +16,11 @@ namespace loomstone {
 class LimitPhase {
  public:
   // limit_of (m): row of limits, -1: the triangle has none.
-  LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limits, const std::vector<Index>& limit_of);
+  LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limits,
+             const std::vector<Index>& limit_of);
 
-  // The phase each mode of each triangle that touches rows [begin, end) is in at x; what it adds is linear in the Green strain from
-  // there on.
+  // The phase each mode of each triangle that touches rows [begin, end) is in at x; what it adds is
+  // linear in the Green strain from there on.
   void enter(const Team& team, const Points& x, Index begin, Index end);
   // See membrane::Tables.
   const double* table() const { return table_.data(); }
@@ -27,8 +28,8 @@ class LimitPhase {
 
  private:
   Membrane& membrane_;
-  AlignedDoubles bounds_;        // (rows x 12 x 8) least, most; those of the third phase
-  std::vector<Index> bounds_of_; // (batches) row of bounds
+  AlignedDoubles bounds_;         // (rows x 12 x 8) least, most; those of the third phase
+  std::vector<Index> bounds_of_;  // (batches) row of bounds
   AlignedDoubles table_;
   std::vector<std::uint8_t> entered_;
 };

@@ -7,10 +7,10 @@ namespace loomstone {
 
 // Description.
 struct ClothMaterial {
-  double weft_stiffness = 300.0;    // E1
-  double warp_stiffness = 300.0;    // E2
-  double shear_stiffness = 150.0;   // G
-  double poisson = 0.0;             // nu12: contraction along warp under tension along weft
+  double weft_stiffness = 300.0;   // E1
+  double warp_stiffness = 300.0;   // E2
+  double shear_stiffness = 150.0;  // G
+  double poisson = 0.0;            // nu12: contraction along warp under tension along weft
   double density = 0.3;
   double bending_weft = 1e-5;
   double bending_warp = 1e-5;
@@ -23,19 +23,28 @@ struct ClothMaterial {
   static auto fields() {
     using M = ClothMaterial;
     return std::make_tuple(
-        field("weft_stiffness", &M::weft_stiffness, "N/m", positive(), "Young's modulus times thickness along weft"),
-        field("warp_stiffness", &M::warp_stiffness, "N/m", positive(), "Young's modulus times thickness along warp"),
-        field("shear_stiffness", &M::shear_stiffness, "N/m", positive(), "shear modulus times thickness"),
-        field("poisson", &M::poisson, "1", between(-1.0, 1.0), "Poisson ratio nu12, contraction along warp"),
+        field("weft_stiffness", &M::weft_stiffness, "N/m", positive(),
+              "Young's modulus times thickness along weft"),
+        field("warp_stiffness", &M::warp_stiffness, "N/m", positive(),
+              "Young's modulus times thickness along warp"),
+        field("shear_stiffness", &M::shear_stiffness, "N/m", positive(),
+              "shear modulus times thickness"),
+        field("poisson", &M::poisson, "1", between(-1.0, 1.0),
+              "Poisson ratio nu12, contraction along warp"),
         field("density", &M::density, "kg/m^2", positive(), "mass per area"),
-        field("bending_weft", &M::bending_weft, "N m", non_negative(), "flexural rigidity along weft"),
-        field("bending_warp", &M::bending_warp, "N m", non_negative(), "flexural rigidity along warp"),
+        field("bending_weft", &M::bending_weft, "N m", non_negative(),
+              "flexural rigidity along weft"),
+        field("bending_warp", &M::bending_warp, "N m", non_negative(),
+              "flexural rigidity along warp"),
         field("bending_twist", &M::bending_twist, "N m", unlimited(),
               "twist rigidity (entry of 2 kxy), >= 0; -1: that of an isotropic plate"),
-        field("bending_coupling", &M::bending_coupling, "N m", unlimited(), "rigidity coupling weft and warp"),
-        field("viscosity_dilation", &M::viscosity_dilation, "N s/m", unlimited(), "lambda_d of (2.25)"),
+        field("bending_coupling", &M::bending_coupling, "N m", unlimited(),
+              "rigidity coupling weft and warp"),
+        field("viscosity_dilation", &M::viscosity_dilation, "N s/m", unlimited(),
+              "lambda_d of (2.25)"),
         field("viscosity_shear", &M::viscosity_shear, "N s/m", non_negative(), "mu_d of (2.25)"),
-        field("bending_damping", &M::bending_damping, "s", non_negative(), "bending damping proportional to stiffness"));
+        field("bending_damping", &M::bending_damping, "s", non_negative(),
+              "bending damping proportional to stiffness"));
   }
 };
 

@@ -18,12 +18,15 @@ struct Batch {
 template <class Lanes>
 LOOMSTONE_INLINE Batch<Lanes> batch_of(const Tables& t, Index b) {
   const std::size_t i = static_cast<std::size_t>(b);
-  return {t.corners + corner_stride * i, t.gradients + gradient_stride * i, t.constants + constant_stride * i};
+  return {t.corners + corner_stride * i, t.gradients + gradient_stride * i,
+          t.constants + constant_stride * i};
 }
 
-// Columns of F (2.31); the sum over corners as differences to corner 2, since the gradients add up to zero.
+// Columns of F (2.31); the sum over corners as differences to corner 2, since the gradients add up
+// to zero.
 template <class Lanes>
-LOOMSTONE_INLINE void gradient_columns(const Batch<Lanes>& batch, const double* x, Lanes3<Lanes>& f1, Lanes3<Lanes>& f2) {
+LOOMSTONE_INLINE void gradient_columns(const Batch<Lanes>& batch, const double* x,
+                                       Lanes3<Lanes>& f1, Lanes3<Lanes>& f2) {
   const Lanes3<Lanes> x2 = lanes_gather<Lanes>(batch.corners + 16, x);
   const Lanes3<Lanes> e0 = minus(lanes_gather<Lanes>(batch.corners, x), x2);
   const Lanes3<Lanes> e1 = minus(lanes_gather<Lanes>(batch.corners + 8, x), x2);
@@ -46,7 +49,8 @@ LOOMSTONE_INLINE Lanes phase_stress(const double* phase, int mode, const Lanes& 
 }
 template <class Lanes>
 LOOMSTONE_INLINE Lanes phase_energy(const double* phase, int mode, const Lanes& e) {
-  return (0.5 * phase_slope<Lanes>(phase, mode) * e + lanes_load<Lanes>(phase + 8 * (3 + mode))) * e;
+  return (0.5 * phase_slope<Lanes>(phase, mode) * e + lanes_load<Lanes>(phase + 8 * (3 + mode))) *
+         e;
 }
 
 }  // namespace loomstone::membrane

@@ -7,9 +7,12 @@ namespace loomstone::membrane {
 namespace {
 
 template <class Lanes>
-LOOMSTONE_INLINE void store(double* out, int k, const Lanes& value) { lanes_store(out + 8 * k, value); }
+LOOMSTONE_INLINE void store(double* out, int k, const Lanes& value) {
+  lanes_store(out + 8 * k, value);
+}
 
-// The nine numbers of a block of each lane beside one another: the first eight as the transpose of 8 x 8.
+// The nine numbers of a block of each lane beside one another: the first eight as the transpose of
+// 8 x 8.
 template <class Lanes>
 LOOMSTONE_INLINE void store_blocks(double* out, const Lanes a[9]) {
   Lanes b[8], c[8];
@@ -24,7 +27,8 @@ LOOMSTONE_INLINE void store_blocks(double* out, const Lanes a[9]) {
     }
   for (int k = 0; k < 4; ++k) {
     lanes_store(out + lane_stride * k, lanes_shuffle<0, 1, 2, 3, 8, 9, 10, 11>(c[k], c[k + 4]));
-    lanes_store(out + lane_stride * (k + 4), lanes_shuffle<4, 5, 6, 7, 12, 13, 14, 15>(c[k], c[k + 4]));
+    lanes_store(out + lane_stride * (k + 4),
+                lanes_shuffle<4, 5, 6, 7, 12, 13, 14, 15>(c[k], c[k + 4]));
   }
   for (int l = 0; l < n_lanes; ++l) out[lane_stride * l + 8] = a[8][l];
 }
@@ -32,16 +36,20 @@ LOOMSTONE_INLINE void store_blocks(double* out, const Lanes a[9]) {
 }  // namespace
 
 template <class Lanes>
-LOOMSTONE_INLINE void forces(const Tables& tables, const Index* batches, Index n, const double* x, const double* v, double* out) {
+LOOMSTONE_INLINE void forces(const Tables& tables, const Index* batches, Index n, const double* x,
+                             const double* v, double* out) {
   for (Index i = 0; i < n; ++i) {
     const Batch<Lanes> batch = batch_of<Lanes>(tables, batches[i]);
     Lanes3<Lanes> f1, f2;
     gradient_columns(batch, x, f1, f2);
-    const Lanes e11 = 0.5 * (dot(f1, f1) - 1.0), e22 = 0.5 * (dot(f2, f2) - 1.0), e12 = 0.5 * dot(f1, f2);
-    const Lanes a11 = batch.constant(1), a22 = batch.constant(2), a12 = batch.constant(3), g = batch.constant(4);
+    const Lanes e11 = 0.5 * (dot(f1, f1) - 1.0), e22 = 0.5 * (dot(f2, f2) - 1.0),
+                e12 = 0.5 * dot(f1, f2);
+    const Lanes a11 = batch.constant(1), a22 = batch.constant(2), a12 = batch.constant(3),
+                g = batch.constant(4);
     Lanes s11 = a11 * e11 + a12 * e22, s22 = a22 * e22 + a12 * e11, s12 = 2.0 * g * e12;  // (2.23)
     if (const double* phase = phase_of(tables, batches[i])) {
-      s11 += phase_stress(phase, 0, e11), s22 += phase_stress(phase, 1, e22), s12 += phase_stress(phase, 2, e12);
+      s11 += phase_stress(phase, 0, e11), s22 += phase_stress(phase, 1, e22),
+          s12 += phase_stress(phase, 2, e12);
     }
     if (v) {
       Lanes3<Lanes> d1, d2;  // columns of dF/dt
@@ -54,34 +62,41 @@ LOOMSTONE_INLINE void forces(const Tables& tables, const Index* batches, Index n
       s12 += 2.0 * mu * r12;
     }
     const Lanes minus_area = -batch.constant(0);
-    const Lanes3<Lanes> p1 = combine(f1, minus_area * s11, f2, minus_area * s12);  // columns of -A F S
+    const Lanes3<Lanes> p1 =
+        combine(f1, minus_area * s11, f2, minus_area * s12);  // columns of -A F S
     const Lanes3<Lanes> p2 = combine(f1, minus_area * s12, f2, minus_area * s22);
     const Lanes3<Lanes> force0 = combine(p1, batch.gradient(0), p2, batch.gradient(1));
     const Lanes3<Lanes> force1 = combine(p1, batch.gradient(2), p2, batch.gradient(3));
     double* o = out + force_stride * static_cast<std::size_t>(batches[i]);
     store(o, 0, force0.x), store(o, 1, force0.y), store(o, 2, force0.z);
     store(o, 3, force1.x), store(o, 4, force1.y), store(o, 5, force1.z);
-    store(o, 6, -(force0.x + force1.x)), store(o, 7, -(force0.y + force1.y)), store(o, 8, -(force0.z + force1.z));
+    store(o, 6, -(force0.x + force1.x)), store(o, 7, -(force0.y + force1.y)),
+        store(o, 8, -(force0.z + force1.z));
   }
 }
-void forces(const Tables& tables, const Index* batches, Index n, const double* x, const double* v, double* out) {
+void forces(const Tables& tables, const Index* batches, Index n, const double* x, const double* v,
+            double* out) {
   LOOMSTONE_WIDEST(forces)(tables, batches, n, x, v, out);
 }
 
 template <class Lanes>
-LOOMSTONE_INLINE void blocks(const Tables& tables, const Index* batches, Index n, const double* x, bool positive, double scale_k,
-                             double scale_d, double* out) {
+LOOMSTONE_INLINE void blocks(const Tables& tables, const Index* batches, Index n, const double* x,
+                             bool positive, double scale_k, double scale_d, double* out) {
   for (Index i = 0; i < n; ++i) {
     const Batch<Lanes> batch = batch_of<Lanes>(tables, batches[i]);
     Lanes3<Lanes> f1, f2;
     gradient_columns(batch, x, f1, f2);
-    const Lanes e11 = 0.5 * (dot(f1, f1) - 1.0), e22 = 0.5 * (dot(f2, f2) - 1.0), e12 = 0.5 * dot(f1, f2);
+    const Lanes e11 = 0.5 * (dot(f1, f1) - 1.0), e22 = 0.5 * (dot(f2, f2) - 1.0),
+                e12 = 0.5 * dot(f1, f2);
     const Lanes area = batch.constant(0);
-    Lanes a11 = batch.constant(1), a22 = batch.constant(2), a12 = batch.constant(3), g = batch.constant(4);
+    Lanes a11 = batch.constant(1), a22 = batch.constant(2), a12 = batch.constant(3),
+          g = batch.constant(4);
     Lanes s11 = a11 * e11 + a12 * e22, s22 = a22 * e22 + a12 * e11, s12 = 2.0 * g * e12;
     if (const double* phase = phase_of(tables, batches[i])) {
-      s11 += phase_stress(phase, 0, e11), s22 += phase_stress(phase, 1, e22), s12 += phase_stress(phase, 2, e12);
-      a11 += phase_slope<Lanes>(phase, 0), a22 += phase_slope<Lanes>(phase, 1), g += 0.5 * phase_slope<Lanes>(phase, 2);
+      s11 += phase_stress(phase, 0, e11), s22 += phase_stress(phase, 1, e22),
+          s12 += phase_stress(phase, 2, e12);
+      a11 += phase_slope<Lanes>(phase, 0), a22 += phase_slope<Lanes>(phase, 1),
+          g += 0.5 * phase_slope<Lanes>(phase, 2);
     }
     if (positive) {
       // Positive part of [s11 s12; s12 s22] from its eigenvalues m +- r.
@@ -101,10 +116,12 @@ LOOMSTONE_INLINE void blocks(const Tables& tables, const Index* batches, Index n
     a22 = area * (scale_k * a22 + lambda + 2.0 * mu);
     a12 = area * (scale_k * a12 + lambda);
     g = area * (scale_k * g + mu);
-    const Lanes xx = f1.x * f1.x, xy = f1.x * f1.y, xz = f1.x * f1.z, yy = f1.y * f1.y, yz = f1.y * f1.z,
+    const Lanes xx = f1.x * f1.x, xy = f1.x * f1.y, xz = f1.x * f1.z, yy = f1.y * f1.y,
+                yz = f1.y * f1.z,
                 zz = f1.z * f1.z;  // F1 F1^T
-    const Lanes ux = f2.x * f2.x, uy = f2.x * f2.y, uz = f2.x * f2.z, vy = f2.y * f2.y, vz = f2.y * f2.z,
-                wz = f2.z * f2.z;  // F2 F2^T
+    const Lanes ux = f2.x * f2.x, uy = f2.x * f2.y, uz = f2.x * f2.z, vy = f2.y * f2.y,
+                vz = f2.y * f2.z,
+                wz = f2.z * f2.z;                                         // F2 F2^T
     const Lanes m00 = f1.x * f2.x, m01 = f1.x * f2.y, m02 = f1.x * f2.z;  // F1 F2^T
     const Lanes m10 = f1.y * f2.x, m11 = f1.y * f2.y, m12 = f1.y * f2.z;
     const Lanes m20 = f1.z * f2.x, m21 = f1.z * f2.y, m22 = f1.z * f2.z;
@@ -128,14 +145,14 @@ LOOMSTONE_INLINE void blocks(const Tables& tables, const Index* batches, Index n
     }
   }
 }
-void blocks(const Tables& tables, const Index* batches, Index n, const double* x, bool positive, double scale_k,
-            double scale_d, double* out) {
+void blocks(const Tables& tables, const Index* batches, Index n, const double* x, bool positive,
+            double scale_k, double scale_d, double* out) {
   LOOMSTONE_WIDEST(blocks)(tables, batches, n, x, positive, scale_k, scale_d, out);
 }
 
 template <class Lanes>
-LOOMSTONE_INLINE void rows(Index n, const Index* row_start, const Index* diagonal, const Index* sources, const double* elements,
-                           double* values) {
+LOOMSTONE_INLINE void rows(Index n, const Index* row_start, const Index* diagonal,
+                           const Index* sources, const double* elements, double* values) {
   for (Index row = 0; row < n; ++row) {
     Lanes sum{};
     double last = 0.0;
@@ -157,23 +174,27 @@ LOOMSTONE_INLINE void rows(Index n, const Index* row_start, const Index* diagona
       for (int r = 0; r < 3; ++r) d[3 * c + r] = -0.5 * (s[3 * c + r] + s[3 * r + c]);
   }
 }
-void rows(Index n, const Index* row_start, const Index* diagonal, const Index* sources, const double* elements,
-          double* values) {
+void rows(Index n, const Index* row_start, const Index* diagonal, const Index* sources,
+          const double* elements, double* values) {
   LOOMSTONE_WIDEST(rows)(n, row_start, diagonal, sources, elements, values);
 }
 
 template <class Lanes>
-LOOMSTONE_INLINE void strains(const Tables& tables, const Index* batches, Index n, const double* x, double* out) {
+LOOMSTONE_INLINE void strains(const Tables& tables, const Index* batches, Index n, const double* x,
+                              double* out) {
   for (Index i = 0; i < n; ++i) {
     const Batch<Lanes> batch = batch_of<Lanes>(tables, batches[i]);
     Lanes3<Lanes> f1, f2;
     gradient_columns(batch, x, f1, f2);
     const Lanes c11 = dot(f1, f1), c22 = dot(f2, f2), c12 = dot(f1, f2);
     const Lanes e11 = 0.5 * (c11 - 1.0), e22 = 0.5 * (c22 - 1.0), e12 = 0.5 * c12;
-    const Lanes a11 = batch.constant(1), a22 = batch.constant(2), a12 = batch.constant(3), g = batch.constant(4);
-    Lanes energy = 0.5 * (a11 * e11 * e11 + a22 * e22 * e22) + a12 * e11 * e22 + 2.0 * g * e12 * e12;  // (2.21)
+    const Lanes a11 = batch.constant(1), a22 = batch.constant(2), a12 = batch.constant(3),
+                g = batch.constant(4);
+    Lanes energy = 0.5 * (a11 * e11 * e11 + a22 * e22 * e22) + a12 * e11 * e22 +
+                   2.0 * g * e12 * e12;  // (2.21)
     if (const double* phase = phase_of(tables, batches[i])) {
-      energy += phase_energy(phase, 0, e11) + phase_energy(phase, 1, e22) + 2.0 * phase_energy(phase, 2, e12);
+      energy += phase_energy(phase, 0, e11) + phase_energy(phase, 1, e22) +
+                2.0 * phase_energy(phase, 2, e12);
     }
     energy *= batch.constant(0);
     const Lanes m = 0.5 * (c11 + c22), d = 0.5 * (c11 - c22);

@@ -16,12 +16,14 @@ struct RestTriangle {
   double area;
   std::array<double, 3> direction;  // angle of edge i to weft [rad]
   std::array<Vec3, 3> curvature;    // N_i: curvature caused by a unit angle at edge i [1/m]
-  std::array<Row3, 3> angle;        // psi_i: angle from the triangle to the tangent plane at edge i, per curvature [m]
+  std::array<Row3, 3>
+      angle;  // psi_i: angle from the triangle to the tangent plane at edge i, per curvature [m]
 };
 
 RestTriangle rest_triangle(const Corners2& corners) {
   RestTriangle r;
-  const Vec2 x[3] = {corners.row(0).transpose(), corners.row(1).transpose(), corners.row(2).transpose()};
+  const Vec2 x[3] = {corners.row(0).transpose(), corners.row(1).transpose(),
+                     corners.row(2).transpose()};
   const Vec2 e1 = x[1] - x[0], e2 = x[2] - x[0];
   r.area = 0.5 * (e1.x() * e2.y() - e1.y() * e2.x());
   for (int i = 0; i < 3; ++i) {
@@ -48,8 +50,9 @@ Mat3 turn(double alpha) {
   return r;
 }
 
-// Eigenvectors of a symmetric matrix, and which eigenvalues count beside the largest: (largest singular value)^2 where the
-// matrix is S S^T, so `threshold` is the square of one for singular values.
+// Eigenvectors of a symmetric matrix, and which eigenvalues count beside the largest: (largest
+// singular value)^2 where the matrix is S S^T, so `threshold` is the square of one for singular
+// values.
 struct Split {
   Mat3 vectors;
   Vec3 values;
@@ -60,15 +63,20 @@ struct Split {
     vectors = solver.eigenvectors(), values = solver.eigenvalues();
     least = threshold * values[2];
   }
-  Mat3 null_space() const { return part([](double) { return 1.0; }, false); }  // the projection on it
-  Mat3 pseudo_inverse() const { return part([](double v) { return 1.0 / v; }, true); }
+  Mat3 null_space() const {
+    return part([](double) { return 1.0; }, false);
+  }  // the projection on it
+  Mat3 pseudo_inverse() const {
+    return part([](double v) { return 1.0 / v; }, true);
+  }
 
  private:
   template <class Factor>
   Mat3 part(Factor&& factor, bool counting) const {
     Mat3 sum = Mat3::Zero();
     for (int i = 0; i < 3; ++i)
-      if ((values[i] > least) == counting) sum += factor(values[i]) * vectors.col(i) * vectors.col(i).transpose();
+      if ((values[i] > least) == counting)
+        sum += factor(values[i]) * vectors.col(i) * vectors.col(i).transpose();
     return sum;
   }
 };
@@ -77,11 +85,14 @@ class Builder {
  public:
   Builder(const BendingSetup& setup, const EdgeTable& edges, const std::vector<Hinge>& hinges)
       : setup_(setup), edges_(edges), hinges_(hinges), hinge_of_edge_(edges.edges.rows(), -1) {
-    for (Index e = 0; e < static_cast<Index>(hinges.size()); ++e) hinge_of_edge_[hinges[e].edge] = e;
-    for (Index t = 0; t < setup.triangles.rows(); ++t) rest_.push_back(rest_triangle(setup.corners[t]));
+    for (Index e = 0; e < static_cast<Index>(hinges.size()); ++e)
+      hinge_of_edge_[hinges[e].edge] = e;
+    for (Index t = 0; t < setup.triangles.rows(); ++t)
+      rest_.push_back(rest_triangle(setup.corners[t]));
   }
 
-  // Slope at hinge e: from its first triangle half the angle plus `weights` times angles, from its second the opposite.
+  // Slope at hinge e: from its first triangle half the angle plus `weights` times angles, from its
+  // second the opposite.
   struct Slope {
     std::vector<Index> hinges;
     std::vector<double> weights;
@@ -105,7 +116,8 @@ class Builder {
   // Curvature in the axes of `from` -> in the axes of `to`, across their common edge.
   Mat3 across(Index from, Index to, Index edge) const {
     // `to` runs the edge backwards, hence half a turn, which a curvature does not feel.
-    return turn(rest_[from].direction[local_edge(from, edge)] - rest_[to].direction[local_edge(to, edge)]);
+    return turn(rest_[from].direction[local_edge(from, edge)] -
+                rest_[to].direction[local_edge(to, edge)]);
   }
   // Whole angle of hinge r per constant curvature, in the axes of `triangle`, one of its two.
   Row3 hinge_angle(Index r, Index triangle) const {
@@ -126,7 +138,8 @@ Builder::Slope Builder::slope(Index e) const {
   const Hinge& h = hinges_[e];
   const Index first = h.triangles[0], second = h.triangles[1];
   const bool first_pinned = pinned(first), second_pinned = pinned(second);
-  // (R) A wholly pinned triangle does not turn: the slope of the edge is its slope, so the clamp sits on this edge.
+  // (R) A wholly pinned triangle does not turn: the slope of the edge is its slope, so the clamp
+  // sits on this edge.
   if (first_pinned && second_pinned) return {{e}, {0.0}};
   if (first_pinned || second_pinned) return {{e}, {first_pinned ? -0.5 : 0.5}};
 
@@ -138,7 +151,8 @@ Builder::Slope Builder::slope(Index e) const {
     for (int i = 0; i < 3; ++i) {
       const Index r = hinge_of_edge_[edges_.of_triangle[triangle][i]];
       if (r < 0) {
-        const Row3 moment = rest_[triangle].curvature[i].transpose() * setup_.rigidity[triangle] * axes;
+        const Row3 moment =
+            rest_[triangle].curvature[i].transpose() * setup_.rigidity[triangle] * axes;
         const double size = moment.norm();
         if (size > 0.0) free.push_back(moment / size);
       } else if (std::find(near.begin(), near.end(), r) == near.end()) {
@@ -159,8 +173,10 @@ Builder::Slope Builder::slope(Index e) const {
   const Vec3 dual = Split(gram, 1e-12).pseudo_inverse() * (wanted * kept).transpose();
   Slope result{near, std::vector<double>(near.size(), 0.0)};
   for (std::size_t k = 0; k < near.size(); ++k) result.weights[k] = angles[k] * kept * dual;
-  // Beyond 1 (slivers) the weights would raise the highest frequency, up to 320-fold: fall back to the mean slope.
-  result.averaged = !std::all_of(result.weights.begin(), result.weights.end(), [](double w) { return std::abs(w) <= 1.0; });
+  // Beyond 1 (slivers) the weights would raise the highest frequency, up to 320-fold: fall back to
+  // the mean slope.
+  result.averaged = !std::all_of(result.weights.begin(), result.weights.end(),
+                                 [](double w) { return std::abs(w) <= 1.0; });
   if (result.averaged) std::fill(result.weights.begin(), result.weights.end(), 0.0);
   return result;
 }
@@ -205,7 +221,8 @@ Element Builder::element(Index triangle, const std::vector<Slope>& slopes) const
 
 }  // namespace
 
-Elements make_elements(const BendingSetup& setup, const EdgeTable& edges, const std::vector<Hinge>& hinges) {
+Elements make_elements(const BendingSetup& setup, const EdgeTable& edges,
+                       const std::vector<Hinge>& hinges) {
   const Builder builder(setup, edges, hinges);
   std::vector<Builder::Slope> slopes;
   Elements out;
@@ -213,7 +230,8 @@ Elements make_elements(const BendingSetup& setup, const EdgeTable& edges, const 
     slopes.push_back(builder.slope(e));
     out.n_averaged += slopes.back().averaged;
   }
-  for (Index t = 0; t < setup.triangles.rows(); ++t) out.elements.push_back(builder.element(t, slopes));
+  for (Index t = 0; t < setup.triangles.rows(); ++t)
+    out.elements.push_back(builder.element(t, slopes));
   return out;
 }
 

@@ -12,11 +12,14 @@ LOOMSTONE_INLINE Lanes4 load4(const double* p) {
   __builtin_memcpy(&r, p, sizeof(Lanes4));
   return r;
 }
-LOOMSTONE_INLINE void store4(double* p, const Lanes4& a) { __builtin_memcpy(p, &a, sizeof(Lanes4)); }
+LOOMSTONE_INLINE void store4(double* p, const Lanes4& a) {
+  __builtin_memcpy(p, &a, sizeof(Lanes4));
+}
 }  // namespace
 
 template <class Lanes>
-LOOMSTONE_INLINE void moment_gradients(const Tables& tables, const Index* list, Index n, double* out) {
+LOOMSTONE_INLINE void moment_gradients(const Tables& tables, const Index* list, Index n,
+                                       double* out) {
   for (Index k = 0; k < n; ++k) {
     const Index e = list[k];
     const Index size = tables.stencil_start[e + 1] - tables.stencil_start[e];
@@ -38,8 +41,8 @@ void moment_gradients(const Tables& tables, const Index* list, Index n, double* 
 }
 
 template <class Lanes>
-LOOMSTONE_INLINE void add_row(const Tables& tables, const Row& row, const double* moments, double scale, double* sums,
-                              double* values) {
+LOOMSTONE_INLINE void add_row(const Tables& tables, const Row& row, const double* moments,
+                              double scale, double* sums, double* values) {
   for (Index b = 0; b < row.n_blocks; ++b) {
     lanes_store(sums + 16 * b, Lanes{});
     sums[16 * b + 8] = 0.0;
@@ -54,7 +57,8 @@ LOOMSTONE_INLINE void add_row(const Tables& tables, const Row& row, const double
     for (Index s = 0; s < n; ++s) {
       double* b = sums + 16 * block[s];
       const Lanes4 moment = load4(m + 4 * s);
-      lanes_store(b, lanes_load<Lanes>(b) + rows * lanes_spread<Lanes, 0, 0, 0, 1, 1, 1, 2, 2>(moment));
+      lanes_store(
+          b, lanes_load<Lanes>(b) + rows * lanes_spread<Lanes, 0, 0, 0, 1, 1, 1, 2, 2>(moment));
       b[8] += last * m[4 * s + 2];
     }
     block += n;
@@ -65,7 +69,8 @@ LOOMSTONE_INLINE void add_row(const Tables& tables, const Row& row, const double
     v[8] += scale * sums[16 * b + 8];
   }
 }
-void add_row(const Tables& tables, const Row& row, const double* moments, double scale, double* sums, double* values) {
+void add_row(const Tables& tables, const Row& row, const double* moments, double scale,
+             double* sums, double* values) {
   LOOMSTONE_WIDEST(add_row)(tables, row, moments, scale, sums, values);
 }
 

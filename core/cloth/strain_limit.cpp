@@ -6,8 +6,9 @@ void check_limit_options(const LimitOptions& options, const std::string& where) 
   check_fields(options, where);
   for (const char* known : {"gauss-seidel", "gauss-seidel-random", "jacobi", "edges"})
     if (options.method == known) return;
-  throw InvalidInput(where + ".method must be one of gauss-seidel | gauss-seidel-random | jacobi | edges, got \"" + options.method +
-                     "\"");
+  throw InvalidInput(
+      where + ".method must be one of gauss-seidel | gauss-seidel-random | jacobi | edges, got \"" +
+      options.method + "\"");
 }
 
 }  // namespace loomstone

@@ -1,5 +1,6 @@
-// How far cloth may strain, and how that is enforced. Strain is that of the co-rotational measure, U - I with U = (F^T F)^(1/2) in
-// weft/warp axes: (e11, e22, e12), so limits of shear are in e12, half the engineering shear (3.3).
+// How far cloth may strain, and how that is enforced. Strain is that of the co-rotational measure,
+// U - I with U = (F^T F)^(1/2) in weft/warp axes: (e11, e22, e12), so limits of shear are in e12,
+// half the engineering shear (3.3).
 #pragma once
 
 #include <algorithm>
@@ -25,29 +26,37 @@ struct StrainLimit {
   static auto fields() {
     using L = StrainLimit;
     constexpr Limits most{0.0, std::numeric_limits<double>::infinity(), false, true};
-    return std::make_tuple(
-        field("weft", &L::weft, "1", most, "largest strain along weft"),
-        field("warp", &L::warp, "1", most, "largest strain along warp"),
-        field("shear", &L::shear, "1", most, "largest shear strain e12 (half the engineering shear)"),
-        field("weft_min", &L::weft_min, "1", between(-1.0, 0.0), "smallest strain along weft; -1: compression is free"),
-        field("warp_min", &L::warp_min, "1", between(-1.0, 0.0), "smallest strain along warp; -1: compression is free"),
-        field("shear_min", &L::shear_min, "1", Limits{-std::numeric_limits<double>::infinity(), 0.0, false, true},
-              "smallest shear strain e12; None: -shear"),
-        field("edge", &L::edge, "1", non_negative(),
-              "largest elongation of an edge: where given, this cloth is limited by edges, whatever the method; None: in the method "
-              "edges the smaller of weft and warp"));
+    return std::make_tuple(field("weft", &L::weft, "1", most, "largest strain along weft"),
+                           field("warp", &L::warp, "1", most, "largest strain along warp"),
+                           field("shear", &L::shear, "1", most,
+                                 "largest shear strain e12 (half the engineering shear)"),
+                           field("weft_min", &L::weft_min, "1", between(-1.0, 0.0),
+                                 "smallest strain along weft; -1: compression is free"),
+                           field("warp_min", &L::warp_min, "1", between(-1.0, 0.0),
+                                 "smallest strain along warp; -1: compression is free"),
+                           field("shear_min", &L::shear_min, "1",
+                                 Limits{-std::numeric_limits<double>::infinity(), 0.0, false, true},
+                                 "smallest shear strain e12; None: -shear"),
+                           field("edge", &L::edge, "1", non_negative(),
+                                 "largest elongation of an edge: where given, this cloth is "
+                                 "limited by edges, whatever the method; None: in the method "
+                                 "edges the smaller of weft and warp"));
   }
   double least_shear() const { return shear_min.value_or(-shear); }
   double edge_bound() const { return edge.value_or(weft < warp ? weft : warp); }
 };
 
-// What is let be beyond a limit where contacts share the say: 0.01 of strain, a fifth of limits below 0.05, never less than 1e-4.
-// Where the second phase of the implicit solve begins before it, too.
-inline double limit_margin(double limit) { return std::max(1e-4, std::min(0.01, 0.2 * std::abs(limit))); }
+// What is let be beyond a limit where contacts share the say: 0.01 of strain, a fifth of limits
+// below 0.05, never less than 1e-4. Where the second phase of the implicit solve begins before it,
+// too.
+inline double limit_margin(double limit) {
+  return std::max(1e-4, std::min(0.01, 0.2 * std::abs(limit)));
+}
 
 // Description.
 struct LimitOptions {
-  std::string method = "gauss-seidel";   // "gauss-seidel" | "gauss-seidel-random" | "jacobi" | "edges"
+  std::string method =
+      "gauss-seidel";  // "gauss-seidel" | "gauss-seidel-random" | "jacobi" | "edges"
   double tolerance = 0.002;
   int max_sweeps = 100;
   bool active_set = true;
@@ -59,15 +68,21 @@ struct LimitOptions {
     using O = LimitOptions;
     return std::make_tuple(
         field("method", &O::method,
-              "gauss-seidel (coloured, parallel) | gauss-seidel-random (seeded order, one thread) | jacobi | edges (edge-based, one "
+              "gauss-seidel (coloured, parallel) | gauss-seidel-random (seeded order, one thread) "
+              "| jacobi | edges (edge-based, one "
               "bound for all directions)"),
-        field("tolerance", &O::tolerance, "1", positive(), "strain beyond its limit that sweeps let be; a tenth of limits below 0.02"),
-        field("max_sweeps", &O::max_sweeps, "1", between(1, 1e6), "sweeps over the elements a step; what then remains is reported"),
-        field("active_set", &O::active_set, "after the first sweep only corrected elements and their neighbours are looked at"),
+        field("tolerance", &O::tolerance, "1", positive(),
+              "strain beyond its limit that sweeps let be; a tenth of limits below 0.02"),
+        field("max_sweeps", &O::max_sweeps, "1", between(1, 1e6),
+              "sweeps over the elements a step; what then remains is reported"),
+        field("active_set", &O::active_set,
+              "after the first sweep only corrected elements and their neighbours are looked at"),
         field("in_solve", &O::in_solve,
-              "implicit integrators: near its limits cloth enters a stiff second phase inside the solve, so that little is left to "
+              "implicit integrators: near its limits cloth enters a stiff second phase inside the "
+              "solve, so that little is left to "
               "correct; not with the method edges"),
-        field("strain_rate", &O::strain_rate, "1", non_negative(), "largest change of strain a step left in the velocities; 0: off"),
+        field("strain_rate", &O::strain_rate, "1", non_negative(),
+              "largest change of strain a step left in the velocities; 0: off"),
         field("seed", &O::seed, "1", between(0, 2147483647), "of the random order"));
   }
 };

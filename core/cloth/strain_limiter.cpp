@@ -10,7 +10,7 @@ namespace loomstone {
 namespace {
 
 constexpr Index batches_per_range = 16;
-constexpr Index listed = -1;                 // of n_corrected_, until it is counted
+constexpr Index listed = -1;  // of n_corrected_, until it is counted
 
 // Numbers of a sequence that a key starts, splitmix64 [Steele2014].
 class Sequence {
@@ -29,13 +29,15 @@ class Sequence {
   std::uint64_t state_;
 };
 
-std::uint64_t mixed(std::uint64_t a, std::uint64_t b) { return (a ^ (b + 0x9e3779b97f4a7c15u + (a << 6) + (a >> 2))) * 0xff51afd7ed558ccdu; }
+std::uint64_t mixed(std::uint64_t a, std::uint64_t b) {
+  return (a ^ (b + 0x9e3779b97f4a7c15u + (a << 6) + (a >> 2))) * 0xff51afd7ed558ccdu;
+}
 
 }  // namespace
 
-// What sweeps still have to evaluate: everything, or, with an active set, the batches that a look has found beyond their bounds, then
-// those of which a vertex has moved since they were evaluated last. Any other would be found as it was, so that the bits are those of
-// sweeps over everything.
+// What sweeps still have to evaluate: everything, or, with an active set, the batches that a look
+// has found beyond their bounds, then those of which a vertex has moved since they were evaluated
+// last. Any other would be found as it was, so that the bits are those of sweeps over everything.
 class StrainLimiter::Pending {
  public:
   // singly: in the random order, element by element.
@@ -53,7 +55,9 @@ class StrainLimiter::Pending {
 
   std::size_t n_colours() const { return of_colour_.size(); }
   std::int64_t evaluations() const { return evaluations_; }
-  const std::vector<Index>& moved() const { return moved_list_; }  // batches of which a vertex has ever moved
+  const std::vector<Index>& moved() const {
+    return moved_list_;
+  }  // batches of which a vertex has ever moved
 
   void add(Index batch) {
     if (!singly_ && !waits_[batch]) of_colour_[elements_.colour(batch)].push_back(batch);
@@ -109,10 +113,15 @@ class StrainLimiter::Pending {
   std::int64_t evaluations_ = 0;
 };
 
-StrainLimiter::StrainLimiter(const LimitedCloth& cloth, const LimitOptions& options, const Communicator* ranks)
-    : options_(options), elements_(cloth, options.method == "gauss-seidel-random"), look_(elements_, ranks) {
-  for (const StrainLimit& limit : cloth.limits)  // what is left to contacts must exceed what is left to sweeps
-    for (const double bound : {limit.weft, limit.warp, limit.shear, limit.weft_min, limit.warp_min, limit.least_shear()})
+StrainLimiter::StrainLimiter(const LimitedCloth& cloth, const LimitOptions& options,
+                             const Communicator* ranks)
+    : options_(options),
+      elements_(cloth, options.method == "gauss-seidel-random"),
+      look_(elements_, ranks) {
+  for (const StrainLimit& limit :
+       cloth.limits)  // what is left to contacts must exceed what is left to sweeps
+    for (const double bound :
+         {limit.weft, limit.warp, limit.shear, limit.weft_min, limit.warp_min, limit.least_shear()})
       options_.tolerance = std::min(options_.tolerance, 0.5 * limit_margin(bound));
   LimitedCloth by_edges = cloth;
   Index n_edges = 0;
@@ -131,13 +140,15 @@ StrainLimiter::StrainLimiter(const LimitedCloth& cloth, const LimitOptions& opti
 
 StrainLimiter::~StrainLimiter() = default;
 
-LimitReport StrainLimiter::enforce(const Team& team, std::uint64_t key, const std::vector<Index>& held, Points& x) {
+LimitReport StrainLimiter::enforce(const Team& team, std::uint64_t key,
+                                   const std::vector<Index>& held, Points& x) {
   if (empty()) return {};
   elements_.hold(held);
   const limit::Motion motion{x.data(), nullptr, options_.tolerance};
   LimitReport report;
   bool seen = false;
-  if (by_elements_) seen = enforce(team, key, elements_.sweep_tables(options_.method == "edges"), motion, report);
+  if (by_elements_)
+    seen = enforce(team, key, elements_.sweep_tables(options_.method == "edges"), motion, report);
   if (edges_) {
     const LimitReport done = edges_->enforce(team, options_, held, x);
     report.sweeps = std::max(report.sweeps, done.sweeps);
@@ -149,8 +160,8 @@ LimitReport StrainLimiter::enforce(const Team& team, std::uint64_t key, const st
   return report;
 }
 
-LimitReport StrainLimiter::enforce_rate(const Team& team, std::uint64_t key, const Points& x, double h, Points& v,
-                                        bool measured) {
+LimitReport StrainLimiter::enforce_rate(const Team& team, std::uint64_t key, const Points& x,
+                                        double h, Points& v, bool measured) {
   if (empty() || options_.strain_rate == 0.0) return {};
   elements_.hold({});
   const limit::Tables tables = elements_.rate_tables(options_.strain_rate / h);
@@ -173,8 +184,8 @@ LimitReport StrainLimiter::measure(const Team& team, const Points& x) {
   return report;
 }
 
-bool StrainLimiter::enforce(const Team& team, std::uint64_t key, const limit::Tables& tables, const limit::Motion& motion,
-                            LimitReport& report) {
+bool StrainLimiter::enforce(const Team& team, std::uint64_t key, const limit::Tables& tables,
+                            const limit::Motion& motion, LimitReport& report) {
   const bool randomly = options_.method == "gauss-seidel-random";
   Pending pending(elements_, tables, !options_.active_set, randomly);
   if (options_.active_set) {
@@ -194,7 +205,9 @@ bool StrainLimiter::enforce(const Team& team, std::uint64_t key, const limit::Ta
     if (options_.method == "jacobi")
       n = sweep_jacobi(team, tables, motion, pending);
     else if (randomly)
-      n = sweep_randomly(tables, motion, mixed(mixed(static_cast<std::uint64_t>(options_.seed), key), report.sweeps), pending);
+      n = sweep_randomly(
+          tables, motion,
+          mixed(mixed(static_cast<std::uint64_t>(options_.seed), key), report.sweeps), pending);
     else
       n = sweep(team, tables, motion, report.sweeps, pending);
     ++report.sweeps;
@@ -205,14 +218,16 @@ bool StrainLimiter::enforce(const Team& team, std::uint64_t key, const limit::Ta
   return options_.active_set;
 }
 
-void StrainLimiter::run_batches(const Team& team, const limit::Tables& tables, const limit::Motion& motion,
-                                const std::vector<Index>& batches) {
-  parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_range, [&](Index first, Index last) {
-    if (deltas_.empty())
-      limit::sweep(tables, motion, batches.data() + first, last - first, corrected_.data());
-    else
-      limit::corrections(tables, motion, batches.data() + first, last - first, corrected_.data(), deltas_.data());
-  });
+void StrainLimiter::run_batches(const Team& team, const limit::Tables& tables,
+                                const limit::Motion& motion, const std::vector<Index>& batches) {
+  parallel_ranges(
+      team, static_cast<Index>(batches.size()), batches_per_range, [&](Index first, Index last) {
+        if (deltas_.empty())
+          limit::sweep(tables, motion, batches.data() + first, last - first, corrected_.data());
+        else
+          limit::corrections(tables, motion, batches.data() + first, last - first,
+                             corrected_.data(), deltas_.data());
+      });
 }
 
 // Tells what waits for it of all that was corrected in the batches; returns how much that is.
@@ -223,12 +238,13 @@ std::int64_t StrainLimiter::spread(const std::vector<Index>& batches, Pending& p
     return corrected;
   }
   for (const Index b : batches)
-    for (unsigned bits = corrected_[b]; bits != 0; bits &= bits - 1, ++corrected) pending.spread(8 * b + __builtin_ctz(bits));
+    for (unsigned bits = corrected_[b]; bits != 0; bits &= bits - 1, ++corrected)
+      pending.spread(8 * b + __builtin_ctz(bits));
   return corrected;
 }
 
-std::int64_t StrainLimiter::sweep(const Team& team, const limit::Tables& tables, const limit::Motion& motion, int number,
-                                  Pending& pending) {
+std::int64_t StrainLimiter::sweep(const Team& team, const limit::Tables& tables,
+                                  const limit::Motion& motion, int number, Pending& pending) {
   const std::size_t n = pending.n_colours();
   std::int64_t corrected = 0;
   std::vector<Index> batches;
@@ -247,30 +263,36 @@ std::vector<Index> StrainLimiter::corners_of(const std::vector<Index>& batches) 
   for (const Index b : batches)
     for (unsigned bits = corrected_[b]; bits != 0; bits &= bits - 1)
       for (int k = 0; k < 3; ++k)
-        if (const Index v = elements_.corners(8 * b + __builtin_ctz(bits))[8 * k]; n_corrected_[v] != listed) {
+        if (const Index v = elements_.corners(8 * b + __builtin_ctz(bits))[8 * k];
+            n_corrected_[v] != listed) {
           n_corrected_[v] = listed;
           vertices.push_back(v);
         }
   return vertices;
 }
 
-// What lies in one part of the mesh to one thread, which then mostly adds up what it has corrected itself; within a part as they
-// are, which is how tables lie in memory.
-std::vector<Index> StrainLimiter::divided(const Team& team, const std::vector<Index>& batches) const {
+// What lies in one part of the mesh to one thread, which then mostly adds up what it has corrected
+// itself; within a part as they are, which is how tables lie in memory.
+std::vector<Index> StrainLimiter::divided(const Team& team,
+                                          const std::vector<Index>& batches) const {
   if (team.threads <= 1) return batches;
   std::vector<std::vector<Index>> parts(team.threads);
   const auto last = static_cast<std::int64_t>(parts.size()) - 1;
   for (const Index b : batches)
-    parts[std::min(last, std::int64_t{elements_.element(8 * b)} * team.threads / elements_.n_elements())].push_back(b);
+    parts[std::min(last,
+                   std::int64_t{elements_.element(8 * b)} * team.threads / elements_.n_elements())]
+        .push_back(b);
   std::vector<Index> result;
-  for (const std::vector<Index>& part : parts) result.insert(result.end(), part.begin(), part.end());
+  for (const std::vector<Index>& part : parts)
+    result.insert(result.end(), part.begin(), part.end());
   return result;
 }
 
-// Corrections of an element scaled by one factor, one over the largest number of elements corrected at one of its vertices: the
-// plain sum (3.17) diverges, and scaling per vertex would lose momentum.
-std::int64_t StrainLimiter::sweep_jacobi(const Team& team, const limit::Tables& tables, const limit::Motion& motion,
-                                         Pending& pending) {
+// Corrections of an element scaled by one factor, one over the largest number of elements corrected
+// at one of its vertices: the plain sum (3.17) diverges, and scaling per vertex would lose
+// momentum.
+std::int64_t StrainLimiter::sweep_jacobi(const Team& team, const limit::Tables& tables,
+                                         const limit::Motion& motion, Pending& pending) {
   std::vector<Index> batches;
   for (std::size_t c = 0; c < pending.n_colours(); ++c) pending.take(c, batches);
   run_batches(team, tables, motion, divided(team, batches));
@@ -279,10 +301,12 @@ std::int64_t StrainLimiter::sweep_jacobi(const Team& team, const limit::Tables& 
   const auto& start = elements_.slot_start();
   const auto& slots = elements_.slots();
   const auto is_corrected = [&](Index slot) { return corrected_[slot / 8] >> (slot % 8) & 1; };
-  const bool listed_alone = corrected < elements_.n_elements() / 8;  // else all vertices are looked at
+  const bool listed_alone =
+      corrected < elements_.n_elements() / 8;  // else all vertices are looked at
   std::vector<Index> vertices;
   if (listed_alone) vertices = corners_of(batches);
-  const Index n = listed_alone ? static_cast<Index>(vertices.size()) : static_cast<Index>(n_corrected_.size());
+  const Index n =
+      listed_alone ? static_cast<Index>(vertices.size()) : static_cast<Index>(n_corrected_.size());
   parallel_for(team, n, [&](Index i) {
     const Index v = listed_alone ? vertices[i] : i;
     Index count = 0;
@@ -301,8 +325,10 @@ std::int64_t StrainLimiter::sweep_jacobi(const Team& team, const limit::Tables& 
       const int k = corners[0] == v ? 0 : corners[8] == v ? 1 : 2;
       if (!(tables.moves[slot] >> k & 1)) continue;
       moves = true;
-      const double factor = 1.0 / std::max({n_corrected_[corners[0]], n_corrected_[corners[8]], n_corrected_[corners[16]]});
-      const double* delta = deltas_.data() + 72 * static_cast<std::size_t>(slot / 8) + 24 * k + slot % 8;
+      const double factor = 1.0 / std::max({n_corrected_[corners[0]], n_corrected_[corners[8]],
+                                            n_corrected_[corners[16]]});
+      const double* delta =
+          deltas_.data() + 72 * static_cast<std::size_t>(slot / 8) + 24 * k + slot % 8;
       sum[0] += factor * delta[0], sum[1] += factor * delta[8], sum[2] += factor * delta[16];
     }
     double* p = values + 3 * static_cast<std::size_t>(v);
@@ -311,14 +337,15 @@ std::int64_t StrainLimiter::sweep_jacobi(const Team& team, const limit::Tables& 
   return corrected;
 }
 
-std::int64_t StrainLimiter::sweep_randomly(const limit::Tables& tables, const limit::Motion& motion, std::uint64_t key,
-                                           Pending& pending) {
+std::int64_t StrainLimiter::sweep_randomly(const limit::Tables& tables, const limit::Motion& motion,
+                                           std::uint64_t key, Pending& pending) {
   if (order_.empty())
     for (Index slot = 0; slot < 8 * elements_.n_batches(); ++slot)
       if (elements_.element(slot) >= 0) order_.push_back(slot);
   std::vector<Index> order = order_;
   Sequence random(key);
-  for (Index i = static_cast<Index>(order.size()) - 1; i > 0; --i) std::swap(order[i], order[random.below(i + 1)]);
+  for (Index i = static_cast<Index>(order.size()) - 1; i > 0; --i)
+    std::swap(order[i], order[random.below(i + 1)]);
   std::int64_t corrected = 0;
   for (const Index slot : order)
     if (pending.take_one(slot) && limit::correct_one(tables, motion, slot)) {
@@ -330,11 +357,13 @@ std::int64_t StrainLimiter::sweep_randomly(const limit::Tables& tables, const li
 
 Vec3 corotational_strain(const Vec3& green) {
   const double c11 = 1.0 + 2.0 * green[0], c22 = 1.0 + 2.0 * green[1], c12 = 2.0 * green[2];
-  const double d = std::sqrt(std::max(0.0, c11 * c22 - c12 * c12)), s = std::sqrt(c11 + c22 + 2.0 * d) + 1e-300;
+  const double d = std::sqrt(std::max(0.0, c11 * c22 - c12 * c12)),
+               s = std::sqrt(c11 + c22 + 2.0 * d) + 1e-300;
   return {(c11 + d) / s - 1.0, (c22 + d) / s - 1.0, c12 / s};
 }
 
-Vec3 corotational_strain(const Triangles& triangles, const std::vector<Corners2>& corners, const Points& x, Index triangle) {
+Vec3 corotational_strain(const Triangles& triangles, const std::vector<Corners2>& corners,
+                         const Points& x, Index triangle) {
   const Corners2& c = corners[triangle];
   const Vec2 e0 = (c.row(0) - c.row(2)).transpose(), e1 = (c.row(1) - c.row(2)).transpose();
   const double determinant = e0.x() * e1.y() - e0.y() * e1.x();
@@ -349,11 +378,12 @@ Vec3 corotational_strain(const Triangles& triangles, const std::vector<Corners2>
   return {p.u.a11 - 1.0, p.u.a22 - 1.0, p.u.a12};
 }
 
-void corotational_strain(const Team& team, const Triangles& triangles, const std::vector<Corners2>& corners, const Points& x,
-                         Points& strain) {
+void corotational_strain(const Team& team, const Triangles& triangles,
+                         const std::vector<Corners2>& corners, const Points& x, Points& strain) {
   strain.resize(triangles.rows(), 3);
-  parallel_for(team, static_cast<Index>(triangles.rows()),
-               [&](Index t) { strain.row(t) = corotational_strain(triangles, corners, x, t).transpose(); });
+  parallel_for(team, static_cast<Index>(triangles.rows()), [&](Index t) {
+    strain.row(t) = corotational_strain(triangles, corners, x, t).transpose();
+  });
 }
 
 }  // namespace loomstone

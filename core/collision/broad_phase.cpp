@@ -10,7 +10,8 @@ namespace loomstone {
 
 namespace {
 
-// Node pairs are made from the top of the trees down until there are so many to deal out, whatever the number of threads.
+// Node pairs are made from the top of the trees down until there are so many to deal out, whatever
+// the number of threads.
 constexpr std::size_t enough_tasks = 256;
 
 // Pairs that are handed on at once.
@@ -29,18 +30,22 @@ class Kept : public PairSink {
     filter_(pair, kind, keys);
     Task& own = tasks_[task];
     own.pair = pair;
-    std::vector<PairKey>& kept = kind == ContactKind::VertexFace ? own.found.vertex_face : own.found.edge_edge;
+    std::vector<PairKey>& kept =
+        kind == ContactKind::VertexFace ? own.found.vertex_face : own.found.edge_edge;
     kept.insert(kept.end(), keys.begin(), keys.end());
   }
 
   // Sorted.
-  void into(const std::vector<Index>& which, std::size_t n_pairs, std::vector<FeaturePairs>& found) const {
+  void into(const std::vector<Index>& which, std::size_t n_pairs,
+            std::vector<FeaturePairs>& found) const {
     found.resize(n_pairs);
     for (const Index pair : which) found[pair] = {};
     for (const Task& task : tasks_) {
       FeaturePairs& all = found[task.pair];
-      all.vertex_face.insert(all.vertex_face.end(), task.found.vertex_face.begin(), task.found.vertex_face.end());
-      all.edge_edge.insert(all.edge_edge.end(), task.found.edge_edge.begin(), task.found.edge_edge.end());
+      all.vertex_face.insert(all.vertex_face.end(), task.found.vertex_face.begin(),
+                             task.found.vertex_face.end());
+      all.edge_edge.insert(all.edge_edge.end(), task.found.edge_edge.begin(),
+                           task.found.edge_edge.end());
     }
     for (const Index pair : which) {
       std::sort(found[pair].vertex_face.begin(), found[pair].vertex_face.end());
@@ -77,17 +82,20 @@ std::vector<SurfacePair> surface_pairs(const CollisionModel& model) {
 BroadPhase::BroadPhase(const CollisionModel& model, const std::vector<SurfacePair>& pairs)
     : model_(model), pairs_(pairs), vertex_slabs_(model.n_vertices) {
   std::vector<std::vector<Index>> edges_of_surface(model.surfaces.size());
-  for (Index e = 0; e < model.edges.rows(); ++e) edges_of_surface[model.surface_of_edge[e]].push_back(e);
+  for (Index e = 0; e < model.edges.rows(); ++e)
+    edges_of_surface[model.surface_of_edge[e]].push_back(e);
   for (std::size_t s = 0; s < model.surfaces.size(); ++s) {
     const CollisionSurface& surface = model.surfaces[s];
     Edges edges(edges_of_surface[s].size(), 2);
-    for (std::size_t i = 0; i < edges_of_surface[s].size(); ++i) edges.row(i) = model.edges.row(edges_of_surface[s][i]);
-    trees_.emplace_back(model.triangles.middleRows(surface.first_triangle, surface.n_triangles), surface.first_triangle,
-                        std::move(edges), std::move(edges_of_surface[s]));
+    for (std::size_t i = 0; i < edges_of_surface[s].size(); ++i)
+      edges.row(i) = model.edges.row(edges_of_surface[s][i]);
+    trees_.emplace_back(model.triangles.middleRows(surface.first_triangle, surface.n_triangles),
+                        surface.first_triangle, std::move(edges), std::move(edges_of_surface[s]));
   }
 }
 
-void BroadPhase::refit(const Team& team, Index s, const Points& x0, const Points& x1, double inflation, bool may_rebuild) {
+void BroadPhase::refit(const Team& team, Index s, const Points& x0, const Points& x1,
+                       double inflation, bool may_rebuild) {
   const CollisionSurface& surface = model_.surfaces[s];
   parallel_for(
       team, surface.n_vertices,
@@ -104,7 +112,8 @@ bool BroadPhase::attached(ContactKind kind, PairKey key) const {
   const std::array<Index, 4> v = pair_vertices(model_, kind, key);
   const int n_a = kind == ContactKind::VertexFace ? 1 : 2;
   for (int i = 0; i < 4; ++i)
-    if (model_.attached_surface[v[i]] == model_.surface_of_vertex[i < n_a ? v[3] : v[0]]) return true;
+    if (model_.attached_surface[v[i]] == model_.surface_of_vertex[i < n_a ? v[3] : v[0]])
+      return true;
   return false;
 }
 
@@ -140,7 +149,8 @@ std::vector<BroadPhase::Task> BroadPhase::deal_out(const std::vector<Index>& whi
   return tasks;
 }
 
-bool BroadPhase::cluster_pairs(const Team& team, Index surface_pair, std::size_t most, std::vector<PairKey>& found) const {
+bool BroadPhase::cluster_pairs(const Team& team, Index surface_pair, std::size_t most,
+                               std::vector<PairKey>& found) const {
   const std::vector<Task> tasks = deal_out({surface_pair});
   std::vector<std::vector<PairKey>> of_task(tasks.size());
   parallel_tasks(team, static_cast<Index>(tasks.size()), [&](Index i) {
@@ -163,7 +173,8 @@ bool BroadPhase::cluster_pairs(const Team& team, Index surface_pair, std::size_t
   std::vector<Index> next(start.begin(), start.end() - 1);
   for (const std::vector<PairKey>& own : of_task)
     for (const PairKey key : own) found[next[first_of(key)]++] = key;
-  parallel_for(team, n_clusters, [&](Index c) { std::sort(found.begin() + start[c], found.begin() + start[c + 1]); });
+  parallel_for(team, n_clusters,
+               [&](Index c) { std::sort(found.begin() + start[c], found.begin() + start[c + 1]); });
   return true;
 }
 
@@ -182,7 +193,8 @@ void BroadPhase::search(const Team& team, const std::vector<Index>& which, PairS
     tasks[i].search.run(tasks[i].nodes, [&](ContactKind kind, Index a, Index b) {
       const PairKey key = pair_key(a, b);
       if (attached(kind, key)) return;
-      std::vector<PairKey>& keys = kind == ContactKind::VertexFace ? batch.vertex_face : batch.edge_edge;
+      std::vector<PairKey>& keys =
+          kind == ContactKind::VertexFace ? batch.vertex_face : batch.edge_edge;
       keys.push_back(key);
       if (keys.size() == batch_size) send(kind, keys);
     });
@@ -206,7 +218,8 @@ void BroadPhase::near_pairs(const Team& team, const Points& x, const std::vector
   // Each surface's boxes grow by half the largest reach it takes part in.
   std::vector<double> inflation(trees_.size(), -1.0);
   for (const Index pair : which)
-    for (const Index s : {pairs_[pair].a, pairs_[pair].b}) inflation[s] = std::max(inflation[s], 0.5 * reach[pair]);
+    for (const Index s : {pairs_[pair].a, pairs_[pair].b})
+      inflation[s] = std::max(inflation[s], 0.5 * reach[pair]);
   for (std::size_t s = 0; s < trees_.size(); ++s)
     if (inflation[s] >= 0.0) refit(team, static_cast<Index>(s), x, x, inflation[s], false);
   Kept kept([&](Index pair, ContactKind kind, std::vector<PairKey>& keys) {
@@ -231,7 +244,8 @@ void BroadPhase::swept_pairs(const Team& team, const Points& x0, const Points& x
 }
 
 void BroadPhase::swept_pairs(const Team& team, const Points& x0, const Points& x1, double inflation,
-                             const std::vector<Index>& which, const Keep& keep, std::vector<FeaturePairs>& found) {
+                             const std::vector<Index>& which, const Keep& keep,
+                             std::vector<FeaturePairs>& found) {
   Kept kept([&](Index, ContactKind kind, std::vector<PairKey>& keys) { keep(kind, keys); });
   swept_pairs(team, x0, x1, inflation, which, false, kept);
   kept.into(which, pairs_.size(), found);

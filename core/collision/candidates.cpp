@@ -12,13 +12,15 @@ namespace loomstone {
 
 namespace {
 
-// The definition itself; `pairs_of_boxes(a, b, visit)` names at least all pairs of overlapping boxes.
+// The definition itself; `pairs_of_boxes(a, b, visit)` names at least all pairs of overlapping
+// boxes.
 template <class PairsOfBoxes>
-void by_boxes(const Points& x0, const Points& x1, const Triangles& triangles, double inflation, PairsOfBoxes&& pairs_of_boxes,
-              Candidates& found) {
+void by_boxes(const Points& x0, const Points& x1, const Triangles& triangles, double inflation,
+              PairsOfBoxes&& pairs_of_boxes, Candidates& found) {
   const Edges& edges = found.edges;
   std::vector<Slabs> vertices(x0.rows()), faces(triangles.rows()), segments(edges.rows());
-  for (Index i = 0; i < x0.rows(); ++i) vertices[i] = slabs_of(x0.row(i).data(), x1.row(i).data(), inflation);
+  for (Index i = 0; i < x0.rows(); ++i)
+    vertices[i] = slabs_of(x0.row(i).data(), x1.row(i).data(), inflation);
   const auto bound = [&](const auto& rows, std::vector<Slabs>& out) {
     for (Index i = 0; i < rows.rows(); ++i) {
       out[i] = empty_slabs();
@@ -33,10 +35,12 @@ void by_boxes(const Points& x0, const Points& x1, const Triangles& triangles, do
   for (Index i = 0; i < x0.rows(); ++i)
     if (!used[i]) vertices[i] = empty_slabs();
   pairs_of_boxes(vertices, faces, [&](Index v, Index t) {
-    if ((triangles.row(t).array() != v).all() && overlapping(vertices[v], faces[t])) found.vertex_face.push_back({v, t});
+    if ((triangles.row(t).array() != v).all() && overlapping(vertices[v], faces[t]))
+      found.vertex_face.push_back({v, t});
   });
   pairs_of_boxes(segments, segments, [&](Index e, Index f) {
-    if (e >= f || edges(e, 0) == edges(f, 0) || edges(e, 0) == edges(f, 1) || edges(e, 1) == edges(f, 0) || edges(e, 1) == edges(f, 1))
+    if (e >= f || edges(e, 0) == edges(f, 0) || edges(e, 0) == edges(f, 1) ||
+        edges(e, 1) == edges(f, 0) || edges(e, 1) == edges(f, 1))
       return;
     if (overlapping(segments[e], segments[f])) found.edge_edge.push_back({e, f});
   });
@@ -44,8 +48,8 @@ void by_boxes(const Points& x0, const Points& x1, const Triangles& triangles, do
 
 }  // namespace
 
-Candidates candidates(const Team& team, const Points& x0, const Points& x1, const Triangles& triangles, double inflation,
-                      const std::string& engine) {
+Candidates candidates(const Team& team, const Points& x0, const Points& x1,
+                      const Triangles& triangles, double inflation, const std::string& engine) {
   check_motion(x0, x1, inflation);
   check_triangles(triangles, static_cast<Index>(x0.rows()));
   Candidates found;
@@ -56,14 +60,20 @@ Candidates candidates(const Team& team, const Points& x0, const Points& x1, cons
     found.edge_edge = std::move(pairs.edge_edge);
     return found;
   } else if (engine == "embree") {
-    by_boxes(x0, x1, triangles, inflation, [](const auto& a, const auto& b, auto&& visit) { embree_pairs(a, b, visit); }, found);
+    by_boxes(
+        x0, x1, triangles, inflation,
+        [](const auto& a, const auto& b, auto&& visit) { embree_pairs(a, b, visit); }, found);
   } else if (engine == "brute-force") {
-    by_boxes(x0, x1, triangles, inflation, [](const auto& a, const auto& b, auto&& visit) {
-      for (Index i = 0; i < static_cast<Index>(a.size()); ++i)
-        for (Index j = 0; j < static_cast<Index>(b.size()); ++j) visit(i, j);
-    }, found);
+    by_boxes(
+        x0, x1, triangles, inflation,
+        [](const auto& a, const auto& b, auto&& visit) {
+          for (Index i = 0; i < static_cast<Index>(a.size()); ++i)
+            for (Index j = 0; j < static_cast<Index>(b.size()); ++j) visit(i, j);
+        },
+        found);
   } else {
-    throw InvalidInput("engine must be \"clusters\", \"embree\" or \"brute-force\", got \"" + engine + "\"");
+    throw InvalidInput("engine must be \"clusters\", \"embree\" or \"brute-force\", got \"" +
+                       engine + "\"");
   }
   std::sort(found.vertex_face.begin(), found.vertex_face.end());
   std::sort(found.edge_edge.begin(), found.edge_edge.end());

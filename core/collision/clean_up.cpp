@@ -8,9 +8,10 @@ namespace loomstone {
 
 namespace {
 
-// Gap that is asked for [thickness], as measured in the notes. Of what meets a script or a body each further round asks for
-// less, so that cloth between two things that leave it little room finds its place between them. Cloth and cloth keep asking:
-// with less a strip twisted six times a second tangled.
+// Gap that is asked for [thickness], as measured in the notes. Of what meets a script or a body
+// each further round asks for less, so that cloth between two things that leave it little room
+// finds its place between them. Cloth and cloth keep asking: with less a strip twisted six times a
+// second tangled.
 constexpr double target_gap = 0.2, next_target = 0.25;
 constexpr int most_sweeps = 12;
 constexpr double tolerance = 1e-3;  // of the target gap
@@ -35,12 +36,14 @@ void CleanUp::solve(const std::vector<StepImpact>& impacts, const Points& x0, Po
     c.normal = each.impact.normal;
     if (!impulses_.prepare(c, x0, x1, each.impact.time)) continue;
     Vec3 travel = Vec3::Zero();
-    for (int i = 0; i < 4; ++i) travel += c.weights[i] * (x1.row(c.vertices[i]) - x0.row(c.vertices[i])).transpose();
+    for (int i = 0; i < 4; ++i)
+      travel += c.weights[i] * (x1.row(c.vertices[i]) - x0.row(c.vertices[i])).transpose();
     const SurfacePair& pair = pairs_[each.pair];
     const double least = std::min(target_gap * pair.thickness, 2.0 * largest_gap_floor);
     c.cloth_only = model_.surfaces[pair.b].kind == CollisionSurface::Kind::Cloth;
     const double asked = c.cloth_only ? target_gap : target_gap * std::pow(next_target, round);
-    c.target = std::min(std::max(asked * pair.thickness, least), std::max(each.impact.start_distance, 2.0 * largest_gap_floor));
+    c.target = std::min(std::max(asked * pair.thickness, least),
+                        std::max(each.impact.start_distance, 2.0 * largest_gap_floor));
     c.scale = c.target;
     c.largest_change = travel.norm() + pair.thickness;
     c.friction = pair.friction;

@@ -1,5 +1,5 @@
-// Clean-up of impacts by impulses after a step. notes: contact response, recommended step 3. Changes little in usual steps
-// and decides fast ones; what it leaves is left to truncation.
+// Clean-up of impacts by impulses after a step. notes: contact response, recommended step 3.
+// Changes little in usual steps and decides fast ones; what it leaves is left to truncation.
 #pragma once
 
 #include <vector>
@@ -11,7 +11,8 @@ namespace loomstone {
 
 class CleanUp {
  public:
-  CleanUp(const CollisionModel& model, const std::vector<SurfacePair>& pairs, const Vector& inverse_mass, FreeBodies& bodies)
+  CleanUp(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
+          const Vector& inverse_mass, FreeBodies& bodies)
       : model_(model), pairs_(pairs), impulses_(model, inverse_mass, bodies, true) {}
 
   // Adds the impacts to those of earlier rounds of the same step and solves them all.

@@ -10,7 +10,8 @@ namespace loomstone {
 
 namespace {
 
-// Clusters whose boxes have this many times their area after forming are formed anew. Our choice; only speed depends on it.
+// Clusters whose boxes have this many times their area after forming are formed anew. Our choice;
+// only speed depends on it.
 constexpr double decay_limit = 1.5;
 
 // Row i of the result is column i of the rows.
@@ -23,7 +24,8 @@ LOOMSTONE_INLINE void transpose(SlabLanes* row) {
   for (int i = 0; i < 8; i += 4)
     for (int j = 0; j < 2; ++j) {
       b[i + 2 * j] = __builtin_shufflevector(a[i + j], a[i + j + 2], 0, 1, 8, 9, 4, 5, 12, 13);
-      b[i + 2 * j + 1] = __builtin_shufflevector(a[i + j], a[i + j + 2], 2, 3, 10, 11, 6, 7, 14, 15);
+      b[i + 2 * j + 1] =
+          __builtin_shufflevector(a[i + j], a[i + j + 2], 2, 3, 10, 11, 6, 7, 14, 15);
     }
   for (int i = 0; i < 4; ++i) {
     row[i] = __builtin_shufflevector(b[i], b[i + 4], 0, 1, 2, 3, 8, 9, 10, 11);
@@ -52,8 +54,10 @@ LOOMSTONE_INLINE PackedSlabs all_of(const PackedSlabs* item) {
   return all;
 }
 
-// Boxes of groups [begin, end) of features from those of the vertices; of single features and of whole groups, where asked for.
-LOOMSTONE_CLONES void refit_features(const PackedSlabs* vertices, const Index* corners, int n_corners, Index begin, Index end, SlabGroup* slabs,
+// Boxes of groups [begin, end) of features from those of the vertices; of single features and of
+// whole groups, where asked for.
+LOOMSTONE_CLONES void refit_features(const PackedSlabs* vertices, const Index* corners,
+                                     int n_corners, Index begin, Index end, SlabGroup* slabs,
                                      PackedSlabs* of_group) {
   const PackedSlabs none = empty_packed();
   for (Index g = begin; g < end; ++g) {
@@ -62,15 +66,18 @@ LOOMSTONE_CLONES void refit_features(const PackedSlabs* vertices, const Index* c
     for (int lane = 0; lane < slab_lanes; ++lane) {
       item[lane] = corner[lane] >= 0 ? vertices[corner[lane]] : none;
       if (corner[lane] >= 0)
-        for (int k = 1; k < n_corners; ++k) include(item[lane], vertices[corner[k * slab_lanes + lane]]);
+        for (int k = 1; k < n_corners; ++k)
+          include(item[lane], vertices[corner[k * slab_lanes + lane]]);
     }
     if (slabs) write_group(item, slabs[g]);
     if (of_group) of_group[g] = all_of(item);
   }
 }
 
-// Groups [begin, end) of nodes from the boxes of what is below; `below` is filled up to full groups.
-LOOMSTONE_CLONES void refit_groups(const PackedSlabs* below, Index begin, Index end, SlabGroup* slabs, PackedSlabs* of_group) {
+// Groups [begin, end) of nodes from the boxes of what is below; `below` is filled up to full
+// groups.
+LOOMSTONE_CLONES void refit_groups(const PackedSlabs* below, Index begin, Index end,
+                                   SlabGroup* slabs, PackedSlabs* of_group) {
   for (Index g = begin; g < end; ++g) {
     write_group(below + slab_lanes * g, slabs[g]);
     of_group[g] = all_of(below + slab_lanes * g);
@@ -79,11 +86,13 @@ LOOMSTONE_CLONES void refit_groups(const PackedSlabs* below, Index begin, Index 
 
 double area(const PackedSlabs& s, double inflation) {
   double side[3];
-  for (int k = 0; k < 3; ++k) side[k] = -static_cast<double>(s.value(n_slabs + k)) - s.value(k) - 2.0 * inflation;
+  for (int k = 0; k < 3; ++k)
+    side[k] = -static_cast<double>(s.value(n_slabs + k)) - s.value(k) - 2.0 * inflation;
   return side[0] * side[1] + side[1] * side[2] + side[2] * side[0];
 }
 
-// Orders items so that every node is compact: halves along the longest axis, cut where a node of the tree begins.
+// Orders items so that every node is compact: halves along the longest axis, cut where a node of
+// the tree begins.
 void order_by_halves(const Points& centres, Index* items, Index n) {
   if (n <= slab_lanes) return;
   Eigen::RowVector3d low = centres.row(items[0]), high = low;
@@ -105,8 +114,12 @@ void order_by_halves(const Points& centres, Index* items, Index n) {
 
 }  // namespace
 
-ClusterTree::ClusterTree(Triangles triangles, Index first_triangle, Edges edges, std::vector<Index> edge_ids)
-    : triangles_(std::move(triangles)), first_triangle_(first_triangle), edges_(std::move(edges)), edge_ids_(std::move(edge_ids)) {
+ClusterTree::ClusterTree(Triangles triangles, Index first_triangle, Edges edges,
+                         std::vector<Index> edge_ids)
+    : triangles_(std::move(triangles)),
+      first_triangle_(first_triangle),
+      edges_(std::move(edges)),
+      edge_ids_(std::move(edge_ids)) {
   n_clusters_ = static_cast<Index>((triangles_.rows() + slab_lanes - 1) / slab_lanes);
   Index n = n_clusters_;
   do {
@@ -125,8 +138,8 @@ Slabs ClusterTree::root() const {
   return box;
 }
 
-void ClusterTree::assign(Features& features, const std::vector<Index>& cluster_of_feature, int n_corners,
-                         const Index* corners) const {
+void ClusterTree::assign(Features& features, const std::vector<Index>& cluster_of_feature,
+                         int n_corners, const Index* corners) const {
   std::vector<Index> next(n_clusters_, 0);
   for (const Index c : cluster_of_feature) ++next[c];
   features.group.assign(n_clusters_ + 1, 0);
@@ -142,8 +155,10 @@ void ClusterTree::assign(Features& features, const std::vector<Index>& cluster_o
   for (std::size_t i = 0; i < cluster_of_feature.size(); ++i) {
     const Index slot = next[cluster_of_feature[i]]++;
     features.id[slot] = static_cast<Index>(i);
-    Index* const corner = features.corners.data() + static_cast<std::size_t>(slot / slab_lanes) * n_corners * slab_lanes;
-    for (int k = 0; k < n_corners; ++k) corner[k * slab_lanes + slot % slab_lanes] = corners[n_corners * i + k];
+    Index* const corner = features.corners.data() +
+                          static_cast<std::size_t>(slot / slab_lanes) * n_corners * slab_lanes;
+    for (int k = 0; k < n_corners; ++k)
+      corner[k * slab_lanes + slot % slab_lanes] = corners[n_corners * i + k];
   }
 }
 
@@ -152,18 +167,23 @@ void ClusterTree::rebuild(const Points& x) {
   const Index n = static_cast<Index>(triangles_.rows());
   Points centres(n, 3);
   for (Index t = 0; t < n; ++t)
-    centres.row(t) = (x.row(triangles_(t, 0)) + x.row(triangles_(t, 1)) + x.row(triangles_(t, 2))) / 3.0;
+    centres.row(t) =
+        (x.row(triangles_(t, 0)) + x.row(triangles_(t, 1)) + x.row(triangles_(t, 2))) / 3.0;
   std::vector<Index> order(n), cluster_of_face(n);
   for (Index t = 0; t < n; ++t) order[t] = t;
   order_by_halves(centres, order.data(), n);
   for (Index i = 0; i < n; ++i) cluster_of_face[order[i]] = i / slab_lanes;
 
-  // A vertex or an edge goes to that one of its faces' clusters which owns fewest so far, so that few lanes stay empty.
-  const Index first = n > 0 ? triangles_.minCoeff() : 0, n_vertices = n > 0 ? triangles_.maxCoeff() - first + 1 : 0;
-  std::vector<Index> start(n_vertices + 2, 0), faces_of(3 * static_cast<std::size_t>(n));  // of vertex first + i from start[i] on
+  // A vertex or an edge goes to that one of its faces' clusters which owns fewest so far, so that
+  // few lanes stay empty.
+  const Index first = n > 0 ? triangles_.minCoeff() : 0,
+              n_vertices = n > 0 ? triangles_.maxCoeff() - first + 1 : 0;
+  std::vector<Index> start(n_vertices + 2, 0),
+      faces_of(3 * static_cast<std::size_t>(n));  // of vertex first + i from start[i] on
   for (Index i = 0; i < triangles_.size(); ++i) ++start[triangles_.data()[i] - first + 2];
   for (Index i = 0; i < n_vertices; ++i) start[i + 2] += start[i + 1];
-  for (Index i = 0; i < triangles_.size(); ++i) faces_of[start[triangles_.data()[i] - first + 1]++] = i / 3;
+  for (Index i = 0; i < triangles_.size(); ++i)
+    faces_of[start[triangles_.data()[i] - first + 1]++] = i / 3;
   std::vector<Index> owned;
   const auto give = [&](Index vertex, Index other_vertex) {
     Index cluster = -1;
@@ -184,7 +204,8 @@ void ClusterTree::rebuild(const Points& x) {
     cluster_of_vertex.push_back(give(first + i, -1));
   }
   owned.assign(n_clusters_, 0);
-  for (Index e = 0; e < edges_.rows(); ++e) cluster_of_edge.push_back(give(edges_(e, 0), edges_(e, 1)));
+  for (Index e = 0; e < edges_.rows(); ++e)
+    cluster_of_edge.push_back(give(edges_(e, 0), edges_(e, 1)));
 
   assign(faces_, cluster_of_face, 3, triangles_.data());
   assign(edge_features_, cluster_of_edge, 2, edges_.data());
@@ -196,13 +217,17 @@ void ClusterTree::rebuild(const Points& x) {
   vertices_.id = std::vector<Index>();
 }
 
-double ClusterTree::refit_all(const Team& team, const std::vector<PackedSlabs>& vertices, double inflation, bool features) {
+double ClusterTree::refit_all(const Team& team, const std::vector<PackedSlabs>& vertices,
+                              double inflation, bool features) {
   constexpr Index grain = 128;
-  const auto padded = [](Index n) { return static_cast<std::size_t>((n + slab_lanes - 1) / slab_lanes) * slab_lanes; };
+  const auto padded = [](Index n) {
+    return static_cast<std::size_t>((n + slab_lanes - 1) / slab_lanes) * slab_lanes;
+  };
   std::vector<PackedSlabs> below(padded(n_clusters_), empty_packed()), above;
   const auto refit = [&](Features& of, PackedSlabs* of_group) {
     parallel_ranges(team, static_cast<Index>(of.slabs.size()), grain, [&](Index begin, Index end) {
-      refit_features(vertices.data(), of.corners.data(), of.n_corners, begin, end, features ? of.slabs.data() : nullptr, of_group);
+      refit_features(vertices.data(), of.corners.data(), of.n_corners, begin, end,
+                     features ? of.slabs.data() : nullptr, of_group);
     });
   };
   if (features) refit(edge_features_, nullptr);
@@ -212,8 +237,9 @@ double ClusterTree::refit_all(const Team& team, const std::vector<PackedSlabs>& 
   for (std::vector<SlabGroup>& level : levels_) {
     const Index n = static_cast<Index>(level.size());
     above.assign(padded(n), empty_packed());
-    parallel_ranges(team, n, grain,
-                    [&](Index begin, Index end) { refit_groups(below.data(), begin, end, level.data(), above.data()); });
+    parallel_ranges(team, n, grain, [&](Index begin, Index end) {
+      refit_groups(below.data(), begin, end, level.data(), above.data());
+    });
     below.swap(above);
   }
   write_group(below.data(), root_);
@@ -224,8 +250,8 @@ double ClusterTree::refit_all(const Team& team, const std::vector<PackedSlabs>& 
   return sum;
 }
 
-void ClusterTree::refit(const Team& team, const Points& x, const std::vector<PackedSlabs>& vertices, double inflation,
-                        bool may_rebuild) {
+void ClusterTree::refit(const Team& team, const Points& x, const std::vector<PackedSlabs>& vertices,
+                        double inflation, bool may_rebuild) {
   if (empty()) return;
   if (built_area_ >= 0.0) {
     const double now = refit_all(team, vertices, inflation, true);
@@ -235,10 +261,12 @@ void ClusterTree::refit(const Team& team, const Points& x, const std::vector<Pac
   built_area_ = std::max(0.0, refit_all(team, vertices, inflation, true));
 }
 
-void ClusterTree::refit_nodes(const Team& team, const Points& x, const std::vector<PackedSlabs>& still,
+void ClusterTree::refit_nodes(const Team& team, const Points& x,
+                              const std::vector<PackedSlabs>& still,
                               const std::vector<PackedSlabs>& moving, bool may_rebuild) {
   if (empty()) return;
-  if (built_area_ < 0.0 || (may_rebuild && refit_all(team, still, 0.0, false) > decay_limit * built_area_)) {
+  if (built_area_ < 0.0 ||
+      (may_rebuild && refit_all(team, still, 0.0, false) > decay_limit * built_area_)) {
     rebuild(x);
     built_area_ = std::max(0.0, refit_all(team, still, 0.0, false));
   }
@@ -249,7 +277,8 @@ void ClusterTree::refit_features_of(const Team& team, const std::vector<std::uin
                                     const std::vector<PackedSlabs>& vertices) {
   vertex_boxes_ = vertices.data();
   const auto refit = [&](Features& features, Index begin, Index end, PackedSlabs* of_group) {
-    refit_features(vertices.data(), features.corners.data(), features.n_corners, begin, end, features.slabs.data(), of_group);
+    refit_features(vertices.data(), features.corners.data(), features.n_corners, begin, end,
+                   features.slabs.data(), of_group);
   };
   std::vector<PackedSlabs> of_cluster(n_clusters_);
   parallel_for(
@@ -270,7 +299,8 @@ void ClusterTree::refit_features_of(const Team& team, const std::vector<std::uin
 std::size_t ClusterTree::bytes() const {
   std::size_t n = 0;
   for (const Features* const f : {&faces_, &edge_features_, &vertices_})
-    n += f->slabs.capacity() * sizeof(SlabGroup) + (f->id.capacity() + f->group.capacity() + f->corners.capacity()) * sizeof(Index);
+    n += f->slabs.capacity() * sizeof(SlabGroup) +
+         (f->id.capacity() + f->group.capacity() + f->corners.capacity()) * sizeof(Index);
   for (const auto& level : levels_) n += level.capacity() * sizeof(SlabGroup);
   n += leaf_boxes_.capacity() * sizeof(SlabGroup);
   return n;

@@ -11,8 +11,8 @@
 
 namespace loomstone {
 
-// Rounds of detection and impulses before what is left is truncated. Three are enough where the cloth has room; plates that
-// close to a twentieth of the thickness within a step needed up to ten.
+// Rounds of detection and impulses before what is left is truncated. Three are enough where the
+// cloth has room; plates that close to a twentieth of the thickness within a step needed up to ten.
 constexpr int clean_up_rounds = 10;
 
 struct CollisionStage::Data {
@@ -37,7 +37,8 @@ struct CollisionStage::Data {
 void CertifyReport::merge(const std::vector<Shortened>& others) {
   std::vector<Shortened> both(shortened.size() + others.size());
   const auto before = [](const Shortened& a, const Shortened& b) { return a.vertex < b.vertex; };
-  std::merge(shortened.begin(), shortened.end(), others.begin(), others.end(), both.begin(), before);
+  std::merge(shortened.begin(), shortened.end(), others.begin(), others.end(), both.begin(),
+             before);
   shortened.clear();
   for (const Shortened& each : both) {
     if (shortened.empty() || shortened.back().vertex != each.vertex)
@@ -59,7 +60,8 @@ double CertifyReport::withheld_moment() const {
   return sum;
 }
 
-CollisionStage::CollisionStage(const CollisionModel& model) : data_(std::make_unique<Data>(model)) {}
+CollisionStage::CollisionStage(const CollisionModel& model)
+    : data_(std::make_unique<Data>(model)) {}
 CollisionStage::~CollisionStage() = default;
 
 std::int64_t CollisionStage::find_tangle(const Points& x0) {
@@ -74,50 +76,55 @@ std::vector<Contact> CollisionStage::proximity(const Team& team, const Points& x
   std::vector<Contact> contacts = find_contacts(team, data_->model, data_->pairs, x0, data_->lists);
   if (!data_->tangle.empty())
     std::erase_if(contacts, [&](const Contact& contact) {
-      return data_->tangle.leaves_out(contact.kind, pair_key(contact.a, contact.b), contact.vertices);
+      return data_->tangle.leaves_out(contact.kind, pair_key(contact.a, contact.b),
+                                      contact.vertices);
     });
   return contacts;
 }
 
 void CollisionStage::terms(const std::vector<Contact>& contacts, const Points& x0, const Points& v0,
-                           const Points& last_change, const Points& body_centres, double step, Index n_cloth, const ContactState& state,
-                           ExtraTerms& terms, double& energy) {
-  contact_terms(data_->model, contacts, x0, v0, last_change, body_centres, step, n_cloth, state, terms,
-                data_->laws, data_->start, energy);
+                           const Points& last_change, const Points& body_centres, double step,
+                           Index n_cloth, const ContactState& state, ExtraTerms& terms,
+                           double& energy) {
+  contact_terms(data_->model, contacts, x0, v0, last_change, body_centres, step, n_cloth, state,
+                terms, data_->laws, data_->start, energy);
 }
 
-void CollisionStage::untangle(const Points& x0, const Points& v0, const Points& body_centres, double step, Index n_cloth,
-                              ExtraTerms& terms) {
+void CollisionStage::untangle(const Points& x0, const Points& v0, const Points& body_centres,
+                              double step, Index n_cloth, ExtraTerms& terms) {
   untangling_terms(data_->model, data_->tangle, x0, v0, body_centres, step, n_cloth, terms);
 }
 
-double CollisionStage::terms_at(const Team& team, const Points& displacement, double time, TermRequest request,
-                                ExtraTerms& terms) {
-  return contact_terms_at(team, data_->laws, data_->model.contact_stiffness, displacement, time, request, terms);
+double CollisionStage::terms_at(const Team& team, const Points& displacement, double time,
+                                TermRequest request, ExtraTerms& terms) {
+  return contact_terms_at(team, data_->laws, data_->model.contact_stiffness, displacement, time,
+                          request, terms);
 }
 
-double CollisionStage::friction_at(const Team& team, const Points& displacement, double time, const Vector& inverse_mass,
-                                   Index n_cloth, ExtraTerms& terms) {
-  return contact_friction_at(team, data_->laws, data_->model.contact_stiffness, displacement, time, inverse_mass, n_cloth, terms);
+double CollisionStage::friction_at(const Team& team, const Points& displacement, double time,
+                                   const Vector& inverse_mass, Index n_cloth, ExtraTerms& terms) {
+  return contact_friction_at(team, data_->laws, data_->model.contact_stiffness, displacement, time,
+                             inverse_mass, n_cloth, terms);
 }
 
-void CollisionStage::update_anchors(const std::vector<Contact>& contacts, const Points& x0, const Points& x1,
-                                    ContactState& state) {
+void CollisionStage::update_anchors(const std::vector<Contact>& contacts, const Points& x0,
+                                    const Points& x1, ContactState& state) {
   update_contact_anchors(data_->model, contacts, x0, x1, data_->start, state);
 }
 
-void CollisionStage::repel(const std::vector<Contact>& contacts, const Points& x0, Points& x1, const Vector& inverse_mass,
-                           double step, FreeBodies& bodies) {
+void CollisionStage::repel(const std::vector<Contact>& contacts, const Points& x0, Points& x1,
+                           const Vector& inverse_mass, double step, FreeBodies& bodies) {
   loomstone::repel(data_->model, contacts, data_->tangle, x0, inverse_mass, step, x1, bodies);
 }
 
-CertifyReport CollisionStage::certify(const Team& team, const Points& x0, Points& x1, const Vector& cloth_inverse_mass,
-                                      FreeBodies& bodies) {
+CertifyReport CollisionStage::certify(const Team& team, const Points& x0, Points& x1,
+                                      const Vector& cloth_inverse_mass, FreeBodies& bodies) {
   Vector inverse_mass = cloth_inverse_mass;
   for (const CollisionSurface& surface : data_->model.surfaces)
     if (surface.kind != CollisionSurface::Kind::Cloth)
       inverse_mass.segment(surface.first_vertex, surface.n_vertices)
-          .setConstant(surface.body >= 0 && !bodies.empty() ? bodies[surface.body].inverse_mass : 0.0);
+          .setConstant(surface.body >= 0 && !bodies.empty() ? bodies[surface.body].inverse_mass
+                                                            : 0.0);
   std::vector<StepImpact> impacts = data_->search.find(team, x0, x1, inverse_mass, nullptr);
   const std::int64_t n_impacts = static_cast<std::int64_t>(impacts.size());
   if (n_impacts == 0) return {};
@@ -127,7 +134,8 @@ CertifyReport CollisionStage::certify(const Team& team, const Points& x0, Points
     clean_up.solve(impacts, x0, x1);
     impacts = data_->search.find(team, x0, x1, inverse_mass, nullptr);
   }
-  CertifyReport report = truncate(team, data_->model, data_->search, x0, inverse_mass, std::move(impacts), x1, bodies);
+  CertifyReport report =
+      truncate(team, data_->model, data_->search, x0, inverse_mass, std::move(impacts), x1, bodies);
   report.impacts = n_impacts;
   return report;
 }

@@ -1,5 +1,6 @@
-// The places of a step where collisions act: near contacts before the integrator (as terms of its implicit solve, or answered
-// by impulses after it), and certification after everything has moved (continuous test, clean-up by impulses, truncation).
+// The places of a step where collisions act: near contacts before the integrator (as terms of its
+// implicit solve, or answered by impulses after it), and certification after everything has moved
+// (continuous test, clean-up by impulses, truncation).
 #pragma once
 
 #include <array>
@@ -18,13 +19,13 @@ enum class ContactKind : std::uint8_t { VertexFace = 0, EdgeEdge = 1 };
 
 struct Contact {
   ContactKind kind;
-  Index a, b;                       // vertex and triangle id, or two edge ids (a < b)
-  std::array<Index, 4> vertices;    // vertex, face corners; or edge a, edge b
-  std::array<double, 4> weights;    // signed: + on side a, - on side b; each side sums to 1
-  Vec3 normal;                      // unit, from b to a
-  double distance;                  // at the start of the step [m]
-  double thickness;                 // xi = epsilon_c of the pair [m]
-  double friction;                  // mu of the pair [1]
+  Index a, b;                     // vertex and triangle id, or two edge ids (a < b)
+  std::array<Index, 4> vertices;  // vertex, face corners; or edge a, edge b
+  std::array<double, 4> weights;  // signed: + on side a, - on side b; each side sums to 1
+  Vec3 normal;                    // unit, from b to a
+  double distance;                // at the start of the step [m]
+  double thickness;               // xi = epsilon_c of the pair [m]
+  double friction;                // mu of the pair [1]
 };
 
 // State: anchors of friction, sorted by (kind, a, b).
@@ -32,7 +33,7 @@ struct ContactState {
   struct Anchor {
     ContactKind kind;
     Index a, b;
-    Vec3 slip;      // of a relative to b [m]
+    Vec3 slip;            // of a relative to b [m]
     double normal_force;  // of the last step [N]
   };
   std::vector<Anchor> anchors;
@@ -41,13 +42,14 @@ struct ContactState {
 // What was taken from the displacement of a cloth vertex, or of a body, known by its first vertex.
 struct Shortened {
   Index vertex;
-  Vec3 taken;                   // [m]
-  double mass;                  // [kg]
+  Vec3 taken;   // [m]
+  double mass;  // [kg]
 };
 
 struct CertifyReport {
-  std::int64_t impacts = 0;     // pairs that hit, first pass
-  std::int64_t unresolved = 0;  // impacts that are left (cloth pinched between scripts that overlap): the step is not free
+  std::int64_t impacts = 0;          // pairs that hit, first pass
+  std::int64_t unresolved = 0;       // impacts that are left (cloth pinched between scripts that
+                                     // overlap): the step is not free
   std::vector<Shortened> shortened;  // ascending, each once
 
   // Adds what was taken before or after; what was taken twice from one vertex is one displacement.
@@ -59,55 +61,71 @@ struct CertifyReport {
 
 class CollisionStage {
  public:
-  // `rest`: positions in which non-adjacent primitives of one surface may already be closer than the thickness.
+  // `rest`: positions in which non-adjacent primitives of one surface may already be closer than
+  // the thickness.
   CollisionStage(const CollisionModel& model);
   ~CollisionStage();
 
-  // Finds what intersects at x0, which then moves apart: contacts that would hold it there and impacts on its way out are left
-  // out until the next call. Returns the number of edges that pierce triangles. A stage begins with nothing tangled.
+  // Finds what intersects at x0, which then moves apart: contacts that would hold it there and
+  // impacts on its way out are left out until the next call. Returns the number of edges that
+  // pierce triangles. A stage begins with nothing tangled.
   std::int64_t find_tangle(const Points& x0);
   void forget_tangle();
 
   // Contacts closer than their thickness at x0 (all vertices), sorted by (kind, a, b).
   std::vector<Contact> proximity(const Team& team, const Points& x0);
 
-  // Terms for the implicit solve (notes/response.md 1-2): x0, v0 of all vertices, h, anchors in; velocities of scripted
-  // vertices go into the drift. `body_centres` (b x 3). Penalty energy summed into `energy`.
-  // `last_change` (n): of velocities in the last step, 0 where unknown.
-  void terms(const std::vector<Contact>& contacts, const Points& x0, const Points& v0, const Points& last_change,
-             const Points& body_centres, double step, Index n_cloth, const ContactState& state, ExtraTerms& terms, double& energy);
+  // Terms for the implicit solve (notes/response.md 1-2): x0, v0 of all vertices, h, anchors in;
+  // velocities of scripted vertices go into the drift. `body_centres` (b x 3). Penalty energy
+  // summed into `energy`. `last_change` (n): of velocities in the last step, 0 where unknown.
+  void terms(const std::vector<Contact>& contacts, const Points& x0, const Points& v0,
+             const Points& last_change, const Points& body_centres, double step, Index n_cloth,
+             const ContactState& state, ExtraTerms& terms, double& energy);
 
   // Terms that move what is tangled along its way out, in proportion to displacements.
-  void untangle(const Points& x0, const Points& v0, const Points& body_centres, double step, Index n_cloth, ExtraTerms& terms);
+  void untangle(const Points& x0, const Points& v0, const Points& body_centres, double step,
+                Index n_cloth, ExtraTerms& terms);
 
-  // The terms that terms() made last, where rows have moved by `displacement` (rows x 3) [m] in `time` [s]; they come first in
-  // `terms`. Pairs, weights, normals and anchors are those of the start. Returns their energy [J].
-  double terms_at(const Team& team, const Points& displacement, double time, TermRequest request, ExtraTerms& terms);
+  // The terms that terms() made last, where rows have moved by `displacement` (rows x 3) [m] in
+  // `time` [s]; they come first in `terms`. Pairs, weights, normals and anchors are those of the
+  // start. Returns their energy [J].
+  double terms_at(const Team& team, const Points& displacement, double time, TermRequest request,
+                  ExtraTerms& terms);
 
-  // The terms that terms() made last, with the friction that belongs to where rows have moved; see contact_terms.h.
-  double friction_at(const Team& team, const Points& displacement, double time, const Vector& inverse_mass, Index n_cloth,
-                     ExtraTerms& terms);
+  // The terms that terms() made last, with the friction that belongs to where rows have moved; see
+  // contact_terms.h.
+  double friction_at(const Team& team, const Points& displacement, double time,
+                     const Vector& inverse_mass, Index n_cloth, ExtraTerms& terms);
 
-  // Anchors after the step, from the actual motion x0 -> x1; terms() has been asked for those of these contacts.
-  void update_anchors(const std::vector<Contact>& contacts, const Points& x0, const Points& x1, ContactState& state);
+  // Anchors after the step, from the actual motion x0 -> x1; terms() has been asked for those of
+  // these contacts.
+  void update_anchors(const std::vector<Contact>& contacts, const Points& x0, const Points& x1,
+                      ContactState& state);
 
-  // The response by impulses: changes the ends of cloth and bodies so that contacts of x0 approach no further, regain their
-  // thickness softly and rub, and what is tangled moves apart. `inverse_mass` (n): of cloth, 0 for what must not move.
-  void repel(const std::vector<Contact>& contacts, const Points& x0, Points& x1, const Vector& inverse_mass, double step,
-             FreeBodies& bodies);
+  // The response by impulses: changes the ends of cloth and bodies so that contacts of x0 approach
+  // no further, regain their thickness softly and rub, and what is tangled moves apart.
+  // `inverse_mass` (n): of cloth, 0 for what must not move.
+  void repel(const std::vector<Contact>& contacts, const Points& x0, Points& x1,
+             const Vector& inverse_mass, double step, FreeBodies& bodies);
 
-  // Corrects x1 (cloth vertices, and `bodies` as a whole; scripts, and bodies if none are given, are as they are) so that
-  // the motion x0 -> x1 has no impact and ends without intersection. `inverse_mass` (n): of cloth, 0 for what must not move.
-  CertifyReport certify(const Team& team, const Points& x0, Points& x1, const Vector& inverse_mass, FreeBodies& bodies);
+  // Corrects x1 (cloth vertices, and `bodies` as a whole; scripts, and bodies if none are given,
+  // are as they are) so that the motion x0 -> x1 has no impact and ends without intersection.
+  // `inverse_mass` (n): of cloth, 0 for what must not move.
+  CertifyReport certify(const Team& team, const Points& x0, Points& x1, const Vector& inverse_mass,
+                        FreeBodies& bodies);
 
  private:
   struct Data;
   std::unique_ptr<Data> data_;
 };
 
-// Pairs of triangles of one configuration that intersect (not sharing a vertex), ascending; independent of the stage.
-std::vector<std::array<Index, 2>> intersecting_pairs(const Points& points, const Triangles& triangles);
-// Those of them that certification keeps apart: at least one is cloth; a cloth without self-collision is not held against itself.
-std::vector<std::array<Index, 2>> cloth_intersections(const CollisionModel& model, const Points& points);
+// Pairs of triangles of one configuration that intersect (not sharing a vertex), ascending;
+// independent of the stage.
+std::vector<std::array<Index, 2>> intersecting_pairs(const Points& points,
+                                                     const Triangles& triangles);
+// Those of them that certification keeps apart: at least one is cloth; a cloth without
+// self-collision is not held against itself.
+std::vector<std::array<Index, 2>> cloth_intersections(const CollisionModel& model,
+                                                      const Points& points);
 
 }  // namespace loomstone

@@ -11,10 +11,11 @@ namespace loomstone {
 
 namespace {
 
-// Distances below this are treated as this one, so that forces stay finite at a start that touches [m].
+// Distances below this are treated as this one, so that forces stay finite at a start that touches
+// [m].
 constexpr double least_distance = 1e-9;
-// Edges carry their full share where the closest points are farther than this part of the edge from its ends, and the
-// squared sine of their angle is above the other. Our choice.
+// Edges carry their full share where the closest points are farther than this part of the edge from
+// its ends, and the squared sine of their angle is above the other. Our choice.
 constexpr double end_fade = 0.1, parallel_fade = 0.04;
 
 double smooth_step(double x) {
@@ -27,7 +28,9 @@ bool before(const Contact& a, const Contact& b) {
 }
 
 double edge_share(const Contact& contact, const Points& x0) {
-  const auto edge = [&](int i) { return Vec3((x0.row(contact.vertices[i + 1]) - x0.row(contact.vertices[i])).transpose()); };
+  const auto edge = [&](int i) {
+    return Vec3((x0.row(contact.vertices[i + 1]) - x0.row(contact.vertices[i])).transpose());
+  };
   const Vec3 a = edge(0), b = edge(2);
   const double lengths2 = a.squaredNorm() * b.squaredNorm();
   if (!(lengths2 > 0.0)) return 0.0;
@@ -36,7 +39,8 @@ double edge_share(const Contact& contact, const Points& x0) {
   return share;
 }
 
-// Normals of the vertices of smooth surfaces, weighted by area; rows of other vertices are not used.
+// Normals of the vertices of smooth surfaces, weighted by area; rows of other vertices are not
+// used.
 Points smooth_normals(const CollisionModel& model, const Points& x) {
   Points normals;
   for (const CollisionSurface& surface : model.surfaces) {
@@ -52,18 +56,23 @@ Points smooth_normals(const CollisionModel& model, const Points& x) {
   return normals;
 }
 
-// The normal of the rounded face, on the side on which the vertex is; the flat one where that is nothing.
-Vec3 rounded_normal(const Points& normals, const std::array<Index, 4>& v, const ClosestPair& closest, const Vec3& flat) {
+// The normal of the rounded face, on the side on which the vertex is; the flat one where that is
+// nothing.
+Vec3 rounded_normal(const Points& normals, const std::array<Index, 4>& v,
+                    const ClosestPair& closest, const Vec3& flat) {
   Vec3 sum = Vec3::Zero();
   for (int k = 1; k < 4; ++k) sum -= closest.weights[k] * normals.row(v[k]).transpose();
   const double length = sum.norm(), along = sum.dot(flat);
   return length > 0.5 && along != 0.0 ? Vec3(sum / std::copysign(length, along)) : flat;
 }
 
-// Is the closest point of `contact` on an edge or corner of its face that the face of `other` shares, and is that one nearer?
-// Then the other speaks for both: the normal of this one leans as the vertex moves on, by more than a step can follow.
+// Is the closest point of `contact` on an edge or corner of its face that the face of `other`
+// shares, and is that one nearer? Then the other speaks for both: the normal of this one leans as
+// the vertex moves on, by more than a step can follow.
 bool outdone(const CollisionModel& model, const Contact& contact, const Contact& other) {
-  if (contact.distance < other.distance || (contact.distance == other.distance && contact.b < other.b)) return false;
+  if (contact.distance < other.distance ||
+      (contact.distance == other.distance && contact.b < other.b))
+    return false;
   bool inside = true;
   for (int k = 1; k < 4; ++k) {
     if (contact.weights[k] == 0.0) {
@@ -71,14 +80,15 @@ bool outdone(const CollisionModel& model, const Contact& contact, const Contact&
       continue;
     }
     const Index corner = contact.vertices[k];
-    if (model.triangles(other.b, 0) != corner && model.triangles(other.b, 1) != corner && model.triangles(other.b, 2) != corner)
+    if (model.triangles(other.b, 0) != corner && model.triangles(other.b, 1) != corner &&
+        model.triangles(other.b, 2) != corner)
       return false;
   }
   return !inside;
 }
 
-// Of a vertex's contacts with a smooth surface only the nearest stays: distance and rounded normal go on from face to face.
-// Ties go to the first face.
+// Of a vertex's contacts with a smooth surface only the nearest stays: distance and rounded normal
+// go on from face to face. Ties go to the first face.
 void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& contacts) {
   const auto surface = [&](const Contact& c) { return model.surface_of_triangle[c.b]; };
   std::vector<Contact> kept;
@@ -117,8 +127,9 @@ ContactForce contact_force(double distance, double thickness, double stiffness) 
           0.5 * stiffness * half * half + stiffness * half * half * std::log(half / d)};
 }
 
-std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model, const std::vector<SurfacePair>& pairs,
-                                   const Points& x, NearLists& lists) {
+std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
+                                   const std::vector<SurfacePair>& pairs, const Points& x,
+                                   NearLists& lists) {
   const Points normals = smooth_normals(model, x);
   // The distance of a pair; it becomes a contact where that is below the thickness.
   const auto look = [&](Index i, ContactKind kind, PairKey key, std::vector<Contact>& out) {
@@ -127,14 +138,17 @@ std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model
     for (int k = 0; k < 4; ++k) p[k] = x.row(v[k]).transpose();
     const bool face = kind == ContactKind::VertexFace;
     const ClosestPair closest = face ? closest_vertex_face(p) : closest_edge_edge(p);
-    // Edges of a smooth surface are only of its triangles: they stay in the continuous tests, but carry no force.
+    // Edges of a smooth surface are only of its triangles: they stay in the continuous tests, but
+    // carry no force.
     const bool smooth = model.surfaces[pairs[i].a].smooth || model.surfaces[pairs[i].b].smooth;
-    if (!(closest.distance < pairs[i].thickness) || (!face && (!closest.interior || smooth))) return closest.distance;
-    Vec3 normal = face ? contact_normal_vertex_face(p, closest, Vec3::Zero()) : contact_normal_edge_edge(p, closest, Vec3::Zero());
+    if (!(closest.distance < pairs[i].thickness) || (!face && (!closest.interior || smooth)))
+      return closest.distance;
+    Vec3 normal = face ? contact_normal_vertex_face(p, closest, Vec3::Zero())
+                       : contact_normal_edge_edge(p, closest, Vec3::Zero());
     if (face && model.surfaces[model.surface_of_triangle[second_of(key)]].smooth)
       normal = rounded_normal(normals, v, closest, normal);
-    out.push_back({kind, first_of(key), second_of(key), v, closest.weights, normal, closest.distance, pairs[i].thickness,
-                   pairs[i].friction});
+    out.push_back({kind, first_of(key), second_of(key), v, closest.weights, normal,
+                   closest.distance, pairs[i].thickness, pairs[i].friction});
     return closest.distance;
   };
 
@@ -150,7 +164,8 @@ std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model
       for (std::size_t i = 0; i < list.near.size(); ++i) {
         NearPair& near = list.near[i];
         if (near.distance - list.used < thickness)
-          near.distance = look(list.pair, list.kind(i), near.key, of_range[begin / grain]) + list.used;
+          near.distance =
+              look(list.pair, list.kind(i), near.key, of_range[begin / grain]) + list.used;
         list.nearest = std::min(list.nearest, near.distance);
       }
     }
@@ -166,7 +181,8 @@ std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model
   std::vector<const Contact*> order;
   for (const std::vector<Contact>& range : of_range)
     for (const Contact& contact : range) order.push_back(&contact);
-  std::sort(order.begin(), order.end(), [](const Contact* a, const Contact* b) { return before(*a, *b); });
+  std::sort(order.begin(), order.end(),
+            [](const Contact* a, const Contact* b) { return before(*a, *b); });
   std::vector<Contact> contacts;
   contacts.reserve(order.size());
   for (const Contact* const contact : order) contacts.push_back(*contact);
@@ -174,7 +190,8 @@ std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model
   return contacts;
 }
 
-std::vector<double> contact_shares(const std::vector<Contact>& contacts, const CollisionModel& model, const Points& x0) {
+std::vector<double> contact_shares(const std::vector<Contact>& contacts,
+                                   const CollisionModel& model, const Points& x0) {
   const std::size_t n = contacts.size();
   std::vector<double> shares(n, 1.0);
   std::vector<std::uint8_t> out;
@@ -185,7 +202,9 @@ std::vector<double> contact_shares(const std::vector<Contact>& contacts, const C
       continue;
     }
     std::size_t end = begin + 1;
-    while (end < n && contacts[end].kind == ContactKind::VertexFace && contacts[end].a == contacts[begin].a) ++end;
+    while (end < n && contacts[end].kind == ContactKind::VertexFace &&
+           contacts[end].a == contacts[begin].a)
+      ++end;
     out.assign(end - begin, 0);
     for (std::size_t i = begin; i < end; ++i)
       for (std::size_t j = begin; j < end && !out[i - begin]; ++j)
@@ -201,7 +220,8 @@ std::vector<double> contact_shares(const std::vector<Contact>& contacts, const C
       for (std::size_t j = begin; j < end; ++j) {
         const Contact& other = contacts[j];
         if (out[j - begin]) continue;
-        if (i == j || model.surface_of_triangle[own.b] != model.surface_of_triangle[other.b]) continue;
+        if (i == j || model.surface_of_triangle[own.b] != model.surface_of_triangle[other.b])
+          continue;
         const double alike = std::max(0.0, own.normal.dot(other.normal));
         const double other_force = contact_force(other.distance, other.thickness, 1.0).force;
         count += alike * alike * std::min(1.0, other_force / own_force);

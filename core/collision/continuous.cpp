@@ -21,8 +21,8 @@ struct Differences {
     rounding = 32.0 * std::numeric_limits<double>::epsilon() * largest;
   }
 
-  // Last time until which the plane of direction n keeps the sides more than `floor` apart, given that it does so at `time`;
-  // `time` itself where it does not.
+  // Last time until which the plane of direction n keeps the sides more than `floor` apart, given
+  // that it does so at `time`; `time` itself where it does not.
   double advance(const Vec3& n, double time, double floor) const {
     double last = 1.0;
     for (int k = 0; k < N; ++k) {
@@ -61,7 +61,9 @@ struct VertexFace {
   static ClosestPair closest(const FourPoints& p) { return closest_vertex_face(p); }
   static Vec3 centre_line(const MovingPoints& q) { return q[0] - (q[1] + q[2] + q[3]) / 3.0; }
   static Vec3 perpendicular(const FourPoints& p) { return (p[2] - p[1]).cross(p[3] - p[1]); }
-  static Vec3 normal(const FourPoints& p, const ClosestPair& c, const Vec3& s) { return contact_normal_vertex_face(p, c, s); }
+  static Vec3 normal(const FourPoints& p, const ClosestPair& c, const Vec3& s) {
+    return contact_normal_vertex_face(p, c, s);
+  }
 };
 
 struct EdgeEdge {
@@ -70,7 +72,9 @@ struct EdgeEdge {
   static ClosestPair closest(const FourPoints& p) { return closest_edge_edge(p); }
   static Vec3 centre_line(const MovingPoints& q) { return 0.5 * ((q[0] + q[1]) - (q[2] + q[3])); }
   static Vec3 perpendicular(const FourPoints& p) { return (p[1] - p[0]).cross(p[3] - p[2]); }
-  static Vec3 normal(const FourPoints& p, const ClosestPair& c, const Vec3& s) { return contact_normal_edge_edge(p, c, s); }
+  static Vec3 normal(const FourPoints& p, const ClosestPair& c, const Vec3& s) {
+    return contact_normal_edge_edge(p, c, s);
+  }
 };
 
 // Points at `time` relative to the first one at the start.
@@ -86,9 +90,12 @@ Impact test(const MovingPoints& q, double largest_floor, FloorOf&& floor_of) {
   // Most pairs never come near each other: the line of centres shows it without closest points.
   const Vec3 line = Kind::centre_line(q);
   const double length = line.norm();
-  if (length > 0.0 && differences.advance(line / length, 0.0, largest_floor + differences.rounding) >= 1.0) return {};
+  if (length > 0.0 &&
+      differences.advance(line / length, 0.0, largest_floor + differences.rounding) >= 1.0)
+    return {};
 
-  // Newton-like, so quadratic where the sides meet head on; a grazing motion may take all passes and is then called a hit.
+  // Newton-like, so quadratic where the sides meet head on; a grazing motion may take all passes
+  // and is then called a hit.
   constexpr int max_passes = 100;
   Impact impact;
   double time = 0.0, floor = 0.0;
@@ -103,13 +110,16 @@ Impact test(const MovingPoints& q, double largest_floor, FloorOf&& floor_of) {
       side = closest.difference;
     }
     double next = time;
-    if (closest.distance > 0.0) next = differences.advance(closest.difference / closest.distance, time, floor);
+    if (closest.distance > 0.0)
+      next = differences.advance(closest.difference / closest.distance, time, floor);
     if (next < 1.0) {
-      // The perpendicular is the better direction where the gap is so small that the difference has lost its digits.
+      // The perpendicular is the better direction where the gap is so small that the difference has
+      // lost its digits.
       Vec3 perpendicular = Kind::perpendicular(p);
       const double perpendicular_length = perpendicular.norm();
       if (perpendicular_length > 0.0) {
-        perpendicular /= perpendicular.dot(closest.difference) < 0.0 ? -perpendicular_length : perpendicular_length;
+        perpendicular /= perpendicular.dot(closest.difference) < 0.0 ? -perpendicular_length
+                                                                     : perpendicular_length;
         next = std::max(next, differences.advance(perpendicular, time, floor));
       }
     }

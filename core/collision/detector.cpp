@@ -39,8 +39,10 @@ std::vector<Element> joined(const Team& team, std::size_t n_tasks, Member&& memb
   std::vector<std::size_t> offset(n_tasks + 1, 0);
   for (std::size_t i = 0; i < n_tasks; ++i) offset[i + 1] = offset[i] + member(i).size();
   std::vector<Element> all(offset[n_tasks]);
-  parallel_tasks(team, static_cast<Index>(n_tasks),
-                 [&](Index i) { std::copy(member(i).begin(), member(i).end(), all.begin() + static_cast<std::ptrdiff_t>(offset[i])); });
+  parallel_tasks(team, static_cast<Index>(n_tasks), [&](Index i) {
+    std::copy(member(i).begin(), member(i).end(),
+              all.begin() + static_cast<std::ptrdiff_t>(offset[i]));
+  });
   return all;
 }
 
@@ -53,7 +55,8 @@ void sort_pairs(const Team& team, Pairs& pairs, Index n_first) {
   Pairs sorted(pairs.size());
   for (const auto& pair : pairs) sorted[next[pair[0]]++] = pair;
   parallel_for(team, n_first, [&](Index i) {
-    std::sort(sorted.begin() + static_cast<std::ptrdiff_t>(start[i]), sorted.begin() + static_cast<std::ptrdiff_t>(start[i + 1]));
+    std::sort(sorted.begin() + static_cast<std::ptrdiff_t>(start[i]),
+              sorted.begin() + static_cast<std::ptrdiff_t>(start[i + 1]));
   });
   pairs.swap(sorted);
 }
@@ -62,12 +65,17 @@ class AllPairs : public PairSink {
  public:
   void prepare(Index n_tasks) override { tasks_.assign(n_tasks, {}); }
   void take(Index task, Index, ContactKind kind, std::vector<PairKey>& keys) override {
-    Pairs& out = kind == ContactKind::VertexFace ? tasks_[task].vertex_face : tasks_[task].edge_edge;
+    Pairs& out =
+        kind == ContactKind::VertexFace ? tasks_[task].vertex_face : tasks_[task].edge_edge;
     for (const PairKey key : keys) out.push_back({first_of(key), second_of(key)});
   }
   FeatureIds all(const Team& team) const {
-    return {joined<std::array<Index, 2>>(team, tasks_.size(), [&](std::size_t i) -> const Pairs& { return tasks_[i].vertex_face; }),
-            joined<std::array<Index, 2>>(team, tasks_.size(), [&](std::size_t i) -> const Pairs& { return tasks_[i].edge_edge; })};
+    return {joined<std::array<Index, 2>>(
+                team, tasks_.size(),
+                [&](std::size_t i) -> const Pairs& { return tasks_[i].vertex_face; }),
+            joined<std::array<Index, 2>>(team, tasks_.size(), [&](std::size_t i) -> const Pairs& {
+              return tasks_[i].edge_edge;
+            })};
   }
 
  private:
@@ -82,7 +90,8 @@ struct Hit {
 // Tests batches as they come, so that candidates are never stored.
 class ExactHits : public PairSink {
  public:
-  ExactHits(const CollisionModel& model, const Points& x0, const Points& x1) : model_(model), x0_(x0), x1_(x1) {}
+  ExactHits(const CollisionModel& model, const Points& x0, const Points& x1)
+      : model_(model), x0_(x0), x1_(x1) {}
 
   void prepare(Index n_tasks) override { tasks_.assign(n_tasks, {}); }
   void take(Index task, Index, ContactKind kind, std::vector<PairKey>& keys) override {
@@ -90,21 +99,28 @@ class ExactHits : public PairSink {
     const Index n = static_cast<Index>(keys.size());
     std::vector<std::array<Index, 4>> vertices(n);
     for (Index i = 0; i < n; ++i) vertices[i] = pair_vertices(model_, kind, keys[i]);
-    const auto point = [&](Index i, int k) { return (k < 4 ? x0_ : x1_).data() + 3 * static_cast<std::size_t>(vertices[i][k % 4]); };
+    const auto point = [&](Index i, int k) {
+      return (k < 4 ? x0_ : x1_).data() + 3 * static_cast<std::size_t>(vertices[i][k % 4]);
+    };
     std::vector<Hit>& hits = vertex_face ? tasks_[task].vertex_face : tasks_[task].edge_edge;
     without_separated(vertex_face, n, point, [&](Index i) {
       MovingPoints q;
       for (int k = 0; k < 8; ++k) q[k] = Eigen::Map<const Vec3>(point(i, k));
-      const ExactImpact impact = vertex_face ? exact_continuous_vertex_face(q) : exact_continuous_edge_edge(q);
+      const ExactImpact impact =
+          vertex_face ? exact_continuous_vertex_face(q) : exact_continuous_edge_edge(q);
       if (impact.hit) hits.push_back({{first_of(keys[i]), second_of(keys[i])}, impact.time});
     });
   }
   Collisions all(const Team& team) const {
     Collisions all;
-    sorted(joined<Hit>(team, tasks_.size(), [&](std::size_t i) -> const std::vector<Hit>& { return tasks_[i].vertex_face; }),
+    sorted(joined<Hit>(
+               team, tasks_.size(),
+               [&](std::size_t i) -> const std::vector<Hit>& { return tasks_[i].vertex_face; }),
            all.pairs.vertex_face, all.vertex_face_time);
-    sorted(joined<Hit>(team, tasks_.size(), [&](std::size_t i) -> const std::vector<Hit>& { return tasks_[i].edge_edge; }),
-           all.pairs.edge_edge, all.edge_edge_time);
+    sorted(
+        joined<Hit>(team, tasks_.size(),
+                    [&](std::size_t i) -> const std::vector<Hit>& { return tasks_[i].edge_edge; }),
+        all.pairs.edge_edge, all.edge_edge_time);
     return all;
   }
 
@@ -136,11 +152,13 @@ double Collisions::time() const {
 }
 
 struct Detector::Data {
-  explicit Data(const Triangles& triangles) : model(one_surface(triangles)), pairs(surface_pairs(model)), broad_phase(model, pairs) {}
+  explicit Data(const Triangles& triangles)
+      : model(one_surface(triangles)), pairs(surface_pairs(model)), broad_phase(model, pairs) {}
 
   void check(const Points& x0, const Points& x1, double inflation) const {
     check_motion(x0, x1, inflation);
-    if (x0.rows() < model.n_vertices) check_triangles(model.triangles, static_cast<Index>(x0.rows()));
+    if (x0.rows() < model.n_vertices)
+      check_triangles(model.triangles, static_cast<Index>(x0.rows()));
   }
 
   const CollisionModel model;
@@ -157,7 +175,8 @@ Detector::~Detector() = default;
 
 const Edges& Detector::edges() const { return data_->model.edges; }
 
-FeatureIds Detector::candidates(const Team& team, const Points& x0, const Points& x1, double inflation, bool sorted) {
+FeatureIds Detector::candidates(const Team& team, const Points& x0, const Points& x1,
+                                double inflation, bool sorted) {
   data_->check(x0, x1, inflation);
   AllPairs found;
   data_->broad_phase.swept_pairs(team, x0, x1, inflation, {0}, true, found);
@@ -202,7 +221,8 @@ void check_motion(const Points& x0, const Points& x1, double inflation) {
     out << "inflation must be at least 0 m and finite, got " << inflation;
   } else if (!x0.allFinite() || !x1.allFinite()) {
     for (Index i = 0; i < x0.rows() && out.tellp() == 0; ++i)
-      if (!x0.row(i).allFinite() || !x1.row(i).allFinite()) out << "positions must be finite, but vertex " << i << " is not";
+      if (!x0.row(i).allFinite() || !x1.row(i).allFinite())
+        out << "positions must be finite, but vertex " << i << " is not";
   }
   if (out.tellp() != 0) throw InvalidInput(out.str());
 }
@@ -212,7 +232,8 @@ void check_triangles(const Triangles& triangles, Index n_vertices) {
     for (int k = 0; k < 3; ++k)
       if (triangles(t, k) < 0 || triangles(t, k) >= n_vertices) {
         std::ostringstream out;
-        out << "triangles must hold vertices 0 to " << n_vertices - 1 << ", but triangle " << t << " has " << triangles(t, k);
+        out << "triangles must hold vertices 0 to " << n_vertices - 1 << ", but triangle " << t
+            << " has " << triangles(t, k);
         throw InvalidInput(out.str());
       }
 }

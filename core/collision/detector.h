@@ -1,4 +1,5 @@
-// Collisions of one surface with itself, found again and again while it moves: trees are formed once, then follow the positions.
+// Collisions of one surface with itself, found again and again while it moves: trees are formed
+// once, then follow the positions.
 #pragma once
 
 #include <array>
@@ -17,7 +18,7 @@ struct FeatureIds {
 };
 
 struct Collisions {
-  FeatureIds pairs;                                 // ascending
+  FeatureIds pairs;                                      // ascending
   std::vector<double> vertex_face_time, edge_edge_time;  // the first contact comes no sooner [1]
 
   double time() const;  // of the first of all [1]; infinity where there is none
@@ -32,14 +33,17 @@ class Detector {
 
   const Edges& edges() const;  // sorted unique vertex pairs
 
-  // Pairs that share no vertex and whose 18-DOPs over the motion x0 -> x1, grown by `inflation` [m], overlap; in ascending order
-  // or, faster, in that of the tree. Throws InvalidInput, as the next one, for too few rows and numbers that are not finite.
-  FeatureIds candidates(const Team& team, const Points& x0, const Points& x1, double inflation, bool sorted);
+  // Pairs that share no vertex and whose 18-DOPs over the motion x0 -> x1, grown by `inflation`
+  // [m], overlap; in ascending order or, faster, in that of the tree. Throws InvalidInput, as the
+  // next one, for too few rows and numbers that are not finite.
+  FeatureIds candidates(const Team& team, const Points& x0, const Points& x1, double inflation,
+                        bool sorted);
 
-  // All pairs that share no vertex and touch while x0 -> x1 on straight lines: exact, closed, with nothing left out.
+  // All pairs that share no vertex and touch while x0 -> x1 on straight lines: exact, closed, with
+  // nothing left out.
   Collisions collisions(const Team& team, const Points& x0, const Points& x1);
 
-  void forget_trees();          // forms them anew at the next call: no result depends on it
+  void forget_trees();  // forms them anew at the next call: no result depends on it
   std::size_t tree_bytes() const;
 
  private:

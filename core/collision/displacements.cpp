@@ -5,8 +5,8 @@
 
 namespace loomstone {
 
-Displacements::Displacements(const CollisionModel& model, const Points& x0, const Vector& inverse_mass, Points& x1,
-                             FreeBodies& bodies)
+Displacements::Displacements(const CollisionModel& model, const Points& x0,
+                             const Vector& inverse_mass, Points& x1, FreeBodies& bodies)
     : model_(model),
       x0_(x0),
       x1_(x1),
@@ -54,11 +54,14 @@ void Displacements::carry_with_immovable(Index v, const StepImpact& impact) {
   set_carrier(v, local, motion / total);
 }
 
-void Displacements::carry_with_vertex(Index v, Index other) { set_carrier(v, carrier_[unit(other)], carry_.row(unit(other))); }
+void Displacements::carry_with_vertex(Index v, Index other) {
+  set_carrier(v, carrier_[unit(other)], carry_.row(unit(other)));
+}
 
 bool Displacements::same_carrier(Index v, Index other) const {
   const Index a = unit(v), b = unit(other);
-  return a == b || (carrier_[a] == carrier_[b] && (carrier_[a] >= 0 || carry_.row(a) == carry_.row(b)));
+  return a == b ||
+         (carrier_[a] == carrier_[b] && (carrier_[a] >= 0 || carry_.row(a) == carry_.row(b)));
 }
 
 void Displacements::shorten(Index unit, double factor) {
@@ -84,7 +87,9 @@ std::vector<std::uint8_t> Displacements::take_changed() {
 
 void Displacements::set_carrier(Index v, Index carrier, const Vec3& motion) {
   if (carrier == local && motion.isZero(0.0)) return;
-  if (carrier >= 0 && motions_[carrier].rotation.isIdentity(0.0) && motions_[carrier].to == motions_[carrier].from) return;
+  if (carrier >= 0 && motions_[carrier].rotation.isIdentity(0.0) &&
+      motions_[carrier].to == motions_[carrier].from)
+    return;
   const Index u = unit(v), body = body_of_vertex(model_, bodies_, v);
   carrier_[u] = carrier;
   const Vec3 at = body < 0 ? Vec3(x0_.row(v).transpose()) : bodies_[body].start.position;
@@ -96,7 +101,8 @@ void Displacements::set_carrier(Index v, Index carrier, const Vec3& motion) {
     pose.position += carry;
     if (carrier >= 0)
       pose.orientation =
-          quaternion_product(quaternion_from_matrix(motions_[carrier].rotation), pose.orientation).normalized();
+          quaternion_product(quaternion_from_matrix(motions_[carrier].rotation), pose.orientation)
+              .normalized();
   }
   apply(u);
 }
@@ -104,7 +110,8 @@ void Displacements::set_carrier(Index v, Index carrier, const Vec3& motion) {
 void Displacements::apply(Index u) {
   const Index body = body_of_vertex(model_, bodies_, u);
   if (body < 0) {
-    const Eigen::RowVector3d x = x0_.row(u) + carry_.row(u) + share_[u] * (wanted_.row(u) - carry_.row(u));
+    const Eigen::RowVector3d x =
+        x0_.row(u) + carry_.row(u) + share_[u] * (wanted_.row(u) - carry_.row(u));
     if (x == x1_.row(u)) return;
     x1_.row(u) = x;
     changed_[u] = 1;
@@ -122,7 +129,8 @@ void Displacements::finish() {
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     if (bodies_[b].end == wanted_pose_[b]) continue;
     bodies_[b].moved += bodies_[b].end.position - wanted_pose_[b].position;
-    bodies_[b].turned += angular_velocity_between(wanted_pose_[b].orientation, bodies_[b].end.orientation, 1.0);
+    bodies_[b].turned +=
+        angular_velocity_between(wanted_pose_[b].orientation, bodies_[b].end.orientation, 1.0);
   }
 }
 
@@ -137,10 +145,12 @@ std::vector<Shortened> Displacements::shortened() const {
   }
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     if (bodies_[b].end == wanted_pose_[b]) continue;
-    result.push_back({model_.surfaces[bodies_[b].surface].first_vertex, wanted_pose_[b].position - bodies_[b].end.position,
+    result.push_back({model_.surfaces[bodies_[b].surface].first_vertex,
+                      wanted_pose_[b].position - bodies_[b].end.position,
                       1.0 / bodies_[b].inverse_mass});
   }
-  std::sort(result.begin(), result.end(), [](const Shortened& a, const Shortened& b) { return a.vertex < b.vertex; });
+  std::sort(result.begin(), result.end(),
+            [](const Shortened& a, const Shortened& b) { return a.vertex < b.vertex; });
   return result;
 }
 

@@ -1,5 +1,6 @@
-// Displacements of a step that truncation shortens: of cloth vertices one by one, of a free body as a whole. What is carried
-// by something that moves by script keeps that motion and loses only its own relative to it:
+// Displacements of a step that truncation shortens: of cloth vertices one by one, of a free body as
+// a whole. What is carried by something that moves by script keeps that motion and loses only its
+// own relative to it:
 //   x1 = x0 + carry + share (displacement - carry), and likewise for the pose of a body.
 #pragma once
 
@@ -13,8 +14,10 @@ namespace loomstone {
 
 class Displacements {
  public:
-  // Vertices with an inverse mass can be moved; x1 and the bodies' ends are changed by shorten() and carry...().
-  Displacements(const CollisionModel& model, const Points& x0, const Vector& inverse_mass, Points& x1, FreeBodies& bodies);
+  // Vertices with an inverse mass can be moved; x1 and the bodies' ends are changed by shorten()
+  // and carry...().
+  Displacements(const CollisionModel& model, const Points& x0, const Vector& inverse_mass,
+                Points& x1, FreeBodies& bodies);
 
   bool movable(Index v) const { return inverse_mass_[v] > 0.0; }
   // What is shortened with a vertex: itself, or its body, known by the body's first vertex.
@@ -41,7 +44,8 @@ class Displacements {
   std::vector<Shortened> shortened() const;
 
  private:
-  static constexpr Index none = -1, local = -2;  // carried by nothing; carried by a displacement of its own
+  static constexpr Index none = -1,
+                         local = -2;  // carried by nothing; carried by a displacement of its own
 
   void set_carrier(Index v, Index carrier, const Vec3& motion);
   void apply(Index unit);
@@ -51,11 +55,11 @@ class Displacements {
   Points& x1_;
   const Vector& inverse_mass_;
   FreeBodies& bodies_;
-  Points wanted_, carry_;                        // (n x 3); of a body's unit the carry of its centre
-  std::vector<double> share_;                    // (n) of units
-  std::vector<Index> carrier_;                   // (n) of units: a surface, none or local
+  Points wanted_, carry_;       // (n x 3); of a body's unit the carry of its centre
+  std::vector<double> share_;   // (n) of units
+  std::vector<Index> carrier_;  // (n) of units: a surface, none or local
   std::vector<std::uint8_t> changed_;
-  std::vector<RigidMotion> motions_;             // of surfaces
+  std::vector<RigidMotion> motions_;  // of surfaces
   std::vector<std::uint8_t> known_;
   std::vector<RigidPose> wanted_pose_, carried_pose_;  // of bodies
 };

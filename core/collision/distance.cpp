@@ -7,7 +7,8 @@ namespace loomstone {
 
 namespace {
 
-// Parameter in [0, 1] of the point of segment b, b + d that is closest to p; 0 for a segment without length.
+// Parameter in [0, 1] of the point of segment b, b + d that is closest to p; 0 for a segment
+// without length.
 double parameter_on_segment(const Vec3& p, const Vec3& b, const Vec3& d) {
   const double length2 = d.squaredNorm();
   if (!(length2 > 0.0)) return 0.0;
@@ -20,7 +21,8 @@ double size_of(const FourPoints& p) {
   return size;
 }
 
-Vec3 normal_or(const FourPoints& points, const ClosestPair& closest, const Vec3& perpendicular, const Vec3& side) {
+Vec3 normal_or(const FourPoints& points, const ClosestPair& closest, const Vec3& perpendicular,
+               const Vec3& side) {
   if (closest.distance > 1e-14 * size_of(points)) return closest.difference / closest.distance;
   const double length = perpendicular.norm();
   if (length > 0.0) return perpendicular / (perpendicular.dot(side) < 0.0 ? -length : length);
@@ -35,13 +37,18 @@ ClosestPair closest_vertex_face(const FourPoints& points) {
   const Vec3 ab = b - a, ac = c - a, bc = c - b, ap = p - a, bp = p - b;
   const Vec3 n = ab.cross(ac);
   const double n2 = n.squaredNorm();
-  // Slivers (height below 1e-7 of the longest edge) have no reliable inside: their edges give the same distance.
+  // Slivers (height below 1e-7 of the longest edge) have no reliable inside: their edges give the
+  // same distance.
   const double longest2 = std::max({ab.squaredNorm(), ac.squaredNorm(), bc.squaredNorm()});
   if (n2 > 1e-14 * longest2 * longest2) {
-    const double weight_a = n.dot(bc.cross(bp)), weight_c = n.dot(ab.cross(ap)), weight_b = n2 - weight_a - weight_c;
+    const double weight_a = n.dot(bc.cross(bp)), weight_c = n.dot(ab.cross(ap)),
+                 weight_b = n2 - weight_a - weight_c;
     if (weight_a >= 0.0 && weight_b >= 0.0 && weight_c >= 0.0) {
       const double height = n.dot(ap) / n2;
-      return {{1.0, -weight_a / n2, -weight_b / n2, -weight_c / n2}, height * n, std::abs(height) * std::sqrt(n2), true};
+      return {{1.0, -weight_a / n2, -weight_b / n2, -weight_c / n2},
+              height * n,
+              std::abs(height) * std::sqrt(n2),
+              true};
     }
   }
   ClosestPair best{};
@@ -68,7 +75,8 @@ ClosestPair closest_vertex_face(const FourPoints& points) {
 ClosestPair closest_edge_edge(const FourPoints& points) {
   const Vec3 &a = points[0], &b = points[2];
   const Vec3 da = points[1] - a, db = points[3] - b, r = a - b;
-  const double aa = da.squaredNorm(), bb = db.squaredNorm(), ab = da.dot(db), ra = r.dot(da), rb = r.dot(db);
+  const double aa = da.squaredNorm(), bb = db.squaredNorm(), ab = da.dot(db), ra = r.dot(da),
+               rb = r.dot(db);
   const double determinant = aa * bb - ab * ab;
   ClosestPair best{};
   double best2 = INFINITY;
@@ -111,11 +119,13 @@ double distance_within(bool vertex_face, const FourPoints& p, double reach) {
   return vertex_face ? closest_vertex_face(p).distance : closest_edge_edge(p).distance;
 }
 
-Vec3 contact_normal_vertex_face(const FourPoints& points, const ClosestPair& closest, const Vec3& side) {
+Vec3 contact_normal_vertex_face(const FourPoints& points, const ClosestPair& closest,
+                                const Vec3& side) {
   return normal_or(points, closest, (points[2] - points[1]).cross(points[3] - points[1]), side);
 }
 
-Vec3 contact_normal_edge_edge(const FourPoints& points, const ClosestPair& closest, const Vec3& side) {
+Vec3 contact_normal_edge_edge(const FourPoints& points, const ClosestPair& closest,
+                              const Vec3& side) {
   return normal_or(points, closest, (points[1] - points[0]).cross(points[3] - points[2]), side);
 }
 

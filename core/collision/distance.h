@@ -1,5 +1,6 @@
-// Closest points of a vertex and a triangle, and of two segments, with every degenerate case. Weights are signed: + on side
-// a (vertex, first edge), - on side b (face, second edge); each side sums to 1 in magnitude.
+// Closest points of a vertex and a triangle, and of two segments, with every degenerate case.
+// Weights are signed: + on side a (vertex, first edge), - on side b (face, second edge); each side
+// sums to 1 in magnitude.
 #pragma once
 
 #include <array>
@@ -15,7 +16,8 @@ struct ClosestPair {
   bool interior;                  // the closest points lie inside the face, or inside both edges
 };
 
-using FourPoints = std::array<Vec3, 4>;  // vertex, face corners; or the ends of edge a, then of edge b
+using FourPoints =
+    std::array<Vec3, 4>;  // vertex, face corners; or the ends of edge a, then of edge b
 
 ClosestPair closest_vertex_face(const FourPoints& points);
 ClosestPair closest_edge_edge(const FourPoints& points);
@@ -23,10 +25,12 @@ ClosestPair closest_edge_edge(const FourPoints& points);
 // The distance [m], or infinity where the line of centres shows soon that it is more than `reach`.
 double distance_within(bool vertex_face, const FourPoints& points, double reach);
 
-// Unit normal from b to a. Where the distance is nothing (below 1e-14 of the size) the difference has no direction: the
-// normal of the face, or the common perpendicular of the edges, turned towards `side` (a vector from b to a at an earlier
-// time, or zero).
-Vec3 contact_normal_vertex_face(const FourPoints& points, const ClosestPair& closest, const Vec3& side);
-Vec3 contact_normal_edge_edge(const FourPoints& points, const ClosestPair& closest, const Vec3& side);
+// Unit normal from b to a. Where the distance is nothing (below 1e-14 of the size) the difference
+// has no direction: the normal of the face, or the common perpendicular of the edges, turned
+// towards `side` (a vector from b to a at an earlier time, or zero).
+Vec3 contact_normal_vertex_face(const FourPoints& points, const ClosestPair& closest,
+                                const Vec3& side);
+Vec3 contact_normal_edge_edge(const FourPoints& points, const ClosestPair& closest,
+                              const Vec3& side);
 
 }  // namespace loomstone

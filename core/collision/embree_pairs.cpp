@@ -55,13 +55,16 @@ struct Reports {
 void report(void* user, RTCCollision* collisions, unsigned n) {
   auto& reports = *static_cast<Reports*>(user);
   const std::lock_guard<std::mutex> guard(reports.lock);
-  for (unsigned i = 0; i < n; ++i) reports.pairs.emplace_back(collisions[i].primID0, collisions[i].primID1);
+  for (unsigned i = 0; i < n; ++i)
+    reports.pairs.emplace_back(collisions[i].primID0, collisions[i].primID1);
 }
 
 }  // namespace
 
-void embree_pairs(const std::vector<Slabs>& a, const std::vector<Slabs>& b, const std::function<void(Index, Index)>& visit) {
-  const std::unique_ptr<RTCDeviceTy, void (*)(RTCDevice)> device(rtcNewDevice("threads=1"), rtcReleaseDevice);
+void embree_pairs(const std::vector<Slabs>& a, const std::vector<Slabs>& b,
+                  const std::function<void(Index, Index)>& visit) {
+  const std::unique_ptr<RTCDeviceTy, void (*)(RTCDevice)> device(rtcNewDevice("threads=1"),
+                                                                 rtcReleaseDevice);
   if (!device) throw Error("Embree gave no device; it needs a processor with SSE2");
   const BoxScene first(device.get(), a), second(device.get(), b);
   if (first.item.empty() || second.item.empty()) return;
@@ -69,7 +72,8 @@ void embree_pairs(const std::vector<Slabs>& a, const std::vector<Slabs>& b, cons
   rtcCollide(first.scene, second.scene, report, &reports);
   const RTCError error = rtcGetDeviceError(device.get());
   if (error != RTC_ERROR_NONE) {
-    throw Error("Embree failed with error " + std::to_string(static_cast<int>(error)) + "; the usual cause is that memory ran out");
+    throw Error("Embree failed with error " + std::to_string(static_cast<int>(error)) +
+                "; the usual cause is that memory ran out");
   }
   for (const auto& [i, j] : reports.pairs) visit(first.item[i], second.item[j]);
 }

@@ -1,6 +1,7 @@
-// The two sides touch when the origin lies in the set of differences a - b: a triangle for a vertex and a face, a
-// parallelogram for two edges. Its corners move linearly; it holds the origin where all corners are in one plane with it
-// (a cubic vanishes) and the origin is inside (quadratics agree in sign).
+// The two sides touch when the origin lies in the set of differences a - b: a triangle for a vertex
+// and a face, a parallelogram for two edges. Its corners move linearly; it holds the origin where
+// all corners are in one plane with it (a cubic vanishes) and the origin is inside (quadratics
+// agree in sign).
 #include "core/collision/exact_continuous.h"
 
 #include <algorithm>
@@ -46,7 +47,8 @@ std::array<Curve, 4> integer_points(const MovingPoints& q) {
     for (int k = 0; k < 3; ++k) least = std::min(least, Binary(point[k]).exponent);
   const auto integer = [&](double x) {
     const Binary binary(x);
-    return Integer(binary.mantissa).shifted(x == 0.0 ? 0u : static_cast<unsigned>(binary.exponent - least));
+    return Integer(binary.mantissa)
+        .shifted(x == 0.0 ? 0u : static_cast<unsigned>(binary.exponent - least));
   };
   std::array<Curve, 4> points;
   for (int i = 0; i < 4; ++i)
@@ -54,13 +56,14 @@ std::array<Curve, 4> integer_points(const MovingPoints& q) {
   return points;
 }
 
-// What decides whether the differences hold the origin at a time when they and the origin lie in one plane.
+// What decides whether the differences hold the origin at a time when they and the origin lie in
+// one plane.
 struct Inside {
-  // The origin is inside where the k-th coordinates of all of these, perpendicular to the plane, agree in sign (0 agrees with
-  // both) and are not all 0; outside where they disagree.
+  // The origin is inside where the k-th coordinates of all of these, perpendicular to the plane,
+  // agree in sign (0 agrees with both) and are not all 0; outside where they disagree.
   std::vector<Curve> sides;
-  // Where all sides are 0 everything lies on one line through the origin: inside unless some coordinate of all corners has
-  // the same strict sign.
+  // Where all sides are 0 everything lies on one line through the origin: inside unless some
+  // coordinate of all corners has the same strict sign.
   std::vector<Curve> corners;
 
   bool operator()(const AlgebraicTime& time) const {
@@ -86,7 +89,8 @@ struct Inside {
     return true;
   }
 
-  // At any time, given that all times have them in one plane: signs change only at roots, and the set of times is closed.
+  // At any time, given that all times have them in one plane: signs change only at roots, and the
+  // set of times is closed.
   bool ever() const {
     if ((*this)(AlgebraicTime::start()) || (*this)(AlgebraicTime::end())) return true;
     for (const auto* curves : {&sides, &corners})
@@ -113,20 +117,24 @@ bool exactly_meet_vertex_face(const MovingPoints& points) {
 bool exactly_meet_edge_edge(const MovingPoints& points) {
   const std::array<Curve, 4> p = integer_points(points);
   const Curve a = p[1] - p[0], b = p[3] - p[2], w = p[0] - p[2], wa = p[1] - p[2], wb = p[0] - p[3];
-  // w + s a - t b = 0 with s = (b x w) / (a x b), t = (a x w) / (a x b), and the shares of the other ends.
-  const Inside inside{{cross(b, w), cross(wa, b), cross(a, w), cross(wb, a)}, {w, wa, wb, p[1] - p[3]}};
+  // w + s a - t b = 0 with s = (b x w) / (a x b), t = (a x w) / (a x b), and the shares of the
+  // other ends.
+  const Inside inside{{cross(b, w), cross(wa, b), cross(a, w), cross(wb, a)},
+                      {w, wa, wb, p[1] - p[3]}};
   return meet(dot(w, cross(a, b)), inside);
 }
 
 ExactImpact exact_continuous_vertex_face(const MovingPoints& points) {
   const Decision decision = decide_vertex_face(points);
-  const bool hit = decision.proof == Proof::Meet || (decision.proof == Proof::Open && exactly_meet_vertex_face(points));
+  const bool hit = decision.proof == Proof::Meet ||
+                   (decision.proof == Proof::Open && exactly_meet_vertex_face(points));
   return hit ? ExactImpact{true, decision.time} : ExactImpact{};
 }
 
 ExactImpact exact_continuous_edge_edge(const MovingPoints& points) {
   const Decision decision = decide_edge_edge(points);
-  const bool hit = decision.proof == Proof::Meet || (decision.proof == Proof::Open && exactly_meet_edge_edge(points));
+  const bool hit = decision.proof == Proof::Meet ||
+                   (decision.proof == Proof::Open && exactly_meet_edge_edge(points));
   return hit ? ExactImpact{true, decision.time} : ExactImpact{};
 }
 

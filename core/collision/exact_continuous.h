@@ -1,6 +1,7 @@
-// The exact verdict of a continuous test: do a vertex and a face, or two edges, touch at any time in [0, 1] while their
-// points move on straight lines? Touching counts; everything may be degenerate. Integers without rounding: slow (some 10 to
-// 100 us), for queries that floating point leaves open.
+// The exact verdict of a continuous test: do a vertex and a face, or two edges, touch at any time
+// in [0, 1] while their points move on straight lines? Touching counts; everything may be
+// degenerate. Integers without rounding: slow (some 10 to 100 us), for queries that floating point
+// leaves open.
 #pragma once
 
 #include "core/collision/continuous.h"

@@ -11,7 +11,8 @@ namespace {
 
 int sign(double x) { return (x > 0.0) - (x < 0.0); }
 
-// A number as the exact sum of doubles that do not overlap, ascending in magnitude; the last one has its sign.
+// A number as the exact sum of doubles that do not overlap, ascending in magnitude; the last one
+// has its sign.
 template <int Capacity>
 struct Expansion {
   std::array<double, Capacity> part;
@@ -99,7 +100,8 @@ Expansion<N> negated(Expansion<N> e) {
 
 using Difference = Expansion<2>;
 
-Expansion<16> minor_of(const Difference& a, const Difference& b, const Difference& c, const Difference& d) {
+Expansion<16> minor_of(const Difference& a, const Difference& b, const Difference& c,
+                       const Difference& d) {
   return add(multiply(a, d), negated(multiply(b, c)));
 }
 
@@ -116,13 +118,17 @@ int exact_orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d
   return add(add(x, y), z).sign_of();
 }
 
-// Exact: p and q lie on one side of the line of the other two, or on it (in the plane left by `dropped`).
-bool segments_meet_in_plane(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s, int dropped) {
+// Exact: p and q lie on one side of the line of the other two, or on it (in the plane left by
+// `dropped`).
+bool segments_meet_in_plane(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s,
+                            int dropped) {
   const int a = orientation_in_plane(p, q, r, dropped), b = orientation_in_plane(p, q, s, dropped);
   const int c = orientation_in_plane(r, s, p, dropped), d = orientation_in_plane(r, s, q, dropped);
   if (a == 0 && b == 0 && c == 0 && d == 0) {
     for (int k = 0; k < 3; ++k)
-      if (std::max(p[k], q[k]) < std::min(r[k], s[k]) || std::max(r[k], s[k]) < std::min(p[k], q[k])) return false;
+      if (std::max(p[k], q[k]) < std::min(r[k], s[k]) ||
+          std::max(r[k], s[k]) < std::min(p[k], q[k]))
+        return false;
     return true;
   }
   return a * b <= 0 && c * d <= 0;
@@ -135,7 +141,8 @@ bool inside_in_plane(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c,
 }
 
 // p, q against the triangle a, b, c; the signs are those of p and q about its plane, not both zero.
-bool segment_meets_triangle(const Vec3& p, const Vec3& q, int side_p, int side_q, const Vec3& a, const Vec3& b, const Vec3& c) {
+bool segment_meets_triangle(const Vec3& p, const Vec3& q, int side_p, int side_q, const Vec3& a,
+                            const Vec3& b, const Vec3& c) {
   if (side_p * side_q > 0) return false;
   const int x = orientation(p, q, a, b), y = orientation(p, q, b, c), z = orientation(p, q, c, a);
   return (x >= 0 && y >= 0 && z >= 0) || (x <= 0 && y <= 0 && z <= 0);
@@ -154,12 +161,15 @@ int orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   const double ux = a[0] - d[0], uy = a[1] - d[1], uz = a[2] - d[2];
   const double vx = b[0] - d[0], vy = b[1] - d[1], vz = b[2] - d[2];
   const double wx = c[0] - d[0], wy = c[1] - d[1], wz = c[2] - d[2];
-  const double vw_x = vy * wz, wv_x = vz * wy, vw_y = vz * wx, wv_y = vx * wz, vw_z = vx * wy, wv_z = vy * wx;
+  const double vw_x = vy * wz, wv_x = vz * wy, vw_y = vz * wx, wv_y = vx * wz, vw_z = vx * wy,
+               wv_z = vy * wx;
   const double determinant = ux * (vw_x - wv_x) + uy * (vw_y - wv_y) + uz * (vw_z - wv_z);
-  const double permanent = std::abs(ux) * (std::abs(vw_x) + std::abs(wv_x)) + std::abs(uy) * (std::abs(vw_y) + std::abs(wv_y)) +
+  const double permanent = std::abs(ux) * (std::abs(vw_x) + std::abs(wv_x)) +
+                           std::abs(uy) * (std::abs(vw_y) + std::abs(wv_y)) +
                            std::abs(uz) * (std::abs(vw_z) + std::abs(wv_z));
   // Eight roundings at most in each of the products' chains; Shewchuk's bound is (7 + 56 e) e.
-  if (std::abs(determinant) > 8.0 * std::numeric_limits<double>::epsilon() * permanent) return sign(determinant);
+  if (std::abs(determinant) > 8.0 * std::numeric_limits<double>::epsilon() * permanent)
+    return sign(determinant);
   return exact_orientation(a, b, c, d);
 }
 
@@ -167,12 +177,16 @@ int orientation_in_plane(const Vec3& a, const Vec3& b, const Vec3& c, int droppe
   const int i = (dropped + 1) % 3, j = (dropped + 2) % 3;
   const double left = (a[i] - c[i]) * (b[j] - c[j]), right = (a[j] - c[j]) * (b[i] - c[i]);
   const double determinant = left - right;
-  if (std::abs(determinant) > 4.0 * std::numeric_limits<double>::epsilon() * (std::abs(left) + std::abs(right)))
+  if (std::abs(determinant) >
+      4.0 * std::numeric_limits<double>::epsilon() * (std::abs(left) + std::abs(right)))
     return sign(determinant);
-  return minor_of(difference(a[i], c[i]), difference(a[j], c[j]), difference(b[i], c[i]), difference(b[j], c[j])).sign_of();
+  return minor_of(difference(a[i], c[i]), difference(a[j], c[j]), difference(b[i], c[i]),
+                  difference(b[j], c[j]))
+      .sign_of();
 }
 
-bool triangles_meet(const Vec3& a0, const Vec3& a1, const Vec3& a2, const Vec3& b0, const Vec3& b1, const Vec3& b2) {
+bool triangles_meet(const Vec3& a0, const Vec3& a1, const Vec3& a2, const Vec3& b0, const Vec3& b1,
+                    const Vec3& b2) {
   const std::array<Vec3, 3> a = {a0, a1, a2}, b = {b0, b1, b2};
   const int dropped_a = dropped_coordinate(a0, a1, a2), dropped_b = dropped_coordinate(b0, b1, b2);
   if (dropped_a < 0 && dropped_b < 0) return false;
@@ -183,8 +197,10 @@ bool triangles_meet(const Vec3& a0, const Vec3& a1, const Vec3& a2, const Vec3& 
     if (side_b[0] != 0) return false;
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j)
-        if (segments_meet_in_plane(a[i], a[(i + 1) % 3], b[j], b[(j + 1) % 3], dropped_a)) return true;
-    return inside_in_plane(b0, a0, a1, a2, dropped_a) || (dropped_b >= 0 && inside_in_plane(a0, b0, b1, b2, dropped_a));
+        if (segments_meet_in_plane(a[i], a[(i + 1) % 3], b[j], b[(j + 1) % 3], dropped_a))
+          return true;
+    return inside_in_plane(b0, a0, a1, a2, dropped_a) ||
+           (dropped_b >= 0 && inside_in_plane(a0, b0, b1, b2, dropped_a));
   }
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3;
@@ -201,7 +217,9 @@ bool triangles_meet(const Vec3& a0, const Vec3& a1, const Vec3& a2, const Vec3& 
   for (int i = 0; i < 3; ++i) side_a[i] = orientation(b0, b1, b2, a[i]);
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3;
-    if ((side_a[i] != 0 || side_a[j] != 0) && segment_meets_triangle(a[i], a[j], side_a[i], side_a[j], b0, b1, b2)) return true;
+    if ((side_a[i] != 0 || side_a[j] != 0) &&
+        segment_meets_triangle(a[i], a[j], side_a[i], side_a[j], b0, b1, b2))
+      return true;
   }
   return false;
 }

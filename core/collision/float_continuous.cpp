@@ -14,7 +14,8 @@ namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 constexpr int n_sides = 4;  // a triangle's first one counts twice
-constexpr int n_packs = 2;  // of lanes, for sides x coordinates: lane 4 k + i is coordinate k of side i; four lanes are unused
+constexpr int n_packs = 2;  // of lanes, for sides x coordinates: lane 4 k + i is coordinate k of
+                            // side i; four lanes are unused
 
 struct Polygon {
   double start[n_sides][3], end[n_sides][3];  // corners, each coordinate with one rounding
@@ -35,7 +36,8 @@ LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves& curves) {
   double size[n_corners];
   for (int i = 0; i < n_corners; ++i) {
     size[i] = 0.0;
-    for (int k = 0; k < 3; ++k) size[i] = std::max({size[i], std::abs(p.start[i][k]), std::abs(p.end[i][k])});
+    for (int k = 0; k < 3; ++k)
+      size[i] = std::max({size[i], std::abs(p.start[i][k]), std::abs(p.end[i][k])});
   }
   for (int side_i = 0; side_i < n_sides; ++side_i) {
     const int i = side_i % n_corners, j = (i + 1) % n_corners;
@@ -66,8 +68,10 @@ LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves& curves) {
   curves.volume[3] = s[2][1];
   // Coefficients: 48 epsilon; pieces: 24 epsilon.
   curves.volume_error = 80.0 * epsilon * size[0] * size[1] * size[2];
-  const double least = *std::min_element(size, size + n_corners), most = *std::max_element(size, size + n_corners);
-  return least > 1e-130 && most < 1e140 && curves.volume_error > 1e-280 && curves.volume_error < 1e280;
+  const double least = *std::min_element(size, size + n_corners),
+               most = *std::max_element(size, size + n_corners);
+  return least > 1e-130 && most < 1e140 && curves.volume_error > 1e-280 &&
+         curves.volume_error < 1e280;
 }
 
 // Bernstein coefficients over [low, high].
@@ -75,10 +79,12 @@ LOOMSTONE_INLINE std::array<double, 4> volume_over(const Curves& curves, double 
   const double l = 1.0 - low, h = 1.0 - high;
   const double* const c = curves.volume;
   // Quadratic blossoms of the two ends first: b(low, low, .), b(low, high, .), b(high, high, .).
-  const double ll[2] = {l * l * c[0] + 2.0 * (l * low) * c[1] + low * low * c[2], l * l * c[1] + 2.0 * (l * low) * c[2] + low * low * c[3]};
+  const double ll[2] = {l * l * c[0] + 2.0 * (l * low) * c[1] + low * low * c[2],
+                        l * l * c[1] + 2.0 * (l * low) * c[2] + low * low * c[3]};
   const double hh[2] = {h * h * c[0] + 2.0 * (h * high) * c[1] + high * high * c[2],
                         h * h * c[1] + 2.0 * (h * high) * c[2] + high * high * c[3]};
-  return {l * ll[0] + low * ll[1], h * ll[0] + high * ll[1], l * hh[0] + low * hh[1], h * hh[0] + high * hh[1]};
+  return {l * ll[0] + low * ll[1], h * ll[0] + high * ll[1], l * hh[0] + low * hh[1],
+          h * hh[0] + high * hh[1]};
 }
 
 struct Sides {
@@ -93,13 +99,15 @@ LOOMSTONE_INLINE unsigned lane_bits(const decltype(Lanes{} < Lanes{})& mask) {
 
 LOOMSTONE_INLINE Sides sides_over(const Curves& curves, double low, double high) {
   const double l = 1.0 - low, h = 1.0 - high;
-  const double weight[3][3] = {{l * l, 2.0 * (l * low), low * low}, {l * h, l * high + low * h, low * high}, {h * h, 2.0 * (h * high), high * high}};
+  const double weight[3][3] = {{l * l, 2.0 * (l * low), low * low},
+                               {l * h, l * high + low * h, low * high},
+                               {h * h, 2.0 * (h * high), high * high}};
   Sides sides = {0, 0};
   for (int pack = 0; pack < n_packs; ++pack) {
     decltype(Lanes{} < Lanes{}) positive, negative;
     for (int i = 0; i < 3; ++i) {
-      const Lanes value =
-          weight[i][0] * curves.side[0][pack] + weight[i][1] * curves.side[1][pack] + weight[i][2] * curves.side[2][pack];
+      const Lanes value = weight[i][0] * curves.side[0][pack] +
+                          weight[i][1] * curves.side[1][pack] + weight[i][2] * curves.side[2][pack];
       const auto above = value > curves.side_error[pack], below = value < -curves.side_error[pack];
       positive = i == 0 ? above : positive & above;
       negative = i == 0 ? below : negative & below;
@@ -112,7 +120,8 @@ LOOMSTONE_INLINE Sides sides_over(const Curves& curves, double low, double high)
 
 template <int n_corners>
 LOOMSTONE_INLINE Decision decide(const Polygon& polygon) {
-  // Pieces are whole numbers of the shortest ones, which are left open: what needs more is mostly degenerate and would never end.
+  // Pieces are whole numbers of the shortest ones, which are left open: what needs more is mostly
+  // degenerate and would never end.
   constexpr std::uint64_t step = std::uint64_t{1} << 40;
   constexpr int most_pieces = 160;
   Curves curves;
@@ -131,7 +140,8 @@ LOOMSTONE_INLINE Decision decide(const Polygon& polygon) {
       const Sides sides = sides_over(curves, low, high);
       bool inside = false;
       for (int k = 0; k < 3; ++k) {
-        const unsigned positive = (sides.positive >> (4 * k)) & 15u, negative = (sides.negative >> (4 * k)) & 15u;
+        const unsigned positive = (sides.positive >> (4 * k)) & 15u,
+                       negative = (sides.negative >> (4 * k)) & 15u;
         apart = apart || (positive && negative);
         inside = inside || positive == 15u || negative == 15u;
       }
@@ -156,7 +166,8 @@ LOOMSTONE_INLINE Decision decide(const Polygon& polygon) {
       first_open = std::min(first_open, low);
     }
     begin += width;
-    if (begin == step) return first_open < 1.0 ? Decision{Proof::Open, first_open} : Decision{Proof::Apart, 1.0};
+    if (begin == step)
+      return first_open < 1.0 ? Decision{Proof::Open, first_open} : Decision{Proof::Apart, 1.0};
     width = begin & (~begin + 1);  // as wide as its place allows
   }
   return {Proof::Open, std::min(low, first_open)};  // low of the last piece, which is open or apart

@@ -2,7 +2,8 @@
 
 namespace loomstone {
 
-bool place_body(const CollisionModel& model, const FreeBody& body, const RigidPose& pose, Points& x) {
+bool place_body(const CollisionModel& model, const FreeBody& body, const RigidPose& pose,
+                Points& x) {
   const CollisionSurface& surface = model.surfaces[body.surface];
   auto rows = x.middleRows(surface.first_vertex, surface.n_vertices);
   const Points before = rows;

@@ -9,13 +9,15 @@
 namespace loomstone {
 
 struct FreeBody {
-  Index surface = -1;                    // of the collision model
-  const Points* local = nullptr;         // (k x 3) its vertices from the centre of mass, own axes [m]
-  double inverse_mass = 0.0;             // [1/kg]
-  Mat3 inverse_inertia = Mat3::Zero();   // about the centre, world axes, at the start [1/(kg m^2)]
-  bool supported = false;                // presses on what does not give way: clean-up takes it for as heavy as that
-  RigidPose start, end;                  // of the centre of mass; the end is what may change
-  // How the end was moved and turned in all: divided by h they are the changes of velocity and angular velocity.
+  Index surface = -1;             // of the collision model
+  const Points* local = nullptr;  // (k x 3) its vertices from the centre of mass, own axes [m]
+  double inverse_mass = 0.0;      // [1/kg]
+  Mat3 inverse_inertia = Mat3::Zero();  // about the centre, world axes, at the start [1/(kg m^2)]
+  bool supported =
+      false;  // presses on what does not give way: clean-up takes it for as heavy as that
+  RigidPose start, end;  // of the centre of mass; the end is what may change
+  // How the end was moved and turned in all: divided by h they are the changes of velocity and
+  // angular velocity.
   Vec3 moved = Vec3::Zero();   // [m]
   Vec3 turned = Vec3::Zero();  // [rad]
 };
@@ -30,6 +32,7 @@ inline Index body_of_vertex(const CollisionModel& model, const FreeBodies& bodie
 }
 
 // Writes the vertices of `pose` into x. True where a bit changed.
-bool place_body(const CollisionModel& model, const FreeBody& body, const RigidPose& pose, Points& x);
+bool place_body(const CollisionModel& model, const FreeBody& body, const RigidPose& pose,
+                Points& x);
 
 }  // namespace loomstone

@@ -21,21 +21,24 @@ bool neighbours(const CollisionModel& model, ContactKind kind, Index first, Inde
   return false;
 }
 
-bool by_a(const Anchor& x, const Anchor& y) { return std::tie(x.kind, x.a, x.b) < std::tie(y.kind, y.a, y.b); }
+bool by_a(const Anchor& x, const Anchor& y) {
+  return std::tie(x.kind, x.a, x.b) < std::tie(y.kind, y.a, y.b);
+}
 
 // Anchors of edges by their second edge: (b, position), ascending.
 std::vector<std::pair<Index, Index>> by_second_edge(const std::vector<Anchor>& anchors) {
   std::vector<std::pair<Index, Index>> order;
   for (std::size_t i = 0; i < anchors.size(); ++i)
-    if (anchors[i].kind == ContactKind::EdgeEdge) order.push_back({anchors[i].b, static_cast<Index>(i)});
+    if (anchors[i].kind == ContactKind::EdgeEdge)
+      order.push_back({anchors[i].b, static_cast<Index>(i)});
   std::sort(order.begin(), order.end());
   return order;
 }
 
 }  // namespace
 
-FrictionResponse friction_response(const Vec3& slip, const Vec3& predicted, const Mat3& tangent, double stiffness,
-                                   double limit) {
+FrictionResponse friction_response(const Vec3& slip, const Vec3& predicted, const Mat3& tangent,
+                                   double stiffness, double limit) {
   if (!(limit > 0.0)) return {Vec3::Zero(), Mat3::Zero()};
   const Vec3 trial = stiffness * (slip + predicted);
   const double size = trial.norm();
@@ -45,19 +48,21 @@ FrictionResponse friction_response(const Vec3& slip, const Vec3& predicted, cons
   return {limit / size * trial - secant * predicted, secant * tangent};
 }
 
-Vec3 sped_up(const Vec3& slip, const Vec3& predicted, const Vec3& gained, double stiffness, double limit) {
+Vec3 sped_up(const Vec3& slip, const Vec3& predicted, const Vec3& gained, double stiffness,
+             double limit) {
   const double size2 = predicted.squaredNorm();
   if (!(size2 > 0.0) || !(slip.dot(predicted) > 0.0)) return predicted;
   if (stiffness * (slip + predicted).norm() <= limit) return predicted;  // sticks
   return (1.0 + std::clamp(gained.dot(predicted) / size2, 0.0, 1.0)) * predicted;
 }
 
-FrictionState friction_at(const Vec3& slip, const Vec3& moved, const Mat3& tangent, double stiffness, double limit,
-                          bool secant) {
+FrictionState friction_at(const Vec3& slip, const Vec3& moved, const Mat3& tangent,
+                          double stiffness, double limit, bool secant) {
   if (!(limit > 0.0)) return {Vec3::Zero(), Mat3::Zero(), 0.0};
   const Vec3 stretch = slip + moved;
   const double length = stretch.norm();
-  if (stiffness * length <= limit) return {stiffness * stretch, stiffness * tangent, 0.5 * stiffness * length * length};
+  if (stiffness * length <= limit)
+    return {stiffness * stretch, stiffness * tangent, 0.5 * stiffness * length * length};
   const Vec3 along = stretch / length;
   const Mat3 turning = secant ? tangent : Mat3(tangent - along * along.transpose());
   return {limit * along, limit / length * turning, limit * (length - 0.5 * limit / stiffness)};
@@ -95,7 +100,8 @@ std::vector<Vec3> anchored_slips(const std::vector<Contact>& contacts, const Col
         consider(*from, from->b, contact.b);
       if (contact.kind == ContactKind::EdgeEdge) {
         if (turned.empty()) turned = by_second_edge(anchors);
-        auto other = std::lower_bound(turned.begin(), turned.end(), std::pair<Index, Index>(contact.b, -1));
+        auto other =
+            std::lower_bound(turned.begin(), turned.end(), std::pair<Index, Index>(contact.b, -1));
         for (; other != turned.end() && other->first == contact.b; ++other)
           consider(anchors[other->second], anchors[other->second].a, contact.a);
       }

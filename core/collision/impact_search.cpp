@@ -8,21 +8,25 @@ namespace loomstone {
 
 namespace {
 
-Impact test_pair(ContactKind kind, const std::array<Index, 4>& v, const Points& x0, const Points& x1) {
+Impact test_pair(ContactKind kind, const std::array<Index, 4>& v, const Points& x0,
+                 const Points& x1) {
   MovingPoints q;
   for (int i = 0; i < 4; ++i) {
     q[i] = x0.row(v[i]).transpose();
     q[4 + i] = x1.row(v[i]).transpose();
   }
-  return kind == ContactKind::VertexFace ? continuous_vertex_face_above_gap(q) : continuous_edge_edge_above_gap(q);
+  return kind == ContactKind::VertexFace ? continuous_vertex_face_above_gap(q)
+                                         : continuous_edge_edge_above_gap(q);
 }
 
 }  // namespace
 
-ImpactSearch::ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase, NearLists& lists, const Tangle& tangle)
+ImpactSearch::ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase, NearLists& lists,
+                           const Tangle& tangle)
     : model_(model), broad_phase_(broad_phase), lists_(lists), tangle_(tangle) {}
 
-std::vector<StepImpact> ImpactSearch::find(const Team& team, const Points& x0, const Points& x1, const Vector& inverse_mass,
+std::vector<StepImpact> ImpactSearch::find(const Team& team, const Points& x0, const Points& x1,
+                                           const Vector& inverse_mass,
                                            const std::vector<std::uint8_t>* changed) {
   constexpr Index grain = 64;
   travel_.resize(model_.n_vertices);
@@ -31,10 +35,13 @@ std::vector<StepImpact> ImpactSearch::find(const Team& team, const Points& x0, c
 
   // Is the pair worth testing? Lets every pair through that is not surely irrelevant.
   const auto concerned = [&](const std::array<Index, 4>& v) {
-    if (changed && !((*changed)[v[0]] | (*changed)[v[1]] | (*changed)[v[2]] | (*changed)[v[3]])) return false;
-    return inverse_mass[v[0]] > 0.0 || inverse_mass[v[1]] > 0.0 || inverse_mass[v[2]] > 0.0 || inverse_mass[v[3]] > 0.0;
+    if (changed && !((*changed)[v[0]] | (*changed)[v[1]] | (*changed)[v[2]] | (*changed)[v[3]]))
+      return false;
+    return inverse_mass[v[0]] > 0.0 || inverse_mass[v[1]] > 0.0 || inverse_mass[v[2]] > 0.0 ||
+           inverse_mass[v[3]] > 0.0;
   };
-  const auto hits = [&](ContactKind kind, PairKey key, const std::array<Index, 4>& v, Impact& impact) {
+  const auto hits = [&](ContactKind kind, PairKey key, const std::array<Index, 4>& v,
+                        Impact& impact) {
     impact = test_pair(kind, v, x0, x1);
     return impact.hit && !impact.touching && !tangle_.leaves_out(kind, key, v);
   };
@@ -47,7 +54,8 @@ std::vector<StepImpact> ImpactSearch::find(const Team& team, const Points& x0, c
   parallel_ranges(team, n, grain, [&](Index begin, Index end) {
     for (Index l = begin; l < end; ++l) {
       const NearList& list = lists[l];
-      // Too far apart at the start to come near (closest points have no larger travel than their corners).
+      // Too far apart at the start to come near (closest points have no larger travel than their
+      // corners).
       const double reach = 1.01 * largest_gap_floor + list.used;
       if (list.change + reach < list.nearest) continue;
       for (std::size_t i = 0; i < list.near.size(); ++i) {
@@ -66,7 +74,8 @@ std::vector<StepImpact> ImpactSearch::find(const Team& team, const Points& x0, c
     }
   });
   std::vector<StepImpact> impacts;
-  for (const std::vector<StepImpact>& range : of_range) impacts.insert(impacts.end(), range.begin(), range.end());
+  for (const std::vector<StepImpact>& range : of_range)
+    impacts.insert(impacts.end(), range.begin(), range.end());
 
   if (const std::vector<Index> unlisted = lists_.unlisted(); !unlisted.empty()) {
     std::vector<FeaturePairs> found;
@@ -82,7 +91,8 @@ std::vector<StepImpact> ImpactSearch::find(const Team& team, const Points& x0, c
         found);
     for (const Index i : unlisted)
       for (const ContactKind kind : {ContactKind::VertexFace, ContactKind::EdgeEdge})
-        for (const PairKey key : kind == ContactKind::VertexFace ? found[i].vertex_face : found[i].edge_edge) {
+        for (const PairKey key :
+             kind == ContactKind::VertexFace ? found[i].vertex_face : found[i].edge_edge) {
           const std::array<Index, 4> v = pair_vertices(model_, kind, key);
           impacts.push_back({kind, key, i, v, test_pair(kind, v, x0, x1)});
         }

@@ -1,4 +1,5 @@
-// All impacts of a step: pairs of features that come closer than the floor under gaps while x0 -> x1.
+// All impacts of a step: pairs of features that come closer than the floor under gaps while x0 ->
+// x1.
 #pragma once
 
 #include <vector>
@@ -12,19 +13,22 @@ namespace loomstone {
 struct StepImpact {
   ContactKind kind;
   PairKey key;
-  Index pair;                     // of surfaces
+  Index pair;  // of surfaces
   std::array<Index, 4> vertices;
   Impact impact;
 };
 
 class ImpactSearch {
  public:
-  ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase, NearLists& lists, const Tangle& tangle);
+  ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase, NearLists& lists,
+               const Tangle& tangle);
 
-  // Sorted by (kind, a, b). Left out are pairs that touch at x0 already, pairs of which no vertex has an inverse mass, and
-  // features of triangles that intersect at x0 (those of the tangle).
-  // With `changed` (n) only pairs with a changed vertex are looked at. The lists are brought up to x0 where they are not.
-  std::vector<StepImpact> find(const Team& team, const Points& x0, const Points& x1, const Vector& inverse_mass,
+  // Sorted by (kind, a, b). Left out are pairs that touch at x0 already, pairs of which no vertex
+  // has an inverse mass, and features of triangles that intersect at x0 (those of the tangle). With
+  // `changed` (n) only pairs with a changed vertex are looked at. The lists are brought up to x0
+  // where they are not.
+  std::vector<StepImpact> find(const Team& team, const Points& x0, const Points& x1,
+                               const Vector& inverse_mass,
                                const std::vector<std::uint8_t>* changed);
 
  private:

@@ -16,8 +16,11 @@ Mat3 cross_matrix(const Vec3& v) {
 // Inverse of K restricted to the plane across n; K is positive definite.
 Mat3 tangential_inverse(const Mat3& k, const Vec3& n) {
   const Vec3 a = n.unitOrthogonal(), b = n.cross(a);
-  const double aa = a.dot(k * a), ab = a.dot(k * b), bb = b.dot(k * b), determinant = aa * bb - ab * ab;
-  return (bb * a * a.transpose() - ab * (a * b.transpose() + b * a.transpose()) + aa * b * b.transpose()) / determinant;
+  const double aa = a.dot(k * a), ab = a.dot(k * b), bb = b.dot(k * b),
+               determinant = aa * bb - ab * ab;
+  return (bb * a * a.transpose() - ab * (a * b.transpose() + b * a.transpose()) +
+          aa * b * b.transpose()) /
+         determinant;
 }
 
 }  // namespace
@@ -59,8 +62,8 @@ bool Impulses::prepare(ImpulseContact& c, const Points& x0, const Points& x1, do
   return true;
 }
 
-void Impulses::solve(std::vector<ImpulseContact>& contacts, const Points& x0, Points& x1, int most_sweeps,
-                     double tolerance) {
+void Impulses::solve(std::vector<ImpulseContact>& contacts, const Points& x0, Points& x1,
+                     int most_sweeps, double tolerance) {
   struct Change {
     Vec3 moved = Vec3::Zero(), turned = Vec3::Zero();
   };
@@ -73,13 +76,16 @@ void Impulses::solve(std::vector<ImpulseContact>& contacts, const Points& x0, Po
         end += c.weights[k] * x1.row(c.vertices[k]).transpose();
         start += c.weights[k] * x0.row(c.vertices[k]).transpose();
       }
-      if (c.body >= 0) end += c.body_weight * (changes[c.body].moved + changes[c.body].turned.cross(c.arm));
-      const double lack = std::clamp(c.target - c.normal.dot(end), -c.largest_change, c.largest_change);
+      if (c.body >= 0)
+        end += c.body_weight * (changes[c.body].moved + changes[c.body].turned.cross(c.arm));
+      const double lack =
+          std::clamp(c.target - c.normal.dot(end), -c.largest_change, c.largest_change);
       const double pressed = std::max(0.0, c.pressed + lack / c.normal_inverse_mass);
       Vec3 impulse = (pressed - c.pressed) * c.normal;
       c.pressed = pressed;
 
-      // Coulomb: the tangential impulse that stops the relative motion, no larger than mu times the normal one.
+      // Coulomb: the tangential impulse that stops the relative motion, no larger than mu times the
+      // normal one.
       const Vec3 moved = end - start;
       Vec3 dragged = c.dragged - c.tangential_mass * moved;
       const double size = dragged.norm(), limit = c.friction * c.pressed;

@@ -1,5 +1,5 @@
-// Integers of any size, for the few decisions that floating point leaves open. Sign and magnitude; only what polynomials of
-// low degree need.
+// Integers of any size, for the few decisions that floating point leaves open. Sign and magnitude;
+// only what polynomials of low degree need.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,9 @@ class Integer {
  public:
   Integer() = default;
   Integer(std::int64_t value) : negative_(value < 0) {
-    if (value != 0) limbs_.push(value < 0 ? -static_cast<std::uint64_t>(value) : static_cast<std::uint64_t>(value));
+    if (value != 0)
+      limbs_.push(value < 0 ? -static_cast<std::uint64_t>(value)
+                            : static_cast<std::uint64_t>(value));
   }
 
   int sign() const { return limbs_.size() == 0 ? 0 : negative_ ? -1 : 1; }
@@ -46,7 +48,8 @@ class Integer {
     for (std::size_t i = 0; i < n; ++i) {
       std::uint64_t carry = 0;
       for (std::size_t j = 0; j < m; ++j) {
-        const Wide product = static_cast<Wide>(a.limbs_[i]) * b.limbs_[j] + result.limbs_[i + j] + carry;
+        const Wide product =
+            static_cast<Wide>(a.limbs_[i]) * b.limbs_[j] + result.limbs_[i + j] + carry;
         result.limbs_[i + j] = static_cast<std::uint64_t>(product);
         carry = static_cast<std::uint64_t>(product >> 64);
       }
@@ -59,12 +62,15 @@ class Integer {
  private:
   __extension__ using Wide = unsigned __int128;
 
-  // From the lowest up, the highest not zero; the first ones in place, all on the heap where there are more.
+  // From the lowest up, the highest not zero; the first ones in place, all on the heap where there
+  // are more.
   class Limbs {
    public:
     Limbs() {}
     Limbs(const Limbs& other) : size_(other.size_), heap_(other.heap_) { copy(other); }
-    Limbs(Limbs&& other) noexcept : size_(other.size_), heap_(std::move(other.heap_)) { copy(other); }
+    Limbs(Limbs&& other) noexcept : size_(other.size_), heap_(std::move(other.heap_)) {
+      copy(other);
+    }
     Limbs& operator=(const Limbs& other) {
       size_ = other.size_;
       heap_ = other.heap_;
@@ -123,7 +129,8 @@ class Integer {
     std::uint64_t carry = 0;
     for (std::size_t i = 0; i < large.size(); ++i) {
       const std::uint64_t other = i < small.size() ? small[i] : 0;
-      const Wide value = add ? static_cast<Wide>(large[i]) + other + carry : static_cast<Wide>(large[i]) - other - carry;
+      const Wide value = add ? static_cast<Wide>(large[i]) + other + carry
+                             : static_cast<Wide>(large[i]) - other - carry;
       result.limbs_.push(static_cast<std::uint64_t>(value));
       carry = static_cast<std::uint64_t>(value >> 64) & 1u;
     }

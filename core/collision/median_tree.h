@@ -1,4 +1,5 @@
-// Pairs of overlapping boxes by a plain binary tree: for counts that judge the rest of this module and for rare work.
+// Pairs of overlapping boxes by a plain binary tree: for counts that judge the rest of this module
+// and for rare work.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +21,8 @@ struct Box {
 inline std::vector<Box> triangle_boxes(const Points& points, const Triangles& triangles) {
   std::vector<Box> boxes(triangles.rows());
   for (Index t = 0; t < triangles.rows(); ++t) {
-    const Vec3 a = points.row(triangles(t, 0)), b = points.row(triangles(t, 1)), c = points.row(triangles(t, 2));
+    const Vec3 a = points.row(triangles(t, 0)), b = points.row(triangles(t, 1)),
+               c = points.row(triangles(t, 2));
     boxes[t] = {a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)};
   }
   return boxes;
@@ -49,7 +51,9 @@ class MedianTree {
           for (Index j = a == b ? i + 1 : second.begin; j < second.end; ++j)
             if (items_[order_[i]].meets(items_[order_[j]])) visit(order_[i], order_[j]);
       } else if (a == b) {
-        stack.insert(stack.end(), {{first.left, first.left}, {first.right, first.right}, {first.left, first.right}});
+        stack.insert(
+            stack.end(),
+            {{first.left, first.left}, {first.right, first.right}, {first.left, first.right}});
       } else if (leaf_b || (!leaf_a && first.end - first.begin >= second.end - second.begin)) {
         stack.insert(stack.end(), {{first.left, b}, {first.right, b}});
       } else {
@@ -76,9 +80,11 @@ class MedianTree {
       int axis;
       (bounds.high - bounds.low).maxCoeff(&axis);
       const Index middle = (begin + end) / 2;
-      std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end, [&](Index i, Index j) {
-        return items_[i].low[axis] + items_[i].high[axis] < items_[j].low[axis] + items_[j].high[axis];
-      });
+      std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end,
+                       [&](Index i, Index j) {
+                         return items_[i].low[axis] + items_[i].high[axis] <
+                                items_[j].low[axis] + items_[j].high[axis];
+                       });
       const Index left = build(begin, middle), right = build(middle, end);
       nodes_[node].left = left;
       nodes_[node].right = right;

@@ -11,13 +11,14 @@ namespace loomstone {
 
 namespace {
 
-// A list is made to last so many steps of the present motion, within these bounds; boxes that clusters are searched with
-// hold so many steps of it, and a margin. Our choices, tuned on a draped sheet; only speed depends on them.
+// A list is made to last so many steps of the present motion, within these bounds; boxes that
+// clusters are searched with hold so many steps of it, and a margin. Our choices, tuned on a draped
+// sheet; only speed depends on them.
 constexpr double steps_to_last = 12.0;
 constexpr double least_slack = 0.2, most_slack = 2.5;  // [thickness]
 constexpr double most_slack_of_edge = 0.6;             // [mean edge]
 constexpr double steps_ahead = 3.0;
-constexpr double margin = 1.0;                         // [half the thickness]
+constexpr double margin = 1.0;  // [half the thickness]
 // Allowance for rounding of bounds that are summed over steps [m].
 constexpr double rounding = 1e-12;
 
@@ -41,8 +42,8 @@ bool before(const NearList& list, Index pair, PairKey clusters) {
 
 }  // namespace
 
-NearLists::NearLists(const CollisionModel& model, const std::vector<SurfacePair>& pairs, BroadPhase& broad_phase,
-                     std::size_t most_per_cluster)
+NearLists::NearLists(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
+                     BroadPhase& broad_phase, std::size_t most_per_cluster)
     : model_(model),
       pairs_(pairs),
       broad_phase_(broad_phase),
@@ -55,7 +56,8 @@ NearLists::NearLists(const CollisionModel& model, const std::vector<SurfacePair>
       unlisted_(pairs.size(), 0) {
   for (const SurfacePair& pair : pairs) {
     base_.push_back(std::max(pair.thickness, 1.02 * largest_gap_floor));
-    for (const Index s : {pair.a, pair.b}) inflation_[s] = std::max(inflation_[s], 0.5 * base_.back() + rounding);
+    for (const Index s : {pair.a, pair.b})
+      inflation_[s] = std::max(inflation_[s], 0.5 * base_.back() + rounding);
   }
 }
 
@@ -96,7 +98,8 @@ void NearLists::find_motions(const Team& team, const Points& x0, const Points& x
     parallel_for(
         team, n_clusters,
         [&](Index c) {
-          double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+          double low[3] = {INFINITY, INFINITY, INFINITY},
+                 high[3] = {-INFINITY, -INFINITY, -INFINITY};
           for (Index i = members.start[c]; i < members.start[c + 1]; ++i) {
             const Index v = members.vertices[i];
             for (int k = 0; k < 3; ++k) {
@@ -118,7 +121,8 @@ void NearLists::find_motions(const Team& team, const Points& x0, const Points& x
 }
 
 double NearLists::change_bound(const NearList& list) const {
-  const Motion &a = motions_[pairs_[list.pair].a][list.a], &b = motions_[pairs_[list.pair].b][list.b];
+  const Motion &a = motions_[pairs_[list.pair].a][list.a],
+               &b = motions_[pairs_[list.pair].b][list.b];
   return (a.radius + b.radius + (a.centre - b.centre).norm()) * (1.0 + 1e-12) + rounding;
 }
 
@@ -131,8 +135,10 @@ bool NearLists::as_expected(const Team& team, const Points& x) const {
     parallel_ranges(team, surface.n_vertices, 2048, [&](Index begin, Index end) {
       bool near = true;
       for (Index v = surface.first_vertex + begin; v < surface.first_vertex + end; ++v) {
-        const Eigen::RowVector3d along = to_.row(v) - from_.row(v), offset = x.row(v) - from_.row(v);
-        const double share = std::clamp(offset.dot(along) / std::max(along.squaredNorm(), 1e-300), 0.0, 1.0);
+        const Eigen::RowVector3d along = to_.row(v) - from_.row(v),
+                                 offset = x.row(v) - from_.row(v);
+        const double share =
+            std::clamp(offset.dot(along) / std::max(along.squaredNorm(), 1e-300), 0.0, 1.0);
         near &= (offset - share * along).squaredNorm() <= most2;
       }
       if (!near) all = false;
@@ -188,13 +194,16 @@ void NearLists::search(const Team& team, const Points& x1) {
   std::vector<PairKey> found;
   for (Index i = 0; i < static_cast<Index>(pairs_.size()); ++i) {
     const SurfacePair& pair = pairs_[i];
-    const std::size_t n_clusters = broad_phase_.tree(pair.a).n_clusters() + broad_phase_.tree(pair.b).n_clusters();
-    if (!unlisted_[i]) unlisted_[i] = !broad_phase_.cluster_pairs(team, i, most_per_cluster_ * n_clusters, found);
+    const std::size_t n_clusters =
+        broad_phase_.tree(pair.a).n_clusters() + broad_phase_.tree(pair.b).n_clusters();
+    if (!unlisted_[i])
+      unlisted_[i] = !broad_phase_.cluster_pairs(team, i, most_per_cluster_ * n_clusters, found);
     if (unlisted_[i]) continue;
     const bool known = !formed[pair.a] && !formed[pair.b];
     for (const PairKey clusters : found) {
       while (next < old.size() && before(old[next], i, clusters)) ++next;
-      if (known && next < old.size() && old[next].pair == i && pair_key(old[next].a, old[next].b) == clusters)
+      if (known && next < old.size() && old[next].pair == i &&
+          pair_key(old[next].a, old[next].b) == clusters)
         lists_.push_back(std::move(old[next++]));
       else
         lists_.push_back({.pair = i, .a = first_of(clusters), .b = second_of(clusters)});
@@ -206,32 +215,35 @@ void NearLists::make(NearList& list, PairSearch::Slots& slots) const {
   const SurfacePair& pair = pairs_[list.pair];
   const ClusterTree &a = broad_phase_.tree(pair.a), &b = broad_phase_.tree(pair.b);
   const double base = base_[list.pair];
-  const double wanted = std::clamp(steps_to_last * list.change, least_slack * pair.thickness, most_slack_[list.pair]);
+  const double wanted =
+      std::clamp(steps_to_last * list.change, least_slack * pair.thickness, most_slack_[list.pair]);
   list.slack = std::max(wanted, 1.5 * list.change);
   list.used = 0.0;
   list.near.clear();
   list.n_vertex_face = 0;
   list.nearest = std::numeric_limits<double>::infinity();
   if (&a != &b || list.a != list.b) {
-    const double gap = gap_between(a.leaf_boxes(list.a), list.a % slab_lanes, b.leaf_boxes(list.b), list.b % slab_lanes);
+    const double gap = gap_between(a.leaf_boxes(list.a), list.a % slab_lanes, b.leaf_boxes(list.b),
+                                   list.b % slab_lanes);
     if (gap > base + list.slack) {
       list.slack = gap - base;
       return;
     }
   }
   const double reach = base + list.slack;
-  PairSearch(a, b).features(list.a, list.b, reach + rounding, slots, [&](ContactKind kind, Index first, Index second) {
-    const PairKey key = pair_key(first, second);
-    if (broad_phase_.attached(kind, key)) return;
-    const std::array<Index, 4> v = pair_vertices(model_, kind, key);
-    FourPoints p;
-    for (int k = 0; k < 4; ++k) p[k] = x_.row(v[k]).transpose();
-    const double distance = distance_within(kind == ContactKind::VertexFace, p, reach);
-    if (!(distance <= reach)) return;
-    list.near.push_back({key, distance});
-    list.n_vertex_face += kind == ContactKind::VertexFace;
-    list.nearest = std::min(list.nearest, distance);
-  });
+  PairSearch(a, b).features(
+      list.a, list.b, reach + rounding, slots, [&](ContactKind kind, Index first, Index second) {
+        const PairKey key = pair_key(first, second);
+        if (broad_phase_.attached(kind, key)) return;
+        const std::array<Index, 4> v = pair_vertices(model_, kind, key);
+        FourPoints p;
+        for (int k = 0; k < 4; ++k) p[k] = x_.row(v[k]).transpose();
+        const double distance = distance_within(kind == ContactKind::VertexFace, p, reach);
+        if (!(distance <= reach)) return;
+        list.near.push_back({key, distance});
+        list.n_vertex_face += kind == ContactKind::VertexFace;
+        list.nearest = std::min(list.nearest, distance);
+      });
 }
 
 void NearLists::make(const Team& team, const std::vector<Index>& which) {
@@ -251,7 +263,8 @@ void NearLists::make(const Team& team, const std::vector<Index>& which) {
   const Index n = static_cast<Index>(which.size());
   parallel_tasks(team, (n + at_once - 1) / at_once, [&](Index task) {
     PairSearch::Slots slots;
-    for (Index i = task * at_once; i < std::min(n, (task + 1) * at_once); ++i) make(lists_[which[i]], slots);
+    for (Index i = task * at_once; i < std::min(n, (task + 1) * at_once); ++i)
+      make(lists_[which[i]], slots);
   });
 }
 
@@ -272,7 +285,8 @@ void NearLists::update(const Team& team, const Points& x) {
           sum += (x.row(model_.edges(e, 0)) - x.row(model_.edges(e, 1))).norm();
           ++n;
         }
-      most_slack_.push_back(std::max(most_slack * pair.thickness, n > 0 ? most_slack_of_edge * sum / n : 0.0));
+      most_slack_.push_back(
+          std::max(most_slack * pair.thickness, n > 0 ? most_slack_of_edge * sum / n : 0.0));
     }
   }
   const Points ahead = 2.0 * x - before;  // as far again as in the last step
@@ -288,11 +302,13 @@ void NearLists::update(const Team& team, const Points& x) {
     std::fill(unlisted_.begin(), unlisted_.end(), 0);
     search(team, ahead);
     find_motions(team, x, ahead);
-    parallel_for(team, static_cast<Index>(lists_.size()), [&](Index i) { lists_[i].change = change_bound(lists_[i]); });
+    parallel_for(team, static_cast<Index>(lists_.size()),
+                 [&](Index i) { lists_[i].change = change_bound(lists_[i]); });
   }
   // The negated comparisons also catch motions that are not numbers.
   make(team, ended(team, [&](const NearList& list) {
-         return !(list.used <= list.slack) || !(list.used + list.change <= list.slack + spare(list.pair));
+         return !(list.used <= list.slack) ||
+                !(list.used + list.change <= list.slack + spare(list.pair));
        }));
 }
 
@@ -301,14 +317,15 @@ void NearLists::cover(const Team& team, const Points& x1) {
   if (others) lists_.clear();
   if (others || (unlisted().size() < pairs_.size() && !as_expected(team, x1))) search(team, x1);
   find_motions(team, x_, x1);
-  parallel_for(team, static_cast<Index>(lists_.size()), [&](Index i) { lists_[i].change = change_bound(lists_[i]); });
+  parallel_for(team, static_cast<Index>(lists_.size()),
+               [&](Index i) { lists_[i].change = change_bound(lists_[i]); });
   make(team, ended(team, [&](const NearList& list) {
          return !(list.slack >= 0.0) || !(list.used + list.change <= list.slack + spare(list.pair));
        }));
 }
 
-// The lists that `ends` is true of, ascending. Before, pairs of surfaces of which many clusters move too far for lists are no
-// longer listed.
+// The lists that `ends` is true of, ascending. Before, pairs of surfaces of which many clusters
+// move too far for lists are no longer listed.
 template <class Ends>
 std::vector<Index> NearLists::ended(const Team& team, Ends&& ends) {
   constexpr Index grain = 1024;

@@ -1,5 +1,5 @@
-// Walks two cluster trees, or one with itself, depth first with an explicit stack, and finds exactly the pairs of features
-// whose own 18-DOPs overlap and which share no vertex, each once.
+// Walks two cluster trees, or one with itself, depth first with an explicit stack, and finds
+// exactly the pairs of features whose own 18-DOPs overlap and which share no vertex, each once.
 #pragma once
 
 #include <cstdint>
@@ -49,7 +49,8 @@ class PairSearch {
     }
   }
 
-  // Calls visit(kind, a, b) with the ids of vertex and face, or of two edges, for every pair below `start`.
+  // Calls visit(kind, a, b) with the ids of vertex and face, or of two edges, for every pair below
+  // `start`.
   template <class Visit>
   void run(const Nodes& start, Visit&& visit) const {
     Slots slots;
@@ -61,8 +62,10 @@ class PairSearch {
   void features(Index a, Index b, double reach, Slots& slots, Visit&& visit) const {
     slots.clear();
     meeting_slots(a, b, reach, slots);
-    for (const auto& [vertex, face] : slots.vertex_face) visit(ContactKind::VertexFace, vertex, b_->faces().id[face]);
-    for (const auto& [vertex, face] : slots.face_vertex) visit(ContactKind::VertexFace, vertex, a_->faces().id[face]);
+    for (const auto& [vertex, face] : slots.vertex_face)
+      visit(ContactKind::VertexFace, vertex, b_->faces().id[face]);
+    for (const auto& [vertex, face] : slots.face_vertex)
+      visit(ContactKind::VertexFace, vertex, a_->faces().id[face]);
     for (const auto& [first, second] : slots.edge_edge) {
       const Index e = a_->edges().id[first], f = b_->edges().id[second];
       visit(ContactKind::EdgeEdge, e < f ? e : f, e < f ? f : e);

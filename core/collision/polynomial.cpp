@@ -8,7 +8,8 @@ using Coefficients = std::vector<Integer>;
 
 // Of sum b_i C(n, i) t^i (1 - t)^(n - i), all scaled by one positive number.
 Coefficients bernstein(const Polynomial& p) {
-  static constexpr int factor[4][4] = {{1}, {1, 1}, {2, 1, 2}, {3, 1, 1, 3}};  // common multiple / C(n, i)
+  static constexpr int factor[4][4] = {
+      {1}, {1, 1}, {2, 1, 2}, {3, 1, 1, 3}};  // common multiple / C(n, i)
   const std::size_t n = p.c.size() - 1;
   Coefficients b;
   for (std::size_t i = 0; i <= n; ++i) b.push_back(p.c[i] * Integer(factor[n][i]));
@@ -91,7 +92,8 @@ Coefficients greatest_common_divisor(Coefficients a, Coefficients b) {
 
 Polynomial without_double_roots(const Polynomial& p) {
   Coefficients c = stripped(p.c), derivative;
-  for (std::size_t i = 1; i < c.size(); ++i) derivative.push_back(c[i] * Integer(static_cast<std::int64_t>(i)));
+  for (std::size_t i = 1; i < c.size(); ++i)
+    derivative.push_back(c[i] * Integer(static_cast<std::int64_t>(i)));
   const Coefficients common = greatest_common_divisor(c, derivative);
   return common.size() > 1 ? Polynomial{divide(c, common)} : Polynomial{c};
 }
@@ -119,7 +121,8 @@ Polynomial operator*(const Polynomial& a, const Polynomial& b) {
   Polynomial result;
   result.c.resize(a.c.size() + b.c.size() - 1);
   for (std::size_t i = 0; i < a.c.size(); ++i)
-    for (std::size_t j = 0; j < b.c.size(); ++j) result.c[i + j] = result.c[i + j] + a.c[i] * b.c[j];
+    for (std::size_t j = 0; j < b.c.size(); ++j)
+      result.c[i + j] = result.c[i + j] + a.c[i] * b.c[j];
   return result;
 }
 
@@ -132,7 +135,8 @@ int AlgebraicTime::sign_of(const Polynomial& q) const {
     halve(b, lower, upper);
     return upper.front().sign();
   }
-  // Most signs show after a few halvings; then it is asked whether the root is common to both, which would never show.
+  // Most signs show after a few halvings; then it is asked whether the root is common to both,
+  // which would never show.
   constexpr int halvings_before = 6;
   Coefficients p = follow(bernstein(polynomial_), path_), p_lower, p_upper;
   for (int halvings = 0; variations(b) != 0; ++halvings) {
@@ -175,7 +179,8 @@ bool any_root(const Polynomial& p, const std::function<bool(const AlgebraicTime&
     lower.path.push_back(false);
     upper.path.push_back(true);
     halve(interval.b, lower.b, upper.b);
-    if (upper.b.front().sign() == 0 && accept({AlgebraicTime::Kind::Middle, interval.path, {}})) return true;
+    if (upper.b.front().sign() == 0 && accept({AlgebraicTime::Kind::Middle, interval.path, {}}))
+      return true;
     open.push_back(std::move(upper));
     open.push_back(std::move(lower));
   }

@@ -12,15 +12,17 @@ namespace {
 
 // What rests comes to rest just inside the thickness, so that it stays a contact.
 constexpr double rest_gap = 0.999;  // [thickness]
-// Part of the missing gap that one step restores at most [Bridson2002]; less where a spring of the contact stiffness would.
+// Part of the missing gap that one step restores at most [Bridson2002]; less where a spring of the
+// contact stiffness would.
 constexpr double largest_restored = 0.1;
 constexpr int most_sweeps = 30;
 constexpr double tolerance = 1e-4;  // of the largest correction
 
 }  // namespace
 
-void repel(const CollisionModel& model, const std::vector<Contact>& contacts, const Tangle& tangle, const Points& x0, const Vector& inverse_mass,
-           double step, Points& x1, FreeBodies& bodies) {
+void repel(const CollisionModel& model, const std::vector<Contact>& contacts, const Tangle& tangle,
+           const Points& x0, const Vector& inverse_mass, double step, Points& x1,
+           FreeBodies& bodies) {
   Impulses impulses(model, inverse_mass, bodies);
   std::vector<ImpulseContact> all;
   double scale = 0.0;
@@ -36,7 +38,8 @@ void repel(const CollisionModel& model, const std::vector<Contact>& contacts, co
       travel += c.weights[i] * (x1.row(c.vertices[i]) - x0.row(c.vertices[i])).transpose();
     }
     const double missing = rest_gap * contact.thickness - contact.distance;
-    const double softly = std::min(largest_restored, step * step * model.contact_stiffness * c.normal_inverse_mass);
+    const double softly =
+        std::min(largest_restored, step * step * model.contact_stiffness * c.normal_inverse_mass);
     c.target = c.normal.dot(start) + (missing > 0.0 ? softly * missing : missing);
     c.largest_change = travel.norm() + contact.thickness;
     scale = std::max(scale, travel.norm() + std::abs(c.target - c.normal.dot(start)));

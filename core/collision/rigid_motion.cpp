@@ -22,7 +22,8 @@ RigidMotion rigid_motion(const CollisionModel& model, Index s, const Points& x0,
                       x1.middleRows(surface.first_vertex, surface.n_vertices));
 }
 
-RigidMotion rigid_motion(const Eigen::Ref<const Points>& start, const Eigen::Ref<const Points>& end) {
+RigidMotion rigid_motion(const Eigen::Ref<const Points>& start,
+                         const Eigen::Ref<const Points>& end) {
   RigidMotion motion;
   const Index n = static_cast<Index>(start.rows());
   if (n < 3) return motion;
@@ -34,7 +35,9 @@ RigidMotion rigid_motion(const Eigen::Ref<const Points>& start, const Eigen::Ref
   const auto residual = [&] {
     double largest = 0.0;
     for (Index i = 0; i < n; ++i)
-      largest = std::max(largest, (motion.displacement(start.row(i).transpose()) - (end.row(i) - start.row(i)).transpose()).norm());
+      largest = std::max(largest, (motion.displacement(start.row(i).transpose()) -
+                                   (end.row(i) - start.row(i)).transpose())
+                                      .norm());
     return largest;
   };
   if (residual() <= tolerance) {

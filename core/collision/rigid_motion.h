@@ -13,7 +13,9 @@ struct RigidMotion {
   Vec3 displacement(const Vec3& x) const { return rotation * (x - from) + to - x; }
 };
 
-RigidMotion rigid_motion(const Eigen::Ref<const Points>& start, const Eigen::Ref<const Points>& end);
-RigidMotion rigid_motion(const CollisionModel& model, Index surface, const Points& x0, const Points& x1);
+RigidMotion rigid_motion(const Eigen::Ref<const Points>& start,
+                         const Eigen::Ref<const Points>& end);
+RigidMotion rigid_motion(const CollisionModel& model, Index surface, const Points& x0,
+                         const Points& x1);
 
 }  // namespace loomstone

@@ -16,16 +16,24 @@ struct Vec3Lanes {
   Lanes x, y, z;
 };
 
-LOOMSTONE_INLINE Vec3Lanes operator+(const Vec3Lanes& a, const Vec3Lanes& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-LOOMSTONE_INLINE Vec3Lanes operator-(const Vec3Lanes& a, const Vec3Lanes& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-LOOMSTONE_INLINE Lanes dot(const Vec3Lanes& a, const Vec3Lanes& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+LOOMSTONE_INLINE Vec3Lanes operator+(const Vec3Lanes& a, const Vec3Lanes& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+LOOMSTONE_INLINE Vec3Lanes operator-(const Vec3Lanes& a, const Vec3Lanes& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+LOOMSTONE_INLINE Lanes dot(const Vec3Lanes& a, const Vec3Lanes& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
 LOOMSTONE_INLINE Vec3Lanes cross(const Vec3Lanes& a, const Vec3Lanes& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 LOOMSTONE_INLINE Lanes absolute(const Lanes& a) { return a < 0.0 ? -a : a; }
 LOOMSTONE_INLINE Lanes larger(const Lanes& a, const Lanes& b) { return a > b ? a : b; }
 LOOMSTONE_INLINE Lanes smaller(const Lanes& a, const Lanes& b) { return a < b ? a : b; }
-LOOMSTONE_INLINE Lanes size(const Vec3Lanes& a) { return larger(larger(absolute(a.x), absolute(a.y)), absolute(a.z)); }
+LOOMSTONE_INLINE Lanes size(const Vec3Lanes& a) {
+  return larger(larger(absolute(a.x), absolute(a.y)), absolute(a.z));
+}
 
 LOOMSTONE_INLINE unsigned bits_of(const Mask& mask) {
   unsigned bits = 0;
@@ -34,11 +42,13 @@ LOOMSTONE_INLINE unsigned bits_of(const Mask& mask) {
 }
 
 LOOMSTONE_INLINE Vec3Lanes difference(const QueryBatch& q, int i, int j) {
-  return {lanes_load(q.x[i][0]) - lanes_load(q.x[j][0]), lanes_load(q.x[i][1]) - lanes_load(q.x[j][1]),
+  return {lanes_load(q.x[i][0]) - lanes_load(q.x[j][0]),
+          lanes_load(q.x[i][1]) - lanes_load(q.x[j][1]),
           lanes_load(q.x[i][2]) - lanes_load(q.x[j][2])};
 }
 
-// Differences a_i - b_j at both ends; the sides are apart where some direction has all of them on one side of the origin.
+// Differences a_i - b_j at both ends; the sides are apart where some direction has all of them on
+// one side of the origin.
 template <int N>
 struct Differences {
   Vec3Lanes start[N], end[N];
@@ -53,7 +63,9 @@ struct Differences {
 
   LOOMSTONE_INLINE Mask separated_by(const Vec3Lanes& n) const {
     // More than the roundings of a difference (1/2 epsilon) and of a sum of three products.
-    const Lanes error = 4.0 * std::numeric_limits<double>::epsilon() * (absolute(n.x) + absolute(n.y) + absolute(n.z)) * size + 1e-300;
+    const Lanes error = 4.0 * std::numeric_limits<double>::epsilon() *
+                            (absolute(n.x) + absolute(n.y) + absolute(n.z)) * size +
+                        1e-300;
     Lanes low = dot(n, start[0]), high = low;
     for (int k = 0; k < N; ++k) {
       const Lanes s = dot(n, start[k]), e = dot(n, end[k]);

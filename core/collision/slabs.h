@@ -1,6 +1,6 @@
-// 18-DOPs (2.56): extents along nine directions with components in {-1, 0, 1}; three axes, which are looked at first, and six
-// diagonals, which are not normalised. Eight of them are kept component by component, to be compared at once. Floats rounded
-// outwards.
+// 18-DOPs (2.56): extents along nine directions with components in {-1, 0, 1}; three axes, which
+// are looked at first, and six diagonals, which are not normalised. Eight of them are kept
+// component by component, to be compared at once. Floats rounded outwards.
 #pragma once
 
 #include <algorithm>
@@ -40,13 +40,15 @@ inline bool overlapping(const Slabs& a, const Slabs& b) {
   return true;
 }
 
-// Of a point that moves from x0 to x1, grown so that points of two such that come within 2 * inflation overlap.
+// Of a point that moves from x0 to x1, grown so that points of two such that come within 2 *
+// inflation overlap.
 inline Slabs slabs_of(const double* x0, const double* x1, double inflation) {
   constexpr float outwards = 2.4e-7f, tiny = 1e-37f;  // more than half a unit of rounding to float
   const double across = inflation * 1.4142135623730952;
   Slabs slabs;
   const auto set = [&](int k, double a, double b, double grow) {
-    const float low = static_cast<float>(std::min(a, b) - grow), high = static_cast<float>(std::max(a, b) + grow);
+    const float low = static_cast<float>(std::min(a, b) - grow),
+                high = static_cast<float>(std::max(a, b) + grow);
     slabs.low[k] = low - std::abs(low) * outwards - tiny;
     slabs.high[k] = high + std::abs(high) * outwards + tiny;
   };
@@ -59,7 +61,8 @@ inline Slabs slabs_of(const double* x0, const double* x1, double inflation) {
   return slabs;
 }
 
-// The same for vector arithmetic: nine lows, then nine highs negated, so that including another box is a minimum; the rest is 0.
+// The same for vector arithmetic: nine lows, then nine highs negated, so that including another box
+// is a minimum; the rest is 0.
 typedef float SlabLanes __attribute__((vector_size(4 * slab_lanes)));
 inline constexpr int n_slab_packs = 3;
 

@@ -14,7 +14,8 @@ namespace {
 
 // An edge nearly in the plane of the triangle is taken for one at this sine of an angle to it.
 constexpr double least_sine = 0.2;
-// Contours that run on straight show no way out: below this length of the sum of the two unit directions at a piercing.
+// Contours that run on straight show no way out: below this length of the sum of the two unit
+// directions at a piercing.
 constexpr double least_bend = 0.05;
 // How far around a contour surfaces may pass through what has come through [edges].
 constexpr int rounds_around = 2;
@@ -32,7 +33,8 @@ bool share_a_vertex(const Piercing& p) {
 
 bool attached(const CollisionModel& model, const Piercing& p) {
   if (model.attached_surface.empty()) return false;
-  const Index of_edge = model.surface_of_edge[p.edge], of_triangle = model.surface_of_triangle[p.triangle];
+  const Index of_edge = model.surface_of_edge[p.edge],
+              of_triangle = model.surface_of_triangle[p.triangle];
   for (int k = 0; k < 5; ++k)
     if (model.attached_surface[p.vertices[k]] == (k < 2 ? of_triangle : of_edge)) return true;
   return false;
@@ -40,12 +42,14 @@ bool attached(const CollisionModel& model, const Piercing& p) {
 
 Vec3 point(const Points& x, Index vertex) { return x.row(vertex).transpose(); }
 
-// Does the edge pass through the triangle? Exact; an edge that meets the common side of two triangles passes through one of
-// them, one that ends in a plane ends above it.
+// Does the edge pass through the triangle? Exact; an edge that meets the common side of two
+// triangles passes through one of them, one that ends in a plane ends above it.
 bool pierces(const Points& x, const std::array<Index, 5>& v) {
   const Vec3 p = point(x, v[0]), q = point(x, v[1]);
   const std::array<Vec3, 3> corner = {point(x, v[2]), point(x, v[3]), point(x, v[4])};
-  const auto above = [&](const Vec3& end) { return orientation(corner[0], corner[1], corner[2], end) >= 0; };
+  const auto above = [&](const Vec3& end) {
+    return orientation(corner[0], corner[1], corner[2], end) >= 0;
+  };
   if (above(p) == above(q)) return false;
   int on_left = 0;
   for (int k = 0; k < 3; ++k) {
@@ -57,12 +61,14 @@ bool pierces(const Points& x, const std::array<Index, 5>& v) {
 
 // Weights of the point that edge and triangle share, and -1 times those of the triangle.
 std::array<double, 5> weights_of(const Points& x, const std::array<Index, 5>& v) {
-  const Vec3 p = point(x, v[0]), q = point(x, v[1]), a = point(x, v[2]), b = point(x, v[3]), c = point(x, v[4]);
+  const Vec3 p = point(x, v[0]), q = point(x, v[1]), a = point(x, v[2]), b = point(x, v[3]),
+             c = point(x, v[4]);
   const Vec3 normal = (b - a).cross(c - a);
   const double above = std::abs(normal.dot(p - a)), below = std::abs(normal.dot(q - a));
   const double t = above + below > 0.0 ? above / (above + below) : 0.5;
   const Vec3 at = (1.0 - t) * p + t * q;
-  std::array<double, 3> areas = {normal.dot((b - at).cross(c - at)), normal.dot((c - at).cross(a - at)),
+  std::array<double, 3> areas = {normal.dot((b - at).cross(c - at)),
+                                 normal.dot((c - at).cross(a - at)),
                                  normal.dot((a - at).cross(b - at))};
   double sum = 0.0;
   for (double& area : areas) sum += area = std::max(0.0, area);
@@ -101,12 +107,14 @@ void Tangle::pierce(const Points& x) {
   const std::vector<Box> boxes = triangle_boxes(x, model_.triangles);
   const auto test = [&](Index of_edge, Index triangle) {
     for (const Index edge : topology_.of_triangle[of_edge]) {
-      if (topology_.triangles[edge][0] != of_edge) continue;  // each edge once, with its first triangle
+      if (topology_.triangles[edge][0] != of_edge)
+        continue;  // each edge once, with its first triangle
       Piercing p;
       p.edge = edge;
       p.triangle = triangle;
-      p.vertices = {topology_.edges(edge, 0), topology_.edges(edge, 1), model_.triangles(triangle, 0),
-                    model_.triangles(triangle, 1), model_.triangles(triangle, 2)};
+      p.vertices = {topology_.edges(edge, 0), topology_.edges(edge, 1),
+                    model_.triangles(triangle, 0), model_.triangles(triangle, 1),
+                    model_.triangles(triangle, 2)};
       const auto& v = p.vertices;
       if (share_a_vertex(p) || attached(model_, p) || !pierces(x, v)) continue;
       p.weights = weights_of(x, v);
@@ -134,7 +142,8 @@ void Tangle::leave_out() {
       vertex_face.push_back(pair_key(model_.triangles(b, k), a));
     }
     for (const Index e : topology_.of_triangle[a])
-      for (const Index f : topology_.of_triangle[b]) edge_edge.push_back(pair_key(std::min(e, f), std::max(e, f)));
+      for (const Index f : topology_.of_triangle[b])
+        edge_edge.push_back(pair_key(std::min(e, f), std::max(e, f)));
   };
   for (const Piercing& p : piercings_)
     for (const Index t : topology_.triangles[p.edge])
@@ -157,11 +166,13 @@ void Tangle::join_contours(const Points& x) {
         const Index other = piercings_[i].triangle;
         all.push_back({pair_key(std::min(t, other), std::max(t, other)), i});
       }
-  std::sort(all.begin(), all.end(),
-            [](const Of& a, const Of& b) { return std::tie(a.triangles, a.piercing) < std::tie(b.triangles, b.piercing); });
+  std::sort(all.begin(), all.end(), [](const Of& a, const Of& b) {
+    return std::tie(a.triangles, a.piercing) < std::tie(b.triangles, b.piercing);
+  });
   std::vector<Index> parent(piercings_.size());
   std::iota(parent.begin(), parent.end(), Index{0});
-  std::vector<Vec3> bend(piercings_.size(), Vec3::Zero());  // sum of the unit directions in which segments leave
+  std::vector<Vec3> bend(piercings_.size(),
+                         Vec3::Zero());  // sum of the unit directions in which segments leave
   const auto place = [&](const Piercing& p) {
     return Vec3(p.weights[0] * point(x, p.vertices[0]) + p.weights[1] * point(x, p.vertices[1]));
   };
@@ -181,7 +192,8 @@ void Tangle::join_contours(const Points& x) {
     Piercing& p = piercings_[i];
     p.contour = root(parent, static_cast<Index>(i));
     if (bend[i].norm() < least_bend) continue;
-    // The piercing moves along the edge and in the plane of the triangle: half of the relative motion is either's [Volino2006].
+    // The piercing moves along the edge and in the plane of the triangle: half of the relative
+    // motion is either's [Volino2006].
     const Vec3 a = point(x, p.vertices[2]);
     const Vec3 n = (point(x, p.vertices[3]) - a).cross(point(x, p.vertices[4]) - a).normalized();
     const Vec3 e = (point(x, p.vertices[1]) - point(x, p.vertices[0])).normalized();
@@ -200,13 +212,15 @@ void Tangle::cut_off(const Points& x) {
   for (Index t = 0; t < model_.triangles.rows(); ++t) {
     const Vec3 a = point(x, model_.triangles(t, 0));
     const double third =
-        (point(x, model_.triangles(t, 1)) - a).cross(point(x, model_.triangles(t, 2)) - a).norm() / 6.0;
+        (point(x, model_.triangles(t, 1)) - a).cross(point(x, model_.triangles(t, 2)) - a).norm() /
+        6.0;
     for (int k = 0; k < 3; ++k) area[model_.triangles(t, k)] += third;
   }
   std::vector<std::size_t> order(piercings_.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return piercings_[a].contour < piercings_[b].contour; });
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return piercings_[a].contour < piercings_[b].contour;
+  });
   std::vector<std::uint8_t> cut(topology_.edges.rows(), 0);
   std::vector<int> part(model_.n_vertices);
   for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
@@ -228,7 +242,8 @@ void Tangle::cut_off(const Points& x) {
         for (Index i = edges_of_vertex_.start[v]; i < edges_of_vertex_.start[v + 1]; ++i) {
           const Index e = edges_of_vertex_.items[i];
           if (cut[e]) continue;
-          const Index other = topology_.edges(e, 0) == v ? topology_.edges(e, 1) : topology_.edges(e, 0);
+          const Index other =
+              topology_.edges(e, 0) == v ? topology_.edges(e, 1) : topology_.edges(e, 0);
           if (part[other] >= 0) continue;
           part[other] = id;
           stack.push_back(other);
@@ -243,11 +258,13 @@ void Tangle::cut_off(const Points& x) {
       const int first = part[p.vertices[0]], second = part[p.vertices[1]];
       for (const Index v : p.vertices) contour_of_vertex_[v] = contour;
       if (first == second) continue;
-      const bool first_is_out = size[first] > size[second] || (size[first] == size[second] && first < second);
+      const bool first_is_out =
+          size[first] > size[second] || (size[first] == size[second] && first < second);
       came_through[first_is_out ? second : first] = 1;
       const Vec3 a = point(x, p.vertices[2]);
       const Vec3 n = (point(x, p.vertices[3]) - a).cross(point(x, p.vertices[4]) - a);
-      const Vec3 out = (first_is_out ? -1.0 : 1.0) * (point(x, p.vertices[1]) - point(x, p.vertices[0]));
+      const Vec3 out =
+          (first_is_out ? -1.0 : 1.0) * (point(x, p.vertices[1]) - point(x, p.vertices[0]));
       if (n.norm() > 0.0) p.way_out = n.normalized() * std::copysign(1.0, n.dot(out));
     }
     for (Index v = 0; v < model_.n_vertices; ++v) {
@@ -299,8 +316,8 @@ bool Tangle::leaves_out(ContactKind kind, PairKey key, const std::array<Index, 4
   for (int i = 0; i < n_a; ++i)
     for (int j = n_a; j < 4; ++j) {
       const Index a = vertices[i], b = vertices[j];
-      if (contour_of_vertex_[a] >= 0 && contour_of_vertex_[a] == contour_of_vertex_[b] && part_[a] != part_[b] &&
-          (came_through_[a] || came_through_[b]))
+      if (contour_of_vertex_[a] >= 0 && contour_of_vertex_[a] == contour_of_vertex_[b] &&
+          part_[a] != part_[b] && (came_through_[a] || came_through_[b]))
         return !is_cloth(a) || !is_cloth(b) || cloth_contour(contour_of_vertex_[a]);
     }
   return false;

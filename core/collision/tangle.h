@@ -1,6 +1,6 @@
-// Where surfaces intersect, and the way out: edges that pierce triangles, joined to contours. Found from positions alone,
-// without a history. What a contour cuts off goes back the way it came [Baraff2003]; where it cuts nothing off, the contour
-// is shortened [Volino2006].
+// Where surfaces intersect, and the way out: edges that pierce triangles, joined to contours. Found
+// from positions alone, without a history. What a contour cuts off goes back the way it came
+// [Baraff2003]; where it cuts nothing off, the contour is shortened [Volino2006].
 #pragma once
 
 #include <array>
@@ -14,11 +14,13 @@ namespace loomstone {
 
 struct Piercing {
   Index edge, triangle;
-  std::array<Index, 5> vertices;   // of the edge, then of the triangle
-  std::array<double, 5> weights;   // of the point they share: + on the edge, - on the triangle; each side sums to 1
-  int contour = -1;                // index of its first piercing
-  Vec3 way_out = Vec3::Zero();     // unit: where the edge should go relative to the triangle; zero: nowhere by itself
-  double thickness = 0.0;          // of the pair of surfaces [m]
+  std::array<Index, 5> vertices;  // of the edge, then of the triangle
+  std::array<double, 5>
+      weights;  // of the point they share: + on the edge, - on the triangle; each side sums to 1
+  int contour = -1;             // index of its first piercing
+  Vec3 way_out = Vec3::Zero();  // unit: where the edge should go relative to the triangle; zero:
+                                // nowhere by itself
+  double thickness = 0.0;       // of the pair of surfaces [m]
 };
 
 class Tangle {
@@ -28,10 +30,13 @@ class Tangle {
   void find(const Points& x);
   void clear();
   bool empty() const { return piercings_.empty(); }
-  const std::vector<Piercing>& piercings() const { return piercings_; }  // sorted by (edge, triangle)
+  const std::vector<Piercing>& piercings() const {
+    return piercings_;
+  }  // sorted by (edge, triangle)
 
-  // Are these features of two triangles that intersect, or of a part that has come through and what is at its contour? Such
-  // pairs may pass through each other, and no contact force holds them where they are.
+  // Are these features of two triangles that intersect, or of a part that has come through and what
+  // is at its contour? Such pairs may pass through each other, and no contact force holds them
+  // where they are.
   bool leaves_out(ContactKind kind, PairKey key, const std::array<Index, 4>& vertices) const;
 
  private:
@@ -49,13 +54,14 @@ class Tangle {
   };
 
   const CollisionModel& model_;
-  EdgeTable topology_;               // made when first needed
+  EdgeTable topology_;  // made when first needed
   Incidence edges_of_vertex_;
   std::vector<Piercing> piercings_;
   std::vector<Segment> segments_;
-  std::vector<PairKey> left_out_[2];           // by kind, ascending
-  std::vector<int> contour_of_vertex_, part_;  // (n) -1: at no contour; part of the surface that its contour cuts
-  std::vector<std::uint8_t> came_through_;     // (n) in the smaller part
+  std::vector<PairKey> left_out_[2];  // by kind, ascending
+  std::vector<int> contour_of_vertex_,
+      part_;  // (n) -1: at no contour; part of the surface that its contour cuts
+  std::vector<std::uint8_t> came_through_;  // (n) in the smaller part
 };
 
 }  // namespace loomstone

@@ -5,8 +5,9 @@
 
 namespace loomstone {
 
-void set_entries(const CollisionModel& model, std::span<const Index> vertices, std::span<const double> weights,
-                 const Points& x0, const Points& v0, const Points& body_centres, Index n_cloth, ExtraTerm& term) {
+void set_entries(const CollisionModel& model, std::span<const Index> vertices,
+                 std::span<const double> weights, const Points& x0, const Points& v0,
+                 const Points& body_centres, Index n_cloth, ExtraTerm& term) {
   struct BodySide {
     Index row = -1;
     double weight = 0.0;
@@ -29,13 +30,15 @@ void set_entries(const CollisionModel& model, std::span<const Index> vertices, s
       while (b < n_bodies && bodies[b].row != row) ++b;
       if (b == n_bodies) bodies[n_bodies++].row = row;
       bodies[b].weight += weight;
-      bodies[b].moment += weight * (x0.row(vertex) - body_centres.row((row - n_cloth) / 2)).transpose();
+      bodies[b].moment +=
+          weight * (x0.row(vertex) - body_centres.row((row - n_cloth) / 2)).transpose();
     }
   }
   for (int b = 0; b < n_bodies; ++b) {
     if (bodies[b].weight == 0.0) continue;
     term.entries[term.n_entries++] = {bodies[b].row, false, bodies[b].weight, Vec3::Zero()};
-    term.entries[term.n_entries++] = {bodies[b].row + 1, true, bodies[b].weight, bodies[b].moment / bodies[b].weight};
+    term.entries[term.n_entries++] = {bodies[b].row + 1, true, bodies[b].weight,
+                                      bodies[b].moment / bodies[b].weight};
   }
   std::sort(term.entries.begin(), term.entries.begin() + term.n_entries,
             [](const TermEntry& x, const TermEntry& y) { return x.row < y.row; });

@@ -8,18 +8,22 @@ namespace loomstone {
 
 namespace {
 
-constexpr double share_of_time = 0.8;   // of the time of impact that a displacement keeps
+constexpr double share_of_time = 0.8;  // of the time of impact that a displacement keeps
 constexpr int passes_before_freezing = 8;
-constexpr int most_passes = 40;         // what could be freed took up to 5; beyond, carriers pull to and fro for ever
+constexpr int most_passes =
+    40;  // what could be freed took up to 5; beyond, carriers pull to and fro for ever
 
-// Vertices of an impact that are frozen already and still collide can only differ in what carries them: those that are not
-// carried join, those that are carried by different things follow the first. False where nothing is left to do.
+// Vertices of an impact that are frozen already and still collide can only differ in what carries
+// them: those that are not carried join, those that are carried by different things follow the
+// first. False where nothing is left to do.
 bool join_carriers(const StepImpact& impact, Displacements& displacements) {
   Index leader = -1;
   bool immovable_leads = false;
   for (const Index v : impact.vertices) {
-    if (!displacements.movable(v)) immovable_leads = true;
-    else if (leader < 0 && displacements.carried(v)) leader = v;
+    if (!displacements.movable(v))
+      immovable_leads = true;
+    else if (leader < 0 && displacements.carried(v))
+      leader = v;
   }
   bool changed = false;
   for (const Index v : impact.vertices) {
@@ -41,13 +45,16 @@ bool join_carriers(const StepImpact& impact, Displacements& displacements) {
   return changed;
 }
 
-// Where scripts leave no room cloth gives way to them, but not to cloth: what still hits cloth ends where it began, until no
-// cloth hits cloth. Each pass leaves fewer that move; only vertices that move by script can go on hitting one another.
-void keep_cloth_from_cloth(const Team& team, const CollisionModel& model, ImpactSearch& search, const Points& x0,
-                           const Vector& inverse_mass, Points& x1, Displacements& displacements) {
+// Where scripts leave no room cloth gives way to them, but not to cloth: what still hits cloth ends
+// where it began, until no cloth hits cloth. Each pass leaves fewer that move; only vertices that
+// move by script can go on hitting one another.
+void keep_cloth_from_cloth(const Team& team, const CollisionModel& model, ImpactSearch& search,
+                           const Points& x0, const Vector& inverse_mass, Points& x1,
+                           Displacements& displacements) {
   const auto cloth = [&](const StepImpact& impact) {
     for (const Index v : impact.vertices)
-      if (model.surfaces[model.surface_of_vertex[v]].kind != CollisionSurface::Kind::Cloth) return false;
+      if (model.surfaces[model.surface_of_vertex[v]].kind != CollisionSurface::Kind::Cloth)
+        return false;
     return true;
   };
   displacements.take_changed();
@@ -65,8 +72,9 @@ void keep_cloth_from_cloth(const Team& team, const CollisionModel& model, Impact
 
 }  // namespace
 
-CertifyReport truncate(const Team& team, const CollisionModel& model, ImpactSearch& search, const Points& x0,
-                       const Vector& inverse_mass, std::vector<StepImpact> impacts, Points& x1, FreeBodies& bodies) {
+CertifyReport truncate(const Team& team, const CollisionModel& model, ImpactSearch& search,
+                       const Points& x0, const Vector& inverse_mass,
+                       std::vector<StepImpact> impacts, Points& x1, FreeBodies& bodies) {
   CertifyReport report;
   if (impacts.empty()) return report;
   Displacements displacements(model, x0, inverse_mass, x1, bodies);
@@ -97,11 +105,14 @@ CertifyReport truncate(const Team& team, const CollisionModel& model, ImpactSear
     const std::vector<std::uint8_t> changed = displacements.take_changed();
     progress |= std::find(changed.begin(), changed.end(), 1) != changed.end();
     if (progress) impacts = search.find(team, x0, x1, inverse_mass, &changed);
-    // An impact of which nothing could be changed is not among these: only a search of everything proves that none is left.
-    if (!progress || impacts.empty() || pass >= most_passes) impacts = search.find(team, x0, x1, inverse_mass, nullptr);
+    // An impact of which nothing could be changed is not among these: only a search of everything
+    // proves that none is left.
+    if (!progress || impacts.empty() || pass >= most_passes)
+      impacts = search.find(team, x0, x1, inverse_mass, nullptr);
     if (!progress || pass >= most_passes) {
       report.unresolved = static_cast<std::int64_t>(impacts.size());
-      if (report.unresolved > 0) keep_cloth_from_cloth(team, model, search, x0, inverse_mass, x1, displacements);
+      if (report.unresolved > 0)
+        keep_cloth_from_cloth(team, model, search, x0, inverse_mass, x1, displacements);
       break;
     }
   }

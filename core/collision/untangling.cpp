@@ -8,16 +8,20 @@ namespace loomstone {
 
 namespace {
 
-// Relative speed of the way out [thickness/s], and its bound in one step [thickness]: slow beside what moves freely, so that
-// nothing is thrown apart; a sheet that has come through by 50 thicknesses is back within half a second.
+// Relative speed of the way out [thickness/s], and its bound in one step [thickness]: slow beside
+// what moves freely, so that nothing is thrown apart; a sheet that has come through by 50
+// thicknesses is back within half a second.
 constexpr double speed = 100.0, longest = 0.5;
 
-double way_in_step(const Piercing& piercing, double step) { return std::min(speed * step, longest) * piercing.thickness; }
+double way_in_step(const Piercing& piercing, double step) {
+  return std::min(speed * step, longest) * piercing.thickness;
+}
 
 }  // namespace
 
-void untangling_terms(const CollisionModel& model, const Tangle& tangle, const Points& x0, const Points& v0,
-                      const Points& body_centres, double step, Index n_cloth, ExtraTerms& terms) {
+void untangling_terms(const CollisionModel& model, const Tangle& tangle, const Points& x0,
+                      const Points& v0, const Points& body_centres, double step, Index n_cloth,
+                      ExtraTerms& terms) {
   for (const Piercing& p : tangle.piercings()) {
     if (p.way_out.isZero(0.0)) continue;
     ExtraTerm term;
@@ -30,8 +34,8 @@ void untangling_terms(const CollisionModel& model, const Tangle& tangle, const P
   }
 }
 
-std::vector<ImpulseContact> untangling_impulses(const Tangle& tangle, const Impulses& impulses, const Points& x0,
-                                                const Points& x1, double step) {
+std::vector<ImpulseContact> untangling_impulses(const Tangle& tangle, const Impulses& impulses,
+                                                const Points& x0, const Points& x1, double step) {
   std::vector<ImpulseContact> all;
   for (const Piercing& p : tangle.piercings()) {
     if (p.way_out.isZero(0.0)) continue;

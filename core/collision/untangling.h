@@ -1,5 +1,5 @@
-// Moves what intersects along its way out: as terms of an implicit solve, or as targets of impulses. Both act on edge and
-// triangle at the point they share, so momenta are kept.
+// Moves what intersects along its way out: as terms of an implicit solve, or as targets of
+// impulses. Both act on edge and triangle at the point they share, so momenta are kept.
 #pragma once
 
 #include <vector>
@@ -10,10 +10,11 @@
 
 namespace loomstone {
 
-void untangling_terms(const CollisionModel& model, const Tangle& tangle, const Points& x0, const Points& v0,
-                      const Points& body_centres, double step, Index n_cloth, ExtraTerms& terms);
+void untangling_terms(const CollisionModel& model, const Tangle& tangle, const Points& x0,
+                      const Points& v0, const Points& body_centres, double step, Index n_cloth,
+                      ExtraTerms& terms);
 
-std::vector<ImpulseContact> untangling_impulses(const Tangle& tangle, const Impulses& impulses, const Points& x0,
-                                                const Points& x1, double step);
+std::vector<ImpulseContact> untangling_impulses(const Tangle& tangle, const Impulses& impulses,
+                                                const Points& x0, const Points& x1, double step);
 
 }  // namespace loomstone

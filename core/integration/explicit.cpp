@@ -1,4 +1,5 @@
-// Explicit (forward) Euler and symplectic Euler (2.52, 2.53): v+ = v + h f/m, then x+ = x + h v or x + h v+.
+// Explicit (forward) Euler and symplectic Euler (2.52, 2.53): v+ = v + h f/m, then x+ = x + h v or
+// x + h v+.
 #include "core/integration/schemes.h"
 
 #include <algorithm>
@@ -14,9 +15,10 @@ class ExplicitIntegrator final : public Integrator {
 
   bool implicit() const override { return false; }
 
-  IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs, ClothState& state,
-                            Points&) override {
-    const Index n = model_.n_vertices, begin = std::min(layout.begin(), n), end = std::min(layout.end(), n);
+  IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs,
+                            ClothState& state, Points&) override {
+    const Index n = model_.n_vertices, begin = std::min(layout.begin(), n),
+                end = std::min(layout.end(), n);
     const double h = inputs.step;
     force_ = *inputs.force;
     elasticity_.add_implicit_forces(team, state.x, &state.v, begin, end, force_);
@@ -51,7 +53,8 @@ class ExplicitIntegrator final : public Integrator {
 
 std::unique_ptr<Integrator> make_explicit(const IntegratorOptions& options, const ClothModel& model,
                                           Elasticity& elasticity) {
-  return std::make_unique<ExplicitIntegrator>(options.method == "symplectic-euler", model, elasticity);
+  return std::make_unique<ExplicitIntegrator>(options.method == "symplectic-euler", model,
+                                              elasticity);
 }
 
 }  // namespace loomstone

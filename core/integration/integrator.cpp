@@ -7,15 +7,18 @@
 
 namespace loomstone {
 
-std::unique_ptr<Integrator> make_integrator(const IntegratorOptions& options, const ClothModel& model,
-                                            Elasticity& elasticity) {
+std::unique_ptr<Integrator> make_integrator(const IntegratorOptions& options,
+                                            const ClothModel& model, Elasticity& elasticity) {
   const std::string& m = options.method;
   if (options.is_explicit()) return make_explicit(options, model, elasticity);
   if (m == "semi-implicit-euler" || m == "implicit-midpoint" || m == "bdf2")
     return make_linearised(options, model, elasticity);
-  if (m == "backward-euler" || m == "nonlinear-midpoint") return make_newton(options, model, elasticity);
-  throw InvalidInput("integrator.method must be one of explicit-euler, symplectic-euler, semi-implicit-euler, "
-                     "backward-euler, implicit-midpoint, nonlinear-midpoint, bdf2, got \"" + m + "\"");
+  if (m == "backward-euler" || m == "nonlinear-midpoint")
+    return make_newton(options, model, elasticity);
+  throw InvalidInput(
+      "integrator.method must be one of explicit-euler, symplectic-euler, semi-implicit-euler, "
+      "backward-euler, implicit-midpoint, nonlinear-midpoint, bdf2, got \"" +
+      m + "\"");
 }
 
 namespace {
@@ -34,19 +37,24 @@ bool bending_is_implicit(const IntegratorOptions& options, const ClothModel& mod
                          ", got implicit; choose an implicit integrator");
     return true;
   }
-  if (options.bending == "explicit" || (options.bending == "auto" && options.is_explicit())) return false;
+  if (options.bending == "explicit" || (options.bending == "auto" && options.is_explicit()))
+    return false;
   if (options.bending != "auto")
-    throw InvalidInput("integrator.bending must be auto, explicit or implicit, got \"" + options.bending + "\"");
-  // Explicit in an implicit step, with damping beta K v of its start, it is stable while h (h + 2 beta) lambda < 4.
+    throw InvalidInput("integrator.bending must be auto, explicit or implicit, got \"" +
+                       options.bending + "\"");
+  // Explicit in an implicit step, with damping beta K v of its start, it is stable while h (h + 2
+  // beta) lambda < 4.
   const double limit = 0.8 * 2.0;
-  return options.step * (options.step + 2.0 * largest_bending_damping(model)) * Elasticity::bending_eigenvalue(model) >
+  return options.step * (options.step + 2.0 * largest_bending_damping(model)) *
+             Elasticity::bending_eigenvalue(model) >
          limit * limit;
 }
 }  // namespace
 
 BendingTreatment bending_treatment(const IntegratorOptions& options, const ClothModel& model) {
   if (!bending_is_implicit(options, model)) return BendingTreatment::Explicit;
-  if (options.method != "semi-implicit-euler" || options.jacobian == "exact") return BendingTreatment::Full;
+  if (options.method != "semi-implicit-euler" || options.jacobian == "exact")
+    return BendingTreatment::Full;
   return largest_bending_damping(model) > 0.0 ? BendingTreatment::Full : BendingTreatment::Lumped;
 }
 
@@ -72,10 +80,14 @@ void add_force(const ExtraTerm& term, const Vec3& force, const RowLayout& layout
 void add_term_forces(const ExtraTerms& terms, const RowLayout& layout, double sigma, double time,
                      const Points& displacement, Points& rhs) {
   for (const ExtraTerm& term : terms)
-    add_force(term, -sigma * (term.gradient + term.hessian * term.relative_displacement(displacement, time)), layout, rhs);
+    add_force(
+        term,
+        -sigma * (term.gradient + term.hessian * term.relative_displacement(displacement, time)),
+        layout, rhs);
 }
 
-void add_term_gradients(const ExtraTerms& terms, const RowLayout& layout, double sigma, Points& rhs) {
+void add_term_gradients(const ExtraTerms& terms, const RowLayout& layout, double sigma,
+                        Points& rhs) {
   for (const ExtraTerm& term : terms) add_force(term, -sigma * term.gradient, layout, rhs);
 }
 

@@ -1,5 +1,5 @@
-// Advances all cloth by one step. One virtual call a step; which scheme is a name in IntegratorOptions.
-// Implements method.md 1.4, thesis (2.51)-(2.55).
+// Advances all cloth by one step. One virtual call a step; which scheme is a name in
+// IntegratorOptions. Implements method.md 1.4, thesis (2.51)-(2.55).
 #pragma once
 
 #include <functional>
@@ -20,32 +20,40 @@
 
 namespace loomstone {
 
-// The terms of a step where the rows have moved by `displacement` (rows x 3) [m] in `time` [s]: sets gradient and hessian of
-// `terms`, which come as those of the start, and returns their energy [J].
-using TermsAt = std::function<double(const Points& displacement, double time, TermRequest request, ExtraTerms& terms)>;
+// The terms of a step where the rows have moved by `displacement` (rows x 3) [m] in `time` [s]:
+// sets gradient and hessian of `terms`, which come as those of the start, and returns their energy
+// [J].
+using TermsAt = std::function<double(const Points& displacement, double time, TermRequest request,
+                                     ExtraTerms& terms)>;
 
-// The friction of `terms`, linear about the start, that belongs to where the rows have moved in `time`. Returns how much of it
-// the terms had wrong [1].
-using FrictionAt = std::function<double(const Points& displacement, double time, ExtraTerms& terms)>;
+// The friction of `terms`, linear about the start, that belongs to where the rows have moved in
+// `time`. Returns how much of it the terms had wrong [1].
+using FrictionAt =
+    std::function<double(const Points& displacement, double time, ExtraTerms& terms)>;
 
-// What a step is given. Rows: cloth vertices, then two rows a rigid body (translation, rotation) where bodies take part.
+// What a step is given. Rows: cloth vertices, then two rows a rigid body (translation, rotation)
+// where bodies take part.
 struct StepInputs {
-  double step = 0.0;                  // h [s]
-  double time = 0.0;                  // at the start [s]
-  const Points* force = nullptr;      // (n x 3) loads at the start [N]: gravity, drag, user
-  const ExtraTerms* terms = nullptr;  // contacts, friction, attachments at the start; implicit schemes only
-  const TermsAt* terms_at = nullptr;  // asked once an iterate by Newton loops; null: the terms are linear
-  const FrictionAt* friction_at = nullptr;  // asked after a linear solve, which is made again where it was wrong; may be null
+  double step = 0.0;              // h [s]
+  double time = 0.0;              // at the start [s]
+  const Points* force = nullptr;  // (n x 3) loads at the start [N]: gravity, drag, user
+  const ExtraTerms* terms =
+      nullptr;  // contacts, friction, attachments at the start; implicit schemes only
+  const TermsAt* terms_at =
+      nullptr;  // asked once an iterate by Newton loops; null: the terms are linear
+  const FrictionAt* friction_at =
+      nullptr;  // asked after a linear solve, which is made again where it was wrong; may be null
   const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: motion is prescribed
-  const Points* target = nullptr;     // (n x 3) positions of fixed rows at the end [m]
-  const std::vector<Mat3>* body_mass = nullptr;      // (2 b) mass times identity, world inertia
+  const Points* target = nullptr;                // (n x 3) positions of fixed rows at the end [m]
+  const std::vector<Mat3>* body_mass = nullptr;  // (2 b) mass times identity, world inertia
 };
 
 struct IntegrationReport {
   int newton_iterations = 1;
   int linear_iterations = 0;
   double residual = 0.0;
-  std::vector<double> newton_residuals;  // relative, of the first guess and after each iteration; Newton loops only
+  std::vector<double>
+      newton_residuals;  // relative, of the first guess and after each iteration; Newton loops only
 };
 
 // No solution was found, and a shorter step may have one.
@@ -65,21 +73,23 @@ class NewtonFailure : public StepFailure {
 class Integrator {
  public:
   virtual ~Integrator() = default;
-  // state.x, state.v: start in, end out on all rows of all ranks. body_velocity (2 b x 3): predicted velocities in (loads
-  // on the bodies included), velocities after contacts out. Throws SolverFailure.
-  virtual IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& inputs,
-                                    ClothState& state, Points& body_velocity) = 0;
-  virtual bool implicit() const = 0;  // takes extra terms
+  // state.x, state.v: start in, end out on all rows of all ranks. body_velocity (2 b x 3):
+  // predicted velocities in (loads on the bodies included), velocities after contacts out. Throws
+  // SolverFailure.
+  virtual IntegrationReport advance(const Team& team, const RowLayout& layout,
+                                    const StepInputs& inputs, ClothState& state,
+                                    Points& body_velocity) = 0;
+  virtual bool implicit() const = 0;                  // takes extra terms
   virtual bool asks_energy() const { return false; }  // of the whole cloth, on every rank
 };
 
 // Throws InvalidInput for unknown names and combinations that do not exist.
-std::unique_ptr<Integrator> make_integrator(const IntegratorOptions& options, const ClothModel& model,
-                                            Elasticity& elasticity);
+std::unique_ptr<Integrator> make_integrator(const IntegratorOptions& options,
+                                            const ClothModel& model, Elasticity& elasticity);
 
-// How bending enters: "auto" puts it into the solve when h (h + 2 beta) lambda > (0.8 * 2)^2, beta its damping [s] and lambda
-// the largest eigenvalue of M^-1 K. Semi-implicit Euler without bending damping takes the sparse bound of the stiffness
-// unless integrator.jacobian is exact.
+// How bending enters: "auto" puts it into the solve when h (h + 2 beta) lambda > (0.8 * 2)^2, beta
+// its damping [s] and lambda the largest eigenvalue of M^-1 K. Semi-implicit Euler without bending
+// damping takes the sparse bound of the stiffness unless integrator.jacobian is exact.
 BendingTreatment bending_treatment(const IntegratorOptions& options, const ClothModel& model);
 
 }  // namespace loomstone

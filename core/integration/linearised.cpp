@@ -1,7 +1,8 @@
 // Schemes that solve one linear system a step, with the stiffness K and damping D of its start:
 //   (M + c_d D + c_k K) dv = inertia + sigma (f_ext - f_el) - [M + c_d D + c_k K - M] terms,
-// semi-implicit backward Euler (2.51, with the term h D v that the thesis drops), implicit midpoint and BDF-2, both
-// linearised. method.md 1.4. With u0 the displacement that would follow from dv = 0, the right side of all three is
+// semi-implicit backward Euler (2.51, with the term h D v that the thesis drops), implicit midpoint
+// and BDF-2, both linearised. method.md 1.4. With u0 the displacement that would follow from dv =
+// 0, the right side of all three is
 //   inertia + sigma (f_ext - f_el(x) - D w) - (sigma / c_k) (c_d D + c_k K) u0,
 // where w = -(x - x_) / (3 sigma) for BDF-2 and 0 for the others.
 #include <algorithm>
@@ -15,11 +16,13 @@ namespace loomstone {
 
 namespace {
 
-// The share of friction in error that is accepted without a second solve. Our choice: sheets that slide need one as they start
-// and where contacts change, none in steady sliding and at rest; the claims on friction hold with one.
+// The share of friction in error that is accepted without a second solve. Our choice: sheets that
+// slide need one as they start and where contacts change, none in steady sliding and at rest; the
+// claims on friction hold with one.
 constexpr double friction_tolerance = 0.1;
-// To what the solve is done that tells how contacts move. Our choice: friction is judged to a tenth, so a hundredth is enough;
-// a drape of 14,450 triangles takes 0.62 of the iterations of two solves to 1e-4, with a tenth 0.58.
+// To what the solve is done that tells how contacts move. Our choice: friction is judged to a
+// tenth, so a hundredth is enough; a drape of 14,450 triangles takes 0.62 of the iterations of two
+// solves to 1e-4, with a tenth 0.58.
 constexpr double rough_tolerance = 1e-2;
 
 enum class Scheme { SemiImplicitEuler, Midpoint, Bdf2 };
@@ -37,32 +40,43 @@ class LinearisedIntegrator final : public Integrator {
 
   bool implicit() const override { return true; }
 
-  IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& given, ClothState& state,
-                            Points& body_velocity) override {
+  IntegrationReport advance(const Team& team, const RowLayout& layout, const StepInputs& given,
+                            ClothState& state, Points& body_velocity) override {
     StepInputs inputs = given;
     const Index n = model_.n_vertices, rows = layout.n_rows();
     const Index begin = std::min(layout.begin(), n), end = std::min(layout.end(), n);
     const double h = inputs.step;
     const bool has_history = state.previous_x.rows() == n;
     const Scheme scheme = scheme_ == Scheme::Bdf2 && !has_history ? Scheme::Midpoint : scheme_;
-    const double c_d = scheme == Scheme::SemiImplicitEuler ? h : scheme == Scheme::Midpoint ? h / 2 : 2 * h / 3;
-    const double c_k = scheme == Scheme::SemiImplicitEuler ? h * h : scheme == Scheme::Midpoint ? h * h / 4 : 4 * h * h / 9;
+    const double c_d = scheme == Scheme::SemiImplicitEuler ? h
+                       : scheme == Scheme::Midpoint        ? h / 2
+                                                           : 2 * h / 3;
+    const double c_k = scheme == Scheme::SemiImplicitEuler ? h * h
+                       : scheme == Scheme::Midpoint        ? h * h / 4
+                                                           : 4 * h * h / 9;
     const double sigma = scheme == Scheme::Bdf2 ? 2 * h / 3 : h;
     const BodyRows body_rows(h, sigma, c_k, scheme == Scheme::Midpoint ? h / 2 : h);
     body_mass_ = body_rows.masses(given.body_mass);
     inputs.body_mass = &body_mass_;
 
     for (Points* const table : {&change_, &displacement_, &rhs_}) keep_zero_outside(*table, rows);
-    for (Points* const table : {&cloth_displacement_, &force_, &product_}) keep_zero_outside(*table, n);
-    // Friction depends on slip and normal force at the end of the step, which a solve tells: a rough one is enough. Where cloth
-    // is in contact the last change is no start for it: its residual is nearly always larger than that of zero.
+    for (Points* const table : {&cloth_displacement_, &force_, &product_})
+      keep_zero_outside(*table, n);
+    // Friction depends on slip and normal force at the end of the step, which a solve tells: a
+    // rough one is enough. Where cloth is in contact the last change is no start for it: its
+    // residual is nearly always larger than that of zero.
     const bool asks = inputs.friction_at && inputs.terms && !inputs.terms->empty();
     const bool starts_from_last = !asks && state.last_change.rows() == rows;
-    const double reach = scheme == Scheme::SemiImplicitEuler ? h : scheme == Scheme::Midpoint ? h / 2 : 2 * h / 3;
-    const auto velocity = [&](Index row) { return Vec3(row < n ? state.v.row(row) : body_velocity.row(row - n)); };
+    const double reach = scheme == Scheme::SemiImplicitEuler ? h
+                         : scheme == Scheme::Midpoint        ? h / 2
+                                                             : 2 * h / 3;
+    const auto velocity = [&](Index row) {
+      return Vec3(row < n ? state.v.row(row) : body_velocity.row(row - n));
+    };
     const auto displace = [&](Index row) {
       Vec3 moved = reach * velocity(row);
-      if (scheme == Scheme::Bdf2 && row < n) moved += (state.x.row(row) - state.previous_x.row(row)).transpose() / 3.0;
+      if (scheme == Scheme::Bdf2 && row < n)
+        moved += (state.x.row(row) - state.previous_x.row(row)).transpose() / 3.0;
       if (scheme == Scheme::Bdf2 && row >= n) moved = h * velocity(row);
       displacement_.row(row) = moved;
       if (row < n) cloth_displacement_.row(row) = moved;
@@ -96,21 +110,25 @@ class LinearisedIntegrator final : public Integrator {
     } else {
       elasticity_.add_implicit_forces(team, state.x, nullptr, begin, end, force_);
     }
-    elasticity_.assemble(team, state.x, kind_, c_d, c_k, begin, end, &cloth_displacement_, &product_);
+    elasticity_.assemble(team, state.x, kind_, c_d, c_k, begin, end, &cloth_displacement_,
+                         &product_);
     parallel_for(team, end - begin, [&](Index i) {
       const Index row = begin + i;
       rhs_.row(row) = sigma * force_.row(row) - sigma / c_k * product_.row(row);
-      if (scheme == Scheme::Bdf2) rhs_.row(row) += model_.mass[row] / 3.0 * (state.v.row(row) - state.previous_v.row(row));
+      if (scheme == Scheme::Bdf2)
+        rhs_.row(row) += model_.mass[row] / 3.0 * (state.v.row(row) - state.previous_v.row(row));
     });
-    const double term_time = scheme == Scheme::Midpoint ? h / 2 : h;  // when the scheme evaluates forces
+    const double term_time =
+        scheme == Scheme::Midpoint ? h / 2 : h;  // when the scheme evaluates forces
     const double rough = asks ? std::max(rough_tolerance, tolerance_) : 0.0;
-    LinearReport solved = solve(team, layout, inputs, sigma, c_k, term_time, rough, StepSolve::Since::AnotherMatrix);
+    LinearReport solved =
+        solve(team, layout, inputs, sigma, c_k, term_time, rough, StepSolve::Since::AnotherMatrix);
     int iterations = solved.iterations;
     if (asks && solved.converged) {
       StepInputs again = inputs;
       terms_ = *inputs.terms;
-      const bool wrong =
-          (*inputs.friction_at)(displacement_ + c_k / sigma * change_, term_time, terms_) >= friction_tolerance;
+      const bool wrong = (*inputs.friction_at)(displacement_ + c_k / sigma * change_, term_time,
+                                               terms_) >= friction_tolerance;
       if (wrong) again.terms = &terms_;
       if (wrong || solved.residual > tolerance_) {
         solved = solve(team, layout, again, sigma, c_k, term_time, 0.0,
@@ -120,8 +138,10 @@ class LinearisedIntegrator final : public Integrator {
     }
     if (!solved.converged)
       throw StepFailure("the linear solve of the implicit step did not reach its tolerance in " +
-                          std::to_string(solved.iterations) + " iterations (residual " + std::to_string(solved.residual) +
-                          "); shorten integrator.step, loosen integrator.tolerance or use linear_solver=\"direct\"");
+                        std::to_string(solved.iterations) + " iterations (residual " +
+                        std::to_string(solved.residual) +
+                        "); shorten integrator.step, loosen integrator.tolerance or use "
+                        "linear_solver=\"direct\"");
 
     move(team, scheme, h, inputs, state);
     state.last_change = change_;
@@ -130,13 +150,15 @@ class LinearisedIntegrator final : public Integrator {
   }
 
  private:
-  LinearReport solve(const Team& team, const RowLayout& layout, const StepInputs& inputs, double sigma, double c_k,
-                     double term_time, double tolerance, StepSolve::Since since) {
+  LinearReport solve(const Team& team, const RowLayout& layout, const StepInputs& inputs,
+                     double sigma, double c_k, double term_time, double tolerance,
+                     StepSolve::Since since) {
     if (since != StepSolve::Since::Nothing) {
       keep_zero_outside(sum_, rhs_.rows());
       parallel_for(team, layout.end() - layout.begin(),
                    [&](Index i) { sum_.row(layout.begin() + i) = rhs_.row(layout.begin() + i); });
-      if (inputs.terms) add_term_forces(*inputs.terms, layout, sigma, term_time, displacement_, sum_);
+      if (inputs.terms)
+        add_term_forces(*inputs.terms, layout, sigma, term_time, displacement_, sum_);
     }
     return solver_.solve(team, layout, inputs, elasticity_, c_k, sum_, change_, tolerance, since);
   }
@@ -152,9 +174,11 @@ class LinearisedIntegrator final : public Integrator {
     keep_zero_outside(bending_, model_.n_vertices);
     parallel_for(team, end - begin, [&](Index i) { bending_.row(begin + i).setZero(); });
     elasticity_.add_explicit_bending(team, state.x, state.v, begin, end, bending_);
-    const bool extrapolate = scheme_ != Scheme::SemiImplicitEuler && state.previous_bending.rows() == model_.n_vertices;
+    const bool extrapolate =
+        scheme_ != Scheme::SemiImplicitEuler && state.previous_bending.rows() == model_.n_vertices;
     if (!extrapolate)
-      parallel_for(team, end - begin, [&](Index i) { force_.row(begin + i) += bending_.row(begin + i); });
+      parallel_for(team, end - begin,
+                   [&](Index i) { force_.row(begin + i) += bending_.row(begin + i); });
     else if (scheme == Scheme::Bdf2)
       force_ += 2.0 * bending_ - state.previous_bending;
     else
@@ -162,7 +186,8 @@ class LinearisedIntegrator final : public Integrator {
     if (scheme_ != Scheme::SemiImplicitEuler) state.previous_bending = bending_;
   }
 
-  void move(const Team& team, Scheme scheme, double h, const StepInputs& inputs, ClothState& state) {
+  void move(const Team& team, Scheme scheme, double h, const StepInputs& inputs,
+            ClothState& state) {
     const Index n = model_.n_vertices;
     if (scheme_ == Scheme::Bdf2) next_x_ = state.x, next_v_ = state.v;
     parallel_for(team, n, [&](Index i) {
@@ -189,13 +214,14 @@ class LinearisedIntegrator final : public Integrator {
   StepSolve solver_;
   std::vector<Mat3> body_mass_;
   ExtraTerms terms_;  // with friction that belongs to the solve before
-  Points sum_, change_, displacement_, cloth_displacement_, rhs_, force_, drift_, product_, bending_, next_x_, next_v_;
+  Points sum_, change_, displacement_, cloth_displacement_, rhs_, force_, drift_, product_,
+      bending_, next_x_, next_v_;
 };
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_linearised(const IntegratorOptions& options, const ClothModel& model,
-                                            Elasticity& elasticity) {
+std::unique_ptr<Integrator> make_linearised(const IntegratorOptions& options,
+                                            const ClothModel& model, Elasticity& elasticity) {
   const Scheme scheme = options.method == "semi-implicit-euler" ? Scheme::SemiImplicitEuler
                         : options.method == "implicit-midpoint" ? Scheme::Midpoint
                                                                 : Scheme::Bdf2;

@@ -10,9 +10,10 @@
 
 namespace loomstone {
 
-// Free bodies move by h v+ whatever the cloth's scheme, their stage being symplectic Euler, and feel the impulse h f. Where
-// forces act at displacements of d v+ of bodies, and of (c_k / sigma) y of any row with y its unknown, a body's unknown is
-// thus y = sigma d / c_k dv, and the system stays symmetric with c_k / (h d) of its mass.
+// Free bodies move by h v+ whatever the cloth's scheme, their stage being symplectic Euler, and
+// feel the impulse h f. Where forces act at displacements of d v+ of bodies, and of (c_k / sigma) y
+// of any row with y its unknown, a body's unknown is thus y = sigma d / c_k dv, and the system
+// stays symmetric with c_k / (h d) of its mass.
 struct BodyRows {
   double mass_share, velocity_share;  // of the masses in the system; dv = velocity_share * y
 
@@ -40,11 +41,13 @@ class StepSolve {
     return halo_;
   }
 
-  // (matrix of `elasticity` + c_k sum J^T H J + body masses) x = rhs; fixed rows keep the x they come with. tolerance: of
-  // iterations, 0 for that of the options. `since` the last solve nothing has changed, or nothing but the terms and rhs.
+  // (matrix of `elasticity` + c_k sum J^T H J + body masses) x = rhs; fixed rows keep the x they
+  // come with. tolerance: of iterations, 0 for that of the options. `since` the last solve nothing
+  // has changed, or nothing but the terms and rhs.
   enum class Since { AnotherMatrix, OtherTerms, Nothing };
-  LinearReport solve(const Team& team, const RowLayout& layout, const StepInputs& inputs, Elasticity& elasticity,
-                     double c_k, const Points& rhs, Points& x, double tolerance = 0.0, Since since = Since::AnotherMatrix) {
+  LinearReport solve(const Team& team, const RowLayout& layout, const StepInputs& inputs,
+                     Elasticity& elasticity, double c_k, const Points& rhs, Points& x,
+                     double tolerance = 0.0, Since since = Since::AnotherMatrix) {
     const BlockMatrix& matrix = elasticity.matrix();
     LinearSystem system;
     system.matrix = &matrix;

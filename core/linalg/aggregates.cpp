@@ -6,8 +6,8 @@ namespace loomstone {
 
 namespace {
 
-// Rows an aggregate grows to. On draped cloth iterations with 8, 12 and 16 are as 1, 1 and 1.1; with 8 the coarse level has
-// half as many nodes again as with 12.
+// Rows an aggregate grows to. On draped cloth iterations with 8, 12 and 16 are as 1, 1 and 1.1;
+// with 8 the coarse level has half as many nodes again as with 12.
 constexpr Index grown_size = 12;
 
 // Grows the aggregates of the rows [begin, end).
@@ -43,7 +43,8 @@ class Block {
     for_coupled(row, [&](Index other) { ++links_[other - begin_]; });
   }
 
-  // The row with most couplings to the aggregate that belongs to none, -1 where none is coupled; ties go to the first.
+  // The row with most couplings to the aggregate that belongs to none, -1 where none is coupled;
+  // ties go to the first.
   Index most_linked() const {
     Index best = -1, most = 0;
     for (Index row = begin_; row < end_; ++row)
@@ -51,7 +52,8 @@ class Block {
     return best;
   }
 
-  // Of the aggregates [first, last) the one with most couplings to the rows just taken; -1 where there is none.
+  // Of the aggregates [first, last) the one with most couplings to the rows just taken; -1 where
+  // there is none.
   Index neighbour(Index first, Index last) const {
     std::vector<Index> count(last - first, 0);
     for (const Index row : members_)
@@ -59,7 +61,8 @@ class Block {
         if (of_row_[other] >= first && of_row_[other] < last) ++count[of_row_[other] - first];
       });
     const auto most = std::max_element(count.begin(), count.end());
-    return most == count.end() || *most == 0 ? Index{-1} : first + static_cast<Index>(most - count.begin());
+    return most == count.end() || *most == 0 ? Index{-1}
+                                             : first + static_cast<Index>(most - count.begin());
   }
 
   template <class Body>

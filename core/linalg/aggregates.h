@@ -1,5 +1,6 @@
-// Rows of a block matrix in compact aggregates of about a dozen coupled rows, for coarse levels. No aggregate leaves its
-// block of rows_per_block rows, so that those of a rank lie in its rows; they are numbered block by block.
+// Rows of a block matrix in compact aggregates of about a dozen coupled rows, for coarse levels. No
+// aggregate leaves its block of rows_per_block rows, so that those of a rank lie in its rows; they
+// are numbered block by block.
 #pragma once
 
 #include <vector>

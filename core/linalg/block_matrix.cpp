@@ -12,7 +12,8 @@ BlockMatrix::BlockMatrix(Index n_rows, const std::vector<std::pair<Index, Index>
   std::vector<Index> start(n_rows + 1, 0);
   for (Index row = 0; row < n_rows; ++row) ++start[row + 1];
   for (const auto& [i, j] : couplings) {
-    assert(i >= 0 && j >= 0 && i < n_rows && j < n_rows && i != j && "couplings join two different rows");
+    assert(i >= 0 && j >= 0 && i < n_rows && j < n_rows && i != j &&
+           "couplings join two different rows");
     ++start[i + 1], ++start[j + 1];
   }
   for (Index row = 0; row < n_rows; ++row) start[row + 1] += start[row];
@@ -35,20 +36,22 @@ BlockMatrix::BlockMatrix(Index n_rows, const std::vector<std::pair<Index, Index>
 }
 
 Index BlockMatrix::find(Index row, Index column) const {
-  const auto begin = columns_.begin() + row_start_[row], end = columns_.begin() + row_start_[row + 1];
+  const auto begin = columns_.begin() + row_start_[row],
+             end = columns_.begin() + row_start_[row + 1];
   const auto found = std::lower_bound(begin, end, column);
-  return found != end && *found == column ? static_cast<Index>(found - columns_.begin()) : Index{-1};
+  return found != end && *found == column ? static_cast<Index>(found - columns_.begin())
+                                          : Index{-1};
 }
 
 void BlockMatrix::set_zero() { std::fill(values_.begin(), values_.end(), 0.0); }
 
 namespace {
 
-// One 4-wide load per block column: the fourth lane holds the next column's first entry and is dropped at the end. Three
-// partial sums, one a column, keep the additions independent.
+// One 4-wide load per block column: the fourth lane holds the next column's first entry and is
+// dropped at the end. Three partial sums, one a column, keep the additions independent.
 LOOMSTONE_CLONES
-void multiply_rows(Index begin, Index end, const Index* row_start, const Index* columns, const double* values,
-                   const double* x, double* y) {
+void multiply_rows(Index begin, Index end, const Index* row_start, const Index* columns,
+                   const double* values, const double* x, double* y) {
   for (Index row = begin; row < end; ++row) {
     Quad sum0{}, sum1{}, sum2{};
     for (Index k = row_start[row]; k < row_start[row + 1]; ++k) {

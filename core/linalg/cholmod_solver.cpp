@@ -1,6 +1,7 @@
-// Direct solve by sparse Cholesky factorisation (CHOLMOD, the only file that includes it). Chen, Davis, Hager and
-// Rajamanickam, "Algorithm 887: CHOLMOD", ACM Trans. Math. Softw. 35 (2008). The symbolic analysis is kept while the
-// pattern of matrix and terms stays; it depends on that pattern alone, so a rebuilt solver gives the same bits.
+// Direct solve by sparse Cholesky factorisation (CHOLMOD, the only file that includes it). Chen,
+// Davis, Hager and Rajamanickam, "Algorithm 887: CHOLMOD", ACM Trans. Math. Softw. 35 (2008). The
+// symbolic analysis is kept while the pattern of matrix and terms stays; it depends on that pattern
+// alone, so a rebuilt solver gives the same bits.
 #include <cholmod.h>
 #include <dlfcn.h>
 
@@ -18,7 +19,8 @@ namespace {
 
 // Results of OpenBLAS depend on its number of threads.
 void use_one_blas_thread() {
-  if (void* set = dlsym(RTLD_DEFAULT, "openblas_set_num_threads")) reinterpret_cast<void (*)(int)>(set)(1);
+  if (void* set = dlsym(RTLD_DEFAULT, "openblas_set_num_threads"))
+    reinterpret_cast<void (*)(int)>(set)(1);
 }
 
 using Couplings = std::vector<std::pair<Index, Index>>;
@@ -28,7 +30,8 @@ class DirectSolver final : public LinearSolver {
   DirectSolver() {
     cholmod_start(&common_);
     common_.print = 0;
-    common_.final_ll = 1;  // L L^T also where the factor is simplicial: a negative pivot is an error, not a result
+    common_.final_ll =
+        1;  // L L^T also where the factor is simplicial: a negative pivot is an error, not a result
   }
   ~DirectSolver() override {
     cholmod_free_factor(&factor_, &common_);
@@ -40,7 +43,8 @@ class DirectSolver final : public LinearSolver {
   LinearReport solve(const Team&, const LinearSystem& system, const Points& b, Points& x) override {
     if (!system.layout->single())
       throw Unsupported("the linear solver \"direct\" runs on one rank, got " +
-                        std::to_string(system.layout->communicator().size()) + " ranks; use \"pcg\"");
+                        std::to_string(system.layout->communicator().size()) +
+                        " ranks; use \"pcg\"");
     check_system(system, b, x);
     update_pattern(system);
     assemble(system);
@@ -53,11 +57,13 @@ class DirectSolver final : public LinearSolver {
   }
 
  private:
-  // The pattern of matrix, bodies and terms together; analysed again only where it differs from the last one.
+  // The pattern of matrix, bodies and terms together; analysed again only where it differs from the
+  // last one.
   void update_pattern(const LinearSystem& system) {
     Couplings extra = couplings_outside(system);
     const Index rows = system.layout->n_rows(), n_cloth = n_cloth_rows(system);
-    const bool same = factor_ != nullptr && whole_.n_rows() == rows && n_cloth_ == n_cloth && extra == extra_ &&
+    const bool same = factor_ != nullptr && whole_.n_rows() == rows && n_cloth_ == n_cloth &&
+                      extra == extra_ &&
                       (n_cloth == 0 || (system.matrix->columns() == matrix_columns_ &&
                                         system.matrix->row_start() == matrix_start_));
     if (same) return;
@@ -74,12 +80,15 @@ class DirectSolver final : public LinearSolver {
     whole_ = BlockMatrix(rows, all);
     place_.resize(n_cloth > 0 ? system.matrix->n_blocks() : 0);
     for (Index row = 0; row < n_cloth; ++row)
-      for (Index k = matrix_start_[row]; k < matrix_start_[row + 1]; ++k) place_[k] = whole_.find(row, matrix_columns_[k]);
+      for (Index k = matrix_start_[row]; k < matrix_start_[row + 1]; ++k)
+        place_[k] = whole_.find(row, matrix_columns_[k]);
     lay_out_columns();
     cholmod_free_factor(&factor_, &common_);
     cholmod_sparse lower = lower_triangle();
     factor_ = cholmod_analyze(&lower, &common_);
-    if (factor_ == nullptr) throw SolverFailure("direct solve: the symbolic analysis needs more memory than there is; use \"pcg\"");
+    if (factor_ == nullptr)
+      throw SolverFailure(
+          "direct solve: the symbolic analysis needs more memory than there is; use \"pcg\"");
   }
 
   // Pairs of rows that terms couple and the matrix does not, sorted.
@@ -100,7 +109,8 @@ class DirectSolver final : public LinearSolver {
     return found;
   }
 
-  // Compressed columns of the lower triangle, single entries: column (3 j + c) holds rows 3 i + d of blocks i >= j.
+  // Compressed columns of the lower triangle, single entries: column (3 j + c) holds rows 3 i + d
+  // of blocks i >= j.
   void lay_out_columns() {
     column_start_.assign(1, 0);
     row_index_.clear();
@@ -139,9 +149,11 @@ class DirectSolver final : public LinearSolver {
     if (system.terms == nullptr) return;
     for (const ExtraTerm& term : *system.terms)
       for (int a = 0; a < term.n_entries; ++a) {
-        const Mat3 left = system.term_scale * (term.entries[a].jacobian().transpose() * term.hessian);
+        const Mat3 left =
+            system.term_scale * (term.entries[a].jacobian().transpose() * term.hessian);
         for (int b = 0; b < term.n_entries; ++b)
-          whole_.block_map(whole_.find(term.entries[a].row, term.entries[b].row)) += left * term.entries[b].jacobian();
+          whole_.block_map(whole_.find(term.entries[a].row, term.entries[b].row)) +=
+              left * term.entries[b].jacobian();
       }
   }
 
@@ -158,7 +170,8 @@ class DirectSolver final : public LinearSolver {
     }
     for (Index row = 0; row < rows; ++row)
       right_.segment<3>(3 * row) =
-          is_fixed(system, row) ? Vec3(Vec3::Zero()) : Vec3(b.row(row).transpose() - product_.segment<3>(4 * row));
+          is_fixed(system, row) ? Vec3(Vec3::Zero())
+                                : Vec3(b.row(row).transpose() - product_.segment<3>(4 * row));
   }
 
   // Fixed rows and columns become those of the identity; the pattern stays.
@@ -170,7 +183,8 @@ class DirectSolver final : public LinearSolver {
           const Index i = whole_.columns()[k];
           const bool cut = is_fixed(system, i) || is_fixed(system, j);
           const double* block = whole_.block(k);  // A(j, i), so that A(i, j)(d, c) = block(c, d)
-          for (int d = i == j ? c : 0; d < 3; ++d) *entry++ = cut ? (i == j && c == d ? 1.0 : 0.0) : block[c + 3 * d];
+          for (int d = i == j ? c : 0; d < 3; ++d)
+            *entry++ = cut ? (i == j && c == d ? 1.0 : 0.0) : block[c + 3 * d];
         }
   }
 
@@ -181,8 +195,9 @@ class DirectSolver final : public LinearSolver {
     cholmod_factorize(&lower, factor_, &common_);
     if (common_.status == CHOLMOD_NOT_POSDEF) {
       const int row = static_cast<const int*>(factor_->Perm)[factor_->minor] / 3;
-      throw SolverFailure("linear solve: the matrix must be positive definite, got a negative pivot in row " +
-                          std::to_string(row) + " (direct); reduce the step size");
+      throw SolverFailure(
+          "linear solve: the matrix must be positive definite, got a negative pivot in row " +
+          std::to_string(row) + " (direct); reduce the step size");
     }
     if (common_.status < CHOLMOD_OK)
       throw SolverFailure("direct solve: the factor needs more memory than there is; use \"pcg\"");
@@ -197,7 +212,8 @@ class DirectSolver final : public LinearSolver {
     right.dtype = CHOLMOD_DOUBLE;
     const NoNestedRegions serial;
     cholmod_dense* solution = cholmod_solve(CHOLMOD_A, factor_, &right, &common_);
-    if (solution == nullptr) throw SolverFailure("direct solve: no memory for the solution; use \"pcg\"");
+    if (solution == nullptr)
+      throw SolverFailure("direct solve: no memory for the solution; use \"pcg\"");
     const double* values = static_cast<const double*>(solution->x);
     for (Index row = 0; row < whole_.n_rows(); ++row)
       padded_.segment<4>(4 * row) << values[3 * row], values[3 * row + 1], values[3 * row + 2], 0.0;
@@ -236,6 +252,8 @@ class DirectSolver final : public LinearSolver {
 
 }  // namespace
 
-std::unique_ptr<LinearSolver> make_cholmod(const LinearOptions&) { return std::make_unique<DirectSolver>(); }
+std::unique_ptr<LinearSolver> make_cholmod(const LinearOptions&) {
+  return std::make_unique<DirectSolver>();
+}
 
 }  // namespace loomstone

@@ -14,28 +14,33 @@ namespace {
 
 constexpr Index largest_factor = 32;  // nodes of the coarsest level
 constexpr Index parents_per_chunk = rows_per_block / 8;
-constexpr Index chunks_a_task = 8;           // 1,024 nodes, about 5 us
+constexpr Index chunks_a_task = 8;             // 1,024 nodes, about 5 us
 constexpr Index chunks_of_product_a_task = 2;  // 256 nodes, likewise
-// Jacobi sweeps with this damping converge where no more than four nodes meet in an element or a term (eigenvalues of
-// D^-1 A below four); elements that meet more were never seen to need less, and a cycle that fails is given up.
+// Jacobi sweeps with this damping converge where no more than four nodes meet in an element or a
+// term (eigenvalues of D^-1 A below four); elements that meet more were never seen to need less,
+// and a cycle that fails is given up.
 constexpr double damping = 0.5;
 
 // z = B r, or z += B (r - t) where t is given.
 LOOMSTONE_CLONES
-void smooth(Index first, Index last, const float* inverse, const float* r, const float* t, float* z) {
+void smooth(Index first, Index last, const float* inverse, const float* r, const float* t,
+            float* z) {
   for (std::size_t i = first; i < static_cast<std::size_t>(last); ++i) {
     const float* b = inverse + 12 * i;
     FloatQuad v = quad_load(r + 4 * i), sum{};
     if (t) v -= quad_load(t + 4 * i), sum = quad_load(z + 4 * i);
-    quad_store(z + 4 * i, ((sum + quad_load(b) * v[0]) + quad_load(b + 4) * v[1]) + quad_load(b + 8) * v[2]);
+    quad_store(z + 4 * i,
+               ((sum + quad_load(b) * v[0]) + quad_load(b + 4) * v[1]) + quad_load(b + 8) * v[2]);
   }
 }
 
 // Calls body(first, last) on whole chunks of [0, n), the unit in which solvers count their work.
 template <class Body>
-void in_chunks(const Team& team, Index n, Index chunk, Body&& body, Index least_a_task = chunks_a_task) {
+void in_chunks(const Team& team, Index n, Index chunk, Body&& body,
+               Index least_a_task = chunks_a_task) {
   const Index n_chunks = (n + chunk - 1) / chunk;
-  parallel_ranges(team, n_chunks, std::max(least_a_task, (n_chunks + team.threads - 1) / team.threads),
+  parallel_ranges(team, n_chunks,
+                  std::max(least_a_task, (n_chunks + team.threads - 1) / team.threads),
                   [&](Index first, Index last) { body(first * chunk, std::min(n, last * chunk)); });
 }
 
@@ -52,7 +57,8 @@ void CoarseLevels::set_pattern(const BlockMatrix& matrix) {
   const auto of = [&](Index row) { return aggregates_.of_row[row]; };
   for (Index row = 0; row < matrix.n_rows(); ++row)
     for (Index k = matrix.row_start()[row]; k < matrix.row_start()[row + 1]; ++k)
-      if (of(matrix.columns()[k]) > of(row)) couplings.emplace_back(of(row), of(matrix.columns()[k]));
+      if (of(matrix.columns()[k]) > of(row))
+        couplings.emplace_back(of(row), of(matrix.columns()[k]));
   plain_ = BlockMatrix(n_nodes_, couplings);
   target_.resize(matrix.n_blocks());
   for (Index row = 0; row < matrix.n_rows(); ++row)
@@ -74,7 +80,8 @@ void CoarseLevels::lay_out() {
   levels_[0].matrix = BlockMatrix(n_nodes_, couplings);
   place_.resize(plain_.n_blocks());
   for (Index row = 0; row < n_nodes_; ++row)
-    for (Index k = start[row]; k < start[row + 1]; ++k) place_[k] = levels_[0].matrix.find(row, columns[k]);
+    for (Index k = start[row]; k < start[row + 1]; ++k)
+      place_[k] = levels_[0].matrix.find(row, columns[k]);
   if (n_nodes_ > largest_factor) add_level(levels_[0], aggregates_.block_start);
   while (levels_.back().matrix.n_rows() > largest_factor) {
     const Index n = levels_.back().matrix.n_rows();
@@ -97,7 +104,8 @@ void CoarseLevels::lay_out() {
 void CoarseLevels::add_level(Level& fine, std::vector<Index> child_start) {
   std::vector<Index> parent(fine.matrix.n_rows());
   for (std::size_t node = 0; node + 1 < child_start.size(); ++node)
-    std::fill(parent.begin() + child_start[node], parent.begin() + child_start[node + 1], static_cast<Index>(node));
+    std::fill(parent.begin() + child_start[node], parent.begin() + child_start[node + 1],
+              static_cast<Index>(node));
   std::vector<std::pair<Index, Index>> couplings;
   const std::vector<Index>&start = fine.matrix.row_start(), &columns = fine.matrix.columns();
   for (Index row = 0; row < fine.matrix.n_rows(); ++row)
@@ -118,19 +126,22 @@ void CoarseLevels::prepare(const Team& team, const LinearSystem& system) {
   n_blocks_ = (layout.n_rows() + rows_per_block - 1) / rows_per_block;
   slot_.resize(layout.n_rows());
   for (Index row = 0; row < layout.n_rows(); ++row)
-    slot_[row] = row < n_cloth_rows(system) && !is_fixed(system, row) ? aggregates_.of_row[row]
-                                                                     : n_nodes_ + row / rows_per_block;
+    slot_[row] = row < n_cloth_rows(system) && !is_fixed(system, row)
+                     ? aggregates_.of_row[row]
+                     : n_nodes_ + row / rows_per_block;
   residual_.assign(4 * static_cast<std::size_t>(n_slots()), 0.0f);
   correction_ = residual_;
   sum_rows(team, system);
   gather_rows(layout);
   couple_terms(system);
   levels_[0].matrix.set_zero();
-  for (Index k = 0; k < plain_.n_blocks(); ++k) add_block(plain_.block(k), levels_[0].matrix.block(place_[k]));
+  for (Index k = 0; k < plain_.n_blocks(); ++k)
+    add_block(plain_.block(k), levels_[0].matrix.block(place_[k]));
   add_terms(system);
   for (std::size_t l = 1; l < levels_.size(); ++l) sum_level(levels_[l - 1], levels_[l]);
   // Only now: the identity of nodes without a free row must not weigh on the levels above.
-  usable_ = std::all_of(levels_.begin(), levels_.end(), [&](Level& level) { return invert_diagonal(level); });
+  usable_ = std::all_of(levels_.begin(), levels_.end(),
+                        [&](Level& level) { return invert_diagonal(level); });
   if (!usable_) return;
   for (Level& level : levels_)
     if (!level.child_start.empty())
@@ -150,18 +161,21 @@ void CoarseLevels::prepare(const Team& team, const LinearSystem& system) {
 void CoarseLevels::sum_rows(const Team& team, const LinearSystem& system) {
   const BlockMatrix& matrix = *system.matrix;
   const OwnedBlocks owned = owned_blocks(*system.layout);
-  const Index last_block = std::min<Index>(owned.last, static_cast<Index>(aggregates_.block_start.size()) - 1);
+  const Index last_block =
+      std::min<Index>(owned.last, static_cast<Index>(aggregates_.block_start.size()) - 1);
   parallel_for(
       team, std::max<Index>(0, last_block - owned.first),
       [&](Index i) {
-        const Index block = owned.first + i, end = std::min(matrix.n_rows(), (block + 1) * rows_per_block);
+        const Index block = owned.first + i,
+                    end = std::min(matrix.n_rows(), (block + 1) * rows_per_block);
         const Index from = plain_.row_start()[aggregates_.block_start[block]];
         const Index to = plain_.row_start()[aggregates_.block_start[block + 1]];
         std::fill(plain_.block(from), plain_.block(to), 0.0);
         for (Index row = block * rows_per_block; row < end; ++row) {
           if (slot_[row] >= n_nodes_) continue;
           for (Index k = matrix.row_start()[row]; k < matrix.row_start()[row + 1]; ++k)
-            if (slot_[matrix.columns()[k]] < n_nodes_) add_block(matrix.block(k), plain_.block(target_[k]));
+            if (slot_[matrix.columns()[k]] < n_nodes_)
+              add_block(matrix.block(k), plain_.block(target_[k]));
         }
       },
       4);
@@ -177,7 +191,8 @@ void CoarseLevels::gather_rows(const RowLayout& layout) {
   if (layout.single()) return;
   std::vector<std::size_t> offsets;
   for (const Index start : layout.starts())
-    offsets.push_back(9 * sizeof(double) * static_cast<std::size_t>(plain_.row_start()[first_node(start)]));
+    offsets.push_back(9 * sizeof(double) *
+                      static_cast<std::size_t>(plain_.row_start()[first_node(start)]));
   layout.communicator().gather_all(plain_.block(0), offsets);
 }
 
@@ -201,8 +216,9 @@ CoarseLevels::TermNodes CoarseLevels::nodes_of(const ExtraTerm& term) const {
   return nodes;
 }
 
-// Layers that touch: their aggregates are coupled by terms alone. Couplings that no term has any more stay until they are
-// most of all (they are zero then and change no bit), as what has just parted often meets again; every rank knows all terms.
+// Layers that touch: their aggregates are coupled by terms alone. Couplings that no term has any
+// more stay until they are most of all (they are zero then and change no bit), as what has just
+// parted often meets again; every rank knows all terms.
 void CoarseLevels::couple_terms(const LinearSystem& system) {
   if (!system.terms) return;
   Couplings wanted;
@@ -216,15 +232,18 @@ void CoarseLevels::couple_terms(const LinearSystem& system) {
   std::sort(wanted.begin(), wanted.end());
   wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
   const std::size_t most = 2 * wanted.size() + 64;
-  const bool there = std::includes(couplings_.begin(), couplings_.end(), wanted.begin(), wanted.end());
+  const bool there =
+      std::includes(couplings_.begin(), couplings_.end(), wanted.begin(), wanted.end());
   if (there && couplings_.size() <= most) return;
   Couplings all;
-  std::set_union(couplings_.begin(), couplings_.end(), wanted.begin(), wanted.end(), std::back_inserter(all));
+  std::set_union(couplings_.begin(), couplings_.end(), wanted.begin(), wanted.end(),
+                 std::back_inserter(all));
   couplings_ = all.size() <= most ? std::move(all) : std::move(wanted);
   lay_out();
 }
 
-// sum over aggregates I, J of W_I W_J H, W the sum of weights in an aggregate; every rank knows all terms.
+// sum over aggregates I, J of W_I W_J H, W the sum of weights in an aggregate; every rank knows all
+// terms.
 void CoarseLevels::add_terms(const LinearSystem& system) {
   if (!system.terms) return;
   BlockMatrix& first = levels_[0].matrix;
@@ -259,7 +278,8 @@ bool CoarseLevels::invert_diagonal(Level& level) const {
 
 void CoarseLevels::clear_residual(Index block) {
   const auto clear = [&](Index first, Index last) {
-    std::fill_n(residual_.begin() + 4 * static_cast<std::size_t>(first), 4 * static_cast<std::size_t>(last - first), 0.0f);
+    std::fill_n(residual_.begin() + 4 * static_cast<std::size_t>(first),
+                4 * static_cast<std::size_t>(last - first), 0.0f);
   };
   if (block + 1 < static_cast<Index>(aggregates_.block_start.size()))
     clear(aggregates_.block_start[block], aggregates_.block_start[block + 1]);
@@ -278,7 +298,8 @@ double CoarseLevels::solve(const Team& team, const RowLayout& layout) {
   cycle(team, 0);
   std::copy_n(levels_[0].solution.begin(), size, correction_.begin());
   double product = 0.0;
-  for (std::size_t i = 0; i < size; ++i) product += static_cast<double>(residual_[i]) * static_cast<double>(correction_[i]);
+  for (std::size_t i = 0; i < size; ++i)
+    product += static_cast<double>(residual_[i]) * static_cast<double>(correction_[i]);
   return product;
 }
 
@@ -288,23 +309,28 @@ void CoarseLevels::cycle(const Team& team, std::size_t l) {
   float *r = level.residual.data(), *z = level.solution.data(), *t = level.product.data();
   if (level.child_start.empty()) {
     Vector values(3 * n);
-    for (Index i = 0; i < n; ++i) values.segment<3>(3 * i) = Eigen::Map<const Eigen::Vector3f>(r + 4 * i).cast<double>();
+    for (Index i = 0; i < n; ++i)
+      values.segment<3>(3 * i) = Eigen::Map<const Eigen::Vector3f>(r + 4 * i).cast<double>();
     coarsest_.solveInPlace(values);
-    for (Index i = 0; i < n; ++i) Eigen::Map<Eigen::Vector3f>(z + 4 * i) = values.segment<3>(3 * i).cast<float>();
+    for (Index i = 0; i < n; ++i)
+      Eigen::Map<Eigen::Vector3f>(z + 4 * i) = values.segment<3>(3 * i).cast<float>();
     return;
   }
   const float* inverse = level.inverse.data();
   const auto multiply = [&](Index first, Index last) {
-    level.couplings.multiply_to_rows(level.groups, RowGroups::first_group(first), RowGroups::last_group(last), z, t);
+    level.couplings.multiply_to_rows(level.groups, RowGroups::first_group(first),
+                                     RowGroups::last_group(last), z, t);
   };
-  in_chunks(team, n, rows_per_block, [&](Index first, Index last) { smooth(first, last, inverse, r, nullptr, z); });
+  in_chunks(team, n, rows_per_block,
+            [&](Index first, Index last) { smooth(first, last, inverse, r, nullptr, z); });
   in_chunks(team, n, rows_per_block, multiply, chunks_of_product_a_task);
   Level& next = levels_[l + 1];
   const Index n_next = next.matrix.n_rows();
   in_chunks(team, n_next, parents_per_chunk, [&](Index first, Index last) {
     for (Index parent = first; parent < last; ++parent) {
       FloatQuad sum{};
-      for (std::size_t i = level.child_start[parent]; i < static_cast<std::size_t>(level.child_start[parent + 1]); ++i)
+      for (std::size_t i = level.child_start[parent];
+           i < static_cast<std::size_t>(level.child_start[parent + 1]); ++i)
         sum += quad_load(r + 4 * i) - quad_load(t + 4 * i);
       quad_store(next.residual.data() + 4 * static_cast<std::size_t>(parent), sum);
     }
@@ -312,13 +338,16 @@ void CoarseLevels::cycle(const Team& team, std::size_t l) {
   cycle(team, l + 1);
   in_chunks(team, n_next, parents_per_chunk, [&](Index first, Index last) {
     for (Index parent = first; parent < last; ++parent) {
-      const FloatQuad change = quad_load(next.solution.data() + 4 * static_cast<std::size_t>(parent));
-      for (std::size_t i = level.child_start[parent]; i < static_cast<std::size_t>(level.child_start[parent + 1]); ++i)
+      const FloatQuad change =
+          quad_load(next.solution.data() + 4 * static_cast<std::size_t>(parent));
+      for (std::size_t i = level.child_start[parent];
+           i < static_cast<std::size_t>(level.child_start[parent + 1]); ++i)
         quad_store(z + 4 * i, quad_load(z + 4 * i) + change);
     }
   });
   in_chunks(team, n, rows_per_block, multiply, chunks_of_product_a_task);
-  in_chunks(team, n, rows_per_block, [&](Index first, Index last) { smooth(first, last, inverse, r, t, z); });
+  in_chunks(team, n, rows_per_block,
+            [&](Index first, Index last) { smooth(first, last, inverse, r, t, z); });
 }
 
 }  // namespace loomstone

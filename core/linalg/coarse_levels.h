@@ -1,10 +1,12 @@
-// Coarse levels of the block matrix of a LinearSystem: a common translation for each aggregate of rows, for each block of
-// rows, for each four blocks, ... . Added to the inverse diagonal blocks they make a preconditioner, in which what
-// couples far rows is solved on the coarse levels; Bramble, Pasciak and Xu, Math. Comp. 55 (1990), with plain aggregation.
-// Among the coarse levels a V-cycle, one damped Jacobi sweep before and one after; the coarsest is factorised. (To add the
-// inverse diagonal blocks of the aggregates instead took 1.03 times as long at 14,450 triangles, 1.15 at 57,800.)
-// All in single precision, which is enough for a preconditioner, but what is factorised.
-// Ranks: each adds up the coarse rows of its rows, then all hold all of them and work alike.
+// Coarse levels of the block matrix of a LinearSystem: a common translation for each aggregate of
+// rows, for each block of rows, for each four blocks, ... . Added to the inverse diagonal blocks
+// they make a preconditioner, in which what couples far rows is solved on the coarse levels;
+// Bramble, Pasciak and Xu, Math. Comp. 55 (1990), with plain aggregation. Among the coarse levels a
+// V-cycle, one damped Jacobi sweep before and one after; the coarsest is factorised. (To add the
+// inverse diagonal blocks of the aggregates instead took 1.03 times as long at 14,450
+// triangles, 1.15 at 57,800.) All in single precision, which is enough for a preconditioner, but
+// what is factorised. Ranks: each adds up the coarse rows of its rows, then all hold all of them
+// and work alike.
 #pragma once
 
 #include <vector>
@@ -21,20 +23,25 @@ class CoarseLevels {
  public:
   // Lays the levels out for this pattern.
   void set_pattern(const BlockMatrix& matrix);
-  // Sums of the blocks of free rows, terms included; the levels are laid out anew where terms couple aggregates that neither
-  // the matrix nor earlier terms do. Collective.
+  // Sums of the blocks of free rows, terms included; the levels are laid out anew where terms
+  // couple aggregates that neither the matrix nor earlier terms do. Collective.
   void prepare(const Team& team, const LinearSystem& system);
 
   // False where the matrix is no use on coarse levels (not definite to rounding): do without.
   bool usable() const { return usable_; }
 
-  // Slots of residual and correction: of each aggregate, then one a block for rows that are in none (fixed, bodies).
+  // Slots of residual and correction: of each aggregate, then one a block for rows that are in none
+  // (fixed, bodies).
   Index n_slots() const { return n_nodes_ + n_blocks_; }
   Index slot(Index row) const { return slot_[row]; }
   Index unused_slot(Index block) const { return n_nodes_ + block; }
   void clear_residual(Index block);
-  float* residual() { return residual_.data(); }      // (slots x 4) sums of the residuals of rows, filled by the caller
-  const float* correction() const { return correction_.data(); }  // (slots x 4) fourth number and last slots are zero
+  float* residual() {
+    return residual_.data();
+  }  // (slots x 4) sums of the residuals of rows, filled by the caller
+  const float* correction() const {
+    return correction_.data();
+  }  // (slots x 4) fourth number and last slots are zero
 
   // The correction for the residual; returns their product. Collective.
   double solve(const Team& team, const RowLayout& layout);
@@ -42,12 +49,14 @@ class CoarseLevels {
  private:
   struct Level {
     BlockMatrix matrix;
-    RowGroups groups;                      // of `matrix`; not at the coarsest
-    CouplingMatrix<float> couplings;       // the same matrix as kernels take it
-    std::vector<Index> child_start;        // (nodes of the next level + 1) nodes of this one; empty at the coarsest
-    std::vector<Index> target;             // (blocks) block of the next level that takes it
-    std::vector<float> inverse;            // (nodes x 12) damped inverse diagonal blocks, columns of four
-    std::vector<float> residual, solution, product;  // (nodes + 1, x 4) the last is that of empty lanes
+    RowGroups groups;                 // of `matrix`; not at the coarsest
+    CouplingMatrix<float> couplings;  // the same matrix as kernels take it
+    std::vector<Index>
+        child_start;  // (nodes of the next level + 1) nodes of this one; empty at the coarsest
+    std::vector<Index> target;   // (blocks) block of the next level that takes it
+    std::vector<float> inverse;  // (nodes x 12) damped inverse diagonal blocks, columns of four
+    std::vector<float> residual, solution,
+        product;  // (nodes + 1, x 4) the last is that of empty lanes
   };
   void lay_out();
   void add_level(Level& fine, std::vector<Index> child_start);
@@ -65,12 +74,12 @@ class CoarseLevels {
   Aggregates aggregates_;
   Index n_nodes_ = 0, n_blocks_ = 0;
   using Couplings = std::vector<std::pair<Index, Index>>;
-  BlockMatrix plain_;            // of the aggregates without terms
-  Couplings couplings_;          // of aggregates by terms alone, first < second, ascending
-  std::vector<Index> place_;     // (blocks of plain_) block of the first level
+  BlockMatrix plain_;         // of the aggregates without terms
+  Couplings couplings_;       // of aggregates by terms alone, first < second, ascending
+  std::vector<Index> place_;  // (blocks of plain_) block of the first level
   std::vector<Level> levels_;
-  std::vector<Index> target_;    // (blocks of the matrix) block of plain_
-  std::vector<Index> slot_;      // (rows)
+  std::vector<Index> target_;  // (blocks of the matrix) block of plain_
+  std::vector<Index> slot_;    // (rows)
   std::vector<float> residual_, correction_;
   Eigen::LLT<Eigen::MatrixXd> coarsest_;
   bool usable_ = false;

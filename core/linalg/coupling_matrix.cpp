@@ -16,7 +16,8 @@ LOOMSTONE_INLINE void store_as(Scalar* out, const Lanes& a) {
   if constexpr (in_halves<Lanes>) {
     store_as(out, a.low), store_as(out + Lanes::size, a.high);
   } else {
-    typedef Scalar Stored __attribute__((vector_size(sizeof(Lanes) / sizeof(double) * sizeof(Scalar))));
+    typedef Scalar Stored
+        __attribute__((vector_size(sizeof(Lanes) / sizeof(double) * sizeof(Scalar))));
     const Stored r = __builtin_convertvector(a, Stored);
     __builtin_memcpy(out, &r, sizeof r);
   }
@@ -24,11 +25,13 @@ LOOMSTONE_INLINE void store_as(Scalar* out, const Lanes& a) {
 
 // Slots of eight blocks each from `blocks` (null: none there), added to sums (9 lanes).
 template <class Scalar, class Lanes>
-LOOMSTONE_INLINE void copy_slots(Index n, const Index* sources, const double* matrix, Scalar* values, Lanes sums[9]) {
+LOOMSTONE_INLINE void copy_slots(Index n, const Index* sources, const double* matrix,
+                                 Scalar* values, Lanes sums[9]) {
   for (Index k = 0; k < n; ++k) {
     const double* block[8];
     for (int l = 0; l < 8; ++l)
-      block[l] = sources[8 * k + l] < 0 ? no_block : matrix + 9 * static_cast<std::size_t>(sources[8 * k + l]);
+      block[l] = sources[8 * k + l] < 0 ? no_block
+                                        : matrix + 9 * static_cast<std::size_t>(sources[8 * k + l]);
     for (int e = 0; e < 9; ++e) {
       const Lanes v = lanes_of<Lanes>([&](int l) LOOMSTONE_INLINE_LAMBDA { return block[l][e]; });
       sums[e] += v;
@@ -49,10 +52,11 @@ LOOMSTONE_INLINE bool is_scalar(const Lanes r[9]) {
   return !lanes_any(~scalar);
 }
 
-// sums come as the diagonal blocks and leave, in `out`, as R; returns whether its first number tells all.
+// sums come as the diagonal blocks and leave, in `out`, as R; returns whether its first number
+// tells all.
 template <class Lanes, class Scalar>
-LOOMSTONE_INLINE bool copy_group(Index n, const Index* sources, const double* matrix, const double* sums, Scalar* values,
-                                 Scalar* out) {
+LOOMSTONE_INLINE bool copy_group(Index n, const Index* sources, const double* matrix,
+                                 const double* sums, Scalar* values, Scalar* out) {
   Lanes r[9];
   for (int e = 0; e < 9; ++e) r[e] = lanes_load<Lanes>(sums + 8 * e);
   copy_slots(n, sources, matrix, values, r);
@@ -83,8 +87,8 @@ struct Arrays {
 
 // Group g of A x; `here` is x of its rows.
 template <class Scalar>
-LOOMSTONE_INLINE Triple<Scalar> couple(const Pattern& pattern, const Arrays<Scalar>& a, std::size_t g,
-                                       const Triple<Scalar>& here) {
+LOOMSTONE_INLINE Triple<Scalar> couple(const Pattern& pattern, const Arrays<Scalar>& a,
+                                       std::size_t g, const Triple<Scalar>& here) {
   Triple<Scalar> sum;
   if (pattern.scalar_sum[g]) {
     const LanesOf<Scalar> r = load_lanes(a.sums + block_stride * g);
@@ -92,17 +96,20 @@ LOOMSTONE_INLINE Triple<Scalar> couple(const Pattern& pattern, const Arrays<Scal
   } else {
     sum = block_times(a.sums + block_stride * g, here);
   }
-  for (std::size_t k = pattern.slot_start[g]; k < static_cast<std::size_t>(pattern.slot_start[g + 1]); ++k) {
+  for (std::size_t k = pattern.slot_start[g];
+       k < static_cast<std::size_t>(pattern.slot_start[g + 1]); ++k) {
     const Triple<Scalar> there = gather_rows(pattern.columns + 8 * k, a.x);
     const Triple<Scalar> f =
-        block_times(a.values + block_stride * k, Triple<Scalar>{there.x - here.x, there.y - here.y, there.z - here.z});
+        block_times(a.values + block_stride * k,
+                    Triple<Scalar>{there.x - here.x, there.y - here.y, there.z - here.z});
     sum.x += f.x, sum.y += f.y, sum.z += f.z;
   }
   return sum;
 }
 
 template <class Scalar>
-LOOMSTONE_INLINE double to_groups(const Pattern& pattern, const Arrays<Scalar>& a, Index first, Index last, Scalar* y) {
+LOOMSTONE_INLINE double to_groups(const Pattern& pattern, const Arrays<Scalar>& a, Index first,
+                                  Index last, Scalar* y) {
   Lanes256 product{};
   for (std::size_t g = first; g < static_cast<std::size_t>(last); ++g) {
     const Triple<Scalar> here = gather_rows(pattern.rows + 8 * g, a.x);
@@ -114,7 +121,8 @@ LOOMSTONE_INLINE double to_groups(const Pattern& pattern, const Arrays<Scalar>& 
 }
 
 template <class Scalar>
-LOOMSTONE_INLINE void to_rows(const Pattern& pattern, const Arrays<Scalar>& a, Index first, Index last, Scalar* y) {
+LOOMSTONE_INLINE void to_rows(const Pattern& pattern, const Arrays<Scalar>& a, Index first,
+                              Index last, Scalar* y) {
   using Row = typename LaneTypes<Scalar>::Row;
   for (std::size_t g = first; g < static_cast<std::size_t>(last); ++g) {
     const Index* rows = pattern.rows + 8 * g;
@@ -130,15 +138,18 @@ LOOMSTONE_INLINE void to_rows(const Pattern& pattern, const Arrays<Scalar>& a, I
 }
 
 LOOMSTONE_CLONES
-double multiply_groups(const Pattern& pattern, const Arrays<float>& a, Index first, Index last, float* y) {
+double multiply_groups(const Pattern& pattern, const Arrays<float>& a, Index first, Index last,
+                       float* y) {
   return to_groups(pattern, a, first, last, y);
 }
 LOOMSTONE_CLONES
-double multiply_groups(const Pattern& pattern, const Arrays<double>& a, Index first, Index last, double* y) {
+double multiply_groups(const Pattern& pattern, const Arrays<double>& a, Index first, Index last,
+                       double* y) {
   return to_groups(pattern, a, first, last, y);
 }
 LOOMSTONE_CLONES
-void multiply_rows(const Pattern& pattern, const Arrays<float>& a, Index first, Index last, float* y) {
+void multiply_rows(const Pattern& pattern, const Arrays<float>& a, Index first, Index last,
+                   float* y) {
   to_rows(pattern, a, first, last, y);
 }
 
@@ -152,14 +163,15 @@ void CouplingMatrix<Scalar>::resize(const RowGroups& groups) {
 }
 
 template <class Scalar>
-void CouplingMatrix<Scalar>::set_groups(const BlockMatrix* matrix, const std::vector<Mat3>* body_blocks,
+void CouplingMatrix<Scalar>::set_groups(const BlockMatrix* matrix,
+                                        const std::vector<Mat3>* body_blocks,
                                         const RowGroups& groups, Index first, Index last) {
   const Index n_coupled = matrix ? matrix->n_rows() : 0;
   alignas(64) double sums[block_stride];
   for (Index group = first; group < last; ++group) {
     for (int l = 0; l < 8; ++l) {
       const Index row = groups.rows[8 * static_cast<std::size_t>(group) + l];
-      const double* diagonal = row < n_coupled           ? matrix->block(matrix->diagonal()[row])
+      const double* diagonal = row < n_coupled         ? matrix->block(matrix->diagonal()[row])
                                : row < groups.n_rows() ? (*body_blocks)[row - n_coupled].data()
                                                        : no_block;
       for (int e = 0; e < 9; ++e) sums[8 * e + l] = diagonal[e];
@@ -173,20 +185,23 @@ void CouplingMatrix<Scalar>::set_groups(const BlockMatrix* matrix, const std::ve
 }
 
 template <class Scalar>
-double CouplingMatrix<Scalar>::multiply(const RowGroups& groups, Index first, Index last, const Scalar* x,
-                                        Scalar* y) const {
-  const Pattern pattern{groups.rows.data(), groups.slot_start.data(), groups.columns.data(), scalar_sum_.data()};
+double CouplingMatrix<Scalar>::multiply(const RowGroups& groups, Index first, Index last,
+                                        const Scalar* x, Scalar* y) const {
+  const Pattern pattern{groups.rows.data(), groups.slot_start.data(), groups.columns.data(),
+                        scalar_sum_.data()};
   return multiply_groups(pattern, {values_.data(), sums_.data(), x}, first, last, y);
 }
 
 template <class Scalar>
-void CouplingMatrix<Scalar>::multiply_to_rows(const RowGroups& groups, Index first, Index last, const Scalar* x,
-                                              Scalar* y) const
+void CouplingMatrix<Scalar>::multiply_to_rows(const RowGroups& groups, Index first, Index last,
+                                              const Scalar* x, Scalar* y) const
   requires std::is_same_v<Scalar, float>
 {
-  const Pattern pattern{groups.rows.data(), groups.slot_start.data(), groups.columns.data(), scalar_sum_.data()};
+  const Pattern pattern{groups.rows.data(), groups.slot_start.data(), groups.columns.data(),
+                        scalar_sum_.data()};
   // Asked again: clang 14 instantiates members whose requirement fails, too.
-  if constexpr (std::is_same_v<Scalar, float>) multiply_rows(pattern, {values_.data(), sums_.data(), x}, first, last, y);
+  if constexpr (std::is_same_v<Scalar, float>)
+    multiply_rows(pattern, {values_.data(), sums_.data(), x}, first, last, y);
 }
 
 template class CouplingMatrix<float>;

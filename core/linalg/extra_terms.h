@@ -1,8 +1,9 @@
-// Terms of few rows that join the fixed elastic pattern in an implicit solve: contacts, friction, attachments.
-// A term sees one 3-vector u = sum_i J_i v_i - drift (a relative velocity); displacements h u change its energy. With
-// g = dE/du' and H = d2E/du'2 at the start of the step (u' the displacement), row i gets the force -J_i^T g and block (i, j)
-// of the stiffness gets J_i^T H J_j. Block rows 0..n-1 are cloth vertices; body b has row n + 2b (translation of its
-// centre) and n + 2b + 1 (rotation about it).
+// Terms of few rows that join the fixed elastic pattern in an implicit solve: contacts, friction,
+// attachments. A term sees one 3-vector u = sum_i J_i v_i - drift (a relative velocity);
+// displacements h u change its energy. With g = dE/du' and H = d2E/du'2 at the start of the step
+// (u' the displacement), row i gets the force -J_i^T g and block (i, j) of the stiffness gets J_i^T
+// H J_j. Block rows 0..n-1 are cloth vertices; body b has row n + 2b (translation of its centre)
+// and n + 2b + 1 (rotation about it).
 #pragma once
 
 #include <array>
@@ -14,7 +15,8 @@ namespace loomstone {
 
 struct TermEntry {
   Index row = -1;
-  bool rotation = false;    // false: J = weight I; true: J = -weight [arm]x, so that J omega = weight omega x arm
+  bool rotation =
+      false;  // false: J = weight I; true: J = -weight [arm]x, so that J omega = weight omega x arm
   double weight = 0.0;      // [1]
   Vec3 arm = Vec3::Zero();  // point of the body relative to its centre [m]
 
@@ -35,17 +37,19 @@ struct TermEntry {
 struct ExtraTerm {
   std::array<TermEntry, 8> entries;  // rows ascending
   int n_entries = 0;
-  Vec3 gradient = Vec3::Zero();   // g [N]
-  Mat3 hessian = Mat3::Zero();    // H [N/m], symmetric PSD
-  Vec3 drift = Vec3::Zero();      // velocity of what moves by script, in u [m/s]
+  Vec3 gradient = Vec3::Zero();  // g [N]
+  Mat3 hessian = Mat3::Zero();   // H [N/m], symmetric PSD
+  Vec3 drift = Vec3::Zero();     // velocity of what moves by script, in u [m/s]
 
   // u' [m] `time` after the start, where the rows have moved by `displacement` (rows x 3).
   Vec3 relative_displacement(const Points& displacement, double time) const {
     Vec3 d = -time * drift;
-    for (int e = 0; e < n_entries; ++e) d += entries[e].apply(displacement.row(entries[e].row).transpose());
+    for (int e = 0; e < n_entries; ++e)
+      d += entries[e].apply(displacement.row(entries[e].row).transpose());
     return d;
   }
-  // Gradient there of a term whose H does not change; returns the energy above that of the start [J].
+  // Gradient there of a term whose H does not change; returns the energy above that of the start
+  // [J].
   double move_linearly(const Points& displacement, double time) {
     const Vec3 d = relative_displacement(displacement, time), start = gradient;
     gradient += hessian * d;
@@ -53,9 +57,10 @@ struct ExtraTerm {
   }
 };
 
-// What is asked for where rows have moved. Limits of friction are those of the last request of NewLimits, at first those of
-// the start: between such requests the terms have a potential, whose second derivative H is. Secant: H as of the paraboloid
-// that touches the potential from above, for which steps are never too long.
+// What is asked for where rows have moved. Limits of friction are those of the last request of
+// NewLimits, at first those of the start: between such requests the terms have a potential, whose
+// second derivative H is. Secant: H as of the paraboloid that touches the potential from above, for
+// which steps are never too long.
 enum class TermRequest { Derivative, Secant, NewLimits };
 
 using ExtraTerms = std::vector<ExtraTerm>;  // sorted by (kind, a, b) of what they came from

@@ -1,5 +1,5 @@
-// Eight rows worked at once, in single or double precision: vectors of three components with a row in every lane, and
-// their exchange with rows of four numbers (the fourth zero).
+// Eight rows worked at once, in single or double precision: vectors of three components with a row
+// in every lane, and their exchange with rows of four numbers (the fourth zero).
 #pragma once
 
 #include <cstddef>
@@ -55,7 +55,8 @@ LOOMSTONE_INLINE Triple<Scalar> gather_rows(const Index* rows, const Scalar* v) 
   Lane pair[4];  // rows l and l + 4 beside one another
   for (int l = 0; l < 4; ++l)
     pair[l] = __builtin_shufflevector(quad_load(v + 4 * static_cast<std::size_t>(rows[l])),
-                                      quad_load(v + 4 * static_cast<std::size_t>(rows[l + 4])), 0, 1, 2, 3, 4, 5, 6, 7);
+                                      quad_load(v + 4 * static_cast<std::size_t>(rows[l + 4])), 0,
+                                      1, 2, 3, 4, 5, 6, 7);
   const Lane low02 = __builtin_shufflevector(pair[0], pair[2], 0, 8, 1, 9, 4, 12, 5, 13);
   const Lane low13 = __builtin_shufflevector(pair[1], pair[3], 0, 8, 1, 9, 4, 12, 5, 13);
   const Lane high02 = __builtin_shufflevector(pair[0], pair[2], 2, 10, 3, 11, 6, 14, 7, 15);
@@ -85,7 +86,8 @@ LOOMSTONE_INLINE LanesOf<Scalar> dot(const Triple<Scalar>& a, const Triple<Scala
   return (a.x * b.x + a.y * b.y) + a.z * b.z;
 }
 
-// In double precision, in halves: gcc 12 keeps a sum of eight doubles in memory where registers hold four.
+// In double precision, in halves: gcc 12 keeps a sum of eight doubles in memory where registers
+// hold four.
 template <class Lane>
 LOOMSTONE_INLINE Lanes256 in_doubles(const Lane& a) {
   return {__builtin_convertvector(__builtin_shufflevector(a, a, 0, 1, 2, 3), HalfLanes),

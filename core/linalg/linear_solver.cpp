@@ -9,8 +9,8 @@ namespace loomstone {
 
 std::unique_ptr<LinearSolver> make_linear_solver(const LinearOptions& options) {
   if (!(options.tolerance > 0.0) || !std::isfinite(options.tolerance))
-    throw InvalidInput("the linear solver's tolerance must be > 0 [1], got " + std::to_string(options.tolerance) +
-                       "; 1e-4 suits a step of 1 ms");
+    throw InvalidInput("the linear solver's tolerance must be > 0 [1], got " +
+                       std::to_string(options.tolerance) + "; 1e-4 suits a step of 1 ms");
   if (options.max_iterations < 1)
     throw InvalidInput("the linear solver's max_iterations must be >= 1, got " +
                        std::to_string(options.max_iterations) + "; 2000 is the default");
@@ -18,8 +18,10 @@ std::unique_ptr<LinearSolver> make_linear_solver(const LinearOptions& options) {
   if (options.method == "block-jacobi") return make_block_jacobi(options);
   if (options.method == "gauss-seidel") return make_gauss_seidel(options);
   if (options.method == "direct") return make_cholmod(options);
-  throw InvalidInput("the linear solver's method must be \"pcg\", \"block-jacobi\", \"gauss-seidel\" or \"direct\", got \"" +
-                     options.method + "\"; choose one of them");
+  throw InvalidInput(
+      "the linear solver's method must be \"pcg\", \"block-jacobi\", \"gauss-seidel\" or "
+      "\"direct\", got \"" +
+      options.method + "\"; choose one of them");
 }
 
 }  // namespace loomstone

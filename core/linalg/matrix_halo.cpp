@@ -10,7 +10,9 @@ namespace {
 class HaloBuilder {
  public:
   explicit HaloBuilder(const RowLayout& layout)
-      : layout_(layout), send_(layout.communicator().size()), receive_(layout.communicator().size()) {}
+      : layout_(layout),
+        send_(layout.communicator().size()),
+        receive_(layout.communicator().size()) {}
 
   // Owned row `mine` is coupled to `other`.
   void couple(Index mine, Index other) {
@@ -65,7 +67,8 @@ Halo with_term_rows(const Halo& halo, const ExtraTerms& terms, const RowLayout& 
   for (const ExtraTerm& term : terms)
     for (int a = 0; a < term.n_entries; ++a) {
       if (!layout.owns(term.entries[a].row)) continue;
-      for (int b = 0; b < term.n_entries; ++b) builder.couple(term.entries[a].row, term.entries[b].row);
+      for (int b = 0; b < term.n_entries; ++b)
+        builder.couple(term.entries[a].row, term.entries[b].row);
     }
   return builder.halo();
 }

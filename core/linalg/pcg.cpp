@@ -1,12 +1,14 @@
-// Conjugate gradients preconditioned by the diagonal blocks, with coarse levels added (coarse_levels.h) or not, on threads and
-// ranks, or by symmetric Gauss-Seidel, whose sweeps are sequential. Hestenes and Stiefel, J. Res. NBS 49 (1952). Three
-// parallel regions an iteration, one more with extra terms; sums by blocks of rows, so the bits depend neither on threads
-// nor on ranks. Eight rows are worked at once (row_groups.h).
+// Conjugate gradients preconditioned by the diagonal blocks, with coarse levels added
+// (coarse_levels.h) or not, on threads and ranks, or by symmetric Gauss-Seidel, whose sweeps are
+// sequential. Hestenes and Stiefel, J. Res. NBS 49 (1952). Three parallel regions an iteration, one
+// more with extra terms; sums by blocks of rows, so the bits depend neither on threads nor on
+// ranks. Eight rows are worked at once (row_groups.h).
 //
-// The product is bound by memory, so the iteration works in single precision, on couplings (coupling_matrix.h); the
-// solution is summed in double precision, and the residual it really leaves, in double precision and the norm of the
-// diagonal blocks, decides when to stop. Where that residual has drifted from the iterated one the iteration goes on from
-// it [VanDerVorst2000]. What single precision cannot solve is solved in double precision.
+// The product is bound by memory, so the iteration works in single precision, on couplings
+// (coupling_matrix.h); the solution is summed in double precision, and the residual it really
+// leaves, in double precision and the norm of the diagonal blocks, decides when to stop. Where that
+// residual has drifted from the iterated one the iteration goes on from it [VanDerVorst2000]. What
+// single precision cannot solve is solved in double precision.
 #include <algorithm>
 #include <cmath>
 
@@ -24,15 +26,16 @@ namespace loomstone {
 namespace {
 
 constexpr Index least_blocks_a_thread = 4;  // 512 rows, about 5 us of work
-// How far the iterated residual in single precision may fall before the true one is looked at. Our choice, not tuned: the
-// default tolerance takes one round. Another value costs or spares products, not accuracy.
+// How far the iterated residual in single precision may fall before the true one is looked at. Our
+// choice, not tuned: the default tolerance takes one round. Another value costs or spares products,
+// not accuracy.
 constexpr double trusted_fall = 3e-5;
 
 std::size_t at(Index row) { return 4 * static_cast<std::size_t>(row); }
 std::size_t in_groups(Index group) { return 24 * static_cast<std::size_t>(group); }
 
-// Scratch of the iteration in one precision: r, z, q and the inverse diagonal blocks by groups, the direction p by rows
-// (the last is that of empty lanes, and stays zero).
+// Scratch of the iteration in one precision: r, z, q and the inverse diagonal blocks by groups, the
+// direction p by rows (the last is that of empty lanes, and stays zero).
 template <class Scalar>
 struct Krylov {
   CouplingMatrix<Scalar> matrix;
@@ -59,10 +62,12 @@ class Pcg final : public LinearSolver {
         levels_(preconditioner == Preconditioner::Levels),
         gauss_seidel_(preconditioner == Preconditioner::GaussSeidel) {}
 
-  LinearReport solve(const Team& team, const LinearSystem& system, const Points& b, Points& x) override {
+  LinearReport solve(const Team& team, const LinearSystem& system, const Points& b,
+                     Points& x) override {
     if (gauss_seidel_ && !system.layout->single())
       throw Unsupported("the linear solver \"gauss-seidel\" runs on one rank, got " +
-                        std::to_string(system.layout->communicator().size()) + " ranks; use \"pcg\"");
+                        std::to_string(system.layout->communicator().size()) +
+                        " ranks; use \"pcg\"");
     check_system(system, b, x);
     system_ = &system;
     team_ = team;
@@ -113,8 +118,11 @@ class Pcg final : public LinearSolver {
     });
   }
 
-  // Where the first of a row's three numbers lies in vectors by groups; the next are 8 further each.
-  std::size_t place_of(Index row) const { return in_groups(groups_.place[row] / 8) + groups_.place[row] % 8; }
+  // Where the first of a row's three numbers lies in vectors by groups; the next are 8 further
+  // each.
+  std::size_t place_of(Index row) const {
+    return in_groups(groups_.place[row] / 8) + groups_.place[row] % 8;
+  }
   // Writes a row of such a vector: value(place, axis).
   template <class Value>
   void set_row(Index row, std::vector<double>& v, Value&& value) const {
@@ -125,8 +133,8 @@ class Pcg final : public LinearSolver {
   // q = A p on rows [begin, end); returns p . q.
   template <class Scalar>
   double multiply(Index begin, Index end, Krylov<Scalar>& k) {
-    double product = k.matrix.multiply(groups_, RowGroups::first_group(begin), RowGroups::last_group(end), k.p.data(),
-                                       k.q.data());
+    double product = k.matrix.multiply(groups_, RowGroups::first_group(begin),
+                                       RowGroups::last_group(end), k.p.data(), k.q.data());
     if (terms_.empty()) return product;
     terms_.for_touched(begin, end, [&](Index row) {
       const Vec3 force = terms_.force(row);
@@ -139,9 +147,10 @@ class Pcg final : public LinearSolver {
     return product;
   }
 
-  // Scratch, lists of the terms, matrix in single precision, inverse diagonal blocks (zero where a row is fixed). A solve with
-  // the same matrix takes the preconditioner of the one before: friction alone has changed, and to make it anew would cost
-  // more than the iterations that spares (stack 0.84, fold 0.78 of the time, 1.1 and 0.94 of the iterations).
+  // Scratch, lists of the terms, matrix in single precision, inverse diagonal blocks (zero where a
+  // row is fixed). A solve with the same matrix takes the preconditioner of the one before:
+  // friction alone has changed, and to make it anew would cost more than the iterations that spares
+  // (stack 0.84, fold 0.78 of the time, 1.1 and 0.94 of the iterations).
   void prepare() {
     const Index rows = layout().n_rows();
     const bool laid_out = !system_->same_matrix && groups_.set_pattern(system_->matrix, rows);
@@ -156,13 +165,16 @@ class Pcg final : public LinearSolver {
     seen_.assign(sums_.size(), 0);
     terms_.build(system_->terms, system_->term_scale, layout());
     if (!layout().single())
-      halo_ = with_term_rows(system_->halo ? *system_->halo : matrix_halo(*system_->matrix, layout()),
-                             system_->terms ? *system_->terms : ExtraTerms{}, layout());
+      halo_ =
+          with_term_rows(system_->halo ? *system_->halo : matrix_halo(*system_->matrix, layout()),
+                         system_->terms ? *system_->terms : ExtraTerms{}, layout());
     if (system_->same_matrix && !gauss_seidel_) return;
     over_blocks([&](Index block, Index begin, Index end) {
       const Index first = RowGroups::first_group(begin), last = RowGroups::last_group(end);
-      if (!system_->same_matrix) single_.matrix.set_groups(system_->matrix, system_->body_blocks, groups_, first, last);
-      for (Index group = first; group < last; ++group) bad_rows_[block] = std::min(bad_rows_[block], set_inverse(group));
+      if (!system_->same_matrix)
+        single_.matrix.set_groups(system_->matrix, system_->body_blocks, groups_, first, last);
+      for (Index group = first; group < last; ++group)
+        bad_rows_[block] = std::min(bad_rows_[block], set_inverse(group));
     });
     const Index bad_row = *std::min_element(bad_rows_.begin(), bad_rows_.end());
     refuse_indefinite_row(*system_, bad_row < rows ? bad_row : -1);
@@ -178,19 +190,25 @@ class Pcg final : public LinearSolver {
     slots_.resize(groups_.rows.size());
     for (std::size_t place = 0; place < slots_.size(); ++place) {
       const Index row = groups_.rows[place];
-      slots_[place] = row < groups_.n_rows() ? coarse_.slot(row)
-                                             : coarse_.unused_slot(static_cast<Index>(place) / rows_per_block);
+      slots_[place] = row < groups_.n_rows()
+                          ? coarse_.slot(row)
+                          : coarse_.unused_slot(static_cast<Index>(place) / rows_per_block);
     }
   }
 
-  // Inverse diagonal blocks of a group; the first of its rows whose block is not positive definite, or the number of rows.
+  // Inverse diagonal blocks of a group; the first of its rows whose block is not positive definite,
+  // or the number of rows.
   Index set_inverse(Index group) {
     const Index* rows = groups_.rows.data() + 8 * static_cast<std::size_t>(group);
-    const auto is_free = [&](Index row) { return row < groups_.n_rows() && !is_fixed(*system_, row); };
+    const auto is_free = [&](Index row) {
+      return row < groups_.n_rows() && !is_fixed(*system_, row);
+    };
     alignas(64) double blocks[48];
     for (int l = 0; l < 8; ++l) {
-      const Mat3 block = is_free(rows[l]) ? diagonal_block(*system_, terms_, rows[l]) : Mat3(Mat3::Identity());
-      const double upper[6] = {block(0, 0), block(0, 1), block(0, 2), block(1, 1), block(1, 2), block(2, 2)};
+      const Mat3 block =
+          is_free(rows[l]) ? diagonal_block(*system_, terms_, rows[l]) : Mat3(Mat3::Identity());
+      const double upper[6] = {block(0, 0), block(0, 1), block(0, 2),
+                               block(1, 1), block(1, 2), block(2, 2)};
       for (int e = 0; e < 6; ++e) blocks[8 * e + l] = upper[e];
     }
     const unsigned bad = pcg::invert(blocks);
@@ -201,7 +219,8 @@ class Pcg final : public LinearSolver {
       // More than rounding to single precision takes away: what is stored is positive definite too.
       const double more = 0x1p-22 * (blocks[l] + blocks[24 + l] + blocks[40 + l]);
       for (const int e : {0, 3, 5}) blocks[8 * e + l] += more;
-      for (int e = 0; e < 6; ++e) out[8 * e + l] = is_free(rows[l]) ? static_cast<float>(blocks[8 * e + l]) : 0.0f;
+      for (int e = 0; e < 6; ++e)
+        out[8 * e + l] = is_free(rows[l]) ? static_cast<float>(blocks[8 * e + l]) : 0.0f;
     }
     return first_bad;
   }
@@ -217,60 +236,72 @@ class Pcg final : public LinearSolver {
           return fixed ? 0.0 : x_is_zero ? b(row, d) : b(row, d) - product_[at(row) + d];
         });
       }
-      return pcg::preconditioned_square(RowGroups::first_group(begin), RowGroups::last_group(end), single_.inverse.data(),
-                                        residual_.data());
+      return pcg::preconditioned_square(RowGroups::first_group(begin), RowGroups::last_group(end),
+                                        single_.inverse.data(), residual_.data());
     }));
   }
 
-  // residual_ = b - A x_ as true_residual() has it, where the last solve has left x_ and its residual, and only b and the terms
-  // are others: to single precision, as the iteration it starts.
+  // residual_ = b - A x_ as true_residual() has it, where the last solve has left x_ and its
+  // residual, and only b and the terms are others: to single precision, as the iteration it starts.
   double known_residual(const Points& b) {
     refresh(x_.data());
     return std::sqrt(sum_over_blocks([&](Index begin, Index end) {
       for (Index row = begin; row < end; ++row) {
         const bool fixed = is_fixed(*system_, row);
-        set_row(row, residual_, [&](std::size_t i, int d) { return fixed ? 0.0 : b(row, d) - product_of_matrix_[i]; });
+        set_row(row, residual_, [&](std::size_t i, int d) {
+          return fixed ? 0.0 : b(row, d) - product_of_matrix_[i];
+        });
       }
       terms_.for_touched(begin, end, [&](Index row) {
         if (is_fixed(*system_, row)) return;
         const Vec3 force = terms_.force(row);
         set_row(row, residual_, [&](std::size_t i, int d) { return residual_[i] - force[d]; });
       });
-      return pcg::preconditioned_square(RowGroups::first_group(begin), RowGroups::last_group(end), single_.inverse.data(),
-                                        residual_.data());
+      return pcg::preconditioned_square(RowGroups::first_group(begin), RowGroups::last_group(end),
+                                        single_.inverse.data(), residual_.data());
     }));
   }
 
-  // What a rough solve leaves for one with the same matrix: x_, and the product of the matrix with it, terms apart.
+  // What a rough solve leaves for one with the same matrix: x_, and the product of the matrix with
+  // it, terms apart.
   void leave(const Points& b) {
     refresh(x_.data());
     product_of_matrix_.resize(residual_.size());
     over_blocks([&](Index, Index begin, Index end) {
       for (Index row = begin; row < end; ++row)
-        set_row(row, product_of_matrix_,
-                [&](std::size_t i, int d) { return b(row, d) - b_norm_ * static_cast<double>(single_.r[i]); });
+        set_row(row, product_of_matrix_, [&](std::size_t i, int d) {
+          return b(row, d) - b_norm_ * static_cast<double>(single_.r[i]);
+        });
       terms_.for_touched(begin, end, [&](Index row) {
         const Vec3 force = terms_.force(row);
-        set_row(row, product_of_matrix_, [&](std::size_t i, int d) { return product_of_matrix_[i] - force[d]; });
+        set_row(row, product_of_matrix_,
+                [&](std::size_t i, int d) { return product_of_matrix_[i] - force[d]; });
       });
     });
     left_iteration_ = true;
   }
 
-  // With x the fixed rows alone the norm of the residual is what residuals are measured by. Then the guess is tried.
+  // With x the fixed rows alone the norm of the residual is what residuals are measured by. Then
+  // the guess is tried.
   double start(const Points& b, const Points& guess) {
     const bool stays = system_->same_matrix && left_iteration_;
-    enum { Fixed = 1, Free = 2, Other = 4 };  // rows that are fixed and not zero, free and not zero, not what x_ is
+    enum {
+      Fixed = 1,
+      Free = 2,
+      Other = 4
+    };  // rows that are fixed and not zero, free and not zero, not what x_ is
     over_blocks([&](Index block, Index begin, Index end) {
       int seen = 0;
       for (Index row = begin; row < end; ++row) {
         if (!guess.row(row).isZero(0.0)) seen |= is_fixed(*system_, row) ? Fixed : Free;
-        if (stays && guess.row(row).transpose() != Eigen::Map<const Vec3>(x_.data() + at(row))) seen |= Other;
+        if (stays && guess.row(row).transpose() != Eigen::Map<const Vec3>(x_.data() + at(row)))
+          seen |= Other;
       }
       seen_[block] = static_cast<std::uint8_t>(seen);
     });
     const auto any = [&](int what) {
-      const bool mine = std::any_of(seen_.begin(), seen_.end(), [&](std::uint8_t seen) { return (seen & what) != 0; });
+      const bool mine = std::any_of(seen_.begin(), seen_.end(),
+                                    [&](std::uint8_t seen) { return (seen & what) != 0; });
       return layout().communicator().maximum(mine) > 0;
     };
     const bool any_fixed = any(Fixed), any_guess = any(Free), known = stays && !any(Other);
@@ -299,7 +330,8 @@ class Pcg final : public LinearSolver {
     LinearReport report;
     left_iteration_ = false;
     if (b_norm_ == 0.0) return report;  // x = 0 on free rows is exact
-    const double goal = (system_->tolerance > 0.0 ? system_->tolerance : options_.tolerance) * b_norm_;
+    const double goal =
+        (system_->tolerance > 0.0 ? system_->tolerance : options_.tolerance) * b_norm_;
     const bool rough = system_->tolerance > options_.tolerance;
     bool in_double = false;
     Run way = goes_on ? Run::On : Run::Anew;
@@ -317,7 +349,8 @@ class Pcg final : public LinearSolver {
       norm = true_residual(b, false);
       if (in_double && !(norm < 0.5 * before)) break;  // rounding of double precision
       way = norm < 2.0 * iterated ? Run::Conjugate : Run::Anew;
-      if (!in_double && !(norm < 0.1 * before) && norm > goal && report.iterations < options_.max_iterations) {
+      if (!in_double && !(norm < 0.1 * before) && norm > goal &&
+          report.iterations < options_.max_iterations) {
         in_double = true;
         way = Run::Anew;
         prepare_double();
@@ -333,7 +366,8 @@ class Pcg final : public LinearSolver {
     over_blocks([&](Index, Index begin, Index end) {
       const Index first = RowGroups::first_group(begin), last = RowGroups::last_group(end);
       double_.matrix.set_groups(system_->matrix, system_->body_blocks, groups_, first, last);
-      std::copy(single_.inverse.begin() + 2 * in_groups(first), single_.inverse.begin() + 2 * in_groups(last),
+      std::copy(single_.inverse.begin() + 2 * in_groups(first),
+                single_.inverse.begin() + 2 * in_groups(last),
                 double_.inverse.begin() + 2 * in_groups(first));
     });
   }
@@ -356,14 +390,16 @@ class Pcg final : public LinearSolver {
     return levels_on_ ? square + product : square;
   }
 
-  // From residual_, in new directions or in such that are conjugate to the last; or as if the last run had not ended.
+  // From residual_, in new directions or in such that are conjugate to the last; or as if the last
+  // run had not ended.
   enum class Run { Anew, Conjugate, On };
 
   template <class Scalar>
   void begin_run(Krylov<Scalar>& k, bool conjugate) {
     const double scale = 1.0 / b_norm_;
     const double square = sum_over_groups([&](Index first, Index last) {
-      for (std::size_t i = in_groups(first); i < in_groups(last); ++i) k.r[i] = static_cast<Scalar>(scale * residual_[i]);
+      for (std::size_t i = in_groups(first); i < in_groups(last); ++i)
+        k.r[i] = static_cast<Scalar>(scale * residual_[i]);
       add_up(first, last, k);
       return pcg::precondition(first, last, k.inverse.data(), k.r.data(), k.z.data());
     });
@@ -374,28 +410,33 @@ class Pcg final : public LinearSolver {
     if (!conjugate) std::fill(k.p.begin(), k.p.end(), Scalar{0});
   }
 
-  // Iterates, with all scaled by 1 / b_norm_ (no power of which single precision could lose), until the iterated norm is
-  // below `reach`; returns it. Single precision gives up where the matrix looks indefinite to it.
+  // Iterates, with all scaled by 1 / b_norm_ (no power of which single precision could lose), until
+  // the iterated norm is below `reach`; returns it. Single precision gives up where the matrix
+  // looks indefinite to it.
   template <class Scalar>
   double run(Krylov<Scalar>& k, Run way, double reach, int& iterations) {
     if (way != Run::On) begin_run(k, way == Run::Conjugate);
     double length = 0.0;  // of the last step along p, which x takes when p changes
     while (k.norm * b_norm_ > reach && iterations < options_.max_iterations) {
       over_blocks([&](Index, Index begin, Index end) {
-        pcg::update_direction(RowGroups::first_group(begin), RowGroups::last_group(end), {groups_.rows.data(), slots_.data()},
-                              length, static_cast<Scalar>(k.beta), k.z.data(), levels_on_ ? coarse_.correction() : nullptr,
-                              k.p.data(), x_.data());
+        pcg::update_direction(RowGroups::first_group(begin), RowGroups::last_group(end),
+                              {groups_.rows.data(), slots_.data()}, length,
+                              static_cast<Scalar>(k.beta), k.z.data(),
+                              levels_on_ ? coarse_.correction() : nullptr, k.p.data(), x_.data());
       });
       length = 0.0;
       refresh(k.p.data());
-      const double curvature = sum_over_blocks([&](Index begin, Index end) { return multiply(begin, end, k); });
+      const double curvature =
+          sum_over_blocks([&](Index begin, Index end) { return multiply(begin, end, k); });
       if (!(curvature > 0.0) || !std::isfinite(curvature)) {
-        if (std::is_same_v<Scalar, double>) throw_indefinite(gauss_seidel_ ? "gauss-seidel" : "pcg", iterations + 1);
+        if (std::is_same_v<Scalar, double>)
+          throw_indefinite(gauss_seidel_ ? "gauss-seidel" : "pcg", iterations + 1);
         break;
       }
       const Scalar alpha = static_cast<Scalar>(k.rz / curvature);
       const double next_square = sum_over_groups([&](Index first, Index last) {
-        const double sum = pcg::take_step(first, last, alpha, k.q.data(), k.inverse.data(), k.r.data(), k.z.data());
+        const double sum = pcg::take_step(first, last, alpha, k.q.data(), k.inverse.data(),
+                                          k.r.data(), k.z.data());
         add_up(first, last, k);
         return sum;
       });
@@ -408,14 +449,17 @@ class Pcg final : public LinearSolver {
       k.norm = std::sqrt(next_square);
       ++iterations;
     }
-    over_blocks([&](Index, Index begin, Index end) { pcg::move(begin, end, length, k.p.data(), x_.data()); });
+    over_blocks([&](Index, Index begin, Index end) {
+      pcg::move(begin, end, length, k.p.data(), x_.data());
+    });
     return k.norm * b_norm_;
   }
 
   void finish(Points& x) {
     over_blocks([&](Index, Index begin, Index end) {
       for (Index row = begin; row < end; ++row)
-        if (!is_fixed(*system_, row)) x.row(row) = Eigen::Map<const Vec3>(x_.data() + at(row)).transpose();
+        if (!is_fixed(*system_, row))
+          x.row(row) = Eigen::Map<const Vec3>(x_.data() + at(row)).transpose();
     });
     layout().gather(x.data(), 3);
     system_ = nullptr;
@@ -432,22 +476,26 @@ class Pcg final : public LinearSolver {
   RowGroups groups_;
   Sweeps sweeps_;
   CoarseLevels coarse_;
-  std::vector<Index> slots_;  // (groups x 8) of coarse_
+  std::vector<Index> slots_;      // (groups x 8) of coarse_
   bool levels_laid_out_ = false;  // for the pattern of groups_
   bool levels_on_ = false;        // in this solve
   Krylov<float> single_;
   Krylov<double> double_;
   std::vector<double> x_, product_, residual_, sums_;
   std::vector<std::uint8_t> seen_;  // (blocks)
-  bool left_iteration_ = false;  // by the last solve, for the next: x_, directions, product_of_matrix_
-  std::vector<double> product_of_matrix_;  // (groups x 3 x 8) with x_, terms apart; where something is left
+  bool left_iteration_ =
+      false;  // by the last solve, for the next: x_, directions, product_of_matrix_
+  std::vector<double>
+      product_of_matrix_;  // (groups x 3 x 8) with x_, terms apart; where something is left
   std::vector<Index> bad_rows_;
   double b_norm_ = 0.0;
 };
 
 }  // namespace
 
-std::unique_ptr<LinearSolver> make_pcg(const LinearOptions& options) { return std::make_unique<Pcg>(options, Preconditioner::Levels); }
+std::unique_ptr<LinearSolver> make_pcg(const LinearOptions& options) {
+  return std::make_unique<Pcg>(options, Preconditioner::Levels);
+}
 std::unique_ptr<LinearSolver> make_block_jacobi(const LinearOptions& options) {
   return std::make_unique<Pcg>(options, Preconditioner::Jacobi);
 }

@@ -14,7 +14,9 @@ LOOMSTONE_INLINE Quad quad_load(const double* p) {
   return r;
 }
 
-LOOMSTONE_INLINE void quad_store(double* p, const Quad& a) { __builtin_memcpy(p, &a, sizeof(Quad)); }
+LOOMSTONE_INLINE void quad_store(double* p, const Quad& a) {
+  __builtin_memcpy(p, &a, sizeof(Quad));
+}
 
 LOOMSTONE_INLINE FloatQuad quad_load(const float* p) {
   FloatQuad r;
@@ -22,7 +24,9 @@ LOOMSTONE_INLINE FloatQuad quad_load(const float* p) {
   return r;
 }
 
-LOOMSTONE_INLINE void quad_store(float* p, const FloatQuad& a) { __builtin_memcpy(p, &a, sizeof(FloatQuad)); }
+LOOMSTONE_INLINE void quad_store(float* p, const FloatQuad& a) {
+  __builtin_memcpy(p, &a, sizeof(FloatQuad));
+}
 
 // Sum of lanes in order.
 LOOMSTONE_INLINE double quad_sum(const Quad& a) { return ((a[0] + a[1]) + a[2]) + a[3]; }

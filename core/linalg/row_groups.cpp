@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <numeric>
 
-
 namespace loomstone {
 
 bool RowGroups::is_pattern_of(const BlockMatrix* matrix, Index n_rows) const {
   if (n_rows != n_rows_ || (matrix ? matrix->n_rows() : 0) != n_coupled_) return false;
-  return n_coupled_ == 0 || (matrix->row_start() == pattern_start_ && matrix->columns() == pattern_columns_);
+  return n_coupled_ == 0 ||
+         (matrix->row_start() == pattern_start_ && matrix->columns() == pattern_columns_);
 }
 
 bool RowGroups::set_pattern(const BlockMatrix* matrix, Index n_rows) {
@@ -16,7 +16,9 @@ bool RowGroups::set_pattern(const BlockMatrix* matrix, Index n_rows) {
   n_rows_ = n_rows, n_coupled_ = matrix ? matrix->n_rows() : 0;
   pattern_start_.clear(), pattern_columns_.clear();
   if (n_coupled_ > 0) pattern_start_ = matrix->row_start(), pattern_columns_ = matrix->columns();
-  const auto n_beside = [&](Index row) { return row < n_coupled_ ? pattern_start_[row + 1] - pattern_start_[row] - 1 : 0; };
+  const auto n_beside = [&](Index row) {
+    return row < n_coupled_ ? pattern_start_[row + 1] - pattern_start_[row] - 1 : 0;
+  };
 
   rows.resize(8 * static_cast<std::size_t>(last_group(n_rows_)));
   std::iota(rows.begin(), rows.end(), Index{0});

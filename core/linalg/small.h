@@ -8,7 +8,8 @@
 
 namespace loomstone {
 
-// Inverse of a symmetric positive definite matrix; false (and `inverse` untouched) where it is not, by its leading minors.
+// Inverse of a symmetric positive definite matrix; false (and `inverse` untouched) where it is not,
+// by its leading minors.
 inline bool invert_positive_definite(const Mat3& a, Mat3& inverse) {
   const double c00 = a(1, 1) * a(2, 2) - a(1, 2) * a(1, 2);
   const double c01 = a(0, 2) * a(1, 2) - a(0, 1) * a(2, 2);
@@ -30,18 +31,19 @@ inline Vec2 symmetric_eigenvalues(const Mat2& a) {
   return {mean + radius, mean - radius};
 }
 
-// Symmetric 2x2 matrix with its negative eigenvalues replaced by zero. With eigenvalues l > 0 > m the projector on the
-// first is (A - m I) / (l - m).
+// Symmetric 2x2 matrix with its negative eigenvalues replaced by zero. With eigenvalues l > 0 > m
+// the projector on the first is (A - m I) / (l - m).
 inline Mat2 positive_part(const Mat2& a) {
   const Vec2 eigenvalues = symmetric_eigenvalues(a);
   if (eigenvalues[1] >= 0.0) return a;
   if (eigenvalues[0] <= 0.0) return Mat2::Zero();
-  return eigenvalues[0] / (eigenvalues[0] - eigenvalues[1]) * (a - eigenvalues[1] * Mat2::Identity());
+  return eigenvalues[0] / (eigenvalues[0] - eigenvalues[1]) *
+         (a - eigenvalues[1] * Mat2::Identity());
 }
 
-// One eigenvalue of a symmetric 3x3 matrix, the one farther from the other two, and its eigenvector. Smith, "Eigenvalues
-// of a symmetric 3x3 matrix", Comm. ACM 4 (1961), for the eigenvalue; the vector as the longest cross product of two
-// rows of A - lambda I.
+// One eigenvalue of a symmetric 3x3 matrix, the one farther from the other two, and its
+// eigenvector. Smith, "Eigenvalues of a symmetric 3x3 matrix", Comm. ACM 4 (1961), for the
+// eigenvalue; the vector as the longest cross product of two rows of A - lambda I.
 struct EigenPair {
   double value = 0.0;
   Vec3 vector = Vec3::UnitX();
@@ -52,7 +54,8 @@ inline EigenPair separate_eigenpair(const Mat3& a) {
   const double size = std::sqrt(deviator.squaredNorm() / 6.0);
   if (!(size > 0.0)) return {mean, Vec3::UnitX()};
   const double half_determinant = std::clamp(0.5 * (deviator / size).determinant(), -1.0, 1.0);
-  // cos(3 angle) = half_determinant: >= 0 where the largest eigenvalue stands apart, else the smallest does.
+  // cos(3 angle) = half_determinant: >= 0 where the largest eigenvalue stands apart, else the
+  // smallest does.
   const double angle = std::acos(std::abs(half_determinant)) / 3.0;
   const double value = mean + std::copysign(2.0 * size * std::cos(angle), half_determinant);
   const Mat3 shifted = a - value * Mat3::Identity();
@@ -65,8 +68,8 @@ inline EigenPair separate_eigenpair(const Mat3& a) {
   return {value, longest / length};
 }
 
-// Symmetric 3x3 matrix with its negative eigenvalues replaced by zero: the separate eigenpair is taken out, the rest is a
-// 2x2 problem across it.
+// Symmetric 3x3 matrix with its negative eigenvalues replaced by zero: the separate eigenpair is
+// taken out, the rest is a 2x2 problem across it.
 inline Mat3 positive_part(const Mat3& a) {
   const EigenPair apart = separate_eigenpair(a);
   const Vec3 u = apart.vector.unitOrthogonal(), w = apart.vector.cross(u);

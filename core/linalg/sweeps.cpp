@@ -10,9 +10,10 @@ namespace loomstone {
 
 namespace {
 
-// Block of rows after block of rows, for the sake of the caches; within a block by level of dependency, a row's level being
-// one more than the largest of the earlier rows of the block it is coupled to. Rows of one level do not wait for one
-// another; but for rounding the order within a block does not matter.
+// Block of rows after block of rows, for the sake of the caches; within a block by level of
+// dependency, a row's level being one more than the largest of the earlier rows of the block it is
+// coupled to. Rows of one level do not wait for one another; but for rounding the order within a
+// block does not matter.
 std::vector<Index> order_by_level(const BlockMatrix* matrix, Index n_rows) {
   std::vector<Index> level(n_rows, 0), order(n_rows);
   std::iota(order.begin(), order.end(), Index{0});
@@ -21,8 +22,10 @@ std::vector<Index> order_by_level(const BlockMatrix* matrix, Index n_rows) {
     const Index end = std::min(n_cloth, begin + rows_per_block);
     for (Index row = begin; row < end; ++row)
       for (Index k = matrix->row_start()[row]; k < matrix->diagonal()[row]; ++k)
-        if (matrix->columns()[k] >= begin) level[row] = std::max(level[row], level[matrix->columns()[k]] + 1);
-    std::stable_sort(order.begin() + begin, order.begin() + end, [&](Index a, Index b) { return level[a] < level[b]; });
+        if (matrix->columns()[k] >= begin)
+          level[row] = std::max(level[row], level[matrix->columns()[k]] + 1);
+    std::stable_sort(order.begin() + begin, order.begin() + end,
+                     [&](Index a, Index b) { return level[a] < level[b]; });
   }
   return order;
 }
@@ -66,23 +69,28 @@ LOOMSTONE_INLINE double sweep(const Tables& s, const Scalar* r, Scalar* z, Scala
     const Scalar* residual = r + s.offset[place];
     const Row own = {residual[0], residual[8], residual[16], Scalar{0}};
     const std::size_t row = 4 * static_cast<std::size_t>(s.order[place]);
-    quad_store(t + row, inverse_times(s.inverse + 12 * static_cast<std::size_t>(place), own - ((d + b) + c)));
+    quad_store(t + row, inverse_times(s.inverse + 12 * static_cast<std::size_t>(place),
+                                      own - ((d + b) + c)));
     quad_store(u + row, Row{});
   }
   Quad sum{};
   for (Index place = s.n_rows; place-- > 0;) {
     const std::size_t row = 4 * static_cast<std::size_t>(s.order[place]);
-    const Row v = quad_load(t + row) - inverse_times(s.inverse + 12 * static_cast<std::size_t>(place), quad_load(u + row));
+    const Row v =
+        quad_load(t + row) -
+        inverse_times(s.inverse + 12 * static_cast<std::size_t>(place), quad_load(u + row));
     for (Index k = s.start[place + 1]; k-- > s.start[place];) {
       a -= 9;
       Scalar* other = u + 4 * static_cast<std::size_t>(s.column[k]);
-      const Row f = load_as<Row>(a) * v + (yzx(load_as<Row>(a + 6) * v) + zxy(load_as<Row>(a + 3) * v));
+      const Row f =
+          load_as<Row>(a) * v + (yzx(load_as<Row>(a + 6) * v) + zxy(load_as<Row>(a + 3) * v));
       quad_store(other, quad_load(other) + f);
     }
     const Scalar* residual = r + s.offset[place];
     Scalar* out = z + s.offset[place];
     out[0] = v[0], out[8] = v[1], out[16] = v[2];
-    const Row product = Row{residual[0], residual[8], residual[16], Scalar{0}} * Row{v[0], v[1], v[2], Scalar{0}};
+    const Row product =
+        Row{residual[0], residual[8], residual[16], Scalar{0}} * Row{v[0], v[1], v[2], Scalar{0}};
     sum += __builtin_convertvector(product, Quad);
   }
   return quad_sum(sum);
@@ -113,11 +121,13 @@ void Sweeps::order_rows(const LinearSystem& system, const RowGroups& groups) {
   }
 }
 
-void Sweeps::prepare(const LinearSystem& system, const RowGroups& groups, const std::vector<float>& inverse) {
+void Sweeps::prepare(const LinearSystem& system, const RowGroups& groups,
+                     const std::vector<float>& inverse) {
   static const std::vector<Index> none;
   const std::vector<Index>& start = system.matrix ? system.matrix->row_start() : none;
   const std::vector<Index>& columns = system.matrix ? system.matrix->columns() : none;
-  if (static_cast<Index>(order_.size()) != groups.n_rows() || start != pattern_start_ || columns != pattern_columns_) {
+  if (static_cast<Index>(order_.size()) != groups.n_rows() || start != pattern_start_ ||
+      columns != pattern_columns_) {
     order_rows(system, groups);
     pattern_start_ = start, pattern_columns_ = columns;
   }
@@ -140,15 +150,25 @@ void Sweeps::prepare(const LinearSystem& system, const RowGroups& groups, const 
 template <>
 double Sweeps::apply(const std::vector<float>& r, std::vector<float>& z) {
   t_.resize(4 * order_.size()), u_.resize(4 * order_.size());
-  const Tables tables{order_.data(), offset_.data(),  start_.data(), column_.data(),
-                      lower_.data(), inverse_.data(), static_cast<Index>(order_.size())};
+  const Tables tables{order_.data(),
+                      offset_.data(),
+                      start_.data(),
+                      column_.data(),
+                      lower_.data(),
+                      inverse_.data(),
+                      static_cast<Index>(order_.size())};
   return sweep_both(tables, r.data(), z.data(), t_.data(), u_.data());
 }
 template <>
 double Sweeps::apply(const std::vector<double>& r, std::vector<double>& z) {
   wide_t_.resize(4 * order_.size()), wide_u_.resize(4 * order_.size());
-  const Tables tables{order_.data(), offset_.data(),  start_.data(), column_.data(),
-                      lower_.data(), inverse_.data(), static_cast<Index>(order_.size())};
+  const Tables tables{order_.data(),
+                      offset_.data(),
+                      start_.data(),
+                      column_.data(),
+                      lower_.data(),
+                      inverse_.data(),
+                      static_cast<Index>(order_.size())};
   return sweep_both(tables, r.data(), z.data(), wide_t_.data(), wide_u_.data());
 }
 

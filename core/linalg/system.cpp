@@ -17,8 +17,9 @@ void check_system(const LinearSystem& system, const Points& b, const Points& x) 
   const Index bodies = system.body_blocks ? static_cast<Index>(system.body_blocks->size()) : 0;
   const auto require = [&](const char* what, Eigen::Index got) {
     if (got != rows)
-      throw InvalidInput(std::string("linear system: ") + what + " must have one row for each of the " +
-                         std::to_string(rows) + " rows of the layout, got " + std::to_string(got));
+      throw InvalidInput(std::string("linear system: ") + what +
+                         " must have one row for each of the " + std::to_string(rows) +
+                         " rows of the layout, got " + std::to_string(got));
   };
   require("matrix and body_blocks together", n_cloth_rows(system) + bodies);
   require("b", b.rows());
@@ -34,19 +35,20 @@ Mat3 diagonal_block(const LinearSystem& system, const TermRows& terms, Index row
   return block;
 }
 
-void multiply_system(const LinearSystem& system, const TermRows& terms, Index begin, Index end, const double* x,
-                     double* y) {
+void multiply_system(const LinearSystem& system, const TermRows& terms, Index begin, Index end,
+                     const double* x, double* y) {
   const Index n_cloth = n_cloth_rows(system);
   if (begin < n_cloth) system.matrix->multiply(begin, std::min(end, n_cloth), x, y);
   for (Index row = std::max(begin, n_cloth); row < end; ++row) {
     Eigen::Map<Vec4> out(y + 4 * static_cast<std::size_t>(row));
-    out.head<3>().noalias() =
-        (*system.body_blocks)[row - n_cloth] * Eigen::Map<const Vec3>(x + 4 * static_cast<std::size_t>(row));
+    out.head<3>().noalias() = (*system.body_blocks)[row - n_cloth] *
+                              Eigen::Map<const Vec3>(x + 4 * static_cast<std::size_t>(row));
     out[3] = 0.0;
   }
   if (terms.empty()) return;
   for (Index row = begin; row < end; ++row)
-    if (terms.touches(row)) Eigen::Map<Vec3>(y + 4 * static_cast<std::size_t>(row)) += terms.force(row);
+    if (terms.touches(row))
+      Eigen::Map<Vec3>(y + 4 * static_cast<std::size_t>(row)) += terms.force(row);
 }
 
 void throw_not_finite(const LinearSystem& system, const Points& b, const Points& x) {
@@ -54,12 +56,16 @@ void throw_not_finite(const LinearSystem& system, const Points& b, const Points&
   Index bad = layout.n_rows();
   for (Index row = layout.begin(); row < layout.end() && bad == layout.n_rows(); ++row)
     if (!b.row(row).allFinite() || !x.row(row).allFinite()) bad = row;
-  const auto first = static_cast<Index>(-layout.communicator().maximum(-static_cast<std::int64_t>(bad)));
+  const auto first =
+      static_cast<Index>(-layout.communicator().maximum(-static_cast<std::int64_t>(bad)));
   if (first == layout.n_rows())
-    throw SolverFailure("linear solve: the matrix must be finite, got a product that is not; check the forces and the "
-                        "step size");
-  throw SolverFailure("linear solve: right side and guess must be finite, got NaN or infinity in row " +
-                      std::to_string(first) + "; check the forces on it and the step size");
+    throw SolverFailure(
+        "linear solve: the matrix must be finite, got a product that is not; check the forces and "
+        "the "
+        "step size");
+  throw SolverFailure(
+      "linear solve: right side and guess must be finite, got NaN or infinity in row " +
+      std::to_string(first) + "; check the forces on it and the step size");
 }
 
 void refuse_indefinite_row(const LinearSystem& system, Index bad_row) {
@@ -67,14 +73,17 @@ void refuse_indefinite_row(const LinearSystem& system, Index bad_row) {
   const std::int64_t mine = bad_row < 0 ? none : bad_row;
   const auto first = static_cast<Index>(-system.layout->communicator().maximum(-mine));
   if (first < none)
-    throw SolverFailure("linear solve: the matrix must be positive definite, got a diagonal block that is not in row " +
-                        std::to_string(first) + "; check its mass and reduce the step size");
+    throw SolverFailure(
+        "linear solve: the matrix must be positive definite, got a diagonal block that is not in "
+        "row " +
+        std::to_string(first) + "; check its mass and reduce the step size");
 }
 
 void throw_indefinite(const char* method, int iteration) {
-  throw SolverFailure(std::string("linear solve: the matrix must be positive definite, got a direction of negative "
-                                  "curvature (") +
-                      method + ", iteration " + std::to_string(iteration) + "); reduce the step size");
+  throw SolverFailure(
+      std::string("linear solve: the matrix must be positive definite, got a direction of negative "
+                  "curvature (") +
+      method + ", iteration " + std::to_string(iteration) + "); reduce the step size");
 }
 
 }  // namespace loomstone

@@ -1,5 +1,6 @@
-// Extra terms of one solve, applied without a matrix: every term works out its force once, then every row gathers from its
-// terms in ascending order (no two threads write the same slot). What an iteration reads of a term is kept in one place.
+// Extra terms of one solve, applied without a matrix: every term works out its force once, then
+// every row gathers from its terms in ascending order (no two threads write the same slot). What an
+// iteration reads of a term is kept in one place.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +21,8 @@ class TermRows {
   // Calls body(row) on the owned rows of [begin, end) that terms touch, ascending.
   template <class Body>
   void for_touched(Index begin, Index end, Body&& body) const {
-    for (auto row = std::lower_bound(touched_.begin(), touched_.end(), begin); row != touched_.end() && *row < end; ++row)
+    for (auto row = std::lower_bound(touched_.begin(), touched_.end(), begin);
+         row != touched_.end() && *row < end; ++row)
       body(*row);
   }
 
@@ -38,7 +40,8 @@ class TermRows {
     Index row, arm;  // arm: place in arms_, -1 for none
     double weight;
   };
-  // The part of a term that touches a row, its arm and weight beside it: rows read their slots in order.
+  // The part of a term that touches a row, its arm and weight beside it: rows read their slots in
+  // order.
   struct Slot {
     Index term, arm;
     double weight;

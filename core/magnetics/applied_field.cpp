@@ -12,19 +12,22 @@ namespace {
 
 constexpr int order = 3, per_leaf = AppliedField::points;
 static_assert(order * order == per_leaf);
-constexpr std::size_t most_leaves = 4000;  // in contact that is good to 1e-3 of the force at any angle
+constexpr std::size_t most_leaves =
+    4000;                      // in contact that is good to 1e-3 of the force at any angle
 constexpr double worst = 0.1;  // what errs by more than this share of the largest is halved
 
 using Leaf = AppliedField::Leaf;
 
 struct Judged {
-  double error[2] = {0.0, 0.0};  // of the integral of (B.n) B by what it does along two sides [T^2 m^2]
-  double size = 0.0;             // integral of (B.n)^2 [T^2 m^2]
+  double error[2] = {0.0,
+                     0.0};  // of the integral of (B.n) B by what it does along two sides [T^2 m^2]
+  double size = 0.0;        // integral of (B.n)^2 [T^2 m^2]
   double whole() const { return error[0] + error[1]; }
 };
 
-// Of the rule in one direction: exact to the fifth degree, it errs by the sixth Legendre coefficient of sums over the other,
-// which is the cube of the second where coefficients fall as powers.
+// Of the rule in one direction: exact to the fifth degree, it errs by the sixth Legendre
+// coefficient of sums over the other, which is the cube of the second where coefficients fall as
+// powers.
 double rule_error(const Vec3* sums) {
   const GaussRule& rule = gauss_rule(order);
   double largest = 0.0, last = 0.0;
@@ -37,7 +40,8 @@ double rule_error(const Vec3* sums) {
   return largest > 0.0 ? last * last * last / (largest * largest) : 0.0;
 }
 
-// field: B in the body's axes at the points, by rows [T]; areas of the points [m^2]; normal: B.n there.
+// field: B in the body's axes at the points, by rows [T]; areas of the points [m^2]; normal: B.n
+// there.
 Judged judge(const Vec3& direction, const double* areas, const double* field, double* normal) {
   Vec3 along_u[order], along_v[order];
   for (int i = 0; i < order; ++i) along_u[i] = along_v[i] = Vec3::Zero();
@@ -73,7 +77,8 @@ std::pair<FlatPanel, FlatPanel> halves(const FlatPanel& panel, bool along_u) {
   const auto length = [&](int k) { return (x[(k + 1) % 3] - x[k]).squaredNorm(); };
   for (int k = 1; k < 3; ++k)
     if (length(k) > length(longest)) longest = k;
-  const Vec3 &a = x[longest], &b = x[(longest + 1) % 3], &c = x[(longest + 2) % 3], middle = 0.5 * (a + b);
+  const Vec3 &a = x[longest], &b = x[(longest + 1) % 3], &c = x[(longest + 2) % 3],
+             middle = 0.5 * (a + b);
   const Vec3 one[3] = {a, middle, c}, other[3] = {middle, b, c};
   return {make_panel(one, 3), make_panel(other, 3)};
 }
@@ -81,13 +86,15 @@ std::pair<FlatPanel, FlatPanel> halves(const FlatPanel& panel, bool along_u) {
 }  // namespace
 
 AppliedField applied_field(const Team& team, const PanelSet& set, const RigidPose& pose,
-                           const std::vector<MagneticBody>& by, const Vec3& field, double tolerance) {
+                           const std::vector<MagneticBody>& by, const Vec3& field,
+                           double tolerance) {
   const Mat3 rotation = rotation_matrix(pose.orientation);
   const auto field_at = [&](const Points& local) {  // both in the body's axes
     Points world(local.rows(), 3);
     place_points(pose, local, world);
     Points b = magnetic_field(team, by, world, "B");
-    for (Eigen::Index i = 0; i < b.rows(); ++i) b.row(i) = (b.row(i) + field.transpose()).eval() * rotation;
+    for (Eigen::Index i = 0; i < b.rows(); ++i)
+      b.row(i) = (b.row(i) + field.transpose()).eval() * rotation;
     return b;
   };
   const std::size_t n = set.panels.size();
@@ -102,7 +109,8 @@ AppliedField applied_field(const Team& team, const PanelSet& set, const RigidPos
     const auto first = static_cast<Eigen::Index>(p * per_leaf);
     double areas[per_leaf];
     for (int k = 0; k < per_leaf; ++k) areas[k] = set.shares[first + k] * set.panels[p].area;
-    panels[p] = judge(set.panels[p].normal, areas, b.row(first).data(), result.normal.data() + first);
+    panels[p] =
+        judge(set.panels[p].normal, areas, b.row(first).data(), result.normal.data() + first);
     for (int k = 0; k < per_leaf; ++k) result.fluxes[p] += areas[k] * result.normal[first + k];
   }
   while (result.leaves.size() < most_leaves) {
@@ -132,7 +140,8 @@ AppliedField applied_field(const Team& team, const PanelSet& set, const RigidPos
     };
     for (std::size_t i = 0, count = leaves.size(); i < count; ++i) {
       if (leaves[i].whole() < worst * largest) continue;
-      const auto [one, other] = halves(result.leaves[i].panel, leaves[i].error[0] >= leaves[i].error[1]);
+      const auto [one, other] =
+          halves(result.leaves[i].panel, leaves[i].error[0] >= leaves[i].error[1]);
       place(one, i);
       add(other, result.leaves[i].parent);
     }

@@ -1,5 +1,6 @@
-// The normal field that others apply to the panels of a body, at points dense enough for integrals of it: panels are halved
-// where it varies too much within them, as beneath the edges of a pole that touches.
+// The normal field that others apply to the panels of a body, at points dense enough for integrals
+// of it: panels are halved where it varies too much within them, as beneath the edges of a pole
+// that touches.
 #pragma once
 
 #include <cstdint>
@@ -27,9 +28,10 @@ struct AppliedField {
   Vector fluxes;                     // through each panel [T m^2]
 };
 
-// B of `by` and a uniform one [T], world axes, on panels at a pose. Leaves are halved until the estimated error of the
-// integral of (B.n) B is below `tolerance` times that of (B.n)^2.
+// B of `by` and a uniform one [T], world axes, on panels at a pose. Leaves are halved until the
+// estimated error of the integral of (B.n) B is below `tolerance` times that of (B.n)^2.
 AppliedField applied_field(const Team& team, const PanelSet& set, const RigidPose& pose,
-                           const std::vector<MagneticBody>& by, const Vec3& field, double tolerance);
+                           const std::vector<MagneticBody>& by, const Vec3& field,
+                           double tolerance);
 
 }  // namespace loomstone

@@ -1,17 +1,20 @@
-// Sources about the z axis: circular current loop, solenoid (a sheet of current), cylinder and ring magnets.
+// Sources about the z axis: circular current loop, solenoid (a sheet of current), cylinder and ring
+// magnets.
 //
-// A uniformly magnetised body has mu0 H = grad(J . grad Psi) with the potential Psi of its volume. For a cylinder all
-// second derivatives of Psi follow from three functions of the current sheet on its side: its field b_z, b_rho, and t =
-// A_phi / rho; the third ones from the current loops at its ends. Integrals over the azimuth are taken by the midpoint
-// rule where it converges to rounding, on the axis and far away, with differences between the ends formed without
-// cancellation, and by elliptic integrals near the rims, as [Derby2010] has them for the field of the sheet.
+// A uniformly magnetised body has mu0 H = grad(J . grad Psi) with the potential Psi of its volume.
+// For a cylinder all second derivatives of Psi follow from three functions of the current sheet on
+// its side: its field b_z, b_rho, and t = A_phi / rho; the third ones from the current loops at its
+// ends. Integrals over the azimuth are taken by the midpoint rule where it converges to rounding,
+// on the axis and far away, with differences between the ends formed without cancellation, and by
+// elliptic integrals near the rims, as [Derby2010] has them for the field of the sheet.
 //
-// The potential Phi of a magnetised body grows with its size as a length does: Phi = - x.mu0 H + dPhi/d(size), and to
-// make the body larger adds a layer to it, of thickness x.n, whose potential is J. the field of unit charges on its
-// surface times that: on the ends of a cylinder the end terms of the sheet, on its side complete elliptic integrals.
+// The potential Phi of a magnetised body grows with its size as a length does: Phi = - x.mu0 H +
+// dPhi/d(size), and to make the body larger adds a layer to it, of thickness x.n, whose potential
+// is J. the field of unit charges on its surface times that: on the ends of a cylinder the end
+// terms of the sheet, on its side complete elliptic integrals.
 //
-// On a surface (closer than 1e-12 radii) the value is the outer one; on a rim or wire, where the field is infinite,
-// that 1e-15 radii beside it.
+// On a surface (closer than 1e-12 radii) the value is the outer one; on a rim or wire, where the
+// field is infinite, that 1e-15 radii beside it.
 #pragma once
 
 #include "core/magnetics/source.h"
@@ -37,15 +40,16 @@ class Loop final : public Source {
 
 class Solenoid final : public Source {
  public:
-  // Sheet of current on the cylinder |z| <= length / 2: `turns` times `current` [A] in all, counter-clockwise seen from
-  // +z.
+  // Sheet of current on the cylinder |z| <= length / 2: `turns` times `current` [A] in all,
+  // counter-clockwise seen from +z.
   Solenoid(double radius, double length, double turns, double current);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
   double radius() const override;
   Vec3 moment() const override;
   std::vector<Panel> panels() const override;
-  void vector_potential_block(const double* points, Index n, double* potential) const;  // as of a loop
+  void vector_potential_block(const double* points, Index n,
+                              double* potential) const;  // as of a loop
   double coil_radius() const { return radius_; }
   double length() const { return length_; }
   double sheet_current() const { return sheet_; }  // [A/m]

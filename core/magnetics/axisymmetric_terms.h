@@ -1,6 +1,7 @@
-// Field functions of loop and current sheet of radius 1 about z, mu0 I = 1 or mu0 K = 1; see axisymmetric.h. theta is
-// half the azimuth's supplement, c = cos^2 theta, s = sin^2 theta: cos phi = s - c, sin^2 phi = 4 s c, and the distance
-// to the wire is D^2 = zeta^2 + (rho+1)^2 c + (rho-1)^2 s.
+// Field functions of loop and current sheet of radius 1 about z, mu0 I = 1 or mu0 K = 1; see
+// axisymmetric.h. theta is half the azimuth's supplement, c = cos^2 theta, s = sin^2 theta: cos phi
+// = s - c, sin^2 phi = 4 s c, and the distance to the wire is D^2 = zeta^2 + (rho+1)^2 c +
+// (rho-1)^2 s.
 #pragma once
 
 #include "core/magnetics/elliptic.h"
@@ -8,7 +9,8 @@
 namespace loomstone {
 
 inline constexpr int n_azimuths = 12;
-// Midpoint rule where the square of the complementary modulus exceeds this: its error is below 0.172^24 = 4e-19.
+// Midpoint rule where the square of the complementary modulus exceeds this: its error is below
+// 0.172^24 = 4e-19.
 inline constexpr double smooth = 0.5;
 
 struct Azimuths {
@@ -29,7 +31,8 @@ struct SheetTerms {
 };
 
 template <class Lanes>
-LOOMSTONE_INLINE void take(const MaskOf<Lanes>& where, LoopTerms<Lanes>& into, const LoopTerms<Lanes>& from) {
+LOOMSTONE_INLINE void take(const MaskOf<Lanes>& where, LoopTerms<Lanes>& into,
+                           const LoopTerms<Lanes>& from) {
   into.bz = lanes_select(where, from.bz, into.bz);
   into.br = lanes_select(where, from.br, into.br);
   into.br_over_rho = lanes_select(where, from.br_over_rho, into.br_over_rho);
@@ -39,7 +42,8 @@ LOOMSTONE_INLINE void take(const MaskOf<Lanes>& where, LoopTerms<Lanes>& into, c
 
 // Loop near its wire. beyond = rho - 1.
 template <class Lanes>
-LOOMSTONE_INLINE LoopTerms<Lanes> loop_near(const Lanes& rho, const Lanes& beyond, const Lanes& zeta) {
+LOOMSTONE_INLINE LoopTerms<Lanes> loop_near(const Lanes& rho, const Lanes& beyond,
+                                            const Lanes& zeta) {
   const Lanes sum = rho + 1.0;
   const Lanes alpha2 = zeta * zeta + sum * sum;
   const Lanes beta2 = lanes_max(zeta * zeta + beyond * beyond, lanes_all<Lanes>(1e-30));
@@ -59,8 +63,10 @@ LOOMSTONE_INLINE LoopTerms<Lanes> loop_near(const Lanes& rho, const Lanes& beyon
 
 // Loop on the axis and far away; cos phi is integrated by parts, so nothing cancels.
 template <class Lanes>
-LOOMSTONE_INLINE LoopTerms<Lanes> loop_smooth(const Lanes& rho, const Lanes& beyond, const Lanes& zeta) {
-  const Lanes sum2 = (rho + 1.0) * (rho + 1.0), beyond2 = beyond * beyond, zeta2 = zeta * zeta, rho2 = rho * rho;
+LOOMSTONE_INLINE LoopTerms<Lanes> loop_smooth(const Lanes& rho, const Lanes& beyond,
+                                              const Lanes& zeta) {
+  const Lanes sum2 = (rho + 1.0) * (rho + 1.0), beyond2 = beyond * beyond, zeta2 = zeta * zeta,
+              rho2 = rho * rho;
   Lanes bz = Lanes{}, br = bz, dz_bz = bz, dz_br = bz;
   for (int i = 0; i < n_azimuths; ++i) {
     const double c = azimuths.c[i], s = azimuths.s[i], sine2 = 4.0 * s * c;
@@ -83,8 +89,10 @@ LOOMSTONE_INLINE LoopTerms<Lanes> loop_smooth(const Lanes& rho, const Lanes& bey
 }
 
 template <class Lanes>
-LOOMSTONE_INLINE LoopTerms<Lanes> loop_terms(const Lanes& rho, const Lanes& beyond, const Lanes& zeta) {
-  const Lanes beta2 = zeta * zeta + beyond * beyond, alpha2 = zeta * zeta + (rho + 1.0) * (rho + 1.0);
+LOOMSTONE_INLINE LoopTerms<Lanes> loop_terms(const Lanes& rho, const Lanes& beyond,
+                                             const Lanes& zeta) {
+  const Lanes beta2 = zeta * zeta + beyond * beyond,
+              alpha2 = zeta * zeta + (rho + 1.0) * (rho + 1.0);
   const MaskOf<Lanes> far = beta2 > smooth * alpha2;
   LoopTerms<Lanes> out = {};
   if (lanes_any(far)) out = loop_smooth(rho, beyond, zeta);
@@ -99,13 +107,16 @@ struct SheetEnd {
 };
 
 template <class Lanes>
-LOOMSTONE_INLINE SheetEnd<Lanes> sheet_end(const Lanes& rho, const Lanes& beyond, const Lanes& zeta) {
+LOOMSTONE_INLINE SheetEnd<Lanes> sheet_end(const Lanes& rho, const Lanes& beyond,
+                                           const Lanes& zeta) {
   const Lanes sum = rho + 1.0, ratio = -beyond / sum, p = ratio * ratio;
-  const Lanes alpha2 = zeta * zeta + sum * sum, beta2 = lanes_max(zeta * zeta + beyond * beyond, lanes_all<Lanes>(1e-30));
+  const Lanes alpha2 = zeta * zeta + sum * sum,
+              beta2 = lanes_max(zeta * zeta + beyond * beyond, lanes_all<Lanes>(1e-30));
   const Lanes kc = lanes_sqrt(beta2 / alpha2), inverse = 1.0 / lanes_sqrt(alpha2);
   Lanes a1[2] = {lanes_all<Lanes>(-1.0), p}, b1[2] = {lanes_all<Lanes>(1.0), lanes_all<Lanes>(1.0)};
   elliptic<2>(kc, lanes_all<Lanes>(1.0), a1, b1);  // int (s - c)/Delta, int (p c + s)/Delta
-  Lanes a2[2] = {lanes_all<Lanes>(1.0), lanes_all<Lanes>(1.0)}, b2[2] = {ratio, lanes_all<Lanes>(1.0)};
+  Lanes a2[2] = {lanes_all<Lanes>(1.0), lanes_all<Lanes>(1.0)},
+        b2[2] = {ratio, lanes_all<Lanes>(1.0)};
   elliptic<2>(kc, p, a2, b2);
   SheetEnd<Lanes> out;
   out.bz = zeta * inverse / (pi * sum) * a2[0];
@@ -116,8 +127,8 @@ LOOMSTONE_INLINE SheetEnd<Lanes> sheet_end(const Lanes& rho, const Lanes& beyond
 }
 
 template <class Lanes>
-LOOMSTONE_INLINE SheetTerms<Lanes> sheet_near(const Lanes& rho, const Lanes& beyond, const Lanes& z1, const Lanes& z0,
-                                              bool gradient) {
+LOOMSTONE_INLINE SheetTerms<Lanes> sheet_near(const Lanes& rho, const Lanes& beyond,
+                                              const Lanes& z1, const Lanes& z0, bool gradient) {
   const SheetEnd<Lanes> e1 = sheet_end(rho, beyond, z1), e0 = sheet_end(rho, beyond, z0);
   SheetTerms<Lanes> out = {};
   out.bz = e1.bz - e0.bz;
@@ -134,11 +145,13 @@ LOOMSTONE_INLINE SheetTerms<Lanes> sheet_near(const Lanes& rho, const Lanes& bey
 }
 
 template <class Lanes>
-LOOMSTONE_INLINE SheetTerms<Lanes> sheet_smooth(const Lanes& rho, const Lanes& beyond, const Lanes& z1, const Lanes& z0,
-                                                double length, bool gradient) {
+LOOMSTONE_INLINE SheetTerms<Lanes> sheet_smooth(const Lanes& rho, const Lanes& beyond,
+                                                const Lanes& z1, const Lanes& z0, double length,
+                                                bool gradient) {
   const Lanes sum2 = (rho + 1.0) * (rho + 1.0), beyond2 = beyond * beyond, rho2 = rho * rho;
   const Lanes z12 = z1 * z1, z02 = z0 * z0, middle = z1 + z0;
-  const MaskOf<Lanes> aside = z1 * z0 > 0.0;  // both ends on the same side: their difference is formed exactly
+  const MaskOf<Lanes> aside =
+      z1 * z0 > 0.0;  // both ends on the same side: their difference is formed exactly
   const Lanes zero{};
   Lanes bz = zero, t = zero, br = zero, dz_bz = zero, dz_br = zero, w = zero;
   for (int i = 0; i < n_azimuths; ++i) {
@@ -152,7 +165,8 @@ LOOMSTONE_INLINE SheetTerms<Lanes> sheet_smooth(const Lanes& rho, const Lanes& b
     const Lanes aside_r = aside_q * (i1 * i1 + i0 * i0 + inverse * (z1 * d1 + z0 * d0) / cross);
     const Lanes over = 1.0 / lanes_max(q, lanes_all<Lanes>(1e-30)), a = z1 * i1 - z0 * i0;
     const Lanes across_r = (2.0 * a * over + z1 * i1 * i1 * i1 - z0 * i0 * i0 * i0) * over;
-    const Lanes value = lanes_select(aside, aside_q, a * over), slope = lanes_select(aside, aside_r, across_r);
+    const Lanes value = lanes_select(aside, aside_q, a * over),
+                slope = lanes_select(aside, aside_r, across_r);
     bz += value - rho2 * sine2 * slope;
     t += sine2 * value;
     const Lanes i_difference = -length * middle * inverse / (d1 + d0);  // 1/D1 - 1/D0
@@ -160,9 +174,11 @@ LOOMSTONE_INLINE SheetTerms<Lanes> sheet_smooth(const Lanes& rho, const Lanes& b
     br -= sine2 * i3_difference;
     if (gradient) {
       const Lanes i12 = i1 * i1, i02 = i0 * i0;
-      const Lanes i5_difference = i_difference * (i12 * i12 + i12 * inverse + i12 * i02 + inverse * i02 + i02 * i02);
+      const Lanes i5_difference =
+          i_difference * (i12 * i12 + i12 * inverse + i12 * i02 + inverse * i02 + i02 * i02);
       dz_bz += i3_difference - 3.0 * rho2 * sine2 * i5_difference;
-      dz_br += 3.0 * sine2 * (0.5 * length * (i12 * i12 * i1 + i02 * i02 * i0) + 0.5 * middle * i5_difference);
+      dz_br += 3.0 * sine2 *
+               (0.5 * length * (i12 * i12 * i1 + i02 * i02 * i0) + 0.5 * middle * i5_difference);
       w += sine2 * slope * (rho + (c - s));
     }
   }
@@ -180,11 +196,13 @@ LOOMSTONE_INLINE SheetTerms<Lanes> sheet_smooth(const Lanes& rho, const Lanes& b
 
 // z1 and z0: heights above the lower and the upper end, z1 - z0 = length; beyond = rho - 1.
 template <class Lanes>
-LOOMSTONE_INLINE SheetTerms<Lanes> sheet_terms(const Lanes& rho, const Lanes& beyond, const Lanes& z1, const Lanes& z0,
-                                               double length, bool gradient) {
+LOOMSTONE_INLINE SheetTerms<Lanes> sheet_terms(const Lanes& rho, const Lanes& beyond,
+                                               const Lanes& z1, const Lanes& z0, double length,
+                                               bool gradient) {
   const Lanes sum = rho + 1.0, sum2 = sum * sum, beyond2 = beyond * beyond;
-  const MaskOf<Lanes> far = (beyond2 > smooth * sum2) | ((z1 * z0 > 0.0) & (z1 * z1 + beyond2 > smooth * (z1 * z1 + sum2)) &
-                                                         (z0 * z0 + beyond2 > smooth * (z0 * z0 + sum2)));
+  const MaskOf<Lanes> far = (beyond2 > smooth * sum2) |
+                            ((z1 * z0 > 0.0) & (z1 * z1 + beyond2 > smooth * (z1 * z1 + sum2)) &
+                             (z0 * z0 + beyond2 > smooth * (z0 * z0 + sum2)));
   SheetTerms<Lanes> out = {};
   if (lanes_any(far)) out = sheet_smooth(rho, beyond, z1, z0, length, gradient);
   if (lanes_any(~far)) {

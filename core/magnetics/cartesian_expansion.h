@@ -1,10 +1,13 @@
-// Expansions of the potential of dipoles and charges in derivatives of 1/r, and their translations. With multi-indices n, m
-//   phi(x) = sum_m M_m D_m(x - z),            D_m = d^m (1/r),                              far from z,
+// Expansions of the potential of dipoles and charges in derivatives of 1/r, and their translations.
+// With multi-indices n, m
+//   phi(x) = sum_m M_m D_m(x - z),            D_m = d^m (1/r),                              far
+//   from z,
 //          = sum_n L_n (x - y)^n / n!,        L_n = sum_m M_m D_{n+m}(y - z),               near y,
-// cut at |n| + |m| <= order for the two cells together: this sum is the energy of an interaction that changes sides
-// without change, so that forces between cells are equal and opposite whatever the order [Dehnen2002].
-// As div grad 1/r = 0, M_{..z+2} may be spread over -M_{x+2..} and -M_{y+2..}, and L follows from its components of
-// z <= 1: (order + 1)^2 numbers, as many as spherical harmonics have.
+// cut at |n| + |m| <= order for the two cells together: this sum is the energy of an interaction
+// that changes sides without change, so that forces between cells are equal and opposite whatever
+// the order [Dehnen2002]. As div grad 1/r = 0, M_{..z+2} may be spread over -M_{x+2..} and
+// -M_{y+2..}, and L follows from its components of z <= 1: (order + 1)^2 numbers, as many as
+// spherical harmonics have.
 #pragma once
 
 #include <cstdint>
@@ -38,13 +41,15 @@ class CartesianExpansion {
   explicit CartesianExpansion(int order);  // 3 ... highest_order
 
   int order() const { return order_; }
-  int moments_size() const { return static_cast<int>(slim_.size()); }   // z <= 1, by degree
+  int moments_size() const { return static_cast<int>(slim_.size()); }  // z <= 1, by degree
   int local_size() const { return static_cast<int>(powers_.size()); }  // all, by degree
 
   // Adds to the moments about `centre` those of n dipoles: positions and moments (n x 3).
-  void add_dipoles(const double* positions, const double* dipoles, Index n, const Vec3& centre, double* moments) const;
+  void add_dipoles(const double* positions, const double* dipoles, Index n, const Vec3& centre,
+                   double* moments) const;
   // The same of n charges: positions (n x 3).
-  void add_charges(const double* positions, const double* charges, Index n, const Vec3& centre, double* moments) const;
+  void add_charges(const double* positions, const double* charges, Index n, const Vec3& centre,
+                   double* moments) const;
   // Adds the moments of a cell; shift: from its centre to the new one.
   void add_moments(const double* child, const Vec3& shift, double* moments) const;
 
@@ -52,37 +57,40 @@ class CartesianExpansion {
     const double* moments;
     double arm[3];  // from the far cell's centre to that of `local`
   };
-  // Adds to the local expansion what n far cells make there; fills the components with z <= 1, complete() the rest.
+  // Adds to the local expansion what n far cells make there; fills the components with z <= 1,
+  // complete() the rest.
   void add_far(const Far* far, Index n, double* local) const;
   void complete(double* local) const;
   // Adds a complete expansion to components with z <= 1; shift: from its centre to the new one.
   void add_local(const double* parent, const Vec3& shift, double* local) const;
 
-  // -grad phi and its symmetric gradient (xx, xy, xz, yy, yz, zz) at n points, n a multiple of 8: x[n], y[n], z[n].
-  void evaluate(const double* local, const Vec3& centre, const double* points, Index n, double* field,
-                double* gradient) const;
+  // -grad phi and its symmetric gradient (xx, xy, xz, yy, yz, zz) at n points, n a multiple of 8:
+  // x[n], y[n], z[n].
+  void evaluate(const double* local, const Vec3& centre, const double* points, Index n,
+                double* field, double* gradient) const;
 
-  // The same at one point, in a fifth of the time of a block of eight: from coefficients in the order of pack(), after which
-  // `beyond` doubles more must be readable.
+  // The same at one point, in a fifth of the time of a block of eight: from coefficients in the
+  // order of pack(), after which `beyond` doubles more must be readable.
   static constexpr int beyond = 7;
   void pack(const double* local, double* rows) const;
-  void evaluate_at(const double* rows, const Vec3& centre, const double* point, double* field, double* gradient) const;
+  void evaluate_at(const double* rows, const Vec3& centre, const double* point, double* field,
+                   double* gradient) const;
 
  private:
   void add_folded(double* all, double* moments) const;
   void shift_powers(const Vec3& shift, double* powers) const;
 
   int order_;
-  int n_powers_[2];                          // places up to degree order - 1 and order - 2
-  std::vector<int> slim_;                    // places with z <= 1
-  std::vector<int> slim_ends_;               // how many of them up to a degree
-  std::vector<Power> powers_;                // of all places
-  std::vector<int> next_[3];                 // place with one more along an axis
-  std::vector<int> rows_;                    // all places, by powers of y, z, x
-  std::vector<Derivative> derivatives_;      // z <= 1
-  std::vector<Trace> derivative_traces_;     // z = 2
-  std::vector<std::uint16_t> products_;      // for n, m of slim_ in turn: place of n + m
-  std::vector<Trace> traces_;                // z > 1, lowest z first
+  int n_powers_[2];                       // places up to degree order - 1 and order - 2
+  std::vector<int> slim_;                 // places with z <= 1
+  std::vector<int> slim_ends_;            // how many of them up to a degree
+  std::vector<Power> powers_;             // of all places
+  std::vector<int> next_[3];              // place with one more along an axis
+  std::vector<int> rows_;                 // all places, by powers of y, z, x
+  std::vector<Derivative> derivatives_;   // z <= 1
+  std::vector<Trace> derivative_traces_;  // z = 2
+  std::vector<std::uint16_t> products_;   // for n, m of slim_ in turn: place of n + m
+  std::vector<Trace> traces_;             // z > 1, lowest z first
   std::vector<Shift> moment_shifts_, local_shifts_;
 };
 

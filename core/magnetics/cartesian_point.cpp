@@ -1,5 +1,6 @@
-// A local expansion at one point, powers of x in lanes: sums over powers of z for each power of y, then over these, then over
-// those of x, of the polynomial and its first two derivatives along each axis at once.
+// A local expansion at one point, powers of x in lanes: sums over powers of z for each power of y,
+// then over these, then over those of x, of the polynomial and its first two derivatives along each
+// axis at once.
 #include "core/magnetics/cartesian_expansion.h"
 #include "core/magnetics/lane_math.h"
 
@@ -30,12 +31,14 @@ constexpr LaneMasks masks;
 template <class Lanes>
 LOOMSTONE_INLINE Lanes first_of(const double* values, int n) {
   const double* kept = reinterpret_cast<const double*>(masks.rows[n < n_lanes ? n : n_lanes]);
-  return lanes_of_bits<Lanes>(lanes_bits(lanes_load<Lanes>(values)) & lanes_bits(lanes_load<Lanes>(kept)));
+  return lanes_of_bits<Lanes>(lanes_bits(lanes_load<Lanes>(values)) &
+                              lanes_bits(lanes_load<Lanes>(kept)));
 }
 
 // rows: for each power of y, for each of z, coefficients by powers of x.
 template <class Lanes>
-LOOMSTONE_INLINE void point_kernel(const double* rows, int order, const double* at, double* field, double* gradient) {
+LOOMSTONE_INLINE void point_kernel(const double* rows, int order, const double* at, double* field,
+                                   double* gradient) {
   double x[below + 2 * n_lanes] = {}, y[below + most_powers], z[below + most_powers];
   powers_of(at[0], order + 1, x);
   powers_of(at[1], order + 1, y);
@@ -64,8 +67,8 @@ LOOMSTONE_INLINE void point_kernel(const double* rows, int order, const double* 
       syz += y[below + b - 1] * tz;
       szz += y[below + b] * tzz;
     }
-    const Lanes w = lanes_load<Lanes>(x + below + first), wx = lanes_load<Lanes>(x + below + first - 1),
-          wxx = lanes_load<Lanes>(x + first);
+    const Lanes w = lanes_load<Lanes>(x + below + first),
+                wx = lanes_load<Lanes>(x + below + first - 1), wxx = lanes_load<Lanes>(x + first);
     field[0] -= lanes_sum(wx * s);
     field[1] -= lanes_sum(w * sy);
     field[2] -= lanes_sum(w * sz);
@@ -84,8 +87,8 @@ void CartesianExpansion::pack(const double* local, double* rows) const {
   for (const int place : rows_) *rows++ = local[place];
 }
 
-void CartesianExpansion::evaluate_at(const double* rows, const Vec3& centre, const double* point, double* field,
-                                     double* gradient) const {
+void CartesianExpansion::evaluate_at(const double* rows, const Vec3& centre, const double* point,
+                                     double* field, double* gradient) const {
   const double at[3] = {point[0] - centre[0], point[1] - centre[1], point[2] - centre[2]};
   LOOMSTONE_WIDEST(point_kernel)(rows, order_, at, field, gradient);
 }

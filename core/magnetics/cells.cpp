@@ -18,7 +18,8 @@ const CellMagnet& cells_of(const MagneticBody& body) {
   return *magnet;
 }
 
-CellTable table_of(const MagneticBody& body, const CellMagnet& magnet, const std::vector<Index>& chosen) {
+CellTable table_of(const MagneticBody& body, const CellMagnet& magnet,
+                   const std::vector<Index>& chosen) {
   const Mat3 rotation = rotation_matrix(body.pose.orientation);
   CellTable table{Points(chosen.size(), 3), Points(chosen.size(), 3)};
   for (std::size_t i = 0; i < chosen.size(); ++i) {
@@ -35,7 +36,9 @@ CellMagnet::CellMagnet(const Source& magnet, double density, double separation)
     : moment_(magnet.moment()), radius_(magnet.radius()), separation_(separation) {
   const auto box = magnet.box();
   if (!box || magnet.induced())
-    throw InvalidInput("body must be a solid magnet to be divided into cells, got dipoles, a current or an induced body");
+    throw InvalidInput(
+        "body must be a solid magnet to be divided into cells, got dipoles, a current or an "
+        "induced body");
   if (!(density > 0.0) || !std::isfinite(density))
     throw InvalidInput("density must be > 0 [1/m^3], got " + std::to_string(density));
   if (!(separation >= 1.0) || !std::isfinite(separation))
@@ -71,7 +74,8 @@ Index CellMagnet::build(const Source& magnet, const Vec3& low, const Vec3& high,
   cells_.push_back({low, high, middle, 1.0, {-1, -1}});
   if (1.0 / volume >= density * (1.0 - 1e-9)) {
     diameter_ = std::cbrt(volume);
-    if (depth >= 0.5 * diameter_ * (1.0 - 1e-9)) return self;  // the rounding of a lattice's last row is forgiven
+    if (depth >= 0.5 * diameter_ * (1.0 - 1e-9))
+      return self;  // the rounding of a lattice's last row is forgiven
     cells_.pop_back();
     return -1;
   }
@@ -79,7 +83,8 @@ Index CellMagnet::build(const Source& magnet, const Vec3& low, const Vec3& high,
   edges.maxCoeff(&axis);
   Vec3 first_high = high, second_low = low;
   first_high[axis] = second_low[axis] = middle[axis];
-  Index children[2] = {build(magnet, low, first_high, density), build(magnet, second_low, high, density)};
+  Index children[2] = {build(magnet, low, first_high, density),
+                       build(magnet, second_low, high, density)};
   if (children[0] < 0) std::swap(children[0], children[1]);
   if (children[0] < 0) {
     cells_.resize(self);
@@ -98,11 +103,13 @@ Index CellMagnet::build(const Source& magnet, const Vec3& low, const Vec3& high,
 
 CellMagnet CellMagnet::expanded(double tolerance) const {
   CellMagnet result = *this;
-  result.expanded_ = std::make_shared<ExpandedField>(std::make_unique<DipoleGroups>(leaves_, radius_), tolerance);
+  result.expanded_ =
+      std::make_shared<ExpandedField>(std::make_unique<DipoleGroups>(leaves_, radius_), tolerance);
   return result;
 }
 
-void CellMagnet::field_block(const double* points, Index n, Quantity quantity, double* field) const {
+void CellMagnet::field_block(const double* points, Index n, Quantity quantity,
+                             double* field) const {
   if (expanded_) return expanded_->field_block(points, n, field);
   leaves_.field_block(points, n, quantity, field);
 }
@@ -112,14 +119,16 @@ void CellMagnet::gradient_block(const double* points, Index n, double* gradient)
   leaves_.gradient_block(points, n, gradient);
 }
 
-void CellMagnet::field_and_gradient_block(const double* points, Index n, Quantity quantity, double* field,
-                                          double* gradient) const {
+void CellMagnet::field_and_gradient_block(const double* points, Index n, Quantity quantity,
+                                          double* field, double* gradient) const {
   if (expanded_) return expanded_->field_and_gradient_block(points, n, field, gradient);
   leaves_.field_and_gradient_block(points, n, quantity, field, gradient);
 }
 
-std::vector<Index> CellMagnet::front(const Vec3& low, const Vec3& high, const RigidPose& pose) const {
-  const Vec3 other_middle = pose.position + rotation_matrix(pose.orientation) * (0.5 * (low + high));
+std::vector<Index> CellMagnet::front(const Vec3& low, const Vec3& high,
+                                     const RigidPose& pose) const {
+  const Vec3 other_middle =
+      pose.position + rotation_matrix(pose.orientation) * (0.5 * (low + high));
   const double other_radius = 0.5 * (high - low).norm();
   std::vector<Index> chosen, open{0};
   while (!open.empty()) {
@@ -128,8 +137,10 @@ std::vector<Index> CellMagnet::front(const Vec3& low, const Vec3& high, const Ri
     const Cell& cell = cells_[index];
     const Vec3 edges = cell.high - cell.low;
     const double wanted = separation_ * edges.maxCoeff();  // r_c of (6.19)
-    const double spheres = (0.5 * (cell.low + cell.high) - other_middle).norm() - 0.5 * edges.norm() - other_radius;
-    if (cell.children[0] < 0 || spheres >= wanted || box_distance(cell.low, cell.high, low, high, pose) >= wanted) {
+    const double spheres =
+        (0.5 * (cell.low + cell.high) - other_middle).norm() - 0.5 * edges.norm() - other_radius;
+    if (cell.children[0] < 0 || spheres >= wanted ||
+        box_distance(cell.low, cell.high, low, high, pose) >= wanted) {
       chosen.push_back(index);
       continue;
     }
@@ -159,18 +170,22 @@ CellTable cell_level(const MagneticBody& body, Index level) {
 
 CellTable cell_front(const MagneticBody& body, const MagneticBody& other) {
   const CellMagnet &magnet = cells_of(body), &box = cells_of(other);
-  return table_of(body, magnet, magnet.front(box.cells()[0].low, box.cells()[0].high, relative_pose(other.pose, body.pose)));
+  return table_of(
+      body, magnet,
+      magnet.front(box.cells()[0].low, box.cells()[0].high, relative_pose(other.pose, body.pose)));
 }
 
 Wrench cell_wrench(const MagneticBody& on, const MagneticBody& by) {
   const CellTable mine = cell_front(on, by), others = cell_front(by, on);
-  const Wrenches each = dipole_forces(Team{}, mine.positions, mine.moments, DipoleSet(others.positions, others.moments),
-                                      std::min(cells_of(on).leaf_diameter(), cells_of(by).leaf_diameter()));
+  const Wrenches each = dipole_forces(
+      Team{}, mine.positions, mine.moments, DipoleSet(others.positions, others.moments),
+      std::min(cells_of(on).leaf_diameter(), cells_of(by).leaf_diameter()));
   Wrench w;
   for (Eigen::Index i = 0; i < each.forces.rows(); ++i) {
     const Vec3 force = each.forces.row(i).transpose();
     w.force += force;
-    w.torque += each.torques.row(i).transpose() + (mine.positions.row(i).transpose() - on.pose.position).cross(force);
+    w.torque += each.torques.row(i).transpose() +
+                (mine.positions.row(i).transpose() - on.pose.position).cross(force);
   }
   return w;
 }

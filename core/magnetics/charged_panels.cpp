@@ -9,11 +9,11 @@ namespace loomstone {
 
 namespace {
 
-// A panel in the tables: centre, square of the distance from which points serve, number of triangles and edges; two
-// triangles (corners, normal, twice the area); four edges (two ends, length, normal of the edge in the plane); four points
-// with their area / 4 pi.
-constexpr int triangles_at = 6, triangle_stride = 13, edges_at = triangles_at + 2 * triangle_stride, edge_stride = 10,
-              points_at = edges_at + 4 * edge_stride, stride = points_at + 16;
+// A panel in the tables: centre, square of the distance from which points serve, number of
+// triangles and edges; two triangles (corners, normal, twice the area); four edges (two ends,
+// length, normal of the edge in the plane); four points with their area / 4 pi.
+constexpr int triangles_at = 6, triangle_stride = 13, edges_at = triangles_at + 2 * triangle_stride,
+              edge_stride = 10, points_at = edges_at + 4 * edge_stride, stride = points_at + 16;
 
 void add_table(const FlatPanel& p, std::vector<double>& tables) {
   const std::size_t begin = tables.size();
@@ -45,9 +45,11 @@ void add_table(const FlatPanel& p, std::vector<double>& tables) {
   }
 }
 
-// Field q r / square^(3/2) of a charge at the distance r, square: r^2, more where the charge is blunted.
+// Field q r / square^(3/2) of a charge at the distance r, square: r^2, more where the charge is
+// blunted.
 template <class Lanes>
-LOOMSTONE_INLINE void add_charge_field(const Lanes3<Lanes>& r, const Lanes& square, double charge, Lanes3<Lanes>& h) {
+LOOMSTONE_INLINE void add_charge_field(const Lanes3<Lanes>& r, const Lanes& square, double charge,
+                                       Lanes3<Lanes>& h) {
   const Lanes scale = charge / (square * lanes_sqrt(square));
   h.x += scale * r.x;
   h.y += scale * r.y;
@@ -56,7 +58,8 @@ LOOMSTONE_INLINE void add_charge_field(const Lanes3<Lanes>& r, const Lanes& squa
 
 // The gradient of that: xx, xy, xz, yy, yz, zz.
 template <class Lanes>
-LOOMSTONE_INLINE void add_charge_gradient(const Lanes3<Lanes>& r, const Lanes& square, double charge, Lanes g[6]) {
+LOOMSTONE_INLINE void add_charge_gradient(const Lanes3<Lanes>& r, const Lanes& square,
+                                          double charge, Lanes g[6]) {
   const Lanes inverse = 1.0 / square;
   const Lanes scale = charge * inverse * lanes_sqrt(inverse), three = 3.0 * scale * inverse;
   g[0] += scale - three * r.x * r.x;
@@ -80,7 +83,8 @@ LOOMSTONE_INLINE Lanes3<Lanes> panel_field(const Lanes3<Lanes>& p, const double*
   }
   if (!lanes_any(beside)) return h;
   Lanes omega{};
-  for (int c = 0; c < t[4]; ++c) omega += solid_angle(p, t + triangles_at + triangle_stride * c, on_face * radius);
+  for (int c = 0; c < t[4]; ++c)
+    omega += solid_angle(p, t + triangles_at + triangle_stride * c, on_face * radius);
   const double* normal = t + triangles_at + 9;
   Lanes3<Lanes> exact{normal[0] * omega, normal[1] * omega, normal[2] * omega};
   for (int c = 0; c < t[5]; ++c) {
@@ -91,18 +95,20 @@ LOOMSTONE_INLINE Lanes3<Lanes> panel_field(const Lanes3<Lanes>& p, const double*
     exact.y += e[8] * log;
     exact.z += e[9] * log;
   }
-  return {lanes_select(beside, exact.x / (4.0 * pi), h.x), lanes_select(beside, exact.y / (4.0 * pi), h.y),
+  return {lanes_select(beside, exact.x / (4.0 * pi), h.x),
+          lanes_select(beside, exact.y / (4.0 * pi), h.y),
           lanes_select(beside, exact.z / (4.0 * pi), h.z)};
 }
 
 template <class Lanes>
-LOOMSTONE_INLINE void field_kernel(const double* tables, const double* charges, Index panels, double radius,
-                                   const double* points, Index n, double* out) {
+LOOMSTONE_INLINE void field_kernel(const double* tables, const double* charges, Index panels,
+                                   double radius, const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes3<Lanes> sum{};
     for (Index k = 0; k < panels; ++k) {
-      const Lanes3<Lanes> h = panel_field(p, tables + stride * static_cast<std::ptrdiff_t>(k), radius);
+      const Lanes3<Lanes> h =
+          panel_field(p, tables + stride * static_cast<std::ptrdiff_t>(k), radius);
       sum.x += charges[k] * h.x;
       sum.y += charges[k] * h.y;
       sum.z += charges[k] * h.z;
@@ -113,15 +119,18 @@ LOOMSTONE_INLINE void field_kernel(const double* tables, const double* charges, 
   }
 }
 
-// normals: of each point times its area, laid out as the points; adds to rows of `out`, `row_of` each point.
+// normals: of each point times its area, laid out as the points; adds to rows of `out`, `row_of`
+// each point.
 template <class Lanes>
-LOOMSTONE_INLINE void flux_kernel(const double* tables, Index panels, double radius, const double* points,
-                                  const double* normals, Index n, const Index* row_of, double* out) {
+LOOMSTONE_INLINE void flux_kernel(const double* tables, Index panels, double radius,
+                                  const double* points, const double* normals, Index n,
+                                  const Index* row_of, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     const Lanes3<Lanes> a = lanes3_load<Lanes>(normals + i, n);
     for (Index k = 0; k < panels; ++k) {
-      const Lanes flux = dot(a, panel_field(p, tables + stride * static_cast<std::ptrdiff_t>(k), radius));
+      const Lanes flux =
+          dot(a, panel_field(p, tables + stride * static_cast<std::ptrdiff_t>(k), radius));
       for (int lane = 0; lane < n_lanes; ++lane)
         out[static_cast<std::ptrdiff_t>(row_of[i + lane]) * panels + k] += flux[lane];
     }
@@ -129,8 +138,8 @@ LOOMSTONE_INLINE void flux_kernel(const double* tables, Index panels, double rad
 }
 
 template <class Lanes>
-LOOMSTONE_INLINE void gradient_kernel(const double* tables, const double* charges, Index panels, double radius,
-                                      const double* points, Index n, double* out) {
+LOOMSTONE_INLINE void gradient_kernel(const double* tables, const double* charges, Index panels,
+                                      double radius, const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes sum[6];
@@ -149,10 +158,12 @@ LOOMSTONE_INLINE void gradient_kernel(const double* tables, const double* charge
       if (lanes_any(beside)) {
         for (int c = 0; c < t[5]; ++c) {
           const double* e = t + edges_at + edge_stride * c;
-          add_edge_gradients(edge_gradients(edge_terms(p, e, on_edge * radius), e), e + 7, t + triangles_at + 9, exact);
+          add_edge_gradients(edge_gradients(edge_terms(p, e, on_edge * radius), e), e + 7,
+                             t + triangles_at + 9, exact);
         }
       }
-      for (int c = 0; c < 6; ++c) sum[c] += charges[k] * lanes_select(beside, exact[c] / (4.0 * pi), g[c]);
+      for (int c = 0; c < 6; ++c)
+        sum[c] += charges[k] * lanes_select(beside, exact[c] / (4.0 * pi), g[c]);
     }
     for (int c = 0; c < 6; ++c) lanes_store(out + c * n + i, sum[c]);
   }
@@ -160,7 +171,8 @@ LOOMSTONE_INLINE void gradient_kernel(const double* tables, const double* charge
 
 // Charges at points that are blunted: r / (r^2 + length^2)^(3/2).
 template <class Lanes>
-LOOMSTONE_INLINE void add_blunt_field(const double* charges, Index count, const double* points, Index n, double* out) {
+LOOMSTONE_INLINE void add_blunt_field(const double* charges, Index count, const double* points,
+                                      Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes3<Lanes> sum{};
@@ -176,7 +188,8 @@ LOOMSTONE_INLINE void add_blunt_field(const double* charges, Index count, const 
 }
 
 template <class Lanes>
-LOOMSTONE_INLINE void add_blunt_gradient(const double* charges, Index count, const double* points, Index n, double* out) {
+LOOMSTONE_INLINE void add_blunt_gradient(const double* charges, Index count, const double* points,
+                                         Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes sum[6];
@@ -192,7 +205,8 @@ LOOMSTONE_INLINE void add_blunt_gradient(const double* charges, Index count, con
 
 }  // namespace
 
-PanelSet::PanelSet(std::vector<FlatPanel> all, int order) : panels(std::move(all)), per_panel(order * order) {
+PanelSet::PanelSet(std::vector<FlatPanel> all, int order)
+    : panels(std::move(all)), per_panel(order * order) {
   samples.resize(per_panel * static_cast<Eigen::Index>(panels.size()), 3);
   shares.resize(samples.rows());
   Eigen::Index row = 0;
@@ -206,7 +220,8 @@ PanelSet::PanelSet(std::vector<FlatPanel> all, int order) : panels(std::move(all
   }
 }
 
-FluxMatrix panel_fluxes(const Team& team, const PanelSet& on, const RigidPose& pose, const PanelSet& by) {
+FluxMatrix panel_fluxes(const Team& team, const PanelSet& on, const RigidPose& pose,
+                        const PanelSet& by) {
   constexpr Index at_once = 8;  // panels: points then come in eights
   const auto n = static_cast<Index>(on.panels.size());
   const Mat3 rotation = rotation_matrix(pose.orientation);
@@ -229,8 +244,9 @@ FluxMatrix panel_fluxes(const Team& team, const PanelSet& on, const RigidPose& p
             if (i < count) normals[c * padded + i] = normal[c];
           }
         }
-        LOOMSTONE_WIDEST(flux_kernel)(by.tables.data(), static_cast<Index>(by.panels.size()), by.radius, points.data(),
-                                      normals.data(), padded, rows.data(), fluxes.data());
+        LOOMSTONE_WIDEST(flux_kernel)(by.tables.data(), static_cast<Index>(by.panels.size()),
+                                      by.radius, points.data(), normals.data(), padded, rows.data(),
+                                      fluxes.data());
       },
       1);
   return fluxes;
@@ -239,15 +255,20 @@ FluxMatrix panel_fluxes(const Team& team, const PanelSet& on, const RigidPose& p
 ChargedPanels::ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges, SourcePtr solid)
     : ChargedPanels(std::move(set), std::move(charges), std::move(solid), Fine{}) {}
 
-ChargedPanels::ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges, SourcePtr solid, Fine fine)
-    : set_(std::move(set)), charges_(std::move(charges)), solid_(std::move(solid)), fine_(std::move(fine)) {}
+ChargedPanels::ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges, SourcePtr solid,
+                             Fine fine)
+    : set_(std::move(set)),
+      charges_(std::move(charges)),
+      solid_(std::move(solid)),
+      fine_(std::move(fine)) {}
 
 ChargedPanels::FineTables ChargedPanels::make_tables() const {
   constexpr double blunt = 0.15;  // of a panel's reach, a quarter of the distance of samples
   FineTables tables{PanelSet(fine_.parts, 1), {}};
   const auto add = [&](const Vec3& x, double charge, const FlatPanel& panel) {
     const double length = blunt * panel.reach;
-    tables.points.insert(tables.points.end(), {x[0], x[1], x[2], charge / (4.0 * pi), length * length});
+    tables.points.insert(tables.points.end(),
+                         {x[0], x[1], x[2], charge / (4.0 * pi), length * length});
   };
   for (Eigen::Index i = 0; i < fine_.at_samples.size(); ++i)
     if (fine_.at_samples[i] != 0.0)
@@ -255,7 +276,8 @@ ChargedPanels::FineTables ChargedPanels::make_tables() const {
   for (std::size_t i = 0; i < fine_.samples.size(); ++i) {
     const std::size_t part = i / (fine_.samples.size() / fine_.parts.size());
     const PanelSample& sample = fine_.samples[i];
-    add(sample.position, mu0 * sample.charge - fine_.charges[static_cast<Eigen::Index>(part)] * sample.area.norm(),
+    add(sample.position,
+        mu0 * sample.charge - fine_.charges[static_cast<Eigen::Index>(part)] * sample.area.norm(),
         fine_.parts[part]);
   }
   return tables;
@@ -268,26 +290,32 @@ const ChargedPanels::FineTables* ChargedPanels::fine() const {
 }
 
 void ChargedPanels::field_block(const double* points, Index n, Quantity, double* field) const {
-  LOOMSTONE_WIDEST(field_kernel)(set_->tables.data(), charges_.data(), static_cast<Index>(charges_.size()), set_->radius,
-                                 points, n, field);
+  LOOMSTONE_WIDEST(field_kernel)(set_->tables.data(), charges_.data(),
+                                 static_cast<Index>(charges_.size()), set_->radius, points, n,
+                                 field);
   const FineTables* fine = this->fine();
   if (!fine) return;
   alignas(64) double more[3 * points_per_block];
-  LOOMSTONE_WIDEST(field_kernel)(fine->parts.tables.data(), fine_.charges.data(), static_cast<Index>(fine_.charges.size()),
-                                 set_->radius, points, n, more);
-  LOOMSTONE_WIDEST(add_blunt_field)(fine->points.data(), static_cast<Index>(fine->points.size() / 5), points, n, more);
+  LOOMSTONE_WIDEST(field_kernel)(fine->parts.tables.data(), fine_.charges.data(),
+                                 static_cast<Index>(fine_.charges.size()), set_->radius, points, n,
+                                 more);
+  LOOMSTONE_WIDEST(add_blunt_field)(fine->points.data(),
+                                    static_cast<Index>(fine->points.size() / 5), points, n, more);
   for (Index i = 0; i < 3 * n; ++i) field[i] += more[i];
 }
 
 void ChargedPanels::gradient_block(const double* points, Index n, double* gradient) const {
-  LOOMSTONE_WIDEST(gradient_kernel)(set_->tables.data(), charges_.data(), static_cast<Index>(charges_.size()),
-                                    set_->radius, points, n, gradient);
+  LOOMSTONE_WIDEST(gradient_kernel)(set_->tables.data(), charges_.data(),
+                                    static_cast<Index>(charges_.size()), set_->radius, points, n,
+                                    gradient);
   const FineTables* fine = this->fine();
   if (!fine) return;
   alignas(64) double more[6 * points_per_block];
   LOOMSTONE_WIDEST(gradient_kernel)(fine->parts.tables.data(), fine_.charges.data(),
-                                    static_cast<Index>(fine_.charges.size()), set_->radius, points, n, more);
-  LOOMSTONE_WIDEST(add_blunt_gradient)(fine->points.data(), static_cast<Index>(fine->points.size() / 5), points, n, more);
+                                    static_cast<Index>(fine_.charges.size()), set_->radius, points,
+                                    n, more);
+  LOOMSTONE_WIDEST(add_blunt_gradient)(
+      fine->points.data(), static_cast<Index>(fine->points.size() / 5), points, n, more);
   for (Index i = 0; i < 6 * n; ++i) gradient[i] += more[i];
 }
 
@@ -308,7 +336,8 @@ std::vector<PanelSample> ChargedPanels::charges() const {
     result[i].position = set_->samples.row(i).transpose();
     result[i].area = set_->shares[i] * set_->panels[panel].area * set_->panels[panel].normal;
     result[i].charge = charges_[panel] / mu0 * set_->shares[i] * set_->panels[panel].area;
-    if (fine_.at_samples.size() > 0) result[i].charge += fine_.at_samples[static_cast<Eigen::Index>(i)] / mu0;
+    if (fine_.at_samples.size() > 0)
+      result[i].charge += fine_.at_samples[static_cast<Eigen::Index>(i)] / mu0;
   }
   result.insert(result.end(), fine_.samples.begin(), fine_.samples.end());
   return result;

@@ -12,10 +12,12 @@ namespace loomstone {
 
 namespace {
 
-// A loop is a solenoid of this length over radius: its potential differs by the square of that over 24.
+// A loop is a solenoid of this length over radius: its potential differs by the square of that
+// over 24.
 constexpr double loop_length = 1e-3;
 
-// The winding as a magnet of the same outer field: polarised along z by mu0 times the current on its side per length.
+// The winding as a magnet of the same outer field: polarised along z by mu0 times the current on
+// its side per length.
 struct Bore {
   double radius, half_length, polarization;
 };
@@ -28,13 +30,17 @@ Bore bore_of(const Source& coil) {
   return {loop.radius(), 0.5 * length, mu0 * loop.current() / length};
 }
 
-// Notes points of the edge from a to b that are beside the turns: its ends, and where it crosses their middle and ends.
+// Notes points of the edge from a to b that are beside the turns: its ends, and where it crosses
+// their middle and ends.
 void note_edge(const Bore& bore, const Vec3& a, const Vec3& b, BesideWinding& found) {
-  const auto note = [&](const Vec3& x) { (x.head<2>().norm() < bore.radius ? found.in_bore : found.outside) = true; };
+  const auto note = [&](const Vec3& x) {
+    (x.head<2>().norm() < bore.radius ? found.in_bore : found.outside) = true;
+  };
   if (std::abs(a[2]) <= bore.half_length) note(a);
   if (std::abs(b[2]) <= bore.half_length) note(b);
   for (const double z : {-bore.half_length, 0.0, bore.half_length})
-    if ((a[2] < z && b[2] > z) || (a[2] > z && b[2] < z)) note(a + (z - a[2]) / (b[2] - a[2]) * (b - a));
+    if ((a[2] < z && b[2] > z) || (a[2] > z && b[2] < z))
+      note(a + (z - a[2]) / (b[2] - a[2]) * (b - a));
 }
 
 // mu0 times the scalar potential of the winding with one ampere at points in its axes [T m].
@@ -43,7 +49,8 @@ Vector winding_potential(const Bore& bore, bool threaded, const Points& points) 
   Vector potential(points.rows());
   alignas(64) double x[3 * points_per_block], values[points_per_block];
   for (Index begin = 0; begin < points.rows(); begin += points_per_block) {
-    const Index count = std::min<Index>(points_per_block, static_cast<Index>(points.rows()) - begin);
+    const Index count =
+        std::min<Index>(points_per_block, static_cast<Index>(points.rows()) - begin);
     const Index n = (count + n_lanes - 1) / n_lanes * n_lanes;
     for (Index i = 0; i < n; ++i)
       for (int c = 0; c < 3; ++c) x[c * n + i] = points(begin + std::min(i, count - 1), c);
@@ -65,7 +72,8 @@ BesideWinding beside_winding(const MagneticBody& coil, const MagneticBody& body)
   BesideWinding found;
   bool polygons = false;
   for (const Panel& panel : body.source->surface()) {
-    if (panel.shape != Panel::Shape::triangle && panel.shape != Panel::Shape::parallelogram) continue;
+    if (panel.shape != Panel::Shape::triangle && panel.shape != Panel::Shape::parallelogram)
+      continue;
     polygons = true;
     Vec3 corners[4] = {panel.a, panel.a + panel.b, panel.a + panel.c, panel.a + panel.c};
     if (panel.shape == Panel::Shape::parallelogram) corners[2] += panel.b;
@@ -84,21 +92,26 @@ double linked_flux(const MagneticBody& coil, const MagneticBody& magnetised) {
   const RigidPose pose = relative_pose(magnetised.pose, coil.pose);
   const Mat3 rotation = rotation_matrix(pose.orientation);
   if (const DipoleSet* dipoles = magnetised.source->dipoles()) {
-    const Points at = (dipoles->positions() * rotation.transpose()).rowwise() + pose.position.transpose();
+    const Points at =
+        (dipoles->positions() * rotation.transpose()).rowwise() + pose.position.transpose();
     const Points field = magnetic_field(Team{1}, {{coil.source, {}}}, at, "B");
     return field.cwiseProduct(dipoles->moments() * rotation.transpose()).sum();
   }
   const std::vector<PanelSample> charges = magnetised.source->charges();
   Points at(static_cast<Eigen::Index>(charges.size()), 3);
   for (std::size_t i = 0; i < charges.size(); ++i)
-    at.row(static_cast<Eigen::Index>(i)) = (pose.position + rotation * charges[i].position).transpose();
+    at.row(static_cast<Eigen::Index>(i)) =
+        (pose.position + rotation * charges[i].position).transpose();
   const BesideWinding beside = beside_winding(coil, magnetised);
   if (beside.in_bore && beside.outside)
-    throw Unsupported("circuits want bodies that magnetise in the bore of their coil or beside it, got one that reaches round the "
-                      "winding or has run into it");
+    throw Unsupported(
+        "circuits want bodies that magnetise in the bore of their coil or beside it, got one that "
+        "reaches round the "
+        "winding or has run into it");
   const Vector potential = winding_potential(bore_of(*coil.source), beside.in_bore, at);
   double flux = 0.0;
-  for (std::size_t i = 0; i < charges.size(); ++i) flux -= charges[i].charge * potential[static_cast<Eigen::Index>(i)];
+  for (std::size_t i = 0; i < charges.size(); ++i)
+    flux -= charges[i].charge * potential[static_cast<Eigen::Index>(i)];
   return flux;
 }
 

@@ -6,6 +6,7 @@
 namespace loomstone {
 
 inline constexpr double pi = std::numbers::pi;
-inline constexpr double mu0 = 4e-7 * std::numbers::pi;  // permeability of vacuum, by the definition before 2019 [T m/A]
+inline constexpr double mu0 =
+    4e-7 * std::numbers::pi;  // permeability of vacuum, by the definition before 2019 [T m/A]
 
 }  // namespace loomstone

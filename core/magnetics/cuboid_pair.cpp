@@ -1,7 +1,8 @@
 // With G such that d^2/dx^2 d^2/dy^2 d^2/dz^2 G = 1/R, the force on 2 is
 //   F_k = - 1/(4 pi mu0) sum_ij J1_i J2_j sum over corners s1 s2 T_ijk(R),   T_ijk = d_i d_j d_k G,
-// R the arm from a corner of 1 to one of 2, s1 and s2 the products of the signs of their coordinates. A lever y_a about
-// the centre of 2 turns T into y_a T - U, dU/dR_a = T, but on faces across axis a, where it is constant.
+// R the arm from a corner of 1 to one of 2, s1 and s2 the products of the signs of their
+// coordinates. A lever y_a about the centre of 2 turns T into y_a T - U, dU/dR_a = T, but on faces
+// across axis a, where it is constant.
 #include "core/magnetics/cuboid_pair.h"
 
 #include <algorithm>
@@ -15,7 +16,8 @@ namespace loomstone {
 
 namespace {
 
-// Arms of eight pairs of corners: logarithms L_x = arsinh(x / hypot(y, z)), angles A_x = arctan(y z / (x R)).
+// Arms of eight pairs of corners: logarithms L_x = arsinh(x / hypot(y, z)), angles A_x = arctan(y z
+// / (x R)).
 template <class Lanes>
 struct Arms {
   Lanes x[3], log[3], angle[3], r;
@@ -43,10 +45,13 @@ LOOMSTONE_INLINE Lanes third(const Arms<Lanes>& a, int i, int j, int k) {
   }
   if (i != j && j != k && i != k)
     return a.x[1] * a.x[2] * a.log[0] + a.x[0] * a.x[2] * a.log[1] + a.x[0] * a.x[1] * a.log[2] -
-           0.5 * (a.x[0] * a.x[0] * a.angle[0] + a.x[1] * a.x[1] * a.angle[1] + a.x[2] * a.x[2] * a.angle[2]);
-  const int twice = i == j || i == k ? i : j, once = i + j + k - 2 * twice, other = 3 - twice - once;
+           0.5 * (a.x[0] * a.x[0] * a.angle[0] + a.x[1] * a.x[1] * a.angle[1] +
+                  a.x[2] * a.x[2] * a.angle[2]);
+  const int twice = i == j || i == k ? i : j, once = i + j + k - 2 * twice,
+            other = 3 - twice - once;
   const Lanes &x = a.x[once], &y = a.x[other], &z = a.x[twice];
-  return 0.5 * (y * y - z * z) * a.log[once] + x * y * a.log[other] - y * z * a.angle[twice] - 0.5 * a.r * x;
+  return 0.5 * (y * y - z * z) * a.log[once] + x * y * a.log[other] - y * z * a.angle[twice] -
+         0.5 * a.r * x;
 }
 
 // Its integral along `axis`, which is none of j and k.
@@ -61,9 +66,12 @@ LOOMSTONE_INLINE Lanes integral(const Arms<Lanes>& a, int i, int j, int k, int a
   if (i != j && j != k && i != k) {  // axis is i
     const Lanes &x = a.x[i], &y = a.x[j], &z = a.x[k];
     return x * y * z * a.log[i] + z * (0.5 * x * x - z * z / 6.0) * a.log[j] +
-           y * (0.5 * x * x - y * y / 6.0) * a.log[k] - x * (x * x / 6.0 * a.angle[i] + 0.5 * (y * y * a.angle[j] + z * z * a.angle[k])) - y * z * a.r / 3.0;
+           y * (0.5 * x * x - y * y / 6.0) * a.log[k] -
+           x * (x * x / 6.0 * a.angle[i] + 0.5 * (y * y * a.angle[j] + z * z * a.angle[k])) -
+           y * z * a.r / 3.0;
   }
-  const int twice = i == j || i == k ? i : j, once = i + j + k - 2 * twice, other = 3 - twice - once;
+  const int twice = i == j || i == k ? i : j, once = i + j + k - 2 * twice,
+            other = 3 - twice - once;
   const Lanes &x = a.x[once], &y = a.x[other], &z = a.x[twice];
   if (axis == once)
     return 0.5 * x * (y * y - z * z) * a.log[once] + 0.5 * y * (x * x - z * z) * a.log[other] -
@@ -80,11 +88,12 @@ LOOMSTONE_INLINE double sum_in_order(const Lanes& a) {
   return sum;
 }
 
-// Adds sums over corners of - T_ijk (3) and of its moments (3 x 3: lever, k) about the centre of 2, times J1_i J2_j. Half
-// edges a of 1, b of 2; d from the centre of 1 to that of 2.
+// Adds sums over corners of - T_ijk (3) and of its moments (3 x 3: lever, k) about the centre of 2,
+// times J1_i J2_j. Half edges a of 1, b of 2; d from the centre of 1 to that of 2.
 template <class Lanes>
-LOOMSTONE_INLINE void corner_sums(const double* a, const double* b, const double* d, const double* j1, const double* j2,
-                                  double* force, double* levers) {
+LOOMSTONE_INLINE void corner_sums(const double* a, const double* b, const double* d,
+                                  const double* j1, const double* j2, double* force,
+                                  double* levers) {
   // Of faces that lie in one plane the second counts as outside the first.
   const double least = 1e-15 * (a[0] + a[1] + a[2] + b[0] + b[1] + b[2]);
   Lanes forces[3], moments[9];
@@ -102,7 +111,8 @@ LOOMSTONE_INLINE void corner_sums(const double* a, const double* b, const double
         signs[lane] *= s1 * s2;
       }
     }
-    const Lanes x[3] = {lanes_load<Lanes>(columns[0]), lanes_load<Lanes>(columns[1]), lanes_load<Lanes>(columns[2])};
+    const Lanes x[3] = {lanes_load<Lanes>(columns[0]), lanes_load<Lanes>(columns[1]),
+                        lanes_load<Lanes>(columns[2])};
     const Lanes sign = lanes_load<Lanes>(signs);
     const Arms<Lanes> arms = arms_of(x);
     for (int i = 0; i < 3; ++i) {
@@ -141,14 +151,15 @@ std::optional<Wrench> parallel_cuboid_wrench(const MagneticBody& on, const Magne
   const Vec3 second_j = whole * second->polarization();
   Vec3 force = Vec3::Zero();
   double levers[9] = {};
-  LOOMSTONE_WIDEST(corner_sums)(a.data(), b.data(), d.data(), first->polarization().data(), second_j.data(), force.data(),
-                                levers);
+  LOOMSTONE_WIDEST(corner_sums)(a.data(), b.data(), d.data(), first->polarization().data(),
+                                second_j.data(), force.data(), levers);
   const double scale = 1.0 / (4.0 * pi * mu0);
   const Vec3 torque(levers[5] - levers[7], levers[6] - levers[2], levers[1] - levers[3]);
   // 64 terms of the size of the longest arm squared, cubed in the torque, with their rounding.
   const double arm = (a + b + d.cwiseAbs()).norm();
   const double strength = scale * first->polarization().norm() * second->polarization().norm();
-  const double rounding = 64.0 * 1e-16 * strength * arm * arm * std::max(1.0, arm / second->radius());
+  const double rounding =
+      64.0 * 1e-16 * strength * arm * arm * std::max(1.0, arm / second->radius());
   return Wrench{to_world * (scale * force), to_world * (scale * torque), rounding};
 }
 

@@ -10,9 +10,10 @@ namespace {
 constexpr int rows = 6, group_size = rows * n_lanes;
 
 template <class Lanes>
-LOOMSTONE_INLINE void group_kernel(const double* tables, const Index* groups, Index n_groups, const double* point,
-                                   double* field, double* gradient) {
-  const Lanes3<Lanes> p{lanes_all<Lanes>(point[0]), lanes_all<Lanes>(point[1]), lanes_all<Lanes>(point[2])};
+LOOMSTONE_INLINE void group_kernel(const double* tables, const Index* groups, Index n_groups,
+                                   const double* point, double* field, double* gradient) {
+  const Lanes3<Lanes> p{lanes_all<Lanes>(point[0]), lanes_all<Lanes>(point[1]),
+                        lanes_all<Lanes>(point[2])};
   Lanes3<Lanes> h{};
   Lanes g[6];
   for (Lanes& s : g) s = Lanes{};
@@ -33,12 +34,14 @@ LOOMSTONE_INLINE void group_kernel(const double* tables, const Index* groups, In
 }  // namespace
 
 DipoleGroups::DipoleGroups(const DipoleSet& dipoles, double radius)
-    : radius_(radius), positions_(dipoles.positions()), moments_(mu0 / (4.0 * pi) * dipoles.moments()),
+    : radius_(radius),
+      positions_(dipoles.positions()),
+      moments_(mu0 / (4.0 * pi) * dipoles.moments()),
       multipoles_(Multipoles::of_dipoles(dipoles.positions(), mu0 * dipoles.moments(), radius)) {}
 
 // Lanes without a dipole repeat the first without its moment.
-void DipoleGroups::add(const Index* parts, Index n, const CartesianExpansion& expansion, const Vec3& centre,
-                       double* moments) {
+void DipoleGroups::add(const Index* parts, Index n, const CartesianExpansion& expansion,
+                       const Vec3& centre, double* moments) {
   tables_.resize(tables_.size() + group_size, 0.0);
   double* table = tables_.data() + tables_.size() - group_size;
   double x[3 * n_lanes], m[3 * n_lanes];
@@ -53,13 +56,14 @@ void DipoleGroups::add(const Index* parts, Index n, const CartesianExpansion& ex
   expansion.add_dipoles(x, m, n, centre, moments);
 }
 
-// Errors as found on a ring of 2,900 cells, millimetres from its surface, times 1.5: as the fields of neighbours in a lattice
-// cancel, they are ten times those of faces.
+// Errors as found on a ring of 2,900 cells, millimetres from its surface, times 1.5: as the fields
+// of neighbours in a lattice cancel, they are ten times those of faces.
 std::vector<ExpansionSetting> DipoleGroups::settings() const {
   return {{7, 0.4, 6e-3}, {11, 0.4, 2e-4}, {12, 0.35, 2e-5}, {14, 0.28, 3e-7}};
 }
 
-void DipoleGroups::sum(const Index* groups, Index n, const double* point, double* field, double* gradient) const {
+void DipoleGroups::sum(const Index* groups, Index n, const double* point, double* field,
+                       double* gradient) const {
   LOOMSTONE_WIDEST(group_kernel)(tables_.data(), groups, n, point, field, gradient);
 }
 

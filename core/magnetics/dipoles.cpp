@@ -1,5 +1,5 @@
-// Sums over dipoles: eight observers at once, all dipoles one after the other, so that the order of a sum never
-// changes.
+// Sums over dipoles: eight observers at once, all dipoles one after the other, so that the order of
+// a sum never changes.
 #include "core/magnetics/dipoles.h"
 
 #include <algorithm>
@@ -18,8 +18,8 @@ namespace {
 constexpr double k = mu0 / (4.0 * pi);
 
 template <class Lanes>
-LOOMSTONE_INLINE void field_kernel(const double* positions, const double* moments, Index dipoles, const double* points,
-                                   Index n, double* out) {
+LOOMSTONE_INLINE void field_kernel(const double* positions, const double* moments, Index dipoles,
+                                   const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes3<Lanes> sum{};
@@ -35,8 +35,8 @@ LOOMSTONE_INLINE void field_kernel(const double* positions, const double* moment
 }
 
 template <class Lanes>
-LOOMSTONE_INLINE void potential_kernel(const double* positions, const double* moments, Index dipoles,
-                                       const double* points, Index n, double* out) {
+LOOMSTONE_INLINE void potential_kernel(const double* positions, const double* moments,
+                                       Index dipoles, const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes sum{};
@@ -68,8 +68,9 @@ LOOMSTONE_INLINE void gradient_kernel(const double* positions, const double* mom
 
 // The two above in one pass.
 template <class Lanes>
-LOOMSTONE_INLINE void field_and_gradient_kernel(const double* positions, const double* moments, Index dipoles,
-                                                const double* points, Index n, double* field, double* gradient) {
+LOOMSTONE_INLINE void field_and_gradient_kernel(const double* positions, const double* moments,
+                                                Index dipoles, const double* points, Index n,
+                                                double* field, double* gradient) {
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes3<Lanes> b{};
@@ -91,8 +92,9 @@ LOOMSTONE_INLINE void field_and_gradient_kernel(const double* positions, const d
 
 // Field (6.5) and force (6.10) in one pass.
 template <class Lanes>
-LOOMSTONE_INLINE void force_kernel(const double* positions, const double* moments, Index dipoles, const double* points,
-                                   const double* own, Index n, double nearest2, double* field, double* force) {
+LOOMSTONE_INLINE void force_kernel(const double* positions, const double* moments, Index dipoles,
+                                   const double* points, const double* own, Index n,
+                                   double nearest2, double* field, double* force) {
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     const Lanes3<Lanes> q = lanes3_load<Lanes>(own + i, n);
@@ -121,56 +123,64 @@ LOOMSTONE_INLINE void force_kernel(const double* positions, const double* moment
 
 }  // namespace
 
-void dipole_field_block(const double* positions, const double* moments, Index dipoles, const double* points, Index n,
-                        double* field) {
+void dipole_field_block(const double* positions, const double* moments, Index dipoles,
+                        const double* points, Index n, double* field) {
   LOOMSTONE_WIDEST(field_kernel)(positions, moments, dipoles, points, n, field);
 }
 
-void dipole_gradient_block(const double* positions, const double* moments, Index dipoles, const double* points, Index n,
-                           double* gradient) {
+void dipole_gradient_block(const double* positions, const double* moments, Index dipoles,
+                           const double* points, Index n, double* gradient) {
   LOOMSTONE_WIDEST(gradient_kernel)(positions, moments, dipoles, points, n, gradient);
 }
 
-void dipole_force_block(const double* positions, const double* moments, Index dipoles, const double* points,
-                        const double* own, Index n, double nearest2, double* field, double* force) {
-  LOOMSTONE_WIDEST(force_kernel)(positions, moments, dipoles, points, own, n, nearest2, field, force);
+void dipole_force_block(const double* positions, const double* moments, Index dipoles,
+                        const double* points, const double* own, Index n, double nearest2,
+                        double* field, double* force) {
+  LOOMSTONE_WIDEST(force_kernel)(positions, moments, dipoles, points, own, n, nearest2, field,
+                                 force);
 }
 
 DipoleSet::DipoleSet(Points positions, Points moments)
     : positions_(std::move(positions)), moments_(std::move(moments)) {
   check_points(positions_, "points");
   if (moments_.rows() != positions_.rows())
-    throw InvalidInput("moments must have a row for each of the " + std::to_string(positions_.rows()) +
-                       " points, got " + std::to_string(moments_.rows()));
+    throw InvalidInput("moments must have a row for each of the " +
+                       std::to_string(positions_.rows()) + " points, got " +
+                       std::to_string(moments_.rows()));
   for (Eigen::Index i = 0; i < moments_.rows(); ++i)
     if (!moments_.row(i).allFinite())
-      throw InvalidInput("moments must be finite [A m^2], but row " + std::to_string(i) + " is not");
+      throw InvalidInput("moments must be finite [A m^2], but row " + std::to_string(i) +
+                         " is not");
 }
 
 void DipoleSet::field_block(const double* points, Index n, Quantity, double* field) const {
-  LOOMSTONE_WIDEST(field_kernel)(positions_.data(), moments_.data(), static_cast<Index>(positions_.rows()), points, n, field);
+  LOOMSTONE_WIDEST(field_kernel)(positions_.data(), moments_.data(),
+                                 static_cast<Index>(positions_.rows()), points, n, field);
 }
 
 void DipoleSet::gradient_block(const double* points, Index n, double* gradient) const {
-  LOOMSTONE_WIDEST(gradient_kernel)(positions_.data(), moments_.data(), static_cast<Index>(positions_.rows()), points, n,
-                                    gradient);
+  LOOMSTONE_WIDEST(gradient_kernel)(positions_.data(), moments_.data(),
+                                    static_cast<Index>(positions_.rows()), points, n, gradient);
 }
 
 void DipoleSet::field_and_gradient_block(const double* points, Index n, Quantity, double* field,
                                          double* gradient) const {
-  LOOMSTONE_WIDEST(field_and_gradient_kernel)(positions_.data(), moments_.data(), static_cast<Index>(positions_.rows()),
-                                              points, n, field, gradient);
+  LOOMSTONE_WIDEST(field_and_gradient_kernel)(positions_.data(), moments_.data(),
+                                              static_cast<Index>(positions_.rows()), points, n,
+                                              field, gradient);
 }
 
 void DipoleSet::potential_block(const double* points, Index n, double* potential) const {
-  LOOMSTONE_WIDEST(potential_kernel)(positions_.data(), moments_.data(), static_cast<Index>(positions_.rows()), points, n,
-                                     potential);
+  LOOMSTONE_WIDEST(potential_kernel)(positions_.data(), moments_.data(),
+                                     static_cast<Index>(positions_.rows()), points, n, potential);
 }
 
-double DipoleSet::radius() const { return positions_.rows() > 0 ? positions_.rowwise().norm().maxCoeff() : 0.0; }
+double DipoleSet::radius() const {
+  return positions_.rows() > 0 ? positions_.rowwise().norm().maxCoeff() : 0.0;
+}
 
-Wrenches dipole_forces(const Team& team, const Points& positions, const Points& moments, const DipoleSet& by,
-                       double nearest) {
+Wrenches dipole_forces(const Team& team, const Points& positions, const Points& moments,
+                       const DipoleSet& by, double nearest) {
   const Index n = static_cast<Index>(positions.rows());
   Wrenches result{Points(n, 3), Points(n, 3), Vector(n)};
   const Index blocks = (n + points_per_block - 1) / points_per_block;
@@ -179,8 +189,8 @@ Wrenches dipole_forces(const Team& team, const Points& positions, const Points& 
       [&](Index block) {
         const Index begin = block * points_per_block, end = std::min(n, begin + points_per_block);
         const Index padded = (end - begin + n_lanes - 1) / n_lanes * n_lanes;
-        alignas(64) double x[3 * points_per_block], m[3 * points_per_block], b[3 * points_per_block],
-            f[3 * points_per_block];
+        alignas(64) double x[3 * points_per_block], m[3 * points_per_block],
+            b[3 * points_per_block], f[3 * points_per_block];
         for (Index i = 0; i < padded; ++i) {
           const Index row = std::min(begin + i, end - 1);
           for (int c = 0; c < 3; ++c) {
@@ -189,10 +199,12 @@ Wrenches dipole_forces(const Team& team, const Points& positions, const Points& 
           }
         }
         LOOMSTONE_WIDEST(force_kernel)(by.positions().data(), by.moments().data(),
-                                       static_cast<Index>(by.positions().rows()), x, m, padded, nearest * nearest, b, f);
+                                       static_cast<Index>(by.positions().rows()), x, m, padded,
+                                       nearest * nearest, b, f);
         for (Index i = begin; i < end; ++i) {
           const Index j = i - begin;
-          const Vec3 field(b[j], b[padded + j], b[2 * padded + j]), own = moments.row(i).transpose();
+          const Vec3 field(b[j], b[padded + j], b[2 * padded + j]),
+              own = moments.row(i).transpose();
           result.forces.row(i) = Vec3(f[j], f[padded + j], f[2 * padded + j]).transpose();
           result.torques.row(i) = own.cross(field).transpose();  // (6.11)
           result.energies[i] = -own.dot(field);
@@ -204,8 +216,8 @@ Wrenches dipole_forces(const Team& team, const Points& positions, const Points& 
 
 double dipole_energy(const Team& team, const DipoleSet& set) {
   const Wrenches pairs = dipole_forces(team, set.positions(), set.moments(), set);
-  return 0.5 *
-         parallel_sum(team, static_cast<Index>(set.positions().rows()), [&](Index i) { return pairs.energies[i]; });
+  return 0.5 * parallel_sum(team, static_cast<Index>(set.positions().rows()),
+                            [&](Index i) { return pairs.energies[i]; });
 }
 
 }  // namespace loomstone

@@ -1,5 +1,5 @@
-// Point dipoles: field, gradient, forces and torques, eqs. (6.5), (6.10) and (6.11). A dipole exactly at an observer
-// adds nothing there.
+// Point dipoles: field, gradient, forces and torques, eqs. (6.5), (6.10) and (6.11). A dipole
+// exactly at an observer adds nothing there.
 #pragma once
 
 #include "core/magnetics/source.h"
@@ -31,11 +31,11 @@ class DipoleSet final : public Source {
   Points positions_, moments_;
 };
 
-// Forces and torques, each about its own position, on dipoles (n x 3) by the dipoles of `by`. Equal and opposite to
-// rounding when the two change places. Pairs
-// closer than `nearest` [m] take 1 / nearest^3 for 1 / R^3: forces grow as 1 / R, torques no more.
-Wrenches dipole_forces(const Team& team, const Points& positions, const Points& moments, const DipoleSet& by,
-                       double nearest = 0.0);
+// Forces and torques, each about its own position, on dipoles (n x 3) by the dipoles of `by`. Equal
+// and opposite to rounding when the two change places. Pairs closer than `nearest` [m] take 1 /
+// nearest^3 for 1 / R^3: forces grow as 1 / R, torques no more.
+Wrenches dipole_forces(const Team& team, const Points& positions, const Points& moments,
+                       const DipoleSet& by, double nearest = 0.0);
 
 // Interaction energy of the dipoles of a set: - sum over pairs of m_k . B_l(r_k) [J].
 double dipole_energy(const Team& team, const DipoleSet& set);

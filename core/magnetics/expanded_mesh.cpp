@@ -7,8 +7,11 @@ namespace loomstone {
 ExpandedMesh::ExpandedMesh(std::shared_ptr<const Polyhedron> mesh, double tolerance)
     : mesh_(std::move(mesh)), field_(std::make_unique<FaceGroups>(mesh_), tolerance) {
   for (const ExpandedField::Cube& cube : field_.cubes()) {
-    const double radius = 1.000001 * std::sqrt(3.0) * cube.half, depth = cube.child < 0 ? mesh_->depth(cube.centre) : 0.0;
-    places_.push_back(depth > radius ? Place::inside : depth < -radius ? Place::outside : Place::cut);
+    const double radius = 1.000001 * std::sqrt(3.0) * cube.half,
+                 depth = cube.child < 0 ? mesh_->depth(cube.centre) : 0.0;
+    places_.push_back(depth > radius    ? Place::inside
+                      : depth < -radius ? Place::outside
+                                        : Place::cut);
   }
 }
 
@@ -23,13 +26,14 @@ void ExpandedMesh::add_polarization(const double* points, Index n, double* field
   }
 }
 
-void ExpandedMesh::field_and_gradient_block(const double* points, Index n, Quantity quantity, double* field,
-                                            double* gradient) const {
+void ExpandedMesh::field_and_gradient_block(const double* points, Index n, Quantity quantity,
+                                            double* field, double* gradient) const {
   field_.field_and_gradient_block(points, n, field, gradient);
   if (quantity == Quantity::flux_density) add_polarization(points, n, field);
 }
 
-void ExpandedMesh::field_block(const double* points, Index n, Quantity quantity, double* field) const {
+void ExpandedMesh::field_block(const double* points, Index n, Quantity quantity,
+                               double* field) const {
   field_.field_block(points, n, field);
   if (quantity == Quantity::flux_density) add_polarization(points, n, field);
 }

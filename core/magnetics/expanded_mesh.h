@@ -1,5 +1,5 @@
-// A hard magnet with many faces whose field at many points comes from expansions (expanded_field.h). As the magnet is rigid
-// and hard, they serve for the whole of a run.
+// A hard magnet with many faces whose field at many points comes from expansions
+// (expanded_field.h). As the magnet is rigid and hard, they serve for the whole of a run.
 #pragma once
 
 #include "core/magnetics/expanded_field.h"
@@ -8,7 +8,8 @@ namespace loomstone {
 
 class ExpandedMesh final : public Source {
  public:
-  // tolerance: of field and gradient, of the largest at the distance of a point from the surface [1]; in [3e-7, 0.1].
+  // tolerance: of field and gradient, of the largest at the distance of a point from the surface
+  // [1]; in [3e-7, 0.1].
   ExpandedMesh(std::shared_ptr<const Polyhedron> mesh, double tolerance);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override {

@@ -6,14 +6,16 @@ namespace loomstone {
 
 namespace {
 
-// A table of eight faces: three corners, unit normal, twice the area, charge / 4 pi; then for each edge its ends, length,
-// charge / 4 pi times its normal in the face and that of the face.
+// A table of eight faces: three corners, unit normal, twice the area, charge / 4 pi; then for each
+// edge its ends, length, charge / 4 pi times its normal in the face and that of the face.
 constexpr int face_rows = 14, edge_rows = 13, group_size = (face_rows + 3 * edge_rows) * n_lanes;
 
 template <class Lanes>
-LOOMSTONE_INLINE void group_kernel(const double* tables, const Index* groups, Index n_groups, double radius,
-                                   const double* point, double* field, double* gradient) {
-  const Lanes3<Lanes> p{lanes_all<Lanes>(point[0]), lanes_all<Lanes>(point[1]), lanes_all<Lanes>(point[2])};
+LOOMSTONE_INLINE void group_kernel(const double* tables, const Index* groups, Index n_groups,
+                                   double radius, const double* point, double* field,
+                                   double* gradient) {
+  const Lanes3<Lanes> p{lanes_all<Lanes>(point[0]), lanes_all<Lanes>(point[1]),
+                        lanes_all<Lanes>(point[2])};
   Lanes h[3], g[6];
   for (Lanes& s : h) s = Lanes{};
   for (Lanes& s : g) s = Lanes{};
@@ -43,7 +45,8 @@ FaceGroups::FaceGroups(std::shared_ptr<const Polyhedron> mesh) : mesh_(std::move
   for (Index t = 0; t < mesh_->triangles().rows(); ++t) {
     Vec3 c[3];
     for (int k = 0; k < 3; ++k) c[k] = x.row(mesh_->triangles()(t, k)).transpose();
-    if ((c[1] - c[0]).cross(c[2] - c[0]).dot(mesh_->polarization()) != 0.0) corners_.insert(corners_.end(), c, c + 3);
+    if ((c[1] - c[0]).cross(c[2] - c[0]).dot(mesh_->polarization()) != 0.0)
+      corners_.insert(corners_.end(), c, c + 3);
   }
 }
 
@@ -54,13 +57,14 @@ Vec3 FaceGroups::middle(Index part) const {
 
 double FaceGroups::reach(Index part, const Vec3& from) const {
   double reach = 0.0;
-  for (int k = 0; k < 3; ++k) reach = std::max(reach, (corners_[3 * static_cast<std::size_t>(part) + k] - from).norm());
+  for (int k = 0; k < 3; ++k)
+    reach = std::max(reach, (corners_[3 * static_cast<std::size_t>(part) + k] - from).norm());
   return reach;
 }
 
 // Lanes without a face repeat the first without its charge.
-void FaceGroups::add(const Index* parts, Index n, const CartesianExpansion& expansion, const Vec3& centre,
-                     double* moments) {
+void FaceGroups::add(const Index* parts, Index n, const CartesianExpansion& expansion,
+                     const Vec3& centre, double* moments) {
   const GaussRule& rule = gauss_rule(expansion.order() / 2 + 1);
   std::vector<double> positions, charges;
   tables_.resize(tables_.size() + group_size);
@@ -88,7 +92,8 @@ void FaceGroups::add(const Index* parts, Index n, const CartesianExpansion& expa
       }
     }
   }
-  expansion.add_charges(positions.data(), charges.data(), static_cast<Index>(charges.size()), centre, moments);
+  expansion.add_charges(positions.data(), charges.data(), static_cast<Index>(charges.size()),
+                        centre, moments);
 }
 
 // Errors as found on a ring of 3,200 faces, millimetres from its surface, times 1.5.
@@ -96,8 +101,10 @@ std::vector<ExpansionSetting> FaceGroups::settings() const {
   return {{7, 0.55, 4e-3}, {9, 0.5, 3e-4}, {11, 0.4, 3e-5}, {14, 0.35, 3e-7}};
 }
 
-void FaceGroups::sum(const Index* groups, Index n, const double* point, double* field, double* gradient) const {
-  LOOMSTONE_WIDEST(group_kernel)(tables_.data(), groups, n, mesh_->radius(), point, field, gradient);
+void FaceGroups::sum(const Index* groups, Index n, const double* point, double* field,
+                     double* gradient) const {
+  LOOMSTONE_WIDEST(group_kernel)(tables_.data(), groups, n, mesh_->radius(), point, field,
+                                 gradient);
 }
 
 }  // namespace loomstone

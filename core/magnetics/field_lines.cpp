@@ -10,10 +10,12 @@ namespace loomstone {
 
 namespace {
 
-constexpr double finest = 0.1;    // turn between neighbouring points [rad]
-constexpr double coarsest = 0.6;  // of a step: cubics between its ends are then good to 3e-4 of the radius of curvature
-// Steps of a line at a tolerance of 1e-5, which a line about a magnet or coil needs some 50 of. Beside a soft body, closer than
-// its panels are wide, the field has their pattern, and weak lines wander in it without end.
+constexpr double finest = 0.1;  // turn between neighbouring points [rad]
+constexpr double coarsest =
+    0.6;  // of a step: cubics between its ends are then good to 3e-4 of the radius of curvature
+// Steps of a line at a tolerance of 1e-5, which a line about a magnet or coil needs some 50 of.
+// Beside a soft body, closer than its panels are wide, the field has their pattern, and weak lines
+// wander in it without end.
 constexpr double most_steps = 1000.0;
 
 constexpr std::array<std::array<double, 6>, 6> stages = {{
@@ -24,8 +26,8 @@ constexpr std::array<std::array<double, 6>, 6> stages = {{
     {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656},
     {35.0 / 384, 0.0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84},
 }};
-constexpr std::array<double, 7> error_weights = {71.0 / 57600,      0.0,        -71.0 / 16695, 71.0 / 1920,
-                                                 -17253.0 / 339200, 22.0 / 525, -1.0 / 40};
+constexpr std::array<double, 7> error_weights = {
+    71.0 / 57600, 0.0, -71.0 / 16695, 71.0 / 1920, -17253.0 / 339200, 22.0 / 525, -1.0 / 40};
 
 struct Solid {
   const Source* source;
@@ -41,7 +43,7 @@ struct Solid {
 struct Tracer {
   Vec3 x = Vec3::Zero(), tangent = Vec3::Zero();  // where it is; along the line at its seed
   double sign = 1.0, step = 0.0, length = 0.0;
-  Index origin = 0;  // which seed
+  Index origin = 0;                                 // which seed
   bool inside = false, away = false, done = false;  // in a magnet, was away from its seed
   LineEnd end = LineEnd::length;
   std::vector<Vec3> points;
@@ -73,7 +75,8 @@ class LineTracing {
   LineTracing(const Team& team, const std::vector<MagneticBody>& bodies, const LineOptions& options)
       : team_(team), bodies_(bodies), options_(options) {
     for (const MagneticBody& body : bodies)
-      if (body.source->box()) solids_.push_back({body.source.get(), body.pose, rotation_matrix(body.pose.orientation)});
+      if (body.source->box())
+        solids_.push_back({body.source.get(), body.pose, rotation_matrix(body.pose.orientation)});
   }
 
   void run(std::vector<Tracer>& lines) {
@@ -110,7 +113,8 @@ class LineTracing {
     return nullptr;
   }
 
-  // Unit vectors along the field, or against it, where each line asks for them; lines without a field end.
+  // Unit vectors along the field, or against it, where each line asks for them; lines without a
+  // field end.
   template <class At>
   void directions(const std::vector<Tracer*>& lines, int stage, At&& at) {
     Points x(lines.size(), 3);
@@ -134,7 +138,8 @@ class LineTracing {
     for (int i = 0; i < 7; ++i) error += h * error_weights[i] * line.k[i];
     const double turn = std::acos(std::clamp(line.k[0].dot(line.k[6]), -1.0, 1.0));
     // Where a line crosses a surface it has a corner, which is no longer than the tolerance.
-    const double share = std::max(error.norm() / allowed, h > allowed ? std::pow(turn / coarsest, 5) : 0.0);
+    const double share =
+        std::max(error.norm() / allowed, h > allowed ? std::pow(turn / coarsest, 5) : 0.0);
     const double factor = std::clamp(0.9 * std::pow(std::max(share, 1e-10), -0.2), 0.2, 4.0);
     if (share > 1.0) {
       line.step *= factor;
@@ -150,7 +155,8 @@ class LineTracing {
       Vec3 point = part == parts ? y : at(static_cast<double>(part) / parts);
       const bool inside = holder(point) != nullptr;
       if (inside && !line.inside) {  // the surface lies between
-        double low = static_cast<double>(part - 1) / parts, high = static_cast<double>(part) / parts;
+        double low = static_cast<double>(part - 1) / parts,
+               high = static_cast<double>(part) / parts;
         for (int i = 0; i < 40; ++i) {
           const double middle = 0.5 * (low + high);
           (holder(at(middle)) ? high : low) = middle;
@@ -160,14 +166,16 @@ class LineTracing {
       }
       line.inside = inside;
       line.length += (point - before).norm();
-      const double near = 20.0 * allowed + 0.2 * finest * (point - before).norm();  // chords cut the curve's corners
+      const double near = 20.0 * allowed +
+                          0.2 * finest * (point - before).norm();  // chords cut the curve's corners
       if (!line.done && line.away && line.k[6].dot(line.tangent) > 0.9 &&
           distance_to_segment(seed, before, point) < near) {
         point = seed;
         line.stop(LineEnd::closed);
       }
       line.away |= (point - seed).norm() > 3.0 * near;
-      if (!line.done && (point - options_.centre).norm() > options_.extent) line.stop(LineEnd::left);
+      if (!line.done && (point - options_.centre).norm() > options_.extent)
+        line.stop(LineEnd::left);
       if (!line.done && line.length > options_.length) line.stop(LineEnd::length);
       line.points.push_back(point);
       before = point;
@@ -205,24 +213,31 @@ Vector magnetic_depth(const std::vector<MagneticBody>& bodies, const ConstPoints
     if (!body.source->box()) continue;
     const Mat3 back = rotation_matrix(body.pose.orientation).transpose();
     for (Index i = 0; i < points.rows(); ++i)
-      deepest[i] = std::max(deepest[i], body.source->depth(back * (points.row(i).transpose() - body.pose.position)));
+      deepest[i] = std::max(
+          deepest[i], body.source->depth(back * (points.row(i).transpose() - body.pose.position)));
   }
   return deepest;
 }
 
-FieldLines trace_field_lines(const Team& team, const std::vector<MagneticBody>& bodies, const LineSeeds& seeds,
-                             const LineOptions& given) {
+FieldLines trace_field_lines(const Team& team, const std::vector<MagneticBody>& bodies,
+                             const LineSeeds& seeds, const LineOptions& given) {
   check_points(seeds.points, "seeds");
   LineOptions options = given;
   if (!options.uniform.allFinite() || !options.centre.allFinite())
     throw InvalidInput("uniform [T] and centre [m] of field lines must be finite");
   if (!(options.extent >= 0.0) || !(options.length >= 0.0) || !std::isfinite(options.extent))
-    throw InvalidInput("extent [m] and length [m] of field lines must be finite and at least 0 (0: chosen from the bodies)");
+    throw InvalidInput(
+        "extent [m] and length [m] of field lines must be finite and at least 0 (0: chosen from "
+        "the bodies)");
   if (!(options.tolerance >= 1e-12 && options.tolerance <= 0.1))
-    throw InvalidInput("tolerance of field lines must be in [1e-12, 0.1], got " + std::to_string(options.tolerance));
-  if (options.extent == 0.0) std::tie(options.centre, options.extent) = bounding_ball(bodies), options.extent *= 4.0;
+    throw InvalidInput("tolerance of field lines must be in [1e-12, 0.1], got " +
+                       std::to_string(options.tolerance));
   if (options.extent == 0.0)
-    throw InvalidInput("extent [m] of field lines must be given where bodies have none (point dipoles, no bodies)");
+    std::tie(options.centre, options.extent) = bounding_ball(bodies), options.extent *= 4.0;
+  if (options.extent == 0.0)
+    throw InvalidInput(
+        "extent [m] of field lines must be given where bodies have none (point dipoles, no "
+        "bodies)");
   if (options.length == 0.0) options.length = 20.0 * options.extent;
 
   std::vector<Tracer> tracers;
@@ -248,7 +263,8 @@ FieldLines trace_field_lines(const Team& team, const std::vector<MagneticBody>& 
       const bool both = t + 1 < tracers.size() && tracers[t + 1].origin == line.origin;
       if (both) ++t;
       // One that closes is gone round once; it may miss its seed the other way.
-      const bool only_onwards = both && line.end != LineEnd::closed && tracers[t].end == LineEnd::closed;
+      const bool only_onwards =
+          both && line.end != LineEnd::closed && tracers[t].end == LineEnd::closed;
       begin = only_onwards ? LineEnd::closed : line.end;
       if (!only_onwards) all.insert(all.end(), line.points.rbegin(), line.points.rend());
       if (both && line.end == LineEnd::closed) end = LineEnd::closed;

@@ -14,7 +14,8 @@
 namespace loomstone {
 
 Vec3 FlatPanel::at(double u, double v) const {
-  if (corners == 3) return corner[0] + u * (corner[1] - corner[0]) + u * v * (corner[2] - corner[1]);
+  if (corners == 3)
+    return corner[0] + u * (corner[1] - corner[0]) + u * v * (corner[2] - corner[1]);
   return corner[0] + u * (corner[1] - corner[0]) + v * (corner[3] - corner[0]);
 }
 
@@ -40,7 +41,8 @@ std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order) {
   for (int i = 0; i < order; ++i) {
     const double u = 0.5 * (1.0 + rule.nodes[i]);
     for (int k = 0; k < order; ++k) {
-      const double v = 0.5 * (1.0 + rule.nodes[k]), weight = 0.25 * rule.weights[i] * rule.weights[k];
+      const double v = 0.5 * (1.0 + rule.nodes[k]),
+                   weight = 0.25 * rule.weights[i] * rule.weights[k];
       points.push_back({panel.at(u, v), panel.corners == 3 ? 2.0 * u * weight : weight});
     }
   }
@@ -51,8 +53,9 @@ std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order) {
   return points;
 }
 
-// Where a share t of the cells of half an edge ends, of its length: t as far as s goes with sqrt(1 - s) at the end and, with
-// a focus of `width` times that length, with asinh(s / width) from the middle.
+// Where a share t of the cells of half an edge ends, of its length: t as far as s goes with sqrt(1
+// - s) at the end and, with a focus of `width` times that length, with asinh(s / width) from the
+// middle.
 static double graded(double t, double width) {
   const double rest = 1.0 - t;
   if (width == 0.0) return 1.0 - rest * rest;
@@ -90,24 +93,32 @@ std::vector<FlatPanel> cuboid_panels(const Vec3& size, int cells, double focus) 
     const bool turned = mirror.prod() < 0.0;
     for (const FlatPanel& panel : eighth) {
       Vec3 corners[4];
-      for (int c = 0; c < 4; ++c) corners[c] = panel.corner[turned ? 3 - c : c].cwiseProduct(mirror);
+      for (int c = 0; c < 4; ++c)
+        corners[c] = panel.corner[turned ? 3 - c : c].cwiseProduct(mirror);
       all.push_back(make_panel(corners, 4));
     }
   }
   return all;
 }
 
-std::vector<FlatPanel> cylinder_panels(double radius, double inner_radius, double height, int cells) {
+std::vector<FlatPanel> cylinder_panels(double radius, double inner_radius, double height,
+                                       int cells) {
   const int sides = 2 * cells;
-  const double angle = 2.0 * pi / sides, wider = std::sqrt(angle / std::sin(angle));  // as large an area as the circle's
-  // Rows go with the root of the slenderness: errors of long and short cylinders are much alike then.
-  const int slender = static_cast<int>(std::lround(std::clamp(std::sqrt(0.5 * height / radius), 1.0, 8.0)));
-  std::vector<std::array<double, 2>> profile;  // radius and height, counter-clockwise about the section
+  const double angle = 2.0 * pi / sides,
+               wider = std::sqrt(angle / std::sin(angle));  // as large an area as the circle's
+  // Rows go with the root of the slenderness: errors of long and short cylinders are much alike
+  // then.
+  const int slender =
+      static_cast<int>(std::lround(std::clamp(std::sqrt(0.5 * height / radius), 1.0, 8.0)));
+  std::vector<std::array<double, 2>>
+      profile;  // radius and height, counter-clockwise about the section
   const auto go_to = [&](double r, double z, int n, bool graded_at_start) {
     const std::array<double, 2> from = profile.back();
     for (int i = 1; i <= n; ++i) {
       const double t = static_cast<double>(i) / n, both = 2.0 * t - 1.0;
-      const double share = graded_at_start ? 0.5 * (1.0 + std::copysign(graded(std::abs(both), 0.0), both)) : graded(t, 0.0);
+      const double share = graded_at_start
+                               ? 0.5 * (1.0 + std::copysign(graded(std::abs(both), 0.0), both))
+                               : graded(t, 0.0);
       profile.push_back({from[0] + share * (r - from[0]), from[1] + share * (z - from[1])});
     }
   };
@@ -125,17 +136,20 @@ std::vector<FlatPanel> cylinder_panels(double radius, double inner_radius, doubl
   }
   const auto corner = [&](std::size_t row, int side) {
     const double phi = angle * (side % sides);
-    return Vec3(wider * profile[row][0] * std::cos(phi), wider * profile[row][0] * std::sin(phi), profile[row][1]);
+    return Vec3(wider * profile[row][0] * std::cos(phi), wider * profile[row][0] * std::sin(phi),
+                profile[row][1]);
   };
   std::vector<FlatPanel> result;
   for (std::size_t row = 0; row + 1 < profile.size(); ++row) {
     for (int side = 0; side < sides; ++side) {
-      const Vec3 c[4] = {corner(row, side), corner(row, side + 1), corner(row + 1, side + 1), corner(row + 1, side)};
+      const Vec3 c[4] = {corner(row, side), corner(row, side + 1), corner(row + 1, side + 1),
+                         corner(row + 1, side)};
       const auto add = [&](int i, int j, int k) {
         const Vec3 corners[3] = {c[i], c[j], c[k]};
         result.push_back(make_panel(corners, 3));
       };
-      // Diagonals alternate, and so do the corners at which points of quadrature are denser: planes of symmetry stay.
+      // Diagonals alternate, and so do the corners at which points of quadrature are denser: planes
+      // of symmetry stay.
       if (profile[row][0] == 0.0)
         add(0, 2, 3);
       else if (profile[row + 1][0] == 0.0)
@@ -151,7 +165,8 @@ std::vector<FlatPanel> cylinder_panels(double radius, double inner_radius, doubl
 
 std::vector<FlatPanel> mesh_panels(const TriangleMesh& mesh, Index panels) {
   std::vector<Vec3> vertices;
-  for (Index i = 0; i < mesh.n_vertices(); ++i) vertices.push_back(mesh.vertices().row(i).transpose());
+  for (Index i = 0; i < mesh.n_vertices(); ++i)
+    vertices.push_back(mesh.vertices().row(i).transpose());
   std::vector<std::array<Index, 3>> faces;
   std::map<std::pair<Index, Index>, Index> face_of;  // of a directed edge
   const auto add = [&](Index f) {

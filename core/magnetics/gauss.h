@@ -8,7 +8,8 @@ inline constexpr int most_gauss_points = 24;
 struct GaussRule {
   int n = 0;
   double nodes[most_gauss_points], weights[most_gauss_points];
-  double legendre[most_gauss_points * most_gauss_points];  // (n x n) Legendre polynomial (degree, node) times weight
+  double legendre[most_gauss_points *
+                  most_gauss_points];  // (n x n) Legendre polynomial (degree, node) times weight
 };
 
 // Rule of n points, 1 <= n <= most_gauss_points; exact for polynomials of degree 2 n - 1.

@@ -1,5 +1,6 @@
-// Generalised minimal residuals [Saad1986] for operators given as functions, without restarts: the systems of bodies that
-// magnetise one another are close to the identity, and each product costs far more than the sums over the basis.
+// Generalised minimal residuals [Saad1986] for operators given as functions, without restarts: the
+// systems of bodies that magnetise one another are close to the identity, and each product costs
+// far more than the sums over the basis.
 #pragma once
 
 #include <algorithm>
@@ -16,11 +17,12 @@ struct GmresResult {
   int iterations = 0;
 };
 
-// apply(x) gives A x. Stops at `tolerance` times the norm of the right side or after `most` iterations. start: where to begin,
-// empty: at zero. A start within 1 + 1e-6 tolerances stays as it is: a solution, which rounding may put beyond the one, is not
-// improved.
+// apply(x) gives A x. Stops at `tolerance` times the norm of the right side or after `most`
+// iterations. start: where to begin, empty: at zero. A start within 1 + 1e-6 tolerances stays as it
+// is: a solution, which rounding may put beyond the one, is not improved.
 template <class Apply>
-GmresResult gmres(Apply&& apply, const Vector& right, double tolerance, int most, const Vector& start = {}) {
+GmresResult gmres(Apply&& apply, const Vector& right, double tolerance, int most,
+                  const Vector& start = {}) {
   GmresResult result{Vector::Zero(right.size()), 0.0, 0};
   const double size = right.norm();
   if (size == 0.0) return result;

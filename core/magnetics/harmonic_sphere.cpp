@@ -37,8 +37,8 @@ const Recurrence& recurrence() {
   return table;
 }
 
-// Coefficients of minus the derivative of sum Re(c S) along an axis, S the irregular harmonics in Schmidt's normalisation;
-// degree: the highest of c.
+// Coefficients of minus the derivative of sum Re(c S) along an axis, S the irregular harmonics in
+// Schmidt's normalisation; degree: the highest of c.
 std::vector<Complex> minus_derivative(const std::vector<Complex>& c, int degree, int axis) {
   const Complex i(0.0, 1.0);
   std::vector<Complex> d(place(degree + 2, 0));
@@ -72,18 +72,22 @@ std::vector<double> flat(const std::vector<Complex>& c, double scale) {
   return out;
 }
 
-// Sums over the harmonics of degrees up to `highest`, as in multipole.cpp; points inside get the value on the surface.
+// Sums over the harmonics of degrees up to `highest`, as in multipole.cpp; points inside get the
+// value on the surface.
 template <int components, class Lanes>
-LOOMSTONE_INLINE void evaluate(const double* const* coefficients, const double* factor_a, const double* factor_b,
-                               double inverse_radius, const double* points, Index n, int highest, double* out) {
+LOOMSTONE_INLINE void evaluate(const double* const* coefficients, const double* factor_a,
+                               const double* factor_b, double inverse_radius, const double* points,
+                               Index n, int highest, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
-    Lanes3<Lanes> p{lanes_load<Lanes>(points + i) * inverse_radius, lanes_load<Lanes>(points + n + i) * inverse_radius,
+    Lanes3<Lanes> p{lanes_load<Lanes>(points + i) * inverse_radius,
+                    lanes_load<Lanes>(points + n + i) * inverse_radius,
                     lanes_load<Lanes>(points + 2 * n + i) * inverse_radius};
     const Lanes square = lanes_max(dot(p, p), lanes_all<Lanes>(1.0));
     const Lanes inverse = 1.0 / square, distance = lanes_sqrt(square);
     const Lanes needed = 39.0 / lanes_max(lanes_log(distance), lanes_all<Lanes>(1e-3)) + 3.0;
     int last = 0;
-    for (int lane = 0; lane < n_lanes; ++lane) last = needed[lane] > last ? static_cast<int>(needed[lane]) + 1 : last;
+    for (int lane = 0; lane < n_lanes; ++lane)
+      last = needed[lane] > last ? static_cast<int>(needed[lane]) + 1 : last;
     last = last < highest ? last : highest;
     Lanes sum[components];
     for (Lanes& s : sum) s = Lanes{};
@@ -122,14 +126,16 @@ LOOMSTONE_INLINE void evaluate(const double* const* coefficients, const double* 
 }
 
 template <class Lanes>
-LOOMSTONE_INLINE void field_kernel(const double* const* coefficients, const double* factor_a, const double* factor_b,
-                                   double inverse_radius, const double* points, Index n, int highest, double* out) {
+LOOMSTONE_INLINE void field_kernel(const double* const* coefficients, const double* factor_a,
+                                   const double* factor_b, double inverse_radius,
+                                   const double* points, Index n, int highest, double* out) {
   evaluate<3, Lanes>(coefficients, factor_a, factor_b, inverse_radius, points, n, highest, out);
 }
 
 template <class Lanes>
-LOOMSTONE_INLINE void gradient_kernel(const double* const* coefficients, const double* factor_a, const double* factor_b,
-                                      double inverse_radius, const double* points, Index n, int highest, double* out) {
+LOOMSTONE_INLINE void gradient_kernel(const double* const* coefficients, const double* factor_a,
+                                      const double* factor_b, double inverse_radius,
+                                      const double* points, Index n, int highest, double* out) {
   evaluate<6, Lanes>(coefficients, factor_a, factor_b, inverse_radius, points, n, highest, out);
 }
 
@@ -174,14 +180,15 @@ void SphereSeries::legendre(int ring, std::vector<double>& p) const {
 }
 
 Vector SphereSeries::coefficients(const Vector& values) const {
-  const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> rings(
-      values.data(), cosines_.size(), turns_);
+  const Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>
+      rings(values.data(), cosines_.size(), turns_);
   const Eigen::MatrixXd real = rings * waves_, imaginary = rings * sines_;
   Vector result = Vector::Zero(size());
   std::vector<double> p;
   for (Index ring = 0; ring < cosines_.size(); ++ring) {
     legendre(ring, p);
-    const double weight = weights_[ring] / turns_;  // of the mean over the sphere, twice, as is right for m > 0
+    const double weight =
+        weights_[ring] / turns_;  // of the mean over the sphere, twice, as is right for m > 0
     for (int l = 1; l <= degree_; ++l) {
       result[slot(l, 0)] += 0.5 * (2.0 * l + 1.0) * weight * p[place(l, 0)] * real(ring, 0);
       for (int m = 1; m <= l; ++m) {
@@ -210,7 +217,8 @@ Vector SphereSeries::values(const Vector& coefficients) const {
   return Eigen::Map<const Vector>(rings.data(), rings.size());
 }
 
-HarmonicSphere::HarmonicSphere(double radius, std::shared_ptr<const SphereSeries> series, Vector coefficients)
+HarmonicSphere::HarmonicSphere(double radius, std::shared_ptr<const SphereSeries> series,
+                               Vector coefficients)
     : radius_(radius), series_(std::move(series)), coefficients_(std::move(coefficients)) {
   const int degree = series_->degree();
   std::vector<Complex> c(place(degree + 1, 0));
@@ -228,10 +236,11 @@ HarmonicSphere::HarmonicSphere(double radius, std::shared_ptr<const SphereSeries
   }
 }
 
-void HarmonicSphere::field_block(const double* points, Index n, Quantity quantity, double* field) const {
+void HarmonicSphere::field_block(const double* points, Index n, Quantity quantity,
+                                 double* field) const {
   const double* coefficients[3] = {field_[0].data(), field_[1].data(), field_[2].data()};
-  LOOMSTONE_WIDEST(field_kernel)(coefficients, recurrence().a.data(), recurrence().b.data(), 1.0 / radius_, points, n,
-                                 series_->degree() + 1, field);
+  LOOMSTONE_WIDEST(field_kernel)(coefficients, recurrence().a.data(), recurrence().b.data(),
+                                 1.0 / radius_, points, n, series_->degree() + 1, field);
   for (Index i = 0; i < n; ++i) {
     const Vec3 point(points[i], points[n + i], points[2 * n + i]);
     if (point.norm() >= radius_ * (1.0 - 1e-12)) continue;
@@ -243,16 +252,17 @@ void HarmonicSphere::field_block(const double* points, Index n, Quantity quantit
 void HarmonicSphere::gradient_block(const double* points, Index n, double* gradient) const {
   const double* coefficients[6];
   for (int c = 0; c < 6; ++c) coefficients[c] = gradient_[c].data();
-  LOOMSTONE_WIDEST(gradient_kernel)(coefficients, recurrence().a.data(), recurrence().b.data(), 1.0 / radius_, points, n,
-                                    series_->degree() + 2, gradient);
+  LOOMSTONE_WIDEST(gradient_kernel)(coefficients, recurrence().a.data(), recurrence().b.data(),
+                                    1.0 / radius_, points, n, series_->degree() + 2, gradient);
   for (Index i = 0; i < n; ++i) {
-    if (std::hypot(points[i], points[n + i], points[2 * n + i]) >= radius_ * (1.0 - 1e-12)) continue;
+    if (std::hypot(points[i], points[n + i], points[2 * n + i]) >= radius_ * (1.0 - 1e-12))
+      continue;
     for (int c = 0; c < 6; ++c) gradient[c * n + i] = 0.0;
   }
 }
 
-// The charge's own potential goes on inside with the same coefficients; the magnetisation is the gradient of a harmonic
-// function whose normal derivative is the charge.
+// The charge's own potential goes on inside with the same coefficients; the magnetisation is the
+// gradient of a harmonic function whose normal derivative is the charge.
 Vec3 HarmonicSphere::inside(const Vec3& x, Quantity quantity) const {
   const Recurrence& table = recurrence();
   const int degree = series_->degree();
@@ -261,21 +271,25 @@ Vec3 HarmonicSphere::inside(const Vec3& x, Quantity quantity) const {
   Vec3 field = Vec3::Zero();
   for (int l = 1; l <= degree; ++l) {
     for (int m = 0; m < l; ++m)
-      r[place(l, m)] = table.a[place(l, m)] * x.z() * r[place(l - 1, m)] -
-                       (m < l - 1 ? table.b[place(l, m)] * x.squaredNorm() * r[place(l - 2, m)] : 0.0);
+      r[place(l, m)] =
+          table.a[place(l, m)] * x.z() * r[place(l - 1, m)] -
+          (m < l - 1 ? table.b[place(l, m)] * x.squaredNorm() * r[place(l - 2, m)] : 0.0);
     r[place(l, l)] = table.a[place(l, l)] * Complex(x.x(), x.y()) * r[place(l - 1, l - 1)];
     const double share = quantity == Quantity::flux_density ? -(l + 1.0) / l : 1.0;
     for (int m = 0; m <= l; ++m) {
       const Index k = SphereSeries::slot(l, m);
       const Complex c(coefficients_[k], m > 0 ? coefficients_[k + 1] : 0.0);
       // Derivatives along x + i y, x - i y and z.
-      const Complex plus =
-          m + 1 <= l - 1 ? -std::sqrt(static_cast<double>(l - m) * (l - m - 1)) * r[place(l - 1, m + 1)] : 0.0;
-      const Complex minus = m == 0 ? std::conj(plus)
-                                   : std::sqrt(static_cast<double>(l + m) * (l + m - 1)) * r[place(l - 1, m - 1)];
-      const Complex up = m <= l - 1 ? std::sqrt(static_cast<double>(l - m) * (l + m)) * r[place(l - 1, m)] : 0.0;
-      field -= share * Vec3((c * 0.5 * (plus + minus)).real(), (c * Complex(0.0, -0.5) * (plus - minus)).real(),
-                            (c * up).real());
+      const Complex plus = m + 1 <= l - 1 ? -std::sqrt(static_cast<double>(l - m) * (l - m - 1)) *
+                                                r[place(l - 1, m + 1)]
+                                          : 0.0;
+      const Complex minus =
+          m == 0 ? std::conj(plus)
+                 : std::sqrt(static_cast<double>(l + m) * (l + m - 1)) * r[place(l - 1, m - 1)];
+      const Complex up =
+          m <= l - 1 ? std::sqrt(static_cast<double>(l - m) * (l + m)) * r[place(l - 1, m)] : 0.0;
+      field -= share * Vec3((c * 0.5 * (plus + minus)).real(),
+                            (c * Complex(0.0, -0.5) * (plus - minus)).real(), (c * up).real());
     }
   }
   return field;
@@ -306,14 +320,16 @@ std::vector<PanelSample> HarmonicSphere::charges() const {
   return result;
 }
 
-// With S and R the unnormalised harmonics of multipole.h, S_lm(r - d) = (-1)^(l+m) sum over n of (n+l)! / d^(n+l+1) R_nm
-// for d along +z; below the target (-1)^(n+m) stands for (-1)^(l+m).
-CoaxialTranslation::CoaxialTranslation(double height, int source_degree, double source_radius, int target_degree,
-                                       double target_radius)
+// With S and R the unnormalised harmonics of multipole.h, S_lm(r - d) = (-1)^(l+m) sum over n of
+// (n+l)! / d^(n+l+1) R_nm for d along +z; below the target (-1)^(n+m) stands for (-1)^(l+m).
+CoaxialTranslation::CoaxialTranslation(double height, int source_degree, double source_radius,
+                                       int target_degree, double target_radius)
     : source_degree_(source_degree), target_degree_(target_degree) {
-  const double distance = std::abs(height), a = source_radius / distance, b = target_radius / distance;
+  const double distance = std::abs(height), a = source_radius / distance,
+               b = target_radius / distance;
   std::vector<double> log_factorial(source_degree + target_degree + 1, 0.0);
-  for (std::size_t i = 1; i < log_factorial.size(); ++i) log_factorial[i] = log_factorial[i - 1] + std::log(double(i));
+  for (std::size_t i = 1; i < log_factorial.size(); ++i)
+    log_factorial[i] = log_factorial[i - 1] + std::log(double(i));
   const auto& f = log_factorial;
   for (int m = 0; m <= std::min(source_degree, target_degree); ++m) {
     for (int n = std::max(m, 1); n <= target_degree; ++n) {

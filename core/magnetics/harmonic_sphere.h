@@ -1,8 +1,10 @@
-// Charge on a sphere about the origin as a series of solid harmonics: the exact response of a linear sphere to any field.
-// In Schmidt's normalisation, which neither grows nor vanishes at high degree,
+// Charge on a sphere about the origin as a series of solid harmonics: the exact response of a
+// linear sphere to any field. In Schmidt's normalisation, which neither grows nor vanishes at high
+// degree,
 //   Y_lm = sqrt((l-m)! / (l+m)!) P_lm(cos theta) exp(i m phi),  P without the sign (-1)^m, m >= 0,
-// a field applied from outside has the potential a sum Re(L_lm Y_lm) (r/a)^l, the charge outside a sum Re(c_lm Y_lm)
-// (a/r)^(l+1), with coefficients in T (mu0 H). A linear sphere answers with c = - l chi / (l chi + 2 l + 1) L.
+// a field applied from outside has the potential a sum Re(L_lm Y_lm) (r/a)^l, the charge outside a
+// sum Re(c_lm Y_lm) (a/r)^(l+1), with coefficients in T (mu0 H). A linear sphere answers with c = -
+// l chi / (l chi + 2 l + 1) L.
 #pragma once
 
 #include <complex>
@@ -22,7 +24,8 @@ class SphereSeries {
   Index size() const { return degree_ * (degree_ + 3); }
   static Index slot(int l, int m) { return (l - 1) * (l + 2) + 2 * m; }
 
-  // Points on the unit sphere for sums exact up to twice the degree, and their share of the whole sphere.
+  // Points on the unit sphere for sums exact up to twice the degree, and their share of the whole
+  // sphere.
   const Points& points() const { return points_; }
   const Vector& shares() const { return shares_; }
   // sum Re(a_lm Y_lm) through values at the points.
@@ -30,7 +33,8 @@ class SphereSeries {
   Vector values(const Vector& coefficients) const;
 
  private:
-  void legendre(int ring, std::vector<double>& p) const;  // P_lm of (l, m) at (l - 1)(l + 2) / 2 + m
+  void legendre(int ring,
+                std::vector<double>& p) const;  // P_lm of (l, m) at (l - 1)(l + 2) / 2 + m
 
   int degree_, turns_;
   Vector cosines_, weights_;
@@ -62,11 +66,13 @@ class HarmonicSphere final : public Source {
   std::vector<double> field_[3], gradient_[6];
 };
 
-// Coefficients L about a centre of the charge c of another sphere, centres on a common z axis of both frames.
+// Coefficients L about a centre of the charge c of another sphere, centres on a common z axis of
+// both frames.
 class CoaxialTranslation {
  public:
   // height: of the source above the target [m]; degrees of both, radii [m].
-  CoaxialTranslation(double height, int source_degree, double source_radius, int target_degree, double target_radius);
+  CoaxialTranslation(double height, int source_degree, double source_radius, int target_degree,
+                     double target_radius);
   void add(const Vector& source, Vector& target) const;
 
  private:

@@ -33,7 +33,8 @@ Wrench on_dipoles(const MagneticBody& on, const MagneticBody& by) {
     const Vec3 m = rotation * set.moments().row(i).transpose();
     const Vec3 force = Eigen::Map<const Mat3>(gradient.row(i).data()) * m;
     w.force += force;
-    w.torque += m.cross(field.row(i).transpose()) + (x.row(i).transpose() - on.pose.position).cross(force);
+    w.torque +=
+        m.cross(field.row(i).transpose()) + (x.row(i).transpose() - on.pose.position).cross(force);
   }
   return w;
 }
@@ -54,12 +55,13 @@ Wrench on_charges(const MagneticBody& on, const MagneticBody& by) {
   return w;
 }
 
-// Induced bodies act on one another by the means of their panels: what varies within these was worked out for magnets, and
-// its field at all points of it costs too much.
+// Induced bodies act on one another by the means of their panels: what varies within these was
+// worked out for magnets, and its field at all points of it costs too much.
 MagneticBody even(const MagneticBody& body) { return {even_source(body.source), body.pose}; }
 
 Wrench integrated(const MagneticBody& on, const MagneticBody& by, double tolerance, double least) {
-  if (on.source->induced()) return by.source->induced() ? on_charges(even(on), even(by)) : on_charges(on, by);
+  if (on.source->induced())
+    return by.source->induced() ? on_charges(even(on), even(by)) : on_charges(on, by);
   if (on.source->dipoles()) return on_dipoles(on, by);
   if (const std::optional<Wrench> closed = parallel_cuboid_wrench(on, by)) {
     const double size = std::max(closed->force.norm(), closed->torque.norm() / on.source->radius());
@@ -67,10 +69,11 @@ Wrench integrated(const MagneticBody& on, const MagneticBody& by, double toleran
   }
   const std::vector<Panel> panels = on.source->panels();
   const RigidPose pose = relative_pose(on.pose, by.pose);
-  const PanelIntegral total = integrate_panels(*by.source, panels, pose, on.source->radius(), PanelQuantity::wrench,
-                                               tolerance, least);
+  const PanelIntegral total = integrate_panels(*by.source, panels, pose, on.source->radius(),
+                                               PanelQuantity::wrench, tolerance, least);
   const Mat3 to_world = rotation_matrix(by.pose.orientation);
-  return {to_world * total.value.head<3>(), to_world * total.value.tail<3>() * on.source->radius(), total.error};
+  return {to_world * total.value.head<3>(), to_world * total.value.tail<3>() * on.source->radius(),
+          total.error};
 }
 
 // -1: points that carry their own quadrature, 0: no integral, 1: along lines, 2: over faces.
@@ -82,14 +85,15 @@ int dimensions(const Source& source) {
   return 1;
 }
 
-// Whether to integrate over a: the simpler body, or the smaller; the choice does not depend on the order of the two.
+// Whether to integrate over a: the simpler body, or the smaller; the choice does not depend on the
+// order of the two.
 bool integrate_over_first(const MagneticBody& a, const MagneticBody& b) {
   const int da = dimensions(*a.source), db = dimensions(*b.source);
   if (da != db) return da < db;
   const double ra = a.source->radius(), rb = b.source->radius();
   if (ra != rb) return ra < rb;
-  return std::lexicographical_compare(a.pose.position.data(), a.pose.position.data() + 3, b.pose.position.data(),
-                                      b.pose.position.data() + 3);
+  return std::lexicographical_compare(a.pose.position.data(), a.pose.position.data() + 3,
+                                      b.pose.position.data(), b.pose.position.data() + 3);
 }
 
 // What `other` feels when `one` feels w.
@@ -100,7 +104,8 @@ Wrench reaction(const Wrench& w, const MagneticBody& one, const MagneticBody& ot
 void check_pair(const MagneticBody& a, const MagneticBody& b) {
   if (a.source->steady() && b.source->steady()) return;
   throw InvalidInput(
-      "a polyline must be closed to feel and exert forces, got ends that differ; repeat its first vertex last");
+      "a polyline must be closed to feel and exert forces, got ends that differ; repeat its first "
+      "vertex last");
 }
 
 void check_tolerance(double tolerance) {
@@ -115,7 +120,8 @@ std::vector<bool> add_single_dipoles(const Team& team, const std::vector<Magneti
   std::vector<Index> rows;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const DipoleSet* set = bodies[i].source->dipoles();
-    single[i] = set && set->positions().rows() == 1 && !dynamic_cast<const CellMagnet*>(bodies[i].source.get());
+    single[i] = set && set->positions().rows() == 1 &&
+                !dynamic_cast<const CellMagnet*>(bodies[i].source.get());
     if (single[i]) rows.push_back(static_cast<Index>(i));
   }
   Points x(rows.size(), 3), m(rows.size(), 3), arms(rows.size(), 3);
@@ -135,14 +141,16 @@ std::vector<bool> add_single_dipoles(const Team& team, const std::vector<Magneti
   return single;
 }
 
-// What single dipoles feel in the fields of all other bodies, and these from them: each field at all dipoles at once.
-void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bodies, const std::vector<bool>& single,
-                           const std::vector<Index>& carrier, const std::vector<KnownField>& known,
-                           std::vector<Wrench>& result) {
+// What single dipoles feel in the fields of all other bodies, and these from them: each field at
+// all dipoles at once.
+void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bodies,
+                           const std::vector<bool>& single, const std::vector<Index>& carrier,
+                           const std::vector<KnownField>& known, std::vector<Wrench>& result) {
   const auto evaluated = [&](const MagneticBody& body, const Points& x) {
     for (const KnownField& at : known)
       if (at.body.source == body.source && at.body.pose.position == body.pose.position &&
-          at.body.pose.orientation == body.pose.orientation && at.points.rows() == x.rows() && at.points == x)
+          at.body.pose.orientation == body.pose.orientation && at.points.rows() == x.rows() &&
+          at.points == x)
         return at.there;
     return magnetic_field_and_gradient(team, body, x);
   };
@@ -150,12 +158,14 @@ void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bo
     if (single[k]) continue;
     std::vector<Index> rows;
     for (std::size_t i = 0; i < bodies.size(); ++i)
-      if (single[i] && (carrier.empty() || carrier[i] != carrier[k])) rows.push_back(static_cast<Index>(i));
+      if (single[i] && (carrier.empty() || carrier[i] != carrier[k]))
+        rows.push_back(static_cast<Index>(i));
     if (rows.empty()) continue;
     Points x(rows.size(), 3);
     for (std::size_t r = 0; r < rows.size(); ++r) {
       const MagneticBody& on = bodies[rows[r]];
-      place_points(on.pose, on.source->dipoles()->positions(), x.middleRows(static_cast<Eigen::Index>(r), 1));
+      place_points(on.pose, on.source->dipoles()->positions(),
+                   x.middleRows(static_cast<Eigen::Index>(r), 1));
     }
     const FieldAndGradient at = evaluated(bodies[k], x);
     for (std::size_t r = 0; r < rows.size(); ++r) {
@@ -165,7 +175,8 @@ void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bo
       w.force = Eigen::Map<const Mat3>(at.gradient.row(r).data()) * m;
       w.torque = m.cross(Vec3(at.field.row(r).transpose())) + arm.cross(w.force);
       const Wrench back = reaction(w, on, bodies[k]);
-      for (const auto& [body, part] : {std::pair{rows[r], w}, std::pair{static_cast<Index>(k), back}}) {
+      for (const auto& [body, part] :
+           {std::pair{rows[r], w}, std::pair{static_cast<Index>(k), back}}) {
         result[body].force += part.force;
         result[body].torque += part.torque;
       }
@@ -175,7 +186,8 @@ void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bo
 
 // Bodies that act on one another, i < k; those that are in `done` were dealt with.
 std::vector<std::pair<Index, Index>> pairs_of(const std::vector<MagneticBody>& bodies,
-                                              const std::vector<Index>& carrier, const std::vector<bool>& done) {
+                                              const std::vector<Index>& carrier,
+                                              const std::vector<bool>& done) {
   std::vector<Index> all(bodies.size()), left;
   std::iota(all.begin(), all.end(), 0);
   std::copy_if(all.begin(), all.end(), std::back_inserter(left), [&](Index i) { return !done[i]; });
@@ -215,11 +227,13 @@ double energy_integral(const MagneticBody& on, const MagneticBody& by, double to
   }
   const std::vector<Panel> surface = on.source->surface();
   if (surface.empty()) throw Unsupported("energy is that of magnets and dipoles, got a current");
-  // What the whole moment would have in a field that J of the other could make: the parts of the integral are of this size.
+  // What the whole moment would have in a field that J of the other could make: the parts of the
+  // integral are of this size.
   const double least = 1e-3 * on.source->moment().norm() * by.source->moment().norm() * mu0 /
                        (4.0 * pi * std::pow(on.source->radius() + by.source->radius(), 3));
   return integrate_panels(*by.source, surface, relative_pose(on.pose, by.pose), on.source->radius(),
-                          PanelQuantity::energy, tolerance, least).value[0];
+                          PanelQuantity::energy, tolerance, least)
+      .value[0];
 }
 
 }  // namespace
@@ -228,7 +242,8 @@ double magnetic_energy(const MagneticBody& on, const MagneticBody& by, double to
   check_tolerance(tolerance);
   for (const auto& [induced, other] : {std::pair(&on, &by), std::pair(&by, &on)}) {
     if (!induced->source->induced()) continue;
-    return other->source->dipoles() ? energy_integral(*other, *induced, tolerance) : charge_energy(*induced, *other);
+    return other->source->dipoles() ? energy_integral(*other, *induced, tolerance)
+                                    : charge_energy(*induced, *other);
   }
   if (!integrate_over_first(on, by)) return energy_integral(by, on, tolerance);
   return energy_integral(on, by, tolerance);
@@ -249,10 +264,12 @@ double magnetic_energy(const Team& team, const std::vector<MagneticBody>& bodies
   return total;
 }
 
-Wrench magnetic_wrench(const MagneticBody& on, const MagneticBody& by, double tolerance, double least) {
+Wrench magnetic_wrench(const MagneticBody& on, const MagneticBody& by, double tolerance,
+                       double least) {
   check_tolerance(tolerance);
   check_pair(on, by);
-  if (dynamic_cast<const CellMagnet*>(on.source.get()) && dynamic_cast<const CellMagnet*>(by.source.get())) {
+  if (dynamic_cast<const CellMagnet*>(on.source.get()) &&
+      dynamic_cast<const CellMagnet*>(by.source.get())) {
     if (integrate_over_first(on, by)) return cell_wrench(on, by);
     return reaction(cell_wrench(by, on), by, on);
   }
@@ -260,8 +277,9 @@ Wrench magnetic_wrench(const MagneticBody& on, const MagneticBody& by, double to
   return reaction(integrated(by, on, tolerance, least), by, on);
 }
 
-std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<MagneticBody>& bodies, double tolerance,
-                                      const std::vector<Index>& carrier, const std::vector<KnownField>& known) {
+std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<MagneticBody>& bodies,
+                                      double tolerance, const std::vector<Index>& carrier,
+                                      const std::vector<KnownField>& known) {
   check_tolerance(tolerance);
   std::vector<Wrench> result(bodies.size());
   const std::vector<bool> single = add_single_dipoles(team, bodies, result);
@@ -272,7 +290,8 @@ std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<Magnet
   const auto solve = [&](Index p, double wanted, double least) {
     on_first[p] = magnetic_wrench(bodies[pairs[p].first], bodies[pairs[p].second], wanted, least);
   };
-  parallel_tasks(team, static_cast<Index>(pairs.size()), [&](Index p) { solve(p, std::max(tolerance, 0.1), 0.0); });
+  parallel_tasks(team, static_cast<Index>(pairs.size()),
+                 [&](Index p) { solve(p, std::max(tolerance, 0.1), 0.0); });
   double largest = 0.0;
   for (const Wrench& w : result) largest = std::max(largest, w.force.norm());
   for (const Wrench& w : on_first) largest = std::max(largest, w.force.norm());

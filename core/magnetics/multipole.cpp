@@ -26,7 +26,8 @@ void regular_harmonics(const Vec3& r, Coefficients& out) {
     if (m < Multipoles::degree) out[slot(m + 1, m)] = r.z() * out[slot(m, m)];
     for (int l = m + 2; l <= Multipoles::degree; ++l)
       out[slot(l, m)] =
-          ((2.0 * l - 1.0) * r.z() * out[slot(l - 1, m)] - square * out[slot(l - 2, m)]) / double((l + m) * (l - m));
+          ((2.0 * l - 1.0) * r.z() * out[slot(l - 1, m)] - square * out[slot(l - 2, m)]) /
+          double((l + m) * (l - m));
   }
 }
 
@@ -60,13 +61,14 @@ std::vector<double> flat(const Coefficients& c, double scale) {
   return out;
 }
 
-// Sums over the harmonics of all `components` at once. Each lane takes the degrees it needs, whatever its neighbours
-// need, so that a point's value does not depend on the points beside it.
+// Sums over the harmonics of all `components` at once. Each lane takes the degrees it needs,
+// whatever its neighbours need, so that a point's value does not depend on the points beside it.
 template <int components, class Lanes>
-LOOMSTONE_INLINE void evaluate(const double* const* coefficients, double inverse_radius, const double* points, Index n,
-                               int highest, double* out) {
+LOOMSTONE_INLINE void evaluate(const double* const* coefficients, double inverse_radius,
+                               const double* points, Index n, int highest, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
-    Lanes3<Lanes> p{lanes_load<Lanes>(points + i) * inverse_radius, lanes_load<Lanes>(points + n + i) * inverse_radius,
+    Lanes3<Lanes> p{lanes_load<Lanes>(points + i) * inverse_radius,
+                    lanes_load<Lanes>(points + n + i) * inverse_radius,
                     lanes_load<Lanes>(points + 2 * n + i) * inverse_radius};
     Lanes square = dot(p, p);
     // Nearer points get the value of a point at twice the radius, which is finite and not used.
@@ -76,7 +78,8 @@ LOOMSTONE_INLINE void evaluate(const double* const* coefficients, double inverse
     // The first term is of degree 2; degrees whose share is below exp(-39) = 1e-17 are left out.
     const Lanes needed = 39.0 / lanes_log(distance) + 3.0;
     int last = 0;
-    for (int lane = 0; lane < n_lanes; ++lane) last = needed[lane] > last ? static_cast<int>(needed[lane]) + 1 : last;
+    for (int lane = 0; lane < n_lanes; ++lane)
+      last = needed[lane] > last ? static_cast<int>(needed[lane]) + 1 : last;
     last = last < highest ? last : highest;
     Lanes sum[components];
     for (Lanes& s : sum) s = Lanes{};
@@ -114,21 +117,22 @@ LOOMSTONE_INLINE void evaluate(const double* const* coefficients, double inverse
 }
 
 template <class Lanes>
-LOOMSTONE_INLINE void field_kernel(const double* const* coefficients, double inverse_radius, const double* points,
-                                   Index n, double* out) {
+LOOMSTONE_INLINE void field_kernel(const double* const* coefficients, double inverse_radius,
+                                   const double* points, Index n, double* out) {
   evaluate<3, Lanes>(coefficients, inverse_radius, points, n, Multipoles::degree + 1, out);
 }
 
 template <class Lanes>
-LOOMSTONE_INLINE void gradient_kernel(const double* const* coefficients, double inverse_radius, const double* points,
-                                      Index n, double* out) {
+LOOMSTONE_INLINE void gradient_kernel(const double* const* coefficients, double inverse_radius,
+                                      const double* points, Index n, double* out) {
   evaluate<6, Lanes>(coefficients, inverse_radius, points, n, Multipoles::degree + 2, out);
 }
 
 // Adds c conj(h) for each harmonic of h, twice where m > 0, as -m counts there.
 void add_moments(double c, const Coefficients& h, Coefficients& moments) {
   for (int l = 0; l <= Multipoles::degree; ++l)
-    for (int m = 0; m <= l; ++m) moments[slot(l, m)] += c * (m == 0 ? 1.0 : 2.0) * std::conj(h[slot(l, m)]);
+    for (int m = 0; m <= l; ++m)
+      moments[slot(l, m)] += c * (m == 0 ? 1.0 : 2.0) * std::conj(h[slot(l, m)]);
 }
 
 Coefficients moments_of(const Points& positions, const Vector& charges, double radius) {
@@ -140,7 +144,8 @@ Coefficients moments_of(const Points& positions, const Vector& charges, double r
   return moments;
 }
 
-// Derivatives of R_lm: (d/dx - i d/dy) R_lm = R_{l-1,m-1}, (d/dx + i d/dy) R_lm = -R_{l-1,m+1}, d/dz R_lm = R_{l-1,m}.
+// Derivatives of R_lm: (d/dx - i d/dy) R_lm = R_{l-1,m-1}, (d/dx + i d/dy) R_lm = -R_{l-1,m+1},
+// d/dz R_lm = R_{l-1,m}.
 Coefficients along(const Coefficients& harmonics, const Vec3& direction) {
   const std::complex<double> i(0.0, 1.0);
   Coefficients d(size);
@@ -151,7 +156,8 @@ Coefficients along(const Coefficients& harmonics, const Vec3& direction) {
         return order < l ? harmonics[slot(l - 1, order)] : 0.0;
       };
       const std::complex<double> less = at(m - 1), more = -at(m + 1);
-      d[slot(l, m)] = 0.5 * direction[0] * (less + more) + 0.5 * direction[1] * i * (less - more) + direction[2] * at(m);
+      d[slot(l, m)] = 0.5 * direction[0] * (less + more) + 0.5 * direction[1] * i * (less - more) +
+                      direction[2] * at(m);
     }
   }
   return d;

@@ -7,7 +7,8 @@ namespace loomstone {
 PanelSample Panel::at(double u, double v) const {
   PanelSample s;
   const bool round = shape == Shape::side || shape == Shape::disc || shape == Shape::circle;
-  const double phi = azimuth + turn * u, cosine = round ? std::cos(phi) : 1.0, sine = round ? std::sin(phi) : 0.0;
+  const double phi = azimuth + turn * u, cosine = round ? std::cos(phi) : 1.0,
+               sine = round ? std::sin(phi) : 0.0;
   switch (shape) {
     case Shape::parallelogram:
       s.position = a + u * b + v * c;

@@ -20,7 +20,8 @@ struct Integrand {
   PanelQuantity quantity;
 
   // Values at the points of a tensor rule on [u0, u1] x [v0, v1], times the area; nu x nv columns.
-  void evaluate(const Panel& panel, const double* from, const double* size, int nu, int nv, Vec6* values) const {
+  void evaluate(const Panel& panel, const double* from, const double* size, int nu, int nv,
+                Vec6* values) const {
     const GaussRule &ru = gauss_rule(nu), &rv = gauss_rule(nv);
     const Index n = nu * nv, padded = (n + n_lanes - 1) / n_lanes * n_lanes;
     alignas(64) double x[3 * points_per_block], h[3 * points_per_block];
@@ -41,7 +42,8 @@ struct Integrand {
       const Vec3 field(h[i], h[padded + i], h[2 * padded + i]);
       if (quantity == PanelQuantity::energy) {
         values[i].setZero();
-        values[i][0] = -panel.magnetization.dot(samples[i].position) * (rotation * samples[i].area).dot(field);
+        values[i][0] =
+            -panel.magnetization.dot(samples[i].position) * (rotation * samples[i].area).dot(field);
         continue;
       }
       const Vec3 force = samples[i].charge * field + (rotation * samples[i].current).cross(field);
@@ -59,7 +61,8 @@ struct Leaf {
   double error[2];
 };
 
-// Error of the rule in one direction from the Legendre coefficients of the values summed over the other.
+// Error of the rule in one direction from the Legendre coefficients of the values summed over the
+// other.
 double rule_error(const Vec6* sums, const GaussRule& rule) {
   double largest = 0.0, last = 0.0;
   for (int degree = 0; degree < rule.n; ++degree) {
@@ -144,10 +147,11 @@ Total adapt(const Integrand& integrand, double tolerance, double least) {
 
 }  // namespace
 
-PanelIntegral integrate_panels(const Source& by, const std::vector<Panel>& panels, const RigidPose& pose, double radius,
-                               PanelQuantity quantity, double tolerance, double least) {
-  const Total total =
-      adapt({by, panels, pose, rotation_matrix(pose.orientation), radius, quantity}, tolerance, least);
+PanelIntegral integrate_panels(const Source& by, const std::vector<Panel>& panels,
+                               const RigidPose& pose, double radius, PanelQuantity quantity,
+                               double tolerance, double least) {
+  const Total total = adapt({by, panels, pose, rotation_matrix(pose.orientation), radius, quantity},
+                            tolerance, least);
   return {total.value, total.error};
 }
 

@@ -41,7 +41,8 @@ PointTree make_point_tree(const ConstPointsRef& points, Index leaf_size) {
         const double xb = x[3 * static_cast<std::ptrdiff_t>(b) + axis];
         return xa < xb || (xa == xb && a < b);
       };
-      std::nth_element(tree.order.begin() + begin, tree.order.begin() + middle, tree.order.begin() + end, before);
+      std::nth_element(tree.order.begin() + begin, tree.order.begin() + middle,
+                       tree.order.begin() + end, before);
       tree.cells[self].children[0] = middle;  // where the second half begins, until its turn comes
       open.push_back(self);
     }

@@ -1,4 +1,5 @@
-// Binary tree of points: boxes halved along their longest axis between equally many points, down to leaves of a few.
+// Binary tree of points: boxes halved along their longest axis between equally many points, down to
+// leaves of a few.
 #pragma once
 
 #include <vector>

@@ -18,8 +18,9 @@ namespace {
 constexpr int face_stride = 16, edge_stride = 14;
 
 template <class Lanes>
-LOOMSTONE_INLINE void field_kernel(const double* faces, Index n_faces, const double* edges, Index n_edges,
-                                   double radius, const double* j, const double* points, Index n, double* out) {
+LOOMSTONE_INLINE void field_kernel(const double* faces, Index n_faces, const double* edges,
+                                   Index n_edges, double radius, const double* j,
+                                   const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes3<Lanes> h{};
@@ -48,10 +49,11 @@ LOOMSTONE_INLINE void field_kernel(const double* faces, Index n_faces, const dou
   }
 }
 
-// Derivatives need edges only: d Omega is the field of a unit current along the face's rim, dL is rational.
+// Derivatives need edges only: d Omega is the field of a unit current along the face's rim, dL is
+// rational.
 template <class Lanes>
-LOOMSTONE_INLINE void gradient_kernel(const double* edges, Index n_edges, double radius, const double* points, Index n,
-                                      double* out) {
+LOOMSTONE_INLINE void gradient_kernel(const double* edges, Index n_edges, double radius,
+                                      const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes g[6];
@@ -66,8 +68,9 @@ LOOMSTONE_INLINE void gradient_kernel(const double* edges, Index n_edges, double
 
 // All points near the body or far from it: what cancels are terms of the size of the distance.
 template <class Lanes>
-LOOMSTONE_INLINE void potential_kernel(const double* faces, Index n_faces, const double* edges, Index n_edges,
-                                       double radius, const double* points, Index n, double* out) {
+LOOMSTONE_INLINE void potential_kernel(const double* faces, Index n_faces, const double* edges,
+                                       Index n_edges, double radius, const double* points, Index n,
+                                       double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes sum{};
@@ -95,15 +98,19 @@ Points box_corners(const Vec3& size) {
 
 Triangles box_triangles() {
   Triangles faces(12, 3);
-  faces << 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6;
+  faces << 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 2, 3, 0, 3, 1,
+      4, 5, 7, 4, 7, 6;
   return faces;
 }
 
 }  // namespace
 
 Polyhedron::Polyhedron(Points vertices, Triangles triangles, const Vec3& polarization)
-    : vertices_(std::move(vertices)), triangles_(std::move(triangles)), polarization_(polarization) {
-  if (!polarization.allFinite()) throw InvalidInput("polarization must be finite [T], got a component that is not");
+    : vertices_(std::move(vertices)),
+      triangles_(std::move(triangles)),
+      polarization_(polarization) {
+  if (!polarization.allFinite())
+    throw InvalidInput("polarization must be finite [T], got a component that is not");
   radius_ = vertices_.rowwise().norm().maxCoeff();
   struct Sides {
     Vec3 in_plane = Vec3::Zero(), normal = Vec3::Zero();
@@ -132,9 +139,11 @@ Polyhedron::Polyhedron(Points vertices, Triangles triangles, const Vec3& polariz
   const double negligible = 1e-15 * polarization.norm();
   for (const auto& [ends, s] : sides) {
     if (s.in_plane.norm() <= negligible && s.normal.norm() <= negligible) continue;
-    const Vec3 a = vertices_.row(ends.first).transpose(), b = vertices_.row(ends.second).transpose();
+    const Vec3 a = vertices_.row(ends.first).transpose(),
+               b = vertices_.row(ends.second).transpose();
     edges_.insert(edges_.end(), {a.x(), a.y(), a.z(), b.x(), b.y(), b.z(), (b - a).norm()});
-    for (const Vec3& v : {s.in_plane, s.normal}) edges_.insert(edges_.end(), v.data(), v.data() + 3);
+    for (const Vec3& v : {s.in_plane, s.normal})
+      edges_.insert(edges_.end(), v.data(), v.data() + 3);
     edges_.push_back(0.0);
   }
 }
@@ -146,10 +155,13 @@ const Multipoles& Polyhedron::multipoles() const {
     std::vector<Vec3> positions;
     std::vector<double> charges;
     for (Index t = 0; t < triangles_.rows(); ++t) {
-      const Vec3 a = vertices_.row(triangles_(t, 0)).transpose(), ab = vertices_.row(triangles_(t, 1)).transpose() - a,
+      const Vec3 a = vertices_.row(triangles_(t, 0)).transpose(),
+                 ab = vertices_.row(triangles_(t, 1)).transpose() - a,
                  bc = vertices_.row(triangles_(t, 2)).transpose() - a - ab;
-      const double flux = ab.cross(bc).dot(polarization_), share = std::max(ab.norm(), bc.norm()) / radius_;
-      // Points a side: exact for degree 24 on large faces; on small ones a harmonic is nearly linear.
+      const double flux = ab.cross(bc).dot(polarization_),
+                   share = std::max(ab.norm(), bc.norm()) / radius_;
+      // Points a side: exact for degree 24 on large faces; on small ones a harmonic is nearly
+      // linear.
       const GaussRule& rule = gauss_rule(share > 0.4 ? 14 : share > 0.1 ? 8 : 5);
       for (int i = 0; i < rule.n; ++i) {
         const double u = 0.5 * (1.0 + rule.nodes[i]);
@@ -169,14 +181,17 @@ const Multipoles& Polyhedron::multipoles() const {
 
 void Polyhedron::near_field(const double* points, Index n, Quantity quantity, double* field) const {
   const Vec3 j = quantity == Quantity::flux_density ? polarization_ : Vec3(Vec3::Zero());
-  LOOMSTONE_WIDEST(field_kernel)(faces_.data(), static_cast<Index>(triangles_.rows()), edges_.data(),
-                                 static_cast<Index>(edges_.size() / edge_stride), radius_, j.data(), points, n, field);
+  LOOMSTONE_WIDEST(field_kernel)(faces_.data(), static_cast<Index>(triangles_.rows()),
+                                 edges_.data(), static_cast<Index>(edges_.size() / edge_stride),
+                                 radius_, j.data(), points, n, field);
 }
 
-void Polyhedron::field_block(const double* points, Index n, Quantity quantity, double* field) const {
+void Polyhedron::field_block(const double* points, Index n, Quantity quantity,
+                             double* field) const {
   const double bound = Multipoles::near * Multipoles::near * radius_ * radius_;
   split_block(
-      points, n, 3, field, [&](double x, double y, double z) { return x * x + y * y + z * z < bound; },
+      points, n, 3, field,
+      [&](double x, double y, double z) { return x * x + y * y + z * z < bound; },
       [&](const double* some, Index m, double* out) { near_field(some, m, quantity, out); },
       [&](const double* some, Index m, double* out) { multipoles().field_block(some, m, out); });
 }
@@ -184,37 +199,44 @@ void Polyhedron::field_block(const double* points, Index n, Quantity quantity, d
 void Polyhedron::gradient_block(const double* points, Index n, double* gradient) const {
   const double bound = Multipoles::near * Multipoles::near * radius_ * radius_;
   split_block(
-      points, n, 6, gradient, [&](double x, double y, double z) { return x * x + y * y + z * z < bound; },
+      points, n, 6, gradient,
+      [&](double x, double y, double z) { return x * x + y * y + z * z < bound; },
       [&](const double* some, Index m, double* out) {
-        LOOMSTONE_WIDEST(gradient_kernel)(edges_.data(), static_cast<Index>(edges_.size() / edge_stride), radius_, some, m, out);
+        LOOMSTONE_WIDEST(gradient_kernel)(
+            edges_.data(), static_cast<Index>(edges_.size() / edge_stride), radius_, some, m, out);
       },
       [&](const double* some, Index m, double* out) { multipoles().gradient_block(some, m, out); });
 }
 
 void Polyhedron::potential_block(const double* points, Index n, double* potential) const {
-  LOOMSTONE_WIDEST(potential_kernel)(faces_.data(), static_cast<Index>(triangles_.rows()), edges_.data(),
-                                     static_cast<Index>(edges_.size() / edge_stride), radius_, points, n, potential);
+  LOOMSTONE_WIDEST(potential_kernel)(faces_.data(), static_cast<Index>(triangles_.rows()),
+                                     edges_.data(), static_cast<Index>(edges_.size() / edge_stride),
+                                     radius_, points, n, potential);
 }
 
 MeshMagnet::MeshMagnet(const TriangleMesh& mesh, const Vec3& polarization)
     : Polyhedron(mesh.vertices(), mesh.triangles(), polarization) {
   if (!mesh.closed())
-    throw InvalidInput("mesh must be closed to be a magnet, got a surface with open edges; close its holes");
+    throw InvalidInput(
+        "mesh must be closed to be a magnet, got a surface with open edges; close its holes");
   // 1e-12: far below any sheet a body can be, far above rounding.
   if (volume() < 1e-12 * std::pow(radius(), 3))
-    throw InvalidInput("mesh must enclose a volume > 0 [m^3] with faces counter-clockwise seen from outside, got " +
-                       std::to_string(volume()) + "; turn its faces or give it a thickness");
+    throw InvalidInput(
+        "mesh must enclose a volume > 0 [m^3] with faces counter-clockwise seen from outside, "
+        "got " +
+        std::to_string(volume()) + "; turn its faces or give it a thickness");
 }
 
 Cuboid::Cuboid(const Vec3& size, const Vec3& polarization)
     : Polyhedron(box_corners(size), box_triangles(), polarization), size_(size) {
   if (!(size.minCoeff() > 0.0) || !size.allFinite())
-    throw InvalidInput("size must be three lengths > 0 [m], got (" + std::to_string(size.x()) + ", " +
-                       std::to_string(size.y()) + ", " + std::to_string(size.z()) + ")");
+    throw InvalidInput("size must be three lengths > 0 [m], got (" + std::to_string(size.x()) +
+                       ", " + std::to_string(size.y()) + ", " + std::to_string(size.z()) + ")");
 }
 
 std::optional<std::pair<Vec3, Vec3>> Polyhedron::box() const {
-  return std::pair(Vec3(vertices_.colwise().minCoeff().transpose()), Vec3(vertices_.colwise().maxCoeff().transpose()));
+  return std::pair(Vec3(vertices_.colwise().minCoeff().transpose()),
+                   Vec3(vertices_.colwise().maxCoeff().transpose()));
 }
 
 double Polyhedron::depth(const Vec3& point) const {

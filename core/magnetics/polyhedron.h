@@ -1,15 +1,17 @@
-// Uniformly magnetised polyhedra as surface charge J.n on their faces: any closed triangle mesh, and the cuboid, whose
-// faces meet at right angles and need fewer terms.
+// Uniformly magnetised polyhedra as surface charge J.n on their faces: any closed triangle mesh,
+// and the cuboid, whose faces meet at right angles and need fewer terms.
 //
-// A face of charge sigma adds sigma/4pi [n Omega + sum over its edges m L]: Omega the solid angle under which it is
-// seen (positive on the side of its normal n), m the normal of an edge in the plane of the face, outwards, L = log((r1
-// + r2 + l) / (r1 + r2 - l)) of an edge of length l with distances r1, r2 to its ends [Wilton1984]. Edges of
-// neighbouring faces are summed first, so an edge where the charge does not change costs nothing. The face's potential
-// is sigma/4pi [sum of (m.s) L - (n.r) Omega], r from a corner to the point, s from the point to an end of the edge.
+// A face of charge sigma adds sigma/4pi [n Omega + sum over its edges m L]: Omega the solid angle
+// under which it is seen (positive on the side of its normal n), m the normal of an edge in the
+// plane of the face, outwards, L = log((r1
+// + r2 + l) / (r1 + r2 - l)) of an edge of length l with distances r1, r2 to its ends [Wilton1984].
+// Edges of neighbouring faces are summed first, so an edge where the charge does not change costs
+// nothing. The face's potential is sigma/4pi [sum of (m.s) L - (n.r) Omega], r from a corner to the
+// point, s from the point to an end of the edge.
 //
-// On a face (closer than 1e-12 of the size) the value is the outer one. On an edge the field is infinite; it is
-// evaluated 1e-15 of the size beside it. Farther than 4 radii multipoles take over, which lose no digits however far
-// the point.
+// On a face (closer than 1e-12 of the size) the value is the outer one. On an edge the field is
+// infinite; it is evaluated 1e-15 of the size beside it. Farther than 4 radii multipoles take over,
+// which lose no digits however far the point.
 #pragma once
 
 #include <mutex>
@@ -53,10 +55,10 @@ class Polyhedron : public Source {
   Vec3 polarization_;
   double radius_ = 0.0, volume_ = 0.0;
   // Tables of the kernels.
-  std::vector<double>
-      faces_;  // (m x 16) three corners, unit normal, twice the area, charge / 4 pi, 2 unused [m, m^2, T]
-  std::vector<double>
-      edges_;  // (k x 14) two ends, length, sum of charge/4pi times m, the same times n with the edge's sense
+  std::vector<double> faces_;  // (m x 16) three corners, unit normal, twice the area, charge / 4
+                               // pi, 2 unused [m, m^2, T]
+  std::vector<double> edges_;  // (k x 14) two ends, length, sum of charge/4pi times m, the same
+                               // times n with the edge's sense
   mutable std::once_flag once_;
   mutable std::optional<Multipoles> far_;
   mutable std::once_flag query_once_;
@@ -65,7 +67,8 @@ class Polyhedron : public Source {
 
 class MeshMagnet final : public Polyhedron {
  public:
-  // polarization J [T] in the axes of the mesh. Throws InvalidInput where the mesh is open or encloses no volume.
+  // polarization J [T] in the axes of the mesh. Throws InvalidInput where the mesh is open or
+  // encloses no volume.
   MeshMagnet(const TriangleMesh& mesh, const Vec3& polarization);
 };
 

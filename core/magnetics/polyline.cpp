@@ -1,4 +1,5 @@
-// With r0, r1 from the ends of a segment l: B = mu0 I/4pi (l x r0) 2 (1/d0 + 1/d1) / ((d0 + d1)^2 - l^2).
+// With r0, r1 from the ends of a segment l: B = mu0 I/4pi (l x r0) 2 (1/d0 + 1/d1) / ((d0 + d1)^2 -
+// l^2).
 #include "core/magnetics/polyline.h"
 
 #include <cmath>
@@ -12,7 +13,8 @@ namespace loomstone {
 
 namespace {
 
-// Of one segment: c = l x r0 and factor 2 (1/d0 + 1/d1) / ((d0 + d1)^2 - l^2), without cancellation beside the wire.
+// Of one segment: c = l x r0 and factor 2 (1/d0 + 1/d1) / ((d0 + d1)^2 - l^2), without cancellation
+// beside the wire.
 template <class Lanes>
 struct Segment {
   Lanes3<Lanes> r0, r1, c;
@@ -33,10 +35,13 @@ LOOMSTONE_INLINE Segment<Lanes> segment(const Lanes3<Lanes>& p, const double* a,
   const Lanes3<Lanes> r = {lanes_select(first, s.r0.x, s.r1.x), lanes_select(first, s.r0.y, s.r1.y),
                            lanes_select(first, s.r0.z, s.r1.z)};
   s.c = {s.l[1] * r.z - s.l[2] * r.y, s.l[2] * r.x - s.l[0] * r.z, s.l[0] * r.y - s.l[1] * r.x};
-  const Lanes square = lanes_max(dot(s.c, s.c) / (length * length), lanes_all<Lanes>(nearest * nearest));
+  const Lanes square =
+      lanes_max(dot(s.c, s.c) / (length * length), lanes_all<Lanes>(nearest * nearest));
   const Lanes d0 = lanes_sqrt(t0 * t0 + square), d1 = lanes_sqrt(t1 * t1 + square);
-  const Lanes beyond = lanes_select(t0 * t1 > 0.0, lanes_min(lanes_abs(t0), lanes_abs(t1)), Lanes{});
-  const Lanes defect = square * (1.0 / (d0 + lanes_abs(t0)) + 1.0 / (d1 + lanes_abs(t1))) + 2.0 * beyond;
+  const Lanes beyond =
+      lanes_select(t0 * t1 > 0.0, lanes_min(lanes_abs(t0), lanes_abs(t1)), Lanes{});
+  const Lanes defect =
+      square * (1.0 / (d0 + lanes_abs(t0)) + 1.0 / (d1 + lanes_abs(t1))) + 2.0 * beyond;
   s.i0 = 1.0 / d0;
   s.i1 = 1.0 / d1;
   s.outer = 1.0 / ((d0 + d1 + length) * defect);
@@ -44,8 +49,8 @@ LOOMSTONE_INLINE Segment<Lanes> segment(const Lanes3<Lanes>& p, const double* a,
 }
 
 template <class Lanes>
-LOOMSTONE_INLINE void field_kernel(const double* vertices, Index segments, double scale, double nearest,
-                                   const double* points, Index n, double* out) {
+LOOMSTONE_INLINE void field_kernel(const double* vertices, Index segments, double scale,
+                                   double nearest, const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes3<Lanes> b{};
@@ -63,23 +68,24 @@ LOOMSTONE_INLINE void field_kernel(const double* vertices, Index segments, doubl
 }
 
 template <class Lanes>
-LOOMSTONE_INLINE void gradient_kernel(const double* vertices, Index segments, double scale, double nearest,
-                                      const double* points, Index n, double* out) {
+LOOMSTONE_INLINE void gradient_kernel(const double* vertices, Index segments, double scale,
+                                      double nearest, const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes g[6];
     for (Lanes& each : g) each = Lanes{};
     for (Index k = 0; k < segments; ++k) {
       const Segment<Lanes> s = segment(p, vertices + 3 * k, nearest);
-      // f = (1/d0 + 1/d1) / ((d0 + d1)^2 - l^2); with n = r/d: grad f = -outer (n0/d0^2 + n1/d1^2) - 2 f outer (d0 +
-      // d1)(n0 + n1)
+      // f = (1/d0 + 1/d1) / ((d0 + d1)^2 - l^2); with n = r/d: grad f = -outer (n0/d0^2 + n1/d1^2)
+      // - 2 f outer (d0 + d1)(n0 + n1)
       const Lanes f = (s.i0 + s.i1) * s.outer;
       const Lanes sum = 1.0 / s.i0 + 1.0 / s.i1;
       const Lanes a0 = -s.i0 * (s.outer * s.i0 * s.i0 + 2.0 * f * s.outer * sum);
       const Lanes a1 = -s.i1 * (s.outer * s.i1 * s.i1 + 2.0 * f * s.outer * sum);
-      const Lanes dx = a0 * s.r0.x + a1 * s.r1.x, dy = a0 * s.r0.y + a1 * s.r1.y, dz = a0 * s.r0.z + a1 * s.r1.z;
-      // B_i,j = c_i f_,j + f c_i,j with c = l x r; c_i,j is antisymmetric. A closed line's sum is symmetric: take that
-      // part.
+      const Lanes dx = a0 * s.r0.x + a1 * s.r1.x, dy = a0 * s.r0.y + a1 * s.r1.y,
+                  dz = a0 * s.r0.z + a1 * s.r1.z;
+      // B_i,j = c_i f_,j + f c_i,j with c = l x r; c_i,j is antisymmetric. A closed line's sum is
+      // symmetric: take that part.
       g[0] += s.c.x * dx;
       g[1] += 0.5 * (s.c.x * dy + s.c.y * dx);
       g[2] += 0.5 * (s.c.x * dz + s.c.z * dx);
@@ -93,29 +99,35 @@ LOOMSTONE_INLINE void gradient_kernel(const double* vertices, Index segments, do
 
 }  // namespace
 
-Polyline::Polyline(Points vertices, double current) : vertices_(std::move(vertices)), current_(current) {
+Polyline::Polyline(Points vertices, double current)
+    : vertices_(std::move(vertices)), current_(current) {
   check_points(vertices_, "vertices");
   if (vertices_.rows() < 2)
-    throw InvalidInput("vertices must be at least two points, got " + std::to_string(vertices_.rows()));
-  if (!std::isfinite(current)) throw InvalidInput("current must be finite [A], got " + std::to_string(current));
+    throw InvalidInput("vertices must be at least two points, got " +
+                       std::to_string(vertices_.rows()));
+  if (!std::isfinite(current))
+    throw InvalidInput("current must be finite [A], got " + std::to_string(current));
   for (Eigen::Index i = 0; i + 1 < vertices_.rows(); ++i)
     if (vertices_.row(i) == vertices_.row(i + 1))
-      throw InvalidInput("vertices must differ from one to the next, but rows " + std::to_string(i) + " and " +
-                         std::to_string(i + 1) + " are the same; leave one out");
+      throw InvalidInput("vertices must differ from one to the next, but rows " +
+                         std::to_string(i) + " and " + std::to_string(i + 1) +
+                         " are the same; leave one out");
   radius_ = vertices_.rowwise().norm().maxCoeff();
 }
 
 void Polyline::field_block(const double* points, Index n, Quantity, double* field) const {
-  LOOMSTONE_WIDEST(field_kernel)(vertices_.data(), static_cast<Index>(vertices_.rows()) - 1, mu0 * current_ / (2.0 * pi),
-                                 1e-15 * radius_, points, n, field);
+  LOOMSTONE_WIDEST(field_kernel)(vertices_.data(), static_cast<Index>(vertices_.rows()) - 1,
+                                 mu0 * current_ / (2.0 * pi), 1e-15 * radius_, points, n, field);
 }
 
 void Polyline::gradient_block(const double* points, Index n, double* gradient) const {
   if (!closed())
     throw InvalidInput(
-        "vertices must form a closed line to have a gradient, got ends that differ; repeat the first vertex last");
-  LOOMSTONE_WIDEST(gradient_kernel)(vertices_.data(), static_cast<Index>(vertices_.rows()) - 1, mu0 * current_ / (2.0 * pi),
-                                    1e-15 * radius_, points, n, gradient);
+        "vertices must form a closed line to have a gradient, got ends that differ; repeat the "
+        "first vertex last");
+  LOOMSTONE_WIDEST(gradient_kernel)(vertices_.data(), static_cast<Index>(vertices_.rows()) - 1,
+                                    mu0 * current_ / (2.0 * pi), 1e-15 * radius_, points, n,
+                                    gradient);
 }
 
 Vec3 Polyline::moment() const {

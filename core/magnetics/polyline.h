@@ -9,8 +9,9 @@ namespace loomstone {
 
 class Polyline final : public Source {
  public:
-  // vertices (n x 3) [m] in order; current [A] from the first to the last. It is closed where the last vertex equals
-  // the first. On a wire the field is infinite; it is evaluated 1e-15 radii of the source beside it.
+  // vertices (n x 3) [m] in order; current [A] from the first to the last. It is closed where the
+  // last vertex equals the first. On a wire the field is infinite; it is evaluated 1e-15 radii of
+  // the source beside it.
   Polyline(Points vertices, double current);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;

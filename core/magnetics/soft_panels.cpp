@@ -1,4 +1,5 @@
-// Bodies whose surface is flat panels: cuboids and cylinders in grids that are extrapolated together, meshes in one.
+// Bodies whose surface is flat panels: cuboids and cylinders in grids that are extrapolated
+// together, meshes in one.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -47,7 +48,8 @@ class SoftPanels final : public SoftShape {
     Vector fluxes = Vector::Zero(set.panels.size());
     for (Eigen::Index i = 0; i < field.rows(); ++i) {
       const Eigen::Index panel = i / set.per_panel;
-      fluxes[panel] += set.shares[i] * set.panels[panel].area * set.panels[panel].normal.dot(field.row(i).transpose());
+      fluxes[panel] += set.shares[i] * set.panels[panel].area *
+                       set.panels[panel].normal.dot(field.row(i).transpose());
     }
     return fluxes;
   }
@@ -64,8 +66,9 @@ class SoftPanels final : public SoftShape {
   SourcePtr source(const Vector& charges) const override {
     return std::make_shared<ChargedPanels>(form_->set, charges, form_->solid);
   }
-  // On a flat face sigma = n.H / (1/chi + 1/2) pointwise, but for the field of charge on other faces: only what that
-  // leaves varies as slowly as panels allow. The finest grid and its parts carry the former.
+  // On a flat face sigma = n.H / (1/chi + 1/2) pointwise, but for the field of charge on other
+  // faces: only what that leaves varies as slowly as panels allow. The finest grid and its parts
+  // carry the former.
   SourcePtr source(const Vector& charges, const AppliedField& applied) const override {
     const double slope = 1.0 / (1.0 / susceptibility_ + 0.5);
     const PanelSet& set = *form_->set;
@@ -87,7 +90,8 @@ class SoftPanels final : public SoftShape {
       const double whole = applied.fluxes[at] / set.panels[at].area;
       rest[at] += slope * (whole - mean);
       for (Eigen::Index i = at * set.per_panel; i < (at + 1) * set.per_panel; ++i)
-        fine.at_samples[i] = slope * set.shares[i] * set.panels[at].area * (applied.normal[i] - whole);
+        fine.at_samples[i] =
+            slope * set.shares[i] * set.panels[at].area * (applied.normal[i] - whole);
     }
     std::vector<double> means;
     for (const AppliedField::Leaf& leaf : applied.leaves) {
@@ -134,13 +138,18 @@ SoftShapePtr panels_of(PanelForm form, double susceptibility) {
   for (const Grid& grid : form.grids) all.insert(all.end(), grid.panels.begin(), grid.panels.end());
   for (const FlatPanel& panel : form.grids.back().panels) form.area += panel.area;
   form.set = std::make_shared<const PanelSet>(std::move(all), points_a_direction);
-  return std::make_shared<SoftPanels>(std::make_shared<const PanelForm>(std::move(form)), susceptibility);
+  return std::make_shared<SoftPanels>(std::make_shared<const PanelForm>(std::move(form)),
+                                      susceptibility);
 }
 
-// Half, about 0.7 of the cells, all of them: grids whose errors go with the second and third power of 1 / cells.
-std::vector<int> three_grids(int cells) { return {cells / 2, 2 * static_cast<int>(std::lround(0.35 * cells)), cells}; }
+// Half, about 0.7 of the cells, all of them: grids whose errors go with the second and third power
+// of 1 / cells.
+std::vector<int> three_grids(int cells) {
+  return {cells / 2, 2 * static_cast<int>(std::lround(0.35 * cells)), cells};
+}
 
-// Shares of grids with so many cells that leave no error in the second power of 1 / cells, nor, of three, in the third.
+// Shares of grids with so many cells that leave no error in the second power of 1 / cells, nor, of
+// three, in the third.
 Vector shares_of(const std::vector<int>& counts) {
   const auto n = static_cast<Index>(counts.size());
   DenseMatrix powers(n, n);
@@ -154,11 +163,12 @@ Vector shares_of(const std::vector<int>& counts) {
 void check_cells(int cells, const std::string& shape, const std::string& name) {
   const int most = shape == "cylinder" ? 24 : 48;
   if (cells < 8 || cells > most || cells % 4 != 0)
-    throw InvalidInput(name + " must be a multiple of 4 from 8 to " + std::to_string(most) + " of a " + shape + ", got " +
-                       std::to_string(cells));
+    throw InvalidInput(name + " must be a multiple of 4 from 8 to " + std::to_string(most) +
+                       " of a " + shape + ", got " + std::to_string(cells));
 }
 
-SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells, double focus) {
+SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells,
+                         double focus) {
   check_susceptibility(susceptibility);
   PanelForm form;
   form.solid = std::make_shared<Cuboid>(size, Vec3(0, 0, 1));  // checks the size
@@ -166,7 +176,8 @@ SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibili
   check_cells(cells, "cuboid");
   if (!(focus >= 0.0) || !std::isfinite(focus))
     throw InvalidInput("focus must be >= 0 [m], got " + std::to_string(focus));
-  // What is so near that a focus is wanted lies within half the cells: from three quarters on errors go with the second power.
+  // What is so near that a focus is wanted lies within half the cells: from three quarters on
+  // errors go with the second power.
   std::vector<int> counts = three_grids(cells);
   if (focus > 0.0) counts = {2 * static_cast<int>(std::lround(0.375 * cells)), cells};
   const Vector shares = shares_of(counts);
@@ -180,25 +191,29 @@ SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibili
   return panels_of(std::move(form), susceptibility);
 }
 
-SoftShapePtr soft_cylinder(const Team& team, double radius, double height, double inner_radius, double susceptibility, int cells) {
+SoftShapePtr soft_cylinder(const Team& team, double radius, double height, double inner_radius,
+                           double susceptibility, int cells) {
   check_susceptibility(susceptibility);
   PanelForm form;
-  form.solid = std::make_shared<Cylinder>(radius, height, Vec3(0, 0, 1), inner_radius);  // checks the sizes
+  form.solid =
+      std::make_shared<Cylinder>(radius, height, Vec3(0, 0, 1), inner_radius);  // checks the sizes
   form.volume = form.solid->moment().norm() * mu0;
   check_cells(cells, "cylinder");
-  constexpr double thinnest = 0.02;  // of the radius: what panels so much wider than that no longer resolve
+  constexpr double thinnest =
+      0.02;  // of the radius: what panels so much wider than that no longer resolve
   if (const double thin = std::min(height, radius - inner_radius); thin < thinnest * radius)
     throw Unsupported("height and wall must be at least " + std::to_string(thinnest * radius) +
-                      " m, a fiftieth of the radius of a cylinder that magnetises, got " + std::to_string(thin) +
-                      "; give a mesh with smaller panels");
+                      " m, a fiftieth of the radius of a cylinder that magnetises, got " +
+                      std::to_string(thin) + "; give a mesh with smaller panels");
   const std::vector<int> counts = three_grids(cells);
   const Vector shares = shares_of(counts);
   for (std::size_t g = 0; g < counts.size(); ++g) {
     Grid grid;
     grid.panels = cylinder_panels(radius, inner_radius, height, counts[g]);
     if (static_cast<Index>(grid.panels.size()) > most_panels)
-      throw InvalidInput("panels must be at most " + std::to_string(most_panels) + ", got " + std::to_string(grid.panels.size()) +
-                         " on a cylinder with " + std::to_string(cells) + " cells; take fewer");
+      throw InvalidInput("panels must be at most " + std::to_string(most_panels) + ", got " +
+                         std::to_string(grid.panels.size()) + " on a cylinder with " +
+                         std::to_string(cells) + " cells; take fewer");
     grid.flux = mesh_flux(team, grid.panels);
     grid.share = shares[static_cast<Eigen::Index>(g)];
     form.grids.push_back(std::move(grid));
@@ -206,10 +221,12 @@ SoftShapePtr soft_cylinder(const Team& team, double radius, double height, doubl
   return panels_of(std::move(form), susceptibility);
 }
 
-SoftMesh soft_mesh(const Team& team, const TriangleMesh& mesh, double susceptibility, Index panels) {
+SoftMesh soft_mesh(const Team& team, const TriangleMesh& mesh, double susceptibility,
+                   Index panels) {
   check_susceptibility(susceptibility);
   if (panels < 0 || std::max(panels, mesh.n_triangles()) > most_panels)
-    throw InvalidInput("panels must be at most " + std::to_string(most_panels) + " and the mesh have no more triangles, got " +
+    throw InvalidInput("panels must be at most " + std::to_string(most_panels) +
+                       " and the mesh have no more triangles, got " +
                        std::to_string(std::max(panels, mesh.n_triangles())));
   const MagneticBody solid = make_mesh_magnet(mesh, Vec3(0, 0, 1));  // checks the mesh
   PanelForm form;

@@ -21,7 +21,9 @@ bool inside(const double* points, Index n, Index i, double radius) {
 }  // namespace
 
 Sphere::Sphere(double radius, const Vec3& polarization)
-    : radius_(radius), polarization_(polarization), dipole_(Points::Zero(1, 3), sphere_moment(radius, polarization)) {
+    : radius_(radius),
+      polarization_(polarization),
+      dipole_(Points::Zero(1, 3), sphere_moment(radius, polarization)) {
   if (!(radius > 0.0) || !std::isfinite(radius))
     throw InvalidInput("radius must be > 0 [m], got " + std::to_string(radius));
 }

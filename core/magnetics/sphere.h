@@ -1,4 +1,5 @@
-// Uniformly magnetised sphere about the origin: outside exactly a dipole, inside B = 2/3 J, mu0 H = -J/3.
+// Uniformly magnetised sphere about the origin: outside exactly a dipole, inside B = 2/3 J, mu0 H =
+// -J/3.
 #pragma once
 
 #include "core/magnetics/dipoles.h"

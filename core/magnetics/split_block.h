@@ -1,5 +1,5 @@
-// Parts a block of points in two by a predicate, so that eight lanes do the same work, and puts the results back in
-// order.
+// Parts a block of points in two by a predicate, so that eight lanes do the same work, and puts the
+// results back in order.
 #pragma once
 
 #include "core/base/simd.h"
@@ -7,10 +7,11 @@
 
 namespace loomstone {
 
-// chosen(x, y, z) tells which points go to first(points, n, out), the others go to second(points, n, out).
+// chosen(x, y, z) tells which points go to first(points, n, out), the others go to second(points,
+// n, out).
 template <class Chosen, class First, class Second>
-void split_block(const double* points, Index n, int components, double* out, Chosen&& chosen, First&& first,
-                 Second&& second) {
+void split_block(const double* points, Index n, int components, double* out, Chosen&& chosen,
+                 First&& first, Second&& second) {
   Index order[2][points_per_block], count[2] = {0, 0};
   for (Index i = 0; i < n; ++i) {
     const int part = chosen(points[i], points[n + i], points[2 * n + i]) ? 0 : 1;
@@ -22,7 +23,8 @@ void split_block(const double* points, Index n, int components, double* out, Cho
     alignas(64) double x[3 * points_per_block], values[6 * points_per_block];
     const Index m = count[part], padded = (m + n_lanes - 1) / n_lanes * n_lanes;
     for (Index i = 0; i < padded; ++i)
-      for (int k = 0; k < 3; ++k) x[k * padded + i] = points[k * n + order[part][i < m ? i : m - 1]];
+      for (int k = 0; k < 3; ++k)
+        x[k * padded + i] = points[k * n + order[part][i < m ? i : m - 1]];
     if (part == 0)
       first(x, padded, values);
     else

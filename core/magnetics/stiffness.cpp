@@ -25,14 +25,16 @@ CoarseMagnet divided(const Vec3& low, const Vec3& high) {
     const Vec3 part(edges[0] / count[0], edges[1] / count[1], edges[2] / count[2]);
     int axis;
     const double longest = part.maxCoeff(&axis);
-    if (longest <= longest_part * std::cbrt(part.prod()) || count[0] * count[1] * count[2] * 2 > most_parts) {
+    if (longest <= longest_part * std::cbrt(part.prod()) ||
+        count[0] * count[1] * count[2] * 2 > most_parts) {
       CoarseMagnet coarse;
       Points positions(count[0] * count[1] * count[2], 3);
       Index row = 0;
       for (int i = 0; i < count[0]; ++i)
         for (int j = 0; j < count[1]; ++j)
           for (int k = 0; k < count[2]; ++k)
-            positions.row(row++) = (low + part.cwiseProduct(Vec3(i + 0.5, j + 0.5, k + 0.5))).transpose();
+            positions.row(row++) =
+                (low + part.cwiseProduct(Vec3(i + 0.5, j + 0.5, k + 0.5))).transpose();
       coarse.positions = std::make_shared<const Points>(std::move(positions));
       coarse.size = std::cbrt(part.prod());
       return coarse;
@@ -69,26 +71,32 @@ CoarseMagnet coarse_magnet(const Source& source) {
 
 namespace {
 
-bool fixed(const Carrier& carrier) { return carrier.inverse_mass == 0.0 && carrier.inverse_inertia == 0.0; }
+bool fixed(const Carrier& carrier) {
+  return carrier.inverse_mass == 0.0 && carrier.inverse_inertia == 0.0;
+}
 
 // How much faster a point of a carrier gives way than a mass of 1 kg.
 double yielding(const Carrier& carrier, const Vec3& point) {
   return carrier.inverse_mass + (point - carrier.centre).squaredNorm() * carrier.inverse_inertia;
 }
 
-// Largest stiffness of two dipoles whose directions stay, times r^5 / (3 mu0/4pi): the largest eigenvalue of the second
-// derivatives of their energy, whose trace vanishes. n: from one to the other.
+// Largest stiffness of two dipoles whose directions stay, times r^5 / (3 mu0/4pi): the largest
+// eigenvalue of the second derivatives of their energy, whose trace vanishes. n: from one to the
+// other.
 double driving_back(const Vec3& m, const Vec3& other, const Vec3& n) {
   const double a = m.dot(n), b = other.dot(n), product = m.dot(other);
   const Mat3 crossed = m * other.transpose(), turned = (a * other + b * m) * n.transpose();
-  const Mat3 h = (5.0 * a * b - product) * Mat3::Identity() + 5.0 * (product - 7.0 * a * b) * n * n.transpose() -
-                 crossed - crossed.transpose() + 5.0 * (turned + turned.transpose());
+  const Mat3 h = (5.0 * a * b - product) * Mat3::Identity() +
+                 5.0 * (product - 7.0 * a * b) * n * n.transpose() - crossed - crossed.transpose() +
+                 5.0 * (turned + turned.transpose());
   const double size = std::sqrt(h.squaredNorm() / 6.0);
   if (size == 0.0) return 0.0;
   const double shape = std::clamp(h.determinant() / (2.0 * size * size * size), -1.0, 1.0);
-  // cos(acos(shape) / 3), which is smooth in cos(acos(shape) / 2), by a polynomial that is at most 2.2e-5 above it.
+  // cos(acos(shape) / 3), which is smooth in cos(acos(shape) / 2), by a polynomial that is at
+  // most 2.2e-5 above it.
   const double s = std::sqrt(0.5 * (1.0 + shape));
-  return 2.0 * size * (0.5000217 + s * (0.5768125 + s * (-0.1064940 + s * (0.0383529 - 0.0086883 * s))));
+  return 2.0 * size *
+         (0.5000217 + s * (0.5768125 + s * (-0.1064940 + s * (0.0383529 - 0.0086883 * s))));
 }
 
 }  // namespace
@@ -100,21 +108,25 @@ constexpr int sphere_rows = 6;
 // Beyond so many times the distance at which two touch the bound of any two dipoles will do.
 constexpr double neighbours = 1.6;
 
-// Sum of that bound over what is far from sphere i, over its moment and mu0/4pi; the places of what is near, itself among them.
+// Sum of that bound over what is far from sphere i, over its moment and mu0/4pi; the places of what
+// is near, itself among them.
 template <class Lanes>
-LOOMSTONE_INLINE double far_kernel(const double* table, Index padded, Index i, Index* near, Index* n_near) {
-  const double x = table[i], y = table[padded + i], z = table[2 * padded + i], radius = table[3 * padded + i],
-               own = table[5 * padded + i];
+LOOMSTONE_INLINE double far_kernel(const double* table, Index padded, Index i, Index* near,
+                                   Index* n_near) {
+  const double x = table[i], y = table[padded + i], z = table[2 * padded + i],
+               radius = table[3 * padded + i], own = table[5 * padded + i];
   Lanes sum{};
   Index count = 0;
   for (Index k = 0; k < padded; k += n_lanes) {
     const double* t = table + k;
-    const Lanes3<Lanes> r{lanes_load<Lanes>(t) - x, lanes_load<Lanes>(t + padded) - y, lanes_load<Lanes>(t + 2 * padded) - z};
-    const Lanes square = dot(r, r), reach = neighbours * (lanes_load<Lanes>(t + 3 * padded) + radius);
+    const Lanes3<Lanes> r{lanes_load<Lanes>(t) - x, lanes_load<Lanes>(t + padded) - y,
+                          lanes_load<Lanes>(t + 2 * padded) - z};
+    const Lanes square = dot(r, r),
+                reach = neighbours * (lanes_load<Lanes>(t + 3 * padded) + radius);
     const MaskOf<Lanes> far = square >= reach * reach;
     const Lanes inverse = 1.0 / lanes_select(far, square, lanes_all<Lanes>(1.0));
-    const Lanes bound = lanes_load<Lanes>(t + 4 * padded) * (inverse * inverse) * lanes_sqrt(inverse) *
-                        (lanes_load<Lanes>(t + 5 * padded) + own);
+    const Lanes bound = lanes_load<Lanes>(t + 4 * padded) * (inverse * inverse) *
+                        lanes_sqrt(inverse) * (lanes_load<Lanes>(t + 5 * padded) + own);
     sum += lanes_select(far, bound, Lanes{});
     for (int lane = 0; lane < n_lanes; ++lane) {
       near[count] = k + lane;
@@ -127,14 +139,20 @@ LOOMSTONE_INLINE double far_kernel(const double* table, Index padded, Index i, I
 
 }  // namespace
 
-std::vector<double> frequencies2(const std::vector<CoarseMagnet>& magnets, const std::vector<RigidPose>& poses,
-                                 const std::vector<Index>& carrier, const std::vector<Carrier>& carriers, double field) {
+std::vector<double> frequencies2(const std::vector<CoarseMagnet>& magnets,
+                                 const std::vector<RigidPose>& poses,
+                                 const std::vector<Index>& carrier,
+                                 const std::vector<Carrier>& carriers, double field) {
   std::vector<double> result(carriers.size(), 0.0);
-  std::vector<std::size_t> all(magnets.size()), others;  // others: no soft spheres, which do not meet here
+  std::vector<std::size_t> all(magnets.size()),
+      others;  // others: no soft spheres, which do not meet here
   std::iota(all.begin(), all.end(), 0);
-  std::copy_if(all.begin(), all.end(), std::back_inserter(others), [&](std::size_t k) { return !magnets[k].soft_sphere; });
+  std::copy_if(all.begin(), all.end(), std::back_inserter(others),
+               [&](std::size_t k) { return !magnets[k].soft_sphere; });
   // Soft spheres beside what does not give way have nothing to meet.
-  if (std::all_of(others.begin(), others.end(), [&](std::size_t k) { return fixed(carriers[carrier[k]]); })) all = others;
+  if (std::all_of(others.begin(), others.end(),
+                  [&](std::size_t k) { return fixed(carriers[carrier[k]]); }))
+    all = others;
   std::vector<Points> world(magnets.size());
   for (const std::size_t i : all) {
     world[i].resize(magnets[i].positions->rows(), 3);
@@ -158,8 +176,10 @@ std::vector<double> frequencies2(const std::vector<CoarseMagnet>& magnets, const
         for (Eigen::Index q = 0; q < world[k].rows(); ++q) {
           const double r = std::max((world[i].row(p) - world[k].row(q)).norm(), closest);
           if (r == 0.0) continue;
-          const double cube = strength / (r * r * r), force = 24.0 * cube / (r * r), torque = 2.0 * cube;
-          pair += force * (yielding(a, world[i].row(p).transpose()) + yielding(b, world[k].row(q).transpose())) +
+          const double cube = strength / (r * r * r), force = 24.0 * cube / (r * r),
+                       torque = 2.0 * cube;
+          pair += force * (yielding(a, world[i].row(p).transpose()) +
+                           yielding(b, world[k].row(q).transpose())) +
                   torque * turning;
         }
       }
@@ -171,12 +191,18 @@ std::vector<double> frequencies2(const std::vector<CoarseMagnet>& magnets, const
 }
 
 void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& spheres,
-                             const std::vector<Carrier>& carriers, std::vector<double>& frequencies2) {
-  const Index n = static_cast<Index>(spheres.size()), padded = (n + n_lanes - 1) / n_lanes * n_lanes;
+                             const std::vector<Carrier>& carriers,
+                             std::vector<double>& frequencies2) {
+  const Index n = static_cast<Index>(spheres.size()),
+              padded = (n + n_lanes - 1) / n_lanes * n_lanes;
   std::vector<double> table(sphere_rows * static_cast<std::size_t>(padded)), each(n);
   for (Index i = 0; i < padded; ++i) {
     const SoftSphere& s = spheres[std::min(i, n - 1)];
-    const double row[] = {s.position[0], s.position[1], s.position[2], s.radius, i < n ? s.moment.norm() : 0.0,
+    const double row[] = {s.position[0],
+                          s.position[1],
+                          s.position[2],
+                          s.radius,
+                          i < n ? s.moment.norm() : 0.0,
                           yielding(carriers[s.carrier], s.position)};
     for (int c = 0; c < sphere_rows; ++c) table[c * padded + i] = row[c];
   }
@@ -187,7 +213,8 @@ void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& sp
         Index n_near = 0;
         const SoftSphere& on = spheres[i];
         const double own = table[5 * padded + i];
-        double sum = on.moment.norm() * LOOMSTONE_WIDEST(far_kernel)(table.data(), padded, i, near.data(), &n_near);
+        double sum = on.moment.norm() *
+                     LOOMSTONE_WIDEST(far_kernel)(table.data(), padded, i, near.data(), &n_near);
         for (Index k = 0; k < n_near; ++k) {
           const SoftSphere& by = spheres[near[k]];
           if (near[k] >= n || by.carrier == on.carrier) continue;
@@ -204,9 +231,10 @@ void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& sp
   for (Index i = 0; i < n; ++i) frequencies2[spheres[i].carrier] += each[i];
 }
 
-void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& spheres, const CoarseMagnet& by,
-                             const RigidPose& pose, const Gradients& gradient,
-                             const std::vector<Carrier>& carriers, std::vector<double>& frequencies2) {
+void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& spheres,
+                             const CoarseMagnet& by, const RigidPose& pose,
+                             const Gradients& gradient, const std::vector<Carrier>& carriers,
+                             std::vector<double>& frequencies2) {
   const Index n = static_cast<Index>(spheres.size());
   const bool few = by.positions->rows() <= most_parts;
   Points parts(by.positions->rows(), 3);
@@ -219,11 +247,13 @@ void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& sp
         const double closest = on.radius + 0.5 * by.size, moment = on.moment.norm();
         double coarse = few ? 0.0 : std::numeric_limits<double>::infinity();
         for (Eigen::Index p = 0; few && p < parts.rows(); ++p) {
-          const double r = std::max((parts.row(p).transpose() - on.position).norm(), closest), r2 = r * r;
+          const double r = std::max((parts.row(p).transpose() - on.position).norm(), closest),
+                       r2 = r * r;
           coarse += 1.0 / (r2 * r2 * r);
         }
         coarse *= 24.0 * mu0 / (4.0 * pi) * by.moment;
-        const double stiffness = moment * std::min(coarse, 4.0 * gradient.row(i).norm() / on.radius);
+        const double stiffness =
+            moment * std::min(coarse, 4.0 * gradient.row(i).norm() / on.radius);
         each[i] = stiffness * yielding(carriers[on.carrier], on.position);
       },
       32);

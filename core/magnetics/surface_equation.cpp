@@ -20,8 +20,9 @@ double log_below(double r, double u, double rest) {
   return std::log(std::max(u > 0.0 ? rest / (r + u) : r - u, 1e-300));
 }
 
-// Fourfold integrals of the field's component, w / r^3 between parallel and u / r^3 between perpendicular rectangles
-// [Akoun1984]; v runs along the edge that perpendicular ones share in direction.
+// Fourfold integrals of the field's component, w / r^3 between parallel and u / r^3 between
+// perpendicular rectangles [Akoun1984]; v runs along the edge that perpendicular ones share in
+// direction.
 double parallel_kernel(double u, double v, double w) {
   const double r = std::sqrt(u * u + v * v + w * w);
   return -u * w * log_below(r, u, v * v + w * w) - v * w * log_below(r, v, u * u + w * w) +
@@ -30,8 +31,8 @@ double parallel_kernel(double u, double v, double w) {
 
 double perpendicular_kernel(double u, double v, double w) {
   const double r = std::sqrt(u * u + v * v + w * w);
-  return 0.5 * (v * v - u * u) * log_below(r, w, u * u + v * v) + w * v * log_below(r, v, u * u + w * w) +
-         v * u * std::atan2(w * v, r * u) + 0.5 * r * w;
+  return 0.5 * (v * v - u * u) * log_below(r, w, u * u + v * v) +
+         w * v * log_below(r, v, u * u + w * w) + v * u * std::atan2(w * v, r * u) + 0.5 * r * w;
 }
 
 struct Rectangle {
@@ -43,7 +44,8 @@ Rectangle rectangle_of(const FlatPanel& p) {
   Rectangle r;
   p.normal.cwiseAbs().maxCoeff(&r.axis);
   r.low = r.high = p.corner[0];
-  for (int k = 1; k < 4; ++k) r.low = r.low.cwiseMin(p.corner[k]), r.high = r.high.cwiseMax(p.corner[k]);
+  for (int k = 1; k < 4; ++k)
+    r.low = r.low.cwiseMin(p.corner[k]), r.high = r.high.cwiseMax(p.corner[k]);
   return r;
 }
 
@@ -52,7 +54,8 @@ double rectangle_flux(const Rectangle& on, const Rectangle& by) {
   const Vec3 on_ends[2] = {on.low, on.high}, by_ends[2] = {by.low, by.high};
   double sum = 0.0;
   const bool parallel = on.axis == by.axis;
-  const int a = parallel ? (on.axis + 1) % 3 : on.axis, b = parallel ? (on.axis + 2) % 3 : 3 - on.axis - by.axis;
+  const int a = parallel ? (on.axis + 1) % 3 : on.axis,
+            b = parallel ? (on.axis + 2) % 3 : 3 - on.axis - by.axis;
   for (int i = 0; i < 16; ++i) {
     const int s = i & 1, t = i >> 1 & 1, p = i >> 2 & 1, q = i >> 3 & 1;
     const double sign = (s + t + p + q) % 2 == 0 ? 1.0 : -1.0;
@@ -94,16 +97,19 @@ double flux_by_points(const PointsOf& on, const Vec3& normal, const PointsOf& by
   return sum / (4.0 * pi);
 }
 
-// (1/chi + 1/2) areas - flux +- areas areas^T / (whole area), if it carries net charge: with the sign of chi, as the sum over
-// all panels is then (1/chi +- 1) times the net charge, which vanishes nowhere.
-DenseMatrix equation(const DenseMatrix& flux, const Vector& areas, double susceptibility, double whole) {
+// (1/chi + 1/2) areas - flux +- areas areas^T / (whole area), if it carries net charge: with the
+// sign of chi, as the sum over all panels is then (1/chi +- 1) times the net charge, which vanishes
+// nowhere.
+DenseMatrix equation(const DenseMatrix& flux, const Vector& areas, double susceptibility,
+                     double whole) {
   DenseMatrix matrix = -flux;
   matrix.diagonal() += (1.0 / susceptibility + 0.5) * areas;
   if (whole > 0.0) matrix += std::copysign(1.0 / whole, susceptibility) * areas * areas.transpose();
   return matrix;
 }
 
-// No field flows out of a body on the whole; what points of quadrature leave of it is taken off evenly.
+// No field flows out of a body on the whole; what points of quadrature leave of it is taken off
+// evenly.
 Vector without_sum(const Vector& fluxes, const Vector& areas) {
   return fluxes - fluxes.sum() / areas.sum() * areas;
 }
@@ -112,7 +118,8 @@ using Lu = Eigen::PartialPivLU<DenseMatrix>;
 
 class CuboidFlux final : public SurfaceFlux {
  public:
-  CuboidFlux(const Team& team, const std::vector<FlatPanel>& panels) : n_(static_cast<Index>(panels.size()) / 8) {
+  CuboidFlux(const Team& team, const std::vector<FlatPanel>& panels)
+      : n_(static_cast<Index>(panels.size()) / 8) {
     areas_.resize(n_);
     std::vector<Rectangle> rectangles;
     std::vector<PointsOf> points;
@@ -122,16 +129,20 @@ class CuboidFlux final : public SurfaceFlux {
     }
     for (Index i = 0; i < n_; ++i) areas_[i] = panels[i].area;
     for (DenseMatrix& flux : flux_) flux.setZero(n_, n_);
-    parallel_for(team, n_, [&](Index i) {
-      for (Index k = 0; k < 8 * n_; ++k) {
-        if (i == k) continue;
-        const double reach = near * (panels[i].reach + panels[k].reach);
-        const double flux = (panels[i].centre - panels[k].centre).squaredNorm() > reach * reach
-                                ? flux_by_points(points[i], panels[i].normal, points[k])
-                                : rectangle_flux(rectangles[i], rectangles[k]);
-        for (int symmetry = 0; symmetry < 8; ++symmetry) flux_[symmetry](i, k % n_) += sign(symmetry, k / n_) * flux;
-      }
-    }, 4);
+    parallel_for(
+        team, n_,
+        [&](Index i) {
+          for (Index k = 0; k < 8 * n_; ++k) {
+            if (i == k) continue;
+            const double reach = near * (panels[i].reach + panels[k].reach);
+            const double flux = (panels[i].centre - panels[k].centre).squaredNorm() > reach * reach
+                                    ? flux_by_points(points[i], panels[i].normal, points[k])
+                                    : rectangle_flux(rectangles[i], rectangles[k]);
+            for (int symmetry = 0; symmetry < 8; ++symmetry)
+              flux_[symmetry](i, k % n_) += sign(symmetry, k / n_) * flux;
+          }
+        },
+        4);
     // What points leave of Gauss' law goes to the panels themselves.
     const Vector rest = 0.5 * areas_ - flux_[0].colwise().sum().transpose();
     for (DenseMatrix& flux : flux_) flux.diagonal() += rest;
@@ -141,7 +152,8 @@ class CuboidFlux final : public SurfaceFlux {
     auto factors = std::make_unique<Eighths>();
     factors->areas = areas_;
     for (int s = 0; s < 8; ++s)
-      factors->lu[s].compute(equation(flux_[s], areas_, susceptibility, s == 0 ? areas_.sum() : 0.0));
+      factors->lu[s].compute(
+          equation(flux_[s], areas_, susceptibility, s == 0 ? areas_.sum() : 0.0));
     return factors;
   }
 
@@ -183,32 +195,35 @@ class MeshFlux final : public SurfaceFlux {
     std::vector<PointsOf> points;
     for (const FlatPanel& panel : panels) points.push_back(points_of(panel));
     for (Index i = 0; i < n; ++i) areas_[i] = panels[i].area;
-    parallel_for(team, n, [&](Index k) {
-      const auto one = std::make_shared<const PanelSet>(std::vector{panels[k]}, 1);
-      const ChargedPanels source(one, Vector::Ones(1));
-      // 4 x 4 points beside the panel: the field has a logarithm along a shared edge.
-      std::vector<Index> beside;
-      flux_(k, k) = 0.0;
-      for (Index i = 0; i < n; ++i) {
-        if (i == k) continue;
-        const double reach = near * (panels[i].reach + panels[k].reach);
-        if ((panels[i].centre - panels[k].centre).squaredNorm() > reach * reach)
-          flux_(i, k) = flux_by_points(points[i], panels[i].normal, points[k]);
-        else
-          beside.push_back(i);
-      }
-      for (const Index i : beside) {
-        alignas(64) double x[48], h[48];
-        const std::vector<PanelPoint> at = panel_points(panels[i], 4);
-        for (int c = 0; c < 48; ++c) x[c] = at[c % 16].position[c / 16];
-        source.field_block(x, 16, Quantity::mu0_field_strength, h);
-        double sum = 0.0;
-        for (int c = 0; c < 16; ++c)
-          sum += at[c].share * panels[i].normal.dot(Vec3(h[c], h[16 + c], h[32 + c]));
-        flux_(i, k) = sum * panels[i].area;
-      }
-      flux_(k, k) = 0.5 * areas_[k] - flux_.col(k).sum();
-    }, 4);
+    parallel_for(
+        team, n,
+        [&](Index k) {
+          const auto one = std::make_shared<const PanelSet>(std::vector{panels[k]}, 1);
+          const ChargedPanels source(one, Vector::Ones(1));
+          // 4 x 4 points beside the panel: the field has a logarithm along a shared edge.
+          std::vector<Index> beside;
+          flux_(k, k) = 0.0;
+          for (Index i = 0; i < n; ++i) {
+            if (i == k) continue;
+            const double reach = near * (panels[i].reach + panels[k].reach);
+            if ((panels[i].centre - panels[k].centre).squaredNorm() > reach * reach)
+              flux_(i, k) = flux_by_points(points[i], panels[i].normal, points[k]);
+            else
+              beside.push_back(i);
+          }
+          for (const Index i : beside) {
+            alignas(64) double x[48], h[48];
+            const std::vector<PanelPoint> at = panel_points(panels[i], 4);
+            for (int c = 0; c < 48; ++c) x[c] = at[c % 16].position[c / 16];
+            source.field_block(x, 16, Quantity::mu0_field_strength, h);
+            double sum = 0.0;
+            for (int c = 0; c < 16; ++c)
+              sum += at[c].share * panels[i].normal.dot(Vec3(h[c], h[16 + c], h[32 + c]));
+            flux_(i, k) = sum * panels[i].area;
+          }
+          flux_(k, k) = 0.5 * areas_[k] - flux_.col(k).sum();
+        },
+        4);
   }
 
   std::unique_ptr<Factors> factor(double susceptibility) const override {
@@ -222,7 +237,9 @@ class MeshFlux final : public SurfaceFlux {
   struct Whole final : Factors {
     Lu lu;
     Vector areas;
-    Vector solve(const Vector& fluxes) const override { return lu.solve(without_sum(fluxes, areas)); }
+    Vector solve(const Vector& fluxes) const override {
+      return lu.solve(without_sum(fluxes, areas));
+    }
   };
 
   Vector areas_;

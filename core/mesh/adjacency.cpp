@@ -12,7 +12,7 @@ namespace {
 struct HalfEdge {
   Index low, high;  // vertices of the edge
   Index triangle;
-  Index corner;     // the corner opposite
+  Index corner;  // the corner opposite
 
   bool same_edge(const HalfEdge& other) const { return low == other.low && high == other.high; }
 };
@@ -53,7 +53,8 @@ Incidence rows_of_vertices(Index n_vertices, const Table& table) {
   lists.start.assign(static_cast<std::size_t>(n_vertices) + 1, 0);
   lists.items.resize(static_cast<std::size_t>(table.size()));
   for (Index row = 0; row < table.rows(); ++row)
-    for (Index c = 0; c < table.cols(); ++c) ++lists.start[static_cast<std::size_t>(table(row, c)) + 1];
+    for (Index c = 0; c < table.cols(); ++c)
+      ++lists.start[static_cast<std::size_t>(table(row, c)) + 1];
   accumulate(lists.start);
   std::vector<Index> next(lists.start.begin(), lists.start.end() - 1);
   for (Index row = 0; row < table.rows(); ++row)
@@ -85,12 +86,14 @@ EdgeTable edge_table(Index n_vertices, const Triangles& triangles) {
     } else if (table.triangles.back()[1] < 0) {
       table.triangles.back()[1] = half.triangle;
     } else {
-      throw InvalidInput("an edge must have one or two triangles, but edge (" + std::to_string(half.low) + ", " +
-                         std::to_string(half.high) + ") has more: " + std::to_string(table.triangles.back()[0]) +
-                         ", " + std::to_string(table.triangles.back()[1]) + ", " + std::to_string(half.triangle) +
-                         "; split the surface there");
+      throw InvalidInput("an edge must have one or two triangles, but edge (" +
+                         std::to_string(half.low) + ", " + std::to_string(half.high) +
+                         ") has more: " + std::to_string(table.triangles.back()[0]) + ", " +
+                         std::to_string(table.triangles.back()[1]) + ", " +
+                         std::to_string(half.triangle) + "; split the surface there");
     }
-    table.of_triangle[static_cast<std::size_t>(half.triangle)][static_cast<std::size_t>(half.corner)] =
+    table.of_triangle[static_cast<std::size_t>(half.triangle)]
+                     [static_cast<std::size_t>(half.corner)] =
         static_cast<Index>(firsts.size()) - 1;
   }
   table.edges.resize(static_cast<Eigen::Index>(firsts.size()), 2);
@@ -106,17 +109,23 @@ std::vector<Hinge> hinges(const Triangles& triangles, const EdgeTable& table) {
     const auto [first, second] = table.triangles[e];
     if (second < 0) continue;
     const std::array<Index, 3>& own = table.of_triangle[static_cast<std::size_t>(first)];
-    const Index c = static_cast<Index>(std::find(own.begin(), own.end(), static_cast<Index>(e)) - own.begin());
-    const Index x1 = triangles(first, c), x3 = triangles(first, (c + 1) % 3), x4 = triangles(first, (c + 2) % 3);
+    const Index c =
+        static_cast<Index>(std::find(own.begin(), own.end(), static_cast<Index>(e)) - own.begin());
+    const Index x1 = triangles(first, c), x3 = triangles(first, (c + 1) % 3),
+                x4 = triangles(first, (c + 2) % 3);
     const Index x2 = triangles(second, (corner_of(triangles, second, x4) + 2) % 3);
     result.push_back({{x1, x2, x3, x4}, {first, second}, static_cast<Index>(e)});
   }
   return result;
 }
 
-Incidence triangles_of_vertices(Index n_vertices, const Triangles& triangles) { return rows_of_vertices(n_vertices, triangles); }
+Incidence triangles_of_vertices(Index n_vertices, const Triangles& triangles) {
+  return rows_of_vertices(n_vertices, triangles);
+}
 
-Incidence edges_of_vertices(Index n_vertices, const Edges& edges) { return rows_of_vertices(n_vertices, edges); }
+Incidence edges_of_vertices(Index n_vertices, const Edges& edges) {
+  return rows_of_vertices(n_vertices, edges);
+}
 
 Incidence vertex_graph(Index n_vertices, const Triangles& triangles) {
   const Edges edges = edge_table(n_vertices, triangles).edges;
@@ -125,7 +134,8 @@ Incidence vertex_graph(Index n_vertices, const Triangles& triangles) {
   for (Index vertex = 0; vertex < n_vertices; ++vertex) {
     const auto begin = lists.items.begin() + lists.start[static_cast<std::size_t>(vertex)];
     const auto end = lists.items.begin() + lists.start[static_cast<std::size_t>(vertex) + 1];
-    for (auto item = begin; item != end; ++item) *item = edges(*item, 0) == vertex ? edges(*item, 1) : edges(*item, 0);
+    for (auto item = begin; item != end; ++item)
+      *item = edges(*item, 0) == vertex ? edges(*item, 1) : edges(*item, 0);
   }
   return lists;
 }

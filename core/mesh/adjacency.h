@@ -16,16 +16,16 @@ struct Incidence {
 
 // Unique edges as (smaller, larger) vertex, sorted; an edge's id is its row.
 struct EdgeTable {
-  Edges edges;                                   // (k x 2)
-  std::vector<std::array<Index, 2>> triangles;   // of each edge, ascending; -1 where there is none
-  std::vector<std::array<Index, 3>> of_triangle; // edge opposite corner 0, 1, 2 of each triangle
+  Edges edges;                                    // (k x 2)
+  std::vector<std::array<Index, 2>> triangles;    // of each edge, ascending; -1 where there is none
+  std::vector<std::array<Index, 3>> of_triangle;  // edge opposite corner 0, 1, 2 of each triangle
 };
 
 // Throws InvalidInput for an edge with more than two triangles and for indices out of range.
 EdgeTable edge_table(Index n_vertices, const Triangles& triangles);
 
-// An interior edge with its two triangles, oriented as method.md 1.2: triangles (x1,x3,x4) and (x2,x4,x3) in their own
-// counter-clockwise order share the edge x3 -> x4.
+// An interior edge with its two triangles, oriented as method.md 1.2: triangles (x1,x3,x4) and
+// (x2,x4,x3) in their own counter-clockwise order share the edge x3 -> x4.
 struct Hinge {
   std::array<Index, 4> vertices;   // x1, x2, x3, x4
   std::array<Index, 2> triangles;  // that of x1, that of x2; the first is the smaller index

@@ -42,7 +42,8 @@ TrianglePoint closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, c
   if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 && d2 > d6) return on_edge(a, c, d2 / (d2 - d6), 0, 2);
   const double va = d3 * d6 - d5 * d4;
   const double along = d4 - d3, back = d5 - d6;
-  if (va <= 0.0 && along >= 0.0 && back >= 0.0 && along + back > 0.0) return on_edge(b, c, along / (along + back), 1, 2);
+  if (va <= 0.0 && along >= 0.0 && back >= 0.0 && along + back > 0.0)
+    return on_edge(b, c, along / (along + back), 1, 2);
   const double sum = va + vb + vc;
   if (sum > 0.0) {
     const double v = vb / sum, w = vc / sum;
@@ -50,7 +51,8 @@ TrianglePoint closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, c
   }
   // A triangle without area is its edges.
   TrianglePoint best = closest_on_segment(p, a, b, 0, 1);
-  for (const TrianglePoint& other : {closest_on_segment(p, b, c, 1, 2), closest_on_segment(p, a, c, 0, 2)}) {
+  for (const TrianglePoint& other :
+       {closest_on_segment(p, b, c, 1, 2), closest_on_segment(p, a, c, 0, 2)}) {
     if ((other.point - p).squaredNorm() < (best.point - p).squaredNorm()) best = other;
   }
   return best;

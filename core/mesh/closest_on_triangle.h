@@ -14,7 +14,8 @@ struct TrianglePoint {
   int corner;
 };
 
-// By the regions of [Ericson2005], section 5.1.5; of a triangle without area the closest point of its edges.
+// By the regions of [Ericson2005], section 5.1.5; of a triangle without area the closest point of
+// its edges.
 TrianglePoint closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c);
 
 }  // namespace loomstone

@@ -1,5 +1,5 @@
-// Shared by the readers and writers of mesh files; not for use outside mesh_file.cpp, obj_file.cpp, ply_file.cpp and
-// ply_writer.cpp.
+// Shared by the readers and writers of mesh files; not for use outside mesh_file.cpp, obj_file.cpp,
+// ply_file.cpp and ply_writer.cpp.
 #pragma once
 
 #include <charconv>
@@ -27,8 +27,10 @@ RawMesh parse_ply(std::string_view content, const std::string& name, bool with_u
 std::string obj_text(const TriangleMesh& mesh);
 std::string ply_content(const TriangleMesh& mesh, bool text);
 
-[[noreturn]] inline void throw_malformed(const std::string& name, std::int64_t line, const std::string& what) {
-  throw CacheError(name + ", line " + std::to_string(line) + ": " + what + "; correct the file or write it again");
+[[noreturn]] inline void throw_malformed(const std::string& name, std::int64_t line,
+                                         const std::string& what) {
+  throw CacheError(name + ", line " + std::to_string(line) + ": " + what +
+                   "; correct the file or write it again");
 }
 
 // Takes lines off the front of a text and counts them from 1.
@@ -70,7 +72,8 @@ inline std::string_view next_word(std::string_view& line) {
 template <class Number>
 bool parse_number(std::string_view word, Number& value) {
   if (!word.empty() && word.front() == '+') word.remove_prefix(1);
-  const std::from_chars_result result = std::from_chars(word.data(), word.data() + word.size(), value);
+  const std::from_chars_result result =
+      std::from_chars(word.data(), word.data() + word.size(), value);
   return result.ec == std::errc() && result.ptr == word.data() + word.size();
 }
 

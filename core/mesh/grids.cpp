@@ -1,4 +1,5 @@
-// Flat meshes: grids, strips, discs. Their uv are their own coordinates, so weft and warp turn with the cloth.
+// Flat meshes: grids, strips, discs. Their uv are their own coordinates, so weft and warp turn with
+// the cloth.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -20,7 +21,8 @@ void require_count(Index count, const char* name) { require_between(count, 1, mo
 
 bool alternating(const std::string& pattern) {
   if (pattern != "alternating" && pattern != "diagonal") {
-    throw InvalidInput("pattern must be \"alternating\" or \"diagonal\", got \"" + pattern + "\"; choose one");
+    throw InvalidInput("pattern must be \"alternating\" or \"diagonal\", got \"" + pattern +
+                       "\"; choose one");
   }
   return pattern == "alternating";
 }
@@ -40,7 +42,8 @@ Triangles grid_triangles(Index nx, Index ny, bool checkerboard) {
   Triangles triangles(2 * nx * ny, 3);
   for (Index j = 0; j < ny; ++j) {
     for (Index i = 0; i < nx; ++i) {
-      const Index a = j * (nx + 1) + i, b = a + 1, c = b + nx + 1, d = a + nx + 1;  // counter-clockwise
+      const Index a = j * (nx + 1) + i, b = a + 1, c = b + nx + 1,
+                  d = a + nx + 1;  // counter-clockwise
       const Index t = 2 * (j * nx + i);
       if (checkerboard && (i + j) % 2 == 1) {
         triangles.row(t) << a, b, d;
@@ -60,19 +63,22 @@ TriangleMesh flat_mesh(const Points& vertices, const Triangles& triangles) {
 
 }  // namespace
 
-TriangleMesh grid_cells(double width, double height, Index nx, Index ny, const std::string& pattern) {
+TriangleMesh grid_cells(double width, double height, Index nx, Index ny,
+                        const std::string& pattern) {
   require_positive(width, "width");
   require_positive(height, "height");
   require_count(nx, "nx");
   require_count(ny, "ny");
-  return flat_mesh(grid_vertices(width, height, nx, ny), grid_triangles(nx, ny, alternating(pattern)));
+  return flat_mesh(grid_vertices(width, height, nx, ny),
+                   grid_triangles(nx, ny, alternating(pattern)));
 }
 
 TriangleMesh grid(double width, double height, Index triangles, const std::string& pattern) {
   require_positive(width, "width");
   require_positive(height, "height");
   if (triangles < 2) {
-    throw InvalidInput("triangles must be >= 2, got " + std::to_string(triangles) + "; ask for more");
+    throw InvalidInput("triangles must be >= 2, got " + std::to_string(triangles) +
+                       "; ask for more");
   }
   // Square cells of this side would give the number exactly; try the whole numbers around it.
   const double side = std::sqrt(2.0 * width * height / triangles);
@@ -80,10 +86,12 @@ TriangleMesh grid(double width, double height, Index triangles, const std::strin
   double best = std::numeric_limits<double>::infinity();
   for (int up_x = 0; up_x < 2; ++up_x) {
     for (int up_y = 0; up_y < 2; ++up_y) {
-      const double nx = std::max(1.0, std::floor(width / side) + up_x), ny = std::max(1.0, std::floor(height / side) + up_y);
+      const double nx = std::max(1.0, std::floor(width / side) + up_x),
+                   ny = std::max(1.0, std::floor(height / side) + up_y);
       const double aspect = (width / nx) / (height / ny);
       // Cells are square when |log aspect| is small; the count is right when the second term is.
-      const double miss = std::abs(std::log(aspect)) + std::abs(std::log(2.0 * nx * ny / triangles));
+      const double miss =
+          std::abs(std::log(aspect)) + std::abs(std::log(2.0 * nx * ny / triangles));
       if (miss < best - 1e-12) {
         best = miss;
         best_nx = static_cast<Index>(nx);
@@ -94,13 +102,14 @@ TriangleMesh grid(double width, double height, Index triangles, const std::strin
   return grid_cells(width, height, best_nx, best_ny, pattern);
 }
 
-TriangleMesh jittered_grid(double width, double height, Index nx, Index ny, double amount, std::uint64_t seed) {
+TriangleMesh jittered_grid(double width, double height, Index nx, Index ny, double amount,
+                           std::uint64_t seed) {
   require_positive(width, "width");
   require_positive(height, "height");
   require_count(nx, "nx");
   require_count(ny, "ny");
-  // Beyond a quarter of a cell a triangle may turn over: corners (0,0), (1,0), (1,1) by a in each coordinate keep
-  // area >= 1/2 (1 - 4 a).
+  // Beyond a quarter of a cell a triangle may turn over: corners (0,0), (1,0), (1,1) by a in each
+  // coordinate keep area >= 1/2 (1 - 4 a).
   if (!(amount >= 0.0 && amount < 0.25)) {
     throw InvalidInput("amount must be in [0, 0.25) of a cell, got " + std::to_string(amount) +
                        "; larger displacements turn triangles over");
@@ -125,8 +134,8 @@ TriangleMesh strip(double length, double width, Index cells_across, const std::s
   require_count(cells_across, "cells_across");
   const double along = std::max(1.0, std::round(length / width * cells_across));
   if (along > most_cells) {
-    throw InvalidInput("a strip must have at most " + std::to_string(most_cells) + " cells along, got " + std::to_string(along) +
-                       "; take fewer cells_across");
+    throw InvalidInput("a strip must have at most " + std::to_string(most_cells) +
+                       " cells along, got " + std::to_string(along) + "; take fewer cells_across");
   }
   return grid_cells(length, width, static_cast<Index>(along), cells_across, pattern);
 }
@@ -140,10 +149,13 @@ TriangleMesh disc(double radius, Index rings) {
   for (Index r = 1; r <= rings; ++r) {
     for (Index k = 0; k < 6 * r; ++k) {
       const double angle = 2.0 * M_PI * k / (6.0 * r), distance = radius * r / rings;
-      vertices.row(1 + 3 * r * (r - 1) + k) << distance * std::cos(angle), distance * std::sin(angle), 0.0;
+      vertices.row(1 + 3 * r * (r - 1) + k) << distance * std::cos(angle),
+          distance * std::sin(angle), 0.0;
     }
   }
-  const auto vertex = [](Index r, Index k) { return r == 0 ? 0 : 1 + 3 * r * (r - 1) + k % (6 * r); };
+  const auto vertex = [](Index r, Index k) {
+    return r == 0 ? 0 : 1 + 3 * r * (r - 1) + k % (6 * r);
+  };
   Triangles triangles(6 * rings * rings, 3);
   Index t = 0;
   for (Index r = 1; r <= rings; ++r) {
@@ -151,7 +163,9 @@ TriangleMesh disc(double radius, Index rings) {
       for (Index k = 0; k < r; ++k) {
         const Index outer = sector * r + k, inner = sector * (r - 1) + k;
         triangles.row(t++) << vertex(r - 1, inner), vertex(r, outer), vertex(r, outer + 1);
-        if (k + 1 < r) triangles.row(t++) << vertex(r - 1, inner), vertex(r, outer + 1), vertex(r - 1, inner + 1);
+        if (k + 1 < r)
+          triangles.row(t++) << vertex(r - 1, inner), vertex(r, outer + 1),
+              vertex(r - 1, inner + 1);
       }
     }
   }

@@ -14,15 +14,16 @@ namespace loomstone {
 
 inline void require_positive(double value, const char* name) {
   if (!(value > 0.0) || !std::isfinite(value)) {
-    throw InvalidInput(std::string(name) + " must be > 0 and finite [m], got " + std::to_string(value) +
-                       "; give a length in metres");
+    throw InvalidInput(std::string(name) + " must be > 0 and finite [m], got " +
+                       std::to_string(value) + "; give a length in metres");
   }
 }
 
 inline void require_between(Index count, Index low, Index high, const char* name) {
   if (count < low || count > high) {
-    throw InvalidInput(std::string(name) + " must be " + std::to_string(low) + " to " + std::to_string(high) + ", got " +
-                       std::to_string(count) + "; choose another number");
+    throw InvalidInput(std::string(name) + " must be " + std::to_string(low) + " to " +
+                       std::to_string(high) + ", got " + std::to_string(count) +
+                       "; choose another number");
   }
 }
 
@@ -39,7 +40,8 @@ struct MeshBuilder {
 
   TriangleMesh mesh() const {
     Points points(static_cast<Eigen::Index>(vertices.size()), 3);
-    for (std::size_t i = 0; i < vertices.size(); ++i) points.row(static_cast<Eigen::Index>(i)) = vertices[i].transpose();
+    for (std::size_t i = 0; i < vertices.size(); ++i)
+      points.row(static_cast<Eigen::Index>(i)) = vertices[i].transpose();
     Triangles faces(static_cast<Eigen::Index>(triangles.size()), 3);
     for (std::size_t t = 0; t < triangles.size(); ++t) {
       faces.row(static_cast<Eigen::Index>(t)) << triangles[t][0], triangles[t][1], triangles[t][2];

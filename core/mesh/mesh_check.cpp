@@ -1,4 +1,5 @@
-// A vertex where two fans of triangles meet in a point only ("bow tie") is accepted: cloth may hang together by a point.
+// A vertex where two fans of triangles meet in a point only ("bow tie") is accepted: cloth may hang
+// together by a point.
 #include "core/mesh/mesh_check.h"
 
 #include <algorithm>
@@ -13,15 +14,17 @@
 namespace loomstone {
 namespace {
 
-// A triangle counts as flat when its height is below these shares of its longest edge and of the mesh's coordinates: our
-// choice, far below any sliver a mesh generator makes and just above the rounding of collinear points.
+// A triangle counts as flat when its height is below these shares of its longest edge and of the
+// mesh's coordinates: our choice, far below any sliver a mesh generator makes and just above the
+// rounding of collinear points.
 constexpr double smallest_height_of_edge = 1e-9;
 constexpr double smallest_height_of_coordinate = 16.0 * 2.2e-16;
 
 std::string number(Index i) { return std::to_string(i); }
 
 std::string corners(const Triangles& triangles, Index t) {
-  return "(" + number(triangles(t, 0)) + ", " + number(triangles(t, 1)) + ", " + number(triangles(t, 2)) + ")";
+  return "(" + number(triangles(t, 0)) + ", " + number(triangles(t, 1)) + ", " +
+         number(triangles(t, 2)) + ")";
 }
 
 // A directed edge of a triangle, ordered by its undirected pair.
@@ -54,8 +57,9 @@ template <class Array>
 void check_finite(const Array& points, const char* what) {
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
     if (!points.row(i).allFinite()) {
-      throw InvalidInput(std::string(what) + " " + std::to_string(i) +
-                         " must have finite coordinates, got NaN or infinity; correct or remove it");
+      throw InvalidInput(
+          std::string(what) + " " + std::to_string(i) +
+          " must have finite coordinates, got NaN or infinity; correct or remove it");
     }
   }
 }
@@ -73,14 +77,18 @@ void check_indices(const Triangles& triangles, Eigen::Index n_points, const char
 }
 
 template <class Array>
-bool flat_triangle(const Array& points, const Triangles& triangles, Index t, double largest_coordinate) {
+bool flat_triangle(const Array& points, const Triangles& triangles, Index t,
+                   double largest_coordinate) {
   Vec3 corner[3] = {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
-  for (int c = 0; c < 3; ++c) corner[c].head(points.cols()) = points.row(triangles(t, c)).transpose();
+  for (int c = 0; c < 3; ++c)
+    corner[c].head(points.cols()) = points.row(triangles(t, c)).transpose();
   const Vec3 e1 = corner[1] - corner[0], e2 = corner[2] - corner[0];
-  const double longest = std::sqrt(std::max({e1.squaredNorm(), e2.squaredNorm(), (e2 - e1).squaredNorm()}));
+  const double longest =
+      std::sqrt(std::max({e1.squaredNorm(), e2.squaredNorm(), (e2 - e1).squaredNorm()}));
   if (longest == 0.0) return true;
   const double height = (e1 / longest).cross(e2).norm();
-  return height <= std::max(smallest_height_of_edge * longest, smallest_height_of_coordinate * largest_coordinate);
+  return height <= std::max(smallest_height_of_edge * longest,
+                            smallest_height_of_coordinate * largest_coordinate);
 }
 
 void check_duplicates(const Triangles& triangles) {
@@ -93,9 +101,9 @@ void check_duplicates(const Triangles& triangles) {
   std::sort(sorted.begin(), sorted.end());
   for (std::size_t i = 1; i < sorted.size(); ++i) {
     if (std::equal(sorted[i].begin(), sorted[i].begin() + 3, sorted[i - 1].begin())) {
-      throw InvalidInput("triangles must differ, but triangle " + number(sorted[i][3]) + " has the same vertices " +
-                         corners(triangles, sorted[i][3]) + " as triangle " + number(sorted[i - 1][3]) +
-                         "; remove one of them");
+      throw InvalidInput("triangles must differ, but triangle " + number(sorted[i][3]) +
+                         " has the same vertices " + corners(triangles, sorted[i][3]) +
+                         " as triangle " + number(sorted[i - 1][3]) + "; remove one of them");
     }
   }
 }
@@ -105,12 +113,15 @@ void check_edges(const Triangles& triangles) {
   for (std::size_t i = 2; i < sides.size(); ++i) {
     if (sides[i].same_edge(sides[i - 2])) {
       throw InvalidInput("edge (" + number(sides[i].low) + ", " + number(sides[i].high) +
-                         ") must have one or two triangles, but triangles " + number(sides[i - 2].triangle) + ", " +
-                         number(sides[i - 1].triangle) + " and " + number(sides[i].triangle) +
-                         " meet there (non-manifold); duplicate its vertices to split the surface, or remove a triangle");
+                         ") must have one or two triangles, but triangles " +
+                         number(sides[i - 2].triangle) + ", " + number(sides[i - 1].triangle) +
+                         " and " + number(sides[i].triangle) +
+                         " meet there (non-manifold); duplicate its vertices to split the surface, "
+                         "or remove a triangle");
     }
   }
-  // The triangle in most conflicts is the one to name: a single inverted triangle disagrees with all its neighbours.
+  // The triangle in most conflicts is the one to name: a single inverted triangle disagrees with
+  // all its neighbours.
   std::vector<int> conflicts(static_cast<std::size_t>(triangles.rows()), 0);
   std::vector<std::size_t> bad;
   for (std::size_t i = 1; i < sides.size(); ++i) {
@@ -120,13 +131,16 @@ void check_edges(const Triangles& triangles) {
     ++conflicts[static_cast<std::size_t>(sides[i - 1].triangle)];
   }
   if (bad.empty()) return;
-  const Index worst = static_cast<Index>(std::max_element(conflicts.begin(), conflicts.end()) - conflicts.begin());
+  const Index worst =
+      static_cast<Index>(std::max_element(conflicts.begin(), conflicts.end()) - conflicts.begin());
   for (const std::size_t i : bad) {
     if (sides[i].triangle != worst && sides[i - 1].triangle != worst) continue;
     const Index other = sides[i].triangle == worst ? sides[i - 1].triangle : sides[i].triangle;
-    throw InvalidInput("triangle " + number(worst) + " must have the same winding as its neighbours, but " +
-                       corners(triangles, worst) + " is inverted against triangle " + number(other) + " across edge (" +
-                       number(sides[i].low) + ", " + number(sides[i].high) + "); swap two of its vertices");
+    throw InvalidInput("triangle " + number(worst) +
+                       " must have the same winding as its neighbours, but " +
+                       corners(triangles, worst) + " is inverted against triangle " +
+                       number(other) + " across edge (" + number(sides[i].low) + ", " +
+                       number(sides[i].high) + "); swap two of its vertices");
   }
 }
 
@@ -140,14 +154,17 @@ Index root_of(std::vector<Index>& parent, Index i) {
 }
 
 // uv of a triangle's corner at a vertex.
-Vec2 uv_at(const Triangles& triangles, const Points2& uv, const Triangles& uv_triangles, Index t, Index vertex) {
+Vec2 uv_at(const Triangles& triangles, const Points2& uv, const Triangles& uv_triangles, Index t,
+           Index vertex) {
   int c = 0;
   while (triangles(t, c) != vertex) ++c;
   return uv.row(uv_triangles(t, c)).transpose();
 }
 
-// Panel of each triangle, named by its smallest triangle. Values of uv count, not their indices: many files repeat them.
-std::vector<Index> panels(const Triangles& triangles, const Points2& uv, const Triangles& uv_triangles) {
+// Panel of each triangle, named by its smallest triangle. Values of uv count, not their indices:
+// many files repeat them.
+std::vector<Index> panels(const Triangles& triangles, const Points2& uv,
+                          const Triangles& uv_triangles) {
   std::vector<Index> parent(static_cast<std::size_t>(triangles.rows()));
   std::iota(parent.begin(), parent.end(), 0);
   const std::vector<Side> sides = sorted_sides(triangles);
@@ -161,12 +178,14 @@ std::vector<Index> panels(const Triangles& triangles, const Points2& uv, const T
     const Index a = root_of(parent, sides[i].triangle), b = root_of(parent, sides[i - 1].triangle);
     parent[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
   }
-  for (Index t = 0; t < triangles.rows(); ++t) parent[static_cast<std::size_t>(t)] = root_of(parent, t);
+  for (Index t = 0; t < triangles.rows(); ++t)
+    parent[static_cast<std::size_t>(t)] = root_of(parent, t);
   return parent;
 }
 
 double signed_area(const Points2& uv, const Triangles& uv_triangles, Index t) {
-  const Vec2 a = uv.row(uv_triangles(t, 0)), b = uv.row(uv_triangles(t, 1)), c = uv.row(uv_triangles(t, 2));
+  const Vec2 a = uv.row(uv_triangles(t, 0)), b = uv.row(uv_triangles(t, 1)),
+             c = uv.row(uv_triangles(t, 2));
   const Vec2 ab = b - a, ac = c - a;
   return 0.5 * (ab.x() * ac.y() - ab.y() * ac.x());
 }
@@ -175,21 +194,25 @@ double signed_area(const Points2& uv, const Triangles& uv_triangles, Index t) {
 
 void check_surface(const Points& vertices, const Triangles& triangles) {
   if (vertices.rows() == 0 || triangles.rows() == 0) {
-    throw InvalidInput("a mesh must have vertices and triangles, got " + std::to_string(vertices.rows()) +
-                       " vertices and " + std::to_string(triangles.rows()) + " triangles (empty mesh); check its source");
+    throw InvalidInput("a mesh must have vertices and triangles, got " +
+                       std::to_string(vertices.rows()) + " vertices and " +
+                       std::to_string(triangles.rows()) +
+                       " triangles (empty mesh); check its source");
   }
   check_finite(vertices, "vertex");
   check_indices(triangles, vertices.rows(), "vertices");
   for (Index t = 0; t < triangles.rows(); ++t) {
-    if (triangles(t, 0) == triangles(t, 1) || triangles(t, 1) == triangles(t, 2) || triangles(t, 2) == triangles(t, 0)) {
-      throw InvalidInput("triangle " + number(t) + " must have three different vertices, got " + corners(triangles, t) +
-                         " (zero area); remove it");
+    if (triangles(t, 0) == triangles(t, 1) || triangles(t, 1) == triangles(t, 2) ||
+        triangles(t, 2) == triangles(t, 0)) {
+      throw InvalidInput("triangle " + number(t) + " must have three different vertices, got " +
+                         corners(triangles, t) + " (zero area); remove it");
     }
   }
   const double largest = vertices.cwiseAbs().maxCoeff();
   for (Index t = 0; t < triangles.rows(); ++t) {
     if (flat_triangle(vertices, triangles, t, largest)) {
-      throw InvalidInput("triangle " + number(t) + " has zero area; remove it or merge its vertices " +
+      throw InvalidInput("triangle " + number(t) +
+                         " has zero area; remove it or merge its vertices " +
                          corners(triangles, t));
     }
   }
@@ -201,35 +224,42 @@ void check_surface(const Points& vertices, const Triangles& triangles) {
   }
   const auto isolated = std::find(used.begin(), used.end(), 0);
   if (isolated != used.end()) {
-    throw InvalidInput("vertex " + std::to_string(isolated - used.begin()) + " must belong to a triangle, but " +
+    throw InvalidInput("vertex " + std::to_string(isolated - used.begin()) +
+                       " must belong to a triangle, but " +
                        std::to_string(std::count(used.begin(), used.end(), 0)) +
                        " vertices are isolated; remove those no triangle uses");
   }
 }
 
-void check_rest_coordinates(const Triangles& triangles, const Points2& uv, const Triangles& uv_triangles) {
+void check_rest_coordinates(const Triangles& triangles, const Points2& uv,
+                            const Triangles& uv_triangles) {
   if (uv_triangles.rows() != triangles.rows()) {
-    throw InvalidInput("uv_triangles must have one row per triangle, got " + std::to_string(uv_triangles.rows()) +
-                       " rows for " + std::to_string(triangles.rows()) + " triangles; give every triangle its uv");
+    throw InvalidInput("uv_triangles must have one row per triangle, got " +
+                       std::to_string(uv_triangles.rows()) + " rows for " +
+                       std::to_string(triangles.rows()) + " triangles; give every triangle its uv");
   }
   check_finite(uv, "uv");
   check_indices(uv_triangles, uv.rows(), "uv");
   const double largest = uv.cwiseAbs().maxCoeff();
   for (Index t = 0; t < triangles.rows(); ++t) {
     if (flat_triangle(uv, uv_triangles, t, largest)) {
-      throw InvalidInput("triangle " + number(t) + " has zero rest area in uv (uv " + corners(uv_triangles, t) +
-                         ", vertices " + corners(triangles, t) + "); give it a flat pattern or leave out the uv");
+      throw InvalidInput("triangle " + number(t) + " has zero rest area in uv (uv " +
+                         corners(uv_triangles, t) + ", vertices " + corners(triangles, t) +
+                         "); give it a flat pattern or leave out the uv");
     }
   }
   const std::vector<Index> panel = panels(triangles, uv, uv_triangles);
-  std::vector<double> total(panel.size(), 0.0);  // signed area of each panel, in its first triangle's slot
+  std::vector<double> total(panel.size(),
+                            0.0);  // signed area of each panel, in its first triangle's slot
   for (Index t = 0; t < triangles.rows(); ++t) {
-    total[static_cast<std::size_t>(panel[static_cast<std::size_t>(t)])] += signed_area(uv, uv_triangles, t);
+    total[static_cast<std::size_t>(panel[static_cast<std::size_t>(t)])] +=
+        signed_area(uv, uv_triangles, t);
   }
   for (Index t = 0; t < triangles.rows(); ++t) {
     const Index first = panel[static_cast<std::size_t>(t)];
     if (signed_area(uv, uv_triangles, t) * total[static_cast<std::size_t>(first)] < 0.0) {
-      throw InvalidInput("triangle " + number(t) + " must be oriented in uv like the rest of its panel (that of triangle " +
+      throw InvalidInput("triangle " + number(t) +
+                         " must be oriented in uv like the rest of its panel (that of triangle " +
                          number(first) + "), but its uv " + corners(uv_triangles, t) +
                          " are inverted; unfold the pattern there");
     }

@@ -18,14 +18,17 @@ enum class Format { Obj, Ply };
 
 Format format_of(const std::string& path) {
   std::string ending = std::filesystem::path(path).extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
   if (ending == ".obj") return Format::Obj;
   if (ending == ".ply") return Format::Ply;
-  throw Unsupported("a mesh file must end in .obj or .ply, got " + path + "; convert it, or read it in Python");
+  throw Unsupported("a mesh file must end in .obj or .ply, got " + path +
+                    "; convert it, or read it in Python");
 }
 
 [[noreturn]] void throw_system(const std::string& path, const char* what) {
-  throw CacheError(path + " cannot be " + what + ": " + std::strerror(errno) + "; check the name and its permissions");
+  throw CacheError(path + " cannot be " + what + ": " + std::strerror(errno) +
+                   "; check the name and its permissions");
 }
 
 std::string whole_file(const std::string& path) {
@@ -44,8 +47,9 @@ std::string whole_file(const std::string& path) {
 
 template <class Array, class Value>
 Array as_rows(const std::vector<Value>& values) {
-  return Eigen::Map<const Array>(values.data(), static_cast<Eigen::Index>(values.size()) / Array::ColsAtCompileTime,
-                                 Array::ColsAtCompileTime);
+  return Eigen::Map<const Array>(
+      values.data(), static_cast<Eigen::Index>(values.size()) / Array::ColsAtCompileTime,
+      Array::ColsAtCompileTime);
 }
 
 }  // namespace
@@ -53,17 +57,19 @@ Array as_rows(const std::vector<Value>& values) {
 TriangleMesh read_mesh(const std::string& path, bool with_uv) {
   const Format format = format_of(path);
   const std::string content = whole_file(path);
-  const RawMesh raw = format == Format::Obj ? parse_obj(content, path, with_uv) : parse_ply(content, path, with_uv);
+  const RawMesh raw =
+      format == Format::Obj ? parse_obj(content, path, with_uv) : parse_ply(content, path, with_uv);
   try {
-    return TriangleMesh(as_rows<Points>(raw.vertices), as_rows<Triangles>(raw.triangles), as_rows<Points2>(raw.uv),
-                        as_rows<Triangles>(raw.uv_triangles));
+    return TriangleMesh(as_rows<Points>(raw.vertices), as_rows<Triangles>(raw.triangles),
+                        as_rows<Points2>(raw.uv), as_rows<Triangles>(raw.uv_triangles));
   } catch (const InvalidInput& error) {
     throw InvalidInput(path + ": " + error.what());
   }
 }
 
 void write_mesh(const std::string& path, const TriangleMesh& mesh, bool text) {
-  const std::string content = format_of(path) == Format::Obj ? obj_text(mesh) : ply_content(mesh, text);
+  const std::string content =
+      format_of(path) == Format::Obj ? obj_text(mesh) : ply_content(mesh, text);
   const std::string partial = path + ".partial";
   {
     std::ofstream file(partial, std::ios::binary | std::ios::trunc);

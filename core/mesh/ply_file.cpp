@@ -1,4 +1,5 @@
-// Reads Stanford PLY: a header that declares elements and their properties, then the values as text or binary.
+// Reads Stanford PLY: a header that declares elements and their properties, then the values as text
+// or binary.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -19,10 +20,22 @@ constexpr std::array<std::size_t, 8> bytes_of_type = {1, 1, 2, 2, 4, 4, 4, 8};
 
 bool parse_type(std::string_view word, Type& type) {
   static constexpr std::array<std::pair<std::string_view, Type>, 16> names = {{
-      {"char", Type::Int8},     {"uchar", Type::UInt8},   {"short", Type::Int16},     {"ushort", Type::UInt16},
-      {"int", Type::Int32},     {"uint", Type::UInt32},   {"float", Type::Float32},   {"double", Type::Float64},
-      {"int8", Type::Int8},     {"uint8", Type::UInt8},   {"int16", Type::Int16},     {"uint16", Type::UInt16},
-      {"int32", Type::Int32},   {"uint32", Type::UInt32}, {"float32", Type::Float32}, {"float64", Type::Float64},
+      {"char", Type::Int8},
+      {"uchar", Type::UInt8},
+      {"short", Type::Int16},
+      {"ushort", Type::UInt16},
+      {"int", Type::Int32},
+      {"uint", Type::UInt32},
+      {"float", Type::Float32},
+      {"double", Type::Float64},
+      {"int8", Type::Int8},
+      {"uint8", Type::UInt8},
+      {"int16", Type::Int16},
+      {"uint16", Type::UInt16},
+      {"int32", Type::Int32},
+      {"uint32", Type::UInt32},
+      {"float32", Type::Float32},
+      {"float64", Type::Float64},
   }};
   for (const auto& [name, value] : names) {
     if (name == word) {
@@ -63,7 +76,8 @@ struct Element {
   std::vector<Property> properties;
 
   bool has(Use use) const {
-    return std::any_of(properties.begin(), properties.end(), [use](const Property& each) { return each.use == use; });
+    return std::any_of(properties.begin(), properties.end(),
+                       [use](const Property& each) { return each.use == use; });
   }
 };
 
@@ -86,7 +100,9 @@ class PlyParser {
   }
 
  private:
-  [[noreturn]] void malformed(const std::string& what) const { throw_malformed(name_, lines_.number(), what); }
+  [[noreturn]] void malformed(const std::string& what) const {
+    throw_malformed(name_, lines_.number(), what);
+  }
 
   void header() {
     std::string_view line;
@@ -103,10 +119,15 @@ class PlyParser {
       if (keyword == "format") {
         const std::string_view format = next_word(line);
         has_format = true;
-        if (format == "ascii") encoding_ = Encoding::Text;
-        else if (format == "binary_little_endian") encoding_ = Encoding::Little;
-        else if (format == "binary_big_endian") encoding_ = Encoding::Big;
-        else malformed("the format must be ascii, binary_little_endian or binary_big_endian, got \"" + whole + "\"");
+        if (format == "ascii")
+          encoding_ = Encoding::Text;
+        else if (format == "binary_little_endian")
+          encoding_ = Encoding::Little;
+        else if (format == "binary_big_endian")
+          encoding_ = Encoding::Big;
+        else
+          malformed("the format must be ascii, binary_little_endian or binary_big_endian, got \"" +
+                    whole + "\"");
       } else if (keyword == "element") {
         Element element;
         element.name = next_word(line);
@@ -116,10 +137,12 @@ class PlyParser {
         }
         elements_.push_back(element);
       } else if (keyword == "property") {
-        if (elements_.empty()) malformed("a property must follow an element, got \"" + whole + "\"");
+        if (elements_.empty())
+          malformed("a property must follow an element, got \"" + whole + "\"");
         property(line, whole);
       } else if (!keyword.empty() && keyword != "comment" && keyword != "obj_info") {
-        malformed("the header must consist of format, comment, element and property lines, got \"" + whole + "\"");
+        malformed("the header must consist of format, comment, element and property lines, got \"" +
+                  whole + "\"");
       }
     }
     malformed("the header must end with end_header, got the end of the file");
@@ -134,7 +157,8 @@ class PlyParser {
       known = parse_type(next_word(line), result.count_type) && result.count_type < Type::Float32;
       word = next_word(line);
     }
-    if (!known || !parse_type(word, result.type)) malformed("a property must have a known type, got \"" + whole + "\"");
+    if (!known || !parse_type(word, result.type))
+      malformed("a property must have a known type, got \"" + whole + "\"");
     result.use = use_of(elements_.back().name, next_word(line), result.list);
     if (result.use == Use::Corners && result.type >= Type::Float32) {
       malformed("vertex indices must be integers, got \"" + whole + "\"");
@@ -160,20 +184,23 @@ class PlyParser {
   }
 
   [[noreturn]] void cut_short() const {
-    throw CacheError(name_ + ": the file ends in " + element_->name + " " + std::to_string(row_) + " of " +
-                     std::to_string(element_->count) + " (cut short); copy or write it again");
+    throw CacheError(name_ + ": the file ends in " + element_->name + " " + std::to_string(row_) +
+                     " of " + std::to_string(element_->count) +
+                     " (cut short); copy or write it again");
   }
 
   double text_value() {
-    while (!body_.empty() && (body_.front() == ' ' || body_.front() == '\t' || body_.front() == '\n' || body_.front() == '\r')) {
+    while (!body_.empty() && (body_.front() == ' ' || body_.front() == '\t' ||
+                              body_.front() == '\n' || body_.front() == '\r')) {
       body_.remove_prefix(1);
     }
     if (body_.empty()) cut_short();
     const std::string_view word = body_.substr(0, body_.find_first_of(" \t\r\n"));
     double value = 0.0;
     if (!parse_number(word, value)) {
-      throw CacheError(name_ + ", " + element_->name + " " + std::to_string(row_) + ": a value must be a number, got \"" +
-                       std::string(word.substr(0, 40)) + "\"; correct the file or write it again");
+      throw CacheError(name_ + ", " + element_->name + " " + std::to_string(row_) +
+                       ": a value must be a number, got \"" + std::string(word.substr(0, 40)) +
+                       "\"; correct the file or write it again");
     }
     body_.remove_prefix(word.size());
     return value;
@@ -184,7 +211,8 @@ class PlyParser {
     if (body_.size() < sizeof(Value)) cut_short();
     std::array<char, sizeof(Value)> bytes;
     std::memcpy(bytes.data(), body_.data(), sizeof(Value));
-    if ((encoding_ == Encoding::Big) != (std::endian::native == std::endian::big)) std::reverse(bytes.begin(), bytes.end());
+    if ((encoding_ == Encoding::Big) != (std::endian::native == std::endian::big))
+      std::reverse(bytes.begin(), bytes.end());
     body_.remove_prefix(sizeof(Value));
     return static_cast<double>(std::bit_cast<Value>(bytes));
   }
@@ -193,14 +221,22 @@ class PlyParser {
   double value(Type type) {
     if (encoding_ == Encoding::Text) return text_value();
     switch (type) {
-      case Type::Int8: return binary_value<std::int8_t>();
-      case Type::UInt8: return binary_value<std::uint8_t>();
-      case Type::Int16: return binary_value<std::int16_t>();
-      case Type::UInt16: return binary_value<std::uint16_t>();
-      case Type::Int32: return binary_value<std::int32_t>();
-      case Type::UInt32: return binary_value<std::uint32_t>();
-      case Type::Float32: return binary_value<float>();
-      case Type::Float64: break;
+      case Type::Int8:
+        return binary_value<std::int8_t>();
+      case Type::UInt8:
+        return binary_value<std::uint8_t>();
+      case Type::Int16:
+        return binary_value<std::int16_t>();
+      case Type::UInt16:
+        return binary_value<std::uint16_t>();
+      case Type::Int32:
+        return binary_value<std::int32_t>();
+      case Type::UInt32:
+        return binary_value<std::uint32_t>();
+      case Type::Float32:
+        return binary_value<float>();
+      case Type::Float64:
+        break;
     }
     return binary_value<double>();
   }
@@ -232,8 +268,10 @@ class PlyParser {
 
   void list(const Property& property) {
     const double count = value(property.count_type);
-    if (!(count >= 0.0) || count != std::floor(count) || count > static_cast<double>(body_.size())) {
-      malformed_row("a list must have a whole number of items that the file can hold, got " + std::to_string(count));
+    if (!(count >= 0.0) || count != std::floor(count) ||
+        count > static_cast<double>(body_.size())) {
+      malformed_row("a list must have a whole number of items that the file can hold, got " +
+                    std::to_string(count));
     }
     for (std::int64_t i = 0; i < static_cast<std::int64_t>(count); ++i) {
       const double number = value(property.type);
@@ -248,27 +286,34 @@ class PlyParser {
   }
 
   void face() {
-    if (corners_.size() < 3) malformed_row("a face must have at least 3 corners, got " + std::to_string(corners_.size()));
+    if (corners_.size() < 3)
+      malformed_row("a face must have at least 3 corners, got " + std::to_string(corners_.size()));
     if (corner_uv_ && corner_values_.size() != 2 * corners_.size()) {
-      malformed_row("texcoord must have 2 numbers per corner, got " + std::to_string(corner_values_.size()));
+      malformed_row("texcoord must have 2 numbers per corner, got " +
+                    std::to_string(corner_values_.size()));
     }
     for (std::size_t k = 2; k < corners_.size(); ++k) {
       for (const std::size_t c : {std::size_t{0}, k - 1, k}) {
         if (!(corners_[c] >= 0.0 && corners_[c] <= std::numeric_limits<Index>::max()) ||
             corners_[c] != std::floor(corners_[c])) {
-          malformed_row("a corner must be the index of a vertex, got " + std::to_string(corners_[c]));
+          malformed_row("a corner must be the index of a vertex, got " +
+                        std::to_string(corners_[c]));
         }
         const Index vertex = static_cast<Index>(corners_[c]);
         raw_.triangles.push_back(vertex);
-        if (corner_uv_) raw_.uv_triangles.push_back(uv_of(vertex, corner_values_[2 * c], corner_values_[2 * c + 1]));
+        if (corner_uv_)
+          raw_.uv_triangles.push_back(
+              uv_of(vertex, corner_values_[2 * c], corner_values_[2 * c + 1]));
       }
     }
   }
 
   // Corners of one vertex with the same uv share it, so that panels stay connected.
   Index uv_of(Index vertex, double u, double v) {
-    if (!std::isfinite(u) || !std::isfinite(v)) malformed_row("texcoord must be finite, got NaN or infinity");
-    const auto [entry, fresh] = known_uv_.try_emplace({vertex, u, v}, static_cast<Index>(raw_.uv.size() / 2));
+    if (!std::isfinite(u) || !std::isfinite(v))
+      malformed_row("texcoord must be finite, got NaN or infinity");
+    const auto [entry, fresh] =
+        known_uv_.try_emplace({vertex, u, v}, static_cast<Index>(raw_.uv.size() / 2));
     if (fresh) raw_.uv.insert(raw_.uv.end(), {u, v});
     return entry->second;
   }
@@ -278,7 +323,8 @@ class PlyParser {
     for (std::size_t i = 0; i < raw_.triangles.size(); ++i) {
       if (static_cast<std::size_t>(raw_.triangles[i]) >= n_vertices) {
         throw CacheError(name_ + ": a face refers to vertex " + std::to_string(raw_.triangles[i]) +
-                         ", but the file has only " + std::to_string(n_vertices) + "; correct the file or write it again");
+                         ", but the file has only " + std::to_string(n_vertices) +
+                         "; correct the file or write it again");
       }
     }
   }

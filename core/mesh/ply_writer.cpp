@@ -10,7 +10,8 @@ namespace {
 
 // When every vertex has just one uv, its own.
 bool uv_per_vertex(const TriangleMesh& mesh) {
-  return mesh.has_uv() && mesh.uv().rows() == mesh.vertices().rows() && mesh.uv_triangles() == mesh.triangles();
+  return mesh.has_uv() && mesh.uv().rows() == mesh.vertices().rows() &&
+         mesh.uv_triangles() == mesh.triangles();
 }
 
 template <class Value>
@@ -47,10 +48,12 @@ class PlyWriter {
 std::string ply_content(const TriangleMesh& mesh, bool text) {
   const bool vertex_uv = uv_per_vertex(mesh), corner_uv = mesh.has_uv() && !vertex_uv;
   std::string content = "ply\nformat " + std::string(text ? "ascii" : "binary_little_endian") +
-                        " 1.0\ncomment written by loomstone; metres\nelement vertex " + std::to_string(mesh.n_vertices()) +
+                        " 1.0\ncomment written by loomstone; metres\nelement vertex " +
+                        std::to_string(mesh.n_vertices()) +
                         "\nproperty double x\nproperty double y\nproperty double z\n";
   if (vertex_uv) content += "property double s\nproperty double t\n";
-  content += "element face " + std::to_string(mesh.n_triangles()) + "\nproperty list uchar int vertex_indices\n";
+  content += "element face " + std::to_string(mesh.n_triangles()) +
+             "\nproperty list uchar int vertex_indices\n";
   if (corner_uv) content += "property list uchar double texcoord\n";
   content += "end_header\n";
   PlyWriter writer(content, text);

@@ -16,19 +16,23 @@ TriangleMesh icosphere(double radius, int subdivisions) {
   require_between(subdivisions, 0, 8, "subdivisions");
   const double g = 0.5 * (1.0 + std::sqrt(5.0));
   MeshBuilder builder;
-  for (const Vec3& v : {Vec3(-1, g, 0), Vec3(1, g, 0), Vec3(-1, -g, 0), Vec3(1, -g, 0), Vec3(0, -1, g), Vec3(0, 1, g),
-                        Vec3(0, -1, -g), Vec3(0, 1, -g), Vec3(g, 0, -1), Vec3(g, 0, 1), Vec3(-g, 0, -1), Vec3(-g, 0, 1)}) {
+  for (const Vec3& v : {Vec3(-1, g, 0), Vec3(1, g, 0), Vec3(-1, -g, 0), Vec3(1, -g, 0),
+                        Vec3(0, -1, g), Vec3(0, 1, g), Vec3(0, -1, -g), Vec3(0, 1, -g),
+                        Vec3(g, 0, -1), Vec3(g, 0, 1), Vec3(-g, 0, -1), Vec3(-g, 0, 1)}) {
     builder.add(Vec3(v.normalized()));
   }
-  builder.triangles = {{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
-                       {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
-                       {3, 8, 9},  {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
+  builder.triangles = {{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
+                       {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
+                       {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
+                       {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
   for (int level = 0; level < subdivisions; ++level) {
     std::map<std::pair<Index, Index>, Index> middles;
     const auto middle = [&](Index a, Index b) {
-      const auto [entry, fresh] = middles.try_emplace(std::minmax(a, b), static_cast<Index>(builder.vertices.size()));
+      const auto [entry, fresh] =
+          middles.try_emplace(std::minmax(a, b), static_cast<Index>(builder.vertices.size()));
       if (fresh) {
-        builder.add(Vec3((builder.vertices[static_cast<std::size_t>(a)] + builder.vertices[static_cast<std::size_t>(b)])
+        builder.add(Vec3((builder.vertices[static_cast<std::size_t>(a)] +
+                          builder.vertices[static_cast<std::size_t>(b)])
                              .normalized()));
       }
       return entry->second;
@@ -53,11 +57,13 @@ TriangleMesh box(double x, double y, double z, Index cells_per_side) {
   require_between(cells_per_side, 1, 1000, "cells_per_side");
   const Index n = cells_per_side;
   MeshBuilder builder;
-  std::map<std::array<Index, 3>, Index> known;  // lattice point -> vertex: sides share those on edges
+  std::map<std::array<Index, 3>, Index>
+      known;  // lattice point -> vertex: sides share those on edges
   const auto vertex = [&](const std::array<Index, 3>& at) {
     const auto [entry, fresh] = known.try_emplace(at, static_cast<Index>(builder.vertices.size()));
     if (fresh) {
-      builder.add(Vec3(x * (static_cast<double>(at[0]) / n - 0.5), y * (static_cast<double>(at[1]) / n - 0.5),
+      builder.add(Vec3(x * (static_cast<double>(at[0]) / n - 0.5),
+                       y * (static_cast<double>(at[1]) / n - 0.5),
                        z * (static_cast<double>(at[2]) / n - 0.5)));
     }
     return entry->second;

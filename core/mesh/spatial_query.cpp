@@ -1,6 +1,7 @@
-// Closest point and inside tests. Embree's tree (user geometry, bounds rounded outwards to float) names the candidates; the
-// distance itself is computed here in double precision, so the answer is that of a search over all triangles.
-// Regions of a triangle: [Ericson2005], section 5.1.5. Pseudo-normals: [BaerentzenAanaes2005].
+// Closest point and inside tests. Embree's tree (user geometry, bounds rounded outwards to float)
+// names the candidates; the distance itself is computed here in double precision, so the answer is
+// that of a search over all triangles. Regions of a triangle: [Ericson2005], section 5.1.5.
+// Pseudo-normals: [BaerentzenAanaes2005].
 #include "core/mesh/spatial_query.h"
 
 #include <embree3/rtcore.h>
@@ -29,14 +30,17 @@ struct Surface {
   Points vertices;
   Triangles triangles;
 
-  Vec3 corner(Index triangle, int k) const { return vertices.row(triangles(triangle, k)).transpose(); }
+  Vec3 corner(Index triangle, int k) const {
+    return vertices.row(triangles(triangle, k)).transpose();
+  }
 };
 
 // Smallest float box that holds the triangle.
 void triangle_bounds(const RTCBoundsFunctionArguments* arguments) {
   const auto& surface = *static_cast<const Surface*>(arguments->geometryUserPtr);
   const auto triangle = static_cast<Index>(arguments->primID);
-  const Vec3 a = surface.corner(triangle, 0), b = surface.corner(triangle, 1), c = surface.corner(triangle, 2);
+  const Vec3 a = surface.corner(triangle, 0), b = surface.corner(triangle, 1),
+             c = surface.corner(triangle, 2);
   const Vec3 low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
   const float infinity = std::numeric_limits<float>::infinity();
   const auto down = [&](double x) { return std::nextafterf(static_cast<float>(x), -infinity); };
@@ -49,13 +53,14 @@ void triangle_bounds(const RTCBoundsFunctionArguments* arguments) {
 struct Search {
   const Surface* surface;
   Vec3 point;
-  double rounding;  // of the query point to float [m]
+  double rounding;    // of the query point to float [m]
   double best = 0.0;  // squared distance [m^2]
   Index triangle = -1;
   TrianglePoint candidate{};
 };
 
-// Slightly more than `distance`, as float: Embree's own box distances are rounded, and equal distances must be reported.
+// Slightly more than `distance`, as float: Embree's own box distances are rounded, and equal
+// distances must be reported.
 float search_radius(double distance, double rounding) {
   return static_cast<float>((distance + rounding) * (1.0 + 1e-6));
 }
@@ -64,17 +69,21 @@ bool test_triangle(RTCPointQueryFunctionArguments* arguments) {
   auto& search = *static_cast<Search*>(arguments->userPtr);
   const auto triangle = static_cast<Index>(arguments->primID);
   const Surface& surface = *search.surface;
-  const TrianglePoint candidate = closest_on_triangle(search.point, surface.corner(triangle, 0), surface.corner(triangle, 1),
-                                                  surface.corner(triangle, 2));
+  const TrianglePoint candidate =
+      closest_on_triangle(search.point, surface.corner(triangle, 0), surface.corner(triangle, 1),
+                          surface.corner(triangle, 2));
   const double squared = (candidate.point - search.point).squaredNorm();
-  const bool better = squared < search.best ||
-                      (squared == search.best && (search.triangle < 0 || triangle < search.triangle));
+  const bool better =
+      squared < search.best ||
+      (squared == search.best && (search.triangle < 0 || triangle < search.triangle));
   if (!better) return false;
   const bool closer = squared < search.best;
   search.best = squared;
   search.triangle = triangle;
   search.candidate = candidate;
-  if (closer) arguments->query->radius = std::min(arguments->query->radius, search_radius(std::sqrt(squared), search.rounding));
+  if (closer)
+    arguments->query->radius =
+        std::min(arguments->query->radius, search_radius(std::sqrt(squared), search.rounding));
   return closer;
 }
 
@@ -105,7 +114,8 @@ struct SpatialQuery::Data : Surface {
 void SpatialQuery::Data::check() const {
   const RTCError error = rtcGetDeviceError(device);
   if (error != RTC_ERROR_NONE) {
-    throw Error("spatial query: Embree failed with error " + std::to_string(static_cast<int>(error)) +
+    throw Error("spatial query: Embree failed with error " +
+                std::to_string(static_cast<int>(error)) +
                 "; the usual cause is that memory ran out");
   }
 }
@@ -113,7 +123,8 @@ void SpatialQuery::Data::check() const {
 void SpatialQuery::Data::build_tree() {
   device = rtcNewDevice("threads=1");
   if (!device) {
-    throw Error("spatial query: Embree gave no device (error " + std::to_string(static_cast<int>(rtcGetDeviceError(nullptr))) +
+    throw Error("spatial query: Embree gave no device (error " +
+                std::to_string(static_cast<int>(rtcGetDeviceError(nullptr))) +
                 "); it needs a processor with SSE2");
   }
   scene = rtcNewScene(device);
@@ -155,14 +166,18 @@ void SpatialQuery::Data::update_normals() {
 
 Vec3 SpatialQuery::Data::normal(Index triangle, const TrianglePoint& candidate) const {
   switch (candidate.feature) {
-    case TriangleFeature::Corner: return vertex_normals[triangles(triangle, candidate.corner)];
-    case TriangleFeature::Edge: return edge_normals[edges.of_triangle[triangle][candidate.corner]];
-    case TriangleFeature::Face: break;
+    case TriangleFeature::Corner:
+      return vertex_normals[triangles(triangle, candidate.corner)];
+    case TriangleFeature::Edge:
+      return edge_normals[edges.of_triangle[triangle][candidate.corner]];
+    case TriangleFeature::Face:
+      break;
   }
   return face_normals[triangle];
 }
 
-SpatialQuery::SpatialQuery(const Points& vertices, const Triangles& triangles) : data_(std::make_unique<Data>()) {
+SpatialQuery::SpatialQuery(const Points& vertices, const Triangles& triangles)
+    : data_(std::make_unique<Data>()) {
   data_->vertices = vertices;
   data_->triangles = triangles;
   data_->edges = edge_table(static_cast<Index>(vertices.rows()), triangles);
@@ -176,8 +191,9 @@ SpatialQuery& SpatialQuery::operator=(SpatialQuery&&) noexcept = default;
 
 void SpatialQuery::refit(const Points& vertices) {
   if (vertices.rows() != data_->vertices.rows()) {
-    throw InvalidInput("spatial query: refit needs as many vertices as at first (" + std::to_string(data_->vertices.rows()) +
-                       "), got " + std::to_string(vertices.rows()) + "; make a new query for another mesh");
+    throw InvalidInput("spatial query: refit needs as many vertices as at first (" +
+                       std::to_string(data_->vertices.rows()) + "), got " +
+                       std::to_string(vertices.rows()) + "; make a new query for another mesh");
   }
   data_->vertices = vertices;
   data_->update_normals();
@@ -214,7 +230,8 @@ ClosestPoint SpatialQuery::closest(const Vec3& point, double radius) const {
 
 bool SpatialQuery::inside(const Vec3& point) const {
   const ClosestPoint closest_point = closest(point, std::numeric_limits<double>::infinity());
-  return closest_point.triangle >= 0 && (point - closest_point.point).dot(closest_point.normal) < 0.0;
+  return closest_point.triangle >= 0 &&
+         (point - closest_point.point).dot(closest_point.normal) < 0.0;
 }
 
 }  // namespace loomstone

@@ -1,4 +1,5 @@
-// Closest points and inside tests on a triangle surface, by Embree. Queries are thread-safe between refits.
+// Closest points and inside tests on a triangle surface, by Embree. Queries are thread-safe between
+// refits.
 #pragma once
 
 #include <memory>
@@ -8,11 +9,11 @@
 namespace loomstone {
 
 struct ClosestPoint {
-  Index triangle = -1;                         // -1: nothing within the radius
-  Vec3 point = Vec3::Zero();                   // [m]
-  Vec3 barycentric = Vec3::Zero();             // [1]
-  Vec3 normal = Vec3::Zero();                  // angle-weighted pseudo-normal of the closest feature, unit length
-  double distance = 0.0;                       // [m], >= 0
+  Index triangle = -1;              // -1: nothing within the radius
+  Vec3 point = Vec3::Zero();        // [m]
+  Vec3 barycentric = Vec3::Zero();  // [1]
+  Vec3 normal = Vec3::Zero();  // angle-weighted pseudo-normal of the closest feature, unit length
+  double distance = 0.0;       // [m], >= 0
 };
 
 class SpatialQuery {

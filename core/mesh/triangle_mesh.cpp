@@ -18,8 +18,8 @@ struct Plane {
   double size;  // largest distance between the point and a vertex [m]
 };
 
-// Through vertex 0, the vertex farthest from it, and the vertex farthest from the line of both: exact for flat meshes,
-// where an eigenvalue fit would only be good to the root of rounding.
+// Through vertex 0, the vertex farthest from it, and the vertex farthest from the line of both:
+// exact for flat meshes, where an eigenvalue fit would only be good to the root of rounding.
 Plane widest_plane(const Points& vertices) {
   const Vec3 origin = vertices.row(0).transpose();
   Vec3 along = Vec3::Zero(), across = Vec3::Zero();
@@ -43,17 +43,23 @@ void check_permutation(const std::vector<Index>& order, Index count, const char*
   }
   if (!valid) {
     throw InvalidInput(std::string(what) + " must hold each of 0 to " + std::to_string(count - 1) +
-                       " once, got something else (" + std::to_string(order.size()) + " entries); give a permutation");
+                       " once, got something else (" + std::to_string(order.size()) +
+                       " entries); give a permutation");
   }
 }
 
-Vec3 corner(const TriangleMesh& mesh, Index t, int c) { return mesh.vertices().row(mesh.triangles()(t, c)).transpose(); }
-
-Vec3 unit_normal(const TriangleMesh& mesh, Index t) {
-  return (corner(mesh, t, 1) - corner(mesh, t, 0)).cross(corner(mesh, t, 2) - corner(mesh, t, 0)).normalized();
+Vec3 corner(const TriangleMesh& mesh, Index t, int c) {
+  return mesh.vertices().row(mesh.triangles()(t, c)).transpose();
 }
 
-// Corners in the plane of `weft` and the warp a quarter turn further about the triangle's own normal: area > 0.
+Vec3 unit_normal(const TriangleMesh& mesh, Index t) {
+  return (corner(mesh, t, 1) - corner(mesh, t, 0))
+      .cross(corner(mesh, t, 2) - corner(mesh, t, 0))
+      .normalized();
+}
+
+// Corners in the plane of `weft` and the warp a quarter turn further about the triangle's own
+// normal: area > 0.
 Corners2 flattened(const TriangleMesh& mesh, Index t, const Vec3& weft, const Vec3& origin) {
   const Vec3 warp = unit_normal(mesh, t).cross(weft);
   Corners2 result;
@@ -74,22 +80,28 @@ Corners2 corners_of_uv(const TriangleMesh& mesh, Index t, bool* mirrored) {
   return result;
 }
 
-// The direction in space along which u grows at constant v: that of the weft threads. Mirrored like the uv.
+// The direction in space along which u grows at constant v: that of the weft threads. Mirrored like
+// the uv.
 Vec3 weft_direction(const TriangleMesh& mesh, Index t, const Corners2& rest) {
   const Vec2 a = rest.row(1) - rest.row(0), b = rest.row(2) - rest.row(0);
-  const Vec3 x1 = corner(mesh, t, 1) - corner(mesh, t, 0), x2 = corner(mesh, t, 2) - corner(mesh, t, 0);
-  return (x1 * b.y() - x2 * a.y()).normalized();  // dx/du times the determinant of (a, b), which is positive
+  const Vec3 x1 = corner(mesh, t, 1) - corner(mesh, t, 0),
+             x2 = corner(mesh, t, 2) - corner(mesh, t, 0);
+  return (x1 * b.y() - x2 * a.y())
+      .normalized();  // dx/du times the determinant of (a, b), which is positive
 }
 
 }  // namespace
 
 TriangleMesh::TriangleMesh(Points vertices, Triangles triangles, Points2 uv, Triangles uv_triangles)
-    : vertices_(std::move(vertices)), triangles_(std::move(triangles)), uv_(std::move(uv)),
+    : vertices_(std::move(vertices)),
+      triangles_(std::move(triangles)),
+      uv_(std::move(uv)),
       uv_triangles_(std::move(uv_triangles)) {
   check_surface(vertices_, triangles_);
   if (!has_uv()) {
     if (uv_triangles_.rows() > 0) {
-      throw InvalidInput("uv_triangles must come with uv, got " + std::to_string(uv_triangles_.rows()) +
+      throw InvalidInput("uv_triangles must come with uv, got " +
+                         std::to_string(uv_triangles_.rows()) +
                          " rows and no uv; give both or neither");
     }
     return;
@@ -97,8 +109,8 @@ TriangleMesh::TriangleMesh(Points vertices, Triangles triangles, Points2 uv, Tri
   if (uv_triangles_.rows() == 0) {
     if (uv_.rows() != vertices_.rows()) {
       throw InvalidInput("uv must have one row per vertex unless uv_triangles are given, got " +
-                         std::to_string(uv_.rows()) + " rows for " + std::to_string(vertices_.rows()) +
-                         " vertices; add uv_triangles");
+                         std::to_string(uv_.rows()) + " rows for " +
+                         std::to_string(vertices_.rows()) + " vertices; add uv_triangles");
     }
     uv_triangles_ = triangles_;
   }
@@ -124,20 +136,26 @@ bool TriangleMesh::closed() const {
 bool TriangleMesh::flat() const {
   const Plane plane = widest_plane(vertices_);
   for (Eigen::Index i = 0; i < vertices_.rows(); ++i) {
-    if (std::abs(plane.normal.dot(vertices_.row(i).transpose() - plane.point)) > 1e-9 * plane.size) return false;
+    if (std::abs(plane.normal.dot(vertices_.row(i).transpose() - plane.point)) > 1e-9 * plane.size)
+      return false;
   }
   return true;
 }
 
-TriangleMesh TriangleMesh::moved(const Vec3& translation, const Mat3& rotation, double scale) const {
+TriangleMesh TriangleMesh::moved(const Vec3& translation, const Mat3& rotation,
+                                 double scale) const {
   if (!translation.allFinite()) {
     throw InvalidInput("translation must be finite, got NaN or infinity; correct it");
   }
   if (!(scale > 0.0) || !std::isfinite(scale)) {
-    throw InvalidInput("scale must be > 0 and finite, got " + std::to_string(scale) + "; mirror a mesh by its vertices");
+    throw InvalidInput("scale must be > 0 and finite, got " + std::to_string(scale) +
+                       "; mirror a mesh by its vertices");
   }
-  if (!((rotation * rotation.transpose()).isApprox(Mat3::Identity(), 1e-9) && rotation.determinant() > 0.0)) {
-    throw InvalidInput("rotation must be a rotation matrix, got one that stretches or mirrors; use scale for size");
+  if (!((rotation * rotation.transpose()).isApprox(Mat3::Identity(), 1e-9) &&
+        rotation.determinant() > 0.0)) {
+    throw InvalidInput(
+        "rotation must be a rotation matrix, got one that stretches or mirrors; use scale for "
+        "size");
   }
   TriangleMesh result(*this);
   for (Eigen::Index i = 0; i < vertices_.rows(); ++i) {
@@ -159,7 +177,8 @@ TriangleMesh TriangleMesh::reordered(const std::vector<Index>& vertex_order,
   }
   for (Index t = 0; t < n_triangles(); ++t) {
     const Index old = triangle_order[static_cast<std::size_t>(t)];
-    for (int c = 0; c < 3; ++c) result.triangles_(t, c) = place[static_cast<std::size_t>(triangles_(old, c))];
+    for (int c = 0; c < 3; ++c)
+      result.triangles_(t, c) = place[static_cast<std::size_t>(triangles_(old, c))];
     if (has_uv()) result.uv_triangles_.row(t) = uv_triangles_.row(old);
   }
   return result;
@@ -170,30 +189,36 @@ TriangleMesh welded(const TriangleMesh& mesh) {
   std::vector<Index> place;  // new index of each old vertex
   Points vertices(mesh.n_vertices(), 3);
   for (Index v = 0; v < mesh.n_vertices(); ++v) {
-    const std::array<double, 3> at = {mesh.vertices()(v, 0), mesh.vertices()(v, 1), mesh.vertices()(v, 2)};
+    const std::array<double, 3> at = {mesh.vertices()(v, 0), mesh.vertices()(v, 1),
+                                      mesh.vertices()(v, 2)};
     const auto [entry, fresh] = known.try_emplace(at, static_cast<Index>(known.size()));
     if (fresh) vertices.row(entry->second) = mesh.vertices().row(v);
     place.push_back(entry->second);
   }
   Triangles triangles = mesh.triangles();
   for (Index& vertex : triangles.reshaped()) vertex = place[static_cast<std::size_t>(vertex)];
-  return TriangleMesh(vertices.topRows(static_cast<Eigen::Index>(known.size())), triangles, mesh.uv(), mesh.uv_triangles());
+  return TriangleMesh(vertices.topRows(static_cast<Eigen::Index>(known.size())), triangles,
+                      mesh.uv(), mesh.uv_triangles());
 }
 
-std::vector<Corners2> rest_corners(const TriangleMesh& mesh, bool rest_from_uv, const std::string& where) {
+std::vector<Corners2> rest_corners(const TriangleMesh& mesh, bool rest_from_uv,
+                                   const std::string& where) {
   std::vector<Corners2> result(static_cast<std::size_t>(mesh.n_triangles()));
   if (mesh.has_uv()) {
     for (Index t = 0; t < mesh.n_triangles(); ++t) {
       bool mirrored = false;
       const Corners2 from_uv = corners_of_uv(mesh, t, &mirrored);
       result[static_cast<std::size_t>(t)] =
-          rest_from_uv ? from_uv : flattened(mesh, t, weft_direction(mesh, t, from_uv), corner(mesh, t, 0));
+          rest_from_uv ? from_uv
+                       : flattened(mesh, t, weft_direction(mesh, t, from_uv), corner(mesh, t, 0));
     }
     return result;
   }
   if (!mesh.flat()) {
-    throw InvalidInput(where + " must have uv or be flat, got a curved mesh without uv, whose weft and warp directions "
-                       "are unknown; give uv [m] for every triangle");
+    throw InvalidInput(
+        where +
+        " must have uv or be flat, got a curved mesh without uv, whose weft and warp directions "
+        "are unknown; give uv [m] for every triangle");
   }
   const Plane plane = widest_plane(mesh.vertices());
   Vec3 weft = Vec3::UnitX() - plane.normal.x() * plane.normal;

@@ -1,6 +1,6 @@
-// Surfaces made of rings of vertices: capsule, cylinder, wave bar, funnel. Neighbouring rings are joined along the shorter
-// diagonals; but for the cylinder's, a prism, they are turned by half a segment against each other, so triangles stay near
-// equilateral.
+// Surfaces made of rings of vertices: capsule, cylinder, wave bar, funnel. Neighbouring rings are
+// joined along the shorter diagonals; but for the cylinder's, a prism, they are turned by half a
+// segment against each other, so triangles stay near equilateral.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -12,7 +12,8 @@
 namespace loomstone {
 namespace {
 
-// A circle of n vertices: centre + radius (cos a up + sin a side). Its way along the tube is up x side.
+// A circle of n vertices: centre + radius (cos a up + sin a side). Its way along the tube is up x
+// side.
 struct Ring {
   Vec3 centre, up, side;
   double radius;  // [m]
@@ -24,15 +25,18 @@ Index add_ring(MeshBuilder& builder, const Ring& ring, bool turned) {
   const Index first = static_cast<Index>(builder.vertices.size());
   for (Index k = 0; k < ring.n; ++k) {
     const double angle = 2.0 * M_PI * (k + (turned ? 0.5 : 0.0)) / ring.n;
-    builder.add(Vec3(ring.centre + ring.radius * (std::cos(angle) * ring.up + std::sin(angle) * ring.side)));
+    builder.add(Vec3(ring.centre +
+                     ring.radius * (std::cos(angle) * ring.up + std::sin(angle) * ring.side)));
   }
   return first;
 }
 
-// Joins a ring of n_a vertices with the next one of n_b. Walks round both, always across the shorter diagonal.
+// Joins a ring of n_a vertices with the next one of n_b. Walks round both, always across the
+// shorter diagonal.
 void join_rings(MeshBuilder& builder, Index a, Index n_a, Index b, Index n_b) {
   const auto distance = [&](Index i, Index j) {
-    return (builder.vertices[static_cast<std::size_t>(a + i % n_a)] - builder.vertices[static_cast<std::size_t>(b + j % n_b)])
+    return (builder.vertices[static_cast<std::size_t>(a + i % n_a)] -
+            builder.vertices[static_cast<std::size_t>(b + j % n_b)])
         .squaredNorm();
   };
   for (Index i = 0, j = 0; i < n_a || j < n_b;) {
@@ -48,10 +52,13 @@ void join_rings(MeshBuilder& builder, Index a, Index n_a, Index b, Index n_b) {
 }
 
 // Height of an equilateral triangle on a segment of a circle.
-double row_height(double radius, Index segments) { return std::sqrt(0.75) * 2.0 * M_PI * radius / segments; }
+double row_height(double radius, Index segments) {
+  return std::sqrt(0.75) * 2.0 * M_PI * radius / segments;
+}
 
 // Rings joined one after another, closed by a point at either end.
-TriangleMesh joined(const std::vector<Ring>& rings, const Vec3& start, const Vec3& end, bool turning) {
+TriangleMesh joined(const std::vector<Ring>& rings, const Vec3& start, const Vec3& end,
+                    bool turning) {
   MeshBuilder builder;
   const Index low = builder.add(start);
   std::vector<Index> first;
@@ -60,8 +67,10 @@ TriangleMesh joined(const std::vector<Ring>& rings, const Vec3& start, const Vec
     if (r > 0) join_rings(builder, first[r - 1], rings[r - 1].n, first[r], rings[r].n);
   }
   const Index high = builder.add(end);
-  for (Index k = 0; k < rings.front().n; ++k) builder.add(low, first.front() + (k + 1) % rings.front().n, first.front() + k);
-  for (Index k = 0; k < rings.back().n; ++k) builder.add(high, first.back() + k, first.back() + (k + 1) % rings.back().n);
+  for (Index k = 0; k < rings.front().n; ++k)
+    builder.add(low, first.front() + (k + 1) % rings.front().n, first.front() + k);
+  for (Index k = 0; k < rings.back().n; ++k)
+    builder.add(high, first.back() + k, first.back() + (k + 1) % rings.back().n);
   return builder.mesh();
 }
 
@@ -69,7 +78,8 @@ TriangleMesh joined(const std::vector<Ring>& rings, const Vec3& start, const Vec
 TriangleMesh capped(const std::vector<Ring>& tube) {
   const double radius = tube.front().radius;
   const Index segments = tube.front().n;
-  const int n_cap = std::max(2, static_cast<int>(std::round(0.5 * M_PI * radius / row_height(radius, segments))));
+  const int n_cap =
+      std::max(2, static_cast<int>(std::round(0.5 * M_PI * radius / row_height(radius, segments))));
   const auto cap_ring = [&](const Ring& end, int row, double sign) {
     const double angle = 0.5 * M_PI * row / n_cap;  // from the pole
     Ring ring = end;
@@ -95,16 +105,18 @@ struct ProfilePoint {
 // Adds the points from the profile's end to `to` in steps of about `step`, `to` included.
 void line_to(std::vector<ProfilePoint>& profile, const ProfilePoint& to, double step) {
   const ProfilePoint from = profile.back();
-  const int n = std::max(1, static_cast<int>(std::round(std::hypot(to.radius - from.radius, to.z - from.z) / step)));
+  const int n = std::max(
+      1, static_cast<int>(std::round(std::hypot(to.radius - from.radius, to.z - from.z) / step)));
   for (int i = 1; i <= n; ++i) {
     const double s = static_cast<double>(i) / n;
     profile.push_back({(1.0 - s) * from.radius + s * to.radius, (1.0 - s) * from.z + s * to.z});
   }
 }
 
-// Adds half a circle of radius `lip` about `centre`, counter-clockwise from `angle` (0 along +radius, a quarter turn along
-// +z), its end included.
-void lip_to(std::vector<ProfilePoint>& profile, const ProfilePoint& centre, double lip, double angle, double step) {
+// Adds half a circle of radius `lip` about `centre`, counter-clockwise from `angle` (0 along
+// +radius, a quarter turn along +z), its end included.
+void lip_to(std::vector<ProfilePoint>& profile, const ProfilePoint& centre, double lip,
+            double angle, double step) {
   const int n = std::clamp(static_cast<int>(std::round(M_PI * lip / step)), 4, 16);
   for (int i = 1; i <= n; ++i) {
     const double a = angle + M_PI * i / n;
@@ -118,7 +130,8 @@ TriangleMesh capsule(double radius, double length, Index segments) {
   require_positive(radius, "radius");
   require_positive(length, "length");
   require_between(segments, 6, 4096, "segments");
-  const int n_rows = std::max(1, static_cast<int>(std::round(length / row_height(radius, segments))));
+  const int n_rows =
+      std::max(1, static_cast<int>(std::round(length / row_height(radius, segments))));
   std::vector<Ring> tube;
   for (int i = 0; i <= n_rows; ++i) {
     const Vec3 centre(0.0, 0.0, length * (static_cast<double>(i) / n_rows - 0.5));
@@ -136,16 +149,19 @@ TriangleMesh cylinder(double radius, double length, Index segments) {
             n_cap = std::max(1, static_cast<int>(std::round(radius / side)));
   const auto ring = [&](double z, int row) {  // of the caps, `row` from the middle
     const double share = static_cast<double>(row) / n_cap;
-    return Ring{Vec3(0.0, 0.0, z), Vec3::UnitX(), Vec3::UnitY(), share * radius, std::max<Index>(3, static_cast<Index>(std::round(share * segments)))};
+    return Ring{Vec3(0.0, 0.0, z), Vec3::UnitX(), Vec3::UnitY(), share * radius,
+                std::max<Index>(3, static_cast<Index>(std::round(share * segments)))};
   };
   std::vector<Ring> rings;
   for (int row = 1; row < n_cap; ++row) rings.push_back(ring(-0.5 * length, row));
-  for (int i = 0; i <= n_rows; ++i) rings.push_back(ring(length * (static_cast<double>(i) / n_rows - 0.5), n_cap));
+  for (int i = 0; i <= n_rows; ++i)
+    rings.push_back(ring(length * (static_cast<double>(i) / n_rows - 0.5), n_cap));
   for (int row = n_cap - 1; row > 0; --row) rings.push_back(ring(0.5 * length, row));
   return joined(rings, Vec3(0.0, 0.0, -0.5 * length), Vec3(0.0, 0.0, 0.5 * length), false);
 }
 
-TriangleMesh wave_bar(double length, double radius, double amplitude, double wavelength, Index segments) {
+TriangleMesh wave_bar(double length, double radius, double amplitude, double wavelength,
+                      Index segments) {
   require_positive(length, "length");
   require_positive(radius, "radius");
   require_positive(wavelength, "wavelength");
@@ -157,32 +173,39 @@ TriangleMesh wave_bar(double length, double radius, double amplitude, double wav
   const double k = 2.0 * M_PI / wavelength;
   if (!(radius * amplitude * k * k < 1.0)) {
     throw InvalidInput("radius must be below the wave's smallest radius of curvature " +
-                       std::to_string(1.0 / (amplitude * k * k)) + " m, got " + std::to_string(radius) +
+                       std::to_string(1.0 / (amplitude * k * k)) + " m, got " +
+                       std::to_string(radius) +
                        ", or the tube cuts itself; take a longer or lower wave");
   }
-  // Centre line z = amplitude cos(k y). Its length, summed over fine pieces, gives rings at equal distances along it.
-  const int n_fine = 64 * std::max(1, static_cast<int>(std::ceil(length / std::min(row_height(radius, segments), wavelength))));
+  // Centre line z = amplitude cos(k y). Its length, summed over fine pieces, gives rings at equal
+  // distances along it.
+  const int n_fine =
+      64 * std::max(1, static_cast<int>(
+                           std::ceil(length / std::min(row_height(radius, segments), wavelength))));
   const auto place = [&](int i) { return length * (static_cast<double>(i) / n_fine - 0.5); };
   std::vector<double> arc{0.0};
   for (int i = 0; i < n_fine; ++i) {
     const double rise = amplitude * (std::cos(k * place(i + 1)) - std::cos(k * place(i)));
     arc.push_back(arc.back() + std::hypot(place(i + 1) - place(i), rise));
   }
-  const int n_rows = std::max(1, static_cast<int>(std::round(arc.back() / row_height(radius, segments))));
+  const int n_rows =
+      std::max(1, static_cast<int>(std::round(arc.back() / row_height(radius, segments))));
   std::vector<Ring> tube;
   for (int i = 0, fine = 1; i <= n_rows; ++i) {
     const double target = arc.back() * i / n_rows;
     while (fine < n_fine && arc[static_cast<std::size_t>(fine)] < target) ++fine;
-    const double before = arc[static_cast<std::size_t>(fine) - 1], after = arc[static_cast<std::size_t>(fine)];
+    const double before = arc[static_cast<std::size_t>(fine) - 1],
+                 after = arc[static_cast<std::size_t>(fine)];
     const double y = place(fine - 1) + (target - before) / (after - before) * length / n_fine;
     const Vec3 along = Vec3(0.0, 1.0, -amplitude * k * std::sin(k * y)).normalized();
-    tube.push_back({Vec3(0.0, y, amplitude * std::cos(k * y)), Vec3::UnitX().cross(along), Vec3::UnitX(), radius, segments});
+    tube.push_back({Vec3(0.0, y, amplitude * std::cos(k * y)), Vec3::UnitX().cross(along),
+                    Vec3::UnitX(), radius, segments});
   }
   return capped(tube);
 }
 
-TriangleMesh funnel(double top_radius, double bottom_radius, double height, double tube_length, double wall,
-                    Index segments) {
+TriangleMesh funnel(double top_radius, double bottom_radius, double height, double tube_length,
+                    double wall, Index segments) {
   require_positive(top_radius, "top_radius");
   require_positive(bottom_radius, "bottom_radius");
   require_positive(height, "height");
@@ -190,21 +213,23 @@ TriangleMesh funnel(double top_radius, double bottom_radius, double height, doub
   require_positive(wall, "wall");
   require_between(segments, 6, 4096, "segments");
   if (!(top_radius > bottom_radius)) {
-    throw InvalidInput("top_radius must be > bottom_radius = " + std::to_string(bottom_radius) + " m, got " +
-                       std::to_string(top_radius) + "; a funnel narrows downwards");
+    throw InvalidInput("top_radius must be > bottom_radius = " + std::to_string(bottom_radius) +
+                       " m, got " + std::to_string(top_radius) + "; a funnel narrows downwards");
   }
-  // The radii are those of the inner wall. The outer wall is the inner one shifted by the thickness along its normal: out
-  // and down along the cone, outward along the tube; where the two meet, below the inner corner, they are mitred.
+  // The radii are those of the inner wall. The outer wall is the inner one shifted by the thickness
+  // along its normal: out and down along the cone, outward along the tube; where the two meet,
+  // below the inner corner, they are mitred.
   const double slant = std::hypot(top_radius - bottom_radius, height);
   const double normal_r = height / slant, normal_z = -(top_radius - bottom_radius) / slant;
   const double turn = std::atan2(normal_z, normal_r);  // in (-pi/2, 0)
   const double mitre = wall * std::tan(0.5 * turn);
   if (!(-mitre < tube_length)) {
-    throw InvalidInput("tube_length must be > " + std::to_string(-mitre) + " m with this wall, got " +
-                       std::to_string(tube_length) + "; take a longer tube or a thinner wall");
+    throw InvalidInput("tube_length must be > " + std::to_string(-mitre) +
+                       " m with this wall, got " + std::to_string(tube_length) +
+                       "; take a longer tube or a thinner wall");
   }
-  // Once round the wall, counter-clockwise in the (radius, z) plane: up outside, over the rim, down inside, round the
-  // tube's lower end.
+  // Once round the wall, counter-clockwise in the (radius, z) plane: up outside, over the rim, down
+  // inside, round the tube's lower end.
   const double step = row_height(0.5 * (top_radius + bottom_radius), segments), lip = 0.5 * wall;
   std::vector<ProfilePoint> profile{{bottom_radius + wall, -tube_length}};
   line_to(profile, {bottom_radius + wall, mitre}, step);
@@ -214,14 +239,16 @@ TriangleMesh funnel(double top_radius, double bottom_radius, double height, doub
   line_to(profile, {bottom_radius, -tube_length}, step);
   lip_to(profile, {bottom_radius + lip, -tube_length}, lip, M_PI, step);
   profile.pop_back();  // the end is the beginning
-  if (profile.size() % 2 == 1) {  // rings are turned alternately all the way round, so their number is even
+  if (profile.size() % 2 ==
+      1) {  // rings are turned alternately all the way round, so their number is even
     const ProfilePoint a = profile[0], b = profile[1];
     profile.insert(profile.begin() + 1, {0.5 * (a.radius + b.radius), 0.5 * (a.z + b.z)});
   }
   MeshBuilder builder;
   std::vector<Index> first;
   for (std::size_t r = 0; r < profile.size(); ++r) {
-    const Ring ring{Vec3(0.0, 0.0, profile[r].z), Vec3::UnitX(), Vec3::UnitY(), profile[r].radius, segments};
+    const Ring ring{Vec3(0.0, 0.0, profile[r].z), Vec3::UnitX(), Vec3::UnitY(), profile[r].radius,
+                    segments};
     first.push_back(add_ring(builder, ring, r % 2 == 1));
   }
   for (std::size_t r = 0; r < profile.size(); ++r) {

@@ -44,12 +44,18 @@ void agree_on(const Communicator& communicator, std::exception_ptr failure) {
   int kind = describe(failure, text);
   communicator.agree(kind, text);
   switch (kind) {
-    case None: return;
-    case Input: throw InvalidInput(text);
-    case Solver: throw SolverFailure(text);
-    case Cache: throw CacheError(text);
-    case NotOffered: throw Unsupported(text);
-    default: throw Error(text);
+    case None:
+      return;
+    case Input:
+      throw InvalidInput(text);
+    case Solver:
+      throw SolverFailure(text);
+    case Cache:
+      throw CacheError(text);
+    case NotOffered:
+      throw Unsupported(text);
+    default:
+      throw Error(text);
   }
 }
 

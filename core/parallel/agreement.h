@@ -7,8 +7,9 @@
 
 namespace loomstone {
 
-// Collective, after a part of the work: throws on all ranks the error of the lowest rank that had one, of the same kind and
-// with the same text. Errors that are not ours become Error. Returns where `failure` is null everywhere.
+// Collective, after a part of the work: throws on all ranks the error of the lowest rank that had
+// one, of the same kind and with the same text. Errors that are not ours become Error. Returns
+// where `failure` is null everywhere.
 void agree_on(const Communicator& communicator, std::exception_ptr failure);
 
 // Does `body` on this rank; where it throws on one rank, all ranks throw. Collective.

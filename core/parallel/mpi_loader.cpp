@@ -1,5 +1,6 @@
-// Finds and loads the MPI plug-in: the file named by LOOMSTONE_MPI_PLUGIN, else the one beside the module or program that
-// contains this code (build tree: tests set the variable; Python package: both lie in one directory).
+// Finds and loads the MPI plug-in: the file named by LOOMSTONE_MPI_PLUGIN, else the one beside the
+// module or program that contains this code (build tree: tests set the variable; Python package:
+// both lie in one directory).
 #include <cstdlib>
 #include <filesystem>
 #include <string>
@@ -18,9 +19,12 @@ namespace fs = std::filesystem;
 
 fs::path beside_this_code() {
   Dl_info info{};
-  if (dladdr(reinterpret_cast<const void*>(&launched_by_mpi), &info) == 0 || info.dli_fname == nullptr) return {};
+  if (dladdr(reinterpret_cast<const void*>(&launched_by_mpi), &info) == 0 ||
+      info.dli_fname == nullptr)
+    return {};
   fs::path file = info.dli_fname;
-  if (!file.has_parent_path()) file = "/proc/self/exe";  // a program found on PATH knows only its bare name
+  if (!file.has_parent_path())
+    file = "/proc/self/exe";  // a program found on PATH knows only its bare name
   std::error_code ignored;
   const fs::path whole = fs::canonical(file, ignored);
   return whole.parent_path() / mpi_plugin_file;
@@ -34,19 +38,21 @@ fs::path plugin_path() {
 LoomstoneMakeCommunicator load_plugin() {
   const fs::path path = plugin_path();
   const std::string advice =
-      "; install MPI (Debian: apt-get install libopenmpi-dev openmpi-bin) and rebuild, or run on one rank";
+      "; install MPI (Debian: apt-get install libopenmpi-dev openmpi-bin) and rebuild, or run on "
+      "one rank";
   std::error_code ignored;
   if (!fs::exists(path, ignored))
-    throw Unsupported("several ranks need the MPI plug-in, which is not at " + path.string() + advice);
+    throw Unsupported("several ranks need the MPI plug-in, which is not at " + path.string() +
+                      advice);
   // Global: Open MPI's own components look up symbols of libmpi.
   void* plugin = dlopen(path.c_str(), RTLD_NOW | RTLD_GLOBAL);
   if (plugin == nullptr)
-    throw Unsupported("several ranks need the MPI plug-in, which could not be loaded (" + std::string(dlerror()) + ")" +
-                      advice);
+    throw Unsupported("several ranks need the MPI plug-in, which could not be loaded (" +
+                      std::string(dlerror()) + ")" + advice);
   void* make = dlsym(plugin, mpi_plugin_symbol);
   if (make == nullptr)
-    throw Unsupported("the MPI plug-in must belong to this version of loomstone, got another at " + path.string() +
-                      "; rebuild both together");
+    throw Unsupported("the MPI plug-in must belong to this version of loomstone, got another at " +
+                      path.string() + "; rebuild both together");
   return reinterpret_cast<LoomstoneMakeCommunicator>(make);
 }
 
@@ -64,6 +70,8 @@ std::shared_ptr<const Communicator> mpi_communicator(int fortran_handle) {
   return std::shared_ptr<const Communicator>(made);
 }
 
-bool launched_by_mpi() { return integer_of("OMPI_COMM_WORLD_SIZE") > 1 || integer_of("PMI_SIZE") > 1; }
+bool launched_by_mpi() {
+  return integer_of("OMPI_COMM_WORLD_SIZE") > 1 || integer_of("PMI_SIZE") > 1;
+}
 
 }  // namespace loomstone

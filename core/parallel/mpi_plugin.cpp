@@ -15,7 +15,7 @@ namespace loomstone {
 namespace {
 
 constexpr int exchange_tag = 4711;
-constexpr std::chrono::seconds patience{10};             // how long a rank that failed waits for the others
+constexpr std::chrono::seconds patience{10};  // how long a rank that failed waits for the others
 constexpr std::size_t largest_message = std::size_t{1} << 30;  // [byte] MPI counts are ints
 
 bool finalised() {
@@ -67,7 +67,8 @@ class MpiCommunicator final : public Communicator {
   void gather_all(void* data, const std::vector<std::size_t>& byte_offsets) const override {
     if (byte_offsets.back() > largest_message) {
       for (int root = 0; root < size_; ++root)
-        broadcast(static_cast<char*>(data) + byte_offsets[root], byte_offsets[root + 1] - byte_offsets[root], root);
+        broadcast(static_cast<char*>(data) + byte_offsets[root],
+                  byte_offsets[root + 1] - byte_offsets[root], root);
       return;
     }
     counts_.resize(size_);
@@ -76,18 +77,21 @@ class MpiCommunicator final : public Communicator {
       displacements_[other] = static_cast<int>(byte_offsets[other]);
       counts_[other] = static_cast<int>(byte_offsets[other + 1] - byte_offsets[other]);
     }
-    MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_BYTE, data, counts_.data(), displacements_.data(), MPI_BYTE, comm_);
+    MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_BYTE, data, counts_.data(), displacements_.data(), MPI_BYTE,
+                   comm_);
   }
 
   void exchange(const std::vector<Message>& to, const std::vector<Message>& from) const override {
     requests_.clear();
     for (const Message& message : from)
       in_parts(message, [&](void* data, int bytes) {
-        MPI_Irecv(data, bytes, MPI_BYTE, message.rank, exchange_tag, comm_, &requests_.emplace_back());
+        MPI_Irecv(data, bytes, MPI_BYTE, message.rank, exchange_tag, comm_,
+                  &requests_.emplace_back());
       });
     for (const Message& message : to)
       in_parts(message, [&](void* data, int bytes) {
-        MPI_Isend(data, bytes, MPI_BYTE, message.rank, exchange_tag, comm_, &requests_.emplace_back());
+        MPI_Isend(data, bytes, MPI_BYTE, message.rank, exchange_tag, comm_,
+                  &requests_.emplace_back());
       });
     MPI_Waitall(static_cast<int>(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE);
   }
@@ -143,7 +147,7 @@ class MpiCommunicator final : public Communicator {
 
   MPI_Comm comm_ = MPI_COMM_NULL, failures_ = MPI_COMM_NULL;
   int rank_ = 0, size_ = 1;
-  mutable std::vector<int> counts_, displacements_;   // scratch, kept to spare allocations
+  mutable std::vector<int> counts_, displacements_;  // scratch, kept to spare allocations
   mutable std::vector<MPI_Request> requests_;
   mutable std::string agreed_;
 };
@@ -152,17 +156,21 @@ class MpiCommunicator final : public Communicator {
 
 }  // namespace loomstone
 
-extern "C" const loomstone::Communicator* loomstone_make_communicator_2(int fortran_handle, const char** problem) {
+extern "C" const loomstone::Communicator* loomstone_make_communicator_2(int fortran_handle,
+                                                                        const char** problem) {
   using namespace loomstone;
   int initialised = 0;
   MPI_Initialized(&initialised);
   if (finalised()) {
-    *problem = "MPI must not be finalised before a simulation starts; create the simulation earlier";
+    *problem =
+        "MPI must not be finalised before a simulation starts; create the simulation earlier";
     return nullptr;
   }
   if (!initialised) {
     if (fortran_handle != -1) {
-      *problem = "a communicator was given but MPI is not initialised; initialise it first (import mpi4py.MPI)";
+      *problem =
+          "a communicator was given but MPI is not initialised; initialise it first (import "
+          "mpi4py.MPI)";
       return nullptr;
     }
     // Only the thread that steps the simulation calls MPI.
@@ -173,7 +181,8 @@ extern "C" const loomstone::Communicator* loomstone_make_communicator_2(int fort
   int provided = MPI_THREAD_SINGLE;
   MPI_Query_thread(&provided);
   if (provided < MPI_THREAD_FUNNELED) {
-    *problem = "MPI must be initialised for threads (MPI_THREAD_FUNNELED at least), got MPI_THREAD_SINGLE";
+    *problem =
+        "MPI must be initialised for threads (MPI_THREAD_FUNNELED at least), got MPI_THREAD_SINGLE";
     return nullptr;
   }
   const MPI_Comm original = fortran_handle == -1 ? MPI_COMM_WORLD : MPI_Comm_f2c(fortran_handle);

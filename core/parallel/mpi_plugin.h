@@ -4,8 +4,10 @@
 #include "core/parallel/communicator.h"
 
 extern "C" {
-// A new communicator that duplicates `fortran_handle` (-1: the world); null with a sentence in *problem where that fails.
-using LoomstoneMakeCommunicator = const loomstone::Communicator* (*)(int fortran_handle, const char** problem);
+// A new communicator that duplicates `fortran_handle` (-1: the world); null with a sentence in
+// *problem where that fails.
+using LoomstoneMakeCommunicator = const loomstone::Communicator* (*)(int fortran_handle,
+                                                                     const char** problem);
 }
 
 namespace loomstone {

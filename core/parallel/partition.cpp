@@ -1,5 +1,6 @@
-// Order of vertices by recursive bisection (METIS, the only file that includes it). Karypis and Kumar, "A fast and high
-// quality multilevel scheme for partitioning irregular graphs", SIAM J. Sci. Comput. 20 (1998).
+// Order of vertices by recursive bisection (METIS, the only file that includes it). Karypis and
+// Kumar, "A fast and high quality multilevel scheme for partitioning irregular graphs", SIAM J.
+// Sci. Comput. 20 (1998).
 #include "core/parallel/partition.h"
 
 #include <metis.h>
@@ -33,7 +34,8 @@ class Bisection {
     const Index n = end - begin, n_blocks = (n + rows_per_block - 1) / rows_per_block;
     if (n_blocks <= 1) return breadth_first(begin, end);
     extract(begin, end);
-    // The first part takes whole blocks, so that cuts between blocks are near cuts of the bisection.
+    // The first part takes whole blocks, so that cuts between blocks are near cuts of the
+    // bisection.
     const Index target = n_blocks / 2 * rows_per_block;
     const Index middle = begin + bisect(begin, n, target);
     split(begin, middle);
@@ -56,16 +58,19 @@ class Bisection {
     for (Index place = begin; place < end; ++place) local_[order_[place]] = -1;
   }
 
-  // Moves the vertices of the first part to the front, both parts in ascending place; returns the size of the first part.
+  // Moves the vertices of the first part to the front, both parts in ascending place; returns the
+  // size of the first part.
   Index bisect(Index begin, Index n, Index target) {
     idx_t n_vertices = n, n_constraints = 1, n_parts = 2, cut = 0;
-    std::array<real_t, 2> shares = {static_cast<real_t>(target) / n, static_cast<real_t>(n - target) / n};
+    std::array<real_t, 2> shares = {static_cast<real_t>(target) / n,
+                                    static_cast<real_t>(n - target) / n};
     std::array<idx_t, METIS_NOPTIONS> options;
     METIS_SetDefaultOptions(options.data());
     options[METIS_OPTION_SEED] = 1;
     part_.assign(n, 0);
-    METIS_PartGraphRecursive(&n_vertices, &n_constraints, sub_start_.data(), sub_adjacent_.data(), nullptr, nullptr,
-                             nullptr, &n_parts, shares.data(), nullptr, options.data(), &cut, part_.data());
+    METIS_PartGraphRecursive(&n_vertices, &n_constraints, sub_start_.data(), sub_adjacent_.data(),
+                             nullptr, nullptr, nullptr, &n_parts, shares.data(), nullptr,
+                             options.data(), &cut, part_.data());
     const Index first = n - std::accumulate(part_.begin(), part_.end(), Index{0});
     if (first == 0 || first == n) return target;  // METIS found no cut: keep the order
     moved_.clear();

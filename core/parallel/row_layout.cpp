@@ -27,11 +27,13 @@ RowLayout::RowLayout(Index n_rows, std::shared_ptr<const Communicator> communica
 }
 
 int RowLayout::owner(Index row) const {
-  return static_cast<int>(std::upper_bound(starts_.begin(), starts_.end(), row) - starts_.begin()) - 1;
+  return static_cast<int>(std::upper_bound(starts_.begin(), starts_.end(), row) - starts_.begin()) -
+         1;
 }
 
 double RowLayout::ordered_sum(std::vector<double>& block_sums) const {
-  assert(static_cast<Index>(block_sums.size()) == blocks_of(n_rows()) && "one sum a block of all rows");
+  assert(static_cast<Index>(block_sums.size()) == blocks_of(n_rows()) &&
+         "one sum a block of all rows");
   if (!single()) communicator_->gather_all(block_sums.data(), sum_offsets_);
   double total = 0.0;
   for (const double sum : block_sums) total += sum;
@@ -41,7 +43,8 @@ double RowLayout::ordered_sum(std::vector<double>& block_sums) const {
 void RowLayout::exchange_rows(const Halo& halo, void* rows, std::size_t row_bytes) const {
   if (single()) return;
   std::size_t n_rows = 0;
-  for (const Halo::Neighbour& neighbour : halo.neighbours) n_rows += neighbour.send.size() + neighbour.receive.size();
+  for (const Halo::Neighbour& neighbour : halo.neighbours)
+    n_rows += neighbour.send.size() + neighbour.receive.size();
   std::vector<std::byte> buffer(n_rows * row_bytes);
   std::vector<Communicator::Message> to, from;
   std::byte* next = buffer.data();
@@ -50,7 +53,9 @@ void RowLayout::exchange_rows(const Halo& halo, void* rows, std::size_t row_byte
     next += n * row_bytes;
     return made;
   };
-  const auto row_at = [&](Index row) { return static_cast<std::byte*>(rows) + static_cast<std::size_t>(row) * row_bytes; };
+  const auto row_at = [&](Index row) {
+    return static_cast<std::byte*>(rows) + static_cast<std::size_t>(row) * row_bytes;
+  };
   for (const Halo::Neighbour& neighbour : halo.neighbours) {
     to.push_back(message(neighbour.rank, neighbour.send.size()));
     std::byte* slot = static_cast<std::byte*>(to.back().data);
@@ -70,7 +75,8 @@ void RowLayout::exchange_rows(const Halo& halo, void* rows, std::size_t row_byte
 void RowLayout::gather(double* rows, Index stride) const {
   if (single()) return;
   std::vector<std::size_t> offsets;
-  for (const Index start : starts_) offsets.push_back(sizeof(double) * static_cast<std::size_t>(start) * stride);
+  for (const Index start : starts_)
+    offsets.push_back(sizeof(double) * static_cast<std::size_t>(start) * stride);
   communicator_->gather_all(rows, offsets);
 }
 

@@ -17,9 +17,11 @@ namespace {
 std::atomic<bool> region_has_run{false};
 std::atomic<bool> forked_after_region{false};
 
-// libgomp's pool of threads does not survive a fork, and the child's first region waits for it for ever.
+// libgomp's pool of threads does not survive a fork, and the child's first region waits for it for
+// ever.
 void in_forked_child() {
-  if (region_has_run.load(std::memory_order_relaxed)) forked_after_region.store(true, std::memory_order_relaxed);
+  if (region_has_run.load(std::memory_order_relaxed))
+    forked_after_region.store(true, std::memory_order_relaxed);
 }
 
 }  // namespace
@@ -27,7 +29,8 @@ void in_forked_child() {
 int default_thread_count() {
   cpu_set_t allowed;
   CPU_ZERO(&allowed);
-  if (sched_getaffinity(0, sizeof allowed, &allowed) == 0 && CPU_COUNT(&allowed) > 0) return CPU_COUNT(&allowed);
+  if (sched_getaffinity(0, sizeof allowed, &allowed) == 0 && CPU_COUNT(&allowed) > 0)
+    return CPU_COUNT(&allowed);
   return std::max(1, omp_get_num_procs());
 }
 
@@ -39,19 +42,24 @@ void check_not_forked() {
   }
   if (forked_after_region.load(std::memory_order_relaxed))
     throw Unsupported(
-        "a forked process cannot run parallel loops, got a fork after the parent had run one; start processes by "
+        "a forked process cannot run parallel loops, got a fork after the parent had run one; "
+        "start processes by "
         "\"spawn\" or use threads=1");
 }
 
-BusyTimer::BusyTimer(const Team& team) : seconds_(team.busy ? team.busy + omp_get_thread_num() : nullptr) {
+BusyTimer::BusyTimer(const Team& team)
+    : seconds_(team.busy ? team.busy + omp_get_thread_num() : nullptr) {
   if (seconds_) start_ = std::chrono::steady_clock::now();
 }
 
 BusyTimer::~BusyTimer() {
-  if (seconds_) *seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  if (seconds_)
+    *seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
 }
 
-NoNestedRegions::NoNestedRegions() : levels_(omp_get_max_active_levels()) { omp_set_max_active_levels(0); }
+NoNestedRegions::NoNestedRegions() : levels_(omp_get_max_active_levels()) {
+  omp_set_max_active_levels(0);
+}
 NoNestedRegions::~NoNestedRegions() { omp_set_max_active_levels(levels_); }
 
 }  // namespace loomstone

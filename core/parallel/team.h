@@ -1,5 +1,6 @@
-// The threads of one simulation and the loops that run on them. The result of every helper is the same for any number of
-// threads: a loop writes only to slots its index owns; a sum adds fixed blocks of rows in order.
+// The threads of one simulation and the loops that run on them. The result of every helper is the
+// same for any number of threads: a loop writes only to slots its index owns; a sum adds fixed
+// blocks of rows in order.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +13,8 @@
 
 namespace loomstone {
 
-// Rows that are summed together before block sums are added in order; cuts between ranks fall on multiples of it.
+// Rows that are summed together before block sums are added in order; cuts between ranks fall on
+// multiples of it.
 inline constexpr Index rows_per_block = 128;
 
 struct Team {
@@ -24,7 +26,8 @@ struct Team {
 // Number of threads to use when the user asks for none (processors this process may run on).
 int default_thread_count();
 
-// Throws Unsupported when called in a process forked after a parallel loop has run (libgomp would hang).
+// Throws Unsupported when called in a process forked after a parallel loop has run (libgomp would
+// hang).
 void check_not_forked();
 
 // Adds the time of its life to the calling thread's.
@@ -40,7 +43,8 @@ class BusyTimer {
   std::chrono::steady_clock::time_point start_;
 };
 
-// Keeps the first exception of a parallel loop, which must not leave its thread, and throws it after the loop.
+// Keeps the first exception of a parallel loop, which must not leave its thread, and throws it
+// after the loop.
 class FirstFailure {
  public:
   template <class Work>
@@ -60,8 +64,8 @@ class FirstFailure {
   std::exception_ptr failure_;
 };
 
-// Calls body(begin, end) on ranges that cover [0, n). Ranges start at multiples of `grain`. Serial when n <= grain.
-// The first exception is carried out of the loop. Do not nest.
+// Calls body(begin, end) on ranges that cover [0, n). Ranges start at multiples of `grain`. Serial
+// when n <= grain. The first exception is carried out of the loop. Do not nest.
 template <class Body>
 void parallel_ranges(const Team& team, Index n, Index grain, Body&& body) {
   if (team.iterations) *team.iterations += n;
@@ -85,7 +89,8 @@ void parallel_ranges(const Team& team, Index n, Index grain, Body&& body) {
   failure.rethrow();
 }
 
-// Calls body(i) for every i of [0, n), each a task of its own that an idle thread takes: for work of uneven size.
+// Calls body(i) for every i of [0, n), each a task of its own that an idle thread takes: for work
+// of uneven size.
 template <class Body>
 void parallel_tasks(const Team& team, Index n, Body&& body) {
   if (team.iterations) *team.iterations += n;

@@ -12,12 +12,14 @@ void know_polyhedron(btCollisionShape& shape, Polyhedron polyhedron, Shapes& sha
   shape.setUserPointer(shapes.polyhedra.back().get());
 }
 
-// Convex hull. Bullet adds the margin of a hull outside, so its points are those of a shrunken core.
+// Convex hull. Bullet adds the margin of a hull outside, so its points are those of a shrunken
+// core.
 void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes& shapes) {
   btConvexHullComputer hull;
   hull.compute(points.front().data(), sizeof(Vec3), static_cast<int>(points.size()), 0.0, 0.0);
   std::vector<Vec3> vertices;  // the given ones: the hull's own are rounded to 1e-4 of its size
-  for (int i = 0; i < hull.vertices.size(); ++i) vertices.push_back(points[hull.original_vertex_index[i]]);
+  for (int i = 0; i < hull.vertices.size(); ++i)
+    vertices.push_back(points[hull.original_vertex_index[i]]);
   std::vector<std::vector<int>> faces(hull.faces.size());
   for (int f = 0; f < hull.faces.size(); ++f) {
     const btConvexHullComputer::Edge* const start = &hull.edges[hull.faces[f]];
@@ -31,9 +33,11 @@ void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes&
   constexpr int most_looked_through = 2000;  // by faces times faces; what is larger is round
   if (!polyhedron && hull.vertices.size() <= most_looked_through) {
     const std::vector<Vec3> corners = Polyhedron(vertices, faces).corners();
-    if (corners.size() >= 4 && corners.size() <= most_polyhedron_vertices) return add_hull(corners, where, shapes);
+    if (corners.size() >= 4 && corners.size() <= most_polyhedron_vertices)
+      return add_hull(corners, where, shapes);
   }
-  const ConvexCore core = convex_core(vertices, faces, polyhedron ? polyhedron_margin : round_margin, where);
+  const ConvexCore core =
+      convex_core(vertices, faces, polyhedron ? polyhedron_margin : round_margin, where);
   auto shape = std::make_unique<btConvexHullShape>();
   shape->setMargin(core.margin);
   for (const Vec3& point : core.points) shape->addPoint(to_bullet(point), false);
@@ -47,14 +51,17 @@ void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes&
 
 }  // namespace
 
-Shapes make_shapes(const RigidBody& body, const MassProperties& mass, const Mat3& principal, const std::string& where) {
+Shapes make_shapes(const RigidBody& body, const MassProperties& mass, const Mat3& principal,
+                   const std::string& where) {
   check_shape(body, where);
   const TriangleMesh& mesh = *body.mesh;
   Shapes shapes;
   if (body.shape == "sphere") {
-    shapes.all.push_back(std::make_unique<btSphereShape>(sphere_radius(mesh, mass, body.density, where)));
+    shapes.all.push_back(
+        std::make_unique<btSphereShape>(sphere_radius(mesh, mass, body.density, where)));
   } else if (body.shape == "box") {
-    const Vec3 low = mesh.vertices().colwise().minCoeff().transpose(), high = mesh.vertices().colwise().maxCoeff().transpose();
+    const Vec3 low = mesh.vertices().colwise().minCoeff().transpose(),
+               high = mesh.vertices().colwise().maxCoeff().transpose();
     const Vec3 half = 0.5 * (high - low);
     auto box = std::make_unique<btBoxShape>(to_bullet(half));
     box->setMargin(0.05 * half.minCoeff());  // lies inside the box
@@ -64,14 +71,16 @@ Shapes make_shapes(const RigidBody& body, const MassProperties& mass, const Mat3
     shapes.all.push_back(std::move(box));
     if (offset.norm() < 1e-9 * half.norm() && principal.isIdentity(0.0)) return shapes;
     auto placed = std::make_unique<btCompoundShape>();
-    placed->addChildShape(btTransform(to_bullet(Mat3(principal.transpose())), to_bullet(offset)), &shapes.whole());
+    placed->addChildShape(btTransform(to_bullet(Mat3(principal.transpose())), to_bullet(offset)),
+                          &shapes.whole());
     shapes.all.push_back(std::move(placed));
   } else if (body.shape == "convex") {
     add_hull(body_points(mesh, mass.centre, principal), where + ".mesh", shapes);
   } else {  // parts
     auto compound = std::make_unique<btCompoundShape>();
     for (std::size_t k = 0; k < body.parts.size(); ++k) {
-      add_hull(body_points(*body.parts[k], mass.centre, principal), where + ".parts[" + std::to_string(k) + "]", shapes);
+      add_hull(body_points(*body.parts[k], mass.centre, principal),
+               where + ".parts[" + std::to_string(k) + "]", shapes);
       compound->addChildShape(btTransform::getIdentity(), &shapes.whole());
     }
     shapes.all.push_back(std::move(compound));

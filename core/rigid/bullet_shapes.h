@@ -20,8 +20,10 @@ struct Shapes {
   btCollisionShape& whole() const { return *all.back(); }
 };
 
-// `principal`: Bullet's body axes in mesh axes (columns). Throws InvalidInput where the mesh does not have the shape.
-Shapes make_shapes(const RigidBody& body, const MassProperties& mass, const Mat3& principal, const std::string& where);
+// `principal`: Bullet's body axes in mesh axes (columns). Throws InvalidInput where the mesh does
+// not have the shape.
+Shapes make_shapes(const RigidBody& body, const MassProperties& mass, const Mat3& principal,
+                   const std::string& where);
 
 // Triangles as Bullet reads them; owns the arrays.
 struct ObstacleMesh {
@@ -30,7 +32,8 @@ struct ObstacleMesh {
   btTriangleIndexVertexArray arrays;
   std::unique_ptr<btBvhTriangleMeshShape> shape;
 
-  explicit ObstacleMesh(const TriangleMesh& mesh) : vertices(mesh.vertices()), triangles(mesh.triangles()) {
+  explicit ObstacleMesh(const TriangleMesh& mesh)
+      : vertices(mesh.vertices()), triangles(mesh.triangles()) {
     btIndexedMesh indexed;
     indexed.m_numTriangles = static_cast<int>(triangles.rows());
     indexed.m_triangleIndexBase = reinterpret_cast<const unsigned char*>(triangles.data());

@@ -53,8 +53,10 @@ class ByteReader {
 
   void require(bool fits) const {
     if (fits) return;
-    throw InvalidInput("rigid state: the saved contact points must be those of this scene, got bytes that do not fit; "
-                       "load the state with the scene it was saved from");
+    throw InvalidInput(
+        "rigid state: the saved contact points must be those of this scene, got bytes that do not "
+        "fit; "
+        "load the state with the scene it was saved from");
   }
 
  private:

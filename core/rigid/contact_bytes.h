@@ -15,20 +15,24 @@
 
 namespace loomstone {
 
-// Calls visit on every field that Bullet carries from step to step: 35 real numbers, then 6 whole ones.
+// Calls visit on every field that Bullet carries from step to step: 35 real numbers, then 6 whole
+// ones.
 template <class Point, class Visitor>
 void for_each_field_of(Point& p, Visitor&& visit) {
-  for (auto* vector : {&p.m_localPointA, &p.m_localPointB, &p.m_positionWorldOnA, &p.m_positionWorldOnB,
-                       &p.m_normalWorldOnB, &p.m_lateralFrictionDir1, &p.m_lateralFrictionDir2}) {
+  for (auto* vector :
+       {&p.m_localPointA, &p.m_localPointB, &p.m_positionWorldOnA, &p.m_positionWorldOnB,
+        &p.m_normalWorldOnB, &p.m_lateralFrictionDir1, &p.m_lateralFrictionDir2}) {
     for (int i = 0; i < 3; ++i) visit((*vector)[i]);
   }
-  for (auto* number : {&p.m_distance1, &p.m_combinedFriction, &p.m_combinedRollingFriction, &p.m_combinedSpinningFriction,
-                       &p.m_combinedRestitution, &p.m_appliedImpulse, &p.m_prevRHS, &p.m_appliedImpulseLateral1,
-                       &p.m_appliedImpulseLateral2, &p.m_contactMotion1, &p.m_contactMotion2, &p.m_contactCFM,
-                       &p.m_contactERP, &p.m_frictionCFM}) {
+  for (auto* number :
+       {&p.m_distance1, &p.m_combinedFriction, &p.m_combinedRollingFriction,
+        &p.m_combinedSpinningFriction, &p.m_combinedRestitution, &p.m_appliedImpulse, &p.m_prevRHS,
+        &p.m_appliedImpulseLateral1, &p.m_appliedImpulseLateral2, &p.m_contactMotion1,
+        &p.m_contactMotion2, &p.m_contactCFM, &p.m_contactERP, &p.m_frictionCFM}) {
     visit(*number);
   }
-  for (auto* number : {&p.m_partId0, &p.m_partId1, &p.m_index0, &p.m_index1, &p.m_contactPointFlags, &p.m_lifeTime}) {
+  for (auto* number : {&p.m_partId0, &p.m_partId1, &p.m_index0, &p.m_index1, &p.m_contactPointFlags,
+                       &p.m_lifeTime}) {
     visit(*number);
   }
 }
@@ -53,22 +57,27 @@ inline void write_manifold(ByteWriter& bytes, const btPersistentManifold& manifo
   }
 }
 
-// A saved manifold goes to the first unused one of its pair; one whose pair no longer overlaps has nothing to hold.
+// A saved manifold goes to the first unused one of its pair; one whose pair no longer overlaps has
+// nothing to hold.
 inline void read_manifolds(ByteReader& bytes, btCollisionDispatcher& dispatcher) {
   std::map<std::pair<int, int>, std::deque<btPersistentManifold*>> unused;
   for (int k = 0; k < dispatcher.getNumManifolds(); ++k) {
     btPersistentManifold* manifold = dispatcher.getManifoldByIndexInternal(k);
-    unused[{manifold->getBody0()->getUserIndex(), manifold->getBody1()->getUserIndex()}].push_back(manifold);
+    unused[{manifold->getBody0()->getUserIndex(), manifold->getBody1()->getUserIndex()}].push_back(
+        manifold);
   }
   const int n_manifolds = bytes.read<std::int32_t>();
   for (int m = 0; m < n_manifolds; ++m) {
-    const int first = bytes.read<std::int32_t>(), second = bytes.read<std::int32_t>(), n_points = bytes.read<std::int32_t>();
+    const int first = bytes.read<std::int32_t>(), second = bytes.read<std::int32_t>(),
+              n_points = bytes.read<std::int32_t>();
     bytes.require(0 <= n_points && n_points <= MANIFOLD_CACHE_SIZE);
     btPersistentManifold* target = nullptr;
-    if (auto& left = unused[{first, second}]; !left.empty()) target = left.front(), left.pop_front();
+    if (auto& left = unused[{first, second}]; !left.empty())
+      target = left.front(), left.pop_front();
     for (int k = 0; k < n_points; ++k) {
       btManifoldPoint point;
-      for_each_field_of(point, [&](auto& value) { value = bytes.read<std::decay_t<decltype(value)>>(); });
+      for_each_field_of(point,
+                        [&](auto& value) { value = bytes.read<std::decay_t<decltype(value)>>(); });
       if (target) target->addManifoldPoint(point);
     }
   }
@@ -82,7 +91,8 @@ inline void write_places(ByteWriter& bytes, const ObstaclePlaces& places) {
     for (int k = 0; k < 3; ++k) bytes.write(pose.position[k]);
     for (int k = 0; k < 4; ++k) bytes.write(pose.orientation[k]);
   }
-  for (const double coordinate : places.deformed.reshaped<Eigen::RowMajor>()) bytes.write(coordinate);
+  for (const double coordinate : places.deformed.reshaped<Eigen::RowMajor>())
+    bytes.write(coordinate);
 }
 
 // Into places of as many obstacles.
@@ -92,7 +102,8 @@ inline void read_places(ByteReader& bytes, ObstaclePlaces& places) {
     for (int k = 0; k < 3; ++k) pose.position[k] = bytes.read<double>();
     for (int k = 0; k < 4; ++k) pose.orientation[k] = bytes.read<double>();
   }
-  for (double& coordinate : places.deformed.reshaped<Eigen::RowMajor>()) coordinate = bytes.read<double>();
+  for (double& coordinate : places.deformed.reshaped<Eigen::RowMajor>())
+    coordinate = bytes.read<double>();
 }
 
 }  // namespace loomstone

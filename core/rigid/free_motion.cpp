@@ -34,21 +34,25 @@ Vec3 angular_velocity(const Rotor& rotor, const Vec4& orientation, const Vec3& a
   return axes * (axes.transpose() * angular_momentum).cwiseQuotient(rotor.moments);
 }
 
-Vec4 freely_turned(const Rotor& rotor, const Vec4& orientation, const Vec3& angular_momentum, double step) {
+Vec4 freely_turned(const Rotor& rotor, const Vec4& orientation, const Vec3& angular_momentum,
+                   double step) {
   // B is the moment nearest to another: axially symmetric bodies then turn about two axes only.
   const Vec3 inverse = rotor.moments.cwiseInverse();
   int b = 0;
   double nearest = std::numeric_limits<double>::infinity();
   for (int k = 0; k < 3; ++k) {
-    const double gap =
-        std::min(std::abs(inverse[(k + 1) % 3] - inverse[k]), std::abs(inverse[(k + 2) % 3] - inverse[k]));
+    const double gap = std::min(std::abs(inverse[(k + 1) % 3] - inverse[k]),
+                                std::abs(inverse[(k + 2) % 3] - inverse[k]));
     if (gap < nearest) nearest = gap, b = k;
   }
   const int a = (b + 1) % 3, c = (b + 2) % 3;
   const double rate_a = inverse[a] - inverse[b], rate_c = inverse[c] - inverse[b];
-  const Vec4 about_momentum = quaternion_from_rotation_vector(angular_momentum * (step * inverse[b]));
+  const Vec4 about_momentum =
+      quaternion_from_rotation_vector(angular_momentum * (step * inverse[b]));
   Vec4 q = orientation;
-  const auto momentum_along = [&](int k) { return (rotation_matrix(q) * rotor.axes.col(k)).dot(angular_momentum); };
+  const auto momentum_along = [&](int k) {
+    return (rotation_matrix(q) * rotor.axes.col(k)).dot(angular_momentum);
+  };
   q = quaternion_product(q, about_axis(rotor, a, 0.5 * step * rate_a * momentum_along(a)));
   q = quaternion_product(q, about_axis(rotor, c, 0.5 * step * rate_c * momentum_along(c)));
   q = quaternion_product(about_momentum, q);

@@ -1,5 +1,5 @@
-// Rotation of bodies between contacts: angular momentum in world axes is the variable, so that torques add to it and a free
-// body keeps it to the last bit.
+// Rotation of bodies between contacts: angular momentum in world axes is the variable, so that
+// torques add to it and a free body keeps it to the last bit.
 #pragma once
 
 #include "core/base/rotation.h"
@@ -19,9 +19,11 @@ Rotor make_rotor(const Mat3& inertia);
 Vec3 angular_momentum(const Rotor& rotor, const Vec4& orientation, const Vec3& angular_velocity);
 Vec3 angular_velocity(const Rotor& rotor, const Vec4& orientation, const Vec3& angular_momentum);
 
-// Orientation after `step` [s] of free rotation. The kinetic energy L.L/2B + (1/A - 1/B) L_a^2/2 + (1/C - 1/B) L_c^2/2 is
-// taken apart into rotations about L, about axis a and about axis c, in the symmetric order of [Dullweber1997]: of second
-// order, reversible, exact for bodies with two equal moments.
-Vec4 freely_turned(const Rotor& rotor, const Vec4& orientation, const Vec3& angular_momentum, double step);
+// Orientation after `step` [s] of free rotation. The kinetic energy L.L/2B + (1/A - 1/B) L_a^2/2 +
+// (1/C - 1/B) L_c^2/2 is taken apart into rotations about L, about axis a and about axis c, in the
+// symmetric order of [Dullweber1997]: of second order, reversible, exact for bodies with two equal
+// moments.
+Vec4 freely_turned(const Rotor& rotor, const Vec4& orientation, const Vec3& angular_momentum,
+                   double step);
 
 }  // namespace loomstone

@@ -9,14 +9,16 @@ namespace loomstone {
 
 namespace {
 
-constexpr double same_plane = 1e-4;  // sine of the angle up to which what lies beside goes on in the same plane
-constexpr double turned_to = 0.98;   // cosine of that up to which a face lies on another: 11 degrees
+constexpr double same_plane =
+    1e-4;  // sine of the angle up to which what lies beside goes on in the same plane
+constexpr double turned_to = 0.98;  // cosine of that up to which a face lies on another: 11 degrees
 
 using Contacts = HullOnTriangles::Contacts;
 
-// Four of the contacts in one plane. First those that bear, the deepest but for a fiftieth of `near`: of these the outermost,
-// the one farthest from it, and those farthest out on either side of the line through the two. Then those farthest from all
-// before them. What was there in the step before is taken for a little deeper and farther out than it is.
+// Four of the contacts in one plane. First those that bear, the deepest but for a fiftieth of
+// `near`: of these the outermost, the one farthest from it, and those farthest out on either side
+// of the line through the two. Then those farthest from all before them. What was there in the step
+// before is taken for a little deeper and farther out than it is.
 void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
   if (contacts.size() <= 4) return;
   constexpr double bearing = 0.02, stays = 1.05;
@@ -51,9 +53,11 @@ void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
     const Vec3 first = contacts[0].point;
     bring(1, n, 1e-6, [&](const HullContact& c) { return (c.point - first).squaredNorm(); });
     const Vec3 line = contacts[1].point - first;
-    bring(2, n, 1e-6, [&](const HullContact& c) { return (c.point - first).cross(line).squaredNorm(); });
+    bring(2, n, 1e-6,
+          [&](const HullContact& c) { return (c.point - first).cross(line).squaredNorm(); });
     const Vec3 side = (contacts[2].point - first).cross(line);
-    bring(3, n, 1e-6, [&](const HullContact& c) { return -side.dot((c.point - first).cross(line)); });
+    bring(3, n, 1e-6,
+          [&](const HullContact& c) { return -side.dot((c.point - first).cross(line)); });
     contacts.resize(4);
     return;
   }
@@ -63,7 +67,8 @@ void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
   for (std::size_t place = n; place < 4; ++place)
     bring(place, contacts.size(), 0.1, [&](const HullContact& c) {
       double least = (c.point - contacts[0].point).squaredNorm();
-      for (std::size_t k = 1; k < place; ++k) least = std::min(least, (c.point - contacts[k].point).squaredNorm());
+      for (std::size_t k = 1; k < place; ++k)
+        least = std::min(least, (c.point - contacts[k].point).squaredNorm());
       return least;
     });
   contacts.resize(4);
@@ -71,12 +76,14 @@ void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
 
 }  // namespace
 
-bool HullOnTriangles::reaches_farthest(const Vec3& direction, const Corners& triangle, unsigned among) const {
+bool HullOnTriangles::reaches_farthest(const Vec3& direction, const Corners& triangle,
+                                       unsigned among) const {
   const Vec3& from = triangle[among & 1u ? 0 : among & 2u ? 1 : 2];
   for (const Corners& other : *triangles_) {
     bool shares = true;
     for (int k = 0; k < 3; ++k)
-      if (among & (1u << k)) shares &= std::find(other.begin(), other.end(), triangle[k]) != other.end();
+      if (among & (1u << k))
+        shares &= std::find(other.begin(), other.end(), triangle[k]) != other.end();
     if (!shares) continue;
     for (const Vec3& corner : other)
       if (direction.dot(corner - from) > same_plane * (corner - from).norm()) return false;
@@ -84,16 +91,19 @@ bool HullOnTriangles::reaches_farthest(const Vec3& direction, const Corners& tri
   return true;
 }
 
-bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal, double near, Axis& best,
-                                    Axis& met) const {
+bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal, double near,
+                                    Axis& best, Axis& met) const {
   const Polyhedron& hull = *hull_;
   best = {normal, normal.dot(hull.points[0] - triangle[0]), -1, -1, true, triangle[0]};
-  for (const Vec3& point : hull.points) best.gap = std::min(best.gap, normal.dot(point - triangle[0]));
+  for (const Vec3& point : hull.points)
+    best.gap = std::min(best.gap, normal.dot(point - triangle[0]));
   if (best.gap > near) return false;
   double apart = best.gap;  // by whatever axis
   met = best;
   // What does not overlap clearly less than by an axis before is left: contacts stay of one kind.
-  const auto better = [&](double gap, const Axis& than) { return gap > than.gap + 1e-3 * near + 0.05 * std::abs(than.gap); };
+  const auto better = [&](double gap, const Axis& than) {
+    return gap > than.gap + 1e-3 * near + 0.05 * std::abs(than.gap);
+  };
   const auto consider = [&](Axis axis, unsigned among) {
     if (!better(axis.gap, met)) return;
     axis.met = reaches_farthest(axis.direction, triangle, among);
@@ -120,10 +130,12 @@ bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal,
       const Vec3 across = along.cross(reach);
       const double length = across.norm();
       if (length < same_plane * along.norm() * reach.norm()) continue;
-      // The hull is met by this edge in directions between the normals of its two faces, the triangle by its side where the rest
-      // lies behind.
+      // The hull is met by this edge in directions between the normals of its two faces, the
+      // triangle by its side where the rest lies behind.
       const Vec3 direction = across / (across.dot(first + second) > 0.0 ? -length : length);
-      if (turn * direction.cross(first).dot(along) < 0.0 || turn * second.cross(direction).dot(along) < 0.0) continue;
+      if (turn * direction.cross(first).dot(along) < 0.0 ||
+          turn * second.cross(direction).dot(along) < 0.0)
+        continue;
       if (direction.dot(triangle[(side + 2) % 3] - start) > 0.0) continue;
       const double gap = direction.dot(from - start);
       if (gap > near) return false;
@@ -133,7 +145,8 @@ bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal,
       const double on_hull = between.cross(reach).dot(across) / (length * length),
                    on_side = between.cross(along).dot(across) / (length * length);
       if (on_hull < 0.0 || on_hull > 1.0 || on_side < 0.0 || on_side > 1.0) continue;
-      consider({direction, gap, -1, static_cast<Index>(e), true, start + on_side * reach}, 1u << side | 1u << (side + 1) % 3);
+      consider({direction, gap, -1, static_cast<Index>(e), true, start + on_side * reach},
+               1u << side | 1u << (side + 1) % 3);
     }
   }
   return best.gap > 0.0 || apart < 0.01 * near;
@@ -141,11 +154,13 @@ bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal,
 
 // The ends of what lies of the hull's edges above the triangle.
 void HullOnTriangles::clip_hull(const Corners& triangle, const Vec3& normal, double near) {
-  const double turn = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).dot(normal) > 0.0 ? 1.0 : -1.0;
+  const double turn =
+      (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).dot(normal) > 0.0 ? 1.0 : -1.0;
   for (const auto& edge : hull_->edges) {
     const Vec3 &from = hull_->points[edge.points[0]], &to = hull_->points[edge.points[1]];
     double low = 0.0, high = 1.0;
-    const auto keep_below = [&](double at_from, double at_to) {  // the part where a linear function is at most 0
+    const auto keep_below = [&](double at_from,
+                                double at_to) {  // the part where a linear function is at most 0
       if (at_from > 0.0 && at_to > 0.0) high = -1.0;
       if (at_from > 0.0 && at_to <= 0.0) low = std::max(low, at_from / (at_from - at_to));
       if (at_from <= 0.0 && at_to > 0.0) high = std::min(high, at_from / (at_from - at_to));
@@ -158,7 +173,8 @@ void HullOnTriangles::clip_hull(const Corners& triangle, const Vec3& normal, dou
     }
     if (low > high) continue;
     for (const double share : {low, high}) {
-      if ((share == low_end && share > 0.0) || (share == high_end && share < 1.0)) continue;  // only as far as is looked
+      if ((share == low_end && share > 0.0) || (share == high_end && share < 1.0))
+        continue;  // only as far as is looked
       const Vec3 point = share == 0.0 ? from : share == 1.0 ? to : Vec3(from + share * (to - from));
       const double gap = normal.dot(point - triangle[0]);
       contacts_.push_back({point - gap * normal, normal, gap});
@@ -167,7 +183,8 @@ void HullOnTriangles::clip_hull(const Corners& triangle, const Vec3& normal, dou
 }
 
 // The corners of what lies of the triangle below a face of the hull.
-void HullOnTriangles::clip_triangle(const Corners& triangle, Index face, const Vec3& normal, double near) {
+void HullOnTriangles::clip_triangle(const Corners& triangle, Index face, const Vec3& normal,
+                                    double near) {
   const Polyhedron::Face& below = hull_->faces[face];
   polygon_.assign(triangle.begin(), triangle.end());
   for (const Polyhedron::Face& other : hull_->faces) {
@@ -175,9 +192,11 @@ void HullOnTriangles::clip_triangle(const Corners& triangle, Index face, const V
     clipped_.clear();
     for (std::size_t k = 0; k < polygon_.size(); ++k) {
       const Vec3 &from = polygon_[k], &to = polygon_[(k + 1) % polygon_.size()];
-      const double at_from = other.normal.dot(from) - other.offset, at_to = other.normal.dot(to) - other.offset;
+      const double at_from = other.normal.dot(from) - other.offset,
+                   at_to = other.normal.dot(to) - other.offset;
       if (at_from <= 0.0) clipped_.push_back(from);
-      if ((at_from <= 0.0) != (at_to <= 0.0)) clipped_.push_back(from + at_from / (at_from - at_to) * (to - from));
+      if ((at_from <= 0.0) != (at_to <= 0.0))
+        clipped_.push_back(from + at_from / (at_from - at_to) * (to - from));
     }
     polygon_.swap(clipped_);
   }
@@ -187,33 +206,38 @@ void HullOnTriangles::clip_triangle(const Corners& triangle, Index face, const V
   }
 }
 
-void HullOnTriangles::touch(const Corners& triangle, const Vec3& normal, double near, const Axis& axis) {
+void HullOnTriangles::touch(const Corners& triangle, const Vec3& normal, double near,
+                            const Axis& axis) {
   if (axis.edge >= 0) {
     contacts_.push_back({axis.point, axis.direction, axis.gap});
     return;
   }
   Index face = axis.face;
   if (face < 0) {  // the triangle's own plane is met, maybe by a face
-    const auto opposite = std::min_element(hull_->faces.begin(), hull_->faces.end(), [&](const auto& a, const auto& b) {
-      return a.normal.dot(normal) < b.normal.dot(normal);
-    });
-    if (opposite->normal.dot(normal) < -turned_to) face = static_cast<Index>(opposite - hull_->faces.begin());
+    const auto opposite = std::min_element(
+        hull_->faces.begin(), hull_->faces.end(),
+        [&](const auto& a, const auto& b) { return a.normal.dot(normal) < b.normal.dot(normal); });
+    if (opposite->normal.dot(normal) < -turned_to)
+      face = static_cast<Index>(opposite - hull_->faces.begin());
   }
   if (axis.direction.dot(normal) > turned_to) clip_hull(triangle, normal, near);
   if (face >= 0) clip_triangle(triangle, face, axis.met ? axis.direction : normal, near);
 }
 
-void HullOnTriangles::find(const Polyhedron& hull, const std::vector<Corners>& triangles, std::size_t n_met, double near,
-                           std::size_t most, const Contacts& before, std::vector<Contacts>& planes) {
+void HullOnTriangles::find(const Polyhedron& hull, const std::vector<Corners>& triangles,
+                           std::size_t n_met, double near, std::size_t most, const Contacts& before,
+                           std::vector<Contacts>& planes) {
   hull_ = &hull, triangles_ = &triangles;
   contacts_.clear(), planes.clear();
-  std::vector<std::pair<std::size_t, Axis>> deep;  // triangles that may be met, or may be left as others are
+  std::vector<std::pair<std::size_t, Axis>>
+      deep;  // triangles that may be met, or may be left as others are
   HullContact way_out{Vec3::Zero(), Vec3::Zero(), -std::numeric_limits<double>::infinity()};
   const auto normal_of = [&](const Corners& triangle) -> Vec3 {
     const Vec3 normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).normalized();
     double side = normal.dot(hull.centre - triangle[0]), off_plane = 2.0 * near;
     for (const HullContact& contact : before) {
-      const double along = normal.dot(contact.normal), off = std::abs(normal.dot(contact.point - triangle[0]));
+      const double along = normal.dot(contact.normal),
+                   off = std::abs(normal.dot(contact.point - triangle[0]));
       if (std::abs(along) > turned_to && off < off_plane) side = along, off_plane = off;
     }
     return side < 0.0 ? Vec3(-normal) : normal;
@@ -227,8 +251,9 @@ void HullOnTriangles::find(const Polyhedron& hull, const std::vector<Corners>& t
       continue;
     }
     if (best.gap > 0.0) continue;
-    // The shortest way out of this triangle leads past others that reach farther. Either it is the way out of all, and they
-    // are met, or it leads into them, and this one is met in the next best direction.
+    // The shortest way out of this triangle leads past others that reach farther. Either it is the
+    // way out of all, and they are met, or it leads into them, and this one is met in the next best
+    // direction.
     Vec3 farthest = best.point;
     for (const Corners& other : triangles)
       for (const Vec3& corner : other)
@@ -242,24 +267,31 @@ void HullOnTriangles::find(const Polyhedron& hull, const std::vector<Corners>& t
       deep.emplace_back(t, met);
     }
   }
-  if (std::none_of(contacts_.begin(), contacts_.end(), [](const HullContact& contact) { return contact.gap < 0.0; })) {
+  if (std::none_of(contacts_.begin(), contacts_.end(),
+                   [](const HullContact& contact) { return contact.gap < 0.0; })) {
     for (const auto& [t, met] : deep)
       if (met.gap > way_out.gap) touch(triangles[t], normal_of(triangles[t]), near, met);
     if (std::isfinite(way_out.gap)) contacts_.push_back(way_out);
   }
   for (const HullContact& contact : contacts_) {
-    const auto same = [&](const Contacts& plane) { return plane[0].normal.dot(contact.normal) > turned_to; };
+    const auto same = [&](const Contacts& plane) {
+      return plane[0].normal.dot(contact.normal) > turned_to;
+    };
     const auto plane = std::find_if(planes.begin(), planes.end(), same);
     if (plane == planes.end()) {
       planes.push_back({contact});
-    } else if (std::none_of(plane->begin(), plane->end(), [&](const HullContact& c) { return c.point == contact.point; })) {
+    } else if (std::none_of(plane->begin(), plane->end(),
+                            [&](const HullContact& c) { return c.point == contact.point; })) {
       plane->push_back(contact);  // corners of hulls end several edges
     }
   }
   const auto deepest = [](const Contacts& plane) {
-    return std::min_element(plane.begin(), plane.end(), [](const auto& a, const auto& b) { return a.gap < b.gap; })->gap;
+    return std::min_element(plane.begin(), plane.end(),
+                            [](const auto& a, const auto& b) { return a.gap < b.gap; })
+        ->gap;
   };
-  std::stable_sort(planes.begin(), planes.end(), [&](const Contacts& a, const Contacts& b) { return deepest(a) < deepest(b); });
+  std::stable_sort(planes.begin(), planes.end(),
+                   [&](const Contacts& a, const Contacts& b) { return deepest(a) < deepest(b); });
   if (planes.size() > most) planes.resize(most);
   for (Contacts& plane : planes) keep_bearing(plane, near, before);
 }

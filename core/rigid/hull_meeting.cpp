@@ -20,13 +20,16 @@ bool is_triangle(const btCollisionObjectWrapper& object) {
 }
 
 const Polyhedron* polyhedron_of(const btCollisionObjectWrapper& object) {
-  return is_triangle(object) ? nullptr : static_cast<const Polyhedron*>(object.getCollisionShape()->getUserPointer());
+  return is_triangle(object)
+             ? nullptr
+             : static_cast<const Polyhedron*>(object.getCollisionShape()->getUserPointer());
 }
 
 // Triangles of a mesh that meet a box, in the axes of the hull.
 class Collect : public btTriangleCallback {
  public:
-  Collect(const btTransform& to_hull, const btVector3& low, const btVector3& high, std::vector<Corners>& triangles)
+  Collect(const btTransform& to_hull, const btVector3& low, const btVector3& high,
+          std::vector<Corners>& triangles)
       : to_hull_(to_hull), low_(low), high_(high), triangles_(triangles) {}
   void processTriangle(btVector3* corners, int, int) override {
     if (!TestTriangleAgainstAabb2(corners, low_, high_)) return;
@@ -44,36 +47,43 @@ class Collect : public btTriangleCallback {
 // Of a hull, that may be part of a body, and a mesh or a triangle.
 class HullMeeting : public btCollisionAlgorithm {
  public:
-  HullMeeting(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* first,
-              const btCollisionObjectWrapper* second)
+  HullMeeting(const btCollisionAlgorithmConstructionInfo& info,
+              const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second)
       : btCollisionAlgorithm(info), hull_first_(polyhedron_of(*first) != nullptr) {
     const std::size_t n = is_triangle(hull_first_ ? *second : *first) ? 1 : most_planes;
     while (manifolds_.size() < n)
-      manifolds_.push_back(m_dispatcher->getNewManifold(first->getCollisionObject(), second->getCollisionObject()));
+      manifolds_.push_back(
+          m_dispatcher->getNewManifold(first->getCollisionObject(), second->getCollisionObject()));
   }
   ~HullMeeting() override {
     for (btPersistentManifold* manifold : manifolds_) m_dispatcher->releaseManifold(manifold);
   }
 
-  void processCollision(const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second,
-                        const btDispatcherInfo&, btManifoldResult* result) override {
-    const btCollisionObjectWrapper &hull = hull_first_ ? *first : *second, &other = hull_first_ ? *second : *first;
+  void processCollision(const btCollisionObjectWrapper* first,
+                        const btCollisionObjectWrapper* second, const btDispatcherInfo&,
+                        btManifoldResult* result) override {
+    const btCollisionObjectWrapper &hull = hull_first_ ? *first : *second,
+                                   &other = hull_first_ ? *second : *first;
     const double near = manifolds_.front()->getContactBreakingThreshold();
     before_.clear();
     for (const btPersistentManifold* manifold : manifolds_)
       for (int k = 0; k < manifold->getNumContacts(); ++k) {
         const btManifoldPoint& point = manifold->getContactPoint(k);
-        const Vec3 normal = from_bullet(hull.getWorldTransform().getBasis().transpose() * point.m_normalWorldOnB);
+        const Vec3 normal =
+            from_bullet(hull.getWorldTransform().getBasis().transpose() * point.m_normalWorldOnB);
         const bool towards_hull = manifold->getBody0() == hull.getCollisionObject();
-        before_.push_back({on_hull(hull, *manifold, point), towards_hull ? normal : Vec3(-normal), 0.0});
+        before_.push_back(
+            {on_hull(hull, *manifold, point), towards_hull ? normal : Vec3(-normal), 0.0});
       }
     const std::size_t n_met = collect(hull, other, near);
-    contacts_of_.find(*polyhedron_of(hull), triangles_, n_met, near, manifolds_.size(), before_, planes_);
+    contacts_of_.find(*polyhedron_of(hull), triangles_, n_met, near, manifolds_.size(), before_,
+                      planes_);
     const btCollisionObject &a = *hull.getCollisionObject(), &b = *other.getCollisionObject();
     if (btManifoldResult::calculateCombinedRestitution(&a, &b) > 0.0) leave_out_what_is_ahead(near);
     put_points(hull, near, *result);
   }
-  btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&, btManifoldResult*) override {
+  btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
+                                 btManifoldResult*) override {
     return 1.0;  // Bullet asks no one
   }
   void getAllContactManifolds(btManifoldArray& manifolds) override {
@@ -82,21 +92,26 @@ class HullMeeting : public btCollisionAlgorithm {
 
  private:
   // In the axes of the hull.
-  static Vec3 on_hull(const btCollisionObjectWrapper& hull, const btPersistentManifold& manifold, const btManifoldPoint& point) {
+  static Vec3 on_hull(const btCollisionObjectWrapper& hull, const btPersistentManifold& manifold,
+                      const btManifoldPoint& point) {
     const btCollisionObject& body = *hull.getCollisionObject();
-    const btVector3& local = manifold.getBody0() == &body ? point.m_localPointA : point.m_localPointB;
+    const btVector3& local =
+        manifold.getBody0() == &body ? point.m_localPointA : point.m_localPointB;
     return from_bullet(hull.getWorldTransform().invXform(body.getWorldTransform() * local));
   }
 
   // Fills triangles_; returns how many of them may be met, the others only lie around.
-  std::size_t collect(const btCollisionObjectWrapper& hull, const btCollisionObjectWrapper& other, double near) {
+  std::size_t collect(const btCollisionObjectWrapper& hull, const btCollisionObjectWrapper& other,
+                      double near) {
     triangles_.clear();
     if (is_triangle(other)) {
-      const auto* facet = static_cast<const FacetSurroundings*>(other.getCollisionShape()->getUserPointer());
+      const auto* facet =
+          static_cast<const FacetSurroundings*>(other.getCollisionShape()->getUserPointer());
       const auto add = [&](const std::array<Index, 3>& corners) {
         Corners x;
         for (int k = 0; k < 3; ++k)
-          x[k] = from_bullet(hull.getWorldTransform().invXform(to_bullet(Vec3(facet->vertices->row(corners[k]).transpose()))));
+          x[k] = from_bullet(hull.getWorldTransform().invXform(
+              to_bullet(Vec3(facet->vertices->row(corners[k]).transpose()))));
         triangles_.push_back(x);
       };
       add(facet->corners);
@@ -108,21 +123,27 @@ class HullMeeting : public btCollisionAlgorithm {
     hull.getCollisionShape()->getAabb(to_hull.inverse(), low, high);
     const btVector3 wider(near, near, near);
     Collect found(to_hull, low - wider, high + wider, triangles_);
-    static_cast<const btConcaveShape*>(other.getCollisionShape())->processAllTriangles(&found, low - wider, high + wider);
+    static_cast<const btConcaveShape*>(other.getCollisionShape())
+        ->processAllTriangles(&found, low - wider, high + wider);
     return triangles_.size();
   }
 
   bool was_there(const Vec3& point, double near) const {
-    return std::any_of(before_.begin(), before_.end(), [&](const HullContact& c) { return (c.point - point).norm() < near; });
+    return std::any_of(before_.begin(), before_.end(),
+                       [&](const HullContact& c) { return (c.point - point).norm() < near; });
   }
 
   // What bounces is thrown back where it touches, no sooner.
   void leave_out_what_is_ahead(double near) {
     for (auto& plane : planes_)
-      plane.erase(std::remove_if(plane.begin(), plane.end(), [&](const HullContact& contact) {
-        return contact.gap > 0.0 && !was_there(contact.on_hull(), near);
-      }), plane.end());
-    planes_.erase(std::remove_if(planes_.begin(), planes_.end(), [](const auto& plane) { return plane.empty(); }), planes_.end());
+      plane.erase(std::remove_if(plane.begin(), plane.end(),
+                                 [&](const HullContact& contact) {
+                                   return contact.gap > 0.0 && !was_there(contact.on_hull(), near);
+                                 }),
+                  plane.end());
+    planes_.erase(std::remove_if(planes_.begin(), planes_.end(),
+                                 [](const auto& plane) { return plane.empty(); }),
+                  planes_.end());
   }
 
   // The unused manifold whose plane is nearest to one, else an empty one, else any.
@@ -132,7 +153,9 @@ class HullMeeting : public btCollisionAlgorithm {
     for (std::size_t m = 0; m < manifolds_.size(); ++m) {
       if (used_[m]) continue;
       const bool empty = manifolds_[m]->getNumContacts() == 0;
-      const btScalar along = empty ? same_plane : manifolds_[m]->getContactPoint(0).m_normalWorldOnB.dot(normal_on_second);
+      const btScalar along =
+          empty ? same_plane
+                : manifolds_[m]->getContactPoint(0).m_normalWorldOnB.dot(normal_on_second);
       if (along > most) chosen = m, most = along;
     }
     if (most < same_plane) manifolds_[chosen]->clearManifold();
@@ -144,7 +167,8 @@ class HullMeeting : public btCollisionAlgorithm {
     const btTransform& pose = hull.getWorldTransform();
     // Manifolds and the result take points on their second body, normals away from it.
     const bool towards_first = manifolds_.front()->getBody0() == hull.getCollisionObject(),
-               result_towards_hull = result.getBody0Wrap()->getCollisionObject() == hull.getCollisionObject();
+               result_towards_hull =
+                   result.getBody0Wrap()->getCollisionObject() == hull.getCollisionObject();
     used_.assign(manifolds_.size(), false);
     for (const auto& plane : planes_) {
       const btVector3 direction = pose.getBasis() * to_bullet(plane.front().normal);
@@ -153,12 +177,14 @@ class HullMeeting : public btCollisionAlgorithm {
       btPersistentManifold& manifold = *manifolds_[m];
       for (int k = manifold.getNumContacts() - 1; k >= 0; --k) {
         const Vec3 old = on_hull(hull, manifold, manifold.getContactPoint(k));
-        if (std::none_of(plane.begin(), plane.end(), [&](const HullContact& c) { return (c.on_hull() - old).norm() < near; }))
+        if (std::none_of(plane.begin(), plane.end(),
+                         [&](const HullContact& c) { return (c.on_hull() - old).norm() < near; }))
           manifold.removeContactPoint(k);
       }
       result.setPersistentManifold(&manifold);
       for (const HullContact& contact : plane) {
-        const btVector3 normal = pose.getBasis() * to_bullet(contact.normal), point = pose * to_bullet(contact.point);
+        const btVector3 normal = pose.getBasis() * to_bullet(contact.normal),
+                        point = pose * to_bullet(contact.point);
         if (result_towards_hull) {
           result.addContactPoint(normal, point, contact.gap);
         } else {
@@ -185,7 +211,8 @@ class HullMeeting : public btCollisionAlgorithm {
 
 int HullMeetings::size() { return static_cast<int>(sizeof(HullMeeting)); }
 
-void HullMeetings::enter(btCollisionDispatcher& dispatcher, btCollisionConfiguration& configuration) {
+void HullMeetings::enter(btCollisionDispatcher& dispatcher,
+                         btCollisionConfiguration& configuration) {
   std::size_t k = 0;
   for (const int hull : {CONVEX_HULL_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE})
     for (const int other : {TRIANGLE_MESH_SHAPE_PROXYTYPE, TRIANGLE_SHAPE_PROXYTYPE})
@@ -195,11 +222,13 @@ void HullMeetings::enter(btCollisionDispatcher& dispatcher, btCollisionConfigura
       }
 }
 
-btCollisionAlgorithm* HullMeetings::Create::CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
-                                                                     const btCollisionObjectWrapper* first,
-                                                                     const btCollisionObjectWrapper* second) {
-  if (!polyhedron_of(*first) && !polyhedron_of(*second)) return others->CreateCollisionAlgorithm(info, first, second);
-  return new (info.m_dispatcher1->allocateCollisionAlgorithm(size())) HullMeeting(info, first, second);
+btCollisionAlgorithm* HullMeetings::Create::CreateCollisionAlgorithm(
+    btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* first,
+    const btCollisionObjectWrapper* second) {
+  if (!polyhedron_of(*first) && !polyhedron_of(*second))
+    return others->CreateCollisionAlgorithm(info, first, second);
+  return new (info.m_dispatcher1->allocateCollisionAlgorithm(size()))
+      HullMeeting(info, first, second);
 }
 
 }  // namespace loomstone

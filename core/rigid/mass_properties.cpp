@@ -1,5 +1,6 @@
-// Mass, centre and inertia of a closed mesh of uniform density. Implements the volume integrals of [Mirtich1996] by signed
-// tetrahedra: each triangle spans one with a reference point, and what lies outside the body cancels.
+// Mass, centre and inertia of a closed mesh of uniform density. Implements the volume integrals of
+// [Mirtich1996] by signed tetrahedra: each triangle spans one with a reference point, and what lies
+// outside the body cancels.
 #include <string>
 
 #include "core/base/error.h"
@@ -9,7 +10,8 @@ namespace loomstone {
 
 MassProperties mass_properties(const TriangleMesh& mesh, double density) {
   if (!mesh.closed()) {
-    throw InvalidInput("mesh must be closed to have a mass, got a surface with open edges; close its holes");
+    throw InvalidInput(
+        "mesh must be closed to have a mass, got a surface with open edges; close its holes");
   }
   const Points& x = mesh.vertices();
   // Any reference gives the same sums; one inside keeps the cancelling terms small.
@@ -21,7 +23,8 @@ MassProperties mass_properties(const TriangleMesh& mesh, double density) {
   Mat3 second = Mat3::Zero();  // integral of x x^T [m^5]
   for (Index t = 0; t < mesh.n_triangles(); ++t) {
     Mat3 corners;  // columns: a, b, c from the reference
-    for (int k = 0; k < 3; ++k) corners.col(k) = x.row(mesh.triangles()(t, k)).transpose() - reference;
+    for (int k = 0; k < 3; ++k)
+      corners.col(k) = x.row(mesh.triangles()(t, k)).transpose() - reference;
     const Vec3 sum = corners.rowwise().sum();
     const double tetrahedron = corners.col(0).cross(corners.col(1)).dot(corners.col(2)) / 6.0;
     volume += tetrahedron;
@@ -31,11 +34,15 @@ MassProperties mass_properties(const TriangleMesh& mesh, double density) {
   // 1e-12: far below any sheet that a body can be (1e-4 thick: 1e-5), far above rounding (1e-16).
   const double smallest = 1e-12 * size * size * size;
   if (volume < -smallest) {
-    throw InvalidInput("mesh must have its faces counter-clockwise seen from outside, got an inside-out surface of volume " +
-                       std::to_string(volume) + " m^3; swap two corners of every triangle");
+    throw InvalidInput(
+        "mesh must have its faces counter-clockwise seen from outside, got an inside-out surface "
+        "of volume " +
+        std::to_string(volume) + " m^3; swap two corners of every triangle");
   }
   if (volume < smallest) {
-    throw InvalidInput("mesh must enclose a volume > 0 [m^3], got a surface that encloses none; give the body a thickness");
+    throw InvalidInput(
+        "mesh must enclose a volume > 0 [m^3], got a surface that encloses none; give the body a "
+        "thickness");
   }
 
   MassProperties result;

@@ -28,28 +28,35 @@ Polyhedron::Polyhedron(const std::vector<Vec3>& given, const std::vector<std::ve
   for (const std::vector<int>& loop : loops) {
     Vec3 area = Vec3::Zero();
     for (std::size_t k = 0; k < loop.size(); ++k)
-      area += (points[loop[k]] - points[loop[0]]).cross(points[loop[(k + 1) % loop.size()]] - points[loop[0]]);
+      area += (points[loop[k]] - points[loop[0]])
+                  .cross(points[loop[(k + 1) % loop.size()]] - points[loop[0]]);
     by_area.emplace_back(area, &loop);
   }
-  std::stable_sort(by_area.begin(), by_area.end(), [](const auto& a, const auto& b) { return a.first.norm() > b.first.norm(); });
+  std::stable_sort(by_area.begin(), by_area.end(),
+                   [](const auto& a, const auto& b) { return a.first.norm() > b.first.norm(); });
   std::map<std::pair<Index, Index>, Index> face_of;  // of the directed edges
   for (const auto& [area, loop] : by_area) {
     Face face{area.normalized(), 0.0};
-    for (const int corner : *loop) face.offset += face.normal.dot(points[corner]) / static_cast<double>(loop->size());
+    for (const int corner : *loop)
+      face.offset += face.normal.dot(points[corner]) / static_cast<double>(loop->size());
     if (face.offset < face.normal.dot(centre)) face = {-face.normal, -face.offset};
-    // A sliver between points of one plane has no direction of its own: it joins a larger face that it lies in.
+    // A sliver between points of one plane has no direction of its own: it joins a larger face that
+    // it lies in.
     auto same = std::find_if(faces.begin(), faces.end(), [&](const Face& other) {
       return std::all_of(loop->begin(), loop->end(), [&](int corner) {
         return std::abs(other.normal.dot(points[corner]) - other.offset) < same_plane * size;
       });
     });
     if (same == faces.end()) {
-      const auto outside = [&](const Vec3& point) { return face.normal.dot(point) - face.offset > same_plane * size; };
+      const auto outside = [&](const Vec3& point) {
+        return face.normal.dot(point) - face.offset > same_plane * size;
+      };
       if (area.norm() == 0.0 || std::any_of(points.begin(), points.end(), outside)) continue;
       same = faces.insert(faces.end(), face);
     }
     for (std::size_t k = 0; k < loop->size(); ++k)
-      face_of[{(*loop)[k], (*loop)[(k + 1) % loop->size()]}] = static_cast<Index>(same - faces.begin());
+      face_of[{(*loop)[k], (*loop)[(k + 1) % loop->size()]}] =
+          static_cast<Index>(same - faces.begin());
   }
   for (const auto& [ends, face] : face_of) {
     const auto other = face_of.find({ends.second, ends.first});
@@ -62,7 +69,9 @@ std::vector<Vec3> Polyhedron::corners() const {
   const double close = same_plane * size_of(points, centre);
   std::vector<Vec3> result;
   std::copy_if(points.begin(), points.end(), std::back_inserter(result), [&](const Vec3& point) {
-    const auto lies_in = [&](const Face& face) { return std::abs(face.normal.dot(point) - face.offset) < close; };
+    const auto lies_in = [&](const Face& face) {
+      return std::abs(face.normal.dot(point) - face.offset) < close;
+    };
     return std::count_if(faces.begin(), faces.end(), lies_in) >= 3;
   });
   return result;
@@ -70,8 +79,10 @@ std::vector<Vec3> Polyhedron::corners() const {
 
 Polyhedron box_polyhedron(const Vec3& half) {
   std::vector<Vec3> points;
-  for (int k = 0; k < 8; ++k) points.push_back(half.cwiseProduct(Vec3(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1)));
-  return {points, {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}};
+  for (int k = 0; k < 8; ++k)
+    points.push_back(half.cwiseProduct(Vec3(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1)));
+  return {points,
+          {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}};
 }
 
 }  // namespace loomstone

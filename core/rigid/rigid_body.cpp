@@ -9,42 +9,54 @@ namespace loomstone {
 
 ObstaclePlaces between(const ObstaclePlaces& start, const ObstaclePlaces& end, double share) {
   ObstaclePlaces places;
-  for (std::size_t i = 0; i < start.poses.size(); ++i) places.poses.push_back(between(start.poses[i], end.poses[i], share));
-  places.deformed = share == 1.0 ? end.deformed : Points(start.deformed + share * (end.deformed - start.deformed));
+  for (std::size_t i = 0; i < start.poses.size(); ++i)
+    places.poses.push_back(between(start.poses[i], end.poses[i], share));
+  places.deformed = share == 1.0 ? end.deformed
+                                 : Points(start.deformed + share * (end.deformed - start.deformed));
   return places;
 }
 
 void check_places(const ObstaclePlaces& given, const ObstaclePlaces& expected) {
-  if (given.poses.size() == expected.poses.size() && given.deformed.rows() == expected.deformed.rows()) return;
-  throw InvalidInput("there must be one pose for each of the " + std::to_string(expected.poses.size()) + " obstacles and " +
-                     std::to_string(expected.deformed.rows()) + " vertices of those that deform, got " +
-                     std::to_string(given.poses.size()) + " and " + std::to_string(given.deformed.rows()));
+  if (given.poses.size() == expected.poses.size() &&
+      given.deformed.rows() == expected.deformed.rows())
+    return;
+  throw InvalidInput("there must be one pose for each of the " +
+                     std::to_string(expected.poses.size()) + " obstacles and " +
+                     std::to_string(expected.deformed.rows()) +
+                     " vertices of those that deform, got " + std::to_string(given.poses.size()) +
+                     " and " + std::to_string(given.deformed.rows()));
 }
 
 void check_rows(const RigidState& state, Index n) {
-  if (state.positions.rows() == n && state.orientations.rows() == n && state.velocities.rows() == n &&
-      state.angular_velocities.rows() == n)
+  if (state.positions.rows() == n && state.orientations.rows() == n &&
+      state.velocities.rows() == n && state.angular_velocities.rows() == n)
     return;
-  throw InvalidInput("rigid state must have one row for each of the " + std::to_string(n) + " bodies, got " +
-                     std::to_string(state.positions.rows()) + "; it belongs to another scene");
+  throw InvalidInput("rigid state must have one row for each of the " + std::to_string(n) +
+                     " bodies, got " + std::to_string(state.positions.rows()) +
+                     "; it belongs to another scene");
 }
 
 void check_motion(const RigidState& state, double step) {
   for (Eigen::Index i = 0; i < state.positions.rows(); ++i)
     if (!state.positions.row(i).allFinite() || !state.velocities.row(i).allFinite() ||
         !state.orientations.row(i).allFinite() || !state.angular_velocities.row(i).allFinite())
-      throw SolverFailure("bodies[" + std::to_string(i) + "] must stay finite, got NaN or infinity from the rigid-body step of " +
-                          std::to_string(step) + " s; shorten the step or look for extreme impulses");
+      throw SolverFailure("bodies[" + std::to_string(i) +
+                          "] must stay finite, got NaN or infinity from the rigid-body step of " +
+                          std::to_string(step) +
+                          " s; shorten the step or look for extreme impulses");
 }
 
-void check_impulses(const Points& impulses, const Points& angular_impulses, const RigidState& state, Index n) {
+void check_impulses(const Points& impulses, const Points& angular_impulses, const RigidState& state,
+                    Index n) {
   if (impulses.rows() == n && angular_impulses.rows() == n && state.positions.rows() == n) return;
-  throw InvalidInput("impulses and state must have one row for each of the " + std::to_string(n) + " bodies, got " +
-                     std::to_string(impulses.rows()) + ", " + std::to_string(angular_impulses.rows()) + " and " +
+  throw InvalidInput("impulses and state must have one row for each of the " + std::to_string(n) +
+                     " bodies, got " + std::to_string(impulses.rows()) + ", " +
+                     std::to_string(angular_impulses.rows()) + " and " +
                      std::to_string(state.positions.rows()));
 }
 
-std::vector<std::uint8_t> bodies_on_obstacles(int n, const std::vector<std::array<int, 2>>& pressed) {
+std::vector<std::uint8_t> bodies_on_obstacles(int n,
+                                              const std::vector<std::array<int, 2>>& pressed) {
   std::vector<std::uint8_t> held(n, 0);
   const auto holds = [&](int i) { return i >= n || held[i]; };
   for (bool grown = true; grown;) {
@@ -57,7 +69,8 @@ std::vector<std::uint8_t> bodies_on_obstacles(int n, const std::vector<std::arra
   return held;
 }
 
-RigidState start_state(const std::vector<RigidBody>& bodies, const std::vector<MassProperties>& masses) {
+RigidState start_state(const std::vector<RigidBody>& bodies,
+                       const std::vector<MassProperties>& masses) {
   const auto n = static_cast<Eigen::Index>(bodies.size());
   RigidState state;
   state.positions.resize(n, 3);
@@ -67,7 +80,8 @@ RigidState start_state(const std::vector<RigidBody>& bodies, const std::vector<M
   for (Eigen::Index i = 0; i < n; ++i) {
     const RigidBody& body = bodies[i];
     const Vec4 orientation = body.orientation.normalized();
-    state.positions.row(i) = (body.position + rotation_matrix(orientation) * masses[i].centre).transpose();
+    state.positions.row(i) =
+        (body.position + rotation_matrix(orientation) * masses[i].centre).transpose();
     state.orientations.row(i) = orientation.transpose();
     state.velocities.row(i) = body.velocity.transpose();
     state.angular_velocities.row(i) = body.angular_velocity.transpose();
@@ -81,7 +95,8 @@ Mat3 world_inertia(const MassProperties& mass, const Vec4& orientation) {
 }
 
 Vec3 to_world(const RigidState& state, Index body, const Vec3& local) {
-  return state.positions.row(body).transpose() + rotation_matrix(state.orientations.row(body).transpose()) * local;
+  return state.positions.row(body).transpose() +
+         rotation_matrix(state.orientations.row(body).transpose()) * local;
 }
 
 Vec3 to_body(const RigidState& state, Index body, const Vec3& world) {
@@ -95,7 +110,8 @@ Vec3 velocity_at(const RigidState& state, Index body, const Vec3& world) {
   return state.velocities.row(body).transpose() + spin.cross(arm);
 }
 
-Points world_vertices(const RigidState& state, Index body, const TriangleMesh& mesh, const MassProperties& mass) {
+Points world_vertices(const RigidState& state, Index body, const TriangleMesh& mesh,
+                      const MassProperties& mass) {
   const Mat3 rotation = rotation_matrix(state.orientations.row(body).transpose());
   Points world(mesh.n_vertices(), 3);
   for (Index i = 0; i < mesh.n_vertices(); ++i) {

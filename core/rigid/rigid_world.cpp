@@ -1,9 +1,9 @@
-// Rigid bodies by Bullet. Its body frame has principal axes of inertia; states and callers know only the mesh's axes with the
-// origin at the centre of mass.
+// Rigid bodies by Bullet. Its body frame has principal axes of inertia; states and callers know
+// only the mesh's axes with the origin at the centre of mass.
 //
-// Bullet's contact cache, pair order and tree are hidden state. restore() therefore always builds a new world in the same
-// order and puts the saved contact points back: a run that restores at a step continues bit for bit like one that loads the
-// same state from a file.
+// Bullet's contact cache, pair order and tree are hidden state. restore() therefore always builds a
+// new world in the same order and puts the saved contact points back: a run that restores at a step
+// continues bit for bit like one that loads the same state from a file.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -22,29 +22,34 @@ namespace loomstone {
 
 namespace {
 
-// A box grows by the distance within which its own shape makes contacts, which goes with its size, not by Bullet's 2 cm. In
-// the tree boxes of bodies are a few such distances wider, and stay as they are until a body has left its own; Bullet would let
-// them grow by 5 cm as soon as they move, within which a small body has hundreds of neighbours.
+// A box grows by the distance within which its own shape makes contacts, which goes with its size,
+// not by Bullet's 2 cm. In the tree boxes of bodies are a few such distances wider, and stay as
+// they are until a body has left its own; Bullet would let them grow by 5 cm as soon as they move,
+// within which a small body has hundreds of neighbours.
 //
-// Obstacles stand at their pose at the start of the step with the velocity that leads to its end, like the bodies; their
-// velocities are given, not differenced by Bullet (whose arc cosine turns rounding into 1e-8 / step of spin).
+// Obstacles stand at their pose at the start of the step with the velocity that leads to its end,
+// like the bodies; their velocities are given, not differenced by Bullet (whose arc cosine turns
+// rounding into 1e-8 / step of spin).
 class World : public btDiscreteDynamicsWorld {
  public:
   using btDiscreteDynamicsWorld::btDiscreteDynamicsWorld;
 
   void updateAabbs() override {
-    constexpr btScalar room = 4.0;  // more boxes meet where it is larger, more of them move where it is smaller
+    constexpr btScalar room =
+        4.0;  // more boxes meet where it is larger, more of them move where it is smaller
     auto& broadphase = static_cast<btDbvtBroadphase&>(*getBroadphase());
     for (int i = 0; i < m_collisionObjects.size(); ++i) {
       btCollisionObject& object = *m_collisionObjects[i];
       btBroadphaseProxy& proxy = *object.getBroadphaseHandle();
       const btCollisionShape& shape = *object.getCollisionShape();
       if (i == static_cast<int>(margins_.size()))
-        margins_.push_back(std::min(shape.getContactBreakingThreshold(gContactBreakingThreshold), gContactBreakingThreshold));
+        margins_.push_back(std::min(shape.getContactBreakingThreshold(gContactBreakingThreshold),
+                                    gContactBreakingThreshold));
       const btVector3 wider(margins_[i], margins_[i], margins_[i]);
       btVector3 low, high, end_low, end_high;
       shape.getAabb(object.getWorldTransform(), low, high);
-      shape.getAabb(object.getInterpolationWorldTransform(), end_low, end_high);  // of an obstacle the same
+      shape.getAabb(object.getInterpolationWorldTransform(), end_low,
+                    end_high);  // of an obstacle the same
       low.setMin(end_low), high.setMax(end_high);
       low -= wider, high += wider;
       if (object.isStaticOrKinematicObject()) {
@@ -56,8 +61,10 @@ class World : public btDiscreteDynamicsWorld {
       };
       const btVector3 loose = wider * (3.0 * room);
       const bool inside = below(proxy.m_aabbMin, low) && below(high, proxy.m_aabbMax);
-      if (inside && below(low - loose, proxy.m_aabbMin) && below(proxy.m_aabbMax, high + loose)) continue;
-      broadphase.setAabbForceUpdate(&proxy, low - room * wider, high + room * wider, getDispatcher());
+      if (inside && below(low - loose, proxy.m_aabbMin) && below(proxy.m_aabbMax, high + loose))
+        continue;
+      broadphase.setAabbForceUpdate(&proxy, low - room * wider, high + room * wider,
+                                    getDispatcher());
     }
   }
 
@@ -70,11 +77,13 @@ class World : public btDiscreteDynamicsWorld {
 
 btDefaultCollisionConstructionInfo room_for_meetings() {
   btDefaultCollisionConstructionInfo info;
-  info.m_customCollisionAlgorithmMaxElementSize = std::max(SphereMeetings::size(), HullMeetings::size());
+  info.m_customCollisionAlgorithmMaxElementSize =
+      std::max(SphereMeetings::size(), HullMeetings::size());
   return info;
 }
 
-// Everything that restore() throws away. Members are destroyed in reverse order: world before what it refers to.
+// Everything that restore() throws away. Members are destroyed in reverse order: world before what
+// it refers to.
 struct Engine {
   btDefaultCollisionConfiguration configuration{room_for_meetings()};
   SphereMeetings spheres;
@@ -82,7 +91,8 @@ struct Engine {
   btCollisionDispatcher dispatcher{&configuration};
   btDbvtBroadphase broadphase;
   btSequentialImpulseConstraintSolver solver;
-  std::vector<std::unique_ptr<btRigidBody>> bodies;  // dynamic ones, then obstacles, then facets of those that deform
+  std::vector<std::unique_ptr<btRigidBody>>
+      bodies;  // dynamic ones, then obstacles, then facets of those that deform
   World world{&dispatcher, &broadphase, &solver, &configuration};
 
   Engine(const Vec3& gravity, int iterations) {
@@ -91,13 +101,15 @@ struct Engine {
     btContactSolverInfo& info = world.getSolverInfo();
     info.m_numIterations = iterations;
     info.m_solverMode |= SOLVER_USE_2_FRICTION_DIRECTIONS;
-    info.m_warmstartingFactor = 1.0;  // at 0.85 a stack of five cubes keeps swaying at 4 mm/s, at 1 it stands
+    info.m_warmstartingFactor =
+        1.0;  // at 0.85 a stack of five cubes keeps swaying at 4 mm/s, at 1 it stands
     spheres.enter(dispatcher);
     hulls.enter(dispatcher, configuration);
     world.getDispatchInfo().m_enableSatConvex = true;  // for hulls of few vertices among themselves
     broadphase.m_cupdates = 100;  // [%] pairs that have parted are forgotten at once
     world.getDispatchInfo().m_allowedCcdPenetration = 0.0;  // not 4 cm
-    info.m_splitImpulsePenetrationThreshold = 0.0;  // pushing out of a penetration gives no velocity
+    info.m_splitImpulsePenetrationThreshold =
+        0.0;  // pushing out of a penetration gives no velocity
     world.setGravity(to_bullet(gravity));
   }
   ~Engine() {
@@ -111,7 +123,8 @@ struct Engine {
     return body;
   }
 
-  btRigidBody& add(double mass, const Vec3& inertia, btCollisionShape& shape, double friction, double restitution) {
+  btRigidBody& add(double mass, const Vec3& inertia, btCollisionShape& shape, double friction,
+                   double restitution) {
     btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, &shape, to_bullet(inertia));
     info.m_friction = std::sqrt(friction);  // Bullet multiplies: sqrt(mu_a mu_b)
     info.m_restitution = restitution;
@@ -140,18 +153,23 @@ btTransform bullet_pose(const RigidPose& pose) {
   return btTransform(to_bullet(rotation_matrix(pose.orientation)), to_bullet(pose.position));
 }
 
-// A triangle of an obstacle that deforms: a body of its own, so that what rests on it feels how fast it moves just there.
+// A triangle of an obstacle that deforms: a body of its own, so that what rests on it feels how
+// fast it moves just there.
 struct Facet {
   FacetSurroundings around;
   double friction;
   std::unique_ptr<btTriangleShape> shape = std::make_unique<btTriangleShape>();
 
-  Mat3 at(const Points& x) const { return (Mat3() << x.row(around.corners[0]), x.row(around.corners[1]), x.row(around.corners[2])).finished(); }
+  Mat3 at(const Points& x) const {
+    return (Mat3() << x.row(around.corners[0]), x.row(around.corners[1]), x.row(around.corners[2]))
+        .finished();
+  }
   // Its axes turn with it, so that contact points carried over stay where they were on it.
   void put(btRigidBody& body, const Points& x) const {
     const FacetFrame frame = facet_frame(at(x));
     shape->setMargin(0.0);
-    for (int k = 0; k < 3; ++k) shape->m_vertices1[k] = to_bullet(Vec3(frame.corners.row(k).transpose()));
+    for (int k = 0; k < 3; ++k)
+      shape->m_vertices1[k] = to_bullet(Vec3(frame.corners.row(k).transpose()));
     place(body, btTransform(to_bullet(frame.axes), to_bullet(frame.centre)));
   }
 };
@@ -165,16 +183,16 @@ struct RigidWorld::Data {
   bool gyroscopic = true;
   int iterations = RigidWorld::default_iterations;
   std::vector<MassProperties> masses;
-  std::vector<Mat3> principal;                 // columns: Bullet's body axes in mesh axes
-  std::vector<Vec3> moments;                   // about them [kg m^2]
-  std::vector<Shapes> shapes;                  // of each body
-  std::vector<double> inner_radii;             // half the smallest side of the box about each body [m]
-  std::vector<std::size_t> stiff;              // the obstacles that keep their shape
+  std::vector<Mat3> principal;      // columns: Bullet's body axes in mesh axes
+  std::vector<Vec3> moments;        // about them [kg m^2]
+  std::vector<Shapes> shapes;       // of each body
+  std::vector<double> inner_radii;  // half the smallest side of the box about each body [m]
+  std::vector<std::size_t> stiff;   // the obstacles that keep their shape
   std::vector<std::unique_ptr<ObstacleMesh>> obstacle_meshes;  // theirs
-  std::vector<Facet> facets;                   // of the others
-  ObstaclePlaces start_places, places;         // of obstacles, in the description and now
+  std::vector<Facet> facets;                                   // of the others
+  ObstaclePlaces start_places, places;  // of obstacles, in the description and now
   std::unique_ptr<Engine> engine;
-  RigidState known;                            // what the engine holds, without manifolds
+  RigidState known;  // what the engine holds, without manifolds
 
   void add_body(const RigidBody& body, const std::string& where);
   void add_obstacle(const RigidObstacle& obstacle, const std::string& where);
@@ -186,7 +204,9 @@ struct RigidWorld::Data {
   }
   void read(RigidState& state) const;
   std::vector<unsigned char> manifold_bytes() const;
-  const btPersistentManifold& manifold(int m) const { return *engine->dispatcher.btCollisionDispatcher::getManifoldByIndexInternal(m); }
+  const btPersistentManifold& manifold(int m) const {
+    return *engine->dispatcher.btCollisionDispatcher::getManifoldByIndexInternal(m);
+  }
 };
 
 void RigidWorld::Data::add_body(const RigidBody& body, const std::string& where) {
@@ -219,15 +239,18 @@ void RigidWorld::Data::add_obstacle(const RigidObstacle& obstacle, const std::st
     const Index first = static_cast<Index>(start_places.deformed.rows());
     start_places.deformed.conservativeResize(first + obstacle.vertices.rows(), 3);
     start_places.deformed.bottomRows(obstacle.vertices.rows()) = obstacle.vertices;
-    std::vector<std::vector<std::array<Index, 3>>> at(obstacle.vertices.rows());  // the triangles at each vertex
+    std::vector<std::vector<std::array<Index, 3>>> at(
+        obstacle.vertices.rows());  // the triangles at each vertex
     for (const auto& t : obstacle.mesh->triangles().rowwise())
       for (const Index corner : t) at[corner].push_back({t[0] + first, t[1] + first, t[2] + first});
     for (const auto& t : obstacle.mesh->triangles().rowwise()) {
-      facets.push_back({{&places.deformed, {t[0] + first, t[1] + first, t[2] + first}, {}}, obstacle.friction});
+      facets.push_back(
+          {{&places.deformed, {t[0] + first, t[1] + first, t[2] + first}, {}}, obstacle.friction});
       auto& [vertices, corners, others] = facets.back().around;
       for (const Index corner : t)
         for (const auto& other : at[corner])
-          if (other != corners && std::find(others.begin(), others.end(), other) == others.end()) others.push_back(other);
+          if (other != corners && std::find(others.begin(), others.end(), other) == others.end())
+            others.push_back(other);
     }
   }
   obstacles.push_back(obstacle);
@@ -242,14 +265,18 @@ void RigidWorld::Data::put_obstacles() {
 void RigidWorld::Data::set_body(std::size_t i, const RigidState& state) {
   const Vec4 orientation = state.orientations.row(i).transpose();
   const Vec3 position = state.positions.row(i).transpose();
-  place(*engine->bodies[i], btTransform(to_bullet(Mat3(rotation_matrix(orientation) * principal[i])), to_bullet(position)));
-  set_velocity(*engine->bodies[i], state.velocities.row(i).transpose(), state.angular_velocities.row(i).transpose());
+  place(*engine->bodies[i],
+        btTransform(to_bullet(Mat3(rotation_matrix(orientation) * principal[i])),
+                    to_bullet(position)));
+  set_velocity(*engine->bodies[i], state.velocities.row(i).transpose(),
+               state.angular_velocities.row(i).transpose());
 }
 
 // Takes over bodies that someone else has moved since the last step.
 void RigidWorld::Data::follow(const RigidState& state) {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    if (state.positions.row(i) != known.positions.row(i) || state.orientations.row(i) != known.orientations.row(i) ||
+    if (state.positions.row(i) != known.positions.row(i) ||
+        state.orientations.row(i) != known.orientations.row(i) ||
         state.velocities.row(i) != known.velocities.row(i) ||
         state.angular_velocities.row(i) != known.angular_velocities.row(i))
       set_body(i, state);
@@ -260,9 +287,11 @@ void RigidWorld::Data::read(RigidState& state) const {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const btRigidBody& body = *engine->bodies[i];
     const btTransform& pose = body.getWorldTransform();
-    const Vec4 orientation = quaternion_from_matrix(from_bullet(pose.getBasis()) * principal[i].transpose());
+    const Vec4 orientation =
+        quaternion_from_matrix(from_bullet(pose.getBasis()) * principal[i].transpose());
     state.positions.row(i) = from_bullet(pose.getOrigin()).transpose();
-    state.orientations.row(i) = nearer_sign(orientation, state.orientations.row(i).transpose()).transpose();
+    state.orientations.row(i) =
+        nearer_sign(orientation, state.orientations.row(i).transpose()).transpose();
     state.velocities.row(i) = from_bullet(body.getLinearVelocity()).transpose();
     state.angular_velocities.row(i) = from_bullet(body.getAngularVelocity()).transpose();
   }
@@ -277,13 +306,15 @@ std::vector<unsigned char> RigidWorld::Data::manifold_bytes() const {
   return bytes.take();
 }
 
-RigidWorld::RigidWorld(const std::vector<RigidBody>& bodies, const std::vector<RigidObstacle>& obstacles,
-                       const Vec3& gravity, bool gyroscopic, int iterations)
+RigidWorld::RigidWorld(const std::vector<RigidBody>& bodies,
+                       const std::vector<RigidObstacle>& obstacles, const Vec3& gravity,
+                       bool gyroscopic, int iterations)
     : data_(std::make_unique<Data>()) {
   data_->gravity = gravity;
   data_->gyroscopic = gyroscopic;
   data_->iterations = iterations;
-  for (std::size_t i = 0; i < bodies.size(); ++i) data_->add_body(bodies[i], "bodies[" + std::to_string(i) + "]");
+  for (std::size_t i = 0; i < bodies.size(); ++i)
+    data_->add_body(bodies[i], "bodies[" + std::to_string(i) + "]");
   for (std::size_t i = 0; i < obstacles.size(); ++i)
     data_->add_obstacle(obstacles[i], "obstacles[" + std::to_string(i) + "]");
   restore(initial_state());
@@ -308,9 +339,12 @@ void RigidWorld::restore(const RigidState& state) {
   for (Index i = 0; i < n; ++i) {
     const RigidBody& body = data.bodies[i];
     btCollisionShape& shape = data.shapes[i].whole();
-    btRigidBody& moving = engine.add(data.masses[i].mass, data.moments[i], shape, body.friction, body.restitution);
-    if (!data.gyroscopic) moving.setFlags(moving.getFlags() & ~BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY);
-    // A body that moves by more than half its thickness in a step is swept, so that it does not pass through a floor.
+    btRigidBody& moving =
+        engine.add(data.masses[i].mass, data.moments[i], shape, body.friction, body.restitution);
+    if (!data.gyroscopic)
+      moving.setFlags(moving.getFlags() & ~BT_ENABLE_GYROSCOPIC_FORCE_IMPLICIT_BODY);
+    // A body that moves by more than half its thickness in a step is swept, so that it does not
+    // pass through a floor.
     moving.setCcdMotionThreshold(0.5 * data.inner_radii[i]);
     moving.setCcdSweptSphereRadius(0.5 * data.inner_radii[i]);
     data.set_body(i, state);
@@ -352,12 +386,14 @@ void RigidWorld::advance(double step, const Points& impulses, const Points& angu
                  angular_velocity_between(from.orientation, to.orientation, step));
   }
   for (const Facet& facet : data.facets) {
-    const FacetMotion motion = facet_motion(facet.at(now.deformed), facet.at(obstacles.deformed), step);
+    const FacetMotion motion =
+        facet_motion(facet.at(now.deformed), facet.at(obstacles.deformed), step);
     set_velocity(*engine.bodies[obstacle++], motion.velocity, motion.angular_velocity);
   }
   std::vector<std::array<btVector3, 3>> free;  // velocities and place that nothing has changed
   for (std::size_t i = 0; i < n && touched; ++i) {
-    const btVector3 velocity = engine.bodies[i]->getLinearVelocity() + to_bullet(data.gravity) * step;
+    const btVector3 velocity =
+        engine.bodies[i]->getLinearVelocity() + to_bullet(data.gravity) * step;
     free.push_back({velocity, engine.bodies[i]->getAngularVelocity(),
                     engine.bodies[i]->getWorldTransform().getOrigin() + velocity * step});
   }
@@ -365,7 +401,8 @@ void RigidWorld::advance(double step, const Points& impulses, const Points& angu
   if (touched) touched->clear();
   for (std::size_t i = 0; i < free.size(); ++i) {
     const btRigidBody& body = *engine.bodies[i];
-    touched->push_back(body.getLinearVelocity() != free[i][0] || body.getAngularVelocity() != free[i][1] ||
+    touched->push_back(body.getLinearVelocity() != free[i][0] ||
+                       body.getAngularVelocity() != free[i][1] ||
                        body.getWorldTransform().getOrigin() != free[i][2]);
   }
   data.places = obstacles;
@@ -394,8 +431,10 @@ std::vector<std::uint8_t> RigidWorld::supported() const {
   for (int m = 0; m < data_->engine->dispatcher.getNumManifolds(); ++m) {
     const btPersistentManifold& manifold = data_->manifold(m);
     double impulse = 0.0;
-    for (int k = 0; k < manifold.getNumContacts(); ++k) impulse += manifold.getContactPoint(k).getAppliedImpulse();
-    if (impulse > 0.0) pressed.push_back({manifold.getBody0()->getUserIndex(), manifold.getBody1()->getUserIndex()});
+    for (int k = 0; k < manifold.getNumContacts(); ++k)
+      impulse += manifold.getContactPoint(k).getAppliedImpulse();
+    if (impulse > 0.0)
+      pressed.push_back({manifold.getBody0()->getUserIndex(), manifold.getBody1()->getUserIndex()});
   }
   return bodies_on_obstacles(static_cast<int>(data_->bodies.size()), pressed);
 }

@@ -1,4 +1,5 @@
-// Geometry of collision shapes: principal axes, the sphere test, and hulls that make room for a margin.
+// Geometry of collision shapes: principal axes, the sphere test, and hulls that make room for a
+// margin.
 #include "core/rigid/shape_geometry.h"
 
 #include <algorithm>
@@ -33,15 +34,19 @@ std::vector<Vec3> body_points(const TriangleMesh& mesh, const Vec3& centre, cons
   return points;
 }
 
-double sphere_radius(const TriangleMesh& mesh, const MassProperties& mass, double density, const std::string& where) {
+double sphere_radius(const TriangleMesh& mesh, const MassProperties& mass, double density,
+                     const std::string& where) {
   const Vector distances = (mesh.vertices().rowwise() - mass.centre.transpose()).rowwise().norm();
   const double radius = distances.maxCoeff();
-  // Half the volume tells an icosahedron (0.61) from a cube (0.37), whose corners lie on a sphere as well.
+  // Half the volume tells an icosahedron (0.61) from a cube (0.37), whose corners lie on a sphere
+  // as well.
   const double filled = mass.mass / density / (4.0 / 3.0 * M_PI * radius * radius * radius);
   if (distances.minCoeff() < 0.99 * radius || filled < 0.5) {
-    throw InvalidInput(where + ".shape \"sphere\" needs a mesh that is a sphere within 1 %, got vertices " +
-                       std::to_string(distances.minCoeff()) + " to " + std::to_string(radius) + " m from the centre and " +
-                       std::to_string(100.0 * filled) + " % of the sphere's volume; use \"convex\" or another mesh");
+    throw InvalidInput(where +
+                       ".shape \"sphere\" needs a mesh that is a sphere within 1 %, got vertices " +
+                       std::to_string(distances.minCoeff()) + " to " + std::to_string(radius) +
+                       " m from the centre and " + std::to_string(100.0 * filled) +
+                       " % of the sphere's volume; use \"convex\" or another mesh");
   }
   return radius;
 }
@@ -59,11 +64,11 @@ FacetMotion facet_motion(const Mat3& before, const Mat3& after, double step) {
   return {velocity.transpose(), inertia.ldlt().solve(momentum)};
 }
 
-
 FacetFrame facet_frame(const Mat3& corners) {
   FacetFrame frame;
   frame.centre = corners.colwise().mean().transpose();
-  const Vec3 edge = (corners.row(1) - corners.row(0)).transpose(), other = (corners.row(2) - corners.row(0)).transpose();
+  const Vec3 edge = (corners.row(1) - corners.row(0)).transpose(),
+             other = (corners.row(2) - corners.row(0)).transpose();
   frame.axes.col(0) = edge.normalized();
   frame.axes.col(2) = edge.cross(other).normalized();
   frame.axes.col(1) = frame.axes.col(2).cross(frame.axes.col(0));
@@ -71,9 +76,9 @@ FacetFrame facet_frame(const Mat3& corners) {
   return frame;
 }
 
-
-ConvexCore convex_core(const std::vector<Vec3>& vertices, const std::vector<std::vector<int>>& faces,
-                       double margin_share, const std::string& where) {
+ConvexCore convex_core(const std::vector<Vec3>& vertices,
+                       const std::vector<std::vector<int>>& faces, double margin_share,
+                       const std::string& where) {
   Vec3 centre = Vec3::Zero();
   for (const Vec3& vertex : vertices) centre += vertex / static_cast<double>(vertices.size());
   double size = 0.0;
@@ -86,7 +91,8 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices, const std::vector<std:
   for (const std::vector<int>& face : faces) {
     Vec3 area = Vec3::Zero();
     for (std::size_t k = 0; k < face.size(); ++k) {
-      area += 0.5 * (vertices[face[k]] - centre).cross(vertices[face[(k + 1) % face.size()]] - centre);
+      area +=
+          0.5 * (vertices[face[k]] - centre).cross(vertices[face[(k + 1) % face.size()]] - centre);
     }
     if (area.norm() < 1e-12 * size * size) continue;  // slivers between coplanar points
     Vec3 normal = area.normalized();
@@ -99,11 +105,13 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices, const std::vector<std:
     }
   }
   if (vertices.size() < 4 || faces.size() < 4 || inner_radius <= 1e-6 * size) {
-    throw InvalidInput(where + " must have a convex hull with volume, got points in one plane; give it a thickness");
+    throw InvalidInput(
+        where +
+        " must have a convex hull with volume, got points in one plane; give it a thickness");
   }
 
-  // A vertex moves by -delta with n . delta = margin for each of its faces: exact where three planes meet, else in the least
-  // squares sense weighted by area.
+  // A vertex moves by -delta with n . delta = margin for each of its faces: exact where three
+  // planes meet, else in the least squares sense weighted by area.
   ConvexCore core;
   core.margin = margin_share * inner_radius;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
@@ -116,7 +124,8 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices, const std::vector<std:
       const Vec3 axis = solver.eigenvectors().col(k);
       delta += core.margin * axis.dot(sums[i]) / eigenvalues[k] * axis;
     }
-    const double limit = 0.5 * (vertices[i] - centre).norm();  // the tip of a needle stays outside the centre
+    const double limit =
+        0.5 * (vertices[i] - centre).norm();  // the tip of a needle stays outside the centre
     if (delta.norm() > limit) delta *= limit / delta.norm();
     core.points.push_back(vertices[i] - delta);
   }
@@ -126,11 +135,15 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices, const std::vector<std:
 void check_shape(const RigidBody& body, const std::string& where) {
   if (body.shape == "parts") {
     if (body.parts.empty())
-      throw InvalidInput(where + ".shape \"parts\" needs at least one convex mesh in parts, got none; use \"convex\" for one hull");
+      throw InvalidInput(where +
+                         ".shape \"parts\" needs at least one convex mesh in parts, got none; use "
+                         "\"convex\" for one hull");
     for (std::size_t k = 0; k < body.parts.size(); ++k)
-      if (!body.parts[k]) throw InvalidInput(where + ".parts[" + std::to_string(k) + "] must be a mesh, got none");
+      if (!body.parts[k])
+        throw InvalidInput(where + ".parts[" + std::to_string(k) + "] must be a mesh, got none");
   } else if (body.shape != "sphere" && body.shape != "box" && body.shape != "convex") {
-    throw InvalidInput(where + ".shape must be sphere, box, convex or parts, got \"" + body.shape + "\"");
+    throw InvalidInput(where + ".shape must be sphere, box, convex or parts, got \"" + body.shape +
+                       "\"");
   }
 }
 

@@ -27,14 +27,17 @@ double distance_to(const std::array<Vec3, 3>& triangle, const Vec3& point) {
 // Whether the boxes about a triangle and a sphere meet; sooner told than how far they are apart.
 bool may_reach(const std::array<Vec3, 3>& triangle, const Vec3& centre, double reach) {
   for (int k = 0; k < 3; ++k) {
-    const double a = triangle[0][k] - centre[k], b = triangle[1][k] - centre[k], c = triangle[2][k] - centre[k];
+    const double a = triangle[0][k] - centre[k], b = triangle[1][k] - centre[k],
+                 c = triangle[2][k] - centre[k];
     if (std::min({a, b, c}) > reach || std::max({a, b, c}) < -reach) return false;
   }
   return true;
 }
 
-// Share of the motion after which a sphere is within `exact` of a triangle, by steps that cannot lead into it; above 1: never.
-double first_touch(const std::array<Vec3, 3>& triangle, const Vec3& centre, double radius, double exact, const Vec3& motion) {
+// Share of the motion after which a sphere is within `exact` of a triangle, by steps that cannot
+// lead into it; above 1: never.
+double first_touch(const std::array<Vec3, 3>& triangle, const Vec3& centre, double radius,
+                   double exact, const Vec3& motion) {
   constexpr int most_steps = 64;  // what is slower glances off
   const double length = motion.norm();
   double share = 0.0;
@@ -56,11 +59,13 @@ void keep_most_different(std::vector<SphereContact>& contacts, std::size_t most)
   for (std::size_t n = 1; n < most; ++n) {
     const auto apart = [&](const SphereContact& contact) {
       double least = 4.0;
-      for (std::size_t k = 0; k < n; ++k) least = std::min(least, (contact.normal - contacts[k].normal).squaredNorm());
+      for (std::size_t k = 0; k < n; ++k)
+        least = std::min(least, (contact.normal - contacts[k].normal).squaredNorm());
       return least;
     };
-    const auto farthest = std::max_element(contacts.begin() + static_cast<std::ptrdiff_t>(n), contacts.end(),
-                                           [&](const auto& a, const auto& b) { return apart(a) < apart(b); });
+    const auto farthest =
+        std::max_element(contacts.begin() + static_cast<std::ptrdiff_t>(n), contacts.end(),
+                         [&](const auto& a, const auto& b) { return apart(a) < apart(b); });
     std::swap(contacts[n], *farthest);
   }
   contacts.resize(most);
@@ -68,14 +73,17 @@ void keep_most_different(std::vector<SphereContact>& contacts, std::size_t most)
 
 }  // namespace
 
-SphereContact sphere_contact(const Vec3& centre, double radius, const Vec3& other_centre, double other_radius) {
+SphereContact sphere_contact(const Vec3& centre, double radius, const Vec3& other_centre,
+                             double other_radius) {
   const Vec3 arm = centre - other_centre;
   const double distance = arm.norm();
   const Vec3 normal = distance > 0.0 ? Vec3(arm / distance) : Vec3::UnitX();
-  return {centre - radius * normal, other_centre + other_radius * normal, normal, distance - radius - other_radius};
+  return {centre - radius * normal, other_centre + other_radius * normal, normal,
+          distance - radius - other_radius};
 }
 
-std::optional<SphereContact> contact_ahead(const Vec3& centre, double radius, const Vec3& other_centre, double other_radius,
+std::optional<SphereContact> contact_ahead(const Vec3& centre, double radius,
+                                           const Vec3& other_centre, double other_radius,
                                            const Vec3& motion) {
   // |arm + share motion| = touching
   const Vec3 arm = centre - other_centre;
@@ -88,19 +96,22 @@ std::optional<SphereContact> contact_ahead(const Vec3& centre, double radius, co
   return contact_at(centre, radius, other_centre + other_radius * normal, normal);
 }
 
-void SphereOnTriangles::look(const std::vector<std::array<Vec3, 3>>& triangles, const Vec3& centre, double reach) {
+void SphereOnTriangles::look(const std::vector<std::array<Vec3, 3>>& triangles, const Vec3& centre,
+                             double reach) {
   near_.clear();
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     if (!may_reach(triangles[t], centre, reach)) continue;
     const auto& [a, b, c] = triangles[t];
     const TrianglePoint closest = closest_on_triangle(centre, a, b, c);
     const double distance = (centre - closest.point).norm();
-    if (distance <= reach) near_.push_back({static_cast<Index>(t), closest.point, distance, corners_of(closest)});
+    if (distance <= reach)
+      near_.push_back({static_cast<Index>(t), closest.point, distance, corners_of(closest)});
   }
 }
 
 // Nearest on every triangle that shares the part, and told by the first of them.
-bool SphereOnTriangles::least_around(const std::vector<std::array<Vec3, 3>>& triangles, const Near& at) const {
+bool SphereOnTriangles::least_around(const std::vector<std::array<Vec3, 3>>& triangles,
+                                     const Near& at) const {
   if (at.closest == all_corners) return true;
   const double reach = at.distance * (1.0 + 1e-9);  // what has the part in it is no farther
   for (const Near& other : near_) {
@@ -116,9 +127,11 @@ bool SphereOnTriangles::least_around(const std::vector<std::array<Vec3, 3>>& tri
   return true;
 }
 
-// What the sphere meets on its way counts where it is least around as the sphere stands then; its plane is the one met.
-void SphereOnTriangles::find_ahead(const std::vector<std::array<Vec3, 3>>& triangles, const Vec3& centre, double radius,
-                                   double exact, const Vec3& motion) {
+// What the sphere meets on its way counts where it is least around as the sphere stands then; its
+// plane is the one met.
+void SphereOnTriangles::find_ahead(const std::vector<std::array<Vec3, 3>>& triangles,
+                                   const Vec3& centre, double radius, double exact,
+                                   const Vec3& motion) {
   const double reach = radius + exact + motion.norm();
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     if (!may_reach(triangles[t], centre, reach)) continue;
@@ -126,20 +139,27 @@ void SphereOnTriangles::find_ahead(const std::vector<std::array<Vec3, 3>>& trian
     if (share == 0.0 || share > 1.0) continue;
     const Vec3 there = centre + share * motion;
     look(triangles, there, radius + 2.0 * exact);
-    const auto at = std::find_if(near_.begin(), near_.end(), [&](const Near& n) { return n.triangle == static_cast<Index>(t); });
+    const auto at = std::find_if(near_.begin(), near_.end(), [&](const Near& n) {
+      return n.triangle == static_cast<Index>(t);
+    });
     if (at == near_.end() || !least_around(triangles, *at)) continue;
     const Vec3 normal = (there - at->point) / at->distance;
-    const auto known = [&](const SphereContact& c) { return (c.normal - normal).squaredNorm() < same_normal; };
-    if (motion.dot(normal) >= 0.0 || std::any_of(touching_.begin(), touching_.end(), known)) continue;
+    const auto known = [&](const SphereContact& c) {
+      return (c.normal - normal).squaredNorm() < same_normal;
+    };
+    if (motion.dot(normal) >= 0.0 || std::any_of(touching_.begin(), touching_.end(), known))
+      continue;
     ahead_.push_back(contact_at(centre, radius, at->point, normal));
   }
-  std::stable_sort(ahead_.begin(), ahead_.end(), [&](const SphereContact& a, const SphereContact& b) {
-    return a.gap * -motion.dot(b.normal) < b.gap * -motion.dot(a.normal);  // the first first
-  });
+  std::stable_sort(
+      ahead_.begin(), ahead_.end(), [&](const SphereContact& a, const SphereContact& b) {
+        return a.gap * -motion.dot(b.normal) < b.gap * -motion.dot(a.normal);  // the first first
+      });
 }
 
-void SphereOnTriangles::find(const std::vector<std::array<Vec3, 3>>& triangles, const Vec3& centre, double radius, double near,
-                             const Vec3& motion, std::size_t most, std::vector<SphereContact>& contacts) {
+void SphereOnTriangles::find(const std::vector<std::array<Vec3, 3>>& triangles, const Vec3& centre,
+                             double radius, double near, const Vec3& motion, std::size_t most,
+                             std::vector<SphereContact>& contacts) {
   const bool moves = motion.norm() > near;
   touching_.clear(), ahead_.clear();
   look(triangles, centre, radius + near);
@@ -154,17 +174,21 @@ void SphereOnTriangles::find(const std::vector<std::array<Vec3, 3>>& triangles, 
     }
     const SphereContact contact = contact_at(centre, radius, at.point, normal);
     // Where its plane lies in the way, whether the surface does is seen below.
-    if (!moves || contact.gap <= 0.1 * near || -motion.dot(normal) <= contact.gap) touching_.push_back(contact);
+    if (!moves || contact.gap <= 0.1 * near || -motion.dot(normal) <= contact.gap)
+      touching_.push_back(contact);
   }
-  std::stable_sort(touching_.begin(), touching_.end(), [](const auto& a, const auto& b) { return a.gap < b.gap; });
+  std::stable_sort(touching_.begin(), touching_.end(),
+                   [](const auto& a, const auto& b) { return a.gap < b.gap; });
   Vec3 left = motion;  // what the touching ones leave of it
   for (int pass = 0; pass < 2; ++pass)
     for (const SphereContact& contact : touching_)
-      left += std::max(0.0, -left.dot(contact.normal) - std::max(0.0, contact.gap)) * contact.normal;
+      left +=
+          std::max(0.0, -left.dot(contact.normal) - std::max(0.0, contact.gap)) * contact.normal;
   if (left.norm() > near) find_ahead(triangles, centre, radius, 1e-4 * radius, left);
   keep_most_different(touching_, ahead_.empty() ? most : most - 1);
   contacts.insert(contacts.end(), touching_.begin(), touching_.end());
-  for (std::size_t k = 0; k < ahead_.size() && contacts.size() < most; ++k) contacts.push_back(ahead_[k]);
+  for (std::size_t k = 0; k < ahead_.size() && contacts.size() < most; ++k)
+    contacts.push_back(ahead_[k]);
 }
 
 }  // namespace loomstone

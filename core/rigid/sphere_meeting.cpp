@@ -18,11 +18,14 @@ constexpr btScalar same_contact = 0.1;
 
 bool touched_before(const btPersistentManifold& manifold, const SphereContact& contact) {
   for (int k = 0; k < manifold.getNumContacts(); ++k)
-    if (manifold.getContactPoint(k).m_normalWorldOnB.distance2(to_bullet(contact.normal)) < same_contact) return true;
+    if (manifold.getContactPoint(k).m_normalWorldOnB.distance2(to_bullet(contact.normal)) <
+        same_contact)
+      return true;
   return false;
 }
 
-// In place of those of the step before. A new point goes on from the impulse of the old one whose normal is nearest.
+// In place of those of the step before. A new point goes on from the impulse of the old one whose
+// normal is nearest.
 void put_points(btPersistentManifold& manifold, const std::vector<SphereContact>& contacts) {
   struct Before {
     btVector3 normal;
@@ -46,7 +49,8 @@ void put_points(btPersistentManifold& manifold, const std::vector<SphereContact>
       point.m_lateralFrictionDir1 = point.m_lateralFrictionDir2 = zero;
       point.m_partId0 = point.m_partId1 = point.m_index0 = point.m_index1 = -1;
     }
-    point.m_positionWorldOnA = to_bullet(contact.on_sphere), point.m_positionWorldOnB = to_bullet(contact.on_other);
+    point.m_positionWorldOnA = to_bullet(contact.on_sphere),
+    point.m_positionWorldOnB = to_bullet(contact.on_other);
     point.m_localPointA = a.getWorldTransform().invXform(point.m_positionWorldOnA);
     point.m_localPointB = b.getWorldTransform().invXform(point.m_positionWorldOnB);
     point.m_normalWorldOnB = to_bullet(contact.normal);
@@ -64,16 +68,21 @@ void put_points(btPersistentManifold& manifold, const std::vector<SphereContact>
   }
 }
 
-double radius(const btRigidBody& ball) { return static_cast<const btSphereShape*>(ball.getCollisionShape())->getRadius(); }
+double radius(const btRigidBody& ball) {
+  return static_cast<const btSphereShape*>(ball.getCollisionShape())->getRadius();
+}
 
-// `near`: gap up to which they touch; `motion`: of the ball past the other in this step, none for balls that bounce.
+// `near`: gap up to which they touch; `motion`: of the ball past the other in this step, none for
+// balls that bounce.
 void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, const Vec3& motion,
               std::vector<SphereContact>& contacts) {
-  const Vec3 at = from_bullet(ball.getWorldTransform().getOrigin()), past = from_bullet(other.getWorldTransform().getOrigin());
+  const Vec3 at = from_bullet(ball.getWorldTransform().getOrigin()),
+             past = from_bullet(other.getWorldTransform().getOrigin());
   const double reach = radius(ball) + radius(other) + std::max(near, motion.norm());
   if ((at - past).squaredNorm() > reach * reach) return;
   const SphereContact contact = sphere_contact(at, radius(ball), past, radius(other));
-  // One that straight motion does not need may save what is struck on its way; one that it is held up by must be met.
+  // One that straight motion does not need may save what is struck on its way; one that it is held
+  // up by must be met.
   if (contact.gap <= 0.0 || -motion.dot(contact.normal) <= contact.gap)
     contacts.push_back(contact);
   else if (const auto ahead = contact_ahead(at, radius(ball), past, radius(other), motion))
@@ -83,7 +92,8 @@ void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, co
 // The triangles near a sphere, asked for again only once it has moved on.
 class NearTriangles : btTriangleCallback {
  public:
-  // Those within `reach` of a point in the mesh's axes, and maybe more; `room`: how much farther to look, so as not to ask soon.
+  // Those within `reach` of a point in the mesh's axes, and maybe more; `room`: how much farther to
+  // look, so as not to ask soon.
   const std::vector<std::array<Vec3, 3>>& within(double reach, const btVector3& point, double room,
                                                  const btBvhTriangleMeshShape& mesh) {
     if ((point - asked_).length() + reach > reach_) {
@@ -97,9 +107,11 @@ class NearTriangles : btTriangleCallback {
 
  private:
   void processTriangle(btVector3* corners, int, int) override {
-    const std::array<Vec3, 3> x = {from_bullet(corners[0]), from_bullet(corners[1]), from_bullet(corners[2])};
+    const std::array<Vec3, 3> x = {from_bullet(corners[0]), from_bullet(corners[1]),
+                                   from_bullet(corners[2])};
     const Vec3 point = from_bullet(asked_);
-    if ((closest_on_triangle(point, x[0], x[1], x[2]).point - point).norm() <= reach_) triangles_.push_back(x);
+    if ((closest_on_triangle(point, x[0], x[1], x[2]).point - point).norm() <= reach_)
+      triangles_.push_back(x);
   }
 
   std::vector<std::array<Vec3, 3>> triangles_;
@@ -107,35 +119,40 @@ class NearTriangles : btTriangleCallback {
   double reach_ = -1.0;  // none known
 };
 
-void add_mesh(const btRigidBody& ball, const btRigidBody& other, double near, const Vec3& motion, NearTriangles& triangles,
-              SphereOnTriangles& found, std::vector<SphereContact>& contacts) {
+void add_mesh(const btRigidBody& ball, const btRigidBody& other, double near, const Vec3& motion,
+              NearTriangles& triangles, SphereOnTriangles& found,
+              std::vector<SphereContact>& contacts) {
   const btTransform& pose = other.getWorldTransform();
   const btVector3 local = pose.invXform(ball.getWorldTransform().getOrigin());
   const Vec3 local_motion = from_bullet(pose.getBasis().transpose() * to_bullet(motion));
   const double reach = radius(ball) + std::max(near, motion.norm());
   const auto& mesh = *static_cast<const btBvhTriangleMeshShape*>(other.getCollisionShape());
-  found.find(triangles.within(reach, local, 0.1 * radius(ball), mesh), from_bullet(local), radius(ball), near, local_motion,
-             MANIFOLD_CACHE_SIZE, contacts);
+  found.find(triangles.within(reach, local, 0.1 * radius(ball), mesh), from_bullet(local),
+             radius(ball), near, local_motion, MANIFOLD_CACHE_SIZE, contacts);
   for (SphereContact& contact : contacts)
-    contact = {from_bullet(pose * to_bullet(contact.on_sphere)), from_bullet(pose * to_bullet(contact.on_other)),
+    contact = {from_bullet(pose * to_bullet(contact.on_sphere)),
+               from_bullet(pose * to_bullet(contact.on_other)),
                from_bullet(pose.getBasis() * to_bullet(contact.normal)), contact.gap};
 }
 
 // Of one pair; the first of its bodies is a sphere, the second a sphere or a mesh.
 class SphereMeeting : public btCollisionAlgorithm {
  public:
-  SphereMeeting(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObject* ball, const btCollisionObject* other)
+  SphereMeeting(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObject* ball,
+                const btCollisionObject* other)
       : btCollisionAlgorithm(info), manifold_(m_dispatcher->getNewManifold(ball, other)) {}
   ~SphereMeeting() override { m_dispatcher->releaseManifold(manifold_); }
 
-  void processCollision(const btCollisionObjectWrapper*, const btCollisionObjectWrapper*, const btDispatcherInfo& info,
-                        btManifoldResult* result) override {
+  void processCollision(const btCollisionObjectWrapper*, const btCollisionObjectWrapper*,
+                        const btDispatcherInfo& info, btManifoldResult* result) override {
     result->setPersistentManifold(manifold_);
     const auto& ball = *static_cast<const btRigidBody*>(manifold_->getBody0());
     const auto& other = *static_cast<const btRigidBody*>(manifold_->getBody1());
     const bool round = other.getCollisionShape()->getShapeType() == SPHERE_SHAPE_PROXYTYPE;
-    const btVector3 from = ball.getWorldTransform().getOrigin() - other.getWorldTransform().getOrigin();
-    btVector3 velocity = ball.getLinearVelocity() - (round ? other.getLinearVelocity() : other.getVelocityInLocalPoint(from));
+    const btVector3 from =
+        ball.getWorldTransform().getOrigin() - other.getWorldTransform().getOrigin();
+    btVector3 velocity = ball.getLinearVelocity() -
+                         (round ? other.getLinearVelocity() : other.getVelocityInLocalPoint(from));
     velocity += (ball.getGravity() - other.getGravity()) * info.m_timeStep;
     const double near = manifold_->getContactBreakingThreshold();
     const bool bounce = btManifoldResult::calculateCombinedRestitution(&ball, &other) > 0.0;
@@ -148,20 +165,26 @@ class SphereMeeting : public btCollisionAlgorithm {
       add_mesh(ball, other, near, motion, triangles_, found_, contacts_);
     }
     if (bounce)  // thrown back where they touch, no sooner
-      contacts_.erase(std::remove_if(contacts_.begin(), contacts_.end(), [&](const SphereContact& contact) {
-        return contact.gap > 0.0 && !touched_before(*manifold_, contact);
-      }), contacts_.end());
+      contacts_.erase(std::remove_if(contacts_.begin(), contacts_.end(),
+                                     [&](const SphereContact& contact) {
+                                       return contact.gap > 0.0 &&
+                                              !touched_before(*manifold_, contact);
+                                     }),
+                      contacts_.end());
     if (!contacts_.empty() || manifold_->getNumContacts() > 0) put_points(*manifold_, contacts_);
   }
-  btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&, btManifoldResult*) override {
+  btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
+                                 btManifoldResult*) override {
     return 1.0;  // Bullet asks no one
   }
-  void getAllContactManifolds(btManifoldArray& manifolds) override { manifolds.push_back(manifold_); }
+  void getAllContactManifolds(btManifoldArray& manifolds) override {
+    manifolds.push_back(manifold_);
+  }
 
  private:
   btPersistentManifold* manifold_;
   NearTriangles triangles_;
-  SphereOnTriangles found_;              // these two are kept for their memory alone
+  SphereOnTriangles found_;  // these two are kept for their memory alone
   std::vector<SphereContact> contacts_;
 };
 
@@ -171,17 +194,21 @@ int SphereMeetings::size() { return static_cast<int>(sizeof(SphereMeeting)); }
 
 void SphereMeetings::enter(btCollisionDispatcher& dispatcher) {
   dispatcher.registerCollisionCreateFunc(SPHERE_SHAPE_PROXYTYPE, SPHERE_SHAPE_PROXYTYPE, &create_);
-  dispatcher.registerCollisionCreateFunc(SPHERE_SHAPE_PROXYTYPE, TRIANGLE_MESH_SHAPE_PROXYTYPE, &create_);
-  dispatcher.registerCollisionCreateFunc(TRIANGLE_MESH_SHAPE_PROXYTYPE, SPHERE_SHAPE_PROXYTYPE, &create_);
+  dispatcher.registerCollisionCreateFunc(SPHERE_SHAPE_PROXYTYPE, TRIANGLE_MESH_SHAPE_PROXYTYPE,
+                                         &create_);
+  dispatcher.registerCollisionCreateFunc(TRIANGLE_MESH_SHAPE_PROXYTYPE, SPHERE_SHAPE_PROXYTYPE,
+                                         &create_);
 }
 
-btCollisionAlgorithm* SphereMeetings::Create::CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
-                                                                       const btCollisionObjectWrapper* first,
-                                                                       const btCollisionObjectWrapper* second) {
+btCollisionAlgorithm* SphereMeetings::Create::CreateCollisionAlgorithm(
+    btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* first,
+    const btCollisionObjectWrapper* second) {
   const bool first_round = first->getCollisionShape()->getShapeType() == SPHERE_SHAPE_PROXYTYPE;
-  const btCollisionObject *ball = first->getCollisionObject(), *other = second->getCollisionObject();
+  const btCollisionObject *ball = first->getCollisionObject(),
+                          *other = second->getCollisionObject();
   if (!first_round) std::swap(ball, other);
-  return new (info.m_dispatcher1->allocateCollisionAlgorithm(size())) SphereMeeting(info, ball, other);
+  return new (info.m_dispatcher1->allocateCollisionAlgorithm(size()))
+      SphereMeeting(info, ball, other);
 }
 
 }  // namespace loomstone

@@ -26,7 +26,8 @@ void check_magnets(const Model& model, const State& state);  // where they begin
 void build_coils(const Scene& scene, Model& model);
 void check_coils(const Model& model, const State& state);  // where they begin
 
-// Place in the bodies, then obstacles, of one that carries magnets or coils. Throws InvalidInput, and Unsupported where it deforms.
+// Place in the bodies, then obstacles, of one that carries magnets or coils. Throws InvalidInput,
+// and Unsupported where it deforms.
 std::size_t find_carrier(const Scene& scene, const std::string& name, const std::string& where);
 
 // Surfaces end to end, thickness, friction, stiffness of contacts.
@@ -43,12 +44,14 @@ std::size_t find_by_name(const List& list, const std::string& name, const std::s
     if (list[i].name == name) return i;
     known += (known.empty() ? "\"" : ", \"") + list[i].name + "\"";
   }
-  throw InvalidInput(where + " must be the name of one (" + (known.empty() ? "there are none" : known) + "), got \"" + name + "\"");
+  throw InvalidInput(where + " must be the name of one (" +
+                     (known.empty() ? "there are none" : known) + "), got \"" + name + "\"");
 }
 
-// Name of a surface in reports and files: that given, or what it is with its place, or with the next number of which no
-// other surface has the name.
-std::string name_of(const Scene& scene, const char* kind, std::size_t index, std::size_t count, const std::string& given);
+// Name of a surface in reports and files: that given, or what it is with its place, or with the
+// next number of which no other surface has the name.
+std::string name_of(const Scene& scene, const char* kind, std::size_t index, std::size_t count,
+                    const std::string& given);
 
 // "cloths[1]" with its name where it has one.
 std::string item(const char* list, std::size_t index, const std::string& name);

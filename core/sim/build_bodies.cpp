@@ -20,7 +20,8 @@ Index first_vertex_of(const Scene& scene, std::size_t cloth) {
 
 double mean_membrane_stiffness(const Scene& scene) {
   double sum = 0.0;
-  for (const Cloth& cloth : scene.cloths) sum += 0.5 * (cloth.material.weft_stiffness + cloth.material.warp_stiffness);
+  for (const Cloth& cloth : scene.cloths)
+    sum += 0.5 * (cloth.material.weft_stiffness + cloth.material.warp_stiffness);
   return scene.cloths.empty() ? 300.0 : sum / static_cast<double>(scene.cloths.size());
 }
 
@@ -33,22 +34,26 @@ void build_attachments(const Scene& scene, Model& model, const State& state) {
     const Index first = first_vertex_of(scene, c);
     for (const Index vertex : attachment.vertices) {
       if (vertex < 0 || vertex >= scene.cloths[c].mesh->n_vertices())
-        throw InvalidInput(where + ".vertices must be vertices of the cloth, got " + std::to_string(vertex));
+        throw InvalidInput(where + ".vertices must be vertices of the cloth, got " +
+                           std::to_string(vertex));
       const Index row = model.row_of_vertex[first + vertex];
       if (model.cloth.pinned[row])
-        throw InvalidInput(where + ".vertices: vertex " + std::to_string(vertex) + " is pinned; unpin it or do not attach it");
-      model.attachments.push_back({row, body, to_body(state.rigid, body, state.cloth.x.row(row).transpose())});
+        throw InvalidInput(where + ".vertices: vertex " + std::to_string(vertex) +
+                           " is pinned; unpin it or do not attach it");
+      model.attachments.push_back(
+          {row, body, to_body(state.rigid, body, state.cloth.x.row(row).transpose())});
     }
   }
-  std::sort(model.attachments.begin(), model.attachments.end(),
-            [](const auto& a, const auto& b) { return a.row != b.row ? a.row < b.row : a.body < b.body; });
+  std::sort(model.attachments.begin(), model.attachments.end(), [](const auto& a, const auto& b) {
+    return a.row != b.row ? a.row < b.row : a.body < b.body;
+  });
   // Stiff beside the membrane, so that an attached vertex stays within micrometres; our choice.
   model.attachment_stiffness = 100.0 * mean_membrane_stiffness(scene);
 }
 
-// A cloth's own contact distance: a tenth of the mean edge, and at most 0.4 of the smallest height of a triangle, which bounds
-// the rest distance of primitives that share no vertex. Throws where the user's is so large that cloth at rest would push
-// itself apart.
+// A cloth's own contact distance: a tenth of the mean edge, and at most 0.4 of the smallest height
+// of a triangle, which bounds the rest distance of primitives that share no vertex. Throws where
+// the user's is so large that cloth at rest would push itself apart.
 double own_thickness(const Cloth& cloth, const std::string& name) {
   double smallest = std::numeric_limits<double>::infinity(), edges = 0.0;
   const Points& x = cloth.mesh->vertices();
@@ -60,26 +65,33 @@ double own_thickness(const Cloth& cloth, const std::string& name) {
       edges += edge;
       longest = std::max(longest, edge);
     }
-    const Vec3 a = (x.row(t(i, 1)) - x.row(t(i, 0))).transpose(), b = (x.row(t(i, 2)) - x.row(t(i, 0))).transpose();
+    const Vec3 a = (x.row(t(i, 1)) - x.row(t(i, 0))).transpose(),
+               b = (x.row(t(i, 2)) - x.row(t(i, 0))).transpose();
     smallest = std::min(smallest, a.cross(b).norm() / longest);
   }
   if (cloth.thickness > smallest && cloth.self_collision) {
     std::ostringstream out;
-    out << name << ".thickness must not be above the smallest height of a triangle, " << smallest << " m, got "
-        << cloth.thickness << " m: the cloth would push itself apart; take a coarser mesh or less (0: chosen from the mesh)";
+    out << name << ".thickness must not be above the smallest height of a triangle, " << smallest
+        << " m, got " << cloth.thickness
+        << " m: the cloth would push itself apart; take a coarser mesh or less (0: chosen from the "
+           "mesh)";
     throw InvalidInput(out.str());
   }
-  return cloth.thickness > 0.0 ? cloth.thickness : std::min(0.1 * edges / (3.0 * static_cast<double>(t.rows())), 0.4 * smallest);
+  return cloth.thickness > 0.0
+             ? cloth.thickness
+             : std::min(0.1 * edges / (3.0 * static_cast<double>(t.rows())), 0.4 * smallest);
 }
 
-// A closed surface of many faces without creases: contact follows its rounded normal instead of its facets.
+// A closed surface of many faces without creases: contact follows its rounded normal instead of its
+// facets.
 bool is_smooth(const TriangleMesh& mesh) {
   constexpr Index many_faces = 1000;
   const double crease = std::cos(30.0 * EIGEN_PI / 180.0);
   if (mesh.n_triangles() < many_faces || !mesh.closed()) return false;
   const Triangles& t = mesh.triangles();
   const auto normal = [&](Index i) {
-    const Vec3 a = mesh.vertices().row(t(i, 0)), b = mesh.vertices().row(t(i, 1)), c = mesh.vertices().row(t(i, 2));
+    const Vec3 a = mesh.vertices().row(t(i, 0)), b = mesh.vertices().row(t(i, 1)),
+               c = mesh.vertices().row(t(i, 2));
     return Vec3((b - a).cross(c - a).normalized());
   };
   for (const auto& sides : edge_table(mesh.n_vertices(), t).triangles)
@@ -87,7 +99,8 @@ bool is_smooth(const TriangleMesh& mesh) {
   return true;
 }
 
-void add_surface(CollisionModel& collision, CollisionSurface surface, const Triangles& triangles, Index n_vertices) {
+void add_surface(CollisionModel& collision, CollisionSurface surface, const Triangles& triangles,
+                 Index n_vertices) {
   surface.first_vertex = collision.n_vertices;
   surface.n_vertices = n_vertices;
   surface.first_triangle = static_cast<Index>(collision.triangles.rows());
@@ -141,7 +154,8 @@ void build_bodies(const Scene& scene, Model& model, State& state) {
     const TriangleMesh& mesh = *scene.obstacles[o].mesh;
     model.obstacles.push_back({next, mesh.vertices()});
     next += mesh.n_vertices();
-    add_topology(mesh, name_of(scene, "obstacle", o, n_obstacles, scene.obstacles[o].name), scene.obstacles[o].floor);
+    add_topology(mesh, name_of(scene, "obstacle", o, n_obstacles, scene.obstacles[o].name),
+                 scene.obstacles[o].floor);
   }
   obstacle_vertices(model, state, 0.0, 1.0, state.obstacle_vertices);
   build_attachments(scene, model, state);
@@ -164,7 +178,8 @@ void build_collision(const Scene& scene, Model& model) {
     surface.thickness = thickness[c];
     surface.friction = cloth.friction;
     surface.self_collision = cloth.self_collision;
-    const Triangles local = model.cloth.triangles.middleRows(triangle, cloth.mesh->n_triangles()).array() - row;
+    const Triangles local =
+        model.cloth.triangles.middleRows(triangle, cloth.mesh->n_triangles()).array() - row;
     add_surface(collision, surface, local, cloth.mesh->n_vertices());
     row += cloth.mesh->n_vertices(), triangle += cloth.mesh->n_triangles();
   }
@@ -177,7 +192,8 @@ void build_collision(const Scene& scene, Model& model) {
     surface.friction = scene.bodies[b].friction;
     surface.body = static_cast<int>(b);
     surface.smooth = is_smooth(*scene.bodies[b].mesh);
-    add_surface(collision, surface, scene.bodies[b].mesh->triangles(), scene.bodies[b].mesh->n_vertices());
+    add_surface(collision, surface, scene.bodies[b].mesh->triangles(),
+                scene.bodies[b].mesh->n_vertices());
   }
   for (std::size_t o = 0; o < scene.obstacles.size(); ++o) {
     CollisionSurface surface;
@@ -186,7 +202,8 @@ void build_collision(const Scene& scene, Model& model) {
     surface.thickness = scene.obstacles[o].thickness > 0.0 ? scene.obstacles[o].thickness : other;
     surface.friction = scene.obstacles[o].friction;
     surface.smooth = is_smooth(*scene.obstacles[o].mesh);
-    add_surface(collision, surface, scene.obstacles[o].mesh->triangles(), scene.obstacles[o].mesh->n_vertices());
+    add_surface(collision, surface, scene.obstacles[o].mesh->triangles(),
+                scene.obstacles[o].mesh->n_vertices());
   }
   const EdgeTable table = edge_table(collision.n_vertices, collision.triangles);
   collision.edges = table.edges;
@@ -197,16 +214,21 @@ void build_collision(const Scene& scene, Model& model) {
   for (Index i = 0; i < model.cloth.n_vertices; ++i) collision.rows.row[i] = i;
   for (std::size_t b = 0; b < model.bodies.size(); ++b)
     for (Index i = 0; i < model.bodies[b].local.rows(); ++i) {
-      collision.rows.row[model.bodies[b].first + i] = model.cloth.n_vertices + 2 * static_cast<Index>(b);
+      collision.rows.row[model.bodies[b].first + i] =
+          model.cloth.n_vertices + 2 * static_cast<Index>(b);
       collision.rows.is_body[model.bodies[b].first + i] = 1;
     }
   if (!model.attachments.empty()) {
     collision.attached_surface.assign(collision.n_vertices, -1);
     for (const Model::Attached& attached : model.attachments)
-      collision.attached_surface[attached.row] = static_cast<Index>(scene.cloths.size()) + attached.body;
+      collision.attached_surface[attached.row] =
+          static_cast<Index>(scene.cloths.size()) + attached.body;
   }
-  // 1 ... 10 times the membrane's stiffness holds contacts without noise (measured on twisted and draped cloth).
-  collision.contact_stiffness = scene.contact_stiffness > 0.0 ? scene.contact_stiffness : 3.0 * mean_membrane_stiffness(scene);
+  // 1 ... 10 times the membrane's stiffness holds contacts without noise (measured on twisted and
+  // draped cloth).
+  collision.contact_stiffness = scene.contact_stiffness > 0.0
+                                    ? scene.contact_stiffness
+                                    : 3.0 * mean_membrane_stiffness(scene);
 }
 
 }  // namespace loomstone

@@ -34,10 +34,13 @@ Joined join(const Scene& scene) {
     const Index first = all.first_vertex[c], k = cloth.mesh->n_vertices();
     all.x.middleRows(first, k) = cloth.mesh->vertices();
     if (cloth.velocities.rows() > 0) all.v.middleRows(first, k) = cloth.velocities;
-    all.triangles.middleRows(triangle, cloth.mesh->n_triangles()) = cloth.mesh->triangles().array() + first;
-    const auto corners = rest_corners(*cloth.mesh, cloth.rest == "uv", item("cloths", c, cloth.name) + ".mesh");
+    all.triangles.middleRows(triangle, cloth.mesh->n_triangles()) =
+        cloth.mesh->triangles().array() + first;
+    const auto corners =
+        rest_corners(*cloth.mesh, cloth.rest == "uv", item("cloths", c, cloth.name) + ".mesh");
     all.corners.insert(all.corners.end(), corners.begin(), corners.end());
-    all.cloth_of_triangle.insert(all.cloth_of_triangle.end(), cloth.mesh->n_triangles(), static_cast<Index>(c));
+    all.cloth_of_triangle.insert(all.cloth_of_triangle.end(), cloth.mesh->n_triangles(),
+                                 static_cast<Index>(c));
     triangle += cloth.mesh->n_triangles();
   }
   return all;
@@ -48,8 +51,11 @@ Mat3 rigidity_of(const ClothMaterial& m, const std::string& where) {
   const double mean = std::sqrt(m.bending_weft * m.bending_warp);
   const double twist = m.bending_twist < 0.0 ? 0.5 * (mean - m.bending_coupling) : m.bending_twist;
   if (std::abs(m.bending_coupling) > mean || twist < 0.0)
-    throw InvalidInput(where + ".bending_coupling must keep the rigidity positive, |bending_coupling| <= sqrt(bending_weft "
-                               "bending_warp) = " + std::to_string(mean) + " [N m], got " + std::to_string(m.bending_coupling));
+    throw InvalidInput(where +
+                       ".bending_coupling must keep the rigidity positive, |bending_coupling| <= "
+                       "sqrt(bending_weft "
+                       "bending_warp) = " +
+                       std::to_string(mean) + " [N m], got " + std::to_string(m.bending_coupling));
   Mat3 d = Mat3::Zero();
   d(0, 0) = m.bending_weft, d(1, 1) = m.bending_warp, d(2, 2) = twist;
   d(0, 1) = d(1, 0) = m.bending_coupling;
@@ -64,7 +70,8 @@ void order_vertices(const Scene& scene, const Joined& all, Model& model) {
     const Incidence neighbours = vertex_graph(mesh.n_vertices(), mesh.triangles());
     const std::vector<Index> order = bisection_order({neighbours.start, neighbours.items});
     const Index first = all.first_vertex[c];
-    for (Index row = 0; row < mesh.n_vertices(); ++row) model.row_of_vertex[first + order[row]] = first + row;
+    for (Index row = 0; row < mesh.n_vertices(); ++row)
+      model.row_of_vertex[first + order[row]] = first + row;
   }
 }
 
@@ -92,7 +99,8 @@ void set_materials(const Scene& scene, const Joined& all, const Points& x, Model
   std::vector<double> density(m);
   std::vector<MembraneConstants> constants;
   for (std::size_t c = 0; c < scene.cloths.size(); ++c)
-    constants.push_back(membrane_constants(scene.cloths[c].material, item("cloths", c, scene.cloths[c].name) + ".material"));
+    constants.push_back(membrane_constants(scene.cloths[c].material,
+                                           item("cloths", c, scene.cloths[c].name) + ".material"));
   cloth.constants.resize(m);
   cloth.strain_limit_of.assign(m, -1);
   std::vector<Index> limit_of_cloth(scene.cloths.size(), -1);
@@ -112,7 +120,8 @@ void set_materials(const Scene& scene, const Joined& all, const Points& x, Model
   cloth.mass = lumped_mass(cloth.n_vertices, cloth.triangles, cloth.corners, density);
   for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
     const Cloth& description = scene.cloths[c];
-    const Mat3 d = rigidity_of(description.material, item("cloths", c, description.name) + ".material");
+    const Mat3 d =
+        rigidity_of(description.material, item("cloths", c, description.name) + ".material");
     if (d.isZero(0.0)) continue;
     ClothModel::BendingPart part;
     part.element = description.bending;
@@ -171,10 +180,13 @@ void build_cloth(const Scene& scene, Model& model, State& state) {
   topology.triangles = all.triangles;
   topology.corner_uv.resize(3 * all.triangles.rows(), 2);
   topology.cloth_of_triangle = all.cloth_of_triangle;
-  for (Index t = 0; t < all.triangles.rows(); ++t) topology.corner_uv.middleRows(3 * t, 3) = all.corners[t];
+  for (Index t = 0; t < all.triangles.rows(); ++t)
+    topology.corner_uv.middleRows(3 * t, 3) = all.corners[t];
   for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
-    topology.cloth_names.push_back(name_of(scene, "cloth", c, scene.cloths.size(), scene.cloths[c].name));
-    topology.cloth_of_vertex.insert(topology.cloth_of_vertex.end(), scene.cloths[c].mesh->n_vertices(), static_cast<Index>(c));
+    topology.cloth_names.push_back(
+        name_of(scene, "cloth", c, scene.cloths.size(), scene.cloths[c].name));
+    topology.cloth_of_vertex.insert(topology.cloth_of_vertex.end(),
+                                    scene.cloths[c].mesh->n_vertices(), static_cast<Index>(c));
   }
 }
 

@@ -23,13 +23,15 @@ void require(bool holds, const std::string& message) {
 
 // What a shape has no use for must keep its default: nothing given is passed over in silence.
 void check_shape(const Magnet& magnet, const std::string& where) {
-  const bool mesh = magnet.shape == "mesh", sphere = magnet.shape == "sphere", cuboid = magnet.shape == "cuboid",
-             cylinder = magnet.shape == "cylinder", dipole = magnet.shape == "dipole";
+  const bool mesh = magnet.shape == "mesh", sphere = magnet.shape == "sphere",
+             cuboid = magnet.shape == "cuboid", cylinder = magnet.shape == "cylinder",
+             dipole = magnet.shape == "dipole";
   require(mesh || sphere || cuboid || cylinder || dipole,
-          where + ".shape must be mesh, sphere, cuboid, cylinder or dipole, got \"" + magnet.shape + "\"");
+          where + ".shape must be mesh, sphere, cuboid, cylinder or dipole, got \"" + magnet.shape +
+              "\"");
   const auto only = [&](bool given, bool wanted, const char* name) {
-    require(!given || wanted,
-            where + "." + name + " means nothing to a magnet of shape " + magnet.shape + "; leave it out");
+    require(!given || wanted, where + "." + name + " means nothing to a magnet of shape " +
+                                  magnet.shape + "; leave it out");
   };
   only(magnet.mesh != nullptr, mesh, "mesh");
   only(!magnet.size.isZero(0.0), cuboid, "size");
@@ -41,24 +43,31 @@ void check_shape(const Magnet& magnet, const std::string& where) {
   require(magnet.polarization.allFinite(), where + ".polarization must be finite [T]");
   require(magnet.moment.allFinite(), where + ".moment must be finite [A m^2]");
   const bool induced = magnet.susceptibility != 0.0;
-  require(!induced || magnet.polarization.isZero(0.0),
-          where + ".polarization must be zero where susceptibility is given: a magnet is hard or soft");
+  require(
+      !induced || magnet.polarization.isZero(0.0),
+      where + ".polarization must be zero where susceptibility is given: a magnet is hard or soft");
   if (induced && dipole)
     throw Unsupported(where + ".susceptibility is that of bodies with a volume, got shape dipole");
-  require(!induced || magnet.engine == "accurate", where + ".engine must be accurate with a susceptibility");
+  require(!induced || magnet.engine == "accurate",
+          where + ".engine must be accurate with a susceptibility");
   const bool cells = magnet.response == "explicit";
-  require(magnet.focus == 0.0 || (induced && cuboid && !cells),
-          where + ".focus belongs to cuboids with a susceptibility and response mutual; leave it out");
+  require(
+      magnet.focus == 0.0 || (induced && cuboid && !cells),
+      where + ".focus belongs to cuboids with a susceptibility and response mutual; leave it out");
   require(cells || magnet.response == "mutual",
           where + ".response must be mutual or explicit, got \"" + magnet.response + "\"");
-  require(induced || (!cells && magnet.saturation == 0.0 && magnet.resolution == 0),
-          where + ".response, saturation and resolution belong to a susceptibility; leave them out");
-  if (magnet.resolution != 0 && (cuboid || cylinder)) check_cells(magnet.resolution, magnet.shape, where + ".resolution");
+  require(
+      induced || (!cells && magnet.saturation == 0.0 && magnet.resolution == 0),
+      where + ".response, saturation and resolution belong to a susceptibility; leave them out");
+  if (magnet.resolution != 0 && (cuboid || cylinder))
+    check_cells(magnet.resolution, magnet.shape, where + ".resolution");
   require(magnet.saturation == 0.0 || (magnet.susceptibility > 0.0 && !cells),
           where + ".saturation must be 0 [T] unless susceptibility is > 0 and response mutual");
-  require(!cells || magnet.resolution == 0, where + ".resolution belongs to the mutual response; leave it out");
+  require(!cells || magnet.resolution == 0,
+          where + ".resolution belongs to the mutual response; leave it out");
   require(induced || !magnet.polarization.isZero(0.0) || !magnet.moment.isZero(0.0),
-          where + (dipole ? ".moment must not be zero [A m^2]" : ".polarization must not be zero [T]") +
+          where +
+              (dipole ? ".moment must not be zero [A m^2]" : ".polarization must not be zero [T]") +
               "; leave the magnet out");
   require(magnet.position.allFinite(), where + ".position must be finite [m]");
   require(std::abs(magnet.orientation.norm() - 1.0) < 1e-6,
@@ -70,18 +79,22 @@ void check_shape(const Magnet& magnet, const std::string& where) {
           where + ".density belongs to engine cells and to the explicit response; leave it out");
   require((magnet.engine != "cells" && !cells) || magnet.density > 0.0,
           where + ".density must be > 0 [1/m^3] for cells; 8e6 is eight cells a cubic centimetre");
-  require(magnet.engine != "cells" || !dipole, where + ".engine must be accurate for a dipole, which has no cells");
+  require(magnet.engine != "cells" || !dipole,
+          where + ".engine must be accurate for a dipole, which has no cells");
 }
 
-// The source about its own centre, whose place in the frame of the carrier's mesh is added to `pose`.
+// The source about its own centre, whose place in the frame of the carrier's mesh is added to
+// `pose`.
 SourcePtr source_of(const Magnet& magnet, const TriangleMesh& carrier, RigidPose& pose) {
   if (magnet.shape == "sphere") return std::make_shared<Sphere>(magnet.radius, magnet.polarization);
   if (magnet.shape == "cuboid") return std::make_shared<Cuboid>(magnet.size, magnet.polarization);
   if (magnet.shape == "cylinder")
-    return std::make_shared<Cylinder>(magnet.radius, magnet.height, magnet.polarization, magnet.inner_radius);
+    return std::make_shared<Cylinder>(magnet.radius, magnet.height, magnet.polarization,
+                                      magnet.inner_radius);
   if (magnet.shape == "dipole")
     return std::make_shared<DipoleSet>(Points::Zero(1, 3), Points(magnet.moment.transpose()));
-  const MagneticBody body = make_mesh_magnet(magnet.mesh ? *magnet.mesh : carrier, magnet.polarization);
+  const MagneticBody body =
+      make_mesh_magnet(magnet.mesh ? *magnet.mesh : carrier, magnet.polarization);
   pose.position += rotation_matrix(pose.orientation) * body.pose.position;
   return body.source;
 }
@@ -98,36 +111,43 @@ void carry_soft(const Magnet& magnet, const TriangleMesh& carrier, Model::Carrie
     carried.polarizability = sphere_polarizability(magnet.radius, chi);
     if (magnet.resolution <= 1 && !cells && magnet.saturation == 0.0) carried.soft = nullptr;
   } else if (magnet.shape == "cuboid") {
-    carried.soft = soft_cuboid(one, magnet.size, chi, magnet.resolution == 0 ? 8 : magnet.resolution,
-                               magnet.focus);
+    carried.soft = soft_cuboid(one, magnet.size, chi,
+                               magnet.resolution == 0 ? 8 : magnet.resolution, magnet.focus);
   } else if (magnet.shape == "cylinder") {
     carried.soft = soft_cylinder(one, magnet.radius, magnet.height, magnet.inner_radius, chi,
                                  magnet.resolution == 0 ? 8 : magnet.resolution);
   } else {
-    const SoftMesh made =
-        soft_mesh(one, magnet.mesh ? *magnet.mesh : carrier, chi, magnet.resolution == 0 ? 500 : magnet.resolution);
+    const SoftMesh made = soft_mesh(one, magnet.mesh ? *magnet.mesh : carrier, chi,
+                                    magnet.resolution == 0 ? 500 : magnet.resolution);
     carried.soft = made.shape;
     carried.local.position += rotation_matrix(carried.local.orientation) * made.pose.position;
   }
   if (cells) carried.cells = explicit_cells(*carried.soft, magnet.density);
 }
 
-// How far north a point of the carrier is in its nearest magnet, -1 ... 1 along the moment; 0 away from hard magnets.
+// How far north a point of the carrier is in its nearest magnet, -1 ... 1 along the moment; 0 away
+// from hard magnets.
 double pole_at(const Model& model, Index carrier, const Vec3& point) {
-  double nearest = 1.3, pole = 0.0;  // a little beyond the ball that holds the magnet, for what encloses it
+  double nearest = 1.3,
+         pole = 0.0;  // a little beyond the ball that holds the magnet, for what encloses it
   for (const Model::Carried& magnet : model.magnets) {
-    if (magnet.carrier != carrier || !magnet.source || magnet.source->moment().isZero(0.0)) continue;
+    if (magnet.carrier != carrier || !magnet.source || magnet.source->moment().isZero(0.0))
+      continue;
     const Vec3 arm = point - magnet.local.position;
     const double radius = magnet.source->radius() > 0.0 ? magnet.source->radius() : arm.norm();
     if (arm.norm() >= nearest * radius) continue;
     nearest = arm.norm() / radius;
-    pole = (rotation_matrix(magnet.local.orientation) * magnet.source->moment()).normalized().dot(arm) / radius;
+    pole = (rotation_matrix(magnet.local.orientation) * magnet.source->moment())
+               .normalized()
+               .dot(arm) /
+           radius;
   }
   return pole;
 }
 
-// Where many spheres are in the field of many faces or cells, the field is expanded once: that takes as long as some twenty
-// evaluations of all faces at this bound, and as 1,400 of all cells for 100 spheres, however many cells.
+// Where many spheres are in the field of many faces or cells, the field is expanded once: that
+// takes as long as some twenty evaluations of all faces at this bound, and as 1,400 of all cells
+// for 100 spheres, however many cells.
 void expand_fields(const Scene& scene, Model& model) {
   constexpr std::size_t most_exact = 20000, few_spheres = 100;
   constexpr Index few_cells = 1000;
@@ -151,10 +171,13 @@ void expand_fields(const Scene& scene, Model& model) {
 void build_poles(const Scene& scene, Model& model) {
   std::vector<double>& pole = model.topology.body_pole;
   pole.clear();
-  for (Index carrier = 0; carrier < static_cast<Index>(scene.bodies.size() + scene.obstacles.size()); ++carrier) {
+  for (Index carrier = 0;
+       carrier < static_cast<Index>(scene.bodies.size() + scene.obstacles.size()); ++carrier) {
     const bool moves = carrier < model.n_bodies();
-    const Points& local = moves ? model.bodies[carrier].local : model.obstacles[carrier - model.n_bodies()].local;
-    for (Index i = 0; i < local.rows(); ++i) pole.push_back(pole_at(model, carrier, local.row(i).transpose()));
+    const Points& local =
+        moves ? model.bodies[carrier].local : model.obstacles[carrier - model.n_bodies()].local;
+    for (Index i = 0; i < local.rows(); ++i)
+      pole.push_back(pole_at(model, carrier, local.row(i).transpose()));
   }
 }
 
@@ -167,17 +190,21 @@ std::size_t find_carrier(const Scene& scene, const std::string& name, const std:
   std::vector<Named> carriers;
   for (const RigidBody& body : scene.bodies) carriers.push_back({body.name});
   for (const Obstacle& obstacle : scene.obstacles) carriers.push_back({obstacle.name});
-  require(!name.empty(), where + " must be the name of what carries it, got none; name the body or obstacle");
+  require(!name.empty(),
+          where + " must be the name of what carries it, got none; name the body or obstacle");
   const std::size_t carrier = find_by_name(carriers, name, where);
-  if (carrier >= scene.bodies.size() && scene.obstacles[carrier - scene.bodies.size()].vertex_positions.rows() > 0)
-    throw Unsupported(where + " must keep its shape, got an obstacle that deforms by vertex_positions");
+  if (carrier >= scene.bodies.size() &&
+      scene.obstacles[carrier - scene.bodies.size()].vertex_positions.rows() > 0)
+    throw Unsupported(where +
+                      " must keep its shape, got an obstacle that deforms by vertex_positions");
   return carrier;
 }
 
 void build_magnets(const Scene& scene, Model& model) {
   require(scene.magnetic_field.allFinite(), "scene.magnetic_field must be finite [T]");
   require(scene.magnetic_field.isZero(0.0) || !scene.magnets.empty() || !scene.coils.empty(),
-          "scene.magnetic_field acts on magnets and coils, and there are none; add some or leave it out");
+          "scene.magnetic_field acts on magnets and coils, and there are none; add some or leave "
+          "it out");
   for (std::size_t i = 0; i < scene.magnets.size(); ++i) {
     const Magnet& magnet = scene.magnets[i];
     const std::string where = "magnets[" + std::to_string(i) + "]";

@@ -9,20 +9,25 @@
 
 namespace loomstone {
 
-void measure(const Model& model, const State& state, const Team& team, Elasticity& elasticity, StepReport& report) {
+void measure(const Model& model, const State& state, const Team& team, Elasticity& elasticity,
+             StepReport& report) {
   const Index n = model.cloth.n_vertices;
   const Points &x = state.cloth.x, &v = state.cloth.v;
   const Vector& mass = model.cloth.mass;
-  report.kinetic_energy = parallel_sum(team, n, [&](Index i) { return 0.5 * mass[i] * v.row(i).squaredNorm(); });
-  report.gravity_energy =
-      -parallel_sum(team, n, [&](Index i) { return mass[i] * x.row(i).dot(model.scene.gravity.transpose()); });
+  report.kinetic_energy =
+      parallel_sum(team, n, [&](Index i) { return 0.5 * mass[i] * v.row(i).squaredNorm(); });
+  report.gravity_energy = -parallel_sum(
+      team, n, [&](Index i) { return mass[i] * x.row(i).dot(model.scene.gravity.transpose()); });
   report.body_kinetic_energy = report.body_gravity_energy = 0.0;
   for (Index b = 0; b < model.n_bodies(); ++b) {
     const double body_mass = model.body_mass[b].mass;
     const Vec3 spin = state.rigid.angular_velocities.row(b).transpose();
-    const Mat3 inertia = world_inertia(model.body_mass[b], state.rigid.orientations.row(b).transpose());
-    report.body_kinetic_energy += 0.5 * (body_mass * state.rigid.velocities.row(b).squaredNorm() + spin.dot(inertia * spin));
-    report.body_gravity_energy -= body_mass * state.rigid.positions.row(b).dot(model.scene.gravity.transpose());
+    const Mat3 inertia =
+        world_inertia(model.body_mass[b], state.rigid.orientations.row(b).transpose());
+    report.body_kinetic_energy +=
+        0.5 * (body_mass * state.rigid.velocities.row(b).squaredNorm() + spin.dot(inertia * spin));
+    report.body_gravity_energy -=
+        body_mass * state.rigid.positions.row(b).dot(model.scene.gravity.transpose());
   }
   report.circuit_current = first_circuit_current(model, state);
   report.circuit_energy = state.circuits.energy;

@@ -1,8 +1,8 @@
 // Pictures and saves of a state: frames for people, checkpoints for resuming.
 #pragma once
 
-#include "core/base/frame.h"
 #include "core/base/checkpoint.h"
+#include "core/base/frame.h"
 #include "core/cloth/elasticity.h"
 #include "core/sim/model.h"
 #include "core/sim/state.h"
@@ -10,16 +10,18 @@
 
 namespace loomstone {
 
-// Frame `share` of the way from the start of the last step (0) to its end (1); positions are interpolated linearly, all else
-// is that of the end.
+// Frame `share` of the way from the start of the last step (0) to its end (1); positions are
+// interpolated linearly, all else is that of the end.
 Frame capture(const Model& model, const State& state, const StepOutcome& outcome, const Team& team,
               Elasticity& elasticity, double step, double share);
 
 // Fills the energies (but the magnetic one) and the largest stretch of a report.
-void measure(const Model& model, const State& state, const Team& team, Elasticity& elasticity, StepReport& report);
+void measure(const Model& model, const State& state, const Team& team, Elasticity& elasticity,
+             StepReport& report);
 
 Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutcome& outcome);
 // Throws CacheError where the checkpoint is of another scene.
-void from_checkpoint(const Model& model, const Checkpoint& checkpoint, State& state, StepOutcome& outcome);
+void from_checkpoint(const Model& model, const Checkpoint& checkpoint, State& state,
+                     StepOutcome& outcome);
 
 }  // namespace loomstone

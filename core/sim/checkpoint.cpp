@@ -17,8 +17,10 @@ template <class Matrix>
 void get(const Checkpoint& c, const std::string& name, Matrix& matrix) {
   const auto found = c.arrays.find(name);
   if (found == c.arrays.end() || found->second.shape.size() != 2 ||
-      static_cast<Index>(found->second.shape[0] * found->second.shape[1]) != static_cast<Index>(found->second.values.size()))
-    throw CacheError("the checkpoint has no usable table \"" + name + "\"; it was written by another version");
+      static_cast<Index>(found->second.shape[0] * found->second.shape[1]) !=
+          static_cast<Index>(found->second.values.size()))
+    throw CacheError("the checkpoint has no usable table \"" + name +
+                     "\"; it was written by another version");
   matrix.resize(found->second.shape[0], found->second.shape[1]);
   std::copy(found->second.values.begin(), found->second.values.end(), matrix.data());
 }
@@ -28,21 +30,24 @@ template <class Matrix>
 void get(const Checkpoint& c, const std::string& name, Matrix& matrix, const Matrix& now) {
   get(c, name, matrix);
   if (matrix.rows() != now.rows() || matrix.cols() != now.cols())
-    throw CacheError("the checkpoint's table \"" + name + "\" must have " + std::to_string(now.rows()) + " rows, got " +
-                     std::to_string(matrix.rows()) + "; it is damaged");
+    throw CacheError("the checkpoint's table \"" + name + "\" must have " +
+                     std::to_string(now.rows()) + " rows, got " + std::to_string(matrix.rows()) +
+                     "; it is damaged");
 }
 
 const std::vector<std::int64_t>& integers(const Checkpoint& c, const std::string& name) {
   const auto found = c.integers.find(name);
   if (found == c.integers.end())
-    throw CacheError("the checkpoint has no list \"" + name + "\"; it was written by another version");
+    throw CacheError("the checkpoint has no list \"" + name +
+                     "\"; it was written by another version");
   return found->second;
 }
 
 std::vector<std::uint8_t> flags(const Checkpoint& c, const std::string& name) {
   const auto found = c.bytes.find(name);
   if (found == c.bytes.end())
-    throw CacheError("the checkpoint has no flags \"" + name + "\"; it was written by another version");
+    throw CacheError("the checkpoint has no flags \"" + name +
+                     "\"; it was written by another version");
   return found->second;
 }
 
@@ -51,7 +56,8 @@ std::vector<std::uint8_t> flags(const Checkpoint& c, const std::string& name) {
 Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutcome& outcome) {
   Checkpoint c;
   c.integers["counts"] = {model.cloth.n_vertices, model.cloth.triangles.rows(), model.n_bodies(),
-                          static_cast<std::int64_t>(model.obstacles.size()), model.collision.n_vertices};
+                          static_cast<std::int64_t>(model.obstacles.size()),
+                          model.collision.n_vertices};
   c.integers["step"] = {state.step};
   c.integers["tangled"] = {state.tangled};
   put(c, "cloth.x", state.cloth.x);
@@ -87,16 +93,19 @@ Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutco
   put(c, "pose_position", state.pose_position);
   put(c, "pose_orientation", state.pose_orientation);
   c.bytes["pose_override"] = state.pose_override;
-  c.bytes["contact_flags"] = outcome.contact;   // shown by a frame taken before the next step
+  c.bytes["contact_flags"] = outcome.contact;  // shown by a frame taken before the next step
   return c;
 }
 
 void from_checkpoint(const Model& model, const Checkpoint& c, State& state, StepOutcome& outcome) {
-  const std::vector<std::int64_t> counts = {model.cloth.n_vertices, model.cloth.triangles.rows(), model.n_bodies(),
-                                            static_cast<std::int64_t>(model.obstacles.size()), model.collision.n_vertices};
+  const std::vector<std::int64_t> counts = {
+      model.cloth.n_vertices, model.cloth.triangles.rows(), model.n_bodies(),
+      static_cast<std::int64_t>(model.obstacles.size()), model.collision.n_vertices};
   if (integers(c, "counts") != counts)
-    throw CacheError("the checkpoint is of another scene (its counts of vertices, triangles, bodies or obstacles differ); "
-                     "resume with the scene and parameters of the run");
+    throw CacheError(
+        "the checkpoint is of another scene (its counts of vertices, triangles, bodies or "
+        "obstacles differ); "
+        "resume with the scene and parameters of the run");
   State s = state;
   s.step = integers(c, "step").at(0);
   s.tangled = static_cast<std::uint8_t>(integers(c, "tangled").at(0));
@@ -117,7 +126,8 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
   s.circuits.bearings = energies[3];
   get(c, "circuits.currents", s.circuits.currents, state.circuits.currents);
   s.induced_moments.resize(0, 3);
-  if (c.arrays.count("induced_moments")) get(c, "induced_moments", s.induced_moments);  // earlier versions had none
+  if (c.arrays.count("induced_moments"))
+    get(c, "induced_moments", s.induced_moments);  // earlier versions had none
   Points slip;
   Vector force;
   get(c, "contacts.slip", slip);
@@ -127,8 +137,9 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
     throw CacheError("the checkpoint's friction anchors do not fit together; it is damaged");
   s.contacts.anchors.resize(slip.rows());
   for (Index i = 0; i < slip.rows(); ++i)
-    s.contacts.anchors[i] = {static_cast<ContactKind>(ids[3 * i]), static_cast<Index>(ids[3 * i + 1]),
-                             static_cast<Index>(ids[3 * i + 2]), slip.row(i).transpose(), force[i]};
+    s.contacts.anchors[i] = {static_cast<ContactKind>(ids[3 * i]),
+                             static_cast<Index>(ids[3 * i + 1]), static_cast<Index>(ids[3 * i + 2]),
+                             slip.row(i).transpose(), force[i]};
   get(c, "obstacle_vertices", s.obstacle_vertices, state.obstacle_vertices);
   get(c, "external_force", s.external_force, state.external_force);
   get(c, "pin_target", s.pin_target, state.pin_target);
@@ -137,7 +148,8 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
   get(c, "pose_orientation", s.pose_orientation, state.pose_orientation);
   s.pose_override = flags(c, "pose_override");
   std::vector<std::uint8_t> contact = flags(c, "contact_flags");
-  if (s.pin_override.size() != state.pin_override.size() || s.pose_override.size() != state.pose_override.size() ||
+  if (s.pin_override.size() != state.pin_override.size() ||
+      s.pose_override.size() != state.pose_override.size() ||
       contact.size() != static_cast<std::size_t>(model.cloth.n_vertices))
     throw CacheError("the checkpoint's flags do not fit its tables; it is damaged");
   outcome.contact = std::move(contact);

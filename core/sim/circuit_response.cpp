@@ -5,7 +5,8 @@ namespace loomstone {
 namespace {
 
 // The sum of some wrenches, each with its factor.
-std::vector<Wrench> combined(const std::vector<std::pair<double, const std::vector<Wrench>*>>& parts) {
+std::vector<Wrench> combined(
+    const std::vector<std::pair<double, const std::vector<Wrench>*>>& parts) {
   std::vector<Wrench> sum(parts.front().second->size());
   for (const auto& [factor, wrenches] : parts) add_times(sum, factor, *wrenches);
   return sum;
@@ -38,20 +39,27 @@ CircuitResponse circuit_response(const std::vector<std::size_t>& circuits, const
     forth.push_back(on.wrenches);
     response.linear.push_back(combined({{0.5 / i, &on.wrenches}, {-0.5 / i, &back.wrenches}}));
     response.quadratic.push_back(
-        {j, j, combined({{1 / (i * i), &on.wrenches}, {1 / (i * i), &back.wrenches}, {-2 / (i * i), &idle}})});
+        {j, j,
+         combined(
+             {{1 / (i * i), &on.wrenches}, {1 / (i * i), &back.wrenches}, {-2 / (i * i), &idle}})});
     if (j == 0) response.inductances.resize(static_cast<Eigen::Index>(m), on.flux.size());
     response.inductances.row(row) = (on.flux - back.flux).transpose() / (2.0 * i);
     for (std::size_t k = 0; k < j; ++k) {
       const CircuitTrial both = trial(with(j, 1.0) + with(k, 1.0));
       const double scale = 1.0 / (i * amperes[static_cast<Eigen::Index>(k)]);
-      response.quadratic.push_back(
-          {k, j, combined({{scale, &both.wrenches}, {-scale, &forth[j]}, {-scale, &forth[k]}, {scale, &idle}})});
+      response.quadratic.push_back({k, j,
+                                    combined({{scale, &both.wrenches},
+                                              {-scale, &forth[j]},
+                                              {-scale, &forth[k]},
+                                              {scale, &idle}})});
     }
   }
   for (std::size_t j = 0; j < m; ++j)
     for (std::size_t k = 0; k < j; ++k) {
-      double &one = response.inductances(static_cast<Eigen::Index>(j), static_cast<Eigen::Index>(circuits[k])),
-             &other = response.inductances(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(circuits[j]));
+      double &one = response.inductances(static_cast<Eigen::Index>(j),
+                                         static_cast<Eigen::Index>(circuits[k])),
+             &other = response.inductances(static_cast<Eigen::Index>(k),
+                                           static_cast<Eigen::Index>(circuits[j]));
       one = other = 0.5 * (one + other);
     }
   return response;

@@ -1,4 +1,5 @@
-// What the user asks for where currents act: coils on bodies and obstacles, and bearings that bodies turn in.
+// What the user asks for where currents act: coils on bodies and obstacles, and bearings that
+// bodies turn in.
 #pragma once
 
 #include <string>
@@ -9,8 +10,8 @@
 
 namespace loomstone {
 
-// Description. A winding about its z axis with a current that is given, or that of a circuit of resistance, inductance and
-// source.
+// Description. A winding about its z axis with a current that is given, or that of a circuit of
+// resistance, inductance and source.
 struct Coil {
   std::string body;
   std::string shape = "solenoid";
@@ -30,13 +31,23 @@ struct Coil {
         field("length", &C::length, "m", non_negative(), "of a solenoid"),
         field("turns", &C::turns, "1", positive(), "number of turns"),
         field("position", &C::position, "(3) of its middle in the frame of the body's mesh [m]"),
-        field("orientation", &C::orientation, "unit quaternion (w, x, y, z), coil's axes to those of the body's mesh"),
-        field("times", &C::times, "times of currents or voltages [s], ascending; empty: one value holds for ever"),
-        field("currents", &C::currents, "given current at these times [A], linear between, counter-clockwise seen from +z"),
-        field("voltages", &C::voltages, "of the source of a circuit at these times [V], linear between; empty: short-circuited"),
-        field("resistance", &C::resistance, "ohm", non_negative(), "of a circuit, whose current follows L di/dt + R i = V - d(flux)/dt; 0: the current is given"),
-        field("inductance", &C::inductance, "H", non_negative(), "of a circuit, of its winding in air"),
-        field("commutator", &C::commutator, "(3) direction in space: the source is reversed while the coil's axis points against it; zero: none"));
+        field("orientation", &C::orientation,
+              "unit quaternion (w, x, y, z), coil's axes to those of the body's mesh"),
+        field("times", &C::times,
+              "times of currents or voltages [s], ascending; empty: one value holds for ever"),
+        field("currents", &C::currents,
+              "given current at these times [A], linear between, counter-clockwise seen from +z"),
+        field("voltages", &C::voltages,
+              "of the source of a circuit at these times [V], linear between; empty: "
+              "short-circuited"),
+        field("resistance", &C::resistance, "ohm", non_negative(),
+              "of a circuit, whose current follows L di/dt + R i = V - d(flux)/dt; 0: the current "
+              "is given"),
+        field("inductance", &C::inductance, "H", non_negative(),
+              "of a circuit, of its winding in air"),
+        field("commutator", &C::commutator,
+              "(3) direction in space: the source is reversed while the coil's axis points against "
+              "it; zero: none"));
   }
 };
 
@@ -48,10 +59,13 @@ struct Bearing {
 
   static auto fields() {
     using B = Bearing;
-    return std::make_tuple(field("body", &B::body, "name of the rigid body"),
-                           field("axis", &B::axis, "(3) direction in space, a principal axis of the body's inertia"),
-                           field("friction", &B::friction, "N m s", non_negative(), "torque over angular velocity that slows it"),
-                           field("torque", &B::torque, "N m", unlimited(), "that drives it about the axis; against its sense: a load"));
+    return std::make_tuple(
+        field("body", &B::body, "name of the rigid body"),
+        field("axis", &B::axis, "(3) direction in space, a principal axis of the body's inertia"),
+        field("friction", &B::friction, "N m s", non_negative(),
+              "torque over angular velocity that slows it"),
+        field("torque", &B::torque, "N m", unlimited(),
+              "that drives it about the axis; against its sense: a load"));
   }
 };
 

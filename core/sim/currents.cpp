@@ -14,8 +14,8 @@ namespace loomstone {
 
 namespace {
 
-// What circuits do to one another as they move depends on their currents: so often these are taken anew in a kick, where the
-// change falls by the share of a current that a kick changes.
+// What circuits do to one another as they move depends on their currents: so often these are taken
+// anew in a kick, where the change falls by the share of a current that a kick changes.
 constexpr int rounds = 4;
 
 // Linear between times, constant beyond them; no values: 0.
@@ -26,10 +26,13 @@ double at_time(const std::vector<double>& times, const std::vector<double>& valu
   return values[at.first] + at.fraction * (values[at.second] - values[at.first]);
 }
 
-// Force that two dipoles feel at the distance of the bodies, or of their size: below a hundredth of it nothing matters.
+// Force that two dipoles feel at the distance of the bodies, or of their size: below a hundredth of
+// it nothing matters.
 double scale_of_force(const MagneticBody& a, const MagneticBody& b) {
-  const double apart = std::max({(a.pose.position - b.pose.position).norm(), a.source->radius(), b.source->radius()});
-  return 1.5 * mu0 / pi * a.source->moment().norm() * b.source->moment().norm() / std::pow(apart, 4);
+  const double apart = std::max(
+      {(a.pose.position - b.pose.position).norm(), a.source->radius(), b.source->radius()});
+  return 1.5 * mu0 / pi * a.source->moment().norm() * b.source->moment().norm() /
+         std::pow(apart, 4);
 }
 
 // Of a coil without a circuit [A].
@@ -63,24 +66,29 @@ Points carrier_centres(const RigidState& state, const std::vector<RigidPose>& ob
 }
 
 std::vector<MagneticBody> carrying_coils(const Model& model, const RigidState& state,
-                                         const std::vector<RigidPose>& obstacles, const Vector& currents) {
+                                         const std::vector<RigidPose>& obstacles,
+                                         const Vector& currents) {
   std::vector<MagneticBody> coils;
-  for (std::size_t j = 0; j < model.coils.size() && static_cast<Eigen::Index>(j) < currents.size(); ++j) {
+  for (std::size_t j = 0; j < model.coils.size() && static_cast<Eigen::Index>(j) < currents.size();
+       ++j) {
     const double current = currents[static_cast<Eigen::Index>(j)];
     if (current == 0.0) continue;
     const Model::Wound& wound = model.coils[j];
-    coils.push_back({wound_source(model.scene.coils[j], current), carried_pose(state, obstacles, wound.carrier, wound.local)});
+    coils.push_back({wound_source(model.scene.coils[j], current),
+                     carried_pose(state, obstacles, wound.carrier, wound.local)});
   }
   return coils;
 }
 
 double first_circuit_current(const Model& model, const State& state) {
   for (std::size_t j = 0; j < model.coils.size(); ++j)
-    if (model.scene.coils[j].resistance > 0.0) return state.circuits.currents[static_cast<Eigen::Index>(j)];
+    if (model.scene.coils[j].resistance > 0.0)
+      return state.circuits.currents[static_cast<Eigen::Index>(j)];
   return 0.0;
 }
 
-Currents::Currents(const Model& model, const std::vector<Rotor>& rotors) : model_(model), rotors_(rotors) {
+Currents::Currents(const Model& model, const std::vector<Rotor>& rotors)
+    : model_(model), rotors_(rotors) {
   for (std::size_t j = 0; j < model.coils.size(); ++j)
     (model.scene.coils[j].resistance == 0.0 ? given_ : circuits_).push_back(j);
   scripted_.assign(model.obstacles.size(), {Vec3::Zero(), Vec3::Zero()});
@@ -92,16 +100,20 @@ double Currents::given_current(std::size_t coil, double time) const {
 
 Vector Currents::all(double time, const Vector& circuits) const {
   Vector currents = Vector::Zero(static_cast<Eigen::Index>(model_.coils.size()));
-  for (const std::size_t j : given_) currents[static_cast<Eigen::Index>(j)] = given_current(j, time);
-  for (Eigen::Index k = 0; k < circuits.size(); ++k) currents[static_cast<Eigen::Index>(circuits_[k])] = circuits[k];
+  for (const std::size_t j : given_)
+    currents[static_cast<Eigen::Index>(j)] = given_current(j, time);
+  for (Eigen::Index k = 0; k < circuits.size(); ++k)
+    currents[static_cast<Eigen::Index>(circuits_[k])] = circuits[k];
   return currents;
 }
 
-void Currents::move(const std::vector<RigidPose>& from, const std::vector<RigidPose>& to, double step) {
+void Currents::move(const std::vector<RigidPose>& from, const std::vector<RigidPose>& to,
+                    double step) {
   for (std::size_t i = 0; i < scripted_.size(); ++i) {
     const Vec4 &start = from[i].orientation, &end = to[i].orientation;
     scripted_[i].velocity = (to[i].position - from[i].position) / step;
-    scripted_[i].spin = start == end ? Vec3(Vec3::Zero()) : angular_velocity_between(start, end, step);
+    scripted_[i].spin =
+        start == end ? Vec3(Vec3::Zero()) : angular_velocity_between(start, end, step);
   }
 }
 
@@ -118,21 +130,25 @@ bool Currents::joined(Index a, Index b) const {
   return a == b || (rests(a) && rests(b));
 }
 
-// Adds what a coil of one ampere and `other`, `factor` times, do to one another, about the centres of their carriers.
-void Currents::meet(const Part& coil, const Part& other, double factor, const Points& centres, Wrenches& result) const {
+// Adds what a coil of one ampere and `other`, `factor` times, do to one another, about the centres
+// of their carriers.
+void Currents::meet(const Part& coil, const Part& other, double factor, const Points& centres,
+                    Wrenches& result) const {
   if (joined(coil.carrier, other.carrier)) return;
-  const Wrench w =
-      magnetic_wrench(coil.body, other.body, model_.scene.magnetic_tolerance, 0.1 * scale_of_force(coil.body, other.body));
+  const Wrench w = magnetic_wrench(coil.body, other.body, model_.scene.magnetic_tolerance,
+                                   0.1 * scale_of_force(coil.body, other.body));
   const auto add = [&](Index carrier, const Vec3& at, const Vec3& force, const Vec3& torque) {
     result[carrier].force += force;
     result[carrier].torque += torque + (at - centres.row(carrier).transpose()).cross(force);
   };
   const Vec3 &here = coil.body.pose.position, &there = other.body.pose.position;
   add(coil.carrier, here, factor * w.force, factor * w.torque);
-  add(other.carrier, there, -factor * w.force, -factor * (w.torque + (here - there).cross(w.force)));
+  add(other.carrier, there, -factor * w.force,
+      -factor * (w.torque + (here - there).cross(w.force)));
 }
 
-void Currents::place_inductances(const std::vector<MagneticBody>& coils, const CircuitResponse& response) {
+void Currents::place_inductances(const std::vector<MagneticBody>& coils,
+                                 const CircuitResponse& response) {
   const auto mutual = [&](std::size_t j, std::size_t k) {
     const RigidPose pose = relative_pose(coils[k].pose, coils[j].pose);
     const auto known = known_.find({j, k});
@@ -148,28 +164,34 @@ void Currents::place_inductances(const std::vector<MagneticBody>& coils, const C
     for (Eigen::Index b = 0; b < a; ++b)
       inductances_(a, b) = inductances_(b, a) = mutual(circuits_[b], circuits_[a]);
     for (std::size_t g = 0; g < given_.size(); ++g)
-      from_given_(a, g) = model_.scene.coils[given_[g]].times.empty() ? 0.0 : mutual(given_[g], circuits_[a]);
+      from_given_(a, g) =
+          model_.scene.coils[given_[g]].times.empty() ? 0.0 : mutual(given_[g], circuits_[a]);
   }
   if (response.linear.empty()) return;
   for (Eigen::Index a = 0; a < m; ++a) {
-    for (Eigen::Index b = 0; b < m; ++b) inductances_(a, b) += response.inductances(a, circuits_[b]);
-    for (std::size_t g = 0; g < given_.size(); ++g) from_given_(a, g) += response.inductances(a, given_[g]);
+    for (Eigen::Index b = 0; b < m; ++b)
+      inductances_(a, b) += response.inductances(a, circuits_[b]);
+    for (std::size_t g = 0; g < given_.size(); ++g)
+      from_given_(a, g) += response.inductances(a, given_[g]);
     if (!(inductances_(a, a) > 0.0))
-      throw InvalidInput("coils[" + std::to_string(circuits_[a]) + "].inductance must be that of the winding in air, more than the " +
+      throw InvalidInput("coils[" + std::to_string(circuits_[a]) +
+                         "].inductance must be that of the winding in air, more than the " +
                          std::to_string(-response.inductances(a, circuits_[a])) +
                          " H that diamagnetic bodies in it take away, got " +
                          std::to_string(model_.scene.coils[circuits_[a]].inductance) + " H");
   }
 }
 
-std::vector<Wrench> Currents::on_coils(const RigidState& state, const std::vector<RigidPose>& obstacles,
+std::vector<Wrench> Currents::on_coils(const RigidState& state,
+                                       const std::vector<RigidPose>& obstacles,
                                        const Vector& currents) const {
   const Points centres = carrier_centres(state, obstacles);
   const std::vector<MagneticBody> coils = placed_coils(state, obstacles);
   Wrenches result(centres.rows());
   for (std::size_t j = 0; j < coils.size(); ++j) {
     const double current = currents[static_cast<Eigen::Index>(j)];
-    result[model_.coils[j].carrier].torque += current * coils[j].moment().cross(model_.scene.magnetic_field);
+    result[model_.coils[j].carrier].torque +=
+        current * coils[j].moment().cross(model_.scene.magnetic_field);
     for (std::size_t k = 0; k < j && current != 0.0; ++k)
       meet({coils[j], model_.coils[j].carrier}, {coils[k], model_.coils[k].carrier},
            current * currents[static_cast<Eigen::Index>(k)], centres, result);
@@ -177,28 +199,32 @@ std::vector<Wrench> Currents::on_coils(const RigidState& state, const std::vecto
   return result;
 }
 
-std::vector<MagneticBody> Currents::placed_coils(const RigidState& state, const std::vector<RigidPose>& obstacles) const {
+std::vector<MagneticBody> Currents::placed_coils(const RigidState& state,
+                                                 const std::vector<RigidPose>& obstacles) const {
   std::vector<MagneticBody> coils;
   for (const Model::Wound& wound : model_.coils)
     coils.push_back({wound.source, carried_pose(state, obstacles, wound.carrier, wound.local)});
   return coils;
 }
 
-std::vector<Wrench> Currents::on_magnets(const RigidState& state, const std::vector<RigidPose>& obstacles,
-                                         const std::vector<MagneticBody>& magnets, const Vector& currents) const {
+std::vector<Wrench> Currents::on_magnets(const RigidState& state,
+                                         const std::vector<RigidPose>& obstacles,
+                                         const std::vector<MagneticBody>& magnets,
+                                         const Vector& currents) const {
   const Points centres = carrier_centres(state, obstacles);
   const std::vector<MagneticBody> coils = placed_coils(state, obstacles);
   Wrenches result(centres.rows());
   for (std::size_t j = 0; j < coils.size(); ++j)
-    for (std::size_t k = 0; k < magnets.size() && currents[static_cast<Eigen::Index>(j)] != 0.0; ++k)
+    for (std::size_t k = 0; k < magnets.size() && currents[static_cast<Eigen::Index>(j)] != 0.0;
+         ++k)
       meet({coils[j], model_.coils[j].carrier}, {magnets[k], model_.magnets[k].carrier},
            currents[static_cast<Eigen::Index>(j)], centres, result);
   return result;
 }
 
 void Currents::place(const RigidState& state, const std::vector<RigidPose>& obstacles,
-                     const std::vector<MagneticBody>& magnets, double time, std::vector<Wrench> magnetised,
-                     const CircuitResponse& response) {
+                     const std::vector<MagneticBody>& magnets, double time,
+                     std::vector<Wrench> magnetised, const CircuitResponse& response) {
   const Points centres = carrier_centres(state, obstacles);
   const Index n_carriers = static_cast<Index>(centres.rows());
   magnetised_ = std::move(magnetised);
@@ -234,24 +260,27 @@ void Currents::place(const RigidState& state, const std::vector<RigidPose>& obst
   place_inductances(coils, response);
 }
 
-Currents::Twist Currents::middle(Index body, double duration, const RigidState& state, const Points& momenta,
-                                 const Wrench& wrench) const {
+Currents::Twist Currents::middle(Index body, double duration, const RigidState& state,
+                                 const Points& momenta, const Wrench& wrench) const {
   const Vec3 momentum = momenta.row(body).transpose();
   const Vec4 orientation = state.orientations.row(body).transpose();
   if (!held(body)) {
     const Vec3 start = state.velocities.row(body).transpose();
-    return {start + 0.5 * duration * (wrench.force / model_.body_mass[body].mass + model_.scene.gravity),
-            angular_velocity(rotors_[body], orientation, momentum + 0.5 * duration * wrench.torque)};
+    return {
+        start +
+            0.5 * duration * (wrench.force / model_.body_mass[body].mass + model_.scene.gravity),
+        angular_velocity(rotors_[body], orientation, momentum + 0.5 * duration * wrench.torque)};
   }
   const Bearing& bearing = model_.scene.bearings[model_.bearing_of_body[body]];
   const Vec3 along = axis(body);
   const double inertia = along.dot(world_inertia(model_.body_mass[body], orientation) * along);
   const double torque = along.dot(wrench.torque) + bearing.torque;
-  return {Vec3::Zero(), (along.dot(momentum) + 0.5 * duration * torque) / (inertia + 0.5 * duration * bearing.friction) * along};
+  return {Vec3::Zero(), (along.dot(momentum) + 0.5 * duration * torque) /
+                            (inertia + 0.5 * duration * bearing.friction) * along};
 }
 
-double Currents::power(const Wrenches& per_ampere, double duration, const RigidState& state, const Points& momenta,
-                       const Wrenches& wrenches) const {
+double Currents::power(const Wrenches& per_ampere, double duration, const RigidState& state,
+                       const Points& momenta, const Wrenches& wrenches) const {
   double sum = 0.0;
   for (Index b = 0; b < model_.n_bodies(); ++b) {
     const Twist twist = middle(b, duration, state, momenta, wrenches[b]);
@@ -269,16 +298,19 @@ double Currents::scripted_power(const Wrenches& per_ampere) const {
   return sum;
 }
 
-// Middle currents i_m of (2 L / tau + R) (i_m) + E(i_m) = 2 L i / tau + V - M di_g / tau, with E the power per ampere, linear in
-// the wrenches and so in i_m but for what circuits do to one another.
-void Currents::advance_circuits(double time, double duration, const RigidState& state, const Points& momenta,
-                                Wrenches& wrenches, CircuitState& circuits) const {
+// Middle currents i_m of (2 L / tau + R) (i_m) + E(i_m) = 2 L i / tau + V - M di_g / tau, with E
+// the power per ampere, linear in the wrenches and so in i_m but for what circuits do to one
+// another.
+void Currents::advance_circuits(double time, double duration, const RigidState& state,
+                                const Points& momenta, Wrenches& wrenches,
+                                CircuitState& circuits) const {
   const auto m = static_cast<Eigen::Index>(circuits_.size());
   Vector before(m), voltages(m), induced = Vector::Zero(m);
   Eigen::MatrixXd fixed = 2.0 / duration * inductances_;
   Vector change(given_.size());
   for (std::size_t g = 0; g < given_.size(); ++g)
-    change[g] = given_current(given_[g], time + 0.5 * duration) - given_current(given_[g], time - 0.5 * duration);
+    change[g] = given_current(given_[g], time + 0.5 * duration) -
+                given_current(given_[g], time - 0.5 * duration);
   if (!given_.empty()) induced = from_given_ * change;
   for (Eigen::Index a = 0; a < m; ++a) {
     const Coil& coil = model_.scene.coils[circuits_[a]];
@@ -288,7 +320,8 @@ void Currents::advance_circuits(double time, double duration, const RigidState& 
   }
   const Vector stored = 2.0 / duration * (inductances_ * before);
   Vector middle_currents = before;
-  std::vector<Wrenches> felt, exerted;  // per ampere of each circuit: what its EMF follows, and what bodies feel
+  std::vector<Wrenches> felt,
+      exerted;  // per ampere of each circuit: what its EMF follows, and what bodies feel
   for (int round = 0; round < (pairs_.empty() ? 1 : rounds); ++round) {
     felt.clear();
     for (const std::size_t j : circuits_) felt.push_back(per_ampere_[j]);
@@ -309,7 +342,8 @@ void Currents::advance_circuits(double time, double duration, const RigidState& 
       // What the bodies move without the currents, and what one ampere adds to that.
       const double idle = power(felt[j], duration, state, momenta, wrenches);
       right[j] -= idle + scripted_power(felt[j]);
-      for (Eigen::Index k = 0; k < m; ++k) matrix(j, k) += power(felt[j], duration, state, momenta, with[k]) - idle;
+      for (Eigen::Index k = 0; k < m; ++k)
+        matrix(j, k) += power(felt[j], duration, state, momenta, with[k]) - idle;
     }
     middle_currents = matrix.partialPivLu().solve(right);
   }
@@ -320,7 +354,8 @@ void Currents::advance_circuits(double time, double duration, const RigidState& 
     after[a] = coil.inductance > 0.0 ? 2.0 * middle_currents[a] - before[a] : middle_currents[a];
     circuits.currents[circuits_[a]] = after[a];
     circuits.heat += duration * coil.resistance * middle_currents[a] * middle_currents[a];
-    circuits.supply += duration * voltages[a] * middle_currents[a] - induced[a] * middle_currents[a];
+    circuits.supply +=
+        duration * voltages[a] * middle_currents[a] - induced[a] * middle_currents[a];
     circuits.supply -= duration * middle_currents[a] * scripted_power(exerted[a]);
   }
   circuits.energy = 0.5 * (inductances_ * after).dot(after);
@@ -331,8 +366,10 @@ void Currents::kick(double time, double duration, const RigidState& state, const
   for (const std::size_t j : given_) add_times(wrenches, given_current(j, time), per_ampere_[j]);
   if (!circuits_.empty()) advance_circuits(time, duration, state, momenta, wrenches, circuits);
   for (const std::size_t j : given_)  // sources that hold a given current do what work is done
-    circuits.supply += duration * given_current(j, time) * power(per_ampere_[j], duration, state, momenta, wrenches);
-  if (!magnetised_.empty()) circuits.supply += duration * power(magnetised_, duration, state, momenta, wrenches);
+    circuits.supply += duration * given_current(j, time) *
+                       power(per_ampere_[j], duration, state, momenta, wrenches);
+  if (!magnetised_.empty())
+    circuits.supply += duration * power(magnetised_, duration, state, momenta, wrenches);
   for (Index b = 0; b < model_.n_bodies(); ++b) {
     if (!held(b)) continue;
     const Bearing& bearing = model_.scene.bearings[model_.bearing_of_body[b]];

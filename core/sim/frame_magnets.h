@@ -8,8 +8,9 @@
 
 namespace loomstone {
 
-// All magnets of the model in the order of the scene, spheres that magnetise as the magnets that they are there. Throws
-// InvalidInput where the frame is of another scene.
-std::vector<MagneticBody> magnets_of_frame(const Team& team, const Model& model, const Frame& frame);
+// All magnets of the model in the order of the scene, spheres that magnetise as the magnets that
+// they are there. Throws InvalidInput where the frame is of another scene.
+std::vector<MagneticBody> magnets_of_frame(const Team& team, const Model& model,
+                                           const Frame& frame);
 
 }  // namespace loomstone

@@ -38,7 +38,8 @@ class Digest {
   }
   void add(const std::shared_ptr<const TriangleMesh>& mesh) {
     word(mesh != nullptr);
-    if (mesh) add(mesh->vertices()), add(mesh->triangles()), add(mesh->uv()), add(mesh->uv_triangles());
+    if (mesh)
+      add(mesh->vertices()), add(mesh->triangles()), add(mesh->uv()), add(mesh->uv_triangles());
   }
   template <class T>
   void add(const std::optional<T>& value) {
@@ -53,7 +54,8 @@ class Digest {
   // Only what differs from its default: later versions may have more fields.
   template <Description D>
   void add(const D& description) {
-    visit(description, [&](const char* name, std::uint64_t sum) { add(std::string(name)), word(sum); });
+    visit(description,
+          [&](const char* name, std::uint64_t sum) { add(std::string(name)), word(sum); });
   }
 
   template <Description D, class Visitor>
@@ -87,16 +89,19 @@ std::map<std::string, std::string> digests(const Scene& scene, const IntegratorO
   return all;
 }
 
-void check_digests(const std::map<std::string, std::string>& kept, const std::map<std::string, std::string>& now) {
+void check_digests(const std::map<std::string, std::string>& kept,
+                   const std::map<std::string, std::string>& now) {
   if (kept.empty() || kept == now) return;
   std::string differ;
   const auto note = [&](const std::string& name) { differ += (differ.empty() ? "" : ", ") + name; };
   for (const auto& [name, digest] : kept)
-    if (const auto found = now.find(name); found == now.end() || found->second != digest) note(name);
+    if (const auto found = now.find(name); found == now.end() || found->second != digest)
+      note(name);
   for (const auto& [name, digest] : now)
     if (!kept.count(name)) note(name);
   throw CacheError("the checkpoint is of another scene or integrator (these differ: " + differ +
-                   "); continue with those of the run, or begin a new run from its last positions and velocities");
+                   "); continue with those of the run, or begin a new run from its last positions "
+                   "and velocities");
 }
 
 }  // namespace loomstone

@@ -23,7 +23,9 @@ class Stepping {
  public:
   explicit Stepping(std::atomic_flag& flag) : flag_(flag) {
     if (flag_.test_and_set())
-      throw Unsupported("a step of this simulation is running in another thread; step a simulation from one thread at a time");
+      throw Unsupported(
+          "a step of this simulation is running in another thread; step a simulation from one "
+          "thread at a time");
   }
   ~Stepping() { flag_.clear(); }
 
@@ -34,7 +36,7 @@ class Stepping {
 
 struct Simulation::Data {
   IntegratorOptions options;
-  std::map<std::string, std::string> digests;   // of scene and options
+  std::map<std::string, std::string> digests;  // of scene and options
   Team team;
   std::shared_ptr<const Communicator> communicator;
   Model model;
@@ -44,7 +46,7 @@ struct Simulation::Data {
   std::unique_ptr<Stepper> stepper;
   UserWrites writes;
   std::atomic_flag stepping = ATOMIC_FLAG_INIT;
-  bool measured = false;   // energies of the report are those of the state
+  bool measured = false;  // energies of the report are those of the state
   std::int64_t iterations = 0;
 
   void make_stepper() {
@@ -54,7 +56,8 @@ struct Simulation::Data {
   }
   Points to_user(const Points& rows) const {
     Points user(model.cloth.n_vertices, 3);
-    for (Index i = 0; i < model.cloth.n_vertices; ++i) user.row(i) = rows.row(model.row_of_vertex[i]);
+    for (Index i = 0; i < model.cloth.n_vertices; ++i)
+      user.row(i) = rows.row(model.row_of_vertex[i]);
     return user;
   }
   std::vector<std::array<Index, 2>> to_user(std::vector<std::array<Index, 2>> triangles) const {
@@ -65,13 +68,16 @@ struct Simulation::Data {
     return triangles;
   }
   // In place: numpy views of the table stay good.
-  void to_rows(const Points& user, const char* name, Points& rows, UserWrites::Kind kind = UserWrites::Table) {
+  void to_rows(const Points& user, const char* name, Points& rows,
+               UserWrites::Kind kind = UserWrites::Table) {
     if (user.rows() != model.cloth.n_vertices)
-      throw InvalidInput(std::string(name) + " must have " + std::to_string(model.cloth.n_vertices) +
+      throw InvalidInput(std::string(name) + " must have " +
+                         std::to_string(model.cloth.n_vertices) +
                          " rows (all cloth vertices), got " + std::to_string(user.rows()));
     for (Index i = 0; i < user.rows(); ++i)
       if (!user.row(i).allFinite())
-        throw InvalidInput(std::string(name) + " must be finite, row " + std::to_string(i) + " is not; nothing was changed");
+        throw InvalidInput(std::string(name) + " must be finite, row " + std::to_string(i) +
+                           " is not; nothing was changed");
     for (Index i = 0; i < user.rows(); ++i) rows.row(model.row_of_vertex[i]) = user.row(i);
     writes.note(kind);
   }
@@ -93,24 +99,28 @@ Simulation::Simulation(const Scene& scene, const IntegratorOptions& integrator, 
                        std::shared_ptr<const Communicator> communicator)
     : data_(std::make_unique<Data>()) {
   if (threads < 0 || threads > most_threads)
-    throw InvalidInput("threads must be in [0, " + std::to_string(most_threads) + "] (0: all processors), got " +
-                       std::to_string(threads));
+    throw InvalidInput("threads must be in [0, " + std::to_string(most_threads) +
+                       "] (0: all processors), got " + std::to_string(threads));
   check_fields(integrator, "integrator");
   if (integrator.jacobian != "spd" && integrator.jacobian != "exact")
-    throw InvalidInput("integrator.jacobian must be spd or exact, got \"" + integrator.jacobian + "\"");
+    throw InvalidInput("integrator.jacobian must be spd or exact, got \"" + integrator.jacobian +
+                       "\"");
   const IntegratorOptions defaults;
   if (integrator.is_explicit())
     for (const auto option : {&IntegratorOptions::jacobian, &IntegratorOptions::linear_solver})
       if (integrator.*option != defaults.*option)
-        throw InvalidInput("integrator." + std::string(option == &IntegratorOptions::jacobian ? "jacobian" : "linear_solver") +
-                           " is for implicit methods, " + integrator.method + " solves no system; leave \"" + integrator.*option +
-                           "\" away, or take another method");
+        throw InvalidInput(
+            "integrator." +
+            std::string(option == &IntegratorOptions::jacobian ? "jacobian" : "linear_solver") +
+            " is for implicit methods, " + integrator.method + " solves no system; leave \"" +
+            integrator.*option + "\" away, or take another method");
   data_->options = integrator;
   data_->team.threads = threads == 0 ? default_thread_count() : threads;
   data_->communicator = std::move(communicator);
   together(*data_->communicator, [&] { build(scene, data_->model, data_->state); });
   if (integrator.is_explicit() && !scene.attachments.empty())
-    throw Unsupported("attachments are part of an implicit solve, got integrator.method \"" + integrator.method +
+    throw Unsupported("attachments are part of an implicit solve, got integrator.method \"" +
+                      integrator.method +
                       "\"; choose an implicit integrator or remove the attachments");
   data_->digests = digests(scene, integrator);
   data_->layout = std::make_unique<RowLayout>(data_->model.n_rows(), data_->communicator);
@@ -131,7 +141,9 @@ void Simulation::step() {
   d.writes.remember(d.state);
 }
 
-double Simulation::time() const { return static_cast<double>(data_->state.step) * data_->options.step; }
+double Simulation::time() const {
+  return static_cast<double>(data_->state.step) * data_->options.step;
+}
 std::int64_t Simulation::step_index() const { return data_->state.step; }
 double Simulation::step_size() const { return data_->options.step; }
 int Simulation::threads() const { return data_->team.threads; }
@@ -139,7 +151,8 @@ const Communicator& Simulation::communicator() const { return *data_->communicat
 
 const StepReport& Simulation::report() const {
   if (!data_->measured || data_->writes.watching()) {
-    measure(data_->model, data_->state, data_->team, data_->stepper->elasticity(), data_->outcome.report);
+    measure(data_->model, data_->state, data_->team, data_->stepper->elasticity(),
+            data_->outcome.report);
     data_->outcome.report.magnetic_energy = data_->stepper->magnetic_energy(data_->state);
     data_->measured = true;
   }
@@ -147,7 +160,8 @@ const StepReport& Simulation::report() const {
 }
 
 bool Simulation::may_checkpoint() const {
-  return data_->model.n_bodies() == 0 || data_->state.step % data_->model.scene.rigid_rebuild_interval == 0;
+  return data_->model.n_bodies() == 0 ||
+         data_->state.step % data_->model.scene.rigid_rebuild_interval == 0;
 }
 
 const FrameTopology& Simulation::topology() const { return data_->model.topology; }
@@ -157,12 +171,14 @@ Frame Simulation::frame() const { return frame_at(time()); }
 Frame Simulation::frame_at(double at) const {
   const double share = 1.0 - (time() - at) / data_->options.step;
   if (share > 1.0 + 1e-9 || share < -1e-9)
-    throw InvalidInput("a frame must lie within the last step (" + std::to_string(time() - data_->options.step) + " to " +
+    throw InvalidInput("a frame must lie within the last step (" +
+                       std::to_string(time() - data_->options.step) + " to " +
                        std::to_string(time()) + " s), got " + std::to_string(at));
   report();
   // Within rounding of the end of the step the state itself is the frame.
-  return capture(data_->model, data_->state, data_->outcome, data_->team, data_->stepper->elasticity(),
-                 data_->options.step, share > 1.0 - 1e-9 ? 1.0 : share);
+  return capture(data_->model, data_->state, data_->outcome, data_->team,
+                 data_->stepper->elasticity(), data_->options.step,
+                 share > 1.0 - 1e-9 ? 1.0 : share);
 }
 
 const std::vector<Index>& Simulation::vertex_order() const { return data_->model.row_of_vertex; }
@@ -192,9 +208,11 @@ void Simulation::set_obstacle_pose(int obstacle, const Vec3& position, const Vec
   const int n = static_cast<int>(data_->model.obstacles.size());
   if (n == 0) throw InvalidInput("the scene must have obstacles to move one, it has none");
   if (obstacle < 0 || obstacle >= n)
-    throw InvalidInput("obstacle must be in [0, " + std::to_string(n - 1) + "], got " + std::to_string(obstacle));
+    throw InvalidInput("obstacle must be in [0, " + std::to_string(n - 1) + "], got " +
+                       std::to_string(obstacle));
   if (!position.allFinite() || std::abs(orientation.norm() - 1.0) > 1e-6)
-    throw InvalidInput("an obstacle's pose must be a finite position [m] and a unit quaternion (w, x, y, z)");
+    throw InvalidInput(
+        "an obstacle's pose must be a finite position [m] and a unit quaternion (w, x, y, z)");
   data_->state.pose_override[obstacle] = 1;
   data_->state.pose_position.row(obstacle) = position.transpose();
   data_->state.pose_orientation.row(obstacle) = orientation.normalized().transpose();
@@ -242,11 +260,14 @@ std::int64_t Simulation::loop_iterations() const { return data_->iterations; }
 
 Checkpoint Simulation::checkpoint() const {
   if (!may_checkpoint())
-    throw InvalidInput("a scene with rigid bodies can be saved only at multiples of scene.rigid_rebuild_interval = " +
-                       std::to_string(data_->model.scene.rigid_rebuild_interval) + " steps, this is step " +
-                       std::to_string(data_->state.step));
+    throw InvalidInput(
+        "a scene with rigid bodies can be saved only at multiples of scene.rigid_rebuild_interval "
+        "= " +
+        std::to_string(data_->model.scene.rigid_rebuild_interval) + " steps, this is step " +
+        std::to_string(data_->state.step));
   data_->settle();
-  gather_rows(*data_->layout, data_->state.cloth.previous_bending);  // the one table of which ranks keep a part
+  gather_rows(*data_->layout,
+              data_->state.cloth.previous_bending);  // the one table of which ranks keep a part
   Checkpoint made = to_checkpoint(data_->model, data_->state, data_->outcome);
   made.texts = data_->digests;
   return made;
@@ -280,6 +301,8 @@ std::vector<BrokenLimit> Simulation::broken_limits() const {
   return broken;
 }
 
-std::vector<std::array<Index, 2>> Simulation::forced_pairs() const { return data_->to_user(data_->outcome.forced); }
+std::vector<std::array<Index, 2>> Simulation::forced_pairs() const {
+  return data_->to_user(data_->outcome.forced);
+}
 
 }  // namespace loomstone

@@ -1,13 +1,13 @@
-// A built scene that advances: Model + State + Stepper behind the few calls that Python and tests need.
-// Arrays at this door are in the user's vertex order, all cloths end to end.
+// A built scene that advances: Model + State + Stepper behind the few calls that Python and tests
+// need. Arrays at this door are in the user's vertex order, all cloths end to end.
 #pragma once
 
 #include <array>
 #include <memory>
 #include <vector>
 
-#include "core/base/frame.h"
 #include "core/base/checkpoint.h"
+#include "core/base/frame.h"
 #include "core/integration/options.h"
 #include "core/magnetics/body.h"
 #include "core/parallel/communicator.h"
@@ -27,40 +27,42 @@ class Simulation {
              std::shared_ptr<const Communicator> communicator = single_communicator());
   ~Simulation();
 
-  void step();                       // throws SolverFailure; the state of the last good step remains
-  double time() const;               // [s]
+  void step();          // throws SolverFailure; the state of the last good step remains
+  double time() const;  // [s]
   std::int64_t step_index() const;
-  double step_size() const;          // [s]
+  double step_size() const;  // [s]
   int threads() const;
   const Communicator& communicator() const;
   const StepReport& report() const;  // of the last step
   bool may_checkpoint() const;       // false between rebuilds of the rigid-body world
 
   const FrameTopology& topology() const;
-  Frame frame() const;                   // of the present state
-  Frame frame_at(double time) const;     // between the last two steps: interpolated positions
+  Frame frame() const;                // of the present state
+  Frame frame_at(double time) const;  // between the last two steps: interpolated positions
 
-  const std::vector<Index>& vertex_order() const;   // internal row of each user vertex
+  const std::vector<Index>& vertex_order() const;  // internal row of each user vertex
 
-  // The internal tables, to be read and written between steps. Positions and velocities written here start the history of
-  // multi-step schemes anew; every step first checks that all is finite. Ranks hold all rows, current after every step;
-  // what a rank writes counts for the rows it owns, poses of obstacles count on rank 0.
+  // The internal tables, to be read and written between steps. Positions and velocities written
+  // here start the history of multi-step schemes anew; every step first checks that all is finite.
+  // Ranks hold all rows, current after every step; what a rank writes counts for the rows it owns,
+  // poses of obstacles count on rank 0.
   State& state();
-  std::array<Index, 2> owned_rows() const;   // this rank's cloth rows [first, end)
-  void gather();                             // makes what each rank wrote known to all now; collective
-  std::int64_t loop_iterations() const;      // of the loops this rank has run within steps
+  std::array<Index, 2> owned_rows() const;  // this rank's cloth rows [first, end)
+  void gather();                         // makes what each rank wrote known to all now; collective
+  std::int64_t loop_iterations() const;  // of the loops this rank has run within steps
 
-  Points positions() const;              // (n x 3) [m], a copy
+  Points positions() const;  // (n x 3) [m], a copy
   void set_positions(const Points& positions);
-  Points velocities() const;             // (n x 3) [m/s], a copy
+  Points velocities() const;  // (n x 3) [m/s], a copy
   void set_velocities(const Points& velocities);
-  Points external_forces() const;        // (n x 3) [N], added to every step until changed
+  Points external_forces() const;  // (n x 3) [N], added to every step until changed
   void set_external_forces(const Points& forces);
-  // Target of pinned vertices at the end of the next step (rows of other vertices are ignored); replaces the script.
+  // Target of pinned vertices at the end of the next step (rows of other vertices are ignored);
+  // replaces the script.
   void set_pin_targets(const Points& targets);
   // Pose of an obstacle at the end of the next step; replaces its keyframes.
   void set_obstacle_pose(int obstacle, const Vec3& position, const Vec4& orientation);
-  Points body_positions() const;         // (b x 3) centres of mass [m]
+  Points body_positions() const;  // (b x 3) centres of mass [m]
   // Magnetic forces [N] and torques about the centres [N m] (b x 3) on the bodies now.
   std::array<Points, 2> magnetic_forces() const;
   // The circuits of the scene now, and the currents in all its coils [A].
@@ -71,15 +73,16 @@ class Simulation {
   std::vector<MagneticBody> magnets(const Frame& frame) const;
 
   Checkpoint checkpoint() const;
-  void restore(const Checkpoint& checkpoint);   // same scene and integrator; else throws CacheError
-  void rebuild_stages();                 // throws all stages away; where a checkpoint may be taken it changes no bit of the future
+  void restore(const Checkpoint& checkpoint);  // same scene and integrator; else throws CacheError
+  void rebuild_stages();  // throws all stages away; where a checkpoint may be taken it changes no
+                          // bit of the future
 
-  // Pairs of triangles (user numbering, all surfaces end to end) that the last step had to leave intersecting: what moves by
-  // script left the cloth no room. Until they are free again.
+  // Pairs of triangles (user numbering, all surfaces end to end) that the last step had to leave
+  // intersecting: what moves by script left the cloth no room. Until they are free again.
   std::vector<std::array<Index, 2>> forced_pairs() const;
 
-  // Triangles (user numbering, all cloths end to end) that the last step left beyond a limit by more than limit_margin(), the
-  // largest excess first.
+  // Triangles (user numbering, all cloths end to end) that the last step left beyond a limit by
+  // more than limit_margin(), the largest excess first.
   std::vector<BrokenLimit> broken_limits() const;
 
   // Pairs of triangles (user numbering, all surfaces end to end) that intersect now.

@@ -11,8 +11,11 @@ namespace loomstone {
 class StageTimer {
  public:
   StageTimer(StepReport& report, StageName stage)
-      : seconds_(report.seconds[static_cast<int>(stage)]), start_(std::chrono::steady_clock::now()) {}
-  ~StageTimer() { seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+      : seconds_(report.seconds[static_cast<int>(stage)]),
+        start_(std::chrono::steady_clock::now()) {}
+  ~StageTimer() {
+    seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
 
  private:
   double& seconds_;

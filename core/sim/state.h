@@ -1,4 +1,5 @@
-// Everything that changes. State: with the model it alone decides the future; a checkpoint is exactly this.
+// Everything that changes. State: with the model it alone decides the future; a checkpoint is
+// exactly this.
 #pragma once
 
 #include <cstdint>
@@ -13,27 +14,32 @@ namespace loomstone {
 
 // The circuits of a scene, and what energy has gone where since the start.
 struct CircuitState {
-  Vector currents;                       // (coils) of those with a circuit, else 0 [A]
-  double energy = 0.0;                   // of their inductances, own and mutual [J]
-  double heat = 0.0;                     // in their resistances [J]
-  double supply = 0.0;                   // by sources, of given currents as well [J]
-  double bearings = 0.0;                 // taken out by bearings' friction and torque [J]
+  Vector currents;        // (coils) of those with a circuit, else 0 [A]
+  double energy = 0.0;    // of their inductances, own and mutual [J]
+  double heat = 0.0;      // in their resistances [J]
+  double supply = 0.0;    // by sources, of given currents as well [J]
+  double bearings = 0.0;  // taken out by bearings' friction and torque [J]
 };
 
-// State. The stage that writes a table stands behind it. Assign tables, never move into them: numpy views look at their memory.
+// State. The stage that writes a table stands behind it. Assign tables, never move into them: numpy
+// views look at their memory.
 struct State {
-  std::int64_t step = 0;                 // steps done; time is step * h; stepper
-  ClothState cloth;                      // integrate, certify
-  RigidState rigid;                      // bodies
-  CircuitState circuits;                 // bodies
-  Points induced_moments;                // (k x 3) of spheres that are dipoles, where the next are sought [A m^2]; bodies
-  ContactState contacts;                 // certify (anchors of friction)
-  std::uint8_t tangled = 0;              // cloth may intersect something: 1 the user put it so, 2 a step left impacts; check
-  Points obstacle_vertices;              // (k x 3) all obstacles end to end, at the present time [m]; stepper
-  Points external_force;                 // (n x 3) [N], user
-  std::vector<std::uint8_t> pin_override;   // (n) 1: target set by the user instead of the script; user
-  Points pin_target;                     // (n x 3) [m], user
-  // Pose set by the user instead of keyframes, per obstacle: flag, position, quaternion (w, x, y, z).
+  std::int64_t step = 0;   // steps done; time is step * h; stepper
+  ClothState cloth;        // integrate, certify
+  RigidState rigid;        // bodies
+  CircuitState circuits;   // bodies
+  Points induced_moments;  // (k x 3) of spheres that are dipoles, where the next are sought [A
+                           // m^2]; bodies
+  ContactState contacts;   // certify (anchors of friction)
+  std::uint8_t tangled =
+      0;  // cloth may intersect something: 1 the user put it so, 2 a step left impacts; check
+  Points obstacle_vertices;  // (k x 3) all obstacles end to end, at the present time [m]; stepper
+  Points external_force;     // (n x 3) [N], user
+  std::vector<std::uint8_t>
+      pin_override;   // (n) 1: target set by the user instead of the script; user
+  Points pin_target;  // (n x 3) [m], user
+  // Pose set by the user instead of keyframes, per obstacle: flag, position, quaternion (w, x, y,
+  // z).
   std::vector<std::uint8_t> pose_override;
   Points pose_position;
   Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor> pose_orientation;

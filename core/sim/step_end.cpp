@@ -1,4 +1,5 @@
-// How a step ends: strains within their limits, the way free of impacts, velocities that follow, and what is reported.
+// How a step ends: strains within their limits, the way free of impacts, velocities that follow,
+// and what is reported.
 #include <cmath>
 
 #include "core/sim/constrain.h"
@@ -8,10 +9,12 @@
 
 namespace loomstone {
 
-// Of the motion wanted, by truncation. Our choice: scenes withhold 1e-5 or nothing in all steps but a few, which withhold all.
+// Of the motion wanted, by truncation. Our choice: scenes withhold 1e-5 or nothing in all steps but
+// a few, which withhold all.
 constexpr double much_withheld = 0.1;
 
-// The last stage: velocities lead the next step away from the limits no faster than they may; positions stay.
+// The last stage: velocities lead the next step away from the limits no faster than they may;
+// positions stay.
 void Stepper::limit_strain_rate(State& state, StepOutcome& outcome) {
   if (!limiter_) return;
   StepReport& report = outcome.report;
@@ -25,7 +28,8 @@ void Stepper::limit_strain_rate(State& state, StepOutcome& outcome) {
   report.worst_element = left.worst < 0 ? -1 : model_.triangle_of[left.worst];
   outcome.broken = left.broken;
   report.broken_limits = static_cast<std::int64_t>(left.broken_elements().size());
-  report.rate_sweeps += limiter_->enforce_rate(team_, limit_key_, state.cloth.x, step_, state.cloth.v, false).sweeps;
+  report.rate_sweeps +=
+      limiter_->enforce_rate(team_, limit_key_, state.cloth.x, step_, state.cloth.v, false).sweeps;
 }
 
 // The cloth goes to x1_ and its velocities with it; what did not move keeps the integrator's.
@@ -43,7 +47,8 @@ void Stepper::move_cloth(State& state) {
 // The bodies as certification may move them: from where they were to where Bullet has put them.
 FreeBodies Stepper::free_bodies(const State& state) const {
   FreeBodies bodies(model_.n_bodies());
-  const std::vector<std::uint8_t> supported = world_ ? world_->supported() : std::vector<std::uint8_t>();
+  const std::vector<std::uint8_t> supported =
+      world_ ? world_->supported() : std::vector<std::uint8_t>();
   for (Index b = 0; b < model_.n_bodies(); ++b) {
     FreeBody& body = bodies[b];
     body.surface = model_.collision.surface_of_vertex[model_.bodies[b].first];
@@ -57,8 +62,9 @@ FreeBodies Stepper::free_bodies(const State& state) const {
   return bodies;
 }
 
-// Strains within their limits, and (the last thing that moves vertices) no impact on the way from x0 to x1, no
-// intersection at x1. Velocities get the mean of what that takes over the step, (3.16).
+// Strains within their limits, and (the last thing that moves vertices) no impact on the way from
+// x0 to x1, no intersection at x1. Velocities get the mean of what that takes over the step,
+// (3.16).
 Stepper::Left Stepper::limit_and_certify(State& state, StepOutcome& outcome) {
   StepReport& report = outcome.report;
   const Index n = model_.cloth.n_vertices;
@@ -86,14 +92,16 @@ Stepper::Left Stepper::limit_and_certify(State& state, StepOutcome& outcome) {
   move_cloth(state);
   if (done.touched.empty() && !inputs.repelled) left_ = done.limits;  // nothing has moved since
   for (const Index i : done.touched) outcome.contact[i] = 1;
-  for (Index b = 0; b < model_.n_bodies(); ++b) {  // Bullet takes over what has changed with its next step
+  for (Index b = 0; b < model_.n_bodies();
+       ++b) {  // Bullet takes over what has changed with its next step
     const FreeBody& body = bodies[b];
     state.rigid.positions.row(b) = body.end.position.transpose();
     state.rigid.orientations.row(b) = body.end.orientation.transpose();
     state.rigid.velocities.row(b) += body.moved.transpose() / step_;
     state.rigid.angular_velocities.row(b) += body.turned.transpose() / step_;
   }
-  if (collision_ && contacts_in_solve_) collision_->update_anchors(contacts_, x0_, x1_, state.contacts);
+  if (collision_ && contacts_in_solve_)
+    collision_->update_anchors(contacts_, x0_, x1_, state.contacts);
   report.seconds[static_cast<int>(StageName::Limit)] += done.limit_seconds;
   report.seconds[static_cast<int>(StageName::Certify)] -= done.limit_seconds;
   report.limit_sweeps += done.limits.sweeps;
@@ -110,12 +118,14 @@ Stepper::Left Stepper::limit_and_certify(State& state, StepOutcome& outcome) {
   return {done.certified.unresolved, froze, done.broke, done.stopped};
 }
 
-// How free the cloth is where a step has left impacts: never hidden, and counted until it is free again.
+// How free the cloth is where a step has left impacts: never hidden, and counted until it is free
+// again.
 void Stepper::count_intersections(State& state, StepOutcome& outcome) {
   collision_vertices(model_, state, x1_);
   const std::vector<std::array<Index, 2>> pairs = cloth_intersections(model_.collision, x1_);
   outcome.report.intersections = static_cast<std::int64_t>(pairs.size());
-  // An edge may also pierce a triangle that it shares a corner's triangle with: not a pair that is counted.
+  // An edge may also pierce a triangle that it shares a corner's triangle with: not a pair that is
+  // counted.
   if (pairs.empty() && collision_->find_tangle(x1_) == 0) state.tangled = 0;
   if (state.tangled != 2) return;
   outcome.forced = pairs;
@@ -123,13 +133,15 @@ void Stepper::count_intersections(State& state, StepOutcome& outcome) {
   for (const auto& pair : pairs)
     for (const Index triangle : pair)
       for (int k = 0; k < 3; ++k)
-        if (const Index v = model_.collision.triangles(triangle, k); v < model_.cloth.n_vertices) outcome.contact[v] = 2;
+        if (const Index v = model_.collision.triangles(triangle, k); v < model_.cloth.n_vertices)
+          outcome.contact[v] = 2;
 }
 
 // What certification took from the step, and how calm contact is.
 void Stepper::measure_contacts(const ClothState& before, const State& state, StepOutcome& outcome) {
   StepReport& report = outcome.report;
-  report.withheld = report.wanted_motion > 0.0 ? report.withheld_motion / report.wanted_motion : 0.0;
+  report.withheld =
+      report.wanted_motion > 0.0 ? report.withheld_motion / report.wanted_motion : 0.0;
   double squares = 0.0;
   std::int64_t count = 0;
   for (Index i = 0; i < model_.cloth.n_vertices; ++i) {
@@ -137,7 +149,8 @@ void Stepper::measure_contacts(const ClothState& before, const State& state, Ste
     squares += (state.cloth.v.row(i) - before.v.row(i)).squaredNorm();
     ++count;
   }
-  report.contact_acceleration = count > 0 ? std::sqrt(squares / static_cast<double>(count)) / options_.step : 0.0;
+  report.contact_acceleration =
+      count > 0 ? std::sqrt(squares / static_cast<double>(count)) / options_.step : 0.0;
 }
 
 }  // namespace loomstone

@@ -1,4 +1,5 @@
-// One step: a row of stages. Everything here may be thrown away between two steps; only State carries on.
+// One step: a row of stages. Everything here may be thrown away between two steps; only State
+// carries on.
 #pragma once
 
 #include <memory>
@@ -19,15 +20,18 @@ namespace loomstone {
 // What a step leaves for people to look at.
 struct StepOutcome {
   StepReport report;
-  State start;                           // of the step, for frames between steps; a failed step goes back to it
-  std::vector<std::uint8_t> contact;     // (n) rows: 1 in contact, 2 in a triangle that intersects because it is forced to
-  std::vector<BrokenLimit> broken;       // of triangles in the internal order, the largest excess first
-  std::vector<std::array<Index, 2>> forced;  // pairs of triangles (of all surfaces) that intersect because they are forced to
+  State start;  // of the step, for frames between steps; a failed step goes back to it
+  std::vector<std::uint8_t>
+      contact;  // (n) rows: 1 in contact, 2 in a triangle that intersects because it is forced to
+  std::vector<BrokenLimit> broken;  // of triangles in the internal order, the largest excess first
+  std::vector<std::array<Index, 2>>
+      forced;  // pairs of triangles (of all surfaces) that intersect because they are forced to
 };
 
-// A part of a step in 64ths of it: a step that certification cannot free of impacts, whose solver finds no solution, that
-// breaks limits of strain or stops the cloth for them is taken again in halves; down to quarters where sweeps alone limit, and
-// where certification took much of the motion.
+// A part of a step in 64ths of it: a step that certification cannot free of impacts, whose solver
+// finds no solution, that breaks limits of strain or stops the cloth for them is taken again in
+// halves; down to quarters where sweeps alone limit, and where certification took much of the
+// motion.
 struct StepPart {
   static constexpr int whole = 64, quarter = 16;
   int first = 0, last = whole;
@@ -37,21 +41,23 @@ struct StepPart {
 // Stage of stages.
 class Stepper {
  public:
-  Stepper(const Model& model, const IntegratorOptions& options, const Team& team, const RowLayout& layout,
-          const State& state);
+  Stepper(const Model& model, const IntegratorOptions& options, const Team& team,
+          const RowLayout& layout, const State& state);
 
-  // Advances `state` by one step. Throws SolverFailure; `state` is then that of the start of the step.
+  // Advances `state` by one step. Throws SolverFailure; `state` is then that of the start of the
+  // step.
   void advance(State& state, StepOutcome& outcome);
 
   Elasticity& elasticity() { return *elasticity_; }
 
-  // Magnetic force and torque on each body now, and the energy of all magnets [J]; nothing without magnets.
+  // Magnetic force and torque on each body now, and the energy of all magnets [J]; nothing without
+  // magnets.
   std::vector<Wrench> magnetic_forces(const State& state) const;
   double magnetic_energy(const State& state) const;
 
  private:
-  // What a part leaves: impacts, whether certification took much of the motion, and whether it broke limits of strain that held at
-  // its start, or stopped the cloth for them.
+  // What a part leaves: impacts, whether certification took much of the motion, and whether it
+  // broke limits of strain that held at its start, or stopped the cloth for them.
   struct Left {
     std::int64_t impacts = 0;
     bool froze = false;
@@ -72,14 +78,15 @@ class Stepper {
   Left limit_and_certify(State& state, StepOutcome& outcome);
   void count_intersections(State& state, StepOutcome& outcome);
   void measure_contacts(const ClothState& before, const State& state, StepOutcome& outcome);
-  Index vertex_of_row(Index row) const;                     // in the user's order
-  void check(const State& state, const char* stage) const;  // throws SolverFailure where the step diverged
+  Index vertex_of_row(Index row) const;  // in the user's order
+  void check(const State& state,
+             const char* stage) const;  // throws SolverFailure where the step diverged
 
   const Model& model_;
   IntegratorOptions options_;
   Team team_;
-  std::vector<double> busy_;         // of each thread in this step [s]
-  Team collision_team_;              // the same threads, watched
+  std::vector<double> busy_;  // of each thread in this step [s]
+  Team collision_team_;       // the same threads, watched
   const RowLayout& layout_;
   std::unique_ptr<Elasticity> elasticity_;
   std::unique_ptr<Integrator> integrator_;
@@ -87,21 +94,24 @@ class Stepper {
   std::unique_ptr<RigidWorld> world_;
   std::unique_ptr<MagneticMotion> magnetics_;
   std::unique_ptr<StrainLimiter> limiter_;  // where a cloth has limits
-  bool contacts_in_solve_ = false;   // else impulses answer them after the step
-  bool limits_in_solve_ = false;     // else they are enforced after it alone
+  bool contacts_in_solve_ = false;          // else impulses answer them after the step
+  bool limits_in_solve_ = false;            // else they are enforced after it alone
 
-  std::optional<LimitReport> left_;  // what limiting left of this part, where nothing has moved since
+  std::optional<LimitReport>
+      left_;  // what limiting left of this part, where nothing has moved since
 
-  // Scratch of a part of a step: its length and ends [s], and its share of what was left of the step.
-  std::uint64_t limit_key_ = 0;      // of random orders: which step, which part
+  // Scratch of a part of a step: its length and ends [s], and its share of what was left of the
+  // step.
+  std::uint64_t limit_key_ = 0;  // of random orders: which step, which part
   double step_ = 0.0, start_time_ = 0.0, end_time_ = 0.0, share_ = 1.0;
   std::vector<std::uint8_t> fixed_;
   Vector inverse_mass_;
-  Points force_, target_, next_obstacles_, x0_, v0_, last_change_, x1_, body_velocity_, predicted_body_velocity_;
+  Points force_, target_, next_obstacles_, x0_, v0_, last_change_, x1_, body_velocity_,
+      predicted_body_velocity_;
   std::vector<Mat3> body_blocks_;
-  std::vector<RigidPose> start_poses_;   // of bodies
+  std::vector<RigidPose> start_poses_;  // of bodies
   std::vector<Contact> contacts_;
-  ExtraTerms terms_;             // contacts first, then what untangles, then attachments
+  ExtraTerms terms_;  // contacts first, then what untangles, then attachments
   std::size_t n_contact_terms_ = 0;
 };
 

@@ -15,18 +15,23 @@ bool same_bits(const Points& a, const Points& b) {
   return a.rows() == b.rows() && std::equal(a.data(), a.data() + a.size(), b.data());
 }
 
-[[noreturn]] void refuse(const std::string& what, const Points& table, Index row, const std::string& wanted) {
+[[noreturn]] void refuse(const std::string& what, const Points& table, Index row,
+                         const std::string& wanted) {
   std::ostringstream out;
-  out << what << " must be " << wanted << ", got (" << table.row(row) << "); write numbers before the next step";
+  out << what << " must be " << wanted << ", got (" << table.row(row)
+      << "); write numbers before the next step";
   throw InvalidInput(out.str());
 }
 
-void check_rows(const Model& model, const Points& table, const char* name, const std::vector<std::uint8_t>* used) {
+void check_rows(const Model& model, const Points& table, const char* name,
+                const std::vector<std::uint8_t>* used) {
   if (table.allFinite()) return;
   for (std::size_t vertex = 0; vertex < model.row_of_vertex.size(); ++vertex) {
     const Index row = model.row_of_vertex[vertex];
     if ((used && !(*used)[row]) || table.row(row).allFinite()) continue;
-    refuse(std::string(name) + " of vertex " + std::to_string(vertex) + " (row " + std::to_string(row) + ")", table, row, "finite");
+    refuse(std::string(name) + " of vertex " + std::to_string(vertex) + " (row " +
+               std::to_string(row) + ")",
+           table, row, "finite");
   }
 }
 
@@ -48,24 +53,31 @@ void UserWrites::check(const Model& model, const State& state) const {
     if (!state.pose_override[o]) continue;
     const std::string name = " of obstacle " + std::to_string(o);
     const Index row = static_cast<Index>(o);
-    if (!state.pose_position.row(row).allFinite()) refuse("obstacle_positions" + name, state.pose_position, row, "finite");
+    if (!state.pose_position.row(row).allFinite())
+      refuse("obstacle_positions" + name, state.pose_position, row, "finite");
     const double norm = state.pose_orientation.row(row).norm();
     if (!(std::abs(norm - 1.0) <= 1e-6))
-      throw InvalidInput("obstacle_orientations" + name + " must be a unit quaternion (w, x, y, z), got norm " +
+      throw InvalidInput("obstacle_orientations" + name +
+                         " must be a unit quaternion (w, x, y, z), got norm " +
                          std::to_string(norm) + "; normalise it");
   }
 }
 
 UserWrites::Kind UserWrites::settle(const RowLayout& layout, State& state) {
-  if (watching_) note(!same_bits(x_, state.cloth.x) ? Positions : !same_bits(v_, state.cloth.v) ? Velocities : Table);
+  if (watching_)
+    note(!same_bits(x_, state.cloth.x)   ? Positions
+         : !same_bits(v_, state.cloth.v) ? Velocities
+                                         : Table);
   if (!layout.single()) {
     const Communicator& ranks = layout.communicator();
     written_ = static_cast<Kind>(ranks.maximum(written_));
     if (written_ != Nothing) {
-      for (Points* table : {&state.cloth.x, &state.cloth.v, &state.external_force, &state.pin_target})
+      for (Points* table :
+           {&state.cloth.x, &state.cloth.v, &state.external_force, &state.pin_target})
         gather_rows(layout, *table);
       const auto from_rank_0 = [&](auto& table) {
-        ranks.broadcast(table.data(), static_cast<std::size_t>(table.size()) * sizeof(*table.data()), 0);
+        ranks.broadcast(table.data(),
+                        static_cast<std::size_t>(table.size()) * sizeof(*table.data()), 0);
       };
       from_rank_0(state.pin_override), from_rank_0(state.pose_override);
       from_rank_0(state.pose_position), from_rank_0(state.pose_orientation);

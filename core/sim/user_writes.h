@@ -17,19 +17,19 @@ class UserWrites {
   bool watching() const { return watching_; }
   // What was written since the last step; each counts for those before it.
   enum Kind { Nothing, Table, Velocities, Positions };
-  void note(Kind kind) { written_ = std::max(written_, kind); }   // through a call
+  void note(Kind kind) { written_ = std::max(written_, kind); }  // through a call
 
   // Throws InvalidInput naming the first entry that cannot be simulated.
   void check(const Model& model, const State& state) const;
-  // On ranks every row becomes what its owner has, poses what rank 0 has. Returns what was written on any rank.
-  // Collective.
+  // On ranks every row becomes what its owner has, poses what rank 0 has. Returns what was written
+  // on any rank. Collective.
   Kind settle(const RowLayout& layout, State& state);
-  void remember(const State& state);             // the state a step left
+  void remember(const State& state);  // the state a step left
 
  private:
   bool watching_ = false;
   Kind written_ = Nothing;
-  Points x_, v_;                                 // (n x 3) as the last step left them, while watching
+  Points x_, v_;  // (n x 3) as the last step left them, while watching
 };
 
 // Refreshes (n x 3) cloth rows from their owners. Collective.

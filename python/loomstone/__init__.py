@@ -1,4 +1,6 @@
-"""Cloth, collisions and rigid bodies: described, simulated, stored and rendered. SI units everywhere.
+"""Cloth, collisions and rigid bodies: described, simulated, stored and rendered.
+
+SI units everywhere.
 
 >>> import loomstone as ls
 >>> scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(size=(0.5, 0.5), triangles=200), pins=[0])])
@@ -13,8 +15,8 @@ from . import collision, garments, limits, magnetics, measurements, meshes, pick
 from ._core import (
     Air,
     Attachment,
-    CacheError,
     Bearing,
+    CacheError,
     Camera,
     Checkpoint,
     Cloth,
@@ -71,9 +73,9 @@ from .units import Quantity, units
 from .versions import show_versions
 
 __all__ = [
+    "BDF2",
     "Air",
     "Attachment",
-    "BDF2",
     "BackwardEuler",
     "Bearing",
     "CacheError",

@@ -2,40 +2,143 @@
 """
 C++ core of loomstone; use the package loomstone instead of this module.
 """
+
 from __future__ import annotations
 import collections.abc
 import numpy
 import numpy.typing
 import typing
-__all__: list[str] = ['Air', 'Attachment', 'Bearing', 'CacheError', 'Camera', 'Checkpoint', 'ClosestPoint', 'Cloth', 'ClothMaterial', 'Coil', 'Collisions', 'Communicator', 'Curves', 'Detector', 'Error', 'Frame', 'FrameReader', 'FrameTopology', 'FrameWriter', 'IntegratorOptions', 'InvalidInput', 'LimitOptions', 'LimitReport', 'Magnet', 'MagneticBody', 'MassProperties', 'Obstacle', 'RenderOptions', 'Renderer', 'RigidBody', 'Scene', 'Simulation', 'SoftBody', 'SolverFailure', 'SpatialQuery', 'State', 'StepReport', 'StrainLimit', 'TriangleMesh', 'Unsupported', 'box', 'candidates', 'capsule', 'continuous', 'corotational_strain', 'cylinder', 'default_thread_count', 'dipole_energy', 'dipole_forces', 'dipole_tree_field', 'dipole_tree_gradient', 'explicit_response', 'floor_square', 'funnel', 'grid', 'grid_cells', 'icosphere', 'induce', 'induced_moments', 'intersecting_pairs', 'jittered_grid', 'launched_by_mpi', 'limit_strain', 'magnetic_cell_front', 'magnetic_cell_level', 'magnetic_cells', 'magnetic_cuboid', 'magnetic_cylinder', 'magnetic_depth', 'magnetic_dipoles', 'magnetic_energy', 'magnetic_field', 'magnetic_field_lines', 'magnetic_force', 'magnetic_forces', 'magnetic_gradient', 'magnetic_loop', 'magnetic_mesh', 'magnetic_polyline', 'magnetic_potential', 'magnetic_solenoid', 'magnetic_sphere', 'mass_properties', 'mpi_communicator', 'mutual_inductance', 'read_checkpoint', 'read_mesh', 'single_communicator', 'soft_cuboid', 'soft_cylinder', 'soft_mesh', 'soft_sphere', 'wave_bar', 'write_checkpoint', 'write_mesh', 'write_png']
+
+__all__: list[str] = [
+    "Air",
+    "Attachment",
+    "Bearing",
+    "CacheError",
+    "Camera",
+    "Checkpoint",
+    "ClosestPoint",
+    "Cloth",
+    "ClothMaterial",
+    "Coil",
+    "Collisions",
+    "Communicator",
+    "Curves",
+    "Detector",
+    "Error",
+    "Frame",
+    "FrameReader",
+    "FrameTopology",
+    "FrameWriter",
+    "IntegratorOptions",
+    "InvalidInput",
+    "LimitOptions",
+    "LimitReport",
+    "Magnet",
+    "MagneticBody",
+    "MassProperties",
+    "Obstacle",
+    "RenderOptions",
+    "Renderer",
+    "RigidBody",
+    "Scene",
+    "Simulation",
+    "SoftBody",
+    "SolverFailure",
+    "SpatialQuery",
+    "State",
+    "StepReport",
+    "StrainLimit",
+    "TriangleMesh",
+    "Unsupported",
+    "box",
+    "candidates",
+    "capsule",
+    "continuous",
+    "corotational_strain",
+    "cylinder",
+    "default_thread_count",
+    "dipole_energy",
+    "dipole_forces",
+    "dipole_tree_field",
+    "dipole_tree_gradient",
+    "explicit_response",
+    "floor_square",
+    "funnel",
+    "grid",
+    "grid_cells",
+    "icosphere",
+    "induce",
+    "induced_moments",
+    "intersecting_pairs",
+    "jittered_grid",
+    "launched_by_mpi",
+    "limit_strain",
+    "magnetic_cell_front",
+    "magnetic_cell_level",
+    "magnetic_cells",
+    "magnetic_cuboid",
+    "magnetic_cylinder",
+    "magnetic_depth",
+    "magnetic_dipoles",
+    "magnetic_energy",
+    "magnetic_field",
+    "magnetic_field_lines",
+    "magnetic_force",
+    "magnetic_forces",
+    "magnetic_gradient",
+    "magnetic_loop",
+    "magnetic_mesh",
+    "magnetic_polyline",
+    "magnetic_potential",
+    "magnetic_solenoid",
+    "magnetic_sphere",
+    "mass_properties",
+    "mpi_communicator",
+    "mutual_inductance",
+    "read_checkpoint",
+    "read_mesh",
+    "single_communicator",
+    "soft_cuboid",
+    "soft_cylinder",
+    "soft_mesh",
+    "soft_sphere",
+    "wave_bar",
+    "write_checkpoint",
+    "write_mesh",
+    "write_png",
+]
+
 class Error(Exception):
     """
     Base of all errors of this library.
     """
+
 class InvalidInput(Error, ValueError):
     """
     Something given cannot be simulated (a ValueError).
     """
+
 class SolverFailure(Error, RuntimeError):
     """
     A solve or a step failed; names stage, step and time (a RuntimeError).
     """
+
 class CacheError(Error, OSError):
     """
     A file could not be written, read or understood (an OSError).
     """
+
 class Unsupported(Error, NotImplementedError):
     """
     Not offered in this build or combination (a NotImplementedError).
     """
+
 class StepReport:
     """
     What happened in a step; never decides anything.
     """
-    def __init__(self) -> None:
-        ...
-    def __repr__(self) -> str:
-        ...
+    def __init__(self) -> None: ...
+    def __repr__(self) -> str: ...
     def to_dict(self) -> dict[str, typing.Any]:
         """
         All numbers by name.
@@ -300,12 +403,12 @@ class StepReport:
         """
         the one most beyond its limit, all cloths end to end; -1: none
         """
+
 class FrameTopology:
     """
     What stays the same over a run: cloths end to end, then rigid bodies and obstacles end to end.
     """
-    def __repr__(self) -> str:
-        ...
+    def __repr__(self) -> str: ...
     @property
     def body_is_floor(self) -> numpy.typing.NDArray[numpy.uint8]:
         """
@@ -361,12 +464,12 @@ class FrameTopology:
         """
         (m x 3) vertices of the cloth triangles
         """
+
 class Frame:
     """
     One instant of a run, in the user's vertex order; arrays are read-only views.
     """
-    def __repr__(self) -> str:
-        ...
+    def __repr__(self) -> str: ...
     def with_contact(self, contact: numpy.typing.ArrayLike) -> Frame:
         """
         A copy with other contact flags, to mark vertices in a picture.
@@ -421,26 +524,38 @@ class Frame:
         """
         (n x 3) [m/s]
         """
+
 class TriangleMesh:
     """
     Immutable triangle mesh, validated once.
-    
+
     vertices : (n x 3) positions [m]
     triangles : (m x 3) vertex indices
     uv : (k x 2) rest coordinates, weft and warp [m], or None
     uv_triangles : (m x 3) indices into uv, or None: the triangles themselves
-    
+
     Raises InvalidInput naming the item: NaN, zero area, duplicate or inverted faces,
     non-manifold edges, isolated vertices, indices out of range.
     """
+
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    def __eq__(self, arg0: object) -> bool:
-        ...
-    def __init__(self, vertices: typing.Any, triangles: typing.Any, uv: typing.Any = None, *, uv_triangles: typing.Any = None) -> None:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def moved(self, translation: typing.Any = (0, 0, 0), *, rotation: typing.Any = ((1, 0, 0), (0, 1, 0), (0, 0, 1)), scale: typing.SupportsFloat | typing.SupportsIndex = 1.0) -> TriangleMesh:
+    def __eq__(self, arg0: object) -> bool: ...
+    def __init__(
+        self,
+        vertices: typing.Any,
+        triangles: typing.Any,
+        uv: typing.Any = None,
+        *,
+        uv_triangles: typing.Any = None,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    def moved(
+        self,
+        translation: typing.Any = (0, 0, 0),
+        *,
+        rotation: typing.Any = ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+        scale: typing.SupportsFloat | typing.SupportsIndex = 1.0,
+    ) -> TriangleMesh:
         """
         A copy at rotation * scale * x + translation [m]; uv unchanged.
         """
@@ -494,12 +609,12 @@ class TriangleMesh:
         """
         (n x 3) [m], read-only view
         """
+
 class ClosestPoint:
     """
     Nearest point of a surface.
     """
-    def __repr__(self) -> str:
-        ...
+    def __repr__(self) -> str: ...
     @property
     def barycentric(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
@@ -525,13 +640,15 @@ class ClosestPoint:
         """
         index, -1: nothing within the radius
         """
+
 class SpatialQuery:
     """
     Closest points and inside tests on a triangle surface.
     """
-    def __init__(self, mesh: TriangleMesh) -> None:
-        ...
-    def closest(self, point: typing.Any, radius: typing.SupportsFloat | typing.SupportsIndex) -> ClosestPoint:
+    def __init__(self, mesh: TriangleMesh) -> None: ...
+    def closest(
+        self, point: typing.Any, radius: typing.SupportsFloat | typing.SupportsIndex
+    ) -> ClosestPoint:
         """
         ClosestPoint to a point (3) [m] within a radius [m].
         """
@@ -539,12 +656,12 @@ class SpatialQuery:
         """
         True where the point (3) [m] lies inside a closed surface.
         """
+
 class Communicator:
     """
     The ranks of one simulation.
     """
-    def __repr__(self) -> str:
-        ...
+    def __repr__(self) -> str: ...
     def abort(self, code: typing.SupportsInt | typing.SupportsIndex) -> None:
         """
         Ends all ranks at once.
@@ -577,12 +694,13 @@ class Communicator:
         """
         number of ranks
         """
+
 class RigidBody:
     """
     A solid body that moves, falls, and feels the cloth.
-    
+
     Frozen; compared by value.
-    
+
     Parameters (keywords)
     ---------------------
     name : name in reports and files; default ''
@@ -598,15 +716,56 @@ class RigidBody:
     restitution : restitution coefficient [1]; in [0, 1]; default 0.0
     thickness : contact distance to cloth, 0: as the cloth's [m]; >= 0; default 0.0
     """
+
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('name', 'mesh', 'shape', 'parts', 'density', 'position', 'orientation', 'velocity', 'angular_velocity', 'friction', 'restitution', 'thickness')
-    def __eq__(self, arg0: object) -> bool:
-        ...
-    def __init__(self, *, name: str = '', mesh: TriangleMesh | None = None, shape: str = 'convex', parts: collections.abc.Sequence[TriangleMesh] = [], density: typing.SupportsFloat | typing.SupportsIndex = 1000.0, position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ..., velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., angular_velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., friction: typing.SupportsFloat | typing.SupportsIndex = 0.3, restitution: typing.SupportsFloat | typing.SupportsIndex = 0.0, thickness: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def replace(self, *, name: str = ..., mesh: TriangleMesh | None = ..., shape: str = ..., parts: collections.abc.Sequence[TriangleMesh] = ..., density: typing.SupportsFloat | typing.SupportsIndex = ..., position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ..., velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., angular_velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., friction: typing.SupportsFloat | typing.SupportsIndex = ..., restitution: typing.SupportsFloat | typing.SupportsIndex = ..., thickness: typing.SupportsFloat | typing.SupportsIndex = ...) -> RigidBody:
+    field_names: typing.ClassVar[tuple[str, ...]] = (
+        "name",
+        "mesh",
+        "shape",
+        "parts",
+        "density",
+        "position",
+        "orientation",
+        "velocity",
+        "angular_velocity",
+        "friction",
+        "restitution",
+        "thickness",
+    )
+    def __eq__(self, arg0: object) -> bool: ...
+    def __init__(
+        self,
+        *,
+        name: str = "",
+        mesh: TriangleMesh | None = None,
+        shape: str = "convex",
+        parts: collections.abc.Sequence[TriangleMesh] = [],
+        density: typing.SupportsFloat | typing.SupportsIndex = 1000.0,
+        position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ...,
+        velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        angular_velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        friction: typing.SupportsFloat | typing.SupportsIndex = 0.3,
+        restitution: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        thickness: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    def replace(
+        self,
+        *,
+        name: str = ...,
+        mesh: TriangleMesh | None = ...,
+        shape: str = ...,
+        parts: collections.abc.Sequence[TriangleMesh] = ...,
+        density: typing.SupportsFloat | typing.SupportsIndex = ...,
+        position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ...,
+        velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        angular_velocity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        friction: typing.SupportsFloat | typing.SupportsIndex = ...,
+        restitution: typing.SupportsFloat | typing.SupportsIndex = ...,
+        thickness: typing.SupportsFloat | typing.SupportsIndex = ...,
+    ) -> RigidBody:
         """
         A copy in which the given fields have other values.
         """
@@ -674,12 +833,12 @@ class RigidBody:
         """
         velocity of the centre of mass [m/s]
         """
+
 class MassProperties:
     """
     Mass, centre and inertia of a closed mesh of uniform density.
     """
-    def __repr__(self) -> str:
-        ...
+    def __repr__(self) -> str: ...
     @property
     def centre(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
         """
@@ -695,13 +854,15 @@ class MassProperties:
         """
         [kg]
         """
+
 class MagneticBody:
     """
     Magnet or current at a pose; made by the functions of loomstone.magnetics, unchangeable.
     """
-    def __repr__(self) -> str:
-        ...
-    def at(self, position: typing.Any, orientation: typing.Any = (1.0, 0.0, 0.0, 0.0)) -> MagneticBody:
+    def __repr__(self) -> str: ...
+    def at(
+        self, position: typing.Any, orientation: typing.Any = (1.0, 0.0, 0.0, 0.0)
+    ) -> MagneticBody:
         """
         The same body at another pose: centre (3) [m], quaternion (w, x, y, z), normalised.
         """
@@ -733,6 +894,7 @@ class MagneticBody:
         """
         radius of the ball about the centre that holds the body [m]
         """
+
 class SoftBody:
     """
     Linear body at a pose that magnetises in the field it is in; made by the functions soft_... of loomstone.magnetics, unchangeable.
@@ -749,7 +911,9 @@ class SoftBody:
         """
         A copy turned about its own centre by a rotation vector (3) in world axes [rad].
         """
-    def with_susceptibility(self, susceptibility: typing.SupportsFloat | typing.SupportsIndex) -> SoftBody:
+    def with_susceptibility(
+        self, susceptibility: typing.SupportsFloat | typing.SupportsIndex
+    ) -> SoftBody:
         """
         The same body of another susceptibility >= -1 [1]; what was computed for its shape is used again.
         """
@@ -778,12 +942,13 @@ class SoftBody:
         """
         [m^3]
         """
+
 class ClothMaterial:
     """
     What a cloth is made of; axes 1 = weft, 2 = warp. A surface, so stiffness is in N/m.
-    
+
     Frozen; compared by value.
-    
+
     Parameters (keywords)
     ---------------------
     weft_stiffness : Young's modulus times thickness along weft [N/m]; > 0; default 300.0
@@ -799,15 +964,56 @@ class ClothMaterial:
     viscosity_shear : mu_d of (2.25) [N s/m]; >= 0; default 0.0
     bending_damping : bending damping proportional to stiffness [s]; >= 0; default 0.0
     """
+
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('weft_stiffness', 'warp_stiffness', 'shear_stiffness', 'poisson', 'density', 'bending_weft', 'bending_warp', 'bending_twist', 'bending_coupling', 'viscosity_dilation', 'viscosity_shear', 'bending_damping')
-    def __eq__(self, arg0: object) -> bool:
-        ...
-    def __init__(self, *, weft_stiffness: typing.SupportsFloat | typing.SupportsIndex = 300.0, warp_stiffness: typing.SupportsFloat | typing.SupportsIndex = 300.0, shear_stiffness: typing.SupportsFloat | typing.SupportsIndex = 150.0, poisson: typing.SupportsFloat | typing.SupportsIndex = 0.0, density: typing.SupportsFloat | typing.SupportsIndex = 0.3, bending_weft: typing.SupportsFloat | typing.SupportsIndex = 1e-05, bending_warp: typing.SupportsFloat | typing.SupportsIndex = 1e-05, bending_twist: typing.SupportsFloat | typing.SupportsIndex = -1.0, bending_coupling: typing.SupportsFloat | typing.SupportsIndex = 0.0, viscosity_dilation: typing.SupportsFloat | typing.SupportsIndex = 0.0, viscosity_shear: typing.SupportsFloat | typing.SupportsIndex = 0.0, bending_damping: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def replace(self, *, weft_stiffness: typing.SupportsFloat | typing.SupportsIndex = ..., warp_stiffness: typing.SupportsFloat | typing.SupportsIndex = ..., shear_stiffness: typing.SupportsFloat | typing.SupportsIndex = ..., poisson: typing.SupportsFloat | typing.SupportsIndex = ..., density: typing.SupportsFloat | typing.SupportsIndex = ..., bending_weft: typing.SupportsFloat | typing.SupportsIndex = ..., bending_warp: typing.SupportsFloat | typing.SupportsIndex = ..., bending_twist: typing.SupportsFloat | typing.SupportsIndex = ..., bending_coupling: typing.SupportsFloat | typing.SupportsIndex = ..., viscosity_dilation: typing.SupportsFloat | typing.SupportsIndex = ..., viscosity_shear: typing.SupportsFloat | typing.SupportsIndex = ..., bending_damping: typing.SupportsFloat | typing.SupportsIndex = ...) -> ClothMaterial:
+    field_names: typing.ClassVar[tuple[str, ...]] = (
+        "weft_stiffness",
+        "warp_stiffness",
+        "shear_stiffness",
+        "poisson",
+        "density",
+        "bending_weft",
+        "bending_warp",
+        "bending_twist",
+        "bending_coupling",
+        "viscosity_dilation",
+        "viscosity_shear",
+        "bending_damping",
+    )
+    def __eq__(self, arg0: object) -> bool: ...
+    def __init__(
+        self,
+        *,
+        weft_stiffness: typing.SupportsFloat | typing.SupportsIndex = 300.0,
+        warp_stiffness: typing.SupportsFloat | typing.SupportsIndex = 300.0,
+        shear_stiffness: typing.SupportsFloat | typing.SupportsIndex = 150.0,
+        poisson: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        density: typing.SupportsFloat | typing.SupportsIndex = 0.3,
+        bending_weft: typing.SupportsFloat | typing.SupportsIndex = 1e-05,
+        bending_warp: typing.SupportsFloat | typing.SupportsIndex = 1e-05,
+        bending_twist: typing.SupportsFloat | typing.SupportsIndex = -1.0,
+        bending_coupling: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        viscosity_dilation: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        viscosity_shear: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        bending_damping: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    def replace(
+        self,
+        *,
+        weft_stiffness: typing.SupportsFloat | typing.SupportsIndex = ...,
+        warp_stiffness: typing.SupportsFloat | typing.SupportsIndex = ...,
+        shear_stiffness: typing.SupportsFloat | typing.SupportsIndex = ...,
+        poisson: typing.SupportsFloat | typing.SupportsIndex = ...,
+        density: typing.SupportsFloat | typing.SupportsIndex = ...,
+        bending_weft: typing.SupportsFloat | typing.SupportsIndex = ...,
+        bending_warp: typing.SupportsFloat | typing.SupportsIndex = ...,
+        bending_twist: typing.SupportsFloat | typing.SupportsIndex = ...,
+        bending_coupling: typing.SupportsFloat | typing.SupportsIndex = ...,
+        viscosity_dilation: typing.SupportsFloat | typing.SupportsIndex = ...,
+        viscosity_shear: typing.SupportsFloat | typing.SupportsIndex = ...,
+        bending_damping: typing.SupportsFloat | typing.SupportsIndex = ...,
+    ) -> ClothMaterial:
         """
         A copy in which the given fields have other values.
         """
@@ -875,13 +1081,14 @@ class ClothMaterial:
         """
         Young's modulus times thickness along weft [N/m]; > 0; default 300.0
         """
+
 class StrainLimit:
     """
     How far cloth may strain along weft, warp and in shear: U - I with F = R U, in weft/warp axes. The first three may be
     given without their names.
-    
+
     Frozen; compared by value.
-    
+
     Parameters (keywords)
     ---------------------
     weft : largest strain along weft [1]; >= 0; default inf
@@ -892,15 +1099,41 @@ class StrainLimit:
     shear_min : smallest shear strain e12; None: -shear [1]; <= 0
     edge : largest elongation of an edge: where given, this cloth is limited by edges, whatever the method; None: in the method edges the smaller of weft and warp [1]; >= 0
     """
+
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('weft', 'warp', 'shear', 'weft_min', 'warp_min', 'shear_min', 'edge')
-    def __eq__(self, arg0: object) -> bool:
-        ...
-    def __init__(self, weft: typing.SupportsFloat | typing.SupportsIndex = ..., warp: typing.SupportsFloat | typing.SupportsIndex = ..., shear: typing.SupportsFloat | typing.SupportsIndex = ..., *, weft_min: typing.SupportsFloat | typing.SupportsIndex = -1.0, warp_min: typing.SupportsFloat | typing.SupportsIndex = -1.0, shear_min: typing.SupportsFloat | typing.SupportsIndex | None = None, edge: typing.SupportsFloat | typing.SupportsIndex | None = None) -> None:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def replace(self, *, weft: typing.SupportsFloat | typing.SupportsIndex = ..., warp: typing.SupportsFloat | typing.SupportsIndex = ..., shear: typing.SupportsFloat | typing.SupportsIndex = ..., weft_min: typing.SupportsFloat | typing.SupportsIndex = ..., warp_min: typing.SupportsFloat | typing.SupportsIndex = ..., shear_min: typing.SupportsFloat | typing.SupportsIndex | None = ..., edge: typing.SupportsFloat | typing.SupportsIndex | None = ...) -> StrainLimit:
+    field_names: typing.ClassVar[tuple[str, ...]] = (
+        "weft",
+        "warp",
+        "shear",
+        "weft_min",
+        "warp_min",
+        "shear_min",
+        "edge",
+    )
+    def __eq__(self, arg0: object) -> bool: ...
+    def __init__(
+        self,
+        weft: typing.SupportsFloat | typing.SupportsIndex = ...,
+        warp: typing.SupportsFloat | typing.SupportsIndex = ...,
+        shear: typing.SupportsFloat | typing.SupportsIndex = ...,
+        *,
+        weft_min: typing.SupportsFloat | typing.SupportsIndex = -1.0,
+        warp_min: typing.SupportsFloat | typing.SupportsIndex = -1.0,
+        shear_min: typing.SupportsFloat | typing.SupportsIndex | None = None,
+        edge: typing.SupportsFloat | typing.SupportsIndex | None = None,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    def replace(
+        self,
+        *,
+        weft: typing.SupportsFloat | typing.SupportsIndex = ...,
+        warp: typing.SupportsFloat | typing.SupportsIndex = ...,
+        shear: typing.SupportsFloat | typing.SupportsIndex = ...,
+        weft_min: typing.SupportsFloat | typing.SupportsIndex = ...,
+        warp_min: typing.SupportsFloat | typing.SupportsIndex = ...,
+        shear_min: typing.SupportsFloat | typing.SupportsIndex | None = ...,
+        edge: typing.SupportsFloat | typing.SupportsIndex | None = ...,
+    ) -> StrainLimit:
         """
         A copy in which the given fields have other values.
         """
@@ -943,12 +1176,13 @@ class StrainLimit:
         """
         smallest strain along weft; -1: compression is free [1]; in [-1, 0]; default -1.0
         """
+
 class LimitOptions:
     """
     How strain limits are enforced, step by step.
-    
+
     Frozen; compared by value.
-    
+
     Parameters (keywords)
     ---------------------
     method : gauss-seidel (coloured, parallel) | gauss-seidel-random (seeded order, one thread) | jacobi | edges (edge-based, one bound for all directions); default 'gauss-seidel'
@@ -959,15 +1193,41 @@ class LimitOptions:
     strain_rate : largest change of strain a step left in the velocities; 0: off [1]; >= 0; default 0.1
     seed : of the random order [1]; in [0, 2.14748e+09]; default 1
     """
+
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('method', 'tolerance', 'max_sweeps', 'active_set', 'in_solve', 'strain_rate', 'seed')
-    def __eq__(self, arg0: object) -> bool:
-        ...
-    def __init__(self, *, method: str = 'gauss-seidel', tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.002, max_sweeps: typing.SupportsInt | typing.SupportsIndex = 100, active_set: bool = True, in_solve: bool = True, strain_rate: typing.SupportsFloat | typing.SupportsIndex = 0.1, seed: typing.SupportsInt | typing.SupportsIndex = 1) -> None:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def replace(self, *, method: str = ..., tolerance: typing.SupportsFloat | typing.SupportsIndex = ..., max_sweeps: typing.SupportsInt | typing.SupportsIndex = ..., active_set: bool = ..., in_solve: bool = ..., strain_rate: typing.SupportsFloat | typing.SupportsIndex = ..., seed: typing.SupportsInt | typing.SupportsIndex = ...) -> LimitOptions:
+    field_names: typing.ClassVar[tuple[str, ...]] = (
+        "method",
+        "tolerance",
+        "max_sweeps",
+        "active_set",
+        "in_solve",
+        "strain_rate",
+        "seed",
+    )
+    def __eq__(self, arg0: object) -> bool: ...
+    def __init__(
+        self,
+        *,
+        method: str = "gauss-seidel",
+        tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.002,
+        max_sweeps: typing.SupportsInt | typing.SupportsIndex = 100,
+        active_set: bool = True,
+        in_solve: bool = True,
+        strain_rate: typing.SupportsFloat | typing.SupportsIndex = 0.1,
+        seed: typing.SupportsInt | typing.SupportsIndex = 1,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    def replace(
+        self,
+        *,
+        method: str = ...,
+        tolerance: typing.SupportsFloat | typing.SupportsIndex = ...,
+        max_sweeps: typing.SupportsInt | typing.SupportsIndex = ...,
+        active_set: bool = ...,
+        in_solve: bool = ...,
+        strain_rate: typing.SupportsFloat | typing.SupportsIndex = ...,
+        seed: typing.SupportsInt | typing.SupportsIndex = ...,
+    ) -> LimitOptions:
         """
         A copy in which the given fields have other values.
         """
@@ -1010,12 +1270,13 @@ class LimitOptions:
         """
         strain beyond its limit that sweeps let be; a tenth of limits below 0.02 [1]; > 0; default 0.002
         """
+
 class Cloth:
     """
     A piece of cloth: mesh, material, and what holds it.
-    
+
     Frozen; compared by value.
-    
+
     Parameters (keywords)
     ---------------------
     name : name in reports and files; default ''
@@ -1033,15 +1294,62 @@ class Cloth:
     self_collision : the cloth collides with itself; default True
     strain_limit : StrainLimit: how far it may strain; None: as far as forces take it
     """
+
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('name', 'mesh', 'material', 'rest', 'rest_angles', 'bending', 'pins', 'script_times', 'script_positions', 'velocities', 'thickness', 'friction', 'self_collision', 'strain_limit')
-    def __eq__(self, arg0: object) -> bool:
-        ...
-    def __init__(self, *, name: str = '', mesh: TriangleMesh | None = None, material: ClothMaterial = ..., rest: str = 'uv', rest_angles: str = 'flat', bending: str = 'mid-edge', pins: numpy.typing.ArrayLike = [], script_times: numpy.typing.ArrayLike = [], script_positions: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ..., velocities: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ..., thickness: typing.SupportsFloat | typing.SupportsIndex = 0.0, friction: typing.SupportsFloat | typing.SupportsIndex = 0.3, self_collision: bool = True, strain_limit: StrainLimit | None = None) -> None:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def replace(self, *, name: str = ..., mesh: TriangleMesh | None = ..., material: ClothMaterial = ..., rest: str = ..., rest_angles: str = ..., bending: str = ..., pins: numpy.typing.ArrayLike = ..., script_times: numpy.typing.ArrayLike = ..., script_positions: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ..., velocities: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ..., thickness: typing.SupportsFloat | typing.SupportsIndex = ..., friction: typing.SupportsFloat | typing.SupportsIndex = ..., self_collision: bool = ..., strain_limit: StrainLimit | None = ...) -> Cloth:
+    field_names: typing.ClassVar[tuple[str, ...]] = (
+        "name",
+        "mesh",
+        "material",
+        "rest",
+        "rest_angles",
+        "bending",
+        "pins",
+        "script_times",
+        "script_positions",
+        "velocities",
+        "thickness",
+        "friction",
+        "self_collision",
+        "strain_limit",
+    )
+    def __eq__(self, arg0: object) -> bool: ...
+    def __init__(
+        self,
+        *,
+        name: str = "",
+        mesh: TriangleMesh | None = None,
+        material: ClothMaterial = ...,
+        rest: str = "uv",
+        rest_angles: str = "flat",
+        bending: str = "mid-edge",
+        pins: numpy.typing.ArrayLike = [],
+        script_times: numpy.typing.ArrayLike = [],
+        script_positions: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ...,
+        velocities: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ...,
+        thickness: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        friction: typing.SupportsFloat | typing.SupportsIndex = 0.3,
+        self_collision: bool = True,
+        strain_limit: StrainLimit | None = None,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    def replace(
+        self,
+        *,
+        name: str = ...,
+        mesh: TriangleMesh | None = ...,
+        material: ClothMaterial = ...,
+        rest: str = ...,
+        rest_angles: str = ...,
+        bending: str = ...,
+        pins: numpy.typing.ArrayLike = ...,
+        script_times: numpy.typing.ArrayLike = ...,
+        script_positions: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ...,
+        velocities: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ...,
+        thickness: typing.SupportsFloat | typing.SupportsIndex = ...,
+        friction: typing.SupportsFloat | typing.SupportsIndex = ...,
+        self_collision: bool = ...,
+        strain_limit: StrainLimit | None = ...,
+    ) -> Cloth:
         """
         A copy in which the given fields have other values.
         """
@@ -1119,12 +1427,13 @@ class Cloth:
         """
         (n x 3) at the start [m/s]; empty: at rest
         """
+
 class Obstacle:
     """
     A surface that cloth cannot pass: static, moved by keyframes, or a vertex sequence.
-    
+
     Frozen; compared by value.
-    
+
     Parameters (keywords)
     ---------------------
     name : name in reports and files; default ''
@@ -1137,15 +1446,47 @@ class Obstacle:
     vertex_positions : (times * n x 3) vertex sequence [m], linear between
     floor : drawn as ground; default False
     """
+
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('name', 'mesh', 'friction', 'thickness', 'times', 'positions', 'axis_angles', 'vertex_positions', 'floor')
-    def __eq__(self, arg0: object) -> bool:
-        ...
-    def __init__(self, *, name: str = '', mesh: TriangleMesh | None = None, friction: typing.SupportsFloat | typing.SupportsIndex = 0.3, thickness: typing.SupportsFloat | typing.SupportsIndex = 0.0, times: numpy.typing.ArrayLike = [], positions: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ..., axis_angles: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ..., vertex_positions: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ..., floor: bool = False) -> None:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def replace(self, *, name: str = ..., mesh: TriangleMesh | None = ..., friction: typing.SupportsFloat | typing.SupportsIndex = ..., thickness: typing.SupportsFloat | typing.SupportsIndex = ..., times: numpy.typing.ArrayLike = ..., positions: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ..., axis_angles: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ..., vertex_positions: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ..., floor: bool = ...) -> Obstacle:
+    field_names: typing.ClassVar[tuple[str, ...]] = (
+        "name",
+        "mesh",
+        "friction",
+        "thickness",
+        "times",
+        "positions",
+        "axis_angles",
+        "vertex_positions",
+        "floor",
+    )
+    def __eq__(self, arg0: object) -> bool: ...
+    def __init__(
+        self,
+        *,
+        name: str = "",
+        mesh: TriangleMesh | None = None,
+        friction: typing.SupportsFloat | typing.SupportsIndex = 0.3,
+        thickness: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        times: numpy.typing.ArrayLike = [],
+        positions: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ...,
+        axis_angles: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ...,
+        vertex_positions: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ...,
+        floor: bool = False,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    def replace(
+        self,
+        *,
+        name: str = ...,
+        mesh: TriangleMesh | None = ...,
+        friction: typing.SupportsFloat | typing.SupportsIndex = ...,
+        thickness: typing.SupportsFloat | typing.SupportsIndex = ...,
+        times: numpy.typing.ArrayLike = ...,
+        positions: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ...,
+        axis_angles: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ...,
+        vertex_positions: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ...,
+        floor: bool = ...,
+    ) -> Obstacle:
         """
         A copy in which the given fields have other values.
         """
@@ -1198,27 +1539,30 @@ class Obstacle:
         """
         (times * n x 3) vertex sequence [m], linear between
         """
+
 class Attachment:
     """
     Ties cloth vertices to a rigid body, both ways. Implicit integrators only: others refuse it (Unsupported).
-    
+
     Frozen; compared by value.
-    
+
     Parameters (keywords)
     ---------------------
     cloth : name of the cloth; default ''
     body : name of the body; default ''
     vertices : vertices of the cloth that move with the body
     """
+
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('cloth', 'body', 'vertices')
-    def __eq__(self, arg0: object) -> bool:
-        ...
-    def __init__(self, *, cloth: str = '', body: str = '', vertices: numpy.typing.ArrayLike = []) -> None:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def replace(self, *, cloth: str = ..., body: str = ..., vertices: numpy.typing.ArrayLike = ...) -> Attachment:
+    field_names: typing.ClassVar[tuple[str, ...]] = ("cloth", "body", "vertices")
+    def __eq__(self, arg0: object) -> bool: ...
+    def __init__(
+        self, *, cloth: str = "", body: str = "", vertices: numpy.typing.ArrayLike = []
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    def replace(
+        self, *, cloth: str = ..., body: str = ..., vertices: numpy.typing.ArrayLike = ...
+    ) -> Attachment:
         """
         A copy in which the given fields have other values.
         """
@@ -1241,12 +1585,13 @@ class Attachment:
         """
         vertices of the cloth that move with the body
         """
+
 class Magnet:
     """
     What makes a rigid body or an obstacle magnetic; give several for one that carries several.
-    
+
     Frozen; compared by value.
-    
+
     Parameters (keywords)
     ---------------------
     body : name of the rigid body or obstacle that carries it; default ''
@@ -1268,15 +1613,74 @@ class Magnet:
     engine : accurate: exact fields, forces to magnetic_tolerance | cells: dipole cells, fast and rough; default 'accurate'
     density : of cells, where engine is cells or response is explicit [1/m^3]; >= 0; default 0.0
     """
+
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('body', 'shape', 'mesh', 'size', 'radius', 'inner_radius', 'height', 'position', 'orientation', 'polarization', 'moment', 'susceptibility', 'saturation', 'resolution', 'focus', 'response', 'engine', 'density')
-    def __eq__(self, arg0: object) -> bool:
-        ...
-    def __init__(self, *, body: str = '', shape: str = 'mesh', mesh: TriangleMesh | None = None, size: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., radius: typing.SupportsFloat | typing.SupportsIndex = 0.0, inner_radius: typing.SupportsFloat | typing.SupportsIndex = 0.0, height: typing.SupportsFloat | typing.SupportsIndex = 0.0, position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ..., polarization: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., moment: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., susceptibility: typing.SupportsFloat | typing.SupportsIndex = 0.0, saturation: typing.SupportsFloat | typing.SupportsIndex = 0.0, resolution: typing.SupportsInt | typing.SupportsIndex = 0, focus: typing.SupportsFloat | typing.SupportsIndex = 0.0, response: str = 'mutual', engine: str = 'accurate', density: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def replace(self, *, body: str = ..., shape: str = ..., mesh: TriangleMesh | None = ..., size: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., radius: typing.SupportsFloat | typing.SupportsIndex = ..., inner_radius: typing.SupportsFloat | typing.SupportsIndex = ..., height: typing.SupportsFloat | typing.SupportsIndex = ..., position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ..., polarization: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., moment: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., susceptibility: typing.SupportsFloat | typing.SupportsIndex = ..., saturation: typing.SupportsFloat | typing.SupportsIndex = ..., resolution: typing.SupportsInt | typing.SupportsIndex = ..., focus: typing.SupportsFloat | typing.SupportsIndex = ..., response: str = ..., engine: str = ..., density: typing.SupportsFloat | typing.SupportsIndex = ...) -> Magnet:
+    field_names: typing.ClassVar[tuple[str, ...]] = (
+        "body",
+        "shape",
+        "mesh",
+        "size",
+        "radius",
+        "inner_radius",
+        "height",
+        "position",
+        "orientation",
+        "polarization",
+        "moment",
+        "susceptibility",
+        "saturation",
+        "resolution",
+        "focus",
+        "response",
+        "engine",
+        "density",
+    )
+    def __eq__(self, arg0: object) -> bool: ...
+    def __init__(
+        self,
+        *,
+        body: str = "",
+        shape: str = "mesh",
+        mesh: TriangleMesh | None = None,
+        size: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        radius: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        inner_radius: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        height: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ...,
+        polarization: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        moment: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        susceptibility: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        saturation: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        resolution: typing.SupportsInt | typing.SupportsIndex = 0,
+        focus: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        response: str = "mutual",
+        engine: str = "accurate",
+        density: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    def replace(
+        self,
+        *,
+        body: str = ...,
+        shape: str = ...,
+        mesh: TriangleMesh | None = ...,
+        size: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        radius: typing.SupportsFloat | typing.SupportsIndex = ...,
+        inner_radius: typing.SupportsFloat | typing.SupportsIndex = ...,
+        height: typing.SupportsFloat | typing.SupportsIndex = ...,
+        position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ...,
+        polarization: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        moment: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        susceptibility: typing.SupportsFloat | typing.SupportsIndex = ...,
+        saturation: typing.SupportsFloat | typing.SupportsIndex = ...,
+        resolution: typing.SupportsInt | typing.SupportsIndex = ...,
+        focus: typing.SupportsFloat | typing.SupportsIndex = ...,
+        response: str = ...,
+        engine: str = ...,
+        density: typing.SupportsFloat | typing.SupportsIndex = ...,
+    ) -> Magnet:
         """
         A copy in which the given fields have other values.
         """
@@ -1374,12 +1778,13 @@ class Magnet:
         """
         chi of a sphere, cuboid or mesh that magnetises in the field it is in, instead of a polarization: > 0 soft iron, < 0 diamagnetic, -1 superconducting [1]; >= -1; default 0.0
         """
+
 class Coil:
     """
     A winding on a body or an obstacle, with a given current or a circuit.
-    
+
     Frozen; compared by value.
-    
+
     Parameters (keywords)
     ---------------------
     body : name of the rigid body or obstacle that carries it; default ''
@@ -1396,15 +1801,59 @@ class Coil:
     inductance : of a circuit, of its winding in air [H]; >= 0; default 0.0
     commutator : (3) direction in space: the source is reversed while the coil's axis points against it; zero: none
     """
+
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('body', 'shape', 'radius', 'length', 'turns', 'position', 'orientation', 'times', 'currents', 'voltages', 'resistance', 'inductance', 'commutator')
-    def __eq__(self, arg0: object) -> bool:
-        ...
-    def __init__(self, *, body: str = '', shape: str = 'solenoid', radius: typing.SupportsFloat | typing.SupportsIndex = 0.0, length: typing.SupportsFloat | typing.SupportsIndex = 0.0, turns: typing.SupportsFloat | typing.SupportsIndex = 1.0, position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ..., times: numpy.typing.ArrayLike = [], currents: numpy.typing.ArrayLike = [], voltages: numpy.typing.ArrayLike = [], resistance: typing.SupportsFloat | typing.SupportsIndex = 0.0, inductance: typing.SupportsFloat | typing.SupportsIndex = 0.0, commutator: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...) -> None:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def replace(self, *, body: str = ..., shape: str = ..., radius: typing.SupportsFloat | typing.SupportsIndex = ..., length: typing.SupportsFloat | typing.SupportsIndex = ..., turns: typing.SupportsFloat | typing.SupportsIndex = ..., position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ..., times: numpy.typing.ArrayLike = ..., currents: numpy.typing.ArrayLike = ..., voltages: numpy.typing.ArrayLike = ..., resistance: typing.SupportsFloat | typing.SupportsIndex = ..., inductance: typing.SupportsFloat | typing.SupportsIndex = ..., commutator: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...) -> Coil:
+    field_names: typing.ClassVar[tuple[str, ...]] = (
+        "body",
+        "shape",
+        "radius",
+        "length",
+        "turns",
+        "position",
+        "orientation",
+        "times",
+        "currents",
+        "voltages",
+        "resistance",
+        "inductance",
+        "commutator",
+    )
+    def __eq__(self, arg0: object) -> bool: ...
+    def __init__(
+        self,
+        *,
+        body: str = "",
+        shape: str = "solenoid",
+        radius: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        length: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        turns: typing.SupportsFloat | typing.SupportsIndex = 1.0,
+        position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ...,
+        times: numpy.typing.ArrayLike = [],
+        currents: numpy.typing.ArrayLike = [],
+        voltages: numpy.typing.ArrayLike = [],
+        resistance: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        inductance: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        commutator: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    def replace(
+        self,
+        *,
+        body: str = ...,
+        shape: str = ...,
+        radius: typing.SupportsFloat | typing.SupportsIndex = ...,
+        length: typing.SupportsFloat | typing.SupportsIndex = ...,
+        turns: typing.SupportsFloat | typing.SupportsIndex = ...,
+        position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ...,
+        times: numpy.typing.ArrayLike = ...,
+        currents: numpy.typing.ArrayLike = ...,
+        voltages: numpy.typing.ArrayLike = ...,
+        resistance: typing.SupportsFloat | typing.SupportsIndex = ...,
+        inductance: typing.SupportsFloat | typing.SupportsIndex = ...,
+        commutator: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+    ) -> Coil:
         """
         A copy in which the given fields have other values.
         """
@@ -1477,12 +1926,13 @@ class Coil:
         """
         of the source of a circuit at these times [V], linear between; empty: short-circuited
         """
+
 class Bearing:
     """
     Lets a rigid body turn about an axis through its centre, and nothing else.
-    
+
     Frozen; compared by value.
-    
+
     Parameters (keywords)
     ---------------------
     body : name of the rigid body; default ''
@@ -1490,15 +1940,27 @@ class Bearing:
     friction : torque over angular velocity that slows it [N m s]; >= 0; default 0.0
     torque : that drives it about the axis; against its sense: a load [N m]; default 0.0
     """
+
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('body', 'axis', 'friction', 'torque')
-    def __eq__(self, arg0: object) -> bool:
-        ...
-    def __init__(self, *, body: str = '', axis: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., friction: typing.SupportsFloat | typing.SupportsIndex = 0.0, torque: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def replace(self, *, body: str = ..., axis: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., friction: typing.SupportsFloat | typing.SupportsIndex = ..., torque: typing.SupportsFloat | typing.SupportsIndex = ...) -> Bearing:
+    field_names: typing.ClassVar[tuple[str, ...]] = ("body", "axis", "friction", "torque")
+    def __eq__(self, arg0: object) -> bool: ...
+    def __init__(
+        self,
+        *,
+        body: str = "",
+        axis: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        friction: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        torque: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    def replace(
+        self,
+        *,
+        body: str = ...,
+        axis: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        friction: typing.SupportsFloat | typing.SupportsIndex = ...,
+        torque: typing.SupportsFloat | typing.SupportsIndex = ...,
+    ) -> Bearing:
         """
         A copy in which the given fields have other values.
         """
@@ -1526,12 +1988,13 @@ class Bearing:
         """
         that drives it about the axis; against its sense: a load [N m]; default 0.0
         """
+
 class Air:
     """
     Drag of air at rest or in wind, per triangle.
-    
+
     Frozen; compared by value.
-    
+
     Parameters (keywords)
     ---------------------
     density : density of the air [kg/m^3]; >= 0; default 1.2
@@ -1540,15 +2003,35 @@ class Air:
     wind : velocity of the air [m/s]
     gust : relative strength of slow variations of the wind [1]; in [0, 1]; default 0.0
     """
+
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('density', 'normal_drag', 'tangential_drag', 'wind', 'gust')
-    def __eq__(self, arg0: object) -> bool:
-        ...
-    def __init__(self, *, density: typing.SupportsFloat | typing.SupportsIndex = 1.2, normal_drag: typing.SupportsFloat | typing.SupportsIndex = 0.0, tangential_drag: typing.SupportsFloat | typing.SupportsIndex = 0.0, wind: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., gust: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> None:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def replace(self, *, density: typing.SupportsFloat | typing.SupportsIndex = ..., normal_drag: typing.SupportsFloat | typing.SupportsIndex = ..., tangential_drag: typing.SupportsFloat | typing.SupportsIndex = ..., wind: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., gust: typing.SupportsFloat | typing.SupportsIndex = ...) -> Air:
+    field_names: typing.ClassVar[tuple[str, ...]] = (
+        "density",
+        "normal_drag",
+        "tangential_drag",
+        "wind",
+        "gust",
+    )
+    def __eq__(self, arg0: object) -> bool: ...
+    def __init__(
+        self,
+        *,
+        density: typing.SupportsFloat | typing.SupportsIndex = 1.2,
+        normal_drag: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        tangential_drag: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        wind: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        gust: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    def replace(
+        self,
+        *,
+        density: typing.SupportsFloat | typing.SupportsIndex = ...,
+        normal_drag: typing.SupportsFloat | typing.SupportsIndex = ...,
+        tangential_drag: typing.SupportsFloat | typing.SupportsIndex = ...,
+        wind: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        gust: typing.SupportsFloat | typing.SupportsIndex = ...,
+    ) -> Air:
         """
         A copy in which the given fields have other values.
         """
@@ -1581,12 +2064,13 @@ class Air:
         """
         velocity of the air [m/s]
         """
+
 class Scene:
     """
     Everything a simulation starts from.
-    
+
     Frozen; compared by value.
-    
+
     Parameters (keywords)
     ---------------------
     cloths : list of Cloth
@@ -1609,15 +2093,77 @@ class Scene:
     rigid_iterations : sweeps of the rigid-body solver over all contacts in a step: stacks want many, loose heaps few; fewer than 10 feed energy in [1]; in [10, 10000]; default 50
     rigid_rebuild_interval : steps between rebuilds of the rigid-body world; checkpoints with bodies fall on them [1]; in [1, 1000]; default 40
     """
+
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('cloths', 'obstacles', 'bodies', 'attachments', 'magnets', 'coils', 'bearings', 'magnetic_field', 'magnetic_tolerance', 'magnetic_step', 'air', 'limits', 'gravity', 'collisions', 'contact_stiffness', 'response', 'allow_initial_intersections', 'rigid_iterations', 'rigid_rebuild_interval')
-    def __eq__(self, arg0: object) -> bool:
-        ...
-    def __init__(self, *, cloths: collections.abc.Sequence[Cloth] = [], obstacles: collections.abc.Sequence[Obstacle] = [], bodies: collections.abc.Sequence[RigidBody] = [], attachments: collections.abc.Sequence[Attachment] = [], magnets: collections.abc.Sequence[Magnet] = [], coils: collections.abc.Sequence[Coil] = [], bearings: collections.abc.Sequence[Bearing] = [], magnetic_field: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., magnetic_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001, magnetic_step: typing.SupportsFloat | typing.SupportsIndex = 0.15, air: Air = ..., limits: LimitOptions = ..., gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., collisions: bool = True, contact_stiffness: typing.SupportsFloat | typing.SupportsIndex = 0.0, response: str = 'implicit', allow_initial_intersections: bool = False, rigid_iterations: typing.SupportsInt | typing.SupportsIndex = 50, rigid_rebuild_interval: typing.SupportsInt | typing.SupportsIndex = 40) -> None:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def replace(self, *, cloths: collections.abc.Sequence[Cloth] = ..., obstacles: collections.abc.Sequence[Obstacle] = ..., bodies: collections.abc.Sequence[RigidBody] = ..., attachments: collections.abc.Sequence[Attachment] = ..., magnets: collections.abc.Sequence[Magnet] = ..., coils: collections.abc.Sequence[Coil] = ..., bearings: collections.abc.Sequence[Bearing] = ..., magnetic_field: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., magnetic_tolerance: typing.SupportsFloat | typing.SupportsIndex = ..., magnetic_step: typing.SupportsFloat | typing.SupportsIndex = ..., air: Air = ..., limits: LimitOptions = ..., gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., collisions: bool = ..., contact_stiffness: typing.SupportsFloat | typing.SupportsIndex = ..., response: str = ..., allow_initial_intersections: bool = ..., rigid_iterations: typing.SupportsInt | typing.SupportsIndex = ..., rigid_rebuild_interval: typing.SupportsInt | typing.SupportsIndex = ...) -> Scene:
+    field_names: typing.ClassVar[tuple[str, ...]] = (
+        "cloths",
+        "obstacles",
+        "bodies",
+        "attachments",
+        "magnets",
+        "coils",
+        "bearings",
+        "magnetic_field",
+        "magnetic_tolerance",
+        "magnetic_step",
+        "air",
+        "limits",
+        "gravity",
+        "collisions",
+        "contact_stiffness",
+        "response",
+        "allow_initial_intersections",
+        "rigid_iterations",
+        "rigid_rebuild_interval",
+    )
+    def __eq__(self, arg0: object) -> bool: ...
+    def __init__(
+        self,
+        *,
+        cloths: collections.abc.Sequence[Cloth] = [],
+        obstacles: collections.abc.Sequence[Obstacle] = [],
+        bodies: collections.abc.Sequence[RigidBody] = [],
+        attachments: collections.abc.Sequence[Attachment] = [],
+        magnets: collections.abc.Sequence[Magnet] = [],
+        coils: collections.abc.Sequence[Coil] = [],
+        bearings: collections.abc.Sequence[Bearing] = [],
+        magnetic_field: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        magnetic_tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001,
+        magnetic_step: typing.SupportsFloat | typing.SupportsIndex = 0.15,
+        air: Air = ...,
+        limits: LimitOptions = ...,
+        gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        collisions: bool = True,
+        contact_stiffness: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        response: str = "implicit",
+        allow_initial_intersections: bool = False,
+        rigid_iterations: typing.SupportsInt | typing.SupportsIndex = 50,
+        rigid_rebuild_interval: typing.SupportsInt | typing.SupportsIndex = 40,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    def replace(
+        self,
+        *,
+        cloths: collections.abc.Sequence[Cloth] = ...,
+        obstacles: collections.abc.Sequence[Obstacle] = ...,
+        bodies: collections.abc.Sequence[RigidBody] = ...,
+        attachments: collections.abc.Sequence[Attachment] = ...,
+        magnets: collections.abc.Sequence[Magnet] = ...,
+        coils: collections.abc.Sequence[Coil] = ...,
+        bearings: collections.abc.Sequence[Bearing] = ...,
+        magnetic_field: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        magnetic_tolerance: typing.SupportsFloat | typing.SupportsIndex = ...,
+        magnetic_step: typing.SupportsFloat | typing.SupportsIndex = ...,
+        air: Air = ...,
+        limits: LimitOptions = ...,
+        gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        collisions: bool = ...,
+        contact_stiffness: typing.SupportsFloat | typing.SupportsIndex = ...,
+        response: str = ...,
+        allow_initial_intersections: bool = ...,
+        rigid_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
+        rigid_rebuild_interval: typing.SupportsInt | typing.SupportsIndex = ...,
+    ) -> Scene:
         """
         A copy in which the given fields have other values.
         """
@@ -1720,12 +2266,13 @@ class Scene:
         """
         steps between rebuilds of the rigid-body world; checkpoints with bodies fall on them [1]; in [1, 1000]; default 40
         """
+
 class IntegratorOptions:
     """
     Which integrator advances the cloth, and how.
-    
+
     Frozen; compared by value.
-    
+
     Parameters (keywords)
     ---------------------
     method : name of the integrator; default 'semi-implicit-euler'
@@ -1738,15 +2285,47 @@ class IntegratorOptions:
     newton_tolerance : relative residual of the Newton loop [1]; > 0; default 1e-06
     max_newton_iterations : of the Newton loop [1]; in [1, 1e+06]; default 100
     """
+
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('method', 'step', 'jacobian', 'bending', 'linear_solver', 'tolerance', 'max_iterations', 'newton_tolerance', 'max_newton_iterations')
-    def __eq__(self, arg0: object) -> bool:
-        ...
-    def __init__(self, *, method: str = 'semi-implicit-euler', step: typing.SupportsFloat | typing.SupportsIndex = 0.001, jacobian: str = 'spd', bending: str = 'auto', linear_solver: str = 'pcg', tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001, max_iterations: typing.SupportsInt | typing.SupportsIndex = 2000, newton_tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-06, max_newton_iterations: typing.SupportsInt | typing.SupportsIndex = 100) -> None:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def replace(self, *, method: str = ..., step: typing.SupportsFloat | typing.SupportsIndex = ..., jacobian: str = ..., bending: str = ..., linear_solver: str = ..., tolerance: typing.SupportsFloat | typing.SupportsIndex = ..., max_iterations: typing.SupportsInt | typing.SupportsIndex = ..., newton_tolerance: typing.SupportsFloat | typing.SupportsIndex = ..., max_newton_iterations: typing.SupportsInt | typing.SupportsIndex = ...) -> IntegratorOptions:
+    field_names: typing.ClassVar[tuple[str, ...]] = (
+        "method",
+        "step",
+        "jacobian",
+        "bending",
+        "linear_solver",
+        "tolerance",
+        "max_iterations",
+        "newton_tolerance",
+        "max_newton_iterations",
+    )
+    def __eq__(self, arg0: object) -> bool: ...
+    def __init__(
+        self,
+        *,
+        method: str = "semi-implicit-euler",
+        step: typing.SupportsFloat | typing.SupportsIndex = 0.001,
+        jacobian: str = "spd",
+        bending: str = "auto",
+        linear_solver: str = "pcg",
+        tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001,
+        max_iterations: typing.SupportsInt | typing.SupportsIndex = 2000,
+        newton_tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-06,
+        max_newton_iterations: typing.SupportsInt | typing.SupportsIndex = 100,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    def replace(
+        self,
+        *,
+        method: str = ...,
+        step: typing.SupportsFloat | typing.SupportsIndex = ...,
+        jacobian: str = ...,
+        bending: str = ...,
+        linear_solver: str = ...,
+        tolerance: typing.SupportsFloat | typing.SupportsIndex = ...,
+        max_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
+        newton_tolerance: typing.SupportsFloat | typing.SupportsIndex = ...,
+        max_newton_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
+    ) -> IntegratorOptions:
         """
         A copy in which the given fields have other values.
         """
@@ -1799,12 +2378,12 @@ class IntegratorOptions:
         """
         of the linear solver, on the preconditioned norm [1]; > 0; default 0.0001
         """
+
 class LimitReport:
     """
     What strain limiting did, and what it left.
     """
-    def __repr__(self) -> str:
-        ...
+    def __repr__(self) -> str: ...
     @property
     def beyond(self) -> int:
         """
@@ -1836,12 +2415,12 @@ class LimitReport:
         """
         the element most beyond its limits; -1: none
         """
+
 class Collisions:
     """
     Colliding pairs of a motion, with times. Made by Detector.collisions().
     """
-    def __len__(self) -> int:
-        ...
+    def __len__(self) -> int: ...
     @property
     def edge_edge(self) -> numpy.typing.NDArray[numpy.int32]:
         """
@@ -1867,25 +2446,35 @@ class Collisions:
         """
         Lower bounds of the first contacts (k) [1].
         """
+
 class Detector:
     """
     Collisions of one surface with itself, found again and again while it moves.
-    
+
     A tree is formed at the first call and follows the positions from then on. A detector serves one
     Python thread at a time.
     """
-    def __init__(self, triangles: typing.Any, *, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> None:
+    def __init__(
+        self, triangles: typing.Any, *, threads: typing.SupportsInt | typing.SupportsIndex = 0
+    ) -> None:
         """
         triangles (m, 3); threads 0: all processors. No result depends on their number.
         """
-    def candidates(self, x0: typing.Any, x1: typing.Any, inflation: typing.SupportsFloat | typing.SupportsIndex = 0.0, *, ordered: bool = True) -> tuple[numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.int32]]:
+    def candidates(
+        self,
+        x0: typing.Any,
+        x1: typing.Any,
+        inflation: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        *,
+        ordered: bool = True,
+    ) -> tuple[numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.int32]]:
         """
         The pairs that collision.candidates() names. ordered: ascending; otherwise in an order that depends on the tree.
         """
     def collisions(self, x0: typing.Any, x1: typing.Any) -> Collisions:
         """
         Every pair of features without a common vertex that touches while the points move from x0 to x1 on straight lines.
-        
+
         x0, x1 (n, 3) [m]. Exact: none is missed and none is false, touching counts.
         """
     def forget_trees(self) -> None:
@@ -1902,52 +2491,49 @@ class Detector:
         """
         Memory of the tree [byte].
         """
+
 class FrameWriter:
     """
     Writes run.vtkhdf (cloth) and bodies.vtkhdf into a directory, readable at any moment.
     """
     @staticmethod
-    def reopen(directory: str, after_time: typing.SupportsFloat | typing.SupportsIndex) -> FrameWriter:
+    def reopen(
+        directory: str, after_time: typing.SupportsFloat | typing.SupportsIndex
+    ) -> FrameWriter:
         """
         Continues existing files; frames later than after_time [s] are dropped.
         """
-    def __init__(self, directory: str, topology: FrameTopology, metadata: str) -> None:
-        ...
-    def write(self, frame: Frame) -> None:
-        ...
+    def __init__(self, directory: str, topology: FrameTopology, metadata: str) -> None: ...
+    def write(self, frame: Frame) -> None: ...
     @property
-    def n_frames(self) -> int:
-        ...
+    def n_frames(self) -> int: ...
+
 class FrameReader:
     """
     Frames of a run: a directory or its run.vtkhdf.
     """
-    def __init__(self, path: str) -> None:
-        ...
-    def frame(self, index: typing.SupportsInt | typing.SupportsIndex) -> Frame:
-        ...
+    def __init__(self, path: str) -> None: ...
+    def frame(self, index: typing.SupportsInt | typing.SupportsIndex) -> Frame: ...
     @property
     def metadata(self) -> str:
         """
         free text, JSON where loomstone wrote it
         """
     @property
-    def n_frames(self) -> int:
-        ...
+    def n_frames(self) -> int: ...
     @property
     def times(self) -> numpy.typing.NDArray[numpy.float64]:
         """
         (frames) [s]
         """
     @property
-    def topology(self) -> FrameTopology:
-        ...
+    def topology(self) -> FrameTopology: ...
+
 class Checkpoint:
     """
     A state, exactly: named arrays and texts.
     """
-    def __repr__(self) -> str:
-        ...
+    def __repr__(self) -> str: ...
     @property
     def arrays(self) -> dict[str, typing.Any]:
         """
@@ -1968,12 +2554,13 @@ class Checkpoint:
         """
         texts by name
         """
+
 class Camera:
     """
     Where the picture is taken from.
-    
+
     Frozen; compared by value.
-    
+
     Parameters (keywords)
     ---------------------
     eye : where the camera is [m]; with fit, only the direction from target counts
@@ -1982,15 +2569,35 @@ class Camera:
     field_of_view_degrees : vertical field of view [degrees]; in [1, 170]; default 35.0
     fit : the first frame of a run fills the picture, seen from the direction eye - target; default True
     """
+
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('eye', 'target', 'up', 'field_of_view_degrees', 'fit')
-    def __eq__(self, arg0: object) -> bool:
-        ...
-    def __init__(self, *, eye: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., target: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., up: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., field_of_view_degrees: typing.SupportsFloat | typing.SupportsIndex = 35.0, fit: bool = True) -> None:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def replace(self, *, eye: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., target: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., up: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., field_of_view_degrees: typing.SupportsFloat | typing.SupportsIndex = ..., fit: bool = ...) -> Camera:
+    field_names: typing.ClassVar[tuple[str, ...]] = (
+        "eye",
+        "target",
+        "up",
+        "field_of_view_degrees",
+        "fit",
+    )
+    def __eq__(self, arg0: object) -> bool: ...
+    def __init__(
+        self,
+        *,
+        eye: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        target: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        up: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        field_of_view_degrees: typing.SupportsFloat | typing.SupportsIndex = 35.0,
+        fit: bool = True,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    def replace(
+        self,
+        *,
+        eye: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        target: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        up: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        field_of_view_degrees: typing.SupportsFloat | typing.SupportsIndex = ...,
+        fit: bool = ...,
+    ) -> Camera:
         """
         A copy in which the given fields have other values.
         """
@@ -2023,12 +2630,13 @@ class Camera:
         """
         direction that is up
         """
+
 class RenderOptions:
     """
     How a picture looks.
-    
+
     Frozen; compared by value.
-    
+
     Parameters (keywords)
     ---------------------
     width : width of the picture [pixels]; in [16, 16384]; default 1280
@@ -2048,15 +2656,68 @@ class RenderOptions:
     light_direction : towards the light
     camera : Camera
     """
+
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = ('width', 'height', 'samples', 'pattern', 'color_by', 'color_low', 'color_high', 'color_map', 'wireframe', 'shadows', 'ambient_occlusion', 'floor', 'hidden', 'field_lines', 'light_direction', 'camera')
-    def __eq__(self, arg0: object) -> bool:
-        ...
-    def __init__(self, *, width: typing.SupportsInt | typing.SupportsIndex = 1280, height: typing.SupportsInt | typing.SupportsIndex = 720, samples: typing.SupportsInt | typing.SupportsIndex = 4, pattern: str = 'weave', color_by: str = 'cloth', color_low: typing.SupportsFloat | typing.SupportsIndex = 0.0, color_high: typing.SupportsFloat | typing.SupportsIndex = 0.0, color_map: str = 'viridis', wireframe: bool = False, shadows: bool = True, ambient_occlusion: bool = True, floor: bool = True, hidden: str = '', field_lines: typing.SupportsInt | typing.SupportsIndex = 0, light_direction: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., camera: Camera = ...) -> None:
-        ...
-    def __repr__(self) -> str:
-        ...
-    def replace(self, *, width: typing.SupportsInt | typing.SupportsIndex = ..., height: typing.SupportsInt | typing.SupportsIndex = ..., samples: typing.SupportsInt | typing.SupportsIndex = ..., pattern: str = ..., color_by: str = ..., color_low: typing.SupportsFloat | typing.SupportsIndex = ..., color_high: typing.SupportsFloat | typing.SupportsIndex = ..., color_map: str = ..., wireframe: bool = ..., shadows: bool = ..., ambient_occlusion: bool = ..., floor: bool = ..., hidden: str = ..., field_lines: typing.SupportsInt | typing.SupportsIndex = ..., light_direction: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ..., camera: Camera = ...) -> RenderOptions:
+    field_names: typing.ClassVar[tuple[str, ...]] = (
+        "width",
+        "height",
+        "samples",
+        "pattern",
+        "color_by",
+        "color_low",
+        "color_high",
+        "color_map",
+        "wireframe",
+        "shadows",
+        "ambient_occlusion",
+        "floor",
+        "hidden",
+        "field_lines",
+        "light_direction",
+        "camera",
+    )
+    def __eq__(self, arg0: object) -> bool: ...
+    def __init__(
+        self,
+        *,
+        width: typing.SupportsInt | typing.SupportsIndex = 1280,
+        height: typing.SupportsInt | typing.SupportsIndex = 720,
+        samples: typing.SupportsInt | typing.SupportsIndex = 4,
+        pattern: str = "weave",
+        color_by: str = "cloth",
+        color_low: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        color_high: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        color_map: str = "viridis",
+        wireframe: bool = False,
+        shadows: bool = True,
+        ambient_occlusion: bool = True,
+        floor: bool = True,
+        hidden: str = "",
+        field_lines: typing.SupportsInt | typing.SupportsIndex = 0,
+        light_direction: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        camera: Camera = ...,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    def replace(
+        self,
+        *,
+        width: typing.SupportsInt | typing.SupportsIndex = ...,
+        height: typing.SupportsInt | typing.SupportsIndex = ...,
+        samples: typing.SupportsInt | typing.SupportsIndex = ...,
+        pattern: str = ...,
+        color_by: str = ...,
+        color_low: typing.SupportsFloat | typing.SupportsIndex = ...,
+        color_high: typing.SupportsFloat | typing.SupportsIndex = ...,
+        color_map: str = ...,
+        wireframe: bool = ...,
+        shadows: bool = ...,
+        ambient_occlusion: bool = ...,
+        floor: bool = ...,
+        hidden: str = ...,
+        field_lines: typing.SupportsInt | typing.SupportsIndex = ...,
+        light_direction: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
+        camera: Camera = ...,
+    ) -> RenderOptions:
         """
         A copy in which the given fields have other values.
         """
@@ -2144,25 +2805,43 @@ class RenderOptions:
         """
         draws the edges of the cloth's triangles over it; default False
         """
+
 class Curves:
     """
     Curves that a picture shows as tubes.
     """
-    def __init__(self, points: typing.Any, first: numpy.typing.ArrayLike, value: numpy.typing.ArrayLike, radius: typing.SupportsFloat | typing.SupportsIndex) -> None:
+    def __init__(
+        self,
+        points: typing.Any,
+        first: numpy.typing.ArrayLike,
+        value: numpy.typing.ArrayLike,
+        radius: typing.SupportsFloat | typing.SupportsIndex,
+    ) -> None:
         """
         (n x 3) points [m] of all curves end to end, (curves + 1) first rows, (n) values from 1 (red) to -1 (blue), radius [m].
         """
+
 class Renderer:
     """
     Draws frames of one run without a display (OSMesa, else EGL).
     """
-    def __init__(self, topology: FrameTopology, options: RenderOptions = ...) -> None:
-        ...
+    def __init__(self, topology: FrameTopology, options: RenderOptions = ...) -> None: ...
     def fit(self, first: Frame) -> None:
         """
         A fitted camera shows what it would of this frame, the first of a run; without it of the first that is drawn.
         """
-    def render(self, frame: Frame, curves: Curves | None = None, value_ranges: collections.abc.Sequence[tuple[typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex]] | None = None) -> numpy.typing.NDArray[numpy.uint8]:
+    def render(
+        self,
+        frame: Frame,
+        curves: Curves | None = None,
+        value_ranges: collections.abc.Sequence[
+            tuple[
+                typing.SupportsFloat | typing.SupportsIndex,
+                typing.SupportsFloat | typing.SupportsIndex,
+            ]
+        ]
+        | None = None,
+    ) -> numpy.typing.NDArray[numpy.uint8]:
         """
         Picture of a frame, with curves if given: (height x width x 3) bytes, rows from the top. Automatic colours span
         value_ranges, one (least, greatest) for each row of color_by; without them the values of this frame.
@@ -2176,20 +2855,22 @@ class Renderer:
         """
         osmesa | egl
         """
+
 class State:
     """
     The tables that change, as numpy views without copy: row sim.vertex_order[i] is vertex i.
-    
+
     A view keeps its simulation alive and shows the present after every step and restore. Between steps
     tables may be written in place or assigned; not from another thread while a step runs. Every step
     first checks that what was written is finite (InvalidInput). Positions and velocities written here
     start the history of multi-step schemes anew. Ranks hold all rows; what a rank writes counts for the
     rows it owns (sim.owned_rows), what it writes about obstacles counts on rank 0.
     """
-    def __repr__(self) -> str:
-        ...
+    def __repr__(self) -> str: ...
     @property
-    def body_angular_velocities(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+    def body_angular_velocities(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
         (b x 3) [rad/s], read-only
         """
@@ -2214,29 +2895,28 @@ class State:
         (n x 3) [N]; added to every step until changed
         """
     @external_forces.setter
-    def external_forces(self, arg1: typing.Any) -> None:
-        ...
+    def external_forces(self, arg1: typing.Any) -> None: ...
     @property
     def obstacle_flags(self) -> numpy.typing.NDArray[numpy.uint8]:
         """
         (o) 1: the pose above holds instead of keyframes
         """
     @property
-    def obstacle_orientations(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 4]"]:
+    def obstacle_orientations(
+        self,
+    ) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 4]"]:
         """
         (o x 4) unit quaternions (w, x, y, z)
         """
     @obstacle_orientations.setter
-    def obstacle_orientations(self, arg1: typing.Any) -> None:
-        ...
+    def obstacle_orientations(self, arg1: typing.Any) -> None: ...
     @property
     def obstacle_positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
         (o x 3) [m] where flagged obstacles are at the end of the next step
         """
     @obstacle_positions.setter
-    def obstacle_positions(self, arg1: typing.Any) -> None:
-        ...
+    def obstacle_positions(self, arg1: typing.Any) -> None: ...
     @property
     def obstacle_vertices(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
@@ -2253,30 +2933,34 @@ class State:
         (n x 3) [m] where flagged pins are at the end of the next step
         """
     @pin_targets.setter
-    def pin_targets(self, arg1: typing.Any) -> None:
-        ...
+    def pin_targets(self, arg1: typing.Any) -> None: ...
     @property
     def positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
         (n x 3) [m]; written by the integrator, then certify
         """
     @positions.setter
-    def positions(self, arg1: typing.Any) -> None:
-        ...
+    def positions(self, arg1: typing.Any) -> None: ...
     @property
     def velocities(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
         (n x 3) [m/s]; written by the integrator, then certify
         """
     @velocities.setter
-    def velocities(self, arg1: typing.Any) -> None:
-        ...
+    def velocities(self, arg1: typing.Any) -> None: ...
+
 class Simulation:
     """
     Model, State and Stepper of a scene. Arrays are in the user's vertex order.
     """
-    def __init__(self, scene: Scene, integrator: IntegratorOptions = ..., *, threads: typing.SupportsInt | typing.SupportsIndex = 0, communicator: Communicator | None = None) -> None:
-        ...
+    def __init__(
+        self,
+        scene: Scene,
+        integrator: IntegratorOptions = ...,
+        *,
+        threads: typing.SupportsInt | typing.SupportsIndex = 0,
+        communicator: Communicator | None = None,
+    ) -> None: ...
     def agree(self, value: typing.SupportsInt | typing.SupportsIndex) -> int:
         """
         Largest value over all ranks.
@@ -2296,14 +2980,18 @@ class Simulation:
     def gather(self) -> None:
         """
         Makes what each rank wrote into its own rows known to all ranks now instead of at the next step. Collective.
-        
+
         Without writes there is nothing to gather: after every step all ranks hold all rows.
         """
     def intersecting_pairs(self) -> list[typing.Annotated[list[int], "FixedSize(2)"]]:
         """
         Pairs of triangles that intersect now, all surfaces end to end.
         """
-    def magnetic_forces(self) -> typing.Annotated[list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]], "FixedSize(2)"]:
+    def magnetic_forces(
+        self,
+    ) -> typing.Annotated[
+        list[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]], "FixedSize(2)"
+    ]:
         """
         Forces [N] and torques about the centres [N m] on the bodies by magnets and currents now, each (b x 3).
         """
@@ -2320,7 +3008,12 @@ class Simulation:
         """
         Continues from a checkpoint of the same scene.
         """
-    def set_obstacle_pose(self, obstacle: typing.SupportsInt | typing.SupportsIndex, position: typing.Any, orientation: typing.Any = (1, 0, 0, 0)) -> None:
+    def set_obstacle_pose(
+        self,
+        obstacle: typing.SupportsInt | typing.SupportsIndex,
+        position: typing.Any,
+        orientation: typing.Any = (1, 0, 0, 0),
+    ) -> None:
         """
         Pose of an obstacle at the end of the next step: position [m], quaternion (w, x, y, z). Replaces its keyframes.
         """
@@ -2374,8 +3067,7 @@ class Simulation:
         (n x 3) [N], a copy; assignable; added to every step until changed
         """
     @external_forces.setter
-    def external_forces(self, arg1: typing.Any) -> None:
-        ...
+    def external_forces(self, arg1: typing.Any) -> None: ...
     @property
     def forced_pairs(self) -> list[typing.Annotated[list[int], "FixedSize(2)"]]:
         """
@@ -2403,14 +3095,11 @@ class Simulation:
         (n x 3) [m], a copy; assignable
         """
     @positions.setter
-    def positions(self, arg1: typing.Any) -> None:
-        ...
+    def positions(self, arg1: typing.Any) -> None: ...
     @property
-    def rank(self) -> int:
-        ...
+    def rank(self) -> int: ...
     @property
-    def ranks(self) -> int:
-        ...
+    def ranks(self) -> int: ...
     @property
     def report(self) -> StepReport:
         """
@@ -2432,204 +3121,446 @@ class Simulation:
         [s]
         """
     @property
-    def threads(self) -> int:
-        ...
+    def threads(self) -> int: ...
     @property
     def time(self) -> float:
         """
         [s]
         """
     @property
-    def topology(self) -> FrameTopology:
-        ...
+    def topology(self) -> FrameTopology: ...
     @property
     def velocities(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
         (n x 3) [m/s], a copy; assignable
         """
     @velocities.setter
-    def velocities(self, arg1: typing.Any) -> None:
-        ...
+    def velocities(self, arg1: typing.Any) -> None: ...
     @property
     def vertex_order(self) -> numpy.typing.NDArray[numpy.int32]:
         """
         (n) internal row of each vertex
         """
-def box(x: typing.SupportsFloat | typing.SupportsIndex, y: typing.SupportsFloat | typing.SupportsIndex, z: typing.SupportsFloat | typing.SupportsIndex, *, cells_per_side: typing.SupportsInt | typing.SupportsIndex = 1) -> TriangleMesh:
+
+def box(
+    x: typing.SupportsFloat | typing.SupportsIndex,
+    y: typing.SupportsFloat | typing.SupportsIndex,
+    z: typing.SupportsFloat | typing.SupportsIndex,
+    *,
+    cells_per_side: typing.SupportsInt | typing.SupportsIndex = 1,
+) -> TriangleMesh:
     """
     Box with the given sides [m].
     """
-def candidates(x0: typing.Any, x1: typing.Any, triangles: typing.Any, inflation: typing.SupportsFloat | typing.SupportsIndex = 0.0, engine: str = 'clusters', threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple[numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.int32]]:
+
+def candidates(
+    x0: typing.Any,
+    x1: typing.Any,
+    triangles: typing.Any,
+    inflation: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    engine: str = "clusters",
+    threads: typing.SupportsInt | typing.SupportsIndex = 0,
+) -> tuple[numpy.typing.NDArray[numpy.int32], numpy.typing.NDArray[numpy.int32]]:
     """
     Pairs of features of a surface that may collide while it moves from x0 to x1 on straight lines.
-    
+
     x0, x1 (n, 3) [m], triangles (m, 3), inflation [m]: every box grows by it, so all pairs that come closer than twice
     as much are named. Returns vertex_face (k, 2) of vertex and triangle, and edge_edge (l, 2) of edges, which are rows of
     the sorted unique vertex pairs; both ascending, without pairs that share a vertex. engine: "clusters" (own tree),
     "embree", "brute-force": the same pairs, those whose 18-DOPs (2.56) overlap. threads 0: all processors.
     Raises InvalidInput for other shapes or engines, indices out of range, and coordinates that are not finite.
     """
-def capsule(radius: typing.SupportsFloat | typing.SupportsIndex, length: typing.SupportsFloat | typing.SupportsIndex, *, segments: typing.SupportsInt | typing.SupportsIndex = 32) -> TriangleMesh:
+
+def capsule(
+    radius: typing.SupportsFloat | typing.SupportsIndex,
+    length: typing.SupportsFloat | typing.SupportsIndex,
+    *,
+    segments: typing.SupportsInt | typing.SupportsIndex = 32,
+) -> TriangleMesh:
     """
     Capsule along z, `length` between the centres of its caps [m].
     """
-def cylinder(radius: typing.SupportsFloat | typing.SupportsIndex, length: typing.SupportsFloat | typing.SupportsIndex, *, segments: typing.SupportsInt | typing.SupportsIndex = 32) -> TriangleMesh:
+
+def cylinder(
+    radius: typing.SupportsFloat | typing.SupportsIndex,
+    length: typing.SupportsFloat | typing.SupportsIndex,
+    *,
+    segments: typing.SupportsInt | typing.SupportsIndex = 32,
+) -> TriangleMesh:
     """
     Cylinder along z, a prism of `segments` sides [m].
     """
-def continuous(kind: str, queries: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]) -> tuple[numpy.typing.NDArray[numpy.bool], numpy.typing.NDArray[numpy.float64]]:
+
+def continuous(
+    kind: str, queries: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]
+) -> tuple[numpy.typing.NDArray[numpy.bool], numpy.typing.NDArray[numpy.float64]]:
     """
     Exact continuous collision tests of points that move on straight lines over a step, times in [0, 1].
-    
+
     kind: "vertex-face" (vertex, three corners) or "edge-edge" (two ends, two ends). queries (n, 8, 3) [m]: the four
     points at the start, then the same at the end. Returns hit (n) bool, exact and with touching counted, and time (n),
     a lower bound of the first contact [1], infinity where there is none. Raises InvalidInput for another kind or shape,
     or numbers that are not finite.
     """
-def corotational_strain(points: typing.Any, mesh: TriangleMesh, *, rest: str = 'uv', threads: typing.SupportsInt | typing.SupportsIndex = 0) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+
+def corotational_strain(
+    points: typing.Any,
+    mesh: TriangleMesh,
+    *,
+    rest: str = "uv",
+    threads: typing.SupportsInt | typing.SupportsIndex = 0,
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
     """
     Co-rotational strain U - I of each triangle of `mesh` with its vertices at `points` (n, 3) [m]: (m, 3) of weft, warp and
     shear e12, half the engineering shear. rest: "uv" (uv are the pattern [m]) or "mesh" (lengths of the mesh).
     """
+
 def default_thread_count() -> int:
     """
     Processors this process may run on.
     """
-def dipole_energy(points: typing.Any, moments: typing.Any, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> float:
-    ...
-def dipole_forces(points: typing.Any, moments: typing.Any, by_points: typing.Any, by_moments: typing.Any, tolerance: typing.SupportsFloat | typing.SupportsIndex | None = None, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]]:
-    ...
-def dipole_tree_field(points: typing.Any, moments: typing.Any, observers: typing.Any, tolerance: typing.SupportsFloat | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
-    ...
-def dipole_tree_gradient(points: typing.Any, moments: typing.Any, observers: typing.Any, tolerance: typing.SupportsFloat | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.float64]:
-    ...
-def explicit_response(body: SoftBody, density: typing.SupportsFloat | typing.SupportsIndex, by: collections.abc.Sequence[MagneticBody], field: typing.Any) -> MagneticBody:
-    ...
-def floor_square(size: typing.SupportsFloat | typing.SupportsIndex, *, cells: typing.SupportsInt | typing.SupportsIndex = 8) -> TriangleMesh:
+
+def dipole_energy(
+    points: typing.Any, moments: typing.Any, threads: typing.SupportsInt | typing.SupportsIndex = 0
+) -> float: ...
+def dipole_forces(
+    points: typing.Any,
+    moments: typing.Any,
+    by_points: typing.Any,
+    by_moments: typing.Any,
+    tolerance: typing.SupportsFloat | typing.SupportsIndex | None = None,
+    threads: typing.SupportsInt | typing.SupportsIndex = 0,
+) -> tuple[
+    typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"],
+    typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"],
+]: ...
+def dipole_tree_field(
+    points: typing.Any,
+    moments: typing.Any,
+    observers: typing.Any,
+    tolerance: typing.SupportsFloat | typing.SupportsIndex,
+    threads: typing.SupportsInt | typing.SupportsIndex = 0,
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]: ...
+def dipole_tree_gradient(
+    points: typing.Any,
+    moments: typing.Any,
+    observers: typing.Any,
+    tolerance: typing.SupportsFloat | typing.SupportsIndex,
+    threads: typing.SupportsInt | typing.SupportsIndex = 0,
+) -> numpy.typing.NDArray[numpy.float64]: ...
+def explicit_response(
+    body: SoftBody,
+    density: typing.SupportsFloat | typing.SupportsIndex,
+    by: collections.abc.Sequence[MagneticBody],
+    field: typing.Any,
+) -> MagneticBody: ...
+def floor_square(
+    size: typing.SupportsFloat | typing.SupportsIndex,
+    *,
+    cells: typing.SupportsInt | typing.SupportsIndex = 8,
+) -> TriangleMesh:
     """
     Open square in z = 0 with normal +z [m].
     """
-def funnel(top_radius: typing.SupportsFloat | typing.SupportsIndex, bottom_radius: typing.SupportsFloat | typing.SupportsIndex, height: typing.SupportsFloat | typing.SupportsIndex, tube_length: typing.SupportsFloat | typing.SupportsIndex, wall: typing.SupportsFloat | typing.SupportsIndex, *, segments: typing.SupportsInt | typing.SupportsIndex = 64) -> TriangleMesh:
+
+def funnel(
+    top_radius: typing.SupportsFloat | typing.SupportsIndex,
+    bottom_radius: typing.SupportsFloat | typing.SupportsIndex,
+    height: typing.SupportsFloat | typing.SupportsIndex,
+    tube_length: typing.SupportsFloat | typing.SupportsIndex,
+    wall: typing.SupportsFloat | typing.SupportsIndex,
+    *,
+    segments: typing.SupportsInt | typing.SupportsIndex = 64,
+) -> TriangleMesh:
     """
     Cone from top_radius at z = height to bottom_radius at z = 0, then a tube below; closed, with a wall [m].
     """
-def grid(width: typing.SupportsFloat | typing.SupportsIndex, height: typing.SupportsFloat | typing.SupportsIndex, triangles: typing.SupportsInt | typing.SupportsIndex, *, pattern: str = 'alternating') -> TriangleMesh:
+
+def grid(
+    width: typing.SupportsFloat | typing.SupportsIndex,
+    height: typing.SupportsFloat | typing.SupportsIndex,
+    triangles: typing.SupportsInt | typing.SupportsIndex,
+    *,
+    pattern: str = "alternating",
+) -> TriangleMesh:
     """
     Rectangle [m] of about `triangles` triangles in square cells.
     """
-def grid_cells(width: typing.SupportsFloat | typing.SupportsIndex, height: typing.SupportsFloat | typing.SupportsIndex, nx: typing.SupportsInt | typing.SupportsIndex, ny: typing.SupportsInt | typing.SupportsIndex, *, pattern: str = 'alternating') -> TriangleMesh:
+
+def grid_cells(
+    width: typing.SupportsFloat | typing.SupportsIndex,
+    height: typing.SupportsFloat | typing.SupportsIndex,
+    nx: typing.SupportsInt | typing.SupportsIndex,
+    ny: typing.SupportsInt | typing.SupportsIndex,
+    *,
+    pattern: str = "alternating",
+) -> TriangleMesh:
     """
     Rectangle [m] of nx x ny cells, two triangles each: alternating | diagonal.
     """
-def icosphere(radius: typing.SupportsFloat | typing.SupportsIndex, *, subdivisions: typing.SupportsInt | typing.SupportsIndex) -> TriangleMesh:
+
+def icosphere(
+    radius: typing.SupportsFloat | typing.SupportsIndex,
+    *,
+    subdivisions: typing.SupportsInt | typing.SupportsIndex,
+) -> TriangleMesh:
     """
     Sphere [m].
     """
-def induce(soft: collections.abc.Sequence[SoftBody], by: collections.abc.Sequence[MagneticBody], field: typing.Any, tolerance: typing.SupportsFloat | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple[list[MagneticBody], float, int]:
-    ...
-def induced_moments(points: typing.Any, radii: numpy.typing.ArrayLike, susceptibilities: numpy.typing.ArrayLike, applied: typing.Any, tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-12, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
-    ...
-def intersecting_pairs(points: typing.Any, triangles: typing.Any) -> list[typing.Annotated[list[int], "FixedSize(2)"]]:
+
+def induce(
+    soft: collections.abc.Sequence[SoftBody],
+    by: collections.abc.Sequence[MagneticBody],
+    field: typing.Any,
+    tolerance: typing.SupportsFloat | typing.SupportsIndex,
+    threads: typing.SupportsInt | typing.SupportsIndex = 0,
+) -> tuple[list[MagneticBody], float, int]: ...
+def induced_moments(
+    points: typing.Any,
+    radii: numpy.typing.ArrayLike,
+    susceptibilities: numpy.typing.ArrayLike,
+    applied: typing.Any,
+    tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-12,
+    threads: typing.SupportsInt | typing.SupportsIndex = 0,
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]: ...
+def intersecting_pairs(
+    points: typing.Any, triangles: typing.Any
+) -> list[typing.Annotated[list[int], "FixedSize(2)"]]:
     """
     Pairs of triangles that intersect and share no vertex, ascending. points (n x 3) [m], triangles (m x 3).
     """
-def jittered_grid(width: typing.SupportsFloat | typing.SupportsIndex, height: typing.SupportsFloat | typing.SupportsIndex, nx: typing.SupportsInt | typing.SupportsIndex, ny: typing.SupportsInt | typing.SupportsIndex, *, amount: typing.SupportsFloat | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex = 1) -> TriangleMesh:
+
+def jittered_grid(
+    width: typing.SupportsFloat | typing.SupportsIndex,
+    height: typing.SupportsFloat | typing.SupportsIndex,
+    nx: typing.SupportsInt | typing.SupportsIndex,
+    ny: typing.SupportsInt | typing.SupportsIndex,
+    *,
+    amount: typing.SupportsFloat | typing.SupportsIndex,
+    seed: typing.SupportsInt | typing.SupportsIndex = 1,
+) -> TriangleMesh:
     """
     Grid whose interior vertices are displaced by up to `amount` of a cell.
     """
+
 def launched_by_mpi() -> bool:
     """
     True where an MPI launcher started this process as one of several ranks.
     """
-def limit_strain(points: typing.Any, mesh: TriangleMesh, strain_limit: StrainLimit, *, masses: typing.Any = None, fixed: numpy.typing.ArrayLike = [], options: LimitOptions = ..., rest: str = 'uv', threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], LimitReport]:
+
+def limit_strain(
+    points: typing.Any,
+    mesh: TriangleMesh,
+    strain_limit: StrainLimit,
+    *,
+    masses: typing.Any = None,
+    fixed: numpy.typing.ArrayLike = [],
+    options: LimitOptions = ...,
+    rest: str = "uv",
+    threads: typing.SupportsInt | typing.SupportsIndex = 0,
+) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], LimitReport]:
     """
     Moves `points` (n, 3) [m], the vertices of `mesh`, so that no triangle strains beyond `strain_limit`: the new points and
     a LimitReport. Linear and angular momentum of the change are zero but for what holds the fixed vertices.
     masses (n) [kg], None: a third of the areas around each vertex; fixed: vertices that do not move; options: LimitOptions
     (strain_rate has no meaning here).
     """
-def magnetic_cell_front(body: MagneticBody, other: MagneticBody) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]]:
-    ...
-def magnetic_cell_level(body: MagneticBody, level: typing.SupportsInt | typing.SupportsIndex) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]]:
-    ...
-def magnetic_cells(body: MagneticBody, *, density: typing.SupportsFloat | typing.SupportsIndex, separation: typing.SupportsFloat | typing.SupportsIndex = 3.0) -> MagneticBody:
-    ...
-def magnetic_cuboid(*, size: typing.Any, polarization: typing.Any) -> MagneticBody:
-    ...
-def magnetic_cylinder(*, radius: typing.SupportsFloat | typing.SupportsIndex, height: typing.SupportsFloat | typing.SupportsIndex, polarization: typing.Any, inner_radius: typing.SupportsFloat | typing.SupportsIndex = 0.0) -> MagneticBody:
-    ...
-def magnetic_depth(bodies: collections.abc.Sequence[MagneticBody], points: typing.Any) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
-    ...
-def magnetic_dipoles(points: typing.Any, moments: typing.Any) -> MagneticBody:
-    ...
-def magnetic_energy(bodies: collections.abc.Sequence[MagneticBody], tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> float:
-    ...
-def magnetic_field(bodies: collections.abc.Sequence[MagneticBody], points: typing.Any, quantity: str = 'B', threads: typing.SupportsInt | typing.SupportsIndex = 0) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
-    ...
-def magnetic_field_lines(bodies: collections.abc.Sequence[MagneticBody], lines: typing.SupportsInt | typing.SupportsIndex, seeds: typing.Any, uniform: typing.Any, centre: typing.Any, extent: typing.SupportsFloat | typing.SupportsIndex, length: typing.SupportsFloat | typing.SupportsIndex, tolerance: typing.SupportsFloat | typing.SupportsIndex, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], list[int], list[int], list[int]]:
-    ...
-def magnetic_force(on: MagneticBody, by: MagneticBody, tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"], float]:
-    ...
-def magnetic_forces(bodies: collections.abc.Sequence[MagneticBody], tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]]:
-    ...
-def magnetic_gradient(bodies: collections.abc.Sequence[MagneticBody], points: typing.Any, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> numpy.typing.NDArray[numpy.float64]:
-    ...
-def magnetic_loop(*, radius: typing.SupportsFloat | typing.SupportsIndex, current: typing.SupportsFloat | typing.SupportsIndex) -> MagneticBody:
-    ...
-def magnetic_mesh(mesh: TriangleMesh, *, polarization: typing.Any) -> MagneticBody:
-    ...
-def magnetic_polyline(vertices: typing.Any, *, current: typing.SupportsFloat | typing.SupportsIndex) -> MagneticBody:
-    ...
-def magnetic_potential(bodies: collections.abc.Sequence[MagneticBody], points: typing.Any, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
-    ...
-def magnetic_solenoid(*, radius: typing.SupportsFloat | typing.SupportsIndex, length: typing.SupportsFloat | typing.SupportsIndex, turns: typing.SupportsFloat | typing.SupportsIndex, current: typing.SupportsFloat | typing.SupportsIndex) -> MagneticBody:
-    ...
-def magnetic_sphere(*, radius: typing.SupportsFloat | typing.SupportsIndex, polarization: typing.Any) -> MagneticBody:
-    ...
-def mass_properties(mesh: TriangleMesh, density: typing.SupportsFloat | typing.SupportsIndex) -> MassProperties:
+
+def magnetic_cell_front(
+    body: MagneticBody, other: MagneticBody
+) -> tuple[
+    typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"],
+    typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"],
+]: ...
+def magnetic_cell_level(
+    body: MagneticBody, level: typing.SupportsInt | typing.SupportsIndex
+) -> tuple[
+    typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"],
+    typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"],
+]: ...
+def magnetic_cells(
+    body: MagneticBody,
+    *,
+    density: typing.SupportsFloat | typing.SupportsIndex,
+    separation: typing.SupportsFloat | typing.SupportsIndex = 3.0,
+) -> MagneticBody: ...
+def magnetic_cuboid(*, size: typing.Any, polarization: typing.Any) -> MagneticBody: ...
+def magnetic_cylinder(
+    *,
+    radius: typing.SupportsFloat | typing.SupportsIndex,
+    height: typing.SupportsFloat | typing.SupportsIndex,
+    polarization: typing.Any,
+    inner_radius: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+) -> MagneticBody: ...
+def magnetic_depth(
+    bodies: collections.abc.Sequence[MagneticBody], points: typing.Any
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]: ...
+def magnetic_dipoles(points: typing.Any, moments: typing.Any) -> MagneticBody: ...
+def magnetic_energy(
+    bodies: collections.abc.Sequence[MagneticBody],
+    tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001,
+    threads: typing.SupportsInt | typing.SupportsIndex = 0,
+) -> float: ...
+def magnetic_field(
+    bodies: collections.abc.Sequence[MagneticBody],
+    points: typing.Any,
+    quantity: str = "B",
+    threads: typing.SupportsInt | typing.SupportsIndex = 0,
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]: ...
+def magnetic_field_lines(
+    bodies: collections.abc.Sequence[MagneticBody],
+    lines: typing.SupportsInt | typing.SupportsIndex,
+    seeds: typing.Any,
+    uniform: typing.Any,
+    centre: typing.Any,
+    extent: typing.SupportsFloat | typing.SupportsIndex,
+    length: typing.SupportsFloat | typing.SupportsIndex,
+    tolerance: typing.SupportsFloat | typing.SupportsIndex,
+    threads: typing.SupportsInt | typing.SupportsIndex = 0,
+) -> tuple[
+    typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"], list[int], list[int], list[int]
+]: ...
+def magnetic_force(
+    on: MagneticBody,
+    by: MagneticBody,
+    tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001,
+) -> tuple[
+    typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"],
+    typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"],
+    float,
+]: ...
+def magnetic_forces(
+    bodies: collections.abc.Sequence[MagneticBody],
+    tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001,
+    threads: typing.SupportsInt | typing.SupportsIndex = 0,
+) -> tuple[
+    typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"],
+    typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"],
+    typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"],
+]: ...
+def magnetic_gradient(
+    bodies: collections.abc.Sequence[MagneticBody],
+    points: typing.Any,
+    threads: typing.SupportsInt | typing.SupportsIndex = 0,
+) -> numpy.typing.NDArray[numpy.float64]: ...
+def magnetic_loop(
+    *,
+    radius: typing.SupportsFloat | typing.SupportsIndex,
+    current: typing.SupportsFloat | typing.SupportsIndex,
+) -> MagneticBody: ...
+def magnetic_mesh(mesh: TriangleMesh, *, polarization: typing.Any) -> MagneticBody: ...
+def magnetic_polyline(
+    vertices: typing.Any, *, current: typing.SupportsFloat | typing.SupportsIndex
+) -> MagneticBody: ...
+def magnetic_potential(
+    bodies: collections.abc.Sequence[MagneticBody],
+    points: typing.Any,
+    threads: typing.SupportsInt | typing.SupportsIndex = 0,
+) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]: ...
+def magnetic_solenoid(
+    *,
+    radius: typing.SupportsFloat | typing.SupportsIndex,
+    length: typing.SupportsFloat | typing.SupportsIndex,
+    turns: typing.SupportsFloat | typing.SupportsIndex,
+    current: typing.SupportsFloat | typing.SupportsIndex,
+) -> MagneticBody: ...
+def magnetic_sphere(
+    *, radius: typing.SupportsFloat | typing.SupportsIndex, polarization: typing.Any
+) -> MagneticBody: ...
+def mass_properties(
+    mesh: TriangleMesh, density: typing.SupportsFloat | typing.SupportsIndex
+) -> MassProperties:
     """
     MassProperties of a closed mesh at a density [kg/m^3]; InvalidInput when open or inside out.
     """
-def mpi_communicator(fortran_handle: typing.SupportsInt | typing.SupportsIndex = -1) -> Communicator:
+
+def mpi_communicator(
+    fortran_handle: typing.SupportsInt | typing.SupportsIndex = -1,
+) -> Communicator:
     """
     Ranks of an MPI communicator (mpi4py: comm.py2f()); -1: all ranks started.
     """
-def mutual_inductance(a: MagneticBody, b: MagneticBody, *, tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-06) -> float:
-    ...
+
+def mutual_inductance(
+    a: MagneticBody,
+    b: MagneticBody,
+    *,
+    tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-06,
+) -> float: ...
 def read_checkpoint(path: str) -> Checkpoint:
     """
     Checkpoint from a file; CacheError says what is wrong.
     """
+
 def read_mesh(path: str, *, with_uv: bool = True) -> TriangleMesh:
     """
     TriangleMesh from an OBJ or PLY file; with_uv=False leaves rest coordinates out.
     """
+
 def single_communicator() -> Communicator:
     """
     One rank, no MPI.
     """
-def soft_cuboid(*, size: typing.Any, susceptibility: typing.SupportsFloat | typing.SupportsIndex, saturation: typing.SupportsFloat | typing.SupportsIndex = 0.0, cells: typing.SupportsInt | typing.SupportsIndex = 12, focus: typing.SupportsFloat | typing.SupportsIndex = 0.0, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> SoftBody:
-    ...
-def soft_cylinder(*, radius: typing.SupportsFloat | typing.SupportsIndex, height: typing.SupportsFloat | typing.SupportsIndex, susceptibility: typing.SupportsFloat | typing.SupportsIndex, inner_radius: typing.SupportsFloat | typing.SupportsIndex = 0.0, saturation: typing.SupportsFloat | typing.SupportsIndex = 0.0, cells: typing.SupportsInt | typing.SupportsIndex = 8, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> SoftBody:
-    ...
-def soft_mesh(mesh: TriangleMesh, *, susceptibility: typing.SupportsFloat | typing.SupportsIndex, saturation: typing.SupportsFloat | typing.SupportsIndex = 0.0, panels: typing.SupportsInt | typing.SupportsIndex = 1500, threads: typing.SupportsInt | typing.SupportsIndex = 0) -> SoftBody:
-    ...
-def soft_sphere(*, radius: typing.SupportsFloat | typing.SupportsIndex, susceptibility: typing.SupportsFloat | typing.SupportsIndex, saturation: typing.SupportsFloat | typing.SupportsIndex = 0.0, degree: typing.SupportsInt | typing.SupportsIndex = 0) -> SoftBody:
-    ...
-def wave_bar(length: typing.SupportsFloat | typing.SupportsIndex, radius: typing.SupportsFloat | typing.SupportsIndex, amplitude: typing.SupportsFloat | typing.SupportsIndex, wavelength: typing.SupportsFloat | typing.SupportsIndex, *, segments: typing.SupportsInt | typing.SupportsIndex = 24) -> TriangleMesh:
+
+def soft_cuboid(
+    *,
+    size: typing.Any,
+    susceptibility: typing.SupportsFloat | typing.SupportsIndex,
+    saturation: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    cells: typing.SupportsInt | typing.SupportsIndex = 12,
+    focus: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    threads: typing.SupportsInt | typing.SupportsIndex = 0,
+) -> SoftBody: ...
+def soft_cylinder(
+    *,
+    radius: typing.SupportsFloat | typing.SupportsIndex,
+    height: typing.SupportsFloat | typing.SupportsIndex,
+    susceptibility: typing.SupportsFloat | typing.SupportsIndex,
+    inner_radius: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    saturation: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    cells: typing.SupportsInt | typing.SupportsIndex = 8,
+    threads: typing.SupportsInt | typing.SupportsIndex = 0,
+) -> SoftBody: ...
+def soft_mesh(
+    mesh: TriangleMesh,
+    *,
+    susceptibility: typing.SupportsFloat | typing.SupportsIndex,
+    saturation: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    panels: typing.SupportsInt | typing.SupportsIndex = 1500,
+    threads: typing.SupportsInt | typing.SupportsIndex = 0,
+) -> SoftBody: ...
+def soft_sphere(
+    *,
+    radius: typing.SupportsFloat | typing.SupportsIndex,
+    susceptibility: typing.SupportsFloat | typing.SupportsIndex,
+    saturation: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+    degree: typing.SupportsInt | typing.SupportsIndex = 0,
+) -> SoftBody: ...
+def wave_bar(
+    length: typing.SupportsFloat | typing.SupportsIndex,
+    radius: typing.SupportsFloat | typing.SupportsIndex,
+    amplitude: typing.SupportsFloat | typing.SupportsIndex,
+    wavelength: typing.SupportsFloat | typing.SupportsIndex,
+    *,
+    segments: typing.SupportsInt | typing.SupportsIndex = 24,
+) -> TriangleMesh:
     """
     Tube along y whose centre line waves in z [m].
     """
+
 def write_checkpoint(path: str, checkpoint: Checkpoint) -> None:
     """
     Writes under another name, then renames.
     """
+
 def write_mesh(path: str, mesh: TriangleMesh, *, text: bool = False) -> None:
     """
     Writes an OBJ or PLY file, by the path's ending; text: PLY as text.
     """
+
 def write_png(path: str, image: typing.Annotated[numpy.typing.ArrayLike, numpy.uint8]) -> None:
     """
     Writes (height x width x 3) bytes as PNG.
     """
+
 __version__: str

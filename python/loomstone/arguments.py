@@ -31,7 +31,11 @@ def vector(name: str, value: Any, size: int) -> NDArray[np.float64]:
 
 def whole(name: str, value: Any, low: int, high: int) -> int:
     """A whole number within limits."""
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)) or value != np.floor(value):
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, (int, float, np.integer, np.floating))
+        or value != np.floor(value)
+    ):
         raise InvalidInput(f"{name} must be a whole number, got {value!r}")
     if not low <= value <= high:
         raise InvalidInput(f"{name} must be in [{low}, {high}], got {value}")
@@ -39,7 +43,9 @@ def whole(name: str, value: Any, low: int, high: int) -> int:
 
 
 def explained(function: Callable[P, R]) -> Callable[P, R]:
-    """Tells which argument of a function has the wrong kind, where the core only lists what it could take."""
+    """Tells which argument of a function has the wrong kind, where the core only lists what it
+    could take.
+    """
 
     @functools.wraps(function)
     def call(*arguments: P.args, **keywords: P.kwargs) -> R:
@@ -50,6 +56,8 @@ def explained(function: Callable[P, R]) -> Callable[P, R]:
                 raise
             given = inspect.signature(function).bind(*arguments, **keywords).arguments
             text = ", ".join(f"{name}={value!r}" for name, value in given.items())
-            raise TypeError(f"{function.__name__}: an argument has the wrong kind, got {text}"[:400]) from None
+            raise TypeError(
+                f"{function.__name__}: an argument has the wrong kind, got {text}"[:400]
+            ) from None
 
     return call

@@ -30,7 +30,9 @@ class Run:
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         if Path(path).is_dir() and not (Path(path) / "run.vtkhdf").exists():
-            raise CacheError(f"{path}: holds no run (there is no run.vtkhdf in it); give the directory of a run")
+            raise CacheError(
+                f"{path}: holds no run (there is no run.vtkhdf in it); give the directory of a run"
+            )
         self._reader = FrameReader(str(path))
         self.directory = Path(path) if Path(path).is_dir() else Path(path).parent
 
@@ -85,14 +87,18 @@ class Run:
         return float(f"{(len(self) - 1) / length:.6g}") if length > 0.0 else 25.0
 
     def intersecting_pairs(self, index: int = -1) -> list[tuple[int, int]]:
-        """Pairs of triangles of a frame that intersect: cloth triangles first, then bodies and obstacles."""
+        """Pairs of triangles of a frame that intersect: cloth triangles first, then bodies and
+        obstacles.
+        """
         points, triangles = self.surface(index)
         return [(int(a), int(b)) for a, b in _core.intersecting_pairs(points, triangles)]
 
     def surface(self, index: int = -1) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
         """Points (n x 3) [m] and triangles (m x 3) of a frame: cloth, then bodies and obstacles."""
         frame = self[index]
-        triangles = np.concatenate([self.topology.triangles, self.topology.body_triangles + len(frame.positions)])
+        triangles = np.concatenate(
+            [self.topology.triangles, self.topology.body_triangles + len(frame.positions)]
+        )
         return np.concatenate([frame.positions, frame.body_positions]), triangles
 
     def __repr__(self) -> str:

@@ -1,4 +1,5 @@
-"""Collision queries on arrays, usable without a scene: candidate pairs, exact continuous tests, exact intersection counts.
+"""Collision queries on arrays, usable without a scene: candidate pairs, exact continuous tests,
+exact intersection counts.
 
 >>> import numpy as np
 >>> from loomstone import collision

@@ -1,14 +1,17 @@
-"""Fits a fabric to measured curves, as section 3.3.3 of the thesis: two numbers a mode, stiffness and limit.
+"""Fits a fabric to measured curves, as section 3.3.3 of the thesis: two numbers a mode, stiffness
+and limit.
 
-The limit is the strain at which the measured curve reaches a load (100-200 gf/cm; default 150 gf/cm = 147.1 N/m); the
-stiffness is fitted to the curve below it, by least squares in closed form. The model's load per width at rest is
+The limit is the strain at which the measured curve reaches a load (100-200 gf/cm; default 150 gf/cm
+= 147.1 N/m); the stiffness is fitted to the curve below it, by least squares in closed form. The
+model's load per width at rest is
 
     weft, warp:  P = E l (l^2 - 1) / 2,  l = 1 + strain      uniaxial, (2.23) with no load across
-    shear:       P = G g                                      simple shear by the engineering shear g = tan(angle)
-    bending:     M = B k
+    shear:       P = G g                                      simple shear by the engineering shear
+    g = tan(angle) bending:     M = B k
 
-A simple shear g has the strain e12 = g / sqrt(4 + g^2) in U - I, which is what the limit of shear is given in.
-Tensile tests of the Kawabata system hold a short wide sample: what they give as E is E / (1 - nu12 nu21), nu = 0 here.
+A simple shear g has the strain e12 = g / sqrt(4 + g^2) in U - I, which is what the limit of shear
+is given in. Tensile tests of the Kawabata system hold a short wide sample: what they give as E is E
+/ (1 - nu12 nu21), nu = 0 here.
 """
 
 from __future__ import annotations
@@ -42,18 +45,18 @@ def fit_fabric(
 ) -> Fabric:
     """A Fabric whose stiffness and limits fit measured curves.
 
-    curves : by name "weft", "warp", "shear" and, where measured, "bending_weft", "bending_warp", "bending_bias" of
-        strips; each a pair (strain, load) of arrays of equal length, or an (n x 2) array. Weft and warp: strain [1],
-        load per width [N/m]; shear: engineering shear [1] or angle (ls.units["deg"]), load per width [N/m];
-        bending: curvature [1/m], moment per width [N]. Arrays may carry units: (ls.units["%"] * strain,
-        ls.units["gf/cm"] * load).
+    curves : by name "weft", "warp", "shear" and, where measured, "bending_weft", "bending_warp",
+        "bending_bias" of strips; each a pair (strain, load) of arrays of equal length, or an (n x
+        2) array. Weft and warp: strain [1], load per width [N/m]; shear: engineering shear [1] or
+        angle (ls.units["deg"]), load per width [N/m]; bending: curvature [1/m], moment per width
+        [N]. Arrays may carry units: (ls.units["%"] * strain, ls.units["gf/cm"] * load).
     density : [kg/m^2], or with a unit
     load : that sets the limits [N/m], or with a unit
     shear_limit : largest e12 [1] instead of the strain at `load`, which tests of shear rarely reach
 
-    Raises InvalidInput for curves that cannot be fitted: other than finite numbers, strain that does not grow, fewer
-    than four points below the limit, a load that is never reached. Without curves of bending the material's default
-    holds.
+    Raises InvalidInput for curves that cannot be fitted: other than finite numbers, strain that
+    does not grow, fewer than four points below the limit, a load that is never reached. Without
+    curves of bending the material's default holds.
 
     >>> import numpy as np
     >>> strain = np.linspace(0, 0.1, 40)
@@ -63,18 +66,26 @@ def fit_fabric(
     [0.0735, 0.0368, 0.2]
     """
     if not isinstance(curves, Mapping):
-        raise InvalidInput(f"fit_fabric: curves must be a dict of curves by name, got a {type(curves).__name__}")
+        raise InvalidInput(
+            f"fit_fabric: curves must be a dict of curves by name, got a {type(curves).__name__}"
+        )
     if unknown := [key for key in curves if key not in TENSILE + BENDING]:
-        raise InvalidInput(f"fit_fabric: there is no curve {unknown[0]!r}; known: {', '.join(TENSILE + BENDING)}")
+        raise InvalidInput(
+            f"fit_fabric: there is no curve {unknown[0]!r}; known: {', '.join(TENSILE + BENDING)}"
+        )
     if missing := [key for key in TENSILE if key not in curves]:
-        raise InvalidInput(f"fit_fabric: the curve {missing[0]!r} is missing; weft, warp and shear are needed")
+        raise InvalidInput(
+            f"fit_fabric: the curve {missing[0]!r} is missing; weft, warp and shear are needed"
+        )
     reached = number_in(load, "N/m", "fit_fabric: load")
     if not (np.isfinite(reached) and reached > 0):
         raise InvalidInput(f"fit_fabric: load must be > 0 [N/m], got {load}")
     if shear_limit is not None:
         shear_limit = number_in(shear_limit, "1", "fit_fabric: shear_limit")
         if not 0 < shear_limit < 1:
-            raise InvalidInput(f"fit_fabric: shear_limit must be in (0, 1) as e12, got {shear_limit}")
+            raise InvalidInput(
+                f"fit_fabric: shear_limit must be in (0, 1) as e12, got {shear_limit}"
+            )
     fits = {mode: _fit_stretch(mode, curves[mode], reached) for mode in ("weft", "warp")}
     fits["shear"] = _fit_shear(curves["shear"], reached, shear_limit)
     fits |= {mode: _fit_bending(mode, curves[mode]) for mode in BENDING if mode in curves}
@@ -86,10 +97,19 @@ def fit_fabric(
         **_bending(fits),
     )
     caveats = (
-        () if any(mode in fits for mode in BENDING) else ("bending was not measured: the default of ClothMaterial",)
+        ()
+        if any(mode in fits for mode in BENDING)
+        else ("bending was not measured: the default of ClothMaterial",)
     )
     limits = (fits["weft"].limit, fits["warp"].limit, fits["shear"].limit)
-    return Fabric(material, name=name, limits=limits, source="fitted to measured curves", caveats=caveats, fits=fits)
+    return Fabric(
+        material,
+        name=name,
+        limits=limits,
+        source="fitted to measured curves",
+        caveats=caveats,
+        fits=fits,
+    )
 
 
 def _fit_stretch(mode: str, curve: Any, load: float) -> ModeFit:
@@ -101,7 +121,9 @@ def _fit_stretch(mode: str, curve: Any, load: float) -> ModeFit:
         )
     limit = _crossing(mode, strain, measured, load)
     below = strain <= limit
-    return _through_origin(mode, lambda e: (1 + e) * ((1 + e) ** 2 - 1) / 2, strain[below], measured[below], limit)
+    return _through_origin(
+        mode, lambda e: (1 + e) * ((1 + e) ** 2 - 1) / 2, strain[below], measured[below], limit
+    )
 
 
 def _fit_shear(curve: Any, load: float, limit: float | None) -> ModeFit:
@@ -132,7 +154,9 @@ def _fit_bending(mode: str, curve: Any) -> ModeFit:
 
 
 def _bending(fits: dict[str, ModeFit]) -> dict[str, float]:
-    given = {mode.removeprefix("bending_"): fits[mode].stiffness for mode in BENDING if mode in fits}
+    given = {
+        mode.removeprefix("bending_"): fits[mode].stiffness for mode in BENDING if mode in fits
+    }
     if len(given) == 3:
         return bending_from_strips(**given)
     if "bias" in given:
@@ -140,7 +164,9 @@ def _bending(fits: dict[str, ModeFit]) -> dict[str, float]:
             "fit_fabric: bending_bias needs bending_weft and bending_warp beside it; give all three curves"
         )
     if len(given) == 1:
-        raise InvalidInput("fit_fabric: bending_weft and bending_warp belong together; give both curves, or none")
+        raise InvalidInput(
+            "fit_fabric: bending_weft and bending_warp belong together; give both curves, or none"
+        )
     return {f"bending_{direction}": rigidity for direction, rigidity in given.items()}
 
 
@@ -161,7 +187,9 @@ def _read(mode: str, curve: Any, x_unit: str, y_unit: str) -> tuple[Floats, Floa
         try:
             columns.append(np.asarray(turned, float))
         except (TypeError, ValueError):
-            raise InvalidInput(f"fit_fabric: {mode} must hold numbers, got {column!r}"[:300]) from None
+            raise InvalidInput(
+                f"fit_fabric: {mode} must hold numbers, got {column!r}"[:300]
+            ) from None
     x, y = columns
     if x.ndim != 1 or x.shape != y.shape:
         raise InvalidInput(
@@ -206,8 +234,12 @@ def _crossing(mode: str, strain: Floats, load: Floats, wanted: float) -> float:
     return limit
 
 
-def _through_origin(mode: str, shape: Callable[[Floats], Floats], x: Floats, y: Floats, limit: float) -> ModeFit:
-    """Stiffness k of y = k shape(x) by least squares, and the root mean square misfit over the largest load."""
+def _through_origin(
+    mode: str, shape: Callable[[Floats], Floats], x: Floats, y: Floats, limit: float
+) -> ModeFit:
+    """Stiffness k of y = k shape(x) by least squares, and the root mean square misfit over the
+    largest load.
+    """
     if np.count_nonzero(x) < 4:
         raise InvalidInput(
             f"fit_fabric: {mode}: at least 4 points other than 0 must lie below the limit, got {np.count_nonzero(x)}"

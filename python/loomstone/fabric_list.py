@@ -20,7 +20,11 @@ HEADER = (
 def fabrics_text() -> str:
     """A table: a line a fabric, then the sources."""
     sources = list(dict.fromkeys(fabric.source for fabric in fabrics.values()))
-    lines = [HEADER, *(f"{_line(fabric)} [{sources.index(fabric.source) + 1}]" for fabric in fabrics.values()), ""]
+    lines = [
+        HEADER,
+        *(f"{_line(fabric)} [{sources.index(fabric.source) + 1}]" for fabric in fabrics.values()),
+        "",
+    ]
     for number, source in enumerate(sources, 1):
         licence = next(fabric.licence for fabric in fabrics.values() if fabric.source == source)
         lines += [f"[{number}] {source}", f"    {licence}"]
@@ -33,12 +37,20 @@ def fabrics_text() -> str:
 
 def fabrics_json() -> str:
     """All fields of all fabrics by name."""
-    return json.dumps({name: fabric.to_dict() for name, fabric in fabrics.items()}, indent=1, allow_nan=False)
+    return json.dumps(
+        {name: fabric.to_dict() for name, fabric in fabrics.items()}, indent=1, allow_nan=False
+    )
 
 
 def _line(fabric: Fabric) -> str:
-    stiffness = " ".join(f"{x:7.4g}" for x in (fabric.weft_stiffness, fabric.warp_stiffness, fabric.shear_stiffness))
-    limits = " ".join(f"{100 * limit:6.3g}" if isfinite(limit) else f"{'-':>6s}" for limit in fabric.limits)
-    bending = " ".join(f"{1e6 * strip_rigidity(fabric, angle_degrees=angle):6.3g}" for angle in (0, 90, 45))
+    stiffness = " ".join(
+        f"{x:7.4g}" for x in (fabric.weft_stiffness, fabric.warp_stiffness, fabric.shear_stiffness)
+    )
+    limits = " ".join(
+        f"{100 * limit:6.3g}" if isfinite(limit) else f"{'-':>6s}" for limit in fabric.limits
+    )
+    bending = " ".join(
+        f"{1e6 * strip_rigidity(fabric, angle_degrees=angle):6.3g}" for angle in (0, 90, 45)
+    )
     band = f"{fabric.band.low:g}-{fabric.band.high:g}" if fabric.band else "-"
     return f"{fabric.name:14s} {1e3 * fabric.density:6.4g} {stiffness} {limits} {bending}  {band:>6s}  {fabric.use}"

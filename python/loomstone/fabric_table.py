@@ -1,7 +1,7 @@
 """Numbers of the fabrics in `loomstone.fabrics`, in SI, and where they come from.
 
-docs/fabrics.md tells how they were mapped. Each number is derived from a published one and rounded to four digits; no
-table of a source is repeated here.
+docs/fabrics.md tells how they were mapped. Each number is derived from a published one and rounded
+to four digits; no table of a source is repeated here.
 """
 
 from __future__ import annotations
@@ -14,7 +14,9 @@ __all__ = ["BANDS", "FABRICS", "LEVELS", "SOURCES", "Band", "Level", "Row", "Sou
 
 @dataclass(frozen=True)
 class Source:
-    """citation; licence : what its holders say; mapping : how numbers became those of a ClothMaterial."""
+    """citation; licence : what its holders say; mapping : how numbers became those of a
+    ClothMaterial.
+    """
 
     citation: str
     licence: str
@@ -32,9 +34,11 @@ class Band:
 
 @dataclass(frozen=True)
 class Row:
-    """One fabric: stiffness [N/m], Poisson ratio nu12 [1], density [kg/m^2], bending [N m], limits of strain [1].
+    """One fabric: stiffness [N/m], Poisson ratio nu12 [1], density [kg/m^2], bending [N m], limits
+    of strain [1].
 
-    weft, warp : Young's modulus times thickness; shear : shear modulus times thickness (load over engineering shear)
+    weft, warp : Young's modulus times thickness; shear : shear modulus times thickness (load over
+        engineering shear)
     bending : of strips cut along weft, along warp and on the bias
     limits : largest strain U - I along weft and warp, and e12; inf: none known
     """
@@ -104,8 +108,16 @@ def _bending(warp: float) -> tuple[float, float, float]:
 Numbers = tuple[float, float, float, float, float]  # weft, warp, shear, Poisson ratio, density
 
 
-def _woven(use: str, numbers: Numbers, warp_bending: float, limits: tuple[float, float, float], band: str = "") -> Row:
-    return Row("Codim-IPC", use, "", "woven", *numbers, _bending(warp_bending), limits, _ASSUMED, band)
+def _woven(
+    use: str,
+    numbers: Numbers,
+    warp_bending: float,
+    limits: tuple[float, float, float],
+    band: str = "",
+) -> Row:
+    return Row(
+        "Codim-IPC", use, "", "woven", *numbers, _bending(warp_bending), limits, _ASSUMED, band
+    )
 
 
 def _measured(
@@ -119,7 +131,17 @@ def _measured(
     band: str = "",
 ) -> Row:
     caveats = (_FACTOR, _KE, *caveats)
-    return Row("Wang 2011", use, composition, construction, *numbers, bending, (*limits, inf), caveats, band)
+    return Row(
+        "Wang 2011",
+        use,
+        composition,
+        construction,
+        *numbers,
+        bending,
+        (*limits, inf),
+        caveats,
+        band,
+    )
 
 
 FABRICS = {
@@ -153,7 +175,8 @@ FABRICS = {
 
 @dataclass(frozen=True)
 class Level:
-    """Two numbers a mode for artists (thesis 3.3.3), and bending: stiffness [N/m], limit [1], shear likewise, bending
+    """Two numbers a mode for artists (thesis 3.3.3), and bending: stiffness [N/m], limit [1], shear
+    likewise, bending
     [N m]."""
 
     stiffness: float
@@ -163,9 +186,9 @@ class Level:
     bending: float
 
 
-# Bending: percentiles 5, 25, 50, 75, 95 of 618 measured fabrics (along warp). Stiffness and limits: our choice, from
-# the
-# softest knit to canvas of the fabrics above; figure 3.5 of the thesis shows limits of 2, 5 and 15 %.
+# Bending: percentiles 5, 25, 50, 75, 95 of 618 measured fabrics (along warp). Stiffness and limits:
+# our choice, from the softest knit to canvas of the fabrics above; figure 3.5 of the thesis shows
+# limits of 2, 5 and 15 %.
 LEVELS = {
     "very soft": Level(50.0, 0.30, 20.0, 0.30, 1.1e-6),
     "soft": Level(150.0, 0.15, 40.0, 0.20, 4.1e-6),

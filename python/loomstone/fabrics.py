@@ -6,7 +6,8 @@
 >>> print(f"{cotton.density:g} kg/m^2, {cotton.warp_stiffness:g} N/m along warp")
 0.1036 kg/m^2, 3801 N/m along warp
 
-Numbers and sources are in fabric_table.py; how they were mapped and what to beware of, in docs/fabrics.md.
+Numbers and sources are in fabric_table.py; how they were mapped and what to beware of, in
+docs/fabrics.md.
 """
 
 from __future__ import annotations
@@ -30,7 +31,8 @@ class ModeFit:
     """One mode fitted to a curve.
 
     stiffness : [N/m], of bending [N m]; limit : largest strain [1], inf for bending
-    misfit : root mean square difference from the curve over its largest load [1]; points : of the curve that were used
+    misfit : root mean square difference from the curve over its largest load [1]; points : of the
+        curve that were used
     """
 
     stiffness: float
@@ -45,7 +47,8 @@ class Fabric(ClothMaterial):
     Used as Cloth(material=fabric), or Cloth(material=fabric, strain_limit=fabric.strain_limit).
 
     name, use, composition, construction : texts
-    limits : largest strain along weft and warp, and largest shear strain e12 [1]; inf where none is known
+    limits : largest strain along weft and warp, and largest shear strain e12 [1]; inf where none is
+        known
     source, licence : where the numbers come from
     caveats : what to beware of, a sentence each
     band : published range of the drape coefficient of such fabrics, or None
@@ -146,9 +149,13 @@ class Fabric(ClothMaterial):
     def __repr__(self) -> str:
         kind = f" ({self.construction})" if self.construction else ""
         bending = (
-            (1e6 * strip_rigidity(self, angle_degrees=angle) for angle in (0, 90, 45)) if self.bending_weft > 0 else ()
+            (1e6 * strip_rigidity(self, angle_degrees=angle) for angle in (0, 90, 45))
+            if self.bending_weft > 0
+            else ()
         )
-        limits = ", ".join(f"{100 * limit:.3g} %" if isfinite(limit) else "none" for limit in self.limits)
+        limits = ", ".join(
+            f"{100 * limit:.3g} %" if isfinite(limit) else "none" for limit in self.limits
+        )
         return (
             f"<Fabric {self.name!r}{kind}: {1e3 * self.density:.4g} g/m^2; weft, warp, shear "
             f"{self.weft_stiffness:.4g}, "
@@ -157,17 +164,30 @@ class Fabric(ClothMaterial):
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON: the fields of the material, and about the fabric; no limit is None."""
+        """Plain values for JSON: the fields of the material, and about the fabric; no limit is
+        None.
+        """
         band = self.band
         about = self._about | {
             "limits": dict(zip(("weft", "warp", "shear"), map(_or_none, self.limits), strict=True)),
             "caveats": list(self.caveats),
-            "fits": {mode: asdict(fit) | {"limit": _or_none(fit.limit)} for mode, fit in self._fits.items()},
-            "band": {"low": band.low, "high": band.high, "citation": band.citation} if band else None,
+            "fits": {
+                mode: asdict(fit) | {"limit": _or_none(fit.limit)}
+                for mode, fit in self._fits.items()
+            },
+            "band": {"low": band.low, "high": band.high, "citation": band.citation}
+            if band
+            else None,
         }
         fields: dict[str, Any] = self._material.to_dict()
         return (
-            about | {"bending_bias": strip_rigidity(self, angle_degrees=45) if self.bending_weft > 0 else 0.0} | fields
+            about
+            | {
+                "bending_bias": strip_rigidity(self, angle_degrees=45)
+                if self.bending_weft > 0
+                else 0.0
+            }
+            | fields
         )
 
 
@@ -189,10 +209,16 @@ class _Fabrics(Mapping[str, Fabric]):
         if name in self._fabrics:
             return self._fabrics[name]
         close = difflib.get_close_matches(str(name).lower(), self._fabrics, 3)
-        hint = f"did you mean {' or '.join(map(repr, close))}?" if close else f"known: {', '.join(self._fabrics)}"
+        hint = (
+            f"did you mean {' or '.join(map(repr, close))}?"
+            if close
+            else f"known: {', '.join(self._fabrics)}"
+        )
         raise InvalidInput(f"there is no fabric {name!r}; {hint}")
 
-    def get(self, name: str, default: Any = None) -> Any:  # not through [], which raises no KeyError
+    def get(
+        self, name: str, default: Any = None
+    ) -> Any:  # not through [], which raises no KeyError
         return self._fabrics.get(name, default)
 
     def __contains__(self, name: object) -> bool:
@@ -225,7 +251,9 @@ def _of_row(name: str, row: Row) -> Fabric:
     )  # fmt: skip
 
 
-fabrics: Mapping[str, Fabric] = _Fabrics({name: _of_row(name, row) for name, row in FABRICS.items()})
+fabrics: Mapping[str, Fabric] = _Fabrics(
+    {name: _of_row(name, row) for name, row in FABRICS.items()}
+)
 
 
 def fabric_of_levels(
@@ -236,9 +264,11 @@ def fabric_of_levels(
     bending: str = "medium",
     density: Any = 0.15,
 ) -> Fabric:
-    """A fabric by levels: "very soft", "soft", "medium", "firm" or "stiff" for each mode (thesis 3.3.3).
+    """A fabric by levels: "very soft", "soft", "medium", "firm" or "stiff" for each mode (thesis
+    3.3.3).
 
-    weft, warp, shear : each sets a stiffness and a limit of strain; bending : rigidity in all directions
+    weft, warp, shear : each sets a stiffness and a limit of strain; bending : rigidity in all
+        directions
     density : [kg/m^2], or with a unit
 
     >>> fabric_of_levels(weft="soft", warp="stiff").limits
@@ -266,5 +296,7 @@ def fabric_of_levels(
 
 def _level(mode: str, level: str) -> Level:
     if level not in LEVELS:
-        raise InvalidInput(f"fabric_of_levels: {mode} must be one of {', '.join(LEVELS)}, got {level!r}")
+        raise InvalidInput(
+            f"fabric_of_levels: {mode} must be one of {', '.join(LEVELS)}, got {level!r}"
+        )
     return LEVELS[level]

@@ -44,8 +44,12 @@ def describe(path: Path) -> None:
 def _describe_mesh(mesh: TriangleMesh) -> None:
     quality = meshes.quality(mesh)
     low, high = mesh.vertices.min(0), mesh.vertices.max(0)
-    print(f"{mesh!r}, mean edge {mesh.mean_edge:.4g} m, from {np.round(low, 4)} to {np.round(high, 4)} m")
-    print(f"smallest angle {quality['min_angle_degrees']:.1f} degrees, areas within 1 : {quality['area_ratio']:.2f}")
+    print(
+        f"{mesh!r}, mean edge {mesh.mean_edge:.4g} m, from {np.round(low, 4)} to {np.round(high, 4)} m"
+    )
+    print(
+        f"smallest angle {quality['min_angle_degrees']:.1f} degrees, areas within 1 : {quality['area_ratio']:.2f}"
+    )
 
 
 def _describe_run(run: Run) -> None:
@@ -57,23 +61,31 @@ def _describe_run(run: Run) -> None:
     kept = run.metadata
     if "scene_file" in kept:
         print(f"made by loomstone {kept['loomstone']} from {kept['scene_file']['path']}")
-        print(f"  parameters {kept['scene_file']['parameters'] or 'default'}, {kept['duration']:g} s at {kept['rate']:g} frames/s")
+        print(
+            f"  parameters {kept['scene_file']['parameters'] or 'default'}, {kept['duration']:g} s at {kept['rate']:g} frames/s"
+        )
         print(f"  integrator {kept['integrator']['method']}, step {kept['integrator']['step']:g} s")
     print(f"checkpoints: {', '.join(p.name for p in checkpoint_files(run.directory)) or 'none'}")
     if len(run):
         report = run[-1].report
-        print(f"last frame: {report.contacts} contacts, largest stretch {run[-1].stretch.max():.4f}")
+        print(
+            f"last frame: {report.contacts} contacts, largest stretch {run[-1].stretch.max():.4f}"
+        )
     if (run.directory / "steps.csv").exists():
         print("\n".join(contact_lines(summary_of_steps(run.directory / "steps.csv"))))
 
 
 def check_run(run: Run) -> bool:
-    """Prints intersecting pairs of every frame and whether the scene's claims hold; True where all is well."""
+    """Prints intersecting pairs of every frame and whether the scene's claims hold; True where all
+    is well.
+    """
     counts = [count_intersections(run.topology, frame) for frame in run]
     tangled = {index: count.cloth for index, count in enumerate(counts) if count.cloth}
     print(f"{len(run)} frames, {len(tangled)} with intersecting triangles of cloth")
     if bodies := max((count.bodies for count in counts), default=0):
-        print(f"bodies and obstacles among themselves: at most {bodies} intersecting pairs (not held apart as cloth is)")
+        print(
+            f"bodies and obstacles among themselves: at most {bodies} intersecting pairs (not held apart as cloth is)"
+        )
     for index, number in tangled.items():
         print(f"  frame {index} at {run.times[index]:.3f} s: {number} pairs")
     claims = SceneFile.of_run(run).check
@@ -86,7 +98,9 @@ def check_run(run: Run) -> bool:
 
 
 def check_scene(file: SceneFile, picture: Path | None) -> bool:
-    """Builds a scene; prints its size and, where it starts tangled, the pairs; draws the start where asked."""
+    """Builds a scene; prints its size and, where it starts tangled, the pairs; draws the start
+    where asked.
+    """
     scene = file.scene()
     problem: Error | None = None
     try:
@@ -95,9 +109,16 @@ def check_scene(file: SceneFile, picture: Path | None) -> bool:
         if not scene.collisions or scene.allow_initial_intersections:
             raise
         problem = error
-        simulation = Simulation(scene.replace(allow_initial_intersections=True), integrator=file.integrator)
-    # Bodies and obstacles among themselves are not held apart: walls of a box overlap at its corners.
-    pairs = [pair for pair in simulation.intersecting_pairs() if min(pair) < len(simulation.topology.triangles)]
+        simulation = Simulation(
+            scene.replace(allow_initial_intersections=True), integrator=file.integrator
+        )
+    # Bodies and obstacles among themselves are not held apart: walls of a box overlap at its
+    # corners.
+    pairs = [
+        pair
+        for pair in simulation.intersecting_pairs()
+        if min(pair) < len(simulation.topology.triangles)
+    ]
     print(repr(simulation))
     for cloth in scene.cloths:
         _describe_mesh(cloth.mesh)
@@ -142,10 +163,15 @@ def contact_lines(summary: dict[str, Any]) -> list[str]:
 def report_text(report: dict[str, Any]) -> str:
     """The report of a run for people."""
     wall, frames = report["wall_seconds"], max(report["frames"], 1)
-    lines = [f"{report['steps']} steps to {report['time']:.3f} s in {wall:.1f} s ({wall / frames:.3f} s a frame)"]
+    lines = [
+        f"{report['steps']} steps to {report['time']:.3f} s in {wall:.1f} s ({wall / frames:.3f} s a frame)"
+    ]
     if "seconds_per_stage" in report:
         total = sum(report["seconds_per_stage"].values()) or 1.0
-        shares = (f"{name} {100 * value / total:.0f} %" for name, value in report["seconds_per_stage"].items())
+        shares = (
+            f"{name} {100 * value / total:.0f} %"
+            for name, value in report["seconds_per_stage"].items()
+        )
         lines.append("stages: " + ", ".join(shares))
         lines.append(
             f"{report['linear_iterations_per_step']:.1f} linear iterations a step, at most {report['most_contacts']} contacts, "
@@ -158,11 +184,17 @@ def report_text(report: dict[str, Any]) -> str:
             "intersected: what moves by script leaves the cloth no room (columns of steps.csv)"
         )
     elif report.get("most_intersections"):
-        lines.append(f"at most {report['most_intersections']} triangle pairs intersected: the cloth started so")
+        lines.append(
+            f"at most {report['most_intersections']} triangle pairs intersected: the cloth started so"
+        )
     if "verified_frames" in report:
         lines.append(
             f"{report['verified_frames']} frames verified: {report['intersecting_frames']} with intersecting triangles of cloth"
-            + (f", at most {report['most_intersecting_pairs']} pairs" if report["intersecting_frames"] else "")
+            + (
+                f", at most {report['most_intersecting_pairs']} pairs"
+                if report["intersecting_frames"]
+                else ""
+            )
         )
     if report.get("steps_in_parts"):
         lines.append(f"{report['steps_in_parts']} steps were taken in parts")

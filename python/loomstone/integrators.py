@@ -1,10 +1,20 @@
-"""Integrators by name; each returns IntegratorOptions. Fields and defaults are those of the C++ description."""
+"""Integrators by name; each returns IntegratorOptions.
+
+Fields and defaults are those of the C++ description.
+"""
 
 from __future__ import annotations
 
 from ._core import IntegratorOptions
 
-__all__ = ["BDF2", "BackwardEuler", "ExplicitEuler", "ImplicitMidpoint", "SemiImplicitEuler", "SymplecticEuler"]
+__all__ = [
+    "BDF2",
+    "BackwardEuler",
+    "ExplicitEuler",
+    "ImplicitMidpoint",
+    "SemiImplicitEuler",
+    "SymplecticEuler",
+]
 
 _D = IntegratorOptions()
 
@@ -15,7 +25,9 @@ def ExplicitEuler(*, step: float) -> IntegratorOptions:
 
 
 def SymplecticEuler(*, step: float) -> IntegratorOptions:
-    """Symplectic Euler, order 1: velocities first; keeps energy in the mean, stable for small steps [s] only."""
+    """Symplectic Euler, order 1: velocities first; keeps energy in the mean, stable for small steps
+    [s] only.
+    """
     return IntegratorOptions(method="symplectic-euler", step=step)
 
 
@@ -28,10 +40,13 @@ def SemiImplicitEuler(
     tolerance: float = _D.tolerance,
     max_iterations: int = _D.max_iterations,
 ) -> IntegratorOptions:
-    """Backward Euler with one linear solve a step (Baraff and Witkin 1998), order 1: robust, damps. The default.
+    """Backward Euler with one linear solve a step (Baraff and Witkin 1998), order 1: robust, damps.
+
+    The default.
 
     step : [s]; jacobian : "spd" | "exact"; bending : "auto" | "explicit" | "implicit";
-    linear_solver : "pcg" | "block-jacobi" | "gauss-seidel" | "direct"; tolerance : of the preconditioned residual [1]
+    linear_solver : "pcg" | "block-jacobi" | "gauss-seidel" | "direct"; tolerance : of the
+        preconditioned residual [1]
     """
     return IntegratorOptions(
         method="semi-implicit-euler",
@@ -55,7 +70,9 @@ def BackwardEuler(
     newton_tolerance: float = _D.newton_tolerance,
     max_newton_iterations: int = _D.max_newton_iterations,
 ) -> IntegratorOptions:
-    """Backward Euler solved by Newton with line search, order 1: as the semi-implicit one, converged."""
+    """Backward Euler solved by Newton with line search, order 1: as the semi-implicit one,
+    converged.
+    """
     return IntegratorOptions(
         method="backward-euler",
         step=step,
@@ -81,7 +98,9 @@ def ImplicitMidpoint(
     newton_tolerance: float = _D.newton_tolerance,
     max_newton_iterations: int = _D.max_newton_iterations,
 ) -> IntegratorOptions:
-    """Implicit midpoint rule, order 2, hardly damps; linearised, or converged by Newton with nonlinear=True."""
+    """Implicit midpoint rule, order 2, hardly damps; linearised, or converged by Newton with
+    nonlinear=True.
+    """
     return IntegratorOptions(
         method="nonlinear-midpoint" if nonlinear else "implicit-midpoint",
         step=step,
@@ -104,7 +123,9 @@ def BDF2(
     tolerance: float = _D.tolerance,
     max_iterations: int = _D.max_iterations,
 ) -> IntegratorOptions:
-    """Second-order backward differences, linearised (Choi and Ko 2002), order 2: damps less than Euler."""
+    """Second-order backward differences, linearised (Choi and Ko 2002), order 2: damps less than
+    Euler.
+    """
     return IntegratorOptions(
         method="bdf2",
         step=step,

@@ -1,4 +1,5 @@
-"""Strain limits on arrays, usable without a scene: how far cloth is strained, and positions within limits.
+"""Strain limits on arrays, usable without a scene: how far cloth is strained, and positions within
+limits.
 
 >>> import numpy as np
 >>> import loomstone as ls
@@ -18,17 +19,28 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._core import LimitOptions, LimitReport, StrainLimit, TriangleMesh, corotational_strain, limit_strain
+from ._core import (
+    LimitOptions,
+    LimitReport,
+    StrainLimit,
+    TriangleMesh,
+    corotational_strain,
+    limit_strain,
+)
 
 __all__ = ["LimitReport", "limit", "strain"]
 
 _D = LimitOptions()
 
 
-def strain(points: ArrayLike, mesh: TriangleMesh, *, rest: str = "uv", threads: int = 0) -> NDArray[np.float64]:
-    """Co-rotational strain U - I of each triangle, (m, 3): weft, warp, shear e12 (half the engineering shear) [1].
+def strain(
+    points: ArrayLike, mesh: TriangleMesh, *, rest: str = "uv", threads: int = 0
+) -> NDArray[np.float64]:
+    """Co-rotational strain U - I of each triangle, (m, 3): weft, warp, shear e12 (half the
+    engineering shear) [1].
 
-    points : (n, 3) where the vertices of the mesh are [m]; rest : lengths from "uv" (the pattern [m]) or from the "mesh"
+    points : (n, 3) where the vertices of the mesh are [m]; rest : lengths from "uv" (the pattern
+        [m]) or from the "mesh"
     """
     return corotational_strain(points, mesh, rest=rest, threads=threads)
 
@@ -48,12 +60,24 @@ def limit(
     rest: str = "uv",
     threads: int = 0,
 ) -> tuple[NDArray[np.float64], LimitReport]:
-    """Moves points so that no triangle strains beyond its limit: the new points (n, 3) [m], and what remained.
+    """Moves points so that no triangle strains beyond its limit: the new points (n, 3) [m], and
+    what remained.
 
-    points : (n, 3) [m]; masses : (n,) [kg], None: a third of the areas around each vertex; fixed : vertices that do not move;
-    method, tolerance, max_sweeps, active_set, seed : as in LimitOptions; rest, threads : as in strain()
+    points : (n, 3) [m]; masses : (n,) [kg], None: a third of the areas around each vertex; fixed :
+        vertices that do not move;
+    method, tolerance, max_sweeps, active_set, seed : as in LimitOptions; rest, threads : as in
+        strain()
     """
-    options = LimitOptions(method=method, tolerance=tolerance, max_sweeps=max_sweeps, active_set=active_set, seed=seed)
+    options = LimitOptions(
+        method=method, tolerance=tolerance, max_sweeps=max_sweeps, active_set=active_set, seed=seed
+    )
     return limit_strain(
-        points, mesh, strain_limit, masses=masses, fixed=list(fixed), options=options, rest=rest, threads=threads
+        points,
+        mesh,
+        strain_limit,
+        masses=masses,
+        fixed=list(fixed),
+        options=options,
+        rest=rest,
+        threads=threads,
     )

@@ -1,7 +1,9 @@
-"""Meshes from numbers and files. Flat cloth lies in z = 0, centred at the origin, weft along x; solids are centred.
+"""Meshes from numbers and files. Flat cloth lies in z = 0, centred at the origin, weft along x;
+solids are centred.
 
-Quality unstructured meshes are Delaunay triangulations of points relaxed by Lloyd's iteration: boundary points are
-fixed and evenly spaced, interior points start at random and move to the centre of their surroundings.
+Quality unstructured meshes are Delaunay triangulations of points relaxed by Lloyd's iteration:
+boundary points are fixed and evenly spaced, interior points start at random and move to the centre
+of their surroundings.
 """
 
 from __future__ import annotations
@@ -59,16 +61,23 @@ def grid(
     """
     width, height = _size(size)
     if (triangles is None) == (cells is None):
-        raise InvalidInput(f"grid: give either triangles or cells, got triangles={triangles}, cells={cells}")
+        raise InvalidInput(
+            f"grid: give either triangles or cells, got triangles={triangles}, cells={cells}"
+        )
     if cells is not None:
         columns, rows = (whole("cells", n, 1, 20_000) for n in vector("cells", cells, 2).tolist())
         return _core.grid_cells(width, height, columns, rows, pattern=pattern)
-    return _core.grid(width, height, whole("triangles", triangles, 2, MOST_TRIANGLES), pattern=pattern)
+    return _core.grid(
+        width, height, whole("triangles", triangles, 2, MOST_TRIANGLES), pattern=pattern
+    )
 
 
 @explained
-def irregular(*, size: tuple[float, float] = (0.5, 0.5), triangles: int, seed: int = 1) -> TriangleMesh:
-    """Quality unstructured rectangle of exactly `triangles` triangles (rounded to the parity of its boundary).
+def irregular(
+    *, size: tuple[float, float] = (0.5, 0.5), triangles: int, seed: int = 1
+) -> TriangleMesh:
+    """Quality unstructured rectangle of exactly `triangles` triangles (rounded to the parity of its
+    boundary).
 
     size : width and height [m]; seed : of the random start points
 
@@ -97,7 +106,9 @@ def irregular(*, size: tuple[float, float] = (0.5, 0.5), triangles: int, seed: i
 
 @explained
 def strip(*, length: float, width: float, triangles: int, seed: int | None = None) -> TriangleMesh:
-    """Strip of `length` along x and `width` along y [m]: a grid, or quality unstructured where a seed is given."""
+    """Strip of `length` along x and `width` along y [m]: a grid, or quality unstructured where a
+    seed is given.
+    """
     if seed is None:
         return grid(size=(length, width), triangles=triangles)
     return irregular(size=(length, width), triangles=triangles, seed=seed)
@@ -107,7 +118,8 @@ def strip(*, length: float, width: float, triangles: int, seed: int | None = Non
 def disc(*, radius: float = 0.5, triangles: int, seed: int = 1) -> TriangleMesh:
     """Quality unstructured disc.
 
-    radius : [m]; triangles : exactly as many (rounded to the parity of its boundary); seed : of the start points
+    radius : [m]; triangles : exactly as many (rounded to the parity of its boundary); seed : of the
+        start points
     """
     _check("disc", "radius", radius)
     edge = _edge_length(np.pi * radius**2, triangles)
@@ -142,21 +154,33 @@ def capsule(*, radius: float, length: float, segments: int = 32) -> TriangleMesh
 
 @explained
 def cylinder(*, radius: float, length: float, segments: int = 32) -> TriangleMesh:
-    """Cylinder along z [m]: a prism of `segments` sides with its corners on the cylinder. Of up to 16 sides it is a rigid body's
+    """Cylinder along z [m]: a prism of `segments` sides with its corners on the cylinder.
+
+    Of up to 16 sides it is a rigid body's
     polyhedron, whose contacts are exact."""
     return _core.cylinder(radius, length, segments=segments)
 
 
 @explained
 def funnel(
-    *, top_radius: float, bottom_radius: float, height: float, tube_length: float, wall: float, segments: int = 64
+    *,
+    top_radius: float,
+    bottom_radius: float,
+    height: float,
+    tube_length: float,
+    wall: float,
+    segments: int = 64,
 ) -> TriangleMesh:
-    """Cone from top_radius at z = height to bottom_radius at z = 0, then a tube below; closed, with a wall [m]."""
+    """Cone from top_radius at z = height to bottom_radius at z = 0, then a tube below; closed, with
+    a wall [m].
+    """
     return _core.funnel(top_radius, bottom_radius, height, tube_length, wall, segments=segments)
 
 
 @explained
-def wave_bar(*, length: float, radius: float, amplitude: float, wavelength: float, segments: int = 24) -> TriangleMesh:
+def wave_bar(
+    *, length: float, radius: float, amplitude: float, wavelength: float, segments: int = 24
+) -> TriangleMesh:
     """Tube along y whose centre line waves in z [m]."""
     return _core.wave_bar(length, radius, amplitude, wavelength, segments=segments)
 
@@ -169,7 +193,8 @@ def floor(*, size: float = 4.0, cells: int = 8) -> TriangleMesh:
 
 @explained
 def read_mesh(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
-    """TriangleMesh from a file: OBJ and PLY by loomstone itself, other formats by meshio where it is installed.
+    """TriangleMesh from a file: OBJ and PLY by loomstone itself, other formats by meshio where it
+    is installed.
 
     with_uv : False leaves texture coordinates out; obstacles and bodies need none
     """
@@ -188,7 +213,9 @@ def read_mesh(path: str | os.PathLike[str], *, with_uv: bool = True) -> Triangle
         raise _core.CacheError(f"{path}: cannot be read as a mesh: {error}") from error
     faces = content.get_cells_type("triangle")
     if len(faces) == 0:
-        raise InvalidInput(f"{path}: must contain triangles, got cells of {[c.type for c in content.cells]}")
+        raise InvalidInput(
+            f"{path}: must contain triangles, got cells of {[c.type for c in content.cells]}"
+        )
     return TriangleMesh(np.c_[content.points, np.zeros((len(content.points), 3))][:, :3], faces)
 
 
@@ -207,8 +234,14 @@ def write_mesh(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
         ) from None
     try:
         meshio.write(path, meshio.Mesh(mesh.vertices, [("triangle", mesh.triangles)]))
-    except (meshio.ReadError, meshio.WriteError, SystemExit) as error:  # a ReadError where it does not know the ending
-        raise InvalidInput(f"{path}: must end in .obj, .ply or what meshio writes, as .stl, .off or .vtk: {error}") from None
+    except (
+        meshio.ReadError,
+        meshio.WriteError,
+        SystemExit,
+    ) as error:  # a ReadError where it does not know the ending
+        raise InvalidInput(
+            f"{path}: must end in .obj, .ply or what meshio writes, as .stl, .off or .vtk: {error}"
+        ) from None
     except OSError as error:
         raise _core.CacheError(f"{path}: cannot be written: {error.strerror or error}") from error
 
@@ -226,7 +259,9 @@ def quality(mesh: TriangleMesh) -> dict[str, float]:
     corners = mesh.vertices[mesh.triangles]
     sides = np.roll(corners, -1, 1) - corners
     length = np.linalg.norm(sides, axis=2)
-    cosine = -np.einsum("tij,tij->ti", sides, np.roll(sides, 1, 1)) / (length * np.roll(length, 1, 1))
+    cosine = -np.einsum("tij,tij->ti", sides, np.roll(sides, 1, 1)) / (
+        length * np.roll(length, 1, 1)
+    )
     angles = np.degrees(np.arccos(np.clip(cosine, -1, 1))).min(1)
     area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / 2
     return {
@@ -253,8 +288,12 @@ def _edge_length(area: float, triangles: int) -> float:
     return float(np.sqrt(area / triangles * 4 / np.sqrt(3)))  # equilateral
 
 
-def _relaxed(outline: Floats, depth, box: tuple[float, float], edge: float, triangles: int, seed: int) -> TriangleMesh:  # type: ignore[no-untyped-def]
-    """Euler's formula gives triangles = 2 interior + boundary - 2 on a convex outline, so the count is met."""
+def _relaxed(
+    outline: Floats, depth, box: tuple[float, float], edge: float, triangles: int, seed: int
+) -> TriangleMesh:  # type: ignore[no-untyped-def]
+    """Euler's formula gives triangles = 2 interior + boundary - 2 on a convex outline, so the count
+    is met.
+    """
     random = np.random.default_rng(seed)
     n_interior = max(0, (triangles + 2 - len(outline)) // 2)
     interior = np.empty((0, 2))
@@ -262,7 +301,9 @@ def _relaxed(outline: Floats, depth, box: tuple[float, float], edge: float, tria
     while len(interior) < n_interior:  # jittered hexagonal lattice, dense enough
         rows = np.arange(-box[1] / 2, box[1] / 2 + spacing, spacing * np.sqrt(3) / 2)
         columns = np.arange(-box[0] / 2, box[0] / 2 + spacing, spacing)
-        lattice = np.array([(c + (r % 2) * spacing / 2, y) for r, y in enumerate(rows) for c in columns])
+        lattice = np.array(
+            [(c + (r % 2) * spacing / 2, y) for r, y in enumerate(rows) for c in columns]
+        )
         lattice += random.uniform(-0.35, 0.35, lattice.shape) * spacing
         interior = lattice[depth(lattice) > 0.45 * spacing]
         spacing *= 0.98

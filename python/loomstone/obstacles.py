@@ -31,17 +31,20 @@ def obstacle(
     """Obstacle from any mesh.
 
     mesh : surface in its own frame; stands at `centre` [m] unless moved
-    times : (k) keyframes [s], ascending; positions : (k x 3) of the mesh's origin [m], default `centre` throughout;
+    times : (k) keyframes [s], ascending; positions : (k x 3) of the mesh's origin [m], default
+        `centre` throughout;
     axis_angles : (k x 3) rotation vectors [rad]
-    Without times the mesh itself is moved, and what lies in its frame, as magnets do, is placed from the world's origin; one
-    keyframe gives it a pose instead, which they take part in.
+    Without times the mesh itself is moved, and what lies in its frame, as magnets do, is placed
+    from the world's origin; one keyframe gives it a pose instead, which they take part in.
     friction : [1]; thickness : contact distance [m], 0: as the cloth's
     """
     times = np.asarray(times, float).ravel()
     settings: dict[str, Any] = {"name": name, "friction": friction, "thickness": thickness}
     if len(times) == 0:
         if positions is not None or axis_angles is not None:
-            raise InvalidInput(f"obstacle {name!r}: positions and axis_angles need times [s], got none; give one time a row")
+            raise InvalidInput(
+                f"obstacle {name!r}: positions and axis_angles need times [s], got none; give one time a row"
+            )
         return Obstacle(mesh=mesh.moved(vector("centre", centre, 3)), **settings)
     if positions is None:
         positions = np.broadcast_to(vector("centre", centre, 3), (len(times), 3))
@@ -70,7 +73,13 @@ def sphere(
     """
     mesh = meshes.sphere(radius=radius, subdivisions=subdivisions)
     return obstacle(
-        mesh, name=name, centre=centre, times=times, positions=positions, friction=friction, thickness=thickness
+        mesh,
+        name=name,
+        centre=centre,
+        times=times,
+        positions=positions,
+        friction=friction,
+        thickness=thickness,
     )
 
 
@@ -113,11 +122,19 @@ def capsule(
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
 ) -> Obstacle:
-    """Capsule along `axis`; `length` between the centres of its caps [m]; keyframes as in `obstacle`."""
+    """Capsule along `axis`; `length` between the centres of its caps [m]; keyframes as in
+    `obstacle`.
+    """
     mesh = meshes.capsule(radius=radius, length=length, segments=segments)
     mesh = mesh.moved((0, 0, 0), rotation=_rotation_to(vector("axis", axis, 3)))
     return obstacle(
-        mesh, name=name, centre=centre, times=times, positions=positions, friction=friction, thickness=thickness
+        mesh,
+        name=name,
+        centre=centre,
+        times=times,
+        positions=positions,
+        friction=friction,
+        thickness=thickness,
     )
 
 
@@ -135,7 +152,9 @@ def funnel(
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
 ) -> Obstacle:
-    """Funnel: cone between z = height and z = 0 over a tube, with a wall; `centre` is where cone and tube meet [m]."""
+    """Funnel: cone between z = height and z = 0 over a tube, with a wall; `centre` is where cone
+    and tube meet [m].
+    """
     mesh = meshes.funnel(
         top_radius=top_radius,
         bottom_radius=bottom_radius,
@@ -187,7 +206,9 @@ def floor(
     ).replace(floor=True)
 
 
-def _rotation_to(axis: np.ndarray[Any, np.dtype[np.float64]]) -> np.ndarray[Any, np.dtype[np.float64]]:
+def _rotation_to(
+    axis: np.ndarray[Any, np.dtype[np.float64]],
+) -> np.ndarray[Any, np.dtype[np.float64]]:
     """Rotation matrix that takes z to `axis`."""
     from scipy.spatial.transform import Rotation
 

@@ -1,4 +1,6 @@
-"""Descriptions and meshes can be pickled and copied: they are rebuilt from their fields, checked again."""
+"""Descriptions and meshes can be pickled and copied: they are rebuilt from their fields, checked
+again.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,12 @@ def _parts_of_description(description: Any) -> tuple[Any, ...]:
 
 
 def _parts_of_mesh(mesh: TriangleMesh) -> tuple[Any, ...]:
-    fields = {"vertices": mesh.vertices, "triangles": mesh.triangles, "uv": mesh.uv, "uv_triangles": mesh.uv_triangles}
+    fields = {
+        "vertices": mesh.vertices,
+        "triangles": mesh.triangles,
+        "uv": mesh.uv,
+        "uv_triangles": mesh.uv_triangles,
+    }
     return _rebuilt, (TriangleMesh, fields)
 
 

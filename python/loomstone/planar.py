@@ -1,4 +1,6 @@
-"""Delaunay triangulations in the plane, and the centres that Lloyd's relaxation moves their points to."""
+"""Delaunay triangulations in the plane, and the centres that Lloyd's relaxation moves their points
+to.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,9 @@ def cross(a: Floats, b: Floats) -> Floats:
 
 
 def delaunay(points: Floats, flat: float) -> NDArray[Any]:
-    """Faces (m x 3), counter-clockwise, without those of at most `flat` twice their area [m^2]: they lie on straight outlines."""
+    """Faces (m x 3), counter-clockwise, without those of at most `flat` twice their area [m^2]:
+    they lie on straight outlines.
+    """
     from scipy.spatial import Delaunay  # imported where needed: the command line starts faster
 
     faces = Delaunay(points).simplices
@@ -29,7 +33,9 @@ def delaunay(points: Floats, flat: float) -> NDArray[Any]:
 
 
 def centres(points: Floats, faces: NDArray[Any]) -> Floats:
-    """Centres of the triangles around each point, weighted by area (n x 2); the point itself where there are none."""
+    """Centres of the triangles around each point, weighted by area (n x 2); the point itself where
+    there are none.
+    """
     corners = points[faces]
     area = np.abs(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
     weighted = area[:, None] * corners.mean(1)

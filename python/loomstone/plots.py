@@ -21,22 +21,33 @@ def read_steps(directory: str | os.PathLike[str]) -> dict[str, NDArray[np.float6
     """Columns of steps.csv by name, one entry a step."""
     path = Path(directory) / "steps.csv"
     if not path.exists():
-        raise CacheError(f"{path}: no table of steps; give the directory of a run made by `loomstone run`")
+        raise CacheError(
+            f"{path}: no table of steps; give the directory of a run made by `loomstone run`"
+        )
     header, rows = read_table(path, "step")
     if not rows:
         raise CacheError(f"{path}: has no steps yet")
     return dict(zip(header, np.array(rows, float).T))
 
 
-def plot_run(directory: str | os.PathLike[str], *, kind: str = "energy", path: str | os.PathLike[str] | None = None) -> Path:
-    """Draws one of energy, stages, contacts, stretch, strain, iterations over time; returns the picture's path (PNG)."""
+def plot_run(
+    directory: str | os.PathLike[str],
+    *,
+    kind: str = "energy",
+    path: str | os.PathLike[str] | None = None,
+) -> Path:
+    """Draws one of energy, stages, contacts, stretch, strain, iterations over time; returns the
+    picture's path (PNG).
+    """
     if kind not in KINDS:
         raise InvalidInput(f"plot must be one of {', '.join(KINDS)}, got {kind!r}")
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
     except ImportError:
-        raise Unsupported("plots need matplotlib, which is not installed; pip install matplotlib") from None
+        raise Unsupported(
+            "plots need matplotlib, which is not installed; pip install matplotlib"
+        ) from None
     steps = read_steps(directory)
     figure = Figure(figsize=(8, 4.5), layout="constrained")
     FigureCanvasAgg(figure)
@@ -55,8 +66,14 @@ def plot_run(directory: str | os.PathLike[str], *, kind: str = "energy", path: s
 
 
 def _energy(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
-    energies = {name.removesuffix("_energy"): values for name, values in steps.items() if name.endswith("_energy")}
-    energies["contact"] = np.append(energies["contact"][1:], np.nan)  # a step's is that of its start, the others of its end
+    energies = {
+        name.removesuffix("_energy"): values
+        for name, values in steps.items()
+        if name.endswith("_energy")
+    }
+    energies["contact"] = np.append(
+        energies["contact"][1:], np.nan
+    )  # a step's is that of its start, the others of its end
     for name, values in energies.items():
         axes.plot(steps["time"], values, label=name)
     axes.plot(steps["time"], sum(energies.values()), "k", label="sum")
@@ -66,7 +83,9 @@ def _energy(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
 def _stages(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
     names = [name for name in steps if name.startswith("seconds_")]
     milliseconds = [1e3 * steps[name] for name in names]
-    axes.stackplot(steps["time"], milliseconds, labels=[name.removeprefix("seconds_") for name in names])
+    axes.stackplot(
+        steps["time"], milliseconds, labels=[name.removeprefix("seconds_") for name in names]
+    )
     axes.set_ylabel("wall time a step [ms]")
 
 
@@ -82,13 +101,23 @@ def _stretch(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
 
 
 def _strain(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
-    """Largest strain in each direction; what of it is beyond limits; sweeps that limiting took, on the right."""
+    """Largest strain in each direction; what of it is beyond limits; sweeps that limiting took, on
+    the right.
+    """
     if "weft_strain" not in steps:
-        raise InvalidInput("this run has no strains in its table of steps: it was made by an earlier version; run it again")
+        raise InvalidInput(
+            "this run has no strains in its table of steps: it was made by an earlier version; run it again"
+        )
     for name, colour in (("weft", "C0"), ("warp", "C1"), ("shear", "C2")):
         axes.plot(steps["time"], steps[f"{name}_strain"], colour, label=name)
         if steps[f"{name}_excess"].any():
-            axes.plot(steps["time"], steps[f"{name}_excess"], colour, linestyle=":", label=f"{name} beyond limits")
+            axes.plot(
+                steps["time"],
+                steps[f"{name}_excess"],
+                colour,
+                linestyle=":",
+                label=f"{name} beyond limits",
+            )
     axes.set_ylabel("largest strain [1]")
     if steps["limit_sweeps"].any():
         right = axes.twinx()
@@ -103,4 +132,11 @@ def _iterations(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
     axes.set_ylabel("iterations a step [1]")
 
 
-_DRAW = {"energy": _energy, "stages": _stages, "contacts": _contacts, "stretch": _stretch, "strain": _strain, "iterations": _iterations}
+_DRAW = {
+    "energy": _energy,
+    "stages": _stages,
+    "contacts": _contacts,
+    "stretch": _stretch,
+    "strain": _strain,
+    "iterations": _iterations,
+}

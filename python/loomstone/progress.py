@@ -7,7 +7,14 @@ import sys
 import time
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TaskID,
+    TextColumn,
+    TimeRemainingColumn,
+)
 
 from ._core import Frame, StepReport
 from .runs import Observer, Silence
@@ -19,7 +26,9 @@ def observer(rank: int = 0) -> Observer:
     """The observer that fits where the output goes."""
     if rank != 0:
         return Silence()
-    launched = "OMPI_COMM_WORLD_SIZE" in os.environ or "PMI_SIZE" in os.environ  # launchers hand out false terminals
+    launched = (
+        "OMPI_COMM_WORLD_SIZE" in os.environ or "PMI_SIZE" in os.environ
+    )  # launchers hand out false terminals
     return Bar() if sys.stdout.isatty() and not launched else Lines()
 
 
@@ -79,7 +88,10 @@ class Lines(_Counts):
         done = index + 1 - self._done_before
         left = (time.perf_counter() - self._began) / max(done, 1) * (self._frames - index - 1)
         minutes, seconds = divmod(round(left), 60)
-        print(f"frame {index + 1}/{self._frames}  {self.status()}  left {minutes}:{seconds:02d}", flush=True)
+        print(
+            f"frame {index + 1}/{self._frames}  {self.status()}  left {minutes}:{seconds:02d}",
+            flush=True,
+        )
 
     def end(self) -> None: ...
 

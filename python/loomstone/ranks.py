@@ -11,12 +11,21 @@ from ._core import CacheError, Communicator, Error, InvalidInput, SolverFailure,
 
 __all__ = ["end_all_on_failure", "share_failure", "together"]
 
-_KINDS = (None, Error, InvalidInput, SolverFailure, CacheError, Unsupported)  # numbered as in core/parallel/agreement.cpp
+_KINDS = (
+    None,
+    Error,
+    InvalidInput,
+    SolverFailure,
+    CacheError,
+    Unsupported,
+)  # numbered as in core/parallel/agreement.cpp
 
 
 @contextmanager
 def together(ranks: Communicator) -> Iterator[None]:
-    """What is inside succeeds on all ranks, or the error of the lowest rank that failed is raised on all. Collective."""
+    """What is inside succeeds on all ranks, or the error of the lowest rank that failed is raised
+    on all. Collective.
+    """
     if ranks.size == 1:
         yield
         return
@@ -39,7 +48,9 @@ def share_failure(ranks: Communicator, failure: Exception) -> None:
 
 
 def end_all_on_failure(ranks: Communicator) -> None:
-    """An error that nobody catches ends all ranks: the others would wait for ever for the one that left."""
+    """An error that nobody catches ends all ranks: the others would wait for ever for the one that
+    left.
+    """
     if ranks.size == 1 or sys.excepthook is not sys.__excepthook__:  # whoever set a hook decides
         return
 

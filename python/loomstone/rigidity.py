@@ -1,7 +1,8 @@
 """Bending rigidity of strips cut at an angle to weft, by orthotropic plate theory, and back.
 
-A strip with free edges that is bent along its length carries no moment across and no twisting moment. With D the
-plate's rigidity for (k11, k22, 2 k12) and S = D^-1, a strip at the angle a to weft has the rigidity B(a) with
+A strip with free edges that is bent along its length carries no moment across and no twisting
+moment. With D the plate's rigidity for (k11, k22, 2 k12) and S = D^-1, a strip at the angle a to
+weft has the rigidity B(a) with
 
     1 / B(a) = S11 c^4 + S22 s^4 + (2 S12 + S33) c^2 s^2,    c = cos a, s = sin a
 
@@ -22,20 +23,28 @@ from .units import in_unit
 __all__ = ["bending_from_strips", "strip_rigidity"]
 
 
-def bending_from_strips(*, weft: Any, warp: Any, bias: Any, poisson: float = 0.0) -> dict[str, float]:
+def bending_from_strips(
+    *, weft: Any, warp: Any, bias: Any, poisson: float = 0.0
+) -> dict[str, float]:
     """Bending of a ClothMaterial from the rigidities of three strips, as keywords for it.
 
-    weft, warp, bias : rigidity of strips cut along weft, along warp and at 45 degrees [N m], or with a unit
-    poisson : curvature across over curvature along a weft strip, with the sign turned [1]; fabrics: near 0
+    weft, warp, bias : rigidity of strips cut along weft, along warp and at 45 degrees [N m], or
+        with a unit
+    poisson : curvature across over curvature along a weft strip, with the sign turned [1]; fabrics:
+        near 0
 
-    Raises InvalidInput where no plate has such strips: 4 / bias must exceed 1 / weft + 1 / warp - 2 poisson / weft.
+    Raises InvalidInput where no plate has such strips: 4 / bias must exceed 1 / weft + 1 / warp - 2
+    poisson / weft.
 
     >>> import loomstone as ls
     >>> material = ls.ClothMaterial(**ls.bending_from_strips(weft=8e-6, warp=1.2e-5, bias=9e-6))
     >>> round(ls.strip_rigidity(material, angle_degrees=45), 12)
     9e-06
     """
-    given = {name: _rigidity(name, value) for name, value in (("weft", weft), ("warp", warp), ("bias", bias))}
+    given = {
+        name: _rigidity(name, value)
+        for name, value in (("weft", weft), ("warp", warp), ("bias", bias))
+    }
     s11, s22 = 1.0 / given["weft"], 1.0 / given["warp"]
     if not (math.isfinite(poisson) and poisson**2 * s11 < s22):
         raise InvalidInput(
@@ -61,7 +70,12 @@ def bending_from_strips(*, weft: Any, warp: Any, bias: Any, poisson: float = 0.0
 
 def strip_rigidity(material: ClothMaterial, *, angle_degrees: float = 0.0) -> float:
     """Rigidity [N m] of a strip whose length lies at an angle to weft; 0: weft, 90: warp, 45: bias."""
-    d11, d22, d12, d33 = material.bending_weft, material.bending_warp, material.bending_coupling, material.bending_twist
+    d11, d22, d12, d33 = (
+        material.bending_weft,
+        material.bending_warp,
+        material.bending_coupling,
+        material.bending_twist,
+    )
     if d33 < 0.0:
         d33 = 0.5 * (math.sqrt(d11 * d22) - d12)  # as build() takes it
     determinant = d11 * d22 - d12**2

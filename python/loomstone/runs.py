@@ -1,7 +1,8 @@
-"""Runs a simulation into a directory, so that it can be killed at any moment and resumed bit for bit.
+"""Runs a simulation into a directory, so that it can be killed at any moment and resumed bit for
+bit.
 
-Frames are flushed as they are written; the checkpoint follows its frame. Resuming drops what is later than the newest
-checkpoint and computes it again.
+Frames are flushed as they are written; the checkpoint follows its frame. Resuming drops what is
+later than the newest checkpoint and computes it again.
 """
 
 from __future__ import annotations
@@ -27,7 +28,9 @@ from .tables import read_table
 from .verification import BROKEN, FORCED, MOST_BROKEN, FrameTable, append_rows, keep_rows
 from .video import Painter, claim, colours_need_all_frames, drawn_with, encode, picture, render_run
 
-LONGEST_WAIT = 10.0  # [s] that a run goes on after a signal to reach a step that can be saved; our choice, below usual grace periods
+# [s] that a run goes on after a signal to reach a step that can be saved; our choice, below usual
+# grace periods
+LONGEST_WAIT = 10.0
 
 __all__ = ["Interrupted", "Observer", "RunOptions", "StepTable", "execute", "summary_of_steps"]
 
@@ -44,7 +47,8 @@ class Interrupted(Exception):
 class RunOptions:
     """duration [s], rate [1/s], how pictures look, exact count of intersections in every frame.
 
-    Pictures are drawn while it runs, but at its end where their colours span the values of all frames.
+    Pictures are drawn while it runs, but at its end where their colours span the values of all
+    frames.
     """
 
     duration: float
@@ -90,7 +94,9 @@ def execute(
             simulation.restore(checkpoint)
     following = frames_due(simulation.time, options.rate) if simulation.step_index else 0
     with together(ranks):
-        writer = _writer(simulation, options, directory, metadata or {}, overwrite, resume, following)
+        writer = _writer(
+            simulation, options, directory, metadata or {}, overwrite, resume, following
+        )
     began, first_step = time.perf_counter(), simulation.step_index
     watch.start(n_frames, following)
     with _signals() as received, writer:
@@ -98,9 +104,13 @@ def execute(
         while True:
             with together(ranks):
                 if stepped:
-                    writer.step(simulation.report, simulation.forced_pairs, simulation.broken_limits)
+                    writer.step(
+                        simulation.report, simulation.forced_pairs, simulation.broken_limits
+                    )
                     watch.step(simulation.report)
-                while following < n_frames and following < frames_due(simulation.time, options.rate):
+                while following < n_frames and following < frames_due(
+                    simulation.time, options.rate
+                ):
                     frame = simulation.frame_at(following / options.rate)
                     writer.frame(following, frame)
                     watch.frame(following, frame)
@@ -117,7 +127,9 @@ def execute(
             if number and not unsaved and simulation.may_checkpoint:
                 watch.end()
                 raise Interrupted(number)
-            if number and simulation.agree(received.waited() >= LONGEST_WAIT):  # resuming takes the last checkpoint
+            if number and simulation.agree(
+                received.waited() >= LONGEST_WAIT
+            ):  # resuming takes the last checkpoint
                 watch.end()
                 raise Interrupted(number)
             if control:
@@ -185,10 +197,16 @@ def summary_of_steps(path: Path) -> dict[str, Any]:
     if not rows:
         return {}
     wanted = sum(float(r["wanted_motion"]) for r in rows)
-    squares = [float(r["contact_acceleration"]) ** 2 for r in rows if float(r["contact_acceleration"]) > 0.0]
+    squares = [
+        float(r["contact_acceleration"]) ** 2
+        for r in rows
+        if float(r["contact_acceleration"]) > 0.0
+    ]
     stages = [name for name in rows[0] if name.startswith("seconds_")]
     return {
-        "seconds_per_stage": {s.removeprefix("seconds_"): sum(float(r[s]) for r in rows) for s in stages},
+        "seconds_per_stage": {
+            s.removeprefix("seconds_"): sum(float(r[s]) for r in rows) for s in stages
+        },
         "linear_iterations_per_step": sum(int(r["linear_iterations"]) for r in rows) / len(rows),
         "most_contacts": max(int(r["contacts"]) for r in rows),
         "impacts": sum(int(r["impacts"]) for r in rows),
@@ -199,7 +217,9 @@ def summary_of_steps(path: Path) -> dict[str, Any]:
         "forced_steps": sum(int(r["forced"]) > 0 for r in rows),
         "most_forced": max(int(r["forced"]) for r in rows),
         "limit_sweeps_per_step": sum(int(r["limit_sweeps"]) for r in rows) / len(rows),
-        "largest_excess": max(float(r[f"{d}_excess"]) for r in rows for d in ("weft", "warp", "shear")),
+        "largest_excess": max(
+            float(r[f"{d}_excess"]) for r in rows for d in ("weft", "warp", "shear")
+        ),
         "steps_with_broken_limits": sum(int(r["broken_limits"]) > 0 for r in rows),
         "most_broken_limits": max(int(r["broken_limits"]) for r in rows),
         "most_limit_rounds": max(int(r["limit_rounds"]) for r in rows),
@@ -223,7 +243,9 @@ class _NoWriter:
 
     def frame(self, index: int, frame: Frame) -> None: ...
 
-    def step(self, report: StepReport, forced: list[list[int]], broken: list[tuple[int, str, float]]) -> None: ...
+    def step(
+        self, report: StepReport, forced: list[list[int]], broken: list[tuple[int, str, float]]
+    ) -> None: ...
 
     def checkpoint(self, step: int, state: Checkpoint) -> None: ...
 
@@ -245,7 +267,13 @@ class _Writer(_NoWriter):
         simulation: Simulation,
         painter: Painter | None,
     ) -> None:
-        self._directory, self._frames, self._steps, self._checks, self._options = directory, frames, steps, checks, options
+        self._directory, self._frames, self._steps, self._checks, self._options = (
+            directory,
+            frames,
+            steps,
+            checks,
+            options,
+        )
         self._simulation, self._painter = simulation, painter
 
     def __exit__(self, *failure: object) -> None:
@@ -261,7 +289,11 @@ class _Writer(_NoWriter):
         try:
             yield
         except OSError as error:
-            told = str(error) if isinstance(error, Error) else f"{self._directory}: could not write: {error.strerror}"
+            told = (
+                str(error)
+                if isinstance(error, Error)
+                else f"{self._directory}: could not write: {error.strerror}"
+            )
             raise CacheError(
                 f"{told.rstrip('.')}; the {self._frames.n_frames} frames before are kept: "
                 f"make room and continue with loomstone resume {self._directory}"
@@ -273,15 +305,21 @@ class _Writer(_NoWriter):
             if self._checks:
                 self._checks.add(index, frame)
             if self._painter and self._draws():
-                self._painter.draw(picture(self._directory / "frames", self._frames.n_frames - 1), frame)
+                self._painter.draw(
+                    picture(self._directory / "frames", self._frames.n_frames - 1), frame
+                )
 
-    def step(self, report: StepReport, forced: list[list[int]], broken: list[tuple[int, str, float]]) -> None:
+    def step(
+        self, report: StepReport, forced: list[list[int]], broken: list[tuple[int, str, float]]
+    ) -> None:
         with self._writing():
             self._steps.add(report)
             if forced:
                 append_rows(self._directory / FORCED[0], FORCED[1], report.step, forced)
             if broken:
-                append_rows(self._directory / BROKEN[0], BROKEN[1], report.step, broken[:MOST_BROKEN])
+                append_rows(
+                    self._directory / BROKEN[0], BROKEN[1], report.step, broken[:MOST_BROKEN]
+                )
 
     def checkpoint(self, step: int, state: Checkpoint) -> None:
         with self._writing():
@@ -290,7 +328,10 @@ class _Writer(_NoWriter):
 
     def _draws(self) -> bool:
         """Pictures are asked for, and nobody has given their directory other options meanwhile."""
-        return self._options.render is not None and drawn_with(self._directory / "frames") == self._options.render
+        return (
+            self._options.render is not None
+            and drawn_with(self._directory / "frames") == self._options.render
+        )
 
     def draw_rest(self, stop: Callable[[], bool]) -> bool:
         """Draws from the cache what has no picture yet; False where that was stopped."""
@@ -298,11 +339,16 @@ class _Writer(_NoWriter):
         if options is None or not self._draws():
             return True
         if not colours_need_all_frames(options):
-            drawn = (picture(self._directory / "frames", i).exists() for i in range(self._frames.n_frames))
+            drawn = (
+                picture(self._directory / "frames", i).exists()
+                for i in range(self._frames.n_frames)
+            )
             if all(drawn):
                 return True
         with self._writing():
-            paths = render_run(Run(self._directory), options, jobs=1, stop=stop, simulation=self._simulation)
+            paths = render_run(
+                Run(self._directory), options, jobs=1, stop=stop, simulation=self._simulation
+            )
         return all(path.exists() for path in paths)
 
     def finish(self, report: dict[str, Any]) -> dict[str, Any]:
@@ -312,7 +358,12 @@ class _Writer(_NoWriter):
                 report = report | self._checks.summary()
         if self._draws():
             target = self._directory / "video.mp4"
-            report["video"] = encode(self._directory / "frames", target, frames=self._frames.n_frames, rate=self._options.rate)
+            report["video"] = encode(
+                self._directory / "frames",
+                target,
+                frames=self._frames.n_frames,
+                rate=self._options.rate,
+            )
         with self._writing():
             text = json.dumps(report, indent=1)
             (self._directory / "report.json").write_text(text + "\n")
@@ -337,7 +388,12 @@ def _writer(
         if options.render:
             begun = Run(directory)
             text, first = begun.metadata_text, begun[0] if following else None
-            claim(directory / "frames", options.render, text, advice="move it away, and resuming draws all anew")
+            claim(
+                directory / "frames",
+                options.render,
+                text,
+                advice="move it away, and resuming draws all anew",
+            )
             del begun
         frames = FrameWriter.reopen(str(directory), (following - 0.5) / options.rate)
     else:
@@ -350,17 +406,31 @@ def _writer(
         try:
             directory.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise CacheError(f"{directory} must be a directory that can be written: {error.strerror}; give another") from error
+            raise CacheError(
+                f"{directory} must be a directory that can be written: {error.strerror}; give another"
+            ) from error
         if options.render:
-            claim(directory / "frames", options.render, text, again=overwrite, advice="give another directory, or overwrite")
+            claim(
+                directory / "frames",
+                options.render,
+                text,
+                again=overwrite,
+                advice="give another directory, or overwrite",
+            )
         frames = FrameWriter(str(directory), simulation.topology, text)
     steps = StepTable(directory / "steps.csv", simulation.step_index)
     for name, _ in (FORCED, BROKEN):
         keep_rows(directory / name, simulation.step_index)
-    checks = FrameTable(directory / "frames.csv", simulation.topology, following) if options.verify else None
+    checks = (
+        FrameTable(directory / "frames.csv", simulation.topology, following)
+        if options.verify
+        else None
+    )
     painter = None
     if renderer and options.render and not colours_need_all_frames(options.render):
-        painter = Painter(renderer, first=first, lines=options.render.field_lines, simulation=simulation)
+        painter = Painter(
+            renderer, first=first, lines=options.render.field_lines, simulation=simulation
+        )
     return _Writer(directory, frames, steps, checks, options, simulation, painter)
 
 
@@ -375,7 +445,16 @@ def _check_rate(directory: Path, rate: float) -> None:
 
 def _remove_run(directory: Path) -> None:
     """Removes what a run has written, and nothing else."""
-    for name in ("run.vtkhdf", "bodies.vtkhdf", "steps.csv", "frames.csv", "forced.csv", "limits.csv", "report.json", "video.mp4"):
+    for name in (
+        "run.vtkhdf",
+        "bodies.vtkhdf",
+        "steps.csv",
+        "frames.csv",
+        "forced.csv",
+        "limits.csv",
+        "report.json",
+        "video.mp4",
+    ):
         (directory / name).unlink(missing_ok=True)
     for path in checkpoint_files(directory):
         path.unlink()
@@ -393,7 +472,10 @@ class _Received:
 
 @contextmanager
 def _signals() -> Iterator[_Received]:
-    """Notes SIGINT, SIGTERM and SIGUSR1; the run looks at the note between two steps. A second SIGINT ends at once."""
+    """Notes SIGINT, SIGTERM and SIGUSR1; the run looks at the note between two steps.
+
+    A second SIGINT ends at once.
+    """
     received = _Received()
 
     def note(number: int, _: Any) -> None:
@@ -404,7 +486,9 @@ def _signals() -> Iterator[_Received]:
         received.number = number
 
     try:
-        before = {n: signal.signal(n, note) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)}
+        before = {
+            n: signal.signal(n, note) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
+        }
     except ValueError:  # not the main thread: whoever owns it handles signals
         yield received
         return

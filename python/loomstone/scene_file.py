@@ -5,8 +5,9 @@
     integrator = ls.SemiImplicitEuler(step=2e-3)
     render = ls.RenderOptions()                    # optional: how pictures look
     def scene(triangles: int = 14450) -> ls.Scene: ...
-    def control(sim: ls.Simulation) -> None: ...   # optional: before every step; a function of time and state
-    def check(run: ls.Run) -> None: ...            # optional: claims about the frames, by assert
+    def control(sim: ls.Simulation) -> None: ...   # optional: before every step; a function of time
+    and state def check(run: ls.Run) -> None: ...            # optional: claims about the frames, by
+    assert
 
 `integrator` and `duration` may also be functions of the scene's parameters.
 """
@@ -25,7 +26,7 @@ from pathlib import Path
 from typing import Any
 
 from . import _core
-from ._core import CacheError, Error, InvalidInput, IntegratorOptions, RenderOptions, Scene
+from ._core import CacheError, Error, IntegratorOptions, InvalidInput, RenderOptions, Scene
 from .cache import Run
 from .simulation import Simulation
 from .video import options_from_dict
@@ -45,15 +46,25 @@ class SceneFile:
         self._module = module
         function = getattr(module, "scene", None)
         if not callable(function):
-            raise InvalidInput(f"{path} must define a function scene(), but does not; see loomstone run --help")
+            raise InvalidInput(
+                f"{path} must define a function scene(), but does not; see loomstone run --help"
+            )
         self._function: Callable[..., Scene] = function
         accepted = inspect.signature(function).parameters.values()
         self._any_name = any(p.kind is p.VAR_KEYWORD for p in accepted)
-        self.known = {p.name: p.default for p in accepted if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)}
+        self.known = {
+            p.name: p.default
+            for p in accepted
+            if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)
+        }
         self.parameters = {name: self._value(name, value) for name, value in parameters.items()}
-        missing = [name for name, default in self.known.items() if default is inspect.Parameter.empty]
+        missing = [
+            name for name, default in self.known.items() if default is inspect.Parameter.empty
+        ]
         if missing := [name for name in missing if name not in parameters]:
-            raise InvalidInput(f"{path.name}: scene() needs a value for {missing[0]}; give -p {missing[0]}=...")
+            raise InvalidInput(
+                f"{path.name}: scene() needs a value for {missing[0]}; give -p {missing[0]}=..."
+            )
 
     @classmethod
     def open(cls, path: Path, parameters: dict[str, Any]) -> SceneFile:
@@ -63,7 +74,9 @@ class SceneFile:
         except OSError as error:
             raise CacheError(f"{path}: scene file cannot be read: {error.strerror}") from error
         except UnicodeDecodeError as error:
-            raise CacheError(f"{path}: scene file cannot be read: it is no text; give a Python file") from error
+            raise CacheError(
+                f"{path}: scene file cannot be read: it is no text; give a Python file"
+            ) from error
         return cls(path.resolve(), source, parameters)
 
     @classmethod
@@ -71,7 +84,9 @@ class SceneFile:
         """As it was when a run began, from the metadata of its cache."""
         stored = run.metadata.get("scene_file")
         if not stored:
-            raise CacheError(f"{run.directory}: was not made by `loomstone run`, so its scene is not known; resume it in Python")
+            raise CacheError(
+                f"{run.directory}: was not made by `loomstone run`, so its scene is not known; resume it in Python"
+            )
         return cls(Path(stored["path"]), stored["source"], stored["parameters"])
 
     def scene(self) -> Scene:
@@ -79,7 +94,9 @@ class SceneFile:
         with self._located():
             made = self._function(**self.parameters)
         if not isinstance(made, Scene):
-            raise InvalidInput(f"{self.path}: scene() must return a Scene, got a {type(made).__name__}")
+            raise InvalidInput(
+                f"{self.path}: scene() must return a Scene, got a {type(made).__name__}"
+            )
         return made
 
     def _constant(self, name: str, default: Any) -> Any:
@@ -87,7 +104,9 @@ class SceneFile:
         if callable(value):
             wanted = inspect.signature(value).parameters
             with self._located():
-                value = value(**{k: v for k, v in {**self.known, **self.parameters}.items() if k in wanted})
+                value = value(
+                    **{k: v for k, v in {**self.known, **self.parameters}.items() if k in wanted}
+                )
         return value
 
     def _number(self, name: str, default: float) -> float:
@@ -106,7 +125,11 @@ class SceneFile:
         except SyntaxError as error:
             raise InvalidInput(f"{error.filename}, line {error.lineno}: {error.msg}") from error
         except Exception as error:
-            lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(self.path)]
+            lines = [
+                f.lineno
+                for f in traceback.extract_tb(error.__traceback__)
+                if f.filename == str(self.path)
+            ]
             where = f"{self.path}, line {lines[-1]}" if lines else str(self.path)
             raise InvalidInput(f"{where}: {type(error).__name__}: {error}") from error
 
@@ -125,7 +148,9 @@ class SceneFile:
         """How the scene is advanced unless the command line says otherwise."""
         value = self._constant("integrator", IntegratorOptions())
         if not isinstance(value, IntegratorOptions):
-            raise InvalidInput(f"{self.path}: integrator must be IntegratorOptions, got a {type(value).__name__}")
+            raise InvalidInput(
+                f"{self.path}: integrator must be IntegratorOptions, got a {type(value).__name__}"
+            )
         return value
 
     @property
@@ -133,7 +158,9 @@ class SceneFile:
         """How pictures look unless the command line says otherwise."""
         value = self._constant("render", RenderOptions())
         if not isinstance(value, RenderOptions):
-            raise InvalidInput(f"{self.path}: render must be RenderOptions, got a {type(value).__name__}")
+            raise InvalidInput(
+                f"{self.path}: render must be RenderOptions, got a {type(value).__name__}"
+            )
         return value
 
     @property
@@ -151,7 +178,9 @@ class SceneFile:
         if function is None:
             return None
         if not callable(function):
-            raise InvalidInput(f"{self.path}: {name} must be a function, got a {type(function).__name__}")
+            raise InvalidInput(
+                f"{self.path}: {name} must be a function, got a {type(function).__name__}"
+            )
 
         def call(argument: Any) -> None:
             with self._located():
@@ -159,11 +188,17 @@ class SceneFile:
 
         return call
 
-    def metadata(self, duration: float, rate: float, integrator: IntegratorOptions, render: RenderOptions) -> dict[str, Any]:
+    def metadata(
+        self, duration: float, rate: float, integrator: IntegratorOptions, render: RenderOptions
+    ) -> dict[str, Any]:
         """All that resuming needs."""
         return {
             "loomstone": _core.__version__,
-            "scene_file": {"path": str(self.path), "source": self.source, "parameters": self.parameters},
+            "scene_file": {
+                "path": str(self.path),
+                "source": self.source,
+                "parameters": self.parameters,
+            },
             "duration": duration,
             "rate": rate,
             "integrator": integrator.to_dict(),
@@ -173,7 +208,11 @@ class SceneFile:
     def _value(self, name: str, value: Any) -> Any:
         if name not in self.known and not self._any_name:
             close = difflib.get_close_matches(name, self.known, 1)
-            hint = f"did you mean {close[0]}?" if close else f"known: {', '.join(self.known) or 'none'}"
+            hint = (
+                f"did you mean {close[0]}?"
+                if close
+                else f"known: {', '.join(self.known) or 'none'}"
+            )
             raise InvalidInput(f"{self.path.name}: scene() has no parameter {name!r}; {hint}")
         default = self.known.get(name)
         if isinstance(default, float) and isinstance(value, int):
@@ -194,19 +233,30 @@ def parse_parameters(items: list[str]) -> dict[str, Any]:
     for item in items:
         name, equals, text = item.partition("=")
         if not equals or not name.isidentifier():
-            raise InvalidInput(f"-p must be name=value, got {item!r}; for instance -p triangles=5000")
+            raise InvalidInput(
+                f"-p must be name=value, got {item!r}; for instance -p triangles=5000"
+            )
         try:
             value = ast.literal_eval(text)
         except (ValueError, SyntaxError):
             value = text
-        if isinstance(value, float) and value.is_integer() and "e" in text.lower() and "." not in text:
+        if (
+            isinstance(value, float)
+            and value.is_integer()
+            and "e" in text.lower()
+            and "." not in text
+        ):
             value = int(value)  # 5e3 is a count as well
         if name in parameters:
-            raise InvalidInput(f"-p {name} must be given once, got {parameters[name]!r} and {value!r}")
+            raise InvalidInput(
+                f"-p {name} must be given once, got {parameters[name]!r} and {value!r}"
+            )
         try:
             json.dumps(value)
         except (TypeError, ValueError):
-            raise InvalidInput(f"-p {name} must be a number, text, list or dict, got {text}") from None
+            raise InvalidInput(
+                f"-p {name} must be a number, text, list or dict, got {text}"
+            ) from None
         parameters[name] = value
     return parameters
 
@@ -223,4 +273,6 @@ def stored_options(run: Run) -> tuple[float, float, IntegratorOptions, RenderOpt
         )
     except (KeyError, TypeError) as error:
         made = kept.get("loomstone", "an unknown version")
-        raise CacheError(f"{run.directory}: options of the run cannot be read ({error}); it was made by loomstone {made}") from error
+        raise CacheError(
+            f"{run.directory}: options of the run cannot be read ({error}); it was made by loomstone {made}"
+        ) from error

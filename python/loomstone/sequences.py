@@ -37,9 +37,9 @@ def obstacle_sequence(
 ) -> Obstacle:
     """Obstacle whose vertices move as files say, linearly between frames.
 
-    source : a pattern of mesh files ("body-*.obj", in the order of the numbers in their names), a list of them, or one
-        file of vertex positions [m]: .npy (frames x n x 3), .npz (`positions` and, where there, `times` [s]), .pc2 or .mdd
-        as other programs write them
+    source : a pattern of mesh files ("body-*.obj", in the order of the numbers in their names), a
+        list of them, or one file of vertex positions [m]: .npy (frames x n x 3), .npz (`positions`
+        and, where there, `times` [s]), .pc2 or .mdd as other programs write them
     mesh : whose triangles move, where source has positions only
     rate : frames a second [1/s]; default: as the file says (.npz with times, .mdd)
     start : time of the first frame [s]; default: as the file says, else 0
@@ -53,7 +53,9 @@ def obstacle_sequence(
     one = Path(source) if isinstance(source, (str, os.PathLike)) else None
     if one is not None and one.suffix.lower() in _CACHES:
         if mesh is None:
-            raise InvalidInput(f"{one}: holds positions only; give the mesh whose vertices move, as mesh=ls.read_mesh(...)")
+            raise InvalidInput(
+                f"{one}: holds positions only; give the mesh whose vertices move, as mesh=ls.read_mesh(...)"
+            )
         frames, times = _read_cache(one)
     else:
         mesh, frames = _read_meshes(_in_order(source), mesh)
@@ -67,14 +69,25 @@ def obstacle_sequence(
             raise InvalidInput(f"rate must be > 0 [1/s], got {rate}; correct this value")
         times = np.arange(len(frames)) * (_step_of(one) / rate)
     elif times is None:
-        raise InvalidInput(f"{source}: does not say when its frames are; give rate, frames a second [1/s]")
+        raise InvalidInput(
+            f"{source}: does not say when its frames are; give rate, frames a second [1/s]"
+        )
     elif times.shape != (len(frames),):
-        raise InvalidInput(f"{source}: must have one time a frame ({len(frames)}), got {times.size}")
+        raise InvalidInput(
+            f"{source}: must have one time a frame ({len(frames)}), got {times.size}"
+        )
     if start is not None:
         times = times - times[0] + start
     positions = np.ascontiguousarray(frames, float).reshape(-1, 3)
     shape = TriangleMesh(positions[: mesh.n_vertices], mesh.triangles)
-    return Obstacle(mesh=shape, times=times, vertex_positions=positions, name=name, friction=friction, thickness=thickness)
+    return Obstacle(
+        mesh=shape,
+        times=times,
+        vertex_positions=positions,
+        name=name,
+        friction=friction,
+        thickness=thickness,
+    )
 
 
 def _in_order(source: StrPath | Sequence[StrPath]) -> list[Path]:
@@ -83,8 +96,16 @@ def _in_order(source: StrPath | Sequence[StrPath]) -> list[Path]:
         return [Path(path) for path in source]
     found = glob.glob(os.fspath(source))
     if not found:
-        raise CacheError(f"{source}: no file has such a name; give a pattern as 'body-*.obj', or a file that ends in {', '.join(_CACHES)}")
-    return [Path(p) for p in sorted(found, key=lambda p: [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", p)])]
+        raise CacheError(
+            f"{source}: no file has such a name; give a pattern as 'body-*.obj', or a file that ends in {', '.join(_CACHES)}"
+        )
+    return [
+        Path(p)
+        for p in sorted(
+            found,
+            key=lambda p: [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", p)],
+        )
+    ]
 
 
 def _read_meshes(paths: list[Path], mesh: TriangleMesh | None) -> tuple[TriangleMesh, Floats]:
@@ -93,7 +114,9 @@ def _read_meshes(paths: list[Path], mesh: TriangleMesh | None) -> tuple[Triangle
         read = meshes.read_mesh(path, with_uv=False)
         mesh = read if mesh is None else mesh
         if not np.array_equal(read.triangles, mesh.triangles):
-            raise InvalidInput(f"{path}: must have the triangles of the frames before it ({mesh.n_triangles}), got {read.n_triangles} or others")
+            raise InvalidInput(
+                f"{path}: must have the triangles of the frames before it ({mesh.n_triangles}), got {read.n_triangles} or others"
+            )
         frames.append(read.vertices)
     if mesh is None:
         raise InvalidInput("source must name mesh files, got an empty list")
@@ -124,7 +147,9 @@ def _read_numpy(path: Path) -> tuple[NDArray[Any], Floats | None]:
     else:
         with np.load(path) as arrays:
             if "positions" not in arrays:
-                raise InvalidInput(f"{path}: must hold an array `positions` (frames x n x 3), got {', '.join(arrays) or 'none'}")
+                raise InvalidInput(
+                    f"{path}: must hold an array `positions` (frames x n x 3), got {', '.join(arrays) or 'none'}"
+                )
             content = arrays["positions"]
             times = np.asarray(arrays["times"], float).ravel() if "times" in arrays else None
     if content.dtype.kind not in "fiu":
@@ -133,7 +158,9 @@ def _read_numpy(path: Path) -> tuple[NDArray[Any], Floats | None]:
 
 
 def _read_pc2(path: Path, head: bytes) -> tuple[NDArray[Any], None]:
-    """Point cache 2: "POINTCACHE2", version, points, first frame, frames a sample, samples; then floats, little-endian."""
+    """Point cache 2: "POINTCACHE2", version, points, first frame, frames a sample, samples; then
+    floats, little-endian.
+    """
     if head[:12] != b"POINTCACHE2\0" or len(head) < 32:
         raise CacheError(f"{path}: is no point cache (.pc2)")
     points, samples = (int(n) for n in np.frombuffer(head, "<i4")[[4, 7]])
@@ -161,5 +188,7 @@ def _read_mdd(path: Path, head: bytes) -> tuple[NDArray[Any], Floats]:
 def _mapped(path: Path, kind: str, offset: int, samples: int, points: int) -> NDArray[Any]:
     wanted, size = offset + 12 * samples * points, path.stat().st_size
     if samples < 1 or points < 1 or size < wanted:
-        raise CacheError(f"{path}: says {samples} frames of {points} points, which take {wanted} bytes, but has {size}; it is cut short")
+        raise CacheError(
+            f"{path}: says {samples} frames of {points} points, which take {wanted} bytes, but has {size}; it is cut short"
+        )
     return np.memmap(path, kind, "r", offset, (samples, points, 3))

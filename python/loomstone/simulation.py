@@ -11,7 +11,15 @@ from typing import Any
 import numpy as np
 
 from . import _core
-from ._core import Checkpoint, Communicator, Frame, IntegratorOptions, InvalidInput, RenderOptions, Scene
+from ._core import (
+    Checkpoint,
+    Communicator,
+    Frame,
+    IntegratorOptions,
+    InvalidInput,
+    RenderOptions,
+    Scene,
+)
 from .ranks import end_all_on_failure
 
 __all__ = ["Simulation", "frame_count", "frames_due"]
@@ -25,12 +33,14 @@ class Simulation(_core.Simulation):
     scene : Scene
     integrator : IntegratorOptions, as made by SemiImplicitEuler(...) and its like
     threads : 0 means all processors
-    communicator : ranks that share the work: a Communicator, an mpi4py communicator, or None for this process alone.
-        Every rank then makes the same calls; after every step all hold all positions and velocities. What is written into
-        arrays between steps counts on the rank that owns the row, what is said about obstacles counts on rank 0.
+    communicator : ranks that share the work: a Communicator, an mpi4py communicator, or None for
+        this process alone. Every rank then makes the same calls; after every step all hold all
+        positions and velocities. What is written into arrays between steps counts on the rank that
+        owns the row, what is said about obstacles counts on rank 0.
 
-    Raises InvalidInput for everything in the scene that cannot be simulated. `positions`, `velocities` and `external_forces`
-    are copies that can be assigned; `state` holds views of the internal tables.
+    Raises InvalidInput for everything in the scene that cannot be simulated. `positions`,
+    `velocities` and `external_forces` are copies that can be assigned; `state` holds views of the
+    internal tables.
 
     >>> import loomstone as ls
     >>> scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(4, 4)), pins=[0, 4])])
@@ -53,7 +63,12 @@ class Simulation(_core.Simulation):
     ) -> None:
         integrator = IntegratorOptions() if integrator is None else integrator
         _check_type("scene", scene, Scene)
-        _check_type("integrator", integrator, IntegratorOptions, " as SemiImplicitEuler(step=1e-3) makes them")
+        _check_type(
+            "integrator",
+            integrator,
+            IntegratorOptions,
+            " as SemiImplicitEuler(step=1e-3) makes them",
+        )
         _check_type("threads", threads, (int, np.integer))
         ranks = _communicator(communicator)
         end_all_on_failure(ranks)
@@ -61,10 +76,13 @@ class Simulation(_core.Simulation):
         self.communicator = ranks
 
     def frames(self, *, duration: float, rate: float = 25.0) -> Iterator[Frame]:
-        """Advances and yields a Frame at 0, 1/rate, 2/rate ... up to `duration` [s] of simulated time.
+        """Advances and yields a Frame at 0, 1/rate, 2/rate ...
 
-        Between frames and steps positions, velocities, external forces, pins and obstacle poses may be written. Frames
-        between two steps are interpolated. The generator continues from the present time.
+        up to `duration` [s] of simulated time.
+
+        Between frames and steps positions, velocities, external forces, pins and obstacle poses may
+        be written. Frames between two steps are interpolated. The generator continues from the
+        present time.
         """
         last = frame_count(duration, rate) - 1
         following = frames_due(self.time, rate) if self.step_index else 0
@@ -86,14 +104,18 @@ class Simulation(_core.Simulation):
         resume: bool = False,
         control: Callable[[Simulation], None] | None = None,
     ) -> dict[str, Any]:
-        """Advances to `duration` [s] and writes frames, checkpoints, a table of steps and, where asked, pictures.
+        """Advances to `duration` [s] and writes frames, checkpoints, a table of steps and, where
+        asked, pictures.
 
-        out : directory; overwrite : replace what is there; resume : continue what is there, bit for bit, with the same scene,
-            integrator and rate (else CacheError); a longer duration prolongs it
-        render : pictures and a video, with these RenderOptions; drawn while it runs, but at the end where their colours span
-            the values of all frames. True: those of pictures that a resumed run has, else the default. Others than those are refused
+        out : directory; overwrite : replace what is there; resume : continue what is there, bit for
+            bit, with the same scene, integrator and rate (else CacheError); a longer duration
+            prolongs it
+        render : pictures and a video, with these RenderOptions; drawn while it runs, but at the end
+            where their colours span the values of all frames. True: those of pictures that a
+            resumed run has, else the default. Others than those are refused
         verify : count intersecting triangles of every frame exactly, into frames.csv and the report
-        control : called before every step; may write forces, pins and obstacle poses, as a function of time and state
+        control : called before every step; may write forces, pins and obstacle poses, as a function
+            of time and state
 
         Returns the report that is also in report.json.
         """
@@ -109,9 +131,11 @@ class Simulation(_core.Simulation):
         return execute(self, options, out, overwrite=overwrite, resume=resume, control=control)
 
     def restore(self, checkpoint: Checkpoint) -> None:
-        """Continues from a checkpoint of the same scene and integrator; CacheError tells which fields are others.
+        """Continues from a checkpoint of the same scene and integrator; CacheError tells which
+        fields are others.
 
-        Checkpoints of earlier versions do not know what they are of: only their counts of vertices, bodies ... are compared.
+        Checkpoints of earlier versions do not know what they are of: only their counts of vertices,
+        bodies ... are compared.
         """
         _check_type("checkpoint", checkpoint, Checkpoint)
         super().restore(checkpoint)
@@ -119,17 +143,26 @@ class Simulation(_core.Simulation):
     def digest(self) -> str:
         """Hash of the state: equal where, and only where, all bits are equal.
 
-        Where the step allows no checkpoint (see `may_checkpoint`) of what can be seen: positions, velocities, bodies.
+        Where the step allows no checkpoint (see `may_checkpoint`) of what can be seen: positions,
+        velocities, bodies.
         """
         content = hashlib.sha256()
         if not self.may_checkpoint:
             seen = self.state
-            for table in (seen.positions, seen.velocities, seen.body_positions, seen.body_orientations, seen.body_velocities):
+            for table in (
+                seen.positions,
+                seen.velocities,
+                seen.body_positions,
+                seen.body_orientations,
+                seen.body_velocities,
+            ):
                 content.update(np.ascontiguousarray(table).tobytes())
             return content.hexdigest()
         state = self.checkpoint()
         for name, array in sorted(state.arrays.items()):
-            content.update(name.encode() + repr(array.shape).encode() + np.ascontiguousarray(array).tobytes())
+            content.update(
+                name.encode() + repr(array.shape).encode() + np.ascontiguousarray(array).tobytes()
+            )
         for name, values in sorted(state.integers.items()):
             content.update(name.encode() + np.asarray(values, np.int64).tobytes())
         for name, values in sorted(state.bytes.items()):
@@ -137,7 +170,9 @@ class Simulation(_core.Simulation):
         return content.hexdigest()
 
     def __repr__(self) -> str:
-        if not hasattr(self, "communicator"):  # a debugger or test runner shows one whose scene was refused
+        if not hasattr(
+            self, "communicator"
+        ):  # a debugger or test runner shows one whose scene was refused
             return "Simulation(not built)"
         vertices, triangles = len(self.topology.cloth_of_vertex), len(self.topology.triangles)
         return f"Simulation({vertices} vertices, {triangles} triangles, time={self.time:g}, step={self.step_index})"
@@ -164,7 +199,11 @@ def frames_due(time: float, rate: float) -> int:
 def _check_type(name: str, value: object, wanted: type | tuple[type, ...], hint: str = "") -> None:
     if not isinstance(value, wanted):
         called = (wanted[0] if isinstance(wanted, tuple) else wanted).__name__
-        got = f"the class {value.__name__}" if isinstance(value, type) else f"a {type(value).__name__}"
+        got = (
+            f"the class {value.__name__}"
+            if isinstance(value, type)
+            else f"a {type(value).__name__}"
+        )
         raise InvalidInput(f"{name} must be {called}{hint}, got {got}")
 
 

@@ -11,17 +11,23 @@ __all__ = ["read_table"]
 
 
 def read_table(path: Path, first: str) -> tuple[list[str], list[list[str]]]:
-    """Header, which begins with the column `first`, and rows of a CSV file; every entry is a number.
+    """Header, which begins with the column `first`, and rows of a CSV file; every entry is a
+    number.
 
-    A last row that was cut short, as by a kill, is left out. CacheError names any other line that is no row.
+    A last row that was cut short, as by a kill, is left out. CacheError names any other line that
+    is no row.
     """
     try:
         with path.open(newline="", encoding="utf-8") as file:
             header, *rows = list(csv.reader(file)) or [[]]
     except (UnicodeDecodeError, csv.Error) as error:
-        raise CacheError(f"{path}: must be a table (CSV), but cannot be read as one: {error}; run the scene again") from None
+        raise CacheError(
+            f"{path}: must be a table (CSV), but cannot be read as one: {error}; run the scene again"
+        ) from None
     if header[:1] != [first]:
-        raise CacheError(f"{path}: must begin with the column {first!r}, got {','.join(header)[:60]!r}; run the scene again")
+        raise CacheError(
+            f"{path}: must begin with the column {first!r}, got {','.join(header)[:60]!r}; run the scene again"
+        )
     for number, row in enumerate(rows):
         if len(row) == len(header) and all(map(_is_number, row)):
             continue

@@ -7,9 +7,10 @@
 >>> ls.ClothMaterial(density=weight).density == weight.to("kg/m^2")
 True
 
-Every number of a description may be given with a unit, ours or one of Pint where that is installed; it is converted to
-the unit of its field, and a wrong dimension is refused. Plain numbers are SI. Angles count as pure numbers
-(1 rad = 1), so gf/(cm deg) is N/m per rad: 56.19 N/m. gf is gram-force, oz and lb are masses (avoirdupois), % is 0.01.
+Every number of a description may be given with a unit, ours or one of Pint where that is installed;
+it is converted to the unit of its field, and a wrong dimension is refused. Plain numbers are SI.
+Angles count as pure numbers (1 rad = 1), so gf/(cm deg) is N/m per rad: 56.19 N/m. gf is
+gram-force, oz and lb are masses (avoirdupois), % is 0.01.
 """
 
 from __future__ import annotations
@@ -48,7 +49,8 @@ _TABLE: dict[str, tuple[float, Dimension]] = {
 
 
 class Quantity:
-    """A number, or an array of numbers, and its unit. Made by multiplying with units: 200 * ls.units["gf/cm"].
+    """A number, or an array of numbers, and its unit. Made by multiplying with units: 200 *
+    ls.units["gf/cm"].
 
     value : number or array; unit : text such as "gf cm^2/cm"; `si` is the value in SI.
     """
@@ -99,11 +101,17 @@ class Quantity:
 
     def __float__(self) -> float:
         if self._dimension != _PURE:
-            raise InvalidInput(f"{self!r} is no pure number; take .to(unit) of it, or give it where a unit is expected")
+            raise InvalidInput(
+                f"{self!r} is no pure number; take .to(unit) of it, or give it where a unit is expected"
+            )
         return float(self.si)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Quantity) and self._dimension == other._dimension and bool(np.all(self.si == other.si))
+        return (
+            isinstance(other, Quantity)
+            and self._dimension == other._dimension
+            and bool(np.all(self.si == other.si))
+        )
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -114,7 +122,9 @@ class Quantity:
 
 
 class _Units(Mapping[str, Quantity]):
-    """Units by name; products, quotients and powers are understood: "gf cm^2/cm", "gf/(cm deg)", "g/m²"."""
+    """Units by name; products, quotients and powers are understood: "gf cm^2/cm", "gf/(cm deg)",
+    "g/m²".
+    """
 
     def __getitem__(self, unit: str) -> Quantity:
         return Quantity(1.0, unit)
@@ -148,7 +158,9 @@ units = _Units()
 
 
 def in_unit(value: Any, unit: str, where: str) -> Any:
-    """`value` as plain number or array in `unit`: converted where it carries a unit (ours or Pint's), else as it is."""
+    """`value` as plain number or array in `unit`: converted where it carries a unit (ours or
+    Pint's), else as it is.
+    """
     if isinstance(value, Quantity):
         try:
             return value.to(unit)
@@ -157,7 +169,9 @@ def in_unit(value: Any, unit: str, where: str) -> Any:
     if hasattr(value, "magnitude") and hasattr(value, "dimensionality"):  # Pint
         try:
             return value.to("dimensionless" if unit == "1" else unit).magnitude
-        except Exception as error:  # Pint's own error: a subclass of TypeError, but known only where Pint is
+        except (
+            Exception
+        ) as error:  # Pint's own error: a subclass of TypeError, but known only where Pint is
             raise InvalidInput(
                 f"{where} must be {_wanted(unit)}, got {value} [{value.dimensionality}]: {error}"
             ) from None
@@ -180,7 +194,15 @@ def is_angle(value: Any) -> bool:
     if isinstance(value, Quantity):
         return value.unit in ("deg", "degrees", "°", "rad")
     units_of_pint = getattr(value, "units", None) if hasattr(value, "dimensionality") else None
-    return str(units_of_pint) in ("degree", "radian", "milliradian", "arcminute", "arcsecond", "turn", "grade")
+    return str(units_of_pint) in (
+        "degree",
+        "radian",
+        "milliradian",
+        "arcminute",
+        "arcsecond",
+        "turn",
+        "grade",
+    )
 
 
 def _as(unit: str) -> str:
@@ -204,7 +226,9 @@ def _parse(unit: str) -> tuple[float, Dimension]:
     text, tokens, at = unit.translate(_SUPERSCRIPTS).strip(), [], 0
     while at < len(text):
         if not (found := _TOKEN.match(text, at)):
-            raise InvalidInput(f"unit {unit!r} is not understood at {text[at:]!r}; write it like 'gf cm^2/cm'")
+            raise InvalidInput(
+                f"unit {unit!r} is not understood at {text[at:]!r}; write it like 'gf cm^2/cm'"
+            )
         tokens.append("^" + found["exponent"] if found["power"] else found["name"] or found["sign"])
         at = found.end()
     factor, dimension, rest = _product(tokens, unit)
@@ -254,7 +278,23 @@ def _product(tokens: list[str], unit: str) -> tuple[float, Dimension, list[str]]
 
 def _named(dimension: Dimension) -> str:
     """For people: N/m, kg/m^2 ..., else base units."""
-    for name in ("1", "m", "kg", "s", "N", "N/m", "N m", "kg/m^2", "kg/m^3", "Pa", "m^2", "1/m", "N s/m"):
+    for name in (
+        "1",
+        "m",
+        "kg",
+        "s",
+        "N",
+        "N/m",
+        "N m",
+        "kg/m^2",
+        "kg/m^3",
+        "Pa",
+        "m^2",
+        "1/m",
+        "N s/m",
+    ):
         if _parse(name)[1] == dimension:
             return name
-    return " ".join(f"{name}^{power}" for name, power in zip(("kg", "m", "s"), dimension, strict=True) if power)
+    return " ".join(
+        f"{name}^{power}" for name, power in zip(("kg", "m", "s"), dimension, strict=True) if power
+    )

@@ -1,4 +1,6 @@
-"""Exact count of intersecting triangles, frame by frame: an answer independent of how contacts were found and resolved."""
+"""Exact count of intersecting triangles, frame by frame: an answer independent of how contacts were
+found and resolved.
+"""
 
 from __future__ import annotations
 
@@ -12,11 +14,22 @@ import numpy as np
 from . import _core
 from ._core import Frame, FrameTopology
 
-__all__ = ["BROKEN", "FORCED", "MOST_BROKEN", "FrameTable", "Intersections", "append_rows", "count_intersections", "keep_rows"]
+__all__ = [
+    "BROKEN",
+    "FORCED",
+    "MOST_BROKEN",
+    "FrameTable",
+    "Intersections",
+    "append_rows",
+    "count_intersections",
+    "keep_rows",
+]
 
 
 class Intersections(NamedTuple):
-    """Pairs of intersecting triangles: with cloth on one side at least; of bodies and obstacles among themselves."""
+    """Pairs of intersecting triangles: with cloth on one side at least; of bodies and obstacles
+    among themselves.
+    """
 
     cloth: int
     bodies: int
@@ -41,7 +54,11 @@ class FrameTable:
         kept: list[list[str]] = []
         if path.exists() and until_frame > 0:
             with path.open(newline="") as file:
-                kept = [row for row in list(csv.reader(file))[1:] if len(row) == 4 and int(row[0]) < until_frame]
+                kept = [
+                    row
+                    for row in list(csv.reader(file))[1:]
+                    if len(row) == 4 and int(row[0]) < until_frame
+                ]
         with path.open("w", newline="") as file:
             csv.writer(file).writerows([self.HEADER, *kept])
 
@@ -61,12 +78,20 @@ class FrameTable:
 
 
 # Tables that a run has only where something went wrong: file name and columns.
-FORCED = ("forced.csv", ("step", "triangle", "other_triangle"))  # pairs that a step had to leave intersecting
-BROKEN = ("limits.csv", ("step", "triangle", "direction", "excess"))  # the worst that a step left beyond limits of strain
+FORCED = (
+    "forced.csv",
+    ("step", "triangle", "other_triangle"),
+)  # pairs that a step had to leave intersecting
+BROKEN = (
+    "limits.csv",
+    ("step", "triangle", "direction", "excess"),
+)  # the worst that a step left beyond limits of strain
 MOST_BROKEN = 20  # rows a step
 
 
-def append_rows(path: Path, columns: Sequence[str], step: int, rows: Iterable[Sequence[object]]) -> None:
+def append_rows(
+    path: Path, columns: Sequence[str], step: int, rows: Iterable[Sequence[object]]
+) -> None:
     """Adds rows of a step; surfaces are counted cloth first, then bodies and obstacles."""
     new = not path.exists()
     with path.open("a", newline="") as file:

@@ -13,14 +13,30 @@ __all__ = ["show_versions"]
 
 
 def show_versions() -> None:
-    """Prints versions of loomstone, Python and the packages it may use, and what the machine offers."""
+    """Prints versions of loomstone, Python and the packages it may use, and what the machine
+    offers.
+    """
     print(f"loomstone {_core.__version__}")
     print(f"python {sys.version.split()[0]} on {platform.platform()}")
-    packages = ["numpy", "scipy", "typer", "rich", "imageio-ffmpeg", "matplotlib", "meshio", "coacd", "mpi4py", "vtk", "h5py"]
+    packages = [
+        "numpy",
+        "scipy",
+        "typer",
+        "rich",
+        "imageio-ffmpeg",
+        "matplotlib",
+        "meshio",
+        "coacd",
+        "mpi4py",
+        "vtk",
+        "h5py",
+    ]
     for package in packages:
         try:
             print(f"{package} {importlib.metadata.version(package)}")
         except importlib.metadata.PackageNotFoundError:
             print(f"{package} not installed")
     plugin = os.path.join(os.path.dirname(_core.__file__), "libloomstone_mpi.so")
-    print(f"processors {_core.default_thread_count()}, MPI plug-in {'present' if os.path.exists(plugin) else 'absent'}")
+    print(
+        f"processors {_core.default_thread_count()}, MPI plug-in {'present' if os.path.exists(plugin) else 'absent'}"
+    )

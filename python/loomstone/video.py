@@ -1,6 +1,7 @@
 """Pictures and videos of a run.
 
-A directory of pictures holds frame-00000.png and so on of one run, all drawn with the options that its options.json tells.
+A directory of pictures holds frame-00000.png and so on of one run, all drawn with the options that
+its options.json tells.
 """
 
 from __future__ import annotations
@@ -21,14 +22,27 @@ from ._core import CacheError, Camera, Frame, InvalidInput, RenderOptions
 from .cache import Run
 from .magnetics.lines import frame_curves
 
-__all__ = ["Painter", "claim", "colours_need_all_frames", "drawn_with", "encode", "options_from_dict", "picture", "render_run"]
+__all__ = [
+    "Painter",
+    "claim",
+    "colours_need_all_frames",
+    "drawn_with",
+    "encode",
+    "options_from_dict",
+    "picture",
+    "render_run",
+]
 
 Ranges = list[tuple[float, float]]
 
 
 def options_from_dict(values: dict[str, Any]) -> RenderOptions:
     """RenderOptions from what to_dict() gave."""
-    return RenderOptions(**(values | {"camera": Camera(**values["camera"])})) if "camera" in values else RenderOptions(**values)
+    return (
+        RenderOptions(**(values | {"camera": Camera(**values["camera"])}))
+        if "camera" in values
+        else RenderOptions(**values)
+    )
 
 
 def picture(directory: Path, index: int) -> Path:
@@ -37,21 +51,37 @@ def picture(directory: Path, index: int) -> Path:
 
 
 def colours_need_all_frames(options: RenderOptions) -> bool:
-    """Whether colours span the values of all frames, so that nothing can be drawn before the last is known."""
-    return options.color_low == options.color_high and not {"cloth", "contact"}.issuperset(options.color_by.split("+"))
+    """Whether colours span the values of all frames, so that nothing can be drawn before the last
+    is known.
+    """
+    return options.color_low == options.color_high and not {"cloth", "contact"}.issuperset(
+        options.color_by.split("+")
+    )
 
 
 class Painter:
     """Draws frames of one run, so that no picture depends on what was drawn before it.
 
     first : frame of the run, which a fitted camera shows; None: the first that is drawn
-    value_ranges : what automatic colours span; simulation : the scene that has the magnets, where field lines are drawn
+    value_ranges : what automatic colours span; simulation : the scene that has the magnets, where
+        field lines are drawn
     """
 
     def __init__(
-        self, renderer: _core.Renderer, *, first: Frame | None, lines: int, simulation: Any = None, value_ranges: Ranges | None = None
+        self,
+        renderer: _core.Renderer,
+        *,
+        first: Frame | None,
+        lines: int,
+        simulation: Any = None,
+        value_ranges: Ranges | None = None,
     ) -> None:
-        self._renderer, self._lines, self._simulation, self._ranges = renderer, lines, simulation, value_ranges
+        self._renderer, self._lines, self._simulation, self._ranges = (
+            renderer,
+            lines,
+            simulation,
+            value_ranges,
+        )
         if first is not None:
             renderer.fit(first)
 
@@ -84,18 +114,27 @@ def _pictures(directory: Path) -> list[Path]:
 
 
 def drawn_with(directory: Path) -> RenderOptions | None:
-    """The options that the pictures of a directory are drawn with; None where it is no directory of pictures."""
+    """The options that the pictures of a directory are drawn with; None where it is no directory of
+    pictures.
+    """
     note = _note(directory)
     return options_from_dict(note["options"]) if note else None
 
 
-def claim(directory: Path, options: RenderOptions, metadata: str, *, again: bool = False, advice: str) -> dict[str, Any]:
-    """Makes a directory one of pictures of a run with these options, or finds that it is; returns its note.
+def claim(
+    directory: Path, options: RenderOptions, metadata: str, *, again: bool = False, advice: str
+) -> dict[str, Any]:
+    """Makes a directory one of pictures of a run with these options, or finds that it is; returns
+    its note.
 
-    metadata : of the run, as in its cache; again : what was drawn otherwise is deleted, else it is refused with the advice
+    metadata : of the run, as in its cache; again : what was drawn otherwise is deleted, else it is
+        refused with the advice
     """
     _make(directory)
-    wanted = {"options": json.loads(json.dumps(options.to_dict())), "run": hashlib.sha256(metadata.encode()).hexdigest()[:16]}
+    wanted = {
+        "options": json.loads(json.dumps(options.to_dict())),
+        "run": hashlib.sha256(metadata.encode()).hexdigest()[:16],
+    }
     note, there = _note(directory), _pictures(directory)
     same = all(note.get(name) == value for name, value in wanted.items())
     if not again and not same and (note or there):
@@ -106,7 +145,8 @@ def claim(directory: Path, options: RenderOptions, metadata: str, *, again: bool
         else:
             differing = [k for k, v in wanted["options"].items() if note["options"].get(k, v) != v]
             found = "pictures drawn with other options" + "".join(
-                f", {k} {note['options'].get(k)!r} instead of {wanted['options'][k]!r}" for k in differing[:1]
+                f", {k} {note['options'].get(k)!r} instead of {wanted['options'][k]!r}"
+                for k in differing[:1]
             )
         raise InvalidInput(f"{directory} holds {found}; {advice}")
     if again or not same:
@@ -121,7 +161,9 @@ def _make(directory: Path) -> None:
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise CacheError(f"{directory} must be a directory that can be written: {error.strerror}; give another") from error
+        raise CacheError(
+            f"{directory} must be a directory that can be written: {error.strerror}; give another"
+        ) from error
 
 
 # ---- drawing
@@ -142,22 +184,29 @@ def render_run(
     stop: Callable[[], bool] = lambda: False,
     simulation: Any = None,
 ) -> list[Path]:
-    """Draws all frames of a run into a directory of pictures, several at once; those already there are kept.
+    """Draws all frames of a run into a directory of pictures, several at once; those already there
+    are kept.
 
-    out : directory, default `frames` in that of the run. InvalidInput where it holds pictures drawn with other options;
-        again deletes what it holds. Where the run has gone on and automatic colours with it, all are drawn anew
+    out : directory, default `frames` in that of the run. InvalidInput where it holds pictures drawn
+        with other options; again deletes what it holds. Where the run has gone on and automatic
+        colours with it, all are drawn anew
     frames : only these, anew, into a directory that is none of those, default that of the run
-    jobs : processes, 0 means one a processor; stop : asked before every picture with jobs=1, True ends drawing
+    jobs : processes, 0 means one a processor; stop : asked before every picture with jobs=1, True
+        ends drawing
     simulation : of the run, for field lines; default: made from its scene file
 
-    Every picture is the same whatever is drawn before, beside or without it: a fitted camera shows what it would of the
-    run's first frame, and automatic colours span the values of all its frames.
+    Every picture is the same whatever is drawn before, beside or without it: a fitted camera shows
+    what it would of the run's first frame, and automatic colours span the values of all its frames.
     """
     if not len(run):
         raise CacheError(f"{run.directory} has no frames yet; draw it later")
     if any(not 0 <= i < len(run) for i in frames or ()):
-        raise InvalidInput(f"frames must be in [0, {len(run) - 1}], got {list(frames or ())}; the run has {len(run)} frames")
-    renderer = _core.Renderer(run.topology, options)  # refuses what cannot be drawn before anything is deleted
+        raise InvalidInput(
+            f"frames must be in [0, {len(run) - 1}], got {list(frames or ())}; the run has {len(run)} frames"
+        )
+    renderer = _core.Renderer(
+        run.topology, options
+    )  # refuses what cannot be drawn before anything is deleted
     ranges = _value_ranges(run, renderer) if colours_need_all_frames(options) else None
     directory = Path(out) if out else run.directory / ("frames" if frames is None else "")
     if frames is None:
@@ -167,12 +216,16 @@ def render_run(
                 path.unlink()
             _write_note(directory, note | {"value_ranges": known})
     elif _note(directory):
-        raise InvalidInput(f"{directory} holds the pictures of a whole run; give another directory by --out for single frames")
+        raise InvalidInput(
+            f"{directory} holds the pictures of a whole run; give another directory by --out for single frames"
+        )
     else:
         _make(directory)
     wanted = list(range(len(run)) if frames is None else frames)
     paths = [picture(directory, i) for i in wanted]
-    missing = [(i, path) for i, path in zip(wanted, paths) if frames is not None or not path.exists()]
+    missing = [
+        (i, path) for i, path in zip(wanted, paths) if frames is not None or not path.exists()
+    ]
     jobs = max(1, min(jobs or _core.default_thread_count(), len(missing)))
     if progress:
         progress(len(wanted) - len(missing))
@@ -196,15 +249,30 @@ def render_run(
 
 def _value_ranges(run: Run, renderer: _core.Renderer) -> Ranges:
     values = np.array([renderer.value_ranges(frame) for frame in run])
-    return [(float(low), float(high)) for low, high in zip(values[:, :, 0].min(0), values[:, :, 1].max(0))]
+    return [
+        (float(low), float(high))
+        for low, high in zip(values[:, :, 0].min(0), values[:, :, 1].max(0))
+    ]
 
 
-def _painter(run: Run, renderer: _core.Renderer, options: RenderOptions, ranges: Ranges | None, simulation: Any = None) -> Painter:
+def _painter(
+    run: Run,
+    renderer: _core.Renderer,
+    options: RenderOptions,
+    ranges: Ranges | None,
+    simulation: Any = None,
+) -> Painter:
     if options.field_lines and simulation is None:
         from .scene_file import SceneFile  # which needs this module
 
         simulation = _core.Simulation(SceneFile.of_run(run).scene(), threads=1)
-    return Painter(renderer, first=run[0], lines=options.field_lines, simulation=simulation, value_ranges=ranges)
+    return Painter(
+        renderer,
+        first=run[0],
+        lines=options.field_lines,
+        simulation=simulation,
+        value_ranges=ranges,
+    )
 
 
 _open: dict[tuple[str, str], tuple[Run, Painter]] = {}  # one run and one painter a process
@@ -217,7 +285,10 @@ def _draw(part: tuple[str, str, int, str]) -> None:
         values, ranges = json.loads(settings)
         options = options_from_dict(values)
         _open.clear()
-        _open[directory, settings] = run, _painter(run, _core.Renderer(run.topology, options), options, ranges)
+        _open[directory, settings] = (
+            run,
+            _painter(run, _core.Renderer(run.topology, options), options, ranges),
+        )
     run, painter = _open[directory, settings]
     painter.draw(Path(path), run[index])
 
@@ -226,17 +297,29 @@ def _draw(part: tuple[str, str, int, str]) -> None:
 
 
 def encode(directory: Path, target: Path, *, frames: int, rate: float = 25.0) -> str:
-    """Makes a video of a directory of pictures by ffmpeg, as imageio-ffmpeg brings it; returns its path.
+    """Makes a video of a directory of pictures by ffmpeg, as imageio-ffmpeg brings it; returns its
+    path.
 
     frames : how many pictures it must show; rate : pictures a second
     """
     import imageio_ffmpeg
 
     if missing := [i for i in range(frames) if not picture(directory, i).exists()]:
-        raise CacheError(f"{directory} must hold the pictures of {frames} frames, but has none of frame {missing[0]}; render it first")
+        raise CacheError(
+            f"{directory} must hold the pictures of {frames} frames, but has none of frame {missing[0]}; render it first"
+        )
     unfinished = target.with_name("unfinished-" + target.name)
     command = [imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-loglevel", "error", "-framerate", str(rate)]
-    command += ["-i", str(directory / "frame-%05d.png"), "-frames:v", str(frames), "-c:v", "libx264", "-pix_fmt", "yuv420p"]
+    command += [
+        "-i",
+        str(directory / "frame-%05d.png"),
+        "-frames:v",
+        str(frames),
+        "-c:v",
+        "libx264",
+        "-pix_fmt",
+        "yuv420p",
+    ]
     command += ["-crf", "18", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", str(unfinished)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:

@@ -1,9 +1,11 @@
-"""What the active set saves: sphere_slide limited by coloured Gauss-Seidel alone, with and without it (thesis: 2.92 -> 1.53 s a frame).
+"""What the active set saves: sphere_slide limited by coloured Gauss-Seidel alone, with and without
+it (thesis: 2.92 -> 1.53 s a frame).
 
     python tests/benchmarks/active_set.py --limits 0.04 0.03 0.028 0.025
 
-The limits of the scene are met with one sweep; these, along weft and warp, take its place. From a state at 0.15 s, 21 steps; of each
-step the least time for limiting in several runs, by the clock. Both columns end in the same bits.
+The limits of the scene are met with one sweep; these, along weft and warp, take its place. From a
+state at 0.15 s, 21 steps; of each step the least time for limiting in several runs, by the clock.
+Both columns end in the same bits.
 """
 
 from __future__ import annotations
@@ -23,11 +25,15 @@ def simulation(triangles: int, limit: float, active: bool) -> ls.Simulation:
     scene = file.scene()
     cloth = scene.cloths[0].replace(strain_limit=ls.StrainLimit(limit, limit, 0.4))
     options = ls.LimitOptions(in_solve=False, active_set=active)
-    return ls.Simulation(scene.replace(cloths=[cloth], limits=options), integrator=file.integrator, threads=1)
+    return ls.Simulation(
+        scene.replace(cloths=[cloth], limits=options), integrator=file.integrator, threads=1
+    )
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--limits", type=float, nargs="+", default=[0.04, 0.03, 0.028, 0.025])
     parser.add_argument("--triangles", type=int, default=14476)
     parser.add_argument("--steps", type=int, default=21)
@@ -38,7 +44,9 @@ def main() -> None:
     while start.time < 0.15:
         start.step()
     state = np.array(start.positions), np.array(start.velocities)
-    print("limit  sweeps a step  evaluations, in sweeps: active full  ms a step: active full  ratio  same bits")
+    print(
+        "limit  sweeps a step  evaluations, in sweeps: active full  ms a step: active full  ratio  same bits"
+    )
     for limit in options.limits:
         sweeps, evaluations, times, digests = [], [], [], []
         for active in (True, False):
@@ -49,7 +57,10 @@ def main() -> None:
                 done = looked = 0
                 for step in range(options.steps):
                     sim.step()
-                    done, looked = done + sim.report.limit_sweeps, looked + sim.report.limit_evaluations
+                    done, looked = (
+                        done + sim.report.limit_sweeps,
+                        looked + sim.report.limit_evaluations,
+                    )
                     least[step] = min(least[step], sim.report.seconds["limit"])
             sweeps.append(done / options.steps)
             evaluations.append(looked / options.steps / options.triangles)

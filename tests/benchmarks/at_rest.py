@@ -1,11 +1,13 @@
 """Where a drape comes to rest, over steps and starts perturbed by 1e-6 m.
 
-    python tests/benchmarks/at_rest.py [--triangles 3600 --steps 1e-3 4e-3 --runs 10 --jobs 2 --out at_rest.csv]
+    python tests/benchmarks/at_rest.py [--triangles 3600 --steps 1e-3 4e-3 --runs 10 --jobs 2 --out
+    at_rest.csv]
 
-The scene `drape` with air drag and damped bending runs until no vertex moves farther than 0.1 mm in 0.2 s. A run is one row of
-the table, written when it ends; what is in the table already is not run again. Folds form by chance, so what is compared
-between steps are means over the runs, with their standard errors: heights from the centre of the sphere, of the centre of
-mass, of the lowest vertex, of the vertex in the middle of the cloth.
+The scene `drape` with air drag and damped bending runs until no vertex moves farther than 0.1 mm in
+0.2 s. A run is one row of the table, written when it ends; what is in the table already is not run
+again. Folds form by chance, so what is compared between steps are means over the runs, with their
+standard errors: heights from the centre of the sphere, of the centre of mass, of the lowest vertex,
+of the vertex in the middle of the cloth.
 """
 
 import argparse
@@ -15,9 +17,8 @@ import os
 import runpy
 from pathlib import Path
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 from loomstone.scene_file import SceneFile
 
 HERE = Path(__file__).resolve().parent
@@ -35,7 +36,9 @@ def run(job: tuple[int, float, int]) -> dict[str, object]:
     cloth = scene.cloths[0]
     cloth = cloth.replace(material=cloth.material.replace(bending_damping=0.02))
     scene = scene.replace(cloths=[cloth], air=ls.Air(normal_drag=1.3))
-    sim = ls.Simulation(perturbed(scene, seed), integrator=file.integrator.replace(step=step), threads=1)
+    sim = ls.Simulation(
+        perturbed(scene, seed), integrator=file.integrator.replace(step=step), threads=1
+    )
     middle = int(np.linalg.norm(np.asarray(cloth.mesh.vertices)[:, :2], axis=1).argmin())
     before, moved = sim.positions, np.inf
     while moved > CALM and sim.time < LONGEST - 0.5 * PAUSE:
@@ -47,7 +50,9 @@ def run(job: tuple[int, float, int]) -> dict[str, object]:
     x = before - CENTRE
     areas = np.zeros(len(x))  # of the rest: masses of vertices but for the density
     corners = np.asarray(cloth.mesh.vertices)[np.asarray(cloth.mesh.triangles)]
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    area = np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
     for k in range(3):
         np.add.at(areas, np.asarray(cloth.mesh.triangles)[:, k], area)
     centre = areas @ x / areas.sum()
@@ -58,8 +63,10 @@ def run(job: tuple[int, float, int]) -> dict[str, object]:
 def summary(rows: list[dict[str, str]]) -> None:
     for key in sorted({(int(r["triangles"]), float(r["step"])) for r in rows}):
         mine = [r for r in rows if (int(r["triangles"]), float(r["step"])) == key]
-        print(f"{key[0]} triangles, {1e3 * key[1]:g} ms, {len(mine)} runs, at rest after {min(float(r['rest']) for r in mine):.1f} to "
-              f"{max(float(r['rest']) for r in mine):.1f} s [mm]:")
+        print(
+            f"{key[0]} triangles, {1e3 * key[1]:g} ms, {len(mine)} runs, at rest after {min(float(r['rest']) for r in mine):.1f} to "
+            f"{max(float(r['rest']) for r in mine):.1f} s [mm]:"
+        )
         for name in ("centre", "lowest", "middle"):
             values = 1e3 * np.array([float(r[name]) for r in mine])
             error = values.std(ddof=1) / np.sqrt(len(values)) if len(values) > 1 else np.nan
@@ -80,8 +87,17 @@ def main() -> None:
         with given.out.open() as file:
             rows = list(csv.DictReader(file))
     done = {(int(r["triangles"]), float(r["step"]), int(r["seed"])) for r in rows}
-    jobs = [(n, h, seed) for n in given.triangles for seed in range(given.runs) for h in given.steps if (n, h, seed) not in done]
-    with given.out.open("a", newline="") as file, multiprocessing.get_context("spawn").Pool(given.jobs) as pool:
+    jobs = [
+        (n, h, seed)
+        for n in given.triangles
+        for seed in range(given.runs)
+        for h in given.steps
+        if (n, h, seed) not in done
+    ]
+    with (
+        given.out.open("a", newline="") as file,
+        multiprocessing.get_context("spawn").Pool(given.jobs) as pool,
+    ):
         writer = csv.DictWriter(file, COLUMNS)
         if not done:
             writer.writeheader()

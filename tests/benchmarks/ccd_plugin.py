@@ -1,12 +1,13 @@
-"""loomstone as the plug-in of the shared collision benchmarks (SHARED/data/ccd/broad.py and pipeline.py):
+"""loomstone as the plug-in of the shared collision benchmarks (SHARED/data/ccd/broad.py and
+pipeline.py):
 
-    python SHARED/data/ccd/broad.py --plugin ccd_plugin --path tests/benchmarks
-    python SHARED/data/ccd/pipeline.py --plugin ccd_plugin --path tests/benchmarks --no-ti
-    python SHARED/data/ccd/broad.py --plugin ccd_plugin --path tests/benchmarks --scenes fold8_h1.5mm --check REQUIRED.npz
+python SHARED/data/ccd/broad.py --plugin ccd_plugin --path tests/benchmarks
+python SHARED/data/ccd/pipeline.py --plugin ccd_plugin --path tests/benchmarks --no-ti
+python SHARED/data/ccd/broad.py --plugin ccd_plugin --path tests/benchmarks --scenes fold8_h1.5mm
+--check REQUIRED.npz
 """
 
 import numpy as np
-
 from loomstone.collision import Detector
 
 

@@ -1,9 +1,11 @@
-"""Every scene at several steps, started from positions perturbed by 1e-6 m: intersecting pairs over all frames.
+"""Every scene at several steps, started from positions perturbed by 1e-6 m: intersecting pairs over
+all frames.
 
-    python tests/benchmarks/certify.py [--scenes drape twist --steps 1e-3 4e-3 --runs 10 --jobs 2 --out certify.csv]
+    python tests/benchmarks/certify.py [--scenes drape twist --steps 1e-3 4e-3 --runs 10 --jobs 2
+    --out certify.csv]
 
-A run is one row of the table, written when it ends; what is in the table already is not run again. Exit status 1 where a
-frame of any run had an intersecting pair of triangles with cloth in it.
+A run is one row of the table, written when it ends; what is in the table already is not run again.
+Exit status 1 where a frame of any run had an intersecting pair of triangles with cloth in it.
 """
 
 import argparse
@@ -13,9 +15,8 @@ import os
 import time
 from pathlib import Path
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 from loomstone.scene_file import SceneFile
 from loomstone.verification import count_intersections
 
@@ -40,11 +41,27 @@ SIZES = {
     "swing_limits": ({"triangles": 300}, 0.8),
     "twist": ({"triangles": 1800}, 1.0),
 }
-COLUMNS = ("scene", "step", "seed", "frames", "intersecting", "unresolved", "withheld", "stretch", "excess", "substeps", "seconds", "failure")
+COLUMNS = (
+    "scene",
+    "step",
+    "seed",
+    "frames",
+    "intersecting",
+    "unresolved",
+    "withheld",
+    "stretch",
+    "excess",
+    "substeps",
+    "seconds",
+    "failure",
+)
 
 
 def perturbed(scene: ls.Scene, seed: int) -> ls.Scene:
-    """Cloth vertices moved at random; seed 0 leaves them where they are. Pins stay, so that scripts begin where they are."""
+    """Cloth vertices moved at random; seed 0 leaves them where they are.
+
+    Pins stay, so that scripts begin where they are.
+    """
     if seed == 0:
         return scene
     random = np.random.default_rng(seed)
@@ -53,7 +70,9 @@ def perturbed(scene: ls.Scene, seed: int) -> ls.Scene:
         mesh = cloth.mesh
         offsets = random.uniform(-PERTURBATION, PERTURBATION, mesh.vertices.shape)
         offsets[list(cloth.pins)] = 0.0
-        moved = ls.TriangleMesh(mesh.vertices + offsets, mesh.triangles, uv=mesh.uv, uv_triangles=mesh.uv_triangles)
+        moved = ls.TriangleMesh(
+            mesh.vertices + offsets, mesh.triangles, uv=mesh.uv, uv_triangles=mesh.uv_triangles
+        )
         cloths.append(cloth.replace(mesh=moved))
     return scene.replace(cloths=cloths)
 
@@ -62,7 +81,9 @@ def run(job: tuple[str, float, int]) -> dict[str, object]:
     name, step, seed = job
     parameters, duration = SIZES[name]
     file = SceneFile.open(SCENES / f"{name}.py", parameters)
-    sim = ls.Simulation(perturbed(file.scene(), seed), integrator=file.integrator.replace(step=step), threads=1)
+    sim = ls.Simulation(
+        perturbed(file.scene(), seed), integrator=file.integrator.replace(step=step), threads=1
+    )
     frames = intersecting = unresolved = 0
     withheld, stretch, excess, substeps, failure = 0.0, 1.0, 0.0, 1, ""
     start = time.perf_counter()
@@ -78,15 +99,32 @@ def run(job: tuple[str, float, int]) -> dict[str, object]:
     except ls.SolverFailure as error:
         failure = str(error)
     seconds = time.perf_counter() - start
-    values = (name, step, seed, frames, intersecting, unresolved, withheld, stretch, excess, substeps, round(seconds, 2), failure)
+    values = (
+        name,
+        step,
+        seed,
+        frames,
+        intersecting,
+        unresolved,
+        withheld,
+        stretch,
+        excess,
+        substeps,
+        round(seconds, 2),
+        failure,
+    )
     return dict(zip(COLUMNS, values, strict=True))
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--scenes", nargs="+", choices=sorted(SIZES), default=sorted(SIZES))
     parser.add_argument("--steps", nargs="+", type=float, default=[1e-3, 4e-3], help="[s]")
-    parser.add_argument("--runs", type=int, default=10, help="perturbed starts of each scene and step")
+    parser.add_argument(
+        "--runs", type=int, default=10, help="perturbed starts of each scene and step"
+    )
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--out", type=Path, default=Path("certify.csv"))
     options = parser.parse_args()
@@ -97,7 +135,12 @@ def main() -> None:
         done = {(row["scene"], float(row["step"]), int(row["seed"])) for row in rows}
     else:
         options.out.write_text(",".join(COLUMNS) + "\n")
-    jobs = [(name, step, seed) for seed in range(options.runs) for name in options.scenes for step in options.steps]
+    jobs = [
+        (name, step, seed)
+        for seed in range(options.runs)
+        for name in options.scenes
+        for step in options.steps
+    ]
     jobs = [job for job in jobs if job not in done]
     # A process for every run: what one leaves behind does not meet the next.
     with multiprocessing.get_context("spawn").Pool(options.jobs, maxtasksperchild=1) as pool:
@@ -105,11 +148,17 @@ def main() -> None:
             with options.out.open("a", newline="") as file:
                 csv.DictWriter(file, COLUMNS).writerow(row)
             rows.append(row)
-            print(*(f"{column} {row[column]}" for column in COLUMNS if row[column] != ""), sep="  ", flush=True)
+            print(
+                *(f"{column} {row[column]}" for column in COLUMNS if row[column] != ""),
+                sep="  ",
+                flush=True,
+            )
     bad = [row for row in rows if int(row["intersecting"]) > 0]
     failed = [row for row in rows if row["failure"]]
-    print(f"{len(rows)} runs, {sum(int(row['frames']) for row in rows)} frames; "
-          f"{len(bad)} runs with intersecting pairs, {len(failed)} that ended early")
+    print(
+        f"{len(rows)} runs, {sum(int(row['frames']) for row in rows)} frames; "
+        f"{len(bad)} runs with intersecting pairs, {len(failed)} that ended early"
+    )
     raise SystemExit(1 if bad else 0)
 
 

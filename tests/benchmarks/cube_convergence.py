@@ -1,18 +1,19 @@
-"""Figure 6.7: force between two cubes of 1 cm and 1 T as their cells get finer, and by the accurate engine.
+"""Figure 6.7: force between two cubes of 1 cm and 1 T as their cells get finer, and by the accurate
+engine.
 
     python tests/benchmarks/cube_convergence.py [--most 100] [--tree 100] [--out cubes.png]
 
-Both cubes are lattices of N x N x N dipoles in line, so pairs of equal offset make equal forces: the sum runs over
-(2N - 1)^3 offsets. Up to N = --tree the same sum is taken by the tree over the dipoles themselves, which must agree to
-its tolerance. The error is relative to the closed form for parallel cuboids; the accurate engine's is that of cubes
-turned by 1e-9 rad, which are integrated, with its processor time beside it.
+Both cubes are lattices of N x N x N dipoles in line, so pairs of equal offset make equal forces:
+the sum runs over (2N - 1)^3 offsets. Up to N = --tree the same sum is taken by the tree over the
+dipoles themselves, which must agree to its tolerance. The error is relative to the closed form for
+parallel cuboids; the accurate engine's is that of cubes turned by 1e-9 rad, which are integrated,
+with its processor time beside it.
 """
 
 import argparse
 import time
 
 import numpy as np
-
 from loomstone import magnetics as M
 
 EDGE = 0.01
@@ -20,7 +21,9 @@ GAPS = (0.0, 0.0005, 0.001, 0.005, 0.01, 0.02)  # [m]
 
 
 def force_by_offsets(n: int, distance: float) -> float:
-    """Force [N] along the line of two lattices of n^3 dipoles magnetised along it, centres `distance` [m] apart."""
+    """Force [N] along the line of two lattices of n^3 dipoles magnetised along it, centres
+    `distance` [m] apart.
+    """
     h, moment = EDGE / n, EDGE**3 / M.MU0 / n**3
     k = np.arange(n)
     weight = np.where(k == 0, 1.0, 2.0) * (n - k)  # offsets of both signs across the line
@@ -40,7 +43,9 @@ def force_by_tree(n: int, distance: float, tolerance: float) -> float:
     line = ((np.arange(n) + 0.5) / n - 0.5) * EDGE
     points = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
     moments = np.tile((0.0, 0.0, EDGE**3 / M.MU0 / n**3), (n**3, 1))
-    forces, _ = M.dipole_forces(points + (0, 0, distance), moments, points, moments, tolerance=tolerance)
+    forces, _ = M.dipole_forces(
+        points + (0, 0, distance), moments, points, moments, tolerance=tolerance
+    )
     return float(forces[:, 2].sum())
 
 
@@ -68,10 +73,16 @@ def main() -> None:
     parser.add_argument("--tolerance", type=float, default=1e-4)
     parser.add_argument("--out")
     arguments = parser.parse_args()
-    numbers = [n for n in (1, 2, 3, 4, 6, 8, 10, 15, 20, 30, 46, 60, 80, 100) if n <= arguments.most]
+    numbers = [
+        n for n in (1, 2, 3, 4, 6, 8, 10, 15, 20, 30, 46, 60, 80, 100) if n <= arguments.most
+    ]
     errors = {}
-    print("relative error of the force by N^3 cells a cube; tree: its difference from the sum over offsets")
-    print(f"{'N':>4}" + "".join(f"{f'{1e3 * gap:g} mm':>12}" for gap in GAPS) + f"{'tree, 5 mm':>14}")
+    print(
+        "relative error of the force by N^3 cells a cube; tree: its difference from the sum over offsets"
+    )
+    print(
+        f"{'N':>4}" + "".join(f"{f'{1e3 * gap:g} mm':>12}" for gap in GAPS) + f"{'tree, 5 mm':>14}"
+    )
     exact = {gap: exact_force(gap) for gap in GAPS}
     for n in numbers:
         found = {gap: force_by_offsets(n, EDGE + gap) for gap in GAPS}
@@ -99,8 +110,16 @@ def plot(numbers: list[int], errors: dict, accurate: dict, out: str) -> None:
 
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4), sharey=True)
     for i, gap in enumerate(GAPS):
-        left.loglog(numbers, [abs(errors[n][i]) for n in numbers], "o-", label=f"{1e3 * gap:g} mm", markersize=3)
-        right.loglog(list(accurate), [max(accurate[t][i][0], 1e-12) for t in accurate], "o-", markersize=3)
+        left.loglog(
+            numbers,
+            [abs(errors[n][i]) for n in numbers],
+            "o-",
+            label=f"{1e3 * gap:g} mm",
+            markersize=3,
+        )
+        right.loglog(
+            list(accurate), [max(accurate[t][i][0], 1e-12) for t in accurate], "o-", markersize=3
+        )
     right.loglog(list(accurate), list(accurate), "k:", label="tolerance")
     left.set_xlabel("cells along an edge [1]")
     left.set_ylabel("relative error of the force [1]")

@@ -1,10 +1,13 @@
-"""Collision detection beside ipctk (from PyPI) in one run on one machine: ratios of least times, taken in turns.
+"""Collision detection beside ipctk (from PyPI) in one run on one machine: ratios of least times,
+taken in turns.
 
-    python tests/benchmarks/detection.py SHARED/data/ccd [--parts candidates detection narrow threads growth]
+    python tests/benchmarks/detection.py SHARED/data/ccd [--parts candidates detection narrow
+    threads growth]
 
-SHARED/data/ccd holds scenes.py, meshes and queries. One thread: processor time, which other programs hardly change; several:
-wall time. Set OMP_WAIT_POLICY=passive, so that waiting threads do not spin. Candidates: ours share no vertex and overlap by
-18-DOPs, ipctk's by boxes, so it lists more.
+SHARED/data/ccd holds scenes.py, meshes and queries. One thread: processor time, which other
+programs hardly change; several: wall time. Set OMP_WAIT_POLICY=passive, so that waiting threads do
+not spin. Candidates: ours share no vertex and overlap by 18-DOPs, ipctk's by boxes, so it lists
+more.
 """
 
 import argparse
@@ -16,7 +19,6 @@ from pathlib import Path
 from types import ModuleType
 
 import numpy as np
-
 from loomstone.collision import Detector, continuous
 
 SHEETS = ["fold8", "tight8", "stack4", "roll", "drape"]
@@ -46,7 +48,11 @@ class Scene:
         self.x0, self.x1, triangles = scenes.load(name)
         ipctk.set_num_threads(threads)
         self.fortran = [np.asfortranarray(a) for a in (self.x0, self.x1)]
-        self.mesh = ipctk.CollisionMesh(self.fortran[0], np.asfortranarray(scenes.edges(triangles)), np.asfortranarray(triangles))
+        self.mesh = ipctk.CollisionMesh(
+            self.fortran[0],
+            np.asfortranarray(scenes.edges(triangles)),
+            np.asfortranarray(triangles),
+        )
         self.ipctk, self.broad_phase, self.theirs = ipctk, ipctk.LBVH(), ipctk.Candidates()
         self.detector = Detector(triangles, threads=threads)
         self.n_triangles = len(triangles)
@@ -56,7 +62,9 @@ class Scene:
 
     def their_detection(self) -> None:
         self.their_candidates()
-        self.theirs.compute_collision_free_stepsize(self.mesh, *self.fortran, 0.0, self.ipctk.AdditiveCCD())
+        self.theirs.compute_collision_free_stepsize(
+            self.mesh, *self.fortran, 0.0, self.ipctk.AdditiveCCD()
+        )
 
     def candidates(self) -> tuple[np.ndarray, np.ndarray]:
         return self.detector.candidates(self.x0, self.x1, ordered=False)
@@ -77,12 +85,17 @@ def candidates(scenes: ModuleType, threads: list[int], seconds: float) -> None:
 
 
 def detection(scenes: ModuleType, threads: list[int], seconds: float) -> None:
-    print("whole detection         threads  LBVH + ACCD (earliest) ms  ours (every pair) ms  ratio  colliding pairs")
+    print(
+        "whole detection         threads  LBVH + ACCD (earliest) ms  ours (every pair) ms  ratio  colliding pairs"
+    )
     for name in [*SHEETS, "rod-twist"]:
         for n in threads:
             scene = Scene(scenes, name, n)
             theirs, ours = least(n, seconds, scene.their_detection, scene.collisions)
-            print(f"{name:24s} {n:6d} {theirs:8.1f} {ours:8.1f} {theirs / ours:6.2f}  {scene.collisions()}", flush=True)
+            print(
+                f"{name:24s} {n:6d} {theirs:8.1f} {ours:8.1f} {theirs / ours:6.2f}  {scene.collisions()}",
+                flush=True,
+            )
 
 
 def narrow(data: Path, seconds: float) -> None:
@@ -91,17 +104,30 @@ def narrow(data: Path, seconds: float) -> None:
         archive = np.load(path)
         for code, kind in enumerate(("vertex-face", "edge-edge")):
             chosen = archive["kind"] == code
-            queries, truth = np.ascontiguousarray(archive["Q"][chosen]), archive["gt"][chosen].astype(bool)
-            [each] = least(1, seconds / 4, lambda kind=kind, queries=queries: continuous(kind, queries))
+            queries, truth = (
+                np.ascontiguousarray(archive["Q"][chosen]),
+                archive["gt"][chosen].astype(bool),
+            )
+            [each] = least(
+                1, seconds / 4, lambda kind=kind, queries=queries: continuous(kind, queries)
+            )
             hit, first = continuous(kind, queries)
-            wrong = (truth & ~hit).sum(), (hit & ~truth).sum(), (first[truth] > archive["toi_hi"][chosen][truth]).sum()
+            wrong = (
+                (truth & ~hit).sum(),
+                (hit & ~truth).sum(),
+                (first[truth] > archive["toi_hi"][chosen][truth]).sum(),
+            )
             print(f"{path.stem:16s} {kind:12s} {len(queries):6d} {1e3 * each / len(queries):8.3f}  {wrong[0]} {wrong[1]} {wrong[2]}",
                   flush=True)  # fmt: skip
 
 
 def two_threads(scenes: ModuleType, seconds: float) -> None:
-    """Wall time needs two idle processors; processor time of the thread that works longer tells how far the work divides."""
-    print("two threads, whole detection   wall: one ms  two ms  ratio   processor: one ms  longer of two ms  ratio")
+    """Wall time needs two idle processors; processor time of the thread that works longer tells how
+    far the work divides.
+    """
+    print(
+        "two threads, whole detection   wall: one ms  two ms  ratio   processor: one ms  longer of two ms  ratio"
+    )
     for name in [*SHEETS, "rod-twist"]:
         one, two = Scene(scenes, name, 1), Scene(scenes, name, 2)
         wall: tuple[list[float], list[float]] = [], []
@@ -109,17 +135,26 @@ def two_threads(scenes: ModuleType, seconds: float) -> None:
         end = time.perf_counter() + seconds
         while time.perf_counter() < end or len(wall[0]) < 4:
             for i, scene in enumerate((one, two)):
-                start, all_start, own_start = time.perf_counter(), time.process_time(), time.thread_time()
+                start, all_start, own_start = (
+                    time.perf_counter(),
+                    time.process_time(),
+                    time.thread_time(),
+                )
                 scene.collisions()
                 everything, own = time.process_time() - all_start, time.thread_time() - own_start
                 wall[i].append(1e3 * (time.perf_counter() - start))
                 worked[i].append(1e3 * max(own, everything - own))
         a, b, c, d = (min(times[1:]) for times in (*wall, *worked))
-        print(f"{name:30s} {a:10.1f} {b:8.1f} {a / b:6.2f} {c:14.1f} {d:12.1f} {c / d:10.2f}", flush=True)
+        print(
+            f"{name:30s} {a:10.1f} {b:8.1f} {a / b:6.2f} {c:14.1f} {d:12.1f} {c / d:10.2f}",
+            flush=True,
+        )
 
 
 def growth(scenes: ModuleType, seconds: float) -> None:
-    print("growth of fold8       triangles  forming ms  candidates ms  detection ms  us a triangle  bytes a triangle")
+    print(
+        "growth of fold8       triangles  forming ms  candidates ms  detection ms  us a triangle  bytes a triangle"
+    )
     for cells in (120, 240, 480, 960):
         # The same picture at every size: gaps, bumps and speeds shrink with the cells.
         x0, x1, triangles = scenes.folded(cells, 0.12 / cells, 8, 120 / cells, 12 / cells, 1)
@@ -128,16 +163,23 @@ def growth(scenes: ModuleType, seconds: float) -> None:
         detector.candidates(x0, x1, ordered=False)
         forming = milliseconds(1) - start
         list_ms, all_ms = least(
-            1, seconds, lambda d=detector: d.candidates(x0, x1, ordered=False), lambda d=detector: d.collisions(x0, x1)
+            1,
+            seconds,
+            lambda d=detector: d.candidates(x0, x1, ordered=False),
+            lambda d=detector: d.collisions(x0, x1),
         )
         print(f"{'':20s} {len(triangles):9d} {forming:8.0f} {list_ms:10.1f} {all_ms:10.1f} {1e3 * all_ms / len(triangles):10.2f}"
               f" {detector.tree_bytes / len(triangles):8.0f}", flush=True)  # fmt: skip
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("data", type=Path)
-    parser.add_argument("--parts", nargs="+", default=["candidates", "detection", "narrow", "threads", "growth"])
+    parser.add_argument(
+        "--parts", nargs="+", default=["candidates", "detection", "narrow", "threads", "growth"]
+    )
     parser.add_argument("--threads", nargs="+", type=int, default=[1, 2])
     parser.add_argument("--seconds", type=float, default=4.0, help="for each line")
     options = parser.parse_args()

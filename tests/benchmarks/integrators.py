@@ -1,8 +1,11 @@
-"""Energy over time of every integrator on the swinging sheet (scene `swing`), as a table and one plot.
+"""Energy over time of every integrator on the swinging sheet (scene `swing`), as a table and one
+plot.
 
-    python tests/benchmarks/integrators.py [--columns 22 --rows 28 --duration 4 --out docs/images/integrator_energy.png]
+    python tests/benchmarks/integrators.py [--columns 22 --rows 28 --duration 4 --out
+    docs/images/integrator_energy.png]
 
-A run that fails (explicit Euler gains energy) is drawn up to where it failed. Ten minutes at full size.
+A run that fails (explicit Euler gains energy) is drawn up to where it failed. Ten minutes at full
+size.
 """
 
 import argparse
@@ -10,9 +13,8 @@ import importlib.util
 import time
 from pathlib import Path
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 
 SCENE = Path(__file__).resolve().parents[2] / "scenes" / "swing.py"
 
@@ -25,10 +27,17 @@ def swing(columns: int, rows: int) -> ls.Scene:
 
 
 def total(report: ls.StepReport) -> float:
-    return report.kinetic_energy + report.membrane_energy + report.bending_energy + report.gravity_energy
+    return (
+        report.kinetic_energy
+        + report.membrane_energy
+        + report.bending_energy
+        + report.gravity_energy
+    )
 
 
-def run(scene: ls.Scene, integrator: ls.IntegratorOptions, duration: float) -> tuple[np.ndarray, np.ndarray, float, str]:
+def run(
+    scene: ls.Scene, integrator: ls.IntegratorOptions, duration: float
+) -> tuple[np.ndarray, np.ndarray, float, str]:
     sim = ls.Simulation(scene, integrator=integrator, threads=1)
     times, energies, failure = [0.0], [total(sim.report)], ""
     start = time.perf_counter()
@@ -55,7 +64,9 @@ def integrators(columns: int) -> dict[str, ls.IntegratorOptions]:
     return {
         f"explicit Euler, {1e3 * small:.3g} ms": ls.ExplicitEuler(step=small),
         f"symplectic Euler, {1e3 * small:.3g} ms": ls.SymplecticEuler(step=small),
-        "implicit midpoint, nonlinear, 2 ms": ls.ImplicitMidpoint(step=2e-3, nonlinear=True, bending="implicit"),
+        "implicit midpoint, nonlinear, 2 ms": ls.ImplicitMidpoint(
+            step=2e-3, nonlinear=True, bending="implicit"
+        ),
         "implicit midpoint, linearised, 1 ms": ls.ImplicitMidpoint(step=1e-3),
         "BDF-2, 1 ms": ls.BDF2(step=1e-3),
         "semi-implicit Euler, 1 ms": ls.SemiImplicitEuler(step=1e-3),
@@ -76,10 +87,24 @@ def draw(runs: dict[str, tuple[np.ndarray, np.ndarray, float, str]], path: str) 
     low, high = min(map(np.min, held)), max(map(np.max, held))
     margin = 0.1 * (high - low)
     for name, (times, energies, _, failure) in runs.items():
-        shown = (energies > low - margin) & (energies < high + margin)  # a run that fails leaves the picture
-        (line,) = axes.plot(times[shown], 1e3 * energies[shown], label=name + (" (failed)" if failure else ""), linewidth=1.4)
+        shown = (energies > low - margin) & (
+            energies < high + margin
+        )  # a run that fails leaves the picture
+        (line,) = axes.plot(
+            times[shown],
+            1e3 * energies[shown],
+            label=name + (" (failed)" if failure else ""),
+            linewidth=1.4,
+        )
         if failure:
-            axes.plot(times[shown][-1], 1e3 * energies[shown][-1], "x", color=line.get_color(), markersize=9, markeredgewidth=2)
+            axes.plot(
+                times[shown][-1],
+                1e3 * energies[shown][-1],
+                "x",
+                color=line.get_color(),
+                markersize=9,
+                markeredgewidth=2,
+            )
     axes.set_xlabel("time [s]")
     axes.set_ylabel("kinetic + elastic + gravity energy [mJ]")
     axes.grid(alpha=0.3)
@@ -88,7 +113,9 @@ def draw(runs: dict[str, tuple[np.ndarray, np.ndarray, float, str]], path: str) 
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--columns", type=int, default=44)
     parser.add_argument("--rows", type=int, default=57)
     parser.add_argument("--duration", type=float, default=4.0)
@@ -98,7 +125,10 @@ def main() -> None:
     runs = {}
     for name, integrator in integrators(options.columns).items():
         times, energies, seconds, failure = runs[name] = run(scene, integrator, options.duration)
-        print(f"{name:38s} {seconds:7.1f} s  energy lost {1e3 * (energies[0] - energies[-1]):8.3f} mJ  {failure}", flush=True)
+        print(
+            f"{name:38s} {seconds:7.1f} s  energy lost {1e3 * (energies[0] - energies[-1]):8.3f} mJ  {failure}",
+            flush=True,
+        )
     draw(runs, options.out)
 
 

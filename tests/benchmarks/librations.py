@@ -1,42 +1,64 @@
-"""Energy of magnets that swing for 10,000 periods: a compass needle in a uniform field, and two balls that turn in fixed bearings.
+"""Energy of magnets that swing for 10,000 periods: a compass needle in a uniform field, and two
+balls that turn in fixed bearings.
 
     python tests/benchmarks/librations.py [--periods 10000]
 
-swing: largest departure of the energy from its start, over the largest kinetic energy; drift: of the mean over a tenth of the run
-at its end from that at its beginning. About 20 s.
+swing: largest departure of the energy from its start, over the largest kinetic energy; drift: of
+the mean over a tenth of the run at its end from that at its beginning. About 20 s.
 """
 
 import argparse
 import time
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 
 
 def compass() -> tuple[ls.Scene, float]:
     """The scene, and the period of small swings [s]."""
     box, field = (0.02, 0.005, 0.005), 5e-3
     mesh = ls.meshes.box(size=box)
-    needle = ls.RigidBody(name="needle", mesh=mesh, shape="box", density=7500, orientation=(np.cos(0.25), 0, 0, np.sin(0.25)))
+    needle = ls.RigidBody(
+        name="needle",
+        mesh=mesh,
+        shape="box",
+        density=7500,
+        orientation=(np.cos(0.25), 0, 0, np.sin(0.25)),
+    )
     magnet = ls.Magnet(body="needle", shape="cuboid", size=box, polarization=(1.0, 0, 0))
     inertia = np.asarray(ls.mass_properties(mesh, 7500).inertia)[2, 2]
     frequency = np.sqrt(np.prod(box) / ls.magnetics.MU0 * field / inertia)
-    return ls.Scene(bodies=[needle], magnets=[magnet], magnetic_field=(field, 0, 0), gravity=(0, 0, 0)), 2 * np.pi / frequency
+    return ls.Scene(
+        bodies=[needle], magnets=[magnet], magnetic_field=(field, 0, 0), gravity=(0, 0, 0)
+    ), 2 * np.pi / frequency
 
 
 def pair(radius: float = 0.01, gap: float = 0.01) -> tuple[ls.Scene, float]:
     mesh, distance = ls.meshes.sphere(radius=radius, subdivisions=2), 2 * radius + gap
     bodies = [
-        ls.RigidBody(name=name, mesh=mesh, shape="sphere", density=7500, position=(x, 0, 0), orientation=(np.cos(a), 0, 0, np.sin(a)))
+        ls.RigidBody(
+            name=name,
+            mesh=mesh,
+            shape="sphere",
+            density=7500,
+            position=(x, 0, 0),
+            orientation=(np.cos(a), 0, 0, np.sin(a)),
+        )
         for name, x, a in (("a", 0.0, 0.25), ("b", distance, -0.075))
     ]
-    magnets = [ls.Magnet(body=body.name, shape="sphere", radius=radius, polarization=(1.2, 0, 0)) for body in bodies]
+    magnets = [
+        ls.Magnet(body=body.name, shape="sphere", radius=radius, polarization=(1.2, 0, 0))
+        for body in bodies
+    ]
     bearings = [ls.Bearing(body=body.name, axis=(0, 0, 1)) for body in bodies]
     moment = 1.2 * 4 / 3 * np.pi * radius**3 / ls.magnetics.MU0
     inertia = np.asarray(ls.mass_properties(mesh, 7500).inertia)[2, 2]
-    frequency = np.sqrt(3e-7 * moment**2 / distance**3 / inertia)  # of the mode that turns both alike
-    return ls.Scene(bodies=bodies, magnets=magnets, bearings=bearings, gravity=(0, 0, 0)), 2 * np.pi / frequency
+    frequency = np.sqrt(
+        3e-7 * moment**2 / distance**3 / inertia
+    )  # of the mode that turns both alike
+    return ls.Scene(
+        bodies=bodies, magnets=magnets, bearings=bearings, gravity=(0, 0, 0)
+    ), 2 * np.pi / frequency
 
 
 def energies(scene: ls.Scene, period: float, periods: int) -> tuple[float, float]:
@@ -59,7 +81,9 @@ def main() -> None:
     for make in (compass, pair):
         start = time.process_time()
         swing, drift = energies(*make(), periods)
-        print(f"{make.__name__:8} {periods} periods: swing {swing:.1e}, drift {drift:.1e}, {time.process_time() - start:.1f} s")
+        print(
+            f"{make.__name__:8} {periods} periods: swing {swing:.1e}, drift {drift:.1e}, {time.process_time() - start:.1f} s"
+        )
 
 
 if __name__ == "__main__":

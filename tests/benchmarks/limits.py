@@ -1,13 +1,17 @@
-"""Strain limits over mesh sizes (table 3.1 of the thesis): sweeps, times and what each method leaves.
+"""Strain limits over mesh sizes (table 3.1 of the thesis): sweeps, times and what each method
+leaves.
 
     python tests/benchmarks/limits.py --triangles 900 3600 14400 --duration 1.0
-    python tests/benchmarks/limits.py --triangles 900 3600 14400 36000 100000 --start 0.32 --duration 0.04 > table.txt
-    python tests/benchmarks/limits.py --read table.txt --plot docs/images/limit_scaling.png
+    python tests/benchmarks/limits.py --triangles 900 3600 14400 36000 100000 --start 0.32
+    --duration 0.04 > table.txt python tests/benchmarks/limits.py --read table.txt --plot
+    docs/images/limit_scaling.png
 
---start lets the default method bring the cloth to that time, from where every method goes on: it meets its limits first when it
-has fallen for 0.28 s. Rows: edges (ESL), coloured and random Gauss-Seidel, Jacobi (one thread, and two), each after an implicit
-step that knows nothing of limits, as in the thesis; then coloured Gauss-Seidel behind limits inside the solve, the default.
-Times are processor time of a step; that of limiting is its share by the clock. Ratios within a row block are what counts.
+--start lets the default method bring the cloth to that time, from where every method goes on: it
+meets its limits first when it has fallen for 0.28 s. Rows: edges (ESL), coloured and random
+Gauss-Seidel, Jacobi (one thread, and two), each after an implicit step that knows nothing of
+limits, as in the thesis; then coloured Gauss-Seidel behind limits inside the solve, the default.
+Times are processor time of a step; that of limiting is its share by the clock. Ratios within a row
+block are what counts.
 """
 
 from __future__ import annotations
@@ -35,8 +39,20 @@ METHODS = (
 State = tuple[np.ndarray, np.ndarray]  # positions [m], velocities [m/s]
 
 
-def simulation(triangles: int, method: str, in_solve: bool, threads: int, max_sweeps: int, state: State | None = None) -> ls.Simulation:
-    parameters = {"triangles": triangles, "method": method, "in_solve": in_solve, "max_sweeps": max_sweeps}
+def simulation(
+    triangles: int,
+    method: str,
+    in_solve: bool,
+    threads: int,
+    max_sweeps: int,
+    state: State | None = None,
+) -> ls.Simulation:
+    parameters = {
+        "triangles": triangles,
+        "method": method,
+        "in_solve": in_solve,
+        "max_sweeps": max_sweeps,
+    }
     file = SceneFile.open(SCENE, parameters)
     sim = ls.Simulation(file.scene(), integrator=file.integrator, threads=threads)
     if state:
@@ -63,7 +79,11 @@ def measure(sim: ls.Simulation, limited: bool, duration: float) -> dict[str, flo
         evaluations += report.limit_evaluations
         limit += report.seconds["limit"]
         iterations += report.linear_iterations
-        excess.append(max(report.weft_excess, report.warp_excess, report.shear_excess) if limited else float("nan"))
+        excess.append(
+            max(report.weft_excess, report.warp_excess, report.shear_excess)
+            if limited
+            else float("nan")
+        )
     excess.sort()
     cpu = 1e3 * (time.process_time() - start) / steps
     return {
@@ -87,12 +107,18 @@ def plot(file: Path, tables: list[Path]) -> None:
     figure, axes = plt.subplots(1, 2, figsize=(9, 3.6), constrained_layout=True)
     lines = [line for table in tables for line in table.read_text().splitlines()]
     for i, (name, *_) in enumerate(METHODS):
-        rows = [line.replace(name, "x", 1).split() for line in lines if line[11:].startswith(f"{name}  ")]
+        rows = [
+            line.replace(name, "x", 1).split()
+            for line in lines
+            if line[11:].startswith(f"{name}  ")
+        ]
         triangles = [int(row[0]) for row in rows]
         if not rows:
             continue
         if name != "none":
-            axes[0].loglog(triangles, [max(float(row[7]), 1e-4) for row in rows], "o-", color=f"C{i}")
+            axes[0].loglog(
+                triangles, [max(float(row[7]), 1e-4) for row in rows], "o-", color=f"C{i}"
+            )
         times = [1e3 * float(row[5]) / int(row[0]) for row in rows]
         axes[1].loglog(triangles, times, "o-", color=f"C{i}", label=name)
     axes[0].set(xlabel="triangles", ylabel="worst excess of strain (1e-4 or less: none)")
@@ -102,26 +128,41 @@ def plot(file: Path, tables: list[Path]) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--triangles", type=int, nargs="+", default=[900, 3600, 14400])
     parser.add_argument("--start", type=float, default=0.0, help="when methods take over [s]")
     parser.add_argument("--duration", type=float, default=1.0, help="simulated time from there [s]")
     parser.add_argument("--max-sweeps", type=int, default=100)
-    parser.add_argument("--methods", nargs="+", default=[name for name, *_ in METHODS], help="rows of the table")
-    parser.add_argument("--read", type=Path, nargs="+", default=[], help="printed tables to plot; nothing runs")
+    parser.add_argument(
+        "--methods", nargs="+", default=[name for name, *_ in METHODS], help="rows of the table"
+    )
+    parser.add_argument(
+        "--read", type=Path, nargs="+", default=[], help="printed tables to plot; nothing runs"
+    )
     parser.add_argument("--plot", type=Path)
     options = parser.parse_args()
     if options.read and options.plot:
         plot(options.plot, options.read)
         return
-    print(f"{'triangles':>9}  {'method':<20} {'sweeps':>7} {'eval/tri':>8} {'limit ms':>8} {'step ms':>8} {'excess p90':>10} {'worst':>8} {'iterations':>10}")
+    print(
+        f"{'triangles':>9}  {'method':<20} {'sweeps':>7} {'eval/tri':>8} {'limit ms':>8} {'step ms':>8} {'excess p90':>10} {'worst':>8} {'iterations':>10}"
+    )
     for triangles in options.triangles:
         state = state_at(options.start, triangles) if options.start > 0.0 else None
         for name, method, in_solve, threads in METHODS:
             if name not in options.methods:
                 continue
             limited = name != "none"
-            sim = simulation(triangles, method if limited else "none", in_solve, threads, options.max_sweeps, state)
+            sim = simulation(
+                triangles,
+                method if limited else "none",
+                in_solve,
+                threads,
+                options.max_sweeps,
+                state,
+            )
             m = measure(sim, limited, options.duration)
             print(
                 f"{triangles:>9}  {name:<20} {m['sweeps']:>7.2f} {m['evaluations'] / triangles:>8.2f} {m['limit']:>8.2f} "

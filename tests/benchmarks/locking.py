@@ -1,10 +1,12 @@
-"""Do conforming triangles lock where weft, warp and shear are all limited to 1 %? Drapes over mesh sizes.
+"""Do conforming triangles lock where weft, warp and shear are all limited to 1 %? Drapes over mesh
+sizes.
 
     python tests/benchmarks/locking.py --triangles 900 1800 3600 7200 --seeds 1 2 3
 
-A limp knit over the pedestal of the drape test; coefficient and folds, means over specimens. Limits: none (the knit strains
-by 2 %); tight, 1 % against stretch and shear, compression free as by default; both ways, 1 % against compression too; and
-0.1 % in place of 1, for what locking looks like.
+A limp knit over the pedestal of the drape test; coefficient and folds, means over specimens.
+Limits: none (the knit strains by 2 %); tight, 1 % against stretch and shear, compression free as by
+default; both ways, 1 % against compression too; and 0.1 % in place of 1, for what locking looks
+like.
 """
 
 from __future__ import annotations
@@ -24,14 +26,24 @@ LIMITS = {
     "0.1 % both": ls.StrainLimit(0.001, 0.001, 0.001, weft_min=-0.001, warp_min=-0.001),
 }
 KNIT = ls.ClothMaterial(
-    weft_stiffness=33, warp_stiffness=60, shear_stiffness=37, density=0.2, bending_weft=3.6e-6, bending_warp=3.6e-6
+    weft_stiffness=33,
+    warp_stiffness=60,
+    shear_stiffness=37,
+    density=0.2,
+    bending_weft=3.6e-6,
+    bending_warp=3.6e-6,
 )
 
 
 def drapes(triangles: int, name: str, seeds: list[int]) -> None:
     began = time.process_time()
-    results = [cusick(KNIT, strain_limit=LIMITS[name], triangles=triangles, seed=seed, threads=1) for seed in seeds]
-    strain = np.array([np.abs(ls.limits.strain(r.positions, r.mesh)).max(0) for r in results]).max(0)
+    results = [
+        cusick(KNIT, strain_limit=LIMITS[name], triangles=triangles, seed=seed, threads=1)
+        for seed in seeds
+    ]
+    strain = np.array([np.abs(ls.limits.strain(r.positions, r.mesh)).max(0) for r in results]).max(
+        0
+    )
     coefficients, folds = [r.drape_coefficient for r in results], [r.folds for r in results]
     print(
         f"{triangles:>6} {name:<10} {np.mean(coefficients):6.1f} % (+-{np.std(coefficients):4.1f}) folds {np.mean(folds):5.1f} "
@@ -41,7 +53,9 @@ def drapes(triangles: int, name: str, seeds: list[int]) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--triangles", type=int, nargs="+", default=[900, 1800, 3600])
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3])
     parser.add_argument("--limits", nargs="+", default=list(LIMITS), choices=list(LIMITS))

@@ -1,12 +1,14 @@
-"""Table 6.1: times of the magnetic scenes, by dipole cells and by the accurate engine, in one run on one thread.
+"""Table 6.1: times of the magnetic scenes, by dipole cells and by the accurate engine, in one run
+on one thread.
 
     python tests/benchmarks/magnetic_scenes.py [--steps 400] [--scenes toy_magnets lift levitation]
 
-cells: dipoles that stand for all magnets, a sphere being one. magnetics: one evaluation of all forces and torques,
-induced moments among them; substeps: evaluations a step. rigid: what is left of a step, contacts above all. frames/s:
-of 40 ms of motion. gain: time of all pairs of leaves over that of the fronts (6.19) where several hard magnets lie at
-the start; spheres take all leaves, in one sum. Processor time in
-milliseconds, the least of repeats at ten places of the run; a step is the mean.
+cells: dipoles that stand for all magnets, a sphere being one. magnetics: one evaluation of all
+forces and torques, induced moments among them; substeps: evaluations a step. rigid: what is left of
+a step, contacts above all. frames/s: of 40 ms of motion. gain: time of all pairs of leaves over
+that of the fronts (6.19) where several hard magnets lie at the start; spheres take all leaves, in
+one sum. Processor time in milliseconds, the least of repeats at ten places of the run; a step is
+the mean.
 """
 
 import argparse
@@ -15,9 +17,8 @@ import time
 from pathlib import Path
 from types import ModuleType
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 from loomstone import magnetics as M
 
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
@@ -39,7 +40,9 @@ def load(name: str) -> ModuleType:
 
 
 def with_cells(scene: ls.Scene, density: float) -> ls.Scene:
-    """The scene with cells in place of hard magnets, and as dense ones where bodies respond explicitly; spheres are dipoles in any case."""
+    """The scene with cells in place of hard magnets, and as dense ones where bodies respond
+    explicitly; spheres are dipoles in any case.
+    """
 
     def in_cells(magnet: ls.Magnet) -> ls.Magnet:
         if magnet.response == "explicit":
@@ -79,7 +82,9 @@ def least(function: object, repeats: int = 5, inner: int = 20) -> float:
 
 
 def gain(scene: ls.Scene, density: float) -> tuple[int, float]:
-    """Leaves of all magnets, and time of all their pairs over that of the fronts where magnets lie at the start."""
+    """Leaves of all magnets, and time of all their pairs over that of the fronts where magnets lie
+    at the start.
+    """
     places = {body.name: np.array(body.position) for body in scene.bodies}
     fronts, whole, leaves = [], [], 0
     for magnet in scene.magnets:
@@ -94,10 +99,14 @@ def gain(scene: ls.Scene, density: float) -> tuple[int, float]:
         leaves += len(M.cell_level(whole[-1], 99)[0])
     if len(whole) < 2:
         return leaves, float("nan")
-    return leaves, least(lambda: M.forces(whole, threads=1)) / least(lambda: M.forces(fronts, threads=1))
+    return leaves, least(lambda: M.forces(whole, threads=1)) / least(
+        lambda: M.forces(fronts, threads=1)
+    )
 
 
-def measure(scene: ls.Scene, integrator: ls.IntegratorOptions, steps: int) -> tuple[float, float, float]:
+def measure(
+    scene: ls.Scene, integrator: ls.IntegratorOptions, steps: int
+) -> tuple[float, float, float]:
     """Milliseconds of an evaluation, evaluations a step, milliseconds of a step."""
     sim = ls.Simulation(scene, integrator=integrator, threads=1)
     evaluations, spent, substeps = [], 0.0, 0
@@ -114,7 +123,9 @@ def measure(scene: ls.Scene, integrator: ls.IntegratorOptions, steps: int) -> tu
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--steps", type=int, default=400)
-    parser.add_argument("--scenes", nargs="*", default=[name for name in THESIS if (SCENES / f"{name}.py").exists()])
+    parser.add_argument(
+        "--scenes", nargs="*", default=[name for name in THESIS if (SCENES / f"{name}.py").exists()]
+    )
     arguments = parser.parse_args()
     print(
         f"{'scene':14}{'engine':10}{'cells':>7}{'magnetics':>11}{'substeps':>10}{'rigid':>9}{'step':>9}{'frames/s':>10}"

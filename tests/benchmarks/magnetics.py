@@ -1,10 +1,12 @@
-"""Speed of fields and forces beside magpylib's, on the same arrays and pairs of turned cuboids, in one run.
+"""Speed of fields and forces beside magpylib's, on the same arrays and pairs of turned cuboids, in
+one run.
 
-    python -m pip install magpylib        # in an environment of its own, with this package on its path
-    python tests/benchmarks/magnetics.py [--points 100000] [--repeats 20] [--threads 1]
+    python -m pip install magpylib        # in an environment of its own, with this package on its
+    path python tests/benchmarks/magnetics.py [--points 100000] [--repeats 20] [--threads 1]
 
-Prints nanoseconds of processor time a point (the minimum of the repeats), their ratio, and the median relative
-difference of the two fields; then milliseconds and error of forces, magpylib with 1,000 and 10,000 cells a target.
+Prints nanoseconds of processor time a point (the minimum of the repeats), their ratio, and the
+median relative difference of the two fields; then milliseconds and error of forces, magpylib with
+1,000 and 10,000 cells a target.
 """
 
 import argparse
@@ -13,11 +15,10 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import loomstone as ls
 import magpylib
 import numpy as np
 from scipy.spatial.transform import Rotation
-
-import loomstone as ls
 
 M = ls.magnetics
 
@@ -53,32 +54,56 @@ def bodies() -> dict[str, tuple[M.MagneticBody, object]]:
             M.cylinder(radius=0.01, height=0.013, inner_radius=0.004, polarization=j),
             magnet.CylinderSegment(dimension=(0.004, 0.01, 0.013, 0, 360), polarization=j),
         ),
-        "sphere": (M.sphere(radius=0.01, polarization=j), magnet.Sphere(diameter=0.02, polarization=j)),
+        "sphere": (
+            M.sphere(radius=0.01, polarization=j),
+            magnet.Sphere(diameter=0.02, polarization=j),
+        ),
         "mesh, 320 triangles": (M.mesh(mesh, polarization=j), triangles),
         "loop": (M.loop(radius=0.01, current=3.0), current.Circle(diameter=0.02, current=3.0)),
-        "polyline, 4 segments": (M.polyline(square, current=2.0), current.Polyline(vertices=square, current=2.0)),
-        "dipole": (M.dipoles([[0, 0, 0]], [[1.0, 2.0, 3.0]]), magpylib.misc.Dipole(moment=(1.0, 2.0, 3.0))),
+        "polyline, 4 segments": (
+            M.polyline(square, current=2.0),
+            current.Polyline(vertices=square, current=2.0),
+        ),
+        "dipole": (
+            M.dipoles([[0, 0, 0]], [[1.0, 2.0, 3.0]]),
+            magpylib.misc.Dipole(moment=(1.0, 2.0, 3.0)),
+        ),
     }
 
 
 def compare_forces(repeats: int) -> None:
-    table = Path(__file__).resolve().parents[1] / "reference" / "magnets" / "i_cuboid_general_FT.json"
+    table = (
+        Path(__file__).resolve().parents[1] / "reference" / "magnets" / "i_cuboid_general_FT.json"
+    )
     print(
         f"\n{'turned cuboids':16}{'tolerance 1e-2':>24}{'1e-4':>20}{'1e-8':>20}{'magpylib 1e3':>20}{'1e4':>20}  [ms, error]"
     )
     for case in json.loads(table.read_text())["cases"][:6]:
         a = M.cuboid(size=case["dim1"], polarization=case["J1"])
-        b = M.cuboid(size=case["dim2"], polarization=case["J2_body"]).at(case["pos2"], case["quat2_wxyz"])
+        b = M.cuboid(size=case["dim2"], polarization=case["J2_body"]).at(
+            case["pos2"], case["quat2_wxyz"]
+        )
         own = magpylib.magnet.Cuboid(dimension=case["dim1"], polarization=case["J1"])
-        other = magpylib.magnet.Cuboid(dimension=case["dim2"], polarization=case["J2_body"], position=case["pos2"])
+        other = magpylib.magnet.Cuboid(
+            dimension=case["dim2"], polarization=case["J2_body"], position=case["pos2"]
+        )
         other.rotate(Rotation.from_quat(np.roll(case["quat2_wxyz"], -1)), anchor=None)
         found = [
-            *(fastest(lambda: M.force(on=b, by=a, tolerance=t).force, repeats) for t in (1e-2, 1e-4, 1e-8)),  # noqa: B023
+            *(
+                fastest(lambda: M.force(on=b, by=a, tolerance=t).force, repeats)
+                for t in (1e-2, 1e-4, 1e-8)
+            ),
             *(fastest(lambda: magpylib.getFT(own, other, meshing=n)[0], 3) for n in (1000, 10000)),  # noqa: B023
         ]
         expected = np.array(case["F2"])
-        errors = [np.linalg.norm(np.squeeze(force) - expected) / np.linalg.norm(expected) for _, force in found]
-        print(f"{case['id']:20}" + "".join(f"{1e3 * t:12.3f}{e:8.0e}" for (t, _), e in zip(found, errors, strict=True)))
+        errors = [
+            np.linalg.norm(np.squeeze(force) - expected) / np.linalg.norm(expected)
+            for _, force in found
+        ]
+        print(
+            f"{case['id']:20}"
+            + "".join(f"{1e3 * t:12.3f}{e:8.0e}" for (t, _), e in zip(found, errors, strict=True))
+        )
 
 
 def main() -> None:
@@ -89,15 +114,23 @@ def main() -> None:
     arguments = parser.parse_args()
     rng = np.random.default_rng(1)
     points = rng.normal(size=(arguments.points, 3)) * 0.02
-    print(f"magpylib {magpylib.__version__}, {arguments.points} points, {arguments.threads} threads")
+    print(
+        f"magpylib {magpylib.__version__}, {arguments.points} points, {arguments.threads} threads"
+    )
     print(f"{'source':22}{'ours':>10}{'magpylib':>12}  [ns/point] {'ratio':>8} {'difference':>12}")
     for name, (body, peer) in bodies().items():
-        some = points[: arguments.points // 50] if "mesh" in name else points  # magpylib takes 0.5 ms a point there
-        ours, field = fastest(lambda: M.field(body, some, threads=arguments.threads), arguments.repeats)  # noqa: B023
+        some = (
+            points[: arguments.points // 50] if "mesh" in name else points
+        )  # magpylib takes 0.5 ms a point there
+        ours, field = fastest(
+            lambda: M.field(body, some, threads=arguments.threads), arguments.repeats
+        )
         theirs, reference = fastest(lambda: peer.getB(some), max(3, arguments.repeats // 5))  # noqa: B023
         apart = np.linalg.norm(field - reference, axis=1) / np.linalg.norm(reference, axis=1)
         each = 1e9 / len(some)
-        print(f"{name:22}{each * ours:10.1f}{each * theirs:12.1f}{'':11}{theirs / ours:9.1f} {np.median(apart):12.1e}")
+        print(
+            f"{name:22}{each * ours:10.1f}{each * theirs:12.1f}{'':11}{theirs / ours:9.1f} {np.median(apart):12.1e}"
+        )
     compare_forces(arguments.repeats)
 
 

@@ -1,11 +1,12 @@
 """Speed of sums over many dipoles: direct pairs, tree sums, and fmm3dpy beside them, in one run.
 
-    python -m pip install fmm3dpy        # in an environment of its own, with this package on its path
-    OMP_NUM_THREADS=1 python tests/benchmarks/many_dipoles.py [--most 1000000] [--tolerance 1e-4] [--threads 1]
+    python -m pip install fmm3dpy        # in an environment of its own, with this package on its
+    path OMP_NUM_THREADS=1 python tests/benchmarks/many_dipoles.py [--most 1000000] [--tolerance
+    1e-4] [--threads 1]
 
-Field and force on every dipole of a lattice shaken by half its spacing, directions at random. Prints processor time,
-the least of the repeats, and errors of force on 200 dipoles: root mean square over that of the force. Without fmm3dpy
-its column is left out.
+Field and force on every dipole of a lattice shaken by half its spacing, directions at random.
+Prints processor time, the least of the repeats, and errors of force on 200 dipoles: root mean
+square over that of the force. Without fmm3dpy its column is left out.
 """
 
 import argparse
@@ -14,7 +15,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-
 from loomstone import magnetics as M
 
 try:
@@ -44,7 +44,9 @@ def forces_of_fmm(points: np.ndarray, moments: np.ndarray, eps: float) -> np.nda
     out = fmm3dpy.lfmm3d(eps=eps, sources=points.T.copy(), dipvec=moments.T.copy(), pg=3)
     xx, yy, zz, xy, xz, yz = out.hess
     x, y, z = moments.T
-    return -M.MU0 * np.stack([xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z], axis=1)
+    return -M.MU0 * np.stack(
+        [xx * x + xy * y + xz * z, xy * x + yy * y + yz * z, xz * x + yz * y + zz * z], axis=1
+    )
 
 
 def main() -> None:
@@ -55,10 +57,18 @@ def main() -> None:
     parser.add_argument("--threads", type=int, default=1)
     arguments = parser.parse_args()
     points, moments = dipoles(100_000)
-    seconds, _ = fastest(lambda: M.dipole_forces(points[:4000], moments[:4000], points, moments, threads=1), 3)
+    seconds, _ = fastest(
+        lambda: M.dipole_forces(points[:4000], moments[:4000], points, moments, threads=1), 3
+    )
     print(f"direct pairs, field and force, one thread: {4e8 / seconds / 1e9:.3f} G/s")
     print(f"{'dipoles':>9}{'tree [s]':>10}{'error':>9}{'us each':>9}{'direct [s]':>12}", end="")
-    print("".join(f"{f'fmm3d {eps:g} [s]':>18}{'error':>9}{'ratio':>7}" for eps in arguments.eps if fmm3dpy))
+    print(
+        "".join(
+            f"{f'fmm3d {eps:g} [s]':>18}{'error':>9}{'ratio':>7}"
+            for eps in arguments.eps
+            if fmm3dpy
+        )
+    )
     n = 10_000
     while n <= arguments.most:
         points, moments = dipoles(n)
@@ -70,14 +80,19 @@ def main() -> None:
             return float(np.linalg.norm(found[some] - exact) / np.linalg.norm(exact))  # noqa: B023
 
         ours, (found, _) = fastest(
-            lambda: M.dipole_forces(  # noqa: B023
-                points, moments, tolerance=arguments.tolerance, threads=arguments.threads  # noqa: B023
+            lambda: M.dipole_forces(
+                points,
+                moments,
+                tolerance=arguments.tolerance,
+                threads=arguments.threads,
             ),
             repeats,
         )
         line = f"{n:9}{ours:10.3f}{error(found):9.1e}{1e6 * ours / n:9.2f}"
         if n <= 50_000:
-            direct, _ = fastest(lambda: M.dipole_forces(points, moments, threads=arguments.threads), 1)  # noqa: B023
+            direct, _ = fastest(
+                lambda: M.dipole_forces(points, moments, threads=arguments.threads), 1
+            )
             line += f"{direct:12.2f}"
         else:
             line += f"{n * n * seconds / 4e8:11.0f}*"

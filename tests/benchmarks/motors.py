@@ -1,9 +1,10 @@
-"""The motors of the table vii_motors, to their end: a brushed one with two segments, and magnets that follow a turning field.
+"""The motors of the table vii_motors, to their end: a brushed one with two segments, and magnets
+that follow a turning field.
 
     python tests/benchmarks/motors.py PATH/vii_motors.json
 
-angle, speed: largest departures from the table over the largest values in it; balance: energy that is missing at the end over what
-sources gave and friction took. About 20 s.
+angle, speed: largest departures from the table over the largest values in it; balance: energy that
+is missing at the end over what sources gave and friction took. About 20 s.
 """
 
 import argparse
@@ -12,9 +13,8 @@ import time
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 
 TO_X, TO_Y = (np.sqrt(0.5), 0, np.sqrt(0.5), 0), (np.sqrt(0.5), -np.sqrt(0.5), 0, 0)  # turn z there
 EDGE = 0.02
@@ -34,11 +34,24 @@ def scene_of(case: dict[str, Any], until: float) -> tuple[ls.Scene, float]:
         times = np.linspace(0, until + 0.1, round(4000 * (until + 0.1)) + 1)
         # A frequency that grows to its last value, and stays.
         ramp, frequency = case["ramp_s"], case["frequency_Hz"]
-        phase = 2 * np.pi * frequency * np.where(times < ramp, times**2 / (2 * ramp), times - 0.5 * ramp)
+        phase = (
+            2
+            * np.pi
+            * frequency
+            * np.where(times < ramp, times**2 / (2 * ramp), times - 0.5 * ramp)
+        )
         radius, turns = 2.0, 1000.0
         current = case["B0"] * 2 * radius / (ls.magnetics.MU0 * turns)
         coils = [
-            ls.Coil(body="stand", shape="loop", radius=radius, turns=turns, orientation=q, times=times.tolist(), currents=i.tolist())
+            ls.Coil(
+                body="stand",
+                shape="loop",
+                radius=radius,
+                turns=turns,
+                orientation=q,
+                times=times.tolist(),
+                currents=i.tolist(),
+            )
             for q, i in ((TO_X, current * np.cos(phase)), (TO_Y, current * np.sin(phase)))
         ]
         stand = ls.obstacle(ls.meshes.box(size=(0.01, 0.01, 0.01)).moved((0, 0, 0.5)), name="stand")
@@ -49,18 +62,24 @@ def scene_of(case: dict[str, Any], until: float) -> tuple[ls.Scene, float]:
         orientation=(np.cos(start / 2), 0, 0, np.sin(start / 2)),
     )  # fmt: skip
     bearing = ls.Bearing(body="rotor", friction=case["viscous_friction"])
-    return ls.Scene(bodies=[rotor], bearings=[bearing], gravity=(0, 0, -9.81), magnetic_tolerance=1e-6, **parts), start
+    return ls.Scene(
+        bodies=[rotor], bearings=[bearing], gravity=(0, 0, -9.81), magnetic_tolerance=1e-6, **parts
+    ), start
 
 
 def balance(sim: ls.Simulation) -> float:
-    """All energies, with what has left through resistances and bearings and without what sources gave [J]."""
+    """All energies, with what has left through resistances and bearings and without what sources
+    gave [J].
+    """
     r = sim.report
     mechanical = r.body_kinetic_energy + r.body_gravity_energy + r.magnetic_energy
     return mechanical + r.circuit_energy + r.circuit_heat + r.bearing_work - r.circuit_supply
 
 
 def follow(case: dict[str, Any], until: float, step: float) -> dict[str, Any]:
-    """Runs a motor; largest departures of angle [rad] and speed [rad/s] from the table, energy missing and turned over [J], place."""
+    """Runs a motor; largest departures of angle [rad] and speed [rad/s] from the table, energy
+    missing and turned over [J], place.
+    """
     scene, angle = scene_of(case, until)
     sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=step), threads=1)
     before = balance(sim)
@@ -69,7 +88,9 @@ def follow(case: dict[str, Any], until: float, step: float) -> dict[str, Any]:
     while sim.time < until + 0.5 * step:
         sim.step()
         now = sim.state.body_orientations[0].copy()
-        angle += 2 * np.arctan2(last[0] * now[3] - last[3] * now[0], last[0] * now[0] + last[3] * now[3])
+        angle += 2 * np.arctan2(
+            last[0] * now[3] - last[3] * now[0], last[0] * now[0] + last[3] * now[3]
+        )
         last = now
         times.append(sim.time)
         found.append((angle, sim.state.body_angular_velocities[0, 2]))
@@ -86,7 +107,9 @@ def follow(case: dict[str, Any], until: float, step: float) -> dict[str, Any]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("table", type=Path)
     for case in json.loads(parser.parse_args().table.read_text())["cases"]:
         step = 1e-4 if case["type"] == "brushed_dc_two_segment" else 1e-3

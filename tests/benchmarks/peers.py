@@ -1,10 +1,13 @@
-"""A scene beside other programs, in one run on one machine: seconds a 25 Hz frame, largest stretch, intersecting triangles.
+"""A scene beside other programs, in one run on one machine: seconds a 25 Hz frame, largest stretch,
+intersecting triangles.
 
-    python tests/benchmarks/peers.py --shared ../shared [--scene drape|twist] [--step 4e-3] [--peer-python PYTHON] [--mujoco]
+    python tests/benchmarks/peers.py --shared ../shared [--scene drape|twist] [--step 4e-3]
+    [--peer-python PYTHON] [--mujoco]
 
-The other programs' scripts lie in SHARED/peers; PYTHON is an interpreter that has them (bpy, mujoco). What is not there is
-left out with a line that says so. Stretch and pairs of all are taken here, from their frames: the largest principal stretch,
-and pairs by exact arithmetic. Times depend on the machine: quote the ratios.
+The other programs' scripts lie in SHARED/peers; PYTHON is an interpreter that has them (bpy,
+mujoco). What is not there is left out with a line that says so. Stretch and pairs of all are taken
+here, from their frames: the largest principal stretch, and pairs by exact arithmetic. Times depend
+on the machine: quote the ratios.
 """
 
 import argparse
@@ -17,9 +20,8 @@ import time
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
 import loomstone as ls
+import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
 NAMES = {"drape": "W1", "twist": "W3"}  # theirs
@@ -57,10 +59,15 @@ def looked_at(path: Path) -> Seen:
     """What another program wrote: uv (n, 2), faces (m, 3), X (frames, n, 3), and its own clock."""
     run = np.load(path)
     uv, faces = run["uv"], run["faces"]
-    rest = np.linalg.inv(np.stack([uv[faces[:, 1]] - uv[faces[:, 0]], uv[faces[:, 2]] - uv[faces[:, 0]]], axis=2))
+    rest = np.linalg.inv(
+        np.stack([uv[faces[:, 1]] - uv[faces[:, 0]], uv[faces[:, 2]] - uv[faces[:, 0]]], axis=2)
+    )
     stretch, pairs = 1.0, 0
     for x in run["X"]:
-        gradient = np.stack([x[faces[:, 1]] - x[faces[:, 0]], x[faces[:, 2]] - x[faces[:, 0]]], axis=2) @ rest
+        gradient = (
+            np.stack([x[faces[:, 1]] - x[faces[:, 0]], x[faces[:, 2]] - x[faces[:, 0]]], axis=2)
+            @ rest
+        )
         stretch = max(stretch, float(np.linalg.norm(gradient, ord=2, axis=(1, 2)).max()))
         pairs = max(pairs, len(ls.collision.intersecting_pairs(x, faces)))
     return Seen(float(json.loads(str(run["meta"]))["wall_per_25hz_frame"]), stretch, pairs)
@@ -70,7 +77,9 @@ def peer(python: str, script: Path, arguments: list[str], out: Path) -> Seen | s
     """What was seen, or why there is nothing."""
     environment = {**os.environ, "PEERS_OUT": str(out), "PYTHONPATH": str(script.parent)}
     environment.pop("OMP_WAIT_POLICY", None)
-    done = subprocess.run([python, str(script), *arguments], capture_output=True, text=True, env=environment)
+    done = subprocess.run(
+        [python, str(script), *arguments], capture_output=True, text=True, env=environment
+    )
     written = sorted(out.glob("*.npz"))
     if done.returncode or not written:
         return (done.stderr.strip().splitlines() or ["no output"])[-1]
@@ -78,14 +87,20 @@ def peer(python: str, script: Path, arguments: list[str], out: Path) -> Seen | s
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--shared", type=Path, default=ROOT.parent / "shared")
     parser.add_argument("--scene", choices=list(NAMES), default="drape")
     parser.add_argument("--peer-python", default="python3")
-    parser.add_argument("--blender-quality", type=int, help="steps a frame (default: 10 for drape, 30 for twist)")
+    parser.add_argument(
+        "--blender-quality", type=int, help="steps a frame (default: 10 for drape, 30 for twist)"
+    )
     parser.add_argument("--duration", type=float, default=1.0)
     parser.add_argument("--threads", type=int, default=2)
-    parser.add_argument("--step", type=float, help="ours [s]; Blender's own in drape is 4e-3 (default: the scene's)")
+    parser.add_argument(
+        "--step", type=float, help="ours [s]; Blender's own in drape is 4e-3 (default: the scene's)"
+    )
     parser.add_argument("--mujoco", action="store_true", help="also MuJoCo (minutes)")
     options = parser.parse_args()
     mine = ours(options.scene, options.duration, options.threads, options.step)
@@ -105,7 +120,10 @@ def main() -> None:
         if isinstance(seen, str):
             print(f"{name}: left out, {seen}")
         else:
-            print(f"{name:9s}  {seen}; loomstone takes {mine.seconds / seen.seconds:.2f} of the time", flush=True)
+            print(
+                f"{name:9s}  {seen}; loomstone takes {mine.seconds / seen.seconds:.2f} of the time",
+                flush=True,
+            )
 
 
 if __name__ == "__main__":

@@ -2,7 +2,8 @@
 
     python tests/benchmarks/pictures.py out/drape [--jobs 2 --width 1280 --height 720 --pictures 24]
 
-Every process draws one picture before the clock starts, and that long the processes wait for one another.
+Every process draws one picture before the clock starts, and that long the processes wait for one
+another.
 """
 
 import argparse
@@ -34,7 +35,9 @@ def measure(run, look, n, jobs, out):
     context = multiprocessing.get_context("spawn")
     start, spent, n_frames = context.Barrier(jobs + 1), context.Queue(), len(ls.Run(run))
     shares = [[i % n_frames for i in range(job, n, jobs)] for job in range(jobs)]
-    processes = [context.Process(target=draw, args=(run, look, share, out, start, spent)) for share in shares]
+    processes = [
+        context.Process(target=draw, args=(run, look, share, out, start, spent)) for share in shares
+    ]
     for process in processes:
         process.start()
     start.wait()
@@ -47,7 +50,9 @@ def measure(run, look, n, jobs, out):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("run", type=Path)
     for name, default in (("jobs", 2), ("width", 1280), ("height", 720), ("pictures", 24)):
         parser.add_argument(f"--{name}", type=int, default=default)
@@ -56,7 +61,10 @@ def main():
     with tempfile.TemporaryDirectory() as out:
         for words, directory in (("with PNG files", Path(out)), ("without", None)):
             rate, busy = measure(given.run, look, given.pictures, given.jobs, directory)
-            print(f"{words}: {rate:.2f} pictures/s, {1e3 * busy:.0f} ms of processor a picture", flush=True)
+            print(
+                f"{words}: {rate:.2f} pictures/s, {1e3 * busy:.0f} ms of processor a picture",
+                flush=True,
+            )
 
 
 if __name__ == "__main__":

@@ -1,23 +1,24 @@
-"""A soft iron cube beside a cuboid magnet, with an error of the force of 0.5 %: time here and of magpylib-material-response.
+"""A soft iron cube beside a cuboid magnet, with an error of the force of 0.5 %: time here and of
+magpylib-material-response.
 
-    python -m pip install magpylib-material-response    # in an environment of its own, with this package on its path
-    python tests/benchmarks/soft_bodies.py [--repeats 10]
+    python -m pip install magpylib-material-response    # in an environment of its own, with this
+    package on its path python tests/benchmarks/soft_bodies.py [--repeats 10]
 
-The error is taken against 20 cells an edge here, which err by less than 1e-4. Both begin with nothing: the cube is set up, its
-magnetisation found, and the force on it computed; here the time for another place of the same cube is given as well. Cells of
-magpylib-material-response grow in number until the error is reached. Prints milliseconds of processor time and their ratio.
+The error is taken against 20 cells an edge here, which err by less than 1e-4. Both begin with
+nothing: the cube is set up, its magnetisation found, and the force on it computed; here the time
+for another place of the same cube is given as well. Cells of magpylib-material-response grow in
+number until the error is reached. Prints milliseconds of processor time and their ratio.
 """
 
 import argparse
 import time
 from collections.abc import Callable
 
+import loomstone as ls
 import magpylib
 import numpy as np
 from magpylib_material_response.demag import apply_demag
 from magpylib_material_response.meshing import mesh_Cuboid
-
-import loomstone as ls
 
 M = ls.magnetics
 EDGE, GAP, CHI = 0.01, 0.002, 1000.0
@@ -44,7 +45,9 @@ def force(soft: M.SoftBody) -> float:
 
 def other(cells: int) -> float:
     magnet = magpylib.magnet.Cuboid(dimension=(EDGE,) * 3, polarization=(0, 0, 1.0))
-    soft = magpylib.magnet.Cuboid(dimension=(EDGE,) * 3, polarization=(0, 0, 1e-9), position=(0, 0, EDGE + GAP))
+    soft = magpylib.magnet.Cuboid(
+        dimension=(EDGE,) * 3, polarization=(0, 0, 1e-9), position=(0, 0, EDGE + GAP)
+    )
     soft.susceptibility = CHI
     magnet.susceptibility = 0
     mesh = mesh_Cuboid(soft, target_elems=cells, style_label="iron")
@@ -55,17 +58,23 @@ def other(cells: int) -> float:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--repeats", type=int, default=10)
     arguments = parser.parse_args()
     wanted = force(iron(20))
     ours, found = fastest(lambda: force(iron(8)), arguments.repeats)
     soft = iron(8)
     again, _ = fastest(lambda: force(soft), arguments.repeats)
-    print(f"loomstone, 8 cells: {ours:.1f} ms, again {again:.2f} ms, error {found / wanted - 1:+.2e}")
+    print(
+        f"loomstone, 8 cells: {ours:.1f} ms, again {again:.2f} ms, error {found / wanted - 1:+.2e}"
+    )
     for edge in (4, 6, 8, 10, 12, 14, 16):
         theirs, found = fastest(lambda edge=edge: other(edge**3), 1)
-        print(f"magpylib-material-response, {edge}^3 cells: {theirs:.0f} ms, error {found / wanted - 1:+.2e}")
+        print(
+            f"magpylib-material-response, {edge}^3 cells: {theirs:.0f} ms, error {found / wanted - 1:+.2e}"
+        )
         if abs(found / wanted - 1) < 5e-3:
             break
     print(f"ratio {theirs / ours:.0f}, of another place {theirs / again:.0f}")

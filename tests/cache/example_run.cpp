@@ -33,11 +33,14 @@ FrameTopology example_topology(int side, bool with_bodies) {
         topology.triangles.row(triangle++) << corner + 1, corner + side + 1, corner + side;
       }
   topology.corner_uv.resize(triangle * 3, 2);
-  for (int i = 0; i < topology.corner_uv.size(); ++i) topology.corner_uv.data()[i] = 0.1 * std::sin(i);
+  for (int i = 0; i < topology.corner_uv.size(); ++i)
+    topology.corner_uv.data()[i] = 0.1 * std::sin(i);
   topology.cloth_of_triangle.assign(static_cast<std::size_t>(triangle), 0);
-  for (int i = triangle / 2; i < triangle; ++i) topology.cloth_of_triangle[static_cast<std::size_t>(i)] = 1;
+  for (int i = triangle / 2; i < triangle; ++i)
+    topology.cloth_of_triangle[static_cast<std::size_t>(i)] = 1;
   topology.cloth_of_vertex.assign(static_cast<std::size_t>(2 * side * side), 0);
-  for (int i = side * side; i < 2 * side * side; ++i) topology.cloth_of_vertex[static_cast<std::size_t>(i)] = 1;
+  for (int i = side * side; i < 2 * side * side; ++i)
+    topology.cloth_of_vertex[static_cast<std::size_t>(i)] = 1;
   topology.cloth_names = {"skirt", "a name with \xC3\xA9"};
   topology.body_triangles.resize(0, 3);
   if (with_bodies) {
@@ -56,7 +59,8 @@ StepReport example_report(std::int64_t step) {
   StepReport report;
   report.step = step;
   report.time = 1e-3 * x;
-  for (std::size_t i = 0; i < report.seconds.size(); ++i) report.seconds[i] = std::sqrt(x + static_cast<double>(i));
+  for (std::size_t i = 0; i < report.seconds.size(); ++i)
+    report.seconds[i] = std::sqrt(x + static_cast<double>(i));
   report.busy_least = 0.5 * x;
   report.busy_mean = 0.7 * x;
   report.busy_most = 0.9 * x;
@@ -145,7 +149,9 @@ namespace {
 template <class A, class B>
 bool same_bits(const A& a, const B& b) {
   return a.size() == b.size() &&
-         (a.size() == 0 || std::memcmp(a.data(), b.data(), static_cast<std::size_t>(a.size()) * sizeof(*a.data())) == 0);
+         (a.size() == 0 ||
+          std::memcmp(a.data(), b.data(), static_cast<std::size_t>(a.size()) * sizeof(*a.data())) ==
+              0);
 }
 
 template <class A>
@@ -167,27 +173,36 @@ bool same(const FrameTopology& a, const FrameTopology& b) {
 
 bool same(const StepReport& a, const StepReport& b) {
   return a.step == b.step && same_number(a.time, b.time) && same_bits(a.seconds, b.seconds) &&
-         same_number(a.busy_least, b.busy_least) && same_number(a.busy_mean, b.busy_mean) && same_number(a.busy_most, b.busy_most) &&
-         a.newton_iterations == b.newton_iterations && a.linear_iterations == b.linear_iterations &&
-         same_number(a.linear_residual, b.linear_residual) && a.contacts == b.contacts && a.impacts == b.impacts &&
-         a.truncated == b.truncated && a.substeps == b.substeps && a.unresolved == b.unresolved &&
-         a.intersections == b.intersections && same_number(a.withheld, b.withheld) &&
-         a.forced == b.forced && same_number(a.wanted_motion, b.wanted_motion) &&
-         same_number(a.withheld_motion, b.withheld_motion) && same_number(a.truncated_momentum, b.truncated_momentum) &&
+         same_number(a.busy_least, b.busy_least) && same_number(a.busy_mean, b.busy_mean) &&
+         same_number(a.busy_most, b.busy_most) && a.newton_iterations == b.newton_iterations &&
+         a.linear_iterations == b.linear_iterations &&
+         same_number(a.linear_residual, b.linear_residual) && a.contacts == b.contacts &&
+         a.impacts == b.impacts && a.truncated == b.truncated && a.substeps == b.substeps &&
+         a.unresolved == b.unresolved && a.intersections == b.intersections &&
+         same_number(a.withheld, b.withheld) && a.forced == b.forced &&
+         same_number(a.wanted_motion, b.wanted_motion) &&
+         same_number(a.withheld_motion, b.withheld_motion) &&
+         same_number(a.truncated_momentum, b.truncated_momentum) &&
          same_number(a.contact_acceleration, b.contact_acceleration) &&
-         a.limit_sweeps == b.limit_sweeps && a.rate_sweeps == b.rate_sweeps && a.limit_evaluations == b.limit_evaluations &&
+         a.limit_sweeps == b.limit_sweeps && a.rate_sweeps == b.rate_sweeps &&
+         a.limit_evaluations == b.limit_evaluations &&
          same_number(a.limit_excess, b.limit_excess) && same_number(a.weft_excess, b.weft_excess) &&
          same_number(a.warp_excess, b.warp_excess) && same_number(a.shear_excess, b.shear_excess) &&
-         a.beyond_limit == b.beyond_limit && a.worst_element == b.worst_element && a.limit_rounds == b.limit_rounds &&
-         a.limit_retreats == b.limit_retreats && a.broken_limits == b.broken_limits &&
-         same_number(a.weft_strain, b.weft_strain) && same_number(a.warp_strain, b.warp_strain) &&
-         same_number(a.shear_strain, b.shear_strain) &&
-         same_number(a.max_stretch, b.max_stretch) && same_number(a.kinetic_energy, b.kinetic_energy) &&
-         same_number(a.membrane_energy, b.membrane_energy) && same_number(a.bending_energy, b.bending_energy) &&
-         same_number(a.gravity_energy, b.gravity_energy) && same_number(a.contact_energy, b.contact_energy) &&
+         a.beyond_limit == b.beyond_limit && a.worst_element == b.worst_element &&
+         a.limit_rounds == b.limit_rounds && a.limit_retreats == b.limit_retreats &&
+         a.broken_limits == b.broken_limits && same_number(a.weft_strain, b.weft_strain) &&
+         same_number(a.warp_strain, b.warp_strain) && same_number(a.shear_strain, b.shear_strain) &&
+         same_number(a.max_stretch, b.max_stretch) &&
+         same_number(a.kinetic_energy, b.kinetic_energy) &&
+         same_number(a.membrane_energy, b.membrane_energy) &&
+         same_number(a.bending_energy, b.bending_energy) &&
+         same_number(a.gravity_energy, b.gravity_energy) &&
+         same_number(a.contact_energy, b.contact_energy) &&
          same_number(a.body_kinetic_energy, b.body_kinetic_energy) &&
-         same_number(a.body_gravity_energy, b.body_gravity_energy) && same_number(a.magnetic_energy, b.magnetic_energy) &&
-         a.magnetic_substeps == b.magnetic_substeps && same_number(a.magnetic_error, b.magnetic_error) &&
+         same_number(a.body_gravity_energy, b.body_gravity_energy) &&
+         same_number(a.magnetic_energy, b.magnetic_energy) &&
+         a.magnetic_substeps == b.magnetic_substeps &&
+         same_number(a.magnetic_error, b.magnetic_error) &&
          same_number(a.circuit_current, b.circuit_current) &&
          same_number(a.circuit_energy, b.circuit_energy) &&
          same_number(a.circuit_heat, b.circuit_heat) &&
@@ -197,8 +212,9 @@ bool same(const StepReport& a, const StepReport& b) {
 
 bool same(const Frame& a, const Frame& b) {
   return same_number(a.time, b.time) && a.step == b.step && same_matrix(a.positions, b.positions) &&
-         same_matrix(a.velocities, b.velocities) && same_matrix(a.strain, b.strain) && same_bits(a.stretch, b.stretch) &&
-         a.contact == b.contact && same_matrix(a.body_positions, b.body_positions) && same(a.report, b.report);
+         same_matrix(a.velocities, b.velocities) && same_matrix(a.strain, b.strain) &&
+         same_bits(a.stretch, b.stretch) && a.contact == b.contact &&
+         same_matrix(a.body_positions, b.body_positions) && same(a.report, b.report);
 }
 
 }  // namespace loomstone::testing

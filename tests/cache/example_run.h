@@ -1,4 +1,5 @@
-// A small made-up run whose every number follows from frame and row, so that any part of a file can be checked alone.
+// A small made-up run whose every number follows from frame and row, so that any part of a file can
+// be checked alone.
 #pragma once
 
 #include <string>

@@ -1,4 +1,5 @@
-// Files that are missing, foreign, newer, truncated, damaged or cannot be written: one clear error each.
+// Files that are missing, foreign, newer, truncated, damaged or cannot be written: one clear error
+// each.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -138,7 +139,8 @@ TEST_CASE("a checkpoint truncated or with any bit flipped is refused") {
   flip_bit(path, 3000);
   CHECK_THAT(checkpoint_message_of(path), Contains("checksum does not match"));
   flip_bit(path, 3000);
-  for (std::uintmax_t shorter : {length - 1, length - 24, length / 2, std::uintmax_t{3}, std::uintmax_t{0}}) {
+  for (std::uintmax_t shorter :
+       {length - 1, length - 24, length / 2, std::uintmax_t{3}, std::uintmax_t{0}}) {
     std::filesystem::resize_file(path, shorter);
     CHECK_THAT(checkpoint_message_of(path), Contains("truncated"));
   }
@@ -149,21 +151,28 @@ TEST_CASE("a checkpoint truncated or with any bit flipped is refused") {
 TEST_CASE("what cannot be written is refused with its name") {
   const TemporaryDirectory directory;
   const FrameTopology topology = example_topology(4, false);
-  CHECK_THROWS_WITH(FrameWriter(directory / "absent", topology, ""), Contains("absent") && Contains("No such file"));
-  CHECK_THROWS_WITH(write_checkpoint(directory / "absent/a", {}), Contains("absent") && Contains("No such file"));
+  CHECK_THROWS_WITH(FrameWriter(directory / "absent", topology, ""),
+                    Contains("absent") && Contains("No such file"));
+  CHECK_THROWS_WITH(write_checkpoint(directory / "absent/a", {}),
+                    Contains("absent") && Contains("No such file"));
   FrameWriter writer(directory.path(), topology, "");
   Frame frame = example_frame(topology, 0);
   frame.strain.resize(2, 3);
-  CHECK_THROWS_WITH(writer.write(frame), Contains("frame.strain must have 36 rows of 3") && Contains("got 2"));
+  CHECK_THROWS_WITH(writer.write(frame),
+                    Contains("frame.strain must have 36 rows of 3") && Contains("got 2"));
   FrameTopology wrong = topology;
   wrong.corner_uv.resize(5, 2);
-  CHECK_THROWS_WITH(FrameWriter(directory.path(), wrong, ""), Contains("topology.corner_uv must have 108 entries, got 5"));
+  CHECK_THROWS_WITH(FrameWriter(directory.path(), wrong, ""),
+                    Contains("topology.corner_uv must have 108 entries, got 5"));
   Checkpoint checkpoint;
   checkpoint.arrays["positions"] = {{2, 3}, {1.0}};
-  CHECK_THROWS_WITH(write_checkpoint(directory / "a", checkpoint), Contains("'positions'") && Contains("got 1"));
+  CHECK_THROWS_WITH(write_checkpoint(directory / "a", checkpoint),
+                    Contains("'positions'") && Contains("got 1"));
   checkpoint.arrays = {{"", {{}, {1.0}}}};
-  CHECK_THROWS_WITH(write_checkpoint(directory / "a", checkpoint), Contains("names in a checkpoint must not be empty"));
-  CHECK_THROWS_WITH(FrameReader(directory.path()).frame(0), Contains("frame index must be in [0, 0), got 0"));
+  CHECK_THROWS_WITH(write_checkpoint(directory / "a", checkpoint),
+                    Contains("names in a checkpoint must not be empty"));
+  CHECK_THROWS_WITH(FrameReader(directory.path()).frame(0),
+                    Contains("frame index must be in [0, 0), got 0"));
 }
 
 TEST_CASE("a writer that ends on a full disk leaves the frames it has written") {
@@ -174,15 +183,18 @@ TEST_CASE("a writer that ends on a full disk leaves the frames it has written") 
     {
       const FullDisk full(limit);
       FrameWriter writer(directory.path(), topology, "");
-      CHECK_THROWS_AS([&] {
-        for (; n_written < 1000; ++n_written) write_example(writer, topology, n_written);
-      }(), CacheError);
+      CHECK_THROWS_AS(
+          [&] {
+            for (; n_written < 1000; ++n_written) write_example(writer, topology, n_written);
+          }(),
+          CacheError);
     }
     INFO("files of " << limit << " bytes at most, " << n_written << " frames");
     CHECK((n_written > 0 || limit == 900000));  // of which the first frame needs more
     const FrameReader reader(directory.path());
     REQUIRE(reader.n_frames() == n_written);
-    for (int index = 0; index < n_written; ++index) CHECK(same(reader.frame(index), example_frame(topology, index)));
+    for (int index = 0; index < n_written; ++index)
+      CHECK(same(reader.frame(index), example_frame(topology, index)));
   }
 }
 
@@ -201,7 +213,8 @@ TEST_CASE("a full disk stops a run with an error, and the frames before it stay"
     }
     Checkpoint large;
     large.arrays["a"] = {{1000000}, std::vector<double>(1000000)};
-    CHECK_THROWS_WITH(write_checkpoint(directory / "a.checkpoint", large), Contains("File too large"));
+    CHECK_THROWS_WITH(write_checkpoint(directory / "a.checkpoint", large),
+                      Contains("File too large"));
     CHECK(!std::filesystem::exists(directory / "a.checkpoint"));
   }
   CHECK_THAT(message, Contains("run.vtkhdf") && Contains("File too large"));
@@ -210,10 +223,12 @@ TEST_CASE("a full disk stops a run with an error, and the frames before it stay"
   {
     const FrameReader reader(directory.path());
     CHECK(reader.n_frames() == n_written);
-    for (int index = 0; index < n_written; ++index) CHECK(same(reader.frame(index), example_frame(topology, index)));
+    for (int index = 0; index < n_written; ++index)
+      CHECK(same(reader.frame(index), example_frame(topology, index)));
   }
   // With room again, the frame that failed is written and the run goes on.
-  for (int index = n_written; index < n_written + 20; ++index) writer.write(example_frame(topology, index));
+  for (int index = n_written; index < n_written + 20; ++index)
+    writer.write(example_frame(topology, index));
   const FrameReader reader(directory.path());
   REQUIRE(reader.n_frames() == n_written + 20);
   for (int index = 0; index < reader.n_frames(); ++index)

@@ -1,4 +1,5 @@
-// A run may be killed at any moment: what its files then hold is whole and right, and the run can be continued.
+// A run may be killed at any moment: what its files then hold is whole and right, and the run can
+// be continued.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -20,8 +21,8 @@ using namespace loomstone::testing;
 
 namespace {
 
-// Runs `work` in a process of its own that is killed (SIGKILL) after some microseconds, or not at all (0). True if it
-// was killed.
+// Runs `work` in a process of its own that is killed (SIGKILL) after some microseconds, or not at
+// all (0). True if it was killed.
 template <class Work>
 bool kill_after(unsigned microseconds, const Work& work) {
   const pid_t child = fork();
@@ -70,13 +71,15 @@ TEST_CASE("a run killed at any moment can be read, and every frame is right") {
     FrameWriter writer(directory, topology, "");
     for (int index = 0; index < n_frames; ++index) write_example(writer, topology, index);
   };
-  // Kills fall into the time of a few frames, however long a slow or watched program takes for these.
+  // Kills fall into the time of a few frames, however long a slow or watched program takes for
+  // these.
   const auto start = std::chrono::steady_clock::now();
   {
     const TemporaryDirectory directory;
     kill_after(0, [&] { write(directory.path(), 10); });
   }
-  const auto ten_frames = std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() - start);
+  const auto ten_frames = std::chrono::duration_cast<std::chrono::microseconds>(
+      std::chrono::steady_clock::now() - start);
   const unsigned window = std::max<unsigned>(60000, 3 * static_cast<unsigned>(ten_frames.count()));
   std::mt19937 random(1);
   int n_killed = 0, most = 0;
@@ -97,12 +100,15 @@ TEST_CASE("a run killed at any moment can be read, and every frame is right") {
   CHECK(most > 0);  // the kills met a run under way
 }
 
-TEST_CASE("a run killed and continued over and over ends with the content of an uninterrupted one") {
+TEST_CASE(
+    "a run killed and continued over and over ends with the content of an uninterrupted one") {
   const FrameTopology topology = example_topology(6, true);
   const int n_frames = 300, most_kills = 10;
   std::mt19937 random(2);
   const TemporaryDirectory directory;
-  { FrameWriter(directory.path(), topology, "kept"); }
+  {
+    FrameWriter(directory.path(), topology, "kept");
+  }
   // A checkpoint after every fifth frame, as a run would write it.
   const std::string checkpoint_path = directory / "state.checkpoint";
   const auto checkpoint = [](int next) {
@@ -115,10 +121,12 @@ TEST_CASE("a run killed and continued over and over ends with the content of an 
   for (bool done = false; !done;) {
     const unsigned moment = 20000 + random() % 100000;
     done = !kill_after(n_killed < most_kills ? moment : 0, [&] {
-      const int next = static_cast<int>(read_checkpoint(checkpoint_path).integers.at("next frame").at(0));
+      const int next =
+          static_cast<int>(read_checkpoint(checkpoint_path).integers.at("next frame").at(0));
       const double until = next == 0 ? -1.0 : example_frame(topology, next - 1).time;
       FrameWriter writer = FrameWriter::reopen(directory.path(), until);
-      if (writer.n_frames() != next) _exit(2);  // a checkpoint never knows a frame that the file does not have
+      if (writer.n_frames() != next)
+        _exit(2);  // a checkpoint never knows a frame that the file does not have
       for (int index = next; index < n_frames; ++index) {
         write_example(writer, topology, index);
         if (index % 5 == 4) write_checkpoint(checkpoint_path, checkpoint(index + 1));

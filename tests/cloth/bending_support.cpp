@@ -22,7 +22,8 @@ Mat3 some_rigidity() {
   return d;
 }
 
-BendingSetup flat_setup(const Points& vertices, const Triangles& triangles, const Mat3& rigidity, double angle) {
+BendingSetup flat_setup(const Points& vertices, const Triangles& triangles, const Mat3& rigidity,
+                        double angle) {
   BendingSetup setup;
   setup.rest_positions = vertices;
   setup.triangles = triangles;
@@ -30,7 +31,9 @@ BendingSetup flat_setup(const Points& vertices, const Triangles& triangles, cons
   for (Index t = 0; t < triangles.rows(); ++t) {
     Corners2 corners;
     for (int k = 0; k < 3; ++k)
-      corners.row(k) = (to_material * Vec2(vertices(triangles(t, k), 0), vertices(triangles(t, k), 1))).transpose();
+      corners.row(k) =
+          (to_material * Vec2(vertices(triangles(t, k), 0), vertices(triangles(t, k), 1)))
+              .transpose();
     setup.corners.push_back(corners);
   }
   setup.rigidity.assign(triangles.rows(), rigidity);
@@ -57,9 +60,11 @@ Points noise(Index n, double size, unsigned seed) {
 
 namespace {
 
-// Diamond lattice: points (i, j) h / 2 with i + j even; a diamond around each odd point, halved at the boundary.
+// Diamond lattice: points (i, j) h / 2 with i + j even; a diamond around each odd point, halved at
+// the boundary.
 Strip diamond_strip(bool along, double length, double width, Index across) {
-  const Index ny = 2 * across, nx = static_cast<Index>(std::lround(ny * length / width)) / 2 * 2 + 2, clamp = 2;
+  const Index ny = 2 * across,
+              nx = static_cast<Index>(std::lround(ny * length / width)) / 2 * 2 + 2, clamp = 2;
   const double half = width / ny, half_x = length / (nx - clamp);
   Strip strip{Points(), Triangles(), {}, {}, length};
   std::vector<Index> id((nx + 1) * (ny + 1), -1);
@@ -76,7 +81,9 @@ Strip diamond_strip(bool along, double length, double width, Index across) {
   for (Index i = 0; i <= nx; ++i)
     for (Index j = 0; j <= ny; ++j) {
       if ((i + j) % 2 == 0) continue;
-      const auto at = [&](Index a, Index b) { return a < 0 || a > nx || b < 0 || b > ny ? -1 : id[a * (ny + 1) + b]; };
+      const auto at = [&](Index a, Index b) {
+        return a < 0 || a > nx || b < 0 || b > ny ? -1 : id[a * (ny + 1) + b];
+      };
       const Index w = at(i - 1, j), e = at(i + 1, j), s = at(i, j - 1), n = at(i, j + 1);
       const bool whole = w >= 0 && e >= 0 && s >= 0 && n >= 0;
       if (n < 0 || s < 0 || (whole && along && i != clamp)) {  // edge w - e
@@ -98,13 +105,20 @@ Strip diamond_strip(bool along, double length, double width, Index across) {
 }  // namespace
 
 Strip make_strip(const std::string& pattern, double length, double width, Index across) {
-  if (pattern == "along" || pattern == "across") return diamond_strip(pattern == "along", length, width, across);
+  if (pattern == "along" || pattern == "across")
+    return diamond_strip(pattern == "along", length, width, across);
   const double h = width / across;
   const Index nx = static_cast<Index>(std::lround(length / h));
-  const TriangleMesh mesh = grid_cells(length + length / nx, width, nx + 1, across,
-                                       pattern == "diagonal" || pattern == "mirrored" ? "diagonal" : "alternating");
-  Strip strip{mesh.vertices(), mesh.triangles(), std::vector<std::uint8_t>(mesh.n_vertices(), 0), {}, length};
-  const Points shift = pattern == "jittered" ? noise(mesh.n_vertices(), 0.3 * h, 7) : Points::Zero(mesh.n_vertices(), 3);
+  const TriangleMesh mesh =
+      grid_cells(length + length / nx, width, nx + 1, across,
+                 pattern == "diagonal" || pattern == "mirrored" ? "diagonal" : "alternating");
+  Strip strip{mesh.vertices(),
+              mesh.triangles(),
+              std::vector<std::uint8_t>(mesh.n_vertices(), 0),
+              {},
+              length};
+  const Points shift = pattern == "jittered" ? noise(mesh.n_vertices(), 0.3 * h, 7)
+                                             : Points::Zero(mesh.n_vertices(), 3);
   for (Index i = 0; i < mesh.n_vertices(); ++i) {
     const Index column = i % (nx + 2), row = i / (nx + 2);
     strip.vertices(i, 0) = (column - 1) * length / nx;
@@ -122,19 +136,26 @@ Strip make_strip(const std::string& pattern, double length, double width, Index 
 Vector lumped_areas(const Points& vertices, const Triangles& triangles) {
   Vector area = Vector::Zero(vertices.rows());
   for (Index t = 0; t < triangles.rows(); ++t) {
-    const Vec3 a = vertices.row(triangles(t, 0)), b = vertices.row(triangles(t, 1)), c = vertices.row(triangles(t, 2));
+    const Vec3 a = vertices.row(triangles(t, 0)), b = vertices.row(triangles(t, 1)),
+               c = vertices.row(triangles(t, 2));
     for (int k = 0; k < 3; ++k) area[triangles(t, k)] += (b - a).cross(c - a).norm() / 6.0;
   }
   return area;
 }
 
-Strip random_strip(double length, double width, Index across, unsigned seed, int smoothing, double* least_angle) {
+Strip random_strip(double length, double width, Index across, unsigned seed, int smoothing,
+                   double* least_angle) {
   const double h = width / across;
   const PointMesh mesh = random_mesh(0.0, length, width, h, seed, smoothing);
   if (least_angle) *least_angle = mesh.least_angle;
   // One column of cells behind the clamp line, so that this is meshed.
-  const Index n = static_cast<Index>(mesh.points.rows()), m = static_cast<Index>(mesh.triangles.rows());
-  Strip strip{Points(n + across + 1, 3), Triangles(m + 2 * across, 3), std::vector<std::uint8_t>(n + across + 1, 0), {}, length};
+  const Index n = static_cast<Index>(mesh.points.rows()),
+              m = static_cast<Index>(mesh.triangles.rows());
+  Strip strip{Points(n + across + 1, 3),
+              Triangles(m + 2 * across, 3),
+              std::vector<std::uint8_t>(n + across + 1, 0),
+              {},
+              length};
   strip.vertices.topRows(n) = mesh.points;
   strip.triangles.topRows(m) = mesh.triangles;
   std::vector<Index> at_clamp(across + 1);
@@ -154,8 +175,8 @@ Strip random_strip(double length, double width, Index across, unsigned seed, int
   return strip;
 }
 
-Vector deflections(const Points& vertices, const Triangles& triangles, const std::vector<std::uint8_t>& pinned,
-                   const Bending& bending) {
+Vector deflections(const Points& vertices, const Triangles& triangles,
+                   const std::vector<std::uint8_t>& pinned, const Bending& bending) {
   const Index n = static_cast<Index>(vertices.rows());
   BlockMatrix k(n, bending.couplings());
   bending.add_stiffness(Team{}, vertices, 1.0, 0.0, 0, n, k);

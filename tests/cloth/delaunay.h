@@ -1,15 +1,18 @@
-// Raw and smoothed unstructured meshes for tests: Delaunay triangulation of seeded random points, nothing improved.
+// Raw and smoothed unstructured meshes for tests: Delaunay triangulation of seeded random points,
+// nothing improved.
 #pragma once
 
 #include "core/base/types.h"
 
 namespace loomstone::test {
 
-// Points (n x 3, z = 0) of a rectangle that has its four corners among them. Bowyer, Comput. J. 24 (1981).
+// Points (n x 3, z = 0) of a rectangle that has its four corners among them. Bowyer, Comput. J. 24
+// (1981).
 Triangles delaunay(const Points& points);
 
-// Rectangle [x0, x1] x [0, width]: boundary points at distance h, inside one random point in each cell of h x h.
-// smoothing: rounds of moving inner points to the mean of their neighbours (0: raw, with slivers).
+// Rectangle [x0, x1] x [0, width]: boundary points at distance h, inside one random point in each
+// cell of h x h. smoothing: rounds of moving inner points to the mean of their neighbours (0: raw,
+// with slivers).
 struct PointMesh {
   Points points;
   Triangles triangles;

@@ -11,7 +11,8 @@
 namespace loomstone::test {
 
 // One triangle with rest corners, masses and a limit.
-inline LimitedCloth one_triangle(const Corners2& corners, const Vec3& mass, const StrainLimit& limit) {
+inline LimitedCloth one_triangle(const Corners2& corners, const Vec3& mass,
+                                 const StrainLimit& limit) {
   LimitedCloth cloth;
   cloth.n_vertices = 3;
   cloth.triangles.resize(1, 3);
@@ -24,7 +25,8 @@ inline LimitedCloth one_triangle(const Corners2& corners, const Vec3& mass, cons
   return cloth;
 }
 
-inline LimitedCloth sheet(const TriangleMesh& mesh, const StrainLimit& limit, const std::vector<Index>& pins = {}) {
+inline LimitedCloth sheet(const TriangleMesh& mesh, const StrainLimit& limit,
+                          const std::vector<Index>& pins = {}) {
   LimitedCloth cloth;
   cloth.n_vertices = mesh.n_vertices();
   cloth.triangles = mesh.triangles();
@@ -35,14 +37,16 @@ inline LimitedCloth sheet(const TriangleMesh& mesh, const StrainLimit& limit, co
   for (Index t = 0; t < mesh.n_triangles(); ++t) {
     const Corners2& c = cloth.corners[t];
     const Vec2 a = (c.row(1) - c.row(0)).transpose(), b = (c.row(2) - c.row(0)).transpose();
-    for (int k = 0; k < 3; ++k) cloth.mass[mesh.triangles()(t, k)] += 0.3 / 6 * (a.x() * b.y() - a.y() * b.x());
+    for (int k = 0; k < 3; ++k)
+      cloth.mass[mesh.triangles()(t, k)] += 0.3 / 6 * (a.x() * b.y() - a.y() * b.x());
   }
   cloth.fixed.assign(mesh.n_vertices(), 0);
   for (const Index pin : pins) cloth.fixed[pin] = 1;
   return cloth;
 }
 
-inline LimitOptions sweeping(const char* method, double tolerance = 1e-3, int max_sweeps = 2000, bool active_set = true) {
+inline LimitOptions sweeping(const char* method, double tolerance = 1e-3, int max_sweeps = 2000,
+                             bool active_set = true) {
   LimitOptions o;
   o.method = method, o.tolerance = tolerance, o.max_sweeps = max_sweeps, o.active_set = active_set;
   return o;
@@ -61,7 +65,8 @@ inline Vec3 angular_momentum(const Vector& mass, const Points& x, const Points& 
   return sum;
 }
 
-// Equilateral, right, sliver, and one whose third node lies above the middle of its base (A1 of (3.12) is singular there).
+// Equilateral, right, sliver, and one whose third node lies above the middle of its base (A1 of
+// (3.12) is singular there).
 inline std::vector<Corners2> shapes() {
   Corners2 equilateral, right, sliver, middle;
   equilateral << 0, 0, 0.01, 0, 0.005, 0.008660254037844387;

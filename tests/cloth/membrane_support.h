@@ -16,8 +16,9 @@ struct Sheet {
 inline Sheet make_sheet(const ClothMaterial& material, double jitter = 0.24) {
   TriangleMesh mesh = jittered_grid(0.3, 0.2, 6, 4, jitter, 7);
   const auto corners = rest_corners(mesh, true, "mesh");
-  Membrane membrane(mesh.n_vertices(), mesh.triangles(), corners,
-                    std::vector<MembraneConstants>(mesh.n_triangles(), membrane_constants(material, "material")));
+  Membrane membrane(
+      mesh.n_vertices(), mesh.triangles(), corners,
+      std::vector<MembraneConstants>(mesh.n_triangles(), membrane_constants(material, "material")));
   return {std::move(mesh), std::move(membrane)};
 }
 
@@ -55,7 +56,8 @@ inline Points force_of(Membrane& membrane, const Points& x, const Points* v = nu
 inline BlockMatrix pattern(const TriangleMesh& mesh) {
   std::vector<std::pair<Index, Index>> couplings;
   for (Index t = 0; t < mesh.n_triangles(); ++t)
-    for (int k = 0; k < 3; ++k) couplings.emplace_back(mesh.triangles()(t, k), mesh.triangles()(t, (k + 1) % 3));
+    for (int k = 0; k < 3; ++k)
+      couplings.emplace_back(mesh.triangles()(t, k), mesh.triangles()(t, (k + 1) % 3));
   return BlockMatrix(mesh.n_vertices(), couplings);
 }
 

@@ -12,7 +12,8 @@ namespace {
 Points drag(const Air& air, const TriangleMesh& mesh, const Points& v) {
   const Incidence list = triangles_of_vertices(mesh.n_vertices(), mesh.triangles());
   Points f = Points::Zero(mesh.n_vertices(), 3);
-  add_drag({}, air, 0.0, mesh.triangles(), list.start, list.items, mesh.vertices(), v, 0, mesh.n_vertices(), f);
+  add_drag({}, air, 0.0, mesh.triangles(), list.start, list.items, mesh.vertices(), v, 0,
+           mesh.n_vertices(), f);
   return f;
 }
 }  // namespace
@@ -28,7 +29,8 @@ TEST_CASE("a sheet moving across itself feels density/2 C A v^2 against its moti
   CHECK(std::hypot(sum.x(), sum.y()) < 1e-15);
 }
 
-TEST_CASE("along the sheet only the tangential coefficient acts; moving with the wind nothing does") {
+TEST_CASE(
+    "along the sheet only the tangential coefficient acts; moving with the wind nothing does") {
   const TriangleMesh mesh = grid_cells(0.4, 0.5, 4, 5);
   Air air;
   air.normal_drag = 1.3, air.tangential_drag = 0.1, air.wind = Vec3(2, 0, 0);
@@ -51,7 +53,8 @@ TEST_CASE("drag follows v = v_t tanh(g t / v_t) for a sheet falling flat") {
     v.col(2).setConstant(-speed);
     speed += h * (g - drag(air, mesh, v).col(2).sum() / mass);
   }
-  CHECK(speed == Approx(terminal * std::tanh(g * 0.5 / terminal)).epsilon(2e-4));  // first order in h
+  CHECK(speed ==
+        Approx(terminal * std::tanh(g * 0.5 / terminal)).epsilon(2e-4));  // first order in h
 }
 
 TEST_CASE("gusts change the wind's strength within their share") {

@@ -13,7 +13,8 @@ using namespace loomstone::test;
 
 namespace {
 
-// Tip height of the inextensible cantilever under dead load w per length: B theta'' = -w (L - s) cos(theta), by shooting.
+// Tip height of the inextensible cantilever under dead load w per length: B theta'' = -w (L - s)
+// cos(theta), by shooting.
 double elastica_tip(double w, double& tip_x) {
   double low = 0.0, high = 20.0;
   double x = 0.0, z = 0.0;
@@ -42,16 +43,20 @@ double elastica_tip(double w, double& tip_x) {
   return z;
 }
 
-// Minimises membrane + bending - load by Newton with a line search on the energy; Gauss-Newton where the Hessian is
-// indefinite.
+// Minimises membrane + bending - load by Newton with a line search on the energy; Gauss-Newton
+// where the Hessian is indefinite.
 class StaticSolve {
  public:
   StaticSolve(const Strip& strip, const Bending& bending, Membrane& membrane)
-      : strip_(strip), bending_(bending), membrane_(membrane), area_(lumped_areas(strip.vertices, strip.triangles)) {
+      : strip_(strip),
+        bending_(bending),
+        membrane_(membrane),
+        area_(lumped_areas(strip.vertices, strip.triangles)) {
     auto couplings = bending.couplings();
     n_ = static_cast<Index>(strip.vertices.rows());
     for (Index t = 0; t < strip.triangles.rows(); ++t)
-      for (int k = 0; k < 3; ++k) couplings.emplace_back(strip.triangles(t, k), strip.triangles(t, (k + 1) % 3));
+      for (int k = 0; k < 3; ++k)
+        couplings.emplace_back(strip.triangles(t, k), strip.triangles(t, (k + 1) % 3));
     matrix_ = BlockMatrix(n_, couplings);
   }
 
@@ -75,7 +80,8 @@ class StaticSolve {
     const Eigen::Map<const Points> dx(step.data(), n_, 3);
     const double before = potential(x, load), slope = -(g.array() * dx.array()).sum();
     double length = 1.0;
-    while (length > 1e-6 && !(potential(x + length * dx, load) <= before + 1e-4 * length * slope)) length *= 0.5;
+    while (length > 1e-6 && !(potential(x + length * dx, load) <= before + 1e-4 * length * slope))
+      length *= 0.5;
     x += length * dx;
     return g.norm() / (load * area_).norm();
   }
@@ -85,7 +91,8 @@ class StaticSolve {
     matrix_.set_zero();
     membrane_.set_jacobian(team_, x, kind, 1.0, 0.0, 0, n_, matrix_);
     bending_.add_stiffness(team_, x, 1.0, 0.0, 0, n_, matrix_);
-    if (kind == JacobianKind::Exact) bending_.add_geometric_stiffness(team_, x, 1.0, 0, n_, matrix_);
+    if (kind == JacobianKind::Exact)
+      bending_.add_geometric_stiffness(team_, x, 1.0, 0, n_, matrix_);
     std::vector<Eigen::Triplet<double>> entries;
     for (Index i = 0; i < n_; ++i)
       for (Index p = matrix_.row_start()[i]; p < matrix_.row_start()[i + 1]; ++p) {
@@ -96,7 +103,8 @@ class StaticSolve {
           continue;
         }
         for (int r = 0; r < 3; ++r)
-          for (int c = 0; c < 3; ++c) entries.emplace_back(3 * i + r, 3 * j + c, matrix_.block_map(p)(r, c));
+          for (int c = 0; c < 3; ++c)
+            entries.emplace_back(3 * i + r, 3 * j + c, matrix_.block_map(p)(r, c));
       }
     Eigen::SparseMatrix<double> k(3 * n_, 3 * n_);
     k.setFromTriplets(entries.begin(), entries.end());
@@ -116,7 +124,9 @@ class StaticSolve {
 
 }  // namespace
 
-TEST_CASE("a heavy mid-edge cantilever hangs as the elastica does, up to a load that turns it nearly straight down") {
+TEST_CASE(
+    "a heavy mid-edge cantilever hangs as the elastica does, up to a load that turns it nearly "
+    "straight down") {
   // Tips of the published boundary value problem at w L^3 / B = 5 and 40.
   double x5 = 0.0, x40 = 0.0;
   const double z5 = elastica_tip(5.0, x5), z40 = elastica_tip(40.0, x40);
@@ -125,7 +135,8 @@ TEST_CASE("a heavy mid-edge cantilever hangs as the elastica does, up to a load 
 
   const std::string pattern = GENERATE("alternating", "diagonal", "jittered", "along", "raw");
   CAPTURE(pattern);
-  const Strip strip = pattern == "raw" ? random_strip(1.0, 0.2, 6, 4, 0) : make_strip(pattern, 1.0, 0.2, 6);
+  const Strip strip =
+      pattern == "raw" ? random_strip(1.0, 0.2, 6, 4, 0) : make_strip(pattern, 1.0, 0.2, 6);
   BendingSetup setup = flat_setup(strip.vertices, strip.triangles, isotropic(1.0, 0.0));
   setup.pinned = strip.pinned;
   const auto bending = make_midedge_bending(setup);
@@ -144,7 +155,8 @@ TEST_CASE("a heavy mid-edge cantilever hangs as the elastica does, up to a load 
     CAPTURE(load, residual);
     CHECK(residual < 1e-6);
     double z = 0.0, along = 0.0;
-    for (const Index i : strip.tip) z += x(i, 2) / strip.tip.size(), along += x(i, 0) / strip.tip.size();
+    for (const Index i : strip.tip)
+      z += x(i, 2) / strip.tip.size(), along += x(i, 0) / strip.tip.size();
     CHECK(z == Approx(load == 5.0 ? z5 : z40).epsilon(0.01));
     CHECK(along == Approx(load == 5.0 ? x5 : x40).margin(0.01));
   }

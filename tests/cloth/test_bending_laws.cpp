@@ -23,7 +23,9 @@ Points forces(const Bending& bending, const Points& x, const Points& v) {
   bending.add_forces(team, x, v, 0, static_cast<Index>(x.rows()), f);
   return f;
 }
-Points forces(const Bending& bending, const Points& x) { return forces(bending, x, Points::Zero(x.rows(), 3)); }
+Points forces(const Bending& bending, const Points& x) {
+  return forces(bending, x, Points::Zero(x.rows(), 3));
+}
 
 Eigen::MatrixXd as_dense(const BlockMatrix& k) {
   const Index n = k.n_rows();
@@ -66,7 +68,9 @@ TEST_CASE("the bending force is minus the gradient of the energy, to second orde
   const double exact = -dot(forces(*bending, x), direction);
   std::vector<double> errors;
   for (const double h : {4e-3, 2e-3, 1e-3, 5e-4}) {
-    const double slope = (bending->energy(team, x + h * direction) - bending->energy(team, x - h * direction)) / (2.0 * h);
+    const double slope =
+        (bending->energy(team, x + h * direction) - bending->energy(team, x - h * direction)) /
+        (2.0 * h);
     errors.push_back(std::abs(slope - exact) / std::abs(exact));
   }
   for (std::size_t k = 0; k + 1 < errors.size(); ++k) {
@@ -86,7 +90,8 @@ TEST_CASE("at rest the Gauss-Newton stiffness is the exact Hessian") {
   const Vector exact = dense(*bending, x, 1.0, 0.0) * flat(direction);
   std::vector<double> errors;
   for (const double h : {2e-3, 1e-3, 5e-4}) {
-    const Points difference = (forces(*bending, x - h * direction) - forces(*bending, x + h * direction)) / (2.0 * h);
+    const Points difference =
+        (forces(*bending, x - h * direction) - forces(*bending, x + h * direction)) / (2.0 * h);
     errors.push_back((flat(difference) - exact).norm() / exact.norm());
   }
   CAPTURE(errors);
@@ -110,7 +115,8 @@ TEST_CASE("with its geometric part the bending stiffness is the exact Hessian in
   const Vector exact = full * flat(direction);
   std::vector<double> errors;
   for (const double h : {8e-4, 4e-4, 2e-4, 1e-4}) {
-    const Points difference = (forces(*bending, x - h * direction) - forces(*bending, x + h * direction)) / h;
+    const Points difference =
+        (forces(*bending, x - h * direction) - forces(*bending, x + h * direction)) / h;
     errors.push_back((flat(difference) - exact).norm() / exact.norm());
   }
   CAPTURE(errors);
@@ -119,32 +125,41 @@ TEST_CASE("with its geometric part the bending stiffness is the exact Hessian in
   CHECK(errors.back() < 1e-3);
   // The same bits in two ranges of rows on three threads.
   BlockMatrix parts(n, bending->couplings());
-  for (const auto& [begin, end] : {std::pair<Index, Index>(0, 11), std::pair<Index, Index>(11, n)}) {
+  for (const auto& [begin, end] :
+       {std::pair<Index, Index>(0, 11), std::pair<Index, Index>(11, n)}) {
     bending->add_stiffness(Team{3}, x, 2.0, 0.0, begin, end, parts);
     bending->add_geometric_stiffness(Team{3}, x, 2.0, begin, end, parts);
   }
   CHECK(as_dense(parts) == full);
 }
 
-TEST_CASE("the bending stiffness and damping matrices are symmetric and positive semi-definite in any shape") {
+TEST_CASE(
+    "the bending stiffness and damping matrices are symmetric and positive semi-definite in any "
+    "shape") {
   const std::string element = GENERATE("hinge", "midedge");
   CAPTURE(element);
   const BendingSetup setup = general_setup();
   const auto bending = make_bending(element, setup);
-  const Points x = setup.rest_positions + noise(static_cast<Index>(setup.rest_positions.rows()), 0.15, 4);
+  const Points x =
+      setup.rest_positions + noise(static_cast<Index>(setup.rest_positions.rows()), 0.15, 4);
   for (const Eigen::MatrixXd& k : {dense(*bending, x, 1.0, 0.0), dense(*bending, x, 0.0, 1.0)}) {
     const double size = k.cwiseAbs().maxCoeff();
-    CHECK((k - k.transpose()).cwiseAbs().maxCoeff() <= 1e-14 * size);  // rounding of sums of a few dozen terms
-    const Vector eigenvalues = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(0.5 * (k + k.transpose())).eigenvalues();
+    CHECK((k - k.transpose()).cwiseAbs().maxCoeff() <=
+          1e-14 * size);  // rounding of sums of a few dozen terms
+    const Vector eigenvalues =
+        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(0.5 * (k + k.transpose())).eigenvalues();
     CHECK(eigenvalues(0) >= -1e-13 * eigenvalues(eigenvalues.size() - 1));
   }
   // Scales multiply and results are added.
   const Eigen::MatrixXd both = dense(*bending, x, 2.0, 3.0);
-  const Eigen::MatrixXd apart = 2.0 * dense(*bending, x, 1.0, 0.0) + 3.0 * dense(*bending, x, 0.0, 1.0);
+  const Eigen::MatrixXd apart =
+      2.0 * dense(*bending, x, 1.0, 0.0) + 3.0 * dense(*bending, x, 0.0, 1.0);
   CHECK((both - apart).cwiseAbs().maxCoeff() <= 1e-14 * both.cwiseAbs().maxCoeff());
 }
 
-TEST_CASE("bending damping takes power, is the damping matrix times velocity, and leaves rigid motion alone") {
+TEST_CASE(
+    "bending damping takes power, is the damping matrix times velocity, and leaves rigid motion "
+    "alone") {
   const std::string element = GENERATE("hinge", "midedge");
   CAPTURE(element);
   const BendingSetup setup = general_setup();
@@ -156,12 +171,14 @@ TEST_CASE("bending damping takes power, is the damping matrix times velocity, an
   for (unsigned seed = 0; seed < 20; ++seed) {
     const Points v = noise(n, 1.0, 100 + seed), damping = forces(*bending, x, v) - elastic;
     CHECK(dot(damping, v) < 0.0);
-    CHECK((flat(damping) + d * flat(v)).norm() <= 1e-11 * flat(damping).norm());  // difference of two forces
+    CHECK((flat(damping) + d * flat(v)).norm() <=
+          1e-11 * flat(damping).norm());  // difference of two forces
   }
   Points rigid(n, 3);
   const Vec3 omega(0.3, -1.0, 0.7), shift(1.0, 2.0, -3.0);
   for (Index i = 0; i < n; ++i) rigid.row(i) = (shift + omega.cross(Vec3(x.row(i)))).transpose();
-  const double scale = (d * flat(noise(n, 3.0, 6))).norm();  // of a velocity as large that is not rigid
+  const double scale =
+      (d * flat(noise(n, 3.0, 6))).norm();  // of a velocity as large that is not rigid
   CHECK((forces(*bending, x, rigid) - elastic).norm() <= 1e-12 * scale);
 }
 
@@ -187,7 +204,9 @@ TEST_CASE("bending forces have neither sum nor torque, and rigid motion costs no
   CHECK((forces(*bending, moved) - f * turn.transpose()).norm() <= 1e-11 * f.norm());
 }
 
-TEST_CASE("a curved rest shape has neither energy nor force at rest, and flattening it costs what bending it did") {
+TEST_CASE(
+    "a curved rest shape has neither energy nor force at rest, and flattening it costs what "
+    "bending it did") {
   const std::string element = GENERATE("hinge", "midedge");
   CAPTURE(element);
   const TriangleMesh mesh = grid_cells(1.0, 0.5, 20, 10);
@@ -197,16 +216,20 @@ TEST_CASE("a curved rest shape has neither energy nor force at rest, and flatten
   const double radius = 0.4;
   for (Index i = 0; i < rolled.rows(); ++i) {
     const double angle = mesh.vertices()(i, 0) / radius;
-    rolled.row(i) << radius * std::sin(angle), mesh.vertices()(i, 1), radius * (1.0 - std::cos(angle));
+    rolled.row(i) << radius * std::sin(angle), mesh.vertices()(i, 1),
+        radius * (1.0 - std::cos(angle));
   }
   setup.rest_positions = rolled;
   setup.flat_rest = false;
   const auto curved = make_bending(element, setup);
   CHECK(curved->energy(team, rolled) == 0.0);
   const double scale = forces(*curved, mesh.vertices()).cwiseAbs().maxCoeff();
-  CHECK(forces(*curved, rolled).cwiseAbs().maxCoeff() <= 1e-14 * scale);  // sin(rest / 2) is rounded twice
-  // The rest angles are those of the roll, so the two energies differ by the hinge's third-order terms at most.
-  CHECK(curved->energy(team, mesh.vertices()) == Approx(flat_bending->energy(team, rolled)).epsilon(0.01));
+  CHECK(forces(*curved, rolled).cwiseAbs().maxCoeff() <=
+        1e-14 * scale);  // sin(rest / 2) is rounded twice
+  // The rest angles are those of the roll, so the two energies differ by the hinge's third-order
+  // terms at most.
+  CHECK(curved->energy(team, mesh.vertices()) ==
+        Approx(flat_bending->energy(team, rolled)).epsilon(0.01));
 }
 
 TEST_CASE("given rest angles are where a crease rests") {
@@ -230,7 +253,8 @@ TEST_CASE("given rest angles are where a crease rests") {
   CHECK(bending->energy(team, x) > 0.1);
 }
 
-TEST_CASE("the angle of a hinge is that of the standard library, to a few units in the last place") {
+TEST_CASE(
+    "the angle of a hinge is that of the standard library, to a few units in the last place") {
   Points x(4, 3);
   Triangles triangles(2, 3);
   triangles << 0, 2, 3, 1, 3, 2;
@@ -247,9 +271,12 @@ TEST_CASE("the angle of a hinge is that of the standard library, to a few units 
   CHECK(worst < 1e-14);  // the normals themselves carry a few roundings near pi
 }
 
-TEST_CASE("material axes turned at random in every triangle change no energy when the rigidity turns along") {
+TEST_CASE(
+    "material axes turned at random in every triangle change no energy when the rigidity turns "
+    "along") {
   const TriangleMesh mesh = jittered_grid(1.0, 0.8, 6, 5, 0.2);
-  const Points x = mesh.vertices() + noise(mesh.n_vertices(), 0.05, 8), turns = noise(mesh.n_triangles(), 3.0, 9);
+  const Points x = mesh.vertices() + noise(mesh.n_vertices(), 0.05, 8),
+               turns = noise(mesh.n_triangles(), 3.0, 9);
   BendingSetup setup = flat_setup(mesh, some_rigidity());
   setup.pinned[0] = setup.pinned[1] = setup.pinned[7] = setup.pinned[8] = 1;
   for (const std::string element : {"hinge", "midedge"}) {
@@ -281,7 +308,9 @@ TEST_CASE("the largest eigenvalue is that of the dense problem on free rows, fou
   Eigen::MatrixXd k = dense(*bending, setup.rest_positions, 1.0, 0.0);
   for (Index i = 0; i < k.rows(); ++i)
     for (Index j = 0; j < k.cols(); ++j)
-      k(i, j) *= setup.pinned[i / 3] || setup.pinned[j / 3] ? 0.0 : 1.0 / std::sqrt(mass[i / 3] * mass[j / 3]);
+      k(i, j) *= setup.pinned[i / 3] || setup.pinned[j / 3]
+                     ? 0.0
+                     : 1.0 / std::sqrt(mass[i / 3] * mass[j / 3]);
   const double exact = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(k).eigenvalues().maxCoeff();
   const double found = bending->largest_eigenvalue(mass);
   CHECK(found <= exact * (1.0 + 1e-12));

@@ -15,13 +15,19 @@ using namespace loomstone::test;
 
 namespace {
 
-bool same_bits(const double* a, const double* b, std::size_t n) { return std::memcmp(a, b, 8 * n) == 0; }
+bool same_bits(const double* a, const double* b, std::size_t n) {
+  return std::memcmp(a, b, 8 * n) == 0;
+}
 bool same_bits(const Points& a, const Points& b) { return same_bits(a.data(), b.data(), a.size()); }
-bool same_bits(const BlockMatrix& a, const BlockMatrix& b) { return same_bits(a.block(0), b.block(0), 9 * a.n_blocks()); }
+bool same_bits(const BlockMatrix& a, const BlockMatrix& b) {
+  return same_bits(a.block(0), b.block(0), 9 * a.n_blocks());
+}
 
 }  // namespace
 
-TEST_CASE("bending forces and stiffness have the same bits on 1, 2, 3 and 7 threads and in any split of the rows") {
+TEST_CASE(
+    "bending forces and stiffness have the same bits on 1, 2, 3 and 7 threads and in any split of "
+    "the rows") {
   const std::string element = GENERATE("hinge", "midedge");
   CAPTURE(element);
   const TriangleMesh mesh = grid_cells(1.0, 1.0, 40, 40);
@@ -81,8 +87,9 @@ TEST_CASE("a fold may close completely without a number that is not finite") {
 }
 
 TEST_CASE("a fold that passes through itself comes back from the other side") {
-  // Angles are not unwrapped: beyond pi the two triangles have passed through one another, which collisions prevent; cloth
-  // without collisions then opens the shorter way. What a user gets is the energy of the shape as it is, whatever the past.
+  // Angles are not unwrapped: beyond pi the two triangles have passed through one another, which
+  // collisions prevent; cloth without collisions then opens the shorter way. What a user gets is
+  // the energy of the shape as it is, whatever the past.
   const std::string element = GENERATE("hinge", "midedge");
   CAPTURE(element);
   Points x(4, 3);
@@ -95,11 +102,12 @@ TEST_CASE("a fold that passes through itself comes back from the other side") {
     at.row(0) << 0.0, std::cos(angle), std::sin(angle);
     return at;
   };
-  const auto opening = [&](double angle) {  // torque on the free triangle about the fold, towards larger angles
-    Points force = Points::Zero(4, 3);
-    bending->add_forces(Team{}, folded(angle), Points::Zero(4, 3), 0, 4, force);
-    return force.row(0).dot(Eigen::RowVector3d(0.0, -std::sin(angle), std::cos(angle)));
-  };
+  const auto opening =
+      [&](double angle) {  // torque on the free triangle about the fold, towards larger angles
+        Points force = Points::Zero(4, 3);
+        bending->add_forces(Team{}, folded(angle), Points::Zero(4, 3), 0, 4, force);
+        return force.row(0).dot(Eigen::RowVector3d(0.0, -std::sin(angle), std::cos(angle)));
+      };
   for (const double beyond : {1e-3, 0.2, 0.5}) {
     CAPTURE(beyond);
     CHECK(bending->energy(Team{}, folded(M_PI + beyond)) ==
@@ -122,7 +130,8 @@ TEST_CASE("hinges with a triangle that has no area now exert no force and are co
   Points x = mesh.vertices();
   x.row(mesh.triangles()(0, 0)) = x.row(mesh.triangles()(0, 1));  // one edge collapses
   CHECK(bending->degenerate_hinges(Team{}, x) > 0);
-  CHECK(bending->degenerate_hinges(Team{}, Points::Zero(n, 3)) == static_cast<Index>(bending->hinges().size()));
+  CHECK(bending->degenerate_hinges(Team{}, Points::Zero(n, 3)) ==
+        static_cast<Index>(bending->hinges().size()));
   for (const Points& shape : {x, Points(Points::Zero(n, 3))}) {
     Points force = Points::Zero(n, 3);
     bending->add_forces(Team{}, shape, noise(n, 1.0, 1), 0, n, force);
@@ -130,7 +139,8 @@ TEST_CASE("hinges with a triangle that has no area now exert no force and are co
     CHECK(std::isfinite(bending->energy(Team{}, shape)));
     BlockMatrix k(n, bending->couplings());
     bending->add_stiffness(Team{}, shape, 1.0, 1.0, 0, n, k);
-    CHECK(std::all_of(k.block(0), k.block(0) + 9 * k.n_blocks(), [](double a) { return std::isfinite(a); }));
+    CHECK(std::all_of(k.block(0), k.block(0) + 9 * k.n_blocks(),
+                      [](double a) { return std::isfinite(a); }));
   }
 }
 
@@ -151,7 +161,9 @@ TEST_CASE("a single triangle does not bend") {
   CHECK(bending->largest_eigenvalue(Vector::Ones(3)) == 0.0);
 }
 
-TEST_CASE("every quadratic surface has its exact curvature in interior triangles of the mid-edge element") {
+TEST_CASE(
+    "every quadratic surface has its exact curvature in interior triangles of the mid-edge "
+    "element") {
   const std::string pattern = GENERATE("alternating", "diagonal", "jittered", "along", "across");
   CAPTURE(pattern);
   const Strip strip = make_strip(pattern, 1.0, 1.0, 7);
@@ -164,24 +176,30 @@ TEST_CASE("every quadratic surface has its exact curvature in interior triangles
   const Index m = static_cast<Index>(strip.triangles.rows());
   std::vector<bool> edge_of_mesh(m, false);
   for (Index t = 0; t < m; ++t)
-    for (const Index e : edges.of_triangle[t]) edge_of_mesh[t] = edge_of_mesh[t] || edges.triangles[e][1] < 0;
+    for (const Index e : edges.of_triangle[t])
+      edge_of_mesh[t] = edge_of_mesh[t] || edges.triangles[e][1] < 0;
   const double small = 1e-6;  // angles are linear in the height to its square
   double sign = 0.0;
   int n_interior = 0;
-  for (const Vec3& kappa : {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0.5, 0.5, 1), Vec3(0, 0, 2), Vec3(0.25, 0.75, 0.87)}) {
+  for (const Vec3& kappa :
+       {Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0.5, 0.5, 1), Vec3(0, 0, 2), Vec3(0.25, 0.75, 0.87)}) {
     Points x = strip.vertices;
     for (Index i = 0; i < x.rows(); ++i)
-      x(i, 2) = 0.5 * small * (kappa[0] * x(i, 0) * x(i, 0) + kappa[1] * x(i, 1) * x(i, 1) + kappa[2] * x(i, 0) * x(i, 1));
+      x(i, 2) = 0.5 * small *
+                (kappa[0] * x(i, 0) * x(i, 0) + kappa[1] * x(i, 1) * x(i, 1) +
+                 kappa[2] * x(i, 0) * x(i, 1));
     const std::vector<double> angles = measure_angles(set.hinges(), x);
     for (Index t = 0; t < m; ++t) {
       bool interior = !edge_of_mesh[t];
       for (const Index e : edges.of_triangle[t])
-        for (const Index other : edges.triangles[e]) interior = interior && other >= 0 && !edge_of_mesh[other];
+        for (const Index other : edges.triangles[e])
+          interior = interior && other >= 0 && !edge_of_mesh[other];
       if (!interior) continue;
       ++n_interior;
       Vec3 found = Vec3::Zero();
       const midedge::Element& element = made.elements[t];
-      for (int s = 0; s < element.n_hinges; ++s) found += element.curvature[s] * angles[element.hinge[s]] / small;
+      for (int s = 0; s < element.n_hinges; ++s)
+        found += element.curvature[s] * angles[element.hinge[s]] / small;
       if (sign == 0.0) sign = found.dot(kappa) > 0.0 ? 1.0 : -1.0;  // theta's sign is a convention
       CHECK((sign * found - kappa).norm() < 1e-8 * kappa.norm());
     }
@@ -189,16 +207,20 @@ TEST_CASE("every quadratic surface has its exact curvature in interior triangles
   CHECK(n_interior > 50);
 }
 
-TEST_CASE("slivers fall back to the mean slope, are counted, and keep the highest frequency within its bound") {
+TEST_CASE(
+    "slivers fall back to the mean slope, are counted, and keep the highest frequency within its "
+    "bound") {
   const TriangleMesh mesh = grid_cells(1.0, 1.0, 3, 3, "diagonal");
   const Mat3 rigidity = isotropic(1.0, 0.0);  // largest eigenvalue 1
   Index n_averaged = 0, n_valid = 0;
   for (unsigned seed = 1; seed <= 300; ++seed) {
     Points x = mesh.vertices();
-    x.leftCols<2>() += noise(mesh.n_vertices(), 0.7 / 3.0, seed).leftCols<2>();  // some triangles turn over, others nearly
+    x.leftCols<2>() += noise(mesh.n_vertices(), 0.7 / 3.0, seed)
+                           .leftCols<2>();  // some triangles turn over, others nearly
     double least_height = 1.0;
     for (Index t = 0; t < mesh.n_triangles(); ++t) {
-      const Vec3 a = x.row(mesh.triangles()(t, 0)), b = x.row(mesh.triangles()(t, 1)), c = x.row(mesh.triangles()(t, 2));
+      const Vec3 a = x.row(mesh.triangles()(t, 0)), b = x.row(mesh.triangles()(t, 1)),
+                 c = x.row(mesh.triangles()(t, 2));
       const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
       least_height = std::min(least_height, (b - a).cross(c - a).z() / longest);
     }
@@ -207,7 +229,8 @@ TEST_CASE("slivers fall back to the mean slope, are counted, and keep the highes
     const auto bending = make_midedge_bending(flat_setup(x, mesh.triangles(), rigidity));
     n_averaged += bending->averaged_edges();
     // At unit density; 16 was never exceeded on any mesh measured, not proven.
-    CHECK(bending->largest_eigenvalue(lumped_areas(x, mesh.triangles())) <= 16.0 / std::pow(least_height, 4));
+    CHECK(bending->largest_eigenvalue(lumped_areas(x, mesh.triangles())) <=
+          16.0 / std::pow(least_height, 4));
   }
   CHECK(n_valid > 20);
   CHECK(n_averaged > 0);
@@ -226,16 +249,23 @@ TEST_CASE("wrong input of bending is refused with what must hold, what came and 
       CHECK_THROWS_WITH(make_bending(element, setup), Catch::Contains(what));
     }
   };
-  refused([](BendingSetup& s) { s.corners.pop_back(); }, "corners must have one entry a triangle (8), got 7");
-  refused([](BendingSetup& s) { s.rigidity.pop_back(); }, "rigidity must have one entry a triangle (8), got 7");
-  refused([](BendingSetup& s) { s.damping.pop_back(); }, "damping must have one entry a triangle (8), got 7");
-  refused([](BendingSetup& s) { s.pinned.pop_back(); }, "pinned must have one entry a vertex (9), got 8");
-  refused([](BendingSetup& s) { s.rest_angles = {0.1}; }, "rest_angles must have one entry a hinge (8), got 1");
+  refused([](BendingSetup& s) { s.corners.pop_back(); },
+          "corners must have one entry a triangle (8), got 7");
+  refused([](BendingSetup& s) { s.rigidity.pop_back(); },
+          "rigidity must have one entry a triangle (8), got 7");
+  refused([](BendingSetup& s) { s.damping.pop_back(); },
+          "damping must have one entry a triangle (8), got 7");
+  refused([](BendingSetup& s) { s.pinned.pop_back(); },
+          "pinned must have one entry a vertex (9), got 8");
+  refused([](BendingSetup& s) { s.rest_angles = {0.1}; },
+          "rest_angles must have one entry a hinge (8), got 1");
   refused([](BendingSetup& s) { s.rest_angles.assign(8, 0.0), s.rest_angles[2] = 4.0; },
           "rest_angles[2] must be in (-pi, pi) [rad], got 4");
-  refused([](BendingSetup& s) { s.rigidity[3](0, 1) = 2.0; }, "rigidity[3] must be finite and symmetric");
+  refused([](BendingSetup& s) { s.rigidity[3](0, 1) = 2.0; },
+          "rigidity[3] must be finite and symmetric");
   refused([](BendingSetup& s) { s.rigidity[3](0, 1) = s.rigidity[3](1, 0) = 2.0; },
           "rigidity[3] must be positive semi-definite");
   refused([](BendingSetup& s) { s.damping[1] = -1.0; }, "damping[1] must be >= 0 [s], got -1");
-  refused([](BendingSetup& s) { s.corners[5].row(2) = s.corners[5].row(1); }, "corners[5] must be three that span a rest area");
+  refused([](BendingSetup& s) { s.corners[5].row(2) = s.corners[5].row(1); },
+          "corners[5] must be three that span a rest area");
 }

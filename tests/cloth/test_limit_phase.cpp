@@ -54,7 +54,8 @@ TEST_CASE("within its limits a sheet has no second phase") {
 TEST_CASE("the second phase has forces of its energy and the Jacobian of its forces") {
   Sheet s = make_sheet(orthotropic());
   const Index n = s.mesh.n_vertices();
-  const Points x = deformed(s.mesh, 1), d = random_points(n, 1.0, 2), without = force_of(s.membrane, x);
+  const Points x = deformed(s.mesh, 1), d = random_points(n, 1.0, 2),
+               without = force_of(s.membrane, x);
   LimitPhase phase = phase_of(s, exceeded());
   phase.enter({}, x, 0, s.mesh.n_vertices());
   s.membrane.set_phase(phase.table(), phase.entered());
@@ -64,9 +65,11 @@ TEST_CASE("the second phase has forces of its energy and the Jacobian of its for
   const Eigen::VectorXd product = dense(k) * Eigen::Map<const Eigen::VectorXd>(d.data(), 3 * n);
   const double slope = -dot(force_of(s.membrane, x), d);
   double force_before = 0.0, jacobian_before = 0.0;
-  for (const double step : {1e-4, 1e-5, 1e-6}) {  // central differences: errors of order 2, then rounding
+  for (const double step :
+       {1e-4, 1e-5, 1e-6}) {  // central differences: errors of order 2, then rounding
     const Points up = x + step * d, down = x - step * d;
-    const double force_error = std::abs((s.membrane.energy({}, up) - s.membrane.energy({}, down)) / (2 * step) / slope - 1.0);
+    const double force_error = std::abs(
+        (s.membrane.energy({}, up) - s.membrane.energy({}, down)) / (2 * step) / slope - 1.0);
     const Points change = (force_of(s.membrane, down) - force_of(s.membrane, up)) / (2 * step);
     const double jacobian_error =
         (Eigen::Map<const Eigen::VectorXd>(change.data(), 3 * n) - product).norm() / product.norm();
@@ -87,15 +90,19 @@ TEST_CASE("with a second phase the positive Jacobian stays positive semidefinite
   s.membrane.set_phase(phase.table(), phase.entered());
   BlockMatrix k = pattern(s.mesh);
   s.membrane.set_jacobian({}, x, JacobianKind::Positive, 1.0, 0.0, 0, s.mesh.n_vertices(), k);
-  const Eigen::VectorXd eigenvalues = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(dense(k)).eigenvalues();
+  const Eigen::VectorXd eigenvalues =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(dense(k)).eigenvalues();
   CHECK(eigenvalues.minCoeff() > -1e-12 * eigenvalues.maxCoeff());
 }
 
-// Weft limited to 10 %: the second phase is entered at 9 % and holds 300 times the modulus times what is beyond, the third at
-// 9.5 % and holds 3000 times the modulus times what is beyond that.
-TEST_CASE("before its limit a strip meets two phases one after another, and before those nothing more than without limit") {
+// Weft limited to 10 %: the second phase is entered at 9 % and holds 300 times the modulus times
+// what is beyond, the third at 9.5 % and holds 3000 times the modulus times what is beyond that.
+TEST_CASE(
+    "before its limit a strip meets two phases one after another, and before those nothing more "
+    "than without limit") {
   ClothMaterial material;
-  material.weft_stiffness = 300, material.warp_stiffness = 300, material.shear_stiffness = 150, material.poisson = 0.0;
+  material.weft_stiffness = 300, material.warp_stiffness = 300, material.shear_stiffness = 150,
+  material.poisson = 0.0;
   Sheet s = make_sheet(material);
   StrainLimit limit;
   limit.weft = 0.1;
@@ -107,7 +114,8 @@ TEST_CASE("before its limit a strip meets two phases one after another, and befo
     phase.enter({}, x, 0, s.mesh.n_vertices());
     s.membrane.set_phase(phase.table(), phase.entered());
     const double more = (tension(s, x) - elastic) / 0.2;  // the sheet is 0.2 m wide [N/m]
-    // First Piola stress is stretch times S, S = the modulus times the stretch times what is beyond.
+    // First Piola stress is stretch times S, S = the modulus times the stretch times what is
+    // beyond.
     const double beyond = std::max(0.0, strain - 0.09) + 9.0 * std::max(0.0, strain - 0.095);
     const double expected = 300 * 300.0 * (1 + strain) * (1 + strain) * beyond;
     CHECK(more == Approx(expected).epsilon(1e-9).margin(1e-9));

@@ -43,9 +43,12 @@ Assembled assemble(const Bending& bending, const Points& x) {
 
 }  // namespace
 
-TEST_CASE("the lumped stiffness is at least half of the whole in every folded shape, on a third of its blocks") {
+TEST_CASE(
+    "the lumped stiffness is at least half of the whole in every folded shape, on a third of its "
+    "blocks") {
   const TriangleMesh mesh = jittered_grid(0.2, 0.2, 8, 8, 0.24, 11);
-  const auto whole = make_midedge_bending(setup_of(mesh, false)), lumped = make_midedge_bending(setup_of(mesh, true));
+  const auto whole = make_midedge_bending(setup_of(mesh, false)),
+             lumped = make_midedge_bending(setup_of(mesh, true));
   std::mt19937 generator(5);
   std::uniform_real_distribution<double> uniform(-0.004, 0.004);
   for (int shape = 0; shape < 3; ++shape) {
@@ -62,7 +65,8 @@ TEST_CASE("the lumped stiffness is at least half of the whole in every folded sh
 
 TEST_CASE("lumping changes neither energy nor force nor the largest eigenvalue") {
   const TriangleMesh mesh = jittered_grid(0.2, 0.2, 8, 8, 0.24, 11);
-  const auto whole = make_midedge_bending(setup_of(mesh, false)), lumped = make_midedge_bending(setup_of(mesh, true));
+  const auto whole = make_midedge_bending(setup_of(mesh, false)),
+             lumped = make_midedge_bending(setup_of(mesh, true));
   Points x = mesh.vertices();
   for (Index i = 0; i < x.rows(); ++i) x(i, 2) = 0.01 * std::sin(30 * x(i, 0) + 20 * x(i, 1));
   const Points v = Points::Zero(x.rows(), 3);

@@ -17,7 +17,8 @@ TEST_CASE("the membrane force is minus the gradient of its energy, with error of
     const double difference =
         (s.membrane.energy({}, x + step * d) - s.membrane.energy({}, x - step * d)) / (2 * step);
     const double error = std::abs(difference - exact) / std::abs(exact);
-    // Central differences: a tenth of the step, a hundredth of the error (until rounding, 1e-16 / 1e-5, takes over).
+    // Central differences: a tenth of the step, a hundredth of the error (until rounding, 1e-16 /
+    // 1e-5, takes over).
     if (previous > 1e-9) CHECK(error < previous / 90.0 + 1e-10);
     previous = error;
   }
@@ -34,9 +35,11 @@ TEST_CASE("the exact Jacobian is the derivative of the force, with error of orde
   const Eigen::VectorXd product = dense(k) * flat;
   double previous = 0.0;
   for (const double step : {1e-4, 1e-5, 1e-6}) {
-    const Points difference = (force_of(s.membrane, x - step * d) - force_of(s.membrane, x + step * d)) / (2 * step);
+    const Points difference =
+        (force_of(s.membrane, x - step * d) - force_of(s.membrane, x + step * d)) / (2 * step);
     const double error =
-        (Eigen::Map<const Eigen::VectorXd>(difference.data(), 3 * n) - product).norm() / product.norm();
+        (Eigen::Map<const Eigen::VectorXd>(difference.data(), 3 * n) - product).norm() /
+        product.norm();
     if (previous > 1e-9) CHECK(error < previous / 90.0 + 1e-10);
     previous = error;
   }
@@ -52,7 +55,8 @@ TEST_CASE("the viscous Jacobian is the derivative of the viscous force") {
   const Points viscous = force_of(s.membrane, x) - force_of(s.membrane, x, &v);  // + f_v
   const Eigen::VectorXd product = dense(d) * Eigen::Map<const Eigen::VectorXd>(v.data(), 3 * n);
   // The force is linear in v: equal to rounding.
-  CHECK((Eigen::Map<const Eigen::VectorXd>(viscous.data(), 3 * n) - product).norm() < 1e-12 * product.norm() + 1e-13);
+  CHECK((Eigen::Map<const Eigen::VectorXd>(viscous.data(), 3 * n) - product).norm() <
+        1e-12 * product.norm() + 1e-13);
 }
 
 TEST_CASE("the positive Jacobian is symmetric and positive semidefinite, also under compression") {
@@ -64,7 +68,8 @@ TEST_CASE("the positive Jacobian is symmetric and positive semidefinite, also un
   s.membrane.set_jacobian({}, x, JacobianKind::Positive, 1.0, 0.3, 0, n, k);
   const Eigen::MatrixXd d = dense(k);
   CHECK((d - d.transpose()).norm() == 0.0);
-  const Eigen::VectorXd eigenvalues = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(d).eigenvalues();
+  const Eigen::VectorXd eigenvalues =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(d).eigenvalues();
   CHECK(eigenvalues.minCoeff() > -1e-12 * eigenvalues.maxCoeff());
 }
 
@@ -87,7 +92,8 @@ TEST_CASE("viscous power is never positive, and zero for rigid velocities at any
   }
   Points rigid(x.rows(), 3);
   const Vec3 a(1, -2, 3), omega(4, 5, -6);
-  for (Index i = 0; i < x.rows(); ++i) rigid.row(i) = (a + omega.cross(x.row(i).transpose())).transpose();
+  for (Index i = 0; i < x.rows(); ++i)
+    rigid.row(i) = (a + omega.cross(x.row(i).transpose())).transpose();
   const Points random = random_points(s.mesh.n_vertices(), 1.0, 9);
   const double scale = (force_of(s.membrane, x, &random) - elastic).norm();
   CHECK((force_of(s.membrane, x, &rigid) - elastic).norm() < 1e-12 * scale);
@@ -96,14 +102,16 @@ TEST_CASE("viscous power is never positive, and zero for rigid velocities at any
 TEST_CASE("rigid motion causes no membrane force") {
   Sheet s = make_sheet(orthotropic());
   const Mat3 turn = Eigen::AngleAxisd(1.1, Vec3(1, 2, 3).normalized()).toRotationMatrix();
-  const Points moved = (s.mesh.vertices() * turn.transpose()).rowwise() + Eigen::RowVector3d(5, 6, 7);
+  const Points moved =
+      (s.mesh.vertices() * turn.transpose()).rowwise() + Eigen::RowVector3d(5, 6, 7);
   // Coordinates of size 10 are rounded by 1e-15; times stiffness 400.
   CHECK(force_of(s.membrane, moved).cwiseAbs().maxCoeff() < 1e-11);
 }
 
 TEST_CASE("internal forces have no sum and no torque") {
   Sheet s = make_sheet(orthotropic());
-  const Points x = deformed(s.mesh, 10), v = random_points(s.mesh.n_vertices(), 1.0, 11), f = force_of(s.membrane, x, &v);
+  const Points x = deformed(s.mesh, 10), v = random_points(s.mesh.n_vertices(), 1.0, 11),
+               f = force_of(s.membrane, x, &v);
   Vec3 sum = Vec3::Zero(), torque = Vec3::Zero();
   for (Index i = 0; i < x.rows(); ++i) sum += f.row(i), torque += x.row(i).cross(f.row(i));
   const double scale = f.cwiseAbs().sum();
@@ -111,7 +119,9 @@ TEST_CASE("internal forces have no sum and no torque") {
   CHECK(torque.norm() < 1e-14 * scale);
 }
 
-TEST_CASE("the patch test is exact on an irregular mesh: affine maps cause uniform strain and no inner force") {
+TEST_CASE(
+    "the patch test is exact on an irregular mesh: affine maps cause uniform strain and no inner "
+    "force") {
   Sheet s = make_sheet(orthotropic(), 0.24);
   const TriangleMesh& mesh = s.mesh;
   Mat32 f;
@@ -142,7 +152,8 @@ TEST_CASE("a strip cut along weft, warp or bias and pulled has the strain of its
     const double angle = degrees * M_PI / 180.0;
     const Vec2 d(std::cos(angle), std::sin(angle));
     // Uniaxial second Piola-Kirchhoff stress p along d; strain from the inverse of (2.23).
-    const double p = 20.0, s11 = p * d.x() * d.x(), s22 = p * d.y() * d.y(), s12 = p * d.x() * d.y();
+    const double p = 20.0, s11 = p * d.x() * d.x(), s22 = p * d.y() * d.y(),
+                 s12 = p * d.x() * d.y();
     const double determinant = c.a11 * c.a22 - c.a12 * c.a12;
     Mat2 e;
     e(0, 0) = (c.a22 * s11 - c.a12 * s22) / determinant;
@@ -178,9 +189,10 @@ TEST_CASE("a strip cut along weft, warp or bias and pulled has the strain of its
 
 namespace {
 
-// Jacobian of the co-rotational model, (2.36): of every triangle the linear stiffness A B_i^T C B_k, turned by the rotation R
-// (3 x 2) of F = R U.
-Eigen::MatrixXd corotational_jacobian(const TriangleMesh& mesh, const MembraneConstants& c, const Points& x) {
+// Jacobian of the co-rotational model, (2.36): of every triangle the linear stiffness A B_i^T C
+// B_k, turned by the rotation R (3 x 2) of F = R U.
+Eigen::MatrixXd corotational_jacobian(const TriangleMesh& mesh, const MembraneConstants& c,
+                                      const Points& x) {
   Eigen::MatrixXd k = Eigen::MatrixXd::Zero(3 * x.rows(), 3 * x.rows());
   Mat3 elasticity = Mat3::Zero();
   elasticity << c.a11, c.a12, 0, c.a12, c.a22, 0, 0, 0, c.g;
@@ -195,7 +207,8 @@ Eigen::MatrixXd corotational_jacobian(const TriangleMesh& mesh, const MembraneCo
     Mat3 corner;  // columns: positions
     for (int i = 0; i < 3; ++i) corner.col(i) = x.row(mesh.triangles()(t, i)).transpose();
     const Mat32 f = corner * gradients;
-    const Mat32 r = f * Eigen::SelfAdjointEigenSolver<Mat2>(f.transpose() * f).operatorInverseSqrt();
+    const Mat32 r =
+        f * Eigen::SelfAdjointEigenSolver<Mat2>(f.transpose() * f).operatorInverseSqrt();
     const auto b = [&](int i) {
       Eigen::Matrix<double, 3, 2> rows;
       rows << gradients(i, 0), 0, 0, gradients(i, 1), gradients(i, 1), gradients(i, 0);
@@ -204,21 +217,25 @@ Eigen::MatrixXd corotational_jacobian(const TriangleMesh& mesh, const MembraneCo
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j)
         k.block<3, 3>(3 * mesh.triangles()(t, i), 3 * mesh.triangles()(t, j)) +=
-            0.5 * edges.determinant() * (r * (b(i).transpose() * elasticity * b(j)) * r.transpose());
+            0.5 * edges.determinant() *
+            (r * (b(i).transpose() * elasticity * b(j)) * r.transpose());
   }
   return k;
 }
 
 }  // namespace
 
-TEST_CASE("under tension the Jacobian resists motion out of the plane; the co-rotational one does not (figure 2.3)") {
+TEST_CASE(
+    "under tension the Jacobian resists motion out of the plane; the co-rotational one does not "
+    "(figure 2.3)") {
   Sheet s = make_sheet(orthotropic(), 0.0);
   const MembraneConstants c = membrane_constants(orthotropic(), "m");
   const Index n = s.mesh.n_vertices();
   BlockMatrix rest = pattern(s.mesh), k = pattern(s.mesh);
   s.membrane.set_jacobian({}, s.mesh.vertices(), JacobianKind::Exact, 1.0, 0.0, 0, n, rest);
   const Eigen::MatrixXd at_rest = dense(rest);
-  CHECK((corotational_jacobian(s.mesh, c, s.mesh.vertices()) - at_rest).norm() < 1e-12 * at_rest.norm());  // without stress: one
+  CHECK((corotational_jacobian(s.mesh, c, s.mesh.vertices()) - at_rest).norm() <
+        1e-12 * at_rest.norm());  // without stress: one
   // Pulled by a tenth, and turned, so that the co-rotational model has a rotation to follow.
   const Mat3 turn = Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()).toRotationMatrix();
   Points x = s.mesh.vertices();
@@ -236,7 +253,8 @@ TEST_CASE("under tension the Jacobian resists motion out of the plane; the co-ro
 TEST_CASE("any number of threads and any split of the rows give the same bits") {
   const TriangleMesh mesh = jittered_grid(1.0, 1.0, 40, 40, 0.24, 5);
   const auto corners = rest_corners(mesh, true, "mesh");
-  const std::vector<MembraneConstants> constants(mesh.n_triangles(), membrane_constants(orthotropic(), "m"));
+  const std::vector<MembraneConstants> constants(mesh.n_triangles(),
+                                                 membrane_constants(orthotropic(), "m"));
   const Index n = mesh.n_vertices();
   const Points x = mesh.vertices() + random_points(n, 0.005, 12), v = random_points(n, 1.0, 13);
   Membrane one(n, mesh.triangles(), corners, constants);
@@ -263,8 +281,9 @@ TEST_CASE("any number of threads and any split of the rows give the same bits") 
 TEST_CASE("materials without positive energy are refused with the reason") {
   ClothMaterial m;
   m.poisson = 0.9, m.weft_stiffness = 100, m.warp_stiffness = 300;
-  CHECK_THROWS_WITH(membrane_constants(m, "cloths[0].material"), Catch::Contains("cloths[0].material.poisson") &&
-                                                                       Catch::Contains("positive definite"));
+  CHECK_THROWS_WITH(
+      membrane_constants(m, "cloths[0].material"),
+      Catch::Contains("cloths[0].material.poisson") && Catch::Contains("positive definite"));
   m = ClothMaterial{};
   m.viscosity_dilation = -1.0;
   CHECK_THROWS_AS(membrane_constants(m, "m"), InvalidInput);

@@ -12,7 +12,9 @@ namespace {
 
 constexpr double inf = std::numeric_limits<double>::infinity();
 
-StrainLimit limits_of(double weft, double warp, double shear) { return {weft, warp, shear, -1.0, -1.0, std::nullopt, std::nullopt}; }
+StrainLimit limits_of(double weft, double warp, double shear) {
+  return {weft, warp, shear, -1.0, -1.0, std::nullopt, std::nullopt};
+}
 
 TriangleMesh irregular() { return jittered_grid(1.0, 1.0, 20, 20, 0.2, 3); }
 
@@ -21,7 +23,8 @@ Points deformed(const TriangleMesh& mesh, double size) {
   Points x = mesh.vertices();
   for (Index i = 0; i < x.rows(); ++i) {
     const double u = x(i, 0), v = x(i, 1);
-    x(i, 0) += size * (0.5 * u * u + 0.2 * v), x(i, 1) += size * 0.3 * std::sin(3 * u) * v, x(i, 2) += size * 0.1 * std::sin(4 * u + 2 * v);
+    x(i, 0) += size * (0.5 * u * u + 0.2 * v), x(i, 1) += size * 0.3 * std::sin(3 * u) * v,
+        x(i, 2) += size * 0.1 * std::sin(4 * u + 2 * v);
   }
   return x;
 }
@@ -30,7 +33,8 @@ struct Result {
   Points x;
   LimitReport report;
 };
-Result limited(const LimitedCloth& cloth, const Points& x, const LimitOptions& options, int threads = 1) {
+Result limited(const LimitedCloth& cloth, const Points& x, const LimitOptions& options,
+               int threads = 1) {
   StrainLimiter limiter(cloth, options);
   Result r{x, {}};
   r.report = limiter.enforce({threads}, 7, {}, r.x);
@@ -39,7 +43,9 @@ Result limited(const LimitedCloth& cloth, const Points& x, const LimitOptions& o
 
 }  // namespace
 
-TEST_CASE("every kind of sweep brings a sheet within its limits and keeps its momenta; Gauss-Seidel takes fewer than Jacobi") {
+TEST_CASE(
+    "every kind of sweep brings a sheet within its limits and keeps its momenta; Gauss-Seidel "
+    "takes fewer than Jacobi") {
   const TriangleMesh mesh = irregular();
   const LimitedCloth cloth = sheet(mesh, limits_of(0.05, 0.03, 0.04));
   const Points x = deformed(mesh, 0.15);
@@ -53,7 +59,8 @@ TEST_CASE("every kind of sweep brings a sheet within its limits and keeps its mo
     CHECK(strain.col(1).maxCoeff() <= 0.031 + 1e-12);
     CHECK(strain.col(2).cwiseAbs().maxCoeff() <= 0.041 + 1e-12);
     CHECK(momentum(cloth.mass, r.x - x).norm() < 1e-13);
-    // About the positions that each correction saw; over a sweep these differ from those of the start by the corrections.
+    // About the positions that each correction saw; over a sweep these differ from those of the
+    // start by the corrections.
     CHECK(angular_momentum(cloth.mass, r.x, r.x).norm() < 1e-13);
     sweeps[i++] = r.report.sweeps;
   }
@@ -68,7 +75,8 @@ TEST_CASE("the active set has the bits of sweeps over everything with fewer eval
   for (Index i = 0; i < x.rows(); ++i)  // violated in one corner only
     if (x(i, 0) > 0.3 && x(i, 1) > 0.3) x(i, 0) += 0.3 * (x(i, 0) - 0.3);
   for (const char* method : {"gauss-seidel", "gauss-seidel-random", "jacobi", "edges"}) {
-    const Result full = limited(cloth, x, sweeping(method, 1e-3, 2000, false)), active = limited(cloth, x, sweeping(method));
+    const Result full = limited(cloth, x, sweeping(method, 1e-3, 2000, false)),
+                 active = limited(cloth, x, sweeping(method));
     CHECK(full.report.sweeps > 3);
     CHECK(active.report.sweeps == full.report.sweeps);
     CHECK(active.x == full.x);
@@ -112,14 +120,18 @@ TEST_CASE("axes turned by 90 degrees swap weft and warp") {
   }
 }
 
-TEST_CASE("a sheet sheared at full lengths stays with limits of stretch; edges cannot tell shear from stretch") {
+TEST_CASE(
+    "a sheet sheared at full lengths stays with limits of stretch; edges cannot tell shear from "
+    "stretch") {
   const TriangleMesh mesh = irregular();
   const LimitedCloth cloth = sheet(mesh, limits_of(0.02, 0.02, 0.3));
   Points x = mesh.vertices();
-  x.col(0) += 0.2 * mesh.vertices().col(1), x.col(1) += 0.2 * mesh.vertices().col(0);  // U = (1, 0.2; 0.2, 1)
+  x.col(0) += 0.2 * mesh.vertices().col(1),
+      x.col(1) += 0.2 * mesh.vertices().col(0);  // U = (1, 0.2; 0.2, 1)
   CHECK(limited(cloth, x, sweeping("gauss-seidel")).x == x);
   const Result edges = limited(cloth, x, sweeping("edges"));
-  CHECK(strain_of(cloth, edges.x).col(2).cwiseAbs().mean() < 0.15);  // 0.3 is allowed, 0.2 was there
+  CHECK(strain_of(cloth, edges.x).col(2).cwiseAbs().mean() <
+        0.15);  // 0.3 is allowed, 0.2 was there
 }
 
 TEST_CASE("limits that pins make impossible are reported with the element that is worst") {
@@ -136,7 +148,8 @@ TEST_CASE("limits that pins make impossible are reported with the element that i
     CHECK(r.report.beyond > 100);  // the mean stretch stays 0.3
     REQUIRE(r.report.worst >= 0);
     const Points strain = strain_of(cloth, r.x);
-    CHECK(strain.row(r.report.worst).head<2>().maxCoeff() - 0.1 == Approx(r.report.largest()).epsilon(1e-9));
+    CHECK(strain.row(r.report.worst).head<2>().maxCoeff() - 0.1 ==
+          Approx(r.report.largest()).epsilon(1e-9));
     for (const Index pin : pins) CHECK(r.x.row(pin) == x.row(pin));
   }
 }
@@ -167,7 +180,9 @@ TEST_CASE("rates of strain come within their bound, momenta stay") {
   CHECK(angular_momentum(cloth.mass, x, v - before).norm() < 1e-11);
   // A rigid motion is no strain.
   Points turning(x.rows(), 3);
-  for (Index i = 0; i < x.rows(); ++i) turning.row(i) = Vec3(300, -200, 500).cross(Vec3(x.row(i))).transpose() + Vec3(9, 9, 9).transpose();
+  for (Index i = 0; i < x.rows(); ++i)
+    turning.row(i) =
+        Vec3(300, -200, 500).cross(Vec3(x.row(i))).transpose() + Vec3(9, 9, 9).transpose();
   const Points rigid = turning;
   limiter.enforce_rate({}, 1, x, 1e-3, turning);
   CHECK(turning == rigid);

@@ -20,8 +20,8 @@ struct Part {
 
 struct TestScene {
   CollisionModel model;
-  Points x;               // start positions
-  Vector inverse_mass;    // 1 a gram for cloth, 0 for the rest [1/kg]
+  Points x;             // start positions
+  Vector inverse_mass;  // 1 a gram for cloth, 0 for the rest [1/kg]
 };
 
 inline TestScene make_scene(const std::vector<Part>& parts) {
@@ -47,7 +47,8 @@ inline TestScene make_scene(const std::vector<Part>& parts) {
     surface.n_triangles = part.mesh.n_triangles();
     surface.thickness = part.thickness;
     surface.friction = part.friction;
-    const bool cloth = part.kind == CollisionSurface::Kind::Cloth, body = part.kind == CollisionSurface::Kind::Body;
+    const bool cloth = part.kind == CollisionSurface::Kind::Cloth,
+               body = part.kind == CollisionSurface::Kind::Body;
     surface.body = body ? n_bodies : -1;
     for (Index i = 0; i < surface.n_vertices; ++i) {
       scene.x.row(vertex + i) = part.mesh.vertices().row(i);
@@ -57,7 +58,8 @@ inline TestScene make_scene(const std::vector<Part>& parts) {
       if (cloth) scene.inverse_mass[vertex + i] = 1e3;
     }
     for (Index t = 0; t < surface.n_triangles; ++t) {
-      for (int k = 0; k < 3; ++k) model.triangles(triangle + t, k) = part.mesh.triangles()(t, k) + vertex;
+      for (int k = 0; k < 3; ++k)
+        model.triangles(triangle + t, k) = part.mesh.triangles()(t, k) + vertex;
       model.surface_of_triangle.push_back(static_cast<Index>(model.surfaces.size()));
     }
     if (body) ++n_bodies;

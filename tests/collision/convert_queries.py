@@ -1,6 +1,7 @@
-"""Turns query archives (npz with Q, kind, gt, toi_lo, toi_hi) into the plain file that test_continuous.cpp reads.
+"""Turns query archives (npz with Q, kind, gt, toi_lo, toi_hi) into the plain file that
+test_continuous.cpp reads.
 
-    python3 tests/collision/convert_queries.py out.bin queries/*.npz
+python3 tests/collision/convert_queries.py out.bin queries/*.npz
 """
 
 import array
@@ -9,7 +10,19 @@ import struct
 import sys
 import zipfile
 
-CODES = {"f8": "d", "f4": "f", "i8": "q", "i4": "i", "i2": "h", "i1": "b", "u8": "Q", "u4": "I", "u2": "H", "u1": "B", "b1": "b"}
+CODES = {
+    "f8": "d",
+    "f4": "f",
+    "i8": "q",
+    "i4": "i",
+    "i2": "h",
+    "i1": "b",
+    "u8": "Q",
+    "u4": "I",
+    "u2": "H",
+    "u1": "B",
+    "b1": "b",
+}
 
 
 def read_array(archive, name):
@@ -30,7 +43,9 @@ def main(out, *paths):
     rows = array.array("d")
     for path in paths:
         with zipfile.ZipFile(path) as archive:
-            q, kind, verdict, low, high = (read_array(archive, k) for k in ("Q", "kind", "gt", "toi_lo", "toi_hi"))
+            q, kind, verdict, low, high = (
+                read_array(archive, k) for k in ("Q", "kind", "gt", "toi_lo", "toi_hi")
+            )
         for i in range(len(kind)):
             rows.extend(q[24 * i : 24 * i + 24])
             rows.extend((kind[i], verdict[i], low[i], high[i]))

@@ -1,5 +1,5 @@
-// Broad phase: the three engines name the same pairs, which hold all that come close; the shape of the tree and the number of
-// threads reach no result.
+// Broad phase: the three engines name the same pairs, which hold all that come close; the shape of
+// the tree and the number of threads reach no result.
 #include <catch2/catch.hpp>
 
 #include <set>
@@ -18,7 +18,9 @@ Points crumpled(const TriangleMesh& mesh, unsigned seed, double size) {
   std::mt19937 random(seed);
   Points x = mesh.vertices();
   for (Index i = 0; i < x.rows(); ++i)
-    x.row(i) = Eigen::RowVector3d(std::sin(19 * x(i, 0)), std::cos(23 * x(i, 1)), std::sin(31 * (x(i, 0) + x(i, 1)))) * 0.05 +
+    x.row(i) = Eigen::RowVector3d(std::sin(19 * x(i, 0)), std::cos(23 * x(i, 1)),
+                                  std::sin(31 * (x(i, 0) + x(i, 1)))) *
+                   0.05 +
                random_vector(random, size).transpose();
   return x;
 }
@@ -29,13 +31,16 @@ TEST_CASE("the engines name the same pairs") {
   std::size_t n_pairs = 0;
   for (const unsigned seed : {1u, 2u, 3u, 4u, 5u, 6u}) {
     const TriangleMesh mesh = grid_cells(0.3, 0.2, 5 + 3 * seed, 7);
-    const Points x0 = crumpled(mesh, seed, 0.002 * seed), x1 = crumpled(mesh, seed + 10, 0.002 * seed);
+    const Points x0 = crumpled(mesh, seed, 0.002 * seed),
+                 x1 = crumpled(mesh, seed + 10, 0.002 * seed);
     const double inflation = seed % 2 ? 0.0 : 1e-3;
-    const Candidates expected = candidates(Team{1}, x0, x1, mesh.triangles(), inflation, "brute-force");
+    const Candidates expected =
+        candidates(Team{1}, x0, x1, mesh.triangles(), inflation, "brute-force");
     n_pairs += expected.vertex_face.size() + expected.edge_edge.size();
     for (const char* engine : {"clusters", "embree"})
       for (const int threads : {1, 3}) {
-        const Candidates found = candidates(Team{threads}, x0, x1, mesh.triangles(), inflation, engine);
+        const Candidates found =
+            candidates(Team{threads}, x0, x1, mesh.triangles(), inflation, engine);
         CHECK(found.vertex_face == expected.vertex_face);
         CHECK(found.edge_edge == expected.edge_edge);
       }
@@ -48,7 +53,8 @@ TEST_CASE("pairs that come closer than twice the inflation are among the candida
   const Points x0 = crumpled(mesh, 20, 0.004), x1 = shaken(x0, 0.01, 21);
   const double inflation = 2e-3;
   const Candidates found = candidates(Team{1}, x0, x1, mesh.triangles(), inflation, "clusters");
-  const std::set<std::array<Index, 2>> vertex_face(found.vertex_face.begin(), found.vertex_face.end());
+  const std::set<std::array<Index, 2>> vertex_face(found.vertex_face.begin(),
+                                                   found.vertex_face.end());
   const std::set<std::array<Index, 2>> edge_edge(found.edge_edge.begin(), found.edge_edge.end());
   const Triangles& t = mesh.triangles();
   long close = 0;
@@ -56,14 +62,17 @@ TEST_CASE("pairs that come closer than twice the inflation are among the candida
     double smallest = INFINITY;
     for (int k = 0; k <= 8; ++k) {
       FourPoints p;
-      for (int i = 0; i < 4; ++i) p[i] = ((8 - k) * x0.row(v[i]) + k * x1.row(v[i])).transpose() / 8.0;
-      smallest = std::min(smallest, (face ? closest_vertex_face(p) : closest_edge_edge(p)).distance);
+      for (int i = 0; i < 4; ++i)
+        p[i] = ((8 - k) * x0.row(v[i]) + k * x1.row(v[i])).transpose() / 8.0;
+      smallest =
+          std::min(smallest, (face ? closest_vertex_face(p) : closest_edge_edge(p)).distance);
     }
     return smallest;
   };
   for (Index v = 0; v < mesh.n_vertices(); ++v)
     for (Index f = 0; f < t.rows(); ++f)
-      if ((t.row(f).array() != v).all() && nearest({v, t(f, 0), t(f, 1), t(f, 2)}, true) < 2.0 * inflation) {
+      if ((t.row(f).array() != v).all() &&
+          nearest({v, t(f, 0), t(f, 1), t(f, 2)}, true) < 2.0 * inflation) {
         ++close;
         CHECK(vertex_face.count({v, f}) == 1);
       }
@@ -81,13 +90,15 @@ TEST_CASE("pairs that come closer than twice the inflation are among the candida
 }
 
 TEST_CASE("a tree formed elsewhere finds the same pairs") {
-  const TestScene scene = make_scene({{grid_cells(0.3, 0.3, 20, 20)}, {grid_cells(0.2, 0.2, 9, 9).moved(Vec3(0.05, 0, 0.002))}});
+  const TestScene scene = make_scene(
+      {{grid_cells(0.3, 0.3, 20, 20)}, {grid_cells(0.2, 0.2, 9, 9).moved(Vec3(0.05, 0, 0.002))}});
   const std::vector<SurfacePair> pairs = surface_pairs(scene.model);
   const std::vector<Index> all = {0, 1, 2};
   const auto keep = [](ContactKind, std::vector<PairKey>&) {};  // all
   BroadPhase lasting(scene.model, pairs);
   std::vector<FeaturePairs> old_tree, new_tree;
-  lasting.swept_pairs(Team{1}, shaken(scene.x, 0.1, 30), scene.x, 0.0, all, keep, old_tree);  // formed at a shaken place
+  lasting.swept_pairs(Team{1}, shaken(scene.x, 0.1, 30), scene.x, 0.0, all, keep,
+                      old_tree);  // formed at a shaken place
   for (const unsigned seed : {31u, 32u}) {
     const Points x0 = shaken(scene.x, 0.02, seed), x1 = shaken(x0, 0.01, seed + 5);
     lasting.swept_pairs(Team{3}, x0, x1, 1e-4, all, keep, old_tree);

@@ -11,13 +11,16 @@ namespace {
 FreeBodies none;
 
 TestScene facing_sheets() {
-  return make_scene({{grid_cells(0.2, 0.2, 16, 16), Kind::Cloth, 2e-3},
-                     {jittered_grid(0.2, 0.2, 15, 15, 0.2, 3).moved(Vec3(4e-3, 1e-3, 0.02)), Kind::Cloth, 2e-3}});
+  return make_scene(
+      {{grid_cells(0.2, 0.2, 16, 16), Kind::Cloth, 2e-3},
+       {jittered_grid(0.2, 0.2, 15, 15, 0.2, 3).moved(Vec3(4e-3, 1e-3, 0.02)), Kind::Cloth, 2e-3}});
 }
 
 }  // namespace
 
-TEST_CASE("sheets thrown at each other at any speed end without intersection, with the same bits on any team") {
+TEST_CASE(
+    "sheets thrown at each other at any speed end without intersection, with the same bits on any "
+    "team") {
   const TestScene scene = facing_sheets();
   REQUIRE(intersecting_pairs(scene.x, scene.model.triangles).empty());
   const Index n = scene.model.surfaces[0].n_vertices;
@@ -31,7 +34,8 @@ TEST_CASE("sheets thrown at each other at any speed end without intersection, wi
       CollisionStage stage(scene.model);
       if (threads == 3) stage.proximity(Team{threads}, scene.x);  // lists or no lists
       Points x1 = thrown;
-      const CertifyReport report = stage.certify(Team{threads}, scene.x, x1, scene.inverse_mass, none);
+      const CertifyReport report =
+          stage.certify(Team{threads}, scene.x, x1, scene.inverse_mass, none);
       CHECK(report.impacts > 100);
       CHECK(report.unresolved == 0);
       if (threads == 1) {
@@ -67,14 +71,17 @@ TEST_CASE("a motion without impact is left alone") {
   CHECK(x1 == given);
 }
 
-TEST_CASE("cloth that a fast obstacle runs into is carried along; the obstacle is not held up by a bit") {
+TEST_CASE(
+    "cloth that a fast obstacle runs into is carried along; the obstacle is not held up by a bit") {
   for (const bool turning : {false, true}) {
-    const TestScene scene = make_scene({{grid_cells(0.2, 0.2, 16, 16), Kind::Cloth, 2e-3},
-                                        {icosphere(0.04, 2).moved(Vec3(0.003, 0.002, 0.045)), Kind::Script, 2e-3}});
+    const TestScene scene =
+        make_scene({{grid_cells(0.2, 0.2, 16, 16), Kind::Cloth, 2e-3},
+                    {icosphere(0.04, 2).moved(Vec3(0.003, 0.002, 0.045)), Kind::Script, 2e-3}});
     const CollisionSurface& sphere = scene.model.surfaces[1];
     Points given = shaken(scene.x, 1e-3, 19);
-    const Eigen::Matrix3d rotation =
-        (turning ? Eigen::AngleAxisd(0.8, Vec3(1, 2, 3).normalized()) : Eigen::AngleAxisd(0.0, Vec3::UnitX())).toRotationMatrix();
+    const Eigen::Matrix3d rotation = (turning ? Eigen::AngleAxisd(0.8, Vec3(1, 2, 3).normalized())
+                                              : Eigen::AngleAxisd(0.0, Vec3::UnitX()))
+                                         .toRotationMatrix();
     for (Index i = 0; i < sphere.n_vertices; ++i) {
       const Vec3 arm = scene.x.row(sphere.first_vertex + i).transpose() - Vec3(0.003, 0.002, 0.045);
       given.row(sphere.first_vertex + i) = (Vec3(0.003, 0.002, -0.2) + rotation * arm).transpose();
@@ -93,9 +100,10 @@ TEST_CASE("cloth that a fast obstacle runs into is carried along; the obstacle i
 }
 
 TEST_CASE("cloth pinched between obstacles that run through each other is reported as unresolved") {
-  const TestScene scene = make_scene({{grid_cells(0.1, 0.1, 8, 8), Kind::Cloth, 2e-3},
-                                      {floor_square(0.3, 2).moved(Vec3(0.001, 0.002, 0.01)), Kind::Script, 2e-3},
-                                      {floor_square(0.3, 2).moved(Vec3(0.003, 0.001, -0.01)), Kind::Script, 2e-3}});
+  const TestScene scene =
+      make_scene({{grid_cells(0.1, 0.1, 8, 8), Kind::Cloth, 2e-3},
+                  {floor_square(0.3, 2).moved(Vec3(0.001, 0.002, 0.01)), Kind::Script, 2e-3},
+                  {floor_square(0.3, 2).moved(Vec3(0.003, 0.001, -0.01)), Kind::Script, 2e-3}});
   Points given = scene.x;
   const CollisionSurface &upper = scene.model.surfaces[1], &lower = scene.model.surfaces[2];
   given.middleRows(upper.first_vertex, upper.n_vertices).col(2).array() -= 0.05;
@@ -122,8 +130,11 @@ TEST_CASE("pinned vertices are obeyed and what they drag stays free") {
 }
 
 TEST_CASE("cloth that starts tangled neither fails nor stays frozen") {
-  const TestScene scene = make_scene({{grid_cells(0.1, 0.1, 8, 8), Kind::Cloth, 2e-3},
-                                      {grid_cells(0.1, 0.1, 8, 8).moved(Vec3(0.003, 0.002, 0), Eigen::AngleAxisd(0.3, Vec3::UnitX()).toRotationMatrix()), Kind::Cloth, 2e-3}});
+  const TestScene scene = make_scene(
+      {{grid_cells(0.1, 0.1, 8, 8), Kind::Cloth, 2e-3},
+       {grid_cells(0.1, 0.1, 8, 8)
+            .moved(Vec3(0.003, 0.002, 0), Eigen::AngleAxisd(0.3, Vec3::UnitX()).toRotationMatrix()),
+        Kind::Cloth, 2e-3}});
   REQUIRE(!intersecting_pairs(scene.x, scene.model.triangles).empty());
   CollisionStage stage(scene.model);
   Points x = scene.x;

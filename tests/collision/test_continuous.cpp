@@ -38,8 +38,9 @@ TEST_CASE("a vertex that falls through a face is hit at half time") {
 TEST_CASE("edges that pass through each other are hit, whatever the speed") {
   for (const double speed : {1e-3, 1.0, 1e3, 1e6}) {
     const double t = 0.25;
-    const MovingPoints q = {Vec3(-1, 0, t * speed), Vec3(1, 0, t * speed), Vec3(0, -1, 0), Vec3(0, 1, 0),
-                            Vec3(-1, 0, (t - 1) * speed), Vec3(1, 0, (t - 1) * speed), Vec3(0, -1, 0), Vec3(0, 1, 0)};
+    const MovingPoints q = {
+        Vec3(-1, 0, t * speed),       Vec3(1, 0, t * speed),       Vec3(0, -1, 0), Vec3(0, 1, 0),
+        Vec3(-1, 0, (t - 1) * speed), Vec3(1, 0, (t - 1) * speed), Vec3(0, -1, 0), Vec3(0, 1, 0)};
     const Impact impact = continuous_edge_edge(q);
     CHECK(impact.hit);
     CHECK(impact.time <= 0.25);
@@ -47,7 +48,9 @@ TEST_CASE("edges that pass through each other are hit, whatever the speed") {
   }
 }
 
-TEST_CASE("a motion that is called free stays above the floor, and until the time of impact every motion does") {
+TEST_CASE(
+    "a motion that is called free stays above the floor, and until the time of impact every motion "
+    "does") {
   std::mt19937 random(2);
   int hits = 0, false_hits = 0;
   for (int trial = 0; trial < 4000; ++trial) {
@@ -82,7 +85,9 @@ TEST_CASE("motions made to meet are always hit") {
     MovingPoints q = random_motion(random, size, trial % 3 ? size : 100.0 * size);
     // Shifts side a so that chosen points of both sides coincide at the meeting time.
     const double s = uniform(random), t = uniform(random) * (face ? 1.0 - s : 1.0);
-    const auto at = [&](int i) { return Vec3((1.0 - meeting_time) * q[i] + meeting_time * q[4 + i]); };
+    const auto at = [&](int i) {
+      return Vec3((1.0 - meeting_time) * q[i] + meeting_time * q[4 + i]);
+    };
     const Vec3 gap = face ? Vec3(at(0) - (1.0 - s - t) * at(1) - s * at(2) - t * at(3))
                           : Vec3((1.0 - s) * at(0) + s * at(1) - (1.0 - t) * at(2) - t * at(3));
     // A hair past the meeting (1e-12 of the size), since the shift itself is rounded.

@@ -48,11 +48,12 @@ FourPoints gather(const Points& x, const std::array<Index, 4>& v) {
 
 TestScene crowd() {
   Part quiet{grid_cells(0.1, 0.1, 5, 5).moved(Vec3(0.02, 0, 0.004))};
-  TestScene scene = make_scene({{grid_cells(0.2, 0.2, 10, 10), Kind::Cloth, 4e-3},
-                                quiet,
-                                {icosphere(0.03, 1).moved(Vec3(0, 0, 0.034)), Kind::Body, 2e-3},
-                                {icosphere(0.03, 1).moved(Vec3(0, 0, 0.09)), Kind::Script, 2e-3},
-                                {floor_square(0.4, 2).moved(Vec3(0, 0, -0.006)), Kind::Script, 6e-3}});
+  TestScene scene =
+      make_scene({{grid_cells(0.2, 0.2, 10, 10), Kind::Cloth, 4e-3},
+                  quiet,
+                  {icosphere(0.03, 1).moved(Vec3(0, 0, 0.034)), Kind::Body, 2e-3},
+                  {icosphere(0.03, 1).moved(Vec3(0, 0, 0.09)), Kind::Script, 2e-3},
+                  {floor_square(0.4, 2).moved(Vec3(0, 0, -0.006)), Kind::Script, 6e-3}});
   scene.model.surfaces[1].self_collision = false;
   return scene;
 }
@@ -67,20 +68,24 @@ TEST_CASE("contacts are those of all pairs, step after step, for any number of t
   Points x = shaken(scene.x, 3e-3, 6);
   std::size_t n_contacts = 0;
   for (int step = 0; step < 12; ++step) {
-    // Small steps keep the lists, a jump makes them anew; the scripted sphere moves down all the time.
+    // Small steps keep the lists, a jump makes them anew; the scripted sphere moves down all the
+    // time.
     x = shaken(x, step == 6 ? 8e-3 : 2e-4, 7 + step);
     const CollisionSurface& sphere = model.surfaces[3];
     x.middleRows(sphere.first_vertex, sphere.n_vertices).col(2).array() -= 4e-3;
     std::set<Key> expected;
     all_pairs(model, [&](ContactKind kind, Index a, Index b, const std::array<Index, 4>& v) {
-      const ClosestPair c = kind == ContactKind::VertexFace ? closest_vertex_face(gather(x, v)) : closest_edge_edge(gather(x, v));
+      const ClosestPair c = kind == ContactKind::VertexFace ? closest_vertex_face(gather(x, v))
+                                                            : closest_edge_edge(gather(x, v));
       const Index s = model.surface_of_vertex[v[0]], t = model.surface_of_vertex[v[3]];
       const double thickness = 0.5 * (model.surfaces[s].thickness + model.surfaces[t].thickness);
-      if (c.distance < thickness && (kind == ContactKind::VertexFace || c.interior)) expected.insert({int(kind), a, b});
+      if (c.distance < thickness && (kind == ContactKind::VertexFace || c.interior))
+        expected.insert({int(kind), a, b});
     });
     int i = 0;
     for (const int threads : {1, 2, 3, 7}) {
-      if (step % 3 == 2 && threads == 3) stages[i] = std::make_unique<CollisionStage>(model);  // a stage thrown away
+      if (step % 3 == 2 && threads == 3)
+        stages[i] = std::make_unique<CollisionStage>(model);  // a stage thrown away
       const std::vector<Contact> contacts = stages[i++]->proximity(Team{threads}, x);
       std::vector<Key> found;
       for (const Contact& c : contacts) found.push_back({int(c.kind), c.a, c.b});
@@ -91,9 +96,12 @@ TEST_CASE("contacts are those of all pairs, step after step, for any number of t
   CHECK(n_contacts > 4000);
 }
 
-TEST_CASE("lists of a sheet that swings last for many steps, and hold what a search of everything finds") {
-  const TestScene scene = make_scene({{grid_cells(0.2, 0.2, 24, 24), Kind::Cloth, 1e-3},
-                                      {grid_cells(0.2, 0.2, 23, 23).moved(Vec3(1e-3, 2e-3, 1.2e-3)), Kind::Cloth, 1e-3}});
+TEST_CASE(
+    "lists of a sheet that swings last for many steps, and hold what a search of everything "
+    "finds") {
+  const TestScene scene = make_scene(
+      {{grid_cells(0.2, 0.2, 24, 24), Kind::Cloth, 1e-3},
+       {grid_cells(0.2, 0.2, 23, 23).moved(Vec3(1e-3, 2e-3, 1.2e-3)), Kind::Cloth, 1e-3}});
   const std::vector<SurfacePair> pairs = surface_pairs(scene.model);
   BroadPhase broad_phase(scene.model, pairs), other(scene.model, pairs);
   NearLists lists(scene.model, pairs, broad_phase), nothing_listed(scene.model, pairs, other, 0);
@@ -112,10 +120,12 @@ TEST_CASE("lists of a sheet that swings last for many steps, and hold what a sea
     nothing_listed.update(Team{1}, x);
     REQUIRE(nothing_listed.unlisted().size() == pairs.size());
     const std::vector<Contact> found = find_contacts(Team{2}, scene.model, pairs, x, lists);
-    const std::vector<Contact> expected = find_contacts(Team{1}, scene.model, pairs, x, nothing_listed);
+    const std::vector<Contact> expected =
+        find_contacts(Team{1}, scene.model, pairs, x, nothing_listed);
     REQUIRE(found.size() == expected.size());
     for (std::size_t i = 0; i < found.size(); ++i) {
-      CHECK((found[i].kind == expected[i].kind && found[i].a == expected[i].a && found[i].b == expected[i].b));
+      CHECK((found[i].kind == expected[i].kind && found[i].a == expected[i].a &&
+             found[i].b == expected[i].b));
       CHECK((found[i].distance == expected[i].distance && found[i].normal == expected[i].normal));
     }
     n_contacts += found.size();
@@ -147,18 +157,23 @@ TEST_CASE("impacts are those of all pairs, with lists and without") {
         q[i] = x0.row(v[i]).transpose();
         q[4 + i] = x1.row(v[i]).transpose();
       }
-      const Impact impact = kind == ContactKind::VertexFace ? continuous_vertex_face_above_gap(q) : continuous_edge_edge_above_gap(q);
+      const Impact impact = kind == ContactKind::VertexFace ? continuous_vertex_face_above_gap(q)
+                                                            : continuous_edge_edge_above_gap(q);
       if (impact.hit && !impact.touching) expected.insert({int(kind), a, b});
     });
     for (const bool with_lists : {false, true})
       for (const int threads : {1, 3}) {
         if (with_lists) {
-          std::vector<Contact> contacts = find_contacts(Team{1}, model, pairs, x0, (lists.update(Team{threads}, x0), lists));
+          std::vector<Contact> contacts =
+              find_contacts(Team{1}, model, pairs, x0, (lists.update(Team{threads}, x0), lists));
         } else {
-          lists.update(Team{1}, x0 + Points::Constant(x0.rows(), 3, 1e-3));  // lists of another configuration are not used
+          lists.update(Team{1},
+                       x0 + Points::Constant(x0.rows(), 3,
+                                             1e-3));  // lists of another configuration are not used
         }
         std::vector<Key> found;
-        for (const StepImpact& each : search.find(Team{threads}, x0, x1, scene.inverse_mass, nullptr))
+        for (const StepImpact& each :
+             search.find(Team{threads}, x0, x1, scene.inverse_mass, nullptr))
           found.push_back({int(each.kind), first_of(each.key), second_of(each.key)});
         CHECK(found == std::vector<Key>(expected.begin(), expected.end()));
         n_impacts += found.size();
@@ -168,8 +183,9 @@ TEST_CASE("impacts are those of all pairs, with lists and without") {
 }
 
 TEST_CASE("a surface that a vertex is attached to does not collide with its faces and edges") {
-  TestScene scene = make_scene({{grid_cells(0.1, 0.1, 4, 4), Kind::Cloth, 4e-3},
-                                {floor_square(0.4, 2).moved(Vec3(0, 0, -0.001)), Kind::Body, 4e-3}});
+  TestScene scene =
+      make_scene({{grid_cells(0.1, 0.1, 4, 4), Kind::Cloth, 4e-3},
+                  {floor_square(0.4, 2).moved(Vec3(0, 0, -0.001)), Kind::Body, 4e-3}});
   const auto all = CollisionStage(scene.model).proximity(Team{1}, scene.x);
   scene.model.attached_surface.assign(scene.model.n_vertices, -1);
   scene.model.attached_surface[0] = 1;

@@ -50,8 +50,9 @@ TEST_CASE("closest points are the closest of a fine sampling, and the weights le
   for (int trial = 0; trial < 200; ++trial) {
     FourPoints p;
     for (Vec3& point : p) point = random_vector(random, 1.0);
-    if (trial % 4 == 1) p[3] = p[2] + 1e-9 * random_vector(random, 1.0);       // edge or side without length
-    if (trial % 4 == 2) p[3] = p[2] + (p[1] - p[0]) * 0.7;                     // parallel edges
+    if (trial % 4 == 1)
+      p[3] = p[2] + 1e-9 * random_vector(random, 1.0);      // edge or side without length
+    if (trial % 4 == 2) p[3] = p[2] + (p[1] - p[0]) * 0.7;  // parallel edges
     if (trial % 4 == 3) p[3] = 0.5 * (p[1] + p[2]) + 1e-10 * random_vector(random, 1.0);  // sliver
     check_against_sampling(p, true);
     check_against_sampling(p, false);
@@ -63,12 +64,16 @@ TEST_CASE("a triangle without area is as far away as its edges") {
   CHECK(closest_vertex_face(p).distance == 1.0);
   const FourPoints point = {Vec3(0, 3, 4), Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, 0)};
   CHECK(closest_vertex_face(point).distance == 5.0);
-  CHECK(closest_edge_edge(point).distance == Approx(5.0 * 0.0).margin(1e-15));  // the edge 0-1 runs through the point
+  CHECK(closest_edge_edge(point).distance ==
+        Approx(5.0 * 0.0).margin(1e-15));  // the edge 0-1 runs through the point
 }
 
-TEST_CASE("where the distance is nothing the normal is that of the features, on the side of before") {
+TEST_CASE(
+    "where the distance is nothing the normal is that of the features, on the side of before") {
   const FourPoints face = {Vec3(0.2, 0.2, 0), Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
-  CHECK(contact_normal_vertex_face(face, closest_vertex_face(face), Vec3(0, 0, -1)) == Vec3(0, 0, -1));
+  CHECK(contact_normal_vertex_face(face, closest_vertex_face(face), Vec3(0, 0, -1)) ==
+        Vec3(0, 0, -1));
   const FourPoints edges = {Vec3(-1, 0, 0), Vec3(1, 0, 0), Vec3(0, -1, 0), Vec3(0, 1, 0)};
-  CHECK(contact_normal_edge_edge(edges, closest_edge_edge(edges), Vec3(0, 0, -1)) == Vec3(0, 0, -1));
+  CHECK(contact_normal_edge_edge(edges, closest_edge_edge(edges), Vec3(0, 0, -1)) ==
+        Vec3(0, 0, -1));
 }

@@ -1,4 +1,5 @@
-// The exact continuous test: cases decided by hand, laws that any exact verdict keeps, and published queries.
+// The exact continuous test: cases decided by hand, laws that any exact verdict keeps, and
+// published queries.
 #include <catch2/catch.hpp>
 
 #include <cstdlib>
@@ -14,7 +15,9 @@ using namespace loomstone;
 
 namespace {
 
-bool meet(const MovingPoints& q, bool face) { return face ? exactly_meet_vertex_face(q) : exactly_meet_edge_edge(q); }
+bool meet(const MovingPoints& q, bool face) {
+  return face ? exactly_meet_vertex_face(q) : exactly_meet_edge_edge(q);
+}
 Impact continuous(const MovingPoints& q, bool face) {
   return face ? continuous_vertex_face(q) : continuous_edge_edge(q);
 }
@@ -58,7 +61,8 @@ TEST_CASE("a contact at either end of the step counts, one rounding away from it
 }
 
 TEST_CASE("motions within one plane, along one line and without motion are decided") {
-  // In the plane of the face: through it, past it, at rest inside, at rest on an edge, at rest outside.
+  // In the plane of the face: through it, past it, at rest inside, at rest on an edge, at rest
+  // outside.
   const auto in_plane = [](Vec3 from, Vec3 to) {
     MovingPoints q = falling(0, 0, 0, 0);
     q[0] = from, q[4] = to;
@@ -73,7 +77,8 @@ TEST_CASE("motions within one plane, along one line and without motion are decid
   // Edges along one line: apart, meeting on the way, and side by side.
   const auto on_line = [](double shift, double offset) {
     return meet({Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(2, offset, 0), Vec3(3, offset, 0),
-                 Vec3(shift, 0, 0), Vec3(1 + shift, 0, 0), Vec3(2, offset, 0), Vec3(3, offset, 0)}, false);
+                 Vec3(shift, 0, 0), Vec3(1 + shift, 0, 0), Vec3(2, offset, 0), Vec3(3, offset, 0)},
+                false);
   };
   CHECK_FALSE(on_line(0.5, 0.0));
   CHECK(on_line(1.0, 0.0));
@@ -107,7 +112,9 @@ TEST_CASE("coordinates of any magnitude are decided") {
   CHECK_FALSE(meet(mixed, true));
 }
 
-TEST_CASE("the verdict does not depend on order, direction of time, place or unit, and agrees with what is at rest") {
+TEST_CASE(
+    "the verdict does not depend on order, direction of time, place or unit, and agrees with what "
+    "is at rest") {
   std::mt19937 random(5);
   int hits = 0;
   for (int trial = 0; trial < 3000; ++trial) {
@@ -122,10 +129,13 @@ TEST_CASE("the verdict does not depend on order, direction of time, place or uni
     }
     CHECK(meet(reversed, face) == verdict);
     CHECK(meet(moved, face) == verdict);
-    CHECK(meet(permuted(q, face ? std::array<int, 4>{0, 2, 3, 1} : std::array<int, 4>{2, 3, 0, 1}), face) == verdict);
-    CHECK(meet(permuted(q, face ? std::array<int, 4>{0, 2, 1, 3} : std::array<int, 4>{0, 1, 3, 2}), face) == verdict);
+    CHECK(meet(permuted(q, face ? std::array<int, 4>{0, 2, 3, 1} : std::array<int, 4>{2, 3, 0, 1}),
+               face) == verdict);
+    CHECK(meet(permuted(q, face ? std::array<int, 4>{0, 2, 1, 3} : std::array<int, 4>{0, 1, 3, 2}),
+               face) == verdict);
     CHECK(exact(q, face).hit == verdict);
-    // Whoever touches at rest at a time of the motion meets during it: eighths are exact in floating point.
+    // Whoever touches at rest at a time of the motion meets during it: eighths are exact in
+    // floating point.
     for (int k = 0; k <= 8 && !verdict; ++k) {
       MovingPoints rest;
       for (int i = 0; i < 4; ++i) rest[i] = rest[4 + i] = ((8 - k) * q[i] + k * q[4 + i]) / 8.0;
@@ -136,13 +146,16 @@ TEST_CASE("the verdict does not depend on order, direction of time, place or uni
   CHECK(hits < 2500);
 }
 
-TEST_CASE("contacts at known times and places, exact in binary, are found; what proof by floating point says is true") {
+TEST_CASE(
+    "contacts at known times and places, exact in binary, are found; what proof by floating point "
+    "says is true") {
   std::mt19937 random(6);
   std::uniform_int_distribution<int> sixteenth(0, 16), number(-1024, 1024);
   for (int trial = 0; trial < 2000; ++trial) {
     const bool face = trial % 2;
     MovingPoints q;
-    for (Vec3& point : q) point = 16.0 * 16.0 * 16.0 * Vec3(number(random), number(random), number(random));
+    for (Vec3& point : q)
+      point = 16.0 * 16.0 * 16.0 * Vec3(number(random), number(random), number(random));
     const double time = sixteenth(random) / 16.0, s = sixteenth(random) / 16.0;
     const double t = face ? (16.0 - 16.0 * s) / 16.0 * (trial % 5) / 4.0 : sixteenth(random) / 16.0;
     const auto at = [&](int i) { return Vec3((1.0 - time) * q[i] + time * q[4 + i]); };
@@ -163,7 +176,9 @@ TEST_CASE("proofs by floating point and planes of separation agree with integers
     const bool face = trial % 2;
     MovingPoints q;
     const double size = trial % 7 == 0 ? 1e-40 : trial % 7 == 1 ? 1e30 : 1.0;
-    for (Vec3& point : q) point = size * Vec3(normal(random), normal(random), trial % 3 ? normal(random) : 1e-7 * normal(random));
+    for (Vec3& point : q)
+      point = size * Vec3(normal(random), normal(random),
+                          trial % 3 ? normal(random) : 1e-7 * normal(random));
     if (trial % 5 == 0) q = on_lattice(random, 3);
     if (trial % 4 == 0)
       for (int i = 4; i < 8; ++i) q[i] = q[i - 4] + 0.1 * (q[i] - q[i - 4]);
@@ -171,13 +186,17 @@ TEST_CASE("proofs by floating point and planes of separation agree with integers
     const Decision decision = face ? decide_vertex_face(q) : decide_edge_edge(q);
     if (decision.proof == Proof::Meet) CHECK(truth);
     if (decision.proof == Proof::Apart) CHECK_FALSE(truth);
-    (decision.proof == Proof::Meet ? n_meet : decision.proof == Proof::Apart ? n_apart : n_open) += 1;
+    (decision.proof == Proof::Meet    ? n_meet
+     : decision.proof == Proof::Apart ? n_apart
+                                      : n_open) += 1;
     // Up to the time that is given they are apart.
     MovingPoints before = q;
     for (int i = 4; i < 8; ++i) before[i] = q[i - 4] + 0.999 * decision.time * (q[i] - q[i - 4]);
-    if (decision.time > 0.0 && decision.proof != Proof::Apart && decision.time < 1.0) CHECK_FALSE(meet(before, face));
+    if (decision.time > 0.0 && decision.proof != Proof::Apart && decision.time < 1.0)
+      CHECK_FALSE(meet(before, face));
     bool left = false;
-    without_separated(face, 1, [&](Index, int k) { return q[k].data(); }, [&](Index) { left = true; });
+    without_separated(
+        face, 1, [&](Index, int k) { return q[k].data(); }, [&](Index) { left = true; });
     n_separated += !left;
     if (!left) CHECK_FALSE(truth);
   }
@@ -187,17 +206,20 @@ TEST_CASE("proofs by floating point and planes of separation agree with integers
   CHECK(n_separated > 500);
 }
 
-// Query files made by tests/collision/convert_queries.py from published benchmark queries with exact verdicts.
+// Query files made by tests/collision/convert_queries.py from published benchmark queries with
+// exact verdicts.
 namespace {
 
-// Every query of a file: the exact test is never wrong; the conservative one misses none, is late in none, and calls at most
-// `bound` of them falsely hits.
+// Every query of a file: the exact test is never wrong; the conservative one misses none, is late
+// in none, and calls at most `bound` of them falsely hits.
 void check_queries(const std::string& path, double bound) {
   INFO(path);
   std::ifstream file(path, std::ios::binary);
   REQUIRE(file);
-  double row[28];  // 24 coordinates, kind (0 vertex-face, 1 edge-edge), verdict, bounds of the first contact
-  long n = 0, missed = 0, false_hits = 0, late = 0, wrong = 0, left = 0, n_left = 0, separated_hits = 0;
+  double row[28];  // 24 coordinates, kind (0 vertex-face, 1 edge-edge), verdict, bounds of the
+                   // first contact
+  long n = 0, missed = 0, false_hits = 0, late = 0, wrong = 0, left = 0, n_left = 0,
+       separated_hits = 0;
   while (file.read(reinterpret_cast<char*>(row), sizeof row)) {
     MovingPoints q;
     for (int i = 0; i < 8; ++i) q[i] = Vec3(row[3 * i], row[3 * i + 1], row[3 * i + 2]);
@@ -214,7 +236,8 @@ void check_queries(const std::string& path, double bound) {
     separated_hits += truth && left == n_left;
     n_left = left;
   }
-  INFO(n << " queries, missed " << missed << ", false " << false_hits << ", late " << late << ", wrong " << wrong);
+  INFO(n << " queries, missed " << missed << ", false " << false_hits << ", late " << late
+         << ", wrong " << wrong);
   CHECK(n > 0);
   CHECK(missed == 0);
   CHECK(late == 0);
@@ -225,16 +248,21 @@ void check_queries(const std::string& path, double bound) {
 
 }  // namespace
 
-TEST_CASE("published queries: no collision is missed, few free motions are called hits, and the exact test knows them all") {
+TEST_CASE(
+    "published queries: no collision is missed, few free motions are called hits, and the exact "
+    "test knows them all") {
   const char* directory = std::getenv("LOOMSTONE_CCD_QUERIES");
   if (!directory) {
-    WARN("skipped: LOOMSTONE_CCD_QUERIES names no directory of files made by tests/collision/convert_queries.py");
+    WARN(
+        "skipped: LOOMSTONE_CCD_QUERIES names no directory of files made by "
+        "tests/collision/convert_queries.py");
     return;
   }
   // Motions of real and synthetic scenes: a false hit costs a vertex its motion.
   check_queries(std::string(directory) + "/candidates.bin", 0.01);
   check_queries(std::string(directory) + "/scene_queries.bin", 0.01);
-  // Built to be degenerate: most of the free ones meet but for a rounding, and a conservative test calls them hits.
+  // Built to be degenerate: most of the free ones meet but for a rounding, and a conservative test
+  // calls them hits.
   check_queries(std::string(directory) + "/sample_queries.bin", 0.1);
   check_queries(std::string(directory) + "/degenerate.bin", 0.1);
 }

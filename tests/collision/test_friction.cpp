@@ -8,13 +8,16 @@ using Kind = CollisionSurface::Kind;
 
 namespace {
 
-// A small stiff sheet as one block on a floor tilted by gravity, at about the gap at which it rests; its vertices share one velocity, solved semi-implicitly.
+// A small stiff sheet as one block on a floor tilted by gravity, at about the gap at which it
+// rests; its vertices share one velocity, solved semi-implicitly.
 struct Slide {
   double distance, speed;
 };
-Slide slide(double slope, double duration, double floor_speed = 0.0, double h = 1e-3, bool again = true) {
-  TestScene scene = make_scene({{grid_cells(0.02, 0.02, 2, 2).moved(Vec3(0.003, 0.002, 0.9985e-3)), Kind::Cloth, 1e-3, 0.3},
-                                {floor_square(1.0, 3), Kind::Script, 1e-3, 0.3}});
+Slide slide(double slope, double duration, double floor_speed = 0.0, double h = 1e-3,
+            bool again = true) {
+  TestScene scene = make_scene(
+      {{grid_cells(0.02, 0.02, 2, 2).moved(Vec3(0.003, 0.002, 0.9985e-3)), Kind::Cloth, 1e-3, 0.3},
+       {floor_square(1.0, 3), Kind::Script, 1e-3, 0.3}});
   const Index n = scene.model.surfaces[0].n_vertices;
   CollisionStage stage(scene.model);
   ContactState state;
@@ -57,18 +60,22 @@ Slide slide(double slope, double duration, double floor_speed = 0.0, double h = 
 
 }  // namespace
 
-TEST_CASE("friction gives the spring below the cone and the cone above, and its stiffness is positive") {
+TEST_CASE(
+    "friction gives the spring below the cone and the cone above, and its stiffness is positive") {
   const Mat3 tangent = Vec3(1, 1, 0).asDiagonal();
-  const FrictionResponse sticking = friction_response(Vec3(1e-4, 0, 0), Vec3(1e-4, 0, 0), tangent, 100.0, 0.03);
+  const FrictionResponse sticking =
+      friction_response(Vec3(1e-4, 0, 0), Vec3(1e-4, 0, 0), tangent, 100.0, 0.03);
   CHECK(sticking.gradient == Vec3(1e-4 * 100.0, 0, 0));
   CHECK(sticking.hessian == 100.0 * tangent);
   const Vec3 s(1e-4, 2e-4, 0), u(9e-4, -1e-4, 0);
   const FrictionResponse slipping = friction_response(s, u, tangent, 100.0, 0.03);
   // At the predicted end of the step the force lies on the cone, along s + u.
   CHECK((slipping.gradient + slipping.hessian * u).norm() == Approx(0.03));
-  CHECK((slipping.gradient + slipping.hessian * u).normalized().dot((s + u).normalized()) == Approx(1.0));
+  CHECK((slipping.gradient + slipping.hessian * u).normalized().dot((s + u).normalized()) ==
+        Approx(1.0));
   CHECK(slip_after(s, u, 100.0, 0.03).norm() == Approx(0.03 / 100.0));
-  CHECK(friction_response(Vec3::Zero(), Vec3::Zero(), tangent, 100.0, 0.0).hessian.isZero(0.0));  // nothing holds without friction
+  CHECK(friction_response(Vec3::Zero(), Vec3::Zero(), tangent, 100.0, 0.0)
+            .hessian.isZero(0.0));  // nothing holds without friction
 }
 
 TEST_CASE("a block on a slope holds below the friction angle and slides above") {
@@ -80,28 +87,33 @@ TEST_CASE("a block on a slope holds below the friction angle and slides above") 
 }
 
 TEST_CASE("sliding far follows Coulomb's law at every slope above the friction angle") {
-  // One solve a step: friction belongs to the slip that the step is expected to make, the last one and what it has gained. With
-  // the last slip alone friction was too large by h / t of itself after a time t: 26 % of the way at slope 0.305, 3 % at 0.5.
-  // Solved again with the slip and the normal force that the step has found, steps may be long. At 0.305 the pull is 1.6 % of
-  // the friction: 4 % of it are 0.07 % of that. Steps of 4 ms themselves fall farther, by h / t = 1 %.
+  // One solve a step: friction belongs to the slip that the step is expected to make, the last one
+  // and what it has gained. With the last slip alone friction was too large by h / t of itself
+  // after a time t: 26 % of the way at slope 0.305, 3 % at 0.5. Solved again with the slip and the
+  // normal force that the step has found, steps may be long. At 0.305 the pull is 1.6 % of the
+  // friction: 4 % of it are 0.07 % of that. Steps of 4 ms themselves fall farther, by h / t = 1 %.
   for (const double h : {1e-3, 4e-3})
     for (const double slope : {0.305, 0.35, 0.5}) {
-      const double angle = std::atan(slope), pull = 9.81 * (std::sin(angle) - 0.3 * std::cos(angle));
+      const double angle = std::atan(slope),
+                   pull = 9.81 * (std::sin(angle) - 0.3 * std::cos(angle));
       const double distance = std::min(0.3, 0.5 * pull * 4.0);  // on the floor, within 2 s
       INFO("step " << h << " slope " << slope);
-      CHECK(slide(slope, std::sqrt(2.0 * distance / pull), 0.0, h).distance == Approx(distance).epsilon(slope < 0.31 ? 0.04 : 0.02));
+      CHECK(slide(slope, std::sqrt(2.0 * distance / pull), 0.0, h).distance ==
+            Approx(distance).epsilon(slope < 0.31 ? 0.04 : 0.02));
     }
   // What one solve reaches.
-  CHECK(slide(0.5, 0.5, 0.0, 1e-3, false).distance == Approx(0.5 * 9.81 * 0.2 / std::sqrt(1.25) * 0.25).epsilon(0.03));
+  CHECK(slide(0.5, 0.5, 0.0, 1e-3, false).distance ==
+        Approx(0.5 * 9.81 * 0.2 / std::sqrt(1.25) * 0.25).epsilon(0.03));
 }
 
-TEST_CASE("what is expected of a slip is what it gained, and never less, nor more than twice of it") {
+TEST_CASE(
+    "what is expected of a slip is what it gained, and never less, nor more than twice of it") {
   const Vec3 s(1e-4, 0, 0), u(2e-4, 0, 0);
   CHECK(sped_up(s, u, Vec3(5e-5, 3e-5, 0), 1000.0, 0.1) == Vec3(2.5e-4, 0, 0));
   CHECK(sped_up(s, u, Vec3(9e-4, 0, 0), 1000.0, 0.1) == Vec3(4e-4, 0, 0));
-  CHECK(sped_up(s, u, Vec3(-9e-5, 0, 0), 1000.0, 0.1) == u);     // slows down
-  CHECK(sped_up(s, u, Vec3(5e-5, 0, 0), 1000.0, 0.4) == u);      // sticks
-  CHECK(sped_up(-s, u, Vec3(5e-5, 0, 0), 1000.0, 0.01) == u);    // turns round
+  CHECK(sped_up(s, u, Vec3(-9e-5, 0, 0), 1000.0, 0.1) == u);   // slows down
+  CHECK(sped_up(s, u, Vec3(5e-5, 0, 0), 1000.0, 0.4) == u);    // sticks
+  CHECK(sped_up(-s, u, Vec3(5e-5, 0, 0), 1000.0, 0.01) == u);  // turns round
 }
 
 TEST_CASE("a block is carried by a moving floor as it is held by one at rest") {
@@ -110,9 +122,11 @@ TEST_CASE("a block is carried by a moving floor as it is held by one at rest") {
   CHECK(carried.distance == Approx(0.1).epsilon(1e-6));
 }
 
-TEST_CASE("an anchor goes along when a vertex moves to a neighbouring face, and ends with its contact") {
-  TestScene scene = make_scene({{grid_cells(0.2, 0.2, 1, 1).moved(Vec3(0, 0, 0.5e-3)), Kind::Cloth, 1e-3},
-                                {grid_cells(0.1, 0.1, 4, 4), Kind::Script, 1e-3}});
+TEST_CASE(
+    "an anchor goes along when a vertex moves to a neighbouring face, and ends with its contact") {
+  TestScene scene =
+      make_scene({{grid_cells(0.2, 0.2, 1, 1).moved(Vec3(0, 0, 0.5e-3)), Kind::Cloth, 1e-3},
+                  {grid_cells(0.1, 0.1, 4, 4), Kind::Script, 1e-3}});
   CollisionStage stage(scene.model);
   Points x = scene.x;
   x.middleRows(1, 3).col(2).array() += 1.0;

@@ -13,12 +13,14 @@ FreeBodies none;
 // Two sheets of a gram a vertex within their thickness, thrown at each other askew.
 TestScene close_sheets(double friction) {
   return make_scene({{grid_cells(0.1, 0.1, 8, 8), Kind::Cloth, 2e-3, friction},
-                     {jittered_grid(0.1, 0.1, 7, 7, 0.2, 3).moved(Vec3(4e-3, 1e-3, 1.2e-3)), Kind::Cloth, 2e-3, friction}});
+                     {jittered_grid(0.1, 0.1, 7, 7, 0.2, 3).moved(Vec3(4e-3, 1e-3, 1.2e-3)),
+                      Kind::Cloth, 2e-3, friction}});
 }
 
 Vec3 angular(const Points& x, const Points& change) {
   Vec3 sum = Vec3::Zero();
-  for (Index v = 0; v < x.rows(); ++v) sum += Vec3(x.row(v).transpose()).cross(Vec3(change.row(v).transpose()));
+  for (Index v = 0; v < x.rows(); ++v)
+    sum += Vec3(x.row(v).transpose()).cross(Vec3(change.row(v).transpose()));
   return sum;
 }
 
@@ -27,11 +29,13 @@ struct Slide {
   double distance, speed, smallest_gap, largest_gap;
 };
 Slide slide(double slope, double h, double duration) {
-  TestScene scene = make_scene({{grid_cells(0.02, 0.02, 2, 2).moved(Vec3(0.003, 0.002, 1e-3)), Kind::Cloth, 1e-3, 0.3},
-                                {floor_square(2.0, 3), Kind::Script, 1e-3, 0.3}});
+  TestScene scene = make_scene(
+      {{grid_cells(0.02, 0.02, 2, 2).moved(Vec3(0.003, 0.002, 1e-3)), Kind::Cloth, 1e-3, 0.3},
+       {floor_square(2.0, 3), Kind::Script, 1e-3, 0.3}});
   const Index n = scene.model.surfaces[0].n_vertices;
   CollisionStage stage(scene.model);
-  const Eigen::RowVector3d gravity = 9.81 * Eigen::RowVector3d(std::sin(std::atan(slope)), 0, -std::cos(std::atan(slope)));
+  const Eigen::RowVector3d gravity =
+      9.81 * Eigen::RowVector3d(std::sin(std::atan(slope)), 0, -std::cos(std::atan(slope)));
   Points x = scene.x, v = Points::Zero(x.rows(), 3);
   Slide result{0.0, 0.0, 1.0, 0.0};
   for (int step = 0; step < duration / h; ++step) {
@@ -51,7 +55,8 @@ Slide slide(double slope, double h, double duration) {
 
 }  // namespace
 
-TEST_CASE("repelling impulses keep linear momentum, and without friction angular momentum, to rounding") {
+TEST_CASE(
+    "repelling impulses keep linear momentum, and without friction angular momentum, to rounding") {
   for (const double friction : {0.0, 0.5}) {
     const TestScene scene = close_sheets(friction);
     CollisionStage stage(scene.model);
@@ -67,13 +72,19 @@ TEST_CASE("repelling impulses keep linear momentum, and without friction angular
     CHECK(size > 1e-3);
     CHECK(change.colwise().sum().norm() < 1e-14);  // 150 vertices at 0.1 m, rounded to 1e-17 each
     const double turned = angular(scene.x, change).norm();
-    if (friction == 0.0) CHECK(turned < 1e-14);
-    else CHECK(turned < 2e-3 * size);  // friction acts on both sides of the gap: no more than thickness times impulse
+    if (friction == 0.0)
+      CHECK(turned < 1e-14);
+    else
+      CHECK(turned < 2e-3 * size);  // friction acts on both sides of the gap: no more than
+                                    // thickness times impulse
     // Approach has ended everywhere, but for what the sweeps leave.
     for (const Contact& contact : contacts) {
       double approach = 0.0;
       for (int i = 0; i < 4; ++i)
-        approach += contact.weights[i] * contact.normal.dot((x1.row(contact.vertices[i]) - scene.x.row(contact.vertices[i])).transpose());
+        approach +=
+            contact.weights[i] *
+            contact.normal.dot(
+                (x1.row(contact.vertices[i]) - scene.x.row(contact.vertices[i])).transpose());
       CHECK(approach > -0.05 * 5e-4);
     }
   }
@@ -81,9 +92,11 @@ TEST_CASE("repelling impulses keep linear momentum, and without friction angular
 
 TEST_CASE("repulsion pushes a free body off as it pushes the cloth") {
   const Vec3 centre(0.003, 0.002, 0.041);
-  TestScene scene = make_scene({{grid_cells(0.1, 0.1, 16, 16), Kind::Cloth, 2e-3}, {icosphere(0.04, 3).moved(centre), Kind::Body, 2e-3}});
+  TestScene scene = make_scene({{grid_cells(0.1, 0.1, 16, 16), Kind::Cloth, 2e-3},
+                                {icosphere(0.04, 3).moved(centre), Kind::Body, 2e-3}});
   const CollisionSurface& surface = scene.model.surfaces[1];
-  const Points local = scene.x.middleRows(surface.first_vertex, surface.n_vertices).rowwise() - centre.transpose();
+  const Points local =
+      scene.x.middleRows(surface.first_vertex, surface.n_vertices).rowwise() - centre.transpose();
   FreeBody body;
   body.surface = 1;
   body.local = &local;
@@ -100,16 +113,22 @@ TEST_CASE("repulsion pushes a free body off as it pushes the cloth") {
   Points x1 = thrown;
   stage.repel(contacts, scene.x, x1, scene.inverse_mass, 1e-3, bodies);
   Vec3 change = 0.05 * bodies[0].moved;
-  for (Index v = 0; v < surface.first_vertex; ++v) change += (x1.row(v) - thrown.row(v)).transpose() / 1e3;
+  for (Index v = 0; v < surface.first_vertex; ++v)
+    change += (x1.row(v) - thrown.row(v)).transpose() / 1e3;
   CHECK(bodies[0].moved.z() > 0.0);
   CHECK(bodies[0].turned.y() > 0.0);  // rubbed below while it moves along x, it begins to roll
   CHECK(change.norm() < 1e-12 * 0.05 * bodies[0].moved.norm() + 1e-17);
 }
 
-TEST_CASE("impulses keep the thickness as gap, hold below the friction angle and slide by Coulomb's law above") {
+TEST_CASE(
+    "impulses keep the thickness as gap, hold below the friction angle and slide by Coulomb's law "
+    "above") {
   for (const double h : {1e-3, 1e-4}) {
-    const Slide held = slide(0.295, h, 0.5), sliding = slide(0.305, h, 0.5), fast = slide(0.5, h, 0.5);
-    CHECK(held.distance < 1e-6);  // 0.35 m without friction; sweeps stop at 1e-4 of the largest correction of a step
+    const Slide held = slide(0.295, h, 0.5), sliding = slide(0.305, h, 0.5),
+                fast = slide(0.5, h, 0.5);
+    CHECK(
+        held.distance <
+        1e-6);  // 0.35 m without friction; sweeps stop at 1e-4 of the largest correction of a step
     for (const Slide& each : {held, sliding, fast}) {
       CHECK(each.smallest_gap > 0.99e-3);
       CHECK(each.largest_gap <= 1e-3);

@@ -1,4 +1,5 @@
-// Claims about what intersects: every piercing is found, with the point it shares, and the way out is the way it came.
+// Claims about what intersects: every piercing is found, with the point it shares, and the way out
+// is the way it came.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <set>
@@ -13,19 +14,22 @@ using namespace loomstone;
 
 namespace {
 
-// A flat sheet and one with a bump that comes up through it; unless it is moved, edges lie above edges.
+// A flat sheet and one with a bump that comes up through it; unless it is moved, edges lie above
+// edges.
 TestScene bump(double moved) {
   const TriangleMesh flat = grid_cells(0.2, 0.2, 12, 12);
-  return make_scene({{flat}, {test::shaped(flat.moved(Vec3(moved, 0.7 * moved, 0)), [](double x, double y) {
-                       const double dx = x - 0.003, dy = y + 0.004;
-                       return -0.01 + 0.03 * std::exp(-(dx * dx + dy * dy) / 0.0009);
-                     })}});
+  return make_scene(
+      {{flat}, {test::shaped(flat.moved(Vec3(moved, 0.7 * moved, 0)), [](double x, double y) {
+         const double dx = x - 0.003, dy = y + 0.004;
+         return -0.01 + 0.03 * std::exp(-(dx * dx + dy * dy) / 0.0009);
+       })}});
 }
 
 // A flat sheet and one that leans through it: the contour runs from border to border.
 TestScene leaning() {
   const TriangleMesh flat = grid_cells(0.2, 0.2, 12, 12);
-  return make_scene({{flat}, {test::shaped(grid_cells(0.15, 0.15, 10, 10).moved(Vec3(0.011, 0.007, 0)),
+  return make_scene({{flat},
+                     {test::shaped(grid_cells(0.15, 0.15, 10, 10).moved(Vec3(0.011, 0.007, 0)),
                                    [](double x, double y) { return 0.5 * (x + y) + 0.04; })}});
 }
 
@@ -46,7 +50,9 @@ TEST_CASE("every edge that pierces a triangle is found, with the point both shar
         const Vec3 a = x(corner[0]), b = x(corner[1]), c = x(corner[2]);
         if (orientation(a, b, c, x(p)) * orientation(a, b, c, x(q)) >= 0) continue;
         const int left = orientation(x(p), x(q), a, b);
-        if (left != 0 && left == orientation(x(p), x(q), b, c) && left == orientation(x(p), x(q), c, a)) expected.insert({e, t});
+        if (left != 0 && left == orientation(x(p), x(q), b, c) &&
+            left == orientation(x(p), x(q), c, a))
+          expected.insert({e, t});
       }
     REQUIRE(expected.size() > 20);
     for (const Piercing& p : tangle.piercings()) {
@@ -75,7 +81,8 @@ TEST_CASE("what has come through goes back the way it came") {
     for (const Piercing& p : tangle.piercings()) {
       if (p.vertices[0] < n_flat) continue;
       ++of_bent;
-      // The bump goes down through the flat sheet; of the leaning sheet the smaller part hangs below and goes up.
+      // The bump goes down through the flat sheet; of the leaning sheet the smaller part hangs
+      // below and goes up.
       const bool is_bump = n_flat == scene.model.surfaces[1].n_vertices;
       CHECK(p.way_out.z() == Approx(is_bump ? -1.0 : 1.0));
     }
@@ -83,7 +90,9 @@ TEST_CASE("what has come through goes back the way it came") {
   }
 }
 
-TEST_CASE("surfaces that do not intersect are not tangled, and one that is not held against itself neither") {
+TEST_CASE(
+    "surfaces that do not intersect are not tangled, and one that is not held against itself "
+    "neither") {
   TestScene scene = bump(0.0);
   Tangle tangle(scene.model);
   Points apart = scene.x;
@@ -108,7 +117,8 @@ TEST_CASE("terms and impulses that untangle have neither sum nor torque") {
   Tangle tangle(scene.model);
   tangle.find(scene.x);
   ExtraTerms terms;
-  untangling_terms(scene.model, tangle, scene.x, Points::Zero(n, 3), Points::Zero(0, 3), 1e-3, n, terms);
+  untangling_terms(scene.model, tangle, scene.x, Points::Zero(n, 3), Points::Zero(0, 3), 1e-3, n,
+                   terms);
   REQUIRE(terms.size() > 20);
   Vec3 sum = Vec3::Zero(), torque = Vec3::Zero();
   double size = 0.0;
@@ -140,6 +150,7 @@ TEST_CASE("terms and impulses that untangle have neither sum nor torque") {
     size += moved.norm();
   }
   CHECK(size > 1e-3);
-  CHECK(sum.norm() < 1e-12 * size);  // displacements of 1e-4 m are differences of coordinates of 0.1 m
+  CHECK(sum.norm() <
+        1e-12 * size);  // displacements of 1e-4 m are differences of coordinates of 0.1 m
   CHECK(torque.norm() < 1e-12 * size);
 }

@@ -18,41 +18,55 @@ struct Assembled {
   double energy = 0.0;
 };
 
-Assembled assemble(const TestScene& scene, const Points& x, const Points& v, const Points& centres, Index n_cloth,
-                   const ContactState& state = {}) {
+Assembled assemble(const TestScene& scene, const Points& x, const Points& v, const Points& centres,
+                   Index n_cloth, const ContactState& state = {}) {
   Assembled result;
   CollisionStage stage(scene.model);
   result.contacts = stage.proximity(Team{1}, x);
-  stage.terms(result.contacts, x, v, Points::Zero(x.rows(), 3), centres, 1e-3, n_cloth, state, result.terms, result.energy);
+  stage.terms(result.contacts, x, v, Points::Zero(x.rows(), 3), centres, 1e-3, n_cloth, state,
+              result.terms, result.energy);
   return result;
 }
 
 TestScene two_sheets() {
-  return make_scene({{grid_cells(0.1, 0.1, 6, 6), Kind::Cloth, 4e-3}, {grid_cells(0.1, 0.1, 5, 5).moved(Vec3(3e-3, 2e-3, 2e-3)), Kind::Cloth, 4e-3}});
+  return make_scene(
+      {{grid_cells(0.1, 0.1, 6, 6), Kind::Cloth, 4e-3},
+       {grid_cells(0.1, 0.1, 5, 5).moved(Vec3(3e-3, 2e-3, 2e-3)), Kind::Cloth, 4e-3}});
 }
 
 }  // namespace
 
-TEST_CASE("the contact force is minus the gradient of the contact energy, to second order of the difference") {
+TEST_CASE(
+    "the contact force is minus the gradient of the contact energy, to second order of the "
+    "difference") {
   const double xi = 1e-3, k = 700.0;
   for (const double d : {0.05e-3, 0.2e-3, 0.45e-3, 0.6e-3, 0.9e-3}) {
     const ContactForce at = contact_force(d, xi, k);
     double last = 0.0;
     for (const double step : {4e-6, 2e-6, 1e-6}) {
-      const double difference = (contact_force(d + step, xi, k).energy - contact_force(d - step, xi, k).energy) / (2 * step);
-      const double slope = (contact_force(d + step, xi, k).force - contact_force(d - step, xi, k).force) / (2 * step);
+      const double difference =
+          (contact_force(d + step, xi, k).energy - contact_force(d - step, xi, k).energy) /
+          (2 * step);
+      const double slope =
+          (contact_force(d + step, xi, k).force - contact_force(d - step, xi, k).force) /
+          (2 * step);
       const double error = std::abs(difference + at.force) / at.force;
       CHECK(std::abs(slope + at.stiffness) <= 1e-2 * at.stiffness);
-      if (last > 1e-8) CHECK(last / error == Approx(4.0).epsilon(0.1));  // halving the step quarters the error
+      if (last > 1e-8)
+        CHECK(last / error == Approx(4.0).epsilon(0.1));  // halving the step quarters the error
       CHECK(error < 1e-2);
       last = error;
     }
   }
   CHECK(contact_force(xi, xi, k).force == 0.0);
-  const double half = 0.5 * xi, hair = 1e-12;  // force, stiffness and energy go on over the change of stage
-  CHECK(contact_force(half + hair, xi, k).force == Approx(contact_force(half - hair, xi, k).force).epsilon(1e-6));
-  CHECK(contact_force(half + hair, xi, k).stiffness == Approx(contact_force(half - hair, xi, k).stiffness).epsilon(1e-6));
-  CHECK(contact_force(half + hair, xi, k).energy == Approx(contact_force(half - hair, xi, k).energy).epsilon(1e-6));
+  const double half = 0.5 * xi,
+               hair = 1e-12;  // force, stiffness and energy go on over the change of stage
+  CHECK(contact_force(half + hair, xi, k).force ==
+        Approx(contact_force(half - hair, xi, k).force).epsilon(1e-6));
+  CHECK(contact_force(half + hair, xi, k).stiffness ==
+        Approx(contact_force(half - hair, xi, k).stiffness).epsilon(1e-6));
+  CHECK(contact_force(half + hair, xi, k).energy ==
+        Approx(contact_force(half - hair, xi, k).energy).epsilon(1e-6));
 }
 
 TEST_CASE("forces of contacts are minus the gradient of their energies with shares held") {
@@ -66,8 +80,11 @@ TEST_CASE("forces of contacts are minus the gradient of their energies with shar
     for (std::size_t c = 0; c < at.contacts.size(); ++c) {
       FourPoints p;
       for (int i = 0; i < 4; ++i) p[i] = y.row(at.contacts[c].vertices[i]).transpose();
-      const double d = at.contacts[c].kind == ContactKind::VertexFace ? closest_vertex_face(p).distance : closest_edge_edge(p).distance;
-      sum += shares[c] * contact_force(d, at.contacts[c].thickness, scene.model.contact_stiffness).energy;
+      const double d = at.contacts[c].kind == ContactKind::VertexFace
+                           ? closest_vertex_face(p).distance
+                           : closest_edge_edge(p).distance;
+      sum += shares[c] *
+             contact_force(d, at.contacts[c].thickness, scene.model.contact_stiffness).energy;
     }
     return sum;
   };
@@ -76,13 +93,18 @@ TEST_CASE("forces of contacts are minus the gradient of their energies with shar
   double slope = 0.0;
   for (const ExtraTerm& term : at.terms)
     for (int i = 0; i < term.n_entries; ++i)
-      slope += direction.row(term.entries[i].row).dot(term.entries[i].apply_transposed(term.gradient));
+      slope +=
+          direction.row(term.entries[i].row).dot(term.entries[i].apply_transposed(term.gradient));
   // Contacts that begin or end within the step bend the energy; a step of 1e-9 m meets none.
-  const double step = 1e-9, difference = (energy(x + step * direction) - energy(x - step * direction)) / (2 * step);
+  const double step = 1e-9,
+               difference =
+                   (energy(x + step * direction) - energy(x - step * direction)) / (2 * step);
   CHECK(difference == Approx(slope).epsilon(1e-5));
 }
 
-TEST_CASE("terms where cloth has moved are the gradient of their energy, and their stiffness its derivative") {
+TEST_CASE(
+    "terms where cloth has moved are the gradient of their energy, and their stiffness its "
+    "derivative") {
   TestScene scene = two_sheets();
   const Points x = shaken(scene.x, 4e-4, 10);
   const Index n = static_cast<Index>(x.rows());
@@ -91,7 +113,8 @@ TEST_CASE("terms where cloth has moved are the gradient of their energy, and the
   const std::vector<Contact> contacts = stage.proximity(Team{1}, x);
   ContactState state;
   for (const Contact& c : contacts)  // anchors that stick and anchors that will slip
-    state.anchors.push_back({c.kind, c.a, c.b, 1e-4 * c.normal.unitOrthogonal() * double(c.a % 3), 1.0});
+    state.anchors.push_back(
+        {c.kind, c.a, c.b, 1e-4 * c.normal.unitOrthogonal() * double(c.a % 3), 1.0});
   ExtraTerms terms;
   double energy = 0.0;
   std::vector<Contact> smooth = contacts;
@@ -114,11 +137,13 @@ TEST_CASE("terms where cloth has moved are the gradient of their energy, and the
   const auto assembled = [&](const ExtraTerms& all) {
     Points g = Points::Zero(n, 3);
     for (const ExtraTerm& t : all)
-      for (int e = 0; e < t.n_entries; ++e) g.row(t.entries[e].row) += t.entries[e].apply_transposed(t.gradient).transpose();
+      for (int e = 0; e < t.n_entries; ++e)
+        g.row(t.entries[e].row) += t.entries[e].apply_transposed(t.gradient).transpose();
     return g;
   };
   // Far enough to pass through: gaps of both signs.
-  const Points moved = shaken(Points::Zero(n, 3), 1.5e-3, 13), direction = shaken(Points::Zero(n, 3), 1.0, 14);
+  const Points moved = shaken(Points::Zero(n, 3), 1.5e-3, 13),
+               direction = shaken(Points::Zero(n, 3), 1.0, 14);
   at(moved, there);
   const double slope = (assembled(there).array() * direction.array()).sum();
   const Points force = assembled(there);
@@ -126,14 +151,19 @@ TEST_CASE("terms where cloth has moved are the gradient of their energy, and the
   for (const ExtraTerm& t : there)
     for (int e = 0; e < t.n_entries; ++e)
       product.row(t.entries[e].row) +=
-          t.entries[e].apply_transposed(t.hessian * t.relative_displacement(direction, 0.0)).transpose();
-  // Pieces of energy meet with one derivative: first-order convergence at worst, and that to small errors.
+          t.entries[e]
+              .apply_transposed(t.hessian * t.relative_displacement(direction, 0.0))
+              .transpose();
+  // Pieces of energy meet with one derivative: first-order convergence at worst, and that to small
+  // errors.
   double last = 1.0, last_force = 1.0;
   for (const double step : {1e-6, 1e-7, 1e-8}) {
     ExtraTerms plus, minus;
-    const double difference = (at(moved + step * direction, plus) - at(moved - step * direction, minus)) / (2 * step);
+    const double difference =
+        (at(moved + step * direction, plus) - at(moved - step * direction, minus)) / (2 * step);
     const double error = std::abs(difference - slope) / std::abs(slope);
-    const double force_error = ((assembled(plus) - assembled(minus)) / (2 * step) - product).norm() / product.norm();
+    const double force_error =
+        ((assembled(plus) - assembled(minus)) / (2 * step) - product).norm() / product.norm();
     CHECK(error < std::max(0.5 * last, 1e-7));  // rounding of energies
     CHECK(force_error < std::max(0.5 * last_force, 1e-6));
     last = error, last_force = force_error;
@@ -157,7 +187,8 @@ TEST_CASE("stiffness of every term is symmetric and positive semidefinite") {
   }
 }
 
-TEST_CASE("contacts of cloth with cloth change neither momentum nor, along normals, angular momentum") {
+TEST_CASE(
+    "contacts of cloth with cloth change neither momentum nor, along normals, angular momentum") {
   TestScene scene = two_sheets();
   const Points x = shaken(scene.x, 8e-4, 14), v = shaken(Points::Zero(x.rows(), 3), 2.0, 15);
   const Assembled at = assemble(scene, x, v, Points(0, 3), x.rows());
@@ -174,13 +205,17 @@ TEST_CASE("contacts of cloth with cloth change neither momentum nor, along norma
   const Assembled still = assemble(scene, x, Points::Zero(x.rows(), 3), Points(0, 3), x.rows());
   for (const ExtraTerm& term : still.terms)
     for (int i = 0; i < term.n_entries; ++i)
-      torque += Vec3(x.row(term.entries[i].row).transpose()).cross(term.entries[i].apply_transposed(term.gradient));
+      torque += Vec3(x.row(term.entries[i].row).transpose())
+                    .cross(term.entries[i].apply_transposed(term.gradient));
   CHECK(torque.norm() <= 1e-11 * size);
 }
 
-TEST_CASE("a body takes the opposite force, and the torque about its centre, as one translation and one rotation row") {
-  TestScene scene = make_scene({{grid_cells(0.1, 0.1, 6, 6).moved(Vec3(0, 0, 0.0315)), Kind::Cloth, 3e-3},
-                                {icosphere(0.03, 2).moved(Vec3(0.01, 0, 0)), Kind::Body, 3e-3}});
+TEST_CASE(
+    "a body takes the opposite force, and the torque about its centre, as one translation and one "
+    "rotation row") {
+  TestScene scene =
+      make_scene({{grid_cells(0.1, 0.1, 6, 6).moved(Vec3(0, 0, 0.0315)), Kind::Cloth, 3e-3},
+                  {icosphere(0.03, 2).moved(Vec3(0.01, 0, 0)), Kind::Body, 3e-3}});
   const Index n_cloth = scene.model.surfaces[0].n_vertices;
   Points centres(1, 3);
   centres << 0.01, 0.0, 0.0;
@@ -213,15 +248,18 @@ TEST_CASE("a body takes the opposite force, and the torque about its centre, as 
 }
 
 TEST_CASE("what moves by script enters as drift: common motion is no relative motion") {
-  TestScene scene = make_scene({{grid_cells(0.1, 0.1, 6, 6), Kind::Cloth, 4e-3},
-                                {floor_square(0.4, 3).moved(Vec3(0, 0, -3e-3)), Kind::Script, 4e-3}});
+  TestScene scene =
+      make_scene({{grid_cells(0.1, 0.1, 6, 6), Kind::Cloth, 4e-3},
+                  {floor_square(0.4, 3).moved(Vec3(0, 0, -3e-3)), Kind::Script, 4e-3}});
   Points v(scene.x.rows(), 3);
   v.rowwise() = Eigen::RowVector3d(0.3, -0.2, 0.1);
-  const Assembled at = assemble(scene, scene.x, v, Points(0, 3), scene.model.surfaces[0].n_vertices);
+  const Assembled at =
+      assemble(scene, scene.x, v, Points(0, 3), scene.model.surfaces[0].n_vertices);
   REQUIRE(at.terms.size() > 20);
   for (const ExtraTerm& term : at.terms) {
     Vec3 relative = -term.drift;
-    for (int i = 0; i < term.n_entries; ++i) relative += term.entries[i].apply(v.row(term.entries[i].row).transpose());
+    for (int i = 0; i < term.n_entries; ++i)
+      relative += term.entries[i].apply(v.row(term.entries[i].row).transpose());
     CHECK(relative.norm() < 1e-15);
   }
 }
@@ -234,12 +272,14 @@ TEST_CASE("a vertex over the common edge or corner of faces is pushed as by one 
   const int n = 2000;
   for (int i = 0; i <= n; ++i) {
     Points x = scene.x;
-    x.row(0) = Eigen::RowVector3d(-0.03 + 0.06 * i / n, -0.012 + 0.024 * i / n, 1.4e-3);  // over faces, edges, a corner
+    x.row(0) = Eigen::RowVector3d(-0.03 + 0.06 * i / n, -0.012 + 0.024 * i / n,
+                                  1.4e-3);  // over faces, edges, a corner
     x.middleRows(1, 3).col(2).array() += 1.0;
     const Assembled at = assemble(scene, x, Points::Zero(x.rows(), 3), Points(0, 3), 4);
     double force = 0.0;
     for (const ExtraTerm& term : at.terms)
-      if (term.entries[0].weight == 1.0) force -= term.gradient.z();  // of the vertex: edges share their weight
+      if (term.entries[0].weight == 1.0)
+        force -= term.gradient.z();  // of the vertex: edges share their weight
     least = std::min(least, force);
     most = std::max(most, force);
     if (last >= 0.0) largest_jump = std::max(largest_jump, std::abs(force - last));
@@ -248,12 +288,14 @@ TEST_CASE("a vertex over the common edge or corner of faces is pushed as by one 
   const double one = scene.model.contact_stiffness * 0.6e-3;
   CHECK(most <= 1.15 * one);
   CHECK(least >= 0.85 * one);
-  CHECK(largest_jump <= 0.05 * one);  // 0.03 mm along the way change the force a little, never at once
+  CHECK(largest_jump <=
+        0.05 * one);  // 0.03 mm along the way change the force a little, never at once
 }
 
 TEST_CASE("a smooth surface pushes along its rounded normals, and its edges carry no force") {
-  TestScene scene = make_scene({{grid_cells(0.02, 0.02, 8, 8).moved(Vec3(0.001, 0.002, 0.0503)), Kind::Cloth, 2e-3},
-                                {icosphere(0.05, 2), Kind::Script, 2e-3}});
+  TestScene scene = make_scene(
+      {{grid_cells(0.02, 0.02, 8, 8).moved(Vec3(0.001, 0.002, 0.0503)), Kind::Cloth, 2e-3},
+       {icosphere(0.05, 2), Kind::Script, 2e-3}});
   scene.model.surfaces[0].self_collision = false;
   const auto worst_angle = [&](bool smooth) {
     scene.model.surfaces[1].smooth = smooth;
@@ -272,8 +314,9 @@ TEST_CASE("a smooth surface pushes along its rounded normals, and its edges carr
     CHECK(n > 10);
     return worst;
   };
-  // Facets of 8 mm on a radius of 50 mm tilt by up to 0.1, contacts with edges more; the rounded normal errs by the square,
-  // and by the tilt times height over radius (0.04) where the closest point is not on the vertex's radius.
+  // Facets of 8 mm on a radius of 50 mm tilt by up to 0.1, contacts with edges more; the rounded
+  // normal errs by the square, and by the tilt times height over radius (0.04) where the closest
+  // point is not on the vertex's radius.
   CHECK(worst_angle(false) > 0.1);
   CHECK(worst_angle(true) < 0.02);
 }

@@ -20,7 +20,9 @@ double milliseconds(int threads) {
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
     return 1e3 * t.tv_sec + 1e-6 * t.tv_nsec;
   }
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  return std::chrono::duration<double, std::milli>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
 }
 
 // 14,450 triangles laid over a sphere of 5,120: gap 0.55 of the thickness, hanging down outside.
@@ -33,7 +35,8 @@ TestScene drape() {
     const double x = scene.x(i, 0), y = scene.x(i, 1), r = std::hypot(x, y), arc = radius * 1.4;
     const double angle = std::min(r, arc) / radius, beyond = std::max(0.0, r - arc);
     const double out = r > 0.0 ? radius * std::sin(angle) + beyond * std::cos(angle) : 0.0;
-    scene.x.row(i) << (r > 0 ? x / r * out : 0.0), (r > 0 ? y / r * out : 0.0), radius * std::cos(angle) - beyond * std::sin(angle);
+    scene.x.row(i) << (r > 0 ? x / r * out : 0.0), (r > 0 ? y / r * out : 0.0),
+        radius * std::cos(angle) - beyond * std::sin(angle);
   }
   return scene;
 }
@@ -55,13 +58,15 @@ TEST_CASE("time of a step", "[.timing]") {
       const int n_steps = 40;
       for (int step = 0; step < n_steps; ++step) {
         Points x1 = x;
-        for (Index i = 0; i < n; ++i) x1.row(i) += travel * std::sin(0.001 * i + step) * Eigen::RowVector3d(0.6, 0.3, 0.4);
+        for (Index i = 0; i < n; ++i)
+          x1.row(i) += travel * std::sin(0.001 * i + step) * Eigen::RowVector3d(0.6, 0.3, 0.4);
         const double t0 = milliseconds(threads);
         const auto contacts = stage.proximity(Team{threads}, x);
         const double t1 = milliseconds(threads) - t0;
         terms.clear();
         double energy = 0.0;
-        stage.terms(contacts, x, x1, Points::Zero(x.rows(), 3), Points(0, 3), 1e-3, n, state, terms, energy);
+        stage.terms(contacts, x, x1, Points::Zero(x.rows(), 3), Points(0, 3), 1e-3, n, state, terms,
+                    energy);
         stage.update_anchors(contacts, x, x1, state);
         const double t2 = milliseconds(threads) - t0;
         FreeBodies none;
@@ -76,7 +81,9 @@ TEST_CASE("time of a step", "[.timing]") {
         impacts = report.impacts;
         x = x1;
       }
-      std::printf("travel %g threads %d: proximity %.2f terms+anchors %.2f certify %.2f total %.2f mean %.2f ms; contacts %zu impacts %ld\n",
-                  travel, threads, proximity, terms_time, certify, total, mean, n_contacts, long(impacts));
+      std::printf(
+          "travel %g threads %d: proximity %.2f terms+anchors %.2f certify %.2f total %.2f mean "
+          "%.2f ms; contacts %zu impacts %ld\n",
+          travel, threads, proximity, terms_time, certify, total, mean, n_contacts, long(impacts));
     }
 }

@@ -1,6 +1,6 @@
 // Claims about the Newton loops of backward Euler and of the nonlinear midpoint rule.
-#include <catch2/catch.hpp>
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <cmath>
 #include <string>
 
@@ -24,7 +24,8 @@ TEST_CASE("with the exact Jacobian Newton's residual is squared from one iterati
   const std::string method = GENERATE("backward-euler", "nonlinear-midpoint");
   const std::string element = GENERATE("mid-edge", "hinge");
   CAPTURE(method, element);
-  // A spinning sheet under tension, rolled with angles of about 0.5: bending's moments are as large as its stiffness.
+  // A spinning sheet under tension, rolled with angles of about 0.5: bending's moments are as large
+  // as its stiffness.
   const TriangleMesh mesh = jittered_grid(0.2, 0.2, 5, 5, 0.2, 3);
   IntegratorOptions o = exact_options(method.c_str(), 5e-3);
   o.bending = "implicit", o.newton_tolerance = 1e-13;
@@ -33,7 +34,8 @@ TEST_CASE("with the exact Jacobian Newton's residual is squared from one iterati
   const double radius = 0.08;
   for (Index i = 0; i < mesh.n_vertices(); ++i) {
     const double a = mesh.vertices()(i, 0) / radius;
-    run.state.x.row(i) << 1.05 * radius * std::sin(a), 1.1 * mesh.vertices()(i, 1), 1.05 * radius * std::cos(a);
+    run.state.x.row(i) << 1.05 * radius * std::sin(a), 1.1 * mesh.vertices()(i, 1),
+        1.05 * radius * std::cos(a);
     run.state.v.row(i) = Vec3(1, 2, 6).cross(run.state.x.row(i).transpose()).transpose();
   }
   const IntegrationReport report = run.advance();
@@ -44,7 +46,8 @@ TEST_CASE("with the exact Jacobian Newton's residual is squared from one iterati
   int n_squared = 0;
   for (std::size_t k = 0; k + 1 < r.size(); ++k) {
     if (r[k] > 1e-2 || r[k + 1] < 1e-13) continue;  // not near yet; rounding
-    // Quadratic: r_{k+1} <= C r_k^2. One constant for all iterations; linear convergence would break it at the next.
+    // Quadratic: r_{k+1} <= C r_k^2. One constant for all iterations; linear convergence would
+    // break it at the next.
     CHECK(r[k + 1] <= 30.0 * r[k] * r[k]);
     ++n_squared;
   }
@@ -52,7 +55,9 @@ TEST_CASE("with the exact Jacobian Newton's residual is squared from one iterati
   CHECK(report.newton_iterations <= 8);
 }
 
-TEST_CASE("a sheet pressed far beyond buckling in a few steps is followed by the Newton loop with either bending") {
+TEST_CASE(
+    "a sheet pressed far beyond buckling in a few steps is followed by the Newton loop with either "
+    "bending") {
   const std::string element = GENERATE("mid-edge", "hinge");
   const std::string method = GENERATE("backward-euler", "nonlinear-midpoint");
   CAPTURE(element, method);
@@ -74,17 +79,21 @@ TEST_CASE("a sheet pressed far beyond buckling in a few steps is followed by the
     CHECK(report.residual <= o.newton_tolerance);
   }
   CHECK(most <= 30);
-  // It has buckled: a tenth less width needs an amplitude of about 0.2 (2 / pi) sqrt(0.1 / 0.9) / ... > 1 cm somewhere.
+  // It has buckled: a tenth less width needs an amplitude of about 0.2 (2 / pi) sqrt(0.1 / 0.9) /
+  // ... > 1 cm somewhere.
   CHECK(run.state.x.col(2).maxCoeff() - run.state.x.col(2).minCoeff() > 0.01);
 }
 
-TEST_CASE("a Newton loop that cannot converge says so, names the remedy, and where the residual is largest") {
+TEST_CASE(
+    "a Newton loop that cannot converge says so, names the remedy, and where the residual is "
+    "largest") {
   const TriangleMesh mesh = grid_cells(0.2, 0.2, 4, 4);
   IntegratorOptions o = exact_options("backward-euler", 1e-3);
   o.newton_tolerance = 1e-30, o.max_newton_iterations = 3;
   ClothRun run = make_run(mesh, soft(), o, 0.0, {0}, Vec3(0, 0, -9.81));
   start(run, o);
-  CHECK_THROWS_WITH(run.advance(), Catch::Contains("backward-euler") && Catch::Contains("integrator.step"));
+  CHECK_THROWS_WITH(run.advance(),
+                    Catch::Contains("backward-euler") && Catch::Contains("integrator.step"));
   run = make_run(mesh, soft(), o, 0.0, {0}, Vec3(0, 0, -9.81));
   run.force(7, 0) = 100.0;  // one vertex is torn away
   o.max_newton_iterations = 1;

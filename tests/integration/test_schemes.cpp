@@ -12,10 +12,17 @@ using namespace loomstone::test;
 
 namespace {
 
-const char* const all_methods[] = {"explicit-euler",    "symplectic-euler",   "semi-implicit-euler", "backward-euler",
-                                   "implicit-midpoint", "nonlinear-midpoint", "bdf2"};
+const char* const all_methods[] = {"explicit-euler",
+                                   "symplectic-euler",
+                                   "semi-implicit-euler",
+                                   "backward-euler",
+                                   "implicit-midpoint",
+                                   "nonlinear-midpoint",
+                                   "bdf2"};
 
-bool is_explicit(const std::string& method) { return method == "explicit-euler" || method == "symplectic-euler"; }
+bool is_explicit(const std::string& method) {
+  return method == "explicit-euler" || method == "symplectic-euler";
+}
 
 IntegratorOptions options_for(const std::string& method, double step) {
   IntegratorOptions o = exact_options(method.c_str(), step);
@@ -33,15 +40,19 @@ ClothMaterial soft() {
 Points spinning(const Points& x) {
   Points v(x.rows(), 3);
   const Vec3 omega(1, 2, 6);
-  for (Index i = 0; i < x.rows(); ++i) v.row(i) = omega.cross(x.row(i).transpose()).transpose() + Eigen::RowVector3d(0.3, 0, 0.1);
+  for (Index i = 0; i < x.rows(); ++i)
+    v.row(i) = omega.cross(x.row(i).transpose()).transpose() + Eigen::RowVector3d(0.3, 0, 0.1);
   return v;
 }
 
-// The same motion to time 0.05 s at a step; all start from a sheet stretched in its plane (so tension everywhere).
-Points end_of_motion(const std::string& method, double step, double bending, const char* treatment = nullptr) {
+// The same motion to time 0.05 s at a step; all start from a sheet stretched in its plane (so
+// tension everywhere).
+Points end_of_motion(const std::string& method, double step, double bending,
+                     const char* treatment = nullptr) {
   const TriangleMesh mesh = jittered_grid(0.2, 0.2, 4, 4, 0.2, 3);
   IntegratorOptions o = options_for(method, step);
-  o.bending = method == "nonlinear-midpoint" || method == "backward-euler" ? "implicit" : "explicit";
+  o.bending =
+      method == "nonlinear-midpoint" || method == "backward-euler" ? "implicit" : "explicit";
   if (treatment) o.bending = treatment;
   ClothRun run = make_run(mesh, soft(), o, bending);
   start(run, o);
@@ -55,7 +66,8 @@ Points end_of_motion(const std::string& method, double step, double bending, con
 
 double momentum_error(const ClothRun& run, const Vec3& expected) {
   Vec3 p = Vec3::Zero();
-  for (Index i = 0; i < run.model.n_vertices; ++i) p += run.model.mass[i] * run.state.v.row(i).transpose();
+  for (Index i = 0; i < run.model.n_vertices; ++i)
+    p += run.model.mass[i] * run.state.v.row(i).transpose();
   return (p - expected).norm() / expected.norm();
 }
 
@@ -88,9 +100,9 @@ TEST_CASE("free fall: velocity is g t for every integrator, position has the sch
     const int n = 20;
     const double t = n * h;
     const std::map<std::string, double> expected = {
-      {"explicit-euler", 0.5 * g * t * (t - h)},      {"symplectic-euler", 0.5 * g * t * (t + h)},
-      {"semi-implicit-euler", 0.5 * g * t * (t + h)}, {"backward-euler", 0.5 * g * t * (t + h)},
-      {"implicit-midpoint", 0.5 * g * t * t},         {"nonlinear-midpoint", 0.5 * g * t * t}};
+        {"explicit-euler", 0.5 * g * t * (t - h)},      {"symplectic-euler", 0.5 * g * t * (t + h)},
+        {"semi-implicit-euler", 0.5 * g * t * (t + h)}, {"backward-euler", 0.5 * g * t * (t + h)},
+        {"implicit-midpoint", 0.5 * g * t * t},         {"nonlinear-midpoint", 0.5 * g * t * t}};
     const TriangleMesh mesh = jittered_grid(0.2, 0.3, 3, 4, 0.2, 3);
     const IntegratorOptions o = options_for(method, h);
     ClothRun run = make_run(mesh, ClothMaterial{}, o, 1e-6, {}, Vec3(0, 0, -g));
@@ -98,22 +110,32 @@ TEST_CASE("free fall: velocity is g t for every integrator, position has the sch
     for (int i = 0; i < n; ++i) run.advance();
     for (Index i = 0; i < mesh.n_vertices(); ++i) {
       CHECK(run.state.v(i, 2) == Approx(-g * t).epsilon(1e-9));
-      if (expected.count(method)) CHECK(run.state.x(i, 2) == Approx(-expected.at(method)).epsilon(1e-9));
+      if (expected.count(method))
+        CHECK(run.state.x(i, 2) == Approx(-expected.at(method)).epsilon(1e-9));
       // BDF-2 started by a midpoint step is exact for constant acceleration.
-      if (method == std::string("bdf2")) CHECK(run.state.x(i, 2) == Approx(-0.5 * g * t * t).epsilon(1e-9));
+      if (method == std::string("bdf2"))
+        CHECK(run.state.x(i, 2) == Approx(-0.5 * g * t * t).epsilon(1e-9));
     }
   }
 }
 
 TEST_CASE("midpoint and BDF-2 are of order 2, the Euler schemes of order 1") {
-  const std::map<std::string, double> order = {{"explicit-euler", 1},     {"symplectic-euler", 1},
-                                               {"semi-implicit-euler", 1}, {"backward-euler", 1},
-                                               {"implicit-midpoint", 2},   {"nonlinear-midpoint", 2},
+  const std::map<std::string, double> order = {{"explicit-euler", 1},
+                                               {"symplectic-euler", 1},
+                                               {"semi-implicit-euler", 1},
+                                               {"backward-euler", 1},
+                                               {"implicit-midpoint", 2},
+                                               {"nonlinear-midpoint", 2},
                                                {"bdf2", 2}};
   for (const auto& [method, expected] : order) {
-    // Membrane only; halving the step thrice. Differences of successive runs cancel the unknown limit.
-    const double h = is_explicit(method) ? 6.25e-5 : method == "bdf2" ? 5e-4 : expected == 2 ? 1e-3 : 1.25e-4;
-    const Points a = end_of_motion(method, h, 0.0), b = end_of_motion(method, h / 2, 0.0), c = end_of_motion(method, h / 4, 0.0);
+    // Membrane only; halving the step thrice. Differences of successive runs cancel the unknown
+    // limit.
+    const double h = is_explicit(method) ? 6.25e-5
+                     : method == "bdf2"  ? 5e-4
+                     : expected == 2     ? 1e-3
+                                         : 1.25e-4;
+    const Points a = end_of_motion(method, h, 0.0), b = end_of_motion(method, h / 2, 0.0),
+                 c = end_of_motion(method, h / 4, 0.0);
     const double measured = std::log2((a - b).norm() / (b - c).norm());
     INFO(method << " has order " << measured);
     CHECK(measured == Approx(expected).margin(0.2));
@@ -123,7 +145,8 @@ TEST_CASE("midpoint and BDF-2 are of order 2, the Euler schemes of order 1") {
 TEST_CASE("explicit bending, extrapolated, keeps midpoint and BDF-2 of order 2") {
   for (const char* method : {"implicit-midpoint", "bdf2"}) {
     const double h = 5e-4;
-    const Points a = end_of_motion(method, h, 1e-5), b = end_of_motion(method, h / 2, 1e-5), c = end_of_motion(method, h / 4, 1e-5);
+    const Points a = end_of_motion(method, h, 1e-5), b = end_of_motion(method, h / 2, 1e-5),
+                 c = end_of_motion(method, h / 4, 1e-5);
     const double measured = std::log2((a - b).norm() / (b - c).norm());
     INFO(method << " has order " << measured);
     CHECK(measured == Approx(2.0).margin(0.3));
@@ -150,7 +173,8 @@ TEST_CASE("linear momentum is kept to rounding by every integrator with the dire
     run.state.x *= 1.15;
     run.state.v = spinning(run.state.x);
     Vec3 before = Vec3::Zero();
-    for (Index i = 0; i < run.model.n_vertices; ++i) before += run.model.mass[i] * run.state.v.row(i).transpose();
+    for (Index i = 0; i < run.model.n_vertices; ++i)
+      before += run.model.mass[i] * run.state.v.row(i).transpose();
     for (int i = 0; i < 200; ++i) run.advance();
     INFO(method);
     // 200 steps of sums over forces a thousand times the momentum's change.
@@ -158,15 +182,18 @@ TEST_CASE("linear momentum is kept to rounding by every integrator with the dire
   }
 }
 
-TEST_CASE("angular momentum is kept to rounding by symplectic Euler and nonlinear midpoint, by BDF-2 to order 3, else to the scheme's") {
+TEST_CASE(
+    "angular momentum is kept to rounding by symplectic Euler and nonlinear midpoint, by BDF-2 to "
+    "order 3, else to the scheme's") {
   CHECK(angular_drift("symplectic-euler", 2e-4) < 1e-12);
   CHECK(angular_drift("nonlinear-midpoint", 1e-3) < 1e-11);  // Newton stops at a residual of 1e-12
   // The h^2 term of BDF-2 shifts the phase; it damps, and loses momentum, with h^3 a unit of time.
-  const std::map<std::string, std::pair<double, double>> step_and_order = {{"explicit-euler", {5e-5, 1}},
-                                                                           {"semi-implicit-euler", {2.5e-4, 1}},
-                                                                           {"backward-euler", {2.5e-4, 1}},
-                                                                           {"implicit-midpoint", {5e-4, 2}},
-                                                                           {"bdf2", {5e-4, 3}}};
+  const std::map<std::string, std::pair<double, double>> step_and_order = {
+      {"explicit-euler", {5e-5, 1}},
+      {"semi-implicit-euler", {2.5e-4, 1}},
+      {"backward-euler", {2.5e-4, 1}},
+      {"implicit-midpoint", {5e-4, 2}},
+      {"bdf2", {5e-4, 3}}};
   for (const auto& [method, expected] : step_and_order) {
     const auto [h, order] = expected;
     const double measured = std::log2(angular_drift(method, h) / angular_drift(method, h / 2));
@@ -179,7 +206,8 @@ TEST_CASE("pinned vertices do not move by one bit, scripted ones end exactly at 
   for (const std::string method : all_methods) {
     const TriangleMesh mesh = grid_cells(0.3, 0.3, 6, 6);
     IntegratorOptions o = options_for(method, 2e-4);
-    if (!is_explicit(method)) o.linear_solver = "pcg", o.jacobian = "spd", o.newton_tolerance = 1e-6;
+    if (!is_explicit(method))
+      o.linear_solver = "pcg", o.jacobian = "spd", o.newton_tolerance = 1e-6;
     ClothRun run = make_run(mesh, ClothMaterial{}, o, 1e-6, {0, 6}, Vec3(0, 0, -9.81));
     start(run, o);
     for (int i = 0; i < 50; ++i) {
@@ -193,8 +221,9 @@ TEST_CASE("pinned vertices do not move by one bit, scripted ones end exactly at 
   }
 }
 
-// The length of a strip hung by its own weight where stress is uniaxial: nominal stress lambda E (lambda^2 - 1)/2 = rho g s,
-// s the length below; the end hangs at the integral of lambda. weight: rho g [N/m^2], modulus: E [N/m].
+// The length of a strip hung by its own weight where stress is uniaxial: nominal stress lambda E
+// (lambda^2 - 1)/2 = rho g s, s the length below; the end hangs at the integral of lambda. weight:
+// rho g [N/m^2], modulus: E [N/m].
 double hung_length(double length, double weight, double modulus) {
   const int parts = 2000;
   double hang = 0.0;
@@ -202,7 +231,8 @@ double hung_length(double length, double weight, double modulus) {
     const double load = weight * length * (i + 0.5) / parts;
     double lambda = 1.0;
     for (int k = 0; k < 30; ++k)
-      lambda -= (0.5 * modulus * lambda * (lambda * lambda - 1) - load) / (0.5 * modulus * (3 * lambda * lambda - 1));
+      lambda -= (0.5 * modulus * lambda * (lambda * lambda - 1) - load) /
+                (0.5 * modulus * (3 * lambda * lambda - 1));
     hang += lambda * length / parts;
   }
   return hang;
@@ -214,9 +244,11 @@ TEST_CASE("a hung strip stretches as the analytic solution, along weft and along
   m.weft_stiffness = 60, m.warp_stiffness = 25, m.shear_stiffness = 10, m.density = 0.8;
   const double g = 9.81, length = 1.0;
   for (const bool weft : {true, false}) {
-    const double hang = hung_length(length, m.density * g, weft ? m.weft_stiffness : m.warp_stiffness);
+    const double hang =
+        hung_length(length, m.density * g, weft ? m.weft_stiffness : m.warp_stiffness);
     const Index across = 2, along = 24;
-    const TriangleMesh mesh = weft ? grid_cells(length, 0.1, along, across) : grid_cells(0.1, length, across, along);
+    const TriangleMesh mesh =
+        weft ? grid_cells(length, 0.1, along, across) : grid_cells(0.1, length, across, along);
     std::vector<Index> pins;
     Vec3 gravity = Vec3::Zero();
     for (Index i = 0; i < mesh.n_vertices(); ++i)
@@ -233,16 +265,20 @@ TEST_CASE("a hung strip stretches as the analytic solution, along weft and along
   }
 }
 
-TEST_CASE("a hung strip with a Poisson ratio stretches by its compliance along weft, warp and bias") {
-  // Narrow, with free sides: the stress is uniaxial along d, 1 / E the off-axis compliance. The clamp keeps the width and
-  // coupling to shear bends the strip in its plane: both cost less the narrower it is.
+TEST_CASE(
+    "a hung strip with a Poisson ratio stretches by its compliance along weft, warp and bias") {
+  // Narrow, with free sides: the stress is uniaxial along d, 1 / E the off-axis compliance. The
+  // clamp keeps the width and coupling to shear bends the strip in its plane: both cost less the
+  // narrower it is.
   ClothMaterial m;
-  m.weft_stiffness = 60, m.warp_stiffness = 25, m.shear_stiffness = 10, m.poisson = 0.3, m.density = 0.8;
+  m.weft_stiffness = 60, m.warp_stiffness = 25, m.shear_stiffness = 10, m.poisson = 0.3,
+  m.density = 0.8;
   const double g = 9.81, length = 1.0, width = 0.04;
   for (const double degrees : {0.0, 45.0, 90.0}) {
     const double c = std::cos(degrees * M_PI / 180), s = std::sin(degrees * M_PI / 180);
-    const double compliance = std::pow(c, 4) / m.weft_stiffness + std::pow(s, 4) / m.warp_stiffness +
-                              c * c * s * s * (1 / m.shear_stiffness - 2 * m.poisson / m.weft_stiffness);
+    const double compliance =
+        std::pow(c, 4) / m.weft_stiffness + std::pow(s, 4) / m.warp_stiffness +
+        c * c * s * s * (1 / m.shear_stiffness - 2 * m.poisson / m.weft_stiffness);
     const double hang = hung_length(length, m.density * g, 1 / compliance);
     const TriangleMesh base = grid_cells(length, width, 50, 2);
     Mat2 turn;
@@ -258,9 +294,11 @@ TEST_CASE("a hung strip with a Poisson ratio stretches by its compliance along w
     for (int i = 0; i < 60; ++i) run.advance();
     double bottom = 0.0;  // of the middle of the lower end
     for (Index i = 0; i < mesh.n_vertices(); ++i)
-      if (base.uv()(i, 0) < 1e-9 - length / 2 && std::abs(base.uv()(i, 1)) < 1e-9) bottom = run.state.x(i, 0);
+      if (base.uv()(i, 0) < 1e-9 - length / 2 && std::abs(base.uv()(i, 1)) < 1e-9)
+        bottom = run.state.x(i, 0);
     INFO(degrees << " degrees: hangs " << length / 2 - bottom << ", closed form " << hang);
-    CHECK(length / 2 - bottom - length == Approx(hang - length).epsilon(5e-3));  // of what it stretches
+    CHECK(length / 2 - bottom - length ==
+          Approx(hang - length).epsilon(5e-3));  // of what it stretches
   }
 }
 
@@ -269,7 +307,8 @@ TEST_CASE("unknown integrators and impossible combinations are refused with the 
   IntegratorOptions o;
   ClothRun run = make_run(mesh, soft(), o, 1e-5);
   o.method = "rk4";
-  CHECK_THROWS_WITH(start(run, o), Catch::Contains("semi-implicit-euler") && Catch::Contains("\"rk4\""));
+  CHECK_THROWS_WITH(start(run, o),
+                    Catch::Contains("semi-implicit-euler") && Catch::Contains("\"rk4\""));
   o.method = "symplectic-euler", o.bending = "implicit";
   CHECK_THROWS_AS(start(run, o), InvalidInput);
 }

@@ -1,5 +1,6 @@
-// A seeded symmetric positive definite system with everything a step may put into it: a grid of cloth rows, bodies,
-// contact terms between far rows and with bodies, fixed rows with prescribed values.
+// A seeded symmetric positive definite system with everything a step may put into it: a grid of
+// cloth rows, bodies, contact terms between far rows and with bodies, fixed rows with prescribed
+// values.
 #pragma once
 
 #include <algorithm>
@@ -36,7 +37,8 @@ struct RandomSystem {
 
 class RandomSystemBuilder {
  public:
-  RandomSystemBuilder(Index side, int n_bodies, int n_terms, std::shared_ptr<const Communicator> communicator)
+  RandomSystemBuilder(Index side, int n_bodies, int n_terms,
+                      std::shared_ptr<const Communicator> communicator)
       : side_(side), n_cloth_(side * side), n_rows_(n_cloth_ + 2 * n_bodies) {
     made_.layout = std::make_unique<RowLayout>(n_rows_, std::move(communicator));
     springs();
@@ -88,7 +90,8 @@ class RandomSystemBuilder {
     for (const auto& [i, j] : couplings) {
       const Mat3 root = matrix();
       const Mat3 stiffness = 4.0 * root * root.transpose();
-      for (const Index row : {i, j}) made_.matrix.block_map(made_.matrix.diagonal()[row]) += stiffness;
+      for (const Index row : {i, j})
+        made_.matrix.block_map(made_.matrix.diagonal()[row]) += stiffness;
       made_.matrix.block_map(made_.matrix.find(i, j)) -= stiffness;
       made_.matrix.block_map(made_.matrix.find(j, i)) -= stiffness;
     }
@@ -115,7 +118,8 @@ class RandomSystemBuilder {
   }
 
   void add(ExtraTerm& term, Index row, bool rotation, double weight) {
-    term.entries[term.n_entries++] = {row, rotation, weight, rotation ? vector() : Vec3(Vec3::Zero())};
+    term.entries[term.n_entries++] = {row, rotation, weight,
+                                      rotation ? vector() : Vec3(Vec3::Zero())};
   }
 
   std::mt19937 random_{7};
@@ -123,8 +127,9 @@ class RandomSystemBuilder {
   RandomSystem made_;
 };
 
-inline RandomSystem random_system(Index side, int n_bodies, int n_terms,
-                                  std::shared_ptr<const Communicator> communicator = single_communicator()) {
+inline RandomSystem random_system(
+    Index side, int n_bodies, int n_terms,
+    std::shared_ptr<const Communicator> communicator = single_communicator()) {
   return RandomSystemBuilder(side, n_bodies, n_terms, std::move(communicator)).take();
 }
 
@@ -135,7 +140,8 @@ inline Eigen::MatrixXd dense_matrix(const LinearSystem& system) {
   for (Index row = 0; row < n_cloth; ++row)
     for (Index k = system.matrix->row_start()[row]; k < system.matrix->row_start()[row + 1]; ++k)
       dense.block<3, 3>(3 * row, 3 * system.matrix->columns()[k]) = system.matrix->block_map(k);
-  for (Index row = n_cloth; row < rows; ++row) dense.block<3, 3>(3 * row, 3 * row) = (*system.body_blocks)[row - n_cloth];
+  for (Index row = n_cloth; row < rows; ++row)
+    dense.block<3, 3>(3 * row, 3 * row) = (*system.body_blocks)[row - n_cloth];
   for (const ExtraTerm& term : *system.terms) {
     Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(3, 3 * rows);
     for (int e = 0; e < term.n_entries; ++e)

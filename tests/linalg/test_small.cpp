@@ -14,19 +14,24 @@ namespace {
 template <class Matrix>
 Matrix positive_part_by_iteration(const Matrix& a) {
   const Eigen::SelfAdjointEigenSolver<Matrix> solver(a);
-  return solver.eigenvectors() * solver.eigenvalues().cwiseMax(0.0).asDiagonal() * solver.eigenvectors().transpose();
+  return solver.eigenvectors() * solver.eigenvalues().cwiseMax(0.0).asDiagonal() *
+         solver.eigenvectors().transpose();
 }
 
 template <class Matrix>
-Matrix turned_diagonal(const Matrix& random, const Eigen::Matrix<double, Matrix::RowsAtCompileTime, 1>& eigenvalues) {
-  const Matrix vectors = Eigen::SelfAdjointEigenSolver<Matrix>(random + random.transpose()).eigenvectors();
+Matrix turned_diagonal(const Matrix& random,
+                       const Eigen::Matrix<double, Matrix::RowsAtCompileTime, 1>& eigenvalues) {
+  const Matrix vectors =
+      Eigen::SelfAdjointEigenSolver<Matrix>(random + random.transpose()).eigenvectors();
   const Matrix made = vectors * eigenvalues.asDiagonal() * vectors.transpose();
   return 0.5 * (made + made.transpose());
 }
 
 }  // namespace
 
-TEST_CASE("positive parts agree with an iterative eigensolver, repeated and vanishing eigenvalues included") {
+TEST_CASE(
+    "positive parts agree with an iterative eigensolver, repeated and vanishing eigenvalues "
+    "included") {
   std::mt19937 random(2);
   std::uniform_real_distribution<double> number(-1.0, 1.0);
   const double values[] = {0.0, 1.0, -1.0, 1.0 + 1e-9, -1.0 - 1e-9, 1e-12, -1e-12, 3.0, -1e3};

@@ -23,10 +23,17 @@ class PretendedRanks final : public Communicator {
   int rank() const override { return 0; }
   int size() const override { return 2; }
   void barrier() const override { FAIL("a collective call"); }
-  std::int64_t maximum(std::int64_t value) const override { FAIL("a collective call"); return value; }
+  std::int64_t maximum(std::int64_t value) const override {
+    FAIL("a collective call");
+    return value;
+  }
   void broadcast(void*, std::size_t, int) const override { FAIL("a collective call"); }
-  void gather_all(void*, const std::vector<std::size_t>&) const override { FAIL("a collective call"); }
-  void exchange(const std::vector<Message>&, const std::vector<Message>&) const override { FAIL("a collective call"); }
+  void gather_all(void*, const std::vector<std::size_t>&) const override {
+    FAIL("a collective call");
+  }
+  void exchange(const std::vector<Message>&, const std::vector<Message>&) const override {
+    FAIL("a collective call");
+  }
   void abort(int) const override { std::abort(); }
 };
 
@@ -34,11 +41,14 @@ class PretendedRanks final : public Communicator {
 
 TEST_CASE("unknown methods and useless options are refused by name") {
   CHECK_THROWS_WITH(make_linear_solver({"jacobi", 1e-4, 10}),
-                    Contains("\"pcg\", \"block-jacobi\", \"gauss-seidel\" or \"direct\"") && Contains("got \"jacobi\""));
+                    Contains("\"pcg\", \"block-jacobi\", \"gauss-seidel\" or \"direct\"") &&
+                        Contains("got \"jacobi\""));
   CHECK_THROWS_AS(make_linear_solver({"jacobi", 1e-4, 10}), InvalidInput);
   CHECK_THROWS_WITH(make_linear_solver({"pcg", 0.0, 10}), Contains("tolerance must be > 0"));
-  CHECK_THROWS_WITH(make_linear_solver({"pcg", std::nan(""), 10}), Contains("tolerance must be > 0"));
-  CHECK_THROWS_WITH(make_linear_solver({"pcg", 1e-4, 0}), Contains("max_iterations must be >= 1, got 0"));
+  CHECK_THROWS_WITH(make_linear_solver({"pcg", std::nan(""), 10}),
+                    Contains("tolerance must be > 0"));
+  CHECK_THROWS_WITH(make_linear_solver({"pcg", 1e-4, 0}),
+                    Contains("max_iterations must be >= 1, got 0"));
 }
 
 TEST_CASE("a right side that is not finite is refused with its row") {
@@ -55,8 +65,10 @@ TEST_CASE("a matrix that is not finite is refused") {
   for (const char* method : {"pcg", "block-jacobi", "gauss-seidel", "direct"}) {
     INFO(method);
     RandomSystem system = random_system(10, 0, 0);
-    system.matrix.block_map(system.matrix.find(12, 13))(0, 1) = std::numeric_limits<double>::infinity();
-    system.matrix.block_map(system.matrix.find(13, 12))(1, 0) = std::numeric_limits<double>::infinity();
+    system.matrix.block_map(system.matrix.find(12, 13))(0, 1) =
+        std::numeric_limits<double>::infinity();
+    system.matrix.block_map(system.matrix.find(13, 12))(1, 0) =
+        std::numeric_limits<double>::infinity();
     CHECK_THROWS_AS(solve(system, method), SolverFailure);
   }
 }
@@ -86,7 +98,8 @@ TEST_CASE("arrays of other lengths are refused with both numbers") {
   RandomSystem system = random_system(10, 0, 0);
   system.b.resize(99, 3);
   CHECK_THROWS_AS(solve(system, "pcg"), InvalidInput);
-  CHECK_THROWS_WITH(solve(system, "pcg"), Contains("b must have one row for each of the 100 rows") && Contains("got 99"));
+  CHECK_THROWS_WITH(solve(system, "pcg"),
+                    Contains("b must have one row for each of the 100 rows") && Contains("got 99"));
 }
 
 TEST_CASE("methods that run on one rank say so before they talk to others") {
@@ -95,6 +108,7 @@ TEST_CASE("methods that run on one rank say so before they talk to others") {
     RandomSystem system = random_system(20, 0, 0);
     system.layout = std::make_unique<RowLayout>(400, std::make_shared<PretendedRanks>());
     CHECK_THROWS_AS(solve(system, method), Unsupported);
-    CHECK_THROWS_WITH(solve(system, method), Contains("runs on one rank, got 2 ranks; use \"pcg\""));
+    CHECK_THROWS_WITH(solve(system, method),
+                      Contains("runs on one rank, got 2 ranks; use \"pcg\""));
   }
 }

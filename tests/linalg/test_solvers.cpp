@@ -13,9 +13,11 @@ using testing::RandomSystem;
 
 namespace {
 
-Points solved(const RandomSystem& system, const LinearOptions& options, int threads = 1, LinearReport* report = nullptr) {
+Points solved(const RandomSystem& system, const LinearOptions& options, int threads = 1,
+              LinearReport* report = nullptr) {
   Points x = system.x;
-  const LinearReport got = make_linear_solver(options)->solve(Team{threads}, system.view(), system.b, x);
+  const LinearReport got =
+      make_linear_solver(options)->solve(Team{threads}, system.view(), system.b, x);
   if (report) *report = got;
   return x;
 }
@@ -66,7 +68,8 @@ TEST_CASE("fixed rows keep every bit") {
     INFO(method);
     const Points x = solved(system, {method, 1e-6, 2000});
     for (Index row = 0; row < x.rows(); ++row)
-      if (system.fixed[row]) CHECK(std::memcmp(&x(row, 0), &system.x(row, 0), 3 * sizeof(double)) == 0);
+      if (system.fixed[row])
+        CHECK(std::memcmp(&x(row, 0), &system.x(row, 0), 3 * sizeof(double)) == 0);
   }
 }
 
@@ -75,7 +78,8 @@ TEST_CASE("any number of threads gives the same bits") {
   for (const char* method : {"pcg", "block-jacobi", "gauss-seidel", "direct"}) {
     INFO(method);
     const Points one = solved(system, {method, 1e-5, 2000}, 1);
-    for (const int threads : {2, 3, 7}) CHECK(same_bits(solved(system, {method, 1e-5, 2000}, threads), one));
+    for (const int threads : {2, 3, 7})
+      CHECK(same_bits(solved(system, {method, 1e-5, 2000}, threads), one));
   }
 }
 
@@ -142,7 +146,8 @@ void stiffen(RandomSystem& system, double factor) {
 
 }  // namespace
 
-TEST_CASE("rounding the stiffness to single precision leaves the mass of a common translation alone") {
+TEST_CASE(
+    "rounding the stiffness to single precision leaves the mass of a common translation alone") {
   RandomSystem system = random_system(20, 0, 0);
   stiffen(system, 1e6);
   const Index n = system.matrix.n_rows();
@@ -152,12 +157,15 @@ TEST_CASE("rounding the stiffness to single precision leaves the mass of a commo
   single.resize(groups);
   single.set_groups(system.view().matrix, system.view().body_blocks, groups, 0, groups.n_groups());
   std::vector<float> x(4 * (n + 1), 0.0f), y(24 * groups.n_groups());
-  for (Index row = 0; row < n; ++row) x[4 * row] = 1.0f, x[4 * row + 1] = -2.0f, x[4 * row + 2] = 0.5f;
+  for (Index row = 0; row < n; ++row)
+    x[4 * row] = 1.0f, x[4 * row + 1] = -2.0f, x[4 * row + 2] = 0.5f;
   single.multiply(groups, 0, groups.n_groups(), x.data(), y.data());
-  // Unit masses. What is left is the rounding of sums of 1e7 in double precision; single precision there would be 1.
+  // Unit masses. What is left is the rounding of sums of 1e7 in double precision; single precision
+  // there would be 1.
   for (Index row = 0; row < n; ++row)
     for (int d = 0; d < 3; ++d)
-      CHECK(std::abs(y[24 * (groups.place[row] / 8) + 8 * d + groups.place[row] % 8] - x[4 * row + d]) < 1e-6);
+      CHECK(std::abs(y[24 * (groups.place[row] / 8) + 8 * d + groups.place[row] % 8] -
+                     x[4 * row + d]) < 1e-6);
 }
 
 TEST_CASE("a product by rows is the product by groups") {
@@ -175,7 +183,8 @@ TEST_CASE("a product by rows is the product by groups") {
   matrix.multiply_to_rows(groups, 0, groups.n_groups(), x.data(), by_rows.data());
   for (Index row = 0; row < n; ++row) {
     for (int d = 0; d < 3; ++d)
-      CHECK(by_rows[4 * row + d] == y[24 * (groups.place[row] / 8) + 8 * d + groups.place[row] % 8]);
+      CHECK(by_rows[4 * row + d] ==
+            y[24 * (groups.place[row] / 8) + 8 * d + groups.place[row] % 8]);
     CHECK(by_rows[4 * row + 3] == 0.0f);
   }
 }
@@ -190,7 +199,8 @@ TEST_CASE("a system too stiff for single precision is solved all the same") {
     LinearReport report;
     const Points x = solved(system, {method, 1e-6, 20000}, 1, &report);
     CHECK(report.converged);
-    // The residual by the dense matrix, in the norm of the diagonal (about 1e10): 1e-6 of that of the right side.
+    // The residual by the dense matrix, in the norm of the diagonal (about 1e10): 1e-6 of that of
+    // the right side.
     const Eigen::MatrixXd a = testing::dense_matrix(system.view());
     const Vector b = Eigen::Map<const Vector>(system.b.data(), system.b.size());
     const Vector r = b - a * Eigen::Map<const Vector>(x.data(), x.size());
@@ -208,11 +218,13 @@ TEST_CASE("symmetric Gauss-Seidel needs fewer iterations than block-Jacobi") {
 
 namespace {
 
-// A grid of tiles x tiles patches of 11 x 11 rows, which lie together as model rows do, with equal springs and unit masses
-// under a load that varies slowly: what coarse levels are for.
+// A grid of tiles x tiles patches of 11 x 11 rows, which lie together as model rows do, with equal
+// springs and unit masses under a load that varies slowly: what coarse levels are for.
 RandomSystem smooth_system(Index tiles, double stiffness) {
   const Index side = 11 * tiles;
-  const auto row_of = [&](Index r, Index c) { return 121 * (r / 11 * tiles + c / 11) + 11 * (r % 11) + c % 11; };
+  const auto row_of = [&](Index r, Index c) {
+    return 121 * (r / 11 * tiles + c / 11) + 11 * (r % 11) + c % 11;
+  };
   RandomSystem system = random_system(side, 0, 0);
   std::vector<std::pair<Index, Index>> couplings;
   for (Index r = 0; r < side; ++r)
@@ -226,7 +238,8 @@ RandomSystem smooth_system(Index tiles, double stiffness) {
   for (Index row = 0; row < a.n_rows(); ++row)
     for (Index k = a.row_start()[row]; k < a.row_start()[row + 1]; ++k) {
       if (k != a.diagonal()[row]) a.block_map(k) = -stiffness * Mat3::Identity();
-      a.block_map(a.diagonal()[row]) += (k == a.diagonal()[row] ? 1.0 : stiffness) * Mat3::Identity();
+      a.block_map(a.diagonal()[row]) +=
+          (k == a.diagonal()[row] ? 1.0 : stiffness) * Mat3::Identity();
     }
   std::fill(system.fixed.begin(), system.fixed.end(), 0);
   system.x.setZero();
@@ -235,40 +248,50 @@ RandomSystem smooth_system(Index tiles, double stiffness) {
 
 }  // namespace
 
-TEST_CASE("coarse levels spare iterations where far rows are coupled, the more the larger the mesh") {
+TEST_CASE(
+    "coarse levels spare iterations where far rows are coupled, the more the larger the mesh") {
   for (const Index tiles : {4, 11}) {
     const RandomSystem system = smooth_system(tiles, 1e4);
     LinearReport levels, jacobi;
     const Points x = solved(system, {"pcg", 1e-6, 4000}, 1, &levels);
     const Points expected = solved(system, {"block-jacobi", 1e-10, 4000}, 1, &jacobi);
-    CHECK((x - expected).norm() < 1e-3 * expected.norm());  // the smallest eigenvalue is that of the mass, 1e-5 of the diagonal
+    CHECK(
+        (x - expected).norm() <
+        1e-3 *
+            expected.norm());  // the smallest eigenvalue is that of the mass, 1e-5 of the diagonal
     solved(system, {"block-jacobi", 1e-6, 4000}, 1, &jacobi);
     CHECK(levels.iterations < (tiles == 4 ? 0.6 : 0.35) * jacobi.iterations);
   }
 }
 
 TEST_CASE("layers that stiff terms tie together cost coarse levels few iterations") {
-  // The grid folded in the middle, every row tied to the one that comes to lie on it, under a load that is the same on both.
+  // The grid folded in the middle, every row tied to the one that comes to lie on it, under a load
+  // that is the same on both.
   const Index tiles = 8, side = 11 * tiles;
-  const auto row_of = [&](Index r, Index c) { return 121 * (r / 11 * tiles + c / 11) + 11 * (r % 11) + c % 11; };
+  const auto row_of = [&](Index r, Index c) {
+    return 121 * (r / 11 * tiles + c / 11) + 11 * (r % 11) + c % 11;
+  };
   RandomSystem system = smooth_system(tiles, 1e4);
   LinearReport apart, tied;
   for (Index r = 0; r < side; ++r)
     for (Index c = 0; c < side / 2; ++c) {
       const double load = std::sin(3.0 * r / side) + c / static_cast<double>(side);
-      system.b.row(row_of(r, c)).setConstant(load), system.b.row(row_of(r, side - 1 - c)).setConstant(load);
+      system.b.row(row_of(r, c)).setConstant(load),
+          system.b.row(row_of(r, side - 1 - c)).setConstant(load);
     }
   solved(system, {"pcg", 1e-6, 4000}, 1, &apart);
   for (Index r = 0; r < side; ++r)
     for (Index c = 0; c < side / 2; ++c) {
       ExtraTerm term;
       const Index a = row_of(r, c), b = row_of(r, side - 1 - c);
-      term.entries[0] = {std::min(a, b), false, 1.0}, term.entries[1] = {std::max(a, b), false, -1.0}, term.n_entries = 2;
+      term.entries[0] = {std::min(a, b), false, 1.0},
+      term.entries[1] = {std::max(a, b), false, -1.0}, term.n_entries = 2;
       term.hessian = 1e6 * Mat3::Identity();
       system.terms.push_back(term);
     }
   solved(system, {"pcg", 1e-6, 4000}, 1, &tied);
-  CHECK(tied.iterations < 4 * apart.iterations);  // ten times as many where levels know the terms' diagonal blocks alone
+  CHECK(tied.iterations < 4 * apart.iterations);  // ten times as many where levels know the terms'
+                                                  // diagonal blocks alone
 }
 
 TEST_CASE("a solve with other terms on the same matrix is a first solve's") {
@@ -285,7 +308,8 @@ TEST_CASE("a solve with other terms on the same matrix is a first solve's") {
     again.terms = &other.terms;
     again.same_matrix = true;
     CHECK(solver->solve(Team{1}, again, system.b, second).converged);
-    // To the tolerance; the solvers without a preconditioner that they keep from the first solve to the last bit.
+    // To the tolerance; the solvers without a preconditioner that they keep from the first solve to
+    // the last bit.
     CHECK((second - exact).norm() < 1e-8 * exact.norm());
     if (std::string(method) == "gauss-seidel" || std::string(method) == "direct")
       CHECK(same_bits(second, solved(other, {method, 1e-10, 2000})));
@@ -320,7 +344,8 @@ TEST_CASE("a solve may go on from a rough one") {
       CHECK(first + rest.iterations == whole.iterations);
       CHECK(same_bits(x, at_once));
 
-      // With other terms: its residual is that of the terms it is given, as the one in double precision tells.
+      // With other terms: its residual is that of the terms it is given, as the one in double
+      // precision tells.
       solver = make_linear_solver({method, 1e-9, 2000});
       Points y = system.x;
       rough_solve(*solver, threads, y);
@@ -338,7 +363,8 @@ TEST_CASE("a system may ask for less than the solver's tolerance") {
   LinearSystem rough = system.view();
   rough.tolerance = 1e-2;
   Points x = system.x;
-  const LinearReport report = make_linear_solver({"pcg", 1e-8, 2000})->solve(Team{1}, rough, system.b, x);
+  const LinearReport report =
+      make_linear_solver({"pcg", 1e-8, 2000})->solve(Team{1}, rough, system.b, x);
   CHECK(report.residual <= 1e-2);
   CHECK(report.residual > 1e-6);
 }
@@ -359,8 +385,9 @@ TEST_CASE("aggregates hold about a dozen connected rows of one block each") {
     std::vector<Index> reached = {rows.front()};
     for (std::size_t next = 0; next < reached.size(); ++next)
       for (Index k = a.row_start()[reached[next]]; k < a.row_start()[reached[next] + 1]; ++k)
-        if (const Index other = a.columns()[k]; aggregates.of_row[other] == aggregates.of_row[rows.front()] &&
-                                                std::find(reached.begin(), reached.end(), other) == reached.end())
+        if (const Index other = a.columns()[k];
+            aggregates.of_row[other] == aggregates.of_row[rows.front()] &&
+            std::find(reached.begin(), reached.end(), other) == reached.end())
           reached.push_back(other);
     CHECK(reached.size() == rows.size());
   }
@@ -373,7 +400,8 @@ TEST_CASE("looking at the true residual on the way costs no iterations") {
     LinearReport coarse, fine;
     solved(system, {method, 1e-4, 2000}, 1, &coarse);
     solved(system, {method, 1e-8, 2000}, 1, &fine);  // several rounds
-    // Twice at a constant rate; directions that lose their conjugacy between rounds need three times.
+    // Twice at a constant rate; directions that lose their conjugacy between rounds need three
+    // times.
     CHECK(fine.iterations <= 2.3 * coarse.iterations);
   }
 }

@@ -21,9 +21,11 @@ std::shared_ptr<const MeshMagnet> ring() {
   Triangles t(2 * around * sides, 3);
   for (Index i = 0; i < around; ++i) {
     for (Index k = 0; k < sides; ++k) {
-      const double a = 2.0 * 3.141592653589793 * i / around, b = 2.0 * 3.141592653589793 * k / sides, r = 0.04 + 0.015 * std::cos(b);
+      const double a = 2.0 * 3.141592653589793 * i / around,
+                   b = 2.0 * 3.141592653589793 * k / sides, r = 0.04 + 0.015 * std::cos(b);
       x.row(i * sides + k) << r * std::cos(a), r * std::sin(a), 0.015 * std::sin(b);
-      const Index corner[4] = {i * sides + k, (i + 1) % around * sides + k, (i + 1) % around * sides + (k + 1) % sides,
+      const Index corner[4] = {i * sides + k, (i + 1) % around * sides + k,
+                               (i + 1) % around * sides + (k + 1) % sides,
                                i * sides + (k + 1) % sides};
       t.row(2 * (i * sides + k)) << corner[0], corner[1], corner[2];
       t.row(2 * (i * sides + k) + 1) << corner[0], corner[2], corner[3];
@@ -38,7 +40,8 @@ Points beside(double distance, bool inside) {
   std::uniform_real_distribution<double> angle(0.0, 2.0 * 3.141592653589793);
   Points x(300, 3);
   for (Index i = 0; i < 300; ++i) {
-    const double a = angle(random), b = angle(random), tube = 0.015 + (inside ? -distance : distance), r = 0.04 + tube * std::cos(b);
+    const double a = angle(random), b = angle(random),
+                 tube = 0.015 + (inside ? -distance : distance), r = 0.04 + tube * std::cos(b);
     x.row(i) << r * std::cos(a), r * std::sin(a), tube * std::sin(b);
   }
   return x;
@@ -54,10 +57,15 @@ void check_expansion(const SourcePtr& exact, const std::function<SourcePtr(doubl
         const FieldAndGradient a = magnetic_field_and_gradient(Team{}, {exact, {}}, x);
         const FieldAndGradient b = magnetic_field_and_gradient(Team{}, {expanded, {}}, x);
         INFO("tolerance " << tolerance << ", distance " << distance << ", inside " << inside);
-        INFO("field " << (a.field - b.field).rowwise().norm().maxCoeff() / a.field.rowwise().norm().maxCoeff() << ", gradient "
-                      << (a.gradient - b.gradient).rowwise().norm().maxCoeff() / a.gradient.rowwise().norm().maxCoeff());
-        CHECK((a.field - b.field).rowwise().norm().maxCoeff() < tolerance * a.field.rowwise().norm().maxCoeff());
-        CHECK((a.gradient - b.gradient).rowwise().norm().maxCoeff() < tolerance * a.gradient.rowwise().norm().maxCoeff());
+        INFO("field " << (a.field - b.field).rowwise().norm().maxCoeff() /
+                             a.field.rowwise().norm().maxCoeff()
+                      << ", gradient "
+                      << (a.gradient - b.gradient).rowwise().norm().maxCoeff() /
+                             a.gradient.rowwise().norm().maxCoeff());
+        CHECK((a.field - b.field).rowwise().norm().maxCoeff() <
+              tolerance * a.field.rowwise().norm().maxCoeff());
+        CHECK((a.gradient - b.gradient).rowwise().norm().maxCoeff() <
+              tolerance * a.gradient.rowwise().norm().maxCoeff());
       }
     }
   }
@@ -67,14 +75,17 @@ void check_expansion(const SourcePtr& exact, const std::function<SourcePtr(doubl
 
 TEST_CASE("expanded fields and gradients are those of all faces within the tolerance") {
   const std::shared_ptr<const MeshMagnet> exact = ring();
-  check_expansion(exact, [&](double tolerance) { return std::make_shared<ExpandedMesh>(exact, tolerance); });
+  check_expansion(
+      exact, [&](double tolerance) { return std::make_shared<ExpandedMesh>(exact, tolerance); });
 }
 
 TEST_CASE("expanded fields and gradients are those of all cells within the tolerance") {
   for (const double density : {1e6, 1e7}) {  // 96 and 1,336 leaves
     const auto exact = std::make_shared<CellMagnet>(*ring(), density, 3.0);
     INFO("leaves " << exact->dipoles()->positions().rows());
-    check_expansion(exact, [&](double tolerance) { return std::make_shared<CellMagnet>(exact->expanded(tolerance)); });
+    check_expansion(exact, [&](double tolerance) {
+      return std::make_shared<CellMagnet>(exact->expanded(tolerance));
+    });
   }
 }
 
@@ -96,10 +107,14 @@ TEST_CASE("the value at a point does not depend on the points beside it") {
   }
 }
 
-TEST_CASE("cells keep their fronts, their moment and the forces between them where their field is expanded") {
+TEST_CASE(
+    "cells keep their fronts, their moment and the forces between them where their field is "
+    "expanded") {
   const CellMagnet exact(*ring(), 5e5, 3.0);
-  const MagneticBody a{std::make_shared<CellMagnet>(exact), {}}, b{std::make_shared<CellMagnet>(exact.expanded(1e-2)), {}};
-  const MagneticBody other{std::make_shared<CellMagnet>(*ring(), 5e5, 3.0), {Vec3(0.0, 0.02, 0.05), Vec4(1, 0, 0, 0)}};
+  const MagneticBody a{std::make_shared<CellMagnet>(exact), {}},
+      b{std::make_shared<CellMagnet>(exact.expanded(1e-2)), {}};
+  const MagneticBody other{std::make_shared<CellMagnet>(*ring(), 5e5, 3.0),
+                           {Vec3(0.0, 0.02, 0.05), Vec4(1, 0, 0, 0)}};
   CHECK(cell_front(a, other).positions == cell_front(b, other).positions);
   CHECK(magnetic_wrench(a, other, 1e-4).force == magnetic_wrench(b, other, 1e-4).force);
   CHECK(a.source->moment() == b.source->moment());

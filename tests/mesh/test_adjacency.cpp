@@ -36,7 +36,8 @@ TEST_CASE("edges are unique, sorted, and lie opposite the corner they are listed
   }
 }
 
-TEST_CASE("a hinge lists (x1, x3, x4) and (x2, x4, x3) counter-clockwise, as its two triangles do") {
+TEST_CASE(
+    "a hinge lists (x1, x3, x4) and (x2, x4, x3) counter-clockwise, as its two triangles do") {
   const TriangleMesh mesh = icosphere(1.0, 1);
   const EdgeTable table = edge_table(mesh.n_vertices(), mesh.triangles());
   const std::vector<Hinge> all = hinges(mesh.triangles(), table);
@@ -64,8 +65,9 @@ TEST_CASE("a hinge lists (x1, x3, x4) and (x2, x4, x3) counter-clockwise, as its
 TEST_CASE("an open mesh has one hinge per interior edge") {
   const TriangleMesh mesh = grid_cells(1.0, 1.0, 4, 3);
   const EdgeTable table = edge_table(mesh.n_vertices(), mesh.triangles());
-  const auto interior = std::count_if(table.triangles.begin(), table.triangles.end(),
-                                      [](const std::array<Index, 2>& pair) { return pair[1] >= 0; });
+  const auto interior =
+      std::count_if(table.triangles.begin(), table.triangles.end(),
+                    [](const std::array<Index, 2>& pair) { return pair[1] >= 0; });
   CHECK(static_cast<std::ptrdiff_t>(hinges(mesh.triangles(), table).size()) == interior);
   CHECK(interior == table.edges.rows() - 2 * (4 + 3));
 }

@@ -13,7 +13,8 @@ namespace {
 double flat_area(const TriangleMesh& mesh) {
   double sum = 0.0;
   for (Index t = 0; t < mesh.n_triangles(); ++t) {
-    const Vec3 a = mesh.vertices().row(mesh.triangles()(t, 0)), b = mesh.vertices().row(mesh.triangles()(t, 1)),
+    const Vec3 a = mesh.vertices().row(mesh.triangles()(t, 0)),
+               b = mesh.vertices().row(mesh.triangles()(t, 1)),
                c = mesh.vertices().row(mesh.triangles()(t, 2));
     const double area = 0.5 * (b - a).cross(c - a).z();
     REQUIRE(area > 0.0);
@@ -43,8 +44,11 @@ TEST_CASE("a grid numbers vertex j (nx + 1) + i at column i and row j") {
   }
 }
 
-TEST_CASE("flat meshes have the area of their outline, face +z, are discs, and carry their coordinates as uv") {
-  const double hexagon_like = 3.0 * std::sin(M_PI / 3.0);  // the inscribed polygon of a disc of one ring
+TEST_CASE(
+    "flat meshes have the area of their outline, face +z, are discs, and carry their coordinates "
+    "as uv") {
+  const double hexagon_like =
+      3.0 * std::sin(M_PI / 3.0);  // the inscribed polygon of a disc of one ring
   struct Case {
     TriangleMesh mesh;
     double area;
@@ -72,7 +76,8 @@ TEST_CASE("the alternating pattern turns the diagonal from cell to cell, the oth
     }
     return false;
   };
-  const TriangleMesh turned = grid_cells(1.0, 1.0, 2, 1), straight = grid_cells(1.0, 1.0, 2, 1, "diagonal");
+  const TriangleMesh turned = grid_cells(1.0, 1.0, 2, 1),
+                     straight = grid_cells(1.0, 1.0, 2, 1, "diagonal");
   CHECK(has_edge(turned, 0, 4));
   CHECK(has_edge(turned, 2, 4));
   CHECK(has_edge(straight, 0, 4));
@@ -84,11 +89,14 @@ TEST_CASE("a grid asked for by its number of triangles comes near it with nearly
   CHECK(grid(1.0, 1.0, 2).n_triangles() == 2);
   const TriangleMesh wide = grid(3.0, 1.0, 600);
   CHECK(wide.n_triangles() == 600);
-  CHECK(wide.mean_edge() == Approx(0.1 * (2.0 + std::sqrt(2.0)) / 3.0).epsilon(0.02));  // the border has no diagonals
+  CHECK(wide.mean_edge() ==
+        Approx(0.1 * (2.0 + std::sqrt(2.0)) / 3.0).epsilon(0.02));  // the border has no diagonals
 }
 
-TEST_CASE("jittered grids are the same for the same seed, differ for another, and keep their border") {
-  const TriangleMesh a = jittered_grid(1.0, 1.0, 8, 8, 0.2, 3), b = jittered_grid(1.0, 1.0, 8, 8, 0.2, 3),
+TEST_CASE(
+    "jittered grids are the same for the same seed, differ for another, and keep their border") {
+  const TriangleMesh a = jittered_grid(1.0, 1.0, 8, 8, 0.2, 3),
+                     b = jittered_grid(1.0, 1.0, 8, 8, 0.2, 3),
                      c = jittered_grid(1.0, 1.0, 8, 8, 0.2, 4), even = grid_cells(1.0, 1.0, 8, 8);
   CHECK(a.vertices() == b.vertices());
   CHECK(a.vertices() != c.vertices());
@@ -106,9 +114,11 @@ TEST_CASE("flat generators refuse impossible numbers by name") {
   CHECK_THROWS_WITH(grid_cells(0.0, 1.0, 2, 2), Catch::Contains("width must be > 0"));
   CHECK_THROWS_WITH(grid_cells(1.0, std::nan(""), 2, 2), Catch::Contains("height must be > 0"));
   CHECK_THROWS_WITH(grid_cells(1.0, 1.0, 0, 2), Catch::Contains("nx must be 1 to 20000, got 0"));
-  CHECK_THROWS_WITH(grid_cells(1.0, 1.0, 2, 2, "x"), Catch::Contains("pattern must be") && Catch::Contains("\"x\""));
+  CHECK_THROWS_WITH(grid_cells(1.0, 1.0, 2, 2, "x"),
+                    Catch::Contains("pattern must be") && Catch::Contains("\"x\""));
   CHECK_THROWS_WITH(grid(1.0, 1.0, 1), Catch::Contains("triangles must be >= 2"));
-  CHECK_THROWS_WITH(jittered_grid(1.0, 1.0, 4, 4, 0.3), Catch::Contains("amount must be in [0, 0.25)"));
+  CHECK_THROWS_WITH(jittered_grid(1.0, 1.0, 4, 4, 0.3),
+                    Catch::Contains("amount must be in [0, 0.25)"));
   CHECK_THROWS_WITH(strip(1e6, 1.0, 2), Catch::Contains("at most 20000 cells along"));
   CHECK_THROWS_WITH(disc(1.0, 5001), Catch::Contains("rings must be 1 to 5000"));
   CHECK_THROWS_AS(disc(-1.0, 3), InvalidInput);

@@ -11,8 +11,8 @@ namespace loomstone {
 namespace {
 
 struct Measures {
-  double volume = 0.0;             // [m^3], > 0 when it faces outward
-  double smallest_angle = M_PI;    // [rad]
+  double volume = 0.0;           // [m^3], > 0 when it faces outward
+  double smallest_angle = M_PI;  // [rad]
   Index euler = 0;
 };
 
@@ -24,7 +24,8 @@ Measures measure(const TriangleMesh& mesh) {
     result.volume += x[0].dot(x[1].cross(x[2])) / 6.0;
     for (int c = 0; c < 3; ++c) {
       const Vec3 a = (x[(c + 1) % 3] - x[c]).normalized(), b = (x[(c + 2) % 3] - x[c]).normalized();
-      result.smallest_angle = std::min(result.smallest_angle, std::acos(std::clamp(a.dot(b), -1.0, 1.0)));
+      result.smallest_angle =
+          std::min(result.smallest_angle, std::acos(std::clamp(a.dot(b), -1.0, 1.0)));
     }
   }
   const EdgeTable table = edge_table(mesh.n_vertices(), mesh.triangles());
@@ -36,17 +37,23 @@ constexpr double degree = M_PI / 180.0;
 
 }  // namespace
 
-TEST_CASE("closed generators face outward, are closed, and have volume and Euler characteristic of their kind") {
-  // Wall of the funnel below by Pappus' rule: areas of the section times the radius of their centres. Cone and tube overlap in
-  // a kite below the inner corner; each rim adds half a disc.
-  const double top = 0.3, bottom = 0.1, height = 0.2, tube = 0.15, wall = 0.02, s = std::sqrt(0.5);  // cone of 45 degrees
+TEST_CASE(
+    "closed generators face outward, are closed, and have volume and Euler characteristic of their "
+    "kind") {
+  // Wall of the funnel below by Pappus' rule: areas of the section times the radius of their
+  // centres. Cone and tube overlap in a kite below the inner corner; each rim adds half a disc.
+  const double top = 0.3, bottom = 0.1, height = 0.2, tube = 0.15, wall = 0.02,
+               s = std::sqrt(0.5);  // cone of 45 degrees
   const double half_disc = M_PI * wall * wall / 8.0;
-  const double section = wall * height / s * (0.5 * (top + bottom) + 0.5 * wall * s) + wall * tube * (bottom + 0.5 * wall) -
+  const double section = wall * height / s * (0.5 * (top + bottom) + 0.5 * wall * s) +
+                         wall * tube * (bottom + 0.5 * wall) -
                          wall * wall * std::tan(M_PI / 8.0) * (bottom + wall * (3.0 + s) / 6.0) +
-                         half_disc * (top + 0.5 * wall * s + 2.0 * wall / (3.0 * M_PI) * s) + half_disc * (bottom + 0.5 * wall);
+                         half_disc * (top + 0.5 * wall * s + 2.0 * wall / (3.0 * M_PI) * s) +
+                         half_disc * (bottom + 0.5 * wall);
   // Centre line of the wave bar: length of z = 0.05 cos(4 pi y) over one metre.
   double way = 0.0;
-  for (int i = 0; i < 1000; ++i) way += std::hypot(1.0, 0.2 * M_PI * std::sin(4.0 * M_PI * (i + 0.5) / 1000.0)) / 1000.0;
+  for (int i = 0; i < 1000; ++i)
+    way += std::hypot(1.0, 0.2 * M_PI * std::sin(4.0 * M_PI * (i + 0.5) / 1000.0)) / 1000.0;
   struct Case {
     const char* name;
     TriangleMesh mesh;
@@ -55,7 +62,8 @@ TEST_CASE("closed generators face outward, are closed, and have volume and Euler
     Index euler;            // 2: sphere, 0: ring
     double smallest_angle;  // as measured, with little room: contacts dislike slivers
   };
-  // n segments round a circle lose 2 pi^2 / (3 n^2) of its area; spheres and rims lose in two directions.
+  // n segments round a circle lose 2 pi^2 / (3 n^2) of its area; spheres and rims lose in two
+  // directions.
   const Case cases[] = {
       {"icosphere", icosphere(0.5, 4), M_PI / 6.0, 0.003, 2, 53.0 * degree},
       {"cube", box(1.0, 1.0, 1.0, 4), 1.0, 1e-12, 2, 44.9 * degree},
@@ -64,9 +72,10 @@ TEST_CASE("closed generators face outward, are closed, and have volume and Euler
       {"coarse capsule", capsule(1.0, 1.0, 12), (4.0 / 3.0 + 1.0) * M_PI, 0.1, 2, 30.0 * degree},
       {"cylinder", cylinder(1.0, 3.0, 48), 3.0 * M_PI, 0.005, 2, 30.0 * degree},
       {"triangular prism", cylinder(1.0, 1.0, 3), 0.75 * std::sqrt(3.0), 1e-12, 2, 25.0 * degree},
-      {"funnel", funnel(top, bottom, height, tube, wall, 96), 2.0 * M_PI * section, 0.006, 0, 25.0 * degree},
-      {"wave bar", wave_bar(1.0, 0.02, 0.05, 0.5, 32), M_PI * 0.0004 * way + M_PI * 4.0 / 3.0 * 8e-6, 0.007, 2,
-       40.0 * degree}};
+      {"funnel", funnel(top, bottom, height, tube, wall, 96), 2.0 * M_PI * section, 0.006, 0,
+       25.0 * degree},
+      {"wave bar", wave_bar(1.0, 0.02, 0.05, 0.5, 32),
+       M_PI * 0.0004 * way + M_PI * 4.0 / 3.0 * 8e-6, 0.007, 2, 40.0 * degree}};
   for (const Case& each : cases) {
     INFO(each.name);
     const Measures found = measure(each.mesh);
@@ -81,7 +90,8 @@ TEST_CASE("spheres have their vertices on the sphere and 20 times four to the le
   const TriangleMesh mesh = icosphere(0.25, 3);
   CHECK(mesh.n_triangles() == 20 * 64);
   CHECK(mesh.n_vertices() == 10 * 64 + 2);
-  for (Index v = 0; v < mesh.n_vertices(); ++v) CHECK(mesh.vertices().row(v).norm() == Approx(0.25).epsilon(1e-15));
+  for (Index v = 0; v < mesh.n_vertices(); ++v)
+    CHECK(mesh.vertices().row(v).norm() == Approx(0.25).epsilon(1e-15));
 }
 
 TEST_CASE("boxes and capsules reach exactly as far as their numbers say, both ways") {
@@ -103,7 +113,8 @@ TEST_CASE("a funnel is open inside: nothing lies nearer to the axis than its inn
   }
 }
 
-TEST_CASE("a wave bar keeps its radius around its wavy centre line, and a straight one is a capsule") {
+TEST_CASE(
+    "a wave bar keeps its radius around its wavy centre line, and a straight one is a capsule") {
   const double k = 2.0 * M_PI / 0.4;
   const TriangleMesh mesh = wave_bar(1.2, 0.02, 0.05, 0.4, 16);
   for (Index v = 0; v < mesh.n_vertices(); ++v) {
@@ -113,9 +124,11 @@ TEST_CASE("a wave bar keeps its radius around its wavy centre line, and a straig
       const double y = 1.2 * (i / 2400.0 - 0.5);
       nearest = std::min(nearest, (x - Vec3(0.0, y, 0.05 * std::cos(k * y))).norm());
     }
-    CHECK(nearest == Approx(0.02).epsilon(1e-3));  // the centre line is sampled every half millimetre
+    CHECK(nearest ==
+          Approx(0.02).epsilon(1e-3));  // the centre line is sampled every half millimetre
   }
-  CHECK(measure(wave_bar(1.0, 0.1, 0.0, 1.0, 24)).volume == Approx(measure(capsule(0.1, 1.0, 24)).volume).epsilon(1e-12));
+  CHECK(measure(wave_bar(1.0, 0.1, 0.0, 1.0, 24)).volume ==
+        Approx(measure(capsule(0.1, 1.0, 24)).volume).epsilon(1e-12));
 }
 
 TEST_CASE("closed generators refuse impossible numbers by name") {
@@ -127,7 +140,8 @@ TEST_CASE("closed generators refuse impossible numbers by name") {
   CHECK_THROWS_WITH(capsule(1.0, 0.0), Catch::Contains("length must be > 0"));
   CHECK_THROWS_WITH(capsule(1.0, 1.0, 5), Catch::Contains("segments must be 6 to 4096"));
   CHECK_THROWS_WITH(cylinder(1.0, 1.0, 2), Catch::Contains("segments must be 3 to 4096"));
-  CHECK_THROWS_WITH(funnel(0.1, 0.2, 1.0, 1.0, 0.01), Catch::Contains("top_radius must be > bottom_radius"));
+  CHECK_THROWS_WITH(funnel(0.1, 0.2, 1.0, 1.0, 0.01),
+                    Catch::Contains("top_radius must be > bottom_radius"));
   CHECK_THROWS_WITH(funnel(0.3, 0.1, 0.01, 0.001, 0.05), Catch::Contains("tube_length must be >"));
   CHECK_THROWS_WITH(wave_bar(1.0, 0.01, -0.1, 1.0), Catch::Contains("amplitude must be >= 0"));
   CHECK_THROWS_WITH(wave_bar(1.0, 0.1, 0.1, 0.2), Catch::Contains("smallest radius of curvature"));

@@ -28,12 +28,13 @@ Vec3 random_point(std::mt19937_64& random, double size) {
   return {x, y, z};
 }
 
-// Distance to a triangle by another way than the library's: the foot of the perpendicular when it lies inside, else the
-// nearest of the three edges.
+// Distance to a triangle by another way than the library's: the foot of the perpendicular when it
+// lies inside, else the nearest of the three edges.
 double triangle_distance(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 normal = (b - a).cross(c - a).normalized();
   const Vec3 foot = p - normal * normal.dot(p - a);
-  const bool inside = normal.dot((b - a).cross(foot - a)) >= 0 && normal.dot((c - b).cross(foot - b)) >= 0 &&
+  const bool inside = normal.dot((b - a).cross(foot - a)) >= 0 &&
+                      normal.dot((c - b).cross(foot - b)) >= 0 &&
                       normal.dot((a - c).cross(foot - c)) >= 0;
   if (inside) return (p - foot).norm();
   const auto segment = [&](const Vec3& from, const Vec3& to) {
@@ -46,7 +47,8 @@ double triangle_distance(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3
 double brute_force(const Vec3& p, const Points& x, const Triangles& triangles) {
   double best = infinity;
   for (Index t = 0; t < triangles.rows(); ++t) {
-    best = std::min(best, triangle_distance(p, x.row(triangles(t, 0)).transpose(), x.row(triangles(t, 1)).transpose(),
+    best = std::min(best, triangle_distance(p, x.row(triangles(t, 0)).transpose(),
+                                            x.row(triangles(t, 1)).transpose(),
                                             x.row(triangles(t, 2)).transpose()));
   }
   return best;
@@ -58,21 +60,24 @@ TriangleMesh lumpy_mesh() {
   Points x = sphere.vertices();
   for (Index i = 0; i < x.rows(); ++i) {
     const Vec3 d = x.row(i).transpose();
-    x.row(i) *= 1.0 + 0.3 * std::sin(5.0 * d.x()) * std::cos(4.0 * d.y()) + 0.1 * std::sin(9.0 * d.z());
+    x.row(i) *=
+        1.0 + 0.3 * std::sin(5.0 * d.x()) * std::cos(4.0 * d.y()) + 0.1 * std::sin(9.0 * d.z());
     x.row(i) += Vec3(3.0, -2.0, 1.0).transpose();
   }
   return TriangleMesh(x, sphere.triangles());
 }
 
-// Solid angle of the surface seen from p, divided by 4 pi: 1 inside, 0 outside [VanOosteromStrackee1983].
+// Solid angle of the surface seen from p, divided by 4 pi: 1 inside, 0 outside
+// [VanOosteromStrackee1983].
 double winding_number(const Vec3& p, const TriangleMesh& mesh) {
   double angle = 0.0;
   for (Index t = 0; t < mesh.n_triangles(); ++t) {
     Vec3 r[3];
     for (int k = 0; k < 3; ++k) r[k] = mesh.vertices().row(mesh.triangles()(t, k)).transpose() - p;
     const double l0 = r[0].norm(), l1 = r[1].norm(), l2 = r[2].norm();
-    angle += 2.0 * std::atan2(r[0].dot(r[1].cross(r[2])),
-                              l0 * l1 * l2 + r[0].dot(r[1]) * l2 + r[1].dot(r[2]) * l0 + r[2].dot(r[0]) * l1);
+    angle +=
+        2.0 * std::atan2(r[0].dot(r[1].cross(r[2])), l0 * l1 * l2 + r[0].dot(r[1]) * l2 +
+                                                         r[1].dot(r[2]) * l0 + r[2].dot(r[0]) * l1);
   }
   return angle / (4.0 * M_PI);
 }
@@ -86,13 +91,16 @@ void check_against_brute_force(const TriangleMesh& mesh, int n_points, std::uint
     const Vec3 p = centre + random_point(random, 1.5 * size);
     const ClosestPoint found = query.closest(p, infinity);
     REQUIRE(found.triangle >= 0);
-    // Two orders of the same few operations, each rounding the coordinates (1e-16 of their size) some ten times.
+    // Two orders of the same few operations, each rounding the coordinates (1e-16 of their size)
+    // some ten times.
     const double rounding = 1e-14 * (size + centre.norm());
-    REQUIRE(std::abs(found.distance - brute_force(p, mesh.vertices(), mesh.triangles())) < rounding);
+    REQUIRE(std::abs(found.distance - brute_force(p, mesh.vertices(), mesh.triangles())) <
+            rounding);
     REQUIRE(std::abs((found.point - p).norm() - found.distance) < rounding);
     Vec3 from_barycentric = Vec3::Zero();
     for (int k = 0; k < 3; ++k) {
-      from_barycentric += found.barycentric[k] * mesh.vertices().row(mesh.triangles()(found.triangle, k)).transpose();
+      from_barycentric += found.barycentric[k] *
+                          mesh.vertices().row(mesh.triangles()(found.triangle, k)).transpose();
     }
     REQUIRE((from_barycentric - found.point).norm() < rounding);
     REQUIRE(found.barycentric.minCoeff() >= -1e-12);
@@ -136,7 +144,8 @@ TEST_CASE("the closest point on a scanned mesh is that of a search over all tria
   Points x(vertices.size(), 3);
   for (std::size_t i = 0; i < vertices.size(); ++i) x.row(i) = vertices[i].transpose();
   Triangles triangles(faces.size(), 3);
-  for (std::size_t t = 0; t < faces.size(); ++t) triangles.row(t) << faces[t][0], faces[t][1], faces[t][2];
+  for (std::size_t t = 0; t < faces.size(); ++t)
+    triangles.row(t) << faces[t][0], faces[t][1], faces[t][2];
   const TriangleMesh dragon(x, triangles);
   check_against_brute_force(dragon, 200, 5);
 }
@@ -190,7 +199,8 @@ TEST_CASE("inside a box is decided rightly beside its edges and vertices") {
     // Each coordinate anywhere, or within 1e-9 of a side: near faces, edges and vertices alike.
     Vec3 p = random_point(random, 1.3).cwiseProduct(half);
     for (int k = 0; k < 3; ++k) {
-      if (choice(random) > 0) p[k] = (p[k] > 0 ? 1.0 : -1.0) * half[k] + 1e-9 * random_point(random, 1.0).x();
+      if (choice(random) > 0)
+        p[k] = (p[k] > 0 ? 1.0 : -1.0) * half[k] + 1e-9 * random_point(random, 1.0).x();
     }
     REQUIRE(query.inside(p) == (p.cwiseAbs().array() < half.array()).all());
   }
@@ -213,7 +223,8 @@ TEST_CASE("refitted queries find what new ones find") {
   Points x = mesh.vertices();
   std::mt19937_64 random(8);
   for (int round = 0; round < 3; ++round) {
-    for (Index i = 0; i < x.rows(); ++i) x.row(i) += random_point(random, 0.02).transpose() + Vec3(0.5, 0, 0).transpose();
+    for (Index i = 0; i < x.rows(); ++i)
+      x.row(i) += random_point(random, 0.02).transpose() + Vec3(0.5, 0, 0).transpose();
     query.refit(x);
     const SpatialQuery fresh(x, mesh.triangles());
     for (int i = 0; i < 200; ++i) {
@@ -222,7 +233,8 @@ TEST_CASE("refitted queries find what new ones find") {
       REQUIRE(a.triangle == b.triangle);
       REQUIRE(a.distance == b.distance);
       REQUIRE(a.normal == b.normal);
-      REQUIRE(std::abs(a.distance - brute_force(p, x, mesh.triangles())) < 1e-14 * 6.0);  // coordinates up to 6 m
+      REQUIRE(std::abs(a.distance - brute_force(p, x, mesh.triangles())) <
+              1e-14 * 6.0);  // coordinates up to 6 m
     }
   }
 }
@@ -241,7 +253,8 @@ TEST_CASE("queries from several threads find what one thread finds") {
   std::vector<Vec3> points;
   for (int i = 0; i < n_points; ++i) points.push_back(Vec3(3, -2, 1) + random_point(random, 2.0));
   const auto search = [&](int thread, int n_threads, std::vector<ClosestPoint>& found) {
-    for (int i = thread; i < n_points; i += n_threads) found[i] = query.closest(points[i], infinity);
+    for (int i = thread; i < n_points; i += n_threads)
+      found[i] = query.closest(points[i], infinity);
   };
   std::vector<ClosestPoint> alone(n_points), together(n_points);
   search(0, 1, alone);

@@ -30,7 +30,8 @@ template <class Array, class... Values>
 Array with_row(const Array& array, Values... values) {
   Array result(array.rows() + 1, array.cols());
   result.topRows(array.rows()) = array;
-  result.row(array.rows()) = Eigen::Matrix<typename Array::Scalar, 1, Array::ColsAtCompileTime>(values...);
+  result.row(array.rows()) =
+      Eigen::Matrix<typename Array::Scalar, 1, Array::ColsAtCompileTime>(values...);
   return result;
 }
 
@@ -38,7 +39,8 @@ Array with_row(const Array& array, Values... values) {
 
 TEST_CASE("a valid mesh keeps its arrays as given") {
   const Square square;
-  const TriangleMesh plain(square.vertices, square.triangles), with_uv(square.vertices, square.triangles, square.uv);
+  const TriangleMesh plain(square.vertices, square.triangles),
+      with_uv(square.vertices, square.triangles, square.uv);
   CHECK(plain.vertices() == square.vertices);
   CHECK(plain.triangles() == square.triangles);
   CHECK_FALSE(plain.has_uv());
@@ -48,14 +50,16 @@ TEST_CASE("a valid mesh keeps its arrays as given") {
 
 TEST_CASE("an empty mesh is refused") {
   CHECK_THROWS_WITH(TriangleMesh(Points(0, 3), Triangles(0, 3)), Contains("empty mesh"));
-  CHECK_THROWS_WITH(TriangleMesh(Square().vertices, Triangles(0, 3)), Contains("4 vertices and 0 triangles"));
+  CHECK_THROWS_WITH(TriangleMesh(Square().vertices, Triangles(0, 3)),
+                    Contains("4 vertices and 0 triangles"));
   CHECK_THROWS_AS(TriangleMesh(Points(0, 3), Triangles(0, 3)), InvalidInput);
 }
 
 TEST_CASE("a vertex with NaN or infinity is named") {
   Square square;
   square.vertices(2, 1) = std::nan("");
-  CHECK_THROWS_WITH(TriangleMesh(square.vertices, square.triangles), Contains("vertex 2 must have finite coordinates"));
+  CHECK_THROWS_WITH(TriangleMesh(square.vertices, square.triangles),
+                    Contains("vertex 2 must have finite coordinates"));
   square.vertices(2, 1) = std::numeric_limits<double>::infinity();
   CHECK_THROWS_WITH(TriangleMesh(square.vertices, square.triangles), Contains("vertex 2"));
 }
@@ -73,7 +77,8 @@ TEST_CASE("a triangle that repeats a vertex or lies on a line is named as having
   Square square;
   CHECK_THROWS_WITH(TriangleMesh(square.vertices, with_row(square.triangles, 2, 2, 3)),
                     Contains("triangle 2") && Contains("(2, 2, 3)") && Contains("zero area"));
-  const Points more = with_row(with_row(square.vertices, 0.1, 0.3, 0.0), 0.2, 0.6, 0.0);  // on a line, up to rounding
+  const Points more = with_row(with_row(square.vertices, 0.1, 0.3, 0.0), 0.2, 0.6,
+                               0.0);  // on a line, up to rounding
   CHECK_THROWS_WITH(TriangleMesh(more, with_row(square.triangles, 0, 4, 5)),
                     Contains("triangle 2 has zero area") && Contains("(0, 4, 5)"));
 }
@@ -89,27 +94,31 @@ TEST_CASE("duplicate faces are named, whatever corner they begin at and however 
   const Square square;
   CHECK_THROWS_WITH(TriangleMesh(square.vertices, with_row(square.triangles, 2, 0, 1)),
                     Contains("triangle 2 has the same vertices (2, 0, 1) as triangle 0"));
-  CHECK_THROWS_WITH(TriangleMesh(square.vertices, with_row(square.triangles, 3, 2, 0)), Contains("as triangle 1"));
+  CHECK_THROWS_WITH(TriangleMesh(square.vertices, with_row(square.triangles, 3, 2, 0)),
+                    Contains("as triangle 1"));
 }
 
 TEST_CASE("an edge with three faces is named with them") {
   const Square square;
-  CHECK_THROWS_WITH(TriangleMesh(with_row(square.vertices, 0.5, 0.5, 1.0), with_row(square.triangles, 2, 0, 4)),
-                    Contains("edge (0, 2)") && Contains("triangles 0, 1 and 2") && Contains("non-manifold"));
+  CHECK_THROWS_WITH(
+      TriangleMesh(with_row(square.vertices, 0.5, 0.5, 1.0), with_row(square.triangles, 2, 0, 4)),
+      Contains("edge (0, 2)") && Contains("triangles 0, 1 and 2") && Contains("non-manifold"));
 }
 
 TEST_CASE("an inverted face is named, not one of its neighbours") {
   const TriangleMesh mesh = grid_cells(1.0, 1.0, 4, 4);
   Triangles triangles = mesh.triangles();
   std::swap(triangles(11, 0), triangles(11, 1));  // all three neighbours exist
-  CHECK_THROWS_WITH(TriangleMesh(mesh.vertices(), triangles), Contains("triangle 11 must have the same winding"));
+  CHECK_THROWS_WITH(TriangleMesh(mesh.vertices(), triangles),
+                    Contains("triangle 11 must have the same winding"));
 }
 
 TEST_CASE("an isolated vertex is named") {
   const Square square;
   const Points more = with_row(with_row(square.vertices, 2, 2, 2), 3, 3, 3);
-  CHECK_THROWS_WITH(TriangleMesh(more, square.triangles),
-                    Contains("vertex 4 must belong to a triangle") && Contains("2 vertices are isolated"));
+  CHECK_THROWS_WITH(
+      TriangleMesh(more, square.triangles),
+      Contains("vertex 4 must belong to a triangle") && Contains("2 vertices are isolated"));
 }
 
 TEST_CASE("two fans that meet in one vertex are accepted") {
@@ -123,15 +132,18 @@ TEST_CASE("uv that do not fit the mesh are refused by name") {
   const auto make = [&](const Points2& uv, const Triangles& uv_triangles = {}) {
     return TriangleMesh(square.vertices, square.triangles, uv, uv_triangles);
   };
-  CHECK_THROWS_WITH(make(square.uv.topRows(3)), Contains("one row per vertex") && Contains("got 3 rows for 4 vertices"));
-  CHECK_THROWS_WITH(make(square.uv, square.triangles.topRows(1)), Contains("uv_triangles must have one row per triangle"));
+  CHECK_THROWS_WITH(make(square.uv.topRows(3)),
+                    Contains("one row per vertex") && Contains("got 3 rows for 4 vertices"));
+  CHECK_THROWS_WITH(make(square.uv, square.triangles.topRows(1)),
+                    Contains("uv_triangles must have one row per triangle"));
   CHECK_THROWS_WITH(make({}, square.triangles), Contains("uv_triangles must come with uv"));
   Points2 uv = square.uv;
   uv(3, 0) = std::nan("");
   CHECK_THROWS_WITH(make(uv), Contains("uv 3 must have finite coordinates"));
   Triangles outside = square.triangles;
   outside(1, 1) = 9;
-  CHECK_THROWS_WITH(make(square.uv, outside), Contains("triangle 1 must refer to uv 0 to 3, got 9"));
+  CHECK_THROWS_WITH(make(square.uv, outside),
+                    Contains("triangle 1 must refer to uv 0 to 3, got 9"));
   uv = square.uv;
   uv.row(3) = uv.row(2);
   CHECK_THROWS_WITH(make(uv), Contains("triangle 1 has zero rest area in uv (uv (0, 2, 3)"));
@@ -142,7 +154,8 @@ TEST_CASE("a triangle folded over in uv is named, a panel mirrored as a whole is
   Points2 uv = mesh.uv();
   uv.row(0) << 0.5, 0.5;  // corner vertex, of triangles 0 and 1, far over to the other side
   CHECK_THROWS_WITH(TriangleMesh(mesh.vertices(), mesh.triangles(), uv),
-                    Contains("triangle 0 must be oriented in uv like the rest of its panel") && Contains("inverted"));
+                    Contains("triangle 0 must be oriented in uv like the rest of its panel") &&
+                        Contains("inverted"));
   uv = mesh.uv();
   uv.col(0) *= -1.0;
   CHECK_NOTHROW(TriangleMesh(mesh.vertices(), mesh.triangles(), uv));
@@ -160,7 +173,8 @@ TEST_CASE("uv given corner by corner still form panels where their values agree"
       if (vertex == 0) uv.row(3 * t + c) << 0.5, 0.5;
     }
   }
-  CHECK_THROWS_WITH(TriangleMesh(mesh.vertices(), mesh.triangles(), uv, uv_triangles), Contains("triangle 0 must be oriented"));
+  CHECK_THROWS_WITH(TriangleMesh(mesh.vertices(), mesh.triangles(), uv, uv_triangles),
+                    Contains("triangle 0 must be oriented"));
 }
 
 TEST_CASE("welding closes a surface torn along seams and leaves uv as they were") {
@@ -195,7 +209,8 @@ TEST_CASE("panels that meet along a welded seam may have any uv, one of them mir
 
 TEST_CASE("mean edge, closed and flat are those of the shape") {
   const Square square;
-  CHECK(TriangleMesh(square.vertices, square.triangles).mean_edge() == Approx((4.0 + std::sqrt(2.0)) / 5.0));
+  CHECK(TriangleMesh(square.vertices, square.triangles).mean_edge() ==
+        Approx((4.0 + std::sqrt(2.0)) / 5.0));
   CHECK(box(1.0, 1.0, 1.0).closed());
   CHECK_FALSE(grid_cells(1.0, 1.0, 2, 2).closed());
   Points bent = grid_cells(1.0, 1.0, 2, 2).vertices();
@@ -212,7 +227,8 @@ TEST_CASE("a moved mesh keeps its shape and uv, and a matrix that is no rotation
   CHECK(moved.mean_edge() == Approx(2.0 * mesh.mean_edge()).epsilon(1e-13));
   CHECK(moved.uv() == mesh.uv());
   CHECK(moved.vertices().row(0) == Eigen::RowVector3d(5, 6, 7));  // vertex 0 was the origin
-  CHECK_THROWS_WITH(mesh.moved(Vec3::Zero(), 2.0 * Mat3::Identity()), Contains("rotation must be a rotation matrix"));
+  CHECK_THROWS_WITH(mesh.moved(Vec3::Zero(), 2.0 * Mat3::Identity()),
+                    Contains("rotation must be a rotation matrix"));
   CHECK_THROWS_WITH(mesh.moved(Vec3::Zero(), -Mat3::Identity()), Contains("rotation must be"));
   CHECK_THROWS_WITH(mesh.moved(Vec3::Zero(), Mat3::Identity(), 0.0), Contains("scale must be > 0"));
   CHECK_THROWS_WITH(mesh.moved(Vec3(std::nan(""), 0, 0)), Contains("translation must be finite"));
@@ -221,19 +237,25 @@ TEST_CASE("a moved mesh keeps its shape and uv, and a matrix that is no rotation
 TEST_CASE("a reordered mesh holds the same triangles with the same uv at their new places") {
   const TriangleMesh mesh = jittered_grid(1.0, 1.0, 5, 4, 0.2);
   std::vector<Index> vertex_order, triangle_order;
-  for (Index i = 0; i < mesh.n_vertices(); ++i) vertex_order.push_back((7 * i + 3) % mesh.n_vertices());  // 30 and 7: coprime
-  for (Index t = 0; t < mesh.n_triangles(); ++t) triangle_order.push_back(mesh.n_triangles() - 1 - t);
+  for (Index i = 0; i < mesh.n_vertices(); ++i)
+    vertex_order.push_back((7 * i + 3) % mesh.n_vertices());  // 30 and 7: coprime
+  for (Index t = 0; t < mesh.n_triangles(); ++t)
+    triangle_order.push_back(mesh.n_triangles() - 1 - t);
   const TriangleMesh other = mesh.reordered(vertex_order, triangle_order);
   for (Index t = 0; t < mesh.n_triangles(); ++t) {
     const Index old = triangle_order[static_cast<std::size_t>(t)];
     for (int c = 0; c < 3; ++c) {
-      CHECK(other.vertices().row(other.triangles()(t, c)) == mesh.vertices().row(mesh.triangles()(old, c)));
-      CHECK(other.uv().row(other.uv_triangles()(t, c)) == mesh.uv().row(mesh.uv_triangles()(old, c)));
+      CHECK(other.vertices().row(other.triangles()(t, c)) ==
+            mesh.vertices().row(mesh.triangles()(old, c)));
+      CHECK(other.uv().row(other.uv_triangles()(t, c)) ==
+            mesh.uv().row(mesh.uv_triangles()(old, c)));
     }
   }
-  CHECK_NOTHROW(TriangleMesh(other.vertices(), other.triangles(), other.uv(), other.uv_triangles()));
+  CHECK_NOTHROW(
+      TriangleMesh(other.vertices(), other.triangles(), other.uv(), other.uv_triangles()));
   vertex_order[0] = vertex_order[1];
-  CHECK_THROWS_WITH(mesh.reordered(vertex_order, triangle_order), Contains("vertex_order must hold each of 0 to 29 once"));
+  CHECK_THROWS_WITH(mesh.reordered(vertex_order, triangle_order),
+                    Contains("vertex_order must hold each of 0 to 29 once"));
   triangle_order.pop_back();
   CHECK_THROWS_AS(mesh.reordered({}, triangle_order), InvalidInput);
 }

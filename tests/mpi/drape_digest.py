@@ -1,4 +1,6 @@
-"""Prints the hash of the state after 200 steps of the drape, for every number of threads given. On several ranks all must agree.
+"""Prints the hash of the state after 200 steps of the drape, for every number of threads given.
+
+On several ranks all must agree.
 
 Arguments: scene file, numbers of threads.
 """
@@ -13,12 +15,16 @@ from loomstone.scene_file import SceneFile
 ranks = _core.mpi_communicator() if _core.launched_by_mpi() else _core.single_communicator()
 for threads in sys.argv[2:]:
     file = SceneFile.open(Path(sys.argv[1]), {"triangles": 800})
-    sim = ls.Simulation(file.scene(), integrator=file.integrator, threads=int(threads), communicator=ranks)
+    sim = ls.Simulation(
+        file.scene(), integrator=file.integrator, threads=int(threads), communicator=ranks
+    )
     for _ in range(200):
         sim.step()
     assert sim.report.contacts > 50, "the cloth lies on the sphere"
     digest = sim.digest()
     number = int(digest[:15], 16)
-    assert ranks.maximum(number) == number == -ranks.maximum(-number), "all ranks hold the same state"
+    assert ranks.maximum(number) == number == -ranks.maximum(-number), (
+        "all ranks hold the same state"
+    )
     if ranks.rank == 0:
         print(f"digest {ranks.size}x{threads} {digest}", flush=True)

@@ -18,10 +18,24 @@ ENVIRONMENT = os.environ | {
 
 
 def command(n, *arguments):
-    """mpirun of n ranks of python; waiting ranks give way, no rank's threads are bound to one processor."""
-    launcher = ["mpirun", "--oversubscribe", "--bind-to", "none", "--mca", "mpi_yield_when_idle", "1", "-n", str(n)]
+    """mpirun of n ranks of python; waiting ranks give way, no rank's threads are bound to one
+    processor.
+    """
+    launcher = [
+        "mpirun",
+        "--oversubscribe",
+        "--bind-to",
+        "none",
+        "--mca",
+        "mpi_yield_when_idle",
+        "1",
+        "-n",
+        str(n),
+    ]
     return [*launcher, sys.executable, *map(str, arguments)]
 
 
 def ranks(n, *arguments, timeout=240):
-    return subprocess.run(command(n, *arguments), capture_output=True, text=True, timeout=timeout, env=ENVIRONMENT)
+    return subprocess.run(
+        command(n, *arguments), capture_output=True, text=True, timeout=timeout, env=ENVIRONMENT
+    )

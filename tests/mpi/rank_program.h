@@ -1,4 +1,5 @@
-// What programs that run on several ranks share: a claim that ends all ranks when it fails, and hashes to compare bits.
+// What programs that run on several ranks share: a claim that ends all ranks when it fails, and
+// hashes to compare bits.
 #pragma once
 
 #include <cstdint>
@@ -31,10 +32,13 @@ class RankProgram {
   // Claims that all ranks hold the same bytes and prints their hash on rank 0.
   void print_hash(const char* what, const void* data, std::size_t bytes) const {
     std::uint64_t hash = 14695981039346656037u;  // FNV-1a
-    for (std::size_t i = 0; i < bytes; ++i) hash = (hash ^ static_cast<const unsigned char*>(data)[i]) * 1099511628211u;
+    for (std::size_t i = 0; i < bytes; ++i)
+      hash = (hash ^ static_cast<const unsigned char*>(data)[i]) * 1099511628211u;
     const auto positive = static_cast<std::int64_t>(hash >> 1);
-    claim(what, communicator_->maximum(positive) == positive && -communicator_->maximum(-positive) == positive);
-    if (communicator_->rank() == 0) std::printf("%s %016llx\n", what, static_cast<unsigned long long>(hash));
+    claim(what, communicator_->maximum(positive) == positive &&
+                    -communicator_->maximum(-positive) == positive);
+    if (communicator_->rank() == 0)
+      std::printf("%s %016llx\n", what, static_cast<unsigned long long>(hash));
   }
 
   // Runs the program; an exception on one rank ends all.

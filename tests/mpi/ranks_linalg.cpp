@@ -17,7 +17,8 @@ namespace {
 
 void messages_arrive(const RankProgram& program) {
   const Communicator& all = *program.communicator();
-  program.claim("the maximum is that of all ranks", all.maximum(10 * all.rank()) == 10 * (all.size() - 1));
+  program.claim("the maximum is that of all ranks",
+                all.maximum(10 * all.rank()) == 10 * (all.size() - 1));
   std::vector<double> numbers(1000, all.rank() == all.size() - 1 ? 2.5 : 0.0);
   all.broadcast(numbers.data(), numbers.size() * sizeof(double), all.size() - 1);
   program.claim("a broadcast reaches all", numbers.front() == 2.5 && numbers.back() == 2.5);
@@ -26,7 +27,8 @@ void messages_arrive(const RankProgram& program) {
   std::vector<std::size_t> offsets = {0};
   for (int rank = 0; rank < all.size(); ++rank) offsets.push_back(offsets.back() + rank + 1);
   std::vector<unsigned char> bytes(offsets.back(), 255);
-  std::fill(bytes.begin() + offsets[all.rank()], bytes.begin() + offsets[all.rank() + 1], all.rank());
+  std::fill(bytes.begin() + offsets[all.rank()], bytes.begin() + offsets[all.rank() + 1],
+            all.rank());
   all.gather_all(bytes.data(), offsets);
   for (int rank = 0; rank < all.size(); ++rank)
     for (std::size_t i = offsets[rank]; i < offsets[rank + 1]; ++i)
@@ -46,14 +48,16 @@ void messages_arrive(const RankProgram& program) {
   for (const int round : {0, 1})
     for (int rank = 0; rank < all.size(); ++rank)
       if (rank != all.rank())
-        program.claim("messages arrive in order", received[2 * rank + round] == 100 * rank + 10 * all.rank() + round);
+        program.claim("messages arrive in order",
+                      received[2 * rank + round] == 100 * rank + 10 * all.rank() + round);
   all.barrier();
 }
 
 void sums_keep_their_bits(const RankProgram& program) {
   const Index rows = 5000;
   const RowLayout layout(rows, program.communicator());
-  std::vector<double> sums((rows + rows_per_block - 1) / rows_per_block, std::numeric_limits<double>::quiet_NaN());
+  std::vector<double> sums((rows + rows_per_block - 1) / rows_per_block,
+                           std::numeric_limits<double>::quiet_NaN());
   for (Index row = layout.begin(); row < layout.end(); ++row) {
     if (row % rows_per_block == 0) sums[row / rows_per_block] = 0.0;
     sums[row / rows_per_block] += std::sin(1.0 * row) / (1.0 + row);
@@ -74,7 +78,8 @@ void halos_are_refreshed_and_nothing_else(const RankProgram& program) {
       wanted[system.matrix.columns()[k]] = true;
   for (Index row = 0; row < layout.n_rows(); ++row)
     program.claim("rows that owned rows are coupled to are current, others untouched",
-                  rows[4 * row] == (wanted[row] || layout.owns(row) ? row : -1.0) && rows[4 * row + 1] == -1.0);
+                  rows[4 * row] == (wanted[row] || layout.owns(row) ? row : -1.0) &&
+                      rows[4 * row + 1] == -1.0);
   layout.gather(rows.data(), 4);
   for (Index row = 0; row < layout.n_rows(); ++row)
     program.claim("gathered rows are current", rows[4 * row] == row && rows[4 * row + 1] == -1.0);
@@ -88,7 +93,8 @@ void forget_rows_of_others(RandomSystem& system) {
 }
 
 void solutions_keep_their_bits(const RankProgram& program) {
-  for (const Index side : {45, 13}) {  // 16 blocks of rows; 2 blocks, so that a third rank owns none
+  for (const Index side :
+       {45, 13}) {  // 16 blocks of rows; 2 blocks, so that a third rank owns none
     RandomSystem system = random_system(side, 2, side * 6, program.communicator());
     forget_rows_of_others(system);
     Points x = system.x;
@@ -108,7 +114,8 @@ void errors_are_agreed(const RankProgram& program) {
   const auto message_of = [&](const RandomSystem& system, const char* method) -> std::string {
     Points x = system.x;
     try {
-      make_linear_solver({method, 1e-8, 2000})->solve(Team{program.threads()}, system.view(), system.b, x);
+      make_linear_solver({method, 1e-8, 2000})
+          ->solve(Team{program.threads()}, system.view(), system.b, x);
     } catch (const Error& error) {
       return error.what();
     }
@@ -118,10 +125,12 @@ void errors_are_agreed(const RankProgram& program) {
   forget_rows_of_others(poisoned);
   if (poisoned.layout->owns(2000)) poisoned.b(2000, 2) = std::nan("");
   const std::string not_finite = message_of(poisoned, "pcg");
-  program.claim("all ranks name the row that is not finite", not_finite.find("row 2000") != std::string::npos);
+  program.claim("all ranks name the row that is not finite",
+                not_finite.find("row 2000") != std::string::npos);
 
   RandomSystem indefinite = random_system(45, 2, 60, program.communicator());
-  if (indefinite.layout->owns(1800)) indefinite.matrix.block_map(indefinite.matrix.diagonal()[1800]).setConstant(-1.0);
+  if (indefinite.layout->owns(1800))
+    indefinite.matrix.block_map(indefinite.matrix.diagonal()[1800]).setConstant(-1.0);
   const std::string bad_block = message_of(indefinite, "pcg");
   program.claim("all ranks name the row that is not positive definite",
                 bad_block.find("row 1800") != std::string::npos);
@@ -140,8 +149,10 @@ void bad_communicators_are_refused(const RankProgram& program) {
   } catch (const InvalidInput& error) {
     message = error.what();
   }
-  program.claim("a handle that names no communicator is refused", message.find("py2f()") != std::string::npos);
-  program.claim("the world may be asked for again", mpi_communicator()->size() == program.communicator()->size());
+  program.claim("a handle that names no communicator is refused",
+                message.find("py2f()") != std::string::npos);
+  program.claim("the world may be asked for again",
+                mpi_communicator()->size() == program.communicator()->size());
 }
 
 }  // namespace

@@ -1,13 +1,14 @@
-"""What one rank meets, all ranks meet: the same error, no waiting for ever, files that can be read and resumed."""
+"""What one rank meets, all ranks meet: the same error, no waiting for ever, files that can be read
+and resumed.
+"""
 
 import signal
 import subprocess
 import textwrap
 import time
 
-import pytest
-
 import loomstone as ls
+import pytest
 from launcher import ENVIRONMENT, command, needs_mpirun, ranks
 
 pytestmark = needs_mpirun
@@ -46,7 +47,9 @@ def scene(tmp_path):
 
 def run(scene, out, *more, n=2, environment=None):
     arguments = command(n, "-m", "loomstone", "run", scene, "--out", out, "--threads", 1, *more)
-    return subprocess.run(arguments, capture_output=True, text=True, timeout=60, env=ENVIRONMENT | (environment or {}))
+    return subprocess.run(
+        arguments, capture_output=True, text=True, timeout=60, env=ENVIRONMENT | (environment or {})
+    )
 
 
 def simulation():
@@ -75,11 +78,15 @@ def sentences(done):
     [("nan", "must be finite, got ("), ("error", "rank 1 has had enough"), ("mistake", "line 20: ZeroDivisionError"),
      ("full", "could not")],
 )  # fmt: skip
-def test_a_failure_of_one_rank_is_one_sentence_and_leaves_a_run_that_resumes(scene, tmp_path, fault, said):
+def test_a_failure_of_one_rank_is_one_sentence_and_leaves_a_run_that_resumes(
+    scene, tmp_path, fault, said
+):
     out = tmp_path / "out"
     done = run(scene, out, "-p", f"fault={fault}", environment={"OUT": str(out)})
     assert done.returncode not in (0, None)
-    assert len(sentences(done)) == 1 and said in sentences(done)[0] and "Traceback" not in done.stderr, done.stderr
+    assert (
+        len(sentences(done)) == 1 and said in sentences(done)[0] and "Traceback" not in done.stderr
+    ), done.stderr
     frames = ls.Run(out)
     assert 2 <= len(frames) <= 4 and frames[-1].positions.shape == (289, 3)
     del frames
@@ -163,7 +170,10 @@ def test_an_error_that_nobody_catches_ends_all_ranks(tmp_path):
 
 def test_a_killed_rank_ends_the_others_and_leaves_a_run_that_resumes(scene, tmp_path):
     out = tmp_path / "out"
-    text = scene.read_text() + "    if wanted == 'kill' and rank == 1:\n        os.kill(os.getpid(), 9)\n"
+    text = (
+        scene.read_text()
+        + "    if wanted == 'kill' and rank == 1:\n        os.kill(os.getpid(), 9)\n"
+    )
     scene.write_text(text)
     done = run(scene, out, "-p", "fault=kill")
     assert done.returncode not in (0, None)

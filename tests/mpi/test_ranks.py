@@ -5,7 +5,6 @@ import textwrap
 from pathlib import Path
 
 import pytest
-
 from launcher import needs_mpirun, ranks
 
 pytestmark = needs_mpirun
@@ -58,7 +57,17 @@ def test_a_step_taken_in_parts_has_the_same_bits_on_all_ranks(tmp_path):
     (tmp_path / "press.py").write_text(PRESS)
     digests = set()
     for n in (1, 3):
-        done = ranks(n, "-m", "loomstone", "run", tmp_path / "press.py", "--out", tmp_path / str(n), "--threads", 1)
+        done = ranks(
+            n,
+            "-m",
+            "loomstone",
+            "run",
+            tmp_path / "press.py",
+            "--out",
+            tmp_path / str(n),
+            "--threads",
+            1,
+        )
         assert done.returncode == 0, done.stdout + done.stderr
         assert json.loads((tmp_path / str(n) / "report.json").read_text())["steps_in_parts"] > 0
         digests.add(digest(tmp_path / str(n)))

@@ -5,7 +5,6 @@ import sys
 from pathlib import Path
 
 import pytest
-
 from launcher import ENVIRONMENT, needs_mpirun, ranks
 
 HERE, SCENES = Path(__file__).parent, Path(__file__).parents[2] / "scenes"
@@ -13,13 +12,27 @@ HERE, SCENES = Path(__file__).parent, Path(__file__).parents[2] / "scenes"
 
 def digests(done):
     assert done.returncode == 0, done.stdout + done.stderr
-    return {line.split()[1]: line.split()[2] for line in done.stdout.splitlines() if line.startswith("digest")}
+    return {
+        line.split()[1]: line.split()[2]
+        for line in done.stdout.splitlines()
+        if line.startswith("digest")
+    }
 
 
 @needs_mpirun
 def test_200_steps_of_the_drape_end_in_the_same_bits_on_any_number_of_threads_and_ranks():
-    alone = [sys.executable, str(HERE / "drape_digest.py"), str(SCENES / "drape.py"), "1", "2", "3", "7"]
-    found = digests(subprocess.run(alone, capture_output=True, text=True, timeout=240, env=ENVIRONMENT))
+    alone = [
+        sys.executable,
+        str(HERE / "drape_digest.py"),
+        str(SCENES / "drape.py"),
+        "1",
+        "2",
+        "3",
+        "7",
+    ]
+    found = digests(
+        subprocess.run(alone, capture_output=True, text=True, timeout=240, env=ENVIRONMENT)
+    )
     for n, threads in [(2, "1 2"), (3, "1")]:
         found |= digests(ranks(n, HERE / "drape_digest.py", SCENES / "drape.py", *threads.split()))
     assert set(found) == {"1x1", "1x2", "1x3", "1x7", "2x1", "2x2", "3x1"}
@@ -55,7 +68,13 @@ for method in ("gauss-seidel", "gauss-seidel-random", "jacobi", "edges", "in-sol
 def test_strain_limits_end_in_the_same_bits_on_one_and_two_ranks(tmp_path):
     (tmp_path / "limits.py").write_text(LIMITS)
     alone = digests(
-        subprocess.run([sys.executable, str(tmp_path / "limits.py")], capture_output=True, text=True, timeout=120, env=ENVIRONMENT)
+        subprocess.run(
+            [sys.executable, str(tmp_path / "limits.py")],
+            capture_output=True,
+            text=True,
+            timeout=120,
+            env=ENVIRONMENT,
+        )
     )
     assert len(alone) == 6 and digests(ranks(2, tmp_path / "limits.py")) == alone
 
@@ -80,23 +99,32 @@ with open(sys.argv[1] + str(sim.rank), "w") as file:
 @pytest.mark.parametrize("limited", [False, True])
 def test_a_rank_computes_only_the_rows_it_owns(tmp_path, limited):
     steps = 5
-    (tmp_path / "work.py").write_text(WORK.replace("STEPS", str(steps)).replace("LIMITED", str(limited)))
+    (tmp_path / "work.py").write_text(
+        WORK.replace("STEPS", str(steps)).replace("LIMITED", str(limited))
+    )
 
     def work(n):
         done = ranks(n, tmp_path / "work.py", tmp_path / f"{n}-")
         assert done.returncode == 0, done.stdout + done.stderr
-        return [tuple(map(int, (tmp_path / f"{n}-{rank}").read_text().split())) for rank in range(n)]
+        return [
+            tuple(map(int, (tmp_path / f"{n}-{rank}").read_text().split())) for rank in range(n)
+        ]
 
     ((first, n_rows, whole, iterations),) = work(1)
     assert first == 0 and iterations > 20
-    # Every rank copies one vector and moves all vertices: two loops over all rows are cheaper than sending the result.
+    # Every rank copies one vector and moves all vertices: two loops over all rows are cheaper than
+    # sending the result.
     by_all = 2 * steps * n_rows
     if limited:  # and adds up how far all have moved, in blocks of 128
         by_all += steps * ((n_rows + 127) // 128)
     for n in (2, 3):
         shares = work(n)
-        assert [share[0] for share in shares] + [n_rows] == [0] + [share[1] for share in shares]  # every row once
+        assert [share[0] for share in shares] + [n_rows] == [0] + [
+            share[1] for share in shares
+        ]  # every row once
         assert {share[3] for share in shares} == {iterations}
         for start, end, done, _ in shares:
             assert end - start <= 1.2 * n_rows / n
-            assert done - by_all <= 1.2 * (whole - by_all) / n  # triangles along the cuts are computed on both sides
+            assert (
+                done - by_all <= 1.2 * (whole - by_all) / n
+            )  # triangles along the cuts are computed on both sides

@@ -16,7 +16,8 @@ Graph grid(Index side) {
   graph.start.push_back(0);
   for (Index r = 0; r < side; ++r)
     for (Index c = 0; c < side; ++c) {
-      for (const auto& [dr, dc] : {std::pair<Index, Index>{-1, -1}, {-1, 0}, {0, -1}, {0, 1}, {1, 0}, {1, 1}})
+      for (const auto& [dr, dc] :
+           {std::pair<Index, Index>{-1, -1}, {-1, 0}, {0, -1}, {0, 1}, {1, 0}, {1, 1}})
         if (r + dr >= 0 && r + dr < side && c + dc >= 0 && c + dc < side)
           graph.adjacent.push_back((r + dr) * side + c + dc);
       graph.start.push_back(static_cast<Index>(graph.adjacent.size()));
@@ -67,7 +68,8 @@ TEST_CASE("contiguous ranges of a grid have short boundaries") {
     for (Index i = 0; i < ranges; ++i) {
       const Index begin = std::min(n, n_blocks * i / ranges * rows_per_block);
       const Index end = std::min(n, n_blocks * (i + 1) / ranges * rows_per_block);
-      // A square patch of this many vertices has 4 sqrt(n) on its rim; the ragged end of a range costs as much again.
+      // A square patch of this many vertices has 4 sqrt(n) on its rim; the ragged end of a range
+      // costs as much again.
       CHECK(boundary(graph, place, begin, end) < 8.0 * std::sqrt(1.0 * (end - begin)));
     }
   }

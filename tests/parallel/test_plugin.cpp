@@ -32,7 +32,8 @@ TEST_CASE("without the plug-in several ranks are refused with the package to ins
   for (const char* path : {"/nonexistent/libloomstone_mpi.so", static_cast<const char*>(nullptr)}) {
     const Variable plugin("LOOMSTONE_MPI_PLUGIN", path);
     CHECK_THROWS_AS(mpi_communicator(), Unsupported);
-    CHECK_THROWS_WITH(mpi_communicator(), Contains("libloomstone_mpi.so") && Contains("libopenmpi-dev"));
+    CHECK_THROWS_WITH(mpi_communicator(),
+                      Contains("libloomstone_mpi.so") && Contains("libopenmpi-dev"));
   }
 }
 

@@ -37,7 +37,8 @@ TEST_CASE("ranges of ranks cover all rows, start at whole blocks and differ by a
       Index fewest = rows, most = 0;
       for (int rank = 0; rank < ranks; ++rank) {
         CHECK((starts[rank] % rows_per_block == 0 || starts[rank] == rows));
-        const Index blocks = (starts[rank + 1] - starts[rank] + rows_per_block - 1) / rows_per_block;
+        const Index blocks =
+            (starts[rank + 1] - starts[rank] + rows_per_block - 1) / rows_per_block;
         fewest = std::min(fewest, blocks);
         most = std::max(most, blocks);
       }

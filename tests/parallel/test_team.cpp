@@ -34,7 +34,8 @@ TEST_CASE("a sum has the same bits on any number of threads") {
 TEST_CASE("the time that threads spend in loops is told thread by thread") {
   const auto spin = [](double seconds) {
     const auto start = std::chrono::steady_clock::now();
-    while (std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() < seconds) {
+    while (std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() <
+           seconds) {
     }
   };
   for (const int threads : {1, 3}) {
@@ -46,7 +47,8 @@ TEST_CASE("the time that threads spend in loops is told thread by thread") {
     double sum = 0.0;
     for (const double each : busy) {
       sum += each;
-      CHECK(each >= (threads == 1 ? 18e-3 : 2e-3));  // the second loop gives every thread two of six
+      CHECK(each >=
+            (threads == 1 ? 18e-3 : 2e-3));  // the second loop gives every thread two of six
     }
     CHECK(sum >= 18e-3);
   }
@@ -55,7 +57,11 @@ TEST_CASE("the time that threads spend in loops is told thread by thread") {
 TEST_CASE("an exception is carried out of a loop") {
   for (const int threads : {1, 3})
     CHECK_THROWS_AS(parallel_for(
-                        Team{threads}, 1000, [](Index i) { if (i == 777) throw InvalidInput("index 777"); }, 10),
+                        Team{threads}, 1000,
+                        [](Index i) {
+                          if (i == 777) throw InvalidInput("index 777");
+                        },
+                        10),
                     InvalidInput);
 }
 

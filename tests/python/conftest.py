@@ -4,15 +4,16 @@ import os
 
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # before libgomp loads
 
-import pytest
-
 import loomstone as ls
+import pytest
 
 
 @pytest.fixture
 def hanging() -> ls.Scene:
     """A cloth of 128 triangles that hangs from two corners."""
-    return ls.Scene(cloths=[ls.Cloth(name="cloth", mesh=ls.grid(size=(0.2, 0.2), cells=(8, 8)), pins=[0, 8])])
+    return ls.Scene(
+        cloths=[ls.Cloth(name="cloth", mesh=ls.grid(size=(0.2, 0.2), cells=(8, 8)), pins=[0, 8])]
+    )
 
 
 @pytest.fixture
@@ -39,7 +40,11 @@ def pressed() -> ls.Scene:
         )
         for name, side in (("upper", 1), ("lower", -1))
     ]
-    cloth = ls.Cloth(name="cloth", mesh=ls.grid(size=(0.1, 0.1), cells=(8, 8)).moved((0, 0, 0.01)), thickness=2e-3)
+    cloth = ls.Cloth(
+        name="cloth",
+        mesh=ls.grid(size=(0.1, 0.1), cells=(8, 8)).moved((0, 0, 0.01)),
+        thickness=2e-3,
+    )
     return ls.Scene(cloths=[cloth], obstacles=plates, gravity=(0, 0, 0))
 
 

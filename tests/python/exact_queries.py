@@ -1,4 +1,5 @@
-"""Continuous queries that are degenerate in many ways, and their exact verdicts in whole numbers by Sturm's theorem: another
+"""Continuous queries that are degenerate in many ways, and their exact verdicts in whole numbers by
+Sturm's theorem: another
 method than the library's, in another language."""
 
 from fractions import Fraction
@@ -39,7 +40,10 @@ def dot(a: list[Polynomial], b: list[Polynomial]) -> Polynomial:
 
 
 def cross(a: list[Polynomial], b: list[Polynomial]) -> list[Polynomial]:
-    return [trimmed(minus(product(a[i], b[j]), product(a[j], b[i]))) for i, j in ((1, 2), (2, 0), (0, 1))]
+    return [
+        trimmed(minus(product(a[i], b[j]), product(a[j], b[i])))
+        for i, j in ((1, 2), (2, 0), (0, 1))
+    ]
 
 
 def derivative(p: Polynomial) -> Polynomial:
@@ -156,7 +160,9 @@ class Hull:
 
     def __init__(self, corners: list[list[Polynomial]]):
         self.corners, self.n = corners, len(corners)
-        self.cross = {(i, j): cross(corners[i], corners[j]) for i, j in combinations(range(self.n), 2)}
+        self.cross = {
+            (i, j): cross(corners[i], corners[j]) for i, j in combinations(range(self.n), 2)
+        }
         self.dot = {(i, j): dot(corners[i], corners[j]) for i, j in self.cross}
 
     def holds_origin(self, time: Time) -> bool:
@@ -177,7 +183,9 @@ class Hull:
             if time.sign_of(self.dot[i, j]) < 0 and all(turn(i, j, k) == 0 for k in range(3)):
                 return True
         for i, j, m in combinations(range(self.n), 3):
-            for k in range(3):  # the three normals are parallel: a coordinate that is not 0 shows their directions
+            for k in range(
+                3
+            ):  # the three normals are parallel: a coordinate that is not 0 shows their directions
                 signs = {turn(i, j, k), turn(j, m, k), turn(m, i, k)}
                 if signs in ({1}, {-1}):
                     return True
@@ -206,7 +214,9 @@ def exact_verdict(kind: str, query: np.ndarray) -> Fraction | None:
         corners.append([trimmed([s, e - s]) for s, e in zip(start, end, strict=True)])
     # Most that are free are free at a glance: one coordinate, or the volume, keeps its sign.
     for k in range(3):
-        ends = [s for corner in corners for s in (sign_at(corner[k], 0, 0), sign_at(corner[k], 1, 0))]
+        ends = [
+            s for corner in corners for s in (sign_at(corner[k], 0, 0), sign_at(corner[k], 1, 0))
+        ]
         if min(ends) > 0 or max(ends) < 0:
             return None
     volume = dot(corners[0], cross(corners[1], corners[2]))
@@ -219,12 +229,26 @@ def exact_verdict(kind: str, query: np.ndarray) -> Fraction | None:
     if volume:
         times = roots(volume)
     else:  # within one plane at all times: contact begins at 0 or where some sign changes
-        events = [x for corner in corners for x in corner] + [c for normal in hull.cross.values() for c in normal]
+        events = [x for corner in corners for x in corner] + [
+            c for normal in hull.cross.values() for c in normal
+        ]
         times = [Time(0, 0, 0), Time(1, 1, 0)] + [time for p in events if p for time in roots(p)]
     return min((time.upper_bound() for time in times if hull.holds_origin(time)), default=None)
 
 
-FAMILIES = ("generic", "lattice", "start", "end", "at rest", "parallel", "collinear", "sliver", "plane", "together", "through")
+FAMILIES = (
+    "generic",
+    "lattice",
+    "start",
+    "end",
+    "at rest",
+    "parallel",
+    "collinear",
+    "sliver",
+    "plane",
+    "together",
+    "through",
+)
 
 
 def degenerate_queries(random: np.random.Generator, kind: str, family: str, n: int) -> np.ndarray:
@@ -257,7 +281,9 @@ def degenerate_queries(random: np.random.Generator, kind: str, family: str, n: i
             q[:, :, 2] = 0.0
             q[:, [0, 4], 2] = random.integers(-2, 3, size=(n, 2))
         else:
-            start[:, 3] = start[:, 2] + random.integers(-2, 3, size=(n, 1)) * (start[:, 1] - start[:, 0])
+            start[:, 3] = start[:, 2] + random.integers(-2, 3, size=(n, 1)) * (
+                start[:, 1] - start[:, 0]
+            )
             end[:, 3] = end[:, 2] + random.integers(-2, 3, size=(n, 1)) * (end[:, 1] - end[:, 0])
     elif family == "collinear":
         steps = random.integers(-4, 5, size=(n, 8, 1))
@@ -275,5 +301,7 @@ def degenerate_queries(random: np.random.Generator, kind: str, family: str, n: i
         point, axis = random.integers(8), random.integers(3)
         q[i, point, axis] = np.nextafter(q[i, point, axis], random.choice([-np.inf, np.inf]))
     scaled = random.random(n) < 1 / 3
-    q[scaled] *= random.choice([1e-40, 2.0**-133, 1e30, 2.0**100, 0.1], size=(int(scaled.sum()), 1, 1))
+    q[scaled] *= random.choice(
+        [1e-40, 2.0**-133, 1e30, 2.0**100, 0.1], size=(int(scaled.sum()), 1, 1)
+    )
     return q

@@ -1,9 +1,8 @@
 """Rigid bodies that are magnets, for claims about their motion."""
 
+import loomstone as ls
 import numpy as np
 from scipy.spatial.transform import Rotation
-
-import loomstone as ls
 
 
 def quaternion(rotation: Rotation) -> np.ndarray:
@@ -21,7 +20,9 @@ def to_axis(axis: np.ndarray) -> Rotation:
 
 
 def ball_mesh(radius: float, mass: float) -> tuple[ls.TriangleMesh, float]:
-    """A sphere's mesh and a density that give the mass and the inertia 2/5 m r^2 of the true sphere."""
+    """A sphere's mesh and a density that give the mass and the inertia 2/5 m r^2 of the true
+    sphere.
+    """
     mesh = ls.meshes.sphere(radius=radius, subdivisions=2)
     made = ls.mass_properties(mesh, 1.0)
     scale = np.sqrt(0.4 * radius**2 * made.mass / made.inertia[0, 0])

@@ -1,4 +1,6 @@
-"""Tables of reference values for magnets, read where they lie beside the project; what needs them is skipped without them."""
+"""Tables of reference values for magnets, read where they lie beside the project; what needs them
+is skipped without them.
+"""
 
 import json
 from pathlib import Path

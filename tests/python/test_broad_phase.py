@@ -1,8 +1,9 @@
-"""Candidates of every engine on small scenes that hypothesis draws and makes smaller where they fail."""
+"""Candidates of every engine on small scenes that hypothesis draws and makes smaller where they
+fail.
+"""
 
 import numpy as np
 import pytest
-
 from loomstone import collision
 
 hypothesis = pytest.importorskip("hypothesis")  # one of the test requirements
@@ -11,15 +12,24 @@ st = hypothesis.strategies
 
 @st.composite
 def scenes(draw):
-    """Whole numbers, so that boxes often touch and features often coincide; triangles may be without area or the same."""
+    """Whole numbers, so that boxes often touch and features often coincide; triangles may be
+    without area or the same.
+    """
     n = draw(st.integers(4, 14))
     point = st.tuples(*[st.integers(-3, 3)] * 3)
     x0 = np.array(draw(st.lists(point, min_size=n, max_size=n)), float)
-    motion = np.array(draw(st.lists(point, min_size=n, max_size=n)), float) * draw(st.sampled_from([0.0, 0.1, 1.0]))
+    motion = np.array(draw(st.lists(point, min_size=n, max_size=n)), float) * draw(
+        st.sampled_from([0.0, 0.1, 1.0])
+    )
     corner = st.permutations(range(n)).map(lambda order: order[:3])
     triangles = draw(st.lists(corner, min_size=1, max_size=40))
     scale = draw(st.sampled_from([1.0, 0.1, 1e-9, 1e6]))
-    return scale * x0, scale * (x0 + motion), triangles, scale * draw(st.sampled_from([0.0, 0.01, 0.5]))
+    return (
+        scale * x0,
+        scale * (x0 + motion),
+        triangles,
+        scale * draw(st.sampled_from([0.0, 0.01, 0.5])),
+    )
 
 
 def pairs(found):
@@ -32,15 +42,25 @@ def test_all_engines_name_the_pairs_of_brute_force(scene):
     x0, x1, triangles, inflation = scene
     expected = pairs(collision.candidates(x0, x1, triangles, inflation, engine="brute-force"))
     for engine in ("clusters", "embree"):
-        assert pairs(collision.candidates(x0, x1, triangles, inflation, engine=engine, threads=2)) == expected
+        assert (
+            pairs(collision.candidates(x0, x1, triangles, inflation, engine=engine, threads=2))
+            == expected
+        )
 
 
 @hypothesis.settings(max_examples=60, deadline=None)
-@hypothesis.given(st.integers(0, 2**32 - 1), st.integers(30, 300), st.sampled_from([0.0, 1e-3, 0.02]), st.sampled_from([0.01, 0.05, 0.2]))
+@hypothesis.given(
+    st.integers(0, 2**32 - 1),
+    st.integers(30, 300),
+    st.sampled_from([0.0, 1e-3, 0.02]),
+    st.sampled_from([0.01, 0.05, 0.2]),
+)
 def test_all_engines_name_the_pairs_of_brute_force_among_many_triangles(seed, n, inflation, size):
     """Enough triangles for trees of three levels."""
     random = np.random.default_rng(seed)
-    centres = random.random((n, 1, 3)) * random.choice([0.0, 1.0], size=3)  # in space, in a plane, on a line, at a point
+    centres = random.random((n, 1, 3)) * random.choice(
+        [0.0, 1.0], size=3
+    )  # in space, in a plane, on a line, at a point
     x0 = (centres + size * random.normal(size=(n, 3, 3))).reshape(-1, 3)
     x1 = x0 + size * random.normal(size=x0.shape)
     triangles = np.arange(3 * n).reshape(n, 3)

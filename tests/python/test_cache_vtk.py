@@ -1,7 +1,7 @@
 """VTK's own reader sees the values we wrote, bit for bit, at every step.
 
-The run comes from the C++ test program, which knows the same formulas: set LOOMSTONE_TEST_CACHE to its path
-(build/tests/cache/test_cache).
+The run comes from the C++ test program, which knows the same formulas: set LOOMSTONE_TEST_CACHE to
+its path (build/tests/cache/test_cache).
 """
 
 import os
@@ -33,7 +33,9 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
     """A directory with run.vtkhdf and bodies.vtkhdf of 40 frames."""
     program = find_program()
     if program is None:
-        pytest.skip("needs the C++ tests: build them, or set LOOMSTONE_TEST_CACHE to the program test_cache")
+        pytest.skip(
+            "needs the C++ tests: build them, or set LOOMSTONE_TEST_CACHE to the program test_cache"
+        )
     directory = tmp_path_factory.mktemp("run")
     subprocess.run(
         [program, "an example run for other programs can be kept"],
@@ -54,7 +56,9 @@ def open_file(path: pathlib.Path) -> "vtk.vtkHDFReader":
 
 
 def expected(count: int, components: int, frame: int, phase: float) -> np.ndarray:
-    """The values of the C++ example, sin(phase + 0.37 frame + 0.011 i); libm may differ from numpy in the last bit."""
+    """The values of the C++ example, sin(phase + 0.37 frame + 0.011 i); libm may differ from numpy
+    in the last bit.
+    """
     i = np.arange(count * components, dtype=float)
     values = np.sin(phase + 0.37 * frame + 0.011 * i)
     return values.reshape(count, components) if components > 1 else values
@@ -71,7 +75,13 @@ def test_vtk_reads_every_step_bit_for_bit(run: pathlib.Path) -> None:
     path = run / "run.vtkhdf"
     raw = {
         name: stored(path, f"VTKHDF/{name}")
-        for name in ("Points", "PointData/velocity", "PointData/contact", "CellData/strain", "CellData/stretch")
+        for name in (
+            "Points",
+            "PointData/velocity",
+            "PointData/contact",
+            "CellData/strain",
+            "CellData/stretch",
+        )
     }
     reader = open_file(path)
     assert reader.GetNumberOfSteps() == N_FRAMES
@@ -92,13 +102,21 @@ def test_vtk_reads_every_step_bit_for_bit(run: pathlib.Path) -> None:
         for name, array in seen.items():
             values = vtk_to_numpy(array)
             rows = len(values)
-            assert np.array_equal(values, raw[name][frame * rows : (frame + 1) * rows]), (name, frame)
+            assert np.array_equal(values, raw[name][frame * rows : (frame + 1) * rows]), (
+                name,
+                frame,
+            )
         # 4 units in the last place of 1: two implementations of sin.
         for name, components, phase in (
-            ("Points", 3, 0), ("PointData/velocity", 3, 1), ("CellData/strain", 3, 2), ("CellData/stretch", 1, 3)
+            ("Points", 3, 0),
+            ("PointData/velocity", 3, 1),
+            ("CellData/strain", 3, 2),
+            ("CellData/stretch", 1, 3),
         ):
             values = vtk_to_numpy(seen[name])
-            np.testing.assert_allclose(values, expected(len(values), components, frame, phase), rtol=0, atol=1e-15)
+            np.testing.assert_allclose(
+                values, expected(len(values), components, frame, phase), rtol=0, atol=1e-15
+            )
         contact = (np.arange(N_VERTICES) + frame) % 3 == 0
         assert np.array_equal(vtk_to_numpy(seen["PointData/contact"]), contact)
 
@@ -113,13 +131,17 @@ def test_vtk_sees_times_topology_and_constant_fields(run: pathlib.Path) -> None:
         mesh = reader.GetOutput()
         corners = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)
         assert np.array_equal(corners[:2], [[0, 1, SIDE], [1, SIDE + 1, SIDE]])
-        assert np.array_equal(vtk_to_numpy(mesh.GetPolys().GetOffsetsArray()), 3 * np.arange(N_TRIANGLES + 1))
+        assert np.array_equal(
+            vtk_to_numpy(mesh.GetPolys().GetOffsetsArray()), 3 * np.arange(N_TRIANGLES + 1)
+        )
         cloth = np.arange(N_VERTICES) >= N_VERTICES // 2
         assert np.array_equal(vtk_to_numpy(mesh.GetPointData().GetArray("cloth")), cloth)
         cloth = np.arange(N_TRIANGLES) >= N_TRIANGLES // 2
         assert np.array_equal(vtk_to_numpy(mesh.GetCellData().GetArray("cloth")), cloth)
         uv = 0.1 * np.sin(np.arange(6.0 * N_TRIANGLES)).reshape(-1, 6)
-        np.testing.assert_allclose(vtk_to_numpy(mesh.GetCellData().GetArray("uv")), uv, rtol=0, atol=1e-16)
+        np.testing.assert_allclose(
+            vtk_to_numpy(mesh.GetCellData().GetArray("uv")), uv, rtol=0, atol=1e-16
+        )
 
 
 def test_vtk_reads_the_bodies(run: pathlib.Path) -> None:

@@ -1,11 +1,12 @@
-"""Several circuits with their mutual inductance, and coils that magnetise bodies: closed forms, balance of momentum and energy."""
-
-import numpy as np
-import pytest
-from scipy.special import ellipe, ellipk, eval_gegenbauer
+"""Several circuits with their mutual inductance, and coils that magnetise bodies: closed forms,
+balance of momentum and energy.
+"""
 
 import loomstone as ls
+import numpy as np
+import pytest
 from loomstone import _core
+from scipy.special import ellipe, ellipk, eval_gegenbauer
 
 M = ls.magnetics
 BOX = ls.meshes.box(size=(0.01, 0.01, 0.01))
@@ -19,7 +20,13 @@ def simulation(scene: ls.Scene, step: float) -> ls.Simulation:
 def balance(sim: ls.Simulation) -> float:
     """All energies, with what has left through resistances and without what sources gave [J]."""
     r = sim.report
-    return r.body_kinetic_energy + r.magnetic_energy + r.circuit_energy + r.circuit_heat - r.circuit_supply
+    return (
+        r.body_kinetic_energy
+        + r.magnetic_energy
+        + r.circuit_energy
+        + r.circuit_heat
+        - r.circuit_supply
+    )
 
 
 def of_circles(a: float, b: float, distance: float) -> float:
@@ -31,17 +38,25 @@ def of_circles(a: float, b: float, distance: float) -> float:
 def test_mutual_inductances_are_those_of_their_circles():
     for a, b, distance in ((0.1, 0.01, 0.0), (0.1, 0.08, 0.02), (0.1, 0.1, 0.001)):
         pair = M.loop(radius=a, current=1.0), M.loop(radius=b, current=1.0).moved((0, 0, distance))
-        assert M.mutual_inductance(*pair, tolerance=1e-10) == pytest.approx(of_circles(a, b, distance), rel=1e-10)
+        assert M.mutual_inductance(*pair, tolerance=1e-10) == pytest.approx(
+            of_circles(a, b, distance), rel=1e-10
+        )
     x, w = np.polynomial.legendre.leggauss(40)
-    heights = np.abs(0.02 * x[:, None] - 0.02 * x - 0.03)  # crossing the ends: the rule is good to some 1e-6
+    heights = np.abs(
+        0.02 * x[:, None] - 0.02 * x - 0.03
+    )  # crossing the ends: the rule is good to some 1e-6
     wanted = 200 * 100 / 4 * np.einsum("i,j,ij->", w, w, of_circles(0.05, 0.04, heights))
     one, two = M.solenoid(**ONE, current=1.0), M.solenoid(**TWO, current=1.0).moved((0, 0, 0.03))
     assert M.mutual_inductance(one, two) == pytest.approx(wanted, rel=1e-5)
     assert M.mutual_inductance(one, two.rotated((np.pi, 0, 0))) == pytest.approx(-wanted, rel=1e-5)
     # Force and inductance are found by different integrals.
     beside, step = two.moved((0.07, 0.02, 0)).rotated((0.5, 0.2, 0)), 1e-5
-    ends = [M.mutual_inductance(one, beside.moved((s * step, 0, 0)), tolerance=1e-11) for s in (1, -1)]
-    assert (ends[0] - ends[1]) / (2 * step) == pytest.approx(M.force(on=beside, by=one, tolerance=1e-8).force[0], rel=1e-4)
+    ends = [
+        M.mutual_inductance(one, beside.moved((s * step, 0, 0)), tolerance=1e-11) for s in (1, -1)
+    ]
+    assert (ends[0] - ends[1]) / (2 * step) == pytest.approx(
+        M.force(on=beside, by=one, tolerance=1e-8).force[0], rel=1e-4
+    )
     with pytest.raises(ls.InvalidInput, match="loops and solenoids"):
         M.mutual_inductance(one, M.sphere(radius=0.1, polarization=(0, 0, 1)))
 
@@ -52,12 +67,19 @@ def transformer(**second) -> ls.Scene:
     weight = ls.RigidBody(name="weight", mesh=BOX, shape="box", position=(1, 0, 0))
     coils = [
         ls.Coil(body="a", **ONE, resistance=0.5, inductance=4e-3, voltages=[1.0]),
-        ls.Coil(body="b", **TWO, position=(0, 0, 0.01), **(second or dict(resistance=0.8, inductance=1.2e-3))),
+        ls.Coil(
+            body="b",
+            **TWO,
+            position=(0, 0, 0.01),
+            **(second or dict(resistance=0.8, inductance=1.2e-3)),
+        ),
     ]
     return ls.Scene(obstacles=stands, bodies=[weight], coils=coils, gravity=(0, 0, 0))
 
 
-MUTUAL = M.mutual_inductance(M.solenoid(**ONE, current=1.0), M.solenoid(**TWO, current=1.0).moved((0, 0, 0.01)))
+MUTUAL = M.mutual_inductance(
+    M.solenoid(**ONE, current=1.0), M.solenoid(**TWO, current=1.0).moved((0, 0, 0.01))
+)
 
 
 def test_two_coupled_circuits_follow_the_closed_form_with_second_order():
@@ -81,7 +103,9 @@ def test_a_given_current_that_changes_drives_a_circuit_beside_it():
     frequency, times = 50.0, np.linspace(0, 0.1, 2001)
     given = np.sin(2 * np.pi * frequency * times)
     scene = transformer(times=times.tolist(), currents=given.tolist())
-    sim = simulation(scene.replace(coils=[scene.coils[0].replace(voltages=[]), scene.coils[1]]), 1e-4)
+    sim = simulation(
+        scene.replace(coils=[scene.coils[0].replace(voltages=[]), scene.coils[1]]), 1e-4
+    )
     found = []
     while sim.time < 0.08:
         sim.step()
@@ -97,13 +121,44 @@ def test_a_given_current_that_changes_drives_a_circuit_beside_it():
 def moving(step: float, steps: int) -> ls.Simulation:
     """Two short-circuited coils and one with a given current drift past one another, turning."""
     places = {"a": (0, 0, 0), "b": (0.02, 0, 0.05), "c": (-0.03, 0.02, -0.05)}
-    bodies = [ls.RigidBody(name=n, mesh=BOX, shape="box", density=2e5, position=p, velocity=(0, 0, -10 * p[2]), angular_velocity=(0, 20, 5)) for n, p in places.items()]
-    coils = [
-        ls.Coil(body="a", radius=0.03, length=0.02, turns=200, resistance=0.2, inductance=4e-3, voltages=[2.0]),
-        ls.Coil(body="b", radius=0.03, turns=200, shape="loop", resistance=0.2, inductance=5e-3),
-        ls.Coil(body="c", radius=0.03, length=0.02, turns=200, times=[0.0, 0.1], currents=[0.0, 10.0]),
+    bodies = [
+        ls.RigidBody(
+            name=n,
+            mesh=BOX,
+            shape="box",
+            density=2e5,
+            position=p,
+            velocity=(0, 0, -10 * p[2]),
+            angular_velocity=(0, 20, 5),
+        )
+        for n, p in places.items()
     ]
-    sim = simulation(ls.Scene(bodies=bodies, coils=coils, gravity=(0, 0, 0), collisions=False, magnetic_tolerance=1e-5, rigid_rebuild_interval=2), step)
+    coils = [
+        ls.Coil(
+            body="a",
+            radius=0.03,
+            length=0.02,
+            turns=200,
+            resistance=0.2,
+            inductance=4e-3,
+            voltages=[2.0],
+        ),
+        ls.Coil(body="b", radius=0.03, turns=200, shape="loop", resistance=0.2, inductance=5e-3),
+        ls.Coil(
+            body="c", radius=0.03, length=0.02, turns=200, times=[0.0, 0.1], currents=[0.0, 10.0]
+        ),
+    ]
+    sim = simulation(
+        ls.Scene(
+            bodies=bodies,
+            coils=coils,
+            gravity=(0, 0, 0),
+            collisions=False,
+            magnetic_tolerance=1e-5,
+            rigid_rebuild_interval=2,
+        ),
+        step,
+    )
     for _ in range(steps):
         sim.step()
     return sim
@@ -123,24 +178,55 @@ def test_moving_circuits_keep_momentum_and_balance_their_energy_with_second_orde
     for sim in halves:
         for _ in range(2):
             sim.step()
-    assert np.array_equal(halves[0].currents, halves[1].currents) and np.abs(halves[0].currents).min() > 0
+    assert (
+        np.array_equal(halves[0].currents, halves[1].currents)
+        and np.abs(halves[0].currents).min() > 0
+    )
 
 
 RADIUS, TURNS, MOMENT, SPEED = 0.02, 50, 0.5, 3.0
 
 
 def scripted(**what) -> ls.Scene:
-    """A dipole on one stand, a loop on the other, one of which is moved by script; a weight that feels nothing stands far off."""
+    """A dipole on one stand, a loop on the other, one of which is moved by script; a weight that
+    feels nothing stands far off.
+    """
     stands = {"magnet": {}, "loop": {}} | what.pop("scripts")
-    obstacles = [ls.obstacle(BOX.moved((0, 0, z)), name=name, **stands[name]) for name, z in (("magnet", 0.5), ("loop", -0.5))]
-    magnets = [] if "magnetic_field" in what else [ls.Magnet(body="magnet", shape="dipole", moment=(0, 0, MOMENT))]
-    coil = ls.Coil(body="loop", shape="loop", radius=RADIUS, turns=TURNS, resistance=0.3, inductance=what.pop("inductance", 0.0))
+    obstacles = [
+        ls.obstacle(BOX.moved((0, 0, z)), name=name, **stands[name])
+        for name, z in (("magnet", 0.5), ("loop", -0.5))
+    ]
+    magnets = (
+        []
+        if "magnetic_field" in what
+        else [ls.Magnet(body="magnet", shape="dipole", moment=(0, 0, MOMENT))]
+    )
+    coil = ls.Coil(
+        body="loop",
+        shape="loop",
+        radius=RADIUS,
+        turns=TURNS,
+        resistance=0.3,
+        inductance=what.pop("inductance", 0.0),
+    )
     weight = ls.RigidBody(name="weight", mesh=BOX, shape="box", position=(5, 0, 0))
-    return ls.Scene(obstacles=obstacles, bodies=[weight], magnets=magnets, coils=[coil], gravity=(0, 0, 0), **what)
+    return ls.Scene(
+        obstacles=obstacles,
+        bodies=[weight],
+        magnets=magnets,
+        coils=[coil],
+        gravity=(0, 0, 0),
+        **what,
+    )
 
 
 def passing(name: str, sense: float) -> dict:
-    return {name: dict(times=[0.0, 0.1], positions=[(0, 0, -0.15 * sense), (0, 0, -0.15 * sense + 0.1 * SPEED * sense)])}
+    return {
+        name: dict(
+            times=[0.0, 0.1],
+            positions=[(0, 0, -0.15 * sense), (0, 0, -0.15 * sense + 0.1 * SPEED * sense)],
+        )
+    }
 
 
 def flux(z):
@@ -148,7 +234,9 @@ def flux(z):
     return TURNS * 2e-7 * np.pi * MOMENT * RADIUS**2 / (RADIUS**2 + z**2) ** 1.5
 
 
-@pytest.mark.parametrize("script", [passing("magnet", 1.0), passing("loop", -1.0)], ids=["magnet", "loop"])
+@pytest.mark.parametrize(
+    "script", [passing("magnet", 1.0), passing("loop", -1.0)], ids=["magnet", "loop"]
+)
 def test_a_dipole_moved_by_script_along_the_axis_of_a_loop_drives_the_current_of_faraday(script):
     sim = simulation(scripted(scripts=script), 5e-4)
     exact, found = [], []
@@ -158,28 +246,49 @@ def test_a_dipole_moved_by_script_along_the_axis_of_a_loop_drives_the_current_of
         exact.append(3 * z / (RADIUS**2 + z**2) * flux(z) * SPEED / 0.3)
         found.append(sim.current)
     assert found == pytest.approx(exact, rel=1e-9, abs=1e-9 * max(exact))
-    assert found[40] < 0 < found[-40], "it opposes the flux that grows and sustains the one that falls"
-    # Of the work of the script nothing is left, and the heat is that of the current between the steps as well.
+    assert found[40] < 0 < found[-40], (
+        "it opposes the flux that grows and sustains the one that falls"
+    )
+    # Of the work of the script nothing is left, and the heat is that of the current between the
+    # steps as well.
     assert sim.circuit_supply == pytest.approx(sim.circuit_heat, rel=1e-12)
     assert sim.circuit_heat == pytest.approx(0.3 * 5e-4 * np.square(exact).sum(), rel=1e-3)
-    assert sim.state.body_velocities == pytest.approx(0.0, abs=1e-9), "the weight five metres off stays"
+    assert sim.state.body_velocities == pytest.approx(0.0, abs=1e-9), (
+        "the weight five metres off stays"
+    )
 
 
 def test_the_charge_that_a_passing_magnet_moves_is_the_change_of_flux_over_the_resistance():
-    sim = simulation(scripted(scripts={"magnet": dict(times=[0.0, 0.05], positions=[(0, 0, -0.15), (0, 0, 0)])}, inductance=1e-3), 5e-4)
+    sim = simulation(
+        scripted(
+            scripts={"magnet": dict(times=[0.0, 0.05], positions=[(0, 0, -0.15), (0, 0, 0)])},
+            inductance=1e-3,
+        ),
+        5e-4,
+    )
     charge, before = 0.0, 0.0
-    for _ in range(160):  # the magnet stands in the middle from 0.05 s on, and the current dies out in 3.3 ms
+    for _ in range(
+        160
+    ):  # the magnet stands in the middle from 0.05 s on, and the current dies out in 3.3 ms
         sim.step()
         charge, before = charge + 5e-4 * 0.5 * (before + sim.current), sim.current
-    # The current bends within 3 ms: chords of 0.5 ms miss (h / tau)^2 / 12 of it where the magnet stops.
+    # The current bends within 3 ms: chords of 0.5 ms miss (h / tau)^2 / 12 of it where the magnet
+    # stops.
     assert charge == pytest.approx((flux(0.15) - flux(0.0)) / 0.3, rel=2e-3)
-    assert sim.circuit_supply == pytest.approx(sim.circuit_heat + sim.report.circuit_energy, rel=1e-12)
+    assert sim.circuit_supply == pytest.approx(
+        sim.circuit_heat + sim.report.circuit_energy, rel=1e-12
+    )
 
 
 def test_a_loop_turned_by_script_in_a_uniform_field_is_a_generator():
     times = np.linspace(0.0, 0.1, 41)
     turns = np.outer(20 * np.pi * times, (1, 0, 0))
-    sim = simulation(scripted(scripts={"loop": dict(times=times, axis_angles=turns)}, magnetic_field=(0, 0, 0.2)), 5e-4)
+    sim = simulation(
+        scripted(
+            scripts={"loop": dict(times=times, axis_angles=turns)}, magnetic_field=(0, 0, 0.2)
+        ),
+        5e-4,
+    )
     peak = TURNS * 0.2 * np.pi * RADIUS**2 * 20 * np.pi / 0.3
     for _ in range(200):
         sim.step()
@@ -189,13 +298,19 @@ def test_a_loop_turned_by_script_in_a_uniform_field_is_a_generator():
 
 
 def series_force(radius: float, distance: float, ball: float, chi: float, current: float) -> float:
-    """Axial force on a linear ball at a distance below the plane of a loop on its axis, by multipoles [N]."""
+    """Axial force on a linear ball at a distance below the plane of a loop on its axis, by
+    multipoles [N].
+    """
     s = np.hypot(radius, distance)
     n = np.arange(60)
-    field = current * radius**2 / (2 * s**3) * eval_gegenbauer(n, 1.5, distance / s) / s**n  # on the axis, sum of field z^n
+    field = (
+        current * radius**2 / (2 * s**3) * eval_gegenbauer(n, 1.5, distance / s) / s**n
+    )  # on the axis, sum of field z^n
     potential = np.append(0.0, -field / (n + 1))  # of degree l
     degree = n[1:]
-    answer = -degree * chi / (degree * chi + 2 * degree + 1) * potential[1:-1] * ball ** (2 * degree + 1)
+    answer = (
+        -degree * chi / (degree * chi + 2 * degree + 1) * potential[1:-1] * ball ** (2 * degree + 1)
+    )
     return float(-4 * np.pi * M.MU0 * ((degree + 1) * answer * potential[2:]).sum())
 
 
@@ -205,8 +320,22 @@ def ball_and_coil(currents, times=(), magnets=(), **ball) -> ls.Scene:
               ls.RigidBody(name="coil", mesh=BOX, shape="box", density=2e5, position=(0, 0, 0.02)),
               ls.RigidBody(name="magnet", mesh=BOX, shape="box", density=2e5, position=(0.03, 0, 0))]  # fmt: skip
     soft = ls.Magnet(body="ball", shape="sphere", radius=0.01, **ball)
-    coil = ls.Coil(body="coil", shape="loop", radius=0.02, turns=100, times=list(times), currents=list(currents))
-    return ls.Scene(bodies=bodies, magnets=[soft, *magnets], coils=[coil], gravity=(0, 0, 0), collisions=False, magnetic_tolerance=1e-6)
+    coil = ls.Coil(
+        body="coil",
+        shape="loop",
+        radius=0.02,
+        turns=100,
+        times=list(times),
+        currents=list(currents),
+    )
+    return ls.Scene(
+        bodies=bodies,
+        magnets=[soft, *magnets],
+        coils=[coil],
+        gravity=(0, 0, 0),
+        collisions=False,
+        magnetic_tolerance=1e-6,
+    )
 
 
 @pytest.mark.parametrize("chi", [1000.0, 1.0, -1.0])
@@ -216,22 +345,31 @@ def test_a_coil_magnetises_a_ball_and_is_pulled_as_the_series_says(chi):
     sim.step()
     mass = np.array([ls.mass_properties(b.mesh, b.density).mass for b in scene.bodies])
     momenta = mass[:, None] * np.asarray(sim.state.body_velocities)
-    assert momenta[0, 2] / 1e-5 == pytest.approx(series_force(0.02, 0.02, 0.01, chi, 500.0), rel=1e-5)
+    assert momenta[0, 2] / 1e-5 == pytest.approx(
+        series_force(0.02, 0.02, 0.01, chi, 500.0), rel=1e-5
+    )
     assert np.abs(momenta.sum(axis=0)).max() < 1e-12 * np.abs(momenta[0, 2])
     assert sim.circuit_supply == pytest.approx(sim.report.body_kinetic_energy, rel=1e-9)
 
 
 def test_energy_balances_where_coil_and_magnet_magnetise_a_ball():
-    magnet = ls.Magnet(body="magnet", shape="cuboid", size=(0.01, 0.01, 0.01), polarization=(1, 0, 0.5))
+    magnet = ls.Magnet(
+        body="magnet", shape="cuboid", size=(0.01, 0.01, 0.01), polarization=(1, 0, 0.5)
+    )
     errors = []
     for n in (16, 32):
-        scene = ball_and_coil([0.0, 30.0], times=(0.0, 0.016), magnets=[magnet], susceptibility=50.0)
+        scene = ball_and_coil(
+            [0.0, 30.0], times=(0.0, 0.016), magnets=[magnet], susceptibility=50.0
+        )
         sim = simulation(scene, 0.016 / n)
         start = balance(sim)
         for _ in range(n):
             sim.step()
         errors.append(abs(balance(sim) - start))
-    assert errors[1] < 2e-3 * sim.report.body_kinetic_energy and errors[1] < 0.3 * errors[0] + 1e-6 * sim.report.body_kinetic_energy
+    assert (
+        errors[1] < 2e-3 * sim.report.body_kinetic_energy
+        and errors[1] < 0.3 * errors[0] + 1e-6 * sim.report.body_kinetic_energy
+    )
 
 
 def test_circuits_that_cannot_be_are_refused():
@@ -246,7 +384,11 @@ def test_circuits_that_cannot_be_are_refused():
 
 def test_circuits_without_a_rigid_body_are_refused():
     with pytest.raises(ls.Unsupported, match="circuits are advanced together with rigid bodies"):
-        ls.Simulation(transformer().replace(bodies=[], cloths=[ls.Cloth(mesh=ls.grid(size=(0.1, 0.1), cells=(2, 2)))]))
+        ls.Simulation(
+            transformer().replace(
+                bodies=[], cloths=[ls.Cloth(mesh=ls.grid(size=(0.1, 0.1), cells=(2, 2)))]
+            )
+        )
 
 
 def test_a_frame_draws_the_closed_lines_of_a_coil_with_a_circuit(tmp_path):
@@ -256,7 +398,10 @@ def test_a_frame_draws_the_closed_lines_of_a_coil_with_a_circuit(tmp_path):
     sim.step()
     frame = sim.frame()
     coils = sim.magnets(frame)
-    assert [c.moment[2] / (np.pi * w["radius"] ** 2 * w["turns"]) for c, w in zip(coils, (ONE, TWO), strict=True)] == pytest.approx(sim.currents)
+    assert [
+        c.moment[2] / (np.pi * w["radius"] ** 2 * w["turns"])
+        for c, w in zip(coils, (ONE, TWO), strict=True)
+    ] == pytest.approx(sim.currents)
     found = M.field_lines(coils, 40)
     assert found.ends.count(M.LineEnd.closed) > 20
     for line, end in zip(found.lines, found.ends, strict=True):
@@ -266,4 +411,7 @@ def test_a_frame_draws_the_closed_lines_of_a_coil_with_a_circuit(tmp_path):
     renderer = ls.Renderer(sim.topology, ls.RenderOptions(width=120, height=90, samples=1))
     assert (renderer.render(frame, curves) != renderer.render(frame)).any()
     _core.FrameWriter(str(tmp_path), sim.topology, "{}").write(frame)
-    assert _core.FrameReader(str(tmp_path)).frame(0).coil_currents.tolist() == frame.coil_currents.tolist()
+    assert (
+        _core.FrameReader(str(tmp_path)).frame(0).coil_currents.tolist()
+        == frame.coil_currents.tolist()
+    )

@@ -8,10 +8,9 @@ import sys
 import time
 from pathlib import Path
 
+import loomstone as ls
 import numpy as np
 import pytest
-
-import loomstone as ls
 
 SCENES = Path(__file__).parents[2] / "scenes"
 SCENE = """
@@ -30,7 +29,11 @@ def check(run):
 
 def command(*arguments, check=True, **options):
     done = subprocess.run(
-        [sys.executable, "-m", "loomstone", *map(str, arguments)], capture_output=True, text=True, timeout=240, **options
+        [sys.executable, "-m", "loomstone", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=240,
+        **options,
     )
     if check:
         assert done.returncode == 0, done.stdout + done.stderr
@@ -44,20 +47,45 @@ def scene(tmp_path):
 
 
 def test_help_teaches_every_command():
-    listed = {line.split()[0] for line in command("--help").stdout.splitlines() if line.startswith("  ") and line.split()}
+    listed = {
+        line.split()[0]
+        for line in command("--help").stdout.splitlines()
+        if line.startswith("  ") and line.split()
+    }
     names = {"run", "resume", "render", "check", "info", "plot"}
     assert names | {"field", "fabrics", "report", "versions"} <= listed
     for name in names:  # an example beside the usage
-        assert any(line.strip().startswith(f"loomstone {name}") for line in command(name, "--help").stdout.splitlines())
+        assert any(
+            line.strip().startswith(f"loomstone {name}")
+            for line in command(name, "--help").stdout.splitlines()
+        )
 
 
 def test_run_render_info_plot_and_check_work_on_one_another(scene, tmp_path):
     out = tmp_path / "out"
-    done = command("run", scene, "--out", out, "-p", "cells=6", "--duration", 0.2, "--step", 4e-3, "--threads", 1, "--render")
+    done = command(
+        "run",
+        scene,
+        "--out",
+        out,
+        "-p",
+        "cells=6",
+        "--duration",
+        0.2,
+        "--step",
+        4e-3,
+        "--threads",
+        1,
+        "--render",
+    )
     assert "frame 6/6" in done.stdout and "steps/s" in done.stdout and "left 0:00" in done.stdout
     assert len(list((out / "frames").glob("*.png"))) == 6 and (out / "video.mp4").exists()
     kept = ls.Run(out).metadata
-    assert kept["scene_file"]["parameters"] == {"cells": 6} and kept["duration"] == 0.2 and kept["integrator"]["step"] == 4e-3
+    assert (
+        kept["scene_file"]["parameters"] == {"cells": 6}
+        and kept["duration"] == 0.2
+        and kept["integrator"]["step"] == 4e-3
+    )
     assert "72 cloth triangles" in command("info", out).stdout
     assert "positions" in command("info", sorted(out.glob("checkpoint-*"))[0]).stdout
     assert "-p cells=12" in command("info", scene).stdout
@@ -92,13 +120,17 @@ def test_a_tangled_start_is_refused_with_its_pairs_and_drawn(tmp_path):
         "    upright = flat.moved((0.013, 0.007, 0), rotation=[[1, 0, 0], [0, 0, -1], [0, 1, 0]])\n"
         "    return ls.Scene(cloths=[ls.Cloth(name='a', mesh=flat), ls.Cloth(name='b', mesh=upright)])\n"
     )
-    done = command("check", tmp_path / "tangled.py", "--render", tmp_path / "start.png", check=False)
+    done = command(
+        "check", tmp_path / "tangled.py", "--render", tmp_path / "start.png", check=False
+    )
     assert done.returncode == 1 and "refused" in done.stdout and "intersecting pairs" in done.stdout
     assert (tmp_path / "start.png").exists()
 
 
 def start(*arguments):
-    return subprocess.Popen([sys.executable, "-m", "loomstone", *map(str, arguments)], stdout=subprocess.PIPE, text=True)
+    return subprocess.Popen(
+        [sys.executable, "-m", "loomstone", *map(str, arguments)], stdout=subprocess.PIPE, text=True
+    )
 
 
 def wait_for_frame(process, number):
@@ -144,7 +176,9 @@ def test_a_run_killed_at_20_random_moments_resumes_to_the_same_bits_each_time(sc
         process.communicate()
         assert len(ls.Run(out)) > 0
         command("resume", out, "--threads", 1)
-        assert digest(out) == digest(tmp_path / "whole"), f"killed after {moment:.3f} s of {length:.3f} s"
+        assert digest(out) == digest(tmp_path / "whole"), (
+            f"killed after {moment:.3f} s of {length:.3f} s"
+        )
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGUSR1])
@@ -174,7 +208,16 @@ def test_resuming_needs_nothing_but_the_directory(scene, tmp_path):
 ])  # fmt: skip
 def test_every_scene_runs_small_and_short_without_intersections(tmp_path, name, small):
     parameters = [word for item in small for word in ("-p", item)]
-    command("run", SCENES / f"{name}.py", "--out", tmp_path, "--duration", 0.12, "--overwrite", *parameters)
+    command(
+        "run",
+        SCENES / f"{name}.py",
+        "--out",
+        tmp_path,
+        "--duration",
+        0.12,
+        "--overwrite",
+        *parameters,
+    )
     run = ls.Run(tmp_path)
     assert len(run) >= 4 and run.intersecting_pairs() == []
 

@@ -1,13 +1,14 @@
-"""Coils, circuits and bearings: tables of a coil brake and of motors, energy that balances, bad input."""
+"""Coils, circuits and bearings: tables of a coil brake and of motors, energy that balances, bad
+input.
+"""
 
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
+import loomstone as ls
 import numpy as np
 import pytest
 from magnet_tables import each_case
-
-import loomstone as ls
 
 SPEC = spec_from_file_location("motors", Path(__file__).parents[1] / "benchmarks" / "motors.py")
 MOTORS = module_from_spec(SPEC)
@@ -17,10 +18,15 @@ DENSITY = 7500
 
 
 def balance(sim):
-    """All energies, with what has left through resistances and bearings and without what sources gave [J]."""
+    """All energies, with what has left through resistances and bearings and without what sources
+    gave [J].
+    """
     r = sim.report
     inductance = sum(coil.inductance for coil in COILS[id(sim)])
-    assert r.circuit_energy == 0.5 * inductance * sim.current * sim.current and r.circuit_current == sim.current
+    assert (
+        r.circuit_energy == 0.5 * inductance * sim.current * sim.current
+        and r.circuit_current == sim.current
+    )
     mechanical = r.body_kinetic_energy + r.body_gravity_energy + r.magnetic_energy
     return mechanical + r.circuit_energy + r.circuit_heat + r.bearing_work - r.circuit_supply
 
@@ -39,15 +45,26 @@ def falling_magnet(case, tolerance=1e-4):
     radius = 0.004
     mesh = ls.meshes.sphere(radius=radius, subdivisions=2)
     density = case["magnet_mass"] / ls.mass_properties(mesh, 1.0).mass
-    body = ls.RigidBody(name="magnet", mesh=mesh, shape="sphere", density=density, position=(0, 0, case["start_z"]))
+    body = ls.RigidBody(
+        name="magnet", mesh=mesh, shape="sphere", density=density, position=(0, 0, case["start_z"])
+    )
     size = {"radius": case["magnet_radius"], "height": case["magnet_height"]}
-    magnet = ls.Magnet(body="magnet", shape="cylinder", **size, polarization=(0, 0, case["magnet_Jz"]))
+    magnet = ls.Magnet(
+        body="magnet", shape="cylinder", **size, polarization=(0, 0, case["magnet_Jz"])
+    )
     far = ls.obstacle(ls.meshes.box(size=(0.01, 0.01, 0.01)).moved((0.2, 0, 0)), name="stand")
     coil = ls.Coil(
         body="stand", radius=case["coil_radius"], length=case["coil_length"], turns=case["turns"],
         resistance=case["coil_resistance"], inductance=case["coil_inductance"],
     )  # fmt: skip
-    return ls.Scene(bodies=[body], obstacles=[far], magnets=[magnet], coils=[coil], gravity=(0, 0, -case["gravity"]), magnetic_tolerance=tolerance)
+    return ls.Scene(
+        bodies=[body],
+        obstacles=[far],
+        magnets=[magnet],
+        coils=[coil],
+        gravity=(0, 0, -case["gravity"]),
+        magnetic_tolerance=tolerance,
+    )
 
 
 @each_case("vii_magnet_through_coil")
@@ -60,8 +77,12 @@ def test_a_magnet_falls_through_a_coil_as_in_the_table(case):
         before = sim.body_positions[0, 2]
     speed = -sim.state.body_velocities[0, 2]
     late = (case["end_z"] - before) / speed
-    time, speed = sim.time - late, speed - case["gravity"] * late  # where it passed the end, far from the coil
-    # A sheet of current stands for turns; the rates R/L and G G/mR of 25,000 and 700 per second are resolved in part.
+    time, speed = (
+        sim.time - late,
+        speed - case["gravity"] * late,
+    )  # where it passed the end, far from the coil
+    # A sheet of current stands for turns; the rates R/L and G G/mR of 25,000 and 700 per second are
+    # resolved in part.
     assert time == pytest.approx(case["time"], rel=2e-3)
     assert speed == pytest.approx(case["end_speed"], rel=5e-3)
     assert sim.circuit_heat == pytest.approx(case["joule_heat"], rel=5e-3)
@@ -72,12 +93,15 @@ def test_a_magnet_falls_through_a_coil_as_in_the_table(case):
 def test_energy_balances_with_second_order(case):
     errors = []
     for step in (2e-3, 1e-3):
-        sim = simulation(falling_magnet(case, 1e-6).replace(magnetic_step=1.0), step)  # no sub-steps but those
+        sim = simulation(
+            falling_magnet(case, 1e-6).replace(magnetic_step=1.0), step
+        )  # no sub-steps but those
         start = balance(sim)
         for _ in range(round(0.1 / step)):
             sim.step()
         errors.append(abs(balance(sim) - start))
-    # Exact in every kick, second order between them: the magnet's fall in a uniform field has no error at all.
+    # Exact in every kick, second order between them: the magnet's fall in a uniform field has no
+    # error at all.
     assert errors[1] < 1e-3 * case["joule_heat"] + 1e-12
     assert errors[1] < 0.3 * errors[0] + 1e-9
 
@@ -96,7 +120,10 @@ def test_motors_follow_the_table(case):
 
 def test_a_current_pushes_magnet_and_coil_with_opposite_forces():
     box = ls.meshes.box(size=(0.01, 0.01, 0.01))
-    bodies = [ls.RigidBody(name=n, mesh=box, shape="box", position=x) for n, x in (("coil", (0, 0, 0)), ("magnet", (0.01, 0, 0.03)))]
+    bodies = [
+        ls.RigidBody(name=n, mesh=box, shape="box", position=x)
+        for n, x in (("coil", (0, 0, 0)), ("magnet", (0.01, 0, 0.03)))
+    ]
     scene = ls.Scene(
         bodies=bodies, gravity=(0, 0, 0), coils=[ls.Coil(body="coil", radius=0.01, length=0.01, turns=50, currents=[2.0])],
         magnets=[ls.Magnet(body="magnet", shape="cuboid", size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))],
@@ -146,7 +173,13 @@ def test_bad_coils_and_bearings_are_refused():
         with pytest.raises(ls.InvalidInput, match=message):
             ls.Simulation(ls.Scene(bodies=[box], **bad))
     for bad, message in (
-        ({"bearings": [ls.Bearing(body="b")], "cloths": [ls.Cloth(mesh=ls.grid(cells=(2, 2)).moved((0, 0, 1)))]}, "not beside cloth"),
+        (
+            {
+                "bearings": [ls.Bearing(body="b")],
+                "cloths": [ls.Cloth(mesh=ls.grid(cells=(2, 2)).moved((0, 0, 1)))],
+            },
+            "not beside cloth",
+        ),
     ):
         with pytest.raises(ls.Unsupported, match=message):
             ls.Simulation(ls.Scene(bodies=[box], **bad))

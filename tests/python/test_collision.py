@@ -2,11 +2,10 @@
 
 from fractions import Fraction
 
+import loomstone as ls
 import numpy as np
 import pytest
 from exact_queries import FAMILIES, degenerate_queries, exact_verdict
-
-import loomstone as ls
 from loomstone import collision
 
 
@@ -18,7 +17,11 @@ def test_verdicts_of_degenerate_queries_are_exact_and_times_are_not_late(kind, f
     hit, time = collision.continuous(kind, queries)
     exact = [exact_verdict(kind, query) for query in queries]
     assert hit.tolist() == [contact is not None for contact in exact]
-    assert all(Fraction(float(t)) <= contact for t, contact in zip(time, exact, strict=True) if contact is not None)
+    assert all(
+        Fraction(float(t)) <= contact
+        for t, contact in zip(time, exact, strict=True)
+        if contact is not None
+    )
 
 
 @pytest.mark.parametrize("kind", ["vertex-face", "edge-edge"])
@@ -34,11 +37,16 @@ def test_verdicts_are_those_of_rational_arithmetic(kind):
 
 def test_continuous_gives_a_time_before_the_contact_and_names_bad_input():
     face = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
-    queries = np.array([[[0.25, 0.25, 1], *face, [0.25, 0.25, -1], *face], [[2, 2, 1], *face, [2, 2, -1], *face]], float)
+    queries = np.array(
+        [[[0.25, 0.25, 1], *face, [0.25, 0.25, -1], *face], [[2, 2, 1], *face, [2, 2, -1], *face]],
+        float,
+    )
     hit, time = collision.continuous("vertex-face", queries)
     assert hit.tolist() == [True, False]
     assert 0.5 - 1e-6 < time[0] <= 0.5 and time[1] == np.inf
-    with pytest.raises(ls.InvalidInput, match='kind must be "vertex-face" or "edge-edge", got "face"'):
+    with pytest.raises(
+        ls.InvalidInput, match='kind must be "vertex-face" or "edge-edge", got "face"'
+    ):
         collision.continuous("face", queries)
     with pytest.raises(ls.InvalidInput, match=r"queries must have shape \(n, 8, 3\), got \(4, 6\)"):
         collision.continuous("edge-edge", np.zeros((4, 6)))
@@ -52,13 +60,18 @@ def test_candidates_of_all_engines_and_their_bad_input():
     random = np.random.default_rng(4)
     x0 = mesh.vertices + random.normal(scale=0.02, size=mesh.vertices.shape)
     x1 = x0 + random.normal(scale=0.005, size=x0.shape)
-    found = [collision.candidates(x0, x1, mesh.triangles, engine=e, threads=2) for e in ("clusters", "embree", "brute-force")]
+    found = [
+        collision.candidates(x0, x1, mesh.triangles, engine=e, threads=2)
+        for e in ("clusters", "embree", "brute-force")
+    ]
     assert len(found[0][0]) > 100 and len(found[0][1]) > 50
     for vertex_face, edge_edge in found[1:]:
         assert np.array_equal(vertex_face, found[0][0]) and np.array_equal(edge_edge, found[0][1])
     more = collision.candidates(x0, x1, mesh.triangles, inflation=1e-3)
     assert {*map(tuple, found[0][1])} < {*map(tuple, more[1])}
-    with pytest.raises(ls.InvalidInput, match='engine must be "clusters", "embree" or "brute-force", got "bvh"'):
+    with pytest.raises(
+        ls.InvalidInput, match='engine must be "clusters", "embree" or "brute-force", got "bvh"'
+    ):
         collision.candidates(x0, x1, mesh.triangles, engine="bvh")
     with pytest.raises(ls.InvalidInput, match="triangle 1 has 500"):
         collision.candidates(x0, x1, [[0, 1, 2], [0, 1, 500]])
@@ -104,17 +117,25 @@ def test_a_detector_finds_exactly_the_colliding_pairs_whatever_its_tree_and_thre
         for detector in (*lasting.values(), collision.Detector(triangles, threads=2)):
             found = detector.collisions(x0, x1)
             assert len(found) == len(expected[0][0]) + len(expected[1][0]) > 50
-            assert np.array_equal(found.vertex_face, expected[0][0]) and np.array_equal(found.edge_edge, expected[1][0])
-            assert np.array_equal(found.vertex_face_time, expected[0][1]) and np.array_equal(found.edge_edge_time, expected[1][1])
+            assert np.array_equal(found.vertex_face, expected[0][0]) and np.array_equal(
+                found.edge_edge, expected[1][0]
+            )
+            assert np.array_equal(found.vertex_face_time, expected[0][1]) and np.array_equal(
+                found.edge_edge_time, expected[1][1]
+            )
             assert found.time == min(expected[0][1].min(), expected[1][1].min())
             named = detector.candidates(x0, x1)
             assert np.array_equal(named[0], vertex_face) and np.array_equal(named[1], edge_edge)
             unordered = detector.candidates(x0, x1, ordered=False)
             assert np.array_equal(np.array(sorted(map(tuple, unordered[1]))), edge_edge)
         x0, x1 = x1, x1 + random.normal(scale=0.005, size=x0.shape)
-    assert 0 < detector.tree_bytes < 600 * len(triangles)  # half empty at this size; large meshes take about 340
+    assert (
+        0 < detector.tree_bytes < 600 * len(triangles)
+    )  # half empty at this size; large meshes take about 340
     flat = ls.grid(size=(0.2, 0.2), triangles=200)
-    free = collision.Detector(flat.triangles).collisions(flat.vertices, flat.vertices + [0.0, 0.0, 0.1])
+    free = collision.Detector(flat.triangles).collisions(
+        flat.vertices, flat.vertices + [0.0, 0.0, 0.1]
+    )
     assert len(free) == 0 and free.time == np.inf
 
 

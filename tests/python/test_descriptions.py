@@ -1,9 +1,8 @@
 """Descriptions: frozen, compared by value, refused with a reason."""
 
+import loomstone as ls
 import numpy as np
 import pytest
-
-import loomstone as ls
 from loomstone import _core, cli
 
 ALL = [ls.ClothMaterial, ls.Cloth, ls.Obstacle, ls.Attachment, ls.Air, ls.Scene, ls.IntegratorOptions, ls.RigidBody,
@@ -33,7 +32,9 @@ def test_units_limits_and_defaults_come_from_the_core():
 
 
 def test_a_misspelt_field_is_refused_and_the_right_one_named():
-    with pytest.raises(TypeError, match="ClothMaterial has no field 'dencity'; did you mean 'density'"):
+    with pytest.raises(
+        TypeError, match="ClothMaterial has no field 'dencity'; did you mean 'density'"
+    ):
         ls.ClothMaterial(dencity=0.3)
     with pytest.raises(TypeError, match="Air has no field 'gustt'; did you mean 'gust'"):
         ls.Air().replace(gustt=0.5)
@@ -42,7 +43,9 @@ def test_a_misspelt_field_is_refused_and_the_right_one_named():
 
 
 def test_a_number_outside_its_limits_is_refused():
-    with pytest.raises(ls.InvalidInput, match=r"ClothMaterial.density must be > 0 \[kg/m\^2\], got -1"):
+    with pytest.raises(
+        ls.InvalidInput, match=r"ClothMaterial.density must be > 0 \[kg/m\^2\], got -1"
+    ):
         ls.ClothMaterial(density=-1)
     with pytest.raises(ls.InvalidInput, match="poisson must be in"):
         ls.ClothMaterial().replace(poisson=3.0)
@@ -51,21 +54,29 @@ def test_a_number_outside_its_limits_is_refused():
 
 
 def test_an_array_of_the_wrong_shape_is_refused_with_its_shape():
-    with pytest.raises(ls.InvalidInput, match=r"Air.wind must be numbers of shape \(3,\), got shape \(2,\)"):
+    with pytest.raises(
+        ls.InvalidInput, match=r"Air.wind must be numbers of shape \(3,\), got shape \(2,\)"
+    ):
         ls.Air(wind=(1, 2))
-    with pytest.raises(ls.InvalidInput, match=r"velocities must be numbers of shape \(n, 3\), got shape \(1, 2\)"):
+    with pytest.raises(
+        ls.InvalidInput, match=r"velocities must be numbers of shape \(n, 3\), got shape \(1, 2\)"
+    ):
         ls.Cloth(velocities=[[0, 1]])
 
 
 def test_a_value_of_the_wrong_kind_is_refused_with_what_is_wanted():
-    with pytest.raises(TypeError, match=r"ClothMaterial.density \(mass per area .* cannot be a str"):
+    with pytest.raises(
+        TypeError, match=r"ClothMaterial.density \(mass per area .* cannot be a str"
+    ):
         ls.ClothMaterial(density="heavy")
     with pytest.raises(TypeError):
         ls.ClothMaterial(0.3)
 
 
 def test_lists_tuples_and_arrays_are_the_same_to_a_field():
-    assert ls.Air(wind=[1, 2, 3]) == ls.Air(wind=(1, 2, 3)) == ls.Air(wind=np.array([1.0, 2.0, 3.0]))
+    assert (
+        ls.Air(wind=[1, 2, 3]) == ls.Air(wind=(1, 2, 3)) == ls.Air(wind=np.array([1.0, 2.0, 3.0]))
+    )
     assert ls.Cloth(pins=np.array([1, 2])).pins == [1, 2]
 
 
@@ -78,7 +89,9 @@ def test_descriptions_with_equal_meshes_are_equal_and_others_are_not():
 
 def test_repr_shows_what_differs_from_the_default():
     assert repr(ls.ClothMaterial(density=0.2)) == "ClothMaterial(density=0.2)"
-    assert "material=ClothMaterial(density=0.2)" in repr(ls.Cloth(material=ls.ClothMaterial(density=0.2)))
+    assert "material=ClothMaterial(density=0.2)" in repr(
+        ls.Cloth(material=ls.ClothMaterial(density=0.2))
+    )
 
 
 def test_a_description_is_not_changed_by_writing_to_what_it_returned():
@@ -90,7 +103,12 @@ def test_a_description_is_not_changed_by_writing_to_what_it_returned():
 
 @pytest.mark.parametrize(
     "error, standard",
-    [("InvalidInput", ValueError), ("SolverFailure", RuntimeError), ("CacheError", OSError), ("Unsupported", NotImplementedError)],
+    [
+        ("InvalidInput", ValueError),
+        ("SolverFailure", RuntimeError),
+        ("CacheError", OSError),
+        ("Unsupported", NotImplementedError),
+    ],
 )
 def test_each_error_is_a_standard_one_and_one_of_ours(error, standard):
     assert issubclass(getattr(ls, error), standard) and issubclass(getattr(ls, error), ls.Error)
@@ -99,7 +117,9 @@ def test_each_error_is_a_standard_one_and_one_of_ours(error, standard):
 def test_another_method_on_the_command_line_keeps_what_it_has_use_for():
     scene = ls.BackwardEuler(step=2e-3, linear_solver="direct", jacobian="exact")
     assert cli._other_method(scene, "symplectic-euler") == ls.SymplecticEuler(step=2e-3)
-    assert cli._other_method(scene, "bdf2") == ls.BDF2(step=2e-3, linear_solver="direct", jacobian="exact")
+    assert cli._other_method(scene, "bdf2") == ls.BDF2(
+        step=2e-3, linear_solver="direct", jacobian="exact"
+    )
 
 
 def test_integrators_differ_from_the_default_by_name_and_what_is_given():
@@ -119,7 +139,10 @@ def test_integrators_differ_from_the_default_by_name_and_what_is_given():
 
 def test_fabrics_are_materials_and_softer_than_steel():
     assert {"cotton", "silk", "denim"} <= set(ls.fabrics)
-    assert all(0.05 < material.density < 0.6 and material.weft_stiffness < 1e5 for material in ls.fabrics.values())
+    assert all(
+        0.05 < material.density < 0.6 and material.weft_stiffness < 1e5
+        for material in ls.fabrics.values()
+    )
     assert ls.fabrics["silk"].density < ls.fabrics["denim"].density
 
 

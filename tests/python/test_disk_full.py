@@ -1,4 +1,6 @@
-"""A disk that is full, or a file that may not grow: one clear error, everything before it can be read, and the run resumed."""
+"""A disk that is full, or a file that may not grow: one clear error, everything before it can be
+read, and the run resumed.
+"""
 
 import errno
 import json
@@ -8,10 +10,9 @@ import signal
 import subprocess
 import sys
 
+import loomstone as ls
 import numpy as np
 import pytest
-
-import loomstone as ls
 from loomstone import runs
 
 SCENE = """
@@ -31,7 +32,11 @@ def loomstone(*arguments, largest_file=None):
             resource.setrlimit(resource.RLIMIT_FSIZE, (largest_file, largest_file))
 
     return subprocess.run(
-        [sys.executable, "-m", "loomstone", *map(str, arguments)], capture_output=True, text=True, timeout=120, preexec_fn=limit
+        [sys.executable, "-m", "loomstone", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        preexec_fn=limit,
     )
 
 
@@ -56,14 +61,25 @@ def check_failed_and_resume(done, out, whole, more=()):
     del stored
     resumed = loomstone("resume", out, *more)
     assert resumed.returncode == 0, resumed.stderr
-    assert json.loads((out / "report.json").read_text())["digest"] == json.loads((whole / "out" / "report.json").read_text())["digest"]
+    assert (
+        json.loads((out / "report.json").read_text())["digest"]
+        == json.loads((whole / "out" / "report.json").read_text())["digest"]
+    )
     assert len(ls.Run(out)) == len(good)
 
 
 @pytest.mark.parametrize("share", [0.7, 0.95])
 def test_frames_that_do_not_fit_leave_those_before_them(whole, tmp_path, share):
     size = (whole / "out" / "run.vtkhdf").stat().st_size
-    done = loomstone("run", whole / "scene.py", "--out", tmp_path / "out", "--threads", 1, largest_file=int(share * size))
+    done = loomstone(
+        "run",
+        whole / "scene.py",
+        "--out",
+        tmp_path / "out",
+        "--threads",
+        1,
+        largest_file=int(share * size),
+    )
     check_failed_and_resume(done, tmp_path / "out", whole)
 
 
@@ -72,10 +88,15 @@ def test_a_table_of_steps_on_a_full_disk_is_the_same_clear_error(whole, tmp_path
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(size=(0.3, 0.3), cells=(32, 32)), pins=[0])])
-    sims = [ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=4e-3), threads=1) for _ in range(2)]
+    sims = [
+        ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=4e-3), threads=1)
+        for _ in range(2)
+    ]
     with monkeypatch.context() as patch:
         patch.setattr(runs.StepTable, "flush", full)
-        with pytest.raises(ls.CacheError, match="No space left on device.*1 frames before are kept"):
+        with pytest.raises(
+            ls.CacheError, match="No space left on device.*1 frames before are kept"
+        ):
             sims[0].run(out=tmp_path / "out", duration=1.0)
     report = sims[1].run(out=tmp_path / "out", duration=1.0, resume=True)
     assert report["digest"] == json.loads((whole / "out" / "report.json").read_text())["digest"]

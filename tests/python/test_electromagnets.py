@@ -1,10 +1,11 @@
-"""Circuits beside bodies that magnetise: inductance of cores, forces that follow from it, energy and momentum that balance."""
+"""Circuits beside bodies that magnetise: inductance of cores, forces that follow from it, energy
+and momentum that balance.
+"""
 
+import loomstone as ls
 import numpy as np
 import pytest
 from test_circuits import BOX, balance, series_force, simulation
-
-import loomstone as ls
 
 M = ls.magnetics
 WEIGHT = ls.RigidBody(name="weight", mesh=BOX, shape="box", position=(3, 0, 0))
@@ -13,19 +14,38 @@ WEIGHT = ls.RigidBody(name="weight", mesh=BOX, shape="box", position=(3, 0, 0))
 def held(core: ls.Magnet, coil: ls.Coil, core_mesh=BOX) -> ls.Scene:
     """A core and a coil on stands; a weight far off makes the scene one of rigid bodies."""
     stands = [ls.obstacle(core_mesh, name="core"), ls.obstacle(BOX.moved((0, 0, 0.5)), name="coil")]
-    return ls.Scene(obstacles=stands, bodies=[WEIGHT], magnets=[core], coils=[coil], gravity=(0, 0, 0), collisions=False, magnetic_tolerance=1e-6)
+    return ls.Scene(
+        obstacles=stands,
+        bodies=[WEIGHT],
+        magnets=[core],
+        coils=[coil],
+        gravity=(0, 0, 0),
+        collisions=False,
+        magnetic_tolerance=1e-6,
+    )
 
 
 def core_inductance(core: ls.Magnet, **coil) -> float:
     """What a core adds to the inductance of a circuit, from the energy of a current in it [H]."""
-    sim = simulation(held(core, ls.Coil(body="coil", resistance=1.0, inductance=1e-3, voltages=[1.0], **coil)), 1e-4)
+    sim = simulation(
+        held(core, ls.Coil(body="coil", resistance=1.0, inductance=1e-3, voltages=[1.0], **coil)),
+        1e-4,
+    )
     sim.step()
     return 2.0 * sim.report.circuit_energy / sim.current**2 - 1e-3
 
 
 def test_a_small_ball_in_a_loop_slows_its_current_by_its_polarisability():
     ball = ls.Magnet(body="core", shape="sphere", radius=0.004, susceptibility=500.0)
-    coil = ls.Coil(body="coil", shape="loop", radius=0.02, turns=100, resistance=0.5, inductance=1e-5, voltages=[1.0])
+    coil = ls.Coil(
+        body="coil",
+        shape="loop",
+        radius=0.02,
+        turns=100,
+        resistance=0.5,
+        inductance=1e-5,
+        voltages=[1.0],
+    )
     per_ampere = M.MU0 * 100 / (2 * 0.02)
     added = 4 * np.pi * 0.004**3 / M.MU0 * 500 / 503 * per_ampere**2
     assert added > 0.5e-5, "the ball matters"
@@ -42,18 +62,32 @@ def test_a_small_ball_in_a_loop_slows_its_current_by_its_polarisability():
 @pytest.mark.parametrize("chi", [1000.0, 1.0, -1.0])
 def test_the_force_on_a_ball_is_half_the_slope_of_its_inductance(chi):
     def inductance(distance):
-        ball = ls.Magnet(body="core", shape="sphere", radius=0.01, susceptibility=chi, resolution=30)
-        return core_inductance(ball, shape="loop", radius=0.02, turns=100, position=(0, 0, distance))
+        ball = ls.Magnet(
+            body="core", shape="sphere", radius=0.01, susceptibility=chi, resolution=30
+        )
+        return core_inductance(
+            ball, shape="loop", radius=0.02, turns=100, position=(0, 0, distance)
+        )
 
     for distance in (0.02, 0.004):  # below the loop; half-way through it
         slope = (inductance(distance - 1e-5) - inductance(distance + 1e-5)) / 2e-5
-        assert 0.5 * 25.0 * slope == pytest.approx(series_force(0.02, distance, 0.01, chi, 500.0), rel=1e-4)
+        assert 0.5 * 25.0 * slope == pytest.approx(
+            series_force(0.02, distance, 0.01, chi, 500.0), rel=1e-4
+        )
 
 
 def plunger(z: float, **coil) -> ls.Scene:
     """An iron bar, partly in a solenoid."""
-    bar = ls.RigidBody(name="bar", mesh=ls.meshes.box(size=(0.008, 0.008, 0.03)), shape="box", density=2e5, position=(0, 0, z))
-    iron = ls.Magnet(body="bar", shape="cuboid", size=(0.008, 0.008, 0.03), susceptibility=1000.0, resolution=20)
+    bar = ls.RigidBody(
+        name="bar",
+        mesh=ls.meshes.box(size=(0.008, 0.008, 0.03)),
+        shape="box",
+        density=2e5,
+        position=(0, 0, z),
+    )
+    iron = ls.Magnet(
+        body="bar", shape="cuboid", size=(0.008, 0.008, 0.03), susceptibility=1000.0, resolution=20
+    )
     winding = ls.Coil(body="stand", radius=0.01, length=0.02, turns=200, **coil)
     return ls.Scene(bodies=[bar], obstacles=[ls.obstacle(BOX.moved((0.5, 0, 0)), name="stand")], magnets=[iron], coils=[winding],
                     gravity=(0, 0, 0), collisions=False, magnetic_tolerance=1e-5)  # fmt: skip
@@ -72,23 +106,59 @@ def test_a_bar_is_drawn_into_a_solenoid_as_its_inductance_grows():
         mass = ls.mass_properties(scene.bodies[0].mesh, scene.bodies[0].density).mass
         force = mass * sim.state.body_velocities[0, 2] / 1e-6
         assert force < 0.0, "into the coil"
-        # Force and flux are found by different integrals; they agree to what the grid leaves (12 panels an edge: 8e-3, 32: 1e-4).
-        assert 0.5 * 25.0 * (inductance(z + 1e-4) - inductance(z - 1e-4)) / 2e-4 == pytest.approx(force, rel=2e-3)
+        # Force and flux are found by different integrals; they agree to what the grid leaves (12
+        # panels an edge: 8e-3, 32: 1e-4).
+        assert 0.5 * 25.0 * (inductance(z + 1e-4) - inductance(z - 1e-4)) / 2e-4 == pytest.approx(
+            force, rel=2e-3
+        )
     assert inductance(0.0) > 2 * inductance(0.015) > 4 * inductance(0.03)
 
 
 def falling(magnets=(), **given) -> ls.Scene:
-    """A soft ball flies through a loop with a circuit, a magnet and perhaps a second coil beside them, all free."""
-    places = {"ball": (0, 0, 0), "coil": (0.06, 0, 0.02), "magnet": (0.03, 0, 0)}  # the loop is far from the box that carries it
+    """A soft ball flies through a loop with a circuit, a magnet and perhaps a second coil beside
+    them, all free.
+    """
+    places = {
+        "ball": (0, 0, 0),
+        "coil": (0.06, 0, 0.02),
+        "magnet": (0.03, 0, 0),
+    }  # the loop is far from the box that carries it
     mesh = {"ball": ls.meshes.sphere(radius=0.01, subdivisions=2)}
-    bodies = [ls.RigidBody(name=n, mesh=mesh.get(n, BOX), shape="sphere" if n in mesh else "box", density=2e5, position=p) for n, p in places.items()]
+    bodies = [
+        ls.RigidBody(
+            name=n,
+            mesh=mesh.get(n, BOX),
+            shape="sphere" if n in mesh else "box",
+            density=2e5,
+            position=p,
+        )
+        for n, p in places.items()
+    ]
     bodies[0] = bodies[0].replace(velocity=(0.3, 0, 4.0), angular_velocity=(30, 10, 0))
-    loop = {"body": "coil", "shape": "loop", "radius": 0.02, "turns": 100, "position": (-0.06, 0, 0)}
+    loop = {
+        "body": "coil",
+        "shape": "loop",
+        "radius": 0.02,
+        "turns": 100,
+        "position": (-0.06, 0, 0),
+    }
     coils = [ls.Coil(**loop, resistance=0.2, inductance=8e-4, voltages=[3.0])]
     if given:
-        coils.append(ls.Coil(body="magnet", shape="loop", radius=0.01, turns=100, position=(0, 0, -0.02), **given))
+        coils.append(
+            ls.Coil(
+                body="magnet", shape="loop", radius=0.01, turns=100, position=(0, 0, -0.02), **given
+            )
+        )
     soft = ls.Magnet(body="ball", shape="sphere", radius=0.01, susceptibility=50.0)
-    return ls.Scene(bodies=bodies, magnets=[soft, *magnets], coils=coils, gravity=(0, 0, 0), collisions=False, magnetic_tolerance=1e-6, rigid_rebuild_interval=2)
+    return ls.Scene(
+        bodies=bodies,
+        magnets=[soft, *magnets],
+        coils=coils,
+        gravity=(0, 0, 0),
+        collisions=False,
+        magnetic_tolerance=1e-6,
+        rigid_rebuild_interval=2,
+    )
 
 
 def moving(steps: int, of: int, **what) -> ls.Simulation:
@@ -103,8 +173,17 @@ MAGNET = ls.Magnet(body="magnet", shape="cuboid", size=(0.01, 0.01, 0.01), polar
 CASES = {
     "alone": {},
     "beside a magnet": {"magnets": [MAGNET]},
-    "beside a magnet and a growing current": {"magnets": [MAGNET], "times": [0.0, 0.008], "currents": [0.0, 20.0]},
-    "beside another circuit": {"magnets": [MAGNET], "resistance": 0.3, "inductance": 6e-4, "voltages": [-2.0]},
+    "beside a magnet and a growing current": {
+        "magnets": [MAGNET],
+        "times": [0.0, 0.008],
+        "currents": [0.0, 20.0],
+    },
+    "beside another circuit": {
+        "magnets": [MAGNET],
+        "resistance": 0.3,
+        "inductance": 6e-4,
+        "voltages": [-2.0],
+    },
 }
 
 
@@ -135,10 +214,17 @@ def push(sim: ls.Simulation) -> None:
 
 
 @pytest.mark.parametrize("write", [None, push])
-@pytest.mark.parametrize("case", ["beside a magnet and a growing current", "beside another circuit"])
+@pytest.mark.parametrize(
+    "case", ["beside a magnet and a growing current", "beside another circuit"]
+)
 def test_forces_at_the_end_of_a_step_serve_the_next_where_nothing_has_changed(case, write):
     scene = falling(**CASES[case])
-    stand = ls.box(name="stand", size=(0.01, 0.01, 0.01), times=[0, 1e-3, 3e-3], positions=[(0.03, 0, -0.04)] * 2 + [(0.03, 0, -0.03)])
+    stand = ls.box(
+        name="stand",
+        size=(0.01, 0.01, 0.01),
+        times=[0, 1e-3, 3e-3],
+        positions=[(0.03, 0, -0.04)] * 2 + [(0.03, 0, -0.03)],
+    )
     scene = scene.replace(obstacles=[stand], magnets=[*scene.magnets, MAGNET.replace(body="stand")])
     going_on, anew = (simulation(scene, 5e-4) for _ in range(2))
     for step in range(10):
@@ -147,7 +233,12 @@ def test_forces_at_the_end_of_a_step_serve_the_next_where_nothing_has_changed(ca
         anew.rebuild_stages()  # which then know of no step before
         for sim in (going_on, anew):
             sim.step()
-    for name in ("body_positions", "body_orientations", "body_velocities", "body_angular_velocities"):
+    for name in (
+        "body_positions",
+        "body_orientations",
+        "body_velocities",
+        "body_angular_velocities",
+    ):
         assert np.array_equal(getattr(going_on.state, name), getattr(anew.state, name)), name
     assert going_on.current == anew.current and going_on.circuit_supply == anew.circuit_supply
 
@@ -155,11 +246,22 @@ def test_forces_at_the_end_of_a_step_serve_the_next_where_nothing_has_changed(ca
 def half_ring(inner: float, outer: float, width: float, parts: int = 8) -> ls.TriangleMesh:
     """Half a ring in the plane of x and z, open towards -x; not convex."""
     angles = np.linspace(-np.pi / 2, np.pi / 2, parts + 1)
-    section = [(inner, -0.5 * width), (outer, -0.5 * width), (outer, 0.5 * width), (inner, 0.5 * width)]
+    section = [
+        (inner, -0.5 * width),
+        (outer, -0.5 * width),
+        (outer, 0.5 * width),
+        (inner, 0.5 * width),
+    ]
     vertices = np.array([(r * np.cos(a), y, r * np.sin(a)) for a in angles for r, y in section])
-    quads = [(4 * k + i, 4 * k + 4 + i, 4 * k + 4 + (i + 1) % 4, 4 * k + (i + 1) % 4) for k in range(parts) for i in range(4)]
+    quads = [
+        (4 * k + i, 4 * k + 4 + i, 4 * k + 4 + (i + 1) % 4, 4 * k + (i + 1) % 4)
+        for k in range(parts)
+        for i in range(4)
+    ]
     quads += [(0, 1, 2, 3), tuple(4 * parts + i for i in (3, 2, 1, 0))]
-    return ls.TriangleMesh(vertices, np.array([t for a, b, c, d in quads for t in ((a, c, b), (a, d, c))]))
+    return ls.TriangleMesh(
+        vertices, np.array([t for a, b, c, d in quads for t in ((a, c, b), (a, d, c))])
+    )
 
 
 def test_a_bow_round_a_loop_lies_beside_its_winding():
@@ -168,24 +270,51 @@ def test_a_bow_round_a_loop_lies_beside_its_winding():
 
     def added(z: float, **shape) -> float:
         mesh = half_ring(0.012, 0.018, 0.006).moved((0, 0, z))
-        coil = ls.Coil(body="coil", radius=0.009, turns=100, resistance=1.0, inductance=1e-3, voltages=[1.0], **shape)
+        coil = ls.Coil(
+            body="coil",
+            radius=0.009,
+            turns=100,
+            resistance=1.0,
+            inductance=1e-3,
+            voltages=[1.0],
+            **shape,
+        )
         sim = simulation(held(iron, coil, mesh), 1e-4)
         sim.step()
         return 2.0 * sim.report.circuit_energy / sim.current**2 - 1e-3
 
     for z in (-0.0021, 0.0, 0.0006, 0.0017):
-        assert added(z, shape="loop") == pytest.approx(added(z, length=5e-4), rel=2e-3)  # (length / radius)^2
+        assert added(z, shape="loop") == pytest.approx(
+            added(z, length=5e-4), rel=2e-3
+        )  # (length / radius)^2
 
 
 @pytest.mark.parametrize("given", [True, False])
 def test_balls_in_the_field_of_a_coil_move_in_sub_steps_that_resolve_their_pull(given):
     ball, mesh = 0.003, ls.meshes.sphere(radius=0.003, subdivisions=2)
-    bodies = [ls.RigidBody(name=n, mesh=mesh, shape="sphere", density=7800, position=(0, 0, z)) for n, z in (("a", -0.0045), ("b", 0.0045))]
+    bodies = [
+        ls.RigidBody(name=n, mesh=mesh, shape="sphere", density=7800, position=(0, 0, z))
+        for n, z in (("a", -0.0045), ("b", 0.0045))
+    ]
     magnets = [ls.Magnet(body=n, shape="sphere", radius=ball, susceptibility=1000.0) for n in "ab"]
-    source = {"currents": [20.0]} if given else {"resistance": 2.0, "inductance": 5e-3, "voltages": [40.0]}
+    source = (
+        {"currents": [20.0]}
+        if given
+        else {"resistance": 2.0, "inductance": 5e-3, "voltages": [40.0]}
+    )
     coil = ls.Coil(body="stand", radius=0.02, length=0.06, turns=600, **source)
     stand = ls.obstacle(BOX.moved((0, 0, 0.5)), name="stand")
-    sim = simulation(ls.Scene(obstacles=[stand], bodies=bodies, magnets=magnets, coils=[coil], gravity=(0, 0, 0), collisions=False), 2e-3)
+    sim = simulation(
+        ls.Scene(
+            obstacles=[stand],
+            bodies=bodies,
+            magnets=magnets,
+            coils=[coil],
+            gravity=(0, 0, 0),
+            collisions=False,
+        ),
+        2e-3,
+    )
     start, substeps = balance(sim), 0
     for _ in range(10):
         sim.step()
@@ -198,7 +327,13 @@ def test_balls_in_the_field_of_a_coil_move_in_sub_steps_that_resolve_their_pull(
 @pytest.mark.parametrize("soft", [True, False])
 def test_a_strong_coil_draws_in_what_it_pulls_with_the_speed_of_short_steps(soft):
     ball = {"susceptibility": 1000.0} if soft else {"polarization": (0, 0, 1.0)}
-    body = ls.RigidBody(name="ball", mesh=ls.meshes.sphere(radius=0.004, subdivisions=2), shape="sphere", density=7800, position=(0, 0, 0.012))
+    body = ls.RigidBody(
+        name="ball",
+        mesh=ls.meshes.sphere(radius=0.004, subdivisions=2),
+        shape="sphere",
+        density=7800,
+        position=(0, 0, 0.012),
+    )
     coil = ls.Coil(body="stand", radius=0.01, length=0.01, turns=400, currents=[50.0])
     stand = ls.obstacle(BOX.moved((0.5, 0, 0)), name="stand")
     scene = ls.Scene(obstacles=[stand], bodies=[body], magnets=[ls.Magnet(body="ball", shape="sphere", radius=0.004, **ball)], coils=[coil],
@@ -214,7 +349,9 @@ def test_a_strong_coil_draws_in_what_it_pulls_with_the_speed_of_short_steps(soft
 
 def test_forces_by_currents_are_among_the_magnetic_forces():
     scene = falling(magnets=[MAGNET], times=[0.0, 0.008], currents=[5.0, 20.0])
-    scene = scene.replace(bodies=[b.replace(velocity=(0, 0, 0), angular_velocity=(0, 0, 0)) for b in scene.bodies])
+    scene = scene.replace(
+        bodies=[b.replace(velocity=(0, 0, 0), angular_velocity=(0, 0, 0)) for b in scene.bodies]
+    )
     sim = simulation(scene, 1e-5)
     for _ in range(20):  # a current has begun to flow
         sim.step()
@@ -222,7 +359,9 @@ def test_forces_by_currents_are_among_the_magnetic_forces():
     before, forces = np.array(sim.state.body_velocities), np.asarray(sim.magnetic_forces()[0])
     sim.step()
     felt = masses[:, None] * (np.asarray(sim.state.body_velocities) - before) / 1e-5
-    assert np.abs(forces).max() > 0.01 and forces == pytest.approx(felt, abs=0.06 * np.abs(felt).max())  # the current grows by 1/20
+    assert np.abs(forces).max() > 0.01 and forces == pytest.approx(
+        felt, abs=0.06 * np.abs(felt).max()
+    )  # the current grows by 1/20
 
 
 def test_a_picture_has_no_field_lines_before_the_current_begins():
@@ -238,7 +377,9 @@ def horseshoe(width: float) -> ls.TriangleMesh:
     outline = np.array([(0, 0), (3, 0), (3, 3), (2, 3), (2, 1), (1, 1), (1, 3), (0, 3)])
     side = np.array([(0, 5, 6), (0, 6, 7), (0, 1, 5), (1, 4, 5), (1, 2, 4), (2, 3, 4)])
     vertices = width * np.array([(x, y, z) for y in (-0.5, 0.5) for x, z in outline])
-    around = [t for i in range(8) for j in [(i + 1) % 8] for t in ((i, i + 8, j), (j, i + 8, j + 8))]
+    around = [
+        t for i in range(8) for j in [(i + 1) % 8] for t in ((i, i + 8, j), (j, i + 8, j + 8))
+    ]
     return ls.TriangleMesh(vertices, np.vstack([side, side[:, ::-1] + 8, np.array(around)]))
 
 
@@ -250,18 +391,36 @@ def test_circuits_beside_bodies_that_they_cannot_magnetise_linearly_are_refused(
         ({"response": "explicit", "density": 1e7}, {}, ls.Unsupported, "explicit"),
         ({}, {"inductance": 0.0}, ls.InvalidInput, "inductance must be > 0"),
     ):
-        scene = bar.replace(magnets=[bar.magnets[0].replace(**soft)], coils=[bar.coils[0].replace(**coil)])
+        scene = bar.replace(
+            magnets=[bar.magnets[0].replace(**soft)], coils=[bar.coils[0].replace(**coil)]
+        )
         with pytest.raises(error, match=message):
             ls.Simulation(scene)
     ball = ls.Magnet(body="core", shape="sphere", radius=0.009, susceptibility=-1.0, resolution=20)
-    loop = ls.Coil(body="coil", shape="loop", radius=0.0095, turns=100, resistance=1.0, inductance=1e-5, voltages=[1.0])
-    with pytest.raises(ls.InvalidInput, match="coils.0..inductance must be that of the winding in air"):
+    loop = ls.Coil(
+        body="coil",
+        shape="loop",
+        radius=0.0095,
+        turns=100,
+        resistance=1.0,
+        inductance=1e-5,
+        voltages=[1.0],
+    )
+    with pytest.raises(
+        ls.InvalidInput, match="coils.0..inductance must be that of the winding in air"
+    ):
         simulation(held(ball, loop), 1e-4).step()
     with pytest.raises(ls.InvalidInput, match="lie apart"):
-        simulation(held(ball.replace(resolution=0, susceptibility=10.0), loop.replace(radius=0.008)), 1e-4)
+        simulation(
+            held(ball.replace(resolution=0, susceptibility=10.0), loop.replace(radius=0.008)), 1e-4
+        )
     mesh = horseshoe(0.01)
     iron = ls.Magnet(body="core", shape="mesh", susceptibility=100.0)
-    coil = ls.Coil(body="coil", radius=0.012, length=0.01, turns=100, resistance=1.0, inductance=1e-3)
-    scene = held(iron, coil.replace(position=(0.005, 0, 0.02)), mesh)  # round one leg: the other is beside the winding
+    coil = ls.Coil(
+        body="coil", radius=0.012, length=0.01, turns=100, resistance=1.0, inductance=1e-3
+    )
+    scene = held(
+        iron, coil.replace(position=(0.005, 0, 0.02)), mesh
+    )  # round one leg: the other is beside the winding
     with pytest.raises(ls.Unsupported, match="magnets.0., which reaches round it"):
         ls.Simulation(scene)

@@ -1,12 +1,13 @@
-"""Field lines: shapes that are known, seeds that share the flux, ends on magnets; what is drawn from them."""
-
-import numpy as np
-import pytest
-from PIL import Image
-from typer.testing import CliRunner
+"""Field lines: shapes that are known, seeds that share the flux, ends on magnets; what is drawn
+from them.
+"""
 
 import loomstone as ls
+import numpy as np
+import pytest
 from loomstone.cli import app
+from PIL import Image
+from typer.testing import CliRunner
 
 m = ls.magnetics
 SPHERE = m.sphere(radius=0.001, polarization=(0, 0, 1))
@@ -26,12 +27,17 @@ def test_lines_of_a_dipole_are_r_over_sine_squared_and_errors_follow_the_toleran
 
 
 def test_lines_round_a_wire_are_circles_that_close():
-    wire = m.polyline([[0, 0, -50.0], [0, 0, 50.0], [100.0, 0, 50.0], [100.0, 0, -50.0], [0, 0, -50.0]], current=1.0)
+    wire = m.polyline(
+        [[0, 0, -50.0], [0, 0, 50.0], [100.0, 0, 50.0], [100.0, 0, -50.0], [0, 0, -50.0]],
+        current=1.0,
+    )
     found = m.field_lines(wire, seeds=[[0.01, 0, 0]], extent=0.1, tolerance=1e-7)
     radii = np.linalg.norm(found.lines[0][:, :2], axis=1)
     assert found.ends == [m.LineEnd.closed]
     assert radii == pytest.approx(0.01, rel=1e-3)  # the three other sides bend it by 1e-4
-    assert np.linalg.norm(np.diff(found.lines[0], axis=0), axis=1).sum() == pytest.approx(2 * np.pi * 0.01, rel=2e-3)
+    assert np.linalg.norm(np.diff(found.lines[0], axis=0), axis=1).sum() == pytest.approx(
+        2 * np.pi * 0.01, rel=2e-3
+    )
 
 
 def test_seeds_share_the_flux():
@@ -54,8 +60,12 @@ def test_every_line_of_two_magnets_leaves_north_and_enters_south_or_the_distance
         chords = np.diff(x, axis=0)
         unit = chords / np.linalg.norm(chords, axis=1)[:, None]
         turns = np.arccos(np.clip((unit[1:] * unit[:-1]).sum(axis=1), -1, 1))
-        long = np.linalg.norm(chords, axis=1) > 1e-4  # shorter ones end on surfaces, where B has a corner
-        assert turns[long[1:] & long[:-1]].max(initial=0.0) < 0.3  # two halves of 0.1 on average over a step
+        long = (
+            np.linalg.norm(chords, axis=1) > 1e-4
+        )  # shorter ones end on surfaces, where B has a corner
+        assert (
+            turns[long[1:] & long[:-1]].max(initial=0.0) < 0.3
+        )  # two halves of 0.1 on average over a step
 
 
 def test_lines_of_a_solenoid_go_round_its_winding():
@@ -75,13 +85,16 @@ def test_lines_end_on_bodies_that_magnetise_and_go_on_from_them(kind):
     (induced,) = m.induce(soft, by=magnet).bodies
     found = m.field_lines([magnet, induced], 60)
     assert set(found.ends) <= {m.LineEnd.body, m.LineEnd.left}
-    # Within the body the charge on its surface tells nothing of B: lines that went on there never came out.
+    # Within the body the charge on its surface tells nothing of B: lines that went on there never
+    # came out.
     assert sum(map(len, found.lines)) < 100 * 60
 
     def at(bodies, points):
         return np.array([ls._core.magnetic_depth([body], points) for body in bodies]) > -1e-6
 
-    first, last = (at([magnet, induced], np.array([line[k] for line in found.lines])) for k in (0, -1))
+    first, last = (
+        at([magnet, induced], np.array([line[k] for line in found.lines])) for k in (0, -1)
+    )
     assert (first[0] | first[1]).all(), "all begin on one of the two"
     assert (first[0] & last[1]).any() or kind == "touching", "some go from the magnet into the iron"
     assert (first[1] & last[0]).any(), "and come back from there"
@@ -107,23 +120,37 @@ def test_bad_requests_are_refused():
 
 def test_a_frame_tells_where_its_magnets_are_and_draws_their_lines(tmp_path):
     mesh = ls.meshes.box(size=(0.01, 0.01, 0.02))
-    bar = ls.RigidBody(name="bar", mesh=mesh, shape="box", position=(0.02, 0, 0), angular_velocity=(0, 30.0, 0))
-    ball = ls.RigidBody(name="ball", mesh=ls.meshes.sphere(radius=0.005, subdivisions=2), shape="sphere", position=(0, 0, 0.02))
+    bar = ls.RigidBody(
+        name="bar", mesh=mesh, shape="box", position=(0.02, 0, 0), angular_velocity=(0, 30.0, 0)
+    )
+    ball = ls.RigidBody(
+        name="ball",
+        mesh=ls.meshes.sphere(radius=0.005, subdivisions=2),
+        shape="sphere",
+        position=(0, 0, 0.02),
+    )
     magnets = [
         ls.Magnet(body="bar", shape="cuboid", size=(0.01, 0.01, 0.02), polarization=(0, 0, 1)),
         ls.Magnet(body="ball", shape="sphere", radius=0.005, susceptibility=100.0),
     ]
-    sim = ls.Simulation(ls.Scene(bodies=[bar, ball], magnets=magnets, gravity=(0, 0, 0)), integrator=ls.SemiImplicitEuler(step=1e-3))
+    sim = ls.Simulation(
+        ls.Scene(bodies=[bar, ball], magnets=magnets, gravity=(0, 0, 0)),
+        integrator=ls.SemiImplicitEuler(step=1e-3),
+    )
     for _ in range(20):
         sim.step()
     frame = sim.frame()
     placed = sim.magnets(frame)
     assert placed[0].position == pytest.approx(sim.state.body_positions[0], abs=1e-12)
-    assert np.abs(placed[0].orientation @ sim.state.body_orientations[0]) == pytest.approx(1.0, abs=1e-12)
+    assert np.abs(placed[0].orientation @ sim.state.body_orientations[0]) == pytest.approx(
+        1.0, abs=1e-12
+    )
     assert placed[1].radius == 0.005
     alone = m.field(placed[0], [placed[1].position])[0]
     share = 3 * 100 / 103 * 4 / 3 * np.pi * 0.005**3 / m.MU0
-    assert placed[1].moment == pytest.approx(share * alone, rel=1e-5)  # the tolerance of induced moments in scenes
+    assert placed[1].moment == pytest.approx(
+        share * alone, rel=1e-5
+    )  # the tolerance of induced moments in scenes
 
     options = ls.RenderOptions(width=160, height=120, samples=1, field_lines=30)
     renderer = ls.Renderer(sim.topology, options)
@@ -138,10 +165,14 @@ def test_the_command_draws_any_closed_mesh(tmp_path):
     mesh = tmp_path / "ball.obj"
     ls.write_mesh(mesh, ls.meshes.sphere(radius=0.01, subdivisions=1))
     out, cut, curve = (tmp_path / f"{name}.png" for name in ("field", "slice", "force"))
-    done = CliRunner().invoke(app, ["field", str(mesh), "--lines", "12", "--out", str(out), "--slice", str(cut)])
+    done = CliRunner().invoke(
+        app, ["field", str(mesh), "--lines", "12", "--out", str(out), "--slice", str(cut)]
+    )
     assert done.exit_code == 0, done.output
     assert "12 field lines" in done.output
-    done = CliRunner().invoke(app, ["plot", "force", "--mesh", str(mesh), "--reach", "0.01", "--out", str(curve)])
+    done = CliRunner().invoke(
+        app, ["plot", "force", "--mesh", str(mesh), "--reach", "0.01", "--out", str(curve)]
+    )
     assert done.exit_code == 0, done.output
     for path in (out, cut, curve):
         assert np.asarray(Image.open(path)).std() > 5
@@ -151,7 +182,9 @@ def test_the_command_draws_any_closed_mesh(tmp_path):
 def test_forces_over_distance_and_angle_are_those_of_dipoles():
     a = m.sphere(radius=0.005, polarization=(0, 0, 1))
     curve = m.force_over_distance(a.moved((0, 0, 0.01)), a, [0.0, 0.01, 0.02])
-    assert curve.forces[:, 2] == pytest.approx(curve.forces[0, 2] / np.array([1, 2, 3]) ** 4, rel=1e-12)
+    assert curve.forces[:, 2] == pytest.approx(
+        curve.forces[0, 2] / np.array([1, 2, 3]) ** 4, rel=1e-12
+    )
     turned = m.torque_over_angle(a.moved((0, 0, 0.02)), a, np.radians([0, 30, 90]), axis=(1, 0, 0))
     assert turned.torques[:, 0] / turned.torques[2, 0] == pytest.approx([0, 0.5, 1], abs=1e-12)
 
@@ -168,7 +201,11 @@ def test_a_path_needs_a_direction():
 def test_pictures_show_the_lines_of_small_magnets_far_apart():
     ball = ls.meshes.sphere(radius=0.001, subdivisions=2)
     places = {"a": (0, 0, 0), "b": (10.0, 0, 0)}
-    bodies = [ls.RigidBody(name=n, mesh=ball, shape="sphere", position=p) for n, p in places.items()]
-    magnets = [ls.Magnet(body=n, shape="sphere", radius=0.001, polarization=(0, 0, 1.2)) for n in places]
+    bodies = [
+        ls.RigidBody(name=n, mesh=ball, shape="sphere", position=p) for n, p in places.items()
+    ]
+    magnets = [
+        ls.Magnet(body=n, shape="sphere", radius=0.001, polarization=(0, 0, 1.2)) for n in places
+    ]
     sim = ls.Simulation(ls.Scene(bodies=bodies, magnets=magnets), threads=1)
     assert ls.magnetics.frame_curves(sim, sim.frame(), 10) is not None

@@ -2,10 +2,9 @@
 
 import math
 
+import loomstone as ls
 import numpy as np
 import pytest
-
-import loomstone as ls
 
 units = ls.units
 LOAD = 150 * 0.980665
@@ -27,15 +26,19 @@ def curves(**changed):
 
 def test_curves_of_the_model_are_recovered_exactly_with_their_limits():
     bend = np.linspace(-250.0, 250.0, 21)
-    extra = {f"bending_{name}": (bend, b * bend) for name, b in (("weft", 6e-6), ("warp", 9e-6), ("bias", 7e-6))}
+    extra = {
+        f"bending_{name}": (bend, b * bend)
+        for name, b in (("weft", 6e-6), ("warp", 9e-6), ("bias", 7e-6))
+    }
     fabric = ls.fit_fabric(curves(**extra), density=0.15, shear_limit=0.1, name="twill")
-    assert fabric.weft_stiffness == pytest.approx(1200, rel=1e-12) and fabric.warp_stiffness == pytest.approx(
-        3000, rel=1e-12
-    )
+    assert fabric.weft_stiffness == pytest.approx(
+        1200, rel=1e-12
+    ) and fabric.warp_stiffness == pytest.approx(3000, rel=1e-12)
     assert fabric.shear_stiffness == pytest.approx(70, rel=1e-12)
     for angle, rigidity in ((0, 6e-6), (90, 9e-6), (45, 7e-6)):
         assert ls.strip_rigidity(fabric, angle_degrees=angle) == pytest.approx(rigidity, rel=1e-12)
-    # Linear interpolation between points 0.005 apart: half their distance squared times the curvature over the slope.
+    # Linear interpolation between points 0.005 apart: half their distance squared times the
+    # curvature over the slope.
     assert tension(1200, fabric.limits[0]) == pytest.approx(LOAD, rel=1e-4)
     assert tension(3000, fabric.limits[1]) == pytest.approx(LOAD, rel=1e-3)
     assert fabric.limits[2] == 0.1 and fabric.name == "twill" and fabric.caveats == ()
@@ -48,9 +51,14 @@ def test_units_of_the_kawabata_system_give_the_same_as_si():
     given = {
         "weft": (strain * units["%"], tension(1200.0, strain / 100) / 0.980665 * units["gf/cm"]),
         "warp": (strain * units["%"], tension(3000.0, strain / 100) / 0.980665 * units["gf/cm"]),
-        "shear": (angle * units["deg"], 70.0 * np.tan(np.radians(angle)) / 0.980665 * units["gf/cm"]),
+        "shear": (
+            angle * units["deg"],
+            70.0 * np.tan(np.radians(angle)) / 0.980665 * units["gf/cm"],
+        ),
     }
-    fabric = ls.fit_fabric(given, density=15 * units["mg/cm^2"], load=150 * units["gf/cm"], shear_limit=0.1)
+    fabric = ls.fit_fabric(
+        given, density=15 * units["mg/cm^2"], load=150 * units["gf/cm"], shear_limit=0.1
+    )
     plain = ls.fit_fabric(curves(), density=0.15, shear_limit=0.1)
     assert fabric.limits == pytest.approx(plain.limits, rel=1e-12)
     for field in ("weft_stiffness", "warp_stiffness", "shear_stiffness", "density"):
@@ -58,10 +66,13 @@ def test_units_of_the_kawabata_system_give_the_same_as_si():
 
 
 def test_a_curve_that_stiffens_is_limited_at_the_load_and_fitted_below_it():
-    """Exponential curves, as woven fabrics have: the limit in closed form; a linear fit lies between first and last
+    """Exponential curves, as woven fabrics have: the limit in closed form; a linear fit lies
+    between first and last
     slope."""
     strain = np.linspace(0.0, 0.15, 601)
-    fabric = ls.fit_fabric(curves(warp=(strain, 40.0 * np.expm1(30.0 * strain))), density=0.15, shear_limit=0.1)
+    fabric = ls.fit_fabric(
+        curves(warp=(strain, 40.0 * np.expm1(30.0 * strain))), density=0.15, shear_limit=0.1
+    )
     limit = math.log1p(LOAD / 40.0) / 30.0
     assert fabric.limits[1] == pytest.approx(limit, rel=1e-4)  # linear interpolation
     assert 40 * 30 < fabric.warp_stiffness < LOAD / limit
@@ -73,12 +84,17 @@ def test_noise_of_a_measurement_moves_the_fit_little():
     strain = np.linspace(0.0, 0.2, 401)
     noisy = tension(1200.0, strain) + random.normal(0.0, 3.0, 401)
     fabric = ls.fit_fabric(curves(weft=(strain, noisy)), density=0.15, shear_limit=0.1)
-    assert fabric.weft_stiffness == pytest.approx(1200, rel=0.01)  # 3 N/m over sqrt(210) points of about 75 N/m
+    assert fabric.weft_stiffness == pytest.approx(
+        1200, rel=0.01
+    )  # 3 N/m over sqrt(210) points of about 75 N/m
     assert fabric.limits[0] == pytest.approx(0.106, abs=0.006)  # the first point above the load
 
 
 def test_a_lower_load_gives_lower_limits():
-    low, high = (ls.fit_fabric(curves(), density=0.15, shear_limit=0.1, load=load) for load in (98.0665, 196.133))
+    low, high = (
+        ls.fit_fabric(curves(), density=0.15, shear_limit=0.1, load=load)
+        for load in (98.0665, 196.133)
+    )
     assert low.limits[0] < high.limits[0] and low.limits[1] < high.limits[1]
 
 
@@ -95,37 +111,63 @@ def test_a_fitted_fabric_is_simulated_and_hangs_within_what_was_measured():
     fabric = ls.fit_fabric(curves(), density=0.15, shear_limit=0.1)
     assert "bending was not measured" in fabric.caveats[0]
     assert fabric.bending_weft == ls.ClothMaterial().bending_weft
-    sim = ls.Simulation(ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(4, 4)), material=fabric, pins=[0, 4])]))
+    sim = ls.Simulation(
+        ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(4, 4)), material=fabric, pins=[0, 4])])
+    )
     sim.step()
 
 
 STRAIN = np.linspace(0.0, 0.2, 41)
 GOOD = tension(1200.0, STRAIN)
 BAD = [
-    ({"weft": (STRAIN, np.where(STRAIN > 0.1, np.nan, GOOD))}, r"weft: load 21 must be finite, got nan"),
-    ({"weft": (STRAIN[::-1], GOOD)}, r"weft: strain must grow from point to point, got 0.2 then 0.195"),
+    (
+        {"weft": (STRAIN, np.where(STRAIN > 0.1, np.nan, GOOD))},
+        r"weft: load 21 must be finite, got nan",
+    ),
+    (
+        {"weft": (STRAIN[::-1], GOOD)},
+        r"weft: strain must grow from point to point, got 0.2 then 0.195",
+    ),
     (
         {"warp": (np.append(STRAIN, 0.1), np.append(GOOD, 50.0))},
         r"warp: strain must grow .* give the loading branch alone",
     ),
-    ({"warp": (STRAIN, 0.1 * GOOD)}, r"warp: the curve never reaches the load of 147.1 \[N/m\], its largest is 31.68"),
+    (
+        {"warp": (STRAIN, 0.1 * GOOD)},
+        r"warp: the curve never reaches the load of 147.1 \[N/m\], its largest is 31.68",
+    ),
     (
         {"weft": ([0.0, 0.1, 0.2], [0.0, 100.0, 200.0])},
         r"weft: at least 4 points other than 0 must lie below the limit, got 1",
     ),
-    ({"weft": (STRAIN, GOOD[:-1])}, r"weft: strain and load must be of one length, got shapes \(41,\) and \(40,\)"),
-    ({"weft": (100 * STRAIN, GOOD)}, r"weft: strain must be a pure number, got up to 20; for percent give"),
-    ({"shear": (40 * STRAIN, 70 * STRAIN)}, r"shear: must be tan\(angle\), got up to 8; for degrees give"),
+    (
+        {"weft": (STRAIN, GOOD[:-1])},
+        r"weft: strain and load must be of one length, got shapes \(41,\) and \(40,\)",
+    ),
+    (
+        {"weft": (100 * STRAIN, GOOD)},
+        r"weft: strain must be a pure number, got up to 20; for percent give",
+    ),
+    (
+        {"shear": (40 * STRAIN, 70 * STRAIN)},
+        r"shear: must be tan\(angle\), got up to 8; for degrees give",
+    ),
     ({"weft": (STRAIN * units["mm"], GOOD)}, r"weft must be a pure number: .* has the dimension m"),
     ({"weft": (STRAIN, GOOD * units["gf"])}, r"weft must be in N/m: .* has the dimension N"),
     ({"weft": (STRAIN, GOOD + 200)}, r"weft: the curve starts above the load"),
     ({"weft": ([], [])}, r"weft must have points, got none"),
     ({"weft": 5.0}, r"weft must be a pair of arrays"),
     ({"weft": (STRAIN, ["soft"] * 41)}, r"weft must hold numbers"),
-    ({"wefft": (STRAIN, GOOD)}, r"there is no curve 'wefft'; known: weft, warp, shear, bending_weft"),
+    (
+        {"wefft": (STRAIN, GOOD)},
+        r"there is no curve 'wefft'; known: weft, warp, shear, bending_weft",
+    ),
     ({"shear": (STRAIN, -GOOD)}, r"shear: the load must grow with strain"),
     ({"bending_weft": (STRAIN, STRAIN)}, r"bending_weft and bending_warp belong together"),
-    ({"bending_bias": (STRAIN, STRAIN)}, r"bending_bias needs bending_weft and bending_warp beside it"),
+    (
+        {"bending_bias": (STRAIN, STRAIN)},
+        r"bending_bias needs bending_weft and bending_warp beside it",
+    ),
 ]
 
 
@@ -136,7 +178,9 @@ def test_a_bad_curve_is_refused_in_one_sentence(changed, said):
 
 
 def test_missing_curves_loads_and_limits_are_refused():
-    with pytest.raises(ls.InvalidInput, match="shear: the curve never reaches .* give shear_limit, or a lower load"):
+    with pytest.raises(
+        ls.InvalidInput, match="shear: the curve never reaches .* give shear_limit, or a lower load"
+    ):
         ls.fit_fabric(curves(), density=0.15)
     without = curves()
     del without["shear"]
@@ -148,7 +192,13 @@ def test_missing_curves_loads_and_limits_are_refused():
         ls.fit_fabric(curves(), density=0.15, shear_limit=3.0)
     with pytest.raises(ls.InvalidInput, match="curves must be a dict"):
         ls.fit_fabric([1, 2], density=0.15)
-    for name, wrong in (("load", "a"), ("load", None), ("load", [1, 2]), ("density", "b"), ("shear_limit", "c")):
+    for name, wrong in (
+        ("load", "a"),
+        ("load", None),
+        ("load", [1, 2]),
+        ("density", "b"),
+        ("shear_limit", "c"),
+    ):
         with pytest.raises(ls.InvalidInput, match=f"fit_fabric: {name} must be a number"):
             ls.fit_fabric(curves(), **({"density": 0.15, "shear_limit": 0.1} | {name: wrong}))
 

@@ -1,9 +1,8 @@
 """Coulomb's law on whole sheets: on an incline, and round a cylinder."""
 
+import loomstone as ls
 import numpy as np
 import pytest
-
-import loomstone as ls
 
 MU, GAP = 0.3, 1e-3
 
@@ -15,7 +14,9 @@ def incline(slope, step, cells=4):
     # One cell: the sheet lies across the common edge of the plane's two triangles.
     plane = ls.obstacle(ls.meshes.floor(size=4.0, cells=1), friction=MU, thickness=GAP)
     gravity = (9.81 * np.sin(angle), 0.0, -9.81 * np.cos(angle))
-    scene = ls.Scene(cloths=[ls.Cloth(mesh=mesh, thickness=GAP, friction=MU)], obstacles=[plane], gravity=gravity)
+    scene = ls.Scene(
+        cloths=[ls.Cloth(mesh=mesh, thickness=GAP, friction=MU)], obstacles=[plane], gravity=gravity
+    )
     return ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=step), threads=1)
 
 
@@ -65,7 +66,9 @@ def test_sliding_sheets_accelerate_as_coulomb_says(slope, step):
 
 
 def capstan(ratio, step=2e-3):
-    """A strip half round a cylinder, pulled by 0.2 N at one end and by `ratio` times that at the other; how far it goes [m]."""
+    """A strip half round a cylinder, pulled by 0.2 N at one end and by `ratio` times that at the
+    other; how far it goes [m].
+    """
     radius, width, leg = 0.05, 0.02, 0.06
     r = radius + GAP
     length = np.pi * r + 2 * leg
@@ -73,12 +76,26 @@ def capstan(ratio, step=2e-3):
     along = flat.vertices[:, 1]
     angle = np.clip(along / r, -np.pi / 2, np.pi / 2)
     straight = along - angle * r
-    place = np.stack([r * np.sin(angle) + straight * np.cos(angle), flat.vertices[:, 0], r * np.cos(angle) - straight * np.sin(angle)], 1)
+    place = np.stack(
+        [
+            r * np.sin(angle) + straight * np.cos(angle),
+            flat.vertices[:, 0],
+            r * np.cos(angle) - straight * np.sin(angle),
+        ],
+        1,
+    )
     mesh = ls.TriangleMesh(place, flat.triangles, flat.vertices[:, :2])
     material = ls.ClothMaterial(
-        weft_stiffness=2000.0, warp_stiffness=2000.0, shear_stiffness=600.0, density=0.2, bending_weft=1e-7, bending_warp=1e-7
+        weft_stiffness=2000.0,
+        warp_stiffness=2000.0,
+        shear_stiffness=600.0,
+        density=0.2,
+        bending_weft=1e-7,
+        bending_warp=1e-7,
     )
-    cylinder = ls.capsule(radius=radius, length=0.1, axis=(0.0, 1.0, 0.0), friction=MU, thickness=GAP, segments=64)
+    cylinder = ls.capsule(
+        radius=radius, length=0.1, axis=(0.0, 1.0, 0.0), friction=MU, thickness=GAP, segments=64
+    )
     strip = ls.Cloth(mesh=mesh, material=material, friction=MU, thickness=GAP)
     scene = ls.Scene(cloths=[strip], obstacles=[cylinder], gravity=(0.0, 0.0, 0.0))
     sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=step), threads=1)

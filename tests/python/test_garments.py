@@ -1,9 +1,8 @@
 """Garments: panels, seams and the sewn mesh whose uv are the pattern."""
 
+import loomstone as ls
 import numpy as np
 import pytest
-
-import loomstone as ls
 
 g = ls.garments
 
@@ -39,7 +38,9 @@ def test_curves_have_the_lengths_of_their_closed_forms():
     assert g.line("a", (0, 0), (0.3, 0.4)).length == pytest.approx(0.5, rel=1e-15)
     # Chords of a half circle in 512 parts: (pi / 512)^2 / 24 short.
     assert g.arc("a", (0.1, 0), (0, 0.1), (-0.1, 0)).length == pytest.approx(0.1 * np.pi, rel=2e-6)
-    assert g.arc("a", (0.1, 0), (0, -0.1), (0, 0.1)).length == pytest.approx(0.1 * 1.5 * np.pi, rel=2e-5)
+    assert g.arc("a", (0.1, 0), (0, -0.1), (0, 0.1)).length == pytest.approx(
+        0.1 * 1.5 * np.pi, rel=2e-5
+    )
     # y = x (1 - x) as a Bezier curve: length sqrt(2)/2 + asinh(1)/2.
     parabola = g.quadratic("a", (0, 0), (0.5, 0.5), (1, 0))
     assert parabola.length == pytest.approx(np.sqrt(0.5) + np.arcsinh(1) / 2, rel=2e-6)
@@ -65,8 +66,14 @@ def test_a_mirrored_panel_keeps_area_and_names_and_turns_its_grain():
 @pytest.mark.parametrize("seed", [1, 2])
 def test_panels_with_notches_and_curves_have_no_angle_below_25_degrees(triangles, seed):
     outline = (
-        *(g.line(n, a, b) for n, a, b in [("hem_a", (0, 0), (0.2, 0)), ("dart_a", (0.2, 0), (0.225, 0.15))]),
-        *(g.line(n, a, b) for n, a, b in [("dart_b", (0.225, 0.15), (0.25, 0)), ("hem_b", (0.25, 0), (0.5, 0))]),
+        *(
+            g.line(n, a, b)
+            for n, a, b in [("hem_a", (0, 0), (0.2, 0)), ("dart_a", (0.2, 0), (0.225, 0.15))]
+        ),
+        *(
+            g.line(n, a, b)
+            for n, a, b in [("dart_b", (0.225, 0.15), (0.25, 0)), ("hem_b", (0.25, 0), (0.5, 0))]
+        ),
         g.line("right", (0.5, 0), (0.5, 0.4)),
         g.quadratic("armhole", (0.5, 0.4), (0.4, 0.42), (0.42, 0.6)),
         g.line("shoulder", (0.42, 0.6), (0.33, 0.63)),
@@ -91,7 +98,10 @@ def test_the_outline_decides_where_it_has_sharper_corners():
 
 def test_holes_are_cut_exactly_and_leave_good_triangles():
     eyelets = [g.circle(f"eyelet_{i}", (0.06 + 0.18 * i, 0.25), 0.03) for i in range(2)]
-    window = [g.arc("arch", (0.1, 0.1), (0.15, 0.15), (0.2, 0.1)), g.line("sill", (0.2, 0.1), (0.1, 0.1))]
+    window = [
+        g.arc("arch", (0.1, 0.1), (0.15, 0.15), (0.2, 0.1)),
+        g.line("sill", (0.2, 0.1), (0.1, 0.1)),
+    ]
     panel = square(holes=[*eyelets, window])
     assert panel.area == pytest.approx(0.09 - 2 * np.pi * 0.03**2 - np.pi * 0.05**2 / 2, rel=1e-5)
     for triangles in (400, 1000):
@@ -106,7 +116,9 @@ def test_holes_are_cut_exactly_and_leave_good_triangles():
         for names in (["eyelet_0"], ["eyelet_1"], ["arch", "sill"]):
             assert tuple(garment.group(*(f"square.{name}" for name in names))) in loops
     at = np.asarray(garment.mesh.vertices)[garment.group("square.eyelet_1")][:, [0, 2]]
-    assert np.linalg.norm(at - (0.24, 0.25), axis=1) == pytest.approx(0.03, rel=1e-4), "vertices lie on the circle"
+    assert np.linalg.norm(at - (0.24, 0.25), axis=1) == pytest.approx(0.03, rel=1e-4), (
+        "vertices lie on the circle"
+    )
 
 
 def test_a_sleeve_is_sewn_into_a_hole():
@@ -125,7 +137,11 @@ def test_a_sleeve_is_sewn_into_a_hole():
         names=("cap", "under", "cuff", "over"),
         place=g.Cylinder(radius=radius, angle_degrees=-90.0),
     )
-    garment = ls.garment([body, tube], [("body.armhole", "sleeve.cap"), ("sleeve.under", "sleeve.over")], triangles=500)
+    garment = ls.garment(
+        [body, tube],
+        [("body.armhole", "sleeve.cap"), ("sleeve.under", "sleeve.over")],
+        triangles=500,
+    )
     assert len(garment.openings()) == 2, "the outline and the cuff"
     assert euler(garment.mesh) == 2 - 2
     assert sorted(garment.groups["body.armhole"][:-1]) == sorted(garment.groups["sleeve.cap"][:-1])
@@ -142,12 +158,24 @@ def test_mirrored_panels_keep_their_holes():
     ("holes", "message"),
     [
         ([g.circle("eyelet", (0.29, 0.1), 0.02)], "edges 'right' and 'eyelet' cross or touch"),
-        ([g.circle("a", (0.1, 0.1), 0.04), g.circle("b", (0.15, 0.1), 0.04)], "edges 'a' and 'b' cross or touch"),
-        ([g.circle("a", (0.1, 0.1), 0.02), g.circle("b", (0.1, 0.1), 0.04)], "hole 'a' lies within hole 'b'"),
+        (
+            [g.circle("a", (0.1, 0.1), 0.04), g.circle("b", (0.15, 0.1), 0.04)],
+            "edges 'a' and 'b' cross or touch",
+        ),
+        (
+            [g.circle("a", (0.1, 0.1), 0.02), g.circle("b", (0.1, 0.1), 0.04)],
+            "hole 'a' lies within hole 'b'",
+        ),
         ([g.circle("a", (0.5, 0.1), 0.02)], "hole 'a' lies outside the outline"),
         ([g.circle("hem", (0.1, 0.1), 0.02)], "two edges 'hem'"),
-        ([[g.line("a", (0.1, 0.1), (0.2, 0.1)), g.line("b", (0.2, 0.1), (0.2, 0.2))]], "hole 'a' is open: edge 'b'"),
-        ([[g.polyline("a", [(0.1, 0.1), (0.2, 0.1), (0.2, 0.2), (0.1, 0.1)])]], "hole 'a' runs counter-clockwise"),
+        (
+            [[g.line("a", (0.1, 0.1), (0.2, 0.1)), g.line("b", (0.2, 0.1), (0.2, 0.2))]],
+            "hole 'a' is open: edge 'b'",
+        ),
+        (
+            [[g.polyline("a", [(0.1, 0.1), (0.2, 0.1), (0.2, 0.2), (0.1, 0.1)])]],
+            "hole 'a' runs counter-clockwise",
+        ),
         ([[g.polyline("a", [(0.1, 0.1), (0.2, 0.1), (0.1, 0.1)])]], "edge 'a' crosses itself"),
         ([[]], "edges must be made by"),
         ([[g.circle("a", (0.1, 0.1), 0.02), 3]], "edges must be made by"),
@@ -158,9 +186,13 @@ def test_holes_that_cannot_be_cut_are_refused(holes, message):
         square(holes=holes)
 
 
-@pytest.mark.parametrize(("centre", "radius"), [((0, 0), 0.0), ((0, 0), "x"), ((0,), 1.0), ((0, np.nan), 1.0)])
+@pytest.mark.parametrize(
+    ("centre", "radius"), [((0, 0), 0.0), ((0, 0), "x"), ((0,), 1.0), ((0, np.nan), 1.0)]
+)
 def test_a_circle_needs_a_centre_and_a_radius(centre, radius):
-    with pytest.raises(ls.InvalidInput, match="circle 'a' needs a centre of two numbers and a radius > 0"):
+    with pytest.raises(
+        ls.InvalidInput, match="circle 'a' needs a centre of two numbers and a radius > 0"
+    ):
         g.circle("a", centre, radius)
 
 
@@ -181,7 +213,8 @@ def test_the_tshirt_has_four_openings(tshirt):
 
 
 def test_both_start_free_of_intersections_and_nearly_free_of_strain(dress, tshirt):
-    # Cones and straight straps are developable: what is left are chords of curves. The sleeve caps are eased in.
+    # Cones and straight straps are developable: what is left are chords of curves. The sleeve caps
+    # are eased in.
     for garment, most in ((dress, 1.04), (tshirt, 1.06)):
         assert ls.intersecting_pairs(garment.mesh.vertices, garment.mesh.triangles) == []
         assert 1 / most < garment.stretches().min() and garment.stretches().max() < most
@@ -200,7 +233,9 @@ def test_the_pattern_keeps_its_areas_and_the_lengths_of_its_seams(dress):
     for seam in pattern.seams:
         a, b = (pattern.edge(name).length for name in (seam.first, seam.second))
         assert a == pytest.approx(b, rel=0.01), str(seam)
-        assert sorted(dress.groups[seam.first]) == sorted(dress.groups[seam.second]), "one row of vertices"
+        assert sorted(dress.groups[seam.first]) == sorted(dress.groups[seam.second]), (
+            "one row of vertices"
+        )
 
 
 def test_panels_meet_along_seams_with_different_uv(dress):
@@ -220,7 +255,9 @@ def test_panels_meet_along_seams_with_different_uv(dress):
 
 def test_the_same_seed_gives_the_same_garment():
     a, b, c = g.dress(900), g.dress(900), g.dress(900, seed=2)
-    assert np.array_equal(a.mesh.vertices, b.mesh.vertices) and np.array_equal(a.mesh.triangles, b.mesh.triangles)
+    assert np.array_equal(a.mesh.vertices, b.mesh.vertices) and np.array_equal(
+        a.mesh.triangles, b.mesh.triangles
+    )
     assert not np.array_equal(a.mesh.triangles, c.mesh.triangles)
 
 
@@ -273,23 +310,37 @@ MISTAKES = {
     "panel 'p' is open: edge 'a' ends": lambda: g.Panel(
         "p", (g.line("a", (0, 0), (1, 0)), g.line("b", (1, 1), (0, 0)))
     ),
-    "panel 'p': edges 'a' and 'c' cross": lambda: g.Panel.polygon("p", [(0, 0), (1, 1), (1, 0), (0, 1)], names="abcd"),
-    "panel 'p' runs clockwise": lambda: g.Panel.polygon("p", [(0, 0), (0, 1), (1, 1), (1, 0)], names="abcd"),
-    "panel 'p' has two edges 'a'": lambda: g.Panel.polygon("p", [(0, 0), (1, 0), (0, 1)], names="aba"),
+    "panel 'p': edges 'a' and 'c' cross": lambda: g.Panel.polygon(
+        "p", [(0, 0), (1, 1), (1, 0), (0, 1)], names="abcd"
+    ),
+    "panel 'p' runs clockwise": lambda: g.Panel.polygon(
+        "p", [(0, 0), (0, 1), (1, 1), (1, 0)], names="abcd"
+    ),
+    "panel 'p' has two edges 'a'": lambda: g.Panel.polygon(
+        "p", [(0, 0), (1, 0), (0, 1)], names="aba"
+    ),
     "edge 'a' has no length": lambda: g.line("a", (1, 1), (1, 1)),
     "its three points lie on a line": lambda: g.arc("a", (0, 0), (1, 1), (2, 2)),
     "no edge 'middle'; it has hem, right": lambda: ls.garment(
         [square()], [("square.middle", "square.left")], triangles=50
     ),
-    "there is no panel 'round'": lambda: ls.garment([square()], [("round.left", "square.left")], triangles=50),
-    "falls into pieces: no seam leads from 'a' to 'b'": lambda: ls.garment([square("a"), square("b")], triangles=50),
+    "there is no panel 'round'": lambda: ls.garment(
+        [square()], [("round.left", "square.left")], triangles=50
+    ),
+    "falls into pieces: no seam leads from 'a' to 'b'": lambda: ls.garment(
+        [square("a"), square("b")], triangles=50
+    ),
     "are 0.3000 m and 0.2000 m long, 33.3 % apart": lambda: ls.garment(
         [square("a"), square("b", 0.2)], [("a.right", "b.left")], triangles=50
     ),
     "is sewn twice": lambda: ls.garment(
-        [square("a"), square("b"), square("c")], [("a.right", "b.left"), ("a.right", "c.left")], triangles=90
+        [square("a"), square("b"), square("c")],
+        [("a.right", "b.left"), ("a.right", "c.left")],
+        triangles=90,
     ),
-    "two panels are called 'a'": lambda: ls.garment([square("a"), square("a")], [("a.right", "a.left")], triangles=50),
+    "two panels are called 'a'": lambda: ls.garment(
+        [square("a"), square("a")], [("a.right", "a.left")], triangles=50
+    ),
     "twists the garment into a one-sided surface": lambda: ls.garment(
         [square("a"), square("b")],
         [g.Seam("a.right", "b.left", True), g.Seam("b.right", "a.left", False)],
@@ -308,7 +359,9 @@ MISTAKES = {
     "triangles must be in [200, 10000000], got 5": lambda: g.dress(5),
     "chest must be in [0.6, 2]": lambda: g.tshirt(chest=3.0),
     "join two corners of one triangle": lambda: ls.garment(
-        [g.Panel.polygon("s", [(0, 0), (0.01, 0), (0.01, 1), (0, 1)], names="abcd")], [("s.b", "s.d")], triangles=60
+        [g.Panel.polygon("s", [(0, 0), (0.01, 0), (0.01, 1), (0, 1)], names="abcd")],
+        [("s.b", "s.d")],
+        triangles=60,
     ),
 }
 

@@ -1,4 +1,6 @@
-"""Kernels of magnets and cloth compiled for other instruction sets give the same bits; LOOMSTONE_INSTRUCTIONS narrows the choice."""
+"""Kernels of magnets and cloth compiled for other instruction sets give the same bits;
+LOOMSTONE_INSTRUCTIONS narrows the choice.
+"""
 
 import os
 import subprocess
@@ -69,7 +71,14 @@ for method in ("gauss-seidel", "jacobi", "in-solve"):
 
 def lines_with(instructions: str) -> list[str]:
     environment = {**os.environ, "LOOMSTONE_INSTRUCTIONS": instructions}
-    done = subprocess.run([sys.executable, "-c", WORK], capture_output=True, text=True, timeout=120, env=environment, cwd=ROOT)
+    done = subprocess.run(
+        [sys.executable, "-c", WORK],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        env=environment,
+        cwd=ROOT,
+    )
     assert done.returncode == 0, done.stderr
     return done.stdout.splitlines()
 
@@ -87,6 +96,14 @@ def test_wider_instructions_give_the_same_bits(of_the_oldest, instructions):
 
 def test_unknown_instructions_are_refused():
     environment = {**os.environ, "LOOMSTONE_INSTRUCTIONS": "avx2"}
-    done = subprocess.run([sys.executable, "-c", "import loomstone"], capture_output=True, text=True, timeout=60, env=environment)
+    done = subprocess.run(
+        [sys.executable, "-c", "import loomstone"],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        env=environment,
+    )
     assert done.returncode != 0
-    assert "LOOMSTONE_INSTRUCTIONS must be x86-64, x86-64-v3 or x86-64-v4, got 'avx2'" in done.stderr
+    assert (
+        "LOOMSTONE_INSTRUCTIONS must be x86-64, x86-64-v3 or x86-64-v4, got 'avx2'" in done.stderr
+    )

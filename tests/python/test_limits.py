@@ -3,10 +3,9 @@
 import csv
 from pathlib import Path
 
+import loomstone as ls
 import numpy as np
 import pytest
-
-import loomstone as ls
 from loomstone import progress
 from loomstone.scene_file import SceneFile
 
@@ -15,11 +14,22 @@ SCENES = Path(__file__).parents[2] / "scenes"
 METHODS = ["gauss-seidel", "gauss-seidel-random", "jacobi", "edges"]
 
 
-def hanging(method="gauss-seidel", limit=ls.StrainLimit(0.05, 0.05, 0.1), in_solve=False, **options):
+def hanging(
+    method="gauss-seidel", limit=ls.StrainLimit(0.05, 0.05, 0.1), in_solve=False, **options
+):
     """Soft cloth pinned at two corners, which without limits stretches far beyond them."""
     material = ls.ClothMaterial(weft_stiffness=50.0, warp_stiffness=50.0, shear_stiffness=20.0)
-    cloth = ls.Cloth(mesh=ls.grid(size=(0.5, 0.5), cells=(12, 12)), material=material, pins=[0, 12], strain_limit=limit)
-    return ls.Scene(cloths=[cloth], collisions=False, limits=ls.LimitOptions(method=method, in_solve=in_solve, **options))
+    cloth = ls.Cloth(
+        mesh=ls.grid(size=(0.5, 0.5), cells=(12, 12)),
+        material=material,
+        pins=[0, 12],
+        strain_limit=limit,
+    )
+    return ls.Scene(
+        cloths=[cloth],
+        collisions=False,
+        limits=ls.LimitOptions(method=method, in_solve=in_solve, **options),
+    )
 
 
 def simulate(scene, steps=100, threads=1):
@@ -34,10 +44,14 @@ def simulate(scene, steps=100, threads=1):
 def test_strain_of_arrays_is_u_minus_i_and_limits_hold_within_the_tolerance():
     mesh = ls.grid(size=(1.0, 1.0), cells=(8, 8))
     pulled = np.asarray(mesh.vertices) * (1.3, 1.1, 1.0)
-    np.testing.assert_allclose(ls.limits.strain(pulled, mesh), np.tile((0.3, 0.1, 0.0), (128, 1)), atol=1e-13)
+    np.testing.assert_allclose(
+        ls.limits.strain(pulled, mesh), np.tile((0.3, 0.1, 0.0), (128, 1)), atol=1e-13
+    )
     before = pulled.copy()
     for method in METHODS[:3]:
-        points, report = ls.limits.limit(pulled, mesh, ls.StrainLimit(0.1, 0.05, 0.2), method=method, max_sweeps=5000)
+        points, report = ls.limits.limit(
+            pulled, mesh, ls.StrainLimit(0.1, 0.05, 0.2), method=method, max_sweeps=5000
+        )
         assert report.beyond == 0 and max(report.excess) <= 0.002 and report.evaluations >= 128
         strain = ls.limits.strain(points, mesh)
         assert (strain <= np.array((0.102, 0.052, 0.202))).all() and strain[:, 2].min() >= -0.202
@@ -66,11 +80,34 @@ def test_fixed_points_do_not_move_and_masses_decide_who_gives_way():
         (lambda: ls.LimitOptions(strain_rate=-1), "strain_rate must be >= 0"),
         (lambda: ls.LimitOptions(tolerance=0), "tolerance must be > 0"),
         (lambda: simulate(hanging("newton")), "scene.limits.method must be one of gauss-seidel"),
-        (lambda: ls.limits.limit(np.zeros((3, 3)), ls.grid(cells=(2, 2)), ls.StrainLimit(0.1, 0.1, 0.1)), "points must have shape"),
-        (lambda: ls.limits.limit(np.full((9, 3), np.nan), ls.grid(cells=(2, 2)), ls.StrainLimit(0.1)), "points must be finite"),
-        (lambda: ls.limits.limit(np.zeros((9, 3)), ls.grid(cells=(2, 2)), ls.StrainLimit(0.1), fixed=[9]), "fixed must be vertex"),
-        (lambda: ls.limits.limit(np.zeros((9, 3)), ls.grid(cells=(2, 2)), ls.StrainLimit(0.1), masses=[0] * 9), "masses must be"),
-        (lambda: ls.limits.strain(np.zeros((9, 3)), ls.grid(cells=(2, 2)), rest="pattern"), "rest must be one of uv | mesh"),
+        (
+            lambda: ls.limits.limit(
+                np.zeros((3, 3)), ls.grid(cells=(2, 2)), ls.StrainLimit(0.1, 0.1, 0.1)
+            ),
+            "points must have shape",
+        ),
+        (
+            lambda: ls.limits.limit(
+                np.full((9, 3), np.nan), ls.grid(cells=(2, 2)), ls.StrainLimit(0.1)
+            ),
+            "points must be finite",
+        ),
+        (
+            lambda: ls.limits.limit(
+                np.zeros((9, 3)), ls.grid(cells=(2, 2)), ls.StrainLimit(0.1), fixed=[9]
+            ),
+            "fixed must be vertex",
+        ),
+        (
+            lambda: ls.limits.limit(
+                np.zeros((9, 3)), ls.grid(cells=(2, 2)), ls.StrainLimit(0.1), masses=[0] * 9
+            ),
+            "masses must be",
+        ),
+        (
+            lambda: ls.limits.strain(np.zeros((9, 3)), ls.grid(cells=(2, 2)), rest="pattern"),
+            "rest must be one of uv | mesh",
+        ),
     ],
 )
 def test_a_mistake_is_one_clear_error(mistake, said):
@@ -81,7 +118,11 @@ def test_a_mistake_is_one_clear_error(mistake, said):
 def test_limits_inside_the_solve_leave_sweeps_nothing_to_do():
     _, reports = simulate(hanging(in_solve=True))
     _, swept = simulate(hanging(max_sweeps=20000))
-    assert sum(r["limit_sweeps"] for r in reports) < 1.2 * len(reports) < sum(r["limit_sweeps"] for r in swept) / 4
+    assert (
+        sum(r["limit_sweeps"] for r in reports)
+        < 1.2 * len(reports)
+        < sum(r["limit_sweeps"] for r in swept) / 4
+    )
     assert max(r["limit_excess"] for r in reports) <= 0.002
 
 
@@ -94,12 +135,17 @@ def test_a_step_keeps_limits_that_it_breaks_without_them(method):
     sim, reports = simulate(scene)
     strain = ls.limits.strain(sim.positions, mesh)
     assert most > 0.2, "without limits it strains four times as far"
-    assert sum(r["limit_sweeps"] for r in reports) > 100 and sum(r["seconds"]["limit"] for r in reports) > 0
+    assert (
+        sum(r["limit_sweeps"] for r in reports) > 100
+        and sum(r["seconds"]["limit"] for r in reports) > 0
+    )
     last = reports[-1]
     if method != "edges":
         assert max(r["limit_excess"] for r in reports) <= 0.002
         assert last["beyond_limit"] == 0 and strain.max() <= 0.102 and strain[:, :2].max() <= 0.052
-    np.testing.assert_allclose(max(last["weft_excess"], 0), max(strain[:, 0].max() - 0.05, 0), atol=1e-12)
+    np.testing.assert_allclose(
+        max(last["weft_excess"], 0), max(strain[:, 0].max() - 0.05, 0), atol=1e-12
+    )
     pins = np.asarray(mesh.vertices)[[0, 12]]
     assert (sim.positions[[0, 12]] == pins).all(), "pins do not move by one bit"
 
@@ -110,11 +156,19 @@ def test_what_pins_make_impossible_is_reported_with_the_element():
     sides = [int(i) for i in np.flatnonzero(abs(x[:, 0]) > 0.2499)]
     ends = [x[sides], x[sides] * (1.3, 1, 1)]
     cloth = ls.Cloth(
-        mesh=mesh, pins=sides, script_times=[0.0, 0.1], script_positions=np.concatenate(ends), strain_limit=ls.StrainLimit(0.1, 0.1, 0.1)
+        mesh=mesh,
+        pins=sides,
+        script_times=[0.0, 0.1],
+        script_positions=np.concatenate(ends),
+        strain_limit=ls.StrainLimit(0.1, 0.1, 0.1),
     )
     _, reports = simulate(ls.Scene(cloths=[cloth], collisions=False), steps=60)
     assert reports[5]["beyond_limit"] == 0 and reports[5]["worst_element"] == -1
-    assert reports[-1]["beyond_limit"] > 36 and reports[-1]["weft_excess"] > 0.19 and 0 <= reports[-1]["worst_element"] < 72
+    assert (
+        reports[-1]["beyond_limit"] > 36
+        and reports[-1]["weft_excess"] > 0.19
+        and 0 <= reports[-1]["worst_element"] < 72
+    )
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -152,7 +206,9 @@ def test_the_columns_of_the_swing_differ_as_their_limits_do():
     sim = ls.Simulation(file.scene(), integrator=file.integrator, threads=1)
     last, column = list(sim.frames(duration=0.6, rate=25))[-1], sim.topology.cloth_of_triangle
     mean = [abs(last.strain[column == i]).mean(axis=0) for i in range(7)]
-    assert mean[6].max() > 2 * mean[0].max(), "without limits it strains further than with tight ones"
+    assert mean[6].max() > 2 * mean[0].max(), (
+        "without limits it strains further than with tight ones"
+    )
     assert mean[1][2] > 2 * mean[0][2], "loose shear is used"
     assert mean[2][1] > mean[3][1] and mean[3][0] > mean[2][0], "swapped limits swap weft and warp"
 
@@ -168,19 +224,31 @@ def test_broken_limits_are_named_the_worst_first_and_in_a_table(tmp_path, capsys
         script_positions=np.concatenate([x[sides], x[sides] * (1.3, 1, 1)]),
         strain_limit=ls.StrainLimit(0.1, 0.1, 0.1),
     )
-    sim = ls.Simulation(ls.Scene(cloths=[cloth], collisions=False), integrator=ls.SemiImplicitEuler(step=2e-3), threads=1)
+    sim = ls.Simulation(
+        ls.Scene(cloths=[cloth], collisions=False),
+        integrator=ls.SemiImplicitEuler(step=2e-3),
+        threads=1,
+    )
     report = sim.run(out=tmp_path / "r", duration=0.12)
     broken, last = sim.broken_limits, sim.report
     excess = [entry[2] for entry in broken]
-    assert excess == sorted(excess, reverse=True) and len({entry[0] for entry in broken}) == last.broken_limits > 36
+    assert (
+        excess == sorted(excess, reverse=True)
+        and len({entry[0] for entry in broken}) == last.broken_limits > 36
+    )
     assert broken[0] == (last.worst_element, "weft", last.weft_excess)
     assert last.weft_strain == pytest.approx(0.1 + last.weft_excess, abs=1e-12)
     with (tmp_path / "r" / "limits.csv").open(newline="") as file:
         rows = [row for row in csv.DictReader(file) if int(row["step"]) == last.step]
     assert [(int(r["triangle"]), r["direction"], float(r["excess"])) for r in rows] == broken[:20]
-    assert report["steps_with_broken_limits"] > 5 and report["largest_excess"] == pytest.approx(last.weft_excess, rel=0.1)
+    assert report["steps_with_broken_limits"] > 5 and report["largest_excess"] == pytest.approx(
+        last.weft_excess, rel=0.1
+    )
     strained = progress.overstrained(last)
-    assert f"{last.broken_limits} triangles strain beyond" in strained and f"triangle {last.worst_element}" in strained
+    assert (
+        f"{last.broken_limits} triangles strain beyond" in strained
+        and f"triangle {last.worst_element}" in strained
+    )
 
 
 def raster(mesh: ls.TriangleMesh, x: np.ndarray, cells: int = 5) -> np.ndarray:
@@ -195,12 +263,16 @@ def raster(mesh: ls.TriangleMesh, x: np.ndarray, cells: int = 5) -> np.ndarray:
 
 @pytest.mark.parametrize("limit", [(0.02, 0.02, 0.04), (0.02, 0.02, 0.2)])
 def test_irregular_meshes_strain_as_regular_ones(limit):
-    """Free cloth is chaotic: one that hangs in its plane, held at two corners and calmed by air, shows what the mesh does."""
+    """Free cloth is chaotic: one that hangs in its plane, held at two corners and calmed by air,
+    shows what the mesh does.
+    """
 
     def hung(mesh: ls.TriangleMesh) -> np.ndarray:
         cloth = ls.Cloth(
             mesh=mesh,
-            material=ls.ClothMaterial(weft_stiffness=100, warp_stiffness=100, shear_stiffness=30, density=1.0),
+            material=ls.ClothMaterial(
+                weft_stiffness=100, warp_stiffness=100, shear_stiffness=30, density=1.0
+            ),
             pins=ls.meshes.nearest_vertices(mesh, [(-0.25, 0.25, 0.0), (0.25, 0.25, 0.0)]),
             strain_limit=ls.StrainLimit(*limit),
         )
@@ -218,6 +290,8 @@ def test_irregular_meshes_strain_as_regular_ones(limit):
         return np.mean(frames, axis=0)
 
     regular = hung(ls.grid(size=(0.5, 0.5), cells=(16, 16)))
-    irregular = np.mean([hung(ls.meshes.irregular(triangles=512, seed=seed)) for seed in (1, 2, 3)], axis=0)
+    irregular = np.mean(
+        [hung(ls.meshes.irregular(triangles=512, seed=seed)) for seed in (1, 2, 3)], axis=0
+    )
     assert np.abs(regular).max() > 0.03, "strained up to its limits"
     assert np.abs(irregular - regular).max() < 0.05 * np.abs(regular).max()

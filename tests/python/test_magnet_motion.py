@@ -3,13 +3,12 @@
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
+import loomstone as ls
 import numpy as np
 import pytest
+from loomstone import _core
 from magnet_bodies import ball_mesh, quaternion, rotation_of, to_axis, total_momenta
 from magnet_tables import each_case
-
-import loomstone as ls
-from loomstone import _core
 
 
 def simulation(scene: ls.Scene, step: float, threads: int = 1) -> ls.Simulation:
@@ -21,9 +20,26 @@ def free_spheres(case: dict) -> ls.Scene:
     for i in range(case["N"]):
         mesh, density = ball_mesh(case["radius"][i], case["mass"][i])
         turn = to_axis(case["axis0"][i])
-        bodies.append(ls.RigidBody(name=f"ball {i}", mesh=mesh, density=density, position=case["x0"][i], shape="sphere",
-                                   orientation=quaternion(turn), velocity=case["v0"][i], angular_velocity=case["omega0"][i]))
-        magnets.append(ls.Magnet(body=f"ball {i}", shape="sphere", radius=case["radius"][i], polarization=(0, 0, case["J"][i])))
+        bodies.append(
+            ls.RigidBody(
+                name=f"ball {i}",
+                mesh=mesh,
+                density=density,
+                position=case["x0"][i],
+                shape="sphere",
+                orientation=quaternion(turn),
+                velocity=case["v0"][i],
+                angular_velocity=case["omega0"][i],
+            )
+        )
+        magnets.append(
+            ls.Magnet(
+                body=f"ball {i}",
+                shape="sphere",
+                radius=case["radius"][i],
+                polarization=(0, 0, case["J"][i]),
+            )
+        )
     return ls.Scene(bodies=bodies, magnets=magnets, gravity=(0, 0, 0))
 
 
@@ -33,7 +49,9 @@ def errors_after(case: dict, steps: int) -> tuple[float, float]:
     for _ in range(steps):
         sim.step()
     axes = [rotation_of(q).apply([0, 0, 1]) for q in sim.state.body_orientations]
-    return np.abs(sim.state.body_positions - case["x"][-1]).max(), np.abs(np.array(axes) - case["axis"][-1]).max()
+    return np.abs(sim.state.body_positions - case["x"][-1]).max(), np.abs(
+        np.array(axes) - case["axis"][-1]
+    ).max()
 
 
 @each_case("vii_free_magnetised_spheres")
@@ -41,7 +59,8 @@ def test_free_spheres_follow_their_table_with_second_order(case):
     coarse, fine, finest = (errors_after(case, n) for n in (500, 1000, 8000))
     for k in range(2):
         assert coarse[k] / fine[k] == pytest.approx(4.0, rel=0.25), "second order"
-    # 1.5 times what the error is with second order from the one before, 64 times smaller: 4e-9 m of a path of 1 cm.
+    # 1.5 times what the error is with second order from the one before, 64 times smaller: 4e-9 m of
+    # a path of 1 cm.
     assert finest[0] < 1.5 * fine[0] / 64 and finest[1] < 1.5 * fine[1] / 64
     assert finest[0] < 1e-7
 
@@ -57,21 +76,37 @@ def test_free_spheres_pass_each_other_keeping_energy_and_momenta(case):
     assert np.linalg.norm(linear - case["P0"]) < 1e-12 * size
     assert np.linalg.norm(angular - case["L0"]) < 1e-12 * size * 0.02  # arms are of 2 cm
     energy = sim.report.body_kinetic_energy + sim.report.magnetic_energy
-    # Second order: 4,000 steps of 20 us leave up to 4e-6 of the energy that was exchanged (one pair ends in an embrace).
+    # Second order: 4,000 steps of 20 us leave up to 4e-6 of the energy that was exchanged (one pair
+    # ends in an embrace).
     assert abs(energy - case["E0"]) < 1e-5 * abs(sim.report.magnetic_energy)
 
 
 def uneven_magnets(step: float) -> ls.Scene:
-    """Three free magnets, among them a long box with three different moments of inertia that carries two magnets off its axis."""
-    box, ball = ls.meshes.box(size=(0.02, 0.01, 0.004)), ls.meshes.sphere(radius=0.004, subdivisions=1)
+    """Three free magnets, among them a long box with three different moments of inertia that
+    carries two magnets off its axis.
+    """
+    box, ball = (
+        ls.meshes.box(size=(0.02, 0.01, 0.004)),
+        ls.meshes.sphere(radius=0.004, subdivisions=1),
+    )
     bodies = [
         ls.RigidBody(name="box", mesh=box, shape="box", density=7000, angular_velocity=(3, 20, -7)),
-        ls.RigidBody(name="a", mesh=ball, density=7000, position=(0.03, 0.01, 0.0), velocity=(0, 0.02, 0.01)),
-        ls.RigidBody(name="b", mesh=ball, density=5000, position=(-0.03, 0.0, 0.02), angular_velocity=(1, 2, 3)),
+        ls.RigidBody(
+            name="a", mesh=ball, density=7000, position=(0.03, 0.01, 0.0), velocity=(0, 0.02, 0.01)
+        ),
+        ls.RigidBody(
+            name="b",
+            mesh=ball,
+            density=5000,
+            position=(-0.03, 0.0, 0.02),
+            angular_velocity=(1, 2, 3),
+        ),
     ]
     magnets = [
         ls.Magnet(body="box", shape="dipole", moment=(0.02, 0, 0.01), position=(0.008, 0.002, 0.0)),
-        ls.Magnet(body="box", shape="dipole", moment=(0, 0.02, 0.0), position=(-0.007, 0.001, 0.001)),
+        ls.Magnet(
+            body="box", shape="dipole", moment=(0, 0.02, 0.0), position=(-0.007, 0.001, 0.001)
+        ),
         ls.Magnet(body="a", shape="sphere", radius=0.004, polarization=(0.1, 0, 0)),
         ls.Magnet(body="b", shape="sphere", radius=0.004, polarization=(0, 0.1, 0.1)),
     ]
@@ -87,7 +122,9 @@ def test_free_magnets_keep_their_momenta_over_ten_thousand_steps():
         sim.step()
         force, torque = sim.magnetic_forces()
         impulse += 1e-5 * np.linalg.norm(force, axis=1).sum()
-        twist += 1e-5 * (np.linalg.norm(torque, axis=1) + 0.03 * np.linalg.norm(force, axis=1)).sum()
+        twist += (
+            1e-5 * (np.linalg.norm(torque, axis=1) + 0.03 * np.linalg.norm(force, axis=1)).sum()
+        )
     linear, angular = total_momenta(sim, scene)
     # Of the momentum that was exchanged.
     assert np.linalg.norm(linear - linear0) < 1e-12 * impulse
@@ -96,10 +133,19 @@ def test_free_magnets_keep_their_momenta_over_ten_thousand_steps():
 
 def compass(case: dict, angle: float) -> ls.Scene:
     turn = np.radians(angle)
-    body = ls.RigidBody(name="needle", mesh=ls.meshes.box(size=case["dim"]), density=case["density"], shape="box",
-                        orientation=(np.cos(turn / 2), 0, 0, np.sin(turn / 2)))
-    needle = ls.Magnet(body="needle", shape="cuboid", size=case["dim"], polarization=(case["J_along_x"], 0, 0))
-    return ls.Scene(bodies=[body], magnets=[needle], magnetic_field=(case["B0"], 0, 0), gravity=(0, 0, 0))
+    body = ls.RigidBody(
+        name="needle",
+        mesh=ls.meshes.box(size=case["dim"]),
+        density=case["density"],
+        shape="box",
+        orientation=(np.cos(turn / 2), 0, 0, np.sin(turn / 2)),
+    )
+    needle = ls.Magnet(
+        body="needle", shape="cuboid", size=case["dim"], polarization=(case["J_along_x"], 0, 0)
+    )
+    return ls.Scene(
+        bodies=[body], magnets=[needle], magnetic_field=(case["B0"], 0, 0), gravity=(0, 0, 0)
+    )
 
 
 def needle_angle(sim: ls.Simulation) -> float:
@@ -117,14 +163,25 @@ def test_a_compass_swings_with_the_period_of_its_table(case):
         angles.append(needle_angle(sim))
     wanted = np.array(case["theta_rad"])
     found = np.interp(case["times"], times, angles)
-    # Second order: (omega h)^2 / 24 is 4e-7 of the phase; linear interpolation leaves as much, 5e-6 of the angle.
+    # Second order: (omega h)^2 / 24 is 4e-7 of the phase; linear interpolation leaves as much, 5e-6
+    # of the angle.
     assert np.abs(found - wanted).max() < 3e-5 * max(1.0, np.radians(case["theta0_deg"]))
 
 
 def test_the_energy_of_a_swinging_magnet_does_not_drift():
-    case = {"dim": (0.05, 0.005, 0.001), "density": 7500, "J_along_x": 1.0, "B0": 5e-5, "period": 1.4}
-    sim = simulation(compass(case, 60.0), case["period"] / 25)  # in 2 sub-steps each: 0.13 of the angular frequency
-    swing = 0.5 * 0.05 * 0.005 * 0.001 / 4e-7 / np.pi * 5e-5  # of the energy between rest and the middle
+    case = {
+        "dim": (0.05, 0.005, 0.001),
+        "density": 7500,
+        "J_along_x": 1.0,
+        "B0": 5e-5,
+        "period": 1.4,
+    }
+    sim = simulation(
+        compass(case, 60.0), case["period"] / 25
+    )  # in 2 sub-steps each: 0.13 of the angular frequency
+    swing = (
+        0.5 * 0.05 * 0.005 * 0.001 / 4e-7 / np.pi * 5e-5
+    )  # of the energy between rest and the middle
     energies = []
     for _ in range(25 * 400):
         sim.step()
@@ -137,8 +194,12 @@ def test_the_energy_of_a_swinging_magnet_does_not_drift():
 
 @pytest.mark.parametrize("what", ["compass", "pair"])
 def test_magnets_that_swing_keep_their_energy_for_a_thousand_periods(what):
-    """Within 1e-3 without drift, with sub-steps as they are by default; tests/benchmarks/librations.py swings ten times as long."""
-    spec = spec_from_file_location("librations", Path(__file__).parents[1] / "benchmarks" / "librations.py")
+    """Within 1e-3 without drift, with sub-steps as they are by default;
+    tests/benchmarks/librations.py swings ten times as long.
+    """
+    spec = spec_from_file_location(
+        "librations", Path(__file__).parents[1] / "benchmarks" / "librations.py"
+    )
     assert spec is not None and spec.loader is not None
     module = module_from_spec(spec)
     spec.loader.exec_module(module)
@@ -151,28 +212,57 @@ def test_two_cubes_attract_each_other_as_their_table_says(case):
     cube, gap = ls.meshes.box(size=3 * (case["cube"],)), case["gap0"]
     names = ("low", "high")
     half = 0.5 * (case["cube"] + gap)
-    bodies = [ls.RigidBody(name=n, mesh=cube, shape="box", density=case["density"], position=(0, 0, s * half))
-              for n, s in zip(names, (-1, 1), strict=True)]
-    magnets = [ls.Magnet(body=n, shape="cuboid", size=3 * (case["cube"],), polarization=(0, 0, case["J"])) for n in names]
+    bodies = [
+        ls.RigidBody(
+            name=n, mesh=cube, shape="box", density=case["density"], position=(0, 0, s * half)
+        )
+        for n, s in zip(names, (-1, 1), strict=True)
+    ]
+    magnets = [
+        ls.Magnet(body=n, shape="cuboid", size=3 * (case["cube"],), polarization=(0, 0, case["J"]))
+        for n in names
+    ]
     steps = 200
-    sim = simulation(ls.Scene(bodies=bodies, magnets=magnets, gravity=(0, 0, 0)), case["time"] / steps)
+    sim = simulation(
+        ls.Scene(bodies=bodies, magnets=magnets, gravity=(0, 0, 0)), case["time"] / steps
+    )
     for _ in range(steps):
         sim.step()
     z, v = sim.state.body_positions[:, 2], sim.state.body_velocities[:, 2]
     speed = case["closing_speed"]
-    # Second order in 200 steps of a fall whose last steps see the force grow tenfold, and 1e-4 of the force.
+    # Second order in 200 steps of a fall whose last steps see the force grow tenfold, and 1e-4 of
+    # the force.
     assert v[0] - v[1] == pytest.approx(speed, rel=2e-3)
     assert z[1] - z[0] - case["cube"] == pytest.approx(case["gap"], abs=2e-3 * speed * case["time"])
 
 
 def on_the_floor() -> ls.Scene:
-    """Two balls that snap together and roll on a floor, and a magnet that is moved by script below it."""
+    """Two balls that snap together and roll on a floor, and a magnet that is moved by script below
+    it.
+    """
     ball = ls.meshes.sphere(radius=0.005, subdivisions=2)
-    bodies = [ls.RigidBody(name=n, mesh=ball, shape="sphere", density=7500, position=(x, 0, 0.006)) for n, x in (("a", -0.01), ("b", 0.01))]
-    magnets = [ls.Magnet(body=n, shape="sphere", radius=0.005, polarization=(0.8, 0, 0.6)) for n in "ab"]
-    carried = ls.box(name="below", size=(0.01, 0.01, 0.01), times=[0, 1], positions=[(-0.1, 0, -0.03), (0.1, 0, -0.03)])
-    magnets.append(ls.Magnet(body="below", shape="cuboid", size=(0.01, 0.01, 0.01), polarization=(0, 0, 1.0)))
-    return ls.Scene(bodies=bodies, magnets=magnets, obstacles=[ls.floor(size=0.4), carried], rigid_rebuild_interval=10)
+    bodies = [
+        ls.RigidBody(name=n, mesh=ball, shape="sphere", density=7500, position=(x, 0, 0.006))
+        for n, x in (("a", -0.01), ("b", 0.01))
+    ]
+    magnets = [
+        ls.Magnet(body=n, shape="sphere", radius=0.005, polarization=(0.8, 0, 0.6)) for n in "ab"
+    ]
+    carried = ls.box(
+        name="below",
+        size=(0.01, 0.01, 0.01),
+        times=[0, 1],
+        positions=[(-0.1, 0, -0.03), (0.1, 0, -0.03)],
+    )
+    magnets.append(
+        ls.Magnet(body="below", shape="cuboid", size=(0.01, 0.01, 0.01), polarization=(0, 0, 1.0))
+    )
+    return ls.Scene(
+        bodies=bodies,
+        magnets=magnets,
+        obstacles=[ls.floor(size=0.4), carried],
+        rigid_rebuild_interval=10,
+    )
 
 
 def test_threads_and_resuming_change_no_bit():
@@ -188,7 +278,12 @@ def test_threads_and_resuming_change_no_bit():
         if i % 10 == 0:
             other.rebuild_stages()
         other.step()
-    for name in ("body_positions", "body_orientations", "body_velocities", "body_angular_velocities"):
+    for name in (
+        "body_positions",
+        "body_orientations",
+        "body_velocities",
+        "body_angular_velocities",
+    ):
         assert np.array_equal(getattr(other.state, name), getattr(reference.state, name)), name
 
 
@@ -206,12 +301,26 @@ def test_balls_that_have_snapped_together_come_to_rest():
 
 
 def iron_balls(n: int, magnet: ls.Magnet, radius: float = 0.005, **scene) -> ls.Scene:
-    """Iron balls in two layers above a magnet's carrier, which the scene has under the name "magnet"."""
+    """Iron balls in two layers above a magnet's carrier, which the scene has under the name
+    "magnet".
+    """
     ball, random = ls.meshes.sphere(radius=radius, subdivisions=2), np.random.default_rng(3)
-    places = np.array([(x, y, z) for z in (0.02, 0.032) for x in (-0.012, 0.0, 0.012) for y in (-0.012, 0.0, 0.012)])[:n]
+    places = np.array(
+        [
+            (x, y, z)
+            for z in (0.02, 0.032)
+            for x in (-0.012, 0.0, 0.012)
+            for y in (-0.012, 0.0, 0.012)
+        ]
+    )[:n]
     places = places + random.uniform(-1e-3, 1e-3, (n, 3))
-    bodies = [ls.RigidBody(name=f"ball {i}", mesh=ball, shape="sphere", density=7800, position=p) for i, p in enumerate(places)]
-    magnets = [ls.Magnet(body=b.name, shape="sphere", radius=radius, susceptibility=1000.0) for b in bodies]
+    bodies = [
+        ls.RigidBody(name=f"ball {i}", mesh=ball, shape="sphere", density=7800, position=p)
+        for i, p in enumerate(places)
+    ]
+    magnets = [
+        ls.Magnet(body=b.name, shape="sphere", radius=radius, susceptibility=1000.0) for b in bodies
+    ]
     bodies += scene.pop("bodies", [])
     return ls.Scene(bodies=bodies, magnets=[magnet, *magnets], magnetic_tolerance=1e-3, **scene)
 
@@ -219,32 +328,48 @@ def iron_balls(n: int, magnet: ls.Magnet, radius: float = 0.005, **scene) -> ls.
 def test_iron_balls_that_fly_towards_a_free_magnet_keep_momenta_and_energy_with_second_order():
     box = ls.meshes.box(size=(0.02, 0.02, 0.01))
     carrier = ls.RigidBody(name="magnet", mesh=box, shape="box", density=7500)
-    scene = iron_balls(8, ls.Magnet(body="magnet", shape="cuboid", size=(0.02, 0.02, 0.01), polarization=(0, 0, 1.0)),
-                       bodies=[carrier], gravity=(0, 0, 0))
+    scene = iron_balls(
+        8,
+        ls.Magnet(body="magnet", shape="cuboid", size=(0.02, 0.02, 0.01), polarization=(0, 0, 1.0)),
+        bodies=[carrier],
+        gravity=(0, 0, 0),
+    )
     gained = []
     for steps in (10, 20):
         sim = simulation(scene.replace(magnetic_step=1.0), 4e-3 / steps)
         sim.step()
-        energy, potential = sim.report.body_kinetic_energy + sim.report.magnetic_energy, sim.report.magnetic_energy
+        energy, potential = (
+            sim.report.body_kinetic_energy + sim.report.magnetic_energy,
+            sim.report.magnetic_energy,
+        )
         start, impulse = sim.time, 0.0
         linear0, angular0 = total_momenta(sim, scene)
         while sim.time < start + 3.6e-3 - 1e-9:
             sim.step()
             assert sim.report.magnetic_substeps == 1
             impulse += 4e-3 / steps * np.linalg.norm(sim.magnetic_forces()[0], axis=1).sum()
-        gained.append((sim.report.body_kinetic_energy + sim.report.magnetic_energy - energy) / (sim.report.magnetic_energy - potential))
+        gained.append(
+            (sim.report.body_kinetic_energy + sim.report.magnetic_energy - energy)
+            / (sim.report.magnetic_energy - potential)
+        )
         linear, angular = total_momenta(sim, scene)
         assert np.linalg.norm(linear - linear0) < 1e-12 * impulse
         assert np.linalg.norm(angular - angular0) < 1e-12 * impulse * 0.03
     assert abs(gained[1]) < 1e-2 and gained[0] / gained[1] == pytest.approx(4.0, rel=0.3)
 
 
-@pytest.mark.parametrize("scene", [{}, {"magnetic_step": 1.0, "rigid_iterations": 10}], ids=["fine", "coarse"])
+@pytest.mark.parametrize(
+    "scene", [{}, {"magnetic_step": 1.0, "rigid_iterations": 10}], ids=["fine", "coarse"]
+)
 def test_iron_balls_that_stick_to_a_magnet_calm_down_in_few_substeps(scene):
     box = ls.meshes.box(size=(0.03, 0.03, 0.02))
     most = 1.1 if scene else 8.0
-    scene = iron_balls(18, ls.Magnet(body="magnet", shape="cuboid", size=(0.03, 0.03, 0.02), polarization=(0, 0, 1.2)),
-                       obstacles=[ls.obstacle(box, name="magnet", friction=0.6)], **scene)
+    scene = iron_balls(
+        18,
+        ls.Magnet(body="magnet", shape="cuboid", size=(0.03, 0.03, 0.02), polarization=(0, 0, 1.2)),
+        obstacles=[ls.obstacle(box, name="magnet", friction=0.6)],
+        **scene,
+    )
     sim = simulation(scene, 1e-3)
     energies, substeps = [], []
     for _ in range(400):
@@ -254,7 +379,9 @@ def test_iron_balls_that_stick_to_a_magnet_calm_down_in_few_substeps(scene):
         if sim.time > 0.2:
             x = np.array(sim.state.body_positions)
             distances = np.linalg.norm(x[:, None] - x, axis=2)[np.triu_indices(18, 1)]
-            assert distances.min() > 0.0098, "what meets in a step is stopped before it overlaps; sweeps leave 0.1 mm"
+            assert distances.min() > 0.0098, (
+                "what meets in a step is stopped before it overlaps; sweeps leave 0.1 mm"
+            )
     assert np.mean(energies[300:]) < 0.7 * np.mean(energies[100:200]), "contacts feed nothing in"
     assert 1 <= np.mean(substeps[200:]) < most
 
@@ -279,7 +406,9 @@ BAD = {
 @pytest.mark.parametrize("message", BAD)
 def test_a_bad_magnet_is_refused(message):
     scene = on_the_floor()
-    magnet = ls.Magnet(body="a", shape="sphere", radius=0.005, polarization=(0, 0, 1)).replace(**BAD[message])
+    magnet = ls.Magnet(body="a", shape="sphere", radius=0.005, polarization=(0, 0, 1)).replace(
+        **BAD[message]
+    )
     with pytest.raises(ls.InvalidInput, match=r"magnets\[0\]\." + message):
         ls.Simulation(scene.replace(magnets=[magnet]))
 
@@ -291,20 +420,35 @@ def test_a_field_without_magnets_is_refused():
 
 def test_point_dipoles_that_fall_into_each_other_are_told():
     ball = ls.meshes.sphere(radius=1e-5, subdivisions=1)
-    bodies = [ls.RigidBody(name=n, mesh=ball, position=(x, 0, 0)) for n, x in (("a", 0), ("b", 1e-4))]
+    bodies = [
+        ls.RigidBody(name=n, mesh=ball, position=(x, 0, 0)) for n, x in (("a", 0), ("b", 1e-4))
+    ]
     magnets = [ls.Magnet(body=n, shape="dipole", moment=(1, 0, 0)) for n in "ab"]
     with pytest.raises(ls.SolverFailure, match="at most 4096 sub-steps"):
         simulation(ls.Scene(bodies=bodies, magnets=magnets), 1e-3).step()
 
 
 def test_after_a_failed_step_bodies_go_on_as_if_it_had_not_been_tried():
-    cube, tables = ls.meshes.box(size=(0.02, 0.02, 0.02)), ("body_positions", "body_orientations", "body_velocities")
-    belt = ls.box(size=(0.4, 0.4, 0.02), times=[0, 1], positions=[(0, 0, -0.01), (0.5, 0, -0.01)], friction=1.0)
+    cube, tables = (
+        ls.meshes.box(size=(0.02, 0.02, 0.02)),
+        ("body_positions", "body_orientations", "body_velocities"),
+    )
+    belt = ls.box(
+        size=(0.4, 0.4, 0.02),
+        times=[0, 1],
+        positions=[(0, 0, -0.01), (0.5, 0, -0.01)],
+        friction=1.0,
+    )
     bodies = [ls.RigidBody(name=f"cube {i}", mesh=cube, shape="box", position=p, friction=1.0, velocity=(0.5, 0, 0))
               for i, p in enumerate([(0, 0, 0.01), (0, 0.1, 0.01), (0, 0.1, 0.03)])]  # fmt: skip
     arm = np.array((0.5, 0, 0))  # so that the stand itself is out of the way
-    magnets = [ls.Magnet(body=name, shape="dipole", moment=(0, 0, 0.1), position=at) for name, at in (("cube 0", (0, 0, 0)), ("far", arm))]
-    stand = ls.box(size=(0.01, 0.01, 0.01), name="far", times=[0, 1], positions=[(0, 0, 5.0), (0, 0, 5.0)])
+    magnets = [
+        ls.Magnet(body=name, shape="dipole", moment=(0, 0, 0.1), position=at)
+        for name, at in (("cube 0", (0, 0, 0)), ("far", arm))
+    ]
+    stand = ls.box(
+        size=(0.01, 0.01, 0.01), name="far", times=[0, 1], positions=[(0, 0, 5.0), (0, 0, 5.0)]
+    )
     reached = []
     for fails in (False, True):
         sim = simulation(ls.Scene(bodies=bodies, obstacles=[belt, stand], magnets=magnets), 1e-3)
@@ -315,7 +459,11 @@ def test_after_a_failed_step_bodies_go_on_as_if_it_had_not_been_tried():
         sim.step()
         if fails:  # one dipole goes through the other
             before = {name: np.array(getattr(sim.state, name)) for name in tables}
-            meets = near + 1.3 * (before["body_positions"][0] - near) + 1e-3 * before["body_velocities"][0]
+            meets = (
+                near
+                + 1.3 * (before["body_positions"][0] - near)
+                + 1e-3 * before["body_velocities"][0]
+            )
             sim.set_obstacle_pose(1, meets - arm)
             with pytest.raises(ls.SolverFailure, match="at most 4096 sub-steps"):
                 sim.step()
@@ -324,20 +472,28 @@ def test_after_a_failed_step_bodies_go_on_as_if_it_had_not_been_tried():
         for _ in range(40):
             sim.step()
         reached.append({name: np.array(getattr(sim.state, name)) for name in tables})
-    assert all(np.array_equal(reached[0][name], reached[1][name]) for name in tables), "their contacts were kept"
+    assert all(np.array_equal(reached[0][name], reached[1][name]) for name in tables), (
+        "their contacts were kept"
+    )
 
 
 def test_poles_are_kept_in_files_and_drawn_red_and_blue(tmp_path):
     scene = on_the_floor().replace(magnets=on_the_floor().magnets[:1])
     sim = simulation(scene, 1e-3)
     pole, owner = sim.topology.body_pole, sim.topology.body_of_vertex
-    assert pole[owner == 0].max() > 0.9 and pole[owner == 0].min() < -0.9 and not pole[owner != 0].any()
+    assert (
+        pole[owner == 0].max() > 0.9
+        and pole[owner == 0].min() < -0.9
+        and not pole[owner != 0].any()
+    )
     north = sim.frame().body_positions[np.argmax(pole)] - sim.body_positions[0]
     assert north @ (0.8, 0, 0.6) > 0.9 * 0.005
     writer = _core.FrameWriter(str(tmp_path), sim.topology, "")
     writer.write(sim.frame())
     del writer
     assert np.array_equal(_core.FrameReader(str(tmp_path)).topology.body_pole, pole)
-    image = np.asarray(ls.Renderer(sim.topology, ls.RenderOptions(width=320, height=240)).render(sim.frame())).astype(int)
+    image = np.asarray(
+        ls.Renderer(sim.topology, ls.RenderOptions(width=320, height=240)).render(sim.frame())
+    ).astype(int)
     red, _, blue = np.moveaxis(image, -1, 0)
     assert (red - blue > 60).sum() > 50 and (blue - red > 60).sum() > 50

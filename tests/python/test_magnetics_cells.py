@@ -1,11 +1,12 @@
-"""Magnets as hierarchies of dipole cells: figures 6.5 and 6.7, consistent levels, fronts by (6.19), conserved momentum."""
-
-import numpy as np
-import pytest
-from magnet_tables import cases
+"""Magnets as hierarchies of dipole cells: figures 6.5 and 6.7, consistent levels, fronts by (6.19),
+conserved momentum.
+"""
 
 import loomstone as ls
+import numpy as np
+import pytest
 from loomstone import magnetics as M
+from magnet_tables import cases
 
 CUBE = dict(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))
 
@@ -26,8 +27,22 @@ def lattice(n):
         ("A2, side by side, antiparallel: attracted", (0, 1, 0), (0, -1, 0), (-1, 0), 0, 0),
         ("B1, in line, parallel: attracted", (1, 0, 0), (1, 0, 0), (-1, 0), 0, 0),
         ("B2, in line, antiparallel: repelled", (1, 0, 0), (-1, 0, 0), (1, 0), 0, 0),
-        ("C1, at right angles: sheared, both turned towards B1", (1, 0, 0), (0, 1, 0), (0, 1), -1, -1),
-        ("C2, at right angles, m2 turned round: all signs change", (1, 0, 0), (0, -1, 0), (0, -1), 1, 1),
+        (
+            "C1, at right angles: sheared, both turned towards B1",
+            (1, 0, 0),
+            (0, 1, 0),
+            (0, 1),
+            -1,
+            -1,
+        ),
+        (
+            "C2, at right angles, m2 turned round: all signs change",
+            (1, 0, 0),
+            (0, -1, 0),
+            (0, -1),
+            1,
+            1,
+        ),
     ],
 )
 def test_the_six_arrangements_of_figure_6_5(name, m1, m2, force, torque1, torque2):
@@ -36,11 +51,18 @@ def test_the_six_arrangements_of_figure_6_5(name, m1, m2, force, torque1, torque
         return M.cuboid(size=size, polarization=direction)
 
     a, b = bar(m1), bar(m2).moved((0.06, 0, 0))
-    for engine, density in (("cells", 1e3), ("cells", 8e6), ("exact", None)):  # 1e3: a single cell each
+    for engine, density in (
+        ("cells", 1e3),
+        ("cells", 8e6),
+        ("exact", None),
+    ):  # 1e3: a single cell each
         on_2 = M.force(on=b, by=a, engine=engine, density=density)
         on_1 = M.force(on=a, by=b, engine=engine, density=density)
         small = 1e-9 * np.linalg.norm(on_2.force)
-        assert [np.sign(round(x / small) * small) for x in on_2.force[:2]] == list(force), (name, engine)
+        assert [np.sign(round(x / small) * small) for x in on_2.force[:2]] == list(force), (
+            name,
+            engine,
+        )
         assert abs(on_2.force[2]) < small
         for found, sign in ((on_1.torque, torque1), (on_2.torque, torque2)):
             assert np.sign(round(found[2] / (0.01 * small))) == sign, (name, engine)
@@ -48,7 +70,9 @@ def test_the_six_arrangements_of_figure_6_5(name, m1, m2, force, torque1, torque
         # magnitudes of single dipoles, (6.10) and (6.11)
         if density == 1e3:
             forces, torques = M.dipole_forces([a.position, b.position], [a.moment, b.moment])
-            assert np.allclose(on_2.force, forces[1], rtol=0, atol=1e-12 * np.linalg.norm(forces[1]))
+            assert np.allclose(
+                on_2.force, forces[1], rtol=0, atol=1e-12 * np.linalg.norm(forces[1])
+            )
             assert np.allclose([on_1.torque, on_2.torque], torques, rtol=0, atol=1e-12)
 
 
@@ -56,7 +80,9 @@ def test_every_level_carries_the_whole_moment_and_leaves_keep_their_margin():
     magnets = {
         "cuboid": M.cuboid(size=(0.02, 0.011, 0.013), polarization=(0.2, 0.5, 1)),
         "cylinder": M.cylinder(radius=0.01, height=0.02, polarization=(0.2, 0.5, 1)),
-        "ring": M.cylinder(radius=0.01, height=0.02, inner_radius=0.005, polarization=(0.2, 0.5, 1)),
+        "ring": M.cylinder(
+            radius=0.01, height=0.02, inner_radius=0.005, polarization=(0.2, 0.5, 1)
+        ),
         "sphere": M.sphere(radius=0.01, polarization=(0.2, 0.5, 1)),
         "mesh": M.mesh(ls.meshes.sphere(radius=0.01, subdivisions=3), polarization=(0.2, 0.5, 1)),
     }
@@ -64,7 +90,9 @@ def test_every_level_carries_the_whole_moment_and_leaves_keep_their_margin():
         body = M.cells(magnet.at((0.1, 0.2, 0.3), (0.5, 0.5, -0.5, 0.5)), density=5e7)
         for level in range(12):
             _, moments = M.cell_level(body, level)
-            assert np.allclose(moments.sum(axis=0), body.moment, rtol=0, atol=1e-13 * np.linalg.norm(body.moment)), (
+            assert np.allclose(
+                moments.sum(axis=0), body.moment, rtol=0, atol=1e-13 * np.linalg.norm(body.moment)
+            ), (
                 name,
                 level,
             )
@@ -78,7 +106,8 @@ def test_every_level_carries_the_whole_moment_and_leaves_keep_their_margin():
         else:
             depth = np.minimum(0.01 - rho, 0.01 - np.abs(leaves[:, 2]))
             depth = np.minimum(depth, rho - 0.005) if name == "ring" else depth
-        # diameters of leaves lie between those of the density and, after the last bisection, of twice it
+        # diameters of leaves lie between those of the density and, after the last bisection, of
+        # twice it
         slack = 1e-12 if name != "mesh" else 2e-4  # the mesh lies inside its sphere
         assert depth.min() >= 0.5 * (1 / 1e8) ** (1 / 3) - slack, name
 
@@ -89,13 +118,19 @@ def test_cells_of_a_cube_are_the_lattice():
         found, moments = M.cell_level(body, 99)
         points, expected = lattice(n)
         order = np.lexsort(np.round(found / 1e-6).T)
-        assert np.allclose(found[order], points[np.lexsort(np.round(points / 1e-6).T)], rtol=0, atol=1e-15)
+        assert np.allclose(
+            found[order], points[np.lexsort(np.round(points / 1e-6).T)], rtol=0, atol=1e-15
+        )
         assert np.allclose(moments, expected, rtol=1e-12, atol=0)
 
 
 def test_figure_6_7_cells_converge_to_the_exact_force_from_a_distance():
     table = cases("i_cuboid_parallel_force")
-    exact = {round(1e3 * c["gap"], 6): c["F2"][2] for c in table if c["dim1"] == c["dim2"] and c["kind"] == "axial"}
+    exact = {
+        round(1e3 * c["gap"], 6): c["F2"][2]
+        for c in table
+        if c["dim1"] == c["dim2"] and c["kind"] == "axial"
+    }
     contact = table[0]["F2"][2]
     for gap in (5.0, 10.0, 20.0):
         errors = []
@@ -104,8 +139,12 @@ def test_figure_6_7_cells_converge_to_the_exact_force_from_a_distance():
             found = M.force(on=a.moved((0, 0, 0.01 + 1e-3 * gap)), by=a)
             errors.append(abs(found.force[2] / exact[gap] - 1))
             points, moments = lattice(n)
-            forces, _ = M.dipole_forces(points + (0, 0, 0.01 + 1e-3 * gap), moments, points, moments)
-            assert found.force[2] == pytest.approx(forces[:, 2].sum(), rel=1e-11)  # the tree and the lattice agree
+            forces, _ = M.dipole_forces(
+                points + (0, 0, 0.01 + 1e-3 * gap), moments, points, moments
+            )
+            assert found.force[2] == pytest.approx(
+                forces[:, 2].sum(), rel=1e-11
+            )  # the tree and the lattice agree
         assert errors[3] < errors[2] < errors[1] and errors[3] < 5e-3, (gap, errors)
     # in contact they do not: +40 % whatever their number
     for n in (4, 8):
@@ -115,7 +154,9 @@ def test_figure_6_7_cells_converge_to_the_exact_force_from_a_distance():
 
 
 def test_fronts_refine_towards_the_other_body_and_save_cells():
-    long = M.cells(M.cuboid(size=(0.1, 0.01, 0.01), polarization=(0, 0, 1)), density=8e6, separation=3)
+    long = M.cells(
+        M.cuboid(size=(0.1, 0.01, 0.01), polarization=(0, 0, 1)), density=8e6, separation=3
+    )
     other = M.cells(M.cuboid(**CUBE), density=8e6, separation=3).moved((0.045, 0, 0.0125))
     front, moments = M.cell_front(long, other)
     leaves, _ = M.cell_level(long, 99)
@@ -132,7 +173,9 @@ def test_fronts_refine_towards_the_other_body_and_save_cells():
         for size in ((0.1, 0.01, 0.01), (0.01, 0.01, 0.01))
     ]
     whole = M.force(on=every[1].moved(other.position), by=every[0])
-    assert np.linalg.norm(M.force(on=other, by=long).force - whole.force) < 0.01 * np.linalg.norm(whole.force)
+    assert np.linalg.norm(M.force(on=other, by=long).force - whole.force) < 0.01 * np.linalg.norm(
+        whole.force
+    )
 
 
 def test_cells_keep_momentum_near_far_and_overlapping():
@@ -151,12 +194,16 @@ def test_cells_keep_momentum_near_far_and_overlapping():
             fa, ta = M.dipole_forces(xa, ma, xb, mb)
             turn = (ta + np.cross(xa - a.position, fa)).sum(axis=0)
             assert np.allclose(turn, on_a.torque, rtol=0, atol=1e-12 * np.linalg.norm(on_a.force))
-            assert np.allclose(fa.sum(axis=0), on_a.force, rtol=0, atol=1e-12 * np.linalg.norm(on_a.force))
+            assert np.allclose(
+                fa.sum(axis=0), on_a.force, rtol=0, atol=1e-12 * np.linalg.norm(on_a.force)
+            )
 
 
 def test_cells_of_a_cylinder_converge_to_the_magnet():
     a = M.cuboid(**CUBE)
-    b = M.cylinder(radius=0.005, height=0.01, polarization=(0, 0.3, 1)).at((0.012, 0.008, 0.02), (0.9, 0.2, 0.1, 0.3))
+    b = M.cylinder(radius=0.005, height=0.01, polarization=(0, 0.3, 1)).at(
+        (0.012, 0.008, 0.02), (0.9, 0.2, 0.1, 0.3)
+    )
     exact = M.force(on=b, by=a, tolerance=1e-6)
     errors = []
     for density in (6.4e7, 5.12e8, 4.1e9):
@@ -170,14 +217,32 @@ def test_cells_of_a_cylinder_converge_to_the_magnet():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: M.cells(M.loop(radius=1, current=1), density=1), "must be a solid magnet to be divided into cells"),
+        (
+            lambda: M.cells(M.loop(radius=1, current=1), density=1),
+            "must be a solid magnet to be divided into cells",
+        ),
         (lambda: M.cells(M.cuboid(**CUBE), density=0), r"density must be > 0 \[1/m\^3\]"),
-        (lambda: M.cells(M.cuboid(**CUBE), density=1e30), "density must give at most 4000000 cells"),
-        (lambda: M.cells(M.cuboid(**CUBE), density=8e6, separation=0.5), r"separation must be >= 1 \[1\]"),
+        (
+            lambda: M.cells(M.cuboid(**CUBE), density=1e30),
+            "density must give at most 4000000 cells",
+        ),
+        (
+            lambda: M.cells(M.cuboid(**CUBE), density=8e6, separation=0.5),
+            r"separation must be >= 1 \[1\]",
+        ),
         (lambda: M.cell_level(M.cuboid(**CUBE), 0), "body must have cells"),
-        (lambda: M.cell_front(M.cells(M.cuboid(**CUBE), density=8e6), M.cuboid(**CUBE)), "body must have cells"),
-        (lambda: M.force(on=M.cuboid(**CUBE), by=M.cuboid(**CUBE), engine="cells"), "density .* must be given"),
-        (lambda: M.force(on=M.cuboid(**CUBE), by=M.cuboid(**CUBE), density=1), 'belongs to engine="cells"'),
+        (
+            lambda: M.cell_front(M.cells(M.cuboid(**CUBE), density=8e6), M.cuboid(**CUBE)),
+            "body must have cells",
+        ),
+        (
+            lambda: M.force(on=M.cuboid(**CUBE), by=M.cuboid(**CUBE), engine="cells"),
+            "density .* must be given",
+        ),
+        (
+            lambda: M.force(on=M.cuboid(**CUBE), by=M.cuboid(**CUBE), density=1),
+            'belongs to engine="cells"',
+        ),
         (
             lambda: M.force(on=M.cuboid(**CUBE), by=M.cuboid(**CUBE), engine="magic"),
             'engine must be "exact" or "cells"',

@@ -1,11 +1,12 @@
-"""Field formulas agree with reference values, with one another, and with the laws of magnetostatics."""
-
-import numpy as np
-import pytest
-from magnet_tables import cases, each_case
+"""Field formulas agree with reference values, with one another, and with the laws of
+magnetostatics.
+"""
 
 import loomstone as ls
+import numpy as np
+import pytest
 from loomstone import magnetics as M
+from magnet_tables import cases, each_case
 
 J = (0.3, -0.5, 0.8)
 
@@ -33,13 +34,17 @@ def sources():
         "mesh": M.mesh(tetrahedron(), polarization=J).at((0, 0, 0)),
         "loop": M.loop(radius=0.01, current=3.0),
         "solenoid": M.solenoid(radius=0.01, length=0.02, turns=10, current=2.0),
-        "polyline": M.polyline([[0, 0, 0], [0.01, 0, 0], [0.01, 0.01, 0.003], [0, 0, 0]], current=2.0).at((0, 0, 0)),
+        "polyline": M.polyline(
+            [[0, 0, 0], [0.01, 0, 0], [0.01, 0.01, 0.003], [0, 0, 0]], current=2.0
+        ).at((0, 0, 0)),
         "dipoles": M.dipoles(0.01 * rng.normal(size=(5, 3)), rng.normal(size=(5, 3))),
     }
 
 
 def outside(source, scale, count=40, seed=1):
-    """Points whose distances are about `scale` [m], none closer to the source's ball than 5 % of its radius."""
+    """Points whose distances are about `scale` [m], none closer to the source's ball than 5 % of
+    its radius.
+    """
     points = np.random.default_rng(seed).normal(size=(count, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]
     return points * np.maximum(scale * np.linspace(0.5, 2.0, count), 1.05 * source.radius)[:, None]
@@ -53,21 +58,34 @@ def test_exterior_fields_agree_with_the_reference(case):
     elif case["kind"] == "sphere":
         field = M.sphere_field(points, radius=case["diameter"] / 2, polarization=polarization)
     elif case["kind"] == "trimesh":
-        field = M.mesh_field(points, ls.TriangleMesh(case["vertices"], case["faces"]), polarization=polarization)
-    else:
-        outer, inner = case.get("diameter", case.get("outer_diameter")), case.get("inner_diameter", 0.0)
-        field = M.cylinder_field(
-            points, radius=outer / 2, inner_radius=inner / 2, height=case["height"], polarization=polarization
+        field = M.mesh_field(
+            points, ls.TriangleMesh(case["vertices"], case["faces"]), polarization=polarization
         )
-    # The tables hold double-precision results of other formulas: 5e-12 is theirs. One point of trimesh_09 is 6.8e-10 off
-    # there (40-digit arithmetic agrees with us to 5e-15).
+    else:
+        outer, inner = (
+            case.get("diameter", case.get("outer_diameter")),
+            case.get("inner_diameter", 0.0),
+        )
+        field = M.cylinder_field(
+            points,
+            radius=outer / 2,
+            inner_radius=inner / 2,
+            height=case["height"],
+            polarization=polarization,
+        )
+    # The tables hold double-precision results of other formulas: 5e-12 is theirs. One point of
+    # trimesh_09 is 6.8e-10 off there (40-digit arithmetic agrees with us to 5e-15).
     assert relative(field, case["B"]) < (1e-9 if case["id"] == "trimesh_09" else 5e-12)
 
 
 def test_loops_and_solenoids_agree_with_the_reference():
     for case in cases("vi_loop_field"):
         assert (
-            relative(M.loop_field([case["point"]], radius=case["radius"], current=case["current"]), [case["B"]]) < 1e-14
+            relative(
+                M.loop_field([case["point"]], radius=case["radius"], current=case["current"]),
+                [case["B"]],
+            )
+            < 1e-14
         )
     for case in cases("vi_solenoid_field"):
         field = M.solenoid_field(
@@ -77,7 +95,9 @@ def test_loops_and_solenoids_agree_with_the_reference():
             turns=case["turns"],
             current=case["current"],
         )
-        assert relative(field, [[0, case["B_rho_sheet"], case["B_z_sheet"]]]) < 1e-11  # of the table
+        assert (
+            relative(field, [[0, case["B_rho_sheet"], case["B_z_sheet"]]]) < 1e-11
+        )  # of the table
 
 
 def test_dipole_pairs_and_clouds_agree_with_the_reference():
@@ -86,10 +106,14 @@ def test_dipole_pairs_and_clouds_agree_with_the_reference():
         forces, torques = M.dipole_forces(points, moments)
         assert relative(forces, [np.negative(case["F_on_2"]), case["F_on_2"]]) < 1e-14
         assert relative(torques, [case["T_on_1"], case["T_on_2"]]) < 1e-14
-        assert M.dipole_energy(points, moments) == pytest.approx(case["U"], rel=1e-12)  # of near cancelling terms
+        assert M.dipole_energy(points, moments) == pytest.approx(
+            case["U"], rel=1e-12
+        )  # of near cancelling terms
     for case in cases("ii_dipole_clouds"):
         points, moments = case["positions"], case["moments"]
-        assert relative(M.dipole_field(points, moments, points), case["B"]) < 1e-12  # sums that cancel
+        assert (
+            relative(M.dipole_field(points, moments, points), case["B"]) < 1e-12
+        )  # sums that cancel
         assert relative(M.dipole_forces(points, moments)[0], case["F"]) < 1e-12
         assert M.dipole_energy(points, moments) == pytest.approx(case["U"], rel=1e-12)
 
@@ -113,7 +137,9 @@ def test_force_on_a_dipole_is_minus_the_gradient_of_the_energy():
         for k in range(3):
             step = np.zeros((4, 3))
             step[1, k] = h
-            slope[k] = (M.dipole_energy(points - step, moments) - M.dipole_energy(points + step, moments)) / (2 * h)
+            slope[k] = (
+                M.dipole_energy(points - step, moments) - M.dipole_energy(points + step, moments)
+            ) / (2 * h)
         errors.append(np.linalg.norm(slope - force) / np.linalg.norm(force))
     assert 3.8 < errors[0] / errors[1] < 4.2
 
@@ -137,9 +163,13 @@ def test_gradients_are_derivatives_of_fields(name, scale):
 
     gradient = M.gradient(body, points)
     size = np.linalg.norm(gradient, axis=(1, 2))
-    errors = [np.median(np.linalg.norm(difference(h) - gradient, axis=(1, 2)) / size) for h in (step, step / 2)]
+    errors = [
+        np.median(np.linalg.norm(difference(h) - gradient, axis=(1, 2)) / size)
+        for h in (step, step / 2)
+    ]
     assert errors[1] < 1e-8  # h^4 at 5 % of a radius from the ball
-    # fourth order, or rounding: 1e-13 of the field, of a polyline far away 1e-10 since its segments cancel one another
+    # fourth order, or rounding: 1e-13 of the field, of a polyline far away 1e-10 since its segments
+    # cancel one another
     assert errors[0] / errors[1] > 10 or errors[1] < (1e-9 if name == "polyline" else 1e-11)
     assert np.abs(np.trace(gradient, axis1=1, axis2=2) / size).max() < 1e-12  # div B = 0
     assert np.array_equal(gradient, gradient.transpose(0, 2, 1))
@@ -167,7 +197,10 @@ def test_far_fields_lose_no_digits(name):
         rho = np.sqrt(inner**2 + u * (0.01**2 - inner**2))
         around = 2 * np.pi * (np.arange(32) + 0.5) / 32  # exact to degree 31
         cells = np.concatenate(
-            [np.stack([rho * np.cos(p), rho * np.sin(p), (w - 0.5) * 0.013], axis=1) for p in around]
+            [
+                np.stack([rho * np.cos(p), rho * np.sin(p), (w - 0.5) * 0.013], axis=1)
+                for p in around
+            ]
         )
         share = np.tile(share, 32) / 32
         volume = np.pi * (0.01**2 - inner**2) * 0.013
@@ -186,7 +219,9 @@ def test_far_fields_lose_no_digits(name):
             1e-13 if distance > 0.05 else 2e-11
         )
         gradient = M.dipole_gradient(cells, moments, points).reshape(-1, 9)
-        assert relative(M.gradient(body, points).reshape(-1, 9), gradient) < (1e-12 if distance > 0.05 else 2e-10)
+        assert relative(M.gradient(body, points).reshape(-1, 9), gradient) < (
+            1e-12 if distance > 0.05 else 2e-10
+        )
 
 
 def test_a_mesh_of_a_box_is_a_cuboid_and_a_fine_prism_a_cylinder():
@@ -195,14 +230,21 @@ def test_a_mesh_of_a_box_is_a_cuboid_and_a_fine_prism_a_cylinder():
     for quantity in ("B", "H"):
         cuboid = M.cuboid_field(points, size=(0.02, 0.01, 0.015), polarization=J, quantity=quantity)
         centre = box.vertices.mean(axis=0)
-        assert relative(M.mesh_field(points + centre, box, polarization=J, quantity=quantity), cuboid) < 1e-12
+        assert (
+            relative(M.mesh_field(points + centre, box, polarization=J, quantity=quantity), cuboid)
+            < 1e-12
+        )
     # n-gons inscribed in the circle: error of second order in 1/n
     errors = []
     for n in (64, 128):
         phi = 2 * np.pi * np.arange(n) / n
         ring = np.stack([0.01 * np.cos(phi), 0.01 * np.sin(phi)], axis=1)
         vertices = np.concatenate(
-            [np.c_[ring, np.full(n, -0.0065)], np.c_[ring, np.full(n, 0.0065)], [[0, 0, -0.0065], [0, 0, 0.0065]]]
+            [
+                np.c_[ring, np.full(n, -0.0065)],
+                np.c_[ring, np.full(n, 0.0065)],
+                [[0, 0, -0.0065], [0, 0, 0.0065]],
+            ]
         )
         k, next_k = np.arange(n), np.roll(np.arange(n), -1)
         faces = np.concatenate(
@@ -215,7 +257,9 @@ def test_a_mesh_of_a_box_is_a_cuboid_and_a_fine_prism_a_cylinder():
         )
         away = outside(sources()["cylinder"], 0.02)
         prism = M.mesh_field(away, ls.TriangleMesh(vertices, faces), polarization=J)
-        errors.append(relative(prism, M.cylinder_field(away, radius=0.01, height=0.013, polarization=J)))
+        errors.append(
+            relative(prism, M.cylinder_field(away, radius=0.01, height=0.013, polarization=J))
+        )
     assert errors[1] < 2e-3 and 3.5 < errors[0] / errors[1] < 4.5
 
 
@@ -232,8 +276,14 @@ def test_b_and_h_differ_inside_by_the_polarization_alone():
         assert np.allclose(jump, [J], rtol=0, atol=1e-14), name
     bore = [[0.001, 0.002, 0.003]]
     ring = sources()["ring"]
-    assert np.allclose(M.field(ring, bore), M.MU0 * M.field(ring, bore, quantity="H"), rtol=1e-14, atol=0)
-    assert np.allclose(M.sphere_field([[0, 0, 0.001]], radius=0.01, polarization=J), 2 / 3 * np.array(J), rtol=1e-15)
+    assert np.allclose(
+        M.field(ring, bore), M.MU0 * M.field(ring, bore, quantity="H"), rtol=1e-14, atol=0
+    )
+    assert np.allclose(
+        M.sphere_field([[0, 0, 0.001]], radius=0.01, polarization=J),
+        2 / 3 * np.array(J),
+        rtol=1e-15,
+    )
 
 
 def test_normal_b_and_tangential_h_pass_through_surfaces():
@@ -256,8 +306,21 @@ def test_normal_b_and_tangential_h_pass_through_surfaces():
 
 def test_values_on_faces_edges_corners_wires_and_axes_are_finite():
     on = {
-        "cuboid": [(0.01, 0.005, 0.0075), (0.01, 0.005, 0), (0.01, 0.005, 0.02), (0, 0, 0.0075), (0, 0, 0)],
-        "cylinder": [(0.01, 0, 0.0065), (0.01, 0, 0), (0, 0, 0.0065), (0, 0, 0), (0, 0, 0.5), (0.01, 0, 0.1)],
+        "cuboid": [
+            (0.01, 0.005, 0.0075),
+            (0.01, 0.005, 0),
+            (0.01, 0.005, 0.02),
+            (0, 0, 0.0075),
+            (0, 0, 0),
+        ],
+        "cylinder": [
+            (0.01, 0, 0.0065),
+            (0.01, 0, 0),
+            (0, 0, 0.0065),
+            (0, 0, 0),
+            (0, 0, 0.5),
+            (0.01, 0, 0.1),
+        ],
         "ring": [(0.004, 0, 0.0065), (0.004, 0, 0), (0, 0, 0)],
         "mesh": [tuple(v - tetrahedron().vertices.mean(axis=0)) for v in tetrahedron().vertices],
         "loop": [(0.01, 0, 0), (0, 0, 0), (0, 0.01, 0)],
@@ -272,12 +335,18 @@ def test_values_on_faces_edges_corners_wires_and_axes_are_finite():
 
 
 def test_near_an_edge_the_field_grows_as_the_logarithm_of_the_distance():
-    """Two faces of charge j.n that meet at a right angle: B along (1, 1, 0) grows by 2 j/(4 pi) sqrt 2 per factor e."""
+    """Two faces of charge j.n that meet at a right angle: B along (1, 1, 0) grows by 2 j/(4 pi)
+    sqrt 2 per factor e.
+    """
     distances = 10.0 ** -np.arange(4.0, 12.0)
     corner = np.array([0.01, 0.005, 0.0])
     away = np.array([1.0, 1.0, 0.0]) / np.sqrt(2)
     field = (
-        M.cuboid_field(corner + 0.01 * distances[:, None] * away, size=(0.02, 0.01, 0.015), polarization=(1, 1, 0))
+        M.cuboid_field(
+            corner + 0.01 * distances[:, None] * away,
+            size=(0.02, 0.01, 0.015),
+            polarization=(1, 1, 0),
+        )
         @ away
     )
     slope = np.diff(field) / np.log(10)
@@ -296,7 +365,9 @@ def test_the_flux_of_b_through_a_closed_surface_is_zero_and_the_circulation_of_h
     path = np.stack([0.01 + 0.004 * np.cos(phi), 0 * phi, 0.004 * np.sin(phi)], axis=1)
     step = 0.004 * 2 * np.pi / 400 * np.stack([-np.sin(phi), 0 * phi, np.cos(phi)], axis=1)
     strength = M.field(M.loop(radius=0.01, current=3.0), path, quantity="H")
-    assert (strength * step).sum() == pytest.approx(-3.0, rel=1e-12)  # the trapezoidal rule is spectral here
+    assert (strength * step).sum() == pytest.approx(
+        -3.0, rel=1e-12
+    )  # the trapezoidal rule is spectral here
 
 
 def test_the_same_bits_on_any_number_of_threads_and_beside_any_neighbours():
@@ -312,7 +383,8 @@ def test_the_same_bits_on_any_number_of_threads_and_beside_any_neighbours():
     one = M.dipole_forces(points, moments, threads=1)
     for threads in (2, 3, 7):
         assert all(
-            np.array_equal(a, b) for a, b in zip(one, M.dipole_forces(points, moments, threads=threads), strict=True)
+            np.array_equal(a, b)
+            for a, b in zip(one, M.dipole_forces(points, moments, threads=threads), strict=True)
         )
 
 
@@ -326,40 +398,77 @@ def test_bodies_move_and_turn_with_their_fields():
     for name, body in sources().items():
         moved = body.rotated(turn).moved((0.01, 0.02, -0.03))
         expected = M.field(body, points) @ rotation.T
-        assert relative(M.field(moved, points @ rotation.T + (0.01, 0.02, -0.03)), expected) < 1e-11, name
+        assert (
+            relative(M.field(moved, points @ rotation.T + (0.01, 0.02, -0.03)), expected) < 1e-11
+        ), name
         assert np.allclose(moved.moment, rotation @ body.moment, rtol=1e-13, atol=0), name
         gradient = rotation @ M.gradient(body, points) @ rotation.T
         turned = M.gradient(moved, points @ rotation.T + (0.01, 0.02, -0.03))
         assert relative(turned.reshape(-1, 9), gradient.reshape(-1, 9)) < 1e-10, name
     both = [sources()["loop"], sources()["sphere"]]
-    assert np.allclose(M.field(both, points), sum(M.field(b, points) for b in both), rtol=1e-14, atol=0)
+    assert np.allclose(
+        M.field(both, points), sum(M.field(b, points) for b in both), rtol=1e-14, atol=0
+    )
 
 
 @pytest.mark.parametrize(
     ("call", "message"),
     [
         (lambda: M.cuboid(size=(1, 0, 1), polarization=J), r"size must be three lengths > 0 \[m\]"),
-        (lambda: M.cuboid(size=(1, 1, 1), polarization=(0, np.nan, 0)), r"polarization must be finite \[T\]"),
+        (
+            lambda: M.cuboid(size=(1, 1, 1), polarization=(0, np.nan, 0)),
+            r"polarization must be finite \[T\]",
+        ),
         (lambda: M.cuboid(size=(1, 1), polarization=J), r"size must have shape \(3,\), got \(2,\)"),
-        (lambda: M.cylinder(radius=-1, height=1, polarization=J), r"radius must be > 0 \[m\], got -1"),
+        (
+            lambda: M.cylinder(radius=-1, height=1, polarization=J),
+            r"radius must be > 0 \[m\], got -1",
+        ),
         (
             lambda: M.cylinder(radius=1, height=1, inner_radius=1, polarization=J),
             r"inner_radius must be >= 0 and below radius",
         ),
         (lambda: M.sphere(radius=0, polarization=J), r"radius must be > 0 \[m\]"),
-        (lambda: M.mesh(ls.grid(size=(1, 1), triangles=10), polarization=J), r"mesh must be closed to be a magnet"),
+        (
+            lambda: M.mesh(ls.grid(size=(1, 1), triangles=10), polarization=J),
+            r"mesh must be closed to be a magnet",
+        ),
         (lambda: M.loop(radius=1, current=np.inf), r"current must be finite \[A\]"),
         (lambda: M.solenoid(radius=1, length=0, turns=3, current=1), r"length must be > 0 \[m\]"),
-        (lambda: M.polyline([[0, 0, 0]], current=1), r"vertices must be at least two points, got 1"),
+        (
+            lambda: M.polyline([[0, 0, 0]], current=1),
+            r"vertices must be at least two points, got 1",
+        ),
         (lambda: M.polyline([[0, 0, 0], [0, 0, 0]], current=1), r"rows 0 and 1 are the same"),
-        (lambda: M.polyline_gradient([[0, 0, 1]], [[0, 0, 0], [1, 0, 0]], current=1), r"must form a closed line"),
-        (lambda: M.dipoles([[0, 0, 0]], np.zeros((2, 3))), r"moments must have a row for each of the 1 points, got 2"),
-        (lambda: M.dipole_forces([[0, 0, 0]], [[0, 0, 1]], by_points=[[0, 0, 1]]), r"must be given together"),
-        (lambda: M.field(sources()["loop"], [[0, 0, np.nan]]), r"points must be finite \[m\], but row 0 is not"),
+        (
+            lambda: M.polyline_gradient([[0, 0, 1]], [[0, 0, 0], [1, 0, 0]], current=1),
+            r"must form a closed line",
+        ),
+        (
+            lambda: M.dipoles([[0, 0, 0]], np.zeros((2, 3))),
+            r"moments must have a row for each of the 1 points, got 2",
+        ),
+        (
+            lambda: M.dipole_forces([[0, 0, 0]], [[0, 0, 1]], by_points=[[0, 0, 1]]),
+            r"must be given together",
+        ),
+        (
+            lambda: M.field(sources()["loop"], [[0, 0, np.nan]]),
+            r"points must be finite \[m\], but row 0 is not",
+        ),
         (lambda: M.field(sources()["loop"], [[0, 0]]), r"points must have shape \(n, 3\)"),
-        (lambda: M.field(sources()["loop"], [[0, 0, 0]], quantity="D"), r'quantity must be "B" or "H", got "D"'),
-        (lambda: M.field(sources()["loop"], [[0, 0, 0]], threads=-1), r"threads must be at least 0"),
-        (lambda: sources()["loop"].at((0, 0, 0), (0, 0, 0, 0)), r"orientation must be a finite quaternion"),
+        (
+            lambda: M.field(sources()["loop"], [[0, 0, 0]], quantity="D"),
+            r'quantity must be "B" or "H", got "D"',
+        ),
+        (
+            lambda: M.field(sources()["loop"], [[0, 0, 0]], threads=-1),
+            r"threads must be at least 0",
+        ),
+        (
+            lambda: sources()["loop"].at((0, 0, 0), (0, 0, 0, 0)),
+            r"orientation must be a finite quaternion",
+        ),
     ],
 )
 def test_mistakes_get_one_clear_sentence(call, message):

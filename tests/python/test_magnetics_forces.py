@@ -1,11 +1,12 @@
-"""Forces between magnets and currents agree with reference values, with energies, and with the conservation laws."""
-
-import numpy as np
-import pytest
-from magnet_tables import cases
+"""Forces between magnets and currents agree with reference values, with energies, and with the
+conservation laws.
+"""
 
 import loomstone as ls
+import numpy as np
+import pytest
 from loomstone import magnetics as M
+from magnet_tables import cases
 
 TOLERANCES = [1e-4, 1e-8]
 
@@ -13,7 +14,10 @@ TOLERANCES = [1e-4, 1e-8]
 def error(found, force, torque, radius):
     """Largest error of force and torque / radius, relative to the larger of the two."""
     size = max(np.linalg.norm(force), np.linalg.norm(torque) / radius)
-    return max(np.linalg.norm(found.force - force), np.linalg.norm(found.torque - torque) / radius) / size
+    return (
+        max(np.linalg.norm(found.force - force), np.linalg.norm(found.torque - torque) / radius)
+        / size
+    )
 
 
 @pytest.mark.parametrize("tolerance", TOLERANCES)
@@ -26,14 +30,24 @@ def test_parallel_cuboids_agree_with_the_closed_form_at_every_gap_and_in_contact
         assert error(found, case["F2"], torque, b.radius) < tolerance, case["id"]
 
 
-@pytest.mark.parametrize("offset", [(0.003, -0.002, 0.018), (-0.004, 0.014, 0.001), (0.011, 0.0, 0.012), (0, 0, 0.0165)])
+@pytest.mark.parametrize(
+    "offset", [(0.003, -0.002, 0.018), (-0.004, 0.014, 0.001), (0.011, 0.0, 0.012), (0, 0, 0.0165)]
+)
 def test_the_closed_form_of_parallel_cuboids_is_what_integration_finds(offset):
-    """For all directions of magnetisation, and for quarter turns. 1e-9 rad besides make the engine integrate."""
+    """For all directions of magnetisation, and for quarter turns.
+
+    1e-9 rad besides make the engine integrate.
+    """
     a = M.cuboid(size=(0.012, 0.01, 0.015), polarization=(0.4, -0.6, 0.8))
     for turn in ((0, 0, 0), (np.pi / 2, 0, 0), (0, 0, -np.pi / 2), (0, np.pi, 0)):
-        b = M.cuboid(size=(0.008, 0.014, 0.01), polarization=(-0.3, 0.5, 0.9)).at(offset).rotated(turn)
+        b = (
+            M.cuboid(size=(0.008, 0.014, 0.01), polarization=(-0.3, 0.5, 0.9))
+            .at(offset)
+            .rotated(turn)
+        )
         closed = M.force(on=b, by=a, tolerance=1e-8)
-        # a few times the tolerance of the integral, whose logarithms at edges in line converge slowly, and 1e-9 rad
+        # a few times the tolerance of the integral, whose logarithms at edges in line converge
+        # slowly, and 1e-9 rad
         integrated = M.force(on=b.rotated((1e-9, 1e-9, 1e-9)), by=a, tolerance=1e-7)
         assert error(closed, integrated.force, integrated.torque, b.radius) < 3e-7
         assert closed.error < 1e-10 * np.linalg.norm(closed.force)
@@ -43,12 +57,22 @@ def test_the_closed_form_of_parallel_cuboids_is_what_integration_finds(offset):
 def test_turned_cuboids_agree_with_the_reference(tolerance):
     for case in cases("i_cuboid_general_FT"):
         a = M.cuboid(size=case["dim1"], polarization=case["J1"])
-        b = M.cuboid(size=case["dim2"], polarization=case["J2_body"]).at(case["pos2"], case["quat2_wxyz"])
+        b = M.cuboid(size=case["dim2"], polarization=case["J2_body"]).at(
+            case["pos2"], case["quat2_wxyz"]
+        )
         assert (
-            error(M.force(on=b, by=a, tolerance=tolerance), case["F2"], case["T2_about_centre2"], b.radius) < tolerance
+            error(
+                M.force(on=b, by=a, tolerance=tolerance),
+                case["F2"],
+                case["T2_about_centre2"],
+                b.radius,
+            )
+            < tolerance
         )
         back = M.force(on=a, by=b, tolerance=tolerance)
-        assert error(back, np.negative(case["F2"]), case["T1_about_centre1"], a.radius) < 3 * tolerance
+        assert (
+            error(back, np.negative(case["F2"]), case["T1_about_centre1"], a.radius) < 3 * tolerance
+        )
 
 
 @pytest.mark.parametrize("tolerance", TOLERANCES)
@@ -66,15 +90,22 @@ def test_cylinders_rings_and_loops_agree_with_the_reference(tolerance):
         found = M.force(on=b.moved((0, 0, case["centre2_z"])), by=a, tolerance=tolerance)
         assert found.force[2] == pytest.approx(case["F_on_2_z"], rel=tolerance)
     for case in cases("vi_coaxial_loops"):
-        a, b = M.loop(radius=case["a"], current=case["I1"]), M.loop(radius=case["b"], current=case["I2"])
+        a, b = (
+            M.loop(radius=case["a"], current=case["I1"]),
+            M.loop(radius=case["b"], current=case["I2"]),
+        )
         found = M.force(on=b.moved((0, 0, case["z"])), by=a, tolerance=tolerance)
         assert found.force[2] == pytest.approx(case["F2_z"], rel=tolerance)
     for case in cases("vi_loop_cylinder_magnet"):
         magnet = M.cylinder(
-            radius=case["magnet_diameter"] / 2, height=case["magnet_height"], polarization=(0, 0, case["magnet_Jz"])
+            radius=case["magnet_diameter"] / 2,
+            height=case["magnet_height"],
+            polarization=(0, 0, case["magnet_Jz"]),
         )
         loop = M.loop(radius=case["loop_radius"], current=case["loop_current"])
-        found = M.force(on=magnet.moved((0, 0, case["magnet_centre_z"])), by=loop, tolerance=tolerance)
+        found = M.force(
+            on=magnet.moved((0, 0, case["magnet_centre_z"])), by=loop, tolerance=tolerance
+        )
         assert found.force[2] == pytest.approx(case["F_on_magnet_z"], rel=tolerance)
     for case in cases("vi_general_loop_FT"):
         if case["source"] == "loop":
@@ -85,7 +116,10 @@ def test_cylinders_rings_and_loops_agree_with_the_reference(tolerance):
             case["loop_pos"], case["loop_quat_wxyz"]
         )
         found = M.force(on=on, by=by, tolerance=tolerance)
-        assert error(found, case["F_on_loop"], case["T_on_loop_about_its_centre"], on.radius) < tolerance
+        assert (
+            error(found, case["F_on_loop"], case["T_on_loop_about_its_centre"], on.radius)
+            < tolerance
+        )
 
 
 def pair(kind_a, kind_b):
@@ -98,8 +132,12 @@ def pair(kind_a, kind_b):
         "mesh": lambda: M.mesh(ls.meshes.sphere(radius=0.009, subdivisions=1), polarization=j),
         "loop": lambda: M.loop(radius=0.01, current=50.0),
         "solenoid": lambda: M.solenoid(radius=0.008, length=0.015, turns=30, current=5.0),
-        "polyline": lambda: M.polyline([[0, 0, 0], [0.01, 0, 0], [0.01, 0.01, 0.003], [0, 0, 0]], current=20.0),
-        "dipoles": lambda: M.dipoles([[0, 0, 0.003], [0.004, 0, 0]], [[0.1, 0.2, 0.3], [0.3, -0.2, 0.1]]),
+        "polyline": lambda: M.polyline(
+            [[0, 0, 0], [0.01, 0, 0], [0.01, 0.01, 0.003], [0, 0, 0]], current=20.0
+        ),
+        "dipoles": lambda: M.dipoles(
+            [[0, 0, 0.003], [0.004, 0, 0]], [[0.1, 0.2, 0.3], [0.3, -0.2, 0.1]]
+        ),
     }
     return make[kind_a](), make[kind_b]().at((0.017, 0.013, 0.019), (0.8, 0.3, -0.4, 0.2))
 
@@ -109,7 +147,9 @@ KINDS = ["cuboid", "cylinder", "ring", "sphere", "mesh", "loop", "solenoid", "po
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_either_side_may_be_integrated(kind):
-    """A cuboid as the source of the field, and as dipoles that feel the other's field: here the third law is not put in."""
+    """A cuboid as the source of the field, and as dipoles that feel the other's field: here the
+    third law is not put in.
+    """
     a, b = pair("cuboid", kind)
     whole = M.force(on=b, by=a, tolerance=1e-9)
     nodes, weights = np.polynomial.legendre.leggauss(16)
@@ -119,8 +159,11 @@ def test_either_side_may_be_integrated(kind):
     moments = share[:, None] * size.prod() * np.array((0.4, -0.7, 0.9)) / M.MU0
     cells = M.dipoles(np.stack([u, v, w], axis=1) * size, moments)
     on_cells = M.force(on=cells, by=b, tolerance=1e-9)
-    # 1e-5: b comes within a third of the cuboid's length of it, where 16 points an axis err by that much
-    assert error(on_cells, -whole.force, M.force(on=a, by=b, tolerance=1e-9).torque, a.radius) < 1e-5
+    # 1e-5: b comes within a third of the cuboid's length of it, where 16 points an axis err by that
+    # much
+    assert (
+        error(on_cells, -whole.force, M.force(on=a, by=b, tolerance=1e-9).torque, a.radius) < 1e-5
+    )
 
 
 @pytest.mark.parametrize("kind_a", KINDS)
@@ -130,16 +173,24 @@ def test_linear_and_angular_momentum_are_kept_to_rounding(kind_a, kind_b):
     on_b, on_a = M.force(on=b, by=a), M.force(on=a, by=b)
     assert np.linalg.norm(on_a.force + on_b.force) <= 1e-14 * np.linalg.norm(on_b.force)
     turned = on_a.torque + on_b.torque + np.cross(b.position - a.position, on_b.force)
-    assert np.linalg.norm(turned) < 1e-14 * (np.linalg.norm(on_b.force) * 0.03 + np.linalg.norm(on_b.torque))
+    assert np.linalg.norm(turned) < 1e-14 * (
+        np.linalg.norm(on_b.force) * 0.03 + np.linalg.norm(on_b.torque)
+    )
     system = M.forces([a, b], tolerance=1e-4)
-    assert error(M.Force(system.forces[1], system.torques[1], 0), on_b.force, on_b.torque, b.radius) < 2e-4
+    assert (
+        error(M.Force(system.forces[1], system.torques[1], 0), on_b.force, on_b.torque, b.radius)
+        < 2e-4
+    )
 
 
 @pytest.mark.parametrize(
-    "kinds", [("cuboid", "cuboid"), ("cuboid", "cylinder"), ("ring", "mesh"), ("cylinder", "sphere")]
+    "kinds",
+    [("cuboid", "cuboid"), ("cuboid", "cylinder"), ("ring", "mesh"), ("cylinder", "sphere")],
 )
 def test_force_and_torque_are_minus_the_gradient_of_the_energy(kinds):
-    """E = - integral of J_b . H_a over b, here over dipoles of b's volume; b is the cuboid or cylinder that is filled with them."""
+    """E = - integral of J_b . H_a over b, here over dipoles of b's volume; b is the cuboid or
+    cylinder that is filled with them.
+    """
     b, a = pair(*kinds)  # b at the origin
     nodes, weights = np.polynomial.legendre.leggauss(14)
     nodes, weights = (nodes + 1) / 2, weights / 2
@@ -152,7 +203,10 @@ def test_force_and_torque_are_minus_the_gradient_of_the_energy(kinds):
         u, p, w = (x.ravel() for x in np.meshgrid(nodes, phi, nodes, indexing="ij"))
         rho = np.sqrt(inner**2 + u * (0.008**2 - inner**2))
         share = (
-            np.einsum("i,j,k->ijk", weights, np.ones(40) / 40, weights).ravel() * np.pi * (0.008**2 - inner**2) * 0.012
+            np.einsum("i,j,k->ijk", weights, np.ones(40) / 40, weights).ravel()
+            * np.pi
+            * (0.008**2 - inner**2)
+            * 0.012
         )
         cells = np.stack([rho * np.cos(p), rho * np.sin(p), (w - 0.5) * 0.012], axis=1)
     moments = share[:, None] * np.array((0.4, -0.7, 0.9)) / M.MU0
@@ -178,27 +232,47 @@ def test_a_magnet_cut_in_two_feels_and_exerts_the_same():
     a = M.cuboid(size=(0.01, 0.01, 0.01), polarization=(0.3, 0.4, 1.0))
     half = M.cuboid(size=(0.01, 0.01, 0.005), polarization=(0.3, 0.4, 1.0))
     parts = [half.moved((0, 0, -0.0025)), half.moved((0, 0, 0.0025))]
-    b = M.cuboid(size=(0.008, 0.012, 0.01), polarization=(0, 0.2, 1.0)).at((0.003, 0.002, 0.0125), (1, 0.1, 0, 0.05))
+    b = M.cuboid(size=(0.008, 0.012, 0.01), polarization=(0, 0.2, 1.0)).at(
+        (0.003, 0.002, 0.0125), (1, 0.1, 0, 0.05)
+    )
     whole = M.force(on=b, by=a, tolerance=1e-9)
     both = [M.force(on=b, by=part, tolerance=1e-9) for part in parts]
-    assert np.linalg.norm(sum(f.force for f in both) - whole.force) < 1e-8 * np.linalg.norm(whole.force)
-    assert np.linalg.norm(sum(f.torque for f in both) - whole.torque) < 1e-8 * np.linalg.norm(whole.force) * b.radius
+    assert np.linalg.norm(sum(f.force for f in both) - whole.force) < 1e-8 * np.linalg.norm(
+        whole.force
+    )
+    assert (
+        np.linalg.norm(sum(f.torque for f in both) - whole.torque)
+        < 1e-8 * np.linalg.norm(whole.force) * b.radius
+    )
 
 
 def test_forces_scale_with_size_and_polarization_and_turn_with_the_frame():
     a, b = pair("cuboid", "cylinder")
     f = M.force(on=b, by=a, tolerance=1e-8)
     large = M.force(
-        on=M.cylinder(radius=0.8, height=1.2, polarization=(0.8, -1.4, 1.8)).at(100 * b.position, b.orientation),
+        on=M.cylinder(radius=0.8, height=1.2, polarization=(0.8, -1.4, 1.8)).at(
+            100 * b.position, b.orientation
+        ),
         by=M.cuboid(size=(2, 1.2, 1.5), polarization=(0.4, -0.7, 0.9)),
         tolerance=1e-8,
     )
-    assert np.allclose(large.force, 2e4 * f.force, rtol=1e-7, atol=1e-7 * np.linalg.norm(large.force))
-    assert np.allclose(large.torque, 2e6 * f.torque, rtol=1e-7, atol=1e-7 * np.linalg.norm(large.torque))
+    assert np.allclose(
+        large.force, 2e4 * f.force, rtol=1e-7, atol=1e-7 * np.linalg.norm(large.force)
+    )
+    assert np.allclose(
+        large.torque, 2e6 * f.torque, rtol=1e-7, atol=1e-7 * np.linalg.norm(large.torque)
+    )
     turn = np.array([0.0, 0.0, np.pi / 2])
     x, y, z = b.position
-    turned = M.force(on=b.rotated(turn).moved((-y - x, x - y, 0)), by=a.rotated(turn), tolerance=1e-8)
-    assert np.allclose(turned.force, [-f.force[1], f.force[0], f.force[2]], rtol=0, atol=1e-7 * np.linalg.norm(f.force))
+    turned = M.force(
+        on=b.rotated(turn).moved((-y - x, x - y, 0)), by=a.rotated(turn), tolerance=1e-8
+    )
+    assert np.allclose(
+        turned.force,
+        [-f.force[1], f.force[0], f.force[2]],
+        rtol=0,
+        atol=1e-7 * np.linalg.norm(f.force),
+    )
 
 
 def test_far_apart_bodies_are_dipoles():
@@ -207,7 +281,8 @@ def test_far_apart_bodies_are_dipoles():
         b = b.at((3.0, 5.0, -4.0), b.orientation)
         found = M.force(on=b, by=a, tolerance=1e-8)
         force, torque = M.dipole_forces([b.position], [b.moment], [a.position], [a.moment])
-        # the next multipole is (size / distance)^2 = 1e-5 smaller; rounding of charges that cancel 1e-16 * 500
+        # the next multipole is (size / distance)^2 = 1e-5 smaller; rounding of charges that cancel
+        # 1e-16 * 500
         assert error(found, force[0], torque[0], b.radius) < 1e-4, kind
 
 
@@ -223,7 +298,8 @@ def test_many_bodies_feel_the_sum_of_pairs_on_any_number_of_threads():
     one = M.forces(bodies, tolerance=1e-6, threads=1)
     for threads in (2, 3, 7):
         assert all(
-            np.array_equal(x, y) for x, y in zip(one, M.forces(bodies, tolerance=1e-6, threads=threads), strict=True)
+            np.array_equal(x, y)
+            for x, y in zip(one, M.forces(bodies, tolerance=1e-6, threads=threads), strict=True)
         )
     size = np.linalg.norm(one.forces, axis=1).max()
     assert np.abs(one.forces.sum(axis=0)).max() < 1e-14 * size
@@ -242,16 +318,26 @@ def test_spheres_among_themselves_feel_the_sum_of_pairs():
         )
         for i in range(20)
     ]
-    bodies = [*spheres, M.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1)).moved((0.03, 0.03, 0.06))]
+    bodies = [
+        *spheres,
+        M.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1)).moved((0.03, 0.03, 0.06)),
+    ]
     together = M.forces(bodies, tolerance=1e-8)
     size = np.linalg.norm(together.forces, axis=1).max()
     for i in (0, 7, 20):
-        pairs = [M.force(on=bodies[i], by=by, tolerance=1e-10) for k, by in enumerate(bodies) if k != i]
+        pairs = [
+            M.force(on=bodies[i], by=by, tolerance=1e-10) for k, by in enumerate(bodies) if k != i
+        ]
         assert np.linalg.norm(sum(f.force for f in pairs) - together.forces[i]) < 1e-7 * size
-        assert np.linalg.norm(sum(f.torque for f in pairs) - together.torques[i]) < 1e-7 * size * 0.01
+        assert (
+            np.linalg.norm(sum(f.torque for f in pairs) - together.torques[i]) < 1e-7 * size * 0.01
+        )
     arms = np.array([b.position for b in bodies])
     assert np.abs(together.forces.sum(axis=0)).max() < 1e-13 * size
-    assert np.abs((together.torques + np.cross(arms, together.forces)).sum(axis=0)).max() < 1e-14 * size
+    assert (
+        np.abs((together.torques + np.cross(arms, together.forces)).sum(axis=0)).max()
+        < 1e-14 * size
+    )
 
 
 def test_bodies_that_overlap_feel_finite_forces_and_mistakes_are_named():
@@ -269,15 +355,22 @@ def test_bodies_that_overlap_feel_finite_forces_and_mistakes_are_named():
 ENERGY_BODIES = {
     "cuboid": ls.magnetics.cuboid(size=(0.01, 0.012, 0.008), polarization=(0.3, -0.5, 1.0)),
     "cylinder": ls.magnetics.cylinder(radius=0.006, height=0.01, polarization=(0.4, 0.2, 0.9)),
-    "ring": ls.magnetics.cylinder(radius=0.006, height=0.01, inner_radius=0.003, polarization=(0.4, 0.2, 0.9)),
-    "mesh": ls.magnetics.mesh(ls.meshes.sphere(radius=0.006, subdivisions=1), polarization=(0.1, 0.2, 0.8)),
+    "ring": ls.magnetics.cylinder(
+        radius=0.006, height=0.01, inner_radius=0.003, polarization=(0.4, 0.2, 0.9)
+    ),
+    "mesh": ls.magnetics.mesh(
+        ls.meshes.sphere(radius=0.006, subdivisions=1), polarization=(0.1, 0.2, 0.8)
+    ),
     "sphere": ls.magnetics.sphere(radius=0.006, polarization=(0.5, 0.5, -0.5)),
 }
 
 
 @pytest.mark.parametrize("name", ENERGY_BODIES)
 def test_forces_and_torques_are_minus_the_derivatives_of_the_energy(name):
-    fixed, body = ENERGY_BODIES["cuboid"], ENERGY_BODIES[name].moved((0.004, 0.003, 0.016)).rotated((0.3, -0.2, 0.5))
+    fixed, body = (
+        ENERGY_BODIES["cuboid"],
+        ENERGY_BODIES[name].moved((0.004, 0.003, 0.016)).rotated((0.3, -0.2, 0.5)),
+    )
 
     def energy(moved):
         return ls.magnetics.energy([fixed, moved], tolerance=1e-9)
@@ -288,7 +381,9 @@ def test_forces_and_torques_are_minus_the_derivatives_of_the_energy(name):
         slope = -(energy(body.moved(step * axis)) - energy(body.moved(-step * axis))) / (2 * step)
         assert slope == pytest.approx(exact.force @ axis, abs=3e-4 * np.linalg.norm(exact.force))
         turn = 0.01
-        slope = -(energy(body.rotated(turn * axis)) - energy(body.rotated(-turn * axis))) / (2 * turn)
+        slope = -(energy(body.rotated(turn * axis)) - energy(body.rotated(-turn * axis))) / (
+            2 * turn
+        )
         assert slope == pytest.approx(exact.torque @ axis, abs=3e-4 * np.linalg.norm(exact.torque))
 
 
@@ -296,10 +391,18 @@ def test_forces_and_torques_are_minus_the_derivatives_of_the_energy(name):
 def test_the_field_strength_is_the_descent_of_the_potential(name):
     magnet = ENERGY_BODIES[name].moved((0.002, -0.001, 0.003)).rotated((0.3, -0.2, 0.5))
     random = np.random.default_rng(8)
-    special = magnet.position + np.array([[1e-9, 0, 0], [0, 0, 0.05]])  # near the centre, and far away
-    points = np.vstack((random.uniform(-0.015, 0.015, (200, 3)), random.uniform(-0.1, 0.1, (50, 3)), special))
-    step = 1e-7  # rounding leaves 1e-16 size / step = 1e-11, the second order some 1e-6 where edges are near
-    ends = [[ls.magnetics.potential(magnet, points + sign * step * axis) for sign in (-1, 1)] for axis in np.eye(3)]
+    special = magnet.position + np.array(
+        [[1e-9, 0, 0], [0, 0, 0.05]]
+    )  # near the centre, and far away
+    points = np.vstack(
+        (random.uniform(-0.015, 0.015, (200, 3)), random.uniform(-0.1, 0.1, (50, 3)), special)
+    )
+    # rounding leaves 1e-16 size / step = 1e-11, the second order some 1e-6 where edges are near
+    step = 1e-7
+    ends = [
+        [ls.magnetics.potential(magnet, points + sign * step * axis) for sign in (-1, 1)]
+        for axis in np.eye(3)
+    ]
     slopes = np.array([low - high for low, high in ends]).T / (2 * step)
     wanted = ls.magnetics.field(magnet, points, quantity="H")
     error = np.linalg.norm(slopes - wanted, axis=1) / np.linalg.norm(wanted, axis=1)
@@ -314,10 +417,20 @@ def test_currents_have_no_potential():
 def test_the_energy_of_spheres_is_that_of_their_dipoles():
     random = np.random.default_rng(3)
     places, moments = random.uniform(-0.1, 0.1, (4, 3)), random.normal(size=(4, 3))
-    bodies = [ls.magnetics.dipoles([[0, 0, 0]], [m]).moved(x) for x, m in zip(places, moments, strict=True)]
-    assert ls.magnetics.energy(bodies) == pytest.approx(ls.magnetics.dipole_energy(places, moments), rel=1e-13)
+    bodies = [
+        ls.magnetics.dipoles([[0, 0, 0]], [m]).moved(x)
+        for x, m in zip(places, moments, strict=True)
+    ]
+    assert ls.magnetics.energy(bodies) == pytest.approx(
+        ls.magnetics.dipole_energy(places, moments), rel=1e-13
+    )
 
 
 def test_the_energy_of_currents_is_refused():
     with pytest.raises(ls.Unsupported, match="got a current"):
-        ls.magnetics.energy([ls.magnetics.loop(radius=0.1, current=1.0), ls.magnetics.loop(radius=0.1, current=1.0).moved((0, 0, 1))])
+        ls.magnetics.energy(
+            [
+                ls.magnetics.loop(radius=0.1, current=1.0),
+                ls.magnetics.loop(radius=0.1, current=1.0).moved((0, 0, 1)),
+            ]
+        )

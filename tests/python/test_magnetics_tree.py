@@ -1,9 +1,10 @@
-"""Sums over many dipoles by a tree are as good as was asked for, keep momentum, and are the same on any number of threads."""
-
-import numpy as np
-import pytest
+"""Sums over many dipoles by a tree are as good as was asked for, keep momentum, and are the same on
+any number of threads.
+"""
 
 import loomstone as ls
+import numpy as np
+import pytest
 from loomstone import magnetics as M
 
 N = 9000  # with fewer all pairs are summed directly
@@ -38,31 +39,45 @@ def off(found, expected):
     return np.linalg.norm(found - expected) / np.linalg.norm(expected)
 
 
-# 128 observers, by which the error is controlled, know a root mean square to a few tenths; heavy tails (a dipole near another)
-# to less.
+# 128 observers, by which the error is controlled, know a root mean square to a few tenths; heavy
+# tails (a dipole near another) to less.
 SAMPLED = 2.0
 
 
 @pytest.mark.parametrize(
     ("dipoles", "tolerance"),
-    [(shaken_lattice, 1e-2), (shaken_lattice, 1e-4), (shaken_lattice, 1e-7), (clustered, 1e-4), (aligned, 1e-4)],
+    [
+        (shaken_lattice, 1e-2),
+        (shaken_lattice, 1e-4),
+        (shaken_lattice, 1e-7),
+        (clustered, 1e-4),
+        (aligned, 1e-4),
+    ],
 )
 def test_field_gradient_forces_and_torques_keep_the_tolerance(dipoles, tolerance):
     points, moments = dipoles()
     forces, torques = M.dipole_forces(points, moments)
     found_forces, found_torques = M.dipole_forces(points, moments, tolerance=tolerance)
-    assert off(found_forces, forces) <= SAMPLED * tolerance and off(found_torques, torques) <= SAMPLED * tolerance
+    assert (
+        off(found_forces, forces) <= SAMPLED * tolerance
+        and off(found_torques, torques) <= SAMPLED * tolerance
+    )
     assert not np.array_equal(found_forces, forces)  # it was the tree
     rng = np.random.default_rng(5)
     observers = rng.normal(size=(8000, 3)) * 0.02
     field = M.dipole_field(points, moments, observers)
-    assert off(M.dipole_field(points, moments, observers, tolerance=tolerance), field) <= SAMPLED * tolerance
+    assert (
+        off(M.dipole_field(points, moments, observers, tolerance=tolerance), field)
+        <= SAMPLED * tolerance
+    )
     if tolerance == 1e-4 and dipoles is not clustered:
         gradient = M.dipole_gradient(points, moments, observers)
         found = M.dipole_gradient(points, moments, observers, tolerance=tolerance)
         assert off(found, gradient) <= SAMPLED * tolerance
         assert np.array_equal(found, np.swapaxes(found, 1, 2))
-        assert np.abs(np.trace(found, axis1=1, axis2=2)).max() <= 1e-12 * np.abs(found).max()  # div B = 0, term by term
+        assert (
+            np.abs(np.trace(found, axis1=1, axis2=2)).max() <= 1e-12 * np.abs(found).max()
+        )  # div B = 0, term by term
 
 
 def test_one_set_feels_another():
@@ -82,7 +97,9 @@ def test_momentum_is_kept_to_rounding_whatever_the_tolerance(tolerance):
     arms = points - points.mean(axis=0)
     # sums of n roundings of the size of the forces
     assert np.abs(forces.sum(axis=0)).max() < 1e-13 * np.abs(forces).sum()
-    assert np.abs((torques + np.cross(arms, forces)).sum(axis=0)).max() < 1e-13 * np.abs(torques).sum()
+    assert (
+        np.abs((torques + np.cross(arms, forces)).sum(axis=0)).max() < 1e-13 * np.abs(torques).sum()
+    )
 
 
 def test_the_same_bits_on_any_number_of_threads():
@@ -92,12 +109,18 @@ def test_the_same_bits_on_any_number_of_threads():
     for threads in (2, 3, 5):
         found = M.dipole_forces(points, moments, tolerance=1e-4, threads=threads)
         assert all(np.array_equal(a, b) for a, b in zip(found, one, strict=True))
-        assert np.array_equal(M.dipole_gradient(points, moments, points, tolerance=1e-3, threads=threads), gradient)
+        assert np.array_equal(
+            M.dipole_gradient(points, moments, points, tolerance=1e-3, threads=threads), gradient
+        )
 
 
 def test_few_dipoles_are_summed_directly_and_lengths_do_not_matter():
     points, moments = shaken_lattice(300)
-    for a, b in zip(M.dipole_forces(points, moments, tolerance=1e-3), M.dipole_forces(points, moments), strict=True):
+    for a, b in zip(
+        M.dipole_forces(points, moments, tolerance=1e-3),
+        M.dipole_forces(points, moments),
+        strict=True,
+    ):
         assert np.array_equal(a, b)
     points, moments = shaken_lattice()
     found = M.dipole_field(points, moments, points, tolerance=1e-7)
@@ -119,6 +142,10 @@ def test_of_very_many_dipoles_the_setting_is_found_on_samples_first():
     points, moments = aligned(200_000)
     rows = np.random.default_rng(8).choice(len(points), 200, replace=False)
     forces, _ = M.dipole_forces(points[rows], moments[rows], points, moments)
-    found = [M.dipole_forces(points, moments, tolerance=1e-2, threads=threads) for threads in (1, 2)]
+    found = [
+        M.dipole_forces(points, moments, tolerance=1e-2, threads=threads) for threads in (1, 2)
+    ]
     assert off(found[0][0][rows], forces) <= SAMPLED * 1e-2
-    assert all(np.array_equal(a, b) for a, b in zip(*found, strict=True)), "the same bits on any number of threads"
+    assert all(np.array_equal(a, b) for a, b in zip(*found, strict=True)), (
+        "the same bits on any number of threads"
+    )

@@ -1,20 +1,35 @@
-"""Laboratory tests of fabrics, simulated, on small meshes: against plate theory, the elastica, and plain geometry."""
+"""Laboratory tests of fabrics, simulated, on small meshes: against plate theory, the elastica, and
+plain geometry.
+"""
 
 import json
 from dataclasses import replace
 
+import loomstone as ls
 import numpy as np
 import pytest
-
-import loomstone as ls
 from loomstone.measurements import FabricReport, bring_to_rest, cantilever, cusick, report_fabrics
 from loomstone.measurements.cantilever import overhang_of_elastica
-from loomstone.measurements.cusick import DISC, SPECIMEN, count_folds, drape_scene, shadow_area, specimen
+from loomstone.measurements.cusick import (
+    DISC,
+    SPECIMEN,
+    count_folds,
+    drape_scene,
+    shadow_area,
+    specimen,
+)
 
 
 def isotropic(bending, **fields):
-    stiffness = {"weft_stiffness": 1000, "warp_stiffness": 1000, "shear_stiffness": 500, "density": 0.2}
-    return ls.ClothMaterial(**{**stiffness, "bending_weft": bending, "bending_warp": bending, **fields})
+    stiffness = {
+        "weft_stiffness": 1000,
+        "warp_stiffness": 1000,
+        "shear_stiffness": 500,
+        "density": 0.2,
+    }
+    return ls.ClothMaterial(
+        **{**stiffness, "bending_weft": bending, "bending_warp": bending, **fields}
+    )
 
 
 def test_the_specimen_is_a_disc_with_a_ring_of_vertices_on_the_edge_of_the_clamp():
@@ -22,21 +37,30 @@ def test_the_specimen_is_a_disc_with_a_ring_of_vertices_on_the_edge_of_the_clamp
     radius = np.linalg.norm(mesh.vertices[:, :2], axis=1)
     on_clamp = np.abs(radius - DISC) < 1e-12
     assert abs(mesh.n_triangles - 1200) <= 1 and radius.max() == pytest.approx(SPECIMEN)
-    edges = np.linalg.norm(mesh.vertices[mesh.edges[:, 0]] - mesh.vertices[mesh.edges[:, 1]], axis=1)
+    edges = np.linalg.norm(
+        mesh.vertices[mesh.edges[:, 0]] - mesh.vertices[mesh.edges[:, 1]], axis=1
+    )
     ring = on_clamp[mesh.edges].all(1)
-    assert ring.sum() == on_clamp.sum(), "neighbours on the clamp's edge are joined: the clamp line is meshed"
+    assert ring.sum() == on_clamp.sum(), (
+        "neighbours on the clamp's edge are joined: the clamp line is meshed"
+    )
     assert edges[ring].max() < 1.5 * mesh.mean_edge
 
 
 def test_a_shadow_is_the_area_of_the_union_seen_from_above():
     flat = ls.grid(size=(0.2, 0.1), cells=(8, 4))
-    assert shadow_area(flat.vertices, flat.triangles) == pytest.approx(0.02, rel=5e-3)  # a pixel along the edge
+    assert shadow_area(flat.vertices, flat.triangles) == pytest.approx(
+        0.02, rel=5e-3
+    )  # a pixel along the edge
     folded = flat.vertices * [1, 1, 0] + [0, 0, 0]
     folded[:, 0] = np.abs(folded[:, 0])  # folded in two
     assert shadow_area(folded, flat.triangles) == pytest.approx(0.01, rel=8e-3)
     angle = np.radians(60)
     tilted = (
-        flat.vertices @ np.array([[np.cos(angle), 0, -np.sin(angle)], [0, 1, 0], [np.sin(angle), 0, np.cos(angle)]]).T
+        flat.vertices
+        @ np.array(
+            [[np.cos(angle), 0, -np.sin(angle)], [0, 1, 0], [np.sin(angle), 0, np.cos(angle)]]
+        ).T
     )
     assert shadow_area(tilted, flat.triangles) == pytest.approx(0.01, rel=8e-3)
     upright = flat.vertices[:, [0, 2, 1]]
@@ -47,8 +71,13 @@ def test_a_shadow_gets_exact_with_small_pixels():
     mesh = specimen(600)
     a, b, c = (mesh.vertices[mesh.triangles[:, k], :2] for k in range(3))
     exact = 0.5 * np.abs((b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]).sum()
-    errors = [abs(shadow_area(mesh.vertices, mesh.triangles, pixel=pixel) / exact - 1) for pixel in (2e-3, 2.5e-4)]
-    assert errors[1] < errors[0] and errors[1] < 2e-4  # 0.02 points of the drape coefficient at most
+    errors = [
+        abs(shadow_area(mesh.vertices, mesh.triangles, pixel=pixel) / exact - 1)
+        for pixel in (2e-3, 2.5e-4)
+    ]
+    assert (
+        errors[1] < errors[0] and errors[1] < 2e-4
+    )  # 0.02 points of the drape coefficient at most
 
 
 def test_folds_are_maxima_of_the_outline():
@@ -56,14 +85,18 @@ def test_folds_are_maxima_of_the_outline():
     angle = np.arctan2(mesh.vertices[:, 1], mesh.vertices[:, 0])
     for folds in (0, 3, 7):
         waved = (
-            mesh.vertices * (1 + 0.1 * (np.cos(folds * angle) if folds else 0))[..., None] if folds else mesh.vertices
+            mesh.vertices * (1 + 0.1 * (np.cos(folds * angle) if folds else 0))[..., None]
+            if folds
+            else mesh.vertices
         )
         assert count_folds(mesh, waved) == folds
 
 
 def test_the_elastica_is_a_beam_where_it_hardly_sags_and_hangs_two_bending_lengths_out_at_41_5_degrees():
     for degrees in (0.1, 1.0):
-        assert overhang_of_elastica(degrees) ** 3 / 8 == pytest.approx(np.tan(np.radians(degrees)), rel=1e-3)
+        assert overhang_of_elastica(degrees) ** 3 / 8 == pytest.approx(
+            np.tan(np.radians(degrees)), rel=1e-3
+        )
     # Why the standard reads the bending length off as half of the overhang.
     assert overhang_of_elastica(41.5) == pytest.approx(2.0, rel=1e-3)
     with pytest.raises(ls.InvalidInput, match="the chord must fall by"):
@@ -74,13 +107,20 @@ def test_the_elastica_is_a_beam_where_it_hardly_sags_and_hangs_two_bending_lengt
 @pytest.mark.parametrize("angle", [0, 90])
 def test_strips_along_weft_and_warp_hang_out_as_the_elastica_of_their_rigidity(name, angle):
     strip = cantilever(ls.fabrics[name], angle_degrees=angle)
-    assert strip.at_rest and strip.overhang == pytest.approx(strip.elastica, rel=0.005)  # measured -0.2 %
+    assert strip.at_rest and strip.overhang == pytest.approx(
+        strip.elastica, rel=0.005
+    )  # measured -0.2 %
     assert strip.bending_length == strip.overhang / 2
 
 
 def test_strips_on_the_bias_hang_out_as_plate_theory_says_in_the_limit_of_no_width():
-    """The clamp keeps a strip from twisting, which stiffens it in proportion to its width: 5 % at 25 mm."""
-    wide, narrow = (cantilever(ls.fabrics["t-shirt"], angle_degrees=45, width=width).error for width in (0.006, 0.003))
+    """The clamp keeps a strip from twisting, which stiffens it in proportion to its width: 5 % at
+    25 mm.
+    """
+    wide, narrow = (
+        cantilever(ls.fabrics["t-shirt"], angle_degrees=45, width=width).error
+        for width in (0.006, 0.003)
+    )
     assert narrow < 0.65 * wide < 0.65 * 0.025  # measured 1.1 and 2.0 %
     assert 2 * narrow - wide == pytest.approx(0.0, abs=0.005)  # measured 0.2 %
 
@@ -94,7 +134,9 @@ def test_strips_that_are_turned_with_their_material_hang_alike():
 
 
 def test_a_stiff_specimen_sags_at_its_rim_as_a_clamped_annular_plate():
-    """Linear plate theory, nu = 0: w = c0 + c1 r^2 + c2 ln r + c3 r^2 ln r + q r^4 / (64 B), a sag of 0.13 mm."""
+    """Linear plate theory, nu = 0: w = c0 + c1 r^2 + c2 ln r + c3 r^2 ln r + q r^4 / (64 B), a sag
+    of 0.13 mm.
+    """
     bending, density = 3e-2, 0.2
     load, a, b = density * 9.81, DISC, SPECIMEN
 
@@ -116,19 +158,29 @@ def test_a_stiff_specimen_sags_at_its_rim_as_a_clamped_annular_plate():
     errors = []
     for triangles in (800, 1500):
         mesh = specimen(triangles)
-        options = ls.SemiImplicitEuler(step=4e-3, linear_solver="direct")  # stiff: conjugate gradients would stop early
-        sim = ls.Simulation(drape_scene(isotropic(bending, density=density), mesh), integrator=options)
+        options = ls.SemiImplicitEuler(
+            step=4e-3, linear_solver="direct"
+        )  # stiff: conjugate gradients would stop early
+        sim = ls.Simulation(
+            drape_scene(isotropic(bending, density=density), mesh), integrator=options
+        )
         assert bring_to_rest(sim, drift=1e-7).at_rest
         rim = np.linalg.norm(mesh.vertices[:, :2], axis=1) > SPECIMEN - 1e-9
         errors.append(abs(-sim.positions[rim, 2].mean() / sag - 1))
-    assert errors[1] < 0.03 and errors[1] < 0.6 * errors[0]  # measured 4.7 % and 2.1 %: second order in the edge
+    assert (
+        errors[1] < 0.03 and errors[1] < 0.6 * errors[0]
+    )  # measured 4.7 % and 2.1 %: second order in the edge
 
 
 def test_limits_of_a_hundredth_change_the_drape_by_less_than_a_tenth_and_the_cloth_comes_to_rest():
-    # A limp knit, so soft that it strains by 2 % where it is free to. Means of four specimens, which differ by 8 % and six folds.
+    # A limp knit, so soft that it strains by 2 % where it is free to. Means of four specimens,
+    # which differ by 8 % and six folds.
     knit = isotropic(3.6e-6, weft_stiffness=33, warp_stiffness=60, shear_stiffness=37)
     limits = (ls.StrainLimit(0.05, 0.05, 0.05), ls.StrainLimit(0.01, 0.01, 0.05))
-    loose, tight = ([cusick(knit, strain_limit=l, triangles=900, seed=seed) for seed in (1, 2, 3, 4)] for l in limits)
+    loose, tight = (
+        [cusick(knit, strain_limit=l, triangles=900, seed=seed) for seed in (1, 2, 3, 4)]
+        for l in limits
+    )
     for result in tight:
         strain = ls.limits.strain(result.positions, result.mesh)
         assert strain[:, :2].max() < 0.012
@@ -141,16 +193,22 @@ def test_limits_of_a_hundredth_change_the_drape_by_less_than_a_tenth_and_the_clo
 
 
 def test_conforming_triangles_do_not_lock_at_limits_of_a_hundredth_in_all_directions_both_ways():
-    # At 0.1 % they do, the coefficient is then above 65 %; docs/performance.md has both over mesh sizes.
+    # At 0.1 % they do, the coefficient is then above 65 %; docs/performance.md has both over mesh
+    # sizes.
     knit = isotropic(3.6e-6, weft_stiffness=33, warp_stiffness=60, shear_stiffness=37)
     hundredth = ls.StrainLimit(0.01, 0.01, 0.01, weft_min=-0.01, warp_min=-0.01)
-    free, limited = ([cusick(knit, strain_limit=l, triangles=1800, seed=seed) for seed in (1, 2)] for l in (None, hundredth))
+    free, limited = (
+        [cusick(knit, strain_limit=l, triangles=1800, seed=seed) for seed in (1, 2)]
+        for l in (None, hundredth)
+    )
     for result in limited:
         assert np.abs(ls.limits.strain(result.positions, result.mesh)).max() < 0.012
         assert result.rest.at_rest and result.intersections == 0
     assert max(np.abs(ls.limits.strain(r.positions, r.mesh)).max() for r in free) > 0.02
     coefficient = [np.mean([r.drape_coefficient for r in results]) for results in (free, limited)]
-    assert coefficient[1] == pytest.approx(coefficient[0], rel=0.1)  # of six specimens 30.5 and 30.7 %
+    assert coefficient[1] == pytest.approx(
+        coefficient[0], rel=0.1
+    )  # of six specimens 30.5 and 30.7 %
 
 
 def test_a_limp_fabric_drapes_and_card_does_not():
@@ -179,22 +237,34 @@ def test_resting_is_told_from_moving():
 def test_a_report_measures_and_writes_tables_and_pictures(tmp_path):
     pytest.importorskip("matplotlib")
     told = []
-    (report,) = report_fabrics(["cotton"], out=tmp_path / "fabrics", triangles=600, specimens=2, done=told.append)
+    (report,) = report_fabrics(
+        ["cotton"], out=tmp_path / "fabrics", triangles=600, specimens=2, done=told.append
+    )
     assert told == [report] and report.fabric.name == "cotton"
     (kept,) = json.loads((tmp_path / "fabrics" / "report.json").read_text())
     assert kept["band"] == [60, 76] and kept["in_band"] == (60 <= kept["drape_coefficient"] <= 76)
     coefficients = [drape["drape_coefficient"] for drape in kept["specimens"]]
-    assert kept["drape_coefficient"] == sum(coefficients) / 2 and kept["spread"] == abs(np.diff(coefficients)[0]) / 2
+    assert (
+        kept["drape_coefficient"] == sum(coefficients) / 2
+        and kept["spread"] == abs(np.diff(coefficients)[0]) / 2
+    )
     assert report.spread > 0, "another mesh is another specimen"
     assert set(kept["cantilever"]) == {"weft", "bias", "warp"}
     assert (tmp_path / "fabrics" / "drape.png").stat().st_size > 20_000
     without_band = FabricReport(ls.fabrics["rib knit"], report.drapes, report.strips)
     assert without_band.in_band is None and without_band.remark == ""
-    far_off = FabricReport(ls.fabrics["cotton"], [replace(report.drapes[0], drape_coefficient=95.0)], report.strips)
+    far_off = FabricReport(
+        ls.fabrics["cotton"], [replace(report.drapes[0], drape_coefficient=95.0)], report.strips
+    )
     assert far_off.in_band is False and far_off.off_band == 19.0
     assert far_off.remark.startswith("misses the band by 19.0 points; bending is a median")
-    near = [replace(report.drapes[0], drape_coefficient=coefficient) for coefficient in (58.0, 61.0)]
-    assert "by 0.5 points, less than specimens differ" in FabricReport(ls.fabrics["cotton"], near, report.strips).remark
+    near = [
+        replace(report.drapes[0], drape_coefficient=coefficient) for coefficient in (58.0, 61.0)
+    ]
+    assert (
+        "by 0.5 points, less than specimens differ"
+        in FabricReport(ls.fabrics["cotton"], near, report.strips).remark
+    )
 
 
 def test_mistakes_are_told_before_anything_is_computed(tmp_path):

@@ -1,15 +1,19 @@
 """Meshes: made, read, written, refused."""
 
+import loomstone as ls
 import numpy as np
 import pytest
-
-import loomstone as ls
 from loomstone import meshes
 
 
 def area(mesh):
     corners = mesh.vertices[mesh.triangles]
-    return np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+    return (
+        np.linalg.norm(
+            np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+        )
+        / 2
+    )
 
 
 def volume(mesh):
@@ -55,7 +59,9 @@ def test_a_disc_and_a_strip_have_their_shapes():
     assert meshes.quality(disc)["min_angle_degrees"] > 22
     strip = meshes.strip(length=1.0, width=0.1, triangles=400, seed=1)
     assert np.ptp(strip.vertices, axis=0) == pytest.approx((1.0, 0.1, 0.0))
-    assert meshes.strip(length=1.0, width=0.1, triangles=400).n_triangles == pytest.approx(400, rel=0.15)  # four or five rows
+    assert meshes.strip(length=1.0, width=0.1, triangles=400).n_triangles == pytest.approx(
+        400, rel=0.15
+    )  # four or five rows
 
 
 def test_solids_are_closed_and_have_their_volumes():
@@ -64,17 +70,31 @@ def test_solids_are_closed_and_have_their_volumes():
     capsule = np.pi * 0.01 * 0.5 + 4 / 3 * np.pi * 1e-3
     assert volume(meshes.capsule(radius=0.1, length=0.5)) == pytest.approx(capsule, rel=0.03)
     prism = 0.5 * 14 * np.sin(2 * np.pi / 14) * 0.01 * 0.5
-    assert volume(meshes.cylinder(radius=0.1, length=0.5, segments=14)) == pytest.approx(prism, rel=1e-12)
-    funnel = meshes.funnel(top_radius=0.2, bottom_radius=0.05, height=0.2, tube_length=0.1, wall=0.01)
+    assert volume(meshes.cylinder(radius=0.1, length=0.5, segments=14)) == pytest.approx(
+        prism, rel=1e-12
+    )
+    funnel = meshes.funnel(
+        top_radius=0.2, bottom_radius=0.05, height=0.2, tube_length=0.1, wall=0.01
+    )
     bar = meshes.wave_bar(length=0.5, radius=0.02, amplitude=0.05, wavelength=0.2)
-    for mesh in (funnel, bar, meshes.sphere(radius=1), meshes.box(size=(1, 1, 1)), meshes.capsule(radius=1, length=1), meshes.cylinder(radius=1, length=0.1)):
+    for mesh in (
+        funnel,
+        bar,
+        meshes.sphere(radius=1),
+        meshes.box(size=(1, 1, 1)),
+        meshes.capsule(radius=1, length=1),
+        meshes.cylinder(radius=1, length=0.1),
+    ):
         assert mesh.closed and volume(mesh) > 0
 
 
 def test_a_floor_is_open_and_looks_up():
     floor = meshes.floor(size=2.0)
     corners = floor.vertices[floor.triangles]
-    assert not floor.closed and (np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] > 0).all()
+    assert (
+        not floor.closed
+        and (np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] > 0).all()
+    )
 
 
 def test_arrays_of_a_mesh_are_read_only_views():
@@ -91,7 +111,13 @@ def test_what_is_written_is_read_again(tmp_path, ending):
     again = ls.read_mesh(tmp_path / f"mesh{ending}")
     tolerance = 1e-7 if ending == ".stl" else 0  # STL is in single precision
     assert again.n_triangles == mesh.n_triangles
-    assert np.abs(np.sort(again.vertices[again.triangles].sum(1), axis=0) - np.sort(mesh.vertices[mesh.triangles].sum(1), axis=0)).max() <= tolerance
+    assert (
+        np.abs(
+            np.sort(again.vertices[again.triangles].sum(1), axis=0)
+            - np.sort(mesh.vertices[mesh.triangles].sum(1), axis=0)
+        ).max()
+        <= tolerance
+    )
 
 
 @pytest.mark.parametrize("ending", [".obj", ".ply"])
@@ -124,13 +150,17 @@ TRIANGLE = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
         ([*TRIANGLE, [5, 5, 5]], [[0, 1, 2]], "3"),
     ],
 )
-def test_meshes_that_cannot_be_simulated_are_refused_by_name_of_the_item(vertices, triangles, message):
+def test_meshes_that_cannot_be_simulated_are_refused_by_name_of_the_item(
+    vertices, triangles, message
+):
     with pytest.raises(ls.InvalidInput, match=message):
         ls.TriangleMesh(vertices, triangles)
 
 
 def test_nearest_vertices_are_found():
-    assert meshes.nearest_vertices(ls.grid(size=(1, 1), cells=(2, 2)), [(-0.5, -0.5, 0), (0.1, 0.1, 3)]) == [0, 4]
+    assert meshes.nearest_vertices(
+        ls.grid(size=(1, 1), cells=(2, 2)), [(-0.5, -0.5, 0), (0.1, 0.1, 3)]
+    ) == [0, 4]
 
 
 def test_moving_a_mesh_moves_its_vertices_and_keeps_its_rest_coordinates():
@@ -143,8 +173,14 @@ def test_moving_a_mesh_moves_its_vertices_and_keeps_its_rest_coordinates():
 def test_closest_points_on_a_sphere_lie_below_the_point():
     query = ls.SpatialQuery(meshes.sphere(radius=1.0, subdivisions=4))
     found = query.closest((2, 0, 0), 5.0)
-    assert found.distance == pytest.approx(1.0, abs=2e-3) and found.normal == pytest.approx((1, 0, 0), abs=0.05)
-    assert found.triangle >= 0 and found.barycentric.sum() == pytest.approx(1) and np.linalg.norm(found.point) > 0.99
+    assert found.distance == pytest.approx(1.0, abs=2e-3) and found.normal == pytest.approx(
+        (1, 0, 0), abs=0.05
+    )
+    assert (
+        found.triangle >= 0
+        and found.barycentric.sum() == pytest.approx(1)
+        and np.linalg.norm(found.point) > 0.99
+    )
     assert query.closest((2, 0, 0), 0.5).triangle == -1
     assert query.inside((0.5, 0, 0)) and not query.inside((1.5, 0, 0))
 
@@ -160,23 +196,40 @@ def test_two_crossing_triangles_are_found_and_two_apart_are_not():
 
 def test_obstacles_stand_or_move_where_they_are_told():
     ball = ls.sphere(radius=0.1, centre=(1, 2, 3), friction=0.5)
-    assert ball.mesh.vertices.mean(0) == pytest.approx((1, 2, 3)) and ball.friction == 0.5 and len(ball.times) == 0
+    assert (
+        ball.mesh.vertices.mean(0) == pytest.approx((1, 2, 3))
+        and ball.friction == 0.5
+        and len(ball.times) == 0
+    )
     moving = ls.sphere(radius=0.1, times=[0, 1], positions=[(0, 0, 0), (0, 0, 1)])
-    assert moving.mesh.vertices.mean(0) == pytest.approx((0, 0, 0), abs=1e-12) and moving.positions[1][2] == 1
-    spinning = ls.box(size=(1, 1, 1), centre=(0, 0, 2), times=[0, 1], axis_angles=[(0, 0, 0), (0, 0, 3)])
+    assert (
+        moving.mesh.vertices.mean(0) == pytest.approx((0, 0, 0), abs=1e-12)
+        and moving.positions[1][2] == 1
+    )
+    spinning = ls.box(
+        size=(1, 1, 1), centre=(0, 0, 2), times=[0, 1], axis_angles=[(0, 0, 0), (0, 0, 3)]
+    )
     assert spinning.positions.tolist() == [[0, 0, 2], [0, 0, 2]]
-    assert ls.floor(height=-1).floor and ls.floor(height=-1).mesh.vertices[:, 2] == pytest.approx(-1)
+    assert ls.floor(height=-1).floor and ls.floor(height=-1).mesh.vertices[:, 2] == pytest.approx(
+        -1
+    )
     lying = ls.capsule(radius=0.1, length=1.0, axis=(1, 0, 0))
     assert np.ptp(lying.mesh.vertices, axis=0) == pytest.approx((1.2, 0.2, 0.2), rel=0.02)
-    assert ls.funnel(top_radius=0.2, bottom_radius=0.05, height=0.2, tube_length=0.1, wall=0.01).mesh.closed
-    assert ls.wave_bar(length=0.5, radius=0.02, amplitude=0.05, wavelength=0.2, centre=(0, 0, 1)).mesh.closed
+    assert ls.funnel(
+        top_radius=0.2, bottom_radius=0.05, height=0.2, tube_length=0.1, wall=0.01
+    ).mesh.closed
+    assert ls.wave_bar(
+        length=0.5, radius=0.02, amplitude=0.05, wavelength=0.2, centre=(0, 0, 1)
+    ).mesh.closed
 
 
 def test_a_body_of_two_lumps_is_cut_into_convex_parts():
     corner = np.array([[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]])  # an L, extruded
     vertices = np.concatenate([np.c_[corner, np.zeros(6)], np.c_[corner, np.ones(6)]])
     cap = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]])
-    wall = np.array([[(i, (i + 1) % 6, 6 + (i + 1) % 6), (i, 6 + (i + 1) % 6, 6 + i)] for i in range(6)]).reshape(-1, 3)
+    wall = np.array(
+        [[(i, (i + 1) % 6, 6 + (i + 1) % 6), (i, 6 + (i + 1) % 6, 6 + i)] for i in range(6)]
+    ).reshape(-1, 3)
     mesh = ls.TriangleMesh(vertices, np.concatenate([cap[:, ::-1], cap + 6, wall]))
     assert mesh.closed and volume(mesh) == pytest.approx(3)
     parts = ls.convex_parts(mesh)

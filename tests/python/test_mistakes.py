@@ -2,10 +2,9 @@
 
 import os
 
+import loomstone as ls
 import numpy as np
 import pytest
-
-import loomstone as ls
 from loomstone import cli
 from loomstone.scene_file import SceneFile
 
@@ -30,10 +29,20 @@ BOX = ls.meshes.box(size=(0.1, 0.1, 0.1))
     [
         (lambda: ls.Simulation(None), "scene must be Scene, got a NoneType"),
         (lambda: ls.Simulation(ls.Cloth()), "scene must be Scene, got a Cloth"),
-        (lambda: ls.Simulation(ls.Scene(), integrator="bdf2"), "integrator must be IntegratorOptions as .* got a str"),
-        (lambda: ls.Simulation(ls.Scene(), integrator=ls.BDF2), "integrator must be IntegratorOptions"),
         (
-            lambda: ls.Simulation(ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(size=(1, 1), cells=(10, 10)), thickness=0.08)])),
+            lambda: ls.Simulation(ls.Scene(), integrator="bdf2"),
+            "integrator must be IntegratorOptions as .* got a str",
+        ),
+        (
+            lambda: ls.Simulation(ls.Scene(), integrator=ls.BDF2),
+            "integrator must be IntegratorOptions",
+        ),
+        (
+            lambda: ls.Simulation(
+                ls.Scene(
+                    cloths=[ls.Cloth(mesh=ls.grid(size=(1, 1), cells=(10, 10)), thickness=0.08)]
+                )
+            ),
             r"cloths\[0\].thickness must not be above the smallest height of a triangle, 0.0707107 m, got 0.08 m",
         ),
         (
@@ -54,19 +63,57 @@ BOX = ls.meshes.box(size=(0.1, 0.1, 0.1))
         (lambda: ls.Simulation(ls.Scene(), threads="two"), "threads must be int, got a str"),
         (lambda: ls.Simulation(ls.Scene(), threads=10**6), r"threads must be in \[0, 1024\]"),
         (lambda: ls.Simulation(ls.Scene()), "nothing to simulate"),
-        (lambda: ls.TriangleMesh(SQUARE, [[0, 1, 2.5], [1, 3, 2]]), "triangles must be whole numbers, got fractions"),
-        (lambda: ls.TriangleMesh("abc", FACES), "vertices must be an array of numbers, got an array of <U3"),
-        (lambda: ls.TriangleMesh(None, FACES), "vertices must be an array of numbers, got a NoneType"),
-        (lambda: ls.TriangleMesh(SQUARE[:, :2], FACES), r"vertices must have shape \(n, 3\), got \(4, 2\)"),
-        (lambda: ls.TriangleMesh(SQUARE * 1j, FACES), "vertices must be an array of numbers, got an array of complex128"),
+        (
+            lambda: ls.TriangleMesh(SQUARE, [[0, 1, 2.5], [1, 3, 2]]),
+            "triangles must be whole numbers, got fractions",
+        ),
+        (
+            lambda: ls.TriangleMesh("abc", FACES),
+            "vertices must be an array of numbers, got an array of <U3",
+        ),
+        (
+            lambda: ls.TriangleMesh(None, FACES),
+            "vertices must be an array of numbers, got a NoneType",
+        ),
+        (
+            lambda: ls.TriangleMesh(SQUARE[:, :2], FACES),
+            r"vertices must have shape \(n, 3\), got \(4, 2\)",
+        ),
+        (
+            lambda: ls.TriangleMesh(SQUARE * 1j, FACES),
+            "vertices must be an array of numbers, got an array of complex128",
+        ),
         (lambda: ls.TriangleMesh(SQUARE * NAN, FACES), "vertex 0 must have finite coordinates"),
-        (lambda: ls.TriangleMesh(SQUARE, [[0, 1, 9], [1, 3, 2]]), "must refer to vertices 0 to 3, got 9"),
-        (lambda: ls.TriangleMesh(SQUARE, [[0, 1, 2**32 + 2], [1, 3, 2]]), "triangles must be whole numbers within 2147483647, got 4294967298"),
-        (lambda: ls.TriangleMesh(SQUARE, [[0, 1, 2.0**40], [1, 3, 2]]), "triangles must be whole numbers within 2147483647, got 1099511627776"),
-        (lambda: ls.TriangleMesh(SQUARE, [[0, 1, NAN], [1, 3, 2]]), "triangles must be whole numbers within 2147483647, got nan"),
-        (lambda: ls.Simulation(ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(2, 2)), pins=np.arange(9) < 3)])), "pins must be vertex indices, got a truth value for each of 9"),
-        (lambda: ls.write_mesh("mesh.glb", BOX), "mesh.glb: must end in .obj, .ply or what meshio writes"),
-        (lambda: ls.write_mesh("no/such/mesh.stl", BOX), "no/such/mesh.stl: cannot be written: No such file"),
+        (
+            lambda: ls.TriangleMesh(SQUARE, [[0, 1, 9], [1, 3, 2]]),
+            "must refer to vertices 0 to 3, got 9",
+        ),
+        (
+            lambda: ls.TriangleMesh(SQUARE, [[0, 1, 2**32 + 2], [1, 3, 2]]),
+            "triangles must be whole numbers within 2147483647, got 4294967298",
+        ),
+        (
+            lambda: ls.TriangleMesh(SQUARE, [[0, 1, 2.0**40], [1, 3, 2]]),
+            "triangles must be whole numbers within 2147483647, got 1099511627776",
+        ),
+        (
+            lambda: ls.TriangleMesh(SQUARE, [[0, 1, NAN], [1, 3, 2]]),
+            "triangles must be whole numbers within 2147483647, got nan",
+        ),
+        (
+            lambda: ls.Simulation(
+                ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(2, 2)), pins=np.arange(9) < 3)])
+            ),
+            "pins must be vertex indices, got a truth value for each of 9",
+        ),
+        (
+            lambda: ls.write_mesh("mesh.glb", BOX),
+            "mesh.glb: must end in .obj, .ply or what meshio writes",
+        ),
+        (
+            lambda: ls.write_mesh("no/such/mesh.stl", BOX),
+            "no/such/mesh.stl: cannot be written: No such file",
+        ),
         (lambda: ls.grid(size=1, cells=(2, 2)), "size must be 2 finite numbers, got 1"),
         (lambda: ls.grid(size=(1, NAN), cells=(2, 2)), "size must be 2 finite numbers"),
         (lambda: ls.grid(cells=(2.5, 2)), "cells must be a whole number, got 2.5"),
@@ -77,24 +124,57 @@ BOX = ls.meshes.box(size=(0.1, 0.1, 0.1))
         (lambda: ls.meshes.irregular(triangles=1), r"triangles must be in \[2"),
         (lambda: BOX.moved((0, 0)), r"translation must have shape \(3,\), got \(2,\)"),
         (lambda: BOX.moved((0, 0, 0), rotation=[1, 2, 3]), r"rotation must have shape \(3, 3\)"),
-        (lambda: ls.sphere(radius=1, centre=(0, 0)), r"centre must be 3 finite numbers, got \(0, 0\)"),
-        (lambda: ls.sphere(radius=1, positions=[[0, 0, 0]]), "positions and axis_angles need times"),
+        (
+            lambda: ls.sphere(radius=1, centre=(0, 0)),
+            r"centre must be 3 finite numbers, got \(0, 0\)",
+        ),
+        (
+            lambda: ls.sphere(radius=1, positions=[[0, 0, 0]]),
+            "positions and axis_angles need times",
+        ),
         (lambda: ls.capsule(radius=1, length=1, axis=(0, 0, 0)), "axis must have a direction"),
         (lambda: ls.SpatialQuery(BOX).closest((0, 0), 1), r"point must have shape \(3,\)"),
-        (lambda: ls.intersecting_pairs(SQUARE, [[0, 1, 9]]), "triangles must refer to points 0 to 3, got 0 to 9"),
+        (
+            lambda: ls.intersecting_pairs(SQUARE, [[0, 1, 9]]),
+            "triangles must refer to points 0 to 3, got 0 to 9",
+        ),
         (lambda: ls.fabrics["coton"], "there is no fabric 'coton'; did you mean 'cotton'"),
-        (lambda: simulation(bodies=[ls.RigidBody(mesh=BOX, position=(NAN, 0, 0))]), r"bodies\[0\].position must be finite"),
-        (lambda: simulation(bodies=[ls.RigidBody(mesh=BOX, velocity=(NAN, 0, 0))]), r"bodies\[0\].velocity must be finite"),
+        (
+            lambda: simulation(bodies=[ls.RigidBody(mesh=BOX, position=(NAN, 0, 0))]),
+            r"bodies\[0\].position must be finite",
+        ),
+        (
+            lambda: simulation(bodies=[ls.RigidBody(mesh=BOX, velocity=(NAN, 0, 0))]),
+            r"bodies\[0\].velocity must be finite",
+        ),
         (lambda: simulation().set_obstacle_pose(0, (0, 0, 0)), "it has none"),
-        (lambda: simulation(obstacles=[ls.floor(height=-1)]).set_obstacle_pose(3, (0, 0, 0)), r"obstacle must be in \[0, 0\]"),
-        (lambda: simulation(obstacles=[ls.floor(height=-1)]).set_obstacle_pose(0, (0, 0)), r"position must have shape \(3,\)"),
+        (
+            lambda: simulation(obstacles=[ls.floor(height=-1)]).set_obstacle_pose(3, (0, 0, 0)),
+            r"obstacle must be in \[0, 0\]",
+        ),
+        (
+            lambda: simulation(obstacles=[ls.floor(height=-1)]).set_obstacle_pose(0, (0, 0)),
+            r"position must have shape \(3,\)",
+        ),
         (lambda: simulation().set_pin_targets(np.full((25, 3), NAN)), "must be finite"),
         (lambda: simulation().restore(None), "checkpoint must be Checkpoint, got a NoneType"),
-        (lambda: assign("positions", None), "positions must be an array of numbers, got a NoneType"),
+        (
+            lambda: assign("positions", None),
+            "positions must be an array of numbers, got a NoneType",
+        ),
         (lambda: assign("positions", [[1, 2], [3]]), "positions must be an array of numbers"),
-        (lambda: assign("positions", np.zeros((25, 3), complex)), "positions must be an array of numbers"),
-        (lambda: simulation().run(out="/proc/none", duration=0.04), "must be a directory that can be written"),
-        (lambda: simulation().run(out="unused", duration=0.04, render="yes"), "render must be RenderOptions, True or False"),
+        (
+            lambda: assign("positions", np.zeros((25, 3), complex)),
+            "positions must be an array of numbers",
+        ),
+        (
+            lambda: simulation().run(out="/proc/none", duration=0.04),
+            "must be a directory that can be written",
+        ),
+        (
+            lambda: simulation().run(out="unused", duration=0.04, render="yes"),
+            "render must be RenderOptions, True or False",
+        ),
         (lambda: list(simulation().frames(duration=1.0, rate=1e12)), "at most 1000000 frames"),
     ],
 )
@@ -106,7 +186,11 @@ def test_a_mistake_in_python_is_one_sentence(mistake, said, tmp_path, monkeypatc
 
 
 def test_arguments_of_the_wrong_kind_are_told_in_one_line():
-    for mistake in (lambda: ls.sphere(radius="big"), lambda: ls.floor(cells="many"), lambda: ls.meshes.capsule(radius=1, length=None)):
+    for mistake in (
+        lambda: ls.sphere(radius="big"),
+        lambda: ls.floor(cells="many"),
+        lambda: ls.meshes.capsule(radius=1, length=None),
+    ):
         with pytest.raises(TypeError, match="an argument has the wrong kind, got .*=") as told:
             mistake()
         assert "\n" not in str(told.value)
@@ -119,7 +203,9 @@ def test_a_misspelt_attribute_of_a_simulation_is_an_error():
 
 def test_names_of_fabrics_behave_as_in_a_dictionary():
     assert "silk" in ls.fabrics and "coton" not in ls.fabrics and ls.fabrics.get("coton") is None
-    assert ls.fabrics.get("silk") == ls.fabrics["silk"] and repr(ls.fabrics).startswith("fabrics(cotton")
+    assert ls.fabrics.get("silk") == ls.fabrics["silk"] and repr(ls.fabrics).startswith(
+        "fabrics(cotton"
+    )
 
 
 GOOD = """
@@ -168,7 +254,12 @@ def loomstone(tmp_path, monkeypatch, capsys):
 )
 def test_a_mistake_on_the_command_line_is_one_sentence(loomstone, arguments, said):
     code, told = loomstone("run", "scene.py", *arguments.split(" "))
-    assert code == 1 and told.err.startswith("loomstone: ") and told.err.count("\n") == 1 and said in told.err
+    assert (
+        code == 1
+        and told.err.startswith("loomstone: ")
+        and told.err.count("\n") == 1
+        and said in told.err
+    )
 
 
 @pytest.mark.parametrize(
@@ -184,16 +275,27 @@ def test_a_mistake_on_the_command_line_is_one_sentence(loomstone, arguments, sai
         (GOOD + "rate = None", "rate must be a number, got None"),
         (GOOD + "integrator = 'bdf2'", "integrator must be IntegratorOptions"),
         (GOOD + "control = 3", "control must be a function"),
-        (GOOD + "def control(sim): sim.positions = sim.positions * float('nan')", "positions must be finite, row 0 is not"),
+        (
+            GOOD + "def control(sim): sim.positions = sim.positions * float('nan')",
+            "positions must be finite, row 0 is not",
+        ),
         (GOOD + "def control(sim): undefined", "broken.py, line 7: NameError"),
         (GOOD + "def control(): pass", "TypeError: control() takes 0 positional arguments"),
-        ("import loomstone as ls\ndef scene():\n    return ls.Scene(cloths=[ls.Cloth(mash=1)])", "did you mean 'mesh'?"),
+        (
+            "import loomstone as ls\ndef scene():\n    return ls.Scene(cloths=[ls.Cloth(mash=1)])",
+            "did you mean 'mesh'?",
+        ),
     ],
 )
 def test_a_mistake_in_a_scene_file_is_told_with_its_line(loomstone, tmp_path, text, said):
     (tmp_path / "broken.py").write_text(text)
     code, told = loomstone("run", "broken.py")
-    assert code == 1 and told.err.startswith("loomstone: ") and told.err.count("\n") == 1 and said in told.err
+    assert (
+        code == 1
+        and told.err.startswith("loomstone: ")
+        and told.err.count("\n") == 1
+        and said in told.err
+    )
 
 
 def test_files_that_are_something_else_are_refused(loomstone, tmp_path):

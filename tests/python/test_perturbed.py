@@ -1,17 +1,22 @@
-"""Starts moved by a micrometre take other ways through contact; none of them may intersect. Large: tests/benchmarks/certify.py."""
+"""Starts moved by a micrometre take other ways through contact; none of them may intersect. Large:
+tests/benchmarks/certify.py.
+"""
 
 import runpy
 from pathlib import Path
 
-import pytest
-
 import loomstone as ls
+import pytest
 from loomstone.scene_file import SceneFile
 from loomstone.verification import count_intersections
 
 ROOT = Path(__file__).parents[2]
 perturbed = runpy.run_path(str(ROOT / "tests" / "benchmarks" / "certify.py"))["perturbed"]
-SMALL = {"drape": ({"triangles": 242}, 0.6), "fold": ({"triangles": 200, "layers": 4}, 0.5), "twist": ({"triangles": 288}, 1.2)}
+SMALL = {
+    "drape": ({"triangles": 242}, 0.6),
+    "fold": ({"triangles": 200, "layers": 4}, 0.5),
+    "twist": ({"triangles": 288}, 1.2),
+}
 
 
 @pytest.mark.parametrize("seed", [1, 2])

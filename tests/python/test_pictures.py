@@ -1,17 +1,18 @@
-"""Pictures of runs: the same whatever is drawn before, beside or without them; never mixed, never lost."""
+"""Pictures of runs: the same whatever is drawn before, beside or without them; never mixed, never
+lost.
+"""
 
 import itertools
 import json
 import shutil
 
+import loomstone as ls
 import numpy as np
 import pytest
-from PIL import Image
-from typer.testing import CliRunner
-
-import loomstone as ls
 from loomstone import video
 from loomstone.cli import app
+from PIL import Image
+from typer.testing import CliRunner
 
 FIT = ls.RenderOptions(width=96, height=54, samples=1, shadows=False, ambient_occlusion=False)
 PLAIN = FIT.replace(camera=ls.Camera(fit=False, eye=(0.4, -0.5, 0.3), target=(0.1, 0.1, -0.1)))
@@ -20,12 +21,16 @@ PLAIN = FIT.replace(camera=ls.Camera(fit=False, eye=(0.4, -0.5, 0.3), target=(0.
 @pytest.fixture(scope="module")
 def scene():
     """A cloth that swings down from one side, so that every frame alone would be framed otherwise."""
-    return ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(size=(0.2, 0.2), cells=(4, 4)), pins=[0, 1, 2, 3, 4])])
+    return ls.Scene(
+        cloths=[ls.Cloth(mesh=ls.grid(size=(0.2, 0.2), cells=(4, 4)), pins=[0, 1, 2, 3, 4])]
+    )
 
 
 def simulate(scene, out, duration=0.16, **options):
     """5 frames; steps far longer than they should be."""
-    return ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=8e-3), threads=1).run(out=out, duration=duration, **options)
+    return ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=8e-3), threads=1).run(
+        out=out, duration=duration, **options
+    )
 
 
 @pytest.fixture(scope="module")
@@ -43,11 +48,15 @@ def copied(drawn, tmp_path):
 
 
 def pictures(directory):
-    return {path.name: np.asarray(Image.open(path)) for path in sorted(directory.glob("frame-*.png"))}
+    return {
+        path.name: np.asarray(Image.open(path)) for path in sorted(directory.glob("frame-*.png"))
+    }
 
 
 def same(one, other):
-    return one.keys() == other.keys() and all(np.array_equal(one[name], other[name]) for name in one)
+    return one.keys() == other.keys() and all(
+        np.array_equal(one[name], other[name]) for name in one
+    )
 
 
 def stopped_after(frames, scene, out, **options):
@@ -80,16 +89,22 @@ def test_a_single_picture_is_that_of_the_sequence_and_touches_none_of_it(copied)
     assert code == 0 and str(copied / "frame-00003.png") in said
     assert np.array_equal(pictures(copied)["frame-00003.png"], before["frame-00003.png"])
     assert render(copied, "--frame", -1, "--wireframe", "--out", copied / "lines")[0] == 0
-    assert same(pictures(copied / "frames"), before) and list(pictures(copied / "lines")) == ["frame-00004.png"]
+    assert same(pictures(copied / "frames"), before) and list(pictures(copied / "lines")) == [
+        "frame-00004.png"
+    ]
     code, said = render(copied, "--frame", 0, "--out", copied / "frames")
     assert code == 1 and "holds the pictures of a whole run" in said
 
 
 @pytest.mark.parametrize("frames", [1, 3])
-def test_a_resumed_run_has_the_pictures_of_one_that_was_not_interrupted(scene, drawn, tmp_path, frames):
+def test_a_resumed_run_has_the_pictures_of_one_that_was_not_interrupted(
+    scene, drawn, tmp_path, frames
+):
     stopped_after(frames, scene, tmp_path / "run", render=FIT)
     report = simulate(scene, tmp_path / "run", resume=True, render=True)
-    assert same(pictures(tmp_path / "run" / "frames"), pictures(drawn / "frames")) and report["video"].endswith("video.mp4")
+    assert same(pictures(tmp_path / "run" / "frames"), pictures(drawn / "frames")) and report[
+        "video"
+    ].endswith("video.mp4")
 
 
 def test_pictures_asked_for_late_are_drawn_from_the_cache_before_the_video(scene, drawn, tmp_path):
@@ -97,7 +112,9 @@ def test_pictures_asked_for_late_are_drawn_from_the_cache_before_the_video(scene
     simulate(scene, tmp_path / "run", resume=True, render=FIT)
     assert same(pictures(tmp_path / "run" / "frames"), pictures(drawn / "frames"))
     (tmp_path / "run" / "frames" / "frame-00001.png").unlink()
-    report = simulate(scene, tmp_path / "run", resume=True, render=True)  # of a run that is finished
+    report = simulate(
+        scene, tmp_path / "run", resume=True, render=True
+    )  # of a run that is finished
     assert same(pictures(tmp_path / "run" / "frames"), pictures(drawn / "frames"))
     assert (tmp_path / "run" / "video.mp4").stat().st_size > 500 and report["frames"] == 5
 
@@ -115,14 +132,18 @@ def test_a_run_remembers_the_options_of_its_pictures(copied):
     times = {path: path.stat().st_mtime_ns for path in (copied / "frames").glob("*.png")}
     code, said = render(copied)
     assert code == 0 and "(5)" in said
-    assert times == {path: path.stat().st_mtime_ns for path in (copied / "frames").glob("*.png")}, "what is there is kept"
+    assert times == {path: path.stat().st_mtime_ns for path in (copied / "frames").glob("*.png")}, (
+        "what is there is kept"
+    )
 
 
 def test_other_options_neither_delete_nor_mix_pictures(scene, copied):
     before = pictures(copied / "frames")
     code, said = render(copied, "--width", 64, "--wireframe")
     assert code == 1 and "width 96 instead of 64" in said and "--out" in said and "--again" in said
-    with pytest.raises(ls.InvalidInput, match="other options, camera .*; move it away, and resuming draws all anew"):
+    with pytest.raises(
+        ls.InvalidInput, match="other options, camera .*; move it away, and resuming draws all anew"
+    ):
         simulate(scene, copied, resume=True, render=PLAIN)
     with pytest.raises(ls.InvalidInput, match="color_by must be"):
         video.render_run(ls.Run(copied), FIT.replace(color_by="mood"), again=True)
@@ -140,17 +161,26 @@ def test_pictures_of_which_nothing_is_known_are_not_touched(copied):
     (copied / "frames" / "options.json").write_text("{")
     code, said = render(copied)
     assert code == 1 and "no options.json" in said and len(pictures(copied / "frames")) == 5
-    (copied / "frames" / "options.json").write_text(json.dumps({"options": FIT.to_dict(), "run": "another"}))
+    (copied / "frames" / "options.json").write_text(
+        json.dumps({"options": FIT.to_dict(), "run": "another"})
+    )
     code, said = render(copied)
     assert code == 1 and "pictures of another run" in said and len(pictures(copied / "frames")) == 5
 
 
-def test_a_run_whose_pictures_are_given_other_options_meanwhile_leaves_them_alone(scene, drawn, tmp_path):
+def test_a_run_whose_pictures_are_given_other_options_meanwhile_leaves_them_alone(
+    scene, drawn, tmp_path
+):
     out, draws = tmp_path / "run", itertools.count()
 
     def other(sim):
         if next(draws) == 7:  # within the second interval of frames
-            video.render_run(ls.Run(shutil.copytree(out, tmp_path / "seen")), PLAIN, out=tmp_path / "other", jobs=1)
+            video.render_run(
+                ls.Run(shutil.copytree(out, tmp_path / "seen")),
+                PLAIN,
+                out=tmp_path / "other",
+                jobs=1,
+            )
             shutil.rmtree(out / "frames")
             shutil.copytree(tmp_path / "other", out / "frames")
 
@@ -166,14 +196,20 @@ def test_automatic_colours_are_one_range_for_the_whole_run(scene, drawn, tmp_pat
     values = np.array([renderer.value_ranges(frame)[1] for frame in run])
     low, high = values[:, 0].min(), values[:, 1].max()
     assert high > values[0, 1], "the first frame does not tell"
-    video.render_run(run, look.replace(color_low=low, color_high=high), out=tmp_path / "given", jobs=1)
+    video.render_run(
+        run, look.replace(color_low=low, color_high=high), out=tmp_path / "given", jobs=1
+    )
     assert same(pictures(tmp_path / "all"), pictures(tmp_path / "given"))
     video.render_run(run, look, out=tmp_path / "single", frames=[1], jobs=1)
-    assert np.array_equal(pictures(tmp_path / "single")[paths[1].name], pictures(tmp_path / "all")[paths[1].name])
+    assert np.array_equal(
+        pictures(tmp_path / "single")[paths[1].name], pictures(tmp_path / "all")[paths[1].name]
+    )
     simulate(scene, tmp_path / "run", render=look)
     assert same(pictures(tmp_path / "run" / "frames"), pictures(tmp_path / "all"))
     before = pictures(tmp_path / "run" / "frames")
-    simulate(scene, tmp_path / "run", duration=0.32, resume=True, render=True)  # stretches more: all are drawn anew
+    simulate(
+        scene, tmp_path / "run", duration=0.32, resume=True, render=True
+    )  # stretches more: all are drawn anew
     after = pictures(tmp_path / "run" / "frames")
     fresh = video.render_run(ls.Run(tmp_path / "run"), look, out=tmp_path / "fresh", jobs=1)
     assert len(fresh) == 9 and same(after, pictures(tmp_path / "fresh"))

@@ -3,51 +3,76 @@
 import csv
 import json
 
+import loomstone as ls
 import numpy as np
 import pytest
-
-import loomstone as ls
 from loomstone import inspection, plots
 
 
 def test_forced_intersections_are_recorded_with_their_triangles_and_told(pressed, tmp_path, capsys):
     sim = ls.Simulation(
-        pressed.replace(cloths=[pressed.cloths[0].replace(mesh=pressed.cloths[0].mesh.moved((0, 0, -0.01)))]),
+        pressed.replace(
+            cloths=[pressed.cloths[0].replace(mesh=pressed.cloths[0].mesh.moved((0, 0, -0.01)))]
+        ),
         integrator=ls.SemiImplicitEuler(step=0.01),
         threads=1,
     )
     report = sim.run(out=tmp_path / "r", duration=0.08, rate=100.0)
     steps = plots.read_steps(tmp_path / "r")
     with (tmp_path / "r" / "forced.csv").open() as file:
-        rows = [(int(row["step"]), int(row["triangle"]), int(row["other_triangle"])) for row in csv.DictReader(file)]
+        rows = [
+            (int(row["step"]), int(row["triangle"]), int(row["other_triangle"]))
+            for row in csv.DictReader(file)
+        ]
     assert report["forced_steps"] == (steps["forced"] > 0).sum() > 0
     assert [sum(row[0] == step for row in rows) for step in steps["step"]] == list(steps["forced"])
-    assert all(first < 128 <= second for _, first, second in rows)  # cloth with plates, never with itself
+    assert all(
+        first < 128 <= second for _, first, second in rows
+    )  # cloth with plates, never with itself
     run = ls.Run(tmp_path / "r")
     for frame in run:
-        marked = {int(t) for t in np.flatnonzero((frame.contact[run.topology.triangles] == 2).all(axis=1))}
+        marked = {
+            int(t) for t in np.flatnonzero((frame.contact[run.topology.triangles] == 2).all(axis=1))
+        }
         assert {first for step, first, _ in rows if step == frame.step} <= marked
     inspection.describe(tmp_path / "r")
-    assert f"{report['forced_steps']} steps ended with triangles forced to intersect" in capsys.readouterr().out
+    assert (
+        f"{report['forced_steps']} steps ended with triangles forced to intersect"
+        in capsys.readouterr().out
+    )
 
 
 def test_a_run_sums_what_truncation_withheld(falling, euler, tmp_path):
-    report = ls.Simulation(falling, integrator=euler, threads=1).run(out=tmp_path / "r", duration=0.2)
+    report = ls.Simulation(falling, integrator=euler, threads=1).run(
+        out=tmp_path / "r", duration=0.2
+    )
     steps = plots.read_steps(tmp_path / "r")
     assert (steps["wanted_motion"] > 0).all()
-    assert report["withheld"] == pytest.approx(steps["withheld_motion"].sum() / steps["wanted_motion"].sum())
+    assert report["withheld"] == pytest.approx(
+        steps["withheld_motion"].sum() / steps["wanted_motion"].sum()
+    )
     assert json.loads((tmp_path / "r" / "report.json").read_text())["withheld"] <= 1e-3
     assert "truncation withheld" in inspection.report_text(report)
 
 
 def test_wanted_motion_and_acceleration_are_those_of_the_vertices():
-    # A sheet that falls and one that lies: only what touches counts for the acceleration in contact.
+    # A sheet that falls and one that lies: only what touches counts for the acceleration in
+    # contact.
     mesh = ls.grid(size=(0.1, 0.1), cells=(4, 4))
-    cloths = [ls.Cloth(name="high", mesh=mesh.moved((0, 0, 0.5))), ls.Cloth(name="low", mesh=mesh.moved((0.003, 0.002, 0.0024)))]
-    sim = ls.Simulation(ls.Scene(cloths=cloths, obstacles=[ls.floor()]), integrator=ls.SemiImplicitEuler(step=1e-3), threads=1)
+    cloths = [
+        ls.Cloth(name="high", mesh=mesh.moved((0, 0, 0.5))),
+        ls.Cloth(name="low", mesh=mesh.moved((0.003, 0.002, 0.0024))),
+    ]
+    sim = ls.Simulation(
+        ls.Scene(cloths=cloths, obstacles=[ls.floor()]),
+        integrator=ls.SemiImplicitEuler(step=1e-3),
+        threads=1,
+    )
     before, was = sim.positions, sim.velocities
     sim.step()
-    assert sim.report.wanted_motion == pytest.approx(np.linalg.norm(sim.positions - before, axis=1).sum(), rel=1e-12)
+    assert sim.report.wanted_motion == pytest.approx(
+        np.linalg.norm(sim.positions - before, axis=1).sum(), rel=1e-12
+    )
     touching = sim.frame().contact > 0
     change = np.linalg.norm(sim.velocities - was, axis=1)[touching] / 1e-3
     assert 0 < touching.sum() <= 25 and not touching[:25].any()

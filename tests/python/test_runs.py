@@ -2,13 +2,11 @@
 
 import json
 import os
-import shutil
 import signal
 
+import loomstone as ls
 import numpy as np
 import pytest
-
-import loomstone as ls
 from loomstone import _core, cache, inspection, plots, progress, runs, video
 from loomstone.runs import RunOptions, execute
 from loomstone.scene_file import SceneFile, parse_parameters
@@ -23,8 +21,16 @@ def run(hanging, euler, tmp_path):
 
 def test_a_run_leaves_frames_checkpoints_steps_and_a_report(run):
     frames = ls.Run(run)
-    assert len(frames) == 4 and frames.times == pytest.approx([0, 0.04, 0.08, 0.12]) and frames.metadata == {}
-    assert len(list(frames)) == 4 and frames[-1].time == pytest.approx(0.12) and repr(frames).endswith("4 frames, to 0.12 s)")
+    assert (
+        len(frames) == 4
+        and frames.times == pytest.approx([0, 0.04, 0.08, 0.12])
+        and frames.metadata == {}
+    )
+    assert (
+        len(list(frames)) == 4
+        and frames[-1].time == pytest.approx(0.12)
+        and repr(frames).endswith("4 frames, to 0.12 s)")
+    )
     assert frames.topology.triangles.shape == (128, 3)
     assert frames.intersecting_pairs() == [] and frames.surface()[1].shape == (128, 3)
     with pytest.raises(IndexError):
@@ -36,17 +42,28 @@ def test_a_run_leaves_frames_checkpoints_steps_and_a_report(run):
     assert report["steps"] == 30 and set(report["seconds_per_stage"]) >= {"integrate", "certify"}
 
 
-def test_a_run_says_once_that_cloth_was_pinched_and_records_every_step_of_it(pressed, tmp_path, capsys):
+def test_a_run_says_once_that_cloth_was_pinched_and_records_every_step_of_it(
+    pressed, tmp_path, capsys
+):
     sim = ls.Simulation(pressed, integrator=ls.SemiImplicitEuler(step=0.01), threads=1)
     report = execute(sim, RunOptions(duration=0.08), tmp_path, observer=progress.Lines())
-    lines = [line for line in capsys.readouterr().out.splitlines() if "impacts are left even in 1/64 of the step" in line]
+    lines = [
+        line
+        for line in capsys.readouterr().out.splitlines()
+        if "impacts are left even in 1/64 of the step" in line
+    ]
     steps = plots.read_steps(tmp_path)
     first = int(np.flatnonzero(steps["unresolved"])[0])
-    assert lines[0].startswith(f"step {first + 1} (t 0.0{first + 1}0 s): {int(steps['unresolved'][first])} impacts")
+    assert lines[0].startswith(
+        f"step {first + 1} (t 0.0{first + 1}0 s): {int(steps['unresolved'][first])} impacts"
+    )
     troubled = (steps["unresolved"] > 0) | (steps["intersections"] > 0)
     assert len(lines) == 1 and troubled[first:].any() and not troubled[:first].any()
     assert report["unresolved_steps"] == (steps["unresolved"] > 0).sum() > 0
-    assert report["steps_in_parts"] == (steps["substeps"] > 1).sum() > 0 and steps["substeps"].max() <= 64
+    assert (
+        report["steps_in_parts"] == (steps["substeps"] > 1).sum() > 0
+        and steps["substeps"].max() <= 64
+    )
     assert report["most_intersections"] == steps["intersections"].max()
     assert "steps left impacts" in inspection.report_text(report)
 
@@ -54,8 +71,13 @@ def test_a_run_says_once_that_cloth_was_pinched_and_records_every_step_of_it(pre
 def test_frames_in_the_file_are_those_of_the_simulation(run, hanging, euler):
     sim = ls.Simulation(hanging, integrator=euler, threads=1)
     for stored, live in zip(ls.Run(run), sim.frames(duration=0.12)):
-        assert np.array_equal(stored.positions, live.positions) and np.array_equal(stored.velocities, live.velocities)
-        assert stored.report.contacts == live.report.contacts and stored.report.kinetic_energy == live.report.kinetic_energy
+        assert np.array_equal(stored.positions, live.positions) and np.array_equal(
+            stored.velocities, live.velocities
+        )
+        assert (
+            stored.report.contacts == live.report.contacts
+            and stored.report.kinetic_energy == live.report.kinetic_energy
+        )
 
 
 def test_vtk_reads_the_frames_bit_for_bit(run):
@@ -88,18 +110,41 @@ def test_a_resumed_run_ends_in_the_same_bits(run, hanging, euler, cut):
     for path in cache.checkpoint_files(run)[2 - cut :]:  # as if killed before these were written
         path.unlink()
     report = ls.Simulation(hanging, integrator=euler).run(out=run, duration=0.12, resume=True)
-    assert report["digest"] == digest and np.array_equal(ls.Run(run)[-1].positions, whole) and len(ls.Run(run)) == 4
+    assert (
+        report["digest"] == digest
+        and np.array_equal(ls.Run(run)[-1].positions, whole)
+        and len(ls.Run(run)) == 4
+    )
     assert list(plots.read_steps(run)["step"]) == list(range(1, 31))
 
 
-def test_a_box_rides_on_an_obstacle_that_deforms_and_a_prolonged_run_ends_in_the_same_bits(tmp_path):
+def test_a_box_rides_on_an_obstacle_that_deforms_and_a_prolonged_run_ends_in_the_same_bits(
+    tmp_path,
+):
     floor = ls.meshes.floor(size=1.0, cells=4)
     times = np.linspace(0.0, 0.4, 41)
     waves = np.repeat(np.asarray(floor.vertices)[None], len(times), axis=0)
-    waves[:, :, 2] = 2.0 * times[:, None] ** 2 * (1.0 + waves[:, :, 0])  # tilts as it rises, at 4 m/s^2
+    waves[:, :, 2] = (
+        2.0 * times[:, None] ** 2 * (1.0 + waves[:, :, 0])
+    )  # tilts as it rises, at 4 m/s^2
     scene = ls.Scene(
-        bodies=[ls.RigidBody(mesh=ls.meshes.box(size=(0.1, 0.1, 0.1)), shape="box", position=(0, 0, 0.05), friction=0.9)],
-        obstacles=[ls.Obstacle(name="floor", mesh=floor, times=times, vertex_positions=waves.reshape(-1, 3), friction=0.9)],
+        bodies=[
+            ls.RigidBody(
+                mesh=ls.meshes.box(size=(0.1, 0.1, 0.1)),
+                shape="box",
+                position=(0, 0, 0.05),
+                friction=0.9,
+            )
+        ],
+        obstacles=[
+            ls.Obstacle(
+                name="floor",
+                mesh=floor,
+                times=times,
+                vertex_positions=waves.reshape(-1, 3),
+                friction=0.9,
+            )
+        ],
     )
     euler = ls.SemiImplicitEuler(step=2e-3)
     straight = ls.Simulation(scene, integrator=euler)
@@ -107,13 +152,25 @@ def test_a_box_rides_on_an_obstacle_that_deforms_and_a_prolonged_run_ends_in_the
         straight.step()
     x, _, z = straight.body_positions[0]
     slope = 2.0 * 0.4**2
-    assert z == pytest.approx(slope * (1.0 + x) + 0.05 * np.hypot(1.0, slope), abs=1e-3)  # it lies flat on the slope
+    assert z == pytest.approx(
+        slope * (1.0 + x) + 0.05 * np.hypot(1.0, slope), abs=1e-3
+    )  # it lies flat on the slope
     assert straight.state.body_velocities[0][2] == pytest.approx(4.0 * 0.4 * (1.0 + x), rel=0.1)
     ls.Simulation(scene, integrator=euler).run(out=tmp_path / "a", duration=0.2)
-    report = ls.Simulation(scene, integrator=euler).run(out=tmp_path / "a", duration=0.4, resume=True)
+    report = ls.Simulation(scene, integrator=euler).run(
+        out=tmp_path / "a", duration=0.4, resume=True
+    )
     assert report["digest"] == straight.digest()
-    magnetic = ls.Scene(bodies=scene.bodies, obstacles=scene.obstacles, magnets=[ls.Magnet(body="floor", polarization=(0, 0, 1))])
-    coiled = ls.Scene(bodies=scene.bodies, obstacles=scene.obstacles, coils=[ls.Coil(body="floor", shape="loop", radius=0.01, currents=[1.0])])
+    magnetic = ls.Scene(
+        bodies=scene.bodies,
+        obstacles=scene.obstacles,
+        magnets=[ls.Magnet(body="floor", polarization=(0, 0, 1))],
+    )
+    coiled = ls.Scene(
+        bodies=scene.bodies,
+        obstacles=scene.obstacles,
+        coils=[ls.Coil(body="floor", shape="loop", radius=0.01, currents=[1.0])],
+    )
     for refused in (magnetic, coiled):
         with pytest.raises(ls.Unsupported, match="must keep its shape"):
             ls.Simulation(refused)
@@ -134,7 +191,10 @@ def test_a_run_is_not_continued_as_another(run, hanging, euler):
         (hanging.replace(cloths=[stiff]), euler, "scene.cloths"),
         (hanging, euler.replace(method="bdf2"), "integrator.method"),
     ]:
-        with pytest.raises(ls.CacheError, match=f"of another scene or integrator .these differ: {differ}.; continue with those of the run"):
+        with pytest.raises(
+            ls.CacheError,
+            match=f"of another scene or integrator .these differ: {differ}.; continue with those of the run",
+        ):
             ls.Simulation(scene, integrator=integrator).run(out=run, duration=0.2, resume=True)
     with pytest.raises(ls.CacheError, match="rate must be that of the run, 25 frames/s, got 50"):
         ls.Simulation(hanging, integrator=euler).run(out=run, duration=0.2, rate=50.0, resume=True)
@@ -147,7 +207,9 @@ def test_a_checkpoint_cut_short_is_passed_over_for_the_one_before(run):
     assert cache.latest_checkpoint(run) is not None
     for path in cache.checkpoint_files(run):
         path.write_bytes(b"noise")
-    with pytest.raises(ls.CacheError, match="none of its checkpoints can be read.*Run the scene again"):
+    with pytest.raises(
+        ls.CacheError, match="none of its checkpoints can be read.*Run the scene again"
+    ):
         cache.latest_checkpoint(run)
 
 
@@ -163,7 +225,9 @@ def test_files_that_are_no_runs_are_refused(tmp_path):
 
 def test_control_acts_before_every_step(hanging, euler, tmp_path):
     times = []
-    ls.Simulation(hanging, integrator=euler).run(out=tmp_path / "r", duration=0.04, control=lambda sim: times.append(sim.time))
+    ls.Simulation(hanging, integrator=euler).run(
+        out=tmp_path / "r", duration=0.04, control=lambda sim: times.append(sim.time)
+    )
     assert len(times) == 10 and times[0] == 0
 
 
@@ -204,7 +268,9 @@ def test_a_picture_shows_the_cloth(hanging, tmp_path):
     assert image.shape == (90, 160, 3) and image.dtype == np.uint8 and image.std() > 5
     ls.write_png(str(tmp_path / "a.png"), image)
     assert (tmp_path / "a.png").read_bytes()[:4] == b"\x89PNG"
-    with pytest.raises(ls.InvalidInput, match=r"image must have shape \(height, width, 3\), got \(90, 160\)"):
+    with pytest.raises(
+        ls.InvalidInput, match=r"image must have shape \(height, width, 3\), got \(90, 160\)"
+    ):
         ls.write_png(str(tmp_path / "b.png"), image[:, :, 0])
 
 
@@ -214,7 +280,12 @@ def test_render_options_survive_json():
 
 
 def test_parameters_are_read_as_python_literals_or_text():
-    assert parse_parameters(["n=5000", "x=1.5", "name=silk", "m=5e3"]) == {"n": 5000, "x": 1.5, "name": "silk", "m": 5000}
+    assert parse_parameters(["n=5000", "x=1.5", "name=silk", "m=5e3"]) == {
+        "n": 5000,
+        "x": 1.5,
+        "name": "silk",
+        "m": 5000,
+    }
     with pytest.raises(ls.InvalidInput, match="name=value"):
         parse_parameters(["triangles"])
 
@@ -238,7 +309,11 @@ def test_a_scene_file_gives_scene_and_options_for_its_parameters(tmp_path):
 
 @pytest.mark.parametrize(
     "parameters, message",
-    [({"cell": 5}, "did you mean cells"), ({"cells": 5.5}, "must be an int like 4, got 5.5"), ({"zz": 1}, "known: cells")],
+    [
+        ({"cell": 5}, "did you mean cells"),
+        ({"cells": 5.5}, "must be an int like 4, got 5.5"),
+        ({"zz": 1}, "known: cells"),
+    ],
 )
 def test_parameters_that_do_not_fit_are_refused(tmp_path, parameters, message):
     (tmp_path / "s.py").write_text(SCENE)
@@ -259,7 +334,9 @@ def test_a_scene_file_must_define_a_scene(tmp_path):
         SceneFile.open(tmp_path / "absent.py", {})
 
 
-def test_a_verified_run_records_the_count_of_every_frame_also_where_it_was_resumed(hanging, euler, tmp_path):
+def test_a_verified_run_records_the_count_of_every_frame_also_where_it_was_resumed(
+    hanging, euler, tmp_path
+):
     def verified(duration, **options):
         sim = ls.Simulation(hanging, integrator=euler, threads=1)
         return sim.run(out=tmp_path / "v", duration=duration, verify=True, **options)
@@ -271,20 +348,32 @@ def test_a_verified_run_records_the_count_of_every_frame_also_where_it_was_resum
     assert rows[0] == "frame,time,intersecting_pairs,pairs_among_bodies"
     assert [row.split(",")[0] for row in rows[1:]] == ["0", "1", "2", "3", "4"]
     assert all(row.endswith(",0,0") for row in rows[1:])
-    assert "5 frames verified: 0 with intersecting triangles" in inspection.report_text(report | {"verified_frames": 5})
+    assert "5 frames verified: 0 with intersecting triangles" in inspection.report_text(
+        report | {"verified_frames": 5}
+    )
 
 
 def test_a_verified_run_finds_the_intersections_that_a_start_has(tmp_path):
     ball = ls.sphere(radius=0.05, subdivisions=1)
     scene = ls.Scene(
-        cloths=[ls.Cloth(mesh=ls.grid(size=(0.2, 0.2), cells=(6, 6)))], obstacles=[ball], allow_initial_intersections=True
+        cloths=[ls.Cloth(mesh=ls.grid(size=(0.2, 0.2), cells=(6, 6)))],
+        obstacles=[ball],
+        allow_initial_intersections=True,
     )
     report = ls.Simulation(scene, threads=1).run(out=tmp_path / "v", duration=0.0, verify=True)
-    assert report["verified_frames"] == report["intersecting_frames"] == 1 and report["most_intersecting_pairs"] > 10
+    assert (
+        report["verified_frames"] == report["intersecting_frames"] == 1
+        and report["most_intersecting_pairs"] > 10
+    )
 
 
 def test_a_signal_does_not_wait_long_for_a_step_that_can_be_saved(tmp_path, monkeypatch):
-    ball = ls.RigidBody(name="ball", mesh=ls.meshes.sphere(radius=0.02, subdivisions=1), shape="sphere", position=(0, 0, 0.1))
+    ball = ls.RigidBody(
+        name="ball",
+        mesh=ls.meshes.sphere(radius=0.02, subdivisions=1),
+        shape="sphere",
+        position=(0, 0, 0.1),
+    )
     scene = ls.Scene(bodies=[ball], obstacles=[ls.floor()], rigid_rebuild_interval=1000)
     settings = {"integrator": ls.SemiImplicitEuler(step=4e-3), "threads": 1}
     monkeypatch.setattr(runs, "LONGEST_WAIT", 0.0)
@@ -311,7 +400,10 @@ def test_a_damaged_table_of_steps_is_told_with_its_line(run):
     assert len(plots.read_steps(run)["step"]) == 29
     lines = whole.splitlines()
     for content, said in [
-        ("\n".join([*lines[:5], "noise", *lines[5:]]), "line 6: must be [0-9]+ numbers, got 'noise'; remove this line"),
+        (
+            "\n".join([*lines[:5], "noise", *lines[5:]]),
+            "line 6: must be [0-9]+ numbers, got 'noise'; remove this line",
+        ),
         (whole.replace(lines[3].split(",")[4], "much", 1), "line [0-9]+: must be"),
         ("noise", "must begin with the column 'step', got 'noise'"),
         ("", "must begin with the column 'step', got ''"),
@@ -327,13 +419,22 @@ def test_a_damaged_table_of_steps_is_told_with_its_line(run):
 
 
 def test_a_run_with_bodies_may_end_between_the_steps_that_can_be_saved(tmp_path):
-    ball = ls.RigidBody(name="ball", mesh=ls.meshes.sphere(radius=0.02, subdivisions=1), shape="sphere", position=(0, 0, 0.1))
+    ball = ls.RigidBody(
+        name="ball",
+        mesh=ls.meshes.sphere(radius=0.02, subdivisions=1),
+        shape="sphere",
+        position=(0, 0, 0.1),
+    )
     scene = ls.Scene(bodies=[ball], obstacles=[ls.floor()])
     settings = {"integrator": ls.SemiImplicitEuler(step=4e-3), "threads": 1}
-    report = ls.Simulation(scene, **settings).run(out=tmp_path / "b", duration=0.2)  # 50 steps; saved at multiples of 40
+    report = ls.Simulation(scene, **settings).run(
+        out=tmp_path / "b", duration=0.2
+    )  # 50 steps; saved at multiples of 40
     assert len(ls.Run(tmp_path / "b")) == 6 and report["steps"] == 50
     again = ls.Simulation(scene, **settings).run(out=tmp_path / "c", duration=0.2)
     assert report["digest"] == again["digest"]
-    prolonged = ls.Simulation(scene, **settings).run(out=tmp_path / "b", duration=0.32, resume=True)  # from step 40
+    prolonged = ls.Simulation(scene, **settings).run(
+        out=tmp_path / "b", duration=0.32, resume=True
+    )  # from step 40
     whole = ls.Simulation(scene, **settings).run(out=tmp_path / "d", duration=0.32)
     assert prolonged["digest"] == whole["digest"] and len(ls.Run(tmp_path / "b")) == 9

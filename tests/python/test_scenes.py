@@ -1,18 +1,20 @@
-"""Every scene file, small and short: no triangles of cloth intersect in any frame, and nothing is torn."""
+"""Every scene file, small and short: no triangles of cloth intersect in any frame, and nothing is
+torn.
+"""
 
 from pathlib import Path
 
+import loomstone as ls
 import numpy as np
 import pytest
-
-import loomstone as ls
 from loomstone.scene_file import SceneFile
 from loomstone.verification import count_intersections
 
 SCENES = Path(__file__).parents[2] / "scenes"
 
-# Parameters, simulated time [s] and how far cloth may stretch [1]. The time includes what the scene is about: twist is packed
-# tight, the knot is closed, the stack is shaken, boxes lie in the cloth, layers lie on one another.
+# Parameters, simulated time [s] and how far cloth may stretch [1]. The time includes what the scene
+# is about: twist is packed tight, the knot is closed, the stack is shaken, boxes lie in the cloth,
+# layers lie on one another.
 SMALL = {
     "bending": ({"triangles": 128}, 0.4, 1.2),
     "clasp": ({"triangles": 128}, 0.06, 1.2),
@@ -55,7 +57,9 @@ MAGNETIC = {
 
 
 def test_every_scene_has_a_small_version_here():
-    assert {path.stem for path in SCENES.glob("*.py")} == SMALL.keys() | APART.keys() | MAGNETIC.keys()
+    assert {
+        path.stem for path in SCENES.glob("*.py")
+    } == SMALL.keys() | APART.keys() | MAGNETIC.keys()
 
 
 @pytest.mark.parametrize("name", sorted(MAGNETIC))
@@ -73,7 +77,9 @@ def test_magnets_gain_no_energy_and_fall_through_nothing(name):
         sim.step()
         most = max(most, np.abs(energies() - start).max())
         if name not in ("halbach", "motor"):  # which have no table
-            assert sim.body_positions[:, 2].min() > 1e-3, "a ball on the table below the bowl has its centre at 0"
+            assert sim.body_positions[:, 2].min() > 1e-3, (
+                "a ball on the table below the bowl has its centre at 0"
+            )
     assert sim.report.magnetic_substeps >= 1
     if name == "motor":  # what its source gives goes into heat and motion
         turning = sim.report.body_kinetic_energy + sim.bearing_work + 0.25e-3 * sim.current**2
@@ -91,14 +97,18 @@ def test_magnets_gain_no_energy_and_fall_through_nothing(name):
 
 def test_the_drape_keeps_its_claims(tmp_path):
     file = SceneFile.open(SCENES / "drape.py", {"triangles": 450})
-    ls.Simulation(file.scene(), integrator=file.integrator, threads=1).run(out=tmp_path, duration=0.6)
+    ls.Simulation(file.scene(), integrator=file.integrator, threads=1).run(
+        out=tmp_path, duration=0.6
+    )
     file.check(ls.Run(tmp_path))
 
 
 @pytest.mark.parametrize("case", ["antiparallel", "free", "parallel"])
 def test_toy_magnets_keep_their_claims_to_the_end(case, tmp_path):
     file = SceneFile.open(SCENES / "toy_magnets.py", {"case": case})
-    ls.Simulation(file.scene(), integrator=file.integrator, threads=1).run(out=tmp_path, duration=file.duration, rate=file.rate)
+    ls.Simulation(file.scene(), integrator=file.integrator, threads=1).run(
+        out=tmp_path, duration=file.duration, rate=file.rate
+    )
     file.check(ls.Run(tmp_path))
 
 
@@ -107,7 +117,11 @@ def test_the_superconducting_cube_keeps_its_energy_and_turns_as_it_swings():
     sim = ls.Simulation(file.scene(), integrator=file.integrator, threads=1)
 
     def energy():
-        return sim.report.body_kinetic_energy + sim.report.body_gravity_energy + sim.report.magnetic_energy
+        return (
+            sim.report.body_kinetic_energy
+            + sim.report.body_gravity_energy
+            + sim.report.magnetic_energy
+        )
 
     start, moving = energy(), 0.0
     for _ in range(40):
@@ -121,26 +135,44 @@ def test_the_superconducting_cube_keeps_its_energy_and_turns_as_it_swings():
 def test_no_cloth_intersects_in_any_frame(name):
     parameters, duration, most_stretch = (SMALL | APART)[name]
     file = SceneFile.open(SCENES / f"{name}.py", parameters)
-    sim = ls.Simulation(file.scene().replace(collisions=True), integrator=file.integrator, threads=1)
+    sim = ls.Simulation(
+        file.scene().replace(collisions=True), integrator=file.integrator, threads=1
+    )
     in_contact = 0
     for frame in sim.frames(duration=duration, rate=file.rate):
         assert count_intersections(sim.topology, frame).cloth == 0, f"frame at {frame.time:.2f} s"
         assert frame.stretch.max() < most_stretch
         in_contact = max(in_contact, frame.report.contacts)
-    assert in_contact > 0 or name in ("flag", "hanging", "swing_limits") or name in APART, "the scene shows contact"
+    assert in_contact > 0 or name in ("flag", "hanging", "swing_limits") or name in APART, (
+        "the scene shows contact"
+    )
 
 
 @pytest.mark.parametrize(("speed", "step"), [(8.0, 8e-3), (16.0, 4e-3)])
 def test_a_step_that_truncation_would_freeze_is_taken_in_halves(speed, step):
-    """A wall runs into the edges of eight sheets that lie apart; taken whole, the first step left nothing of what they wanted."""
+    """A wall runs into the edges of eight sheets that lie apart; taken whole, the first step left
+    nothing of what they wanted.
+    """
     flat, random = ls.grid(size=(0.2, 0.2), cells=(8, 8)), np.random.default_rng(3)
     material = ls.ClothMaterial(
-        weft_stiffness=300.0, warp_stiffness=300.0, shear_stiffness=60.0, density=0.12, bending_weft=2e-6, bending_warp=2e-6
+        weft_stiffness=300.0,
+        warp_stiffness=300.0,
+        shear_stiffness=60.0,
+        density=0.12,
+        bending_weft=2e-6,
+        bending_warp=2e-6,
     )
     places = [(*random.uniform(-0.004, 0.004, 2), 0.006 * i) for i in range(8)]
-    wall = ls.box(name="wall", size=(0.02, 0.6, 0.6), times=[0.0, 1.0], positions=[(0.13, 0.0, 0.0), (0.13 - speed, 0.0, 0.0)])
+    wall = ls.box(
+        name="wall",
+        size=(0.02, 0.6, 0.6),
+        times=[0.0, 1.0],
+        positions=[(0.13, 0.0, 0.0), (0.13 - speed, 0.0, 0.0)],
+    )
     scene = ls.Scene(
-        cloths=[ls.Cloth(mesh=flat.moved(place), material=material) for place in places], obstacles=[wall], gravity=(0.0, 0.0, 0.0)
+        cloths=[ls.Cloth(mesh=flat.moved(place), material=material) for place in places],
+        obstacles=[wall],
+        gravity=(0.0, 0.0, 0.0),
     )
     sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=step), threads=1)
     sim.step()
@@ -151,8 +183,13 @@ def test_a_step_that_truncation_would_freeze_is_taken_in_halves(speed, step):
 
 def test_a_count_tells_cloth_from_bodies_and_finds_what_intersects():
     mesh = ls.grid(size=(0.2, 0.2), cells=(4, 4))
-    through = [ls.box(name=n, size=(0.05, 0.05, 0.05), centre=(0.0, 0.0, z)) for n, z in (("a", 0.0), ("b", 0.04))]
-    scene = ls.Scene(cloths=[ls.Cloth(mesh=mesh)], obstacles=through, allow_initial_intersections=True)
+    through = [
+        ls.box(name=n, size=(0.05, 0.05, 0.05), centre=(0.0, 0.0, z))
+        for n, z in (("a", 0.0), ("b", 0.04))
+    ]
+    scene = ls.Scene(
+        cloths=[ls.Cloth(mesh=mesh)], obstacles=through, allow_initial_intersections=True
+    )
     sim = ls.Simulation(scene)
     counts = count_intersections(sim.topology, sim.frame())
     assert counts.cloth > 0 and counts.bodies > 0

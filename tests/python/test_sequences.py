@@ -1,15 +1,18 @@
 """Obstacles whose vertices come frame by frame from files."""
 
+import loomstone as ls
 import numpy as np
 import pytest
-
-import loomstone as ls
 
 BALL = ls.meshes.sphere(radius=0.1, subdivisions=1)
 N = BALL.n_vertices
 TIMES = np.array([0.0, 0.04, 0.08])
 # Grows and rises; numbers of four bytes, as caches of other programs have them.
-FRAMES = np.array([BALL.vertices * (1.0 + t) + (0.0, 0.0, t) for t in TIMES]).astype(np.float32).astype(float)
+FRAMES = (
+    np.array([BALL.vertices * (1.0 + t) + (0.0, 0.0, t) for t in TIMES])
+    .astype(np.float32)
+    .astype(float)
+)
 
 
 def write(kind, folder):
@@ -24,18 +27,33 @@ def write(kind, folder):
     elif kind == "npz":
         np.savez(path, positions=FRAMES, times=TIMES)
     elif kind == "mdd":
-        path.write_bytes(np.array([3, N], ">i4").tobytes() + TIMES.astype(">f4").tobytes() + FRAMES.astype(">f4").tobytes())
+        path.write_bytes(
+            np.array([3, N], ">i4").tobytes()
+            + TIMES.astype(">f4").tobytes()
+            + FRAMES.astype(">f4").tobytes()
+        )
     else:  # two samples a frame at 12.5 frames/s
-        head = b"POINTCACHE2\0" + np.array([1, N], "<i4").tobytes() + np.array([1.0, 0.5], "<f4").tobytes() + np.array([3], "<i4").tobytes()
+        head = (
+            b"POINTCACHE2\0"
+            + np.array([1, N], "<i4").tobytes()
+            + np.array([1.0, 0.5], "<f4").tobytes()
+            + np.array([3], "<i4").tobytes()
+        )
         path.write_bytes(head + FRAMES.astype("<f4").tobytes())
-    return path, {"mesh": BALL} | ({"rate": 12.5} if kind == "pc2" else {"rate": 25.0} if kind == "npy" else {})
+    return path, {"mesh": BALL} | (
+        {"rate": 12.5} if kind == "pc2" else {"rate": 25.0} if kind == "npy" else {}
+    )
 
 
 @pytest.mark.parametrize("kind", ["obj", "npy", "npz", "mdd", "pc2"])
 def test_a_sequence_moves_as_the_array_it_was_written_from(kind, tmp_path):
     source, more = write(kind, tmp_path)
     read = ls.obstacle_sequence(source, name="ball", friction=0.5, **more)
-    assert np.array_equal(read.mesh.triangles, BALL.triangles) and read.name == "ball" and read.friction == 0.5
+    assert (
+        np.array_equal(read.mesh.triangles, BALL.triangles)
+        and read.name == "ball"
+        and read.friction == 0.5
+    )
     assert read.times == pytest.approx(TIMES, abs=1e-8)
     assert read.vertex_positions == pytest.approx(FRAMES.reshape(-1, 3), abs=1e-12)
     shifted = ls.obstacle_sequence(source, start=1.0, **more)
@@ -45,10 +63,14 @@ def test_a_sequence_moves_as_the_array_it_was_written_from(kind, tmp_path):
 def test_cloth_on_a_sequence_is_carried_up(tmp_path):
     source, more = write("mdd", tmp_path)
     cloth = ls.Cloth(mesh=ls.grid(size=(0.05, 0.05), cells=(4, 4)).moved((0, 0, 0.103)))
-    sim = ls.Simulation(ls.Scene(cloths=[cloth], obstacles=[ls.obstacle_sequence(source, **more)]), threads=1)
+    sim = ls.Simulation(
+        ls.Scene(cloths=[cloth], obstacles=[ls.obstacle_sequence(source, **more)]), threads=1
+    )
     *_, last = sim.frames(duration=0.08)
     assert last.body_positions == pytest.approx(FRAMES[-1], abs=1e-6)
-    assert last.positions[:, 2].max() > 0.108 + 0.07  # it was thrown up by a ball whose top went from 0.1 to 0.188
+    assert (
+        last.positions[:, 2].max() > 0.108 + 0.07
+    )  # it was thrown up by a ball whose top went from 0.1 to 0.188
 
 
 def test_what_is_wrong_with_a_sequence_is_one_sentence(tmp_path):
@@ -68,7 +90,11 @@ def test_what_is_wrong_with_a_sequence_is_one_sentence(tmp_path):
         (npy, {"rate": 25.0}, "give the mesh whose vertices move"),
         (npy, {"mesh": BALL}, "does not say when its frames are; give rate"),
         (npy, {"mesh": BALL, "rate": 0.0}, "rate must be > 0"),
-        (npy, {"mesh": ls.meshes.sphere(radius=1, subdivisions=0), "rate": 25.0}, r"of 12 vertices .*, got \(3, 42, 3\)"),
+        (
+            npy,
+            {"mesh": ls.meshes.sphere(radius=1, subdivisions=0), "rate": 25.0},
+            r"of 12 vertices .*, got \(3, 42, 3\)",
+        ),
         (tmp_path / "short.pc2", more, "it is cut short"),
         (tmp_path / "short.mdd", {"mesh": BALL}, "it is cut short"),
         (tmp_path / "noise.pc2", more, "is no point cache"),

@@ -2,18 +2,28 @@
 
 import threading
 
+import loomstone as ls
 import numpy as np
 import pytest
-
-import loomstone as ls
 
 
 def test_a_simulation_knows_its_size_time_and_step(hanging, euler):
     sim = ls.Simulation(hanging, integrator=euler, threads=1)
-    assert (sim.time, sim.step_index, sim.step_size, sim.threads, sim.rank, sim.ranks) == (0, 0, 4e-3, 1, 0, 1)
+    assert (sim.time, sim.step_index, sim.step_size, sim.threads, sim.rank, sim.ranks) == (
+        0,
+        0,
+        4e-3,
+        1,
+        0,
+        1,
+    )
     sim.step()
     assert sim.time == pytest.approx(4e-3) and sim.step_index == 1
-    assert sim.report.step == 1 and sim.report.linear_iterations > 0 and set(sim.report.seconds) >= {"loads", "integrate"}
+    assert (
+        sim.report.step == 1
+        and sim.report.linear_iterations > 0
+        and set(sim.report.seconds) >= {"loads", "integrate"}
+    )
     assert sim.report.to_dict()["kinetic_energy"] > 0
     assert sim.report.busy_least == sim.report.busy_mean == sim.report.busy_most  # one thread
     assert 0 < sim.report.busy_most < sum(sim.report.seconds.values())
@@ -49,7 +59,11 @@ def test_frames_come_at_their_times_whatever_the_step_is(hanging):
     assert [frame.time for frame in frames] == pytest.approx([0, 0.04, 0.08])
     assert frames[0].positions == pytest.approx(hanging.cloths[0].mesh.vertices)
     assert frames[0].positions.shape == (81, 3) and frames[0].velocities.shape == (81, 3)
-    assert frames[0].strain.shape == (128, 3) and frames[0].stretch.shape == (128,) and frames[0].contact.shape == (81,)
+    assert (
+        frames[0].strain.shape == (128, 3)
+        and frames[0].stretch.shape == (128,)
+        and frames[0].contact.shape == (81,)
+    )
     assert frames[0].body_positions.shape == (0, 3)
     assert not frames[0].positions.flags.writeable
     assert frames[2].with_contact([1] * 81).contact.sum() == 81
@@ -85,7 +99,9 @@ def test_positions_velocities_and_forces_can_be_read_and_written(hanging, euler)
     forces[40, 2] = 1e-3
     sim.external_forces = forces
     assert np.array_equal(sim.external_forces, forces)
-    with pytest.raises(ls.InvalidInput, match=r"positions must have shape \(81, 3\), got \(3, 81\)"):
+    with pytest.raises(
+        ls.InvalidInput, match=r"positions must have shape \(81, 3\), got \(3, 81\)"
+    ):
         sim.positions = moved.T
     with pytest.raises(ls.InvalidInput, match=r"targets must have shape \(81, 3\), got \(2, 3\)"):
         sim.set_pin_targets([[0, 0, 0], [1, 1, 1]])
@@ -109,7 +125,16 @@ def test_pins_go_where_they_are_told(hanging, euler):
 
 
 def test_obstacles_go_where_they_are_told(falling, euler):
-    sim = ls.Simulation(falling.replace(cloths=[falling.cloths[0].replace(mesh=ls.grid(size=(0.3, 0.3), cells=(10, 10)).moved((0, 0, 0.5)))]), integrator=euler)
+    sim = ls.Simulation(
+        falling.replace(
+            cloths=[
+                falling.cloths[0].replace(
+                    mesh=ls.grid(size=(0.3, 0.3), cells=(10, 10)).moved((0, 0, 0.5))
+                )
+            ]
+        ),
+        integrator=euler,
+    )
     before = sim.frame().body_positions[0].copy()
     sim.set_obstacle_pose(0, (0.0, 0.0, 0.01))
     sim.step()
@@ -155,7 +180,9 @@ def test_a_checkpoint_continues_bit_for_bit(falling, euler, tmp_path):
 
 def test_a_checkpoint_of_another_scene_is_refused(falling, hanging, euler):
     with pytest.raises(ls.CacheError):
-        ls.Simulation(hanging, integrator=euler).restore(ls.Simulation(falling, integrator=euler).checkpoint())
+        ls.Simulation(hanging, integrator=euler).restore(
+            ls.Simulation(falling, integrator=euler).checkpoint()
+        )
 
 
 def test_no_triangles_intersect_after_a_fall_on_a_sphere(falling, euler):
@@ -199,12 +226,21 @@ def test_steps_of_one_simulation_from_two_threads_are_refused_not_mixed(hanging,
 
 
 def test_a_body_falls_as_fast_as_gravity_says():
-    body = ls.RigidBody(name="ball", mesh=ls.meshes.sphere(radius=0.05, subdivisions=2), shape="sphere", position=(0, 0, 1))
+    body = ls.RigidBody(
+        name="ball",
+        mesh=ls.meshes.sphere(radius=0.05, subdivisions=2),
+        shape="sphere",
+        position=(0, 0, 1),
+    )
     cloth = ls.Cloth(mesh=ls.grid(cells=(2, 2)).moved((3, 0, 0)), pins=[0, 1, 2])
-    sim = ls.Simulation(ls.Scene(cloths=[cloth], bodies=[body]), integrator=ls.SemiImplicitEuler(step=2e-3))
+    sim = ls.Simulation(
+        ls.Scene(cloths=[cloth], bodies=[body]), integrator=ls.SemiImplicitEuler(step=2e-3)
+    )
     for _ in range(100):
         sim.step()
-    assert sim.body_positions[0, 2] == pytest.approx(1 - 9.81 / 2 * 0.04, abs=9.81 * 0.2 * 2e-3)  # one step of first order
+    assert sim.body_positions[0, 2] == pytest.approx(
+        1 - 9.81 / 2 * 0.04, abs=9.81 * 0.2 * 2e-3
+    )  # one step of first order
 
 
 @pytest.mark.parametrize(
@@ -213,9 +249,17 @@ def test_a_body_falls_as_fast_as_gravity_says():
         (lambda s: s.replace(cloths=[s.cloths[0].replace(pins=[999])]), "999"),
         (lambda s: s.replace(cloths=[s.cloths[0].replace(mesh=None)]), "mesh"),
         (lambda s: s.replace(cloths=[s.cloths[0].replace(bending="rubber")]), "bending"),
-        (lambda s: s.replace(cloths=[s.cloths[0].replace(velocities=np.zeros((3, 3)))]), "velocities"),
+        (
+            lambda s: s.replace(cloths=[s.cloths[0].replace(velocities=np.zeros((3, 3)))]),
+            "velocities",
+        ),
         (lambda s: s.replace(response="magic"), "response"),
-        (lambda s: s.replace(attachments=[ls.Attachment(cloth="cloth", body="nobody", vertices=[1])]), "nobody"),
+        (
+            lambda s: s.replace(
+                attachments=[ls.Attachment(cloth="cloth", body="nobody", vertices=[1])]
+            ),
+            "nobody",
+        ),
     ],
 )
 def test_what_cannot_be_simulated_is_refused_before_time_passes(hanging, change, message):
@@ -232,12 +276,16 @@ def test_a_communicator_must_be_one(hanging):
     with pytest.raises(ls.InvalidInput, match="communicator must be"):
         ls.Simulation(hanging, communicator="world")
     alone = ls.single_communicator()
-    assert (alone.rank, alone.size, alone.maximum(3)) == (0, 1, 3) and repr(alone) == "Communicator(rank 0 of 1)"
+    assert (alone.rank, alone.size, alone.maximum(3)) == (0, 1, 3) and repr(
+        alone
+    ) == "Communicator(rank 0 of 1)"
     alone.barrier()
     assert ls.Simulation(hanging, communicator=alone).ranks == 1 and not ls.launched_by_mpi()
 
 
-@pytest.mark.parametrize("duration, rate", [(-1, 25), (float("nan"), 25), (1, 0), (1, float("inf"))])
+@pytest.mark.parametrize(
+    "duration, rate", [(-1, 25), (float("nan"), 25), (1, 0), (1, float("inf"))]
+)
 def test_durations_and_rates_must_make_sense(hanging, duration, rate):
     with pytest.raises(ls.InvalidInput, match="must be"):
         next(ls.Simulation(hanging).frames(duration=duration, rate=rate))
@@ -253,15 +301,20 @@ def test_a_failed_step_says_where_and_keeps_the_last_good_state(hanging):
 
 @pytest.mark.parametrize("element", ["mid-edge", "hinge"])
 def test_damped_bending_takes_energy_at_any_step(element):
-    # Stiffness alone would let bending be explicit at this step; with its damping that feeds energy.
+    # Stiffness alone would let bending be explicit at this step; with its damping that feeds
+    # energy.
     material = ls.ClothMaterial(bending_weft=1e-5, bending_warp=1e-5, bending_damping=0.1)
     mesh = ls.grid(size=(0.2, 0.2), cells=(8, 8))
-    scene = ls.Scene(cloths=[ls.Cloth(mesh=mesh, material=material, bending=element)], gravity=(0, 0, 0))
+    scene = ls.Scene(
+        cloths=[ls.Cloth(mesh=mesh, material=material, bending=element)], gravity=(0, 0, 0)
+    )
     sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=4e-3))
     sim.velocities = np.outer(np.random.default_rng(7).normal(size=81), [0, 0, 0.05])
     energies = []
     for _ in range(50):
         sim.step()
-        energies.append(sim.report.kinetic_energy + sim.report.membrane_energy + sim.report.bending_energy)
+        energies.append(
+            sim.report.kinetic_energy + sim.report.membrane_energy + sim.report.bending_energy
+        )
     assert np.all(np.diff(energies) <= 1e-5 * energies[0])  # tolerance of the linear solver
     assert energies[-1] < 0.5 * energies[0]

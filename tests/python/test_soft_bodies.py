@@ -1,14 +1,18 @@
-"""Bodies that magnetise agree with reference values, with one another, and with the laws of energy and momentum."""
-
-import numpy as np
-import pytest
-from magnet_tables import cases
+"""Bodies that magnetise agree with reference values, with one another, and with the laws of energy
+and momentum.
+"""
 
 import loomstone as ls
+import numpy as np
+import pytest
 from loomstone import magnetics as M
+from magnet_tables import cases
 
 TOLERANCES = [1e-4, 1e-8]
-GRIDS = {12: 1e-3, 20: 1e-4}  # cells of a cuboid, and the error it may have: a third of it is what was seen
+GRIDS = {
+    12: 1e-3,
+    20: 1e-4,
+}  # cells of a cuboid, and the error it may have: a third of it is what was seen
 
 
 def away(found, wanted):
@@ -17,11 +21,16 @@ def away(found, wanted):
 
 def wrench_error(found, force, torque, radius):
     size = max(np.linalg.norm(force), np.linalg.norm(torque) / radius)
-    return max(np.linalg.norm(found.force - force), np.linalg.norm(found.torque - torque) / radius) / size
+    return (
+        max(np.linalg.norm(found.force - force), np.linalg.norm(found.torque - torque) / radius)
+        / size
+    )
 
 
 def spheres(case):
-    first, second = (M.soft_sphere(radius=case[f"a{k}"], susceptibility=case[f"chi{k}"]) for k in (1, 2))
+    first, second = (
+        M.soft_sphere(radius=case[f"a{k}"], susceptibility=case[f"chi{k}"]) for k in (1, 2)
+    )
     return [first, second.moved((0, 0, case["distance"]))]
 
 
@@ -32,7 +41,9 @@ def test_a_sphere_in_a_uniform_field_is_exact_outside_and_inside():
         assert away(bodies[0].moment, case["moment"]) < 1e-13
         assert away(M.field(bodies, case["points"]) + case["B0"], case["B_total_at_points"]) < 1e-13
         inside = M.field(bodies, [[0, 0, 0], [0, 0.5 * case["radius"], 0]]) + case["B0"]
-        assert inside == pytest.approx(np.tile(case["B_inside"], (2, 1)), abs=1e-13 * np.linalg.norm(case["B0"]))
+        assert inside == pytest.approx(
+            np.tile(case["B_inside"], (2, 1)), abs=1e-13 * np.linalg.norm(case["B0"])
+        )
 
 
 @pytest.mark.parametrize("tolerance", TOLERANCES)
@@ -52,14 +63,20 @@ def test_a_sphere_beside_a_cuboid_magnet_agrees_with_the_reference(tolerance):
     for case in cases("iv_sphere_near_cuboid_magnet"):
         magnet = M.cuboid(size=case["magnet_dim"], polarization=case["magnet_J_body"])
         magnet = magnet.at(case["magnet_pos"], case["magnet_quat_wxyz"])
-        ball = M.soft_sphere(radius=case["radius"], susceptibility=case["chi"]).at(case["sphere_pos"])
+        ball = M.soft_sphere(radius=case["radius"], susceptibility=case["chi"]).at(
+            case["sphere_pos"]
+        )
         (induced,) = M.induce(ball, by=magnet, tolerance=tolerance).bodies
         found = M.force(on=magnet, by=induced)
         torque = case["T_on_magnet_about_its_centre"]
-        assert wrench_error(found, np.negative(case["F_on_sphere"]), torque, magnet.radius) < tolerance, case["id"]
+        assert (
+            wrench_error(found, np.negative(case["F_on_sphere"]), torque, magnet.radius) < tolerance
+        ), case["id"]
         assert away(induced.moment, case["induced_moment"]) < tolerance
         felt = M.force(on=induced, by=magnet)
-        assert np.linalg.norm(felt.torque) < 1e-6 * case["radius"] * np.linalg.norm(felt.force), "a sphere feels no torque"
+        assert np.linalg.norm(felt.torque) < 1e-6 * case["radius"] * np.linalg.norm(felt.force), (
+            "a sphere feels no torque"
+        )
 
 
 @pytest.mark.parametrize("tolerance", TOLERANCES)
@@ -68,7 +85,9 @@ def test_two_spheres_magnetise_each_other_as_the_reference_says(tolerance):
         induced = M.induce(spheres(case), field=case["B0"], tolerance=tolerance)
         assert induced.residual <= tolerance
         along = np.array(case["B0"]) / np.linalg.norm(case["B0"])
-        for body, moment in zip(induced.bodies, (case["m1_along_B0"], case["m2_along_B0"]), strict=True):
+        for body, moment in zip(
+            induced.bodies, (case["m1_along_B0"], case["m2_along_B0"]), strict=True
+        ):
             assert body.moment @ along == pytest.approx(moment, rel=3 * tolerance), case["id"]
         found = M.force(on=induced.bodies[1], by=induced.bodies[0])
         assert found.force[2] == pytest.approx(case["F2_z"], rel=3 * tolerance), case["id"]
@@ -83,7 +102,9 @@ def test_cuboids_in_a_uniform_field_agree_with_the_reference(cells):
             shapes[size] = M.soft_cuboid(size=size, susceptibility=1, cells=cells)
         (induced,) = M.induce(shapes[size].with_susceptibility(chi), field=(0, 0, M.MU0)).bodies
         wanted = case["alpha_mz_over_V_H0"] * np.prod(size)
-        assert induced.moment == pytest.approx((0, 0, wanted), abs=GRIDS[cells] * abs(wanted)), case["id"]
+        assert induced.moment == pytest.approx((0, 0, wanted), abs=GRIDS[cells] * abs(wanted)), (
+            case["id"]
+        )
 
 
 @pytest.mark.parametrize("cells", GRIDS)
@@ -93,7 +114,9 @@ def test_a_cuboid_beside_a_magnet_agrees_with_the_reference(cells):
         size = tuple(case["box_dim"])
         if size not in shapes:
             shapes[size] = M.soft_cuboid(size=size, susceptibility=1, cells=cells)
-        magnet = M.cuboid(size=case["magnet_dim"], polarization=case["magnet_J"]).at(case["magnet_pos"])
+        magnet = M.cuboid(size=case["magnet_dim"], polarization=case["magnet_J"]).at(
+            case["magnet_pos"]
+        )
         box = shapes[size].with_susceptibility(case["chi"]).at(case["box_pos"])
         (induced,) = M.induce(box, by=magnet).bodies
         found = M.force(on=induced, by=magnet)
@@ -103,19 +126,24 @@ def test_a_cuboid_beside_a_magnet_agrees_with_the_reference(cells):
 
 
 def test_a_mesh_comes_nearer_to_the_sphere_and_to_the_cube_with_more_panels():
-    """Spheres of 320 and 1280 triangles inside the ball lack 4.3 and 1.1 % of its volume; the charge of a cube is singular at
+    """Spheres of 320 and 1280 triangles inside the ball lack 4.3 and 1.1 % of its volume; the
+    charge of a cube is singular at
     its edges."""
     for chi in (-1.0, 10.0, 1e4):
         errors = []
         for subdivisions in (2, 3):
             mesh = ls.meshes.sphere(radius=0.01, subdivisions=subdivisions)
-            (induced,) = M.induce(M.soft_mesh(mesh, susceptibility=chi, panels=0), field=(0, 0, 1)).bodies
+            (induced,) = M.induce(
+                M.soft_mesh(mesh, susceptibility=chi, panels=0), field=(0, 0, 1)
+            ).bodies
             errors.append(abs(induced.moment[2] / (4e-6 * np.pi / M.MU0 * chi / (3 + chi)) - 1))
         assert errors[1] < 0.3 * errors[0] and errors[1] < 0.015, chi
     box = ls.meshes.box(size=(1.0, 1.0, 1.0))
     wanted = 3.6427796897202236  # of chi = 1e4, iv_cuboid_uniform_field
     errors = []
     for panels in (200, 800):
-        (induced,) = M.induce(M.soft_mesh(box, susceptibility=1e4, panels=panels), field=(0, 0, M.MU0)).bodies
+        (induced,) = M.induce(
+            M.soft_mesh(box, susceptibility=1e4, panels=panels), field=(0, 0, M.MU0)
+        ).bodies
         errors.append(abs(induced.moment[2] / wanted - 1))
     assert errors[1] < 0.6 * errors[0] and errors[1] < 0.05

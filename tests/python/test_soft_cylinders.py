@@ -1,11 +1,12 @@
-"""Cylinders and rings that magnetise agree with another way of solving for them, with closed forms, and in scenes with themselves."""
-
-import numpy as np
-import pytest
-from scipy.special import ellipe, ellipk, ellipkm1
+"""Cylinders and rings that magnetise agree with another way of solving for them, with closed forms,
+and in scenes with themselves.
+"""
 
 import loomstone as ls
+import numpy as np
+import pytest
 from loomstone import magnetics as M
+from scipy.special import ellipe, ellipk, ellipkm1
 
 
 def polarizability(body, volume, axis):
@@ -17,14 +18,28 @@ def polarizability(body, volume, axis):
 
 
 def conductor(radius, inner, height, axis, segments=80):
-    """Polarizability [1] of ideal iron along z (axis 2) or across it: rings of charge, uniform or as the cosine of the azimuth, that make
-    the surface of a body of revolution an equipotential in a field of 1 A/m, an equation of the first kind by collocation; segments on
+    """Polarizability [1] of ideal iron along z (axis 2) or across it: rings of charge, uniform or
+    as the cosine of the azimuth, that make
+    the surface of a body of revolution an equipotential in a field of 1 A/m, an equation of the
+    first kind by collocation; segments on
     each line of the section, graded towards its ends."""
     half = 0.5 * height
-    corners = [(inner, -half), (radius, -half), (radius, half), (inner, half)] + ([(inner, -half)] if inner > 0 else [])
+    corners = [(inner, -half), (radius, -half), (radius, half), (inner, half)] + (
+        [(inner, -half)] if inner > 0 else []
+    )
     t = 0.5 * (1 - np.cos(np.linspace(0, np.pi, segments + 1)))
-    start = np.vstack([np.add(a, np.outer(t[:-1], np.subtract(b, a))) for a, b in zip(corners, corners[1:], strict=False)])
-    end = np.vstack([np.add(a, np.outer(t[1:], np.subtract(b, a))) for a, b in zip(corners, corners[1:], strict=False)])
+    start = np.vstack(
+        [
+            np.add(a, np.outer(t[:-1], np.subtract(b, a)))
+            for a, b in zip(corners, corners[1:], strict=False)
+        ]
+    )
+    end = np.vstack(
+        [
+            np.add(a, np.outer(t[1:], np.subtract(b, a)))
+            for a, b in zip(corners, corners[1:], strict=False)
+        ]
+    )
     middle, length = 0.5 * (start + end), np.linalg.norm(end - start, axis=1)
     nodes, weights = np.polynomial.legendre.leggauss(16)
     s, w = 0.5 * (1 + nodes), 0.5 * weights
@@ -34,8 +49,13 @@ def conductor(radius, inner, height, axis, segments=80):
     matrix = np.zeros((len(middle), len(middle)))
     for place, share in zip(places, shares, strict=True):
         ring = start + place * (end - start)
-        d2 = (middle[:, None, 0] + ring[None, :, 0]) ** 2 + (middle[:, None, 1] - ring[None, :, 1]) ** 2
-        rest = ((middle[:, None, 0] - ring[None, :, 0]) ** 2 + (middle[:, None, 1] - ring[None, :, 1]) ** 2) / d2
+        d2 = (middle[:, None, 0] + ring[None, :, 0]) ** 2 + (
+            middle[:, None, 1] - ring[None, :, 1]
+        ) ** 2
+        rest = (
+            (middle[:, None, 0] - ring[None, :, 0]) ** 2
+            + (middle[:, None, 1] - ring[None, :, 1]) ** 2
+        ) / d2
         around, m = ellipkm1(rest), 1 - rest
         if axis != 2:  # the same integral with the cosine
             around = (2 / m - 1) * around - 2 / m * ellipe(m)
@@ -43,7 +63,9 @@ def conductor(radius, inner, height, axis, segments=80):
     along = middle[:, 1] if axis == 2 else middle[:, 0]
     mean = 2 if axis == 2 else 1  # twice that of the squared cosine
     charge = np.linalg.solve(matrix, along)
-    return (charge * mean * np.pi * middle[:, 0] * length * along).sum() / (np.pi * (radius**2 - inner**2) * height)
+    return (charge * mean * np.pi * middle[:, 0] * length * along).sum() / (
+        np.pi * (radius**2 - inner**2) * height
+    )
 
 
 # Radius, inner radius, height; cells; error that was seen, rounded up.
@@ -59,7 +81,9 @@ def conductor(radius, inner, height, axis, segments=80):
     ],
 )
 def test_ideal_iron_is_polarised_as_a_conductor_is(radius, inner, height, cells, error):
-    body = M.soft_cylinder(radius=radius, height=height, inner_radius=inner, susceptibility=np.inf, cells=cells)
+    body = M.soft_cylinder(
+        radius=radius, height=height, inner_radius=inner, susceptibility=np.inf, cells=cells
+    )
     for axis in (2, 0):
         found = polarizability(body, np.pi * (radius**2 - inner**2) * height, axis)
         assert found == pytest.approx(conductor(radius, inner, height, axis), rel=error), axis
@@ -70,22 +94,36 @@ def test_weak_magnetisation_has_the_demagnetising_factors_of_uniform_cylinders(s
     # Axial: [Joseph1966]; the three add up to 1.
     t = slenderness
     m = 1 / (1 + t * t)
-    axial = 1 - 4 / (3 * np.pi * t) * (np.sqrt(1 + t * t) * (t * t * ellipk(m) + (1 - t * t) * ellipe(m)) - 1)
+    axial = 1 - 4 / (3 * np.pi * t) * (
+        np.sqrt(1 + t * t) * (t * t * ellipk(m) + (1 - t * t) * ellipe(m)) - 1
+    )
     chi, volume = 0.01, np.pi * 2 * t
     for axis, factor in ((2, axial), (0, 0.5 * (1 - axial))):
-        both = [polarizability(M.soft_cylinder(radius=1, height=2 * t, susceptibility=c), volume, axis) for c in (chi, -chi)]
+        both = [
+            polarizability(M.soft_cylinder(radius=1, height=2 * t, susceptibility=c), volume, axis)
+            for c in (chi, -chi)
+        ]
         # chi (1 - N chi + ...) for both signs: what is left is of the second order in chi
         assert -sum(both) / (2 * chi * chi) == pytest.approx(factor, rel=2e-3)
 
 
 def test_a_scene_pulls_an_iron_rod_as_the_functions_do():
-    rod = ls.RigidBody(name="rod", mesh=ls.meshes.box(size=(0.005, 0.005, 0.02)), position=(0, 0, 0.03), density=7800)
+    rod = ls.RigidBody(
+        name="rod",
+        mesh=ls.meshes.box(size=(0.005, 0.005, 0.02)),
+        position=(0, 0, 0.03),
+        density=7800,
+    )
     magnets = [
         ls.Magnet(body="rod", shape="cylinder", radius=0.004, height=0.02, susceptibility=500.0),
-        ls.Magnet(body="base", shape="cylinder", radius=0.01, height=0.01, polarization=(0, 0, 1.2)),
+        ls.Magnet(
+            body="base", shape="cylinder", radius=0.01, height=0.01, polarization=(0, 0, 1.2)
+        ),
     ]
     base = ls.obstacle(ls.meshes.box(size=(0.014, 0.014, 0.01)), name="base")
-    sim = ls.Simulation(ls.Scene(bodies=[rod], obstacles=[base], magnets=magnets, gravity=(0, 0, 0)))
+    sim = ls.Simulation(
+        ls.Scene(bodies=[rod], obstacles=[base], magnets=magnets, gravity=(0, 0, 0))
+    )
     by = M.cylinder(radius=0.01, height=0.01, polarization=(0, 0, 1.2))
     alone = M.soft_cylinder(radius=0.004, height=0.02, susceptibility=500.0).moved((0, 0, 0.03))
     (induced,) = M.induce(alone, by=by).bodies

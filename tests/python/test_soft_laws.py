@@ -1,17 +1,18 @@
-"""Laws that bodies which magnetise each other obey, and what is asked of them: levitation, saturation, the explicit response."""
+"""Laws that bodies which magnetise each other obey, and what is asked of them: levitation,
+saturation, the explicit response.
+"""
 
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
+import loomstone as ls
 import numpy as np
 import pytest
+from loomstone import magnetics as M
 from magnet_bodies import quaternion
 from magnet_tables import cases
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
-
-import loomstone as ls
-from loomstone import magnetics as M
 
 BOX = M.soft_cuboid(size=(0.01, 0.008, 0.006), susceptibility=1000.0, cells=8)
 MAGNET = M.cuboid(size=(0.01, 0.01, 0.005), polarization=(0.2, 0, 1.2))
@@ -40,33 +41,48 @@ def test_a_magnet_floats_above_a_superconducting_ball_as_its_table_says():
         ball = M.soft_sphere(radius=case["sphere_radius"], susceptibility=case["chi"])
         place, step = case["equilibrium_centre_distance"], 1e-4 * case["gap"]
         assert lift(ball, magnet, place).force[2] == pytest.approx(weight, rel=1e-8)
-        slope = (lift(ball, magnet, place + step).force[2] - lift(ball, magnet, place - step).force[2]) / (2 * step)
-        assert -slope == pytest.approx(case["vertical_stiffness"], rel=1e-6)  # of second order: step^2 is 1e-8
+        slope = (
+            lift(ball, magnet, place + step).force[2] - lift(ball, magnet, place - step).force[2]
+        ) / (2 * step)
+        assert -slope == pytest.approx(
+            case["vertical_stiffness"], rel=1e-6
+        )  # of second order: step^2 is 1e-8
 
 
 def test_diamagnetic_balls_are_pushed_from_a_magnet_as_their_table_says():
     for case in cases("v_diamagnetic_sphere_force"):
         magnet = M.sphere(radius=case["magnet_radius"], polarization=(0, 0, case["magnet_J"]))
         ball = M.soft_sphere(radius=case["sphere_radius"], susceptibility=case["chi"])
-        (induced,) = M.induce(ball.moved((0, 0, case["centre_distance"])), by=magnet, tolerance=1e-10).bodies
+        (induced,) = M.induce(
+            ball.moved((0, 0, case["centre_distance"])), by=magnet, tolerance=1e-10
+        ).bodies
         force = M.force(on=induced, by=magnet).force
-        assert force == pytest.approx((0, 0, case["axial_force_on_sphere"]), rel=1e-8, abs=1e-9 * case["weight"])
+        assert force == pytest.approx(
+            (0, 0, case["axial_force_on_sphere"]), rel=1e-8, abs=1e-9 * case["weight"]
+        )
 
 
 def test_a_wide_superconducting_plate_acts_as_the_plane_of_the_table():
-    """A plate six heights wide and one thick: the force on it comes from a spot of one height, which the cells must resolve. With a
-    focus on it what is left is the finite width: 0.9 % for the magnet whose moment lies along the plate, with 32 cells as with 24.
+    """A plate six heights wide and one thick: the force on it comes from a spot of one height,
+    which the cells must resolve. With a
+    focus on it what is left is the finite width: 0.9 % for the magnet whose moment lies along the
+    plate, with 32 cells as with 24.
     Without one it is no more, as the charge varies within panels as the magnet's field does."""
     height = 0.015
     plates = [
-        M.soft_cuboid(size=(6 * height, 6 * height, height), susceptibility=-1, cells=n, focus=f).moved((0, 0, -height / 2))
+        M.soft_cuboid(
+            size=(6 * height, 6 * height, height), susceptibility=-1, cells=n, focus=f
+        ).moved((0, 0, -height / 2))
         for n, f in ((16, 0.0), (24, height))
     ]
     for case in cases("v_levitation_above_plane"):
         angle = np.radians(case["angle_from_vertical_deg"])
         magnet, weight = ball_magnet(case, (np.sin(angle), 0, np.cos(angle)))
         at_rest = case["equilibrium_height_of_centre"]
-        force, torque = case["force_times_h4"] / height**4, case["torque_at_equilibrium"] * (at_rest / height) ** 3
+        force, torque = (
+            case["force_times_h4"] / height**4,
+            case["torque_at_equilibrium"] * (at_rest / height) ** 3,
+        )
         assert force * (height / at_rest) ** 4 == pytest.approx(weight, rel=1e-9)
         errors = []
         for plate in plates:
@@ -77,34 +93,53 @@ def test_a_wide_superconducting_plate_acts_as_the_plane_of_the_table():
 
 
 def test_the_pull_on_an_iron_plate_is_that_of_an_image_and_of_a_catalogue():
-    """Densities in the catalogue are of the same formula with 1.24 T, to 0.1 %; its pulls are measured or ruled, and differ."""
+    """Densities in the catalogue are of the same formula with 1.24 T, to 0.1 %; its pulls are
+    measured or ruled, and differ.
+    """
     spec = spec_from_file_location("pull", Path(__file__).parents[2] / "scenes" / "pull.py")
     assert spec is not None and spec.loader is not None
     pull = module_from_spec(spec)
     spec.loader.exec_module(pull)
     for edges, (density, force) in pull.CATALOGUE.items():
         size = tuple(1e-3 * edge for edge in edges)
-        assert M.field(pull.block(size), [[0, 0, 0.5 * size[2]]])[0, 2] == pytest.approx(density, rel=2e-3)
+        assert M.field(pull.block(size), [[0, 0, 0.5 * size[2]]])[0, 2] == pytest.approx(
+            density, rel=2e-3
+        )
         assert pull.image_pull(0.0, size) == pytest.approx(force, rel=0.22)
     assert pull.image_pull(0.0, size) == pytest.approx(force, rel=5e-3), "that of the largest"
     gaps = np.array((0.0, 1e-5, 1e-4, 5e-4, 1e-3, 2e-3, 4e-3))
     images = np.array([pull.image_pull(gap) for gap in gaps])
-    assert pull.plate_pull(gaps, susceptibility=1e5) == pytest.approx(images, rel=2e-3)  # the plate is five magnets wide
+    assert pull.plate_pull(gaps, susceptibility=1e5) == pytest.approx(
+        images, rel=2e-3
+    )  # the plate is five magnets wide
     # Where the panels do not follow the pole: its edges cross them, and there are few.
     plate = M.soft_cuboid(size=pull.PLATE, susceptibility=1e5, cells=8)
     for gap, image in zip(gaps, images, strict=True):
-        turned = pull.block().rotated((0, 0, 0.5)).moved((0.0013, 0.0007, -0.5 * (pull.PLATE[2] + pull.MAGNET[2]) - gap))
+        turned = (
+            pull.block()
+            .rotated((0, 0, 0.5))
+            .moved((0.0013, 0.0007, -0.5 * (pull.PLATE[2] + pull.MAGNET[2]) - gap))
+        )
         (induced,) = M.induce(plate, by=turned).bodies
         assert -M.force(on=induced, by=turned).force[2] == pytest.approx(image, rel=1.5e-2)
 
 
 def test_a_soft_body_cut_in_two_is_drawn_as_the_whole():
-    """Two halves that touch: their charges across the cut cancel as the whole has none there, as far as panels follow them."""
-    magnet = M.cuboid(size=(0.01, 0.01, 0.01), polarization=(0.3, 0, 1)).moved((0.004, 0.002, 0.014))
-    whole, half = (M.soft_cuboid(size=(length, 0.01, 0.01), susceptibility=1, cells=8) for length in (0.02, 0.01))
+    """Two halves that touch: their charges across the cut cancel as the whole has none there, as
+    far as panels follow them.
+    """
+    magnet = M.cuboid(size=(0.01, 0.01, 0.01), polarization=(0.3, 0, 1)).moved(
+        (0.004, 0.002, 0.014)
+    )
+    whole, half = (
+        M.soft_cuboid(size=(length, 0.01, 0.01), susceptibility=1, cells=8)
+        for length in (0.02, 0.01)
+    )
     for chi in (-1.0, -0.5, 10.0, 1000.0, np.inf):
         half = half.with_susceptibility(chi)
-        cut = M.induce([half.at((-0.005, 0, 0)), half.at((0.005, 0, 0))], by=magnet, tolerance=1e-5).bodies
+        cut = M.induce(
+            [half.at((-0.005, 0, 0)), half.at((0.005, 0, 0))], by=magnet, tolerance=1e-5
+        ).bodies
         (uncut,) = M.induce(whole.with_susceptibility(chi), by=magnet).bodies
         wanted = M.force(on=uncut, by=magnet).force
         assert away(sum(M.force(on=body, by=magnet).force for body in cut), wanted) < 1e-2, chi
@@ -114,12 +149,16 @@ def stiffness_sum(bodies_at, place, step=1e-5):
     """Sum of the derivatives of the force along the axes by a displacement along them [N/m]."""
     total = 0.0
     for axis in np.eye(3):
-        total += (bodies_at(place + step * axis) - bodies_at(place - step * axis)) @ axis / (2 * step)
+        total += (
+            (bodies_at(place + step * axis) - bodies_at(place - step * axis)) @ axis / (2 * step)
+        )
     return total
 
 
 def test_hard_magnets_have_no_stable_place_and_superconductors_do():
-    """Earnshaw: div F = 0 between hard magnets, so that no place holds in all directions; a superconductor has div F < 0."""
+    """Earnshaw: div F = 0 between hard magnets, so that no place holds in all directions; a
+    superconductor has div F < 0.
+    """
     ball = M.sphere(radius=0.003, polarization=(1.2, 0, 0))
     place = np.array((0.001, 0.0005, 0.012))
 
@@ -134,7 +173,10 @@ def test_hard_magnets_have_no_stable_place_and_superconductors_do():
 
     size = np.linalg.norm(by_hard(place)) / 0.01
     assert abs(stiffness_sum(by_hard, place)) < 1e-5 * size  # 1e-10 / step, and the second order
-    assert stiffness_sum(by_superconductor, place) < -0.1 * np.linalg.norm(by_superconductor(place)) / 0.01
+    assert (
+        stiffness_sum(by_superconductor, place)
+        < -0.1 * np.linalg.norm(by_superconductor(place)) / 0.01
+    )
 
 
 def test_forces_follow_from_the_energy():
@@ -142,7 +184,9 @@ def test_forces_follow_from_the_energy():
 
     def energy(x):  # half: the other half is stored in what is induced
         there = ball.at((x, 0.002, 0.012))
-        return 0.5 * M.energy([MAGNET, *M.induce(there, by=MAGNET, tolerance=1e-9).bodies], tolerance=1e-9)
+        return 0.5 * M.energy(
+            [MAGNET, *M.induce(there, by=MAGNET, tolerance=1e-9).bodies], tolerance=1e-9
+        )
 
     (induced,) = M.induce(ball.at((0.003, 0.002, 0.012)), by=MAGNET, tolerance=1e-9).bodies
     slope = (energy(0.003 + 1e-5) - energy(0.003 - 1e-5)) / 2e-5
@@ -151,26 +195,38 @@ def test_forces_follow_from_the_energy():
 
 @pytest.mark.parametrize("gap", [2e-3, 2e-4, 0.0])
 def test_the_energy_of_what_magnetises_is_that_of_the_magnets_dipoles(gap):
-    """In contact too, where the field of the charge on a face has no bound and its integral over the magnet's surface takes minutes."""
+    """In contact too, where the field of the charge on a face has no bound and its integral over
+    the magnet's surface takes minutes.
+    """
     size, polarization = np.array((0.008, 0.006, 0.005)), np.array((0.2, 0, 1.2))
     magnet = M.cuboid(size=size, polarization=polarization).moved((0.001, 0.0005, 0.0055 + gap))
     (induced,) = M.induce(BOX, by=magnet).bodies
     x, w = np.polynomial.legendre.leggauss(16)
     nodes = 0.5 * size * np.stack(np.meshgrid(x, x, x, indexing="ij"), axis=-1).reshape(-1, 3)
-    moments = np.einsum("i,j,k->ijk", w, w, w).reshape(-1, 1) * size.prod() / 8 * polarization / M.MU0
+    moments = (
+        np.einsum("i,j,k->ijk", w, w, w).reshape(-1, 1) * size.prod() / 8 * polarization / M.MU0
+    )
     # 9 points a panel, half a millimetre apart, and the rule in the volume beside charged panels.
     wanted = M.energy([M.dipoles(nodes, moments).moved(magnet.position), induced])
-    assert M.energy([magnet, induced]) == pytest.approx(wanted, rel={2e-3: 1e-4, 2e-4: 3e-3, 0.0: 1e-2}[gap])
+    assert M.energy([magnet, induced]) == pytest.approx(
+        wanted, rel={2e-3: 1e-4, 2e-4: 3e-3, 0.0: 1e-2}[gap]
+    )
 
 
 def several(turn=None):
     bodies = [BOX, M.soft_sphere(radius=0.004, susceptibility=-1.0).moved((0, 0.012, 0.002))]
-    bodies += [M.soft_mesh(ls.meshes.sphere(radius=0.003, subdivisions=2), susceptibility=10.0, panels=0).moved((0.012, 0, 0))]
+    bodies += [
+        M.soft_mesh(
+            ls.meshes.sphere(radius=0.003, subdivisions=2), susceptibility=10.0, panels=0
+        ).moved((0.012, 0, 0))
+    ]
     bodies += [M.soft_sphere(radius=0.003, susceptibility=1e5).moved((0.012, 0.008, 0))]
     magnet = MAGNET.moved((0, 0, -0.01))
     if turn is None:
         return bodies, magnet
-    return [b.at(turn.apply(b.position), quaternion(turn)) for b in bodies], magnet.at(turn.apply(magnet.position), quaternion(turn))
+    return [b.at(turn.apply(b.position), quaternion(turn)) for b in bodies], magnet.at(
+        turn.apply(magnet.position), quaternion(turn)
+    )
 
 
 def test_bodies_of_all_kinds_keep_momentum_whatever_frame_and_threads():
@@ -189,13 +245,20 @@ def test_bodies_of_all_kinds_keep_momentum_whatever_frame_and_threads():
     soft, magnet = several(turn)
     turned = M.induce(soft, by=magnet, field=turn.apply((0.01, 0, 0.02)), tolerance=1e-9)
     for a, b in zip(turned.bodies, induced.bodies, strict=True):
-        assert away(a.moment, turn.apply(b.moment)) < 1e-6  # which points lie beside which panels changes
+        assert (
+            away(a.moment, turn.apply(b.moment)) < 1e-6
+        )  # which points lie beside which panels changes
 
 
 def test_a_ball_of_panels_near_a_box_answers_as_the_exact_ball():
     exact = M.soft_sphere(radius=0.004, susceptibility=100.0)
-    panels = M.soft_mesh(ls.meshes.sphere(radius=0.004, subdivisions=3), susceptibility=100.0, panels=0)
-    found = [M.induce([BOX, ball.moved((0, 0, 0.009))], field=(0, 0, 0.1)).bodies for ball in (exact, panels)]
+    panels = M.soft_mesh(
+        ls.meshes.sphere(radius=0.004, subdivisions=3), susceptibility=100.0, panels=0
+    )
+    found = [
+        M.induce([BOX, ball.moved((0, 0, 0.009))], field=(0, 0, 0.1)).bodies
+        for ball in (exact, panels)
+    ]
     forces = [M.force(on=ball, by=box).force for box, ball in found]
     assert away(forces[1], forces[0]) < 0.02  # 1280 triangles lack 0.6 % of the volume
 
@@ -209,7 +272,8 @@ def test_every_susceptibility_converges_and_leaves_no_net_charge(susceptibility)
     point = np.array([[0.3, 1.0, 0.5]])
     moments = [b.moment for b in induced.bodies]
     dipole = M.field(M.dipoles([b.position for b in induced.bodies], moments), point)
-    # Beyond dipoles (size / distance)^2 is 1e-4; a charge of 1e-6 of that on one face would be seen.
+    # Beyond dipoles (size / distance)^2 is 1e-4; a charge of 1e-6 of that on one face would be
+    # seen.
     assert away(M.field(induced.bodies, point), dipole) < 1e-3
 
 
@@ -244,11 +308,16 @@ def test_the_explicit_response_is_that_of_lone_balls_to_the_magnets_alone():
     volume = 4e-6 / 3 * np.pi
     for chi, share in ((2.0, 6 / 5), (np.inf, 3.0), (-0.5, -1.5 / 2.5), (-1.0, -1.0)):
         ball = M.soft_sphere(radius=0.01, susceptibility=chi)
-        both = M.induce([ball, ball.moved((0, 0, 0.03))], field=(0, 0, 0.1), response="explicit", density=1e9).bodies
+        both = M.induce(
+            [ball, ball.moved((0, 0, 0.03))], field=(0, 0, 0.1), response="explicit", density=1e9
+        ).bodies
         for body in both:
             assert body.moment == pytest.approx((0, 0, share * 0.1 * volume / M.MU0), rel=1e-12)
     # What it errs by beside a magnet: method's +27 ... 29 % for a soft cube.
-    cube, magnet = M.soft_cuboid(size=(0.01,) * 3, susceptibility=1e4), M.cuboid(size=(0.01,) * 3, polarization=(0, 0, 1))
+    cube, magnet = (
+        M.soft_cuboid(size=(0.01,) * 3, susceptibility=1e4),
+        M.cuboid(size=(0.01,) * 3, polarization=(0, 0, 1)),
+    )
     cube = cube.moved((0, 0, 0.02))
     (true,) = M.induce(cube, by=magnet).bodies
     (rough,) = M.induce(cube, by=magnet, response="explicit", density=5.12e8).bodies
@@ -264,17 +333,25 @@ def open_box():
 ball = dict(radius=0.01, susceptibility=1.0)
 BAD = {
     "susceptibility must be >= -1": lambda: M.soft_sphere(radius=1, susceptibility=-1.5),
-    "susceptibility must be >= -1 .* other than 0": lambda: M.soft_cuboid(size=(1, 1, 1), susceptibility=0.0),
+    "susceptibility must be >= -1 .* other than 0": lambda: M.soft_cuboid(
+        size=(1, 1, 1), susceptibility=0.0
+    ),
     "susceptibility must be >= -1 .* got nan": lambda: BOX.with_susceptibility(np.nan),
     "radius must be > 0": lambda: M.soft_sphere(radius=np.nan, susceptibility=1),
     "size must be three lengths > 0": lambda: M.soft_cuboid(size=(1, 0, 1), susceptibility=1),
     "focus must be >= 0": lambda: M.soft_cuboid(size=(1, 1, 1), susceptibility=1, focus=-1.0),
-    "cells must be a multiple of 4": lambda: M.soft_cuboid(size=(1, 1, 1), susceptibility=1, cells=10),
+    "cells must be a multiple of 4": lambda: M.soft_cuboid(
+        size=(1, 1, 1), susceptibility=1, cells=10
+    ),
     "degree must be between 0": lambda: M.soft_sphere(**ball, degree=401),
     "mesh must be closed": lambda: M.soft_mesh(open_box(), susceptibility=1),
-    "panels must be at most 8000": lambda: M.soft_mesh(ls.meshes.box(size=(1, 1, 1)), susceptibility=1, panels=9000),
+    "panels must be at most 8000": lambda: M.soft_mesh(
+        ls.meshes.box(size=(1, 1, 1)), susceptibility=1, panels=9000
+    ),
     "saturation must be >= 0": lambda: M.soft_sphere(**ball, saturation=-1.0),
-    "saturation must be 0 .* unless": lambda: M.soft_sphere(radius=1, susceptibility=-1, saturation=1.0),
+    "saturation must be 0 .* unless": lambda: M.soft_sphere(
+        radius=1, susceptibility=-1, saturation=1.0
+    ),
     r"soft\[0\] must lie apart .* by\[0\]": lambda: M.induce(BOX, by=MAGNET),
     r"soft\[0\] must lie apart .* soft\[1\]": lambda: M.induce([BOX, M.soft_sphere(**ball)]),
     "field must be finite": lambda: M.induce(BOX, field=(0, np.nan, 0)),

@@ -1,25 +1,39 @@
 """Bodies that magnetise, in motion: levitation, energy and momenta, the same bits always."""
 
+import loomstone as ls
 import numpy as np
 import pytest
 from magnet_bodies import ball_mesh, total_momenta
 from magnet_tables import cases
 from scipy.optimize import brentq
 
-import loomstone as ls
-
 PLATE = (0.05, 0.05, 0.0125)
 
 
 def floating(case: dict, material: str, height: float) -> ls.Scene:
-    """A magnet that lies on its side above a plate: that is how it wants to lie above a superconductor."""
+    """A magnet that lies on its side above a plate: that is how it wants to lie above a
+    superconductor.
+    """
     volume = 4 / 3 * np.pi * case["magnet_radius"] ** 3
     mesh, density = ball_mesh(case["magnet_radius"], case["magnet_density"] * volume)
-    magnet = ls.RigidBody(name="magnet", mesh=mesh, shape="sphere", density=density, position=(2e-4, 0, height))
+    magnet = ls.RigidBody(
+        name="magnet", mesh=mesh, shape="sphere", density=density, position=(2e-4, 0, height)
+    )
     plate = ls.box(name="plate", size=PLATE, centre=(0, 0, -0.5 * PLATE[2]))
-    own = ls.Magnet(body="magnet", shape="sphere", radius=case["magnet_radius"], polarization=(case["magnet_J"], 0, 0))
-    what = dict(susceptibility=-1.0, resolution=8) if material == "superconductor" else dict(polarization=(-0.2, 0, 0))
-    of_plate = ls.Magnet(body="plate", shape="cuboid", size=PLATE, position=(0, 0, -0.5 * PLATE[2]), **what)
+    own = ls.Magnet(
+        body="magnet",
+        shape="sphere",
+        radius=case["magnet_radius"],
+        polarization=(case["magnet_J"], 0, 0),
+    )
+    what = (
+        dict(susceptibility=-1.0, resolution=8)
+        if material == "superconductor"
+        else dict(polarization=(-0.2, 0, 0))
+    )
+    of_plate = ls.Magnet(
+        body="plate", shape="cuboid", size=PLATE, position=(0, 0, -0.5 * PLATE[2]), **what
+    )
     return ls.Scene(bodies=[magnet], obstacles=[plate], magnets=[own, of_plate])
 
 
@@ -33,7 +47,9 @@ def heights(scene: ls.Scene, steps: int) -> tuple[np.ndarray, ls.Simulation]:
 
 
 def resting_place(case: dict) -> tuple[float, float]:
-    """Height of the magnet's rest above the plate, and the frequency of small vertical swings there [m, Hz]."""
+    """Height of the magnet's rest above the plate, and the frequency of small vertical swings there
+    [m, Hz].
+    """
     M = ls.magnetics
     plate = M.soft_cuboid(size=PLATE, susceptibility=-1, cells=8).moved((0, 0, -0.5 * PLATE[2]))
     magnet = M.sphere(radius=case["magnet_radius"], polarization=(case["magnet_J"], 0, 0))
@@ -48,14 +64,18 @@ def resting_place(case: dict) -> tuple[float, float]:
 
 
 def test_a_magnet_floats_above_a_superconducting_plate():
-    case = next(c for c in cases("v_levitation_above_plane") if c["angle_from_vertical_deg"] == 90.0)
+    case = next(
+        c for c in cases("v_levitation_above_plane") if c["angle_from_vertical_deg"] == 90.0
+    )
     rest, frequency = resting_place(case)
-    # Four heights wide, 8 cells: the force lacks a twentieth of the infinite plane's, the height a quarter of that and a bit.
+    # Four heights wide, 8 cells: the force lacks a twentieth of the infinite plane's, the height a
+    # quarter of that and a bit.
     assert rest == pytest.approx(case["equilibrium_height_of_centre"], rel=0.02)
     assert frequency == pytest.approx(case["vertical_frequency_Hz"], rel=0.035)
     places, sim = heights(floating(case, "superconductor", rest + 2e-4), 110)
     z = places[:, 2] - rest
-    # The scene takes the force on the ball itself, `rest` that on the panels: they differ by 2e-3, which is 6 um of the place.
+    # The scene takes the force on the ball itself, `rest` that on the panels: they differ by 2e-3,
+    # which is 6 um of the place.
     assert 1.5e-4 < np.abs(z).max() < 2.4e-4, "it swings about its place"
     turns = np.flatnonzero(np.diff(np.sign(z)) != 0)
     crossings = turns + z[turns] / (z[turns] - z[turns + 1])
@@ -64,23 +84,43 @@ def test_a_magnet_floats_above_a_superconducting_plate():
 
 
 def test_above_a_permanent_plate_it_falls_or_turns():
-    case = next(c for c in cases("v_levitation_above_plane") if c["angle_from_vertical_deg"] == 90.0)
+    case = next(
+        c for c in cases("v_levitation_above_plane") if c["angle_from_vertical_deg"] == 90.0
+    )
     places, _ = heights(floating(case, "magnet", case["equilibrium_height_of_centre"]), 150)
     assert np.linalg.norm(places[-1] - places[0]) > 5e-3
 
 
 def iron_and_magnet() -> ls.Scene:
     """A free iron box with a superconducting and a dipole ball beside a free magnet."""
-    box = ls.RigidBody(name="box", mesh=ls.meshes.box(size=(0.01, 0.008, 0.006)), shape="box", density=7800, position=(0, 0, 0.013))
-    magnet = ls.RigidBody(name="magnet", mesh=ls.meshes.box(size=(0.01, 0.01, 0.005)), shape="box", density=7500)
+    box = ls.RigidBody(
+        name="box",
+        mesh=ls.meshes.box(size=(0.01, 0.008, 0.006)),
+        shape="box",
+        density=7800,
+        position=(0, 0, 0.013),
+    )
+    magnet = ls.RigidBody(
+        name="magnet", mesh=ls.meshes.box(size=(0.01, 0.01, 0.005)), shape="box", density=7500
+    )
     ball = ls.meshes.sphere(radius=0.003, subdivisions=1)
-    balls = [ls.RigidBody(name=n, mesh=ball, density=5000, position=p) for n, p in (("a", (0.012, 0, 0.01)), ("b", (0, 0.02, 0.01)))]
-    return ls.Scene(bodies=[box, magnet, *balls], gravity=(0, 0, 0), rigid_rebuild_interval=5, magnets=[
-        ls.Magnet(body="box", shape="cuboid", size=(0.01, 0.008, 0.006), susceptibility=1000.0),
-        ls.Magnet(body="magnet", shape="cuboid", size=(0.01, 0.01, 0.005), polarization=(0, 0.3, 1.0)),
-        ls.Magnet(body="a", shape="sphere", radius=0.003, susceptibility=-1.0, resolution=6),
-        ls.Magnet(body="b", shape="sphere", radius=0.003, susceptibility=100.0),
-    ])
+    balls = [
+        ls.RigidBody(name=n, mesh=ball, density=5000, position=p)
+        for n, p in (("a", (0.012, 0, 0.01)), ("b", (0, 0.02, 0.01)))
+    ]
+    return ls.Scene(
+        bodies=[box, magnet, *balls],
+        gravity=(0, 0, 0),
+        rigid_rebuild_interval=5,
+        magnets=[
+            ls.Magnet(body="box", shape="cuboid", size=(0.01, 0.008, 0.006), susceptibility=1000.0),
+            ls.Magnet(
+                body="magnet", shape="cuboid", size=(0.01, 0.01, 0.005), polarization=(0, 0.3, 1.0)
+            ),
+            ls.Magnet(body="a", shape="sphere", radius=0.003, susceptibility=-1.0, resolution=6),
+            ls.Magnet(body="b", shape="sphere", radius=0.003, susceptibility=100.0),
+        ],
+    )
 
 
 def test_free_bodies_keep_momenta_and_energy_and_the_same_bits():
@@ -97,7 +137,10 @@ def test_free_bodies_keep_momenta_and_energy_and_the_same_bits():
         sim.step()
         impulse += 2e-4 * np.linalg.norm(sim.magnetic_forces()[0], axis=1).sum()
     linear, angular = total_momenta(sim, scene)
-    assert np.linalg.norm(linear) < 1e-11 * impulse and np.linalg.norm(angular) < 1e-11 * impulse * 0.02
+    assert (
+        np.linalg.norm(linear) < 1e-11 * impulse
+        and np.linalg.norm(angular) < 1e-11 * impulse * 0.02
+    )
     exchanged = sim.report.magnetic_energy - potential
     gained = sim.report.body_kinetic_energy + sim.report.magnetic_energy - energy
     # The force of 8 cells errs by 2e-3, and the path by the square of the step.
@@ -106,17 +149,27 @@ def test_free_bodies_keep_momenta_and_energy_and_the_same_bits():
     other.restore(kept)
     for _ in range(10):
         other.step()
-    for name in ("body_positions", "body_orientations", "body_velocities", "body_angular_velocities"):
+    for name in (
+        "body_positions",
+        "body_orientations",
+        "body_velocities",
+        "body_angular_velocities",
+    ):
         assert np.array_equal(getattr(other.state, name), getattr(sim.state, name)), name
 
 
 def test_the_explicit_response_is_chosen_by_name():
     scene = iron_and_magnet()
     soft = scene.magnets[0]
-    rough = scene.replace(magnets=[soft.replace(response="explicit", density=1e9), scene.magnets[1]])
+    rough = scene.replace(
+        magnets=[soft.replace(response="explicit", density=1e9), scene.magnets[1]]
+    )
     true = scene.replace(magnets=[soft, scene.magnets[1]])
     forces = [ls.Simulation(s).magnetic_forces()[0][0] for s in (rough, true)]
-    assert forces[0] @ forces[1] > 0 and 1.02 < np.linalg.norm(forces[0]) / np.linalg.norm(forces[1]) < 2.0
+    assert (
+        forces[0] @ forces[1] > 0
+        and 1.02 < np.linalg.norm(forces[0]) / np.linalg.norm(forces[1]) < 2.0
+    )
 
 
 BAD = {

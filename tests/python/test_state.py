@@ -1,11 +1,12 @@
-"""Between steps: what may be read and written, as views of the internal tables and as copies in the user's order."""
+"""Between steps: what may be read and written, as views of the internal tables and as copies in the
+user's order.
+"""
 
 import gc
 
+import loomstone as ls
 import numpy as np
 import pytest
-
-import loomstone as ls
 
 INTEGRATORS = [
     ls.ExplicitEuler(step=1e-4),
@@ -112,7 +113,10 @@ def test_looking_at_the_state_changes_no_bit(falling, euler):
 
 
 def test_forces_pins_and_poses_are_tables_as_well(falling, euler):
-    pinned = falling.replace(cloths=[falling.cloths[0].replace(pins=[0, 10])], obstacles=[ls.floor(height=-1), ls.floor(name="b", height=-2)])
+    pinned = falling.replace(
+        cloths=[falling.cloths[0].replace(pins=[0, 10])],
+        obstacles=[ls.floor(height=-1), ls.floor(name="b", height=-2)],
+    )
     by_calls, by_tables = (ls.Simulation(pinned, integrator=euler, threads=1) for _ in range(2))
     force, goal = np.zeros((121, 3)), by_calls.positions + [0, 0, 1e-3]
     force[60, 2] = 1e-3
@@ -123,7 +127,11 @@ def test_forces_pins_and_poses_are_tables_as_well(falling, euler):
     state.external_forces[order] = force
     state.pin_targets[order] = goal
     state.pin_flags[order[[0, 10]]] = 1
-    state.obstacle_positions[1], state.obstacle_orientations[1], state.obstacle_flags[1] = (0, 0, -0.01), (0, 0, 0, 1), 1
+    state.obstacle_positions[1], state.obstacle_orientations[1], state.obstacle_flags[1] = (
+        (0, 0, -0.01),
+        (0, 0, 0, 1),
+        1,
+    )
     for sim in (by_calls, by_tables):
         advance(sim, 2)
     assert np.array_equal(by_calls.positions, by_tables.positions)
@@ -133,13 +141,27 @@ def test_forces_pins_and_poses_are_tables_as_well(falling, euler):
 
 
 def test_bodies_can_be_seen_but_only_bullet_moves_them(euler):
-    body = ls.RigidBody(name="ball", mesh=ls.meshes.sphere(radius=0.05, subdivisions=2), shape="sphere", position=(0, 0, 1))
+    body = ls.RigidBody(
+        name="ball",
+        mesh=ls.meshes.sphere(radius=0.05, subdivisions=2),
+        shape="sphere",
+        position=(0, 0, 1),
+    )
     sim = ls.Simulation(ls.Scene(bodies=[body]), integrator=euler)
     advance(sim, 5)
     state = sim.state
     assert state.body_positions.shape == (1, 3) and state.body_orientations.shape == (1, 4)
-    assert state.body_velocities[0, 2] == pytest.approx(-9.81 * sim.time) and not state.body_angular_velocities.any()
-    for name in ("body_positions", "body_orientations", "body_velocities", "body_angular_velocities", "obstacle_vertices"):
+    assert (
+        state.body_velocities[0, 2] == pytest.approx(-9.81 * sim.time)
+        and not state.body_angular_velocities.any()
+    )
+    for name in (
+        "body_positions",
+        "body_orientations",
+        "body_velocities",
+        "body_angular_velocities",
+        "obstacle_vertices",
+    ):
         assert not getattr(state, name).flags.writeable
     assert repr(state) == "State(step 5, 0 cloth rows, 1 bodies, 0 obstacles)"
 
@@ -153,7 +175,10 @@ def test_nan_in_a_table_is_one_error_at_the_next_step_and_can_be_taken_back(sim,
     kept = view[row].copy()
     view[row, 1] = np.nan
     for _ in range(2):
-        with pytest.raises(ls.InvalidInput, match=rf"{table} of vertex 17 \(row {row}\) must be finite, got \(.*nan"):
+        with pytest.raises(
+            ls.InvalidInput,
+            match=rf"{table} of vertex 17 \(row {row}\) must be finite, got \(.*nan",
+        ):
             sim.step()
     view[row] = kept
     assert sim.digest() == before and sim.step_index == 0
@@ -161,7 +186,9 @@ def test_nan_in_a_table_is_one_error_at_the_next_step_and_can_be_taken_back(sim,
 
 
 def test_nan_in_pins_and_poses_counts_where_they_are_flagged(falling, euler):
-    sim = ls.Simulation(falling.replace(cloths=[falling.cloths[0].replace(pins=[3])]), integrator=euler)
+    sim = ls.Simulation(
+        falling.replace(cloths=[falling.cloths[0].replace(pins=[3])]), integrator=euler
+    )
     row = sim.vertex_order[3]
     sim.state.pin_targets[row] = np.nan
     sim.state.obstacle_positions[0] = np.nan
@@ -175,7 +202,9 @@ def test_nan_in_pins_and_poses_counts_where_they_are_flagged(falling, euler):
         sim.step()
     sim.state.obstacle_positions[0] = 0, 0, 0
     sim.state.obstacle_orientations[0] = 2, 0, 0, 0
-    with pytest.raises(ls.InvalidInput, match="obstacle_orientations of obstacle 0 must be a unit quaternion"):
+    with pytest.raises(
+        ls.InvalidInput, match="obstacle_orientations of obstacle 0 must be a unit quaternion"
+    ):
         sim.step()
     sim.state.obstacle_orientations[0] = 1, 0, 0, 0
     sim.step()
@@ -189,7 +218,9 @@ def test_energies_follow_what_is_written(sim):
 
 
 def test_tables_of_the_wrong_shape_are_refused(sim):
-    with pytest.raises(ls.InvalidInput, match=r"positions must have shape \(121, 3\), got \(3, 121\)"):
+    with pytest.raises(
+        ls.InvalidInput, match=r"positions must have shape \(121, 3\), got \(3, 121\)"
+    ):
         sim.state.positions = sim.positions.T
     with pytest.raises(AttributeError):
         sim.state.position = 0

@@ -19,10 +19,18 @@ def test_stub_and_module_have_the_same_names_members_and_keywords():
     assert names_of(tree.body) == built, "run scripts/stubs"
     for node in tree.body:
         if isinstance(node, ast.ClassDef):
-            members = {name for name in vars(getattr(_core, node.name)) if not name.startswith("_") and name != "field_names"}
-            assert {name for name in names_of(node.body) if not name.startswith("_")} == members, node.name
+            members = {
+                name
+                for name in vars(getattr(_core, node.name))
+                if not name.startswith("_") and name != "field_names"
+            }
+            assert {name for name in names_of(node.body) if not name.startswith("_")} == members, (
+                node.name
+            )
             fields = getattr(getattr(_core, node.name), "field_names", ())
             made = [f for f in node.body if isinstance(f, ast.FunctionDef) and f.name == "__init__"]
             if fields:
                 positional = made[0].args.args[1:]
-                assert [a.arg for a in positional + made[0].args.kwonlyargs] == list(fields), node.name
+                assert [a.arg for a in positional + made[0].args.kwonlyargs] == list(fields), (
+                    node.name
+                )

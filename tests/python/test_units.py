@@ -2,10 +2,9 @@
 
 import math
 
+import loomstone as ls
 import numpy as np
 import pytest
-
-import loomstone as ls
 
 units = ls.units
 
@@ -52,7 +51,9 @@ def test_numbers_and_arrays_take_a_unit_by_multiplication_from_either_side():
 
 @pytest.mark.parametrize("unit", ["gf/cm deg", "gf / cm * deg"])
 def test_a_product_after_a_fraction_bar_is_refused_as_ambiguous(unit):
-    with pytest.raises(ls.InvalidInput, match=r"ambiguous; put what is below the line in parentheses"):
+    with pytest.raises(
+        ls.InvalidInput, match=r"ambiguous; put what is below the line in parentheses"
+    ):
         units[unit]
 
 
@@ -69,7 +70,9 @@ def test_what_is_no_unit_is_refused(unit, said):
 
 
 def test_a_wrong_dimension_is_refused_with_both_units():
-    with pytest.raises(ls.InvalidInput, match=r"5 gf/cm has the dimension N/m and cannot be given in kg/m\^2"):
+    with pytest.raises(
+        ls.InvalidInput, match=r"5 gf/cm has the dimension N/m and cannot be given in kg/m\^2"
+    ):
         (5 * units["gf/cm"]).to("kg/m^2")
     with pytest.raises(ls.InvalidInput, match="is no pure number"):
         float(5 * units["gf/cm"])
@@ -95,7 +98,8 @@ def test_a_description_takes_quantities_and_keeps_si():
 
 def test_a_description_refuses_a_quantity_of_another_dimension():
     with pytest.raises(
-        ls.InvalidInput, match=r"ClothMaterial.density must be in kg/m\^2: 5 gf/cm has the dimension N/m"
+        ls.InvalidInput,
+        match=r"ClothMaterial.density must be in kg/m\^2: 5 gf/cm has the dimension N/m",
     ):
         ls.ClothMaterial(density=5 * units["gf/cm"])
     with pytest.raises(TypeError, match="ClothMaterial.bending_weft .* cannot be a str"):
@@ -113,7 +117,9 @@ def test_numbers_of_numpy_are_plain_numbers():
 def test_quantities_of_pint_are_understood_where_it_is_installed():
     pint = pytest.importorskip("pint")
     registry = pint.UnitRegistry()
-    material = ls.ClothMaterial(density=registry.Quantity(150, "g/m^2"), bending_weft=registry.Quantity(1e-5, "N*m"))
+    material = ls.ClothMaterial(
+        density=registry.Quantity(150, "g/m^2"), bending_weft=registry.Quantity(1e-5, "N*m")
+    )
     assert material.density == pytest.approx(0.15) and material.bending_weft == pytest.approx(1e-5)
     with pytest.raises(ls.InvalidInput, match=r"ClothMaterial.density must be in kg/m\^2, got 3 m"):
         ls.ClothMaterial(density=registry.Quantity(3, "m"))

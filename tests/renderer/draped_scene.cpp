@@ -37,13 +37,15 @@ void add_cloth(FrameTopology& topology, Index cells, double side) {
 }
 
 void add_body(FrameTopology& topology, Frame& frame, const std::string& name, bool is_floor,
-              const std::vector<Vec3>& vertices, const std::vector<std::array<Index, 3>>& triangles) {
-  const Index body = static_cast<Index>(topology.body_names.size()), first = frame.body_positions.rows(),
-              first_row = topology.body_triangles.rows();
+              const std::vector<Vec3>& vertices,
+              const std::vector<std::array<Index, 3>>& triangles) {
+  const Index body = static_cast<Index>(topology.body_names.size()),
+              first = frame.body_positions.rows(), first_row = topology.body_triangles.rows();
   topology.body_names.push_back(name);
   topology.body_is_floor.push_back(is_floor);
   frame.body_positions.conservativeResize(first + static_cast<Index>(vertices.size()), 3);
-  for (std::size_t i = 0; i < vertices.size(); ++i) frame.body_positions.row(first + i) = vertices[i];
+  for (std::size_t i = 0; i < vertices.size(); ++i)
+    frame.body_positions.row(first + i) = vertices[i];
   topology.body_of_vertex.resize(frame.body_positions.rows(), body);
   topology.body_triangles.conservativeResize(first_row + static_cast<Index>(triangles.size()), 3);
   for (std::size_t i = 0; i < triangles.size(); ++i)
@@ -54,17 +56,18 @@ void add_body(FrameTopology& topology, Frame& frame, const std::string& name, bo
 
 void add_ball(DrapedScene& scene, int subdivisions) {
   const double g = 0.5 * (1.0 + std::sqrt(5.0));
-  std::vector<Vec3> v = {{-1, g, 0}, {1, g, 0}, {-1, -g, 0}, {1, -g, 0}, {0, -1, g}, {0, 1, g},
-                         {0, -1, -g}, {0, 1, -g}, {g, 0, -1}, {g, 0, 1}, {-g, 0, -1}, {-g, 0, 1}};
-  std::vector<std::array<Index, 3>> t = {{0, 11, 5}, {0, 5, 1}, {0, 1, 7}, {0, 7, 10}, {0, 10, 11},
-                                         {1, 5, 9}, {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
-                                         {3, 9, 4}, {3, 4, 2}, {3, 2, 6}, {3, 6, 8}, {3, 8, 9},
-                                         {4, 9, 5}, {2, 4, 11}, {6, 2, 10}, {8, 6, 7}, {9, 8, 1}};
+  std::vector<Vec3> v = {{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
+                         {0, -1, -g}, {0, 1, -g}, {g, 0, -1},  {g, 0, 1},  {-g, 0, -1}, {-g, 0, 1}};
+  std::vector<std::array<Index, 3>> t = {
+      {0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+      {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+      {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
   for (int level = 0; level < subdivisions; ++level) {
     std::map<std::pair<Index, Index>, Index> middle;
     std::vector<std::array<Index, 3>> finer;
     const auto between = [&](Index a, Index b) {
-      const auto [place, fresh] = middle.try_emplace(std::minmax(a, b), static_cast<Index>(v.size()));
+      const auto [place, fresh] =
+          middle.try_emplace(std::minmax(a, b), static_cast<Index>(v.size()));
       if (fresh) v.push_back(0.5 * (v[a] + v[b]));
       return place->second;
     };
@@ -81,8 +84,8 @@ void add_ball(DrapedScene& scene, int subdivisions) {
 
 void add_floor(DrapedScene& scene) {
   const double h = floor_height;
-  add_body(scene.topology, scene.frame, "floor", true, {{-1, -1, h}, {1, -1, h}, {1, 1, h}, {-1, 1, h}},
-           {{0, 1, 2}, {0, 2, 3}});
+  add_body(scene.topology, scene.frame, "floor", true,
+           {{-1, -1, h}, {1, -1, h}, {1, 1, h}, {-1, 1, h}}, {{0, 1, 2}, {0, 2, 3}});
 }
 
 // Fills strain, stretch and contact by smooth made-up fields.
@@ -95,7 +98,8 @@ void add_fields(DrapedScene& scene) {
   for (Index t = 0; t < m; ++t) {
     const Vec2 uv = topology.corner_uv.row(3 * t);
     const double r = (uv - Vec2(0.25, 0.25)).norm();
-    frame.strain.row(t) << 0.08 * std::exp(-30.0 * r * r), -0.02 + 0.1 * uv.y(), 0.1 * (uv.x() - 0.25);
+    frame.strain.row(t) << 0.08 * std::exp(-30.0 * r * r), -0.02 + 0.1 * uv.y(),
+        0.1 * (uv.x() - 0.25);
     frame.stretch[t] = 1.0 + 0.12 * std::exp(-20.0 * r * r);
   }
   frame.contact.resize(frame.positions.rows());
@@ -106,23 +110,27 @@ void add_fields(DrapedScene& scene) {
 
 }  // namespace
 
-// Distance r from the middle of the cloth is arc length: over the ball down to its side, then hanging, with folds that
-// grow downwards.
+// Distance r from the middle of the cloth is arc length: over the ball down to its side, then
+// hanging, with folds that grow downwards.
 DrapedScene draped_scene(Index cells, int subdivisions) {
   DrapedScene scene;
-  const double side = 0.62, leaves_at = 1.45;   // angle from the top where the cloth leaves the ball
+  const double side = 0.62, leaves_at = 1.45;  // angle from the top where the cloth leaves the ball
   add_cloth(scene.topology, cells, side);
   const Index row = cells + 1;
   scene.frame.positions.resize(row * row, 3);
   const double radius = ball_radius + gap;
   for (Index v = 0; v < row * row; ++v) {
-    const Vec2 p = Vec2(side * (v % row) / cells, side * (v / row) / cells) - Vec2::Constant(0.5 * side);
+    const Vec2 p =
+        Vec2(side * (v % row) / cells, side * (v / row) / cells) - Vec2::Constant(0.5 * side);
     const double r = p.norm(), around = std::atan2(p.y(), p.x());
-    const double angle = std::min(r / radius, leaves_at), hanging = std::max(0.0, r - radius * leaves_at);
+    const double angle = std::min(r / radius, leaves_at),
+                 hanging = std::max(0.0, r - radius * leaves_at);
     const double depth = std::min(1.0, hanging / 0.1);
-    const double fold = depth * (0.024 * (1.0 + std::cos(8.0 * around + 0.3)) + 0.010 * std::cos(13.0 * around + 1.0) +
-                                 0.010 * std::cos(3.0 * around));
-    const double out = radius * std::sin(angle) + hanging * 0.20 + fold + 0.35 * std::max(0.0, hanging - 0.12);
+    const double fold =
+        depth * (0.024 * (1.0 + std::cos(8.0 * around + 0.3)) +
+                 0.010 * std::cos(13.0 * around + 1.0) + 0.010 * std::cos(3.0 * around));
+    const double out =
+        radius * std::sin(angle) + hanging * 0.20 + fold + 0.35 * std::max(0.0, hanging - 0.12);
     const double height = radius * std::cos(angle) - hanging * 0.93;
     scene.frame.positions.row(v) << out * std::cos(around), out * std::sin(around),
         std::max(height, floor_height + 0.004);
@@ -139,7 +147,8 @@ DrapedScene flat_scene(Index cells) {
   const Index row = cells + 1;
   scene.frame.positions.resize(row * row, 3);
   for (Index v = 0; v < row * row; ++v)
-    scene.frame.positions.row(v) << 0.5 * (v % row) / cells - 0.25, 0.0, 0.5 * (v / row) / cells - 0.25;
+    scene.frame.positions.row(v) << 0.5 * (v % row) / cells - 0.25, 0.0,
+        0.5 * (v / row) / cells - 0.25;
   add_fields(scene);
   return scene;
 }
@@ -153,7 +162,8 @@ RenderOptions small_options() {
 
 std::size_t n_different(const Image& a, const Image& b) {
   std::size_t count = 0;
-  for (std::size_t i = 0; i < a.rgb.size(); i += 3) count += !std::equal(&a.rgb[i], &a.rgb[i] + 3, &b.rgb[i]);
+  for (std::size_t i = 0; i < a.rgb.size(); i += 3)
+    count += !std::equal(&a.rgb[i], &a.rgb[i] + 3, &b.rgb[i]);
   return count;
 }
 

@@ -1,4 +1,5 @@
-// A made-up picture to look at: square cloth lying over a ball above a floor, with folds, from formulas alone.
+// A made-up picture to look at: square cloth lying over a ball above a floor, with folds, from
+// formulas alone.
 #pragma once
 
 #include "core/base/frame.h"
@@ -11,8 +12,8 @@ struct DrapedScene {
   Frame frame;
 };
 
-// `cells` squares along each side of the 0.5 m cloth (85: 14,450 triangles); `subdivisions` of the ball's icosahedron
-// (4: 5,120 triangles).
+// `cells` squares along each side of the 0.5 m cloth (85: 14,450 triangles); `subdivisions` of the
+// ball's icosahedron (4: 5,120 triangles).
 DrapedScene draped_scene(Index cells = 40, int subdivisions = 3);
 
 // The ball alone over the floor, and a flat square of cloth hung across the view.

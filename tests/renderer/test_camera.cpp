@@ -10,8 +10,10 @@
 
 using namespace loomstone;
 
-TEST_CASE("a fitted camera sees the whole box, touching the margin on one pair of sides", "[renderer]") {
-  for (const Vec3& direction : {Vec3(1, -1, 0.5), Vec3(0, -1, 0), Vec3(-0.3, 0.2, 1), Vec3(0, 0, 0)}) {
+TEST_CASE("a fitted camera sees the whole box, touching the margin on one pair of sides",
+          "[renderer]") {
+  for (const Vec3& direction :
+       {Vec3(1, -1, 0.5), Vec3(0, -1, 0), Vec3(-0.3, 0.2, 1), Vec3(0, 0, 0)}) {
     for (double aspect : {0.5, 1.0, 16.0 / 9.0}) {
       const Framing framing{Vec3(-0.2, -0.6, 0.1), Vec3(0.4, 0.3, 0.5)};
       Camera camera;
@@ -19,7 +21,8 @@ TEST_CASE("a fitted camera sees the whole box, touching the margin on one pair o
       const View view = make_view(camera, aspect, framing);
       Eigen::Vector2f low = Eigen::Vector2f::Constant(1e9f), high = -low;
       for (int corner = 0; corner < 8; ++corner) {
-        const Eigen::Vector4f p(static_cast<float>(corner & 1 ? 0.4 : -0.2), static_cast<float>(corner & 2 ? 0.3 : -0.6),
+        const Eigen::Vector4f p(static_cast<float>(corner & 1 ? 0.4 : -0.2),
+                                static_cast<float>(corner & 2 ? 0.3 : -0.6),
                                 static_cast<float>(corner & 4 ? 0.5 : 0.1), 1.0f);
         const Eigen::Vector4f clip = view.projection() * view.view() * p;
         CHECK(clip.w() > 0.0f);
@@ -27,9 +30,11 @@ TEST_CASE("a fitted camera sees the whole box, touching the margin on one pair o
         low = low.cwiseMin(clip.head<2>() / clip.w());
         high = high.cwiseMax(clip.head<2>() / clip.w());
       }
-      CHECK(std::max({high.x(), high.y(), -low.x(), -low.y()}) == Approx(0.92).margin(1e-4));   // single precision
-      const bool touches_both =
-          std::abs(high.x() + low.x()) < 1e-4f ? high.x() > 0.9f || high.y() > 0.9f : high.y() > 0.9f;
+      CHECK(std::max({high.x(), high.y(), -low.x(), -low.y()}) ==
+            Approx(0.92).margin(1e-4));  // single precision
+      const bool touches_both = std::abs(high.x() + low.x()) < 1e-4f
+                                    ? high.x() > 0.9f || high.y() > 0.9f
+                                    : high.y() > 0.9f;
       CHECK(touches_both);
     }
   }
@@ -37,7 +42,7 @@ TEST_CASE("a fitted camera sees the whole box, touching the margin on one pair o
 
 TEST_CASE("framing leaves room for the fall, down to the floor but no further", "[renderer]") {
   DrapedScene flat = flat_scene();
-  for (Index v = 0; v < flat.frame.positions.rows(); ++v) {   // laid flat, 0.5 m wide, at height 1
+  for (Index v = 0; v < flat.frame.positions.rows(); ++v) {  // laid flat, 0.5 m wide, at height 1
     flat.frame.positions.row(v) << flat.frame.positions(v, 0), flat.frame.positions(v, 2), 1.0;
   }
   CHECK(make_framing(flat.topology, flat.frame).low.z() == Approx(0.5));
@@ -48,7 +53,7 @@ TEST_CASE("framing leaves room for the fall, down to the floor but no further", 
   flat.frame.body_positions.row(0) << 40.0, 0.0, 0.8;
   const Framing framing = make_framing(flat.topology, flat.frame);
   CHECK(framing.low.z() == Approx(0.8));
-  CHECK(framing.high.x() == Approx(0.25));   // a floor does not widen the picture
+  CHECK(framing.high.x() == Approx(0.25));  // a floor does not widen the picture
 }
 
 TEST_CASE("the picture of a fitted camera stays while the cloth moves", "[renderer]") {
@@ -58,18 +63,21 @@ TEST_CASE("the picture of a fitted camera stays while the cloth moves", "[render
   Renderer renderer(scene.topology, options);
   const Image before = renderer.render(scene.frame);
   DrapedScene lower = scene;
-  lower.frame.positions.col(2).array() -= 1.0;   // out of sight
+  lower.frame.positions.col(2).array() -= 1.0;  // out of sight
   renderer.render(lower.frame);
   CHECK(n_different(before, renderer.render(scene.frame)) == 0);
 }
 
-TEST_CASE("a picture depends on the first frame of its run, not on what was drawn before it", "[renderer]") {
+TEST_CASE("a picture depends on the first frame of its run, not on what was drawn before it",
+          "[renderer]") {
   const DrapedScene scene = draped_scene(10, 2);
   DrapedScene later = scene;
   later.frame.positions.col(2).array() -= 0.1;
-  later.frame.body_positions.col(2) *= 0.05;   // a ball pressed flat has sharp edges, unless the first frame tells
+  later.frame.body_positions.col(2) *=
+      0.05;  // a ball pressed flat has sharp edges, unless the first frame tells
   const RenderOptions options = small_options();
-  Renderer in_order(scene.topology, options), at_once(scene.topology, options), alone(scene.topology, options);
+  Renderer in_order(scene.topology, options), at_once(scene.topology, options),
+      alone(scene.topology, options);
   in_order.render(scene.frame);
   const Image picture = in_order.render(later.frame);
   at_once.fit(scene.frame);
@@ -82,9 +90,9 @@ TEST_CASE("a picture depends on the first frame of its run, not on what was draw
 TEST_CASE("normals are smooth on a ball, split on a box, and true on both", "[renderer]") {
   const DrapedScene scene = draped_scene(4, 3);
   const DrawnMesh ball = drawn_bodies(scene.topology, scene.frame.body_positions);
-  CHECK(ball.vertex.size() == 642);   // no vertex is split, the floor is left out
+  CHECK(ball.vertex.size() == 642);  // no vertex is split, the floor is left out
   const Points normals = shading_normals(ball, scene.frame.body_positions);
-  for (Index k = 0; k < normals.rows(); ++k) {   // within the angle of half an edge
+  for (Index k = 0; k < normals.rows(); ++k) {  // within the angle of half an edge
     const Vec3 outwards = Vec3(scene.frame.body_positions.row(ball.vertex[k])).normalized();
     CHECK(normals.row(k).dot(outwards) > 0.999);
   }
@@ -95,45 +103,54 @@ TEST_CASE("normals are smooth on a ball, split on a box, and true on both", "[re
   Points corners(8, 3);
   for (int c = 0; c < 8; ++c) corners.row(c) << (c & 1), (c >> 1 & 1), (c >> 2);
   cube.body_triangles.resize(12, 3);
-  cube.body_triangles << 0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3,
-      5, 3, 7, 5;
+  cube.body_triangles << 0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0,
+      4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5;
   cube.body_of_triangle.assign(12, 0);
   cube.body_of_vertex.assign(8, 0);
   const DrawnMesh drawn = drawn_bodies(cube, corners);
   CHECK(drawn.vertex.size() == 24);
   const Points flat = shading_normals(drawn, corners);
   for (Index t = 0; t < 12; ++t) {
-    const Vec3 a = corners.row(cube.body_triangles(t, 0)), b = corners.row(cube.body_triangles(t, 1)),
+    const Vec3 a = corners.row(cube.body_triangles(t, 0)),
+               b = corners.row(cube.body_triangles(t, 1)),
                c = corners.row(cube.body_triangles(t, 2));
     for (int corner = 0; corner < 3; ++corner)
-      CHECK(flat.row(drawn.triangles(t, corner)).dot((b - a).cross(c - a).normalized()) == Approx(1.0));
+      CHECK(flat.row(drawn.triangles(t, corner)).dot((b - a).cross(c - a).normalized()) ==
+            Approx(1.0));
   }
 }
 
-TEST_CASE("cloth is split where its uv differ at a vertex, but shaded smoothly across", "[renderer]") {
+TEST_CASE("cloth is split where its uv differ at a vertex, but shaded smoothly across",
+          "[renderer]") {
   DrapedScene scene = flat_scene(2);
   const std::size_t before = drawn_cloth(scene.topology).vertex.size();
   CHECK(before == 9);
-  scene.topology.corner_uv.bottomRows(12).array() += 1.0;   // the upper row of cells becomes another panel
+  scene.topology.corner_uv.bottomRows(12).array() +=
+      1.0;  // the upper row of cells becomes another panel
   const DrawnMesh split = drawn_cloth(scene.topology);
   CHECK(split.vertex.size() == 12);
-  scene.frame.positions(4, 1) = 0.1;   // not flat any more
+  scene.frame.positions(4, 1) = 0.1;  // not flat any more
   const Points normals = shading_normals(split, scene.frame.positions);
   for (std::size_t i = 0; i < split.vertex.size(); ++i)
     for (std::size_t j = 0; j < i; ++j)
       if (split.vertex[i] == split.vertex[j])
-        CHECK((normals.row(static_cast<Index>(i)) - normals.row(static_cast<Index>(j))).norm() == 0.0);
+        CHECK((normals.row(static_cast<Index>(i)) - normals.row(static_cast<Index>(j))).norm() ==
+              0.0);
 }
 
 TEST_CASE("the light covers the box and moves in whole texels", "[renderer]") {
-  const Vec3 low(-0.3, -0.2, 0.0), high(0.3, 0.4, 0.5), shift(0.0123, 0.0045, -0.0031), direction(-0.5, -0.6, 1.0);
-  const LightView here = make_light_view(direction, low, high), there = make_light_view(direction, low + shift, high + shift);
+  const Vec3 low(-0.3, -0.2, 0.0), high(0.3, 0.4, 0.5), shift(0.0123, 0.0045, -0.0031),
+      direction(-0.5, -0.6, 1.0);
+  const LightView here = make_light_view(direction, low, high),
+                  there = make_light_view(direction, low + shift, high + shift);
   CHECK(here.radius == there.radius);
   for (int corner = 0; corner < 8; ++corner) {
-    const Eigen::Vector4f p(corner & 1 ? 0.3f : -0.3f, corner & 2 ? 0.4f : -0.2f, corner & 4 ? 0.5f : 0.0f, 1.0f);
+    const Eigen::Vector4f p(corner & 1 ? 0.3f : -0.3f, corner & 2 ? 0.4f : -0.2f,
+                            corner & 4 ? 0.5f : 0.0f, 1.0f);
     CHECK((here.matrix * p).head<3>().cwiseAbs().maxCoeff() < 1.0f);
-    const Eigen::Vector2f texels =
-        ((there.matrix - here.matrix) * p).head<2>() * 0.5f * static_cast<float>(ShadowPass::resolution);
-    for (int axis = 0; axis < 2; ++axis) CHECK(std::abs(texels[axis] - std::round(texels[axis])) < 0.01f);
+    const Eigen::Vector2f texels = ((there.matrix - here.matrix) * p).head<2>() * 0.5f *
+                                   static_cast<float>(ShadowPass::resolution);
+    for (int axis = 0; axis < 2; ++axis)
+      CHECK(std::abs(texels[axis] - std::round(texels[axis])) < 0.01f);
   }
 }

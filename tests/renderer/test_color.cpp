@@ -24,7 +24,8 @@ double lightness(const Color& color) {
 }
 
 bool near(const Color& a, const Color& b, int tolerance) {
-  return std::equal(a.begin(), a.end(), b.begin(), [&](int x, int y) { return std::abs(x - y) <= tolerance; });
+  return std::equal(a.begin(), a.end(), b.begin(),
+                    [&](int x, int y) { return std::abs(x - y) <= tolerance; });
 }
 
 Color at(const Image& image, int x, int y) {
@@ -38,7 +39,7 @@ TEST_CASE("lightness of viridis and magma grows evenly", "[renderer]") {
   for (const char* name : {"viridis", "magma"}) {
     const ColorTable table = color_table(name);
     const double slope = (lightness(table[255]) - lightness(table[0])) / 255.0;
-    for (int i = 0; i < 256; ++i)   // 5 of 100: what the fitted polynomials lose (4.3 measured)
+    for (int i = 0; i < 256; ++i)  // 5 of 100: what the fitted polynomials lose (4.3 measured)
       CHECK(std::abs(lightness(table[i]) - lightness(table[0]) - slope * i) < 5.0);
   }
 }
@@ -54,18 +55,20 @@ TEST_CASE("viridis and magma have their published colours at ends and middle", "
   CHECK(near(magma[255], {252, 253, 191}, 5));
 }
 
-TEST_CASE("the diverging map is lightest and grey in the middle and as light at both ends", "[renderer]") {
+TEST_CASE("the diverging map is lightest and grey in the middle and as light at both ends",
+          "[renderer]") {
   const ColorTable table = color_table("diverging");
-  CHECK(near(table[0], {59, 76, 192}, 1));     // Moreland's end colours
+  CHECK(near(table[0], {59, 76, 192}, 1));  // Moreland's end colours
   CHECK(near(table[255], {180, 4, 38}, 1));
   CHECK(near(table[127], {221, 221, 221}, 2));
   for (int i = 1; i < 128; ++i) {
-    CHECK(lightness(table[i]) >= lightness(table[i - 1]) - 0.5);   // rounding to 8 bits
+    CHECK(lightness(table[i]) >= lightness(table[i - 1]) - 0.5);  // rounding to 8 bits
     CHECK(lightness(table[255 - i]) >= lightness(table[256 - i]) - 0.5);
   }
 }
 
-TEST_CASE("the ends of the colour bar have the end colours and the numbers of the range", "[renderer]") {
+TEST_CASE("the ends of the colour bar have the end colours and the numbers of the range",
+          "[renderer]") {
   DrapedScene scene = draped_scene(12, 1);
   for (const char* field : {"stretch", "strain_weft", "strain_warp", "strain_shear", "contact"}) {
     RenderOptions options;
@@ -87,15 +90,18 @@ TEST_CASE("the ends of the colour bar have the end colours and the numbers of th
   CHECK(color_bar_labels({0.0, 3e7}).back().text == "3e+07");
 }
 
-TEST_CASE("labels of the colour bar stand where their numbers are and never collide", "[renderer]") {
-  for (const ColorRange& range : {ColorRange{0, 1}, {1.0, 1.55}, {-0.2, 0.17}, {1.0, 1.000002}, {-3000, 12000}}) {
+TEST_CASE("labels of the colour bar stand where their numbers are and never collide",
+          "[renderer]") {
+  for (const ColorRange& range :
+       {ColorRange{0, 1}, {1.0, 1.55}, {-0.2, 0.17}, {1.0, 1.000002}, {-3000, 12000}}) {
     const std::vector<ColorBarLabel> labels = color_bar_labels(range);
     REQUIRE(labels.size() >= 3);
-    for (std::size_t i = 1; i < labels.size(); ++i) CHECK(labels[i].share - labels[i - 1].share > 0.08);
+    for (std::size_t i = 1; i < labels.size(); ++i)
+      CHECK(labels[i].share - labels[i - 1].share > 0.08);
     if (range.high - range.low > 1e-3)
-      for (const ColorBarLabel& label : labels)   // half a unit of the third figure
-        CHECK(std::abs(std::stod(label.text) - range.low - label.share * (range.high - range.low)) <=
-              0.006 * (range.high - range.low));
+      for (const ColorBarLabel& label : labels)  // half a unit of the third figure
+        CHECK(std::abs(std::stod(label.text) - range.low -
+                       label.share * (range.high - range.low)) <= 0.006 * (range.high - range.low));
   }
 }
 
@@ -103,7 +109,7 @@ TEST_CASE("values are averaged over triangles, and a constant stays itself", "[r
   DrapedScene scene = flat_scene();
   scene.frame.stretch.setConstant(1.25);
   const Vector values = scalar_field("stretch", scene.topology, scene.frame);
-  CHECK((values.array() - 1.25).abs().maxCoeff() < 1e-15);   // rounding of a mean
+  CHECK((values.array() - 1.25).abs().maxCoeff() < 1e-15);  // rounding of a mean
   scene.frame.stretch = scene.frame.strain.col(2);
   REQUIRE(scene.frame.stretch.minCoeff() < scene.frame.stretch.maxCoeff());
   const Vector mean = scalar_field("stretch", scene.topology, scene.frame);
@@ -115,19 +121,23 @@ TEST_CASE("strain is shown as U - I, which limits are in", "[renderer]") {
   DrapedScene scene = flat_scene();
   // F = R U with U = (1.3, 0.05; 0.05, 0.9): E = (U^2 - I) / 2.
   const Eigen::RowVector3d u(1.3, 0.9, 0.05);
-  const Eigen::RowVector3d green(0.5 * (u[0] * u[0] + u[2] * u[2] - 1.0), 0.5 * (u[1] * u[1] + u[2] * u[2] - 1.0),
+  const Eigen::RowVector3d green(0.5 * (u[0] * u[0] + u[2] * u[2] - 1.0),
+                                 0.5 * (u[1] * u[1] + u[2] * u[2] - 1.0),
                                  0.5 * u[2] * (u[0] + u[1]));
   scene.frame.strain.rowwise() = green;
   const char* names[] = {"strain_weft", "strain_warp", "strain_shear"};
   const double shown[] = {0.3, -0.1, 0.05};
-  for (int k = 0; k < 3; ++k)   // rounding of two roots
-    CHECK((scalar_field(names[k], scene.topology, scene.frame).array() - shown[k]).abs().maxCoeff() < 1e-14);
-  scene.frame.strain.rowwise() = Eigen::RowVector3d(-0.5, -0.5, 0.0);   // shrunk to a point
+  for (int k = 0; k < 3; ++k)  // rounding of two roots
+    CHECK(
+        (scalar_field(names[k], scene.topology, scene.frame).array() - shown[k]).abs().maxCoeff() <
+        1e-14);
+  scene.frame.strain.rowwise() = Eigen::RowVector3d(-0.5, -0.5, 0.0);  // shrunk to a point
   CHECK(scalar_field("strain_weft", scene.topology, scene.frame).maxCoeff() == -1.0);
   CHECK(scalar_field("strain_shear", scene.topology, scene.frame).maxCoeff() == 0.0);
 }
 
-TEST_CASE("an automatic range covers the values, a given one is kept, a diverging one is centred", "[renderer]") {
+TEST_CASE("an automatic range covers the values, a given one is kept, a diverging one is centred",
+          "[renderer]") {
   RenderOptions options;
   const Vector field = (Vector(3) << -0.01, 0.0, 0.04).finished();
   const ColorRange values = value_range("strain_warp", {field, Vector()});
@@ -153,18 +163,21 @@ TEST_CASE("colours of a sequence mean the same in every frame", "[renderer]") {
   RenderOptions options = small_options();
   options.color_by = "cloth+stretch";
   Renderer renderer(scene.topology, options);
-  const std::vector<ColorRange> low = renderer.value_ranges(scene.frame), high = renderer.value_ranges(more.frame);
+  const std::vector<ColorRange> low = renderer.value_ranges(scene.frame),
+                                high = renderer.value_ranges(more.frame);
   REQUIRE(low.size() == 2);
   CHECK(low[1].low == Approx(1.1));
   CHECK(high[1].high == Approx(1.3));
   const std::vector<ColorRange> both = {{0.0, 0.0}, {low[1].low, high[1].high}};
-  CHECK(n_different(renderer.render(scene.frame), renderer.render(scene.frame, nullptr, &both)) > 0);
+  CHECK(n_different(renderer.render(scene.frame), renderer.render(scene.frame, nullptr, &both)) >
+        0);
   options.color_low = both[1].low, options.color_high = both[1].high;
   Renderer given(scene.topology, options);
   for (const Frame& frame : {scene.frame, more.frame})
     CHECK(n_different(renderer.render(frame, nullptr, &both), given.render(frame)) == 0);
   const std::vector<ColorRange> one = {{0.0, 1.0}};
-  CHECK_THROWS_WITH(renderer.render(scene.frame, nullptr, &one), Catch::Matchers::Contains("each of the 2 rows"));
+  CHECK_THROWS_WITH(renderer.render(scene.frame, nullptr, &one),
+                    Catch::Matchers::Contains("each of the 2 rows"));
 }
 
 TEST_CASE("a vertex forced to intersect looks other than one in contact", "[renderer]") {
@@ -181,7 +194,8 @@ TEST_CASE("a vertex forced to intersect looks other than one in contact", "[rend
   CHECK(n_different(pictures[2], pictures[1]) > 0);
 }
 
-TEST_CASE("text is drawn within its width, leaves ink, and is cut at the edge of the picture", "[renderer]") {
+TEST_CASE("text is drawn within its width, leaves ink, and is cut at the edge of the picture",
+          "[renderer]") {
   const Color ink = {0, 0, 0};
   Image image{200, 40, std::vector<std::uint8_t>(3 * 200 * 40, 255)};
   draw_text(image, "strain 0123456789-+.[]", -30.0, 30.0, 14.0, ink);
@@ -196,7 +210,8 @@ TEST_CASE("text is drawn within its width, leaves ink, and is cut at the edge of
         if (at(one, x, y)[0] > 127) continue;
         ++dark;
         const double right = 20.0 + text_width(text, 20.0);
-        outside += x < 17 || x > right + 3.0 || y < 16 || y > 49;   // half a stroke and the tail of j
+        outside +=
+            x < 17 || x > right + 3.0 || y < 16 || y > 49;  // half a stroke and the tail of j
       }
     }
     INFO("glyph " << sign);

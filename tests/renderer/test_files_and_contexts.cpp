@@ -21,8 +21,8 @@ namespace {
 
 // A folder of its own, gone afterwards.
 struct Folder {
-  std::filesystem::path path =
-      std::filesystem::temp_directory_path() / ("loomstone_test_renderer_" + std::to_string(getpid()));
+  std::filesystem::path path = std::filesystem::temp_directory_path() /
+                               ("loomstone_test_renderer_" + std::to_string(getpid()));
   Folder() { std::filesystem::create_directories(path); }
   ~Folder() { std::filesystem::remove_all(path); }
 };
@@ -62,29 +62,34 @@ TEST_CASE("a picture is the same after a PNG file, to the last bit", "[renderer]
   const Image image = Renderer(scene.topology, small_options()).render(scene.frame);
   const std::string path = folder.path / "picture.png";
   write_png(path, image);
-  write_png(path, image);   // over an old one
+  write_png(path, image);  // over an old one
   const Image back = read_png(path);
   CHECK(back.width == image.width);
   CHECK(back.height == image.height);
   CHECK(back.rgb == image.rgb);
-  CHECK(std::distance(std::filesystem::directory_iterator(folder.path), {}) == 1);   // nothing half-written is left
+  CHECK(std::distance(std::filesystem::directory_iterator(folder.path), {}) ==
+        1);  // nothing half-written is left
 }
 
 TEST_CASE("a PNG file that cannot be written is an error that names it", "[renderer]") {
   const Image image{16, 16, std::vector<std::uint8_t>(3 * 256, 7)};
   CHECK_THROWS_AS(write_png("/nowhere/at/all/picture.png", image), CacheError);
-  CHECK_THROWS_WITH(write_png("/nowhere/at/all/picture.png", image), Contains("/nowhere/at/all/picture.png"));
+  CHECK_THROWS_WITH(write_png("/nowhere/at/all/picture.png", image),
+                    Contains("/nowhere/at/all/picture.png"));
   const Folder folder;
   std::filesystem::create_directories(folder.path / "picture.png" / "full");
-  CHECK_THROWS_AS(write_png(folder.path / "picture.png", image), CacheError);   // a folder stands in the way
+  CHECK_THROWS_AS(write_png(folder.path / "picture.png", image),
+                  CacheError);  // a folder stands in the way
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path), {}) == 1);
   CHECK_THROWS_AS(write_png(folder.path / "a.png", Image{16, 16, {}}), InvalidInput);
-  CHECK_THROWS_WITH(write_png(folder.path / "a.png", Image{16, 16, {}}), Contains("3 bytes for each"));
+  CHECK_THROWS_WITH(write_png(folder.path / "a.png", Image{16, 16, {}}),
+                    Contains("3 bytes for each"));
 }
 
 TEST_CASE("OSMesa and EGL draw the same bits, also side by side in one process", "[renderer]") {
   const DrapedScene scene = draped_scene(20, 2);
-  const std::unique_ptr<Renderer> osmesa = renderer_by("osmesa", scene), egl = renderer_by("egl", scene);
+  const std::unique_ptr<Renderer> osmesa = renderer_by("osmesa", scene),
+                                  egl = renderer_by("egl", scene);
   if (osmesa) CHECK(osmesa->backend() == "osmesa");
   if (egl) CHECK(egl->backend() == "egl");
   REQUIRE((osmesa || egl));
@@ -99,27 +104,33 @@ TEST_CASE("LOOMSTONE_GL takes osmesa or egl and nothing else", "[renderer]") {
   const DrapedScene scene = draped_scene(4, 0);
   const Forced forced("vulkan");
   CHECK_THROWS_AS(Renderer(scene.topology, small_options()), InvalidInput);
-  CHECK_THROWS_WITH(Renderer(scene.topology, small_options()), Contains("must be osmesa or egl, got 'vulkan'"));
+  CHECK_THROWS_WITH(Renderer(scene.topology, small_options()),
+                    Contains("must be osmesa or egl, got 'vulkan'"));
 }
 
 // Run by the next test in a process of its own.
 TEST_CASE("without OSMesa and EGL the error names the packages", "[.without_libraries]") {
   const DrapedScene scene = draped_scene(4, 0);
   CHECK_THROWS_AS(Renderer(scene.topology, small_options()), Unsupported);
-  CHECK_THROWS_WITH(Renderer(scene.topology, small_options()),
-                    Contains("neither OSMesa nor EGL") && Contains("libosmesa6") && Contains("libegl1"));
+  CHECK_THROWS_WITH(Renderer(scene.topology, small_options()), Contains("neither OSMesa nor EGL") &&
+                                                                   Contains("libosmesa6") &&
+                                                                   Contains("libegl1"));
   const Forced forced("egl");
-  CHECK_THROWS_WITH(Renderer(scene.topology, small_options()), Contains("egl (LOOMSTONE_GL) could not be loaded"));
+  CHECK_THROWS_WITH(Renderer(scene.topology, small_options()),
+                    Contains("egl (LOOMSTONE_GL) could not be loaded"));
 }
 
 TEST_CASE("a machine that has neither OSMesa nor EGL gets a sentence", "[renderer]") {
-  // Empty files of the libraries' names come first on the loader's path: loading fails as if there were none.
+  // Empty files of the libraries' names come first on the loader's path: loading fails as if there
+  // were none.
   const Folder folder;
-  for (const char* name : {"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so", "libEGL.so.1", "libEGL.so"})
+  for (const char* name :
+       {"libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so", "libEGL.so.1", "libEGL.so"})
     std::ofstream(folder.path / name).flush();
   const std::string self = std::filesystem::read_symlink("/proc/self/exe");
-  const std::string command = "LD_LIBRARY_PATH='" + folder.path.string() + "' '" + self + "' '[.without_libraries]'" +
-                              " > '" + (folder.path / "output").string() + "'";
+  const std::string command = "LD_LIBRARY_PATH='" + folder.path.string() + "' '" + self +
+                              "' '[.without_libraries]'" + " > '" +
+                              (folder.path / "output").string() + "'";
   const int status = std::system(command.c_str());
   std::ifstream output(folder.path / "output");
   INFO(std::string(std::istreambuf_iterator<char>(output), {}));
@@ -140,7 +151,9 @@ TEST_CASE("several renderers alive at once do not disturb one another", "[render
   }
 }
 
-TEST_CASE("renderers in several threads, and one handed from thread to thread, draw the same picture", "[renderer]") {
+TEST_CASE(
+    "renderers in several threads, and one handed from thread to thread, draw the same picture",
+    "[renderer]") {
   const DrapedScene scene = draped_scene(20, 2);
   Renderer shared(scene.topology, small_options());
   const Image reference = shared.render(scene.frame);

@@ -36,7 +36,8 @@ Camera fixed_camera(const Vec3& eye, double field_of_view_degrees) {
 
 }  // namespace
 
-TEST_CASE("the same frame gives the same picture twice, from one renderer and from two", "[renderer]") {
+TEST_CASE("the same frame gives the same picture twice, from one renderer and from two",
+          "[renderer]") {
   const DrapedScene scene = draped_scene();
   Renderer first(scene.topology, small_options()), second(scene.topology, small_options());
   const Image image = first.render(scene.frame);
@@ -49,28 +50,33 @@ TEST_CASE("a square of cloth covers the pixels that perspective gives it", "[ren
   const DrapedScene scene = flat_scene();
   RenderOptions options = small_options();
   options.pattern = "plain";
-  options.camera = fixed_camera(Vec3(0, -1, 0), 2.0 * std::atan(0.5) * 180.0 / 3.14159265358979323846);
+  options.camera =
+      fixed_camera(Vec3(0, -1, 0), 2.0 * std::atan(0.5) * 180.0 / 3.14159265358979323846);
   const Image image = Renderer(scene.topology, options).render(scene.frame);
   int covered = 0, wrong = 0;
   for (int y = 0; y < image.height; ++y) {
     for (int x = 0; x < image.width; ++x) {
       covered += is_cloth(image, x, y);
       const double away = std::max(std::abs(x + 0.5 - 160.0), std::abs(y + 0.5 - 90.0));
-      if (std::abs(away - 45.0) > 1.0) wrong += is_cloth(image, x, y) != (away < 45.0);   // edge pixels are mixed
+      if (std::abs(away - 45.0) > 1.0)
+        wrong += is_cloth(image, x, y) != (away < 45.0);  // edge pixels are mixed
     }
   }
   CHECK(wrong == 0);
-  CHECK(std::abs(covered - 90 * 90) <= 4 * 90);   // one pixel along the edge
+  CHECK(std::abs(covered - 90 * 90) <= 4 * 90);  // one pixel along the edge
 }
 
-TEST_CASE("cloth that reaches behind the eye is drawn up to the edge of the picture", "[renderer]") {
-  // Flat, 0.1 m below the eye, half of it behind: the lowest rays meet it 0.2 m ahead, where the picture is 0.36 m wide.
+TEST_CASE("cloth that reaches behind the eye is drawn up to the edge of the picture",
+          "[renderer]") {
+  // Flat, 0.1 m below the eye, half of it behind: the lowest rays meet it 0.2 m ahead, where the
+  // picture is 0.36 m wide.
   DrapedScene scene = flat_scene();
   scene.frame.positions.col(1) = scene.frame.positions.col(2);
   scene.frame.positions.col(2).setConstant(-0.1);
   RenderOptions options = small_options();
   options.pattern = "plain";
-  options.camera = fixed_camera(Vec3(0, 0, 0), 2.0 * std::atan(0.5) * 180.0 / 3.14159265358979323846);
+  options.camera =
+      fixed_camera(Vec3(0, 0, 0), 2.0 * std::atan(0.5) * 180.0 / 3.14159265358979323846);
   options.camera.target = Vec3(0, 1, 0);
   const Image image = Renderer(scene.topology, options).render(scene.frame);
   for (int x = 0; x < image.width; ++x) CHECK(is_cloth(image, x, image.height - 1));
@@ -81,7 +87,7 @@ TEST_CASE("cloth is seen from both sides, and the sides differ in colour", "[ren
   const DrapedScene scene = flat_scene();
   RenderOptions options = small_options();
   options.pattern = "plain";
-  options.light_direction = Vec3(0, -1e-3, 1);   // grazes both sides alike
+  options.light_direction = Vec3(0, -1e-3, 1);  // grazes both sides alike
   options.camera = fixed_camera(Vec3(0, -1, 0), 50.0);
   const Image front = Renderer(scene.topology, options).render(scene.frame);
   options.camera = fixed_camera(Vec3(0, 1, 0), 50.0);
@@ -91,7 +97,8 @@ TEST_CASE("cloth is seen from both sides, and the sides differ in colour", "[ren
   CHECK(pixel(front, 160, 90) != pixel(back, 160, 90));
 }
 
-TEST_CASE("the floor is darker in the shadow of the cloth, and only with shadows on", "[renderer]") {
+TEST_CASE("the floor is darker in the shadow of the cloth, and only with shadows on",
+          "[renderer]") {
   const DrapedScene scene = draped_scene();
   RenderOptions options = small_options();
   options.ambient_occlusion = false;
@@ -114,7 +121,8 @@ TEST_CASE("the floor is darker in the shadow of the cloth, and only with shadows
 }
 
 TEST_CASE("a cloth far from everything casts its shadow on nothing behind it", "[renderer]") {
-  // Beyond the reach of the shadow map the floor is lit: once a square shadow of the whole map was seen there.
+  // Beyond the reach of the shadow map the floor is lit: once a square shadow of the whole map was
+  // seen there.
   const DrapedScene scene = draped_scene();
   RenderOptions options = small_options();
   options.ambient_occlusion = false;
@@ -141,14 +149,16 @@ TEST_CASE("ambient occlusion only darkens", "[renderer]") {
   for (int y = 0; y < with.height; ++y) {
     for (int x = 0; x < with.width; ++x) {
       darker += brightness(with, x, y) < brightness(without, x, y) - 3;
-      brighter += brightness(with, x, y) > brightness(without, x, y) + 3;   // rounding of three channels
+      brighter +=
+          brightness(with, x, y) > brightness(without, x, y) + 3;  // rounding of three channels
     }
   }
-  CHECK(darker > 200);   // the hollow under the cloth and its folds
+  CHECK(darker > 200);  // the hollow under the cloth and its folds
   CHECK(brighter == 0);
 }
 
-TEST_CASE("every pattern, the wireframe, the floor and the number of samples change the picture", "[renderer]") {
+TEST_CASE("every pattern, the wireframe, the floor and the number of samples change the picture",
+          "[renderer]") {
   const DrapedScene scene = draped_scene();
   const RenderOptions usual = small_options();
   const Image reference = Renderer(scene.topology, usual).render(scene.frame);
@@ -163,7 +173,7 @@ TEST_CASE("every pattern, the wireframe, the floor and the number of samples cha
   CHECK(changed([](RenderOptions& o) { o.wireframe = true; }) > 1000);
   CHECK(changed([](RenderOptions& o) { o.floor = false; }) > 1000);
   CHECK(changed([](RenderOptions& o) { o.light_direction = Vec3(1, 0, 1); }) > 1000);
-  CHECK(changed([](RenderOptions& o) { o.samples = 1; }) > 100);   // edges
+  CHECK(changed([](RenderOptions& o) { o.samples = 1; }) > 100);  // edges
 }
 
 TEST_CASE("a floor is no obstacle in the way: from below it is not drawn", "[renderer]") {
@@ -191,7 +201,8 @@ TEST_CASE("what is hidden is not drawn and casts no shadow", "[renderer]") {
 TEST_CASE("scenes without cloth or without bodies are drawn too", "[renderer]") {
   DrapedScene scene = draped_scene(4, 1);
   const DrapedScene cloth_only = flat_scene();
-  CHECK(Renderer(cloth_only.topology, small_options()).render(cloth_only.frame).rgb.size() == 3 * 320 * 180);
+  CHECK(Renderer(cloth_only.topology, small_options()).render(cloth_only.frame).rgb.size() ==
+        3 * 320 * 180);
   FrameTopology bodies = scene.topology;
   bodies.triangles.resize(0, 3);
   bodies.corner_uv.resize(0, 2);
@@ -212,7 +223,7 @@ TEST_CASE("pictures have the size that was asked for, odd ones too", "[renderer]
     RenderOptions options;
     options.width = width;
     options.height = height;
-    options.color_by = "stretch";   // the legend is cut off where there is no room
+    options.color_by = "stretch";  // the legend is cut off where there is no room
     const Image image = Renderer(scene.topology, options).render(scene.frame);
     CHECK(image.width == width);
     CHECK(image.height == height);
@@ -220,7 +231,10 @@ TEST_CASE("pictures have the size that was asked for, odd ones too", "[renderer]
   }
 }
 
-TEST_CASE("a split picture is that of weft strain on the left half of the cloth and that of warp strain on the right", "[renderer]") {
+TEST_CASE(
+    "a split picture is that of weft strain on the left half of the cloth and that of warp strain "
+    "on the right",
+    "[renderer]") {
   DrapedScene scene = flat_scene();
   scene.frame.strain.rowwise() = Eigen::RowVector3d(0.1, 0.3, 0.2);
   RenderOptions options = small_options();
@@ -230,7 +244,8 @@ TEST_CASE("a split picture is that of weft strain on the left half of the cloth 
     options.color_by = color_by;
     return Renderer(scene.topology, options).render(scene.frame);
   };
-  const Image weft = drawn("strain_weft"), warp = drawn("strain_warp"), split = drawn("strain_split");
+  const Image weft = drawn("strain_weft"), warp = drawn("strain_warp"),
+              split = drawn("strain_split");
   const auto differing = [&](const Image& a, const Image& b, int from, int to) {
     std::size_t count = 0;
     for (int y = 0; y < a.height; ++y)
@@ -240,7 +255,8 @@ TEST_CASE("a split picture is that of weft strain on the left half of the cloth 
       }
     return count;
   };
-  const int middle = options.width / 2, line = 3, bar = options.width - 100;   // the legends differ in their titles
+  const int middle = options.width / 2, line = 3,
+            bar = options.width - 100;  // the legends differ in their titles
   CHECK(differing(weft, warp, 0, bar) > 1000);
   CHECK(differing(split, weft, 0, middle - line) == 0);
   CHECK(differing(split, warp, middle + line, bar) == 0);

@@ -50,40 +50,57 @@ const double not_a_number = std::numeric_limits<double>::quiet_NaN();
 TEST_CASE("options that cannot be drawn are refused with the choices", "[renderer]") {
   refuses_options([](RenderOptions& o) { o.width = 8; }, "width");
   refuses_options([](RenderOptions& o) { o.height = 100000; }, "height");
-  refuses_options([](RenderOptions& o) { o.width = 16384, o.samples = 3; }, "samples must be 1, 2, 4 or 8");
-  refuses_options([](RenderOptions& o) { o.samples = 8; }, "at most");   // llvmpipe offers 4
-  refuses_options([](RenderOptions& o) { o.pattern = "tartan"; }, "weave, checker or plain, got 'tartan'");
-  refuses_options([](RenderOptions& o) { o.color_by = "speed"; }, "cloth, stretch, strain_weft, strain_warp");
+  refuses_options([](RenderOptions& o) { o.width = 16384, o.samples = 3; },
+                  "samples must be 1, 2, 4 or 8");
+  refuses_options([](RenderOptions& o) { o.samples = 8; }, "at most");  // llvmpipe offers 4
+  refuses_options([](RenderOptions& o) { o.pattern = "tartan"; },
+                  "weave, checker or plain, got 'tartan'");
+  refuses_options([](RenderOptions& o) { o.color_by = "speed"; },
+                  "cloth, stretch, strain_weft, strain_warp");
   refuses_options([](RenderOptions& o) { o.color_by = "stretch+"; }, "contact, got ''");
-  refuses_options([](RenderOptions& o) { o.color_map = "jet"; }, "viridis, magma or diverging, got 'jet'");
-  refuses_options([](RenderOptions& o) { o.color_low = 2.0; }, "color_low must be at most color_high");
+  refuses_options([](RenderOptions& o) { o.color_map = "jet"; },
+                  "viridis, magma or diverging, got 'jet'");
+  refuses_options([](RenderOptions& o) { o.color_low = 2.0; },
+                  "color_low must be at most color_high");
   refuses_options([](RenderOptions& o) { o.color_high = not_a_number; }, "color_high");
-  refuses_options([](RenderOptions& o) { o.hidden = "ball+wall"; }, "hidden must be ball or floor, got 'wall'");
+  refuses_options([](RenderOptions& o) { o.hidden = "ball+wall"; },
+                  "hidden must be ball or floor, got 'wall'");
   refuses_options([](RenderOptions& o) { o.light_direction.setZero(); }, "light_direction");
-  refuses_options([](RenderOptions& o) { o.camera.field_of_view_degrees = 180.0; }, "field_of_view_degrees");
-  refuses_options([](RenderOptions& o) { o.camera.eye.x() = not_a_number; }, "camera.eye must be finite");
+  refuses_options([](RenderOptions& o) { o.camera.field_of_view_degrees = 180.0; },
+                  "field_of_view_degrees");
+  refuses_options([](RenderOptions& o) { o.camera.eye.x() = not_a_number; },
+                  "camera.eye must be finite");
   refuses_options([](RenderOptions& o) { o.camera.fit = false; }, "eye and target must differ");
   refuses_options([](RenderOptions& o) { o.camera.eye = Vec3(0, 0, 2); }, "camera.up");
   CHECK_THROWS_WITH(color_table("rainbow"), Contains("viridis, magma or diverging"));
 }
 
 TEST_CASE("frames that are not finite or not of this run are refused", "[renderer]") {
-  refuses_frame([](Frame& f) { f.positions(3, 1) = not_a_number; }, "cloth", "positions of a frame must be finite, row 3");
-  refuses_frame([](Frame& f) { f.body_positions(2, 0) = not_a_number; }, "cloth", "body_positions of a frame must be finite");
-  refuses_frame([](Frame& f) { f.positions.conservativeResize(5, 3); }, "cloth", "25 rows of positions, got 5");
+  refuses_frame([](Frame& f) { f.positions(3, 1) = not_a_number; }, "cloth",
+                "positions of a frame must be finite, row 3");
+  refuses_frame([](Frame& f) { f.body_positions(2, 0) = not_a_number; }, "cloth",
+                "body_positions of a frame must be finite");
+  refuses_frame([](Frame& f) { f.positions.conservativeResize(5, 3); }, "cloth",
+                "25 rows of positions, got 5");
   refuses_frame([](Frame& f) { f.body_positions.resize(0, 3); }, "cloth", "rows of body_positions");
   refuses_frame([](Frame& f) { f.stretch.resize(0); }, "stretch", "rows of stretch");
-  refuses_frame([](Frame& f) { f.stretch[0] = not_a_number; }, "stretch", "stretch of a frame must be finite");
+  refuses_frame([](Frame& f) { f.stretch[0] = not_a_number; }, "stretch",
+                "stretch of a frame must be finite");
   refuses_frame([](Frame& f) { f.strain.resize(0, 3); }, "strain_weft", "rows of strain");
-  refuses_frame([](Frame& f) { f.strain(1, 2) = not_a_number; }, "strain_shear", "strain of a frame must be finite");
+  refuses_frame([](Frame& f) { f.strain(1, 2) = not_a_number; }, "strain_shear",
+                "strain of a frame must be finite");
   refuses_frame([](Frame& f) { f.contact.clear(); }, "contact", "rows of contact");
 }
 
 TEST_CASE("a topology that contradicts itself is refused", "[renderer]") {
   refuses_topology([](FrameTopology& t) { t.corner_uv.resize(3, 2); }, "three rows of corner_uv");
-  refuses_topology([](FrameTopology& t) { t.corner_uv(0, 0) = not_a_number; }, "corner_uv of the topology must be finite");
+  refuses_topology([](FrameTopology& t) { t.corner_uv(0, 0) = not_a_number; },
+                   "corner_uv of the topology must be finite");
   refuses_topology([](FrameTopology& t) { t.body_is_floor.clear(); }, "whether it is a floor");
-  refuses_topology([](FrameTopology& t) { t.triangles(2, 1) = 25; }, "triangles must index 25 vertices, row 2");
-  refuses_topology([](FrameTopology& t) { t.body_triangles(1, 1) = -1; }, "body_triangles must index");
-  refuses_topology([](FrameTopology& t) { t.cloth_of_triangle[0] = 1; }, "cloth_of_triangle must lie in [0, 1)");
+  refuses_topology([](FrameTopology& t) { t.triangles(2, 1) = 25; },
+                   "triangles must index 25 vertices, row 2");
+  refuses_topology([](FrameTopology& t) { t.body_triangles(1, 1) = -1; },
+                   "body_triangles must index");
+  refuses_topology([](FrameTopology& t) { t.cloth_of_triangle[0] = 1; },
+                   "cloth_of_triangle must lie in [0, 1)");
 }

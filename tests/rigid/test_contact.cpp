@@ -13,7 +13,8 @@ namespace {
 const Vec3 gravity(0, 0, -9.81);
 
 // Lowest vertex of the body's mesh above z = 0 [m].
-double clearance(const RigidWorld& world, const RigidState& state, Index body, const TriangleMesh& mesh) {
+double clearance(const RigidWorld& world, const RigidState& state, Index body,
+                 const TriangleMesh& mesh) {
   return world_vertices(state, body, mesh, world.mass_properties()[body]).col(2).minCoeff();
 }
 
@@ -35,9 +36,11 @@ double slide(double slope, double mu, double seconds, const std::string& shape) 
 TEST_CASE("a resting body stays and sinks in by less than a tenth of a millimetre") {
   for (const std::string shape : {"box", "convex", "sphere", "parts"}) {
     CAPTURE(shape);
-    RigidBody body = body_of(shape == "sphere" ? icosphere(0.1, 3) : box(0.2, 0.3, 0.2), shape, Vec3(0.01, 0.02, 0.1));
+    RigidBody body = body_of(shape == "sphere" ? icosphere(0.1, 3) : box(0.2, 0.3, 0.2), shape,
+                             Vec3(0.01, 0.02, 0.1));
     if (shape == "parts") {
-      body.parts = {shared(box(0.1, 0.3, 0.2).moved(Vec3(-0.05, 0, 0))), shared(box(0.1, 0.3, 0.2).moved(Vec3(0.05, 0, 0)))};
+      body.parts = {shared(box(0.1, 0.3, 0.2).moved(Vec3(-0.05, 0, 0))),
+                    shared(box(0.1, 0.3, 0.2).moved(Vec3(0.05, 0, 0)))};
     }
     RigidWorld world({body}, {floor_of(2.0, 4)}, gravity);
     RigidState state = world.initial_state();
@@ -50,9 +53,12 @@ TEST_CASE("a resting body stays and sinks in by less than a tenth of a millimetr
   }
 }
 
-TEST_CASE("a body counts as supported where contacts lead from it to an obstacle, not where bodies meet in the air") {
+TEST_CASE(
+    "a body counts as supported where contacts lead from it to an obstacle, not where bodies meet "
+    "in the air") {
   std::vector<RigidBody> cubes;
-  for (const Vec3& at : {Vec3(0, 0, 0.05), Vec3(0, 0, 0.15), Vec3(0.5, 0, 0.06), Vec3(0.5, 0, 1.0), Vec3(0.5, 0, 1.1)})
+  for (const Vec3& at : {Vec3(0, 0, 0.05), Vec3(0, 0, 0.15), Vec3(0.5, 0, 0.06), Vec3(0.5, 0, 1.0),
+                         Vec3(0.5, 0, 1.1)})
     cubes.push_back(body_of(box(0.1, 0.1, 0.1), "box", at));
   cubes[3].velocity = Vec3(0, 0, 0.1), cubes[4].velocity = Vec3(0, 0, -0.1);  // they meet
   RigidWorld world(cubes, {floor_of(2.0, 4)}, gravity);
@@ -85,7 +91,8 @@ TEST_CASE("cubes of one centimetre stay at rest in a stack at steps of a millise
   for (const std::string shape : {"box", "convex"}) {
     CAPTURE(shape);
     std::vector<RigidBody> cubes;
-    for (int k = 0; k < 5; ++k) cubes.push_back(body_of(box(0.01, 0.01, 0.01), shape, Vec3(0, 0, 0.005 + 0.01 * k)));
+    for (int k = 0; k < 5; ++k)
+      cubes.push_back(body_of(box(0.01, 0.01, 0.01), shape, Vec3(0, 0, 0.005 + 0.01 * k)));
     RigidWorld world(cubes, {floor_of(1.0, 3)}, gravity);
     RigidState state = world.initial_state();
     const Points start = state.positions;
@@ -99,7 +106,8 @@ TEST_CASE("more sweeps of the solver hold a stack better") {
   double moved[2];
   for (const int k : {0, 1}) {
     std::vector<RigidBody> cubes;
-    for (int i = 0; i < 5; ++i) cubes.push_back(body_of(box(0.01, 0.01, 0.01), "box", Vec3(0, 0, 0.005 + 0.01 * i)));
+    for (int i = 0; i < 5; ++i)
+      cubes.push_back(body_of(box(0.01, 0.01, 0.01), "box", Vec3(0, 0, 0.005 + 0.01 * i)));
     RigidWorld world(cubes, {floor_of(1.0, 3)}, gravity, true, k == 0 ? 3 : 50);
     RigidState state = world.initial_state();
     const Points start = state.positions;
@@ -117,7 +125,8 @@ TEST_CASE("a brick holds on an incline below the friction angle and slides above
     const double slope = 1.25 * angle, seconds = 0.5;
     const double acceleration = 9.81 * (std::sin(slope) - mu * std::cos(slope));
     // 5 %: seams between the floor's triangles and the first contact.
-    CHECK(slide(slope, mu, seconds, shape) == Approx(0.5 * acceleration * seconds * seconds).epsilon(0.05));
+    CHECK(slide(slope, mu, seconds, shape) ==
+          Approx(0.5 * acceleration * seconds * seconds).epsilon(0.05));
   }
 }
 
@@ -151,9 +160,11 @@ TEST_CASE("two colliding balls keep their momentum") {
   heavy.density = 4000.0;
   RigidWorld world({ball, heavy}, {}, Vec3::Zero());
   RigidState state = world.initial_state();
-  const double light_mass = world.mass_properties()[0].mass, heavy_mass = world.mass_properties()[1].mass;
+  const double light_mass = world.mass_properties()[0].mass,
+               heavy_mass = world.mass_properties()[1].mass;
   run(world, state, 1e-3, 300, 0);
-  const Vec3 momentum = light_mass * state.velocities.row(0).transpose() + heavy_mass * state.velocities.row(1).transpose();
+  const Vec3 momentum = light_mass * state.velocities.row(0).transpose() +
+                        heavy_mass * state.velocities.row(1).transpose();
   CHECK((momentum - light_mass * ball.velocity).norm() < 1e-13);
   CHECK(state.velocities(1, 0) > 0.1);
 }
@@ -173,7 +184,8 @@ TEST_CASE("a moving floor carries a brick and a rising one lifts it without a ga
     const double t = i * h;
     const Vec3 moved(0.5 * t * t, 0, 0.1 * t);
     ObstaclePlaces places({{moved, Vec4(1, 0, 0, 0)}});
-    if (deforms) places = ObstaclePlaces({RigidPose{}}, flat.mesh->vertices().rowwise() + moved.transpose());
+    if (deforms)
+      places = ObstaclePlaces({RigidPose{}}, flat.mesh->vertices().rowwise() + moved.transpose());
     world.advance(h, none, none, places, state);
   }
   CHECK(state.positions(0, 0) == Approx(0.5).margin(2e-3));
@@ -192,14 +204,19 @@ TEST_CASE("a turning floor takes a brick round") {
   const Points none = Points::Zero(1, 3);
   for (int i = 1; i <= 1000; ++i) {
     const double t = i * 1e-3;
-    world.advance(1e-3, none, none, ObstaclePlaces({{Vec3::Zero(), quaternion_from_rotation_vector(Vec3(0, 0, omega * t))}}), state);
+    world.advance(
+        1e-3, none, none,
+        ObstaclePlaces({{Vec3::Zero(), quaternion_from_rotation_vector(Vec3(0, 0, omega * t))}}),
+        state);
   }
-  CHECK((state.positions.row(0).transpose() - Vec3(0.2 * std::cos(1.0), 0.2 * std::sin(1.0), 0.025)).norm() < 2e-3);
+  CHECK((state.positions.row(0).transpose() - Vec3(0.2 * std::cos(1.0), 0.2 * std::sin(1.0), 0.025))
+            .norm() < 2e-3);
   CHECK(rotation_vector(state.orientations.row(0).transpose()).z() == Approx(1.0).margin(0.01));
 }
 
 TEST_CASE("a surface that swells throws a ball up as fast as it moves there") {
-  // The plane z = c t^2 (x + 1/2) turns about an edge and stretches: under the ball it rises at c t.
+  // The plane z = c t^2 (x + 1/2) turns about an edge and stretches: under the ball it rises at c
+  // t.
   const RigidObstacle flat = floor_of(1.0, 4);
   RigidBody ball = body_of(icosphere(0.05, 3), "sphere", Vec3(0, 0, 0.05));
   RigidWorld world({ball}, {deforming(flat)}, gravity);
@@ -214,7 +231,8 @@ TEST_CASE("a surface that swells throws a ball up as fast as it moves there") {
     world.advance(h, none, none, ObstaclePlaces({RigidPose{}}, x), state);
     if (i * h <= end) carried = state.velocities(0, 2);
   }
-  // d/dt of c t^2 / 2 at the end is 1 m/s; it slides towards the hinge meanwhile. Then it flies: 0.15 s later g has turned it.
+  // d/dt of c t^2 / 2 at the end is 1 m/s; it slides towards the hinge meanwhile. Then it flies:
+  // 0.15 s later g has turned it.
   CHECK(carried == Approx(1.0).epsilon(0.15));
   CHECK(state.velocities(0, 2) == Approx(carried - 9.81 * 0.15).margin(0.02));
 }

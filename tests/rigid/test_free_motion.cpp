@@ -11,9 +11,13 @@ const Vec4 start = quaternion_from_rotation_vector(Vec3(0.4, -0.3, 1.1));
 const Mat3 axes = rotation_matrix(quaternion_from_rotation_vector(Vec3(-0.7, 0.2, 0.5)));
 const Vec3 momentum(0.3, -1.2, 0.8);
 
-Rotor rotor_of(const Vec3& moments) { return make_rotor(axes * moments.asDiagonal() * axes.transpose()); }
+Rotor rotor_of(const Vec3& moments) {
+  return make_rotor(axes * moments.asDiagonal() * axes.transpose());
+}
 
-double energy(const Rotor& rotor, const Vec4& q) { return 0.5 * momentum.dot(angular_velocity(rotor, q, momentum)); }
+double energy(const Rotor& rotor, const Vec4& q) {
+  return 0.5 * momentum.dot(angular_velocity(rotor, q, momentum));
+}
 
 Vec4 turned_in(const Rotor& rotor, int steps, double time) {
   Vec4 q = start;
@@ -21,20 +25,24 @@ Vec4 turned_in(const Rotor& rotor, int steps, double time) {
   return q;
 }
 
-double angle_between(const Vec4& a, const Vec4& b) { return angular_velocity_between(a, b, 1.0).norm(); }
+double angle_between(const Vec4& a, const Vec4& b) {
+  return angular_velocity_between(a, b, 1.0).norm();
+}
 
 }  // namespace
 
 TEST_CASE("angular momentum and velocity are each other's inverse") {
   const Rotor rotor = rotor_of(Vec3(0.5, 1.0, 1.3));
   const Vec3 omega(0.2, -3.0, 1.0);
-  CHECK((angular_velocity(rotor, start, angular_momentum(rotor, start, omega)) - omega).norm() < 1e-14);
+  CHECK((angular_velocity(rotor, start, angular_momentum(rotor, start, omega)) - omega).norm() <
+        1e-14);
 }
 
 TEST_CASE("free rotation is of second order in the step") {
   const Rotor rotor = rotor_of(Vec3(0.5, 1.0, 1.3));
   const Vec4 fine = turned_in(rotor, 12800, 2.0);
-  const double coarse = angle_between(turned_in(rotor, 100, 2.0), fine), half = angle_between(turned_in(rotor, 200, 2.0), fine);
+  const double coarse = angle_between(turned_in(rotor, 100, 2.0), fine),
+               half = angle_between(turned_in(rotor, 200, 2.0), fine);
   CHECK(coarse < 1e-2);
   CHECK(half == Approx(0.25 * coarse).epsilon(0.02));  // the next order is the fourth
 }
@@ -61,8 +69,10 @@ TEST_CASE("the energy of a free rotation does not drift") {
 }
 
 TEST_CASE("bodies with two equal moments turn exactly, whatever the step") {
-  for (const Vec3& moments : {Vec3(0.5, 1.2, 1.2), Vec3(1.2, 0.5, 1.2), Vec3(1.2, 1.2, 2.0), Vec3(1.0, 1.0, 1.0)}) {
+  for (const Vec3& moments :
+       {Vec3(0.5, 1.2, 1.2), Vec3(1.2, 0.5, 1.2), Vec3(1.2, 1.2, 2.0), Vec3(1.0, 1.0, 1.0)}) {
     const Rotor rotor = rotor_of(moments);
-    CHECK(angle_between(turned_in(rotor, 1, 3.0), turned_in(rotor, 3000, 3.0)) < 1e-12);  // 3,000 steps of rounding
+    CHECK(angle_between(turned_in(rotor, 1, 3.0), turned_in(rotor, 3000, 3.0)) <
+          1e-12);  // 3,000 steps of rounding
   }
 }

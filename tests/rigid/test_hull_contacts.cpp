@@ -1,4 +1,5 @@
-// Claims about where convex polyhedra touch triangles, and about bodies of few corners thrown on them.
+// Claims about where convex polyhedra touch triangles, and about bodies of few corners thrown on
+// them.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -16,22 +17,26 @@ namespace {
 const Vec3 gravity(0, 0, -9.81);
 
 // Contacts of a hull at a pose, in world axes.
-std::vector<HullContact> contacts_on(const TriangleMesh& mesh, const Polyhedron& hull, const Vec3& at, const Mat3& turned,
-                                     double near) {
+std::vector<HullContact> contacts_on(const TriangleMesh& mesh, const Polyhedron& hull,
+                                     const Vec3& at, const Mat3& turned, double near) {
   std::vector<std::array<Vec3, 3>> triangles;
   for (const auto& t : mesh.triangles().rowwise()) {
     triangles.emplace_back();
-    for (int k = 0; k < 3; ++k) triangles.back()[k] = turned.transpose() * (mesh.vertices().row(t[k]).transpose() - at);
+    for (int k = 0; k < 3; ++k)
+      triangles.back()[k] = turned.transpose() * (mesh.vertices().row(t[k]).transpose() - at);
   }
   std::vector<std::vector<HullContact>> planes;
   HullOnTriangles().find(hull, triangles, triangles.size(), near, 4, {}, planes);
   std::vector<HullContact> contacts;
   for (const auto& plane : planes)
-    for (const HullContact& c : plane) contacts.push_back({turned * c.point + at, turned * c.normal, c.gap});
+    for (const HullContact& c : plane)
+      contacts.push_back({turned * c.point + at, turned * c.normal, c.gap});
   return contacts;
 }
 
-Mat3 about(const Vec3& axis, double angle) { return Eigen::AngleAxisd(angle, axis).toRotationMatrix(); }
+Mat3 about(const Vec3& axis, double angle) {
+  return Eigen::AngleAxisd(angle, axis).toRotationMatrix();
+}
 
 Vec4 random_turn(std::mt19937& random) {
   std::normal_distribution<double> normal;
@@ -64,28 +69,35 @@ TEST_CASE("a box stands on a plane of triangles by its four corners, wherever th
     }
 }
 
-TEST_CASE("a corner meets a face, a face a corner, an edge an edge, each once and in the right plane") {
+TEST_CASE(
+    "a corner meets a face, a face a corner, an edge an edge, each once and in the right plane") {
   const Polyhedron cube = box_polyhedron(Vec3(0.01, 0.01, 0.01));
   const double half_diagonal = 0.01 * std::sqrt(3.0);
-  const Mat3 on_tip = Eigen::Quaterniond::FromTwoVectors(Vec3(1, 1, 1), -Vec3::UnitZ()).toRotationMatrix();
-  const auto tip = contacts_on(floor_square(1.0, 7), cube, Vec3(0.013, 0.021, half_diagonal - 1e-4), on_tip, 5e-4);
+  const Mat3 on_tip =
+      Eigen::Quaterniond::FromTwoVectors(Vec3(1, 1, 1), -Vec3::UnitZ()).toRotationMatrix();
+  const auto tip = contacts_on(floor_square(1.0, 7), cube, Vec3(0.013, 0.021, half_diagonal - 1e-4),
+                               on_tip, 5e-4);
   REQUIRE(tip.size() == 1);
   CHECK((tip[0].normal - Vec3::UnitZ()).norm() < 1e-12);
   CHECK(tip[0].gap == Approx(-1e-4).margin(1e-12));
   CHECK((tip[0].point - Vec3(0.013, 0.021, 0)).norm() < 1e-9);
 
-  const TriangleMesh upright = box(1.0, 1.0, 1.0).moved(Vec3::Zero(), about(Vec3::UnitX(), M_PI) * on_tip);
-  const auto face = contacts_on(upright, cube, Vec3(0.002, -0.003, upright.vertices().col(2).maxCoeff() + 0.0099),
-                                about(Vec3::UnitZ(), 0.4), 5e-4);
+  const TriangleMesh upright =
+      box(1.0, 1.0, 1.0).moved(Vec3::Zero(), about(Vec3::UnitX(), M_PI) * on_tip);
+  const auto face =
+      contacts_on(upright, cube, Vec3(0.002, -0.003, upright.vertices().col(2).maxCoeff() + 0.0099),
+                  about(Vec3::UnitZ(), 0.4), 5e-4);
   REQUIRE(!face.empty());
   for (const HullContact& contact : face) CHECK((contact.normal - Vec3::UnitZ()).norm() < 1e-12);
-  CHECK(std::min_element(face.begin(), face.end(), [](const auto& a, const auto& b) { return a.gap < b.gap; })->gap ==
-        Approx(-1e-4).margin(1e-12));
+  CHECK(std::min_element(face.begin(), face.end(), [](const auto& a, const auto& b) {
+          return a.gap < b.gap;
+        })->gap == Approx(-1e-4).margin(1e-12));
 
   // One roof across another.
   const TriangleMesh roof = box(1.0, 1.0, 1.0).moved(Vec3::Zero(), about(Vec3::UnitX(), M_PI / 4));
-  const auto cross = contacts_on(roof, cube, Vec3(0.1, 0.001, std::sqrt(0.5) + 0.01 * std::sqrt(2.0) - 1e-4),
-                                 about(Vec3::UnitY(), M_PI / 4), 5e-4);
+  const auto cross =
+      contacts_on(roof, cube, Vec3(0.1, 0.001, std::sqrt(0.5) + 0.01 * std::sqrt(2.0) - 1e-4),
+                  about(Vec3::UnitY(), M_PI / 4), 5e-4);
   REQUIRE(cross.size() >= 1);
   for (const HullContact& contact : cross) {
     CHECK((contact.normal - Vec3::UnitZ()).norm() < 1e-9);
@@ -96,9 +108,13 @@ TEST_CASE("a corner meets a face, a face a corner, an edge an edge, each once an
 
 TEST_CASE("what is thrown on a floor gains no energy, comes to rest, and lies on it exactly") {
   const std::vector<std::pair<TriangleMesh, std::string>> things = {
-      {box(0.02, 0.03, 0.015), "box"}, {box(0.02, 0.03, 0.015), "convex"}, {cylinder(0.004, 0.027, 14), "convex"}, {cylinder(0.01, 0.01, 3), "convex"}};
+      {box(0.02, 0.03, 0.015), "box"},
+      {box(0.02, 0.03, 0.015), "convex"},
+      {cylinder(0.004, 0.027, 14), "convex"},
+      {cylinder(0.01, 0.01, 3), "convex"}};
   const double rod = 0.004 * std::cos(M_PI / 14), bar = 0.005;
-  const std::vector<std::vector<double>> heights = {{0.01, 0.015, 0.0075}, {0.01, 0.015, 0.0075}, {rod, 0.0135}, {bar, 0.005}};
+  const std::vector<std::vector<double>> heights = {
+      {0.01, 0.015, 0.0075}, {0.01, 0.015, 0.0075}, {rod, 0.0135}, {bar, 0.005}};
   std::mt19937 random(1);
   std::normal_distribution<double> normal;
   for (const bool deforms : {false, true})
@@ -107,27 +123,32 @@ TEST_CASE("what is thrown on a floor gains no energy, comes to rest, and lies on
         CAPTURE(k, run_of, deforms);
         RigidBody body = body_of(things[k].first, things[k].second, Vec3(0.001, 0.002, 0.05));
         body.orientation = random_turn(random), body.density = 1800.0;
-        for (int i = 0; i < 3; ++i) body.velocity[i] = 0.3 * normal(random), body.angular_velocity[i] = 20.0 * normal(random);
+        for (int i = 0; i < 3; ++i)
+          body.velocity[i] = 0.3 * normal(random), body.angular_velocity[i] = 20.0 * normal(random);
         const RigidObstacle flat = floor_of(4.0, deforms ? 2 : 1);
         RigidWorld world({body}, {deforms ? deforming(flat) : flat}, gravity);
         RigidState state = world.initial_state();
         const MassProperties& mass = world.mass_properties()[0];
         const auto energy = [&] {
-          const Vec3 spin = rotation_matrix(state.orientations.row(0).transpose()).transpose() * state.angular_velocities.row(0).transpose();
-          return 0.5 * mass.mass * state.velocities.row(0).squaredNorm() + 0.5 * spin.dot(mass.inertia * spin) +
-                 mass.mass * 9.81 * state.positions(0, 2);
+          const Vec3 spin = rotation_matrix(state.orientations.row(0).transpose()).transpose() *
+                            state.angular_velocities.row(0).transpose();
+          return 0.5 * mass.mass * state.velocities.row(0).squaredNorm() +
+                 0.5 * spin.dot(mass.inertia * spin) + mass.mass * 9.81 * state.positions(0, 2);
         };
         const Points none = Points::Zero(1, 3);
-        const ObstaclePlaces places = deforms ? ObstaclePlaces({RigidPose{}}, flat.mesh->vertices()) : ObstaclePlaces({RigidPose{}});
+        const ObstaclePlaces places = deforms ? ObstaclePlaces({RigidPose{}}, flat.mesh->vertices())
+                                              : ObstaclePlaces({RigidPose{}});
         double before = energy(), most = 0.0;
         const double fastest = std::sqrt(2.0 * before / mass.mass);
         for (int i = 0; i < 3000; ++i) {
           world.advance(1e-3, none, none, places, state);
           most = std::max(most, energy() - before), before = energy();
         }
-        CHECK(most < mass.mass * 9.81 * fastest * 1e-3);  // it is lifted out of what it fell into within a step
+        CHECK(most < mass.mass * 9.81 * fastest *
+                         1e-3);  // it is lifted out of what it fell into within a step
         const double z = state.positions(0, 2);
-        CHECK(std::any_of(heights[k].begin(), heights[k].end(), [&](double h) { return std::abs(z - h) < 2e-6; }));
+        CHECK(std::any_of(heights[k].begin(), heights[k].end(),
+                          [&](double h) { return std::abs(z - h) < 2e-6; }));
         CHECK(state.velocities.norm() < 1e-3);
       }
 }
@@ -137,7 +158,7 @@ namespace {
 struct Rest {
   double moved, speed, spin;  // over the last half, [m], [m/s], [rad/s]
   Vec3 at;
-  double most_gain;           // of energy over mass in a step [J/kg]
+  double most_gain;  // of energy over mass in a step [J/kg]
 };
 
 Rest come_to_rest(const RigidBody& body, const RigidObstacle& obstacle, int steps) {
@@ -145,14 +166,18 @@ Rest come_to_rest(const RigidBody& body, const RigidObstacle& obstacle, int step
   RigidState state = world.initial_state();
   const MassProperties& mass = world.mass_properties()[0];
   const Points none = Points::Zero(1, 3);
-  const ObstaclePlaces places = obstacle.vertices.rows() ? ObstaclePlaces({RigidPose{}}, obstacle.vertices) : ObstaclePlaces({RigidPose{}});
+  const ObstaclePlaces places = obstacle.vertices.rows()
+                                    ? ObstaclePlaces({RigidPose{}}, obstacle.vertices)
+                                    : ObstaclePlaces({RigidPose{}});
   Rest rest{0.0, 0.0, 0.0, Vec3::Zero(), 0.0};
   double before = 1e300;
   for (int i = 0; i < steps; ++i) {
     world.advance(1e-3, none, none, places, state);
-    const Vec3 at = state.positions.row(0).transpose(), spin = state.angular_velocities.row(0).transpose();
+    const Vec3 at = state.positions.row(0).transpose(),
+               spin = state.angular_velocities.row(0).transpose();
     const Vec3 own = rotation_matrix(state.orientations.row(0).transpose()).transpose() * spin;
-    const double energy = 0.5 * state.velocities.row(0).squaredNorm() + 0.5 * own.dot(mass.inertia * own) / mass.mass + 9.81 * at.z();
+    const double energy = 0.5 * state.velocities.row(0).squaredNorm() +
+                          0.5 * own.dot(mass.inertia * own) / mass.mass + 9.81 * at.z();
     if (i > 0) rest.most_gain = std::max(rest.most_gain, energy - before);
     before = energy;
     if (i == steps / 2) rest.at = at;
@@ -176,16 +201,20 @@ RigidObstacle room(double size) {
 
 }  // namespace
 
-TEST_CASE("bodies come to rest for good in corners, over posts, on fine floors, on flat ends of many corners") {
+TEST_CASE(
+    "bodies come to rest for good in corners, over posts, on fine floors, on flat ends of many "
+    "corners") {
   // In a corner all three planes bear, each by corners of its own.
   for (const std::string shape : {"box", "convex"}) {
-    const Rest in_corner = come_to_rest(body_of(box(0.04, 0.03, 0.01), shape, Vec3(0.0201, 0.0151, 0.006)), room(0.3), 1000);
+    const Rest in_corner = come_to_rest(
+        body_of(box(0.04, 0.03, 0.01), shape, Vec3(0.0201, 0.0151, 0.006)), room(0.3), 1000);
     CHECK(in_corner.speed < 1e-9);
     CHECK(std::abs(in_corner.at.z() - 0.005) < 1e-6);
   }
   // Larger than what it lies on: no side of that is taken for what bears it.
   for (const Index cells : {1, 8}) {
-    const RigidObstacle post{shared(box(0.04, 0.03, 0.02, cells).moved(Vec3(0, 0, -0.01))), 0.3, Vec3::Zero(), Vec4(1, 0, 0, 0), Points(0, 3)};
+    const RigidObstacle post{shared(box(0.04, 0.03, 0.02, cells).moved(Vec3(0, 0, -0.01))), 0.3,
+                             Vec3::Zero(), Vec4(1, 0, 0, 0), Points(0, 3)};
     RigidBody plate = body_of(box(0.16, 0.12, 0.08), "box", Vec3(0.003, 0.002, 0.0425));
     plate.orientation = quaternion_from_rotation_vector(Vec3(0.04, 0.03, 0.2));
     const Rest on_post = come_to_rest(plate, post, 1500);
@@ -194,19 +223,25 @@ TEST_CASE("bodies come to rest for good in corners, over posts, on fine floors, 
     CHECK(on_post.speed < 1e-6);
     CHECK(std::abs(on_post.at.z() - 0.04) < 1e-6);
   }
-  // Cells finer than the distance at which contacts are made: of more than four points those that bear are kept.
-  RigidBody rod = body_of(cylinder(0.004, 0.027, 14).moved(Vec3::Zero(), about(Vec3::UnitY(), M_PI / 2) * about(Vec3::UnitZ(), M_PI / 14)),
-                          "convex", Vec3(0.001, 0.002, 0.004 * std::cos(M_PI / 14)));
+  // Cells finer than the distance at which contacts are made: of more than four points those that
+  // bear are kept.
+  RigidBody rod = body_of(
+      cylinder(0.004, 0.027, 14)
+          .moved(Vec3::Zero(), about(Vec3::UnitY(), M_PI / 2) * about(Vec3::UnitZ(), M_PI / 14)),
+      "convex", Vec3(0.001, 0.002, 0.004 * std::cos(M_PI / 14)));
   const Rest on_cells = come_to_rest(rod, floor_of(0.1, 60), 1000);
   CHECK(on_cells.speed < 1e-9);
   CHECK(on_cells.spin < 1e-6);
   for (const int sides : {3, 5, 14, 15}) {
     CAPTURE(sides);
-    const Rest on_end = come_to_rest(body_of(cylinder(0.01, 0.02, sides), "convex", Vec3(0.001, 0.002, 0.0101)), floor_of(1.0, 1), 1000);
+    const Rest on_end =
+        come_to_rest(body_of(cylinder(0.01, 0.02, sides), "convex", Vec3(0.001, 0.002, 0.0101)),
+                     floor_of(1.0, 1), 1000);
     CHECK(on_end.speed < 1e-9);
     CHECK(std::abs(on_end.at.z() - 0.01) < 1e-6);
   }
-  const Rest thin = come_to_rest(body_of(box(0.02, 0.02, 0.0002), "box", Vec3(0.0013, 0.0021, 0.0001)), floor_of(0.6, 1), 500);
+  const Rest thin = come_to_rest(
+      body_of(box(0.02, 0.02, 0.0002), "box", Vec3(0.0013, 0.0021, 0.0001)), floor_of(0.6, 1), 500);
   CHECK(thin.speed < 1e-9);
   CHECK(std::abs(thin.at.z() - 1e-4) < 1e-7);
 }
@@ -215,7 +250,8 @@ TEST_CASE("points inside the edges and faces of a hull change nothing") {
   std::mt19937 random(7);
   for (int k = 0; k < 20; ++k) {
     const Mat3 turned = rotation_matrix(random_turn(random));
-    RigidBody body = body_of(box(0.02, 0.03, 0.015, 2).moved(Vec3::Zero(), turned), "convex", Vec3(0, 0, 0.0076));
+    RigidBody body = body_of(box(0.02, 0.03, 0.015, 2).moved(Vec3::Zero(), turned), "convex",
+                             Vec3(0, 0, 0.0076));
     body.orientation = quaternion_from_matrix(turned.transpose());
     const Rest rest = come_to_rest(body, floor_of(1.0, 3), 300);
     CAPTURE(k);
@@ -224,15 +260,20 @@ TEST_CASE("points inside the edges and faces of a hull change nothing") {
   }
 }
 
-TEST_CASE("points in the flat sides of a cylinder, however it lies in its mesh, leave it a polyhedron of its corners") {
+TEST_CASE(
+    "points in the flat sides of a cylinder, however it lies in its mesh, leave it a polyhedron of "
+    "its corners") {
   std::mt19937 random(3);
   for (int k = 0; k < 10; ++k) {
-    RigidBody rod = body_of(cylinder(0.004, 0.027, 14).moved(Vec3::Zero(), rotation_matrix(random_turn(random))), "convex", Vec3(0, 0, 0.02));
+    RigidBody rod = body_of(
+        cylinder(0.004, 0.027, 14).moved(Vec3::Zero(), rotation_matrix(random_turn(random))),
+        "convex", Vec3(0, 0, 0.02));
     rod.orientation = random_turn(random), rod.angular_velocity = Vec3(20, 10, 5);
     const Rest rest = come_to_rest(rod, floor_of(4.0, 1), 5000);
     CAPTURE(k);
     CHECK(rest.speed < 1e-3);
-    CHECK(std::min(std::abs(rest.at.z() - 0.004 * std::cos(M_PI / 14)), std::abs(rest.at.z() - 0.0135)) < 2e-6);
+    CHECK(std::min(std::abs(rest.at.z() - 0.004 * std::cos(M_PI / 14)),
+                   std::abs(rest.at.z() - 0.0135)) < 2e-6);
   }
 }
 
@@ -246,14 +287,17 @@ TEST_CASE("bodies of every size bounce as high as their restitution says") {
     double highest = 0.0;
     for (int i = 0; i < 450; ++i) {
       run(world, state, 1e-3, 1, 1);
-      if (state.velocities(0, 2) > 0.0) highest = std::max(highest, state.positions(0, 2) - 0.5 * size);
+      if (state.velocities(0, 2) > 0.0)
+        highest = std::max(highest, state.positions(0, 2) - 0.5 * size);
     }
     CAPTURE(size);
     CHECK(highest == Approx(0.81 * 0.2).epsilon(0.02));
   }
 }
 
-TEST_CASE("a box slides as far over the edges of a fine surface that deforms as over one of two triangles") {
+TEST_CASE(
+    "a box slides as far over the edges of a fine surface that deforms as over one of two "
+    "triangles") {
   double way[2];
   for (const int k : {0, 1}) {
     RigidBody brick = body_of(box(0.04, 0.03, 0.02), "box", Vec3(-0.2, 0.0071, 0.01));
@@ -263,7 +307,8 @@ TEST_CASE("a box slides as far over the edges of a fine surface that deforms as 
     RigidState state = world.initial_state();
     const Vec3 start = state.positions.row(0).transpose();
     const Points none = Points::Zero(1, 3);
-    for (int i = 0; i < 400; ++i) world.advance(1e-3, none, none, ObstaclePlaces({RigidPose{}}, flat.vertices), state);
+    for (int i = 0; i < 400; ++i)
+      world.advance(1e-3, none, none, ObstaclePlaces({RigidPose{}}, flat.vertices), state);
     way[k] = (state.positions.row(0).transpose() - start).norm();
     CHECK(std::abs(state.positions(0, 2) - 0.01) < 1e-6);
   }

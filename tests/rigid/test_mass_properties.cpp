@@ -10,8 +10,9 @@ using namespace loomstone;
 
 namespace {
 
-// Long double sums about the origin, by another formula: inertia from the second moments of each tetrahedron's corners and
-// centroid (the quadrature with weights 1/20 and 16/20, exact for quadratics).
+// Long double sums about the origin, by another formula: inertia from the second moments of each
+// tetrahedron's corners and centroid (the quadrature with weights 1/20 and 16/20, exact for
+// quadratics).
 MassProperties by_quadrature(const TriangleMesh& mesh, double density) {
   MassProperties result;
   Mat3 second = Mat3::Zero();
@@ -48,11 +49,13 @@ TEST_CASE("a box has the mass and inertia of the textbook") {
 
 TEST_CASE("a sphere's mass and inertia are approached with the square of the edge length") {
   const double radius = 0.3, density = 2000.0;
-  const double mass = density * 4.0 / 3.0 * M_PI * std::pow(radius, 3), moment = 0.4 * mass * radius * radius;
+  const double mass = density * 4.0 / 3.0 * M_PI * std::pow(radius, 3),
+               moment = 0.4 * mass * radius * radius;
   double previous_mass = 0.0, previous_moment = 0.0;
   for (int level = 2; level <= 4; ++level) {
     const MassProperties found = mass_properties(icosphere(radius, level), density);
-    const double mass_error = 1.0 - found.mass / mass, moment_error = 1.0 - found.inertia.trace() / (3.0 * moment);
+    const double mass_error = 1.0 - found.mass / mass,
+                 moment_error = 1.0 - found.inertia.trace() / (3.0 * moment);
     CHECK(mass_error > 0.0);
     if (level > 2) {
       CHECK(previous_mass / mass_error == Approx(4.0).epsilon(0.05));
@@ -74,11 +77,13 @@ TEST_CASE("signed tetrahedra agree with a quadrature over them") {
 TEST_CASE("moving and turning a mesh moves its centre and turns its inertia") {
   const TriangleMesh mesh = capsule(0.1, 0.4);
   const Vec3 shift(3.0, -5.0, 2.0);
-  const MassProperties here = mass_properties(mesh, 500.0), there = mass_properties(mesh.moved(shift, turn), 500.0);
+  const MassProperties here = mass_properties(mesh, 500.0),
+                       there = mass_properties(mesh.moved(shift, turn), 500.0);
   CHECK(there.mass == Approx(here.mass).epsilon(1e-12));
   CHECK((there.centre - (turn * here.centre + shift)).norm() < 1e-13);
   // Coordinates of 6 m are rounded to 1e-15 m, which is 1e-14 of the size.
-  CHECK((there.inertia - turn * here.inertia * turn.transpose()).norm() < 1e-11 * here.inertia.norm());
+  CHECK((there.inertia - turn * here.inertia * turn.transpose()).norm() <
+        1e-11 * here.inertia.norm());
 }
 
 TEST_CASE("twice the size has eight times the mass and thirty-two times the inertia") {
@@ -94,9 +99,11 @@ TEST_CASE("open, inside-out and flat meshes have no mass") {
   const TriangleMesh good = box(1.0, 1.0, 1.0);
   Triangles swapped = good.triangles();
   swapped.col(0).swap(swapped.col(1));
-  CHECK_THROWS_WITH(mass_properties(TriangleMesh(good.vertices(), swapped), 1.0), Catch::Contains("inside-out"));
+  CHECK_THROWS_WITH(mass_properties(TriangleMesh(good.vertices(), swapped), 1.0),
+                    Catch::Contains("inside-out"));
   // Squashed along a diagonal every face keeps some area, the body no volume.
   const Vec3 diagonal = Vec3(1, 2, 3).normalized();
   const Points flat = good.vertices() - good.vertices() * diagonal * diagonal.transpose();
-  CHECK_THROWS_WITH(mass_properties(TriangleMesh(flat, good.triangles()), 1.0), Catch::Contains("volume > 0"));
+  CHECK_THROWS_WITH(mass_properties(TriangleMesh(flat, good.triangles()), 1.0),
+                    Catch::Contains("volume > 0"));
 }

@@ -16,7 +16,8 @@ double spin_energy(const RigidState& state, const MassProperties& mass) {
 }
 
 Vec3 spin_momentum(const RigidState& state, const MassProperties& mass) {
-  return world_inertia(mass, state.orientations.row(0).transpose()) * state.angular_velocities.row(0).transpose();
+  return world_inertia(mass, state.orientations.row(0).transpose()) *
+         state.angular_velocities.row(0).transpose();
 }
 
 const Mat3 turn = rotation_matrix(quaternion_from_rotation_vector(Vec3(0.3, -1.1, 0.7)));
@@ -31,15 +32,20 @@ TEST_CASE("a falling sphere follows symplectic Euler to rounding") {
   const double h = 1e-3;
   const int n = 500;
   run(world, state, h, n, 0);
-  // v_n = v0 + n h g, x_n = x0 + n h v0 + n (n + 1) / 2 h^2 g; 1e-13: 500 roundings of numbers of about one.
+  // v_n = v0 + n h g, x_n = x0 + n h v0 + n (n + 1) / 2 h^2 g; 1e-13: 500 roundings of numbers of
+  // about one.
   const Vec3 g(0, 0, -9.81);
   CHECK((state.velocities.row(0).transpose() - (sphere.velocity + n * h * g)).norm() < 1e-12);
-  CHECK((state.positions.row(0).transpose() - (sphere.position + n * h * sphere.velocity + 0.5 * n * (n + 1) * h * h * g)).norm() < 1e-12);
+  CHECK((state.positions.row(0).transpose() -
+         (sphere.position + n * h * sphere.velocity + 0.5 * n * (n + 1) * h * h * g))
+            .norm() < 1e-12);
   CHECK(state.angular_velocities.norm() == 0.0);
 }
 
-TEST_CASE("a free body keeps its linear momentum to rounding and its spin to first order in the step") {
-  // A bar about its middle axis tumbles; mesh turned and shifted so that no frame coincides with another.
+TEST_CASE(
+    "a free body keeps its linear momentum to rounding and its spin to first order in the step") {
+  // A bar about its middle axis tumbles; mesh turned and shifted so that no frame coincides with
+  // another.
   RigidBody bar = body_of(box(0.4, 0.2, 0.1).moved(Vec3(0.3, 0.1, -0.2), turn), "convex");
   bar.velocity = Vec3(1, 2, 3);
   bar.angular_velocity = turn * Vec3(0.1, 5.0, 0.1);
@@ -95,14 +101,16 @@ TEST_CASE("impulses change velocities by mass and inertia before the step") {
   const MassProperties mass = world.mass_properties()[0];
   Points impulse(1, 3), angular(1, 3);
   impulse << 1.0, -2.0, 0.5;
-  angular << 1e-4, 2e-4, -3e-4;  // slow: the gyroscopic change within the step stays below the tolerance
+  angular << 1e-4, 2e-4,
+      -3e-4;  // slow: the gyroscopic change within the step stays below the tolerance
   const double h = 1e-3;
   world.advance(h, impulse, angular, {}, state);
   const Vec3 velocity = impulse.row(0).transpose() / mass.mass;
   const Vec3 omega = mass.inertia.inverse() * angular.row(0).transpose();
   CHECK((state.velocities.row(0).transpose() - velocity).norm() < 1e-14);
   CHECK((state.positions.row(0).transpose() - start - h * velocity).norm() < 1e-14);
-  CHECK((state.angular_velocities.row(0).transpose() - omega).norm() < 2.0 * h * omega.squaredNorm());
+  CHECK((state.angular_velocities.row(0).transpose() - omega).norm() <
+        2.0 * h * omega.squaredNorm());
 }
 
 TEST_CASE("a body that someone else has moved goes on from there") {

@@ -21,8 +21,10 @@ TEST_CASE("bodies without mesh, volume or known shape are refused by name") {
   RigidBody body = cube();
   body.mesh = nullptr;
   CHECK_THROWS_WITH(make(body), Contains("bodies[0].mesh must be a closed mesh"));
-  CHECK_THROWS_WITH(make(body_of(floor_square(1.0), "box")), Contains("bodies[0].mesh must be closed"));
-  CHECK_THROWS_WITH(make(body_of(box(1, 1, 1), "cylinder")), Contains("bodies[0].shape must be") && Contains("\"cylinder\""));
+  CHECK_THROWS_WITH(make(body_of(floor_square(1.0), "box")),
+                    Contains("bodies[0].mesh must be closed"));
+  CHECK_THROWS_WITH(make(body_of(box(1, 1, 1), "cylinder")),
+                    Contains("bodies[0].shape must be") && Contains("\"cylinder\""));
   CHECK_THROWS_AS(make(body_of(box(1, 1, 1), "cylinder")), InvalidInput);
 }
 
@@ -30,7 +32,8 @@ TEST_CASE("a cube is not a sphere, nor is an egg") {
   CHECK_THROWS_WITH(make(body_of(box(1, 1, 1), "sphere")), Contains("sphere within 1 %"));
   Points egg = icosphere(1.0, 3).vertices();
   egg.col(2) *= 1.03;
-  CHECK_THROWS_WITH(make(body_of(TriangleMesh(egg, icosphere(1.0, 3).triangles()), "sphere")), Contains("sphere within 1 %"));
+  CHECK_THROWS_WITH(make(body_of(TriangleMesh(egg, icosphere(1.0, 3).triangles()), "sphere")),
+                    Contains("sphere within 1 %"));
   CHECK_NOTHROW(make(body_of(icosphere(1.0, 1), "sphere")));
 }
 
@@ -61,11 +64,13 @@ TEST_CASE("obstacles without mesh or with a wrong quaternion are refused") {
   obstacle.orientation = Vec4(0, 0, 0, 0);
   CHECK_THROWS_WITH(RigidWorld({}, {obstacle}, Vec3::Zero()), Contains("obstacles[0].orientation"));
   obstacle.mesh = nullptr;
-  CHECK_THROWS_WITH(RigidWorld({}, {obstacle}, Vec3::Zero()), Contains("obstacles[0].mesh must be a mesh"));
+  CHECK_THROWS_WITH(RigidWorld({}, {obstacle}, Vec3::Zero()),
+                    Contains("obstacles[0].mesh must be a mesh"));
 }
 
 TEST_CASE("states of another scene are refused") {
-  RigidWorld one({cube()}, {floor_of(1.0, 2)}, Vec3::Zero()), two({cube(), cube()}, {}, Vec3::Zero());
+  RigidWorld one({cube()}, {floor_of(1.0, 2)}, Vec3::Zero()),
+      two({cube(), cube()}, {}, Vec3::Zero());
   CHECK_THROWS_WITH(one.restore(two.initial_state()), Contains("one row for each of the 1 bodies"));
   RigidState state = one.initial_state();
   one.save(state);
@@ -83,8 +88,10 @@ TEST_CASE("impulses or poses of another number are refused") {
   RigidWorld world({cube()}, {floor_of(1.0, 2)}, Vec3::Zero());
   RigidState state = world.initial_state();
   const Points one = Points::Zero(1, 3), two = Points::Zero(2, 3);
-  CHECK_THROWS_WITH(world.advance(1e-3, two, one, {{}}, state), Contains("one row for each of the 1 bodies"));
-  CHECK_THROWS_WITH(world.advance(1e-3, one, one, {}, state), Contains("one pose for each of the 1 obstacles"));
+  CHECK_THROWS_WITH(world.advance(1e-3, two, one, {{}}, state),
+                    Contains("one row for each of the 1 bodies"));
+  CHECK_THROWS_WITH(world.advance(1e-3, one, one, {}, state),
+                    Contains("one pose for each of the 1 obstacles"));
 }
 
 TEST_CASE("a body driven to infinity is a solver failure that names it") {
@@ -94,5 +101,6 @@ TEST_CASE("a body driven to infinity is a solver failure that names it") {
   impulses(1, 0) = std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS_AS(world.advance(1e-3, impulses, Points::Zero(2, 3), {}, state), SolverFailure);
   world.restore(state = world.initial_state());
-  CHECK_THROWS_WITH(world.advance(1e-3, impulses, Points::Zero(2, 3), {}, state), Contains("bodies[1] must stay finite"));
+  CHECK_THROWS_WITH(world.advance(1e-3, impulses, Points::Zero(2, 3), {}, state),
+                    Contains("bodies[1] must stay finite"));
 }

@@ -17,23 +17,28 @@ bool same_bits(const RigidState& a, const RigidState& b) {
   const auto same = [](const auto& x, const auto& y) {
     return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size() * sizeof(double)) == 0;
   };
-  return same(a.positions, b.positions) && same(a.orientations, b.orientations) && same(a.velocities, b.velocities) &&
-         same(a.angular_velocities, b.angular_velocities) && a.manifolds == b.manifolds;
+  return same(a.positions, b.positions) && same(a.orientations, b.orientations) &&
+         same(a.velocities, b.velocities) && same(a.angular_velocities, b.angular_velocities) &&
+         a.manifolds == b.manifolds;
 }
 
-// Five boxes on one another, spheres thrown at them, a body of two parts, a hull and a floor that sways.
+// Five boxes on one another, spheres thrown at them, a body of two parts, a hull and a floor that
+// sways.
 struct Pile {
   std::vector<RigidBody> bodies;
   std::vector<RigidObstacle> obstacles{floor_of(2.0, 4, 0.5)};
 
   Pile() {
-    for (int k = 0; k < 5; ++k) bodies.push_back(body_of(box(0.1, 0.1, 0.1), k % 2 ? "box" : "convex", Vec3(0, 0, 0.05 + 0.1 * k)));
+    for (int k = 0; k < 5; ++k)
+      bodies.push_back(
+          body_of(box(0.1, 0.1, 0.1), k % 2 ? "box" : "convex", Vec3(0, 0, 0.05 + 0.1 * k)));
     for (int k = 0; k < 3; ++k) {
       bodies.push_back(body_of(icosphere(0.04, 2), "sphere", Vec3(-0.4 - 0.1 * k, 0.01 * k, 0.2)));
       bodies.back().velocity = Vec3(3.0, 0, 1.0);
     }
     RigidBody twin = body_of(box(0.2, 0.05, 0.05), "parts", Vec3(0.03, 0.02, 0.6));
-    twin.parts = {shared(box(0.1, 0.05, 0.05).moved(Vec3(-0.05, 0, 0))), shared(box(0.1, 0.05, 0.05).moved(Vec3(0.05, 0, 0)))};
+    twin.parts = {shared(box(0.1, 0.05, 0.05).moved(Vec3(-0.05, 0, 0))),
+                  shared(box(0.1, 0.05, 0.05).moved(Vec3(0.05, 0, 0)))};
     bodies.push_back(twin);
     bodies.push_back(body_of(capsule(0.03, 0.1, 12), "convex", Vec3(0.2, 0.05, 0.3)));
   }
@@ -42,10 +47,12 @@ struct Pile {
   void advance(RigidWorld& world, RigidState& state, int i) const {
     const Points none = Points::Zero(state.positions.rows(), 3);
     const double t = (i + 1) * step;
-    const RigidPose pose{Vec3(0.02 * std::sin(8.0 * t), 0, 0), quaternion_from_rotation_vector(Vec3(0, 0, 0.1 * t))};
+    const RigidPose pose{Vec3(0.02 * std::sin(8.0 * t), 0, 0),
+                         quaternion_from_rotation_vector(Vec3(0, 0, 0.1 * t))};
     world.advance(step, none, none, ObstaclePlaces({pose}), state);
   }
-  // Steps first .. last - 1 from a complete state, rebuilding every 40; the state is complete again afterwards.
+  // Steps first .. last - 1 from a complete state, rebuilding every 40; the state is complete again
+  // afterwards.
   void run(RigidWorld& world, RigidState& state, int first, int last) const {
     for (int i = first; i < last; ++i) {
       if (i % 40 == 0) {
@@ -106,7 +113,8 @@ TEST_CASE("restoring and saving at once keeps the state") {
 
 TEST_CASE("rebuilding often does not disturb a stack") {
   std::vector<RigidBody> cubes;
-  for (int k = 0; k < 5; ++k) cubes.push_back(body_of(box(0.01, 0.01, 0.01), "box", Vec3(0, 0, 0.005 + 0.01 * k)));
+  for (int k = 0; k < 5; ++k)
+    cubes.push_back(body_of(box(0.01, 0.01, 0.01), "box", Vec3(0, 0, 0.005 + 0.01 * k)));
   RigidWorld world(cubes, {floor_of(1.0, 3)}, Vec3(0, 0, -9.81));
   RigidState state = world.initial_state();
   const Points start = state.positions;
@@ -123,13 +131,15 @@ TEST_CASE("a restored world knows where its obstacles were") {
   const bool deforms = GENERATE(false, true);
   CAPTURE(deforms);
   const RigidObstacle flat = floor_of(1.0, 2);
-  RigidWorld world({body_of(box(0.1, 0.1, 0.1), "box", Vec3(0, 0, 0.05))}, {deforms ? deforming(flat) : flat}, Vec3(0, 0, -9.81));
+  RigidWorld world({body_of(box(0.1, 0.1, 0.1), "box", Vec3(0, 0, 0.05))},
+                   {deforms ? deforming(flat) : flat}, Vec3(0, 0, -9.81));
   RigidState state = world.initial_state();
   const Points none = Points::Zero(1, 3);
   for (int i = 1; i <= 200; ++i) {
     const Vec3 moved(0, 0, i * step);
     ObstaclePlaces places({{moved, Vec4(1, 0, 0, 0)}});
-    if (deforms) places = ObstaclePlaces({RigidPose{}}, flat.mesh->vertices().rowwise() + moved.transpose());
+    if (deforms)
+      places = ObstaclePlaces({RigidPose{}}, flat.mesh->vertices().rowwise() + moved.transpose());
     world.advance(step, none, none, places, state);
     if (i % 20 == 0) {
       world.save(state);

@@ -1,4 +1,5 @@
-// Claims about where spheres touch, and about spheres that come too fast to be stopped by what they overlap already.
+// Claims about where spheres touch, and about spheres that come too fast to be stopped by what they
+// overlap already.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -12,12 +13,13 @@ using namespace loomstone;
 
 namespace {
 
-std::vector<SphereContact> contacts_on(const TriangleMesh& mesh, const Vec3& centre, double radius, double near,
-                                       const Vec3& motion = Vec3::Zero()) {
+std::vector<SphereContact> contacts_on(const TriangleMesh& mesh, const Vec3& centre, double radius,
+                                       double near, const Vec3& motion = Vec3::Zero()) {
   std::vector<std::array<Vec3, 3>> triangles;
   const Points& x = mesh.vertices();
   for (const auto& t : mesh.triangles().rowwise())
-    triangles.push_back({x.row(t[0]).transpose(), x.row(t[1]).transpose(), x.row(t[2]).transpose()});
+    triangles.push_back(
+        {x.row(t[0]).transpose(), x.row(t[1]).transpose(), x.row(t[2]).transpose()});
   std::vector<SphereContact> contacts;
   SphereOnTriangles().find(triangles, centre, radius, near, motion, 4, contacts);
   return contacts;
@@ -37,7 +39,8 @@ TEST_CASE("a plane of triangles is touched once, right below the centre, whereve
   std::uniform_real_distribution<double> place(-0.3, 0.3);
   std::vector<Vec3> centres;
   for (int i = 0; i < 200; ++i) centres.emplace_back(place(random), place(random), 0.049);
-  for (const Index v : {400, 700, 801}) centres.push_back(plane.vertices().row(v).transpose() + Vec3(0, 0, 0.049));
+  for (const Index v : {400, 700, 801})
+    centres.push_back(plane.vertices().row(v).transpose() + Vec3(0, 0, 0.049));
   for (const Vec3& centre : centres) {
     CAPTURE(centre.transpose());
     const auto contacts = contacts_on(plane, centre, 0.05, 0.02);
@@ -49,7 +52,8 @@ TEST_CASE("a plane of triangles is touched once, right below the centre, whereve
   }
 }
 
-TEST_CASE("each wall of a corner is touched, an edge and a tip once, and what lies out of reach is not") {
+TEST_CASE(
+    "each wall of a corner is touched, an edge and a tip once, and what lies out of reach is not") {
   const TriangleMesh cube = box(1.0, 1.0, 1.0);
   CHECK(contacts_on(cube, Vec3(0.45, 0.44, 0.43), 0.1, 0.0).size() == 3);  // from inside
   CHECK(contacts_on(cube, Vec3(0.45, 0.44, 0.0), 0.1, 0.0).size() == 2);
@@ -62,7 +66,8 @@ TEST_CASE("each wall of a corner is touched, an edge and a tip once, and what li
   CHECK(tip[0].gap == Approx(0.0).margin(1e-15));
   CHECK(contacts_on(cube, Vec3(0.52, 0.52, 0.51), 0.029, 0.0009).empty());
   CHECK(contacts_on(cube, Vec3(0.52, 0.52, 0.51), 0.029, 0.0011).size() == 1);
-  const auto within = contacts_on(cube, Vec3(0.5, 0.1, 0.2), 0.1, 0.0);  // the centre lies in a face
+  const auto within =
+      contacts_on(cube, Vec3(0.5, 0.1, 0.2), 0.1, 0.0);  // the centre lies in a face
   REQUIRE(within.size() == 1);
   CHECK((within[0].normal - Vec3::UnitX()).norm() < 1e-15);
 }
@@ -73,7 +78,8 @@ TEST_CASE("what lies on the way of a sphere is a contact ahead, in the plane in 
   REQUIRE(face.size() == 1);
   CHECK(face[0].gap == Approx(0.05).epsilon(1e-12));
   CHECK((face[0].normal - Vec3::UnitZ()).norm() < 1e-12);
-  const auto both = contacts_on(box(2.0, 2.0, 2.0), Vec3(0.85, 0.0, -0.8), 0.1, 1e-3, Vec3(0.2, 0.0, -0.3));
+  const auto both =
+      contacts_on(box(2.0, 2.0, 2.0), Vec3(0.85, 0.0, -0.8), 0.1, 1e-3, Vec3(0.2, 0.0, -0.3));
   REQUIRE(both.size() == 2);  // from inside, the floor later than the wall
   CHECK((both[0].normal + Vec3::UnitX()).norm() < 1e-12);
   CHECK((both[1].normal - Vec3::UnitZ()).norm() < 1e-12);
@@ -91,8 +97,10 @@ TEST_CASE("balls pass edges and fly through holes as if they were not there") {
     for (const double clear : {0.3e-3, 1e-3}) {
       CAPTURE(speed, clear);
       const double s = std::sqrt(0.5);
-      const Vec3 nearest = Vec3(0.05, 0, 0.05) + (radius + clear) * Vec3(s, 0, s), velocity = speed * Vec3(s, 0, -s);
-      RigidObstacle cube{shared(box(0.1, 0.1, 0.1)), 0.3, Vec3::Zero(), Vec4(1, 0, 0, 0), Points(0, 3)};
+      const Vec3 nearest = Vec3(0.05, 0, 0.05) + (radius + clear) * Vec3(s, 0, s),
+                 velocity = speed * Vec3(s, 0, -s);
+      RigidObstacle cube{shared(box(0.1, 0.1, 0.1)), 0.3, Vec3::Zero(), Vec4(1, 0, 0, 0),
+                         Points(0, 3)};
       RigidWorld world({ball_at(nearest - 3.7e-3 * velocity, velocity)}, {cube}, Vec3::Zero());
       RigidState state = world.initial_state();
       run(world, state, 1e-3, 12, 1);
@@ -102,7 +110,8 @@ TEST_CASE("balls pass edges and fly through holes as if they were not there") {
 }
 
 TEST_CASE("a ball that lies on one face of a mesh is thrown back by another one as if it did not") {
-  RigidObstacle room{shared(box(0.2, 0.2, 0.2)), 0.0, Vec3::Zero(), Vec4(1, 0, 0, 0), Points(0, 3)};  // from inside
+  RigidObstacle room{shared(box(0.2, 0.2, 0.2)), 0.0, Vec3::Zero(), Vec4(1, 0, 0, 0),
+                     Points(0, 3)};  // from inside
   RigidBody ball = body_of(icosphere(0.05, 3), "sphere", Vec3(0, 0.003, -0.05));
   ball.velocity = Vec3(0.4, 0, 0), ball.friction = 0.0, ball.restitution = 1.0;
   RigidWorld world({ball}, {room}, Vec3::Zero());
@@ -116,7 +125,8 @@ TEST_CASE("balls that come at 3 m/s, 3 mm in a step, do not enter floors or one 
   for (const double angle : {0.0, 0.7, 1.3}) {
     CAPTURE(angle);
     const Vec3 towards(3 * std::sin(angle), 0, -3 * std::cos(angle));
-    RigidWorld world({ball_at(Vec3(-0.03, 0.001, 0.0231), towards)}, {floor_of(0.5, 100)}, Vec3(0, 0, -9.81));
+    RigidWorld world({ball_at(Vec3(-0.03, 0.001, 0.0231), towards)}, {floor_of(0.5, 100)},
+                     Vec3(0, 0, -9.81));
     RigidState state = world.initial_state();
     for (int i = 0; i < 60; ++i) {
       run(world, state, 1e-3, 1, 1);
@@ -126,35 +136,45 @@ TEST_CASE("balls that come at 3 m/s, 3 mm in a step, do not enter floors or one 
     CHECK(state.velocities(0, 0) == Approx(towards.x()).epsilon(1e-9).margin(1e-12));
     CHECK(state.positions(0, 2) < radius + 1e-4);
   }
-  RigidWorld world({ball_at(Vec3(-0.02, 0, 0), Vec3(3, 0, 0)), ball_at(Vec3(0.0213, 0.002, 0), Vec3(-1, 0, 0))}, {}, Vec3::Zero());
+  RigidWorld world(
+      {ball_at(Vec3(-0.02, 0, 0), Vec3(3, 0, 0)), ball_at(Vec3(0.0213, 0.002, 0), Vec3(-1, 0, 0))},
+      {}, Vec3::Zero());
   RigidState state = world.initial_state();
   for (int i = 0; i < 30; ++i) {
     run(world, state, 1e-3, 1, 0);
     CHECK((state.positions.row(0) - state.positions.row(1)).norm() > 2 * radius - 1e-6);
   }
   CHECK(state.velocities(0, 0) < 2.0);
-  CHECK((state.velocities.row(0) + state.velocities.row(1) - Eigen::RowVector3d(2, 0, 0)).norm() < 1e-9);
+  CHECK((state.velocities.row(0) + state.velocities.row(1) - Eigen::RowVector3d(2, 0, 0)).norm() <
+        1e-9);
 }
 
 TEST_CASE("balls that bounce are thrown back where they touch, no sooner, and keep their energy") {
-  for (const double gap : {0.0, 0.03e-3, 0.08e-3, 0.5e-3}) {  // left before the step in which they meet
+  for (const double gap :
+       {0.0, 0.03e-3, 0.08e-3, 0.5e-3}) {  // left before the step in which they meet
     CAPTURE(gap);
     const double x = 0.005 + 0.01 + 0.5 * gap;
-    RigidWorld world({ball_at(Vec3(-x, 0, 0), Vec3(1, 0, 0), 1.0), ball_at(Vec3(x, 0, 0), Vec3(-1, 0, 0), 1.0)}, {}, Vec3::Zero());
+    RigidWorld world(
+        {ball_at(Vec3(-x, 0, 0), Vec3(1, 0, 0), 1.0), ball_at(Vec3(x, 0, 0), Vec3(-1, 0, 0), 1.0)},
+        {}, Vec3::Zero());
     RigidState state = world.initial_state();
     run(world, state, 1e-3, 30, 0);
     CHECK(state.velocities(0, 0) == Approx(-1.0).epsilon(1e-6));
     CHECK(state.velocities(1, 0) == Approx(1.0).epsilon(1e-6));
   }
-  RigidWorld world({ball_at(Vec3(0, 0, 0.02503), Vec3(0, 0, -1), 1.0)}, {floor_of(0.5, 40)}, Vec3::Zero());
+  RigidWorld world({ball_at(Vec3(0, 0, 0.02503), Vec3(0, 0, -1), 1.0)}, {floor_of(0.5, 40)},
+                   Vec3::Zero());
   RigidState state = world.initial_state();
   run(world, state, 1e-3, 40, 1);
   CHECK(state.velocities(0, 2) == Approx(1.0).epsilon(1e-6));
 }
 
 TEST_CASE("a ball that passes others within its reach is not held up by them") {
-  // Its path leaves a gap of 0.3 mm, as much as a plane that touches the other ball would cut from a step.
-  RigidWorld world({ball_at(Vec3(-0.02, 0.0103, 0), Vec3(2, 0, 0)), ball_at(Vec3::Zero(), Vec3::Zero())}, {}, Vec3::Zero());
+  // Its path leaves a gap of 0.3 mm, as much as a plane that touches the other ball would cut from
+  // a step.
+  RigidWorld world(
+      {ball_at(Vec3(-0.02, 0.0103, 0), Vec3(2, 0, 0)), ball_at(Vec3::Zero(), Vec3::Zero())}, {},
+      Vec3::Zero());
   RigidState state = world.initial_state();
   run(world, state, 1e-3, 20, 0);
   CHECK(state.velocities.row(0) == Eigen::RowVector3d(2, 0, 0));

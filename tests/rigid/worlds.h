@@ -13,7 +13,8 @@ inline std::shared_ptr<const TriangleMesh> shared(TriangleMesh mesh) {
   return std::make_shared<const TriangleMesh>(std::move(mesh));
 }
 
-inline RigidBody body_of(TriangleMesh mesh, const std::string& shape, const Vec3& position = Vec3::Zero()) {
+inline RigidBody body_of(TriangleMesh mesh, const std::string& shape,
+                         const Vec3& position = Vec3::Zero()) {
   RigidBody body;
   body.mesh = shared(std::move(mesh));
   body.shape = shape;
@@ -22,7 +23,8 @@ inline RigidBody body_of(TriangleMesh mesh, const std::string& shape, const Vec3
 }
 
 inline RigidObstacle floor_of(double size, Index cells, double friction = 0.3) {
-  return {shared(floor_square(size, cells)), friction, Vec3::Zero(), Vec4(1, 0, 0, 0), Points(0, 3)};
+  return {shared(floor_square(size, cells)), friction, Vec3::Zero(), Vec4(1, 0, 0, 0),
+          Points(0, 3)};
 }
 
 // The same as a surface that deforms: its vertices are given, no pose.
@@ -32,7 +34,8 @@ inline RigidObstacle deforming(RigidObstacle obstacle) {
 }
 
 // Without impulses; obstacles stay at their start.
-inline void run(RigidWorld& world, RigidState& state, double step, int n_steps, std::size_t n_obstacles) {
+inline void run(RigidWorld& world, RigidState& state, double step, int n_steps,
+                std::size_t n_obstacles) {
   const Points none = Points::Zero(state.positions.rows(), 3);
   const std::vector<RigidPose> poses(n_obstacles);
   for (int i = 0; i < n_steps; ++i) world.advance(step, none, none, poses, state);

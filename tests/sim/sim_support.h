@@ -1,4 +1,5 @@
-// What claims about simulations share: meshes to share, step options, equality of checkpoints bit for bit.
+// What claims about simulations share: meshes to share, step options, equality of checkpoints bit
+// for bit.
 #pragma once
 
 #include <memory>
@@ -20,9 +21,11 @@ inline IntegratorOptions step_of(double h, const char* method = "semi-implicit-e
 }
 
 inline bool same(const Checkpoint& a, const Checkpoint& b) {
-  if (a.integers != b.integers || a.bytes != b.bytes || a.arrays.size() != b.arrays.size()) return false;
+  if (a.integers != b.integers || a.bytes != b.bytes || a.arrays.size() != b.arrays.size())
+    return false;
   for (const auto& [name, array] : a.arrays)
-    if (array.shape != b.arrays.at(name).shape || array.values != b.arrays.at(name).values) return false;
+    if (array.shape != b.arrays.at(name).shape || array.values != b.arrays.at(name).values)
+      return false;
   return true;
 }
 

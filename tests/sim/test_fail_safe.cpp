@@ -1,4 +1,5 @@
-// Claims about steps that contact forces cannot answer: every step ends free of intersection, or says that it does not.
+// Claims about steps that contact forces cannot answer: every step ends free of intersection, or
+// says that it does not.
 #include <catch2/catch.hpp>
 #include <cmath>
 
@@ -41,14 +42,16 @@ Scene drum(double size, Index cells) {
   return scene;
 }
 
-// A loose sheet between two plates that close within `duration` to a gap (negative: they run through each other), stand still
-// for a while and open again.
-Scene press(double gap, double duration, bool turning = false, double offset = 0.0, int layers = 1) {
+// A loose sheet between two plates that close within `duration` to a gap (negative: they run
+// through each other), stand still for a while and open again.
+Scene press(double gap, double duration, bool turning = false, double offset = 0.0,
+            int layers = 1) {
   Scene scene;
   for (int i = 0; i < layers; ++i) {
     Cloth cloth;
     cloth.name = "cloth " + std::to_string(i);
-    cloth.mesh = share(grid_cells(0.1, 0.1, 8, 8).moved(Vec3(0.001 * i, 0.002 * i, offset + 4e-3 * i)));
+    cloth.mesh =
+        share(grid_cells(0.1, 0.1, 8, 8).moved(Vec3(0.001 * i, 0.002 * i, offset + 4e-3 * i)));
     cloth.thickness = 2e-3;
     scene.cloths.push_back(cloth);
   }
@@ -72,24 +75,29 @@ Scene press(double gap, double duration, bool turning = false, double offset = 0
 
 }  // namespace
 
-TEST_CASE("a heavy ball that hits a small drum at a large step is caught, whole and without intersection") {
+TEST_CASE(
+    "a heavy ball that hits a small drum at a large step is caught, whole and without "
+    "intersection") {
   for (const double speed : {5.0, 30.0}) {
     Scene scene = drum(0.2, 10);
-    scene.bodies.push_back(ball(0.03, 1000.0, Vec3(0.004, 0.003, 0.05), Vec3(0.2 * speed, 0, -speed)));
+    scene.bodies.push_back(
+        ball(0.03, 1000.0, Vec3(0.004, 0.003, 0.05), Vec3(0.2 * speed, 0, -speed)));
     Simulation one(scene, step_of(0.01), 1), three(scene, step_of(0.01), 3);
     double lowest = 1.0;
     for (int i = 0; i < 40; ++i) {
       one.step();
       three.step();
-      INFO("speed " << speed << " step " << i << " substeps " << one.report().substeps << " truncated " << one.report().truncated);
+      INFO("speed " << speed << " step " << i << " substeps " << one.report().substeps
+                    << " truncated " << one.report().truncated);
       REQUIRE(one.report().unresolved == 0);
       REQUIRE(one.intersecting_pairs().empty());
       lowest = std::min(lowest, one.body_positions()(0, 2));
     }
     CHECK(one.positions() == three.positions());
     CHECK(one.body_positions() == three.body_positions());
-    CHECK(lowest < 0.0);                              // it came into the cloth
-    CHECK(one.body_positions()(0, 2) > lowest + 0.02);  // and was thrown back, which takes what stopped it
+    CHECK(lowest < 0.0);  // it came into the cloth
+    CHECK(one.body_positions()(0, 2) >
+          lowest + 0.02);  // and was thrown back, which takes what stopped it
   }
 }
 
@@ -101,7 +109,8 @@ TEST_CASE("a light ball squeezed between cloth and floor stays between them") {
   scene.cloths[0].script_positions.resize(2 * n_pins, 3);
   for (Index i = 0; i < n_pins; ++i)
     for (const Index k : {0, 1}) {
-      scene.cloths[0].script_positions.row(k * n_pins + i) = scene.cloths[0].mesh->vertices().row(scene.cloths[0].pins[i]);
+      scene.cloths[0].script_positions.row(k * n_pins + i) =
+          scene.cloths[0].mesh->vertices().row(scene.cloths[0].pins[i]);
       if (k == 1) scene.cloths[0].script_positions(n_pins + i, 2) = 0.01;
     }
   Obstacle ground;
@@ -112,22 +121,30 @@ TEST_CASE("a light ball squeezed between cloth and floor stays between them") {
   Simulation sim(scene, step_of(5e-3), 1);
   for (int i = 0; i < 60; ++i) {
     sim.step();
-    INFO("step " << i << " substeps " << sim.report().substeps << " height " << sim.body_positions()(0, 2));
+    INFO("step " << i << " substeps " << sim.report().substeps << " height "
+                 << sim.body_positions()(0, 2));
     REQUIRE(sim.report().unresolved == 0);
-    for (const auto& pair : sim.intersecting_pairs()) REQUIRE(pair[0] >= 200);  // the body may touch the floor, never cloth
-    // It does not give way into the floor: what presses on it is borne there. Bullet lets bodies sink by a hair.
+    for (const auto& pair : sim.intersecting_pairs())
+      REQUIRE(pair[0] >= 200);  // the body may touch the floor, never cloth
+    // It does not give way into the floor: what presses on it is borne there. Bullet lets bodies
+    // sink by a hair.
     CHECK(sim.body_positions()(0, 2) > 0.0298);
     CHECK(sim.body_positions()(0, 2) < 0.0302);
   }
 }
 
-TEST_CASE("plates that leave the cloth room never make it intersect, whatever the room, the step and the way they come") {
+TEST_CASE(
+    "plates that leave the cloth room never make it intersect, whatever the room, the step and the "
+    "way they come") {
   for (const bool turning : {false, true})
-    for (const double gap : {3e-3, 0.6e-3, 1e-4, 5e-5}) {  // above and below the thickness: the force gives, certification holds
+    for (const double gap :
+         {3e-3, 0.6e-3, 1e-4,
+          5e-5}) {  // above and below the thickness: the force gives, certification holds
       Simulation sim(press(gap, 0.02, turning, 0.02), step_of(0.01), 1);
       for (int i = 0; i < 8; ++i) {
         sim.step();
-        INFO("turning " << turning << " gap " << gap << " step " << i << " substeps " << sim.report().substeps);
+        INFO("turning " << turning << " gap " << gap << " step " << i << " substeps "
+                        << sim.report().substeps);
         REQUIRE(sim.report().unresolved == 0);
         for (const auto& pair : sim.intersecting_pairs()) REQUIRE(pair[0] >= 128);
         REQUIRE(sim.positions().allFinite());
@@ -135,7 +152,9 @@ TEST_CASE("plates that leave the cloth room never make it intersect, whatever th
     }
 }
 
-TEST_CASE("cloth that plates run through is forced to intersect them, never other cloth, and the report says so") {
+TEST_CASE(
+    "cloth that plates run through is forced to intersect them, never other cloth, and the report "
+    "says so") {
   std::int64_t intersections = 0;
   for (const int layers : {1, 2, 4}) {
     const bool turning = layers != 2;
@@ -167,7 +186,9 @@ TEST_CASE("cloth that plates run through is forced to intersect them, never othe
   CHECK(intersections > 0);
 }
 
-TEST_CASE("a step that fails at its full length is taken in parts, with the same bits on any team and after resuming") {
+TEST_CASE(
+    "a step that fails at its full length is taken in parts, with the same bits on any team and "
+    "after resuming") {
   for (const bool body : {false, true}) {
     const char* method = body ? "semi-implicit-euler" : "bdf2";
     Scene scene = press(1e-4, 0.02, true, 0.02);
@@ -204,12 +225,14 @@ TEST_CASE("poses and pins that the user has set are reached through the parts of
   scene.cloths[0].mesh = share(grid_cells(0.1, 0.1, 8, 8).moved(Vec3(0, 0, 0.02)));
   scene.cloths[0].pins = {0};
   for (Obstacle& plate : scene.obstacles) {
-    plate.mesh = share(floor_square(0.3, 2).moved(Vec3(0.002, 0.001, plate.name == "upper" ? 0.05 : -0.05)));
+    plate.mesh =
+        share(floor_square(0.3, 2).moved(Vec3(0.002, 0.001, plate.name == "upper" ? 0.05 : -0.05)));
     plate.times.clear();
     plate.positions.resize(0, 3);
   }
   Simulation sim(scene, step_of(0.02), 1);
-  // The plates turn by 0.4 each way and close to 0.1 mm at once; the pinned corner goes down with them.
+  // The plates turn by 0.4 each way and close to 0.1 mm at once; the pinned corner goes down with
+  // them.
   Points targets = sim.positions();
   targets(0, 2) = 0.0;
   sim.set_pin_targets(targets);
@@ -223,10 +246,13 @@ TEST_CASE("poses and pins that the user has set are reached through the parts of
   const Points bodies = sim.frame().body_positions, local = scene.obstacles[0].mesh->vertices();
   const Mat3 turn = Eigen::AngleAxisd(0.4, Vec3::UnitZ()).toRotationMatrix();
   for (Index i = 0; i < local.rows(); ++i)
-    CHECK((bodies.row(i).transpose() - (turn * local.row(i).transpose() + Vec3(0, 0, -0.05 + 5e-5))).norm() < 1e-15);
+    CHECK((bodies.row(i).transpose() - (turn * local.row(i).transpose() + Vec3(0, 0, -0.05 + 5e-5)))
+              .norm() < 1e-15);
 }
 
-TEST_CASE("explicit integrators keep the thickness as gap, with cloth, obstacle and free body, and resume bit for bit") {
+TEST_CASE(
+    "explicit integrators keep the thickness as gap, with cloth, obstacle and free body, and "
+    "resume bit for bit") {
   Scene scene = drum(0.2, 8);
   scene.cloths[0].mesh = share(grid_cells(0.2, 0.2, 8, 8).moved(Vec3(0, 0, 0.05)));
   scene.cloths[0].pins = {0, 8, 72, 80};
@@ -243,7 +269,8 @@ TEST_CASE("explicit integrators keep the thickness as gap, with cloth, obstacle 
   scene.bodies.push_back(ball(0.02, 50.0, Vec3(0.004, 0.003, 0.08), Vec3(0, 0, -0.5)));
   scene.bodies[0].thickness = 2e-3;
   scene.rigid_rebuild_interval = 100;
-  Simulation sim(scene, step_of(2e-4, "symplectic-euler"), 1), resumed(scene, step_of(2e-4, "symplectic-euler"), 3);
+  Simulation sim(scene, step_of(2e-4, "symplectic-euler"), 1),
+      resumed(scene, step_of(2e-4, "symplectic-euler"), 3);
   double lowest = 1.0;
   for (int i = 0; i < 800; ++i) {
     sim.step();
@@ -254,9 +281,10 @@ TEST_CASE("explicit integrators keep the thickness as gap, with cloth, obstacle 
   }
   CHECK(same(sim.checkpoint(), resumed.checkpoint()));
   CHECK(sim.intersecting_pairs().empty());
-  CHECK(lowest > 0.99 * 2e-3);                      // the free sheet rests on the floor at its thickness
+  CHECK(lowest > 0.99 * 2e-3);  // the free sheet rests on the floor at its thickness
   CHECK(sim.positions().bottomRows(36).col(2).maxCoeff() < 2.2e-3);
-  CHECK(sim.body_positions()(0, 2) > 0.04);         // caught by the sheet that hangs from its corners, half way to the floor
+  CHECK(sim.body_positions()(0, 2) >
+        0.04);  // caught by the sheet that hangs from its corners, half way to the floor
 }
 
 TEST_CASE("a strip twisted fast by its ends stays free of intersection and tears nothing") {
@@ -269,7 +297,9 @@ TEST_CASE("a strip twisted fast by its ends stays free of intersection and tears
   strip.thickness = 1.2e-3;
   const Points& x = strip.mesh->vertices();
   for (Index v = 0; v < x.rows(); ++v)
-    if (std::abs(x(v, 0) - x.col(0).minCoeff()) < 1e-9 || std::abs(x(v, 0) - x.col(0).maxCoeff()) < 1e-9) strip.pins.push_back(v);
+    if (std::abs(x(v, 0) - x.col(0).minCoeff()) < 1e-9 ||
+        std::abs(x(v, 0) - x.col(0).maxCoeff()) < 1e-9)
+      strip.pins.push_back(v);
   const Index n_pins = static_cast<Index>(strip.pins.size());
   const double middle = x.col(0).mean(), duration = 0.42;
   strip.script_positions.resize(200 * n_pins, 3);
@@ -277,7 +307,8 @@ TEST_CASE("a strip twisted fast by its ends stays free of intersection and tears
     strip.script_times.push_back(duration * static_cast<double>(k) / 199.0);
     for (Index i = 0; i < n_pins; ++i) {
       const Vec3 at = x.row(strip.pins[i]).transpose(), centre(at.x(), x.col(1).mean(), 0.0);
-      const double angle = (at.x() < middle ? 1.0 : -1.0) * 2.0 * M_PI * 6.0 * strip.script_times.back();
+      const double angle =
+          (at.x() < middle ? 1.0 : -1.0) * 2.0 * M_PI * 6.0 * strip.script_times.back();
       strip.script_positions.row(k * n_pins + i) =
           (centre + Eigen::AngleAxisd(angle, Vec3::UnitX()) * (at - centre)).transpose();
     }
@@ -287,7 +318,8 @@ TEST_CASE("a strip twisted fast by its ends stays free of intersection and tears
   Simulation sim(scene, step_of(5e-3), 1);
   for (int i = 0; i < 84; ++i) {
     sim.step();
-    INFO("step " << i + 1 << " substeps " << sim.report().substeps << " truncated " << sim.report().truncated);
+    INFO("step " << i + 1 << " substeps " << sim.report().substeps << " truncated "
+                 << sim.report().truncated);
     REQUIRE(sim.report().unresolved == 0);
     REQUIRE(sim.intersecting_pairs().empty());
   }

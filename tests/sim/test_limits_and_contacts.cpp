@@ -1,4 +1,5 @@
-// Claims about strain limits in the step: with contacts, inside the implicit solve, and where scripts leave them no room.
+// Claims about strain limits in the step: with contacts, inside the implicit solve, and where
+// scripts leave them no room.
 #include <catch2/catch.hpp>
 
 #include <set>
@@ -17,7 +18,8 @@ Scene draped(int cells, const StrainLimit& limit, bool in_solve) {
   Scene scene;
   Cloth cloth;
   cloth.mesh = share(grid_cells(0.4, 0.4, cells, cells).moved(Vec3(0, 0, 0.106)));
-  cloth.material.weft_stiffness = cloth.material.warp_stiffness = 30.0, cloth.material.shear_stiffness = 10.0;
+  cloth.material.weft_stiffness = cloth.material.warp_stiffness = 30.0,
+  cloth.material.shear_stiffness = 10.0;
   cloth.strain_limit = limit;
   scene.cloths.push_back(cloth);
   Obstacle ball;
@@ -28,7 +30,9 @@ Scene draped(int cells, const StrainLimit& limit, bool in_solve) {
   return scene;
 }
 
-double worst(const StepReport& report) { return std::max({report.weft_excess, report.warp_excess, report.shear_excess}); }
+double worst(const StepReport& report) {
+  return std::max({report.weft_excess, report.warp_excess, report.shear_excess});
+}
 
 }  // namespace
 
@@ -67,28 +71,33 @@ TEST_CASE("limits inside the solve leave little to sweeps, and come to the same 
   CHECK(mean[true] == Approx(mean[false]).margin(0.01));
 }
 
-TEST_CASE("a script that leaves limits no room is followed, reported by its triangles, and tears nothing else") {
+TEST_CASE(
+    "a script that leaves limits no room is followed, reported by its triangles, and tears nothing "
+    "else") {
   Scene scene;
   Cloth cloth;
   const int cells = 10;
   cloth.mesh = share(grid_cells(0.2, 0.2, cells, cells));
   cloth.strain_limit = StrainLimit{};
   cloth.strain_limit->weft = cloth.strain_limit->warp = 0.05, cloth.strain_limit->shear = 0.1;
-  for (int j = 0; j <= cells; ++j) cloth.pins.push_back(j * (cells + 1)), cloth.pins.push_back(j * (cells + 1) + cells);
+  for (int j = 0; j <= cells; ++j)
+    cloth.pins.push_back(j * (cells + 1)), cloth.pins.push_back(j * (cells + 1) + cells);
   const Index n = static_cast<Index>(cloth.pins.size());
   cloth.script_times = {0.0, 0.2};
   cloth.script_positions.resize(2 * n, 3);
   for (Index i = 0; i < n; ++i) {
     const Vec3 at = cloth.mesh->vertices().row(cloth.pins[i]).transpose();
     cloth.script_positions.row(i) = at.transpose();
-    cloth.script_positions.row(n + i) = Vec3(1.3 * at.x(), at.y(), at.z()).transpose();  // 30 % along weft
+    cloth.script_positions.row(n + i) =
+        Vec3(1.3 * at.x(), at.y(), at.z()).transpose();  // 30 % along weft
   }
   scene.cloths.push_back(cloth);
   // Beside it hang a cloth whose limits have room, and one that is limited by edges.
   for (const bool by_edges : {false, true}) {
     Cloth other;
     other.mesh = share(grid_cells(0.3, 0.3, cells, cells).moved(Vec3(0, by_edges ? 1.0 : -1.0, 0)));
-    other.material.weft_stiffness = other.material.warp_stiffness = 30.0, other.material.shear_stiffness = 10.0;
+    other.material.weft_stiffness = other.material.warp_stiffness = 30.0,
+    other.material.shear_stiffness = 10.0;
     other.pins = {0, cells};
     other.strain_limit = StrainLimit{};
     if (by_edges)
@@ -98,7 +107,8 @@ TEST_CASE("a script that leaves limits no room is followed, reported by its tria
     scene.cloths.push_back(other);
   }
   scene.gravity = Vec3(0, 0, -2.0);
-  const std::shared_ptr<const TriangleMesh> free = scene.cloths[1].mesh, edged = scene.cloths[2].mesh;
+  const std::shared_ptr<const TriangleMesh> free = scene.cloths[1].mesh,
+                                            edged = scene.cloths[2].mesh;
   Simulation sim(scene, step_of(4e-3), 1);
   std::int64_t beyond_early = 0;
   for (int i = 0; i < 50; ++i) {
@@ -108,7 +118,8 @@ TEST_CASE("a script that leaves limits no room is followed, reported by its tria
   CHECK(beyond_early == 0);
   CHECK(sim.report().beyond_limit == 2 * cells * cells);
   CHECK(sim.report().worst_element >= 0);
-  CHECK(sim.report().substeps == 1);  // limits that did not hold before are no reason to halve the step
+  CHECK(sim.report().substeps ==
+        1);  // limits that did not hold before are no reason to halve the step
   const std::vector<BrokenLimit> broken = sim.broken_limits();
   std::set<Index> named;
   for (const BrokenLimit& each : broken) named.insert(each.element);
@@ -118,11 +129,13 @@ TEST_CASE("a script that leaves limits no room is followed, reported by its tria
   CHECK(broken.front().element == sim.report().worst_element);
   CHECK(broken.front().excess == sim.report().weft_excess);
   for (std::size_t i = 1; i < broken.size(); ++i) REQUIRE(broken[i].excess <= broken[i - 1].excess);
-  CHECK(sim.report().weft_excess == Approx(0.25).margin(0.05));  // all triangles share what the script asks for
+  CHECK(sim.report().weft_excess ==
+        Approx(0.25).margin(0.05));  // all triangles share what the script asks for
   CHECK(sim.report().max_stretch < 1.36);
   const Points x = sim.positions();
   Points strain;
-  corotational_strain(Team{}, free->triangles(), rest_corners(*free, true, "mesh"), x.middleRows(121, 121), strain);
+  corotational_strain(Team{}, free->triangles(), rest_corners(*free, true, "mesh"),
+                      x.middleRows(121, 121), strain);
   CHECK(strain.leftCols(2).maxCoeff() < 0.05 + limit_margin(0.05));
   CHECK(strain.col(2).cwiseAbs().maxCoeff() < 0.1 + limit_margin(0.1));
   double longest = 0.0;
@@ -135,10 +148,12 @@ TEST_CASE("a script that leaves limits no room is followed, reported by its tria
   CHECK(longest < 0.05 + 0.02);  // sweeps end at the tolerance or after a hundred
 }
 
-TEST_CASE("a sheet thrown at a ball keeps its limits by parts of a step, not by losing its motion") {
+TEST_CASE(
+    "a sheet thrown at a ball keeps its limits by parts of a step, not by losing its motion") {
   StrainLimit limit;
   limit.weft = limit.warp = 0.03, limit.shear = 0.05;
-  for (const double speed : {6.0, 12.0}) {  // 24 and 48 mm in the first step; the contact distance is 2.9 mm
+  for (const double speed :
+       {6.0, 12.0}) {  // 24 and 48 mm in the first step; the contact distance is 2.9 mm
     Simulation sim(draped(14, limit, true), step_of(4e-3), 1);
     const Index n = static_cast<Index>(sim.positions().rows());
     Points v = Points::Zero(n, 3);
@@ -156,7 +171,8 @@ TEST_CASE("a sheet thrown at a ball keeps its limits by parts of a step, not by 
       CHECK(sim.broken_limits().empty());
       CHECK(worst(sim.report()) <= limit_margin(0.05));
       CHECK(sim.intersecting_pairs().empty());
-      // The ball stops what lies on it alone, a tenth of the sheet: 0.93 of the speed is left at steps of 1 ms and less.
+      // The ball stops what lies on it alone, a tenth of the sheet: 0.93 of the speed is left at
+      // steps of 1 ms and less.
       if (i == 0 && speed == 6.0) CHECK(-sim.velocities().col(2).mean() > 0.9 * speed);
       if (i == 0 && speed == 12.0) CHECK(-sim.velocities().col(2).mean() > 0.75 * speed);
     }
@@ -165,13 +181,15 @@ TEST_CASE("a sheet thrown at a ball keeps its limits by parts of a step, not by 
   }
 }
 
-// Soft, heavy and far stiffer in its limit along weft than along warp: when it falls into its pins, all of it in one step.
+// Soft, heavy and far stiffer in its limit along weft than along warp: when it falls into its pins,
+// all of it in one step.
 TEST_CASE("a step that breaks limits is taken in halves, so that they hold") {
   Scene scene;
   scene.collisions = false;
   Cloth cloth;
   cloth.mesh = share(grid_cells(1.5, 1.5, 20, 20));
-  cloth.material.weft_stiffness = cloth.material.warp_stiffness = 100.0, cloth.material.shear_stiffness = 30.0;
+  cloth.material.weft_stiffness = cloth.material.warp_stiffness = 100.0,
+  cloth.material.shear_stiffness = 30.0;
   cloth.material.density = 0.5;
   cloth.pins = {20 * 21, 20 * 21 + 20};
   cloth.strain_limit = StrainLimit{};
@@ -189,7 +207,9 @@ TEST_CASE("a step that breaks limits is taken in halves, so that they hold") {
   CHECK(halved > 0);
 }
 
-TEST_CASE("with limits and contacts one and three threads give the same bits, and a resumed run goes on with them") {
+TEST_CASE(
+    "with limits and contacts one and three threads give the same bits, and a resumed run goes on "
+    "with them") {
   StrainLimit limit;
   limit.weft = limit.warp = 0.03, limit.shear = 0.05;
   const Scene scene = draped(10, limit, true);

@@ -21,7 +21,8 @@ Cloth cloth_of(TriangleMesh mesh, const char* name = "cloth") {
 }
 
 std::string any_implicit() {
-  return GENERATE("semi-implicit-euler", "backward-euler", "implicit-midpoint", "nonlinear-midpoint", "bdf2");
+  return GENERATE("semi-implicit-euler", "backward-euler", "implicit-midpoint",
+                  "nonlinear-midpoint", "bdf2");
 }
 
 Scene drape(Index cells) {
@@ -63,7 +64,8 @@ TEST_CASE("1, 2, 3 and 7 threads give the same bits after a drape with contacts"
 }
 
 TEST_CASE("stages rebuilt between two steps change no bit") {
-  for (const char* method : {"semi-implicit-euler", "implicit-midpoint", "bdf2", "backward-euler"}) {
+  for (const char* method :
+       {"semi-implicit-euler", "implicit-midpoint", "bdf2", "backward-euler"}) {
     IntegratorOptions o = step_of(2e-3);
     o.method = method;
     Simulation kept(drape(12), o, 1), rebuilt(drape(12), o, 1);
@@ -80,7 +82,8 @@ TEST_CASE("stages rebuilt between two steps change no bit") {
 TEST_CASE("a restored checkpoint continues bit for bit, with rigid bodies at their rebuilds") {
   for (const bool bodies : {false, true}) {
     const Scene scene = bodies ? hammock() : drape(16);
-    Simulation whole(scene, step_of(2e-3), 1), first(scene, step_of(2e-3), 1), second(scene, step_of(2e-3), 1);
+    Simulation whole(scene, step_of(2e-3), 1), first(scene, step_of(2e-3), 1),
+        second(scene, step_of(2e-3), 1);
     for (int i = 0; i < 120; ++i) whole.step();
     for (int i = 0; i < 80; ++i) first.step();
     second.restore(first.checkpoint());
@@ -103,7 +106,9 @@ TEST_CASE("a checkpoint of another scene is refused") {
   CHECK_THROWS_WITH(b.restore(a.checkpoint()), Catch::Contains("another scene"));
 }
 
-TEST_CASE("a checkpoint of a scene that moves otherwise is refused with what differs, one of an earlier version is taken") {
+TEST_CASE(
+    "a checkpoint of a scene that moves otherwise is refused with what differs, one of an earlier "
+    "version is taken") {
   const Scene scene = drape(8);
   Simulation sim(scene, step_of(2e-3), 1);
   sim.step();
@@ -111,9 +116,12 @@ TEST_CASE("a checkpoint of a scene that moves otherwise is refused with what dif
   Scene other = scene;
   other.cloths[0].material.shear_stiffness *= 1.001;
   other.gravity *= 2.0;
-  CHECK_THROWS_WITH(Simulation(other, step_of(2e-3), 1).restore(kept), Catch::Contains("differ: scene.cloths, scene.gravity)"));
-  CHECK_THROWS_WITH(Simulation(scene, step_of(1e-3), 1).restore(kept), Catch::Contains("differ: integrator.step)"));
-  CHECK_THROWS_WITH(Simulation(scene, step_of(2e-3, "bdf2"), 1).restore(kept), Catch::Contains("differ: integrator.method)"));
+  CHECK_THROWS_WITH(Simulation(other, step_of(2e-3), 1).restore(kept),
+                    Catch::Contains("differ: scene.cloths, scene.gravity)"));
+  CHECK_THROWS_WITH(Simulation(scene, step_of(1e-3), 1).restore(kept),
+                    Catch::Contains("differ: integrator.step)"));
+  CHECK_THROWS_WITH(Simulation(scene, step_of(2e-3, "bdf2"), 1).restore(kept),
+                    Catch::Contains("differ: integrator.method)"));
   other = scene;  // as another machine may have rounded it
   other.gravity *= 1.0 + 1e-15;
   other.gravity[0] += 1e-17;
@@ -148,9 +156,11 @@ TEST_CASE("choices that a method has no use for are refused") {
     IntegratorOptions o = step_of(1e-4, method);
     CHECK_NOTHROW(Simulation(drape(4), o, 1));
     o.jacobian = "exact";
-    CHECK_THROWS_WITH(Simulation(drape(4), o, 1), Catch::Contains("integrator.jacobian is for implicit methods"));
+    CHECK_THROWS_WITH(Simulation(drape(4), o, 1),
+                      Catch::Contains("integrator.jacobian is for implicit methods"));
     o.jacobian = "spd", o.linear_solver = "direct";
-    CHECK_THROWS_WITH(Simulation(drape(4), o, 1), Catch::Contains("integrator.linear_solver is for implicit methods"));
+    CHECK_THROWS_WITH(Simulation(drape(4), o, 1),
+                      Catch::Contains("integrator.linear_solver is for implicit methods"));
   }
 }
 
@@ -158,7 +168,8 @@ TEST_CASE("a twist rigidity below zero is refused unless it is -1") {
   Scene scene = drape(4);
   scene.cloths[0].material.bending_twist = -0.5;
   CHECK_THROWS_WITH(Simulation(scene, step_of(2e-3), 1),
-                    Catch::Contains("material.bending_twist must be >= 0 [N m], or -1 for that of an isotropic plate, got -0.5"));
+                    Catch::Contains("material.bending_twist must be >= 0 [N m], or -1 for that of "
+                                    "an isotropic plate, got -0.5"));
   scene.cloths[0].material.bending_twist = -1.0;
   CHECK_NOTHROW(Simulation(scene, step_of(2e-3), 1));
 }
@@ -167,15 +178,19 @@ TEST_CASE("a body that falls into a hammock is caught by it, and ends without in
   Simulation sim(hammock(), step_of(2e-3), 1);
   for (int i = 0; i < 400; ++i) sim.step();
   const double height = sim.body_positions()(0, 2);
-  // 0.1 kg on a cloth of 300 N/m: sags by centimetres, does not fall through (free fall would be at -3 m).
+  // 0.1 kg on a cloth of 300 N/m: sags by centimetres, does not fall through (free fall would be at
+  // -3 m).
   CHECK(height > -0.2);
   CHECK(height < 0.06);
   CHECK(sim.intersecting_pairs().empty());
 }
 
-TEST_CASE("a body hung on a strip stretches it by its weight, and strip and body together fall freely") {
+TEST_CASE(
+    "a body hung on a strip stretches it by its weight, and strip and body together fall freely") {
   Scene scene;
-  Cloth strip = cloth_of(grid_cells(0.1, 0.4, 4, 16).moved(Vec3::Zero(), Eigen::AngleAxisd(M_PI / 2, Vec3::UnitX()).toRotationMatrix()));
+  Cloth strip = cloth_of(
+      grid_cells(0.1, 0.4, 4, 16)
+          .moved(Vec3::Zero(), Eigen::AngleAxisd(M_PI / 2, Vec3::UnitX()).toRotationMatrix()));
   strip.material.density = 0.05;
   strip.pins = {80, 81, 82, 83, 84};
   scene.cloths.push_back(strip);
@@ -203,15 +218,19 @@ TEST_CASE("a body hung on a strip stretches it by its weight, and strip and body
     Simulation sim(scene, o, 1);
     for (int i = 0; i < (damps ? 1500 : 750); ++i) sim.step();
     CHECK(sim.state().rigid.velocities.norm() < 1e-3);
-    // Nominal stress lambda E (lambda^2 - 1)/2 = m g / width, the strip's own weight (a fiftieth) halved onto it.
+    // Nominal stress lambda E (lambda^2 - 1)/2 = m g / width, the strip's own weight (a fiftieth)
+    // halved onto it.
     const double load = (5000.0 * 0.1 * 0.02 * 0.02 + 0.5 * 0.05 * 0.04) * 9.81 / 0.1;
     double lambda = 1.0;
     for (int k = 0; k < 50; ++k)
-      lambda -= (0.5 * 300.0 * lambda * (lambda * lambda - 1) - load) / (0.5 * 300.0 * (3 * lambda * lambda - 1));
+      lambda -= (0.5 * 300.0 * lambda * (lambda * lambda - 1) - load) /
+                (0.5 * 300.0 * (3 * lambda * lambda - 1));
     // The clamped ends do not contract but nu = 0; springs of 3e4 N/m per vertex give 1e-5 m.
     CHECK(0.2 - sim.positions().row(0)(2) == Approx(0.4 * lambda).epsilon(2e-3));
   }
-  SECTION("a body that sets out with a speed of its own shares its momentum with the strip, and energy does not grow") {
+  SECTION(
+      "a body that sets out with a speed of its own shares its momentum with the strip, and energy "
+      "does not grow") {
     const std::string method = any_implicit();
     CAPTURE(method);
     scene.cloths[0].pins.clear();
@@ -235,15 +254,19 @@ TEST_CASE("a body hung on a strip stretches it by its weight, and strip and body
     Vec3 before = Vec3::Zero();
     for (int i = 0; i < 150; ++i) {
       sim.step();
-      const Vec3 cloth = momentum(), bodies = body * sim.state().rigid.velocities.row(0).transpose();
-      // What BDF-2 keeps is (3 p - p_) / 2 of the cloth, from its first step on, which is the midpoint rule's.
-      const Vec3 kept = method == "bdf2" ? Vec3(1.5 * cloth - 0.5 * before + bodies) : Vec3(cloth + bodies);
+      const Vec3 cloth = momentum(),
+                 bodies = body * sim.state().rigid.velocities.row(0).transpose();
+      // What BDF-2 keeps is (3 p - p_) / 2 of the cloth, from its first step on, which is the
+      // midpoint rule's.
+      const Vec3 kept =
+          method == "bdf2" ? Vec3(1.5 * cloth - 0.5 * before + bodies) : Vec3(cloth + bodies);
       if (method == "bdf2" && i == 0) start = kept;
       CHECK((kept - start).norm() < 1e-8 * start.norm());  // what Newton loops leave
       before = cloth;
       const StepReport& r = sim.report();
       // Body and strip are coupled to first order.
-      CHECK(r.kinetic_energy + r.membrane_energy + r.bending_energy + r.body_kinetic_energy < 1.01 * energy);
+      CHECK(r.kinetic_energy + r.membrane_energy + r.bending_energy + r.body_kinetic_energy <
+            1.01 * energy);
     }
   }
   SECTION("let go, both fall with g and keep their momentum") {
@@ -252,7 +275,8 @@ TEST_CASE("a body hung on a strip stretches it by its weight, and strip and body
     o.linear_solver = "direct";
     Simulation sim(scene, o, 1);
     for (int i = 0; i < 100; ++i) sim.step();
-    // All rows fall together: velocity g t. Springs of 3e4 N/m between body and cloth amplify rounding.
+    // All rows fall together: velocity g t. Springs of 3e4 N/m between body and cloth amplify
+    // rounding.
     const Points v = sim.velocities();
     for (Index i = 0; i < v.rows(); ++i) CHECK(v(i, 2) == Approx(-9.81 * 0.1).epsilon(1e-6));
     CHECK(sim.body_positions()(0, 2) == Approx(-0.22 - 0.5 * 9.81 * 0.1 * 0.101).epsilon(1e-6));
@@ -286,7 +310,8 @@ TEST_CASE("what Python writes between steps acts: positions, velocities, forces,
   CHECK(sim.velocities().col(0).mean() > 1e-3);
   sim.set_obstacle_pose(0, Vec3(0, 0, -0.01), Vec4(1, 0, 0, 0));
   sim.step();
-  CHECK(sim.frame().body_positions(0, 2) == Approx(scene.obstacles[0].mesh->vertices()(0, 2) - 0.01));
+  CHECK(sim.frame().body_positions(0, 2) ==
+        Approx(scene.obstacles[0].mesh->vertices()(0, 2) - 0.01));
   Points bad = start;
   bad(3, 1) = std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS_WITH(sim.set_positions(bad), Catch::Contains("row 3"));
@@ -313,7 +338,9 @@ TEST_CASE("what cannot be simulated is refused before time passes, naming item a
   refused(scene, "lies inside sphere");
   scene = drape(8);
   scene.cloths.push_back(cloth_of(
-      grid_cells(0.06, 0.06, 3, 3).moved(Vec3(0.2, 0.2, 0.156), Eigen::AngleAxisd(0.5, Vec3::UnitX()).toRotationMatrix()), "other"));
+      grid_cells(0.06, 0.06, 3, 3)
+          .moved(Vec3(0.2, 0.2, 0.156), Eigen::AngleAxisd(0.5, Vec3::UnitX()).toRotationMatrix()),
+      "other"));
   refused(scene, "intersecting triangle pairs");
   scene.allow_initial_intersections = true;
   CHECK_NOTHROW(Simulation(scene, IntegratorOptions{}, 1));
@@ -332,7 +359,8 @@ TEST_CASE("what cannot be simulated is refused before time passes, naming item a
   refused(empty, "nothing to simulate");
   IntegratorOptions o;
   o.step = 0;
-  CHECK_THROWS_WITH(Simulation(drape(8), o, 1), Catch::Contains("integrator.step must be > 0 [s], got 0"));
+  CHECK_THROWS_WITH(Simulation(drape(8), o, 1),
+                    Catch::Contains("integrator.step must be > 0 [s], got 0"));
 }
 
 TEST_CASE("a step in which the Newton loop finds no solution is taken in halves") {
@@ -342,7 +370,8 @@ TEST_CASE("a step in which the Newton loop finds no solution is taken in halves"
   scene.collisions = false;
   IntegratorOptions o = step_of(0.02);
   o.method = "backward-euler";
-  o.max_newton_iterations = 3;  // too few for whole steps of a fall into tension, enough for halves and quarters
+  o.max_newton_iterations =
+      3;  // too few for whole steps of a fall into tension, enough for halves and quarters
   Simulation sim(scene, o, 1);
   std::vector<int> parts;
   for (int i = 0; i < 20; ++i) {
@@ -358,13 +387,16 @@ TEST_CASE("a step in which the Newton loop finds no solution is taken in halves"
   CHECK((sim.positions() - judge.positions()).rowwise().norm().maxCoeff() < 0.02);
 }
 
-TEST_CASE("a cloth dropped on the floor by the Newton loops stays above it, and by backward Euler comes to rest") {
+TEST_CASE(
+    "a cloth dropped on the floor by the Newton loops stays above it, and by backward Euler comes "
+    "to rest") {
   for (const char* method : {"backward-euler", "nonlinear-midpoint"}) {
     CAPTURE(method);
     const bool damped = method == std::string("backward-euler");
     const double duration = damped ? 0.6 : 0.3;  // it lands at 0.06 to 0.1 s
     Scene scene;
-    const Eigen::Matrix3d tilt = Eigen::AngleAxisd(0.15, Vec3(1, 0.5, 0).normalized()).toRotationMatrix();
+    const Eigen::Matrix3d tilt =
+        Eigen::AngleAxisd(0.15, Vec3(1, 0.5, 0).normalized()).toRotationMatrix();
     scene.cloths.push_back(cloth_of(grid_cells(0.2, 0.2, 10, 10).moved(Vec3(0, 0, 0.04), tilt)));
     Obstacle floor;
     floor.name = "floor";
@@ -403,7 +435,8 @@ TEST_CASE("a cloth that drapes never has more energy than it set out with") {
     highest = std::max(highest, energy());
     lowest = std::min(lowest, sim.report().gravity_energy);
   }
-  // What meets something within a step is found at its start: contacts may push by a step's length of energy.
+  // What meets something within a step is found at its start: contacts may push by a step's length
+  // of energy.
   CHECK(highest - start < 1e-3 * (g - lowest));
 }
 
@@ -413,16 +446,22 @@ TEST_CASE("a step that fails says where and leaves the last good state") {
   o.method = "backward-euler", o.newton_tolerance = 1e-30, o.max_newton_iterations = 2;
   Simulation sim(scene, o, 1);
   const Checkpoint before = sim.checkpoint();
-  CHECK_THROWS_WITH(sim.step(), Catch::Contains("step 1 (to time 0.001 s)") && Catch::Contains("backward-euler") &&
+  CHECK_THROWS_WITH(sim.step(), Catch::Contains("step 1 (to time 0.001 s)") &&
+                                    Catch::Contains("backward-euler") &&
                                     Catch::Contains("largest at cloth vertex"));
   CHECK(same(before, sim.checkpoint()));
 }
 
-TEST_CASE("an explicit step far too long is reported with its stage, and not handed to collision detection") {
+TEST_CASE(
+    "an explicit step far too long is reported with its stage, and not handed to collision "
+    "detection") {
   IntegratorOptions o = step_of(0.05);
   o.method = "explicit-euler";
   Simulation sim(drape(8), o, 1);
-  CHECK_THROWS_WITH([&] { for (int i = 0; i < 1000; ++i) sim.step(); }(),
-                    Catch::Contains("in the stage \"integrate\"") && Catch::Contains("integrator.step"));
+  CHECK_THROWS_WITH(
+      [&] {
+        for (int i = 0; i < 1000; ++i) sim.step();
+      }(),
+      Catch::Contains("in the stage \"integrate\"") && Catch::Contains("integrator.step"));
   CHECK(sim.positions().allFinite());
 }

@@ -77,12 +77,14 @@ TEST_CASE("cloth that starts inside an obstacle comes out of it") {
   REQUIRE(come_apart(sim, 100) > 0);
   sim.step();
   double lowest = 1.0;
-  for (Index i = 0; i < sim.positions().rows(); ++i) lowest = std::min(lowest, sim.positions().row(i).norm());
+  for (Index i = 0; i < sim.positions().rows(); ++i)
+    lowest = std::min(lowest, sim.positions().row(i).norm());
   CHECK(lowest > 0.049);  // flat faces lie up to 0.7 mm inside the round sphere
 }
 
 TEST_CASE("untangling ends in the same bits on any number of threads, and after a resume") {
-  Simulation one(layers(waves), step_of(4e-3), 1), three(layers(waves), step_of(4e-3), 3), resumed(layers(waves), step_of(4e-3), 1);
+  Simulation one(layers(waves), step_of(4e-3), 1), three(layers(waves), step_of(4e-3), 3),
+      resumed(layers(waves), step_of(4e-3), 1);
   for (int i = 0; i < 5; ++i) {
     one.step();
     three.step();

@@ -30,8 +30,9 @@ struct ClothRun {
   }
 };
 
-inline ClothRun make_run(const TriangleMesh& mesh, const ClothMaterial& material, const IntegratorOptions& options,
-                         double bending = 0.0, const std::vector<Index>& pins = {}, const Vec3& gravity = Vec3::Zero(),
+inline ClothRun make_run(const TriangleMesh& mesh, const ClothMaterial& material,
+                         const IntegratorOptions& options, double bending = 0.0,
+                         const std::vector<Index>& pins = {}, const Vec3& gravity = Vec3::Zero(),
                          const char* element = "mid-edge") {
   ClothRun run;
   ClothModel& m = run.model;
@@ -39,7 +40,8 @@ inline ClothRun make_run(const TriangleMesh& mesh, const ClothMaterial& material
   m.triangles = mesh.triangles();
   m.corners = rest_corners(mesh, true, "mesh");
   m.constants.assign(mesh.n_triangles(), membrane_constants(material, "material"));
-  m.mass = lumped_mass(m.n_vertices, m.triangles, m.corners, std::vector<double>(mesh.n_triangles(), material.density));
+  m.mass = lumped_mass(m.n_vertices, m.triangles, m.corners,
+                       std::vector<double>(mesh.n_triangles(), material.density));
   m.pinned.assign(m.n_vertices, 0);
   for (const Index pin : pins) m.pinned[pin] = 1;
   if (bending > 0.0) {
@@ -75,7 +77,8 @@ inline void start(ClothRun& run, const IntegratorOptions& options) {
 
 inline IntegratorOptions exact_options(const char* method, double step) {
   IntegratorOptions o;
-  o.method = method, o.step = step, o.jacobian = "exact", o.linear_solver = "direct", o.newton_tolerance = 1e-12;
+  o.method = method, o.step = step, o.jacobian = "exact", o.linear_solver = "direct",
+  o.newton_tolerance = 1e-12;
   return o;
 }
 

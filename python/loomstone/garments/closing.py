@@ -41,7 +41,8 @@ def close_seams(
     seed: int = 1,
     threads: int = 0,
 ) -> Garment:
-    """A garment sewn where its panels meet when springs of no length pull its seams together, without gravity.
+    """A garment sewn where its panels meet when springs of no length pull its seams together,
+    without gravity.
 
     pattern : panels stand free of each other and of the body, or meet along seams
     places : other places for some panels, by name
@@ -49,10 +50,10 @@ def close_seams(
     longest : simulated time after which open seams are an error [s]; step [s]
     ease : how far the lengths of sewn edges may differ [1]
 
-    Seams count as closed when no pair is farther apart than 1.5 contact distances, or when all have come to rest within
-    half an edge (where three panels meet their thickness keeps them apart); pairs then meet halfway. Raises
-    SolverFailure naming the widest seam where they stay open, InvalidInput where the sewn garment would pass through
-    itself.
+    Seams count as closed when no pair is farther apart than 1.5 contact distances, or when all have
+    come to rest within half an edge (where three panels meet their thickness keeps them apart);
+    pairs then meet halfway. Raises SolverFailure naming the widest seam where they stay open,
+    InvalidInput where the sewn garment would pass through itself.
     """
     for name, value in (("longest", longest), ("step", step)):
         if not (np.isfinite(value) and value > 0):
@@ -64,11 +65,14 @@ def close_seams(
     pieces = cut(pattern, spacing=edge_for(total, count), triangles=count, seed=seed)
     if len(pieces.pairs) == 0:
         raise InvalidInput("the pattern has no seams to close")
-    # The contact distance of the pieces while they are sewn: a tenth of an edge, as chosen by default.
+    # The contact distance of the pieces while they are sewn: a tenth of an edge, as chosen by
+    # default.
     edge = edge_for(total, count)
     index, mesh = welded(pieces, pieces.placed, pieces.pairs[_closed_already(pieces, 0.1 * edge)])
     if material is None:
-        material = ClothMaterial(weft_stiffness=300.0, warp_stiffness=300.0, shear_stiffness=75.0, density=0.2)
+        material = ClothMaterial(
+            weft_stiffness=300.0, warp_stiffness=300.0, shear_stiffness=75.0, density=0.2
+        )
     cloth = Cloth(name="panels", mesh=mesh, material=material, friction=0.0, thickness=0.1 * edge)
     body = [obstacle.replace(friction=0.0) for obstacle in obstacles]
     scene = Scene(cloths=[cloth], obstacles=body, gravity=(0.0, 0.0, 0.0))
@@ -78,26 +82,37 @@ def close_seams(
     sewn = joined(pieces, positions[index])
     faces = np.asarray(sewn.mesh.triangles, np.int64)
     # Vertices of a seam jumped by half their gap.
-    sewn = sewn.at(relaxed(np.asarray(sewn.mesh.vertices), faces, sewn.flat_corners(), iterations=20))
+    sewn = sewn.at(
+        relaxed(np.asarray(sewn.mesh.vertices), faces, sewn.flat_corners(), iterations=20)
+    )
     check_free(sewn)
     return sewn
 
 
 def _closed_already(pieces: Cut, distance: float) -> NDArray[np.bool_]:
     """Which pairs belong to seams that are shut where the panels start."""
-    gap = np.linalg.norm(pieces.placed[pieces.pairs[:, 0]] - pieces.placed[pieces.pairs[:, 1]], axis=1)
+    gap = np.linalg.norm(
+        pieces.placed[pieces.pairs[:, 0]] - pieces.placed[pieces.pairs[:, 1]], axis=1
+    )
     widest = np.zeros(len(pieces.pattern.seams))
     np.maximum.at(widest, pieces.seam_of_pair, gap)
     return np.asarray(widest[pieces.seam_of_pair] <= distance)
 
 
 def _pulled(
-    sim: Simulation, pieces: Cut, pairs: Indices, mass: Floats, step: float, longest: float, edge: float
+    sim: Simulation,
+    pieces: Cut,
+    pairs: Indices,
+    mass: Floats,
+    step: float,
+    longest: float,
+    edge: float,
 ) -> Floats:
     """Positions when all pairs are shut; pulls by external forces."""
     a, b = pairs.T
     pair_mass = mass[a] * mass[b] / (mass[a] + mass[b])
-    # Springs are outside the implicit solve: a fifth of what an explicit step bears, shared by what meets in a vertex.
+    # Springs are outside the implicit solve: a fifth of what an explicit step bears, shared by what
+    # meets in a vertex.
     meets = np.bincount(np.concatenate([a, b]), minlength=len(mass))
     stiffness = 0.2 * pair_mass / step**2 / np.maximum(meets[a], meets[b])
     least, since = np.inf, 0
@@ -107,7 +122,9 @@ def _pulled(
         gap = np.linalg.norm(apart, axis=1)
         if gap.sum() < 0.99 * least:
             least, since = float(gap.sum()), index
-        if gap.max() <= SHUT * edge or (gap.max() <= SHUT_AT_REST * edge and (index - since) * step > AT_REST):
+        if gap.max() <= SHUT * edge or (
+            gap.max() <= SHUT_AT_REST * edge and (index - since) * step > AT_REST
+        ):
             return positions
         pull = stiffness[:, None] * apart * np.minimum(1.0, REACH / np.maximum(gap, 1e-12))[:, None]
         damping = 2.0 * np.sqrt(stiffness * pair_mass)[:, None] * (velocities[b] - velocities[a])
@@ -129,4 +146,7 @@ def _areas(pieces: Cut) -> Floats:
     corners = pieces.flat[pieces.triangles]
     e, f = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     third = np.abs(e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0]) / 6
-    return np.asarray(np.bincount(pieces.triangles.ravel(), np.repeat(third, 3), minlength=len(pieces.flat)), float)
+    return np.asarray(
+        np.bincount(pieces.triangles.ravel(), np.repeat(third, 3), minlength=len(pieces.flat)),
+        float,
+    )

@@ -42,7 +42,9 @@ class Cut:
 
 
 def cut(pattern: Pattern, *, spacing: float, triangles: int | None, seed: int) -> Cut:
-    """Triangulates every panel with edges of about `spacing` [m]; `triangles` is shared out by area."""
+    """Triangulates every panel with edges of about `spacing` [m]; `triangles` is shared out by
+    area.
+    """
     segments = _segments(pattern, spacing)
     flat, placed, faces, owner = [], [], [], []
     groups: dict[str, Indices] = {}
@@ -54,7 +56,9 @@ def cut(pattern: Pattern, *, spacing: float, triangles: int | None, seed: int) -
         wanted = panel.area * (triangles / total if triangles else 4.0 / np.sqrt(3.0) / spacing**2)
         due += wanted
         interior = max(0, round((due - boundary.triangles(0)) / 2))
-        points, panel_faces = triangulated(boundary, interior, seed=seed + index, where=f"panel {panel.name!r}")
+        points, panel_faces = triangulated(
+            boundary, interior, seed=seed + index, where=f"panel {panel.name!r}"
+        )
         due -= len(panel_faces)  # so that the whole garment has the number asked for
         start = first
         for edges, loop in zip(panel.loops, loops, strict=True):
@@ -71,7 +75,9 @@ def cut(pattern: Pattern, *, spacing: float, triangles: int | None, seed: int) -
         shelf += float(np.ptp(laid[:, 0])) + SHELF
         where = np.asarray(panel.place(points), float)
         if where.shape != (len(points), 3) or not np.isfinite(where).all():
-            raise InvalidInput(f"panel {panel.name!r}: its place must give finite points (n x 3) [m]")
+            raise InvalidInput(
+                f"panel {panel.name!r}: its place must give finite points (n x 3) [m]"
+            )
         placed.append(where)
         faces.append(panel_faces + first)
         owner.append(np.full(len(panel_faces), index))
@@ -119,8 +125,12 @@ def _pairs(
     reverse: dict[Seam, bool] = {}
     for index, seam in enumerate(pattern.seams):
         a, b = groups[seam.first], groups[seam.second]
-        along, against = (np.linalg.norm(placed[a] - placed[order], axis=1).sum() for order in (b, b[::-1]))
-        reverse[seam] = bool(against <= along * (1 + 1e-9)) if seam.reverse is None else seam.reverse
+        along, against = (
+            np.linalg.norm(placed[a] - placed[order], axis=1).sum() for order in (b, b[::-1])
+        )
+        reverse[seam] = (
+            bool(against <= along * (1 + 1e-9)) if seam.reverse is None else seam.reverse
+        )
         pairs.append(np.c_[a, b[::-1] if reverse[seam] else b])
         owner.append(np.full(len(a), index))
     if not pairs:

@@ -17,8 +17,15 @@ __all__ = ["dress", "dress_pattern"]
 
 Floats = NDArray[np.float64]
 
-SIDE, STRAP, NECK = 0.15, 0.25, 0.19  # heights above the waist: side seam, joint of the straps, lowest neckline [m]
-STRAP_WIDTH, STRAP_AT = 0.045, 34.0  # [m]; centre of a strap from centre front and centre back [degrees]
+SIDE, STRAP, NECK = (
+    0.15,
+    0.25,
+    0.19,
+)  # heights above the waist: side seam, joint of the straps, lowest neckline [m]
+STRAP_WIDTH, STRAP_AT = (
+    0.045,
+    34.0,
+)  # [m]; centre of a strap from centre front and centre back [degrees]
 
 
 def dress(
@@ -31,14 +38,16 @@ def dress(
     bar_radius: float = 0.015,
     seed: int = 1,
 ) -> Garment:
-    """A sleeveless dress: bodice of five panels, skirt of six gores, two straps that lie over a bar along the x axis.
+    """A sleeveless dress: bodice of five panels, skirt of six gores, two straps that lie over a bar
+    along the x axis.
 
-    triangles : how many, at least 200, met within 13; bust, waist, hem : circumferences [m], bust 0.2 m above the waist
+    triangles : how many, at least 200, met within 13; bust, waist, hem : circumferences [m], bust
+        0.2 m above the waist
     skirt : length of the skirt along the cloth [m]
     bar_radius : of the bar under the straps, 4 mm below them [m]; 0.015 to 0.05
 
-    Bodice and skirt start as cones, without strain; the front looks to -y. Groups "strap_left", "front.neckline",
-    "gore_1.hem" and so on.
+    Bodice and skirt start as cones, without strain; the front looks to -y. Groups "strap_left",
+    "front.neckline", "gore_1.hem" and so on.
 
     >>> len(dress(1500).panel_names)
     13
@@ -47,7 +56,9 @@ def dress(
     pattern = dress_pattern(bust=bust, waist=waist, hem=hem, skirt=skirt, bar_radius=bar_radius)
     # Edges of this length are chords of the strap's curve over the bar: it starts so much higher.
     edge = edge_for(sum(panel.area for panel in pattern.panels), count)
-    pattern = dress_pattern(bust=bust, waist=waist, hem=hem, skirt=skirt, bar_radius=bar_radius, chord=edge)
+    pattern = dress_pattern(
+        bust=bust, waist=waist, hem=hem, skirt=skirt, bar_radius=bar_radius, chord=edge
+    )
     return garment(pattern, triangles=count, seed=seed, relax=20)
 
 
@@ -106,14 +117,18 @@ def dress_pattern(
         across = _tuples(strap_across * (1, sign, 1))
         corners = [(-half, 0.0), (half, 0.0), (half, length), (-half, length)]
         names = ("front", "right", "back", "left")
-        straps.append(Panel.polygon(f"strap_{side}", corners, names=names, place=Ribbon(path, across)))
+        straps.append(
+            Panel.polygon(f"strap_{side}", corners, names=names, place=Ribbon(path, across))
+        )
         seams += [Seam(f"strap_{side}.front", f"front.strap_{side}", True)]
         seams += [Seam(f"strap_{side}.back", f"back_{side}.strap", True)]
     return Pattern((*bodice, *gores, *straps), tuple(seams))
 
 
 class _Cone:
-    """Polar coordinates on one of the two cones that meet at the waist: distance from the waist [m], angle in space."""
+    """Polar coordinates on one of the two cones that meet at the waist: distance from the waist
+    [m], angle in space.
+    """
 
     def __init__(self, waist: float, slope: float, opens: float) -> None:
         self.slope, self.opens = slope, opens
@@ -132,12 +147,22 @@ class _Cone:
         return float(self.slope * (self.apex_distance + distance))
 
     def place(self, waist_height: float, degrees: float) -> Cone:
-        return Cone((0.0, 0.0), (0.0, 0.0, waist_height - self.height(self.apex_distance)), self.slope, degrees)
+        return Cone(
+            (0.0, 0.0),
+            (0.0, 0.0, waist_height - self.height(self.apex_distance)),
+            self.slope,
+            degrees,
+        )
 
 
 def _curve(name: str, cone: _Cone, distance: float, first: float, last: float) -> Edge:
     """Part of a ring."""
-    return arc(name, cone.at(distance, first), cone.at(distance, (first + last) / 2), cone.at(distance, last))
+    return arc(
+        name,
+        cone.at(distance, first),
+        cone.at(distance, (first + last) / 2),
+        cone.at(distance, last),
+    )
 
 
 def _bodice(cone: _Cone, drop: float) -> tuple[list[Panel], list[Seam]]:
@@ -150,11 +175,21 @@ def _bodice(cone: _Cone, drop: float) -> tuple[list[Panel], list[Seam]]:
             _curve("waist_left", cone, 0, -60, 0),
             _curve("waist_right", cone, 0, 0, 60),
             line("right", cone.at(0, 60), cone.at(SIDE, 60)),
-            quadratic("armhole_right", cone.at(SIDE, 60), cone.at(armhole, outer + 2), cone.at(STRAP, outer)),
+            quadratic(
+                "armhole_right",
+                cone.at(SIDE, 60),
+                cone.at(armhole, outer + 2),
+                cone.at(STRAP, outer),
+            ),
             line("strap_right", cone.at(STRAP, outer), cone.at(STRAP, inner)),
             arc("neckline", cone.at(STRAP, inner), cone.at(NECK, 0), cone.at(STRAP, -inner)),
             line("strap_left", cone.at(STRAP, -inner), cone.at(STRAP, -outer)),
-            quadratic("armhole_left", cone.at(STRAP, -outer), cone.at(armhole, -outer - 2), cone.at(SIDE, -60)),
+            quadratic(
+                "armhole_left",
+                cone.at(STRAP, -outer),
+                cone.at(armhole, -outer - 2),
+                cone.at(SIDE, -60),
+            ),
             line("left", cone.at(SIDE, -60), cone.at(0, -60)),
         ),
         place=cone.place(drop, -90.0),
@@ -175,9 +210,16 @@ def _bodice(cone: _Cone, drop: float) -> tuple[list[Panel], list[Seam]]:
         (
             _curve("waist", cone, 0, -30, 30),
             line("centre", cone.at(0, 30), cone.at(nape, 30)),
-            quadratic("neckline", cone.at(nape, 30), cone.at(nape, 34 - inner), cone.at(STRAP, 30 - inner)),
+            quadratic(
+                "neckline", cone.at(nape, 30), cone.at(nape, 34 - inner), cone.at(STRAP, 30 - inner)
+            ),
             line("strap", cone.at(STRAP, 30 - inner), cone.at(STRAP, 30 - outer)),
-            quadratic("armhole", cone.at(STRAP, 30 - outer), cone.at(armhole, 28 - outer), cone.at(SIDE, -30)),
+            quadratic(
+                "armhole",
+                cone.at(STRAP, 30 - outer),
+                cone.at(armhole, 28 - outer),
+                cone.at(SIDE, -30),
+            ),
             line("side", cone.at(SIDE, -30), cone.at(0, -30)),
         ),
         place=cone.place(drop, 60.0),
@@ -200,12 +242,17 @@ def _bodice(cone: _Cone, drop: float) -> tuple[list[Panel], list[Seam]]:
 
 
 def _strap(cone: _Cone, bar_radius: float, chord: float) -> tuple[Floats, Floats]:
-    """Path of the right strap from front to back over the bar at the origin, and the direction across it."""
+    """Path of the right strap from front to back over the bar at the origin, and the direction
+    across it.
+    """
     angle, radius = np.radians(STRAP_AT), cone.radius(STRAP)
     x, depth, rise = radius * np.sin(angle), radius * np.cos(angle), 0.13
     clear = bar_radius + 0.004
-    over = (clear + np.sqrt(clear**2 + chord**2 / 2)) / 2  # a chord of this circle stays chord^2 / (8 over) inside it
-    # Straight from (-depth, -rise) to where it touches the circle round the bar, then over the top of it.
+    over = (
+        clear + np.sqrt(clear**2 + chord**2 / 2)
+    ) / 2  # a chord of this circle stays chord^2 / (8 over) inside it
+    # Straight from (-depth, -rise) to where it touches the circle round the bar, then over the top
+    # of it.
     first = np.arctan2(-rise, -depth) - np.arccos(over / np.hypot(depth, rise)) + 2 * np.pi
     turn = np.linspace(first, np.pi - first, 17)
     circle = np.c_[np.full(17, x), over * np.cos(turn), over * np.sin(turn)]

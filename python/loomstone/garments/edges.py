@@ -15,7 +15,8 @@ __all__ = ["Edge", "arc", "circle", "cubic", "line", "polyline", "quadratic"]
 Floats = NDArray[np.float64]
 Point = tuple[float, float]
 
-FINE = 512  # chords by which the length of a curve is measured: relative error below 1e-5 on a half circle
+# chords by which the length of a curve is measured: relative error below 1e-5 on a half circle
+FINE = 512
 
 
 @dataclass(frozen=True)
@@ -25,8 +26,8 @@ class Edge:
     Made by line, polyline, quadratic, cubic, arc or circle.
 
     name : within its panel
-    kind : "polyline" (all points), "quadratic" or "cubic" (with control points), "arc" (start, a point on it, end),
-        "circle" (start, the point opposite, start)
+    kind : "polyline" (all points), "quadratic" or "cubic" (with control points), "arc" (start, a
+        point on it, end), "circle" (start, the point opposite, start)
     points : [m], viewed from the outside of the garment
     """
 
@@ -73,7 +74,9 @@ class Edge:
         return fine
 
     def sampled(self, segments: int) -> Floats:
-        """Points (segments + 1 x 2) that divide the edge evenly by length; corners of a polyline may fall between."""
+        """Points (segments + 1 x 2) that divide the edge evenly by length; corners of a polyline
+        may fall between.
+        """
         fine = self.curve()
         along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
         at = np.linspace(0.0, along[-1], segments + 1)
@@ -82,7 +85,9 @@ class Edge:
         return np.asarray(sampled, float)
 
     def mirrored(self) -> Edge:
-        """About x = 0, run backwards, so that a panel of such edges is viewed from its outside again."""
+        """About x = 0, run backwards, so that a panel of such edges is viewed from its outside
+        again.
+        """
         return Edge(self.name, self.kind, tuple((-x, y) for x, y in reversed(self.points)))
 
 
@@ -105,7 +110,9 @@ def quadratic(name: str, start: ArrayLike, control: ArrayLike, end: ArrayLike) -
     return _edge(name, "quadratic", [start, control, end])
 
 
-def cubic(name: str, start: ArrayLike, control: ArrayLike, second_control: ArrayLike, end: ArrayLike) -> Edge:
+def cubic(
+    name: str, start: ArrayLike, control: ArrayLike, second_control: ArrayLike, end: ArrayLike
+) -> Edge:
     """Cubic Bézier curve [m]."""
     return _edge(name, "cubic", [start, control, second_control, end])
 
@@ -133,7 +140,9 @@ def circle(name: str, centre: ArrayLike, radius: float) -> Edge:
         middle, arm = np.empty(0), 0.0
     if middle.shape != (2,) or not (np.isfinite(middle).all() and np.isfinite(arm) and arm > 0):
         got = f"{centre!r}, {radius!r}"
-        raise InvalidInput(f"circle {name!r} needs a centre of two numbers and a radius > 0 [m], got {got}")
+        raise InvalidInput(
+            f"circle {name!r} needs a centre of two numbers and a radius > 0 [m], got {got}"
+        )
     top, bottom = middle + (0.0, arm), middle - (0.0, arm)
     return _edge(name, "circle", [top, bottom, top])
 
@@ -144,9 +153,13 @@ def _edge(name: str, kind: str, points: Any) -> Edge:
     except (TypeError, ValueError):
         array = np.empty(0)
     if array.ndim != 2 or array.shape[1] != 2 or len(array) < 2 or not np.isfinite(array).all():
-        raise InvalidInput(f"edge {name!r} needs at least two points of two finite numbers [m], got {points!r}")
+        raise InvalidInput(
+            f"edge {name!r} needs at least two points of two finite numbers [m], got {points!r}"
+        )
     if "." in name or not name:
-        raise InvalidInput(f"an edge needs a name without a dot, got {name!r}; groups are called panel.edge")
+        raise InvalidInput(
+            f"an edge needs a name without a dot, got {name!r}; groups are called panel.edge"
+        )
     if not np.linalg.norm(np.diff(array, axis=0), axis=1).sum() > 0:
         raise InvalidInput(f"edge {name!r} has no length: all its points are {tuple(array[0])}")
     return Edge(name, kind, tuple((float(x), float(y)) for x, y in array))
@@ -158,7 +171,9 @@ def _circle(points: Floats, name: str = "") -> tuple[Floats, float, float, float
     system = 2.0 * np.array([b - a, c - a])
     determinant = float(np.linalg.det(system))
     if abs(determinant) < 1e-9 * float(np.abs(system).max()) ** 2:
-        raise InvalidInput(f"arc {name!r}: its three points lie on a line; use line(), or move the middle point")
+        raise InvalidInput(
+            f"arc {name!r}: its three points lie on a line; use line(), or move the middle point"
+        )
     centre = np.linalg.solve(system, [b @ b - a @ a, c @ c - a @ a])
     first, middle, last = (np.arctan2(*(p - centre)[::-1]) for p in (a, b, c))
     sweep = float((last - first) % (2 * np.pi))

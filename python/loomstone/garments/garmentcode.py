@@ -1,7 +1,8 @@
 """Reads patterns of GarmentCode (pygarment): JSON with panels, edges, stitches and places in space.
 
 Format: [Korosteleva2023]. Lengths in 1/units_in_meter, y up, rotations about the fixed
-axes x, y, z in that order, in degrees; curvature relative to the edge. No code of that project is used or needed.
+axes x, y, z in that order, in degrees; curvature relative to the edge. No code of that project is
+used or needed.
 """
 
 from __future__ import annotations
@@ -25,14 +26,17 @@ __all__ = ["read_garmentcode"]
 
 Floats = NDArray[np.float64]
 
-UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # y up to z up; the front looks to -y
+UPRIGHT = np.array(
+    [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]
+)  # y up to z up; the front looks to -y
 
 
 def read_garmentcode(path: str | os.PathLike[str]) -> Pattern:
-    """Panels, seams and places of a GarmentCode specification; edges are called "edge_0", "edge_1" ... as there.
+    """Panels, seams and places of a GarmentCode specification; edges are called "edge_0", "edge_1"
+    ... as there.
 
-    Raises InvalidInput naming file, panel and edge where something is missing or cannot be sewn. Edges in two stitches
-    (three layers in one seam) are refused when the pattern is sewn.
+    Raises InvalidInput naming file, panel and edge where something is missing or cannot be sewn.
+    Edges in two stitches (three layers in one seam) are refused when the pattern is sewn.
     """
     path = Path(path)
     try:
@@ -45,7 +49,9 @@ def read_garmentcode(path: str | os.PathLike[str]) -> Pattern:
         return _pattern(content)
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
         kind = "" if isinstance(error, ValueError) else f"{type(error).__name__}: "
-        raise InvalidInput(f"{path}: is no GarmentCode pattern that can be read: {kind}{error}") from error
+        raise InvalidInput(
+            f"{path}: is no GarmentCode pattern that can be read: {kind}{error}"
+        ) from error
 
 
 def _pattern(content: Mapping[str, Any]) -> Pattern:
@@ -53,11 +59,14 @@ def _pattern(content: Mapping[str, Any]) -> Pattern:
     scale = 1.0 / float(properties.get("units_in_meter", 100))
     absolute = properties.get("curvature_coords", "relative") == "absolute"
     pattern = content["pattern"]
-    panels = tuple(_panel(name, panel, scale, absolute) for name, panel in pattern["panels"].items())
+    panels = tuple(
+        _panel(name, panel, scale, absolute) for name, panel in pattern["panels"].items()
+    )
     seams = []
     for stitch in pattern.get("stitches", []):
         first, second = (f"{_name(side['panel'])}.edge_{int(side['edge'])}" for side in stitch[:2])
-        # Outsides out, unless the stitch says that the right side of one piece lies on the wrong side of the other.
+        # Outsides out, unless the stitch says that the right side of one piece lies on the wrong
+        # side of the other.
         seams.append(Seam(first, second, not (len(stitch) > 2 and stitch[2] == "right_wrong")))
     return Pattern(panels, tuple(seams))
 
@@ -74,10 +83,14 @@ def _panel(name: str, panel: Mapping[str, Any], scale: float, absolute: bool) ->
     if (x * np.roll(y, -1) - np.roll(x, -1) * y).sum() < 0:
         edges = [Edge(e.name, e.kind, tuple((-a, b) for a, b in e.points)) for e in edges]
         across = -across
-    return Panel(_name(name), tuple(edges), place=Plane(_vector(origin), _vector(across), _vector(up)))
+    return Panel(
+        _name(name), tuple(edges), place=Plane(_vector(origin), _vector(across), _vector(up))
+    )
 
 
-def _edge(index: int, edge: Mapping[str, Any], vertices: Floats, scale: float, absolute: bool) -> Edge:
+def _edge(
+    index: int, edge: Mapping[str, Any], vertices: Floats, scale: float, absolute: bool
+) -> Edge:
     name = f"edge_{index}"
     start, end = vertices[list(edge["endpoints"])]
     curvature = edge.get("curvature")
@@ -90,7 +103,10 @@ def _edge(index: int, edge: Mapping[str, Any], vertices: Floats, scale: float, a
         return _arc(name, start, end, scale * float(values[0]), bool(values[1]), bool(values[2]))
     chord = end - start
     frame = np.array([chord, (-chord[1], chord[0])])
-    control = [scale * np.array(v, float) if absolute else start + np.array(v, float) @ frame for v in values]
+    control = [
+        scale * np.array(v, float) if absolute else start + np.array(v, float) @ frame
+        for v in values
+    ]
     if kind == "quadratic" and len(control) == 1:
         return quadratic(name, start, control[0], end)
     if kind == "cubic" and len(control) == 2:
@@ -99,7 +115,9 @@ def _edge(index: int, edge: Mapping[str, Any], vertices: Floats, scale: float, a
 
 
 def _arc(name: str, start: Floats, end: Floats, radius: float, large: bool, right: bool) -> Edge:
-    """As in SVG with y up: `right` runs counter-clockwise, so that the small arc lies to the right of the chord."""
+    """As in SVG with y up: `right` runs counter-clockwise, so that the small arc lies to the right
+    of the chord.
+    """
     chord = end - start
     half = float(np.linalg.norm(chord)) / 2
     if radius < half * (1 - 1e-6):
@@ -114,7 +132,9 @@ def _arc(name: str, start: Floats, end: Floats, radius: float, large: bool, righ
 def _rotation(degrees: Any) -> Floats:
     from scipy.spatial.transform import Rotation
 
-    matrix: Floats = Rotation.from_euler("xyz", np.asarray(degrees, float), degrees=True).as_matrix()
+    matrix: Floats = Rotation.from_euler(
+        "xyz", np.asarray(degrees, float), degrees=True
+    ).as_matrix()
     return matrix
 
 

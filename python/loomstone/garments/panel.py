@@ -23,14 +23,17 @@ class Panel:
     """A flat piece of cloth, viewed from the outside of the garment.
 
     name : unique in a garment
-    edges : counter-clockwise, each begins where the one before ends; darts are notches of the outline
-    holes : each a closed row of edges, clockwise, so that cloth lies to their left as along the outline; a round one is
-        one edge, circle(). Triangles round a hole narrower than two of their edges have smaller angles
+    edges : counter-clockwise, each begins where the one before ends; darts are notches of the
+        outline
+    holes : each a closed row of edges, clockwise, so that cloth lies to their left as along the
+        outline; a round one is one edge, circle(). Triangles round a hole narrower than two of
+        their edges have smaller angles
     grain_degrees : direction of the warp from the panel's y axis, counter-clockwise [degrees]
-    place : where it starts: Plane, Cylinder, Cone, Ribbon or any function of points (n x 2) to (n x 3) [m]
+    place : where it starts: Plane, Cylinder, Cone, Ribbon or any function of points (n x 2) to (n x
+        3) [m]
 
-    Raises InvalidInput naming panel and edge where a row of edges is open, empty, crosses another or itself or turns
-    the wrong way, or a hole lies outside the outline or in another.
+    Raises InvalidInput naming panel and edge where a row of edges is open, empty, crosses another
+    or itself or turns the wrong way, or a hole lies outside the outline or in another.
 
     >>> import loomstone as ls
     >>> corners = [(0, 0), (0.3, 0), (0.3, 0.4), (0, 0.4)]
@@ -66,7 +69,9 @@ class Panel:
     ) -> Panel:
         """Panel with straight edges; edge i runs from corner i [m] to the next."""
         if len(names) != len(corners):
-            raise InvalidInput(f"panel {name!r}: names must be as many as corners, got {len(names)} and {len(corners)}")
+            raise InvalidInput(
+                f"panel {name!r}: names must be as many as corners, got {len(names)} and {len(corners)}"
+            )
         points = [(float(x), float(y)) for x, y in corners]
         ends = zip(names, points, points[1:] + points[:1], strict=True)
         edges = tuple(Edge(side, "polyline", (a, b)) for side, a, b in ends)
@@ -114,10 +119,14 @@ class Panel:
 def _check(panel: Panel) -> None:
     where = f"panel {panel.name!r}"
     if not panel.name or "." in panel.name:
-        raise InvalidInput(f"a panel needs a name without a dot, got {panel.name!r}; groups are called panel.edge")
+        raise InvalidInput(
+            f"a panel needs a name without a dot, got {panel.name!r}; groups are called panel.edge"
+        )
     for loop in panel.loops:
         if not loop or not all(isinstance(edge, Edge) for edge in loop):
-            raise InvalidInput(f"{where}: edges must be made by line, polyline, quadratic ..., got {loop!r}")
+            raise InvalidInput(
+                f"{where}: edges must be made by line, polyline, quadratic ..., got {loop!r}"
+            )
     names = [edge.name for loop in panel.loops for edge in loop]
     for name in names:
         if names.count(name) > 1:
@@ -150,9 +159,13 @@ def _check_turn(where: str, edges: tuple[Edge, ...], *, hole: bool) -> None:
     if abs(area) < 1e-6 * size**2:
         raise InvalidInput(f"{where} has no area: {abs(area):.3g} m^2 at a size of {size:.3g} m")
     if hole and area > 0:
-        raise InvalidInput(f"{where} runs counter-clockwise; list its edges clockwise: cloth lies to their left")
+        raise InvalidInput(
+            f"{where} runs counter-clockwise; list its edges clockwise: cloth lies to their left"
+        )
     if not hole and area < 0:
-        raise InvalidInput(f"{where} runs clockwise; list its edges counter-clockwise, viewed from outside the garment")
+        raise InvalidInput(
+            f"{where} runs clockwise; list its edges counter-clockwise, viewed from outside the garment"
+        )
 
 
 def _check_crossings(panel: Panel) -> None:
@@ -165,7 +178,9 @@ def _check_crossings(panel: Panel) -> None:
     names = [edge.name for loop in panel.loops for edge in loop]
     owner = np.repeat(np.arange(len(names)), [len(c) - 1 for loop in coarse for c in loop])
     lengths = [sum(len(c) - 1 for c in loop) for loop in coarse]
-    following = np.concatenate([np.roll(np.arange(n), -1) + sum(lengths[:i]) for i, n in enumerate(lengths)])
+    following = np.concatenate(
+        [np.roll(np.arange(n), -1) + sum(lengths[:i]) for i, n in enumerate(lengths)]
+    )
     n = len(starts)
     for i in range(n - 1):
         others = np.arange(i + 1, n)
@@ -181,8 +196,14 @@ def _check_crossings(panel: Panel) -> None:
         bad = crossing | (touching & ~neighbour) | folded
         if bad.any():
             other, mine = names[owner[others[np.argmax(bad)]]], names[owner[i]]
-            what = f"edge {mine!r} crosses itself" if mine == other else f"edges {mine!r} and {other!r} cross or touch"
-            raise InvalidInput(f"panel {panel.name!r}: {what} near ({a[0]:.4g}, {a[1]:.4g}) m; correct its outline")
+            what = (
+                f"edge {mine!r} crosses itself"
+                if mine == other
+                else f"edges {mine!r} and {other!r} cross or touch"
+            )
+            raise InvalidInput(
+                f"panel {panel.name!r}: {what} near ({a[0]:.4g}, {a[1]:.4g}) m; correct its outline"
+            )
 
 
 def _check_nesting(panel: Panel) -> None:
@@ -191,10 +212,14 @@ def _check_nesting(panel: Panel) -> None:
     for i, hole in enumerate(panel.holes, 1):
         at = np.array([hole[0].start])
         if not loops[0].contains(at)[0]:
-            raise InvalidInput(f"panel {panel.name!r}: hole {hole[0].name!r} lies outside the outline")
+            raise InvalidInput(
+                f"panel {panel.name!r}: hole {hole[0].name!r} lies outside the outline"
+            )
         for j, other in enumerate(panel.holes, 1):
             if i != j and loops[j].contains(at)[0]:
-                raise InvalidInput(f"panel {panel.name!r}: hole {hole[0].name!r} lies within hole {other[0].name!r}")
+                raise InvalidInput(
+                    f"panel {panel.name!r}: hole {hole[0].name!r} lies within hole {other[0].name!r}"
+                )
 
 
 def _outline(edges: tuple[Edge, ...]) -> Floats:

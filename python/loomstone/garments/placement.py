@@ -1,4 +1,5 @@
-"""Where a panel starts in space: maps from its plane to places, all but the ribbon without any strain.
+"""Where a panel starts in space: maps from its plane to places, all but the ribbon without any
+strain.
 
 A panel's x runs to the right and y up, viewed from outside the garment; across x up points outward.
 """
@@ -38,9 +39,11 @@ class Plane:
 
 @dataclass(frozen=True)
 class Cylinder:
-    """Wrapped round an axis; x = 0 lies at angle_degrees from `reference`, x grows counter-clockwise about the axis.
+    """Wrapped round an axis; x = 0 lies at angle_degrees from `reference`, x grows counter-
+    clockwise about the axis.
 
-    centre : the point on the axis where y = 0 [m]; radius [m]; axis and reference: perpendicular directions
+    centre : the point on the axis where y = 0 [m]; radius [m]; axis and reference: perpendicular
+        directions
     """
 
     radius: float
@@ -63,9 +66,10 @@ class Cylinder:
 class Cone:
     """Wrapped round a vertical cone: circles about the apex of the pattern become rings of it.
 
-    apex : in the panel's plane [m]; tip : where it comes to lie [m]; slope : ring radius over distance from the apex,
-    below 1; angle_degrees : where the panel's vertical through the apex comes to lie, from +x; the cone opens downward
-    where the panel lies below its apex, else upward
+    apex : in the panel's plane [m]; tip : where it comes to lie [m]; slope : ring radius over
+        distance from the apex,
+    below 1; angle_degrees : where the panel's vertical through the apex comes to lie, from +x; the
+    cone opens downward where the panel lies below its apex, else upward
     """
 
     apex: tuple[float, float]
@@ -77,10 +81,14 @@ class Cone:
         away = points - np.array(self.apex)
         distance = np.linalg.norm(away, axis=1)
         opens = 1.0 if away[:, 1].mean() > 0 else -1.0
-        angle = np.radians(self.angle_degrees) + np.arctan2(away[:, 0], opens * away[:, 1]) / self.slope
+        angle = (
+            np.radians(self.angle_degrees) + np.arctan2(away[:, 0], opens * away[:, 1]) / self.slope
+        )
         ring = self.slope * distance
         height = opens * np.sqrt(1.0 - self.slope**2) * distance
-        placed: Floats = np.array(self.tip) + np.c_[ring * np.cos(angle), ring * np.sin(angle), height]
+        placed: Floats = (
+            np.array(self.tip) + np.c_[ring * np.cos(angle), ring * np.sin(angle), height]
+        )
         return placed
 
 
@@ -98,7 +106,10 @@ class Ribbon:
         path, across = np.array(self.path), np.array(self.across)
         along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
         across = across / np.linalg.norm(across, axis=1)[:, None]
-        centre, side = (np.stack([np.interp(points[:, 1], along, v) for v in a.T], axis=1) for a in (path, across))
+        centre, side = (
+            np.stack([np.interp(points[:, 1], along, v) for v in a.T], axis=1)
+            for a in (path, across)
+        )
         side /= np.linalg.norm(side, axis=1)[:, None]
         placed: Floats = centre + points[:, :1] * side
         return placed

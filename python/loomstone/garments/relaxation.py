@@ -16,7 +16,9 @@ Indices = NDArray[np.int64]
 
 
 def gradients(flat: Floats) -> tuple[Floats, Floats]:
-    """Shape function gradients (m x 3 x 2) [1/m] and areas (m) [m^2] of rest triangles (m x 3 x 2) [m]."""
+    """Shape function gradients (m x 3 x 2) [1/m] and areas (m) [m^2] of rest triangles (m x 3 x 2)
+    [m].
+    """
     edges = np.stack([flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]], axis=2)  # columns
     inverse = np.linalg.inv(edges)
     area: Floats = np.abs(np.linalg.det(edges)) / 2
@@ -25,15 +27,21 @@ def gradients(flat: Floats) -> tuple[Floats, Floats]:
 
 
 def stretches(positions: Floats, triangles: Indices, flat: Floats) -> Floats:
-    """Principal stretches (m x 2) [1] of triangles against their rest corners (m x 3 x 2), the larger first."""
+    """Principal stretches (m x 2) [1] of triangles against their rest corners (m x 3 x 2), the
+    larger first.
+    """
     slope, _ = gradients(flat)
     deformation = np.einsum("tik,tij->tkj", positions[triangles], slope)
     values: Floats = np.linalg.svd(deformation, compute_uv=False)
     return values
 
 
-def relaxed(positions: Floats, triangles: Indices, flat: Floats, *, iterations: int = 150) -> Floats:
-    """Positions (n x 3) [m] whose triangles are closer to their rest corners (m x 3 x 2) [m]; the centre stays."""
+def relaxed(
+    positions: Floats, triangles: Indices, flat: Floats, *, iterations: int = 150
+) -> Floats:
+    """Positions (n x 3) [m] whose triangles are closer to their rest corners (m x 3 x 2) [m]; the
+    centre stays.
+    """
     from scipy.sparse import coo_matrix
     from scipy.sparse.linalg import splu
 
@@ -42,7 +50,8 @@ def relaxed(positions: Floats, triangles: Indices, flat: Floats, *, iterations: 
     entries = np.einsum("t,tia,tja->tij", area, slope, slope)
     rows, columns = np.repeat(triangles, 3, axis=1).ravel(), np.tile(triangles, (1, 3)).ravel()
     matrix = coo_matrix((entries.ravel(), (rows, columns)), shape=(n, n)).tocsc()
-    # A weak pull to where a vertex is makes the matrix definite; it slows nothing that has a size of its own.
+    # A weak pull to where a vertex is makes the matrix definite; it slows nothing that has a size
+    # of its own.
     pull = 1e-6 * float(matrix.diagonal().mean())
     factor = splu((matrix + pull * _identity(n)).tocsc())
     result = positions.copy()

@@ -23,8 +23,9 @@ class Seam:
     """Two edges that become one.
 
     first, second : "panel.edge"
-    reverse : True joins the end of one to the start of the other, as two pieces with their outsides out are sewn; False
-        start to start; None whichever brings the edges closer as the panels are placed, else reversed
+    reverse : True joins the end of one to the start of the other, as two pieces with their outsides
+        out are sewn; False start to start; None whichever brings the edges closer as the panels are
+        placed, else reversed
     """
 
     first: str
@@ -53,7 +54,9 @@ class Pattern:
         for panel in self.panels:
             if panel.name == name:
                 return panel
-        raise InvalidInput(f"there is no panel {name!r}; there are {', '.join(p.name for p in self.panels)}")
+        raise InvalidInput(
+            f"there is no panel {name!r}; there are {', '.join(p.name for p in self.panels)}"
+        )
 
     def edge(self, name: str) -> Edge:
         """By "panel.edge"."""
@@ -64,10 +67,15 @@ class Pattern:
         """With some panels at other places, by name."""
         for name in places:
             self.panel(name)
-        return Pattern(tuple(p.placed(places[p.name]) if p.name in places else p for p in self.panels), self.seams)
+        return Pattern(
+            tuple(p.placed(places[p.name]) if p.name in places else p for p in self.panels),
+            self.seams,
+        )
 
     def check(self, ease: float) -> None:
-        """InvalidInput naming what cannot be sewn: unknown or twice sewn edges, lengths too far apart, loose panels."""
+        """InvalidInput naming what cannot be sewn: unknown or twice sewn edges, lengths too far
+        apart, loose panels.
+        """
         if not (np.isfinite(ease) and 0 <= ease < 1):
             raise InvalidInput(f"ease must be in [0, 1), got {ease}")
         _check_panels(self.panels)
@@ -132,7 +140,9 @@ def _check_connected(pattern: Pattern) -> None:
 
 
 def turned_panels(pattern: Pattern, reverse: Mapping[Seam, bool]) -> dict[str, bool]:
-    """Which panels must be turned over so that all outsides agree; InvalidInput where none does (a Moebius strip)."""
+    """Which panels must be turned over so that all outsides agree; InvalidInput where none does (a
+    Moebius strip).
+    """
     turned = {pattern.panels[0].name: False}
     queue = [pattern.panels[0].name]
     while queue:
@@ -147,12 +157,16 @@ def turned_panels(pattern: Pattern, reverse: Mapping[Seam, bool]) -> dict[str, b
                 turned[other] = wanted
                 queue.append(other)
             elif turned[other] != wanted:
-                raise InvalidInput(f"{seam} twists the garment into a one-sided surface; reverse it")
+                raise InvalidInput(
+                    f"{seam} twists the garment into a one-sided surface; reverse it"
+                )
     return turned
 
 
 def merged(count: int, pairs: Iterable[tuple[int, int]]) -> Indices:
-    """Index of the vertex that each of `count` becomes when the pairs are joined; numbered in order of first use."""
+    """Index of the vertex that each of `count` becomes when the pairs are joined; numbered in order
+    of first use.
+    """
     parent = list(range(count))
 
     def root(i: int) -> int:

@@ -28,10 +28,11 @@ EASE = 0.05  # default bound on how far the lengths of sewn edges may differ
 class Garment:
     """A sewn garment.
 
-    mesh : TriangleMesh, panels meet along seams by different uv; uv are the panels laid out side by side [m]
+    mesh : TriangleMesh, panels meet along seams by different uv; uv are the panels laid out side by
+        side [m]
     groups : vertices by name: "panel", "panel.edge" (in order along the edge)
-    panel_names, panel_of_triangle (m) ; cut : the panels before sewing, or None for a mesh that was sewn already
-    seam_edges (k x 2) : edges of the mesh where panels meet
+    panel_names, panel_of_triangle (m) ; cut : the panels before sewing, or None for a mesh that was
+    sewn already seam_edges (k x 2) : edges of the mesh where panels meet
     """
 
     mesh: TriangleMesh
@@ -45,7 +46,9 @@ class Garment:
         """Vertices of one or several groups, as pins and attachments take them."""
         for name in names:
             if name not in self.groups:
-                raise InvalidInput(f"the garment has no group {name!r}; it has {', '.join(self.groups)}")
+                raise InvalidInput(
+                    f"the garment has no group {name!r}; it has {', '.join(self.groups)}"
+                )
         return sorted({int(i) for name in names for i in self.groups[name]})
 
     def flat_corners(self) -> Floats:
@@ -54,13 +57,23 @@ class Garment:
         return corners
 
     def stretches(self) -> Floats:
-        """Principal stretches (m x 2) [1] of the mesh as it stands against its pattern, the larger first."""
-        return stretches(np.asarray(self.mesh.vertices), np.asarray(self.mesh.triangles, np.int64), self.flat_corners())
+        """Principal stretches (m x 2) [1] of the mesh as it stands against its pattern, the larger
+        first.
+        """
+        return stretches(
+            np.asarray(self.mesh.vertices),
+            np.asarray(self.mesh.triangles, np.int64),
+            self.flat_corners(),
+        )
 
     def min_angle_degrees(self) -> float:
         """Smallest angle of a triangle of the pattern."""
         count = self.mesh.n_triangles
-        return float(smallest_angles(self.flat_corners().reshape(-1, 2), np.arange(3 * count).reshape(-1, 3)).min())
+        return float(
+            smallest_angles(
+                self.flat_corners().reshape(-1, 2), np.arange(3 * count).reshape(-1, 3)
+            ).min()
+        )
 
     def openings(self) -> list[list[int]]:
         """Closed loops of vertices along the garment's boundary: neck, armholes, hem ..."""
@@ -72,8 +85,12 @@ class Garment:
 
     def at(self, positions: ArrayLike) -> Garment:
         """With other vertices (n x 3) [m]."""
-        mesh = TriangleMesh(positions, self.mesh.triangles, self.mesh.uv, uv_triangles=self.mesh.uv_triangles)
-        return Garment(mesh, self.groups, self.panel_names, self.panel_of_triangle, self.seam_edges, self.cut)
+        mesh = TriangleMesh(
+            positions, self.mesh.triangles, self.mesh.uv, uv_triangles=self.mesh.uv_triangles
+        )
+        return Garment(
+            mesh, self.groups, self.panel_names, self.panel_of_triangle, self.seam_edges, self.cut
+        )
 
 
 def garment(
@@ -90,11 +107,12 @@ def garment(
     """Triangulates panels, joins them along seams and takes out the strain that their places leave.
 
     panels, seams : Panel; Seam or pairs of "panel.edge"; or one Pattern
-    triangles : how many in all (met within one a panel), or edge : their mean edge [m]; angles are at least 25 degrees
-        where the outline has no corner below 55
+    triangles : how many in all (met within one a panel), or edge : their mean edge [m]; angles are
+        at least 25 degrees where the outline has no corner below 55
     ease : how far the lengths of two sewn edges may differ, of the longer [1]
     seed : of the points inside; the same input gives the same garment
-    relax : iterations that bring triangles closer to the pattern, 0: vertices of a seam just meet halfway
+    relax : iterations that bring triangles closer to the pattern, 0: vertices of a seam just meet
+        halfway
     allow_intersections : accept a start that passes through itself
 
     >>> import loomstone as ls
@@ -108,21 +126,31 @@ def garment(
     """
     pattern = panels if isinstance(panels, Pattern) else Pattern(tuple(panels), tuple(seams))  # type: ignore[arg-type]
     if isinstance(panels, Pattern) and seams:
-        raise InvalidInput("a Pattern has its own seams; give either a Pattern, or panels and seams")
+        raise InvalidInput(
+            "a Pattern has its own seams; give either a Pattern, or panels and seams"
+        )
     pattern.check(ease)
     if (triangles is None) == (edge is None):
         raise InvalidInput(f"give either triangles or edge, got triangles={triangles}, edge={edge}")
     if edge is not None and not (np.isfinite(edge) and edge > 0):
         raise InvalidInput(f"edge must be > 0 [m], got {edge}")
     total = sum(panel.area for panel in pattern.panels)
-    count = None if triangles is None else whole("triangles", triangles, 2 * len(pattern.panels), 10_000_000)
+    count = (
+        None
+        if triangles is None
+        else whole("triangles", triangles, 2 * len(pattern.panels), 10_000_000)
+    )
     spacing = edge_for(total, count) if count is not None else float(edge or 0.0)
     pieces = cut(pattern, spacing=spacing, triangles=count, seed=seed)
     sewn = joined(pieces, pieces.placed)
     if relax:
         positions = np.asarray(sewn.mesh.vertices)
         faces = np.asarray(sewn.mesh.triangles, np.int64)
-        sewn = sewn.at(relaxed(positions, faces, sewn.flat_corners(), iterations=whole("relax", relax, 0, 100_000)))
+        sewn = sewn.at(
+            relaxed(
+                positions, faces, sewn.flat_corners(), iterations=whole("relax", relax, 0, 100_000)
+            )
+        )
     if not allow_intersections:
         check_free(sewn)
     return sewn
@@ -138,14 +166,20 @@ def joined(pieces: Cut, positions: Floats) -> Garment:
     index, mesh = welded(pieces, positions, pieces.pairs)
     groups = {name: index[members] for name, members in pieces.groups.items()}
     names = tuple(panel.name for panel in pieces.pattern.panels)
-    return Garment(mesh, groups, names, pieces.panel_of_triangle, _seam_edges(pieces, index), pieces)
+    return Garment(
+        mesh, groups, names, pieces.panel_of_triangle, _seam_edges(pieces, index), pieces
+    )
 
 
 def welded(pieces: Cut, positions: Floats, pairs: Indices) -> tuple[Indices, TriangleMesh]:
-    """The mesh in which some pairs are one vertex, and the vertex that each of the panels' has become."""
+    """The mesh in which some pairs are one vertex, and the vertex that each of the panels' has
+    become.
+    """
     index = merged(len(positions), [(int(a), int(b)) for a, b in pairs])
     weight = np.bincount(index)
-    vertices = np.stack([np.bincount(index, column) for column in positions.T], axis=1) / weight[:, None]
+    vertices = (
+        np.stack([np.bincount(index, column) for column in positions.T], axis=1) / weight[:, None]
+    )
     triangles = index[pieces.triangles]
     _check_weld(pieces, triangles)
     # A panel turned over keeps its uv, mirrored as a whole.
@@ -176,7 +210,9 @@ def _check_weld(pieces: Cut, triangles: Indices) -> None:
     flat = (triangles == np.roll(triangles, 1, axis=1)).any(1)
     if flat.any():
         panel = names[pieces.panel_of_triangle[np.argmax(flat)]]
-        raise InvalidInput(f"panel {panel!r}: its seams join two corners of one triangle; ask for more triangles")
+        raise InvalidInput(
+            f"panel {panel!r}: its seams join two corners of one triangle; ask for more triangles"
+        )
     half = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     _, first, uses = np.unique(half, axis=0, return_index=True, return_counts=True)
     if (uses > 1).any():

@@ -19,33 +19,43 @@ __all__ = ["read", "sewn"]
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-GATHERED = 0.75  # ease of patterns from files: ruffles are gathered from up to four times their length
+GATHERED = (
+    0.75  # ease of patterns from files: ruffles are gathered from up to four times their length
+)
 
 
 def read(path: str | os.PathLike[str], *, triangles: int | None = None, seed: int = 1) -> Garment:
-    """Garment from a file: a GarmentCode pattern (.json), or a sewn mesh whose uv are the pattern [m] (.obj, .ply).
+    """Garment from a file: a GarmentCode pattern (.json), or a sewn mesh whose uv are the pattern
+    [m] (.obj, .ply).
 
     triangles : of a pattern, how many in all, default 6,000; a mesh keeps its own
 
-    A pattern whose panels pass through each other when they are welded at once is sewn by `close_seams`.
+    A pattern whose panels pass through each other when they are welded at once is sewn by
+    `close_seams`.
     """
     path = Path(path)
     if path.suffix.lower() == ".json":
         pattern, count = read_garmentcode(path), 6000 if triangles is None else triangles
-        sewn_at_once = garment(pattern, triangles=count, ease=GATHERED, seed=seed, allow_intersections=True)
+        sewn_at_once = garment(
+            pattern, triangles=count, ease=GATHERED, seed=seed, allow_intersections=True
+        )
         if not intersecting_pairs(sewn_at_once.mesh.vertices, sewn_at_once.mesh.triangles):
             return sewn_at_once
         return close_seams(pattern, triangles=count, ease=GATHERED, seed=seed)
     if triangles is not None:
-        raise InvalidInput(f"{path}: a sewn mesh keeps its triangles; leave triangles={triangles} out")
+        raise InvalidInput(
+            f"{path}: a sewn mesh keeps its triangles; leave triangles={triangles} out"
+        )
     return sewn(meshes.read_mesh(path), where=str(path))
 
 
 def sewn(mesh: TriangleMesh, *, where: str = "mesh") -> Garment:
     """Finds the panels of a sewn mesh: triangles connected by edges with the same uv on both sides.
 
-    mesh : uv are the pattern [m]. Groups: "panel_1", the largest, and so on; "opening_1", the boundary's longest loop.
-    InvalidInput where there are no uv, or where two boundary vertices lie at the same place: an open seam.
+    mesh : uv are the pattern [m]. Groups: "panel_1", the largest, and so on; "opening_1", the
+        boundary's longest loop.
+    InvalidInput where there are no uv, or where two boundary vertices lie at the same place: an
+    open seam.
     """
     if len(mesh.uv) == 0:
         raise InvalidInput(f"{where}: has no uv; a sewn garment needs its flat pattern as uv [m]")
@@ -53,7 +63,9 @@ def sewn(mesh: TriangleMesh, *, where: str = "mesh") -> Garment:
     uv = np.asarray(mesh.uv)[np.asarray(mesh.uv_triangles)]
     _check_closed_seams(mesh, triangles, where)
     first, second, seam = _interior_edges(triangles, uv)
-    panel = _panels(len(triangles), first[~seam] % len(triangles), second[~seam] % len(triangles), uv)
+    panel = _panels(
+        len(triangles), first[~seam] % len(triangles), second[~seam] % len(triangles), uv
+    )
     corner = first[seam] // len(triangles), first[seam] % len(triangles)
     ends = np.c_[triangles[corner[1], corner[0]], triangles[corner[1], (corner[0] + 1) % 3]]
     names = tuple(f"panel_{i + 1}" for i in range(int(panel.max()) + 1))
@@ -64,7 +76,9 @@ def sewn(mesh: TriangleMesh, *, where: str = "mesh") -> Garment:
 
 
 def _interior_edges(triangles: Indices, uv: Floats) -> tuple[Indices, Indices, NDArray[np.bool_]]:
-    """Half edges that are one edge, and whether their uv differ; half edge c * m + t starts at corner c of t."""
+    """Half edges that are one edge, and whether their uv differ; half edge c * m + t starts at
+    corner c of t.
+    """
     m = len(triangles)
     half = np.concatenate([triangles[:, [c, (c + 1) % 3]] for c in range(3)])
     ends = np.concatenate([uv[:, [c, (c + 1) % 3]] for c in range(3)])

@@ -1,7 +1,8 @@
 """Quality unstructured triangulation of a flat piece with holes, by scipy's Delaunay triangulation.
 
-Points of the outline and of the holes are fixed; the others start on a jittered hexagonal lattice and move to the centre of their
-surroundings (Lloyd's iteration with areas of triangles), then away from the smallest angles.
+Points of the outline and of the holes are fixed; the others start on a jittered hexagonal lattice
+and move to the centre of their surroundings (Lloyd's iteration with areas of triangles), then away
+from the smallest angles.
 """
 
 from __future__ import annotations
@@ -25,7 +26,9 @@ COMPASS = np.array([(np.cos(a), np.sin(a)) for a in np.arange(8) * np.pi / 4])
 
 
 class Boundary:
-    """Closed loops of points (b x 2) [m], none twice: first the outline, counter-clockwise, then holes, clockwise."""
+    """Closed loops of points (b x 2) [m], none twice: first the outline, counter-clockwise, then
+    holes, clockwise.
+    """
 
     def __init__(self, loops: Sequence[Floats]) -> None:
         self.points = np.concatenate(loops)
@@ -60,8 +63,11 @@ class Boundary:
         return result
 
 
-def triangulated(boundary: Boundary, interior: int, *, seed: int, where: str) -> tuple[Floats, Indices]:
-    """Points (the boundary's first, in order) and counter-clockwise triangles, boundary.triangles(interior) of them.
+def triangulated(
+    boundary: Boundary, interior: int, *, seed: int, where: str
+) -> tuple[Floats, Indices]:
+    """Points (the boundary's first, in order) and counter-clockwise triangles,
+    boundary.triangles(interior) of them.
 
     interior : number of points inside
     where : named in errors: InvalidInput where the boundary is finer than its points resolve
@@ -90,7 +96,9 @@ def smallest_angles(points: Floats, faces: Indices) -> Floats:
     corners = points[faces]
     sides = np.roll(corners, -1, 1) - corners
     length = np.linalg.norm(sides, axis=2)
-    cosine = -np.einsum("tij,tij->ti", sides, np.roll(sides, 1, 1)) / (length * np.roll(length, 1, 1))
+    cosine = -np.einsum("tij,tij->ti", sides, np.roll(sides, 1, 1)) / (
+        length * np.roll(length, 1, 1)
+    )
     smallest: Floats = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))).min(1)
     return smallest
 
@@ -103,7 +111,9 @@ def _distance(boundary: Boundary, points: Floats) -> Floats:
     for first in range(0, len(points), 4096):
         away = points[first : first + 4096, None] - a
         share = np.clip((away * along).sum(2) / length2, 0.0, 1.0)
-        nearest[first : first + 4096] = np.linalg.norm(away - share[:, :, None] * along, axis=2).min(1)
+        nearest[first : first + 4096] = np.linalg.norm(
+            away - share[:, :, None] * along, axis=2
+        ).min(1)
     return nearest
 
 
@@ -114,7 +124,9 @@ def _beyond_corners(boundary: Boundary, points: Floats) -> NDArray[np.bool_]:
     sharp = (angle > 0) & (angle < np.radians(55.0))
     free = np.ones(len(points), bool)
     for corner, a, b in zip(boundary.points[sharp], before[sharp], after[sharp], strict=True):
-        free &= np.linalg.norm(points - corner, axis=1) > 1.2 * max(np.linalg.norm(a), np.linalg.norm(b))
+        free &= np.linalg.norm(points - corner, axis=1) > 1.2 * max(
+            np.linalg.norm(a), np.linalg.norm(b)
+        )
     return free
 
 
@@ -122,17 +134,24 @@ def _start(boundary: Boundary, interior: int, seed: int) -> Floats:
     """`interior` points of a jittered hexagonal lattice, spread over the whole piece."""
     random = np.random.default_rng(seed)
     low, size = boundary.points.min(0), np.ptp(boundary.points, axis=0)
-    # A point of a hexagonal lattice owns 0.87 of the squared spacing; half a point of the boundary counts.
+    # A point of a hexagonal lattice owns 0.87 of the squared spacing; half a point of the boundary
+    # counts.
     spacing = np.sqrt(boundary.area / max(1.0, interior + len(boundary) / 2) / 0.866) * 1.1
     clearance = CLEARANCE
     found = np.empty((0, 2))
     for attempt in range(200):
         rows = np.arange(-0.5 * spacing, size[1] + spacing, spacing * np.sqrt(3) / 2)
         columns = np.arange(-0.5 * spacing, size[0] + spacing, spacing)
-        lattice = np.array([(c + (r % 2) * spacing / 2, v) for r, v in enumerate(rows) for c in columns]) + low
+        lattice = (
+            np.array([(c + (r % 2) * spacing / 2, v) for r, v in enumerate(rows) for c in columns])
+            + low
+        )
         lattice += random.uniform(-0.1, 0.1, lattice.shape) * spacing
         lattice = lattice[boundary.contains(lattice)]
-        found = lattice[(_distance(boundary, lattice) > clearance * spacing) & _beyond_corners(boundary, lattice)]
+        found = lattice[
+            (_distance(boundary, lattice) > clearance * spacing)
+            & _beyond_corners(boundary, lattice)
+        ]
         if len(found) >= interior:
             break
         spacing *= 0.99
@@ -145,7 +164,9 @@ def _start(boundary: Boundary, interior: int, seed: int) -> Floats:
 
 
 def _faces(points: Floats, boundary: Boundary) -> Indices:
-    faces = delaunay(points, 1e-6 * np.ptp(boundary.points, axis=0).prod() / len(points)).astype(np.int64)
+    faces = delaunay(points, 1e-6 * np.ptp(boundary.points, axis=0).prod() / len(points)).astype(
+        np.int64
+    )
     # Only triangles of points of the boundary alone can lie outside.
     keep: NDArray[np.bool_] = np.asarray((faces >= len(boundary)).any(1))
     keep[~keep] = boundary.contains(points[faces[~keep]].mean(1))
@@ -153,7 +174,9 @@ def _faces(points: Floats, boundary: Boundary) -> Indices:
 
 
 def _improve(points: Floats, faces: Indices, fixed: int) -> bool:
-    """Moves free corners of poor triangles to where the smallest angle around them is largest, by a compass search."""
+    """Moves free corners of poor triangles to where the smallest angle around them is largest, by a
+    compass search.
+    """
     poor = np.unique(faces[smallest_angles(points, faces) < WANTED_DEGREES])
     order = np.argsort(faces, axis=None, kind="stable")  # corners by their vertex
     first = np.searchsorted(faces.ravel()[order], np.arange(len(points) + 1))
@@ -161,7 +184,9 @@ def _improve(points: Floats, faces: Indices, fixed: int) -> bool:
     for vertex in poor[poor >= fixed]:
         around, corner = np.divmod(order[first[vertex] : first[vertex + 1]], 3)
         # Each triangle as (vertex, next corner, last corner).
-        ring = points[np.stack([faces[around, (corner + 1) % 3], faces[around, (corner + 2) % 3]], axis=1)]
+        ring = points[
+            np.stack([faces[around, (corner + 1) % 3], faces[around, (corner + 2) % 3]], axis=1)
+        ]
         here = points[vertex]
         reach = float(np.linalg.norm(ring[:, 0] - here, axis=1).max())
         step, best = 0.2 * reach, _worst(here[None], ring)[0]
@@ -177,12 +202,22 @@ def _improve(points: Floats, faces: Indices, fixed: int) -> bool:
 
 
 def _worst(places: Floats, ring: Floats) -> Floats:
-    """Minus the largest cosine of an angle around a vertex, for places of it (k x 2); -2 where one turns over."""
+    """Minus the largest cosine of an angle around a vertex, for places of it (k x 2); -2 where one
+    turns over.
+    """
     first, last = ring[None, :, 0] - places[:, None], ring[None, :, 1] - places[:, None]
     across = (ring[:, 1] - ring[:, 0])[None]
-    a, b, c = np.linalg.norm(first, axis=2), np.linalg.norm(last, axis=2), np.linalg.norm(across, axis=2)
+    a, b, c = (
+        np.linalg.norm(first, axis=2),
+        np.linalg.norm(last, axis=2),
+        np.linalg.norm(across, axis=2),
+    )
     cosines = np.stack(
-        [(first * last).sum(2) / (a * b), -(first * across).sum(2) / (a * c), (last * across).sum(2) / (b * c)]
+        [
+            (first * last).sum(2) / (a * b),
+            -(first * across).sum(2) / (a * c),
+            (last * across).sum(2) / (b * c),
+        ]
     ).max((0, 2))
     over = ((first[..., 0] * last[..., 1] - first[..., 1] * last[..., 0]) <= 0).any(1)
     worst: Floats = np.where(over, -2.0, -cosines)
@@ -190,7 +225,10 @@ def _worst(places: Floats, ring: Floats) -> Floats:
 
 
 def _check(points: Floats, faces: Indices, boundary: Boundary, interior: int, where: str) -> None:
-    present = {tuple(e) for e in np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).tolist()}
+    present = {
+        tuple(e)
+        for e in np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]).tolist()
+    }
     for i, j in enumerate(boundary.next.tolist()):
         if (i, j) not in present:
             x, y = boundary.points[i]

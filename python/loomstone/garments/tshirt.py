@@ -28,17 +28,26 @@ SEAMS = (
 
 
 def tshirt(
-    triangles: int = 6000, *, chest: float = 1.04, length: float = 0.70, sleeve: float = 0.16, seed: int = 1
+    triangles: int = 6000,
+    *,
+    chest: float = 1.04,
+    length: float = 0.70,
+    sleeve: float = 0.16,
+    seed: int = 1,
 ) -> Garment:
-    """A T-shirt that starts round a standing trunk, arms half raised; the hem lies in z = 0, the front looks to -y.
+    """A T-shirt that starts round a standing trunk, arms half raised; the hem lies in z = 0, the
+    front looks to -y.
 
-    triangles : how many, met within 4; chest : circumference [m]; length : from the shoulder by the neck to the hem [m]
+    triangles : how many, met within 4; chest : circumference [m]; length : from the shoulder by the
+        neck to the hem [m]
     sleeve : length below the armhole [m]
 
     >>> len(tshirt(800).openings())
     4
     """
-    return garment(tshirt_pattern(chest=chest, length=length, sleeve=sleeve), triangles=triangles, seed=seed)
+    return garment(
+        tshirt_pattern(chest=chest, length=length, sleeve=sleeve), triangles=triangles, seed=seed
+    )
 
 
 def tshirt_pattern(*, chest: float = 1.04, length: float = 0.70, sleeve: float = 0.16) -> Pattern:
@@ -54,10 +63,15 @@ def tshirt_pattern(*, chest: float = 1.04, length: float = 0.70, sleeve: float =
     width = 2 * max(x for edge in arm for x, _ in edge.points)
     centre = (radius + 0.03, 0.0, length - 0.17)
     round_arm = width / (2 * np.pi)
-    right = Panel("sleeve_right", arm, place=Cylinder(round_arm, centre, axis=(-1, 0, 0.7), reference=(0, 0, 1)))
+    right = Panel(
+        "sleeve_right",
+        arm,
+        place=Cylinder(round_arm, centre, axis=(-1, 0, 0.7), reference=(0, 0, 1)),
+    )
     other = Cylinder(round_arm, (-centre[0], 0.0, centre[2]), axis=(1, 0, 0.7), reference=(0, 0, 1))
     return Pattern(
-        (front, back, right, right.mirrored("sleeve_left", place=other)), tuple(Seam(a, b, True) for a, b in SEAMS)
+        (front, back, right, right.mirrored("sleeve_left", place=other)),
+        tuple(Seam(a, b, True) for a, b in SEAMS),
     )
 
 
@@ -66,7 +80,11 @@ def _body(chest: float, length: float, neck_depth: float) -> tuple[Edge, ...]:
     side, drop, shoulder = length - 0.25, 0.045, chest / 4 - 0.055
 
     def armhole(name: str, sign: float) -> Edge:
-        points = [(sign * half, side), (sign * (half - 0.075), side + 0.03), (sign * shoulder, length - drop)]
+        points = [
+            (sign * half, side),
+            (sign * (half - 0.075), side + 0.03),
+            (sign * shoulder, length - drop),
+        ]
         return quadratic(name, *(points if sign > 0 else points[::-1]))
 
     return (
@@ -82,7 +100,9 @@ def _body(chest: float, length: float, neck_depth: float) -> tuple[Edge, ...]:
 
 
 def _sleeve(armhole: float, length: float) -> tuple[Edge, ...]:
-    """Each half of the cap is as long as a half of the armhole: the width that makes it so is found by bisection."""
+    """Each half of the cap is as long as a half of the armhole: the width that makes it so is found
+    by bisection.
+    """
     high = 0.10
 
     def cap(width: float) -> Edge:

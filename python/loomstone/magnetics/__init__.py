@@ -1,4 +1,5 @@
-"""Magnetic fields, forces and torques, from numpy arrays or from sources as objects. SI units: T, A/m, N, N m.
+"""Magnetic fields, forces and torques, from numpy arrays or from sources as objects. SI units: T,
+A/m, N, N m.
 
 >>> import loomstone as ls
 >>> a = ls.magnetics.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))
@@ -59,13 +60,13 @@ from .soft import Induced, induce, soft_cuboid, soft_cylinder, soft_mesh, soft_s
 MU0 = 1.2566370614359173e-06  # 4 pi 1e-7 [T m/A]
 
 __all__ = [
+    "MU0",
     "FieldLines",
     "Force",
     "ForceCurve",
     "Forces",
     "Induced",
     "LineEnd",
-    "MU0",
     "MagneticBody",
     "SoftBody",
     "cell_front",
@@ -86,10 +87,10 @@ __all__ = [
     "energy",
     "field",
     "field_lines",
-    "frame_curves",
     "force",
     "force_over_distance",
     "forces",
+    "frame_curves",
     "gradient",
     "induce",
     "induced_moments",

@@ -1,4 +1,6 @@
-"""Figures of fields and forces by matplotlib: slices with iso-lines and arrows, force over distance, torque over angle."""
+"""Figures of fields and forces by matplotlib: slices with iso-lines and arrows, force over
+distance, torque over angle.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,9 @@ PLANES = {"xy": (0, 1, 2), "xz": (0, 2, 1), "yz": (1, 2, 0)}
 
 
 class ForceCurve(NamedTuple):
-    """What one body feels along a path: places (n) [m] or angles [rad], forces (n, 3) [N], torques about its centre (n, 3) [N m]."""
+    """What one body feels along a path: places (n) [m] or angles [rad], forces (n, 3) [N], torques
+    about its centre (n, 3) [N m].
+    """
 
     places: Floats
     forces: Floats
@@ -39,9 +43,15 @@ def unit(axis: ArrayLike) -> Floats:
 
 @explained
 def force_over_distance(
-    on: MagneticBody, by: MagneticBody, distances: ArrayLike, *, axis: ArrayLike = (0.0, 0.0, 1.0), tolerance: float = 1e-4
+    on: MagneticBody,
+    by: MagneticBody,
+    distances: ArrayLike,
+    *,
+    axis: ArrayLike = (0.0, 0.0, 1.0),
+    tolerance: float = 1e-4,
 ) -> ForceCurve:
-    """Force and torque on a body that is moved by `distances` (n) [m] from where it is along an axis (3).
+    """Force and torque on a body that is moved by `distances` (n) [m] from where it is along an
+    axis (3).
 
     >>> import loomstone as ls
     >>> a = ls.magnetics.sphere(radius=0.005, polarization=(0, 0, 1))
@@ -52,18 +62,29 @@ def force_over_distance(
     along = unit(axis)
     places = np.ravel(np.asarray(distances, float))
     found = [force(on=on.moved(d * along), by=by, tolerance=tolerance) for d in places]
-    return ForceCurve(places, np.array([f.force for f in found]), np.array([f.torque for f in found]))
+    return ForceCurve(
+        places, np.array([f.force for f in found]), np.array([f.torque for f in found])
+    )
 
 
 @explained
 def torque_over_angle(
-    on: MagneticBody, by: MagneticBody, angles: ArrayLike, *, axis: ArrayLike = (1.0, 0.0, 0.0), tolerance: float = 1e-4
+    on: MagneticBody,
+    by: MagneticBody,
+    angles: ArrayLike,
+    *,
+    axis: ArrayLike = (1.0, 0.0, 0.0),
+    tolerance: float = 1e-4,
 ) -> ForceCurve:
-    """Force and torque on a body that is turned by `angles` (n) [rad] about an axis (3) through its centre."""
+    """Force and torque on a body that is turned by `angles` (n) [rad] about an axis (3) through its
+    centre.
+    """
     about = unit(axis)
     turns = np.ravel(np.asarray(angles, float))
     found = [force(on=on.rotated(a * about), by=by, tolerance=tolerance) for a in turns]
-    return ForceCurve(turns, np.array([f.force for f in found]), np.array([f.torque for f in found]))
+    return ForceCurve(
+        turns, np.array([f.force for f in found]), np.array([f.torque for f in found])
+    )
 
 
 def _figure(size: tuple[float, float]) -> tuple[Any, Any]:
@@ -71,7 +92,9 @@ def _figure(size: tuple[float, float]) -> tuple[Any, Any]:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
     except ImportError:
-        raise Unsupported("plots need matplotlib, which is not installed; pip install matplotlib") from None
+        raise Unsupported(
+            "plots need matplotlib, which is not installed; pip install matplotlib"
+        ) from None
     figure = Figure(figsize=size, layout="constrained")
     FigureCanvasAgg(figure)
     return figure, figure.add_subplot()
@@ -97,10 +120,12 @@ def plot_slice(
     arrows: int = 25,
     threads: int = 0,
 ) -> Path:
-    """Draws a slice through the field: |B| as colours with iso-lines at every factor of two, its direction as arrows, magnets in outline.
+    """Draws a slice through the field: |B| as colours with iso-lines at every factor of two, its
+    direction as arrows, magnets in outline.
 
-    plane through `centre` (3) [m] (default: of the bodies), `extent` [m] from there to each side (0: 1.8 times the bodies),
-    resolution and arrows: points along a side. Returns the path of the picture (PNG).
+    plane through `centre` (3) [m] (default: of the bodies), `extent` [m] from there to each side
+    (0: 1.8 times the bodies), resolution and arrows: points along a side. Returns the path of the
+    picture (PNG).
     """
     sources = as_list(bodies)
     if plane not in PLANES:
@@ -130,7 +155,9 @@ def plot_slice(
     from matplotlib.ticker import LogLocator
 
     norm = LogNorm(levels[0], levels[-1])
-    shown = axes.pcolormesh(1e3 * a, 1e3 * b, size, norm=norm, cmap="viridis", shading="gouraud", rasterized=True)
+    shown = axes.pcolormesh(
+        1e3 * a, 1e3 * b, size, norm=norm, cmap="viridis", shading="gouraud", rasterized=True
+    )
     axes.contour(1e3 * a, 1e3 * b, size, levels=levels, colors="white", linewidths=0.6, alpha=0.7)
     figure.colorbar(shown, ax=axes, label="|B| [T]", ticks=LogLocator(10, subs=(1.0, 2.0, 5.0)))
     inside = _core.magnetic_depth(sources, points).reshape(a.shape)
@@ -146,8 +173,12 @@ def plot_slice(
 
 
 @explained
-def plot_curve(curve: ForceCurve, path: str | os.PathLike[str], *, kind: Literal["force", "torque"] = "force") -> Path:
-    """Draws force over distance or torque over angle; components that stay below 1e-3 of the largest are left out."""
+def plot_curve(
+    curve: ForceCurve, path: str | os.PathLike[str], *, kind: Literal["force", "torque"] = "force"
+) -> Path:
+    """Draws force over distance or torque over angle; components that stay below 1e-3 of the
+    largest are left out.
+    """
     if kind not in ("force", "torque"):
         raise InvalidInput(f"kind must be force or torque, got {kind!r}")
     figure, axes = _figure((7.0, 4.5))
@@ -157,7 +188,10 @@ def plot_curve(curve: ForceCurve, path: str | os.PathLike[str], *, kind: Literal
         if np.abs(values[:, k]).max() >= 1e-3 * np.abs(values).max():
             axes.plot(places, values[:, k], label=name)
     axes.axhline(0.0, color="black", linewidth=0.6)
-    axes.set(xlabel="distance [mm]" if kind == "force" else "angle [degrees]", ylabel="force [N]" if kind == "force" else "torque [mN m]")
+    axes.set(
+        xlabel="distance [mm]" if kind == "force" else "angle [degrees]",
+        ylabel="force [N]" if kind == "force" else "torque [mN m]",
+    )
     axes.grid(alpha=0.3)
     axes.legend()
     return _save(figure, path)

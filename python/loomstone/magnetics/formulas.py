@@ -1,9 +1,10 @@
 """Fields and gradients as functions of arrays, each source about the origin in its own axes.
 
-Common to all: observers (n, 3) [m]; `*_field` returns (n, 3), flux density B [T] or, with quantity="H", field strength
-H [A/m]; `*_gradient` returns (n, 3, 3), [k, i, j] = mu0 dH_i/dx_j [T/m] at observers[k], which is dB_i/dx_j off surfaces and
-currents. Values on surfaces, edges and wires, threads and errors are those of `loomstone.magnetics.field`. Relative errors
-stay below 1e-11 from 1e-3 to 1e4 sizes (polyline: size / distance more of rounding, as segments cancel one another).
+Common to all: observers (n, 3) [m]; `*_field` returns (n, 3), flux density B [T] or, with
+quantity="H", field strength H [A/m]; `*_gradient` returns (n, 3, 3), [k, i, j] = mu0 dH_i/dx_j
+[T/m] at observers[k], which is dB_i/dx_j off surfaces and currents. Values on surfaces, edges and
+wires, threads and errors are those of `loomstone.magnetics.field`. Relative errors stay below 1e-11
+from 1e-3 to 1e4 sizes (polyline: size / distance more of rounding, as segments cancel one another).
 
 >>> from loomstone import magnetics
 >>> b = magnetics.dipole_field([[0, 0, 0]], [[0, 0, 1.0]], [[0, 0, 1.0], [1.0, 0, 0]])
@@ -50,15 +51,23 @@ Quantity = Literal["B", "H"]
 
 @explained
 def dipole_field(
-    points: ArrayLike, moments: ArrayLike, observers: ArrayLike, *, tolerance: float | None = None, threads: int = 0
+    points: ArrayLike,
+    moments: ArrayLike,
+    observers: ArrayLike,
+    *,
+    tolerance: float | None = None,
+    threads: int = 0,
 ) -> Floats:
-    """B (k, 3) [T] at observers (k, 3) [m] of dipoles moments (n, 3) [A m^2] at points (n, 3) [m], eq. (6.5).
+    """B (k, 3) [T] at observers (k, 3) [m] of dipoles moments (n, 3) [A m^2] at points (n, 3) [m],
+    eq. (6.5).
 
-    A dipole exactly at an observer adds nothing there, so observers=points gives the field of all others at each.
+    A dipole exactly at an observer adds nothing there, so observers=points gives the field of all
+    others at each.
 
-    tolerance: none sums all pairs directly. A number in [1e-10, 0.1] sums far groups of dipoles at once, in a time that
-    grows like N log N: it is the root mean square of the error over that of the result, controlled by direct sums for 128
-    observers. Worth it from 10,000 dipoles and observers on; with fewer all pairs are summed.
+    tolerance: none sums all pairs directly. A number in [1e-10, 0.1] sums far groups of dipoles at
+    once, in a time that grows like N log N: it is the root mean square of the error over that of
+    the result, controlled by direct sums for 128 observers. Worth it from 10,000 dipoles and
+    observers on; with fewer all pairs are summed.
     """
     if tolerance is None:
         return bodies.field(bodies.dipoles(points, moments), observers, threads=threads)
@@ -67,9 +76,15 @@ def dipole_field(
 
 @explained
 def dipole_gradient(
-    points: ArrayLike, moments: ArrayLike, observers: ArrayLike, *, tolerance: float | None = None, threads: int = 0
+    points: ArrayLike,
+    moments: ArrayLike,
+    observers: ArrayLike,
+    *,
+    tolerance: float | None = None,
+    threads: int = 0,
 ) -> Floats:
-    """dB_i/dx_j (k, 3, 3) [T/m] at observers (k, 3) [m] of dipoles moments (n, 3) [A m^2] at points (n, 3) [m].
+    """dB_i/dx_j (k, 3, 3) [T/m] at observers (k, 3) [m] of dipoles moments (n, 3) [A m^2] at points
+    (n, 3) [m].
 
     tolerance as in `dipole_field`, here of field and gradient.
     """
@@ -88,13 +103,15 @@ def dipole_forces(
     tolerance: float | None = None,
     threads: int = 0,
 ) -> tuple[Floats, Floats]:
-    """Forces [N] and torques [N m] (n, 3) on dipoles moments (n, 3) [A m^2] at points (n, 3) [m], eqs. (6.10) and (6.11).
+    """Forces [N] and torques [N m] (n, 3) on dipoles moments (n, 3) [A m^2] at points (n, 3) [m],
+    eqs. (6.10) and (6.11).
 
-    By the dipoles by_moments at by_points, or without them by all others of the same set. Each torque is about the dipole's
-    own position: about another point x the torque of the force, cross(point - x, force), adds to it.
+    By the dipoles by_moments at by_points, or without them by all others of the same set. Each
+    torque is about the dipole's own position: about another point x the torque of the force,
+    cross(point - x, force), adds to it.
 
-    tolerance as in `dipole_field`, here of forces and torques. Those within one set keep linear and angular momentum to
-    rounding, whatever the tolerance.
+    tolerance as in `dipole_field`, here of forces and torques. Those within one set keep linear and
+    angular momentum to rounding, whatever the tolerance.
     """
     if (by_points is None) != (by_moments is None):
         raise _core.InvalidInput("by_points and by_moments must be given together or not at all")
@@ -105,22 +122,40 @@ def dipole_forces(
 
 @explained
 def dipole_energy(points: ArrayLike, moments: ArrayLike, *, threads: int = 0) -> float:
-    """Interaction energy -sum over pairs of m_k . B_l(r_k) [J] of dipoles moments (n, 3) [A m^2] at points (n, 3) [m]."""
+    """Interaction energy -sum over pairs of m_k .
+
+    B_l(r_k) [J] of dipoles moments (n, 3) [A m^2] at points (n, 3) [m].
+    """
     return _core.dipole_energy(points, moments, threads)
 
 
 def cuboid_field(
-    observers: ArrayLike, *, size: ArrayLike, polarization: ArrayLike, quantity: Quantity = "B", threads: int = 0
+    observers: ArrayLike,
+    *,
+    size: ArrayLike,
+    polarization: ArrayLike,
+    quantity: Quantity = "B",
+    threads: int = 0,
 ) -> Floats:
-    """Field of a cuboid magnet: edges `size` (3) [m] along the axes, polarization J (3) [T]. Inside B = mu0 H + J."""
+    """Field of a cuboid magnet: edges `size` (3) [m] along the axes, polarization J (3) [T].
+
+    Inside B = mu0 H + J.
+    """
     return bodies.field(
-        bodies.cuboid(size=size, polarization=polarization), observers, quantity=quantity, threads=threads
+        bodies.cuboid(size=size, polarization=polarization),
+        observers,
+        quantity=quantity,
+        threads=threads,
     )
 
 
-def cuboid_gradient(observers: ArrayLike, *, size: ArrayLike, polarization: ArrayLike, threads: int = 0) -> Floats:
+def cuboid_gradient(
+    observers: ArrayLike, *, size: ArrayLike, polarization: ArrayLike, threads: int = 0
+) -> Floats:
     """Gradient of the field of a cuboid magnet; arguments as in `cuboid_field`."""
-    return bodies.gradient(bodies.cuboid(size=size, polarization=polarization), observers, threads=threads)
+    return bodies.gradient(
+        bodies.cuboid(size=size, polarization=polarization), observers, threads=threads
+    )
 
 
 def cylinder_field(
@@ -133,11 +168,14 @@ def cylinder_field(
     quantity: Quantity = "B",
     threads: int = 0,
 ) -> Floats:
-    """Field of a cylinder or ring magnet about z, |z| <= height / 2: lengths [m], polarization J (3) [T] of any direction.
+    """Field of a cylinder or ring magnet about z, |z| <= height / 2: lengths [m], polarization J
+    (3) [T] of any direction.
 
     Inside the material B = mu0 H + J, in a ring's bore B = mu0 H.
     """
-    body = bodies.cylinder(radius=radius, height=height, polarization=polarization, inner_radius=inner_radius)
+    body = bodies.cylinder(
+        radius=radius, height=height, polarization=polarization, inner_radius=inner_radius
+    )
     return bodies.field(body, observers, quantity=quantity, threads=threads)
 
 
@@ -151,44 +189,83 @@ def cylinder_gradient(
     threads: int = 0,
 ) -> Floats:
     """Gradient of the field of a cylinder or ring magnet; arguments as in `cylinder_field`."""
-    body = bodies.cylinder(radius=radius, height=height, polarization=polarization, inner_radius=inner_radius)
+    body = bodies.cylinder(
+        radius=radius, height=height, polarization=polarization, inner_radius=inner_radius
+    )
     return bodies.gradient(body, observers, threads=threads)
 
 
 def sphere_field(
-    observers: ArrayLike, *, radius: float, polarization: ArrayLike, quantity: Quantity = "B", threads: int = 0
+    observers: ArrayLike,
+    *,
+    radius: float,
+    polarization: ArrayLike,
+    quantity: Quantity = "B",
+    threads: int = 0,
 ) -> Floats:
-    """Field of a spherical magnet: radius [m], polarization J (3) [T]. Outside a dipole; inside B = 2/3 J, mu0 H = -J/3."""
+    """Field of a spherical magnet: radius [m], polarization J (3) [T]. Outside a dipole; inside B =
+    2/3 J, mu0 H = -J/3.
+    """
     return bodies.field(
-        bodies.sphere(radius=radius, polarization=polarization), observers, quantity=quantity, threads=threads
+        bodies.sphere(radius=radius, polarization=polarization),
+        observers,
+        quantity=quantity,
+        threads=threads,
     )
 
 
-def sphere_gradient(observers: ArrayLike, *, radius: float, polarization: ArrayLike, threads: int = 0) -> Floats:
+def sphere_gradient(
+    observers: ArrayLike, *, radius: float, polarization: ArrayLike, threads: int = 0
+) -> Floats:
     """Gradient of the field of a spherical magnet; zero inside."""
-    return bodies.gradient(bodies.sphere(radius=radius, polarization=polarization), observers, threads=threads)
+    return bodies.gradient(
+        bodies.sphere(radius=radius, polarization=polarization), observers, threads=threads
+    )
 
 
 def mesh_field(
-    observers: ArrayLike, mesh: TriangleMesh, *, polarization: ArrayLike, quantity: Quantity = "B", threads: int = 0
+    observers: ArrayLike,
+    mesh: TriangleMesh,
+    *,
+    polarization: ArrayLike,
+    quantity: Quantity = "B",
+    threads: int = 0,
 ) -> Floats:
-    """Field of a magnet inside a closed `TriangleMesh` [m] with uniform polarization J (3) [T]. Inside B = mu0 H + J."""
-    return bodies.field(bodies.mesh(mesh, polarization=polarization), observers, quantity=quantity, threads=threads)
+    """Field of a magnet inside a closed `TriangleMesh` [m] with uniform polarization J (3) [T].
+
+    Inside B = mu0 H + J.
+    """
+    return bodies.field(
+        bodies.mesh(mesh, polarization=polarization), observers, quantity=quantity, threads=threads
+    )
 
 
-def mesh_gradient(observers: ArrayLike, mesh: TriangleMesh, *, polarization: ArrayLike, threads: int = 0) -> Floats:
-    """Gradient of the field of a magnet inside a closed `TriangleMesh`; arguments as in `mesh_field`."""
+def mesh_gradient(
+    observers: ArrayLike, mesh: TriangleMesh, *, polarization: ArrayLike, threads: int = 0
+) -> Floats:
+    """Gradient of the field of a magnet inside a closed `TriangleMesh`; arguments as in
+    `mesh_field`.
+    """
     return bodies.gradient(bodies.mesh(mesh, polarization=polarization), observers, threads=threads)
 
 
 def loop_field(
-    observers: ArrayLike, *, radius: float, current: float, quantity: Quantity = "B", threads: int = 0
+    observers: ArrayLike,
+    *,
+    radius: float,
+    current: float,
+    quantity: Quantity = "B",
+    threads: int = 0,
 ) -> Floats:
     """Field of a circular loop in z = 0: radius [m], current [A] counter-clockwise seen from +z."""
-    return bodies.field(bodies.loop(radius=radius, current=current), observers, quantity=quantity, threads=threads)
+    return bodies.field(
+        bodies.loop(radius=radius, current=current), observers, quantity=quantity, threads=threads
+    )
 
 
-def loop_gradient(observers: ArrayLike, *, radius: float, current: float, threads: int = 0) -> Floats:
+def loop_gradient(
+    observers: ArrayLike, *, radius: float, current: float, threads: int = 0
+) -> Floats:
     """Gradient of the field of a circular loop; arguments as in `loop_field`."""
     return bodies.gradient(bodies.loop(radius=radius, current=current), observers, threads=threads)
 
@@ -203,13 +280,21 @@ def solenoid_field(
     quantity: Quantity = "B",
     threads: int = 0,
 ) -> Floats:
-    """Field of an ideal solenoid about z, |z| <= length / 2: lengths [m], number of turns [1], current of each [A]."""
+    """Field of an ideal solenoid about z, |z| <= length / 2: lengths [m], number of turns [1],
+    current of each [A].
+    """
     body = bodies.solenoid(radius=radius, length=length, turns=turns, current=current)
     return bodies.field(body, observers, quantity=quantity, threads=threads)
 
 
 def solenoid_gradient(
-    observers: ArrayLike, *, radius: float, length: float, turns: float, current: float, threads: int = 0
+    observers: ArrayLike,
+    *,
+    radius: float,
+    length: float,
+    turns: float,
+    current: float,
+    threads: int = 0,
 ) -> Floats:
     """Gradient of the field of an ideal solenoid; arguments as in `solenoid_field`."""
     body = bodies.solenoid(radius=radius, length=length, turns=turns, current=current)
@@ -217,12 +302,25 @@ def solenoid_gradient(
 
 
 def polyline_field(
-    observers: ArrayLike, vertices: ArrayLike, *, current: float, quantity: Quantity = "B", threads: int = 0
+    observers: ArrayLike,
+    vertices: ArrayLike,
+    *,
+    current: float,
+    quantity: Quantity = "B",
+    threads: int = 0,
 ) -> Floats:
-    """Field of current [A] along straight segments from the first of vertices (k, 3) [m] to the last (Biot-Savart)."""
-    return bodies.field(bodies.polyline(vertices, current=current), observers, quantity=quantity, threads=threads)
+    """Field of current [A] along straight segments from the first of vertices (k, 3) [m] to the
+    last (Biot-Savart).
+    """
+    return bodies.field(
+        bodies.polyline(vertices, current=current), observers, quantity=quantity, threads=threads
+    )
 
 
-def polyline_gradient(observers: ArrayLike, vertices: ArrayLike, *, current: float, threads: int = 0) -> Floats:
-    """Gradient of the field of a polyline, which must be closed (its last vertex equal to its first)."""
+def polyline_gradient(
+    observers: ArrayLike, vertices: ArrayLike, *, current: float, threads: int = 0
+) -> Floats:
+    """Gradient of the field of a polyline, which must be closed (its last vertex equal to its
+    first).
+    """
     return bodies.gradient(bodies.polyline(vertices, current=current), observers, threads=threads)

@@ -16,7 +16,9 @@ from .bodies import Bodies, as_list, box_of, field
 __all__ = ["FieldLines", "LineEnd", "curves_of", "field_lines", "frame_curves"]
 
 Floats = NDArray[np.float64]
-WEAK = 1e-8  # a flux density that pictures leave out, a two-hundredth of what one ampere makes ten centimetres off [T]
+# a flux density that pictures leave out, a two-hundredth of what one ampere makes ten centimetres
+# off [T]
+WEAK = 1e-8
 
 
 class LineEnd(IntEnum):
@@ -31,7 +33,9 @@ class LineEnd(IntEnum):
 
 
 class FieldLines(NamedTuple):
-    """Field lines in the sense of B: points (k, 3) of each [m]; why each begins and ends where it does (`LineEnd`)."""
+    """Field lines in the sense of B: points (k, 3) of each [m]; why each begins and ends where it
+    does (`LineEnd`).
+    """
 
     lines: list[Floats]
     begins: list[LineEnd]
@@ -53,13 +57,16 @@ def field_lines(
 ) -> FieldLines:
     """Traces lines of B by an adaptive Runge-Kutta pair of order 5 and 4.
 
-    Without seeds, `lines` of them begin where equal shares of the flux leave the surfaces of magnets and of bodies that magnetise, or pass through
-    loops, solenoids and closed polylines, so that they lie dense where the field is strong. seeds (n, 3) [m] are followed both
-    ways instead. uniform (3): flux density besides that of the bodies [T]. A line ends where it enters such a body, where it leaves
-    the ball of radius `extent` [m] about `centre` (0: four times the ball that holds the bodies, about its centre), where it
-    meets itself, after `length` [m] (0: 20 extents) or a thousand steps, or where the field vanishes. tolerance [1]: error of a step over the extent.
-    Neighbouring points turn by about 0.1 at most. threads 0: all processors; the result does not depend on it. Raises InvalidInput for
-    values out of range, and where there is nothing to begin at.
+    Without seeds, `lines` of them begin where equal shares of the flux leave the surfaces of
+    magnets and of bodies that magnetise, or pass through loops, solenoids and closed polylines, so
+    that they lie dense where the field is strong. seeds (n, 3) [m] are followed both ways instead.
+    uniform (3): flux density besides that of the bodies [T]. A line ends where it enters such a
+    body, where it leaves the ball of radius `extent` [m] about `centre` (0: four times the ball
+    that holds the bodies, about its centre), where it meets itself, after `length` [m] (0: 20
+    extents) or a thousand steps, or where the field vanishes. tolerance [1]: error of a step over
+    the extent. Neighbouring points turn by about 0.1 at most. threads 0: all processors; the result
+    does not depend on it. Raises InvalidInput for values out of range, and where there is nothing
+    to begin at.
 
     >>> import loomstone as ls
     >>> magnet = ls.magnetics.sphere(radius=0.01, polarization=(0, 0, 1))
@@ -70,11 +77,15 @@ def field_lines(
     points, first, begins, ends = _core.magnetic_field_lines(
         as_list(bodies), lines, seeds, uniform, centre, extent, length, tolerance, threads
     )
-    return FieldLines(np.split(points, first[1:-1]), [LineEnd(i) for i in begins], [LineEnd(i) for i in ends])
+    return FieldLines(
+        np.split(points, first[1:-1]), [LineEnd(i) for i in begins], [LineEnd(i) for i in ends]
+    )
 
 
 def curves_of(found: FieldLines, radius: float) -> Curves:
-    """Field lines as tubes of a radius [m]: red where they leave a magnet, blue where they enter one, yellow far from both."""
+    """Field lines as tubes of a radius [m]: red where they leave a magnet, blue where they enter
+    one, yellow far from both.
+    """
     values = []
     for points, begin, end in zip(found.lines, found.begins, found.ends, strict=True):
         lengths = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
@@ -85,16 +96,29 @@ def curves_of(found: FieldLines, radius: float) -> Curves:
     return Curves(np.concatenate(found.lines), first, np.concatenate(values), radius)
 
 
-def frame_curves(simulation: Any, frame: Frame, lines: int, uniform: ArrayLike = (0.0, 0.0, 0.0)) -> Curves | None:
-    """Field lines of a frame of a simulation, of its magnets and of the coils that carry a current; None where there is hardly a field."""
+def frame_curves(
+    simulation: Any, frame: Frame, lines: int, uniform: ArrayLike = (0.0, 0.0, 0.0)
+) -> Curves | None:
+    """Field lines of a frame of a simulation, of its magnets and of the coils that carry a current;
+    None where there is hardly a field.
+    """
     magnets = simulation.magnets(frame)
     if not magnets:
         return None
-    beside = np.concatenate([m.position + 1.2 * m.radius * np.array([(1.0, 0.0, 0.0), (0.0, 0.0, 1.0)]) for m in magnets])
+    beside = np.concatenate(
+        [
+            m.position + 1.2 * m.radius * np.array([(1.0, 0.0, 0.0), (0.0, 0.0, 1.0)])
+            for m in magnets
+        ]
+    )
     if not np.any(uniform) and np.abs(field(magnets, beside, threads=1)).max() < WEAK:
         return None
     low, high = box_of(magnets)
     size = float(np.linalg.norm(0.5 * (high - low)))
     thin = 0.006 * size**0.5 * max(m.radius for m in magnets) ** 0.5
-    # Long enough to leave the ball that lines are drawn in, too short for a bundle of those that wind round a current for ever.
-    return curves_of(field_lines(magnets, lines, uniform=uniform, tolerance=1e-4, length=6.0 * size, threads=1), thin)
+    # Long enough to leave the ball that lines are drawn in, too short for a bundle of those that
+    # wind round a current for ever.
+    return curves_of(
+        field_lines(magnets, lines, uniform=uniform, tolerance=1e-4, length=6.0 * size, threads=1),
+        thin,
+    )

@@ -8,7 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from .._core import Camera, InvalidInput, MagneticBody, Magnet, RenderOptions, RigidBody, Scene, TriangleMesh
+from .._core import (
+    Camera,
+    InvalidInput,
+    Magnet,
+    MagneticBody,
+    RenderOptions,
+    RigidBody,
+    Scene,
+    TriangleMesh,
+)
 from ..meshes import read_mesh
 from . import bodies, figures, lines
 
@@ -34,16 +43,29 @@ def draw_field(
     width: int = 1280,
     height: int = 960,
 ) -> tuple[Path, lines.FieldLines]:
-    """Draws a closed mesh [m] magnetised uniformly (J = mu0 M [T]) with its field lines; returns picture (PNG) and lines."""
+    """Draws a closed mesh [m] magnetised uniformly (J = mu0 M [T]) with its field lines; returns
+    picture (PNG) and lines.
+    """
     magnet = Magnet(body="magnet", polarization=polarization)
-    simulation = _core.Simulation(Scene(bodies=[RigidBody(name="magnet", mesh=mesh)], magnets=[magnet]))
+    simulation = _core.Simulation(
+        Scene(bodies=[RigidBody(name="magnet", mesh=mesh)], magnets=[magnet])
+    )
     frame = simulation.frame()
     body = simulation.magnets(frame)[0]
-    found = lines.field_lines(body, n_lines, tolerance=1e-4, extent=2.6 * body.radius, centre=body.position)
+    found = lines.field_lines(
+        body, n_lines, tolerance=1e-4, extent=2.6 * body.radius, centre=body.position
+    )
     direction = np.asarray(eye) / np.linalg.norm(eye)
-    camera = Camera(fit=False, eye=body.position + 5.6 * body.radius * direction, target=body.position, field_of_view_degrees=40.0)
+    camera = Camera(
+        fit=False,
+        eye=body.position + 5.6 * body.radius * direction,
+        target=body.position,
+        field_of_view_degrees=40.0,
+    )
     options = RenderOptions(width=width, height=height, camera=camera)
-    picture = _core.Renderer(simulation.topology, options).render(frame, lines.curves_of(found, 0.009 * body.radius))
+    picture = _core.Renderer(simulation.topology, options).render(
+        frame, lines.curves_of(found, 0.009 * body.radius)
+    )
     _core.write_png(str(path), picture)
     return path, found
 
@@ -54,27 +76,43 @@ def magnet_of(path: Path, polarization: tuple[float, float, float]) -> MagneticB
 
 
 def curve_of_meshes(
-    kind: str, meshes: list[Path], polarization: tuple[float, float, float], axis: tuple[float, float, float], reach: float, path: Path
+    kind: str,
+    meshes: list[Path],
+    polarization: tuple[float, float, float],
+    axis: tuple[float, float, float],
+    reach: float,
+    path: Path,
 ) -> Path:
-    """Force over distance, or torque over angle, of one mesh over another (or itself) of the same magnetisation.
+    """Force over distance, or torque over angle, of one mesh over another (or itself) of the same
+    magnetisation.
 
-    The first body starts one millionth of its size clear of the second one along `axis`, and is moved by `reach` [m] (0: the
-    size of the second), or turned once about an axis across.
+    The first body starts one millionth of its size clear of the second one along `axis`, and is
+    moved by `reach` [m] (0: the size of the second), or turned once about an axis across.
     """
     if not 1 <= len(meshes) <= 2:
-        raise InvalidInput(f"curves of {kind} need one or two meshes, got {len(meshes)}; give --mesh FILE")
+        raise InvalidInput(
+            f"curves of {kind} need one or two meshes, got {len(meshes)}; give --mesh FILE"
+        )
     on, by = magnet_of(meshes[0], polarization), magnet_of(meshes[-1], polarization)
     along = figures.unit(axis)
-    apart = _reach(read_mesh(meshes[-1], with_uv=False), by, along) + _reach(read_mesh(meshes[0], with_uv=False), on, -along)
+    apart = _reach(read_mesh(meshes[-1], with_uv=False), by, along) + _reach(
+        read_mesh(meshes[0], with_uv=False), on, -along
+    )
     place = by.position + (apart + 1e-6 * on.radius) * along
     on = on.at(place, on.orientation)
     if kind == "force":
         distances = np.linspace(0.0, 1.0, 41) ** 2 * (reach or by.radius)
-        return figures.plot_curve(figures.force_over_distance(on, by, distances, axis=along, tolerance=1e-3), path)
+        return figures.plot_curve(
+            figures.force_over_distance(on, by, distances, axis=along, tolerance=1e-3), path
+        )
     across = np.cross(along, (0.0, 0.0, 1.0) if abs(along[2]) < 0.9 else (1.0, 0.0, 0.0))
     on = on.moved((on.radius + by.radius - apart) * along)  # room to turn
     return figures.plot_curve(
-        figures.torque_over_angle(on, by, np.linspace(0.0, 2.0 * np.pi, 49), axis=across, tolerance=1e-3), path, kind="torque"
+        figures.torque_over_angle(
+            on, by, np.linspace(0.0, 2.0 * np.pi, 49), axis=across, tolerance=1e-3
+        ),
+        path,
+        kind="torque",
     )
 
 

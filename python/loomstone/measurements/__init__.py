@@ -1,4 +1,5 @@
-"""Laboratory tests of fabrics, simulated: Cusick's drape test and the cantilever test of ASTM D1388.
+"""Laboratory tests of fabrics, simulated: Cusick's drape test and the cantilever test of ASTM
+D1388.
 
 >>> import loomstone as ls
 >>> strip = ls.measurements.cantilever(ls.fabrics["denim"], angle_degrees=0)

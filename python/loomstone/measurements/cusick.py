@@ -1,10 +1,11 @@
-"""Cusick's drape test [Cusick1965] (BS 5058, ISO 9073-9): a disc of fabric of 30 cm held between discs of 18 cm.
+"""Cusick's drape test [Cusick1965] (BS 5058, ISO 9073-9): a disc of fabric of 30 cm held between
+discs of 18 cm.
 
     drape coefficient = (A_shadow - A_disc) / (A_specimen - A_disc) * 100 %
 
-The fabric is held flat between the discs as in the instrument: its vertices up to 9 cm are pinned. The rest hangs
-over a solid pedestal and comes to rest by kinetic damping. The shadow is the union of all triangles seen from above,
-rasterised.
+The fabric is held flat between the discs as in the instrument: its vertices up to 9 cm are pinned.
+The rest hangs over a solid pedestal and comes to rest by kinetic damping. The shadow is the union
+of all triangles seen from above, rasterised.
 """
 
 from __future__ import annotations
@@ -33,7 +34,8 @@ Floats = NDArray[np.float64]
 class CusickResult:
     """Outcome of one drape test.
 
-    drape_coefficient : [%]; folds : maxima of the outline's radius; shadow : area seen from above [m^2]
+    drape_coefficient : [%]; folds : maxima of the outline's radius; shadow : area seen from above
+        [m^2]
     intersections : pairs of the fabric's triangles that intersect something at the end
     rest : whether and how the fabric came to rest; seconds : wall time
     mesh, positions : the specimen and where its vertices are (n x 3) [m]
@@ -50,10 +52,13 @@ class CusickResult:
 
 
 def specimen(triangles: int, *, seed: int = 1) -> TriangleMesh:
-    """Disc of 30 cm of `triangles` triangles (rounded), unstructured; a ring of vertices lies on the edge of the
+    """Disc of 30 cm of `triangles` triangles (rounded), unstructured; a ring of vertices lies on
+    the edge of the
     clamp."""
     triangles = whole("triangles", triangles, 400, 1_000_000)
-    area = np.pi * (SPECIMEN**2 - DISC**2) / (0.8 * triangles)  # a fifth of the triangles lies in the clamp
+    area = (
+        np.pi * (SPECIMEN**2 - DISC**2) / (0.8 * triangles)
+    )  # a fifth of the triangles lies in the clamp
     edge = float(np.sqrt(4 / np.sqrt(3) * area))
     outline = _ring(SPECIMEN, edge)
     rings, radius, spacing = [_ring(DISC, edge)], DISC - 0.87 * edge, edge
@@ -69,9 +74,12 @@ def specimen(triangles: int, *, seed: int = 1) -> TriangleMesh:
         within: Floats = np.minimum(inner - distance, distance - DISC)
         return within
 
-    # An inner point counts twice in Euler's formula, one of the outline once; _relaxed takes all for outline.
+    # An inner point counts twice in Euler's formula, one of the outline once; _relaxed takes all
+    # for outline.
     fixed = np.concatenate([outline, held])
-    return meshes._relaxed(fixed, depth, (2 * SPECIMEN, 2 * SPECIMEN), edge, triangles - len(held), seed)
+    return meshes._relaxed(
+        fixed, depth, (2 * SPECIMEN, 2 * SPECIMEN), edge, triangles - len(held), seed
+    )
 
 
 def cusick(
@@ -88,15 +96,22 @@ def cusick(
 
     material : ClothMaterial or a fabric
     strain_limit : StrainLimit of the specimen; None: it strains as far as forces take it
-    triangles, seed : of the specimen's mesh; below about 3000 triangles the coefficient comes out too high
+    triangles, seed : of the specimen's mesh; below about 3000 triangles the coefficient comes out
+        too high
     step : [s], or None: 4 ms at a contact distance of 1 mm, in proportion below
     longest : simulated time allowed for coming to rest [s]
     """
     began = time.perf_counter()
     mesh = specimen(triangles, seed=seed)
     if step is None:
-        step = float(np.clip(0.4 * mesh.mean_edge, 5e-4, 4e-3))  # the contact distance is a tenth of an edge
-    simulation = Simulation(drape_scene(material, mesh, strain_limit), integrator=SemiImplicitEuler(step=step), threads=threads)
+        step = float(
+            np.clip(0.4 * mesh.mean_edge, 5e-4, 4e-3)
+        )  # the contact distance is a tenth of an edge
+    simulation = Simulation(
+        drape_scene(material, mesh, strain_limit),
+        integrator=SemiImplicitEuler(step=step),
+        threads=threads,
+    )
     rest = bring_to_rest(simulation, longest=longest)
     positions = simulation.positions
     area, flat = shadow_area(positions, mesh.triangles), shadow_area(mesh.vertices, mesh.triangles)
@@ -115,11 +130,21 @@ def cusick(
     )
 
 
-def drape_scene(material: ClothMaterial, mesh: TriangleMesh, strain_limit: StrainLimit | None = None) -> Scene:
+def drape_scene(
+    material: ClothMaterial, mesh: TriangleMesh, strain_limit: StrainLimit | None = None
+) -> Scene:
     """The specimen, held up to 9 cm, flat over the pedestal."""
     held = np.flatnonzero(np.linalg.norm(mesh.vertices[:, :2], axis=1) < DISC + 1e-9)
-    pedestal = obstacles.obstacle(_pedestal(DISC - 1.5e-3, 0.12), name="pedestal", centre=(0.0, 0.0, -1.5e-3))
-    cloth = Cloth(name="specimen", mesh=mesh, material=material, pins=[int(i) for i in held], strain_limit=strain_limit)
+    pedestal = obstacles.obstacle(
+        _pedestal(DISC - 1.5e-3, 0.12), name="pedestal", centre=(0.0, 0.0, -1.5e-3)
+    )
+    cloth = Cloth(
+        name="specimen",
+        mesh=mesh,
+        material=material,
+        pins=[int(i) for i in held],
+        strain_limit=strain_limit,
+    )
     return Scene(cloths=[cloth], obstacles=[pedestal, obstacles.floor(height=-0.12, size=1.0)])
 
 
@@ -131,7 +156,8 @@ def shadow_area(positions: Floats, triangles: NDArray[np.int32], *, pixel: float
 def shadow(
     positions: Floats, triangles: NDArray[np.int32], *, pixel: float = 2.5e-4
 ) -> tuple[NDArray[np.bool_], Floats, float]:
-    """Pixels whose centre any triangle covers, seen from above: (x by y), the corner where they start [m], their side
+    """Pixels whose centre any triangle covers, seen from above: (x by y), the corner where they
+    start [m], their side
     [m]."""
     xy = positions[:, :2] / pixel
     low = np.floor(xy.min(0)) - 1
@@ -147,7 +173,10 @@ def shadow(
         if turn == 0.0 or not (last > first).all():
             continue  # seen edge on
         side = np.sign(turn)
-        edges = [side * ((q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0])) for p, q in ((a, b), (b, c), (c, a))]
+        edges = [
+            side * ((q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0]))
+            for p, q in ((a, b), (b, c), (c, a))
+        ]
         covered[first[0] : last[0], first[1] : last[1]] |= np.minimum.reduce(edges) >= 0
     return covered, low * pixel, pixel
 
@@ -178,14 +207,25 @@ def _pedestal(radius: float, height: float) -> TriangleMesh:
     n = 96
     angle = np.arange(n) * 2 * np.pi / n
     points = np.concatenate(
-        [np.c_[a * np.cos(angle), a * np.sin(angle), np.full(n, b)] for a, b in zip(r, z, strict=True)]
+        [
+            np.c_[a * np.cos(angle), a * np.sin(angle), np.full(n, b)]
+            for a, b in zip(r, z, strict=True)
+        ]
     )
     here = np.arange(n)
     after = (here + 1) % n
     faces = []
     for k in range(len(r) - 1):
         upper, lower = k * n, (k + 1) * n
-        faces += [np.c_[upper + here, lower + here, lower + after], np.c_[upper + here, lower + after, upper + after]]
+        faces += [
+            np.c_[upper + here, lower + here, lower + after],
+            np.c_[upper + here, lower + after, upper + after],
+        ]
     top, bottom, last = len(points), len(points) + 1, (len(r) - 1) * n
-    faces += [np.c_[np.full(n, top), here, after], np.c_[np.full(n, bottom), last + after, last + here]]
-    return TriangleMesh(np.concatenate([points, [[0, 0, 0], [0, 0, -height]]]), np.concatenate(faces))
+    faces += [
+        np.c_[np.full(n, top), here, after],
+        np.c_[np.full(n, bottom), last + after, last + here],
+    ]
+    return TriangleMesh(
+        np.concatenate([points, [[0, 0, 0], [0, 0, -height]]]), np.concatenate(faces)
+    )

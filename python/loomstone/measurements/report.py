@@ -1,4 +1,6 @@
-"""Report on fabrics: drape coefficients beside published bands, cantilevers beside their closed form, pictures."""
+"""Report on fabrics: drape coefficients beside published bands, cantilevers beside their closed
+form, pictures.
+"""
 
 from __future__ import annotations
 
@@ -57,22 +59,32 @@ class FabricReport:
 
     @property
     def off_band(self) -> float:
-        """Distance of the mean drape coefficient from the published band [points]; 0 inside, or without a band."""
+        """Distance of the mean drape coefficient from the published band [points]; 0 inside, or
+        without a band.
+        """
         band = self.fabric.band
-        return max(0.0, band.low - self.drape_coefficient, self.drape_coefficient - band.high) if band else 0.0
+        return (
+            max(0.0, band.low - self.drape_coefficient, self.drape_coefficient - band.high)
+            if band
+            else 0.0
+        )
 
     @property
     def remark(self) -> str:
         """What to know of the result: no rest, intersections, or why the band may be missed."""
         said = []
         if moving := sum(not drape.rest.at_rest for drape in self.drapes):
-            said.append(f"{moving} of {len(self.drapes)} specimens not at rest within the time allowed")
+            said.append(
+                f"{moving} of {len(self.drapes)} specimens not at rest within the time allowed"
+            )
         if pairs := sum(drape.intersections for drape in self.drapes):
             said.append(f"{pairs} pairs of triangles intersect")
         if self.in_band is False:
             within = ", less than specimens differ" if self.off_band <= self.spread else ""
             said.append(f"misses the band by {self.off_band:.1f} points{within}")
-            said += [caveat for caveat in self.fabric.caveats if caveat.startswith("bending")]  # it decides the drape
+            said += [
+                caveat for caveat in self.fabric.caveats if caveat.startswith("bending")
+            ]  # it decides the drape
         return "; ".join(said)
 
     def to_dict(self) -> dict[str, Any]:
@@ -118,12 +130,16 @@ def report_fabrics(
     threads: int = 0,
     done: Callable[[FabricReport], None] | None = None,
 ) -> list[FabricReport]:
-    """Drapes fabrics over a Cusick pedestal and lets strips of them hang; writes tables and pictures into `out`.
+    """Drapes fabrics over a Cusick pedestal and lets strips of them hang; writes tables and
+    pictures into `out`.
 
     names : of fabrics, or None: all; triangles : of a draped specimen; specimens : meshes tried
-    out : directory for report.json and drape.png, or None: nothing is written; done : called after each fabric
+    out : directory for report.json and drape.png, or None: nothing is written; done : called after
+        each fabric
     """
-    chosen: Mapping[str, Fabric] = {name: fabrics[name] for name in (fabrics if names is None else names)}
+    chosen: Mapping[str, Fabric] = {
+        name: fabrics[name] for name in (fabrics if names is None else names)
+    }
     if not chosen:
         raise InvalidInput("report_fabrics: at least one fabric must be named, got none")
     whole("specimens", specimens, 1, 100)
@@ -137,14 +153,18 @@ def report_fabrics(
             ) from error
     reports = []
     for fabric in chosen.values():
-        strips = {name: cantilever(fabric, angle_degrees=angle) for name, angle in DIRECTIONS.items()}
+        strips = {
+            name: cantilever(fabric, angle_degrees=angle) for name, angle in DIRECTIONS.items()
+        }
         seeds = range(1, specimens + 1)
         drapes = [cusick(fabric, triangles=triangles, seed=seed, threads=threads) for seed in seeds]
         reports.append(FabricReport(fabric, drapes, strips))
         if done:
             done(reports[-1])
     if out is not None:
-        (Path(out) / "report.json").write_text(json.dumps([report.to_dict() for report in reports], indent=1) + "\n")
+        (Path(out) / "report.json").write_text(
+            json.dumps([report.to_dict() for report in reports], indent=1) + "\n"
+        )
         contact_sheet(reports, Path(out) / "drape.png")
     return reports
 
@@ -159,10 +179,15 @@ def report_text(report: FabricReport) -> str:
     """One line, and a second one where there is something to say."""
     band = report.fabric.band
     limits = f"{band.low:g}-{band.high:g}" if band else "-"
-    strips = "  ".join(f"{100 * strip.overhang:5.2f} {100 * strip.error:+5.1f}%" for strip in report.strips.values())
+    strips = "  ".join(
+        f"{100 * strip.overhang:5.2f} {100 * strip.error:+5.1f}%"
+        for strip in report.strips.values()
+    )
     verdict = "" if report.in_band is None else "  in" if report.in_band else "  out"
     drape = f"{report.drape_coefficient:5.1f} ± {report.spread:.1f}"
-    line = f"{report.fabric.name:14s} {drape:>11s} {limits:>6s} {report.folds:>5s}   {strips}{verdict}"
+    line = (
+        f"{report.fabric.name:14s} {drape:>11s} {limits:>6s} {report.folds:>5s}   {strips}{verdict}"
+    )
     return line + (f"\n    {report.remark}" if report.remark else "")
 
 
@@ -185,7 +210,9 @@ def parameters(given: Mapping[str, Any]) -> dict[str, int]:
 
 
 def contact_sheet(reports: Sequence[FabricReport], path: Path) -> None:
-    """First specimens in one picture (PNG): each fabric, and in the corner its shadow with circles of 18 and 30 cm."""
+    """First specimens in one picture (PNG): each fabric, and in the corner its shadow with circles
+    of 18 and 30 cm.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.patches import Circle
@@ -206,9 +233,23 @@ def contact_sheet(reports: Sequence[FabricReport], path: Path) -> None:
             fontsize=10,
         )
         inset = axes.inset_axes((0.72, 0.0, 0.28, 0.37))
-        covered, low, pixel = shadow(report.drapes[0].positions, report.drapes[0].mesh.triangles, pixel=1e-3)
-        extent = (low[0], low[0] + pixel * covered.shape[0], low[1], low[1] + pixel * covered.shape[1])
-        inset.imshow(np.ma.masked_equal(covered.T, False), origin="lower", extent=extent, cmap="Greys", vmin=0, vmax=2)
+        covered, low, pixel = shadow(
+            report.drapes[0].positions, report.drapes[0].mesh.triangles, pixel=1e-3
+        )
+        extent = (
+            low[0],
+            low[0] + pixel * covered.shape[0],
+            low[1],
+            low[1] + pixel * covered.shape[1],
+        )
+        inset.imshow(
+            np.ma.masked_equal(covered.T, False),
+            origin="lower",
+            extent=extent,
+            cmap="Greys",
+            vmin=0,
+            vmax=2,
+        )
         for radius in (DISC, SPECIMEN):
             inset.add_patch(Circle((0, 0), radius, fill=False, linewidth=0.7, color="C0"))
         inset.set(xlim=(-0.155, 0.155), ylim=(-0.155, 0.155), aspect="equal")

@@ -1,8 +1,8 @@
 """Brings a simulation to static rest by kinetic damping [Barnes1999].
 
-Velocities are set to zero whenever the kinetic energy has passed a peak, so every swing ends where forces nearly
-balance. Nothing is added to the forces: the shape at rest is one of the material and gravity alone. Which one, where
-several are stable, is decided by the way there, as in a real test.
+Velocities are set to zero whenever the kinetic energy has passed a peak, so every swing ends where
+forces nearly balance. Nothing is added to the forces: the shape at rest is one of the material and
+gravity alone. Which one, where several are stable, is decided by the way there, as in a real test.
 """
 
 from __future__ import annotations
@@ -42,15 +42,23 @@ def bring_to_rest(
     drift: float = 1e-4,
     window: float = 0.2,
 ) -> Rest:
-    """Advances until the kinetic energy stays below `ratio` of its peak and no vertex moves by more than `drift`.
+    """Advances until the kinetic energy stays below `ratio` of its peak and no vertex moves by more
+    than `drift`.
 
     longest : simulated time at most [s]
     ratio : of the largest kinetic energy ever seen [1], not exceeded for `window` [s]
     drift : [m] within `window`
     """
-    for name, value in (("longest", longest), ("ratio", ratio), ("drift", drift), ("window", window)):
+    for name, value in (
+        ("longest", longest),
+        ("ratio", ratio),
+        ("drift", drift),
+        ("window", window),
+    ):
         if not (np.isfinite(value) and value > 0):
-            raise InvalidInput(f"bring_to_rest: {name} must be > 0, got {value}; correct this value")
+            raise InvalidInput(
+                f"bring_to_rest: {name} must be > 0, got {value}; correct this value"
+            )
     steps_in_window = max(3, round(window / simulation.step_size))
     peak = before = highest = 0.0
     rising, stops, count = True, 0, 0

@@ -1,6 +1,7 @@
-// Time of a sweep of strain limiting over all elements: where all are within their limits (evaluation only), and where all are
-// beyond and corrected. Minima of 40, beside a fixed block product (7,396 rows, one thread) of the same run: the ratio is the
-// claim, milliseconds depend on the machine.
+// Time of a sweep of strain limiting over all elements: where all are within their limits
+// (evaluation only), and where all are beyond and corrected. Minima of 40, beside a fixed block
+// product (7,396 rows, one thread) of the same run: the ratio is the claim, milliseconds depend on
+// the machine.
 //   benchmark_limits [cells ...]      (default 42, 85, 224: 3,528, 14,450 and 100,352 triangles)
 #include <algorithm>
 #include <cmath>
@@ -26,7 +27,8 @@ double product() {
   const TriangleMesh mesh = grid_cells(0.5, 0.5, 85, 85);
   std::vector<std::pair<Index, Index>> couplings;
   for (Index t = 0; t < mesh.n_triangles(); ++t)
-    for (int k = 0; k < 3; ++k) couplings.emplace_back(mesh.triangles()(t, k), mesh.triangles()(t, (k + 1) % 3));
+    for (int k = 0; k < 3; ++k)
+      couplings.emplace_back(mesh.triangles()(t, k), mesh.triangles()(t, (k + 1) % 3));
   const BlockMatrix a(mesh.n_vertices(), couplings);
   std::vector<double> x(4 * mesh.n_vertices() + 4, 1.0), y = x;
   double best = 1e9;
@@ -38,7 +40,8 @@ double product() {
   return best;
 }
 
-// Seconds a sweep: those of 1 + 8 sweeps less those of 1, so that what a call does once is not counted.
+// Seconds a sweep: those of 1 + 8 sweeps less those of 1, so that what a call does once is not
+// counted.
 double sweep(const LimitedCloth& cloth, const Points& x, const char* method, int threads) {
   double best[2] = {1e9, 1e9};
   for (int several = 0; several < 2; ++several) {
@@ -73,8 +76,10 @@ int main(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) cells.push_back(std::atoi(argv[i]));
   if (cells.empty()) cells = {42, 85, 224};
   const double unit = product();
-  std::printf("block product %.4f ms\n# triangles  method               threads  sweep [ms]  per 3,600 [ms]  sweep/product  idle call [ms]\n",
-              1e3 * unit);
+  std::printf(
+      "block product %.4f ms\n# triangles  method               threads  sweep [ms]  per 3,600 "
+      "[ms]  sweep/product  idle call [ms]\n",
+      1e3 * unit);
   for (const Index n : cells) {
     const TriangleMesh mesh = jittered_grid(1.0, 1.0, n, n, 0.2, 1);
     StrainLimit limit;
@@ -89,8 +94,10 @@ int main(int argc, char** argv) {
       for (const int threads : {1, 2}) {
         if (threads == 2 && std::string(method) == "gauss-seidel-random") continue;
         const double time = sweep(cloth, x, method, threads);
-        std::printf("%10d   %-20s %6d  %10.4f  %14.4f  %13.2f  %14.4f\n", static_cast<int>(mesh.n_triangles()), method, threads, 1e3 * time,
-                    1e3 * time * 3600 / mesh.n_triangles(), time / unit, 1e3 * idle(cloth, mesh.vertices(), method));
+        std::printf("%10d   %-20s %6d  %10.4f  %14.4f  %13.2f  %14.4f\n",
+                    static_cast<int>(mesh.n_triangles()), method, threads, 1e3 * time,
+                    1e3 * time * 3600 / mesh.n_triangles(), time / unit,
+                    1e3 * idle(cloth, mesh.vertices(), method));
         std::fflush(stdout);
       }
   }

@@ -1,7 +1,8 @@
-// Times of the block product and of the linear solvers on a square of cloth: 7,396 vertices (the size of the reference
-// figures) and larger. Usage: benchmark_linalg [threads] [side ...]
-// Every time is the least of many repetitions; the ratio to the block product of the same run is what carries over to
-// other machines. Reference (one thread, AVX-512): product 0.05 ms, 51 iterations 3.7 ms, that is 74 products.
+// Times of the block product and of the linear solvers on a square of cloth: 7,396 vertices (the
+// size of the reference figures) and larger. Usage: benchmark_linalg [threads] [side ...] Every
+// time is the least of many repetitions; the ratio to the block product of the same run is what
+// carries over to other machines. Reference (one thread, AVX-512): product 0.05 ms, 51
+// iterations 3.7 ms, that is 74 products.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -23,7 +24,9 @@ double least_milliseconds(int repetitions, const std::function<void()>& body) {
   for (int i = 0; i < repetitions; ++i) {
     const auto start = std::chrono::steady_clock::now();
     body();
-    least = std::min(least, std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+    least = std::min(
+        least, std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+                   .count());
   }
   return least;
 }
@@ -48,19 +51,22 @@ std::vector<std::pair<Index, Index>> ordered_couplings(Index side) {
   }
   const auto start = std::chrono::steady_clock::now();
   const std::vector<Index> order = bisection_order(graph);
-  std::printf("bisection order %.1f ms\n",
-              std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+  std::printf(
+      "bisection order %.1f ms\n",
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
   std::vector<Index> place(order.size());
   for (std::size_t i = 0; i < order.size(); ++i) place[order[i]] = static_cast<Index>(i);
   for (auto& [i, j] : couplings) i = place[i], j = place[j];
   return couplings;
 }
 
-// Unit masses and springs of stiffness `stiffness` along (1, 0, 0), (0, 1, 0), (1, 1, 0), with a tenth across.
+// Unit masses and springs of stiffness `stiffness` along (1, 0, 0), (0, 1, 0), (1, 1, 0), with a
+// tenth across.
 BlockMatrix cloth_like(Index side, double stiffness) {
   const auto couplings = ordered_couplings(side);
   BlockMatrix matrix(side * side, couplings);
-  for (Index row = 0; row < matrix.n_rows(); ++row) matrix.block_map(matrix.diagonal()[row]).setIdentity();
+  for (Index row = 0; row < matrix.n_rows(); ++row)
+    matrix.block_map(matrix.diagonal()[row]).setIdentity();
   const Vec3 directions[3] = {{1, 0, 0}, {0, 1, 0}, Vec3(1, 1, 0).normalized()};
   for (std::size_t k = 0; k < couplings.size(); ++k) {
     const auto [i, j] = couplings[k];
@@ -79,7 +85,8 @@ ExtraTerms contacts(Index n_rows) {
   for (Index row = 0; row + 40 < n_rows; row += 10) {
     ExtraTerm term;
     const double weights[4] = {1.0, -0.2, -0.3, -0.5};
-    for (int e = 0; e < 4; ++e) term.entries[term.n_entries++] = {row + 11 * e, false, weights[e], Vec3::Zero()};
+    for (int e = 0; e < 4; ++e)
+      term.entries[term.n_entries++] = {row + 11 * e, false, weights[e], Vec3::Zero()};
     term.hessian = 20.0 * Vec3(0, 0, 1) * Vec3(0, 0, 1).transpose();
     terms.push_back(term);
   }
@@ -92,7 +99,8 @@ void benchmark(int threads, Index side) {
   const int repetitions = std::max(20, 400000 / n);
   std::printf("%d vertices, %d blocks, %d threads\n", n, matrix.n_blocks(), threads);
   Vector x = Vector::Random(4 * n), y(4 * n);
-  const double product = least_milliseconds(10 * repetitions, [&] { matrix.multiply(0, n, x.data(), y.data()); });
+  const double product =
+      least_milliseconds(10 * repetitions, [&] { matrix.multiply(0, n, x.data(), y.data()); });
   std::printf("  product (one thread)               %8.4f ms\n", product);
 
   const RowLayout layout(n, single_communicator());
@@ -114,7 +122,8 @@ void benchmark(int threads, Index side) {
         report = solver->solve(Team{threads}, system, b, solution);
       });
       std::printf("  %-12s %-9s %4d iterations %8.3f ms, %7.4f ms each, %6.1f products\n", method,
-                  with_terms ? "contacts" : "", report.iterations, time, time / report.iterations, time / product);
+                  with_terms ? "contacts" : "", report.iterations, time, time / report.iterations,
+                  time / product);
     }
 }
 

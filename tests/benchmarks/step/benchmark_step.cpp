@@ -1,8 +1,10 @@
-// Time of a step without collisions (loads, forces, assembly, solve, motion) of a cloth draped over a sphere: solvers and
-// bending elements, growth with the mesh, accuracy of the tolerance.
-// Every repetition starts from the same state (but for 1 nm at one vertex). Times are minima, beside that of a fixed block product (7,396 rows, one
-// thread) taken between the repetitions: the ratio is the claim, milliseconds depend on the machine.
-//   benchmark_step [solvers] [growth [cells ...]] [accuracy] [threads]      (default: all; growth of 50 ... 400 cells)
+// Time of a step without collisions (loads, forces, assembly, solve, motion) of a cloth draped over
+// a sphere: solvers and bending elements, growth with the mesh, accuracy of the tolerance. Every
+// repetition starts from the same state (but for 1 nm at one vertex). Times are minima, beside that
+// of a fixed block product (7,396 rows, one thread) taken between the repetitions: the ratio is the
+// claim, milliseconds depend on the machine.
+//   benchmark_step [solvers] [growth [cells ...]] [accuracy] [threads]      (default: all; growth
+//   of 50 ... 400 cells)
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -20,8 +22,8 @@ using namespace loomstone;
 
 namespace {
 
-// Seconds: of this thread on its processor where it works alone (others who take turns with it do not count), else on the
-// wall.
+// Seconds: of this thread on its processor where it works alone (others who take turns with it do
+// not count), else on the wall.
 double now(int threads = 1) {
   timespec t;
   clock_gettime(threads == 1 ? CLOCK_THREAD_CPUTIME_ID : CLOCK_MONOTONIC, &t);
@@ -48,7 +50,8 @@ Simulation simulation(const Case& c) {
   Scene scene = draped_scene(draped(c.cells));
   scene.cloths[0].bending = c.element;
   IntegratorOptions options;
-  options.step = c.step, options.linear_solver = c.solver, options.bending = c.bending, options.tolerance = c.tolerance;
+  options.step = c.step, options.linear_solver = c.solver, options.bending = c.bending,
+  options.tolerance = c.tolerance;
   return Simulation(scene, options, c.threads);
 }
 
@@ -59,12 +62,14 @@ class Product {
     const TriangleMesh mesh = grid_cells(0.5, 0.5, 85, 85);
     std::vector<std::pair<Index, Index>> couplings;
     for (Index t = 0; t < mesh.n_triangles(); ++t)
-      for (int k = 0; k < 3; ++k) couplings.emplace_back(mesh.triangles()(t, k), mesh.triangles()(t, (k + 1) % 3));
+      for (int k = 0; k < 3; ++k)
+        couplings.emplace_back(mesh.triangles()(t, k), mesh.triangles()(t, (k + 1) % 3));
     a_ = BlockMatrix(mesh.n_vertices(), couplings);
     x_.assign(4 * mesh.n_vertices() + 4, 1.0);
     y_ = x_;
   }
-  // Mean of 64 products, about as long as a step: both need the machine for themselves equally long.
+  // Mean of 64 products, about as long as a step: both need the machine for themselves equally
+  // long.
   double time() {
     const double start = now();
     for (int i = 0; i < 64; ++i) a_.multiply(0, a_.n_rows(), x_.data(), y_.data());
@@ -85,7 +90,8 @@ Measured measure(const Case& c) {
   static Product product;
   Simulation sim = simulation(c);
   const Points x = sim.positions(), v = sim.velocities();
-  Points beside = x;  // nothing that a step keeps of the positions it began with serves the next one
+  Points beside =
+      x;  // nothing that a step keeps of the positions it began with serves the next one
   beside(0, 0) += 1e-9;
   const int repetitions = c.cells > 130 ? 20 : 40;
   Measured best;
@@ -94,7 +100,8 @@ Measured measure(const Case& c) {
     sim.set_velocities(v);
     const double start = now(c.threads);
     sim.step();
-    if (i >= 2) best.step = std::min(best.step, now(c.threads) - start);  // the first steps lay out memory
+    if (i >= 2)
+      best.step = std::min(best.step, now(c.threads) - start);  // the first steps lay out memory
     best.product = std::min(best.product, product.time());
   }
   best.iterations = sim.report().linear_iterations;
@@ -102,15 +109,17 @@ Measured measure(const Case& c) {
 }
 
 void print_header() {
-  std::printf("# triangles  h [ms]  solver        bending   element   threads  iterations  step [ms]  product [ms]  "
-              "step/product\n");
+  std::printf(
+      "# triangles  h [ms]  solver        bending   element   threads  iterations  step [ms]  "
+      "product [ms]  "
+      "step/product\n");
 }
 
 Measured print(const Case& c) {
   const Measured m = measure(c);
   std::printf("step %8d  %6.2f  %-12s  %-8s  %-8s  %7d  %10d  %9.2f  %12.4f  %12.0f\n",
-              static_cast<int>(2 * c.cells * c.cells), 1e3 * c.step, c.solver, c.bending, c.element, c.threads, m.iterations,
-              1e3 * m.step, 1e3 * m.product, m.step / m.product);
+              static_cast<int>(2 * c.cells * c.cells), 1e3 * c.step, c.solver, c.bending, c.element,
+              c.threads, m.iterations, 1e3 * m.step, 1e3 * m.product, m.step / m.product);
   std::fflush(stdout);
   return m;
 }
@@ -131,7 +140,8 @@ void growth(const std::vector<Index>& cells) {
   for (const Index n : cells)
     for (const double h : {1e-3, 4e-3})
       for (const char* solver : {"pcg", "block-jacobi", "direct"}) {
-        if (std::string(solver) == "direct" && n > 130) continue;  // what it would take is plain by then
+        if (std::string(solver) == "direct" && n > 130)
+          continue;  // what it would take is plain by then
         print({n, h, solver, h > 2e-3 ? "implicit" : "explicit"});
       }
 }
@@ -139,14 +149,17 @@ void growth(const std::vector<Index>& cells) {
 void threads() {
   print_header();
   for (const double h : {1e-3, 4e-3}) {
-    const double one = print({170, h}).step, two = print({170, h, "pcg", "explicit", "mid-edge", 2}).step;
+    const double one = print({170, h}).step,
+                 two = print({170, h, "pcg", "explicit", "mid-edge", 2}).step;
     std::printf("two threads: %.2f times one\n", one / two);
   }
 }
 
 // Positions after 50 steps against a direct solve.
 void accuracy() {
-  std::printf("# cells  h [ms]  bending   element   tolerance  iterations  largest error after 50 steps [mm]\n");
+  std::printf(
+      "# cells  h [ms]  bending   element   tolerance  iterations  largest error after 50 steps "
+      "[mm]\n");
   for (const Index cells : {50, 85})
     for (const double h : {1e-3, 2e-3, 4e-3}) {
       const char* bending = h > 1.2e-3 ? "implicit" : "explicit";
@@ -160,8 +173,9 @@ void accuracy() {
           sim.step();
           iterations += sim.report().linear_iterations;
         }
-        std::printf("accuracy %4d  %6.2f  %-8s  %-8s  %9.0e  %10.1f  %.3g\n", cells, 1e3 * h, bending, "mid-edge", tolerance,
-                    iterations / 50.0, 1e3 * (reference - sim.positions()).rowwise().norm().maxCoeff());
+        std::printf("accuracy %4d  %6.2f  %-8s  %-8s  %9.0e  %10.1f  %.3g\n", cells, 1e3 * h,
+                    bending, "mid-edge", tolerance, iterations / 50.0,
+                    1e3 * (reference - sim.positions()).rowwise().norm().maxCoeff());
         std::fflush(stdout);
       }
     }
@@ -171,7 +185,8 @@ void accuracy() {
 
 int main(int argc, char** argv) {
   const auto asked = [&](const char* name) {
-    return argc == 1 || std::any_of(argv + 1, argv + argc, [&](const char* word) { return std::string(word) == name; });
+    return argc == 1 || std::any_of(argv + 1, argv + argc,
+                                    [&](const char* word) { return std::string(word) == name; });
   };
   std::vector<Index> cells;
   for (int i = 1; i < argc; ++i)
@@ -179,5 +194,6 @@ int main(int argc, char** argv) {
   if (asked("solvers")) solvers();
   if (asked("accuracy")) accuracy();
   if (asked("threads")) threads();
-  if (asked("growth")) growth(cells.empty() ? std::vector<Index>{50, 85, 120, 170, 240, 400} : cells);
+  if (asked("growth"))
+    growth(cells.empty() ? std::vector<Index>{50, 85, 120, 170, 240, 400} : cells);
 }

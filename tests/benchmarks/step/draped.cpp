@@ -38,13 +38,16 @@ void run(Simulation& sim, int steps) {
 
 // Weights of four neighbours for a place between the middle two (Catmull and Rom).
 std::array<double, 4> cubic(double t) {
-  return {0.5 * t * (-1 + t * (2 - t)), 0.5 * (2 + t * t * (-5 + 3 * t)), 0.5 * t * (1 + t * (4 - 3 * t)),
-          0.5 * t * t * (t - 1)};
+  return {0.5 * t * (-1 + t * (2 - t)), 0.5 * (2 + t * t * (-5 + 3 * t)),
+          0.5 * t * (1 + t * (4 - 3 * t)), 0.5 * t * t * (t - 1)};
 }
 
-// Value at vertex (i, j) of a grid with `fine` cells; beyond the border the coarse grid goes on straight.
+// Value at vertex (i, j) of a grid with `fine` cells; beyond the border the coarse grid goes on
+// straight.
 Points interpolate(const Points& values, Index coarse, Index fine) {
-  const auto at = [&](Index i, Index j) -> Vec3 { return values.row(j * (coarse + 1) + i).transpose(); };
+  const auto at = [&](Index i, Index j) -> Vec3 {
+    return values.row(j * (coarse + 1) + i).transpose();
+  };
   const auto along = [&](Index i, Index j) -> Vec3 {
     if (i < 0) return 2.0 * at(0, j) - at(1, j);
     if (i > coarse) return 2.0 * at(coarse, j) - at(coarse - 1, j);
@@ -58,8 +61,10 @@ Points interpolate(const Points& values, Index coarse, Index fine) {
   Points result((fine + 1) * (fine + 1), 3);
   for (Index j = 0; j <= fine; ++j)
     for (Index i = 0; i <= fine; ++i) {
-      const double x = static_cast<double>(i * coarse) / fine, y = static_cast<double>(j * coarse) / fine;
-      const Index cx = std::min(coarse - 1, static_cast<Index>(x)), cy = std::min(coarse - 1, static_cast<Index>(y));
+      const double x = static_cast<double>(i * coarse) / fine,
+                   y = static_cast<double>(j * coarse) / fine;
+      const Index cx = std::min(coarse - 1, static_cast<Index>(x)),
+                  cy = std::min(coarse - 1, static_cast<Index>(y));
       const auto wx = cubic(x - cx), wy = cubic(y - cy);
       Vec3 sum = Vec3::Zero();
       for (int b = 0; b < 4; ++b)
@@ -93,6 +98,8 @@ Draped drape(Index cells) {
   return {TriangleMesh(sim.positions(), flat.triangles(), flat.uv()), sim.velocities()};
 }
 
-Scene draped_scene(const Draped& draped) { return scene_with(draped.mesh, draped.velocities, false); }
+Scene draped_scene(const Draped& draped) {
+  return scene_with(draped.mesh, draped.velocities, false);
+}
 
 }  // namespace loomstone

@@ -1,7 +1,8 @@
-"""Plots what `benchmark_step growth` printed: time of a step and iterations of the solver against the number of triangles.
+"""Plots what `benchmark_step growth` printed: time of a step and iterations of the solver against
+the number of triangles.
 
-    build/tests/benchmarks/step/benchmark_step growth > growth.txt
-    python tests/benchmarks/step/plot_growth.py growth.txt docs/images/step_growth.png
+build/tests/benchmarks/step/benchmark_step growth > growth.txt
+python tests/benchmarks/step/plot_growth.py growth.txt docs/images/step_growth.png
 """
 
 import sys
@@ -22,7 +23,9 @@ def read(path: Path) -> dict[tuple[str, float], list[tuple[int, int, float]]]:
     for line in path.read_text().splitlines():
         word = line.split()
         if word and word[0] == "step":
-            series.setdefault((word[3], float(word[2])), []).append((int(word[1]), int(word[7]), float(word[10])))
+            series.setdefault((word[3], float(word[2])), []).append(
+                (int(word[1]), int(word[7]), float(word[10]))
+            )
     return series
 
 
@@ -34,7 +37,9 @@ def main(source: Path, target: Path) -> None:
         colour = "tab:blue" if h < 2 else "tab:orange"
         times.loglog(triangles, products, line, color=colour, label=f"{NAMES[solver]}, {h:g} ms")
         if solver != "direct":
-            counts.loglog(triangles, iterations, line, color=colour, label=f"{NAMES[solver]}, {h:g} ms")
+            counts.loglog(
+                triangles, iterations, line, color=colour, label=f"{NAMES[solver]}, {h:g} ms"
+            )
     times.set(xlabel="triangles", ylabel="time of a step / block product of 7,396 rows")
     counts.set(xlabel="triangles", ylabel="iterations to 1e-4")
     for axes in (times, counts):
