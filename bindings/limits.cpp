@@ -1,5 +1,5 @@
 // Strain limiting on arrays, without a scene.
-#include "core/cloth/strain_limiter.h"
+#include "core/cloth/limits/strain_limiter.h"
 
 #include <cmath>
 #include <memory>

@@ -2,14 +2,14 @@
 #include <optional>
 
 #include "bindings/bindings.h"
-#include "core/magnetics/axisymmetric.h"
-#include "core/magnetics/cells.h"
-#include "core/magnetics/field_lines.h"
-#include "core/magnetics/induction.h"
-#include "core/magnetics/mutual_inductance.h"
-#include "core/magnetics/polyhedron.h"
-#include "core/magnetics/sphere.h"
-#include "core/magnetics/tree_sums.h"
+#include "core/magnetics/fast_sums/tree_sums.h"
+#include "core/magnetics/field_lines/field_lines.h"
+#include "core/magnetics/forces/cells.h"
+#include "core/magnetics/induction/induction.h"
+#include "core/magnetics/induction/mutual_inductance.h"
+#include "core/magnetics/sources/axisymmetric.h"
+#include "core/magnetics/sources/polyhedron.h"
+#include "core/magnetics/sources/sphere.h"
 
 namespace loomstone {
 

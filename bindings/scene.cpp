@@ -1,5 +1,5 @@
 // What the user asks for.
-#include "core/sim/scene.h"
+#include "core/sim/scene/scene.h"
 
 #include "bindings/descriptions.h"
 #include "core/integration/options.h"

@@ -2,8 +2,8 @@
 #include "core/sim/simulation.h"
 
 #include "bindings/bindings.h"
-#include "core/cloth/strain_limiter.h"
-#include "core/sim/state.h"
+#include "core/cloth/limits/strain_limiter.h"
+#include "core/sim/model/state.h"
 
 namespace loomstone {
 

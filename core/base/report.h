@@ -6,7 +6,7 @@
 
 namespace loomstone {
 
-// Stages of a step in the order of core/sim/stepper.cpp.
+// Stages of a step in the order of core/sim/step/stepper.cpp.
 enum class StageName : int { Loads, Proximity, Integrate, Bodies, Limit, Certify, Check, Count };
 inline constexpr std::array<const char*, 7> stage_names = {
     "loads", "proximity", "integrate", "bodies", "limit", "certify", "check"};

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "core/base/types.h"
-#include "core/cloth/bending.h"
-#include "core/cloth/membrane.h"
-#include "core/cloth/strain_limit.h"
+#include "core/cloth/bending/bending.h"
+#include "core/cloth/material/strain_limit.h"
+#include "core/cloth/membrane/membrane.h"
 #include "core/mesh/adjacency.h"
 
 namespace loomstone {

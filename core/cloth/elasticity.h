@@ -4,10 +4,10 @@
 #include <memory>
 #include <vector>
 
-#include "core/cloth/bending.h"
+#include "core/cloth/bending/bending.h"
 #include "core/cloth/cloth_model.h"
-#include "core/cloth/limit_phase.h"
-#include "core/cloth/membrane.h"
+#include "core/cloth/limits/limit_phase.h"
+#include "core/cloth/membrane/membrane.h"
 #include "core/linalg/block_matrix.h"
 #include "core/parallel/team.h"
 

@@ -4,9 +4,9 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/collision/broad_phase/embree_pairs.h"
+#include "core/collision/broad_phase/slabs.h"
 #include "core/collision/detector.h"
-#include "core/collision/embree_pairs.h"
-#include "core/collision/slabs.h"
 
 namespace loomstone {
 

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 
-#include "core/collision/clean_up.h"
-#include "core/collision/contact_terms.h"
-#include "core/collision/contacts.h"
-#include "core/collision/repulsion.h"
-#include "core/collision/truncation.h"
-#include "core/collision/untangling.h"
+#include "core/collision/certify/clean_up.h"
+#include "core/collision/certify/truncation.h"
+#include "core/collision/response/contact_terms.h"
+#include "core/collision/response/contacts.h"
+#include "core/collision/response/repulsion.h"
+#include "core/collision/response/untangling.h"
 
 namespace loomstone {
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "core/base/types.h"
-#include "core/collision/collision_model.h"
-#include "core/collision/free_body.h"
+#include "core/collision/model/collision_model.h"
+#include "core/collision/model/free_body.h"
 #include "core/linalg/extra_terms.h"
 #include "core/parallel/team.h"
 

@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/collision/broad_phase.h"
-#include "core/collision/exact_continuous.h"
-#include "core/collision/separation.h"
+#include "core/collision/broad_phase/broad_phase.h"
+#include "core/collision/narrow_phase/exact_continuous.h"
+#include "core/collision/narrow_phase/separation.h"
 
 namespace loomstone {
 

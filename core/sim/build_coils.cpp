@@ -2,11 +2,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/magnetics/coil_flux.h"
-#include "core/magnetics/mutual_inductance.h"
-#include "core/sim/build.h"
+#include "core/magnetics/induction/coil_flux.h"
+#include "core/magnetics/induction/mutual_inductance.h"
 #include "core/sim/currents.h"
-#include "core/sim/motion.h"
+#include "core/sim/model/build.h"
+#include "core/sim/model/motion.h"
 
 namespace loomstone {
 

@@ -3,15 +3,15 @@
 #include <cmath>
 
 #include "core/base/error.h"
-#include "core/magnetics/axisymmetric.h"
-#include "core/magnetics/cells.h"
-#include "core/magnetics/expanded_mesh.h"
-#include "core/magnetics/induction.h"
-#include "core/magnetics/mutual_induction.h"
-#include "core/magnetics/polyhedron.h"
-#include "core/magnetics/sphere.h"
-#include "core/sim/build.h"
-#include "core/sim/motion.h"
+#include "core/magnetics/fast_sums/expanded_mesh.h"
+#include "core/magnetics/forces/cells.h"
+#include "core/magnetics/induction/induction.h"
+#include "core/magnetics/induction/mutual_induction.h"
+#include "core/magnetics/sources/axisymmetric.h"
+#include "core/magnetics/sources/polyhedron.h"
+#include "core/magnetics/sources/sphere.h"
+#include "core/sim/model/build.h"
+#include "core/sim/model/motion.h"
 
 namespace loomstone {
 

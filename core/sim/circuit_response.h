@@ -8,7 +8,7 @@
 #include <functional>
 #include <vector>
 
-#include "core/magnetics/interaction.h"
+#include "core/magnetics/forces/interaction.h"
 
 namespace loomstone {
 

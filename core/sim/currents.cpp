@@ -4,11 +4,11 @@
 #include <cmath>
 
 #include "core/base/error.h"
-#include "core/magnetics/axisymmetric.h"
-#include "core/magnetics/constants.h"
-#include "core/magnetics/mutual_inductance.h"
-#include "core/sim/keyframes.h"
-#include "core/sim/motion.h"
+#include "core/magnetics/induction/mutual_inductance.h"
+#include "core/magnetics/sources/axisymmetric.h"
+#include "core/magnetics/sources/constants.h"
+#include "core/sim/model/motion.h"
+#include "core/sim/scene/keyframes.h"
 
 namespace loomstone {
 

@@ -15,11 +15,11 @@
 #include <map>
 #include <vector>
 
-#include "core/magnetics/interaction.h"
+#include "core/magnetics/forces/interaction.h"
 #include "core/rigid/free_motion.h"
 #include "core/sim/circuit_response.h"
-#include "core/sim/model.h"
-#include "core/sim/state.h"
+#include "core/sim/model/model.h"
+#include "core/sim/model/state.h"
 
 namespace loomstone {
 

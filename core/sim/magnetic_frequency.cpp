@@ -1,11 +1,11 @@
 // How fast what carries magnets and coils could oscillate now, which sub-steps must resolve
-// (core/magnetics/stiffness.h).
+// (core/magnetics/forces/stiffness.h).
 #include <algorithm>
 #include <cmath>
 
-#include "core/magnetics/charged_panels.h"
+#include "core/magnetics/sources/charged_panels.h"
 #include "core/sim/magnetic_motion.h"
-#include "core/sim/motion.h"
+#include "core/sim/model/motion.h"
 
 namespace loomstone {
 

@@ -5,10 +5,10 @@
 #include <sstream>
 
 #include "core/base/error.h"
-#include "core/magnetics/coil_flux.h"
-#include "core/magnetics/induction.h"
-#include "core/magnetics/mutual_induction.h"
-#include "core/sim/motion.h"
+#include "core/magnetics/induction/coil_flux.h"
+#include "core/magnetics/induction/induction.h"
+#include "core/magnetics/induction/mutual_induction.h"
+#include "core/sim/model/motion.h"
 
 namespace loomstone {
 

@@ -11,11 +11,11 @@
 #include <optional>
 #include <vector>
 
-#include "core/magnetics/interaction.h"
-#include "core/magnetics/stiffness.h"
+#include "core/magnetics/forces/interaction.h"
+#include "core/magnetics/forces/stiffness.h"
 #include "core/rigid/free_motion.h"
 #include "core/sim/currents.h"
-#include "core/sim/model.h"
+#include "core/sim/model/model.h"
 
 namespace loomstone {
 

@@ -6,12 +6,12 @@
 
 #include "core/base/error.h"
 #include "core/parallel/agreement.h"
-#include "core/sim/capture.h"
-#include "core/sim/frame_magnets.h"
-#include "core/sim/motion.h"
-#include "core/sim/scene_digest.h"
-#include "core/sim/stepper.h"
-#include "core/sim/user_writes.h"
+#include "core/sim/model/motion.h"
+#include "core/sim/record/capture.h"
+#include "core/sim/record/frame_magnets.h"
+#include "core/sim/scene/scene_digest.h"
+#include "core/sim/step/stepper.h"
+#include "core/sim/step/user_writes.h"
 
 namespace loomstone {
 

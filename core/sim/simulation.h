@@ -9,9 +9,9 @@
 #include "core/base/checkpoint.h"
 #include "core/base/frame.h"
 #include "core/integration/options.h"
-#include "core/magnetics/body.h"
+#include "core/magnetics/sources/body.h"
 #include "core/parallel/communicator.h"
-#include "core/sim/scene.h"
+#include "core/sim/scene/scene.h"
 
 namespace loomstone {
 

@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "core/cloth/membrane.h"
+#include "core/cloth/membrane/membrane.h"
 #include "core/mesh/generators.h"
 
 namespace loomstone {

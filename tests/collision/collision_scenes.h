@@ -5,7 +5,7 @@
 #include <random>
 #include <vector>
 
-#include "core/collision/collision_model.h"
+#include "core/collision/model/collision_model.h"
 #include "core/mesh/adjacency.h"
 #include "core/mesh/generators.h"
 

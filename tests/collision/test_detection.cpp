@@ -3,8 +3,8 @@
 #include <set>
 #include <tuple>
 
-#include "core/collision/contacts.h"
-#include "core/collision/impact_search.h"
+#include "core/collision/certify/impact_search.h"
+#include "core/collision/response/contacts.h"
 #include "tests/collision/collision_scenes.h"
 
 using namespace loomstone;

@@ -5,7 +5,7 @@
 
 #include "core/base/error.h"
 #include "core/mesh/generators.h"
-#include "core/sim/state.h"
+#include "core/sim/model/state.h"
 #include "tests/sim/sim_support.h"
 
 using namespace loomstone;

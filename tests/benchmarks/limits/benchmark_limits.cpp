@@ -10,7 +10,7 @@
 #include <ctime>
 
 #include "core/linalg/block_matrix.h"
-#include "tests/cloth/limit_support.h"
+#include "tests/cloth/limits/limit_support.h"
 
 using namespace loomstone;
 using namespace loomstone::test;

@@ -2,7 +2,7 @@
 // 300/300/150 N/m, 0.3 kg/m^2, 1e-5 N m) at rest on its sphere of radius 0.15 m.
 #pragma once
 
-#include "core/sim/scene.h"
+#include "core/sim/scene/scene.h"
 
 namespace loomstone {
 

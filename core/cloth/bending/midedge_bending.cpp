@@ -1,0 +1,283 @@
+// The mid-edge element: energy 1/2 kappa^T W kappa of each triangle, kappa = C (theta - rest); C is
+// made in midedge_setup.
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "core/cloth/bending/bending.h"
+#include "core/cloth/bending/bending_setup.h"
+#include "core/cloth/bending/hinge_hessian.h"
+#include "core/cloth/bending/hinge_kernels.h"
+#include "core/cloth/bending/hinge_stiffness.h"
+#include "core/cloth/bending/midedge_setup.h"
+
+namespace loomstone {
+
+namespace {
+
+constexpr Index lanes = 8;
+constexpr Index batches_per_range = 32;
+
+class MidedgeBending final : public Bending {
+ public:
+  explicit MidedgeBending(const BendingSetup& setup);
+
+  const std::vector<Hinge>& hinges() const override { return hinges_.hinges(); }
+  const std::vector<double>& rest_angles() const override { return hinges_.rest_angles(); }
+  std::vector<std::pair<Index, Index>> couplings() const override {
+    return assembler_.couplings(hinges_);
+  }
+
+  double energy(const Team& team, const Points& x) const override;
+  void add_forces(const Team& team, const Points& x, const Points& v, Index begin, Index end,
+                  Points& force) const override;
+  void add_stiffness(const Team& team, const Points& x, double scale_k, double scale_d, Index begin,
+                     Index end, BlockMatrix& matrix) const override;
+  void add_geometric_stiffness(const Team& team, const Points& x, double scale, Index begin,
+                               Index end, BlockMatrix& matrix) const override;
+  double largest_eigenvalue(const Vector& mass) const override;
+
+  Index averaged_edges() const override { return n_averaged_; }
+  Index degenerate_hinges(const Team& team, const Points& x) const override {
+    hinges_.evaluate(team, all_of(hinges_.n_batches()), x, nullptr, true, values_);
+    return hinges_.count_degenerate(values_);
+  }
+
+ private:
+  void build_tables(const BendingSetup& setup, const std::vector<midedge::Element>& elements);
+  void build_pairs(const BendingSetup& setup, const std::vector<midedge::Element>& elements);
+  void select_rows(Index begin, Index end) const;
+  void find_moments(const Team& team, const double* rate) const;
+  midedge::Tables tables() const {
+    return {element_hinges_.data(), curvature_.data(), rigidity_.data()};
+  }
+  double hinge_moment(Index e) const {
+    double sum = 0.0;
+    for (Index k = slot_start_[e]; k < slot_start_[e + 1]; ++k) sum += element_moments_[slots_[k]];
+    return sum;
+  }
+
+  Points rest_positions_;
+  std::vector<std::uint8_t> pinned_;
+  HingeSet hinges_;
+  Index n_triangles_ = 0, n_averaged_ = 0;
+  bool damped_ = false;
+  std::vector<Index> element_hinges_;  // see hinge_kernels.h
+  AlignedDoubles curvature_, rigidity_;
+  std::vector<Index> slot_start_,
+      slots_;  // places in element_moments_ that add to each hinge, triangles ascending
+  AlignedDoubles elastic_,
+      viscous_;  // Q = sum C^T W C, and with beta W, one entry a pair of hinges
+
+  // Scratch: rebuilt whenever used, decides nothing.
+  mutable HingeStiffness assembler_;
+  mutable HingeRange range_;
+  struct Selection {
+    Index begin = -1, end = -1;
+    std::vector<Index> hinges, triangle_batches,
+        hinge_batches;  // moments wanted; triangles in them; angles in these
+  };
+  mutable Selection selection_;
+  mutable HingeValues values_;
+  mutable AlignedDoubles element_moments_, moment_, energy_, q_;
+};
+
+MidedgeBending::MidedgeBending(const BendingSetup& setup)
+    : rest_positions_(setup.rest_positions),
+      pinned_(setup.pinned),
+      n_triangles_(static_cast<Index>(setup.triangles.rows())) {
+  check_bending_setup(setup);
+  const EdgeTable edges =
+      edge_table(static_cast<Index>(setup.rest_positions.rows()), setup.triangles);
+  hinges_ = make_hinge_set(setup, edges);
+  const midedge::Elements made = midedge::make_elements(setup, edges, hinges_.hinges());
+  n_averaged_ = made.n_averaged;
+  for (const double beta : setup.damping) damped_ = damped_ || beta > 0.0;
+  build_tables(setup, made.elements);
+  build_pairs(setup, made.elements);
+}
+
+void MidedgeBending::build_tables(const BendingSetup& setup,
+                                  const std::vector<midedge::Element>& elements) {
+  const std::size_t n_batches = (n_triangles_ + lanes - 1) / lanes;
+  element_hinges_.assign(n_batches * midedge::hinge_stride, 0);
+  curvature_.assign(n_batches * midedge::curvature_stride, 0.0);
+  rigidity_.assign(n_batches * midedge::rigidity_stride, 0.0);
+  element_moments_.assign(n_batches * midedge::hinge_stride, 0.0);
+  slot_start_.assign(hinges_.n_hinges() + 1, 0);
+  for (Index t = 0; t < n_triangles_; ++t) {
+    const std::size_t batch = t / lanes, lane = t % lanes;
+    const midedge::Element& element = elements[t];
+    for (int s = 0; s < element.n_hinges; ++s) {
+      element_hinges_[midedge::hinge_stride * batch + lanes * s + lane] = element.hinge[s];
+      for (int c = 0; c < 3; ++c)
+        curvature_[midedge::curvature_stride * batch + 24 * s + lanes * c + lane] =
+            element.curvature[s][c];
+      ++slot_start_[element.hinge[s] + 1];
+    }
+    const Mat3& w = element.rigidity;
+    const double row[7] = {w(0, 0), w(0, 1), w(0, 2), w(1, 1), w(1, 2), w(2, 2), setup.damping[t]};
+    for (int k = 0; k < 7; ++k)
+      rigidity_[midedge::rigidity_stride * batch + lanes * k + lane] = row[k];
+  }
+  for (Index e = 0; e < hinges_.n_hinges(); ++e) slot_start_[e + 1] += slot_start_[e];
+  slots_.resize(slot_start_.back());
+  std::vector<Index> fill(slot_start_.begin(), slot_start_.end() - 1);
+  for (Index t = 0; t < n_triangles_; ++t)
+    for (int s = 0; s < elements[t].n_hinges; ++s)
+      slots_[fill[elements[t].hinge[s]]++] =
+          (t / lanes) * midedge::hinge_stride + lanes * s + t % lanes;
+}
+
+void MidedgeBending::build_pairs(const BendingSetup& setup,
+                                 const std::vector<midedge::Element>& elements) {
+  HingePairs pairs;
+  pairs.start.push_back(0);
+  std::map<Index, std::array<double, 2>> row;
+  for (Index e = 0; e < hinges_.n_hinges(); ++e) {
+    row.clear();
+    for (Index k = slot_start_[e]; k < slot_start_[e + 1]; ++k) {
+      const Index batch = slots_[k] / midedge::hinge_stride,
+                  rest = slots_[k] % midedge::hinge_stride;
+      const Index t = batch * lanes + rest % lanes;
+      const midedge::Element& element = elements[t];
+      const Vec3 moment = element.rigidity * element.curvature[rest / lanes];
+      for (int s = 0; s < element.n_hinges; ++s) {
+        const double q = moment.dot(element.curvature[s]);
+        std::array<double, 2>& entry = row[element.hinge[s]];
+        entry[0] += q, entry[1] += setup.damping[t] * q;
+      }
+    }
+    if (setup.lumped_stiffness) {
+      std::array<double, 2> sum{};
+      for (const auto& [hinge, q] : row)
+        sum[0] += 0.5 * std::abs(q[0]), sum[1] += 0.5 * std::abs(q[1]);
+      row = {{e, sum}};
+    }
+    for (const auto& [hinge, q] : row) {
+      pairs.hinge.push_back(hinge);
+      elastic_.push_back(q[0]);
+      if (damped_) viscous_.push_back(q[1]);
+    }
+    pairs.start.push_back(static_cast<Index>(pairs.hinge.size()));
+  }
+  assembler_ =
+      HingeStiffness(static_cast<Index>(rest_positions_.rows()), hinges_, std::move(pairs));
+}
+
+// Rows need the moments of their hinges; these the triangles that bend about them; these the angles
+// of their nine hinges.
+void MidedgeBending::select_rows(Index begin, Index end) const {
+  Selection& s = selection_;
+  if (begin == s.begin && end == s.end) return;
+  s.begin = begin, s.end = end;
+  s.hinges.clear(), s.triangle_batches.clear(), s.hinge_batches.clear();
+  std::vector<std::uint8_t> triangle_batch(element_hinges_.size() / midedge::hinge_stride),
+      batch(hinges_.n_batches());
+  for (Index e = 0; e < hinges_.n_hinges(); ++e) {
+    const auto& vertices = hinges_.hinges()[e].vertices;
+    if (std::none_of(vertices.begin(), vertices.end(),
+                     [&](Index v) { return v >= begin && v < end; }))
+      continue;
+    s.hinges.push_back(e);
+    batch[e / lanes] = 1;
+    for (Index k = slot_start_[e]; k < slot_start_[e + 1]; ++k)
+      triangle_batch[slots_[k] / midedge::hinge_stride] = 1;
+  }
+  for (Index b = 0; b < static_cast<Index>(triangle_batch.size()); ++b) {
+    if (!triangle_batch[b]) continue;
+    s.triangle_batches.push_back(b);
+    const Index* first =
+        element_hinges_.data() + midedge::hinge_stride * static_cast<std::size_t>(b);
+    std::for_each(first, first + midedge::hinge_stride, [&](Index e) { batch[e / lanes] = 1; });
+  }
+  for (Index b = 0; b < hinges_.n_batches(); ++b)
+    if (batch[b]) s.hinge_batches.push_back(b);
+}
+
+double MidedgeBending::energy(const Team& team, const Points& x) const {
+  if (hinges_.n_hinges() == 0) return 0.0;
+  hinges_.evaluate(team, all_of(hinges_.n_batches()), x, nullptr, false, values_);
+  const std::vector<Index> batches = all_of((n_triangles_ + lanes - 1) / lanes);
+  energy_.resize(batches.size() * lanes);
+  parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_range,
+                  [&](Index first, Index last) {
+                    midedge::energies(tables(), batches.data() + first, last - first,
+                                      values_.difference.data(), energy_.data());
+                  });
+  return parallel_sum(team, n_triangles_, [&](Index t) { return energy_[t]; });
+}
+
+void MidedgeBending::add_forces(const Team& team, const Points& x, const Points& v, Index begin,
+                                Index end, Points& force) const {
+  if (hinges_.n_hinges() == 0) return;
+  select_rows(begin, end);
+  const Selection& s = selection_;
+  hinges_.evaluate(team, s.hinge_batches, x, damped_ ? &v : nullptr, true, values_);
+  find_moments(team, damped_ ? values_.rate.data() : nullptr);
+  hinges_.find_range(begin, end, range_);
+  hinges_.gather(team, values_, moment_, range_, force);
+}
+
+// Moments of the selected hinges from the angles in values_.
+void MidedgeBending::find_moments(const Team& team, const double* rate) const {
+  const Selection& s = selection_;
+  parallel_ranges(team, static_cast<Index>(s.triangle_batches.size()), batches_per_range,
+                  [&](Index first, Index last) {
+                    midedge::moments(tables(), s.triangle_batches.data() + first, last - first,
+                                     values_.difference.data(), rate, element_moments_.data());
+                  });
+  moment_.resize(values_.difference.size());
+  parallel_for(team, static_cast<Index>(s.hinges.size()),
+               [&](Index k) { moment_[s.hinges[k]] = hinge_moment(s.hinges[k]); });
+}
+
+void MidedgeBending::add_geometric_stiffness(const Team& team, const Points& x, double scale,
+                                             Index begin, Index end, BlockMatrix& matrix) const {
+  if (hinges_.n_hinges() == 0) return;
+  select_rows(begin, end);
+  hinges_.evaluate(team, selection_.hinge_batches, x, nullptr, false, values_);
+  find_moments(team, nullptr);
+  add_hinge_hessians(team, hinges_, moment_, x, scale, begin, end, matrix);
+}
+
+void MidedgeBending::add_stiffness(const Team& team, const Points& x, double scale_k,
+                                   double scale_d, Index begin, Index end,
+                                   BlockMatrix& matrix) const {
+  if (hinges_.n_hinges() == 0) return;
+  select_rows(begin, end);
+  // The angles of the nine hinges of every triangle concerned: a superset of what the pairs of
+  // these rows need.
+  hinges_.evaluate(team, selection_.hinge_batches, x, nullptr, true, values_);
+  if (!damped_) {
+    assembler_.add(team, hinges_, values_, elastic_, scale_k, begin, end, matrix);
+    return;
+  }
+  q_.resize(elastic_.size());
+  parallel_for(
+      team, static_cast<Index>(q_.size()),
+      [&](Index p) { q_[p] = scale_k * elastic_[p] + scale_d * viscous_[p]; }, Index{1} << 14);
+  assembler_.add(team, hinges_, values_, q_, 1.0, begin, end, matrix);
+}
+
+double MidedgeBending::largest_eigenvalue(const Vector& mass) const {
+  if (hinges_.n_hinges() == 0) return 0.0;
+  const std::vector<Index> batches = all_of((n_triangles_ + lanes - 1) / lanes);
+  return power_iteration(hinges_, rest_positions_, pinned_, mass,
+                         [&](const HingeValues& values, AlignedDoubles& moment) {
+                           midedge::moments(tables(), batches.data(),
+                                            static_cast<Index>(batches.size()), values.rate.data(),
+                                            nullptr, element_moments_.data());
+                           moment.resize(values.rate.size());
+                           for (Index e = 0; e < hinges_.n_hinges(); ++e)
+                             moment[e] = hinge_moment(e);
+                         });
+}
+
+}  // namespace
+
+std::unique_ptr<Bending> make_midedge_bending(const BendingSetup& setup) {
+  return std::make_unique<MidedgeBending>(setup);
+}
+
+}  // namespace loomstone

@@ -1,0 +1,238 @@
+#include "core/cloth/bending/midedge_setup.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Eigenvalues>
+
+namespace loomstone::midedge {
+
+namespace {
+
+using Row3 = Eigen::RowVector3d;  // linear form on (kxx, kyy, 2 kxy)
+
+// A triangle at rest. Edge i lies opposite corner i and runs from corner i + 1 to corner i + 2.
+struct RestTriangle {
+  double area;
+  std::array<double, 3> direction;  // angle of edge i to weft [rad]
+  std::array<Vec3, 3> curvature;    // N_i: curvature caused by a unit angle at edge i [1/m]
+  std::array<Row3, 3>
+      angle;  // psi_i: angle from the triangle to the tangent plane at edge i, per curvature [m]
+};
+
+RestTriangle rest_triangle(const Corners2& corners) {
+  RestTriangle r;
+  const Vec2 x[3] = {corners.row(0).transpose(), corners.row(1).transpose(),
+                     corners.row(2).transpose()};
+  const Vec2 e1 = x[1] - x[0], e2 = x[2] - x[0];
+  r.area = 0.5 * (e1.x() * e2.y() - e1.y() * e2.x());
+  for (int i = 0; i < 3; ++i) {
+    const Vec2 p = x[(i + 1) % 3], q = x[(i + 2) % 3];
+    const double l = (q - p).norm(), h = 2.0 * r.area / l;
+    const Vec2 t = (q - p) / l, n(t.y(), -t.x());
+    // Position of corner i along the edge, from the middle; b: second-order offset along the edge.
+    const double a = (x[i] - 0.5 * (p + q)).dot(t), b = (a * a - 0.25 * l * l) / (2.0 * h);
+    const auto form = [](const Vec2& u, const Vec2& v) {
+      return Row3(u.x() * v.x(), u.y() * v.y(), 0.5 * (u.x() * v.y() + u.y() * v.x()));
+    };
+    r.direction[i] = std::atan2(t.y(), t.x());
+    r.curvature[i] = l / r.area * Vec3(n.x() * n.x(), n.y() * n.y(), 2.0 * n.x() * n.y());
+    r.angle[i] = 0.5 * h * form(n, n) - a * form(n, t) + b * form(t, t);
+  }
+  return r;
+}
+
+// Curvature in axes turned by -alpha.
+Mat3 turn(double alpha) {
+  const double c = std::cos(alpha), s = std::sin(alpha);
+  Mat3 r;
+  r << c * c, s * s, c * s, s * s, c * c, -c * s, -2.0 * c * s, 2.0 * c * s, c * c - s * s;
+  return r;
+}
+
+// Eigenvectors of a symmetric matrix, and which eigenvalues count beside the largest: (largest
+// singular value)^2 where the matrix is S S^T, so `threshold` is the square of one for singular
+// values.
+struct Split {
+  Mat3 vectors;
+  Vec3 values;
+  double least;
+
+  Split(const Mat3& matrix, double threshold) {
+    const Eigen::SelfAdjointEigenSolver<Mat3> solver(matrix);
+    vectors = solver.eigenvectors(), values = solver.eigenvalues();
+    least = threshold * values[2];
+  }
+  Mat3 null_space() const {
+    return part([](double) { return 1.0; }, false);
+  }  // the projection on it
+  Mat3 pseudo_inverse() const {
+    return part([](double v) { return 1.0 / v; }, true);
+  }
+
+ private:
+  template <class Factor>
+  Mat3 part(Factor&& factor, bool counting) const {
+    Mat3 sum = Mat3::Zero();
+    for (int i = 0; i < 3; ++i)
+      if ((values[i] > least) == counting)
+        sum += factor(values[i]) * vectors.col(i) * vectors.col(i).transpose();
+    return sum;
+  }
+};
+
+class Builder {
+ public:
+  Builder(const BendingSetup& setup, const EdgeTable& edges, const std::vector<Hinge>& hinges)
+      : setup_(setup), edges_(edges), hinges_(hinges), hinge_of_edge_(edges.edges.rows(), -1) {
+    for (Index e = 0; e < static_cast<Index>(hinges.size()); ++e)
+      hinge_of_edge_[hinges[e].edge] = e;
+    for (Index t = 0; t < setup.triangles.rows(); ++t)
+      rest_.push_back(rest_triangle(setup.corners[t]));
+  }
+
+  // Slope at hinge e: from its first triangle half the angle plus `weights` times angles, from its
+  // second the opposite.
+  struct Slope {
+    std::vector<Index> hinges;
+    std::vector<double> weights;
+    bool averaged = false;
+  };
+
+  Slope slope(Index e) const;
+  Element element(Index triangle, const std::vector<Slope>& slopes) const;
+
+ private:
+  int local_edge(Index triangle, Index edge) const {
+    for (int i = 0; i < 2; ++i)
+      if (edges_.of_triangle[triangle][i] == edge) return i;
+    return 2;
+  }
+  bool pinned(Index triangle) const {
+    for (int i = 0; i < 3; ++i)
+      if (!setup_.pinned[setup_.triangles(triangle, i)]) return false;
+    return true;
+  }
+  // Curvature in the axes of `from` -> in the axes of `to`, across their common edge.
+  Mat3 across(Index from, Index to, Index edge) const {
+    // `to` runs the edge backwards, hence half a turn, which a curvature does not feel.
+    return turn(rest_[from].direction[local_edge(from, edge)] -
+                rest_[to].direction[local_edge(to, edge)]);
+  }
+  // Whole angle of hinge r per constant curvature, in the axes of `triangle`, one of its two.
+  Row3 hinge_angle(Index r, Index triangle) const {
+    const Hinge& h = hinges_[r];
+    const Index other = h.triangles[0] == triangle ? h.triangles[1] : h.triangles[0];
+    return rest_[triangle].angle[local_edge(triangle, h.edge)] +
+           rest_[other].angle[local_edge(other, h.edge)] * across(triangle, other, h.edge);
+  }
+
+  const BendingSetup& setup_;
+  const EdgeTable& edges_;
+  const std::vector<Hinge>& hinges_;
+  std::vector<Index> hinge_of_edge_;
+  std::vector<RestTriangle> rest_;
+};
+
+Builder::Slope Builder::slope(Index e) const {
+  const Hinge& h = hinges_[e];
+  const Index first = h.triangles[0], second = h.triangles[1];
+  const bool first_pinned = pinned(first), second_pinned = pinned(second);
+  // (R) A wholly pinned triangle does not turn: the slope of the edge is its slope, so the clamp
+  // sits on this edge.
+  if (first_pinned && second_pinned) return {{e}, {0.0}};
+  if (first_pinned || second_pinned) return {{e}, {first_pinned ? -0.5 : 0.5}};
+
+  const Mat3 to_second = across(first, second, h.edge);
+  std::vector<Index> near;
+  std::vector<Row3> angles, free;  // of the hinges near; moments that vanish at boundary edges
+  for (const Index triangle : {first, second}) {
+    const Mat3 axes = triangle == first ? Mat3(Mat3::Identity()) : to_second;
+    for (int i = 0; i < 3; ++i) {
+      const Index r = hinge_of_edge_[edges_.of_triangle[triangle][i]];
+      if (r < 0) {
+        const Row3 moment =
+            rest_[triangle].curvature[i].transpose() * setup_.rigidity[triangle] * axes;
+        const double size = moment.norm();
+        if (size > 0.0) free.push_back(moment / size);
+      } else if (std::find(near.begin(), near.end(), r) == near.end()) {
+        near.push_back(r);
+        angles.push_back(hinge_angle(r, triangle) * axes);
+      }
+    }
+  }
+  // Curvatures to be reproduced: those without moment across boundary edges.
+  Mat3 moments = Mat3::Zero();
+  for (const Row3& row : free) moments += row.transpose() * row;
+  const Mat3 kept = Split(moments, 1e-13).null_space();
+  const Row3 wanted = 0.5 * (rest_[first].angle[local_edge(first, h.edge)] -
+                             rest_[second].angle[local_edge(second, h.edge)] * to_second);
+  // Of the weights p with sum_k p_k angles_k = wanted on these curvatures, the smallest.
+  Mat3 gram = Mat3::Zero();
+  for (const Row3& angle : angles) gram += (angle * kept).transpose() * (angle * kept);
+  const Vec3 dual = Split(gram, 1e-12).pseudo_inverse() * (wanted * kept).transpose();
+  Slope result{near, std::vector<double>(near.size(), 0.0)};
+  for (std::size_t k = 0; k < near.size(); ++k) result.weights[k] = angles[k] * kept * dual;
+  // Beyond 1 (slivers) the weights would raise the highest frequency, up to 320-fold: fall back to
+  // the mean slope.
+  result.averaged = !std::all_of(result.weights.begin(), result.weights.end(),
+                                 [](double w) { return std::abs(w) <= 1.0; });
+  if (result.averaged) std::fill(result.weights.begin(), result.weights.end(), 0.0);
+  return result;
+}
+
+Element Builder::element(Index triangle, const std::vector<Slope>& slopes) const {
+  Element out;
+  const auto add = [&](Index hinge, const Vec3& curvature) {
+    const auto found = std::find(out.hinge.begin(), out.hinge.begin() + out.n_hinges, hinge);
+    const int s = static_cast<int>(found - out.hinge.begin());
+    if (s == out.n_hinges) out.hinge[out.n_hinges++] = hinge, out.curvature[s].setZero();
+    out.curvature[s] += curvature;
+  };
+  Mat32 boundary = Mat32::Zero();
+  int n_boundary = 0;
+  for (int i = 0; i < 3; ++i) {
+    const Vec3& n = rest_[triangle].curvature[i];
+    const Index e = hinge_of_edge_[edges_.of_triangle[triangle][i]];
+    if (e < 0) {
+      if (n_boundary < 2) boundary.col(n_boundary) = n;
+      ++n_boundary;
+      continue;
+    }
+    const double sign = hinges_[e].triangles[0] == triangle ? 1.0 : -1.0;
+    add(e, 0.5 * n);
+    for (std::size_t k = 0; k < slopes[e].hinges.size(); ++k)
+      if (slopes[e].weights[k] != 0.0) add(slopes[e].hinges[k], sign * slopes[e].weights[k] * n);
+  }
+  // Slopes at boundary edges take whatever value makes the moment across them vanish.
+  const Mat3& d = setup_.rigidity[triangle];
+  Mat3 condensed = d;
+  if (n_boundary == 3) {
+    condensed.setZero();
+  } else if (n_boundary > 0) {
+    Mat3 inner = Mat3::Zero();
+    inner.topLeftCorner<2, 2>() = boundary.transpose() * d * boundary;
+    const Mat2 inverse = Split(inner, 1e-15).pseudo_inverse().topLeftCorner<2, 2>();
+    condensed -= d * boundary * inverse * boundary.transpose() * d;
+  }
+  out.rigidity = 0.5 * rest_[triangle].area * (condensed + condensed.transpose());
+  return out;
+}
+
+}  // namespace
+
+Elements make_elements(const BendingSetup& setup, const EdgeTable& edges,
+                       const std::vector<Hinge>& hinges) {
+  const Builder builder(setup, edges, hinges);
+  std::vector<Builder::Slope> slopes;
+  Elements out;
+  for (Index e = 0; e < static_cast<Index>(hinges.size()); ++e) {
+    slopes.push_back(builder.slope(e));
+    out.n_averaged += slopes.back().averaged;
+  }
+  for (Index t = 0; t < setup.triangles.rows(); ++t)
+    out.elements.push_back(builder.element(t, slopes));
+  return out;
+}
+
+}  // namespace loomstone::midedge

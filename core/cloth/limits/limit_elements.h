@@ -1,0 +1,94 @@
+// The elements that have limits, coloured: no two of a colour share a vertex, so that those of a
+// colour may be corrected at once. Eight of a colour and of one limit make a batch; the order of
+// batches and lanes is fixed by the mesh alone.
+#pragma once
+
+#include <vector>
+
+#include "core/base/aligned.h"
+#include "core/cloth/limits/limit_kernels.h"
+#include "core/cloth/material/strain_limit.h"
+#include "core/mesh/triangle_mesh.h"
+
+namespace loomstone {
+
+// What is limited.
+struct LimitedCloth {
+  Index n_vertices = 0;
+  Triangles triangles;            // (m x 3)
+  std::vector<Corners2> corners;  // (m) rest coordinates in weft/warp axes [m]
+  std::vector<StrainLimit> limits;
+  std::vector<Index> limit_of;      // (m) row of limits, -1: free
+  Vector mass;                      // (n) [kg], > 0
+  std::vector<std::uint8_t> fixed;  // (n) 1: never moves
+};
+
+// Colours of items (rows of vertices) such that no two of one colour share a vertex: each the
+// smallest one free, in ascending order.
+template <class Rows>
+std::vector<Index> colours(Index n_vertices, const Rows& items, Index& n_colours) {
+  std::vector<Index> start(n_vertices + 1, 0), of_item(items.rows(), -1), stamp;
+  for (Index i = 0; i < items.rows(); ++i)
+    for (int k = 0; k < items.cols(); ++k) ++start[items(i, k) + 1];
+  for (Index v = 0; v < n_vertices; ++v) start[v + 1] += start[v];
+  std::vector<Index> list(start[n_vertices]), fill(start.begin(), start.end() - 1);
+  for (Index i = 0; i < items.rows(); ++i)
+    for (int k = 0; k < items.cols(); ++k) list[fill[items(i, k)]++] = i;
+  for (Index i = 0; i < items.rows(); ++i) {
+    for (int k = 0; k < items.cols(); ++k)
+      for (Index s = start[items(i, k)]; s < start[items(i, k) + 1]; ++s)
+        if (const Index c = of_item[list[s]]; c >= 0) stamp[c] = i + 1;
+    Index c = 0;
+    while (c < static_cast<Index>(stamp.size()) && stamp[c] == i + 1) ++c;
+    if (c == static_cast<Index>(stamp.size())) stamp.push_back(0);
+    of_item[i] = c;
+  }
+  n_colours = static_cast<Index>(stamp.size());
+  return of_item;
+}
+
+// Stage: constant tables but for what is held.
+class LimitElements {
+ public:
+  // single_rows: keep tables for single elements too.
+  LimitElements(const LimitedCloth& cloth, bool single_rows);
+
+  Index n_batches() const { return static_cast<Index>(bounds_of_.size()); }
+  Index n_elements() const { return n_elements_; }
+  Index n_elements(Index batch) const { return n_in_[batch]; }
+  std::size_t n_limits() const { return bounds_.size(); }
+  Index colour(Index batch) const { return colour_of_[batch]; }
+  const std::vector<Index>& colour_start() const { return colour_start_; }  // (colours + 1) batches
+  Index element(Index slot) const { return element_of_[slot]; }             // -1 on empty lanes
+  // Slots of the elements at each vertex, ascending.
+  const std::vector<Index>& slot_start() const { return slot_start_; }
+  const std::vector<Index>& slots() const { return slots_; }
+  const Index* corners(Index slot) const {
+    return corners_.data() + 24 * static_cast<std::size_t>(slot / 8) + slot % 8;
+  }
+
+  // Besides what is fixed, these vertices do not move until the next call.
+  void hold(const std::vector<Index>& vertices);
+
+  limit::Tables tables() const;
+  // The same, unbounded where edges are limited instead.
+  limit::Tables sweep_tables(bool edges);
+  // The same with bounds on the rate: +-rate in all modes.
+  limit::Tables rate_tables(double rate);
+
+ private:
+  void set_element(Index slot);
+
+  LimitedCloth cloth_;
+  Index n_elements_ = 0;
+  std::vector<std::uint8_t> held_;  // (n)
+  std::vector<Index> also_held_;    // by hold()
+  std::vector<Index> colour_start_, element_of_, slot_start_, slots_;
+  std::vector<Index> corners_, bounds_of_, colour_of_, n_in_;  // of batches
+  AlignedDoubles gradients_, numbers_;
+  std::vector<double> rows_;
+  std::vector<std::uint8_t> moves_;
+  std::vector<limit::Bounds> bounds_, sweep_bounds_, rate_bounds_;
+};
+
+}  // namespace loomstone

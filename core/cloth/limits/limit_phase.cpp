@@ -1,0 +1,131 @@
+#include "core/cloth/limits/limit_phase.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "core/cloth/membrane/membrane_batch.h"
+
+namespace loomstone {
+
+namespace {
+
+constexpr int bound_stride = 12 * n_lanes;
+constexpr Index batches_per_range = 32;
+
+// Moduli of the second phase over that of the membrane, and of the third over that of the second.
+// The second begins limit_margin() before the limit, the third half-way. Light loads meet the
+// second alone: a triangle that the third took at once would be thrown back and change phase every
+// other step. Heavy ones, at pins, would stretch the second far beyond the limit. Tuned on
+// scenes/swing_limits.py and limit_scaling.py at 4 ms; docs/performance.md has the figures.
+constexpr double stiffening = 300.0, steeper = 10.0, third_begins = 0.5;
+
+// Whether a mode of some lane is beyond its bounds, NaN included.
+template <class Lanes>
+LOOMSTONE_INLINE bool beyond_any(const Lanes strain[3], const double* bound) {
+  const auto within = [&](int k) LOOMSTONE_INLINE_LAMBDA -> MaskOf<Lanes> {
+    return (strain[k] >= lanes_load<Lanes>(bound + n_lanes * k)) &
+           (strain[k] <= lanes_load<Lanes>(bound + n_lanes * (3 + k)));
+  };
+  return lanes_any(~(within(0) & within(1) & within(2)));
+}
+
+template <class Lanes>
+LOOMSTONE_INLINE void enter_batches(const membrane::Tables& tables, const Index* batches, Index n,
+                                    const double* bounds, const Index* bounds_of, const double* x,
+                                    double* out, std::uint8_t* entered) {
+  for (Index i = 0; i < n; ++i) {
+    const Index b = batches[i];
+    const membrane::Batch<Lanes> batch = membrane::batch_of<Lanes>(tables, b);
+    Lanes3<Lanes> f1, f2;
+    membrane::gradient_columns(batch, x, f1, f2);
+    const Lanes c11 = dot(f1, f1), c22 = dot(f2, f2), c12 = dot(f1, f2);
+    // U of the polar decomposition (method.md 3), E = (U^2 - 1) / 2 and the diagonal of dE/dU.
+    const Lanes d = lanes_sqrt(lanes_max0(c11 * c22 - c12 * c12));
+    const Lanes trace = lanes_sqrt(c11 + c22 + 2.0 * d);
+    const Lanes inverse = 1.0 / (trace + 1e-300);
+    const Lanes u[3] = {(c11 + d) * inverse, (c22 + d) * inverse, c12 * inverse};
+    const Lanes strain[3] = {u[0] - 1.0, u[1] - 1.0, u[2]};
+    const Lanes green[3] = {0.5 * (c11 - 1.0), 0.5 * (c22 - 1.0), 0.5 * c12};
+    const Lanes slope[3] = {u[0], u[1], 0.5 * trace};
+    const double* bound = bounds + bound_stride * static_cast<std::size_t>(bounds_of[b]);
+    entered[b] = beyond_any(strain, bound);
+    if (!entered[b]) continue;
+    double* o = out + membrane::phase_stride * static_cast<std::size_t>(b);
+    for (int k = 0; k < 3; ++k) {
+      const Lanes modulus = (k == 2 ? 2.0 : 1.0) * stiffening *
+                            batch.constant(k == 0   ? 1
+                                           : k == 1 ? 2
+                                                    : 4);
+      const Lanes least = lanes_load<Lanes>(bound + n_lanes * k),
+                  most = lanes_load<Lanes>(bound + n_lanes * (3 + k));
+      const Lanes far_least = lanes_load<Lanes>(bound + n_lanes * (6 + k)),
+                  far_most = lanes_load<Lanes>(bound + n_lanes * (9 + k));
+      const Lanes e = strain[k];
+      const MaskOf<Lanes> over = e > most, under = e<least, far_over = e> far_most,
+                          far_under = e < far_least;
+      const Lanes beyond = lanes_select(over, e - most, lanes_select(under, e - least, Lanes{}));
+      const Lanes far =
+          lanes_select(far_over, e - far_most, lanes_select(far_under, e - far_least, Lanes{}));
+      const Lanes steepness =
+          lanes_select(far_over | far_under, lanes_all<Lanes>(steeper), lanes_all<Lanes>(1.0));
+      const Lanes tangent = modulus * lanes_select(over | under, steepness, Lanes{});
+      const Lanes stress = modulus * (beyond + (steeper - 1.0) * far);
+      lanes_store(o + n_lanes * k, tangent);
+      lanes_store(o + n_lanes * (3 + k), slope[k] * stress - tangent * green[k]);
+    }
+  }
+}
+
+// The bounds of one lane.
+void set_bounds(const StrainLimit& limit, double* lane) {
+  constexpr double free = std::numeric_limits<double>::infinity();
+  const double least[3] = {limit.weft_min, limit.warp_min, limit.least_shear()},
+               most[3] = {limit.weft, limit.warp, limit.shear};
+  for (int k = 0; k < 3; ++k) {
+    const bool compression_is_free = k < 2 && least[k] <= -1.0;
+    const double below = limit_margin(least[k]), above = limit_margin(most[k]);
+    lane[n_lanes * k] = compression_is_free ? -free : least[k] + below;
+    lane[n_lanes * (3 + k)] = most[k] - above;
+    lane[n_lanes * (6 + k)] = compression_is_free ? -free : least[k] + (1.0 - third_begins) * below;
+    lane[n_lanes * (9 + k)] = most[k] - (1.0 - third_begins) * above;
+  }
+}
+
+}  // namespace
+
+LimitPhase::LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limits,
+                       const std::vector<Index>& limit_of)
+    : membrane_(membrane),
+      bounds_of_(membrane.n_batches()),
+      table_(static_cast<std::size_t>(membrane.n_batches()) * membrane::phase_stride, 0.0),
+      entered_(membrane.n_batches(), 0) {
+  using Rows = std::array<Index, n_lanes>;  // of limits, one a lane
+  std::map<Rows, Index> known;
+  for (Index b = 0; b < membrane.n_batches(); ++b) {
+    Rows rows;
+    for (int l = 0; l < n_lanes; ++l)
+      rows[l] = limit_of[std::min(b * n_lanes + l, membrane.n_triangles() - 1)];
+    const auto [found, is_new] = known.try_emplace(rows, static_cast<Index>(known.size()));
+    bounds_of_[b] = found->second;
+    if (!is_new) continue;
+    bounds_.resize(bounds_.size() + bound_stride);
+    double* lane = bounds_.data() + bounds_.size() - bound_stride;
+    for (const Index row : rows)  // edges are limited afterwards
+      set_bounds(row < 0 || limits[row].edge ? StrainLimit{} : limits[row], lane++);
+  }
+}
+
+void LimitPhase::enter(const Team& team, const Points& x, Index begin, Index end) {
+  const std::vector<Index>& batches = membrane_.batches_of(begin, end);
+  parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_range,
+                  [&](Index first, Index last) {
+                    LOOMSTONE_WIDEST(enter_batches)(membrane_.tables(), batches.data() + first,
+                                                    last - first, bounds_.data(), bounds_of_.data(),
+                                                    x.data(), table_.data(), entered_.data());
+                  });
+}
+
+}  // namespace loomstone

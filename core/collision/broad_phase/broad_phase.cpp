@@ -1,0 +1,254 @@
+#include "core/collision/broad_phase/broad_phase.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/collision/broad_phase/pair_search.h"
+#include "core/collision/narrow_phase/distance.h"
+
+namespace loomstone {
+
+namespace {
+
+// Node pairs are made from the top of the trees down until there are so many to deal out, whatever
+// the number of threads.
+constexpr std::size_t enough_tasks = 256;
+
+// Pairs that are handed on at once.
+constexpr std::size_t batch_size = 1024;
+
+using Kind = CollisionSurface::Kind;
+
+// Keeps what a filter leaves of each batch.
+template <class Filter>
+class Kept : public PairSink {
+ public:
+  explicit Kept(Filter filter) : filter_(std::move(filter)) {}
+
+  void prepare(Index n_tasks) override { tasks_.assign(n_tasks, {}); }
+  void take(Index task, Index pair, ContactKind kind, std::vector<PairKey>& keys) override {
+    filter_(pair, kind, keys);
+    Task& own = tasks_[task];
+    own.pair = pair;
+    std::vector<PairKey>& kept =
+        kind == ContactKind::VertexFace ? own.found.vertex_face : own.found.edge_edge;
+    kept.insert(kept.end(), keys.begin(), keys.end());
+  }
+
+  // Sorted.
+  void into(const std::vector<Index>& which, std::size_t n_pairs,
+            std::vector<FeaturePairs>& found) const {
+    found.resize(n_pairs);
+    for (const Index pair : which) found[pair] = {};
+    for (const Task& task : tasks_) {
+      FeaturePairs& all = found[task.pair];
+      all.vertex_face.insert(all.vertex_face.end(), task.found.vertex_face.begin(),
+                             task.found.vertex_face.end());
+      all.edge_edge.insert(all.edge_edge.end(), task.found.edge_edge.begin(),
+                           task.found.edge_edge.end());
+    }
+    for (const Index pair : which) {
+      std::sort(found[pair].vertex_face.begin(), found[pair].vertex_face.end());
+      std::sort(found[pair].edge_edge.begin(), found[pair].edge_edge.end());
+    }
+  }
+
+ private:
+  struct Task {
+    Index pair = 0;
+    FeaturePairs found;
+  };
+  Filter filter_;
+  std::vector<Task> tasks_;
+};
+
+}  // namespace
+
+std::vector<SurfacePair> surface_pairs(const CollisionModel& model) {
+  std::vector<SurfacePair> pairs;
+  const Index n = static_cast<Index>(model.surfaces.size());
+  for (Index a = 0; a < n; ++a)
+    for (Index b = a; b < n; ++b) {
+      const CollisionSurface &first = model.surfaces[a], &second = model.surfaces[b];
+      if (first.kind != Kind::Cloth && second.kind != Kind::Cloth) continue;
+      if (a == b && !first.self_collision) continue;
+      const bool turned = first.kind != Kind::Cloth;
+      pairs.push_back({turned ? b : a, turned ? a : b, 0.5 * (first.thickness + second.thickness),
+                       std::sqrt(first.friction * second.friction)});
+    }
+  return pairs;
+}
+
+BroadPhase::BroadPhase(const CollisionModel& model, const std::vector<SurfacePair>& pairs)
+    : model_(model), pairs_(pairs), vertex_slabs_(model.n_vertices) {
+  std::vector<std::vector<Index>> edges_of_surface(model.surfaces.size());
+  for (Index e = 0; e < model.edges.rows(); ++e)
+    edges_of_surface[model.surface_of_edge[e]].push_back(e);
+  for (std::size_t s = 0; s < model.surfaces.size(); ++s) {
+    const CollisionSurface& surface = model.surfaces[s];
+    Edges edges(edges_of_surface[s].size(), 2);
+    for (std::size_t i = 0; i < edges_of_surface[s].size(); ++i)
+      edges.row(i) = model.edges.row(edges_of_surface[s][i]);
+    trees_.emplace_back(model.triangles.middleRows(surface.first_triangle, surface.n_triangles),
+                        surface.first_triangle, std::move(edges), std::move(edges_of_surface[s]));
+  }
+}
+
+void BroadPhase::refit(const Team& team, Index s, const Points& x0, const Points& x1,
+                       double inflation, bool may_rebuild) {
+  const CollisionSurface& surface = model_.surfaces[s];
+  parallel_for(
+      team, surface.n_vertices,
+      [&](Index i) {
+        const std::size_t v = surface.first_vertex + i;
+        vertex_slabs_[v] = packed(slabs_of(x0.data() + 3 * v, x1.data() + 3 * v, inflation));
+      },
+      2048);
+  trees_[s].refit(team, x0, vertex_slabs_, inflation, may_rebuild);
+}
+
+bool BroadPhase::attached(ContactKind kind, PairKey key) const {
+  if (model_.attached_surface.empty()) return false;
+  const std::array<Index, 4> v = pair_vertices(model_, kind, key);
+  const int n_a = kind == ContactKind::VertexFace ? 1 : 2;
+  for (int i = 0; i < 4; ++i)
+    if (model_.attached_surface[v[i]] == model_.surface_of_vertex[i < n_a ? v[3] : v[0]])
+      return true;
+  return false;
+}
+
+struct BroadPhase::Task {
+  Index pair;
+  PairSearch search;
+  PairSearch::Nodes nodes;
+};
+
+std::vector<BroadPhase::Task> BroadPhase::deal_out(const std::vector<Index>& which) const {
+  std::vector<Task> tasks, next;
+  for (const Index pair : which) {
+    const ClusterTree &a = trees_[pairs_[pair].a], &b = trees_[pairs_[pair].b];
+    if (a.empty() || b.empty() || !overlapping(a.root(), b.root())) continue;
+    const PairSearch search(a, b);
+    tasks.push_back({pair, search, search.roots()});
+  }
+  std::vector<PairSearch::Nodes> below;
+  for (bool any = true; any && tasks.size() < enough_tasks; tasks.swap(next)) {
+    any = false;
+    next.clear();
+    for (const Task& task : tasks) {
+      if (PairSearch::leaves(task.nodes)) {
+        next.push_back(task);
+        continue;
+      }
+      any = true;
+      below.clear();
+      task.search.expand(task.nodes, below);
+      for (const PairSearch::Nodes& nodes : below) next.push_back({task.pair, task.search, nodes});
+    }
+  }
+  return tasks;
+}
+
+bool BroadPhase::cluster_pairs(const Team& team, Index surface_pair, std::size_t most,
+                               std::vector<PairKey>& found) const {
+  const std::vector<Task> tasks = deal_out({surface_pair});
+  std::vector<std::vector<PairKey>> of_task(tasks.size());
+  parallel_tasks(team, static_cast<Index>(tasks.size()), [&](Index i) {
+    std::vector<PairKey>& own = of_task[i];
+    tasks[i].search.clusters(tasks[i].nodes, [&](Index a, Index b) {
+      if (own.size() <= most) own.push_back(pair_key(a, b));
+    });
+  });
+  std::size_t n = 0;
+  for (const std::vector<PairKey>& own : of_task) n += own.size();
+  found.clear();
+  if (n > most) return false;
+  // Sorted: dealt out by the first cluster, then each cluster's by the second.
+  const Index n_clusters = trees_[pairs_[surface_pair].a].n_clusters();
+  std::vector<Index> start(n_clusters + 1, 0);
+  for (const std::vector<PairKey>& own : of_task)
+    for (const PairKey key : own) ++start[first_of(key) + 1];
+  for (Index c = 0; c < n_clusters; ++c) start[c + 1] += start[c];
+  found.resize(n);
+  std::vector<Index> next(start.begin(), start.end() - 1);
+  for (const std::vector<PairKey>& own : of_task)
+    for (const PairKey key : own) found[next[first_of(key)]++] = key;
+  parallel_for(team, n_clusters,
+               [&](Index c) { std::sort(found.begin() + start[c], found.begin() + start[c + 1]); });
+  return true;
+}
+
+void BroadPhase::search(const Team& team, const std::vector<Index>& which, PairSink& sink) {
+  const std::vector<Task> tasks = deal_out(which);
+  sink.prepare(static_cast<Index>(tasks.size()));
+  parallel_tasks(team, static_cast<Index>(tasks.size()), [&](Index i) {
+    const Index pair = tasks[i].pair;
+    FeaturePairs batch;
+    batch.vertex_face.reserve(batch_size);
+    batch.edge_edge.reserve(batch_size);
+    const auto send = [&](ContactKind kind, std::vector<PairKey>& keys) {
+      sink.take(i, pair, kind, keys);
+      keys.clear();
+    };
+    tasks[i].search.run(tasks[i].nodes, [&](ContactKind kind, Index a, Index b) {
+      const PairKey key = pair_key(a, b);
+      if (attached(kind, key)) return;
+      std::vector<PairKey>& keys =
+          kind == ContactKind::VertexFace ? batch.vertex_face : batch.edge_edge;
+      keys.push_back(key);
+      if (keys.size() == batch_size) send(kind, keys);
+    });
+    if (!batch.vertex_face.empty()) send(ContactKind::VertexFace, batch.vertex_face);
+    if (!batch.edge_edge.empty()) send(ContactKind::EdgeEdge, batch.edge_edge);
+  });
+}
+
+std::size_t BroadPhase::bytes() const {
+  std::size_t sum = vertex_slabs_.capacity() * sizeof(PackedSlabs);
+  for (const ClusterTree& tree : trees_) sum += tree.bytes();
+  return sum;
+}
+
+void BroadPhase::forget_trees() {
+  for (ClusterTree& tree : trees_) tree.forget();
+}
+
+void BroadPhase::near_pairs(const Team& team, const Points& x, const std::vector<Index>& which,
+                            const std::vector<double>& reach, std::vector<FeaturePairs>& found) {
+  // Each surface's boxes grow by half the largest reach it takes part in.
+  std::vector<double> inflation(trees_.size(), -1.0);
+  for (const Index pair : which)
+    for (const Index s : {pairs_[pair].a, pairs_[pair].b})
+      inflation[s] = std::max(inflation[s], 0.5 * reach[pair]);
+  for (std::size_t s = 0; s < trees_.size(); ++s)
+    if (inflation[s] >= 0.0) refit(team, static_cast<Index>(s), x, x, inflation[s], false);
+  Kept kept([&](Index pair, ContactKind kind, std::vector<PairKey>& keys) {
+    std::erase_if(keys, [&](PairKey key) {
+      const std::array<Index, 4> v = pair_vertices(model_, kind, key);
+      FourPoints p;
+      for (int i = 0; i < 4; ++i) p[i] = x.row(v[i]).transpose();
+      return !(distance_within(kind == ContactKind::VertexFace, p, reach[pair]) <= reach[pair]);
+    });
+  });
+  search(team, which, kept);
+  kept.into(which, pairs_.size(), found);
+}
+
+void BroadPhase::swept_pairs(const Team& team, const Points& x0, const Points& x1, double inflation,
+                             const std::vector<Index>& which, bool may_rebuild, PairSink& sink) {
+  std::vector<std::uint8_t> needed(trees_.size(), 0);
+  for (const Index pair : which) needed[pairs_[pair].a] = needed[pairs_[pair].b] = 1;
+  for (std::size_t s = 0; s < trees_.size(); ++s)
+    if (needed[s]) refit(team, static_cast<Index>(s), x0, x1, inflation, may_rebuild);
+  search(team, which, sink);
+}
+
+void BroadPhase::swept_pairs(const Team& team, const Points& x0, const Points& x1, double inflation,
+                             const std::vector<Index>& which, const Keep& keep,
+                             std::vector<FeaturePairs>& found) {
+  Kept kept([&](Index, ContactKind kind, std::vector<PairKey>& keys) { keep(kind, keys); });
+  swept_pairs(team, x0, x1, inflation, which, false, kept);
+  kept.into(which, pairs_.size(), found);
+}
+
+}  // namespace loomstone

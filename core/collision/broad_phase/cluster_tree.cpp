@@ -1,0 +1,309 @@
+#include "core/collision/broad_phase/cluster_tree.h"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "core/base/simd.h"
+
+namespace loomstone {
+
+namespace {
+
+// Clusters whose boxes have this many times their area after forming are formed anew. Our choice;
+// only speed depends on it.
+constexpr double decay_limit = 1.5;
+
+// Row i of the result is column i of the rows.
+LOOMSTONE_INLINE void transpose(SlabLanes* row) {
+  SlabLanes a[slab_lanes], b[slab_lanes];
+  for (int i = 0; i < 8; i += 2) {
+    a[i] = __builtin_shufflevector(row[i], row[i + 1], 0, 8, 1, 9, 4, 12, 5, 13);
+    a[i + 1] = __builtin_shufflevector(row[i], row[i + 1], 2, 10, 3, 11, 6, 14, 7, 15);
+  }
+  for (int i = 0; i < 8; i += 4)
+    for (int j = 0; j < 2; ++j) {
+      b[i + 2 * j] = __builtin_shufflevector(a[i + j], a[i + j + 2], 0, 1, 8, 9, 4, 5, 12, 13);
+      b[i + 2 * j + 1] =
+          __builtin_shufflevector(a[i + j], a[i + j + 2], 2, 3, 10, 11, 6, 7, 14, 15);
+    }
+  for (int i = 0; i < 4; ++i) {
+    row[i] = __builtin_shufflevector(b[i], b[i + 4], 0, 1, 2, 3, 8, 9, 10, 11);
+    row[i + 4] = __builtin_shufflevector(b[i], b[i + 4], 4, 5, 6, 7, 12, 13, 14, 15);
+  }
+}
+
+// Writes eight items into a group, component by component.
+LOOMSTONE_INLINE void write_group(const PackedSlabs* item, SlabGroup& group) {
+  for (int p = 0; p < n_slab_packs; ++p) {
+    SlabLanes row[slab_lanes];
+    for (int lane = 0; lane < slab_lanes; ++lane) row[lane] = item[lane].pack[p];
+    transpose(row);
+    for (int i = 0; i < slab_lanes; ++i) {
+      const int k = slab_lanes * p + i;
+      if (k >= 2 * n_slabs) break;
+      if (k >= n_slabs) row[i] = -row[i];
+      std::memcpy(k < n_slabs ? group.low[k] : group.high[k - n_slabs], &row[i], sizeof row[i]);
+    }
+  }
+}
+
+LOOMSTONE_INLINE PackedSlabs all_of(const PackedSlabs* item) {
+  PackedSlabs all = item[0];
+  for (int lane = 1; lane < slab_lanes; ++lane) include(all, item[lane]);
+  return all;
+}
+
+// Boxes of groups [begin, end) of features from those of the vertices; of single features and of
+// whole groups, where asked for.
+LOOMSTONE_CLONES void refit_features(const PackedSlabs* vertices, const Index* corners,
+                                     int n_corners, Index begin, Index end, SlabGroup* slabs,
+                                     PackedSlabs* of_group) {
+  const PackedSlabs none = empty_packed();
+  for (Index g = begin; g < end; ++g) {
+    const Index* const corner = corners + static_cast<std::size_t>(g) * n_corners * slab_lanes;
+    PackedSlabs item[slab_lanes];
+    for (int lane = 0; lane < slab_lanes; ++lane) {
+      item[lane] = corner[lane] >= 0 ? vertices[corner[lane]] : none;
+      if (corner[lane] >= 0)
+        for (int k = 1; k < n_corners; ++k)
+          include(item[lane], vertices[corner[k * slab_lanes + lane]]);
+    }
+    if (slabs) write_group(item, slabs[g]);
+    if (of_group) of_group[g] = all_of(item);
+  }
+}
+
+// Groups [begin, end) of nodes from the boxes of what is below; `below` is filled up to full
+// groups.
+LOOMSTONE_CLONES void refit_groups(const PackedSlabs* below, Index begin, Index end,
+                                   SlabGroup* slabs, PackedSlabs* of_group) {
+  for (Index g = begin; g < end; ++g) {
+    write_group(below + slab_lanes * g, slabs[g]);
+    of_group[g] = all_of(below + slab_lanes * g);
+  }
+}
+
+double area(const PackedSlabs& s, double inflation) {
+  double side[3];
+  for (int k = 0; k < 3; ++k)
+    side[k] = -static_cast<double>(s.value(n_slabs + k)) - s.value(k) - 2.0 * inflation;
+  return side[0] * side[1] + side[1] * side[2] + side[2] * side[0];
+}
+
+// Orders items so that every node is compact: halves along the longest axis, cut where a node of
+// the tree begins.
+void order_by_halves(const Points& centres, Index* items, Index n) {
+  if (n <= slab_lanes) return;
+  Eigen::RowVector3d low = centres.row(items[0]), high = low;
+  for (Index i = 1; i < n; ++i) {
+    low = low.cwiseMin(centres.row(items[i]));
+    high = high.cwiseMax(centres.row(items[i]));
+  }
+  int axis;
+  (high - low).maxCoeff(&axis);
+  Index node = slab_lanes;  // items of the largest node that is smaller than all of them
+  while (node * slab_lanes < n) node *= slab_lanes;
+  const Index half = std::max<Index>(1, (n / 2 + node / 2) / node) * node;
+  std::nth_element(items, items + half, items + n, [&](Index i, Index j) {
+    return centres(i, axis) != centres(j, axis) ? centres(i, axis) < centres(j, axis) : i < j;
+  });
+  order_by_halves(centres, items, half);
+  order_by_halves(centres, items + half, n - half);
+}
+
+}  // namespace
+
+ClusterTree::ClusterTree(Triangles triangles, Index first_triangle, Edges edges,
+                         std::vector<Index> edge_ids)
+    : triangles_(std::move(triangles)),
+      first_triangle_(first_triangle),
+      edges_(std::move(edges)),
+      edge_ids_(std::move(edge_ids)) {
+  n_clusters_ = static_cast<Index>((triangles_.rows() + slab_lanes - 1) / slab_lanes);
+  Index n = n_clusters_;
+  do {
+    n = std::max<Index>(1, (n + slab_lanes - 1) / slab_lanes);
+    levels_.emplace_back(n);
+  } while (n > 1);
+  leaf_boxes_.resize(levels_.front().size());
+}
+
+Slabs ClusterTree::root() const {
+  Slabs box;
+  for (int k = 0; k < n_slabs; ++k) {
+    box.low[k] = root_.low[k][0];
+    box.high[k] = root_.high[k][0];
+  }
+  return box;
+}
+
+void ClusterTree::assign(Features& features, const std::vector<Index>& cluster_of_feature,
+                         int n_corners, const Index* corners) const {
+  std::vector<Index> next(n_clusters_, 0);
+  for (const Index c : cluster_of_feature) ++next[c];
+  features.group.assign(n_clusters_ + 1, 0);
+  for (Index c = 0; c < n_clusters_; ++c) {
+    features.group[c + 1] = features.group[c] + (next[c] + slab_lanes - 1) / slab_lanes;
+    next[c] = slab_lanes * features.group[c];
+  }
+  const std::size_t n_groups = features.group[n_clusters_];
+  if (n_corners > 1) features.slabs.resize(n_groups);
+  features.id.assign(slab_lanes * n_groups, -1);
+  features.n_corners = n_corners;
+  features.corners.assign(slab_lanes * n_groups * n_corners, -1);
+  for (std::size_t i = 0; i < cluster_of_feature.size(); ++i) {
+    const Index slot = next[cluster_of_feature[i]]++;
+    features.id[slot] = static_cast<Index>(i);
+    Index* const corner = features.corners.data() +
+                          static_cast<std::size_t>(slot / slab_lanes) * n_corners * slab_lanes;
+    for (int k = 0; k < n_corners; ++k)
+      corner[k * slab_lanes + slot % slab_lanes] = corners[n_corners * i + k];
+  }
+}
+
+void ClusterTree::rebuild(const Points& x) {
+  ++version_;
+  const Index n = static_cast<Index>(triangles_.rows());
+  Points centres(n, 3);
+  for (Index t = 0; t < n; ++t)
+    centres.row(t) =
+        (x.row(triangles_(t, 0)) + x.row(triangles_(t, 1)) + x.row(triangles_(t, 2))) / 3.0;
+  std::vector<Index> order(n), cluster_of_face(n);
+  for (Index t = 0; t < n; ++t) order[t] = t;
+  order_by_halves(centres, order.data(), n);
+  for (Index i = 0; i < n; ++i) cluster_of_face[order[i]] = i / slab_lanes;
+
+  // A vertex or an edge goes to that one of its faces' clusters which owns fewest so far, so that
+  // few lanes stay empty.
+  const Index first = n > 0 ? triangles_.minCoeff() : 0,
+              n_vertices = n > 0 ? triangles_.maxCoeff() - first + 1 : 0;
+  std::vector<Index> start(n_vertices + 2, 0),
+      faces_of(3 * static_cast<std::size_t>(n));  // of vertex first + i from start[i] on
+  for (Index i = 0; i < triangles_.size(); ++i) ++start[triangles_.data()[i] - first + 2];
+  for (Index i = 0; i < n_vertices; ++i) start[i + 2] += start[i + 1];
+  for (Index i = 0; i < triangles_.size(); ++i)
+    faces_of[start[triangles_.data()[i] - first + 1]++] = i / 3;
+  std::vector<Index> owned;
+  const auto give = [&](Index vertex, Index other_vertex) {
+    Index cluster = -1;
+    for (Index i = start[vertex - first]; i < start[vertex - first + 1]; ++i) {
+      const Index t = faces_of[i];
+      if (other_vertex >= 0 && (triangles_.row(t).array() != other_vertex).all()) continue;
+      const Index c = cluster_of_face[t];
+      if (cluster < 0 || owned[c] < owned[cluster]) cluster = c;
+    }
+    ++owned[cluster];
+    return cluster;
+  };
+  std::vector<Index> vertices, cluster_of_vertex, cluster_of_edge;
+  owned.assign(n_clusters_, 0);
+  for (Index i = 0; i < n_vertices; ++i) {
+    if (start[i] == start[i + 1]) continue;
+    vertices.push_back(first + i);
+    cluster_of_vertex.push_back(give(first + i, -1));
+  }
+  owned.assign(n_clusters_, 0);
+  for (Index e = 0; e < edges_.rows(); ++e)
+    cluster_of_edge.push_back(give(edges_(e, 0), edges_(e, 1)));
+
+  assign(faces_, cluster_of_face, 3, triangles_.data());
+  assign(edge_features_, cluster_of_edge, 2, edges_.data());
+  assign(vertices_, cluster_of_vertex, 1, vertices.data());
+  for (Index& id : faces_.id)
+    if (id >= 0) id += first_triangle_;
+  for (Index& id : edge_features_.id)
+    if (id >= 0) id = edge_ids_[id];
+  vertices_.id = std::vector<Index>();
+}
+
+double ClusterTree::refit_all(const Team& team, const std::vector<PackedSlabs>& vertices,
+                              double inflation, bool features) {
+  constexpr Index grain = 128;
+  const auto padded = [](Index n) {
+    return static_cast<std::size_t>((n + slab_lanes - 1) / slab_lanes) * slab_lanes;
+  };
+  std::vector<PackedSlabs> below(padded(n_clusters_), empty_packed()), above;
+  const auto refit = [&](Features& of, PackedSlabs* of_group) {
+    parallel_ranges(team, static_cast<Index>(of.slabs.size()), grain, [&](Index begin, Index end) {
+      refit_features(vertices.data(), of.corners.data(), of.n_corners, begin, end,
+                     features ? of.slabs.data() : nullptr, of_group);
+    });
+  };
+  if (features) refit(edge_features_, nullptr);
+  refit(faces_, below.data());  // a cluster has one group of faces
+  double sum = 0.0;
+  for (Index c = 0; c < n_clusters_; ++c) sum += area(below[c], inflation);
+  for (std::vector<SlabGroup>& level : levels_) {
+    const Index n = static_cast<Index>(level.size());
+    above.assign(padded(n), empty_packed());
+    parallel_ranges(team, n, grain, [&](Index begin, Index end) {
+      refit_groups(below.data(), begin, end, level.data(), above.data());
+    });
+    below.swap(above);
+  }
+  write_group(below.data(), root_);
+  if (features) {
+    vertex_boxes_ = vertices.data();
+    leaf_boxes_ = levels_.front();
+  }
+  return sum;
+}
+
+void ClusterTree::refit(const Team& team, const Points& x, const std::vector<PackedSlabs>& vertices,
+                        double inflation, bool may_rebuild) {
+  if (empty()) return;
+  if (built_area_ >= 0.0) {
+    const double now = refit_all(team, vertices, inflation, true);
+    if (!may_rebuild || now <= decay_limit * built_area_) return;
+  }
+  rebuild(x);
+  built_area_ = std::max(0.0, refit_all(team, vertices, inflation, true));
+}
+
+void ClusterTree::refit_nodes(const Team& team, const Points& x,
+                              const std::vector<PackedSlabs>& still,
+                              const std::vector<PackedSlabs>& moving, bool may_rebuild) {
+  if (empty()) return;
+  if (built_area_ < 0.0 ||
+      (may_rebuild && refit_all(team, still, 0.0, false) > decay_limit * built_area_)) {
+    rebuild(x);
+    built_area_ = std::max(0.0, refit_all(team, still, 0.0, false));
+  }
+  refit_all(team, moving, 0.0, false);
+}
+
+void ClusterTree::refit_features_of(const Team& team, const std::vector<std::uint8_t>& marked,
+                                    const std::vector<PackedSlabs>& vertices) {
+  vertex_boxes_ = vertices.data();
+  const auto refit = [&](Features& features, Index begin, Index end, PackedSlabs* of_group) {
+    refit_features(vertices.data(), features.corners.data(), features.n_corners, begin, end,
+                   features.slabs.data(), of_group);
+  };
+  std::vector<PackedSlabs> of_cluster(n_clusters_);
+  parallel_for(
+      team, n_clusters_,
+      [&](Index c) {
+        if (!marked[c]) return;
+        refit(edge_features_, edge_features_.group[c], edge_features_.group[c + 1], nullptr);
+        refit(faces_, c, c + 1, of_cluster.data());  // a cluster has one group of faces
+        SlabGroup& boxes = leaf_boxes_[c / slab_lanes];
+        for (int k = 0; k < n_slabs; ++k) {
+          boxes.low[k][c % slab_lanes] = of_cluster[c].value(k);
+          boxes.high[k][c % slab_lanes] = -of_cluster[c].value(n_slabs + k);
+        }
+      },
+      64);
+}
+
+std::size_t ClusterTree::bytes() const {
+  std::size_t n = 0;
+  for (const Features* const f : {&faces_, &edge_features_, &vertices_})
+    n += f->slabs.capacity() * sizeof(SlabGroup) +
+         (f->id.capacity() + f->group.capacity() + f->corners.capacity()) * sizeof(Index);
+  for (const auto& level : levels_) n += level.capacity() * sizeof(SlabGroup);
+  n += leaf_boxes_.capacity() * sizeof(SlabGroup);
+  return n;
+}
+
+}  // namespace loomstone

@@ -1,0 +1,16 @@
+// Pairs of overlapping boxes by Embree.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "core/collision/broad_phase/slabs.h"
+
+namespace loomstone {
+
+// Calls visit(i, j) for every pair of a[i] and b[j] whose axis slabs overlap, and for some others,
+// in any order, on one thread. Slabs that are empty are met by none.
+void embree_pairs(const std::vector<Slabs>& a, const std::vector<Slabs>& b,
+                  const std::function<void(Index, Index)>& visit);
+
+}  // namespace loomstone

@@ -1,0 +1,82 @@
+// Walks two cluster trees, or one with itself, depth first with an explicit stack, and finds
+// exactly the pairs of features whose own 18-DOPs overlap and which share no vertex, each once.
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "core/collision/broad_phase/cluster_tree.h"
+#include "core/collision/collision_stage.h"
+
+namespace loomstone {
+
+class PairSearch {
+ public:
+  struct Nodes {
+    int level_a, level_b;
+    Index a, b;
+  };
+
+  // Vertex and slot of a face; slots of two edges.
+  using SlotPairs = std::vector<std::pair<Index, Index>>;
+  struct Slots {
+    SlotPairs vertex_face, face_vertex, edge_edge;  // of a and b, of b and a, of a and b
+
+    void clear() {
+      for (SlotPairs* const pairs : {&vertex_face, &face_vertex, &edge_edge}) pairs->clear();
+    }
+  };
+
+  PairSearch(const ClusterTree& a, const ClusterTree& b) : a_(&a), b_(&b), self_(&a == &b) {}
+
+  Nodes roots() const { return {a_->root_level(), b_->root_level(), 0, 0}; }
+  static bool leaves(const Nodes& nodes) { return nodes.level_a == 0 && nodes.level_b == 0; }
+  // Pairs of children that overlap, of the node on the higher level or of both.
+  void expand(const Nodes& nodes, std::vector<Nodes>& out) const;
+
+  // Calls visit(a, b) for the pairs of clusters that overlap below `start`.
+  template <class Visit>
+  void clusters(const Nodes& start, Visit&& visit) const {
+    std::vector<Nodes> stack = {start};
+    while (!stack.empty()) {
+      const Nodes nodes = stack.back();
+      stack.pop_back();
+      if (leaves(nodes))
+        visit(nodes.a, nodes.b);
+      else
+        expand(nodes, stack);
+    }
+  }
+
+  // Calls visit(kind, a, b) with the ids of vertex and face, or of two edges, for every pair below
+  // `start`.
+  template <class Visit>
+  void run(const Nodes& start, Visit&& visit) const {
+    Slots slots;
+    clusters(start, [&](Index a, Index b) { features(a, b, 0.0, slots, visit); });
+  }
+
+  // The same for the features of clusters a and b, with boxes that are `reach` [m] wider in all.
+  template <class Visit>
+  void features(Index a, Index b, double reach, Slots& slots, Visit&& visit) const {
+    slots.clear();
+    meeting_slots(a, b, reach, slots);
+    for (const auto& [vertex, face] : slots.vertex_face)
+      visit(ContactKind::VertexFace, vertex, b_->faces().id[face]);
+    for (const auto& [vertex, face] : slots.face_vertex)
+      visit(ContactKind::VertexFace, vertex, a_->faces().id[face]);
+    for (const auto& [first, second] : slots.edge_edge) {
+      const Index e = a_->edges().id[first], f = b_->edges().id[second];
+      visit(ContactKind::EdgeEdge, e < f ? e : f, e < f ? f : e);
+    }
+  }
+
+ private:
+  void meeting_slots(Index a, Index b, double reach, Slots& out) const;
+
+  const ClusterTree *a_, *b_;
+  bool self_;
+};
+
+}  // namespace loomstone

@@ -1,0 +1,106 @@
+#include "core/collision/certify/impact_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+namespace loomstone {
+
+namespace {
+
+Impact test_pair(ContactKind kind, const std::array<Index, 4>& v, const Points& x0,
+                 const Points& x1) {
+  MovingPoints q;
+  for (int i = 0; i < 4; ++i) {
+    q[i] = x0.row(v[i]).transpose();
+    q[4 + i] = x1.row(v[i]).transpose();
+  }
+  return kind == ContactKind::VertexFace ? continuous_vertex_face_above_gap(q)
+                                         : continuous_edge_edge_above_gap(q);
+}
+
+}  // namespace
+
+ImpactSearch::ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase, NearLists& lists,
+                           const Tangle& tangle)
+    : model_(model), broad_phase_(broad_phase), lists_(lists), tangle_(tangle) {}
+
+std::vector<StepImpact> ImpactSearch::find(const Team& team, const Points& x0, const Points& x1,
+                                           const Vector& inverse_mass,
+                                           const std::vector<std::uint8_t>* changed) {
+  constexpr Index grain = 64;
+  travel_.resize(model_.n_vertices);
+  parallel_for(
+      team, model_.n_vertices, [&](Index i) { travel_[i] = (x1.row(i) - x0.row(i)).norm(); }, 4096);
+
+  // Is the pair worth testing? Lets every pair through that is not surely irrelevant.
+  const auto concerned = [&](const std::array<Index, 4>& v) {
+    if (changed && !((*changed)[v[0]] | (*changed)[v[1]] | (*changed)[v[2]] | (*changed)[v[3]]))
+      return false;
+    return inverse_mass[v[0]] > 0.0 || inverse_mass[v[1]] > 0.0 || inverse_mass[v[2]] > 0.0 ||
+           inverse_mass[v[3]] > 0.0;
+  };
+  const auto hits = [&](ContactKind kind, PairKey key, const std::array<Index, 4>& v,
+                        Impact& impact) {
+    impact = test_pair(kind, v, x0, x1);
+    return impact.hit && !impact.touching && !tangle_.leaves_out(kind, key, v);
+  };
+
+  if (!lists_.updated_at(x0)) lists_.update(team, x0);
+  lists_.cover(team, x1);
+  const std::vector<NearList>& lists = lists_.lists();
+  const Index n = static_cast<Index>(lists.size());
+  std::vector<std::vector<StepImpact>> of_range((n + grain - 1) / grain);
+  parallel_ranges(team, n, grain, [&](Index begin, Index end) {
+    for (Index l = begin; l < end; ++l) {
+      const NearList& list = lists[l];
+      // Too far apart at the start to come near (closest points have no larger travel than their
+      // corners).
+      const double reach = 1.01 * largest_gap_floor + list.used;
+      if (list.change + reach < list.nearest) continue;
+      for (std::size_t i = 0; i < list.near.size(); ++i) {
+        const NearPair& near = list.near[i];
+        if (list.change + reach < near.distance) continue;
+        const ContactKind kind = list.kind(i);
+        const std::array<Index, 4> v = pair_vertices(model_, kind, near.key);
+        const int n_a = kind == ContactKind::VertexFace ? 1 : 2;
+        const double travel_a = n_a == 1 ? travel_[v[0]] : std::max(travel_[v[0]], travel_[v[1]]);
+        const double travel_b = std::max({travel_[v[n_a]], travel_[v[2]], travel_[v[3]]});
+        if ((travel_a + travel_b) * 1.0000001 + reach < near.distance) continue;
+        Impact impact;
+        if (concerned(v) && hits(kind, near.key, v, impact))
+          of_range[begin / grain].push_back({kind, near.key, list.pair, v, impact});
+      }
+    }
+  });
+  std::vector<StepImpact> impacts;
+  for (const std::vector<StepImpact>& range : of_range)
+    impacts.insert(impacts.end(), range.begin(), range.end());
+
+  if (const std::vector<Index> unlisted = lists_.unlisted(); !unlisted.empty()) {
+    std::vector<FeaturePairs> found;
+    broad_phase_.swept_pairs(
+        team, x0, x1, 1.01 * largest_gap_floor, unlisted,
+        [&](ContactKind kind, std::vector<PairKey>& keys) {
+          std::erase_if(keys, [&](PairKey key) {
+            const std::array<Index, 4> v = pair_vertices(model_, kind, key);
+            Impact impact;
+            return !concerned(v) || !hits(kind, key, v, impact);
+          });
+        },
+        found);
+    for (const Index i : unlisted)
+      for (const ContactKind kind : {ContactKind::VertexFace, ContactKind::EdgeEdge})
+        for (const PairKey key :
+             kind == ContactKind::VertexFace ? found[i].vertex_face : found[i].edge_edge) {
+          const std::array<Index, 4> v = pair_vertices(model_, kind, key);
+          impacts.push_back({kind, key, i, v, test_pair(kind, v, x0, x1)});
+        }
+  }
+  std::sort(impacts.begin(), impacts.end(), [](const StepImpact& x, const StepImpact& y) {
+    return std::tie(x.kind, x.key) < std::tie(y.kind, y.key);
+  });
+  return impacts;
+}
+
+}  // namespace loomstone

@@ -1,0 +1,42 @@
+// All impacts of a step: pairs of features that come closer than the floor under gaps while x0 ->
+// x1.
+#pragma once
+
+#include <vector>
+
+#include "core/collision/broad_phase/near_lists.h"
+#include "core/collision/narrow_phase/continuous.h"
+#include "core/collision/tangle/tangle.h"
+
+namespace loomstone {
+
+struct StepImpact {
+  ContactKind kind;
+  PairKey key;
+  Index pair;  // of surfaces
+  std::array<Index, 4> vertices;
+  Impact impact;
+};
+
+class ImpactSearch {
+ public:
+  ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase, NearLists& lists,
+               const Tangle& tangle);
+
+  // Sorted by (kind, a, b). Left out are pairs that touch at x0 already, pairs of which no vertex
+  // has an inverse mass, and features of triangles that intersect at x0 (those of the tangle). With
+  // `changed` (n) only pairs with a changed vertex are looked at. The lists are brought up to x0
+  // where they are not.
+  std::vector<StepImpact> find(const Team& team, const Points& x0, const Points& x1,
+                               const Vector& inverse_mass,
+                               const std::vector<std::uint8_t>* changed);
+
+ private:
+  const CollisionModel& model_;
+  BroadPhase& broad_phase_;
+  NearLists& lists_;
+  const Tangle& tangle_;
+  std::vector<double> travel_;  // (n) length of each displacement [m]
+};
+
+}  // namespace loomstone

@@ -1,0 +1,124 @@
+#include "core/collision/certify/truncation.h"
+
+#include <algorithm>
+
+#include "core/collision/certify/displacements.h"
+
+namespace loomstone {
+
+namespace {
+
+constexpr double share_of_time = 0.8;  // of the time of impact that a displacement keeps
+constexpr int passes_before_freezing = 8;
+constexpr int most_passes =
+    40;  // what could be freed took up to 5; beyond, carriers pull to and fro for ever
+
+// Vertices of an impact that are frozen already and still collide can only differ in what carries
+// them: those that are not carried join, those that are carried by different things follow the
+// first. False where nothing is left to do.
+bool join_carriers(const StepImpact& impact, Displacements& displacements) {
+  Index leader = -1;
+  bool immovable_leads = false;
+  for (const Index v : impact.vertices) {
+    if (!displacements.movable(v))
+      immovable_leads = true;
+    else if (leader < 0 && displacements.carried(v))
+      leader = v;
+  }
+  bool changed = false;
+  for (const Index v : impact.vertices) {
+    if (!displacements.movable(v) || displacements.carried(v)) continue;
+    if (leader >= 0) {
+      displacements.carry_with_vertex(v, leader);
+      changed = true;
+    } else if (immovable_leads) {
+      displacements.carry_with_immovable(v, impact);
+      changed |= displacements.carried(v);
+    }
+  }
+  if (changed || leader < 0) return changed;
+  for (const Index v : impact.vertices)
+    if (displacements.movable(v) && v != leader && !displacements.same_carrier(v, leader)) {
+      displacements.carry_with_vertex(v, leader);
+      changed = true;
+    }
+  return changed;
+}
+
+// Where scripts leave no room cloth gives way to them, but not to cloth: what still hits cloth ends
+// where it began, until no cloth hits cloth. Each pass leaves fewer that move; only vertices that
+// move by script can go on hitting one another.
+void keep_cloth_from_cloth(const Team& team, const CollisionModel& model, ImpactSearch& search,
+                           const Points& x0, const Vector& inverse_mass, Points& x1,
+                           Displacements& displacements) {
+  const auto cloth = [&](const StepImpact& impact) {
+    for (const Index v : impact.vertices)
+      if (model.surfaces[model.surface_of_vertex[v]].kind != CollisionSurface::Kind::Cloth)
+        return false;
+    return true;
+  };
+  displacements.take_changed();
+  std::vector<StepImpact> impacts = search.find(team, x0, x1, inverse_mass, nullptr);
+  for (;;) {
+    for (const StepImpact& each : impacts)
+      if (cloth(each))
+        for (const Index v : each.vertices)
+          if (displacements.movable(v)) displacements.stay(displacements.unit(v));
+    const std::vector<std::uint8_t> changed = displacements.take_changed();
+    if (std::find(changed.begin(), changed.end(), 1) == changed.end()) return;
+    impacts = search.find(team, x0, x1, inverse_mass, &changed);
+  }
+}
+
+}  // namespace
+
+CertifyReport truncate(const Team& team, const CollisionModel& model, ImpactSearch& search,
+                       const Points& x0, const Vector& inverse_mass,
+                       std::vector<StepImpact> impacts, Points& x1, FreeBodies& bodies) {
+  CertifyReport report;
+  if (impacts.empty()) return report;
+  Displacements displacements(model, x0, inverse_mass, x1, bodies);
+  std::vector<double> factor(x0.rows());
+  for (int pass = 0; !impacts.empty(); ++pass) {
+    const bool freezing = pass >= passes_before_freezing;
+    std::vector<Index> touched;  // units
+    std::fill(factor.begin(), factor.end(), 2.0);
+    bool progress = false;
+    for (const StepImpact& each : impacts) {
+      bool any_share = false;
+      bool any_immovable = false;
+      for (const Index v : each.vertices) any_immovable |= !displacements.movable(v);
+      for (const Index v : each.vertices) {
+        if (!displacements.movable(v)) continue;
+        const Index unit = displacements.unit(v);
+        if (any_immovable) displacements.carry_with_immovable(v, each);
+        if (displacements.share(v) > 0.0) any_share = true;
+        if (factor[unit] == 2.0) touched.push_back(unit);
+        factor[unit] = std::min(factor[unit], freezing ? 0.0 : share_of_time * each.impact.time);
+      }
+      if (!any_share) progress |= join_carriers(each, displacements);
+    }
+    for (const Index unit : touched) {
+      if (displacements.share(unit) > 0.0) progress = true;
+      displacements.shorten(unit, factor[unit]);
+    }
+    const std::vector<std::uint8_t> changed = displacements.take_changed();
+    progress |= std::find(changed.begin(), changed.end(), 1) != changed.end();
+    if (progress) impacts = search.find(team, x0, x1, inverse_mass, &changed);
+    // An impact of which nothing could be changed is not among these: only a search of everything
+    // proves that none is left.
+    if (!progress || impacts.empty() || pass >= most_passes)
+      impacts = search.find(team, x0, x1, inverse_mass, nullptr);
+    if (!progress || pass >= most_passes) {
+      report.unresolved = static_cast<std::int64_t>(impacts.size());
+      if (report.unresolved > 0)
+        keep_cloth_from_cloth(team, model, search, x0, inverse_mass, x1, displacements);
+      break;
+    }
+  }
+  displacements.finish();
+  report.shortened = displacements.shortened();
+  return report;
+}
+
+}  // namespace loomstone

@@ -1,0 +1,141 @@
+// The two sides touch when the origin lies in the set of differences a - b: a triangle for a vertex
+// and a face, a parallelogram for two edges. Its corners move linearly; it holds the origin where
+// all corners are in one plane with it (a cubic vanishes) and the origin is inside (quadratics
+// agree in sign).
+#include "core/collision/narrow_phase/exact_continuous.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <initializer_list>
+#include <limits>
+
+#include "core/collision/narrow_phase/float_continuous.h"
+#include "core/collision/narrow_phase/polynomial.h"
+
+namespace loomstone {
+
+namespace {
+
+using Curve = std::array<Polynomial, 3>;  // coordinates over time
+
+Curve operator-(const Curve& a, const Curve& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+Curve cross(const Curve& a, const Curve& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+Polynomial dot(const Curve& a, const Curve& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+// x = mantissa * 2^exponent with an odd mantissa.
+struct Binary {
+  std::int64_t mantissa = 0;
+  int exponent = std::numeric_limits<int>::max();
+
+  explicit Binary(double x) {
+    if (x == 0.0) return;
+    exponent = std::ilogb(x) - (std::numeric_limits<double>::digits - 1);
+    mantissa = static_cast<std::int64_t>(std::ldexp(x, -exponent));
+    const int zeros = __builtin_ctzll(static_cast<std::uint64_t>(mantissa));
+    mantissa >>= zeros;
+    exponent += zeros;
+  }
+};
+
+// The points times one power of two, as integers.
+std::array<Curve, 4> integer_points(const MovingPoints& q) {
+  int least = std::numeric_limits<int>::max();
+  for (const Vec3& point : q)
+    for (int k = 0; k < 3; ++k) least = std::min(least, Binary(point[k]).exponent);
+  const auto integer = [&](double x) {
+    const Binary binary(x);
+    return Integer(binary.mantissa)
+        .shifted(x == 0.0 ? 0u : static_cast<unsigned>(binary.exponent - least));
+  };
+  std::array<Curve, 4> points;
+  for (int i = 0; i < 4; ++i)
+    for (int k = 0; k < 3; ++k) points[i][k].c = {integer(q[i][k]), integer(q[4 + i][k])};
+  return points;
+}
+
+// What decides whether the differences hold the origin at a time when they and the origin lie in
+// one plane.
+struct Inside {
+  // The origin is inside where the k-th coordinates of all of these, perpendicular to the plane,
+  // agree in sign (0 agrees with both) and are not all 0; outside where they disagree.
+  std::vector<Curve> sides;
+  // Where all sides are 0 everything lies on one line through the origin: inside unless some
+  // coordinate of all corners has the same strict sign.
+  std::vector<Curve> corners;
+
+  bool operator()(const AlgebraicTime& time) const {
+    for (int k = 0; k < 3; ++k) {
+      bool positive = false, negative = false;
+      for (const Curve& side : sides) {
+        const int sign = time.sign_of(side[k]);
+        positive = positive || sign > 0;
+        negative = negative || sign < 0;
+        if (positive && negative) return false;
+      }
+      if (positive || negative) return true;
+    }
+    for (int k = 0; k < 3; ++k) {
+      bool low = true, high = true;
+      for (const Curve& corner : corners) {
+        const int sign = time.sign_of(corner[k]);
+        low = low && sign < 0;
+        high = high && sign > 0;
+      }
+      if (low || high) return false;
+    }
+    return true;
+  }
+
+  // At any time, given that all times have them in one plane: signs change only at roots, and the
+  // set of times is closed.
+  bool ever() const {
+    if ((*this)(AlgebraicTime::start()) || (*this)(AlgebraicTime::end())) return true;
+    for (const auto* curves : {&sides, &corners})
+      for (const Curve& curve : *curves)
+        for (const Polynomial& p : curve)
+          if (!p.zero() && any_root(p, *this)) return true;
+    return false;
+  }
+};
+
+bool meet(const Polynomial& volume, const Inside& inside) {
+  return volume.zero() ? inside.ever() : any_root(volume, inside);
+}
+
+}  // namespace
+
+bool exactly_meet_vertex_face(const MovingPoints& points) {
+  const std::array<Curve, 4> p = integer_points(points);
+  const std::vector<Curve> d = {p[0] - p[1], p[0] - p[2], p[0] - p[3]};
+  const Inside inside{{cross(d[0], d[1]), cross(d[1], d[2]), cross(d[2], d[0])}, d};
+  return meet(dot(d[2], inside.sides[0]), inside);
+}
+
+bool exactly_meet_edge_edge(const MovingPoints& points) {
+  const std::array<Curve, 4> p = integer_points(points);
+  const Curve a = p[1] - p[0], b = p[3] - p[2], w = p[0] - p[2], wa = p[1] - p[2], wb = p[0] - p[3];
+  // w + s a - t b = 0 with s = (b x w) / (a x b), t = (a x w) / (a x b), and the shares of the
+  // other ends.
+  const Inside inside{{cross(b, w), cross(wa, b), cross(a, w), cross(wb, a)},
+                      {w, wa, wb, p[1] - p[3]}};
+  return meet(dot(w, cross(a, b)), inside);
+}
+
+ExactImpact exact_continuous_vertex_face(const MovingPoints& points) {
+  const Decision decision = decide_vertex_face(points);
+  const bool hit = decision.proof == Proof::Meet ||
+                   (decision.proof == Proof::Open && exactly_meet_vertex_face(points));
+  return hit ? ExactImpact{true, decision.time} : ExactImpact{};
+}
+
+ExactImpact exact_continuous_edge_edge(const MovingPoints& points) {
+  const Decision decision = decide_edge_edge(points);
+  const bool hit = decision.proof == Proof::Meet ||
+                   (decision.proof == Proof::Open && exactly_meet_edge_edge(points));
+  return hit ? ExactImpact{true, decision.time} : ExactImpact{};
+}
+
+}  // namespace loomstone

@@ -1,0 +1,170 @@
+#include "core/collision/response/contact_terms.h"
+
+#include <algorithm>
+
+#include "core/collision/model/rigid_motion.h"
+#include "core/collision/response/contacts.h"
+#include "core/collision/response/friction.h"
+#include "core/collision/response/term_entries.h"
+
+namespace loomstone {
+
+namespace {
+
+Mat3 tangent_projector(const Vec3& normal) {
+  return Mat3::Identity() - normal * normal.transpose();
+}
+
+// Relative quantity of the contact point: sum of w_i f_i over its four vertices.
+Vec3 weighted(const Contact& contact, const Points& field) {
+  Vec3 sum = Vec3::Zero();
+  for (int i = 0; i < 4; ++i)
+    sum += contact.weights[i] * field.row(contact.vertices[i]).transpose();
+  return sum;
+}
+
+// The law of contacts at a signed gap. Below a tenth of the thickness (or the distance at the
+// start) it goes on linearly, so that an iterate that has passed through is pushed back by a finite
+// force.
+ContactForce force_at_gap(const ContactLaw& law, double gap, double stiffness) {
+  const double least = std::min(0.1 * law.thickness, law.distance);
+  if (gap >= least) return contact_force(gap, law.thickness, stiffness);
+  const ContactForce at = contact_force(least, law.thickness, stiffness);
+  const double depth = least - gap;
+  return {at.force + at.stiffness * depth, at.stiffness,
+          at.energy + (at.force + 0.5 * at.stiffness * depth) * depth};
+}
+
+}  // namespace
+
+void contact_terms(const CollisionModel& model, const std::vector<Contact>& contacts,
+                   const Points& x0, const Points& v0, const Points& last_change,
+                   const Points& body_centres, double step, Index n_cloth,
+                   const ContactState& state, ExtraTerms& terms, std::vector<ContactLaw>& laws,
+                   ContactStart& start, double& energy) {
+  laws.clear();
+  start.shares = contact_shares(contacts, model, x0);
+  start.slips = anchored_slips(contacts, model, state);
+  const std::vector<double>& shares = start.shares;
+  const std::vector<Vec3>& slips = start.slips;
+  terms.reserve(terms.size() + contacts.size());
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    const Contact& contact = contacts[c];
+    if (shares[c] <= 0.0) continue;
+    const ContactForce normal =
+        contact_force(contact.distance, contact.thickness, model.contact_stiffness);
+    ExtraTerm term;
+    set_entries(model, contact.vertices, contact.weights, x0, v0, body_centres, n_cloth, term);
+    if (term.n_entries == 0) continue;
+
+    const Vec3& n = contact.normal;
+    const Mat3 tangent = tangent_projector(n);
+    const Vec3 predicted = step * (tangent * weighted(contact, v0));
+    const double stiffness = shares[c] * model.contact_stiffness;
+    const Vec3 gained = step * (tangent * weighted(contact, last_change));
+    const double limit = contact.friction * shares[c] * normal.force;
+    const FrictionResponse friction =
+        friction_response(slips[c], sped_up(slips[c], predicted, gained, stiffness, limit), tangent,
+                          stiffness, limit);
+
+    term.gradient = -shares[c] * normal.force * n + friction.gradient;
+    term.hessian = shares[c] * normal.stiffness * (Mat3::Identity() - tangent) + friction.hessian;
+    terms.push_back(term);
+    laws.push_back(
+        {n, contact.distance, contact.thickness, shares[c], contact.friction, slips[c], limit});
+    energy += shares[c] * normal.energy + 0.5 * stiffness * slips[c].squaredNorm();
+  }
+}
+
+double contact_terms_at(const Team& team, std::vector<ContactLaw>& laws, double stiffness,
+                        const Points& displacement, double time, TermRequest request,
+                        ExtraTerms& terms) {
+  return parallel_sum(team, static_cast<Index>(laws.size()), [&](Index i) {
+    ContactLaw& law = laws[i];
+    ExtraTerm& term = terms[i];
+    const Vec3 moved = term.relative_displacement(displacement, time);
+    const double along = law.normal.dot(moved), k = law.share * stiffness;
+    const ContactForce normal = force_at_gap(law, law.distance + along, k);
+    const Mat3 tangent = tangent_projector(law.normal);
+    if (request == TermRequest::NewLimits) law.limit = law.friction * normal.force;
+    const FrictionState friction = friction_at(law.slip, moved - along * law.normal, tangent, k,
+                                               law.limit, request == TermRequest::Secant);
+    term.gradient = friction.gradient - normal.force * law.normal;
+    term.hessian = friction.hessian + normal.stiffness * (Mat3::Identity() - tangent);
+    return normal.energy + friction.energy;
+  });
+}
+
+double contact_friction_at(const Team& team, const std::vector<ContactLaw>& laws, double stiffness,
+                           const Points& displacement, double time, const Vector& inverse_mass,
+                           Index n_cloth, ExtraTerms& terms) {
+  struct Sums {
+    double wrong = 0.0, limit = 0.0;
+  };
+  std::vector<Sums> sums(laws.size());
+  parallel_for(
+      team, static_cast<Index>(laws.size()),
+      [&](Index i) {
+        const ContactLaw& law = laws[i];
+        ExtraTerm& term = terms[i];
+        const Vec3 &n = law.normal, moved = term.relative_displacement(displacement, time);
+        const double along = n.dot(moved), k = law.share * stiffness;
+        const ContactForce normal = contact_force(law.distance, law.thickness, k);
+        const double limit = law.friction * std::max(0.0, normal.force - normal.stiffness * along);
+        const Mat3 tangent = tangent_projector(n);
+        Vec3 slipped = moved - along * n;
+        const Vec3 had = tangent * (term.gradient + term.hessian * moved);
+        const double trial = k * (law.slip + slipped).norm(), size = slipped.norm();
+        const Vec3 due = (trial > limit ? limit / trial : 1.0) * k * (law.slip + slipped);
+        sums[i] = {(had - due).norm(), limit};
+
+        // Held by too much it would have slipped farther, by what its vertices alone do under the
+        // difference.
+        double compliance = 0.0;
+        for (int e = 0; e < term.n_entries; ++e)
+          if (term.entries[e].row < n_cloth)
+            compliance +=
+                term.entries[e].weight * term.entries[e].weight * inverse_mass[term.entries[e].row];
+        const double more = time * time * compliance * (had.norm() - limit);
+        if (trial > limit && size > 0.0 && more > 0.0) slipped *= 1.0 + more / size;
+        const FrictionResponse friction = friction_response(law.slip, slipped, tangent, k, limit);
+        term.gradient = -normal.force * n + friction.gradient;
+        term.hessian = normal.stiffness * (Mat3::Identity() - tangent) + friction.hessian;
+      },
+      128);
+  Sums all;
+  for (const Sums& each : sums) all.wrong += each.wrong, all.limit += each.limit;
+  return all.wrong > 0.0 ? all.wrong / std::max(all.limit, 1e-300) : 0.0;
+}
+
+void update_contact_anchors(const CollisionModel& model, const std::vector<Contact>& contacts,
+                            const Points& x0, const Points& x1, const ContactStart& start,
+                            ContactState& state) {
+  std::vector<RigidMotion> motions(model.surfaces.size());
+  std::vector<std::uint8_t> known(model.surfaces.size(), 0);
+  std::vector<ContactState::Anchor> anchors;
+  anchors.reserve(contacts.size());
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    const Contact& contact = contacts[c];
+    const double force =
+        contact_force(contact.distance, contact.thickness, model.contact_stiffness).force;
+    const Vec3 moved = weighted(contact, x1) - weighted(contact, x0);
+    const Vec3 actual = moved - contact.normal * contact.normal.dot(moved);
+    Vec3 slip =
+        slip_after(start.slips[c], actual, model.contact_stiffness, contact.friction * force);
+    // The slip is a vector fixed to a moving body: it turns with it.
+    for (const int corner : {0, 3}) {
+      const Index s = model.surface_of_vertex[contact.vertices[corner]];
+      if (model.surfaces[s].kind == CollisionSurface::Kind::Cloth) continue;
+      if (!known[s]) {
+        motions[s] = rigid_motion(model, s, x0, x1);
+        known[s] = 1;
+      }
+      if (motions[s].rigid) slip = motions[s].rotation * slip;
+    }
+    anchors.push_back({contact.kind, contact.a, contact.b, slip, start.shares[c] * force});
+  }
+  state.anchors = std::move(anchors);
+}
+
+}  // namespace loomstone

@@ -1,0 +1,236 @@
+#include "core/collision/response/contacts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+#include "core/collision/narrow_phase/distance.h"
+
+namespace loomstone {
+
+namespace {
+
+// Distances below this are treated as this one, so that forces stay finite at a start that touches
+// [m].
+constexpr double least_distance = 1e-9;
+// Edges carry their full share where the closest points are farther than this part of the edge from
+// its ends, and the squared sine of their angle is above the other. Our choice.
+constexpr double end_fade = 0.1, parallel_fade = 0.04;
+
+double smooth_step(double x) {
+  x = std::clamp(x, 0.0, 1.0);
+  return x * x * (3.0 - 2.0 * x);
+}
+
+bool before(const Contact& a, const Contact& b) {
+  return std::tie(a.kind, a.a, a.b) < std::tie(b.kind, b.a, b.b);
+}
+
+double edge_share(const Contact& contact, const Points& x0) {
+  const auto edge = [&](int i) {
+    return Vec3((x0.row(contact.vertices[i + 1]) - x0.row(contact.vertices[i])).transpose());
+  };
+  const Vec3 a = edge(0), b = edge(2);
+  const double lengths2 = a.squaredNorm() * b.squaredNorm();
+  if (!(lengths2 > 0.0)) return 0.0;
+  double share = smooth_step(a.cross(b).squaredNorm() / lengths2 / parallel_fade);
+  for (const double weight : contact.weights) share *= smooth_step(std::abs(weight) / end_fade);
+  return share;
+}
+
+// Normals of the vertices of smooth surfaces, weighted by area; rows of other vertices are not
+// used.
+Points smooth_normals(const CollisionModel& model, const Points& x) {
+  Points normals;
+  for (const CollisionSurface& surface : model.surfaces) {
+    if (!surface.smooth) continue;
+    if (normals.rows() == 0) normals = Points::Zero(x.rows(), 3);
+    for (Index t = surface.first_triangle; t < surface.first_triangle + surface.n_triangles; ++t) {
+      const auto corner = [&](int k) { return Vec3(x.row(model.triangles(t, k)).transpose()); };
+      const Vec3 area = (corner(1) - corner(0)).cross(corner(2) - corner(0));
+      for (int k = 0; k < 3; ++k) normals.row(model.triangles(t, k)) += area.transpose();
+    }
+    normals.middleRows(surface.first_vertex, surface.n_vertices).rowwise().normalize();
+  }
+  return normals;
+}
+
+// The normal of the rounded face, on the side on which the vertex is; the flat one where that is
+// nothing.
+Vec3 rounded_normal(const Points& normals, const std::array<Index, 4>& v,
+                    const ClosestPair& closest, const Vec3& flat) {
+  Vec3 sum = Vec3::Zero();
+  for (int k = 1; k < 4; ++k) sum -= closest.weights[k] * normals.row(v[k]).transpose();
+  const double length = sum.norm(), along = sum.dot(flat);
+  return length > 0.5 && along != 0.0 ? Vec3(sum / std::copysign(length, along)) : flat;
+}
+
+// Is the closest point of `contact` on an edge or corner of its face that the face of `other`
+// shares, and is that one nearer? Then the other speaks for both: the normal of this one leans as
+// the vertex moves on, by more than a step can follow.
+bool outdone(const CollisionModel& model, const Contact& contact, const Contact& other) {
+  if (contact.distance < other.distance ||
+      (contact.distance == other.distance && contact.b < other.b))
+    return false;
+  bool inside = true;
+  for (int k = 1; k < 4; ++k) {
+    if (contact.weights[k] == 0.0) {
+      inside = false;
+      continue;
+    }
+    const Index corner = contact.vertices[k];
+    if (model.triangles(other.b, 0) != corner && model.triangles(other.b, 1) != corner &&
+        model.triangles(other.b, 2) != corner)
+      return false;
+  }
+  return !inside;
+}
+
+// Of a vertex's contacts with a smooth surface only the nearest stays: distance and rounded normal
+// go on from face to face. Ties go to the first face.
+void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& contacts) {
+  const auto surface = [&](const Contact& c) { return model.surface_of_triangle[c.b]; };
+  std::vector<Contact> kept;
+  kept.reserve(contacts.size());
+  std::size_t first_of_vertex = 0;
+  for (const Contact& contact : contacts) {
+    if (contact.kind != ContactKind::VertexFace || !model.surfaces[surface(contact)].smooth) {
+      kept.push_back(contact);
+      continue;
+    }
+    while (first_of_vertex < kept.size() && kept[first_of_vertex].a < contact.a) ++first_of_vertex;
+    std::size_t i = first_of_vertex;
+    while (i < kept.size() && surface(kept[i]) != surface(contact)) ++i;
+    if (i == kept.size()) {
+      kept.push_back(contact);
+    } else if (contact.distance < kept[i].distance) {
+      // Moved to its place in the order.
+      kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(i));
+      kept.push_back(contact);
+    }
+  }
+  contacts = std::move(kept);
+}
+
+}  // namespace
+
+ContactForce contact_force(double distance, double thickness, double stiffness) {
+  const double half = 0.5 * thickness;
+  if (distance >= thickness) return {0.0, 0.0, 0.0};
+  if (distance > half) {
+    const double depth = thickness - distance;
+    return {stiffness * depth, stiffness, 0.5 * stiffness * depth * depth};
+  }
+  const double d = std::max(distance, least_distance);
+  return {stiffness * half * half / d, stiffness * half * half / (d * d),
+          0.5 * stiffness * half * half + stiffness * half * half * std::log(half / d)};
+}
+
+std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
+                                   const std::vector<SurfacePair>& pairs, const Points& x,
+                                   NearLists& lists) {
+  const Points normals = smooth_normals(model, x);
+  // The distance of a pair; it becomes a contact where that is below the thickness.
+  const auto look = [&](Index i, ContactKind kind, PairKey key, std::vector<Contact>& out) {
+    const std::array<Index, 4> v = pair_vertices(model, kind, key);
+    FourPoints p;
+    for (int k = 0; k < 4; ++k) p[k] = x.row(v[k]).transpose();
+    const bool face = kind == ContactKind::VertexFace;
+    const ClosestPair closest = face ? closest_vertex_face(p) : closest_edge_edge(p);
+    // Edges of a smooth surface are only of its triangles: they stay in the continuous tests, but
+    // carry no force.
+    const bool smooth = model.surfaces[pairs[i].a].smooth || model.surfaces[pairs[i].b].smooth;
+    if (!(closest.distance < pairs[i].thickness) || (!face && (!closest.interior || smooth)))
+      return closest.distance;
+    Vec3 normal = face ? contact_normal_vertex_face(p, closest, Vec3::Zero())
+                       : contact_normal_edge_edge(p, closest, Vec3::Zero());
+    if (face && model.surfaces[model.surface_of_triangle[second_of(key)]].smooth)
+      normal = rounded_normal(normals, v, closest, normal);
+    out.push_back({kind, first_of(key), second_of(key), v, closest.weights, normal,
+                   closest.distance, pairs[i].thickness, pairs[i].friction});
+    return closest.distance;
+  };
+
+  constexpr Index grain = 64;
+  const Index n = static_cast<Index>(lists.lists().size());
+  std::vector<std::vector<Contact>> of_range((n + grain - 1) / grain);
+  parallel_ranges(team, n, grain, [&](Index begin, Index end) {
+    for (Index l = begin; l < end; ++l) {
+      NearList& list = lists.lists()[l];
+      const double thickness = pairs[list.pair].thickness;
+      if (list.nearest - list.used >= thickness) continue;
+      list.nearest = std::numeric_limits<double>::infinity();
+      for (std::size_t i = 0; i < list.near.size(); ++i) {
+        NearPair& near = list.near[i];
+        if (near.distance - list.used < thickness)
+          near.distance =
+              look(list.pair, list.kind(i), near.key, of_range[begin / grain]) + list.used;
+        list.nearest = std::min(list.nearest, near.distance);
+      }
+    }
+  });
+  std::vector<Contact> found;
+  const std::vector<FeaturePairs> unlisted = lists.unlisted_near_pairs(team);
+  for (Index i = 0; i < static_cast<Index>(unlisted.size()); ++i) {
+    for (const PairKey key : unlisted[i].vertex_face) look(i, ContactKind::VertexFace, key, found);
+    for (const PairKey key : unlisted[i].edge_edge) look(i, ContactKind::EdgeEdge, key, found);
+  }
+  of_range.push_back(std::move(found));
+
+  std::vector<const Contact*> order;
+  for (const std::vector<Contact>& range : of_range)
+    for (const Contact& contact : range) order.push_back(&contact);
+  std::sort(order.begin(), order.end(),
+            [](const Contact* a, const Contact* b) { return before(*a, *b); });
+  std::vector<Contact> contacts;
+  contacts.reserve(order.size());
+  for (const Contact* const contact : order) contacts.push_back(*contact);
+  if (normals.rows() > 0) keep_nearest_on_smooth(model, contacts);
+  return contacts;
+}
+
+std::vector<double> contact_shares(const std::vector<Contact>& contacts,
+                                   const CollisionModel& model, const Points& x0) {
+  const std::size_t n = contacts.size();
+  std::vector<double> shares(n, 1.0);
+  std::vector<std::uint8_t> out;
+  for (std::size_t begin = 0; begin < n;) {
+    if (contacts[begin].kind == ContactKind::EdgeEdge) {
+      shares[begin] = edge_share(contacts[begin], x0);
+      ++begin;
+      continue;
+    }
+    std::size_t end = begin + 1;
+    while (end < n && contacts[end].kind == ContactKind::VertexFace &&
+           contacts[end].a == contacts[begin].a)
+      ++end;
+    out.assign(end - begin, 0);
+    for (std::size_t i = begin; i < end; ++i)
+      for (std::size_t j = begin; j < end && !out[i - begin]; ++j)
+        out[i - begin] = i != j && outdone(model, contacts[i], contacts[j]);
+    for (std::size_t i = begin; i < end; ++i) {
+      const Contact& own = contacts[i];
+      const double own_force = contact_force(own.distance, own.thickness, 1.0).force;
+      double count = 1.0;
+      if (out[i - begin]) {
+        shares[i] = 0.0;
+        continue;
+      }
+      for (std::size_t j = begin; j < end; ++j) {
+        const Contact& other = contacts[j];
+        if (out[j - begin]) continue;
+        if (i == j || model.surface_of_triangle[own.b] != model.surface_of_triangle[other.b])
+          continue;
+        const double alike = std::max(0.0, own.normal.dot(other.normal));
+        const double other_force = contact_force(other.distance, other.thickness, 1.0).force;
+        count += alike * alike * std::min(1.0, other_force / own_force);
+      }
+      shares[i] = 1.0 / count;
+    }
+    begin = end;
+  }
+  return shares;
+}
+
+}  // namespace loomstone

@@ -1,0 +1,56 @@
+#include "core/collision/response/repulsion.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/collision/response/impulses.h"
+#include "core/collision/response/untangling.h"
+
+namespace loomstone {
+
+namespace {
+
+// What rests comes to rest just inside the thickness, so that it stays a contact.
+constexpr double rest_gap = 0.999;  // [thickness]
+// Part of the missing gap that one step restores at most [Bridson2002]; less where a spring of the
+// contact stiffness would.
+constexpr double largest_restored = 0.1;
+constexpr int most_sweeps = 30;
+constexpr double tolerance = 1e-4;  // of the largest correction
+
+}  // namespace
+
+void repel(const CollisionModel& model, const std::vector<Contact>& contacts, const Tangle& tangle,
+           const Points& x0, const Vector& inverse_mass, double step, Points& x1,
+           FreeBodies& bodies) {
+  Impulses impulses(model, inverse_mass, bodies);
+  std::vector<ImpulseContact> all;
+  double scale = 0.0;
+  for (const Contact& contact : contacts) {
+    ImpulseContact c;
+    c.meet(contact.vertices, contact.weights);
+    c.normal = contact.normal;
+    c.friction = contact.friction;
+    if (!impulses.prepare(c, x0, x1, 0.0)) continue;
+    Vec3 start = Vec3::Zero(), travel = Vec3::Zero();
+    for (int i = 0; i < 4; ++i) {
+      start += c.weights[i] * x0.row(c.vertices[i]).transpose();
+      travel += c.weights[i] * (x1.row(c.vertices[i]) - x0.row(c.vertices[i])).transpose();
+    }
+    const double missing = rest_gap * contact.thickness - contact.distance;
+    const double softly =
+        std::min(largest_restored, step * step * model.contact_stiffness * c.normal_inverse_mass);
+    c.target = c.normal.dot(start) + (missing > 0.0 ? softly * missing : missing);
+    c.largest_change = travel.norm() + contact.thickness;
+    scale = std::max(scale, travel.norm() + std::abs(c.target - c.normal.dot(start)));
+    all.push_back(c);
+  }
+  for (ImpulseContact& c : untangling_impulses(tangle, impulses, x0, x1, step)) {
+    scale = std::max(scale, c.largest_change);
+    all.push_back(c);
+  }
+  for (ImpulseContact& c : all) c.scale = scale;
+  if (scale > 0.0) impulses.solve(all, x0, x1, most_sweeps, tolerance);
+}
+
+}  // namespace loomstone

@@ -1,0 +1,47 @@
+#include "core/collision/response/term_entries.h"
+
+#include <algorithm>
+#include <array>
+
+namespace loomstone {
+
+void set_entries(const CollisionModel& model, std::span<const Index> vertices,
+                 std::span<const double> weights, const Points& x0, const Points& v0,
+                 const Points& body_centres, Index n_cloth, ExtraTerm& term) {
+  struct BodySide {
+    Index row = -1;
+    double weight = 0.0;
+    Vec3 moment = Vec3::Zero();  // sum of w_i (x_i - centre)
+  };
+  std::array<BodySide, 3> bodies;
+  int n_bodies = 0;
+  term.n_entries = 0;
+  term.drift = Vec3::Zero();
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    const Index vertex = vertices[i], row = model.rows.row[vertex];
+    const double weight = weights[i];
+    if (weight == 0.0) continue;
+    if (row < 0) {
+      term.drift -= weight * v0.row(vertex).transpose();
+    } else if (!model.rows.is_body[vertex]) {
+      term.entries[term.n_entries++] = {row, false, weight, Vec3::Zero()};
+    } else {
+      int b = 0;
+      while (b < n_bodies && bodies[b].row != row) ++b;
+      if (b == n_bodies) bodies[n_bodies++].row = row;
+      bodies[b].weight += weight;
+      bodies[b].moment +=
+          weight * (x0.row(vertex) - body_centres.row((row - n_cloth) / 2)).transpose();
+    }
+  }
+  for (int b = 0; b < n_bodies; ++b) {
+    if (bodies[b].weight == 0.0) continue;
+    term.entries[term.n_entries++] = {bodies[b].row, false, bodies[b].weight, Vec3::Zero()};
+    term.entries[term.n_entries++] = {bodies[b].row + 1, true, bodies[b].weight,
+                                      bodies[b].moment / bodies[b].weight};
+  }
+  std::sort(term.entries.begin(), term.entries.begin() + term.n_entries,
+            [](const TermEntry& x, const TermEntry& y) { return x.row < y.row; });
+}
+
+}  // namespace loomstone

@@ -1,0 +1,20 @@
+// Moves what intersects along its way out: as terms of an implicit solve, or as targets of
+// impulses. Both act on edge and triangle at the point they share, so momenta are kept.
+#pragma once
+
+#include <vector>
+
+#include "core/collision/response/impulses.h"
+#include "core/collision/tangle/tangle.h"
+#include "core/linalg/extra_terms.h"
+
+namespace loomstone {
+
+void untangling_terms(const CollisionModel& model, const Tangle& tangle, const Points& x0,
+                      const Points& v0, const Points& body_centres, double step, Index n_cloth,
+                      ExtraTerms& terms);
+
+std::vector<ImpulseContact> untangling_impulses(const Tangle& tangle, const Impulses& impulses,
+                                                const Points& x0, const Points& x1, double step);
+
+}  // namespace loomstone

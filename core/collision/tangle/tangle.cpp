@@ -1,0 +1,326 @@
+#include "core/collision/tangle/tangle.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <tuple>
+
+#include "core/collision/broad_phase/median_tree.h"
+#include "core/collision/narrow_phase/exact_predicates.h"
+
+namespace loomstone {
+
+namespace {
+
+// An edge nearly in the plane of the triangle is taken for one at this sine of an angle to it.
+constexpr double least_sine = 0.2;
+// Contours that run on straight show no way out: below this length of the sum of the two unit
+// directions at a piercing.
+constexpr double least_bend = 0.05;
+// How far around a contour surfaces may pass through what has come through [edges].
+constexpr int rounds_around = 2;
+
+Index root(std::vector<Index>& parent, Index i) {
+  while (parent[i] != i) i = parent[i] = parent[parent[i]];
+  return i;
+}
+
+bool share_a_vertex(const Piercing& p) {
+  for (int k = 2; k < 5; ++k)
+    if (p.vertices[k] == p.vertices[0] || p.vertices[k] == p.vertices[1]) return true;
+  return false;
+}
+
+bool attached(const CollisionModel& model, const Piercing& p) {
+  if (model.attached_surface.empty()) return false;
+  const Index of_edge = model.surface_of_edge[p.edge],
+              of_triangle = model.surface_of_triangle[p.triangle];
+  for (int k = 0; k < 5; ++k)
+    if (model.attached_surface[p.vertices[k]] == (k < 2 ? of_triangle : of_edge)) return true;
+  return false;
+}
+
+Vec3 point(const Points& x, Index vertex) { return x.row(vertex).transpose(); }
+
+// Does the edge pass through the triangle? Exact; an edge that meets the common side of two
+// triangles passes through one of them, one that ends in a plane ends above it.
+bool pierces(const Points& x, const std::array<Index, 5>& v) {
+  const Vec3 p = point(x, v[0]), q = point(x, v[1]);
+  const std::array<Vec3, 3> corner = {point(x, v[2]), point(x, v[3]), point(x, v[4])};
+  const auto above = [&](const Vec3& end) {
+    return orientation(corner[0], corner[1], corner[2], end) >= 0;
+  };
+  if (above(p) == above(q)) return false;
+  int on_left = 0;
+  for (int k = 0; k < 3; ++k) {
+    const int l = (k + 1) % 3, side = orientation(p, q, corner[k], corner[l]);
+    on_left += side > 0 || (side == 0 && v[2 + k] < v[2 + l]);
+  }
+  return on_left == 0 || on_left == 3;
+}
+
+// Weights of the point that edge and triangle share, and -1 times those of the triangle.
+std::array<double, 5> weights_of(const Points& x, const std::array<Index, 5>& v) {
+  const Vec3 p = point(x, v[0]), q = point(x, v[1]), a = point(x, v[2]), b = point(x, v[3]),
+             c = point(x, v[4]);
+  const Vec3 normal = (b - a).cross(c - a);
+  const double above = std::abs(normal.dot(p - a)), below = std::abs(normal.dot(q - a));
+  const double t = above + below > 0.0 ? above / (above + below) : 0.5;
+  const Vec3 at = (1.0 - t) * p + t * q;
+  std::array<double, 3> areas = {normal.dot((b - at).cross(c - at)),
+                                 normal.dot((c - at).cross(a - at)),
+                                 normal.dot((a - at).cross(b - at))};
+  double sum = 0.0;
+  for (double& area : areas) sum += area = std::max(0.0, area);
+  if (!(sum > 0.0)) {
+    areas = {1.0, 1.0, 1.0};
+    sum = 3.0;
+  }
+  return {1.0 - t, t, -areas[0] / sum, -areas[1] / sum, -areas[2] / sum};
+}
+
+}  // namespace
+
+void Tangle::clear() {
+  piercings_.clear();
+  segments_.clear();
+  for (auto& keys : left_out_) keys.clear();
+  contour_of_vertex_.clear();
+  part_.clear();
+  came_through_.clear();
+}
+
+void Tangle::find(const Points& x) {
+  clear();
+  if (topology_.edges.rows() == 0) {
+    topology_ = edge_table(model_.n_vertices, model_.triangles);
+    edges_of_vertex_ = edges_of_vertices(model_.n_vertices, topology_.edges);
+  }
+  pierce(x);
+  if (piercings_.empty()) return;
+  leave_out();
+  join_contours(x);
+  cut_off(x);
+}
+
+void Tangle::pierce(const Points& x) {
+  const std::vector<Box> boxes = triangle_boxes(x, model_.triangles);
+  const auto test = [&](Index of_edge, Index triangle) {
+    for (const Index edge : topology_.of_triangle[of_edge]) {
+      if (topology_.triangles[edge][0] != of_edge)
+        continue;  // each edge once, with its first triangle
+      Piercing p;
+      p.edge = edge;
+      p.triangle = triangle;
+      p.vertices = {topology_.edges(edge, 0), topology_.edges(edge, 1),
+                    model_.triangles(triangle, 0), model_.triangles(triangle, 1),
+                    model_.triangles(triangle, 2)};
+      const auto& v = p.vertices;
+      if (share_a_vertex(p) || attached(model_, p) || !pierces(x, v)) continue;
+      p.weights = weights_of(x, v);
+      const CollisionSurface &a = model_.surfaces[model_.surface_of_edge[edge]],
+                             &b = model_.surfaces[model_.surface_of_triangle[triangle]];
+      p.thickness = 0.5 * (a.thickness + b.thickness);
+      piercings_.push_back(p);
+    }
+  };
+  MedianTree(boxes).each_pair([&](Index i, Index j) {
+    if (!kept_apart(model_, model_.surface_of_triangle[i], model_.surface_of_triangle[j])) return;
+    test(i, j);
+    test(j, i);
+  });
+  std::sort(piercings_.begin(), piercings_.end(), [](const Piercing& a, const Piercing& b) {
+    return std::tie(a.edge, a.triangle) < std::tie(b.edge, b.triangle);
+  });
+}
+
+void Tangle::leave_out() {
+  std::vector<PairKey>&vertex_face = left_out_[0], &edge_edge = left_out_[1];
+  const auto add = [&](Index a, Index b) {
+    for (int k = 0; k < 3; ++k) {
+      vertex_face.push_back(pair_key(model_.triangles(a, k), b));
+      vertex_face.push_back(pair_key(model_.triangles(b, k), a));
+    }
+    for (const Index e : topology_.of_triangle[a])
+      for (const Index f : topology_.of_triangle[b])
+        edge_edge.push_back(pair_key(std::min(e, f), std::max(e, f)));
+  };
+  for (const Piercing& p : piercings_)
+    for (const Index t : topology_.triangles[p.edge])
+      if (t >= 0) add(t, p.triangle);
+  for (auto& keys : left_out_) {
+    std::sort(keys.begin(), keys.end());
+    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  }
+}
+
+void Tangle::join_contours(const Points& x) {
+  struct Of {
+    PairKey triangles;
+    std::size_t piercing;
+  };
+  std::vector<Of> all;
+  for (std::size_t i = 0; i < piercings_.size(); ++i)
+    for (const Index t : topology_.triangles[piercings_[i].edge])
+      if (t >= 0) {
+        const Index other = piercings_[i].triangle;
+        all.push_back({pair_key(std::min(t, other), std::max(t, other)), i});
+      }
+  std::sort(all.begin(), all.end(), [](const Of& a, const Of& b) {
+    return std::tie(a.triangles, a.piercing) < std::tie(b.triangles, b.piercing);
+  });
+  std::vector<Index> parent(piercings_.size());
+  std::iota(parent.begin(), parent.end(), Index{0});
+  std::vector<Vec3> bend(piercings_.size(),
+                         Vec3::Zero());  // sum of the unit directions in which segments leave
+  const auto place = [&](const Piercing& p) {
+    return Vec3(p.weights[0] * point(x, p.vertices[0]) + p.weights[1] * point(x, p.vertices[1]));
+  };
+  for (std::size_t i = 0; i + 1 < all.size(); ++i) {
+    if (all[i].triangles != all[i + 1].triangles) continue;
+    const std::size_t a = all[i].piercing, b = all[i + 1].piercing;
+    const Index ra = root(parent, static_cast<Index>(a)), rb = root(parent, static_cast<Index>(b));
+    parent[std::max(ra, rb)] = std::min(ra, rb);
+    segments_.push_back({a, b});
+    const Vec3 along = place(piercings_[b]) - place(piercings_[a]);
+    const double length = along.norm();
+    if (!(length > 0.0)) continue;
+    bend[a] += along / length;
+    bend[b] -= along / length;
+  }
+  for (std::size_t i = 0; i < piercings_.size(); ++i) {
+    Piercing& p = piercings_[i];
+    p.contour = root(parent, static_cast<Index>(i));
+    if (bend[i].norm() < least_bend) continue;
+    // The piercing moves along the edge and in the plane of the triangle: half of the relative
+    // motion is either's [Volino2006].
+    const Vec3 a = point(x, p.vertices[2]);
+    const Vec3 n = (point(x, p.vertices[3]) - a).cross(point(x, p.vertices[4]) - a).normalized();
+    const Vec3 e = (point(x, p.vertices[1]) - point(x, p.vertices[0])).normalized();
+    const double sine = std::copysign(std::max(least_sine, std::abs(e.dot(n))), e.dot(n));
+    const Vec3 shorter = bend[i] - 2.0 * e.dot(bend[i]) / sine * n;
+    if (shorter.norm() > 0.0 && shorter.allFinite()) p.way_out = shorter.normalized();
+  }
+}
+
+// Parts of the surface that a contour separates: the smaller one has come through.
+void Tangle::cut_off(const Points& x) {
+  contour_of_vertex_.assign(model_.n_vertices, -1);
+  part_.assign(model_.n_vertices, -1);
+  came_through_.assign(model_.n_vertices, 0);
+  std::vector<double> area(model_.n_vertices, 0.0);
+  for (Index t = 0; t < model_.triangles.rows(); ++t) {
+    const Vec3 a = point(x, model_.triangles(t, 0));
+    const double third =
+        (point(x, model_.triangles(t, 1)) - a).cross(point(x, model_.triangles(t, 2)) - a).norm() /
+        6.0;
+    for (int k = 0; k < 3; ++k) area[model_.triangles(t, k)] += third;
+  }
+  std::vector<std::size_t> order(piercings_.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return piercings_[a].contour < piercings_[b].contour;
+  });
+  std::vector<std::uint8_t> cut(topology_.edges.rows(), 0);
+  std::vector<int> part(model_.n_vertices);
+  for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
+    const int contour = piercings_[order[begin]].contour;
+    while (end < order.size() && piercings_[order[end]].contour == contour) ++end;
+    for (std::size_t i = begin; i < end; ++i) cut[piercings_[order[i]].edge] ^= 1;
+    std::fill(part.begin(), part.end(), -1);
+    std::vector<double> size;
+    const auto flood = [&](Index start) {
+      if (part[start] >= 0) return;
+      const int id = static_cast<int>(size.size());
+      size.push_back(0.0);
+      std::vector<Index> stack = {start};
+      part[start] = id;
+      while (!stack.empty()) {
+        const Index v = stack.back();
+        stack.pop_back();
+        size[id] += area[v];
+        for (Index i = edges_of_vertex_.start[v]; i < edges_of_vertex_.start[v + 1]; ++i) {
+          const Index e = edges_of_vertex_.items[i];
+          if (cut[e]) continue;
+          const Index other =
+              topology_.edges(e, 0) == v ? topology_.edges(e, 1) : topology_.edges(e, 0);
+          if (part[other] >= 0) continue;
+          part[other] = id;
+          stack.push_back(other);
+        }
+      }
+    };
+    std::vector<std::uint8_t> came_through;
+    for (std::size_t i = begin; i < end; ++i) {
+      Piercing& p = piercings_[order[i]];
+      for (const Index v : p.vertices) flood(v);
+      came_through.resize(size.size(), 0);
+      const int first = part[p.vertices[0]], second = part[p.vertices[1]];
+      for (const Index v : p.vertices) contour_of_vertex_[v] = contour;
+      if (first == second) continue;
+      const bool first_is_out =
+          size[first] > size[second] || (size[first] == size[second] && first < second);
+      came_through[first_is_out ? second : first] = 1;
+      const Vec3 a = point(x, p.vertices[2]);
+      const Vec3 n = (point(x, p.vertices[3]) - a).cross(point(x, p.vertices[4]) - a);
+      const Vec3 out =
+          (first_is_out ? -1.0 : 1.0) * (point(x, p.vertices[1]) - point(x, p.vertices[0]));
+      if (n.norm() > 0.0) p.way_out = n.normalized() * std::copysign(1.0, n.dot(out));
+    }
+    for (Index v = 0; v < model_.n_vertices; ++v) {
+      if (part[v] < 0 || (contour_of_vertex_[v] != contour && !came_through[part[v]])) continue;
+      contour_of_vertex_[v] = contour;
+      part_[v] = part[v];
+      came_through_[v] = came_through[part[v]];
+    }
+    widen(part, contour);
+    for (std::size_t i = begin; i < end; ++i) cut[piercings_[order[i]].edge] = 0;
+  }
+}
+
+// Surfaces that cross at a small angle cross far from where they will cross next.
+void Tangle::widen(const std::vector<int>& part, int contour) {
+  std::vector<Index> ring;
+  for (Index v = 0; v < model_.n_vertices; ++v)
+    if (contour_of_vertex_[v] == contour) ring.push_back(v);
+  for (int round = 0; round < rounds_around; ++round) {
+    std::vector<Index> next;
+    for (const Index v : ring)
+      for (Index i = edges_of_vertex_.start[v]; i < edges_of_vertex_.start[v + 1]; ++i)
+        for (int k = 0; k < 2; ++k) {
+          const Index other = topology_.edges(edges_of_vertex_.items[i], k);
+          if (contour_of_vertex_[other] >= 0) continue;
+          contour_of_vertex_[other] = contour;
+          part_[other] = part[other];
+          next.push_back(other);
+        }
+    ring = std::move(next);
+  }
+}
+
+bool Tangle::is_cloth(Index v) const {
+  return model_.surfaces[model_.surface_of_vertex[v]].kind == CollisionSurface::Kind::Cloth;
+}
+
+// What has come through a body or script has not come through cloth.
+bool Tangle::cloth_contour(int contour) const {
+  const Piercing& any = piercings_[contour];
+  return is_cloth(any.vertices[0]) && is_cloth(any.vertices[2]);
+}
+
+bool Tangle::leaves_out(ContactKind kind, PairKey key, const std::array<Index, 4>& vertices) const {
+  const std::vector<PairKey>& keys = left_out_[static_cast<int>(kind)];
+  if (std::binary_search(keys.begin(), keys.end(), key)) return true;
+  if (piercings_.empty()) return false;
+  const int n_a = kind == ContactKind::VertexFace ? 1 : 2;
+  for (int i = 0; i < n_a; ++i)
+    for (int j = n_a; j < 4; ++j) {
+      const Index a = vertices[i], b = vertices[j];
+      if (contour_of_vertex_[a] >= 0 && contour_of_vertex_[a] == contour_of_vertex_[b] &&
+          part_[a] != part_[b] && (came_through_[a] || came_through_[b]))
+        return !is_cloth(a) || !is_cloth(b) || cloth_contour(contour_of_vertex_[a]);
+    }
+  return false;
+}
+
+}  // namespace loomstone

@@ -1,0 +1,70 @@
+#include "core/magnetics/fast_sums/source_groups.h"
+#include "core/magnetics/sources/constants.h"
+#include "core/magnetics/sources/dipole_terms.h"
+
+namespace loomstone {
+
+namespace {
+
+// A table of eight dipoles: positions and moments times mu0 / 4 pi.
+constexpr int rows = 6, group_size = rows * n_lanes;
+
+template <class Lanes>
+LOOMSTONE_INLINE void group_kernel(const double* tables, const Index* groups, Index n_groups,
+                                   const double* point, double* field, double* gradient) {
+  const Lanes3<Lanes> p{lanes_all<Lanes>(point[0]), lanes_all<Lanes>(point[1]),
+                        lanes_all<Lanes>(point[2])};
+  Lanes3<Lanes> h{};
+  Lanes g[6];
+  for (Lanes& s : g) s = Lanes{};
+  for (Index k = 0; k < n_groups; ++k) {
+    const double* row = tables + static_cast<std::size_t>(groups[k]) * group_size;
+    Lanes t[rows];
+    for (Lanes& value : t) value = lanes_load<Lanes>(row), row += n_lanes;
+    const Lanes* m = t + 3;
+    const DipoleArm<Lanes> a = dipole_arm(p, t);
+    const Lanes mr = m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z;
+    add_dipole_field(m, a, mr, h);
+    add_dipole_gradient(m, a, mr, g);
+  }
+  field[0] = lanes_sum(h.x), field[1] = lanes_sum(h.y), field[2] = lanes_sum(h.z);
+  for (int c = 0; c < 6; ++c) gradient[c] = 3.0 * lanes_sum(g[c]);
+}
+
+}  // namespace
+
+DipoleGroups::DipoleGroups(const DipoleSet& dipoles, double radius)
+    : radius_(radius),
+      positions_(dipoles.positions()),
+      moments_(mu0 / (4.0 * pi) * dipoles.moments()),
+      multipoles_(Multipoles::of_dipoles(dipoles.positions(), mu0 * dipoles.moments(), radius)) {}
+
+// Lanes without a dipole repeat the first without its moment.
+void DipoleGroups::add(const Index* parts, Index n, const CartesianExpansion& expansion,
+                       const Vec3& centre, double* moments) {
+  tables_.resize(tables_.size() + group_size, 0.0);
+  double* table = tables_.data() + tables_.size() - group_size;
+  double x[3 * n_lanes], m[3 * n_lanes];
+  for (int lane = 0; lane < n_lanes; ++lane) {
+    const Index part = parts[lane < n ? lane : 0];
+    for (int c = 0; c < 3; ++c) {
+      table[c * n_lanes + lane] = x[3 * lane + c] = positions_(part, c);
+      m[3 * lane + c] = moments_(part, c);
+      if (lane < n) table[(3 + c) * n_lanes + lane] = m[3 * lane + c];
+    }
+  }
+  expansion.add_dipoles(x, m, n, centre, moments);
+}
+
+// Errors as found on a ring of 2,900 cells, millimetres from its surface, times 1.5: as the fields
+// of neighbours in a lattice cancel, they are ten times those of faces.
+std::vector<ExpansionSetting> DipoleGroups::settings() const {
+  return {{7, 0.4, 6e-3}, {11, 0.4, 2e-4}, {12, 0.35, 2e-5}, {14, 0.28, 3e-7}};
+}
+
+void DipoleGroups::sum(const Index* groups, Index n, const double* point, double* field,
+                       double* gradient) const {
+  LOOMSTONE_WIDEST(group_kernel)(tables_.data(), groups, n, point, field, gradient);
+}
+
+}  // namespace loomstone

@@ -1,0 +1,40 @@
+// A hard magnet with many faces whose field at many points comes from expansions
+// (expanded_field.h). As the magnet is rigid and hard, they serve for the whole of a run.
+#pragma once
+
+#include "core/magnetics/fast_sums/expanded_field.h"
+
+namespace loomstone {
+
+class ExpandedMesh final : public Source {
+ public:
+  // tolerance: of field and gradient, of the largest at the distance of a point from the surface
+  // [1]; in [3e-7, 0.1].
+  ExpandedMesh(std::shared_ptr<const Polyhedron> mesh, double tolerance);
+  void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
+  void gradient_block(const double* points, Index n, double* gradient) const override {
+    field_.gradient_block(points, n, gradient);
+  }
+  void field_and_gradient_block(const double* points, Index n, Quantity quantity, double* field,
+                                double* gradient) const override;
+  void potential_block(const double* points, Index n, double* potential) const override {
+    mesh_->potential_block(points, n, potential);
+  }
+  double radius() const override { return mesh_->radius(); }
+  Vec3 moment() const override { return mesh_->moment(); }
+  std::optional<std::pair<Vec3, Vec3>> box() const override { return mesh_->box(); }
+  double depth(const Vec3& point) const override { return mesh_->depth(point); }
+  std::vector<Panel> panels() const override { return mesh_->panels(); }
+  std::vector<Panel> surface() const override { return mesh_->surface(); }
+
+ private:
+  enum class Place { outside, inside, cut };
+
+  void add_polarization(const double* points, Index n, double* field) const;
+
+  std::shared_ptr<const Polyhedron> mesh_;
+  ExpandedField field_;
+  std::vector<Place> places_;  // of its cubes
+};
+
+}  // namespace loomstone

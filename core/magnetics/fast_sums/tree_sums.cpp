@@ -1,0 +1,427 @@
+#include "core/magnetics/fast_sums/tree_sums.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <deque>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/base/simd.h"
+#include "core/magnetics/fast_sums/cartesian_expansion.h"
+#include "core/magnetics/fast_sums/point_tree.h"
+#include "core/magnetics/sources/constants.h"
+#include "core/magnetics/sources/dipole_kernels.h"
+
+namespace loomstone {
+
+namespace {
+
+constexpr double k = mu0 / (4.0 * pi);
+constexpr Index leaf_size = 32;       // at most points_per_block
+constexpr std::size_t n_tasks = 256;  // subtrees that threads take, whatever their number
+constexpr Index n_samples = 128;
+
+// Two cells are far apart where the sum of their radii is at most `opening` times the distance of
+// their centres.
+struct Setting {
+  int order;
+  double opening;
+  double error;  // of forces, as measured on a lattice of 1e5 dipoles shaken by half its spacing,
+                 // of random directions
+};
+constexpr Setting settings[] = {{3, 0.7, 2e-2},  {4, 0.65, 7e-3},   {5, 0.6, 2.5e-3},
+                                {6, 0.55, 8e-4}, {7, 0.55, 3.5e-4}, {9, 0.55, 9e-5},
+                                {9, 0.52, 6e-5}, {9, 0.5, 4e-5},    {10, 0.45, 8e-6},
+                                {11, 0.4, 1e-6}, {13, 0.4, 1e-7},   {14, 0.35, 7e-9}};
+constexpr int n_settings = 12;
+constexpr double spare = 0.75;  // other sets err a little more
+// With so many observers the leaves of the samples alone are worth a look before all of them: where
+// the first setting is not good enough, as it is in a tenth of the cases, that spares a whole pass.
+// At 100,000 the look takes a tenth of one, then less.
+constexpr Index worth_a_look = 200000;
+
+// Points by rows in the order of a tree, and what belongs to them.
+Points ordered(const ConstPointsRef& rows, const PointTree& tree) {
+  Points out(rows.rows(), 3);
+  for (std::size_t i = 0; i < tree.order.size(); ++i) out.row(i) = rows.row(tree.order[i]);
+  return out;
+}
+
+// The dipoles that act.
+struct SourceTree {
+  PointTree tree;
+  Points positions, moments;       // in the order of the tree
+  std::vector<double> expansions;  // by cells
+  int stride = 0;
+
+  void expand(const Team& team, const CartesianExpansion& expansion) {
+    if (stride == expansion.moments_size()) return;  // of this order already
+    stride = expansion.moments_size();
+    expansions.assign(tree.cells.size() * stride, 0.0);
+    // Cells lie level by level.
+    std::vector<Index> starts(tree.levels + 1, static_cast<Index>(tree.cells.size()));
+    for (Index c = static_cast<Index>(tree.cells.size()) - 1; c >= 0; --c)
+      starts[tree.cells[c].level] = c;
+    for (int level = tree.levels - 1; level >= 0; --level) {
+      parallel_for(
+          team, starts[level + 1] - starts[level],
+          [&](Index i) {
+            const Index c = starts[level] + i;
+            const PointCell& cell = tree.cells[c];
+            double* out = expansions.data() + static_cast<std::size_t>(c) * stride;
+            if (cell.leaf()) {
+              const std::ptrdiff_t first = 3 * static_cast<std::ptrdiff_t>(cell.begin);
+              expansion.add_dipoles(positions.data() + first, moments.data() + first,
+                                    cell.end - cell.begin, cell.centre, out);
+              return;
+            }
+            for (const Index child : cell.children)
+              expansion.add_moments(moments_of(child), cell.centre - tree.cells[child].centre, out);
+          },
+          16);
+    }
+  }
+  const double* moments_of(Index cell) const {
+    return expansions.data() + static_cast<std::size_t>(cell) * stride;
+  }
+};
+
+// What a leaf of observers is given: its places in the order of the tree, expansion and near
+// dipoles.
+struct LeafSums {
+  const CartesianExpansion& expansion;
+  const PointCell& cell;
+  const double* local;
+  const double *positions, *moments;
+  Index n_near;
+};
+
+// One pass over the observers' tree from its root; `write` takes the sums of a leaf. chosen:
+// (cells) those to go to; empty: all.
+template <class Write>
+class Descent {
+ public:
+  Descent(const CartesianExpansion& expansion, const SourceTree& by, const PointTree& observers,
+          double opening, const std::vector<std::uint8_t>& chosen, const Write& write)
+      : expansion_(expansion),
+        by_(by),
+        observers_(observers),
+        opening_(opening),
+        chosen_(chosen),
+        write_(write) {}
+
+  void run(const Team& team) const {
+    std::deque<Visit> open;
+    std::vector<Visit> tasks;
+    open.push_back({0, {0}, std::vector<double>(expansion_.local_size())});
+    Scratch scratch;
+    while (!open.empty() && open.size() + tasks.size() < n_tasks) {
+      Visit visit = std::move(open.front());
+      open.pop_front();
+      if (observers_.cells[visit.cell].leaf())
+        tasks.push_back(std::move(visit));
+      else
+        for (Visit& child : opened(visit, scratch)) open.push_back(std::move(child));
+    }
+    for (Visit& visit : open) tasks.push_back(std::move(visit));
+    parallel_tasks(team, static_cast<Index>(tasks.size()), [&](Index i) {
+      Scratch own;
+      descend(tasks[i], own);
+    });
+  }
+
+ private:
+  // Cells that are not yet dealt with for an observers' cell, and what its parent's expansion makes
+  // in it.
+  struct Visit {
+    Index cell;
+    std::vector<Index> candidates;
+    std::vector<double> local;
+  };
+  struct Scratch {
+    std::vector<Index> open, near, deferred;
+    std::vector<CartesianExpansion::Far> far;
+    std::vector<double> positions, moments;
+  };
+
+  // Sorts the candidates of a cell into far, near, and those for its children. Of two cells that
+  // are not far apart the larger is opened, of equals both, so that two cells of one tree meet from
+  // both sides or from none.
+  void sort(const Visit& visit, Scratch& s) const {
+    const PointCell& mine = observers_.cells[visit.cell];
+    s.open = visit.candidates;
+    s.near.clear();
+    s.deferred.clear();
+    s.far.clear();
+    for (std::size_t i = 0; i < s.open.size(); ++i) {
+      const Index other = s.open[i];
+      const PointCell& cell = by_.tree.cells[other];
+      const Vec3 arm = mine.centre - cell.centre;
+      const double reach = mine.radius + cell.radius;
+      if (reach * reach < opening_ * opening_ * arm.squaredNorm()) {
+        s.far.push_back({by_.moments_of(other), {arm[0], arm[1], arm[2]}});
+      } else if (cell.leaf()) {
+        (mine.leaf() ? s.near : s.deferred).push_back(other);
+      } else if (mine.leaf() || cell.radius > mine.radius) {
+        s.open.insert(s.open.end(), cell.children, cell.children + 2);
+      } else if (mine.radius > cell.radius) {
+        s.deferred.push_back(other);
+      } else {
+        s.deferred.insert(s.deferred.end(), cell.children, cell.children + 2);
+      }
+    }
+  }
+
+  void add_far(Visit& visit, const Scratch& s) const {
+    if (!s.far.empty())
+      expansion_.add_far(s.far.data(), static_cast<Index>(s.far.size()), visit.local.data());
+    expansion_.complete(visit.local.data());
+  }
+
+  std::vector<Visit> opened(Visit& visit, Scratch& s) const {
+    sort(visit, s);
+    add_far(visit, s);
+    const PointCell& cell = observers_.cells[visit.cell];
+    std::vector<Visit> children;
+    for (const Index child : cell.children) {
+      if (!chosen_.empty() && !chosen_[child]) continue;
+      children.push_back({child, s.deferred, std::vector<double>(expansion_.local_size())});
+      const Vec3 shift = observers_.cells[child].centre - cell.centre;
+      expansion_.add_local(visit.local.data(), shift, children.back().local.data());
+    }
+    return children;
+  }
+
+  void descend(Visit& visit, Scratch& s) const {
+    const PointCell& cell = observers_.cells[visit.cell];
+    if (!cell.leaf()) {
+      for (Visit& child : opened(visit, s)) descend(child, s);
+      return;
+    }
+    sort(visit, s);
+    add_far(visit, s);
+    s.positions.clear();
+    s.moments.clear();
+    for (const Index other : s.near) {
+      const PointCell& near = by_.tree.cells[other];
+      const std::ptrdiff_t begin = 3 * static_cast<std::ptrdiff_t>(near.begin);
+      const std::ptrdiff_t end = 3 * static_cast<std::ptrdiff_t>(near.end);
+      s.positions.insert(s.positions.end(), by_.positions.data() + begin,
+                         by_.positions.data() + end);
+      s.moments.insert(s.moments.end(), by_.moments.data() + begin, by_.moments.data() + end);
+    }
+    write_(LeafSums{expansion_, cell, visit.local.data(), s.positions.data(), s.moments.data(),
+                    static_cast<Index>(s.positions.size() / 3)});
+  }
+
+  const CartesianExpansion& expansion_;
+  const SourceTree& by_;
+  const PointTree& observers_;
+  double opening_;
+  const std::vector<std::uint8_t>& chosen_;
+  const Write& write_;
+};
+
+// The cells that hold some of the rows.
+std::vector<std::uint8_t> cells_of(const PointTree& tree, const std::vector<Index>& rows) {
+  std::vector<std::uint8_t> wanted(tree.order.size(), 0), cells(tree.cells.size(), 0);
+  for (const Index row : rows) wanted[row] = 1;
+  for (std::size_t c = cells.size(); c-- > 0;) {
+    const PointCell& cell = tree.cells[c];
+    if (!cell.leaf())
+      cells[c] = cells[cell.children[0]] | cells[cell.children[1]];
+    else
+      cells[c] = std::any_of(tree.order.begin() + cell.begin, tree.order.begin() + cell.end,
+                             [&](Index row) { return wanted[row] != 0; });
+  }
+  return cells;
+}
+
+// Rows [begin, end) as columns, the last repeated to a multiple of eight; their number.
+Index columns_of(const Points& rows, Index begin, Index end, double* columns) {
+  const Index n = end - begin, padded = (n + n_lanes - 1) / n_lanes * n_lanes;
+  for (Index i = 0; i < padded; ++i)
+    for (int c = 0; c < 3; ++c) columns[c * padded + i] = rows(begin + std::min(i, n - 1), c);
+  return padded;
+}
+
+double distance(const Points& a, const Points& b) {
+  return (a - b).norm() / std::max(b.norm(), 1e-300);
+}
+double distance(const Gradients& a, const Gradients& b) {
+  return (a - b).norm() / std::max(b.norm(), 1e-300);
+}
+
+template <class Rows>
+Rows some(const Rows& rows, const std::vector<Index>& chosen) {
+  Rows out(chosen.size(), rows.cols());
+  for (std::size_t i = 0; i < chosen.size(); ++i) out.row(i) = rows.row(chosen[i]);
+  return out;
+}
+
+std::vector<Index> samples_of(Index n) {
+  std::vector<Index> rows;
+  const Index count = std::min(n, n_samples);
+  for (Index i = 0; i < count; ++i)
+    rows.push_back(static_cast<Index>(static_cast<std::int64_t>(i) * n / count));
+  return rows;
+}
+
+void check_tolerance(double tolerance) {
+  if (!(tolerance >= 1e-10 && tolerance <= 0.1))
+    throw InvalidInput("tolerance must be in [1e-10, 0.1] [1], got " + std::to_string(tolerance));
+}
+
+SourceTree source_tree(const DipoleSet& by) {
+  SourceTree source{make_point_tree(by.positions(), leaf_size), {}, {}, {}, 0};
+  source.positions = ordered(by.positions(), source.tree);
+  source.moments = ordered(by.moments(), source.tree);
+  return source;
+}
+
+bool few(const DipoleSet& by, Index observers) {
+  return static_cast<double>(by.positions().rows()) * observers <= most_direct_pairs;
+}
+
+// Raises the order until `pass(setting, cells)`, which returns the relative error of the samples,
+// is good enough; false if none is. What the first pass errs beyond its expectation the next is
+// expected to err as well. Many observers are passed over when the setting is found, and before
+// that the cells of the samples.
+template <class Pass>
+bool controlled(double tolerance, const PointTree& observers, const std::vector<Index>& samples,
+                Pass&& pass) {
+  const bool look = static_cast<Index>(observers.order.size()) >= worth_a_look;
+  std::vector<std::uint8_t> cells;  // empty: all
+  if (look) cells = cells_of(observers, samples);
+  double wanted = spare * tolerance;
+  for (int i = 0; i < n_settings; ++i) {
+    if (settings[i].error > wanted) continue;
+    const double error = pass(settings[i], cells);
+    if (error <= tolerance) {
+      if (look) pass(settings[i], {});
+      return true;
+    }
+    wanted = spare * settings[i].error * tolerance / error;
+  }
+  return false;
+}
+
+// Field and gradient, or the force on moments `own`, at the points of a leaf.
+struct LeafValues {
+  alignas(64) double points[3 * leaf_size], own[3 * leaf_size], field[3 * leaf_size],
+      gradient[6 * leaf_size], near[6 * leaf_size], near_force[3 * leaf_size];
+};
+
+}  // namespace
+
+TreeField tree_field(const Team& team, const DipoleSet& by, const ConstPointsRef& points,
+                     bool gradient, double tolerance) {
+  check_tolerance(tolerance);
+  check_points(points, "points");
+  const Index n = static_cast<Index>(points.rows());
+  const SourcePtr set(SourcePtr(), &by);
+  const std::vector<MagneticBody> body{{set, {}}};
+  const auto directly = [&](const ConstPointsRef& rows) -> TreeField {
+    return {magnetic_field(team, body, rows, "B"),
+            gradient ? magnetic_gradient(team, body, rows) : Gradients(), 0.0, 0};
+  };
+  if (few(by, n)) return directly(points);
+  const std::vector<Index> samples = samples_of(n);
+  Points sampled(samples.size(), 3);
+  for (std::size_t i = 0; i < samples.size(); ++i) sampled.row(i) = points.row(samples[i]);
+  const TreeField direct = directly(sampled);
+  SourceTree source = source_tree(by);
+  const PointTree tree = make_point_tree(points, leaf_size);
+  const Points x = ordered(points, tree);
+  TreeField result{Points(n, 3), gradient ? Gradients(n, 9) : Gradients(), 0.0, 0};
+  const auto pass = [&](const Setting& setting, const std::vector<std::uint8_t>& cells) {
+    const CartesianExpansion expansion(setting.order);
+    source.expand(team, expansion);
+    const auto write = [&](const LeafSums& leaf) {
+      LeafValues v;
+      const Index m = columns_of(x, leaf.cell.begin, leaf.cell.end, v.points);
+      expansion.evaluate(leaf.local, leaf.cell.centre, v.points, m, v.field, v.gradient);
+      dipole_field_block(leaf.positions, leaf.moments, leaf.n_near, v.points, m, v.near);
+      for (Index i = 0; i < leaf.cell.end - leaf.cell.begin; ++i)
+        for (int c = 0; c < 3; ++c)
+          result.field(tree.order[leaf.cell.begin + i], c) =
+              k * v.field[c * m + i] + v.near[c * m + i];
+      if (!gradient) return;
+      dipole_gradient_block(leaf.positions, leaf.moments, leaf.n_near, v.points, m, v.near);
+      constexpr int place[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
+      for (Index i = 0; i < leaf.cell.end - leaf.cell.begin; ++i)
+        for (int c = 0; c < 9; ++c)
+          result.gradient(tree.order[leaf.cell.begin + i], c) =
+              k * v.gradient[place[c] * m + i] + v.near[place[c] * m + i];
+    };
+    Descent(expansion, source, tree, setting.opening, cells, write).run(team);
+    result.order = setting.order;
+    result.error = distance(some(result.field, samples), direct.field);
+    if (gradient)
+      result.error =
+          std::max(result.error, distance(some(result.gradient, samples), direct.gradient));
+    return result.error;
+  };
+  if (!controlled(tolerance, tree, samples, pass)) return directly(points);
+  return result;
+}
+
+Wrenches tree_forces(const Team& team, const Points& positions, const Points& moments,
+                     const DipoleSet& by, double tolerance) {
+  check_tolerance(tolerance);
+  const Index n = static_cast<Index>(positions.rows());
+  if (few(by, n)) return dipole_forces(team, positions, moments, by);
+  const std::vector<Index> samples = samples_of(n);
+  const Wrenches direct = dipole_forces(team, some(positions, samples), some(moments, samples), by);
+  SourceTree source = source_tree(by);
+  const bool mutual =
+      n == by.positions().rows() && positions == by.positions() && moments == by.moments();
+  const PointTree tree = mutual ? source.tree : make_point_tree(positions, leaf_size);
+  const Points x = ordered(positions, tree), own = ordered(moments, tree);
+  Wrenches result{Points(n, 3), Points(n, 3), Vector(n)};
+  const auto pass = [&](const Setting& setting, const std::vector<std::uint8_t>& cells) {
+    const CartesianExpansion expansion(setting.order);
+    source.expand(team, expansion);
+    const auto write = [&](const LeafSums& leaf) {
+      LeafValues v;
+      const Index m = columns_of(x, leaf.cell.begin, leaf.cell.end, v.points);
+      columns_of(own, leaf.cell.begin, leaf.cell.end, v.own);
+      expansion.evaluate(leaf.local, leaf.cell.centre, v.points, m, v.field, v.gradient);
+      dipole_force_block(leaf.positions, leaf.moments, leaf.n_near, v.points, v.own, m, 0.0, v.near,
+                         v.near_force);
+      for (Index i = 0; i < leaf.cell.end - leaf.cell.begin; ++i) {
+        const auto at = [&](const double* columns, int c) { return columns[c * m + i]; };
+        const Vec3 q(at(v.own, 0), at(v.own, 1), at(v.own, 2));
+        Mat3 g;
+        g << at(v.gradient, 0), at(v.gradient, 1), at(v.gradient, 2), at(v.gradient, 1),
+            at(v.gradient, 3), at(v.gradient, 4), at(v.gradient, 2), at(v.gradient, 4),
+            at(v.gradient, 5);
+        const Vec3 force =
+            k * (g * q) + Vec3(at(v.near_force, 0), at(v.near_force, 1), at(v.near_force, 2));
+        const Vec3 field = k * Vec3(at(v.field, 0), at(v.field, 1), at(v.field, 2)) +
+                           Vec3(at(v.near, 0), at(v.near, 1), at(v.near, 2));
+        const Index row = tree.order[leaf.cell.begin + i];
+        result.forces.row(row) = force.transpose();
+        result.torques.row(row) = q.cross(field).transpose();  // (6.11)
+        result.energies[row] = -q.dot(field);
+      }
+    };
+    Descent(expansion, source, tree, setting.opening, cells, write).run(team);
+    return std::max(distance(some(result.forces, samples), direct.forces),
+                    distance(some(result.torques, samples), direct.torques));
+  };
+  if (!controlled(tolerance, tree, samples, pass))
+    return dipole_forces(team, positions, moments, by);
+  if (mutual) {
+    const Vec3 centre = tree.cells[0].centre;
+    Vec3 left = Vec3::Zero();
+    for (Index i = 0; i < n; ++i)
+      left += result.torques.row(i).transpose() +
+              (positions.row(i).transpose() - centre).cross(Vec3(result.forces.row(i).transpose()));
+    result.torques.rowwise() -= left.transpose() / n;
+  }
+  return result;
+}
+
+}  // namespace loomstone

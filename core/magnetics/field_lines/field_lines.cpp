@@ -1,0 +1,287 @@
+#include "core/magnetics/field_lines/field_lines.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/base/error.h"
+
+namespace loomstone {
+
+namespace {
+
+constexpr double finest = 0.1;  // turn between neighbouring points [rad]
+constexpr double coarsest =
+    0.6;  // of a step: cubics between its ends are then good to 3e-4 of the radius of curvature
+// Steps of a line at a tolerance of 1e-5, which a line about a magnet or coil needs some 50 of.
+// Beside a soft body, closer than its panels are wide, the field has their pattern, and weak lines
+// wander in it without end.
+constexpr double most_steps = 1000.0;
+
+constexpr std::array<std::array<double, 6>, 6> stages = {{
+    {1.0 / 5},
+    {3.0 / 40, 9.0 / 40},
+    {44.0 / 45, -56.0 / 15, 32.0 / 9},
+    {19372.0 / 6561, -25360.0 / 2187, 64448.0 / 6561, -212.0 / 729},
+    {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656},
+    {35.0 / 384, 0.0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84},
+}};
+constexpr std::array<double, 7> error_weights = {
+    71.0 / 57600, 0.0, -71.0 / 16695, 71.0 / 1920, -17253.0 / 339200, 22.0 / 525, -1.0 / 40};
+
+struct Solid {
+  const Source* source;
+  RigidPose pose;
+  Mat3 rotation;
+  bool holds(const Vec3& point) const {
+    const Vec3 local = rotation.transpose() * (point - pose.position);
+    return local.norm() <= source->radius() * (1.0 + 1e-9) && source->depth(local) > 0.0;
+  }
+};
+
+// One line on its way in one direction.
+struct Tracer {
+  Vec3 x = Vec3::Zero(), tangent = Vec3::Zero();  // where it is; along the line at its seed
+  double sign = 1.0, step = 0.0, length = 0.0;
+  Index origin = 0;                                 // which seed
+  bool inside = false, away = false, done = false;  // in a magnet, was away from its seed
+  LineEnd end = LineEnd::length;
+  std::vector<Vec3> points;
+  std::array<Vec3, 7> k = zeros();  // tangents of the stages
+
+  static std::array<Vec3, 7> zeros() {
+    std::array<Vec3, 7> all;
+    all.fill(Vec3::Zero());
+    return all;
+  }
+
+  void stop(LineEnd why) { done = true, end = why; }
+};
+
+Vec3 hermite(const Vec3& a, const Vec3& da, const Vec3& b, const Vec3& db, double h, double t) {
+  const double s = t * t * (3.0 - 2.0 * t);
+  return (1.0 - s) * a + s * b + h * t * (1.0 - t) * ((1.0 - t) * da - t * db);
+}
+
+double distance_to_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
+  const Vec3 edge = b - a;
+  const double length2 = edge.squaredNorm();
+  const double t = length2 > 0.0 ? std::clamp((p - a).dot(edge) / length2, 0.0, 1.0) : 0.0;
+  return (p - a - t * edge).norm();
+}
+
+class LineTracing {
+ public:
+  LineTracing(const Team& team, const std::vector<MagneticBody>& bodies, const LineOptions& options)
+      : team_(team), bodies_(bodies), options_(options) {
+    for (const MagneticBody& body : bodies)
+      if (body.source->box())
+        solids_.push_back({body.source.get(), body.pose, rotation_matrix(body.pose.orientation)});
+  }
+
+  void run(std::vector<Tracer>& lines) {
+    std::vector<Tracer*> active;
+    for (Tracer& line : lines) {
+      line.points.push_back(line.x);
+      line.inside = holder(line.x) != nullptr;
+      line.step = 1e-3 * options_.extent;
+      active.push_back(&line);
+    }
+    directions(active, 0, [](const Tracer& line) { return line.x; });
+    for (Tracer* line : active) line->tangent = line->k[0];
+    const double most = most_steps * std::max(1.0, std::pow(1e-5 / options_.tolerance, 0.2));
+    for (int round = 0; round < most; ++round) {
+      std::erase_if(active, [](const Tracer* line) { return line->done; });
+      if (active.empty()) return;
+      for (int stage = 1; stage <= 6; ++stage)
+        directions(active, stage, [stage](const Tracer& line) {
+          Vec3 at = line.x;
+          for (int i = 0; i < stage; ++i) at += line.step * stages[stage - 1][i] * line.k[i];
+          return at;
+        });
+      for (Tracer* line : active)
+        if (!line->done) advance(*line);
+    }
+    for (Tracer* line : active)
+      if (!line->done) line->stop(LineEnd::length);
+  }
+
+ private:
+  const Solid* holder(const Vec3& point) const {
+    for (const Solid& solid : solids_)
+      if (solid.holds(point)) return &solid;
+    return nullptr;
+  }
+
+  // Unit vectors along the field, or against it, where each line asks for them; lines without a
+  // field end.
+  template <class At>
+  void directions(const std::vector<Tracer*>& lines, int stage, At&& at) {
+    Points x(lines.size(), 3);
+    for (std::size_t i = 0; i < lines.size(); ++i) x.row(i) = at(*lines[i]).transpose();
+    Points field = magnetic_field(team_, bodies_, x, "B");
+    field.rowwise() += options_.uniform.transpose();
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      const double size = field.row(i).norm();
+      if (!(size > 0.0) || !std::isfinite(size)) {
+        lines[i]->stop(LineEnd::no_field);
+        continue;
+      }
+      lines[i]->k[stage] = lines[i]->sign / size * field.row(i).transpose();
+    }
+  }
+
+  void advance(Tracer& line) {
+    const double h = line.step, allowed = options_.tolerance * options_.extent;
+    Vec3 y = line.x, error = Vec3::Zero();
+    for (int i = 0; i < 6; ++i) y += h * stages[5][i] * line.k[i];
+    for (int i = 0; i < 7; ++i) error += h * error_weights[i] * line.k[i];
+    const double turn = std::acos(std::clamp(line.k[0].dot(line.k[6]), -1.0, 1.0));
+    // Where a line crosses a surface it has a corner, which is no longer than the tolerance.
+    const double share =
+        std::max(error.norm() / allowed, h > allowed ? std::pow(turn / coarsest, 5) : 0.0);
+    const double factor = std::clamp(0.9 * std::pow(std::max(share, 1e-10), -0.2), 0.2, 4.0);
+    if (share > 1.0) {
+      line.step *= factor;
+      if (line.step < 1e-12 * options_.extent) line.stop(LineEnd::no_field);
+      return;
+    }
+    line.step = std::min(h * factor, 0.25 * options_.extent);
+    const int parts = std::max(1, static_cast<int>(std::ceil(turn / finest)));
+    const Vec3 seed = line.points.front();
+    Vec3 before = line.x;
+    for (int part = 1; part <= parts && !line.done; ++part) {
+      const auto at = [&](double t) { return hermite(line.x, line.k[0], y, line.k[6], h, t); };
+      Vec3 point = part == parts ? y : at(static_cast<double>(part) / parts);
+      const bool inside = holder(point) != nullptr;
+      if (inside && !line.inside) {  // the surface lies between
+        double low = static_cast<double>(part - 1) / parts,
+               high = static_cast<double>(part) / parts;
+        for (int i = 0; i < 40; ++i) {
+          const double middle = 0.5 * (low + high);
+          (holder(at(middle)) ? high : low) = middle;
+        }
+        point = at(high);
+        line.stop(LineEnd::body);
+      }
+      line.inside = inside;
+      line.length += (point - before).norm();
+      const double near = 20.0 * allowed +
+                          0.2 * finest * (point - before).norm();  // chords cut the curve's corners
+      if (!line.done && line.away && line.k[6].dot(line.tangent) > 0.9 &&
+          distance_to_segment(seed, before, point) < near) {
+        point = seed;
+        line.stop(LineEnd::closed);
+      }
+      line.away |= (point - seed).norm() > 3.0 * near;
+      if (!line.done && (point - options_.centre).norm() > options_.extent)
+        line.stop(LineEnd::left);
+      if (!line.done && line.length > options_.length) line.stop(LineEnd::length);
+      line.points.push_back(point);
+      before = point;
+    }
+    line.x = y;
+    line.k[0] = line.k[6];
+  }
+
+  const Team& team_;
+  const std::vector<MagneticBody>& bodies_;
+  const LineOptions& options_;
+  std::vector<Solid> solids_;
+};
+
+}  // namespace
+
+std::pair<Vec3, double> bounding_ball(const std::vector<MagneticBody>& bodies) {
+  Vec3 low = Vec3::Constant(INFINITY), high = -low;
+  for (const MagneticBody& body : bodies) {
+    const Vec3 reach = Vec3::Constant(body.source->radius());
+    low = low.cwiseMin(body.pose.position - reach);
+    high = high.cwiseMax(body.pose.position + reach);
+  }
+  if (bodies.empty()) return {Vec3::Zero(), 0.0};
+  const Vec3 centre = 0.5 * (low + high);
+  double radius = 0.0;
+  for (const MagneticBody& body : bodies)
+    radius = std::max(radius, (body.pose.position - centre).norm() + body.source->radius());
+  return {centre, radius};
+}
+
+Vector magnetic_depth(const std::vector<MagneticBody>& bodies, const ConstPointsRef& points) {
+  Vector deepest = Vector::Constant(points.rows(), -INFINITY);
+  for (const MagneticBody& body : bodies) {
+    if (!body.source->box()) continue;
+    const Mat3 back = rotation_matrix(body.pose.orientation).transpose();
+    for (Index i = 0; i < points.rows(); ++i)
+      deepest[i] = std::max(
+          deepest[i], body.source->depth(back * (points.row(i).transpose() - body.pose.position)));
+  }
+  return deepest;
+}
+
+FieldLines trace_field_lines(const Team& team, const std::vector<MagneticBody>& bodies,
+                             const LineSeeds& seeds, const LineOptions& given) {
+  check_points(seeds.points, "seeds");
+  LineOptions options = given;
+  if (!options.uniform.allFinite() || !options.centre.allFinite())
+    throw InvalidInput("uniform [T] and centre [m] of field lines must be finite");
+  if (!(options.extent >= 0.0) || !(options.length >= 0.0) || !std::isfinite(options.extent))
+    throw InvalidInput(
+        "extent [m] and length [m] of field lines must be finite and at least 0 (0: chosen from "
+        "the bodies)");
+  if (!(options.tolerance >= 1e-12 && options.tolerance <= 0.1))
+    throw InvalidInput("tolerance of field lines must be in [1e-12, 0.1], got " +
+                       std::to_string(options.tolerance));
+  if (options.extent == 0.0)
+    std::tie(options.centre, options.extent) = bounding_ball(bodies), options.extent *= 4.0;
+  if (options.extent == 0.0)
+    throw InvalidInput(
+        "extent [m] of field lines must be given where bodies have none (point dipoles, no "
+        "bodies)");
+  if (options.length == 0.0) options.length = 20.0 * options.extent;
+
+  std::vector<Tracer> tracers;
+  for (Index i = 0; i < seeds.points.rows(); ++i)
+    for (const double sign : {-1.0, 1.0}) {
+      if (seeds.way[i] * sign < 0.0) continue;
+      Tracer line;
+      line.x = seeds.points.row(i).transpose();
+      line.sign = sign;
+      line.origin = i;
+      tracers.push_back(std::move(line));
+    }
+  LineTracing(team, bodies, options).run(tracers);
+
+  FieldLines lines;
+  lines.first.push_back(0);
+  std::vector<Vec3> all;
+  for (std::size_t t = 0; t < tracers.size(); ++t) {
+    const Tracer& line = tracers[t];
+    const Tracer* onwards = line.sign > 0.0 ? &line : nullptr;
+    LineEnd begin = LineEnd::seed, end = LineEnd::seed;
+    if (line.sign < 0.0) {
+      const bool both = t + 1 < tracers.size() && tracers[t + 1].origin == line.origin;
+      if (both) ++t;
+      // One that closes is gone round once; it may miss its seed the other way.
+      const bool only_onwards =
+          both && line.end != LineEnd::closed && tracers[t].end == LineEnd::closed;
+      begin = only_onwards ? LineEnd::closed : line.end;
+      if (!only_onwards) all.insert(all.end(), line.points.rbegin(), line.points.rend());
+      if (both && line.end == LineEnd::closed) end = LineEnd::closed;
+      if (both && line.end != LineEnd::closed) onwards = &tracers[t];
+    }
+    if (onwards) {
+      const bool whole = onwards == &line || begin == LineEnd::closed;
+      all.insert(all.end(), onwards->points.begin() + (whole ? 0 : 1), onwards->points.end());
+      end = onwards->end;
+    }
+    lines.first.push_back(static_cast<Index>(all.size()));
+    lines.begins.push_back(begin);
+    lines.ends.push_back(end);
+  }
+  lines.points.resize(all.size(), 3);
+  for (std::size_t i = 0; i < all.size(); ++i) lines.points.row(i) = all[i].transpose();
+  return lines;
+}
+
+}  // namespace loomstone

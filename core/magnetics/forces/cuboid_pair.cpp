@@ -1,0 +1,166 @@
+// With G such that d^2/dx^2 d^2/dy^2 d^2/dz^2 G = 1/R, the force on 2 is
+//   F_k = - 1/(4 pi mu0) sum_ij J1_i J2_j sum over corners s1 s2 T_ijk(R),   T_ijk = d_i d_j d_k G,
+// R the arm from a corner of 1 to one of 2, s1 and s2 the products of the signs of their
+// coordinates. A lever y_a about the centre of 2 turns T into y_a T - U, dU/dR_a = T, but on faces
+// across axis a, where it is constant.
+#include "core/magnetics/forces/cuboid_pair.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/magnetics/sources/constants.h"
+#include "core/magnetics/sources/lane_math.h"
+#include "core/magnetics/sources/polyhedron.h"
+
+namespace loomstone {
+
+namespace {
+
+// Arms of eight pairs of corners: logarithms L_x = arsinh(x / hypot(y, z)), angles A_x = arctan(y z
+// / (x R)).
+template <class Lanes>
+struct Arms {
+  Lanes x[3], log[3], angle[3], r;
+};
+
+template <class Lanes>
+LOOMSTONE_INLINE Arms<Lanes> arms_of(const Lanes* x) {
+  Arms<Lanes> a;
+  a.r = lanes_sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
+  for (int i = 0; i < 3; ++i) {
+    const Lanes &u = x[i], &v = x[(i + 1) % 3], &w = x[(i + 2) % 3];
+    a.x[i] = u;
+    a.log[i] = lanes_with_sign(lanes_log((a.r + lanes_abs(u)) / lanes_sqrt(v * v + w * w)), u);
+    a.angle[i] = lanes_atan2(lanes_with_sign(v * w, v * w * u), lanes_abs(u) * a.r);
+  }
+  return a;
+}
+
+// T_ijk: the three alike, two alike and one other, all different.
+template <class Lanes>
+LOOMSTONE_INLINE Lanes third(const Arms<Lanes>& a, int i, int j, int k) {
+  if (i == j && j == k) {
+    const int p = (i + 1) % 3, q = (i + 2) % 3;
+    return a.x[i] * (a.r - a.x[p] * a.log[p] - a.x[q] * a.log[q]) - a.x[p] * a.x[q] * a.angle[i];
+  }
+  if (i != j && j != k && i != k)
+    return a.x[1] * a.x[2] * a.log[0] + a.x[0] * a.x[2] * a.log[1] + a.x[0] * a.x[1] * a.log[2] -
+           0.5 * (a.x[0] * a.x[0] * a.angle[0] + a.x[1] * a.x[1] * a.angle[1] +
+                  a.x[2] * a.x[2] * a.angle[2]);
+  const int twice = i == j || i == k ? i : j, once = i + j + k - 2 * twice,
+            other = 3 - twice - once;
+  const Lanes &x = a.x[once], &y = a.x[other], &z = a.x[twice];
+  return 0.5 * (y * y - z * z) * a.log[once] + x * y * a.log[other] - y * z * a.angle[twice] -
+         0.5 * a.r * x;
+}
+
+// Its integral along `axis`, which is none of j and k.
+template <class Lanes>
+LOOMSTONE_INLINE Lanes integral(const Arms<Lanes>& a, int i, int j, int k, int axis) {
+  if (i == j && j == k) {
+    const int other = 3 - i - axis;
+    const Lanes &x = a.x[axis], &y = a.x[other], &z = a.x[i];
+    return 0.25 * z * (z * z - y * y - 2.0 * x * x) * a.log[axis] - x * y * z * a.log[other] +
+           0.5 * y * (z * z - x * x) * a.angle[i] + 0.75 * x * z * a.r;
+  }
+  if (i != j && j != k && i != k) {  // axis is i
+    const Lanes &x = a.x[i], &y = a.x[j], &z = a.x[k];
+    return x * y * z * a.log[i] + z * (0.5 * x * x - z * z / 6.0) * a.log[j] +
+           y * (0.5 * x * x - y * y / 6.0) * a.log[k] -
+           x * (x * x / 6.0 * a.angle[i] + 0.5 * (y * y * a.angle[j] + z * z * a.angle[k])) -
+           y * z * a.r / 3.0;
+  }
+  const int twice = i == j || i == k ? i : j, once = i + j + k - 2 * twice,
+            other = 3 - twice - once;
+  const Lanes &x = a.x[once], &y = a.x[other], &z = a.x[twice];
+  if (axis == once)
+    return 0.5 * x * (y * y - z * z) * a.log[once] + 0.5 * y * (x * x - z * z) * a.log[other] -
+           x * y * z * a.angle[twice] + a.r * (2.0 * z * z - y * y - x * x) / 6.0;
+  return 0.5 * y * (y * y / 3.0 - z * z) * a.log[once] +
+         x * (0.5 * y * y - 0.25 * z * z - x * x / 12.0) * a.log[other] +
+         0.5 * z * (z * z / 3.0 - y * y) * a.angle[twice] - 5.0 / 12.0 * x * y * a.r;
+}
+
+template <class Lanes>
+LOOMSTONE_INLINE double sum_in_order(const Lanes& a) {
+  double sum = 0.0;
+  for (int i = 0; i < n_lanes; ++i) sum += a[i];
+  return sum;
+}
+
+// Adds sums over corners of - T_ijk (3) and of its moments (3 x 3: lever, k) about the centre of 2,
+// times J1_i J2_j. Half edges a of 1, b of 2; d from the centre of 1 to that of 2.
+template <class Lanes>
+LOOMSTONE_INLINE void corner_sums(const double* a, const double* b, const double* d,
+                                  const double* j1, const double* j2, double* force,
+                                  double* levers) {
+  // Of faces that lie in one plane the second counts as outside the first.
+  const double least = 1e-15 * (a[0] + a[1] + a[2] + b[0] + b[1] + b[2]);
+  Lanes forces[3], moments[9];
+  for (Lanes& f : forces) f = Lanes{};
+  for (Lanes& m : moments) m = Lanes{};
+  for (int block = 0; block < 8; ++block) {
+    double columns[3][n_lanes], y[3], signs[n_lanes];
+    for (int lane = 0; lane < n_lanes; ++lane) {
+      signs[lane] = -1.0;
+      for (int c = 0; c < 3; ++c) {
+        const double s1 = lane >> c & 1 ? 1.0 : -1.0, s2 = block >> c & 1 ? 1.0 : -1.0;
+        const double arm = d[c] + s2 * b[c] - s1 * a[c];
+        columns[c][lane] = std::abs(arm) > least ? arm : d[c] < 0.0 ? -least : least;
+        y[c] = s2 * b[c];
+        signs[lane] *= s1 * s2;
+      }
+    }
+    const Lanes x[3] = {lanes_load<Lanes>(columns[0]), lanes_load<Lanes>(columns[1]),
+                        lanes_load<Lanes>(columns[2])};
+    const Lanes sign = lanes_load<Lanes>(signs);
+    const Arms<Lanes> arms = arms_of(x);
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        const double strength = j1[i] * j2[j];
+        if (strength == 0.0) continue;
+        for (int k = 0; k < 3; ++k) {
+          const Lanes value = strength * sign * third(arms, i, j, k);
+          forces[k] += value;
+          for (int axis = 0; axis < 3; ++axis) {
+            if (axis == k) continue;
+            Lanes moment = y[axis] * value;
+            if (axis != j) moment -= strength * sign * integral(arms, i, j, k, axis);
+            moments[3 * axis + k] += moment;
+          }
+        }
+      }
+    }
+  }
+  for (int k = 0; k < 3; ++k) force[k] += sum_in_order(forces[k]);
+  for (int k = 0; k < 9; ++k) levers[k] += sum_in_order(moments[k]);
+}
+
+}  // namespace
+
+std::optional<Wrench> parallel_cuboid_wrench(const MagneticBody& on, const MagneticBody& by) {
+  const auto* first = dynamic_cast<const Cuboid*>(by.source.get());
+  const auto* second = dynamic_cast<const Cuboid*>(on.source.get());
+  if (!first || !second) return std::nullopt;
+  const Mat3 to_world = rotation_matrix(by.pose.orientation);
+  const Mat3 turn = to_world.transpose() * rotation_matrix(on.pose.orientation);
+  const Mat3 whole = turn.array().round();
+  if ((turn - whole).cwiseAbs().maxCoeff() > 1e-12) return std::nullopt;
+  const Vec3 a = 0.5 * first->size(), b = 0.5 * (whole.cwiseAbs() * second->size());
+  const Vec3 d = to_world.transpose() * (on.pose.position - by.pose.position);
+  const Vec3 second_j = whole * second->polarization();
+  Vec3 force = Vec3::Zero();
+  double levers[9] = {};
+  LOOMSTONE_WIDEST(corner_sums)(a.data(), b.data(), d.data(), first->polarization().data(),
+                                second_j.data(), force.data(), levers);
+  const double scale = 1.0 / (4.0 * pi * mu0);
+  const Vec3 torque(levers[5] - levers[7], levers[6] - levers[2], levers[1] - levers[3]);
+  // 64 terms of the size of the longest arm squared, cubed in the torque, with their rounding.
+  const double arm = (a + b + d.cwiseAbs()).norm();
+  const double strength = scale * first->polarization().norm() * second->polarization().norm();
+  const double rounding =
+      64.0 * 1e-16 * strength * arm * arm * std::max(1.0, arm / second->radius());
+  return Wrench{to_world * (scale * force), to_world * (scale * torque), rounding};
+}
+
+}  // namespace loomstone

@@ -1,0 +1,313 @@
+#include "core/magnetics/forces/interaction.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numeric>
+#include <optional>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/magnetics/forces/cells.h"
+#include "core/magnetics/forces/cuboid_pair.h"
+#include "core/magnetics/forces/panel_integral.h"
+#include "core/magnetics/sources/charged_panels.h"
+#include "core/magnetics/sources/constants.h"
+
+namespace loomstone {
+
+namespace {
+
+// Force and torque about its centre on the dipoles of `on`, world axes.
+Wrench on_dipoles(const MagneticBody& on, const MagneticBody& by) {
+  const DipoleSet& set = *on.source->dipoles();
+  const Mat3 rotation = rotation_matrix(on.pose.orientation);
+  const Index n = static_cast<Index>(set.positions().rows());
+  Points x(n, 3);
+  for (Index i = 0; i < n; ++i)
+    x.row(i) = (on.pose.position + rotation * set.positions().row(i).transpose()).transpose();
+  const Points field = magnetic_field(Team{}, {by}, x, "B");
+  const Gradients gradient = magnetic_gradient(Team{}, {by}, x);
+  Wrench w;
+  for (Index i = 0; i < n; ++i) {
+    const Vec3 m = rotation * set.moments().row(i).transpose();
+    const Vec3 force = Eigen::Map<const Mat3>(gradient.row(i).data()) * m;
+    w.force += force;
+    w.torque +=
+        m.cross(field.row(i).transpose()) + (x.row(i).transpose() - on.pose.position).cross(force);
+  }
+  return w;
+}
+
+// Force and torque about its centre on the charge of `on`, world axes.
+Wrench on_charges(const MagneticBody& on, const MagneticBody& by) {
+  const std::vector<PanelSample> charges = on.source->charges();
+  Points local(charges.size(), 3), x(charges.size(), 3);
+  for (std::size_t i = 0; i < charges.size(); ++i) local.row(i) = charges[i].position.transpose();
+  place_points(on.pose, local, x);
+  const Points field = magnetic_field(Team{}, {by}, x, "B");
+  Wrench w;
+  for (std::size_t i = 0; i < charges.size(); ++i) {
+    const Vec3 force = charges[i].charge * field.row(i).transpose();
+    w.force += force;
+    w.torque += (x.row(i).transpose() - on.pose.position).cross(force);
+  }
+  return w;
+}
+
+// Induced bodies act on one another by the means of their panels: what varies within these was
+// worked out for magnets, and its field at all points of it costs too much.
+MagneticBody even(const MagneticBody& body) { return {even_source(body.source), body.pose}; }
+
+Wrench integrated(const MagneticBody& on, const MagneticBody& by, double tolerance, double least) {
+  if (on.source->induced())
+    return by.source->induced() ? on_charges(even(on), even(by)) : on_charges(on, by);
+  if (on.source->dipoles()) return on_dipoles(on, by);
+  if (const std::optional<Wrench> closed = parallel_cuboid_wrench(on, by)) {
+    const double size = std::max(closed->force.norm(), closed->torque.norm() / on.source->radius());
+    if (closed->error <= tolerance * std::max(size, least)) return *closed;
+  }
+  const std::vector<Panel> panels = on.source->panels();
+  const RigidPose pose = relative_pose(on.pose, by.pose);
+  const PanelIntegral total = integrate_panels(*by.source, panels, pose, on.source->radius(),
+                                               PanelQuantity::wrench, tolerance, least);
+  const Mat3 to_world = rotation_matrix(by.pose.orientation);
+  return {to_world * total.value.head<3>(), to_world * total.value.tail<3>() * on.source->radius(),
+          total.error};
+}
+
+// -1: points that carry their own quadrature, 0: no integral, 1: along lines, 2: over faces.
+int dimensions(const Source& source) {
+  if (source.induced()) return -1;
+  if (source.dipoles()) return 0;
+  for (const Panel& panel : source.panels())
+    if (!panel.line()) return 2;
+  return 1;
+}
+
+// Whether to integrate over a: the simpler body, or the smaller; the choice does not depend on the
+// order of the two.
+bool integrate_over_first(const MagneticBody& a, const MagneticBody& b) {
+  const int da = dimensions(*a.source), db = dimensions(*b.source);
+  if (da != db) return da < db;
+  const double ra = a.source->radius(), rb = b.source->radius();
+  if (ra != rb) return ra < rb;
+  return std::lexicographical_compare(a.pose.position.data(), a.pose.position.data() + 3,
+                                      b.pose.position.data(), b.pose.position.data() + 3);
+}
+
+// What `other` feels when `one` feels w.
+Wrench reaction(const Wrench& w, const MagneticBody& one, const MagneticBody& other) {
+  return {-w.force, -w.torque - (one.pose.position - other.pose.position).cross(w.force), w.error};
+}
+
+void check_pair(const MagneticBody& a, const MagneticBody& b) {
+  if (a.source->steady() && b.source->steady()) return;
+  throw InvalidInput(
+      "a polyline must be closed to feel and exert forces, got ends that differ; repeat its first "
+      "vertex last");
+}
+
+void check_tolerance(double tolerance) {
+  if (!(tolerance >= 1e-12 && tolerance <= 0.1))
+    throw InvalidInput("tolerance must be in [1e-12, 0.1] [1], got " + std::to_string(tolerance));
+}
+
+// Spheres and other bodies of one dipole act on one another by one sum; returns which they are.
+std::vector<bool> add_single_dipoles(const Team& team, const std::vector<MagneticBody>& bodies,
+                                     std::vector<Wrench>& result) {
+  std::vector<bool> single(bodies.size(), false);
+  std::vector<Index> rows;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const DipoleSet* set = bodies[i].source->dipoles();
+    single[i] = set && set->positions().rows() == 1 &&
+                !dynamic_cast<const CellMagnet*>(bodies[i].source.get());
+    if (single[i]) rows.push_back(static_cast<Index>(i));
+  }
+  Points x(rows.size(), 3), m(rows.size(), 3), arms(rows.size(), 3);
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const MagneticBody& body = bodies[rows[k]];
+    const Mat3 rotation = rotation_matrix(body.pose.orientation);
+    arms.row(k) = (rotation * body.source->dipoles()->positions().row(0).transpose()).transpose();
+    x.row(k) = body.pose.position.transpose() + arms.row(k);
+    m.row(k) = body.moment().transpose();
+  }
+  const Wrenches each = dipole_forces(team, x, m, DipoleSet(x, m));
+  for (std::size_t k = 0; k < rows.size(); ++k) {
+    const Vec3 force = each.forces.row(k).transpose(), arm = arms.row(k).transpose();
+    result[rows[k]].force = force;
+    result[rows[k]].torque = each.torques.row(k).transpose() + arm.cross(force);
+  }
+  return single;
+}
+
+// What single dipoles feel in the fields of all other bodies, and these from them: each field at
+// all dipoles at once.
+void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bodies,
+                           const std::vector<bool>& single, const std::vector<Index>& carrier,
+                           const std::vector<KnownField>& known, std::vector<Wrench>& result) {
+  const auto evaluated = [&](const MagneticBody& body, const Points& x) {
+    for (const KnownField& at : known)
+      if (at.body.source == body.source && at.body.pose.position == body.pose.position &&
+          at.body.pose.orientation == body.pose.orientation && at.points.rows() == x.rows() &&
+          at.points == x)
+        return at.there;
+    return magnetic_field_and_gradient(team, body, x);
+  };
+  for (std::size_t k = 0; k < bodies.size(); ++k) {
+    if (single[k]) continue;
+    std::vector<Index> rows;
+    for (std::size_t i = 0; i < bodies.size(); ++i)
+      if (single[i] && (carrier.empty() || carrier[i] != carrier[k]))
+        rows.push_back(static_cast<Index>(i));
+    if (rows.empty()) continue;
+    Points x(rows.size(), 3);
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      const MagneticBody& on = bodies[rows[r]];
+      place_points(on.pose, on.source->dipoles()->positions(),
+                   x.middleRows(static_cast<Eigen::Index>(r), 1));
+    }
+    const FieldAndGradient at = evaluated(bodies[k], x);
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      const MagneticBody& on = bodies[rows[r]];
+      const Vec3 m = on.moment(), arm = x.row(r).transpose() - on.pose.position;
+      Wrench w;
+      w.force = Eigen::Map<const Mat3>(at.gradient.row(r).data()) * m;
+      w.torque = m.cross(Vec3(at.field.row(r).transpose())) + arm.cross(w.force);
+      const Wrench back = reaction(w, on, bodies[k]);
+      for (const auto& [body, part] :
+           {std::pair{rows[r], w}, std::pair{static_cast<Index>(k), back}}) {
+        result[body].force += part.force;
+        result[body].torque += part.torque;
+      }
+    }
+  }
+}
+
+// Bodies that act on one another, i < k; those that are in `done` were dealt with.
+std::vector<std::pair<Index, Index>> pairs_of(const std::vector<MagneticBody>& bodies,
+                                              const std::vector<Index>& carrier,
+                                              const std::vector<bool>& done) {
+  std::vector<Index> all(bodies.size()), left;
+  std::iota(all.begin(), all.end(), 0);
+  std::copy_if(all.begin(), all.end(), std::back_inserter(left), [&](Index i) { return !done[i]; });
+  std::vector<std::pair<Index, Index>> pairs;
+  for (const Index i : all) {
+    for (const Index k : done[i] ? left : all) {
+      if (k <= i || (!carrier.empty() && carrier[i] == carrier[k])) continue;
+      check_pair(bodies[i], bodies[k]);
+      if (!done[i] && !done[k]) pairs.emplace_back(i, k);
+    }
+  }
+  return pairs;
+}
+
+// Of charge in the potential of a hard magnet, which is finite where they touch.
+double charge_energy(const MagneticBody& induced, const MagneticBody& by) {
+  const std::vector<PanelSample> charges = induced.source->charges();
+  Points local(charges.size(), 3), x(charges.size(), 3);
+  for (std::size_t i = 0; i < charges.size(); ++i) local.row(i) = charges[i].position.transpose();
+  place_points(induced.pose, local, x);
+  const Vector potential = magnetic_potential(Team{}, {by}, x);
+  double energy = 0.0;
+  for (std::size_t i = 0; i < charges.size(); ++i) energy += mu0 * charges[i].charge * potential[i];
+  return energy;
+}
+
+double energy_integral(const MagneticBody& on, const MagneticBody& by, double tolerance) {
+  if (const DipoleSet* set = on.source->dipoles()) {
+    const Mat3 rotation = rotation_matrix(on.pose.orientation);
+    Points x(set->positions().rows(), 3);
+    place_points(on.pose, set->positions(), x);
+    const Points field = magnetic_field(Team{}, {by}, x, "B");
+    double energy = 0.0;
+    for (Eigen::Index i = 0; i < x.rows(); ++i)
+      energy -= field.row(i).dot((rotation * set->moments().row(i).transpose()).transpose());
+    return energy;
+  }
+  const std::vector<Panel> surface = on.source->surface();
+  if (surface.empty()) throw Unsupported("energy is that of magnets and dipoles, got a current");
+  // What the whole moment would have in a field that J of the other could make: the parts of the
+  // integral are of this size.
+  const double least = 1e-3 * on.source->moment().norm() * by.source->moment().norm() * mu0 /
+                       (4.0 * pi * std::pow(on.source->radius() + by.source->radius(), 3));
+  return integrate_panels(*by.source, surface, relative_pose(on.pose, by.pose), on.source->radius(),
+                          PanelQuantity::energy, tolerance, least)
+      .value[0];
+}
+
+}  // namespace
+
+double magnetic_energy(const MagneticBody& on, const MagneticBody& by, double tolerance) {
+  check_tolerance(tolerance);
+  for (const auto& [induced, other] : {std::pair(&on, &by), std::pair(&by, &on)}) {
+    if (!induced->source->induced()) continue;
+    return other->source->dipoles() ? energy_integral(*other, *induced, tolerance)
+                                    : charge_energy(*induced, *other);
+  }
+  if (!integrate_over_first(on, by)) return energy_integral(by, on, tolerance);
+  return energy_integral(on, by, tolerance);
+}
+
+double magnetic_energy(const Team& team, const std::vector<MagneticBody>& bodies, double tolerance,
+                       const std::vector<Index>& carrier) {
+  check_tolerance(tolerance);
+  const std::vector<std::pair<Index, Index>> pairs =
+      pairs_of(bodies, carrier, std::vector<bool>(bodies.size(), false));
+  std::vector<double> energies(pairs.size());
+  const auto solve = [&](Index p) {
+    energies[p] = magnetic_energy(bodies[pairs[p].first], bodies[pairs[p].second], tolerance);
+  };
+  parallel_tasks(team, static_cast<Index>(pairs.size()), solve);
+  double total = 0.0;
+  for (const double energy : energies) total += energy;
+  return total;
+}
+
+Wrench magnetic_wrench(const MagneticBody& on, const MagneticBody& by, double tolerance,
+                       double least) {
+  check_tolerance(tolerance);
+  check_pair(on, by);
+  if (dynamic_cast<const CellMagnet*>(on.source.get()) &&
+      dynamic_cast<const CellMagnet*>(by.source.get())) {
+    if (integrate_over_first(on, by)) return cell_wrench(on, by);
+    return reaction(cell_wrench(by, on), by, on);
+  }
+  if (integrate_over_first(on, by)) return integrated(on, by, tolerance, least);
+  return reaction(integrated(by, on, tolerance, least), by, on);
+}
+
+std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<MagneticBody>& bodies,
+                                      double tolerance, const std::vector<Index>& carrier,
+                                      const std::vector<KnownField>& known) {
+  check_tolerance(tolerance);
+  std::vector<Wrench> result(bodies.size());
+  const std::vector<bool> single = add_single_dipoles(team, bodies, result);
+  const std::vector<std::pair<Index, Index>> pairs = pairs_of(bodies, carrier, single);
+  add_dipoles_in_fields(team, bodies, single, carrier, known, result);
+  // First roughly, for the largest force; then what is not yet good enough.
+  std::vector<Wrench> on_first(pairs.size());
+  const auto solve = [&](Index p, double wanted, double least) {
+    on_first[p] = magnetic_wrench(bodies[pairs[p].first], bodies[pairs[p].second], wanted, least);
+  };
+  parallel_tasks(team, static_cast<Index>(pairs.size()),
+                 [&](Index p) { solve(p, std::max(tolerance, 0.1), 0.0); });
+  double largest = 0.0;
+  for (const Wrench& w : result) largest = std::max(largest, w.force.norm());
+  for (const Wrench& w : on_first) largest = std::max(largest, w.force.norm());
+  parallel_tasks(team, static_cast<Index>(pairs.size()), [&](Index p) {
+    if (on_first[p].error > tolerance * largest) solve(p, tolerance, largest);
+  });
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    const auto [i, k] = pairs[p];
+    const Wrench back = reaction(on_first[p], bodies[i], bodies[k]);
+    for (const auto& [body, w] : {std::pair{i, on_first[p]}, std::pair{k, back}}) {
+      result[body].force += w.force;
+      result[body].torque += w.torque;
+      result[body].error += w.error;
+    }
+  }
+  return result;
+}
+
+}  // namespace loomstone

@@ -1,0 +1,263 @@
+#include "core/magnetics/forces/stiffness.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <numeric>
+
+#include "core/magnetics/sources/axisymmetric.h"
+#include "core/magnetics/sources/constants.h"
+#include "core/magnetics/sources/lane_math.h"
+
+namespace loomstone {
+
+namespace {
+
+constexpr int most_parts = 64;
+constexpr double longest_part = 1.5;  // edge over cubic root of the volume
+
+// Parts a box into equal boxes that are nearly cubes.
+CoarseMagnet divided(const Vec3& low, const Vec3& high) {
+  const Vec3 edges = high - low;
+  int count[3] = {1, 1, 1};
+  for (;;) {
+    const Vec3 part(edges[0] / count[0], edges[1] / count[1], edges[2] / count[2]);
+    int axis;
+    const double longest = part.maxCoeff(&axis);
+    if (longest <= longest_part * std::cbrt(part.prod()) ||
+        count[0] * count[1] * count[2] * 2 > most_parts) {
+      CoarseMagnet coarse;
+      Points positions(count[0] * count[1] * count[2], 3);
+      Index row = 0;
+      for (int i = 0; i < count[0]; ++i)
+        for (int j = 0; j < count[1]; ++j)
+          for (int k = 0; k < count[2]; ++k)
+            positions.row(row++) =
+                (low + part.cwiseProduct(Vec3(i + 0.5, j + 0.5, k + 0.5))).transpose();
+      coarse.positions = std::make_shared<const Points>(std::move(positions));
+      coarse.size = std::cbrt(part.prod());
+      return coarse;
+    }
+    count[axis] *= 2;
+  }
+}
+
+}  // namespace
+
+CoarseMagnet coarse_magnet(const Source& source) {
+  CoarseMagnet coarse;
+  const auto winding = [&](double radius, double length) {
+    const Vec3 reach(radius, radius, 0.5 * std::max(length, radius));
+    coarse = divided(-reach, reach);
+  };
+  if (const auto box = source.box()) {
+    coarse = divided(box->first, box->second);
+  } else if (const auto* loop = dynamic_cast<const Loop*>(&source)) {
+    winding(loop->radius(), 0.0);
+  } else if (const auto* solenoid = dynamic_cast<const Solenoid*>(&source)) {
+    winding(solenoid->coil_radius(), solenoid->length());
+  } else if (const DipoleSet* set = source.dipoles(); set && set->positions().rows() > 0) {
+    coarse.positions = std::make_shared<const Points>(set->positions());
+    coarse.moment = set->moments().rowwise().norm().maxCoeff();
+    return coarse;
+  } else {
+    coarse.positions = std::make_shared<const Points>(Points::Zero(1, 3));
+    coarse.size = source.radius();
+  }
+  coarse.moment = source.moment().norm() / static_cast<double>(coarse.positions->rows());
+  return coarse;
+}
+
+namespace {
+
+bool fixed(const Carrier& carrier) {
+  return carrier.inverse_mass == 0.0 && carrier.inverse_inertia == 0.0;
+}
+
+// How much faster a point of a carrier gives way than a mass of 1 kg.
+double yielding(const Carrier& carrier, const Vec3& point) {
+  return carrier.inverse_mass + (point - carrier.centre).squaredNorm() * carrier.inverse_inertia;
+}
+
+// Largest stiffness of two dipoles whose directions stay, times r^5 / (3 mu0/4pi): the largest
+// eigenvalue of the second derivatives of their energy, whose trace vanishes. n: from one to the
+// other.
+double driving_back(const Vec3& m, const Vec3& other, const Vec3& n) {
+  const double a = m.dot(n), b = other.dot(n), product = m.dot(other);
+  const Mat3 crossed = m * other.transpose(), turned = (a * other + b * m) * n.transpose();
+  const Mat3 h = (5.0 * a * b - product) * Mat3::Identity() +
+                 5.0 * (product - 7.0 * a * b) * n * n.transpose() - crossed - crossed.transpose() +
+                 5.0 * (turned + turned.transpose());
+  const double size = std::sqrt(h.squaredNorm() / 6.0);
+  if (size == 0.0) return 0.0;
+  const double shape = std::clamp(h.determinant() / (2.0 * size * size * size), -1.0, 1.0);
+  // cos(acos(shape) / 3), which is smooth in cos(acos(shape) / 2), by a polynomial that is at
+  // most 2.2e-5 above it.
+  const double s = std::sqrt(0.5 * (1.0 + shape));
+  return 2.0 * size *
+         (0.5000217 + s * (0.5768125 + s * (-0.1064940 + s * (0.0383529 - 0.0086883 * s))));
+}
+
+}  // namespace
+
+namespace {
+
+// Columns of soft spheres: position, radius, size of the moment, how they give way.
+constexpr int sphere_rows = 6;
+// Beyond so many times the distance at which two touch the bound of any two dipoles will do.
+constexpr double neighbours = 1.6;
+
+// Sum of that bound over what is far from sphere i, over its moment and mu0/4pi; the places of what
+// is near, itself among them.
+template <class Lanes>
+LOOMSTONE_INLINE double far_kernel(const double* table, Index padded, Index i, Index* near,
+                                   Index* n_near) {
+  const double x = table[i], y = table[padded + i], z = table[2 * padded + i],
+               radius = table[3 * padded + i], own = table[5 * padded + i];
+  Lanes sum{};
+  Index count = 0;
+  for (Index k = 0; k < padded; k += n_lanes) {
+    const double* t = table + k;
+    const Lanes3<Lanes> r{lanes_load<Lanes>(t) - x, lanes_load<Lanes>(t + padded) - y,
+                          lanes_load<Lanes>(t + 2 * padded) - z};
+    const Lanes square = dot(r, r),
+                reach = neighbours * (lanes_load<Lanes>(t + 3 * padded) + radius);
+    const MaskOf<Lanes> far = square >= reach * reach;
+    const Lanes inverse = 1.0 / lanes_select(far, square, lanes_all<Lanes>(1.0));
+    const Lanes bound = lanes_load<Lanes>(t + 4 * padded) * (inverse * inverse) *
+                        lanes_sqrt(inverse) * (lanes_load<Lanes>(t + 5 * padded) + own);
+    sum += lanes_select(far, bound, Lanes{});
+    for (int lane = 0; lane < n_lanes; ++lane) {
+      near[count] = k + lane;
+      count += far[lane] ? 0 : 1;
+    }
+  }
+  *n_near = count;
+  return 24.0 * (((sum[0] + sum[1]) + (sum[2] + sum[3])) + ((sum[4] + sum[5]) + (sum[6] + sum[7])));
+}
+
+}  // namespace
+
+std::vector<double> frequencies2(const std::vector<CoarseMagnet>& magnets,
+                                 const std::vector<RigidPose>& poses,
+                                 const std::vector<Index>& carrier,
+                                 const std::vector<Carrier>& carriers, double field) {
+  std::vector<double> result(carriers.size(), 0.0);
+  std::vector<std::size_t> all(magnets.size()),
+      others;  // others: no soft spheres, which do not meet here
+  std::iota(all.begin(), all.end(), 0);
+  std::copy_if(all.begin(), all.end(), std::back_inserter(others),
+               [&](std::size_t k) { return !magnets[k].soft_sphere; });
+  // Soft spheres beside what does not give way have nothing to meet.
+  if (std::all_of(others.begin(), others.end(),
+                  [&](std::size_t k) { return fixed(carriers[carrier[k]]); }))
+    all = others;
+  std::vector<Points> world(magnets.size());
+  for (const std::size_t i : all) {
+    world[i].resize(magnets[i].positions->rows(), 3);
+    place_points(poses[i], *magnets[i].positions, world[i]);
+    if (!magnets[i].soft_sphere)
+      result[carrier[i]] += magnets[i].moment * static_cast<double>(world[i].rows()) * field *
+                            carriers[carrier[i]].inverse_inertia;
+  }
+  for (const std::size_t i : all) {
+    for (const std::size_t k : magnets[i].soft_sphere ? others : all) {
+      if (k <= i) continue;
+      const Carrier &a = carriers[carrier[i]], &b = carriers[carrier[k]];
+      if (carrier[i] == carrier[k] || (fixed(a) && fixed(b))) continue;
+      if ((magnets[i].soft_sphere && fixed(b)) || (magnets[k].soft_sphere && fixed(a))) continue;
+      const double turning = (magnets[i].soft_sphere ? 0.0 : a.inverse_inertia) +
+                             (magnets[k].soft_sphere ? 0.0 : b.inverse_inertia);
+      const double closest = 0.5 * (magnets[i].size + magnets[k].size);
+      const double strength = mu0 / (4.0 * pi) * magnets[i].moment * magnets[k].moment;
+      double pair = 0.0;
+      for (Eigen::Index p = 0; p < world[i].rows(); ++p) {
+        for (Eigen::Index q = 0; q < world[k].rows(); ++q) {
+          const double r = std::max((world[i].row(p) - world[k].row(q)).norm(), closest);
+          if (r == 0.0) continue;
+          const double cube = strength / (r * r * r), force = 24.0 * cube / (r * r),
+                       torque = 2.0 * cube;
+          pair += force * (yielding(a, world[i].row(p).transpose()) +
+                           yielding(b, world[k].row(q).transpose())) +
+                  torque * turning;
+        }
+      }
+      result[carrier[i]] += pair;
+      result[carrier[k]] += pair;
+    }
+  }
+  return result;
+}
+
+void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& spheres,
+                             const std::vector<Carrier>& carriers,
+                             std::vector<double>& frequencies2) {
+  const Index n = static_cast<Index>(spheres.size()),
+              padded = (n + n_lanes - 1) / n_lanes * n_lanes;
+  std::vector<double> table(sphere_rows * static_cast<std::size_t>(padded)), each(n);
+  for (Index i = 0; i < padded; ++i) {
+    const SoftSphere& s = spheres[std::min(i, n - 1)];
+    const double row[] = {s.position[0],
+                          s.position[1],
+                          s.position[2],
+                          s.radius,
+                          i < n ? s.moment.norm() : 0.0,
+                          yielding(carriers[s.carrier], s.position)};
+    for (int c = 0; c < sphere_rows; ++c) table[c * padded + i] = row[c];
+  }
+  parallel_for(
+      team, n,
+      [&](Index i) {
+        std::vector<Index> near(padded);
+        Index n_near = 0;
+        const SoftSphere& on = spheres[i];
+        const double own = table[5 * padded + i];
+        double sum = on.moment.norm() *
+                     LOOMSTONE_WIDEST(far_kernel)(table.data(), padded, i, near.data(), &n_near);
+        for (Index k = 0; k < n_near; ++k) {
+          const SoftSphere& by = spheres[near[k]];
+          if (near[k] >= n || by.carrier == on.carrier) continue;
+          const Vec3 arm = on.position - by.position;
+          const double touching = on.radius + by.radius, distance = arm.norm();
+          if (distance == 0.0) continue;
+          const double r = std::max(distance, 0.9 * touching);
+          sum += 3.0 * driving_back(on.moment, by.moment, arm / distance) / (r * r * r * r * r) *
+                 (own + table[5 * padded + near[k]]);
+        }
+        each[i] = mu0 / (4.0 * pi) * sum;
+      },
+      32);
+  for (Index i = 0; i < n; ++i) frequencies2[spheres[i].carrier] += each[i];
+}
+
+void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& spheres,
+                             const CoarseMagnet& by, const RigidPose& pose,
+                             const Gradients& gradient, const std::vector<Carrier>& carriers,
+                             std::vector<double>& frequencies2) {
+  const Index n = static_cast<Index>(spheres.size());
+  const bool few = by.positions->rows() <= most_parts;
+  Points parts(by.positions->rows(), 3);
+  place_points(pose, *by.positions, parts);
+  std::vector<double> each(n);
+  parallel_for(
+      team, n,
+      [&](Index i) {
+        const SoftSphere& on = spheres[i];
+        const double closest = on.radius + 0.5 * by.size, moment = on.moment.norm();
+        double coarse = few ? 0.0 : std::numeric_limits<double>::infinity();
+        for (Eigen::Index p = 0; few && p < parts.rows(); ++p) {
+          const double r = std::max((parts.row(p).transpose() - on.position).norm(), closest),
+                       r2 = r * r;
+          coarse += 1.0 / (r2 * r2 * r);
+        }
+        coarse *= 24.0 * mu0 / (4.0 * pi) * by.moment;
+        const double stiffness =
+            moment * std::min(coarse, 4.0 * gradient.row(i).norm() / on.radius);
+        each[i] = stiffness * yielding(carriers[on.carrier], on.position);
+      },
+      32);
+  for (Index i = 0; i < n; ++i) frequencies2[spheres[i].carrier] += each[i];
+}
+
+}  // namespace loomstone

@@ -1,0 +1,174 @@
+#include "core/magnetics/induction/applied_field.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include "core/magnetics/sources/charged_panels.h"
+#include "core/magnetics/sources/gauss.h"
+
+namespace loomstone {
+
+namespace {
+
+constexpr int order = 3, per_leaf = AppliedField::points;
+static_assert(order * order == per_leaf);
+constexpr std::size_t most_leaves =
+    4000;                      // in contact that is good to 1e-3 of the force at any angle
+constexpr double worst = 0.1;  // what errs by more than this share of the largest is halved
+
+using Leaf = AppliedField::Leaf;
+
+struct Judged {
+  double error[2] = {0.0,
+                     0.0};  // of the integral of (B.n) B by what it does along two sides [T^2 m^2]
+  double size = 0.0;        // integral of (B.n)^2 [T^2 m^2]
+  double whole() const { return error[0] + error[1]; }
+};
+
+// Of the rule in one direction: exact to the fifth degree, it errs by the sixth Legendre
+// coefficient of sums over the other, which is the cube of the second where coefficients fall as
+// powers.
+double rule_error(const Vec3* sums) {
+  const GaussRule& rule = gauss_rule(order);
+  double largest = 0.0, last = 0.0;
+  for (int degree = 0; degree < order; ++degree) {
+    Vec3 coefficient = Vec3::Zero();
+    for (int i = 0; i < order; ++i) coefficient += rule.legendre[degree * order + i] * sums[i];
+    last = (degree + 0.5) * coefficient.norm();
+    largest = std::max(largest, last);
+  }
+  return largest > 0.0 ? last * last * last / (largest * largest) : 0.0;
+}
+
+// field: B in the body's axes at the points, by rows [T]; areas of the points [m^2]; normal: B.n
+// there.
+Judged judge(const Vec3& direction, const double* areas, const double* field, double* normal) {
+  Vec3 along_u[order], along_v[order];
+  for (int i = 0; i < order; ++i) along_u[i] = along_v[i] = Vec3::Zero();
+  const GaussRule& rule = gauss_rule(order);
+  Judged judged;
+  for (int i = 0; i < order; ++i) {
+    for (int k = 0; k < order; ++k) {
+      const int at = i * order + k;
+      const Eigen::Map<const Vec3> b(field + 3 * at);
+      normal[at] = direction.dot(b);
+      const Vec3 stress = areas[at] * normal[at] * b;
+      along_u[i] += 2.0 / rule.weights[i] * stress;
+      along_v[k] += 2.0 / rule.weights[k] * stress;
+      judged.size += areas[at] * normal[at] * normal[at];
+    }
+  }
+  judged.error[0] = rule_error(along_u);
+  judged.error[1] = rule_error(along_v);
+  return judged;
+}
+
+// A triangle's longest edge or the side of a rectangle along which it errs more.
+std::pair<FlatPanel, FlatPanel> halves(const FlatPanel& panel, bool along_u) {
+  const Vec3* x = panel.corner;
+  if (panel.corners == 4) {
+    const int first = along_u ? 0 : 1;
+    const Vec3 &a = x[first], &b = x[first + 1], &c = x[first + 2], &d = x[(first + 3) % 4];
+    const Vec3 low = 0.5 * (a + b), high = 0.5 * (c + d);
+    const Vec3 one[4] = {a, low, high, d}, other[4] = {low, b, c, high};
+    return {make_panel(one, 4), make_panel(other, 4)};
+  }
+  int longest = 0;
+  const auto length = [&](int k) { return (x[(k + 1) % 3] - x[k]).squaredNorm(); };
+  for (int k = 1; k < 3; ++k)
+    if (length(k) > length(longest)) longest = k;
+  const Vec3 &a = x[longest], &b = x[(longest + 1) % 3], &c = x[(longest + 2) % 3],
+             middle = 0.5 * (a + b);
+  const Vec3 one[3] = {a, middle, c}, other[3] = {middle, b, c};
+  return {make_panel(one, 3), make_panel(other, 3)};
+}
+
+}  // namespace
+
+AppliedField applied_field(const Team& team, const PanelSet& set, const RigidPose& pose,
+                           const std::vector<MagneticBody>& by, const Vec3& field,
+                           double tolerance) {
+  const Mat3 rotation = rotation_matrix(pose.orientation);
+  const auto field_at = [&](const Points& local) {  // both in the body's axes
+    Points world(local.rows(), 3);
+    place_points(pose, local, world);
+    Points b = magnetic_field(team, by, world, "B");
+    for (Eigen::Index i = 0; i < b.rows(); ++i)
+      b.row(i) = (b.row(i) + field.transpose()).eval() * rotation;
+    return b;
+  };
+  const std::size_t n = set.panels.size();
+  assert(set.per_panel == per_leaf && "samples are those of the rule here");
+  AppliedField result;
+  result.halved.assign(n, 0);
+  result.normal.resize(set.samples.rows());
+  result.fluxes = Vector::Zero(static_cast<Eigen::Index>(n));
+  std::vector<Judged> panels(n), leaves;
+  const Points b = field_at(set.samples);
+  for (std::size_t p = 0; p < n; ++p) {
+    const auto first = static_cast<Eigen::Index>(p * per_leaf);
+    double areas[per_leaf];
+    for (int k = 0; k < per_leaf; ++k) areas[k] = set.shares[first + k] * set.panels[p].area;
+    panels[p] =
+        judge(set.panels[p].normal, areas, b.row(first).data(), result.normal.data() + first);
+    for (int k = 0; k < per_leaf; ++k) result.fluxes[p] += areas[k] * result.normal[first + k];
+  }
+  while (result.leaves.size() < most_leaves) {
+    double error = 0.0, size = 0.0, largest = 0.0;
+    for (const std::vector<Judged>* all : {&panels, &leaves}) {
+      for (const Judged& judged : *all) {
+        error += judged.whole();
+        largest = std::max(largest, judged.whole());
+        size += judged.size;
+      }
+    }
+    if (!(error > tolerance * size)) break;
+    std::vector<std::size_t> fresh;
+    const auto place = [&](const FlatPanel& panel, std::size_t at) {
+      result.leaves[at].panel = panel;
+      int k = 0;
+      for (const PanelPoint& point : panel_points(panel, order)) {
+        result.leaves[at].positions[k] = point.position;
+        result.leaves[at].areas[k++] = point.share * panel.area;
+      }
+      fresh.push_back(at);
+    };
+    const auto add = [&](const FlatPanel& panel, Index parent) {
+      result.leaves.emplace_back().parent = parent;
+      leaves.emplace_back();
+      place(panel, leaves.size() - 1);
+    };
+    for (std::size_t i = 0, count = leaves.size(); i < count; ++i) {
+      if (leaves[i].whole() < worst * largest) continue;
+      const auto [one, other] =
+          halves(result.leaves[i].panel, leaves[i].error[0] >= leaves[i].error[1]);
+      place(one, i);
+      add(other, result.leaves[i].parent);
+    }
+    for (std::size_t p = 0; p < n; ++p) {
+      if (result.halved[p] || panels[p].whole() < worst * largest) continue;
+      const auto [one, other] = halves(set.panels[p], panels[p].error[0] >= panels[p].error[1]);
+      panels[p] = Judged();
+      result.halved[p] = 1;
+      result.fluxes[p] = 0.0;
+      add(one, static_cast<Index>(p));
+      add(other, static_cast<Index>(p));
+    }
+    Points local(fresh.size() * per_leaf, 3);
+    Eigen::Index row = 0;
+    for (const std::size_t i : fresh)
+      for (const Vec3& x : result.leaves[i].positions) local.row(row++) = x.transpose();
+    const Points there = field_at(local);
+    row = 0;
+    for (const std::size_t i : fresh) {
+      Leaf& leaf = result.leaves[i];
+      leaves[i] = judge(leaf.panel.normal, leaf.areas, there.row(row).data(), leaf.normal);
+      row += per_leaf;
+    }
+  }
+  for (const Leaf& leaf : result.leaves)
+    for (int k = 0; k < per_leaf; ++k) result.fluxes[leaf.parent] += leaf.areas[k] * leaf.normal[k];
+  return result;
+}
+
+}  // namespace loomstone

@@ -1,0 +1,172 @@
+#include "core/magnetics/induction/induction.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/error.h"
+#include "core/magnetics/induction/gmres.h"
+#include "core/magnetics/sources/body.h"
+#include "core/magnetics/sources/constants.h"
+#include "core/magnetics/sources/lane_math.h"
+#include "core/parallel/wait_policy.h"
+
+namespace loomstone {
+
+namespace {
+
+constexpr int most_iterations = 200;
+// Up to so many spheres what depends on distances alone is kept for all iterations: 31 MB.
+constexpr Index most_kept = 1400;
+
+// 1/R^3 and 3/R^5 from every sphere to eight at x (columns of eight), 0 where R = 0.
+template <class Lanes>
+LOOMSTONE_INLINE void distance_kernel(const double* x, const double* positions, Index n,
+                                      double* factors) {
+  const Lanes3<Lanes> p = lanes3_load<Lanes>(x, n_lanes);
+  for (Index j = 0; j < n; ++j, positions += 3, factors += 2 * n_lanes) {
+    const Lanes3<Lanes> r{p.x - positions[0], p.y - positions[1], p.z - positions[2]};
+    const Lanes square = dot(r, r), inverse = 1.0 / square;
+    const Lanes inverse2 = lanes_select(square > 0.0, inverse, Lanes{}),
+                inverse3 = inverse2 * lanes_sqrt(inverse2);
+    lanes_store(factors, inverse3);
+    lanes_store(factors + n_lanes, 3.0 * (inverse3 * inverse2));
+  }
+}
+
+// Flux density (6.5) of moments m (n x 3) at eight spheres, times 4 pi / mu0.
+template <class Lanes>
+LOOMSTONE_INLINE void moment_kernel(const double* x, const double* positions, const double* factors,
+                                    const double* m, Index n, double* field) {
+  const Lanes3<Lanes> p = lanes3_load<Lanes>(x, n_lanes);
+  Lanes3<Lanes> sum{};
+  for (Index j = 0; j < n; ++j, positions += 3, m += 3, factors += 2 * n_lanes) {
+    const Lanes3<Lanes> r{p.x - positions[0], p.y - positions[1], p.z - positions[2]};
+    const Lanes inverse3 = lanes_load<Lanes>(factors);
+    const Lanes along =
+        (m[0] * r.x + m[1] * r.y + m[2] * r.z) * lanes_load<Lanes>(factors + n_lanes);
+    sum.x += along * r.x - inverse3 * m[0];
+    sum.y += along * r.y - inverse3 * m[1];
+    sum.z += along * r.z - inverse3 * m[2];
+  }
+  lanes_store(field, sum.x);
+  lanes_store(field + n_lanes, sum.y);
+  lanes_store(field + 2 * n_lanes, sum.z);
+}
+
+// The field of spheres on one another, again and again with other moments.
+class MutualField {
+ public:
+  MutualField(const Team& team, const Points& positions) : team_(team), positions_(positions) {
+    const Index n = static_cast<Index>(positions.rows());
+    if (n > most_kept) return;
+    columns_.resize(3 * n_lanes * eights());
+    factors_.reset(
+        new double[static_cast<std::size_t>(2 * n_lanes) * n * eights()]);  // each is written below
+    parallel_for(
+        team, eights(),
+        [&](Index e) {
+          double* x = columns_.data() + 3 * n_lanes * e;
+          for (int lane = 0; lane < n_lanes; ++lane)
+            for (int c = 0; c < 3; ++c)
+              x[c * n_lanes + lane] = positions(std::min<Index>(n_lanes * e + lane, n - 1), c);
+          LOOMSTONE_WIDEST(distance_kernel)(x, positions.data(), n, factors_of(e));
+        },
+        grain());
+  }
+
+  Points of(const Points& moments) {
+    const Index n = static_cast<Index>(positions_.rows());
+    if (n > most_kept)
+      return magnetic_field(team_, {{std::make_shared<DipoleSet>(positions_, moments), {}}},
+                            positions_, "B");
+    Points field(n, 3);
+    parallel_for(
+        team_, eights(),
+        [&](Index e) {
+          alignas(64) double b[3 * n_lanes];
+          LOOMSTONE_WIDEST(moment_kernel)(columns_.data() + 3 * n_lanes * e, positions_.data(),
+                                          factors_of(e), moments.data(), n, b);
+          for (Index i = n_lanes * e; i < std::min(n, n_lanes * (e + 1)); ++i)
+            for (int c = 0; c < 3; ++c)
+              field(i, c) = mu0 / (4.0 * pi) * b[c * n_lanes + i - n_lanes * e];
+        },
+        grain());
+    return field;
+  }
+
+ private:
+  // Eights that one thread takes: 256 spheres on one another take some 30 us, as long as waking a
+  // thread.
+  Index grain() const { return threads_sleep() ? 32 : 8; }
+
+  Index eights() const { return (static_cast<Index>(positions_.rows()) + n_lanes - 1) / n_lanes; }
+  double* factors_of(Index e) {
+    return factors_.get() + static_cast<std::size_t>(2 * n_lanes) * positions_.rows() * e;
+  }
+
+  const Team& team_;
+  const Points& positions_;
+  std::vector<double> columns_;
+  std::unique_ptr<double[]> factors_;
+};
+
+}  // namespace
+
+double sphere_polarizability(double radius, double susceptibility) {
+  // chi / (3 + chi) without infinity over infinity.
+  const double share = susceptibility > 1.0 ? 1.0 / (3.0 / susceptibility + 1.0)
+                                            : susceptibility / (3.0 + susceptibility);
+  return 4.0 * pi * radius * radius * radius / mu0 * share;
+}
+
+Points induced_moments(const Team& team, const Points& positions, const Vector& polarizabilities,
+                       const Points& applied, double tolerance, const Points& start) {
+  const Points right = polarizabilities.asDiagonal() * applied;
+  const auto rows = [&](const Vector& m) {
+    return Eigen::Map<const Points>(m.data(), positions.rows(), 3);
+  };
+  const auto flat = [](const Points& m) {
+    return Vector(Eigen::Map<const Vector>(m.data(), m.size()));
+  };
+  MutualField mutual(team, positions);
+  const auto apply = [&](const Vector& m) {
+    return flat(rows(m) - polarizabilities.asDiagonal() * mutual.of(rows(m)));
+  };
+  const Vector begin = start.rows() == positions.rows() ? flat(start) : Vector();
+  const GmresResult solved = gmres(apply, flat(right), tolerance, most_iterations, begin);
+  if (!(solved.residual <= tolerance))
+    throw SolverFailure(
+        "spheres that magnetise each other must come to an equilibrium, got a residual of " +
+        std::to_string(solved.residual) + " after " + std::to_string(solved.iterations) +
+        " iterations; keep them from lying in one another");
+  return rows(solved.solution);
+}
+
+Points sphere_moments(const Team& team, const Points& positions, const std::vector<double>& radii,
+                      const std::vector<double>& susceptibilities, const Points& applied,
+                      double tolerance) {
+  const auto n = static_cast<std::size_t>(positions.rows());
+  check_points(positions, "points");
+  if (!applied.allFinite()) throw InvalidInput("applied must be finite [T]");
+  if (!(tolerance > 0.0 && tolerance < 1.0))
+    throw InvalidInput("tolerance must be in (0, 1), got " + std::to_string(tolerance));
+  if (radii.size() != n || susceptibilities.size() != n)
+    throw InvalidInput("radii and susceptibilities must be one for each of the " +
+                       std::to_string(n) + " points, got " + std::to_string(radii.size()) +
+                       " and " + std::to_string(susceptibilities.size()));
+  Vector polarizabilities(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!(radii[i] > 0.0) || !std::isfinite(radii[i]))
+      throw InvalidInput("radii must be > 0 [m], got " + std::to_string(radii[i]));
+    if (!(susceptibilities[i] >= -1.0))
+      throw InvalidInput("susceptibilities must be >= -1, got " +
+                         std::to_string(susceptibilities[i]));
+    polarizabilities[i] = sphere_polarizability(radii[i], susceptibilities[i]);
+  }
+  return induced_moments(team, positions, polarizabilities, applied, tolerance);
+}
+
+}  // namespace loomstone

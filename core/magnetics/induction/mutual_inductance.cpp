@@ -1,0 +1,96 @@
+#include "core/magnetics/induction/mutual_inductance.h"
+
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/base/simd.h"
+#include "core/magnetics/sources/axisymmetric.h"
+#include "core/magnetics/sources/constants.h"
+#include "core/magnetics/sources/gauss.h"
+
+namespace loomstone {
+
+namespace {
+
+constexpr int finest = 6;  // levels, each with twice the points both ways: 512 round the winding
+
+// A winding about its own z axis: its turns in [-length / 2, length / 2], or in z = 0.
+struct Winding {
+  const Loop* loop;
+  const Solenoid* solenoid;
+  double radius, length, turns;
+};
+
+Winding winding_of(const MagneticBody& body) {
+  Winding w{dynamic_cast<const Loop*>(body.source.get()),
+            dynamic_cast<const Solenoid*>(body.source.get()), 0.0, 0.0, 0.0};
+  if (w.loop) w.radius = w.loop->radius(), w.turns = w.loop->current();
+  if (w.solenoid) {
+    w.radius = w.solenoid->coil_radius(), w.length = w.solenoid->length();
+    w.turns = w.solenoid->sheet_current() * w.length;
+  }
+  if (!w.loop && !w.solenoid)
+    throw InvalidInput("a mutual inductance is that of loops and solenoids, got another source");
+  return w;
+}
+
+struct Linkage {
+  double flux = 0.0, size = 0.0;
+};
+
+// Integral of A of `by` along the winding of `on`, by 8 points in each of `parts` along its length
+// and `around` on each circle.
+Linkage linkage(const Winding& on, const RigidPose& pose, const Winding& by, int around,
+                int parts) {
+  const Mat3 rotation = rotation_matrix(pose.orientation);
+  const GaussRule& rule = gauss_rule(on.length > 0.0 ? 8 : 1);
+  if (on.length == 0.0) parts = 1;
+  Linkage sum;
+  alignas(64) double x[3 * points_per_block], a[3 * points_per_block];
+  Vec3 tangents[points_per_block];
+  for (int part = 0; part < parts; ++part) {
+    for (int node = 0; node < rule.n; ++node) {
+      const double z = on.length * ((part + 0.5 * (1.0 + rule.nodes[node])) / parts - 0.5);
+      const double share =
+          0.5 * rule.weights[node] / parts * on.turns * 2.0 * pi * on.radius / around;
+      for (int begin = 0; begin < around; begin += points_per_block) {
+        const int n = std::min(around - begin, static_cast<int>(points_per_block));
+        for (int i = 0; i < n; ++i) {
+          const double turn = 2.0 * pi * (begin + i + 0.5) / around, c = std::cos(turn),
+                       s = std::sin(turn);
+          const Vec3 at = pose.position + rotation * Vec3(on.radius * c, on.radius * s, z);
+          tangents[i] = rotation * Vec3(-s, c, 0.0);
+          for (int k = 0; k < 3; ++k) x[k * n + i] = at[k];
+        }
+        by.loop ? by.loop->vector_potential_block(x, n, a)
+                : by.solenoid->vector_potential_block(x, n, a);
+        for (int i = 0; i < n; ++i) {
+          const Vec3 potential(a[i], a[n + i], a[2 * n + i]);
+          sum.flux += share * potential.dot(tangents[i]);
+          sum.size += share * potential.norm();
+        }
+      }
+    }
+  }
+  return sum;
+}
+
+}  // namespace
+
+double mutual_inductance(const MagneticBody& a, const MagneticBody& b, double tolerance) {
+  const Winding wa = winding_of(a), wb = winding_of(b);
+  // Along the shorter of the two: a loop, where there is one.
+  const bool along_a = wa.length != wb.length ? wa.length < wb.length : wa.radius <= wb.radius;
+  const MagneticBody &on = along_a ? a : b, &by = along_a ? b : a;
+  const RigidPose pose = relative_pose(on.pose, by.pose);
+  Linkage before;
+  for (int level = 0; level < finest; ++level) {
+    const Linkage now =
+        linkage(along_a ? wa : wb, pose, along_a ? wb : wa, 16 << level, 1 << level);
+    if (level > 0 && std::abs(now.flux - before.flux) <= tolerance * now.size) return now.flux;
+    before = now;
+  }
+  return before.flux;
+}
+
+}  // namespace loomstone

@@ -1,0 +1,358 @@
+#include "core/magnetics/induction/mutual_induction.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/magnetics/forces/cells.h"
+#include "core/magnetics/induction/applied_field.h"
+#include "core/magnetics/induction/gmres.h"
+#include "core/magnetics/sources/charged_panels.h"
+#include "core/magnetics/sources/constants.h"
+#include "core/magnetics/sources/harmonic_sphere.h"
+
+namespace loomstone {
+
+namespace {
+
+constexpr int most_iterations = 200, most_rounds = 50;
+constexpr double refinement =
+    3e-3;  // estimated error of a force by what varies within panels; a tenth of it in fact
+constexpr std::size_t most_fluxes =
+    1 << 25;  // between two bodies, a quarter of a gigabyte; beyond, fields are evaluated
+
+Vec3 in_axes(const RigidPose& pose, const Vec3& point) {
+  return rotation_matrix(pose.orientation).transpose() * (point - pose.position);
+}
+
+// From a point to where the charge or current of a source begins [m].
+double distance_to(const MagneticBody& body, const Vec3& point) {
+  const Vec3 local = in_axes(body.pose, point);
+  double nearest = std::numeric_limits<double>::infinity();
+  if (const DipoleSet* set = body.source->dipoles()) {
+    for (Eigen::Index i = 0; i < set->positions().rows(); ++i)
+      nearest = std::min(nearest, (set->positions().row(i).transpose() - local).norm());
+    return nearest;
+  }
+  if (body.source->box()) return -body.source->depth(local);
+  constexpr int parts = 16;
+  for (const Panel& panel : body.source->panels()) {
+    for (int i = 0; i <= parts; ++i)
+      for (int k = 0; k <= (panel.line() ? 0 : parts); ++k)
+        nearest = std::min(
+            nearest, (panel.at(double(i) / parts, double(k) / parts).position - local).norm());
+  }
+  return nearest;
+}
+
+// Chooses degrees of spheres, and turns pairs of near ones so that both have their z axis along the
+// line of centres.
+void prepare_spheres(std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
+                     double tolerance) {
+  struct Near {
+    double gap;
+    std::size_t i, k;
+    bool operator<(const Near& other) const {
+      return std::tie(gap, i, k) < std::tie(other.gap, other.i, other.k);
+    }
+  };
+  std::vector<Near> pairs;
+  std::vector<int> degrees(soft.size());
+  for (std::size_t i = 0; i < soft.size(); ++i) degrees[i] = sphere_degree_of(*soft[i].shape);
+  std::vector<SoftBody> result = soft;
+  for (std::size_t i = 0; i < soft.size(); ++i) {
+    if (degrees[i] < 0) continue;
+    const double radius = soft[i].shape->radius();
+    int degree = 2;
+    for (const MagneticBody& body : hard)
+      degree = std::max(degree,
+                        sphere_degree(radius, distance_to(body, soft[i].pose.position), tolerance));
+    for (std::size_t k = 0; k < soft.size(); ++k) {
+      if (k == i) continue;
+      const double distance = (soft[k].pose.position - soft[i].pose.position).norm();
+      if (degrees[k] >= 0) {
+        degree =
+            std::max(degree, sphere_degree(radius, soft[k].shape->radius(), distance, tolerance));
+        if (i < k) pairs.push_back({(distance - radius - soft[k].shape->radius()) / radius, i, k});
+      } else {
+        const double away =
+            distance_to({soft[k].shape->solid(), soft[k].pose}, soft[i].pose.position);
+        degree = std::max(degree, sphere_degree(radius, away, tolerance));
+      }
+    }
+    if (degrees[i] == 0)
+      result[i].shape = soft_sphere(radius, soft[i].shape->susceptibility(), degree);
+  }
+  std::sort(pairs.begin(), pairs.end());
+  std::vector<bool> turned(soft.size(), false);
+  for (const Near& pair : pairs) {
+    if (turned[pair.i] || turned[pair.k]) continue;
+    turned[pair.i] = turned[pair.k] = true;
+    const Vec3 axis = (soft[pair.k].pose.position - soft[pair.i].pose.position).normalized();
+    const Vec3 half = axis.z() >= 0.0 ? Vec3(axis + Vec3::UnitZ()) : Vec3(Vec3::UnitZ() - axis);
+    // Half a turn about the middle between z and the axis (or its opposite) takes one to the other.
+    const Vec3 about = half.normalized();
+    result[pair.i].pose.orientation = result[pair.k].pose.orientation =
+        Vec4(0.0, about.x(), about.y(), about.z());
+  }
+  soft = std::move(result);
+}
+
+// The system of all bodies.
+class Coupling {
+ public:
+  Coupling(const Team& team, const std::vector<SoftBody>& soft) : team_(team), soft_(soft) {
+    for (std::size_t i = 0; i < soft.size(); ++i) {
+      const Points& local = soft[i].shape->samples();
+      world_.emplace_back(local.rows(), 3);
+      place_points(soft[i].pose, local, world_[i]);
+      rotations_.push_back(rotation_matrix(soft[i].pose.orientation));
+    }
+    for (std::size_t i = 0; i < soft.size(); ++i)
+      for (std::size_t k = 0; k < soft.size(); ++k)
+        if (i != k) {
+          if (sphere_degree_of(*soft[i].shape) > 0 && sphere_degree_of(*soft[k].shape) > 0)
+            add_coaxial(i, k);
+          if (soft[i].shape->panels() && soft[k].shape->panels()) add_fluxes(i, k);
+        }
+  }
+
+  // Of magnets and a uniform field; of panels with all that varies within them.
+  std::vector<Vector> received(const std::vector<MagneticBody>& hard, const Vec3& field,
+                               std::vector<AppliedField>& applied) const {
+    std::vector<Vector> result;
+    applied.resize(soft_.size());
+    for (std::size_t i = 0; i < soft_.size(); ++i) {
+      // B rather than mu0 H: its normal component goes on through a pole that touches.
+      if (const auto panels = soft_[i].shape->panels()) {
+        applied[i] = applied_field(team_, *panels, soft_[i].pose, hard, field, refinement);
+        result.push_back(applied[i].fluxes);
+        continue;
+      }
+      Points b = magnetic_field(team_, hard, world_[i], "B");
+      b.rowwise() += field.transpose();
+      result.push_back(soft_[i].shape->received(b * rotations_[i]));
+    }
+    return result;
+  }
+
+  // What each body receives from the others' charge: between panels by their fluxes, between
+  // spheres with a common axis by translation, else by the field.
+  std::vector<Vector> received(const std::vector<Vector>& charges) const {
+    std::vector<MagneticBody> bodies = placed(charges);
+    std::vector<Vector> result;
+    for (std::size_t i = 0; i < soft_.size(); ++i) {
+      std::vector<MagneticBody> others;
+      for (std::size_t k = 0; k < soft_.size(); ++k)
+        if (k != i && !coaxial_.contains({i, k}) && !fluxes_.contains({i, k}))
+          others.push_back(bodies[k]);
+      Vector part = Vector::Zero(charges[i].size());
+      if (!others.empty())
+        part =
+            soft_[i].shape->received(magnetic_field(team_, others, world_[i], "B") * rotations_[i]);
+      for (std::size_t k = 0; k < soft_.size(); ++k) {
+        if (const auto found = coaxial_.find({i, k}); found != coaxial_.end())
+          found->second.add(charges[k], part);
+        if (const auto found = fluxes_.find({i, k}); found != fluxes_.end())
+          part.noalias() += found->second * charges[k];
+      }
+      result.push_back(std::move(part));
+    }
+    return result;
+  }
+
+  std::vector<MagneticBody> placed(const std::vector<Vector>& charges) const {
+    std::vector<MagneticBody> bodies;
+    for (std::size_t i = 0; i < soft_.size(); ++i)
+      bodies.push_back({soft_[i].shape->source(charges[i]), soft_[i].pose});
+    return bodies;
+  }
+
+  std::vector<MagneticBody> placed(const std::vector<Vector>& charges,
+                                   const std::vector<AppliedField>& applied) const {
+    std::vector<MagneticBody> bodies;
+    for (std::size_t i = 0; i < soft_.size(); ++i)
+      bodies.push_back({soft_[i].shape->source(charges[i], applied[i]), soft_[i].pose});
+    return bodies;
+  }
+
+ private:
+  void add_coaxial(std::size_t target, std::size_t source) {
+    const SoftBody &a = soft_[target], &b = soft_[source];
+    if (a.pose.orientation != b.pose.orientation) return;
+    const Vec3 away = in_axes(a.pose, b.pose.position);
+    if (std::hypot(away.x(), away.y()) > 1e-13 * std::abs(away.z())) return;
+    coaxial_.emplace(std::pair(target, source),
+                     CoaxialTranslation(away.z(), sphere_degree_of(*b.shape), b.shape->radius(),
+                                        sphere_degree_of(*a.shape), a.shape->radius()));
+  }
+
+  void add_fluxes(std::size_t target, std::size_t source) {
+    const PanelSet &on = *soft_[target].shape->panels(), &by = *soft_[source].shape->panels();
+    if (on.panels.size() * by.panels.size() > most_fluxes) return;
+    fluxes_.emplace(
+        std::pair(target, source),
+        panel_fluxes(team_, on, relative_pose(soft_[target].pose, soft_[source].pose), by));
+  }
+
+  const Team& team_;
+  const std::vector<SoftBody>& soft_;
+  std::vector<Points> world_;
+  std::vector<Mat3> rotations_;
+  std::map<std::pair<std::size_t, std::size_t>, CoaxialTranslation> coaxial_;
+  std::map<std::pair<std::size_t, std::size_t>, FluxMatrix> fluxes_;
+};
+
+Vector joined(const std::vector<Vector>& parts) {
+  Eigen::Index n = 0;
+  for (const Vector& part : parts) n += part.size();
+  Vector all(n);
+  n = 0;
+  for (const Vector& part : parts) all.segment(n, part.size()) = part, n += part.size();
+  return all;
+}
+
+std::vector<Vector> parted(const Vector& all, const std::vector<Vector>& like) {
+  std::vector<Vector> parts;
+  Eigen::Index at = 0;
+  for (const Vector& part : like) parts.push_back(all.segment(at, part.size())), at += part.size();
+  return parts;
+}
+
+// chi_eff of a body that saturates, from what its means say of its demagnetisation now; true if it
+// has changed.
+bool saturate(const SoftBody& original, SoftBody& now, const Vec3& applied, const Vec3& moment,
+              double tolerance) {
+  if (original.saturation == 0.0) return false;
+  const double polarization = mu0 * moment.norm() / now.shape->volume();
+  if (polarization == 0.0) return false;
+  const double chi = original.shape->susceptibility(), field = applied.dot(moment.normalized());
+  // H = H_0 - N M and M = chi H / (1 + chi H / M_s): N x^2 - (1/chi + N + h) x + h = 0 for x = M /
+  // M_s, h = H_0 / M_s.
+  const double n = (field - polarization / now.shape->susceptibility()) / polarization;
+  const double h = field / original.saturation, b = 1.0 / chi + n + h;
+  const double x = 2.0 * h / (b + std::sqrt(std::max(b * b - 4.0 * n * h, 0.0)));
+  // An ideal iron has no chi that grows less: 1e12 stands for infinity.
+  const double wanted = std::min(chi, 1e12) * std::max(1.0 - x, 1e-12);
+  const double before = now.shape->susceptibility();
+  if (std::abs(wanted - before) <= tolerance * before / (1.0 + before)) return false;
+  now.shape = now.shape->with_susceptibility(wanted);
+  return true;
+}
+
+}  // namespace
+
+Induction induce(const Team& team, const std::vector<SoftBody>& given,
+                 const std::vector<MagneticBody>& hard, const Vec3& field, double tolerance) {
+  if (!(tolerance >= 1e-14 && tolerance <= 0.1))
+    throw InvalidInput("tolerance must be in [1e-14, 0.1] [1], got " + std::to_string(tolerance));
+  if (!field.allFinite()) throw InvalidInput("field must be finite [T]");
+  std::vector<SoftBody> soft = given;
+  prepare_spheres(soft, hard, tolerance);
+  const Coupling coupling(team, soft);
+  std::vector<AppliedField> fine;
+  const std::vector<Vector> applied = coupling.received(hard, field, fine);
+  Induction result;
+  const std::vector<SoftBody> original = soft;
+  const bool saturates = std::any_of(soft.begin(), soft.end(),
+                                     [](const SoftBody& body) { return body.saturation > 0.0; });
+  for (int round = 0; round < most_rounds; ++round) {
+    std::vector<Vector> answers;
+    for (std::size_t i = 0; i < soft.size(); ++i)
+      answers.push_back(soft[i].shape->response(applied[i]));
+    const auto apply = [&](const Vector& x) {
+      const std::vector<Vector> received = coupling.received(parted(x, answers));
+      std::vector<Vector> back;
+      for (std::size_t i = 0; i < soft.size(); ++i)
+        back.push_back(soft[i].shape->response(received[i]));
+      return Vector(x - joined(back));
+    };
+    std::vector<Vector> charges = answers;
+    if (soft.size() > 1) {
+      const GmresResult solved = gmres(apply, joined(answers), tolerance, most_iterations);
+      if (!(solved.residual <= tolerance))
+        throw SolverFailure(
+            "bodies that magnetise each other must come to an equilibrium, got a residual of " +
+            std::to_string(solved.residual) + " after " + std::to_string(solved.iterations) +
+            " iterations; keep them from lying in one another");
+      charges = parted(solved.solution, answers);
+      result.residual = solved.residual;
+      result.iterations += solved.iterations;
+    }
+    result.bodies = coupling.placed(charges, fine);
+    if (!saturates) return result;
+    const std::vector<Vector> received = coupling.received(charges);
+    bool changed = false;
+    for (std::size_t i = 0; i < soft.size(); ++i)
+      changed |= saturate(original[i], soft[i], soft[i].shape->mean_field(applied[i] + received[i]),
+                          result.bodies[i].source->moment(), std::max(tolerance, 1e-12));
+    if (!changed) return result;
+  }
+  throw SolverFailure("saturating bodies must come to an equilibrium, got none after " +
+                      std::to_string(most_rounds) + " rounds; give a larger tolerance");
+}
+
+void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
+                 const std::vector<std::string>& names) {
+  constexpr double rounding = 1e-6;  // of the size: bodies may touch
+  for (std::size_t i = 0; i < soft.size(); ++i) {
+    const Points& samples = soft[i].shape->samples();
+    Points world(samples.rows(), 3);
+    place_points(soft[i].pose, samples, world);
+    const auto check = [&](const MagneticBody& other, const std::string& name) {
+      const double size = other.source->radius(), reach = size + soft[i].shape->radius();
+      const Vec3 away = other.pose.position - soft[i].pose.position;
+      if (away.norm() > reach) return;
+      bool overlap = false;
+      if (other.source->box())
+        for (Eigen::Index k = 0; k < world.rows() && !overlap; ++k)
+          overlap =
+              other.source->depth(in_axes(other.pose, world.row(k).transpose())) > rounding * size;
+      // The other way round: what has no inside, or lies within, by its own centre or dipoles.
+      const SourcePtr solid = soft[i].shape->solid();
+      const auto inside = [&](const Vec3& point) {
+        return solid->depth(in_axes(soft[i].pose, point)) > rounding * soft[i].shape->radius();
+      };
+      if (other.source->box()) {
+        overlap = overlap || inside(other.pose.position);
+      } else if (const DipoleSet* set = other.source->dipoles()) {
+        for (Eigen::Index k = 0; k < set->positions().rows() && !overlap; ++k)
+          overlap = inside(other.pose.position + rotation_matrix(other.pose.orientation) *
+                                                     set->positions().row(k).transpose());
+      }
+      if (overlap)
+        throw InvalidInput(
+            names[i] + " must lie apart from all others, as it magnetises, got one that overlaps " +
+            name);
+    };
+    for (std::size_t k = 0; k < hard.size(); ++k) check(hard[k], names[soft.size() + k]);
+    for (std::size_t k = 0; k < soft.size(); ++k)
+      if (k != i) check({soft[k].shape->solid(), soft[k].pose}, names[k]);
+  }
+}
+
+Points explicit_cells(const SoftShape& shape, double density) {
+  return CellMagnet(*shape.solid(), density, 3.0).dipoles()->positions();
+}
+
+MagneticBody explicit_response(const SoftBody& body, const Points& local,
+                               const std::vector<MagneticBody>& hard, const Vec3& field) {
+  Points world(local.rows(), 3);
+  place_points(body.pose, local, world);
+  Points b = magnetic_field(Team{}, hard, world, "B");
+  b.rowwise() += field.transpose();
+  if (body.saturation > 0.0)
+    throw InvalidInput("saturation must be 0 [T] where the response is explicit");
+  const double chi = body.shape->susceptibility();
+  const double share = chi == -1.0 ? -1.0
+                       : chi > 1.0 ? 3.0 / (3.0 / chi + 1.0)
+                                   : 3.0 * chi / (3.0 + chi);
+  const double volume = body.shape->volume() / static_cast<double>(local.rows());
+  return {std::make_shared<DipoleSet>(
+              local, Points(share * volume / mu0 * b * rotation_matrix(body.pose.orientation))),
+          body.pose};
+}
+
+}  // namespace loomstone

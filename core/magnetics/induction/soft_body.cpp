@@ -1,0 +1,116 @@
+#include "core/magnetics/induction/soft_body.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/magnetics/sources/constants.h"
+#include "core/magnetics/sources/harmonic_sphere.h"
+#include "core/magnetics/sources/sphere.h"
+
+namespace loomstone {
+
+namespace {
+
+class SoftSphere final : public SoftShape {
+ public:
+  SoftSphere(double radius, double susceptibility, int degree)
+      : radius_(radius),
+        susceptibility_(susceptibility),
+        degree_(degree),
+        series_(std::make_shared<const SphereSeries>(std::max(degree, 1))),
+        samples_(radius * series_->points()) {}
+
+  const Points& samples() const override { return samples_; }
+  Vector received(const Points& field) const override {
+    Vector result =
+        series_->coefficients((field.array() * series_->points().array()).rowwise().sum());
+    for (int l = 1; l <= series_->degree(); ++l)  // H_r is minus the derivative of the potential
+      result.segment(SphereSeries::slot(l, 0), 2 * (l + 1)) /= -l;
+    return result;
+  }
+  Vector response(const Vector& received) const override {
+    Vector result = received;
+    for (int l = 1; l <= series_->degree(); ++l) {
+      // - l chi / (l chi + 2 l + 1), also of infinite chi.
+      const double share = susceptibility_ > 1.0
+                               ? l / (l + (2.0 * l + 1.0) / susceptibility_)
+                               : l * susceptibility_ / (l * susceptibility_ + 2.0 * l + 1.0);
+      result.segment(SphereSeries::slot(l, 0), 2 * (l + 1)) *= -share;
+    }
+    return result;
+  }
+  SourcePtr source(const Vector& charges) const override {
+    return std::make_shared<HarmonicSphere>(radius_, series_, charges);
+  }
+  Vec3 mean_field(const Vector& received) const override {
+    const Index k = SphereSeries::slot(1, 1);
+    return {-received[k] / std::sqrt(2.0), received[k + 1] / std::sqrt(2.0),
+            -received[SphereSeries::slot(1, 0)]};
+  }
+  double volume() const override { return 4.0 / 3.0 * pi * radius_ * radius_ * radius_; }
+  double radius() const override { return radius_; }
+  SourcePtr solid() const override { return std::make_shared<Sphere>(radius_, Vec3(0, 0, 1)); }
+  double susceptibility() const override { return susceptibility_; }
+  SoftShapePtr with_susceptibility(double susceptibility) const override {
+    return std::make_shared<SoftSphere>(radius_, susceptibility, degree_);
+  }
+  int degree() const { return degree_; }
+
+ private:
+  double radius_, susceptibility_;
+  int degree_;
+  std::shared_ptr<const SphereSeries> series_;
+  Points samples_;
+};
+
+}  // namespace
+
+SourcePtr SoftShape::source(const Vector& charges, const AppliedField&) const {
+  return source(charges);
+}
+
+void check_susceptibility(double susceptibility) {
+  if (!(susceptibility >= -1.0) || susceptibility == 0.0)
+    throw InvalidInput(
+        "susceptibility must be >= -1 (a superconductor) and other than 0 [1], got " +
+        std::to_string(susceptibility));
+}
+
+SoftShapePtr soft_sphere(double radius, double susceptibility, int degree) {
+  check_susceptibility(susceptibility);
+  if (!(radius > 0.0) || !std::isfinite(radius))
+    throw InvalidInput("radius must be > 0 [m], got " + std::to_string(radius));
+  if (degree < 0 || degree > SphereSeries::most)
+    throw InvalidInput("degree must be between 0 (automatic) and " +
+                       std::to_string(SphereSeries::most) + ", got " + std::to_string(degree));
+  return std::make_shared<SoftSphere>(radius, susceptibility, degree);
+}
+
+// Terms of degree l of the force between a dipole and a sphere go as l^4 exp(-x l) with x as below;
+// the share of those beyond degree d of the whole is about (x d)^4 exp(-x d) / 24.
+static int degree_of(double x, double tolerance) {
+  double y = -std::log(tolerance);
+  for (int i = 0; i < 20; ++i)
+    y = -std::log(tolerance) + 4.0 * std::log(std::max(y, 3.0)) - std::log(24.0);
+  return static_cast<int>(std::min<double>(std::ceil(y / x) + 2.0, SphereSeries::most));
+}
+
+int sphere_degree(double radius, double distance, double tolerance) {
+  return degree_of(std::max(2.0 * std::log(distance / radius), 1e-3), tolerance);
+}
+
+int sphere_degree(double radius, double other, double distance, double tolerance) {
+  // Bispherical coordinate of a surface: images of images draw together there.
+  const double cosine =
+      (distance * distance + radius * radius - other * other) / (2.0 * radius * distance);
+  return degree_of(std::max(2.0 * std::acosh(std::max(cosine, 1.0)), 1e-3), tolerance);
+}
+
+int sphere_degree_of(const SoftShape& shape) {
+  const auto* sphere = dynamic_cast<const SoftSphere*>(&shape);
+  return sphere ? sphere->degree() : -1;
+}
+
+}  // namespace loomstone

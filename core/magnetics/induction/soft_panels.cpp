@@ -1,0 +1,242 @@
+// Bodies whose surface is flat panels: cuboids and cylinders in grids that are extrapolated
+// together, meshes in one.
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/magnetics/induction/applied_field.h"
+#include "core/magnetics/induction/soft_body.h"
+#include "core/magnetics/induction/surface_equation.h"
+#include "core/magnetics/sources/axisymmetric.h"
+#include "core/magnetics/sources/charged_panels.h"
+#include "core/magnetics/sources/constants.h"
+#include "core/magnetics/sources/polyhedron.h"
+#include "core/mesh/triangle_mesh.h"
+
+namespace loomstone {
+
+namespace {
+
+constexpr int points_a_direction = 3;  // of a panel, where it takes the field and is acted on
+constexpr Index most_panels = 8000;    // of a mesh: a matrix of 0.5 GB
+
+// One grid on the surface, its equation, and its share of the answer.
+struct Grid {
+  std::vector<FlatPanel> panels;
+  std::shared_ptr<const SurfaceFlux> flux;
+  double share = 1.0;
+};
+
+struct PanelForm {
+  std::vector<Grid> grids;
+  std::shared_ptr<const PanelSet> set;  // panels of all grids
+  SourcePtr solid;
+  double volume = 0.0, area = 0.0;  // [m^3], [m^2]
+};
+
+class SoftPanels final : public SoftShape {
+ public:
+  SoftPanels(std::shared_ptr<const PanelForm> form, double susceptibility)
+      : form_(std::move(form)), susceptibility_(susceptibility) {
+    for (const Grid& grid : form_->grids) factors_.push_back(grid.flux->factor(susceptibility));
+  }
+
+  const Points& samples() const override { return form_->set->samples; }
+  Vector received(const Points& field) const override {
+    const PanelSet& set = *form_->set;
+    Vector fluxes = Vector::Zero(set.panels.size());
+    for (Eigen::Index i = 0; i < field.rows(); ++i) {
+      const Eigen::Index panel = i / set.per_panel;
+      fluxes[panel] += set.shares[i] * set.panels[panel].area *
+                       set.panels[panel].normal.dot(field.row(i).transpose());
+    }
+    return fluxes;
+  }
+  Vector response(const Vector& received) const override {
+    Vector charges(received.size());
+    Eigen::Index at = 0;
+    for (std::size_t g = 0; g < factors_.size(); ++g) {
+      const auto n = static_cast<Eigen::Index>(form_->grids[g].panels.size());
+      charges.segment(at, n) = form_->grids[g].share * factors_[g]->solve(received.segment(at, n));
+      at += n;
+    }
+    return charges;
+  }
+  SourcePtr source(const Vector& charges) const override {
+    return std::make_shared<ChargedPanels>(form_->set, charges, form_->solid);
+  }
+  // On a flat face sigma = n.H / (1/chi + 1/2) pointwise, but for the field of charge on other
+  // faces: only what that leaves varies as slowly as panels allow. The finest grid and its parts
+  // carry the former.
+  SourcePtr source(const Vector& charges, const AppliedField& applied) const override {
+    const double slope = 1.0 / (1.0 / susceptibility_ + 0.5);
+    const PanelSet& set = *form_->set;
+    Vector rest = charges;
+    Eigen::Index at = 0, finest = 0;
+    double mean = 0.0;  // of the flux over the whole surface, which no field has
+    for (const Grid& grid : form_->grids) {
+      finest = at;
+      const auto n = static_cast<Eigen::Index>(grid.panels.size());
+      mean = applied.fluxes.segment(at, n).sum() / form_->area;
+      for (; at < finest + n; ++at)
+        rest[at] -= grid.share * slope * (applied.fluxes[at] / set.panels[at].area - mean);
+    }
+    ChargedPanels::Fine fine;
+    fine.even = source(charges);
+    fine.at_samples = Vector::Zero(set.samples.rows());
+    for (at = finest; at < rest.size(); ++at) {
+      if (applied.halved[at]) continue;
+      const double whole = applied.fluxes[at] / set.panels[at].area;
+      rest[at] += slope * (whole - mean);
+      for (Eigen::Index i = at * set.per_panel; i < (at + 1) * set.per_panel; ++i)
+        fine.at_samples[i] =
+            slope * set.shares[i] * set.panels[at].area * (applied.normal[i] - whole);
+    }
+    std::vector<double> means;
+    for (const AppliedField::Leaf& leaf : applied.leaves) {
+      if (leaf.parent < finest) continue;
+      fine.parts.push_back(leaf.panel);
+      means.push_back(0.0);
+      for (int k = 0; k < AppliedField::points; ++k) {
+        PanelSample sample;
+        sample.position = leaf.positions[k];
+        sample.area = leaf.areas[k] * leaf.panel.normal;
+        sample.charge = leaf.areas[k] / mu0 * slope * (leaf.normal[k] - mean);
+        means.back() += mu0 * sample.charge / leaf.panel.area;
+        fine.samples.push_back(sample);
+      }
+    }
+    fine.charges = Eigen::Map<const Vector>(means.data(), static_cast<Eigen::Index>(means.size()));
+    return std::make_shared<ChargedPanels>(form_->set, rest, form_->solid, std::move(fine));
+  }
+  // As div H = 0, the integral over the volume is that of x (H.n) over the surface.
+  Vec3 mean_field(const Vector& received) const override {
+    Vec3 sum = Vec3::Zero();
+    Eigen::Index at = 0;
+    for (const Grid& grid : form_->grids)
+      for (const FlatPanel& panel : grid.panels) sum += grid.share * received[at++] * panel.centre;
+    return sum / form_->volume;
+  }
+  std::shared_ptr<const PanelSet> panels() const override { return form_->set; }
+  double volume() const override { return form_->volume; }
+  double radius() const override { return form_->set->radius; }
+  SourcePtr solid() const override { return form_->solid; }
+  double susceptibility() const override { return susceptibility_; }
+  SoftShapePtr with_susceptibility(double susceptibility) const override {
+    return std::make_shared<SoftPanels>(form_, susceptibility);
+  }
+
+ private:
+  std::shared_ptr<const PanelForm> form_;
+  double susceptibility_;
+  std::vector<std::unique_ptr<SurfaceFlux::Factors>> factors_;
+};
+
+SoftShapePtr panels_of(PanelForm form, double susceptibility) {
+  std::vector<FlatPanel> all;
+  for (const Grid& grid : form.grids) all.insert(all.end(), grid.panels.begin(), grid.panels.end());
+  for (const FlatPanel& panel : form.grids.back().panels) form.area += panel.area;
+  form.set = std::make_shared<const PanelSet>(std::move(all), points_a_direction);
+  return std::make_shared<SoftPanels>(std::make_shared<const PanelForm>(std::move(form)),
+                                      susceptibility);
+}
+
+// Half, about 0.7 of the cells, all of them: grids whose errors go with the second and third power
+// of 1 / cells.
+std::vector<int> three_grids(int cells) {
+  return {cells / 2, 2 * static_cast<int>(std::lround(0.35 * cells)), cells};
+}
+
+// Shares of grids with so many cells that leave no error in the second power of 1 / cells, nor, of
+// three, in the third.
+Vector shares_of(const std::vector<int>& counts) {
+  const auto n = static_cast<Index>(counts.size());
+  DenseMatrix powers(n, n);
+  for (Index g = 0; g < n; ++g)
+    for (Index k = 0; k < n; ++k) powers(k, g) = k == 0 ? 1.0 : std::pow(counts[g], -1.0 - k);
+  return powers.inverse() * Vector::Unit(n, 0);
+}
+
+}  // namespace
+
+void check_cells(int cells, const std::string& shape, const std::string& name) {
+  const int most = shape == "cylinder" ? 24 : 48;
+  if (cells < 8 || cells > most || cells % 4 != 0)
+    throw InvalidInput(name + " must be a multiple of 4 from 8 to " + std::to_string(most) +
+                       " of a " + shape + ", got " + std::to_string(cells));
+}
+
+SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells,
+                         double focus) {
+  check_susceptibility(susceptibility);
+  PanelForm form;
+  form.solid = std::make_shared<Cuboid>(size, Vec3(0, 0, 1));  // checks the size
+  form.volume = size.prod();
+  check_cells(cells, "cuboid");
+  if (!(focus >= 0.0) || !std::isfinite(focus))
+    throw InvalidInput("focus must be >= 0 [m], got " + std::to_string(focus));
+  // What is so near that a focus is wanted lies within half the cells: from three quarters on
+  // errors go with the second power.
+  std::vector<int> counts = three_grids(cells);
+  if (focus > 0.0) counts = {2 * static_cast<int>(std::lround(0.375 * cells)), cells};
+  const Vector shares = shares_of(counts);
+  for (std::size_t g = 0; g < counts.size(); ++g) {
+    Grid grid;
+    grid.panels = cuboid_panels(size, counts[g], focus);
+    grid.flux = cuboid_flux(team, grid.panels);
+    grid.share = shares[static_cast<Eigen::Index>(g)];
+    form.grids.push_back(std::move(grid));
+  }
+  return panels_of(std::move(form), susceptibility);
+}
+
+SoftShapePtr soft_cylinder(const Team& team, double radius, double height, double inner_radius,
+                           double susceptibility, int cells) {
+  check_susceptibility(susceptibility);
+  PanelForm form;
+  form.solid =
+      std::make_shared<Cylinder>(radius, height, Vec3(0, 0, 1), inner_radius);  // checks the sizes
+  form.volume = form.solid->moment().norm() * mu0;
+  check_cells(cells, "cylinder");
+  constexpr double thinnest =
+      0.02;  // of the radius: what panels so much wider than that no longer resolve
+  if (const double thin = std::min(height, radius - inner_radius); thin < thinnest * radius)
+    throw Unsupported("height and wall must be at least " + std::to_string(thinnest * radius) +
+                      " m, a fiftieth of the radius of a cylinder that magnetises, got " +
+                      std::to_string(thin) + "; give a mesh with smaller panels");
+  const std::vector<int> counts = three_grids(cells);
+  const Vector shares = shares_of(counts);
+  for (std::size_t g = 0; g < counts.size(); ++g) {
+    Grid grid;
+    grid.panels = cylinder_panels(radius, inner_radius, height, counts[g]);
+    if (static_cast<Index>(grid.panels.size()) > most_panels)
+      throw InvalidInput("panels must be at most " + std::to_string(most_panels) + ", got " +
+                         std::to_string(grid.panels.size()) + " on a cylinder with " +
+                         std::to_string(cells) + " cells; take fewer");
+    grid.flux = mesh_flux(team, grid.panels);
+    grid.share = shares[static_cast<Eigen::Index>(g)];
+    form.grids.push_back(std::move(grid));
+  }
+  return panels_of(std::move(form), susceptibility);
+}
+
+SoftMesh soft_mesh(const Team& team, const TriangleMesh& mesh, double susceptibility,
+                   Index panels) {
+  check_susceptibility(susceptibility);
+  if (panels < 0 || std::max(panels, mesh.n_triangles()) > most_panels)
+    throw InvalidInput("panels must be at most " + std::to_string(most_panels) +
+                       " and the mesh have no more triangles, got " +
+                       std::to_string(std::max(panels, mesh.n_triangles())));
+  const MagneticBody solid = make_mesh_magnet(mesh, Vec3(0, 0, 1));  // checks the mesh
+  PanelForm form;
+  form.solid = solid.source;
+  form.volume = solid.source->moment().norm() * mu0;
+  Grid grid;
+  grid.panels = mesh_panels(mesh.moved(-solid.pose.position), panels);
+  grid.flux = mesh_flux(team, grid.panels);
+  form.grids.push_back(std::move(grid));
+  return {panels_of(std::move(form), susceptibility), solid.pose};
+}
+
+}  // namespace loomstone

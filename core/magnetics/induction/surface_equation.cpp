@@ -1,0 +1,259 @@
+#include "core/magnetics/induction/surface_equation.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/LU>
+
+#include "core/magnetics/sources/charged_panels.h"
+#include "core/magnetics/sources/constants.h"
+
+namespace loomstone {
+
+namespace {
+
+// Panels farther apart than this many times the sum of their reaches see one another by points.
+constexpr double near = 3.0;
+
+// log(r - u) where r^2 = u^2 + rest; its factors vanish where it is infinite.
+double log_below(double r, double u, double rest) {
+  return std::log(std::max(u > 0.0 ? rest / (r + u) : r - u, 1e-300));
+}
+
+// Fourfold integrals of the field's component, w / r^3 between parallel and u / r^3 between
+// perpendicular rectangles [Akoun1984]; v runs along the edge that perpendicular ones share in
+// direction.
+double parallel_kernel(double u, double v, double w) {
+  const double r = std::sqrt(u * u + v * v + w * w);
+  return -u * w * log_below(r, u, v * v + w * w) - v * w * log_below(r, v, u * u + w * w) +
+         u * v * std::atan2(u * v, r * w) - r * w;
+}
+
+double perpendicular_kernel(double u, double v, double w) {
+  const double r = std::sqrt(u * u + v * v + w * w);
+  return 0.5 * (v * v - u * u) * log_below(r, w, u * u + v * v) +
+         w * v * log_below(r, v, u * u + w * w) + v * u * std::atan2(w * v, r * u) + 0.5 * r * w;
+}
+
+struct Rectangle {
+  int axis = 0;
+  Vec3 low, high;
+};
+
+Rectangle rectangle_of(const FlatPanel& p) {
+  Rectangle r;
+  p.normal.cwiseAbs().maxCoeff(&r.axis);
+  r.low = r.high = p.corner[0];
+  for (int k = 1; k < 4; ++k)
+    r.low = r.low.cwiseMin(p.corner[k]), r.high = r.high.cwiseMax(p.corner[k]);
+  return r;
+}
+
+// Of a unit charge density on `by` through `on` along its axis [m^2].
+double rectangle_flux(const Rectangle& on, const Rectangle& by) {
+  const Vec3 on_ends[2] = {on.low, on.high}, by_ends[2] = {by.low, by.high};
+  double sum = 0.0;
+  const bool parallel = on.axis == by.axis;
+  const int a = parallel ? (on.axis + 1) % 3 : on.axis,
+            b = parallel ? (on.axis + 2) % 3 : 3 - on.axis - by.axis;
+  for (int i = 0; i < 16; ++i) {
+    const int s = i & 1, t = i >> 1 & 1, p = i >> 2 & 1, q = i >> 3 & 1;
+    const double sign = (s + t + p + q) % 2 == 0 ? 1.0 : -1.0;
+    if (parallel) {
+      sum += sign * parallel_kernel(on_ends[s][a] - by_ends[t][a], on_ends[p][b] - by_ends[q][b],
+                                    on.low[on.axis] - by.low[on.axis]);
+    } else {
+      sum += sign * perpendicular_kernel(on.low[a] - by_ends[s][a], on_ends[p][b] - by_ends[q][b],
+                                         on_ends[t][by.axis] - by.low[by.axis]);
+    }
+  }
+  return sum / (4.0 * pi);
+}
+
+struct PointsOf {
+  Vec3 position[4];
+  double area[4];
+};
+
+PointsOf points_of(const FlatPanel& panel) {
+  PointsOf result;
+  const std::vector<PanelPoint> points = panel_points(panel, 2);
+  for (int k = 0; k < 4; ++k) {
+    result.position[k] = points[k].position;
+    result.area[k] = points[k].share * panel.area;
+  }
+  return result;
+}
+
+double flux_by_points(const PointsOf& on, const Vec3& normal, const PointsOf& by) {
+  double sum = 0.0;
+  for (int i = 0; i < 4; ++i) {
+    for (int k = 0; k < 4; ++k) {
+      const Vec3 r = on.position[i] - by.position[k];
+      const double square = r.squaredNorm();
+      sum += on.area[i] * by.area[k] * normal.dot(r) / (square * std::sqrt(square));
+    }
+  }
+  return sum / (4.0 * pi);
+}
+
+// (1/chi + 1/2) areas - flux +- areas areas^T / (whole area), if it carries net charge: with the
+// sign of chi, as the sum over all panels is then (1/chi +- 1) times the net charge, which vanishes
+// nowhere.
+DenseMatrix equation(const DenseMatrix& flux, const Vector& areas, double susceptibility,
+                     double whole) {
+  DenseMatrix matrix = -flux;
+  matrix.diagonal() += (1.0 / susceptibility + 0.5) * areas;
+  if (whole > 0.0) matrix += std::copysign(1.0 / whole, susceptibility) * areas * areas.transpose();
+  return matrix;
+}
+
+// No field flows out of a body on the whole; what points of quadrature leave of it is taken off
+// evenly.
+Vector without_sum(const Vector& fluxes, const Vector& areas) {
+  return fluxes - fluxes.sum() / areas.sum() * areas;
+}
+
+using Lu = Eigen::PartialPivLU<DenseMatrix>;
+
+class CuboidFlux final : public SurfaceFlux {
+ public:
+  CuboidFlux(const Team& team, const std::vector<FlatPanel>& panels)
+      : n_(static_cast<Index>(panels.size()) / 8) {
+    areas_.resize(n_);
+    std::vector<Rectangle> rectangles;
+    std::vector<PointsOf> points;
+    for (const FlatPanel& panel : panels) {
+      rectangles.push_back(rectangle_of(panel));
+      points.push_back(points_of(panel));
+    }
+    for (Index i = 0; i < n_; ++i) areas_[i] = panels[i].area;
+    for (DenseMatrix& flux : flux_) flux.setZero(n_, n_);
+    parallel_for(
+        team, n_,
+        [&](Index i) {
+          for (Index k = 0; k < 8 * n_; ++k) {
+            if (i == k) continue;
+            const double reach = near * (panels[i].reach + panels[k].reach);
+            const double flux = (panels[i].centre - panels[k].centre).squaredNorm() > reach * reach
+                                    ? flux_by_points(points[i], panels[i].normal, points[k])
+                                    : rectangle_flux(rectangles[i], rectangles[k]);
+            for (int symmetry = 0; symmetry < 8; ++symmetry)
+              flux_[symmetry](i, k % n_) += sign(symmetry, k / n_) * flux;
+          }
+        },
+        4);
+    // What points leave of Gauss' law goes to the panels themselves.
+    const Vector rest = 0.5 * areas_ - flux_[0].colwise().sum().transpose();
+    for (DenseMatrix& flux : flux_) flux.diagonal() += rest;
+  }
+
+  std::unique_ptr<Factors> factor(double susceptibility) const override {
+    auto factors = std::make_unique<Eighths>();
+    factors->areas = areas_;
+    for (int s = 0; s < 8; ++s)
+      factors->lu[s].compute(
+          equation(flux_[s], areas_, susceptibility, s == 0 ? areas_.sum() : 0.0));
+    return factors;
+  }
+
+ private:
+  // How charge of a symmetry (odd along the axes of its bits) changes sign in a mirror.
+  static double sign(int symmetry, int mirror) {
+    const int odd = symmetry & mirror;
+    return ((odd & 1) + (odd >> 1 & 1) + (odd >> 2 & 1)) % 2 == 0 ? 1.0 : -1.0;
+  }
+
+  struct Eighths final : Factors {
+    std::array<Lu, 8> lu;
+    Vector areas;
+    Vector solve(const Vector& fluxes) const override {
+      const Index n = static_cast<Index>(fluxes.size()) / 8;
+      Vector charges = Vector::Zero(fluxes.size());
+      for (int s = 0; s < 8; ++s) {
+        Vector right = Vector::Zero(n);
+        for (int m = 0; m < 8; ++m) right += sign(s, m) * fluxes.segment(m * n, n);
+        if (s == 0) right = without_sum(right, areas);
+        const Vector part = lu[s].solve(right);
+        for (int m = 0; m < 8; ++m) charges.segment(m * n, n) += sign(s, m) / 8.0 * part;
+      }
+      return charges;
+    }
+  };
+
+  Index n_;
+  Vector areas_;
+  std::array<DenseMatrix, 8> flux_;
+};
+
+class MeshFlux final : public SurfaceFlux {
+ public:
+  MeshFlux(const Team& team, const std::vector<FlatPanel>& panels) {
+    const auto n = static_cast<Index>(panels.size());
+    flux_.resize(n, n);
+    areas_.resize(n);
+    std::vector<PointsOf> points;
+    for (const FlatPanel& panel : panels) points.push_back(points_of(panel));
+    for (Index i = 0; i < n; ++i) areas_[i] = panels[i].area;
+    parallel_for(
+        team, n,
+        [&](Index k) {
+          const auto one = std::make_shared<const PanelSet>(std::vector{panels[k]}, 1);
+          const ChargedPanels source(one, Vector::Ones(1));
+          // 4 x 4 points beside the panel: the field has a logarithm along a shared edge.
+          std::vector<Index> beside;
+          flux_(k, k) = 0.0;
+          for (Index i = 0; i < n; ++i) {
+            if (i == k) continue;
+            const double reach = near * (panels[i].reach + panels[k].reach);
+            if ((panels[i].centre - panels[k].centre).squaredNorm() > reach * reach)
+              flux_(i, k) = flux_by_points(points[i], panels[i].normal, points[k]);
+            else
+              beside.push_back(i);
+          }
+          for (const Index i : beside) {
+            alignas(64) double x[48], h[48];
+            const std::vector<PanelPoint> at = panel_points(panels[i], 4);
+            for (int c = 0; c < 48; ++c) x[c] = at[c % 16].position[c / 16];
+            source.field_block(x, 16, Quantity::mu0_field_strength, h);
+            double sum = 0.0;
+            for (int c = 0; c < 16; ++c)
+              sum += at[c].share * panels[i].normal.dot(Vec3(h[c], h[16 + c], h[32 + c]));
+            flux_(i, k) = sum * panels[i].area;
+          }
+          flux_(k, k) = 0.5 * areas_[k] - flux_.col(k).sum();
+        },
+        4);
+  }
+
+  std::unique_ptr<Factors> factor(double susceptibility) const override {
+    auto factors = std::make_unique<Whole>();
+    factors->areas = areas_;
+    factors->lu.compute(equation(flux_, areas_, susceptibility, areas_.sum()));
+    return factors;
+  }
+
+ private:
+  struct Whole final : Factors {
+    Lu lu;
+    Vector areas;
+    Vector solve(const Vector& fluxes) const override {
+      return lu.solve(without_sum(fluxes, areas));
+    }
+  };
+
+  Vector areas_;
+  DenseMatrix flux_;
+};
+
+}  // namespace
+
+std::unique_ptr<SurfaceFlux> cuboid_flux(const Team& team, const std::vector<FlatPanel>& panels) {
+  return std::make_unique<CuboidFlux>(team, panels);
+}
+
+std::unique_ptr<SurfaceFlux> mesh_flux(const Team& team, const std::vector<FlatPanel>& panels) {
+  return std::make_unique<MeshFlux>(team, panels);
+}
+
+}  // namespace loomstone

@@ -1,0 +1,221 @@
+// Field functions of loop and current sheet of radius 1 about z, mu0 I = 1 or mu0 K = 1; see
+// axisymmetric.h. theta is half the azimuth's supplement, c = cos^2 theta, s = sin^2 theta: cos phi
+// = s - c, sin^2 phi = 4 s c, and the distance to the wire is D^2 = zeta^2 + (rho+1)^2 c +
+// (rho-1)^2 s.
+#pragma once
+
+#include "core/magnetics/sources/elliptic.h"
+
+namespace loomstone {
+
+inline constexpr int n_azimuths = 12;
+// Midpoint rule where the square of the complementary modulus exceeds this: its error is below
+// 0.172^24 = 4e-19.
+inline constexpr double smooth = 0.5;
+
+struct Azimuths {
+  double c[n_azimuths], s[n_azimuths];
+};
+extern const Azimuths azimuths;
+
+template <class Lanes>
+struct LoopTerms {
+  Lanes bz, br, br_over_rho;  // field
+  Lanes dz_bz, dz_br;         // derivatives along z
+};
+
+template <class Lanes>
+struct SheetTerms {
+  Lanes bz, br, br_over_rho, t;
+  Lanes dz_bz, dz_br, w;  // w = - dt / drho
+};
+
+template <class Lanes>
+LOOMSTONE_INLINE void take(const MaskOf<Lanes>& where, LoopTerms<Lanes>& into,
+                           const LoopTerms<Lanes>& from) {
+  into.bz = lanes_select(where, from.bz, into.bz);
+  into.br = lanes_select(where, from.br, into.br);
+  into.br_over_rho = lanes_select(where, from.br_over_rho, into.br_over_rho);
+  into.dz_bz = lanes_select(where, from.dz_bz, into.dz_bz);
+  into.dz_br = lanes_select(where, from.dz_br, into.dz_br);
+}
+
+// Loop near its wire. beyond = rho - 1.
+template <class Lanes>
+LOOMSTONE_INLINE LoopTerms<Lanes> loop_near(const Lanes& rho, const Lanes& beyond,
+                                            const Lanes& zeta) {
+  const Lanes sum = rho + 1.0;
+  const Lanes alpha2 = zeta * zeta + sum * sum;
+  const Lanes beta2 = lanes_max(zeta * zeta + beyond * beyond, lanes_all<Lanes>(1e-30));
+  const Lanes kc2 = beta2 / alpha2, alpha = lanes_sqrt(alpha2), cube = 1.0 / (pi * alpha2 * alpha);
+  Lanes a[2] = {lanes_all<Lanes>(1.0), Lanes{}}, b[2] = {Lanes{}, lanes_all<Lanes>(1.0)};
+  elliptic<2>(lanes_sqrt(kc2), kc2, a, b);
+  const Lanes c3 = a[0], s3 = a[1];  // int c/Delta^3, int s/Delta^3
+  const Lanes c5 = (2.0 * c3 + s3) / 3.0, s5 = (2.0 * s3 + c3) / (3.0 * kc2);
+  LoopTerms<Lanes> out;
+  out.bz = cube * (sum * c3 - beyond * s3);
+  out.br = cube * zeta * (s3 - c3);
+  out.br_over_rho = out.br / rho;
+  out.dz_bz = -3.0 * zeta * cube / alpha2 * (sum * c5 - beyond * s5);
+  out.dz_br = cube * (s3 - c3) - 3.0 * zeta * zeta * cube / alpha2 * (s5 - c5);
+  return out;
+}
+
+// Loop on the axis and far away; cos phi is integrated by parts, so nothing cancels.
+template <class Lanes>
+LOOMSTONE_INLINE LoopTerms<Lanes> loop_smooth(const Lanes& rho, const Lanes& beyond,
+                                              const Lanes& zeta) {
+  const Lanes sum2 = (rho + 1.0) * (rho + 1.0), beyond2 = beyond * beyond, zeta2 = zeta * zeta,
+              rho2 = rho * rho;
+  Lanes bz = Lanes{}, br = bz, dz_bz = bz, dz_br = bz;
+  for (int i = 0; i < n_azimuths; ++i) {
+    const double c = azimuths.c[i], s = azimuths.s[i], sine2 = 4.0 * s * c;
+    const Lanes i2 = 1.0 / (zeta2 + sum2 * c + beyond2 * s), i3 = i2 * lanes_sqrt(i2), i5 = i3 * i2;
+    const Lanes cosine = 3.0 * sine2 * i5;        // int cos phi / D^3, over rho
+    const Lanes cosine5 = 5.0 * sine2 * i5 * i2;  // int cos phi / D^5, over rho
+    bz += i3 - rho2 * cosine;
+    br += cosine;
+    dz_bz += i5 - rho2 * cosine5;
+    dz_br += cosine - 3.0 * zeta2 * cosine5;
+  }
+  constexpr double weight = 0.5 / n_azimuths;
+  LoopTerms<Lanes> out;
+  out.bz = weight * bz;
+  out.br_over_rho = weight * zeta * br;
+  out.br = rho * out.br_over_rho;
+  out.dz_bz = -3.0 * weight * zeta * dz_bz;
+  out.dz_br = weight * rho * dz_br;
+  return out;
+}
+
+template <class Lanes>
+LOOMSTONE_INLINE LoopTerms<Lanes> loop_terms(const Lanes& rho, const Lanes& beyond,
+                                             const Lanes& zeta) {
+  const Lanes beta2 = zeta * zeta + beyond * beyond,
+              alpha2 = zeta * zeta + (rho + 1.0) * (rho + 1.0);
+  const MaskOf<Lanes> far = beta2 > smooth * alpha2;
+  LoopTerms<Lanes> out = {};
+  if (lanes_any(far)) out = loop_smooth(rho, beyond, zeta);
+  if (lanes_any(~far)) take(~far, out, loop_near(rho, beyond, zeta));
+  return out;
+}
+
+// One end of a sheet near it: what it adds to bz, br, t; loops for the derivatives.
+template <class Lanes>
+struct SheetEnd {
+  Lanes bz, br, t;
+};
+
+template <class Lanes>
+LOOMSTONE_INLINE SheetEnd<Lanes> sheet_end(const Lanes& rho, const Lanes& beyond,
+                                           const Lanes& zeta) {
+  const Lanes sum = rho + 1.0, ratio = -beyond / sum, p = ratio * ratio;
+  const Lanes alpha2 = zeta * zeta + sum * sum,
+              beta2 = lanes_max(zeta * zeta + beyond * beyond, lanes_all<Lanes>(1e-30));
+  const Lanes kc = lanes_sqrt(beta2 / alpha2), inverse = 1.0 / lanes_sqrt(alpha2);
+  Lanes a1[2] = {lanes_all<Lanes>(-1.0), p}, b1[2] = {lanes_all<Lanes>(1.0), lanes_all<Lanes>(1.0)};
+  elliptic<2>(kc, lanes_all<Lanes>(1.0), a1, b1);  // int (s - c)/Delta, int (p c + s)/Delta
+  Lanes a2[2] = {lanes_all<Lanes>(1.0), lanes_all<Lanes>(1.0)},
+        b2[2] = {ratio, lanes_all<Lanes>(1.0)};
+  elliptic<2>(kc, p, a2, b2);
+  SheetEnd<Lanes> out;
+  out.bz = zeta * inverse / (pi * sum) * a2[0];
+  out.br = -inverse / pi * a1[0];
+  const Lanes q = 1.0 - p;
+  out.t = 4.0 * zeta * inverse / (pi * sum * sum * q * q) * (a1[1] - p * a2[1]);
+  return out;
+}
+
+template <class Lanes>
+LOOMSTONE_INLINE SheetTerms<Lanes> sheet_near(const Lanes& rho, const Lanes& beyond,
+                                              const Lanes& z1, const Lanes& z0, bool gradient) {
+  const SheetEnd<Lanes> e1 = sheet_end(rho, beyond, z1), e0 = sheet_end(rho, beyond, z0);
+  SheetTerms<Lanes> out = {};
+  out.bz = e1.bz - e0.bz;
+  out.br = e1.br - e0.br;
+  out.t = e1.t - e0.t;
+  out.br_over_rho = out.br / rho;
+  if (gradient) {
+    const LoopTerms<Lanes> l1 = loop_terms(rho, beyond, z1), l0 = loop_terms(rho, beyond, z0);
+    out.dz_bz = l1.bz - l0.bz;
+    out.dz_br = l1.br - l0.br;
+    out.w = (2.0 * out.t - out.bz) / rho;
+  }
+  return out;
+}
+
+template <class Lanes>
+LOOMSTONE_INLINE SheetTerms<Lanes> sheet_smooth(const Lanes& rho, const Lanes& beyond,
+                                                const Lanes& z1, const Lanes& z0, double length,
+                                                bool gradient) {
+  const Lanes sum2 = (rho + 1.0) * (rho + 1.0), beyond2 = beyond * beyond, rho2 = rho * rho;
+  const Lanes z12 = z1 * z1, z02 = z0 * z0, middle = z1 + z0;
+  const MaskOf<Lanes> aside =
+      z1 * z0 > 0.0;  // both ends on the same side: their difference is formed exactly
+  const Lanes zero{};
+  Lanes bz = zero, t = zero, br = zero, dz_bz = zero, dz_br = zero, w = zero;
+  for (int i = 0; i < n_azimuths; ++i) {
+    const double c = azimuths.c[i], s = azimuths.s[i], sine2 = 4.0 * s * c;
+    const Lanes q = sum2 * c + beyond2 * s;
+    const Lanes d1 = lanes_sqrt(z12 + q), d0 = lanes_sqrt(z02 + q), i1 = 1.0 / d1, i0 = 1.0 / d0;
+    // Q = [zeta / (q D)] between the ends and R = - dQ / d(q/2)
+    const Lanes mixed = z1 * d0 + z0 * d1, inverse = i1 * i0;
+    const Lanes cross = lanes_select(aside, mixed, lanes_all<Lanes>(1.0));
+    const Lanes aside_q = length * middle * inverse / cross;
+    const Lanes aside_r = aside_q * (i1 * i1 + i0 * i0 + inverse * (z1 * d1 + z0 * d0) / cross);
+    const Lanes over = 1.0 / lanes_max(q, lanes_all<Lanes>(1e-30)), a = z1 * i1 - z0 * i0;
+    const Lanes across_r = (2.0 * a * over + z1 * i1 * i1 * i1 - z0 * i0 * i0 * i0) * over;
+    const Lanes value = lanes_select(aside, aside_q, a * over),
+                slope = lanes_select(aside, aside_r, across_r);
+    bz += value - rho2 * sine2 * slope;
+    t += sine2 * value;
+    const Lanes i_difference = -length * middle * inverse / (d1 + d0);  // 1/D1 - 1/D0
+    const Lanes i3_difference = i_difference * (i1 * i1 + inverse + i0 * i0);
+    br -= sine2 * i3_difference;
+    if (gradient) {
+      const Lanes i12 = i1 * i1, i02 = i0 * i0;
+      const Lanes i5_difference =
+          i_difference * (i12 * i12 + i12 * inverse + i12 * i02 + inverse * i02 + i02 * i02);
+      dz_bz += i3_difference - 3.0 * rho2 * sine2 * i5_difference;
+      dz_br += 3.0 * sine2 *
+               (0.5 * length * (i12 * i12 * i1 + i02 * i02 * i0) + 0.5 * middle * i5_difference);
+      w += sine2 * slope * (rho + (c - s));
+    }
+  }
+  constexpr double weight = 0.5 / n_azimuths;
+  SheetTerms<Lanes> out;
+  out.bz = weight * bz;
+  out.t = weight * t;
+  out.br_over_rho = weight * br;
+  out.br = rho * out.br_over_rho;
+  out.dz_bz = weight * dz_bz;
+  out.dz_br = weight * rho * dz_br;
+  out.w = weight * w;
+  return out;
+}
+
+// z1 and z0: heights above the lower and the upper end, z1 - z0 = length; beyond = rho - 1.
+template <class Lanes>
+LOOMSTONE_INLINE SheetTerms<Lanes> sheet_terms(const Lanes& rho, const Lanes& beyond,
+                                               const Lanes& z1, const Lanes& z0, double length,
+                                               bool gradient) {
+  const Lanes sum = rho + 1.0, sum2 = sum * sum, beyond2 = beyond * beyond;
+  const MaskOf<Lanes> far = (beyond2 > smooth * sum2) |
+                            ((z1 * z0 > 0.0) & (z1 * z1 + beyond2 > smooth * (z1 * z1 + sum2)) &
+                             (z0 * z0 + beyond2 > smooth * (z0 * z0 + sum2)));
+  SheetTerms<Lanes> out = {};
+  if (lanes_any(far)) out = sheet_smooth(rho, beyond, z1, z0, length, gradient);
+  if (lanes_any(~far)) {
+    const SheetTerms<Lanes> close = sheet_near(rho, beyond, z1, z0, gradient);
+    out.bz = lanes_select(far, out.bz, close.bz);
+    out.br = lanes_select(far, out.br, close.br);
+    out.br_over_rho = lanes_select(far, out.br_over_rho, close.br_over_rho);
+    out.t = lanes_select(far, out.t, close.t);
+    out.dz_bz = lanes_select(far, out.dz_bz, close.dz_bz);
+    out.dz_br = lanes_select(far, out.dz_br, close.dz_br);
+    out.w = lanes_select(far, out.w, close.w);
+  }
+  return out;
+}
+
+}  // namespace loomstone

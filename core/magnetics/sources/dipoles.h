@@ -1,0 +1,43 @@
+// Point dipoles: field, gradient, forces and torques, eqs. (6.5), (6.10) and (6.11). A dipole
+// exactly at an observer adds nothing there.
+#pragma once
+
+#include "core/magnetics/sources/source.h"
+
+namespace loomstone {
+
+struct Wrenches {
+  Points forces;    // (n x 3) [N]
+  Points torques;   // (n x 3) [N m]
+  Vector energies;  // (n) - m.B [J]
+};
+
+class DipoleSet final : public Source {
+ public:
+  // positions (n x 3) [m] in the axes of the set, moments (n x 3) [A m^2].
+  DipoleSet(Points positions, Points moments);
+  void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
+  void gradient_block(const double* points, Index n, double* gradient) const override;
+  void field_and_gradient_block(const double* points, Index n, Quantity quantity, double* field,
+                                double* gradient) const override;
+  void potential_block(const double* points, Index n, double* potential) const override;
+  double radius() const override;
+  Vec3 moment() const override { return moments_.colwise().sum().transpose(); }
+  const DipoleSet* dipoles() const override { return this; }
+  const Points& positions() const { return positions_; }
+  const Points& moments() const { return moments_; }
+
+ private:
+  Points positions_, moments_;
+};
+
+// Forces and torques, each about its own position, on dipoles (n x 3) by the dipoles of `by`. Equal
+// and opposite to rounding when the two change places. Pairs closer than `nearest` [m] take 1 /
+// nearest^3 for 1 / R^3: forces grow as 1 / R, torques no more.
+Wrenches dipole_forces(const Team& team, const Points& positions, const Points& moments,
+                       const DipoleSet& by, double nearest = 0.0);
+
+// Interaction energy of the dipoles of a set: - sum over pairs of m_k . B_l(r_k) [J].
+double dipole_energy(const Team& team, const DipoleSet& set);
+
+}  // namespace loomstone

@@ -1,0 +1,104 @@
+// Terms of the field of a flat face with uniform charge: what its straight edges give [Wilton1984],
+// and the solid angle of a triangle [VanOosteromStrackee1983]. Of one face (numbers T) at eight
+// points, or of eight faces (lanes T) at one point.
+#pragma once
+
+#include "core/magnetics/sources/constants.h"
+#include "core/magnetics/sources/lane_math.h"
+
+namespace loomstone {
+
+// Points nearer to a face or an edge are taken so far from it, in units of the radius of the body.
+inline constexpr double on_face = 1e-12, on_edge = 1e-15;
+
+// What a straight edge gives: the logarithm's argument as a fraction, without cancellation on or
+// beside its line.
+template <class Lanes>
+struct EdgeTerms {
+  Lanes3<Lanes> r0, r1;  // from the ends to the point
+  Lanes d0, d1;          // their lengths
+  Lanes sum, defect;     // d0 + d1 + l and d0 + d1 - l
+};
+
+template <class Lanes, class T>
+LOOMSTONE_INLINE EdgeTerms<Lanes> edge_terms(const Lanes3<Lanes>& p, const T* e, double nearest) {
+  EdgeTerms<Lanes> t;
+  t.r0 = {p.x - e[0], p.y - e[1], p.z - e[2]};
+  t.r1 = {p.x - e[3], p.y - e[4], p.z - e[5]};
+  const T l = e[6], inverse = 1.0 / l, ux = (e[3] - e[0]) * inverse, uy = (e[4] - e[1]) * inverse,
+          uz = (e[5] - e[2]) * inverse;
+  // Coordinates along the edge from its ends, and the distance to its line from the nearer end.
+  const Lanes t0 = ux * t.r0.x + uy * t.r0.y + uz * t.r0.z;
+  const Lanes t1 = ux * t.r1.x + uy * t.r1.y + uz * t.r1.z;
+  const MaskOf<Lanes> first = lanes_abs(t0) < lanes_abs(t1);
+  const Lanes3<Lanes> r = {lanes_select(first, t.r0.x, t.r1.x), lanes_select(first, t.r0.y, t.r1.y),
+                           lanes_select(first, t.r0.z, t.r1.z)};
+  const Lanes3<Lanes> c = {uy * r.z - uz * r.y, uz * r.x - ux * r.z, ux * r.y - uy * r.x};
+  const Lanes square = lanes_max(dot(c, c), lanes_all<Lanes>(nearest * nearest));
+  t.d0 = lanes_sqrt(t0 * t0 + square);
+  t.d1 = lanes_sqrt(t1 * t1 + square);
+  const Lanes beyond =
+      lanes_select(t0 * t1 > 0.0, lanes_min(lanes_abs(t0), lanes_abs(t1)), Lanes{});
+  t.sum = t.d0 + t.d1 + l;
+  const Lanes a = t.d0 + lanes_abs(t0), b = t.d1 + lanes_abs(t1);
+  t.defect = square * (a + b) / (a * b) + 2.0 * beyond;
+  return t;
+}
+
+// Derivatives of an edge's logarithm, and of the solid angle by its share of the rim, which is the
+// field of a unit current along it.
+template <class Lanes>
+struct EdgeGradients {
+  Lanes3<Lanes> log, angle;
+};
+
+template <class Lanes, class T>
+LOOMSTONE_INLINE EdgeGradients<Lanes> edge_gradients(const EdgeTerms<Lanes>& t, const T* e) {
+  const T l = e[6], lx = e[3] - e[0], ly = e[4] - e[1], lz = e[5] - e[2];
+  const Lanes i0 = 1.0 / t.d0, i1 = 1.0 / t.d1;
+  const Lanes outer = 1.0 / (t.sum * t.defect);  // 1 / ((d0 + d1)^2 - l^2)
+  // dL = -2 l (r0/d0 + r1/d1) / ((d0+d1)^2 - l^2);  dOmega = -(l x r0) * 2 (1/d0 + 1/d1) /
+  // ((d0+d1)^2 - l^2)
+  const Lanes a = -2.0 * l * outer, b = -2.0 * (i0 + i1) * outer;
+  return {{a * (t.r0.x * i0 + t.r1.x * i1), a * (t.r0.y * i0 + t.r1.y * i1),
+           a * (t.r0.z * i0 + t.r1.z * i1)},
+          {b * (ly * t.r0.z - lz * t.r0.y), b * (lz * t.r0.x - lx * t.r0.z),
+           b * (lx * t.r0.y - ly * t.r0.x)}};
+}
+
+// Adds what an edge gives to the derivatives xx, xy, xz, yy, yz, zz of a face's field; outward:
+// normal of the edge in the face's plane, normal: of the face.
+template <class Lanes, class T>
+LOOMSTONE_INLINE void add_edge_gradients(const EdgeGradients<Lanes>& d, const T* outward,
+                                         const T* normal, Lanes* g) {
+  g[0] += outward[0] * d.log.x + normal[0] * d.angle.x;
+  g[1] += 0.5 * (outward[0] * d.log.y + outward[1] * d.log.x + normal[0] * d.angle.y +
+                 normal[1] * d.angle.x);
+  g[2] += 0.5 * (outward[0] * d.log.z + outward[2] * d.log.x + normal[0] * d.angle.z +
+                 normal[2] * d.angle.x);
+  g[3] += outward[1] * d.log.y + normal[1] * d.angle.y;
+  g[4] += 0.5 * (outward[1] * d.log.z + outward[2] * d.log.y + normal[1] * d.angle.z +
+                 normal[2] * d.angle.y);
+  g[5] += outward[2] * d.log.z + normal[2] * d.angle.z;
+}
+
+// Solid angle of a triangle [VanOosteromStrackee1983], positive on the side of its normal.
+template <class Lanes, class T>
+LOOMSTONE_INLINE Lanes solid_angle(const Lanes3<Lanes>& p, const T* f, double nearest) {
+  const Lanes3<Lanes> a = {p.x - f[0], p.y - f[1], p.z - f[2]},
+                      b = {p.x - f[3], p.y - f[4], p.z - f[5]},
+                      c = {p.x - f[6], p.y - f[7], p.z - f[8]};
+  const Lanes da = norm(a), db = norm(b), dc = norm(c);
+  // The height from the nearest corner loses least. (Masks joined by & would be taken lane by
+  // lane.)
+  Lanes height = f[9] * a.x + f[10] * a.y + f[11] * a.z;
+  const Lanes from_b = f[9] * b.x + f[10] * b.y + f[11] * b.z,
+              from_c = f[9] * c.x + f[10] * c.y + f[11] * c.z;
+  height = lanes_select(dc < da, from_c, height);
+  height = lanes_select(db < lanes_min(da, dc), from_b, height);
+  height = lanes_select(lanes_abs(height) < nearest, lanes_all<Lanes>(nearest), height);
+  const Lanes below = da * db * dc + dot(a, b) * dc + dot(a, c) * db + dot(b, c) * da;
+  return 2.0 * lanes_atan2(height * f[12], below);
+}
+
+}  // namespace loomstone

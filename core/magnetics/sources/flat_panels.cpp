@@ -1,0 +1,211 @@
+#include "core/magnetics/sources/flat_panels.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <queue>
+#include <tuple>
+
+#include "core/magnetics/sources/constants.h"
+#include "core/magnetics/sources/gauss.h"
+#include "core/mesh/triangle_mesh.h"
+
+namespace loomstone {
+
+Vec3 FlatPanel::at(double u, double v) const {
+  if (corners == 3)
+    return corner[0] + u * (corner[1] - corner[0]) + u * v * (corner[2] - corner[1]);
+  return corner[0] + u * (corner[1] - corner[0]) + v * (corner[3] - corner[0]);
+}
+
+FlatPanel make_panel(const Vec3* corners, int n) {
+  FlatPanel p;
+  p.corners = n;
+  p.centre.setZero();
+  for (int k = 0; k < n; ++k) {
+    p.corner[k] = corners[k];
+    p.centre += corners[k] / n;
+  }
+  const Vec3 area = n == 3 ? Vec3(0.5 * (corners[1] - corners[0]).cross(corners[2] - corners[0]))
+                           : Vec3((corners[1] - corners[0]).cross(corners[3] - corners[0]));
+  p.area = area.norm();
+  p.normal = area / p.area;
+  for (int k = 0; k < n; ++k) p.reach = std::max(p.reach, (corners[k] - p.centre).norm());
+  return p;
+}
+
+std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order) {
+  const GaussRule& rule = gauss_rule(order);
+  std::vector<PanelPoint> points;
+  for (int i = 0; i < order; ++i) {
+    const double u = 0.5 * (1.0 + rule.nodes[i]);
+    for (int k = 0; k < order; ++k) {
+      const double v = 0.5 * (1.0 + rule.nodes[k]),
+                   weight = 0.25 * rule.weights[i] * rule.weights[k];
+      points.push_back({panel.at(u, v), panel.corners == 3 ? 2.0 * u * weight : weight});
+    }
+  }
+  // Of triangles only to the exactness of the rule.
+  double total = 0.0;
+  for (const PanelPoint& point : points) total += point.share;
+  for (PanelPoint& point : points) point.share /= total;
+  return points;
+}
+
+// Where a share t of the cells of half an edge ends, of its length: t as far as s goes with sqrt(1
+// - s) at the end and, with a focus of `width` times that length, with asinh(s / width) from the
+// middle.
+static double graded(double t, double width) {
+  const double rest = 1.0 - t;
+  if (width == 0.0) return 1.0 - rest * rest;
+  const double whole = 1.0 + std::asinh(1.0 / width);
+  double low = 0.0, high = 1.0;
+  while (high - low > 1e-15) {
+    const double s = 0.5 * (low + high);
+    (std::asinh(s / width) + 1.0 - std::sqrt(1.0 - s) < t * whole ? low : high) = s;
+  }
+  return t == 1.0 ? 1.0 : t == 0.0 ? 0.0 : 0.5 * (low + high);
+}
+
+std::vector<FlatPanel> cuboid_panels(const Vec3& size, int cells, double focus) {
+  const int half = cells / 2;
+  std::vector<FlatPanel> eighth, all;
+  const auto place = [&](int axis, int i) {  // 0 in the middle, half at the end
+    return 0.5 * size[axis] * graded(static_cast<double>(i) / half, 2.0 * focus / size[axis]);
+  };
+  for (int axis = 0; axis < 3; ++axis) {
+    const int a = (axis + 1) % 3, b = (axis + 2) % 3;
+    for (int i = 0; i < half; ++i) {
+      for (int k = 0; k < half; ++k) {
+        Vec3 corners[4];
+        for (int c = 0; c < 4; ++c) {
+          corners[c][axis] = 0.5 * size[axis];
+          corners[c][a] = place(a, i + (c == 1 || c == 2));
+          corners[c][b] = place(b, k + (c >= 2));
+        }
+        eighth.push_back(make_panel(corners, 4));
+      }
+    }
+  }
+  for (int s = 0; s < 8; ++s) {
+    const Vec3 mirror(s & 1 ? -1 : 1, s & 2 ? -1 : 1, s & 4 ? -1 : 1);
+    const bool turned = mirror.prod() < 0.0;
+    for (const FlatPanel& panel : eighth) {
+      Vec3 corners[4];
+      for (int c = 0; c < 4; ++c)
+        corners[c] = panel.corner[turned ? 3 - c : c].cwiseProduct(mirror);
+      all.push_back(make_panel(corners, 4));
+    }
+  }
+  return all;
+}
+
+std::vector<FlatPanel> cylinder_panels(double radius, double inner_radius, double height,
+                                       int cells) {
+  const int sides = 2 * cells;
+  const double angle = 2.0 * pi / sides,
+               wider = std::sqrt(angle / std::sin(angle));  // as large an area as the circle's
+  // Rows go with the root of the slenderness: errors of long and short cylinders are much alike
+  // then.
+  const int slender =
+      static_cast<int>(std::lround(std::clamp(std::sqrt(0.5 * height / radius), 1.0, 8.0)));
+  std::vector<std::array<double, 2>>
+      profile;  // radius and height, counter-clockwise about the section
+  const auto go_to = [&](double r, double z, int n, bool graded_at_start) {
+    const std::array<double, 2> from = profile.back();
+    for (int i = 1; i <= n; ++i) {
+      const double t = static_cast<double>(i) / n, both = 2.0 * t - 1.0;
+      const double share = graded_at_start
+                               ? 0.5 * (1.0 + std::copysign(graded(std::abs(both), 0.0), both))
+                               : graded(t, 0.0);
+      profile.push_back({from[0] + share * (r - from[0]), from[1] + share * (z - from[1])});
+    }
+  };
+  const double half = 0.5 * height;
+  const bool ring = inner_radius > 0.0;
+  profile.push_back({inner_radius, -half});
+  go_to(radius, -half, cells / 2, ring);
+  go_to(radius, half, slender * cells, true);
+  if (ring) {
+    go_to(inner_radius, half, cells / 2, true);
+    go_to(inner_radius, -half, slender * cells, true);
+  } else {
+    const auto n = static_cast<std::size_t>(cells / 2);
+    for (std::size_t i = n; i-- > 0;) profile.push_back({profile[i][0], half});
+  }
+  const auto corner = [&](std::size_t row, int side) {
+    const double phi = angle * (side % sides);
+    return Vec3(wider * profile[row][0] * std::cos(phi), wider * profile[row][0] * std::sin(phi),
+                profile[row][1]);
+  };
+  std::vector<FlatPanel> result;
+  for (std::size_t row = 0; row + 1 < profile.size(); ++row) {
+    for (int side = 0; side < sides; ++side) {
+      const Vec3 c[4] = {corner(row, side), corner(row, side + 1), corner(row + 1, side + 1),
+                         corner(row + 1, side)};
+      const auto add = [&](int i, int j, int k) {
+        const Vec3 corners[3] = {c[i], c[j], c[k]};
+        result.push_back(make_panel(corners, 3));
+      };
+      // Diagonals alternate, and so do the corners at which points of quadrature are denser: planes
+      // of symmetry stay.
+      if (profile[row][0] == 0.0)
+        add(0, 2, 3);
+      else if (profile[row + 1][0] == 0.0)
+        add(2, 0, 1);
+      else if ((side + row) % 2 == 0)
+        add(0, 1, 2), add(0, 2, 3);
+      else
+        add(1, 3, 0), add(1, 2, 3);
+    }
+  }
+  return result;
+}
+
+std::vector<FlatPanel> mesh_panels(const TriangleMesh& mesh, Index panels) {
+  std::vector<Vec3> vertices;
+  for (Index i = 0; i < mesh.n_vertices(); ++i)
+    vertices.push_back(mesh.vertices().row(i).transpose());
+  std::vector<std::array<Index, 3>> faces;
+  std::map<std::pair<Index, Index>, Index> face_of;  // of a directed edge
+  const auto add = [&](Index f) {
+    for (int k = 0; k < 3; ++k) face_of[{faces[f][k], faces[f][(k + 1) % 3]}] = f;
+  };
+  std::priority_queue<std::tuple<double, Index, Index>> longest;
+  const auto push = [&](Index a, Index b) {
+    longest.emplace((vertices[a] - vertices[b]).squaredNorm(), std::min(a, b), std::max(a, b));
+  };
+  for (Index f = 0; f < mesh.n_triangles(); ++f) {
+    faces.push_back({mesh.triangles()(f, 0), mesh.triangles()(f, 1), mesh.triangles()(f, 2)});
+    add(f);
+    for (int k = 0; k < 3; ++k) push(faces[f][k], faces[f][(k + 1) % 3]);
+  }
+  while (static_cast<Index>(faces.size()) < panels) {
+    const auto [length, low, high] = longest.top();
+    longest.pop();
+    if (!face_of.contains({low, high})) continue;  // divided before
+    const Index middle = static_cast<Index>(vertices.size());
+    vertices.push_back(0.5 * (vertices[low] + vertices[high]));
+    for (const auto& [from, to] : {std::pair(low, high), std::pair(high, low)}) {
+      const Index f = face_of.at({from, to});
+      const Index opposite = faces[f][0] + faces[f][1] + faces[f][2] - from - to;
+      face_of.erase({from, to});
+      faces[f] = {from, middle, opposite};
+      faces.push_back({middle, to, opposite});
+      add(f);
+      add(static_cast<Index>(faces.size()) - 1);
+      push(middle, opposite);
+    }
+    push(low, middle);
+    push(middle, high);
+  }
+  std::vector<FlatPanel> result;
+  for (const auto& face : faces) {
+    const Vec3 corners[3] = {vertices[face[0]], vertices[face[1]], vertices[face[2]]};
+    result.push_back(make_panel(corners, 3));
+  }
+  return result;
+}
+
+}  // namespace loomstone

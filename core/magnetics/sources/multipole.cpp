@@ -1,0 +1,205 @@
+// Moments and evaluation of solid-harmonic expansions; recurrences as in [Wang1996], section II.
+#include "core/magnetics/sources/multipole.h"
+
+#include <cmath>
+#include <cstdlib>
+
+#include "core/magnetics/sources/constants.h"
+#include "core/magnetics/sources/lane_math.h"
+
+namespace loomstone {
+
+namespace {
+
+constexpr int top = Multipoles::degree + 2;      // the gradient's highest degree
+constexpr int size = (top + 1) * (top + 2) / 2;  // harmonics with m >= 0
+constexpr int slot(int l, int m) { return l * (l + 1) / 2 + m; }
+
+using Coefficients = std::vector<std::complex<double>>;
+
+// Regular harmonics R_lm = r^l P_lm exp(i m phi) / (l+m)! up to `degree`.
+void regular_harmonics(const Vec3& r, Coefficients& out) {
+  const std::complex<double> xy(r.x(), r.y());
+  const double square = r.squaredNorm();
+  for (int m = 0; m <= Multipoles::degree; ++m) {
+    out[slot(m, m)] = m == 0 ? 1.0 : xy / (2.0 * m) * out[slot(m - 1, m - 1)];
+    if (m < Multipoles::degree) out[slot(m + 1, m)] = r.z() * out[slot(m, m)];
+    for (int l = m + 2; l <= Multipoles::degree; ++l)
+      out[slot(l, m)] =
+          ((2.0 * l - 1.0) * r.z() * out[slot(l - 1, m)] - square * out[slot(l - 2, m)]) /
+          double((l + m) * (l - m));
+  }
+}
+
+// Coefficients of minus the derivative of sum Re(c_lm S_lm) along an axis.
+Coefficients minus_derivative(const Coefficients& c, int axis) {
+  const std::complex<double> i(0.0, 1.0);
+  Coefficients d(size);
+  for (int l = 0; l < top; ++l) {
+    for (int m = 0; m <= l; ++m) {
+      const std::complex<double> value = c[slot(l, m)];
+      if (axis == 2) {
+        d[slot(l + 1, m)] += value;
+      } else if (m == 0) {
+        d[slot(l + 1, 1)] += axis == 0 ? value : -i * value;
+      } else {
+        d[slot(l + 1, m + 1)] += axis == 0 ? 0.5 * value : -0.5 * i * value;
+        d[slot(l + 1, m - 1)] -= axis == 0 ? 0.5 * value : 0.5 * i * value;
+      }
+    }
+    d[slot(l + 1, 0)] = d[slot(l + 1, 0)].real();  // S_l0 is real
+  }
+  return d;
+}
+
+std::vector<double> flat(const Coefficients& c, double scale) {
+  std::vector<double> out(2 * size);
+  for (int k = 0; k < size; ++k) {
+    out[2 * k] = scale * c[k].real();
+    out[2 * k + 1] = -scale * c[k].imag();  // Re(c S) = Re c Re S - Im c Im S
+  }
+  return out;
+}
+
+// Sums over the harmonics of all `components` at once. Each lane takes the degrees it needs,
+// whatever its neighbours need, so that a point's value does not depend on the points beside it.
+template <int components, class Lanes>
+LOOMSTONE_INLINE void evaluate(const double* const* coefficients, double inverse_radius,
+                               const double* points, Index n, int highest, double* out) {
+  for (Index i = 0; i < n; i += n_lanes) {
+    Lanes3<Lanes> p{lanes_load<Lanes>(points + i) * inverse_radius,
+                    lanes_load<Lanes>(points + n + i) * inverse_radius,
+                    lanes_load<Lanes>(points + 2 * n + i) * inverse_radius};
+    Lanes square = dot(p, p);
+    // Nearer points get the value of a point at twice the radius, which is finite and not used.
+    const MaskOf<Lanes> inside = square < 4.0;
+    square = lanes_select(inside, lanes_all<Lanes>(4.0), square);
+    const Lanes inverse = 1.0 / square, distance = lanes_sqrt(square);
+    // The first term is of degree 2; degrees whose share is below exp(-39) = 1e-17 are left out.
+    const Lanes needed = 39.0 / lanes_log(distance) + 3.0;
+    int last = 0;
+    for (int lane = 0; lane < n_lanes; ++lane)
+      last = needed[lane] > last ? static_cast<int>(needed[lane]) + 1 : last;
+    last = last < highest ? last : highest;
+    Lanes sum[components];
+    for (Lanes& s : sum) s = Lanes{};
+    Lanes real[2][top + 1], imaginary[2][top + 1];  // degrees l and l - 1 in turn
+    real[0][0] = lanes_sqrt(inverse);
+    imaginary[0][0] = Lanes{};
+    p.x *= inverse;
+    p.y *= inverse;
+    p.z *= inverse;
+    for (int l = 1; l <= last; ++l) {
+      Lanes* re = real[l & 1];
+      Lanes* im = imaginary[l & 1];  // holds degree l - 2 on entry
+      const Lanes* re1 = real[(l - 1) & 1];
+      const Lanes* im1 = imaginary[(l - 1) & 1];
+      for (int m = 0; m <= l - 2; ++m) {
+        const Lanes a = (2.0 * l - 1.0) * p.z;
+        const Lanes b = static_cast<double>((l - 1 + m) * (l - 1 - m)) * inverse;
+        re[m] = a * re1[m] - b * re[m];
+        im[m] = a * im1[m] - b * im[m];
+      }
+      re[l - 1] = (2.0 * l - 1.0) * p.z * re1[l - 1];
+      im[l - 1] = (2.0 * l - 1.0) * p.z * im1[l - 1];
+      re[l] = (2.0 * l - 1.0) * (p.x * re1[l - 1] - p.y * im1[l - 1]);
+      im[l] = (2.0 * l - 1.0) * (p.x * im1[l - 1] + p.y * re1[l - 1]);
+      const MaskOf<Lanes> wanted = needed > static_cast<double>(l);
+      for (int c = 0; c < components; ++c) {
+        const double* value = coefficients[c] + 2 * slot(l, 0);
+        Lanes part{};
+        for (int m = 0; m <= l; ++m) part += value[2 * m] * re[m] + value[2 * m + 1] * im[m];
+        sum[c] += lanes_select(wanted, part, Lanes{});
+      }
+    }
+    for (int c = 0; c < components; ++c) lanes_store(out + c * n + i, sum[c]);
+  }
+}
+
+template <class Lanes>
+LOOMSTONE_INLINE void field_kernel(const double* const* coefficients, double inverse_radius,
+                                   const double* points, Index n, double* out) {
+  evaluate<3, Lanes>(coefficients, inverse_radius, points, n, Multipoles::degree + 1, out);
+}
+
+template <class Lanes>
+LOOMSTONE_INLINE void gradient_kernel(const double* const* coefficients, double inverse_radius,
+                                      const double* points, Index n, double* out) {
+  evaluate<6, Lanes>(coefficients, inverse_radius, points, n, Multipoles::degree + 2, out);
+}
+
+// Adds c conj(h) for each harmonic of h, twice where m > 0, as -m counts there.
+void add_moments(double c, const Coefficients& h, Coefficients& moments) {
+  for (int l = 0; l <= Multipoles::degree; ++l)
+    for (int m = 0; m <= l; ++m)
+      moments[slot(l, m)] += c * (m == 0 ? 1.0 : 2.0) * std::conj(h[slot(l, m)]);
+}
+
+Coefficients moments_of(const Points& positions, const Vector& charges, double radius) {
+  Coefficients moments(size), harmonics(size);
+  for (Eigen::Index i = 0; i < positions.rows(); ++i) {
+    regular_harmonics(positions.row(i).transpose() / radius, harmonics);
+    add_moments(charges[i], harmonics, moments);
+  }
+  return moments;
+}
+
+// Derivatives of R_lm: (d/dx - i d/dy) R_lm = R_{l-1,m-1}, (d/dx + i d/dy) R_lm = -R_{l-1,m+1},
+// d/dz R_lm = R_{l-1,m}.
+Coefficients along(const Coefficients& harmonics, const Vec3& direction) {
+  const std::complex<double> i(0.0, 1.0);
+  Coefficients d(size);
+  for (int l = 1; l <= Multipoles::degree; ++l) {
+    for (int m = 0; m <= l; ++m) {
+      const auto at = [&](int order) -> std::complex<double> {
+        if (order < 0) return -std::conj(harmonics[slot(l - 1, -order)]);  // R_l-1 = -conj(R_l1)
+        return order < l ? harmonics[slot(l - 1, order)] : 0.0;
+      };
+      const std::complex<double> less = at(m - 1), more = -at(m + 1);
+      d[slot(l, m)] = 0.5 * direction[0] * (less + more) + 0.5 * direction[1] * i * (less - more) +
+                      direction[2] * at(m);
+    }
+  }
+  return d;
+}
+
+}  // namespace
+
+Multipoles::Multipoles(const Points& positions, const Vector& charges, double radius)
+    : Multipoles(moments_of(positions, charges, radius), radius) {}
+
+Multipoles Multipoles::of_dipoles(const Points& positions, const Points& moments, double radius) {
+  Coefficients sums(size), harmonics(size);
+  for (Eigen::Index i = 0; i < positions.rows(); ++i) {
+    regular_harmonics(positions.row(i).transpose() / radius, harmonics);
+    add_moments(1.0, along(harmonics, moments.row(i).transpose() / radius), sums);
+  }
+  return Multipoles(std::move(sums), radius);
+}
+
+Multipoles::Multipoles(std::vector<std::complex<double>> moments, double radius) : radius_(radius) {
+  moments[0] = 0.0;  // a magnet has no net charge
+  const double scale = 1.0 / (4.0 * pi * radius * radius);
+  int k = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Coefficients field = minus_derivative(moments, axis);
+    field_[axis] = flat(field, scale);
+    for (int second = axis; second < 3; ++second) {
+      Coefficients derivative = minus_derivative(field, second);
+      gradient_[k++] = flat(derivative, -scale / radius);
+    }
+  }
+}
+
+void Multipoles::field_block(const double* points, Index n, double* field) const {
+  const double* coefficients[3] = {field_[0].data(), field_[1].data(), field_[2].data()};
+  LOOMSTONE_WIDEST(field_kernel)(coefficients, 1.0 / radius_, points, n, field);
+}
+
+void Multipoles::gradient_block(const double* points, Index n, double* gradient) const {
+  const double* coefficients[6];
+  for (int c = 0; c < 6; ++c) coefficients[c] = gradient_[c].data();
+  LOOMSTONE_WIDEST(gradient_kernel)(coefficients, 1.0 / radius_, points, n, gradient);
+}
+
+}  // namespace loomstone

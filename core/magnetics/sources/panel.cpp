@@ -1,0 +1,48 @@
+#include "core/magnetics/sources/panel.h"
+
+#include <cmath>
+
+namespace loomstone {
+
+PanelSample Panel::at(double u, double v) const {
+  PanelSample s;
+  const bool round = shape == Shape::side || shape == Shape::disc || shape == Shape::circle;
+  const double phi = azimuth + turn * u, cosine = round ? std::cos(phi) : 1.0,
+               sine = round ? std::sin(phi) : 0.0;
+  switch (shape) {
+    case Shape::parallelogram:
+      s.position = a + u * b + v * c;
+      s.area = b.cross(c);
+      break;
+    case Shape::triangle:
+      s.position = a + u * (b + v * (c - b));
+      s.area = u * b.cross(c);
+      break;
+    case Shape::segment:
+      s.position = a + u * b;
+      s.current = current * b;
+      break;
+    case Shape::side: {
+      const Vec3 normal(cosine, sine, 0.0);
+      const double area = radius1 * turn * (height1 - height0);
+      s.position = radius1 * normal + Vec3(0.0, 0.0, height0 + v * (height1 - height0));
+      s.area = sign * area * normal;
+      s.current = current * area * Vec3(-sine, cosine, 0.0);
+      break;
+    }
+    case Shape::disc: {
+      const double rho = radius0 + v * (radius1 - radius0);
+      s.position = Vec3(rho * cosine, rho * sine, height0);
+      s.area.z() = sign * rho * turn * (radius1 - radius0);
+      break;
+    }
+    case Shape::circle:
+      s.position = radius1 * Vec3(cosine, sine, 0.0);
+      s.current = current * radius1 * turn * Vec3(-sine, cosine, 0.0);
+      break;
+  }
+  s.charge = s.area.dot(magnetization);
+  return s;
+}
+
+}  // namespace loomstone

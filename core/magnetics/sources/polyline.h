@@ -1,0 +1,31 @@
+// Current along straight segments, by the law of Biot and Savart.
+#pragma once
+
+#include <vector>
+
+#include "core/magnetics/sources/source.h"
+
+namespace loomstone {
+
+class Polyline final : public Source {
+ public:
+  // vertices (n x 3) [m] in order; current [A] from the first to the last. It is closed where the
+  // last vertex equals the first. On a wire the field is infinite; it is evaluated 1e-15 radii of
+  // the source beside it.
+  Polyline(Points vertices, double current);
+  void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
+  void gradient_block(const double* points, Index n, double* gradient) const override;
+  double radius() const override { return radius_; }
+  Vec3 moment() const override;  // I/2 sum of a x b; of a closed line its dipole moment
+  bool steady() const override { return closed(); }
+  bool closed() const { return vertices_.row(0) == vertices_.row(vertices_.rows() - 1); }
+  std::vector<Panel> panels() const override;
+  const Points& vertices() const { return vertices_; }
+  double current() const { return current_; }
+
+ private:
+  Points vertices_;
+  double current_, radius_;
+};
+
+}  // namespace loomstone

@@ -1,0 +1,125 @@
+#include <algorithm>
+#include <sstream>
+
+#include "core/base/error.h"
+#include "core/mesh/spatial_query.h"
+#include "core/sim/model/build.h"
+#include "core/sim/model/motion.h"
+
+namespace loomstone {
+
+namespace {
+
+// A vertex of a collision surface as the user knows it.
+std::string place(const Model& model, Index triangle) {
+  const CollisionSurface& surface =
+      model.collision.surfaces[model.collision.surface_of_triangle[triangle]];
+  Index local = triangle - surface.first_triangle;
+  if (surface.kind == CollisionSurface::Kind::Cloth) {
+    Index first = 0;  // user's triangles of earlier cloths
+    for (const auto& other : model.collision.surfaces) {
+      if (&other == &surface) break;
+      first += other.n_triangles;
+    }
+    local = model.triangle_of[triangle] - first;
+  }
+  return surface.name + " triangle " + std::to_string(local);
+}
+
+// Index of a vertex in its cloth, from that over all cloths.
+Index vertex_in_cloth(const Model& model, std::size_t user) {
+  Index first = 0;
+  for (Index i = 0; i < model.topology.cloth_of_vertex[user]; ++i)
+    first += model.scene.cloths[i].mesh->n_vertices();
+  return static_cast<Index>(user) - first;
+}
+
+void check_intersections(const Model& model, const Points& vertices) {
+  const auto pairs = cloth_intersections(model.collision, vertices);
+  const std::size_t found = pairs.size();
+  if (found == 0) return;
+  std::ostringstream list;
+  for (std::size_t i = 0; i < std::min<std::size_t>(found, 10); ++i)
+    list << (i > 0 ? "; " : "") << place(model, pairs[i][0]) << " with "
+         << place(model, pairs[i][1]);
+  throw InvalidInput("the start must be free of intersections, got " + std::to_string(found) +
+                     " intersecting triangle pairs (" + list.str() + (found > 10 ? "; ..." : "") +
+                     "); move the cloth, or set scene.allow_initial_intersections");
+}
+
+void check_inside(const Model& model, const Points& vertices) {
+  for (const CollisionSurface& surface : model.collision.surfaces) {
+    if (surface.kind == CollisionSurface::Kind::Cloth) continue;
+    const bool body = surface.kind == CollisionSurface::Kind::Body;
+    const std::size_t index =
+        &surface - model.collision.surfaces.data() - model.scene.cloths.size();
+    const TriangleMesh& mesh = body
+                                   ? *model.scene.bodies[index].mesh
+                                   : *model.scene.obstacles[index - model.scene.bodies.size()].mesh;
+    if (!mesh.closed()) continue;
+    const Points at = vertices.middleRows(surface.first_vertex, surface.n_vertices);
+    const Vec3 low = at.colwise().minCoeff(), high = at.colwise().maxCoeff();
+    const SpatialQuery query(at, mesh.triangles());
+    for (std::size_t user = 0; user < model.row_of_vertex.size(); ++user) {
+      const Vec3 p = vertices.row(model.row_of_vertex[user]);
+      if ((p.array() < low.array()).any() || (p.array() > high.array()).any() || !query.inside(p))
+        continue;
+      const Index c = model.topology.cloth_of_vertex[user];
+      std::ostringstream out;
+      out << "cloth must start outside of closed surfaces: vertex " << vertex_in_cloth(model, user)
+          << " of " << model.topology.cloth_names[c] << " at (" << p.transpose()
+          << ") m lies inside " << surface.name << "; move one of them";
+      throw InvalidInput(out.str());
+    }
+  }
+}
+
+// A script takes its vertices along from where they are: one that begins elsewhere would tear them
+// away in one step.
+void check_scripts(const Model& model, const State& state) {
+  Points start;
+  pin_targets(model, state, 0.0, 1.0, start);
+  std::vector<double> edges;
+  for (const Cloth& cloth : model.scene.cloths) edges.push_back(cloth.mesh->mean_edge());
+  for (std::size_t user = 0; user < model.row_of_vertex.size(); ++user) {
+    const Index row = model.row_of_vertex[user], c = model.topology.cloth_of_vertex[user];
+    const double away = (start.row(row) - state.cloth.x.row(row)).norm(), edge = edges[c];
+    if (away <= edge) continue;
+    std::ostringstream out;
+    out << item("cloths", c, model.scene.cloths[c].name)
+        << ".script_positions must begin where the vertices are (within the mean edge, " << edge
+        << " m), vertex " << vertex_in_cloth(model, user) << " begins " << away
+        << " m away; move the mesh or the script";
+    throw InvalidInput(out.str());
+  }
+}
+
+}  // namespace
+
+void check_start(const Model& model, const State& state) {
+  if (model.scene.allow_initial_intersections || !model.scene.collisions ||
+      model.cloth.n_vertices == 0)
+    return;
+  Points vertices;
+  collision_vertices(model, state, vertices);
+  check_inside(model, vertices);
+  check_intersections(model, vertices);
+}
+
+void build(const Scene& scene, Model& model, State& state) {
+  check_scene(scene);
+  model.scene = scene;
+  build_cloth(scene, model, state);
+  build_bodies(scene, model, state);
+  build_magnets(scene, model);
+  build_coils(scene, model);
+  state.circuits.currents = Vector::Zero(static_cast<Eigen::Index>(scene.coils.size()));
+  build_collision(scene, model);
+  check_scripts(model, state);
+  check_magnets(model, state);
+  check_coils(model, state);
+  check_start(model, state);
+  state.tangled = scene.allow_initial_intersections;
+}
+
+}  // namespace loomstone

@@ -1,0 +1,234 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <sstream>
+
+#include "core/base/error.h"
+#include "core/mesh/adjacency.h"
+#include "core/sim/model/build.h"
+#include "core/sim/model/motion.h"
+
+namespace loomstone {
+
+namespace {
+
+Index first_vertex_of(const Scene& scene, std::size_t cloth) {
+  Index first = 0;
+  for (std::size_t c = 0; c < cloth; ++c) first += scene.cloths[c].mesh->n_vertices();
+  return first;
+}
+
+double mean_membrane_stiffness(const Scene& scene) {
+  double sum = 0.0;
+  for (const Cloth& cloth : scene.cloths)
+    sum += 0.5 * (cloth.material.weft_stiffness + cloth.material.warp_stiffness);
+  return scene.cloths.empty() ? 300.0 : sum / static_cast<double>(scene.cloths.size());
+}
+
+void build_attachments(const Scene& scene, Model& model, const State& state) {
+  for (std::size_t a = 0; a < scene.attachments.size(); ++a) {
+    const Attachment& attachment = scene.attachments[a];
+    const std::string where = "attachments[" + std::to_string(a) + "]";
+    const std::size_t c = find_by_name(scene.cloths, attachment.cloth, where + ".cloth");
+    const int body = static_cast<int>(find_by_name(scene.bodies, attachment.body, where + ".body"));
+    const Index first = first_vertex_of(scene, c);
+    for (const Index vertex : attachment.vertices) {
+      if (vertex < 0 || vertex >= scene.cloths[c].mesh->n_vertices())
+        throw InvalidInput(where + ".vertices must be vertices of the cloth, got " +
+                           std::to_string(vertex));
+      const Index row = model.row_of_vertex[first + vertex];
+      if (model.cloth.pinned[row])
+        throw InvalidInput(where + ".vertices: vertex " + std::to_string(vertex) +
+                           " is pinned; unpin it or do not attach it");
+      model.attachments.push_back(
+          {row, body, to_body(state.rigid, body, state.cloth.x.row(row).transpose())});
+    }
+  }
+  std::sort(model.attachments.begin(), model.attachments.end(), [](const auto& a, const auto& b) {
+    return a.row != b.row ? a.row < b.row : a.body < b.body;
+  });
+  // Stiff beside the membrane, so that an attached vertex stays within micrometres; our choice.
+  model.attachment_stiffness = 100.0 * mean_membrane_stiffness(scene);
+}
+
+// A cloth's own contact distance: a tenth of the mean edge, and at most 0.4 of the smallest height
+// of a triangle, which bounds the rest distance of primitives that share no vertex. Throws where
+// the user's is so large that cloth at rest would push itself apart.
+double own_thickness(const Cloth& cloth, const std::string& name) {
+  double smallest = std::numeric_limits<double>::infinity(), edges = 0.0;
+  const Points& x = cloth.mesh->vertices();
+  const Triangles& t = cloth.mesh->triangles();
+  for (Index i = 0; i < t.rows(); ++i) {
+    double longest = 0.0;
+    for (int k = 0; k < 3; ++k) {
+      const double edge = (x.row(t(i, k)) - x.row(t(i, (k + 1) % 3))).norm();
+      edges += edge;
+      longest = std::max(longest, edge);
+    }
+    const Vec3 a = (x.row(t(i, 1)) - x.row(t(i, 0))).transpose(),
+               b = (x.row(t(i, 2)) - x.row(t(i, 0))).transpose();
+    smallest = std::min(smallest, a.cross(b).norm() / longest);
+  }
+  if (cloth.thickness > smallest && cloth.self_collision) {
+    std::ostringstream out;
+    out << name << ".thickness must not be above the smallest height of a triangle, " << smallest
+        << " m, got " << cloth.thickness
+        << " m: the cloth would push itself apart; take a coarser mesh or less (0: chosen from the "
+           "mesh)";
+    throw InvalidInput(out.str());
+  }
+  return cloth.thickness > 0.0
+             ? cloth.thickness
+             : std::min(0.1 * edges / (3.0 * static_cast<double>(t.rows())), 0.4 * smallest);
+}
+
+// A closed surface of many faces without creases: contact follows its rounded normal instead of its
+// facets.
+bool is_smooth(const TriangleMesh& mesh) {
+  constexpr Index many_faces = 1000;
+  const double crease = std::cos(30.0 * EIGEN_PI / 180.0);
+  if (mesh.n_triangles() < many_faces || !mesh.closed()) return false;
+  const Triangles& t = mesh.triangles();
+  const auto normal = [&](Index i) {
+    const Vec3 a = mesh.vertices().row(t(i, 0)), b = mesh.vertices().row(t(i, 1)),
+               c = mesh.vertices().row(t(i, 2));
+    return Vec3((b - a).cross(c - a).normalized());
+  };
+  for (const auto& sides : edge_table(mesh.n_vertices(), t).triangles)
+    if (normal(sides[0]).dot(normal(sides[1])) < crease) return false;
+  return true;
+}
+
+void add_surface(CollisionModel& collision, CollisionSurface surface, const Triangles& triangles,
+                 Index n_vertices) {
+  surface.first_vertex = collision.n_vertices;
+  surface.n_vertices = n_vertices;
+  surface.first_triangle = static_cast<Index>(collision.triangles.rows());
+  surface.n_triangles = static_cast<Index>(triangles.rows());
+  const Index id = static_cast<Index>(collision.surfaces.size());
+  collision.triangles.conservativeResize(collision.triangles.rows() + triangles.rows(), 3);
+  collision.triangles.bottomRows(triangles.rows()) = triangles.array() + surface.first_vertex;
+  collision.surface_of_vertex.insert(collision.surface_of_vertex.end(), n_vertices, id);
+  collision.surface_of_triangle.insert(collision.surface_of_triangle.end(), triangles.rows(), id);
+  collision.n_vertices += n_vertices;
+  collision.surfaces.push_back(std::move(surface));
+}
+
+}  // namespace
+
+void build_bodies(const Scene& scene, Model& model, State& state) {
+  Index next = model.cloth.n_vertices;
+  FrameTopology& topology = model.topology;
+  Index body_vertex = 0;
+  const auto add_topology = [&](const TriangleMesh& mesh, const std::string& name, bool floor) {
+    const Index id = static_cast<Index>(topology.body_names.size());
+    const Index rows = static_cast<Index>(topology.body_triangles.rows());
+    topology.body_triangles.conservativeResize(rows + mesh.n_triangles(), 3);
+    topology.body_triangles.bottomRows(mesh.n_triangles()) = mesh.triangles().array() + body_vertex;
+    topology.body_of_triangle.insert(topology.body_of_triangle.end(), mesh.n_triangles(), id);
+    topology.body_of_vertex.insert(topology.body_of_vertex.end(), mesh.n_vertices(), id);
+    topology.body_names.push_back(name);
+    topology.body_is_floor.push_back(floor);
+    body_vertex += mesh.n_vertices();
+  };
+  if (!scene.bodies.empty()) {
+    RigidWorld world(scene.bodies, {}, scene.gravity);
+    state.rigid = world.initial_state();
+    model.body_mass = world.mass_properties();
+  }
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    const TriangleMesh& mesh = *scene.bodies[b].mesh;
+    Model::Surface surface;
+    surface.first = next;
+    surface.local = mesh.vertices().rowwise() - model.body_mass[b].centre.transpose();
+    model.bodies.push_back(std::move(surface));
+    next += mesh.n_vertices();
+    add_topology(mesh, name_of(scene, "body", b, scene.bodies.size(), scene.bodies[b].name), false);
+  }
+  const std::size_t n_obstacles = scene.obstacles.size();
+  state.pose_override.assign(n_obstacles, 0);
+  state.pose_position = Points::Zero(n_obstacles, 3);
+  state.pose_orientation.resize(n_obstacles, 4);
+  state.pose_orientation.rowwise() = Eigen::RowVector4d(1, 0, 0, 0);
+  for (std::size_t o = 0; o < n_obstacles; ++o) {
+    const TriangleMesh& mesh = *scene.obstacles[o].mesh;
+    model.obstacles.push_back({next, mesh.vertices()});
+    next += mesh.n_vertices();
+    add_topology(mesh, name_of(scene, "obstacle", o, n_obstacles, scene.obstacles[o].name),
+                 scene.obstacles[o].floor);
+  }
+  obstacle_vertices(model, state, 0.0, 1.0, state.obstacle_vertices);
+  build_attachments(scene, model, state);
+}
+
+void build_collision(const Scene& scene, Model& model) {
+  CollisionModel& collision = model.collision;
+  double largest = 0.0;
+  std::vector<double> thickness;
+  for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
+    thickness.push_back(own_thickness(scene.cloths[c], item("cloths", c, scene.cloths[c].name)));
+    largest = std::max(largest, thickness.back());
+  }
+  Index row = 0, triangle = 0;
+  for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
+    const Cloth& cloth = scene.cloths[c];
+    CollisionSurface surface;
+    surface.name = model.topology.cloth_names[c];
+    surface.kind = CollisionSurface::Kind::Cloth;
+    surface.thickness = thickness[c];
+    surface.friction = cloth.friction;
+    surface.self_collision = cloth.self_collision;
+    const Triangles local =
+        model.cloth.triangles.middleRows(triangle, cloth.mesh->n_triangles()).array() - row;
+    add_surface(collision, surface, local, cloth.mesh->n_vertices());
+    row += cloth.mesh->n_vertices(), triangle += cloth.mesh->n_triangles();
+  }
+  const double other = largest > 0.0 ? largest : 1e-3;
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    CollisionSurface surface;
+    surface.name = model.topology.body_names[b];
+    surface.kind = CollisionSurface::Kind::Body;
+    surface.thickness = scene.bodies[b].thickness > 0.0 ? scene.bodies[b].thickness : other;
+    surface.friction = scene.bodies[b].friction;
+    surface.body = static_cast<int>(b);
+    surface.smooth = is_smooth(*scene.bodies[b].mesh);
+    add_surface(collision, surface, scene.bodies[b].mesh->triangles(),
+                scene.bodies[b].mesh->n_vertices());
+  }
+  for (std::size_t o = 0; o < scene.obstacles.size(); ++o) {
+    CollisionSurface surface;
+    surface.name = model.topology.body_names[scene.bodies.size() + o];
+    surface.kind = CollisionSurface::Kind::Script;
+    surface.thickness = scene.obstacles[o].thickness > 0.0 ? scene.obstacles[o].thickness : other;
+    surface.friction = scene.obstacles[o].friction;
+    surface.smooth = is_smooth(*scene.obstacles[o].mesh);
+    add_surface(collision, surface, scene.obstacles[o].mesh->triangles(),
+                scene.obstacles[o].mesh->n_vertices());
+  }
+  const EdgeTable table = edge_table(collision.n_vertices, collision.triangles);
+  collision.edges = table.edges;
+  for (Index e = 0; e < collision.edges.rows(); ++e)
+    collision.surface_of_edge.push_back(collision.surface_of_vertex[collision.edges(e, 0)]);
+  collision.rows.row.assign(collision.n_vertices, -1);
+  collision.rows.is_body.assign(collision.n_vertices, 0);
+  for (Index i = 0; i < model.cloth.n_vertices; ++i) collision.rows.row[i] = i;
+  for (std::size_t b = 0; b < model.bodies.size(); ++b)
+    for (Index i = 0; i < model.bodies[b].local.rows(); ++i) {
+      collision.rows.row[model.bodies[b].first + i] =
+          model.cloth.n_vertices + 2 * static_cast<Index>(b);
+      collision.rows.is_body[model.bodies[b].first + i] = 1;
+    }
+  if (!model.attachments.empty()) {
+    collision.attached_surface.assign(collision.n_vertices, -1);
+    for (const Model::Attached& attached : model.attachments)
+      collision.attached_surface[attached.row] =
+          static_cast<Index>(scene.cloths.size()) + attached.body;
+  }
+  // 1 ... 10 times the membrane's stiffness holds contacts without noise (measured on twisted and
+  // draped cloth).
+  collision.contact_stiffness = scene.contact_stiffness > 0.0
+                                    ? scene.contact_stiffness
+                                    : 3.0 * mean_membrane_stiffness(scene);
+}
+
+}  // namespace loomstone

@@ -1,0 +1,193 @@
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "core/base/error.h"
+#include "core/parallel/partition.h"
+#include "core/sim/model/build.h"
+
+namespace loomstone {
+
+namespace {
+
+// All cloths end to end in the user's numbering.
+struct Joined {
+  Points x, v;
+  Triangles triangles;
+  std::vector<Corners2> corners;
+  std::vector<Index> cloth_of_triangle, first_vertex;
+};
+
+Joined join(const Scene& scene) {
+  Joined all;
+  Index n = 0, m = 0;
+  for (const Cloth& cloth : scene.cloths) {
+    all.first_vertex.push_back(n);
+    n += cloth.mesh->n_vertices(), m += cloth.mesh->n_triangles();
+  }
+  all.x.resize(n, 3);
+  all.v = Points::Zero(n, 3);
+  all.triangles.resize(m, 3);
+  Index triangle = 0;
+  for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
+    const Cloth& cloth = scene.cloths[c];
+    const Index first = all.first_vertex[c], k = cloth.mesh->n_vertices();
+    all.x.middleRows(first, k) = cloth.mesh->vertices();
+    if (cloth.velocities.rows() > 0) all.v.middleRows(first, k) = cloth.velocities;
+    all.triangles.middleRows(triangle, cloth.mesh->n_triangles()) =
+        cloth.mesh->triangles().array() + first;
+    const auto corners =
+        rest_corners(*cloth.mesh, cloth.rest == "uv", item("cloths", c, cloth.name) + ".mesh");
+    all.corners.insert(all.corners.end(), corners.begin(), corners.end());
+    all.cloth_of_triangle.insert(all.cloth_of_triangle.end(), cloth.mesh->n_triangles(),
+                                 static_cast<Index>(c));
+    triangle += cloth.mesh->n_triangles();
+  }
+  return all;
+}
+
+// Rigidity for (kxx, kyy, 2 kxy); an isotropic plate has (1 - nu) / 2 B as its twist entry.
+Mat3 rigidity_of(const ClothMaterial& m, const std::string& where) {
+  const double mean = std::sqrt(m.bending_weft * m.bending_warp);
+  const double twist = m.bending_twist < 0.0 ? 0.5 * (mean - m.bending_coupling) : m.bending_twist;
+  if (std::abs(m.bending_coupling) > mean || twist < 0.0)
+    throw InvalidInput(where +
+                       ".bending_coupling must keep the rigidity positive, |bending_coupling| <= "
+                       "sqrt(bending_weft "
+                       "bending_warp) = " +
+                       std::to_string(mean) + " [N m], got " + std::to_string(m.bending_coupling));
+  Mat3 d = Mat3::Zero();
+  d(0, 0) = m.bending_weft, d(1, 1) = m.bending_warp, d(2, 2) = twist;
+  d(0, 1) = d(1, 0) = m.bending_coupling;
+  return d;
+}
+
+// Each cloth keeps its own range of rows; inside it bisection of the mesh graph decides.
+void order_vertices(const Scene& scene, const Joined& all, Model& model) {
+  model.row_of_vertex.resize(all.x.rows());
+  for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
+    const TriangleMesh& mesh = *scene.cloths[c].mesh;
+    const Incidence neighbours = vertex_graph(mesh.n_vertices(), mesh.triangles());
+    const std::vector<Index> order = bisection_order({neighbours.start, neighbours.items});
+    const Index first = all.first_vertex[c];
+    for (Index row = 0; row < mesh.n_vertices(); ++row)
+      model.row_of_vertex[first + order[row]] = first + row;
+  }
+}
+
+void order_triangles(const Joined& all, Model& model) {
+  const Index m = static_cast<Index>(all.triangles.rows());
+  Triangles renamed(m, 3);
+  for (Index t = 0; t < m; ++t)
+    for (int k = 0; k < 3; ++k) renamed(t, k) = model.row_of_vertex[all.triangles(t, k)];
+  model.triangle_of.resize(m);
+  std::iota(model.triangle_of.begin(), model.triangle_of.end(), 0);
+  std::stable_sort(model.triangle_of.begin(), model.triangle_of.end(), [&](Index a, Index b) {
+    return renamed.row(a).minCoeff() < renamed.row(b).minCoeff();
+  });
+  model.cloth.triangles.resize(m, 3);
+  model.cloth.corners.resize(m);
+  for (Index t = 0; t < m; ++t) {
+    model.cloth.triangles.row(t) = renamed.row(model.triangle_of[t]);
+    model.cloth.corners[t] = all.corners[model.triangle_of[t]];
+  }
+}
+
+void set_materials(const Scene& scene, const Joined& all, const Points& x, Model& model) {
+  const Index m = static_cast<Index>(model.triangle_of.size());
+  ClothModel& cloth = model.cloth;
+  std::vector<double> density(m);
+  std::vector<MembraneConstants> constants;
+  for (std::size_t c = 0; c < scene.cloths.size(); ++c)
+    constants.push_back(membrane_constants(scene.cloths[c].material,
+                                           item("cloths", c, scene.cloths[c].name) + ".material"));
+  cloth.constants.resize(m);
+  cloth.strain_limit_of.assign(m, -1);
+  std::vector<Index> limit_of_cloth(scene.cloths.size(), -1);
+  for (std::size_t c = 0; c < scene.cloths.size(); ++c)
+    if (scene.cloths[c].strain_limit) {
+      limit_of_cloth[c] = static_cast<Index>(cloth.strain_limits.size());
+      cloth.strain_limits.push_back(*scene.cloths[c].strain_limit);
+    }
+  std::vector<std::vector<Index>> triangles_of_cloth(scene.cloths.size());
+  for (Index t = 0; t < m; ++t) {
+    const Index c = all.cloth_of_triangle[model.triangle_of[t]];
+    density[t] = scene.cloths[c].material.density;
+    cloth.constants[t] = constants[c];
+    cloth.strain_limit_of[t] = limit_of_cloth[c];
+    triangles_of_cloth[c].push_back(t);
+  }
+  cloth.mass = lumped_mass(cloth.n_vertices, cloth.triangles, cloth.corners, density);
+  for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
+    const Cloth& description = scene.cloths[c];
+    const Mat3 d =
+        rigidity_of(description.material, item("cloths", c, description.name) + ".material");
+    if (d.isZero(0.0)) continue;
+    ClothModel::BendingPart part;
+    part.element = description.bending;
+    const std::vector<Index>& list = triangles_of_cloth[c];
+    part.setup.rest_positions = x;
+    part.setup.triangles.resize(static_cast<Index>(list.size()), 3);
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      part.setup.triangles.row(i) = cloth.triangles.row(list[i]);
+      part.setup.corners.push_back(cloth.corners[list[i]]);
+    }
+    part.setup.rigidity.assign(list.size(), d);
+    part.setup.damping.assign(list.size(), description.material.bending_damping);
+    part.setup.pinned = cloth.pinned;
+    part.setup.flat_rest = description.rest_angles == "flat";
+    cloth.bending.push_back(std::move(part));
+  }
+}
+
+}  // namespace
+
+void build_cloth(const Scene& scene, Model& model, State& state) {
+  const Joined all = join(scene);
+  ClothModel& cloth = model.cloth;
+  const Index n = cloth.n_vertices = static_cast<Index>(all.x.rows());
+  if (n > 0) model.cloth_size = (all.x.colwise().maxCoeff() - all.x.colwise().minCoeff()).norm();
+  order_vertices(scene, all, model);
+  order_triangles(all, model);
+  state.cloth.x.resize(n, 3);
+  state.cloth.v.resize(n, 3);
+  for (Index vertex = 0; vertex < n; ++vertex) {
+    state.cloth.x.row(model.row_of_vertex[vertex]) = all.x.row(vertex);
+    state.cloth.v.row(model.row_of_vertex[vertex]) = all.v.row(vertex);
+  }
+  cloth.pinned.assign(n, 0);
+  for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
+    const Cloth& description = scene.cloths[c];
+    Model::PinScript script;
+    for (const Index pin : description.pins) {
+      const Index row = model.row_of_vertex[all.first_vertex[c] + pin];
+      cloth.pinned[row] = 1;
+      script.rows.push_back(row);
+      if (description.script_times.empty()) state.cloth.v.row(row).setZero();
+    }
+    if (description.script_times.empty()) continue;
+    script.times = description.script_times;
+    script.positions = description.script_positions;
+    model.scripts.push_back(std::move(script));
+  }
+  cloth.triangles_of_vertex = triangles_of_vertices(n, cloth.triangles);
+  set_materials(scene, all, state.cloth.x, model);
+  state.external_force = Points::Zero(n, 3);
+  state.pin_override.assign(n, 0);
+  state.pin_target = Points::Zero(n, 3);
+
+  FrameTopology& topology = model.topology;
+  topology.triangles = all.triangles;
+  topology.corner_uv.resize(3 * all.triangles.rows(), 2);
+  topology.cloth_of_triangle = all.cloth_of_triangle;
+  for (Index t = 0; t < all.triangles.rows(); ++t)
+    topology.corner_uv.middleRows(3 * t, 3) = all.corners[t];
+  for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
+    topology.cloth_names.push_back(
+        name_of(scene, "cloth", c, scene.cloths.size(), scene.cloths[c].name));
+    topology.cloth_of_vertex.insert(topology.cloth_of_vertex.end(),
+                                    scene.cloths[c].mesh->n_vertices(), static_cast<Index>(c));
+  }
+}
+
+}  // namespace loomstone

@@ -1,0 +1,77 @@
+// A scene checked and turned into tables. Constant once built; with State it alone decides the
+// future.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/frame.h"
+#include "core/base/types.h"
+#include "core/cloth/cloth_model.h"
+#include "core/collision/model/collision_model.h"
+#include "core/magnetics/induction/soft_body.h"
+#include "core/rigid/rigid_body.h"
+#include "core/sim/scene/scene.h"
+
+namespace loomstone {
+
+// Model.
+struct Model {
+  // Vertices in collision numbering (cloth rows, then bodies, then obstacles) that belong to one
+  // rigid body or obstacle.
+  struct Surface {
+    Index first = 0;  // collision vertex of its row 0
+    Points local;     // (k x 3) body: from the centre of mass; obstacle: mesh vertices [m]
+  };
+  struct Attached {
+    Index row = 0;  // cloth row
+    int body = 0;
+    Vec3 local = Vec3::Zero();  // point of the body, from its centre, mesh axes [m]
+  };
+  struct Carried {                              // magnet
+    SourcePtr source;                           // none: induced
+    double radius = 0.0, polarizability = 0.0;  // of an induced sphere [m], [A m^2/T]
+    SoftShapePtr soft;        // of induced bodies, unless all are spheres taken as point dipoles
+    double saturation = 0.0;  // of it [T]
+    Points cells;             // where it answers explicitly [m]
+    RigidPose local;          // body: from its centre; obstacle: from the mesh's origin; mesh axes
+    Index carrier = 0;        // body, or number of bodies plus obstacle
+  };
+  struct Wound {       // coil
+    SourcePtr source;  // with one ampere
+    RigidPose local;   // as of magnets
+    Index carrier = 0;
+  };
+  struct PinScript {  // a cloth whose pins move
+    std::vector<Index> rows;
+    std::vector<double> times;
+    Points positions;  // (times * rows x 3)
+  };
+
+  Scene scene;
+  ClothModel cloth;
+  CollisionModel collision;
+  FrameTopology topology;            // user's order
+  std::vector<Index> row_of_vertex;  // user's cloth vertex -> row
+  std::vector<Index> triangle_of;    // internal triangle -> user's
+  std::vector<PinScript> scripts;
+  std::vector<Surface> bodies, obstacles;
+  std::vector<MassProperties> body_mass;
+  std::vector<Attached> attachments;
+  double attachment_stiffness = 0.0;  // [N/m]
+  double cloth_size = 0.0;            // diagonal of the box about all cloths at the start [m]
+  std::vector<Carried> magnets;
+  std::vector<Wound> coils;
+  std::vector<int> bearing_of_body;  // -1: free
+
+  Index n_bodies() const { return static_cast<Index>(bodies.size()); }
+  Index n_rows() const { return cloth.n_vertices + 2 * n_bodies(); }
+};
+
+struct State;
+
+// Checks the scene (throws InvalidInput, Unsupported) and makes model and start state.
+void build(const Scene& scene, Model& model, State& state);
+
+}  // namespace loomstone

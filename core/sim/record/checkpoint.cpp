@@ -1,0 +1,159 @@
+// A checkpoint is State, written out table by table.
+#include "core/base/error.h"
+#include "core/sim/record/capture.h"
+
+namespace loomstone {
+
+namespace {
+
+template <class Matrix>
+void put(Checkpoint& c, const std::string& name, const Matrix& matrix) {
+  auto& array = c.arrays[name];
+  array.shape = {matrix.rows(), matrix.cols()};
+  array.values.assign(matrix.data(), matrix.data() + matrix.size());
+}
+
+template <class Matrix>
+void get(const Checkpoint& c, const std::string& name, Matrix& matrix) {
+  const auto found = c.arrays.find(name);
+  if (found == c.arrays.end() || found->second.shape.size() != 2 ||
+      static_cast<Index>(found->second.shape[0] * found->second.shape[1]) !=
+          static_cast<Index>(found->second.values.size()))
+    throw CacheError("the checkpoint has no usable table \"" + name +
+                     "\"; it was written by another version");
+  matrix.resize(found->second.shape[0], found->second.shape[1]);
+  std::copy(found->second.values.begin(), found->second.values.end(), matrix.data());
+}
+
+// A table whose size the scene decides: that of `now`.
+template <class Matrix>
+void get(const Checkpoint& c, const std::string& name, Matrix& matrix, const Matrix& now) {
+  get(c, name, matrix);
+  if (matrix.rows() != now.rows() || matrix.cols() != now.cols())
+    throw CacheError("the checkpoint's table \"" + name + "\" must have " +
+                     std::to_string(now.rows()) + " rows, got " + std::to_string(matrix.rows()) +
+                     "; it is damaged");
+}
+
+const std::vector<std::int64_t>& integers(const Checkpoint& c, const std::string& name) {
+  const auto found = c.integers.find(name);
+  if (found == c.integers.end())
+    throw CacheError("the checkpoint has no list \"" + name +
+                     "\"; it was written by another version");
+  return found->second;
+}
+
+std::vector<std::uint8_t> flags(const Checkpoint& c, const std::string& name) {
+  const auto found = c.bytes.find(name);
+  if (found == c.bytes.end())
+    throw CacheError("the checkpoint has no flags \"" + name +
+                     "\"; it was written by another version");
+  return found->second;
+}
+
+}  // namespace
+
+Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutcome& outcome) {
+  Checkpoint c;
+  c.integers["counts"] = {model.cloth.n_vertices, model.cloth.triangles.rows(), model.n_bodies(),
+                          static_cast<std::int64_t>(model.obstacles.size()),
+                          model.collision.n_vertices};
+  c.integers["step"] = {state.step};
+  c.integers["tangled"] = {state.tangled};
+  put(c, "cloth.x", state.cloth.x);
+  put(c, "cloth.v", state.cloth.v);
+  put(c, "cloth.last_change", state.cloth.last_change);
+  put(c, "cloth.previous_x", state.cloth.previous_x);
+  put(c, "cloth.previous_v", state.cloth.previous_v);
+  put(c, "cloth.previous_bending", state.cloth.previous_bending);
+  put(c, "rigid.positions", state.rigid.positions);
+  put(c, "rigid.orientations", state.rigid.orientations);
+  put(c, "rigid.velocities", state.rigid.velocities);
+  put(c, "rigid.angular_velocities", state.rigid.angular_velocities);
+  const CircuitState& circuits = state.circuits;
+  put(c, "circuits", Vec4(circuits.energy, circuits.heat, circuits.supply, circuits.bearings));
+  put(c, "circuits.currents", circuits.currents);
+  put(c, "induced_moments", state.induced_moments);
+  c.bytes["rigid.manifolds"] = state.rigid.manifolds;
+  const auto& anchors = state.contacts.anchors;
+  Points slip(anchors.size(), 3);
+  Vector force(anchors.size());
+  auto& ids = c.integers["contacts.ids"];
+  for (std::size_t i = 0; i < anchors.size(); ++i) {
+    slip.row(i) = anchors[i].slip.transpose();
+    force[i] = anchors[i].normal_force;
+    ids.insert(ids.end(), {static_cast<std::int64_t>(anchors[i].kind), anchors[i].a, anchors[i].b});
+  }
+  put(c, "contacts.slip", slip);
+  put(c, "contacts.normal_force", force);
+  put(c, "obstacle_vertices", state.obstacle_vertices);
+  put(c, "external_force", state.external_force);
+  put(c, "pin_target", state.pin_target);
+  c.bytes["pin_override"] = state.pin_override;
+  put(c, "pose_position", state.pose_position);
+  put(c, "pose_orientation", state.pose_orientation);
+  c.bytes["pose_override"] = state.pose_override;
+  c.bytes["contact_flags"] = outcome.contact;  // shown by a frame taken before the next step
+  return c;
+}
+
+void from_checkpoint(const Model& model, const Checkpoint& c, State& state, StepOutcome& outcome) {
+  const std::vector<std::int64_t> counts = {
+      model.cloth.n_vertices, model.cloth.triangles.rows(), model.n_bodies(),
+      static_cast<std::int64_t>(model.obstacles.size()), model.collision.n_vertices};
+  if (integers(c, "counts") != counts)
+    throw CacheError(
+        "the checkpoint is of another scene (its counts of vertices, triangles, bodies or "
+        "obstacles differ); "
+        "resume with the scene and parameters of the run");
+  State s = state;
+  s.step = integers(c, "step").at(0);
+  s.tangled = static_cast<std::uint8_t>(integers(c, "tangled").at(0));
+  get(c, "cloth.x", s.cloth.x, state.cloth.x);
+  get(c, "cloth.v", s.cloth.v, state.cloth.v);
+  get(c, "cloth.last_change", s.cloth.last_change);
+  get(c, "cloth.previous_x", s.cloth.previous_x);
+  get(c, "cloth.previous_v", s.cloth.previous_v);
+  get(c, "cloth.previous_bending", s.cloth.previous_bending);
+  get(c, "rigid.positions", s.rigid.positions, state.rigid.positions);
+  get(c, "rigid.orientations", s.rigid.orientations, state.rigid.orientations);
+  get(c, "rigid.velocities", s.rigid.velocities, state.rigid.velocities);
+  get(c, "rigid.angular_velocities", s.rigid.angular_velocities, state.rigid.angular_velocities);
+  s.rigid.manifolds = flags(c, "rigid.manifolds");
+  Vector energies;
+  get(c, "circuits", energies, Vector(Vector::Zero(4)));
+  s.circuits.energy = energies[0], s.circuits.heat = energies[1], s.circuits.supply = energies[2];
+  s.circuits.bearings = energies[3];
+  get(c, "circuits.currents", s.circuits.currents, state.circuits.currents);
+  s.induced_moments.resize(0, 3);
+  if (c.arrays.count("induced_moments"))
+    get(c, "induced_moments", s.induced_moments);  // earlier versions had none
+  Points slip;
+  Vector force;
+  get(c, "contacts.slip", slip);
+  get(c, "contacts.normal_force", force);
+  const auto& ids = integers(c, "contacts.ids");
+  if (static_cast<Index>(ids.size()) != 3 * slip.rows() || force.size() != slip.rows())
+    throw CacheError("the checkpoint's friction anchors do not fit together; it is damaged");
+  s.contacts.anchors.resize(slip.rows());
+  for (Index i = 0; i < slip.rows(); ++i)
+    s.contacts.anchors[i] = {static_cast<ContactKind>(ids[3 * i]),
+                             static_cast<Index>(ids[3 * i + 1]), static_cast<Index>(ids[3 * i + 2]),
+                             slip.row(i).transpose(), force[i]};
+  get(c, "obstacle_vertices", s.obstacle_vertices, state.obstacle_vertices);
+  get(c, "external_force", s.external_force, state.external_force);
+  get(c, "pin_target", s.pin_target, state.pin_target);
+  s.pin_override = flags(c, "pin_override");
+  get(c, "pose_position", s.pose_position, state.pose_position);
+  get(c, "pose_orientation", s.pose_orientation, state.pose_orientation);
+  s.pose_override = flags(c, "pose_override");
+  std::vector<std::uint8_t> contact = flags(c, "contact_flags");
+  if (s.pin_override.size() != state.pin_override.size() ||
+      s.pose_override.size() != state.pose_override.size() ||
+      contact.size() != static_cast<std::size_t>(model.cloth.n_vertices))
+    throw CacheError("the checkpoint's flags do not fit its tables; it is damaged");
+  outcome.contact = std::move(contact);
+  state = s;  // a copy: the tables stay where numpy views see them
+}
+
+}  // namespace loomstone

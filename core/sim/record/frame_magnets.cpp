@@ -1,0 +1,61 @@
+#include "core/sim/record/frame_magnets.h"
+
+#include <Eigen/Geometry>
+
+#include "core/base/error.h"
+#include "core/magnetics/sources/constants.h"
+#include "core/magnetics/sources/sphere.h"
+#include "core/sim/magnetic_motion.h"
+#include "core/sim/model/motion.h"
+
+namespace loomstone {
+
+namespace {
+
+// The pose that takes `local` to `world` with the least squares of errors.
+RigidPose fitted_pose(const Points& local, const Points& world) {
+  const Eigen::Matrix4d fit = Eigen::umeyama(Eigen::Matrix3Xd(local.transpose()),
+                                             Eigen::Matrix3Xd(world.transpose()), false);
+  return {fit.topRightCorner<3, 1>(), quaternion_from_matrix(fit.topLeftCorner<3, 3>())};
+}
+
+}  // namespace
+
+std::vector<MagneticBody> magnets_of_frame(const Team& team, const Model& model,
+                                           const Frame& frame) {
+  const Index wanted = static_cast<Index>(model.topology.body_of_vertex.size());
+  if (frame.body_positions.rows() != wanted)
+    throw InvalidInput("the frame must be of this scene, with " + std::to_string(wanted) +
+                       " vertices of bodies and obstacles, got " +
+                       std::to_string(frame.body_positions.rows()));
+  RigidState state;
+  state.positions.resize(model.n_bodies(), 3);
+  state.orientations.resize(model.n_bodies(), 4);
+  std::vector<RigidPose> obstacles;
+  Index row = 0;
+  const auto next = [&](const Points& local) {
+    const RigidPose pose = fitted_pose(local, frame.body_positions.middleRows(row, local.rows()));
+    row += static_cast<Index>(local.rows());
+    return pose;
+  };
+  for (Index b = 0; b < model.n_bodies(); ++b) {
+    const RigidPose pose = next(model.bodies[b].local);
+    state.positions.row(b) = pose.position.transpose();
+    state.orientations.row(b) = pose.orientation.transpose();
+  }
+  for (const Model::Surface& obstacle : model.obstacles) obstacles.push_back(next(obstacle.local));
+  const std::vector<MagneticBody> coils =
+      carrying_coils(model, state, obstacles, frame.coil_currents);
+  std::vector<MagneticBody> magnets = MagneticMotion(model).placed(team, state, obstacles, coils);
+  for (std::size_t i = 0; i < magnets.size(); ++i) {
+    if (model.magnets[i].source || model.magnets[i].soft) continue;
+    const double radius = model.magnets[i].radius;  // of what has no source of its own
+    const Vec3 polarization =
+        mu0 / (4.0 / 3.0 * pi * radius * radius * radius) * magnets[i].moment();
+    magnets[i].source = std::make_shared<Sphere>(radius, polarization);
+  }
+  magnets.insert(magnets.end(), coils.begin(), coils.end());
+  return magnets;
+}
+
+}  // namespace loomstone

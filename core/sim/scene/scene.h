@@ -1,0 +1,235 @@
+// What the user asks for. Plain descriptions without methods; build() checks them and makes the
+// Model.
+#pragma once
+
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/field.h"
+#include "core/base/types.h"
+#include "core/cloth/air.h"
+#include "core/cloth/material/material.h"
+#include "core/cloth/material/strain_limit.h"
+#include "core/mesh/triangle_mesh.h"
+#include "core/rigid/rigid_body.h"
+#include "core/sim/coil.h"
+
+namespace loomstone {
+
+// Description.
+struct Cloth {
+  std::string name;
+  std::shared_ptr<const TriangleMesh> mesh;
+  ClothMaterial material;
+  std::string rest =
+      "uv";  // "uv": uv are the pattern [m] | "mesh": lengths of the mesh, uv only directions
+  std::string rest_angles = "flat";  // "flat" | "mesh": angles of the mesh as given
+  std::string bending = "mid-edge";  // "mid-edge" | "hinge"
+  std::vector<Index> pins;           // vertices that stay where they are (or follow a script)
+  std::vector<double> script_times;  // [s] ascending; empty: pins stand still
+  Points
+      script_positions;  // (times * pins x 3) of the pins at each time, interpolated linearly [m]
+  Points velocities;     // (n x 3) at the start, or empty: at rest [m/s]
+  double thickness = 0.0;
+  double friction = 0.3;
+  bool self_collision = true;
+  std::optional<StrainLimit> strain_limit;
+
+  static auto fields() {
+    using C = Cloth;
+    return std::make_tuple(
+        field("name", &C::name, "name in reports and files"),
+        field("mesh", &C::mesh, "triangle mesh; its vertices are the start positions"),
+        field("material", &C::material, "ClothMaterial"),
+        field("rest", &C::rest,
+              "rest lengths from uv (the pattern [m]) or from the mesh: uv | mesh"),
+        field("rest_angles", &C::rest_angles, "rest angles between triangles: flat | mesh"),
+        field("bending", &C::bending,
+              "bending element: mid-edge (beam theory within 1 % along any direction) | hinge (off "
+              "by up to 25 % along the axes "
+              "of grids, 12 to 18 % in strips of 16 to 6 elements across on smoothed irregular "
+              "meshes, a factor 2 at 45 degrees)"),
+        field("pins", &C::pins, "indices of vertices that are held, or moved by script"),
+        field("script_times", &C::script_times,
+              "times of the script [s], ascending; empty: pins stand still"),
+        field("script_positions", &C::script_positions,
+              "(times * pins x 3) positions of the pins [m], linear between"),
+        field("velocities", &C::velocities, "(n x 3) at the start [m/s]; empty: at rest"),
+        field("thickness", &C::thickness, "m", non_negative(),
+              "contact distance; 0: chosen from the mesh"),
+        field("friction", &C::friction, "1", non_negative(), "friction coefficient"),
+        field("self_collision", &C::self_collision, "the cloth collides with itself"),
+        field("strain_limit", &C::strain_limit,
+              "StrainLimit: how far it may strain; None: as far as forces take it"));
+  }
+};
+
+// Description. Static, moved by keyframes, or deformed by a vertex sequence.
+struct Obstacle {
+  std::string name;
+  std::shared_ptr<const TriangleMesh> mesh;
+  double friction = 0.3;
+  double thickness = 0.0;
+  std::vector<double> times;  // keyframes [s], ascending
+  Points positions;           // (times x 3) of the mesh's origin [m]
+  Points axis_angles;         // (times x 3) rotation vectors [rad]; empty: none
+  Points vertex_positions;    // (times * n x 3) vertex sequence instead of rigid keyframes [m]
+  bool floor = false;         // drawn as ground
+
+  static auto fields() {
+    using O = Obstacle;
+    return std::make_tuple(
+        field("name", &O::name, "name in reports and files"),
+        field("mesh", &O::mesh, "surface; closed ones refuse cloth that starts inside"),
+        field("friction", &O::friction, "1", non_negative(), "friction coefficient"),
+        field("thickness", &O::thickness, "m", non_negative(),
+              "contact distance; 0: as the cloth's"),
+        field("times", &O::times, "times of the keyframes [s], ascending; empty: stands still"),
+        field("positions", &O::positions,
+              "(times x 3) positions of the mesh's origin [m], linear between"),
+        field("axis_angles", &O::axis_angles,
+              "(times x 3) rotation vectors [rad], interpolated as rotations"),
+        field("vertex_positions", &O::vertex_positions,
+              "(times * n x 3) vertex sequence [m], linear between"),
+        field("floor", &O::floor, "drawn as ground"));
+  }
+};
+
+// Description. Ties cloth vertices to points of a rigid body, both ways.
+struct Attachment {
+  std::string cloth, body;  // names
+  std::vector<Index> vertices;
+
+  static auto fields() {
+    using A = Attachment;
+    return std::make_tuple(
+        field("cloth", &A::cloth, "name of the cloth"), field("body", &A::body, "name of the body"),
+        field("vertices", &A::vertices, "vertices of the cloth that move with the body"));
+  }
+};
+
+// Description. What makes a rigid body or an obstacle magnetic; one that carries several has one of
+// these for each.
+struct Magnet {
+  std::string body;  // name of the rigid body or obstacle that carries it
+  std::string shape = "mesh";
+  std::shared_ptr<const TriangleMesh> mesh;
+  Vec3 size = Vec3::Zero();
+  double radius = 0.0, inner_radius = 0.0, height = 0.0;
+  Vec3 position = Vec3::Zero();
+  Vec4 orientation = Vec4(1, 0, 0, 0);
+  Vec3 polarization = Vec3::Zero();
+  Vec3 moment = Vec3::Zero();
+  double susceptibility = 0.0;
+  double saturation = 0.0;
+  int resolution = 0;
+  double focus = 0.0;
+  std::string response = "mutual";
+  std::string engine = "accurate";
+  double density = 0.0;
+
+  static auto fields() {
+    using M = Magnet;
+    return std::make_tuple(
+        field("body", &M::body, "name of the rigid body or obstacle that carries it"),
+        field("shape", &M::shape, "mesh | sphere | cuboid | cylinder (about its z axis) | dipole"),
+        field("mesh", &M::mesh,
+              "closed surface in the magnet's own frame, of shape mesh; none: that of the body"),
+        field("size", &M::size, "(3) edges of a cuboid [m]"),
+        field("radius", &M::radius, "m", non_negative(), "of a sphere or cylinder"),
+        field("inner_radius", &M::inner_radius, "m", non_negative(), "of a cylinder with a bore"),
+        field("height", &M::height, "m", non_negative(), "of a cylinder"),
+        field("position", &M::position,
+              "(3) of the magnet's origin in the frame of the body's mesh [m]"),
+        field("orientation", &M::orientation,
+              "unit quaternion (w, x, y, z), magnet's axes to those of the body's mesh"),
+        field("polarization", &M::polarization,
+              "(3) J = mu0 M in the magnet's axes, fixed to it [T]; not of a dipole"),
+        field("moment", &M::moment, "(3) of a dipole in the magnet's axes [A m^2]"),
+        field("susceptibility", &M::susceptibility, "1",
+              Limits{-1.0, std::numeric_limits<double>::infinity(), false, true},
+              "chi of a sphere, cuboid, cylinder or mesh that magnetises in the field it is in, "
+              "instead of a polarization: > 0 soft iron, < 0 diamagnetic, -1 superconducting"),
+        field("saturation", &M::saturation, "T", non_negative(),
+              "mu0 M_s with a susceptibility > 0, followed in the means over the body; 0: none"),
+        field("resolution", &M::resolution, "1", between(0, 8000),
+              "with a susceptibility: degree of the harmonics of a sphere (1: a point dipole), "
+              "cells along each edge of a cuboid (a multiple of 4 from 8 to 48) or the side of a "
+              "cylinder (from 8 to 24), least number of panels of a mesh; 0: 1, 8 or 500"),
+        field("focus", &M::focus, "m", non_negative(),
+              "of a cuboid with a susceptibility: half the width of what is near the middle of its "
+              "wide faces, where panels are finer then; 0: none"),
+        field(
+            "response", &M::response,
+            "with a susceptibility: mutual, to the field of all others | explicit, the thesis' own "
+            "way: cells of `density` that answer as lone spheres, to permanent magnets alone"),
+        field("engine", &M::engine,
+              "accurate: exact fields, forces to magnetic_tolerance | cells: dipole cells, fast "
+              "and rough"),
+        field("density", &M::density, "1/m^3", non_negative(),
+              "of cells, where engine is cells or response is explicit"));
+  }
+};
+
+// Description.
+struct Scene {
+  std::vector<Cloth> cloths;
+  std::vector<Obstacle> obstacles;
+  std::vector<RigidBody> bodies;
+  std::vector<Attachment> attachments;
+  std::vector<Magnet> magnets;
+  std::vector<Coil> coils;
+  std::vector<Bearing> bearings;
+  Vec3 magnetic_field = Vec3::Zero();
+  double magnetic_tolerance = 1e-4;
+  double magnetic_step = 0.15;
+  Air air;
+  LimitOptions limits;
+  Vec3 gravity = Vec3(0, 0, -9.81);
+  bool collisions = true;
+  double contact_stiffness = 0.0;
+  std::string response = "implicit";
+  bool allow_initial_intersections = false;
+  int rigid_iterations = RigidWorld::default_iterations;
+  int rigid_rebuild_interval = 40;
+
+  static auto fields() {
+    using S = Scene;
+    return std::make_tuple(
+        field("cloths", &S::cloths, "list of Cloth"),
+        field("obstacles", &S::obstacles, "list of Obstacle"),
+        field("bodies", &S::bodies, "list of RigidBody"),
+        field("attachments", &S::attachments, "list of Attachment"),
+        field("magnets", &S::magnets, "list of Magnet: what makes bodies and obstacles magnetic"),
+        field("coils", &S::coils, "list of Coil: currents on bodies and obstacles"),
+        field("bearings", &S::bearings, "list of Bearing: bodies that only turn"),
+        field("magnetic_field", &S::magnetic_field,
+              "(3) uniform flux density that magnets feel besides one another's [T]"),
+        field("magnetic_tolerance", &S::magnetic_tolerance, "1", between(1e-12, 0.1),
+              "error of the force between two magnets over the largest such force"),
+        field(
+            "magnetic_step", &S::magnetic_step, "1", Limits{0.0, 1.0, true, false},
+            "length of the sub-steps in which magnets move times their largest angular frequency"),
+        field("air", &S::air, "Air: drag and wind"),
+        field("limits", &S::limits, "LimitOptions: how strain limits of cloths are enforced"),
+        field("gravity", &S::gravity, "acceleration [m/s^2]"),
+        field("collisions", &S::collisions, "contacts between surfaces are handled"),
+        field("contact_stiffness", &S::contact_stiffness, "N/m", non_negative(),
+              "of a contact; 0: chosen from the material"),
+        field("response", &S::response,
+              "contacts in the implicit solve (implicit) or by impulses after it (impulse, as "
+              "explicit integrators always do)"),
+        field("allow_initial_intersections", &S::allow_initial_intersections,
+              "accept a start with intersections: they are moved apart, then guarded"),
+        field("rigid_iterations", &S::rigid_iterations, "1", between(10, 10000),
+              "sweeps of the rigid-body solver over all contacts in a step: stacks want many, "
+              "loose heaps few; fewer than 10 feed energy in"),
+        field("rigid_rebuild_interval", &S::rigid_rebuild_interval, "1", between(1, 1000),
+              "steps between rebuilds of the rigid-body world; checkpoints with bodies fall on "
+              "them"));
+  }
+};
+
+}  // namespace loomstone

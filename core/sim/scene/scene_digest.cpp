@@ -1,0 +1,107 @@
+#include "core/sim/scene/scene_digest.h"
+
+#include <bit>
+#include <cmath>
+#include <concepts>
+#include <cstdint>
+#include <cstdio>
+#include <type_traits>
+
+#include "core/base/error.h"
+#include "core/base/word_hash.h"
+
+namespace loomstone {
+
+namespace {
+
+template <class T>
+concept Description = requires { T::fields(); };
+
+class Digest {
+ public:
+  void add(double value) {
+    constexpr double nothing = 1e-12;
+    word(std::abs(value) < nothing ? 0 : std::bit_cast<std::uint32_t>(static_cast<float>(value)));
+  }
+  template <std::integral T>
+  void add(T value) {
+    word(static_cast<std::uint64_t>(value));
+  }
+  void add(const std::string& text) {
+    word(text.size());
+    for (const char letter : text) word(static_cast<unsigned char>(letter));
+  }
+  template <class Derived>
+  void add(const Eigen::MatrixBase<Derived>& matrix) {
+    word(static_cast<std::uint64_t>(matrix.rows()));
+    for (Eigen::Index i = 0; i < matrix.size(); ++i) add(matrix.derived().data()[i]);
+  }
+  void add(const std::shared_ptr<const TriangleMesh>& mesh) {
+    word(mesh != nullptr);
+    if (mesh)
+      add(mesh->vertices()), add(mesh->triangles()), add(mesh->uv()), add(mesh->uv_triangles());
+  }
+  template <class T>
+  void add(const std::optional<T>& value) {
+    word(value.has_value());
+    if (value) add(*value);
+  }
+  template <class T>
+  void add(const std::vector<T>& values) {
+    word(values.size());
+    for (const T& value : values) add(value);
+  }
+  // Only what differs from its default: later versions may have more fields.
+  template <Description D>
+  void add(const D& description) {
+    visit(description,
+          [&](const char* name, std::uint64_t sum) { add(std::string(name)), word(sum); });
+  }
+
+  template <Description D, class Visitor>
+  static void visit(const D& description, Visitor&& visitor) {
+    D defaults;  // not D{}: GCC 12 then takes its texts for uninitialised
+    for_each_field<D>([&](const auto& each) {
+      Digest given, usual;
+      given.add(description.*(each.member)), usual.add(defaults.*(each.member));
+      if (given.hash_.sum != usual.hash_.sum) visitor(each.name, given.hash_.sum);
+    });
+  }
+
+ private:
+  void word(std::uint64_t value) { hash_.add(value); }
+  WordHash hash_;
+};
+
+}  // namespace
+
+std::map<std::string, std::string> digests(const Scene& scene, const IntegratorOptions& options) {
+  std::map<std::string, std::string> all;
+  const auto note = [&](const std::string& whose) {
+    return [&all, whose](const char* name, std::uint64_t sum) {
+      char text[17];
+      std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(sum));
+      all[whose + name] = text;
+    };
+  };
+  Digest::visit(scene, note("scene."));
+  Digest::visit(options, note("integrator."));
+  return all;
+}
+
+void check_digests(const std::map<std::string, std::string>& kept,
+                   const std::map<std::string, std::string>& now) {
+  if (kept.empty() || kept == now) return;
+  std::string differ;
+  const auto note = [&](const std::string& name) { differ += (differ.empty() ? "" : ", ") + name; };
+  for (const auto& [name, digest] : kept)
+    if (const auto found = now.find(name); found == now.end() || found->second != digest)
+      note(name);
+  for (const auto& [name, digest] : now)
+    if (!kept.count(name)) note(name);
+  throw CacheError("the checkpoint is of another scene or integrator (these differ: " + differ +
+                   "); continue with those of the run, or begin a new run from its last positions "
+                   "and velocities");
+}
+
+}  // namespace loomstone

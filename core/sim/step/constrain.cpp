@@ -1,0 +1,267 @@
+#include "core/sim/step/constrain.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <limits>
+#include <numeric>
+
+namespace loomstone {
+
+namespace {
+
+// Our choice: contacts and limits that meet in the solve leave so little that the second round is
+// rare.
+constexpr int max_rounds = 4;
+constexpr int max_retreats = 4;
+constexpr int max_passes = 16;    // of going back, before it is certified
+constexpr double aimed_at = 0.9;  // part of the margin that going back leaves
+constexpr double much_motion =
+    0.01;  // that going back may take: at once it takes most of what is thrown at a ball
+
+// A mode of a triangle at one end of the step: strain beyond its limit (negative: within), and what
+// is let be.
+struct Mode {
+  double excess, margin;
+};
+
+class Constraining {
+ public:
+  Constraining(const ConstrainInputs& inputs, Points& x1, FreeBodies& bodies)
+      : in_(inputs), x1_(x1), bodies_(bodies), given_up_(inputs.cloth->strain_limits.size(), 0) {}
+
+  ConstrainReport run() {
+    ConstrainReport done = enforce();
+    done.stopped = done.gone_back > much_motion * done.wanted;
+    done.broke = breaks();
+    return done;
+  }
+
+ private:
+  ConstrainReport enforce() {
+    limit({});
+    report_.wanted = parallel_sum(*in_.team, in_.cloth->n_vertices, [&](Index i) {
+      return (*in_.inverse_mass)[i] > 0.0 ? (x1_.row(i) - in_.x0->row(i)).norm() : 0.0;
+    });
+    if (!in_.collision) return report_;
+    if (in_.repelled)
+      in_.collision->repel(*in_.repelled, *in_.x0, x1_, *in_.inverse_mass, in_.step, bodies_);
+    const bool limits_hold = in_.limiter && in_.limits_hold;
+    if (limits_hold) give_up();
+    certify();
+    if (!limits_hold || report_.touched.empty()) return report_;
+    while (report_.rounds < max_rounds && look(x1_)) {
+      keep_best();
+      for (Index i = 0; i < in_.cloth->n_vertices; ++i)
+        if (x1_.row(i) != target_.row(i)) held_[i] = 1;
+      std::vector<Index> list;
+      for (Index i = 0; i < in_.cloth->n_vertices; ++i)
+        if (held_[i]) list.push_back(i);
+      limit(list);
+      certify();
+    }
+    for (int i = 0; i < max_retreats && look(x1_); ++i) {
+      keep_best();
+      if (!retreat()) break;
+      certify();
+    }
+    if (look(x1_)) {
+      keep_best();
+      x1_ = best_x1_;
+      bodies_ = best_bodies_;
+      best_report_.limits.sweeps = report_.limits.sweeps,
+      best_report_.limits.evaluations = report_.limits.evaluations;
+      best_report_.limit_seconds = report_.limit_seconds;
+      best_report_.rounds = report_.rounds, best_report_.retreats = report_.retreats;
+      report_ = best_report_;
+    }
+    return report_;
+  }
+
+  // Whether limits of a cloth do not hold at x1, but did at x0.
+  bool breaks() {
+    if (!in_.limiter || !in_.limits_hold) return false;
+    if (limiting_held() && report_.touched.empty()) return false;
+    std::fill(given_up_.begin(), given_up_.end(), 0);
+    if (!look(x1_)) return false;
+    std::vector<std::uint8_t> broken(given_up_.size(), 0);
+    for (const Index t : beyond_) broken[in_.cloth->strain_limit_of[t]] = 1;
+    look(*in_.x0);
+    for (const Index t : beyond_) broken[in_.cloth->strain_limit_of[t]] = 0;
+    return std::any_of(broken.begin(), broken.end(), [](std::uint8_t b) { return b != 0; });
+  }
+
+  void limit(const std::vector<Index>& held) {
+    if (!in_.limiter) return;
+    const auto start = std::chrono::steady_clock::now();
+    const Points wanted = x1_;
+    LimitReport done = in_.limiter->enforce(*in_.team, in_.key, held, x1_);
+    if (done.beyond > 0 && in_.limits_hold && take_back(wanted)) {
+      const LimitReport left = in_.limiter->measure(*in_.team, x1_);
+      done.excess = left.excess, done.beyond = left.beyond, done.worst = left.worst,
+      done.broken = left.broken;
+    }
+    const int sweeps = report_.limits.sweeps + done.sweeps;
+    const std::int64_t evaluations = report_.limits.evaluations + done.evaluations;
+    report_.limits = done;
+    report_.limits.sweeps = sweeps;
+    report_.limits.evaluations = evaluations;
+    report_.limit_seconds +=
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  }
+
+  // Whether limits held after sweeps, and only certification can have moved cloth since: spares
+  // looking again.
+  bool limiting_held() const { return report_.limits.broken.empty() && !in_.repelled; }
+
+  // Cloths whose limits sweeps alone cannot meet (a script leaves them no room, or sweeps ended too
+  // soon): certification has the last word on them, and the report tells.
+  void give_up() {
+    held_.assign(in_.cloth->n_vertices, 0);
+    if (limiting_held()) return;
+    look(x1_);
+    for (const Index t : beyond_) given_up_[in_.cloth->strain_limit_of[t]] = 1;
+    for (Index t = 0; t < in_.cloth->triangles.rows(); ++t)
+      if (const Index row = in_.cloth->strain_limit_of[t]; row >= 0 && given_up_[row])
+        for (int c = 0; c < 3; ++c) held_[in_.cloth->triangles(t, c)] = 1;
+  }
+
+  // Where what moves by script leaves limits no room, sweeps only push strain into corners: cloths
+  // that they have made no better go back to what the solve had found. True where there are some.
+  bool take_back(const Points& wanted) {
+    look(wanted);
+    const std::vector<double> before = squares_;
+    look(x1_);
+    std::vector<std::uint8_t> worse(before.size(), 0);
+    for (const Index t : beyond_) {
+      const Index row = in_.cloth->strain_limit_of[t];
+      worse[row] = squares_[row] >= before[row];
+    }
+    for (Index t = 0; t < in_.cloth->triangles.rows(); ++t)
+      if (const Index row = in_.cloth->strain_limit_of[t]; row >= 0 && worse[row])
+        for (int c = 0; c < 3; ++c)
+          x1_.row(in_.cloth->triangles(t, c)) = wanted.row(in_.cloth->triangles(t, c));
+    return std::any_of(worse.begin(), worse.end(), [](std::uint8_t w) { return w != 0; });
+  }
+
+  // Every state that is certified may end the step: of those in which limits do not hold (as look()
+  // found) the one nearest to them.
+  void keep_best() {
+    const double excess = std::accumulate(squares_.begin(), squares_.end(), 0.0);
+    if (excess >= least_excess_) return;
+    least_excess_ = excess;
+    best_x1_ = x1_;
+    best_bodies_ = bodies_;
+    best_report_ = report_;
+  }
+
+  void certify() {
+    target_ = x1_;
+    CertifyReport done =
+        in_.collision->certify(*in_.collision_team, *in_.x0, x1_, *in_.inverse_mass, bodies_);
+    done.impacts += report_.certified.impacts;
+    done.merge(report_.certified.shortened);
+    report_.certified = std::move(done);
+    for (Index i = 0; i < in_.cloth->n_vertices; ++i)
+      if (x1_.row(i) != target_.row(i)) report_.touched.push_back(i);
+    ++report_.rounds;
+  }
+
+  // Of mode k of a triangle of that strain.
+  Mode mode(const Vec3& strain, Index triangle, int k) const {
+    const StrainLimit& limit = in_.cloth->strain_limits[in_.cloth->strain_limit_of[triangle]];
+    const std::array<double, 3> most = {limit.weft, limit.warp, limit.shear};
+    const std::array<double, 3> least = {limit.weft_min, limit.warp_min, limit.least_shear()};
+    const double above = strain[k] - most[k], below = least[k] - strain[k];
+    return above >= below ? Mode{above, limit_margin(most[k])}
+                          : Mode{below, limit_margin(least[k])};
+  }
+
+  // Finds the triangles that are beyond their limits at x by more than the margin (true where there
+  // are some), and sums the squares of all excess for each limit. Cloths that are limited by edges
+  // or given up count nowhere.
+  bool look(const Points& x) {
+    const LimitReport seen = in_.limiter->measure(*in_.team, x);
+    squares_ = seen.squares;
+    const auto counts = [&](Index row) {
+      return !in_.cloth->strain_limits[row].edge && !given_up_[row];
+    };
+    for (std::size_t row = 0; row < squares_.size(); ++row)
+      if (!counts(static_cast<Index>(row))) squares_[row] = 0.0;
+    beyond_.clear();
+    for (const Index element : seen.broken_elements())
+      if (counts(in_.cloth->strain_limit_of[element])) beyond_.push_back(element);
+    return !beyond_.empty();
+  }
+
+  // The corners of triangles beyond their limits go back along their way, until none is beyond any
+  // more: at the start of the step they were within. False where nothing could, or they were not.
+  bool retreat() {
+    const Points wanted = x1_;
+    bool any = false;
+    for (int pass = 0; pass < max_passes && !beyond_.empty(); ++pass) {
+      std::vector<std::pair<Index, double>> shares;  // of the way that vertices keep
+      for (const Index t : beyond_) {
+        const Vec3 strain0 =
+            corotational_strain(in_.cloth->triangles, in_.cloth->corners, *in_.x0, t);
+        const Vec3 strain1 = corotational_strain(in_.cloth->triangles, in_.cloth->corners, x1_, t);
+        double share = 1.0;
+        for (int k = 0; k < 3; ++k) {
+          const Mode before = mode(strain0, t, k), now = mode(strain1, t, k);
+          const double aim = aimed_at * now.margin;
+          if (now.excess > now.margin && before.excess < aim)
+            share = std::min(share, (aim - before.excess) / (now.excess - before.excess));
+        }
+        if (pass >= max_passes / 2) share *= 0.5;
+        bool free = true;  // else the corners that move by script would go on alone
+        for (int c = 0; c < 3; ++c)
+          free = free && (*in_.inverse_mass)[in_.cloth->triangles(t, c)] > 0.0;
+        if (share < 1.0 && free)
+          for (int c = 0; c < 3; ++c) shares.emplace_back(in_.cloth->triangles(t, c), share);
+      }
+      std::sort(shares.begin(), shares.end());  // the smallest of a vertex first
+      Index last = -1;
+      bool moved = false;
+      for (const auto& [vertex, share] : shares) {
+        if (vertex == last) continue;
+        last = vertex;
+        x1_.row(vertex) = in_.x0->row(vertex) + share * (x1_.row(vertex) - in_.x0->row(vertex));
+        moved = true;
+      }
+      if (!moved) break;
+      any = true;
+      look(x1_);
+    }
+    std::vector<Shortened> back;
+    for (Index i = 0; i < in_.cloth->n_vertices; ++i) {
+      if (wanted.row(i) == x1_.row(i)) continue;
+      back.push_back({i, (wanted.row(i) - x1_.row(i)).transpose(), 1.0 / (*in_.inverse_mass)[i]});
+      report_.gone_back += (wanted.row(i) - x1_.row(i)).norm();
+    }
+    report_.certified.merge(back);
+    report_.retreats += any;
+    return any;
+  }
+
+  const ConstrainInputs& in_;
+  Points& x1_;
+  FreeBodies& bodies_;
+  ConstrainReport report_;
+  Points target_;  // what was certified last
+  std::vector<Index> beyond_;
+  std::vector<double> squares_;         // (limits)
+  std::vector<std::uint8_t> given_up_;  // (limits)
+  std::vector<std::uint8_t> held_;      // (n) 1: limiting does not move it any more
+  double least_excess_ = std::numeric_limits<double>::infinity();
+  Points best_x1_;
+  FreeBodies best_bodies_;
+  ConstrainReport best_report_;
+};
+
+}  // namespace
+
+ConstrainReport constrain(const ConstrainInputs& inputs, Points& x1, FreeBodies& bodies) {
+  return Constraining(inputs, x1, bodies).run();
+}
+
+}  // namespace loomstone

@@ -1,0 +1,104 @@
+#include "core/sim/step/user_writes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <utility>
+
+#include "core/base/error.h"
+
+namespace loomstone {
+
+namespace {
+
+bool same_bits(const Points& a, const Points& b) {
+  return a.rows() == b.rows() && std::equal(a.data(), a.data() + a.size(), b.data());
+}
+
+[[noreturn]] void refuse(const std::string& what, const Points& table, Index row,
+                         const std::string& wanted) {
+  std::ostringstream out;
+  out << what << " must be " << wanted << ", got (" << table.row(row)
+      << "); write numbers before the next step";
+  throw InvalidInput(out.str());
+}
+
+void check_rows(const Model& model, const Points& table, const char* name,
+                const std::vector<std::uint8_t>* used) {
+  if (table.allFinite()) return;
+  for (std::size_t vertex = 0; vertex < model.row_of_vertex.size(); ++vertex) {
+    const Index row = model.row_of_vertex[vertex];
+    if ((used && !(*used)[row]) || table.row(row).allFinite()) continue;
+    refuse(std::string(name) + " of vertex " + std::to_string(vertex) + " (row " +
+               std::to_string(row) + ")",
+           table, row, "finite");
+  }
+}
+
+}  // namespace
+
+void UserWrites::watch(const State& state) {
+  if (watching_) return;
+  watching_ = true;
+  remember(state);
+}
+
+void UserWrites::check(const Model& model, const State& state) const {
+  if (!watching_) return;  // calls have checked what they wrote
+  check_rows(model, state.cloth.x, "positions", nullptr);
+  check_rows(model, state.cloth.v, "velocities", nullptr);
+  check_rows(model, state.external_force, "external_forces", nullptr);
+  check_rows(model, state.pin_target, "pin_targets", &state.pin_override);
+  for (std::size_t o = 0; o < state.pose_override.size(); ++o) {
+    if (!state.pose_override[o]) continue;
+    const std::string name = " of obstacle " + std::to_string(o);
+    const Index row = static_cast<Index>(o);
+    if (!state.pose_position.row(row).allFinite())
+      refuse("obstacle_positions" + name, state.pose_position, row, "finite");
+    const double norm = state.pose_orientation.row(row).norm();
+    if (!(std::abs(norm - 1.0) <= 1e-6))
+      throw InvalidInput("obstacle_orientations" + name +
+                         " must be a unit quaternion (w, x, y, z), got norm " +
+                         std::to_string(norm) + "; normalise it");
+  }
+}
+
+UserWrites::Kind UserWrites::settle(const RowLayout& layout, State& state) {
+  if (watching_)
+    note(!same_bits(x_, state.cloth.x)   ? Positions
+         : !same_bits(v_, state.cloth.v) ? Velocities
+                                         : Table);
+  if (!layout.single()) {
+    const Communicator& ranks = layout.communicator();
+    written_ = static_cast<Kind>(ranks.maximum(written_));
+    if (written_ != Nothing) {
+      for (Points* table :
+           {&state.cloth.x, &state.cloth.v, &state.external_force, &state.pin_target})
+        gather_rows(layout, *table);
+      const auto from_rank_0 = [&](auto& table) {
+        ranks.broadcast(table.data(),
+                        static_cast<std::size_t>(table.size()) * sizeof(*table.data()), 0);
+      };
+      from_rank_0(state.pin_override), from_rank_0(state.pose_override);
+      from_rank_0(state.pose_position), from_rank_0(state.pose_orientation);
+    }
+  }
+  remember(state);
+  return std::exchange(written_, Nothing);
+}
+
+void UserWrites::remember(const State& state) {
+  if (!watching_) return;
+  x_ = state.cloth.x;
+  v_ = state.cloth.v;
+}
+
+void gather_rows(const RowLayout& layout, Points& rows) {
+  if (layout.single() || rows.rows() == 0) return;
+  Points wide = Points::Zero(layout.n_rows(), 3);  // a layout also has rows of rigid bodies
+  wide.topRows(rows.rows()) = rows;
+  layout.gather(wide.data(), 3);
+  rows = wide.topRows(rows.rows());
+}
+
+}  // namespace loomstone

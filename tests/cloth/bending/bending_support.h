@@ -1,0 +1,49 @@
+// Meshes, materials and solves that the tests of bending share.
+#pragma once
+
+#include <string>
+
+#include "core/cloth/bending/bending.h"
+#include "core/mesh/triangle_mesh.h"
+
+namespace loomstone::test {
+
+Mat3 isotropic(double b, double nu);  // D for (kxx, kyy, 2 kxy) [N m]
+Mat3 some_rigidity();                 // full, orthotropic with couplings [N m]
+
+// Flat mesh in z = 0 as it lies; material axes turned by `angle` [rad] against x.
+BendingSetup flat_setup(const Points& vertices, const Triangles& triangles, const Mat3& rigidity,
+                        double angle = 0.0);
+BendingSetup flat_setup(const TriangleMesh& mesh, const Mat3& rigidity, double angle = 0.0);
+
+std::unique_ptr<Bending> make_bending(const std::string& element,
+                                      const BendingSetup& setup);  // "hinge" | "midedge"
+
+Points noise(Index n, double size, unsigned seed);
+
+// Strip from x = 0 (clamp line) to x = length, with two pinned rows at x <= 0; y from 0 to width.
+struct Strip {
+  Points vertices;
+  Triangles triangles;
+  std::vector<std::uint8_t> pinned;
+  std::vector<Index> tip;  // vertices at x = length
+  double length;
+};
+// pattern: alternating | diagonal | mirrored | jittered | along (45 degrees, diagonals along) |
+// across.
+Strip make_strip(const std::string& pattern, double length, double width, Index across);
+// Delaunay of random points; smoothing: rounds of relaxation, 0 leaves slivers. least_angle [rad]
+// may be null.
+Strip random_strip(double length, double width, Index across, unsigned seed, int smoothing,
+                   double* least_angle = nullptr);
+
+Vector lumped_areas(const Points& vertices, const Triangles& triangles);  // [m^2]
+
+// Deflections of a flat sheet under unit load per area, small deflections, pinned vertices held
+// [m].
+Vector deflections(const Points& vertices, const Triangles& triangles,
+                   const std::vector<std::uint8_t>& pinned, const Bending& bending);
+// Their mean at the tip of a strip.
+double tip_deflection(const Strip& strip, const Bending& bending);
+
+}  // namespace loomstone::test

@@ -1,0 +1,151 @@
+// Bending against beam theory. Clamp lines are meshed, two rows are pinned, rule (R) holds, Poisson
+// ratio 0 where not said.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+#include "core/mesh/generators.h"
+#include "tests/cloth/bending/bending_support.h"
+
+using namespace loomstone;
+using namespace loomstone::test;
+
+namespace {
+
+// Tip deflection divided by q L^4 / (8 B).
+double deflection_ratio(const std::string& element, const std::string& pattern, Index across,
+                        const Mat3& rigidity, double b, double angle = 0.0, double width = 0.2) {
+  const Strip strip = make_strip(pattern, 1.0, width, across);
+  BendingSetup setup = flat_setup(strip.vertices, strip.triangles, rigidity, angle);
+  setup.pinned = strip.pinned;
+  return tip_deflection(strip, *make_bending(element, setup)) * 8.0 * b;
+}
+
+}  // namespace
+
+TEST_CASE("a mid-edge cantilever sags as beam theory says, whatever the mesh and its direction") {
+  const std::string pattern =
+      GENERATE("alternating", "diagonal", "mirrored", "jittered", "along", "across");
+  const Index across = GENERATE(4, 6, 10);
+  CAPTURE(pattern, across);
+  // Measured 1.003 at 4 elements across and nearer beyond; the issue asks for 1 %.
+  CHECK(deflection_ratio("midedge", pattern, across, isotropic(1.0, 0.0), 1.0) ==
+        Approx(1.0).epsilon(0.005));
+}
+
+TEST_CASE("a mid-edge cantilever sags as beam theory says on raw meshes with slivers") {
+  const Index across = GENERATE(4, 6, 10);
+  double least = M_PI, worst = 0.0;
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    double angle = 0.0;
+    const Strip strip = random_strip(1.0, 0.2, across, seed, 0, &angle);
+    if (angle < 1.0 * M_PI / 180) continue;  // nearer to nothing than the element is made for
+    BendingSetup setup = flat_setup(strip.vertices, strip.triangles, isotropic(1.0, 0.0));
+    setup.pinned = strip.pinned;
+    const auto bending = make_midedge_bending(setup);
+    const double ratio = 8.0 * tip_deflection(strip, *bending);
+    CAPTURE(across, seed, angle, bending->averaged_edges());
+    CHECK(ratio == Approx(1.0).epsilon(0.01));
+    least = std::min(least, angle), worst = std::max(worst, std::abs(ratio - 1.0));
+  }
+  CHECK(least < 3.0 * M_PI / 180);  // slivers there were: 1.3 degrees at 4 across
+  UNSCOPED_INFO(across << " across: worst " << worst);
+}
+
+TEST_CASE(
+    "the deflection of a simply supported plate converges with the square of the element's size") {
+  const std::string pattern = GENERATE("alternating", "jittered", "diagonal");
+  CAPTURE(pattern);
+  const double exact =
+      0.0040624;  // w B / (q a^4) at the centre (Timoshenko and Woinowsky-Krieger), nu = 0.3
+  std::vector<double> errors;
+  for (const Index n : {6, 12, 24}) {
+    const TriangleMesh mesh =
+        grid_cells(1.0, 1.0, n, n, pattern == "diagonal" ? "diagonal" : "alternating");
+    Points x = mesh.vertices();
+    const Index centre = (n / 2) * (n + 1) + n / 2;
+    std::vector<std::uint8_t> edge(mesh.n_vertices(), 0);
+    const Points shift = noise(mesh.n_vertices(), pattern == "jittered" ? 0.25 / n : 0.0, 5);
+    for (Index i = 0; i < mesh.n_vertices(); ++i) {
+      const Index column = i % (n + 1), row = i / (n + 1);
+      edge[i] = column == 0 || row == 0 || column == n || row == n;
+      if (!edge[i] && i != centre) x.block<1, 2>(i, 0) += shift.block<1, 2>(i, 0);
+    }
+    BendingSetup setup = flat_setup(x, mesh.triangles(), isotropic(1.0, 0.3));
+    setup.pinned = edge;  // one row of vertices held: a simple support
+    const Vector z = deflections(x, mesh.triangles(), edge, *make_midedge_bending(setup));
+    errors.push_back(std::abs(z[centre] / exact - 1.0));
+  }
+  CAPTURE(errors);
+  CHECK(std::log2(errors[0] / errors[1]) > 1.7);
+  CHECK(std::log2(errors[1] / errors[2]) > 1.7);
+  CHECK(errors[2] < 0.005);
+}
+
+TEST_CASE("an orthotropic strip sags by its compliance along the strip") {
+  const std::string pattern = GENERATE("alternating", "diagonal", "jittered", "along");
+  CAPTURE(pattern);
+  Mat3 d = Mat3::Zero();
+  d.diagonal() << 1.0, 9.0, 0.8;
+  // Free edges carry no moment: 1 / B is the entry of the inverse of D.
+  CHECK(deflection_ratio("midedge", pattern, 8, d, 1.0) == Approx(1.0).epsilon(0.02));
+  CHECK(deflection_ratio("midedge", pattern, 8, d, 9.0, -M_PI / 2) == Approx(1.0).epsilon(0.02));
+  d(0, 1) = d(1, 0) = 0.3;
+  const Mat3 compliance = d.inverse();
+  CHECK(deflection_ratio("midedge", pattern, 8, d, 1.0 / compliance(0, 0)) ==
+        Approx(1.0).epsilon(0.02));
+  CHECK(deflection_ratio("midedge", pattern, 8, d, 1.0 / compliance(1, 1), -M_PI / 2) ==
+        Approx(1.0).epsilon(0.02));
+}
+
+TEST_CASE("a strip cut on the bias sags by the rigidity that weft, warp and twist imply") {
+  const std::string pattern = GENERATE("alternating", "diagonal", "jittered", "along");
+  const double coupling = GENERATE(0.0, 0.3);
+  CAPTURE(pattern, coupling);
+  Mat3 d = Mat3::Zero();
+  d.diagonal() << 1.0, 3.0, 0.8;
+  d(0, 1) = d(1, 0) = coupling;
+  const Mat3 s = d.inverse();
+  // No moment across and no twisting moment: 1 / B = (S11 + S22 + 2 S12 + S33) / 4 at 45 degrees.
+  // The clamp keeps a strip from twisting; what that costs falls with its width, a tenth of its
+  // length here.
+  const double compliance = 0.25 * (s(0, 0) + s(1, 1) + 2.0 * s(0, 1) + s(2, 2));
+  CHECK(deflection_ratio("midedge", pattern, 6, d, 1.0 / compliance, M_PI / 4, 0.1) ==
+        Approx(1.0).epsilon(0.02));
+  CHECK(deflection_ratio("midedge", pattern, 6, d, 1.0 / compliance, -M_PI / 4, 0.1) ==
+        Approx(1.0).epsilon(0.02));
+}
+
+TEST_CASE("the hinge's rigidity along the axes of a grid is within 25 percent of B") {
+  const std::string pattern = GENERATE("alternating", "diagonal");
+  const Index across = GENERATE(4, 8, 12);
+  CAPTURE(pattern, across);
+  CHECK(1.0 / deflection_ratio("hinge", pattern, across, isotropic(1.0, 0.0), 1.0) ==
+        Approx(1.0).epsilon(0.25));
+}
+
+TEST_CASE(
+    "the hinge's rigidity in strips of smoothed irregular mesh is within 12 percent of B at 16 "
+    "elements across, 18 at 6") {
+  // Outer edges carry no hinge: narrow strips are softer. Measured at the worst of four seeds:
+  // 0.833 at 6 elements across, 0.871 at 10, 0.883 at 16.
+  const auto [across, bound] = GENERATE(table<Index, double>({{6, 0.18}, {10, 0.14}, {16, 0.12}}));
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    const Strip strip = random_strip(1.0, 0.2, across, seed, 30);
+    CAPTURE(across, seed);
+    BendingSetup setup = flat_setup(strip.vertices, strip.triangles, isotropic(1.0, 0.0));
+    setup.pinned = strip.pinned;
+    CHECK(1.0 / (8.0 * tip_deflection(strip, *make_hinge_bending(setup))) ==
+          Approx(1.0).epsilon(bound));
+  }
+}
+
+TEST_CASE("the hinge's rigidity at 45 degrees to a grid is another: reported, not bounded") {
+  // Measured 2.04 B with diagonals along the strip and 0.75 B across; along the axes it is 0.8 B.
+  for (const std::string pattern : {"along", "across"}) {
+    const double ratio = 1.0 / deflection_ratio("hinge", pattern, 8, isotropic(1.0, 0.0), 1.0);
+    CHECK(std::isfinite(ratio));
+    UNSCOPED_INFO(pattern << ": " << ratio);
+    CHECK(std::abs(ratio - 1.0) > 0.2);
+  }
+}

@@ -1,0 +1,136 @@
+// Claims about the stiff second phase of the membrane at strain limits.
+#include <catch2/catch.hpp>
+
+#include <Eigen/Eigenvalues>
+
+#include "core/cloth/limits/limit_phase.h"
+#include "tests/cloth/membrane_support.h"
+
+using namespace loomstone;
+
+namespace {
+
+LimitPhase phase_of(Sheet& s, const StrainLimit& limit) {
+  return LimitPhase(s.membrane, {limit}, std::vector<Index>(s.mesh.n_triangles(), 0));
+}
+
+// Limits that about half of the modes of the deformed sheet exceed, of both signs.
+StrainLimit exceeded() {
+  StrainLimit limit;
+  limit.weft = 0.15, limit.warp = 0.15, limit.shear = 0.05;
+  limit.weft_min = -0.1, limit.warp_min = -0.1;
+  return limit;
+}
+
+// A sheet stretched along weft as a whole.
+Points stretched(const TriangleMesh& mesh, double strain) {
+  Points x = mesh.vertices();
+  x.col(0) *= 1.0 + strain;
+  return x;
+}
+
+double tension(Sheet& s, const Points& x) {
+  const Points f = force_of(s.membrane, x);
+  double sum = 0.0;
+  for (Index i = 0; i < x.rows(); ++i)
+    if (s.mesh.vertices()(i, 0) < 1e-12) sum += f(i, 0);
+  return sum;
+}
+
+}  // namespace
+
+TEST_CASE("within its limits a sheet has no second phase") {
+  Sheet s = make_sheet(orthotropic());
+  StrainLimit limit;  // above and below all that the sheet strains by (1.5 and -0.6 at most)
+  limit.weft = limit.warp = 2.0, limit.shear = 1.0;
+  limit.weft_min = limit.warp_min = -0.9;
+  LimitPhase phase = phase_of(s, limit);
+  const Points x = deformed(s.mesh, 1), before = force_of(s.membrane, x);
+  phase.enter({}, x, 0, s.mesh.n_vertices());
+  s.membrane.set_phase(phase.table(), phase.entered());
+  CHECK(force_of(s.membrane, x) == before);
+}
+
+TEST_CASE("the second phase has forces of its energy and the Jacobian of its forces") {
+  Sheet s = make_sheet(orthotropic());
+  const Index n = s.mesh.n_vertices();
+  const Points x = deformed(s.mesh, 1), d = random_points(n, 1.0, 2),
+               without = force_of(s.membrane, x);
+  LimitPhase phase = phase_of(s, exceeded());
+  phase.enter({}, x, 0, s.mesh.n_vertices());
+  s.membrane.set_phase(phase.table(), phase.entered());
+  REQUIRE((force_of(s.membrane, x) - without).norm() > 10.0 * without.norm());
+  BlockMatrix k = pattern(s.mesh);
+  s.membrane.set_jacobian({}, x, JacobianKind::Exact, 1.0, 0.0, 0, n, k);
+  const Eigen::VectorXd product = dense(k) * Eigen::Map<const Eigen::VectorXd>(d.data(), 3 * n);
+  const double slope = -dot(force_of(s.membrane, x), d);
+  double force_before = 0.0, jacobian_before = 0.0;
+  for (const double step :
+       {1e-4, 1e-5, 1e-6}) {  // central differences: errors of order 2, then rounding
+    const Points up = x + step * d, down = x - step * d;
+    const double force_error = std::abs(
+        (s.membrane.energy({}, up) - s.membrane.energy({}, down)) / (2 * step) / slope - 1.0);
+    const Points change = (force_of(s.membrane, down) - force_of(s.membrane, up)) / (2 * step);
+    const double jacobian_error =
+        (Eigen::Map<const Eigen::VectorXd>(change.data(), 3 * n) - product).norm() / product.norm();
+    if (force_before > 1e-9) CHECK(force_error < force_before / 90.0 + 1e-10);
+    if (jacobian_before > 1e-9) CHECK(jacobian_error < jacobian_before / 90.0 + 1e-10);
+    force_before = force_error, jacobian_before = jacobian_error;
+  }
+  CHECK(force_before < 1e-8);
+  CHECK(jacobian_before < 1e-8);
+}
+
+TEST_CASE("with a second phase the positive Jacobian stays positive semidefinite") {
+  Sheet s = make_sheet(orthotropic());
+  Points x = deformed(s.mesh, 7);
+  x.col(0) *= 0.7;
+  LimitPhase phase = phase_of(s, exceeded());
+  phase.enter({}, x, 0, s.mesh.n_vertices());
+  s.membrane.set_phase(phase.table(), phase.entered());
+  BlockMatrix k = pattern(s.mesh);
+  s.membrane.set_jacobian({}, x, JacobianKind::Positive, 1.0, 0.0, 0, s.mesh.n_vertices(), k);
+  const Eigen::VectorXd eigenvalues =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(dense(k)).eigenvalues();
+  CHECK(eigenvalues.minCoeff() > -1e-12 * eigenvalues.maxCoeff());
+}
+
+// Weft limited to 10 %: the second phase is entered at 9 % and holds 300 times the modulus times
+// what is beyond, the third at 9.5 % and holds 3000 times the modulus times what is beyond that.
+TEST_CASE(
+    "before its limit a strip meets two phases one after another, and before those nothing more "
+    "than without limit") {
+  ClothMaterial material;
+  material.weft_stiffness = 300, material.warp_stiffness = 300, material.shear_stiffness = 150,
+  material.poisson = 0.0;
+  Sheet s = make_sheet(material);
+  StrainLimit limit;
+  limit.weft = 0.1;
+  LimitPhase phase = phase_of(s, limit);
+  for (const double strain : {0.05, 0.089, 0.093, 0.1, 0.12}) {
+    const Points x = stretched(s.mesh, strain);
+    s.membrane.set_phase(nullptr, nullptr);
+    const double elastic = tension(s, x);
+    phase.enter({}, x, 0, s.mesh.n_vertices());
+    s.membrane.set_phase(phase.table(), phase.entered());
+    const double more = (tension(s, x) - elastic) / 0.2;  // the sheet is 0.2 m wide [N/m]
+    // First Piola stress is stretch times S, S = the modulus times the stretch times what is
+    // beyond.
+    const double beyond = std::max(0.0, strain - 0.09) + 9.0 * std::max(0.0, strain - 0.095);
+    const double expected = 300 * 300.0 * (1 + strain) * (1 + strain) * beyond;
+    CHECK(more == Approx(expected).epsilon(1e-9).margin(1e-9));
+  }
+}
+
+TEST_CASE("turning the cloth changes nothing of its phases") {
+  Sheet s = make_sheet(orthotropic());
+  const Points x = deformed(s.mesh, 3);
+  const Mat3 turn = Eigen::AngleAxisd(1.1, Vec3(1, 2, -1).normalized()).toRotationMatrix();
+  const Points turned = x * turn.transpose();
+  LimitPhase phase = phase_of(s, exceeded());
+  phase.enter({}, x, 0, s.mesh.n_vertices());
+  s.membrane.set_phase(phase.table(), phase.entered());
+  const Points expected = force_of(s.membrane, x) * turn.transpose();
+  phase.enter({}, turned, 0, s.mesh.n_vertices());
+  CHECK((force_of(s.membrane, turned) - expected).norm() < 1e-9 * expected.norm());
+}

@@ -1,0 +1,79 @@
+#include <catch2/catch.hpp>
+
+#include "core/collision/narrow_phase/distance.h"
+#include "tests/collision/collision_scenes.h"
+
+using namespace loomstone;
+
+namespace {
+
+// Smallest distance over a grid of (n + 1)^2 weights.
+double sampled_distance(const FourPoints& p, bool face, int n) {
+  double best = INFINITY;
+  for (int i = 0; i <= n; ++i)
+    for (int j = 0; j <= (face ? n - i : n); ++j) {
+      const double s = double(i) / n, t = double(j) / n;
+      const Vec3 difference = face ? Vec3(p[0] - p[1] - s * (p[2] - p[1]) - t * (p[3] - p[1]))
+                                   : Vec3(p[0] + s * (p[1] - p[0]) - p[2] - t * (p[3] - p[2]));
+      best = std::min(best, difference.norm());
+    }
+  return best;
+}
+
+void check_against_sampling(const FourPoints& p, bool face) {
+  const ClosestPair closest = face ? closest_vertex_face(p) : closest_edge_edge(p);
+  const int n = 60;
+  const double sampled = sampled_distance(p, face, n);
+  double size = 0.0;
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < i; ++j) size = std::max(size, (p[i] - p[j]).norm());
+  // A grid point lies within half a cell of the closest one on either side.
+  CHECK(closest.distance <= sampled + 1e-12 * size);
+  CHECK(closest.distance >= sampled - 1.5 * size / n);
+  Vec3 difference = Vec3::Zero();
+  double sum_a = 0.0, sum_b = 0.0;
+  for (int i = 0; i < 4; ++i) {
+    difference += closest.weights[i] * p[i];
+    const bool on_a = i < (face ? 1 : 2);
+    (on_a ? sum_a : sum_b) += closest.weights[i];
+    CHECK((on_a ? closest.weights[i] : -closest.weights[i]) >= 0.0);
+  }
+  CHECK(sum_a == Approx(1.0).epsilon(1e-12));
+  CHECK(sum_b == Approx(-1.0).epsilon(1e-12));
+  CHECK((difference - closest.difference).norm() <= 1e-10 * size);
+}
+
+}  // namespace
+
+TEST_CASE("closest points are the closest of a fine sampling, and the weights lead to them") {
+  std::mt19937 random(1);
+  for (int trial = 0; trial < 200; ++trial) {
+    FourPoints p;
+    for (Vec3& point : p) point = random_vector(random, 1.0);
+    if (trial % 4 == 1)
+      p[3] = p[2] + 1e-9 * random_vector(random, 1.0);      // edge or side without length
+    if (trial % 4 == 2) p[3] = p[2] + (p[1] - p[0]) * 0.7;  // parallel edges
+    if (trial % 4 == 3) p[3] = 0.5 * (p[1] + p[2]) + 1e-10 * random_vector(random, 1.0);  // sliver
+    check_against_sampling(p, true);
+    check_against_sampling(p, false);
+  }
+}
+
+TEST_CASE("a triangle without area is as far away as its edges") {
+  const FourPoints p = {Vec3(0.5, 1, 0), Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(2, 0, 0)};
+  CHECK(closest_vertex_face(p).distance == 1.0);
+  const FourPoints point = {Vec3(0, 3, 4), Vec3(0, 0, 0), Vec3(0, 0, 0), Vec3(0, 0, 0)};
+  CHECK(closest_vertex_face(point).distance == 5.0);
+  CHECK(closest_edge_edge(point).distance ==
+        Approx(5.0 * 0.0).margin(1e-15));  // the edge 0-1 runs through the point
+}
+
+TEST_CASE(
+    "where the distance is nothing the normal is that of the features, on the side of before") {
+  const FourPoints face = {Vec3(0.2, 0.2, 0), Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
+  CHECK(contact_normal_vertex_face(face, closest_vertex_face(face), Vec3(0, 0, -1)) ==
+        Vec3(0, 0, -1));
+  const FourPoints edges = {Vec3(-1, 0, 0), Vec3(1, 0, 0), Vec3(0, -1, 0), Vec3(0, 1, 0)};
+  CHECK(contact_normal_edge_edge(edges, closest_edge_edge(edges), Vec3(0, 0, -1)) ==
+        Vec3(0, 0, -1));
+}

@@ -1,0 +1,322 @@
+#include <catch2/catch.hpp>
+
+#include <Eigen/Eigenvalues>
+
+#include "core/collision/narrow_phase/distance.h"
+#include "core/collision/response/contacts.h"
+#include "core/collision/response/friction.h"
+#include "tests/collision/collision_scenes.h"
+
+using namespace loomstone;
+using Kind = CollisionSurface::Kind;
+
+namespace {
+
+struct Assembled {
+  std::vector<Contact> contacts;
+  ExtraTerms terms;
+  double energy = 0.0;
+};
+
+Assembled assemble(const TestScene& scene, const Points& x, const Points& v, const Points& centres,
+                   Index n_cloth, const ContactState& state = {}) {
+  Assembled result;
+  CollisionStage stage(scene.model);
+  result.contacts = stage.proximity(Team{1}, x);
+  stage.terms(result.contacts, x, v, Points::Zero(x.rows(), 3), centres, 1e-3, n_cloth, state,
+              result.terms, result.energy);
+  return result;
+}
+
+TestScene two_sheets() {
+  return make_scene(
+      {{grid_cells(0.1, 0.1, 6, 6), Kind::Cloth, 4e-3},
+       {grid_cells(0.1, 0.1, 5, 5).moved(Vec3(3e-3, 2e-3, 2e-3)), Kind::Cloth, 4e-3}});
+}
+
+}  // namespace
+
+TEST_CASE(
+    "the contact force is minus the gradient of the contact energy, to second order of the "
+    "difference") {
+  const double xi = 1e-3, k = 700.0;
+  for (const double d : {0.05e-3, 0.2e-3, 0.45e-3, 0.6e-3, 0.9e-3}) {
+    const ContactForce at = contact_force(d, xi, k);
+    double last = 0.0;
+    for (const double step : {4e-6, 2e-6, 1e-6}) {
+      const double difference =
+          (contact_force(d + step, xi, k).energy - contact_force(d - step, xi, k).energy) /
+          (2 * step);
+      const double slope =
+          (contact_force(d + step, xi, k).force - contact_force(d - step, xi, k).force) /
+          (2 * step);
+      const double error = std::abs(difference + at.force) / at.force;
+      CHECK(std::abs(slope + at.stiffness) <= 1e-2 * at.stiffness);
+      if (last > 1e-8)
+        CHECK(last / error == Approx(4.0).epsilon(0.1));  // halving the step quarters the error
+      CHECK(error < 1e-2);
+      last = error;
+    }
+  }
+  CHECK(contact_force(xi, xi, k).force == 0.0);
+  const double half = 0.5 * xi,
+               hair = 1e-12;  // force, stiffness and energy go on over the change of stage
+  CHECK(contact_force(half + hair, xi, k).force ==
+        Approx(contact_force(half - hair, xi, k).force).epsilon(1e-6));
+  CHECK(contact_force(half + hair, xi, k).stiffness ==
+        Approx(contact_force(half - hair, xi, k).stiffness).epsilon(1e-6));
+  CHECK(contact_force(half + hair, xi, k).energy ==
+        Approx(contact_force(half - hair, xi, k).energy).epsilon(1e-6));
+}
+
+TEST_CASE("forces of contacts are minus the gradient of their energies with shares held") {
+  TestScene scene = two_sheets();
+  const Points x = shaken(scene.x, 4e-4, 10);
+  const Assembled at = assemble(scene, x, Points::Zero(x.rows(), 3), Points(0, 3), x.rows());
+  REQUIRE(at.contacts.size() > 50);
+  const std::vector<double> shares = contact_shares(at.contacts, scene.model, x);
+  const auto energy = [&](const Points& y) {
+    double sum = 0.0;
+    for (std::size_t c = 0; c < at.contacts.size(); ++c) {
+      FourPoints p;
+      for (int i = 0; i < 4; ++i) p[i] = y.row(at.contacts[c].vertices[i]).transpose();
+      const double d = at.contacts[c].kind == ContactKind::VertexFace
+                           ? closest_vertex_face(p).distance
+                           : closest_edge_edge(p).distance;
+      sum += shares[c] *
+             contact_force(d, at.contacts[c].thickness, scene.model.contact_stiffness).energy;
+    }
+    return sum;
+  };
+  CHECK(energy(x) == Approx(at.energy).epsilon(1e-12));
+  const Points direction = shaken(Points::Zero(x.rows(), 3), 1.0, 11);
+  double slope = 0.0;
+  for (const ExtraTerm& term : at.terms)
+    for (int i = 0; i < term.n_entries; ++i)
+      slope +=
+          direction.row(term.entries[i].row).dot(term.entries[i].apply_transposed(term.gradient));
+  // Contacts that begin or end within the step bend the energy; a step of 1e-9 m meets none.
+  const double step = 1e-9,
+               difference =
+                   (energy(x + step * direction) - energy(x - step * direction)) / (2 * step);
+  CHECK(difference == Approx(slope).epsilon(1e-5));
+}
+
+TEST_CASE(
+    "terms where cloth has moved are the gradient of their energy, and their stiffness its "
+    "derivative") {
+  TestScene scene = two_sheets();
+  const Points x = shaken(scene.x, 4e-4, 10);
+  const Index n = static_cast<Index>(x.rows());
+  const Points v = shaken(Points::Zero(n, 3), 0.05, 12);
+  CollisionStage stage(scene.model);
+  const std::vector<Contact> contacts = stage.proximity(Team{1}, x);
+  ContactState state;
+  for (const Contact& c : contacts)  // anchors that stick and anchors that will slip
+    state.anchors.push_back(
+        {c.kind, c.a, c.b, 1e-4 * c.normal.unitOrthogonal() * double(c.a % 3), 1.0});
+  ExtraTerms terms;
+  double energy = 0.0;
+  std::vector<Contact> smooth = contacts;
+  for (Contact& c : smooth) c.friction = 0.0;
+  // Where nothing has moved yet the normal force is that of the start, and so is its stiffness.
+  stage.terms(smooth, x, v, Points::Zero(n, 3), Points(0, 3), 1e-3, n, state, terms, energy);
+  ExtraTerms there = terms;
+  stage.terms_at(Team{1}, Points::Zero(n, 3), 0.0, TermRequest::Derivative, there);
+  REQUIRE(terms.size() > 20);
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    CHECK((there[i].gradient - terms[i].gradient).norm() <= 1e-12 * terms[i].gradient.norm());
+    CHECK((there[i].hessian - terms[i].hessian).norm() <= 1e-12 * terms[i].hessian.norm());
+  }
+  terms.clear();
+  stage.terms(contacts, x, v, Points::Zero(n, 3), Points(0, 3), 1e-3, n, state, terms, energy);
+  const auto at = [&](const Points& moved, ExtraTerms& out) {
+    out = terms;
+    return stage.terms_at(Team{1}, moved, 1e-3, TermRequest::Derivative, out);
+  };
+  const auto assembled = [&](const ExtraTerms& all) {
+    Points g = Points::Zero(n, 3);
+    for (const ExtraTerm& t : all)
+      for (int e = 0; e < t.n_entries; ++e)
+        g.row(t.entries[e].row) += t.entries[e].apply_transposed(t.gradient).transpose();
+    return g;
+  };
+  // Far enough to pass through: gaps of both signs.
+  const Points moved = shaken(Points::Zero(n, 3), 1.5e-3, 13),
+               direction = shaken(Points::Zero(n, 3), 1.0, 14);
+  at(moved, there);
+  const double slope = (assembled(there).array() * direction.array()).sum();
+  const Points force = assembled(there);
+  Points product = Points::Zero(n, 3);
+  for (const ExtraTerm& t : there)
+    for (int e = 0; e < t.n_entries; ++e)
+      product.row(t.entries[e].row) +=
+          t.entries[e]
+              .apply_transposed(t.hessian * t.relative_displacement(direction, 0.0))
+              .transpose();
+  // Pieces of energy meet with one derivative: first-order convergence at worst, and that to small
+  // errors.
+  double last = 1.0, last_force = 1.0;
+  for (const double step : {1e-6, 1e-7, 1e-8}) {
+    ExtraTerms plus, minus;
+    const double difference =
+        (at(moved + step * direction, plus) - at(moved - step * direction, minus)) / (2 * step);
+    const double error = std::abs(difference - slope) / std::abs(slope);
+    const double force_error =
+        ((assembled(plus) - assembled(minus)) / (2 * step) - product).norm() / product.norm();
+    CHECK(error < std::max(0.5 * last, 1e-7));  // rounding of energies
+    CHECK(force_error < std::max(0.5 * last_force, 1e-6));
+    last = error, last_force = force_error;
+  }
+  CHECK(last < 1e-6);
+  CHECK(last_force < 1e-4);
+  // New limits follow the normal force there; without them those of the start hold.
+  ExtraTerms limited = terms;
+  stage.terms_at(Team{1}, moved, 1e-3, TermRequest::NewLimits, limited);
+  CHECK((assembled(limited) - force).norm() > 1e-3 * force.norm());
+}
+
+TEST_CASE("stiffness of every term is symmetric and positive semidefinite") {
+  TestScene scene = two_sheets();
+  const Points x = shaken(scene.x, 8e-4, 12), v = shaken(Points::Zero(x.rows(), 3), 2.0, 13);
+  for (const ExtraTerm& term : assemble(scene, x, v, Points(0, 3), x.rows()).terms) {
+    CHECK(term.hessian == term.hessian.transpose());
+    const Vec3 eigenvalues = Eigen::SelfAdjointEigenSolver<Mat3>(term.hessian).eigenvalues();
+    CHECK(eigenvalues[0] >= -1e-12 * eigenvalues[2]);
+    CHECK(eigenvalues[2] > 0.0);
+  }
+}
+
+TEST_CASE(
+    "contacts of cloth with cloth change neither momentum nor, along normals, angular momentum") {
+  TestScene scene = two_sheets();
+  const Points x = shaken(scene.x, 8e-4, 14), v = shaken(Points::Zero(x.rows(), 3), 2.0, 15);
+  const Assembled at = assemble(scene, x, v, Points(0, 3), x.rows());
+  Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
+  double size = 0.0;
+  CHECK(at.terms.size() <= at.contacts.size());
+  for (const ExtraTerm& term : at.terms)
+    for (int i = 0; i < term.n_entries; ++i) {
+      const Vec3 f = term.entries[i].apply_transposed(term.gradient);
+      force += f;
+      size += f.norm();
+    }
+  CHECK(force.norm() <= 1e-13 * size);
+  const Assembled still = assemble(scene, x, Points::Zero(x.rows(), 3), Points(0, 3), x.rows());
+  for (const ExtraTerm& term : still.terms)
+    for (int i = 0; i < term.n_entries; ++i)
+      torque += Vec3(x.row(term.entries[i].row).transpose())
+                    .cross(term.entries[i].apply_transposed(term.gradient));
+  CHECK(torque.norm() <= 1e-11 * size);
+}
+
+TEST_CASE(
+    "a body takes the opposite force, and the torque about its centre, as one translation and one "
+    "rotation row") {
+  TestScene scene =
+      make_scene({{grid_cells(0.1, 0.1, 6, 6).moved(Vec3(0, 0, 0.0315)), Kind::Cloth, 3e-3},
+                  {icosphere(0.03, 2).moved(Vec3(0.01, 0, 0)), Kind::Body, 3e-3}});
+  const Index n_cloth = scene.model.surfaces[0].n_vertices;
+  Points centres(1, 3);
+  centres << 0.01, 0.0, 0.0;
+  const Assembled at = assemble(scene, scene.x, Points::Zero(scene.x.rows(), 3), centres, n_cloth);
+  REQUIRE(at.terms.size() > 3);
+  Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
+  double size = 0.0;
+  for (const ExtraTerm& term : at.terms) {
+    int n_body = 0;
+    for (int i = 0; i < term.n_entries; ++i) {
+      const TermEntry& entry = term.entries[i];
+      if (i > 0) CHECK(entry.row > term.entries[i - 1].row);
+      const Vec3 f = entry.apply_transposed(term.gradient);
+      size += f.norm();
+      if (entry.row < n_cloth) {
+        force += f;
+        torque += Vec3(scene.x.row(entry.row) - centres.row(0)).cross(f);
+      } else if (entry.row == n_cloth) {
+        force += f;
+        ++n_body;
+      } else {
+        torque += f;
+        ++n_body;
+      }
+    }
+    CHECK(n_body == 2);
+  }
+  CHECK(force.norm() <= 1e-13 * size);
+  CHECK(torque.norm() <= 1e-13 * size);
+}
+
+TEST_CASE("what moves by script enters as drift: common motion is no relative motion") {
+  TestScene scene =
+      make_scene({{grid_cells(0.1, 0.1, 6, 6), Kind::Cloth, 4e-3},
+                  {floor_square(0.4, 3).moved(Vec3(0, 0, -3e-3)), Kind::Script, 4e-3}});
+  Points v(scene.x.rows(), 3);
+  v.rowwise() = Eigen::RowVector3d(0.3, -0.2, 0.1);
+  const Assembled at =
+      assemble(scene, scene.x, v, Points(0, 3), scene.model.surfaces[0].n_vertices);
+  REQUIRE(at.terms.size() > 20);
+  for (const ExtraTerm& term : at.terms) {
+    Vec3 relative = -term.drift;
+    for (int i = 0; i < term.n_entries; ++i)
+      relative += term.entries[i].apply(v.row(term.entries[i].row).transpose());
+    CHECK(relative.norm() < 1e-15);
+  }
+}
+
+TEST_CASE("a vertex over the common edge or corner of faces is pushed as by one face") {
+  Part floor{grid_cells(0.1, 0.1, 4, 4), Kind::Script, 2e-3};
+  Part sheet{grid_cells(0.2, 0.2, 1, 1).moved(Vec3(0, 0, 1.4e-3)), Kind::Cloth, 2e-3};
+  TestScene scene = make_scene({sheet, floor});
+  double least = INFINITY, most = 0.0, last = -1.0, largest_jump = 0.0;
+  const int n = 2000;
+  for (int i = 0; i <= n; ++i) {
+    Points x = scene.x;
+    x.row(0) = Eigen::RowVector3d(-0.03 + 0.06 * i / n, -0.012 + 0.024 * i / n,
+                                  1.4e-3);  // over faces, edges, a corner
+    x.middleRows(1, 3).col(2).array() += 1.0;
+    const Assembled at = assemble(scene, x, Points::Zero(x.rows(), 3), Points(0, 3), 4);
+    double force = 0.0;
+    for (const ExtraTerm& term : at.terms)
+      if (term.entries[0].weight == 1.0)
+        force -= term.gradient.z();  // of the vertex: edges share their weight
+    least = std::min(least, force);
+    most = std::max(most, force);
+    if (last >= 0.0) largest_jump = std::max(largest_jump, std::abs(force - last));
+    last = force;
+  }
+  const double one = scene.model.contact_stiffness * 0.6e-3;
+  CHECK(most <= 1.15 * one);
+  CHECK(least >= 0.85 * one);
+  CHECK(largest_jump <=
+        0.05 * one);  // 0.03 mm along the way change the force a little, never at once
+}
+
+TEST_CASE("a smooth surface pushes along its rounded normals, and its edges carry no force") {
+  TestScene scene = make_scene(
+      {{grid_cells(0.02, 0.02, 8, 8).moved(Vec3(0.001, 0.002, 0.0503)), Kind::Cloth, 2e-3},
+       {icosphere(0.05, 2), Kind::Script, 2e-3}});
+  scene.model.surfaces[0].self_collision = false;
+  const auto worst_angle = [&](bool smooth) {
+    scene.model.surfaces[1].smooth = smooth;
+    double worst = 0.0;
+    Index last = -1;
+    int n = 0;
+    for (const Contact& contact : CollisionStage(scene.model).proximity(Team{1}, scene.x)) {
+      if (smooth) CHECK(contact.kind == ContactKind::VertexFace);
+      if (contact.kind != ContactKind::VertexFace || contact.a >= 81) continue;
+      if (smooth) CHECK(contact.a != last);  // one contact a vertex
+      last = contact.a;
+      ++n;
+      const Vec3 radial = scene.x.row(contact.a).transpose().normalized();
+      worst = std::max(worst, std::acos(std::min(1.0, radial.dot(contact.normal))));
+    }
+    CHECK(n > 10);
+    return worst;
+  };
+  // Facets of 8 mm on a radius of 50 mm tilt by up to 0.1, contacts with edges more; the rounded
+  // normal errs by the square, and by the tilt times height over radius (0.04) where the closest
+  // point is not on the vertex's radius.
+  CHECK(worst_angle(false) > 0.1);
+  CHECK(worst_angle(true) < 0.02);
+}

@@ -1,0 +1,156 @@
+// Claims about what intersects: every piercing is found, with the point it shares, and the way out
+// is the way it came.
+#include <catch2/catch.hpp>
+#include <cmath>
+#include <set>
+
+#include "core/collision/narrow_phase/exact_predicates.h"
+#include "core/collision/response/untangling.h"
+#include "core/collision/tangle/tangle.h"
+#include "tests/collision/collision_scenes.h"
+#include "tests/support/shaped.h"
+
+using namespace loomstone;
+
+namespace {
+
+// A flat sheet and one with a bump that comes up through it; unless it is moved, edges lie above
+// edges.
+TestScene bump(double moved) {
+  const TriangleMesh flat = grid_cells(0.2, 0.2, 12, 12);
+  return make_scene(
+      {{flat}, {test::shaped(flat.moved(Vec3(moved, 0.7 * moved, 0)), [](double x, double y) {
+         const double dx = x - 0.003, dy = y + 0.004;
+         return -0.01 + 0.03 * std::exp(-(dx * dx + dy * dy) / 0.0009);
+       })}});
+}
+
+// A flat sheet and one that leans through it: the contour runs from border to border.
+TestScene leaning() {
+  const TriangleMesh flat = grid_cells(0.2, 0.2, 12, 12);
+  return make_scene({{flat},
+                     {test::shaped(grid_cells(0.15, 0.15, 10, 10).moved(Vec3(0.011, 0.007, 0)),
+                                   [](double x, double y) { return 0.5 * (x + y) + 0.04; })}});
+}
+
+}  // namespace
+
+TEST_CASE("every edge that pierces a triangle is found, with the point both share") {
+  for (const TestScene& scene : {bump(0.0013), leaning()}) {
+    const CollisionModel& model = scene.model;
+    Tangle tangle(model);
+    tangle.find(scene.x);
+    std::set<std::array<Index, 2>> expected, found;
+    const auto x = [&](Index v) { return Vec3(scene.x.row(v).transpose()); };
+    for (Index e = 0; e < model.edges.rows(); ++e)
+      for (Index t = 0; t < model.triangles.rows(); ++t) {
+        const Index p = model.edges(e, 0), q = model.edges(e, 1);
+        const auto corner = model.triangles.row(t);
+        if ((corner.array() == p).any() || (corner.array() == q).any()) continue;
+        const Vec3 a = x(corner[0]), b = x(corner[1]), c = x(corner[2]);
+        if (orientation(a, b, c, x(p)) * orientation(a, b, c, x(q)) >= 0) continue;
+        const int left = orientation(x(p), x(q), a, b);
+        if (left != 0 && left == orientation(x(p), x(q), b, c) &&
+            left == orientation(x(p), x(q), c, a))
+          expected.insert({e, t});
+      }
+    REQUIRE(expected.size() > 20);
+    for (const Piercing& p : tangle.piercings()) {
+      found.insert({p.edge, p.triangle});
+      Vec3 apart = Vec3::Zero();
+      double of_edge = 0.0, of_triangle = 0.0;
+      for (int k = 0; k < 5; ++k) {
+        apart += p.weights[k] * x(p.vertices[k]);
+        (k < 2 ? of_edge : of_triangle) += p.weights[k];
+      }
+      CHECK(apart.norm() < 1e-14);  // rounding of coordinates of 0.1 m
+      CHECK(of_edge == Approx(1.0).epsilon(1e-14));
+      CHECK(of_triangle == Approx(-1.0).epsilon(1e-14));
+      CHECK(p.contour == tangle.piercings().front().contour);
+    }
+    CHECK(found == expected);
+  }
+}
+
+TEST_CASE("what has come through goes back the way it came") {
+  for (const TestScene& scene : {bump(0.0), bump(0.0013), leaning()}) {
+    const Index n_flat = scene.model.surfaces[0].n_vertices;
+    Tangle tangle(scene.model);
+    tangle.find(scene.x);
+    int of_bent = 0;
+    for (const Piercing& p : tangle.piercings()) {
+      if (p.vertices[0] < n_flat) continue;
+      ++of_bent;
+      // The bump goes down through the flat sheet; of the leaning sheet the smaller part hangs
+      // below and goes up.
+      const bool is_bump = n_flat == scene.model.surfaces[1].n_vertices;
+      CHECK(p.way_out.z() == Approx(is_bump ? -1.0 : 1.0));
+    }
+    CHECK(of_bent > 10);
+  }
+}
+
+TEST_CASE(
+    "surfaces that do not intersect are not tangled, and one that is not held against itself "
+    "neither") {
+  TestScene scene = bump(0.0);
+  Tangle tangle(scene.model);
+  Points apart = scene.x;
+  apart.bottomRows(scene.model.surfaces[1].n_vertices).col(2).array() -= 0.021;
+  tangle.find(apart);
+  CHECK(tangle.empty());
+  CHECK_FALSE(tangle.leaves_out(ContactKind::VertexFace, pair_key(0, 300), {0, 169, 170, 171}));
+
+  // One surface of both: intersections with itself count only where it collides with itself.
+  for (Index& s : scene.model.surface_of_triangle) s = 0;
+  for (Index& s : scene.model.surface_of_edge) s = 0;
+  tangle.find(scene.x);
+  CHECK_FALSE(tangle.empty());
+  scene.model.surfaces[0].self_collision = false;
+  tangle.find(scene.x);
+  CHECK(tangle.empty());
+}
+
+TEST_CASE("terms and impulses that untangle have neither sum nor torque") {
+  const TestScene scene = bump(0.0013);
+  const Index n = scene.model.n_vertices;
+  Tangle tangle(scene.model);
+  tangle.find(scene.x);
+  ExtraTerms terms;
+  untangling_terms(scene.model, tangle, scene.x, Points::Zero(n, 3), Points::Zero(0, 3), 1e-3, n,
+                   terms);
+  REQUIRE(terms.size() > 20);
+  Vec3 sum = Vec3::Zero(), torque = Vec3::Zero();
+  double size = 0.0;
+  for (const ExtraTerm& term : terms)
+    for (int e = 0; e < term.n_entries; ++e) {
+      const Vec3 force = -term.entries[e].apply_transposed(term.gradient);
+      sum += force;
+      torque += Vec3(scene.x.row(term.entries[e].row).transpose()).cross(force);
+      size += force.norm();
+    }
+  CHECK(size > 1.0);
+  CHECK(sum.norm() < 1e-13 * size);
+  CHECK(torque.norm() < 1e-13 * size);  // arms of 0.1 m
+
+  FreeBodies none;
+  Impulses impulses(scene.model, scene.inverse_mass, none);
+  std::vector<ImpulseContact> all = untangling_impulses(tangle, impulses, scene.x, scene.x, 1e-3);
+  REQUIRE(all.size() == terms.size());
+  for (ImpulseContact& c : all) c.scale = c.largest_change;
+  Points x1 = scene.x;
+  impulses.solve(all, scene.x, x1, 30, 1e-4);
+  sum.setZero();
+  torque.setZero();
+  size = 0.0;
+  for (Index i = 0; i < n; ++i) {
+    const Vec3 moved = (x1.row(i) - scene.x.row(i)).transpose();
+    sum += moved;
+    torque += Vec3(scene.x.row(i).transpose()).cross(moved);
+    size += moved.norm();
+  }
+  CHECK(size > 1e-3);
+  CHECK(sum.norm() <
+        1e-12 * size);  // displacements of 1e-4 m are differences of coordinates of 0.1 m
+  CHECK(torque.norm() < 1e-12 * size);
+}

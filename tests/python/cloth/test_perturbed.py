@@ -1,0 +1,32 @@
+"""Starts moved by a micrometre take other ways through contact; none of them may intersect. Large:
+tests/benchmarks/certify.py.
+"""
+
+import runpy
+from pathlib import Path
+
+import loomstone as ls
+import pytest
+from loomstone.scene_file import SceneFile
+from loomstone.verification import count_intersections
+
+ROOT = Path(__file__).parents[3]
+perturbed = runpy.run_path(str(ROOT / "tests" / "benchmarks" / "certify.py"))["perturbed"]
+SMALL = {
+    "drape": ({"triangles": 242}, 0.6),
+    "fold": ({"triangles": 200, "layers": 4}, 0.5),
+    "twist": ({"triangles": 288}, 1.2),
+}
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("name", sorted(SMALL))
+def test_no_cloth_intersects_from_a_perturbed_start(name, seed):
+    parameters, duration = SMALL[name]
+    file = SceneFile.open(ROOT / "scenes" / f"{name}.py", parameters)
+    sim = ls.Simulation(perturbed(file.scene(), seed), integrator=file.integrator, threads=1)
+    contacts = 0
+    for frame in sim.frames(duration=duration, rate=file.rate):
+        assert count_intersections(sim.topology, frame).cloth == 0, f"frame at {frame.time:.2f} s"
+        contacts = max(contacts, frame.report.contacts)
+    assert contacts > 0, "the scene shows contact"

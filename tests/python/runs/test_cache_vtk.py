@@ -1,0 +1,166 @@
+"""VTK's own reader sees the values we wrote, bit for bit, at every step.
+
+The run comes from the C++ test program, which knows the same formulas: set LOOMSTONE_TEST_CACHE to
+its path (build/tests/cache/test_cache).
+"""
+
+import os
+import pathlib
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+vtk = pytest.importorskip("vtk", reason="the vtk wheel is not installed")
+from vtk.util.numpy_support import vtk_to_numpy  # noqa: E402
+
+SIDE = 5
+N_VERTICES = 2 * SIDE**2
+N_TRIANGLES = 4 * (SIDE - 1) ** 2
+N_FRAMES = 40
+STEPS_PER_FRAME = 4
+
+
+def find_program() -> str | None:
+    """The C++ test program: from the environment, or from the usual build folder."""
+    built = pathlib.Path(__file__).parents[3] / "build" / "tests" / "cache" / "test_cache"
+    return os.environ.get("LOOMSTONE_TEST_CACHE") or shutil.which(str(built))
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
+    """A directory with run.vtkhdf and bodies.vtkhdf of 40 frames."""
+    program = find_program()
+    if program is None:
+        pytest.skip(
+            "needs the C++ tests: build them, or set LOOMSTONE_TEST_CACHE to the program test_cache"
+        )
+    directory = tmp_path_factory.mktemp("run")
+    subprocess.run(
+        [program, "an example run for other programs can be kept"],
+        env=os.environ | {"LOOMSTONE_EXAMPLE_RUN": str(directory)},
+        check=True,
+        stdout=subprocess.DEVNULL,
+    )
+    return directory
+
+
+def open_file(path: pathlib.Path) -> "vtk.vtkHDFReader":
+    """A reader that has read what the file offers."""
+    reader = vtk.vtkHDFReader()
+    reader.SetFileName(str(path))
+    assert reader.CanReadFile(str(path))
+    reader.UpdateInformation()
+    return reader
+
+
+def expected(count: int, components: int, frame: int, phase: float) -> np.ndarray:
+    """The values of the C++ example, sin(phase + 0.37 frame + 0.011 i); libm may differ from numpy
+    in the last bit.
+    """
+    i = np.arange(count * components, dtype=float)
+    values = np.sin(phase + 0.37 * frame + 0.011 * i)
+    return values.reshape(count, components) if components > 1 else values
+
+
+def stored(path: pathlib.Path, name: str) -> np.ndarray:
+    """A dataset as HDF5 holds it."""
+    h5py = pytest.importorskip("h5py", reason="h5py is not installed")
+    with h5py.File(path, "r") as file:
+        return np.asarray(file[name])
+
+
+def test_vtk_reads_every_step_bit_for_bit(run: pathlib.Path) -> None:
+    path = run / "run.vtkhdf"
+    raw = {
+        name: stored(path, f"VTKHDF/{name}")
+        for name in (
+            "Points",
+            "PointData/velocity",
+            "PointData/contact",
+            "CellData/strain",
+            "CellData/stretch",
+        )
+    }
+    reader = open_file(path)
+    assert reader.GetNumberOfSteps() == N_FRAMES
+    # Backwards as well: a reader that keeps the arrays of the step before would be caught.
+    for frame in [*range(N_FRAMES), *reversed(range(N_FRAMES))]:
+        reader.SetStep(frame)
+        reader.Update()
+        mesh = reader.GetOutput()
+        assert mesh.GetNumberOfPoints() == N_VERTICES
+        assert mesh.GetNumberOfCells() == N_TRIANGLES
+        seen = {
+            "Points": mesh.GetPoints().GetData(),
+            "PointData/velocity": mesh.GetPointData().GetArray("velocity"),
+            "PointData/contact": mesh.GetPointData().GetArray("contact"),
+            "CellData/strain": mesh.GetCellData().GetArray("strain"),
+            "CellData/stretch": mesh.GetCellData().GetArray("stretch"),
+        }
+        for name, array in seen.items():
+            values = vtk_to_numpy(array)
+            rows = len(values)
+            assert np.array_equal(values, raw[name][frame * rows : (frame + 1) * rows]), (
+                name,
+                frame,
+            )
+        # 4 units in the last place of 1: two implementations of sin.
+        for name, components, phase in (
+            ("Points", 3, 0),
+            ("PointData/velocity", 3, 1),
+            ("CellData/strain", 3, 2),
+            ("CellData/stretch", 1, 3),
+        ):
+            values = vtk_to_numpy(seen[name])
+            np.testing.assert_allclose(
+                values, expected(len(values), components, frame, phase), rtol=0, atol=1e-15
+            )
+        contact = (np.arange(N_VERTICES) + frame) % 3 == 0
+        assert np.array_equal(vtk_to_numpy(seen["PointData/contact"]), contact)
+
+
+def test_vtk_sees_times_topology_and_constant_fields(run: pathlib.Path) -> None:
+    reader = open_file(run / "run.vtkhdf")
+    times = reader.GetOutputInformation(0).Get(vtk.vtkStreamingDemandDrivenPipeline.TIME_STEPS())
+    assert np.array_equal(times, 1e-3 * STEPS_PER_FRAME * np.arange(N_FRAMES))
+    for frame in (0, N_FRAMES - 1):
+        reader.SetStep(frame)
+        reader.Update()
+        mesh = reader.GetOutput()
+        corners = vtk_to_numpy(mesh.GetPolys().GetConnectivityArray()).reshape(-1, 3)
+        assert np.array_equal(corners[:2], [[0, 1, SIDE], [1, SIDE + 1, SIDE]])
+        assert np.array_equal(
+            vtk_to_numpy(mesh.GetPolys().GetOffsetsArray()), 3 * np.arange(N_TRIANGLES + 1)
+        )
+        cloth = np.arange(N_VERTICES) >= N_VERTICES // 2
+        assert np.array_equal(vtk_to_numpy(mesh.GetPointData().GetArray("cloth")), cloth)
+        cloth = np.arange(N_TRIANGLES) >= N_TRIANGLES // 2
+        assert np.array_equal(vtk_to_numpy(mesh.GetCellData().GetArray("cloth")), cloth)
+        uv = 0.1 * np.sin(np.arange(6.0 * N_TRIANGLES)).reshape(-1, 6)
+        np.testing.assert_allclose(
+            vtk_to_numpy(mesh.GetCellData().GetArray("uv")), uv, rtol=0, atol=1e-16
+        )
+
+
+def test_vtk_reads_the_bodies(run: pathlib.Path) -> None:
+    points = stored(run / "bodies.vtkhdf", "VTKHDF/Points")
+    reader = open_file(run / "bodies.vtkhdf")
+    assert reader.GetNumberOfSteps() == N_FRAMES
+    for frame in range(N_FRAMES):
+        reader.SetStep(frame)
+        reader.Update()
+        mesh = reader.GetOutput()
+        seen = vtk_to_numpy(mesh.GetPoints().GetData())
+        assert np.array_equal(seen, points[frame * 8 : (frame + 1) * 8])
+        np.testing.assert_allclose(seen, expected(8, 3, frame, 4), rtol=0, atol=1e-15)
+        assert np.array_equal(vtk_to_numpy(mesh.GetCellData().GetArray("body")), [0, 0, 0, 0, 1, 1])
+
+
+def test_reports_are_a_table_with_named_columns(run: pathlib.Path) -> None:
+    reports = stored(run / "run.vtkhdf", "loomstone/reports")
+    steps = np.arange(1, (N_FRAMES - 1) * STEPS_PER_FRAME + 1)
+    assert np.array_equal(reports["step"], steps)
+    assert np.array_equal(reports["contacts"], 11 * steps)
+    np.testing.assert_allclose(reports["seconds_integrate"], np.sqrt(steps + 2.0), rtol=1e-15)

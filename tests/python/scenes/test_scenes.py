@@ -1,0 +1,196 @@
+"""Every scene file, small and short: no triangles of cloth intersect in any frame, and nothing is
+torn.
+"""
+
+from pathlib import Path
+
+import loomstone as ls
+import numpy as np
+import pytest
+from loomstone.scene_file import SceneFile
+from loomstone.verification import count_intersections
+
+SCENES = Path(__file__).parents[3] / "scenes"
+
+# Parameters, simulated time [s] and how far cloth may stretch [1]. The time includes what the scene
+# is about: twist is packed tight, the knot is closed, the stack is shaken, boxes lie in the cloth,
+# layers lie on one another.
+SMALL = {
+    "bending": ({"triangles": 128}, 0.4, 1.2),
+    "clasp": ({"triangles": 128}, 0.06, 1.2),
+    "card": ({"triangles": 288, "boxes": 3}, 0.48, 1.3),
+    "disc": ({"triangles": 240}, 0.4, 2.0),
+    "drape": ({"triangles": 450}, 0.6, 1.2),
+    "dress": ({"triangles": 900}, 1.3, 1.3),
+    "flag": ({"triangles": 200}, 0.2, 1.3),
+    "fold": ({"triangles": 240, "layers": 4}, 0.4, 1.3),
+    "funnel": ({"triangles": 500}, 0.8, 1.2),
+    "hanging": ({"triangles": 128}, 0.2, 1.2),
+    "incline": ({"triangles": 32}, 0.4, 1.05),
+    "knot": ({"triangles": 500}, 2.0, 1.4),
+    "sphere_slide": ({"triangles": 450}, 0.8, 1.2),
+    "stack": ({"triangles": 98, "sheets": 4}, 1.0, 1.3),
+    "swing_limits": ({"triangles": 100}, 0.6, 2.0),
+    "voice_coil": ({"triangles": 200}, 0.1, 1.2),
+    "twist": ({"triangles": 450}, 1.2, 1.3 * 1.75),
+}
+
+# Scenes that leave collisions out, here with them.
+APART = {
+    "limit_scaling": ({"triangles": 200}, 0.6, 1.3),
+    "swing": ({"columns": 11, "rows": 14}, 1.0, 1.2),
+}
+
+# Scenes of magnets without cloth: parameters and simulated time [s].
+MAGNETIC = {
+    "dragon": ({"spheres": 4, "cells": 300}, 0.1),
+    "field_lines": ({}, 0.02),
+    "figures": ({"figures": 2, "balls": 8, "response": "explicit"}, 0.1),
+    "halbach": ({"cubes": 5}, 0.01),
+    "levitation": ({}, 0.3),
+    "motor": ({}, 0.1),
+    "lift": ({"spheres": 4}, 1.5),
+    "plunger": ({}, 0.1),
+    "pull": ({"cells": 8}, 0.05),
+    "toy_magnets": ({"case": "parallel"}, 0.2),
+}
+
+
+def test_every_scene_has_a_small_version_here():
+    assert {
+        path.stem for path in SCENES.glob("*.py")
+    } == SMALL.keys() | APART.keys() | MAGNETIC.keys()
+
+
+@pytest.mark.parametrize("name", sorted(MAGNETIC))
+def test_magnets_gain_no_energy_and_fall_through_nothing(name):
+    parameters, duration = MAGNETIC[name]
+    file = SceneFile.open(SCENES / f"{name}.py", parameters)
+    sim = ls.Simulation(file.scene(), integrator=file.integrator, threads=1)
+
+    def energies():
+        r = sim.report
+        return np.array((r.body_kinetic_energy, r.body_gravity_energy, r.magnetic_energy))
+
+    start, most = energies(), 0.0
+    while sim.time < duration:
+        sim.step()
+        most = max(most, np.abs(energies() - start).max())
+        if name not in ("halbach", "motor"):  # which have no table
+            assert sim.body_positions[:, 2].min() > 1e-3, (
+                "a ball on the table below the bowl has its centre at 0"
+            )
+    assert sim.report.magnetic_substeps >= 1
+    if name == "motor":  # what its source gives goes into heat and motion
+        turning = sim.report.body_kinetic_energy + sim.bearing_work + 0.25e-3 * sim.current**2
+        assert turning + sim.circuit_heat == pytest.approx(sim.circuit_supply, rel=5e-3)
+        assert sim.state.body_angular_velocities[0, 2] > 50
+    elif name == "plunger":  # it has leapt, and what its source gave is all there
+        gained = energies().sum() - start.sum()
+        assert sim.body_positions[0, 2] > 0.04 and gained > 3e-3
+        circuit = sim.report.circuit_energy + sim.circuit_heat - sim.circuit_supply
+        assert gained + circuit == pytest.approx(0.0, abs=0.01 * gained)
+    elif name not in ("figures", "lift", "pull"):  # where scripts do work on their way
+        # Leapfrog's energy swings by 1e-3 of what is exchanged; contacts only take.
+        assert energies().sum() - start.sum() < 0.01 * most
+
+
+def test_the_drape_keeps_its_claims(tmp_path):
+    file = SceneFile.open(SCENES / "drape.py", {"triangles": 450})
+    ls.Simulation(file.scene(), integrator=file.integrator, threads=1).run(
+        out=tmp_path, duration=0.6
+    )
+    file.check(ls.Run(tmp_path))
+
+
+@pytest.mark.parametrize("case", ["antiparallel", "free", "parallel"])
+def test_toy_magnets_keep_their_claims_to_the_end(case, tmp_path):
+    file = SceneFile.open(SCENES / "toy_magnets.py", {"case": case})
+    ls.Simulation(file.scene(), integrator=file.integrator, threads=1).run(
+        out=tmp_path, duration=file.duration, rate=file.rate
+    )
+    file.check(ls.Run(tmp_path))
+
+
+def test_the_superconducting_cube_keeps_its_energy_and_turns_as_it_swings():
+    file = SceneFile.open(SCENES / "levitation.py", {"shape": "cube"})
+    sim = ls.Simulation(file.scene(), integrator=file.integrator, threads=1)
+
+    def energy():
+        return (
+            sim.report.body_kinetic_energy
+            + sim.report.body_gravity_energy
+            + sim.report.magnetic_energy
+        )
+
+    start, moving = energy(), 0.0
+    for _ in range(40):
+        sim.step()
+        moving = max(moving, sim.report.body_kinetic_energy)
+    assert np.linalg.norm(sim.state.body_angular_velocities[0]) > 1.0  # a ball has no reason to
+    assert abs(energy() - start) < 0.01 * moving  # the panels of a cube bring forces to 1e-3
+
+
+@pytest.mark.parametrize("name", sorted(SMALL | APART))
+def test_no_cloth_intersects_in_any_frame(name):
+    parameters, duration, most_stretch = (SMALL | APART)[name]
+    file = SceneFile.open(SCENES / f"{name}.py", parameters)
+    sim = ls.Simulation(
+        file.scene().replace(collisions=True), integrator=file.integrator, threads=1
+    )
+    in_contact = 0
+    for frame in sim.frames(duration=duration, rate=file.rate):
+        assert count_intersections(sim.topology, frame).cloth == 0, f"frame at {frame.time:.2f} s"
+        assert frame.stretch.max() < most_stretch
+        in_contact = max(in_contact, frame.report.contacts)
+    assert in_contact > 0 or name in ("flag", "hanging", "swing_limits") or name in APART, (
+        "the scene shows contact"
+    )
+
+
+@pytest.mark.parametrize(("speed", "step"), [(8.0, 8e-3), (16.0, 4e-3)])
+def test_a_step_that_truncation_would_freeze_is_taken_in_halves(speed, step):
+    """A wall runs into the edges of eight sheets that lie apart; taken whole, the first step left
+    nothing of what they wanted.
+    """
+    flat, random = ls.grid(size=(0.2, 0.2), cells=(8, 8)), np.random.default_rng(3)
+    material = ls.ClothMaterial(
+        weft_stiffness=300.0,
+        warp_stiffness=300.0,
+        shear_stiffness=60.0,
+        density=0.12,
+        bending_weft=2e-6,
+        bending_warp=2e-6,
+    )
+    places = [(*random.uniform(-0.004, 0.004, 2), 0.006 * i) for i in range(8)]
+    wall = ls.box(
+        name="wall",
+        size=(0.02, 0.6, 0.6),
+        times=[0.0, 1.0],
+        positions=[(0.13, 0.0, 0.0), (0.13 - speed, 0.0, 0.0)],
+    )
+    scene = ls.Scene(
+        cloths=[ls.Cloth(mesh=flat.moved(place), material=material) for place in places],
+        obstacles=[wall],
+        gravity=(0.0, 0.0, 0.0),
+    )
+    sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=step), threads=1)
+    sim.step()
+    assert sim.report.substeps > 1
+    assert sim.report.withheld < 0.1
+    assert not sim.intersecting_pairs()
+
+
+def test_a_count_tells_cloth_from_bodies_and_finds_what_intersects():
+    mesh = ls.grid(size=(0.2, 0.2), cells=(4, 4))
+    through = [
+        ls.box(name=n, size=(0.05, 0.05, 0.05), centre=(0.0, 0.0, z))
+        for n, z in (("a", 0.0), ("b", 0.04))
+    ]
+    scene = ls.Scene(
+        cloths=[ls.Cloth(mesh=mesh)], obstacles=through, allow_initial_intersections=True
+    )
+    sim = ls.Simulation(scene)
+    counts = count_intersections(sim.topology, sim.frame())
+    assert counts.cloth > 0 and counts.bodies > 0
+    assert sum(counts) == len(sim.intersecting_pairs())

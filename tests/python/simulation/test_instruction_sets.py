@@ -1,0 +1,109 @@
+"""Kernels of magnets and cloth compiled for other instruction sets give the same bits;
+LOOMSTONE_INSTRUCTIONS narrows the choice.
+"""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
+
+# Kernels of all kinds, with points near, inside and far; one line a part.
+WORK = """
+import hashlib
+import numpy as np
+import loomstone as ls
+M = ls.magnetics
+rng = np.random.default_rng(1)
+
+def tell(name, *arrays):
+    assert all(np.isfinite(a).all() for a in arrays)
+    print(name, hashlib.sha256(b"".join(np.ascontiguousarray(a).tobytes() for a in arrays)).hexdigest())
+
+j, points = (0.3, -0.5, 0.8), rng.normal(size=(501, 3)) * np.array([[0.02]] * 400 + [[0.2]] * 101)
+moments, places = rng.normal(size=(3000, 3)), 0.01 * rng.normal(size=(3000, 3))
+ball, iron = ls.meshes.sphere(radius=0.01, subdivisions=1), {"susceptibility": 100.0}
+magnet = M.cuboid(size=(0.02, 0.01, 0.015), polarization=j)
+bodies = {
+    "cuboid": magnet,
+    "ring": M.cylinder(radius=0.01, height=0.013, inner_radius=0.004, polarization=j),
+    "mesh": M.mesh(ball, polarization=j),
+    "sphere": M.sphere(radius=0.01, polarization=j),
+    "dipoles": M.dipoles(places[:50], moments[:50]),
+}
+currents = {
+    "loop": M.loop(radius=0.01, current=3.0),
+    "solenoid": M.solenoid(radius=0.01, length=0.02, turns=50, current=1.0),
+    "polyline": M.polyline([[0, 0, 0], [0.01, 0, 0], [0.01, 0.01, 0], [0, 0, 0]], current=2.0),
+}
+for name, body in (bodies | currents).items():
+    tell(name, M.field(body, points), M.gradient(body, points))
+for name, body in bodies.items():
+    tell(name + " potential", M.potential(body, points))
+for turn in ((1, 0, 0, 0), (0.8, 0.1, 0.5, 0.3)):
+    found = M.force(on=M.cuboid(size=(0.01, 0.01, 0.01), polarization=j).at((0.03, 0.002, 0.01), turn), by=magnet)
+    tell("force", found.force, found.torque)
+tell("pairs", *M.dipole_forces(places[:300], moments[:300]))
+tell("tree", *M.dipole_forces(places, moments, tolerance=1e-4))
+ones = np.ones(40)
+tell("balls", M.induced_moments(0.2 * rng.normal(size=(40, 3)), radii=0.01 * ones, susceptibilities=ones, applied=moments[:40]))
+soft = {"cuboid": M.soft_cuboid(size=(0.01, 0.01, 0.01), cells=8, **iron), "ball": M.soft_sphere(radius=0.01, **iron),
+        "mesh": M.soft_mesh(ball, panels=100, **iron), "cylinder": M.soft_cylinder(radius=0.005, height=0.01, **iron)}
+for name, body in soft.items():
+    (pulled,) = M.induce(body.at((0.0, 0.0, 0.03)), by=magnet).bodies
+    tell("soft " + name, M.field(pulled, points), M.gradient(pulled, points))
+
+for method in ("gauss-seidel", "jacobi", "in-solve"):
+    limits = ls.LimitOptions() if method == "in-solve" else ls.LimitOptions(method=method, in_solve=False)
+    mesh = ls.grid(size=(0.2, 0.2), cells=(12, 12)).moved((0, 0, 0.0525))
+    cloth = ls.Cloth(mesh=mesh, material=ls.ClothMaterial(), pins=[0], strain_limit=ls.StrainLimit(0.005, 0.005, 0.01))
+    scene = ls.Scene(cloths=[cloth], obstacles=[ls.sphere(radius=0.05)], limits=limits)
+    sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=2e-3))
+    for _ in range(40):
+        sim.step()
+    assert sim.report.contacts > 0
+    print("cloth", method, sim.digest())
+"""
+
+
+def lines_with(instructions: str) -> list[str]:
+    environment = {**os.environ, "LOOMSTONE_INSTRUCTIONS": instructions}
+    done = subprocess.run(
+        [sys.executable, "-c", WORK],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        env=environment,
+        cwd=ROOT,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.splitlines()
+
+
+@pytest.fixture(scope="module")
+def of_the_oldest() -> list[str]:
+    return lines_with("x86-64")
+
+
+@pytest.mark.parametrize("instructions", ["x86-64-v3", "x86-64-v4"])
+def test_wider_instructions_give_the_same_bits(of_the_oldest, instructions):
+    assert len(of_the_oldest) == 25
+    assert lines_with(instructions) == of_the_oldest
+
+
+def test_unknown_instructions_are_refused():
+    environment = {**os.environ, "LOOMSTONE_INSTRUCTIONS": "avx2"}
+    done = subprocess.run(
+        [sys.executable, "-c", "import loomstone"],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        env=environment,
+    )
+    assert done.returncode != 0
+    assert (
+        "LOOMSTONE_INSTRUCTIONS must be x86-64, x86-64-v3 or x86-64-v4, got 'avx2'" in done.stderr
+    )
