@@ -8,6 +8,9 @@ endfunction()
 find_package(Eigen3 3.4 QUIET NO_MODULE)
 loomstone_require(Eigen3_FOUND "Eigen 3.4" libeigen3-dev)
 
+find_package(fmt 9 QUIET CONFIG)
+loomstone_require(fmt_FOUND "{fmt} 9" libfmt-dev)
+
 find_package(OpenMP QUIET COMPONENTS CXX)
 loomstone_require(OpenMP_CXX_FOUND "OpenMP" g++)
 

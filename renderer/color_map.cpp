@@ -11,7 +11,7 @@
 
 #include <Eigen/Dense>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/base/types.h"
 
 namespace loomstone {
@@ -107,8 +107,7 @@ ColorTable color_table(const std::string& name) {
   if (name == "viridis") color = [](double t) { return polynomial(viridis, t); };
   if (name == "magma") color = [](double t) { return polynomial(magma, t); };
   if (name == "diverging") color = cool_to_warm;
-  if (!color)
-    throw InvalidInput("color_map must be viridis, magma or diverging, got '" + name + "'");
+  if (!color) fail<InvalidInput>("color_map must be viridis, magma or diverging, got '{}'", name);
   ColorTable table;
   for (int i = 0; i < 256; ++i) {
     const Vec3 rgb = color(i / 255.0);

@@ -12,7 +12,7 @@
 #include <EGL/eglext.h>
 #include <GL/osmesa.h>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 
 namespace loomstone {
 namespace {
@@ -177,18 +177,19 @@ std::unique_ptr<Context> create_context() {
   const char* variable = std::getenv("LOOMSTONE_GL");
   const std::string forced = variable ? variable : "";
   if (!forced.empty() && forced != "osmesa" && forced != "egl")
-    throw InvalidInput("the environment variable LOOMSTONE_GL must be osmesa or egl, got '" +
-                       forced + "'; correct or unset it");
+    fail<InvalidInput>(
+        "the environment variable LOOMSTONE_GL must be osmesa or egl, got '{}'; correct or unset "
+        "it",
+        forced);
   std::unique_ptr<Context> context;
   if (forced != "egl") context = create_osmesa();
   if (!context && forced != "osmesa") context = create_egl();
   if (!context)
-    throw Unsupported(
-        "rendering needs OpenGL 3.3 without a screen, and " +
-        (forced.empty() ? std::string("neither OSMesa nor EGL") : forced + " (LOOMSTONE_GL)") +
-        " could not be loaded; install one of them (Debian: apt-get install libosmesa6, or libegl1 "
-        "with "
-        "libegl-mesa0 and libgl1-mesa-dri).");
+    fail<Unsupported>(
+        "rendering needs OpenGL 3.3 without a screen, and {} could not be loaded; install one of "
+        "them (Debian: apt-get install libosmesa6, or libegl1 with libegl-mesa0 and "
+        "libgl1-mesa-dri).",
+        forced.empty() ? "neither OSMesa nor EGL" : forced + " (LOOMSTONE_GL)");
   return context;
 }
 
@@ -196,8 +197,10 @@ GladGLContext load_functions(Context& context) {
   GladGLContext functions{};
   const bool osmesa = context.backend() == "osmesa";
   if (!gladLoadGLContext(&functions, osmesa ? osmesa_function : egl_function))
-    throw Unsupported("the functions of OpenGL 3.3 could not be loaded from " + context.backend() +
-                      "; update Mesa or force the other library by LOOMSTONE_GL=osmesa|egl");
+    fail<Unsupported>(
+        "the functions of OpenGL 3.3 could not be loaded from {}; update Mesa or force the other "
+        "library by LOOMSTONE_GL=osmesa|egl",
+        context.backend());
   return functions;
 }
 

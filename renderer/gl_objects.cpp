@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 
 namespace loomstone {
 
@@ -76,7 +76,7 @@ GLuint compile(const GL& gl, const std::string& name, GLenum stage, const std::s
   if (!good) {
     char log[2000] = "";
     gl.GetShaderInfoLog(shader, sizeof log, nullptr, log);
-    throw Unsupported("shader " + name + " was not accepted by this OpenGL: " + log);
+    fail<Unsupported>("shader {} was not accepted by this OpenGL: {}", name, log);
   }
   return shader;
 }
@@ -98,7 +98,7 @@ Program::Program(const GL& gl, const std::string& name, const std::string& verte
   if (!good) {
     char log[2000] = "";
     gl.GetProgramInfoLog(object_.name(), sizeof log, nullptr, log);
-    throw Unsupported("shader " + name + " was not linked by this OpenGL: " + log);
+    fail<Unsupported>("shader {} was not linked by this OpenGL: {}", name, log);
   }
 }
 
@@ -129,8 +129,8 @@ void Program::set_texture(const char* name, int unit, GLuint texture) const {
 void check_framebuffer(const GL& gl, const char* what) {
   const GLenum status = gl.CheckFramebufferStatus(GL_FRAMEBUFFER);
   if (status != GL_FRAMEBUFFER_COMPLETE)
-    throw Unsupported(std::string("this OpenGL cannot draw into the framebuffer of the ") + what +
-                      " (status " + std::to_string(status) + ")");
+    fail<Unsupported>("this OpenGL cannot draw into the framebuffer of the {} (status {})", what,
+                      status);
 }
 
 }  // namespace loomstone

@@ -8,7 +8,7 @@
 
 #include <png.h>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "renderer/renderer.h"
 
 namespace loomstone {
@@ -17,9 +17,8 @@ void write_png(const std::string& path, const Image& image) {
   if (image.width < 1 || image.height < 1 ||
       image.rgb.size() !=
           3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height))
-    throw InvalidInput("an image must have 3 bytes for each of its " + std::to_string(image.width) +
-                       " x " + std::to_string(image.height) + " pixels, got " +
-                       std::to_string(image.rgb.size()));
+    fail<InvalidInput>("an image must have 3 bytes for each of its {} x {} pixels, got {}",
+                       image.width, image.height, image.rgb.size());
   png_image header{};
   header.version = PNG_IMAGE_VERSION;
   header.width = static_cast<png_uint_32>(image.width);
@@ -27,7 +26,7 @@ void write_png(const std::string& path, const Image& image) {
   header.format = PNG_FORMAT_RGB;
   header.flags = PNG_IMAGE_FLAG_FAST;
   // Never half a file under its final name.
-  const std::string unfinished = path + ".part" + std::to_string(getpid());
+  const std::string unfinished = formatted("{}.part{}", path, getpid());
   const bool written =
       png_image_write_to_file(&header, unfinished.c_str(), 0, image.rgb.data(), 0, nullptr) != 0;
   std::error_code error;
@@ -35,8 +34,9 @@ void write_png(const std::string& path, const Image& image) {
   if (!written || error) {
     const std::string reason = written ? error.message() : header.message;
     std::remove(unfinished.c_str());
-    throw CacheError("the picture could not be written to " + path + ": " + reason +
-                     "; check that its folder exists and has room");
+    fail<CacheError>(
+        "the picture could not be written to {}: {}; check that its folder exists and has room",
+        path, reason);
   }
 }
 

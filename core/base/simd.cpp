@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 
 namespace loomstone {
 
@@ -38,8 +38,10 @@ const InstructionSet instruction_set =
 
 void check_instruction_set() {
   if (!allowed())
-    throw InvalidInput(std::string(variable) + " must be x86-64, x86-64-v3 or x86-64-v4, got '" +
-                       std::getenv(variable) + "'; unset it for the widest that the processor has");
+    fail<InvalidInput>(
+        "the environment variable {} must be x86-64, x86-64-v3 or x86-64-v4, got '{}'; unset it to "
+        "use the widest set of the processor",
+        variable, std::getenv(variable));
 }
 
 }  // namespace loomstone

@@ -34,6 +34,7 @@ USES = {
 
 # Headers of outside libraries and the files that may include them.
 DOORS = {
+    r"<fmt/": r"core/base/message\.h$",
     r"<omp\.h>|#pragma omp": r"core/parallel/",
     r"<mpi\.h>": r"core/parallel/",
     r"<hdf5\.h>": r"core/cache/hdf5_file\.(h|cpp)$",
