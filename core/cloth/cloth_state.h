@@ -17,10 +17,17 @@ struct ClothState {
   Points previous_v;        // (n x 3) [m/s]
   Points previous_bending;  // (n x 3) [N]
 
-  void forget_history() {
+  // Multi-step schemes begin again, as after a jump of velocity.
+  void restart_multistep() {
     previous_x.resize(0, 3);
     previous_v.resize(0, 3);
     previous_bending.resize(0, 3);
+  }
+  // Discards all that assumes a next step like the last one: multi-step history and the guess of
+  // the solve.
+  void forget_last_step() {
+    restart_multistep();
+    last_change.resize(0, 3);
   }
 };
 

@@ -83,14 +83,11 @@ struct Simulation::Data {
   }
   void settle() {
     const UserWrites::Kind written = writes.settle(*layout, state);
-    if (written >= UserWrites::Velocities) forget_history();
+    if (written >= UserWrites::Velocities) forget_last_step();
     if (written == UserWrites::Positions) state.tangled = 1;
   }
-  void forget_history() {
-    state.cloth.last_change.resize(0, 3);
-    state.cloth.previous_x.resize(0, 3);
-    state.cloth.previous_v.resize(0, 3);
-    state.cloth.previous_bending.resize(0, 3);
+  void forget_last_step() {
+    state.cloth.forget_last_step();
     measured = false;
   }
 };
@@ -151,9 +148,10 @@ const Communicator& Simulation::communicator() const { return *data_->communicat
 
 const StepReport& Simulation::report() const {
   if (!data_->measured || data_->writes.watching()) {
-    measure(data_->model, data_->state, data_->team, data_->stepper->elasticity(),
+    measure(data_->model, data_->state, data_->team, *data_->stepper->engines().elasticity,
             data_->outcome.report);
-    data_->outcome.report.magnetic_energy = data_->stepper->magnetic_energy(data_->state);
+    data_->outcome.report.magnetic_energy =
+        magnetic_energy(data_->model, data_->state, time(), data_->stepper->engines());
     data_->measured = true;
   }
   return data_->outcome.report;
@@ -177,7 +175,7 @@ Frame Simulation::frame_at(double at) const {
   report();
   // Within rounding of the end of the step the state itself is the frame.
   return capture(data_->model, data_->state, data_->outcome, data_->team,
-                 data_->stepper->elasticity(), data_->options.step,
+                 *data_->stepper->engines().elasticity, data_->options.step,
                  share > 1.0 - 1e-9 ? 1.0 : share);
 }
 
@@ -187,12 +185,12 @@ Points Simulation::positions() const { return data_->to_user(data_->state.cloth.
 void Simulation::set_positions(const Points& positions) {
   data_->to_rows(positions, "positions", data_->state.cloth.x, UserWrites::Positions);
   data_->state.tangled = 1;
-  data_->forget_history();
+  data_->forget_last_step();
 }
 Points Simulation::velocities() const { return data_->to_user(data_->state.cloth.v); }
 void Simulation::set_velocities(const Points& velocities) {
   data_->to_rows(velocities, "velocities", data_->state.cloth.v, UserWrites::Velocities);
-  data_->forget_history();
+  data_->forget_last_step();
 }
 Points Simulation::external_forces() const { return data_->to_user(data_->state.external_force); }
 void Simulation::set_external_forces(const Points& forces) {
@@ -222,7 +220,8 @@ void Simulation::set_obstacle_pose(int obstacle, const Vec3& position, const Vec
 Points Simulation::body_positions() const { return data_->state.rigid.positions; }
 
 std::array<Points, 2> Simulation::magnetic_forces() const {
-  const std::vector<Wrench> wrenches = data_->stepper->magnetic_forces(data_->state);
+  const std::vector<Wrench> wrenches =
+      loomstone::magnetic_forces(data_->model, data_->state, time(), data_->stepper->engines());
   std::array<Points, 2> rows = {Points(wrenches.size(), 3), Points(wrenches.size(), 3)};
   for (std::size_t b = 0; b < wrenches.size(); ++b) {
     rows[0].row(b) = wrenches[b].force.transpose();

@@ -94,6 +94,15 @@ void check_scripts(const Model& model, const State& state) {
   }
 }
 
+// What the step knows about the freedom of rows and collision vertices.
+void build_freedom(Model& model) {
+  model.prescribed = model.cloth.pinned;
+  model.prescribed.resize(model.n_rows(), 0);
+  model.inverse_mass = Vector::Zero(model.collision.n_vertices);
+  for (Index i = 0; i < model.cloth.n_vertices; ++i)
+    model.inverse_mass[i] = model.cloth.pinned[i] ? 0.0 : 1.0 / model.cloth.mass[i];
+}
+
 }  // namespace
 
 void check_start(const Model& model, const State& state) {
@@ -115,6 +124,7 @@ void build(const Scene& scene, Model& model, State& state) {
   build_coils(scene, model);
   state.circuits.currents = Vector::Zero(static_cast<Eigen::Index>(scene.coils.size()));
   build_collision(scene, model);
+  build_freedom(model);
   check_scripts(model, state);
   check_magnets(model, state);
   check_coils(model, state);

@@ -2,6 +2,8 @@
 // future.
 #pragma once
 
+#include <algorithm>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -59,12 +61,20 @@ struct Model {
   std::vector<Surface> bodies, obstacles;
   std::vector<MassProperties> body_mass;
   std::vector<Attached> attachments;
-  double attachment_stiffness = 0.0;  // [N/m]
-  double cloth_size = 0.0;            // diagonal of the box about all cloths at the start [m]
+  double attachment_stiffness = 0.0;     // [N/m]
+  std::vector<std::uint8_t> prescribed;  // (rows) 1: cloth vertex whose motion is prescribed
+  Vector inverse_mass;  // (collision vertices) of cloth; 0: its motion is prescribed, or it is no
+                        // cloth [1/kg]
+  double cloth_size = 0.0;  // diagonal of the box about all cloths at the start [m]
   std::vector<Carried> magnets;
   std::vector<Wound> coils;
   std::vector<int> bearing_of_body;  // -1: free
 
+  // Number of a cloth row as the user knows it.
+  Index vertex_of_row(Index row) const {
+    const auto found = std::find(row_of_vertex.begin(), row_of_vertex.end(), row);
+    return static_cast<Index>(found - row_of_vertex.begin());
+  }
   Index n_bodies() const { return static_cast<Index>(bodies.size()); }
   Index n_rows() const { return cloth.n_vertices + 2 * n_bodies(); }
 };

@@ -91,4 +91,20 @@ Frame capture(const Model& model, const State& state, const StepOutcome& outcome
   return frame;
 }
 
+std::vector<Wrench> magnetic_forces(const Model& model, const State& state, double time,
+                                    const Engines& engines) {
+  if (!engines.magnetics) return std::vector<Wrench>(model.n_bodies());
+  return engines.magnetics->wrenches(engines.team, state.rigid,
+                                     obstacle_places(model, state, time, 0.0).poses,
+                                     coil_currents(model, state, time));
+}
+
+double magnetic_energy(const Model& model, const State& state, double time,
+                       const Engines& engines) {
+  if (!engines.magnetics) return 0.0;
+  return engines.magnetics->energy(engines.team, state.rigid,
+                                   obstacle_places(model, state, time, 0.0).poses,
+                                   state.induced_moments);
+}
+
 }  // namespace loomstone

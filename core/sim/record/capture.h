@@ -6,7 +6,8 @@
 #include "core/cloth/elasticity.h"
 #include "core/sim/model/model.h"
 #include "core/sim/model/state.h"
-#include "core/sim/step/stepper.h"
+#include "core/sim/step/engines.h"
+#include "core/sim/step/step_outcome.h"
 
 namespace loomstone {
 
@@ -18,6 +19,12 @@ Frame capture(const Model& model, const State& state, const StepOutcome& outcome
 // Fills the energies (but the magnetic one) and the largest stretch of a report.
 void measure(const Model& model, const State& state, const Team& team, Elasticity& elasticity,
              StepReport& report);
+
+// Magnetic force and torque on each body at `time` [s], and the energy of all magnets [J]; nothing
+// without magnets.
+std::vector<Wrench> magnetic_forces(const Model& model, const State& state, double time,
+                                    const Engines& engines);
+double magnetic_energy(const Model& model, const State& state, double time, const Engines& engines);
 
 Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutcome& outcome);
 // Throws CacheError where the checkpoint is of another scene.

@@ -16,10 +16,19 @@ class StageTimer {
   ~StageTimer() {
     seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   }
+  StageTimer(const StageTimer&) = delete;
+  StageTimer& operator=(const StageTimer&) = delete;
 
  private:
   double& seconds_;
   std::chrono::steady_clock::time_point start_;
 };
+
+// Runs a stage and adds its wall time to the report.
+template <class Stage>
+void timed(StepReport& report, StageName name, Stage&& stage) {
+  const StageTimer timer(report, name);
+  stage();
+}
 
 }  // namespace loomstone

@@ -1,0 +1,29 @@
+#include "core/sim/step/bisection.h"
+
+namespace loomstone {
+
+Bisection::Verdict Bisection::judge(const PartResult& result) {
+  const StepPart part = left_.back();
+  left_.pop_back();
+  const auto halves = [&](bool failed, Answer answer, int least) {
+    return failed && answer == Answer::Halve && part.length() > least;
+  };
+  const bool limits = result.broke_limits || result.stopped_for_limits;
+  // Sweeps alone converge too slowly for shorter parts to pay: what they leave is reported.
+  const bool worth = result.stopped_for_limits || limits_in_solve_;
+  const int least_for_limits = worth ? StepPart::least : StepPart::quarter;
+  if (!result.solved || halves(result.impacts > 0, impacts_, StepPart::least) ||
+      halves(limits, limits_, least_for_limits) ||
+      halves(result.withheld_much, withheld_, StepPart::quarter)) {
+    const int middle = part.first + part.length() / 2;
+    left_.push_back({middle, part.last});
+    left_.push_back({part.first, middle});
+    return Verdict::Halved;
+  }
+  if (result.impacts > 0) impacts_ = Answer::Accept;
+  if (limits) limits_ = Answer::Accept;
+  if (result.withheld_much) withheld_ = Answer::Accept;
+  return Verdict::Accepted;
+}
+
+}  // namespace loomstone

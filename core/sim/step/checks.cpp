@@ -1,0 +1,67 @@
+#include "core/sim/step/checks.h"
+
+#include <cmath>
+#include <sstream>
+
+#include "core/base/error.h"
+#include "core/sim/model/motion.h"
+
+namespace loomstone {
+
+void check_divergence(const Model& model, const Points& x0, const ClothState& cloth,
+                      const char* stage) {
+  double most = 100.0 * model.cloth_size;
+  Index worst = -1;
+  for (Index i = 0; i < model.cloth.n_vertices; ++i) {
+    const double moved = (cloth.x.row(i) - x0.row(i)).norm();
+    const bool finite = std::isfinite(moved) && cloth.v.row(i).allFinite();
+    if (moved > most || (worst < 0 && !finite)) {
+      worst = i;
+      most = std::fmax(most, moved);
+    }
+  }
+  if (worst < 0) return;
+  std::ostringstream out;
+  out << "cloth vertex " << model.vertex_of_row(worst) << " moved by "
+      << (cloth.x.row(worst) - x0.row(worst)).norm() << " m in the stage \"" << stage
+      << "\", more than 100 times the size of the cloths, or is not finite; shorten "
+         "integrator.step";
+  throw SolverFailure(out.str());
+}
+
+void count_intersections(State& state, Engines& engines, StepOutcome& outcome) {
+  const CollisionModel& surfaces = engines.model.collision;
+  Points x1;
+  collision_vertices(engines.model, state, x1);
+  const std::vector<std::array<Index, 2>> pairs = cloth_intersections(surfaces, x1);
+  outcome.report.intersections = static_cast<std::int64_t>(pairs.size());
+  // An edge may also pierce a triangle that shares a vertex with one of its own: such a pair is not
+  // counted.
+  if (pairs.empty() && engines.collision->find_tangle(x1) == 0) state.tangled = 0;
+  if (state.tangled != 2) return;
+  outcome.forced = pairs;
+  outcome.report.forced = outcome.report.intersections;
+  for (const auto& pair : pairs)
+    for (const Index triangle : pair)
+      for (int k = 0; k < 3; ++k)
+        if (const Index v = surfaces.triangles(triangle, k); v < engines.model.cloth.n_vertices)
+          outcome.contact[v] = 2;
+}
+
+void measure_contacts(const Model& model, const State& state, double step, StepOutcome& outcome) {
+  StepReport& report = outcome.report;
+  report.withheld =
+      report.wanted_motion > 0.0 ? report.withheld_motion / report.wanted_motion : 0.0;
+  const Points& v0 = outcome.start.cloth.v;
+  double squares = 0.0;
+  std::int64_t count = 0;
+  for (Index i = 0; i < model.cloth.n_vertices; ++i) {
+    if (outcome.contact[i] == 0 || model.cloth.pinned[i]) continue;
+    squares += (state.cloth.v.row(i) - v0.row(i)).squaredNorm();
+    ++count;
+  }
+  report.contact_acceleration =
+      count > 0 ? std::sqrt(squares / static_cast<double>(count)) / step : 0.0;
+}
+
+}  // namespace loomstone

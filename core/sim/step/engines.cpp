@@ -1,0 +1,48 @@
+#include "core/sim/step/engines.h"
+
+#include "core/sim/model/motion.h"
+
+namespace loomstone {
+
+namespace {
+
+std::unique_ptr<RigidWorld> make_world(const Model& model, const State& state, double time,
+                                       bool magnetic) {
+  // With magnets gravity and free rotation are theirs, between contacts.
+  const Vec3 gravity = magnetic ? Vec3(Vec3::Zero()) : model.scene.gravity;
+  auto world = std::make_unique<RigidWorld>(model.scene.bodies, rigid_obstacles(model, state, time),
+                                            gravity, !magnetic, model.scene.rigid_iterations);
+  world->restore(state.rigid);
+  return world;
+}
+
+LimitedCloth limited_cloth(const ClothModel& cloth) {
+  return {cloth.n_vertices,      cloth.triangles, cloth.corners, cloth.strain_limits,
+          cloth.strain_limit_of, cloth.mass,      cloth.pinned};
+}
+
+}  // namespace
+
+Engines::Engines(const Model& model, const IntegratorOptions& options, const Team& team,
+                 const RowLayout& layout, const State& state)
+    : model(model), layout(layout), team(team), busy(team.threads, 0.0), collision_team(team) {
+  collision_team.busy = busy.data();
+  elasticity = std::make_unique<Elasticity>(model.cloth, bending_treatment(options, model.cloth));
+  integrator = make_integrator(options, model.cloth, *elasticity);
+  if (model.scene.collisions && model.cloth.n_vertices > 0)
+    collision = std::make_unique<CollisionStage>(model.collision);
+  if (model.n_bodies() > 0) {
+    if (!model.magnets.empty() || !model.coils.empty() || !model.scene.bearings.empty())
+      magnetics = std::make_unique<MagneticMotion>(model);
+    world = make_world(model, state, static_cast<double>(state.step) * options.step,
+                       magnetics != nullptr);
+  }
+  if (!model.cloth.strain_limits.empty())
+    limiter = std::make_unique<StrainLimiter>(limited_cloth(model.cloth), model.scene.limits,
+                                              &layout.communicator());
+  contacts_in_solve = integrator->implicit() && model.scene.response == "implicit";
+  limits_in_solve =
+      integrator->implicit() && model.scene.limits.in_solve && model.scene.limits.method != "edges";
+}
+
+}  // namespace loomstone

@@ -1,0 +1,40 @@
+// What the stages of a step work with: the mechanics of cloth, bodies, magnets and contacts. Made
+// from the model, and from the state where that holds what an engine carries on; made again between
+// two steps they change no bit.
+#pragma once
+
+#include <memory>
+
+#include "core/cloth/elasticity.h"
+#include "core/cloth/limits/strain_limiter.h"
+#include "core/collision/collision_stage.h"
+#include "core/integration/integrator.h"
+#include "core/parallel/row_layout.h"
+#include "core/parallel/team.h"
+#include "core/rigid/rigid_body.h"
+#include "core/sim/magnetic_motion.h"
+#include "core/sim/model/model.h"
+#include "core/sim/model/state.h"
+
+namespace loomstone {
+
+struct Engines {
+  Engines(const Model& model, const IntegratorOptions& options, const Team& team,
+          const RowLayout& layout, const State& state);
+
+  const Model& model;
+  const RowLayout& layout;
+  Team team;
+  std::vector<double> busy;  // (threads) in this step's loops of collision handling [s]
+  Team collision_team;       // the same threads, which add to `busy`
+  std::unique_ptr<Elasticity> elasticity;
+  std::unique_ptr<Integrator> integrator;
+  std::unique_ptr<CollisionStage> collision;  // null: nothing collides
+  std::unique_ptr<RigidWorld> world;          // null: there are no bodies
+  std::unique_ptr<MagneticMotion> magnetics;  // null: nothing is magnetic and there are no bearings
+  std::unique_ptr<StrainLimiter> limiter;     // null: no cloth has limits
+  bool contacts_in_solve = false;             // else impulses answer them after the solve
+  bool limits_in_solve = false;  // else strain limits are enforced after the solve alone
+};
+
+}  // namespace loomstone

@@ -1,0 +1,72 @@
+#include "core/sim/step/integrate.h"
+
+#include <algorithm>
+#include <sstream>
+
+namespace loomstone {
+
+namespace {
+
+// Ends the stiff phase near strain limits whatever becomes of the solve.
+struct EndOfLimitPhase {
+  Elasticity& elasticity;
+  ~EndOfLimitPhase() { elasticity.leave_limit_phase(); }
+};
+
+void enter_limit_phase(const State& state, Engines& engines) {
+  const Index n = engines.model.cloth.n_vertices;
+  const bool all = engines.integrator->asks_energy();
+  const Index first = all ? 0 : std::min(engines.layout.begin(), n);
+  const Index last = all ? n : std::min(engines.layout.end(), n);
+  engines.elasticity->enter_limit_phase(engines.team, state.cloth.x, first, last);
+}
+
+[[noreturn]] void fail_at_vertex(const NewtonFailure& failure, const Model& model,
+                                 const Points& x0) {
+  std::ostringstream out;
+  out << failure.what() << "; the residual is largest at cloth vertex "
+      << model.vertex_of_row(failure.row) << ", which began the step at (" << x0.row(failure.row)
+      << ')';
+  throw NewtonFailure(out.str(), failure.row);
+}
+
+}  // namespace
+
+Points integrate(const StepContext& part, const Loads& loads, const NearContacts& near,
+                 State& state, Engines& engines, StepReport& report) {
+  const Model& model = engines.model;
+  Points body_velocity = loads.body_velocity;
+  if (model.cloth.n_vertices == 0) return body_velocity;
+  const EndOfLimitPhase end{*engines.elasticity};
+  if (engines.limits_in_solve) enter_limit_phase(state, engines);
+  const TermsAt at = [&](const Points& displacement, double time, TermRequest request,
+                         ExtraTerms& terms) {
+    return terms_at(near, engines, displacement, time, request, terms);
+  };
+  const FrictionAt friction = [&](const Points& displacement, double time, ExtraTerms& terms) {
+    return engines.collision->friction_at(engines.team, displacement, time, model.inverse_mass,
+                                          model.cloth.n_vertices, terms);
+  };
+  StepInputs inputs;
+  inputs.step = part.h;
+  inputs.time = part.t0;
+  inputs.force = &loads.force;
+  inputs.terms = &near.terms;
+  inputs.terms_at = &at;
+  if (near.n_contact_terms > 0) inputs.friction_at = &friction;
+  inputs.fixed = &model.prescribed;
+  inputs.target = &loads.target;
+  inputs.body_mass = &loads.body_mass;
+  try {
+    const IntegrationReport done = engines.integrator->advance(engines.team, engines.layout, inputs,
+                                                               state.cloth, body_velocity);
+    report.newton_iterations += done.newton_iterations;
+    report.linear_iterations += done.linear_iterations;
+    report.linear_residual = done.residual;
+  } catch (const NewtonFailure& failure) {
+    fail_at_vertex(failure, model, loads.x0);
+  }
+  return body_velocity;
+}
+
+}  // namespace loomstone

@@ -1,0 +1,119 @@
+#include "core/sim/step/limit_and_certify.h"
+
+#include <algorithm>
+
+#include "core/sim/model/motion.h"
+#include "core/sim/step/constrain.h"
+
+namespace loomstone {
+
+namespace {
+
+// Fraction of the requested motion above which withheld motion halves the part. Our choice: scenes
+// lose 1e-5 or nothing in all steps but a few, which lose all.
+constexpr double much_withheld = 0.1;
+
+// The bodies as certification may move them: from where they were to where the bodies' stage has
+// put them.
+FreeBodies free_bodies(const Loads& loads, const State& state, const Engines& engines) {
+  const Model& model = engines.model;
+  FreeBodies bodies(model.n_bodies());
+  const std::vector<std::uint8_t> supported =
+      engines.world ? engines.world->supported() : std::vector<std::uint8_t>();
+  for (Index b = 0; b < model.n_bodies(); ++b) {
+    FreeBody& body = bodies[b];
+    body.surface = model.collision.surface_of_vertex[model.bodies[b].first];
+    body.local = &model.bodies[b].local;
+    body.inverse_mass = 1.0 / model.body_mass[b].mass;
+    body.inverse_inertia = loads.body_mass[2 * b + 1].inverse();
+    body.supported = supported[b] != 0;
+    body.start = loads.body_poses[b];
+    body.end = body_pose(state.rigid, b);
+  }
+  return bodies;
+}
+
+// The cloth goes to x1 and its velocities with it; a vertex that did not move keeps the
+// integrator's.
+void move_cloth(const StepContext& part, const Points& x1, ClothState& cloth) {
+  bool any = false;
+  for (Index i = 0; i < cloth.x.rows(); ++i) {
+    if (x1.row(i) == cloth.x.row(i)) continue;
+    any = true;
+    cloth.v.row(i) += (x1.row(i) - cloth.x.row(i)) / part.h;
+    cloth.x.row(i) = x1.row(i);
+  }
+  if (any) cloth.restart_multistep();
+}
+
+// The rigid-body world takes over what has changed with its next step.
+void move_bodies_with(const StepContext& part, const FreeBodies& bodies, RigidState& rigid) {
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const FreeBody& body = bodies[i];
+    const Index b = static_cast<Index>(i);
+    rigid.positions.row(b) = body.end.position.transpose();
+    rigid.orientations.row(b) = body.end.orientation.transpose();
+    rigid.velocities.row(b) += body.moved.transpose() / part.h;
+    rigid.angular_velocities.row(b) += body.turned.transpose() / part.h;
+  }
+}
+
+void add_to_report(const StepContext& part, const ConstrainReport& done, bool limited,
+                   StepReport& report) {
+  report.seconds[static_cast<int>(StageName::Limit)] += done.limit_seconds;
+  report.seconds[static_cast<int>(StageName::Certify)] -= done.limit_seconds;
+  report.limit_sweeps += done.limits.sweeps;
+  report.limit_evaluations += done.limits.evaluations;
+  if (limited) report.limit_rounds = std::max(report.limit_rounds, done.rounds);
+  report.limit_retreats += done.retreats;
+  report.limit_excess = std::max(report.limit_excess, done.limits.largest());
+  report.wanted_motion += done.wanted;
+  report.impacts += done.certified.impacts;
+  report.truncated += done.certified.truncated();
+  report.withheld_motion += done.certified.withheld();
+  report.truncated_momentum += done.certified.withheld_moment() / part.h;
+}
+
+}  // namespace
+
+Certified limit_and_certify(const StepContext& part, const Loads& loads, const NearContacts& near,
+                            State& state, Engines& engines, StepOutcome& outcome) {
+  const Model& model = engines.model;
+  const Index n = model.cloth.n_vertices;
+  state.obstacle_vertices = loads.next_obstacles;
+  for (const Contact& contact : near.contacts)
+    for (const Index vertex : contact.vertices)
+      if (vertex < n) outcome.contact[vertex] = 1;
+  if (n == 0 || (!engines.collision && !engines.limiter)) return {};
+  Points x1;
+  collision_vertices(model, state, x1);
+  FreeBodies bodies = free_bodies(loads, state, engines);
+  ConstrainInputs inputs;
+  inputs.team = &engines.team;
+  inputs.collision_team = &engines.collision_team;
+  inputs.cloth = &model.cloth;
+  inputs.limiter = engines.limiter.get();
+  inputs.collision = engines.collision.get();
+  inputs.limits_hold = model.scene.limits.method != "edges";
+  if (!engines.contacts_in_solve) inputs.repelled = &near.contacts;
+  inputs.key = part.seed;
+  inputs.step = part.h;
+  inputs.x0 = &loads.x0;
+  inputs.inverse_mass = &model.inverse_mass;
+  const ConstrainReport done = constrain(inputs, x1, bodies);
+  move_cloth(part, x1, state.cloth);
+  move_bodies_with(part, bodies, state.rigid);
+  for (const Index i : done.touched) outcome.contact[i] = 1;
+  if (engines.collision && engines.contacts_in_solve)
+    engines.collision->update_anchors(near.contacts, loads.x0, x1, state.contacts);
+  add_to_report(part, done, engines.limiter != nullptr, outcome.report);
+  Certified certified;
+  certified.result.impacts = done.certified.unresolved;
+  certified.result.withheld_much = done.certified.withheld() > much_withheld * done.wanted;
+  certified.result.broke_limits = done.broke;
+  certified.result.stopped_for_limits = done.stopped;
+  if (done.touched.empty() && !inputs.repelled) certified.limits = done.limits;
+  return certified;
+}
+
+}  // namespace loomstone

@@ -1,0 +1,66 @@
+#include "core/sim/step/loads.h"
+
+#include <algorithm>
+
+#include "core/cloth/air.h"
+#include "core/sim/model/motion.h"
+
+namespace loomstone {
+
+namespace {
+
+void find_cloth_forces(const StepContext& part, const State& state, const Engines& engines,
+                       Points& force) {
+  const Model& model = engines.model;
+  const Index n = model.cloth.n_vertices;
+  const Index begin = std::min(engines.layout.begin(), n), end = std::min(engines.layout.end(), n);
+  force = state.external_force;
+  parallel_for(engines.team, end - begin, [&](Index i) {
+    force.row(begin + i) += model.cloth.mass[begin + i] * model.scene.gravity.transpose();
+  });
+  add_drag(engines.team, model.scene.air, part.t0, model.cloth.triangles,
+           model.cloth.triangles_of_vertex.start, model.cloth.triangles_of_vertex.items,
+           state.cloth.x, state.cloth.v, begin, end, force);
+}
+
+// The prediction holds what the bodies' stage will do by itself, so that the solve adds only what
+// the cloth does.
+void predict_bodies(const StepContext& part, const State& state, const Engines& engines,
+                    Loads& loads) {
+  const Model& model = engines.model;
+  loads.body_mass.clear();
+  loads.body_poses.clear();
+  loads.body_velocity = Points::Zero(2 * model.n_bodies(), 3);
+  std::vector<Wrench> magnetic(model.n_bodies());
+  if (engines.magnetics && model.cloth.n_vertices > 0)
+    magnetic = engines.magnetics->wrenches(engines.team, state.rigid,
+                                           obstacle_places(model, state, part.t0, 0.0).poses,
+                                           coil_currents(model, state, part.t0));
+  for (Index b = 0; b < model.n_bodies(); ++b) {
+    const double mass = model.body_mass[b].mass;
+    const Mat3 inertia =
+        world_inertia(model.body_mass[b], state.rigid.orientations.row(b).transpose());
+    loads.body_poses.push_back(body_pose(state.rigid, b));
+    loads.body_mass.push_back(mass * Mat3::Identity());
+    loads.body_mass.push_back(inertia);
+    loads.body_velocity.row(2 * b) = state.rigid.velocities.row(b) +
+                                     part.h * model.scene.gravity.transpose() +
+                                     part.h / mass * magnetic[b].force.transpose();
+    loads.body_velocity.row(2 * b + 1) =
+        state.rigid.angular_velocities.row(b) +
+        part.h * (inertia.inverse() * magnetic[b].torque).transpose();
+  }
+}
+
+}  // namespace
+
+void find_loads(const StepContext& part, const State& state, const Engines& engines, Loads& loads) {
+  const Model& model = engines.model;
+  if (model.cloth.n_vertices > 0) collision_vertices(model, state, loads.x0);
+  pin_targets(model, state, part.t1, part.share, loads.target);
+  obstacle_vertices(model, state, part.t1, part.share, loads.next_obstacles);
+  find_cloth_forces(part, state, engines, loads.force);
+  predict_bodies(part, state, engines, loads);
+}
+
+}  // namespace loomstone

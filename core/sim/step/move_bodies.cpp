@@ -1,0 +1,33 @@
+#include "core/sim/step/move_bodies.h"
+
+#include "core/sim/model/motion.h"
+
+namespace loomstone {
+
+void move_bodies(const StepContext& part, const Loads& loads, const Points& body_velocity,
+                 State& state, Engines& engines, StepReport& report) {
+  if (!engines.world) return;
+  const Model& model = engines.model;
+  Points impulses = Points::Zero(model.n_bodies(), 3), angular = impulses;
+  if (model.cloth.n_vertices > 0)
+    for (Index b = 0; b < model.n_bodies(); ++b) {
+      impulses.row(b) =
+          model.body_mass[b].mass * (body_velocity.row(2 * b) - loads.body_velocity.row(2 * b));
+      angular.row(b) =
+          (loads.body_mass[2 * b + 1] *
+           (body_velocity.row(2 * b + 1) - loads.body_velocity.row(2 * b + 1)).transpose())
+              .transpose();
+    }
+  const ObstaclePlaces places = obstacle_places(model, state, part.t1, part.share);
+  if (!engines.magnetics) {
+    engines.world->advance(part.h, impulses, angular, places, state.rigid);
+    return;
+  }
+  const MagneticMotion::Done done = engines.magnetics->advance(
+      engines.team, part.h, impulses, angular, obstacle_places(model, state, part.t0, 0.0), places,
+      part.t0, *engines.world, state.rigid, state.circuits, state.induced_moments);
+  report.magnetic_substeps += done.substeps;
+  report.magnetic_error = done.error;
+}
+
+}  // namespace loomstone

@@ -1,0 +1,90 @@
+#include "core/sim/step/near_contacts.h"
+
+#include <algorithm>
+
+namespace loomstone {
+
+namespace {
+
+void expect_motion(const StepContext& part, const Loads& loads, const State& state,
+                   const Engines& engines, NearContacts& near) {
+  const Model& model = engines.model;
+  const Index n = model.cloth.n_vertices;
+  near.v0.resize(loads.x0.rows(), 3);
+  near.last_change.resize(loads.x0.rows(), 3);
+  const bool has_change = state.cloth.last_change.rows() == model.n_rows();
+  parallel_for(engines.team, n, [&](Index i) {
+    near.v0.row(i) = state.cloth.v.row(i);
+    if (model.cloth.pinned[i]) near.v0.row(i) = (loads.target.row(i) - loads.x0.row(i)) / part.h;
+    near.last_change.row(i).setZero();
+    if (has_change) near.last_change.row(i) = state.cloth.last_change.row(i);
+  });
+  near.last_change.bottomRows(loads.x0.rows() - n).setZero();
+  for (std::size_t b = 0; b < model.bodies.size(); ++b)
+    for (Index i = 0; i < model.bodies[b].local.rows(); ++i) {
+      const Index vertex = model.bodies[b].first + i;
+      const Vec3 place = loads.x0.row(vertex).transpose();
+      near.v0.row(vertex) = velocity_at(state.rigid, static_cast<Index>(b), place).transpose();
+    }
+  near.v0.bottomRows(loads.next_obstacles.rows()) =
+      (loads.next_obstacles - state.obstacle_vertices) / part.h;
+}
+
+// A stiff spring between each attached vertex and its point of the body, both ways.
+void add_attachments(const Model& model, const State& state, ExtraTerms& terms) {
+  for (const Model::Attached& attached : model.attachments) {
+    const Vec3 point = to_world(state.rigid, attached.body, attached.local);
+    ExtraTerm term;
+    const Index row = model.cloth.n_vertices + 2 * attached.body;
+    term.entries[0] = {attached.row, false, 1.0, Vec3::Zero()};
+    term.entries[1] = {row, false, -1.0, Vec3::Zero()};
+    term.entries[2] = {row + 1, true, -1.0,
+                       point - state.rigid.positions.row(attached.body).transpose()};
+    term.n_entries = 3;
+    term.gradient =
+        model.attachment_stiffness * (state.cloth.x.row(attached.row).transpose() - point);
+    term.hessian = model.attachment_stiffness * Mat3::Identity();
+    terms.push_back(term);
+  }
+}
+
+void find_contacts(const StepContext& part, const Loads& loads, const State& state,
+                   Engines& engines, NearContacts& near, StepReport& report) {
+  CollisionStage& collision = *engines.collision;
+  const Index n = engines.model.cloth.n_vertices;
+  collision.forget_tangle();
+  if (state.tangled) collision.find_tangle(loads.x0);
+  near.contacts = collision.proximity(engines.collision_team, loads.x0);
+  if (!engines.contacts_in_solve) return;
+  expect_motion(part, loads, state, engines, near);
+  collision.terms(near.contacts, loads.x0, near.v0, near.last_change, state.rigid.positions, part.h,
+                  n, state.contacts, near.terms, report.contact_energy);
+  near.n_contact_terms = near.terms.size();
+  collision.untangle(loads.x0, near.v0, state.rigid.positions, part.h, n, near.terms);
+}
+
+}  // namespace
+
+void find_near_contacts(const StepContext& part, const Loads& loads, const State& state,
+                        Engines& engines, NearContacts& near, StepReport& report) {
+  near.contacts.clear();
+  near.terms.clear();
+  near.n_contact_terms = 0;
+  report.contact_energy = 0.0;
+  if (engines.collision) find_contacts(part, loads, state, engines, near, report);
+  if (engines.integrator->implicit()) add_attachments(engines.model, state, near.terms);
+  report.contacts = std::max(report.contacts, static_cast<std::int64_t>(near.contacts.size()));
+}
+
+double terms_at(const NearContacts& near, const Engines& engines, const Points& displacement,
+                double time, TermRequest request, ExtraTerms& terms) {
+  double energy =
+      near.n_contact_terms > 0
+          ? engines.collision->terms_at(engines.collision_team, displacement, time, request, terms)
+          : 0.0;
+  for (std::size_t i = near.n_contact_terms; i < terms.size(); ++i)
+    energy += terms[i].move_linearly(displacement, time);
+  return energy;
+}
+
+}  // namespace loomstone
