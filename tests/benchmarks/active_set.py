@@ -11,13 +11,13 @@ Both columns end in the same bits.
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 
 import loomstone as ls
 import numpy as np
 from loomstone.scene_file import SceneFile
+from smoke import SCENES, parsed
 
-SCENE = Path(__file__).parents[2] / "scenes" / "sphere_slide.py"
+SCENE = SCENES / "sphere_slide.py"
 
 
 def simulation(triangles: int, limit: float, active: bool) -> ls.Simulation:
@@ -38,14 +38,15 @@ def main() -> None:
     parser.add_argument("--triangles", type=int, default=14476)
     parser.add_argument("--steps", type=int, default=21)
     parser.add_argument("--runs", type=int, default=3)
-    options = parser.parse_args()
+    options = parsed(parser, triangles=400, steps=2, runs=1, limits=[0.03])
     file = SceneFile.open(SCENE, {"triangles": options.triangles})
     start = ls.Simulation(file.scene(), integrator=file.integrator, threads=1)
     while start.time < 0.15:
         start.step()
     state = np.array(start.positions), np.array(start.velocities)
     print(
-        "limit  sweeps a step  evaluations, in sweeps: active full  ms a step: active full  ratio  same bits"
+        "limit  sweeps a step  evaluations, in sweeps: active full  "
+        "ms a step: active full  ratio  same bits"
     )
     for limit in options.limits:
         sweeps, evaluations, times, digests = [], [], [], []
@@ -68,7 +69,8 @@ def main() -> None:
             digests.append(sim.digest())
         assert sweeps[0] == sweeps[1]
         print(
-            f"{limit:5.3f} {sweeps[0]:8.2f}        {evaluations[0]:8.2f} {evaluations[1]:8.2f}        {times[0]:8.3f} {times[1]:8.3f} "
+            f"{limit:5.3f} {sweeps[0]:8.2f}        {evaluations[0]:8.2f} "
+            f"{evaluations[1]:8.2f}        {times[0]:8.3f} {times[1]:8.3f} "
             f"{times[0] / times[1]:8.2f}  {digests[0] == digests[1]}",
             flush=True,
         )

@@ -14,24 +14,23 @@ import argparse
 import csv
 import multiprocessing
 import os
-import runpy
 from pathlib import Path
 
 import loomstone as ls
 import numpy as np
+from certify import perturbed
 from loomstone.scene_file import SceneFile
+from smoke import SCENES, parsed
 
-HERE = Path(__file__).resolve().parent
-perturbed = runpy.run_path(str(HERE / "certify.py"))["perturbed"]
 CENTRE = np.array([0.03, 0.02, 0.0])  # of the sphere [m]
 PAUSE, CALM = 0.2, 1e-4  # [s], [m]
-LONGEST = 20.0  # [s]
 COLUMNS = ("triangles", "step", "seed", "rest", "moved", "centre", "lowest", "middle")
 
 
-def run(job: tuple[int, float, int]) -> dict[str, object]:
-    triangles, step, seed = job
-    file = SceneFile.open(HERE.parents[1] / "scenes" / "drape.py", {"triangles": triangles})
+def run(job: tuple[int, float, int, float]) -> dict[str, object]:
+    """A job: triangles, step [s], seed, and when it ends at the latest [s]."""
+    triangles, step, seed, longest = job
+    file = SceneFile.open(SCENES / "drape.py", {"triangles": triangles})
     scene = file.scene()
     cloth = scene.cloths[0]
     cloth = cloth.replace(material=cloth.material.replace(bending_damping=0.02))
@@ -41,7 +40,7 @@ def run(job: tuple[int, float, int]) -> dict[str, object]:
     )
     middle = int(np.linalg.norm(np.asarray(cloth.mesh.vertices)[:, :2], axis=1).argmin())
     before, moved = sim.positions, np.inf
-    while moved > CALM and sim.time < LONGEST - 0.5 * PAUSE:
+    while moved > CALM and sim.time < longest - 0.5 * PAUSE:
         for _ in range(round(PAUSE / step)):
             sim.step()
         now = sim.positions
@@ -57,15 +56,16 @@ def run(job: tuple[int, float, int]) -> dict[str, object]:
         np.add.at(areas, np.asarray(cloth.mesh.triangles)[:, k], area)
     centre = areas @ x / areas.sum()
     row = (triangles, step, seed, round(sim.time, 3), moved, centre[2], x[:, 2].min(), x[middle, 2])
-    return dict(zip(COLUMNS, row))
+    return dict(zip(COLUMNS, row, strict=True))
 
 
 def summary(rows: list[dict[str, str]]) -> None:
     for key in sorted({(int(r["triangles"]), float(r["step"])) for r in rows}):
         mine = [r for r in rows if (int(r["triangles"]), float(r["step"])) == key]
+        rests = [float(r["rest"]) for r in mine]
         print(
-            f"{key[0]} triangles, {1e3 * key[1]:g} ms, {len(mine)} runs, at rest after {min(float(r['rest']) for r in mine):.1f} to "
-            f"{max(float(r['rest']) for r in mine):.1f} s [mm]:"
+            f"{key[0]} triangles, {1e3 * key[1]:g} ms, {len(mine)} runs, "
+            f"at rest after {min(rests):.1f} to {max(rests):.1f} s [mm]:"
         )
         for name in ("centre", "lowest", "middle"):
             values = 1e3 * np.array([float(r[name]) for r in mine])
@@ -80,7 +80,8 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=10)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--out", type=Path, default=Path("at_rest.csv"))
-    given = parser.parse_args()
+    parser.add_argument("--longest", type=float, default=20.0, help="end of a run [s]")
+    given = parsed(parser, triangles=[128], steps=[4e-3], runs=1, jobs=1, longest=0.2)
     os.environ["OMP_WAIT_POLICY"] = "passive"
     rows: list[dict[str, str]] = []
     if given.out.exists():
@@ -88,7 +89,7 @@ def main() -> None:
             rows = list(csv.DictReader(file))
     done = {(int(r["triangles"]), float(r["step"]), int(r["seed"])) for r in rows}
     jobs = [
-        (n, h, seed)
+        (n, h, seed, given.longest)
         for n in given.triangles
         for seed in range(given.runs)
         for h in given.steps

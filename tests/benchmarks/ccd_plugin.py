@@ -7,8 +7,12 @@ python SHARED/data/ccd/broad.py --plugin ccd_plugin --path tests/benchmarks --sc
 --check REQUIRED.npz
 """
 
+import argparse
+
+import loomstone as ls
 import numpy as np
 from loomstone.collision import Detector
+from smoke import parsed
 
 
 def setup(V0, F, E, threads):
@@ -30,3 +34,23 @@ def earliest_toi(detector, V0, V1, min_distance):
     if min_distance:
         raise ValueError("only for a distance of 0")
     return min(1.0, detector.collisions(V0, V1).time)
+
+
+def smoke() -> None:
+    """All functions on two sheets of which one falls through the other."""
+    sheet = ls.grid(size=(1, 1), cells=(4, 4))
+    n, x = len(sheet.vertices), np.asarray(sheet.vertices)
+    start, faces = np.vstack([x, x + (0.1, 0.05, 0.1)]), np.asarray(sheet.triangles)
+    end = start - np.repeat([[0, 0, 0], [0, 0, 0.2]], n, axis=0)
+    faces = np.vstack([faces, faces + n])
+    edges = np.unique(np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1), axis=0)
+    detector = setup(start, faces, edges, 1)
+    found = sum(map(len, candidates(detector, start, end, 0.0)))
+    colliding, first = collisions(detector, start, end), earliest_toi(detector, start, end, 0.0)
+    assert 0 < colliding <= found and abs(first - 0.5) < 1e-6
+    print(f"{found} candidates, {colliding} colliding, first at {first:.3f}")
+
+
+if __name__ == "__main__":
+    if parsed(argparse.ArgumentParser(description=__doc__)).smoke:
+        smoke()

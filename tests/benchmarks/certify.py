@@ -19,8 +19,8 @@ import loomstone as ls
 import numpy as np
 from loomstone.scene_file import SceneFile
 from loomstone.verification import count_intersections
+from smoke import SCENES, parsed
 
-SCENES = Path(__file__).resolve().parents[2] / "scenes"
 PERTURBATION = 1e-6  # of every coordinate [m]
 
 # At most about 3,600 triangles and 1 s, so that ten runs of all fit into an hour or two.
@@ -77,9 +77,11 @@ def perturbed(scene: ls.Scene, seed: int) -> ls.Scene:
     return scene.replace(cloths=cloths)
 
 
-def run(job: tuple[str, float, int]) -> dict[str, object]:
-    name, step, seed = job
+def run(job: tuple[str, float, int, float | None]) -> dict[str, object]:
+    """A job: scene, step [s], seed, and its duration [s] where it is not that of SIZES."""
+    name, step, seed, given = job
     parameters, duration = SIZES[name]
+    duration = given or duration
     file = SceneFile.open(SCENES / f"{name}.py", parameters)
     sim = ls.Simulation(
         perturbed(file.scene(), seed), integrator=file.integrator.replace(step=step), threads=1
@@ -125,9 +127,10 @@ def main() -> None:
     parser.add_argument(
         "--runs", type=int, default=10, help="perturbed starts of each scene and step"
     )
+    parser.add_argument("--duration", type=float, help="[s] (default: that of each scene)")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--out", type=Path, default=Path("certify.csv"))
-    options = parser.parse_args()
+    options = parsed(parser, scenes=["stack"], steps=[4e-3], runs=1, jobs=1, duration=0.04)
     done, rows = set(), []
     if options.out.exists():
         with options.out.open(newline="") as file:
@@ -136,12 +139,12 @@ def main() -> None:
     else:
         options.out.write_text(",".join(COLUMNS) + "\n")
     jobs = [
-        (name, step, seed)
+        (name, step, seed, options.duration)
         for seed in range(options.runs)
         for name in options.scenes
         for step in options.steps
     ]
-    jobs = [job for job in jobs if job not in done]
+    jobs = [job for job in jobs if job[:3] not in done]
     # A process for every run: what one leaves behind does not meet the next.
     with multiprocessing.get_context("spawn").Pool(options.jobs, maxtasksperchild=1) as pool:
         for row in pool.imap_unordered(run, jobs):

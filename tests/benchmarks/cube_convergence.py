@@ -15,6 +15,7 @@ import time
 
 import numpy as np
 from loomstone import magnetics as M
+from smoke import parsed
 
 EDGE = 0.01
 GAPS = (0.0, 0.0005, 0.001, 0.005, 0.01, 0.02)  # [m]
@@ -72,13 +73,14 @@ def main() -> None:
     parser.add_argument("--tree", type=int, default=100)
     parser.add_argument("--tolerance", type=float, default=1e-4)
     parser.add_argument("--out")
-    arguments = parser.parse_args()
+    arguments = parsed(parser, most=4, tree=4)
     numbers = [
         n for n in (1, 2, 3, 4, 6, 8, 10, 15, 20, 30, 46, 60, 80, 100) if n <= arguments.most
     ]
     errors = {}
     print(
-        "relative error of the force by N^3 cells a cube; tree: its difference from the sum over offsets"
+        "relative error of the force by N^3 cells a cube; "
+        "tree: its difference from the sum over offsets"
     )
     print(
         f"{'N':>4}" + "".join(f"{f'{1e3 * gap:g} mm':>12}" for gap in GAPS) + f"{'tree, 5 mm':>14}"

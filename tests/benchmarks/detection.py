@@ -1,13 +1,13 @@
 """Collision detection beside ipctk (from PyPI) in one run on one machine: ratios of least times,
 taken in turns.
 
-    python tests/benchmarks/detection.py SHARED/data/ccd [--parts candidates detection narrow
+    python tests/benchmarks/detection.py [SHARED/data/ccd] [--parts candidates detection narrow
     threads growth]
 
-SHARED/data/ccd holds scenes.py, meshes and queries. One thread: processor time, which other
-programs hardly change; several: wall time. Set OMP_WAIT_POLICY=passive, so that waiting threads do
-not spin. Candidates: ours share no vertex and overlap by 18-DOPs, ipctk's by boxes, so it lists
-more.
+SHARED/data/ccd holds scenes.py, meshes and queries; by default SHARED lies beside the project. One
+thread: processor time, which other programs hardly change; several: wall time. Set
+OMP_WAIT_POLICY=passive, so that waiting threads do not spin. Candidates: ours share no vertex and
+overlap by 18-DOPs, ipctk's by boxes, so it lists more.
 """
 
 import argparse
@@ -20,6 +20,7 @@ from types import ModuleType
 
 import numpy as np
 from loomstone.collision import Detector, continuous
+from smoke import SHARED, package, parsed, present
 
 SHEETS = ["fold8", "tight8", "stack4", "roll", "drape"]
 MESHES = ["cloth-ball", "cloth-funnel", "rod-twist"]
@@ -43,8 +44,7 @@ def least(threads: int, seconds: float, *functions: Callable[[], object]) -> lis
 
 class Scene:
     def __init__(self, scenes: ModuleType, name: str, threads: int):
-        import ipctk
-
+        ipctk = package("ipctk")
         self.x0, self.x1, triangles = scenes.load(name)
         ipctk.set_num_threads(threads)
         self.fortran = [np.asfortranarray(a) for a in (self.x0, self.x1)]
@@ -80,20 +80,26 @@ def candidates(scenes: ModuleType, threads: list[int], seconds: float) -> None:
             scene = Scene(scenes, name, n)
             theirs, ours = least(n, seconds, scene.their_candidates, scene.candidates)
             found = sum(map(len, scene.candidates()))
-            print(f"{name:24s} {n:6d} {theirs:8.1f} {ours:8.1f} {theirs / ours:6.2f}  {found} {len(scene.theirs)}"
-                  f"  {scene.detector.tree_bytes / scene.n_triangles:.0f}", flush=True)  # fmt: skip
+            each = scene.detector.tree_bytes / scene.n_triangles
+            print(
+                f"{name:24s} {n:6d} {theirs:8.1f} {ours:8.1f} {theirs / ours:6.2f}  "
+                f"{found} {len(scene.theirs)}  {each:.0f}",
+                flush=True,
+            )
 
 
 def detection(scenes: ModuleType, threads: list[int], seconds: float) -> None:
     print(
-        "whole detection         threads  LBVH + ACCD (earliest) ms  ours (every pair) ms  ratio  colliding pairs"
+        "whole detection         threads  LBVH + ACCD (earliest) ms  ours (every pair) ms  "
+        "ratio  colliding pairs"
     )
     for name in [*SHEETS, "rod-twist"]:
         for n in threads:
             scene = Scene(scenes, name, n)
             theirs, ours = least(n, seconds, scene.their_detection, scene.collisions)
             print(
-                f"{name:24s} {n:6d} {theirs:8.1f} {ours:8.1f} {theirs / ours:6.2f}  {scene.collisions()}",
+                f"{name:24s} {n:6d} {theirs:8.1f} {ours:8.1f} {theirs / ours:6.2f}  "
+                f"{scene.collisions()}",
                 flush=True,
             )
 
@@ -117,8 +123,12 @@ def narrow(data: Path, seconds: float) -> None:
                 (hit & ~truth).sum(),
                 (first[truth] > archive["toi_hi"][chosen][truth]).sum(),
             )
-            print(f"{path.stem:16s} {kind:12s} {len(queries):6d} {1e3 * each / len(queries):8.3f}  {wrong[0]} {wrong[1]} {wrong[2]}",
-                  flush=True)  # fmt: skip
+            microseconds = 1e3 * each / len(queries)
+            print(
+                f"{path.stem:16s} {kind:12s} {len(queries):6d} {microseconds:8.3f}  "
+                f"{wrong[0]} {wrong[1]} {wrong[2]}",
+                flush=True,
+            )
 
 
 def two_threads(scenes: ModuleType, seconds: float) -> None:
@@ -126,7 +136,8 @@ def two_threads(scenes: ModuleType, seconds: float) -> None:
     far the work divides.
     """
     print(
-        "two threads, whole detection   wall: one ms  two ms  ratio   processor: one ms  longer of two ms  ratio"
+        "two threads, whole detection   wall: one ms  two ms  ratio   "
+        "processor: one ms  longer of two ms  ratio"
     )
     for name in [*SHEETS, "rod-twist"]:
         one, two = Scene(scenes, name, 1), Scene(scenes, name, 2)
@@ -151,11 +162,12 @@ def two_threads(scenes: ModuleType, seconds: float) -> None:
         )
 
 
-def growth(scenes: ModuleType, seconds: float) -> None:
+def growth(scenes: ModuleType, sizes: list[int], seconds: float) -> None:
     print(
-        "growth of fold8       triangles  forming ms  candidates ms  detection ms  us a triangle  bytes a triangle"
+        "growth of fold8       triangles  forming ms  candidates ms  detection ms  "
+        "us a triangle  bytes a triangle"
     )
-    for cells in (120, 240, 480, 960):
+    for cells in sizes:
         # The same picture at every size: gaps, bumps and speeds shrink with the cells.
         x0, x1, triangles = scenes.folded(cells, 0.12 / cells, 8, 120 / cells, 12 / cells, 1)
         detector = Detector(triangles, threads=1)
@@ -165,25 +177,30 @@ def growth(scenes: ModuleType, seconds: float) -> None:
         list_ms, all_ms = least(
             1,
             seconds,
-            lambda d=detector: d.candidates(x0, x1, ordered=False),
-            lambda d=detector: d.collisions(x0, x1),
+            lambda d=detector, a=x0, b=x1: d.candidates(a, b, ordered=False),
+            lambda d=detector, a=x0, b=x1: d.collisions(a, b),
         )
-        print(f"{'':20s} {len(triangles):9d} {forming:8.0f} {list_ms:10.1f} {all_ms:10.1f} {1e3 * all_ms / len(triangles):10.2f}"
-              f" {detector.tree_bytes / len(triangles):8.0f}", flush=True)  # fmt: skip
+        n = len(triangles)
+        print(
+            f"{'':20s} {n:9d} {forming:8.0f} {list_ms:10.1f} {all_ms:10.1f} "
+            f"{1e3 * all_ms / n:10.2f} {detector.tree_bytes / n:8.0f}",
+            flush=True,
+        )
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("data", type=Path)
+    parser.add_argument("data", type=Path, nargs="?", default=SHARED / "data" / "ccd")
     parser.add_argument(
         "--parts", nargs="+", default=["candidates", "detection", "narrow", "threads", "growth"]
     )
     parser.add_argument("--threads", nargs="+", type=int, default=[1, 2])
     parser.add_argument("--seconds", type=float, default=4.0, help="for each line")
-    options = parser.parse_args()
-    spec = importlib.util.spec_from_file_location("scenes", options.data / "scenes.py")
+    parser.add_argument("--cells", nargs="+", type=int, default=[120, 240, 480, 960])
+    options = parsed(parser, parts=["narrow", "growth"], threads=[1], seconds=0.01, cells=[30])
+    spec = importlib.util.spec_from_file_location("scenes", present(options.data / "scenes.py"))
     scenes = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(scenes)
     for part in options.parts:
@@ -196,7 +213,7 @@ def main() -> None:
         elif part == "threads":
             two_threads(scenes, options.seconds)
         elif part == "growth":
-            growth(scenes, options.seconds)
+            growth(scenes, options.cells, options.seconds)
         else:
             sys.exit(f"there is no part {part}")
 

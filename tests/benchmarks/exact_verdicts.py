@@ -8,12 +8,12 @@ import argparse
 import sys
 import time
 from fractions import Fraction
-from pathlib import Path
 
 import numpy as np
 from loomstone import collision
+from smoke import ROOT, parsed
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "python"))
+sys.path.insert(0, str(ROOT / "tests" / "python" / "collision"))
 from exact_queries import FAMILIES, degenerate_queries, exact_verdict
 
 SHARES = {
@@ -33,7 +33,7 @@ def main() -> None:
     parser.add_argument("--queries", type=int, default=1000000)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--chunk", type=int, default=50, help="queries of one draw of a family")
-    options = parser.parse_args()
+    options = parsed(parser, queries=500, chunk=1)
     random = np.random.default_rng(options.seed)
     count = {
         (family, kind): np.zeros(4, int)
@@ -77,8 +77,10 @@ def main() -> None:
         print(f"{family:14s} {kind:12s} {row[0]:7d} {row[1]:7d} {row[2]} {row[3]}")
     total = sum(count.values())
     print(
-        f"all {total[0]} queries, {total[1]} meet, {total[2]} wrong, {total[3]} late, {time.perf_counter() - start:.0f} s"
+        f"all {total[0]} queries, {total[1]} meet, {total[2]} wrong, {total[3]} late, "
+        f"{time.perf_counter() - start:.0f} s"
     )
+    raise SystemExit(1 if total[2] + total[3] else 0)
 
 
 if __name__ == "__main__":

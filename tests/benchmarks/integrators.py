@@ -11,12 +11,12 @@ size.
 import argparse
 import importlib.util
 import time
-from pathlib import Path
 
 import loomstone as ls
 import numpy as np
+from smoke import SCENES, package, parsed
 
-SCENE = Path(__file__).resolve().parents[2] / "scenes" / "swing.py"
+SCENE = SCENES / "swing.py"
 
 
 def swing(columns: int, rows: int) -> ls.Scene:
@@ -77,9 +77,7 @@ def integrators(columns: int) -> dict[str, ls.IntegratorOptions]:
 
 def draw(runs: dict[str, tuple[np.ndarray, np.ndarray, float, str]], path: str) -> None:
     """`runs`: by name times [s], total energies [J], seconds taken, why it failed."""
-    import matplotlib
-
-    matplotlib.use("Agg")
+    package("matplotlib").use("Agg")
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(figsize=(9, 5))
@@ -120,13 +118,15 @@ def main() -> None:
     parser.add_argument("--rows", type=int, default=57)
     parser.add_argument("--duration", type=float, default=4.0)
     parser.add_argument("--out", default="swing-energy.png")
-    options = parser.parse_args()
+    options = parsed(parser, columns=6, rows=8, duration=0.04)
     scene = swing(options.columns, options.rows)
     runs = {}
     for name, integrator in integrators(options.columns).items():
-        times, energies, seconds, failure = runs[name] = run(scene, integrator, options.duration)
+        runs[name] = run(scene, integrator, options.duration)
+        _, energies, seconds, failure = runs[name]
+        lost = 1e3 * (energies[0] - energies[-1])
         print(
-            f"{name:38s} {seconds:7.1f} s  energy lost {1e3 * (energies[0] - energies[-1]):8.3f} mJ  {failure}",
+            f"{name:38s} {seconds:7.1f} s  energy lost {lost:8.3f} mJ  {failure}",
             flush=True,
         )
     draw(runs, options.out)

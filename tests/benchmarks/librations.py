@@ -12,6 +12,7 @@ import time
 
 import loomstone as ls
 import numpy as np
+from smoke import parsed
 
 
 def compass() -> tuple[ls.Scene, float]:
@@ -77,12 +78,13 @@ def energies(scene: ls.Scene, period: float, periods: int) -> tuple[float, float
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--periods", type=int, default=10000)
-    periods = parser.parse_args().periods
+    periods = parsed(parser, periods=10).periods
     for make in (compass, pair):
         start = time.process_time()
         swing, drift = energies(*make(), periods)
         print(
-            f"{make.__name__:8} {periods} periods: swing {swing:.1e}, drift {drift:.1e}, {time.process_time() - start:.1f} s"
+            f"{make.__name__:8} {periods} periods: swing {swing:.1e}, drift {drift:.1e}, "
+            f"{time.process_time() - start:.1f} s"
         )
 
 

@@ -23,8 +23,9 @@ from pathlib import Path
 import loomstone as ls
 import numpy as np
 from loomstone.scene_file import SceneFile
+from smoke import SCENES, package, parsed
 
-SCENE = Path(__file__).parents[2] / "scenes" / "limit_scaling.py"
+SCENE = SCENES / "limit_scaling.py"
 METHODS = (
     ("none", "gauss-seidel", False, 1),
     ("edges", "edges", False, 1),
@@ -99,9 +100,7 @@ def measure(sim: ls.Simulation, limited: bool, duration: float) -> dict[str, flo
 
 def plot(file: Path, tables: list[Path]) -> None:
     """Of printed tables: what methods leave, and what a step takes."""
-    import matplotlib
-
-    matplotlib.use("Agg")
+    package("matplotlib").use("Agg")
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(1, 2, figsize=(9, 3.6), constrained_layout=True)
@@ -142,12 +141,13 @@ def main() -> None:
         "--read", type=Path, nargs="+", default=[], help="printed tables to plot; nothing runs"
     )
     parser.add_argument("--plot", type=Path)
-    options = parser.parse_args()
+    options = parsed(parser, triangles=[200], duration=0.02)
     if options.read and options.plot:
         plot(options.plot, options.read)
         return
     print(
-        f"{'triangles':>9}  {'method':<20} {'sweeps':>7} {'eval/tri':>8} {'limit ms':>8} {'step ms':>8} {'excess p90':>10} {'worst':>8} {'iterations':>10}"
+        f"{'triangles':>9}  {'method':<20} {'sweeps':>7} {'eval/tri':>8} {'limit ms':>8} "
+        f"{'step ms':>8} {'excess p90':>10} {'worst':>8} {'iterations':>10}"
     )
     for triangles in options.triangles:
         state = state_at(options.start, triangles) if options.start > 0.0 else None
@@ -165,7 +165,8 @@ def main() -> None:
             )
             m = measure(sim, limited, options.duration)
             print(
-                f"{triangles:>9}  {name:<20} {m['sweeps']:>7.2f} {m['evaluations'] / triangles:>8.2f} {m['limit']:>8.2f} "
+                f"{triangles:>9}  {name:<20} {m['sweeps']:>7.2f} "
+                f"{m['evaluations'] / triangles:>8.2f} {m['limit']:>8.2f} "
                 f"{m['cpu']:>8.2f} {m['p90']:>10.4f} {m['worst']:>8.4f} {m['iterations']:>10.1f}",
                 flush=True,
             )

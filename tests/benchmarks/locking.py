@@ -17,6 +17,7 @@ import time
 import loomstone as ls
 import numpy as np
 from loomstone.measurements.cusick import cusick
+from smoke import parsed
 
 LIMITS = {
     "none": None,
@@ -46,8 +47,10 @@ def drapes(triangles: int, name: str, seeds: list[int]) -> None:
     )
     coefficients, folds = [r.drape_coefficient for r in results], [r.folds for r in results]
     print(
-        f"{triangles:>6} {name:<10} {np.mean(coefficients):6.1f} % (+-{np.std(coefficients):4.1f}) folds {np.mean(folds):5.1f} "
-        f"{folds} strain {np.round(strain, 4)} rest {[r.rest.at_rest for r in results]} {time.process_time() - began:.0f} s",
+        f"{triangles:>6} {name:<10} {np.mean(coefficients):6.1f} % "
+        f"(+-{np.std(coefficients):4.1f}) folds {np.mean(folds):5.1f} {folds} "
+        f"strain {np.round(strain, 4)} rest {[r.rest.at_rest for r in results]} "
+        f"{time.process_time() - began:.0f} s",
         flush=True,
     )
 
@@ -59,7 +62,7 @@ def main() -> None:
     parser.add_argument("--triangles", type=int, nargs="+", default=[900, 1800, 3600])
     parser.add_argument("--seeds", type=int, nargs="+", default=[1, 2, 3])
     parser.add_argument("--limits", nargs="+", default=list(LIMITS), choices=list(LIMITS))
-    options = parser.parse_args()
+    options = parsed(parser, triangles=[400], seeds=[1], limits=["tight"])
     for triangles in options.triangles:
         for name in options.limits:
             drapes(triangles, name, options.seeds)

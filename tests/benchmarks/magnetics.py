@@ -13,13 +13,14 @@ import argparse
 import json
 import time
 from collections.abc import Callable
-from pathlib import Path
+from functools import partial
 
 import loomstone as ls
-import magpylib
 import numpy as np
 from scipy.spatial.transform import Rotation
+from smoke import SHARED, package, parsed, present
 
+magpylib = package("magpylib")
 M = ls.magnetics
 
 
@@ -71,12 +72,19 @@ def bodies() -> dict[str, tuple[M.MagneticBody, object]]:
     }
 
 
+def own_force(by: M.MagneticBody, on: M.MagneticBody, tolerance: float) -> np.ndarray:
+    return M.force(on=on, by=by, tolerance=tolerance).force
+
+
+def peer_force(by: object, on: object, cells: int) -> np.ndarray:
+    return magpylib.getFT(by, on, meshing=cells)[0]
+
+
 def compare_forces(repeats: int) -> None:
-    table = (
-        Path(__file__).resolve().parents[1] / "reference" / "magnets" / "i_cuboid_general_FT.json"
-    )
+    table = present(SHARED / "data" / "magnets" / "i_cuboid_general_FT.json")
     print(
-        f"\n{'turned cuboids':16}{'tolerance 1e-2':>24}{'1e-4':>20}{'1e-8':>20}{'magpylib 1e3':>20}{'1e4':>20}  [ms, error]"
+        f"\n{'turned cuboids':16}{'tolerance 1e-2':>24}{'1e-4':>20}{'1e-8':>20}"
+        f"{'magpylib 1e3':>20}{'1e4':>20}  [ms, error]"
     )
     for case in json.loads(table.read_text())["cases"][:6]:
         a = M.cuboid(size=case["dim1"], polarization=case["J1"])
@@ -90,10 +98,10 @@ def compare_forces(repeats: int) -> None:
         other.rotate(Rotation.from_quat(np.roll(case["quat2_wxyz"], -1)), anchor=None)
         found = [
             *(
-                fastest(lambda: M.force(on=b, by=a, tolerance=t).force, repeats)
-                for t in (1e-2, 1e-4, 1e-8)
+                fastest(partial(own_force, a, b, tolerance), repeats)
+                for tolerance in (1e-2, 1e-4, 1e-8)
             ),
-            *(fastest(lambda: magpylib.getFT(own, other, meshing=n)[0], 3) for n in (1000, 10000)),  # noqa: B023
+            *(fastest(partial(peer_force, own, other, cells), 3) for cells in (1000, 10000)),
         ]
         expected = np.array(case["F2"])
         errors = [
@@ -111,7 +119,7 @@ def main() -> None:
     parser.add_argument("--points", type=int, default=100_000)
     parser.add_argument("--repeats", type=int, default=20)
     parser.add_argument("--threads", type=int, default=1)
-    arguments = parser.parse_args()
+    arguments = parsed(parser, points=100, repeats=1)
     rng = np.random.default_rng(1)
     points = rng.normal(size=(arguments.points, 3)) * 0.02
     print(
@@ -120,16 +128,17 @@ def main() -> None:
     print(f"{'source':22}{'ours':>10}{'magpylib':>12}  [ns/point] {'ratio':>8} {'difference':>12}")
     for name, (body, peer) in bodies().items():
         some = (
-            points[: arguments.points // 50] if "mesh" in name else points
+            points[: max(2, arguments.points // 50)] if "mesh" in name else points
         )  # magpylib takes 0.5 ms a point there
         ours, field = fastest(
-            lambda: M.field(body, some, threads=arguments.threads), arguments.repeats
+            partial(M.field, body, some, threads=arguments.threads), arguments.repeats
         )
-        theirs, reference = fastest(lambda: peer.getB(some), max(3, arguments.repeats // 5))  # noqa: B023
+        theirs, reference = fastest(partial(peer.getB, some), max(3, arguments.repeats // 5))
         apart = np.linalg.norm(field - reference, axis=1) / np.linalg.norm(reference, axis=1)
         each = 1e9 / len(some)
         print(
-            f"{name:22}{each * ours:10.1f}{each * theirs:12.1f}{'':11}{theirs / ours:9.1f} {np.median(apart):12.1e}"
+            f"{name:22}{each * ours:10.1f}{each * theirs:12.1f}{'':11}{theirs / ours:9.1f} "
+            f"{np.median(apart):12.1e}"
         )
     compare_forces(arguments.repeats)
 

@@ -12,10 +12,12 @@ square over that of the force. Without fmm3dpy its column is left out.
 import argparse
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 from loomstone import magnetics as M
+from smoke import parsed
 
 try:
     import fmm3dpy
@@ -40,7 +42,7 @@ def fastest(function: Callable[[], Any], repeats: int) -> tuple[float, Any]:
 
 
 def forces_of_fmm(points: np.ndarray, moments: np.ndarray, eps: float) -> np.ndarray:
-    """Force from the second derivatives of the potential that fmm3dpy gives for m.r / (4 pi r^3)."""
+    """Force from the second derivatives of fmm3dpy's potential of m.r / (4 pi r^3)."""
     out = fmm3dpy.lfmm3d(eps=eps, sources=points.T.copy(), dipvec=moments.T.copy(), pg=3)
     xx, yy, zz, xy, xz, yz = out.hess
     x, y, z = moments.T
@@ -55,12 +57,16 @@ def main() -> None:
     parser.add_argument("--tolerance", type=float, default=1e-4)
     parser.add_argument("--eps", type=float, nargs="*", default=[1e-3])
     parser.add_argument("--threads", type=int, default=1)
-    arguments = parser.parse_args()
-    points, moments = dipoles(100_000)
+    parser.add_argument("--least", type=int, default=10_000)
+    parser.add_argument("--direct", type=int, default=100_000, help="dipoles of the first line")
+    arguments = parsed(parser, most=1000, least=1000, direct=2000)
+    points, moments = dipoles(arguments.direct)
+    some = slice(0, arguments.direct // 25)
     seconds, _ = fastest(
-        lambda: M.dipole_forces(points[:4000], moments[:4000], points, moments, threads=1), 3
+        lambda: M.dipole_forces(points[some], moments[some], points, moments, threads=1), 3
     )
-    print(f"direct pairs, field and force, one thread: {4e8 / seconds / 1e9:.3f} G/s")
+    each = seconds * 25 / arguments.direct**2
+    print(f"direct pairs, field and force, one thread: {1e-9 / each:.3f} G/s")
     print(f"{'dipoles':>9}{'tree [s]':>10}{'error':>9}{'us each':>9}{'direct [s]':>12}", end="")
     print(
         "".join(
@@ -69,7 +75,7 @@ def main() -> None:
             if fmm3dpy
         )
     )
-    n = 10_000
+    n = arguments.least
     while n <= arguments.most:
         points, moments = dipoles(n)
         repeats = 3 if n <= 100_000 else 1
@@ -80,7 +86,8 @@ def main() -> None:
             return float(np.linalg.norm(found[some] - exact) / np.linalg.norm(exact))  # noqa: B023
 
         ours, (found, _) = fastest(
-            lambda: M.dipole_forces(
+            partial(
+                M.dipole_forces,
                 points,
                 moments,
                 tolerance=arguments.tolerance,
@@ -91,13 +98,13 @@ def main() -> None:
         line = f"{n:9}{ours:10.3f}{error(found):9.1e}{1e6 * ours / n:9.2f}"
         if n <= 50_000:
             direct, _ = fastest(
-                lambda: M.dipole_forces(points, moments, threads=arguments.threads), 1
+                partial(M.dipole_forces, points, moments, threads=arguments.threads), 1
             )
             line += f"{direct:12.2f}"
         else:
-            line += f"{n * n * seconds / 4e8:11.0f}*"
+            line += f"{n * n * each:11.0f}*"
         for eps in arguments.eps if fmm3dpy else []:
-            theirs, found = fastest(lambda: forces_of_fmm(points, moments, eps), repeats)  # noqa: B023
+            theirs, found = fastest(partial(forces_of_fmm, points, moments, eps), repeats)
             line += f"{theirs:18.2f}{error(found):9.1e}{theirs / ours:7.2f}"
         print(line, flush=True)
         n = {1: 2, 2: 5, 5: 10}[int(str(n)[0])] * 10 ** (len(str(n)) - 1)

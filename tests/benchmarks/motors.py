@@ -1,7 +1,7 @@
 """The motors of the table vii_motors, to their end: a brushed one with two segments, and magnets
 that follow a turning field.
 
-    python tests/benchmarks/motors.py PATH/vii_motors.json
+    python tests/benchmarks/motors.py [PATH/vii_motors.json]
 
 angle, speed: largest departures from the table over the largest values in it; balance: energy that
 is missing at the end over what sources gave and friction took. About 20 s.
@@ -15,8 +15,11 @@ from typing import Any
 
 import loomstone as ls
 import numpy as np
+from smoke import SHARED, parsed, present
 
-TO_X, TO_Y = (np.sqrt(0.5), 0, np.sqrt(0.5), 0), (np.sqrt(0.5), -np.sqrt(0.5), 0, 0)  # turn z there
+TABLE = SHARED / "data" / "magnets" / "vii_motors.json"
+TO_X = (np.sqrt(0.5), 0, np.sqrt(0.5), 0)  # turns z there
+TO_Y = (np.sqrt(0.5), -np.sqrt(0.5), 0, 0)
 EDGE = 0.02
 
 
@@ -25,9 +28,15 @@ def scene_of(case: dict[str, Any], until: float) -> tuple[ls.Scene, float]:
     if case["type"] == "brushed_dc_two_segment":
         start = case["theta0"]
         coil = ls.Coil(
-            body="rotor", shape="loop", radius=np.sqrt(case["area"] / np.pi), turns=case["turns"], resistance=case["resistance"],
-            orientation=TO_X, voltages=[case["voltage"]], commutator=(0, -1, 0),
-        )  # fmt: skip
+            body="rotor",
+            shape="loop",
+            radius=np.sqrt(case["area"] / np.pi),
+            turns=case["turns"],
+            resistance=case["resistance"],
+            orientation=TO_X,
+            voltages=[case["voltage"]],
+            commutator=(0, -1, 0),
+        )
         parts = {"coils": [coil], "magnetic_field": (case["B0"], 0, 0)}
     else:
         start = 0.0
@@ -58,9 +67,12 @@ def scene_of(case: dict[str, Any], until: float) -> tuple[ls.Scene, float]:
         magnet = ls.Magnet(body="rotor", shape="dipole", moment=(case["rotor_moment"], 0, 0))
         parts = {"coils": coils, "obstacles": [stand], "magnets": [magnet]}
     rotor = ls.RigidBody(
-        name="rotor", mesh=ls.meshes.box(size=(EDGE,) * 3), shape="box", density=6 * case["inertia"] / EDGE**5,
+        name="rotor",
+        mesh=ls.meshes.box(size=(EDGE,) * 3),
+        shape="box",
+        density=6 * case["inertia"] / EDGE**5,
         orientation=(np.cos(start / 2), 0, 0, np.sin(start / 2)),
-    )  # fmt: skip
+    )
     bearing = ls.Bearing(body="rotor", friction=case["viscous_friction"])
     return ls.Scene(
         bodies=[rotor], bearings=[bearing], gravity=(0, 0, -9.81), magnetic_tolerance=1e-6, **parts
@@ -110,14 +122,24 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("table", type=Path)
-    for case in json.loads(parser.parse_args().table.read_text())["cases"]:
+    parser.add_argument("table", type=Path, nargs="?", default=TABLE)
+    parser.add_argument("--until", type=float, help="[s] (default: the end of each table)")
+    given = parsed(parser, until=0.01)
+    for case in json.loads(present(given.table).read_text())["cases"]:
         step = 1e-4 if case["type"] == "brushed_dc_two_segment" else 1e-3
+        until = given.until or case["times"][-1]
         began = time.perf_counter()
-        found = follow(case, case["times"][-1], step)
-        print("{} {:38} to {} s: angle {:.1e}, speed {:.1e}, balance {:.1e}, {:.1f} s".format(
-            case["id"], case["type"], case["times"][-1], found["angle"] / max(case["theta"]),
-            found["speed"] / np.abs(case["omega"]).max(), found["missing"] / found["turned over"], time.perf_counter() - began), flush=True)  # fmt: skip
+        found = follow(case, until, step)
+        angle, speed = (
+            found["angle"] / max(case["theta"]),
+            found["speed"] / max(map(abs, case["omega"])),
+        )
+        print(
+            f"{case['id']} {case['type']:38} to {until} s: angle {angle:.1e}, speed {speed:.1e}, "
+            f"balance {found['missing'] / found['turned over']:.1e}, "
+            f"{time.perf_counter() - began:.1f} s",
+            flush=True,
+        )
 
 
 if __name__ == "__main__":

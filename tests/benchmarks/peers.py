@@ -22,8 +22,8 @@ from typing import NamedTuple
 
 import loomstone as ls
 import numpy as np
+from smoke import SCENES, SHARED, parsed
 
-ROOT = Path(__file__).resolve().parents[2]
 NAMES = {"drape": "W1", "twist": "W3"}  # theirs
 QUALITY = {"drape": 10, "twist": 30}  # of Blender: steps a frame; the twist falls apart with fewer
 
@@ -34,19 +34,25 @@ class Seen(NamedTuple):
     pairs: int  # in the worst frame
 
     def __str__(self) -> str:
-        return f"{self.seconds:.3f} s a frame, stretch {self.stretch:.3f}, intersecting pairs {self.pairs}"
+        return (
+            f"{self.seconds:.3f} s a frame, stretch {self.stretch:.3f}, "
+            f"intersecting pairs {self.pairs}"
+        )
 
 
-def ours(name: str, duration: float, threads: int, step: float | None) -> Seen:
-    spec = importlib.util.spec_from_file_location(name, ROOT / "scenes" / f"{name}.py")
+def ours(name: str, options: argparse.Namespace) -> Seen:
+    spec = importlib.util.spec_from_file_location(name, SCENES / f"{name}.py")
     scene = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(scene)
-    integrator = scene.integrator() if step is None else ls.SemiImplicitEuler(step=step)
-    sim = ls.Simulation(scene.scene(), integrator=integrator, threads=threads)
+    size = {} if options.triangles is None else {"triangles": options.triangles}
+    integrator = scene.integrator(**size)
+    if options.step is not None:
+        integrator = ls.SemiImplicitEuler(step=options.step)
+    sim = ls.Simulation(scene.scene(**size), integrator=integrator, threads=options.threads)
     stretch, pairs, frames = 1.0, 0, 0
     seconds = 0.0
     start = time.perf_counter()
-    for frame in sim.frames(duration=duration, rate=25):
+    for frame in sim.frames(duration=options.duration, rate=25):
         seconds += time.perf_counter() - start
         stretch = max(stretch, float(frame.stretch.max()))
         pairs = max(pairs, len(sim.intersecting_pairs()))
@@ -90,7 +96,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--shared", type=Path, default=ROOT.parent / "shared")
+    parser.add_argument("--shared", type=Path, default=SHARED)
     parser.add_argument("--scene", choices=list(NAMES), default="drape")
     parser.add_argument("--peer-python", default="python3")
     parser.add_argument(
@@ -102,8 +108,9 @@ def main() -> None:
         "--step", type=float, help="ours [s]; Blender's own in drape is 4e-3 (default: the scene's)"
     )
     parser.add_argument("--mujoco", action="store_true", help="also MuJoCo (minutes)")
-    options = parser.parse_args()
-    mine = ours(options.scene, options.duration, options.threads, options.step)
+    parser.add_argument("--triangles", type=int, help="ours (default: the scene's)")
+    options = parsed(parser, duration=0.08, threads=1, triangles=200)
+    mine = ours(options.scene, options)
     print(f"loomstone  {mine}", flush=True)
     quality = options.blender_quality or QUALITY[options.scene]
     blender = ["--quality", str(quality), "--cq", "4", "--T", str(options.duration)]

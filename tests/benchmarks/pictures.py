@@ -8,6 +8,8 @@ another.
 
 import argparse
 import multiprocessing
+import subprocess
+import sys
 import tempfile
 import time
 from pathlib import Path
@@ -15,6 +17,7 @@ from pathlib import Path
 import loomstone as ls
 from loomstone import video
 from loomstone.scene_file import stored_options
+from smoke import SCENES, parsed
 
 
 def draw(run, look, indices, out, start, spent):
@@ -49,16 +52,27 @@ def measure(run, look, n, jobs, out):
     return n / seconds, busy / n
 
 
+def a_run(out):
+    """Two frames of a small cloth."""
+    command = ["-m", "loomstone", "run", SCENES / "hanging.py", "-p", "triangles=50", "--out", out]
+    subprocess.run([sys.executable, *command, "--duration", "0.04"], check=True)
+    return out
+
+
 def main():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("run", type=Path)
+    parser.add_argument("run", type=Path, nargs="?", default=Path("out/drape"))
     for name, default in (("jobs", 2), ("width", 1280), ("height", 720), ("pictures", 24)):
         parser.add_argument(f"--{name}", type=int, default=default)
-    given = parser.parse_args()
-    look = stored_options(ls.Run(given.run))[3].replace(width=given.width, height=given.height)
+    given = parsed(parser, jobs=1, width=64, height=48, pictures=2)
     with tempfile.TemporaryDirectory() as out:
+        if given.smoke:
+            given.run = a_run(Path(out) / "run")
+        source = ls.Run(given.run)
+        look = stored_options(source)[3] if "render" in source.metadata else ls.RenderOptions()
+        look = look.replace(width=given.width, height=given.height)
         for words, directory in (("with PNG files", Path(out)), ("without", None)):
             rate, busy = measure(given.run, look, given.pictures, given.jobs, directory)
             print(

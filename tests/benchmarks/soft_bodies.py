@@ -15,11 +15,12 @@ import time
 from collections.abc import Callable
 
 import loomstone as ls
-import magpylib
 import numpy as np
-from magpylib_material_response.demag import apply_demag
-from magpylib_material_response.meshing import mesh_Cuboid
+from smoke import package, parsed
 
+magpylib = package("magpylib")
+apply_demag = package("magpylib_material_response.demag").apply_demag
+mesh_cuboid = package("magpylib_material_response.meshing").mesh_Cuboid
 M = ls.magnetics
 EDGE, GAP, CHI = 0.01, 0.002, 1000.0
 MAGNET = M.cuboid(size=(EDGE,) * 3, polarization=(0, 0, 1.0))
@@ -50,7 +51,7 @@ def other(cells: int) -> float:
     )
     soft.susceptibility = CHI
     magnet.susceptibility = 0
-    mesh = mesh_Cuboid(soft, target_elems=cells, style_label="iron")
+    mesh = mesh_cuboid(soft, target_elems=cells, style_label="iron")
     everything = magpylib.Collection(magnet, mesh)
     apply_demag(everything, inplace=True)
     forces, _ = magpylib.getFT(magnet, mesh.sources_all, meshing=1)
@@ -62,7 +63,8 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--repeats", type=int, default=10)
-    arguments = parser.parse_args()
+    parser.add_argument("--edges", type=int, nargs="+", default=[4, 6, 8, 10, 12, 14, 16])
+    arguments = parsed(parser, repeats=1, edges=[2])
     wanted = force(iron(20))
     ours, found = fastest(lambda: force(iron(8)), arguments.repeats)
     soft = iron(8)
@@ -70,10 +72,11 @@ def main() -> None:
     print(
         f"loomstone, 8 cells: {ours:.1f} ms, again {again:.2f} ms, error {found / wanted - 1:+.2e}"
     )
-    for edge in (4, 6, 8, 10, 12, 14, 16):
+    for edge in arguments.edges:
         theirs, found = fastest(lambda edge=edge: other(edge**3), 1)
         print(
-            f"magpylib-material-response, {edge}^3 cells: {theirs:.0f} ms, error {found / wanted - 1:+.2e}"
+            f"magpylib-material-response, {edge}^3 cells: {theirs:.0f} ms, "
+            f"error {found / wanted - 1:+.2e}"
         )
         if abs(found / wanted - 1) < 5e-3:
             break

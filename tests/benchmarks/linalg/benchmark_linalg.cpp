@@ -1,14 +1,15 @@
 // Times of the block product and of the linear solvers on a square of cloth: 7,396 vertices (the
-// size of the reference figures) and larger. Usage: benchmark_linalg [threads] [side ...] Every
-// time is the least of many repetitions; the ratio to the block product of the same run is what
-// carries over to other machines. Reference (one thread, AVX-512): product 0.05 ms, 51
-// iterations 3.7 ms, that is 74 products.
+// size of the reference figures) and larger. Usage: benchmark_linalg [threads] [side ...], or
+// --smoke (tiny). Every time is the least of many repetitions; the ratio to the block product of
+// the same run is what carries over to other machines. Reference (one thread, AVX-512): product
+// 0.05 ms, 51 iterations 3.7 ms, that is 74 products.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
 #include <limits>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -130,6 +131,10 @@ void benchmark(int threads, Index side) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (argc == 2 && std::string(argv[1]) == "--smoke") {
+    benchmark(1, 12);
+    return 0;
+  }
   const int threads = argc > 1 ? std::atoi(argv[1]) : 1;
   std::vector<Index> sides;
   for (int i = 2; i < argc; ++i) sides.push_back(std::atoi(argv[i]));

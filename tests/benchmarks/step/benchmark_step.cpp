@@ -4,7 +4,7 @@
 // of a fixed block product (7,396 rows, one thread) taken between the repetitions: the ratio is the
 // claim, milliseconds depend on the machine.
 //   benchmark_step [solvers] [growth [cells ...]] [accuracy] [threads]      (default: all; growth
-//   of 50 ... 400 cells)
+//   of 50 ... 400 cells; --smoke: one row of 10 cells)
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -191,6 +191,11 @@ int main(int argc, char** argv) {
   std::vector<Index> cells;
   for (int i = 1; i < argc; ++i)
     if (const int n = std::atoi(argv[i]); n > 0) cells.push_back(n);
+  if (argc == 2 && asked("--smoke")) {
+    print_header();
+    print({10});
+    return 0;
+  }
   if (asked("solvers")) solvers();
   if (asked("accuracy")) accuracy();
   if (asked("threads")) threads();

@@ -5,13 +5,12 @@ build/tests/benchmarks/step/benchmark_step growth > growth.txt
 python tests/benchmarks/step/plot_growth.py growth.txt docs/images/step_growth.png
 """
 
+import argparse
 import sys
 from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from smoke import package, parsed
 
 NAMES = {"pcg": "coarse levels", "block-jacobi": "block-Jacobi", "direct": "CHOLMOD"}
 LINES = {"pcg": "o-", "block-jacobi": "^:", "direct": "s--"}
@@ -29,10 +28,13 @@ def read(path: Path) -> dict[tuple[str, float], list[tuple[int, int, float]]]:
     return series
 
 
-def main(source: Path, target: Path) -> None:
+def draw(source: Path, target: Path) -> None:
+    package("matplotlib").use("Agg")
+    import matplotlib.pyplot as plt
+
     figure, (times, counts) = plt.subplots(1, 2, figsize=(10, 4), constrained_layout=True)
     for (solver, h), rows in sorted(read(source).items(), reverse=True):
-        triangles, iterations, products = zip(*sorted(rows))
+        triangles, iterations, products = zip(*sorted(rows), strict=True)
         line = LINES[solver]
         colour = "tab:blue" if h < 2 else "tab:orange"
         times.loglog(triangles, products, line, color=colour, label=f"{NAMES[solver]}, {h:g} ms")
@@ -48,5 +50,19 @@ def main(source: Path, target: Path) -> None:
     figure.savefig(target, dpi=120)
 
 
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("source", type=Path, nargs="?", default=Path("growth.txt"))
+    parser.add_argument("target", type=Path, nargs="?", default=Path("growth.png"))
+    given = parsed(parser)
+    if given.smoke:
+        columns = "explicit mid-edge 1 20 4.0 0.05"
+        lines = [f"step {n} 1.00 {s} {columns} {n / 50}" for n in (800, 5000) for s in NAMES]
+        given.source.write_text("\n".join(lines) + "\n")
+    draw(given.source, given.target)
+
+
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), Path(sys.argv[2]))
+    main()

@@ -2,16 +2,15 @@
 tests/benchmarks/certify.py.
 """
 
-import runpy
 from pathlib import Path
 
 import loomstone as ls
 import pytest
+from certify import perturbed
 from loomstone.scene_file import SceneFile
 from loomstone.verification import count_intersections
 
 ROOT = Path(__file__).parents[3]
-perturbed = runpy.run_path(str(ROOT / "tests" / "benchmarks" / "certify.py"))["perturbed"]
 SMALL = {
     "drape": ({"triangles": 242}, 0.6),
     "fold": ({"triangles": 200, "layers": 4}, 0.5),

@@ -1,8 +1,6 @@
 """Magnets that move: momenta, energies, orders, and paths from tables."""
 
-from importlib.util import module_from_spec, spec_from_file_location
-from pathlib import Path
-
+import librations
 import loomstone as ls
 import numpy as np
 import pytest
@@ -197,13 +195,7 @@ def test_magnets_that_swing_keep_their_energy_for_a_thousand_periods(what):
     """Within 1e-3 without drift, with sub-steps as they are by default;
     tests/benchmarks/librations.py swings ten times as long.
     """
-    spec = spec_from_file_location(
-        "librations", Path(__file__).parents[1] / "benchmarks" / "librations.py"
-    )
-    assert spec is not None and spec.loader is not None
-    module = module_from_spec(spec)
-    spec.loader.exec_module(module)
-    swing, drift = module.energies(*getattr(module, what)(), 1000)
+    swing, drift = librations.energies(*getattr(librations, what)(), 1000)
     assert swing < 1e-3 and drift < 1e-5
 
 

@@ -2,17 +2,11 @@
 input.
 """
 
-from importlib.util import module_from_spec, spec_from_file_location
-from pathlib import Path
-
 import loomstone as ls
+import motors
 import numpy as np
 import pytest
 from magnet_tables import each_case
-
-SPEC = spec_from_file_location("motors", Path(__file__).parents[1] / "benchmarks" / "motors.py")
-MOTORS = module_from_spec(SPEC)
-SPEC.loader.exec_module(MOTORS)
 
 DENSITY = 7500
 
@@ -110,7 +104,7 @@ def test_energy_balances_with_second_order(case):
 def test_motors_follow_the_table(case):
     """Their beginning; tests/benchmarks/motors.py runs them to their end."""
     until, step = (0.1, 1e-4) if case["type"] == "brushed_dc_two_segment" else (0.5, 1e-3)
-    found = MOTORS.follow(case, until, step)
+    found = motors.follow(case, until, step)
     assert found["angle"] < 2e-3 * max(case["theta"])
     assert found["speed"] < 5e-3 * np.abs(case["omega"]).max()
     assert found["place"] < 1e-12, "the bearing holds it"

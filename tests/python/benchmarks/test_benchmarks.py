@@ -1,0 +1,41 @@
+"""Every program under tests/benchmarks runs to its end in a tiny size."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
+BENCHMARKS = ROOT / "tests" / "benchmarks"
+PROGRAMS = sorted(p for p in BENCHMARKS.rglob("*.py") if p.name != "smoke.py")
+BUILT = [
+    f"{p.parent.name}/{p.stem}" for p in sorted(BENCHMARKS.glob("*/benchmark_*.cpp"))
+]  # by CMake, one in a folder
+
+
+def smoke(command: list[str], directory: Path) -> None:
+    environment = {**os.environ, "OMP_WAIT_POLICY": "passive", "OMP_NUM_THREADS": "1"}
+    done = subprocess.run(
+        [*command, "--smoke"], cwd=directory, env=environment, capture_output=True, text=True
+    )
+    if done.returncode == 77:  # data or a package is missing
+        pytest.skip(done.stderr.strip().splitlines()[-1])
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout.strip() or list(directory.iterdir()), "it has printed or written something"
+
+
+@pytest.mark.parametrize("program", PROGRAMS, ids=lambda p: p.relative_to(BENCHMARKS).as_posix())
+def test_a_benchmark_runs_in_a_tiny_size(program, tmp_path):
+    smoke([sys.executable, str(program)], tmp_path)
+
+
+@pytest.mark.parametrize("name", BUILT)
+def test_a_benchmark_in_cpp_runs_in_a_tiny_size(name, tmp_path):
+    built = sorted(
+        ROOT.glob(f"build/*/tests/benchmarks/{name}"), key=lambda path: path.stat().st_mtime
+    )
+    if not built:
+        pytest.skip("not built; configure with -DLOOMSTONE_BENCHMARKS=ON")
+    smoke([str(built[-1])], tmp_path)
