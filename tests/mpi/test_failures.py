@@ -23,7 +23,8 @@ rank = int(os.environ.get("OMPI_COMM_WORLD_RANK", "0"))
 def scene(cells: int = 16, fault: str = ""):
     global wanted
     wanted = fault
-    return ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(size=(0.3, 0.3), cells=(cells, cells)), pins=[0])])
+    mesh = ls.grid(size=(0.3, 0.3), cells=(cells, cells))
+    return ls.Scene(cloths=[ls.Cloth(mesh=mesh, pins=[0])])
 def control(sim):
     if sim.step_index != 25:
         return
@@ -75,9 +76,13 @@ def sentences(done):
 
 @pytest.mark.parametrize(
     "fault, said",
-    [("nan", "must be finite, got ("), ("error", "rank 1 has had enough"), ("mistake", "line 20: ZeroDivisionError"),
-     ("full", "could not")],
-)  # fmt: skip
+    [
+        ("nan", "must be finite, got ("),
+        ("error", "rank 1 has had enough"),
+        ("mistake", "line 21: ZeroDivisionError"),
+        ("full", "could not"),
+    ],
+)
 def test_a_failure_of_one_rank_is_one_sentence_and_leaves_a_run_that_resumes(
     scene, tmp_path, fault, said
 ):
@@ -100,7 +105,8 @@ PROGRAM = """
     from loomstone import _core
     ranks = _core.mpi_communicator()
     scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(24, 24)), pins=[0])])
-    sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=2e-3), threads=1, communicator=ranks)
+    euler = ls.SemiImplicitEuler(step=2e-3)
+    sim = ls.Simulation(scene, integrator=euler, threads=1, communicator=ranks)
     sim.step()
     first, end = sim.owned_rows
     def say(*words):  # lines of several ranks run into one another on their way through mpirun
@@ -184,9 +190,12 @@ def test_a_killed_rank_ends_the_others_and_leaves_a_run_that_resumes(scene, tmp_
 def test_a_signal_to_mpirun_leaves_a_run_that_resumes(scene, tmp_path):
     out = tmp_path / "out"
     process = subprocess.Popen(
-        command(2, "-m", "loomstone", "run", scene, "--out", out, "--duration", 40), stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE, text=True, env=ENVIRONMENT,
-    )  # fmt: skip
+        command(2, "-m", "loomstone", "run", scene, "--out", out, "--duration", 40),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=ENVIRONMENT,
+    )
     for line in process.stdout:
         if line.startswith("frame 3/"):
             break

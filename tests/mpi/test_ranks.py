@@ -15,7 +15,8 @@ duration = 0.12
 integrator = ls.SemiImplicitEuler(step=4e-3)
 def scene(cells: int = 16):
     mesh = ls.grid(size=(0.3, 0.3), cells=(cells, cells)).moved((0, 0, 0.102))
-    return ls.Scene(cloths=[ls.Cloth(mesh=mesh)], obstacles=[ls.sphere(radius=0.1, subdivisions=2), ls.floor(height=-0.2)])
+    obstacles = [ls.sphere(radius=0.1, subdivisions=2), ls.floor(height=-0.2)]
+    return ls.Scene(cloths=[ls.Cloth(mesh=mesh)], obstacles=obstacles)
 """
 
 
@@ -46,9 +47,11 @@ duration = 0.08
 integrator = ls.SemiImplicitEuler(step=0.02)
 def plate(name, side):
     return ls.Obstacle(name=name, mesh=ls.floor(size=0.3).mesh, thickness=2e-3, times=[0.0, 0.02],
-                       positions=[(0, 0, 0.05 * side), (0, 0, 5e-5 * side)], axis_angles=[(0, 0, 0), (0, 0, 0.4 * side)])
+                       positions=[(0, 0, 0.05 * side), (0, 0, 5e-5 * side)],
+                       axis_angles=[(0, 0, 0), (0, 0, 0.4 * side)])
 def scene():
-    cloth = ls.Cloth(mesh=ls.grid(size=(0.1, 0.1), cells=(16, 16)).moved((0, 0, 0.02)), thickness=2e-3)
+    mesh = ls.grid(size=(0.1, 0.1), cells=(16, 16)).moved((0, 0, 0.02))
+    cloth = ls.Cloth(mesh=mesh, thickness=2e-3)
     return ls.Scene(cloths=[cloth], obstacles=[plate("upper", 1), plate("lower", -1)])
 """
 
