@@ -245,9 +245,7 @@ def main() -> int:
         print(f"{function.path}:{function.line}: {function.name}: {', '.join(function.excesses())}")
     settled = sorted(excepted - offending)
     for key in settled:
-        print(
-            f"{EXCEPTIONS.relative_to(ROOT)}: '{key}' keeps to the rules; drop it: sizes.py --shrink"
-        )
+        print(f"{EXCEPTIONS.name}: '{key}' keeps to the rules; drop it by sizes.py --shrink")
     return 1 if new or settled else 0
 
 
