@@ -55,7 +55,7 @@ LOOMSTONE_INLINE bool is_scalar(const Lanes r[9]) {
 // sums come as the diagonal blocks and leave, in `out`, as R; returns whether its first number
 // tells all.
 template <class Lanes, class Scalar>
-LOOMSTONE_INLINE bool copy_group(Index n, const Index* sources, const double* matrix,
+LOOMSTONE_INLINE bool copy_slice(Index n, const Index* sources, const double* matrix,
                                  const double* sums, Scalar* values, Scalar* out) {
   Lanes r[9];
   for (int e = 0; e < 9; ++e) r[e] = lanes_load<Lanes>(sums + 8 * e);
@@ -85,7 +85,7 @@ struct Arrays {
   const Scalar *values, *sums, *x;
 };
 
-// Group g of A x; `here` is x of its rows.
+// Slice g of A x; `here` is x of its rows.
 template <class Scalar>
 LOOMSTONE_INLINE Triple<Scalar> couple(const Pattern& pattern, const Arrays<Scalar>& a,
                                        std::size_t g, const Triple<Scalar>& here) {
@@ -108,7 +108,7 @@ LOOMSTONE_INLINE Triple<Scalar> couple(const Pattern& pattern, const Arrays<Scal
 }
 
 template <class Scalar>
-LOOMSTONE_INLINE double to_groups(const Pattern& pattern, const Arrays<Scalar>& a, Index first,
+LOOMSTONE_INLINE double to_slices(const Pattern& pattern, const Arrays<Scalar>& a, Index first,
                                   Index last, Scalar* y) {
   Lanes256 product{};
   for (std::size_t g = first; g < static_cast<std::size_t>(last); ++g) {
@@ -138,14 +138,14 @@ LOOMSTONE_INLINE void to_rows(const Pattern& pattern, const Arrays<Scalar>& a, I
 }
 
 LOOMSTONE_CLONES
-double multiply_groups(const Pattern& pattern, const Arrays<float>& a, Index first, Index last,
+double multiply_slices(const Pattern& pattern, const Arrays<float>& a, Index first, Index last,
                        float* y) {
-  return to_groups(pattern, a, first, last, y);
+  return to_slices(pattern, a, first, last, y);
 }
 LOOMSTONE_CLONES
-double multiply_groups(const Pattern& pattern, const Arrays<double>& a, Index first, Index last,
+double multiply_slices(const Pattern& pattern, const Arrays<double>& a, Index first, Index last,
                        double* y) {
-  return to_groups(pattern, a, first, last, y);
+  return to_slices(pattern, a, first, last, y);
 }
 LOOMSTONE_CLONES
 void multiply_rows(const Pattern& pattern, const Arrays<float>& a, Index first, Index last,
@@ -156,48 +156,48 @@ void multiply_rows(const Pattern& pattern, const Arrays<float>& a, Index first, 
 }  // namespace
 
 template <class Scalar>
-void CouplingMatrix<Scalar>::resize(const RowGroups& groups) {
-  values_.resize(block_stride * static_cast<std::size_t>(groups.slot_start.back()));
-  sums_.resize(block_stride * static_cast<std::size_t>(groups.n_groups()));
-  scalar_sum_.resize(groups.n_groups());
+void CouplingMatrix<Scalar>::resize(const SlicedEllpack& slices) {
+  values_.resize(block_stride * static_cast<std::size_t>(slices.slot_start.back()));
+  sums_.resize(block_stride * static_cast<std::size_t>(slices.n_slices()));
+  scalar_sum_.resize(slices.n_slices());
 }
 
 template <class Scalar>
-void CouplingMatrix<Scalar>::set_groups(const BlockMatrix* matrix,
+void CouplingMatrix<Scalar>::set_slices(const BlockMatrix* matrix,
                                         const std::vector<Mat3>* body_blocks,
-                                        const RowGroups& groups, Index first, Index last) {
+                                        const SlicedEllpack& slices, Index first, Index last) {
   const Index n_coupled = matrix ? matrix->n_rows() : 0;
   alignas(64) double sums[block_stride];
-  for (Index group = first; group < last; ++group) {
+  for (Index slice = first; slice < last; ++slice) {
     for (int l = 0; l < 8; ++l) {
-      const Index row = groups.rows[8 * static_cast<std::size_t>(group) + l];
+      const Index row = slices.rows[8 * static_cast<std::size_t>(slice) + l];
       const double* diagonal = row < n_coupled         ? matrix->block(matrix->diagonal()[row])
-                               : row < groups.n_rows() ? (*body_blocks)[row - n_coupled].data()
+                               : row < slices.n_rows() ? (*body_blocks)[row - n_coupled].data()
                                                        : no_block;
       for (int e = 0; e < 9; ++e) sums[8 * e + l] = diagonal[e];
     }
-    const std::size_t slot = groups.slot_start[group];
-    scalar_sum_[group] = LOOMSTONE_WIDEST(copy_group)(
-        groups.slot_start[group + 1] - groups.slot_start[group], groups.sources.data() + 8 * slot,
+    const std::size_t slot = slices.slot_start[slice];
+    scalar_sum_[slice] = LOOMSTONE_WIDEST(copy_slice)(
+        slices.slot_start[slice + 1] - slices.slot_start[slice], slices.sources.data() + 8 * slot,
         n_coupled > 0 ? matrix->block(0) : no_block, sums, values_.data() + block_stride * slot,
-        sums_.data() + block_stride * static_cast<std::size_t>(group));
+        sums_.data() + block_stride * static_cast<std::size_t>(slice));
   }
 }
 
 template <class Scalar>
-double CouplingMatrix<Scalar>::multiply(const RowGroups& groups, Index first, Index last,
+double CouplingMatrix<Scalar>::multiply(const SlicedEllpack& slices, Index first, Index last,
                                         const Scalar* x, Scalar* y) const {
-  const Pattern pattern{groups.rows.data(), groups.slot_start.data(), groups.columns.data(),
+  const Pattern pattern{slices.rows.data(), slices.slot_start.data(), slices.columns.data(),
                         scalar_sum_.data()};
-  return multiply_groups(pattern, {values_.data(), sums_.data(), x}, first, last, y);
+  return multiply_slices(pattern, {values_.data(), sums_.data(), x}, first, last, y);
 }
 
 template <class Scalar>
-void CouplingMatrix<Scalar>::multiply_to_rows(const RowGroups& groups, Index first, Index last,
+void CouplingMatrix<Scalar>::multiply_to_rows(const SlicedEllpack& slices, Index first, Index last,
                                               const Scalar* x, Scalar* y) const
   requires std::is_same_v<Scalar, float>
 {
-  const Pattern pattern{groups.rows.data(), groups.slot_start.data(), groups.columns.data(),
+  const Pattern pattern{slices.rows.data(), slices.slot_start.data(), slices.columns.data(),
                         scalar_sum_.data()};
   // Asked again: clang 14 instantiates members whose requirement fails, too.
   if constexpr (std::is_same_v<Scalar, float>)

@@ -10,34 +10,34 @@
 #include <type_traits>
 #include <vector>
 
-#include "core/linalg/row_groups.h"
+#include "core/linalg/sliced_ellpack.h"
 
 namespace loomstone {
 
 template <class Scalar>
 class CouplingMatrix {
  public:
-  // Lays out scratch for the groups; set_groups() fills it.
-  void resize(const RowGroups& groups);
-  // The groups [first, last); body_blocks (may be null): diagonal blocks of the rows that follow
+  // Lays out scratch for the slices; set_slices() fills it.
+  void resize(const SlicedEllpack& slices);
+  // The slices [first, last); body_blocks (may be null): diagonal blocks of the rows that follow
   // the matrix.
-  void set_groups(const BlockMatrix* matrix, const std::vector<Mat3>* body_blocks,
-                  const RowGroups& groups, Index first, Index last);
+  void set_slices(const BlockMatrix* matrix, const std::vector<Mat3>* body_blocks,
+                  const SlicedEllpack& slices, Index first, Index last);
 
-  // y = A x for the groups [first, last); returns x . y. x has four numbers a row, the fourth zero,
-  // and one row more than the matrix; y (groups x 3 x 8).
-  double multiply(const RowGroups& groups, Index first, Index last, const Scalar* x,
+  // y = A x for the slices [first, last); returns x . y. x has four numbers a row, the fourth zero,
+  // and one row more than the matrix; y (slices x 3 x 8).
+  double multiply(const SlicedEllpack& slices, Index first, Index last, const Scalar* x,
                   Scalar* y) const;
   // The same with y by rows, as x is.
-  void multiply_to_rows(const RowGroups& groups, Index first, Index last, const Scalar* x,
+  void multiply_to_rows(const SlicedEllpack& slices, Index first, Index last, const Scalar* x,
                         Scalar* y) const
     requires std::is_same_v<Scalar, float>;
 
  private:
   std::vector<Scalar> values_;  // (slots x 9 x 8) blocks, column-major
-  std::vector<Scalar> sums_;    // (groups x 9 x 8) R
+  std::vector<Scalar> sums_;    // (slices x 9 x 8) R
   std::vector<std::uint8_t>
-      scalar_sum_;  // (groups) 1: R is a number times the identity, the first eight of the group
+      scalar_sum_;  // (slices) 1: R is a number times the identity, the first eight of the slice
 };
 
 }  // namespace loomstone

@@ -1,8 +1,8 @@
 // Conjugate gradients preconditioned by the diagonal blocks, with coarse levels added
-// (coarse_levels.h) or not, on threads and ranks, or by symmetric Gauss-Seidel, whose sweeps are
-// sequential. Hestenes and Stiefel, J. Res. NBS 49 (1952). Three parallel regions an iteration, one
-// more with extra terms; sums by blocks of rows, so the bits depend neither on threads nor on
-// ranks. Eight rows are worked at once (row_groups.h).
+// (aggregation_multigrid.h) or not, on threads and ranks, or by symmetric Gauss-Seidel, whose
+// sweeps are sequential. Hestenes and Stiefel, J. Res. NBS 49 (1952). Three parallel regions an
+// iteration, one more with extra terms; sums by blocks of rows, so the bits depend neither on
+// threads nor on ranks. Eight rows are worked at once (sliced_ellpack.h).
 //
 // The product is bound by memory, so the iteration works in single precision, on couplings
 // (coupling_matrix.h); the solution is summed in double precision, and the residual it really
@@ -13,12 +13,12 @@
 #include <cmath>
 
 #include "core/base/error.h"
-#include "core/linalg/coarse_levels.h"
+#include "core/linalg/aggregation_multigrid.h"
 #include "core/linalg/coupling_matrix.h"
 #include "core/linalg/matrix_halo.h"
 #include "core/linalg/pcg_kernels.h"
 #include "core/linalg/solvers.h"
-#include "core/linalg/sweeps.h"
+#include "core/linalg/symmetric_gauss_seidel.h"
 #include "core/linalg/system.h"
 
 namespace loomstone {
@@ -32,9 +32,9 @@ constexpr Index least_blocks_a_thread = 4;  // 512 rows, about 5 us of work
 constexpr double trusted_fall = 3e-5;
 
 std::size_t at(Index row) { return 4 * static_cast<std::size_t>(row); }
-std::size_t in_groups(Index group) { return 24 * static_cast<std::size_t>(group); }
+std::size_t in_slices(Index slice) { return 24 * static_cast<std::size_t>(slice); }
 
-// Scratch of the iteration in one precision: r, z, q and the inverse diagonal blocks by groups, the
+// Scratch of the iteration in one precision: r, z, q and the inverse diagonal blocks by slices, the
 // direction p by rows (the last is that of empty lanes, and stays zero).
 template <class Scalar>
 struct Krylov {
@@ -44,12 +44,12 @@ struct Krylov {
   double beta = 0.0;               // of the next direction
   double norm = 0.0;               // sqrt(r . P^-1 r), P the diagonal blocks
 
-  void resize(const RowGroups& groups) {
-    matrix.resize(groups);
-    for (auto* v : {&r, &z, &q}) v->resize(in_groups(groups.n_groups()));
-    p.resize(at(groups.n_rows() + 1));
-    std::fill_n(p.begin() + at(groups.n_rows()), 4, Scalar{0});
-    inverse.resize(2 * in_groups(groups.n_groups()));
+  void resize(const SlicedEllpack& slices) {
+    matrix.resize(slices);
+    for (auto* v : {&r, &z, &q}) v->resize(in_slices(slices.n_slices()));
+    p.resize(at(slices.n_rows() + 1));
+    std::fill_n(p.begin() + at(slices.n_rows()), 4, Scalar{0});
+    inverse.resize(2 * in_slices(slices.n_slices()));
   }
 };
 
@@ -110,18 +110,18 @@ class Pcg final : public LinearSolver {
     if (!terms_.empty()) terms_.evaluate(team_, v);
   }
 
-  // The same on groups: body(first group, last group).
+  // The same on slices: body(first slice, last slice).
   template <class Body>
-  double sum_over_groups(Body&& body) {
+  double sum_over_slices(Body&& body) {
     return sum_over_blocks([&](Index begin, Index end) {
-      return body(RowGroups::first_group(begin), RowGroups::last_group(end));
+      return body(SlicedEllpack::first_slice(begin), SlicedEllpack::last_slice(end));
     });
   }
 
-  // Where the first of a row's three numbers lies in vectors by groups; the next are 8 further
+  // Where the first of a row's three numbers lies in vectors by slices; the next are 8 further
   // each.
   std::size_t place_of(Index row) const {
-    return in_groups(groups_.place[row] / 8) + groups_.place[row] % 8;
+    return in_slices(slices_.place[row] / 8) + slices_.place[row] % 8;
   }
   // Writes a row of such a vector: value(place, axis).
   template <class Value>
@@ -133,8 +133,8 @@ class Pcg final : public LinearSolver {
   // q = A p on rows [begin, end); returns p . q.
   template <class Scalar>
   double multiply(Index begin, Index end, Krylov<Scalar>& k) {
-    double product = k.matrix.multiply(groups_, RowGroups::first_group(begin),
-                                       RowGroups::last_group(end), k.p.data(), k.q.data());
+    double product = k.matrix.multiply(slices_, SlicedEllpack::first_slice(begin),
+                                       SlicedEllpack::last_slice(end), k.p.data(), k.q.data());
     if (terms_.empty()) return product;
     terms_.for_touched(begin, end, [&](Index row) {
       const Vec3 force = terms_.force(row);
@@ -153,13 +153,13 @@ class Pcg final : public LinearSolver {
   // (stack 0.84, fold 0.78 of the time, 1.1 and 0.94 of the iterations).
   void prepare() {
     const Index rows = layout().n_rows();
-    const bool laid_out = !system_->same_matrix && groups_.set_pattern(system_->matrix, rows);
+    const bool laid_out = !system_->same_matrix && slices_.set_pattern(system_->matrix, rows);
     levels_laid_out_ = levels_laid_out_ && !laid_out;
     if (!system_->same_matrix) levels_on_ = levels_ && n_cloth_rows(*system_) > 0;
     x_.resize(at(rows + 1));
     product_.resize(at(rows));
-    residual_.resize(in_groups(groups_.n_groups()));
-    if (!system_->same_matrix) single_.resize(groups_);
+    residual_.resize(in_slices(slices_.n_slices()));
+    if (!system_->same_matrix) single_.resize(slices_);
     sums_.assign((rows + rows_per_block - 1) / rows_per_block, 0.0);
     bad_rows_.assign(sums_.size(), rows);
     seen_.assign(sums_.size(), 0);
@@ -170,15 +170,15 @@ class Pcg final : public LinearSolver {
                          system_->terms ? *system_->terms : ExtraTerms{}, layout());
     if (system_->same_matrix && !gauss_seidel_) return;
     over_blocks([&](Index block, Index begin, Index end) {
-      const Index first = RowGroups::first_group(begin), last = RowGroups::last_group(end);
+      const Index first = SlicedEllpack::first_slice(begin), last = SlicedEllpack::last_slice(end);
       if (!system_->same_matrix)
-        single_.matrix.set_groups(system_->matrix, system_->body_blocks, groups_, first, last);
-      for (Index group = first; group < last; ++group)
-        bad_rows_[block] = std::min(bad_rows_[block], set_inverse(group));
+        single_.matrix.set_slices(system_->matrix, system_->body_blocks, slices_, first, last);
+      for (Index slice = first; slice < last; ++slice)
+        bad_rows_[block] = std::min(bad_rows_[block], set_inverse(slice));
     });
     const Index bad_row = *std::min_element(bad_rows_.begin(), bad_rows_.end());
     refuse_indefinite_row(*system_, bad_row < rows ? bad_row : -1);
-    if (gauss_seidel_) sweeps_.prepare(*system_, groups_, single_.inverse);
+    if (gauss_seidel_) sweeps_.prepare(*system_, slices_, single_.inverse);
     if (levels_on_) prepare_levels();
   }
 
@@ -187,21 +187,21 @@ class Pcg final : public LinearSolver {
     levels_laid_out_ = true;
     coarse_.prepare(team_, *system_);
     levels_on_ = coarse_.usable();
-    slots_.resize(groups_.rows.size());
+    slots_.resize(slices_.rows.size());
     for (std::size_t place = 0; place < slots_.size(); ++place) {
-      const Index row = groups_.rows[place];
-      slots_[place] = row < groups_.n_rows()
+      const Index row = slices_.rows[place];
+      slots_[place] = row < slices_.n_rows()
                           ? coarse_.slot(row)
                           : coarse_.unused_slot(static_cast<Index>(place) / rows_per_block);
     }
   }
 
-  // Inverse diagonal blocks of a group; the first of its rows whose block is not positive definite,
+  // Inverse diagonal blocks of a slice; the first of its rows whose block is not positive definite,
   // or the number of rows.
-  Index set_inverse(Index group) {
-    const Index* rows = groups_.rows.data() + 8 * static_cast<std::size_t>(group);
+  Index set_inverse(Index slice) {
+    const Index* rows = slices_.rows.data() + 8 * static_cast<std::size_t>(slice);
     const auto is_free = [&](Index row) {
-      return row < groups_.n_rows() && !is_fixed(*system_, row);
+      return row < slices_.n_rows() && !is_fixed(*system_, row);
     };
     alignas(64) double blocks[48];
     for (int l = 0; l < 8; ++l) {
@@ -212,8 +212,8 @@ class Pcg final : public LinearSolver {
       for (int e = 0; e < 6; ++e) blocks[8 * e + l] = upper[e];
     }
     const unsigned bad = pcg::invert(blocks);
-    float* out = single_.inverse.data() + 2 * in_groups(group);
-    Index first_bad = groups_.n_rows();
+    float* out = single_.inverse.data() + 2 * in_slices(slice);
+    Index first_bad = slices_.n_rows();
     for (int l = 0; l < 8; ++l) {
       if (bad >> l & 1) first_bad = std::min(first_bad, rows[l]);
       // More than rounding to single precision takes away: what is stored is positive definite too.
@@ -236,8 +236,9 @@ class Pcg final : public LinearSolver {
           return fixed ? 0.0 : x_is_zero ? b(row, d) : b(row, d) - product_[at(row) + d];
         });
       }
-      return pcg::preconditioned_square(RowGroups::first_group(begin), RowGroups::last_group(end),
-                                        single_.inverse.data(), residual_.data());
+      return pcg::preconditioned_square(SlicedEllpack::first_slice(begin),
+                                        SlicedEllpack::last_slice(end), single_.inverse.data(),
+                                        residual_.data());
     }));
   }
 
@@ -257,8 +258,9 @@ class Pcg final : public LinearSolver {
         const Vec3 force = terms_.force(row);
         set_row(row, residual_, [&](std::size_t i, int d) { return residual_[i] - force[d]; });
       });
-      return pcg::preconditioned_square(RowGroups::first_group(begin), RowGroups::last_group(end),
-                                        single_.inverse.data(), residual_.data());
+      return pcg::preconditioned_square(SlicedEllpack::first_slice(begin),
+                                        SlicedEllpack::last_slice(end), single_.inverse.data(),
+                                        residual_.data());
     }));
   }
 
@@ -362,17 +364,17 @@ class Pcg final : public LinearSolver {
   }
 
   void prepare_double() {
-    double_.resize(groups_);
+    double_.resize(slices_);
     over_blocks([&](Index, Index begin, Index end) {
-      const Index first = RowGroups::first_group(begin), last = RowGroups::last_group(end);
-      double_.matrix.set_groups(system_->matrix, system_->body_blocks, groups_, first, last);
-      std::copy(single_.inverse.begin() + 2 * in_groups(first),
-                single_.inverse.begin() + 2 * in_groups(last),
-                double_.inverse.begin() + 2 * in_groups(first));
+      const Index first = SlicedEllpack::first_slice(begin), last = SlicedEllpack::last_slice(end);
+      double_.matrix.set_slices(system_->matrix, system_->body_blocks, slices_, first, last);
+      std::copy(single_.inverse.begin() + 2 * in_slices(first),
+                single_.inverse.begin() + 2 * in_slices(last),
+                double_.inverse.begin() + 2 * in_slices(first));
     });
   }
 
-  // Sums of residuals for the coarse levels; the groups are those of one block.
+  // Sums of residuals for the coarse levels; the slices are those of one block.
   template <class Scalar>
   void add_up(Index first, Index last, const Krylov<Scalar>& k) {
     if (!levels_on_) return;
@@ -397,8 +399,8 @@ class Pcg final : public LinearSolver {
   template <class Scalar>
   void begin_run(Krylov<Scalar>& k, bool conjugate) {
     const double scale = 1.0 / b_norm_;
-    const double square = sum_over_groups([&](Index first, Index last) {
-      for (std::size_t i = in_groups(first); i < in_groups(last); ++i)
+    const double square = sum_over_slices([&](Index first, Index last) {
+      for (std::size_t i = in_slices(first); i < in_slices(last); ++i)
         k.r[i] = static_cast<Scalar>(scale * residual_[i]);
       add_up(first, last, k);
       return pcg::precondition(first, last, k.inverse.data(), k.r.data(), k.z.data());
@@ -419,8 +421,8 @@ class Pcg final : public LinearSolver {
     double length = 0.0;  // of the last step along p, which x takes when p changes
     while (k.norm * b_norm_ > reach && iterations < options_.max_iterations) {
       over_blocks([&](Index, Index begin, Index end) {
-        pcg::update_direction(RowGroups::first_group(begin), RowGroups::last_group(end),
-                              {groups_.rows.data(), slots_.data()}, length,
+        pcg::update_direction(SlicedEllpack::first_slice(begin), SlicedEllpack::last_slice(end),
+                              {slices_.rows.data(), slots_.data()}, length,
                               static_cast<Scalar>(k.beta), k.z.data(),
                               levels_on_ ? coarse_.correction() : nullptr, k.p.data(), x_.data());
       });
@@ -434,7 +436,7 @@ class Pcg final : public LinearSolver {
         break;
       }
       const Scalar alpha = static_cast<Scalar>(k.rz / curvature);
-      const double next_square = sum_over_groups([&](Index first, Index last) {
+      const double next_square = sum_over_slices([&](Index first, Index last) {
         const double sum = pcg::take_step(first, last, alpha, k.q.data(), k.inverse.data(),
                                           k.r.data(), k.z.data());
         add_up(first, last, k);
@@ -468,16 +470,16 @@ class Pcg final : public LinearSolver {
   LinearOptions options_;
   bool levels_, gauss_seidel_;
   // Scratch of one solve; x_ and product_ have four numbers a row (x_ one more row, of
-  // empty lanes), residual_ lies in groups.
+  // empty lanes), residual_ lies in slices.
   const LinearSystem* system_ = nullptr;
   Team team_;
   TermRows terms_;
   Halo halo_;
-  RowGroups groups_;
-  Sweeps sweeps_;
-  CoarseLevels coarse_;
-  std::vector<Index> slots_;      // (groups x 8) of coarse_
-  bool levels_laid_out_ = false;  // for the pattern of groups_
+  SlicedEllpack slices_;
+  SymmetricGaussSeidel sweeps_;
+  AggregationMultigrid coarse_;
+  std::vector<Index> slots_;      // (slices x 8) of coarse_
+  bool levels_laid_out_ = false;  // for the pattern of slices_
   bool levels_on_ = false;        // in this solve
   Krylov<float> single_;
   Krylov<double> double_;
@@ -486,7 +488,7 @@ class Pcg final : public LinearSolver {
   bool left_iteration_ =
       false;  // by the last solve, for the next: x_, directions, product_of_matrix_
   std::vector<double>
-      product_of_matrix_;  // (groups x 3 x 8) with x_, terms apart; where something is left
+      product_of_matrix_;  // (slices x 3 x 8) with x_, terms apart; where something is left
   std::vector<Index> bad_rows_;
   double b_norm_ = 0.0;
 };

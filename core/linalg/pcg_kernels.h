@@ -1,6 +1,6 @@
 // The vector arithmetic of conjugate gradients, in single and in double precision, eight rows at
 // once. Directions and solutions have four numbers a row, the fourth zero; residuals r, z = P^-1 r
-// and products q (groups x 3 x 8); inverse diagonal blocks (groups x 6 x 8): 00 01 02 11 12 22.
+// and products q (slices x 3 x 8); inverse diagonal blocks (slices x 6 x 8): 00 01 02 11 12 22.
 // Scalar products are in double precision.
 #pragma once
 
@@ -12,11 +12,11 @@ namespace loomstone::pcg {
 // definite.
 unsigned invert(double* blocks);
 
-// sums[slots[i]] += r of the row at place i (slots: groups x 8; sums: four numbers a slot).
+// sums[slots[i]] += r of the row at place i (slots: slices x 8; sums: four numbers a slot).
 void add_up(Index first, Index last, const Index* slots, const float* r, float* sums);
 void add_up(Index first, Index last, const Index* slots, const double* r, float* sums);
 
-// x += length p, then p = z + beta p, on the rows of the groups (rows: groups x 8); where
+// x += length p, then p = z + beta p, on the rows of the slices (rows: slices x 8); where
 // `correction` (four numbers a slot) is given, p = z + correction[slots[i]] + beta p.
 struct Places {
   const Index *rows, *slots;

@@ -1,4 +1,4 @@
-#include "core/linalg/coarse_levels.h"
+#include "core/linalg/aggregation_multigrid.h"
 
 #include <algorithm>
 #include <array>
@@ -50,7 +50,7 @@ void add_block(const double* block, double* sum) {
 
 }  // namespace
 
-void CoarseLevels::set_pattern(const BlockMatrix& matrix) {
+void AggregationMultigrid::set_pattern(const BlockMatrix& matrix) {
   aggregates_ = grow_aggregates(matrix);
   n_nodes_ = aggregates_.count();
   Couplings couplings;
@@ -69,7 +69,7 @@ void CoarseLevels::set_pattern(const BlockMatrix& matrix) {
 }
 
 // All levels, for the couplings of plain_ and of terms.
-void CoarseLevels::lay_out() {
+void AggregationMultigrid::lay_out() {
   const std::vector<Index>&start = plain_.row_start(), &columns = plain_.columns();
   Couplings couplings = couplings_;
   for (Index row = 0; row < n_nodes_; ++row)
@@ -95,13 +95,13 @@ void CoarseLevels::lay_out() {
     for (auto* v : {&level.residual, &level.solution, &level.product}) v->assign(4 * (n + 1), 0.0f);
     level.inverse.assign(12 * n, 0.0f);
     if (level.child_start.empty()) continue;
-    level.groups.set_pattern(&level.matrix, level.matrix.n_rows());
-    level.couplings.resize(level.groups);
+    level.slices.set_pattern(&level.matrix, level.matrix.n_rows());
+    level.couplings.resize(level.slices);
   }
 }
 
 // Also appends the level to levels_, which `fine` is the last of.
-void CoarseLevels::add_level(Level& fine, std::vector<Index> child_start) {
+void AggregationMultigrid::add_level(Level& fine, std::vector<Index> child_start) {
   std::vector<Index> parent(fine.matrix.n_rows());
   for (std::size_t node = 0; node + 1 < child_start.size(); ++node)
     std::fill(parent.begin() + child_start[node], parent.begin() + child_start[node + 1],
@@ -121,7 +121,7 @@ void CoarseLevels::add_level(Level& fine, std::vector<Index> child_start) {
   levels_.push_back(std::move(coarse));
 }
 
-void CoarseLevels::prepare(const Team& team, const LinearSystem& system) {
+void AggregationMultigrid::prepare(const Team& team, const LinearSystem& system) {
   const RowLayout& layout = *system.layout;
   n_blocks_ = (layout.n_rows() + rows_per_block - 1) / rows_per_block;
   slot_.resize(layout.n_rows());
@@ -145,8 +145,8 @@ void CoarseLevels::prepare(const Team& team, const LinearSystem& system) {
   if (!usable_) return;
   for (Level& level : levels_)
     if (!level.child_start.empty())
-      parallel_ranges(team, level.groups.n_groups(), 32, [&](Index first, Index last) {
-        level.couplings.set_groups(&level.matrix, nullptr, level.groups, first, last);
+      parallel_ranges(team, level.slices.n_slices(), 32, [&](Index first, Index last) {
+        level.couplings.set_slices(&level.matrix, nullptr, level.slices, first, last);
       });
   const BlockMatrix& last = levels_.back().matrix;
   Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(3 * last.n_rows(), 3 * last.n_rows());
@@ -158,7 +158,7 @@ void CoarseLevels::prepare(const Team& team, const LinearSystem& system) {
 }
 
 // Rows of this rank.
-void CoarseLevels::sum_rows(const Team& team, const LinearSystem& system) {
+void AggregationMultigrid::sum_rows(const Team& team, const LinearSystem& system) {
   const BlockMatrix& matrix = *system.matrix;
   const OwnedBlocks owned = owned_blocks(*system.layout);
   const Index last_block =
@@ -182,12 +182,12 @@ void CoarseLevels::sum_rows(const Team& team, const LinearSystem& system) {
 }
 
 // First aggregate at or after the block that begins with this row.
-Index CoarseLevels::first_node(Index row) const {
+Index AggregationMultigrid::first_node(Index row) const {
   const std::size_t block = static_cast<std::size_t>((row + rows_per_block - 1) / rows_per_block);
   return aggregates_.block_start[std::min(block, aggregates_.block_start.size() - 1)];
 }
 
-void CoarseLevels::gather_rows(const RowLayout& layout) {
+void AggregationMultigrid::gather_rows(const RowLayout& layout) {
   if (layout.single()) return;
   std::vector<std::size_t> offsets;
   for (const Index start : layout.starts())
@@ -197,13 +197,13 @@ void CoarseLevels::gather_rows(const RowLayout& layout) {
 }
 
 // Weights of a term's aggregates, those of its entries summed.
-struct CoarseLevels::TermNodes {
+struct AggregationMultigrid::TermNodes {
   std::array<Index, 8> node;
   std::array<double, 8> weight;
   int n = 0;
 };
 
-CoarseLevels::TermNodes CoarseLevels::nodes_of(const ExtraTerm& term) const {
+AggregationMultigrid::TermNodes AggregationMultigrid::nodes_of(const ExtraTerm& term) const {
   TermNodes nodes;
   for (int e = 0; e < term.n_entries; ++e) {
     const Index at = slot_[term.entries[e].row];
@@ -219,7 +219,7 @@ CoarseLevels::TermNodes CoarseLevels::nodes_of(const ExtraTerm& term) const {
 // Layers that touch: their aggregates are coupled by terms alone. Couplings that no term has any
 // more stay until they are most of all (they are zero then and change no bit), as what has just
 // parted often meets again; every rank knows all terms.
-void CoarseLevels::couple_terms(const LinearSystem& system) {
+void AggregationMultigrid::couple_terms(const LinearSystem& system) {
   if (!system.terms) return;
   Couplings wanted;
   for (const ExtraTerm& term : *system.terms) {
@@ -244,7 +244,7 @@ void CoarseLevels::couple_terms(const LinearSystem& system) {
 
 // sum over aggregates I, J of W_I W_J H, W the sum of weights in an aggregate; every rank knows all
 // terms.
-void CoarseLevels::add_terms(const LinearSystem& system) {
+void AggregationMultigrid::add_terms(const LinearSystem& system) {
   if (!system.terms) return;
   BlockMatrix& first = levels_[0].matrix;
   for (const ExtraTerm& term : *system.terms) {
@@ -256,14 +256,14 @@ void CoarseLevels::add_terms(const LinearSystem& system) {
   }
 }
 
-void CoarseLevels::sum_level(const Level& fine, Level& coarse) const {
+void AggregationMultigrid::sum_level(const Level& fine, Level& coarse) const {
   coarse.matrix.set_zero();
   for (Index k = 0; k < fine.matrix.n_blocks(); ++k)
     add_block(fine.matrix.block(k), coarse.matrix.block(fine.target[k]));
 }
 
 // Nodes without a free row get the identity. False where a block is not positive definite.
-bool CoarseLevels::invert_diagonal(Level& level) const {
+bool AggregationMultigrid::invert_diagonal(Level& level) const {
   for (Index node = 0; node < level.matrix.n_rows(); ++node) {
     auto block = level.matrix.block_map(level.matrix.diagonal()[node]);
     if (block.isZero(0.0)) block.setIdentity();
@@ -276,7 +276,7 @@ bool CoarseLevels::invert_diagonal(Level& level) const {
   return true;
 }
 
-void CoarseLevels::clear_residual(Index block) {
+void AggregationMultigrid::clear_residual(Index block) {
   const auto clear = [&](Index first, Index last) {
     std::fill_n(residual_.begin() + 4 * static_cast<std::size_t>(first),
                 4 * static_cast<std::size_t>(last - first), 0.0f);
@@ -286,7 +286,7 @@ void CoarseLevels::clear_residual(Index block) {
   clear(n_nodes_ + block, n_nodes_ + block + 1);
 }
 
-double CoarseLevels::solve(const Team& team, const RowLayout& layout) {
+double AggregationMultigrid::solve(const Team& team, const RowLayout& layout) {
   if (!layout.single()) {
     std::vector<std::size_t> offsets;
     for (const Index start : layout.starts())
@@ -303,7 +303,7 @@ double CoarseLevels::solve(const Team& team, const RowLayout& layout) {
   return product;
 }
 
-void CoarseLevels::cycle(const Team& team, std::size_t l) {
+void AggregationMultigrid::cycle(const Team& team, std::size_t l) {
   Level& level = levels_[l];
   const Index n = level.matrix.n_rows();
   float *r = level.residual.data(), *z = level.solution.data(), *t = level.product.data();
@@ -318,8 +318,8 @@ void CoarseLevels::cycle(const Team& team, std::size_t l) {
   }
   const float* inverse = level.inverse.data();
   const auto multiply = [&](Index first, Index last) {
-    level.couplings.multiply_to_rows(level.groups, RowGroups::first_group(first),
-                                     RowGroups::last_group(last), z, t);
+    level.couplings.multiply_to_rows(level.slices, SlicedEllpack::first_slice(first),
+                                     SlicedEllpack::last_slice(last), z, t);
   };
   in_chunks(team, n, rows_per_block,
             [&](Index first, Index last) { smooth(first, last, inverse, r, nullptr, z); });

@@ -19,7 +19,7 @@
 
 namespace loomstone {
 
-class CoarseLevels {
+class AggregationMultigrid {
  public:
   // Lays the levels out for this pattern.
   void set_pattern(const BlockMatrix& matrix);
@@ -49,7 +49,7 @@ class CoarseLevels {
  private:
   struct Level {
     BlockMatrix matrix;
-    RowGroups groups;                 // of `matrix`; not at the coarsest
+    SlicedEllpack slices;             // of `matrix`; not at the coarsest
     CouplingMatrix<float> couplings;  // the same matrix as kernels take it
     std::vector<Index>
         child_start;  // (nodes of the next level + 1) nodes of this one; empty at the coarsest

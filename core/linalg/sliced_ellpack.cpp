@@ -1,17 +1,17 @@
-#include "core/linalg/row_groups.h"
+#include "core/linalg/sliced_ellpack.h"
 
 #include <algorithm>
 #include <numeric>
 
 namespace loomstone {
 
-bool RowGroups::is_pattern_of(const BlockMatrix* matrix, Index n_rows) const {
+bool SlicedEllpack::is_pattern_of(const BlockMatrix* matrix, Index n_rows) const {
   if (n_rows != n_rows_ || (matrix ? matrix->n_rows() : 0) != n_coupled_) return false;
   return n_coupled_ == 0 ||
          (matrix->row_start() == pattern_start_ && matrix->columns() == pattern_columns_);
 }
 
-bool RowGroups::set_pattern(const BlockMatrix* matrix, Index n_rows) {
+bool SlicedEllpack::set_pattern(const BlockMatrix* matrix, Index n_rows) {
   if (is_pattern_of(matrix, n_rows)) return false;
   n_rows_ = n_rows, n_coupled_ = matrix ? matrix->n_rows() : 0;
   pattern_start_.clear(), pattern_columns_.clear();
@@ -20,7 +20,7 @@ bool RowGroups::set_pattern(const BlockMatrix* matrix, Index n_rows) {
     return row < n_coupled_ ? pattern_start_[row + 1] - pattern_start_[row] - 1 : 0;
   };
 
-  rows.resize(8 * static_cast<std::size_t>(last_group(n_rows_)));
+  rows.resize(8 * static_cast<std::size_t>(last_slice(n_rows_)));
   std::iota(rows.begin(), rows.end(), Index{0});
   for (Index begin = 0; begin < n_rows_; begin += rows_per_block)
     std::stable_sort(rows.begin() + begin, rows.begin() + std::min(n_rows_, begin + rows_per_block),
@@ -32,17 +32,17 @@ bool RowGroups::set_pattern(const BlockMatrix* matrix, Index n_rows) {
 
   slot_start.assign(1, 0);
   columns.clear(), sources.clear();
-  for (std::size_t group = 0; group < rows.size() / 8; ++group) {
-    const Index* of_group = rows.data() + 8 * group;
+  for (std::size_t slice = 0; slice < rows.size() / 8; ++slice) {
+    const Index* of_slice = rows.data() + 8 * slice;
     Index n_slots = 0;
     for (int l = 0; l < 8; ++l)
-      if (of_group[l] < n_rows_) n_slots = std::max(n_slots, n_beside(of_group[l]));
+      if (of_slice[l] < n_rows_) n_slots = std::max(n_slots, n_beside(of_slice[l]));
     const std::size_t first = columns.size();
     slot_start.push_back(slot_start.back() + n_slots);
     columns.resize(8 * static_cast<std::size_t>(slot_start.back()));
     sources.resize(columns.size(), -1);
     for (int l = 0; l < 8; ++l) {
-      const Index row = of_group[l];
+      const Index row = of_slice[l];
       for (std::size_t i = first + l; i < columns.size(); i += 8) columns[i] = row;
       if (row >= n_coupled_) continue;
       std::size_t i = first + l;

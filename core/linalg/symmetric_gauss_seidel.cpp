@@ -1,4 +1,4 @@
-#include "core/linalg/sweeps.h"
+#include "core/linalg/symmetric_gauss_seidel.h"
 
 #include <algorithm>
 #include <numeric>
@@ -107,13 +107,13 @@ double sweep_both(const Tables& s, const double* r, double* z, double* t, double
 
 }  // namespace
 
-void Sweeps::order_rows(const LinearSystem& system, const RowGroups& groups) {
-  const Index n_rows = groups.n_rows(), n_cloth = n_cloth_rows(system);
+void SymmetricGaussSeidel::order_rows(const LinearSystem& system, const SlicedEllpack& slices) {
+  const Index n_rows = slices.n_rows(), n_cloth = n_cloth_rows(system);
   order_ = order_by_level(system.matrix, n_rows);
   offset_.clear(), column_.clear(), source_.clear();
   start_.assign(1, 0);
   for (const Index row : order_) {
-    offset_.push_back(24 * (groups.place[row] / 8) + groups.place[row] % 8);
+    offset_.push_back(24 * (slices.place[row] / 8) + slices.place[row] % 8);
     if (row < n_cloth)
       for (Index k = system.matrix->row_start()[row]; k < system.matrix->diagonal()[row]; ++k)
         column_.push_back(system.matrix->columns()[k]), source_.push_back(k);
@@ -121,14 +121,14 @@ void Sweeps::order_rows(const LinearSystem& system, const RowGroups& groups) {
   }
 }
 
-void Sweeps::prepare(const LinearSystem& system, const RowGroups& groups,
-                     const std::vector<float>& inverse) {
+void SymmetricGaussSeidel::prepare(const LinearSystem& system, const SlicedEllpack& slices,
+                                   const std::vector<float>& inverse) {
   static const std::vector<Index> none;
   const std::vector<Index>& start = system.matrix ? system.matrix->row_start() : none;
   const std::vector<Index>& columns = system.matrix ? system.matrix->columns() : none;
-  if (static_cast<Index>(order_.size()) != groups.n_rows() || start != pattern_start_ ||
+  if (static_cast<Index>(order_.size()) != slices.n_rows() || start != pattern_start_ ||
       columns != pattern_columns_) {
-    order_rows(system, groups);
+    order_rows(system, slices);
     pattern_start_ = start, pattern_columns_ = columns;
   }
   constexpr int entries[9] = {0, 4, 8, 3, 7, 2, 6, 1, 5};  // of a column-major block
@@ -140,7 +140,7 @@ void Sweeps::prepare(const LinearSystem& system, const RowGroups& groups,
   constexpr int upper[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
   inverse_.resize(12 * order_.size());
   for (std::size_t place = 0; place < order_.size(); ++place) {
-    const Index lane = groups.place[order_[place]];
+    const Index lane = slices.place[order_[place]];
     const float* m = inverse.data() + 48 * static_cast<std::size_t>(lane / 8) + lane % 8;
     for (int c = 0; c < 3; ++c)
       for (int r = 0; r < 3; ++r) inverse_[12 * place + 4 * c + r] = m[8 * upper[3 * c + r]];
@@ -148,7 +148,7 @@ void Sweeps::prepare(const LinearSystem& system, const RowGroups& groups,
 }
 
 template <>
-double Sweeps::apply(const std::vector<float>& r, std::vector<float>& z) {
+double SymmetricGaussSeidel::apply(const std::vector<float>& r, std::vector<float>& z) {
   t_.resize(4 * order_.size()), u_.resize(4 * order_.size());
   const Tables tables{order_.data(),
                       offset_.data(),
@@ -160,7 +160,7 @@ double Sweeps::apply(const std::vector<float>& r, std::vector<float>& z) {
   return sweep_both(tables, r.data(), z.data(), t_.data(), u_.data());
 }
 template <>
-double Sweeps::apply(const std::vector<double>& r, std::vector<double>& z) {
+double SymmetricGaussSeidel::apply(const std::vector<double>& r, std::vector<double>& z) {
   wide_t_.resize(4 * order_.size()), wide_u_.resize(4 * order_.size());
   const Tables tables{order_.data(),
                       offset_.data(),

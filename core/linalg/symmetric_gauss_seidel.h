@@ -7,22 +7,22 @@
 #include <vector>
 
 #include "core/linalg/linear_solver.h"
-#include "core/linalg/row_groups.h"
+#include "core/linalg/sliced_ellpack.h"
 
 namespace loomstone {
 
-class Sweeps {
+class SymmetricGaussSeidel {
  public:
-  // inverse (groups x 6 x 8): S^-1, zero on fixed rows; see pcg_kernels.h.
-  void prepare(const LinearSystem& system, const RowGroups& groups,
+  // inverse (slices x 6 x 8): S^-1, zero on fixed rows; see pcg_kernels.h.
+  void prepare(const LinearSystem& system, const SlicedEllpack& slices,
                const std::vector<float>& inverse);
 
-  // z from r, both by groups (groups x 3 x 8); returns r . z.
+  // z from r, both by slices (slices x 3 x 8); returns r . z.
   template <class Scalar>
   double apply(const std::vector<Scalar>& r, std::vector<Scalar>& z);
 
  private:
-  void order_rows(const LinearSystem& system, const RowGroups& groups);
+  void order_rows(const LinearSystem& system, const SlicedEllpack& slices);
 
   // Order of the rows in which neighbours in the list do not wait for one another; kept while the
   // pattern stays.
