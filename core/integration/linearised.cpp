@@ -122,7 +122,7 @@ class LinearisedIntegrator final : public Integrator {
         scheme == Scheme::Midpoint ? h / 2 : h;  // when the scheme evaluates forces
     const double rough = asks ? std::max(rough_tolerance, tolerance_) : 0.0;
     LinearReport solved =
-        solve(team, layout, inputs, sigma, c_k, term_time, rough, StepSolve::Since::AnotherMatrix);
+        solve(team, layout, inputs, sigma, c_k, term_time, rough, Unchanged::Nothing);
     int iterations = solved.iterations;
     if (asks && solved.converged) {
       StepInputs again = inputs;
@@ -132,7 +132,7 @@ class LinearisedIntegrator final : public Integrator {
       if (wrong) again.terms = &terms_;
       if (wrong || solved.residual > tolerance_) {
         solved = solve(team, layout, again, sigma, c_k, term_time, 0.0,
-                       wrong ? StepSolve::Since::OtherTerms : StepSolve::Since::Nothing);
+                       wrong ? Unchanged::Matrix : Unchanged::System);
         iterations += solved.iterations;
       }
     }
@@ -152,15 +152,16 @@ class LinearisedIntegrator final : public Integrator {
  private:
   LinearReport solve(const Team& team, const RowLayout& layout, const StepInputs& inputs,
                      double sigma, double c_k, double term_time, double tolerance,
-                     StepSolve::Since since) {
-    if (since != StepSolve::Since::Nothing) {
+                     Unchanged unchanged) {
+    if (unchanged != Unchanged::System) {
       keep_zero_outside(sum_, rhs_.rows());
       parallel_for(team, layout.end() - layout.begin(),
                    [&](Index i) { sum_.row(layout.begin() + i) = rhs_.row(layout.begin() + i); });
       if (inputs.terms)
         add_term_forces(*inputs.terms, layout, sigma, term_time, displacement_, sum_);
     }
-    return solver_.solve(team, layout, inputs, elasticity_, c_k, sum_, change_, tolerance, since);
+    return solver_.solve(team, layout, inputs, elasticity_, c_k, sum_, change_, tolerance,
+                         unchanged);
   }
 
   // Rows of this rank are written at every step, those of others never.

@@ -42,12 +42,11 @@ class StepSolve {
   }
 
   // (matrix of `elasticity` + c_k sum J^T H J + body masses) x = rhs; fixed rows keep the x they
-  // come with. tolerance: of iterations, 0 for that of the options. `since` the last solve nothing
-  // has changed, or nothing but the terms and rhs.
-  enum class Since { AnotherMatrix, OtherTerms, Nothing };
+  // come with. tolerance: of iterations, 0 for that of the options. unchanged: since the last solve
+  // of this step.
   LinearReport solve(const Team& team, const RowLayout& layout, const StepInputs& inputs,
                      Elasticity& elasticity, double c_k, const Points& rhs, Points& x,
-                     double tolerance = 0.0, Since since = Since::AnotherMatrix) {
+                     double tolerance = 0.0, Unchanged unchanged = Unchanged::Nothing) {
     const BlockMatrix& matrix = elasticity.matrix();
     LinearSystem system;
     system.matrix = &matrix;
@@ -58,13 +57,12 @@ class StepSolve {
     system.layout = &layout;
     system.halo = &halo(matrix, layout);
     system.tolerance = tolerance;
-    system.same_matrix = since != Since::AnotherMatrix;
-    system.same_system = since == Since::Nothing;
-    return solver_->solve(team, system, rhs, x);
+    return solver_->solve(team, system, rhs, x, memory_, unchanged);
   }
 
  private:
   std::unique_ptr<LinearSolver> solver_;
+  SolveMemory memory_;
   Halo halo_;
   Index halo_blocks_ = -1;
 };

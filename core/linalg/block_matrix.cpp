@@ -47,11 +47,16 @@ void BlockMatrix::set_zero() { std::fill(values_.begin(), values_.end(), 0.0); }
 
 namespace {
 
+struct Blocks {
+  const Index *row_start, *columns;
+  const double* values;
+};
+
 // One 4-wide load per block column: the fourth lane holds the next column's first entry and is
 // dropped at the end. Three partial sums, one a column, keep the additions independent.
 LOOMSTONE_CLONES
-void multiply_rows(Index begin, Index end, const Index* row_start, const Index* columns,
-                   const double* values, const double* x, double* y) {
+void multiply_rows(Index begin, Index end, Blocks matrix, const double* x, double* y) {
+  const auto [row_start, columns, values] = matrix;
   for (Index row = begin; row < end; ++row) {
     Quad sum0{}, sum1{}, sum2{};
     for (Index k = row_start[row]; k < row_start[row + 1]; ++k) {
@@ -70,7 +75,7 @@ void multiply_rows(Index begin, Index end, const Index* row_start, const Index* 
 }  // namespace
 
 void BlockMatrix::multiply(Index begin, Index end, const double* x, double* y) const {
-  multiply_rows(begin, end, row_start_.data(), columns_.data(), values_.data(), x, y);
+  multiply_rows(begin, end, {row_start_.data(), columns_.data(), values_.data()}, x, y);
 }
 
 }  // namespace loomstone

@@ -40,7 +40,8 @@ class DirectSolver final : public LinearSolver {
   DirectSolver(const DirectSolver&) = delete;
   DirectSolver& operator=(const DirectSolver&) = delete;
 
-  LinearReport solve(const Team&, const LinearSystem& system, const Points& b, Points& x) override {
+  LinearReport solve(const Team&, const LinearSystem& system, const Points& b, Points& x,
+                     SolveMemory&, Unchanged) override {
     if (!system.layout->single())
       throw Unsupported("the linear solver \"direct\" runs on one rank, got " +
                         std::to_string(system.layout->communicator().size()) +

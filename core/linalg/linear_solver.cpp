@@ -3,9 +3,15 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/linalg/pcg_memory.h"
 #include "core/linalg/solvers.h"
 
 namespace loomstone {
+
+SolveMemory::SolveMemory() : pcg_(std::make_unique<PcgMemory>()) {}
+SolveMemory::~SolveMemory() = default;
+SolveMemory::SolveMemory(SolveMemory&&) noexcept = default;
+SolveMemory& SolveMemory::operator=(SolveMemory&&) noexcept = default;
 
 std::unique_ptr<LinearSolver> make_linear_solver(const LinearOptions& options) {
   if (!(options.tolerance > 0.0) || !std::isfinite(options.tolerance))

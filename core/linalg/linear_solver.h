@@ -1,5 +1,5 @@
 // Solves (A + scale sum_terms J^T H J + body blocks) x = b on rows that are free; fixed rows keep
-// the value of x they come with (exact constraints by filtering).
+// the value of x that they are given (exact constraints by filtering).
 #pragma once
 
 #include <cstdint>
@@ -17,44 +17,69 @@ namespace loomstone {
 
 struct LinearSystem {
   const BlockMatrix* matrix = nullptr;  // cloth rows 0 .. n-1, mass and stiffness together
-  const std::vector<Mat3>* body_blocks =
-      nullptr;  // diagonal blocks of the rows that follow (2 a body); may be null
+  // Diagonal blocks of the rows that follow (2 a body); may be null.
+  const std::vector<Mat3>* body_blocks = nullptr;
   const ExtraTerms* terms = nullptr;                 // may be null
   double term_scale = 0.0;                           // factor of every H (h^2 for backward Euler)
   const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: the row's x is prescribed
-  const RowLayout* layout =
-      nullptr;                 // over all rows, bodies included; the solver computes owned rows
+  // Over all rows, bodies included; the solver computes owned rows.
+  const RowLayout* layout = nullptr;
   const Halo* halo = nullptr;  // of `matrix`; rows the terms need are added by the solver
-  bool same_matrix = false;    // all but terms and tolerance is what the last solve was given; its
-                               // preconditioner may serve
-  // The last solve was given all of this but for the tolerance, and left x: its iteration may go
-  // on. With same_matrix alone.
-  bool same_system = false;
-  double tolerance = 0.0;  // of iterations, in place of the solver's; 0: the solver's
+  double tolerance = 0.0;      // of iterations, in place of the solver's; 0: the solver's
 };
 
 struct LinearReport {
   int iterations = 0;
-  double residual =
-      0.0;  // sqrt(r . P^-1 r) relative to its value for x = 0 on free rows (direct: |r|/|b|)
+  // sqrt(r . D^-1 r) relative to its value for x = 0 on free rows, D the diagonal blocks (direct:
+  // |r| / |b|)
+  double residual = 0.0;
   bool converged = true;
 };
 
 struct LinearOptions {
-  // "pcg" (conjugate gradients, diagonal blocks and coarse levels) | "block-jacobi" (diagonal
-  // blocks alone) | "gauss-seidel" (preconditioned by symmetric Gauss-Seidel) | "direct" (CHOLMOD)
+  // "pcg" (conjugate gradients, aggregation multigrid) | "block-jacobi" (conjugate gradients,
+  // diagonal blocks) | "gauss-seidel" (conjugate gradients, symmetric Gauss-Seidel) | "direct"
+  // (CHOLMOD)
   std::string method = "pcg";
   double tolerance = 1e-4;  // on the preconditioned norm [1]
   int max_iterations = 2000;
 };
 
+struct PcgMemory;
+
+// What a solve leaves to a following one: its preconditioner, and its iteration where a loose
+// tolerance ended it early. A value that belongs to the caller; empty at first, and after a solve
+// that threw. Storage is used again, which changes no result.
+class SolveMemory {
+ public:
+  SolveMemory();
+  ~SolveMemory();
+  SolveMemory(SolveMemory&&) noexcept;
+  SolveMemory& operator=(SolveMemory&&) noexcept;
+
+  PcgMemory& pcg() { return *pcg_; }
+
+ private:
+  std::unique_ptr<PcgMemory> pcg_;
+};
+
+// What a system has in common with the one whose solve filled the memory: nothing; all but terms,
+// right side and tolerance (the preconditioner is used again, and the iteration where x is the
+// solution it left); all but the tolerance (the iteration goes on).
+enum class Unchanged { Nothing, Matrix, System };
+
 class LinearSolver {
  public:
   virtual ~LinearSolver() = default;
   // b (rows x 3); x (rows x 3): initial guess in, solution out; owned rows are written, then all
-  // rows are refreshed.
+  // rows are refreshed. Throws SolverFailure.
   virtual LinearReport solve(const Team& team, const LinearSystem& system, const Points& b,
-                             Points& x) = 0;
+                             Points& x, SolveMemory& memory, Unchanged unchanged) = 0;
+  // A solve on its own.
+  LinearReport solve(const Team& team, const LinearSystem& system, const Points& b, Points& x) {
+    SolveMemory memory;
+    return solve(team, system, b, x, memory, Unchanged::Nothing);
+  }
 };
 
 // Throws InvalidInput for an unknown method.

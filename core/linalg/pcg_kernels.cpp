@@ -38,20 +38,19 @@ LOOMSTONE_INLINE void update_row(Index row, double length, Scalar beta, const Ro
 }
 
 template <class Scalar>
-LOOMSTONE_INLINE void directions(Index first, Index last, const Places& places, double length,
-                                 Scalar beta, const Scalar* z, const float* correction, Scalar* p,
-                                 double* x) {
+LOOMSTONE_INLINE void directions(SliceRows on, DirectionFactors<Scalar> factors,
+                                 PreconditionedResidual<Scalar> residual, Scalar* p, double* x) {
   const auto update = [&](std::size_t place, auto row) LOOMSTONE_INLINE_LAMBDA {
-    if (correction) {
+    if (residual.correction) {
       const FloatQuad more =
-          quad_load(correction + 4 * static_cast<std::size_t>(places.slots[place]));
+          quad_load(residual.correction + 4 * static_cast<std::size_t>(on.slots[place]));
       row += __builtin_convertvector(more, decltype(row));
     }
-    update_row(places.rows[place], length, beta, row, p, x);
+    update_row(on.rows[place], factors.length, factors.beta, row, p, x);
   };
-  for (std::size_t g = first; g < static_cast<std::size_t>(last); ++g) {
+  for (std::size_t g = on.first; g < static_cast<std::size_t>(on.last); ++g) {
     LanesOf<Scalar> pairs[4];
-    to_row_pairs(load_triple(z + 24 * g), pairs);
+    to_row_pairs(load_triple(residual.z + 24 * g), pairs);
     for (int l = 0; l < 4; ++l) {
       update(8 * g + l, __builtin_shufflevector(pairs[l], pairs[l], 0, 1, 2, 3));
       update(8 * g + l + 4, __builtin_shufflevector(pairs[l], pairs[l], 4, 5, 6, 7));
@@ -89,16 +88,16 @@ LOOMSTONE_INLINE double preconditioned(Index first, Index last, const Scalar* in
 
 template <class Scalar>
 LOOMSTONE_INLINE double step(Index first, Index last, Scalar alpha, const Scalar* q,
-                             const Scalar* inverse, Scalar* r, Scalar* z) {
+                             const Scalar* inverse, Residuals<Scalar> out) {
   Lanes256 sum{};
   for (std::size_t g = first; g < static_cast<std::size_t>(last); ++g) {
-    Triple<Scalar> residual = load_triple(r + 24 * g);
+    Triple<Scalar> residual = load_triple(out.r + 24 * g);
     const Triple<Scalar> change = load_triple(q + 24 * g);
     residual.x -= alpha * change.x, residual.y -= alpha * change.y, residual.z -= alpha * change.z;
-    store_triple(r + 24 * g, residual);
-    const Triple<Scalar> out = load_inverse(inverse + 48 * g).times(residual);
-    store_triple(z + 24 * g, out);
-    sum += in_doubles(dot(residual, out));
+    store_triple(out.r + 24 * g, residual);
+    const Triple<Scalar> z = load_inverse(inverse + 48 * g).times(residual);
+    store_triple(out.z + 24 * g, z);
+    sum += in_doubles(dot(residual, z));
   }
   return lanes_sum(sum);
 }
@@ -140,14 +139,14 @@ void add_up(Index first, Index last, const Index* slots, const double* r, float*
 }
 
 LOOMSTONE_CLONES
-void update_direction(Index first, Index last, const Places& places, double length, float beta,
-                      const float* z, const float* correction, float* p, double* x) {
-  directions(first, last, places, length, beta, z, correction, p, x);
+void update_direction(SliceRows on, DirectionFactors<float> factors,
+                      PreconditionedResidual<float> residual, float* p, double* x) {
+  directions(on, factors, residual, p, x);
 }
 LOOMSTONE_CLONES
-void update_direction(Index first, Index last, const Places& places, double length, double beta,
-                      const double* z, const float* correction, double* p, double* x) {
-  directions(first, last, places, length, beta, z, correction, p, x);
+void update_direction(SliceRows on, DirectionFactors<double> factors,
+                      PreconditionedResidual<double> residual, double* p, double* x) {
+  directions(on, factors, residual, p, x);
 }
 
 LOOMSTONE_CLONES
@@ -176,13 +175,13 @@ double preconditioned_square(Index first, Index last, const float* inverse, cons
 
 LOOMSTONE_CLONES
 double take_step(Index first, Index last, float alpha, const float* q, const float* inverse,
-                 float* r, float* z) {
-  return step(first, last, alpha, q, inverse, r, z);
+                 Residuals<float> out) {
+  return step(first, last, alpha, q, inverse, out);
 }
 LOOMSTONE_CLONES
 double take_step(Index first, Index last, double alpha, const double* q, const double* inverse,
-                 double* r, double* z) {
-  return step(first, last, alpha, q, inverse, r, z);
+                 Residuals<double> out) {
+  return step(first, last, alpha, q, inverse, out);
 }
 
 LOOMSTONE_CLONES

@@ -16,15 +16,25 @@ unsigned invert(double* blocks);
 void add_up(Index first, Index last, const Index* slots, const float* r, float* sums);
 void add_up(Index first, Index last, const Index* slots, const double* r, float* sums);
 
-// x += length p, then p = z + beta p, on the rows of the slices (rows: slices x 8); where
-// `correction` (four numbers a slot) is given, p = z + correction[slots[i]] + beta p.
-struct Places {
-  const Index *rows, *slots;
+// x += length p, then p = z + correction + beta p, on the rows of the slices [first, last).
+struct SliceRows {
+  Index first, last;
+  const Index *rows, *slots;  // (all slices x 8)
 };
-void update_direction(Index first, Index last, const Places& places, double length, float beta,
-                      const float* z, const float* correction, float* p, double* x);
-void update_direction(Index first, Index last, const Places& places, double length, double beta,
-                      const double* z, const float* correction, double* p, double* x);
+template <class Scalar>
+struct DirectionFactors {
+  double length;
+  Scalar beta;
+};
+template <class Scalar>
+struct PreconditionedResidual {
+  const Scalar* z;
+  const float* correction;  // four numbers a slot; null: none
+};
+void update_direction(SliceRows on, DirectionFactors<float> factors,
+                      PreconditionedResidual<float> residual, float* p, double* x);
+void update_direction(SliceRows on, DirectionFactors<double> factors,
+                      PreconditionedResidual<double> residual, double* p, double* x);
 
 // z = P^-1 r; returns r . z
 double precondition(Index first, Index last, const float* inverse, const float* r, float* z);
@@ -33,10 +43,14 @@ double precondition(Index first, Index last, const double* inverse, const double
 double preconditioned_square(Index first, Index last, const float* inverse, const double* r);
 
 // r -= alpha q, z = P^-1 r; returns r . z
+template <class Scalar>
+struct Residuals {
+  Scalar *r, *z;
+};
 double take_step(Index first, Index last, float alpha, const float* q, const float* inverse,
-                 float* r, float* z);
+                 Residuals<float> out);
 double take_step(Index first, Index last, double alpha, const double* q, const double* inverse,
-                 double* r, double* z);
+                 Residuals<double> out);
 
 // x += length p on rows [begin, end)
 void move(Index begin, Index end, double length, const float* p, double* x);

@@ -88,14 +88,18 @@ TEST_CASE("a solver used before gives the same bits as a new one") {
   for (const char* method : {"pcg", "block-jacobi", "gauss-seidel", "direct"}) {
     INFO(method);
     const auto solver = make_linear_solver({method, 1e-5, 2000});
+    SolveMemory memory;
+    const auto solve = [&](const RandomSystem& given, Points& x) {
+      solver->solve(Team{1}, given.view(), given.b, x, memory, Unchanged::Nothing);
+    };
     Points first = other.x, again = system.x, fewer = system.x;
-    solver->solve(Team{1}, other.view(), other.b, first);
-    solver->solve(Team{1}, system.view(), system.b, again);
+    solve(other, first);
+    solve(system, again);
     CHECK(same_bits(again, solved(system, {method, 1e-5, 2000})));
     // Other terms on the same matrix: the pattern changes under the solver.
     RandomSystem changed = random_system(20, 2, 60);
     changed.terms.resize(17);
-    solver->solve(Team{1}, changed.view(), changed.b, fewer);
+    solve(changed, fewer);
     CHECK(same_bits(fewer, solved(changed, {method, 1e-5, 2000})));
   }
 }
@@ -151,40 +155,40 @@ TEST_CASE(
   RandomSystem system = random_system(20, 0, 0);
   stiffen(system, 1e6);
   const Index n = system.matrix.n_rows();
-  RowGroups groups;
-  groups.set_pattern(system.view().matrix, system.view().layout->n_rows());
+  SlicedEllpack slices;
+  slices.set_pattern(system.view().matrix, system.view().layout->n_rows());
   CouplingMatrix<float> single;
-  single.resize(groups);
-  single.set_groups(system.view().matrix, system.view().body_blocks, groups, 0, groups.n_groups());
-  std::vector<float> x(4 * (n + 1), 0.0f), y(24 * groups.n_groups());
+  single.resize(slices);
+  single.set_slices(system.view().matrix, system.view().body_blocks, slices, 0, slices.n_slices());
+  std::vector<float> x(4 * (n + 1), 0.0f), y(24 * slices.n_slices());
   for (Index row = 0; row < n; ++row)
     x[4 * row] = 1.0f, x[4 * row + 1] = -2.0f, x[4 * row + 2] = 0.5f;
-  single.multiply(groups, 0, groups.n_groups(), x.data(), y.data());
+  single.multiply(slices, 0, slices.n_slices(), x.data(), y.data());
   // Unit masses. What is left is the rounding of sums of 1e7 in double precision; single precision
   // there would be 1.
   for (Index row = 0; row < n; ++row)
     for (int d = 0; d < 3; ++d)
-      CHECK(std::abs(y[24 * (groups.place[row] / 8) + 8 * d + groups.place[row] % 8] -
+      CHECK(std::abs(y[24 * (slices.place[row] / 8) + 8 * d + slices.place[row] % 8] -
                      x[4 * row + d]) < 1e-6);
 }
 
-TEST_CASE("a product by rows is the product by groups") {
+TEST_CASE("a product by rows is the product by slices") {
   const RandomSystem system = random_system(20, 0, 0);
   const Index n = system.matrix.n_rows();
-  RowGroups groups;
-  groups.set_pattern(&system.matrix, n);
+  SlicedEllpack slices;
+  slices.set_pattern(&system.matrix, n);
   CouplingMatrix<float> matrix;
-  matrix.resize(groups);
-  matrix.set_groups(&system.matrix, nullptr, groups, 0, groups.n_groups());
-  std::vector<float> x(4 * (n + 1), 0.0f), y(24 * groups.n_groups()), by_rows(x.size(), 1.0f);
+  matrix.resize(slices);
+  matrix.set_slices(&system.matrix, nullptr, slices, 0, slices.n_slices());
+  std::vector<float> x(4 * (n + 1), 0.0f), y(24 * slices.n_slices()), by_rows(x.size(), 1.0f);
   for (Index row = 0; row < n; ++row)
     for (int d = 0; d < 3; ++d) x[4 * row + d] = static_cast<float>(system.b(row, d));
-  matrix.multiply(groups, 0, groups.n_groups(), x.data(), y.data());
-  matrix.multiply_to_rows(groups, 0, groups.n_groups(), x.data(), by_rows.data());
+  matrix.multiply(slices, 0, slices.n_slices(), x.data(), y.data());
+  matrix.multiply_to_rows(slices, 0, slices.n_slices(), x.data(), by_rows.data());
   for (Index row = 0; row < n; ++row) {
     for (int d = 0; d < 3; ++d)
       CHECK(by_rows[4 * row + d] ==
-            y[24 * (groups.place[row] / 8) + 8 * d + groups.place[row] % 8]);
+            y[24 * (slices.place[row] / 8) + 8 * d + slices.place[row] % 8]);
     CHECK(by_rows[4 * row + 3] == 0.0f);
   }
 }
@@ -303,11 +307,11 @@ TEST_CASE("a solve with other terms on the same matrix is a first solve's") {
     INFO(method);
     const auto solver = make_linear_solver({method, 1e-10, 2000});
     Points first = system.x, second = system.x;
-    solver->solve(Team{1}, system.view(), system.b, first);
+    SolveMemory memory;
+    solver->solve(Team{1}, system.view(), system.b, first, memory, Unchanged::Nothing);
     LinearSystem again = system.view();
     again.terms = &other.terms;
-    again.same_matrix = true;
-    CHECK(solver->solve(Team{1}, again, system.b, second).converged);
+    CHECK(solver->solve(Team{1}, again, system.b, second, memory, Unchanged::Matrix).converged);
     // To the tolerance; the solvers without a preconditioner that they keep from the first solve to
     // the last bit.
     CHECK((second - exact).norm() < 1e-8 * exact.norm());
@@ -323,13 +327,13 @@ TEST_CASE("a solve may go on from a rough one") {
   const Points exact_other = solved(other, {"direct", 1e-10, 2000});
   for (const char* method : {"pcg", "block-jacobi", "gauss-seidel"}) {
     INFO(method);
+    SolveMemory memory;
     const auto rough_solve = [&](LinearSolver& solver, int threads, Points& x) {
       LinearSystem rough = system.view();
       rough.tolerance = 1e-2;
-      return solver.solve(Team{threads}, rough, system.b, x).iterations;
+      return solver.solve(Team{threads}, rough, system.b, x, memory, Unchanged::Nothing).iterations;
     };
     LinearSystem again = system.view();
-    again.same_matrix = true;
     Points of_one_thread;
     for (const int threads : {1, 3}) {
       // Of the same system: as if it had not stopped.
@@ -338,8 +342,9 @@ TEST_CASE("a solve may go on from a rough one") {
       auto solver = make_linear_solver({method, 1e-4, 2000});
       Points x = system.x;
       const int first = rough_solve(*solver, threads, x);
-      again.same_system = true, again.terms = &system.terms;
-      const LinearReport rest = solver->solve(Team{threads}, again, system.b, x);
+      again.terms = &system.terms;
+      const LinearReport rest =
+          solver->solve(Team{threads}, again, system.b, x, memory, Unchanged::System);
       CHECK((first > 0 && rest.iterations > 0));
       CHECK(first + rest.iterations == whole.iterations);
       CHECK(same_bits(x, at_once));
@@ -349,8 +354,9 @@ TEST_CASE("a solve may go on from a rough one") {
       solver = make_linear_solver({method, 1e-9, 2000});
       Points y = system.x;
       rough_solve(*solver, threads, y);
-      again.same_system = false, again.terms = &other.terms;
-      CHECK(solver->solve(Team{threads}, again, system.b, y).residual <= 1e-9);
+      again.terms = &other.terms;
+      CHECK(solver->solve(Team{threads}, again, system.b, y, memory, Unchanged::Matrix).residual <=
+            1e-9);
       CHECK((y - exact_other).norm() < 1e-7 * exact_other.norm());
       if (threads == 1) of_one_thread = y;
       CHECK(same_bits(y, of_one_thread));

@@ -99,12 +99,17 @@ void solutions_keep_their_bits(const RankProgram& program) {
     forget_rows_of_others(system);
     Points x = system.x;
     const auto solver = make_linear_solver({"pcg", 1e-8, 2000});
-    const LinearReport report = solver->solve(Team{program.threads()}, system.view(), system.b, x);
+    SolveMemory memory;
+    const auto solve = [&] {
+      return solver->solve(Team{program.threads()}, system.view(), system.b, x, memory,
+                           Unchanged::Nothing);
+    };
+    const LinearReport report = solve();
     program.claim("the solve converges", report.converged && report.iterations > 5);
     program.print_hash("pcg", x.data(), sizeof(double) * x.size());
     program.print_hash("iterations", &report.iterations, sizeof report.iterations);
     // The solution as a guess, and a solver that was used before.
-    const LinearReport again = solver->solve(Team{program.threads()}, system.view(), system.b, x);
+    const LinearReport again = solve();
     program.claim("a solution is a good guess", again.iterations == 0);
   }
 }

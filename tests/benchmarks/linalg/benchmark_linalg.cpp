@@ -116,11 +116,12 @@ void benchmark(int threads, Index side) {
       system.terms = with_terms ? &terms : nullptr;
       system.term_scale = 1.0;
       Points solution;
+      SolveMemory memory;
       LinearReport report;
       const bool direct = std::string(method) == "direct";
       const double time = least_milliseconds(direct ? 3 : repetitions, [&] {
         solution = zero;
-        report = solver->solve(Team{threads}, system, b, solution);
+        report = solver->solve(Team{threads}, system, b, solution, memory, Unchanged::Nothing);
       });
       std::printf("  %-12s %-9s %4d iterations %8.3f ms, %7.4f ms each, %6.1f products\n", method,
                   with_terms ? "contacts" : "", report.iterations, time, time / report.iterations,

@@ -1,0 +1,117 @@
+#include "core/linalg/preconditioner.h"
+
+#include <algorithm>
+
+#include "core/linalg/system.h"
+
+namespace loomstone {
+
+namespace {
+
+// Where the inverse diagonal blocks of a slice begin.
+std::size_t inverse_at(Index slice) { return 48 * static_cast<std::size_t>(slice); }
+
+// Writes the inverse diagonal blocks of a slice to `out` (6 x 8). Returns the first of its rows
+// whose block is not positive definite, or the number of rows.
+Index invert_slice(const LinearSystem& system, const TermRows& terms, const SlicedEllpack& slices,
+                   Index slice, float* out) {
+  const Index* rows = slices.rows.data() + 8 * static_cast<std::size_t>(slice);
+  const auto is_free = [&](Index row) { return row < slices.n_rows() && !is_fixed(system, row); };
+  alignas(64) double blocks[48];
+  for (int l = 0; l < 8; ++l) {
+    const Mat3 block =
+        is_free(rows[l]) ? diagonal_block(system, terms, rows[l]) : Mat3(Mat3::Identity());
+    const double upper[6] = {block(0, 0), block(0, 1), block(0, 2),
+                             block(1, 1), block(1, 2), block(2, 2)};
+    for (int e = 0; e < 6; ++e) blocks[8 * e + l] = upper[e];
+  }
+  const unsigned bad = pcg::invert(blocks);
+  Index first_bad = slices.n_rows();
+  for (int l = 0; l < 8; ++l) {
+    if (bad >> l & 1) first_bad = std::min(first_bad, rows[l]);
+    // More than what rounding to single precision may take away, so that the stored block stays
+    // positive definite.
+    const double more = 0x1p-22 * (blocks[l] + blocks[24 + l] + blocks[40 + l]);
+    for (const int e : {0, 3, 5}) blocks[8 * e + l] += more;
+    for (int e = 0; e < 6; ++e)
+      out[8 * e + l] = is_free(rows[l]) ? static_cast<float>(blocks[8 * e + l]) : 0.0f;
+  }
+  return first_bad;
+}
+
+}  // namespace
+
+void Preconditioner::make(Kind kind, const RowLoops& loops, const LinearSystem& system,
+                          const TermRows& terms, const SlicedEllpack& slices) {
+  kind_ = kind;
+  uses_levels_ = kind == Kind::Multigrid && n_cloth_rows(system) > 0;
+  invert_diagonal(loops, system, terms, slices);
+  if (kind == Kind::GaussSeidel) gauss_seidel_.prepare(system, slices, inverse_);
+  if (uses_levels_) make_levels(loops, system, slices);
+}
+
+void Preconditioner::invert_diagonal(const RowLoops& loops, const LinearSystem& system,
+                                     const TermRows& terms, const SlicedEllpack& slices) {
+  const Index none = slices.n_rows();
+  inverse_.resize(inverse_at(slices.n_slices()));
+  std::vector<Index> bad_rows(loops.n_blocks(), none);
+  loops.over_blocks([&](Index block, Index begin, Index end) {
+    for (Index slice = SlicedEllpack::first_slice(begin); slice < SlicedEllpack::last_slice(end);
+         ++slice) {
+      float* const out = inverse_.data() + inverse_at(slice);
+      bad_rows[block] = std::min(bad_rows[block], invert_slice(system, terms, slices, slice, out));
+    }
+  });
+  const Index bad_row = *std::min_element(bad_rows.begin(), bad_rows.end());
+  refuse_indefinite_row(system, bad_row < none ? bad_row : -1);
+}
+
+void Preconditioner::make_levels(const RowLoops& loops, const LinearSystem& system,
+                                 const SlicedEllpack& slices) {
+  if (!has_levels_) levels_.set_pattern(*system.matrix);
+  has_levels_ = true;
+  levels_.prepare(loops.team(), system);
+  uses_levels_ = levels_.usable();
+  slots_.resize(slices.rows.size());
+  for (std::size_t place = 0; place < slots_.size(); ++place) {
+    const Index row = slices.rows[place];
+    slots_[place] = row < slices.n_rows()
+                        ? levels_.slot(row)
+                        : levels_.unused_slot(static_cast<Index>(place) / rows_per_block);
+  }
+}
+
+void Preconditioner::widen(const RowLoops& loops) {
+  wide_inverse_.resize(inverse_.size());
+  loops.over_blocks([&](Index, Index begin, Index end) {
+    const std::size_t first = inverse_at(SlicedEllpack::first_slice(begin)),
+                      last = inverse_at(SlicedEllpack::last_slice(end));
+    std::copy(inverse_.begin() + first, inverse_.begin() + last, wide_inverse_.begin() + first);
+  });
+}
+
+template <>
+const float* Preconditioner::inverse<float>() const {
+  return inverse_.data();
+}
+template <>
+const double* Preconditioner::inverse<double>() const {
+  return wide_inverse_.data();
+}
+
+template <class Scalar>
+double Preconditioner::complete(const RowLoops& loops, double square, const std::vector<Scalar>& r,
+                                std::vector<Scalar>& z) {
+  if (kind_ == Kind::GaussSeidel) return gauss_seidel_.apply(r, z);
+  if (!uses_levels_) return square;
+  const double product = levels_.solve(loops.team(), loops.layout());
+  uses_levels_ = product >= 0.0;
+  return uses_levels_ ? square + product : square;
+}
+
+template double Preconditioner::complete(const RowLoops&, double, const std::vector<float>&,
+                                         std::vector<float>&);
+template double Preconditioner::complete(const RowLoops&, double, const std::vector<double>&,
+                                         std::vector<double>&);
+
+}  // namespace loomstone

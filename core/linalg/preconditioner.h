@@ -1,0 +1,70 @@
+// Preconditioners P of conjugate gradients, made from a system and its terms: the inverse diagonal
+// blocks (block Jacobi), these plus a correction by aggregation multigrid, or symmetric
+// Gauss-Seidel. Vectors r and z by slices, as in pcg_kernels.h.
+#pragma once
+
+#include <vector>
+
+#include "core/linalg/aggregation_multigrid.h"
+#include "core/linalg/linear_solver.h"
+#include "core/linalg/pcg_kernels.h"
+#include "core/linalg/row_loops.h"
+#include "core/linalg/sliced_ellpack.h"
+#include "core/linalg/symmetric_gauss_seidel.h"
+#include "core/linalg/term_rows.h"
+
+namespace loomstone {
+
+class Preconditioner {
+ public:
+  enum class Kind { BlockJacobi, Multigrid, GaussSeidel };
+
+  // To be called when the slices are laid out for another pattern.
+  void forget_pattern() { has_levels_ = false; }
+  // Throws SolverFailure on all ranks where a diagonal block is not positive definite. Collective.
+  void make(Kind kind, const RowLoops& loops, const LinearSystem& system, const TermRows& terms,
+            const SlicedEllpack& slices);
+  // Copies the inverse diagonal blocks to double precision.
+  void widen(const RowLoops& loops);
+
+  Kind kind() const { return kind_; }
+  // Inverse diagonal blocks (slices x 6 x 8), zero on fixed rows.
+  template <class Scalar>
+  const Scalar* inverse() const;
+
+  // Multigrid only, and given up by complete() where a cycle turns out indefinite.
+  bool has_correction() const { return uses_levels_; }
+  // The correction (four numbers a slot) to add to z; null where there is none.
+  const float* correction() const { return uses_levels_ ? levels_.correction() : nullptr; }
+  const Index* slots() const { return slots_.data(); }  // (slices x 8) of the correction
+
+  // Sums r of the slices [first, last), which make up one block of rows, for the coarse levels.
+  template <class Scalar>
+  void restrict_residual(Index first, Index last, const std::vector<Scalar>& r) {
+    if (!uses_levels_) return;
+    levels_.clear_residual(8 * first / rows_per_block);
+    pcg::add_up(first, last, slots_.data(), r.data(), levels_.residual());
+  }
+  // Returns r . P^-1 r, where z is r times the inverse diagonal blocks and `square` is r . z.
+  // Gauss-Seidel replaces z; multigrid finds the correction of a residual that was restricted.
+  // Collective.
+  template <class Scalar>
+  double complete(const RowLoops& loops, double square, const std::vector<Scalar>& r,
+                  std::vector<Scalar>& z);
+
+ private:
+  void invert_diagonal(const RowLoops& loops, const LinearSystem& system, const TermRows& terms,
+                       const SlicedEllpack& slices);
+  void make_levels(const RowLoops& loops, const LinearSystem& system, const SlicedEllpack& slices);
+
+  Kind kind_ = Kind::BlockJacobi;
+  std::vector<float> inverse_;
+  std::vector<double> wide_inverse_;
+  SymmetricGaussSeidel gauss_seidel_;
+  AggregationMultigrid levels_;
+  std::vector<Index> slots_;
+  bool has_levels_ = false;  // for the pattern of the slices
+  bool uses_levels_ = false;
+};
+
+}  // namespace loomstone

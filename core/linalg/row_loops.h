@@ -1,0 +1,63 @@
+// Loops over the blocks of rows that this rank owns, and sums over the rows of all ranks: every
+// block is summed by one thread, block sums are added in order, so the bits depend neither on
+// threads nor on ranks.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "core/linalg/sliced_ellpack.h"
+#include "core/linalg/system.h"
+#include "core/parallel/row_layout.h"
+#include "core/parallel/team.h"
+
+namespace loomstone {
+
+class RowLoops {
+ public:
+  RowLoops(const Team& team, const RowLayout& layout)
+      : team_(team), layout_(layout), sums_(n_blocks(), 0.0) {}
+
+  const Team& team() const { return team_; }
+  const RowLayout& layout() const { return layout_; }
+  // Of all ranks.
+  Index n_blocks() const { return (layout_.n_rows() + rows_per_block - 1) / rows_per_block; }
+
+  // Calls body(block, begin, end) on the owned blocks, every thread on a range of them.
+  template <class Body>
+  void over_blocks(Body&& body) const {
+    const OwnedBlocks owned = owned_blocks(layout_);
+    const Index end_row = layout_.end(), n = owned.last - owned.first;
+    const Index share = std::max(least_blocks_a_thread, (n + team_.threads - 1) / team_.threads);
+    parallel_ranges(team_, n, share, [&](Index first, Index last) {
+      for (Index i = first; i < last; ++i) {
+        const Index block = owned.first + i, begin = block * rows_per_block;
+        body(block, begin, std::min<Index>(end_row, begin + rows_per_block));
+      }
+    });
+  }
+
+  // Sum of body(begin, end) over all blocks of rows of all ranks. Collective.
+  template <class Body>
+  double sum_over_blocks(Body&& body) {
+    over_blocks([&](Index block, Index begin, Index end) { sums_[block] = body(begin, end); });
+    return layout_.ordered_sum(sums_);
+  }
+
+  // The same on slices: body(first slice, last slice).
+  template <class Body>
+  double sum_over_slices(Body&& body) {
+    return sum_over_blocks([&](Index begin, Index end) {
+      return body(SlicedEllpack::first_slice(begin), SlicedEllpack::last_slice(end));
+    });
+  }
+
+ private:
+  static constexpr Index least_blocks_a_thread = 4;  // 512 rows, about 5 us of work
+
+  Team team_;
+  const RowLayout& layout_;
+  std::vector<double> sums_;  // (blocks)
+};
+
+}  // namespace loomstone
