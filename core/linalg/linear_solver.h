@@ -1,5 +1,5 @@
 // Solves (A + scale sum_terms J^T H J + body blocks) x = b on rows that are free; fixed rows keep
-// the value of x that they are given (exact constraints by filtering).
+// the value of x that they are given (exact constraints by filtering, [Baraff1998]).
 #pragma once
 
 #include <cstdint>

@@ -1,7 +1,8 @@
 """Numbers of the fabrics in `loomstone.fabrics`, in SI, and where they come from.
 
-docs/fabrics.md tells how they were mapped. Each number is derived from a published one and rounded
-to four digits; no table of a source is repeated here.
+The sources are [Wang2011], [Li2021] and [Feng2022]; docs/fabrics.md tells how they were mapped.
+Each number is derived from a published one and rounded to four digits; no table of a source is
+repeated here.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 // The hinge element: an energy for the angle of each interior edge. Implements method.md 1.2 and
-// the rest angles of Bridson, Marino, Fedkiw 2003, with k = 4 B. It depends on the mesh and does
-// not converge: effective rigidity 0.8 B on grids along their axes, 0.88-0.96 B on smoothed
+// the rest angles of [Bridson2003], with k = 4 B. It depends on the mesh and does not converge:
+// effective rigidity 0.8 B on grids along their axes, 0.88-0.96 B on smoothed
 // irregular meshes (0.83 B in strips of 6 elements across), 0.7 ... 2.2 B at 45 degrees to a grid.
 // Use the mid-edge element where B must mean B. Departure: damping is proportional to stiffness,
 // beta V''(0) = beta c / 2 per hinge, as in the mid-edge element; the thesis' damping factor |e|

@@ -1,9 +1,9 @@
 // The constants of the mid-edge bending element: curvature of each triangle as a fixed linear
 // function of the angles of at most nine hinges. Our own element: the curvature of a triangle from
-// the slopes at the middles of its edges is Morley's; the slope of an edge is here a fixed
-// combination of the hinge angles of its two triangles, with the smallest weights that reproduce
-// every constant curvature. No unknowns beside positions, no dependence on the direction of the
-// mesh.
+// the slopes at the middles of its edges is Morley's [Morley1968]; the slope of an edge is here a
+// fixed combination of the hinge angles of its two triangles, with the smallest weights that
+// reproduce every constant curvature. No unknowns beside positions, no dependence on the direction
+// of the mesh.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Force and torque between two cuboids whose edges are parallel, in closed form [AkounYonnet1984],
+// Force and torque between two cuboids whose edges are parallel, in closed form [Akoun1984],
 // [Janssen2010]: sums over the 8 x 8 corners of functions of the arms between them.
 #pragma once
 

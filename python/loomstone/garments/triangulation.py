@@ -1,8 +1,8 @@
 """Quality unstructured triangulation of a flat piece with holes, by scipy's Delaunay triangulation.
 
 Points of the outline and of the holes are fixed; the others start on a jittered hexagonal lattice
-and move to the centre of their surroundings (Lloyd's iteration with areas of triangles), then away
-from the smallest angles.
+and move to the centre of their surroundings (Lloyd's iteration [Lloyd1982] with areas of
+triangles), then away from the smallest angles.
 """
 
 from __future__ import annotations

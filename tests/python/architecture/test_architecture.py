@@ -1,6 +1,9 @@
-"""Who may include whom, which file opens the door to which library, and how long a file may grow."""
+"""Who may include whom, which file opens the door to which library, and how far files and folders
+grow.
+"""
 
 import re
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -19,6 +22,13 @@ USES = {
     "core/cloth": {"core/parallel", "core/linalg", "core/mesh"},
     "core/collision": {"core/parallel", "core/linalg", "core/mesh"},
     "core/integration": {"core/cloth", "core/parallel", "core/linalg", "core/mesh"},
+    "core/electrodynamics": {
+        "core/parallel",
+        "core/linalg",
+        "core/mesh",
+        "core/magnetics",
+        "core/rigid",
+    },
     "core/sim": {
         "core/parallel",
         "core/linalg",
@@ -28,8 +38,16 @@ USES = {
         "core/collision",
         "core/rigid",
         "core/magnetics",
+        "core/electrodynamics",
     },
     "renderer": {"core/mesh", "core/cache"},
+}
+
+# Rooms of a module from the lowest: a file includes only its own room and rooms below, files at the
+# top of the module any. Rooms in one group do not see each other.
+ROOMS = {
+    "core/cloth": [{"material"}, {"membrane", "bending"}, {"limits"}],
+    "core/magnetics": [{"sources"}, {"fast_sums"}, {"forces"}, {"induction"}, {"field_lines"}],
 }
 
 # Headers of outside libraries and the files that may include them.
@@ -39,7 +57,7 @@ DOORS = {
     r"<mpi\.h>": r"core/parallel/",
     r"<hdf5\.h>": r"core/cache/hdf5_file\.(h|cpp)$",
     r"<(bullet/)?bt|BulletDynamics|BulletCollision": r"core/rigid/bullet\.h$",
-    r"<embree3/": r"core/(mesh/spatial_query|collision/embree\w*)\.cpp$",
+    r"<embree3/": r"core/(mesh/spatial_query|collision/broad_phase/embree\w*)\.cpp$",
     r"cholmod\.h": r"core/linalg/cholmod_solver\.cpp$",
     r"<metis\.h>": r"core/parallel/partition\.cpp$",
     r"<GL/osmesa|<EGL/": r"renderer/context\.cpp$",
@@ -71,6 +89,27 @@ def test_a_module_includes_only_modules_below_it(path: Path) -> None:
         assert (ROOT / include).exists(), f"{include} is not a path from the root"
 
 
+def room(path: str) -> str:
+    """Folder within a module; empty for a file at its top."""
+    parts = path.split("/")
+    return parts[2] if len(parts) > 3 else ""
+
+
+@pytest.mark.parametrize("own", ROOMS)
+def test_a_room_includes_only_rooms_below_it(own: str) -> None:
+    order = {name: level for level, names in enumerate(ROOMS[own]) for name in names}
+    order[""] = len(ROOMS[own])
+    wrong = []
+    for path in sources(own):
+        here = room(name(path))
+        for include in re.findall(r'^#include "([^"]+)"', path.read_text(), re.M):
+            if module(include) != own or (there := room(include)) == here:
+                continue
+            if order[there] >= order[here]:
+                wrong.append(f"{name(path)} includes {include}")
+    assert not wrong
+
+
 @pytest.mark.parametrize("header", DOORS)
 def test_an_outside_library_has_one_door(header: str) -> None:
     for path in sources("core", "renderer", "bindings"):
@@ -79,7 +118,17 @@ def test_an_outside_library_has_one_door(header: str) -> None:
             assert re.search(DOORS[header], name(path)), f"{name(path)} opens {header}"
 
 
+def code() -> list[Path]:
+    python = [p for root in ("python", "scenes", "tests") for p in (ROOT / root).rglob("*.py")]
+    scripts = [p for p in (ROOT / "scripts").iterdir() if p.is_file()]
+    return sources("core", "renderer", "bindings", "tests") + python + scripts
+
+
 def test_files_stay_short() -> None:
-    paths = sources("core", "renderer", "bindings", "tests") + list((ROOT / "python").rglob("*.py"))
-    long = {name(p): n for p in paths if (n := len(p.read_text().splitlines())) > 500}
+    long = {name(p): n for p in code() if (n := len(p.read_text().splitlines())) > 500}
     assert not long
+
+
+def test_folders_stay_small() -> None:
+    held = Counter(name(path.parent) for path in code())
+    assert not {folder: n for folder, n in held.items() if n > 40}

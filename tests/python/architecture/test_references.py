@@ -1,0 +1,97 @@
+"""What comments and documents point at is there: cited works, links, pictures, files."""
+
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[3]
+REFERENCES = ROOT / "core" / "references.md"
+# [Author1984], and the one work without a year.
+CITATION = re.compile(r"\[([A-Z][A-Za-z]+\d{2,4}[a-z]?|fdlibm)\]")
+# A path from the root of the repository; not as part of another path, nor a pattern.
+FOLDERS = "bindings|core|docs|python|renderer|scenes|scripts|tests"
+PATH = re.compile(
+    rf"(?<![\w./<*{{-])((?:{FOLDERS})/(?:[\w.-]+/)*[\w-]+(?:\.\w+)?/?)(?![\w*{{(\\<])"
+)
+DOCUMENT = re.compile(r"(?<![\w./-])([\w/.-]+\.md)\b")
+LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
+BUILT = re.compile(r"build\S*/$")  # before a path of what a build makes
+
+
+def files(*suffixes: str) -> list[Path]:
+    command = ["git", "ls-files", "-co", "--exclude-standard"]
+    if not (ROOT / ".git").exists():
+        pytest.skip("not a git checkout")
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    found = [ROOT / line for line in done.stdout.splitlines() if "third_party" not in line]
+    return sorted(p for p in found if p.suffix in suffixes and p.exists() and p != Path(__file__))
+
+
+def texts() -> dict[str, str]:
+    """Sources and documents by name."""
+    paths = files(".cpp", ".h", ".py", ".md", ".txt", ".toml", "")
+    return {p.relative_to(ROOT).as_posix(): p.read_text() for p in paths}
+
+
+def entries() -> set[str]:
+    return set(re.findall(r"^- \[(\w+)\]", REFERENCES.read_text(), re.M))
+
+
+def test_every_cited_work_is_listed_and_every_listed_one_is_cited() -> None:
+    cited: dict[str, str] = {}
+    for name, text in texts().items():
+        if name != "core/references.md":
+            cited |= dict.fromkeys(CITATION.findall(text), name)
+    unlisted = {key: name for key, name in cited.items() if key not in entries()}
+    assert not unlisted, "cited, but not in core/references.md"
+    assert not entries() - set(cited), "in core/references.md, but nowhere cited"
+
+
+def test_no_work_is_listed_twice() -> None:
+    titles = [t.lower() for t in re.findall(r"\*([^*]+)\*", REFERENCES.read_text())]
+    flat = [re.sub(r"\s+", " ", title) for title in titles]
+    assert sorted(set(flat)) == sorted(flat)
+
+
+def anchors(path: Path) -> set[str]:
+    """Headings as GitHub links to them."""
+    headings = re.findall(r"^#+ (.+)$", path.read_text(), re.M)
+    plain = [re.sub(r"[^\w\s-]", "", heading).strip().lower() for heading in headings]
+    return {heading.replace(" ", "-") for heading in plain}
+
+
+@pytest.mark.parametrize("path", files(".md"), ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_links_and_pictures_of_a_document_exist(path: Path) -> None:
+    for link in LINK.findall(path.read_text()):
+        if re.match(r"\w+:", link):
+            continue  # the web
+        target, _, anchor = link.partition("#")
+        found = (path.parent / target).resolve() if target else path
+        assert found.exists(), link
+        assert not anchor or anchor in anchors(found), link
+
+
+def test_files_that_comments_and_documents_name_exist() -> None:
+    absent = []
+    for name, text in texts().items():
+        if name.endswith("test_architecture.py"):
+            continue  # patterns
+        for found in PATH.finditer(text):
+            before = text[: found.start()].rsplit(None, 1)[-1] if found.start() else ""
+            if not BUILT.search(before) and not (ROOT / found[1]).exists():
+                absent.append(f"{name}: {found[1]}")
+    assert not absent
+
+
+@pytest.mark.xfail(strict=True, reason="docs/method.md is not written")
+def test_documents_that_are_named_exist() -> None:
+    known = {path.name for path in files(".md")}
+    absent = [
+        f"{name}: {document}"
+        for name, text in texts().items()
+        for document in DOCUMENT.findall(text)
+        if document.rsplit("/", 1)[-1] not in known
+    ]
+    assert not absent
