@@ -91,8 +91,14 @@ def scene(
         magnets.append(
             ls.Magnet(body=f"ball {i + 1}", shape="sphere", radius=BALL, susceptibility=1000.0)
         )
-    return ls.Scene(bodies=bodies, magnets=magnets, obstacles=[carrier, ls.floor(size=1.0)], magnetic_tolerance=1e-3,
-                    magnetic_step=1.0, rigid_iterations=10)  # fmt: skip
+    return ls.Scene(
+        bodies=bodies,
+        magnets=magnets,
+        obstacles=[carrier, ls.floor(size=1.0)],
+        magnetic_tolerance=1e-3,
+        magnetic_step=1.0,
+        rigid_iterations=10,
+    )
 
 
 def check(run: ls.Run) -> None:

@@ -103,8 +103,13 @@ def scene(
             balls -= 1
         layer += 1
     times = [0.0, 0.05, 0.4, 0.5, 0.8]
-    block = ls.obstacle(ls.meshes.box(size=BLOCK, cells_per_side=4), name="block", times=times,
-                        positions=[(0.0, 0.0, z) for z in (HIGH, HIGH, LOW, LOW, HIGH)], friction=0.5)  # fmt: skip
+    block = ls.obstacle(
+        ls.meshes.box(size=BLOCK, cells_per_side=4),
+        name="block",
+        times=times,
+        positions=[(0.0, 0.0, z) for z in (HIGH, HIGH, LOW, LOW, HIGH)],
+        friction=0.5,
+    )
     magnets.append(
         ls.Magnet(body="block", shape="cuboid", size=BLOCK, polarization=(0, 0, polarization))
     )
@@ -120,8 +125,13 @@ def scene(
             for side in (-1, 1)
         )
     ]
-    return ls.Scene(bodies=bodies, magnets=magnets, obstacles=[block, *walls, ls.floor(size=0.4)], magnetic_tolerance=1e-3,
-                    magnetic_step=1.0)  # fmt: skip
+    return ls.Scene(
+        bodies=bodies,
+        magnets=magnets,
+        obstacles=[block, *walls, ls.floor(size=0.4)],
+        magnetic_tolerance=1e-3,
+        magnetic_step=1.0,
+    )
 
 
 def check(run: ls.Run) -> None:

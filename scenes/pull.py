@@ -82,14 +82,18 @@ def scene(mass: float = 0.1, cells: int = 12) -> ls.Scene:
         mesh=ls.meshes.box(size=WEIGHT, cells_per_side=4),
         shape="box",
         friction=0.5,
-        # fmt: skip
         density=mass / np.prod(WEIGHT),
         position=(0, 0, 0.5 * WEIGHT[2] + 1e-5),
     )
     top = 0.5 * PLATE[2] + WEIGHT[2]
     heights = top + reach(mass) * np.array((1.6, 0.7, 0.7, 5.0))
-    plate = ls.obstacle(ls.meshes.box(size=PLATE, cells_per_side=6), name="plate", times=[0.0, 0.25, 0.35, 0.6],
-                        positions=[(0.0, 0.0, z) for z in heights], friction=0.5)  # fmt: skip
+    plate = ls.obstacle(
+        ls.meshes.box(size=PLATE, cells_per_side=6),
+        name="plate",
+        times=[0.0, 0.25, 0.35, 0.6],
+        positions=[(0.0, 0.0, z) for z in heights],
+        friction=0.5,
+    )
     magnets = [
         ls.Magnet(
             body="weight",
@@ -107,8 +111,13 @@ def scene(mass: float = 0.1, cells: int = 12) -> ls.Scene:
             focus=FOCUS,
         ),
     ]
-    return ls.Scene(bodies=[weight], magnets=magnets, obstacles=[plate, ls.floor(size=0.4)], magnetic_tolerance=1e-3,
-                    magnetic_step=0.3)  # fmt: skip
+    return ls.Scene(
+        bodies=[weight],
+        magnets=magnets,
+        obstacles=[plate, ls.floor(size=0.4)],
+        magnetic_tolerance=1e-3,
+        magnetic_step=0.3,
+    )
 
 
 def gaps_of(run: ls.Run) -> tuple[np.ndarray, np.ndarray]:
@@ -127,7 +136,8 @@ def check(run: ls.Run) -> None:
     lifted = foot > 2e-4
     assert lifted[-1] and gap[-1] < 2e-4, "the weight hangs on the plate"
     assert gap[:-1][lifted[1:] & ~lifted[:-1]].min() < 1.08 * reach(0.1), (
-        "it stood until the pull was as large as its weight: the plate comes 0.07 of the reach nearer in a frame"
+        "it stood until the pull was as large as its weight: the plate comes 0.07 of the reach"
+        " nearer in a frame"
     )
 
 

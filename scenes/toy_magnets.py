@@ -68,9 +68,12 @@ def rails_and_slide(start: float, path: float) -> list[ls.Obstacle]:
     ]
     back = start - 0.5 * LENGTH - 0.0031
     slide = ls.box(
-        name="slide", size=(0.006, 0.006, 0.006), friction=0.05,
-        times=[0.0, *PUSHED], positions=[(back, 0.0, 0.0035), (back, 0.0, 0.0035), (back + path, 0.0, 0.0035)],
-    )  # fmt: skip
+        name="slide",
+        size=(0.006, 0.006, 0.006),
+        friction=0.05,
+        times=[0.0, *PUSHED],
+        positions=[(back, 0.0, 0.0035), (back, 0.0, 0.0035), (back + path, 0.0, 0.0035)],
+    )
     return [*rails, slide]
 
 
@@ -82,9 +85,13 @@ def scene(case: str = "antiparallel", polarization: float = 1.1) -> ls.Scene:
     height, reach = RADIUS * np.cos(np.pi / SIDES), BALL + 0.5 * LENGTH
     start, turn = -reach - GAP[case], ASKEW[case] + (0.0 if case == "parallel" else np.pi)
     rod = ls.RigidBody(
-        name="rod", mesh=mesh, density=1800, friction=0.15,
-        position=(start, 0.0, height), orientation=(np.cos(0.5 * turn), 0.0, 0.0, np.sin(0.5 * turn)),
-    )  # fmt: skip
+        name="rod",
+        mesh=mesh,
+        density=1800,
+        friction=0.15,
+        position=(start, 0.0, height),
+        orientation=(np.cos(0.5 * turn), 0.0, 0.0, np.sin(0.5 * turn)),
+    )
     ball = ls.RigidBody(
         name="ball",
         mesh=ls.meshes.sphere(radius=BALL, subdivisions=3),

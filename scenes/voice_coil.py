@@ -70,10 +70,22 @@ def scene(triangles: int = 2000, current: float = 0.06) -> ls.Scene:
         current * np.sin(2 * np.pi * FREQUENCY * times) * np.clip(times * FREQUENCY / 2, 0, 1)
     )
     return ls.Scene(
-        cloths=[cloth], bodies=[body], obstacles=[magnet], attachments=[glued], magnetic_tolerance=1e-3,
-        magnets=[ls.Magnet(body="magnet", shape="cylinder", **MAGNET, position=(0, 0, face), polarization=(0, 0, 1.2))],
+        cloths=[cloth],
+        bodies=[body],
+        obstacles=[magnet],
+        attachments=[glued],
+        magnetic_tolerance=1e-3,
+        magnets=[
+            ls.Magnet(
+                body="magnet",
+                shape="cylinder",
+                **MAGNET,
+                position=(0, 0, face),
+                polarization=(0, 0, 1.2),
+            )
+        ],
         coils=[ls.Coil(body="coil", **COIL, times=times.tolist(), currents=currents.tolist())],
-    )  # fmt: skip
+    )
 
 
 def check(run: ls.Run) -> None:

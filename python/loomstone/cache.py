@@ -128,7 +128,7 @@ def latest_checkpoint(directory: Path) -> Checkpoint | None:
             problem = problem or error
     if problem:
         raise CacheError(
-            f"{directory}: none of its checkpoints can be read, so it cannot go on; its frames can still be rendered. "
-            f"Run the scene again into another directory. ({problem})"
+            f"{directory}: none of its checkpoints can be read, so it cannot go on; its frames can"
+            f" still be rendered. Run the scene again into another directory. ({problem})"
         )
     return None

@@ -29,7 +29,8 @@ app = typer.Typer(
     rich_markup_mode=None,  # plain text: units in brackets are no markup
     help="""Simulates cloth and renders it.
 
-    A scene file is Python with a function scene() that returns a loomstone.Scene; see the directory scenes. First steps:
+    A scene file is Python with a function scene() that returns a loomstone.Scene; see the
+    directory scenes. First steps:
 
     \b
         loomstone run scenes/hanging.py --out out/hanging --render
@@ -56,9 +57,14 @@ Threads = Annotated[int, typer.Option(help="threads, 0: all processors", min=0)]
 Render = Annotated[bool, typer.Option("--render", help="draw every frame and make a video")]
 
 METHODS = {
-    "semi-implicit-euler", "explicit-euler", "symplectic-euler", "backward-euler", "implicit-midpoint",
-    "nonlinear-midpoint", "bdf2",
-}  # fmt: skip
+    "semi-implicit-euler",
+    "explicit-euler",
+    "symplectic-euler",
+    "backward-euler",
+    "implicit-midpoint",
+    "nonlinear-midpoint",
+    "bdf2",
+}
 
 
 @app.command()
@@ -112,8 +118,18 @@ def run(
         )
         frame_count(*settings)
         directory = out or Path("out") / scene.stem
-        _advance(file, *settings, options, file.render if render else None, directory, threads, communicator, rank,
-                 verify=verify, overwrite=overwrite)  # fmt: skip
+        _advance(
+            file,
+            *settings,
+            options,
+            file.render if render else None,
+            directory,
+            threads,
+            communicator,
+            rank,
+            verify=verify,
+            overwrite=overwrite,
+        )
 
 
 @app.command()
@@ -146,7 +162,10 @@ def render(
     color_by: Annotated[
         str | None,
         typer.Option(
-            help="cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split | contact; several joined by +"
+            help=(
+                "cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split |"
+                " contact; several joined by +"
+            )
         ),
     ] = None,
     color_map: Annotated[str | None, typer.Option(help="viridis | magma | diverging")] = None,
@@ -198,9 +217,17 @@ def render(
         options = options or (
             stored_options(source)[3] if "render" in source.metadata else RenderOptions()
         )
-        given: dict[str, Any] = {"width": width, "height": height, "color_by": color_by, "color_map": color_map,
-                                 "color_low": color_low, "color_high": color_high, "pattern": pattern, "wireframe": wireframe,
-                                 "field_lines": field_lines}  # fmt: skip
+        given: dict[str, Any] = {
+            "width": width,
+            "height": height,
+            "color_by": color_by,
+            "color_map": color_map,
+            "color_low": color_low,
+            "color_high": color_high,
+            "pattern": pattern,
+            "wireframe": wireframe,
+            "field_lines": field_lines,
+        }
         options = options.replace(
             **{name: value for name, value in given.items() if value is not None}
         )
@@ -223,9 +250,8 @@ def render(
         )
         if not frame:
             target = (out or source.directory) / "video.mp4"
-            print(
-                f"video: {video.encode(paths[0].parent, target, frames=len(paths), rate=source.rate)}"
-            )
+            path = video.encode(paths[0].parent, target, frames=len(paths), rate=source.rate)
+            print(f"video: {path}")
 
 
 @app.command()
@@ -311,9 +337,10 @@ def plot(
                 pictures.numbers(magnetization, "--magnetization"),
                 pictures.numbers(axis, "--axis"),
             )
-            print(
-                f"plot: {pictures.curve_of_meshes(str(run), mesh, *values, reach, out or Path(f'{run}.png'))}"
+            path = pictures.curve_of_meshes(
+                str(run), mesh, *values, reach, out or Path(f"{run}.png")
             )
+            print(f"plot: {path}")
         else:
             print(f"plot: {plots.plot_run(run, kind=what, path=out)}")
 
@@ -351,9 +378,8 @@ def field(
         )
         print(f"{len(found.lines)} field lines of {sum(map(len, found.lines))} points: {path}")
         if slice_:
-            print(
-                f"slice: {figures.plot_slice(pictures.magnet_of(mesh, polarization), slice_, plane=plane)}"
-            )  # type: ignore[arg-type]
+            magnet = pictures.magnet_of(mesh, polarization)
+            print(f"slice: {figures.plot_slice(magnet, slice_, plane=plane)}")  # type: ignore[arg-type]
 
 
 @app.command()
@@ -443,7 +469,8 @@ def _advance(
     )
     say: Callable[..., None] = print if rank == 0 else (lambda *_: None)
     say(
-        f"{simulation!r}, step {simulation.step_size:g} s, {simulation.threads} threads, {simulation.ranks} ranks"
+        f"{simulation!r}, step {simulation.step_size:g} s, {simulation.threads} threads,"
+        f" {simulation.ranks} ranks"
     )
     try:
         report = execute(
@@ -458,14 +485,16 @@ def _advance(
         )
     except Interrupted as stop:
         say(
-            f"stopped by {stop} at {simulation.time:.3f} s; continue with: loomstone resume {directory}"
+            f"stopped by {stop} at {simulation.time:.3f} s; continue with: loomstone resume"
+            f" {directory}"
         )
         raise typer.Exit(128 + stop.signal) from None
     say(inspection.report_text(report))
     say(f"frames: {directory / 'run.vtkhdf'}")
     if look:
         say(
-            f"pictures: {directory / 'frames'}\nvideo: {report.get('video', 'none: frames/ was given other options while it ran')}"
+            f"pictures: {directory / 'frames'}\n"
+            f"video: {report.get('video', 'none: frames/ was given other options while it ran')}"
         )
     if report.get("intersecting_frames"):
         raise typer.Exit(1)

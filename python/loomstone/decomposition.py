@@ -12,9 +12,9 @@ __all__ = ["convex_parts"]
 def convex_parts(
     mesh: TriangleMesh, *, threshold: float = 0.05, seed: int = 1
 ) -> list[TriangleMesh]:
-    """Decomposes a closed mesh into convex parts by CoACD (Wei et al.
+    """Decomposes a closed mesh into convex parts, for RigidBody(shape="parts", parts=...).
 
-    2022), for RigidBody(shape="parts", parts=...).
+    By CoACD (Wei and others, 2022).
 
     threshold : concavity allowed in a part, relative to the size [1], 0.01 to 1; seed : of its tree
         search

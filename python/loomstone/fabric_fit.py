@@ -1,13 +1,14 @@
-"""Fits a fabric to measured curves, as section 3.3.3 of the thesis: two numbers a mode, stiffness
-and limit.
+"""Fits a fabric to measured curves, as section 3.3.3 of the thesis.
+
+Two numbers a mode describe it, stiffness and limit.
 
 The limit is the strain at which the measured curve reaches a load (100-200 gf/cm; default 150 gf/cm
 = 147.1 N/m); the stiffness is fitted to the curve below it, by least squares in closed form. The
 model's load per width at rest is
 
-    weft, warp:  P = E l (l^2 - 1) / 2,  l = 1 + strain      uniaxial, (2.23) with no load across
-    shear:       P = G g                                      simple shear by the engineering shear
-    g = tan(angle) bending:     M = B k
+    weft, warp:  P = E l (l^2 - 1) / 2,  l = 1 + strain   uniaxial, (2.23) with no load across
+    shear:       P = G g,  g = tan(angle)                 simple shear, g the engineering shear
+    bending:     M = B k
 
 A simple shear g has the strain e12 = g / sqrt(4 + g^2) in U - I, which is what the limit of shear
 is given in. Tensile tests of the Kawabata system hold a short wide sample: what they give as E is E
@@ -60,7 +61,8 @@ def fit_fabric(
 
     >>> import numpy as np
     >>> strain = np.linspace(0, 0.1, 40)
-    >>> curves = {"weft": (strain, 2000 * strain), "warp": (strain, 4000 * strain), "shear": (strain, 80 * strain)}
+    >>> loads = {"weft": 2000 * strain, "warp": 4000 * strain, "shear": 80 * strain}
+    >>> curves = {mode: (strain, load) for mode, load in loads.items()}
     >>> fabric = fit_fabric(curves, density=0.15, shear_limit=0.2)
     >>> [round(limit, 4) for limit in fabric.limits]
     [0.0735, 0.0368, 0.2]
@@ -116,8 +118,8 @@ def _fit_stretch(mode: str, curve: Any, load: float) -> ModeFit:
     strain, measured = _read(mode, curve, "1", "N/m")
     if strain.max() > 2.0:
         raise InvalidInput(
-            f"fit_fabric: {mode}: strain must be a pure number, got up to {strain.max():g}; for percent give strain "
-            f"* ls.units['%']"
+            f"fit_fabric: {mode}: strain must be a pure number, got up to {strain.max():g}; for"
+            " percent give strain * ls.units['%']"
         )
     limit = _crossing(mode, strain, measured, load)
     below = strain <= limit
@@ -130,15 +132,15 @@ def _fit_shear(curve: Any, load: float, limit: float | None) -> ModeFit:
     shear, measured = _read("shear", curve, "1", "N/m")
     if shear.max() > 2.0:
         raise InvalidInput(
-            f"fit_fabric: shear: must be tan(angle), got up to {shear.max():g}; for degrees give angle * "
-            f"ls.units['deg']"
+            f"fit_fabric: shear: must be tan(angle), got up to {shear.max():g}; for degrees give"
+            " angle * ls.units['deg']"
         )
     if limit is None:
         if measured.max() < load:
             raise InvalidInput(
-                f"fit_fabric: shear: the curve never reaches the load of {load:.4g} [N/m], its largest is "
-                f"{measured.max():.4g} at a "
-                f"shear of {shear.max():.3g}; give shear_limit, or a lower load"
+                f"fit_fabric: shear: the curve never reaches the load of {load:.4g} [N/m], its"
+                f" largest is {measured.max():.4g} at a shear of {shear.max():.3g}; give"
+                " shear_limit, or a lower load"
             )
         largest = _crossing("shear", shear, measured, load)
         limit = largest / np.sqrt(4 + largest**2)
@@ -161,7 +163,8 @@ def _bending(fits: dict[str, ModeFit]) -> dict[str, float]:
         return bending_from_strips(**given)
     if "bias" in given:
         raise InvalidInput(
-            "fit_fabric: bending_bias needs bending_weft and bending_warp beside it; give all three curves"
+            "fit_fabric: bending_bias needs bending_weft and bending_warp beside it; give all three"
+            " curves"
         )
     if len(given) == 1:
         raise InvalidInput(
@@ -193,20 +196,22 @@ def _read(mode: str, curve: Any, x_unit: str, y_unit: str) -> tuple[Floats, Floa
     x, y = columns
     if x.ndim != 1 or x.shape != y.shape:
         raise InvalidInput(
-            f"fit_fabric: {mode}: strain and load must be of one length, got shapes {x.shape} and {y.shape}"
+            f"fit_fabric: {mode}: strain and load must be of one length, got shapes {x.shape} and"
+            f" {y.shape}"
         )
     if len(x) == 0:
         raise InvalidInput(f"fit_fabric: {mode} must have points, got none")
     for what, values in (("strain", x), ("load", y)):
         if (bad := np.flatnonzero(~np.isfinite(values))).size:
             raise InvalidInput(
-                f"fit_fabric: {mode}: {what} {bad[0]} must be finite, got {values[bad[0]]}; remove the point"
+                f"fit_fabric: {mode}: {what} {bad[0]} must be finite, got {values[bad[0]]}; remove"
+                " the point"
             )
     if (bad := np.flatnonzero(np.diff(x) <= 0)).size:
         i = int(bad[0])
         raise InvalidInput(
-            f"fit_fabric: {mode}: strain must grow from point to point, got {x[i]:g} then {x[i + 1]:g} at "
-            f"point {i + 1}; give the loading branch alone"
+            f"fit_fabric: {mode}: strain must grow from point to point, got {x[i]:g} then"
+            f" {x[i + 1]:g} at point {i + 1}; give the loading branch alone"
         )
     return x, y
 
@@ -216,20 +221,21 @@ def _crossing(mode: str, strain: Floats, load: Floats, wanted: float) -> float:
     above = np.flatnonzero(load >= wanted)
     if above.size == 0:
         raise InvalidInput(
-            f"fit_fabric: {mode}: the curve never reaches the load of {wanted:.4g} [N/m], its largest is "
-            f"{load.max(initial=0.0):.4g}; measure further, or give a lower load"
+            f"fit_fabric: {mode}: the curve never reaches the load of {wanted:.4g} [N/m], its"
+            f" largest is {load.max(initial=0.0):.4g}; measure further, or give a lower load"
         )
     i = int(above[0])
     if i == 0:
         raise InvalidInput(
-            f"fit_fabric: {mode}: the curve starts above the load of {wanted:.4g} [N/m]; give it from zero load on"
+            f"fit_fabric: {mode}: the curve starts above the load of {wanted:.4g} [N/m]; give it"
+            " from zero load on"
         )
     share = (wanted - load[i - 1]) / (load[i] - load[i - 1])
     limit = float(strain[i - 1] + share * (strain[i] - strain[i - 1]))
     if limit <= 0:
         raise InvalidInput(
-            f"fit_fabric: {mode}: the load of {wanted:.4g} [N/m] is reached at a strain of {limit:.3g}; strain must "
-            f"start at 0"
+            f"fit_fabric: {mode}: the load of {wanted:.4g} [N/m] is reached at a strain of"
+            f" {limit:.3g}; strain must start at 0"
         )
     return limit
 
@@ -242,13 +248,15 @@ def _through_origin(
     """
     if np.count_nonzero(x) < 4:
         raise InvalidInput(
-            f"fit_fabric: {mode}: at least 4 points other than 0 must lie below the limit, got {np.count_nonzero(x)}"
+            f"fit_fabric: {mode}: at least 4 points other than 0 must lie below the limit, got"
+            f" {np.count_nonzero(x)}"
         )
     basis = shape(x)
     stiffness = float(basis @ y / (basis @ basis))
     if not stiffness > 0:
         raise InvalidInput(
-            f"fit_fabric: {mode}: the load must grow with strain, got a fitted stiffness of {stiffness:.3g}"
+            f"fit_fabric: {mode}: the load must grow with strain, got a fitted stiffness of"
+            f" {stiffness:.3g}"
         )
     misfit = float(np.sqrt(np.mean((y - stiffness * basis) ** 2)) / np.abs(y).max())
     return ModeFit(stiffness, limit, misfit, len(x))

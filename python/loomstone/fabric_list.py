@@ -12,8 +12,9 @@ __all__ = ["fabrics_json", "fabrics_text"]
 
 HEADER = (
     f"{'':14s} {'':>6s} {'stiffness [N/m]':^23s} {'limits [%]':^20s} {'bending [uN m]':^20s}\n"
-    f"{'fabric':14s} {'g/m^2':>6s} {'weft':>7s} {'warp':>7s} {'shear':>7s} {'weft':>6s} {'warp':>6s} {'shear':>6s} "
-    f"{'weft':>6s} {'warp':>6s} {'bias':>6s}  {'band %':>6s}  use"
+    f"{'fabric':14s} {'g/m^2':>6s} {'weft':>7s} {'warp':>7s} {'shear':>7s}"
+    f" {'weft':>6s} {'warp':>6s} {'shear':>6s} {'weft':>6s} {'warp':>6s} {'bias':>6s}"
+    f"  {'band %':>6s}  use"
 )
 
 
@@ -29,7 +30,8 @@ def fabrics_text() -> str:
         licence = next(fabric.licence for fabric in fabrics.values() if fabric.source == source)
         lines += [f"[{number}] {source}", f"    {licence}"]
     lines.append(
-        "limits: largest strain (shear: e12), - where none is known; band: published drape coefficient of such fabrics"
+        "limits: largest strain (shear: e12), - where none is known; band: published drape"
+        " coefficient of such fabrics"
     )
     lines.append("caveats of each: loomstone fabrics --json")
     return "\n".join(lines)
@@ -53,4 +55,5 @@ def _line(fabric: Fabric) -> str:
         f"{1e6 * strip_rigidity(fabric, angle_degrees=angle):6.3g}" for angle in (0, 90, 45)
     )
     band = f"{fabric.band.low:g}-{fabric.band.high:g}" if fabric.band else "-"
-    return f"{fabric.name:14s} {1e3 * fabric.density:6.4g} {stiffness} {limits} {bending}  {band:>6s}  {fabric.use}"
+    numbers = f"{1e3 * fabric.density:6.4g} {stiffness} {limits} {bending}"
+    return f"{fabric.name:14s} {numbers}  {band:>6s}  {fabric.use}"

@@ -61,22 +61,23 @@ class Row:
 
 SOURCES = {
     "Wang 2011": Source(
-        "H. Wang, J. F. O'Brien, R. Ramamoorthi: Data-Driven Elastic Models for Cloth, ACM Trans. Graph. 30(4):71, "
-        "2011 (Berkeley Garment Library)",
+        "H. Wang, J. F. O'Brien, R. Ramamoorthi: Data-Driven Elastic Models for Cloth, ACM Trans."
+        " Graph. 30(4):71, 2011 (Berkeley Garment Library)",
         "as is; publications that use the measurements shall cite the paper",
-        "stiffness at zero strain as ARCSim simulates it (twice the tabulated values, negative coupling taken as 0); "
-        "bending = hinge coefficient / 4 at small curvature; limit = strain at 150 gf/cm (147 N/m) on the curve "
-        "between the measurements at 0 and 16.7 % where it gets there",
+        "stiffness at zero strain as ARCSim simulates it (twice the tabulated values, negative"
+        " coupling taken as 0); bending = hinge coefficient / 4 at small curvature; limit = strain"
+        " at 150 gf/cm (147 N/m) on the curve between the measurements at 0 and 16.7 % where it"
+        " gets there",
     ),
     "Codim-IPC": Source(
-        "M. Li, D. M. Kaufman, C. Jiang: Codimensional Incremental Potential Contact, ACM Trans. Graph. 40(4):170, "
-        "2021 (program text); bending: median of fabrics of that weight among 618 of X. Feng, W. Huang, W. Xu, "
-        "H. Wang: Learning-Based Bending Stiffness Parameter Estimation by a Drape Tester, ACM Trans. Graph. 41(6), "
-        "2022",
+        "M. Li, D. M. Kaufman, C. Jiang: Codimensional Incremental Potential Contact, ACM Trans."
+        " Graph. 40(4):170, 2021 (program text); bending: median of fabrics of that weight among"
+        " 618 of X. Feng, W. Huang, W. Xu, H. Wang: Learning-Based Bending Stiffness Parameter"
+        " Estimation by a Drape Tester, ACM Trans. Graph. 41(6), 2022",
         "Apache-2.0; of the 618 fabrics only medians are used",
-        "orthotropic moduli times thickness, coupling included; limits of Green strain as strains of U - I; bending "
-        "along warp: the median, along weft 0.635 and on the bias 0.832 of it, as the medians of all 618 are to one "
-        "another",
+        "orthotropic moduli times thickness, coupling included; limits of Green strain as strains"
+        " of U - I; bending along warp: the median, along weft 0.635 and on the bias 0.832 of it,"
+        " as the medians of all 618 are to one another",
     ),
 }
 
@@ -90,11 +91,20 @@ BANDS = {
 }
 
 _MEDIAN = "bending is a median of fabrics of its weight, not measured on this fabric"
-_COUPLED = "the source sets the coupling to half of one modulus and does not say where its moduli come from"
+_COUPLED = (
+    "the source sets the coupling to half of one modulus and does not say where its moduli come"
+    " from"
+)
 _GSM = "the source's density is read as g/m^2: as kg/m^3 it would be far too light"
 _ASSUMED = (_MEDIAN, _COUPLED, _GSM)
-_FACTOR = "stiffness is ambiguous by a factor 2 (labelled or simulated); the simulated, larger one is used"
-_KE = "bending is ambiguous by a factor 4 (ARCSim also reads the hinge coefficient as the rigidity itself)"
+_FACTOR = (
+    "stiffness is ambiguous by a factor 2 (labelled or simulated); the simulated, larger one is"
+    " used"
+)
+_KE = (
+    "bending is ambiguous by a factor 4 (ARCSim also reads the hinge coefficient as the rigidity"
+    " itself)"
+)
 _SATURATED = "stiffness looks like a saturated fit, nearly the same for two fabrics: a lower bound"
 _OPEN = "the load of 150 gf/cm is not reached within the 16.7 % measured: no limit along weft"
 _OPEN_BOTH = "the load of 150 gf/cm is not reached within the 16.7 % measured: no limits"
@@ -146,32 +156,117 @@ def _measured(
 
 
 FABRICS = {
-    "cotton": _woven("shirts", (2365, 3801, 96.84, 0.3111, 0.1036), 5.98e-6, (0.1314, 0.1314, 0.0631), "cotton"),
-    "wool": _woven("coats", (2175, 2108, 237.4, 0.516, 0.4806), 7.5e-5, (0.4142, 0.4967, 0.1209), "wool"),
-    "canvas": _woven("bags, sails", (2651, 9785, 532.4, 0.1355, 0.294), 1.96e-5, (0.1045, 0.0649, 0.0591)),
-    "silk": _woven("scarves, flags", (326.6, 755.2, 51.3, 0.5, 0.083), 5.98e-6, (0.3491, 0.2961, 0.1107), "silk"),
-    "denim": _woven("jeans", (1673, 3152, 807.8, 0.5, 0.4), 4.67e-5, (0.249, 0.249, 0.0501), "denim"),
-    "rib knit": _measured("underwear", "95 % cotton, 5 % spandex", "knit", (85.74, 130.3, 83.18, 0.0, 0.276),
-                          (8.061e-6, 1.156e-5, 7.504e-6), (inf, inf), (_OPEN_BOTH, _NEGATIVE)),
-    "blanket": _measured("blanket", "100 % polyester", "", (211.2, 341.3, 30.25, 0.4331, 0.228),
-                         (1.494e-5, 2.927e-5, 2.188e-5), (inf, 0.1634), (_OPEN,)),
-    "tablecloth": _measured("tablecloth", "100 % polyester", "", (4004, 4055, 19.19, 0.0002, 0.128),
-                            (7.821e-6, 1.293e-5, 1.016e-5), (0.0345, 0.0341), (_SATURATED,)),
-    "sweater": _measured("sweater", "96 % polyester, 4 % spandex", "knit", (24.97, 6.545, 17.62, 0.0, 0.224),
-                         (1.141e-5, 1.487e-5, 1.002e-5), (inf, inf), (_OPEN_BOTH, _NEGATIVE)),
-    "ponte": _measured("jacket", "60 % polyester, 40 % rayon", "knit", (62.29, 88.06, 31.9, 0.0, 0.284),
-                       (9.289e-6, 9.087e-6, 8.253e-6), (inf, inf), (_OPEN_BOTH, _NEGATIVE)),
-    "t-shirt": _measured("T-shirt", "60 % cotton, 40 % polyester", "knit", (33.19, 68.95, 36.86, 0.0, 0.187),
-                         (3.567e-6, 5.798e-6, 6.187e-6), (inf, 0.1553), (_OPEN, _NEGATIVE)),
-    "stretch denim": _measured("jeans", "99 % cotton, 1 % spandex", "woven", (410.5, 2027, 53.39, 0.0101, 0.324),
-                               (2.424e-5, 1.605e-5, 1.835e-5), (inf, 0.065), (_OPEN,), "denim"),
-    "swimsuit": _measured("swimsuit", "87 % nylon, 13 % spandex", "knit", (95.05, 207.3, 60.77, 0.0653, 0.204),
-                          (1.275e-5, 1.506e-5, 1.47e-5), (inf, inf), (_OPEN_BOTH,)),
-    "jacket": _measured("jacket", "100 % polyester", "", (51.64, 205.6, 14.31, 0.3172, 0.113),
-                        (5.086e-6, 3.573e-6, 5.488e-6), (inf, 0.1534), (_OPEN,)),
-    "pants": _measured("trousers", "65 % cotton, 35 % polyester", "", (4033, 4070, 104.8, 0.0045, 0.22),
-                       (3.135e-5, 3.135e-5, 2.7e-5), (0.0343, 0.034), (_SATURATED,)),
-}  # fmt: skip
+    "cotton": _woven(
+        "shirts", (2365, 3801, 96.84, 0.3111, 0.1036), 5.98e-6, (0.1314, 0.1314, 0.0631), "cotton"
+    ),
+    "wool": _woven(
+        "coats", (2175, 2108, 237.4, 0.516, 0.4806), 7.5e-5, (0.4142, 0.4967, 0.1209), "wool"
+    ),
+    "canvas": _woven(
+        "bags, sails", (2651, 9785, 532.4, 0.1355, 0.294), 1.96e-5, (0.1045, 0.0649, 0.0591)
+    ),
+    "silk": _woven(
+        "scarves, flags",
+        (326.6, 755.2, 51.3, 0.5, 0.083),
+        5.98e-6,
+        (0.3491, 0.2961, 0.1107),
+        "silk",
+    ),
+    "denim": _woven(
+        "jeans", (1673, 3152, 807.8, 0.5, 0.4), 4.67e-5, (0.249, 0.249, 0.0501), "denim"
+    ),
+    "rib knit": _measured(
+        "underwear",
+        "95 % cotton, 5 % spandex",
+        "knit",
+        (85.74, 130.3, 83.18, 0.0, 0.276),
+        (8.061e-6, 1.156e-5, 7.504e-6),
+        (inf, inf),
+        (_OPEN_BOTH, _NEGATIVE),
+    ),
+    "blanket": _measured(
+        "blanket",
+        "100 % polyester",
+        "",
+        (211.2, 341.3, 30.25, 0.4331, 0.228),
+        (1.494e-5, 2.927e-5, 2.188e-5),
+        (inf, 0.1634),
+        (_OPEN,),
+    ),
+    "tablecloth": _measured(
+        "tablecloth",
+        "100 % polyester",
+        "",
+        (4004, 4055, 19.19, 0.0002, 0.128),
+        (7.821e-6, 1.293e-5, 1.016e-5),
+        (0.0345, 0.0341),
+        (_SATURATED,),
+    ),
+    "sweater": _measured(
+        "sweater",
+        "96 % polyester, 4 % spandex",
+        "knit",
+        (24.97, 6.545, 17.62, 0.0, 0.224),
+        (1.141e-5, 1.487e-5, 1.002e-5),
+        (inf, inf),
+        (_OPEN_BOTH, _NEGATIVE),
+    ),
+    "ponte": _measured(
+        "jacket",
+        "60 % polyester, 40 % rayon",
+        "knit",
+        (62.29, 88.06, 31.9, 0.0, 0.284),
+        (9.289e-6, 9.087e-6, 8.253e-6),
+        (inf, inf),
+        (_OPEN_BOTH, _NEGATIVE),
+    ),
+    "t-shirt": _measured(
+        "T-shirt",
+        "60 % cotton, 40 % polyester",
+        "knit",
+        (33.19, 68.95, 36.86, 0.0, 0.187),
+        (3.567e-6, 5.798e-6, 6.187e-6),
+        (inf, 0.1553),
+        (_OPEN, _NEGATIVE),
+    ),
+    "stretch denim": _measured(
+        "jeans",
+        "99 % cotton, 1 % spandex",
+        "woven",
+        (410.5, 2027, 53.39, 0.0101, 0.324),
+        (2.424e-5, 1.605e-5, 1.835e-5),
+        (inf, 0.065),
+        (_OPEN,),
+        "denim",
+    ),
+    "swimsuit": _measured(
+        "swimsuit",
+        "87 % nylon, 13 % spandex",
+        "knit",
+        (95.05, 207.3, 60.77, 0.0653, 0.204),
+        (1.275e-5, 1.506e-5, 1.47e-5),
+        (inf, inf),
+        (_OPEN_BOTH,),
+    ),
+    "jacket": _measured(
+        "jacket",
+        "100 % polyester",
+        "",
+        (51.64, 205.6, 14.31, 0.3172, 0.113),
+        (5.086e-6, 3.573e-6, 5.488e-6),
+        (inf, 0.1534),
+        (_OPEN,),
+    ),
+    "pants": _measured(
+        "trousers",
+        "65 % cotton, 35 % polyester",
+        "",
+        (4033, 4070, 104.8, 0.0045, 0.22),
+        (3.135e-5, 3.135e-5, 2.7e-5),
+        (0.0343, 0.034),
+        (_SATURATED,),
+    ),
+}
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 >>> import loomstone as ls
 >>> cotton = ls.fabrics["cotton"]
->>> scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(size=(0.5, 0.5), triangles=200), material=cotton)])
+>>> cloth = ls.Cloth(mesh=ls.grid(size=(0.5, 0.5), triangles=200), material=cotton)
 >>> print(f"{cotton.density:g} kg/m^2, {cotton.warp_stiffness:g} N/m along warp")
 0.1036 kg/m^2, 3801 N/m along warp
 
@@ -76,9 +76,16 @@ class Fabric(ClothMaterial):
         self._material = material
         self._fits = dict(fits or {})
         self._about: dict[str, Any] = {
-            "name": name, "use": use, "composition": composition, "construction": construction, "limits": limits,
-            "source": source, "licence": licence, "caveats": caveats, "band": band,
-        }  # fmt: skip
+            "name": name,
+            "use": use,
+            "composition": composition,
+            "construction": construction,
+            "limits": limits,
+            "source": source,
+            "licence": licence,
+            "caveats": caveats,
+            "band": band,
+        }
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _rebuilt, (self._material, self._about | {"fits": self._fits})
@@ -175,17 +182,17 @@ class Fabric(ClothMaterial):
                 mode: asdict(fit) | {"limit": _or_none(fit.limit)}
                 for mode, fit in self._fits.items()
             },
-            "band": {"low": band.low, "high": band.high, "citation": band.citation}
-            if band
-            else None,
+            "band": (
+                {"low": band.low, "high": band.high, "citation": band.citation} if band else None
+            ),
         }
         fields: dict[str, Any] = self._material.to_dict()
         return (
             about
             | {
-                "bending_bias": strip_rigidity(self, angle_degrees=45)
-                if self.bending_weft > 0
-                else 0.0
+                "bending_bias": (
+                    strip_rigidity(self, angle_degrees=45) if self.bending_weft > 0 else 0.0
+                )
             }
             | fields
         )
@@ -246,9 +253,17 @@ def _of_row(name: str, row: Row) -> Fabric:
     )
     source = SOURCES[row.source]
     return Fabric(
-        material, name=name, limits=row.limits, use=row.use, composition=row.composition, construction=row.construction,
-        source=source.citation, licence=source.licence, caveats=row.caveats, band=BANDS.get(row.band),
-    )  # fmt: skip
+        material,
+        name=name,
+        limits=row.limits,
+        use=row.use,
+        composition=row.composition,
+        construction=row.construction,
+        source=source.citation,
+        licence=source.licence,
+        caveats=row.caveats,
+        band=BANDS.get(row.band),
+    )
 
 
 fabrics: Mapping[str, Fabric] = _Fabrics(

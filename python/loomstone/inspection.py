@@ -45,10 +45,12 @@ def _describe_mesh(mesh: TriangleMesh) -> None:
     quality = meshes.quality(mesh)
     low, high = mesh.vertices.min(0), mesh.vertices.max(0)
     print(
-        f"{mesh!r}, mean edge {mesh.mean_edge:.4g} m, from {np.round(low, 4)} to {np.round(high, 4)} m"
+        f"{mesh!r}, mean edge {mesh.mean_edge:.4g} m, from {np.round(low, 4)} to"
+        f" {np.round(high, 4)} m"
     )
     print(
-        f"smallest angle {quality['min_angle_degrees']:.1f} degrees, areas within 1 : {quality['area_ratio']:.2f}"
+        f"smallest angle {quality['min_angle_degrees']:.1f} degrees, areas within 1 :"
+        f" {quality['area_ratio']:.2f}"
     )
 
 
@@ -62,7 +64,8 @@ def _describe_run(run: Run) -> None:
     if "scene_file" in kept:
         print(f"made by loomstone {kept['loomstone']} from {kept['scene_file']['path']}")
         print(
-            f"  parameters {kept['scene_file']['parameters'] or 'default'}, {kept['duration']:g} s at {kept['rate']:g} frames/s"
+            f"  parameters {kept['scene_file']['parameters'] or 'default'}, {kept['duration']:g} s"
+            f" at {kept['rate']:g} frames/s"
         )
         print(f"  integrator {kept['integrator']['method']}, step {kept['integrator']['step']:g} s")
     print(f"checkpoints: {', '.join(p.name for p in checkpoint_files(run.directory)) or 'none'}")
@@ -84,7 +87,8 @@ def check_run(run: Run) -> bool:
     print(f"{len(run)} frames, {len(tangled)} with intersecting triangles of cloth")
     if bodies := max((count.bodies for count in counts), default=0):
         print(
-            f"bodies and obstacles among themselves: at most {bodies} intersecting pairs (not held apart as cloth is)"
+            f"bodies and obstacles among themselves: at most {bodies} intersecting pairs (not held"
+            " apart as cloth is)"
         )
     for index, number in tangled.items():
         print(f"  frame {index} at {run.times[index]:.3f} s: {number} pairs")
@@ -147,15 +151,22 @@ def contact_lines(summary: dict[str, Any]) -> list[str]:
     if not summary.get("most_contacts") and not summary.get("impacts"):
         return []
     lines = [
-        f"contact: largest stretch {summary['largest_stretch']:.3f}, acceleration in contact {summary['contact_acceleration']:.3g} m/s^2 "
-        f"(root mean square), {summary['impacts']} impacts",
-        f"truncation withheld {100 * summary['withheld']:.2g} % of the motion ({100 * summary['withheld_in_worst_step']:.2g} % in the "
-        f"worst step) and {summary['truncated_momentum']:.2g} kg m/s of momentum",
+        (
+            f"contact: largest stretch {summary['largest_stretch']:.3f}, acceleration in contact"
+            f" {summary['contact_acceleration']:.3g} m/s^2 (root mean square), {summary['impacts']}"
+            " impacts"
+        ),
+        (
+            f"truncation withheld {100 * summary['withheld']:.2g} % of the motion"
+            f" ({100 * summary['withheld_in_worst_step']:.2g} % in the worst step) and"
+            f" {summary['truncated_momentum']:.2g} kg m/s of momentum"
+        ),
     ]
     if summary["forced_steps"]:
         lines.append(
-            f"{summary['forced_steps']} steps ended with triangles forced to intersect, at most {summary['most_forced']} pairs: what moves "
-            "by script left the cloth no room (forced.csv; 2 by --color-by contact)"
+            f"{summary['forced_steps']} steps ended with triangles forced to intersect, at most"
+            f" {summary['most_forced']} pairs: what moves by script left the cloth no room"
+            " (forced.csv; 2 by --color-by contact)"
         )
     return lines
 
@@ -164,7 +175,8 @@ def report_text(report: dict[str, Any]) -> str:
     """The report of a run for people."""
     wall, frames = report["wall_seconds"], max(report["frames"], 1)
     lines = [
-        f"{report['steps']} steps to {report['time']:.3f} s in {wall:.1f} s ({wall / frames:.3f} s a frame)"
+        f"{report['steps']} steps to {report['time']:.3f} s in {wall:.1f} s ({wall / frames:.3f} s"
+        " a frame)"
     ]
     if "seconds_per_stage" in report:
         total = sum(report["seconds_per_stage"].values()) or 1.0
@@ -174,22 +186,25 @@ def report_text(report: dict[str, Any]) -> str:
         )
         lines.append("stages: " + ", ".join(shares))
         lines.append(
-            f"{report['linear_iterations_per_step']:.1f} linear iterations a step, at most {report['most_contacts']} contacts, "
-            f"largest stretch {report['largest_stretch']:.3f}"
+            f"{report['linear_iterations_per_step']:.1f} linear iterations a step, at most"
+            f" {report['most_contacts']} contacts, largest stretch {report['largest_stretch']:.3f}"
         )
         lines.extend(contact_lines(report))
     if report.get("unresolved_steps"):
         lines.append(
-            f"{report['unresolved_steps']} steps left impacts and at most {report.get('most_intersections', 0)} triangle pairs "
-            "intersected: what moves by script leaves the cloth no room (columns of steps.csv)"
+            f"{report['unresolved_steps']} steps left impacts and at most"
+            f" {report.get('most_intersections', 0)} triangle pairs intersected: what moves by"
+            " script leaves the cloth no room (columns of steps.csv)"
         )
     elif report.get("most_intersections"):
         lines.append(
-            f"at most {report['most_intersections']} triangle pairs intersected: the cloth started so"
+            f"at most {report['most_intersections']} triangle pairs intersected: the cloth"
+            " started so"
         )
     if "verified_frames" in report:
         lines.append(
-            f"{report['verified_frames']} frames verified: {report['intersecting_frames']} with intersecting triangles of cloth"
+            f"{report['verified_frames']} frames verified: {report['intersecting_frames']} with"
+            " intersecting triangles of cloth"
             + (
                 f", at most {report['most_intersecting_pairs']} pairs"
                 if report["intersecting_frames"]

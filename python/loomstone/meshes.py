@@ -156,8 +156,8 @@ def capsule(*, radius: float, length: float, segments: int = 32) -> TriangleMesh
 def cylinder(*, radius: float, length: float, segments: int = 32) -> TriangleMesh:
     """Cylinder along z [m]: a prism of `segments` sides with its corners on the cylinder.
 
-    Of up to 16 sides it is a rigid body's
-    polyhedron, whose contacts are exact."""
+    Up to 16 sides it is a rigid body's polyhedron, whose contacts are exact.
+    """
     return _core.cylinder(radius, length, segments=segments)
 
 
@@ -205,7 +205,8 @@ def read_mesh(path: str | os.PathLike[str], *, with_uv: bool = True) -> Triangle
         import meshio
     except ImportError:
         raise _core.Unsupported(
-            f"{path}: formats other than .obj and .ply are read by meshio, which is not installed; pip install meshio"
+            f"{path}: formats other than .obj and .ply are read by meshio, which is not installed;"
+            " pip install meshio"
         ) from None
     try:
         content = meshio.read(path)
@@ -230,7 +231,8 @@ def write_mesh(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
         import meshio
     except ImportError:
         raise _core.Unsupported(
-            f"{path}: formats other than .obj and .ply are written by meshio, which is not installed; pip install meshio"
+            f"{path}: formats other than .obj and .ply are written by meshio, which is not"
+            " installed; pip install meshio"
         ) from None
     try:
         meshio.write(path, meshio.Mesh(mesh.vertices, [("triangle", mesh.triangles)]))

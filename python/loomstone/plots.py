@@ -27,7 +27,7 @@ def read_steps(directory: str | os.PathLike[str]) -> dict[str, NDArray[np.float6
     header, rows = read_table(path, "step")
     if not rows:
         raise CacheError(f"{path}: has no steps yet")
-    return dict(zip(header, np.array(rows, float).T))
+    return dict(zip(header, np.array(rows, float).T, strict=True))
 
 
 def plot_run(
@@ -106,7 +106,8 @@ def _strain(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
     """
     if "weft_strain" not in steps:
         raise InvalidInput(
-            "this run has no strains in its table of steps: it was made by an earlier version; run it again"
+            "this run has no strains in its table of steps: it was made by an earlier version; run"
+            " it again"
         )
     for name, colour in (("weft", "C0"), ("warp", "C1"), ("shear", "C2")):
         axes.plot(steps["time"], steps[f"{name}_strain"], colour, label=name)

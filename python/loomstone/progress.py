@@ -35,8 +35,9 @@ def observer(rank: int = 0) -> Observer:
 def trouble(report: StepReport) -> str:
     """The line about a step that certification could not free."""
     return (
-        f"step {report.step} (t {report.time:.3f} s): {report.unresolved} impacts are left even in 1/64 of the step and "
-        f"{report.intersections} triangle pairs intersect; what moves by script leaves the cloth no room"
+        f"step {report.step} (t {report.time:.3f} s): {report.unresolved} impacts are left even in"
+        f" 1/64 of the step and {report.intersections} triangle pairs intersect; what moves by"
+        " script leaves the cloth no room"
     )
 
 
@@ -44,8 +45,9 @@ def overstrained(report: StepReport) -> str:
     """The line about a step that could not keep limits of strain."""
     excess = max(report.weft_excess, report.warp_excess, report.shear_excess)
     return (
-        f"step {report.step} (t {report.time:.3f} s): {report.broken_limits} triangles strain beyond their limits, by up to "
-        f"{excess:.3f} (triangle {report.worst_element}); limits.csv names the worst of every step"
+        f"step {report.step} (t {report.time:.3f} s): {report.broken_limits} triangles strain"
+        f" beyond their limits, by up to {excess:.3f} (triangle {report.worst_element}); limits.csv"
+        " names the worst of every step"
     )
 
 
@@ -78,7 +80,10 @@ class _Counts:
     def status(self) -> str:
         rate = self._steps / max(time.perf_counter() - self._began, 1e-9)
         report = self._report
-        return f"t {report.time:.3f} s  {rate:.1f} steps/s  contacts {report.contacts}  stretch {report.max_stretch:.3f}"
+        return (
+            f"t {report.time:.3f} s  {rate:.1f} steps/s  contacts {report.contacts}  stretch"
+            f" {report.max_stretch:.3f}"
+        )
 
 
 class Lines(_Counts):

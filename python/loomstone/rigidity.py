@@ -48,8 +48,8 @@ def bending_from_strips(
     s11, s22 = 1.0 / given["weft"], 1.0 / given["warp"]
     if not (math.isfinite(poisson) and poisson**2 * s11 < s22):
         raise InvalidInput(
-            f"bending_from_strips: poisson must be below sqrt(weft / warp) = {math.sqrt(s22 / s11):.4g} in size, "
-            f"got {poisson}"
+            "bending_from_strips: poisson must be below sqrt(weft / warp) ="
+            f" {math.sqrt(s22 / s11):.4g} in size, got {poisson}"
         )
     s12 = -poisson * s11
     s33 = 4.0 / given["bias"] - s11 - s22 - 2.0 * s12
@@ -69,7 +69,7 @@ def bending_from_strips(
 
 
 def strip_rigidity(material: ClothMaterial, *, angle_degrees: float = 0.0) -> float:
-    """Rigidity [N m] of a strip whose length lies at an angle to weft; 0: weft, 90: warp, 45: bias."""
+    """Rigidity [N m] of a strip cut at an angle to weft; 0: weft, 90: warp, 45: bias."""
     d11, d22, d12, d33 = (
         material.bending_weft,
         material.bending_warp,
@@ -81,7 +81,8 @@ def strip_rigidity(material: ClothMaterial, *, angle_degrees: float = 0.0) -> fl
     determinant = d11 * d22 - d12**2
     if not (determinant > 0.0 and d33 > 0.0):
         raise InvalidInput(
-            "strip_rigidity: the material must resist bending along weft, along warp and twisting, but one is 0"
+            "strip_rigidity: the material must resist bending along weft, along warp and twisting,"
+            " but one is 0"
         )
     angle = np.radians(angle_degrees)
     c, s = np.cos(angle) ** 2, np.sin(angle) ** 2

@@ -193,7 +193,7 @@ class StepTable:
 def summary_of_steps(path: Path) -> dict[str, Any]:
     """Totals and extremes over all steps of a steps.csv."""
     header, lines = read_table(path, "step")
-    rows = [dict(zip(header, line)) for line in lines]
+    rows = [dict(zip(header, line, strict=True)) for line in lines]
     if not rows:
         return {}
     wanted = sum(float(r["wanted_motion"]) for r in rows)
@@ -400,14 +400,16 @@ def _writer(
         if (directory / "run.vtkhdf").exists():
             if not overwrite:
                 raise CacheError(
-                    f"{directory} must hold no run yet, but has run.vtkhdf; resume it, give another directory, or overwrite"
+                    f"{directory} must hold no run yet, but has run.vtkhdf; resume it, give another"
+                    " directory, or overwrite"
                 )
             _remove_run(directory)
         try:
             directory.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise CacheError(
-                f"{directory} must be a directory that can be written: {error.strerror}; give another"
+                f"{directory} must be a directory that can be written: {error.strerror}; give"
+                " another"
             ) from error
         if options.render:
             claim(
@@ -439,7 +441,8 @@ def _check_rate(directory: Path, rate: float) -> None:
     times = Run(directory).times
     if len(times) > 1 and abs(times[1] * rate - 1.0) > 1e-6:
         raise CacheError(
-            f"{directory}: rate must be that of the run, {1.0 / times[1]:.9g} frames/s, got {rate:g}; resume with it, or give another directory"
+            f"{directory}: rate must be that of the run, {1.0 / times[1]:.9g} frames/s, got"
+            f" {rate:g}; resume with it, or give another directory"
         )
 
 

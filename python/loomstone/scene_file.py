@@ -5,9 +5,9 @@
     integrator = ls.SemiImplicitEuler(step=2e-3)
     render = ls.RenderOptions()                    # optional: how pictures look
     def scene(triangles: int = 14450) -> ls.Scene: ...
-    def control(sim: ls.Simulation) -> None: ...   # optional: before every step; a function of time
-    and state def check(run: ls.Run) -> None: ...            # optional: claims about the frames, by
-    assert
+    def control(sim: ls.Simulation) -> None: ...   # optional: before every step; a function of
+                                                   # time and state
+    def check(run: ls.Run) -> None: ...            # optional: claims about the frames, by assert
 
 `integrator` and `duration` may also be functions of the scene's parameters.
 """
@@ -85,7 +85,8 @@ class SceneFile:
         stored = run.metadata.get("scene_file")
         if not stored:
             raise CacheError(
-                f"{run.directory}: was not made by `loomstone run`, so its scene is not known; resume it in Python"
+                f"{run.directory}: was not made by `loomstone run`, so its scene is not known;"
+                " resume it in Python"
             )
         return cls(Path(stored["path"]), stored["source"], stored["parameters"])
 
@@ -219,7 +220,8 @@ class SceneFile:
             return float(value)
         if isinstance(default, (bool, int, float, str)) and type(value) is not type(default):
             raise InvalidInput(
-                f"{self.path.name}: parameter {name} must be {_ARTICLES[type(default)]} like {default!r}, got {value!r}"
+                f"{self.path.name}: parameter {name} must be {_ARTICLES[type(default)]} like"
+                f" {default!r}, got {value!r}"
             )
         return value
 
@@ -274,5 +276,6 @@ def stored_options(run: Run) -> tuple[float, float, IntegratorOptions, RenderOpt
     except (KeyError, TypeError) as error:
         made = kept.get("loomstone", "an unknown version")
         raise CacheError(
-            f"{run.directory}: options of the run cannot be read ({error}); it was made by loomstone {made}"
+            f"{run.directory}: options of the run cannot be read ({error}); it was made by"
+            f" loomstone {made}"
         ) from error

@@ -1,4 +1,4 @@
-"""Obstacles that deform as files say: meshes frame by frame, or one file of all vertex positions."""
+"""Obstacles that deform as files say: a mesh file a frame, or one file of vertex positions."""
 
 from __future__ import annotations
 
@@ -47,14 +47,16 @@ def obstacle_sequence(
 
     All frames are held in memory, 24 bytes a vertex and frame.
 
-    >>> waving = obstacle_sequence("out/body-*.obj", rate=25)                 # doctest: +SKIP
-    >>> waving = obstacle_sequence("body.pc2", mesh=read_mesh("body.obj"), rate=25)   # doctest: +SKIP
+    >>> waving = obstacle_sequence("out/body-*.obj", rate=25)    # doctest: +SKIP
+    >>> body = ls.read_mesh("body.obj")                          # doctest: +SKIP
+    >>> waving = obstacle_sequence("body.pc2", mesh=body)        # doctest: +SKIP
     """
     one = Path(source) if isinstance(source, (str, os.PathLike)) else None
     if one is not None and one.suffix.lower() in _CACHES:
         if mesh is None:
             raise InvalidInput(
-                f"{one}: holds positions only; give the mesh whose vertices move, as mesh=ls.read_mesh(...)"
+                f"{one}: holds positions only; give the mesh whose vertices move, as"
+                " mesh=ls.read_mesh(...)"
             )
         frames, times = _read_cache(one)
     else:
@@ -62,7 +64,8 @@ def obstacle_sequence(
         times = None
     if frames.ndim != 3 or frames.shape[1:] != (mesh.n_vertices, 3) or len(frames) < 2:
         raise InvalidInput(
-            f"{source}: must hold 2 frames or more of {mesh.n_vertices} vertices (frames x {mesh.n_vertices} x 3), got {frames.shape}"
+            f"{source}: must hold 2 frames or more of {mesh.n_vertices} vertices (frames x"
+            f" {mesh.n_vertices} x 3), got {frames.shape}"
         )
     if rate is not None:
         if not (np.isfinite(rate) and rate > 0):
@@ -97,7 +100,8 @@ def _in_order(source: StrPath | Sequence[StrPath]) -> list[Path]:
     found = glob.glob(os.fspath(source))
     if not found:
         raise CacheError(
-            f"{source}: no file has such a name; give a pattern as 'body-*.obj', or a file that ends in {', '.join(_CACHES)}"
+            f"{source}: no file has such a name; give a pattern as 'body-*.obj', or a file that"
+            f" ends in {', '.join(_CACHES)}"
         )
     return [
         Path(p)
@@ -115,7 +119,8 @@ def _read_meshes(paths: list[Path], mesh: TriangleMesh | None) -> tuple[Triangle
         mesh = read if mesh is None else mesh
         if not np.array_equal(read.triangles, mesh.triangles):
             raise InvalidInput(
-                f"{path}: must have the triangles of the frames before it ({mesh.n_triangles}), got {read.n_triangles} or others"
+                f"{path}: must have the triangles of the frames before it ({mesh.n_triangles}), got"
+                f" {read.n_triangles} or others"
             )
         frames.append(read.vertices)
     if mesh is None:
@@ -148,7 +153,8 @@ def _read_numpy(path: Path) -> tuple[NDArray[Any], Floats | None]:
         with np.load(path) as arrays:
             if "positions" not in arrays:
                 raise InvalidInput(
-                    f"{path}: must hold an array `positions` (frames x n x 3), got {', '.join(arrays) or 'none'}"
+                    f"{path}: must hold an array `positions` (frames x n x 3), got"
+                    f" {', '.join(arrays) or 'none'}"
                 )
             content = arrays["positions"]
             times = np.asarray(arrays["times"], float).ravel() if "times" in arrays else None
@@ -189,6 +195,7 @@ def _mapped(path: Path, kind: str, offset: int, samples: int, points: int) -> ND
     wanted, size = offset + 12 * samples * points, path.stat().st_size
     if samples < 1 or points < 1 or size < wanted:
         raise CacheError(
-            f"{path}: says {samples} frames of {points} points, which take {wanted} bytes, but has {size}; it is cut short"
+            f"{path}: says {samples} frames of {points} points, which take {wanted} bytes, but has"
+            f" {size}; it is cut short"
         )
     return np.memmap(path, kind, "r", offset, (samples, points, 3))

@@ -76,9 +76,7 @@ class Simulation(_core.Simulation):
         self.communicator = ranks
 
     def frames(self, *, duration: float, rate: float = 25.0) -> Iterator[Frame]:
-        """Advances and yields a Frame at 0, 1/rate, 2/rate ...
-
-        up to `duration` [s] of simulated time.
+        """Advances and yields a Frame every 1/rate, from 0 to `duration` [s] of simulated time.
 
         Between frames and steps positions, velocities, external forces, pins and obstacle poses may
         be written. Frames between two steps are interpolated. The generator continues from the
@@ -175,7 +173,10 @@ class Simulation(_core.Simulation):
         ):  # a debugger or test runner shows one whose scene was refused
             return "Simulation(not built)"
         vertices, triangles = len(self.topology.cloth_of_vertex), len(self.topology.triangles)
-        return f"Simulation({vertices} vertices, {triangles} triangles, time={self.time:g}, step={self.step_index})"
+        return (
+            f"Simulation({vertices} vertices, {triangles} triangles, time={self.time:g},"
+            f" step={self.step_index})"
+        )
 
 
 def frame_count(duration: float, rate: float) -> int:
@@ -186,13 +187,14 @@ def frame_count(duration: float, rate: float) -> int:
         raise InvalidInput(f"rate must be > 0 [1/s], got {rate}; correct this value")
     if duration * rate > MOST_FRAMES:
         raise InvalidInput(
-            f"a run may have at most {MOST_FRAMES} frames, got duration {duration:g} s at {rate:g} frames/s; lower one of them"
+            f"a run may have at most {MOST_FRAMES} frames, got duration {duration:g} s at {rate:g}"
+            " frames/s; lower one of them"
         )
     return int(np.floor(duration * rate + 1e-6)) + 1
 
 
 def frames_due(time: float, rate: float) -> int:
-    """How many frames lie at or before a time; the tolerance absorbs the rounding of summed steps."""
+    """Number of frames up to a time; the tolerance absorbs the rounding of summed steps."""
     return int(np.floor(time * rate + 1e-6)) + 1
 
 
@@ -214,7 +216,7 @@ def _communicator(given: Any) -> Communicator:
         return given
     if not hasattr(given, "py2f"):
         raise InvalidInput(
-            f"communicator must be a Communicator or an mpi4py communicator, got a {type(given).__name__}; "
-            "pass MPI.COMM_WORLD or None"
+            "communicator must be a Communicator or an mpi4py communicator, got a"
+            f" {type(given).__name__}; pass MPI.COMM_WORLD or None"
         )
     return _core.mpi_communicator(given.py2f())

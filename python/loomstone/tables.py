@@ -22,11 +22,13 @@ def read_table(path: Path, first: str) -> tuple[list[str], list[list[str]]]:
             header, *rows = list(csv.reader(file)) or [[]]
     except (UnicodeDecodeError, csv.Error) as error:
         raise CacheError(
-            f"{path}: must be a table (CSV), but cannot be read as one: {error}; run the scene again"
+            f"{path}: must be a table (CSV), but cannot be read as one: {error}; run the scene"
+            " again"
         ) from None
     if header[:1] != [first]:
         raise CacheError(
-            f"{path}: must begin with the column {first!r}, got {','.join(header)[:60]!r}; run the scene again"
+            f"{path}: must begin with the column {first!r}, got {','.join(header)[:60]!r}; run the"
+            " scene again"
         )
     for number, row in enumerate(rows):
         if len(row) == len(header) and all(map(_is_number, row)):
@@ -34,7 +36,8 @@ def read_table(path: Path, first: str) -> tuple[list[str], list[list[str]]]:
         if number == len(rows) - 1 and len(row) <= len(header) and all(map(_is_number, row[:-1])):
             return header, rows[:-1]
         raise CacheError(
-            f"{path}, line {number + 2}: must be {len(header)} numbers, got {','.join(row)[:60]!r}; remove this line or run the scene again"
+            f"{path}, line {number + 2}: must be {len(header)} numbers, got {','.join(row)[:60]!r};"
+            " remove this line or run the scene again"
         )
     return header, rows
 

@@ -35,17 +35,46 @@ _MASS, _LENGTH, _TIME, _PURE = (1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, 0)
 _FORCE, _PRESSURE, _ENERGY = (1, 1, -2), (1, -1, -2), (1, 2, -2)
 
 _TABLE: dict[str, tuple[float, Dimension]] = {
-    "m": (1.0, _LENGTH), "cm": (1e-2, _LENGTH), "mm": (1e-3, _LENGTH), "um": (1e-6, _LENGTH), "km": (1e3, _LENGTH),
-    "in": (_INCH, _LENGTH), "ft": (12 * _INCH, _LENGTH), "yd": (36 * _INCH, _LENGTH),
-    "kg": (1.0, _MASS), "g": (1e-3, _MASS), "mg": (1e-6, _MASS), "oz": (_POUND / 16, _MASS), "lb": (_POUND, _MASS),
-    "s": (1.0, _TIME), "ms": (1e-3, _TIME), "min": (60.0, _TIME),
-    "N": (1.0, _FORCE), "mN": (1e-3, _FORCE), "uN": (1e-6, _FORCE), "cN": (1e-2, _FORCE), "kN": (1e3, _FORCE),
-    "gf": (1e-3 * _G, _FORCE), "kgf": (_G, _FORCE), "lbf": (_POUND * _G, _FORCE), "dyn": (1e-5, _FORCE),
-    "Pa": (1.0, _PRESSURE), "kPa": (1e3, _PRESSURE), "MPa": (1e6, _PRESSURE), "GPa": (1e9, _PRESSURE),
-    "J": (1.0, _ENERGY), "gsm": (1e-3, (1, -2, 0)), "tex": (1e-6, (1, -1, 0)), "den": (1e-3 / 9000, (1, -1, 0)),
-    "rad": (1.0, _PURE), "deg": (math.pi / 180, _PURE), "degrees": (math.pi / 180, _PURE), "°": (math.pi / 180, _PURE),
-    "%": (1e-2, _PURE), "1": (1.0, _PURE),
-}  # fmt: skip
+    "m": (1.0, _LENGTH),
+    "cm": (1e-2, _LENGTH),
+    "mm": (1e-3, _LENGTH),
+    "um": (1e-6, _LENGTH),
+    "km": (1e3, _LENGTH),
+    "in": (_INCH, _LENGTH),
+    "ft": (12 * _INCH, _LENGTH),
+    "yd": (36 * _INCH, _LENGTH),
+    "kg": (1.0, _MASS),
+    "g": (1e-3, _MASS),
+    "mg": (1e-6, _MASS),
+    "oz": (_POUND / 16, _MASS),
+    "lb": (_POUND, _MASS),
+    "s": (1.0, _TIME),
+    "ms": (1e-3, _TIME),
+    "min": (60.0, _TIME),
+    "N": (1.0, _FORCE),
+    "mN": (1e-3, _FORCE),
+    "uN": (1e-6, _FORCE),
+    "cN": (1e-2, _FORCE),
+    "kN": (1e3, _FORCE),
+    "gf": (1e-3 * _G, _FORCE),
+    "kgf": (_G, _FORCE),
+    "lbf": (_POUND * _G, _FORCE),
+    "dyn": (1e-5, _FORCE),
+    "Pa": (1.0, _PRESSURE),
+    "kPa": (1e3, _PRESSURE),
+    "MPa": (1e6, _PRESSURE),
+    "GPa": (1e9, _PRESSURE),
+    "J": (1.0, _ENERGY),
+    "gsm": (1e-3, (1, -2, 0)),
+    "tex": (1e-6, (1, -1, 0)),
+    "den": (1e-3 / 9000, (1, -1, 0)),
+    "rad": (1.0, _PURE),
+    "deg": (math.pi / 180, _PURE),
+    "degrees": (math.pi / 180, _PURE),
+    "°": (math.pi / 180, _PURE),
+    "%": (1e-2, _PURE),
+    "1": (1.0, _PURE),
+}
 
 
 class Quantity:
@@ -83,7 +112,8 @@ class Quantity:
         factor, dimension = _parse(unit)
         if dimension != self._dimension:
             raise InvalidInput(
-                f"{self!r} has the dimension {_named(self._dimension)} and cannot be given {_as(unit)}"
+                f"{self!r} has the dimension {_named(self._dimension)} and cannot be given"
+                f" {_as(unit)}"
             )
         return self._value * (self._factor / factor)
 
@@ -102,7 +132,8 @@ class Quantity:
     def __float__(self) -> float:
         if self._dimension != _PURE:
             raise InvalidInput(
-                f"{self!r} is no pure number; take .to(unit) of it, or give it where a unit is expected"
+                f"{self!r} is no pure number; take .to(unit) of it, or give it where a unit is"
+                " expected"
             )
         return float(self.si)
 
@@ -249,12 +280,14 @@ def _product(tokens: list[str], unit: str) -> tuple[float, Dimension, list[str]]
             sign, divided = (-1, True) if token == "/" else (1, divided)
             if token != "/" and divided:
                 raise InvalidInput(
-                    f"unit {unit!r} is ambiguous; put what is below the line in parentheses, as in gf/(cm deg)"
+                    f"unit {unit!r} is ambiguous; put what is below the line in parentheses, as in"
+                    " gf/(cm deg)"
                 )
             continue
         if divided and sign == 1:
             raise InvalidInput(
-                f"unit {unit!r} is ambiguous; put what is below the line in parentheses, as in gf/(cm deg)"
+                f"unit {unit!r} is ambiguous; put what is below the line in parentheses, as in"
+                " gf/(cm deg)"
             )
         if token == "(":
             scale, exponents, tokens = _product(tokens, unit)

@@ -202,7 +202,8 @@ def render_run(
         raise CacheError(f"{run.directory} has no frames yet; draw it later")
     if any(not 0 <= i < len(run) for i in frames or ()):
         raise InvalidInput(
-            f"frames must be in [0, {len(run) - 1}], got {list(frames or ())}; the run has {len(run)} frames"
+            f"frames must be in [0, {len(run) - 1}], got {list(frames or ())}; the run has"
+            f" {len(run)} frames"
         )
     renderer = _core.Renderer(
         run.topology, options
@@ -217,14 +218,17 @@ def render_run(
             _write_note(directory, note | {"value_ranges": known})
     elif _note(directory):
         raise InvalidInput(
-            f"{directory} holds the pictures of a whole run; give another directory by --out for single frames"
+            f"{directory} holds the pictures of a whole run; give another directory by --out for"
+            " single frames"
         )
     else:
         _make(directory)
     wanted = list(range(len(run)) if frames is None else frames)
     paths = [picture(directory, i) for i in wanted]
     missing = [
-        (i, path) for i, path in zip(wanted, paths) if frames is not None or not path.exists()
+        (i, path)
+        for i, path in zip(wanted, paths, strict=True)
+        if frames is not None or not path.exists()
     ]
     jobs = max(1, min(jobs or _core.default_thread_count(), len(missing)))
     if progress:
@@ -251,7 +255,7 @@ def _value_ranges(run: Run, renderer: _core.Renderer) -> Ranges:
     values = np.array([renderer.value_ranges(frame) for frame in run])
     return [
         (float(low), float(high))
-        for low, high in zip(values[:, :, 0].min(0), values[:, :, 1].max(0))
+        for low, high in zip(values[:, :, 0].min(0), values[:, :, 1].max(0), strict=True)
     ]
 
 
@@ -306,7 +310,8 @@ def encode(directory: Path, target: Path, *, frames: int, rate: float = 25.0) ->
 
     if missing := [i for i in range(frames) if not picture(directory, i).exists()]:
         raise CacheError(
-            f"{directory} must hold the pictures of {frames} frames, but has none of frame {missing[0]}; render it first"
+            f"{directory} must hold the pictures of {frames} frames, but has none of frame"
+            f" {missing[0]}; render it first"
         )
     unfinished = target.with_name("unfinished-" + target.name)
     command = [imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-loglevel", "error", "-framerate", str(rate)]
@@ -324,7 +329,8 @@ def encode(directory: Path, target: Path, *, frames: int, rate: float = 25.0) ->
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise CacheError(
-            f"{target}: ffmpeg could not make the video: {done.stderr.strip()[-500:]}; the pictures are kept, loomstone render makes it"
+            f"{target}: ffmpeg could not make the video: {done.stderr.strip()[-500:]}; the pictures"
+            " are kept, loomstone render makes it"
         )
     unfinished.replace(target)
     return str(target)

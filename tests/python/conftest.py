@@ -28,7 +28,7 @@ def falling() -> ls.Scene:
 
 @pytest.fixture
 def pressed() -> ls.Scene:
-    """A loose cloth of 128 triangles between two plates that run through each other within 0.02 s."""
+    """A loose cloth of 128 triangles between two plates that pass through each other in 0.02 s."""
     plates = [
         ls.Obstacle(
             name=name,

@@ -1,4 +1,4 @@
-"""Sews by simulation: panels stand apart, their seams pull shut round a body, then they are welded."""
+"""Sews by simulation: panels start apart, seams pull shut round a body, then they are welded."""
 
 from __future__ import annotations
 
@@ -136,8 +136,8 @@ def _pulled(
     worst = int(gap.argmax())
     seam = pieces.pattern.seams[int(pieces.seam_of_pair[worst])]
     raise SolverFailure(
-        f"after {longest:g} s {seam} is still {1000 * gap[worst]:.1f} mm open; place the panels closer, make the "
-        "garment wider, or allow longer"
+        f"after {longest:g} s {seam} is still {1000 * gap[worst]:.1f} mm open; place the panels"
+        " closer, make the garment wider, or allow longer"
     )
 
 

@@ -1,4 +1,4 @@
-"""From panels to triangles that can be sewn: both edges of a seam carry the same number of points."""
+"""Triangulates panels for sewing: both edges of a seam carry the same number of points."""
 
 from __future__ import annotations
 

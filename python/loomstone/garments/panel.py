@@ -1,4 +1,4 @@
-"""Flat pieces of a pattern: outlines and holes of named edges, with a grain and a place in space."""
+"""Flat pieces of a pattern: outlines and holes of named edges, a grain and a place in space."""
 
 from __future__ import annotations
 
@@ -40,7 +40,8 @@ class Panel:
     >>> Panel.polygon("front", corners, names=("hem", "right", "top", "left")).area
     0.12
     >>> eyelet = [ls.garments.circle("eyelet", (0.15, 0.35), 0.01)]
-    >>> round(Panel.polygon("sail", corners, names=("foot", "leech", "head", "luff"), holes=[eyelet]).area, 5)
+    >>> names = ("foot", "leech", "head", "luff")
+    >>> round(Panel.polygon("sail", corners, names=names, holes=[eyelet]).area, 5)
     0.11969
     """
 
@@ -70,7 +71,8 @@ class Panel:
         """Panel with straight edges; edge i runs from corner i [m] to the next."""
         if len(names) != len(corners):
             raise InvalidInput(
-                f"panel {name!r}: names must be as many as corners, got {len(names)} and {len(corners)}"
+                f"panel {name!r}: names must be as many as corners, got {len(names)} and"
+                f" {len(corners)}"
             )
         points = [(float(x), float(y)) for x, y in corners]
         ends = zip(names, points, points[1:] + points[:1], strict=True)
@@ -96,7 +98,7 @@ class Panel:
         raise InvalidInput(f"panel {self.name!r} has no edge {name!r}; it has {known}")
 
     def mirrored(self, name: str, *, place: Placement | None = None) -> Panel:
-        """The piece for the other side of the body: mirrored about x = 0, edges keep their names."""
+        """The piece for the other side of the body: mirrored about x = 0, same edge names."""
         return Panel(
             name,
             tuple(edge.mirrored() for edge in reversed(self.edges)),
@@ -150,7 +152,8 @@ def _check_closed(where: str, edges: tuple[Edge, ...]) -> None:
         gap = float(np.hypot(edge.end[0] - following.start[0], edge.end[1] - following.start[1]))
         if gap > 1e-6 * size:
             raise InvalidInput(
-                f"{where} is open: edge {edge.name!r} ends {gap:.3g} m from where edge {following.name!r} begins"
+                f"{where} is open: edge {edge.name!r} ends {gap:.3g} m from where edge"
+                f" {following.name!r} begins"
             )
 
 
@@ -164,7 +167,8 @@ def _check_turn(where: str, edges: tuple[Edge, ...], *, hole: bool) -> None:
         )
     if not hole and area < 0:
         raise InvalidInput(
-            f"{where} runs clockwise; list its edges counter-clockwise, viewed from outside the garment"
+            f"{where} runs clockwise; list its edges counter-clockwise, viewed from outside the"
+            " garment"
         )
 
 
@@ -218,7 +222,8 @@ def _check_nesting(panel: Panel) -> None:
         for j, other in enumerate(panel.holes, 1):
             if i != j and loops[j].contains(at)[0]:
                 raise InvalidInput(
-                    f"panel {panel.name!r}: hole {hole[0].name!r} lies within hole {other[0].name!r}"
+                    f"panel {panel.name!r}: hole {hole[0].name!r} lies within hole"
+                    f" {other[0].name!r}"
                 )
 
 

@@ -66,10 +66,11 @@ class Cylinder:
 class Cone:
     """Wrapped round a vertical cone: circles about the apex of the pattern become rings of it.
 
-    apex : in the panel's plane [m]; tip : where it comes to lie [m]; slope : ring radius over
-        distance from the apex,
-    below 1; angle_degrees : where the panel's vertical through the apex comes to lie, from +x; the
-    cone opens downward where the panel lies below its apex, else upward
+    apex : in the panel's plane [m]; tip : where it comes to lie [m]
+    slope : ring radius over distance from the apex, below 1
+    angle_degrees : where the panel's vertical through the apex comes to lie, from +x
+
+    The cone opens downward where the panel lies below its apex, else upward.
     """
 
     apex: tuple[float, float]

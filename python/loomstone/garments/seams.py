@@ -108,15 +108,17 @@ def _check_seams(pattern: Pattern, ease: float) -> None:
             if name in sewn or seam.first == seam.second:
                 other = sewn.get(name, seam)
                 raise InvalidInput(
-                    f"edge {name} is sewn twice, by {other} and by {seam}; three layers cannot meet: split the edge"
+                    f"edge {name} is sewn twice, by {other} and by {seam}; three layers cannot"
+                    " meet: split the edge"
                 )
             sewn[name] = seam
         lengths = pattern.edge(seam.first).length, pattern.edge(seam.second).length
         miss = abs(lengths[0] - lengths[1]) / max(lengths)
         if miss > ease:
             raise InvalidInput(
-                f"{seam}: the edges are {lengths[0]:.4f} m and {lengths[1]:.4f} m long, {100 * miss:.1f} % apart, and "
-                f"ease is {ease:g}; correct the panels, or allow more ease"
+                f"{seam}: the edges are {lengths[0]:.4f} m and {lengths[1]:.4f} m long,"
+                f" {100 * miss:.1f} % apart, and ease is {ease:g}; correct the panels, or allow"
+                " more ease"
             )
 
 
@@ -134,8 +136,9 @@ def _check_connected(pattern: Pattern) -> None:
     loose = [panel.name for panel in pattern.panels if root(panel.name) != main]
     if loose:
         raise InvalidInput(
-            f"the garment falls into pieces: no seam leads from {pattern.panels[0].name!r} to "
-            f"{', '.join(map(repr, loose))}; add the missing seams, or make them garments of their own"
+            f"the garment falls into pieces: no seam leads from {pattern.panels[0].name!r} to"
+            f" {', '.join(map(repr, loose))}; add the missing seams, or make them garments of"
+            " their own"
         )
 
 

@@ -117,10 +117,13 @@ def garment(
 
     >>> import loomstone as ls
     >>> names = ("hem", "right", "top", "left")
-    >>> front = ls.garments.Panel.polygon("front", [(-0.25, 0), (0.25, 0), (0.25, 0.4), (-0.25, 0.4)], names=names)
+    >>> corners = [(-0.25, 0), (0.25, 0), (0.25, 0.4), (-0.25, 0.4)]
+    >>> front = ls.garments.Panel.polygon("front", corners, names=names)
     >>> round_ = [ls.garments.Cylinder(radius=0.16, angle_degrees=a) for a in (-90, 90)]
-    >>> tube = ls.garment([ls.garments.replace(front, name=n, place=p) for n, p in zip(("front", "back"), round_)],
-    ...                   [("front.right", "back.left"), ("back.right", "front.left")], triangles=600)
+    >>> places = zip(("front", "back"), round_)
+    >>> panels = [ls.garments.replace(front, name=name, place=place) for name, place in places]
+    >>> seams = [("front.right", "back.left"), ("back.right", "front.left")]
+    >>> tube = ls.garment(panels, seams, triangles=600)
     >>> tube.mesh.n_triangles, len(tube.openings())
     (600, 2)
     """
@@ -162,7 +165,7 @@ def edge_for(area: float, triangles: int) -> float:
 
 
 def joined(pieces: Cut, positions: Floats) -> Garment:
-    """Panels with their vertices at `positions` (n x 3) [m], welded: what is joined meets halfway."""
+    """Panels welded with their vertices at `positions` (n x 3) [m]; joined ones meet halfway."""
     index, mesh = welded(pieces, positions, pieces.pairs)
     groups = {name: index[members] for name, members in pieces.groups.items()}
     names = tuple(panel.name for panel in pieces.pattern.panels)
@@ -218,8 +221,8 @@ def _check_weld(pieces: Cut, triangles: Indices) -> None:
     if (uses > 1).any():
         panel = names[pieces.panel_of_triangle[first[np.argmax(uses > 1)] % len(triangles)]]
         raise InvalidInput(
-            f"the seams fold panel {panel!r} onto another: more than two triangles would share an edge; check which "
-            "edges are sewn, and ask for more triangles if panels are narrow"
+            f"the seams fold panel {panel!r} onto another: more than two triangles would share an"
+            " edge; check which edges are sewn, and ask for more triangles if panels are narrow"
         )
 
 
@@ -228,6 +231,7 @@ def check_free(sewn: Garment) -> None:
     if pairs:
         a, b = (sewn.panel_names[sewn.panel_of_triangle[t]] for t in pairs[0])
         raise InvalidInput(
-            f"the garment passes through itself in {len(pairs)} pairs of triangles, first of panels {a!r} and {b!r}; "
-            "place the panels farther apart, close the seams by simulation (close_seams), or set allow_intersections"
+            f"the garment passes through itself in {len(pairs)} pairs of triangles, first of panels"
+            f" {a!r} and {b!r}; place the panels farther apart, close the seams by simulation"
+            " (close_seams), or set allow_intersections"
         )

@@ -116,6 +116,6 @@ def _check_closed_seams(mesh: TriangleMesh, triangles: Indices, where: str) -> N
     if len(double):
         a, b = border[np.flatnonzero(first.ravel() == double[0])[:2]]
         raise InvalidInput(
-            f"{where}: {len(double)} seam points are open, first vertices {a} and {b} at the same place; weld them so "
-            "that the panels share vertices and differ in uv only"
+            f"{where}: {len(double)} seam points are open, first vertices {a} and {b} at the same"
+            " place; weld them so that the panels share vertices and differ in uv only"
         )

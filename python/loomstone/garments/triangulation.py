@@ -238,6 +238,6 @@ def _check(points: Floats, faces: Indices, boundary: Boundary, interior: int, wh
             )
     if len(faces) != boundary.triangles(interior):
         raise InvalidInput(
-            f"{where}: cannot be triangulated with {interior} points inside and {len(boundary)} around; "
-            "ask for another number"
+            f"{where}: cannot be triangulated with {interior} points inside and {len(boundary)}"
+            " around; ask for another number"
         )

@@ -54,7 +54,8 @@ def tshirt_pattern(*, chest: float = 1.04, length: float = 0.70, sleeve: float =
     """Panels and seams of `tshirt`, to be changed before they are sewn."""
     if not 0.6 <= chest <= 2.0 or not 0.5 <= length <= 1.5 or not 0.02 <= sleeve <= 0.6:
         raise InvalidInput(
-            f"chest must be in [0.6, 2], length in [0.5, 1.5], sleeve in [0.02, 0.6] m, got {chest}, {length}, {sleeve}"
+            "chest must be in [0.6, 2], length in [0.5, 1.5], sleeve in [0.02, 0.6] m, got"
+            f" {chest}, {length}, {sleeve}"
         )
     radius = chest / (2 * np.pi)
     front = Panel("front", _body(chest, length, 0.085), place=Cylinder(radius, angle_degrees=-90.0))

@@ -78,7 +78,7 @@ def box_of(bodies: list[MagneticBody]) -> tuple[Floats, Floats]:
 
 @explained
 def cuboid(*, size: ArrayLike, polarization: ArrayLike) -> MagneticBody:
-    """Cuboid magnet: edges `size` (3) [m], uniform polarization J = mu0 M (3) [T] in its own axes."""
+    """Cuboid magnet: edges `size` (3) [m], polarization J = mu0 M (3) [T] in its own axes."""
     return _core.magnetic_cuboid(size=size, polarization=polarization)
 
 
@@ -151,7 +151,8 @@ def field(
     finite (n, 3), and other quantities.
 
     >>> import loomstone as ls
-    >>> ls.magnetics.field(ls.magnetics.loop(radius=1, current=2), [[0, 0, 0]], quantity="H").tolist()
+    >>> loop = ls.magnetics.loop(radius=1, current=2)
+    >>> ls.magnetics.field(loop, [[0, 0, 0]], quantity="H").tolist()
     [[0.0, 0.0, 1.0]]
     """
     return _core.magnetic_field(as_list(bodies), points, quantity, threads)
@@ -232,7 +233,8 @@ def as_cells(body: MagneticBody, engine: str, density: float | None) -> Magnetic
         raise _core.InvalidInput(f'engine must be "exact" or "cells", got {engine!r}')
     if density is None:
         raise _core.InvalidInput(
-            'density [1/m^3] must be given with engine="cells"; 8e6 is eight cells a cubic centimetre'
+            'density [1/m^3] must be given with engine="cells"; 8e6 is eight cells a cubic'
+            " centimetre"
         )
     return cells(body, density=density)
 
@@ -289,10 +291,9 @@ def forces(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
 
 @explained
 def energy(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: int = 0) -> float:
-    """Energy of hard magnets in one another's field [J], zero when they are infinitely far apart:
-    minus the sum over pairs of
-    the integral of M.B over one magnet in the field of the other.
+    """Energy of hard magnets in one another's field [J], zero when they are infinitely far apart.
 
+    Minus the sum over pairs of the integral of M.B over one magnet in the field of the other.
     Forces are minus its derivative by positions. tolerance [1]: of each pair's energy, or of 1e-3
     of the energy that two dipoles of their moments have at the sum of their radii where that is
     larger; with an induced body, that of its charge in the magnet's potential at the points of its
@@ -317,7 +318,7 @@ def mutual_inductance(a: MagneticBody, b: MagneticBody, *, tolerance: float = 1e
     winding. Raises InvalidInput for other bodies.
 
     >>> import loomstone as ls
-    >>> a, b = ls.magnetics.loop(radius=0.1, current=1.0), ls.magnetics.loop(radius=0.01, current=1.0)
+    >>> a, b = (ls.magnetics.loop(radius=radius, current=1.0) for radius in (0.1, 0.01))
     >>> print(f"{1e9 * ls.magnetics.mutual_inductance(a, b):.3f} nH")
     1.981 nH
     """
@@ -346,7 +347,8 @@ def induced_moments(
     in one another that there is no equilibrium.
 
     >>> import loomstone as ls
-    >>> m = ls.magnetics.induced_moments([[0, 0, 0]], radii=[0.01], susceptibilities=[float("inf")], applied=[[0, 0, 0.1]])
+    >>> iron = {"radii": [0.01], "susceptibilities": [float("inf")]}
+    >>> m = ls.magnetics.induced_moments([[0, 0, 0]], applied=[[0, 0, 0.1]], **iron)
     >>> print(f"{m[0, 2]:.3f} A m^2")
     1.000 A m^2
     """

@@ -56,7 +56,7 @@ def force_over_distance(
     >>> import loomstone as ls
     >>> a = ls.magnetics.sphere(radius=0.005, polarization=(0, 0, 1))
     >>> curve = ls.magnetics.force_over_distance(a.moved((0, 0, 0.01)), a, [0.0, 0.01])
-    >>> print(f"{curve.forces[0, 2] / curve.forces[1, 2]:.1f}")   # a dipole's force falls with the fourth power
+    >>> print(f"{curve.forces[0, 2] / curve.forces[1, 2]:.1f}")   # falls with the fourth power
     16.0
     """
     along = unit(axis)
@@ -166,8 +166,16 @@ def plot_slice(
     c, d, points = lattice(arrows)
     vectors = field(sources, points, threads=threads)
     in_plane = vectors[:, [u, v]] / np.maximum(np.linalg.norm(vectors, axis=1), 1e-300)[:, None]
-    axes.quiver(1e3 * c.ravel(), 1e3 * d.ravel(), in_plane[:, 0], in_plane[:, 1], pivot="mid", color="white", scale=1.25 * arrows,
-                width=0.0028)  # fmt: skip
+    axes.quiver(
+        1e3 * c.ravel(),
+        1e3 * d.ravel(),
+        in_plane[:, 0],
+        in_plane[:, 1],
+        pivot="mid",
+        color="white",
+        scale=1.25 * arrows,
+        width=0.0028,
+    )
     axes.set(xlabel=f"{'xyz'[u]} [mm]", ylabel=f"{'xyz'[v]} [mm]", aspect="equal")
     return _save(figure, path)
 

@@ -122,9 +122,9 @@ def dipole_forces(
 
 @explained
 def dipole_energy(points: ArrayLike, moments: ArrayLike, *, threads: int = 0) -> float:
-    """Interaction energy -sum over pairs of m_k .
+    """Interaction energy [J] of dipoles: moments (n, 3) [A m^2] at points (n, 3) [m].
 
-    B_l(r_k) [J] of dipoles moments (n, 3) [A m^2] at points (n, 3) [m].
+    Minus the sum over pairs of moment k times the field of dipole l at point k.
     """
     return _core.dipole_energy(points, moments, threads)
 

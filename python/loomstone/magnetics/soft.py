@@ -162,7 +162,8 @@ def induce(
 
     >>> import loomstone as ls
     >>> ball = ls.magnetics.soft_sphere(radius=0.01, susceptibility=1000)
-    >>> magnet = ls.magnetics.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1)).moved((0, 0, 0.02))
+    >>> magnet = ls.magnetics.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))
+    >>> magnet = magnet.moved((0, 0, 0.02))
     >>> induced = ls.magnetics.induce(ball, by=magnet)
     >>> print(f"{ls.magnetics.force(on=induced.bodies[0], by=magnet).force[2]:.3f} N")
     1.314 N

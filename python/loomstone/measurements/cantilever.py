@@ -90,8 +90,16 @@ def cantilever(
         measured = weight * (length / overhang_of_elastica(hanging[0])) ** 3
         length = overhang_of_elastica(ANGLE) * (measured / weight) ** (1 / 3)
         if abs(hanging[0] - ANGLE) < 0.1:
-            return CantileverResult(angle_degrees, length, expected, rigidity, measured, at_rest, strips,
-                                    time.perf_counter() - began)  # fmt: skip
+            return CantileverResult(
+                angle_degrees,
+                length,
+                expected,
+                rigidity,
+                measured,
+                at_rest,
+                strips,
+                time.perf_counter() - began,
+            )
     raise SolverFailure(
         f"cantilever: six strips did not hang at {ANGLE} degrees; the last one at {hanging[0]:.1f}"
     )

@@ -52,9 +52,10 @@ class CusickResult:
 
 
 def specimen(triangles: int, *, seed: int = 1) -> TriangleMesh:
-    """Disc of 30 cm of `triangles` triangles (rounded), unstructured; a ring of vertices lies on
-    the edge of the
-    clamp."""
+    """Unstructured disc of 30 cm of `triangles` triangles (rounded).
+
+    A ring of vertices lies on the edge of the clamp.
+    """
     triangles = whole("triangles", triangles, 400, 1_000_000)
     area = (
         np.pi * (SPECIMEN**2 - DISC**2) / (0.8 * triangles)

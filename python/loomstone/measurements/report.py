@@ -53,7 +53,7 @@ class FabricReport:
 
     @property
     def in_band(self) -> bool | None:
-        """Whether the mean drape coefficient lies in the published band; None where there is none."""
+        """Whether the mean drape coefficient lies in the published band; None without a band."""
         band = self.fabric.band
         return None if band is None else band.low <= self.drape_coefficient <= band.high
 
@@ -226,10 +226,10 @@ def contact_sheet(reports: Sequence[FabricReport], path: Path) -> None:
         axes.imshow(_picture(report))
         axes.set_axis_off()
         band = report.fabric.band
-        published = f", published {band.low:g}–{band.high:g}" if band else ""
+        published = f", published {band.low:g}-{band.high:g}" if band else ""
         axes.set_title(
-            f"{report.fabric.name}: {report.drape_coefficient:.1f} ± {report.spread:.1f} %{published}, "
-            f"{report.folds} folds",
+            f"{report.fabric.name}: {report.drape_coefficient:.1f} ± {report.spread:.1f}"
+            f" %{published}, {report.folds} folds",
             fontsize=10,
         )
         inset = axes.inset_axes((0.72, 0.0, 0.28, 0.37))
@@ -274,5 +274,6 @@ def _check_plotting() -> None:
         import matplotlib  # noqa: F401
     except ImportError:
         raise Unsupported(
-            "the pictures of a report need matplotlib, which is not installed; pip install matplotlib"
+            "the pictures of a report need matplotlib, which is not installed; pip install"
+            " matplotlib"
         ) from None

@@ -55,7 +55,7 @@ def test_a_sheet_slides_two_percent_above_the_friction_angle(step):
 def test_sliding_sheets_accelerate_as_coulomb_says(slope, step):
     sim = incline(slope, step, cells=8)
     speeds = []
-    for i in range(round(0.4 / step)):
+    for _ in range(round(0.4 / step)):
         sim.step()
         if sim.time > 0.1 - 1e-9:
             speeds.append((sim.time, sim.velocities[:, 0].mean()))
@@ -103,7 +103,7 @@ def capstan(ratio, step=2e-3):
     forces = np.zeros((len(along), 3))
     settled = None
     while sim.time < 0.6:
-        for end, size in zip(ends, (0.2, 0.2 * ratio)):
+        for end, size in zip(ends, (0.2, 0.2 * ratio), strict=True):
             forces[end, 2] = -min(1.0, sim.time / 0.1) * size / end.sum()
         sim.external_forces = forces
         sim.step()

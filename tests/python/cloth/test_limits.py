@@ -11,12 +11,11 @@ from loomstone.scene_file import SceneFile
 
 SCENES = Path(__file__).parents[3] / "scenes"
 
+LIMIT = ls.StrainLimit(0.05, 0.05, 0.1)
 METHODS = ["gauss-seidel", "gauss-seidel-random", "jacobi", "edges"]
 
 
-def hanging(
-    method="gauss-seidel", limit=ls.StrainLimit(0.05, 0.05, 0.1), in_solve=False, **options
-):
+def hanging(method="gauss-seidel", limit=LIMIT, in_solve=False, **options):
     """Soft cloth pinned at two corners, which without limits stretches far beyond them."""
     material = ls.ClothMaterial(weft_stiffness=50.0, warp_stiffness=50.0, shear_stiffness=20.0)
     cloth = ls.Cloth(

@@ -75,7 +75,7 @@ def sign_at(p: Polynomial, numerator: int, bits: int) -> int:
 
 def changes(chain: list[Polynomial], numerator: int, bits: int) -> int:
     signs = [s for p in chain if (s := sign_at(p, numerator, bits))]
-    return sum(a != b for a, b in zip(signs, signs[1:]))
+    return sum(a != b for a, b in zip(signs, signs[1:], strict=False))
 
 
 def chain_of(p: Polynomial, q: Polynomial) -> list[Polynomial]:
@@ -252,7 +252,7 @@ FAMILIES = (
 
 
 def degenerate_queries(random: np.random.Generator, kind: str, family: str, n: int) -> np.ndarray:
-    """(n, 8, 3) of one family; a third one unit of rounding off, a third scaled to 1e-40 or 1e30."""
+    """(n, 8, 3) of one family; a third one unit of rounding off, a third scaled by 1e-40, 1e30."""
     size = int(random.integers(2, 6))
     q = random.integers(-size, size + 1, size=(n, 8, 3)).astype(float)
     start, end = q[:, :4], q[:, 4:]

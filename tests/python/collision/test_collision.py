@@ -1,4 +1,4 @@
-"""Collision queries on arrays: exact continuous tests against rational arithmetic of another kind."""
+"""Collision queries on arrays: exact continuous tests against independent rational arithmetic."""
 
 from fractions import Fraction
 

@@ -316,9 +316,16 @@ def series_force(radius: float, distance: float, ball: float, chi: float, curren
 
 def ball_and_coil(currents, times=(), magnets=(), **ball) -> ls.Scene:
     """A soft ball below a loop, both free."""
-    bodies = [ls.RigidBody(name="ball", mesh=ls.meshes.sphere(radius=0.01, subdivisions=2), shape="sphere", density=2e5),
-              ls.RigidBody(name="coil", mesh=BOX, shape="box", density=2e5, position=(0, 0, 0.02)),
-              ls.RigidBody(name="magnet", mesh=BOX, shape="box", density=2e5, position=(0.03, 0, 0))]  # fmt: skip
+    bodies = [
+        ls.RigidBody(
+            name="ball",
+            mesh=ls.meshes.sphere(radius=0.01, subdivisions=2),
+            shape="sphere",
+            density=2e5,
+        ),
+        ls.RigidBody(name="coil", mesh=BOX, shape="box", density=2e5, position=(0, 0, 0.02)),
+        ls.RigidBody(name="magnet", mesh=BOX, shape="box", density=2e5, position=(0.03, 0, 0)),
+    ]
     soft = ls.Magnet(body="ball", shape="sphere", radius=0.01, **ball)
     coil = ls.Coil(
         body="coil",

@@ -89,8 +89,15 @@ def plunger(z: float, **coil) -> ls.Scene:
         body="bar", shape="cuboid", size=(0.008, 0.008, 0.03), susceptibility=1000.0, resolution=20
     )
     winding = ls.Coil(body="stand", radius=0.01, length=0.02, turns=200, **coil)
-    return ls.Scene(bodies=[bar], obstacles=[ls.obstacle(BOX.moved((0.5, 0, 0)), name="stand")], magnets=[iron], coils=[winding],
-                    gravity=(0, 0, 0), collisions=False, magnetic_tolerance=1e-5)  # fmt: skip
+    return ls.Scene(
+        bodies=[bar],
+        obstacles=[ls.obstacle(BOX.moved((0.5, 0, 0)), name="stand")],
+        magnets=[iron],
+        coils=[winding],
+        gravity=(0, 0, 0),
+        collisions=False,
+        magnetic_tolerance=1e-5,
+    )
 
 
 def test_a_bar_is_drawn_into_a_solenoid_as_its_inductance_grows():
@@ -336,8 +343,14 @@ def test_a_strong_coil_draws_in_what_it_pulls_with_the_speed_of_short_steps(soft
     )
     coil = ls.Coil(body="stand", radius=0.01, length=0.01, turns=400, currents=[50.0])
     stand = ls.obstacle(BOX.moved((0.5, 0, 0)), name="stand")
-    scene = ls.Scene(obstacles=[stand], bodies=[body], magnets=[ls.Magnet(body="ball", shape="sphere", radius=0.004, **ball)], coils=[coil],
-                     gravity=(0, 0, 0), collisions=False)  # fmt: skip
+    scene = ls.Scene(
+        obstacles=[stand],
+        bodies=[body],
+        magnets=[ls.Magnet(body="ball", shape="sphere", radius=0.004, **ball)],
+        coils=[coil],
+        gravity=(0, 0, 0),
+        collisions=False,
+    )
     speeds = []
     for step in (2e-3, 1e-4):
         sim = simulation(scene, step)

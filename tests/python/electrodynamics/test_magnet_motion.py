@@ -47,9 +47,10 @@ def errors_after(case: dict, steps: int) -> tuple[float, float]:
     for _ in range(steps):
         sim.step()
     axes = [rotation_of(q).apply([0, 0, 1]) for q in sim.state.body_orientations]
-    return np.abs(sim.state.body_positions - case["x"][-1]).max(), np.abs(
-        np.array(axes) - case["axis"][-1]
-    ).max()
+    return (
+        np.abs(sim.state.body_positions - case["x"][-1]).max(),
+        np.abs(np.array(axes) - case["axis"][-1]).max(),
+    )
 
 
 @each_case("vii_free_magnetised_spheres")
@@ -431,8 +432,12 @@ def test_after_a_failed_step_bodies_go_on_as_if_it_had_not_been_tried():
         positions=[(0, 0, -0.01), (0.5, 0, -0.01)],
         friction=1.0,
     )
-    bodies = [ls.RigidBody(name=f"cube {i}", mesh=cube, shape="box", position=p, friction=1.0, velocity=(0.5, 0, 0))
-              for i, p in enumerate([(0, 0, 0.01), (0, 0.1, 0.01), (0, 0.1, 0.03)])]  # fmt: skip
+    bodies = [
+        ls.RigidBody(
+            name=f"cube {i}", mesh=cube, shape="box", position=p, friction=1.0, velocity=(0.5, 0, 0)
+        )
+        for i, p in enumerate([(0, 0, 0.01), (0, 0.1, 0.01), (0, 0.1, 0.03)])
+    ]
     arm = np.array((0.5, 0, 0))  # so that the stand itself is out of the way
     magnets = [
         ls.Magnet(body=name, shape="dipole", moment=(0, 0, 0.1), position=at)

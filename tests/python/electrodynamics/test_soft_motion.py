@@ -72,7 +72,7 @@ def test_a_magnet_floats_above_a_superconducting_plate():
     # quarter of that and a bit.
     assert rest == pytest.approx(case["equilibrium_height_of_centre"], rel=0.02)
     assert frequency == pytest.approx(case["vertical_frequency_Hz"], rel=0.035)
-    places, sim = heights(floating(case, "superconductor", rest + 2e-4), 110)
+    places, _ = heights(floating(case, "superconductor", rest + 2e-4), 110)
     z = places[:, 2] - rest
     # The scene takes the force on the ball itself, `rest` that on the panels: they differ by 2e-3,
     # which is 6 um of the place.

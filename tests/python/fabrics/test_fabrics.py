@@ -177,9 +177,10 @@ def test_a_fabric_is_a_material_and_says_what_it_is():
         and cotton.band.high == 76
     )
     assert ls.Cloth(mesh=ls.grid(cells=(2, 2)), material=cotton).material == cotton.material
-    assert repr(cotton) == (
-        "<Fabric 'cotton' (woven): 103.6 g/m^2; weft, warp, shear 2365, 3801, 96.84 N/m, limits 13.1 %, 13.1 %, "
-        "6.31 %; bending weft, warp, bias 3.8, 5.98, 4.97 uN m>"
+    assert (
+        repr(cotton)
+        == "<Fabric 'cotton' (woven): 103.6 g/m^2; weft, warp, shear 2365, 3801, 96.84 N/m, limits"
+        " 13.1 %, 13.1 %, 6.31 %; bending weft, warp, bias 3.8, 5.98, 4.97 uN m>"
     )
     assert cotton.replace(density=0.2).density == 0.2
     assert cotton.strain_limit == ls.StrainLimit(0.1314, 0.1314, 0.0631)

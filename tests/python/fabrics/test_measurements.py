@@ -92,7 +92,7 @@ def test_folds_are_maxima_of_the_outline():
         assert count_folds(mesh, waved) == folds
 
 
-def test_the_elastica_is_a_beam_where_it_hardly_sags_and_hangs_two_bending_lengths_out_at_41_5_degrees():
+def test_the_elastica_is_a_beam_where_it_hardly_sags_and_spans_two_bending_lengths_at_41_5():
     for degrees in (0.1, 1.0):
         assert overhang_of_elastica(degrees) ** 3 / 8 == pytest.approx(
             np.tan(np.radians(degrees)), rel=1e-3
@@ -178,8 +178,8 @@ def test_limits_of_a_hundredth_change_the_drape_by_less_than_a_tenth_and_the_clo
     knit = isotropic(3.6e-6, weft_stiffness=33, warp_stiffness=60, shear_stiffness=37)
     limits = (ls.StrainLimit(0.05, 0.05, 0.05), ls.StrainLimit(0.01, 0.01, 0.05))
     loose, tight = (
-        [cusick(knit, strain_limit=l, triangles=900, seed=seed) for seed in (1, 2, 3, 4)]
-        for l in limits
+        [cusick(knit, strain_limit=limit, triangles=900, seed=seed) for seed in (1, 2, 3, 4)]
+        for limit in limits
     )
     for result in tight:
         strain = ls.limits.strain(result.positions, result.mesh)
@@ -198,8 +198,8 @@ def test_conforming_triangles_do_not_lock_at_limits_of_a_hundredth_in_all_direct
     knit = isotropic(3.6e-6, weft_stiffness=33, warp_stiffness=60, shear_stiffness=37)
     hundredth = ls.StrainLimit(0.01, 0.01, 0.01, weft_min=-0.01, warp_min=-0.01)
     free, limited = (
-        [cusick(knit, strain_limit=l, triangles=1800, seed=seed) for seed in (1, 2)]
-        for l in (None, hundredth)
+        [cusick(knit, strain_limit=limit, triangles=1800, seed=seed) for seed in (1, 2)]
+        for limit in (None, hundredth)
     )
     for result in limited:
         assert np.abs(ls.limits.strain(result.positions, result.mesh)).max() < 0.012

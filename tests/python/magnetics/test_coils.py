@@ -119,9 +119,15 @@ def test_a_current_pushes_magnet_and_coil_with_opposite_forces():
         for n, x in (("coil", (0, 0, 0)), ("magnet", (0.01, 0, 0.03)))
     ]
     scene = ls.Scene(
-        bodies=bodies, gravity=(0, 0, 0), coils=[ls.Coil(body="coil", radius=0.01, length=0.01, turns=50, currents=[2.0])],
-        magnets=[ls.Magnet(body="magnet", shape="cuboid", size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))],
-    )  # fmt: skip
+        bodies=bodies,
+        gravity=(0, 0, 0),
+        coils=[ls.Coil(body="coil", radius=0.01, length=0.01, turns=50, currents=[2.0])],
+        magnets=[
+            ls.Magnet(
+                body="magnet", shape="cuboid", size=(0.01, 0.01, 0.01), polarization=(0, 0, 1)
+            )
+        ],
+    )
     sim = simulation(scene, 1e-4)
     sim.step()
     a = ls.magnetics.solenoid(radius=0.01, length=0.01, turns=50, current=2.0)
@@ -134,8 +140,19 @@ def test_a_current_pushes_magnet_and_coil_with_opposite_forces():
 
 
 def test_the_current_goes_on_after_a_checkpoint():
-    case = {"magnet_mass": 0.01, "magnet_radius": 0.005, "magnet_height": 0.01, "magnet_Jz": 1.0, "start_z": 0.02, "gravity": 9.81,
-            "coil_radius": 0.008, "coil_length": 0.01, "turns": 100, "coil_resistance": 1.0, "coil_inductance": 1e-3}  # fmt: skip
+    case = {
+        "magnet_mass": 0.01,
+        "magnet_radius": 0.005,
+        "magnet_height": 0.01,
+        "magnet_Jz": 1.0,
+        "start_z": 0.02,
+        "gravity": 9.81,
+        "coil_radius": 0.008,
+        "coil_length": 0.01,
+        "turns": 100,
+        "coil_resistance": 1.0,
+        "coil_inductance": 1e-3,
+    }
     sims = [simulation(falling_magnet(case, 1e-3), 1e-3) for _ in range(2)]
     for _ in range(40):
         sims[0].step()

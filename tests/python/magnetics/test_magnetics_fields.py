@@ -34,9 +34,11 @@ def sources():
         "mesh": M.mesh(tetrahedron(), polarization=J).at((0, 0, 0)),
         "loop": M.loop(radius=0.01, current=3.0),
         "solenoid": M.solenoid(radius=0.01, length=0.02, turns=10, current=2.0),
-        "polyline": M.polyline(
-            [[0, 0, 0], [0.01, 0, 0], [0.01, 0.01, 0.003], [0, 0, 0]], current=2.0
-        ).at((0, 0, 0)),
+        "polyline": (
+            M.polyline([[0, 0, 0], [0.01, 0, 0], [0.01, 0.01, 0.003], [0, 0, 0]], current=2.0).at(
+                (0, 0, 0)
+            )
+        ),
         "dipoles": M.dipoles(0.01 * rng.normal(size=(5, 3)), rng.normal(size=(5, 3))),
     }
 
@@ -177,7 +179,7 @@ def test_gradients_are_derivatives_of_fields(name, scale):
 
 @pytest.mark.parametrize("name", ["cuboid", "cylinder", "ring", "mesh"])
 def test_far_fields_lose_no_digits(name):
-    """A magnet is the sum of the dipoles of its volume: 12 Gauss points an axis are exact far away."""
+    """A magnet is the sum of its volume's dipoles: 12 Gauss points an axis are exact far away."""
     body = sources()[name]
     nodes, weights = np.polynomial.legendre.leggauss(12)
     nodes, weights = (nodes + 1) / 2, weights / 2

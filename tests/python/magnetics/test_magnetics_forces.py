@@ -263,7 +263,7 @@ def test_forces_scale_with_size_and_polarization_and_turn_with_the_frame():
         large.torque, 2e6 * f.torque, rtol=1e-7, atol=1e-7 * np.linalg.norm(large.torque)
     )
     turn = np.array([0.0, 0.0, np.pi / 2])
-    x, y, z = b.position
+    x, y, _ = b.position
     turned = M.force(
         on=b.rotated(turn).moved((-y - x, x - y, 0)), by=a.rotated(turn), tolerance=1e-8
     )

@@ -20,7 +20,7 @@ PLAIN = FIT.replace(camera=ls.Camera(fit=False, eye=(0.4, -0.5, 0.3), target=(0.
 
 @pytest.fixture(scope="module")
 def scene():
-    """A cloth that swings down from one side, so that every frame alone would be framed otherwise."""
+    """A cloth that swings down from one side, so that cameras fitted to its frames differ."""
     return ls.Scene(
         cloths=[ls.Cloth(mesh=ls.grid(size=(0.2, 0.2), cells=(4, 4)), pins=[0, 1, 2, 3, 4])]
     )

@@ -21,7 +21,8 @@ integrator = ls.SemiImplicitEuler(step=2e-3)
 render = ls.RenderOptions(width=160, height=90, samples=1)
 def scene(cells: int = 12):
     mesh = ls.grid(size=(0.3, 0.3), cells=(cells, cells)).moved((0, 0, 0.105))
-    return ls.Scene(cloths=[ls.Cloth(mesh=mesh)], obstacles=[ls.sphere(radius=0.1, subdivisions=2), ls.floor(height=-0.2)])
+    obstacles = [ls.sphere(radius=0.1, subdivisions=2), ls.floor(height=-0.2)]
+    return ls.Scene(cloths=[ls.Cloth(mesh=mesh)], obstacles=obstacles)
 def check(run):
     assert run[-1].positions[:, 2].min() < 0.1, "it has fallen"
 """
@@ -114,11 +115,10 @@ def test_mistakes_are_one_sentence_and_exit_code_1(scene, tmp_path):
 
 def test_a_tangled_start_is_refused_with_its_pairs_and_drawn(tmp_path):
     (tmp_path / "tangled.py").write_text(
-        "import loomstone as ls\n"
-        "def scene():\n"
-        "    flat = ls.grid(size=(0.2, 0.2), cells=(4, 4))\n"
-        "    upright = flat.moved((0.013, 0.007, 0), rotation=[[1, 0, 0], [0, 0, -1], [0, 1, 0]])\n"
-        "    return ls.Scene(cloths=[ls.Cloth(name='a', mesh=flat), ls.Cloth(name='b', mesh=upright)])\n"
+        "import loomstone as ls\ndef scene():\n    flat = ls.grid(size=(0.2, 0.2), cells=(4, 4))\n "
+        "   upright = flat.moved((0.013, 0.007, 0), rotation=[[1, 0, 0], [0, 0, -1], [0, 1, 0]])\n "
+        "   return ls.Scene(cloths=[ls.Cloth(name='a', mesh=flat), ls.Cloth(name='b',"
+        " mesh=upright)])\n"
     )
     done = command(
         "check", tmp_path / "tangled.py", "--render", tmp_path / "start.png", check=False
@@ -202,10 +202,17 @@ def test_resuming_needs_nothing_but_the_directory(scene, tmp_path):
     assert len(ls.Run(tmp_path / "moved")) == 3
 
 
-@pytest.mark.parametrize("name, small", [
-    ("hanging", ["triangles=200"]), ("drape", ["triangles=800"]), ("swing", ["columns=8", "rows=10"]),
-    ("flag", ["triangles=300"]), ("bending", ["triangles=200"]), ("funnel", ["triangles=400"]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "name, small",
+    [
+        ("hanging", ["triangles=200"]),
+        ("drape", ["triangles=800"]),
+        ("swing", ["columns=8", "rows=10"]),
+        ("flag", ["triangles=300"]),
+        ("bending", ["triangles=200"]),
+        ("funnel", ["triangles=400"]),
+    ],
+)
 def test_every_scene_runs_small_and_short_without_intersections(tmp_path, name, small):
     parameters = [word for item in small for word in ("-p", item)]
     command(

@@ -70,7 +70,7 @@ def test_a_run_says_once_that_cloth_was_pinched_and_records_every_step_of_it(
 
 def test_frames_in_the_file_are_those_of_the_simulation(run, hanging, euler):
     sim = ls.Simulation(hanging, integrator=euler, threads=1)
-    for stored, live in zip(ls.Run(run), sim.frames(duration=0.12)):
+    for stored, live in zip(ls.Run(run), sim.frames(duration=0.12), strict=True):
         assert np.array_equal(stored.positions, live.positions) and np.array_equal(
             stored.velocities, live.velocities
         )
@@ -193,7 +193,10 @@ def test_a_run_is_not_continued_as_another(run, hanging, euler):
     ]:
         with pytest.raises(
             ls.CacheError,
-            match=f"of another scene or integrator .these differ: {differ}.; continue with those of the run",
+            match=(
+                f"of another scene or integrator .these differ: {differ}.; continue with those of"
+                " the run"
+            ),
         ):
             ls.Simulation(scene, integrator=integrator).run(out=run, duration=0.2, resume=True)
     with pytest.raises(ls.CacheError, match="rate must be that of the run, 25 frames/s, got 50"):

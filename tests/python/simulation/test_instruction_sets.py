@@ -21,7 +21,8 @@ rng = np.random.default_rng(1)
 
 def tell(name, *arrays):
     assert all(np.isfinite(a).all() for a in arrays)
-    print(name, hashlib.sha256(b"".join(np.ascontiguousarray(a).tobytes() for a in arrays)).hexdigest())
+    content = b"".join(np.ascontiguousarray(a).tobytes() for a in arrays)
+    print(name, hashlib.sha256(content).hexdigest())
 
 j, points = (0.3, -0.5, 0.8), rng.normal(size=(501, 3)) * np.array([[0.02]] * 400 + [[0.2]] * 101)
 moments, places = rng.normal(size=(3000, 3)), 0.01 * rng.normal(size=(3000, 3))
@@ -44,22 +45,27 @@ for name, body in (bodies | currents).items():
 for name, body in bodies.items():
     tell(name + " potential", M.potential(body, points))
 for turn in ((1, 0, 0, 0), (0.8, 0.1, 0.5, 0.3)):
-    found = M.force(on=M.cuboid(size=(0.01, 0.01, 0.01), polarization=j).at((0.03, 0.002, 0.01), turn), by=magnet)
+    other = M.cuboid(size=(0.01, 0.01, 0.01), polarization=j).at((0.03, 0.002, 0.01), turn)
+    found = M.force(on=other, by=magnet)
     tell("force", found.force, found.torque)
 tell("pairs", *M.dipole_forces(places[:300], moments[:300]))
 tell("tree", *M.dipole_forces(places, moments, tolerance=1e-4))
 ones = np.ones(40)
-tell("balls", M.induced_moments(0.2 * rng.normal(size=(40, 3)), radii=0.01 * ones, susceptibilities=ones, applied=moments[:40]))
-soft = {"cuboid": M.soft_cuboid(size=(0.01, 0.01, 0.01), cells=8, **iron), "ball": M.soft_sphere(radius=0.01, **iron),
-        "mesh": M.soft_mesh(ball, panels=100, **iron), "cylinder": M.soft_cylinder(radius=0.005, height=0.01, **iron)}
+balls = {"radii": 0.01 * ones, "susceptibilities": ones, "applied": moments[:40]}
+tell("balls", M.induced_moments(0.2 * rng.normal(size=(40, 3)), **balls))
+soft = {"cuboid": M.soft_cuboid(size=(0.01, 0.01, 0.01), cells=8, **iron),
+        "ball": M.soft_sphere(radius=0.01, **iron),
+        "mesh": M.soft_mesh(ball, panels=100, **iron),
+        "cylinder": M.soft_cylinder(radius=0.005, height=0.01, **iron)}
 for name, body in soft.items():
     (pulled,) = M.induce(body.at((0.0, 0.0, 0.03)), by=magnet).bodies
     tell("soft " + name, M.field(pulled, points), M.gradient(pulled, points))
 
 for method in ("gauss-seidel", "jacobi", "in-solve"):
-    limits = ls.LimitOptions() if method == "in-solve" else ls.LimitOptions(method=method, in_solve=False)
+    apart = {} if method == "in-solve" else {"method": method, "in_solve": False}
+    limits = ls.LimitOptions(**apart)
     mesh = ls.grid(size=(0.2, 0.2), cells=(12, 12)).moved((0, 0, 0.0525))
-    cloth = ls.Cloth(mesh=mesh, material=ls.ClothMaterial(), pins=[0], strain_limit=ls.StrainLimit(0.005, 0.005, 0.01))
+    cloth = ls.Cloth(mesh=mesh, pins=[0], strain_limit=ls.StrainLimit(0.005, 0.005, 0.01))
     scene = ls.Scene(cloths=[cloth], obstacles=[ls.sphere(radius=0.05)], limits=limits)
     sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=2e-3))
     for _ in range(40):

@@ -43,7 +43,10 @@ BOX = ls.meshes.box(size=(0.1, 0.1, 0.1))
                     cloths=[ls.Cloth(mesh=ls.grid(size=(1, 1), cells=(10, 10)), thickness=0.08)]
                 )
             ),
-            r"cloths\[0\].thickness must not be above the smallest height of a triangle, 0.0707107 m, got 0.08 m",
+            (
+                r"cloths\[0\].thickness must not be above the smallest height of a triangle,"
+                r" 0.0707107 m, got 0.08 m"
+            ),
         ),
         (
             lambda: ls.Simulation(
@@ -58,7 +61,10 @@ BOX = ls.meshes.box(size=(0.1, 0.1, 0.1))
                     ]
                 )
             ),
-            r"script_positions must begin where the vertices are \(within the mean edge, .*\), vertex 0 begins 5.* m away",
+            (
+                r"script_positions must begin where the vertices are \(within the mean edge, .*\),"
+                r" vertex 0 begins 5.* m away"
+            ),
         ),
         (lambda: ls.Simulation(ls.Scene(), threads="two"), "threads must be int, got a str"),
         (lambda: ls.Simulation(ls.Scene(), threads=10**6), r"threads must be in \[0, 1024\]"),

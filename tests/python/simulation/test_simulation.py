@@ -187,7 +187,7 @@ def test_a_checkpoint_of_another_scene_is_refused(falling, hanging, euler):
 
 def test_no_triangles_intersect_after_a_fall_on_a_sphere(falling, euler):
     sim = ls.Simulation(falling, integrator=euler)
-    for frame in sim.frames(duration=0.4):
+    for frame in sim.frames(duration=0.4):  # noqa: B007
         assert sim.intersecting_pairs() == []
     assert frame.contact.any() and sim.report.contacts > 0
 

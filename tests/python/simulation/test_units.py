@@ -59,10 +59,17 @@ def test_a_product_after_a_fraction_bar_is_refused_as_ambiguous(unit):
 
 @pytest.mark.parametrize(
     "unit, said",
-    [("furlong", "'furlong' is not known"), ("gf/", "lacks a factor"), ("(gf", "without '\\)'"), ("gf)", "without "
-    "'\\('"), ("", "must be a text"),
-     ("5 gf", "not understood at '5 gf'"), ("m^x", "not understood"), (3, "must be a text")],
-)  # fmt: skip
+    [
+        ("furlong", "'furlong' is not known"),
+        ("gf/", "lacks a factor"),
+        ("(gf", "without '\\)'"),
+        ("gf)", "without '\\('"),
+        ("", "must be a text"),
+        ("5 gf", "not understood at '5 gf'"),
+        ("m^x", "not understood"),
+        (3, "must be a text"),
+    ],
+)
 def test_what_is_no_unit_is_refused(unit, said):
     assert unit not in units
     with pytest.raises(ls.InvalidInput, match=said):
