@@ -11,7 +11,7 @@ SI units everywhere.
 0.04 s
 """
 
-from . import collision, garments, limits, magnetics, measurements, meshes, pickling  # noqa: F401
+from . import collision, garments, limits, magnetics, meshes
 from ._core import (
     Air,
     Attachment,
@@ -51,10 +51,10 @@ from ._core import (
     single_communicator,
     write_png,
 )
-from .cache import Run
-from .decomposition import convex_parts
-from .fabric_fit import fit_fabric
-from .fabrics import Fabric, fabric_of_levels, fabrics
+from .runs.cache import Run
+from .meshes.decomposition import convex_parts
+from .fabrics.curve_fit import fit_fabric
+from .fabrics.fabric import Fabric, fabric_of_levels
 from .garments import garment
 from .integrators import (
     BDF2,
@@ -64,13 +64,16 @@ from .integrators import (
     SemiImplicitEuler,
     SymplecticEuler,
 )
-from .meshes import grid, read_mesh, write_mesh
-from .obstacles import box, capsule, floor, funnel, obstacle, sphere, wave_bar
-from .rigidity import bending_from_strips, strip_rigidity
-from .sequences import obstacle_sequence
+from .meshes.shapes import grid, read_mesh, write_mesh
+from .obstacles.shapes import box, capsule, floor, funnel, obstacle, sphere, wave_bar
+from .fabrics.rigidity import bending_from_strips, strip_rigidity
+from .obstacles.sequences import obstacle_sequence
 from .simulation import Simulation
 from .units import Quantity, units
 from .versions import show_versions
+from .fabrics import measurements
+from .fabrics.fabric import fabrics
+from .base import pickling  # noqa: F401
 
 __all__ = [
     "BDF2",

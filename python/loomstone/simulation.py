@@ -117,8 +117,8 @@ class Simulation(_core.Simulation):
 
         Returns the report that is also in report.json.
         """
-        from .runs import RunOptions, execute
-        from .video import drawn_with
+        from .runs.execution import RunOptions, execute
+        from .pictures.drawing import drawn_with
 
         look = render or None
         if look is True:

@@ -11,15 +11,15 @@ Lengths in metres.
 from dataclasses import replace
 
 from .closing import close_seams
-from .dress import dress, dress_pattern
+from .strap_dress import dress, dress_pattern
 from .edges import Edge, arc, circle, cubic, line, polyline, quadratic
 from .garmentcode import read_garmentcode
 from .panel import Panel
 from .placement import Cone, Cylinder, Placement, Plane, Ribbon
 from .seams import Pattern, Seam
 from .sewing import Garment, garment
-from .sewn import read, sewn
-from .tshirt import tshirt, tshirt_pattern
+from .sewn_meshes import read, sewn
+from .t_shirt import tshirt, tshirt_pattern
 
 __all__ = [
     "Cone",

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import Cloth, ClothMaterial, InvalidInput, Obstacle, Scene, SolverFailure
-from ..arguments import whole
+from ..base.arguments import whole
 from ..integrators import SemiImplicitEuler
 from ..simulation import Simulation
 from .cutting import Cut, cut

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._core import InvalidInput, TriangleMesh, intersecting_pairs
-from ..arguments import whole
+from ..base.arguments import whole
 from .cutting import Cut, cut
 from .panel import Panel
 from .relaxation import relaxed, stretches

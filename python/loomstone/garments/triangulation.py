@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import InvalidInput
-from ..planar import centres, cross, delaunay
+from ..meshes.planar import centres, cross, delaunay
 
 __all__ = ["Boundary", "smallest_angles", "triangulated"]
 

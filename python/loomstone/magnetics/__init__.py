@@ -10,7 +10,7 @@ A/m, N, N m.
 """
 
 from .._core import MagneticBody, SoftBody
-from .bodies import (
+from .sources import (
     Force,
     Forces,
     cell_front,
@@ -55,7 +55,7 @@ from .formulas import (
     sphere_gradient,
 )
 from .lines import FieldLines, LineEnd, curves_of, field_lines, frame_curves
-from .soft import Induced, induce, soft_cuboid, soft_cylinder, soft_mesh, soft_sphere
+from .soft_bodies import Induced, induce, soft_cuboid, soft_cylinder, soft_mesh, soft_sphere
 
 MU0 = 1.2566370614359173e-06  # 4 pi 1e-7 [T m/A]
 

@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from .._core import CacheError, InvalidInput, MagneticBody, Unsupported
-from ..arguments import explained
-from .bodies import Bodies, as_list, box_of, field, force
+from ..base.arguments import explained
+from .sources import Bodies, as_list, box_of, field, force
 
 __all__ = ["ForceCurve", "force_over_distance", "plot_curve", "plot_slice", "torque_over_angle"]
 

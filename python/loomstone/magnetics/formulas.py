@@ -21,8 +21,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from .._core import TriangleMesh
-from ..arguments import explained
-from . import bodies
+from ..base.arguments import explained
+from . import sources as bodies
 
 __all__ = [
     "cuboid_field",

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from .._core import Curves, Frame
-from ..arguments import explained
-from .bodies import Bodies, as_list, box_of, field
+from ..base.arguments import explained
+from .sources import Bodies, as_list, box_of, field
 
 __all__ = ["FieldLines", "LineEnd", "curves_of", "field_lines", "frame_curves"]
 

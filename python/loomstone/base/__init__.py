@@ -1,0 +1,1 @@
+"""What all rooms share: arguments, quantities with units, pickling."""

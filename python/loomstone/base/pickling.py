@@ -1,0 +1,36 @@
+"""Descriptions and meshes can be pickled and copied: they are rebuilt from their fields, checked
+again.
+"""
+
+from __future__ import annotations
+
+import copyreg
+from typing import Any
+
+from .. import _core
+from .._core import TriangleMesh
+
+
+def _rebuilt(kind: type, fields: dict[str, Any]) -> Any:
+    return kind(**fields)
+
+
+def _parts_of_description(description: Any) -> tuple[Any, ...]:
+    kind = type(description)
+    return _rebuilt, (kind, {name: getattr(description, name) for name in kind.field_names})
+
+
+def _parts_of_mesh(mesh: TriangleMesh) -> tuple[Any, ...]:
+    fields = {
+        "vertices": mesh.vertices,
+        "triangles": mesh.triangles,
+        "uv": mesh.uv,
+        "uv_triangles": mesh.uv_triangles,
+    }
+    return _rebuilt, (TriangleMesh, fields)
+
+
+for _kind in list(vars(_core).values()):
+    if isinstance(_kind, type) and hasattr(_kind, "field_names"):
+        copyreg.pickle(_kind, _parts_of_description)
+copyreg.pickle(TriangleMesh, _parts_of_mesh)

@@ -1,0 +1,218 @@
+"""What is in a file; whether a scene can be simulated; whether a run keeps its claims."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+from .. import meshes
+from .._core import CacheError, Error, Frame, InvalidInput, TriangleMesh
+from ..runs.cache import Run, checkpoint_files
+from ..runs.execution import summary_of_steps
+from ..runs.scene_file import SceneFile
+from ..simulation import Simulation
+from ..runs.verification import count_intersections
+
+__all__ = ["check_run", "check_scene", "describe", "report_text"]
+
+
+def describe(path: Path) -> None:
+    """Prints what a run, cache file, checkpoint, mesh or scene file holds."""
+    if not path.exists():
+        raise CacheError(f"{path}: no such file or directory")
+    if path.is_dir() or path.suffix == ".vtkhdf":
+        _describe_run(Run(path))
+    elif path.suffix == ".py":
+        file = SceneFile.open(path, {})
+        print(f"scene file, {file.duration:g} s at {file.rate:g} frames/s, {file.integrator!r}")
+        for name, default in file.known.items():
+            print(f"  -p {name}={default}")
+    elif path.suffix == ".h5":
+        checkpoint = _core.read_checkpoint(str(path))
+        for name, array in sorted(checkpoint.arrays.items()):
+            print(f"  {name} {array.shape}")
+        for name, values in sorted(checkpoint.integers.items()):
+            print(f"  {name} {values if len(values) < 8 else f'{len(values)} integers'}")
+        for name, text in sorted(checkpoint.texts.items()):
+            print(f"  {name} {text}")
+    else:
+        _describe_mesh(meshes.read_mesh(path))
+
+
+def _describe_mesh(mesh: TriangleMesh) -> None:
+    quality = meshes.quality(mesh)
+    low, high = mesh.vertices.min(0), mesh.vertices.max(0)
+    print(
+        f"{mesh!r}, mean edge {mesh.mean_edge:.4g} m, from {np.round(low, 4)} to"
+        f" {np.round(high, 4)} m"
+    )
+    print(
+        f"smallest angle {quality['min_angle_degrees']:.1f} degrees, areas within 1 :"
+        f" {quality['area_ratio']:.2f}"
+    )
+
+
+def _describe_run(run: Run) -> None:
+    print(repr(run))
+    print(repr(run.topology))
+    for kind, names in (("cloth", run.topology.cloth_names), ("body", run.topology.body_names)):
+        for name in names:
+            print(f"  {kind} {name}")
+    kept = run.metadata
+    if "scene_file" in kept:
+        print(f"made by loomstone {kept['loomstone']} from {kept['scene_file']['path']}")
+        print(
+            f"  parameters {kept['scene_file']['parameters'] or 'default'}, {kept['duration']:g} s"
+            f" at {kept['rate']:g} frames/s"
+        )
+        print(f"  integrator {kept['integrator']['method']}, step {kept['integrator']['step']:g} s")
+    print(f"checkpoints: {', '.join(p.name for p in checkpoint_files(run.directory)) or 'none'}")
+    if len(run):
+        report = run[-1].report
+        print(
+            f"last frame: {report.contacts} contacts, largest stretch {run[-1].stretch.max():.4f}"
+        )
+    if (run.directory / "steps.csv").exists():
+        print("\n".join(contact_lines(summary_of_steps(run.directory / "steps.csv"))))
+
+
+def check_run(run: Run) -> bool:
+    """Prints intersecting pairs of every frame and whether the scene's claims hold; True where all
+    is well.
+    """
+    counts = [count_intersections(run.topology, frame) for frame in run]
+    tangled = {index: count.cloth for index, count in enumerate(counts) if count.cloth}
+    print(f"{len(run)} frames, {len(tangled)} with intersecting triangles of cloth")
+    if bodies := max((count.bodies for count in counts), default=0):
+        print(
+            f"bodies and obstacles among themselves: at most {bodies} intersecting pairs (not held"
+            " apart as cloth is)"
+        )
+    for index, number in tangled.items():
+        print(f"  frame {index} at {run.times[index]:.3f} s: {number} pairs")
+    claims = SceneFile.of_run(run).check
+    if claims is None:
+        print("the scene file makes no claims")
+    else:
+        claims(run)
+        print("the scene's claims hold")
+    return not tangled
+
+
+def check_scene(file: SceneFile, picture: Path | None) -> bool:
+    """Builds a scene; prints its size and, where it starts tangled, the pairs; draws the start
+    where asked.
+    """
+    scene = file.scene()
+    problem: Error | None = None
+    try:
+        simulation = Simulation(scene, integrator=file.integrator)
+    except InvalidInput as error:
+        if not scene.collisions or scene.allow_initial_intersections:
+            raise
+        problem = error
+        simulation = Simulation(
+            scene.replace(allow_initial_intersections=True), integrator=file.integrator
+        )
+    # Bodies and obstacles among themselves are not held apart: walls of a box overlap at its
+    # corners.
+    pairs = [
+        pair
+        for pair in simulation.intersecting_pairs()
+        if min(pair) < len(simulation.topology.triangles)
+    ]
+    print(repr(simulation))
+    for cloth in scene.cloths:
+        _describe_mesh(cloth.mesh)
+    print(f"{len(pairs)} intersecting pairs of triangles{': ' + str(pairs[:20]) if pairs else ''}")
+    if picture:
+        frame = _marked(simulation.frame(), simulation, pairs)
+        look = file.render.replace(color_by="contact", wireframe=True) if pairs else file.render
+        _core.write_png(str(picture), _core.Renderer(simulation.topology, look).render(frame))
+        print(f"picture: {picture}")
+    if problem:
+        print(f"refused: {problem}")
+    return problem is None
+
+
+def _marked(frame: Frame, simulation: Simulation, pairs: list[Any]) -> Frame:
+    marks = np.zeros(len(frame.positions), np.uint8)
+    cloth = simulation.topology.triangles
+    for triangle in np.asarray(pairs, int).reshape(-1):
+        if triangle < len(cloth):
+            marks[cloth[triangle]] = 2
+    return frame.with_contact(marks)
+
+
+def contact_lines(summary: dict[str, Any]) -> list[str]:
+    """How contacts were answered over a run, from the summary of its steps."""
+    if not summary.get("most_contacts") and not summary.get("impacts"):
+        return []
+    lines = [
+        (
+            f"contact: largest stretch {summary['largest_stretch']:.3f}, acceleration in contact"
+            f" {summary['contact_acceleration']:.3g} m/s^2 (root mean square), {summary['impacts']}"
+            " impacts"
+        ),
+        (
+            f"truncation withheld {100 * summary['withheld']:.2g} % of the motion"
+            f" ({100 * summary['withheld_in_worst_step']:.2g} % in the worst step) and"
+            f" {summary['truncated_momentum']:.2g} kg m/s of momentum"
+        ),
+    ]
+    if summary["forced_steps"]:
+        lines.append(
+            f"{summary['forced_steps']} steps ended with triangles forced to intersect, at most"
+            f" {summary['most_forced']} pairs: what moves by script left the cloth no room"
+            " (forced.csv; 2 by --color-by contact)"
+        )
+    return lines
+
+
+def report_text(report: dict[str, Any]) -> str:
+    """The report of a run for people."""
+    wall, frames = report["wall_seconds"], max(report["frames"], 1)
+    lines = [
+        f"{report['steps']} steps to {report['time']:.3f} s in {wall:.1f} s ({wall / frames:.3f} s"
+        " a frame)"
+    ]
+    if "seconds_per_stage" in report:
+        total = sum(report["seconds_per_stage"].values()) or 1.0
+        shares = (
+            f"{name} {100 * value / total:.0f} %"
+            for name, value in report["seconds_per_stage"].items()
+        )
+        lines.append("stages: " + ", ".join(shares))
+        lines.append(
+            f"{report['linear_iterations_per_step']:.1f} linear iterations a step, at most"
+            f" {report['most_contacts']} contacts, largest stretch {report['largest_stretch']:.3f}"
+        )
+        lines.extend(contact_lines(report))
+    if report.get("unresolved_steps"):
+        lines.append(
+            f"{report['unresolved_steps']} steps left impacts and at most"
+            f" {report.get('most_intersections', 0)} triangle pairs intersected: what moves by"
+            " script leaves the cloth no room (columns of steps.csv)"
+        )
+    elif report.get("most_intersections"):
+        lines.append(
+            f"at most {report['most_intersections']} triangle pairs intersected: the cloth"
+            " started so"
+        )
+    if "verified_frames" in report:
+        lines.append(
+            f"{report['verified_frames']} frames verified: {report['intersecting_frames']} with"
+            " intersecting triangles of cloth"
+            + (
+                f", at most {report['most_intersecting_pairs']} pairs"
+                if report["intersecting_frames"]
+                else ""
+            )
+        )
+    if report.get("steps_in_parts"):
+        lines.append(f"{report['steps_in_parts']} steps were taken in parts")
+    lines.append(f"state {report['digest'][:16]}")
+    return "\n".join(lines)

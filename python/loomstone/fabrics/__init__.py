@@ -1,0 +1,3 @@
+"""Fabrics: materials with their limits and sources, fits to measured curves, laboratory tests."""
+
+from .fabric import fabrics

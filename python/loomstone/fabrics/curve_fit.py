@@ -1,0 +1,262 @@
+"""Fits a fabric to measured curves, as section 3.3.3 of the thesis.
+
+Two numbers a mode describe it, stiffness and limit.
+
+The limit is the strain at which the measured curve reaches a load (100-200 gf/cm; default 150 gf/cm
+= 147.1 N/m); the stiffness is fitted to the curve below it, by least squares in closed form. The
+model's load per width at rest is
+
+    weft, warp:  P = E l (l^2 - 1) / 2,  l = 1 + strain   uniaxial, (2.23) with no load across
+    shear:       P = G g,  g = tan(angle)                 simple shear, g the engineering shear
+    bending:     M = B k
+
+A simple shear g has the strain e12 = g / sqrt(4 + g^2) in U - I, which is what the limit of shear
+is given in. Tensile tests of the Kawabata system hold a short wide sample: what they give as E is E
+/ (1 - nu12 nu21), nu = 0 here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from math import inf
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._core import ClothMaterial, InvalidInput
+from .fabric import Fabric, ModeFit
+from .rigidity import bending_from_strips
+from ..units import in_unit, is_angle, number_in, units
+
+__all__ = ["fit_fabric"]
+
+Floats = NDArray[np.float64]
+TENSILE, BENDING = ("weft", "warp", "shear"), ("bending_weft", "bending_warp", "bending_bias")
+LOAD = 150 * units["gf/cm"]
+
+
+def fit_fabric(
+    curves: Mapping[str, Any],
+    *,
+    density: Any,
+    load: Any = LOAD,
+    shear_limit: float | None = None,
+    name: str = "fitted",
+) -> Fabric:
+    """A Fabric whose stiffness and limits fit measured curves.
+
+    curves : by name "weft", "warp", "shear" and, where measured, "bending_weft", "bending_warp",
+        "bending_bias" of strips; each a pair (strain, load) of arrays of equal length, or an (n x
+        2) array. Weft and warp: strain [1], load per width [N/m]; shear: engineering shear [1] or
+        angle (ls.units["deg"]), load per width [N/m]; bending: curvature [1/m], moment per width
+        [N]. Arrays may carry units: (ls.units["%"] * strain, ls.units["gf/cm"] * load).
+    density : [kg/m^2], or with a unit
+    load : that sets the limits [N/m], or with a unit
+    shear_limit : largest e12 [1] instead of the strain at `load`, which tests of shear rarely reach
+
+    Raises InvalidInput for curves that cannot be fitted: other than finite numbers, strain that
+    does not grow, fewer than four points below the limit, a load that is never reached. Without
+    curves of bending the material's default holds.
+
+    >>> import numpy as np
+    >>> strain = np.linspace(0, 0.1, 40)
+    >>> loads = {"weft": 2000 * strain, "warp": 4000 * strain, "shear": 80 * strain}
+    >>> curves = {mode: (strain, load) for mode, load in loads.items()}
+    >>> fabric = fit_fabric(curves, density=0.15, shear_limit=0.2)
+    >>> [round(limit, 4) for limit in fabric.limits]
+    [0.0735, 0.0368, 0.2]
+    """
+    if not isinstance(curves, Mapping):
+        raise InvalidInput(
+            f"fit_fabric: curves must be a dict of curves by name, got a {type(curves).__name__}"
+        )
+    if unknown := [key for key in curves if key not in TENSILE + BENDING]:
+        raise InvalidInput(
+            f"fit_fabric: there is no curve {unknown[0]!r}; known: {', '.join(TENSILE + BENDING)}"
+        )
+    if missing := [key for key in TENSILE if key not in curves]:
+        raise InvalidInput(
+            f"fit_fabric: the curve {missing[0]!r} is missing; weft, warp and shear are needed"
+        )
+    reached = number_in(load, "N/m", "fit_fabric: load")
+    if not (np.isfinite(reached) and reached > 0):
+        raise InvalidInput(f"fit_fabric: load must be > 0 [N/m], got {load}")
+    if shear_limit is not None:
+        shear_limit = number_in(shear_limit, "1", "fit_fabric: shear_limit")
+        if not 0 < shear_limit < 1:
+            raise InvalidInput(
+                f"fit_fabric: shear_limit must be in (0, 1) as e12, got {shear_limit}"
+            )
+    fits = {mode: _fit_stretch(mode, curves[mode], reached) for mode in ("weft", "warp")}
+    fits["shear"] = _fit_shear(curves["shear"], reached, shear_limit)
+    fits |= {mode: _fit_bending(mode, curves[mode]) for mode in BENDING if mode in curves}
+    material = ClothMaterial(
+        weft_stiffness=fits["weft"].stiffness,
+        warp_stiffness=fits["warp"].stiffness,
+        shear_stiffness=fits["shear"].stiffness,
+        density=number_in(density, "kg/m^2", "fit_fabric: density"),
+        **_bending(fits),
+    )
+    caveats = (
+        ()
+        if any(mode in fits for mode in BENDING)
+        else ("bending was not measured: the default of ClothMaterial",)
+    )
+    limits = (fits["weft"].limit, fits["warp"].limit, fits["shear"].limit)
+    return Fabric(
+        material,
+        name=name,
+        limits=limits,
+        source="fitted to measured curves",
+        caveats=caveats,
+        fits=fits,
+    )
+
+
+def _fit_stretch(mode: str, curve: Any, load: float) -> ModeFit:
+    strain, measured = _read(mode, curve, "1", "N/m")
+    if strain.max() > 2.0:
+        raise InvalidInput(
+            f"fit_fabric: {mode}: strain must be a pure number, got up to {strain.max():g}; for"
+            " percent give strain * ls.units['%']"
+        )
+    limit = _crossing(mode, strain, measured, load)
+    below = strain <= limit
+    return _through_origin(
+        mode, lambda e: (1 + e) * ((1 + e) ** 2 - 1) / 2, strain[below], measured[below], limit
+    )
+
+
+def _fit_shear(curve: Any, load: float, limit: float | None) -> ModeFit:
+    shear, measured = _read("shear", curve, "1", "N/m")
+    if shear.max() > 2.0:
+        raise InvalidInput(
+            f"fit_fabric: shear: must be tan(angle), got up to {shear.max():g}; for degrees give"
+            " angle * ls.units['deg']"
+        )
+    if limit is None:
+        if measured.max() < load:
+            raise InvalidInput(
+                f"fit_fabric: shear: the curve never reaches the load of {load:.4g} [N/m], its"
+                f" largest is {measured.max():.4g} at a shear of {shear.max():.3g}; give"
+                " shear_limit, or a lower load"
+            )
+        largest = _crossing("shear", shear, measured, load)
+        limit = largest / np.sqrt(4 + largest**2)
+    else:
+        largest = 2 * limit / np.sqrt(1 - limit**2)
+    below = shear <= largest
+    return _through_origin("shear", lambda g: g, shear[below], measured[below], float(limit))
+
+
+def _fit_bending(mode: str, curve: Any) -> ModeFit:
+    curvature, moment = _read(mode, curve, "1/m", "N")
+    return _through_origin(mode, lambda k: k, curvature, moment, inf)
+
+
+def _bending(fits: dict[str, ModeFit]) -> dict[str, float]:
+    given = {
+        mode.removeprefix("bending_"): fits[mode].stiffness for mode in BENDING if mode in fits
+    }
+    if len(given) == 3:
+        return bending_from_strips(**given)
+    if "bias" in given:
+        raise InvalidInput(
+            "fit_fabric: bending_bias needs bending_weft and bending_warp beside it; give all three"
+            " curves"
+        )
+    if len(given) == 1:
+        raise InvalidInput(
+            "fit_fabric: bending_weft and bending_warp belong together; give both curves, or none"
+        )
+    return {f"bending_{direction}": rigidity for direction, rigidity in given.items()}
+
+
+def _read(mode: str, curve: Any, x_unit: str, y_unit: str) -> tuple[Floats, Floats]:
+    """Both columns in SI, checked."""
+    if not isinstance(curve, (tuple, list)) and np.ndim(curve) == 2 and np.shape(curve)[1] == 2:
+        curve = tuple(np.asarray(curve).T)
+    if not isinstance(curve, (tuple, list)) or len(curve) != 2:
+        raise InvalidInput(
+            f"fit_fabric: {mode} must be a pair of arrays (strain, load) or an (n x 2) array, got "
+            f"{type(curve).__name__}"
+        )
+    columns = []
+    for column, unit in zip(curve, (x_unit, y_unit), strict=True):
+        turned = in_unit(column, unit, f"fit_fabric: {mode}")
+        if mode == "shear" and is_angle(column):
+            turned = np.tan(turned)
+        try:
+            columns.append(np.asarray(turned, float))
+        except (TypeError, ValueError):
+            raise InvalidInput(
+                f"fit_fabric: {mode} must hold numbers, got {column!r}"[:300]
+            ) from None
+    x, y = columns
+    if x.ndim != 1 or x.shape != y.shape:
+        raise InvalidInput(
+            f"fit_fabric: {mode}: strain and load must be of one length, got shapes {x.shape} and"
+            f" {y.shape}"
+        )
+    if len(x) == 0:
+        raise InvalidInput(f"fit_fabric: {mode} must have points, got none")
+    for what, values in (("strain", x), ("load", y)):
+        if (bad := np.flatnonzero(~np.isfinite(values))).size:
+            raise InvalidInput(
+                f"fit_fabric: {mode}: {what} {bad[0]} must be finite, got {values[bad[0]]}; remove"
+                " the point"
+            )
+    if (bad := np.flatnonzero(np.diff(x) <= 0)).size:
+        i = int(bad[0])
+        raise InvalidInput(
+            f"fit_fabric: {mode}: strain must grow from point to point, got {x[i]:g} then"
+            f" {x[i + 1]:g} at point {i + 1}; give the loading branch alone"
+        )
+    return x, y
+
+
+def _crossing(mode: str, strain: Floats, load: Floats, wanted: float) -> float:
+    """Strain at which the curve first reaches a load, linear between points."""
+    above = np.flatnonzero(load >= wanted)
+    if above.size == 0:
+        raise InvalidInput(
+            f"fit_fabric: {mode}: the curve never reaches the load of {wanted:.4g} [N/m], its"
+            f" largest is {load.max(initial=0.0):.4g}; measure further, or give a lower load"
+        )
+    i = int(above[0])
+    if i == 0:
+        raise InvalidInput(
+            f"fit_fabric: {mode}: the curve starts above the load of {wanted:.4g} [N/m]; give it"
+            " from zero load on"
+        )
+    share = (wanted - load[i - 1]) / (load[i] - load[i - 1])
+    limit = float(strain[i - 1] + share * (strain[i] - strain[i - 1]))
+    if limit <= 0:
+        raise InvalidInput(
+            f"fit_fabric: {mode}: the load of {wanted:.4g} [N/m] is reached at a strain of"
+            f" {limit:.3g}; strain must start at 0"
+        )
+    return limit
+
+
+def _through_origin(
+    mode: str, shape: Callable[[Floats], Floats], x: Floats, y: Floats, limit: float
+) -> ModeFit:
+    """Stiffness k of y = k shape(x) by least squares, and the root mean square misfit over the
+    largest load.
+    """
+    if np.count_nonzero(x) < 4:
+        raise InvalidInput(
+            f"fit_fabric: {mode}: at least 4 points other than 0 must lie below the limit, got"
+            f" {np.count_nonzero(x)}"
+        )
+    basis = shape(x)
+    stiffness = float(basis @ y / (basis @ basis))
+    if not stiffness > 0:
+        raise InvalidInput(
+            f"fit_fabric: {mode}: the load must grow with strain, got a fitted stiffness of"
+            f" {stiffness:.3g}"
+        )
+    misfit = float(np.sqrt(np.mean((y - stiffness * basis) ** 2)) / np.abs(y).max())
+    return ModeFit(stiffness, limit, misfit, len(x))

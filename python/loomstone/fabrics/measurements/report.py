@@ -1,0 +1,279 @@
+"""Report on fabrics: drape coefficients beside published bands, cantilevers beside their closed
+form, pictures.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ... import _core
+from ..._core import CacheError, Camera, InvalidInput, RenderOptions, Unsupported
+from ...base.arguments import whole
+from ..fabric import Fabric, fabrics
+from ...integrators import SemiImplicitEuler
+from ...simulation import Simulation
+from .bending_test import CantileverResult, cantilever
+from .drape_test import DISC, SPECIMEN, CusickResult, cusick, drape_scene, shadow
+
+__all__ = ["FabricReport", "report_fabrics", "report_text"]
+
+DIRECTIONS = {"weft": 0.0, "bias": 45.0, "warp": 90.0}
+
+
+@dataclass(frozen=True)
+class FabricReport:
+    """What was measured on one fabric."""
+
+    fabric: Fabric
+    drapes: list[CusickResult]  # one a specimen
+    strips: dict[str, CantileverResult]  # weft, bias, warp
+
+    @property
+    def drape_coefficient(self) -> float:
+        """Mean over the specimens [%]."""
+        return float(np.mean([drape.drape_coefficient for drape in self.drapes]))
+
+    @property
+    def spread(self) -> float:
+        """Half of the range over the specimens [%]."""
+        return float(np.ptp([drape.drape_coefficient for drape in self.drapes])) / 2
+
+    @property
+    def folds(self) -> str:
+        """Smallest and largest number of folds."""
+        counts = [drape.folds for drape in self.drapes]
+        return f"{min(counts)}-{max(counts)}" if min(counts) < max(counts) else str(counts[0])
+
+    @property
+    def in_band(self) -> bool | None:
+        """Whether the mean drape coefficient lies in the published band; None without a band."""
+        band = self.fabric.band
+        return None if band is None else band.low <= self.drape_coefficient <= band.high
+
+    @property
+    def off_band(self) -> float:
+        """Distance of the mean drape coefficient from the published band [points]; 0 inside, or
+        without a band.
+        """
+        band = self.fabric.band
+        return (
+            max(0.0, band.low - self.drape_coefficient, self.drape_coefficient - band.high)
+            if band
+            else 0.0
+        )
+
+    @property
+    def remark(self) -> str:
+        """What to know of the result: no rest, intersections, or why the band may be missed."""
+        said = []
+        if moving := sum(not drape.rest.at_rest for drape in self.drapes):
+            said.append(
+                f"{moving} of {len(self.drapes)} specimens not at rest within the time allowed"
+            )
+        if pairs := sum(drape.intersections for drape in self.drapes):
+            said.append(f"{pairs} pairs of triangles intersect")
+        if self.in_band is False:
+            within = ", less than specimens differ" if self.off_band <= self.spread else ""
+            said.append(f"misses the band by {self.off_band:.1f} points{within}")
+            said += [
+                caveat for caveat in self.fabric.caveats if caveat.startswith("bending")
+            ]  # it decides the drape
+        return "; ".join(said)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        band = self.fabric.band
+        return {
+            "fabric": self.fabric.name,
+            "drape_coefficient": self.drape_coefficient,
+            "spread": self.spread,
+            "band": [band.low, band.high] if band else None,
+            "in_band": self.in_band,
+            "specimens": [
+                {
+                    "drape_coefficient": drape.drape_coefficient,
+                    "folds": drape.folds,
+                    "at_rest": drape.rest.at_rest,
+                    "intersections": drape.intersections,
+                    "seconds": drape.seconds,
+                }
+                for drape in self.drapes
+            ],
+            "remark": self.remark,
+            "cantilever": {
+                name: {
+                    "overhang": strip.overhang,
+                    "overhang_of_elastica": strip.elastica,
+                    "bending_length": strip.bending_length,
+                    "rigidity": strip.rigidity,
+                    "measured_rigidity": strip.measured_rigidity,
+                    "seconds": strip.seconds,
+                }
+                for name, strip in self.strips.items()
+            },
+        }
+
+
+def report_fabrics(
+    names: Sequence[str] | None = None,
+    *,
+    out: str | os.PathLike[str] | None = None,
+    triangles: int = 3000,
+    specimens: int = 3,
+    threads: int = 0,
+    done: Callable[[FabricReport], None] | None = None,
+) -> list[FabricReport]:
+    """Drapes fabrics over a Cusick pedestal and lets strips of them hang; writes tables and
+    pictures into `out`.
+
+    names : of fabrics, or None: all; triangles : of a draped specimen; specimens : meshes tried
+    out : directory for report.json and drape.png, or None: nothing is written; done : called after
+        each fabric
+    """
+    chosen: Mapping[str, Fabric] = {
+        name: fabrics[name] for name in (fabrics if names is None else names)
+    }
+    if not chosen:
+        raise InvalidInput("report_fabrics: at least one fabric must be named, got none")
+    whole("specimens", specimens, 1, 100)
+    if out is not None:
+        _check_plotting()
+        try:
+            Path(out).mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise CacheError(
+                f"{out} must be a directory that can be written: {error.strerror}; give another"
+            ) from error
+    reports = []
+    for fabric in chosen.values():
+        strips = {
+            name: cantilever(fabric, angle_degrees=angle) for name, angle in DIRECTIONS.items()
+        }
+        seeds = range(1, specimens + 1)
+        drapes = [cusick(fabric, triangles=triangles, seed=seed, threads=threads) for seed in seeds]
+        reports.append(FabricReport(fabric, drapes, strips))
+        if done:
+            done(reports[-1])
+    if out is not None:
+        (Path(out) / "report.json").write_text(
+            json.dumps([report.to_dict() for report in reports], indent=1) + "\n"
+        )
+        contact_sheet(reports, Path(out) / "drape.png")
+    return reports
+
+
+HEADER = (
+    f"{'fabric':14s} {'drape %':>11s} {'band':>6s} folds   overhang [cm] and off the elastica\n"
+    f"{'':39s}   {'weft':>13s}  {'bias':>13s}  {'warp':>13s}"
+)
+
+
+def report_text(report: FabricReport) -> str:
+    """One line, and a second one where there is something to say."""
+    band = report.fabric.band
+    limits = f"{band.low:g}-{band.high:g}" if band else "-"
+    strips = "  ".join(
+        f"{100 * strip.overhang:5.2f} {100 * strip.error:+5.1f}%"
+        for strip in report.strips.values()
+    )
+    verdict = "" if report.in_band is None else "  in" if report.in_band else "  out"
+    drape = f"{report.drape_coefficient:5.1f} ± {report.spread:.1f}"
+    line = (
+        f"{report.fabric.name:14s} {drape:>11s} {limits:>6s} {report.folds:>5s}   {strips}{verdict}"
+    )
+    return line + (f"\n    {report.remark}" if report.remark else "")
+
+
+def print_report(report: FabricReport) -> None:
+    """Prints report_text at once."""
+    print(report_text(report), flush=True)
+
+
+def chosen(names: str) -> list[str]:
+    """--fabrics of the command line: names separated by commas, or all."""
+    return [fabrics[name.strip()].name for name in names.split(",")] if names else list(fabrics)
+
+
+def parameters(given: Mapping[str, Any]) -> dict[str, int]:
+    """-p of the command line: triangles of a specimen, number of specimens."""
+    limits = {"triangles": (400, 1_000_000), "specimens": (1, 100)}
+    if unknown := [name for name in given if name not in limits]:
+        raise InvalidInput(f"there is no parameter {unknown[0]!r}; known: {', '.join(limits)}")
+    return {name: whole(name, value, *limits[name]) for name, value in given.items()}
+
+
+def contact_sheet(reports: Sequence[FabricReport], path: Path) -> None:
+    """First specimens in one picture (PNG): each fabric, and in the corner its shadow with circles
+    of 18 and 30 cm.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Circle
+
+    columns = min(4, len(reports))
+    rows = -(-len(reports) // columns)
+    figure = Figure(figsize=(4.0 * columns, 3.1 * rows), layout="constrained")
+    FigureCanvasAgg(figure)
+    for place, report in enumerate(reports):
+        axes = figure.add_subplot(rows, columns, place + 1)
+        axes.imshow(_picture(report))
+        axes.set_axis_off()
+        band = report.fabric.band
+        published = f", published {band.low:g}-{band.high:g}" if band else ""
+        axes.set_title(
+            f"{report.fabric.name}: {report.drape_coefficient:.1f} ± {report.spread:.1f}"
+            f" %{published}, {report.folds} folds",
+            fontsize=10,
+        )
+        inset = axes.inset_axes((0.72, 0.0, 0.28, 0.37))
+        covered, low, pixel = shadow(
+            report.drapes[0].positions, report.drapes[0].mesh.triangles, pixel=1e-3
+        )
+        extent = (
+            low[0],
+            low[0] + pixel * covered.shape[0],
+            low[1],
+            low[1] + pixel * covered.shape[1],
+        )
+        inset.imshow(
+            np.ma.masked_equal(covered.T, False),
+            origin="lower",
+            extent=extent,
+            cmap="Greys",
+            vmin=0,
+            vmax=2,
+        )
+        for radius in (DISC, SPECIMEN):
+            inset.add_patch(Circle((0, 0), radius, fill=False, linewidth=0.7, color="C0"))
+        inset.set(xlim=(-0.155, 0.155), ylim=(-0.155, 0.155), aspect="equal")
+        inset.set_axis_off()
+    try:
+        figure.savefig(path, dpi=120)
+    except (OSError, ValueError) as error:
+        raise CacheError(f"{path}: the picture cannot be written: {error}") from error
+
+
+def _picture(report: FabricReport) -> Any:
+    camera = Camera(fit=False, eye=(0.0, -0.35, 0.21), target=(0.0, 0.0, -0.035))
+    look = RenderOptions(width=640, height=440, camera=camera)
+    scene = drape_scene(report.fabric, report.drapes[0].mesh)
+    simulation = Simulation(scene, integrator=SemiImplicitEuler(step=1e-3), threads=1)
+    simulation.positions = report.drapes[0].positions
+    return np.asarray(_core.Renderer(simulation.topology, look).render(simulation.frame()))
+
+
+def _check_plotting() -> None:
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError:
+        raise Unsupported(
+            "the pictures of a report need matplotlib, which is not installed; pip install"
+            " matplotlib"
+        ) from None

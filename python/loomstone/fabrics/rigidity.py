@@ -1,0 +1,96 @@
+"""Bending rigidity of strips cut at an angle to weft, by orthotropic plate theory, and back.
+
+A strip with free edges that is bent along its length carries no moment across and no twisting
+moment. With D the plate's rigidity for (k11, k22, 2 k12) and S = D^-1, a strip at the angle a to
+weft has the rigidity B(a) with
+
+    1 / B(a) = S11 c^4 + S22 s^4 + (2 S12 + S33) c^2 s^2,    c = cos a, s = sin a
+
+[Lekhnitskii1968]. Strips along weft, along warp and on the bias (45 degrees) give S11, S22 and
+S33 = 4 / B(45) - S11 - S22 - 2 S12; that is what `bending_from_strips` solves.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from .._core import ClothMaterial, InvalidInput
+from ..units import in_unit
+
+__all__ = ["bending_from_strips", "strip_rigidity"]
+
+
+def bending_from_strips(
+    *, weft: Any, warp: Any, bias: Any, poisson: float = 0.0
+) -> dict[str, float]:
+    """Bending of a ClothMaterial from the rigidities of three strips, as keywords for it.
+
+    weft, warp, bias : rigidity of strips cut along weft, along warp and at 45 degrees [N m], or
+        with a unit
+    poisson : curvature across over curvature along a weft strip, with the sign turned [1]; fabrics:
+        near 0
+
+    Raises InvalidInput where no plate has such strips: 4 / bias must exceed 1 / weft + 1 / warp - 2
+    poisson / weft.
+
+    >>> import loomstone as ls
+    >>> material = ls.ClothMaterial(**ls.bending_from_strips(weft=8e-6, warp=1.2e-5, bias=9e-6))
+    >>> round(ls.strip_rigidity(material, angle_degrees=45), 12)
+    9e-06
+    """
+    given = {
+        name: _rigidity(name, value)
+        for name, value in (("weft", weft), ("warp", warp), ("bias", bias))
+    }
+    s11, s22 = 1.0 / given["weft"], 1.0 / given["warp"]
+    if not (math.isfinite(poisson) and poisson**2 * s11 < s22):
+        raise InvalidInput(
+            "bending_from_strips: poisson must be below sqrt(weft / warp) ="
+            f" {math.sqrt(s22 / s11):.4g} in size, got {poisson}"
+        )
+    s12 = -poisson * s11
+    s33 = 4.0 / given["bias"] - s11 - s22 - 2.0 * s12
+    if not s33 > 0.0:
+        raise InvalidInput(
+            f"bending_from_strips: no plate has a bias rigidity of {given['bias']:.4g} [N m] with "
+            f"{given['weft']:.4g} along weft and {given['warp']:.4g} along warp; "
+            f"bias must be below {4.0 / (s11 + s22 + 2.0 * s12):.4g}"
+        )
+    determinant = s11 * s22 - s12**2
+    return {
+        "bending_weft": s22 / determinant,
+        "bending_warp": s11 / determinant,
+        "bending_twist": 1.0 / s33,
+        "bending_coupling": -s12 / determinant,
+    }
+
+
+def strip_rigidity(material: ClothMaterial, *, angle_degrees: float = 0.0) -> float:
+    """Rigidity [N m] of a strip cut at an angle to weft; 0: weft, 90: warp, 45: bias."""
+    d11, d22, d12, d33 = (
+        material.bending_weft,
+        material.bending_warp,
+        material.bending_coupling,
+        material.bending_twist,
+    )
+    if d33 < 0.0:
+        d33 = 0.5 * (math.sqrt(d11 * d22) - d12)  # as build() takes it
+    determinant = d11 * d22 - d12**2
+    if not (determinant > 0.0 and d33 > 0.0):
+        raise InvalidInput(
+            "strip_rigidity: the material must resist bending along weft, along warp and twisting,"
+            " but one is 0"
+        )
+    angle = np.radians(angle_degrees)
+    c, s = np.cos(angle) ** 2, np.sin(angle) ** 2
+    return float(1.0 / ((d22 * c**2 + d11 * s**2 - 2.0 * d12 * c * s) / determinant + c * s / d33))
+
+
+def _rigidity(name: str, value: Any) -> float:
+    number = in_unit(value, "N m", f"bending_from_strips: {name}")
+    if not isinstance(number, (int, float, np.number)) or not (np.isfinite(number) and number > 0):
+        raise InvalidInput(f"bending_from_strips: {name} must be > 0 [N m], got {value!r}")
+    return float(number)

@@ -1,0 +1,268 @@
+"""A dress of 13 panels that hangs by two straps from the x axis."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._core import InvalidInput
+from ..base.arguments import whole
+from .edges import Edge, arc, line, quadratic
+from .panel import Panel
+from .placement import Cone, Ribbon, Vector
+from .seams import Pattern, Seam
+from .sewing import Garment, edge_for, garment
+
+__all__ = ["dress", "dress_pattern"]
+
+Floats = NDArray[np.float64]
+
+SIDE, STRAP, NECK = (
+    0.15,
+    0.25,
+    0.19,
+)  # heights above the waist: side seam, joint of the straps, lowest neckline [m]
+STRAP_WIDTH, STRAP_AT = (
+    0.045,
+    34.0,
+)  # [m]; centre of a strap from centre front and centre back [degrees]
+
+
+def dress(
+    triangles: int = 8900,
+    *,
+    bust: float = 0.94,
+    waist: float = 0.74,
+    hem: float = 2.6,
+    skirt: float = 0.62,
+    bar_radius: float = 0.015,
+    seed: int = 1,
+) -> Garment:
+    """A sleeveless dress: bodice of five panels, skirt of six gores, two straps that lie over a bar
+    along the x axis.
+
+    triangles : how many, at least 200, met within 13; bust, waist, hem : circumferences [m], bust
+        0.2 m above the waist
+    skirt : length of the skirt along the cloth [m]
+    bar_radius : of the bar under the straps, 4 mm below them [m]; 0.015 to 0.05
+
+    Bodice and skirt start as cones, without strain; the front looks to -y. Groups "strap_left",
+    "front.neckline", "gore_1.hem" and so on.
+
+    >>> len(dress(1500).panel_names)
+    13
+    """
+    count = whole("triangles", triangles, 200, 10_000_000)
+    pattern = dress_pattern(bust=bust, waist=waist, hem=hem, skirt=skirt, bar_radius=bar_radius)
+    # Edges of this length are chords of the strap's curve over the bar: it starts so much higher.
+    edge = edge_for(sum(panel.area for panel in pattern.panels), count)
+    pattern = dress_pattern(
+        bust=bust, waist=waist, hem=hem, skirt=skirt, bar_radius=bar_radius, chord=edge
+    )
+    return garment(pattern, triangles=count, seed=seed, relax=20)
+
+
+def dress_pattern(
+    *,
+    bust: float = 0.94,
+    waist: float = 0.74,
+    hem: float = 2.6,
+    skirt: float = 0.62,
+    bar_radius: float = 0.015,
+    chord: float = 0.0,
+) -> Pattern:
+    """Panels and seams of `dress`, to be changed before they are sewn.
+
+    chord : edges so long [m] clear the bar, at most 0.15; straps that start higher hang slack first
+    """
+    if not 0.0 <= chord <= 0.15:
+        raise InvalidInput(f"chord must be in [0, 0.15] m, got {chord}")
+    if not 0.3 < waist < bust < waist + 0.8 or not waist < hem < waist + 5.0 * skirt:
+        raise InvalidInput(
+            "waist must be in (0.3, bust) and bust and hem not too much wider [m], got"
+            f" bust={bust}, waist={waist}, hem={hem}, skirt={skirt}"
+        )
+    if not 0.015 <= bar_radius <= 0.05:
+        raise InvalidInput(f"bar_radius must be in [0.015, 0.05] m, got {bar_radius}")
+    # Cones: circumference grows by 2 pi slope along the cloth.
+    upper = _Cone(waist, (bust - waist) / (2 * np.pi * 0.2), 1.0)
+    lower = _Cone(waist, (hem - waist) / (2 * np.pi * skirt), -1.0)
+    strap_path, strap_across = _strap(upper, bar_radius, chord)
+    drop = float(strap_path[0, 2]) - upper.height(STRAP)  # height of the waist
+    bodice, seams = _bodice(upper, drop)
+    gores = []
+    for i in range(6):
+        name = f"gore_{i + 1}"
+        gores.append(
+            Panel(
+                name,
+                (
+                    _curve("hem", lower, skirt, -30, 30),
+                    line("right", lower.at(skirt, 30), lower.at(0, 30)),
+                    _curve("waist", lower, 0, 30, -30),
+                    line("left", lower.at(0, -30), lower.at(skirt, -30)),
+                ),
+                place=lower.place(drop, -60.0 + 60.0 * i),
+            )
+        )
+        seams.append(Seam(f"{name}.right", f"gore_{(i + 1) % 6 + 1}.left", True))
+    tops = ["front.waist_right", "side_right.waist", "back_right.waist"]
+    tops += ["back_left.waist", "side_left.waist", "front.waist_left"]
+    seams += [Seam(f"gore_{i + 1}.waist", top, True) for i, top in enumerate(tops)]
+    half = STRAP_WIDTH / 2
+    length = float(np.linalg.norm(np.diff(strap_path, axis=0), axis=1).sum())
+    straps = []
+    for side, sign in (("right", 1.0), ("left", -1.0)):
+        path = _tuples(strap_path * (sign, 1, 1))
+        across = _tuples(strap_across * (1, sign, 1))
+        corners = [(-half, 0.0), (half, 0.0), (half, length), (-half, length)]
+        names = ("front", "right", "back", "left")
+        straps.append(
+            Panel.polygon(f"strap_{side}", corners, names=names, place=Ribbon(path, across))
+        )
+        seams += [Seam(f"strap_{side}.front", f"front.strap_{side}", True)]
+        seams += [Seam(f"strap_{side}.back", f"back_{side}.strap", True)]
+    return Pattern((*bodice, *gores, *straps), tuple(seams))
+
+
+class _Cone:
+    """Polar coordinates on one of the two cones that meet at the waist: distance from the waist
+    [m], angle in space.
+    """
+
+    def __init__(self, waist: float, slope: float, opens: float) -> None:
+        self.slope, self.opens = slope, opens
+        self.apex_distance = waist / (2 * np.pi * slope)
+
+    def at(self, distance: float, degrees: float) -> tuple[float, float]:
+        """In the panel's plane, apex at the origin; degrees from the panel's middle."""
+        angle, away = np.radians(degrees) * self.slope, self.apex_distance + distance
+        return away * np.sin(angle), self.opens * away * np.cos(angle)
+
+    def height(self, distance: float) -> float:
+        """Above the waist, in space [m]."""
+        return float(self.opens * np.sqrt(1 - self.slope**2) * distance)
+
+    def radius(self, distance: float) -> float:
+        return float(self.slope * (self.apex_distance + distance))
+
+    def place(self, waist_height: float, degrees: float) -> Cone:
+        return Cone(
+            (0.0, 0.0),
+            (0.0, 0.0, waist_height - self.height(self.apex_distance)),
+            self.slope,
+            degrees,
+        )
+
+
+def _curve(name: str, cone: _Cone, distance: float, first: float, last: float) -> Edge:
+    """Part of a ring."""
+    return arc(
+        name,
+        cone.at(distance, first),
+        cone.at(distance, (first + last) / 2),
+        cone.at(distance, last),
+    )
+
+
+def _bodice(cone: _Cone, drop: float) -> tuple[list[Panel], list[Seam]]:
+    half = np.degrees(STRAP_WIDTH / 2 / cone.radius(STRAP))
+    inner, outer = STRAP_AT - half, STRAP_AT + half
+    armhole, nape = (STRAP + SIDE) / 2 - 0.03, NECK + 0.02
+    front = Panel(
+        "front",
+        (
+            _curve("waist_left", cone, 0, -60, 0),
+            _curve("waist_right", cone, 0, 0, 60),
+            line("right", cone.at(0, 60), cone.at(SIDE, 60)),
+            quadratic(
+                "armhole_right",
+                cone.at(SIDE, 60),
+                cone.at(armhole, outer + 2),
+                cone.at(STRAP, outer),
+            ),
+            line("strap_right", cone.at(STRAP, outer), cone.at(STRAP, inner)),
+            arc("neckline", cone.at(STRAP, inner), cone.at(NECK, 0), cone.at(STRAP, -inner)),
+            line("strap_left", cone.at(STRAP, -inner), cone.at(STRAP, -outer)),
+            quadratic(
+                "armhole_left",
+                cone.at(STRAP, -outer),
+                cone.at(armhole, -outer - 2),
+                cone.at(SIDE, -60),
+            ),
+            line("left", cone.at(SIDE, -60), cone.at(0, -60)),
+        ),
+        place=cone.place(drop, -90.0),
+    )
+    side = Panel(
+        "side_right",
+        (
+            _curve("waist", cone, 0, -30, 30),
+            line("back", cone.at(0, 30), cone.at(SIDE, 30)),
+            quadratic("armhole", cone.at(SIDE, 30), cone.at(SIDE - 0.015, 0), cone.at(SIDE, -30)),
+            line("front", cone.at(SIDE, -30), cone.at(0, -30)),
+        ),
+        place=cone.place(drop, 0.0),
+    )
+    # From the side seam at 30 degrees to the centre back at 90; the panel's middle is at 60.
+    back = Panel(
+        "back_right",
+        (
+            _curve("waist", cone, 0, -30, 30),
+            line("centre", cone.at(0, 30), cone.at(nape, 30)),
+            quadratic(
+                "neckline", cone.at(nape, 30), cone.at(nape, 34 - inner), cone.at(STRAP, 30 - inner)
+            ),
+            line("strap", cone.at(STRAP, 30 - inner), cone.at(STRAP, 30 - outer)),
+            quadratic(
+                "armhole",
+                cone.at(STRAP, 30 - outer),
+                cone.at(armhole, 28 - outer),
+                cone.at(SIDE, -30),
+            ),
+            line("side", cone.at(SIDE, -30), cone.at(0, -30)),
+        ),
+        place=cone.place(drop, 60.0),
+    )
+    panels = [
+        front,
+        side,
+        side.mirrored("side_left", place=cone.place(drop, 180.0)),
+        back,
+        back.mirrored("back_left", place=cone.place(drop, 120.0)),
+    ]
+    seams = [
+        Seam("front.right", "side_right.front", True),
+        Seam("front.left", "side_left.front", True),
+        Seam("side_right.back", "back_right.side", True),
+        Seam("side_left.back", "back_left.side", True),
+        Seam("back_right.centre", "back_left.centre", True),
+    ]
+    return panels, seams
+
+
+def _strap(cone: _Cone, bar_radius: float, chord: float) -> tuple[Floats, Floats]:
+    """Path of the right strap from front to back over the bar at the origin, and the direction
+    across it.
+    """
+    angle, radius = np.radians(STRAP_AT), cone.radius(STRAP)
+    x, depth, rise = radius * np.sin(angle), radius * np.cos(angle), 0.13
+    clear = bar_radius + 0.004
+    over = (
+        clear + np.sqrt(clear**2 + chord**2 / 2)
+    ) / 2  # a chord of this circle stays chord^2 / (8 over) inside it
+    # Straight from (-depth, -rise) to where it touches the circle round the bar, then over the top
+    # of it.
+    first = np.arctan2(-rise, -depth) - np.arccos(over / np.hypot(depth, rise)) + 2 * np.pi
+    turn = np.linspace(first, np.pi - first, 17)
+    circle = np.c_[np.full(17, x), over * np.cos(turn), over * np.sin(turn)]
+    leg = np.linspace(np.array([x, -depth, -rise]), circle[0], 9)[:-1]
+    path = np.concatenate([leg, circle, (leg * (1, -1, 1))[::-1]])
+    # At both joints it lies in the bodice, on the bar along it.
+    twist = angle * np.concatenate([np.linspace(1, 0, 8), np.zeros(17), np.linspace(0, -1, 8)])
+    across = np.c_[np.cos(twist), np.sin(twist), np.zeros(33)]
+    return path, across
+
+
+def _tuples(rows: Floats) -> tuple[Vector, ...]:
+    return tuple((float(x), float(y), float(z)) for x, y, z in rows)

@@ -1,0 +1,123 @@
+"""Pictures of the field of one magnet of any shape: `loomstone field`, `loomstone plot force`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from .._core import (
+    Camera,
+    InvalidInput,
+    Magnet,
+    MagneticBody,
+    RenderOptions,
+    RigidBody,
+    Scene,
+    TriangleMesh,
+)
+from ..meshes.shapes import read_mesh
+from . import sources as bodies
+from . import figures
+from . import lines
+
+__all__ = ["curve_of_meshes", "draw_field"]
+
+
+def numbers(text: str, name: str) -> tuple[float, float, float]:
+    """Three numbers from `0,0,1`."""
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError:
+        raise InvalidInput(f"{name} must be three numbers like 0,0,1, got {text!r}") from None
+    return x, y, z
+
+
+def draw_field(
+    mesh: TriangleMesh,
+    polarization: tuple[float, float, float],
+    path: Path,
+    *,
+    n_lines: int = 150,
+    eye: tuple[float, float, float] = (0.6, -1.0, 0.35),
+    width: int = 1280,
+    height: int = 960,
+) -> tuple[Path, lines.FieldLines]:
+    """Draws a closed mesh [m] magnetised uniformly (J = mu0 M [T]) with its field lines; returns
+    picture (PNG) and lines.
+    """
+    magnet = Magnet(body="magnet", polarization=polarization)
+    simulation = _core.Simulation(
+        Scene(bodies=[RigidBody(name="magnet", mesh=mesh)], magnets=[magnet])
+    )
+    frame = simulation.frame()
+    body = simulation.magnets(frame)[0]
+    found = lines.field_lines(
+        body, n_lines, tolerance=1e-4, extent=2.6 * body.radius, centre=body.position
+    )
+    direction = np.asarray(eye) / np.linalg.norm(eye)
+    camera = Camera(
+        fit=False,
+        eye=body.position + 5.6 * body.radius * direction,
+        target=body.position,
+        field_of_view_degrees=40.0,
+    )
+    options = RenderOptions(width=width, height=height, camera=camera)
+    picture = _core.Renderer(simulation.topology, options).render(
+        frame, lines.curves_of(found, 0.009 * body.radius)
+    )
+    _core.write_png(str(path), picture)
+    return path, found
+
+
+def magnet_of(path: Path, polarization: tuple[float, float, float]) -> MagneticBody:
+    """A closed mesh file as a magnet."""
+    return bodies.mesh(read_mesh(path, with_uv=False), polarization=polarization)
+
+
+def curve_of_meshes(
+    kind: str,
+    meshes: list[Path],
+    polarization: tuple[float, float, float],
+    axis: tuple[float, float, float],
+    reach: float,
+    path: Path,
+) -> Path:
+    """Force over distance, or torque over angle, of one mesh over another (or itself) of the same
+    magnetisation.
+
+    The first body starts one millionth of its size clear of the second one along `axis`, and is
+    moved by `reach` [m] (0: the size of the second), or turned once about an axis across.
+    """
+    if not 1 <= len(meshes) <= 2:
+        raise InvalidInput(
+            f"curves of {kind} need one or two meshes, got {len(meshes)}; give --mesh FILE"
+        )
+    on, by = magnet_of(meshes[0], polarization), magnet_of(meshes[-1], polarization)
+    along = figures.unit(axis)
+    apart = _reach(read_mesh(meshes[-1], with_uv=False), by, along) + _reach(
+        read_mesh(meshes[0], with_uv=False), on, -along
+    )
+    place = by.position + (apart + 1e-6 * on.radius) * along
+    on = on.at(place, on.orientation)
+    if kind == "force":
+        distances = np.linspace(0.0, 1.0, 41) ** 2 * (reach or by.radius)
+        return figures.plot_curve(
+            figures.force_over_distance(on, by, distances, axis=along, tolerance=1e-3), path
+        )
+    across = np.cross(along, (0.0, 0.0, 1.0) if abs(along[2]) < 0.9 else (1.0, 0.0, 0.0))
+    on = on.moved((on.radius + by.radius - apart) * along)  # room to turn
+    return figures.plot_curve(
+        figures.torque_over_angle(
+            on, by, np.linspace(0.0, 2.0 * np.pi, 49), axis=across, tolerance=1e-3
+        ),
+        path,
+        kind="torque",
+    )
+
+
+def _reach(mesh: TriangleMesh, body: MagneticBody, along: NDArray[np.float64]) -> float:
+    """How far a mesh reaches from the centre of its body."""
+    return float(((mesh.vertices - body.position) @ along).max())

@@ -1,0 +1,41 @@
+"""Convex parts of a solid, for rigid bodies that are not convex."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._core import InvalidInput, TriangleMesh, Unsupported
+
+__all__ = ["convex_parts"]
+
+
+def convex_parts(
+    mesh: TriangleMesh, *, threshold: float = 0.05, seed: int = 1
+) -> list[TriangleMesh]:
+    """Decomposes a closed mesh into convex parts, for RigidBody(shape="parts", parts=...).
+
+    By CoACD (Wei and others, 2022).
+
+    threshold : concavity allowed in a part, relative to the size [1], 0.01 to 1; seed : of its tree
+        search
+
+    The result depends on the version of coacd: keep the parts in a file where a run must be
+    repeated elsewhere.
+    """
+    if not mesh.closed:
+        raise InvalidInput(
+            "convex_parts: mesh must be closed, got one with open edges; close its holes"
+        )
+    try:
+        import coacd
+    except ImportError:
+        raise Unsupported(
+            "convex_parts needs the package coacd, which is not installed; pip install coacd"
+        ) from None
+    coacd.set_log_level("error")
+    shape = coacd.Mesh(np.asarray(mesh.vertices), np.asarray(mesh.triangles))
+    parts = coacd.run_coacd(shape, threshold=threshold, seed=seed)
+    return [
+        TriangleMesh(np.asarray(vertices, float), np.asarray(triangles, np.int32))
+        for vertices, triangles in parts
+    ]

@@ -1,0 +1,201 @@
+"""Obstacles that deform as files say: a mesh file a frame, or one file of vertex positions."""
+
+from __future__ import annotations
+
+import glob
+import os
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import meshes
+from .._core import CacheError, InvalidInput, Obstacle, TriangleMesh
+from ..base.arguments import explained
+
+__all__ = ["obstacle_sequence"]
+
+Floats = NDArray[np.float64]
+StrPath = str | os.PathLike[str]
+_DEFAULT = Obstacle()
+_CACHES = (".npy", ".npz", ".pc2", ".mdd")
+
+
+@explained
+def obstacle_sequence(
+    source: StrPath | Sequence[StrPath],
+    *,
+    mesh: TriangleMesh | None = None,
+    rate: float | None = None,
+    start: float | None = None,
+    name: str = "",
+    friction: float = _DEFAULT.friction,
+    thickness: float = _DEFAULT.thickness,
+) -> Obstacle:
+    """Obstacle whose vertices move as files say, linearly between frames.
+
+    source : a pattern of mesh files ("body-*.obj", in the order of the numbers in their names), a
+        list of them, or one file of vertex positions [m]: .npy (frames x n x 3), .npz (`positions`
+        and, where there, `times` [s]), .pc2 or .mdd as other programs write them
+    mesh : whose triangles move, where source has positions only
+    rate : frames a second [1/s]; default: as the file says (.npz with times, .mdd)
+    start : time of the first frame [s]; default: as the file says, else 0
+    friction : [1]; thickness : contact distance [m], 0: as the cloth's
+
+    All frames are held in memory, 24 bytes a vertex and frame.
+
+    >>> waving = obstacle_sequence("out/body-*.obj", rate=25)    # doctest: +SKIP
+    >>> body = ls.read_mesh("body.obj")                          # doctest: +SKIP
+    >>> waving = obstacle_sequence("body.pc2", mesh=body)        # doctest: +SKIP
+    """
+    one = Path(source) if isinstance(source, (str, os.PathLike)) else None
+    if one is not None and one.suffix.lower() in _CACHES:
+        if mesh is None:
+            raise InvalidInput(
+                f"{one}: holds positions only; give the mesh whose vertices move, as"
+                " mesh=ls.read_mesh(...)"
+            )
+        frames, times = _read_cache(one)
+    else:
+        mesh, frames = _read_meshes(_in_order(source), mesh)
+        times = None
+    if frames.ndim != 3 or frames.shape[1:] != (mesh.n_vertices, 3) or len(frames) < 2:
+        raise InvalidInput(
+            f"{source}: must hold 2 frames or more of {mesh.n_vertices} vertices (frames x"
+            f" {mesh.n_vertices} x 3), got {frames.shape}"
+        )
+    if rate is not None:
+        if not (np.isfinite(rate) and rate > 0):
+            raise InvalidInput(f"rate must be > 0 [1/s], got {rate}; correct this value")
+        times = np.arange(len(frames)) * (_step_of(one) / rate)
+    elif times is None:
+        raise InvalidInput(
+            f"{source}: does not say when its frames are; give rate, frames a second [1/s]"
+        )
+    elif times.shape != (len(frames),):
+        raise InvalidInput(
+            f"{source}: must have one time a frame ({len(frames)}), got {times.size}"
+        )
+    if start is not None:
+        times = times - times[0] + start
+    positions = np.ascontiguousarray(frames, float).reshape(-1, 3)
+    shape = TriangleMesh(positions[: mesh.n_vertices], mesh.triangles)
+    return Obstacle(
+        mesh=shape,
+        times=times,
+        vertex_positions=positions,
+        name=name,
+        friction=friction,
+        thickness=thickness,
+    )
+
+
+def _in_order(source: StrPath | Sequence[StrPath]) -> list[Path]:
+    """Files in the order of the numbers in their names; a list as it is."""
+    if not isinstance(source, (str, os.PathLike)):
+        return [Path(path) for path in source]
+    found = glob.glob(os.fspath(source))
+    if not found:
+        raise CacheError(
+            f"{source}: no file has such a name; give a pattern as 'body-*.obj', or a file that"
+            f" ends in {', '.join(_CACHES)}"
+        )
+    return [
+        Path(p)
+        for p in sorted(
+            found,
+            key=lambda p: [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", p)],
+        )
+    ]
+
+
+def _read_meshes(paths: list[Path], mesh: TriangleMesh | None) -> tuple[TriangleMesh, Floats]:
+    frames = []
+    for path in paths:
+        read = meshes.read_mesh(path, with_uv=False)
+        mesh = read if mesh is None else mesh
+        if not np.array_equal(read.triangles, mesh.triangles):
+            raise InvalidInput(
+                f"{path}: must have the triangles of the frames before it ({mesh.n_triangles}), got"
+                f" {read.n_triangles} or others"
+            )
+        frames.append(read.vertices)
+    if mesh is None:
+        raise InvalidInput("source must name mesh files, got an empty list")
+    return mesh, np.array(frames)
+
+
+def _read_cache(path: Path) -> tuple[NDArray[Any], Floats | None]:
+    """Positions, memory-mapped where the format allows it, and times where the file has them."""
+    try:
+        if path.suffix.lower() in (".npy", ".npz"):
+            return _read_numpy(path)
+        with path.open("rb") as file:
+            head = file.read(32)
+        return (_read_pc2 if path.suffix.lower() == ".pc2" else _read_mdd)(path, head)
+    except (ValueError, EOFError) as error:
+        if isinstance(error, InvalidInput):
+            raise
+        raise CacheError(f"{path}: cannot be read as vertex positions: {error}") from error
+    except OSError as error:
+        if isinstance(error, CacheError):
+            raise
+        raise CacheError(f"{path}: cannot be read: {error.strerror or error}") from error
+
+
+def _read_numpy(path: Path) -> tuple[NDArray[Any], Floats | None]:
+    if path.suffix.lower() == ".npy":
+        content, times = np.load(path, mmap_mode="r"), None
+    else:
+        with np.load(path) as arrays:
+            if "positions" not in arrays:
+                raise InvalidInput(
+                    f"{path}: must hold an array `positions` (frames x n x 3), got"
+                    f" {', '.join(arrays) or 'none'}"
+                )
+            content = arrays["positions"]
+            times = np.asarray(arrays["times"], float).ravel() if "times" in arrays else None
+    if content.dtype.kind not in "fiu":
+        raise InvalidInput(f"{path}: must hold numbers, got {content.dtype}")
+    return content, times
+
+
+def _read_pc2(path: Path, head: bytes) -> tuple[NDArray[Any], None]:
+    """Point cache 2: "POINTCACHE2", version, points, first frame, frames a sample, samples; then
+    floats, little-endian.
+    """
+    if head[:12] != b"POINTCACHE2\0" or len(head) < 32:
+        raise CacheError(f"{path}: is no point cache (.pc2)")
+    points, samples = (int(n) for n in np.frombuffer(head, "<i4")[[4, 7]])
+    return _mapped(path, "<f4", 32, samples, points), None
+
+
+def _step_of(path: Path | None) -> float:
+    """Frames between two samples, which only .pc2 tells."""
+    if path is None or path.suffix.lower() != ".pc2":
+        return 1.0
+    return float(np.fromfile(path, "<f4", 1, offset=24)[0])
+
+
+def _read_mdd(path: Path, head: bytes) -> tuple[NDArray[Any], Floats]:
+    """Frames, points, times [s]; then floats, all big-endian."""
+    if len(head) < 8:
+        raise CacheError(f"{path}: is no point cache (.mdd)")
+    samples, points = (int(n) for n in np.frombuffer(head[:8], ">i4"))
+    if samples < 1 or points < 1:
+        raise CacheError(f"{path}: is no point cache (.mdd)")
+    frames = _mapped(path, ">f4", 8 + 4 * samples, samples, points)
+    return frames, np.fromfile(path, ">f4", samples, offset=8).astype(float)
+
+
+def _mapped(path: Path, kind: str, offset: int, samples: int, points: int) -> NDArray[Any]:
+    wanted, size = offset + 12 * samples * points, path.stat().st_size
+    if samples < 1 or points < 1 or size < wanted:
+        raise CacheError(
+            f"{path}: says {samples} frames of {points} points, which take {wanted} bytes, but has"
+            f" {size}; it is cut short"
+        )
+    return np.memmap(path, kind, "r", offset, (samples, points, 3))

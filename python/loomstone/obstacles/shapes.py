@@ -1,0 +1,220 @@
+"""Obstacles by keyword: static, or moved by keyframes of their origin."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .. import meshes
+from .._core import InvalidInput, Obstacle, TriangleMesh
+from ..base.arguments import explained, vector
+
+__all__ = ["box", "capsule", "floor", "funnel", "obstacle", "sphere", "wave_bar"]
+
+_DEFAULT = Obstacle()
+
+
+@explained
+def obstacle(
+    mesh: TriangleMesh,
+    *,
+    name: str = "",
+    centre: ArrayLike = (0.0, 0.0, 0.0),
+    times: ArrayLike = (),
+    positions: ArrayLike | None = None,
+    axis_angles: ArrayLike | None = None,
+    friction: float = _DEFAULT.friction,
+    thickness: float = _DEFAULT.thickness,
+) -> Obstacle:
+    """Obstacle from any mesh.
+
+    mesh : surface in its own frame; stands at `centre` [m] unless moved
+    times : (k) keyframes [s], ascending; positions : (k x 3) of the mesh's origin [m], default
+        `centre` throughout;
+    axis_angles : (k x 3) rotation vectors [rad]
+    Without times the mesh itself is moved, and what lies in its frame, as magnets do, is placed
+    from the world's origin; one keyframe gives it a pose instead, which they take part in.
+    friction : [1]; thickness : contact distance [m], 0: as the cloth's
+    """
+    times = np.asarray(times, float).ravel()
+    settings: dict[str, Any] = {"name": name, "friction": friction, "thickness": thickness}
+    if len(times) == 0:
+        if positions is not None or axis_angles is not None:
+            raise InvalidInput(
+                f"obstacle {name!r}: positions and axis_angles need times [s], got none; give one"
+                " time a row"
+            )
+        return Obstacle(mesh=mesh.moved(vector("centre", centre, 3)), **settings)
+    if positions is None:
+        positions = np.broadcast_to(vector("centre", centre, 3), (len(times), 3))
+    settings["positions"] = np.asarray(positions, float)
+    if axis_angles is not None:
+        settings["axis_angles"] = np.asarray(axis_angles, float)
+    return Obstacle(mesh=mesh, times=times, **settings)
+
+
+@explained
+def sphere(
+    *,
+    radius: float,
+    centre: ArrayLike = (0.0, 0.0, 0.0),
+    subdivisions: int = 4,
+    name: str = "sphere",
+    times: ArrayLike = (),
+    positions: ArrayLike | None = None,
+    friction: float = _DEFAULT.friction,
+    thickness: float = _DEFAULT.thickness,
+) -> Obstacle:
+    """Sphere; lengths [m], keyframes as in `obstacle`.
+
+    >>> sphere(radius=0.15).mesh.closed
+    True
+    """
+    mesh = meshes.sphere(radius=radius, subdivisions=subdivisions)
+    return obstacle(
+        mesh,
+        name=name,
+        centre=centre,
+        times=times,
+        positions=positions,
+        friction=friction,
+        thickness=thickness,
+    )
+
+
+@explained
+def box(
+    *,
+    size: tuple[float, float, float],
+    centre: ArrayLike = (0.0, 0.0, 0.0),
+    name: str = "box",
+    times: ArrayLike = (),
+    positions: ArrayLike | None = None,
+    axis_angles: ArrayLike | None = None,
+    friction: float = _DEFAULT.friction,
+    thickness: float = _DEFAULT.thickness,
+) -> Obstacle:
+    """Box with the given sides [m]; keyframes as in `obstacle`."""
+    return obstacle(
+        meshes.box(size=size),
+        name=name,
+        centre=centre,
+        times=times,
+        positions=positions,
+        axis_angles=axis_angles,
+        friction=friction,
+        thickness=thickness,
+    )
+
+
+@explained
+def capsule(
+    *,
+    radius: float,
+    length: float,
+    centre: ArrayLike = (0.0, 0.0, 0.0),
+    axis: ArrayLike = (0.0, 0.0, 1.0),
+    segments: int = 32,
+    name: str = "capsule",
+    times: ArrayLike = (),
+    positions: ArrayLike | None = None,
+    friction: float = _DEFAULT.friction,
+    thickness: float = _DEFAULT.thickness,
+) -> Obstacle:
+    """Capsule along `axis`; `length` between the centres of its caps [m]; keyframes as in
+    `obstacle`.
+    """
+    mesh = meshes.capsule(radius=radius, length=length, segments=segments)
+    mesh = mesh.moved((0, 0, 0), rotation=_rotation_to(vector("axis", axis, 3)))
+    return obstacle(
+        mesh,
+        name=name,
+        centre=centre,
+        times=times,
+        positions=positions,
+        friction=friction,
+        thickness=thickness,
+    )
+
+
+@explained
+def funnel(
+    *,
+    top_radius: float,
+    bottom_radius: float,
+    height: float,
+    tube_length: float,
+    wall: float,
+    centre: ArrayLike = (0.0, 0.0, 0.0),
+    segments: int = 64,
+    name: str = "funnel",
+    friction: float = _DEFAULT.friction,
+    thickness: float = _DEFAULT.thickness,
+) -> Obstacle:
+    """Funnel: cone between z = height and z = 0 over a tube, with a wall; `centre` is where cone
+    and tube meet [m].
+    """
+    mesh = meshes.funnel(
+        top_radius=top_radius,
+        bottom_radius=bottom_radius,
+        height=height,
+        tube_length=tube_length,
+        wall=wall,
+        segments=segments,
+    )
+    return obstacle(mesh, name=name, centre=centre, friction=friction, thickness=thickness)
+
+
+@explained
+def wave_bar(
+    *,
+    length: float,
+    radius: float,
+    amplitude: float,
+    wavelength: float,
+    centre: ArrayLike = (0.0, 0.0, 0.0),
+    segments: int = 24,
+    name: str = "bar",
+    friction: float = _DEFAULT.friction,
+    thickness: float = _DEFAULT.thickness,
+) -> Obstacle:
+    """Tube along y whose centre line waves in z [m]."""
+    mesh = meshes.wave_bar(
+        length=length, radius=radius, amplitude=amplitude, wavelength=wavelength, segments=segments
+    )
+    return obstacle(mesh, name=name, centre=centre, friction=friction, thickness=thickness)
+
+
+@explained
+def floor(
+    *,
+    height: float = 0.0,
+    size: float = 4.0,
+    cells: int = 8,
+    name: str = "floor",
+    friction: float = _DEFAULT.friction,
+    thickness: float = _DEFAULT.thickness,
+) -> Obstacle:
+    """Square of `size` in z = `height` [m], drawn as ground."""
+    return obstacle(
+        meshes.floor(size=size, cells=cells),
+        name=name,
+        centre=(0.0, 0.0, height),
+        friction=friction,
+        thickness=thickness,
+    ).replace(floor=True)
+
+
+def _rotation_to(
+    axis: np.ndarray[Any, np.dtype[np.float64]],
+) -> np.ndarray[Any, np.dtype[np.float64]]:
+    """Rotation matrix that takes z to `axis`."""
+    from scipy.spatial.transform import Rotation
+
+    if not axis.any():
+        raise InvalidInput("axis must have a direction, got (0, 0, 0)")
+    rotation, _ = Rotation.align_vectors([axis / np.linalg.norm(axis)], [[0.0, 0.0, 1.0]])
+    matrix: np.ndarray[Any, np.dtype[np.float64]] = rotation.as_matrix()
+    return matrix

@@ -1,0 +1,1 @@
+"""Frames of a run as pictures, plots and video."""

@@ -1,0 +1,143 @@
+"""Plots of a run, from its table of steps."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._core import CacheError, InvalidInput, Unsupported
+from ..runs.tables import read_table
+
+__all__ = ["KINDS", "plot_run", "read_steps"]
+
+KINDS = ("energy", "stages", "contacts", "stretch", "strain", "iterations")
+
+
+def read_steps(directory: str | os.PathLike[str]) -> dict[str, NDArray[np.float64]]:
+    """Columns of steps.csv by name, one entry a step."""
+    path = Path(directory) / "steps.csv"
+    if not path.exists():
+        raise CacheError(
+            f"{path}: no table of steps; give the directory of a run made by `loomstone run`"
+        )
+    header, rows = read_table(path, "step")
+    if not rows:
+        raise CacheError(f"{path}: has no steps yet")
+    return dict(zip(header, np.array(rows, float).T, strict=True))
+
+
+def plot_run(
+    directory: str | os.PathLike[str],
+    *,
+    kind: str = "energy",
+    path: str | os.PathLike[str] | None = None,
+) -> Path:
+    """Draws one of energy, stages, contacts, stretch, strain, iterations over time; returns the
+    picture's path (PNG).
+    """
+    if kind not in KINDS:
+        raise InvalidInput(f"plot must be one of {', '.join(KINDS)}, got {kind!r}")
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise Unsupported(
+            "plots need matplotlib, which is not installed; pip install matplotlib"
+        ) from None
+    steps = read_steps(directory)
+    figure = Figure(figsize=(8, 4.5), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    _DRAW[kind](axes, steps)
+    axes.set_xlabel("time [s]")
+    axes.grid(alpha=0.3)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc="best", fontsize="small")
+    target = Path(path) if path else Path(directory) / f"{kind}.png"
+    try:
+        figure.savefig(target, dpi=150)
+    except (OSError, ValueError) as error:
+        raise CacheError(f"{target}: the plot cannot be written: {error}") from error
+    return target
+
+
+def _energy(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
+    energies = {
+        name.removesuffix("_energy"): values
+        for name, values in steps.items()
+        if name.endswith("_energy")
+    }
+    energies["contact"] = np.append(
+        energies["contact"][1:], np.nan
+    )  # a step's is that of its start, the others of its end
+    for name, values in energies.items():
+        axes.plot(steps["time"], values, label=name)
+    axes.plot(steps["time"], sum(energies.values()), "k", label="sum")
+    axes.set_ylabel("energy [J]")
+
+
+def _stages(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
+    names = [name for name in steps if name.startswith("seconds_")]
+    milliseconds = [1e3 * steps[name] for name in names]
+    axes.stackplot(
+        steps["time"], milliseconds, labels=[name.removeprefix("seconds_") for name in names]
+    )
+    axes.set_ylabel("wall time a step [ms]")
+
+
+def _contacts(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
+    for name in ("contacts", "impacts", "truncated"):
+        axes.plot(steps["time"], steps[name], label=name)
+    axes.set_ylabel("number [1]")
+
+
+def _stretch(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
+    axes.plot(steps["time"], steps["max_stretch"])
+    axes.set_ylabel("largest principal stretch [1]")
+
+
+def _strain(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
+    """Largest strain in each direction; what of it is beyond limits; sweeps that limiting took, on
+    the right.
+    """
+    if "weft_strain" not in steps:
+        raise InvalidInput(
+            "this run has no strains in its table of steps: it was made by an earlier version; run"
+            " it again"
+        )
+    for name, colour in (("weft", "C0"), ("warp", "C1"), ("shear", "C2")):
+        axes.plot(steps["time"], steps[f"{name}_strain"], colour, label=name)
+        if steps[f"{name}_excess"].any():
+            axes.plot(
+                steps["time"],
+                steps[f"{name}_excess"],
+                colour,
+                linestyle=":",
+                label=f"{name} beyond limits",
+            )
+    axes.set_ylabel("largest strain [1]")
+    if steps["limit_sweeps"].any():
+        right = axes.twinx()
+        right.plot(steps["time"], steps["limit_sweeps"], "0.6", linewidth=0.8, zorder=0)
+        right.set_ylabel("sweeps a step [1] (grey)")
+        right.set_ylim(bottom=0)
+
+
+def _iterations(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
+    axes.plot(steps["time"], steps["linear_iterations"], label="linear")
+    axes.plot(steps["time"], steps["newton_iterations"], label="Newton")
+    axes.set_ylabel("iterations a step [1]")
+
+
+_DRAW = {
+    "energy": _energy,
+    "stages": _stages,
+    "contacts": _contacts,
+    "stretch": _stretch,
+    "strain": _strain,
+    "iterations": _iterations,
+}

@@ -1,0 +1,1 @@
+"""Runs in directories: writing, resuming, reading, verifying."""

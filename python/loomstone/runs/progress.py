@@ -1,0 +1,137 @@
+"""How far a run is: a bar on a terminal, plain lines on a pipe, nothing on ranks other than 0."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TaskID,
+    TextColumn,
+    TimeRemainingColumn,
+)
+
+from .._core import Frame, StepReport
+from .execution import Observer, Silence
+
+__all__ = ["observer"]
+
+
+def observer(rank: int = 0) -> Observer:
+    """The observer that fits where the output goes."""
+    if rank != 0:
+        return Silence()
+    launched = (
+        "OMPI_COMM_WORLD_SIZE" in os.environ or "PMI_SIZE" in os.environ
+    )  # launchers hand out false terminals
+    return Bar() if sys.stdout.isatty() and not launched else Lines()
+
+
+def trouble(report: StepReport) -> str:
+    """The line about a step that certification could not free."""
+    return (
+        f"step {report.step} (t {report.time:.3f} s): {report.unresolved} impacts are left even in"
+        f" 1/64 of the step and {report.intersections} triangle pairs intersect; what moves by"
+        " script leaves the cloth no room"
+    )
+
+
+def overstrained(report: StepReport) -> str:
+    """The line about a step that could not keep limits of strain."""
+    excess = max(report.weft_excess, report.warp_excess, report.shear_excess)
+    return (
+        f"step {report.step} (t {report.time:.3f} s): {report.broken_limits} triangles strain"
+        f" beyond their limits, by up to {excess:.3f} (triangle {report.worst_element}); limits.csv"
+        " names the worst of every step"
+    )
+
+
+class _Counts:
+    """Step rate and what the last step did."""
+
+    def __init__(self) -> None:
+        self._began = self._last = time.perf_counter()
+        self._steps = 0
+        self._report = StepReport()
+        self._frames = self._done_before = 0
+        self._troubled = self._overstrained = False
+
+    def start(self, frames: int, done: int) -> None:
+        self._began = time.perf_counter()
+        self._frames, self._done_before = frames, done
+
+    def step(self, report: StepReport) -> None:
+        self._steps, self._report = self._steps + 1, report
+        if report.unresolved and not self._troubled:  # once, until the cloth is free again
+            self.say(trouble(report))
+        self._troubled = report.unresolved > 0 or report.intersections > 0
+        if report.broken_limits and not self._overstrained:  # once a run
+            self.say(overstrained(report))
+            self._overstrained = True
+
+    def say(self, line: str) -> None:
+        print(line, flush=True)
+
+    def status(self) -> str:
+        rate = self._steps / max(time.perf_counter() - self._began, 1e-9)
+        report = self._report
+        return (
+            f"t {report.time:.3f} s  {rate:.1f} steps/s  contacts {report.contacts}  stretch"
+            f" {report.max_stretch:.3f}"
+        )
+
+
+class Lines(_Counts):
+    """One line a frame."""
+
+    def frame(self, index: int, frame: Frame) -> None:
+        done = index + 1 - self._done_before
+        left = (time.perf_counter() - self._began) / max(done, 1) * (self._frames - index - 1)
+        minutes, seconds = divmod(round(left), 60)
+        print(
+            f"frame {index + 1}/{self._frames}  {self.status()}  left {minutes}:{seconds:02d}",
+            flush=True,
+        )
+
+    def end(self) -> None: ...
+
+
+class Bar(_Counts):
+    """A bar with time left."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._progress = Progress(
+            TextColumn("frame"),
+            MofNCompleteColumn(),
+            BarColumn(),
+            TimeRemainingColumn(),
+            TextColumn("{task.description}"),
+            console=Console(file=sys.stdout),
+        )
+        self._task = TaskID(0)
+
+    def start(self, frames: int, done: int) -> None:
+        super().start(frames, done)
+        self._progress.start()
+        self._task = self._progress.add_task("", total=frames, completed=done)
+
+    def step(self, report: StepReport) -> None:
+        super().step(report)
+        if time.perf_counter() - self._last > 0.1:
+            self._last = time.perf_counter()
+            self._progress.update(self._task, description=self.status())
+
+    def say(self, line: str) -> None:
+        self._progress.console.print(line, highlight=False)
+
+    def frame(self, index: int, frame: Frame) -> None:
+        self._progress.update(self._task, completed=index + 1, description=self.status())
+
+    def end(self) -> None:
+        self._progress.stop()

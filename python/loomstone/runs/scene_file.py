@@ -1,0 +1,281 @@
+"""Scene files: Python with a function `scene(**parameters)` and, beside it, how to run it.
+
+    duration = 1.0                                 # [s]
+    rate = 25.0                                    # frames a second
+    integrator = ls.SemiImplicitEuler(step=2e-3)
+    render = ls.RenderOptions()                    # optional: how pictures look
+    def scene(triangles: int = 14450) -> ls.Scene: ...
+    def control(sim: ls.Simulation) -> None: ...   # optional: before every step; a function of
+                                                   # time and state
+    def check(run: ls.Run) -> None: ...            # optional: claims about the frames, by assert
+
+`integrator` and `duration` may also be functions of the scene's parameters.
+"""
+
+from __future__ import annotations
+
+import ast
+import difflib
+import inspect
+import json
+import traceback
+import types
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from .. import _core
+from .._core import CacheError, Error, IntegratorOptions, InvalidInput, RenderOptions, Scene
+from .cache import Run
+from ..simulation import Simulation
+from ..pictures.drawing import options_from_dict
+
+__all__ = ["SceneFile", "parse_parameters", "stored_options"]
+
+
+class SceneFile:
+    """A scene file with values of its parameters."""
+
+    def __init__(self, path: Path, source: str, parameters: dict[str, Any]) -> None:
+        self.path, self.source = path, source
+        module = types.ModuleType("loomstone_scene")
+        module.__file__ = str(path)
+        with self._located():
+            exec(compile(source, str(path), "exec"), module.__dict__)
+        self._module = module
+        function = getattr(module, "scene", None)
+        if not callable(function):
+            raise InvalidInput(
+                f"{path} must define a function scene(), but does not; see loomstone run --help"
+            )
+        self._function: Callable[..., Scene] = function
+        accepted = inspect.signature(function).parameters.values()
+        self._any_name = any(p.kind is p.VAR_KEYWORD for p in accepted)
+        self.known = {
+            p.name: p.default
+            for p in accepted
+            if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)
+        }
+        self.parameters = {name: self._value(name, value) for name, value in parameters.items()}
+        missing = [
+            name for name, default in self.known.items() if default is inspect.Parameter.empty
+        ]
+        if missing := [name for name in missing if name not in parameters]:
+            raise InvalidInput(
+                f"{path.name}: scene() needs a value for {missing[0]}; give -p {missing[0]}=..."
+            )
+
+    @classmethod
+    def open(cls, path: Path, parameters: dict[str, Any]) -> SceneFile:
+        """From a file as it is now."""
+        try:
+            source = path.read_text()
+        except OSError as error:
+            raise CacheError(f"{path}: scene file cannot be read: {error.strerror}") from error
+        except UnicodeDecodeError as error:
+            raise CacheError(
+                f"{path}: scene file cannot be read: it is no text; give a Python file"
+            ) from error
+        return cls(path.resolve(), source, parameters)
+
+    @classmethod
+    def of_run(cls, run: Run) -> SceneFile:
+        """As it was when a run began, from the metadata of its cache."""
+        stored = run.metadata.get("scene_file")
+        if not stored:
+            raise CacheError(
+                f"{run.directory}: was not made by `loomstone run`, so its scene is not known;"
+                " resume it in Python"
+            )
+        return cls(Path(stored["path"]), stored["source"], stored["parameters"])
+
+    def scene(self) -> Scene:
+        """The scene for these parameters."""
+        with self._located():
+            made = self._function(**self.parameters)
+        if not isinstance(made, Scene):
+            raise InvalidInput(
+                f"{self.path}: scene() must return a Scene, got a {type(made).__name__}"
+            )
+        return made
+
+    def _constant(self, name: str, default: Any) -> Any:
+        value = getattr(self._module, name, default)
+        if callable(value):
+            wanted = inspect.signature(value).parameters
+            with self._located():
+                value = value(
+                    **{k: v for k, v in {**self.known, **self.parameters}.items() if k in wanted}
+                )
+        return value
+
+    def _number(self, name: str, default: float) -> float:
+        value = self._constant(name, default)
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise InvalidInput(f"{self.path}: {name} must be a number, got {value!r}")
+        return float(value)
+
+    @contextmanager
+    def _located(self) -> Iterator[None]:
+        """A mistake in the file is told with its line."""
+        try:
+            yield
+        except (Error, AssertionError) as error:
+            raise error
+        except SyntaxError as error:
+            raise InvalidInput(f"{error.filename}, line {error.lineno}: {error.msg}") from error
+        except Exception as error:
+            lines = [
+                f.lineno
+                for f in traceback.extract_tb(error.__traceback__)
+                if f.filename == str(self.path)
+            ]
+            where = f"{self.path}, line {lines[-1]}" if lines else str(self.path)
+            raise InvalidInput(f"{where}: {type(error).__name__}: {error}") from error
+
+    @property
+    def duration(self) -> float:
+        """[s]"""
+        return self._number("duration", 1.0)
+
+    @property
+    def rate(self) -> float:
+        """frames a second [1/s]"""
+        return self._number("rate", 25.0)
+
+    @property
+    def integrator(self) -> IntegratorOptions:
+        """How the scene is advanced unless the command line says otherwise."""
+        value = self._constant("integrator", IntegratorOptions())
+        if not isinstance(value, IntegratorOptions):
+            raise InvalidInput(
+                f"{self.path}: integrator must be IntegratorOptions, got a {type(value).__name__}"
+            )
+        return value
+
+    @property
+    def render(self) -> RenderOptions:
+        """How pictures look unless the command line says otherwise."""
+        value = self._constant("render", RenderOptions())
+        if not isinstance(value, RenderOptions):
+            raise InvalidInput(
+                f"{self.path}: render must be RenderOptions, got a {type(value).__name__}"
+            )
+        return value
+
+    @property
+    def control(self) -> Callable[[Simulation], None] | None:
+        """What is called before every step."""
+        return self._guarded("control")
+
+    @property
+    def check(self) -> Callable[[Run], None] | None:
+        """Claims about the frames."""
+        return self._guarded("check")
+
+    def _guarded(self, name: str) -> Callable[[Any], None] | None:
+        function = getattr(self._module, name, None)
+        if function is None:
+            return None
+        if not callable(function):
+            raise InvalidInput(
+                f"{self.path}: {name} must be a function, got a {type(function).__name__}"
+            )
+
+        def call(argument: Any) -> None:
+            with self._located():
+                function(argument)
+
+        return call
+
+    def metadata(
+        self, duration: float, rate: float, integrator: IntegratorOptions, render: RenderOptions
+    ) -> dict[str, Any]:
+        """All that resuming needs."""
+        return {
+            "loomstone": _core.__version__,
+            "scene_file": {
+                "path": str(self.path),
+                "source": self.source,
+                "parameters": self.parameters,
+            },
+            "duration": duration,
+            "rate": rate,
+            "integrator": integrator.to_dict(),
+            "render": render.to_dict(),
+        }
+
+    def _value(self, name: str, value: Any) -> Any:
+        if name not in self.known and not self._any_name:
+            close = difflib.get_close_matches(name, self.known, 1)
+            hint = (
+                f"did you mean {close[0]}?"
+                if close
+                else f"known: {', '.join(self.known) or 'none'}"
+            )
+            raise InvalidInput(f"{self.path.name}: scene() has no parameter {name!r}; {hint}")
+        default = self.known.get(name)
+        if isinstance(default, float) and isinstance(value, int):
+            return float(value)
+        if isinstance(default, (bool, int, float, str)) and type(value) is not type(default):
+            raise InvalidInput(
+                f"{self.path.name}: parameter {name} must be {_ARTICLES[type(default)]} like"
+                f" {default!r}, got {value!r}"
+            )
+        return value
+
+
+_ARTICLES = {bool: "a bool", int: "an int", float: "a float", str: "a str"}
+
+
+def parse_parameters(items: list[str]) -> dict[str, Any]:
+    """From ["triangles=5000", "fabric=silk"]: Python literals where they are, else texts."""
+    parameters: dict[str, Any] = {}
+    for item in items:
+        name, equals, text = item.partition("=")
+        if not equals or not name.isidentifier():
+            raise InvalidInput(
+                f"-p must be name=value, got {item!r}; for instance -p triangles=5000"
+            )
+        try:
+            value = ast.literal_eval(text)
+        except (ValueError, SyntaxError):
+            value = text
+        if (
+            isinstance(value, float)
+            and value.is_integer()
+            and "e" in text.lower()
+            and "." not in text
+        ):
+            value = int(value)  # 5e3 is a count as well
+        if name in parameters:
+            raise InvalidInput(
+                f"-p {name} must be given once, got {parameters[name]!r} and {value!r}"
+            )
+        try:
+            json.dumps(value)
+        except (TypeError, ValueError):
+            raise InvalidInput(
+                f"-p {name} must be a number, text, list or dict, got {text}"
+            ) from None
+        parameters[name] = value
+    return parameters
+
+
+def stored_options(run: Run) -> tuple[float, float, IntegratorOptions, RenderOptions]:
+    """duration, rate, integrator and render options of a run."""
+    kept = run.metadata
+    try:
+        return (
+            float(kept["duration"]),
+            float(kept["rate"]),
+            IntegratorOptions(**kept["integrator"]),
+            options_from_dict(kept["render"]),
+        )
+    except (KeyError, TypeError) as error:
+        made = kept.get("loomstone", "an unknown version")
+        raise CacheError(
+            f"{run.directory}: options of the run cannot be read ({error}); it was made by"
+            f" loomstone {made}"
+        ) from error

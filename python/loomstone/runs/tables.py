@@ -1,0 +1,50 @@
+"""Tables of numbers that a run writes row by row."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+from .._core import CacheError
+
+__all__ = ["read_table"]
+
+
+def read_table(path: Path, first: str) -> tuple[list[str], list[list[str]]]:
+    """Header, which begins with the column `first`, and rows of a CSV file; every entry is a
+    number.
+
+    A last row that was cut short, as by a kill, is left out. CacheError names any other line that
+    is no row.
+    """
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            header, *rows = list(csv.reader(file)) or [[]]
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise CacheError(
+            f"{path}: must be a table (CSV), but cannot be read as one: {error}; run the scene"
+            " again"
+        ) from None
+    if header[:1] != [first]:
+        raise CacheError(
+            f"{path}: must begin with the column {first!r}, got {','.join(header)[:60]!r}; run the"
+            " scene again"
+        )
+    for number, row in enumerate(rows):
+        if len(row) == len(header) and all(map(_is_number, row)):
+            continue
+        if number == len(rows) - 1 and len(row) <= len(header) and all(map(_is_number, row[:-1])):
+            return header, rows[:-1]
+        raise CacheError(
+            f"{path}, line {number + 2}: must be {len(header)} numbers, got {','.join(row)[:60]!r};"
+            " remove this line or run the scene again"
+        )
+    return header, rows
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
