@@ -61,15 +61,15 @@ def scene(
     """cells: about so many dipoles stand for the dragon, 0: exact; mesh: file of a closed mesh;
     polarization: of the dragon [T].
     """
-    figure = ls.read_mesh(Path(mesh), with_uv=False) if mesh else serpent()
+    figure = ls.meshes.read(Path(mesh), with_uv=False) if mesh else serpent()
     x = np.asarray(figure.vertices)
     low, high = x.min(axis=0), x.max(axis=0)
     scale = SIZE / (high - low).max()
     figure = figure.moved(
         -scale * np.array([*(0.5 * (low + high))[:2], low[2]]) + (0, 0, 1e-4), scale=scale
     )
-    carrier = ls.obstacle(figure, name="dragon", friction=0.6)
-    density = cells / ls.mass_properties(figure, 1.0).mass
+    carrier = ls.obstacles.mesh(figure, name="dragon", friction=0.6)
+    density = cells / ls.meshes.mass_properties(figure, 1.0).mass
     exact = {"engine": "cells", "density": density} if cells else {}
     magnets = [ls.Magnet(body="dragon", polarization=(0, 0, polarization), **exact)]
     ball = ls.meshes.sphere(radius=BALL, subdivisions=2)

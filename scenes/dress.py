@@ -41,7 +41,7 @@ def bar() -> ls.Obstacle:
     positions, turns = motion(times)
     along = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])  # its axis from z to x
     mesh = ls.meshes.capsule(radius=BAR_RADIUS, length=0.5).moved((0.0, 0.0, 0.0), rotation=along)
-    return ls.obstacle(
+    return ls.obstacles.mesh(
         mesh, name="bar", times=times, positions=positions, axis_angles=turns, friction=0.6
     )
 

@@ -75,7 +75,7 @@ def scene(polarization: float = 1.0) -> ls.Scene:
         position=(0, 0, 0.05),
         orientation=turned,
     )
-    arch = ls.obstacle(horseshoe(), name="horseshoe")
+    arch = ls.obstacles.mesh(horseshoe(), name="horseshoe")
     return ls.Scene(
         bodies=[bar], obstacles=[arch], magnets=magnets, gravity=(0, 0, 0), magnetic_tolerance=1e-3
     )

@@ -58,7 +58,7 @@ def scene(
     by a fifth, 150: by a tenth;
     polarization: of the block [T]."""
     man, ball = figure(), ls.meshes.sphere(radius=BALL, subdivisions=2)
-    volume = ls.mass_properties(man, 1.0).mass
+    volume = ls.meshes.mass_properties(man, 1.0).mass
     how = (
         {"resolution": resolution}
         if response == "mutual"
@@ -103,7 +103,7 @@ def scene(
             balls -= 1
         layer += 1
     times = [0.0, 0.05, 0.4, 0.5, 0.8]
-    block = ls.obstacle(
+    block = ls.obstacles.mesh(
         ls.meshes.box(size=BLOCK, cells_per_side=4),
         name="block",
         times=times,
@@ -114,7 +114,9 @@ def scene(
         ls.Magnet(body="block", shape="cuboid", size=BLOCK, polarization=(0, 0, polarization))
     )
     walls = [
-        ls.box(name=f"wall {k + 1}", size=(*size, RIM), centre=(x, y, 0.5 * RIM), friction=0.3)
+        ls.obstacles.box(
+            name=f"wall {k + 1}", size=(*size, RIM), centre=(x, y, 0.5 * RIM), friction=0.3
+        )
         for k, (size, x, y) in enumerate(
             (
                 (sx, sy),

@@ -37,7 +37,7 @@ def scene(triangles: int = 14476) -> ls.Scene:
     return ls.Scene(
         cloths=[ls.Cloth(name="cloth", mesh=mesh, material=material, friction=0.1)],
         obstacles=[
-            ls.funnel(
+            ls.obstacles.funnel(
                 top_radius=TOP,
                 bottom_radius=BOTTOM,
                 height=HEIGHT,

@@ -47,7 +47,7 @@ def scene(cubes: int = 7, polarization: float = 1.2) -> ls.Scene:
     """cubes: in the row; polarization: of each [T]."""
     row = array(cubes, polarization)
     cube = ls.meshes.box(size=(0.98 * CUBE, 0.98 * CUBE, 0.98 * CUBE), cells_per_side=8)
-    held = [ls.obstacle(cube.moved(magnet.position), name=magnet.body) for magnet in row]
+    held = [ls.obstacles.mesh(cube.moved(magnet.position), name=magnet.body) for magnet in row]
     ball = ls.meshes.sphere(radius=BALL, subdivisions=3)
     bodies = [
         ls.RigidBody(

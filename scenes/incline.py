@@ -40,7 +40,7 @@ def scene(triangles: int = 400, slope: float = SLOPE) -> ls.Scene:
                 name=f"friction {friction}", mesh=mesh, thickness=GAP, friction=friction**2 / PLANE
             )
         )
-    plane = ls.obstacle(
+    plane = ls.obstacles.mesh(
         ls.meshes.box(size=(1.3, 0.75, 0.02)).moved(0.15 * down - 0.01 * normal, rotation=frame),
         name="slope",
         friction=PLANE,

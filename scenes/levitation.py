@@ -76,7 +76,7 @@ def scene(material: str = "superconductor", shape: str = "ball") -> ls.Scene:
         {"susceptibility": -1.0} if material == "superconductor" else {"polarization": (0, 0, 0.05)}
     )
     place = np.array((0.0, 0.0, balance(material)))
-    ring = ls.obstacle(ring_mesh(), name="ring")
+    ring = ls.obstacles.mesh(ring_mesh(), name="ring")
     start = place + ((0.001, 0.0005, 0.001) if material == "superconductor" else (1e-5, 0.0, 0.0))
     if shape == "ball":
         mesh = ls.meshes.sphere(radius=BALL, subdivisions=3)

@@ -66,7 +66,7 @@ def scene(spheres: int = 7, polarization: float = 0.66) -> ls.Scene:
         )
     heights = [HIGH, HIGH, LOW, LOW, HIGH]
     rod = ls.meshes.cylinder(radius=MAGNET["radius"], length=MAGNET["height"])
-    carried = ls.obstacle(
+    carried = ls.obstacles.mesh(
         rod, name="magnet", times=TIMES, positions=[(0.0, 0.0, z) for z in heights], friction=0.4
     )
     magnets = [
@@ -76,7 +76,7 @@ def scene(spheres: int = 7, polarization: float = 0.66) -> ls.Scene:
         ls.Magnet(body=body.name, shape="sphere", radius=BALL, susceptibility=1000.0)
         for body in bodies
     ]
-    shell = ls.obstacle(bowl(), name="bowl", friction=0.3)
+    shell = ls.obstacles.mesh(bowl(), name="bowl", friction=0.3)
     table = ls.floor(height=-WALL, size=0.3)
     return ls.Scene(
         bodies=bodies, magnets=magnets, obstacles=[carried, shell, table], magnetic_tolerance=1e-3

@@ -32,7 +32,9 @@ def scene(
     rotor [kg/m^3].
     """
     poles = [
-        ls.obstacle(ls.meshes.box(size=POLE).moved((side * 0.5 * (GAP + POLE[0]), 0, 0)), name=name)
+        ls.obstacles.mesh(
+            ls.meshes.box(size=POLE).moved((side * 0.5 * (GAP + POLE[0]), 0, 0)), name=name
+        )
         for side, name in ((-1, "left pole"), (1, "right pole"))
     ]
     magnets = [

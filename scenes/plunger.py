@@ -59,7 +59,7 @@ def scene(voltage: float = 18.0) -> ls.Scene:
         friction=0.1,
         position=(0, 0, 0.5 * BAR[2] + 1e-4),
     )
-    former = ls.obstacle(
+    former = ls.obstacles.mesh(
         tube(*FORMER, COIL["length"]).moved((0, 0, HEIGHT)), name="former", friction=0.1
     )
     on = {

@@ -87,7 +87,7 @@ def scene(mass: float = 0.1, cells: int = 12) -> ls.Scene:
     )
     top = 0.5 * PLATE[2] + WEIGHT[2]
     heights = top + reach(mass) * np.array((1.6, 0.7, 0.7, 5.0))
-    plate = ls.obstacle(
+    plate = ls.obstacles.mesh(
         ls.meshes.box(size=PLATE, cells_per_side=6),
         name="plate",
         times=[0.0, 0.25, 0.35, 0.6],

@@ -75,7 +75,7 @@ def scene(triangles: int = 800, sheets: int = 20) -> ls.Scene:
         "back": ((BOX, WALL, HEIGHT), (0.0, middle, height)),
     }
     box = [
-        ls.box(name=name, size=size, times=times, positions=path + centre)
+        ls.obstacles.box(name=name, size=size, times=times, positions=path + centre)
         for name, (size, centre) in parts.items()
     ]
     return ls.Scene(cloths=cloths, obstacles=box)

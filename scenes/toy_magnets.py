@@ -58,7 +58,7 @@ def rails_and_slide(start: float, path: float) -> list[ls.Obstacle]:
     """Beside and behind a rod whose middle is at `start`."""
     size, beside = (0.055, 0.002, 0.005), RADIUS + 0.00105
     rails = [
-        ls.box(
+        ls.obstacles.box(
             name=f"rail {y:+.0f}",
             size=size,
             centre=(start - 0.004, y * beside, 0.0025),
@@ -67,7 +67,7 @@ def rails_and_slide(start: float, path: float) -> list[ls.Obstacle]:
         for y in (-1, 1)
     ]
     back = start - 0.5 * LENGTH - 0.0031
-    slide = ls.box(
+    slide = ls.obstacles.box(
         name="slide",
         size=(0.006, 0.006, 0.006),
         friction=0.05,
@@ -101,7 +101,7 @@ def scene(case: str = "antiparallel", polarization: float = 1.1) -> ls.Scene:
         position=(0.0, 0.0, BALL),
     )
     # One keyframe gives it a pose of its own, which its magnets take part in.
-    held = ls.obstacle(
+    held = ls.obstacles.mesh(
         mesh, name="held", times=[0.0], positions=[(reach + 2e-5, 0.0, height)], friction=0.3
     )
     along_x = (np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0)  # takes z there

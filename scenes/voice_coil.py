@@ -64,7 +64,7 @@ def scene(triangles: int = 2000, current: float = 0.06) -> ls.Scene:
     body = ls.RigidBody(name="coil", mesh=cylinder(*DISC), density=1500)
     glued = ls.Attachment(cloth="membrane", body="coil", vertices=np.flatnonzero(r < DISC[0]))
     face = -ABOVE - 0.5 * MAGNET["height"]
-    magnet = ls.obstacle(cylinder(**MAGNET).moved((0, 0, face)), name="magnet")
+    magnet = ls.obstacles.mesh(cylinder(**MAGNET).moved((0, 0, face)), name="magnet")
     times = np.linspace(0.0, duration, 801)
     currents = (
         current * np.sin(2 * np.pi * FREQUENCY * times) * np.clip(times * FREQUENCY / 2, 0, 1)

@@ -11,7 +11,9 @@ SI units everywhere.
 0.04 s
 """
 
-from . import collision, garments, limits, magnetics, meshes
+from typing import TYPE_CHECKING
+
+from . import collision, garments, limits, magnetics, meshes, obstacles, pictures, ranks
 from ._core import (
     Air,
     Attachment,
@@ -22,7 +24,6 @@ from ._core import (
     Cloth,
     ClothMaterial,
     Coil,
-    Communicator,
     Error,
     Frame,
     FrameTopology,
@@ -30,31 +31,20 @@ from ._core import (
     InvalidInput,
     LimitOptions,
     Magnet,
-    MassProperties,
     Obstacle,
-    Renderer,
     RenderOptions,
     RigidBody,
     Scene,
     SolverFailure,
-    SpatialQuery,
     State,
     StepReport,
     StrainLimit,
     TriangleMesh,
     Unsupported,
     __version__,
-    intersecting_pairs,
-    launched_by_mpi,
-    mass_properties,
-    mpi_communicator,
-    single_communicator,
-    write_png,
 )
-from .runs.cache import Run
-from .meshes.decomposition import convex_parts
-from .fabrics.curve_fit import fit_fabric
-from .fabrics.fabric import Fabric, fabric_of_levels
+from .base import pickling  # noqa: F401
+from .fabrics.curve_fit import fit as fit_fabric
 from .garments import garment
 from .integrators import (
     BDF2,
@@ -64,16 +54,19 @@ from .integrators import (
     SemiImplicitEuler,
     SymplecticEuler,
 )
-from .meshes.shapes import grid, read_mesh, write_mesh
-from .obstacles.shapes import box, capsule, floor, funnel, obstacle, sphere, wave_bar
-from .fabrics.rigidity import bending_from_strips, strip_rigidity
-from .obstacles.sequences import obstacle_sequence
+from .meshes import grid
+from .obstacles import capsule, floor, sphere
+from .runs.cache import Run
 from .simulation import Simulation
 from .units import Quantity, units
 from .versions import show_versions
-from .fabrics import measurements
-from .fabrics.fabric import fabrics
-from .base import pickling  # noqa: F401
+
+if TYPE_CHECKING:
+    from .fabrics.room import FabricsRoom
+
+    fabrics: FabricsRoom
+else:
+    from . import fabrics
 
 __all__ = [
     "BDF2",
@@ -87,10 +80,8 @@ __all__ = [
     "Cloth",
     "ClothMaterial",
     "Coil",
-    "Communicator",
     "Error",
     "ExplicitEuler",
-    "Fabric",
     "Frame",
     "FrameTopology",
     "ImplicitMidpoint",
@@ -98,18 +89,15 @@ __all__ = [
     "InvalidInput",
     "LimitOptions",
     "Magnet",
-    "MassProperties",
     "Obstacle",
     "Quantity",
     "RenderOptions",
-    "Renderer",
     "RigidBody",
     "Run",
     "Scene",
     "SemiImplicitEuler",
     "Simulation",
     "SolverFailure",
-    "SpatialQuery",
     "State",
     "StepReport",
     "StrainLimit",
@@ -117,36 +105,25 @@ __all__ = [
     "TriangleMesh",
     "Unsupported",
     "__version__",
-    "bending_from_strips",
-    "box",
     "capsule",
     "collision",
-    "convex_parts",
-    "fabric_of_levels",
     "fabrics",
     "fit_fabric",
     "floor",
-    "funnel",
     "garment",
     "garments",
     "grid",
-    "intersecting_pairs",
-    "launched_by_mpi",
     "limits",
     "magnetics",
-    "mass_properties",
-    "measurements",
     "meshes",
-    "mpi_communicator",
-    "obstacle",
-    "obstacle_sequence",
-    "read_mesh",
+    "obstacles",
+    "pictures",
+    "ranks",
     "show_versions",
-    "single_communicator",
     "sphere",
-    "strip_rigidity",
     "units",
-    "wave_bar",
-    "write_mesh",
-    "write_png",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

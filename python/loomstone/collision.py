@@ -13,3 +13,7 @@ exact intersection counts.
 from ._core import Collisions, Detector, candidates, continuous, intersecting_pairs
 
 __all__ = ["Collisions", "Detector", "candidates", "continuous", "intersecting_pairs"]
+
+
+def __dir__() -> list[str]:
+    return __all__

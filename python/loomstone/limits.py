@@ -33,6 +33,10 @@ __all__ = ["LimitReport", "limit", "strain"]
 _D = LimitOptions()
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 def strain(
     points: ArrayLike, mesh: TriangleMesh, *, rest: str = "uv", threads: int = 0
 ) -> NDArray[np.float64]:

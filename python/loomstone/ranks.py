@@ -1,4 +1,7 @@
-"""One rank's failure becomes the same error on all ranks."""
+"""Processes that share the work of a simulation, launched by MPI.
+
+One rank's failure becomes the same error on all ranks.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +10,24 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from ._core import CacheError, Communicator, Error, InvalidInput, SolverFailure, Unsupported
+from ._core import (
+    CacheError,
+    Communicator,
+    Error,
+    InvalidInput,
+    SolverFailure,
+    Unsupported,
+    launched_by_mpi,
+    mpi_communicator,
+    single_communicator,
+)
 
-__all__ = ["end_all_on_failure", "share_failure", "together"]
+__all__ = ["Communicator", "launched_by_mpi", "mpi_communicator", "single_communicator"]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
 
 _KINDS = (
     None,

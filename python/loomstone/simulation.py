@@ -20,11 +20,13 @@ from ._core import (
     RenderOptions,
     Scene,
 )
+from .pictures.directory import drawn_with
 from .ranks import end_all_on_failure
+from .runs.execution import execute
+from .runs.frame_times import frame_count, frames_due
+from .runs.options import RunOptions
 
-__all__ = ["Simulation", "frame_count", "frames_due"]
-
-MOST_FRAMES = 1_000_000
+__all__ = ["Simulation"]
 
 
 class Simulation(_core.Simulation):
@@ -117,9 +119,6 @@ class Simulation(_core.Simulation):
 
         Returns the report that is also in report.json.
         """
-        from .runs.execution import RunOptions, execute
-        from .pictures.drawing import drawn_with
-
         look = render or None
         if look is True:
             look = (drawn_with(Path(out) / "frames") if resume else None) or RenderOptions()
@@ -177,25 +176,6 @@ class Simulation(_core.Simulation):
             f"Simulation({vertices} vertices, {triangles} triangles, time={self.time:g},"
             f" step={self.step_index})"
         )
-
-
-def frame_count(duration: float, rate: float) -> int:
-    """Frames of a run: one at the start and one every 1/rate."""
-    if not (np.isfinite(duration) and duration >= 0):
-        raise InvalidInput(f"duration must be >= 0 [s], got {duration}; correct this value")
-    if not (np.isfinite(rate) and rate > 0):
-        raise InvalidInput(f"rate must be > 0 [1/s], got {rate}; correct this value")
-    if duration * rate > MOST_FRAMES:
-        raise InvalidInput(
-            f"a run may have at most {MOST_FRAMES} frames, got duration {duration:g} s at {rate:g}"
-            " frames/s; lower one of them"
-        )
-    return int(np.floor(duration * rate + 1e-6)) + 1
-
-
-def frames_due(time: float, rate: float) -> int:
-    """Number of frames up to a time; the tolerance absorbs the rounding of summed steps."""
-    return int(np.floor(time * rate + 1e-6)) + 1
 
 
 def _check_type(name: str, value: object, wanted: type | tuple[type, ...], hint: str = "") -> None:

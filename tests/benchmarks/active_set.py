@@ -14,7 +14,7 @@ import argparse
 
 import loomstone as ls
 import numpy as np
-from loomstone.scene_file import SceneFile
+from loomstone.runs.scene_file import SceneFile
 from smoke import SCENES, parsed
 
 SCENE = SCENES / "sphere_slide.py"

@@ -19,7 +19,7 @@ from pathlib import Path
 import loomstone as ls
 import numpy as np
 from certify import perturbed
-from loomstone.scene_file import SceneFile
+from loomstone.runs.scene_file import SceneFile
 from smoke import SCENES, parsed
 
 CENTRE = np.array([0.03, 0.02, 0.0])  # of the sphere [m]

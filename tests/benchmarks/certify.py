@@ -17,8 +17,8 @@ from pathlib import Path
 
 import loomstone as ls
 import numpy as np
-from loomstone.scene_file import SceneFile
-from loomstone.verification import count_intersections
+from loomstone.runs.scene_file import SceneFile
+from loomstone.runs.verification import count_intersections
 from smoke import SCENES, parsed
 
 PERTURBATION = 1e-6  # of every coordinate [m]

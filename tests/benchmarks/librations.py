@@ -27,7 +27,7 @@ def compass() -> tuple[ls.Scene, float]:
         orientation=(np.cos(0.25), 0, 0, np.sin(0.25)),
     )
     magnet = ls.Magnet(body="needle", shape="cuboid", size=box, polarization=(1.0, 0, 0))
-    inertia = np.asarray(ls.mass_properties(mesh, 7500).inertia)[2, 2]
+    inertia = np.asarray(ls.meshes.mass_properties(mesh, 7500).inertia)[2, 2]
     frequency = np.sqrt(np.prod(box) / ls.magnetics.MU0 * field / inertia)
     return ls.Scene(
         bodies=[needle], magnets=[magnet], magnetic_field=(field, 0, 0), gravity=(0, 0, 0)
@@ -53,7 +53,7 @@ def pair(radius: float = 0.01, gap: float = 0.01) -> tuple[ls.Scene, float]:
     ]
     bearings = [ls.Bearing(body=body.name, axis=(0, 0, 1)) for body in bodies]
     moment = 1.2 * 4 / 3 * np.pi * radius**3 / ls.magnetics.MU0
-    inertia = np.asarray(ls.mass_properties(mesh, 7500).inertia)[2, 2]
+    inertia = np.asarray(ls.meshes.mass_properties(mesh, 7500).inertia)[2, 2]
     frequency = np.sqrt(
         3e-7 * moment**2 / distance**3 / inertia
     )  # of the mode that turns both alike

@@ -22,7 +22,7 @@ from pathlib import Path
 
 import loomstone as ls
 import numpy as np
-from loomstone.scene_file import SceneFile
+from loomstone.runs.scene_file import SceneFile
 from smoke import SCENES, package, parsed
 
 SCENE = SCENES / "limit_scaling.py"

@@ -16,7 +16,7 @@ import time
 
 import loomstone as ls
 import numpy as np
-from loomstone.measurements.cusick import cusick
+from loomstone.fabrics.measurements.drape_test import cusick
 from smoke import parsed
 
 LIMITS = {

@@ -63,7 +63,9 @@ def scene_of(case: dict[str, Any], until: float) -> tuple[ls.Scene, float]:
             )
             for q, i in ((TO_X, current * np.cos(phase)), (TO_Y, current * np.sin(phase)))
         ]
-        stand = ls.obstacle(ls.meshes.box(size=(0.01, 0.01, 0.01)).moved((0, 0, 0.5)), name="stand")
+        stand = ls.obstacles.mesh(
+            ls.meshes.box(size=(0.01, 0.01, 0.01)).moved((0, 0, 0.5)), name="stand"
+        )
         magnet = ls.Magnet(body="rotor", shape="dipole", moment=(case["rotor_moment"], 0, 0))
         parts = {"coils": coils, "obstacles": [stand], "magnets": [magnet]}
     rotor = ls.RigidBody(

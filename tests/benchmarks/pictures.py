@@ -15,13 +15,13 @@ import time
 from pathlib import Path
 
 import loomstone as ls
-from loomstone import video
-from loomstone.scene_file import stored_options
+from loomstone.pictures.directory import picture
+from loomstone.runs.scene_file import stored_options
 from smoke import SCENES, parsed
 
 
 def draw(run, look, indices, out, start, spent):
-    frames, renderer = ls.Run(run), ls.Renderer(ls.Run(run).topology, look)
+    frames, renderer = ls.Run(run), ls.pictures.Renderer(ls.Run(run).topology, look)
     renderer.fit(frames[0])
     renderer.render(frames[0])
     start.wait()
@@ -29,7 +29,7 @@ def draw(run, look, indices, out, start, spent):
     for i in indices:
         image = renderer.render(frames[i])
         if out:
-            ls.write_png(str(video.picture(out, i)), image)
+            ls.pictures.write_png(str(picture(out, i)), image)
     spent.put(time.process_time() - before)
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import loomstone as ls
 from loomstone import _core
-from loomstone.scene_file import SceneFile
+from loomstone.runs.scene_file import SceneFile
 
 ranks = _core.mpi_communicator() if _core.launched_by_mpi() else _core.single_communicator()
 for threads in sys.argv[2:]:

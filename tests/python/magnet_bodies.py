@@ -24,17 +24,17 @@ def ball_mesh(radius: float, mass: float) -> tuple[ls.TriangleMesh, float]:
     sphere.
     """
     mesh = ls.meshes.sphere(radius=radius, subdivisions=2)
-    made = ls.mass_properties(mesh, 1.0)
+    made = ls.meshes.mass_properties(mesh, 1.0)
     scale = np.sqrt(0.4 * radius**2 * made.mass / made.inertia[0, 0])
     mesh = ls.meshes.sphere(radius=radius * scale, subdivisions=2)
-    return mesh, mass / ls.mass_properties(mesh, 1.0).mass
+    return mesh, mass / ls.meshes.mass_properties(mesh, 1.0).mass
 
 
 def total_momenta(sim: ls.Simulation, scene: ls.Scene) -> tuple[np.ndarray, np.ndarray]:
     """Linear momentum and angular momentum about the origin."""
     state, linear, angular = sim.state, np.zeros(3), np.zeros(3)
     for b, body in enumerate(scene.bodies):
-        properties = ls.mass_properties(body.mesh, body.density)
+        properties = ls.meshes.mass_properties(body.mesh, body.density)
         turn = rotation_of(state.body_orientations[b]).as_matrix()
         p = properties.mass * state.body_velocities[b]
         linear += p

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from .. import _core
-from .. import meshes
+from .. import _core, meshes
 from .._core import CacheError, Error, Frame, InvalidInput, TriangleMesh
-from ..runs.cache import Run, checkpoint_files
-from ..runs.execution import summary_of_steps
+from ..runs.cache import Run
+from ..runs.checkpoints import checkpoint_files
 from ..runs.scene_file import SceneFile
-from ..simulation import Simulation
+from ..runs.steps import summary_of_steps
 from ..runs.verification import count_intersections
+from ..simulation import Simulation
 
 __all__ = ["check_run", "check_scene", "describe", "report_text"]
 
@@ -39,7 +39,7 @@ def describe(path: Path) -> None:
         for name, text in sorted(checkpoint.texts.items()):
             print(f"  {name} {text}")
     else:
-        _describe_mesh(meshes.read_mesh(path))
+        _describe_mesh(meshes.read(path))
 
 
 def _describe_mesh(mesh: TriangleMesh) -> None:

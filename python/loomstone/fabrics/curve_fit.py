@@ -25,18 +25,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import ClothMaterial, InvalidInput
+from ..units import in_unit, is_angle, number_in, units
 from .fabric import Fabric, ModeFit
 from .rigidity import bending_from_strips
-from ..units import in_unit, is_angle, number_in, units
 
-__all__ = ["fit_fabric"]
+__all__ = ["fit"]
 
 Floats = NDArray[np.float64]
 TENSILE, BENDING = ("weft", "warp", "shear"), ("bending_weft", "bending_warp", "bending_bias")
 LOAD = 150 * units["gf/cm"]
 
 
-def fit_fabric(
+def fit(
     curves: Mapping[str, Any],
     *,
     density: Any,
@@ -63,31 +63,29 @@ def fit_fabric(
     >>> strain = np.linspace(0, 0.1, 40)
     >>> loads = {"weft": 2000 * strain, "warp": 4000 * strain, "shear": 80 * strain}
     >>> curves = {mode: (strain, load) for mode, load in loads.items()}
-    >>> fabric = fit_fabric(curves, density=0.15, shear_limit=0.2)
+    >>> fabric = fit(curves, density=0.15, shear_limit=0.2)
     >>> [round(limit, 4) for limit in fabric.limits]
     [0.0735, 0.0368, 0.2]
     """
     if not isinstance(curves, Mapping):
         raise InvalidInput(
-            f"fit_fabric: curves must be a dict of curves by name, got a {type(curves).__name__}"
+            f"fit: curves must be a dict of curves by name, got a {type(curves).__name__}"
         )
     if unknown := [key for key in curves if key not in TENSILE + BENDING]:
         raise InvalidInput(
-            f"fit_fabric: there is no curve {unknown[0]!r}; known: {', '.join(TENSILE + BENDING)}"
+            f"fit: there is no curve {unknown[0]!r}; known: {', '.join(TENSILE + BENDING)}"
         )
     if missing := [key for key in TENSILE if key not in curves]:
         raise InvalidInput(
-            f"fit_fabric: the curve {missing[0]!r} is missing; weft, warp and shear are needed"
+            f"fit: the curve {missing[0]!r} is missing; weft, warp and shear are needed"
         )
-    reached = number_in(load, "N/m", "fit_fabric: load")
+    reached = number_in(load, "N/m", "fit: load")
     if not (np.isfinite(reached) and reached > 0):
-        raise InvalidInput(f"fit_fabric: load must be > 0 [N/m], got {load}")
+        raise InvalidInput(f"fit: load must be > 0 [N/m], got {load}")
     if shear_limit is not None:
-        shear_limit = number_in(shear_limit, "1", "fit_fabric: shear_limit")
+        shear_limit = number_in(shear_limit, "1", "fit: shear_limit")
         if not 0 < shear_limit < 1:
-            raise InvalidInput(
-                f"fit_fabric: shear_limit must be in (0, 1) as e12, got {shear_limit}"
-            )
+            raise InvalidInput(f"fit: shear_limit must be in (0, 1) as e12, got {shear_limit}")
     fits = {mode: _fit_stretch(mode, curves[mode], reached) for mode in ("weft", "warp")}
     fits["shear"] = _fit_shear(curves["shear"], reached, shear_limit)
     fits |= {mode: _fit_bending(mode, curves[mode]) for mode in BENDING if mode in curves}
@@ -95,7 +93,7 @@ def fit_fabric(
         weft_stiffness=fits["weft"].stiffness,
         warp_stiffness=fits["warp"].stiffness,
         shear_stiffness=fits["shear"].stiffness,
-        density=number_in(density, "kg/m^2", "fit_fabric: density"),
+        density=number_in(density, "kg/m^2", "fit: density"),
         **_bending(fits),
     )
     caveats = (
@@ -118,7 +116,7 @@ def _fit_stretch(mode: str, curve: Any, load: float) -> ModeFit:
     strain, measured = _read(mode, curve, "1", "N/m")
     if strain.max() > 2.0:
         raise InvalidInput(
-            f"fit_fabric: {mode}: strain must be a pure number, got up to {strain.max():g}; for"
+            f"fit: {mode}: strain must be a pure number, got up to {strain.max():g}; for"
             " percent give strain * ls.units['%']"
         )
     limit = _crossing(mode, strain, measured, load)
@@ -132,13 +130,13 @@ def _fit_shear(curve: Any, load: float, limit: float | None) -> ModeFit:
     shear, measured = _read("shear", curve, "1", "N/m")
     if shear.max() > 2.0:
         raise InvalidInput(
-            f"fit_fabric: shear: must be tan(angle), got up to {shear.max():g}; for degrees give"
+            f"fit: shear: must be tan(angle), got up to {shear.max():g}; for degrees give"
             " angle * ls.units['deg']"
         )
     if limit is None:
         if measured.max() < load:
             raise InvalidInput(
-                f"fit_fabric: shear: the curve never reaches the load of {load:.4g} [N/m], its"
+                f"fit: shear: the curve never reaches the load of {load:.4g} [N/m], its"
                 f" largest is {measured.max():.4g} at a shear of {shear.max():.3g}; give"
                 " shear_limit, or a lower load"
             )
@@ -163,12 +161,11 @@ def _bending(fits: dict[str, ModeFit]) -> dict[str, float]:
         return bending_from_strips(**given)
     if "bias" in given:
         raise InvalidInput(
-            "fit_fabric: bending_bias needs bending_weft and bending_warp beside it; give all three"
-            " curves"
+            "fit: bending_bias needs bending_weft and bending_warp beside it; give all three curves"
         )
     if len(given) == 1:
         raise InvalidInput(
-            "fit_fabric: bending_weft and bending_warp belong together; give both curves, or none"
+            "fit: bending_weft and bending_warp belong together; give both curves, or none"
         )
     return {f"bending_{direction}": rigidity for direction, rigidity in given.items()}
 
@@ -179,38 +176,36 @@ def _read(mode: str, curve: Any, x_unit: str, y_unit: str) -> tuple[Floats, Floa
         curve = tuple(np.asarray(curve).T)
     if not isinstance(curve, (tuple, list)) or len(curve) != 2:
         raise InvalidInput(
-            f"fit_fabric: {mode} must be a pair of arrays (strain, load) or an (n x 2) array, got "
+            f"fit: {mode} must be a pair of arrays (strain, load) or an (n x 2) array, got "
             f"{type(curve).__name__}"
         )
     columns = []
     for column, unit in zip(curve, (x_unit, y_unit), strict=True):
-        turned = in_unit(column, unit, f"fit_fabric: {mode}")
+        turned = in_unit(column, unit, f"fit: {mode}")
         if mode == "shear" and is_angle(column):
             turned = np.tan(turned)
         try:
             columns.append(np.asarray(turned, float))
         except (TypeError, ValueError):
-            raise InvalidInput(
-                f"fit_fabric: {mode} must hold numbers, got {column!r}"[:300]
-            ) from None
+            raise InvalidInput(f"fit: {mode} must hold numbers, got {column!r}"[:300]) from None
     x, y = columns
     if x.ndim != 1 or x.shape != y.shape:
         raise InvalidInput(
-            f"fit_fabric: {mode}: strain and load must be of one length, got shapes {x.shape} and"
+            f"fit: {mode}: strain and load must be of one length, got shapes {x.shape} and"
             f" {y.shape}"
         )
     if len(x) == 0:
-        raise InvalidInput(f"fit_fabric: {mode} must have points, got none")
+        raise InvalidInput(f"fit: {mode} must have points, got none")
     for what, values in (("strain", x), ("load", y)):
         if (bad := np.flatnonzero(~np.isfinite(values))).size:
             raise InvalidInput(
-                f"fit_fabric: {mode}: {what} {bad[0]} must be finite, got {values[bad[0]]}; remove"
+                f"fit: {mode}: {what} {bad[0]} must be finite, got {values[bad[0]]}; remove"
                 " the point"
             )
     if (bad := np.flatnonzero(np.diff(x) <= 0)).size:
         i = int(bad[0])
         raise InvalidInput(
-            f"fit_fabric: {mode}: strain must grow from point to point, got {x[i]:g} then"
+            f"fit: {mode}: strain must grow from point to point, got {x[i]:g} then"
             f" {x[i + 1]:g} at point {i + 1}; give the loading branch alone"
         )
     return x, y
@@ -221,20 +216,20 @@ def _crossing(mode: str, strain: Floats, load: Floats, wanted: float) -> float:
     above = np.flatnonzero(load >= wanted)
     if above.size == 0:
         raise InvalidInput(
-            f"fit_fabric: {mode}: the curve never reaches the load of {wanted:.4g} [N/m], its"
+            f"fit: {mode}: the curve never reaches the load of {wanted:.4g} [N/m], its"
             f" largest is {load.max(initial=0.0):.4g}; measure further, or give a lower load"
         )
     i = int(above[0])
     if i == 0:
         raise InvalidInput(
-            f"fit_fabric: {mode}: the curve starts above the load of {wanted:.4g} [N/m]; give it"
+            f"fit: {mode}: the curve starts above the load of {wanted:.4g} [N/m]; give it"
             " from zero load on"
         )
     share = (wanted - load[i - 1]) / (load[i] - load[i - 1])
     limit = float(strain[i - 1] + share * (strain[i] - strain[i - 1]))
     if limit <= 0:
         raise InvalidInput(
-            f"fit_fabric: {mode}: the load of {wanted:.4g} [N/m] is reached at a strain of"
+            f"fit: {mode}: the load of {wanted:.4g} [N/m] is reached at a strain of"
             f" {limit:.3g}; strain must start at 0"
         )
     return limit
@@ -248,14 +243,14 @@ def _through_origin(
     """
     if np.count_nonzero(x) < 4:
         raise InvalidInput(
-            f"fit_fabric: {mode}: at least 4 points other than 0 must lie below the limit, got"
+            f"fit: {mode}: at least 4 points other than 0 must lie below the limit, got"
             f" {np.count_nonzero(x)}"
         )
     basis = shape(x)
     stiffness = float(basis @ y / (basis @ basis))
     if not stiffness > 0:
         raise InvalidInput(
-            f"fit_fabric: {mode}: the load must grow with strain, got a fitted stiffness of"
+            f"fit: {mode}: the load must grow with strain, got a fitted stiffness of"
             f" {stiffness:.3g}"
         )
     misfit = float(np.sqrt(np.mean((y - stiffness * basis) ** 2)) / np.abs(y).max())

@@ -1,29 +1,17 @@
-"""Real fabrics by name, and fabrics by named levels for artists.
-
->>> import loomstone as ls
->>> cotton = ls.fabrics["cotton"]
->>> cloth = ls.Cloth(mesh=ls.grid(size=(0.5, 0.5), triangles=200), material=cotton)
->>> print(f"{cotton.density:g} kg/m^2, {cotton.warp_stiffness:g} N/m along warp")
-0.1036 kg/m^2, 3801 N/m along warp
-
-Numbers and sources are in fabric_table.py; how they were mapped and what to beware of, in
-docs/fabrics.md.
-"""
+"""A material with its limits and where its numbers come from."""
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from math import inf, isfinite
 from typing import Any
 
-from .._core import ClothMaterial, InvalidInput, StrainLimit
-from .table import BANDS, FABRICS, LEVELS, SOURCES, Band, Level, Row
-from .rigidity import bending_from_strips, strip_rigidity
-from ..units import number_in
+from .._core import ClothMaterial, StrainLimit
+from .rigidity import strip_rigidity
+from .table import Band
 
-__all__ = ["Fabric", "ModeFit", "fabric_of_levels", "fabrics"]
+__all__ = ["Fabric", "ModeFit"]
 
 
 @dataclass(frozen=True)
@@ -204,114 +192,3 @@ def _rebuilt(material: ClothMaterial, about: dict[str, Any]) -> Fabric:
 
 def _or_none(limit: float) -> float | None:
     return limit if isfinite(limit) else None
-
-
-class _Fabrics(Mapping[str, Fabric]):
-    """Fabrics by name, fixed."""
-
-    def __init__(self, fabrics: dict[str, Fabric]) -> None:
-        self._fabrics = fabrics
-
-    def __getitem__(self, name: str) -> Fabric:
-        if name in self._fabrics:
-            return self._fabrics[name]
-        close = difflib.get_close_matches(str(name).lower(), self._fabrics, 3)
-        hint = (
-            f"did you mean {' or '.join(map(repr, close))}?"
-            if close
-            else f"known: {', '.join(self._fabrics)}"
-        )
-        raise InvalidInput(f"there is no fabric {name!r}; {hint}")
-
-    def get(
-        self, name: str, default: Any = None
-    ) -> Any:  # not through [], which raises no KeyError
-        return self._fabrics.get(name, default)
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._fabrics
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._fabrics)
-
-    def __len__(self) -> int:
-        return len(self._fabrics)
-
-    def __repr__(self) -> str:
-        return f"fabrics({', '.join(self._fabrics)})"
-
-
-def _of_row(name: str, row: Row) -> Fabric:
-    weft, warp, bias = row.bending
-    material = ClothMaterial(
-        weft_stiffness=row.weft,
-        warp_stiffness=row.warp,
-        shear_stiffness=row.shear,
-        poisson=row.poisson,
-        density=row.density,
-        **bending_from_strips(weft=weft, warp=warp, bias=bias),
-    )
-    source = SOURCES[row.source]
-    return Fabric(
-        material,
-        name=name,
-        limits=row.limits,
-        use=row.use,
-        composition=row.composition,
-        construction=row.construction,
-        source=source.citation,
-        licence=source.licence,
-        caveats=row.caveats,
-        band=BANDS.get(row.band),
-    )
-
-
-fabrics: Mapping[str, Fabric] = _Fabrics(
-    {name: _of_row(name, row) for name, row in FABRICS.items()}
-)
-
-
-def fabric_of_levels(
-    *,
-    weft: str = "medium",
-    warp: str = "medium",
-    shear: str = "medium",
-    bending: str = "medium",
-    density: Any = 0.15,
-) -> Fabric:
-    """A fabric by levels: "very soft", "soft", "medium", "firm" or "stiff" for each mode (thesis
-    3.3.3).
-
-    weft, warp, shear : each sets a stiffness and a limit of strain; bending : rigidity in all
-        directions
-    density : [kg/m^2], or with a unit
-
-    >>> fabric_of_levels(weft="soft", warp="stiff").limits
-    (0.15, 0.02, 0.15)
-    """
-    levels = {mode: _level(mode, level) for mode, level in
-              (("weft", weft), ("warp", warp), ("shear", shear), ("bending", bending))}  # fmt: skip
-    material = ClothMaterial(
-        weft_stiffness=levels["weft"].stiffness,
-        warp_stiffness=levels["warp"].stiffness,
-        shear_stiffness=levels["shear"].shear,
-        bending_weft=levels["bending"].bending,
-        bending_warp=levels["bending"].bending,
-        density=number_in(density, "kg/m^2", "fabric_of_levels: density"),
-    )
-    limits = (levels["weft"].limit, levels["warp"].limit, levels["shear"].shear_limit)
-    name = f"{weft} weft, {warp} warp, {shear} shear, {bending} bending"
-    return Fabric(
-        material,
-        name=name,
-        limits=limits,
-        source="levels for artists: our choice, bending by percentiles of 618 fabrics",
-    )
-
-
-def _level(mode: str, level: str) -> Level:
-    if level not in LEVELS:
-        raise InvalidInput(
-            f"fabric_of_levels: {mode} must be one of {', '.join(LEVELS)}, got {level!r}"
-        )
-    return LEVELS[level]

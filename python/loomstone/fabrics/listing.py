@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 from math import isfinite
 
-from .fabric import Fabric, fabrics
+from .catalogue import catalogue
+from .fabric import Fabric
 from .rigidity import strip_rigidity
 
 __all__ = ["fabrics_json", "fabrics_text"]
@@ -20,14 +21,14 @@ HEADER = (
 
 def fabrics_text() -> str:
     """A table: a line a fabric, then the sources."""
-    sources = list(dict.fromkeys(fabric.source for fabric in fabrics.values()))
+    sources = list(dict.fromkeys(fabric.source for fabric in catalogue.values()))
     lines = [
         HEADER,
-        *(f"{_line(fabric)} [{sources.index(fabric.source) + 1}]" for fabric in fabrics.values()),
+        *(f"{_line(fabric)} [{sources.index(fabric.source) + 1}]" for fabric in catalogue.values()),
         "",
     ]
     for number, source in enumerate(sources, 1):
-        licence = next(fabric.licence for fabric in fabrics.values() if fabric.source == source)
+        licence = next(fabric.licence for fabric in catalogue.values() if fabric.source == source)
         lines += [f"[{number}] {source}", f"    {licence}"]
     lines.append(
         "limits: largest strain (shear: e12), - where none is known; band: published drape"
@@ -40,7 +41,7 @@ def fabrics_text() -> str:
 def fabrics_json() -> str:
     """All fields of all fabrics by name."""
     return json.dumps(
-        {name: fabric.to_dict() for name, fabric in fabrics.items()}, indent=1, allow_nan=False
+        {name: fabric.to_dict() for name, fabric in catalogue.items()}, indent=1, allow_nan=False
     )
 
 

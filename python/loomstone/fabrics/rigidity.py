@@ -37,8 +37,9 @@ def bending_from_strips(
     poisson / weft.
 
     >>> import loomstone as ls
-    >>> material = ls.ClothMaterial(**ls.bending_from_strips(weft=8e-6, warp=1.2e-5, bias=9e-6))
-    >>> round(ls.strip_rigidity(material, angle_degrees=45), 12)
+    >>> bending = ls.fabrics.bending_from_strips(weft=8e-6, warp=1.2e-5, bias=9e-6)
+    >>> material = ls.ClothMaterial(**bending)
+    >>> round(ls.fabrics.strip_rigidity(material, angle_degrees=45), 12)
     9e-06
     """
     given = {

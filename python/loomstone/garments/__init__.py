@@ -11,7 +11,6 @@ Lengths in metres.
 from dataclasses import replace
 
 from .closing import close_seams
-from .strap_dress import dress, dress_pattern
 from .edges import Edge, arc, circle, cubic, line, polyline, quadratic
 from .garmentcode import read_garmentcode
 from .panel import Panel
@@ -19,6 +18,7 @@ from .placement import Cone, Cylinder, Placement, Plane, Ribbon
 from .seams import Pattern, Seam
 from .sewing import Garment, garment
 from .sewn_meshes import read, sewn
+from .strap_dress import dress, dress_pattern
 from .t_shirt import tshirt, tshirt_pattern
 
 __all__ = [
@@ -49,3 +49,7 @@ __all__ = [
     "tshirt",
     "tshirt_pattern",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

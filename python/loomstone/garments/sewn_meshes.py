@@ -46,7 +46,7 @@ def read(path: str | os.PathLike[str], *, triangles: int | None = None, seed: in
         raise InvalidInput(
             f"{path}: a sewn mesh keeps its triangles; leave triangles={triangles} out"
         )
-    return sewn(meshes.read_mesh(path), where=str(path))
+    return sewn(meshes.read(path), where=str(path))
 
 
 def sewn(mesh: TriangleMesh, *, where: str = "mesh") -> Garment:

@@ -10,29 +10,8 @@ A/m, N, N m.
 """
 
 from .._core import MagneticBody, SoftBody
-from .sources import (
-    Force,
-    Forces,
-    cell_front,
-    cell_level,
-    cells,
-    cuboid,
-    cylinder,
-    dipoles,
-    energy,
-    field,
-    force,
-    forces,
-    gradient,
-    induced_moments,
-    loop,
-    mesh,
-    mutual_inductance,
-    polyline,
-    potential,
-    solenoid,
-    sphere,
-)
+from .dipole_cells import cell_front, cell_level, cells
+from .fields import field, gradient, potential
 from .figures import ForceCurve, force_over_distance, plot_curve, plot_slice, torque_over_angle
 from .formulas import (
     cuboid_field,
@@ -54,8 +33,18 @@ from .formulas import (
     sphere_field,
     sphere_gradient,
 )
+from .interactions import (
+    Force,
+    Forces,
+    energy,
+    force,
+    forces,
+    induced_moments,
+    mutual_inductance,
+)
 from .lines import FieldLines, LineEnd, curves_of, field_lines, frame_curves
 from .soft_bodies import Induced, induce, soft_cuboid, soft_cylinder, soft_mesh, soft_sphere
+from .sources import cuboid, cylinder, dipoles, loop, mesh, polyline, solenoid, sphere
 
 MU0 = 1.2566370614359173e-06  # 4 pi 1e-7 [T m/A]
 
@@ -119,3 +108,7 @@ __all__ = [
     "sphere_gradient",
     "torque_over_angle",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -14,7 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 from .. import _core
 from .._core import CacheError, InvalidInput, MagneticBody, Unsupported
 from ..base.arguments import explained
-from .sources import Bodies, as_list, box_of, field, force
+from .fields import field
+from .interactions import force
+from .sources import Bodies, as_list, box_of
 
 __all__ = ["ForceCurve", "force_over_distance", "plot_curve", "plot_slice", "torque_over_angle"]
 
@@ -37,7 +39,7 @@ def unit(axis: ArrayLike) -> Floats:
     along = np.asarray(axis, float)
     length = float(np.linalg.norm(along))
     if along.shape != (3,) or not np.isfinite(length) or length == 0:
-        raise InvalidInput(f"axis must be three finite numbers, not all zero, got {axis}")
+        raise InvalidInput(f"axis must be three finite numbers, not all zero, got {axis!r}")
     return along / length
 
 

@@ -22,7 +22,8 @@ from numpy.typing import ArrayLike, NDArray
 from .. import _core
 from .._core import TriangleMesh
 from ..base.arguments import explained
-from . import sources as bodies
+from . import sources
+from .fields import field, gradient
 
 __all__ = [
     "cuboid_field",
@@ -70,7 +71,7 @@ def dipole_field(
     observers on; with fewer all pairs are summed.
     """
     if tolerance is None:
-        return bodies.field(bodies.dipoles(points, moments), observers, threads=threads)
+        return field(sources.dipoles(points, moments), observers, threads=threads)
     return _core.dipole_tree_field(points, moments, observers, tolerance, threads)
 
 
@@ -89,7 +90,7 @@ def dipole_gradient(
     tolerance as in `dipole_field`, here of field and gradient.
     """
     if tolerance is None:
-        return bodies.gradient(bodies.dipoles(points, moments), observers, threads=threads)
+        return gradient(sources.dipoles(points, moments), observers, threads=threads)
     return _core.dipole_tree_gradient(points, moments, observers, tolerance, threads)
 
 
@@ -141,8 +142,8 @@ def cuboid_field(
 
     Inside B = mu0 H + J.
     """
-    return bodies.field(
-        bodies.cuboid(size=size, polarization=polarization),
+    return field(
+        sources.cuboid(size=size, polarization=polarization),
         observers,
         quantity=quantity,
         threads=threads,
@@ -153,8 +154,8 @@ def cuboid_gradient(
     observers: ArrayLike, *, size: ArrayLike, polarization: ArrayLike, threads: int = 0
 ) -> Floats:
     """Gradient of the field of a cuboid magnet; arguments as in `cuboid_field`."""
-    return bodies.gradient(
-        bodies.cuboid(size=size, polarization=polarization), observers, threads=threads
+    return gradient(
+        sources.cuboid(size=size, polarization=polarization), observers, threads=threads
     )
 
 
@@ -173,10 +174,10 @@ def cylinder_field(
 
     Inside the material B = mu0 H + J, in a ring's bore B = mu0 H.
     """
-    body = bodies.cylinder(
+    body = sources.cylinder(
         radius=radius, height=height, polarization=polarization, inner_radius=inner_radius
     )
-    return bodies.field(body, observers, quantity=quantity, threads=threads)
+    return field(body, observers, quantity=quantity, threads=threads)
 
 
 def cylinder_gradient(
@@ -189,10 +190,10 @@ def cylinder_gradient(
     threads: int = 0,
 ) -> Floats:
     """Gradient of the field of a cylinder or ring magnet; arguments as in `cylinder_field`."""
-    body = bodies.cylinder(
+    body = sources.cylinder(
         radius=radius, height=height, polarization=polarization, inner_radius=inner_radius
     )
-    return bodies.gradient(body, observers, threads=threads)
+    return gradient(body, observers, threads=threads)
 
 
 def sphere_field(
@@ -206,8 +207,8 @@ def sphere_field(
     """Field of a spherical magnet: radius [m], polarization J (3) [T]. Outside a dipole; inside B =
     2/3 J, mu0 H = -J/3.
     """
-    return bodies.field(
-        bodies.sphere(radius=radius, polarization=polarization),
+    return field(
+        sources.sphere(radius=radius, polarization=polarization),
         observers,
         quantity=quantity,
         threads=threads,
@@ -218,8 +219,8 @@ def sphere_gradient(
     observers: ArrayLike, *, radius: float, polarization: ArrayLike, threads: int = 0
 ) -> Floats:
     """Gradient of the field of a spherical magnet; zero inside."""
-    return bodies.gradient(
-        bodies.sphere(radius=radius, polarization=polarization), observers, threads=threads
+    return gradient(
+        sources.sphere(radius=radius, polarization=polarization), observers, threads=threads
     )
 
 
@@ -235,8 +236,8 @@ def mesh_field(
 
     Inside B = mu0 H + J.
     """
-    return bodies.field(
-        bodies.mesh(mesh, polarization=polarization), observers, quantity=quantity, threads=threads
+    return field(
+        sources.mesh(mesh, polarization=polarization), observers, quantity=quantity, threads=threads
     )
 
 
@@ -246,7 +247,7 @@ def mesh_gradient(
     """Gradient of the field of a magnet inside a closed `TriangleMesh`; arguments as in
     `mesh_field`.
     """
-    return bodies.gradient(bodies.mesh(mesh, polarization=polarization), observers, threads=threads)
+    return gradient(sources.mesh(mesh, polarization=polarization), observers, threads=threads)
 
 
 def loop_field(
@@ -258,8 +259,8 @@ def loop_field(
     threads: int = 0,
 ) -> Floats:
     """Field of a circular loop in z = 0: radius [m], current [A] counter-clockwise seen from +z."""
-    return bodies.field(
-        bodies.loop(radius=radius, current=current), observers, quantity=quantity, threads=threads
+    return field(
+        sources.loop(radius=radius, current=current), observers, quantity=quantity, threads=threads
     )
 
 
@@ -267,7 +268,7 @@ def loop_gradient(
     observers: ArrayLike, *, radius: float, current: float, threads: int = 0
 ) -> Floats:
     """Gradient of the field of a circular loop; arguments as in `loop_field`."""
-    return bodies.gradient(bodies.loop(radius=radius, current=current), observers, threads=threads)
+    return gradient(sources.loop(radius=radius, current=current), observers, threads=threads)
 
 
 def solenoid_field(
@@ -283,8 +284,8 @@ def solenoid_field(
     """Field of an ideal solenoid about z, |z| <= length / 2: lengths [m], number of turns [1],
     current of each [A].
     """
-    body = bodies.solenoid(radius=radius, length=length, turns=turns, current=current)
-    return bodies.field(body, observers, quantity=quantity, threads=threads)
+    body = sources.solenoid(radius=radius, length=length, turns=turns, current=current)
+    return field(body, observers, quantity=quantity, threads=threads)
 
 
 def solenoid_gradient(
@@ -297,8 +298,8 @@ def solenoid_gradient(
     threads: int = 0,
 ) -> Floats:
     """Gradient of the field of an ideal solenoid; arguments as in `solenoid_field`."""
-    body = bodies.solenoid(radius=radius, length=length, turns=turns, current=current)
-    return bodies.gradient(body, observers, threads=threads)
+    body = sources.solenoid(radius=radius, length=length, turns=turns, current=current)
+    return gradient(body, observers, threads=threads)
 
 
 def polyline_field(
@@ -312,8 +313,8 @@ def polyline_field(
     """Field of current [A] along straight segments from the first of vertices (k, 3) [m] to the
     last (Biot-Savart).
     """
-    return bodies.field(
-        bodies.polyline(vertices, current=current), observers, quantity=quantity, threads=threads
+    return field(
+        sources.polyline(vertices, current=current), observers, quantity=quantity, threads=threads
     )
 
 
@@ -323,4 +324,4 @@ def polyline_gradient(
     """Gradient of the field of a polyline, which must be closed (its last vertex equal to its
     first).
     """
-    return bodies.gradient(bodies.polyline(vertices, current=current), observers, threads=threads)
+    return gradient(sources.polyline(vertices, current=current), observers, threads=threads)

@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from .. import _core
 from .._core import Curves, Frame
 from ..base.arguments import explained
-from .sources import Bodies, as_list, box_of, field
+from .fields import field
+from .sources import Bodies, as_list, box_of
 
 __all__ = ["FieldLines", "LineEnd", "curves_of", "field_lines", "frame_curves"]
 

@@ -18,10 +18,8 @@ from .._core import (
     Scene,
     TriangleMesh,
 )
-from ..meshes.shapes import read_mesh
-from . import sources as bodies
-from . import figures
-from . import lines
+from ..meshes import read
+from . import figures, lines, sources
 
 __all__ = ["curve_of_meshes", "draw_field"]
 
@@ -74,7 +72,7 @@ def draw_field(
 
 def magnet_of(path: Path, polarization: tuple[float, float, float]) -> MagneticBody:
     """A closed mesh file as a magnet."""
-    return bodies.mesh(read_mesh(path, with_uv=False), polarization=polarization)
+    return sources.mesh(read(path, with_uv=False), polarization=polarization)
 
 
 def curve_of_meshes(
@@ -97,8 +95,8 @@ def curve_of_meshes(
         )
     on, by = magnet_of(meshes[0], polarization), magnet_of(meshes[-1], polarization)
     along = figures.unit(axis)
-    apart = _reach(read_mesh(meshes[-1], with_uv=False), by, along) + _reach(
-        read_mesh(meshes[0], with_uv=False), on, -along
+    apart = _reach(read(meshes[-1], with_uv=False), by, along) + _reach(
+        read(meshes[0], with_uv=False), on, -along
     )
     place = by.position + (apart + 1e-6 * on.radius) * along
     on = on.at(place, on.orientation)

@@ -1,1 +1,27 @@
-from .shapes import *  # noqa: F403
+"""Obstacles: surfaces that cloth and bodies cannot pass, at rest, moved by keyframes or deforming.
+
+>>> import loomstone as ls
+>>> ball = ls.obstacles.sphere(radius=0.15)
+>>> ball.mesh.closed
+True
+"""
+
+from .._core import Obstacle
+from .sequences import sequence
+from .shapes import box, capsule, floor, funnel, mesh, sphere, wave_bar
+
+__all__ = [
+    "Obstacle",
+    "box",
+    "capsule",
+    "floor",
+    "funnel",
+    "mesh",
+    "sequence",
+    "sphere",
+    "wave_bar",
+]
+
+
+def __dir__() -> list[str]:
+    return __all__

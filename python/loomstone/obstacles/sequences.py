@@ -16,7 +16,7 @@ from .. import meshes
 from .._core import CacheError, InvalidInput, Obstacle, TriangleMesh
 from ..base.arguments import explained
 
-__all__ = ["obstacle_sequence"]
+__all__ = ["sequence"]
 
 Floats = NDArray[np.float64]
 StrPath = str | os.PathLike[str]
@@ -25,7 +25,7 @@ _CACHES = (".npy", ".npz", ".pc2", ".mdd")
 
 
 @explained
-def obstacle_sequence(
+def sequence(
     source: StrPath | Sequence[StrPath],
     *,
     mesh: TriangleMesh | None = None,
@@ -47,16 +47,16 @@ def obstacle_sequence(
 
     All frames are held in memory, 24 bytes a vertex and frame.
 
-    >>> waving = obstacle_sequence("out/body-*.obj", rate=25)    # doctest: +SKIP
-    >>> body = ls.read_mesh("body.obj")                          # doctest: +SKIP
-    >>> waving = obstacle_sequence("body.pc2", mesh=body)        # doctest: +SKIP
+    >>> waving = sequence("out/body-*.obj", rate=25)    # doctest: +SKIP
+    >>> body = ls.meshes.read("body.obj")                          # doctest: +SKIP
+    >>> waving = sequence("body.pc2", mesh=body)        # doctest: +SKIP
     """
     one = Path(source) if isinstance(source, (str, os.PathLike)) else None
     if one is not None and one.suffix.lower() in _CACHES:
         if mesh is None:
             raise InvalidInput(
                 f"{one}: holds positions only; give the mesh whose vertices move, as"
-                " mesh=ls.read_mesh(...)"
+                " mesh=ls.meshes.read(...)"
             )
         frames, times = _read_cache(one)
     else:
@@ -67,30 +67,38 @@ def obstacle_sequence(
             f"{source}: must hold 2 frames or more of {mesh.n_vertices} vertices (frames x"
             f" {mesh.n_vertices} x 3), got {frames.shape}"
         )
-    if rate is not None:
-        if not (np.isfinite(rate) and rate > 0):
-            raise InvalidInput(f"rate must be > 0 [1/s], got {rate}; correct this value")
-        times = np.arange(len(frames)) * (_step_of(one) / rate)
-    elif times is None:
-        raise InvalidInput(
-            f"{source}: does not say when its frames are; give rate, frames a second [1/s]"
-        )
-    elif times.shape != (len(frames),):
-        raise InvalidInput(
-            f"{source}: must have one time a frame ({len(frames)}), got {times.size}"
-        )
-    if start is not None:
-        times = times - times[0] + start
+    when = _moments(source, times, len(frames), rate, start)
     positions = np.ascontiguousarray(frames, float).reshape(-1, 3)
     shape = TriangleMesh(positions[: mesh.n_vertices], mesh.triangles)
     return Obstacle(
         mesh=shape,
-        times=times,
+        times=when,
         vertex_positions=positions,
         name=name,
         friction=friction,
         thickness=thickness,
     )
+
+
+def _moments(
+    source: StrPath | Sequence[StrPath],
+    times: Floats | None,
+    count: int,
+    rate: float | None,
+    start: float | None,
+) -> Floats:
+    """Times of the frames [s]: by a rate where one is given, else those of the file."""
+    if rate is not None:
+        if not (np.isfinite(rate) and rate > 0):
+            raise InvalidInput(f"rate must be > 0 [1/s], got {rate}; correct this value")
+        times = np.asarray(np.arange(count) * (_step_of(source) / rate), float)
+    elif times is None:
+        raise InvalidInput(
+            f"{source}: does not say when its frames are; give rate, frames a second [1/s]"
+        )
+    elif times.shape != (count,):
+        raise InvalidInput(f"{source}: must have one time a frame ({count}), got {times.size}")
+    return times if start is None else times - times[0] + start
 
 
 def _in_order(source: StrPath | Sequence[StrPath]) -> list[Path]:
@@ -115,7 +123,7 @@ def _in_order(source: StrPath | Sequence[StrPath]) -> list[Path]:
 def _read_meshes(paths: list[Path], mesh: TriangleMesh | None) -> tuple[TriangleMesh, Floats]:
     frames = []
     for path in paths:
-        read = meshes.read_mesh(path, with_uv=False)
+        read = meshes.read(path, with_uv=False)
         mesh = read if mesh is None else mesh
         if not np.array_equal(read.triangles, mesh.triangles):
             raise InvalidInput(
@@ -173,11 +181,11 @@ def _read_pc2(path: Path, head: bytes) -> tuple[NDArray[Any], None]:
     return _mapped(path, "<f4", 32, samples, points), None
 
 
-def _step_of(path: Path | None) -> float:
+def _step_of(source: StrPath | Sequence[StrPath]) -> float:
     """Frames between two samples, which only .pc2 tells."""
-    if path is None or path.suffix.lower() != ".pc2":
+    if not isinstance(source, (str, os.PathLike)) or Path(source).suffix.lower() != ".pc2":
         return 1.0
-    return float(np.fromfile(path, "<f4", 1, offset=24)[0])
+    return float(np.fromfile(source, "<f4", 1, offset=24)[0])
 
 
 def _read_mdd(path: Path, head: bytes) -> tuple[NDArray[Any], Floats]:

@@ -11,13 +11,13 @@ from .. import meshes
 from .._core import InvalidInput, Obstacle, TriangleMesh
 from ..base.arguments import explained, vector
 
-__all__ = ["box", "capsule", "floor", "funnel", "obstacle", "sphere", "wave_bar"]
+__all__ = ["box", "capsule", "floor", "funnel", "mesh", "sphere", "wave_bar"]
 
 _DEFAULT = Obstacle()
 
 
 @explained
-def obstacle(
+def mesh(
     mesh: TriangleMesh,
     *,
     name: str = "",
@@ -55,6 +55,9 @@ def obstacle(
     return Obstacle(mesh=mesh, times=times, **settings)
 
 
+_moving = mesh  # a name that no parameter hides
+
+
 @explained
 def sphere(
     *,
@@ -67,14 +70,14 @@ def sphere(
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
 ) -> Obstacle:
-    """Sphere; lengths [m], keyframes as in `obstacle`.
+    """Sphere; lengths [m], keyframes as in `mesh`.
 
     >>> sphere(radius=0.15).mesh.closed
     True
     """
-    mesh = meshes.sphere(radius=radius, subdivisions=subdivisions)
-    return obstacle(
-        mesh,
+    surface = meshes.sphere(radius=radius, subdivisions=subdivisions)
+    return _moving(
+        surface,
         name=name,
         centre=centre,
         times=times,
@@ -96,8 +99,8 @@ def box(
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
 ) -> Obstacle:
-    """Box with the given sides [m]; keyframes as in `obstacle`."""
-    return obstacle(
+    """Box with the given sides [m]; keyframes as in `mesh`."""
+    return _moving(
         meshes.box(size=size),
         name=name,
         centre=centre,
@@ -123,13 +126,11 @@ def capsule(
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
 ) -> Obstacle:
-    """Capsule along `axis`; `length` between the centres of its caps [m]; keyframes as in
-    `obstacle`.
-    """
-    mesh = meshes.capsule(radius=radius, length=length, segments=segments)
-    mesh = mesh.moved((0, 0, 0), rotation=_rotation_to(vector("axis", axis, 3)))
-    return obstacle(
-        mesh,
+    """Capsule along `axis`, `length` between the centres of its caps [m]; keyframes as `mesh`."""
+    surface = meshes.capsule(radius=radius, length=length, segments=segments)
+    surface = surface.moved((0, 0, 0), rotation=_rotation_to(vector("axis", axis, 3)))
+    return _moving(
+        surface,
         name=name,
         centre=centre,
         times=times,
@@ -156,7 +157,7 @@ def funnel(
     """Funnel: cone between z = height and z = 0 over a tube, with a wall; `centre` is where cone
     and tube meet [m].
     """
-    mesh = meshes.funnel(
+    surface = meshes.funnel(
         top_radius=top_radius,
         bottom_radius=bottom_radius,
         height=height,
@@ -164,7 +165,7 @@ def funnel(
         wall=wall,
         segments=segments,
     )
-    return obstacle(mesh, name=name, centre=centre, friction=friction, thickness=thickness)
+    return _moving(surface, name=name, centre=centre, friction=friction, thickness=thickness)
 
 
 @explained
@@ -181,10 +182,10 @@ def wave_bar(
     thickness: float = _DEFAULT.thickness,
 ) -> Obstacle:
     """Tube along y whose centre line waves in z [m]."""
-    mesh = meshes.wave_bar(
+    surface = meshes.wave_bar(
         length=length, radius=radius, amplitude=amplitude, wavelength=wavelength, segments=segments
     )
-    return obstacle(mesh, name=name, centre=centre, friction=friction, thickness=thickness)
+    return _moving(surface, name=name, centre=centre, friction=friction, thickness=thickness)
 
 
 @explained
@@ -198,7 +199,7 @@ def floor(
     thickness: float = _DEFAULT.thickness,
 ) -> Obstacle:
     """Square of `size` in z = `height` [m], drawn as ground."""
-    return obstacle(
+    return _moving(
         meshes.floor(size=size, cells=cells),
         name=name,
         centre=(0.0, 0.0, height),

@@ -1,1 +1,28 @@
-"""Frames of a run as pictures, plots and video."""
+"""Frames as pictures, runs as directories of pictures, plots and videos.
+
+>>> import loomstone as ls
+>>> sim = ls.Simulation(ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(4, 4)), pins=[0, 4])]))
+>>> drawn = ls.pictures.Renderer(sim.topology, ls.RenderOptions(width=64, height=48))
+>>> drawn.render(sim.frame()).shape                                          # doctest: +SKIP
+(48, 64, 3)
+"""
+
+from .._core import Camera, Curves, Renderer, RenderOptions, write_png
+from .drawing import render_run
+from .plots import plot_steps
+from .video import encode
+
+__all__ = [
+    "Camera",
+    "Curves",
+    "RenderOptions",
+    "Renderer",
+    "encode",
+    "plot_steps",
+    "render_run",
+    "write_png",
+]
+
+
+def __dir__() -> list[str]:
+    return __all__

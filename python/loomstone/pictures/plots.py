@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,34 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import CacheError, InvalidInput, Unsupported
-from ..runs.tables import read_table
 
-__all__ = ["KINDS", "plot_run", "read_steps"]
+__all__ = ["KINDS", "plot_steps"]
 
+Steps = Mapping[str, NDArray[Any]]
 KINDS = ("energy", "stages", "contacts", "stretch", "strain", "iterations")
 
 
-def read_steps(directory: str | os.PathLike[str]) -> dict[str, NDArray[np.float64]]:
-    """Columns of steps.csv by name, one entry a step."""
-    path = Path(directory) / "steps.csv"
-    if not path.exists():
-        raise CacheError(
-            f"{path}: no table of steps; give the directory of a run made by `loomstone run`"
-        )
-    header, rows = read_table(path, "step")
-    if not rows:
-        raise CacheError(f"{path}: has no steps yet")
-    return dict(zip(header, np.array(rows, float).T, strict=True))
+def plot_steps(steps: Steps, path: str | os.PathLike[str], *, kind: str = "energy") -> Path:
+    """Draws columns of a table of steps over time; returns the path of the picture (PNG).
 
-
-def plot_run(
-    directory: str | os.PathLike[str],
-    *,
-    kind: str = "energy",
-    path: str | os.PathLike[str] | None = None,
-) -> Path:
-    """Draws one of energy, stages, contacts, stretch, strain, iterations over time; returns the
-    picture's path (PNG).
+    steps : as loomstone.Run.steps; kind : energy, stages, contacts, stretch, strain or iterations
     """
     if kind not in KINDS:
         raise InvalidInput(f"plot must be one of {', '.join(KINDS)}, got {kind!r}")
@@ -48,7 +32,6 @@ def plot_run(
         raise Unsupported(
             "plots need matplotlib, which is not installed; pip install matplotlib"
         ) from None
-    steps = read_steps(directory)
     figure = Figure(figsize=(8, 4.5), layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
@@ -57,15 +40,14 @@ def plot_run(
     axes.grid(alpha=0.3)
     if axes.get_legend_handles_labels()[0]:
         axes.legend(loc="best", fontsize="small")
-    target = Path(path) if path else Path(directory) / f"{kind}.png"
     try:
-        figure.savefig(target, dpi=150)
+        figure.savefig(path, dpi=150)
     except (OSError, ValueError) as error:
-        raise CacheError(f"{target}: the plot cannot be written: {error}") from error
-    return target
+        raise CacheError(f"{path}: the plot cannot be written: {error}") from error
+    return Path(path)
 
 
-def _energy(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
+def _energy(axes: Any, steps: Steps) -> None:
     energies = {
         name.removesuffix("_energy"): values
         for name, values in steps.items()
@@ -80,7 +62,7 @@ def _energy(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
     axes.set_ylabel("energy [J]")
 
 
-def _stages(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
+def _stages(axes: Any, steps: Steps) -> None:
     names = [name for name in steps if name.startswith("seconds_")]
     milliseconds = [1e3 * steps[name] for name in names]
     axes.stackplot(
@@ -89,18 +71,18 @@ def _stages(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
     axes.set_ylabel("wall time a step [ms]")
 
 
-def _contacts(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
+def _contacts(axes: Any, steps: Steps) -> None:
     for name in ("contacts", "impacts", "truncated"):
         axes.plot(steps["time"], steps[name], label=name)
     axes.set_ylabel("number [1]")
 
 
-def _stretch(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
+def _stretch(axes: Any, steps: Steps) -> None:
     axes.plot(steps["time"], steps["max_stretch"])
     axes.set_ylabel("largest principal stretch [1]")
 
 
-def _strain(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
+def _strain(axes: Any, steps: Steps) -> None:
     """Largest strain in each direction; what of it is beyond limits; sweeps that limiting took, on
     the right.
     """
@@ -109,13 +91,13 @@ def _strain(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
             "this run has no strains in its table of steps: it was made by an earlier version; run"
             " it again"
         )
-    for name, colour in (("weft", "C0"), ("warp", "C1"), ("shear", "C2")):
-        axes.plot(steps["time"], steps[f"{name}_strain"], colour, label=name)
+    for name, color in (("weft", "C0"), ("warp", "C1"), ("shear", "C2")):
+        axes.plot(steps["time"], steps[f"{name}_strain"], color, label=name)
         if steps[f"{name}_excess"].any():
             axes.plot(
                 steps["time"],
                 steps[f"{name}_excess"],
-                colour,
+                color,
                 linestyle=":",
                 label=f"{name} beyond limits",
             )
@@ -127,7 +109,7 @@ def _strain(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
         right.set_ylim(bottom=0)
 
 
-def _iterations(axes: Any, steps: dict[str, NDArray[np.float64]]) -> None:
+def _iterations(axes: Any, steps: Steps) -> None:
     axes.plot(steps["time"], steps["linear_iterations"], label="linear")
     axes.plot(steps["time"], steps["newton_iterations"], label="Newton")
     axes.set_ylabel("iterations a step [1]")

@@ -1,4 +1,4 @@
-"""Frames and checkpoints of a run as files in its directory."""
+"""A run as it lies in its directory."""
 
 from __future__ import annotations
 
@@ -13,9 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from .._core import CacheError, Checkpoint, Frame, FrameReader, FrameTopology
+from .._core import CacheError, Frame, FrameReader, FrameTopology, Scene
+from .scene_file import SceneFile
+from .stacked import Stacked
+from .steps import read_steps
 
-__all__ = ["Run", "checkpoint_files", "latest_checkpoint", "write_checkpoint"]
+__all__ = ["Run"]
 
 
 class Run:
@@ -23,18 +26,43 @@ class Run:
 
     path : directory of the run, or its run.vtkhdf
 
-    >>> run = Run("out/drape")      # doctest: +SKIP
-    >>> run[-1].positions.shape     # doctest: +SKIP
-    (7396, 3)
+    `positions` and its like stack an array over the frames, (frames x n x 3); what is sliced is
+    read. A run can be pickled (as its path) and closes its files at the end of a `with`.
+
+    >>> with ls.Run("out/drape") as run:               # doctest: +SKIP
+    ...     print(run[-1].positions.shape, run.positions[::10].shape, run.steps["contacts"].max())
+    (7396, 3) (3, 7396, 3) 5321
     """
+
+    directory: Path
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         if Path(path).is_dir() and not (Path(path) / "run.vtkhdf").exists():
             raise CacheError(
                 f"{path}: holds no run (there is no run.vtkhdf in it); give the directory of a run"
             )
-        self._reader = FrameReader(str(path))
+        self._path = str(path)
+        self._file: FrameReader | None = FrameReader(self._path)
         self.directory = Path(path) if Path(path).is_dir() else Path(path).parent
+
+    @property
+    def _reader(self) -> FrameReader:
+        if self._file is None:
+            raise CacheError(f"{self._path}: the run is closed; open it again by loomstone.Run")
+        return self._file
+
+    def close(self) -> None:
+        """Closes the files; frames that were read stay."""
+        self._file = None
+
+    def __enter__(self) -> Run:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Run, (self._path,)
 
     def __len__(self) -> int:
         return self._reader.n_frames
@@ -58,6 +86,36 @@ class Run:
     def times(self) -> NDArray[np.float64]:
         """(frames) [s]"""
         return self._reader.times
+
+    @property
+    def positions(self) -> Stacked:
+        """(frames x n x 3) of the cloth vertices [m]"""
+        return Stacked(self, "positions")
+
+    @property
+    def velocities(self) -> Stacked:
+        """(frames x n x 3) of the cloth vertices [m/s]"""
+        return Stacked(self, "velocities")
+
+    @property
+    def strain(self) -> Stacked:
+        """(frames x m x 3) Green strain of the cloth triangles: weft, warp, shear (E12) [1]"""
+        return Stacked(self, "strain")
+
+    @property
+    def stretch(self) -> Stacked:
+        """(frames x m) largest principal stretch of the cloth triangles [1]"""
+        return Stacked(self, "stretch")
+
+    @property
+    def body_vertices(self) -> Stacked:
+        """(frames x nb x 3) vertices of rigid bodies and obstacles [m]"""
+        return Stacked(self, "body_vertices")
+
+    @property
+    def steps(self) -> dict[str, NDArray[Any]]:
+        """Columns of steps.csv by name, one entry a step, in SI."""
+        return read_steps(self.directory)
 
     @property
     def topology(self) -> FrameTopology:
@@ -86,6 +144,10 @@ class Run:
         length = self.times[-1] - self.times[0] if len(self) > 1 else 0.0
         return float(f"{(len(self) - 1) / length:.6g}") if length > 0.0 else 25.0
 
+    def scene(self) -> Scene:
+        """The scene as its file was when the run began; CacheError where no file made it."""
+        return SceneFile.of_run(self).scene()
+
     def intersecting_pairs(self, index: int = -1) -> list[tuple[int, int]]:
         """Pairs of triangles of a frame that intersect: cloth triangles first, then bodies and
         obstacles.
@@ -104,31 +166,3 @@ class Run:
     def __repr__(self) -> str:
         end = f", to {self.times[-1]:g} s" if len(self) else ""
         return f"Run({str(self.directory)!r}: {len(self)} frames{end})"
-
-
-def checkpoint_files(directory: Path) -> list[Path]:
-    """Checkpoints of a run, oldest first."""
-    return sorted(directory.glob("checkpoint-*.h5"))
-
-
-def write_checkpoint(directory: Path, step: int, checkpoint: Checkpoint) -> None:
-    """Writes a checkpoint and keeps one before it."""
-    _core.write_checkpoint(str(directory / f"checkpoint-{step:010d}.h5"), checkpoint)
-    for old in checkpoint_files(directory)[:-2]:
-        old.unlink()
-
-
-def latest_checkpoint(directory: Path) -> Checkpoint | None:
-    """The newest readable checkpoint; None where the run was killed before the first."""
-    problem: CacheError | None = None
-    for path in reversed(checkpoint_files(directory)):
-        try:
-            return _core.read_checkpoint(str(path))
-        except CacheError as error:
-            problem = problem or error
-    if problem:
-        raise CacheError(
-            f"{directory}: none of its checkpoints can be read, so it cannot go on; its frames can"
-            f" still be rendered. Run the scene again into another directory. ({problem})"
-        )
-    return None

@@ -17,7 +17,7 @@ from rich.progress import (
 )
 
 from .._core import Frame, StepReport
-from .execution import Observer, Silence
+from .observer import Observer, Silence
 
 __all__ = ["observer"]
 

@@ -23,15 +23,22 @@ import types
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from .. import _core
 from .._core import CacheError, Error, IntegratorOptions, InvalidInput, RenderOptions, Scene
-from .cache import Run
-from ..simulation import Simulation
-from ..pictures.drawing import options_from_dict
+from ..pictures.directory import options_from_dict
 
 __all__ = ["SceneFile", "parse_parameters", "stored_options"]
+
+
+class Stored(Protocol):
+    """A run as far as it says how it was made."""
+
+    directory: Path
+
+    @property
+    def metadata(self) -> dict[str, Any]: ...
 
 
 class SceneFile:
@@ -80,7 +87,7 @@ class SceneFile:
         return cls(path.resolve(), source, parameters)
 
     @classmethod
-    def of_run(cls, run: Run) -> SceneFile:
+    def of_run(cls, run: Stored) -> SceneFile:
         """As it was when a run began, from the metadata of its cache."""
         stored = run.metadata.get("scene_file")
         if not stored:
@@ -165,12 +172,12 @@ class SceneFile:
         return value
 
     @property
-    def control(self) -> Callable[[Simulation], None] | None:
+    def control(self) -> Callable[[Any], None] | None:
         """What is called before every step."""
         return self._guarded("control")
 
     @property
-    def check(self) -> Callable[[Run], None] | None:
+    def check(self) -> Callable[[Any], None] | None:
         """Claims about the frames."""
         return self._guarded("check")
 
@@ -263,7 +270,7 @@ def parse_parameters(items: list[str]) -> dict[str, Any]:
     return parameters
 
 
-def stored_options(run: Run) -> tuple[float, float, IntegratorOptions, RenderOptions]:
+def stored_options(run: Stored) -> tuple[float, float, IntegratorOptions, RenderOptions]:
     """duration, rate, integrator and render options of a run."""
     kept = run.metadata
     try:

@@ -97,12 +97,12 @@ TEST_CASE("a tree formed elsewhere finds the same pairs") {
   const auto keep = [](ContactKind, std::vector<PairKey>&) {};  // all
   BroadPhase lasting(scene.model, pairs);
   std::vector<FeaturePairs> old_tree, new_tree;
-  lasting.swept_pairs(Team{1}, shaken(scene.x, 0.1, 30), scene.x, 0.0, all, keep,
+  lasting.swept_pairs(Team{1}, {shaken(scene.x, 0.1, 30), scene.x, 0.0}, all, keep,
                       old_tree);  // formed at a shaken place
   for (const unsigned seed : {31u, 32u}) {
     const Points x0 = shaken(scene.x, 0.02, seed), x1 = shaken(x0, 0.01, seed + 5);
-    lasting.swept_pairs(Team{3}, x0, x1, 1e-4, all, keep, old_tree);
-    BroadPhase(scene.model, pairs).swept_pairs(Team{1}, x0, x1, 1e-4, all, keep, new_tree);
+    lasting.swept_pairs(Team{3}, {x0, x1, 1e-4}, all, keep, old_tree);
+    BroadPhase(scene.model, pairs).swept_pairs(Team{1}, {x0, x1, 1e-4}, all, keep, new_tree);
     for (const Index i : all) {
       CHECK(old_tree[i].vertex_face == new_tree[i].vertex_face);
       CHECK(old_tree[i].edge_edge == new_tree[i].edge_edge);

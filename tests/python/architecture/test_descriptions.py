@@ -3,7 +3,8 @@
 import loomstone as ls
 import numpy as np
 import pytest
-from loomstone import _core, cli
+from loomstone import _core
+from loomstone.cli.run import _other_method
 
 ALL = [
     ls.ClothMaterial,
@@ -127,8 +128,8 @@ def test_each_error_is_a_standard_one_and_one_of_ours(error, standard):
 
 def test_another_method_on_the_command_line_keeps_what_it_has_use_for():
     scene = ls.BackwardEuler(step=2e-3, linear_solver="direct", jacobian="exact")
-    assert cli._other_method(scene, "symplectic-euler") == ls.SymplecticEuler(step=2e-3)
-    assert cli._other_method(scene, "bdf2") == ls.BDF2(
+    assert _other_method(scene, "symplectic-euler") == ls.SymplecticEuler(step=2e-3)
+    assert _other_method(scene, "bdf2") == ls.BDF2(
         step=2e-3, linear_solver="direct", jacobian="exact"
     )
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import loomstone as ls
 import numpy as np
 import pytest
-from loomstone import progress
-from loomstone.scene_file import SceneFile
+from loomstone.runs import progress
+from loomstone.runs.scene_file import SceneFile
 
 SCENES = Path(__file__).parents[3] / "scenes"
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import loomstone as ls
 import pytest
 from certify import perturbed
-from loomstone.scene_file import SceneFile
-from loomstone.verification import count_intersections
+from loomstone.runs.scene_file import SceneFile
+from loomstone.runs.verification import count_intersections
 
 ROOT = Path(__file__).parents[3]
 SMALL = {

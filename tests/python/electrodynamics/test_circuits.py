@@ -63,7 +63,9 @@ def test_mutual_inductances_are_those_of_their_circles():
 
 def transformer(**second) -> ls.Scene:
     """Two windings on stands, the second 10 mm above the first."""
-    stands = [ls.obstacle(BOX.moved((0, 0, z)), name=name) for name, z in (("a", 0.5), ("b", -0.5))]
+    stands = [
+        ls.obstacles.mesh(BOX.moved((0, 0, z)), name=name) for name, z in (("a", 0.5), ("b", -0.5))
+    ]
     weight = ls.RigidBody(name="weight", mesh=BOX, shape="box", position=(1, 0, 0))
     coils = [
         ls.Coil(body="a", **ONE, resistance=0.5, inductance=4e-3, voltages=[1.0]),
@@ -193,7 +195,7 @@ def scripted(**what) -> ls.Scene:
     """
     stands = {"magnet": {}, "loop": {}} | what.pop("scripts")
     obstacles = [
-        ls.obstacle(BOX.moved((0, 0, z)), name=name, **stands[name])
+        ls.obstacles.mesh(BOX.moved((0, 0, z)), name=name, **stands[name])
         for name, z in (("magnet", 0.5), ("loop", -0.5))
     ]
     magnets = (
@@ -350,7 +352,7 @@ def test_a_coil_magnetises_a_ball_and_is_pulled_as_the_series_says(chi):
     scene = ball_and_coil([5.0], susceptibility=chi, resolution=30)
     sim = simulation(scene, 1e-5)
     sim.step()
-    mass = np.array([ls.mass_properties(b.mesh, b.density).mass for b in scene.bodies])
+    mass = np.array([ls.meshes.mass_properties(b.mesh, b.density).mass for b in scene.bodies])
     momenta = mass[:, None] * np.asarray(sim.state.body_velocities)
     assert momenta[0, 2] / 1e-5 == pytest.approx(
         series_force(0.02, 0.02, 0.01, chi, 500.0), rel=1e-5
@@ -415,7 +417,7 @@ def test_a_frame_draws_the_closed_lines_of_a_coil_with_a_circuit(tmp_path):
         if end == M.LineEnd.closed:
             assert np.array_equal(line[0], line[-1]), "a closed line ends where it began"
     curves = ls.magnetics.frame_curves(sim, frame, 40)
-    renderer = ls.Renderer(sim.topology, ls.RenderOptions(width=120, height=90, samples=1))
+    renderer = ls.pictures.Renderer(sim.topology, ls.RenderOptions(width=120, height=90, samples=1))
     assert (renderer.render(frame, curves) != renderer.render(frame)).any()
     _core.FrameWriter(str(tmp_path), sim.topology, "{}").write(frame)
     assert (

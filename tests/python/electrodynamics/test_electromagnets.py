@@ -13,7 +13,10 @@ WEIGHT = ls.RigidBody(name="weight", mesh=BOX, shape="box", position=(3, 0, 0))
 
 def held(core: ls.Magnet, coil: ls.Coil, core_mesh=BOX) -> ls.Scene:
     """A core and a coil on stands; a weight far off makes the scene one of rigid bodies."""
-    stands = [ls.obstacle(core_mesh, name="core"), ls.obstacle(BOX.moved((0, 0, 0.5)), name="coil")]
+    stands = [
+        ls.obstacles.mesh(core_mesh, name="core"),
+        ls.obstacles.mesh(BOX.moved((0, 0, 0.5)), name="coil"),
+    ]
     return ls.Scene(
         obstacles=stands,
         bodies=[WEIGHT],
@@ -91,7 +94,7 @@ def plunger(z: float, **coil) -> ls.Scene:
     winding = ls.Coil(body="stand", radius=0.01, length=0.02, turns=200, **coil)
     return ls.Scene(
         bodies=[bar],
-        obstacles=[ls.obstacle(BOX.moved((0.5, 0, 0)), name="stand")],
+        obstacles=[ls.obstacles.mesh(BOX.moved((0.5, 0, 0)), name="stand")],
         magnets=[iron],
         coils=[winding],
         gravity=(0, 0, 0),
@@ -110,7 +113,7 @@ def test_a_bar_is_drawn_into_a_solenoid_as_its_inductance_grows():
         scene = plunger(z, currents=[5.0])
         sim = simulation(scene, 1e-6)
         sim.step()
-        mass = ls.mass_properties(scene.bodies[0].mesh, scene.bodies[0].density).mass
+        mass = ls.meshes.mass_properties(scene.bodies[0].mesh, scene.bodies[0].density).mass
         force = mass * sim.state.body_velocities[0, 2] / 1e-6
         assert force < 0.0, "into the coil"
         # Force and flux are found by different integrals; they agree to what the grid leaves (12
@@ -201,7 +204,7 @@ def test_energy_and_momentum_balance_where_a_ball_flies_through_a_coil(case):
     errors = [abs(balance(sim) - balance(start)) for sim in sims]
     exchanged = sims[1].circuit_supply + sims[1].circuit_heat
     assert errors[1] < 1e-3 * exchanged and errors[1] < 0.3 * errors[0] + 1e-5 * exchanged
-    masses = np.array([ls.mass_properties(b.mesh, b.density).mass for b in falling().bodies])
+    masses = np.array([ls.meshes.mass_properties(b.mesh, b.density).mass for b in falling().bodies])
     momenta = [masses @ np.asarray(sim.state.body_velocities) for sim in (start, sims[1])]
     assert momenta[1] == pytest.approx(momenta[0], abs=1e-12)
 
@@ -226,7 +229,7 @@ def push(sim: ls.Simulation) -> None:
 )
 def test_forces_at_the_end_of_a_step_serve_the_next_where_nothing_has_changed(case, write):
     scene = falling(**CASES[case])
-    stand = ls.box(
+    stand = ls.obstacles.box(
         name="stand",
         size=(0.01, 0.01, 0.01),
         times=[0, 1e-3, 3e-3],
@@ -310,7 +313,7 @@ def test_balls_in_the_field_of_a_coil_move_in_sub_steps_that_resolve_their_pull(
         else {"resistance": 2.0, "inductance": 5e-3, "voltages": [40.0]}
     )
     coil = ls.Coil(body="stand", radius=0.02, length=0.06, turns=600, **source)
-    stand = ls.obstacle(BOX.moved((0, 0, 0.5)), name="stand")
+    stand = ls.obstacles.mesh(BOX.moved((0, 0, 0.5)), name="stand")
     sim = simulation(
         ls.Scene(
             obstacles=[stand],
@@ -342,7 +345,7 @@ def test_a_strong_coil_draws_in_what_it_pulls_with_the_speed_of_short_steps(soft
         position=(0, 0, 0.012),
     )
     coil = ls.Coil(body="stand", radius=0.01, length=0.01, turns=400, currents=[50.0])
-    stand = ls.obstacle(BOX.moved((0.5, 0, 0)), name="stand")
+    stand = ls.obstacles.mesh(BOX.moved((0.5, 0, 0)), name="stand")
     scene = ls.Scene(
         obstacles=[stand],
         bodies=[body],
@@ -368,7 +371,7 @@ def test_forces_by_currents_are_among_the_magnetic_forces():
     sim = simulation(scene, 1e-5)
     for _ in range(20):  # a current has begun to flow
         sim.step()
-    masses = np.array([ls.mass_properties(b.mesh, b.density).mass for b in scene.bodies])
+    masses = np.array([ls.meshes.mass_properties(b.mesh, b.density).mass for b in scene.bodies])
     before, forces = np.array(sim.state.body_velocities), np.asarray(sim.magnetic_forces()[0])
     sim.step()
     felt = masses[:, None] * (np.asarray(sim.state.body_velocities) - before) / 1e-5

@@ -241,7 +241,7 @@ def on_the_floor() -> ls.Scene:
     magnets = [
         ls.Magnet(body=n, shape="sphere", radius=0.005, polarization=(0.8, 0, 0.6)) for n in "ab"
     ]
-    carried = ls.box(
+    carried = ls.obstacles.box(
         name="below",
         size=(0.01, 0.01, 0.01),
         times=[0, 1],
@@ -360,7 +360,7 @@ def test_iron_balls_that_stick_to_a_magnet_calm_down_in_few_substeps(scene):
     scene = iron_balls(
         18,
         ls.Magnet(body="magnet", shape="cuboid", size=(0.03, 0.03, 0.02), polarization=(0, 0, 1.2)),
-        obstacles=[ls.obstacle(box, name="magnet", friction=0.6)],
+        obstacles=[ls.obstacles.mesh(box, name="magnet", friction=0.6)],
         **scene,
     )
     sim = simulation(scene, 1e-3)
@@ -426,7 +426,7 @@ def test_after_a_failed_step_bodies_go_on_as_if_it_had_not_been_tried():
         ls.meshes.box(size=(0.02, 0.02, 0.02)),
         ("body_positions", "body_orientations", "body_velocities"),
     )
-    belt = ls.box(
+    belt = ls.obstacles.box(
         size=(0.4, 0.4, 0.02),
         times=[0, 1],
         positions=[(0, 0, -0.01), (0.5, 0, -0.01)],
@@ -443,7 +443,7 @@ def test_after_a_failed_step_bodies_go_on_as_if_it_had_not_been_tried():
         ls.Magnet(body=name, shape="dipole", moment=(0, 0, 0.1), position=at)
         for name, at in (("cube 0", (0, 0, 0)), ("far", arm))
     ]
-    stand = ls.box(
+    stand = ls.obstacles.box(
         size=(0.01, 0.01, 0.01), name="far", times=[0, 1], positions=[(0, 0, 5.0), (0, 0, 5.0)]
     )
     reached = []
@@ -490,7 +490,9 @@ def test_poles_are_kept_in_files_and_drawn_red_and_blue(tmp_path):
     del writer
     assert np.array_equal(_core.FrameReader(str(tmp_path)).topology.body_pole, pole)
     image = np.asarray(
-        ls.Renderer(sim.topology, ls.RenderOptions(width=320, height=240)).render(sim.frame())
+        ls.pictures.Renderer(sim.topology, ls.RenderOptions(width=320, height=240)).render(
+            sim.frame()
+        )
     ).astype(int)
     red, _, blue = np.moveaxis(image, -1, 0)
     assert (red - blue > 60).sum() > 50 and (blue - red > 60).sum() > 50

@@ -19,7 +19,7 @@ def floating(case: dict, material: str, height: float) -> ls.Scene:
     magnet = ls.RigidBody(
         name="magnet", mesh=mesh, shape="sphere", density=density, position=(2e-4, 0, height)
     )
-    plate = ls.box(name="plate", size=PLATE, centre=(0, 0, -0.5 * PLATE[2]))
+    plate = ls.obstacles.box(name="plate", size=PLATE, centre=(0, 0, -0.5 * PLATE[2]))
     own = ls.Magnet(
         body="magnet",
         shape="sphere",

@@ -13,7 +13,7 @@ from pathlib import Path
 import loomstone as ls
 import numpy as np
 import pytest
-from loomstone.fabric_table import FABRICS, LEVELS, SOURCES
+from loomstone.fabrics.table import FABRICS, LEVELS, SOURCES
 
 PUBLISHED = Path(__file__).resolve().parents[4] / "shared" / "data" / "fabrics" / "fabrics.json"
 LOAD = 150 * 0.980665  # 150 gf/cm [N/m]
@@ -82,7 +82,7 @@ def test_a_measured_fabric_is_as_published_by_its_mapping(name, published):
         (90, "curvature_along_warp"),
         (45, "bias_45deg"),
     ):
-        assert ls.strip_rigidity(fabric, angle_degrees=angle) == pytest.approx(
+        assert ls.fabrics.strip_rigidity(fabric, angle_degrees=angle) == pytest.approx(
             bending[direction], rel=ROUNDED
         )
     for limit, small_strain, stretched in zip(
@@ -130,7 +130,7 @@ def test_a_woven_fabric_is_as_published_by_its_mapping(name, published):
     assert fabric.bending_warp == pytest.approx(median, rel=ROUNDED)
     for angle, direction in ((0, "B_weft"), (45, "B_bias")):
         ratio = statistics[direction][middle] / statistics["B_warp"][middle]
-        assert ls.strip_rigidity(fabric, angle_degrees=angle) == pytest.approx(
+        assert ls.fabrics.strip_rigidity(fabric, angle_degrees=angle) == pytest.approx(
             ratio * median, rel=1e-3
         )
 
@@ -208,7 +208,7 @@ def test_levels_grow_from_very_soft_to_stiff_and_their_limits_shrink():
             and less.bending < more.bending
         )
         assert less.limit > more.limit and less.shear_limit > more.shear_limit
-    fabric = ls.fabric_of_levels(
+    fabric = ls.fabrics.of_levels(
         weft="very soft",
         warp="stiff",
         shear="soft",
@@ -230,7 +230,7 @@ def test_levels_grow_from_very_soft_to_stiff_and_their_limits_shrink():
         ls.InvalidInput,
         match="weft must be one of very soft, soft, medium, firm, stiff, got 'silky'",
     ):
-        ls.fabric_of_levels(weft="silky")
+        ls.fabrics.of_levels(weft="silky")
 
 
 def command(*arguments):
@@ -274,10 +274,10 @@ def test_strips_cut_at_three_angles_have_the_rigidities_that_were_measured():
         poisson *= min(1.0, sqrt(weft / warp))
         bias = random.uniform(0.2, 0.9) * 4 / (1 / weft + 1 / warp - 2 * poisson / weft)
         material = ls.ClothMaterial(
-            **ls.bending_from_strips(weft=weft, warp=warp, bias=bias, poisson=poisson)
+            **ls.fabrics.bending_from_strips(weft=weft, warp=warp, bias=bias, poisson=poisson)
         )
         for angle, measured in ((0, weft), (90, warp), (45, bias), (-45, bias), (135, bias)):
-            assert ls.strip_rigidity(material, angle_degrees=angle) == pytest.approx(
+            assert ls.fabrics.strip_rigidity(material, angle_degrees=angle) == pytest.approx(
                 measured, rel=1e-12
             )
 
@@ -285,8 +285,10 @@ def test_strips_cut_at_three_angles_have_the_rigidities_that_were_measured():
 def test_an_isotropic_plate_bends_alike_in_every_direction_and_is_the_default():
     material = ls.ClothMaterial(bending_weft=2e-5, bending_warp=2e-5)
     for angle in (0, 20, 45, 77, 90):
-        assert ls.strip_rigidity(material, angle_degrees=angle) == pytest.approx(2e-5, rel=1e-12)
-    assert ls.bending_from_strips(weft=2e-5, warp=2e-5, bias=2e-5)[
+        assert ls.fabrics.strip_rigidity(material, angle_degrees=angle) == pytest.approx(
+            2e-5, rel=1e-12
+        )
+    assert ls.fabrics.bending_from_strips(weft=2e-5, warp=2e-5, bias=2e-5)[
         "bending_twist"
     ] == pytest.approx(1e-5)
 
@@ -306,22 +308,26 @@ def test_a_strip_takes_the_shape_of_least_energy_under_its_moment():
         )
         q = turn.T @ d @ turn
         free = q[0, 0] - q[0, 1:] @ np.linalg.solve(q[1:, 1:], q[1:, 0])
-        assert ls.strip_rigidity(material, angle_degrees=degrees) == pytest.approx(free, rel=1e-12)
+        assert ls.fabrics.strip_rigidity(material, angle_degrees=degrees) == pytest.approx(
+            free, rel=1e-12
+        )
 
 
 def test_strips_that_no_plate_has_are_refused():
     with pytest.raises(
         ls.InvalidInput, match=r"no plate has a bias rigidity of 3e-05 .* bias must be below 2e-05"
     ):
-        ls.bending_from_strips(weft=1e-5, warp=1e-5, bias=3e-5)
+        ls.fabrics.bending_from_strips(weft=1e-5, warp=1e-5, bias=3e-5)
     with pytest.raises(ls.InvalidInput, match=r"weft must be > 0 \[N m\], got 0"):
-        ls.bending_from_strips(weft=0, warp=1e-5, bias=1e-5)
+        ls.fabrics.bending_from_strips(weft=0, warp=1e-5, bias=1e-5)
     with pytest.raises(ls.InvalidInput, match=r"bias must be in N m: 1 gf/cm has"):
-        ls.bending_from_strips(weft=1e-5, warp=1e-5, bias=ls.units["gf/cm"])
+        ls.fabrics.bending_from_strips(weft=1e-5, warp=1e-5, bias=ls.units["gf/cm"])
     with pytest.raises(ls.InvalidInput, match="poisson must be below"):
-        ls.bending_from_strips(weft=1e-5, warp=1e-5, bias=1e-5, poisson=1.5)
+        ls.fabrics.bending_from_strips(weft=1e-5, warp=1e-5, bias=1e-5, poisson=1.5)
     with pytest.raises(ls.InvalidInput, match="must resist bending"):
-        ls.strip_rigidity(ls.ClothMaterial(bending_weft=0, bending_warp=0), angle_degrees=45)
+        ls.fabrics.strip_rigidity(
+            ls.ClothMaterial(bending_weft=0, bending_warp=0), angle_degrees=45
+        )
 
 
 def test_fabrics_descriptions_and_meshes_can_be_pickled_and_copied():
@@ -337,9 +343,11 @@ def test_fabrics_descriptions_and_meshes_can_be_pickled_and_copied():
     )
     for again in (pickle.loads(pickle.dumps(fabric)), copy.deepcopy(fabric)):
         assert (
-            isinstance(again, ls.Fabric) and again == fabric and again.to_dict() == fabric.to_dict()
+            isinstance(again, ls.fabrics.Fabric)
+            and again == fabric
+            and again.to_dict() == fabric.to_dict()
         )
-    fitted = ls.fabric_of_levels(weft="soft")
+    fitted = ls.fabrics.of_levels(weft="soft")
     assert pickle.loads(pickle.dumps(fitted)).name == fitted.name
     for thing in (
         fabric.material,

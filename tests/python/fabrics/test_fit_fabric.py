@@ -36,7 +36,9 @@ def test_curves_of_the_model_are_recovered_exactly_with_their_limits():
     ) and fabric.warp_stiffness == pytest.approx(3000, rel=1e-12)
     assert fabric.shear_stiffness == pytest.approx(70, rel=1e-12)
     for angle, rigidity in ((0, 6e-6), (90, 9e-6), (45, 7e-6)):
-        assert ls.strip_rigidity(fabric, angle_degrees=angle) == pytest.approx(rigidity, rel=1e-12)
+        assert ls.fabrics.strip_rigidity(fabric, angle_degrees=angle) == pytest.approx(
+            rigidity, rel=1e-12
+        )
     # Linear interpolation between points 0.005 apart: half their distance squared times the
     # curvature over the slope.
     assert tension(1200, fabric.limits[0]) == pytest.approx(LOAD, rel=1e-4)
@@ -173,7 +175,7 @@ BAD = [
 
 @pytest.mark.parametrize("changed, said", BAD)
 def test_a_bad_curve_is_refused_in_one_sentence(changed, said):
-    with pytest.raises(ls.InvalidInput, match="fit_fabric: " + said):
+    with pytest.raises(ls.InvalidInput, match="fit: " + said):
         ls.fit_fabric(curves(**changed), density=0.15, shear_limit=0.1)
 
 
@@ -199,7 +201,7 @@ def test_missing_curves_loads_and_limits_are_refused():
         ("density", "b"),
         ("shear_limit", "c"),
     ):
-        with pytest.raises(ls.InvalidInput, match=f"fit_fabric: {name} must be a number"):
+        with pytest.raises(ls.InvalidInput, match=f"fit: {name} must be a number"):
             ls.fit_fabric(curves(), **({"density": 0.15, "shear_limit": 0.1} | {name: wrong}))
 
 

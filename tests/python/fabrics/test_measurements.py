@@ -8,9 +8,15 @@ from dataclasses import replace
 import loomstone as ls
 import numpy as np
 import pytest
-from loomstone.measurements import FabricReport, bring_to_rest, cantilever, cusick, report_fabrics
-from loomstone.measurements.cantilever import overhang_of_elastica
-from loomstone.measurements.cusick import (
+from loomstone.fabrics.measurements import (
+    FabricReport,
+    bring_to_rest,
+    cantilever,
+    cusick,
+    report_fabrics,
+)
+from loomstone.fabrics.measurements.bending_test import overhang_of_elastica
+from loomstone.fabrics.measurements.drape_test import (
     DISC,
     SPECIMEN,
     count_folds,

@@ -181,7 +181,7 @@ def test_closing_refuses_times_and_ease_that_are_none(wrong, said):
 
 def test_a_sewn_mesh_is_read_back_with_its_panels_and_seams(tmp_path):
     shirt = g.tshirt(800)
-    ls.write_mesh(tmp_path / "shirt.obj", shirt.mesh)
+    ls.meshes.write(tmp_path / "shirt.obj", shirt.mesh)
     again = g.read(tmp_path / "shirt.obj")
     assert len(again.panel_names) == 4
     assert sorted(np.bincount(again.panel_of_triangle)) == sorted(
@@ -233,11 +233,11 @@ def test_seams_close_round_a_body_and_weld_without_intersections():
         g.tshirt_pattern(), triangles=800, places=apart(0.16), obstacles=[body()], threads=1
     )
     assert len(shirt.openings()) == 4
-    assert ls.intersecting_pairs(shirt.mesh.vertices, shirt.mesh.triangles) == []
+    assert ls.collision.intersecting_pairs(shirt.mesh.vertices, shirt.mesh.triangles) == []
     trunk = body().mesh
     points = np.concatenate([shirt.mesh.vertices, trunk.vertices])
     triangles = np.concatenate([shirt.mesh.triangles, trunk.triangles + shirt.mesh.n_vertices])
-    assert ls.intersecting_pairs(points, triangles) == []
+    assert ls.collision.intersecting_pairs(points, triangles) == []
     # A gap of half an edge at most, closed by moving vertices: spread by relaxation.
     assert shirt.stretches().max() < 1.1 and shirt.stretches().min() > 0.9
     # It is the same cut as when welded at once.
@@ -288,5 +288,5 @@ def test_the_dress_closes_from_13_pieces_that_stand_apart():
         places[panel.name] = lambda points, place=panel.place, by=outward: place(points) + by
     dress = g.close_seams(pattern, triangles=900, places=places, threads=1)
     assert len(dress.panel_names) == 13 and len(dress.openings()) == 4
-    assert ls.intersecting_pairs(dress.mesh.vertices, dress.mesh.triangles) == []
+    assert ls.collision.intersecting_pairs(dress.mesh.vertices, dress.mesh.triangles) == []
     assert dress.stretches().min() > 0.9 and dress.stretches().max() < 1.1

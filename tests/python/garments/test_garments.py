@@ -216,7 +216,7 @@ def test_both_start_free_of_intersections_and_nearly_free_of_strain(dress, tshir
     # Cones and straight straps are developable: what is left are chords of curves. The sleeve caps
     # are eased in.
     for garment, most in ((dress, 1.04), (tshirt, 1.06)):
-        assert ls.intersecting_pairs(garment.mesh.vertices, garment.mesh.triangles) == []
+        assert ls.collision.intersecting_pairs(garment.mesh.vertices, garment.mesh.triangles) == []
         assert 1 / most < garment.stretches().min() and garment.stretches().max() < most
 
 

@@ -38,7 +38,7 @@ def falling_magnet(case, tolerance=1e-4):
     """The magnet's mass is the table's: its mesh, a ball, only carries it."""
     radius = 0.004
     mesh = ls.meshes.sphere(radius=radius, subdivisions=2)
-    density = case["magnet_mass"] / ls.mass_properties(mesh, 1.0).mass
+    density = case["magnet_mass"] / ls.meshes.mass_properties(mesh, 1.0).mass
     body = ls.RigidBody(
         name="magnet", mesh=mesh, shape="sphere", density=density, position=(0, 0, case["start_z"])
     )
@@ -46,7 +46,7 @@ def falling_magnet(case, tolerance=1e-4):
     magnet = ls.Magnet(
         body="magnet", shape="cylinder", **size, polarization=(0, 0, case["magnet_Jz"])
     )
-    far = ls.obstacle(ls.meshes.box(size=(0.01, 0.01, 0.01)).moved((0.2, 0, 0)), name="stand")
+    far = ls.obstacles.mesh(ls.meshes.box(size=(0.01, 0.01, 0.01)).moved((0.2, 0, 0)), name="stand")
     coil = ls.Coil(
         body="stand", radius=case["coil_radius"], length=case["coil_length"], turns=case["turns"],
         resistance=case["coil_resistance"], inductance=case["coil_inductance"],

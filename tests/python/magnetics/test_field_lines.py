@@ -153,7 +153,7 @@ def test_a_frame_tells_where_its_magnets_are_and_draws_their_lines(tmp_path):
     )  # the tolerance of induced moments in scenes
 
     options = ls.RenderOptions(width=160, height=120, samples=1, field_lines=30)
-    renderer = ls.Renderer(sim.topology, options)
+    renderer = ls.pictures.Renderer(sim.topology, options)
     without = renderer.render(frame)
     curves = m.frame_curves(sim, frame, 30)
     with_lines = renderer.render(frame, curves)
@@ -163,7 +163,7 @@ def test_a_frame_tells_where_its_magnets_are_and_draws_their_lines(tmp_path):
 
 def test_the_command_draws_any_closed_mesh(tmp_path):
     mesh = tmp_path / "ball.obj"
-    ls.write_mesh(mesh, ls.meshes.sphere(radius=0.01, subdivisions=1))
+    ls.meshes.write(mesh, ls.meshes.sphere(radius=0.01, subdivisions=1))
     out, cut, curve = (tmp_path / f"{name}.png" for name in ("field", "slice", "force"))
     done = CliRunner().invoke(
         app, ["field", str(mesh), "--lines", "12", "--out", str(out), "--slice", str(cut)]

@@ -120,7 +120,7 @@ def test_a_scene_pulls_an_iron_rod_as_the_functions_do():
             body="base", shape="cylinder", radius=0.01, height=0.01, polarization=(0, 0, 1.2)
         ),
     ]
-    base = ls.obstacle(ls.meshes.box(size=(0.014, 0.014, 0.01)), name="base")
+    base = ls.obstacles.mesh(ls.meshes.box(size=(0.014, 0.014, 0.01)), name="base")
     sim = ls.Simulation(
         ls.Scene(bodies=[rod], obstacles=[base], magnets=magnets, gravity=(0, 0, 0))
     )

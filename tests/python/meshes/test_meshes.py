@@ -107,8 +107,8 @@ def test_arrays_of_a_mesh_are_read_only_views():
 @pytest.mark.parametrize("ending", [".obj", ".ply", ".vtk", ".stl"])
 def test_what_is_written_is_read_again(tmp_path, ending):
     mesh = meshes.sphere(radius=0.1, subdivisions=1)
-    ls.write_mesh(tmp_path / f"mesh{ending}", mesh)
-    again = ls.read_mesh(tmp_path / f"mesh{ending}")
+    ls.meshes.write(tmp_path / f"mesh{ending}", mesh)
+    again = ls.meshes.read(tmp_path / f"mesh{ending}")
     tolerance = 1e-7 if ending == ".stl" else 0  # STL is in single precision
     assert again.n_triangles == mesh.n_triangles
     assert (
@@ -123,16 +123,16 @@ def test_what_is_written_is_read_again(tmp_path, ending):
 @pytest.mark.parametrize("ending", [".obj", ".ply"])
 def test_rest_coordinates_survive_a_file(tmp_path, ending):
     mesh = meshes.irregular(triangles=60)
-    ls.write_mesh(tmp_path / f"mesh{ending}", mesh)
-    assert np.array_equal(ls.read_mesh(tmp_path / f"mesh{ending}").uv, mesh.uv)
+    ls.meshes.write(tmp_path / f"mesh{ending}", mesh)
+    assert np.array_equal(ls.meshes.read(tmp_path / f"mesh{ending}").uv, mesh.uv)
 
 
 def test_files_that_are_no_meshes_are_refused(tmp_path):
     with pytest.raises(ls.CacheError, match="absent.obj"):
-        ls.read_mesh(tmp_path / "absent.obj")
+        ls.meshes.read(tmp_path / "absent.obj")
     (tmp_path / "noise.vtk").write_text("noise")
     with pytest.raises(ls.CacheError, match="cannot be read"):
-        ls.read_mesh(tmp_path / "noise.vtk")
+        ls.meshes.read(tmp_path / "noise.vtk")
 
 
 TRIANGLE = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
@@ -171,7 +171,7 @@ def test_moving_a_mesh_moves_its_vertices_and_keeps_its_rest_coordinates():
 
 
 def test_closest_points_on_a_sphere_lie_below_the_point():
-    query = ls.SpatialQuery(meshes.sphere(radius=1.0, subdivisions=4))
+    query = ls.meshes.SpatialQuery(meshes.sphere(radius=1.0, subdivisions=4))
     found = query.closest((2, 0, 0), 5.0)
     assert found.distance == pytest.approx(1.0, abs=2e-3) and found.normal == pytest.approx(
         (1, 0, 0), abs=0.05
@@ -187,11 +187,11 @@ def test_closest_points_on_a_sphere_lie_below_the_point():
 
 def test_two_crossing_triangles_are_found_and_two_apart_are_not():
     points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.2, 0.2, -1], [0.2, 0.2, 1], [0.3, 0.9, 1]]
-    assert ls.intersecting_pairs(points, [[0, 1, 2], [3, 4, 5]]) == [[0, 1]]
+    assert ls.collision.intersecting_pairs(points, [[0, 1, 2], [3, 4, 5]]) == [[0, 1]]
     apart = np.array(points) + ([[0, 0, 0]] * 3 + [[0, 0, 5]] * 3)
-    assert ls.intersecting_pairs(apart, [[0, 1, 2], [3, 4, 5]]) == []
+    assert ls.collision.intersecting_pairs(apart, [[0, 1, 2], [3, 4, 5]]) == []
     with pytest.raises(ls.InvalidInput, match=r"points must have shape \(n, 3\), got \(3,\)"):
-        ls.intersecting_pairs([1, 2, 3], [[0, 1, 2]])
+        ls.collision.intersecting_pairs([1, 2, 3], [[0, 1, 2]])
 
 
 def test_obstacles_stand_or_move_where_they_are_told():
@@ -206,7 +206,7 @@ def test_obstacles_stand_or_move_where_they_are_told():
         moving.mesh.vertices.mean(0) == pytest.approx((0, 0, 0), abs=1e-12)
         and moving.positions[1][2] == 1
     )
-    spinning = ls.box(
+    spinning = ls.obstacles.box(
         size=(1, 1, 1), centre=(0, 0, 2), times=[0, 1], axis_angles=[(0, 0, 0), (0, 0, 3)]
     )
     assert spinning.positions.tolist() == [[0, 0, 2], [0, 0, 2]]
@@ -215,10 +215,10 @@ def test_obstacles_stand_or_move_where_they_are_told():
     )
     lying = ls.capsule(radius=0.1, length=1.0, axis=(1, 0, 0))
     assert np.ptp(lying.mesh.vertices, axis=0) == pytest.approx((1.2, 0.2, 0.2), rel=0.02)
-    assert ls.funnel(
+    assert ls.obstacles.funnel(
         top_radius=0.2, bottom_radius=0.05, height=0.2, tube_length=0.1, wall=0.01
     ).mesh.closed
-    assert ls.wave_bar(
+    assert ls.obstacles.wave_bar(
         length=0.5, radius=0.02, amplitude=0.05, wavelength=0.2, centre=(0, 0, 1)
     ).mesh.closed
 
@@ -232,15 +232,15 @@ def test_a_body_of_two_lumps_is_cut_into_convex_parts():
     ).reshape(-1, 3)
     mesh = ls.TriangleMesh(vertices, np.concatenate([cap[:, ::-1], cap + 6, wall]))
     assert mesh.closed and volume(mesh) == pytest.approx(3)
-    parts = ls.convex_parts(mesh)
+    parts = ls.meshes.convex_parts(mesh)
     assert len(parts) == 2 and sum(map(volume, parts)) == pytest.approx(3, rel=0.02)
     with pytest.raises(ls.InvalidInput, match="closed"):
-        ls.convex_parts(ls.grid(cells=(2, 2)))
+        ls.meshes.convex_parts(ls.grid(cells=(2, 2)))
 
 
 def test_mass_of_a_cube_and_its_inertia():
-    found = ls.mass_properties(meshes.box(size=(2, 2, 2)), 10.0)
+    found = ls.meshes.mass_properties(meshes.box(size=(2, 2, 2)), 10.0)
     assert found.mass == pytest.approx(80) and found.centre == pytest.approx((0, 0, 0), abs=1e-12)
     assert found.inertia == pytest.approx(np.eye(3) * 80 * 4 / 6)
     with pytest.raises(ls.InvalidInput):
-        ls.mass_properties(ls.grid(cells=(2, 2)), 10.0)
+        ls.meshes.mass_properties(ls.grid(cells=(2, 2)), 10.0)

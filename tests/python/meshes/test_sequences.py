@@ -20,7 +20,9 @@ def write(kind, folder):
     path = folder / f"ball.{kind}"
     if kind == "obj":
         for i in (0, 1, 2):  # 8, 9, 10: in the order of numbers, not of letters
-            ls.write_mesh(folder / f"ball-{i + 8}.obj", ls.TriangleMesh(FRAMES[i], BALL.triangles))
+            ls.meshes.write(
+                folder / f"ball-{i + 8}.obj", ls.TriangleMesh(FRAMES[i], BALL.triangles)
+            )
         return folder / "ball-*.obj", {"rate": 25.0}
     if kind == "npy":
         np.save(path, FRAMES)
@@ -48,7 +50,7 @@ def write(kind, folder):
 @pytest.mark.parametrize("kind", ["obj", "npy", "npz", "mdd", "pc2"])
 def test_a_sequence_moves_as_the_array_it_was_written_from(kind, tmp_path):
     source, more = write(kind, tmp_path)
-    read = ls.obstacle_sequence(source, name="ball", friction=0.5, **more)
+    read = ls.obstacles.sequence(source, name="ball", friction=0.5, **more)
     assert (
         np.array_equal(read.mesh.triangles, BALL.triangles)
         and read.name == "ball"
@@ -56,7 +58,7 @@ def test_a_sequence_moves_as_the_array_it_was_written_from(kind, tmp_path):
     )
     assert read.times == pytest.approx(TIMES, abs=1e-8)
     assert read.vertex_positions == pytest.approx(FRAMES.reshape(-1, 3), abs=1e-12)
-    shifted = ls.obstacle_sequence(source, start=1.0, **more)
+    shifted = ls.obstacles.sequence(source, start=1.0, **more)
     assert shifted.times == pytest.approx(TIMES + 1.0, abs=1e-8)
 
 
@@ -64,7 +66,7 @@ def test_cloth_on_a_sequence_is_carried_up(tmp_path):
     source, more = write("mdd", tmp_path)
     cloth = ls.Cloth(mesh=ls.grid(size=(0.05, 0.05), cells=(4, 4)).moved((0, 0, 0.103)))
     sim = ls.Simulation(
-        ls.Scene(cloths=[cloth], obstacles=[ls.obstacle_sequence(source, **more)]), threads=1
+        ls.Scene(cloths=[cloth], obstacles=[ls.obstacles.sequence(source, **more)]), threads=1
     )
     *_, last = sim.frames(duration=0.08)
     assert last.body_positions == pytest.approx(FRAMES[-1], abs=1e-6)
@@ -78,7 +80,7 @@ def test_what_is_wrong_with_a_sequence_is_one_sentence(tmp_path):
     npy, _ = write("npy", tmp_path)
     mdd, _ = write("mdd", tmp_path)
     meshes, _ = write("obj", tmp_path)
-    ls.write_mesh(tmp_path / "ball-11.obj", ls.meshes.sphere(radius=0.1, subdivisions=0))
+    ls.meshes.write(tmp_path / "ball-11.obj", ls.meshes.sphere(radius=0.1, subdivisions=0))
     (tmp_path / "noise.pc2").write_bytes(b"noise")
     (tmp_path / "short.pc2").write_bytes(pc2.read_bytes()[:-4])
     (tmp_path / "short.mdd").write_bytes(mdd.read_bytes()[:-4])
@@ -108,5 +110,5 @@ def test_what_is_wrong_with_a_sequence_is_one_sentence(tmp_path):
         ([], {"rate": 25.0}, "empty list"),
     ]:
         with pytest.raises((ls.InvalidInput, ls.CacheError), match=said) as told:
-            ls.obstacle_sequence(source, **settings)
+            ls.obstacles.sequence(source, **settings)
         assert "\n" not in str(told.value)

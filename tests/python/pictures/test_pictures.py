@@ -9,8 +9,9 @@ import shutil
 import loomstone as ls
 import numpy as np
 import pytest
-from loomstone import video
 from loomstone.cli import app
+from loomstone.pictures import encode, render_run
+from loomstone.pictures.directory import drawn_with
 from PIL import Image
 from typer.testing import CliRunner
 
@@ -78,7 +79,7 @@ def render(*arguments):
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_pictures_drawn_afterwards_are_those_drawn_while_it_ran(drawn, tmp_path, jobs):
-    paths = video.render_run(ls.Run(drawn), FIT, out=tmp_path / "again", jobs=jobs)
+    paths = render_run(ls.Run(drawn), FIT, out=tmp_path / "again", jobs=jobs)
     assert [path.name for path in paths] == [f"frame-{i:05d}.png" for i in range(5)]
     assert same(pictures(tmp_path / "again"), pictures(drawn / "frames"))
 
@@ -122,13 +123,13 @@ def test_pictures_asked_for_late_are_drawn_from_the_cache_before_the_video(scene
 def test_a_video_lacks_no_frame(copied, tmp_path):
     (copied / "frames" / "frame-00002.png").unlink()
     with pytest.raises(ls.CacheError, match="has none of frame 2"):
-        video.encode(copied / "frames", tmp_path / "video.mp4", frames=5)
+        encode(copied / "frames", tmp_path / "video.mp4", frames=5)
     code, said = render(copied)
     assert code == 0 and len(pictures(copied / "frames")) == 5, said
 
 
 def test_a_run_remembers_the_options_of_its_pictures(copied):
-    assert ls.Run(copied).metadata == {} and video.drawn_with(copied / "frames") == FIT
+    assert ls.Run(copied).metadata == {} and drawn_with(copied / "frames") == FIT
     times = {path: path.stat().st_mtime_ns for path in (copied / "frames").glob("*.png")}
     code, said = render(copied)
     assert code == 0 and "(5)" in said
@@ -146,7 +147,7 @@ def test_other_options_neither_delete_nor_mix_pictures(scene, copied):
     ):
         simulate(scene, copied, resume=True, render=PLAIN)
     with pytest.raises(ls.InvalidInput, match="color_by must be"):
-        video.render_run(ls.Run(copied), FIT.replace(color_by="mood"), again=True)
+        render_run(ls.Run(copied), FIT.replace(color_by="mood"), again=True)
     assert same(pictures(copied / "frames"), before)
     assert render(copied, "--width", 64, "--out", copied / "small")[0] == 0
     assert (copied / "small" / "video.mp4").exists() and same(pictures(copied / "frames"), before)
@@ -175,7 +176,7 @@ def test_a_run_whose_pictures_are_given_other_options_meanwhile_leaves_them_alon
 
     def other(sim):
         if next(draws) == 7:  # within the second interval of frames
-            video.render_run(
+            render_run(
                 ls.Run(shutil.copytree(out, tmp_path / "seen")),
                 PLAIN,
                 out=tmp_path / "other",
@@ -191,16 +192,14 @@ def test_a_run_whose_pictures_are_given_other_options_meanwhile_leaves_them_alon
 
 def test_automatic_colours_are_one_range_for_the_whole_run(scene, drawn, tmp_path):
     run, look = ls.Run(drawn), FIT.replace(color_by="cloth+stretch")
-    paths = video.render_run(run, look, out=tmp_path / "all", jobs=1)
-    renderer = ls.Renderer(run.topology, look)
+    paths = render_run(run, look, out=tmp_path / "all", jobs=1)
+    renderer = ls.pictures.Renderer(run.topology, look)
     values = np.array([renderer.value_ranges(frame)[1] for frame in run])
     low, high = values[:, 0].min(), values[:, 1].max()
     assert high > values[0, 1], "the first frame does not tell"
-    video.render_run(
-        run, look.replace(color_low=low, color_high=high), out=tmp_path / "given", jobs=1
-    )
+    render_run(run, look.replace(color_low=low, color_high=high), out=tmp_path / "given", jobs=1)
     assert same(pictures(tmp_path / "all"), pictures(tmp_path / "given"))
-    video.render_run(run, look, out=tmp_path / "single", frames=[1], jobs=1)
+    render_run(run, look, out=tmp_path / "single", frames=[1], jobs=1)
     assert np.array_equal(
         pictures(tmp_path / "single")[paths[1].name], pictures(tmp_path / "all")[paths[1].name]
     )
@@ -211,7 +210,7 @@ def test_automatic_colours_are_one_range_for_the_whole_run(scene, drawn, tmp_pat
         scene, tmp_path / "run", duration=0.32, resume=True, render=True
     )  # stretches more: all are drawn anew
     after = pictures(tmp_path / "run" / "frames")
-    fresh = video.render_run(ls.Run(tmp_path / "run"), look, out=tmp_path / "fresh", jobs=1)
+    fresh = render_run(ls.Run(tmp_path / "run"), look, out=tmp_path / "fresh", jobs=1)
     assert len(fresh) == 9 and same(after, pictures(tmp_path / "fresh"))
     assert not np.array_equal(after["frame-00001.png"], before["frame-00001.png"])
 
@@ -219,7 +218,7 @@ def test_automatic_colours_are_one_range_for_the_whole_run(scene, drawn, tmp_pat
 def test_a_signal_ends_drawing_and_resuming_goes_on(scene, drawn, tmp_path):
     simulate(scene, tmp_path / "run")
     asked = itertools.count()
-    paths = video.render_run(ls.Run(tmp_path / "run"), FIT, jobs=1, stop=lambda: next(asked) >= 2)
+    paths = render_run(ls.Run(tmp_path / "run"), FIT, jobs=1, stop=lambda: next(asked) >= 2)
     assert [path.exists() for path in paths] == [True, True, False, False, False]
     simulate(scene, tmp_path / "run", resume=True, render=True)
     assert same(pictures(tmp_path / "run" / "frames"), pictures(drawn / "frames"))
@@ -227,7 +226,7 @@ def test_a_signal_ends_drawing_and_resuming_goes_on(scene, drawn, tmp_path):
 
 def test_overwriting_a_run_takes_its_pictures_with_it(scene, copied):
     simulate(scene, copied, duration=0.04, overwrite=True, render=PLAIN)
-    assert len(pictures(copied / "frames")) == 2 and video.drawn_with(copied / "frames") == PLAIN
+    assert len(pictures(copied / "frames")) == 2 and drawn_with(copied / "frames") == PLAIN
 
 
 def test_a_file_in_the_place_of_pictures_is_one_clear_error(copied):

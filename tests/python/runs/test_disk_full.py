@@ -13,7 +13,7 @@ import sys
 import loomstone as ls
 import numpy as np
 import pytest
-from loomstone import runs
+from loomstone.runs.steps import StepTable
 
 SCENE = """
 import loomstone as ls
@@ -93,7 +93,7 @@ def test_a_table_of_steps_on_a_full_disk_is_the_same_clear_error(whole, tmp_path
         for _ in range(2)
     ]
     with monkeypatch.context() as patch:
-        patch.setattr(runs.StepTable, "flush", full)
+        patch.setattr(StepTable, "flush", full)
         with pytest.raises(
             ls.CacheError, match="No space left on device.*1 frames before are kept"
         ):

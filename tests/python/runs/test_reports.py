@@ -6,7 +6,8 @@ import json
 import loomstone as ls
 import numpy as np
 import pytest
-from loomstone import inspection, plots
+from loomstone.cli import inspection
+from loomstone.runs.steps import read_steps
 
 
 def test_forced_intersections_are_recorded_with_their_triangles_and_told(pressed, tmp_path, capsys):
@@ -18,7 +19,7 @@ def test_forced_intersections_are_recorded_with_their_triangles_and_told(pressed
         threads=1,
     )
     report = sim.run(out=tmp_path / "r", duration=0.08, rate=100.0)
-    steps = plots.read_steps(tmp_path / "r")
+    steps = read_steps(tmp_path / "r")
     with (tmp_path / "r" / "forced.csv").open() as file:
         rows = [
             (int(row["step"]), int(row["triangle"]), int(row["other_triangle"]))
@@ -46,7 +47,7 @@ def test_a_run_sums_what_truncation_withheld(falling, euler, tmp_path):
     report = ls.Simulation(falling, integrator=euler, threads=1).run(
         out=tmp_path / "r", duration=0.2
     )
-    steps = plots.read_steps(tmp_path / "r")
+    steps = read_steps(tmp_path / "r")
     assert (steps["wanted_motion"] > 0).all()
     assert report["withheld"] == pytest.approx(
         steps["withheld_motion"].sum() / steps["wanted_motion"].sum()

@@ -7,9 +7,15 @@ import signal
 import loomstone as ls
 import numpy as np
 import pytest
-from loomstone import _core, cache, inspection, plots, progress, runs, video
-from loomstone.runs import RunOptions, execute
-from loomstone.scene_file import SceneFile, parse_parameters
+from loomstone import _core
+from loomstone.cli import inspection
+from loomstone.pictures import plots
+from loomstone.pictures.directory import options_from_dict
+from loomstone.runs import checkpoints, execution, progress, signals
+from loomstone.runs.execution import execute
+from loomstone.runs.options import RunOptions
+from loomstone.runs.scene_file import SceneFile, parse_parameters
+from loomstone.runs.steps import read_steps, summary_of_steps
 
 
 @pytest.fixture
@@ -35,8 +41,8 @@ def test_a_run_leaves_frames_checkpoints_steps_and_a_report(run):
     assert frames.intersecting_pairs() == [] and frames.surface()[1].shape == (128, 3)
     with pytest.raises(IndexError):
         frames[4]
-    assert len(cache.checkpoint_files(run)) == 2
-    steps = plots.read_steps(run)
+    assert len(checkpoints.checkpoint_files(run)) == 2
+    steps = read_steps(run)
     assert list(steps["step"]) == list(range(1, 31)) and steps["linear_iterations"].min() > 0
     report = json.loads((run / "report.json").read_text())
     assert report["steps"] == 30 and set(report["seconds_per_stage"]) >= {"integrate", "certify"}
@@ -52,7 +58,7 @@ def test_a_run_says_once_that_cloth_was_pinched_and_records_every_step_of_it(
         for line in capsys.readouterr().out.splitlines()
         if "impacts are left even in 1/64 of the step" in line
     ]
-    steps = plots.read_steps(tmp_path)
+    steps = read_steps(tmp_path)
     first = int(np.flatnonzero(steps["unresolved"])[0])
     assert lines[0].startswith(
         f"step {first + 1} (t 0.0{first + 1}0 s): {int(steps['unresolved'][first])} impacts"
@@ -107,7 +113,9 @@ def test_a_run_is_not_overwritten_unless_asked(run, hanging, euler):
 def test_a_resumed_run_ends_in_the_same_bits(run, hanging, euler, cut):
     whole = ls.Run(run)[-1].positions.copy()
     digest = json.loads((run / "report.json").read_text())["digest"]
-    for path in cache.checkpoint_files(run)[2 - cut :]:  # as if killed before these were written
+    for path in checkpoints.checkpoint_files(run)[
+        2 - cut :
+    ]:  # as if killed before these were written
         path.unlink()
     report = ls.Simulation(hanging, integrator=euler).run(out=run, duration=0.12, resume=True)
     assert (
@@ -115,7 +123,7 @@ def test_a_resumed_run_ends_in_the_same_bits(run, hanging, euler, cut):
         and np.array_equal(ls.Run(run)[-1].positions, whole)
         and len(ls.Run(run)) == 4
     )
-    assert list(plots.read_steps(run)["step"]) == list(range(1, 31))
+    assert list(read_steps(run)["step"]) == list(range(1, 31))
 
 
 def test_a_box_rides_on_an_obstacle_that_deforms_and_a_prolonged_run_ends_in_the_same_bits(
@@ -205,15 +213,15 @@ def test_a_run_is_not_continued_as_another(run, hanging, euler):
 
 
 def test_a_checkpoint_cut_short_is_passed_over_for_the_one_before(run):
-    newest = cache.checkpoint_files(run)[-1]
+    newest = checkpoints.checkpoint_files(run)[-1]
     newest.write_bytes(newest.read_bytes()[:200])
-    assert cache.latest_checkpoint(run) is not None
-    for path in cache.checkpoint_files(run):
+    assert checkpoints.latest_checkpoint(run) is not None
+    for path in checkpoints.checkpoint_files(run):
         path.write_bytes(b"noise")
     with pytest.raises(
         ls.CacheError, match="none of its checkpoints can be read.*Run the scene again"
     ):
-        cache.latest_checkpoint(run)
+        checkpoints.latest_checkpoint(run)
 
 
 def test_files_that_are_no_runs_are_refused(tmp_path):
@@ -223,7 +231,7 @@ def test_files_that_are_no_runs_are_refused(tmp_path):
     with pytest.raises(ls.CacheError, match="run.vtkhdf"):
         ls.Run(tmp_path)
     with pytest.raises(ls.CacheError, match="steps.csv"):
-        plots.read_steps(tmp_path)
+        read_steps(tmp_path)
 
 
 def test_control_acts_before_every_step(hanging, euler, tmp_path):
@@ -252,12 +260,12 @@ def test_checkpoints_keep_arrays_integers_bytes_and_texts(falling, euler, tmp_pa
 
 @pytest.mark.parametrize("kind", plots.KINDS)
 def test_every_plot_can_be_drawn(run, kind):
-    assert plots.plot_run(run, kind=kind).stat().st_size > 5000
+    assert plots.plot_steps(read_steps(run), run / f"{kind}.png", kind=kind).stat().st_size > 5000
 
 
 def test_an_unknown_plot_is_refused(run):
     with pytest.raises(ls.InvalidInput, match="energy, stages"):
-        plots.plot_run(run, kind="weather")
+        plots.plot_steps(read_steps(run), run / "weather.png", kind="weather")
 
 
 SMALL = ls.RenderOptions(width=160, height=90, samples=1)
@@ -265,21 +273,21 @@ SMALL = ls.RenderOptions(width=160, height=90, samples=1)
 
 def test_a_picture_shows_the_cloth(hanging, tmp_path):
     sim = ls.Simulation(hanging)
-    renderer = ls.Renderer(sim.topology, SMALL)
+    renderer = ls.pictures.Renderer(sim.topology, SMALL)
     image = renderer.render(sim.frame())
     assert renderer.backend in ("osmesa", "egl")
     assert image.shape == (90, 160, 3) and image.dtype == np.uint8 and image.std() > 5
-    ls.write_png(str(tmp_path / "a.png"), image)
+    ls.pictures.write_png(str(tmp_path / "a.png"), image)
     assert (tmp_path / "a.png").read_bytes()[:4] == b"\x89PNG"
     with pytest.raises(
         ls.InvalidInput, match=r"image must have shape \(height, width, 3\), got \(90, 160\)"
     ):
-        ls.write_png(str(tmp_path / "b.png"), image[:, :, 0])
+        ls.pictures.write_png(str(tmp_path / "b.png"), image[:, :, 0])
 
 
 def test_render_options_survive_json():
     options = SMALL.replace(camera=ls.Camera(eye=(1, 2, 3), fit=False))
-    assert video.options_from_dict(json.loads(json.dumps(options.to_dict()))) == options
+    assert options_from_dict(json.loads(json.dumps(options.to_dict()))) == options
 
 
 def test_parameters_are_read_as_python_literals_or_text():
@@ -379,14 +387,14 @@ def test_a_signal_does_not_wait_long_for_a_step_that_can_be_saved(tmp_path, monk
     )
     scene = ls.Scene(bodies=[ball], obstacles=[ls.floor()], rigid_rebuild_interval=1000)
     settings = {"integrator": ls.SemiImplicitEuler(step=4e-3), "threads": 1}
-    monkeypatch.setattr(runs, "LONGEST_WAIT", 0.0)
+    monkeypatch.setattr(execution, "LONGEST_WAIT", 0.0)
 
     def stop(sim):
         if sim.step_index == 15:
             os.kill(os.getpid(), signal.SIGTERM)
 
     interrupted = ls.Simulation(scene, **settings)
-    with pytest.raises(runs.Interrupted):
+    with pytest.raises(signals.Interrupted):
         interrupted.run(out=tmp_path / "a", duration=0.2, control=stop)
     assert interrupted.step_index < 20
     resumed = ls.Simulation(scene, **settings).run(out=tmp_path / "a", duration=0.2, resume=True)
@@ -400,7 +408,7 @@ def test_a_damaged_table_of_steps_is_told_with_its_line(run):
     path = run / "steps.csv"
     whole = path.read_text()
     path.write_text(whole[:-40])  # as a kill leaves it
-    assert len(plots.read_steps(run)["step"]) == 29
+    assert len(read_steps(run)["step"]) == 29
     lines = whole.splitlines()
     for content, said in [
         (
@@ -413,12 +421,12 @@ def test_a_damaged_table_of_steps_is_told_with_its_line(run):
     ]:
         path.write_text(content)
         with pytest.raises(ls.CacheError, match=said):
-            plots.read_steps(run)
+            read_steps(run)
         with pytest.raises(ls.CacheError, match=said):
-            runs.summary_of_steps(path)
+            summary_of_steps(path)
     path.write_bytes(b"\xff\xfe\x00noise")
     with pytest.raises(ls.CacheError, match="cannot be read as one"):
-        plots.read_steps(run)
+        read_steps(run)
 
 
 def test_a_run_with_bodies_may_end_between_the_steps_that_can_be_saved(tmp_path):

@@ -7,8 +7,8 @@ from pathlib import Path
 import loomstone as ls
 import numpy as np
 import pytest
-from loomstone.scene_file import SceneFile
-from loomstone.verification import count_intersections
+from loomstone.runs.scene_file import SceneFile
+from loomstone.runs.verification import count_intersections
 
 SCENES = Path(__file__).parents[3] / "scenes"
 
@@ -163,7 +163,7 @@ def test_a_step_that_truncation_would_freeze_is_taken_in_halves(speed, step):
         bending_warp=2e-6,
     )
     places = [(*random.uniform(-0.004, 0.004, 2), 0.006 * i) for i in range(8)]
-    wall = ls.box(
+    wall = ls.obstacles.box(
         name="wall",
         size=(0.02, 0.6, 0.6),
         times=[0.0, 1.0],
@@ -184,7 +184,7 @@ def test_a_step_that_truncation_would_freeze_is_taken_in_halves(speed, step):
 def test_a_count_tells_cloth_from_bodies_and_finds_what_intersects():
     mesh = ls.grid(size=(0.2, 0.2), cells=(4, 4))
     through = [
-        ls.box(name=n, size=(0.05, 0.05, 0.05), centre=(0.0, 0.0, z))
+        ls.obstacles.box(name=n, size=(0.05, 0.05, 0.05), centre=(0.0, 0.0, z))
         for n, z in (("a", 0.0), ("b", 0.04))
     ]
     scene = ls.Scene(

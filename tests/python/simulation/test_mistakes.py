@@ -6,7 +6,7 @@ import loomstone as ls
 import numpy as np
 import pytest
 from loomstone import cli
-from loomstone.scene_file import SceneFile
+from loomstone.runs.scene_file import SceneFile
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.0]])
 FACES = [[0, 1, 2], [1, 3, 2]]
@@ -113,11 +113,11 @@ BOX = ls.meshes.box(size=(0.1, 0.1, 0.1))
             "pins must be vertex indices, got a truth value for each of 9",
         ),
         (
-            lambda: ls.write_mesh("mesh.glb", BOX),
+            lambda: ls.meshes.write("mesh.glb", BOX),
             "mesh.glb: must end in .obj, .ply or what meshio writes",
         ),
         (
-            lambda: ls.write_mesh("no/such/mesh.stl", BOX),
+            lambda: ls.meshes.write("no/such/mesh.stl", BOX),
             "no/such/mesh.stl: cannot be written: No such file",
         ),
         (lambda: ls.grid(size=1, cells=(2, 2)), "size must be 2 finite numbers, got 1"),
@@ -139,9 +139,9 @@ BOX = ls.meshes.box(size=(0.1, 0.1, 0.1))
             "positions and axis_angles need times",
         ),
         (lambda: ls.capsule(radius=1, length=1, axis=(0, 0, 0)), "axis must have a direction"),
-        (lambda: ls.SpatialQuery(BOX).closest((0, 0), 1), r"point must have shape \(3,\)"),
+        (lambda: ls.meshes.SpatialQuery(BOX).closest((0, 0), 1), r"point must have shape \(3,\)"),
         (
-            lambda: ls.intersecting_pairs(SQUARE, [[0, 1, 9]]),
+            lambda: ls.collision.intersecting_pairs(SQUARE, [[0, 1, 9]]),
             "triangles must refer to points 0 to 3, got 0 to 9",
         ),
         (lambda: ls.fabrics["coton"], "there is no fabric 'coton'; did you mean 'cotton'"),

@@ -275,12 +275,12 @@ def test_an_unknown_integrator_is_refused_by_name(hanging):
 def test_a_communicator_must_be_one(hanging):
     with pytest.raises(ls.InvalidInput, match="communicator must be"):
         ls.Simulation(hanging, communicator="world")
-    alone = ls.single_communicator()
+    alone = ls.ranks.single_communicator()
     assert (alone.rank, alone.size, alone.maximum(3)) == (0, 1, 3) and repr(
         alone
     ) == "Communicator(rank 0 of 1)"
     alone.barrier()
-    assert ls.Simulation(hanging, communicator=alone).ranks == 1 and not ls.launched_by_mpi()
+    assert ls.Simulation(hanging, communicator=alone).ranks == 1 and not ls.ranks.launched_by_mpi()
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 D1388.
 
 >>> import loomstone as ls
->>> strip = ls.measurements.cantilever(ls.fabrics["denim"], angle_degrees=0)
+>>> strip = ls.fabrics.measurements.cantilever(ls.fabrics["denim"], angle_degrees=0)
 >>> abs(strip.error) < 0.01
 True
 """
@@ -22,3 +22,7 @@ __all__ = [
     "cusick",
     "report_fabrics",
 ]
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -18,8 +18,8 @@ import numpy as np
 from ... import meshes
 from ..._core import Cloth, ClothMaterial, InvalidInput, Scene, SolverFailure, TriangleMesh
 from ...integrators import SemiImplicitEuler
-from ..rigidity import strip_rigidity
 from ...simulation import Simulation
+from ..rigidity import strip_rigidity
 from .rest import bring_to_rest
 
 __all__ = ["ANGLE", "CantileverResult", "cantilever", "overhang_of_elastica"]

@@ -16,11 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ... import meshes
 from ... import obstacles
 from ..._core import Cloth, ClothMaterial, Scene, StrainLimit, TriangleMesh
 from ...base.arguments import whole
 from ...integrators import SemiImplicitEuler
+from ...meshes.relaxation import relaxed
 from ...simulation import Simulation
 from .rest import Rest, bring_to_rest
 
@@ -76,12 +76,10 @@ def specimen(triangles: int, *, seed: int = 1) -> TriangleMesh:
         within: Floats = np.minimum(inner - distance, distance - DISC)
         return within
 
-    # An inner point counts twice in Euler's formula, one of the outline once; _relaxed takes all
+    # An inner point counts twice in Euler's formula, one of the outline once; relaxed() takes all
     # for outline.
     fixed = np.concatenate([outline, held])
-    return meshes._relaxed(
-        fixed, depth, (2 * SPECIMEN, 2 * SPECIMEN), edge, triangles - len(held), seed
-    )
+    return relaxed(fixed, depth, (2 * SPECIMEN, 2 * SPECIMEN), edge, triangles - len(held), seed)
 
 
 def cusick(
@@ -137,7 +135,7 @@ def drape_scene(
 ) -> Scene:
     """The specimen, held up to 9 cm, flat over the pedestal."""
     held = np.flatnonzero(np.linalg.norm(mesh.vertices[:, :2], axis=1) < DISC + 1e-9)
-    pedestal = obstacles.obstacle(
+    pedestal = obstacles.mesh(
         _pedestal(DISC - 1.5e-3, 0.12), name="pedestal", centre=(0.0, 0.0, -1.5e-3)
     )
     cloth = Cloth(

@@ -16,9 +16,10 @@ import numpy as np
 from ... import _core
 from ..._core import CacheError, Camera, InvalidInput, RenderOptions, Unsupported
 from ...base.arguments import whole
-from ..fabric import Fabric, fabrics
 from ...integrators import SemiImplicitEuler
 from ...simulation import Simulation
+from ..catalogue import catalogue
+from ..fabric import Fabric
 from .bending_test import CantileverResult, cantilever
 from .drape_test import DISC, SPECIMEN, CusickResult, cusick, drape_scene, shadow
 
@@ -138,7 +139,7 @@ def report_fabrics(
         each fabric
     """
     chosen: Mapping[str, Fabric] = {
-        name: fabrics[name] for name in (fabrics if names is None else names)
+        name: catalogue[name] for name in (catalogue if names is None else names)
     }
     if not chosen:
         raise InvalidInput("report_fabrics: at least one fabric must be named, got none")
@@ -198,7 +199,7 @@ def print_report(report: FabricReport) -> None:
 
 def chosen(names: str) -> list[str]:
     """--fabrics of the command line: names separated by commas, or all."""
-    return [fabrics[name.strip()].name for name in names.split(",")] if names else list(fabrics)
+    return [catalogue[name.strip()].name for name in names.split(",")] if names else list(catalogue)
 
 
 def parameters(given: Mapping[str, Any]) -> dict[str, int]:

@@ -1,0 +1,21 @@
+"""Arguments and options that several commands have."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+__all__ = ["Parameters", "Render", "RunArgument", "SceneArgument", "Threads"]
+
+SceneArgument = Annotated[Path, typer.Argument(help="Python file with a function scene()")]
+RunArgument = Annotated[Path, typer.Argument(help="directory of a run")]
+Parameters = Annotated[
+    list[str],
+    typer.Option(
+        "-p", "--parameter", help="parameter of scene() as name=value; may be given again"
+    ),
+]
+Threads = Annotated[int, typer.Option(help="threads, 0: all processors", min=0)]
+Render = Annotated[bool, typer.Option("--render", help="draw every frame and make a video")]

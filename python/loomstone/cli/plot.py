@@ -1,0 +1,99 @@
+"""loomstone plot, loomstone field."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .._core import InvalidInput
+from ..pictures import plots
+from ..runs.steps import read_steps
+from .application import app, session
+
+
+@app.command()
+def plot(
+    run: Annotated[
+        Path,
+        typer.Argument(
+            help="directory of a run; or `force` or `torque`, of magnets given by --mesh"
+        ),
+    ],
+    what: Annotated[str, typer.Option(help=" | ".join(plots.KINDS))] = "energy",
+    out: Annotated[
+        Path | None,
+        typer.Option(help="picture to write; default: WHAT.png in the run, or force.png"),
+    ] = None,
+    mesh: Annotated[
+        list[Path],
+        typer.Option(help="closed mesh of a magnet [m]; given twice: the first over the second"),
+    ] = [],  # noqa: B006
+    magnetization: Annotated[str, typer.Option(help="J = mu0 M of the magnets [T]")] = "0,0,1",
+    axis: Annotated[str, typer.Option(help="where the first magnet is from the second")] = "0,0,1",
+    reach: Annotated[
+        float, typer.Option(help="largest distance [m], 0: the size of the magnet")
+    ] = 0.0,
+) -> None:
+    """Plots a run over time, or forces between magnets.
+
+    Of a run: energies, stages, contacts, stretch, strain, iterations, from its steps.csv; strain is
+    the largest in each direction, what of it is beyond limits, and the sweeps of strain limiting.
+    `force`: of one magnet on another over the gap between them; `torque`: over the angle by which
+    one is turned.
+
+    \b
+        loomstone plot out/drape --what stages
+        loomstone plot force --mesh magnet.obj --magnetization 0,0,1.2 --out force.png
+    """
+    with session(parallel=False):
+        if str(run) in ("force", "torque") and not run.is_dir():
+            from ..magnetics.mesh_pictures import curve_of_meshes, numbers
+
+            jay, along = numbers(magnetization, "--magnetization"), numbers(axis, "--axis")
+            target = out or Path(f"{run}.png")
+            path = curve_of_meshes(str(run), mesh, jay, along, reach, target)
+        elif what not in plots.KINDS:
+            raise InvalidInput(f"plot must be one of {', '.join(plots.KINDS)}, got {what!r}")
+        else:
+            path = plots.plot_steps(read_steps(run), out or run / f"{what}.png", kind=what)
+        print(f"plot: {path}")
+
+
+@app.command()
+def field(
+    mesh: Annotated[Path, typer.Argument(help="closed mesh [m], OBJ or PLY")],
+    magnetization: Annotated[str, typer.Option(help="J = mu0 M inside [T]")] = "0,0,1",
+    lines: Annotated[int, typer.Option(help="field lines, each of equal flux", min=1)] = 150,
+    out: Annotated[
+        Path, typer.Option(help="picture (PNG) of the magnet with its field lines")
+    ] = Path("field.png"),
+    eye: Annotated[str, typer.Option(help="direction from which it is seen")] = "0.6,-1,0.35",
+    slice_: Annotated[
+        Path | None,
+        typer.Option("--slice", help="also draw |B| and its direction in a plane here (PNG)"),
+    ] = None,
+    plane: Annotated[
+        str, typer.Option(help="of the slice, through the centre: xy | xz | yz")
+    ] = "xz",
+) -> None:
+    """Draws the field of a magnet of any shape.
+
+    \b
+        loomstone field horseshoe.obj --magnetization 0,0,1 --lines 200 --slice slice.png
+    """
+    with session(parallel=False):
+        from ..magnetics import figures
+        from ..magnetics import mesh_pictures as pictures
+        from ..meshes import read
+
+        polarization = pictures.numbers(magnetization, "--magnetization")
+        surface = read(mesh, with_uv=False)
+        path, found = pictures.draw_field(
+            surface, polarization, out, n_lines=lines, eye=pictures.numbers(eye, "--eye")
+        )
+        print(f"{len(found.lines)} field lines of {sum(map(len, found.lines))} points: {path}")
+        if slice_:
+            magnet = pictures.magnet_of(mesh, polarization)
+            print(f"slice: {figures.plot_slice(magnet, slice_, plane=plane)}")  # type: ignore[arg-type]

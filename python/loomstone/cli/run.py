@@ -1,0 +1,181 @@
+"""loomstone run, loomstone resume."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .. import _core
+from .._core import Communicator, IntegratorOptions, InvalidInput
+from ..pictures.directory import drawn_with
+from ..runs.cache import Run
+from ..runs.execution import execute
+from ..runs.frame_times import frame_count
+from ..runs.options import RunOptions
+from ..runs.progress import observer
+from ..runs.scene_file import SceneFile, parse_parameters, stored_options
+from ..runs.signals import Interrupted
+from ..simulation import Simulation
+from .application import app, session
+from .inspection import report_text
+from .options import Parameters, Render, RunArgument, SceneArgument, Threads
+
+METHODS = {
+    "semi-implicit-euler",
+    "explicit-euler",
+    "symplectic-euler",
+    "backward-euler",
+    "implicit-midpoint",
+    "nonlinear-midpoint",
+    "bdf2",
+}
+
+
+@app.command()
+def run(
+    scene: SceneArgument,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="directory for the results; default: out/NAME of the scene file"),
+    ] = None,
+    p: Parameters = [],  # noqa: B006
+    duration: Annotated[
+        float | None, typer.Option(help="simulated time [s]; default: as the scene file says")
+    ] = None,
+    rate: Annotated[
+        float | None,
+        typer.Option(help="frames a second of simulated time; default: as the scene file says"),
+    ] = None,
+    step: Annotated[
+        float | None, typer.Option(help="time step [s]; default: as the scene file says")
+    ] = None,
+    integrator: Annotated[str | None, typer.Option(help=" | ".join(sorted(METHODS)))] = None,
+    threads: Threads = 0,
+    render: Render = False,
+    verify: Annotated[
+        bool, typer.Option("--verify", help="count intersecting triangles of every frame exactly")
+    ] = False,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="replace a run that is there")
+    ] = False,
+) -> None:
+    """Simulates a scene.
+
+    Writes run.vtkhdf and bodies.vtkhdf (ParaView opens them), checkpoints, steps.csv, report.json,
+    with --render frames/*.png and video.mp4, with --verify frames.csv (exit code 1 where triangles
+    of cloth intersect). Ctrl-C, SIGTERM and SIGUSR1 leave a run that `loomstone resume` continues
+    bit for bit; so does a crash. On several ranks: mpirun -n 2 loomstone run scene.py.
+
+    \b
+        loomstone run scenes/drape.py -p triangles=3600 --duration 0.5 --threads 2 --render
+    """
+    with session() as communicator:
+        file = SceneFile.open(scene, parse_parameters(p))
+        options = (
+            file.integrator if integrator is None else _other_method(file.integrator, integrator)
+        )
+        if step is not None:
+            options = options.replace(step=step)
+        duration = file.duration if duration is None else duration
+        rate = file.rate if rate is None else rate
+        frame_count(duration, rate)
+        look = file.render if render else None
+        directory = out or Path("out") / scene.stem
+        settings = RunOptions(duration, rate, look, verify)
+        task = _Task(file, options, settings, directory, threads, overwrite=overwrite)
+        _advance(task, communicator)
+
+
+@app.command()
+def resume(run: RunArgument, threads: Threads = 0, render: Render = False) -> None:
+    """Continues a run that was interrupted or killed, bit for bit.
+
+    Scene, parameters and options are those the run began with; threads and ranks may differ.
+    Pictures in frames/ are continued with the options they were drawn with; --render draws them
+    where there are none. Missing ones are drawn at the end.
+
+    \b
+        loomstone resume out/drape
+    """
+    with session() as communicator:
+        begun = Run(run)
+        file = SceneFile.of_run(begun)
+        duration, rate, options, look = stored_options(begun)
+        looks = drawn_with(run / "frames") or (look if render else None)
+        del begun
+        verify = (run / "frames.csv").exists()
+        settings = RunOptions(duration, rate, looks, verify)
+        _advance(_Task(file, options, settings, run, threads, resume=True), communicator)
+
+
+@dataclass(frozen=True)
+class _Task:
+    """What is to be run, and where to."""
+
+    file: SceneFile
+    integrator: IntegratorOptions
+    options: RunOptions
+    directory: Path
+    threads: int
+    overwrite: bool = False
+    resume: bool = False
+
+
+def _advance(task: _Task, communicator: Communicator) -> None:
+    """Runs a task; exit code 1 where triangles intersect, 128 + the number of a signal."""
+    # Ranks on one node share its processors.
+    share = int(os.environ.get("OMPI_COMM_WORLD_LOCAL_SIZE", "1"))
+    threads = task.threads or max(1, _core.default_thread_count() // share)
+    file, options, rank = task.file, task.options, communicator.rank
+    simulation = Simulation(
+        file.scene(), integrator=task.integrator, threads=threads, communicator=communicator
+    )
+    say: Callable[..., None] = print if rank == 0 else (lambda *_: None)
+    say(
+        f"{simulation!r}, step {simulation.step_size:g} s, {simulation.threads} threads,"
+        f" {simulation.ranks} ranks"
+    )
+    try:
+        report = execute(
+            simulation,
+            options,
+            task.directory,
+            metadata=file.metadata(options.duration, options.rate, task.integrator, file.render),
+            overwrite=task.overwrite,
+            resume=task.resume,
+            control=file.control,
+            observer=observer(rank),
+        )
+    except Interrupted as stop:
+        say(
+            f"stopped by {stop} at {simulation.time:.3f} s; continue with: loomstone resume"
+            f" {task.directory}"
+        )
+        raise typer.Exit(128 + stop.signal) from None
+    say(report_text(report))
+    say(f"frames: {task.directory / 'run.vtkhdf'}")
+    if options.render:
+        say(
+            f"pictures: {task.directory / 'frames'}\n"
+            f"video: {report.get('video', 'none: frames/ was given other options while it ran')}"
+        )
+    if report.get("intersecting_frames"):
+        raise typer.Exit(1)
+
+
+def _other_method(options: IntegratorOptions, name: str) -> IntegratorOptions:
+    if name not in METHODS:
+        raise InvalidInput(
+            f"--integrator must be one of {', '.join(sorted(METHODS))}, got {name!r}"
+        )
+    if name in (
+        "explicit-euler",
+        "symplectic-euler",
+    ):  # what the scene file says about solving does not concern them
+        return IntegratorOptions(method=name, step=options.step)
+    return options.replace(method=name)

@@ -1,0 +1,56 @@
+"""Fabrics by named levels, for artists."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .._core import ClothMaterial, InvalidInput
+from ..units import number_in
+from .fabric import Fabric
+from .table import LEVELS, Level
+
+__all__ = ["of_levels"]
+
+
+def of_levels(
+    *,
+    weft: str = "medium",
+    warp: str = "medium",
+    shear: str = "medium",
+    bending: str = "medium",
+    density: Any = 0.15,
+) -> Fabric:
+    """A fabric by levels: "very soft", "soft", "medium", "firm" or "stiff" for each mode (thesis
+    3.3.3).
+
+    weft, warp, shear : each sets a stiffness and a limit of strain; bending : rigidity in all
+        directions
+    density : [kg/m^2], or with a unit
+
+    >>> of_levels(weft="soft", warp="stiff").limits
+    (0.15, 0.02, 0.15)
+    """
+    levels = {mode: _level(mode, level) for mode, level in
+              (("weft", weft), ("warp", warp), ("shear", shear), ("bending", bending))}  # fmt: skip
+    material = ClothMaterial(
+        weft_stiffness=levels["weft"].stiffness,
+        warp_stiffness=levels["warp"].stiffness,
+        shear_stiffness=levels["shear"].shear,
+        bending_weft=levels["bending"].bending,
+        bending_warp=levels["bending"].bending,
+        density=number_in(density, "kg/m^2", "of_levels: density"),
+    )
+    limits = (levels["weft"].limit, levels["warp"].limit, levels["shear"].shear_limit)
+    name = f"{weft} weft, {warp} warp, {shear} shear, {bending} bending"
+    return Fabric(
+        material,
+        name=name,
+        limits=limits,
+        source="levels for artists: our choice, bending by percentiles of 618 fabrics",
+    )
+
+
+def _level(mode: str, level: str) -> Level:
+    if level not in LEVELS:
+        raise InvalidInput(f"of_levels: {mode} must be one of {', '.join(LEVELS)}, got {level!r}")
+    return LEVELS[level]

@@ -1,0 +1,51 @@
+"""The module `loomstone.fabrics` as a mapping of the fabrics by name."""
+
+from __future__ import annotations
+
+from collections.abc import ItemsView, Iterator, KeysView, ValuesView
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+from .catalogue import catalogue
+from .fabric import Fabric
+
+__all__ = ["FabricsRoom"]
+
+
+class FabricsRoom(ModuleType):
+    """A module that is indexed by the names of fabrics: loomstone.fabrics["cotton"]."""
+
+    def __getitem__(self, name: str) -> Fabric:
+        return catalogue[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in catalogue
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(catalogue)
+
+    def __len__(self) -> int:
+        return len(catalogue)
+
+    def keys(self) -> KeysView[str]:
+        """Names of the fabrics."""
+        return catalogue.keys()
+
+    def values(self) -> ValuesView[Fabric]:
+        """The fabrics."""
+        return catalogue.values()
+
+    def items(self) -> ItemsView[str, Fabric]:
+        """Names with their fabrics."""
+        return catalogue.items()
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """A fabric, or the default where there is none of that name."""
+        return catalogue.get(name, default)
+
+    def __repr__(self) -> str:
+        return f"fabrics({', '.join(catalogue)})"
+
+    if TYPE_CHECKING:  # type checkers take the module for an object of this class
+
+        def __getattr__(self, name: str) -> Any: ...

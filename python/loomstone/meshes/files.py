@@ -1,0 +1,71 @@
+"""Meshes from files and to files."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+
+from .. import _core
+from .._core import InvalidInput, TriangleMesh
+from ..base.arguments import explained
+
+__all__ = ["read", "write"]
+
+
+@explained
+def read(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
+    """TriangleMesh from a file: OBJ and PLY by loomstone itself, other formats by meshio where it
+    is installed.
+
+    with_uv : False leaves texture coordinates out; obstacles and bodies need none
+    """
+    path = Path(path)
+    if path.suffix.lower() in (".obj", ".ply"):
+        return _core.read_mesh(str(path), with_uv=with_uv)
+    try:
+        import meshio
+    except ImportError:
+        raise _core.Unsupported(
+            f"{path}: formats other than .obj and .ply are read by meshio, which is not installed;"
+            " pip install meshio"
+        ) from None
+    try:
+        content = meshio.read(path)
+    except (meshio.ReadError, OSError, SystemExit) as error:
+        raise _core.CacheError(f"{path}: cannot be read as a mesh: {error}") from error
+    faces = content.get_cells_type("triangle")
+    if len(faces) == 0:
+        raise InvalidInput(
+            f"{path}: must contain triangles, got cells of {[c.type for c in content.cells]}"
+        )
+    return TriangleMesh(np.c_[content.points, np.zeros((len(content.points), 3))][:, :3], faces)
+
+
+@explained
+def write(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
+    """Writes OBJ or PLY, by the path's ending; other formats by meshio where it is installed."""
+    path = Path(path)
+    if path.suffix.lower() in (".obj", ".ply"):
+        _core.write_mesh(str(path), mesh)
+        return
+    try:
+        import meshio
+    except ImportError:
+        raise _core.Unsupported(
+            f"{path}: formats other than .obj and .ply are written by meshio, which is not"
+            " installed; pip install meshio"
+        ) from None
+    try:
+        meshio.write(path, meshio.Mesh(mesh.vertices, [("triangle", mesh.triangles)]))
+    except (
+        meshio.ReadError,
+        meshio.WriteError,
+        SystemExit,
+    ) as error:  # a ReadError where it does not know the ending
+        raise InvalidInput(
+            f"{path}: must end in .obj, .ply or what meshio writes, as .stl, .off or .vtk: {error}"
+        ) from None
+    except OSError as error:
+        raise _core.CacheError(f"{path}: cannot be written: {error.strerror or error}") from error

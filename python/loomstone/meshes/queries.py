@@ -1,0 +1,35 @@
+"""Questions about meshes: which vertex is near, how good the triangles are."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._core import TriangleMesh
+
+__all__ = ["nearest_vertices", "quality"]
+
+
+def nearest_vertices(mesh: TriangleMesh, points: ArrayLike) -> list[int]:
+    """Index of the vertex nearest to each point; points (k x 3) [m]."""
+    from scipy.spatial import cKDTree  # imported where needed: the command line starts faster
+
+    _, index = cKDTree(mesh.vertices).query(np.asarray(points, float).reshape(-1, 3))
+    return [int(i) for i in index]
+
+
+def quality(mesh: TriangleMesh) -> dict[str, float]:
+    """Smallest and median angle [degrees] and ratio of largest to smallest area [1]."""
+    corners = mesh.vertices[mesh.triangles]
+    sides = np.roll(corners, -1, 1) - corners
+    length = np.linalg.norm(sides, axis=2)
+    cosine = -np.einsum("tij,tij->ti", sides, np.roll(sides, 1, 1)) / (
+        length * np.roll(length, 1, 1)
+    )
+    angles = np.degrees(np.arccos(np.clip(cosine, -1, 1))).min(1)
+    area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1) / 2
+    return {
+        "min_angle_degrees": float(angles.min()),
+        "median_angle_degrees": float(np.median(angles)),
+        "area_ratio": float(area.max() / area.min()),
+    }

@@ -1,0 +1,66 @@
+"""Solids centred at the origin, and the floor."""
+
+from __future__ import annotations
+
+from .. import _core
+from .._core import TriangleMesh
+from ..base.arguments import explained, vector
+
+__all__ = ["box", "capsule", "cylinder", "floor", "funnel", "sphere", "wave_bar"]
+
+
+@explained
+def sphere(*, radius: float, subdivisions: int = 4) -> TriangleMesh:
+    """Icosphere of 20 * 4**subdivisions triangles, radius [m]."""
+    return _core.icosphere(radius, subdivisions=subdivisions)
+
+
+@explained
+def box(*, size: tuple[float, float, float], cells_per_side: int = 1) -> TriangleMesh:
+    """Box with the given sides [m]."""
+    return _core.box(*vector("size", size, 3), cells_per_side=cells_per_side)
+
+
+@explained
+def capsule(*, radius: float, length: float, segments: int = 32) -> TriangleMesh:
+    """Capsule along z; `length` between the centres of its caps [m]."""
+    return _core.capsule(radius, length, segments=segments)
+
+
+@explained
+def cylinder(*, radius: float, length: float, segments: int = 32) -> TriangleMesh:
+    """Cylinder along z [m]: a prism of `segments` sides with its corners on the cylinder.
+
+    Up to 16 sides it is a rigid body's polyhedron, whose contacts are exact.
+    """
+    return _core.cylinder(radius, length, segments=segments)
+
+
+@explained
+def funnel(
+    *,
+    top_radius: float,
+    bottom_radius: float,
+    height: float,
+    tube_length: float,
+    wall: float,
+    segments: int = 64,
+) -> TriangleMesh:
+    """Cone from top_radius at z = height to bottom_radius at z = 0, then a tube below; closed, with
+    a wall [m].
+    """
+    return _core.funnel(top_radius, bottom_radius, height, tube_length, wall, segments=segments)
+
+
+@explained
+def wave_bar(
+    *, length: float, radius: float, amplitude: float, wavelength: float, segments: int = 24
+) -> TriangleMesh:
+    """Tube along y whose centre line waves in z [m]."""
+    return _core.wave_bar(length, radius, amplitude, wavelength, segments=segments)
+
+
+@explained
+def floor(*, size: float = 4.0, cells: int = 8) -> TriangleMesh:
+    """Open square in z = 0 with normal +z, size [m]."""
+    return _core.floor_square(size, cells=cells)

@@ -1,0 +1,114 @@
+"""What a directory of pictures holds.
+
+frame-00000.png and so on of one run, all drawn with the options that its options.json tells.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+from typing import Any
+
+from .._core import CacheError, Camera, InvalidInput, RenderOptions
+
+__all__ = [
+    "claim",
+    "drawn_with",
+    "make_directory",
+    "note_of",
+    "options_from_dict",
+    "picture",
+    "pictures_in",
+    "write_note",
+]
+
+
+def options_from_dict(values: dict[str, Any]) -> RenderOptions:
+    """RenderOptions from what to_dict() gave."""
+    return (
+        RenderOptions(**(values | {"camera": Camera(**values["camera"])}))
+        if "camera" in values
+        else RenderOptions(**values)
+    )
+
+
+def picture(directory: Path, index: int) -> Path:
+    """Where the picture of a frame lies."""
+    return directory / f"frame-{index:05d}.png"
+
+
+def note_of(directory: Path) -> dict[str, Any]:
+    """options.json of a directory; empty where there is none."""
+    try:
+        found = json.loads((directory / "options.json").read_text())
+        options_from_dict(found["options"])
+    except (OSError, ValueError, TypeError, KeyError):  # none, or of another version
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def write_note(directory: Path, note: dict[str, Any]) -> None:
+    """Replaces options.json."""
+    unfinished = directory / "unfinished-options.json"
+    unfinished.write_text(json.dumps(note))
+    unfinished.replace(directory / "options.json")
+
+
+def pictures_in(directory: Path) -> list[Path]:
+    """The pictures of a directory."""
+    return list(directory.glob("frame-*.png"))
+
+
+def drawn_with(directory: Path) -> RenderOptions | None:
+    """The options that the pictures of a directory are drawn with; None where it is no directory of
+    pictures.
+    """
+    note = note_of(directory)
+    return options_from_dict(note["options"]) if note else None
+
+
+def claim(
+    directory: Path, options: RenderOptions, metadata: str, *, again: bool = False, advice: str
+) -> dict[str, Any]:
+    """Makes a directory one of pictures of a run with these options, or finds that it is; returns
+    its note.
+
+    metadata : of the run, as in its cache; again : what was drawn otherwise is deleted, else it is
+        refused with the advice
+    """
+    make_directory(directory)
+    wanted = {
+        "options": json.loads(json.dumps(options.to_dict())),
+        "run": hashlib.sha256(metadata.encode()).hexdigest()[:16],
+    }
+    note, there = note_of(directory), pictures_in(directory)
+    same = all(note.get(name) == value for name, value in wanted.items())
+    if not again and not same and (note or there):
+        if not note:
+            found = "pictures, and no options.json that tells how they were drawn"
+        elif note.get("run") != wanted["run"]:
+            found = "pictures of another run"
+        else:
+            differing = [k for k, v in wanted["options"].items() if note["options"].get(k, v) != v]
+            found = "pictures drawn with other options" + "".join(
+                f", {k} {note['options'].get(k)!r} instead of {wanted['options'][k]!r}"
+                for k in differing[:1]
+            )
+        raise InvalidInput(f"{directory} holds {found}; {advice}")
+    if again or not same:
+        for path in there:
+            path.unlink()
+        note = wanted
+        write_note(directory, note)
+    return note
+
+
+def make_directory(directory: Path) -> None:
+    """A directory that can be written; CacheError where it cannot be made."""
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise CacheError(
+            f"{directory} must be a directory that can be written: {error.strerror}; give another"
+        ) from error

@@ -1,0 +1,47 @@
+"""Videos of directories of pictures, by ffmpeg."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+from .._core import CacheError
+from .directory import picture
+
+__all__ = ["encode"]
+
+
+def encode(directory: Path, target: Path, *, frames: int, rate: float = 25.0) -> str:
+    """Makes a video of a directory of pictures by ffmpeg, as imageio-ffmpeg brings it; returns its
+    path.
+
+    frames : how many pictures it must show; rate : pictures a second
+    """
+    import imageio_ffmpeg
+
+    if missing := [i for i in range(frames) if not picture(directory, i).exists()]:
+        raise CacheError(
+            f"{directory} must hold the pictures of {frames} frames, but has none of frame"
+            f" {missing[0]}; render it first"
+        )
+    unfinished = target.with_name("unfinished-" + target.name)
+    command = [imageio_ffmpeg.get_ffmpeg_exe(), "-y", "-loglevel", "error", "-framerate", str(rate)]
+    command += [
+        "-i",
+        str(directory / "frame-%05d.png"),
+        "-frames:v",
+        str(frames),
+        "-c:v",
+        "libx264",
+        "-pix_fmt",
+        "yuv420p",
+    ]
+    command += ["-crf", "18", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", str(unfinished)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise CacheError(
+            f"{target}: ffmpeg could not make the video: {done.stderr.strip()[-500:]}; the pictures"
+            " are kept, loomstone render makes it"
+        )
+    unfinished.replace(target)
+    return str(target)

@@ -1,0 +1,38 @@
+"""Checkpoints of a run as files in its directory."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from .. import _core
+from .._core import CacheError, Checkpoint
+
+__all__ = ["checkpoint_files", "latest_checkpoint", "write_checkpoint"]
+
+
+def checkpoint_files(directory: Path) -> list[Path]:
+    """Checkpoints of a run, oldest first."""
+    return sorted(directory.glob("checkpoint-*.h5"))
+
+
+def write_checkpoint(directory: Path, step: int, checkpoint: Checkpoint) -> None:
+    """Writes a checkpoint and keeps one before it."""
+    _core.write_checkpoint(str(directory / f"checkpoint-{step:010d}.h5"), checkpoint)
+    for old in checkpoint_files(directory)[:-2]:
+        old.unlink()
+
+
+def latest_checkpoint(directory: Path) -> Checkpoint | None:
+    """The newest readable checkpoint; None where the run was killed before the first."""
+    problem: CacheError | None = None
+    for path in reversed(checkpoint_files(directory)):
+        try:
+            return _core.read_checkpoint(str(path))
+        except CacheError as error:
+            problem = problem or error
+    if problem:
+        raise CacheError(
+            f"{directory}: none of its checkpoints can be read, so it cannot go on; its frames can"
+            f" still be rendered. Run the scene again into another directory. ({problem})"
+        )
+    return None

@@ -1,0 +1,74 @@
+"""An array of all frames of a run, read as it is sliced."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._core import Frame
+
+__all__ = ["Stacked"]
+
+
+class _Frames(Protocol):
+    def __len__(self) -> int: ...
+    def __getitem__(self, index: int, /) -> Frame: ...
+
+
+class Stacked:
+    """One array of every frame, stacked: the first axis counts frames.
+
+    Indexed as a numpy array is; only the frames that are asked for are read. np.asarray() of it
+    reads all.
+    """
+
+    def __init__(self, frames: _Frames, name: str) -> None:
+        self._frames, self._name = frames, name
+
+    def __len__(self) -> int:
+        return len(self._frames)
+
+    def __getitem__(self, index: Any) -> Any:
+        first, *others = index if isinstance(index, tuple) else (index,)
+        if isinstance(first, slice) or first is Ellipsis:
+            chosen = range(len(self))[first if isinstance(first, slice) else slice(None)]
+            kept = [...] if first is Ellipsis else []
+            return self._stacked(chosen)[(slice(None), *kept, *others)]
+        if np.ndim(first) == 1:
+            return self._stacked(np.arange(len(self))[first])[(slice(None), *others)]
+        return np.array(self._of(first)[tuple(others)])
+
+    def __iter__(self) -> Iterator[NDArray[np.float64]]:
+        return (np.array(self._of(i)) for i in range(len(self)))
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
+        return np.asarray(self._stacked(range(len(self))), dtype)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """As of the stacked array."""
+        return (len(self), *(self._of(0).shape if len(self) else (0,)))
+
+    @property
+    def ndim(self) -> int:
+        """Number of axes."""
+        return len(self.shape)
+
+    @property
+    def dtype(self) -> np.dtype[np.float64]:
+        """float64"""
+        return np.dtype(np.float64)
+
+    def __repr__(self) -> str:
+        return f"<{self._name} of {' x '.join(map(str, self.shape))}, read as it is sliced>"
+
+    def _of(self, frame: int) -> NDArray[np.float64]:
+        array: NDArray[np.float64] = getattr(self._frames[frame], self._name)
+        return array
+
+    def _stacked(self, frames: Any) -> NDArray[np.float64]:
+        arrays = [self._of(int(i)) for i in frames]
+        return np.stack(arrays) if arrays else np.empty((0, *self.shape[1:]))

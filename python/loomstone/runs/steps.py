@@ -1,0 +1,112 @@
+"""steps.csv: a table of steps, one row each."""
+
+from __future__ import annotations
+
+import csv
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._core import CacheError, StepReport
+from .tables import read_table
+
+__all__ = ["StepTable", "read_steps", "summary_of_steps"]
+
+
+class StepTable:
+    """steps.csv: one row a step."""
+
+    def __init__(self, path: Path, until_step: int) -> None:
+        kept: list[list[str]] = []
+        if path.exists() and until_step > 0:
+            kept = [row for row in read_table(path, "step")[1] if int(row[0]) <= until_step]
+        self._path, self._file = path, path.open("w", newline="")
+        self._table = csv.writer(self._file)
+        self._table.writerow([*self._row(StepReport())])
+        self._table.writerows(kept)
+
+    @staticmethod
+    def _row(report: StepReport) -> dict[str, Any]:
+        row = report.to_dict()
+        seconds = row.pop("seconds")
+        return row | {f"seconds_{name}": value for name, value in seconds.items()}
+
+    def add(self, report: StepReport) -> None:
+        self._table.writerow(self._row(report).values())
+
+    def flush(self) -> None:
+        self._file.flush()
+
+    def close(self) -> None:
+        self._file.close()
+
+    def summary(self) -> dict[str, Any]:
+        """Totals and extremes over all steps of the run."""
+        self.flush()
+        return summary_of_steps(self._path)
+
+
+def summary_of_steps(path: Path) -> dict[str, Any]:
+    """Totals and extremes over all steps of a steps.csv."""
+    header, lines = read_table(path, "step")
+    rows = [dict(zip(header, line, strict=True)) for line in lines]
+    if not rows:
+        return {}
+    wanted = sum(float(r["wanted_motion"]) for r in rows)
+    squares = [
+        float(r["contact_acceleration"]) ** 2
+        for r in rows
+        if float(r["contact_acceleration"]) > 0.0
+    ]
+    stages = [name for name in rows[0] if name.startswith("seconds_")]
+    return {
+        "seconds_per_stage": {
+            s.removeprefix("seconds_"): sum(float(r[s]) for r in rows) for s in stages
+        },
+        "linear_iterations_per_step": sum(int(r["linear_iterations"]) for r in rows) / len(rows),
+        "most_contacts": max(int(r["contacts"]) for r in rows),
+        "impacts": sum(int(r["impacts"]) for r in rows),
+        "truncated": sum(int(r["truncated"]) for r in rows),
+        "steps_in_parts": sum(int(r["substeps"]) > 1 for r in rows),
+        "unresolved_steps": sum(int(r["unresolved"]) > 0 for r in rows),
+        "most_intersections": max(int(r["intersections"]) for r in rows),
+        "forced_steps": sum(int(r["forced"]) > 0 for r in rows),
+        "most_forced": max(int(r["forced"]) for r in rows),
+        "limit_sweeps_per_step": sum(int(r["limit_sweeps"]) for r in rows) / len(rows),
+        "largest_excess": max(
+            float(r[f"{d}_excess"]) for r in rows for d in ("weft", "warp", "shear")
+        ),
+        "steps_with_broken_limits": sum(int(r["broken_limits"]) > 0 for r in rows),
+        "most_broken_limits": max(int(r["broken_limits"]) for r in rows),
+        "most_limit_rounds": max(int(r["limit_rounds"]) for r in rows),
+        "limit_retreats": sum(int(r["limit_retreats"]) for r in rows),
+        "withheld": sum(float(r["withheld_motion"]) for r in rows) / wanted if wanted else 0.0,
+        "withheld_in_worst_step": max(float(r["withheld"]) for r in rows),
+        "truncated_momentum": sum(float(r["truncated_momentum"]) for r in rows),
+        "contact_acceleration": (sum(squares) / len(squares)) ** 0.5 if squares else 0.0,
+        "largest_stretch": max(float(r["max_stretch"]) for r in rows),
+        "energy_at_end": {k: float(rows[-1][k]) for k in rows[0] if k.endswith("_energy")},
+    }
+
+
+def read_steps(directory: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
+    """Columns of steps.csv by name, one entry a step; whole numbers where all of a column are."""
+    path = Path(directory) / "steps.csv"
+    if not path.exists():
+        raise CacheError(
+            f"{path}: no table of steps; give the directory of a run made by `loomstone run`"
+        )
+    header, rows = read_table(path, "step")
+    if not rows:
+        raise CacheError(f"{path}: has no steps yet")
+    return {
+        name: _column(texts) for name, texts in zip(header, zip(*rows, strict=True), strict=True)
+    }
+
+
+def _column(texts: tuple[str, ...]) -> NDArray[Any]:
+    whole = all(text.lstrip("-").isdigit() for text in texts)
+    return np.array(texts, dtype=float).astype(np.int64 if whole else float)

@@ -1,0 +1,267 @@
+"""Writes what a run leaves in its directory: frames, steps, checkpoints, pictures, a report."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from .. import _core
+from .._core import CacheError, Checkpoint, Error, Frame, FrameWriter, StepReport
+from ..pictures.directory import claim, drawn_with, picture
+from ..pictures.drawing import render_run
+from ..pictures.painter import Painter, colors_need_all_frames
+from ..pictures.video import encode
+from .cache import Run
+from .checkpoints import checkpoint_files, write_checkpoint
+from .options import RunOptions
+from .steps import StepTable
+from .verification import BROKEN, FORCED, MOST_BROKEN, FrameTable, append_rows, keep_rows
+
+__all__ = ["NoWriter", "Writer", "open_writer"]
+
+
+class NoWriter:
+    """Ranks other than 0 write nothing; they take part in what is collective."""
+
+    def __enter__(self) -> NoWriter:
+        return self
+
+    def __exit__(self, *_: object) -> None: ...
+
+    def frame(self, index: int, frame: Frame) -> None: ...
+
+    def step(
+        self, report: StepReport, forced: list[list[int]], broken: list[tuple[int, str, float]]
+    ) -> None: ...
+
+    def checkpoint(self, step: int, state: Checkpoint) -> None: ...
+
+    def draw_rest(self, stop: Callable[[], bool]) -> bool:
+        return True
+
+    def finish(self, report: dict[str, Any]) -> dict[str, Any]:
+        return report
+
+
+class Writer(NoWriter):
+    """Rank 0 writes."""
+
+    def __init__(
+        self,
+        directory: Path,
+        simulation: _core.Simulation,
+        options: RunOptions,
+        frames: FrameWriter,
+        following: int,
+    ) -> None:
+        """following : index of the frame to be written next; later ones are dropped."""
+        self._directory, self._simulation, self._options = directory, simulation, options
+        self._frames = frames
+        self._steps = StepTable(directory / "steps.csv", simulation.step_index)
+        for name, _ in (FORCED, BROKEN):
+            keep_rows(directory / name, simulation.step_index)
+        checks = directory / "frames.csv"
+        self._checks = (
+            FrameTable(checks, simulation.topology, following) if options.verify else None
+        )
+        self._painter: Painter | None = None
+
+    def draw_with(self, painter: Painter) -> None:
+        """Frames are drawn as they are written."""
+        self._painter = painter
+
+    def __exit__(self, *failure: object) -> None:
+        try:
+            self._steps.close()
+        except OSError:
+            if failure[0] is None:  # else what ended the run is told already
+                raise
+
+    @contextmanager
+    def _writing(self) -> Iterator[None]:
+        """A file that cannot be written is one clear error that says how to go on."""
+        try:
+            yield
+        except OSError as error:
+            told = (
+                str(error)
+                if isinstance(error, Error)
+                else f"{self._directory}: could not write: {error.strerror}"
+            )
+            raise CacheError(
+                f"{told.rstrip('.')}; the {self._frames.n_frames} frames before are kept: "
+                f"make room and continue with loomstone resume {self._directory}"
+            ) from error
+
+    def frame(self, index: int, frame: Frame) -> None:
+        with self._writing():
+            self._frames.write(frame)
+            if self._checks:
+                self._checks.add(index, frame)
+            if self._painter and self._draws():
+                self._painter.draw(
+                    picture(self._directory / "frames", self._frames.n_frames - 1), frame
+                )
+
+    def step(
+        self, report: StepReport, forced: list[list[int]], broken: list[tuple[int, str, float]]
+    ) -> None:
+        with self._writing():
+            self._steps.add(report)
+            if forced:
+                append_rows(self._directory / FORCED[0], FORCED[1], report.step, forced)
+            if broken:
+                append_rows(
+                    self._directory / BROKEN[0], BROKEN[1], report.step, broken[:MOST_BROKEN]
+                )
+
+    def checkpoint(self, step: int, state: Checkpoint) -> None:
+        with self._writing():
+            self._steps.flush()
+            write_checkpoint(self._directory, step, state)
+
+    def _draws(self) -> bool:
+        """Pictures are asked for, and nobody has given their directory other options meanwhile."""
+        return (
+            self._options.render is not None
+            and drawn_with(self._directory / "frames") == self._options.render
+        )
+
+    def draw_rest(self, stop: Callable[[], bool]) -> bool:
+        """Draws from the cache what has no picture yet; False where that was stopped."""
+        options = self._options.render
+        if options is None or not self._draws():
+            return True
+        if not colors_need_all_frames(options):
+            drawn = (
+                picture(self._directory / "frames", i).exists()
+                for i in range(self._frames.n_frames)
+            )
+            if all(drawn):
+                return True
+        with self._writing():
+            paths = render_run(
+                Run(self._directory), options, jobs=1, stop=stop, simulation=self._simulation
+            )
+        return all(path.exists() for path in paths)
+
+    def finish(self, report: dict[str, Any]) -> dict[str, Any]:
+        with self._writing():
+            report = report | self._steps.summary()
+            if self._checks:
+                report = report | self._checks.summary()
+        if self._draws():
+            target = self._directory / "video.mp4"
+            report["video"] = encode(
+                self._directory / "frames",
+                target,
+                frames=self._frames.n_frames,
+                rate=self._options.rate,
+            )
+        with self._writing():
+            text = json.dumps(report, indent=1)
+            (self._directory / "report.json").write_text(text + "\n")
+        return report
+
+
+def open_writer(
+    simulation: _core.Simulation,
+    options: RunOptions,
+    directory: Path,
+    metadata: str | None,
+    *,
+    overwrite: bool,
+    following: int,
+) -> NoWriter:
+    """What writes a run from frame `following` on; metadata None: what is there is continued.
+
+    What cannot be drawn or written is refused before anything is.
+    """
+    if simulation.rank != 0:
+        return NoWriter()
+    renderer = _core.Renderer(simulation.topology, options.render) if options.render else None
+    first = None
+    if metadata is None:
+        first = _reopen(directory, options, following)
+        frames = FrameWriter.reopen(str(directory), (following - 0.5) / options.rate)
+    else:
+        _make_room(directory, options, metadata, overwrite)
+        frames = FrameWriter(str(directory), simulation.topology, metadata)
+    writer = Writer(directory, simulation, options, frames, following)
+    if renderer and options.render and not colors_need_all_frames(options.render):
+        lines = options.render.field_lines
+        writer.draw_with(Painter(renderer, first=first, lines=lines, simulation=simulation))
+    return writer
+
+
+def _reopen(directory: Path, options: RunOptions, following: int) -> Frame | None:
+    """Checks that a run can be continued; its first frame where pictures need it."""
+    _check_rate(directory, options.rate)
+    if not options.render:
+        return None
+    begun = Run(directory)
+    claim(
+        directory / "frames",
+        options.render,
+        begun.metadata_text,
+        advice="move it away, and resuming draws all anew",
+    )
+    return begun[0] if following else None
+
+
+def _make_room(directory: Path, options: RunOptions, metadata: str, overwrite: bool) -> None:
+    """An empty place for a new run."""
+    if (directory / "run.vtkhdf").exists():
+        if not overwrite:
+            raise CacheError(
+                f"{directory} must hold no run yet, but has run.vtkhdf; resume it, give another"
+                " directory, or overwrite"
+            )
+        _remove_run(directory)
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise CacheError(
+            f"{directory} must be a directory that can be written: {error.strerror}; give another"
+        ) from error
+    if options.render:
+        claim(
+            directory / "frames",
+            options.render,
+            metadata,
+            again=overwrite,
+            advice="give another directory, or overwrite",
+        )
+
+
+def _check_rate(directory: Path, rate: float) -> None:
+    """Frames of a run are 1/rate apart."""
+    times = Run(directory).times
+    if len(times) > 1 and abs(times[1] * rate - 1.0) > 1e-6:
+        raise CacheError(
+            f"{directory}: rate must be that of the run, {1.0 / times[1]:.9g} frames/s, got"
+            f" {rate:g}; resume with it, or give another directory"
+        )
+
+
+def _remove_run(directory: Path) -> None:
+    """Removes what a run has written, and nothing else."""
+    for name in (
+        "run.vtkhdf",
+        "bodies.vtkhdf",
+        "steps.csv",
+        "frames.csv",
+        "forced.csv",
+        "limits.csv",
+        "report.json",
+        "video.mp4",
+    ):
+        (directory / name).unlink(missing_ok=True)
+    for path in checkpoint_files(directory):
+        path.unlink()
+    if (directory / "frames").is_dir() and not (directory / "frames").is_symlink():
+        shutil.rmtree(directory / "frames")
