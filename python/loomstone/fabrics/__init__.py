@@ -14,7 +14,7 @@ docs/fabrics.md.
 import sys
 
 from . import measurements
-from .catalogue import catalogue
+from .named_fabrics import catalogue
 from .curve_fit import fit
 from .fabric import Fabric, ModeFit
 from .levels import of_levels

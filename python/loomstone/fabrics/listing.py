@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from math import isfinite
 
-from .catalogue import catalogue
+from .named_fabrics import catalogue
 from .fabric import Fabric
 from .rigidity import strip_rigidity
 

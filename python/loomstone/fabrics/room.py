@@ -6,7 +6,7 @@ from collections.abc import ItemsView, Iterator, KeysView, ValuesView
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from .catalogue import catalogue
+from .named_fabrics import catalogue
 from .fabric import Fabric
 
 __all__ = ["FabricsRoom"]

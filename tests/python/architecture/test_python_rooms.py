@@ -1,0 +1,118 @@
+"""The rooms of the Python package: who may import whom, and which names a room shows."""
+
+import ast
+import importlib
+import pkgutil
+import types
+from pathlib import Path
+
+import loomstone
+import pytest
+
+ROOT = Path(loomstone.__file__).parent
+
+# A room imports itself and rooms further up in this list, nothing further down.
+ORDER = [
+    "_core",
+    "base",
+    "units",
+    "ranks",
+    "versions",
+    "collision",
+    "limits",
+    "meshes",
+    "obstacles",
+    "magnetics",
+    "integrators",
+    "pictures",
+    "runs",
+    "simulation",
+    "fabrics",
+    "garments",
+    "",  # the package itself
+    "cli",
+    "__main__",
+]
+
+MODULES = {
+    ".".join(path.relative_to(ROOT).with_suffix("").parts)
+    .removesuffix("__init__")
+    .rstrip("."): path
+    for path in sorted(ROOT.rglob("*.py"))
+}
+
+PUBLIC = ["", "collision", "fabrics", "fabrics.measurements", "garments", "limits", "magnetics",
+          "meshes", "obstacles", "pictures", "ranks"]  # fmt: skip
+
+
+def imports(module: str) -> set[str]:
+    """Modules of the package that one imports, at its top or inside functions."""
+    path = MODULES[module]
+    package = module.split(".") if path.name == "__init__.py" else module.split(".")[:-1]
+    package = [part for part in package if part]
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if not isinstance(node, ast.ImportFrom):
+            continue
+        if node.level == 0:
+            assert node.module is None or node.module.split(".")[0] != "loomstone", module
+            continue
+        base = package[: len(package) - node.level + 1] + (node.module or "").split(".")
+        source = ".".join(part for part in base if part)
+        for alias in node.names:
+            inner = f"{source}.{alias.name}".lstrip(".")
+            # From a package come its modules, or names that its __init__ has.
+            found.add(inner if inner in MODULES or inner == "_core" else source)
+    return found
+
+
+def room(module: str) -> str:
+    return module.split(".")[0]
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_a_room_imports_only_rooms_before_it(module):
+    for other in imports(module):
+        assert ORDER.index(room(other)) <= ORDER.index(room(module)), f"{module} imports {other}"
+
+
+def test_no_import_goes_in_a_circle():
+    graph = {module: imports(module) & set(MODULES) for module in MODULES}
+    done: set[str] = set()
+
+    def visit(module: str, way: tuple[str, ...]) -> None:
+        assert module not in way, " -> ".join([*way[way.index(module) :], module])
+        if module not in done:
+            for other in sorted(graph[module]):
+                visit(other, (*way, module))
+            done.add(module)
+
+    for module in graph:
+        visit(module, ())
+
+
+@pytest.mark.parametrize(
+    "module", [name for name, path in MODULES.items() if path.stem == "__init__"]
+)
+def test_nothing_has_the_name_of_a_module_beside_it(module):
+    package = importlib.import_module(f"loomstone.{module}".rstrip("."))
+    for found in pkgutil.iter_modules(package.__path__):
+        if found.name.startswith("lib"):
+            continue  # the plug-in for MPI
+        shown = getattr(package, found.name, None)
+        assert shown is None or isinstance(shown, types.ModuleType), f"{module}: {found.name}"
+
+
+@pytest.mark.parametrize("module", PUBLIC)
+def test_a_room_shows_its_public_names_and_nothing_else(module):
+    shown = importlib.import_module(f"loomstone.{module}".rstrip("."))
+    assert sorted(dir(shown)) == sorted(shown.__all__)
+    assert all(hasattr(shown, name) for name in shown.__all__)
+
+
+def test_fabrics_are_a_module_that_names_index():
+    import loomstone.fabrics
+
+    assert loomstone.fabrics is importlib.import_module("loomstone.fabrics")
+    assert isinstance(loomstone.fabrics, types.ModuleType)
+    assert loomstone.fabrics["silk"] == loomstone.fabrics.catalogue["silk"]
