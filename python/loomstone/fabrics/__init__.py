@@ -14,10 +14,10 @@ docs/fabrics.md.
 import sys
 
 from . import measurements
-from .named_fabrics import catalogue
 from .curve_fit import fit
 from .fabric import Fabric, ModeFit
 from .levels import of_levels
+from .named_fabrics import catalogue
 from .rigidity import bending_from_strips, strip_rigidity
 from .room import FabricsRoom
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from math import isfinite
 
-from .named_fabrics import catalogue
 from .fabric import Fabric
+from .named_fabrics import catalogue
 from .rigidity import strip_rigidity
 
 __all__ = ["fabrics_json", "fabrics_text"]

@@ -6,8 +6,8 @@ from collections.abc import ItemsView, Iterator, KeysView, ValuesView
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from .named_fabrics import catalogue
 from .fabric import Fabric
+from .named_fabrics import catalogue
 
 __all__ = ["FabricsRoom"]
 

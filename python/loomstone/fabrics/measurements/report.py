@@ -18,8 +18,8 @@ from ..._core import CacheError, Camera, InvalidInput, RenderOptions, Unsupporte
 from ...base.arguments import whole
 from ...integrators import SemiImplicitEuler
 from ...simulation import Simulation
-from ..named_fabrics import catalogue
 from ..fabric import Fabric
+from ..named_fabrics import catalogue
 from .bending_test import CantileverResult, cantilever
 from .drape_test import DISC, SPECIMEN, CusickResult, cusick, drape_scene, shadow
 
