@@ -7,6 +7,7 @@ thesis in place of exact fields.
 """
 
 from pathlib import Path
+from typing import Any
 
 import loomstone as ls
 import numpy as np
@@ -70,7 +71,7 @@ def scene(
     )
     carrier = ls.obstacles.mesh(figure, name="dragon", friction=0.6)
     density = cells / ls.meshes.mass_properties(figure, 1.0).mass
-    exact = {"engine": "cells", "density": density} if cells else {}
+    exact: dict[str, Any] = {"engine": "cells", "density": density} if cells else {}
     magnets = [ls.Magnet(body="dragon", polarization=(0, 0, polarization), **exact)]
     ball = ls.meshes.sphere(radius=BALL, subdivisions=2)
     random = np.random.default_rng(6)

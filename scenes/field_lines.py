@@ -5,6 +5,8 @@ The bar flies to the pole that attracts it, snaps on and stands up, and lines th
 the air now begin at its far end. No gravity.
 """
 
+from typing import Any
+
 import loomstone as ls
 import numpy as np
 
@@ -42,18 +44,14 @@ def horseshoe(bends: int = 16) -> ls.TriangleMesh:
         for i in range(n - 1):
             triangles += [(a + i, a + i + 1, b + i + 1), (a + i, b + i + 1, b + i)]
     for i in (0, n - 1):
-        end = [i, n + i, 2 * n + i, 3 * n + i]
-        triangles += (
-            [end[:3], [end[0], end[2], end[3]]]
-            if i == 0
-            else [end[2::-1], [end[3], end[2], end[0]]]
-        )
+        a, b, c, d = i, n + i, 2 * n + i, 3 * n + i
+        triangles += [(a, b, c), (a, c, d)] if i == 0 else [(c, b, a), (d, c, a)]
     return ls.TriangleMesh(vertices, np.array(triangles))
 
 
 def scene(polarization: float = 1.0) -> ls.Scene:
     """polarization: of both magnets [T]."""
-    leg = {"shape": "cuboid", "size": (WIDE, THICK, LEG)}
+    leg: dict[str, Any] = {"shape": "cuboid", "size": (WIDE, THICK, LEG)}
     magnets = [
         ls.Magnet(
             body="horseshoe",

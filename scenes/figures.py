@@ -47,35 +47,9 @@ def figure(sides: int = 8) -> ls.TriangleMesh:
     return ls.TriangleMesh(np.array(vertices), np.array(triangles))
 
 
-def scene(
-    figures: int = 4,
-    balls: int = 90,
-    response: str = "mutual",
-    resolution: int = 64,
-    polarization: float = 1.2,
-) -> ls.Scene:
-    """response: of the figures, mutual | explicit; resolution: panels of a figure, 64: forces err
-    by a fifth, 150: by a tenth;
-    polarization: of the block [T]."""
-    man, ball = figure(), ls.meshes.sphere(radius=BALL, subdivisions=2)
-    volume = ls.meshes.mass_properties(man, 1.0).mass
-    how = (
-        {"resolution": resolution}
-        if response == "mutual"
-        else {"response": response, "density": 24 / volume}
-    )
-    bodies = [
-        ls.RigidBody(
-            name=f"figure {i + 1}",
-            mesh=man,
-            shape="convex",
-            density=7800,
-            friction=0.4,
-            position=(*PLACES[i], 1e-4),
-        )
-        for i in range(figures)
-    ]
-    magnets = [ls.Magnet(body=body.name, susceptibility=500.0, **how) for body in bodies]
+def fill(balls: int) -> list[ls.RigidBody]:
+    """Balls in layers over the tray, where no figure stands."""
+    ball, bodies = ls.meshes.sphere(radius=BALL, subdivisions=2), []
     random, pitch = np.random.default_rng(4), 2.15 * BALL
     columns, rows = int(TRAY[0] / pitch), int(TRAY[1] / pitch)
     layer = 0
@@ -102,18 +76,12 @@ def scene(
             )
             balls -= 1
         layer += 1
-    times = [0.0, 0.05, 0.4, 0.5, 0.8]
-    block = ls.obstacles.mesh(
-        ls.meshes.box(size=BLOCK, cells_per_side=4),
-        name="block",
-        times=times,
-        positions=[(0.0, 0.0, z) for z in (HIGH, HIGH, LOW, LOW, HIGH)],
-        friction=0.5,
-    )
-    magnets.append(
-        ls.Magnet(body="block", shape="cuboid", size=BLOCK, polarization=(0, 0, polarization))
-    )
-    walls = [
+    return bodies
+
+
+def walls() -> list[ls.Obstacle]:
+    """Of the tray."""
+    return [
         ls.obstacles.box(
             name=f"wall {k + 1}", size=(*size, RIM), centre=(x, y, 0.5 * RIM), friction=0.3
         )
@@ -127,10 +95,53 @@ def scene(
             for side in (-1, 1)
         )
     ]
+
+
+def scene(
+    figures: int = 4,
+    balls: int = 90,
+    response: str = "mutual",
+    resolution: int = 64,
+    polarization: float = 1.2,
+) -> ls.Scene:
+    """response: of the figures, mutual | explicit; polarization: of the block [T].
+
+    resolution: panels of a figure, 64: forces err by a fifth, 150: by a tenth.
+    """
+    man = figure()
+    volume = ls.meshes.mass_properties(man, 1.0).mass
+    how = (
+        {"resolution": resolution}
+        if response == "mutual"
+        else {"response": response, "density": 24 / volume}
+    )
+    bodies = [
+        ls.RigidBody(
+            name=f"figure {i + 1}",
+            mesh=man,
+            shape="convex",
+            density=7800,
+            friction=0.4,
+            position=(*PLACES[i], 1e-4),
+        )
+        for i in range(figures)
+    ]
+    magnets = [ls.Magnet(body=body.name, susceptibility=500.0, **how) for body in bodies]
+    times = [0.0, 0.05, 0.4, 0.5, 0.8]
+    block = ls.obstacles.mesh(
+        ls.meshes.box(size=BLOCK, cells_per_side=4),
+        name="block",
+        times=times,
+        positions=[(0.0, 0.0, z) for z in (HIGH, HIGH, LOW, LOW, HIGH)],
+        friction=0.5,
+    )
+    magnets.append(
+        ls.Magnet(body="block", shape="cuboid", size=BLOCK, polarization=(0, 0, polarization))
+    )
     return ls.Scene(
-        bodies=bodies,
+        bodies=[*bodies, *fill(balls)],
         magnets=magnets,
-        obstacles=[block, *walls, ls.floor(size=0.4)],
+        obstacles=[block, *walls(), ls.floor(size=0.4)],
         magnetic_tolerance=1e-3,
         magnetic_step=1.0,
     )

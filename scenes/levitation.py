@@ -7,6 +7,8 @@ turns as well, as its corners are driven out first. A permanent magnet would fal
 (`material="magnet"`). Red is north, blue south.
 """
 
+from typing import Any
+
 import loomstone as ls
 import numpy as np
 
@@ -72,7 +74,7 @@ def scene(material: str = "superconductor", shape: str = "ball") -> ls.Scene:
         raise ls.InvalidInput(
             f"scene takes superconductor or magnet, ball or cube, got {material!r} and {shape!r}"
         )
-    own = (
+    own: dict[str, Any] = (
         {"susceptibility": -1.0} if material == "superconductor" else {"polarization": (0, 0, 0.05)}
     )
     place = np.array((0.0, 0.0, balance(material)))

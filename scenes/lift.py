@@ -5,6 +5,8 @@ up again; one touches the magnet, the others hang on balls. Two that are too far
 Red is north, blue south.
 """
 
+from typing import Any
+
 import loomstone as ls
 import numpy as np
 
@@ -19,7 +21,7 @@ render = ls.RenderOptions(
 
 BOWL, DEPTH, WALL = 0.035, 0.02, 0.004  # radius of the rim, depth inside
 BALL = 0.004
-MAGNET = {"radius": 0.004, "height": 0.02}
+MAGNET: dict[str, Any] = {"radius": 0.004, "height": 0.02}
 LOW, HIGH = 0.0235, 0.065  # heights of the magnet's middle
 TIMES = [0.0, 0.5, 1.1, 1.3, 2.4]
 
@@ -30,7 +32,8 @@ def bowl(segments: int = 48, rings: int = 10) -> ls.TriangleMesh:
     profile = [(r, DEPTH * (r / BOWL) ** 2) for r in radii] + [
         (r, DEPTH * (r / BOWL) ** 2 - WALL) for r in radii[::-1]
     ]
-    vertices, rows = [], []
+    vertices: list[tuple[float, float, float]] = []
+    rows = []
     for r, z in profile:
         count = segments if r > 0 else 1
         rows.append(range(len(vertices), len(vertices) + count))

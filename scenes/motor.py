@@ -6,6 +6,8 @@ friction and load take. Red is north, blue south. `python scenes/motor.py` print
 efficiency over the load.
 """
 
+from typing import Any
+
 import loomstone as ls
 import numpy as np
 
@@ -21,7 +23,7 @@ render = ls.RenderOptions(
 
 POLE, GAP = (0.012, 0.03, 0.03), 0.04  # size of each pole magnet, and clear distance between them
 ROTOR = (0.026, 0.008, 0.02)  # an oblong block; the coil's axis lies along its short side
-WINDING = {"radius": 0.008, "length": 0.006, "turns": 150}
+WINDING: dict[str, Any] = {"radius": 0.008, "length": 0.006, "turns": 150}
 RESISTANCE, INDUCTANCE, FRICTION = 2.0, 5e-4, 2e-6
 
 

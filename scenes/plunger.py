@@ -6,6 +6,8 @@ falls back. The current dips while the bar comes in, whose iron takes the coil's
 is north, blue south; the lines are those of the field.
 """
 
+from typing import Any
+
 import loomstone as ls
 import numpy as np
 
@@ -20,7 +22,7 @@ render = ls.RenderOptions(
 )
 
 BAR = (0.008, 0.008, 0.03)
-COIL = {"radius": 0.012, "length": 0.03, "turns": 400}
+COIL: dict[str, Any] = {"radius": 0.012, "length": 0.03, "turns": 400}
 HEIGHT = 0.036  # of the coil's middle over the floor
 FORMER = (0.0068, 0.0115)  # inner and outer radius of the tube that carries it
 ON, OFF = 0.04, 0.34  # [s]
@@ -62,7 +64,7 @@ def scene(voltage: float = 18.0) -> ls.Scene:
     former = ls.obstacles.mesh(
         tube(*FORMER, COIL["length"]).moved((0, 0, HEIGHT)), name="former", friction=0.1
     )
-    on = {
+    on: dict[str, Any] = {
         "times": [0.0, ON, ON + 1e-3, OFF, OFF + 1e-3],
         "voltages": [0.0, 0.0, voltage, voltage, 0.0],
     }

@@ -144,7 +144,7 @@ def check(run: ls.Run) -> None:
 def main() -> None:
     print("mm             pole T  catalogue   pull N, image  catalogue")
     for edges, (density, pull) in CATALOGUE.items():
-        size = tuple(1e-3 * edge for edge in edges)
+        size = (1e-3 * edges[0], 1e-3 * edges[1], 1e-3 * edges[2])
         pole = ls.magnetics.field(block(size), [[0, 0, 0.5 * size[2]]])[0, 2]
         print(
             "{:14} {:.4f}  {:.4f}  {:15.1f}  {:9.1f}".format(

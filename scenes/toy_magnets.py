@@ -8,6 +8,8 @@ afar and snaps to the ball. Free, antiparallel with nothing that guides it, it f
 snaps on by its other end. Red is north, blue south.
 """
 
+from typing import Any
+
 import loomstone as ls
 import numpy as np
 
@@ -25,7 +27,7 @@ render = ls.RenderOptions(
 
 LENGTH, RADIUS, SIDES = 0.027, 0.004, 14  # of a rod; few sides, so that it collides as a polyhedron
 DEEP = 0.0005  # plastic over the magnet's end
-MAGNET = {"radius": 0.003, "height": 0.006}
+MAGNET: dict[str, Any] = {"radius": 0.003, "height": 0.006}
 BALL = 0.005
 GAP = {"parallel": 0.018, "antiparallel": 0.009, "free": 0.011}
 ASKEW = {"parallel": 0.05, "antiparallel": 0.0, "free": 0.7}  # as things on a table are [rad]
@@ -135,14 +137,12 @@ def check(run: ls.Run) -> None:
     names, owner = list(run.topology.body_names), run.topology.body_of_vertex
 
     def vertices(name: str, frame: int) -> np.ndarray:
-        return run[frame].body_positions[owner == names.index(name)]
+        return np.asarray(run[frame].body_positions[owner == names.index(name)])
 
     def gaps(frame: int) -> np.ndarray:
         """Of the rod's vertices to the ball; the middles of its ends come last."""
-        return (
-            np.linalg.norm(vertices("rod", frame) - vertices("ball", frame).mean(axis=0), axis=1)
-            - BALL
-        )
+        apart = vertices("rod", frame) - vertices("ball", frame).mean(axis=0)
+        return np.asarray(np.linalg.norm(apart, axis=1)) - BALL
 
     near = [gaps(k).min() for k in range(len(run))]
     assert near[-1] < 5e-4, "the rod has found the ball"

@@ -5,6 +5,8 @@ See: the coil's disc and the membrane swing up and down with the current, waves 
 and the magnet below stands still. The cloth is the spring. Red is north, blue south.
 """
 
+from typing import Any
+
 import loomstone as ls
 import numpy as np
 
@@ -18,8 +20,8 @@ render = ls.RenderOptions(
 )
 
 RIM = 0.05
-MAGNET = {"radius": 0.010, "height": 0.012}
-COIL = {"radius": 0.009, "length": 0.002, "turns": 60}
+MAGNET: dict[str, Any] = {"radius": 0.010, "height": 0.012}
+COIL: dict[str, Any] = {"radius": 0.009, "length": 0.002, "turns": 60}
 DISC = (0.010, 0.002)  # radius and height of the coil's former
 ABOVE = 0.013  # the coil's middle over the magnet's face
 FREQUENCY = 20.0

@@ -67,25 +67,8 @@ def fit(
     >>> [round(limit, 4) for limit in fabric.limits]
     [0.0735, 0.0368, 0.2]
     """
-    if not isinstance(curves, Mapping):
-        raise InvalidInput(
-            f"fit: curves must be a dict of curves by name, got a {type(curves).__name__}"
-        )
-    if unknown := [key for key in curves if key not in TENSILE + BENDING]:
-        raise InvalidInput(
-            f"fit: there is no curve {unknown[0]!r}; known: {', '.join(TENSILE + BENDING)}"
-        )
-    if missing := [key for key in TENSILE if key not in curves]:
-        raise InvalidInput(
-            f"fit: the curve {missing[0]!r} is missing; weft, warp and shear are needed"
-        )
-    reached = number_in(load, "N/m", "fit: load")
-    if not (np.isfinite(reached) and reached > 0):
-        raise InvalidInput(f"fit: load must be > 0 [N/m], got {load}")
-    if shear_limit is not None:
-        shear_limit = number_in(shear_limit, "1", "fit: shear_limit")
-        if not 0 < shear_limit < 1:
-            raise InvalidInput(f"fit: shear_limit must be in (0, 1) as e12, got {shear_limit}")
+    _check_names(curves)
+    reached, shear_limit = _limits(load, shear_limit)
     fits = {mode: _fit_stretch(mode, curves[mode], reached) for mode in ("weft", "warp")}
     fits["shear"] = _fit_shear(curves["shear"], reached, shear_limit)
     fits |= {mode: _fit_bending(mode, curves[mode]) for mode in BENDING if mode in curves}
@@ -110,6 +93,34 @@ def fit(
         caveats=caveats,
         fits=fits,
     )
+
+
+def _limits(load: Any, shear_limit: Any) -> tuple[float, float | None]:
+    """Both as numbers in SI."""
+    reached = number_in(load, "N/m", "fit: load")
+    if not (np.isfinite(reached) and reached > 0):
+        raise InvalidInput(f"fit: load must be > 0 [N/m], got {load}")
+    if shear_limit is None:
+        return reached, None
+    largest = number_in(shear_limit, "1", "fit: shear_limit")
+    if not 0 < largest < 1:
+        raise InvalidInput(f"fit: shear_limit must be in (0, 1) as e12, got {largest}")
+    return reached, largest
+
+
+def _check_names(curves: Mapping[str, Any]) -> None:
+    if not isinstance(curves, Mapping):
+        raise InvalidInput(
+            f"fit: curves must be a dict of curves by name, got a {type(curves).__name__}"
+        )
+    if unknown := [key for key in curves if key not in TENSILE + BENDING]:
+        raise InvalidInput(
+            f"fit: there is no curve {unknown[0]!r}; known: {', '.join(TENSILE + BENDING)}"
+        )
+    if missing := [key for key in TENSILE if key not in curves]:
+        raise InvalidInput(
+            f"fit: the curve {missing[0]!r} is missing; weft, warp and shear are needed"
+        )
 
 
 def _fit_stretch(mode: str, curve: Any, load: float) -> ModeFit:

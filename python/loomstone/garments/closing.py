@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,7 +79,7 @@ def close_seams(
     scene = Scene(cloths=[cloth], obstacles=body, gravity=(0.0, 0.0, 0.0))
     sim = Simulation(scene, integrator=SemiImplicitEuler(step=step), threads=threads)
     masses = np.asarray(np.bincount(index, material.density * _areas(pieces)), float)
-    positions = _pulled(sim, pieces, index[pieces.pairs], masses, step, longest, edge)
+    positions = _pulled(sim, pieces, index[pieces.pairs], masses, _Limits(step, longest, edge))
     sewn = joined(pieces, positions[index])
     faces = np.asarray(sewn.mesh.triangles, np.int64)
     # Vertices of a seam jumped by half their gap.
@@ -99,16 +100,24 @@ def _closed_already(pieces: Cut, distance: float) -> NDArray[np.bool_]:
     return np.asarray(widest[pieces.seam_of_pair] <= distance)
 
 
+@dataclass(frozen=True)
+class _Limits:
+    """Of the pulling: its step and longest time [s], and the mean edge [m] that gaps count by."""
+
+    step: float
+    longest: float
+    edge: float
+
+
 def _pulled(
     sim: Simulation,
     pieces: Cut,
     pairs: Indices,
     mass: Floats,
-    step: float,
-    longest: float,
-    edge: float,
+    limits: _Limits,
 ) -> Floats:
     """Positions when all pairs are shut; pulls by external forces."""
+    step, longest, edge = limits.step, limits.longest, limits.edge
     a, b = pairs.T
     pair_mass = mass[a] * mass[b] / (mass[a] + mass[b])
     # Springs are outside the implicit solve: a fifth of what an explicit step bears, shared by what

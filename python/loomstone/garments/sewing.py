@@ -133,30 +133,31 @@ def garment(
             "a Pattern has its own seams; give either a Pattern, or panels and seams"
         )
     pattern.check(ease)
-    if (triangles is None) == (edge is None):
-        raise InvalidInput(f"give either triangles or edge, got triangles={triangles}, edge={edge}")
-    if edge is not None and not (np.isfinite(edge) and edge > 0):
-        raise InvalidInput(f"edge must be > 0 [m], got {edge}")
-    total = sum(panel.area for panel in pattern.panels)
-    count = (
-        None
-        if triangles is None
-        else whole("triangles", triangles, 2 * len(pattern.panels), 10_000_000)
-    )
-    spacing = edge_for(total, count) if count is not None else float(edge or 0.0)
+    spacing, count = _spacing(pattern, triangles, edge)
     pieces = cut(pattern, spacing=spacing, triangles=count, seed=seed)
     sewn = joined(pieces, pieces.placed)
     if relax:
         positions = np.asarray(sewn.mesh.vertices)
         faces = np.asarray(sewn.mesh.triangles, np.int64)
-        sewn = sewn.at(
-            relaxed(
-                positions, faces, sewn.flat_corners(), iterations=whole("relax", relax, 0, 100_000)
-            )
-        )
+        times = whole("relax", relax, 0, 100_000)
+        sewn = sewn.at(relaxed(positions, faces, sewn.flat_corners(), iterations=times))
     if not allow_intersections:
         check_free(sewn)
     return sewn
+
+
+def _spacing(
+    pattern: Pattern, triangles: int | None, edge: float | None
+) -> tuple[float, int | None]:
+    """Length of edges [m], and how many triangles are asked for, if any."""
+    if (triangles is None) == (edge is None):
+        raise InvalidInput(f"give either triangles or edge, got triangles={triangles}, edge={edge}")
+    if edge is not None:
+        if not (np.isfinite(edge) and edge > 0):
+            raise InvalidInput(f"edge must be > 0 [m], got {edge}")
+        return float(edge), None
+    count = whole("triangles", triangles, 2 * len(pattern.panels), 10_000_000)
+    return edge_for(sum(panel.area for panel in pattern.panels), count), count
 
 
 def edge_for(area: float, triangles: int) -> float:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -89,40 +91,50 @@ def dress_pattern(
     lower = _Cone(waist, (hem - waist) / (2 * np.pi * skirt), -1.0)
     strap_path, strap_across = _strap(upper, bar_radius, chord)
     drop = float(strap_path[0, 2]) - upper.height(STRAP)  # height of the waist
-    bodice, seams = _bodice(upper, drop)
-    gores = []
+    bodice, bodice_seams = _bodice(upper, drop)
+    gores, gore_seams = _gores(lower, skirt, drop)
+    straps, strap_seams = _straps(strap_path, strap_across)
+    return Pattern((*bodice, *gores, *straps), (*bodice_seams, *gore_seams, *strap_seams))
+
+
+def _gores(cone: _Cone, skirt: float, drop: float) -> tuple[list[Panel], list[Seam]]:
+    """The skirt, and its seams with itself and with the bodice."""
+    gores, seams = [], []
     for i in range(6):
         name = f"gore_{i + 1}"
         gores.append(
             Panel(
                 name,
                 (
-                    _curve("hem", lower, skirt, -30, 30),
-                    line("right", lower.at(skirt, 30), lower.at(0, 30)),
-                    _curve("waist", lower, 0, 30, -30),
-                    line("left", lower.at(0, -30), lower.at(skirt, -30)),
+                    _curve("hem", cone, skirt, -30, 30),
+                    line("right", cone.at(skirt, 30), cone.at(0, 30)),
+                    _curve("waist", cone, 0, 30, -30),
+                    line("left", cone.at(0, -30), cone.at(skirt, -30)),
                 ),
-                place=lower.place(drop, -60.0 + 60.0 * i),
+                place=cone.place(drop, -60.0 + 60.0 * i),
             )
         )
         seams.append(Seam(f"{name}.right", f"gore_{(i + 1) % 6 + 1}.left", True))
     tops = ["front.waist_right", "side_right.waist", "back_right.waist"]
     tops += ["back_left.waist", "side_left.waist", "front.waist_left"]
     seams += [Seam(f"gore_{i + 1}.waist", top, True) for i, top in enumerate(tops)]
+    return gores, seams
+
+
+def _straps(right_path: Floats, right_across: Floats) -> tuple[list[Panel], list[Seam]]:
     half = STRAP_WIDTH / 2
-    length = float(np.linalg.norm(np.diff(strap_path, axis=0), axis=1).sum())
-    straps = []
+    length = float(np.linalg.norm(np.diff(right_path, axis=0), axis=1).sum())
+    corners = [(-half, 0.0), (half, 0.0), (half, length), (-half, length)]
+    names = ("front", "right", "back", "left")
+    straps, seams = [], []
     for side, sign in (("right", 1.0), ("left", -1.0)):
-        path = _tuples(strap_path * (sign, 1, 1))
-        across = _tuples(strap_across * (1, sign, 1))
-        corners = [(-half, 0.0), (half, 0.0), (half, length), (-half, length)]
-        names = ("front", "right", "back", "left")
-        straps.append(
-            Panel.polygon(f"strap_{side}", corners, names=names, place=Ribbon(path, across))
-        )
+        path = _tuples(right_path * (sign, 1, 1))
+        across = _tuples(right_across * (1, sign, 1))
+        place = Ribbon(path, across)
+        straps.append(Panel.polygon(f"strap_{side}", corners, names=names, place=place))
         seams += [Seam(f"strap_{side}.front", f"front.strap_{side}", True)]
         seams += [Seam(f"strap_{side}.back", f"back_{side}.strap", True)]
-    return Pattern((*bodice, *gores, *straps), tuple(seams))
+    return straps, seams
 
 
 class _Cone:
@@ -165,11 +177,44 @@ def _curve(name: str, cone: _Cone, distance: float, first: float, last: float) -
     )
 
 
+@dataclass(frozen=True)
+class _Shape:
+    """Where the straps meet the bodice, and its curves.
+
+    inner, outer : edges of a strap, from centre front and centre back [degrees]
+    armhole, nape : heights of control points above the waist [m]
+    """
+
+    inner: float
+    outer: float
+    armhole: float
+    nape: float
+
+
 def _bodice(cone: _Cone, drop: float) -> tuple[list[Panel], list[Seam]]:
     half = np.degrees(STRAP_WIDTH / 2 / cone.radius(STRAP))
-    inner, outer = STRAP_AT - half, STRAP_AT + half
-    armhole, nape = (STRAP + SIDE) / 2 - 0.03, NECK + 0.02
-    front = Panel(
+    shape = _Shape(STRAP_AT - half, STRAP_AT + half, (STRAP + SIDE) / 2 - 0.03, NECK + 0.02)
+    front, side, back = _front(cone, shape, drop), _side(cone, drop), _back(cone, shape, drop)
+    panels = [
+        front,
+        side,
+        side.mirrored("side_left", place=cone.place(drop, 180.0)),
+        back,
+        back.mirrored("back_left", place=cone.place(drop, 120.0)),
+    ]
+    seams = [
+        Seam("front.right", "side_right.front", True),
+        Seam("front.left", "side_left.front", True),
+        Seam("side_right.back", "back_right.side", True),
+        Seam("side_left.back", "back_left.side", True),
+        Seam("back_right.centre", "back_left.centre", True),
+    ]
+    return panels, seams
+
+
+def _front(cone: _Cone, shape: _Shape, drop: float) -> Panel:
+    inner, outer, armhole = shape.inner, shape.outer, shape.armhole
+    return Panel(
         "front",
         (
             _curve("waist_left", cone, 0, -60, 0),
@@ -194,7 +239,10 @@ def _bodice(cone: _Cone, drop: float) -> tuple[list[Panel], list[Seam]]:
         ),
         place=cone.place(drop, -90.0),
     )
-    side = Panel(
+
+
+def _side(cone: _Cone, drop: float) -> Panel:
+    return Panel(
         "side_right",
         (
             _curve("waist", cone, 0, -30, 30),
@@ -204,8 +252,12 @@ def _bodice(cone: _Cone, drop: float) -> tuple[list[Panel], list[Seam]]:
         ),
         place=cone.place(drop, 0.0),
     )
+
+
+def _back(cone: _Cone, shape: _Shape, drop: float) -> Panel:
+    inner, outer, armhole, nape = shape.inner, shape.outer, shape.armhole, shape.nape
     # From the side seam at 30 degrees to the centre back at 90; the panel's middle is at 60.
-    back = Panel(
+    return Panel(
         "back_right",
         (
             _curve("waist", cone, 0, -30, 30),
@@ -224,21 +276,6 @@ def _bodice(cone: _Cone, drop: float) -> tuple[list[Panel], list[Seam]]:
         ),
         place=cone.place(drop, 60.0),
     )
-    panels = [
-        front,
-        side,
-        side.mirrored("side_left", place=cone.place(drop, 180.0)),
-        back,
-        back.mirrored("back_left", place=cone.place(drop, 120.0)),
-    ]
-    seams = [
-        Seam("front.right", "side_right.front", True),
-        Seam("front.left", "side_left.front", True),
-        Seam("side_right.back", "back_right.side", True),
-        Seam("side_left.back", "back_left.side", True),
-        Seam("back_right.centre", "back_left.centre", True),
-    ]
-    return panels, seams
 
 
 def _strap(cone: _Cone, bar_radius: float, chord: float) -> tuple[Floats, Floats]:

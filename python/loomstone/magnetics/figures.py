@@ -134,52 +134,82 @@ def plot_slice(
         raise InvalidInput(f"plane must be xy, xz or yz, got {plane!r}")
     if not sources or resolution < 8 or arrows < 2:
         raise InvalidInput("a slice needs bodies, a resolution of at least 8 and at least 2 arrows")
-    u, v, w = PLANES[plane]
+    u, v, _ = PLANES[plane]
     low, high = box_of(sources)
     middle = 0.5 * (low + high) if centre is None else np.asarray(centre, float)
     reach = extent or 0.9 * float((high - low).max())
     if not reach > 0:
         raise InvalidInput("extent [m] must be given where bodies have none (point dipoles)")
 
-    def lattice(n: int) -> tuple[Floats, Floats, Floats]:
-        side = np.linspace(-reach, reach, n)
-        a, b = np.meshgrid(middle[u] + side, middle[v] + side)
-        points = np.empty((n * n, 3))
-        points[:, u], points[:, v], points[:, w] = a.ravel(), b.ravel(), middle[w]
+    lattice = _Lattice(plane, middle, reach)
+    figure, axes = _figure((7.0, 6.0))
+    from matplotlib.ticker import LogLocator
+
+    shown = _draw_size(axes, sources, lattice, resolution, threads)
+    figure.colorbar(shown, ax=axes, label="|B| [T]", ticks=LogLocator(10, subs=(1.0, 2.0, 5.0)))
+    _draw_arrows(axes, sources, lattice, arrows, threads)
+    axes.set(xlabel=f"{'xyz'[u]} [mm]", ylabel=f"{'xyz'[v]} [mm]", aspect="equal")
+    return _save(figure, path)
+
+
+class _Lattice:
+    """Points of a square in a coordinate plane about a middle (3) [m]."""
+
+    def __init__(self, plane: str, middle: Floats, reach: float) -> None:
+        self._axes, self._middle, self._reach = PLANES[plane], middle, reach
+
+    def within(self, vectors: Floats) -> Floats:
+        """Components (k, 2) in the plane."""
+        return np.asarray(vectors[:, list(self._axes[:2])])
+
+    def points(self, side: int) -> tuple[Floats, Floats, Floats]:
+        """Both coordinates (side, side) and the points (side * side, 3) [m]."""
+        u, v, w = self._axes
+        along = np.linspace(-self._reach, self._reach, side)
+        a, b = np.meshgrid(self._middle[u] + along, self._middle[v] + along)
+        points = np.empty((side * side, 3))
+        points[:, u], points[:, v], points[:, w] = a.ravel(), b.ravel(), self._middle[w]
         return a, b, points
 
-    figure, axes = _figure((7.0, 6.0))
-    a, b, points = lattice(resolution)
+
+def _draw_size(
+    axes: Any, sources: list[MagneticBody], lattice: _Lattice, side: int, threads: int
+) -> Any:
+    """|B| as colors with iso-lines, and outlines of magnets; what a color bar needs."""
+    from matplotlib.colors import LogNorm
+
+    a, b, points = lattice.points(side)
     size = np.linalg.norm(field(sources, points, threads=threads), axis=1).reshape(a.shape)
     size = np.clip(size, np.quantile(size[size > 0], 0.002), np.quantile(size, 0.998))
     levels = 2.0 ** np.arange(np.floor(np.log2(size.min())), np.ceil(np.log2(size.max())) + 1)
-    from matplotlib.colors import LogNorm
-    from matplotlib.ticker import LogLocator
-
     norm = LogNorm(levels[0], levels[-1])
     shown = axes.pcolormesh(
         1e3 * a, 1e3 * b, size, norm=norm, cmap="viridis", shading="gouraud", rasterized=True
     )
     axes.contour(1e3 * a, 1e3 * b, size, levels=levels, colors="white", linewidths=0.6, alpha=0.7)
-    figure.colorbar(shown, ax=axes, label="|B| [T]", ticks=LogLocator(10, subs=(1.0, 2.0, 5.0)))
     inside = _core.magnetic_depth(sources, points).reshape(a.shape)
     if inside.max() > 0:
         axes.contour(1e3 * a, 1e3 * b, inside, levels=[0.0], colors="black", linewidths=1.6)
-    c, d, points = lattice(arrows)
+    return shown
+
+
+def _draw_arrows(
+    axes: Any, sources: list[MagneticBody], lattice: _Lattice, side: int, threads: int
+) -> None:
+    a, b, points = lattice.points(side)
     vectors = field(sources, points, threads=threads)
-    in_plane = vectors[:, [u, v]] / np.maximum(np.linalg.norm(vectors, axis=1), 1e-300)[:, None]
+    lengths = np.maximum(np.linalg.norm(vectors, axis=1), 1e-300)
+    directions = lattice.within(vectors) / lengths[:, None]
     axes.quiver(
-        1e3 * c.ravel(),
-        1e3 * d.ravel(),
-        in_plane[:, 0],
-        in_plane[:, 1],
+        1e3 * a.ravel(),
+        1e3 * b.ravel(),
+        directions[:, 0],
+        directions[:, 1],
         pivot="mid",
         color="white",
-        scale=1.25 * arrows,
+        scale=1.25 * side,
         width=0.0028,
     )
-    axes.set(xlabel=f"{'xyz'[u]} [mm]", ylabel=f"{'xyz'[v]} [mm]", aspect="equal")
-    return _save(figure, path)
 
 
 @explained

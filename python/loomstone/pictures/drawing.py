@@ -57,8 +57,7 @@ def render_run(
     stop: Callable[[], bool] = lambda: False,
     simulation: Any = None,
 ) -> list[Path]:
-    """Draws all frames of a run into a directory of pictures, several at once; those already there
-    are kept.
+    """Draws all frames of a run, several at once; pictures that are there are kept.
 
     out : directory, default `frames` in that of the run. InvalidInput where it holds pictures drawn
         with other options; again deletes what it holds. Where the run has gone on and automatic
@@ -91,12 +90,10 @@ def render_run(
         )
     else:
         make_directory(directory)
-    wanted = list(range(len(run)) if frames is None else frames)
-    paths = [picture(directory, i) for i in wanted]
-    every = zip(wanted, paths, strict=True)
+    every = [(i, picture(directory, i)) for i in (range(len(run)) if frames is None else frames)]
     missing = [(i, path) for i, path in every if frames is not None or not path.exists()]
     told = progress or (lambda _: None)
-    told(len(wanted) - len(missing))
+    told(len(every) - len(missing))
     jobs = max(1, min(jobs or _core.default_thread_count(), len(missing)))
     if jobs == 1:
         painter = _painter(run, renderer, options, ranges, simulation)
@@ -107,7 +104,7 @@ def render_run(
             told(1)
     else:
         _draw_in_parallel(run, json.dumps([options.to_dict(), ranges]), missing, jobs, told)
-    return paths
+    return [path for _, path in every]
 
 
 def _claim_all(

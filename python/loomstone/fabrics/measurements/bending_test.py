@@ -83,9 +83,10 @@ def cantilever(
         strip_rigidity(material, angle_degrees=angle_degrees),
     )
     expected = overhang_of_elastica(ANGLE) * (rigidity / weight) ** (1 / 3)
+    strip = _Strip(material, angle_degrees, width, across, step)
     length, at_rest, measured = expected, True, rigidity
     for strips in range(1, 7):
-        hanging = _hang(material, length, angle_degrees, width, across, step, threads)
+        hanging = _hang(strip, length, threads)
         at_rest = at_rest and hanging[1]
         measured = weight * (length / overhang_of_elastica(hanging[0])) ** 3
         length = overhang_of_elastica(ANGLE) * (measured / weight) ** (1 / 3)
@@ -150,33 +151,36 @@ def _elastica(tip_angle: float) -> tuple[float, float]:
     return float(found.t_events[0][0]), float(np.arctan2(down, along))
 
 
-def _hang(
-    material: ClothMaterial,
-    length: float,
-    angle_degrees: float,
-    width: float,
-    across: int,
-    step: float,
-    threads: int,
-) -> tuple[float, bool]:
+@dataclass(frozen=True)
+class _Strip:
+    """Of a fabric, cut at an angle to weft; width [m]; mesh cells across; step of the test [s]."""
+
+    material: ClothMaterial
+    angle_degrees: float
+    width: float
+    across: int
+    step: float
+
+
+def _hang(strip: _Strip, length: float, threads: int) -> tuple[float, bool]:
     """Angle of the chord at rest [degrees], and whether it came to rest."""
-    cells = max(16, round(length * across / width))
-    flat = meshes.grid(size=(length * (cells + 1) / cells, width), cells=(cells + 1, across))
+    cells = max(16, round(length * strip.across / strip.width))
+    size = (length * (cells + 1) / cells, strip.width)
+    flat = meshes.grid(size=size, cells=(cells + 1, strip.across))
     vertices = flat.vertices - [
         flat.vertices[:, 0].min() + length / cells,
         0.0,
         0.0,
     ]  # the clamp ends at x = 0
-    turn = np.radians(angle_degrees)
+    turn = np.radians(strip.angle_degrees)
     weft = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
     mesh = TriangleMesh(vertices, flat.triangles, vertices[:, :2] @ weft.T)
     clamped = [int(i) for i in np.flatnonzero(vertices[:, 0] < 1e-9)]
-    scene = Scene(
-        cloths=[Cloth(name="strip", mesh=mesh, material=material, pins=clamped)], collisions=False
-    )
+    cloth = Cloth(name="strip", mesh=mesh, material=strip.material, pins=clamped)
+    scene = Scene(cloths=[cloth], collisions=False)
     simulation = Simulation(
         scene,
-        integrator=SemiImplicitEuler(step=step, bending="implicit", linear_solver="direct"),
+        integrator=SemiImplicitEuler(step=strip.step, bending="implicit", linear_solver="direct"),
         threads=threads,
     )
     rest = bring_to_rest(simulation, ratio=1e-8, drift=1e-5)
