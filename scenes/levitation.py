@@ -21,7 +21,7 @@ render = ls.RenderOptions(
     )
 )
 
-RING = {"radius": 0.02, "inner_radius": 0.011, "height": 0.006}
+RING: dict[str, Any] = {"radius": 0.02, "inner_radius": 0.011, "height": 0.006}
 BALL = 0.003
 
 
