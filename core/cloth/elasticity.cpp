@@ -56,10 +56,12 @@ double Elasticity::bending_eigenvalue(const ClothModel& model) {
   return largest;
 }
 
-void Elasticity::enter_limit_phase(const Team& team, const Points& x, Index begin, Index end) {
-  if (!limit_phase_) return;
+Elasticity::LimitPhaseScope Elasticity::limit_phase(const Team& team, const Points& x, Index begin,
+                                                    Index end) {
+  if (!limit_phase_) return {};
   limit_phase_->enter(team, x, begin, end);
   membrane_.set_phase(limit_phase_->table(), limit_phase_->entered());
+  return LimitPhaseScope(membrane_);
 }
 
 void Elasticity::add_implicit_forces(const Team& team, const Points& x, const Points* v,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "core/cloth/bending/bending.h"
@@ -44,11 +45,25 @@ class Elasticity {
                 double scale_k, Index begin, Index end, const Points* w = nullptr,
                 Points* y = nullptr);
 
-  // Forces and stiffness of rows [begin, end) are from now on those of the phase that each triangle
-  // is in at x. Nothing changes where no strain is limited.
-  void enter_limit_phase(const Team& team, const Points& x, Index begin, Index end);
-  // They are those of the membrane alone again.
-  void leave_limit_phase() { membrane_.set_phase(nullptr, nullptr); }
+  // As long as it lives, forces and stiffness contain the stiff phases near strain limits; its
+  // destructor restores those of the membrane alone. A default-constructed one changes nothing.
+  class [[nodiscard]] LimitPhaseScope {
+   public:
+    LimitPhaseScope() = default;
+    explicit LimitPhaseScope(Membrane& membrane) : membrane_(&membrane) {}
+    LimitPhaseScope(LimitPhaseScope&& other) noexcept
+        : membrane_(std::exchange(other.membrane_, nullptr)) {}
+    LimitPhaseScope& operator=(LimitPhaseScope&&) = delete;
+    ~LimitPhaseScope() {
+      if (membrane_) membrane_->set_phase(nullptr, nullptr);
+    }
+
+   private:
+    Membrane* membrane_ = nullptr;
+  };
+  // The phase of each triangle that touches rows [begin, end) is that of its strain at x. The scope
+  // changes nothing where no strain is limited.
+  LimitPhaseScope limit_phase(const Team& team, const Points& x, Index begin, Index end);
 
   double membrane_energy(const Team& team, const Points& x) { return membrane_.energy(team, x); }
   double bending_energy(const Team& team, const Points& x) const;

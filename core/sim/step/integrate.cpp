@@ -7,18 +7,13 @@ namespace loomstone {
 
 namespace {
 
-// Ends the stiff phase near strain limits whatever becomes of the solve.
-struct EndOfLimitPhase {
-  Elasticity& elasticity;
-  ~EndOfLimitPhase() { elasticity.leave_limit_phase(); }
-};
-
-void enter_limit_phase(const State& state, Engines& engines) {
+Elasticity::LimitPhaseScope limit_phase(const State& state, Engines& engines) {
+  if (!engines.limits_in_solve) return {};
   const Index n = engines.model.cloth.n_vertices;
   const bool all = engines.integrator->asks_energy();
   const Index first = all ? 0 : std::min(engines.layout.begin(), n);
   const Index last = all ? n : std::min(engines.layout.end(), n);
-  engines.elasticity->enter_limit_phase(engines.team, state.cloth.x, first, last);
+  return engines.elasticity->limit_phase(engines.team, state.cloth.x, first, last);
 }
 
 [[noreturn]] void fail_at_vertex(const NewtonFailure& failure, const Model& model,
@@ -37,8 +32,7 @@ Points integrate(const StepContext& part, const Loads& loads, const NearContacts
   const Model& model = engines.model;
   Points body_velocity = loads.body_velocity;
   if (model.cloth.n_vertices == 0) return body_velocity;
-  const EndOfLimitPhase end{*engines.elasticity};
-  if (engines.limits_in_solve) enter_limit_phase(state, engines);
+  const auto phase = limit_phase(state, engines);
   const TermsAt at = [&](const Points& displacement, double time, TermRequest request,
                          ExtraTerms& terms) {
     return terms_at(near, engines, displacement, time, request, terms);
