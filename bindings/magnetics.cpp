@@ -2,10 +2,10 @@
 #include <optional>
 
 #include "bindings/bindings.h"
-#include "core/magnetics/fast_sums/tree_sums.h"
+#include "core/magnetics/fast_sums/treecode.h"
 #include "core/magnetics/field_lines/field_lines.h"
 #include "core/magnetics/forces/cells.h"
-#include "core/magnetics/induction/induction.h"
+#include "core/magnetics/induction/induced_dipoles.h"
 #include "core/magnetics/induction/mutual_inductance.h"
 #include "core/magnetics/sources/axisymmetric.h"
 #include "core/magnetics/sources/polyhedron.h"

@@ -1,6 +1,6 @@
 // Bodies that magnetise in the field they are in.
 #include "bindings/bindings.h"
-#include "core/magnetics/induction/mutual_induction.h"
+#include "core/magnetics/induction/linear_magnetization.h"
 #include "core/mesh/triangle_mesh.h"
 
 namespace loomstone {

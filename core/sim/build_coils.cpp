@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/magnetics/induction/coil_flux.h"
+#include "core/magnetics/induction/flux_linkage.h"
 #include "core/magnetics/induction/mutual_inductance.h"
 #include "core/sim/currents.h"
 #include "core/sim/model/build.h"

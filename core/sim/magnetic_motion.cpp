@@ -5,9 +5,9 @@
 #include <sstream>
 
 #include "core/base/error.h"
-#include "core/magnetics/induction/coil_flux.h"
-#include "core/magnetics/induction/induction.h"
-#include "core/magnetics/induction/mutual_induction.h"
+#include "core/magnetics/induction/flux_linkage.h"
+#include "core/magnetics/induction/induced_dipoles.h"
+#include "core/magnetics/induction/linear_magnetization.h"
 #include "core/sim/model/motion.h"
 
 namespace loomstone {

@@ -1,6 +1,6 @@
 // Field of a rigid source of many parts at many points: the space around it is divided once, in its
 // own axes, into cubes that shrink towards its parts. In each the field of all parts but the
-// nearest is one expansion about its middle, found as in tree_sums.h [GreengardRokhlin1987,
+// nearest is one expansion about its middle, found as in treecode.h [GreengardRokhlin1987,
 // Dehnen2002]; the nearest parts are summed exactly, eight at a time.
 #pragma once
 

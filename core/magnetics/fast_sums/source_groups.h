@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/magnetics/fast_sums/cartesian_expansion.h"
+#include "core/magnetics/fast_sums/taylor_expansion.h"
 #include "core/magnetics/sources/dipoles.h"
 #include "core/magnetics/sources/polyhedron.h"
 

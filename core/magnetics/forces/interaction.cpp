@@ -10,7 +10,7 @@
 #include "core/base/error.h"
 #include "core/magnetics/forces/cells.h"
 #include "core/magnetics/forces/cuboid_pair.h"
-#include "core/magnetics/forces/panel_integral.h"
+#include "core/magnetics/forces/panel_quadrature.h"
 #include "core/magnetics/sources/charged_panels.h"
 #include "core/magnetics/sources/constants.h"
 

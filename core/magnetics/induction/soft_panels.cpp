@@ -6,8 +6,8 @@
 
 #include "core/base/error.h"
 #include "core/magnetics/induction/applied_field.h"
-#include "core/magnetics/induction/soft_body.h"
-#include "core/magnetics/induction/surface_equation.h"
+#include "core/magnetics/induction/boundary_element.h"
+#include "core/magnetics/induction/soft_shape.h"
 #include "core/magnetics/sources/axisymmetric.h"
 #include "core/magnetics/sources/charged_panels.h"
 #include "core/magnetics/sources/constants.h"

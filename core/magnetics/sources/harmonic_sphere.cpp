@@ -72,8 +72,8 @@ std::vector<double> flat(const std::vector<Complex>& c, double scale) {
   return out;
 }
 
-// Sums over the harmonics of degrees up to `highest`, as in multipole.cpp; points inside get the
-// value on the surface.
+// Sums over the harmonics of degrees up to `highest`, as in multipole_expansion.cpp; points inside
+// get the value on the surface.
 template <int components, class Lanes>
 LOOMSTONE_INLINE void evaluate(const double* const* coefficients, const double* factor_a,
                                const double* factor_b, double inverse_radius, const double* points,
@@ -320,8 +320,9 @@ std::vector<PanelSample> HarmonicSphere::charges() const {
   return result;
 }
 
-// With S and R the unnormalised harmonics of multipole.h, S_lm(r - d) = (-1)^(l+m) sum over n of
-// (n+l)! / d^(n+l+1) R_nm for d along +z; below the target (-1)^(n+m) stands for (-1)^(l+m).
+// With S and R the unnormalised harmonics of multipole_expansion.h, S_lm(r - d) = (-1)^(l+m) sum
+// over n of (n+l)! / d^(n+l+1) R_nm for d along +z; below the target (-1)^(n+m) stands for
+// (-1)^(l+m).
 CoaxialTranslation::CoaxialTranslation(double height, int source_degree, double source_radius,
                                        int target_degree, double target_radius)
     : source_degree_(source_degree), target_degree_(target_degree) {

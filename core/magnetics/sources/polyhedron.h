@@ -17,7 +17,7 @@
 #include <mutex>
 #include <optional>
 
-#include "core/magnetics/sources/multipole.h"
+#include "core/magnetics/sources/multipole_expansion.h"
 #include "core/mesh/spatial_query.h"
 #include "core/mesh/triangle_mesh.h"
 

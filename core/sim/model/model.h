@@ -12,7 +12,7 @@
 #include "core/base/types.h"
 #include "core/cloth/cloth_model.h"
 #include "core/collision/model/collision_model.h"
-#include "core/magnetics/induction/soft_body.h"
+#include "core/magnetics/induction/soft_shape.h"
 #include "core/rigid/rigid_body.h"
 #include "core/sim/scene/scene.h"
 

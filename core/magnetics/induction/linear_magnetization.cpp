@@ -1,4 +1,4 @@
-#include "core/magnetics/induction/mutual_induction.h"
+#include "core/magnetics/induction/linear_magnetization.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "core/magnetics/fast_sums/tree_sums.h"
+#include "core/magnetics/fast_sums/treecode.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +8,8 @@
 
 #include "core/base/error.h"
 #include "core/base/simd.h"
-#include "core/magnetics/fast_sums/cartesian_expansion.h"
 #include "core/magnetics/fast_sums/point_tree.h"
+#include "core/magnetics/fast_sums/taylor_expansion.h"
 #include "core/magnetics/sources/constants.h"
 #include "core/magnetics/sources/dipole_kernels.h"
 

@@ -1,5 +1,5 @@
 // Moments and evaluation of solid-harmonic expansions; recurrences as in [Wang1996], section II.
-#include "core/magnetics/sources/multipole.h"
+#include "core/magnetics/sources/multipole_expansion.h"
 
 #include <cmath>
 #include <cstdlib>

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "core/magnetics/induction/soft_body.h"
+#include "core/magnetics/induction/soft_shape.h"
 
 namespace loomstone {
 

@@ -1,4 +1,4 @@
-#include "core/magnetics/induction/coil_flux.h"
+#include "core/magnetics/induction/flux_linkage.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "core/magnetics/induction/soft_body.h"
+#include "core/magnetics/induction/soft_shape.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "core/magnetics/induction/surface_equation.h"
+#include "core/magnetics/induction/boundary_element.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "core/magnetics/fast_sums/cartesian_expansion.h"
+#include "core/magnetics/fast_sums/taylor_expansion.h"
 
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 // A local expansion at one point, powers of x in lanes: sums over powers of z for each power of y,
 // then over these, then over those of x, of the polynomial and its first two derivatives along each
 // axis at once.
-#include "core/magnetics/fast_sums/cartesian_expansion.h"
+#include "core/magnetics/fast_sums/taylor_expansion.h"
 #include "core/magnetics/sources/lane_math.h"
 
 namespace loomstone {

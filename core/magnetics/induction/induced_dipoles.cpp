@@ -1,4 +1,4 @@
-#include "core/magnetics/induction/induction.h"
+#include "core/magnetics/induction/induced_dipoles.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "core/magnetics/forces/panel_integral.h"
+#include "core/magnetics/forces/panel_quadrature.h"
 
 #include <algorithm>
 #include <cmath>
