@@ -169,7 +169,7 @@ void bind_fields(py::module_& m) {
         Wrenches result;
         {
           const py::gil_scoped_release release;
-          result = tolerance ? tree_forces(team, x, own, by, *tolerance)
+          result = tolerance ? treecode_forces(team, x, own, by, *tolerance)
                              : dipole_forces(team, x, own, by);
         }
         return py::make_tuple(result.forces, result.torques);
@@ -187,7 +187,7 @@ void bind_fields(py::module_& m) {
       py::arg("points"), py::arg("moments"), py::arg("threads") = 0);
 }
 
-void bind_tree_sums(py::module_& m) {
+void bind_treecode(py::module_& m) {
   m.def(
       "dipole_tree_field",
       [](const py::object& points, const py::object& moments, const py::object& observers,
@@ -196,7 +196,7 @@ void bind_tree_sums(py::module_& m) {
         const Points x = as_rows<Points>(observers, "observers");
         const Team team = team_of(threads);
         const py::gil_scoped_release release;
-        return tree_field(team, by, x, false, tolerance).field;
+        return treecode_field(team, by, x, false, tolerance).field;
       },
       py::arg("points"), py::arg("moments"), py::arg("observers"), py::arg("tolerance"),
       py::arg("threads") = 0);
@@ -210,7 +210,7 @@ void bind_tree_sums(py::module_& m) {
         Gradients rows;
         {
           const py::gil_scoped_release release;
-          rows = tree_field(team, by, x, true, tolerance).gradient;
+          rows = treecode_field(team, by, x, true, tolerance).gradient;
         }
         return as_tensors(rows);
       },
@@ -363,7 +363,7 @@ void bind_magnetics(py::module_& m) {
   bind_body(m);
   bind_sources(m);
   bind_fields(m);
-  bind_tree_sums(m);
+  bind_treecode(m);
   bind_interactions(m);
   bind_energy(m);
   bind_induction(m);

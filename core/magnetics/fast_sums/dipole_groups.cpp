@@ -37,10 +37,11 @@ DipoleGroups::DipoleGroups(const DipoleSet& dipoles, double radius)
     : radius_(radius),
       positions_(dipoles.positions()),
       moments_(mu0 / (4.0 * pi) * dipoles.moments()),
-      multipoles_(Multipoles::of_dipoles(dipoles.positions(), mu0 * dipoles.moments(), radius)) {}
+      multipoles_(
+          MultipoleExpansion::of_dipoles(dipoles.positions(), mu0 * dipoles.moments(), radius)) {}
 
 // Lanes without a dipole repeat the first without its moment.
-void DipoleGroups::add(const Index* parts, Index n, const CartesianExpansion& expansion,
+void DipoleGroups::add(const Index* parts, Index n, const TaylorExpansion& expansion,
                        const Vec3& centre, double* moments) {
   tables_.resize(tables_.size() + group_size, 0.0);
   double* table = tables_.data() + tables_.size() - group_size;

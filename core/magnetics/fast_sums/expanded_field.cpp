@@ -32,7 +32,7 @@ ExpandedField::ExpandedField(std::unique_ptr<SourceGroups> source, double tolera
   add_cluster(parts, 0, parts.size());
   cubes_.push_back({Vec3::Zero(), reach * source_->radius()});
   divide(0, {0}, std::vector<double>(expansion_.local_size()));
-  locals_.resize(locals_.size() + CartesianExpansion::beyond);
+  locals_.resize(locals_.size() + TaylorExpansion::beyond);
 }
 
 // Halves the parts between equally many, in eights, along the longest axis of their middles' box.

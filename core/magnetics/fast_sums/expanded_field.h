@@ -38,7 +38,7 @@ class ExpandedField {
     Index group = -1;  // of a leaf: its parts
   };
   struct Sorted {
-    std::vector<CartesianExpansion::Far> far;
+    std::vector<TaylorExpansion::Far> far;
     std::vector<Index> near;
   };
 
@@ -49,7 +49,7 @@ class ExpandedField {
                 bool leaf) const;
 
   std::unique_ptr<SourceGroups> source_;
-  CartesianExpansion expansion_;
+  TaylorExpansion expansion_;
   double opening_;
   std::vector<Cluster> clusters_;    // the first holds all parts
   std::vector<double> moments_;      // by clusters

@@ -63,7 +63,7 @@ double FaceGroups::reach(Index part, const Vec3& from) const {
 }
 
 // Lanes without a face repeat the first without its charge.
-void FaceGroups::add(const Index* parts, Index n, const CartesianExpansion& expansion,
+void FaceGroups::add(const Index* parts, Index n, const TaylorExpansion& expansion,
                      const Vec3& centre, double* moments) {
   const GaussRule& rule = gauss_rule(expansion.order() / 2 + 1);
   std::vector<double> positions, charges;

@@ -26,14 +26,14 @@ class SourceGroups {
   virtual Vec3 middle(Index part) const = 0;  // [m]
   virtual double reach(Index part, const Vec3& from) const = 0;  // to its farthest point [m]
   // Makes a group of up to eight parts and adds their moments about `centre`.
-  virtual void add(const Index* parts, Index n, const CartesianExpansion& expansion,
+  virtual void add(const Index* parts, Index n, const TaylorExpansion& expansion,
                    const Vec3& centre, double* moments) = 0;
   // mu0 H [T] and its gradient (xx, xy, xz, yy, yz, zz) [T/m] of groups, in the order of their
   // making, at one point.
   virtual void sum(const Index* groups, Index n, const double* point, double* field,
                    double* gradient) const = 0;
   // Of all parts, for points beyond 2 radii.
-  virtual const Multipoles& multipoles() const = 0;
+  virtual const MultipoleExpansion& multipoles() const = 0;
   // How many groups take about as long as an expansion.
   virtual Index few() const = 0;
   // The quickest first; the last has the least error, 3e-7.
@@ -48,11 +48,11 @@ class FaceGroups final : public SourceGroups {
   double radius() const override { return mesh_->radius(); }
   Vec3 middle(Index part) const override;
   double reach(Index part, const Vec3& from) const override;
-  void add(const Index* parts, Index n, const CartesianExpansion& expansion, const Vec3& centre,
+  void add(const Index* parts, Index n, const TaylorExpansion& expansion, const Vec3& centre,
            double* moments) override;
   void sum(const Index* groups, Index n, const double* point, double* field,
            double* gradient) const override;
-  const Multipoles& multipoles() const override { return mesh_->multipoles(); }
+  const MultipoleExpansion& multipoles() const override { return mesh_->multipoles(); }
   Index few() const override { return 8; }
   std::vector<ExpansionSetting> settings() const override;
 
@@ -69,11 +69,11 @@ class DipoleGroups final : public SourceGroups {
   double radius() const override { return radius_; }
   Vec3 middle(Index part) const override { return positions_.row(part).transpose(); }
   double reach(Index part, const Vec3& from) const override { return (middle(part) - from).norm(); }
-  void add(const Index* parts, Index n, const CartesianExpansion& expansion, const Vec3& centre,
+  void add(const Index* parts, Index n, const TaylorExpansion& expansion, const Vec3& centre,
            double* moments) override;
   void sum(const Index* groups, Index n, const double* point, double* field,
            double* gradient) const override;
-  const Multipoles& multipoles() const override { return multipoles_; }
+  const MultipoleExpansion& multipoles() const override { return multipoles_; }
   Index few() const override { return 32; }
   std::vector<ExpansionSetting> settings() const override;
 
@@ -81,7 +81,7 @@ class DipoleGroups final : public SourceGroups {
   double radius_;
   Points positions_, moments_;  // moments times mu0 / 4 pi [m], [T m^3]
   std::vector<double> tables_;  // by groups
-  Multipoles multipoles_;
+  MultipoleExpansion multipoles_;
 };
 
 }  // namespace loomstone

@@ -9,9 +9,9 @@ namespace loomstone {
 
 namespace {
 
-using Power = CartesianExpansion::Power;
-using Derivative = CartesianExpansion::Derivative;
-using Trace = CartesianExpansion::Trace;
+using Power = TaylorExpansion::Power;
+using Derivative = TaylorExpansion::Derivative;
+using Trace = TaylorExpansion::Trace;
 
 constexpr int most_places = 680;  // of order 14
 constexpr int most_slim = 225;
@@ -94,7 +94,7 @@ LOOMSTONE_INLINE void lane_derivatives(const Derivative* steps, int n_steps, con
 template <class Lanes>
 LOOMSTONE_INLINE void far_kernel(const Derivative* steps, int n_steps, const Trace* traces,
                                  int n_traces, const std::uint16_t* products, const int* slim,
-                                 const int* ends, int order, const CartesianExpansion::Far* far,
+                                 const int* ends, int order, const TaylorExpansion::Far* far,
                                  Index n, double* local) {
   Lanes d[most_places], m[most_slim], sums[most_slim];
   const int n_slim = ends[order - 1];
@@ -164,7 +164,7 @@ LOOMSTONE_INLINE void evaluate_kernel(const Power* powers, const int* const* nex
 
 }  // namespace
 
-CartesianExpansion::CartesianExpansion(int order) : order_(order) {
+TaylorExpansion::TaylorExpansion(int order) : order_(order) {
   struct Exponents {
     int n[3];
   };
@@ -242,7 +242,7 @@ CartesianExpansion::CartesianExpansion(int order) : order_(order) {
   }
 }
 
-void CartesianExpansion::add_folded(double* all, double* moments) const {
+void TaylorExpansion::add_folded(double* all, double* moments) const {
   for (auto trace = traces_.rbegin(); trace != traces_.rend(); ++trace) {
     all[trace->first] -= all[trace->target];
     all[trace->second] -= all[trace->target];
@@ -250,8 +250,8 @@ void CartesianExpansion::add_folded(double* all, double* moments) const {
   for (std::size_t i = 0; i < slim_.size(); ++i) moments[i] += all[slim_[i]];
 }
 
-void CartesianExpansion::add_dipoles(const double* positions, const double* dipoles, Index n,
-                                     const Vec3& centre, double* moments) const {
+void TaylorExpansion::add_dipoles(const double* positions, const double* dipoles, Index n,
+                                  const Vec3& centre, double* moments) const {
   double all[most_places];
   const int* next[3] = {next_[0].data(), next_[1].data(), next_[2].data()};
   LOOMSTONE_WIDEST(dipole_kernel)(powers_.data(), next, n_powers_[0], local_size(), positions,
@@ -259,22 +259,21 @@ void CartesianExpansion::add_dipoles(const double* positions, const double* dipo
   add_folded(all, moments);
 }
 
-void CartesianExpansion::add_charges(const double* positions, const double* charges, Index n,
-                                     const Vec3& centre, double* moments) const {
+void TaylorExpansion::add_charges(const double* positions, const double* charges, Index n,
+                                  const Vec3& centre, double* moments) const {
   double all[most_places];
   LOOMSTONE_WIDEST(charge_kernel)(powers_.data(), local_size(), positions, charges, n,
                                   centre.data(), all);
   add_folded(all, moments);
 }
 
-void CartesianExpansion::shift_powers(const Vec3& shift, double* powers) const {
+void TaylorExpansion::shift_powers(const Vec3& shift, double* powers) const {
   powers[0] = 1.0;
   for (int i = 1; i < local_size(); ++i)
     powers[i] = powers[powers_[i].before] * shift[powers_[i].axis] * powers_[i].share;
 }
 
-void CartesianExpansion::add_moments(const double* child, const Vec3& shift,
-                                     double* moments) const {
+void TaylorExpansion::add_moments(const double* child, const Vec3& shift, double* moments) const {
   double powers[most_places], all[most_places];
   shift_powers(shift, powers);
   std::fill_n(all, local_size(), 0.0);
@@ -282,26 +281,26 @@ void CartesianExpansion::add_moments(const double* child, const Vec3& shift,
   add_folded(all, moments);
 }
 
-void CartesianExpansion::add_far(const Far* far, Index n, double* local) const {
+void TaylorExpansion::add_far(const Far* far, Index n, double* local) const {
   LOOMSTONE_WIDEST(far_kernel)(derivatives_.data(), static_cast<int>(derivatives_.size()),
                                derivative_traces_.data(),
                                static_cast<int>(derivative_traces_.size()), products_.data(),
                                slim_.data(), slim_ends_.data(), order_, far, n, local);
 }
 
-void CartesianExpansion::complete(double* local) const {
+void TaylorExpansion::complete(double* local) const {
   for (const Trace& trace : traces_)
     local[trace.target] = -local[trace.first] - local[trace.second];
 }
 
-void CartesianExpansion::add_local(const double* parent, const Vec3& shift, double* local) const {
+void TaylorExpansion::add_local(const double* parent, const Vec3& shift, double* local) const {
   double powers[most_places];
   shift_powers(shift, powers);
   for (const Shift& s : local_shifts_) local[s.target] += parent[s.source] * powers[s.power];
 }
 
-void CartesianExpansion::evaluate(const double* local, const Vec3& centre, const double* points,
-                                  Index n, double* field, double* gradient) const {
+void TaylorExpansion::evaluate(const double* local, const Vec3& centre, const double* points,
+                               Index n, double* field, double* gradient) const {
   const int* next[3] = {next_[0].data(), next_[1].data(), next_[2].data()};
   LOOMSTONE_WIDEST(evaluate_kernel)(powers_.data(), next, n_powers_, local, centre.data(), points,
                                     n, field, gradient);

@@ -17,7 +17,7 @@
 
 namespace loomstone {
 
-class CartesianExpansion {
+class TaylorExpansion {
  public:
   static constexpr int highest_order = 14;
 
@@ -38,7 +38,7 @@ class CartesianExpansion {
     int target, source, power;
   };
 
-  explicit CartesianExpansion(int order);  // 3 ... highest_order
+  explicit TaylorExpansion(int order);  // 3 ... highest_order
 
   int order() const { return order_; }
   int moments_size() const { return static_cast<int>(slim_.size()); }  // z <= 1, by degree

@@ -8,7 +8,7 @@ namespace loomstone {
 
 namespace {
 
-constexpr int most_powers = CartesianExpansion::highest_order + 1;
+constexpr int most_powers = TaylorExpansion::highest_order + 1;
 constexpr int below = 2;  // zeros that stand for powers -2 and -1
 
 // x^k / k! at k + below.
@@ -83,12 +83,12 @@ LOOMSTONE_INLINE void point_kernel(const double* rows, int order, const double* 
 
 }  // namespace
 
-void CartesianExpansion::pack(const double* local, double* rows) const {
+void TaylorExpansion::pack(const double* local, double* rows) const {
   for (const int place : rows_) *rows++ = local[place];
 }
 
-void CartesianExpansion::evaluate_at(const double* rows, const Vec3& centre, const double* point,
-                                     double* field, double* gradient) const {
+void TaylorExpansion::evaluate_at(const double* rows, const Vec3& centre, const double* point,
+                                  double* field, double* gradient) const {
   const double at[3] = {point[0] - centre[0], point[1] - centre[1], point[2] - centre[2]};
   LOOMSTONE_WIDEST(point_kernel)(rows, order_, at, field, gradient);
 }

@@ -55,7 +55,7 @@ struct SourceTree {
   std::vector<double> expansions;  // by cells
   int stride = 0;
 
-  void expand(const Team& team, const CartesianExpansion& expansion) {
+  void expand(const Team& team, const TaylorExpansion& expansion) {
     if (stride == expansion.moments_size()) return;  // of this order already
     stride = expansion.moments_size();
     expansions.assign(tree.cells.size() * stride, 0.0);
@@ -90,7 +90,7 @@ struct SourceTree {
 // What a leaf of observers is given: its places in the order of the tree, expansion and near
 // dipoles.
 struct LeafSums {
-  const CartesianExpansion& expansion;
+  const TaylorExpansion& expansion;
   const PointCell& cell;
   const double* local;
   const double *positions, *moments;
@@ -102,7 +102,7 @@ struct LeafSums {
 template <class Write>
 class Descent {
  public:
-  Descent(const CartesianExpansion& expansion, const SourceTree& by, const PointTree& observers,
+  Descent(const TaylorExpansion& expansion, const SourceTree& by, const PointTree& observers,
           double opening, const std::vector<std::uint8_t>& chosen, const Write& write)
       : expansion_(expansion),
         by_(by),
@@ -141,7 +141,7 @@ class Descent {
   };
   struct Scratch {
     std::vector<Index> open, near, deferred;
-    std::vector<CartesianExpansion::Far> far;
+    std::vector<TaylorExpansion::Far> far;
     std::vector<double> positions, moments;
   };
 
@@ -215,7 +215,7 @@ class Descent {
                     static_cast<Index>(s.positions.size() / 3)});
   }
 
-  const CartesianExpansion& expansion_;
+  const TaylorExpansion& expansion_;
   const SourceTree& by_;
   const PointTree& observers_;
   double opening_;
@@ -315,14 +315,14 @@ struct LeafValues {
 
 }  // namespace
 
-TreeField tree_field(const Team& team, const DipoleSet& by, const ConstPointsRef& points,
-                     bool gradient, double tolerance) {
+TreecodeField treecode_field(const Team& team, const DipoleSet& by, const ConstPointsRef& points,
+                             bool gradient, double tolerance) {
   check_tolerance(tolerance);
   check_points(points, "points");
   const Index n = static_cast<Index>(points.rows());
   const SourcePtr set(SourcePtr(), &by);
   const std::vector<MagneticBody> body{{set, {}}};
-  const auto directly = [&](const ConstPointsRef& rows) -> TreeField {
+  const auto directly = [&](const ConstPointsRef& rows) -> TreecodeField {
     return {magnetic_field(team, body, rows, "B"),
             gradient ? magnetic_gradient(team, body, rows) : Gradients(), 0.0, 0};
   };
@@ -330,13 +330,13 @@ TreeField tree_field(const Team& team, const DipoleSet& by, const ConstPointsRef
   const std::vector<Index> samples = samples_of(n);
   Points sampled(samples.size(), 3);
   for (std::size_t i = 0; i < samples.size(); ++i) sampled.row(i) = points.row(samples[i]);
-  const TreeField direct = directly(sampled);
+  const TreecodeField direct = directly(sampled);
   SourceTree source = source_tree(by);
   const PointTree tree = make_point_tree(points, leaf_size);
   const Points x = ordered(points, tree);
-  TreeField result{Points(n, 3), gradient ? Gradients(n, 9) : Gradients(), 0.0, 0};
+  TreecodeField result{Points(n, 3), gradient ? Gradients(n, 9) : Gradients(), 0.0, 0};
   const auto pass = [&](const Setting& setting, const std::vector<std::uint8_t>& cells) {
-    const CartesianExpansion expansion(setting.order);
+    const TaylorExpansion expansion(setting.order);
     source.expand(team, expansion);
     const auto write = [&](const LeafSums& leaf) {
       LeafValues v;
@@ -367,8 +367,8 @@ TreeField tree_field(const Team& team, const DipoleSet& by, const ConstPointsRef
   return result;
 }
 
-Wrenches tree_forces(const Team& team, const Points& positions, const Points& moments,
-                     const DipoleSet& by, double tolerance) {
+Wrenches treecode_forces(const Team& team, const Points& positions, const Points& moments,
+                         const DipoleSet& by, double tolerance) {
   check_tolerance(tolerance);
   const Index n = static_cast<Index>(positions.rows());
   if (few(by, n)) return dipole_forces(team, positions, moments, by);
@@ -381,7 +381,7 @@ Wrenches tree_forces(const Team& team, const Points& positions, const Points& mo
   const Points x = ordered(positions, tree), own = ordered(moments, tree);
   Wrenches result{Points(n, 3), Points(n, 3), Vector(n)};
   const auto pass = [&](const Setting& setting, const std::vector<std::uint8_t>& cells) {
-    const CartesianExpansion expansion(setting.order);
+    const TaylorExpansion expansion(setting.order);
     source.expand(team, expansion);
     const auto write = [&](const LeafSums& leaf) {
       LeafValues v;

@@ -19,7 +19,7 @@ namespace loomstone {
 // Pairs up to which sums are direct.
 inline constexpr double most_direct_pairs = 6e7;
 
-struct TreeField {
+struct TreecodeField {
   Points field;        // (n x 3) B [T]
   Gradients gradient;  // (n x 9) dB_i/dx_j [T/m], empty where it is not wanted
   double error = 0.0;  // as found, relative [1]
@@ -28,11 +28,11 @@ struct TreeField {
 
 // Field of the dipoles of `by` at points (n x 3); a dipole at a point adds nothing there. tolerance
 // in [1e-10, 0.1].
-TreeField tree_field(const Team& team, const DipoleSet& by, const ConstPointsRef& points,
-                     bool gradient, double tolerance);
+TreecodeField treecode_field(const Team& team, const DipoleSet& by, const ConstPointsRef& points,
+                             bool gradient, double tolerance);
 
 // As dipole_forces(): (6.10) and (6.11) on dipoles by those of `by`.
-Wrenches tree_forces(const Team& team, const Points& positions, const Points& moments,
-                     const DipoleSet& by, double tolerance);
+Wrenches treecode_forces(const Team& team, const Points& positions, const Points& moments,
+                         const DipoleSet& by, double tolerance);
 
 }  // namespace loomstone

@@ -116,9 +116,9 @@ Vector without_sum(const Vector& fluxes, const Vector& areas) {
 
 using Lu = Eigen::PartialPivLU<DenseMatrix>;
 
-class CuboidFlux final : public SurfaceFlux {
+class CuboidBoundaryElements final : public BoundaryElements {
  public:
-  CuboidFlux(const Team& team, const std::vector<FlatPanel>& panels)
+  CuboidBoundaryElements(const Team& team, const std::vector<FlatPanel>& panels)
       : n_(static_cast<Index>(panels.size()) / 8) {
     areas_.resize(n_);
     std::vector<Rectangle> rectangles;
@@ -186,9 +186,9 @@ class CuboidFlux final : public SurfaceFlux {
   std::array<DenseMatrix, 8> flux_;
 };
 
-class MeshFlux final : public SurfaceFlux {
+class MeshBoundaryElements final : public BoundaryElements {
  public:
-  MeshFlux(const Team& team, const std::vector<FlatPanel>& panels) {
+  MeshBoundaryElements(const Team& team, const std::vector<FlatPanel>& panels) {
     const auto n = static_cast<Index>(panels.size());
     flux_.resize(n, n);
     areas_.resize(n);
@@ -248,12 +248,14 @@ class MeshFlux final : public SurfaceFlux {
 
 }  // namespace
 
-std::unique_ptr<SurfaceFlux> cuboid_flux(const Team& team, const std::vector<FlatPanel>& panels) {
-  return std::make_unique<CuboidFlux>(team, panels);
+std::unique_ptr<BoundaryElements> cuboid_boundary_elements(const Team& team,
+                                                           const std::vector<FlatPanel>& panels) {
+  return std::make_unique<CuboidBoundaryElements>(team, panels);
 }
 
-std::unique_ptr<SurfaceFlux> mesh_flux(const Team& team, const std::vector<FlatPanel>& panels) {
-  return std::make_unique<MeshFlux>(team, panels);
+std::unique_ptr<BoundaryElements> mesh_boundary_elements(const Team& team,
+                                                         const std::vector<FlatPanel>& panels) {
+  return std::make_unique<MeshBoundaryElements>(team, panels);
 }
 
 }  // namespace loomstone

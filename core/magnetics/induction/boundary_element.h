@@ -20,9 +20,9 @@ using DenseMatrix = Eigen::MatrixXd;
 
 // Flux of each panel's unit charge through all others, (targets x sources) [m^2]; constant for a
 // shape.
-class SurfaceFlux {
+class BoundaryElements {
  public:
-  virtual ~SurfaceFlux() = default;
+  virtual ~BoundaryElements() = default;
   // Factors of the equation, and its solution: charges from the fluxes of the applied field through
   // the panels.
   class Factors {
@@ -35,9 +35,11 @@ class SurfaceFlux {
 
 // Rectangles in the order of cuboid_panels: closed forms [Akoun1984], and an equation for each of
 // the eight symmetries of the body, an eighth as large.
-std::unique_ptr<SurfaceFlux> cuboid_flux(const Team& team, const std::vector<FlatPanel>& panels);
+std::unique_ptr<BoundaryElements> cuboid_boundary_elements(const Team& team,
+                                                           const std::vector<FlatPanel>& panels);
 // Triangles of a closed surface: exact fields at points of the others. A panel's own share follows
 // from Gauss' law, which stands for the curvature of what the panels approach, too.
-std::unique_ptr<SurfaceFlux> mesh_flux(const Team& team, const std::vector<FlatPanel>& panels);
+std::unique_ptr<BoundaryElements> mesh_boundary_elements(const Team& team,
+                                                         const std::vector<FlatPanel>& panels);
 
 }  // namespace loomstone

@@ -24,7 +24,7 @@ constexpr Index most_panels = 8000;    // of a mesh: a matrix of 0.5 GB
 // One grid on the surface, its equation, and its share of the answer.
 struct Grid {
   std::vector<FlatPanel> panels;
-  std::shared_ptr<const SurfaceFlux> flux;
+  std::shared_ptr<const BoundaryElements> flux;
   double share = 1.0;
 };
 
@@ -130,7 +130,7 @@ class SoftPanels final : public SoftShape {
  private:
   std::shared_ptr<const PanelForm> form_;
   double susceptibility_;
-  std::vector<std::unique_ptr<SurfaceFlux::Factors>> factors_;
+  std::vector<std::unique_ptr<BoundaryElements::Factors>> factors_;
 };
 
 SoftShapePtr panels_of(PanelForm form, double susceptibility) {
@@ -184,7 +184,7 @@ SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibili
   for (std::size_t g = 0; g < counts.size(); ++g) {
     Grid grid;
     grid.panels = cuboid_panels(size, counts[g], focus);
-    grid.flux = cuboid_flux(team, grid.panels);
+    grid.flux = cuboid_boundary_elements(team, grid.panels);
     grid.share = shares[static_cast<Eigen::Index>(g)];
     form.grids.push_back(std::move(grid));
   }
@@ -214,7 +214,7 @@ SoftShapePtr soft_cylinder(const Team& team, double radius, double height, doubl
       throw InvalidInput("panels must be at most " + std::to_string(most_panels) + ", got " +
                          std::to_string(grid.panels.size()) + " on a cylinder with " +
                          std::to_string(cells) + " cells; take fewer");
-    grid.flux = mesh_flux(team, grid.panels);
+    grid.flux = mesh_boundary_elements(team, grid.panels);
     grid.share = shares[static_cast<Eigen::Index>(g)];
     form.grids.push_back(std::move(grid));
   }
@@ -234,7 +234,7 @@ SoftMesh soft_mesh(const Team& team, const TriangleMesh& mesh, double susceptibi
   form.volume = solid.source->moment().norm() * mu0;
   Grid grid;
   grid.panels = mesh_panels(mesh.moved(-solid.pose.position), panels);
-  grid.flux = mesh_flux(team, grid.panels);
+  grid.flux = mesh_boundary_elements(team, grid.panels);
   form.grids.push_back(std::move(grid));
   return {panels_of(std::move(form), susceptibility), solid.pose};
 }

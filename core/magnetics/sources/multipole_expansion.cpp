@@ -11,8 +11,8 @@ namespace loomstone {
 
 namespace {
 
-constexpr int top = Multipoles::degree + 2;      // the gradient's highest degree
-constexpr int size = (top + 1) * (top + 2) / 2;  // harmonics with m >= 0
+constexpr int top = MultipoleExpansion::degree + 2;  // the gradient's highest degree
+constexpr int size = (top + 1) * (top + 2) / 2;      // harmonics with m >= 0
 constexpr int slot(int l, int m) { return l * (l + 1) / 2 + m; }
 
 using Coefficients = std::vector<std::complex<double>>;
@@ -21,10 +21,10 @@ using Coefficients = std::vector<std::complex<double>>;
 void regular_harmonics(const Vec3& r, Coefficients& out) {
   const std::complex<double> xy(r.x(), r.y());
   const double square = r.squaredNorm();
-  for (int m = 0; m <= Multipoles::degree; ++m) {
+  for (int m = 0; m <= MultipoleExpansion::degree; ++m) {
     out[slot(m, m)] = m == 0 ? 1.0 : xy / (2.0 * m) * out[slot(m - 1, m - 1)];
-    if (m < Multipoles::degree) out[slot(m + 1, m)] = r.z() * out[slot(m, m)];
-    for (int l = m + 2; l <= Multipoles::degree; ++l)
+    if (m < MultipoleExpansion::degree) out[slot(m + 1, m)] = r.z() * out[slot(m, m)];
+    for (int l = m + 2; l <= MultipoleExpansion::degree; ++l)
       out[slot(l, m)] =
           ((2.0 * l - 1.0) * r.z() * out[slot(l - 1, m)] - square * out[slot(l - 2, m)]) /
           double((l + m) * (l - m));
@@ -119,18 +119,18 @@ LOOMSTONE_INLINE void evaluate(const double* const* coefficients, double inverse
 template <class Lanes>
 LOOMSTONE_INLINE void field_kernel(const double* const* coefficients, double inverse_radius,
                                    const double* points, Index n, double* out) {
-  evaluate<3, Lanes>(coefficients, inverse_radius, points, n, Multipoles::degree + 1, out);
+  evaluate<3, Lanes>(coefficients, inverse_radius, points, n, MultipoleExpansion::degree + 1, out);
 }
 
 template <class Lanes>
 LOOMSTONE_INLINE void gradient_kernel(const double* const* coefficients, double inverse_radius,
                                       const double* points, Index n, double* out) {
-  evaluate<6, Lanes>(coefficients, inverse_radius, points, n, Multipoles::degree + 2, out);
+  evaluate<6, Lanes>(coefficients, inverse_radius, points, n, MultipoleExpansion::degree + 2, out);
 }
 
 // Adds c conj(h) for each harmonic of h, twice where m > 0, as -m counts there.
 void add_moments(double c, const Coefficients& h, Coefficients& moments) {
-  for (int l = 0; l <= Multipoles::degree; ++l)
+  for (int l = 0; l <= MultipoleExpansion::degree; ++l)
     for (int m = 0; m <= l; ++m)
       moments[slot(l, m)] += c * (m == 0 ? 1.0 : 2.0) * std::conj(h[slot(l, m)]);
 }
@@ -149,7 +149,7 @@ Coefficients moments_of(const Points& positions, const Vector& charges, double r
 Coefficients along(const Coefficients& harmonics, const Vec3& direction) {
   const std::complex<double> i(0.0, 1.0);
   Coefficients d(size);
-  for (int l = 1; l <= Multipoles::degree; ++l) {
+  for (int l = 1; l <= MultipoleExpansion::degree; ++l) {
     for (int m = 0; m <= l; ++m) {
       const auto at = [&](int order) -> std::complex<double> {
         if (order < 0) return -std::conj(harmonics[slot(l - 1, -order)]);  // R_l-1 = -conj(R_l1)
@@ -165,19 +165,22 @@ Coefficients along(const Coefficients& harmonics, const Vec3& direction) {
 
 }  // namespace
 
-Multipoles::Multipoles(const Points& positions, const Vector& charges, double radius)
-    : Multipoles(moments_of(positions, charges, radius), radius) {}
+MultipoleExpansion::MultipoleExpansion(const Points& positions, const Vector& charges,
+                                       double radius)
+    : MultipoleExpansion(moments_of(positions, charges, radius), radius) {}
 
-Multipoles Multipoles::of_dipoles(const Points& positions, const Points& moments, double radius) {
+MultipoleExpansion MultipoleExpansion::of_dipoles(const Points& positions, const Points& moments,
+                                                  double radius) {
   Coefficients sums(size), harmonics(size);
   for (Eigen::Index i = 0; i < positions.rows(); ++i) {
     regular_harmonics(positions.row(i).transpose() / radius, harmonics);
     add_moments(1.0, along(harmonics, moments.row(i).transpose() / radius), sums);
   }
-  return Multipoles(std::move(sums), radius);
+  return MultipoleExpansion(std::move(sums), radius);
 }
 
-Multipoles::Multipoles(std::vector<std::complex<double>> moments, double radius) : radius_(radius) {
+MultipoleExpansion::MultipoleExpansion(std::vector<std::complex<double>> moments, double radius)
+    : radius_(radius) {
   moments[0] = 0.0;  // a magnet has no net charge
   const double scale = 1.0 / (4.0 * pi * radius * radius);
   int k = 0;
@@ -191,12 +194,12 @@ Multipoles::Multipoles(std::vector<std::complex<double>> moments, double radius)
   }
 }
 
-void Multipoles::field_block(const double* points, Index n, double* field) const {
+void MultipoleExpansion::field_block(const double* points, Index n, double* field) const {
   const double* coefficients[3] = {field_[0].data(), field_[1].data(), field_[2].data()};
   LOOMSTONE_WIDEST(field_kernel)(coefficients, 1.0 / radius_, points, n, field);
 }
 
-void Multipoles::gradient_block(const double* points, Index n, double* gradient) const {
+void MultipoleExpansion::gradient_block(const double* points, Index n, double* gradient) const {
   const double* coefficients[6];
   for (int c = 0; c < 6; ++c) coefficients[c] = gradient_[c].data();
   LOOMSTONE_WIDEST(gradient_kernel)(coefficients, 1.0 / radius_, points, n, gradient);

@@ -14,7 +14,7 @@
 
 namespace loomstone {
 
-class Multipoles {
+class MultipoleExpansion {
  public:
   // Beyond this many radii of the source the expansion is used.
   static constexpr double near = 4.0;
@@ -22,10 +22,11 @@ class Multipoles {
 
   // charges [T m^2] (mu0 times magnetic charge) at positions (n x 3) [m] inside the ball of
   // `radius` [m] about the origin.
-  Multipoles(const Points& positions, const Vector& charges, double radius);
+  MultipoleExpansion(const Points& positions, const Vector& charges, double radius);
 
   // The same of dipoles, moments times mu0 (n x 3) [T m^3].
-  static Multipoles of_dipoles(const Points& positions, const Points& moments, double radius);
+  static MultipoleExpansion of_dipoles(const Points& positions, const Points& moments,
+                                       double radius);
 
   // mu0 H [T] or its gradient [T/m] of one block; points nearer than 2 radii get no sensible value,
   // beyond them to 1e-6, beyond near * radius to rounding.
@@ -33,7 +34,7 @@ class Multipoles {
   void gradient_block(const double* points, Index n, double* gradient) const;
 
  private:
-  Multipoles(std::vector<std::complex<double>> moments, double radius);
+  MultipoleExpansion(std::vector<std::complex<double>> moments, double radius);
 
   double radius_;
   // Coefficients (real, imaginary) in triangles l = 0 ... degree + 2, m = 0 ... l; lengths in units

@@ -150,7 +150,7 @@ Polyhedron::Polyhedron(Points vertices, Triangles triangles, const Vec3& polariz
 
 Vec3 Polyhedron::moment() const { return polarization_ * volume_ / mu0; }
 
-const Multipoles& Polyhedron::multipoles() const {
+const MultipoleExpansion& Polyhedron::multipoles() const {
   std::call_once(once_, [&] {
     std::vector<Vec3> positions;
     std::vector<double> charges;
@@ -188,7 +188,7 @@ void Polyhedron::near_field(const double* points, Index n, Quantity quantity, do
 
 void Polyhedron::field_block(const double* points, Index n, Quantity quantity,
                              double* field) const {
-  const double bound = Multipoles::near * Multipoles::near * radius_ * radius_;
+  const double bound = MultipoleExpansion::near * MultipoleExpansion::near * radius_ * radius_;
   split_block(
       points, n, 3, field,
       [&](double x, double y, double z) { return x * x + y * y + z * z < bound; },
@@ -197,7 +197,7 @@ void Polyhedron::field_block(const double* points, Index n, Quantity quantity,
 }
 
 void Polyhedron::gradient_block(const double* points, Index n, double* gradient) const {
-  const double bound = Multipoles::near * Multipoles::near * radius_ * radius_;
+  const double bound = MultipoleExpansion::near * MultipoleExpansion::near * radius_ * radius_;
   split_block(
       points, n, 6, gradient,
       [&](double x, double y, double z) { return x * x + y * y + z * z < bound; },

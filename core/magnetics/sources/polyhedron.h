@@ -42,7 +42,7 @@ class Polyhedron : public Source {
   const Vec3& polarization() const { return polarization_; }  // J [T]
   double volume() const { return volume_; }                   // [m^3]
   // Of its charge, made when first asked for.
-  const Multipoles& multipoles() const;
+  const MultipoleExpansion& multipoles() const;
 
  protected:
   Polyhedron(Points vertices, Triangles triangles, const Vec3& polarization);
@@ -60,7 +60,7 @@ class Polyhedron : public Source {
   std::vector<double> edges_;  // (k x 14) two ends, length, sum of charge/4pi times m, the same
                                // times n with the edge's sense
   mutable std::once_flag once_;
-  mutable std::optional<Multipoles> far_;
+  mutable std::optional<MultipoleExpansion> far_;
   mutable std::once_flag query_once_;
   mutable std::optional<SpatialQuery> query_;
 };
