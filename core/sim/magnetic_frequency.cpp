@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/magnetics/sources/charged_panels.h"
 #include "core/sim/magnetic_motion.h"
 #include "core/sim/model/motion.h"
 
@@ -52,9 +51,9 @@ double MagneticMotion::frequency(const Team& team, const RigidState& state,
           spheres.back().moment.norm() / static_cast<double>(coarse[i].positions->rows());
       continue;
     }
-    const SourcePtr &source = magnets[i].source, even = even_source(source);
+    const SourcePtr &source = magnets[i].source, panel_means = source->panel_means();
     double moment = source->induced() ? spread(source) : magnets[i].moment().norm();
-    if (even != source) moment = std::min(moment, spread(even));
+    if (panel_means) moment = std::min(moment, spread(panel_means));
     coarse[i].moment = 1.75 * moment / static_cast<double>(coarse[i].positions->rows());
   }
   std::vector<Index> groups = groups_;

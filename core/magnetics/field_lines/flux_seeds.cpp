@@ -7,11 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/magnetics/field_lines/field_lines.h"
-#include "core/magnetics/sources/axisymmetric.h"
 #include "core/magnetics/sources/constants.h"
-#include "core/magnetics/sources/harmonic_sphere.h"
-#include "core/magnetics/sources/polyline.h"
-#include "core/magnetics/sources/sphere.h"
 
 namespace loomstone {
 
@@ -74,9 +70,9 @@ std::vector<Piece> panel_pieces(const std::vector<Panel>& panels, int n) {
 }
 
 // The fan of triangles from the mean of its vertices to a closed line.
-std::vector<Piece> fan_pieces(const Polyline& line, int n) {
+std::vector<Piece> fan_pieces(const std::vector<Panel>& segments, int n) {
   std::vector<Panel> fan;
-  for (const Panel& segment : line.panels()) {
+  for (const Panel& segment : segments) {
     Panel triangle;
     triangle.shape = Panel::Shape::triangle;
     triangle.b = 0.98 * segment.a;
@@ -87,16 +83,11 @@ std::vector<Piece> fan_pieces(const Polyline& line, int n) {
 }
 
 std::vector<Piece> pieces_of(const Source& source, int n) {
-  if (source.box()) {
-    if (dynamic_cast<const Sphere*>(&source) || dynamic_cast<const HarmonicSphere*>(&source))
-      return sphere_pieces(source.radius(), n);
-    return panel_pieces(source.surface(), n);
-  }
-  if (const auto* loop = dynamic_cast<const Loop*>(&source)) return disc_pieces(loop->radius(), n);
-  if (const auto* solenoid = dynamic_cast<const Solenoid*>(&source))
-    return disc_pieces(solenoid->coil_radius(), n);
-  if (const auto* line = dynamic_cast<const Polyline*>(&source); line && line->closed())
-    return fan_pieces(*line, n);
+  if (source.spherical()) return sphere_pieces(source.radius(), n);
+  if (source.box()) return panel_pieces(source.surface(), n);
+  if (const auto winding = source.winding()) return disc_pieces(winding->radius, n);
+  const std::vector<Panel> line = source.panels();
+  if (!line.empty() && source.steady()) return fan_pieces(line, n);
   return {};
 }
 

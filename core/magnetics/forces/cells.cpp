@@ -12,8 +12,8 @@ namespace {
 
 constexpr std::size_t most_cells = 4000000;
 
-const CellMagnet& cells_of(const MagneticBody& body) {
-  const auto* magnet = dynamic_cast<const CellMagnet*>(body.source.get());
+const CellMagnet& checked_cells(const MagneticBody& body) {
+  const CellMagnet* magnet = cells_of(body);
   if (!magnet) throw InvalidInput("body must have cells, got one without; make it by cells()");
   return *magnet;
 }
@@ -150,8 +150,12 @@ std::vector<Index> CellMagnet::front(const Vec3& low, const Vec3& high,
   return chosen;
 }
 
+const CellMagnet* cells_of(const MagneticBody& body) {
+  return dynamic_cast<const CellMagnet*>(body.source.get());
+}
+
 CellTable cell_level(const MagneticBody& body, Index level) {
-  const CellMagnet& magnet = cells_of(body);
+  const CellMagnet& magnet = checked_cells(body);
   std::vector<Index> chosen;
   std::vector<std::pair<Index, Index>> open{{0, 0}};
   while (!open.empty()) {
@@ -169,7 +173,7 @@ CellTable cell_level(const MagneticBody& body, Index level) {
 }
 
 CellTable cell_front(const MagneticBody& body, const MagneticBody& other) {
-  const CellMagnet &magnet = cells_of(body), &box = cells_of(other);
+  const CellMagnet &magnet = checked_cells(body), &box = checked_cells(other);
   return table_of(
       body, magnet,
       magnet.front(box.cells()[0].low, box.cells()[0].high, relative_pose(other.pose, body.pose)));
@@ -179,7 +183,7 @@ Wrench cell_wrench(const MagneticBody& on, const MagneticBody& by) {
   const CellTable mine = cell_front(on, by), others = cell_front(by, on);
   const Wrenches each = dipole_forces(
       Team{}, mine.positions, mine.moments, DipoleSet(others.positions, others.moments),
-      std::min(cells_of(on).leaf_diameter(), cells_of(by).leaf_diameter()));
+      std::min(checked_cells(on).leaf_diameter(), checked_cells(by).leaf_diameter()));
   Wrench w;
   for (Eigen::Index i = 0; i < each.forces.rows(); ++i) {
     const Vec3 force = each.forces.row(i).transpose();

@@ -57,6 +57,9 @@ class CellMagnet final : public Source {
   std::shared_ptr<const ExpandedField> expanded_;  // of the leaves, or null
 };
 
+// The cells of a body; null where it has none.
+const CellMagnet* cells_of(const MagneticBody& body);
+
 // Cells as world positions and moments.
 struct CellTable {
   Points positions, moments;  // (n x 3) [m], [A m^2]

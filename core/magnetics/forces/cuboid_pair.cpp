@@ -10,7 +10,6 @@
 
 #include "core/magnetics/sources/constants.h"
 #include "core/magnetics/sources/lane_math.h"
-#include "core/magnetics/sources/polyhedron.h"
 
 namespace loomstone {
 
@@ -139,27 +138,27 @@ LOOMSTONE_INLINE void corner_sums(const double* a, const double* b, const double
 }  // namespace
 
 std::optional<Wrench> parallel_cuboid_wrench(const MagneticBody& on, const MagneticBody& by) {
-  const auto* first = dynamic_cast<const Cuboid*>(by.source.get());
-  const auto* second = dynamic_cast<const Cuboid*>(on.source.get());
+  const std::optional<UniformCuboid> first = by.source->uniform_cuboid(),
+                                     second = on.source->uniform_cuboid();
   if (!first || !second) return std::nullopt;
   const Mat3 to_world = rotation_matrix(by.pose.orientation);
   const Mat3 turn = to_world.transpose() * rotation_matrix(on.pose.orientation);
   const Mat3 whole = turn.array().round();
   if ((turn - whole).cwiseAbs().maxCoeff() > 1e-12) return std::nullopt;
-  const Vec3 a = 0.5 * first->size(), b = 0.5 * (whole.cwiseAbs() * second->size());
+  const Vec3 a = 0.5 * first->size, b = 0.5 * (whole.cwiseAbs() * second->size);
   const Vec3 d = to_world.transpose() * (on.pose.position - by.pose.position);
-  const Vec3 second_j = whole * second->polarization();
+  const Vec3 second_j = whole * second->polarization;
   Vec3 force = Vec3::Zero();
   double levers[9] = {};
-  LOOMSTONE_WIDEST(corner_sums)(a.data(), b.data(), d.data(), first->polarization().data(),
+  LOOMSTONE_WIDEST(corner_sums)(a.data(), b.data(), d.data(), first->polarization.data(),
                                 second_j.data(), force.data(), levers);
   const double scale = 1.0 / (4.0 * pi * mu0);
   const Vec3 torque(levers[5] - levers[7], levers[6] - levers[2], levers[1] - levers[3]);
   // 64 terms of the size of the longest arm squared, cubed in the torque, with their rounding.
   const double arm = (a + b + d.cwiseAbs()).norm();
-  const double strength = scale * first->polarization().norm() * second->polarization().norm();
+  const double strength = scale * first->polarization.norm() * second->polarization.norm();
   const double rounding =
-      64.0 * 1e-16 * strength * arm * arm * std::max(1.0, arm / second->radius());
+      64.0 * 1e-16 * strength * arm * arm * std::max(1.0, arm / on.source->radius());
   return Wrench{to_world * (scale * force), to_world * (scale * torque), rounding};
 }
 

@@ -11,7 +11,6 @@
 #include "core/magnetics/forces/cells.h"
 #include "core/magnetics/forces/cuboid_pair.h"
 #include "core/magnetics/forces/panel_quadrature.h"
-#include "core/magnetics/sources/charged_panels.h"
 #include "core/magnetics/sources/constants.h"
 
 namespace loomstone {
@@ -55,13 +54,17 @@ Wrench on_charges(const MagneticBody& on, const MagneticBody& by) {
   return w;
 }
 
-// Induced bodies act on one another by the means of their panels: what varies within these was
-// worked out for magnets, and its field at all points of it costs too much.
-MagneticBody even(const MagneticBody& body) { return {even_source(body.source), body.pose}; }
+// Induced bodies act on one another by the mean charge of each panel: charge that varies within
+// panels answers to magnets alone, and its field at all of its points costs too much.
+MagneticBody with_panel_means(const MagneticBody& body) {
+  const SourcePtr means = body.source->panel_means();
+  return {means ? means : body.source, body.pose};
+}
 
 Wrench integrated(const MagneticBody& on, const MagneticBody& by, double tolerance, double least) {
   if (on.source->induced())
-    return by.source->induced() ? on_charges(even(on), even(by)) : on_charges(on, by);
+    return by.source->induced() ? on_charges(with_panel_means(on), with_panel_means(by))
+                                : on_charges(on, by);
   if (on.source->dipoles()) return on_dipoles(on, by);
   if (const std::optional<Wrench> closed = parallel_cuboid_wrench(on, by)) {
     const double size = std::max(closed->force.norm(), closed->torque.norm() / on.source->radius());
@@ -120,8 +123,7 @@ std::vector<bool> add_single_dipoles(const Team& team, const std::vector<Magneti
   std::vector<Index> rows;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const DipoleSet* set = bodies[i].source->dipoles();
-    single[i] = set && set->positions().rows() == 1 &&
-                !dynamic_cast<const CellMagnet*>(bodies[i].source.get());
+    single[i] = set && set->positions().rows() == 1 && !cells_of(bodies[i]);
     if (single[i]) rows.push_back(static_cast<Index>(i));
   }
   Points x(rows.size(), 3), m(rows.size(), 3), arms(rows.size(), 3);
@@ -268,8 +270,7 @@ Wrench magnetic_wrench(const MagneticBody& on, const MagneticBody& by, double to
                        double least) {
   check_tolerance(tolerance);
   check_pair(on, by);
-  if (dynamic_cast<const CellMagnet*>(on.source.get()) &&
-      dynamic_cast<const CellMagnet*>(by.source.get())) {
+  if (cells_of(on) && cells_of(by)) {
     if (integrate_over_first(on, by)) return cell_wrench(on, by);
     return reaction(cell_wrench(by, on), by, on);
   }

@@ -6,7 +6,6 @@
 #include <limits>
 #include <numeric>
 
-#include "core/magnetics/sources/axisymmetric.h"
 #include "core/magnetics/sources/constants.h"
 #include "core/magnetics/sources/lane_math.h"
 
@@ -47,16 +46,12 @@ CoarseMagnet divided(const Vec3& low, const Vec3& high) {
 
 CoarseMagnet coarse_magnet(const Source& source) {
   CoarseMagnet coarse;
-  const auto winding = [&](double radius, double length) {
-    const Vec3 reach(radius, radius, 0.5 * std::max(length, radius));
-    coarse = divided(-reach, reach);
-  };
   if (const auto box = source.box()) {
     coarse = divided(box->first, box->second);
-  } else if (const auto* loop = dynamic_cast<const Loop*>(&source)) {
-    winding(loop->radius(), 0.0);
-  } else if (const auto* solenoid = dynamic_cast<const Solenoid*>(&source)) {
-    winding(solenoid->coil_radius(), solenoid->length());
+  } else if (const auto winding = source.winding()) {
+    const double radius = winding->radius;
+    const Vec3 reach(radius, radius, 0.5 * std::max(winding->length, radius));
+    coarse = divided(-reach, reach);
   } else if (const DipoleSet* set = source.dipoles(); set && set->positions().rows() > 0) {
     coarse.positions = std::make_shared<const Points>(set->positions());
     coarse.moment = set->moments().rowwise().norm().maxCoeff();

@@ -23,11 +23,11 @@ struct Bore {
 };
 
 Bore bore_of(const Source& coil) {
-  if (const auto* s = dynamic_cast<const Solenoid*>(&coil))
-    return {s->coil_radius(), 0.5 * s->length(), mu0 * s->sheet_current()};
-  const auto& loop = dynamic_cast<const Loop&>(coil);
-  const double length = loop_length * loop.radius();
-  return {loop.radius(), 0.5 * length, mu0 * loop.current() / length};
+  const std::optional<CircularWinding> w = coil.winding();
+  if (!w) throw InvalidInput("a flux linkage is that of loops and solenoids, got another source");
+  if (w->length > 0.0) return {w->radius, 0.5 * w->length, mu0 * w->current};
+  const double length = loop_length * w->radius;
+  return {w->radius, 0.5 * length, mu0 * w->current / length};
 }
 
 // Notes points of the edge from a to b that are beside the turns: its ends, and where it crosses

@@ -60,7 +60,7 @@ void prepare_spheres(std::vector<SoftBody>& soft, const std::vector<MagneticBody
   };
   std::vector<Near> pairs;
   std::vector<int> degrees(soft.size());
-  for (std::size_t i = 0; i < soft.size(); ++i) degrees[i] = sphere_degree_of(*soft[i].shape);
+  for (std::size_t i = 0; i < soft.size(); ++i) degrees[i] = soft[i].shape->sphere_degree();
   std::vector<SoftBody> result = soft;
   for (std::size_t i = 0; i < soft.size(); ++i) {
     if (degrees[i] < 0) continue;
@@ -113,7 +113,7 @@ class Coupling {
     for (std::size_t i = 0; i < soft.size(); ++i)
       for (std::size_t k = 0; k < soft.size(); ++k)
         if (i != k) {
-          if (sphere_degree_of(*soft[i].shape) > 0 && sphere_degree_of(*soft[k].shape) > 0)
+          if (soft[i].shape->sphere_degree() > 0 && soft[k].shape->sphere_degree() > 0)
             add_coaxial(i, k);
           if (soft[i].shape->panels() && soft[k].shape->panels()) add_fluxes(i, k);
         }
@@ -185,8 +185,8 @@ class Coupling {
     const Vec3 away = in_axes(a.pose, b.pose.position);
     if (std::hypot(away.x(), away.y()) > 1e-13 * std::abs(away.z())) return;
     coaxial_.emplace(std::pair(target, source),
-                     CoaxialTranslation(away.z(), sphere_degree_of(*b.shape), b.shape->radius(),
-                                        sphere_degree_of(*a.shape), a.shape->radius()));
+                     CoaxialTranslation(away.z(), b.shape->sphere_degree(), b.shape->radius(),
+                                        a.shape->sphere_degree(), a.shape->radius()));
   }
 
   void add_fluxes(std::size_t target, std::size_t source) {

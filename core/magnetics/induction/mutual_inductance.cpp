@@ -4,7 +4,6 @@
 
 #include "core/base/error.h"
 #include "core/base/simd.h"
-#include "core/magnetics/sources/axisymmetric.h"
 #include "core/magnetics/sources/constants.h"
 #include "core/magnetics/sources/gauss.h"
 
@@ -16,22 +15,17 @@ constexpr int finest = 6;  // levels, each with twice the points both ways: 512 
 
 // A winding about its own z axis: its turns in [-length / 2, length / 2], or in z = 0.
 struct Winding {
-  const Loop* loop;
-  const Solenoid* solenoid;
-  double radius, length, turns;
+  const Source* source;
+  double radius, length;
+  double current;  // of all turns [A]
 };
 
 Winding winding_of(const MagneticBody& body) {
-  Winding w{dynamic_cast<const Loop*>(body.source.get()),
-            dynamic_cast<const Solenoid*>(body.source.get()), 0.0, 0.0, 0.0};
-  if (w.loop) w.radius = w.loop->radius(), w.turns = w.loop->current();
-  if (w.solenoid) {
-    w.radius = w.solenoid->coil_radius(), w.length = w.solenoid->length();
-    w.turns = w.solenoid->sheet_current() * w.length;
-  }
-  if (!w.loop && !w.solenoid)
+  const std::optional<CircularWinding> w = body.source->winding();
+  if (!w)
     throw InvalidInput("a mutual inductance is that of loops and solenoids, got another source");
-  return w;
+  const double current = w->length > 0.0 ? w->current * w->length : w->current;
+  return {body.source.get(), w->radius, w->length, current};
 }
 
 struct Linkage {
@@ -52,7 +46,7 @@ Linkage linkage(const Winding& on, const RigidPose& pose, const Winding& by, int
     for (int node = 0; node < rule.n; ++node) {
       const double z = on.length * ((part + 0.5 * (1.0 + rule.nodes[node])) / parts - 0.5);
       const double share =
-          0.5 * rule.weights[node] / parts * on.turns * 2.0 * pi * on.radius / around;
+          0.5 * rule.weights[node] / parts * on.current * 2.0 * pi * on.radius / around;
       for (int begin = 0; begin < around; begin += points_per_block) {
         const int n = std::min(around - begin, static_cast<int>(points_per_block));
         for (int i = 0; i < n; ++i) {
@@ -62,8 +56,7 @@ Linkage linkage(const Winding& on, const RigidPose& pose, const Winding& by, int
           tangents[i] = rotation * Vec3(-s, c, 0.0);
           for (int k = 0; k < 3; ++k) x[k * n + i] = at[k];
         }
-        by.loop ? by.loop->vector_potential_block(x, n, a)
-                : by.solenoid->vector_potential_block(x, n, a);
+        by.source->vector_potential_block(x, n, a);
         for (int i = 0; i < n; ++i) {
           const Vec3 potential(a[i], a[n + i], a[2 * n + i]);
           sum.flux += share * potential.dot(tangents[i]);

@@ -83,7 +83,7 @@ class SoftPanels final : public SoftShape {
         rest[at] -= grid.share * slope * (applied.fluxes[at] / set.panels[at].area - mean);
     }
     ChargedPanels::Fine fine;
-    fine.even = source(charges);
+    fine.panel_means = source(charges);
     fine.at_samples = Vector::Zero(set.samples.rows());
     for (at = finest; at < rest.size(); ++at) {
       if (applied.halved[at]) continue;

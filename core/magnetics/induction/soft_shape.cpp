@@ -56,7 +56,7 @@ class SoftSphere final : public SoftShape {
   SoftShapePtr with_susceptibility(double susceptibility) const override {
     return std::make_shared<SoftSphere>(radius_, susceptibility, degree_);
   }
-  int degree() const { return degree_; }
+  int sphere_degree() const override { return degree_; }
 
  private:
   double radius_, susceptibility_;
@@ -106,11 +106,6 @@ int sphere_degree(double radius, double other, double distance, double tolerance
   const double cosine =
       (distance * distance + radius * radius - other * other) / (2.0 * radius * distance);
   return degree_of(std::max(2.0 * std::acosh(std::max(cosine, 1.0)), 1e-3), tolerance);
-}
-
-int sphere_degree_of(const SoftShape& shape) {
-  const auto* sphere = dynamic_cast<const SoftSphere*>(&shape);
-  return sphere ? sphere->degree() : -1;
 }
 
 }  // namespace loomstone

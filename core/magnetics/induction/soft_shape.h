@@ -35,6 +35,8 @@ class SoftShape {
   virtual std::shared_ptr<const PanelSet> panels() const {
     return nullptr;
   }  // that carry the charge, if it is panels
+  // Of spheres: the degree of their solid harmonics that was given, 0: automatic; -1: no sphere.
+  virtual int sphere_degree() const { return -1; }
   virtual double susceptibility() const = 0;
   virtual std::shared_ptr<const SoftShape> with_susceptibility(double susceptibility) const = 0;
 };
@@ -55,8 +57,6 @@ SoftShapePtr soft_sphere(double radius, double susceptibility, int degree);
 int sphere_degree(double radius, double distance, double tolerance);
 // Two such spheres with their centres `distance` apart.
 int sphere_degree(double radius, double other_radius, double distance, double tolerance);
-// Degree that was given, 0: automatic, -1: not a sphere.
-int sphere_degree_of(const SoftShape& shape);
 
 // cells: panels along each edge, >= 8 and even. The errors of three grids, of which this is the
 // finest, go with the second and third power of the size of panels; their answers are extrapolated

@@ -30,9 +30,10 @@ class Loop final : public Source {
   double radius() const override { return radius_; }
   Vec3 moment() const override;
   std::vector<Panel> panels() const override;
-  // Vector potential [T m] of one block, that of the field's symmetry.
-  void vector_potential_block(const double* points, Index n, double* potential) const;
-  double current() const { return current_; }
+  void vector_potential_block(const double* points, Index n, double* potential) const override;
+  std::optional<CircularWinding> winding() const override {
+    return CircularWinding{radius_, 0.0, current_};
+  }
 
  private:
   double radius_, current_;
@@ -48,11 +49,10 @@ class Solenoid final : public Source {
   double radius() const override;
   Vec3 moment() const override;
   std::vector<Panel> panels() const override;
-  void vector_potential_block(const double* points, Index n,
-                              double* potential) const;  // as of a loop
-  double coil_radius() const { return radius_; }
-  double length() const { return length_; }
-  double sheet_current() const { return sheet_; }  // [A/m]
+  void vector_potential_block(const double* points, Index n, double* potential) const override;
+  std::optional<CircularWinding> winding() const override {
+    return CircularWinding{radius_, length_, sheet_};
+  }
 
  private:
   double radius_, length_, sheet_;

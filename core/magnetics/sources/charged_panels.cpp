@@ -343,9 +343,4 @@ std::vector<PanelSample> ChargedPanels::charges() const {
   return result;
 }
 
-SourcePtr even_source(const SourcePtr& source) {
-  const auto* panels = dynamic_cast<const ChargedPanels*>(source.get());
-  return panels && panels->even() ? panels->even() : source;
-}
-
 }  // namespace loomstone

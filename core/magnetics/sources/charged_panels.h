@@ -47,7 +47,7 @@ class ChargedPanels final : public Source {
     std::vector<FlatPanel> parts;
     Vector charges;                    // of each part, its mean [T]
     std::vector<PanelSample> samples;  // of the parts, the same number of each: their whole charge
-    SourcePtr even;                    // the same body with charge that is uniform on panels
+    SourcePtr panel_means;             // the same body with charge that is uniform on panels
   };
   ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges, SourcePtr solid, Fine fine);
   // Inside of the surface the flux density is given as mu0 H: how the body is magnetised there is
@@ -65,7 +65,7 @@ class ChargedPanels final : public Source {
   }
   bool induced() const override { return true; }
   std::vector<PanelSample> charges() const override;
-  const SourcePtr& even() const { return fine_.even; }  // null: it is so itself
+  SourcePtr panel_means() const override { return fine_.panel_means; }
 
  private:
   // What fields of the fine part need, made when the first is asked for: the parts, and what
@@ -85,8 +85,5 @@ class ChargedPanels final : public Source {
   mutable std::once_flag once_;
   mutable std::optional<FineTables> tables_;
 };
-
-// The same with charge that is uniform on panels, if it is panels.
-SourcePtr even_source(const SourcePtr& source);
 
 }  // namespace loomstone

@@ -54,6 +54,7 @@ class HarmonicSphere final : public Source {
     return std::pair(Vec3(Vec3::Constant(-radius_)), Vec3(Vec3::Constant(radius_)));
   }
   double depth(const Vec3& point) const override { return radius_ - point.norm(); }
+  bool spherical() const override { return true; }
   bool induced() const override { return true; }
   std::vector<PanelSample> charges() const override;
 

@@ -77,7 +77,9 @@ class Cuboid final : public Polyhedron {
   // size: the three edges [m], centre at the origin; polarization J [T].
   Cuboid(const Vec3& size, const Vec3& polarization);
   double depth(const Vec3& point) const override;
-  const Vec3& size() const { return size_; }
+  std::optional<UniformCuboid> uniform_cuboid() const override {
+    return UniformCuboid{size_, polarization()};
+  }
 
  protected:
   std::vector<Panel> faces(bool all) const override;

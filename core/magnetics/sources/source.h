@@ -25,6 +25,19 @@ inline constexpr Index points_per_block = 128;
 enum class Quantity { flux_density, mu0_field_strength };
 
 class DipoleSet;
+class Source;
+using SourcePtr = std::shared_ptr<const Source>;
+
+// A circular loop about z (length 0) or a sheet of current on the cylinder |z| <= length / 2.
+struct CircularWinding {
+  double radius, length;  // [m]
+  double current;         // of a loop [A], of a sheet per length [A/m]
+};
+
+// A cuboid about the origin with uniform polarisation.
+struct UniformCuboid {
+  Vec3 size, polarization;  // edges [m], J [T]
+};
 
 class Source {
  public:
@@ -43,6 +56,8 @@ class Source {
   // mu0 times the scalar potential of one block, whose descent is mu0 H and which vanishes far away
   // [T m]. Throws Unsupported for currents, which have none.
   virtual void potential_block(const double* points, Index n, double* potential) const;
+  // Vector potential [T m] of one block. Throws Unsupported unless winding() has a value.
+  virtual void vector_potential_block(const double* points, Index n, double* potential) const;
   // Radius of the ball about the origin that holds the source [m].
   virtual double radius() const = 0;
   // Dipole moment [A m^2].
@@ -51,6 +66,7 @@ class Source {
   // [m].
   virtual std::optional<std::pair<Vec3, Vec3>> box() const { return std::nullopt; }
   virtual double depth(const Vec3&) const { return 0.0; }
+  virtual bool spherical() const { return false; }
   // False where its current has ends.
   virtual bool steady() const { return true; }
   // Where its charge or current sits; empty for dipoles, which dipoles() gives.
@@ -61,12 +77,16 @@ class Source {
   // others.
   virtual bool induced() const { return false; }
   virtual std::vector<PanelSample> charges() const { return {}; }
-  // What stands for the source as seen from outside, exactly: dipoles (of a sphere one); null for
-  // all others.
+  // The same induced body with the mean charge of each panel; null for all others and where the
+  // charge is uniform on panels already.
+  virtual SourcePtr panel_means() const { return nullptr; }
+  // Dipoles with exactly the field of the source outside of it (of a sphere one); null for all
+  // others.
   virtual const DipoleSet* dipoles() const { return nullptr; }
+  // Forms that closed formulas are known for.
+  virtual std::optional<CircularWinding> winding() const { return std::nullopt; }
+  virtual std::optional<UniformCuboid> uniform_cuboid() const { return std::nullopt; }
 };
-
-using SourcePtr = std::shared_ptr<const Source>;
 
 // Throws InvalidInput naming the first point that is not finite.
 void check_points(const ConstPointsRef& points, const char* name);

@@ -19,6 +19,7 @@ class Sphere final : public Source {
     return std::pair(Vec3(Vec3::Constant(-radius_)), Vec3(Vec3::Constant(radius_)));
   }
   double depth(const Vec3& point) const override { return radius_ - point.norm(); }
+  bool spherical() const override { return true; }
   const Vec3& polarization() const { return polarization_; }
 
  private:
