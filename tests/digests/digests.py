@@ -1,0 +1,80 @@
+"""Hashes of the state after 45 steps of every scene and of variants, against those on record.
+
+    python tests/digests/digests.py --compare [--threads 2] [names ...]
+    mpirun -n 2 python tests/digests/digests.py --compare
+    python tests/digests/digests.py --record [names ...]
+
+45 steps go past the rebuild of the rigid bodies at the 40th. A change that is to change no bit
+leaves all digests; one that is to change bits records them in its own commit, whose message says
+why. They hold on the machine of the record: status 77 says in what another one differs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import loomstone as ls
+from cases import Case, cases
+from loomstone import _core
+from machine import machine
+
+RECORD = Path(__file__).with_name("digests.json")
+STEPS = 45
+
+
+def digest(make: Callable[[], Case], threads: int, ranks: _core.Communicator) -> str:
+    scene, integrator = make()
+    sim = ls.Simulation(scene, integrator=integrator, threads=threads, communicator=ranks)
+    failure = ""
+    try:
+        for _ in range(STEPS):
+            sim.step()
+    except ls.SolverFailure:
+        failure = f" failed at step {sim.step_index}"
+    return sim.digest() + failure
+
+
+def digests(names: list[str], threads: int, ranks: _core.Communicator) -> Iterator[tuple[str, str]]:
+    """All, or those whose name has one of `names` in it."""
+    for name, make in cases():
+        if not names or any(part in name for part in names):
+            yield name, digest(make, threads, ranks)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    what = parser.add_mutually_exclusive_group(required=True)
+    what.add_argument("--record", action="store_true")
+    what.add_argument("--compare", action="store_true")
+    parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("names", nargs="*")
+    given = parser.parse_args()
+    ranks = _core.mpi_communicator() if _core.launched_by_mpi() else _core.single_communicator()
+    record = json.loads(RECORD.read_text()) if RECORD.exists() else {"machine": {}, "digests": {}}
+    here = machine()
+    if given.compare:
+        other = [f"{key}: {here[key]}" for key in here if here[key] != record["machine"].get(key)]
+        if other:
+            print(f"recorded on another machine; here {'; '.join(other)}", file=sys.stderr)
+            raise SystemExit(77)
+    found = dict(digests(given.names, given.threads, ranks))
+    if ranks.rank != 0:
+        return
+    if given.record:
+        kept = record["digests"] if given.names and record["machine"] == here else {}
+        record = {"machine": here, "digests": dict(sorted((kept | found).items()))}
+        RECORD.write_text(json.dumps(record, indent=1) + "\n")
+        return
+    different = [name for name in found if found[name] != record["digests"].get(name)]
+    print(f"{len(found)} digests, {len(different)} differ from the record", *different, sep="\n")
+    raise SystemExit(1 if different else 0)
+
+
+if __name__ == "__main__":
+    main()
