@@ -7,7 +7,7 @@ from pathlib import Path
 
 import loomstone as ls
 import numpy as np
-from loomstone.scene_file import SceneFile
+from loomstone.runs.scene_file import SceneFile
 
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
 Case = tuple[ls.Scene, ls.IntegratorOptions]
