@@ -35,8 +35,8 @@ def package(name: str) -> ModuleType:
     """The package, or the end with status 77."""
     try:
         return importlib.import_module(name)
-    except ImportError:
-        missing(f"the package {name.split('.')[0]} is not installed")
+    except ImportError as error:
+        missing(f"{name} cannot be imported: {error}")
 
 
 def present(path: Path) -> Path:
