@@ -172,16 +172,18 @@ class CppNesting:
         if token in ("do", "try"):
             self.take()
             return 1 + self.statement()
-        if token == "else":
-            self.take()
-            return self.statement() if self.peek() == "if" else 1 + self.statement()
         return self.expression()
 
     def conditional(self) -> int:
         self.take()
         if self.peek() == "constexpr":
             self.take()
-        return max(self.parentheses(), 1 + self.statement())
+        depth = max(self.parentheses(), 1 + self.statement())
+        if self.peek() == "else":
+            self.take()
+            chained = self.peek() == "if"
+            depth = max(depth, self.statement() + (0 if chained else 1))
+        return depth
 
     def expression(self) -> int:
         """Up to the semicolon, the colon of a label, or the end of a block."""
