@@ -1,0 +1,91 @@
+// Claims about how a step that fails is taken in parts.
+#include <catch2/catch.hpp>
+
+#include "core/sim/step/bisection.h"
+
+using namespace loomstone;
+
+namespace {
+
+PartResult unsolved() {
+  PartResult result;
+  result.solved = false;
+  return result;
+}
+
+PartResult with_impacts() {
+  PartResult result;
+  result.impacts = 3;
+  return result;
+}
+
+// Lengths of the parts that are accepted, where `result` tells what an attempt at a part leaves.
+template <class Result>
+std::vector<int> accepted(bool limits_in_solve, Result&& result) {
+  Bisection bisection(limits_in_solve);
+  std::vector<int> lengths;
+  int place = 0;
+  while (!bisection.done()) {
+    const StepPart part = bisection.part();
+    REQUIRE(part.first == place);  // in order, without gap
+    if (bisection.judge(result(part)) == Bisection::Verdict::Halved) continue;
+    lengths.push_back(part.length());
+    place = part.last;
+  }
+  CHECK(place == StepPart::whole);
+  return lengths;
+}
+
+}  // namespace
+
+TEST_CASE("a step that succeeds is taken whole") {
+  CHECK(accepted(true, [](StepPart) { return PartResult{}; }) == std::vector<int>{64});
+}
+
+TEST_CASE("parts in which the solver fails are halved, and cover the step once in order") {
+  const std::vector<int> lengths = accepted(true, [](StepPart part) {
+    return part.length() > 4 && part.first < 8 ? unsolved() : PartResult{};
+  });
+  CHECK(lengths == std::vector<int>{4, 4, 8, 16, 32});
+}
+
+TEST_CASE("impacts halve parts until one of the least length has them; the rest is accepted") {
+  const std::vector<int> lengths = accepted(true, [](StepPart) { return with_impacts(); });
+  CHECK(lengths == std::vector<int>{1, 1, 2, 4, 8, 16, 32});
+}
+
+TEST_CASE("a solver that fails halves parts after impacts have been accepted") {
+  const std::vector<int> lengths = accepted(true, [](StepPart part) {
+    return part.first == 32 && part.length() == 32 ? unsolved() : with_impacts();
+  });
+  CHECK(lengths == std::vector<int>{1, 1, 2, 4, 8, 16, 16, 16});
+}
+
+TEST_CASE("broken limits halve down to quarters where sweeps alone limit, further in the solve") {
+  const auto broken = [](StepPart) {
+    PartResult result;
+    result.broke_limits = true;
+    return result;
+  };
+  CHECK(accepted(false, broken) == std::vector<int>{16, 16, 32});
+  CHECK(accepted(true, broken) == std::vector<int>{1, 1, 2, 4, 8, 16, 32});
+}
+
+TEST_CASE("cloth stopped for its limits halves parts whoever enforces them") {
+  const auto stopped = [](StepPart) {
+    PartResult result;
+    result.stopped_for_limits = true;
+    return result;
+  };
+  CHECK(accepted(false, stopped) == accepted(true, stopped));
+  CHECK(accepted(false, stopped).front() == StepPart::least);
+}
+
+TEST_CASE("motion withheld in large part halves down to quarters") {
+  const auto withheld = [](StepPart) {
+    PartResult result;
+    result.withheld_much = true;
+    return result;
+  };
+  CHECK(accepted(true, withheld) == std::vector<int>{16, 16, 32});
+}
