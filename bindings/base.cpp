@@ -2,6 +2,7 @@
 #include "core/base/frame.h"
 
 #include "bindings/bindings.h"
+#include "bindings/descriptions.h"
 
 namespace loomstone {
 
@@ -42,127 +43,45 @@ void bind_errors(py::module_& m) {
   });
 }
 
-py::dict seconds(const StepReport& report) {
+template <class Report>
+void bind_report(py::module_& m, const char* name, const char* meaning) {
+  py::class_<Report> c(m, name, meaning);
+  c.def(py::init<>());
+  for_each_field<Report>([&](const auto& each) {
+    const std::string unit = *each.unit ? std::string(" [") + each.unit + "]" : std::string();
+    c.def_readonly(each.name, each.member, (each.meaning + unit).c_str());
+  });
+  c.def(
+      "to_dict", [](const Report& report) { return plain(report); },
+      "All numbers by name; nested reports as dictionaries.");
+  c.def("__repr__", [name](const Report& report) { return repr_description(report, name); });
+}
+
+// All numbers by their path, as columns of a table.
+py::dict numbers(const StepReport& report) {
   py::dict dict;
-  for (std::size_t i = 0; i < stage_names.size(); ++i) dict[stage_names[i]] = report.seconds[i];
+  for_each_number(report, [&](const std::string& path, const auto&, const auto& value) {
+    dict[path.c_str()] = value;
+  });
   return dict;
 }
 
-template <class Class, class Visit>
-void each_number(Visit&& visit) {
-  visit("step", &Class::step, "number of the step");
-  visit("time", &Class::time, "at the end of the step [s]");
-  visit("busy_least", &Class::busy_least,
-        "time in the loops of collision detection and response, of the thread with the least [s]");
-  visit("busy_mean", &Class::busy_mean, "the same, mean over the threads [s]");
-  visit("busy_most", &Class::busy_most, "the same, of the thread with the most [s]");
-  visit("newton_iterations", &Class::newton_iterations,
-        "outer iterations; 1 for linearised schemes");
-  visit("linear_iterations", &Class::linear_iterations,
-        "of the linear solver, summed over outer iterations");
-  visit("linear_residual", &Class::linear_residual, "of the last linear solve, relative [1]");
-  visit("contacts", &Class::contacts, "proximity contacts that entered the solve");
-  visit("impacts", &Class::impacts, "hits of the continuous test, first pass");
-  visit("truncated", &Class::truncated, "vertices whose displacement was shortened");
-  visit("substeps", &Class::substeps,
-        "parts the step was taken in; more than 1 where certification failed at its full length");
-  visit("unresolved", &Class::unresolved,
-        "impacts that certification had to leave, even in 1/64 of the step");
-  visit("intersections", &Class::intersections,
-        "intersecting triangle pairs at the end of the step; counted from an unresolved step on "
-        "until there are none");
-  visit("forced", &Class::forced,
-        "of the intersecting pairs, those left because what moves by script left the cloth no "
-        "room; see sim.forced_pairs");
-  visit("wanted_motion", &Class::wanted_motion,
-        "lengths of the displacements that came to certification, summed over free cloth vertices "
-        "[m]");
-  visit("withheld_motion", &Class::withheld_motion,
-        "lengths that truncation took from displacements of cloth and free bodies, summed [m]");
-  visit("withheld", &Class::withheld, "withheld_motion over wanted_motion [1]");
-  visit("truncated_momentum", &Class::truncated_momentum,
-        "mass times change of velocity by truncation, sizes summed over vertices and bodies [kg "
-        "m/s]");
-  visit("contact_acceleration", &Class::contact_acceleration,
-        "root mean square over free vertices in contact, over the whole step [m/s^2]");
-  visit("limit_sweeps", &Class::limit_sweeps, "sweeps of strain limiting");
-  visit("rate_sweeps", &Class::rate_sweeps, "sweeps of strain-rate limiting");
-  visit("limit_rounds", &Class::limit_rounds,
-        "certifications in turn with strain limiting; 1: limits held after the first");
-  visit("limit_retreats", &Class::limit_retreats,
-        "of these, those after cloth went back towards the start of the step because limits and "
-        "contacts did not agree");
-  visit("limit_evaluations", &Class::limit_evaluations,
-        "elements whose strain was computed in the sweeps of strain limiting");
-  visit("limit_excess", &Class::limit_excess,
-        "largest strain beyond its limit right after limiting [1]");
-  visit("weft_excess", &Class::weft_excess,
-        "largest strain along weft beyond its limit at the end of the step [1]");
-  visit("warp_excess", &Class::warp_excess,
-        "largest strain along warp beyond its limit at the end of the step [1]");
-  visit("shear_excess", &Class::shear_excess,
-        "largest shear strain beyond its limit at the end of the step [1]");
-  visit("beyond_limit", &Class::beyond_limit,
-        "elements beyond a limit by more than the tolerance at the end of the step");
-  visit("worst_element", &Class::worst_element,
-        "the one most beyond its limit, all cloths end to end; -1: none");
-  visit("broken_limits", &Class::broken_limits,
-        "elements beyond a limit by more than 0.01 (a fifth of limits below 0.05); see "
-        "sim.broken_limits");
-  visit("weft_strain", &Class::weft_strain,
-        "largest strain U - I along weft of all triangles, limited or not [1]");
-  visit("warp_strain", &Class::warp_strain, "the same along warp [1]");
-  visit("shear_strain", &Class::shear_strain,
-        "largest shear strain, e12 of U - I, of either sign [1]");
-  visit("max_stretch", &Class::max_stretch, "largest principal stretch of any triangle [1]");
-  visit("kinetic_energy", &Class::kinetic_energy, "[J]");
-  visit("membrane_energy", &Class::membrane_energy, "[J]");
-  visit("bending_energy", &Class::bending_energy, "[J]");
-  visit("gravity_energy", &Class::gravity_energy, "[J]");
-  visit("contact_energy", &Class::contact_energy,
-        "[J], at the start of the step; the other energies are those of its end");
-  visit("body_kinetic_energy", &Class::body_kinetic_energy,
-        "of rigid bodies, moving and turning [J]");
-  visit("body_gravity_energy", &Class::body_gravity_energy, "of rigid bodies [J]");
-  visit("magnetic_energy", &Class::magnetic_energy,
-        "of magnets in one another's field and in the uniform one [J]");
-  visit("magnetic_substeps", &Class::magnetic_substeps,
-        "sub-steps that the motion of magnets took");
-  visit("magnetic_error", &Class::magnetic_error,
-        "largest estimated error of a force at the end of the step [N]");
-  visit("circuit_current", &Class::circuit_current,
-        "in the first circuit at the end of the step [A]");
-  visit("circuit_energy", &Class::circuit_energy,
-        "of the inductances of all circuits, own and mutual [J]");
-  visit("circuit_heat", &Class::circuit_heat, "in the resistances of circuits since the start [J]");
-  visit("circuit_supply", &Class::circuit_supply,
-        "by the sources of all coils since the start [J]");
-  visit("bearing_work", &Class::bearing_work,
-        "taken out by friction and torques of bearings since the start [J]");
-}
-
-void bind_report(py::module_& m) {
-  py::class_<StepReport> c(m, "StepReport", "What happened in a step; never decides anything.");
-  c.def(py::init<>());
-  each_number<StepReport>(
-      [&](const char* name, auto member, const char* text) { c.def_readonly(name, member, text); });
-  c.def_property_readonly("seconds", &seconds, "Wall time of each stage, by name [s].");
-  c.def(
-      "to_dict",
-      [](const StepReport& report) {
-        py::dict dict;
-        each_number<StepReport>(
-            [&](const char* name, auto member, const char*) { dict[name] = report.*member; });
-        dict["seconds"] = seconds(report);
-        return dict;
-      },
-      "All numbers by name.");
-  c.def("__repr__", [](const StepReport& r) {
-    return "StepReport(step=" + std::to_string(r.step) +
-           ", time=" + py::str(py::cast(r.time)).cast<std::string>() +
-           ", contacts=" + std::to_string(r.contacts) +
-           ", linear_iterations=" + std::to_string(r.linear_iterations) + ")";
-  });
+void bind_reports(py::module_& m) {
+  bind_report<StageSeconds>(m, "StageSeconds", "Wall time of each stage of a step [s].");
+  bind_report<ThreadReport>(m, "ThreadReport",
+                            "Time of threads in the loops of collision handling [s].");
+  bind_report<SolverReport>(m, "SolverReport", "The solves of the integrator.");
+  bind_report<ContactReport>(m, "ContactReport", "Contacts and intersections.");
+  bind_report<WithheldReport>(m, "WithheldReport", "Motion that certification withholds.");
+  bind_report<StrainLimitReport>(m, "StrainLimitReport", "Strain limits.");
+  bind_report<StrainReport>(m, "StrainReport",
+                            "Strain U - I of all triangles at the end of the step [1].");
+  bind_report<EnergyReport>(m, "EnergyReport", "Energies at the end of the step [J].");
+  bind_report<MagnetReport>(m, "MagnetReport", "The motion of magnets.");
+  bind_report<CircuitReport>(m, "CircuitReport", "Electric circuits and bearings.");
+  bind_report<StepReport>(m, "StepReport", "What happened in a step; never decides anything.");
+  py::class_<StepReport> report = m.attr("StepReport");
+  report.def("numbers", &numbers, "All numbers by their path, such as \"energy.kinetic\".");
 }
 
 void bind_frame_topology(py::module_& m) {
@@ -238,7 +157,7 @@ void bind_frame(py::module_& m) {
 
 void bind_base(py::module_& m) {
   bind_errors(m);
-  bind_report(m);
+  bind_reports(m);
   bind_frame_topology(m);
   bind_frame(m);
 }

@@ -104,7 +104,7 @@ def speed_at(load: float, *, time: float = 1.5, step: float = 5e-4) -> tuple[flo
 
 def check(run: ls.Run) -> None:
     last = run[-1].report
-    assert last.body_kinetic_energy > 100 * run[1].report.body_kinetic_energy, (
+    assert last.energy.body_kinetic > 100 * run[1].report.energy.body_kinetic, (
         "the rotor has come up to speed"
     )
 

@@ -57,6 +57,9 @@ def scene(triangles: int = 14476, limited: bool = True, friction: float = 0.1) -
 
 
 def check(run: ls.Run) -> None:
-    worst = max(max(f.report.weft_excess, f.report.warp_excess, f.report.shear_excess) for f in run)
+    worst = max(
+        max(f.report.limits.weft_excess, f.report.limits.warp_excess, f.report.limits.shear_excess)
+        for f in run
+    )
     assert worst < 0.01, "no triangle strains beyond its limits"
     assert run[-1].positions[:, 2].mean() < -0.1, "the cloth has slid to the floor"

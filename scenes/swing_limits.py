@@ -59,7 +59,7 @@ def scene(triangles: int = 3616, sweeps: int = 100) -> ls.Scene:
 
 
 def check(run: ls.Run) -> None:
-    assert max(frame.report.broken_limits for frame in run) == 0, (
+    assert max(frame.report.limits.broken for frame in run) == 0, (
         "limits hold, to a fifth of 2 % and to 0.01"
     )
     last, column = run[-1], run.topology.cloth_of_triangle

@@ -1,83 +1,262 @@
 // What happened in a step, for people, plots and the cache. A report never decides anything.
+// Each number is declared once, in fields(): Python, CSV, the cache and help read that list. A
+// number is known by its path, as in "energy.kinetic".
 #pragma once
 
-#include <array>
 #include <cstdint>
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <utility>
+
+#include "core/base/field.h"
 
 namespace loomstone {
 
-// Stages of a step in the order of core/sim/step/stepper.cpp.
-enum class StageName : int { Loads, Proximity, Integrate, Bodies, Limit, Certify, Check, Count };
-inline constexpr std::array<const char*, 7> stage_names = {
-    "loads", "proximity", "integrate", "bodies", "limit", "certify", "check"};
+// Wall time of each stage of a step [s], in the order of core/sim/step/stepper.cpp.
+struct StageSeconds {
+  double loads = 0.0, proximity = 0.0, integrate = 0.0, bodies = 0.0;
+  double certify = 0.0, limit = 0.0, check = 0.0;
+
+  static auto fields() {
+    using R = StageSeconds;
+    return std::make_tuple(
+        field("loads", &R::loads, "s", unlimited(), "forces at the start, and scripts"),
+        field("proximity", &R::proximity, "s", unlimited(), "near contacts and their terms"),
+        field("integrate", &R::integrate, "s", unlimited(), "the cloth's integrator"),
+        field("bodies", &R::bodies, "s", unlimited(), "rigid bodies and magnets"),
+        field("limit", &R::limit, "s", unlimited(), "strain limits and strain rates"),
+        field("certify", &R::certify, "s", unlimited(),
+              "continuous collision detection and response"),
+        field("check", &R::check, "s", unlimited(), "divergence, intersections"));
+  }
+};
+
+// Time that threads spend in the loops of collision handling.
+struct ThreadReport {
+  double least = 0.0, mean = 0.0, most = 0.0;
+
+  static auto fields() {
+    using R = ThreadReport;
+    return std::make_tuple(
+        field("least", &R::least, "s", unlimited(), "of the thread with the least"),
+        field("mean", &R::mean, "s", unlimited(), "mean over the threads"),
+        field("most", &R::most, "s", unlimited(), "of the thread with the most"));
+  }
+};
+
+// The solves of the integrator.
+struct SolverReport {
+  int newton_iterations = 0, linear_iterations = 0;
+  double residual = 0.0;
+
+  static auto fields() {
+    using R = SolverReport;
+    return std::make_tuple(
+        field("newton_iterations", &R::newton_iterations, "1", unlimited(),
+              "outer iterations; 1 for linearised schemes"),
+        field("linear_iterations", &R::linear_iterations, "1", unlimited(),
+              "of the linear solver, summed over outer iterations"),
+        field("residual", &R::residual, "1", unlimited(), "of the last linear solve, relative"));
+  }
+};
+
+// Contacts and intersections.
+struct ContactReport {
+  std::int64_t near = 0, impacts = 0, unresolved = 0, intersections = 0, forced = 0;
+  double acceleration = 0.0;
+
+  static auto fields() {
+    using R = ContactReport;
+    return std::make_tuple(
+        field("near", &R::near, "1", unlimited(),
+              "contacts closer than their thickness, answered by the solve or by impulses"),
+        field("impacts", &R::impacts, "1", unlimited(),
+              "pairs that continuous collision detection finds to hit, first pass"),
+        field("unresolved", &R::unresolved, "1", unlimited(),
+              "impacts that certification leaves, even in 1/64 of the step"),
+        field("intersections", &R::intersections, "1", unlimited(),
+              "intersecting triangle pairs at the end; counted from an unresolved step on until "
+              "there are none"),
+        field("forced", &R::forced, "1", unlimited(),
+              "intersecting pairs for which scripted motion leaves the cloth no room; see "
+              "sim.forced_pairs"),
+        field("acceleration", &R::acceleration, "m/s^2", unlimited(),
+              "root mean square over free vertices in contact, over the whole step"));
+  }
+};
+
+// Motion that certification withholds.
+struct WithheldReport {
+  std::int64_t vertices = 0;
+  double requested = 0.0, motion = 0.0, share = 0.0, momentum = 0.0;
+
+  static auto fields() {
+    using R = WithheldReport;
+    return std::make_tuple(
+        field("vertices", &R::vertices, "1", unlimited(), "vertices of which motion is withheld"),
+        field("requested", &R::requested, "m", unlimited(),
+              "lengths of the displacements of free cloth vertices, summed"),
+        field("motion", &R::motion, "m", unlimited(),
+              "lengths withheld from cloth and free bodies, summed"),
+        field("share", &R::share, "1", unlimited(), "motion over requested"),
+        field("momentum", &R::momentum, "kg m/s", unlimited(),
+              "mass times withheld velocity, sizes summed over vertices and bodies"));
+  }
+};
+
+// Strain limits.
+struct StrainLimitReport {
+  int sweeps = 0, rate_sweeps = 0, rounds = 0, fallbacks = 0;
+  std::int64_t evaluations = 0;
+  double excess = 0.0, weft_excess = 0.0, warp_excess = 0.0, shear_excess = 0.0;
+  std::int64_t beyond = 0, worst_element = -1, broken = 0;
+
+  static auto fields() {
+    using R = StrainLimitReport;
+    return std::make_tuple(
+        field("sweeps", &R::sweeps, "1", unlimited(), "of strain limiting"),
+        field("rate_sweeps", &R::rate_sweeps, "1", unlimited(), "of strain-rate limiting"),
+        field(
+            "rounds", &R::rounds, "1", unlimited(),
+            "certifications in turn with limiting, most of a part; 1: limits held after the first"),
+        field("fallbacks", &R::fallbacks, "1", unlimited(),
+              "rounds in which cloth went back towards the start of the step because limits and "
+              "contacts disagreed"),
+        field("evaluations", &R::evaluations, "1", unlimited(),
+              "elements whose strain the sweeps computed"),
+        field("excess", &R::excess, "1", unlimited(),
+              "largest strain beyond its limit right after limiting"),
+        field("weft_excess", &R::weft_excess, "1", unlimited(),
+              "largest strain along weft beyond its limit at the end"),
+        field("warp_excess", &R::warp_excess, "1", unlimited(),
+              "largest strain along warp beyond its limit at the end"),
+        field("shear_excess", &R::shear_excess, "1", unlimited(),
+              "largest shear strain beyond its limit at the end"),
+        field("beyond", &R::beyond, "1", unlimited(),
+              "elements beyond a limit by more than the tolerance at the end"),
+        field("worst_element", &R::worst_element, "1", unlimited(),
+              "the element most beyond its limit, all cloths end to end; -1: none"),
+        field("broken", &R::broken, "1", unlimited(),
+              "elements beyond a limit by more than 0.01 (a fifth of limits below 0.05); see "
+              "sim.broken_limits"));
+  }
+};
+
+// Strain U - I of all triangles at the end of the step, limited or not.
+struct StrainReport {
+  double weft = 0.0, warp = 0.0, shear = 0.0, stretch = 1.0;
+
+  static auto fields() {
+    using R = StrainReport;
+    return std::make_tuple(
+        field("weft", &R::weft, "1", unlimited(), "largest strain along weft"),
+        field("warp", &R::warp, "1", unlimited(), "largest strain along warp"),
+        field("shear", &R::shear, "1", unlimited(), "largest shear strain e12, of either sign"),
+        field("stretch", &R::stretch, "1", unlimited(), "largest principal stretch"));
+  }
+};
+
+// Energies at the end of the step.
+struct EnergyReport {
+  double kinetic = 0.0, membrane = 0.0, bending = 0.0, gravity = 0.0, contact = 0.0;
+  double body_kinetic = 0.0, body_gravity = 0.0, magnetic = 0.0;
+
+  static auto fields() {
+    using R = EnergyReport;
+    return std::make_tuple(
+        field("kinetic", &R::kinetic, "J", unlimited(), "of cloth"),
+        field("membrane", &R::membrane, "J", unlimited(), "of cloth"),
+        field("bending", &R::bending, "J", unlimited(), "of cloth"),
+        field("gravity", &R::gravity, "J", unlimited(), "of cloth"),
+        field("contact", &R::contact, "J", unlimited(),
+              "of contacts in the solve, at the start of the step"),
+        field("body_kinetic", &R::body_kinetic, "J", unlimited(),
+              "of rigid bodies, moving and turning"),
+        field("body_gravity", &R::body_gravity, "J", unlimited(), "of rigid bodies"),
+        field("magnetic", &R::magnetic, "J", unlimited(),
+              "of magnets in one another's field and in the uniform field"));
+  }
+};
+
+// The motion of magnets.
+struct MagnetReport {
+  int substeps = 0;
+  double force_error = 0.0;
+
+  static auto fields() {
+    using R = MagnetReport;
+    return std::make_tuple(field("substeps", &R::substeps, "1", unlimited(),
+                                 "sub-steps that the motion of magnets takes"),
+                           field("force_error", &R::force_error, "N", unlimited(),
+                                 "largest estimated error of a force at the end"));
+  }
+};
+
+// Electric circuits and bearings.
+struct CircuitReport {
+  double current = 0.0, energy = 0.0, heat = 0.0, supply = 0.0, bearing_work = 0.0;
+
+  static auto fields() {
+    using R = CircuitReport;
+    return std::make_tuple(
+        field("current", &R::current, "A", unlimited(), "in the first circuit at the end"),
+        field("energy", &R::energy, "J", unlimited(),
+              "of the inductances of all circuits, own and mutual"),
+        field("heat", &R::heat, "J", unlimited(), "in the resistances of circuits since the start"),
+        field("supply", &R::supply, "J", unlimited(),
+              "by the sources of all coils since the start"),
+        field("bearing_work", &R::bearing_work, "J", unlimited(),
+              "taken out by friction and torques of bearings since the start"));
+  }
+};
 
 struct StepReport {
   std::int64_t step = 0;
-  double time = 0.0;                // at the end of the step [s]
-  std::array<double, 7> seconds{};  // wall time per stage [s]
-  // Time that the threads spent in the loops of collision detection and response: least, mean and
-  // most of a thread [s].
-  double busy_least = 0.0, busy_mean = 0.0, busy_most = 0.0;
-  int newton_iterations = 0;     // outer iterations (1 for linearised schemes)
-  int linear_iterations = 0;     // of the linear solver, summed over outer iterations
-  double linear_residual = 0.0;  // of the last linear solve, relative [1]
-  std::int64_t contacts = 0;     // proximity contacts that entered the solve
-  std::int64_t impacts = 0;      // hits of the continuous test, first pass
-  std::int64_t truncated = 0;    // vertices whose displacement was shortened
-  int substeps = 1;  // parts the step was taken in: more where certification or the solver failed
-                     // at its full length
-  std::int64_t unresolved = 0;  // impacts that certification had to leave, even in 1/64 of the step
-  std::int64_t intersections =
-      0;  // intersecting triangle pairs at the end; counted from an unresolved step on until 0
-  std::int64_t forced = 0;  // of these, pairs left where what moves by script leaves cloth no room
-  double wanted_motion =
-      0.0;  // lengths of the displacements that came to certification, of cloth that is free [m]
-  double withheld_motion =
-      0.0;  // lengths that truncation took from the displacements of cloth and free bodies [m]
-  double withheld = 0.0;            // withheld_motion over wanted_motion [1]
-  double truncated_momentum = 0.0;  // mass times change of velocity by truncation, sizes summed
-                                    // over vertices and bodies [kg m/s]
-  double contact_acceleration =
-      0.0;  // root mean square over free vertices in contact, over the whole step [m/s^2]
-  int limit_sweeps = 0;  // of strain limiting
-  int rate_sweeps = 0;   // of strain-rate limiting
-  int limit_rounds =
-      0;  // certifications of a part of the step, in turn with limiting; the most of a part
-  int limit_retreats =
-      0;  // of these, those after cloth went back towards the start of the step for its limits
-  std::int64_t limit_evaluations =
-      0;                      // elements whose strain was computed in the sweeps of strain limiting
-  double limit_excess = 0.0;  // largest strain beyond its limit right after limiting [1]
-  double weft_excess =
-      0.0;  // largest strain beyond its limit at the end of the step, along weft [1]
-  double warp_excess = 0.0;
-  double shear_excess = 0.0;
-  std::int64_t beyond_limit =
-      0;  // elements beyond a limit by more than the tolerance at the end of the step
-  std::int64_t worst_element =
-      -1;  // the one most beyond, in the user's numbering over all cloths; -1: none
-  std::int64_t broken_limits =
-      0;  // elements beyond a limit by more than contacts may leave, limit_margin()
-  double weft_strain =
-      0.0;  // largest strain U - I of all triangles at the end of the step, limited or not [1]
-  double warp_strain = 0.0;
-  double shear_strain = 0.0;    // of its absolute values
-  double max_stretch = 1.0;     // largest principal stretch of any triangle [1]
-  double kinetic_energy = 0.0;  // [J], as all energies
-  double membrane_energy = 0.0;
-  double bending_energy = 0.0;
-  double gravity_energy = 0.0;
-  double contact_energy = 0.0;       // at the start of the step; the others at its end
-  double body_kinetic_energy = 0.0;  // of rigid bodies, moving and turning
-  double body_gravity_energy = 0.0;  // of rigid bodies
-  double magnetic_energy = 0.0;      // of magnets in one another's field and in the uniform one
-  int magnetic_substeps = 0;         // that the magnets' motion took
-  double magnetic_error = 0.0;   // largest estimated error of a force at the end of the step [N]
-  double circuit_current = 0.0;  // in the first circuit at the end of the step [A]
-  double circuit_energy = 0.0;   // of the inductances of all circuits, own and mutual
-  double circuit_heat = 0.0;     // in their resistances since the start
-  double circuit_supply = 0.0;   // by the sources of all coils since the start
-  double bearing_work = 0.0;     // taken out by friction and torques of bearings since the start
+  double time = 0.0;
+  int parts = 1;
+  StageSeconds seconds;
+  ThreadReport busy;
+  SolverReport solver;
+  ContactReport contacts;
+  WithheldReport withheld;
+  StrainLimitReport limits;
+  StrainReport strain;
+  EnergyReport energy;
+  MagnetReport magnets;
+  CircuitReport circuits;
+
+  static auto fields() {
+    using R = StepReport;
+    return std::make_tuple(
+        field("step", &R::step, "1", unlimited(), "number of the step"),
+        field("time", &R::time, "s", unlimited(), "at the end of the step"),
+        field("parts", &R::parts, "1", unlimited(),
+              "parts the step is taken in: several where certification, limits or the solver fail "
+              "at its full length"),
+        field("seconds", &R::seconds, "wall time of each stage"),
+        field("busy", &R::busy, "time of threads in the loops of collision handling"),
+        field("solver", &R::solver, "the solves of the integrator"),
+        field("contacts", &R::contacts, "contacts and intersections"),
+        field("withheld", &R::withheld, "motion that certification withholds"),
+        field("limits", &R::limits, "strain limits"),
+        field("strain", &R::strain, "strain of all triangles at the end"),
+        field("energy", &R::energy, "energies at the end"),
+        field("magnets", &R::magnets, "the motion of magnets"),
+        field("circuits", &R::circuits, "electric circuits and bearings"));
+  }
 };
+
+// Calls visit(path, field, number) for every number of a report and of those nested in it.
+template <class Report, class Visitor>
+void for_each_number(Report& report, Visitor&& visit, const std::string& prefix = {}) {
+  for_each_field<std::remove_const_t<Report>>([&](const auto& each) {
+    auto& value = report.*(each.member);
+    if constexpr (std::is_arithmetic_v<std::remove_cvref_t<decltype(value)>>)
+      visit(prefix + each.name, each, value);
+    else
+      for_each_number(value, visit, prefix + each.name + ".");
+  });
+}
 
 }  // namespace loomstone

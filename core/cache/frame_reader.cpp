@@ -20,6 +20,9 @@ Hdf5File open_ours(const std::string& path, const std::string& kind) {
     throw CacheError(path +
                      ": is HDF5 but not a loomstone cache; give a file that loomstone wrote.");
   const std::int64_t found = file.attribute(group, "format");
+  if (found < format)
+    throw CacheError(path + ": written by an older version (file format " + std::to_string(found) +
+                     ", this build reads " + std::to_string(format) + "); run the scene again.");
   if (found > format)
     throw CacheError(path + ": written by a newer version (file format " + std::to_string(found) +
                      ", this build reads up to " + std::to_string(format) + "); update loomstone.");

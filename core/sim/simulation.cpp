@@ -150,7 +150,7 @@ const StepReport& Simulation::report() const {
   if (!data_->measured || data_->writes.watching()) {
     measure(data_->model, data_->state, data_->team, *data_->stepper->engines().elasticity,
             data_->outcome.report);
-    data_->outcome.report.magnetic_energy =
+    data_->outcome.report.energy.magnetic =
         magnetic_energy(data_->model, data_->state, time(), data_->stepper->engines());
     data_->measured = true;
   }

@@ -16,14 +16,17 @@ __all__: list[str] = [
     "CacheError",
     "Camera",
     "Checkpoint",
+    "CircuitReport",
     "ClosestPoint",
     "Cloth",
     "ClothMaterial",
     "Coil",
     "Collisions",
     "Communicator",
+    "ContactReport",
     "Curves",
     "Detector",
+    "EnergyReport",
     "Error",
     "Frame",
     "FrameReader",
@@ -34,6 +37,7 @@ __all__: list[str] = [
     "LimitOptions",
     "LimitReport",
     "Magnet",
+    "MagnetReport",
     "MagneticBody",
     "MassProperties",
     "Obstacle",
@@ -44,12 +48,18 @@ __all__: list[str] = [
     "Simulation",
     "SoftBody",
     "SolverFailure",
+    "SolverReport",
     "SpatialQuery",
+    "StageSeconds",
     "State",
     "StepReport",
     "StrainLimit",
+    "StrainLimitReport",
+    "StrainReport",
+    "ThreadReport",
     "TriangleMesh",
     "Unsupported",
+    "WithheldReport",
     "box",
     "candidates",
     "capsule",
@@ -133,15 +143,364 @@ class Unsupported(Error, NotImplementedError):
     Not offered in this build or combination (a NotImplementedError).
     """
 
-class StepReport:
+class StageSeconds:
     """
-    What happened in a step; never decides anything.
+    Wall time of each stage of a step [s].
     """
     def __init__(self) -> None: ...
     def __repr__(self) -> str: ...
-    def to_dict(self) -> dict[str, typing.Any]:
+    def to_dict(self) -> typing.Any:
         """
-        All numbers by name.
+        All numbers by name; nested reports as dictionaries.
+        """
+    @property
+    def bodies(self) -> float:
+        """
+        rigid bodies and magnets [s]
+        """
+    @property
+    def certify(self) -> float:
+        """
+        continuous collision detection and response [s]
+        """
+    @property
+    def check(self) -> float:
+        """
+        divergence, intersections [s]
+        """
+    @property
+    def integrate(self) -> float:
+        """
+        the cloth's integrator [s]
+        """
+    @property
+    def limit(self) -> float:
+        """
+        strain limits and strain rates [s]
+        """
+    @property
+    def loads(self) -> float:
+        """
+        forces at the start, and scripts [s]
+        """
+    @property
+    def proximity(self) -> float:
+        """
+        near contacts and their terms [s]
+        """
+
+class ThreadReport:
+    """
+    Time of threads in the loops of collision handling [s].
+    """
+    def __init__(self) -> None: ...
+    def __repr__(self) -> str: ...
+    def to_dict(self) -> typing.Any:
+        """
+        All numbers by name; nested reports as dictionaries.
+        """
+    @property
+    def least(self) -> float:
+        """
+        of the thread with the least [s]
+        """
+    @property
+    def mean(self) -> float:
+        """
+        mean over the threads [s]
+        """
+    @property
+    def most(self) -> float:
+        """
+        of the thread with the most [s]
+        """
+
+class SolverReport:
+    """
+    The solves of the integrator.
+    """
+    def __init__(self) -> None: ...
+    def __repr__(self) -> str: ...
+    def to_dict(self) -> typing.Any:
+        """
+        All numbers by name; nested reports as dictionaries.
+        """
+    @property
+    def linear_iterations(self) -> int:
+        """
+        of the linear solver, summed over outer iterations [1]
+        """
+    @property
+    def newton_iterations(self) -> int:
+        """
+        outer iterations; 1 for linearised schemes [1]
+        """
+    @property
+    def residual(self) -> float:
+        """
+        of the last linear solve, relative [1]
+        """
+
+class ContactReport:
+    """
+    Contacts and intersections.
+    """
+    def __init__(self) -> None: ...
+    def __repr__(self) -> str: ...
+    def to_dict(self) -> typing.Any:
+        """
+        All numbers by name; nested reports as dictionaries.
+        """
+    @property
+    def acceleration(self) -> float:
+        """
+        root mean square over free vertices in contact, over the whole step [m/s^2]
+        """
+    @property
+    def forced(self) -> int:
+        """
+        intersecting pairs for which scripted motion leaves the cloth no room; see sim.forced_pairs [1]
+        """
+    @property
+    def impacts(self) -> int:
+        """
+        pairs that continuous collision detection finds to hit, first pass [1]
+        """
+    @property
+    def intersections(self) -> int:
+        """
+        intersecting triangle pairs at the end; counted from an unresolved step on until there are none [1]
+        """
+    @property
+    def near(self) -> int:
+        """
+        contacts closer than their thickness, answered by the solve or by impulses [1]
+        """
+    @property
+    def unresolved(self) -> int:
+        """
+        impacts that certification leaves, even in 1/64 of the step [1]
+        """
+
+class WithheldReport:
+    """
+    Motion that certification withholds.
+    """
+    def __init__(self) -> None: ...
+    def __repr__(self) -> str: ...
+    def to_dict(self) -> typing.Any:
+        """
+        All numbers by name; nested reports as dictionaries.
+        """
+    @property
+    def momentum(self) -> float:
+        """
+        mass times withheld velocity, sizes summed over vertices and bodies [kg m/s]
+        """
+    @property
+    def motion(self) -> float:
+        """
+        lengths withheld from cloth and free bodies, summed [m]
+        """
+    @property
+    def requested(self) -> float:
+        """
+        lengths of the displacements of free cloth vertices, summed [m]
+        """
+    @property
+    def share(self) -> float:
+        """
+        motion over requested [1]
+        """
+    @property
+    def vertices(self) -> int:
+        """
+        vertices of which motion is withheld [1]
+        """
+
+class StrainLimitReport:
+    """
+    Strain limits.
+    """
+    def __init__(self) -> None: ...
+    def __repr__(self) -> str: ...
+    def to_dict(self) -> typing.Any:
+        """
+        All numbers by name; nested reports as dictionaries.
+        """
+    @property
+    def beyond(self) -> int:
+        """
+        elements beyond a limit by more than the tolerance at the end [1]
+        """
+    @property
+    def broken(self) -> int:
+        """
+        elements beyond a limit by more than 0.01 (a fifth of limits below 0.05); see sim.broken_limits [1]
+        """
+    @property
+    def evaluations(self) -> int:
+        """
+        elements whose strain the sweeps computed [1]
+        """
+    @property
+    def excess(self) -> float:
+        """
+        largest strain beyond its limit right after limiting [1]
+        """
+    @property
+    def fallbacks(self) -> int:
+        """
+        rounds in which cloth went back towards the start of the step because limits and contacts disagreed [1]
+        """
+    @property
+    def rate_sweeps(self) -> int:
+        """
+        of strain-rate limiting [1]
+        """
+    @property
+    def rounds(self) -> int:
+        """
+        certifications in turn with limiting, most of a part; 1: limits held after the first [1]
+        """
+    @property
+    def shear_excess(self) -> float:
+        """
+        largest shear strain beyond its limit at the end [1]
+        """
+    @property
+    def sweeps(self) -> int:
+        """
+        of strain limiting [1]
+        """
+    @property
+    def warp_excess(self) -> float:
+        """
+        largest strain along warp beyond its limit at the end [1]
+        """
+    @property
+    def weft_excess(self) -> float:
+        """
+        largest strain along weft beyond its limit at the end [1]
+        """
+    @property
+    def worst_element(self) -> int:
+        """
+        the element most beyond its limit, all cloths end to end; -1: none [1]
+        """
+
+class StrainReport:
+    """
+    Strain U - I of all triangles at the end of the step [1].
+    """
+    def __init__(self) -> None: ...
+    def __repr__(self) -> str: ...
+    def to_dict(self) -> typing.Any:
+        """
+        All numbers by name; nested reports as dictionaries.
+        """
+    @property
+    def shear(self) -> float:
+        """
+        largest shear strain e12, of either sign [1]
+        """
+    @property
+    def stretch(self) -> float:
+        """
+        largest principal stretch [1]
+        """
+    @property
+    def warp(self) -> float:
+        """
+        largest strain along warp [1]
+        """
+    @property
+    def weft(self) -> float:
+        """
+        largest strain along weft [1]
+        """
+
+class EnergyReport:
+    """
+    Energies at the end of the step [J].
+    """
+    def __init__(self) -> None: ...
+    def __repr__(self) -> str: ...
+    def to_dict(self) -> typing.Any:
+        """
+        All numbers by name; nested reports as dictionaries.
+        """
+    @property
+    def bending(self) -> float:
+        """
+        of cloth [J]
+        """
+    @property
+    def body_gravity(self) -> float:
+        """
+        of rigid bodies [J]
+        """
+    @property
+    def body_kinetic(self) -> float:
+        """
+        of rigid bodies, moving and turning [J]
+        """
+    @property
+    def contact(self) -> float:
+        """
+        of contacts in the solve, at the start of the step [J]
+        """
+    @property
+    def gravity(self) -> float:
+        """
+        of cloth [J]
+        """
+    @property
+    def kinetic(self) -> float:
+        """
+        of cloth [J]
+        """
+    @property
+    def magnetic(self) -> float:
+        """
+        of magnets in one another's field and in the uniform field [J]
+        """
+    @property
+    def membrane(self) -> float:
+        """
+        of cloth [J]
+        """
+
+class MagnetReport:
+    """
+    The motion of magnets.
+    """
+    def __init__(self) -> None: ...
+    def __repr__(self) -> str: ...
+    def to_dict(self) -> typing.Any:
+        """
+        All numbers by name; nested reports as dictionaries.
+        """
+    @property
+    def force_error(self) -> float:
+        """
+        largest estimated error of a force at the end [N]
+        """
+    @property
+    def substeps(self) -> int:
+        """
+        sub-steps that the motion of magnets takes [1]
+        """
+
+class CircuitReport:
+    """
+    Electric circuits and bearings.
+    """
+    def __init__(self) -> None: ...
+    def __repr__(self) -> str: ...
+    def to_dict(self) -> typing.Any:
+        """
+        All numbers by name; nested reports as dictionaries.
         """
     @property
     def bearing_work(self) -> float:
@@ -149,199 +508,94 @@ class StepReport:
         taken out by friction and torques of bearings since the start [J]
         """
     @property
-    def bending_energy(self) -> float:
+    def current(self) -> float:
         """
-        [J]
-        """
-    @property
-    def beyond_limit(self) -> int:
-        """
-        elements beyond a limit by more than the tolerance at the end of the step
+        in the first circuit at the end [A]
         """
     @property
-    def body_gravity_energy(self) -> float:
-        """
-        of rigid bodies [J]
-        """
-    @property
-    def body_kinetic_energy(self) -> float:
-        """
-        of rigid bodies, moving and turning [J]
-        """
-    @property
-    def broken_limits(self) -> int:
-        """
-        elements beyond a limit by more than 0.01 (a fifth of limits below 0.05); see sim.broken_limits
-        """
-    @property
-    def busy_least(self) -> float:
-        """
-        time in the loops of collision detection and response, of the thread with the least [s]
-        """
-    @property
-    def busy_mean(self) -> float:
-        """
-        the same, mean over the threads [s]
-        """
-    @property
-    def busy_most(self) -> float:
-        """
-        the same, of the thread with the most [s]
-        """
-    @property
-    def circuit_current(self) -> float:
-        """
-        in the first circuit at the end of the step [A]
-        """
-    @property
-    def circuit_energy(self) -> float:
+    def energy(self) -> float:
         """
         of the inductances of all circuits, own and mutual [J]
         """
     @property
-    def circuit_heat(self) -> float:
+    def heat(self) -> float:
         """
         in the resistances of circuits since the start [J]
         """
     @property
-    def circuit_supply(self) -> float:
+    def supply(self) -> float:
         """
         by the sources of all coils since the start [J]
         """
-    @property
-    def contact_acceleration(self) -> float:
+
+class StepReport:
+    """
+    What happened in a step; never decides anything.
+    """
+    def __init__(self) -> None: ...
+    def __repr__(self) -> str: ...
+    def numbers(self) -> dict[str, typing.Any]:
         """
-        root mean square over free vertices in contact, over the whole step [m/s^2]
+        All numbers by their path, such as "energy.kinetic".
         """
-    @property
-    def contact_energy(self) -> float:
+    def to_dict(self) -> typing.Any:
         """
-        [J], at the start of the step; the other energies are those of its end
-        """
-    @property
-    def contacts(self) -> int:
-        """
-        proximity contacts that entered the solve
-        """
-    @property
-    def forced(self) -> int:
-        """
-        of the intersecting pairs, those left because what moves by script left the cloth no room; see sim.forced_pairs
+        All numbers by name; nested reports as dictionaries.
         """
     @property
-    def gravity_energy(self) -> float:
+    def busy(self) -> ThreadReport:
         """
-        [J]
-        """
-    @property
-    def impacts(self) -> int:
-        """
-        hits of the continuous test, first pass
+        time of threads in the loops of collision handling
         """
     @property
-    def intersections(self) -> int:
+    def circuits(self) -> CircuitReport:
         """
-        intersecting triangle pairs at the end of the step; counted from an unresolved step on until there are none
-        """
-    @property
-    def kinetic_energy(self) -> float:
-        """
-        [J]
+        electric circuits and bearings
         """
     @property
-    def limit_evaluations(self) -> int:
+    def contacts(self) -> ContactReport:
         """
-        elements whose strain was computed in the sweeps of strain limiting
-        """
-    @property
-    def limit_excess(self) -> float:
-        """
-        largest strain beyond its limit right after limiting [1]
+        contacts and intersections
         """
     @property
-    def limit_retreats(self) -> int:
+    def energy(self) -> EnergyReport:
         """
-        of these, those after cloth went back towards the start of the step because limits and contacts did not agree
-        """
-    @property
-    def limit_rounds(self) -> int:
-        """
-        certifications in turn with strain limiting; 1: limits held after the first
+        energies at the end
         """
     @property
-    def limit_sweeps(self) -> int:
+    def limits(self) -> StrainLimitReport:
         """
-        sweeps of strain limiting
-        """
-    @property
-    def linear_iterations(self) -> int:
-        """
-        of the linear solver, summed over outer iterations
+        strain limits
         """
     @property
-    def linear_residual(self) -> float:
+    def magnets(self) -> MagnetReport:
         """
-        of the last linear solve, relative [1]
-        """
-    @property
-    def magnetic_energy(self) -> float:
-        """
-        of magnets in one another's field and in the uniform one [J]
+        the motion of magnets
         """
     @property
-    def magnetic_error(self) -> float:
+    def parts(self) -> int:
         """
-        largest estimated error of a force at the end of the step [N]
-        """
-    @property
-    def magnetic_substeps(self) -> int:
-        """
-        sub-steps that the motion of magnets took
+        parts the step is taken in: several where certification, limits or the solver fail at its full length [1]
         """
     @property
-    def max_stretch(self) -> float:
+    def seconds(self) -> StageSeconds:
         """
-        largest principal stretch of any triangle [1]
-        """
-    @property
-    def membrane_energy(self) -> float:
-        """
-        [J]
+        wall time of each stage
         """
     @property
-    def newton_iterations(self) -> int:
+    def solver(self) -> SolverReport:
         """
-        outer iterations; 1 for linearised schemes
-        """
-    @property
-    def rate_sweeps(self) -> int:
-        """
-        sweeps of strain-rate limiting
-        """
-    @property
-    def seconds(self) -> dict[str, typing.Any]:
-        """
-        Wall time of each stage, by name [s].
-        """
-    @property
-    def shear_excess(self) -> float:
-        """
-        largest shear strain beyond its limit at the end of the step [1]
-        """
-    @property
-    def shear_strain(self) -> float:
-        """
-        largest shear strain, e12 of U - I, of either sign [1]
+        the solves of the integrator
         """
     @property
     def step(self) -> int:
         """
-        number of the step
+        number of the step [1]
         """
     @property
-    def substeps(self) -> int:
+    def strain(self) -> StrainReport:
         """
-        parts the step was taken in; more than 1 where certification failed at its full length
+        strain of all triangles at the end
         """
     @property
     def time(self) -> float:
@@ -349,59 +603,9 @@ class StepReport:
         at the end of the step [s]
         """
     @property
-    def truncated(self) -> int:
+    def withheld(self) -> WithheldReport:
         """
-        vertices whose displacement was shortened
-        """
-    @property
-    def truncated_momentum(self) -> float:
-        """
-        mass times change of velocity by truncation, sizes summed over vertices and bodies [kg m/s]
-        """
-    @property
-    def unresolved(self) -> int:
-        """
-        impacts that certification had to leave, even in 1/64 of the step
-        """
-    @property
-    def wanted_motion(self) -> float:
-        """
-        lengths of the displacements that came to certification, summed over free cloth vertices [m]
-        """
-    @property
-    def warp_excess(self) -> float:
-        """
-        largest strain along warp beyond its limit at the end of the step [1]
-        """
-    @property
-    def warp_strain(self) -> float:
-        """
-        the same along warp [1]
-        """
-    @property
-    def weft_excess(self) -> float:
-        """
-        largest strain along weft beyond its limit at the end of the step [1]
-        """
-    @property
-    def weft_strain(self) -> float:
-        """
-        largest strain U - I along weft of all triangles, limited or not [1]
-        """
-    @property
-    def withheld(self) -> float:
-        """
-        withheld_motion over wanted_motion [1]
-        """
-    @property
-    def withheld_motion(self) -> float:
-        """
-        lengths that truncation took from displacements of cloth and free bodies, summed [m]
-        """
-    @property
-    def worst_element(self) -> int:
-        """
-        the one most beyond its limit, all cloths end to end; -1: none
+        motion that certification withholds
         """
 
 class FrameTopology:
@@ -1605,9 +1809,9 @@ class Magnet:
     orientation : unit quaternion (w, x, y, z), magnet's axes to those of the body's mesh
     polarization : (3) J = mu0 M in the magnet's axes, fixed to it [T]; not of a dipole
     moment : (3) of a dipole in the magnet's axes [A m^2]
-    susceptibility : chi of a sphere, cuboid or mesh that magnetises in the field it is in, instead of a polarization: > 0 soft iron, < 0 diamagnetic, -1 superconducting [1]; >= -1; default 0.0
+    susceptibility : chi of a sphere, cuboid, cylinder or mesh that magnetises in the field it is in, instead of a polarization: > 0 soft iron, < 0 diamagnetic, -1 superconducting [1]; >= -1; default 0.0
     saturation : mu0 M_s with a susceptibility > 0, followed in the means over the body; 0: none [T]; >= 0; default 0.0
-    resolution : with a susceptibility: degree of the harmonics of a sphere (1: a point dipole), cells along each edge of a cuboid (a multiple of 4 from 8 to 48), least number of panels of a mesh; 0: 1, 8 or 500 [1]; in [0, 8000]; default 0
+    resolution : with a susceptibility: degree of the harmonics of a sphere (1: a point dipole), cells along each edge of a cuboid (a multiple of 4 from 8 to 48) or the side of a cylinder (from 8 to 24), least number of panels of a mesh; 0: 1, 8 or 500 [1]; in [0, 8000]; default 0
     focus : of a cuboid with a susceptibility: half the width of what is near the middle of its wide faces, where panels are finer then; 0: none [m]; >= 0; default 0.0
     response : with a susceptibility: mutual, to the field of all others | explicit, the thesis' own way: cells of `density` that answer as lone spheres, to permanent magnets alone; default 'mutual'
     engine : accurate: exact fields, forces to magnetic_tolerance | cells: dipole cells, fast and rough; default 'accurate'
@@ -1751,7 +1955,7 @@ class Magnet:
     @property
     def resolution(self) -> int:
         """
-        with a susceptibility: degree of the harmonics of a sphere (1: a point dipole), cells along each edge of a cuboid (a multiple of 4 from 8 to 48), least number of panels of a mesh; 0: 1, 8 or 500 [1]; in [0, 8000]; default 0
+        with a susceptibility: degree of the harmonics of a sphere (1: a point dipole), cells along each edge of a cuboid (a multiple of 4 from 8 to 48) or the side of a cylinder (from 8 to 24), least number of panels of a mesh; 0: 1, 8 or 500 [1]; in [0, 8000]; default 0
         """
     @property
     def response(self) -> str:
@@ -1776,7 +1980,7 @@ class Magnet:
     @property
     def susceptibility(self) -> float:
         """
-        chi of a sphere, cuboid or mesh that magnetises in the field it is in, instead of a polarization: > 0 soft iron, < 0 diamagnetic, -1 superconducting [1]; >= -1; default 0.0
+        chi of a sphere, cuboid, cylinder or mesh that magnetises in the field it is in, instead of a polarization: > 0 soft iron, < 0 diamagnetic, -1 superconducting [1]; >= -1; default 0.0
         """
 
 class Coil:
@@ -3181,16 +3385,6 @@ def capsule(
     Capsule along z, `length` between the centres of its caps [m].
     """
 
-def cylinder(
-    radius: typing.SupportsFloat | typing.SupportsIndex,
-    length: typing.SupportsFloat | typing.SupportsIndex,
-    *,
-    segments: typing.SupportsInt | typing.SupportsIndex = 32,
-) -> TriangleMesh:
-    """
-    Cylinder along z, a prism of `segments` sides [m].
-    """
-
 def continuous(
     kind: str, queries: typing.Annotated[numpy.typing.ArrayLike, numpy.float64]
 ) -> tuple[numpy.typing.NDArray[numpy.bool], numpy.typing.NDArray[numpy.float64]]:
@@ -3213,6 +3407,16 @@ def corotational_strain(
     """
     Co-rotational strain U - I of each triangle of `mesh` with its vertices at `points` (n, 3) [m]: (m, 3) of weft, warp and
     shear e12, half the engineering shear. rest: "uv" (uv are the pattern [m]) or "mesh" (lengths of the mesh).
+    """
+
+def cylinder(
+    radius: typing.SupportsFloat | typing.SupportsIndex,
+    length: typing.SupportsFloat | typing.SupportsIndex,
+    *,
+    segments: typing.SupportsInt | typing.SupportsIndex = 32,
+) -> TriangleMesh:
+    """
+    Cylinder along z, a prism of `segments` sides [m].
     """
 
 def default_thread_count() -> int:

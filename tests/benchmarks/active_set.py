@@ -59,8 +59,8 @@ def main() -> None:
                 for step in range(options.steps):
                     sim.step()
                     done, looked = (
-                        done + sim.report.limit_sweeps,
-                        looked + sim.report.limit_evaluations,
+                        done + sim.report.limits.sweeps,
+                        looked + sim.report.limits.evaluations,
                     )
                     least[step] = min(least[step], sim.report.seconds["limit"])
             sweeps.append(done / options.steps)

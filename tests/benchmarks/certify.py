@@ -93,11 +93,11 @@ def run(job: tuple[str, float, int, float | None]) -> dict[str, object]:
         for frame in sim.frames(duration=duration, rate=25.0):
             frames += 1
             intersecting += count_intersections(sim.topology, frame).cloth
-            unresolved += frame.report.unresolved
-            withheld = max(withheld, frame.report.withheld)
+            unresolved += frame.report.contacts.unresolved
+            withheld = max(withheld, frame.report.withheld.share)
             stretch = max(stretch, float(frame.stretch.max()))
-            excess = max(excess, frame.report.limit_excess)
-            substeps = max(substeps, frame.report.substeps)
+            excess = max(excess, frame.report.limits.excess)
+            substeps = max(substeps, frame.report.parts)
     except ls.SolverFailure as error:
         failure = str(error)
     seconds = time.perf_counter() - start

@@ -28,10 +28,10 @@ def swing(columns: int, rows: int) -> ls.Scene:
 
 def total(report: ls.StepReport) -> float:
     return (
-        report.kinetic_energy
-        + report.membrane_energy
-        + report.bending_energy
-        + report.gravity_energy
+        report.energy.kinetic
+        + report.energy.membrane
+        + report.energy.bending
+        + report.energy.gravity
     )
 
 

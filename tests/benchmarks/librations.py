@@ -68,8 +68,8 @@ def energies(scene: ls.Scene, period: float, periods: int) -> tuple[float, float
     kinetic, total = [], []
     for _ in range(8 * periods):
         sim.step()
-        kinetic.append(sim.report.body_kinetic_energy)
-        total.append(kinetic[-1] + sim.report.magnetic_energy)
+        kinetic.append(sim.report.energy.body_kinetic)
+        total.append(kinetic[-1] + sim.report.energy.magnetic)
     tenth, scale = len(total) // 10, max(kinetic)
     swing = np.abs(np.array(total) - total[0]).max() / scale
     return float(swing), float(abs(np.mean(total[-tenth:]) - np.mean(total[:tenth])) / scale)

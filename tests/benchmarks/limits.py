@@ -76,12 +76,12 @@ def measure(sim: ls.Simulation, limited: bool, duration: float) -> dict[str, flo
         sim.step()
         report = sim.report
         steps += 1
-        sweeps += report.limit_sweeps
-        evaluations += report.limit_evaluations
+        sweeps += report.limits.sweeps
+        evaluations += report.limits.evaluations
         limit += report.seconds["limit"]
-        iterations += report.linear_iterations
+        iterations += report.solver.linear_iterations
         excess.append(
-            max(report.weft_excess, report.warp_excess, report.shear_excess)
+            max(report.limits.weft_excess, report.limits.warp_excess, report.limits.shear_excess)
             if limited
             else float("nan")
         )

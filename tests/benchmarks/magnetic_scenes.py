@@ -120,7 +120,7 @@ def measure(
         start = time.process_time()
         sim.step()
         spent += time.process_time() - start
-        substeps += sim.report.magnetic_substeps
+        substeps += sim.report.magnets.substeps
     return float(np.mean(evaluations)), substeps / steps, 1e3 * spent / steps
 
 

@@ -86,8 +86,14 @@ def balance(sim: ls.Simulation) -> float:
     gave [J].
     """
     r = sim.report
-    mechanical = r.body_kinetic_energy + r.body_gravity_energy + r.magnetic_energy
-    return mechanical + r.circuit_energy + r.circuit_heat + r.bearing_work - r.circuit_supply
+    mechanical = r.energy.body_kinetic + r.energy.body_gravity + r.energy.magnetic
+    return (
+        mechanical
+        + r.circuits.energy
+        + r.circuits.heat
+        + r.circuits.bearing_work
+        - r.circuits.supply
+    )
 
 
 def follow(case: dict[str, Any], until: float, step: float) -> dict[str, Any]:

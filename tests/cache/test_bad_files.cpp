@@ -91,7 +91,18 @@ TEST_CASE("a file of a newer format is refused with both numbers") {
   file.write_text_attribute("/loomstone", "kind", "run");
   file.close();
   CHECK_THAT(message_of(directory.path()),
-             Contains("written by a newer version (file format 3, this build reads up to 1)"));
+             Contains("written by a newer version (file format 3, this build reads up to 2)"));
+}
+
+TEST_CASE("a file of an older format is refused with both numbers") {
+  const TemporaryDirectory directory;
+  Hdf5File file = Hdf5File::create(directory / "run.vtkhdf");
+  file.create_group("/loomstone");
+  file.write_attribute("/loomstone", "format", std::array<std::int64_t, 1>{1});
+  file.write_text_attribute("/loomstone", "kind", "run");
+  file.close();
+  CHECK_THAT(message_of(directory.path()),
+             Contains("written by an older version (file format 1, this build reads 2)"));
 }
 
 TEST_CASE("the bodies file cannot stand for the run, nor that of another run for this run's") {

@@ -57,7 +57,7 @@ for method in ("gauss-seidel", "gauss-seidel-random", "jacobi", "edges", "in-sol
     sweeps = 0
     for _ in range(10 if method == "in-newton" else 40):
         sim.step()
-        sweeps += sim.report.limit_sweeps
+        sweeps += sim.report.limits.sweeps
     assert not swept or sweeps > 80, "limits act"
     digest = sim.digest()
     number = int(digest[:15], 16)
@@ -95,7 +95,7 @@ for _ in range(STEPS):
     sim.step()
 first, end = sim.owned_rows
 with open(sys.argv[1] + str(sim.rank), "w") as file:
-    print(first, end, sim.loop_iterations, sim.report.linear_iterations, file=file)
+    print(first, end, sim.loop_iterations, sim.report.solver.linear_iterations, file=file)
 """
 
 

@@ -55,7 +55,7 @@ Scene hammock() {
 TEST_CASE("1, 2, 3 and 7 threads give the same bits after a drape with contacts") {
   Simulation one(drape(24), step_of(4e-3), 1);
   for (int i = 0; i < 60; ++i) one.step();
-  CHECK(one.report().contacts > 20);
+  CHECK(one.report().contacts.near > 20);
   for (const int threads : {2, 3, 7}) {
     Simulation other(drape(24), step_of(4e-3), threads);
     for (int i = 0; i < 60; ++i) other.step();
@@ -265,7 +265,7 @@ TEST_CASE(
       before = cloth;
       const StepReport& r = sim.report();
       // Body and strip are coupled to first order.
-      CHECK(r.kinetic_energy + r.membrane_energy + r.bending_energy + r.body_kinetic_energy <
+      CHECK(r.energy.kinetic + r.energy.membrane + r.energy.bending + r.energy.body_kinetic <
             1.01 * energy);
     }
   }
@@ -376,7 +376,7 @@ TEST_CASE("a step in which the Newton loop finds no solution is taken in halves"
   std::vector<int> parts;
   for (int i = 0; i < 20; ++i) {
     sim.step();
-    parts.push_back(sim.report().substeps);
+    parts.push_back(sim.report().parts);
   }
   CHECK(*std::max_element(parts.begin(), parts.end()) > 1);
   // Halved steps damp less: it has fallen as far as with steps of 5 ms, to 5 % of its length.
@@ -413,7 +413,7 @@ TEST_CASE(
     }
     CHECK(lowest > 0.0);
     if (!damped) continue;  // the midpoint rule keeps the energy of the fall: it bounces
-    CHECK(sim.report().contacts > 20);
+    CHECK(sim.report().contacts.near > 20);
     const Vector z = sim.positions().col(2);
     CHECK(z.maxCoeff() < 1.5 * thickness);
     CHECK(z.minCoeff() > 0.25 * thickness);
@@ -425,15 +425,15 @@ TEST_CASE("a cloth that drapes never has more energy than it set out with") {
   Simulation sim(drape(20), step_of(4e-3), 1);
   const auto energy = [&] {
     const StepReport& r = sim.report();
-    return r.kinetic_energy + r.membrane_energy + r.bending_energy + r.gravity_energy;
+    return r.energy.kinetic + r.energy.membrane + r.energy.bending + r.energy.gravity;
   };
   sim.step();
-  const double start = energy(), g = sim.report().gravity_energy;
+  const double start = energy(), g = sim.report().energy.gravity;
   double highest = start, lowest = g;
   for (int i = 0; i < 250; ++i) {
     sim.step();
     highest = std::max(highest, energy());
-    lowest = std::min(lowest, sim.report().gravity_energy);
+    lowest = std::min(lowest, sim.report().energy.gravity);
   }
   // What meets something within a step is found at its start: contacts may push by a step's length
   // of energy.

@@ -14,40 +14,40 @@ void measure(const Model& model, const State& state, const Team& team, Elasticit
   const Index n = model.cloth.n_vertices;
   const Points &x = state.cloth.x, &v = state.cloth.v;
   const Vector& mass = model.cloth.mass;
-  report.kinetic_energy =
+  report.energy.kinetic =
       parallel_sum(team, n, [&](Index i) { return 0.5 * mass[i] * v.row(i).squaredNorm(); });
-  report.gravity_energy = -parallel_sum(
+  report.energy.gravity = -parallel_sum(
       team, n, [&](Index i) { return mass[i] * x.row(i).dot(model.scene.gravity.transpose()); });
-  report.body_kinetic_energy = report.body_gravity_energy = 0.0;
+  report.energy.body_kinetic = report.energy.body_gravity = 0.0;
   for (Index b = 0; b < model.n_bodies(); ++b) {
     const double body_mass = model.body_mass[b].mass;
     const Vec3 spin = state.rigid.angular_velocities.row(b).transpose();
     const Mat3 inertia =
         world_inertia(model.body_mass[b], state.rigid.orientations.row(b).transpose());
-    report.body_kinetic_energy +=
+    report.energy.body_kinetic +=
         0.5 * (body_mass * state.rigid.velocities.row(b).squaredNorm() + spin.dot(inertia * spin));
-    report.body_gravity_energy -=
+    report.energy.body_gravity -=
         body_mass * state.rigid.positions.row(b).dot(model.scene.gravity.transpose());
   }
-  report.circuit_current = first_circuit_current(model, state);
-  report.circuit_energy = state.circuits.energy;
-  report.circuit_heat = state.circuits.heat, report.circuit_supply = state.circuits.supply;
-  report.bearing_work = state.circuits.bearings;
-  report.max_stretch = 1.0;
-  report.weft_strain = report.warp_strain = report.shear_strain = 0.0;
+  report.circuits.current = first_circuit_current(model, state);
+  report.circuits.energy = state.circuits.energy;
+  report.circuits.heat = state.circuits.heat, report.circuits.supply = state.circuits.supply;
+  report.circuits.bearing_work = state.circuits.bearings;
+  report.strain.stretch = 1.0;
+  report.strain.weft = report.strain.warp = report.strain.shear = 0.0;
   if (n == 0) return;
-  report.membrane_energy = elasticity.membrane_energy(team, x);
-  report.bending_energy = elasticity.bending_energy(team, x);
+  report.energy.membrane = elasticity.membrane_energy(team, x);
+  report.energy.bending = elasticity.bending_energy(team, x);
   Points green;
   Vector stretch;
   elasticity.strain(team, x, green, stretch);
-  report.max_stretch = stretch.maxCoeff();
-  report.weft_strain = report.warp_strain = -1.0;
+  report.strain.stretch = stretch.maxCoeff();
+  report.strain.weft = report.strain.warp = -1.0;
   for (Index t = 0; t < green.rows(); ++t) {
     const Vec3 strain = corotational_strain(Vec3(green.row(t).transpose()));
-    report.weft_strain = std::max(report.weft_strain, strain[0]);
-    report.warp_strain = std::max(report.warp_strain, strain[1]);
-    report.shear_strain = std::max(report.shear_strain, std::abs(strain[2]));
+    report.strain.weft = std::max(report.strain.weft, strain[0]);
+    report.strain.warp = std::max(report.strain.warp, strain[1]);
+    report.strain.shear = std::max(report.strain.shear, std::abs(strain[2]));
   }
 }
 
@@ -87,7 +87,7 @@ Frame capture(const Model& model, const State& state, const StepOutcome& outcome
     frame.strain.row(model.triangle_of[t]) = green.row(t);
     frame.stretch[model.triangle_of[t]] = stretch[t];
   }
-  frame.report.max_stretch = stretch.maxCoeff();
+  frame.report.strain.stretch = stretch.maxCoeff();
   return frame;
 }
 

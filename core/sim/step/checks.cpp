@@ -34,13 +34,13 @@ void count_intersections(State& state, Engines& engines, StepOutcome& outcome) {
   Points x1;
   collision_vertices(engines.model, state, x1);
   const std::vector<std::array<Index, 2>> pairs = cloth_intersections(surfaces, x1);
-  outcome.report.intersections = static_cast<std::int64_t>(pairs.size());
+  outcome.report.contacts.intersections = static_cast<std::int64_t>(pairs.size());
   // An edge may also pierce a triangle that shares a vertex with one of its own: such a pair is not
   // counted.
   if (pairs.empty() && engines.collision->find_tangle(x1) == 0) state.tangled = 0;
   if (state.tangled != 2) return;
   outcome.forced = pairs;
-  outcome.report.forced = outcome.report.intersections;
+  outcome.report.contacts.forced = outcome.report.contacts.intersections;
   for (const auto& pair : pairs)
     for (const Index triangle : pair)
       for (int k = 0; k < 3; ++k)
@@ -50,8 +50,8 @@ void count_intersections(State& state, Engines& engines, StepOutcome& outcome) {
 
 void measure_contacts(const Model& model, const State& state, double step, StepOutcome& outcome) {
   StepReport& report = outcome.report;
-  report.withheld =
-      report.wanted_motion > 0.0 ? report.withheld_motion / report.wanted_motion : 0.0;
+  report.withheld.share =
+      report.withheld.requested > 0.0 ? report.withheld.motion / report.withheld.requested : 0.0;
   const Points& v0 = outcome.start.cloth.v;
   double squares = 0.0;
   std::int64_t count = 0;
@@ -60,7 +60,7 @@ void measure_contacts(const Model& model, const State& state, double step, StepO
     squares += (state.cloth.v.row(i) - v0.row(i)).squaredNorm();
     ++count;
   }
-  report.contact_acceleration =
+  report.contacts.acceleration =
       count > 0 ? std::sqrt(squares / static_cast<double>(count)) / step : 0.0;
 }
 

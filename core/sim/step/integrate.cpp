@@ -54,9 +54,9 @@ Points integrate(const StepContext& part, const Loads& loads, const NearContacts
   try {
     const IntegrationReport done = engines.integrator->advance(engines.team, engines.layout, inputs,
                                                                state.cloth, body_velocity);
-    report.newton_iterations += done.newton_iterations;
-    report.linear_iterations += done.linear_iterations;
-    report.linear_residual = done.residual;
+    report.solver.newton_iterations += done.newton_iterations;
+    report.solver.linear_iterations += done.linear_iterations;
+    report.solver.residual = done.residual;
   } catch (const NewtonFailure& failure) {
     fail_at_vertex(failure, model, loads.x0);
   }

@@ -60,18 +60,18 @@ void move_bodies_with(const StepContext& part, const FreeBodies& bodies, RigidSt
 
 void add_to_report(const StepContext& part, const ConstrainReport& done, bool limited,
                    StepReport& report) {
-  report.seconds[static_cast<int>(StageName::Limit)] += done.limit_seconds;
-  report.seconds[static_cast<int>(StageName::Certify)] -= done.limit_seconds;
-  report.limit_sweeps += done.limits.sweeps;
-  report.limit_evaluations += done.limits.evaluations;
-  if (limited) report.limit_rounds = std::max(report.limit_rounds, done.rounds);
-  report.limit_retreats += done.retreats;
-  report.limit_excess = std::max(report.limit_excess, done.limits.largest());
-  report.wanted_motion += done.wanted;
-  report.impacts += done.certified.impacts;
-  report.truncated += done.certified.truncated();
-  report.withheld_motion += done.certified.withheld();
-  report.truncated_momentum += done.certified.withheld_moment() / part.h;
+  report.seconds.limit += done.limit_seconds;
+  report.seconds.certify -= done.limit_seconds;
+  report.limits.sweeps += done.limits.sweeps;
+  report.limits.evaluations += done.limits.evaluations;
+  if (limited) report.limits.rounds = std::max(report.limits.rounds, done.rounds);
+  report.limits.fallbacks += done.retreats;
+  report.limits.excess = std::max(report.limits.excess, done.limits.largest());
+  report.withheld.requested += done.wanted;
+  report.contacts.impacts += done.certified.impacts;
+  report.withheld.vertices += done.certified.truncated();
+  report.withheld.motion += done.certified.withheld();
+  report.withheld.momentum += done.certified.withheld_moment() / part.h;
 }
 
 }  // namespace

@@ -26,8 +26,8 @@ void move_bodies(const StepContext& part, const Loads& loads, const Points& body
   const MagneticMotion::Done done = engines.magnetics->advance(
       engines.team, part.h, impulses, angular, obstacle_places(model, state, part.t0, 0.0), places,
       part.t0, *engines.world, state.rigid, state.circuits, state.induced_moments);
-  report.magnetic_substeps += done.substeps;
-  report.magnetic_error = done.error;
+  report.magnets.substeps += done.substeps;
+  report.magnets.force_error = done.error;
 }
 
 }  // namespace loomstone

@@ -58,7 +58,7 @@ void find_contacts(const StepContext& part, const Loads& loads, const State& sta
   if (!engines.contacts_in_solve) return;
   expect_motion(part, loads, state, engines, near);
   collision.terms(near.contacts, loads.x0, near.v0, near.last_change, state.rigid.positions, part.h,
-                  n, state.contacts, near.terms, report.contact_energy);
+                  n, state.contacts, near.terms, report.energy.contact);
   near.n_contact_terms = near.terms.size();
   collision.untangle(loads.x0, near.v0, state.rigid.positions, part.h, n, near.terms);
 }
@@ -70,10 +70,11 @@ void find_near_contacts(const StepContext& part, const Loads& loads, const State
   near.contacts.clear();
   near.terms.clear();
   near.n_contact_terms = 0;
-  report.contact_energy = 0.0;
+  report.energy.contact = 0.0;
   if (engines.collision) find_contacts(part, loads, state, engines, near, report);
   if (engines.integrator->implicit()) add_attachments(engines.model, state, near.terms);
-  report.contacts = std::max(report.contacts, static_cast<std::int64_t>(near.contacts.size()));
+  report.contacts.near =
+      std::max(report.contacts.near, static_cast<std::int64_t>(near.contacts.size()));
 }
 
 double terms_at(const NearContacts& near, const Engines& engines, const Points& displacement,

@@ -3,16 +3,13 @@
 
 #include <chrono>
 
-#include "core/base/report.h"
-
 namespace loomstone {
 
-// Adds the wall time of its life to a stage of the report.
+// Adds the wall time of its life to a number of seconds.
 class StageTimer {
  public:
-  StageTimer(StepReport& report, StageName stage)
-      : seconds_(report.seconds[static_cast<int>(stage)]),
-        start_(std::chrono::steady_clock::now()) {}
+  explicit StageTimer(double& seconds)
+      : seconds_(seconds), start_(std::chrono::steady_clock::now()) {}
   ~StageTimer() {
     seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   }
@@ -24,10 +21,10 @@ class StageTimer {
   std::chrono::steady_clock::time_point start_;
 };
 
-// Runs a stage and adds its wall time to the report.
+// Runs a stage and adds its wall time to `seconds`.
 template <class Stage>
-void timed(StepReport& report, StageName name, Stage&& stage) {
-  const StageTimer timer(report, name);
+void timed(double& seconds, Stage&& stage) {
+  const StageTimer timer(seconds);
   stage();
 }
 

@@ -7,7 +7,7 @@ void begin_outcome(std::int64_t step, double step_length, Index n_vertices, Step
   report = StepReport{};
   report.step = step + 1;
   report.time = static_cast<double>(step + 1) * step_length;
-  report.substeps = 0;
+  report.parts = 0;
   outcome.contact.assign(n_vertices, 0);
   outcome.forced.clear();
   outcome.broken.clear();
@@ -18,13 +18,13 @@ void return_to(const OutcomeMark& mark, StepOutcome& outcome) {
   StepReport& report = outcome.report;
   report = mark.report;
   report.seconds = spent.seconds;
-  report.newton_iterations = spent.newton_iterations;
-  report.linear_iterations = spent.linear_iterations;
-  report.limit_sweeps = spent.limit_sweeps;
-  report.limit_evaluations = spent.limit_evaluations;
-  report.rate_sweeps = spent.rate_sweeps;
-  report.limit_rounds = spent.limit_rounds;
-  report.limit_retreats = spent.limit_retreats;
+  report.solver.newton_iterations = spent.solver.newton_iterations;
+  report.solver.linear_iterations = spent.solver.linear_iterations;
+  report.limits.sweeps = spent.limits.sweeps;
+  report.limits.evaluations = spent.limits.evaluations;
+  report.limits.rate_sweeps = spent.limits.rate_sweeps;
+  report.limits.rounds = spent.limits.rounds;
+  report.limits.fallbacks = spent.limits.fallbacks;
   outcome.contact = mark.contact;
 }
 

@@ -51,8 +51,8 @@ void Stepper::take_parts(State& state, StepOutcome& outcome) {
       return_to(start, outcome);
       continue;
     }
-    outcome.report.unresolved += result.impacts;
-    ++outcome.report.substeps;
+    outcome.report.contacts.unresolved += result.impacts;
+    ++outcome.report.parts;
     if (part.length() < StepPart::whole) state.cloth.forget_last_step();
     if (bisection.done()) return;
     part_start = state;
@@ -74,36 +74,35 @@ PartResult Stepper::attempt(StepPart part, State& state, StepOutcome& outcome) {
 
 PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcome& outcome) {
   StepReport& report = outcome.report;
+  StageSeconds& seconds = report.seconds;
   Points body_velocity;
   Certified certified;
-  timed(report, StageName::Loads, [&] { find_loads(part, state, engines_, loads_); });
-  timed(report, StageName::Proximity,
+  timed(seconds.loads, [&] { find_loads(part, state, engines_, loads_); });
+  timed(seconds.proximity,
         [&] { find_near_contacts(part, loads_, state, engines_, near_, report); });
-  timed(report, StageName::Integrate, [&] {
+  timed(seconds.integrate, [&] {
     body_velocity = integrate(part, loads_, near_, state, engines_, report);
     check_divergence(engines_.model, loads_.x0, state.cloth,
                      "integrate");  // certification wants finite positions
   });
-  timed(report, StageName::Bodies,
-        [&] { move_bodies(part, loads_, body_velocity, state, engines_, report); });
-  timed(report, StageName::Certify,
+  timed(seconds.bodies, [&] { move_bodies(part, loads_, body_velocity, state, engines_, report); });
+  timed(seconds.certify,
         [&] { certified = limit_and_certify(part, loads_, near_, state, engines_, outcome); });
-  timed(report, StageName::Limit,
-        [&] { limit_strain_rate(part, certified, state, engines_, outcome); });
+  timed(seconds.limit, [&] { limit_strain_rate(part, certified, state, engines_, outcome); });
   return certified.result;
 }
 
 void Stepper::finish(State& state, StepOutcome& outcome) {
   StepReport& report = outcome.report;
   const std::vector<double>& busy = engines_.busy;
-  report.busy_least = *std::min_element(busy.begin(), busy.end());
-  report.busy_mean =
+  report.busy.least = *std::min_element(busy.begin(), busy.end());
+  report.busy.mean =
       std::accumulate(busy.begin(), busy.end(), 0.0) / static_cast<double>(busy.size());
-  report.busy_most = *std::max_element(busy.begin(), busy.end());
-  const StageTimer timer(report, StageName::Check);
+  report.busy.most = *std::max_element(busy.begin(), busy.end());
+  const StageTimer timer(report.seconds.check);
   ++state.step;
   check_divergence(engines_.model, loads_.x0, state.cloth, "certify");
-  if (report.unresolved > 0) state.tangled = 2;
+  if (report.contacts.unresolved > 0) state.tangled = 2;
   if (engines_.collision && state.tangled) count_intersections(state, engines_, outcome);
   measure_contacts(engines_.model, state, step_, outcome);
   // The world is rebuilt from State at fixed steps: what follows depends on State alone, checkpoint

@@ -9,14 +9,14 @@ void limit_strain_rate(const StepContext& part, const Certified& certified, Stat
   const LimitReport left =
       certified.limits ? *certified.limits : limiter.measure(engines.team, state.cloth.x);
   StepReport& report = outcome.report;
-  report.weft_excess = left.excess[0];
-  report.warp_excess = left.excess[1];
-  report.shear_excess = left.excess[2];
-  report.beyond_limit = left.beyond;
-  report.worst_element = left.worst < 0 ? -1 : engines.model.triangle_of[left.worst];
+  report.limits.weft_excess = left.excess[0];
+  report.limits.warp_excess = left.excess[1];
+  report.limits.shear_excess = left.excess[2];
+  report.limits.beyond = left.beyond;
+  report.limits.worst_element = left.worst < 0 ? -1 : engines.model.triangle_of[left.worst];
   outcome.broken = left.broken;
-  report.broken_limits = static_cast<std::int64_t>(left.broken_elements().size());
-  report.rate_sweeps +=
+  report.limits.broken = static_cast<std::int64_t>(left.broken_elements().size());
+  report.limits.rate_sweeps +=
       limiter.enforce_rate(engines.team, part.seed, state.cloth.x, part.h, state.cloth.v, false)
           .sweeps;
 }

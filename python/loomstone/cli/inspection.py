@@ -73,7 +73,7 @@ def _describe_run(run: Run) -> None:
     if len(run):
         report = run[-1].report
         print(
-            f"last frame: {report.contacts} contacts, largest stretch {run[-1].stretch.max():.4f}"
+            f"last frame: {report.contacts.near} contacts, largest stretch {run[-1].stretch.max():.4f}"
         )
     if (run.directory / "steps.csv").exists():
         print("\n".join(contact_lines(summary_of_steps(run.directory / "steps.csv"))))
@@ -158,9 +158,9 @@ def contact_lines(summary: dict[str, Any]) -> list[str]:
             " impacts"
         ),
         (
-            f"truncation withheld {100 * summary['withheld']:.2g} % of the motion"
+            f"certification withheld {100 * summary['withheld']:.2g} % of the motion"
             f" ({100 * summary['withheld_in_worst_step']:.2g} % in the worst step) and"
-            f" {summary['truncated_momentum']:.2g} kg m/s of momentum"
+            f" {summary['withheld_momentum']:.2g} kg m/s of momentum"
         ),
     ]
     if summary["forced_steps"]:

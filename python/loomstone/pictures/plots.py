@@ -49,9 +49,9 @@ def plot_steps(steps: Steps, path: str | os.PathLike[str], *, kind: str = "energ
 
 def _energy(axes: Any, steps: Steps) -> None:
     energies = {
-        name.removesuffix("_energy"): values
+        name.removeprefix("energy."): values
         for name, values in steps.items()
-        if name.endswith("_energy")
+        if name.startswith("energy.")
     }
     energies["contact"] = np.append(
         energies["contact"][1:], np.nan
@@ -63,22 +63,26 @@ def _energy(axes: Any, steps: Steps) -> None:
 
 
 def _stages(axes: Any, steps: Steps) -> None:
-    names = [name for name in steps if name.startswith("seconds_")]
+    names = [name for name in steps if name.startswith("seconds.")]
     milliseconds = [1e3 * steps[name] for name in names]
     axes.stackplot(
-        steps["time"], milliseconds, labels=[name.removeprefix("seconds_") for name in names]
+        steps["time"], milliseconds, labels=[name.removeprefix("seconds.") for name in names]
     )
     axes.set_ylabel("wall time a step [ms]")
 
 
 def _contacts(axes: Any, steps: Steps) -> None:
-    for name in ("contacts", "impacts", "truncated"):
-        axes.plot(steps["time"], steps[name], label=name)
+    for name, label in (
+        ("contacts.near", "near contacts"),
+        ("contacts.impacts", "impacts"),
+        ("withheld.vertices", "vertices with withheld motion"),
+    ):
+        axes.plot(steps["time"], steps[name], label=label)
     axes.set_ylabel("number [1]")
 
 
 def _stretch(axes: Any, steps: Steps) -> None:
-    axes.plot(steps["time"], steps["max_stretch"])
+    axes.plot(steps["time"], steps["strain.stretch"])
     axes.set_ylabel("largest principal stretch [1]")
 
 
@@ -86,32 +90,32 @@ def _strain(axes: Any, steps: Steps) -> None:
     """Largest strain in each direction; what of it is beyond limits; sweeps that limiting took, on
     the right.
     """
-    if "weft_strain" not in steps:
+    if "strain.weft" not in steps:
         raise InvalidInput(
             "this run has no strains in its table of steps: it was made by an earlier version; run"
             " it again"
         )
     for name, color in (("weft", "C0"), ("warp", "C1"), ("shear", "C2")):
-        axes.plot(steps["time"], steps[f"{name}_strain"], color, label=name)
-        if steps[f"{name}_excess"].any():
+        axes.plot(steps["time"], steps[f"strain.{name}"], color, label=name)
+        if steps[f"limits.{name}_excess"].any():
             axes.plot(
                 steps["time"],
-                steps[f"{name}_excess"],
+                steps[f"limits.{name}_excess"],
                 color,
                 linestyle=":",
                 label=f"{name} beyond limits",
             )
     axes.set_ylabel("largest strain [1]")
-    if steps["limit_sweeps"].any():
+    if steps["limits.sweeps"].any():
         right = axes.twinx()
-        right.plot(steps["time"], steps["limit_sweeps"], "0.6", linewidth=0.8, zorder=0)
+        right.plot(steps["time"], steps["limits.sweeps"], "0.6", linewidth=0.8, zorder=0)
         right.set_ylabel("sweeps a step [1] (grey)")
         right.set_ylim(bottom=0)
 
 
 def _iterations(axes: Any, steps: Steps) -> None:
-    axes.plot(steps["time"], steps["linear_iterations"], label="linear")
-    axes.plot(steps["time"], steps["newton_iterations"], label="Newton")
+    axes.plot(steps["time"], steps["solver.linear_iterations"], label="linear")
+    axes.plot(steps["time"], steps["solver.newton_iterations"], label="Newton")
     axes.set_ylabel("iterations a step [1]")
 
 

@@ -30,7 +30,7 @@ class Run:
     read. A run can be pickled (as its path) and closes its files at the end of a `with`.
 
     >>> with ls.Run("out/drape") as run:               # doctest: +SKIP
-    ...     print(run[-1].positions.shape, run.positions[::10].shape, run.steps["contacts"].max())
+    ...     print(run[-1].positions.shape, run.positions[::10].shape, run.steps["contacts.near"].max())
     (7396, 3) (3, 7396, 3) 5321
     """
 

@@ -35,18 +35,18 @@ def observer(rank: int = 0) -> Observer:
 def trouble(report: StepReport) -> str:
     """The line about a step that certification could not free."""
     return (
-        f"step {report.step} (t {report.time:.3f} s): {report.unresolved} impacts are left even in"
-        f" 1/64 of the step and {report.intersections} triangle pairs intersect; what moves by"
+        f"step {report.step} (t {report.time:.3f} s): {report.contacts.unresolved} impacts are left even in"
+        f" 1/64 of the step and {report.contacts.intersections} triangle pairs intersect; what moves by"
         " script leaves the cloth no room"
     )
 
 
 def overstrained(report: StepReport) -> str:
     """The line about a step that could not keep limits of strain."""
-    excess = max(report.weft_excess, report.warp_excess, report.shear_excess)
+    excess = max(report.limits.weft_excess, report.limits.warp_excess, report.limits.shear_excess)
     return (
-        f"step {report.step} (t {report.time:.3f} s): {report.broken_limits} triangles strain"
-        f" beyond their limits, by up to {excess:.3f} (triangle {report.worst_element}); limits.csv"
+        f"step {report.step} (t {report.time:.3f} s): {report.limits.broken} triangles strain"
+        f" beyond their limits, by up to {excess:.3f} (triangle {report.limits.worst_element}); limits.csv"
         " names the worst of every step"
     )
 
@@ -67,10 +67,10 @@ class _Counts:
 
     def step(self, report: StepReport) -> None:
         self._steps, self._report = self._steps + 1, report
-        if report.unresolved and not self._troubled:  # once, until the cloth is free again
+        if report.contacts.unresolved and not self._troubled:  # once, until the cloth is free again
             self.say(trouble(report))
-        self._troubled = report.unresolved > 0 or report.intersections > 0
-        if report.broken_limits and not self._overstrained:  # once a run
+        self._troubled = report.contacts.unresolved > 0 or report.contacts.intersections > 0
+        if report.limits.broken and not self._overstrained:  # once a run
             self.say(overstrained(report))
             self._overstrained = True
 
@@ -81,8 +81,8 @@ class _Counts:
         rate = self._steps / max(time.perf_counter() - self._began, 1e-9)
         report = self._report
         return (
-            f"t {report.time:.3f} s  {rate:.1f} steps/s  contacts {report.contacts}  stretch"
-            f" {report.max_stretch:.3f}"
+            f"t {report.time:.3f} s  {rate:.1f} steps/s  contacts {report.contacts.near}  stretch"
+            f" {report.strain.stretch:.3f}"
         )
 
 

@@ -21,21 +21,21 @@ class StepTable:
 
     def __init__(self, path: Path, until_step: int) -> None:
         kept: list[list[str]] = []
+        columns = [*StepReport().numbers()]
         if path.exists() and until_step > 0:
-            kept = [row for row in read_table(path, "step")[1] if int(row[0]) <= until_step]
+            header, rows = read_table(path, "step")
+            if header != columns:
+                raise CacheError(
+                    f"{path}: has other columns than this version writes; run the scene again"
+                )
+            kept = [row for row in rows if int(row[0]) <= until_step]
         self._path, self._file = path, path.open("w", newline="")
         self._table = csv.writer(self._file)
-        self._table.writerow([*self._row(StepReport())])
+        self._table.writerow(columns)
         self._table.writerows(kept)
 
-    @staticmethod
-    def _row(report: StepReport) -> dict[str, Any]:
-        row = report.to_dict()
-        seconds = row.pop("seconds")
-        return row | {f"seconds_{name}": value for name, value in seconds.items()}
-
     def add(self, report: StepReport) -> None:
-        self._table.writerow(self._row(report).values())
+        self._table.writerow(report.numbers().values())
 
     def flush(self) -> None:
         self._file.flush()
@@ -55,40 +55,45 @@ def summary_of_steps(path: Path) -> dict[str, Any]:
     rows = [dict(zip(header, line, strict=True)) for line in lines]
     if not rows:
         return {}
-    wanted = sum(float(r["wanted_motion"]) for r in rows)
+    wanted = sum(float(r["withheld.requested"]) for r in rows)
     squares = [
-        float(r["contact_acceleration"]) ** 2
+        float(r["contacts.acceleration"]) ** 2
         for r in rows
-        if float(r["contact_acceleration"]) > 0.0
+        if float(r["contacts.acceleration"]) > 0.0
     ]
-    stages = [name for name in rows[0] if name.startswith("seconds_")]
+    stages = [name for name in rows[0] if name.startswith("seconds.")]
     return {
         "seconds_per_stage": {
-            s.removeprefix("seconds_"): sum(float(r[s]) for r in rows) for s in stages
+            s.removeprefix("seconds."): sum(float(r[s]) for r in rows) for s in stages
         },
-        "linear_iterations_per_step": sum(int(r["linear_iterations"]) for r in rows) / len(rows),
-        "most_contacts": max(int(r["contacts"]) for r in rows),
-        "impacts": sum(int(r["impacts"]) for r in rows),
-        "truncated": sum(int(r["truncated"]) for r in rows),
-        "steps_in_parts": sum(int(r["substeps"]) > 1 for r in rows),
-        "unresolved_steps": sum(int(r["unresolved"]) > 0 for r in rows),
-        "most_intersections": max(int(r["intersections"]) for r in rows),
-        "forced_steps": sum(int(r["forced"]) > 0 for r in rows),
-        "most_forced": max(int(r["forced"]) for r in rows),
-        "limit_sweeps_per_step": sum(int(r["limit_sweeps"]) for r in rows) / len(rows),
+        "linear_iterations_per_step": sum(int(r["solver.linear_iterations"]) for r in rows)
+        / len(rows),
+        "most_contacts": max(int(r["contacts.near"]) for r in rows),
+        "impacts": sum(int(r["contacts.impacts"]) for r in rows),
+        "withheld_vertices": sum(int(r["withheld.vertices"]) for r in rows),
+        "steps_in_parts": sum(int(r["parts"]) > 1 for r in rows),
+        "unresolved_steps": sum(int(r["contacts.unresolved"]) > 0 for r in rows),
+        "most_intersections": max(int(r["contacts.intersections"]) for r in rows),
+        "forced_steps": sum(int(r["contacts.forced"]) > 0 for r in rows),
+        "most_forced": max(int(r["contacts.forced"]) for r in rows),
+        "limit_sweeps_per_step": sum(int(r["limits.sweeps"]) for r in rows) / len(rows),
         "largest_excess": max(
-            float(r[f"{d}_excess"]) for r in rows for d in ("weft", "warp", "shear")
+            float(r[f"limits.{d}_excess"]) for r in rows for d in ("weft", "warp", "shear")
         ),
-        "steps_with_broken_limits": sum(int(r["broken_limits"]) > 0 for r in rows),
-        "most_broken_limits": max(int(r["broken_limits"]) for r in rows),
-        "most_limit_rounds": max(int(r["limit_rounds"]) for r in rows),
-        "limit_retreats": sum(int(r["limit_retreats"]) for r in rows),
-        "withheld": sum(float(r["withheld_motion"]) for r in rows) / wanted if wanted else 0.0,
-        "withheld_in_worst_step": max(float(r["withheld"]) for r in rows),
-        "truncated_momentum": sum(float(r["truncated_momentum"]) for r in rows),
+        "steps_with_broken_limits": sum(int(r["limits.broken"]) > 0 for r in rows),
+        "most_broken_limits": max(int(r["limits.broken"]) for r in rows),
+        "most_limit_rounds": max(int(r["limits.rounds"]) for r in rows),
+        "limit_fallbacks": sum(int(r["limits.fallbacks"]) for r in rows),
+        "withheld": sum(float(r["withheld.motion"]) for r in rows) / wanted if wanted else 0.0,
+        "withheld_in_worst_step": max(float(r["withheld.share"]) for r in rows),
+        "withheld_momentum": sum(float(r["withheld.momentum"]) for r in rows),
         "contact_acceleration": (sum(squares) / len(squares)) ** 0.5 if squares else 0.0,
-        "largest_stretch": max(float(r["max_stretch"]) for r in rows),
-        "energy_at_end": {k: float(rows[-1][k]) for k in rows[0] if k.endswith("_energy")},
+        "largest_stretch": max(float(r["strain.stretch"]) for r in rows),
+        "energy_at_end": {
+            name.removeprefix("energy."): float(rows[-1][name])
+            for name in rows[0]
+            if name.startswith("energy.")
+        },
     }
 
 

@@ -104,7 +104,7 @@ Measured measure(const Case& c) {
       best.step = std::min(best.step, now(c.threads) - start);  // the first steps lay out memory
     best.product = std::min(best.product, product.time());
   }
-  best.iterations = sim.report().linear_iterations;
+  best.iterations = sim.report().solver.linear_iterations;
   return best;
 }
 
@@ -171,7 +171,7 @@ void accuracy() {
         int iterations = 0;
         for (int i = 0; i < 50; ++i) {
           sim.step();
-          iterations += sim.report().linear_iterations;
+          iterations += sim.report().solver.linear_iterations;
         }
         std::printf("accuracy %4d  %6.2f  %-8s  %-8s  %9.0e  %10.1f  %.3g\n", cells, 1e3 * h,
                     bending, "mid-edge", tolerance, iterations / 50.0,

@@ -27,5 +27,5 @@ def test_no_cloth_intersects_from_a_perturbed_start(name, seed):
     contacts = 0
     for frame in sim.frames(duration=duration, rate=file.rate):
         assert count_intersections(sim.topology, frame).cloth == 0, f"frame at {frame.time:.2f} s"
-        contacts = max(contacts, frame.report.contacts)
+        contacts = max(contacts, frame.report.contacts.near)
     assert contacts > 0, "the scene shows contact"

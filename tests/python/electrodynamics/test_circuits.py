@@ -21,11 +21,11 @@ def balance(sim: ls.Simulation) -> float:
     """All energies, with what has left through resistances and without what sources gave [J]."""
     r = sim.report
     return (
-        r.body_kinetic_energy
-        + r.magnetic_energy
-        + r.circuit_energy
-        + r.circuit_heat
-        - r.circuit_supply
+        r.energy.body_kinetic
+        + r.energy.magnetic
+        + r.circuits.energy
+        + r.circuits.heat
+        - r.circuits.supply
     )
 
 
@@ -278,7 +278,7 @@ def test_the_charge_that_a_passing_magnet_moves_is_the_change_of_flux_over_the_r
     # stops.
     assert charge == pytest.approx((flux(0.15) - flux(0.0)) / 0.3, rel=2e-3)
     assert sim.circuit_supply == pytest.approx(
-        sim.circuit_heat + sim.report.circuit_energy, rel=1e-12
+        sim.circuit_heat + sim.report.circuits.energy, rel=1e-12
     )
 
 
@@ -358,7 +358,7 @@ def test_a_coil_magnetises_a_ball_and_is_pulled_as_the_series_says(chi):
         series_force(0.02, 0.02, 0.01, chi, 500.0), rel=1e-5
     )
     assert np.abs(momenta.sum(axis=0)).max() < 1e-12 * np.abs(momenta[0, 2])
-    assert sim.circuit_supply == pytest.approx(sim.report.body_kinetic_energy, rel=1e-9)
+    assert sim.circuit_supply == pytest.approx(sim.report.energy.body_kinetic, rel=1e-9)
 
 
 def test_energy_balances_where_coil_and_magnet_magnetise_a_ball():
@@ -376,8 +376,8 @@ def test_energy_balances_where_coil_and_magnet_magnetise_a_ball():
             sim.step()
         errors.append(abs(balance(sim) - start))
     assert (
-        errors[1] < 2e-3 * sim.report.body_kinetic_energy
-        and errors[1] < 0.3 * errors[0] + 1e-6 * sim.report.body_kinetic_energy
+        errors[1] < 2e-3 * sim.report.energy.body_kinetic
+        and errors[1] < 0.3 * errors[0] + 1e-6 * sim.report.energy.body_kinetic
     )
 
 

@@ -35,7 +35,7 @@ def core_inductance(core: ls.Magnet, **coil) -> float:
         1e-4,
     )
     sim.step()
-    return 2.0 * sim.report.circuit_energy / sim.current**2 - 1e-3
+    return 2.0 * sim.report.circuits.energy / sim.current**2 - 1e-3
 
 
 def test_a_small_ball_in_a_loop_slows_its_current_by_its_polarisability():
@@ -107,7 +107,7 @@ def test_a_bar_is_drawn_into_a_solenoid_as_its_inductance_grows():
     def inductance(z):
         sim = simulation(plunger(z, resistance=1.0, inductance=1e-3, voltages=[1.0]), 1e-6)
         sim.step()
-        return 2.0 * sim.report.circuit_energy / sim.current**2 - 1e-3
+        return 2.0 * sim.report.circuits.energy / sim.current**2 - 1e-3
 
     for z in (0.03, 0.015, 0.004):
         scene = plunger(z, currents=[5.0])
@@ -291,7 +291,7 @@ def test_a_bow_round_a_loop_lies_beside_its_winding():
         )
         sim = simulation(held(iron, coil, mesh), 1e-4)
         sim.step()
-        return 2.0 * sim.report.circuit_energy / sim.current**2 - 1e-3
+        return 2.0 * sim.report.circuits.energy / sim.current**2 - 1e-3
 
     for z in (-0.0021, 0.0, 0.0006, 0.0017):
         assert added(z, shape="loop") == pytest.approx(
@@ -328,7 +328,7 @@ def test_balls_in_the_field_of_a_coil_move_in_sub_steps_that_resolve_their_pull(
     start, substeps = balance(sim), 0
     for _ in range(10):
         sim.step()
-        substeps += sim.report.magnetic_substeps
+        substeps += sim.report.magnets.substeps
     assert substeps > 30
     assert balance(sim) < start + 1e-4, "they click together, which takes energy and gives none"
     assert np.diff(sim.body_positions[:, 2]) == pytest.approx(2 * ball, abs=2e-5)

@@ -74,10 +74,10 @@ def test_free_spheres_pass_each_other_keeping_energy_and_momenta(case):
     size = sum(m * np.linalg.norm(v) for m, v in zip(case["mass"], case["v0"], strict=True))
     assert np.linalg.norm(linear - case["P0"]) < 1e-12 * size
     assert np.linalg.norm(angular - case["L0"]) < 1e-12 * size * 0.02  # arms are of 2 cm
-    energy = sim.report.body_kinetic_energy + sim.report.magnetic_energy
+    energy = sim.report.energy.body_kinetic + sim.report.energy.magnetic
     # Second order: 4,000 steps of 20 us leave up to 4e-6 of the energy that was exchanged (one pair
     # ends in an embrace).
-    assert abs(energy - case["E0"]) < 1e-5 * abs(sim.report.magnetic_energy)
+    assert abs(energy - case["E0"]) < 1e-5 * abs(sim.report.energy.magnetic)
 
 
 def uneven_magnets(step: float) -> ls.Scene:
@@ -184,7 +184,7 @@ def test_the_energy_of_a_swinging_magnet_does_not_drift():
     energies = []
     for _ in range(25 * 400):
         sim.step()
-        energies.append(sim.report.body_kinetic_energy + sim.report.magnetic_energy)
+        energies.append(sim.report.energy.body_kinetic + sim.report.energy.magnetic)
     energies = np.array(energies)
     first, last = energies[: 25 * 40], energies[-25 * 40 :]
     assert np.ptp(energies) < 1e-2 * swing, "leapfrog's oscillation, second order in the step"
@@ -286,7 +286,7 @@ def test_balls_that_have_snapped_together_come_to_rest():
     most = 0
     for _ in range(1500):
         sim.step()
-        most = max(most, sim.report.magnetic_substeps)
+        most = max(most, sim.report.magnets.substeps)
     gap = np.linalg.norm(sim.state.body_positions[0] - sim.state.body_positions[1]) - 0.01
     assert abs(gap) < 5e-5, "they touch, within the world's penetration"
     assert sim.state.body_positions[:, 2] == pytest.approx(0.005, abs=5e-5), "on the floor"
@@ -332,18 +332,18 @@ def test_iron_balls_that_fly_towards_a_free_magnet_keep_momenta_and_energy_with_
         sim = simulation(scene.replace(magnetic_step=1.0), 4e-3 / steps)
         sim.step()
         energy, potential = (
-            sim.report.body_kinetic_energy + sim.report.magnetic_energy,
-            sim.report.magnetic_energy,
+            sim.report.energy.body_kinetic + sim.report.energy.magnetic,
+            sim.report.energy.magnetic,
         )
         start, impulse = sim.time, 0.0
         linear0, angular0 = total_momenta(sim, scene)
         while sim.time < start + 3.6e-3 - 1e-9:
             sim.step()
-            assert sim.report.magnetic_substeps == 1
+            assert sim.report.magnets.substeps == 1
             impulse += 4e-3 / steps * np.linalg.norm(sim.magnetic_forces()[0], axis=1).sum()
         gained.append(
-            (sim.report.body_kinetic_energy + sim.report.magnetic_energy - energy)
-            / (sim.report.magnetic_energy - potential)
+            (sim.report.energy.body_kinetic + sim.report.energy.magnetic - energy)
+            / (sim.report.energy.magnetic - potential)
         )
         linear, angular = total_momenta(sim, scene)
         assert np.linalg.norm(linear - linear0) < 1e-12 * impulse
@@ -367,8 +367,8 @@ def test_iron_balls_that_stick_to_a_magnet_calm_down_in_few_substeps(scene):
     energies, substeps = [], []
     for _ in range(400):
         sim.step()
-        energies.append(sim.report.body_kinetic_energy)
-        substeps.append(sim.report.magnetic_substeps)
+        energies.append(sim.report.energy.body_kinetic)
+        substeps.append(sim.report.magnets.substeps)
         if sim.time > 0.2:
             x = np.array(sim.state.body_positions)
             distances = np.linalg.norm(x[:, None] - x, axis=2)[np.triu_indices(18, 1)]

@@ -127,8 +127,8 @@ def test_free_bodies_keep_momenta_and_energy_and_the_same_bits():
     scene = iron_and_magnet()
     sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=2e-4), threads=1)
     sim.step()
-    energy = sim.report.body_kinetic_energy + sim.report.magnetic_energy
-    potential = sim.report.magnetic_energy
+    energy = sim.report.energy.body_kinetic + sim.report.energy.magnetic
+    potential = sim.report.energy.magnetic
     for _ in range(9):
         sim.step()
     kept = sim.checkpoint()
@@ -141,8 +141,8 @@ def test_free_bodies_keep_momenta_and_energy_and_the_same_bits():
         np.linalg.norm(linear) < 1e-11 * impulse
         and np.linalg.norm(angular) < 1e-11 * impulse * 0.02
     )
-    exchanged = sim.report.magnetic_energy - potential
-    gained = sim.report.body_kinetic_energy + sim.report.magnetic_energy - energy
+    exchanged = sim.report.energy.magnetic - potential
+    gained = sim.report.energy.body_kinetic + sim.report.energy.magnetic - energy
     # The force of 8 cells errs by 2e-3, and the path by the square of the step.
     assert exchanged < 0 and abs(gained) < 5e-3 * abs(exchanged)
     other = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=2e-4), threads=3)

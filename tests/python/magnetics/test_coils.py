@@ -18,11 +18,17 @@ def balance(sim):
     r = sim.report
     inductance = sum(coil.inductance for coil in COILS[id(sim)])
     assert (
-        r.circuit_energy == 0.5 * inductance * sim.current * sim.current
-        and r.circuit_current == sim.current
+        r.circuits.energy == 0.5 * inductance * sim.current * sim.current
+        and r.circuits.current == sim.current
     )
-    mechanical = r.body_kinetic_energy + r.body_gravity_energy + r.magnetic_energy
-    return mechanical + r.circuit_energy + r.circuit_heat + r.bearing_work - r.circuit_supply
+    mechanical = r.energy.body_kinetic + r.energy.body_gravity + r.energy.magnetic
+    return (
+        mechanical
+        + r.circuits.energy
+        + r.circuits.heat
+        + r.circuits.bearing_work
+        - r.circuits.supply
+    )
 
 
 COILS = {}
@@ -136,7 +142,7 @@ def test_a_current_pushes_magnet_and_coil_with_opposite_forces():
     momenta = 1e-3 * sim.state.body_velocities  # a gram each
     assert momenta[1] / 1e-4 == pytest.approx(wanted, rel=1e-3)
     assert np.abs(momenta.sum(axis=0)).max() < 1e-15
-    assert sim.circuit_supply == pytest.approx(sim.report.body_kinetic_energy, rel=1e-9)
+    assert sim.circuit_supply == pytest.approx(sim.report.energy.body_kinetic, rel=1e-9)
 
 
 def test_the_current_goes_on_after_a_checkpoint():

@@ -100,7 +100,7 @@ def test_forces_on_spheres_that_magnetise_are_minus_the_derivatives_of_the_energ
             step = np.zeros((4, 3))
             step[body, axis] = 2e-5  # central differences leave (step / distance)^2 = 1e-5
             ends = [
-                ls.Simulation(soft_spheres(PLACES + s * step)).report.magnetic_energy
+                ls.Simulation(soft_spheres(PLACES + s * step)).report.energy.magnetic
                 for s in (1, -1)
             ]
             assert -(ends[0] - ends[1]) / 4e-5 == pytest.approx(

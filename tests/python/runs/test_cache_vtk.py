@@ -162,5 +162,5 @@ def test_reports_are_a_table_with_named_columns(run: pathlib.Path) -> None:
     reports = stored(run / "run.vtkhdf", "loomstone/reports")
     steps = np.arange(1, (N_FRAMES - 1) * STEPS_PER_FRAME + 1)
     assert np.array_equal(reports["step"], steps)
-    assert np.array_equal(reports["contacts"], 11 * steps)
-    np.testing.assert_allclose(reports["seconds_integrate"], np.sqrt(steps + 2.0), rtol=1e-15)
+    assert np.array_equal(reports["contacts.near"], 17 * steps % 1009)
+    np.testing.assert_allclose(reports["seconds.integrate"], np.sin(6 * (1.0 + steps)), atol=1e-15)

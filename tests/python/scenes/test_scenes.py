@@ -70,7 +70,7 @@ def test_magnets_gain_no_energy_and_fall_through_nothing(name):
 
     def energies():
         r = sim.report
-        return np.array((r.body_kinetic_energy, r.body_gravity_energy, r.magnetic_energy))
+        return np.array((r.energy.body_kinetic, r.energy.body_gravity, r.energy.magnetic))
 
     start, most = energies(), 0.0
     while sim.time < duration:
@@ -80,15 +80,15 @@ def test_magnets_gain_no_energy_and_fall_through_nothing(name):
             assert sim.body_positions[:, 2].min() > 1e-3, (
                 "a ball on the table below the bowl has its centre at 0"
             )
-    assert sim.report.magnetic_substeps >= 1
+    assert sim.report.magnets.substeps >= 1
     if name == "motor":  # what its source gives goes into heat and motion
-        turning = sim.report.body_kinetic_energy + sim.bearing_work + 0.25e-3 * sim.current**2
+        turning = sim.report.energy.body_kinetic + sim.bearing_work + 0.25e-3 * sim.current**2
         assert turning + sim.circuit_heat == pytest.approx(sim.circuit_supply, rel=5e-3)
         assert sim.state.body_angular_velocities[0, 2] > 50
     elif name == "plunger":  # it has leapt, and what its source gave is all there
         gained = energies().sum() - start.sum()
         assert sim.body_positions[0, 2] > 0.04 and gained > 3e-3
-        circuit = sim.report.circuit_energy + sim.circuit_heat - sim.circuit_supply
+        circuit = sim.report.circuits.energy + sim.circuit_heat - sim.circuit_supply
         assert gained + circuit == pytest.approx(0.0, abs=0.01 * gained)
     elif name not in ("figures", "lift", "pull"):  # where scripts do work on their way
         # Leapfrog's energy swings by 1e-3 of what is exchanged; contacts only take.
@@ -118,15 +118,15 @@ def test_the_superconducting_cube_keeps_its_energy_and_turns_as_it_swings():
 
     def energy():
         return (
-            sim.report.body_kinetic_energy
-            + sim.report.body_gravity_energy
-            + sim.report.magnetic_energy
+            sim.report.energy.body_kinetic
+            + sim.report.energy.body_gravity
+            + sim.report.energy.magnetic
         )
 
     start, moving = energy(), 0.0
     for _ in range(40):
         sim.step()
-        moving = max(moving, sim.report.body_kinetic_energy)
+        moving = max(moving, sim.report.energy.body_kinetic)
     assert np.linalg.norm(sim.state.body_angular_velocities[0]) > 1.0  # a ball has no reason to
     assert abs(energy() - start) < 0.01 * moving  # the panels of a cube bring forces to 1e-3
 
@@ -142,7 +142,7 @@ def test_no_cloth_intersects_in_any_frame(name):
     for frame in sim.frames(duration=duration, rate=file.rate):
         assert count_intersections(sim.topology, frame).cloth == 0, f"frame at {frame.time:.2f} s"
         assert frame.stretch.max() < most_stretch
-        in_contact = max(in_contact, frame.report.contacts)
+        in_contact = max(in_contact, frame.report.contacts.near)
     assert in_contact > 0 or name in ("flag", "hanging", "swing_limits") or name in APART, (
         "the scene shows contact"
     )
@@ -176,8 +176,8 @@ def test_a_step_that_truncation_would_freeze_is_taken_in_halves(speed, step):
     )
     sim = ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=step), threads=1)
     sim.step()
-    assert sim.report.substeps > 1
-    assert sim.report.withheld < 0.1
+    assert sim.report.parts > 1
+    assert sim.report.withheld.share < 0.1
     assert not sim.intersecting_pairs()
 
 

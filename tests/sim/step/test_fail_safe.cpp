@@ -87,9 +87,9 @@ TEST_CASE(
     for (int i = 0; i < 40; ++i) {
       one.step();
       three.step();
-      INFO("speed " << speed << " step " << i << " substeps " << one.report().substeps
-                    << " truncated " << one.report().truncated);
-      REQUIRE(one.report().unresolved == 0);
+      INFO("speed " << speed << " step " << i << " substeps " << one.report().parts
+                    << " truncated " << one.report().withheld.vertices);
+      REQUIRE(one.report().contacts.unresolved == 0);
       REQUIRE(one.intersecting_pairs().empty());
       lowest = std::min(lowest, one.body_positions()(0, 2));
     }
@@ -121,9 +121,9 @@ TEST_CASE("a light ball squeezed between cloth and floor stays between them") {
   Simulation sim(scene, step_of(5e-3), 1);
   for (int i = 0; i < 60; ++i) {
     sim.step();
-    INFO("step " << i << " substeps " << sim.report().substeps << " height "
+    INFO("step " << i << " substeps " << sim.report().parts << " height "
                  << sim.body_positions()(0, 2));
-    REQUIRE(sim.report().unresolved == 0);
+    REQUIRE(sim.report().contacts.unresolved == 0);
     for (const auto& pair : sim.intersecting_pairs())
       REQUIRE(pair[0] >= 200);  // the body may touch the floor, never cloth
     // It does not give way into the floor: what presses on it is borne there. Bullet lets bodies
@@ -144,8 +144,8 @@ TEST_CASE(
       for (int i = 0; i < 8; ++i) {
         sim.step();
         INFO("turning " << turning << " gap " << gap << " step " << i << " substeps "
-                        << sim.report().substeps);
-        REQUIRE(sim.report().unresolved == 0);
+                        << sim.report().parts);
+        REQUIRE(sim.report().contacts.unresolved == 0);
         for (const auto& pair : sim.intersecting_pairs()) REQUIRE(pair[0] >= 128);
         REQUIRE(sim.positions().allFinite());
       }
@@ -163,9 +163,9 @@ TEST_CASE(
     std::int64_t unresolved = 0;
     for (int i = 0; i < 8; ++i) {
       sim.step();
-      unresolved += sim.report().unresolved;
-      intersections += sim.report().intersections;
-      CHECK(sim.report().substeps <= 64);
+      unresolved += sim.report().contacts.unresolved;
+      intersections += sim.report().contacts.intersections;
+      CHECK(sim.report().parts <= 64);
       CHECK(sim.positions().allFinite());
       CHECK(sim.velocities().allFinite());
       // Never hidden: where cloth intersects, the report says so.
@@ -174,8 +174,8 @@ TEST_CASE(
         pairs += pair[0] < n_cloth;
         CHECK(pair[1] >= n_cloth);
       }
-      CHECK(pairs == sim.report().intersections);
-      CHECK(pairs == sim.report().forced);
+      CHECK(pairs == sim.report().contacts.intersections);
+      CHECK(pairs == sim.report().contacts.forced);
       CHECK(pairs == static_cast<std::int64_t>(sim.forced_pairs().size()));
       const std::vector<std::uint8_t> marks = sim.frame().contact;
       for (const auto& pair : sim.forced_pairs())
@@ -203,8 +203,8 @@ TEST_CASE(
     for (int i = 0; i < 2; ++i) {
       one.step();
       three.step();
-      substeps = std::max(substeps, one.report().substeps);
-      CHECK(one.report().unresolved == 0);
+      substeps = std::max(substeps, one.report().parts);
+      CHECK(one.report().contacts.unresolved == 0);
     }
     INFO(method << " body " << body);
     CHECK(substeps > 1);
@@ -239,8 +239,8 @@ TEST_CASE("poses and pins that the user has set are reached through the parts of
   sim.set_obstacle_pose(0, Vec3(0, 0, -0.05 + 5e-5), Vec4(std::cos(0.2), 0, 0, std::sin(0.2)));
   sim.set_obstacle_pose(1, Vec3(0, 0, 0.05 - 5e-5), Vec4(std::cos(0.2), 0, 0, -std::sin(0.2)));
   sim.step();
-  CHECK(sim.report().substeps > 1);
-  CHECK(sim.report().unresolved == 0);
+  CHECK(sim.report().parts > 1);
+  CHECK(sim.report().contacts.unresolved == 0);
   for (const auto& pair : sim.intersecting_pairs()) CHECK(pair[0] >= 128);
   CHECK(sim.positions().row(0) == targets.row(0));
   const Points bodies = sim.frame().body_positions, local = scene.obstacles[0].mesh->vertices();
@@ -277,7 +277,7 @@ TEST_CASE(
     if (i == 599) resumed.restore(sim.checkpoint());
     if (i >= 600) resumed.step();
     lowest = std::min(lowest, sim.positions().bottomRows(36).col(2).minCoeff());
-    REQUIRE(sim.report().unresolved == 0);
+    REQUIRE(sim.report().contacts.unresolved == 0);
   }
   CHECK(same(sim.checkpoint(), resumed.checkpoint()));
   CHECK(sim.intersecting_pairs().empty());
@@ -318,10 +318,10 @@ TEST_CASE("a strip twisted fast by its ends stays free of intersection and tears
   Simulation sim(scene, step_of(5e-3), 1);
   for (int i = 0; i < 84; ++i) {
     sim.step();
-    INFO("step " << i + 1 << " substeps " << sim.report().substeps << " truncated "
-                 << sim.report().truncated);
-    REQUIRE(sim.report().unresolved == 0);
+    INFO("step " << i + 1 << " substeps " << sim.report().parts << " truncated "
+                 << sim.report().withheld.vertices);
+    REQUIRE(sim.report().contacts.unresolved == 0);
     REQUIRE(sim.intersecting_pairs().empty());
   }
-  CHECK(sim.report().max_stretch < 2.0);  // 1.73
+  CHECK(sim.report().strain.stretch < 2.0);  // 1.73
 }

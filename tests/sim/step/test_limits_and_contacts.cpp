@@ -31,7 +31,7 @@ Scene draped(int cells, const StrainLimit& limit, bool in_solve) {
 }
 
 double worst(const StepReport& report) {
-  return std::max({report.weft_excess, report.warp_excess, report.shear_excess});
+  return std::max({report.limits.weft_excess, report.limits.warp_excess, report.limits.shear_excess});
 }
 
 }  // namespace
@@ -47,7 +47,7 @@ TEST_CASE("at the end of every step limits hold and nothing intersects, at 1 and
       REQUIRE(worst(sim.report()) <= limit_margin(0.04));
       REQUIRE(sim.intersecting_pairs().empty());
     }
-    CHECK(sim.report().contacts > 10);
+    CHECK(sim.report().contacts.near > 10);
   }
 }
 
@@ -60,7 +60,7 @@ TEST_CASE("limits inside the solve leave little to sweeps, and come to the same 
     Simulation sim(draped(14, limit, in_solve), step_of(4e-3), 1);
     for (int i = 0; i < 250; ++i) {
       sim.step();
-      sweeps[in_solve] += sim.report().limit_sweeps;
+      sweeps[in_solve] += sim.report().limits.sweeps;
     }
     CHECK(worst(sim.report()) <= limit_margin(0.02));
     rest[in_solve] = sim.positions();
@@ -113,25 +113,25 @@ TEST_CASE(
   std::int64_t beyond_early = 0;
   for (int i = 0; i < 50; ++i) {
     sim.step();
-    if (i < 6) beyond_early += sim.report().beyond_limit;  // 3.6 % at most
+    if (i < 6) beyond_early += sim.report().limits.beyond;  // 3.6 % at most
   }
   CHECK(beyond_early == 0);
-  CHECK(sim.report().beyond_limit == 2 * cells * cells);
-  CHECK(sim.report().worst_element >= 0);
-  CHECK(sim.report().substeps ==
+  CHECK(sim.report().limits.beyond == 2 * cells * cells);
+  CHECK(sim.report().limits.worst_element >= 0);
+  CHECK(sim.report().parts ==
         1);  // limits that did not hold before are no reason to halve the step
   const std::vector<BrokenLimit> broken = sim.broken_limits();
   std::set<Index> named;
   for (const BrokenLimit& each : broken) named.insert(each.element);
-  CHECK(sim.report().broken_limits == 2 * cells * cells);
+  CHECK(sim.report().limits.broken == 2 * cells * cells);
   CHECK(static_cast<std::int64_t>(named.size()) == 2 * cells * cells);
   CHECK(*named.rbegin() == 2 * cells * cells - 1);  // of the first cloth alone
-  CHECK(broken.front().element == sim.report().worst_element);
-  CHECK(broken.front().excess == sim.report().weft_excess);
+  CHECK(broken.front().element == sim.report().limits.worst_element);
+  CHECK(broken.front().excess == sim.report().limits.weft_excess);
   for (std::size_t i = 1; i < broken.size(); ++i) REQUIRE(broken[i].excess <= broken[i - 1].excess);
-  CHECK(sim.report().weft_excess ==
+  CHECK(sim.report().limits.weft_excess ==
         Approx(0.25).margin(0.05));  // all triangles share what the script asks for
-  CHECK(sim.report().max_stretch < 1.36);
+  CHECK(sim.report().strain.stretch < 1.36);
   const Points x = sim.positions();
   Points strain;
   corotational_strain(Team{}, free->triangles(), rest_corners(*free, true, "mesh"),
@@ -163,11 +163,11 @@ TEST_CASE(
     for (int i = 0; i < 10; ++i) {
       sim.step();
       INFO("speed " << speed << " step " << i);
-      retreats += sim.report().limit_retreats;
-      parts = std::max(parts, sim.report().substeps);
-      CHECK(sim.report().truncated <= n);
-      CHECK(sim.report().withheld <= 0.01);
-      CHECK(sim.report().broken_limits == 0);
+      retreats += sim.report().limits.fallbacks;
+      parts = std::max(parts, sim.report().parts);
+      CHECK(sim.report().withheld.vertices <= n);
+      CHECK(sim.report().withheld.share <= 0.01);
+      CHECK(sim.report().limits.broken == 0);
       CHECK(sim.broken_limits().empty());
       CHECK(worst(sim.report()) <= limit_margin(0.05));
       CHECK(sim.intersecting_pairs().empty());
@@ -199,10 +199,10 @@ TEST_CASE("a step that breaks limits is taken in halves, so that they hold") {
   int halved = 0;
   for (int i = 0; i < 75; ++i) {
     sim.step();
-    halved += sim.report().substeps > 1;
-    CHECK(sim.report().broken_limits == 0);
+    halved += sim.report().parts > 1;
+    CHECK(sim.report().limits.broken == 0);
     CHECK(worst(sim.report()) <= limit_margin(0.02));
-    CHECK(sim.report().weft_strain <= 0.02 + sim.report().weft_excess + 1e-12);
+    CHECK(sim.report().strain.weft <= 0.02 + sim.report().limits.weft_excess + 1e-12);
   }
   CHECK(halved > 0);
 }

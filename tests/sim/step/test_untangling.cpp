@@ -36,7 +36,7 @@ Scene layers(double (*height)(double, double)) {
 int come_apart(Simulation& sim, int most) {
   for (int i = 1; i <= most; ++i) {
     sim.step();
-    if (sim.report().intersections == 0) return i;
+    if (sim.report().contacts.intersections == 0) return i;
   }
   return -1;
 }
@@ -55,10 +55,10 @@ TEST_CASE("layers that start through each other come apart and stay apart") {
       REQUIRE(come_apart(sim, 300) > 0);
       for (int i = 0; i < 25; ++i) {
         sim.step();
-        CHECK(sim.report().intersections == 0);
+        CHECK(sim.report().contacts.intersections == 0);
         REQUIRE(sim.intersecting_pairs().empty());
       }
-      CHECK(sim.report().max_stretch < 1.1);
+      CHECK(sim.report().strain.stretch < 1.1);
     }
 }
 
@@ -89,7 +89,7 @@ TEST_CASE("untangling ends in the same bits on any number of threads, and after 
     one.step();
     three.step();
   }
-  REQUIRE(one.report().intersections > 0);
+  REQUIRE(one.report().contacts.intersections > 0);
   resumed.restore(one.checkpoint());
   for (int i = 0; i < 40; ++i) {
     one.step();

@@ -67,7 +67,7 @@ def bring_to_rest(
     start = simulation.time
     while simulation.time - start < longest:
         simulation.step()
-        energy = float(simulation.report.kinetic_energy)
+        energy = float(simulation.report.energy.kinetic)
         peak, highest, count = max(peak, energy), max(highest, energy), count + 1
         if energy < before and rising:
             simulation.velocities = np.zeros_like(simulation.velocities)
