@@ -4,7 +4,7 @@
 #include <atomic>
 #include <cmath>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/parallel/agreement.h"
 #include "core/sim/model/motion.h"
 #include "core/sim/record/capture.h"
@@ -71,13 +71,11 @@ struct Simulation::Data {
   void to_rows(const Points& user, const char* name, Points& rows,
                UserWrites::Kind kind = UserWrites::Table) {
     if (user.rows() != model.cloth.n_vertices)
-      throw InvalidInput(std::string(name) + " must have " +
-                         std::to_string(model.cloth.n_vertices) +
-                         " rows (all cloth vertices), got " + std::to_string(user.rows()));
+      fail<InvalidInput>("{} must have {} rows (all cloth vertices), got {}", name,
+                         model.cloth.n_vertices, user.rows());
     for (Index i = 0; i < user.rows(); ++i)
       if (!user.row(i).allFinite())
-        throw InvalidInput(std::string(name) + " must be finite, row " + std::to_string(i) +
-                           " is not; nothing was changed");
+        fail<InvalidInput>("{} must be finite, row {} is not; nothing was changed", name, i);
     for (Index i = 0; i < user.rows(); ++i) rows.row(model.row_of_vertex[i]) = user.row(i);
     writes.note(kind);
   }
@@ -96,8 +94,8 @@ Simulation::Simulation(const Scene& scene, const IntegratorOptions& integrator, 
                        std::shared_ptr<const Communicator> communicator)
     : data_(std::make_unique<Data>()) {
   if (threads < 0 || threads > most_threads)
-    throw InvalidInput("threads must be in [0, " + std::to_string(most_threads) +
-                       "] (0: all processors), got " + std::to_string(threads));
+    fail<InvalidInput>("threads must be in [0, {}] (0: all processors), got {}", most_threads,
+                       threads);
   check_fields(integrator, "integrator");
   if (integrator.jacobian != "spd" && integrator.jacobian != "exact")
     throw InvalidInput("integrator.jacobian must be spd or exact, got \"" + integrator.jacobian +
@@ -148,10 +146,7 @@ const Communicator& Simulation::communicator() const { return *data_->communicat
 
 const StepReport& Simulation::report() const {
   if (!data_->measured || data_->writes.watching()) {
-    measure(data_->model, data_->state, data_->team, *data_->stepper->engines().elasticity,
-            data_->outcome.report);
-    data_->outcome.report.energy.magnetic =
-        magnetic_energy(data_->model, data_->state, time(), data_->stepper->engines());
+    measure(data_->state, time(), data_->stepper->engines(), data_->outcome.report);
     data_->measured = true;
   }
   return data_->outcome.report;
@@ -169,14 +164,15 @@ Frame Simulation::frame() const { return frame_at(time()); }
 Frame Simulation::frame_at(double at) const {
   const double share = 1.0 - (time() - at) / data_->options.step;
   if (share > 1.0 + 1e-9 || share < -1e-9)
-    throw InvalidInput("a frame must lie within the last step (" +
-                       std::to_string(time() - data_->options.step) + " to " +
-                       std::to_string(time()) + " s), got " + std::to_string(at));
+    fail<InvalidInput>("a frame must lie within the last step ({} to {} s), got {} s",
+                       time() - data_->options.step, time(), at);
   report();
   // Within rounding of the end of the step the state itself is the frame.
-  return capture(data_->model, data_->state, data_->outcome, data_->team,
-                 *data_->stepper->engines().elasticity, data_->options.step,
-                 share > 1.0 - 1e-9 ? 1.0 : share);
+  const FrameTime end{time(), 1.0};
+  const double start = static_cast<double>(data_->state.step) - (1.0 - share);
+  const FrameTime within{start * data_->options.step, share};
+  return capture(data_->state, data_->outcome, data_->stepper->engines(),
+                 share > 1.0 - 1e-9 ? end : within);
 }
 
 const std::vector<Index>& Simulation::vertex_order() const { return data_->model.row_of_vertex; }
@@ -206,8 +202,7 @@ void Simulation::set_obstacle_pose(int obstacle, const Vec3& position, const Vec
   const int n = static_cast<int>(data_->model.obstacles.size());
   if (n == 0) throw InvalidInput("the scene must have obstacles to move one, it has none");
   if (obstacle < 0 || obstacle >= n)
-    throw InvalidInput("obstacle must be in [0, " + std::to_string(n - 1) + "], got " +
-                       std::to_string(obstacle));
+    fail<InvalidInput>("obstacle must be in [0, {}], got {}", n - 1, obstacle);
   if (!position.allFinite() || std::abs(orientation.norm() - 1.0) > 1e-6)
     throw InvalidInput(
         "an obstacle's pose must be a finite position [m] and a unit quaternion (w, x, y, z)");
@@ -221,7 +216,7 @@ Points Simulation::body_positions() const { return data_->state.rigid.positions;
 
 std::array<Points, 2> Simulation::magnetic_forces() const {
   const std::vector<Wrench> wrenches =
-      loomstone::magnetic_forces(data_->model, data_->state, time(), data_->stepper->engines());
+      loomstone::magnetic_forces(data_->state, time(), data_->stepper->engines());
   std::array<Points, 2> rows = {Points(wrenches.size(), 3), Points(wrenches.size(), 3)};
   for (std::size_t b = 0; b < wrenches.size(); ++b) {
     rows[0].row(b) = wrenches[b].force.transpose();
@@ -259,11 +254,11 @@ std::int64_t Simulation::loop_iterations() const { return data_->iterations; }
 
 Checkpoint Simulation::checkpoint() const {
   if (!may_checkpoint())
-    throw InvalidInput(
+    fail<InvalidInput>(
         "a scene with rigid bodies can be saved only at multiples of scene.rigid_rebuild_interval "
-        "= " +
-        std::to_string(data_->model.scene.rigid_rebuild_interval) + " steps, this is step " +
-        std::to_string(data_->state.step));
+        "= "
+        "{} steps, this is step {}",
+        data_->model.scene.rigid_rebuild_interval, data_->state.step);
   data_->settle();
   gather_rows(*data_->layout,
               data_->state.cloth.previous_bending);  // the one table of which ranks keep a part

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <sstream>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/mesh/spatial_query.h"
 #include "core/sim/model/build.h"
 #include "core/sim/model/motion.h"
@@ -23,7 +23,7 @@ std::string place(const Model& model, Index triangle) {
     }
     local = model.triangle_of[triangle] - first;
   }
-  return surface.name + " triangle " + std::to_string(local);
+  return formatted("{} triangle {}", surface.name, local);
 }
 
 // Index of a vertex in its cloth, from that over all cloths.
@@ -42,9 +42,11 @@ void check_intersections(const Model& model, const Points& vertices) {
   for (std::size_t i = 0; i < std::min<std::size_t>(found, 10); ++i)
     list << (i > 0 ? "; " : "") << place(model, pairs[i][0]) << " with "
          << place(model, pairs[i][1]);
-  throw InvalidInput("the start must be free of intersections, got " + std::to_string(found) +
-                     " intersecting triangle pairs (" + list.str() + (found > 10 ? "; ..." : "") +
-                     "); move the cloth, or set scene.allow_initial_intersections");
+  fail<InvalidInput>(
+      "the start must be free of intersections, got {} intersecting triangle pairs ({}{}); move "
+      "the "
+      "cloth, or set scene.allow_initial_intersections",
+      found, list.str(), found > 10 ? "; ..." : "");
 }
 
 void check_inside(const Model& model, const Points& vertices) {

@@ -3,7 +3,7 @@
 #include <limits>
 #include <sstream>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/mesh/adjacency.h"
 #include "core/sim/model/build.h"
 #include "core/sim/model/motion.h"
@@ -28,18 +28,18 @@ double mean_membrane_stiffness(const Scene& scene) {
 void build_attachments(const Scene& scene, Model& model, const State& state) {
   for (std::size_t a = 0; a < scene.attachments.size(); ++a) {
     const Attachment& attachment = scene.attachments[a];
-    const std::string where = "attachments[" + std::to_string(a) + "]";
+    const std::string where = formatted("attachments[{}]", a);
     const std::size_t c = find_by_name(scene.cloths, attachment.cloth, where + ".cloth");
     const int body = static_cast<int>(find_by_name(scene.bodies, attachment.body, where + ".body"));
     const Index first = first_vertex_of(scene, c);
     for (const Index vertex : attachment.vertices) {
       if (vertex < 0 || vertex >= scene.cloths[c].mesh->n_vertices())
-        throw InvalidInput(where + ".vertices must be vertices of the cloth, got " +
-                           std::to_string(vertex));
+        fail<InvalidInput>("{}.vertices must be vertices of the cloth, in [0, {}], got {}", where,
+                           scene.cloths[c].mesh->n_vertices() - 1, vertex);
       const Index row = model.row_of_vertex[first + vertex];
       if (model.cloth.pinned[row])
-        throw InvalidInput(where + ".vertices: vertex " + std::to_string(vertex) +
-                           " is pinned; unpin it or do not attach it");
+        fail<InvalidInput>("{}.vertices: vertex {} is pinned; unpin it or do not attach it", where,
+                           vertex);
       model.attachments.push_back(
           {row, body, to_body(state.rigid, body, state.cloth.x.row(row).transpose())});
     }
@@ -114,6 +114,64 @@ void add_surface(CollisionModel& collision, CollisionSurface surface, const Tria
   collision.surfaces.push_back(std::move(surface));
 }
 
+void add_cloth_surfaces(const Scene& scene, const std::vector<double>& thickness, Model& model) {
+  Index row = 0, triangle = 0;
+  for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
+    const Cloth& cloth = scene.cloths[c];
+    CollisionSurface surface;
+    surface.name = model.topology.cloth_names[c];
+    surface.kind = CollisionSurface::Kind::Cloth;
+    surface.thickness = thickness[c];
+    surface.friction = cloth.friction;
+    surface.self_collision = cloth.self_collision;
+    const Triangles local =
+        model.cloth.triangles.middleRows(triangle, cloth.mesh->n_triangles()).array() - row;
+    add_surface(model.collision, surface, local, cloth.mesh->n_vertices());
+    row += cloth.mesh->n_vertices(), triangle += cloth.mesh->n_triangles();
+  }
+}
+
+// Rigid bodies, then obstacles; `thickness`: of those that give none [m].
+void add_body_surfaces(const Scene& scene, double thickness, Model& model) {
+  const auto add = [&](const auto& each, std::size_t number, CollisionSurface surface) {
+    surface.name = model.topology.body_names[number];
+    surface.thickness = each.thickness > 0.0 ? each.thickness : thickness;
+    surface.friction = each.friction;
+    surface.smooth = is_smooth(*each.mesh);
+    add_surface(model.collision, surface, each.mesh->triangles(), each.mesh->n_vertices());
+  };
+  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+    CollisionSurface surface;
+    surface.kind = CollisionSurface::Kind::Body;
+    surface.body = static_cast<int>(b);
+    add(scene.bodies[b], b, surface);
+  }
+  for (std::size_t o = 0; o < scene.obstacles.size(); ++o) {
+    CollisionSurface surface;
+    surface.kind = CollisionSurface::Kind::Script;
+    add(scene.obstacles[o], scene.bodies.size() + o, surface);
+  }
+}
+
+// Rows of the implicit solve that collision vertices move with.
+void number_rows(Model& model) {
+  CollisionModel& collision = model.collision;
+  collision.rows.row.assign(collision.n_vertices, -1);
+  collision.rows.is_body.assign(collision.n_vertices, 0);
+  for (Index i = 0; i < model.cloth.n_vertices; ++i) collision.rows.row[i] = i;
+  for (std::size_t b = 0; b < model.bodies.size(); ++b)
+    for (Index i = 0; i < model.bodies[b].local.rows(); ++i) {
+      const Index vertex = model.bodies[b].first + i;
+      collision.rows.row[vertex] = model.cloth.n_vertices + 2 * static_cast<Index>(b);
+      collision.rows.is_body[vertex] = 1;
+    }
+  if (model.attachments.empty()) return;
+  collision.attached_surface.assign(collision.n_vertices, -1);
+  const Index n_cloths = static_cast<Index>(model.scene.cloths.size());
+  for (const Model::Attached& attached : model.attachments)
+    collision.attached_surface[attached.row] = n_cloths + attached.body;
+}
+
 }  // namespace
 
 void build_bodies(const Scene& scene, Model& model, State& state) {
@@ -162,68 +220,19 @@ void build_bodies(const Scene& scene, Model& model, State& state) {
 }
 
 void build_collision(const Scene& scene, Model& model) {
-  CollisionModel& collision = model.collision;
-  double largest = 0.0;
   std::vector<double> thickness;
-  for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
+  for (std::size_t c = 0; c < scene.cloths.size(); ++c)
     thickness.push_back(own_thickness(scene.cloths[c], item("cloths", c, scene.cloths[c].name)));
-    largest = std::max(largest, thickness.back());
-  }
-  Index row = 0, triangle = 0;
-  for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
-    const Cloth& cloth = scene.cloths[c];
-    CollisionSurface surface;
-    surface.name = model.topology.cloth_names[c];
-    surface.kind = CollisionSurface::Kind::Cloth;
-    surface.thickness = thickness[c];
-    surface.friction = cloth.friction;
-    surface.self_collision = cloth.self_collision;
-    const Triangles local =
-        model.cloth.triangles.middleRows(triangle, cloth.mesh->n_triangles()).array() - row;
-    add_surface(collision, surface, local, cloth.mesh->n_vertices());
-    row += cloth.mesh->n_vertices(), triangle += cloth.mesh->n_triangles();
-  }
-  const double other = largest > 0.0 ? largest : 1e-3;
-  for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
-    CollisionSurface surface;
-    surface.name = model.topology.body_names[b];
-    surface.kind = CollisionSurface::Kind::Body;
-    surface.thickness = scene.bodies[b].thickness > 0.0 ? scene.bodies[b].thickness : other;
-    surface.friction = scene.bodies[b].friction;
-    surface.body = static_cast<int>(b);
-    surface.smooth = is_smooth(*scene.bodies[b].mesh);
-    add_surface(collision, surface, scene.bodies[b].mesh->triangles(),
-                scene.bodies[b].mesh->n_vertices());
-  }
-  for (std::size_t o = 0; o < scene.obstacles.size(); ++o) {
-    CollisionSurface surface;
-    surface.name = model.topology.body_names[scene.bodies.size() + o];
-    surface.kind = CollisionSurface::Kind::Script;
-    surface.thickness = scene.obstacles[o].thickness > 0.0 ? scene.obstacles[o].thickness : other;
-    surface.friction = scene.obstacles[o].friction;
-    surface.smooth = is_smooth(*scene.obstacles[o].mesh);
-    add_surface(collision, surface, scene.obstacles[o].mesh->triangles(),
-                scene.obstacles[o].mesh->n_vertices());
-  }
+  add_cloth_surfaces(scene, thickness, model);
+  const double largest =
+      thickness.empty() ? 0.0 : *std::max_element(thickness.begin(), thickness.end());
+  add_body_surfaces(scene, largest > 0.0 ? largest : 1e-3, model);
+  CollisionModel& collision = model.collision;
   const EdgeTable table = edge_table(collision.n_vertices, collision.triangles);
   collision.edges = table.edges;
   for (Index e = 0; e < collision.edges.rows(); ++e)
     collision.surface_of_edge.push_back(collision.surface_of_vertex[collision.edges(e, 0)]);
-  collision.rows.row.assign(collision.n_vertices, -1);
-  collision.rows.is_body.assign(collision.n_vertices, 0);
-  for (Index i = 0; i < model.cloth.n_vertices; ++i) collision.rows.row[i] = i;
-  for (std::size_t b = 0; b < model.bodies.size(); ++b)
-    for (Index i = 0; i < model.bodies[b].local.rows(); ++i) {
-      collision.rows.row[model.bodies[b].first + i] =
-          model.cloth.n_vertices + 2 * static_cast<Index>(b);
-      collision.rows.is_body[model.bodies[b].first + i] = 1;
-    }
-  if (!model.attachments.empty()) {
-    collision.attached_surface.assign(collision.n_vertices, -1);
-    for (const Model::Attached& attached : model.attachments)
-      collision.attached_surface[attached.row] =
-          static_cast<Index>(scene.cloths.size()) + attached.body;
-  }
+  number_rows(model);
   // 1 ... 10 times the membrane's stiffness holds contacts without noise (measured on twisted and
   // draped cloth).
   collision.contact_stiffness = scene.contact_stiffness > 0.0

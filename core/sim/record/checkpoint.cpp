@@ -1,5 +1,5 @@
 // A checkpoint is State, written out table by table.
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/sim/record/capture.h"
 
 namespace loomstone {
@@ -30,9 +30,8 @@ template <class Matrix>
 void get(const Checkpoint& c, const std::string& name, Matrix& matrix, const Matrix& now) {
   get(c, name, matrix);
   if (matrix.rows() != now.rows() || matrix.cols() != now.cols())
-    throw CacheError("the checkpoint's table \"" + name + "\" must have " +
-                     std::to_string(now.rows()) + " rows, got " + std::to_string(matrix.rows()) +
-                     "; it is damaged");
+    fail<CacheError>("the checkpoint's table \"{}\" must have {} rows, got {}; it is damaged", name,
+                     now.rows(), matrix.rows());
 }
 
 const std::vector<std::int64_t>& integers(const Checkpoint& c, const std::string& name) {

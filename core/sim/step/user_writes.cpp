@@ -5,7 +5,7 @@
 #include <sstream>
 #include <utility>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 
 namespace loomstone {
 
@@ -29,9 +29,7 @@ void check_rows(const Model& model, const Points& table, const char* name,
   for (std::size_t vertex = 0; vertex < model.row_of_vertex.size(); ++vertex) {
     const Index row = model.row_of_vertex[vertex];
     if ((used && !(*used)[row]) || table.row(row).allFinite()) continue;
-    refuse(std::string(name) + " of vertex " + std::to_string(vertex) + " (row " +
-               std::to_string(row) + ")",
-           table, row, "finite");
+    refuse(formatted("{} of vertex {} (row {})", name, vertex, row), table, row, "finite");
   }
 }
 
@@ -51,15 +49,16 @@ void UserWrites::check(const Model& model, const State& state) const {
   check_rows(model, state.pin_target, "pin_targets", &state.pin_override);
   for (std::size_t o = 0; o < state.pose_override.size(); ++o) {
     if (!state.pose_override[o]) continue;
-    const std::string name = " of obstacle " + std::to_string(o);
+    const std::string name = formatted(" of obstacle {}", o);
     const Index row = static_cast<Index>(o);
     if (!state.pose_position.row(row).allFinite())
       refuse("obstacle_positions" + name, state.pose_position, row, "finite");
     const double norm = state.pose_orientation.row(row).norm();
     if (!(std::abs(norm - 1.0) <= 1e-6))
-      throw InvalidInput("obstacle_orientations" + name +
-                         " must be a unit quaternion (w, x, y, z), got norm " +
-                         std::to_string(norm) + "; normalise it");
+      fail<InvalidInput>(
+          "obstacle_orientations{} must be a unit quaternion (w, x, y, z), got norm {}; normalise "
+          "it",
+          name, norm);
   }
 }
 

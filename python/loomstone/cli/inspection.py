@@ -73,7 +73,8 @@ def _describe_run(run: Run) -> None:
     if len(run):
         report = run[-1].report
         print(
-            f"last frame: {report.contacts.near} contacts, largest stretch {run[-1].stretch.max():.4f}"
+            f"last frame: {report.contacts.near} contacts,"
+            f" largest stretch {run[-1].stretch.max():.4f}"
         )
     if (run.directory / "steps.csv").exists():
         print("\n".join(contact_lines(summary_of_steps(run.directory / "steps.csv"))))
@@ -166,7 +167,7 @@ def contact_lines(summary: dict[str, Any]) -> list[str]:
     if summary["forced_steps"]:
         lines.append(
             f"{summary['forced_steps']} steps ended with triangles forced to intersect, at most"
-            f" {summary['most_forced']} pairs: what moves by script left the cloth no room"
+            f" {summary['most_forced']} pairs: scripted motion left the cloth no room"
             " (forced.csv; 2 by --color-by contact)"
         )
     return lines

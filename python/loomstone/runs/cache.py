@@ -30,8 +30,10 @@ class Run:
     read. A run can be pickled (as its path) and closes its files at the end of a `with`.
 
     >>> with ls.Run("out/drape") as run:               # doctest: +SKIP
-    ...     print(run[-1].positions.shape, run.positions[::10].shape, run.steps["contacts.near"].max())
-    (7396, 3) (3, 7396, 3) 5321
+    ...     print(run[-1].positions.shape, run.positions[::10].shape)
+    ...     print(run.steps["contacts.near"].max())
+    (7396, 3) (3, 7396, 3)
+    5321
     """
 
     directory: Path

@@ -35,9 +35,9 @@ def observer(rank: int = 0) -> Observer:
 def trouble(report: StepReport) -> str:
     """The line about a step that certification could not free."""
     return (
-        f"step {report.step} (t {report.time:.3f} s): {report.contacts.unresolved} impacts are left even in"
-        f" 1/64 of the step and {report.contacts.intersections} triangle pairs intersect; what moves by"
-        " script leaves the cloth no room"
+        f"step {report.step} (t {report.time:.3f} s): {report.contacts.unresolved} impacts are left"
+        f" even in 1/64 of the step and {report.contacts.intersections} triangle pairs intersect;"
+        " scripted motion leaves the cloth no room"
     )
 
 
@@ -46,8 +46,8 @@ def overstrained(report: StepReport) -> str:
     excess = max(report.limits.weft_excess, report.limits.warp_excess, report.limits.shear_excess)
     return (
         f"step {report.step} (t {report.time:.3f} s): {report.limits.broken} triangles strain"
-        f" beyond their limits, by up to {excess:.3f} (triangle {report.limits.worst_element}); limits.csv"
-        " names the worst of every step"
+        f" beyond their limits, by up to {excess:.3f} (triangle {report.limits.worst_element});"
+        " limits.csv names the worst of every step"
     )
 
 
