@@ -34,7 +34,7 @@ def check(run: ls.Run) -> None:
     first, last = run[0], run[-1]
     assert last.positions[:, 2].mean() < -0.15, "the cloth hangs below its pins"
     assert last.positions[:, 2].max() < 0.1, "it never swings above where it started"
-    energy = last.report
+    energy = last.report.energy
     total = energy.kinetic + energy.membrane + energy.bending + energy.gravity
     begin = first.report.energy.gravity
     assert total < begin + 1e-3, "no energy is gained"

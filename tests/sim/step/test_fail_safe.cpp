@@ -87,8 +87,8 @@ TEST_CASE(
     for (int i = 0; i < 40; ++i) {
       one.step();
       three.step();
-      INFO("speed " << speed << " step " << i << " substeps " << one.report().parts
-                    << " truncated " << one.report().withheld.vertices);
+      INFO("speed " << speed << " step " << i << " substeps " << one.report().parts << " truncated "
+                    << one.report().withheld.vertices);
       REQUIRE(one.report().contacts.unresolved == 0);
       REQUIRE(one.intersecting_pairs().empty());
       lowest = std::min(lowest, one.body_positions()(0, 2));

@@ -31,7 +31,8 @@ Scene draped(int cells, const StrainLimit& limit, bool in_solve) {
 }
 
 double worst(const StepReport& report) {
-  return std::max({report.limits.weft_excess, report.limits.warp_excess, report.limits.shear_excess});
+  return std::max(
+      {report.limits.weft_excess, report.limits.warp_excess, report.limits.shear_excess});
 }
 
 }  // namespace
