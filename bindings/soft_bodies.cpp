@@ -75,10 +75,7 @@ void bind_body(py::module_& m) {
       "A copy turned about its own centre by a rotation vector (3) in world axes [rad].");
 }
 
-}  // namespace
-
-void bind_soft_bodies(py::module_& m) {
-  bind_body(m);
+void bind_shapes(py::module_& m) {
   m.def(
       "soft_sphere",
       [](double radius, double susceptibility, double saturation, int degree) {
@@ -120,6 +117,9 @@ void bind_soft_bodies(py::module_& m) {
       },
       py::arg("mesh"), py::kw_only(), py::arg("susceptibility"), py::arg("saturation") = 0.0,
       py::arg("panels") = 1500, py::arg("threads") = 0);
+}
+
+void bind_induction(py::module_& m) {
   m.def(
       "induce",
       [](const std::vector<SoftBody>& soft, const std::vector<MagneticBody>& by,
@@ -149,6 +149,14 @@ void bind_soft_bodies(py::module_& m) {
                                  as_vector<Vec3>(field, "field"));
       },
       py::arg("body"), py::arg("density"), py::arg("by"), py::arg("field"));
+}
+
+}  // namespace
+
+void bind_soft_bodies(py::module_& m) {
+  bind_body(m);
+  bind_shapes(m);
+  bind_induction(m);
 }
 
 }  // namespace loomstone

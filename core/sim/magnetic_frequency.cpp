@@ -71,7 +71,7 @@ double MagneticMotion::frequency(const Team& team, const RigidState& state,
     for (std::size_t k = 0; k < hard_.size(); ++k) {
       const Index i = hard_[k];
       if (groups_[i] == model_.n_bodies())
-        add_sphere_frequencies2(team, spheres, coarse[i], poses[i], now_.known[k].there.gradient,
+        add_sphere_frequencies2(team, spheres, {coarse[i], poses[i], now_.known[k].there.gradient},
                                 carriers, squares);
     }
     Points x(spheres.size(), 3);
@@ -81,8 +81,9 @@ double MagneticMotion::frequency(const Team& team, const RigidState& state,
       if (groups[i] != model_.n_bodies() || coarse[i].moment == 0.0) continue;
       const MagneticBody coil{
           wound_source(model_.scene.coils[j], currents[static_cast<Eigen::Index>(j)]), poses[i]};
-      add_sphere_frequencies2(team, spheres, coarse[i], poses[i],
-                              magnetic_gradient(team, {coil}, x), carriers, squares);
+      add_sphere_frequencies2(team, spheres,
+                              {coarse[i], poses[i], magnetic_gradient(team, {coil}, x)}, carriers,
+                              squares);
     }
   }
   const std::vector<std::uint8_t> touching = world.touching();

@@ -10,15 +10,15 @@ namespace {
 constexpr int rows = 6, group_size = rows * n_lanes;
 
 template <class Lanes>
-LOOMSTONE_INLINE void group_kernel(const double* tables, const Index* groups, Index n_groups,
-                                   const double* point, double* field, double* gradient) {
+LOOMSTONE_INLINE void group_kernel(const double* tables, GroupList groups, const double* point,
+                                   double* field, double* gradient) {
   const Lanes3<Lanes> p{lanes_all<Lanes>(point[0]), lanes_all<Lanes>(point[1]),
                         lanes_all<Lanes>(point[2])};
   Lanes3<Lanes> h{};
   Lanes g[6];
   for (Lanes& s : g) s = Lanes{};
-  for (Index k = 0; k < n_groups; ++k) {
-    const double* row = tables + static_cast<std::size_t>(groups[k]) * group_size;
+  for (Index k = 0; k < groups.n; ++k) {
+    const double* row = tables + static_cast<std::size_t>(groups.places[k]) * group_size;
     Lanes t[rows];
     for (Lanes& value : t) value = lanes_load<Lanes>(row), row += n_lanes;
     const Lanes* m = t + 3;
@@ -63,9 +63,9 @@ std::vector<ExpansionSetting> DipoleGroups::settings() const {
   return {{7, 0.4, 6e-3}, {11, 0.4, 2e-4}, {12, 0.35, 2e-5}, {14, 0.28, 3e-7}};
 }
 
-void DipoleGroups::sum(const Index* groups, Index n, const double* point, double* field,
+void DipoleGroups::sum(GroupList groups, const double* point, double* field,
                        double* gradient) const {
-  LOOMSTONE_WIDEST(group_kernel)(tables_.data(), groups, n, point, field, gradient);
+  LOOMSTONE_WIDEST(group_kernel)(tables_.data(), groups, point, field, gradient);
 }
 
 }  // namespace loomstone

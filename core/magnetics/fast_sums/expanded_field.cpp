@@ -168,7 +168,7 @@ void ExpandedField::field_and_gradient_block(const double* points, Index n, doub
     expansion_.evaluate_at(
         locals_.data() + static_cast<std::size_t>(cube.local) * expansion_.local_size(),
         cube.centre, point.data(), b, g);
-    source_->sum(nearest_.data() + cube.begin, cube.end - cube.begin, point.data(), near,
+    source_->sum({nearest_.data() + cube.begin, cube.end - cube.begin}, point.data(), near,
                  near_gradient);
     for (int c = 0; c < 3; ++c) field[c * n + i] = b[c] + near[c];
     for (int c = 0; c < 6; ++c) gradient[c * n + i] = g[c] + near_gradient[c];

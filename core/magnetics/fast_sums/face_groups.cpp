@@ -11,16 +11,15 @@ namespace {
 constexpr int face_rows = 14, edge_rows = 13, group_size = (face_rows + 3 * edge_rows) * n_lanes;
 
 template <class Lanes>
-LOOMSTONE_INLINE void group_kernel(const double* tables, const Index* groups, Index n_groups,
-                                   double radius, const double* point, double* field,
-                                   double* gradient) {
+LOOMSTONE_INLINE void group_kernel(const double* tables, GroupList groups, double radius,
+                                   const double* point, double* field, double* gradient) {
   const Lanes3<Lanes> p{lanes_all<Lanes>(point[0]), lanes_all<Lanes>(point[1]),
                         lanes_all<Lanes>(point[2])};
   Lanes h[3], g[6];
   for (Lanes& s : h) s = Lanes{};
   for (Lanes& s : g) s = Lanes{};
-  for (Index k = 0; k < n_groups; ++k) {
-    const double* row = tables + static_cast<std::size_t>(groups[k]) * group_size;
+  for (Index k = 0; k < groups.n; ++k) {
+    const double* row = tables + static_cast<std::size_t>(groups.places[k]) * group_size;
     Lanes f[face_rows];
     for (Lanes& value : f) value = lanes_load<Lanes>(row), row += n_lanes;
     const Lanes angle = f[13] * solid_angle(p, f, on_face * radius);
@@ -101,10 +100,8 @@ std::vector<ExpansionSetting> FaceGroups::settings() const {
   return {{7, 0.55, 4e-3}, {9, 0.5, 3e-4}, {11, 0.4, 3e-5}, {14, 0.35, 3e-7}};
 }
 
-void FaceGroups::sum(const Index* groups, Index n, const double* point, double* field,
-                     double* gradient) const {
-  LOOMSTONE_WIDEST(group_kernel)(tables_.data(), groups, n, mesh_->radius(), point, field,
-                                 gradient);
+void FaceGroups::sum(GroupList groups, const double* point, double* field, double* gradient) const {
+  LOOMSTONE_WIDEST(group_kernel)(tables_.data(), groups, mesh_->radius(), point, field, gradient);
 }
 
 }  // namespace loomstone

@@ -18,6 +18,12 @@ struct ExpansionSetting {
   double opening, error;
 };
 
+// Groups that are summed, in the order of their making.
+struct GroupList {
+  const Index* places;
+  Index n;
+};
+
 class SourceGroups {
  public:
   virtual ~SourceGroups() = default;
@@ -30,7 +36,7 @@ class SourceGroups {
                    const Vec3& centre, double* moments) = 0;
   // mu0 H [T] and its gradient (xx, xy, xz, yy, yz, zz) [T/m] of groups, in the order of their
   // making, at one point.
-  virtual void sum(const Index* groups, Index n, const double* point, double* field,
+  virtual void sum(GroupList groups, const double* point, double* field,
                    double* gradient) const = 0;
   // Of all parts, for points beyond 2 radii.
   virtual const MultipoleExpansion& multipoles() const = 0;
@@ -50,8 +56,7 @@ class FaceGroups final : public SourceGroups {
   double reach(Index part, const Vec3& from) const override;
   void add(const Index* parts, Index n, const TaylorExpansion& expansion, const Vec3& centre,
            double* moments) override;
-  void sum(const Index* groups, Index n, const double* point, double* field,
-           double* gradient) const override;
+  void sum(GroupList groups, const double* point, double* field, double* gradient) const override;
   const MultipoleExpansion& multipoles() const override { return mesh_->multipoles(); }
   Index few() const override { return 8; }
   std::vector<ExpansionSetting> settings() const override;
@@ -71,8 +76,7 @@ class DipoleGroups final : public SourceGroups {
   double reach(Index part, const Vec3& from) const override { return (middle(part) - from).norm(); }
   void add(const Index* parts, Index n, const TaylorExpansion& expansion, const Vec3& centre,
            double* moments) override;
-  void sum(const Index* groups, Index n, const double* point, double* field,
-           double* gradient) const override;
+  void sum(GroupList groups, const double* point, double* field, double* gradient) const override;
   const MultipoleExpansion& multipoles() const override { return multipoles_; }
   Index few() const override { return 32; }
   std::vector<ExpansionSetting> settings() const override;

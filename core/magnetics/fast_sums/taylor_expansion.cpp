@@ -1,7 +1,6 @@
 #include "core/magnetics/fast_sums/taylor_expansion.h"
 
 #include <algorithm>
-#include <array>
 
 #include "core/magnetics/sources/lane_math.h"
 
@@ -9,9 +8,10 @@ namespace loomstone {
 
 namespace {
 
-using Power = TaylorExpansion::Power;
-using Derivative = TaylorExpansion::Derivative;
-using Trace = TaylorExpansion::Trace;
+using Power = TaylorTables::Power;
+using Derivative = TaylorTables::Derivative;
+using Trace = TaylorTables::Trace;
+using Shift = TaylorTables::Shift;
 
 constexpr int most_places = 680;  // of order 14
 constexpr int most_slim = 225;
@@ -25,10 +25,30 @@ LOOMSTONE_INLINE void lane_powers(const Power* powers, int n, const Lanes3<Lanes
     out[i] = out[powers[i].before] * components[powers[i].axis] * powers[i].share;
 }
 
+struct PowerTables {
+  const Power* powers;
+  const int* next[3];
+  int n_powers[2];  // as in TaylorTables
+  int n_places;
+};
+
+PowerTables power_tables(const TaylorTables& t) {
+  return {t.powers.data(),
+          {t.next[0].data(), t.next[1].data(), t.next[2].data()},
+          {t.n_powers[0], t.n_powers[1]},
+          static_cast<int>(t.powers.size())};
+}
+
+// Charges (n) or dipoles (n x 3) at positions (n x 3).
+struct Sources {
+  const double *positions, *strengths;
+  Index n;
+};
+
 template <class Lanes>
-LOOMSTONE_INLINE void dipole_kernel(const Power* powers, const int* const* next, int n_powers,
-                                    int n_places, const double* positions, const double* dipoles,
-                                    Index n, const double* centre, double* out) {
+LOOMSTONE_INLINE void dipole_kernel(PowerTables t, Sources by, const double* centre, double* out) {
+  const auto [powers, next, n_powers, n_places] = t;
+  const auto [positions, dipoles, n] = by;
   Lanes sums[most_places], w[most_places];
   for (int i = 0; i < n_places; ++i) sums[i] = Lanes{};
   for (Index begin = 0; begin < n; begin += n_lanes) {
@@ -41,19 +61,19 @@ LOOMSTONE_INLINE void dipole_kernel(const Power* powers, const int* const* next,
       }
     }
     lane_powers(
-        powers, n_powers,
+        powers, n_powers[0],
         Lanes3<Lanes>{lanes_load<Lanes>(x[0]), lanes_load<Lanes>(x[1]), lanes_load<Lanes>(x[2])},
         w);
-    for (int i = 0; i < n_powers; ++i)
+    for (int i = 0; i < n_powers[0]; ++i)
       for (int c = 0; c < 3; ++c) sums[next[c][i]] -= lanes_load<Lanes>(m[c]) * w[i];
   }
   for (int i = 0; i < n_places; ++i) out[i] = lanes_sum(sums[i]);
 }
 
 template <class Lanes>
-LOOMSTONE_INLINE void charge_kernel(const Power* powers, int n_places, const double* positions,
-                                    const double* charges, Index n, const double* centre,
-                                    double* out) {
+LOOMSTONE_INLINE void charge_kernel(PowerTables t, Sources by, const double* centre, double* out) {
+  const auto [powers, next, n_powers, n_places] = t;
+  const auto [positions, charges, n] = by;
   Lanes sums[most_places], w[most_places];
   for (int i = 0; i < n_places; ++i) sums[i] = Lanes{};
   for (Index begin = 0; begin < n; begin += n_lanes) {
@@ -73,29 +93,51 @@ LOOMSTONE_INLINE void charge_kernel(const Power* powers, int n_places, const dou
   for (int i = 0; i < n_places; ++i) out[i] = lanes_sum(sums[i]);
 }
 
+struct FarTables {
+  const Derivative* steps;
+  int n_steps;
+  const Trace* traces;
+  int n_traces;
+  const std::uint16_t* products;
+  const int *slim, *ends;
+  int order;
+};
+
 template <class Lanes>
-LOOMSTONE_INLINE void lane_derivatives(const Derivative* steps, int n_steps, const Trace* traces,
-                                       int n_traces, const Lanes* r, Lanes* d) {
+LOOMSTONE_INLINE void lane_derivatives(FarTables t, const Lanes* r, Lanes* d) {
   const Lanes inverse = 1.0 / (r[0] * r[0] + r[1] * r[1] + r[2] * r[2]);
   const Lanes x = r[0] * inverse, y = r[1] * inverse, z = r[2] * inverse;
   d[0] = lanes_sqrt(inverse);
-  for (int i = 1; i < n_steps; ++i) {
-    const Derivative& s = steps[i];
+  for (int i = 1; i < t.n_steps; ++i) {
+    const Derivative& s = t.steps[i];
     d[s.target] =
         (s.first[0] * (x * d[s.first_place[0]]) + s.first[1] * (y * d[s.first_place[1]])) +
         (s.first[2] * (z * d[s.first_place[2]]) +
          inverse * (s.second[0] * d[s.second_place[0]] + s.second[1] * d[s.second_place[1]]));
   }
-  for (int i = 0; i < n_traces; ++i)
-    d[traces[i].target] = -d[traces[i].first] - d[traces[i].second];
+  for (int i = 0; i < t.n_traces; ++i)
+    d[t.traces[i].target] = -d[t.traces[i].first] - d[t.traces[i].second];
+}
+
+// Sum of m_k D_place over k = 1 ... last - 1, in four parts.
+template <class Lanes>
+LOOMSTONE_INLINE Lanes lane_products(const Lanes* m, int last, const Lanes* d,
+                                     const std::uint16_t* place) {
+  Lanes part[4];
+  for (Lanes& p : part) p = Lanes{};
+  int k = 1;
+  for (; k + 4 <= last; k += 4, place += 4)
+    for (int j = 0; j < 4; ++j) part[j] += m[k + j] * d[place[j]];
+  for (; k < last; ++k, ++place) part[0] += m[k] * d[*place];
+  return (part[0] + part[1]) + (part[2] + part[3]);
 }
 
 // Eight far cells at a time; lanes are summed once at the end.
 template <class Lanes>
-LOOMSTONE_INLINE void far_kernel(const Derivative* steps, int n_steps, const Trace* traces,
-                                 int n_traces, const std::uint16_t* products, const int* slim,
-                                 const int* ends, int order, const TaylorExpansion::Far* far,
-                                 Index n, double* local) {
+LOOMSTONE_INLINE void far_kernel(FarTables t, const TaylorExpansion::Far* far, Index n,
+                                 double* local) {
+  const int *slim = t.slim, *ends = t.ends;
+  const int order = t.order;
   Lanes d[most_places], m[most_slim], sums[most_slim];
   const int n_slim = ends[order - 1];
   for (int i = 0; i < n_slim; ++i) sums[i] = Lanes{};
@@ -112,19 +154,14 @@ LOOMSTONE_INLINE void far_kernel(const Derivative* steps, int n_steps, const Tra
                         lanes_load<Lanes>(arms[2])};
     for (int i = 0; i < n_slim; ++i)
       m[i] = lanes_of<Lanes>([&](int lane) LOOMSTONE_INLINE_LAMBDA { return moments[lane][i]; });
-    lane_derivatives(steps, n_steps, traces, n_traces, r, d);
-    const std::uint16_t* place = products;
+    lane_derivatives(t, r, d);
+    const std::uint16_t* place = t.products;
     int i = 1;
     for (int degree = 1; degree < order; ++degree) {
       const int last = ends[order - degree];
       for (; i < ends[degree]; ++i) {
-        Lanes part[4];
-        for (Lanes& p : part) p = Lanes{};
-        int k = 1;
-        for (; k + 4 <= last; k += 4, place += 4)
-          for (int j = 0; j < 4; ++j) part[j] += m[k + j] * d[place[j]];
-        for (; k < last; ++k, ++place) part[0] += m[k] * d[*place];
-        sums[i] += (part[0] + part[1]) + (part[2] + part[3]);
+        sums[i] += lane_products(m, last, d, place);
+        place += last - 1;
         sums[i] += m[0] * d[slim[i]];
       }
     }
@@ -132,11 +169,15 @@ LOOMSTONE_INLINE void far_kernel(const Derivative* steps, int n_steps, const Tra
   for (int i = 1; i < n_slim; ++i) local[slim[i]] += lanes_sum(sums[i]);
 }
 
+struct Local {
+  const double *coefficients, *centre;
+};
+
 template <class Lanes>
-LOOMSTONE_INLINE void evaluate_kernel(const Power* powers, const int* const* next,
-                                      const int* n_powers, const double* local,
-                                      const double* centre, const double* points, Index n,
+LOOMSTONE_INLINE void evaluate_kernel(PowerTables t, Local at, const double* points, Index n,
                                       double* field, double* gradient) {
+  const auto [powers, next, n_powers, n_places] = t;
+  const auto [local, centre] = at;
   Lanes w[most_places];
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3<Lanes> x{lanes_load<Lanes>(points + i) - centre[0],
@@ -164,105 +205,26 @@ LOOMSTONE_INLINE void evaluate_kernel(const Power* powers, const int* const* nex
 
 }  // namespace
 
-TaylorExpansion::TaylorExpansion(int order) : order_(order) {
-  struct Exponents {
-    int n[3];
-  };
-  std::vector<Exponents> places;
-  const int side = order + 3;
-  std::vector<int> place_of(side * side * side, -1);
-  const auto place = [&](int x, int y, int z) -> int& {
-    return place_of[(x * side + y) * side + z];
-  };
-  for (int degree = 0; degree <= order; ++degree) {
-    for (int z = 0; z <= degree; ++z) {
-      for (int x = degree - z; x >= 0; --x) {
-        place(x, degree - z - x, z) = static_cast<int>(places.size());
-        if (z <= 1) slim_.push_back(static_cast<int>(places.size()));
-        places.push_back({{x, degree - z - x, z}});
-      }
-    }
-    slim_ends_.push_back(static_cast<int>(slim_.size()));
-    if (degree >= order - 2 && degree < order)
-      n_powers_[order - 1 - degree] = static_cast<int>(places.size());
-  }
-  for (int y = 0; y <= order; ++y)
-    for (int z = 0; y + z <= order; ++z)
-      for (int x = 0; x + y + z <= order; ++x) rows_.push_back(place(x, y, z));
-  for (int i = 0; i < static_cast<int>(places.size()); ++i) {
-    const int x = places[i].n[0], y = places[i].n[1], z = places[i].n[2];
-    const int degree = x + y + z, axis = x > 0 ? 0 : y > 0 ? 1 : 2, largest = places[i].n[axis];
-    const auto less = [&](int along, int by) {
-      int n[3] = {x, y, z};
-      n[along] -= by;
-      return n[along] < 0 ? 0 : place(n[0], n[1], n[2]);
-    };
-    powers_.push_back({less(axis, 1), axis, largest > 0 ? 1.0 / largest : 1.0});
-    next_[0].push_back(place(x + 1, y, z));
-    next_[1].push_back(place(x, y + 1, z));
-    next_[2].push_back(place(x, y, z + 1));
-    if (z >= 2) {
-      const Trace trace{i, place(x + 2, y, z - 2), place(x, y + 2, z - 2)};
-      traces_.push_back(trace);
-      if (z == 2) derivative_traces_.push_back(trace);
-      continue;
-    }
-    // k r^2 D_n + (2 k - 1) sum n_i x_i D_{n - e_i} + (k - 1) sum n_i (n_i - 1) D_{n - 2 e_i} = 0,
-    // k = |n|
-    Derivative d{i, {}, {}, {}, {}};
-    for (int c = 0; c < 3 && degree > 0; ++c) {
-      const int count = places[i].n[c];
-      d.first[c] = -(2.0 * degree - 1.0) / degree * count;
-      d.first_place[c] = less(c, 1);
-      if (c == 2) continue;
-      d.second[c] = -(degree - 1.0) / degree * count * (count - 1);
-      d.second_place[c] = less(c, 2);
-    }
-    derivatives_.push_back(d);
-  }
-  std::stable_sort(traces_.begin(), traces_.end(), [&](const Trace& a, const Trace& b) {
-    return places[a.target].n[2] < places[b.target].n[2];
-  });
-  const auto sum = [&](int a, int b) {
-    return place(places[a].n[0] + places[b].n[0], places[a].n[1] + places[b].n[1],
-                 places[a].n[2] + places[b].n[2]);
-  };
-  for (int degree = 1; degree < order; ++degree)
-    for (int i = slim_ends_[degree - 1]; i < slim_ends_[degree]; ++i)
-      for (int k = 1; k < slim_ends_[order - degree]; ++k)
-        products_.push_back(static_cast<std::uint16_t>(sum(slim_[i], slim_[k])));
-  for (int i = 0; i < static_cast<int>(slim_.size()); ++i) {
-    const auto& n = places[slim_[i]].n;
-    const int degree = n[0] + n[1] + n[2];
-    for (int k = 0; k < static_cast<int>(places.size()); ++k) {
-      if (degree + places[k].n[0] + places[k].n[1] + places[k].n[2] > order) break;
-      moment_shifts_.push_back({sum(slim_[i], k), i, k});
-      if (degree > 0) local_shifts_.push_back({slim_[i], sum(slim_[i], k), k});
-    }
-  }
-}
-
 void TaylorExpansion::add_folded(double* all, double* moments) const {
-  for (auto trace = traces_.rbegin(); trace != traces_.rend(); ++trace) {
+  for (auto trace = tables_.traces.rbegin(); trace != tables_.traces.rend(); ++trace) {
     all[trace->first] -= all[trace->target];
     all[trace->second] -= all[trace->target];
   }
-  for (std::size_t i = 0; i < slim_.size(); ++i) moments[i] += all[slim_[i]];
+  for (std::size_t i = 0; i < tables_.slim.size(); ++i) moments[i] += all[tables_.slim[i]];
 }
 
 void TaylorExpansion::add_dipoles(const double* positions, const double* dipoles, Index n,
                                   const Vec3& centre, double* moments) const {
   double all[most_places];
-  const int* next[3] = {next_[0].data(), next_[1].data(), next_[2].data()};
-  LOOMSTONE_WIDEST(dipole_kernel)(powers_.data(), next, n_powers_[0], local_size(), positions,
-                                  dipoles, n, centre.data(), all);
+  LOOMSTONE_WIDEST(dipole_kernel)(power_tables(tables_), Sources{positions, dipoles, n},
+                                  centre.data(), all);
   add_folded(all, moments);
 }
 
 void TaylorExpansion::add_charges(const double* positions, const double* charges, Index n,
                                   const Vec3& centre, double* moments) const {
   double all[most_places];
-  LOOMSTONE_WIDEST(charge_kernel)(powers_.data(), local_size(), positions, charges, n,
+  LOOMSTONE_WIDEST(charge_kernel)(power_tables(tables_), Sources{positions, charges, n},
                                   centre.data(), all);
   add_folded(all, moments);
 }
@@ -270,40 +232,42 @@ void TaylorExpansion::add_charges(const double* positions, const double* charges
 void TaylorExpansion::shift_powers(const Vec3& shift, double* powers) const {
   powers[0] = 1.0;
   for (int i = 1; i < local_size(); ++i)
-    powers[i] = powers[powers_[i].before] * shift[powers_[i].axis] * powers_[i].share;
+    powers[i] =
+        powers[tables_.powers[i].before] * shift[tables_.powers[i].axis] * tables_.powers[i].share;
 }
 
 void TaylorExpansion::add_moments(const double* child, const Vec3& shift, double* moments) const {
   double powers[most_places], all[most_places];
   shift_powers(shift, powers);
   std::fill_n(all, local_size(), 0.0);
-  for (const Shift& s : moment_shifts_) all[s.target] += child[s.source] * powers[s.power];
+  for (const Shift& s : tables_.moment_shifts) all[s.target] += child[s.source] * powers[s.power];
   add_folded(all, moments);
 }
 
 void TaylorExpansion::add_far(const Far* far, Index n, double* local) const {
-  LOOMSTONE_WIDEST(far_kernel)(derivatives_.data(), static_cast<int>(derivatives_.size()),
-                               derivative_traces_.data(),
-                               static_cast<int>(derivative_traces_.size()), products_.data(),
-                               slim_.data(), slim_ends_.data(), order_, far, n, local);
+  const FarTables t{
+      tables_.derivatives.data(),       static_cast<int>(tables_.derivatives.size()),
+      tables_.derivative_traces.data(), static_cast<int>(tables_.derivative_traces.size()),
+      tables_.products.data(),          tables_.slim.data(),
+      tables_.slim_ends.data(),         tables_.order};
+  LOOMSTONE_WIDEST(far_kernel)(t, far, n, local);
 }
 
 void TaylorExpansion::complete(double* local) const {
-  for (const Trace& trace : traces_)
+  for (const Trace& trace : tables_.traces)
     local[trace.target] = -local[trace.first] - local[trace.second];
 }
 
 void TaylorExpansion::add_local(const double* parent, const Vec3& shift, double* local) const {
   double powers[most_places];
   shift_powers(shift, powers);
-  for (const Shift& s : local_shifts_) local[s.target] += parent[s.source] * powers[s.power];
+  for (const Shift& s : tables_.local_shifts) local[s.target] += parent[s.source] * powers[s.power];
 }
 
 void TaylorExpansion::evaluate(const double* local, const Vec3& centre, const double* points,
                                Index n, double* field, double* gradient) const {
-  const int* next[3] = {next_[0].data(), next_[1].data(), next_[2].data()};
-  LOOMSTONE_WIDEST(evaluate_kernel)(powers_.data(), next, n_powers_, local, centre.data(), points,
-                                    n, field, gradient);
+  LOOMSTONE_WIDEST(evaluate_kernel)(power_tables(tables_), Local{local, centre.data()}, points, n,
+                                    field, gradient);
 }
 
 }  // namespace loomstone

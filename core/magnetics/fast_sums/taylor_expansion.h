@@ -10,39 +10,19 @@
 // spherical harmonics have.
 #pragma once
 
-#include <cstdint>
-#include <vector>
-
-#include "core/base/types.h"
+#include "core/magnetics/fast_sums/taylor_tables.h"
 
 namespace loomstone {
 
 class TaylorExpansion {
  public:
-  static constexpr int highest_order = 14;
+  static constexpr int highest_order = TaylorTables::highest_order;
 
-  // Rows of the tables; places are those of the multi-indices, by degree, then by z.
-  struct Power {  // of a product of powers over factorials: from the one before by x_axis * share
-    int before, axis;
-    double share;
-  };
-  struct Trace {  // value = - first - second
-    int target, first, second;
-  };
-  struct Derivative {  // of 1/r: the recurrence over degrees, factors and places
-    int target;
-    double first[3], second[2];
-    int first_place[3], second_place[2];
-  };
-  struct Shift {
-    int target, source, power;
-  };
+  explicit TaylorExpansion(int order) : tables_(order) {}  // 3 ... highest_order
 
-  explicit TaylorExpansion(int order);  // 3 ... highest_order
-
-  int order() const { return order_; }
-  int moments_size() const { return static_cast<int>(slim_.size()); }  // z <= 1, by degree
-  int local_size() const { return static_cast<int>(powers_.size()); }  // all, by degree
+  int order() const { return tables_.order; }
+  int moments_size() const { return static_cast<int>(tables_.slim.size()); }  // z <= 1, by degree
+  int local_size() const { return static_cast<int>(tables_.powers.size()); }  // all, by degree
 
   // Adds to the moments about `centre` those of n dipoles: positions and moments (n x 3).
   void add_dipoles(const double* positions, const double* dipoles, Index n, const Vec3& centre,
@@ -80,18 +60,7 @@ class TaylorExpansion {
   void add_folded(double* all, double* moments) const;
   void shift_powers(const Vec3& shift, double* powers) const;
 
-  int order_;
-  int n_powers_[2];                       // places up to degree order - 1 and order - 2
-  std::vector<int> slim_;                 // places with z <= 1
-  std::vector<int> slim_ends_;            // how many of them up to a degree
-  std::vector<Power> powers_;             // of all places
-  std::vector<int> next_[3];              // place with one more along an axis
-  std::vector<int> rows_;                 // all places, by powers of y, z, x
-  std::vector<Derivative> derivatives_;   // z <= 1
-  std::vector<Trace> derivative_traces_;  // z = 2
-  std::vector<std::uint16_t> products_;   // for n, m of slim_ in turn: place of n + m
-  std::vector<Trace> traces_;             // z > 1, lowest z first
-  std::vector<Shift> moment_shifts_, local_shifts_;
+  TaylorTables tables_;
 };
 
 }  // namespace loomstone

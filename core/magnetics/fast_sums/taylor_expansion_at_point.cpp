@@ -84,13 +84,13 @@ LOOMSTONE_INLINE void point_kernel(const double* rows, int order, const double* 
 }  // namespace
 
 void TaylorExpansion::pack(const double* local, double* rows) const {
-  for (const int place : rows_) *rows++ = local[place];
+  for (const int place : tables_.rows) *rows++ = local[place];
 }
 
 void TaylorExpansion::evaluate_at(const double* rows, const Vec3& centre, const double* point,
                                   double* field, double* gradient) const {
   const double at[3] = {point[0] - centre[0], point[1] - centre[1], point[2] - centre[2]};
-  LOOMSTONE_WIDEST(point_kernel)(rows, order_, at, field, gradient);
+  LOOMSTONE_WIDEST(point_kernel)(rows, tables_.order, at, field, gradient);
 }
 
 }  // namespace loomstone

@@ -3,23 +3,19 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <deque>
 #include <string>
 
 #include "core/base/error.h"
 #include "core/base/simd.h"
-#include "core/magnetics/fast_sums/point_tree.h"
-#include "core/magnetics/fast_sums/taylor_expansion.h"
+#include "core/magnetics/fast_sums/dual_tree.h"
 #include "core/magnetics/sources/constants.h"
-#include "core/magnetics/sources/dipole_kernels.h"
 
 namespace loomstone {
 
 namespace {
 
 constexpr double k = mu0 / (4.0 * pi);
-constexpr Index leaf_size = 32;       // at most points_per_block
-constexpr std::size_t n_tasks = 256;  // subtrees that threads take, whatever their number
+constexpr Index leaf_size = 32;  // at most points_per_block
 constexpr Index n_samples = 128;
 
 // Two cells are far apart where the sum of their radii is at most `opening` times the distance of
@@ -40,188 +36,6 @@ constexpr double spare = 0.75;  // other sets err a little more
 // the first setting is not good enough, as it is in a tenth of the cases, that spares a whole pass.
 // At 100,000 the look takes a tenth of one, then less.
 constexpr Index worth_a_look = 200000;
-
-// Points by rows in the order of a tree, and what belongs to them.
-Points ordered(const ConstPointsRef& rows, const PointTree& tree) {
-  Points out(rows.rows(), 3);
-  for (std::size_t i = 0; i < tree.order.size(); ++i) out.row(i) = rows.row(tree.order[i]);
-  return out;
-}
-
-// The dipoles that act.
-struct SourceTree {
-  PointTree tree;
-  Points positions, moments;       // in the order of the tree
-  std::vector<double> expansions;  // by cells
-  int stride = 0;
-
-  void expand(const Team& team, const TaylorExpansion& expansion) {
-    if (stride == expansion.moments_size()) return;  // of this order already
-    stride = expansion.moments_size();
-    expansions.assign(tree.cells.size() * stride, 0.0);
-    // Cells lie level by level.
-    std::vector<Index> starts(tree.levels + 1, static_cast<Index>(tree.cells.size()));
-    for (Index c = static_cast<Index>(tree.cells.size()) - 1; c >= 0; --c)
-      starts[tree.cells[c].level] = c;
-    for (int level = tree.levels - 1; level >= 0; --level) {
-      parallel_for(
-          team, starts[level + 1] - starts[level],
-          [&](Index i) {
-            const Index c = starts[level] + i;
-            const PointCell& cell = tree.cells[c];
-            double* out = expansions.data() + static_cast<std::size_t>(c) * stride;
-            if (cell.leaf()) {
-              const std::ptrdiff_t first = 3 * static_cast<std::ptrdiff_t>(cell.begin);
-              expansion.add_dipoles(positions.data() + first, moments.data() + first,
-                                    cell.end - cell.begin, cell.centre, out);
-              return;
-            }
-            for (const Index child : cell.children)
-              expansion.add_moments(moments_of(child), cell.centre - tree.cells[child].centre, out);
-          },
-          16);
-    }
-  }
-  const double* moments_of(Index cell) const {
-    return expansions.data() + static_cast<std::size_t>(cell) * stride;
-  }
-};
-
-// What a leaf of observers is given: its places in the order of the tree, expansion and near
-// dipoles.
-struct LeafSums {
-  const TaylorExpansion& expansion;
-  const PointCell& cell;
-  const double* local;
-  const double *positions, *moments;
-  Index n_near;
-};
-
-// One pass over the observers' tree from its root; `write` takes the sums of a leaf. chosen:
-// (cells) those to go to; empty: all.
-template <class Write>
-class Descent {
- public:
-  Descent(const TaylorExpansion& expansion, const SourceTree& by, const PointTree& observers,
-          double opening, const std::vector<std::uint8_t>& chosen, const Write& write)
-      : expansion_(expansion),
-        by_(by),
-        observers_(observers),
-        opening_(opening),
-        chosen_(chosen),
-        write_(write) {}
-
-  void run(const Team& team) const {
-    std::deque<Visit> open;
-    std::vector<Visit> tasks;
-    open.push_back({0, {0}, std::vector<double>(expansion_.local_size())});
-    Scratch scratch;
-    while (!open.empty() && open.size() + tasks.size() < n_tasks) {
-      Visit visit = std::move(open.front());
-      open.pop_front();
-      if (observers_.cells[visit.cell].leaf())
-        tasks.push_back(std::move(visit));
-      else
-        for (Visit& child : opened(visit, scratch)) open.push_back(std::move(child));
-    }
-    for (Visit& visit : open) tasks.push_back(std::move(visit));
-    parallel_tasks(team, static_cast<Index>(tasks.size()), [&](Index i) {
-      Scratch own;
-      descend(tasks[i], own);
-    });
-  }
-
- private:
-  // Cells that are not yet dealt with for an observers' cell, and what its parent's expansion makes
-  // in it.
-  struct Visit {
-    Index cell;
-    std::vector<Index> candidates;
-    std::vector<double> local;
-  };
-  struct Scratch {
-    std::vector<Index> open, near, deferred;
-    std::vector<TaylorExpansion::Far> far;
-    std::vector<double> positions, moments;
-  };
-
-  // Sorts the candidates of a cell into far, near, and those for its children. Of two cells that
-  // are not far apart the larger is opened, of equals both, so that two cells of one tree meet from
-  // both sides or from none.
-  void sort(const Visit& visit, Scratch& s) const {
-    const PointCell& mine = observers_.cells[visit.cell];
-    s.open = visit.candidates;
-    s.near.clear();
-    s.deferred.clear();
-    s.far.clear();
-    for (std::size_t i = 0; i < s.open.size(); ++i) {
-      const Index other = s.open[i];
-      const PointCell& cell = by_.tree.cells[other];
-      const Vec3 arm = mine.centre - cell.centre;
-      const double reach = mine.radius + cell.radius;
-      if (reach * reach < opening_ * opening_ * arm.squaredNorm()) {
-        s.far.push_back({by_.moments_of(other), {arm[0], arm[1], arm[2]}});
-      } else if (cell.leaf()) {
-        (mine.leaf() ? s.near : s.deferred).push_back(other);
-      } else if (mine.leaf() || cell.radius > mine.radius) {
-        s.open.insert(s.open.end(), cell.children, cell.children + 2);
-      } else if (mine.radius > cell.radius) {
-        s.deferred.push_back(other);
-      } else {
-        s.deferred.insert(s.deferred.end(), cell.children, cell.children + 2);
-      }
-    }
-  }
-
-  void add_far(Visit& visit, const Scratch& s) const {
-    if (!s.far.empty())
-      expansion_.add_far(s.far.data(), static_cast<Index>(s.far.size()), visit.local.data());
-    expansion_.complete(visit.local.data());
-  }
-
-  std::vector<Visit> opened(Visit& visit, Scratch& s) const {
-    sort(visit, s);
-    add_far(visit, s);
-    const PointCell& cell = observers_.cells[visit.cell];
-    std::vector<Visit> children;
-    for (const Index child : cell.children) {
-      if (!chosen_.empty() && !chosen_[child]) continue;
-      children.push_back({child, s.deferred, std::vector<double>(expansion_.local_size())});
-      const Vec3 shift = observers_.cells[child].centre - cell.centre;
-      expansion_.add_local(visit.local.data(), shift, children.back().local.data());
-    }
-    return children;
-  }
-
-  void descend(Visit& visit, Scratch& s) const {
-    const PointCell& cell = observers_.cells[visit.cell];
-    if (!cell.leaf()) {
-      for (Visit& child : opened(visit, s)) descend(child, s);
-      return;
-    }
-    sort(visit, s);
-    add_far(visit, s);
-    s.positions.clear();
-    s.moments.clear();
-    for (const Index other : s.near) {
-      const PointCell& near = by_.tree.cells[other];
-      const std::ptrdiff_t begin = 3 * static_cast<std::ptrdiff_t>(near.begin);
-      const std::ptrdiff_t end = 3 * static_cast<std::ptrdiff_t>(near.end);
-      s.positions.insert(s.positions.end(), by_.positions.data() + begin,
-                         by_.positions.data() + end);
-      s.moments.insert(s.moments.end(), by_.moments.data() + begin, by_.moments.data() + end);
-    }
-    write_(LeafSums{expansion_, cell, visit.local.data(), s.positions.data(), s.moments.data(),
-                    static_cast<Index>(s.positions.size() / 3)});
-  }
-
-  const TaylorExpansion& expansion_;
-  const SourceTree& by_;
-  const PointTree& observers_;
-  double opening_;
-  const std::vector<std::uint8_t>& chosen_;
-  const Write& write_;
-};
 
 // The cells that hold some of the rows.
 std::vector<std::uint8_t> cells_of(const PointTree& tree, const std::vector<Index>& rows) {
@@ -342,20 +156,20 @@ TreecodeField treecode_field(const Team& team, const DipoleSet& by, const ConstP
       LeafValues v;
       const Index m = columns_of(x, leaf.cell.begin, leaf.cell.end, v.points);
       expansion.evaluate(leaf.local, leaf.cell.centre, v.points, m, v.field, v.gradient);
-      dipole_field_block(leaf.positions, leaf.moments, leaf.n_near, v.points, m, v.near);
+      dipole_field_block(leaf.near, v.points, m, v.near);
       for (Index i = 0; i < leaf.cell.end - leaf.cell.begin; ++i)
         for (int c = 0; c < 3; ++c)
           result.field(tree.order[leaf.cell.begin + i], c) =
               k * v.field[c * m + i] + v.near[c * m + i];
       if (!gradient) return;
-      dipole_gradient_block(leaf.positions, leaf.moments, leaf.n_near, v.points, m, v.near);
+      dipole_gradient_block(leaf.near, v.points, m, v.near);
       constexpr int place[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
       for (Index i = 0; i < leaf.cell.end - leaf.cell.begin; ++i)
         for (int c = 0; c < 9; ++c)
           result.gradient(tree.order[leaf.cell.begin + i], c) =
               k * v.gradient[place[c] * m + i] + v.near[place[c] * m + i];
     };
-    Descent(expansion, source, tree, setting.opening, cells, write).run(team);
+    DualTreeDescent(expansion, source, tree, setting.opening, cells, write).run(team);
     result.order = setting.order;
     result.error = distance(some(result.field, samples), direct.field);
     if (gradient)
@@ -388,8 +202,7 @@ Wrenches treecode_forces(const Team& team, const Points& positions, const Points
       const Index m = columns_of(x, leaf.cell.begin, leaf.cell.end, v.points);
       columns_of(own, leaf.cell.begin, leaf.cell.end, v.own);
       expansion.evaluate(leaf.local, leaf.cell.centre, v.points, m, v.field, v.gradient);
-      dipole_force_block(leaf.positions, leaf.moments, leaf.n_near, v.points, v.own, m, 0.0, v.near,
-                         v.near_force);
+      dipole_force_block(leaf.near, {v.points, v.own, m}, 0.0, v.near, v.near_force);
       for (Index i = 0; i < leaf.cell.end - leaf.cell.begin; ++i) {
         const auto at = [&](const double* columns, int c) { return columns[c * m + i]; };
         const Vec3 q(at(v.own, 0), at(v.own, 1), at(v.own, 2));
@@ -407,7 +220,7 @@ Wrenches treecode_forces(const Team& team, const Points& positions, const Points
         result.energies[row] = -q.dot(field);
       }
     };
-    Descent(expansion, source, tree, setting.opening, cells, write).run(team);
+    DualTreeDescent(expansion, source, tree, setting.opening, cells, write).run(team);
     return std::max(distance(some(result.forces, samples), direct.forces),
                     distance(some(result.torques, samples), direct.torques));
   };

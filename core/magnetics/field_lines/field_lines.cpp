@@ -219,10 +219,9 @@ Vector magnetic_depth(const std::vector<MagneticBody>& bodies, const ConstPoints
   return deepest;
 }
 
-FieldLines trace_field_lines(const Team& team, const std::vector<MagneticBody>& bodies,
-                             const LineSeeds& seeds, const LineOptions& given) {
-  check_points(seeds.points, "seeds");
-  LineOptions options = given;
+namespace {
+
+LineOptions checked_options(const std::vector<MagneticBody>& bodies, LineOptions options) {
   if (!options.uniform.allFinite() || !options.centre.allFinite())
     throw InvalidInput("uniform [T] and centre [m] of field lines must be finite");
   if (!(options.extent >= 0.0) || !(options.length >= 0.0) || !std::isfinite(options.extent))
@@ -239,7 +238,11 @@ FieldLines trace_field_lines(const Team& team, const std::vector<MagneticBody>& 
         "extent [m] of field lines must be given where bodies have none (point dipoles, no "
         "bodies)");
   if (options.length == 0.0) options.length = 20.0 * options.extent;
+  return options;
+}
 
+// One tracer for each way from each seed, against the field first.
+std::vector<Tracer> tracers_from(const LineSeeds& seeds) {
   std::vector<Tracer> tracers;
   for (Index i = 0; i < seeds.points.rows(); ++i)
     for (const double sign : {-1.0, 1.0}) {
@@ -250,8 +253,11 @@ FieldLines trace_field_lines(const Team& team, const std::vector<MagneticBody>& 
       line.origin = i;
       tracers.push_back(std::move(line));
     }
-  LineTracing(team, bodies, options).run(tracers);
+  return tracers;
+}
 
+// Puts the two ways from each seed together as one line in the sense of B.
+FieldLines joined(const std::vector<Tracer>& tracers) {
   FieldLines lines;
   lines.first.push_back(0);
   std::vector<Vec3> all;
@@ -282,6 +288,17 @@ FieldLines trace_field_lines(const Team& team, const std::vector<MagneticBody>& 
   lines.points.resize(all.size(), 3);
   for (std::size_t i = 0; i < all.size(); ++i) lines.points.row(i) = all[i].transpose();
   return lines;
+}
+
+}  // namespace
+
+FieldLines trace_field_lines(const Team& team, const std::vector<MagneticBody>& bodies,
+                             const LineSeeds& seeds, const LineOptions& given) {
+  check_points(seeds.points, "seeds");
+  const LineOptions options = checked_options(bodies, given);
+  std::vector<Tracer> tracers = tracers_from(seeds);
+  LineTracing(team, bodies, options).run(tracers);
+  return joined(tracers);
 }
 
 }  // namespace loomstone

@@ -87,47 +87,76 @@ LOOMSTONE_INLINE double sum_in_order(const Lanes& a) {
   return sum;
 }
 
-// Adds sums over corners of - T_ijk (3) and of its moments (3 x 3: lever, k) about the centre of 2,
-// times J1_i J2_j. Half edges a of 1, b of 2; d from the centre of 1 to that of 2.
+// Eight pairs of corners: the product of their signs, and the corner of 2 about its centre.
 template <class Lanes>
-LOOMSTONE_INLINE void corner_sums(const double* a, const double* b, const double* d,
-                                  const double* j1, const double* j2, double* force,
-                                  double* levers) {
+struct Corners {
+  Arms<Lanes> arms;
+  Lanes sign;
+  double y[3];
+};
+
+struct Term {
+  int i, j, k;
+  double strength;  // J1_i J2_j
+};
+
+template <class Lanes>
+LOOMSTONE_INLINE void add_term(const Corners<Lanes>& c, Term t, Lanes* forces, Lanes* moments) {
+  const Lanes value = t.strength * c.sign * third(c.arms, t.i, t.j, t.k);
+  forces[t.k] += value;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (axis == t.k) continue;
+    Lanes moment = c.y[axis] * value;
+    if (axis != t.j) moment -= t.strength * c.sign * integral(c.arms, t.i, t.j, t.k, axis);
+    moments[3 * axis + t.k] += moment;
+  }
+}
+
+// Half edges a of 1, b of 2; d from the centre of 1 to that of 2.
+struct CuboidPair {
+  Vec3 a, b, d, j1, j2;
+};
+
+// All corners of 1 in lanes, one corner of 2.
+template <class Lanes>
+LOOMSTONE_INLINE Corners<Lanes> corners_of(const CuboidPair& pair, int corner, double least) {
+  const double *a = pair.a.data(), *b = pair.b.data(), *d = pair.d.data();
+  double columns[3][n_lanes], signs[n_lanes];
+  Corners<Lanes> result;
+  for (int lane = 0; lane < n_lanes; ++lane) {
+    signs[lane] = -1.0;
+    for (int c = 0; c < 3; ++c) {
+      const double s1 = lane >> c & 1 ? 1.0 : -1.0, s2 = corner >> c & 1 ? 1.0 : -1.0;
+      const double arm = d[c] + s2 * b[c] - s1 * a[c];
+      columns[c][lane] = std::abs(arm) > least ? arm : d[c] < 0.0 ? -least : least;
+      result.y[c] = s2 * b[c];
+      signs[lane] *= s1 * s2;
+    }
+  }
+  const Lanes x[3] = {lanes_load<Lanes>(columns[0]), lanes_load<Lanes>(columns[1]),
+                      lanes_load<Lanes>(columns[2])};
+  result.sign = lanes_load<Lanes>(signs);
+  result.arms = arms_of(x);
+  return result;
+}
+
+// Adds sums over corners of - T_ijk (3) and of its moments (3 x 3: lever, k) about the centre of 2,
+// times J1_i J2_j.
+template <class Lanes>
+LOOMSTONE_INLINE void corner_sums(const CuboidPair& pair, double* force, double* levers) {
+  const double *a = pair.a.data(), *b = pair.b.data();
   // Of faces that lie in one plane the second counts as outside the first.
   const double least = 1e-15 * (a[0] + a[1] + a[2] + b[0] + b[1] + b[2]);
   Lanes forces[3], moments[9];
   for (Lanes& f : forces) f = Lanes{};
   for (Lanes& m : moments) m = Lanes{};
-  for (int block = 0; block < 8; ++block) {
-    double columns[3][n_lanes], y[3], signs[n_lanes];
-    for (int lane = 0; lane < n_lanes; ++lane) {
-      signs[lane] = -1.0;
-      for (int c = 0; c < 3; ++c) {
-        const double s1 = lane >> c & 1 ? 1.0 : -1.0, s2 = block >> c & 1 ? 1.0 : -1.0;
-        const double arm = d[c] + s2 * b[c] - s1 * a[c];
-        columns[c][lane] = std::abs(arm) > least ? arm : d[c] < 0.0 ? -least : least;
-        y[c] = s2 * b[c];
-        signs[lane] *= s1 * s2;
-      }
-    }
-    const Lanes x[3] = {lanes_load<Lanes>(columns[0]), lanes_load<Lanes>(columns[1]),
-                        lanes_load<Lanes>(columns[2])};
-    const Lanes sign = lanes_load<Lanes>(signs);
-    const Arms<Lanes> arms = arms_of(x);
+  for (int corner = 0; corner < 8; ++corner) {
+    const Corners<Lanes> corners = corners_of<Lanes>(pair, corner, least);
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
-        const double strength = j1[i] * j2[j];
+        const double strength = pair.j1[i] * pair.j2[j];
         if (strength == 0.0) continue;
-        for (int k = 0; k < 3; ++k) {
-          const Lanes value = strength * sign * third(arms, i, j, k);
-          forces[k] += value;
-          for (int axis = 0; axis < 3; ++axis) {
-            if (axis == k) continue;
-            Lanes moment = y[axis] * value;
-            if (axis != j) moment -= strength * sign * integral(arms, i, j, k, axis);
-            moments[3 * axis + k] += moment;
-          }
-        }
+        for (int k = 0; k < 3; ++k) add_term(corners, {i, j, k, strength}, forces, moments);
       }
     }
   }
@@ -145,17 +174,16 @@ std::optional<Wrench> parallel_cuboid_wrench(const MagneticBody& on, const Magne
   const Mat3 turn = to_world.transpose() * rotation_matrix(on.pose.orientation);
   const Mat3 whole = turn.array().round();
   if ((turn - whole).cwiseAbs().maxCoeff() > 1e-12) return std::nullopt;
-  const Vec3 a = 0.5 * first->size, b = 0.5 * (whole.cwiseAbs() * second->size);
-  const Vec3 d = to_world.transpose() * (on.pose.position - by.pose.position);
-  const Vec3 second_j = whole * second->polarization;
+  const CuboidPair pair{0.5 * first->size, 0.5 * (whole.cwiseAbs() * second->size),
+                        to_world.transpose() * (on.pose.position - by.pose.position),
+                        first->polarization, whole * second->polarization};
   Vec3 force = Vec3::Zero();
   double levers[9] = {};
-  LOOMSTONE_WIDEST(corner_sums)(a.data(), b.data(), d.data(), first->polarization.data(),
-                                second_j.data(), force.data(), levers);
+  LOOMSTONE_WIDEST(corner_sums)(pair, force.data(), levers);
   const double scale = 1.0 / (4.0 * pi * mu0);
   const Vec3 torque(levers[5] - levers[7], levers[6] - levers[2], levers[1] - levers[3]);
   // 64 terms of the size of the longest arm squared, cubed in the torque, with their rounding.
-  const double arm = (a + b + d.cwiseAbs()).norm();
+  const double arm = (pair.a + pair.b + pair.d.cwiseAbs()).norm();
   const double strength = scale * first->polarization.norm() * second->polarization.norm();
   const double rounding =
       64.0 * 1e-16 * strength * arm * arm * std::max(1.0, arm / on.source->radius());

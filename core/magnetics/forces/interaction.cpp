@@ -72,8 +72,8 @@ Wrench integrated(const MagneticBody& on, const MagneticBody& by, double toleran
   }
   const std::vector<Panel> panels = on.source->panels();
   const RigidPose pose = relative_pose(on.pose, by.pose);
-  const PanelIntegral total = integrate_panels(*by.source, panels, pose, on.source->radius(),
-                                               PanelQuantity::wrench, tolerance, least);
+  const PanelIntegral total = integrate_panels(
+      {*by.source, panels, pose, on.source->radius(), PanelQuantity::wrench}, tolerance, least);
   const Mat3 to_world = rotation_matrix(by.pose.orientation);
   return {to_world * total.value.head<3>(), to_world * total.value.tail<3>() * on.source->radius(),
           total.error};
@@ -233,9 +233,9 @@ double energy_integral(const MagneticBody& on, const MagneticBody& by, double to
   // integral are of this size.
   const double least = 1e-3 * on.source->moment().norm() * by.source->moment().norm() * mu0 /
                        (4.0 * pi * std::pow(on.source->radius() + by.source->radius(), 3));
-  return integrate_panels(*by.source, surface, relative_pose(on.pose, by.pose), on.source->radius(),
-                          PanelQuantity::energy, tolerance, least)
-      .value[0];
+  const PanelTask task{*by.source, surface, relative_pose(on.pose, by.pose), on.source->radius(),
+                       PanelQuantity::energy};
+  return integrate_panels(task, tolerance, least).value[0];
 }
 
 }  // namespace

@@ -11,13 +11,8 @@ namespace loomstone {
 namespace {
 
 // What is integrated, in the axes of the body whose field acts.
-struct Integrand {
-  const Source& by;
-  const std::vector<Panel>& panels;
-  RigidPose pose;  // of the integrated body in the axes of `by`
+struct Integrand : PanelTask {
   Mat3 rotation;
-  double radius;
-  PanelQuantity quantity;
 
   // Values at the points of a tensor rule on [u0, u1] x [v0, v1], times the area; nu x nv columns.
   void evaluate(const Panel& panel, const double* from, const double* size, int nu, int nv,
@@ -147,11 +142,8 @@ Total adapt(const Integrand& integrand, double tolerance, double least) {
 
 }  // namespace
 
-PanelIntegral integrate_panels(const Source& by, const std::vector<Panel>& panels,
-                               const RigidPose& pose, double radius, PanelQuantity quantity,
-                               double tolerance, double least) {
-  const Total total = adapt({by, panels, pose, rotation_matrix(pose.orientation), radius, quantity},
-                            tolerance, least);
+PanelIntegral integrate_panels(const PanelTask& task, double tolerance, double least) {
+  const Total total = adapt({task, rotation_matrix(task.pose.orientation)}, tolerance, least);
   return {total.value, total.error};
 }
 

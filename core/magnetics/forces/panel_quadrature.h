@@ -26,10 +26,16 @@ struct PanelIntegral {
 // Most evaluations of a field for one pair; what is reached then is returned with its error.
 inline constexpr Index most_evaluations = 2000000;
 
-// pose: of the panels in the axes of `by`; radius of their body [m]. To `tolerance` times the
-// larger of the value and of `least`.
-PanelIntegral integrate_panels(const Source& by, const std::vector<Panel>& panels,
-                               const RigidPose& pose, double radius, PanelQuantity quantity,
-                               double tolerance, double least);
+// Whose field is integrated over which panels.
+struct PanelTask {
+  const Source& by;
+  const std::vector<Panel>& panels;
+  RigidPose pose;  // of the panels in the axes of `by`
+  double radius;   // of their body [m]
+  PanelQuantity quantity;
+};
+
+// To `tolerance` times the larger of the value and of `least`.
+PanelIntegral integrate_panels(const PanelTask& task, double tolerance, double least);
 
 }  // namespace loomstone

@@ -16,6 +16,18 @@ namespace {
 constexpr int most_parts = 64;
 constexpr double longest_part = 1.5;  // edge over cubic root of the volume
 
+// Middles of the parts of a box, `count` along each axis.
+Points part_middles(const Vec3& low, const Vec3& part, const int* count) {
+  Points positions(count[0] * count[1] * count[2], 3);
+  Index row = 0;
+  for (int i = 0; i < count[0]; ++i)
+    for (int j = 0; j < count[1]; ++j)
+      for (int k = 0; k < count[2]; ++k)
+        positions.row(row++) =
+            (low + part.cwiseProduct(Vec3(i + 0.5, j + 0.5, k + 0.5))).transpose();
+  return positions;
+}
+
 // Parts a box into equal boxes that are nearly cubes.
 CoarseMagnet divided(const Vec3& low, const Vec3& high) {
   const Vec3 edges = high - low;
@@ -27,14 +39,7 @@ CoarseMagnet divided(const Vec3& low, const Vec3& high) {
     if (longest <= longest_part * std::cbrt(part.prod()) ||
         count[0] * count[1] * count[2] * 2 > most_parts) {
       CoarseMagnet coarse;
-      Points positions(count[0] * count[1] * count[2], 3);
-      Index row = 0;
-      for (int i = 0; i < count[0]; ++i)
-        for (int j = 0; j < count[1]; ++j)
-          for (int k = 0; k < count[2]; ++k)
-            positions.row(row++) =
-                (low + part.cwiseProduct(Vec3(i + 0.5, j + 0.5, k + 0.5))).transpose();
-      coarse.positions = std::make_shared<const Points>(std::move(positions));
+      coarse.positions = std::make_shared<const Points>(part_middles(low, part, count));
       coarse.size = std::cbrt(part.prod());
       return coarse;
     }
@@ -94,10 +99,6 @@ double driving_back(const Vec3& m, const Vec3& other, const Vec3& n) {
          (0.5000217 + s * (0.5768125 + s * (-0.1064940 + s * (0.0383529 - 0.0086883 * s))));
 }
 
-}  // namespace
-
-namespace {
-
 // Columns of soft spheres: position, radius, size of the moment, how they give way.
 constexpr int sphere_rows = 6;
 // Beyond so many times the distance at which two touch the bound of any two dipoles will do.
@@ -134,6 +135,37 @@ LOOMSTONE_INLINE double far_kernel(const double* table, Index padded, Index i, I
 
 }  // namespace
 
+namespace {
+
+struct PlacedMagnet {
+  const CoarseMagnet& magnet;
+  const Points& world;  // positions of its dipoles [m]
+  const Carrier& carrier;
+};
+
+// What two magnets add to the square of either carrier's frequency, at most [1/s^2].
+double pair_frequency2(const PlacedMagnet& a, const PlacedMagnet& b) {
+  const double turning = (a.magnet.soft_sphere ? 0.0 : a.carrier.inverse_inertia) +
+                         (b.magnet.soft_sphere ? 0.0 : b.carrier.inverse_inertia);
+  const double closest = 0.5 * (a.magnet.size + b.magnet.size);
+  const double strength = mu0 / (4.0 * pi) * a.magnet.moment * b.magnet.moment;
+  double pair = 0.0;
+  for (Eigen::Index p = 0; p < a.world.rows(); ++p) {
+    for (Eigen::Index q = 0; q < b.world.rows(); ++q) {
+      const double r = std::max((a.world.row(p) - b.world.row(q)).norm(), closest);
+      if (r == 0.0) continue;
+      const double cube = strength / (r * r * r), force = 24.0 * cube / (r * r),
+                   torque = 2.0 * cube;
+      pair += force * (yielding(a.carrier, a.world.row(p).transpose()) +
+                       yielding(b.carrier, b.world.row(q).transpose())) +
+              torque * turning;
+    }
+  }
+  return pair;
+}
+
+}  // namespace
+
 std::vector<double> frequencies2(const std::vector<CoarseMagnet>& magnets,
                                  const std::vector<RigidPose>& poses,
                                  const std::vector<Index>& carrier,
@@ -162,22 +194,7 @@ std::vector<double> frequencies2(const std::vector<CoarseMagnet>& magnets,
       const Carrier &a = carriers[carrier[i]], &b = carriers[carrier[k]];
       if (carrier[i] == carrier[k] || (fixed(a) && fixed(b))) continue;
       if ((magnets[i].soft_sphere && fixed(b)) || (magnets[k].soft_sphere && fixed(a))) continue;
-      const double turning = (magnets[i].soft_sphere ? 0.0 : a.inverse_inertia) +
-                             (magnets[k].soft_sphere ? 0.0 : b.inverse_inertia);
-      const double closest = 0.5 * (magnets[i].size + magnets[k].size);
-      const double strength = mu0 / (4.0 * pi) * magnets[i].moment * magnets[k].moment;
-      double pair = 0.0;
-      for (Eigen::Index p = 0; p < world[i].rows(); ++p) {
-        for (Eigen::Index q = 0; q < world[k].rows(); ++q) {
-          const double r = std::max((world[i].row(p) - world[k].row(q)).norm(), closest);
-          if (r == 0.0) continue;
-          const double cube = strength / (r * r * r), force = 24.0 * cube / (r * r),
-                       torque = 2.0 * cube;
-          pair += force * (yielding(a, world[i].row(p).transpose()) +
-                           yielding(b, world[k].row(q).transpose())) +
-                  torque * turning;
-        }
-      }
+      const double pair = pair_frequency2({magnets[i], world[i], a}, {magnets[k], world[k], b});
       result[carrier[i]] += pair;
       result[carrier[k]] += pair;
     }
@@ -227,28 +244,27 @@ void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& sp
 }
 
 void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& spheres,
-                             const CoarseMagnet& by, const RigidPose& pose,
-                             const Gradients& gradient, const std::vector<Carrier>& carriers,
+                             const FixedMagnet& by, const std::vector<Carrier>& carriers,
                              std::vector<double>& frequencies2) {
   const Index n = static_cast<Index>(spheres.size());
-  const bool few = by.positions->rows() <= most_parts;
-  Points parts(by.positions->rows(), 3);
-  place_points(pose, *by.positions, parts);
+  const bool few = by.magnet.positions->rows() <= most_parts;
+  Points parts(by.magnet.positions->rows(), 3);
+  place_points(by.pose, *by.magnet.positions, parts);
   std::vector<double> each(n);
   parallel_for(
       team, n,
       [&](Index i) {
         const SoftSphere& on = spheres[i];
-        const double closest = on.radius + 0.5 * by.size, moment = on.moment.norm();
+        const double closest = on.radius + 0.5 * by.magnet.size, moment = on.moment.norm();
         double coarse = few ? 0.0 : std::numeric_limits<double>::infinity();
         for (Eigen::Index p = 0; few && p < parts.rows(); ++p) {
           const double r = std::max((parts.row(p).transpose() - on.position).norm(), closest),
                        r2 = r * r;
           coarse += 1.0 / (r2 * r2 * r);
         }
-        coarse *= 24.0 * mu0 / (4.0 * pi) * by.moment;
+        coarse *= 24.0 * mu0 / (4.0 * pi) * by.magnet.moment;
         const double stiffness =
-            moment * std::min(coarse, 4.0 * gradient.row(i).norm() / on.radius);
+            moment * std::min(coarse, 4.0 * by.gradient.row(i).norm() / on.radius);
         each[i] = stiffness * yielding(carriers[on.carrier], on.position);
       },
       32);

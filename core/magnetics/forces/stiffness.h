@@ -49,12 +49,17 @@ struct SoftSphere {
 void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& spheres,
                              const std::vector<Carrier>& carriers,
                              std::vector<double>& frequencies2);
-// Adds what a magnet that does not give way does to them, from the gradient of its field at them (n
-// x 9) [T/m]: of a field that falls as r^-3 the second derivative is 4 / r times that, and r is at
-// least a sphere's radius; nor is it more than that of its dipoles, where these are few.
+// A magnet that does not give way, and the gradient of its field at spheres (n x 9) [T/m].
+struct FixedMagnet {
+  const CoarseMagnet& magnet;
+  const RigidPose& pose;
+  const Gradients& gradient;
+};
+// Adds what it does to them: of a field that falls as r^-3 the second derivative is 4 / r times the
+// gradient, and r is at least a sphere's radius; nor is it more than that of its dipoles, where
+// these are few.
 void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& spheres,
-                             const CoarseMagnet& by, const RigidPose& pose,
-                             const Gradients& gradient, const std::vector<Carrier>& carriers,
+                             const FixedMagnet& by, const std::vector<Carrier>& carriers,
                              std::vector<double>& frequencies2);
 
 }  // namespace loomstone

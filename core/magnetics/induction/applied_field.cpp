@@ -83,92 +83,132 @@ std::pair<FlatPanel, FlatPanel> halves(const FlatPanel& panel, bool along_u) {
   return {make_panel(one, 3), make_panel(other, 3)};
 }
 
-}  // namespace
+// The panels of a body in the field of others, halved until the field is known well enough.
+class Refinement {
+ public:
+  Refinement(const Team& team, const PanelSet& set, const AppliedSources& sources)
+      : team_(team),
+        set_(set),
+        sources_(sources),
+        rotation_(rotation_matrix(sources.pose.orientation)) {}
 
-AppliedField applied_field(const Team& team, const PanelSet& set, const RigidPose& pose,
-                           const std::vector<MagneticBody>& by, const Vec3& field,
-                           double tolerance) {
-  const Mat3 rotation = rotation_matrix(pose.orientation);
-  const auto field_at = [&](const Points& local) {  // both in the body's axes
-    Points world(local.rows(), 3);
-    place_points(pose, local, world);
-    Points b = magnetic_field(team, by, world, "B");
-    for (Eigen::Index i = 0; i < b.rows(); ++i)
-      b.row(i) = (b.row(i) + field.transpose()).eval() * rotation;
-    return b;
-  };
-  const std::size_t n = set.panels.size();
-  assert(set.per_panel == per_leaf && "samples are those of the rule here");
-  AppliedField result;
-  result.halved.assign(n, 0);
-  result.normal.resize(set.samples.rows());
-  result.fluxes = Vector::Zero(static_cast<Eigen::Index>(n));
-  std::vector<Judged> panels(n), leaves;
-  const Points b = field_at(set.samples);
-  for (std::size_t p = 0; p < n; ++p) {
-    const auto first = static_cast<Eigen::Index>(p * per_leaf);
-    double areas[per_leaf];
-    for (int k = 0; k < per_leaf; ++k) areas[k] = set.shares[first + k] * set.panels[p].area;
-    panels[p] =
-        judge(set.panels[p].normal, areas, b.row(first).data(), result.normal.data() + first);
-    for (int k = 0; k < per_leaf; ++k) result.fluxes[p] += areas[k] * result.normal[first + k];
+  AppliedField run(double tolerance) {
+    judge_panels();
+    while (result_.leaves.size() < most_leaves) {
+      double error = 0.0, size = 0.0, largest = 0.0;
+      for (const std::vector<Judged>* all : {&panels_, &leaves_}) {
+        for (const Judged& judged : *all) {
+          error += judged.whole();
+          largest = std::max(largest, judged.whole());
+          size += judged.size;
+        }
+      }
+      if (!(error > tolerance * size)) break;
+      fresh_.clear();
+      halve_leaves(worst * largest);
+      halve_panels(worst * largest);
+      judge_fresh();
+    }
+    for (const Leaf& leaf : result_.leaves)
+      for (int k = 0; k < per_leaf; ++k)
+        result_.fluxes[leaf.parent] += leaf.areas[k] * leaf.normal[k];
+    return std::move(result_);
   }
-  while (result.leaves.size() < most_leaves) {
-    double error = 0.0, size = 0.0, largest = 0.0;
-    for (const std::vector<Judged>* all : {&panels, &leaves}) {
-      for (const Judged& judged : *all) {
-        error += judged.whole();
-        largest = std::max(largest, judged.whole());
-        size += judged.size;
-      }
-    }
-    if (!(error > tolerance * size)) break;
-    std::vector<std::size_t> fresh;
-    const auto place = [&](const FlatPanel& panel, std::size_t at) {
-      result.leaves[at].panel = panel;
-      int k = 0;
-      for (const PanelPoint& point : panel_points(panel, order)) {
-        result.leaves[at].positions[k] = point.position;
-        result.leaves[at].areas[k++] = point.share * panel.area;
-      }
-      fresh.push_back(at);
-    };
-    const auto add = [&](const FlatPanel& panel, Index parent) {
-      result.leaves.emplace_back().parent = parent;
-      leaves.emplace_back();
-      place(panel, leaves.size() - 1);
-    };
-    for (std::size_t i = 0, count = leaves.size(); i < count; ++i) {
-      if (leaves[i].whole() < worst * largest) continue;
-      const auto [one, other] =
-          halves(result.leaves[i].panel, leaves[i].error[0] >= leaves[i].error[1]);
-      place(one, i);
-      add(other, result.leaves[i].parent);
-    }
+
+ private:
+  Points field_at(const Points& local) const {  // both in the body's axes
+    Points world(local.rows(), 3);
+    place_points(sources_.pose, local, world);
+    Points b = magnetic_field(team_, sources_.by, world, "B");
+    for (Eigen::Index i = 0; i < b.rows(); ++i)
+      b.row(i) = (b.row(i) + sources_.uniform.transpose()).eval() * rotation_;
+    return b;
+  }
+
+  void judge_panels() {
+    const std::size_t n = set_.panels.size();
+    assert(set_.per_panel == per_leaf && "samples are those of the rule here");
+    result_.halved.assign(n, 0);
+    result_.normal.resize(set_.samples.rows());
+    result_.fluxes = Vector::Zero(static_cast<Eigen::Index>(n));
+    panels_.resize(n);
+    const Points b = field_at(set_.samples);
     for (std::size_t p = 0; p < n; ++p) {
-      if (result.halved[p] || panels[p].whole() < worst * largest) continue;
-      const auto [one, other] = halves(set.panels[p], panels[p].error[0] >= panels[p].error[1]);
-      panels[p] = Judged();
-      result.halved[p] = 1;
-      result.fluxes[p] = 0.0;
+      const auto first = static_cast<Eigen::Index>(p * per_leaf);
+      double areas[per_leaf];
+      for (int k = 0; k < per_leaf; ++k) areas[k] = set_.shares[first + k] * set_.panels[p].area;
+      panels_[p] =
+          judge(set_.panels[p].normal, areas, b.row(first).data(), result_.normal.data() + first);
+      for (int k = 0; k < per_leaf; ++k) result_.fluxes[p] += areas[k] * result_.normal[first + k];
+    }
+  }
+
+  void place(const FlatPanel& panel, std::size_t at) {
+    result_.leaves[at].panel = panel;
+    int k = 0;
+    for (const PanelPoint& point : panel_points(panel, order)) {
+      result_.leaves[at].positions[k] = point.position;
+      result_.leaves[at].areas[k++] = point.share * panel.area;
+    }
+    fresh_.push_back(at);
+  }
+
+  void add(const FlatPanel& panel, Index parent) {
+    result_.leaves.emplace_back().parent = parent;
+    leaves_.emplace_back();
+    place(panel, leaves_.size() - 1);
+  }
+
+  void halve_leaves(double allowed) {
+    for (std::size_t i = 0, count = leaves_.size(); i < count; ++i) {
+      if (leaves_[i].whole() < allowed) continue;
+      const auto [one, other] =
+          halves(result_.leaves[i].panel, leaves_[i].error[0] >= leaves_[i].error[1]);
+      place(one, i);
+      add(other, result_.leaves[i].parent);
+    }
+  }
+
+  void halve_panels(double allowed) {
+    for (std::size_t p = 0; p < panels_.size(); ++p) {
+      if (result_.halved[p] || panels_[p].whole() < allowed) continue;
+      const auto [one, other] = halves(set_.panels[p], panels_[p].error[0] >= panels_[p].error[1]);
+      panels_[p] = Judged();
+      result_.halved[p] = 1;
+      result_.fluxes[p] = 0.0;
       add(one, static_cast<Index>(p));
       add(other, static_cast<Index>(p));
     }
-    Points local(fresh.size() * per_leaf, 3);
+  }
+
+  void judge_fresh() {
+    Points local(fresh_.size() * per_leaf, 3);
     Eigen::Index row = 0;
-    for (const std::size_t i : fresh)
-      for (const Vec3& x : result.leaves[i].positions) local.row(row++) = x.transpose();
+    for (const std::size_t i : fresh_)
+      for (const Vec3& x : result_.leaves[i].positions) local.row(row++) = x.transpose();
     const Points there = field_at(local);
     row = 0;
-    for (const std::size_t i : fresh) {
-      Leaf& leaf = result.leaves[i];
-      leaves[i] = judge(leaf.panel.normal, leaf.areas, there.row(row).data(), leaf.normal);
+    for (const std::size_t i : fresh_) {
+      Leaf& leaf = result_.leaves[i];
+      leaves_[i] = judge(leaf.panel.normal, leaf.areas, there.row(row).data(), leaf.normal);
       row += per_leaf;
     }
   }
-  for (const Leaf& leaf : result.leaves)
-    for (int k = 0; k < per_leaf; ++k) result.fluxes[leaf.parent] += leaf.areas[k] * leaf.normal[k];
-  return result;
+
+  const Team& team_;
+  const PanelSet& set_;
+  const AppliedSources& sources_;
+  Mat3 rotation_;
+  AppliedField result_;
+  std::vector<Judged> panels_, leaves_;  // of the panels and of result_.leaves
+  std::vector<std::size_t> fresh_;       // leaves made in this round
+};
+
+}  // namespace
+
+AppliedField applied_field(const Team& team, const PanelSet& set, const AppliedSources& sources,
+                           double tolerance) {
+  return Refinement(team, set, sources).run(tolerance);
 }
 
 }  // namespace loomstone

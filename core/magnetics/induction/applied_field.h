@@ -28,10 +28,16 @@ struct AppliedField {
   Vector fluxes;                     // through each panel [T m^2]
 };
 
-// B of `by` and a uniform one [T], world axes, on panels at a pose. Leaves are halved until the
-// estimated error of the integral of (B.n) B is below `tolerance` times that of (B.n)^2.
-AppliedField applied_field(const Team& team, const PanelSet& set, const RigidPose& pose,
-                           const std::vector<MagneticBody>& by, const Vec3& field,
+// B of `by` and a uniform one [T], world axes, on a body at a pose.
+struct AppliedSources {
+  const RigidPose& pose;
+  const std::vector<MagneticBody>& by;
+  const Vec3& uniform;
+};
+
+// Leaves are halved until the estimated error of the integral of (B.n) B is below `tolerance` times
+// that of (B.n)^2.
+AppliedField applied_field(const Team& team, const PanelSet& set, const AppliedSources& sources,
                            double tolerance);
 
 }  // namespace loomstone

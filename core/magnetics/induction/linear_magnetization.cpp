@@ -2,31 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <string>
 
 #include "core/base/error.h"
 #include "core/magnetics/forces/cells.h"
-#include "core/magnetics/induction/applied_field.h"
+#include "core/magnetics/induction/coupled_response.h"
 #include "core/magnetics/induction/gmres.h"
-#include "core/magnetics/sources/charged_panels.h"
 #include "core/magnetics/sources/constants.h"
-#include "core/magnetics/sources/harmonic_sphere.h"
 
 namespace loomstone {
 
 namespace {
 
 constexpr int most_iterations = 200, most_rounds = 50;
-constexpr double refinement =
-    3e-3;  // estimated error of a force by what varies within panels; a tenth of it in fact
-constexpr std::size_t most_fluxes =
-    1 << 25;  // between two bodies, a quarter of a gigabyte; beyond, fields are evaluated
-
-Vec3 in_axes(const RigidPose& pose, const Vec3& point) {
-  return rotation_matrix(pose.orientation).transpose() * (point - pose.position);
-}
-
 // From a point to where the charge or current of a source begins [m].
 double distance_to(const MagneticBody& body, const Vec3& point) {
   const Vec3 local = in_axes(body.pose, point);
@@ -100,111 +88,6 @@ void prepare_spheres(std::vector<SoftBody>& soft, const std::vector<MagneticBody
   soft = std::move(result);
 }
 
-// The system of all bodies.
-class Coupling {
- public:
-  Coupling(const Team& team, const std::vector<SoftBody>& soft) : team_(team), soft_(soft) {
-    for (std::size_t i = 0; i < soft.size(); ++i) {
-      const Points& local = soft[i].shape->samples();
-      world_.emplace_back(local.rows(), 3);
-      place_points(soft[i].pose, local, world_[i]);
-      rotations_.push_back(rotation_matrix(soft[i].pose.orientation));
-    }
-    for (std::size_t i = 0; i < soft.size(); ++i)
-      for (std::size_t k = 0; k < soft.size(); ++k)
-        if (i != k) {
-          if (soft[i].shape->sphere_degree() > 0 && soft[k].shape->sphere_degree() > 0)
-            add_coaxial(i, k);
-          if (soft[i].shape->panels() && soft[k].shape->panels()) add_fluxes(i, k);
-        }
-  }
-
-  // Of magnets and a uniform field; of panels with all that varies within them.
-  std::vector<Vector> received(const std::vector<MagneticBody>& hard, const Vec3& field,
-                               std::vector<AppliedField>& applied) const {
-    std::vector<Vector> result;
-    applied.resize(soft_.size());
-    for (std::size_t i = 0; i < soft_.size(); ++i) {
-      // B rather than mu0 H: its normal component goes on through a pole that touches.
-      if (const auto panels = soft_[i].shape->panels()) {
-        applied[i] = applied_field(team_, *panels, soft_[i].pose, hard, field, refinement);
-        result.push_back(applied[i].fluxes);
-        continue;
-      }
-      Points b = magnetic_field(team_, hard, world_[i], "B");
-      b.rowwise() += field.transpose();
-      result.push_back(soft_[i].shape->received(b * rotations_[i]));
-    }
-    return result;
-  }
-
-  // What each body receives from the others' charge: between panels by their fluxes, between
-  // spheres with a common axis by translation, else by the field.
-  std::vector<Vector> received(const std::vector<Vector>& charges) const {
-    std::vector<MagneticBody> bodies = placed(charges);
-    std::vector<Vector> result;
-    for (std::size_t i = 0; i < soft_.size(); ++i) {
-      std::vector<MagneticBody> others;
-      for (std::size_t k = 0; k < soft_.size(); ++k)
-        if (k != i && !coaxial_.contains({i, k}) && !fluxes_.contains({i, k}))
-          others.push_back(bodies[k]);
-      Vector part = Vector::Zero(charges[i].size());
-      if (!others.empty())
-        part =
-            soft_[i].shape->received(magnetic_field(team_, others, world_[i], "B") * rotations_[i]);
-      for (std::size_t k = 0; k < soft_.size(); ++k) {
-        if (const auto found = coaxial_.find({i, k}); found != coaxial_.end())
-          found->second.add(charges[k], part);
-        if (const auto found = fluxes_.find({i, k}); found != fluxes_.end())
-          part.noalias() += found->second * charges[k];
-      }
-      result.push_back(std::move(part));
-    }
-    return result;
-  }
-
-  std::vector<MagneticBody> placed(const std::vector<Vector>& charges) const {
-    std::vector<MagneticBody> bodies;
-    for (std::size_t i = 0; i < soft_.size(); ++i)
-      bodies.push_back({soft_[i].shape->source(charges[i]), soft_[i].pose});
-    return bodies;
-  }
-
-  std::vector<MagneticBody> placed(const std::vector<Vector>& charges,
-                                   const std::vector<AppliedField>& applied) const {
-    std::vector<MagneticBody> bodies;
-    for (std::size_t i = 0; i < soft_.size(); ++i)
-      bodies.push_back({soft_[i].shape->source(charges[i], applied[i]), soft_[i].pose});
-    return bodies;
-  }
-
- private:
-  void add_coaxial(std::size_t target, std::size_t source) {
-    const SoftBody &a = soft_[target], &b = soft_[source];
-    if (a.pose.orientation != b.pose.orientation) return;
-    const Vec3 away = in_axes(a.pose, b.pose.position);
-    if (std::hypot(away.x(), away.y()) > 1e-13 * std::abs(away.z())) return;
-    coaxial_.emplace(std::pair(target, source),
-                     CoaxialTranslation(away.z(), b.shape->sphere_degree(), b.shape->radius(),
-                                        a.shape->sphere_degree(), a.shape->radius()));
-  }
-
-  void add_fluxes(std::size_t target, std::size_t source) {
-    const PanelSet &on = *soft_[target].shape->panels(), &by = *soft_[source].shape->panels();
-    if (on.panels.size() * by.panels.size() > most_fluxes) return;
-    fluxes_.emplace(
-        std::pair(target, source),
-        panel_fluxes(team_, on, relative_pose(soft_[target].pose, soft_[source].pose), by));
-  }
-
-  const Team& team_;
-  const std::vector<SoftBody>& soft_;
-  std::vector<Points> world_;
-  std::vector<Mat3> rotations_;
-  std::map<std::pair<std::size_t, std::size_t>, CoaxialTranslation> coaxial_;
-  std::map<std::pair<std::size_t, std::size_t>, FluxMatrix> fluxes_;
-};
-
 Vector joined(const std::vector<Vector>& parts) {
   Eigen::Index n = 0;
   for (const Vector& part : parts) n += part.size();
@@ -251,7 +134,7 @@ Induction induce(const Team& team, const std::vector<SoftBody>& given,
   if (!field.allFinite()) throw InvalidInput("field must be finite [T]");
   std::vector<SoftBody> soft = given;
   prepare_spheres(soft, hard, tolerance);
-  const Coupling coupling(team, soft);
+  const CoupledResponse coupling(team, soft);
   std::vector<AppliedField> fine;
   const std::vector<Vector> applied = coupling.received(hard, field, fine);
   Induction result;

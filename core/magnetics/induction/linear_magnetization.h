@@ -10,12 +10,6 @@
 
 namespace loomstone {
 
-struct SoftBody {
-  SoftShapePtr shape;
-  RigidPose pose;
-  double saturation = 0.0;  // mu0 M_s [T], 0: none
-};
-
 struct Induction {
   std::vector<MagneticBody> bodies;  // as their charge is now; spheres may have been turned
   double residual = 0.0;             // of the linear system, relative

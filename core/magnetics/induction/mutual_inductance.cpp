@@ -32,37 +32,52 @@ struct Linkage {
   double flux = 0.0, size = 0.0;
 };
 
+// The winding that is integrated along, at a pose in the axes of the other.
+struct Path {
+  const Winding& winding;
+  RigidPose pose;
+  Mat3 rotation;
+};
+
+// Adds the integral of A of `by` along one circle of the path, at the height z, by the midpoint
+// rule with `around` points, each with a share of the winding [A m].
+void add_circle(const Path& path, double z, int around, double share, const Source& by,
+                Linkage& sum) {
+  alignas(64) double x[3 * points_per_block], a[3 * points_per_block];
+  Vec3 tangents[points_per_block];
+  const double radius = path.winding.radius;
+  for (int begin = 0; begin < around; begin += points_per_block) {
+    const int n = std::min(around - begin, static_cast<int>(points_per_block));
+    for (int i = 0; i < n; ++i) {
+      const double turn = 2.0 * pi * (begin + i + 0.5) / around, c = std::cos(turn),
+                   s = std::sin(turn);
+      const Vec3 at = path.pose.position + path.rotation * Vec3(radius * c, radius * s, z);
+      tangents[i] = path.rotation * Vec3(-s, c, 0.0);
+      for (int k = 0; k < 3; ++k) x[k * n + i] = at[k];
+    }
+    by.vector_potential_block(x, n, a);
+    for (int i = 0; i < n; ++i) {
+      const Vec3 potential(a[i], a[n + i], a[2 * n + i]);
+      sum.flux += share * potential.dot(tangents[i]);
+      sum.size += share * potential.norm();
+    }
+  }
+}
+
 // Integral of A of `by` along the winding of `on`, by 8 points in each of `parts` along its length
 // and `around` on each circle.
 Linkage linkage(const Winding& on, const RigidPose& pose, const Winding& by, int around,
                 int parts) {
-  const Mat3 rotation = rotation_matrix(pose.orientation);
+  const Path path{on, pose, rotation_matrix(pose.orientation)};
   const GaussRule& rule = gauss_rule(on.length > 0.0 ? 8 : 1);
   if (on.length == 0.0) parts = 1;
   Linkage sum;
-  alignas(64) double x[3 * points_per_block], a[3 * points_per_block];
-  Vec3 tangents[points_per_block];
   for (int part = 0; part < parts; ++part) {
     for (int node = 0; node < rule.n; ++node) {
       const double z = on.length * ((part + 0.5 * (1.0 + rule.nodes[node])) / parts - 0.5);
       const double share =
           0.5 * rule.weights[node] / parts * on.current * 2.0 * pi * on.radius / around;
-      for (int begin = 0; begin < around; begin += points_per_block) {
-        const int n = std::min(around - begin, static_cast<int>(points_per_block));
-        for (int i = 0; i < n; ++i) {
-          const double turn = 2.0 * pi * (begin + i + 0.5) / around, c = std::cos(turn),
-                       s = std::sin(turn);
-          const Vec3 at = pose.position + rotation * Vec3(on.radius * c, on.radius * s, z);
-          tangents[i] = rotation * Vec3(-s, c, 0.0);
-          for (int k = 0; k < 3; ++k) x[k * n + i] = at[k];
-        }
-        by.source->vector_potential_block(x, n, a);
-        for (int i = 0; i < n; ++i) {
-          const Vec3 potential(a[i], a[n + i], a[2 * n + i]);
-          sum.flux += share * potential.dot(tangents[i]);
-          sum.size += share * potential.norm();
-        }
-      }
+      add_circle(path, z, around, share, *by.source, sum);
     }
   }
   return sum;

@@ -19,7 +19,7 @@ class SoftSphere final : public SoftShape {
       : radius_(radius),
         susceptibility_(susceptibility),
         degree_(degree),
-        series_(std::make_shared<const SphereSeries>(std::max(degree, 1))),
+        series_(std::make_shared<const SphericalHarmonics>(std::max(degree, 1))),
         samples_(radius * series_->points()) {}
 
   const Points& samples() const override { return samples_; }
@@ -27,7 +27,7 @@ class SoftSphere final : public SoftShape {
     Vector result =
         series_->coefficients((field.array() * series_->points().array()).rowwise().sum());
     for (int l = 1; l <= series_->degree(); ++l)  // H_r is minus the derivative of the potential
-      result.segment(SphereSeries::slot(l, 0), 2 * (l + 1)) /= -l;
+      result.segment(SphericalHarmonics::slot(l, 0), 2 * (l + 1)) /= -l;
     return result;
   }
   Vector response(const Vector& received) const override {
@@ -37,7 +37,7 @@ class SoftSphere final : public SoftShape {
       const double share = susceptibility_ > 1.0
                                ? l / (l + (2.0 * l + 1.0) / susceptibility_)
                                : l * susceptibility_ / (l * susceptibility_ + 2.0 * l + 1.0);
-      result.segment(SphereSeries::slot(l, 0), 2 * (l + 1)) *= -share;
+      result.segment(SphericalHarmonics::slot(l, 0), 2 * (l + 1)) *= -share;
     }
     return result;
   }
@@ -45,9 +45,9 @@ class SoftSphere final : public SoftShape {
     return std::make_shared<HarmonicSphere>(radius_, series_, charges);
   }
   Vec3 mean_field(const Vector& received) const override {
-    const Index k = SphereSeries::slot(1, 1);
+    const Index k = SphericalHarmonics::slot(1, 1);
     return {-received[k] / std::sqrt(2.0), received[k + 1] / std::sqrt(2.0),
-            -received[SphereSeries::slot(1, 0)]};
+            -received[SphericalHarmonics::slot(1, 0)]};
   }
   double volume() const override { return 4.0 / 3.0 * pi * radius_ * radius_ * radius_; }
   double radius() const override { return radius_; }
@@ -61,7 +61,7 @@ class SoftSphere final : public SoftShape {
  private:
   double radius_, susceptibility_;
   int degree_;
-  std::shared_ptr<const SphereSeries> series_;
+  std::shared_ptr<const SphericalHarmonics> series_;
   Points samples_;
 };
 
@@ -82,9 +82,10 @@ SoftShapePtr soft_sphere(double radius, double susceptibility, int degree) {
   check_susceptibility(susceptibility);
   if (!(radius > 0.0) || !std::isfinite(radius))
     throw InvalidInput("radius must be > 0 [m], got " + std::to_string(radius));
-  if (degree < 0 || degree > SphereSeries::most)
+  if (degree < 0 || degree > SphericalHarmonics::most)
     throw InvalidInput("degree must be between 0 (automatic) and " +
-                       std::to_string(SphereSeries::most) + ", got " + std::to_string(degree));
+                       std::to_string(SphericalHarmonics::most) + ", got " +
+                       std::to_string(degree));
   return std::make_shared<SoftSphere>(radius, susceptibility, degree);
 }
 
@@ -94,7 +95,7 @@ static int degree_of(double x, double tolerance) {
   double y = -std::log(tolerance);
   for (int i = 0; i < 20; ++i)
     y = -std::log(tolerance) + 4.0 * std::log(std::max(y, 3.0)) - std::log(24.0);
-  return static_cast<int>(std::min<double>(std::ceil(y / x) + 2.0, SphereSeries::most));
+  return static_cast<int>(std::min<double>(std::ceil(y / x) + 2.0, SphericalHarmonics::most));
 }
 
 int sphere_degree(double radius, double distance, double tolerance) {

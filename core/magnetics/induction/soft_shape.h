@@ -43,6 +43,12 @@ class SoftShape {
 
 using SoftShapePtr = std::shared_ptr<const SoftShape>;
 
+struct SoftBody {
+  SoftShapePtr shape;
+  RigidPose pose;
+  double saturation = 0.0;  // mu0 M_s [T], 0: none
+};
+
 // Cells of the finest grid on a shape, "cuboid" or "cylinder"; throws InvalidInput unless a
 // multiple of 4 from 8 on that the shape takes.
 void check_cells(int cells, const std::string& shape, const std::string& name = "cells");

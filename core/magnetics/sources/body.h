@@ -41,6 +41,11 @@ inline RigidPose relative_pose(const RigidPose& of, const RigidPose& in) {
           quaternion_product(quaternion_inverse(in.orientation), of.orientation)};
 }
 
+// A point in the axes of a pose.
+inline Vec3 in_axes(const RigidPose& pose, const Vec3& point) {
+  return rotation_matrix(pose.orientation).transpose() * (point - pose.position);
+}
+
 // (n) scalar potential of all bodies together at (n x 3) points [A], world axes; H is its descent.
 Vector magnetic_potential(const Team& team, const std::vector<MagneticBody>& bodies,
                           const ConstPointsRef& points);

@@ -82,9 +82,14 @@ LOOMSTONE_INLINE void turn(const Lanes r[2][2][2], Lanes out[2][2][2]) {
       for (int l = 0; l < 2; ++l) out[k][l][i] = r[i][k][l];
 }
 
+struct CuboidTerms {
+  const double *half, *j, *inside_j;  // half edges [m], J, and what is added to mu0 H inside [T]
+  double scale;                       // 1 / half the diagonal [1/m]
+};
+
 template <class Lanes>
-LOOMSTONE_INLINE void field_kernel(const double* half, const double* j, const double* inside_j,
-                                   double scale, const double* points, Index n, double* out) {
+LOOMSTONE_INLINE void field_kernel(CuboidTerms cuboid, const double* points, Index n, double* out) {
+  const auto [half, j, inside_j, scale] = cuboid;
   constexpr double share = 1.0 / (4.0 * pi);
   for (Index i = 0; i < n; i += n_lanes) {
     Lanes x[2], y[2], z[2], r[2][2][2], ryzx[2][2][2], rzxy[2][2][2];
@@ -119,8 +124,8 @@ LOOMSTONE_INLINE void field_kernel(const double* half, const double* j, const do
 void Cuboid::near_field(const double* points, Index n, Quantity quantity, double* field) const {
   const Vec3 half = 0.5 * size_;
   const Vec3 inside = quantity == Quantity::flux_density ? polarization() : Vec3(Vec3::Zero());
-  LOOMSTONE_WIDEST(field_kernel)(half.data(), polarization().data(), inside.data(), 1.0 / radius(),
-                                 points, n, field);
+  const CuboidTerms cuboid{half.data(), polarization().data(), inside.data(), 1.0 / radius()};
+  LOOMSTONE_WIDEST(field_kernel)(cuboid, points, n, field);
 }
 
 }  // namespace loomstone

@@ -8,7 +8,6 @@
 
 #include "core/base/error.h"
 #include "core/magnetics/sources/constants.h"
-#include "core/magnetics/sources/dipole_kernels.h"
 #include "core/magnetics/sources/dipole_terms.h"
 
 namespace loomstone {
@@ -18,14 +17,13 @@ namespace {
 constexpr double k = mu0 / (4.0 * pi);
 
 template <class Lanes>
-LOOMSTONE_INLINE void field_kernel(const double* positions, const double* moments, Index dipoles,
-                                   const double* points, Index n, double* out) {
+LOOMSTONE_INLINE void field_kernel(DipoleTable by, const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes3<Lanes> sum{};
-    for (Index j = 0; j < dipoles; ++j) {
-      const double* m = moments + 3 * j;
-      const DipoleArm<Lanes> a = dipole_arm(p, positions + 3 * j);
+    for (Index j = 0; j < by.n; ++j) {
+      const double* m = by.moments + 3 * j;
+      const DipoleArm<Lanes> a = dipole_arm(p, by.positions + 3 * j);
       add_dipole_field(m, a, m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z, sum);
     }
     lanes_store(out + i, k * sum.x);
@@ -35,14 +33,13 @@ LOOMSTONE_INLINE void field_kernel(const double* positions, const double* moment
 }
 
 template <class Lanes>
-LOOMSTONE_INLINE void potential_kernel(const double* positions, const double* moments,
-                                       Index dipoles, const double* points, Index n, double* out) {
+LOOMSTONE_INLINE void potential_kernel(DipoleTable by, const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes sum{};
-    for (Index j = 0; j < dipoles; ++j) {
-      const double* m = moments + 3 * j;
-      const DipoleArm<Lanes> a = dipole_arm(p, positions + 3 * j);
+    for (Index j = 0; j < by.n; ++j) {
+      const double* m = by.moments + 3 * j;
+      const DipoleArm<Lanes> a = dipole_arm(p, by.positions + 3 * j);
       sum += (m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z) * a.inverse3;
     }
     lanes_store(out + i, k * sum);
@@ -50,15 +47,14 @@ LOOMSTONE_INLINE void potential_kernel(const double* positions, const double* mo
 }
 
 template <class Lanes>
-LOOMSTONE_INLINE void gradient_kernel(const double* positions, const double* moments, Index dipoles,
-                                      const double* points, Index n, double* out) {
+LOOMSTONE_INLINE void gradient_kernel(DipoleTable by, const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes sum[6];
     for (Lanes& s : sum) s = Lanes{};
-    for (Index j = 0; j < dipoles; ++j) {
-      const double* m = moments + 3 * j;
-      const DipoleArm<Lanes> a = dipole_arm(p, positions + 3 * j);
+    for (Index j = 0; j < by.n; ++j) {
+      const double* m = by.moments + 3 * j;
+      const DipoleArm<Lanes> a = dipole_arm(p, by.positions + 3 * j);
       const Lanes mr = m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z;
       add_dipole_gradient(m, a, mr, sum);
     }
@@ -68,17 +64,16 @@ LOOMSTONE_INLINE void gradient_kernel(const double* positions, const double* mom
 
 // The two above in one pass.
 template <class Lanes>
-LOOMSTONE_INLINE void field_and_gradient_kernel(const double* positions, const double* moments,
-                                                Index dipoles, const double* points, Index n,
+LOOMSTONE_INLINE void field_and_gradient_kernel(DipoleTable by, const double* points, Index n,
                                                 double* field, double* gradient) {
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes3<Lanes> b{};
     Lanes sum[6];
     for (Lanes& s : sum) s = Lanes{};
-    for (Index j = 0; j < dipoles; ++j) {
-      const double* m = moments + 3 * j;
-      const DipoleArm<Lanes> a = dipole_arm(p, positions + 3 * j);
+    for (Index j = 0; j < by.n; ++j) {
+      const double* m = by.moments + 3 * j;
+      const DipoleArm<Lanes> a = dipole_arm(p, by.positions + 3 * j);
       const Lanes mr = m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z;
       add_dipole_field(m, a, mr, b);
       add_dipole_gradient(m, a, mr, sum);
@@ -92,16 +87,16 @@ LOOMSTONE_INLINE void field_and_gradient_kernel(const double* positions, const d
 
 // Field (6.5) and force (6.10) in one pass.
 template <class Lanes>
-LOOMSTONE_INLINE void force_kernel(const double* positions, const double* moments, Index dipoles,
-                                   const double* points, const double* own, Index n,
-                                   double nearest2, double* field, double* force) {
+LOOMSTONE_INLINE void force_kernel(DipoleTable by, DipoleColumns on, double nearest2, double* field,
+                                   double* force) {
+  const Index n = on.n;
   for (Index i = 0; i < n; i += n_lanes) {
-    const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
-    const Lanes3<Lanes> q = lanes3_load<Lanes>(own + i, n);
+    const Lanes3<Lanes> p = lanes3_load<Lanes>(on.points + i, n);
+    const Lanes3<Lanes> q = lanes3_load<Lanes>(on.moments + i, n);
     Lanes3<Lanes> b{}, f = b;
-    for (Index j = 0; j < dipoles; ++j) {
-      const double* m = moments + 3 * j;
-      const DipoleArm<Lanes> a = dipole_arm(p, positions + 3 * j, nearest2);
+    for (Index j = 0; j < by.n; ++j) {
+      const double* m = by.moments + 3 * j;
+      const DipoleArm<Lanes> a = dipole_arm(p, by.positions + 3 * j, nearest2);
       const Lanes mr = m[0] * a.r.x + m[1] * a.r.y + m[2] * a.r.z;
       add_dipole_field(m, a, mr, b);
       const Lanes qr = q.x * a.r.x + q.y * a.r.y + q.z * a.r.z;
@@ -123,21 +118,17 @@ LOOMSTONE_INLINE void force_kernel(const double* positions, const double* moment
 
 }  // namespace
 
-void dipole_field_block(const double* positions, const double* moments, Index dipoles,
-                        const double* points, Index n, double* field) {
-  LOOMSTONE_WIDEST(field_kernel)(positions, moments, dipoles, points, n, field);
+void dipole_field_block(const DipoleTable& by, const double* points, Index n, double* field) {
+  LOOMSTONE_WIDEST(field_kernel)(by, points, n, field);
 }
 
-void dipole_gradient_block(const double* positions, const double* moments, Index dipoles,
-                           const double* points, Index n, double* gradient) {
-  LOOMSTONE_WIDEST(gradient_kernel)(positions, moments, dipoles, points, n, gradient);
+void dipole_gradient_block(const DipoleTable& by, const double* points, Index n, double* gradient) {
+  LOOMSTONE_WIDEST(gradient_kernel)(by, points, n, gradient);
 }
 
-void dipole_force_block(const double* positions, const double* moments, Index dipoles,
-                        const double* points, const double* own, Index n, double nearest2,
+void dipole_force_block(const DipoleTable& by, const DipoleColumns& on, double nearest2,
                         double* field, double* force) {
-  LOOMSTONE_WIDEST(force_kernel)(positions, moments, dipoles, points, own, n, nearest2, field,
-                                 force);
+  LOOMSTONE_WIDEST(force_kernel)(by, on, nearest2, field, force);
 }
 
 DipoleSet::DipoleSet(Points positions, Points moments)
@@ -154,25 +145,20 @@ DipoleSet::DipoleSet(Points positions, Points moments)
 }
 
 void DipoleSet::field_block(const double* points, Index n, Quantity, double* field) const {
-  LOOMSTONE_WIDEST(field_kernel)(positions_.data(), moments_.data(),
-                                 static_cast<Index>(positions_.rows()), points, n, field);
+  LOOMSTONE_WIDEST(field_kernel)(table(), points, n, field);
 }
 
 void DipoleSet::gradient_block(const double* points, Index n, double* gradient) const {
-  LOOMSTONE_WIDEST(gradient_kernel)(positions_.data(), moments_.data(),
-                                    static_cast<Index>(positions_.rows()), points, n, gradient);
+  LOOMSTONE_WIDEST(gradient_kernel)(table(), points, n, gradient);
 }
 
 void DipoleSet::field_and_gradient_block(const double* points, Index n, Quantity, double* field,
                                          double* gradient) const {
-  LOOMSTONE_WIDEST(field_and_gradient_kernel)(positions_.data(), moments_.data(),
-                                              static_cast<Index>(positions_.rows()), points, n,
-                                              field, gradient);
+  LOOMSTONE_WIDEST(field_and_gradient_kernel)(table(), points, n, field, gradient);
 }
 
 void DipoleSet::potential_block(const double* points, Index n, double* potential) const {
-  LOOMSTONE_WIDEST(potential_kernel)(positions_.data(), moments_.data(),
-                                     static_cast<Index>(positions_.rows()), points, n, potential);
+  LOOMSTONE_WIDEST(potential_kernel)(table(), points, n, potential);
 }
 
 double DipoleSet::radius() const {
@@ -198,9 +184,8 @@ Wrenches dipole_forces(const Team& team, const Points& positions, const Points& 
             m[c * padded + i] = moments(row, c);
           }
         }
-        LOOMSTONE_WIDEST(force_kernel)(by.positions().data(), by.moments().data(),
-                                       static_cast<Index>(by.positions().rows()), x, m, padded,
-                                       nearest * nearest, b, f);
+        LOOMSTONE_WIDEST(force_kernel)(by.table(), DipoleColumns{x, m, padded}, nearest * nearest,
+                                       b, f);
         for (Index i = begin; i < end; ++i) {
           const Index j = i - begin;
           const Vec3 field(b[j], b[padded + j], b[2 * padded + j]),

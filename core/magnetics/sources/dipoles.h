@@ -12,6 +12,12 @@ struct Wrenches {
   Vector energies;  // (n) - m.B [J]
 };
 
+// Dipoles (n x 3) by rows: what the innermost sums read.
+struct DipoleTable {
+  const double *positions, *moments;  // [m], [A m^2]
+  Index n;
+};
+
 class DipoleSet final : public Source {
  public:
   // positions (n x 3) [m] in the axes of the set, moments (n x 3) [A m^2].
@@ -26,6 +32,9 @@ class DipoleSet final : public Source {
   const DipoleSet* dipoles() const override { return this; }
   const Points& positions() const { return positions_; }
   const Points& moments() const { return moments_; }
+  DipoleTable table() const {
+    return {positions_.data(), moments_.data(), static_cast<Index>(positions_.rows())};
+  }
 
  private:
   Points positions_, moments_;
@@ -39,5 +48,17 @@ Wrenches dipole_forces(const Team& team, const Points& positions, const Points& 
 
 // Interaction energy of the dipoles of a set: - sum over pairs of m_k . B_l(r_k) [J].
 double dipole_energy(const Team& team, const DipoleSet& set);
+
+// The innermost sums. Observers by columns x[n], y[n], z[n] with n a multiple of 8.
+void dipole_field_block(const DipoleTable& by, const double* points, Index n, double* field);
+void dipole_gradient_block(const DipoleTable& by, const double* points, Index n, double* gradient);
+
+struct DipoleColumns {
+  const double *points, *moments;  // [m], [A m^2]
+  Index n;
+};
+// Pairs nearer than the root of nearest2 [m^2] as in dipole_forces().
+void dipole_force_block(const DipoleTable& by, const DipoleColumns& on, double nearest2,
+                        double* field, double* force);
 
 }  // namespace loomstone

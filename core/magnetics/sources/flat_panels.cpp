@@ -101,19 +101,18 @@ std::vector<FlatPanel> cuboid_panels(const Vec3& size, int cells, double focus) 
   return all;
 }
 
-std::vector<FlatPanel> cylinder_panels(double radius, double inner_radius, double height,
-                                       int cells) {
-  const int sides = 2 * cells;
-  const double angle = 2.0 * pi / sides,
-               wider = std::sqrt(angle / std::sin(angle));  // as large an area as the circle's
+using ProfilePoint = std::array<double, 2>;  // radius and height [m]
+
+// The cross section that is turned about the axis, counter-clockwise, finer towards its corners.
+static std::vector<ProfilePoint> cylinder_profile(double radius, double inner_radius, double height,
+                                                  int cells) {
   // Rows go with the root of the slenderness: errors of long and short cylinders are much alike
   // then.
   const int slender =
       static_cast<int>(std::lround(std::clamp(std::sqrt(0.5 * height / radius), 1.0, 8.0)));
-  std::vector<std::array<double, 2>>
-      profile;  // radius and height, counter-clockwise about the section
+  std::vector<ProfilePoint> profile;
   const auto go_to = [&](double r, double z, int n, bool graded_at_start) {
-    const std::array<double, 2> from = profile.back();
+    const ProfilePoint from = profile.back();
     for (int i = 1; i <= n; ++i) {
       const double t = static_cast<double>(i) / n, both = 2.0 * t - 1.0;
       const double share = graded_at_start
@@ -134,6 +133,15 @@ std::vector<FlatPanel> cylinder_panels(double radius, double inner_radius, doubl
     const auto n = static_cast<std::size_t>(cells / 2);
     for (std::size_t i = n; i-- > 0;) profile.push_back({profile[i][0], half});
   }
+  return profile;
+}
+
+std::vector<FlatPanel> cylinder_panels(double radius, double inner_radius, double height,
+                                       int cells) {
+  const int sides = 2 * cells;
+  const double angle = 2.0 * pi / sides,
+               wider = std::sqrt(angle / std::sin(angle));  // as large an area as the circle's
+  const std::vector<ProfilePoint> profile = cylinder_profile(radius, inner_radius, height, cells);
   const auto corner = [&](std::size_t row, int side) {
     const double phi = angle * (side % sides);
     return Vec3(wider * profile[row][0] * std::cos(phi), wider * profile[row][0] * std::sin(phi),

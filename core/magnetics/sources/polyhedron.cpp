@@ -17,10 +17,19 @@ namespace {
 
 constexpr int face_stride = 16, edge_stride = 14;
 
+// The tables of Polyhedron.
+struct SurfaceTables {
+  const double* faces;
+  Index n_faces;
+  const double* edges;
+  Index n_edges;
+  double radius;  // of the body [m]
+};
+
 template <class Lanes>
-LOOMSTONE_INLINE void field_kernel(const double* faces, Index n_faces, const double* edges,
-                                   Index n_edges, double radius, const double* j,
-                                   const double* points, Index n, double* out) {
+LOOMSTONE_INLINE void field_kernel(SurfaceTables surface, const double* j, const double* points,
+                                   Index n, double* out) {
+  const auto [faces, n_faces, edges, n_edges, radius] = surface;
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes3<Lanes> h{};
@@ -68,9 +77,9 @@ LOOMSTONE_INLINE void gradient_kernel(const double* edges, Index n_edges, double
 
 // All points near the body or far from it: what cancels are terms of the size of the distance.
 template <class Lanes>
-LOOMSTONE_INLINE void potential_kernel(const double* faces, Index n_faces, const double* edges,
-                                       Index n_edges, double radius, const double* points, Index n,
+LOOMSTONE_INLINE void potential_kernel(SurfaceTables surface, const double* points, Index n,
                                        double* out) {
+  const auto [faces, n_faces, edges, n_edges, radius] = surface;
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes sum{};
@@ -181,16 +190,16 @@ const MultipoleExpansion& Polyhedron::multipoles() const {
 
 void Polyhedron::near_field(const double* points, Index n, Quantity quantity, double* field) const {
   const Vec3 j = quantity == Quantity::flux_density ? polarization_ : Vec3(Vec3::Zero());
-  LOOMSTONE_WIDEST(field_kernel)(faces_.data(), static_cast<Index>(triangles_.rows()),
-                                 edges_.data(), static_cast<Index>(edges_.size() / edge_stride),
-                                 radius_, j.data(), points, n, field);
+  const SurfaceTables surface{faces_.data(), static_cast<Index>(triangles_.rows()), edges_.data(),
+                              static_cast<Index>(edges_.size() / edge_stride), radius_};
+  LOOMSTONE_WIDEST(field_kernel)(surface, j.data(), points, n, field);
 }
 
 void Polyhedron::field_block(const double* points, Index n, Quantity quantity,
                              double* field) const {
   const double bound = MultipoleExpansion::near * MultipoleExpansion::near * radius_ * radius_;
   split_block(
-      points, n, 3, field,
+      {points, n, field, 3},
       [&](double x, double y, double z) { return x * x + y * y + z * z < bound; },
       [&](const double* some, Index m, double* out) { near_field(some, m, quantity, out); },
       [&](const double* some, Index m, double* out) { multipoles().field_block(some, m, out); });
@@ -199,7 +208,7 @@ void Polyhedron::field_block(const double* points, Index n, Quantity quantity,
 void Polyhedron::gradient_block(const double* points, Index n, double* gradient) const {
   const double bound = MultipoleExpansion::near * MultipoleExpansion::near * radius_ * radius_;
   split_block(
-      points, n, 6, gradient,
+      {points, n, gradient, 6},
       [&](double x, double y, double z) { return x * x + y * y + z * z < bound; },
       [&](const double* some, Index m, double* out) {
         LOOMSTONE_WIDEST(gradient_kernel)(
@@ -209,9 +218,9 @@ void Polyhedron::gradient_block(const double* points, Index n, double* gradient)
 }
 
 void Polyhedron::potential_block(const double* points, Index n, double* potential) const {
-  LOOMSTONE_WIDEST(potential_kernel)(faces_.data(), static_cast<Index>(triangles_.rows()),
-                                     edges_.data(), static_cast<Index>(edges_.size() / edge_stride),
-                                     radius_, points, n, potential);
+  const SurfaceTables surface{faces_.data(), static_cast<Index>(triangles_.rows()), edges_.data(),
+                              static_cast<Index>(edges_.size() / edge_stride), radius_};
+  LOOMSTONE_WIDEST(potential_kernel)(surface, points, n, potential);
 }
 
 MeshMagnet::MeshMagnet(const TriangleMesh& mesh, const Vec3& polarization)

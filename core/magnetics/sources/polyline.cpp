@@ -48,9 +48,16 @@ LOOMSTONE_INLINE Segment<Lanes> segment(const Lanes3<Lanes>& p, const double* a,
   return s;
 }
 
+struct Wire {
+  const double* vertices;
+  Index segments;
+  double scale;    // mu0 I / 2 pi [T m]
+  double nearest;  // points nearer to the wire are taken so far from it [m]
+};
+
 template <class Lanes>
-LOOMSTONE_INLINE void field_kernel(const double* vertices, Index segments, double scale,
-                                   double nearest, const double* points, Index n, double* out) {
+LOOMSTONE_INLINE void field_kernel(Wire wire, const double* points, Index n, double* out) {
+  const auto [vertices, segments, scale, nearest] = wire;
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes3<Lanes> b{};
@@ -68,8 +75,8 @@ LOOMSTONE_INLINE void field_kernel(const double* vertices, Index segments, doubl
 }
 
 template <class Lanes>
-LOOMSTONE_INLINE void gradient_kernel(const double* vertices, Index segments, double scale,
-                                      double nearest, const double* points, Index n, double* out) {
+LOOMSTONE_INLINE void gradient_kernel(Wire wire, const double* points, Index n, double* out) {
+  const auto [vertices, segments, scale, nearest] = wire;
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes g[6];
@@ -116,8 +123,9 @@ Polyline::Polyline(Points vertices, double current)
 }
 
 void Polyline::field_block(const double* points, Index n, Quantity, double* field) const {
-  LOOMSTONE_WIDEST(field_kernel)(vertices_.data(), static_cast<Index>(vertices_.rows()) - 1,
-                                 mu0 * current_ / (2.0 * pi), 1e-15 * radius_, points, n, field);
+  const Wire wire{vertices_.data(), static_cast<Index>(vertices_.rows()) - 1,
+                  mu0 * current_ / (2.0 * pi), 1e-15 * radius_};
+  LOOMSTONE_WIDEST(field_kernel)(wire, points, n, field);
 }
 
 void Polyline::gradient_block(const double* points, Index n, double* gradient) const {
@@ -125,9 +133,9 @@ void Polyline::gradient_block(const double* points, Index n, double* gradient) c
     throw InvalidInput(
         "vertices must form a closed line to have a gradient, got ends that differ; repeat the "
         "first vertex last");
-  LOOMSTONE_WIDEST(gradient_kernel)(vertices_.data(), static_cast<Index>(vertices_.rows()) - 1,
-                                    mu0 * current_ / (2.0 * pi), 1e-15 * radius_, points, n,
-                                    gradient);
+  const Wire wire{vertices_.data(), static_cast<Index>(vertices_.rows()) - 1,
+                  mu0 * current_ / (2.0 * pi), 1e-15 * radius_};
+  LOOMSTONE_WIDEST(gradient_kernel)(wire, points, n, gradient);
 }
 
 Vec3 Polyline::moment() const {

@@ -7,11 +7,19 @@
 
 namespace loomstone {
 
-// chosen(x, y, z) tells which points go to first(points, n, out), the others go to second(points,
-// n, out).
+// A block of points and where the components of their values go, by columns.
+struct PointBlock {
+  const double* points;
+  Index n;
+  double* out;
+  int components;
+};
+
+// Points for which chosen(x, y, z) is true go to first(points, n, out), the others to
+// second(points, n, out).
 template <class Chosen, class First, class Second>
-void split_block(const double* points, Index n, int components, double* out, Chosen&& chosen,
-                 First&& first, Second&& second) {
+void split_block(PointBlock block, Chosen&& chosen, First&& first, Second&& second) {
+  const auto [points, n, out, components] = block;
   Index order[2][points_per_block], count[2] = {0, 0};
   for (Index i = 0; i < n; ++i) {
     const int part = chosen(points[i], points[n + i], points[2 * n + i]) ? 0 : 1;
