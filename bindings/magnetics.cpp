@@ -2,6 +2,7 @@
 #include <optional>
 
 #include "bindings/bindings.h"
+#include "core/base/message.h"
 #include "core/magnetics/fast_sums/treecode.h"
 #include "core/magnetics/field_lines/field_lines.h"
 #include "core/magnetics/forces/cells.h"
@@ -16,7 +17,7 @@ namespace loomstone {
 namespace {
 
 Team team_of(int threads) {
-  if (threads < 0) throw InvalidInput("threads must be at least 0, got " + std::to_string(threads));
+  if (threads < 0) fail<InvalidInput>("threads must be at least 0, got {}", threads);
   return Team{threads == 0 ? default_thread_count() : threads};
 }
 
@@ -32,7 +33,7 @@ py::array_t<double> as_tensors(const Gradients& rows) {
 void bind_body(py::module_& m) {
   py::class_<MagneticBody> c(
       m, "MagneticBody",
-      "Magnet or current at a pose; made by the functions of loomstone.magnetics, unchangeable.");
+      "Magnet or current at a pose; made by the functions of loomstone.magnetics; immutable.");
   c.def_property_readonly(
       "position", [](const MagneticBody& b) { return b.pose.position; }, "(3) centre [m]");
   c.def_property_readonly(

@@ -1,5 +1,6 @@
 // Bodies that magnetise in the field they are in.
 #include "bindings/bindings.h"
+#include "core/base/message.h"
 #include "core/magnetics/induction/linear_magnetization.h"
 #include "core/mesh/triangle_mesh.h"
 
@@ -8,24 +9,22 @@ namespace loomstone {
 namespace {
 
 Team team_of(int threads) {
-  if (threads < 0) throw InvalidInput("threads must be at least 0, got " + std::to_string(threads));
+  if (threads < 0) fail<InvalidInput>("threads must be at least 0, got {}", threads);
   return Team{threads == 0 ? default_thread_count() : threads};
 }
 
 SoftBody soft_body(SoftShapePtr shape, double saturation, const RigidPose& pose = {}) {
   if (!(saturation >= 0.0) || !std::isfinite(saturation))
-    throw InvalidInput("saturation must be >= 0 [T], got " + std::to_string(saturation));
+    fail<InvalidInput>("saturation must be >= 0 [T], got {}", saturation);
   if (saturation > 0.0 && !(shape->susceptibility() > 0.0))
-    throw InvalidInput("saturation must be 0 [T] unless susceptibility is > 0, got " +
-                       std::to_string(saturation));
+    fail<InvalidInput>("saturation must be 0 [T] unless susceptibility is > 0, got {}", saturation);
   return {std::move(shape), pose, saturation};
 }
 
 void bind_body(py::module_& m) {
   py::class_<SoftBody> c(m, "SoftBody",
                          "Linear body at a pose that magnetises in the field it is in; made by the "
-                         "functions soft_... of "
-                         "loomstone.magnetics, unchangeable.");
+                         "functions soft_... of loomstone.magnetics; immutable.");
   c.def_property_readonly(
       "position", [](const SoftBody& b) { return b.pose.position; }, "(3) centre [m]");
   c.def_property_readonly(

@@ -1061,7 +1061,7 @@ class MassProperties:
 
 class MagneticBody:
     """
-    Magnet or current at a pose; made by the functions of loomstone.magnetics, unchangeable.
+    Magnet or current at a pose; made by the functions of loomstone.magnetics; immutable.
     """
     def __repr__(self) -> str: ...
     def at(
@@ -1101,7 +1101,7 @@ class MagneticBody:
 
 class SoftBody:
     """
-    Linear body at a pose that magnetises in the field it is in; made by the functions soft_... of loomstone.magnetics, unchangeable.
+    Linear body at a pose that magnetises in the field it is in; made by the functions soft_... of loomstone.magnetics; immutable.
     """
     def at(self, position: typing.Any, orientation: typing.Any = (1.0, 0.0, 0.0, 0.0)) -> SoftBody:
         """

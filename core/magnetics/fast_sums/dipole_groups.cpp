@@ -40,7 +40,7 @@ DipoleGroups::DipoleGroups(const DipoleSet& dipoles, double radius)
       multipoles_(
           MultipoleExpansion::of_dipoles(dipoles.positions(), mu0 * dipoles.moments(), radius)) {}
 
-// Lanes without a dipole repeat the first without its moment.
+// Unused lanes repeat the first dipole with zero moment.
 void DipoleGroups::add(const Index* parts, Index n, const TaylorExpansion& expansion,
                        const Vec3& centre, double* moments) {
   tables_.resize(tables_.size() + group_size, 0.0);
@@ -57,8 +57,8 @@ void DipoleGroups::add(const Index* parts, Index n, const TaylorExpansion& expan
   expansion.add_dipoles(x, m, n, centre, moments);
 }
 
-// Errors as found on a ring of 2,900 cells, millimetres from its surface, times 1.5: as the fields
-// of neighbours in a lattice cancel, they are ten times those of faces.
+// Errors are 1.5 times those measured on a ring of 2,900 cells, millimetres from its surface. They
+// are ten times those of faces, because the fields of neighbours in a lattice cancel.
 std::vector<ExpansionSetting> DipoleGroups::settings() const {
   return {{7, 0.4, 6e-3}, {11, 0.4, 2e-4}, {12, 0.35, 2e-5}, {14, 0.28, 3e-7}};
 }

@@ -1,5 +1,6 @@
-// Traversal of two trees at once: cells of observers meet cells of dipoles, from the roots down.
-// Pairs far apart act by their expansions, pairs of near leaves dipole by dipole [Dehnen2002].
+// Dual-tree traversal: cells of observers meet cells of dipoles, from the two roots down. Pairs of
+// cells that are far apart interact by expansions, pairs of near leaves dipole by dipole
+// [Dehnen2002].
 #pragma once
 
 #include <algorithm>
@@ -13,17 +14,17 @@
 
 namespace loomstone {
 
-// Subtrees that threads take, whatever their number.
+// Number of subtrees that are traversed as tasks; it does not depend on the number of threads.
 inline constexpr std::size_t most_tasks = 256;
 
-// Points by rows in the order of a tree, and what belongs to them.
+// Rows in the order of a tree.
 inline Points ordered(const ConstPointsRef& rows, const PointTree& tree) {
   Points out(rows.rows(), 3);
   for (std::size_t i = 0; i < tree.order.size(); ++i) out.row(i) = rows.row(tree.order[i]);
   return out;
 }
 
-// The dipoles that act.
+// The tree of the dipoles that act, with the multipole moments of its cells.
 struct SourceTree {
   PointTree tree;
   Points positions, moments;       // in the order of the tree
@@ -31,10 +32,10 @@ struct SourceTree {
   int stride = 0;
 
   void expand(const Team& team, const TaylorExpansion& expansion) {
-    if (stride == expansion.moments_size()) return;  // of this order already
+    if (stride == expansion.moments_size()) return;  // the order has not changed
     stride = expansion.moments_size();
     expansions.assign(tree.cells.size() * stride, 0.0);
-    // Cells lie level by level.
+    // Cells are stored level by level.
     std::vector<Index> starts(tree.levels + 1, static_cast<Index>(tree.cells.size()));
     for (Index c = static_cast<Index>(tree.cells.size()) - 1; c >= 0; --c)
       starts[tree.cells[c].level] = c;
@@ -62,8 +63,7 @@ struct SourceTree {
   }
 };
 
-// What a leaf of observers is given: its places in the order of the tree, expansion and near
-// dipoles.
+// A leaf of observers with all that acts on it: its local expansion, and the near dipoles.
 struct LeafSums {
   const TaylorExpansion& expansion;
   const PointCell& cell;
@@ -71,8 +71,8 @@ struct LeafSums {
   DipoleTable near;
 };
 
-// One pass over the observers' tree from its root; `write` takes the sums of a leaf. chosen:
-// (cells) those to go to; empty: all.
+// One traversal of the observers' tree from its root; `write` receives the LeafSums of each leaf.
+// chosen: (cells) non-zero for those to visit; empty: all.
 template <class Write>
 class DualTreeDescent {
  public:
@@ -107,8 +107,8 @@ class DualTreeDescent {
   }
 
  private:
-  // Cells that are not yet dealt with for an observers' cell, and what its parent's expansion makes
-  // in it.
+  // A cell of observers, the cells of dipoles that it has not met yet, and its local expansion so
+  // far.
   struct Visit {
     Index cell;
     std::vector<Index> candidates;
@@ -120,9 +120,9 @@ class DualTreeDescent {
     std::vector<double> positions, moments;
   };
 
-  // Sorts the candidates of a cell into far, near, and those for its children. Of two cells that
-  // are not far apart the larger is opened, of equals both, so that two cells of one tree meet from
-  // both sides or from none.
+  // Sorts the candidates of a cell into far ones, near ones, and those deferred to its children. If
+  // two cells are not far apart, the larger is opened, or both if equal; two cells of one tree then
+  // interact either from both sides or from neither.
   void sort(const Visit& visit, Scratch& s) const {
     const PointCell& mine = observers_.cells[visit.cell];
     s.open = visit.candidates;

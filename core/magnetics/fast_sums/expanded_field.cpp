@@ -3,22 +3,21 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <string>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/base/simd.h"
 
 namespace loomstone {
 
 namespace {
 
-// Beyond so many radii multipoles serve as well: 2^-24 is 6e-8.
+// Half edge of the octree in radii; farther away the multipole expansion errs by 2^-24 = 6e-8.
 constexpr double reach = 2.0;
 
 ExpansionSetting setting_for(const SourceGroups& source, double tolerance) {
   for (const ExpansionSetting& setting : source.settings())
     if (setting.error <= tolerance) return setting;
-  throw InvalidInput("tolerance must be in [3e-7, 0.1] [1], got " + std::to_string(tolerance));
+  fail<InvalidInput>("tolerance must be in [3e-7, 0.1] [1], got {}", tolerance);
 }
 
 }  // namespace
@@ -35,7 +34,8 @@ ExpandedField::ExpandedField(std::unique_ptr<SourceGroups> source, double tolera
   locals_.resize(locals_.size() + TaylorExpansion::beyond);
 }
 
-// Halves the parts between equally many, in eights, along the longest axis of their middles' box.
+// Bisects the parts at their median (rounded to groups of eight) along the longest axis of the box
+// of their middles.
 Index ExpandedField::add_cluster(std::vector<Index>& parts, std::size_t begin, std::size_t end) {
   Vec3 low = source_->middle(parts[begin]), high = low;
   for (std::size_t i = begin; i < end; ++i) {
@@ -76,7 +76,8 @@ Index ExpandedField::add_cluster(std::vector<Index>& parts, std::size_t begin, s
   return self;
 }
 
-// Parts the candidates of a ball in those far from it and the rest; the rest of a leaf are groups.
+// Sorts candidate clusters into those far from a ball and near ones. For a leaf the near ones are
+// opened down to groups.
 ExpandedField::Sorted ExpandedField::sorted(const Vec3& centre, double radius,
                                             const std::vector<Index>& candidates, bool leaf) const {
   Sorted result;
@@ -100,9 +101,9 @@ ExpandedField::Sorted ExpandedField::sorted(const Vec3& centre, double radius,
   return result;
 }
 
-// A cube is a leaf where few groups are near, or where it is smaller than they are: on a surface of
-// 1,800 faces cubes of half the size make evaluation a fifth faster and take four times the time to
-// set up and the memory.
+// A cube is a leaf if few groups are near it or if it is smaller than they are. On a surface of
+// 1,800 faces, cubes of half the size would make evaluation a fifth faster, but setup and memory
+// four times as large.
 void ExpandedField::divide(Index cube, const std::vector<Index>& candidates,
                            const std::vector<double>& inherited) {
   const Vec3 centre = cubes_[cube].centre;

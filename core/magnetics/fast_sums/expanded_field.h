@@ -1,7 +1,8 @@
-// Field of a rigid source of many parts at many points: the space around it is divided once, in its
-// own axes, into cubes that shrink towards its parts. In each the field of all parts but the
-// nearest is one expansion about its middle, found as in treecode.h [GreengardRokhlin1987,
-// Dehnen2002]; the nearest parts are summed exactly, eight at a time.
+// Field of a rigid source with many parts at many points, by an octree of local expansions. The
+// tree is built once in the axes of the source and refined towards its parts. In each leaf cube,
+// one local expansion holds the field of all parts except the nearest, by multipole-to-local
+// translation as in treecode.h ([GreengardRokhlin1987], [Dehnen2002]); the nearest parts are summed
+// exactly, eight at a time.
 #pragma once
 
 #include "core/magnetics/fast_sums/source_groups.h"
@@ -10,11 +11,11 @@ namespace loomstone {
 
 class ExpandedField {
  public:
-  // tolerance: of field and gradient, of the largest at the distance of a point from the source
-  // [1]; in [3e-7, 0.1].
+  // tolerance: error of field and gradient at a point, relative to their largest values at the same
+  // distance from the source [1]; in [3e-7, 0.1].
   ExpandedField(std::unique_ptr<SourceGroups> source, double tolerance);
-  // mu0 H [T] and its gradient [T/m], as of a Source; a point's value does not depend on the points
-  // beside it.
+  // mu0 H [T] and its gradient [T/m], as of a Source. The value at a point does not depend on the
+  // other points.
   void field_and_gradient_block(const double* points, Index n, double* field,
                                 double* gradient) const;
   void field_block(const double* points, Index n, double* field) const;
@@ -23,19 +24,19 @@ class ExpandedField {
   struct Cube {
     Vec3 centre;
     double half;               // of its edge [m]
-    Index child = -1;          // the first of eight, or a leaf
-    Index local = -1;          // of a leaf: its expansion
-    Index begin = 0, end = 0;  // of a leaf: its nearest groups
+    Index child = -1;          // the first of eight; -1: a leaf
+    Index local = -1;          // a leaf's local expansion
+    Index begin = 0, end = 0;  // a leaf's nearest groups
   };
   const std::vector<Cube>& cubes() const { return cubes_; }
-  Index leaf_at(const Vec3& point) const;  // -1: beyond the cubes
+  Index leaf_at(const Vec3& point) const;  // -1 outside the octree
 
  private:
-  struct Cluster {  // of parts
+  struct Cluster {  // node of a binary tree of the parts
     Vec3 centre;
-    double radius;  // of the ball about it that holds them [m]
+    double radius;  // of the bounding ball about the centre [m]
     Index children[2] = {-1, -1};
-    Index group = -1;  // of a leaf: its parts
+    Index group = -1;  // a leaf's group
   };
   struct Sorted {
     std::vector<TaylorExpansion::Far> far;
@@ -51,12 +52,12 @@ class ExpandedField {
   std::unique_ptr<SourceGroups> source_;
   TaylorExpansion expansion_;
   double opening_;
-  std::vector<Cluster> clusters_;    // the first holds all parts
-  std::vector<double> moments_;      // by clusters
-  std::vector<double> group_radii_;  // of their clusters [m]
-  std::vector<Cube> cubes_;
-  std::vector<double> locals_;
-  std::vector<Index> nearest_;  // groups of the leaves, end to end
+  std::vector<Cluster> clusters_;    // the first is the root
+  std::vector<double> moments_;      // multipole moments, cluster by cluster
+  std::vector<double> group_radii_;  // [m]
+  std::vector<Cube> cubes_;          // of the octree
+  std::vector<double> locals_;       // local expansions, leaf by leaf
+  std::vector<Index> nearest_;       // nearest groups, leaf by leaf
 };
 
 }  // namespace loomstone

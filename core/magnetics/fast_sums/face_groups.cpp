@@ -7,7 +7,8 @@ namespace loomstone {
 namespace {
 
 // A table of eight faces: three corners, unit normal, twice the area, charge / 4 pi; then for each
-// edge its ends, length, charge / 4 pi times its normal in the face and that of the face.
+// edge its ends, its length, and charge / 4 pi times its normal in the plane of the face and times
+// the normal of the face.
 constexpr int face_rows = 14, edge_rows = 13, group_size = (face_rows + 3 * edge_rows) * n_lanes;
 
 template <class Lanes>
@@ -61,7 +62,7 @@ double FaceGroups::reach(Index part, const Vec3& from) const {
   return reach;
 }
 
-// Lanes without a face repeat the first without its charge.
+// Unused lanes repeat the first face with zero charge.
 void FaceGroups::add(const Index* parts, Index n, const TaylorExpansion& expansion,
                      const Vec3& centre, double* moments) {
   const GaussRule& rule = gauss_rule(expansion.order() / 2 + 1);
@@ -95,7 +96,7 @@ void FaceGroups::add(const Index* parts, Index n, const TaylorExpansion& expansi
                         centre, moments);
 }
 
-// Errors as found on a ring of 3,200 faces, millimetres from its surface, times 1.5.
+// Errors are 1.5 times those measured on a ring of 3,200 faces, millimetres from its surface.
 std::vector<ExpansionSetting> FaceGroups::settings() const {
   return {{7, 0.55, 4e-3}, {9, 0.5, 3e-4}, {11, 0.4, 3e-5}, {14, 0.35, 3e-7}};
 }

@@ -1,5 +1,5 @@
-// Binary tree of points: boxes halved along their longest axis between equally many points, down to
-// leaves of a few.
+// Binary tree of points (k-d tree): each cell is bisected at the median along the longest axis of
+// its bounding box, down to small leaves.
 #pragma once
 
 #include <vector>
@@ -11,8 +11,8 @@ namespace loomstone {
 
 struct PointCell {
   Vec3 centre;                   // of the points' bounding box [m]
-  double radius;                 // of the ball about it that holds the points [m]
-  Index begin, end;              // its points in the order of the tree
+  double radius;                 // of the bounding ball about the centre [m]
+  Index begin, end;              // its points, in the order of the tree
   Index children[2] = {-1, -1};  // -1, -1: a leaf
   int level = 0;
 
@@ -20,12 +20,12 @@ struct PointCell {
 };
 
 struct PointTree {
-  std::vector<PointCell> cells;  // parents come before their children, the root first
-  std::vector<Index> order;      // row of each point of the tree
+  std::vector<PointCell> cells;  // level by level, the root first
+  std::vector<Index> order;      // row of each point, in the order of the tree
   int levels = 0;
 };
 
-// Leaves hold at most `leaf_size` points, a multiple of eight but for the last of all. n > 0.
+// Leaves hold at most `leaf_size` points, in multiples of eight except the last leaf. n > 0.
 PointTree make_point_tree(const ConstPointsRef& points, Index leaf_size);
 
 }  // namespace loomstone

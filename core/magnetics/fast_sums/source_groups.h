@@ -1,5 +1,6 @@
-// A source as groups of eight parts, charged faces or dipoles: what its expansions
-// (expanded_field.h) are made of, and what is summed exactly near a point, eight parts in lanes.
+// A source as groups of eight parts, charged faces or dipoles. Groups provide the multipole moments
+// of an expanded field (expanded_field.h) and are summed exactly near a point, with eight parts in
+// lanes.
 #pragma once
 
 #include <memory>
@@ -11,14 +12,15 @@
 
 namespace loomstone {
 
-// Two things are far apart where the sum of their radii is at most `opening` times the distance of
-// their centres. error: of gradients, of the largest at a distance from the source [1].
+// Order of expansions and opening criterion: two cells are far apart if the sum of their radii is
+// less than `opening` times the distance of their centres. error: of the gradient, relative to its
+// largest value at the same distance from the source [1].
 struct ExpansionSetting {
   int order;
   double opening, error;
 };
 
-// Groups that are summed, in the order of their making.
+// Indices of the groups to sum, in the order in which they were added.
 struct GroupList {
   const Index* places;
   Index n;
@@ -28,21 +30,20 @@ class SourceGroups {
  public:
   virtual ~SourceGroups() = default;
   virtual Index n_parts() const = 0;
-  virtual double radius() const = 0;          // of the ball about the origin that holds them [m]
+  virtual double radius() const = 0;          // of the bounding ball about the origin [m]
   virtual Vec3 middle(Index part) const = 0;  // [m]
-  virtual double reach(Index part, const Vec3& from) const = 0;  // to its farthest point [m]
-  // Makes a group of up to eight parts and adds their moments about `centre`.
+  virtual double reach(Index part, const Vec3& from) const = 0;  // to the part's farthest point [m]
+  // Adds a group of up to eight parts, and its multipole moments about `centre`.
   virtual void add(const Index* parts, Index n, const TaylorExpansion& expansion,
                    const Vec3& centre, double* moments) = 0;
-  // mu0 H [T] and its gradient (xx, xy, xz, yy, yz, zz) [T/m] of groups, in the order of their
-  // making, at one point.
+  // mu0 H [T] and its gradient (xx, xy, xz, yy, yz, zz) [T/m] of groups at one point.
   virtual void sum(GroupList groups, const double* point, double* field,
                    double* gradient) const = 0;
-  // Of all parts, for points beyond 2 radii.
+  // Expansion of all parts, for points beyond 2 radii.
   virtual const MultipoleExpansion& multipoles() const = 0;
-  // How many groups take about as long as an expansion.
+  // Number of groups whose sum takes about as long as evaluating an expansion.
   virtual Index few() const = 0;
-  // The quickest first; the last has the least error, 3e-7.
+  // Fastest first; the last has the smallest error, 3e-7.
   virtual std::vector<ExpansionSetting> settings() const = 0;
 };
 

@@ -1,6 +1,5 @@
-// A local expansion at one point, powers of x in lanes: sums over powers of z for each power of y,
-// then over these, then over those of x, of the polynomial and its first two derivatives along each
-// axis at once.
+// A local expansion at one point, with powers of x in lanes: nested sums over powers of z, of y and
+// of x give the polynomial's first and second derivatives along all axes in one pass.
 #include "core/magnetics/fast_sums/taylor_expansion.h"
 #include "core/magnetics/sources/lane_math.h"
 
@@ -9,7 +8,7 @@ namespace loomstone {
 namespace {
 
 constexpr int most_powers = TaylorExpansion::highest_order + 1;
-constexpr int below = 2;  // zeros that stand for powers -2 and -1
+constexpr int below = 2;  // leading zeros for powers -2 and -1
 
 // x^k / k! at k + below.
 LOOMSTONE_INLINE void powers_of(double x, int n, double* out) {
@@ -18,7 +17,7 @@ LOOMSTONE_INLINE void powers_of(double x, int n, double* out) {
   for (int k = 1; k < n; ++k) out[below + k] = out[below + k - 1] * (x / k);
 }
 
-// Bits of the first n of eight lanes.
+// Masks that keep the first n of eight lanes.
 struct LaneMasks {
   long long rows[n_lanes + 1][n_lanes] = {};
   constexpr LaneMasks() {
@@ -35,7 +34,7 @@ LOOMSTONE_INLINE Lanes first_of(const double* values, int n) {
                               lanes_bits(lanes_load<Lanes>(kept)));
 }
 
-// rows: for each power of y, for each of z, coefficients by powers of x.
+// rows: coefficients by powers of x, for each power of z, for each power of y.
 template <class Lanes>
 LOOMSTONE_INLINE void point_kernel(const double* rows, int order, const double* at, double* field,
                                    double* gradient) {
@@ -45,7 +44,7 @@ LOOMSTONE_INLINE void point_kernel(const double* rows, int order, const double* 
   powers_of(at[2], order + 1, z);
   for (int c = 0; c < 3; ++c) field[c] = 0.0;
   for (int c = 0; c < 6; ++c) gradient[c] = 0.0;
-  for (int first = 0; first <= order; first += n_lanes) {  // power of x of the first lane
+  for (int first = 0; first <= order; first += n_lanes) {  // power of x in the first lane
     Lanes none = Lanes{}, s = none, sy = none, sz = none, syy = none, syz = none, szz = none;
     const double* row = rows;
     for (int b = 0; b <= order; ++b) {

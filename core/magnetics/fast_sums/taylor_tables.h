@@ -1,5 +1,5 @@
-// Tables of a Taylor expansion (taylor_expansion.h): places of its multi-indices, recurrences over
-// them, and the terms of its products and translations.
+// Index tables of a Taylor expansion (taylor_expansion.h): the numbering of its multi-indices,
+// recurrences over them, and the terms of its products and translations.
 #pragma once
 
 #include <cstdint>
@@ -12,15 +12,15 @@ namespace loomstone {
 struct TaylorTables {
   static constexpr int highest_order = 14;
 
-  // Rows of the tables. A place is that of a multi-index, by degree, then by z.
-  struct Power {  // of a product of powers over factorials: from the one before by x_axis * share
+  // A place is the index of a multi-index, ordered by degree, then by z.
+  struct Power {  // x^n / n!, from that at the place `before` times x_axis * share
     int before, axis;
     double share;
   };
-  struct Trace {  // value = - first - second
+  struct Trace {  // value = - first - second, because 1/r is harmonic
     int target, first, second;
   };
-  struct Derivative {  // of 1/r: the recurrence over degrees, factors and places
+  struct Derivative {  // of 1/r, by a recurrence over degrees: factors and places
     int target;
     double first[3], second[2];
     int first_place[3], second_place[2];
@@ -32,16 +32,16 @@ struct TaylorTables {
   explicit TaylorTables(int order);
 
   int order;
-  int n_powers[2];                       // places up to degree order - 1 and order - 2
+  int n_powers[2];                       // number of places up to degree order - 1 and order - 2
   std::vector<int> slim;                 // places with z <= 1
-  std::vector<int> slim_ends;            // how many of them up to a degree
-  std::vector<Power> powers;             // of all places
+  std::vector<int> slim_ends;            // number of slim places up to each degree
+  std::vector<Power> powers;             // for all places
   std::vector<int> next[3];              // place with one more along an axis
-  std::vector<int> rows;                 // all places, by powers of y, z, x
-  std::vector<Derivative> derivatives;   // z <= 1
-  std::vector<Trace> derivative_traces;  // z = 2
-  std::vector<std::uint16_t> products;   // for n, m of slim in turn: place of n + m
-  std::vector<Trace> traces;             // z > 1, lowest z first
+  std::vector<int> rows;                 // all places, ordered by powers of y, z, x
+  std::vector<Derivative> derivatives;   // for z <= 1
+  std::vector<Trace> derivative_traces;  // for z = 2
+  std::vector<std::uint16_t> products;   // place of n + m for all pairs n, m of slim
+  std::vector<Trace> traces;             // for z > 1, lowest z first
   std::vector<Shift> moment_shifts, local_shifts;
 };
 

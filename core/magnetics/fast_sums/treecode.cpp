@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <string>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/base/simd.h"
 #include "core/magnetics/fast_sums/dual_tree.h"
 #include "core/magnetics/sources/constants.h"
@@ -18,26 +17,26 @@ constexpr double k = mu0 / (4.0 * pi);
 constexpr Index leaf_size = 32;  // at most points_per_block
 constexpr Index n_samples = 128;
 
-// Two cells are far apart where the sum of their radii is at most `opening` times the distance of
+// Two cells are far apart if the sum of their radii is less than `opening` times the distance of
 // their centres.
 struct Setting {
   int order;
   double opening;
-  double error;  // of forces, as measured on a lattice of 1e5 dipoles shaken by half its spacing,
-                 // of random directions
+  double error;  // of forces, measured on 1e5 randomly oriented dipoles on a lattice, displaced by
+                 // half its spacing
 };
 constexpr Setting settings[] = {{3, 0.7, 2e-2},  {4, 0.65, 7e-3},   {5, 0.6, 2.5e-3},
                                 {6, 0.55, 8e-4}, {7, 0.55, 3.5e-4}, {9, 0.55, 9e-5},
                                 {9, 0.52, 6e-5}, {9, 0.5, 4e-5},    {10, 0.45, 8e-6},
                                 {11, 0.4, 1e-6}, {13, 0.4, 1e-7},   {14, 0.35, 7e-9}};
 constexpr int n_settings = 12;
-constexpr double spare = 0.75;  // other sets err a little more
-// With so many observers the leaves of the samples alone are worth a look before all of them: where
-// the first setting is not good enough, as it is in a tenth of the cases, that spares a whole pass.
-// At 100,000 the look takes a tenth of one, then less.
+constexpr double spare = 0.75;  // margin, as other sets err slightly more
+// From this many observers on, a setting is first tried on the leaves of the samples alone, which
+// saves a whole pass where it is not accurate enough (in a tenth of the cases). The trial takes a
+// tenth of a pass at 100,000 observers, and less with more.
 constexpr Index worth_a_look = 200000;
 
-// The cells that hold some of the rows.
+// Marks the cells that hold any of the rows.
 std::vector<std::uint8_t> cells_of(const PointTree& tree, const std::vector<Index>& rows) {
   std::vector<std::uint8_t> wanted(tree.order.size(), 0), cells(tree.cells.size(), 0);
   for (const Index row : rows) wanted[row] = 1;
@@ -52,7 +51,8 @@ std::vector<std::uint8_t> cells_of(const PointTree& tree, const std::vector<Inde
   return cells;
 }
 
-// Rows [begin, end) as columns, the last repeated to a multiple of eight; their number.
+// Stores rows [begin, end) by columns, the last repeated to a multiple of eight, and returns their
+// number.
 Index columns_of(const Points& rows, Index begin, Index end, double* columns) {
   const Index n = end - begin, padded = (n + n_lanes - 1) / n_lanes * n_lanes;
   for (Index i = 0; i < padded; ++i)
@@ -84,7 +84,7 @@ std::vector<Index> samples_of(Index n) {
 
 void check_tolerance(double tolerance) {
   if (!(tolerance >= 1e-10 && tolerance <= 0.1))
-    throw InvalidInput("tolerance must be in [1e-10, 0.1] [1], got " + std::to_string(tolerance));
+    fail<InvalidInput>("tolerance must be in [1e-10, 0.1] [1], got {}", tolerance);
 }
 
 SourceTree source_tree(const DipoleSet& by) {
@@ -99,9 +99,9 @@ bool few(const DipoleSet& by, Index observers) {
 }
 
 // Raises the order until `pass(setting, cells)`, which returns the relative error of the samples,
-// is good enough; false if none is. What the first pass errs beyond its expectation the next is
-// expected to err as well. Many observers are passed over when the setting is found, and before
-// that the cells of the samples.
+// meets the tolerance; false if no setting does. If a setting misses its predicted error by a
+// factor, the next is assumed to miss its own by the same factor. With many observers, settings are
+// tried on the cells of the samples, and the one that suffices then passes over all.
 template <class Pass>
 bool controlled(double tolerance, const PointTree& observers, const std::vector<Index>& samples,
                 Pass&& pass) {
@@ -121,7 +121,7 @@ bool controlled(double tolerance, const PointTree& observers, const std::vector<
   return false;
 }
 
-// Field and gradient, or the force on moments `own`, at the points of a leaf.
+// Buffers for the points of a leaf: field and gradient there, or the force on moments `own`.
 struct LeafValues {
   alignas(64) double points[3 * leaf_size], own[3 * leaf_size], field[3 * leaf_size],
       gradient[6 * leaf_size], near[6 * leaf_size], near_force[3 * leaf_size];

@@ -1,37 +1,37 @@
-// Sums over many dipoles to a tolerance in a time that grows like N log N: a tree of the dipoles
-// and one of the observers, expansions between cells that are far apart beside their sizes, direct
-// sums between neighbours [GreengardRokhlin1987], in derivatives of 1/r [Dehnen2002].
+// Treecode for sums over many dipoles, to a tolerance, in a time that grows like N log N: a
+// dual-tree fast multipole method [GreengardRokhlin1987] with Cartesian Taylor expansions
+// [Dehnen2002]. Cells that are far apart relative to their sizes interact by expansions,
+// neighbouring leaves directly.
 //
-// The tolerance is the root mean square of the error over that of the result, of the field and of
-// what is asked besides. It is controlled: the sums of 128 observers are taken directly as well,
-// and where the expansions differ by more the order is raised. Few pairs are summed directly at
-// once. The same bits on any number of threads.
+// The error is the root mean square over observers relative to that of the result; field and
+// gradient, or forces and torques, must both meet the tolerance. It is measured: 128 observers are
+// summed directly too, and the order is raised while they differ by more. Few pairs are summed
+// directly. The result has the same bits on any number of threads.
 //
-// Forces between the dipoles of one set are equal and opposite pair of cells by pair of cells. What
-// the cut of the expansions leaves of the total angular momentum, less than the tolerance, is taken
-// from all torques alike.
+// Forces between the dipoles of one set are equal and opposite, cell pair by cell pair. Truncation
+// leaves a total torque below the tolerance, which is subtracted from all torques in equal parts.
 #pragma once
 
 #include "core/magnetics/sources/body.h"
 
 namespace loomstone {
 
-// Pairs up to which sums are direct.
+// Largest number of pairs that is summed directly.
 inline constexpr double most_direct_pairs = 6e7;
 
 struct TreecodeField {
   Points field;        // (n x 3) B [T]
   Gradients gradient;  // (n x 9) dB_i/dx_j [T/m], empty where it is not wanted
-  double error = 0.0;  // as found, relative [1]
-  int order = 0;       // of the expansions; 0: direct
+  double error = 0.0;  // measured, relative [1]
+  int order = 0;       // of the expansions; 0: direct sum
 };
 
-// Field of the dipoles of `by` at points (n x 3); a dipole at a point adds nothing there. tolerance
-// in [1e-10, 0.1].
+// Field of the dipoles of `by` at points (n x 3); a dipole located at a point contributes nothing
+// there. tolerance in [1e-10, 0.1].
 TreecodeField treecode_field(const Team& team, const DipoleSet& by, const ConstPointsRef& points,
                              bool gradient, double tolerance);
 
-// As dipole_forces(): (6.10) and (6.11) on dipoles by those of `by`.
+// Forces (6.10) and torques (6.11) on dipoles by those of `by`, as dipole_forces().
 Wrenches treecode_forces(const Team& team, const Points& positions, const Points& moments,
                          const DipoleSet& by, double tolerance);
 

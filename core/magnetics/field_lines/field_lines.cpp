@@ -4,18 +4,19 @@
 #include <array>
 #include <cmath>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 
 namespace loomstone {
 
 namespace {
 
-constexpr double finest = 0.1;  // turn between neighbouring points [rad]
-constexpr double coarsest =
-    0.6;  // of a step: cubics between its ends are then good to 3e-4 of the radius of curvature
-// Steps of a line at a tolerance of 1e-5, which a line about a magnet or coil needs some 50 of.
-// Beside a soft body, closer than its panels are wide, the field has their pattern, and weak lines
-// wander in it without end.
+constexpr double finest = 0.1;  // turn between neighbouring output points [rad]
+// Largest turn in a step [rad]; cubics between its ends then err by 3e-4 of the radius of
+// curvature.
+constexpr double coarsest = 0.6;
+// Largest number of steps of a line at a tolerance of 1e-5; lines of magnets and coils need about
+// 50. Closer to an induced body than the size of its panels, the field shows their pattern, and
+// lines where it is weak wander without end.
 constexpr double most_steps = 1000.0;
 
 constexpr std::array<std::array<double, 6>, 6> stages = {{
@@ -39,15 +40,15 @@ struct Solid {
   }
 };
 
-// One line on its way in one direction.
+// A line while it is traced in one direction.
 struct Tracer {
-  Vec3 x = Vec3::Zero(), tangent = Vec3::Zero();  // where it is; along the line at its seed
+  Vec3 x = Vec3::Zero(), tangent = Vec3::Zero();  // current position; tangent at the seed
   double sign = 1.0, step = 0.0, length = 0.0;
-  Index origin = 0;                                 // which seed
-  bool inside = false, away = false, done = false;  // in a magnet, was away from its seed
+  Index origin = 0;                                 // index of the seed
+  bool inside = false, away = false, done = false;  // in a body; has left its seed
   LineEnd end = LineEnd::length;
   std::vector<Vec3> points;
-  std::array<Vec3, 7> k = zeros();  // tangents of the stages
+  std::array<Vec3, 7> k = zeros();  // tangents at the stages
 
   static std::array<Vec3, 7> zeros() {
     std::array<Vec3, 7> all;
@@ -113,8 +114,8 @@ class LineTracing {
     return nullptr;
   }
 
-  // Unit vectors along the field, or against it, where each line asks for them; lines without a
-  // field end.
+  // Evaluates one stage of all lines: unit vectors along or against the field at at(line). Lines
+  // where the field vanishes end.
   template <class At>
   void directions(const std::vector<Tracer*>& lines, int stage, At&& at) {
     Points x(lines.size(), 3);
@@ -137,7 +138,8 @@ class LineTracing {
     for (int i = 0; i < 6; ++i) y += h * stages[5][i] * line.k[i];
     for (int i = 0; i < 7; ++i) error += h * error_weights[i] * line.k[i];
     const double turn = std::acos(std::clamp(line.k[0].dot(line.k[6]), -1.0, 1.0));
-    // Where a line crosses a surface it has a corner, which is no longer than the tolerance.
+    // A line has a corner where it crosses a surface: steps shorter than the tolerance may turn
+    // more.
     const double share =
         std::max(error.norm() / allowed, h > allowed ? std::pow(turn / coarsest, 5) : 0.0);
     const double factor = std::clamp(0.9 * std::pow(std::max(share, 1e-10), -0.2), 0.2, 4.0);
@@ -154,7 +156,7 @@ class LineTracing {
       const auto at = [&](double t) { return hermite(line.x, line.k[0], y, line.k[6], h, t); };
       Vec3 point = part == parts ? y : at(static_cast<double>(part) / parts);
       const bool inside = holder(point) != nullptr;
-      if (inside && !line.inside) {  // the surface lies between
+      if (inside && !line.inside) {  // bisect for the surface
         double low = static_cast<double>(part - 1) / parts,
                high = static_cast<double>(part) / parts;
         for (int i = 0; i < 40; ++i) {
@@ -166,8 +168,8 @@ class LineTracing {
       }
       line.inside = inside;
       line.length += (point - before).norm();
-      const double near = 20.0 * allowed +
-                          0.2 * finest * (point - before).norm();  // chords cut the curve's corners
+      const double near =
+          20.0 * allowed + 0.2 * finest * (point - before).norm();  // chords deviate from the curve
       if (!line.done && line.away && line.k[6].dot(line.tangent) > 0.9 &&
           distance_to_segment(seed, before, point) < near) {
         point = seed;
@@ -229,8 +231,8 @@ LineOptions checked_options(const std::vector<MagneticBody>& bodies, LineOptions
         "extent [m] and length [m] of field lines must be finite and at least 0 (0: chosen from "
         "the bodies)");
   if (!(options.tolerance >= 1e-12 && options.tolerance <= 0.1))
-    throw InvalidInput("tolerance of field lines must be in [1e-12, 0.1], got " +
-                       std::to_string(options.tolerance));
+    fail<InvalidInput>("tolerance of field lines must be in [1e-12, 0.1], got {}",
+                       options.tolerance);
   if (options.extent == 0.0)
     std::tie(options.centre, options.extent) = bounding_ball(bodies), options.extent *= 4.0;
   if (options.extent == 0.0)
@@ -241,7 +243,7 @@ LineOptions checked_options(const std::vector<MagneticBody>& bodies, LineOptions
   return options;
 }
 
-// One tracer for each way from each seed, against the field first.
+// A tracer for each direction from each seed, the one against the field first.
 std::vector<Tracer> tracers_from(const LineSeeds& seeds) {
   std::vector<Tracer> tracers;
   for (Index i = 0; i < seeds.points.rows(); ++i)
@@ -256,7 +258,7 @@ std::vector<Tracer> tracers_from(const LineSeeds& seeds) {
   return tracers;
 }
 
-// Puts the two ways from each seed together as one line in the sense of B.
+// Joins the two directions from each seed to one line in the direction of B.
 FieldLines joined(const std::vector<Tracer>& tracers) {
   FieldLines lines;
   lines.first.push_back(0);
@@ -268,7 +270,7 @@ FieldLines joined(const std::vector<Tracer>& tracers) {
     if (line.sign < 0.0) {
       const bool both = t + 1 < tracers.size() && tracers[t + 1].origin == line.origin;
       if (both) ++t;
-      // One that closes is gone round once; it may miss its seed the other way.
+      // A closed line is kept from one direction only; the other may have missed the seed.
       const bool only_onwards =
           both && line.end != LineEnd::closed && tracers[t].end == LineEnd::closed;
       begin = only_onwards ? LineEnd::closed : line.end;

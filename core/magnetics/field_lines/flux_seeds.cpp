@@ -1,11 +1,11 @@
-// Where field lines begin so that each stands for the same flux: surfaces are cut into pieces, the
-// pieces of a body are put in the order of a space-filling curve, and every line takes the piece at
-// its share of the flux summed along the curve.
+// Seeds of field lines that represent equal flux: surfaces are cut into pieces, the pieces of each
+// body are sorted along a space-filling curve, and the flux is summed along it. Each line begins at
+// the piece where the sum reaches its share.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/magnetics/field_lines/field_lines.h"
 #include "core/magnetics/sources/constants.h"
 
@@ -19,7 +19,7 @@ struct Piece {
 
 constexpr int pieces_per_line = 40;
 
-// Equal in area, evenly spread over the unit sphere.
+// Point i of a Fibonacci lattice of n points on the unit sphere.
 Vec3 on_sphere(int i, int n) {
   const double z = 1.0 - (2.0 * i + 1.0) / n, turn = pi * (3.0 - std::sqrt(5.0)) * i,
                rho = std::sqrt(1.0 - z * z);
@@ -44,7 +44,7 @@ std::vector<Piece> disc_pieces(double radius, int n) {
   return pieces;
 }
 
-// Each panel on a lattice, as fine as its share of the area asks.
+// A lattice on each panel, with a number of pieces in proportion to its area.
 std::vector<Piece> panel_pieces(const std::vector<Panel>& panels, int n) {
   std::vector<double> areas;
   for (const Panel& panel : panels) areas.push_back(panel.at(0.5, 0.5).area.norm());
@@ -54,7 +54,7 @@ std::vector<Piece> panel_pieces(const std::vector<Panel>& panels, int n) {
     const Vec3 du = panels[p].at(0.51, 0.5).position - panels[p].at(0.49, 0.5).position;
     const Vec3 dv = panels[p].at(0.5, 0.51).position - panels[p].at(0.5, 0.49).position;
     const double turned =
-        panels[p].turn * panels[p].radius1;  // of round panels, whose chords are too short
+        panels[p].turn * panels[p].radius1;  // arc length; chords of round panels are too short
     const double wide = std::max({50.0 * du.norm(), std::abs(turned), 1e-300}),
                  high = std::max(50.0 * dv.norm(), 1e-300);
     const double count = n * areas[p] / total;
@@ -69,7 +69,7 @@ std::vector<Piece> panel_pieces(const std::vector<Panel>& panels, int n) {
   return pieces;
 }
 
-// The fan of triangles from the mean of its vertices to a closed line.
+// The triangles between a closed line and the mean of its vertices.
 std::vector<Piece> fan_pieces(const std::vector<Panel>& segments, int n) {
   std::vector<Panel> fan;
   for (const Panel& segment : segments) {
@@ -91,7 +91,8 @@ std::vector<Piece> pieces_of(const Source& source, int n) {
   return {};
 }
 
-// Where bodies touch, flux goes from one into the other at once.
+// Whether a point on the surface of a body lies in another, as where bodies touch: flux passes
+// directly from one into the other there.
 bool held_by_another(const std::vector<MagneticBody>& bodies, const MagneticBody& own,
                      const Vec3& point) {
   for (const MagneticBody& body : bodies) {
@@ -103,7 +104,7 @@ bool held_by_another(const std::vector<MagneticBody>& bodies, const MagneticBody
   return false;
 }
 
-// Place on a curve that fills the cube of the body, by turns a bit of each coordinate.
+// Morton code of a point in the bounding cube of the body.
 std::uint64_t curve_place(const Vec3& point, double radius) {
   std::uint64_t place = 0;
   std::array<std::uint64_t, 3> cell;
@@ -119,7 +120,7 @@ std::uint64_t curve_place(const Vec3& point, double radius) {
 
 LineSeeds flux_seeds(const Team& team, const std::vector<MagneticBody>& bodies, const Vec3& uniform,
                      Index lines) {
-  if (lines < 1) throw InvalidInput("lines must be at least 1, got " + std::to_string(lines));
+  if (lines < 1) fail<InvalidInput>("lines must be at least 1, got {}", lines);
   std::vector<Vec3> points;
   std::vector<double> flux;
   std::vector<std::int8_t> way;

@@ -1,5 +1,5 @@
-// Distance of two oriented boxes by the algorithm of Gilbert, Johnson and Keerthi; the point of a
-// simplex nearest to the origin by trying all its faces.
+// Distance of two oriented boxes by the algorithm of Gilbert, Johnson and Keerthi [GJK88]. The
+// point of a simplex nearest to the origin is found by trying all of its faces.
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -15,7 +15,8 @@ struct Simplex {
   int n = 0;
 };
 
-// Keeps the face of the simplex that holds its point nearest to the origin, and returns that point.
+// Reduces the simplex to the face that contains its point nearest to the origin; returns that
+// point.
 Vec3 nearest(Simplex& simplex) {
   Vec3 best = Vec3::Zero();
   double least = std::numeric_limits<double>::infinity();
@@ -24,7 +25,7 @@ Vec3 nearest(Simplex& simplex) {
     Simplex face;
     for (int i = 0; i < simplex.n; ++i)
       if (mask & 1 << i) face.points[face.n++] = simplex.points[i];
-    // Weights of the points: the first takes what the others leave.
+    // Barycentric weights of the points after the first.
     Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, 3> edges(3, face.n - 1);
     for (int i = 1; i < face.n; ++i) edges.col(i - 1) = face.points[i] - face.points[0];
     Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1> weights(face.n - 1);
@@ -48,7 +49,7 @@ Vec3 nearest(Simplex& simplex) {
 double box_distance(const Vec3& low, const Vec3& high, const Vec3& other_low,
                     const Vec3& other_high, const RigidPose& pose) {
   const Mat3 rotation = rotation_matrix(pose.orientation);
-  // Point of the difference of the boxes farthest along -direction.
+  // Support point of the Minkowski difference of the boxes along -direction.
   const auto support = [&](const Vec3& direction) {
     const Vec3 turned = rotation.transpose() * direction;
     Vec3 a, b;
@@ -65,8 +66,8 @@ double box_distance(const Vec3& low, const Vec3& high, const Vec3& other_low,
   for (int iteration = 0; iteration < 64; ++iteration) {
     const double square = point.squaredNorm();
     const Vec3 next = support(point);
-    // No point lies nearer than point . next / |point|: 1e-6 is far finer than a choice of cells
-    // needs.
+    // point . next / |point| is a lower bound of the distance. 1e-6 is far finer than the choice of
+    // cells needs.
     if (square - point.dot(next) <= 1e-6 * square || simplex.n == 4) break;
     simplex.points[simplex.n++] = next;
     const Vec3 better = nearest(simplex);

@@ -2,9 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 
 namespace loomstone {
 
@@ -40,14 +39,14 @@ CellMagnet::CellMagnet(const Source& magnet, double density, double separation)
         "body must be a solid magnet to be divided into cells, got dipoles, a current or an "
         "induced body");
   if (!(density > 0.0) || !std::isfinite(density))
-    throw InvalidInput("density must be > 0 [1/m^3], got " + std::to_string(density));
+    fail<InvalidInput>("density must be > 0 [1/m^3], got {}", density);
   if (!(separation >= 1.0) || !std::isfinite(separation))
-    throw InvalidInput("separation must be >= 1 [1], got " + std::to_string(separation));
+    fail<InvalidInput>("separation must be >= 1 [1], got {}", separation);
   if ((box->second - box->first).prod() * density > static_cast<double>(most_cells))
-    throw InvalidInput("density must give at most 4000000 cells, got " +
-                       std::to_string((box->second - box->first).prod() * density) + "; lower it");
+    fail<InvalidInput>("density must give at most 4000000 cells, got {}; lower it",
+                       (box->second - box->first).prod() * density);
   build(magnet, box->first, box->second, density);
-  if (cells_.empty()) {  // nothing survives: one cell for all
+  if (cells_.empty()) {  // no leaf is left: one cell for the whole body
     cells_.push_back({box->first, box->second, 0.5 * (box->first + box->second), 1.0, {-1, -1}});
     diameter_ = std::cbrt((box->second - box->first).prod());
   }
@@ -65,7 +64,8 @@ CellMagnet::CellMagnet(const Source& magnet, double density, double separation)
   leaves_ = DipoleSet(std::move(x), std::move(m));
 }
 
-// Index of the cell for a box, or -1 where no leaf survives. Shares are counts of leaves at first.
+// Adds the cell of a box and returns its index, or -1 if no leaf is left in it. At this stage,
+// shares are numbers of leaves.
 Index CellMagnet::build(const Source& magnet, const Vec3& low, const Vec3& high, double density) {
   const Vec3 edges = high - low, middle = 0.5 * (low + high);
   const double volume = edges.prod(), depth = magnet.depth(middle);
@@ -75,7 +75,7 @@ Index CellMagnet::build(const Source& magnet, const Vec3& low, const Vec3& high,
   if (1.0 / volume >= density * (1.0 - 1e-9)) {
     diameter_ = std::cbrt(volume);
     if (depth >= 0.5 * diameter_ * (1.0 - 1e-9))
-      return self;  // the rounding of a lattice's last row is forgiven
+      return self;  // 1e-9 absorbs rounding in the outermost row
     cells_.pop_back();
     return -1;
   }

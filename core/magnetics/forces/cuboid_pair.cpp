@@ -1,8 +1,8 @@
 // With G such that d^2/dx^2 d^2/dy^2 d^2/dz^2 G = 1/R, the force on 2 is
 //   F_k = - 1/(4 pi mu0) sum_ij J1_i J2_j sum over corners s1 s2 T_ijk(R),   T_ijk = d_i d_j d_k G,
-// R the arm from a corner of 1 to one of 2, s1 and s2 the products of the signs of their
-// coordinates. A lever y_a about the centre of 2 turns T into y_a T - U, dU/dR_a = T, but on faces
-// across axis a, where it is constant.
+// with R the arm from a corner of 1 to a corner of 2, and s1, s2 the products of the signs of their
+// coordinates. For torques, the lever y_a about the centre of 2 turns T into y_a T - U with
+// dU/dR_a = T; on faces across axis a the lever is constant and U is absent.
 #include "core/magnetics/forces/cuboid_pair.h"
 
 #include <algorithm>
@@ -15,8 +15,8 @@ namespace loomstone {
 
 namespace {
 
-// Arms of eight pairs of corners: logarithms L_x = arsinh(x / hypot(y, z)), angles A_x = arctan(y z
-// / (x R)).
+// Arms of eight pairs of corners, with the logarithms L_x = arsinh(x / hypot(y, z)) and angles
+// A_x = arctan(y z / (x R)).
 template <class Lanes>
 struct Arms {
   Lanes x[3], log[3], angle[3], r;
@@ -35,7 +35,7 @@ LOOMSTONE_INLINE Arms<Lanes> arms_of(const Lanes* x) {
   return a;
 }
 
-// T_ijk: the three alike, two alike and one other, all different.
+// T_ijk; the three cases are equal indices, all different, and two equal.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes third(const Arms<Lanes>& a, int i, int j, int k) {
   if (i == j && j == k) {
@@ -53,7 +53,7 @@ LOOMSTONE_INLINE Lanes third(const Arms<Lanes>& a, int i, int j, int k) {
          0.5 * a.r * x;
 }
 
-// Its integral along `axis`, which is none of j and k.
+// The integral U of T_ijk along `axis`, which differs from j and k.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes integral(const Arms<Lanes>& a, int i, int j, int k, int axis) {
   if (i == j && j == k) {
@@ -112,7 +112,7 @@ LOOMSTONE_INLINE void add_term(const Corners<Lanes>& c, Term t, Lanes* forces, L
   }
 }
 
-// Half edges a of 1, b of 2; d from the centre of 1 to that of 2.
+// Half edges a of 1 and b of 2 [m], d from the centre of 1 to that of 2 [m], polarisations [T].
 struct CuboidPair {
   Vec3 a, b, d, j1, j2;
 };
@@ -145,7 +145,7 @@ LOOMSTONE_INLINE Corners<Lanes> corners_of(const CuboidPair& pair, int corner, d
 template <class Lanes>
 LOOMSTONE_INLINE void corner_sums(const CuboidPair& pair, double* force, double* levers) {
   const double *a = pair.a.data(), *b = pair.b.data();
-  // Of faces that lie in one plane the second counts as outside the first.
+  // If faces of the two lie in one plane, that of 2 counts as outside 1.
   const double least = 1e-15 * (a[0] + a[1] + a[2] + b[0] + b[1] + b[2]);
   Lanes forces[3], moments[9];
   for (Lanes& f : forces) f = Lanes{};
@@ -182,7 +182,7 @@ std::optional<Wrench> parallel_cuboid_wrench(const MagneticBody& on, const Magne
   LOOMSTONE_WIDEST(corner_sums)(pair, force.data(), levers);
   const double scale = 1.0 / (4.0 * pi * mu0);
   const Vec3 torque(levers[5] - levers[7], levers[6] - levers[2], levers[1] - levers[3]);
-  // 64 terms of the size of the longest arm squared, cubed in the torque, with their rounding.
+  // Rounding of 64 terms as large as the square of the longest arm, or its cube in the torque.
   const double arm = (pair.a + pair.b + pair.d.cwiseAbs()).norm();
   const double strength = scale * first->polarization.norm() * second->polarization.norm();
   const double rounding =

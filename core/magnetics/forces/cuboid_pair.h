@@ -1,5 +1,5 @@
-// Force and torque between two cuboids whose edges are parallel, in closed form [Akoun1984],
-// [Janssen2010]: sums over the 8 x 8 corners of functions of the arms between them.
+// Force and torque between two cuboids with parallel edges, in closed form [Akoun1984],
+// [Janssen2010]: sums over 8 x 8 pairs of corners of functions of the arms between them.
 #pragma once
 
 #include <optional>
@@ -8,8 +8,8 @@
 
 namespace loomstone {
 
-// On `on` by `by`, with the rounding of the sums as error; none where the two are no cuboids or not
-// parallel to 1e-12.
+// Exerted on `on` by `by`; the error is the rounding of the sums. No value if either is not a
+// cuboid or if their edges are not parallel to 1e-12.
 std::optional<Wrench> parallel_cuboid_wrench(const MagneticBody& on, const MagneticBody& by);
 
 }  // namespace loomstone

@@ -5,9 +5,8 @@
 #include <iterator>
 #include <numeric>
 #include <optional>
-#include <string>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/magnetics/forces/cells.h"
 #include "core/magnetics/forces/cuboid_pair.h"
 #include "core/magnetics/forces/panel_quadrature.h"
@@ -17,7 +16,7 @@ namespace loomstone {
 
 namespace {
 
-// Force and torque about its centre on the dipoles of `on`, world axes.
+// Force on the dipoles of `on`, and torque about its centre, in world axes.
 Wrench on_dipoles(const MagneticBody& on, const MagneticBody& by) {
   const DipoleSet& set = *on.source->dipoles();
   const Mat3 rotation = rotation_matrix(on.pose.orientation);
@@ -38,7 +37,7 @@ Wrench on_dipoles(const MagneticBody& on, const MagneticBody& by) {
   return w;
 }
 
-// Force and torque about its centre on the charge of `on`, world axes.
+// Force on the surface charge of `on`, and torque about its centre, in world axes.
 Wrench on_charges(const MagneticBody& on, const MagneticBody& by) {
   const std::vector<PanelSample> charges = on.source->charges();
   Points local(charges.size(), 3), x(charges.size(), 3);
@@ -54,8 +53,8 @@ Wrench on_charges(const MagneticBody& on, const MagneticBody& by) {
   return w;
 }
 
-// Induced bodies act on one another by the mean charge of each panel: charge that varies within
-// panels answers to magnets alone, and its field at all of its points costs too much.
+// Induced bodies act on one another by the mean charge of each panel. The part that varies within
+// panels responds to magnets alone, and its field at all of its points would cost too much.
 MagneticBody with_panel_means(const MagneticBody& body) {
   const SourcePtr means = body.source->panel_means();
   return {means ? means : body.source, body.pose};
@@ -79,7 +78,8 @@ Wrench integrated(const MagneticBody& on, const MagneticBody& by, double toleran
           total.error};
 }
 
-// -1: points that carry their own quadrature, 0: no integral, 1: along lines, 2: over faces.
+// Dimension of the integral over a source: 2 over faces, 1 along lines, 0 for dipoles; -1 for
+// induced bodies, which bring quadrature points with them.
 int dimensions(const Source& source) {
   if (source.induced()) return -1;
   if (source.dipoles()) return 0;
@@ -88,8 +88,8 @@ int dimensions(const Source& source) {
   return 1;
 }
 
-// Whether to integrate over a: the simpler body, or the smaller; the choice does not depend on the
-// order of the two.
+// Whether to integrate over a: the integral runs over the simpler body, or the smaller one if they
+// are alike. The choice does not depend on the order of the two.
 bool integrate_over_first(const MagneticBody& a, const MagneticBody& b) {
   const int da = dimensions(*a.source), db = dimensions(*b.source);
   if (da != db) return da < db;
@@ -99,7 +99,7 @@ bool integrate_over_first(const MagneticBody& a, const MagneticBody& b) {
                                       b.pose.position.data(), b.pose.position.data() + 3);
 }
 
-// What `other` feels when `one` feels w.
+// The wrench on `other` that balances the wrench w on `one`.
 Wrench reaction(const Wrench& w, const MagneticBody& one, const MagneticBody& other) {
   return {-w.force, -w.torque - (one.pose.position - other.pose.position).cross(w.force), w.error};
 }
@@ -113,10 +113,10 @@ void check_pair(const MagneticBody& a, const MagneticBody& b) {
 
 void check_tolerance(double tolerance) {
   if (!(tolerance >= 1e-12 && tolerance <= 0.1))
-    throw InvalidInput("tolerance must be in [1e-12, 0.1] [1], got " + std::to_string(tolerance));
+    fail<InvalidInput>("tolerance must be in [1e-12, 0.1] [1], got {}", tolerance);
 }
 
-// Spheres and other bodies of one dipole act on one another by one sum; returns which they are.
+// Adds forces between spheres and other bodies of one dipole, by one sum; marks these bodies.
 std::vector<bool> add_single_dipoles(const Team& team, const std::vector<MagneticBody>& bodies,
                                      std::vector<Wrench>& result) {
   std::vector<bool> single(bodies.size(), false);
@@ -143,8 +143,8 @@ std::vector<bool> add_single_dipoles(const Team& team, const std::vector<Magneti
   return single;
 }
 
-// What single dipoles feel in the fields of all other bodies, and these from them: each field at
-// all dipoles at once.
+// Adds the forces between single dipoles and all other bodies, from the field of each body at all
+// dipoles at once.
 void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bodies,
                            const std::vector<bool>& single, const std::vector<Index>& carrier,
                            const std::vector<KnownField>& known, std::vector<Wrench>& result) {
@@ -186,7 +186,7 @@ void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bo
   }
 }
 
-// Bodies that act on one another, i < k; those that are in `done` were dealt with.
+// Pairs i < k of bodies that exert forces on one another, without those in `done`.
 std::vector<std::pair<Index, Index>> pairs_of(const std::vector<MagneticBody>& bodies,
                                               const std::vector<Index>& carrier,
                                               const std::vector<bool>& done) {
@@ -204,7 +204,7 @@ std::vector<std::pair<Index, Index>> pairs_of(const std::vector<MagneticBody>& b
   return pairs;
 }
 
-// Of charge in the potential of a hard magnet, which is finite where they touch.
+// Energy of surface charge in the potential of a hard magnet, which is finite where they touch.
 double charge_energy(const MagneticBody& induced, const MagneticBody& by) {
   const std::vector<PanelSample> charges = induced.source->charges();
   Points local(charges.size(), 3), x(charges.size(), 3);
@@ -228,9 +228,10 @@ double energy_integral(const MagneticBody& on, const MagneticBody& by, double to
     return energy;
   }
   const std::vector<Panel> surface = on.source->surface();
-  if (surface.empty()) throw Unsupported("energy is that of magnets and dipoles, got a current");
-  // What the whole moment would have in a field that J of the other could make: the parts of the
-  // integral are of this size.
+  if (surface.empty())
+    throw Unsupported("only magnets and dipoles have an energy here, got a current");
+  // A thousandth of the energy of the whole moment in a typical field of the other body: the scale
+  // of the parts of the integral.
   const double least = 1e-3 * on.source->moment().norm() * by.source->moment().norm() * mu0 /
                        (4.0 * pi * std::pow(on.source->radius() + by.source->radius(), 3));
   const PanelTask task{*by.source, surface, relative_pose(on.pose, by.pose), on.source->radius(),
@@ -286,7 +287,7 @@ std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<Magnet
   const std::vector<bool> single = add_single_dipoles(team, bodies, result);
   const std::vector<std::pair<Index, Index>> pairs = pairs_of(bodies, carrier, single);
   add_dipoles_in_fields(team, bodies, single, carrier, known, result);
-  // First roughly, for the largest force; then what is not yet good enough.
+  // A rough pass finds the largest force; a second one refines pairs that need it.
   std::vector<Wrench> on_first(pairs.size());
   const auto solve = [&](Index p, double wanted, double least) {
     on_first[p] = magnetic_wrench(bodies[pairs[p].first], bodies[pairs[p].second], wanted, least);

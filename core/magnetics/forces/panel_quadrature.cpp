@@ -10,11 +10,11 @@ namespace loomstone {
 
 namespace {
 
-// What is integrated, in the axes of the body whose field acts.
+// The integrand, in the axes of the body whose field acts.
 struct Integrand : PanelTask {
   Mat3 rotation;
 
-  // Values at the points of a tensor rule on [u0, u1] x [v0, v1], times the area; nu x nv columns.
+  // Integrand per u and v at the nu x nv points of a tensor rule on a part of a panel.
   void evaluate(const Panel& panel, const double* from, const double* size, int nu, int nv,
                 Vec6* values) const {
     const GaussRule &ru = gauss_rule(nu), &rv = gauss_rule(nv);
@@ -48,7 +48,7 @@ struct Integrand : PanelTask {
   }
 };
 
-// Part of a panel with its integral and the error each direction adds.
+// Part of a panel, its integral, and the error from each direction.
 struct Leaf {
   Index panel;
   double from[2], size[2];
@@ -56,8 +56,7 @@ struct Leaf {
   double error[2];
 };
 
-// Error of the rule in one direction from the Legendre coefficients of the values summed over the
-// other.
+// Error of the rule in one direction, from the Legendre coefficients of the sums over the other.
 double rule_error(const Vec6* sums, const GaussRule& rule) {
   double largest = 0.0, last = 0.0;
   for (int degree = 0; degree < rule.n; ++degree) {
@@ -107,9 +106,9 @@ Total total_of(const std::vector<Leaf>& leaves) {
   return t;
 }
 
-// Halves leaves whose error is above their share until the whole is below the tolerance.
+// Bisects leaves whose error exceeds their share until the total meets the tolerance.
 Total adapt(const Integrand& integrand, double tolerance, double least) {
-  // Points a direction: more pay where more digits are wanted.
+  // Points in each direction: higher orders pay off at small tolerances.
   const int n = tolerance >= 1e-3 ? 5 : tolerance >= 1e-6 ? 7 : 10;
   std::vector<Leaf> leaves(integrand.panels.size());
   Index evaluations = 0;
@@ -121,7 +120,7 @@ Total adapt(const Integrand& integrand, double tolerance, double least) {
   for (;;) {
     const Total total = total_of(leaves);
     const double size = std::max(total.value.head<3>().norm(), total.value.tail<3>().norm());
-    // Where the parts cancel altogether, 1e-6 of them is zero.
+    // If the parts cancel altogether, 1e-6 of their sum of norms counts as zero.
     const double goal = tolerance * std::max({size, least, 1e-6 * total.absolute});
     if (total.error <= goal || evaluations > most_evaluations) return total;
     const double share = 0.5 * goal / static_cast<double>(leaves.size());

@@ -1,9 +1,8 @@
-// How stiff the forces between magnets are, as an upper bound of oscillation frequencies: what an
-// explicit integrator must resolve. Every magnet, and every coil as the magnet of its bore, is
-// taken as a few dipoles on a lattice, close enough that none is far longer than wide; the
-// derivative of the force between two dipoles a distance r apart is at most 24 mu0/4pi m m' / r^5,
-// that of the torque 2 mu0/4pi m m' / r^3. Dipoles of solid magnets do not come closer than their
-// own size.
+// Upper bounds of the oscillation frequencies that forces between magnets cause, which an explicit
+// integrator must resolve. Every magnet, and every coil as the magnet that fills its bore, is
+// approximated by dipoles at the middles of nearly cubic parts. The derivative of the force between
+// two dipoles at a distance r is at most 24 mu0/4pi m m' / r^5, that of the torque at most
+// 2 mu0/4pi m m' / r^3. Dipoles of solid magnets come no closer than the size of their parts.
 #pragma once
 
 #include <memory>
@@ -14,50 +13,50 @@
 namespace loomstone {
 
 struct CoarseMagnet {
-  std::shared_ptr<const Points> positions;  // (n x 3) of dipoles, in the axes of the source [m]
-  double moment = 0.0;                      // of each [A m^2]
-  double size = 0.0;                        // edge of the part that each stands for; 0: points [m]
+  std::shared_ptr<const Points> positions;  // (n x 3) dipoles in the axes of the source [m]
+  double moment = 0.0;                      // of each dipole [A m^2]
+  double size = 0.0;                        // edge of the part of each; 0 for point dipoles [m]
   bool soft_sphere = false;                 // see SoftSphere
 };
 
 CoarseMagnet coarse_magnet(const Source& source);
 
-// What carries magnets.
+// The rigid body that carries magnets; with zero inverse mass and inertia it does not move.
 struct Carrier {
-  double inverse_mass = 0.0;     // [1/kg], 0: does not give way
+  double inverse_mass = 0.0;     // [1/kg]
   double inverse_inertia = 0.0;  // largest, about `centre` [1/(kg m^2)]
   Vec3 centre = Vec3::Zero();    // [m]
 };
 
-// Bound of the square of the angular frequency of every carrier [1/s^2]; field: the uniform one,
-// size [T]. Magnets of one carrier do not act on one another. What soft spheres feel from one
-// another and from what does not give way is left to add_sphere_frequencies2.
+// Bounds of the squared angular frequency of every carrier [1/s^2]. carrier: that of each magnet;
+// field: norm of the uniform field [T]. Magnets on one carrier do not act on one another. Forces of
+// soft spheres on one another, and of fixed magnets on them, are left to add_sphere_frequencies2.
 std::vector<double> frequencies2(const std::vector<CoarseMagnet>& magnets,
                                  const std::vector<RigidPose>& poses,
                                  const std::vector<Index>& carrier,
                                  const std::vector<Carrier>& carriers, double field);
 
-// Spheres that magnetise along the field (chi > 0): they feel no torque, and only forces that drive
-// them back count, with their moments held, since moments that follow the field lower the energy of
-// any displacement further.
+// A sphere that magnetises along the field (chi > 0). It feels no torque. Only restoring forces at
+// constant moments count, because moments that follow the field lower the energy of any
+// displacement further.
 struct SoftSphere {
   Index carrier;
   Vec3 position, moment;  // [m], [A m^2]
   double radius;          // [m]
 };
-// Adds what they do to one another.
+// Adds the forces of soft spheres on one another.
 void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& spheres,
                              const std::vector<Carrier>& carriers,
                              std::vector<double>& frequencies2);
-// A magnet that does not give way, and the gradient of its field at spheres (n x 9) [T/m].
+// A magnet that does not move, and the gradient of its field at the spheres (n x 9) [T/m].
 struct FixedMagnet {
   const CoarseMagnet& magnet;
   const RigidPose& pose;
   const Gradients& gradient;
 };
-// Adds what it does to them: of a field that falls as r^-3 the second derivative is 4 / r times the
-// gradient, and r is at least a sphere's radius; nor is it more than that of its dipoles, where
-// these are few.
+// Adds the forces of a fixed magnet on soft spheres. The second derivative of a field that falls as
+// r^-3 is 4 / r times its gradient, and r is at least a sphere's radius; the sum over the dipoles
+// of the magnet, if they are few, is a second bound.
 void add_sphere_frequencies2(const Team& team, const std::vector<SoftSphere>& spheres,
                              const FixedMagnet& by, const std::vector<Carrier>& carriers,
                              std::vector<double>& frequencies2);

@@ -12,22 +12,20 @@ namespace {
 
 constexpr int order = 3, per_leaf = AppliedField::points;
 static_assert(order * order == per_leaf);
-constexpr std::size_t most_leaves =
-    4000;                      // in contact that is good to 1e-3 of the force at any angle
-constexpr double worst = 0.1;  // what errs by more than this share of the largest is halved
+constexpr std::size_t most_leaves = 4000;  // in contact: 1e-3 of the force at any angle
+constexpr double worst = 0.1;  // parts with more than this share of the largest error are bisected
 
 using Leaf = AppliedField::Leaf;
 
 struct Judged {
-  double error[2] = {0.0,
-                     0.0};  // of the integral of (B.n) B by what it does along two sides [T^2 m^2]
-  double size = 0.0;        // integral of (B.n)^2 [T^2 m^2]
+  double error[2] = {0.0, 0.0};  // of the integral of (B.n) B, from each direction [T^2 m^2]
+  double size = 0.0;             // integral of (B.n)^2 [T^2 m^2]
   double whole() const { return error[0] + error[1]; }
 };
 
-// Of the rule in one direction: exact to the fifth degree, it errs by the sixth Legendre
-// coefficient of sums over the other, which is the cube of the second where coefficients fall as
-// powers.
+// Error of the three-point rule in one direction. The rule is exact up to degree 5; its error is
+// the Legendre coefficient of degree 6 of the sums over the other direction, which is estimated
+// from the coefficient of degree 2 by geometric decay.
 double rule_error(const Vec3* sums) {
   const GaussRule& rule = gauss_rule(order);
   double largest = 0.0, last = 0.0;
@@ -40,8 +38,8 @@ double rule_error(const Vec3* sums) {
   return largest > 0.0 ? last * last * last / (largest * largest) : 0.0;
 }
 
-// field: B in the body's axes at the points, by rows [T]; areas of the points [m^2]; normal: B.n
-// there.
+// Estimates the error on a panel. direction: its normal; areas: of its points [m^2]; field: B at
+// them by rows, in the axes of the body [T]; normal: receives B.n.
 Judged judge(const Vec3& direction, const double* areas, const double* field, double* normal) {
   Vec3 along_u[order], along_v[order];
   for (int i = 0; i < order; ++i) along_u[i] = along_v[i] = Vec3::Zero();
@@ -63,7 +61,7 @@ Judged judge(const Vec3& direction, const double* areas, const double* field, do
   return judged;
 }
 
-// A triangle's longest edge or the side of a rectangle along which it errs more.
+// Bisects the longest edge of a triangle, or a rectangle in the direction with the larger error.
 std::pair<FlatPanel, FlatPanel> halves(const FlatPanel& panel, bool along_u) {
   const Vec3* x = panel.corner;
   if (panel.corners == 4) {
@@ -83,7 +81,7 @@ std::pair<FlatPanel, FlatPanel> halves(const FlatPanel& panel, bool along_u) {
   return {make_panel(one, 3), make_panel(other, 3)};
 }
 
-// The panels of a body in the field of others, halved until the field is known well enough.
+// Adaptive bisection of the panels of a body.
 class Refinement {
  public:
   Refinement(const Team& team, const PanelSet& set, const AppliedSources& sources)
@@ -201,7 +199,7 @@ class Refinement {
   Mat3 rotation_;
   AppliedField result_;
   std::vector<Judged> panels_, leaves_;  // of the panels and of result_.leaves
-  std::vector<std::size_t> fresh_;       // leaves made in this round
+  std::vector<std::size_t> fresh_;       // leaves to judge in this round
 };
 
 }  // namespace

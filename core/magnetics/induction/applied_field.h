@@ -1,6 +1,6 @@
-// The normal field that others apply to the panels of a body, at points dense enough for integrals
-// of it: panels are halved where it varies too much within them, as beneath the edges of a pole
-// that touches.
+// The normal field that magnets apply to the panels of a body, at points dense enough to integrate
+// it. Panels are bisected where the field varies too much within them, as under the edges of a pole
+// that touches the body.
 #pragma once
 
 #include <cstdint>
@@ -14,29 +14,29 @@ namespace loomstone {
 struct PanelSet;
 
 struct AppliedField {
-  static constexpr int points = 9;  // of each panel and leaf
-  // Part of a panel that was halved, and halved again.
+  static constexpr int points = 9;  // on each panel and leaf
+  // A part of a panel after one or more bisections.
   struct Leaf {
     FlatPanel panel;
     Index parent = 0;
     Vec3 positions[points];                // [m]
     double areas[points], normal[points];  // [m^2], B.n [T]
   };
-  Vector normal;                     // B.n at the samples of the set [T]
-  std::vector<Leaf> leaves;          // of panels that were halved
-  std::vector<std::uint8_t> halved;  // 1: leaves stand for the panel
+  Vector normal;                     // B.n at the samples of the panels [T]
+  std::vector<Leaf> leaves;          // parts of bisected panels
+  std::vector<std::uint8_t> halved;  // 1: the panel is replaced by leaves
   Vector fluxes;                     // through each panel [T m^2]
 };
 
-// B of `by` and a uniform one [T], world axes, on a body at a pose.
+// The pose of the body, the magnets, and a uniform B [T] in world axes.
 struct AppliedSources {
   const RigidPose& pose;
   const std::vector<MagneticBody>& by;
   const Vec3& uniform;
 };
 
-// Leaves are halved until the estimated error of the integral of (B.n) B is below `tolerance` times
-// that of (B.n)^2.
+// Bisects panels until the estimated error of the surface integral of (B.n) B is below `tolerance`
+// times the integral of (B.n)^2.
 AppliedField applied_field(const Team& team, const PanelSet& set, const AppliedSources& sources,
                            double tolerance);
 

@@ -6,9 +6,11 @@ namespace loomstone {
 
 namespace {
 
-// Estimated error of a force by what varies within panels; found: a tenth of it.
+// Tolerance of the force for the part of the field that varies within panels; the measured error is
+// a tenth of it.
 constexpr double refinement = 3e-3;
-// Fluxes between two bodies that are kept: a quarter of a gigabyte. Beyond, fields are evaluated.
+// Largest flux matrix that is kept for two bodies, a quarter of a gigabyte; larger ones are
+// replaced by field evaluations.
 constexpr std::size_t most_fluxes = 1 << 25;
 
 }  // namespace
@@ -36,7 +38,7 @@ std::vector<Vector> CoupledResponse::received(const std::vector<MagneticBody>& h
   std::vector<Vector> result;
   applied.resize(soft_.size());
   for (std::size_t i = 0; i < soft_.size(); ++i) {
-    // B rather than mu0 H: its normal component goes on through a pole that touches.
+    // B, not mu0 H: its normal component is continuous across the pole of a magnet that touches.
     if (const auto panels = soft_[i].shape->panels()) {
       applied[i] = applied_field(team_, *panels, {soft_[i].pose, hard, field}, refinement);
       result.push_back(applied[i].fluxes);

@@ -1,5 +1,5 @@
-// How linear bodies act on one another: what each receives from magnets and from the charge of the
-// others, which is all that the equations of linear_magnetization.h need of geometry.
+// The coupling of linear bodies: the field that each receives from magnets and from the charge of
+// the others. It contains all geometry that the equations of linear_magnetization.h need.
 #pragma once
 
 #include <map>
@@ -15,19 +15,20 @@ namespace loomstone {
 
 class CoupledResponse {
  public:
-  // The bodies must outlive it; their poses stay, their susceptibilities may change.
+  // Refers to the bodies: their susceptibilities may change afterwards, their poses must not.
   CoupledResponse(const Team& team, const std::vector<SoftBody>& soft);
 
-  // From magnets and a uniform field; applied: of bodies of panels, the field within each panel.
+  // Received from magnets and a uniform field. applied: receives the field within panels, for
+  // bodies made of panels.
   std::vector<Vector> received(const std::vector<MagneticBody>& hard, const Vec3& field,
                                std::vector<AppliedField>& applied) const;
 
-  // From the charge of all other bodies: between panels by fluxes, between spheres on a common axis
-  // by translation of their harmonics, otherwise by the field.
+  // Received from the charge of all other bodies: between panels by fluxes, between spheres on a
+  // common axis by translation of their harmonics, otherwise by the field.
   std::vector<Vector> received(const std::vector<Vector>& charges) const;
 
-  // The bodies as sources with their charges; applied: charge of panels varies within them as the
-  // applied field does.
+  // The bodies as sources with given charges. With `applied`, the charge varies within panels as
+  // the applied field does.
   std::vector<MagneticBody> placed(const std::vector<Vector>& charges) const;
   std::vector<MagneticBody> placed(const std::vector<Vector>& charges,
                                    const std::vector<AppliedField>& applied) const;
@@ -40,7 +41,7 @@ class CoupledResponse {
   const std::vector<SoftBody>& soft_;
   std::vector<Points> world_;  // samples of each body [m]
   std::vector<Mat3> rotations_;
-  // By target and source.
+  // Keys: target, source.
   std::map<std::pair<std::size_t, std::size_t>, CoaxialTranslation> coaxial_;
   std::map<std::pair<std::size_t, std::size_t>, FluxMatrix> fluxes_;
 };

@@ -12,26 +12,26 @@ namespace loomstone {
 
 namespace {
 
-// A loop is a solenoid of this length over radius: its potential differs by the square of that
-// over 24.
+// A loop is represented by a solenoid with this ratio of length to radius; the relative error of
+// its potential is the square of the ratio over 24.
 constexpr double loop_length = 1e-3;
 
-// The winding as a magnet of the same outer field: polarised along z by mu0 times the current on
-// its side per length.
+// The equivalent magnet of a winding, with the same outer field: polarised along z by mu0 times the
+// current per length.
 struct Bore {
   double radius, half_length, polarization;
 };
 
 Bore bore_of(const Source& coil) {
   const std::optional<CircularWinding> w = coil.winding();
-  if (!w) throw InvalidInput("a flux linkage is that of loops and solenoids, got another source");
+  if (!w) throw InvalidInput("only loops and solenoids have a flux linkage, got another source");
   if (w->length > 0.0) return {w->radius, 0.5 * w->length, mu0 * w->current};
   const double length = loop_length * w->radius;
   return {w->radius, 0.5 * length, mu0 * w->current / length};
 }
 
-// Notes points of the edge from a to b that are beside the turns: its ends, and where it crosses
-// their middle and ends.
+// Records the parts of the edge from a to b that are level with the turns: its ends, and where it
+// crosses the heights of the middle and the ends of the winding.
 void note_edge(const Bore& bore, const Vec3& a, const Vec3& b, BesideWinding& found) {
   const auto note = [&](const Vec3& x) {
     (x.head<2>().norm() < bore.radius ? found.in_bore : found.outside) = true;
@@ -43,7 +43,8 @@ void note_edge(const Bore& bore, const Vec3& a, const Vec3& b, BesideWinding& fo
       note(a + (z - a[2]) / (b[2] - a[2]) * (b - a));
 }
 
-// mu0 times the scalar potential of the winding with one ampere at points in its axes [T m].
+// Scalar potential times mu0 of the winding at points in its axes [T m]. threaded: the branch that
+// is continuous in the bore.
 Vector winding_potential(const Bore& bore, bool threaded, const Points& points) {
   const Cylinder magnet(bore.radius, 2.0 * bore.half_length, Vec3(0, 0, bore.polarization));
   Vector potential(points.rows());
@@ -81,7 +82,7 @@ BesideWinding beside_winding(const MagneticBody& coil, const MagneticBody& body)
     for (int k = 0; k < 4; ++k) note_edge(bore, corners[k], corners[(k + 1) % 4], found);
   }
   if (polygons) return found;
-  // The part of a ball that is nearest to the middle of the winding's height.
+  // The height within the winding that is nearest to the centre of the ball.
   const double z = std::clamp(pose.position[2], -bore.half_length, bore.half_length);
   if (std::abs(pose.position[2] - z) < body.source->radius())
     (pose.position.head<2>().norm() < bore.radius ? found.in_bore : found.outside) = true;
@@ -105,9 +106,8 @@ double linked_flux(const MagneticBody& coil, const MagneticBody& magnetised) {
   const BesideWinding beside = beside_winding(coil, magnetised);
   if (beside.in_bore && beside.outside)
     throw Unsupported(
-        "circuits want bodies that magnetise in the bore of their coil or beside it, got one that "
-        "reaches round the "
-        "winding or has run into it");
+        "a body that magnetises must lie in the bore of a coil of a circuit or outside it, got one "
+        "that reaches around the winding or overlaps it; move it or split it");
   const Vector potential = winding_potential(bore_of(*coil.source), beside.in_bore, at);
   double flux = 0.0;
   for (std::size_t i = 0; i < charges.size(); ++i)

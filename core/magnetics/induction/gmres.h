@@ -1,6 +1,6 @@
-// Generalised minimal residuals [Saad1986] for operators given as functions, without restarts: the
-// systems of bodies that magnetise one another are close to the identity, and each product costs
-// far more than the sums over the basis.
+// GMRES, the generalised minimal residual method [Saad1986], for operators given as functions.
+// There are no restarts: the systems of bodies that magnetise one another are close to the
+// identity, and a product with the operator costs far more than orthogonalisation.
 #pragma once
 
 #include <algorithm>
@@ -13,13 +13,14 @@ namespace loomstone {
 
 struct GmresResult {
   Vector solution;
-  double residual = 0.0;  // norm of it over that of the right side
+  double residual = 0.0;  // its norm over that of the right side [1]
   int iterations = 0;
 };
 
-// apply(x) gives A x. Stops at `tolerance` times the norm of the right side or after `most`
-// iterations. start: where to begin, empty: at zero. A start within 1 + 1e-6 tolerances stays as it
-// is: a solution, which rounding may put beyond the one, is not improved.
+// apply(x) returns A x. Stops when the residual is `tolerance` times the norm of the right side, or
+// after `most` iterations. start: initial guess (warm start), zero if empty. A start whose residual
+// is within 1 + 1e-6 tolerances is returned unchanged, because rounding may put a converged
+// solution slightly above the tolerance.
 template <class Apply>
 GmresResult gmres(Apply&& apply, const Vector& right, double tolerance, int most,
                   const Vector& start = {}) {
@@ -34,7 +35,7 @@ GmresResult gmres(Apply&& apply, const Vector& right, double tolerance, int most
     return result;
   }
   first /= left;
-  // Arnoldi vectors, the triangle of their products, and the rotations that made it one.
+  // Arnoldi vectors, and their Hessenberg matrix made triangular by Givens rotations.
   std::vector<Vector> basis{first}, columns;
   std::vector<double> cosines, sines, rest{left};
   while (std::abs(rest.back()) > tolerance * size && result.iterations < most) {

@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <string>
 #include <vector>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/magnetics/induction/gmres.h"
 #include "core/magnetics/sources/body.h"
 #include "core/magnetics/sources/constants.h"
@@ -18,10 +17,11 @@ namespace loomstone {
 namespace {
 
 constexpr int most_iterations = 200;
-// Up to so many spheres what depends on distances alone is kept for all iterations: 31 MB.
+// Up to this many spheres, factors that depend on distances alone are kept for all iterations (31
+// MB).
 constexpr Index most_kept = 1400;
 
-// 1/R^3 and 3/R^5 from every sphere to eight at x (columns of eight), 0 where R = 0.
+// 1/R^3 and 3/R^5 from every sphere to eight others at x (columns of eight); 0 where R = 0.
 template <class Lanes>
 LOOMSTONE_INLINE void distance_kernel(const double* x, const double* positions, Index n,
                                       double* factors) {
@@ -56,7 +56,7 @@ LOOMSTONE_INLINE void moment_kernel(const double* x, const double* positions, co
   lanes_store(field + 2 * n_lanes, sum.z);
 }
 
-// The field of spheres on one another, again and again with other moments.
+// The operator T: the field of spheres on one another, for changing moments.
 class MutualField {
  public:
   MutualField(const Team& team, const Points& positions) : team_(team), positions_(positions) {
@@ -64,7 +64,7 @@ class MutualField {
     if (n > most_kept) return;
     columns_.resize(3 * n_lanes * eights());
     factors_.reset(
-        new double[static_cast<std::size_t>(2 * n_lanes) * n * eights()]);  // each is written below
+        new double[static_cast<std::size_t>(2 * n_lanes) * n * eights()]);  // all are written below
     parallel_for(
         team, eights(),
         [&](Index e) {
@@ -98,8 +98,8 @@ class MutualField {
   }
 
  private:
-  // Eights that one thread takes: 256 spheres on one another take some 30 us, as long as waking a
-  // thread.
+  // Groups of eight in one task: the fields of 256 spheres on one another take about 30 us, as long
+  // as waking a thread.
   Index grain() const { return threads_sleep() ? 32 : 8; }
 
   Index eights() const { return (static_cast<Index>(positions_.rows()) + n_lanes - 1) / n_lanes; }
@@ -116,7 +116,7 @@ class MutualField {
 }  // namespace
 
 double sphere_polarizability(double radius, double susceptibility) {
-  // chi / (3 + chi) without infinity over infinity.
+  // chi / (3 + chi), in a form that admits infinite chi.
   const double share = susceptibility > 1.0 ? 1.0 / (3.0 / susceptibility + 1.0)
                                             : susceptibility / (3.0 + susceptibility);
   return 4.0 * pi * radius * radius * radius / mu0 * share;
@@ -138,10 +138,10 @@ Points induced_moments(const Team& team, const Points& positions, const Vector& 
   const Vector begin = start.rows() == positions.rows() ? flat(start) : Vector();
   const GmresResult solved = gmres(apply, flat(right), tolerance, most_iterations, begin);
   if (!(solved.residual <= tolerance))
-    throw SolverFailure(
-        "spheres that magnetise each other must come to an equilibrium, got a residual of " +
-        std::to_string(solved.residual) + " after " + std::to_string(solved.iterations) +
-        " iterations; keep them from lying in one another");
+    fail<SolverFailure>(
+        "spheres that magnetise each other must come to an equilibrium, got a relative residual of "
+        "{:.3g} after {} iterations; move spheres that overlap apart",
+        solved.residual, solved.iterations);
   return rows(solved.solution);
 }
 
@@ -152,18 +152,17 @@ Points sphere_moments(const Team& team, const Points& positions, const std::vect
   check_points(positions, "points");
   if (!applied.allFinite()) throw InvalidInput("applied must be finite [T]");
   if (!(tolerance > 0.0 && tolerance < 1.0))
-    throw InvalidInput("tolerance must be in (0, 1), got " + std::to_string(tolerance));
+    fail<InvalidInput>("tolerance must be in (0, 1), got {}", tolerance);
   if (radii.size() != n || susceptibilities.size() != n)
-    throw InvalidInput("radii and susceptibilities must be one for each of the " +
-                       std::to_string(n) + " points, got " + std::to_string(radii.size()) +
-                       " and " + std::to_string(susceptibilities.size()));
+    fail<InvalidInput>(
+        "radii and susceptibilities must be one for each of the {} points, got {} and {}", n,
+        radii.size(), susceptibilities.size());
   Vector polarizabilities(n);
   for (std::size_t i = 0; i < n; ++i) {
     if (!(radii[i] > 0.0) || !std::isfinite(radii[i]))
-      throw InvalidInput("radii must be > 0 [m], got " + std::to_string(radii[i]));
+      fail<InvalidInput>("radii must be > 0 [m], got {}", radii[i]);
     if (!(susceptibilities[i] >= -1.0))
-      throw InvalidInput("susceptibilities must be >= -1, got " +
-                         std::to_string(susceptibilities[i]));
+      fail<InvalidInput>("susceptibilities must be >= -1, got {}", susceptibilities[i]);
     polarizabilities[i] = sphere_polarizability(radii[i], susceptibilities[i]);
   }
   return induced_moments(team, positions, polarizabilities, applied, tolerance);

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/magnetics/forces/cells.h"
 #include "core/magnetics/induction/coupled_response.h"
 #include "core/magnetics/induction/gmres.h"
@@ -15,7 +15,7 @@ namespace loomstone {
 namespace {
 
 constexpr int most_iterations = 200, most_rounds = 50;
-// From a point to where the charge or current of a source begins [m].
+// Distance of a point from the nearest charge or current of a source [m].
 double distance_to(const MagneticBody& body, const Vec3& point) {
   const Vec3 local = in_axes(body.pose, point);
   double nearest = std::numeric_limits<double>::infinity();
@@ -35,8 +35,8 @@ double distance_to(const MagneticBody& body, const Vec3& point) {
   return nearest;
 }
 
-// Chooses degrees of spheres, and turns pairs of near ones so that both have their z axis along the
-// line of centres.
+// Chooses the degree of each sphere, and rotates the axes of pairs of close spheres so that both z
+// axes lie along the line of centres, where translations are cheap.
 void prepare_spheres(std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
                      double tolerance) {
   struct Near {
@@ -80,7 +80,7 @@ void prepare_spheres(std::vector<SoftBody>& soft, const std::vector<MagneticBody
     turned[pair.i] = turned[pair.k] = true;
     const Vec3 axis = (soft[pair.k].pose.position - soft[pair.i].pose.position).normalized();
     const Vec3 half = axis.z() >= 0.0 ? Vec3(axis + Vec3::UnitZ()) : Vec3(Vec3::UnitZ() - axis);
-    // Half a turn about the middle between z and the axis (or its opposite) takes one to the other.
+    // Half a turn about the bisector of z and the axis (or its opposite) maps one to the other.
     const Vec3 about = half.normalized();
     result[pair.i].pose.orientation = result[pair.k].pose.orientation =
         Vec4(0.0, about.x(), about.y(), about.z());
@@ -104,8 +104,8 @@ std::vector<Vector> parted(const Vector& all, const std::vector<Vector>& like) {
   return parts;
 }
 
-// chi_eff of a body that saturates, from what its means say of its demagnetisation now; true if it
-// has changed.
+// Updates the effective susceptibility of a body that saturates, from the demagnetisation factor
+// that its volume means imply; true if it has changed.
 bool saturate(const SoftBody& original, SoftBody& now, const Vec3& applied, const Vec3& moment,
               double tolerance) {
   if (original.saturation == 0.0) return false;
@@ -117,7 +117,7 @@ bool saturate(const SoftBody& original, SoftBody& now, const Vec3& applied, cons
   const double n = (field - polarization / now.shape->susceptibility()) / polarization;
   const double h = field / original.saturation, b = 1.0 / chi + n + h;
   const double x = 2.0 * h / (b + std::sqrt(std::max(b * b - 4.0 * n * h, 0.0)));
-  // An ideal iron has no chi that grows less: 1e12 stands for infinity.
+  // 1e12 replaces the infinite chi of ideal iron, which could not decrease.
   const double wanted = std::min(chi, 1e12) * std::max(1.0 - x, 1e-12);
   const double before = now.shape->susceptibility();
   if (std::abs(wanted - before) <= tolerance * before / (1.0 + before)) return false;
@@ -130,7 +130,7 @@ bool saturate(const SoftBody& original, SoftBody& now, const Vec3& applied, cons
 Induction induce(const Team& team, const std::vector<SoftBody>& given,
                  const std::vector<MagneticBody>& hard, const Vec3& field, double tolerance) {
   if (!(tolerance >= 1e-14 && tolerance <= 0.1))
-    throw InvalidInput("tolerance must be in [1e-14, 0.1] [1], got " + std::to_string(tolerance));
+    fail<InvalidInput>("tolerance must be in [1e-14, 0.1] [1], got {}", tolerance);
   if (!field.allFinite()) throw InvalidInput("field must be finite [T]");
   std::vector<SoftBody> soft = given;
   prepare_spheres(soft, hard, tolerance);
@@ -156,10 +156,10 @@ Induction induce(const Team& team, const std::vector<SoftBody>& given,
     if (soft.size() > 1) {
       const GmresResult solved = gmres(apply, joined(answers), tolerance, most_iterations);
       if (!(solved.residual <= tolerance))
-        throw SolverFailure(
-            "bodies that magnetise each other must come to an equilibrium, got a residual of " +
-            std::to_string(solved.residual) + " after " + std::to_string(solved.iterations) +
-            " iterations; keep them from lying in one another");
+        fail<SolverFailure>(
+            "bodies that magnetise each other must come to an equilibrium, got a relative residual "
+            "of {:.3g} after {} iterations; move bodies that overlap apart",
+            solved.residual, solved.iterations);
       charges = parted(solved.solution, answers);
       result.residual = solved.residual;
       result.iterations += solved.iterations;
@@ -173,13 +173,15 @@ Induction induce(const Team& team, const std::vector<SoftBody>& given,
                           result.bodies[i].source->moment(), std::max(tolerance, 1e-12));
     if (!changed) return result;
   }
-  throw SolverFailure("saturating bodies must come to an equilibrium, got none after " +
-                      std::to_string(most_rounds) + " rounds; give a larger tolerance");
+  fail<SolverFailure>(
+      "saturating bodies must come to an equilibrium, got none after {} rounds; give a larger "
+      "tolerance",
+      most_rounds);
 }
 
 void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
                  const std::vector<std::string>& names) {
-  constexpr double rounding = 1e-6;  // of the size: bodies may touch
+  constexpr double rounding = 1e-6;  // relative to the size, as bodies may touch
   for (std::size_t i = 0; i < soft.size(); ++i) {
     const Points& samples = soft[i].shape->samples();
     Points world(samples.rows(), 3);
@@ -193,7 +195,7 @@ void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBo
         for (Eigen::Index k = 0; k < world.rows() && !overlap; ++k)
           overlap =
               other.source->depth(in_axes(other.pose, world.row(k).transpose())) > rounding * size;
-      // The other way round: what has no inside, or lies within, by its own centre or dipoles.
+      // A source without an inside, or one within the body, is found by its centre or its dipoles.
       const SourcePtr solid = soft[i].shape->solid();
       const auto inside = [&](const Vec3& point) {
         return solid->depth(in_axes(soft[i].pose, point)) > rounding * soft[i].shape->radius();
@@ -206,9 +208,10 @@ void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBo
                                                      set->positions().row(k).transpose());
       }
       if (overlap)
-        throw InvalidInput(
-            names[i] + " must lie apart from all others, as it magnetises, got one that overlaps " +
-            name);
+        fail<InvalidInput>(
+            "{} must lie apart from all others, because it magnetises, but it overlaps {}; move "
+            "one of them",
+            names[i], name);
     };
     for (std::size_t k = 0; k < hard.size(); ++k) check(hard[k], names[soft.size() + k]);
     for (std::size_t k = 0; k < soft.size(); ++k)

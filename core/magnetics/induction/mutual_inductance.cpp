@@ -11,9 +11,10 @@ namespace loomstone {
 
 namespace {
 
-constexpr int finest = 6;  // levels, each with twice the points both ways: 512 round the winding
+// Number of levels, each with twice the points in both directions: at most 512 around the winding.
+constexpr int finest = 6;
 
-// A winding about its own z axis: its turns in [-length / 2, length / 2], or in z = 0.
+// A winding about its own z axis, with turns in |z| <= length / 2.
 struct Winding {
   const Source* source;
   double radius, length;
@@ -23,7 +24,7 @@ struct Winding {
 Winding winding_of(const MagneticBody& body) {
   const std::optional<CircularWinding> w = body.source->winding();
   if (!w)
-    throw InvalidInput("a mutual inductance is that of loops and solenoids, got another source");
+    throw InvalidInput("only loops and solenoids have a mutual inductance, got another source");
   const double current = w->length > 0.0 ? w->current * w->length : w->current;
   return {body.source.get(), w->radius, w->length, current};
 }
@@ -32,7 +33,7 @@ struct Linkage {
   double flux = 0.0, size = 0.0;
 };
 
-// The winding that is integrated along, at a pose in the axes of the other.
+// The winding along which the potential is integrated, at a pose in the axes of the other.
 struct Path {
   const Winding& winding;
   RigidPose pose;
@@ -87,7 +88,7 @@ Linkage linkage(const Winding& on, const RigidPose& pose, const Winding& by, int
 
 double mutual_inductance(const MagneticBody& a, const MagneticBody& b, double tolerance) {
   const Winding wa = winding_of(a), wb = winding_of(b);
-  // Along the shorter of the two: a loop, where there is one.
+  // The integral runs along the shorter winding, a loop if there is one.
   const bool along_a = wa.length != wb.length ? wa.length < wb.length : wa.radius <= wb.radius;
   const MagneticBody &on = along_a ? a : b, &by = along_a ? b : a;
   const RigidPose pose = relative_pose(on.pose, by.pose);

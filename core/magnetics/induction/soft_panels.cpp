@@ -1,10 +1,10 @@
-// Bodies whose surface is flat panels: cuboids and cylinders in grids that are extrapolated
-// together, meshes in one.
+// Linear bodies by boundary elements on flat panels: cuboids and cylinders with Richardson
+// extrapolation over several grids, meshes with one grid.
 #include <algorithm>
 #include <cmath>
 #include <string>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/magnetics/induction/applied_field.h"
 #include "core/magnetics/induction/boundary_element.h"
 #include "core/magnetics/induction/soft_shape.h"
@@ -18,10 +18,11 @@ namespace loomstone {
 
 namespace {
 
-constexpr int points_a_direction = 3;  // of a panel, where it takes the field and is acted on
-constexpr Index most_panels = 8000;    // of a mesh: a matrix of 0.5 GB
+// Sample points in each direction of a panel, where the field is received and forces act.
+constexpr int points_a_direction = 3;
+constexpr Index most_panels = 8000;  // a matrix of 0.5 GB
 
-// One grid on the surface, its equation, and its share of the answer.
+// One grid on the surface, its equation, and its weight in the extrapolated response.
 struct Grid {
   std::vector<FlatPanel> panels;
   std::shared_ptr<const BoundaryElements> flux;
@@ -30,7 +31,7 @@ struct Grid {
 
 struct PanelForm {
   std::vector<Grid> grids;
-  std::shared_ptr<const PanelSet> set;  // panels of all grids
+  std::shared_ptr<const PanelSet> set;  // the panels of all grids
   SourcePtr solid;
   double volume = 0.0, area = 0.0;  // [m^3], [m^2]
 };
@@ -66,15 +67,15 @@ class SoftPanels final : public SoftShape {
   SourcePtr source(const Vector& charges) const override {
     return std::make_shared<ChargedPanels>(form_->set, charges, form_->solid);
   }
-  // On a flat face sigma = n.H / (1/chi + 1/2) pointwise, but for the field of charge on other
-  // faces: only what that leaves varies as slowly as panels allow. The finest grid and its parts
-  // carry the former.
+  // On a flat face the local part of the charge, sigma = n.H / (1/chi + 1/2), varies as quickly as
+  // the applied field. It is put on the samples and leaves of the finest grid; the remainder, the
+  // response to charge on other faces, is smooth and stays on the panels of all grids.
   SourcePtr source(const Vector& charges, const AppliedField& applied) const override {
     const double slope = 1.0 / (1.0 / susceptibility_ + 0.5);
     const PanelSet& set = *form_->set;
     Vector rest = charges;
     Eigen::Index at = 0, finest = 0;
-    double mean = 0.0;  // of the flux over the whole surface, which no field has
+    double mean = 0.0;  // mean normal field over the surface: quadrature error of Gauss' law [T]
     for (const Grid& grid : form_->grids) {
       finest = at;
       const auto n = static_cast<Eigen::Index>(grid.panels.size());
@@ -110,7 +111,7 @@ class SoftPanels final : public SoftShape {
     fine.charges = Eigen::Map<const Vector>(means.data(), static_cast<Eigen::Index>(means.size()));
     return std::make_shared<ChargedPanels>(form_->set, rest, form_->solid, std::move(fine));
   }
-  // As div H = 0, the integral over the volume is that of x (H.n) over the surface.
+  // Because div H = 0, the volume integral of H is the surface integral of x (H.n).
   Vec3 mean_field(const Vector& received) const override {
     Vec3 sum = Vec3::Zero();
     Eigen::Index at = 0;
@@ -142,14 +143,14 @@ SoftShapePtr panels_of(PanelForm form, double susceptibility) {
                                       susceptibility);
 }
 
-// Half, about 0.7 of the cells, all of them: grids whose errors go with the second and third power
-// of 1 / cells.
+// Cells of the three grids for extrapolation: a half, about 0.7 of `cells`, and all. Their errors
+// are of second and third order in 1 / cells.
 std::vector<int> three_grids(int cells) {
   return {cells / 2, 2 * static_cast<int>(std::lround(0.35 * cells)), cells};
 }
 
-// Shares of grids with so many cells that leave no error in the second power of 1 / cells, nor, of
-// three, in the third.
+// Weights of Richardson extrapolation from grids with given numbers of cells: two grids cancel the
+// error of second order in 1 / cells, three grids also that of third order.
 Vector shares_of(const std::vector<int>& counts) {
   const auto n = static_cast<Index>(counts.size());
   DenseMatrix powers(n, n);
@@ -163,8 +164,8 @@ Vector shares_of(const std::vector<int>& counts) {
 void check_cells(int cells, const std::string& shape, const std::string& name) {
   const int most = shape == "cylinder" ? 24 : 48;
   if (cells < 8 || cells > most || cells % 4 != 0)
-    throw InvalidInput(name + " must be a multiple of 4 from 8 to " + std::to_string(most) +
-                       " of a " + shape + ", got " + std::to_string(cells));
+    fail<InvalidInput>("{} must be a multiple of 4 from 8 to {} of a {}, got {}", name, most, shape,
+                       cells);
 }
 
 SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells,
@@ -175,9 +176,9 @@ SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibili
   form.volume = size.prod();
   check_cells(cells, "cuboid");
   if (!(focus >= 0.0) || !std::isfinite(focus))
-    throw InvalidInput("focus must be >= 0 [m], got " + std::to_string(focus));
-  // What is so near that a focus is wanted lies within half the cells: from three quarters on
-  // errors go with the second power.
+    fail<InvalidInput>("focus must be >= 0 [m], got {}", focus);
+  // With a focus the close magnet covers about half the cells, and errors are of second order only
+  // from three quarters of `cells` on.
   std::vector<int> counts = three_grids(cells);
   if (focus > 0.0) counts = {2 * static_cast<int>(std::lround(0.375 * cells)), cells};
   const Vector shares = shares_of(counts);
@@ -199,21 +200,21 @@ SoftShapePtr soft_cylinder(const Team& team, double radius, double height, doubl
       std::make_shared<Cylinder>(radius, height, Vec3(0, 0, 1), inner_radius);  // checks the sizes
   form.volume = form.solid->moment().norm() * mu0;
   check_cells(cells, "cylinder");
-  constexpr double thinnest =
-      0.02;  // of the radius: what panels so much wider than that no longer resolve
+  constexpr double thinnest = 0.02;  // of the radius; panels would be far wider than the wall
   if (const double thin = std::min(height, radius - inner_radius); thin < thinnest * radius)
-    throw Unsupported("height and wall must be at least " + std::to_string(thinnest * radius) +
-                      " m, a fiftieth of the radius of a cylinder that magnetises, got " +
-                      std::to_string(thin) + "; give a mesh with smaller panels");
+    fail<Unsupported>(
+        "height and wall must be at least {} m, a fiftieth of the radius of a cylinder that "
+        "magnetises, got {}; give a mesh with smaller panels",
+        thinnest * radius, thin);
   const std::vector<int> counts = three_grids(cells);
   const Vector shares = shares_of(counts);
   for (std::size_t g = 0; g < counts.size(); ++g) {
     Grid grid;
     grid.panels = cylinder_panels(radius, inner_radius, height, counts[g]);
     if (static_cast<Index>(grid.panels.size()) > most_panels)
-      throw InvalidInput("panels must be at most " + std::to_string(most_panels) + ", got " +
-                         std::to_string(grid.panels.size()) + " on a cylinder with " +
-                         std::to_string(cells) + " cells; take fewer");
+      fail<InvalidInput>(
+          "panels must be at most {}, got {} on a cylinder with {} cells; take fewer", most_panels,
+          grid.panels.size(), cells);
     grid.flux = mesh_boundary_elements(team, grid.panels);
     grid.share = shares[static_cast<Eigen::Index>(g)];
     form.grids.push_back(std::move(grid));
@@ -225,9 +226,8 @@ SoftMesh soft_mesh(const Team& team, const TriangleMesh& mesh, double susceptibi
                    Index panels) {
   check_susceptibility(susceptibility);
   if (panels < 0 || std::max(panels, mesh.n_triangles()) > most_panels)
-    throw InvalidInput("panels must be at most " + std::to_string(most_panels) +
-                       " and the mesh have no more triangles, got " +
-                       std::to_string(std::max(panels, mesh.n_triangles())));
+    fail<InvalidInput>("panels must be at most {} and the mesh have no more triangles, got {}",
+                       most_panels, std::max(panels, mesh.n_triangles()));
   const MagneticBody solid = make_mesh_magnet(mesh, Vec3(0, 0, 1));  // checks the mesh
   PanelForm form;
   form.solid = solid.source;

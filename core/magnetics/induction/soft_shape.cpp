@@ -2,9 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/magnetics/sources/constants.h"
 #include "core/magnetics/sources/harmonic_sphere.h"
 #include "core/magnetics/sources/sphere.h"
@@ -26,14 +25,14 @@ class SoftSphere final : public SoftShape {
   Vector received(const Points& field) const override {
     Vector result =
         series_->coefficients((field.array() * series_->points().array()).rowwise().sum());
-    for (int l = 1; l <= series_->degree(); ++l)  // H_r is minus the derivative of the potential
+    for (int l = 1; l <= series_->degree(); ++l)  // H_r = - d(potential)/dr
       result.segment(SphericalHarmonics::slot(l, 0), 2 * (l + 1)) /= -l;
     return result;
   }
   Vector response(const Vector& received) const override {
     Vector result = received;
     for (int l = 1; l <= series_->degree(); ++l) {
-      // - l chi / (l chi + 2 l + 1), also of infinite chi.
+      // - l chi / (l chi + 2 l + 1), in a form that admits infinite chi.
       const double share = susceptibility_ > 1.0
                                ? l / (l + (2.0 * l + 1.0) / susceptibility_)
                                : l * susceptibility_ / (l * susceptibility_ + 2.0 * l + 1.0);
@@ -73,24 +72,23 @@ SourcePtr SoftShape::source(const Vector& charges, const AppliedField&) const {
 
 void check_susceptibility(double susceptibility) {
   if (!(susceptibility >= -1.0) || susceptibility == 0.0)
-    throw InvalidInput(
-        "susceptibility must be >= -1 (a superconductor) and other than 0 [1], got " +
-        std::to_string(susceptibility));
+    fail<InvalidInput>(
+        "susceptibility must be >= -1 (a superconductor) and other than 0 [1], got {}",
+        susceptibility);
 }
 
 SoftShapePtr soft_sphere(double radius, double susceptibility, int degree) {
   check_susceptibility(susceptibility);
   if (!(radius > 0.0) || !std::isfinite(radius))
-    throw InvalidInput("radius must be > 0 [m], got " + std::to_string(radius));
+    fail<InvalidInput>("radius must be > 0 [m], got {}", radius);
   if (degree < 0 || degree > SphericalHarmonics::most)
-    throw InvalidInput("degree must be between 0 (automatic) and " +
-                       std::to_string(SphericalHarmonics::most) + ", got " +
-                       std::to_string(degree));
+    fail<InvalidInput>("degree must be between 0 (automatic) and {}, got {}",
+                       SphericalHarmonics::most, degree);
   return std::make_shared<SoftSphere>(radius, susceptibility, degree);
 }
 
-// Terms of degree l of the force between a dipole and a sphere go as l^4 exp(-x l) with x as below;
-// the share of those beyond degree d of the whole is about (x d)^4 exp(-x d) / 24.
+// Terms of degree l of the force between a dipole and a sphere decay as l^4 exp(-x l), with x from
+// the callers below; the relative error of truncation at degree d is about (x d)^4 exp(-x d) / 24.
 static int degree_of(double x, double tolerance) {
   double y = -std::log(tolerance);
   for (int i = 0; i < 20; ++i)
@@ -103,7 +101,7 @@ int sphere_degree(double radius, double distance, double tolerance) {
 }
 
 int sphere_degree(double radius, double other, double distance, double tolerance) {
-  // Bispherical coordinate of a surface: images of images draw together there.
+  // Bispherical coordinate of the surface: repeated images converge at this rate.
   const double cosine =
       (distance * distance + radius * radius - other * other) / (2.0 * radius * distance);
   return degree_of(std::max(2.0 * std::acosh(std::max(cosine, 1.0)), 1e-3), tolerance);

@@ -1,6 +1,6 @@
-// Linear bodies (soft iron, para- and diamagnets, superconductors) in their own axes: what charge
-// their surface takes on in an applied field. Spheres answer exactly, by solid harmonics; cuboids,
-// cylinders and meshes by panels.
+// Linear bodies (soft iron, para- and diamagnets, superconductors) in their own axes: the surface
+// charge that an applied field induces. Spheres respond exactly, by solid harmonics; cuboids,
+// cylinders and meshes by boundary elements.
 #pragma once
 
 #include <memory>
@@ -16,26 +16,26 @@ struct PanelSet;
 class SoftShape {
  public:
   virtual ~SoftShape() = default;
-  // Points where the field that others apply is wanted (n x 3) [m].
+  // Points at which the applied field is needed (n x 3) [m].
   virtual const Points& samples() const = 0;
-  // What of the applied mu0 H (n x 3) [T] at the samples the body answers to: a vector, linear in
-  // it.
+  // Reduces the applied mu0 H at the samples (n x 3) [T] to the vector the body responds to;
+  // linear.
   virtual Vector received(const Points& field) const = 0;
-  // The charge it answers with, a vector of the same size, linear in what is received.
+  // The induced charge, a vector of the same size; linear in `received`.
   virtual Vector response(const Vector& received) const = 0;
   virtual SourcePtr source(const Vector& charges) const = 0;
-  // The same of panels, whose charge in the field of others varies within them as that does.
+  // The source with charge that varies within panels as the applied field does; bodies without
+  // panels ignore `applied`.
   virtual SourcePtr source(const Vector& charges, const AppliedField& applied) const;
-  // Of the applied field, over the volume [T].
+  // Volume mean of the applied field [T].
   virtual Vec3 mean_field(const Vector& received) const = 0;
   virtual double volume() const = 0;  // [m^3]
-  virtual double radius() const = 0;  // of the ball about the origin that holds the body [m]
-  // The same body as a hard magnet of 1 T along z, for questions about its form.
+  virtual double radius() const = 0;  // of the bounding ball about the origin [m]
+  // The body as a hard magnet of 1 T along z, for its geometry.
   virtual SourcePtr solid() const = 0;
-  virtual std::shared_ptr<const PanelSet> panels() const {
-    return nullptr;
-  }  // that carry the charge, if it is panels
-  // Of spheres: the degree of their solid harmonics that was given, 0: automatic; -1: no sphere.
+  // The panels that carry the charge; null for spheres.
+  virtual std::shared_ptr<const PanelSet> panels() const { return nullptr; }
+  // Degree of a sphere's solid harmonics, 0 if chosen automatically; -1 for other shapes.
   virtual int sphere_degree() const { return -1; }
   virtual double susceptibility() const = 0;
   virtual std::shared_ptr<const SoftShape> with_susceptibility(double susceptibility) const = 0;
@@ -49,36 +49,36 @@ struct SoftBody {
   double saturation = 0.0;  // mu0 M_s [T], 0: none
 };
 
-// Cells of the finest grid on a shape, "cuboid" or "cylinder"; throws InvalidInput unless a
-// multiple of 4 from 8 on that the shape takes.
+// Checks the cells of the finest grid on a shape, "cuboid" or "cylinder": throws InvalidInput
+// unless they are a multiple of 4, at least 8, and at most what the shape allows. name: of the
+// option.
 void check_cells(int cells, const std::string& shape, const std::string& name = "cells");
 
 // Throws InvalidInput unless chi >= -1 [1] and other than 0; infinity is ideal iron.
 void check_susceptibility(double susceptibility);
 
-// degree: of the solid harmonics; 0: chosen when the body is induced, from what is near.
+// degree: of the solid harmonics; 0: chosen from the distance of other bodies when magnetised.
 SoftShapePtr soft_sphere(double radius, double susceptibility, int degree);
-// The degree with which the force on a sphere errs by `tolerance` where sources begin `distance`
-// from its centre.
+// Degree at which the relative error of the force on a sphere is `tolerance`, if the nearest source
+// lies at `distance` from its centre.
 int sphere_degree(double radius, double distance, double tolerance);
-// Two such spheres with their centres `distance` apart.
+// The same for two such spheres with centres at `distance`.
 int sphere_degree(double radius, double other_radius, double distance, double tolerance);
 
-// cells: panels along each edge, >= 8 and even. The errors of three grids, of which this is the
-// finest, go with the second and third power of the size of panels; their answers are extrapolated
-// together. focus [m]: half the width of what is near the middle of wide faces, where panels are
-// finer then; 0: none.
+// cells: panels along each edge of the finest of three grids, whose responses are extrapolated
+// (Richardson); see check_cells. focus [m]: half the width of a magnet close to the middle of wide
+// faces, where panels are then refined; 0: none.
 SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells,
                          double focus = 0.0);
 
-// A cylinder |z| <= height / 2 or, with inner_radius > 0, a ring. cells: panels along its side, >=
-// 8 and a multiple of 4; three grids are extrapolated, as for cuboids. Throws Unsupported where
-// height or wall is less than a fiftieth of the radius.
+// A cylinder |z| <= height / 2 or, with inner_radius > 0, a ring. cells: panels along its side in
+// the finest of three grids, as for cuboids. Throws Unsupported if the height or the wall is less
+// than a fiftieth of the radius.
 SoftShapePtr soft_cylinder(const Team& team, double radius, double height, double inner_radius,
                            double susceptibility, int cells);
 
-// A closed mesh about its own centre of volume (the pose tells where it is), its triangles halved
-// until there are at least `panels`.
+// A closed mesh about its centre of volume, which the pose places; its triangles are bisected until
+// there are at least `panels`.
 struct SoftMesh {
   SoftShapePtr shape;
   RigidPose pose;

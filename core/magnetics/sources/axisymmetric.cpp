@@ -2,9 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/magnetics/sources/axisymmetric_kernels.h"
 #include "core/magnetics/sources/split_block.h"
 
@@ -22,7 +21,7 @@ const Azimuths azimuths = [] {
 
 namespace {
 
-// Adds the field of a cylinder.
+// Adds the field of a cylinder to a block.
 void add_cylinder_field(const Sheet& sheet, const Vec3& j, const Vec3& jump, const double* points,
                         Index n, double* out) {
   alignas(64) double part[3 * points_per_block];
@@ -45,14 +44,12 @@ void add_cylinder_gradient(const Sheet& sheet, const Vec3& j, const double* poin
 
 void need_positive(double value, const char* name, const char* unit) {
   if (!(value > 0.0) || !std::isfinite(value))
-    throw InvalidInput(std::string(name) + " must be > 0 [" + unit + "], got " +
-                       std::to_string(value));
+    fail<InvalidInput>("{} must be > 0 [{}], got {}", name, unit, value);
 }
 
 void need_finite(double value, const char* name, const char* unit) {
   if (!std::isfinite(value))
-    throw InvalidInput(std::string(name) + " must be finite [" + unit + "], got " +
-                       std::to_string(value));
+    fail<InvalidInput>("{} must be finite [{}], got {}", name, unit, value);
 }
 
 }  // namespace
@@ -118,8 +115,8 @@ Cylinder::Cylinder(double radius, double height, const Vec3& polarization, doubl
   need_positive(radius, "radius", "m");
   need_positive(height, "height", "m");
   if (!(inner_radius >= 0.0 && inner_radius < radius))
-    throw InvalidInput("inner_radius must be >= 0 and below radius " + std::to_string(radius) +
-                       " [m], got " + std::to_string(inner_radius));
+    fail<InvalidInput>("inner_radius must be >= 0 and below radius {} [m], got {}", radius,
+                       inner_radius);
   for (int k = 0; k < 3; ++k) need_finite(polarization[k], "polarization", "T");
 }
 
@@ -167,7 +164,7 @@ Vec3 Cylinder::moment() const {
 
 namespace {
 
-// Four quarters of a circle, a side or a disc.
+// Appends the four quarters of a circle, side or disc.
 void add_quarters(Panel p, std::vector<Panel>& panels) {
   p.turn = 0.5 * pi;
   for (int k = 0; k < 4; ++k) {

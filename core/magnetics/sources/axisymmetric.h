@@ -1,20 +1,20 @@
-// Sources about the z axis: circular current loop, solenoid (a sheet of current), cylinder and ring
-// magnets.
+// Sources about the z axis: circular current loops, solenoids (cylindrical current sheets),
+// cylinder and ring magnets.
 //
-// A uniformly magnetised body has mu0 H = grad(J . grad Psi) with the potential Psi of its volume.
-// For a cylinder all second derivatives of Psi follow from three functions of the current sheet on
-// its side: its field b_z, b_rho, and t = A_phi / rho; the third ones from the current loops at its
-// ends. Integrals over the azimuth are taken by the midpoint rule where it converges to rounding,
-// on the axis and far away, with differences between the ends formed without cancellation, and by
-// elliptic integrals near the rims, as [Derby2010] has them for the field of the sheet.
+// A uniformly magnetised body has mu0 H = grad(J . grad Psi) with the Newtonian potential Psi of
+// its volume. For a cylinder, all second derivatives of Psi follow from three functions of the
+// current sheet on its side, the field b_z, b_rho and t = A_phi / rho; the third derivatives follow
+// from the current loops at its ends. Integrals over the azimuth use the midpoint rule where it
+// converges to rounding, near the axis and far away, with differences between the ends computed
+// without cancellation. Near the rims they are elliptic integrals, as in [Derby2010] for the sheet.
 //
-// The potential Phi of a magnetised body grows with its size as a length does: Phi = - x.mu0 H +
-// dPhi/d(size), and to make the body larger adds a layer to it, of thickness x.n, whose potential
-// is J. the field of unit charges on its surface times that: on the ends of a cylinder the end
-// terms of the sheet, on its side complete elliptic integrals.
+// The scalar potential Phi is homogeneous of degree 1 in the size of the body and the point
+// together, so Phi = - x.mu0 H + dPhi/d(size). Growth by a layer of thickness x.n changes Phi by J
+// . the field of a surface charge x.n: on the end faces these are the end terms of the sheet, on
+// the side complete elliptic integrals.
 //
-// On a surface (closer than 1e-12 radii) the value is the outer one; on a rim or wire, where the
-// field is infinite, that 1e-15 radii beside it.
+// On a surface (closer than 1e-12 radii) the field is the outer limit. On a rim or wire it is
+// infinite; points closer than 1e-15 radii are treated as lying at that distance.
 #pragma once
 
 #include "core/magnetics/sources/source.h"
@@ -41,8 +41,8 @@ class Loop final : public Source {
 
 class Solenoid final : public Source {
  public:
-  // Sheet of current on the cylinder |z| <= length / 2: `turns` times `current` [A] in all,
-  // counter-clockwise seen from +z.
+  // Current sheet on the cylinder |z| <= length / 2 that carries `turns` times `current` [A] in
+  // total, counter-clockwise seen from +z.
   Solenoid(double radius, double length, double turns, double current);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
@@ -77,7 +77,7 @@ class Cylinder final : public Source {
   const Vec3& polarization() const { return polarization_; }
 
  private:
-  std::vector<Panel> faces(bool all) const;  // else those with charge
+  std::vector<Panel> faces(bool all) const;  // all, or those with charge
 
   double radius_, inner_, height_;
   Vec3 polarization_;

@@ -10,8 +10,8 @@ namespace loomstone {
 
 inline constexpr double on_surface = 1e-12;  // in radii
 
-// Unit vector away from the axis (x on the axis itself); in radii the distance to the axis, that
-// less 1, and the height.
+// Cylindrical coordinates: distance rho from the axis, rho - 1 and height in radii; cosine and sine
+// of the azimuth (that of x on the axis).
 template <class Lanes>
 struct Cylindrical {
   Lanes rho, beyond, cosine, sine, z;
@@ -40,7 +40,7 @@ struct CylindricalTensor {
   Lanes rr, rp, pp, rz, pz, zz;
 };
 
-// Stores it in Cartesian axes: xx, xy, xz, yy, yz, zz.
+// Stores a tensor in Cartesian axes: xx, xy, xz, yy, yz, zz.
 template <class Lanes>
 LOOMSTONE_INLINE void store_tensor(const Cylindrical<Lanes>& p, const CylindricalTensor<Lanes>& t,
                                    Index n, double* out) {
@@ -80,7 +80,7 @@ LOOMSTONE_INLINE void loop_gradient(double radius, double strength, const double
   }
 }
 
-// The side of a cylinder. A point on it counts as outside of it (side 1) or inside (-1).
+// The side of a cylinder. A point on it counts as outside (side 1) or inside (-1).
 struct Sheet {
   double radius, height, side;      // [m], [m]
   double length = height / radius;  // in radii
@@ -108,7 +108,7 @@ LOOMSTONE_INLINE SheetPoint<Lanes> sheet_point(const double* points, Index n, In
   return s;
 }
 
-// Field of a cylinder, length in radii. jump: what has to be subtracted from B inside.
+// Field of a cylinder. jump is subtracted from B inside it: J for mu0 H, 0 for B.
 template <class Lanes>
 LOOMSTONE_INLINE void cylinder_field(Sheet sheet, const double* j, const double* jump,
                                      const double* points, Index n, double* out) {
@@ -140,7 +140,7 @@ LOOMSTONE_INLINE void cylinder_gradient(Sheet sheet, const double* j, const doub
                 jp = scale * (j[1] * p.cosine - j[0] * p.sine);
     const double jz = scale * j[2];
     // Third derivatives of Psi: phi phi rho = w, phi phi z = b_rho / rho, rho zz and zzz from the
-    // loops, the rest by Laplace.
+    // loops at the ends; the others follow from Laplace's equation.
     const Lanes rrz = -t.dz_bz - t.br_over_rho, rrr = -t.w - t.dz_br;
     CylindricalTensor<Lanes> g;
     g.rr = rrr * jr + rrz * jz;
@@ -153,7 +153,7 @@ LOOMSTONE_INLINE void cylinder_gradient(Sheet sheet, const double* j, const doub
   }
 }
 
-// Potential of a ring of unit charge.
+// Potential of a ring of unit charge density.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes ring_potential(const Lanes& rho, const Lanes& beyond, const Lanes& zeta) {
   const Lanes alpha2 = zeta * zeta + (rho + 1.0) * (rho + 1.0);
@@ -167,7 +167,7 @@ template <class Lanes>
 LOOMSTONE_INLINE void cylinder_potential(Sheet sheet, const double* j, const double* points,
                                          Index n, double* out) {
   constexpr double axis =
-      1e-4;  // below it the first term of the series in rho is good to its square
+      1e-4;  // below it one term of the series in rho suffices, with an error of rho^2
   const Lanes zero{};
   for (Index i = 0; i < n; i += n_lanes) {
     const SheetPoint<Lanes> s = sheet_point<Lanes>(points, n, i, sheet);
@@ -177,7 +177,7 @@ LOOMSTONE_INLINE void cylinder_potential(Sheet sheet, const double* j, const dou
     const double jz = sheet.radius * j[2];
     const Lanes z_field = t.bz - lanes_select(s.inside, lanes_all<Lanes>(1.0), zero);
     const Lanes along = p.rho * ((t.t - t.bz) * jr + t.br * jz) + p.z * (t.br * jr + z_field * jz);
-    // Both ends with unit charge: what a sheet that ends there has, but for its inside.
+    // Unit charge on both end faces: the sheet's end terms, without the interior jump.
     const SheetEnd<Lanes> e1 = sheet_end(p.rho, s.beyond, s.z1),
                           e0 = sheet_end(p.rho, s.beyond, s.z0);
     const Lanes below =
@@ -186,8 +186,8 @@ LOOMSTONE_INLINE void cylinder_potential(Sheet sheet, const double* j, const dou
                     lanes_select(s.z0 < -on_surface, lanes_all<Lanes>(-0.5), lanes_all<Lanes>(0.5));
     const Lanes ends_z = lanes_select(s.beyond < 0.0, below + above, zero) - e1.bz - e0.bz,
                 ends_r = -e1.br - e0.br;
-    // The side with unit charge: rho times its radial field and the field of the sheet, both over
-    // its charge, add up.
+    // Unit charge on the side: rho times its radial field plus the axial field of the sheet is the
+    // difference of z times the ring potentials of the two ends.
     const Lanes ring1 = ring_potential(p.rho, s.beyond, s.z1),
                 ring0 = ring_potential(p.rho, s.beyond, s.z0);
     const Lanes c1 = 1.0 / lanes_sqrt(1.0 + s.z1 * s.z1), c0 = 1.0 / lanes_sqrt(1.0 + s.z0 * s.z0);
@@ -201,7 +201,7 @@ LOOMSTONE_INLINE void cylinder_potential(Sheet sheet, const double* j, const dou
   }
 }
 
-// length 0: of a loop, else of a sheet; along the azimuth.
+// Azimuthal vector potential of a sheet, or of a loop where the height is 0.
 template <class Lanes>
 LOOMSTONE_INLINE void vector_potential(Sheet sheet, double strength, const double* points, Index n,
                                        double* out) {
@@ -219,8 +219,8 @@ LOOMSTONE_INLINE void vector_potential(Sheet sheet, double strength, const doubl
   }
 }
 
-// Points where a sheet's or loop's (length 0) integrals are smooth: the same rule as in
-// sheet_terms, to group points alike.
+// True where the integrals of a sheet or loop (half = 0) are smooth, by the criterion of
+// sheet_terms: blocks are split by it.
 struct Smooth {
   double radius, half;
   bool operator()(double x, double y, double z) const {

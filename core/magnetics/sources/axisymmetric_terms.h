@@ -1,7 +1,7 @@
-// Field functions of loop and current sheet of radius 1 about z, mu0 I = 1 or mu0 K = 1; see
-// axisymmetric.h. theta is half the azimuth's supplement, c = cos^2 theta, s = sin^2 theta: cos phi
-// = s - c, sin^2 phi = 4 s c, and the distance to the wire is D^2 = zeta^2 + (rho+1)^2 c +
-// (rho-1)^2 s.
+// Field functions of a loop (mu0 I = 1) and of a cylindrical current sheet (mu0 K = 1) of radius 1
+// about z; see axisymmetric.h. With theta half the supplement of the azimuth, c = cos^2 theta and
+// s = sin^2 theta, cos phi = s - c, sin^2 phi = 4 s c, and the square of the distance from the wire
+// is D^2 = zeta^2 + (rho+1)^2 c + (rho-1)^2 s.
 #pragma once
 
 #include "core/magnetics/sources/elliptic.h"
@@ -9,8 +9,8 @@
 namespace loomstone {
 
 inline constexpr int n_azimuths = 12;
-// Midpoint rule where the square of the complementary modulus exceeds this: its error is below
-// 0.172^24 = 4e-19.
+// The midpoint rule is used where the square of the complementary modulus exceeds this; its error
+// is below 0.172^24 = 4e-19.
 inline constexpr double smooth = 0.5;
 
 struct Azimuths {
@@ -40,7 +40,7 @@ LOOMSTONE_INLINE void take(const MaskOf<Lanes>& where, LoopTerms<Lanes>& into,
   into.dz_br = lanes_select(where, from.dz_br, into.dz_br);
 }
 
-// Loop near its wire. beyond = rho - 1.
+// Loop near its wire, by elliptic integrals. beyond = rho - 1.
 template <class Lanes>
 LOOMSTONE_INLINE LoopTerms<Lanes> loop_near(const Lanes& rho, const Lanes& beyond,
                                             const Lanes& zeta) {
@@ -61,7 +61,8 @@ LOOMSTONE_INLINE LoopTerms<Lanes> loop_near(const Lanes& rho, const Lanes& beyon
   return out;
 }
 
-// Loop on the axis and far away; cos phi is integrated by parts, so nothing cancels.
+// Loop near its axis and far away, by the midpoint rule; cos phi is integrated by parts to avoid
+// cancellation.
 template <class Lanes>
 LOOMSTONE_INLINE LoopTerms<Lanes> loop_smooth(const Lanes& rho, const Lanes& beyond,
                                               const Lanes& zeta) {
@@ -100,7 +101,7 @@ LOOMSTONE_INLINE LoopTerms<Lanes> loop_terms(const Lanes& rho, const Lanes& beyo
   return out;
 }
 
-// One end of a sheet near it: what it adds to bz, br, t; loops for the derivatives.
+// Contribution of one end of a sheet to bz, br and t near it; derivatives are those of loops.
 template <class Lanes>
 struct SheetEnd {
   Lanes bz, br, t;
@@ -151,7 +152,7 @@ LOOMSTONE_INLINE SheetTerms<Lanes> sheet_smooth(const Lanes& rho, const Lanes& b
   const Lanes sum2 = (rho + 1.0) * (rho + 1.0), beyond2 = beyond * beyond, rho2 = rho * rho;
   const Lanes z12 = z1 * z1, z02 = z0 * z0, middle = z1 + z0;
   const MaskOf<Lanes> aside =
-      z1 * z0 > 0.0;  // both ends on the same side: their difference is formed exactly
+      z1 * z0 > 0.0;  // both ends on the same side: their difference is computed directly
   const Lanes zero{};
   Lanes bz = zero, t = zero, br = zero, dz_bz = zero, dz_br = zero, w = zero;
   for (int i = 0; i < n_azimuths; ++i) {
@@ -194,7 +195,7 @@ LOOMSTONE_INLINE SheetTerms<Lanes> sheet_smooth(const Lanes& rho, const Lanes& b
   return out;
 }
 
-// z1 and z0: heights above the lower and the upper end, z1 - z0 = length; beyond = rho - 1.
+// z1, z0: heights above the lower and above the upper end, z1 - z0 = length; beyond = rho - 1.
 template <class Lanes>
 LOOMSTONE_INLINE SheetTerms<Lanes> sheet_terms(const Lanes& rho, const Lanes& beyond,
                                                const Lanes& z1, const Lanes& z0, double length,

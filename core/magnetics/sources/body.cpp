@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/base/simd.h"
 #include "core/magnetics/sources/constants.h"
 #include "core/magnetics/sources/polyhedron.h"
@@ -12,7 +12,7 @@ namespace loomstone {
 
 namespace {
 
-// Points that one thread takes at a time: few, as near a body they take much longer than elsewhere.
+// Points in one task. Few, because points near a body take much longer than others.
 constexpr Index points_per_task = 32;
 
 template <class Body>
@@ -22,7 +22,8 @@ void over_blocks(const Team& team, Index n, Body&& body) {
   });
 }
 
-// Columns of the points of a block in the body's own axes; lanes beyond the last point repeat it.
+// Transforms points to the body's axes and stores them by columns; lanes beyond the last point
+// repeat it. Returns the number of lanes.
 Index local_columns(const RigidPose& pose, const Mat3& rotation, const ConstPointsRef& points,
                     Index begin, Index end, double* columns) {
   const Index n = end - begin, padded = (n + n_lanes - 1) / n_lanes * n_lanes;
@@ -46,7 +47,7 @@ std::vector<Mat3> rotations_of(const std::vector<MagneticBody>& bodies) {
   return rotations;
 }
 
-// A block's columns turned to world axes and added to rows.
+// Rotates columns of a block to world axes and adds them to rows.
 void add_field(const Mat3& r, const double* field, Index n, Index count, double scale,
                double* rows) {
   for (Index i = 0; i < count; ++i)
@@ -71,7 +72,7 @@ void add_gradient(const Mat3& r, const double* g, Index n, Index count, double* 
 Points magnetic_field(const Team& team, const std::vector<MagneticBody>& bodies,
                       const ConstPointsRef& points, const std::string& quantity) {
   if (quantity != "B" && quantity != "H")
-    throw InvalidInput("quantity must be \"B\" or \"H\", got \"" + quantity + "\"");
+    fail<InvalidInput>("quantity must be \"B\" or \"H\", got \"{}\"", quantity);
   check_points(points, "points");
   const Quantity wanted = quantity == "B" ? Quantity::flux_density : Quantity::mu0_field_strength;
   const double scale = quantity == "B" ? 1.0 : 1.0 / mu0;

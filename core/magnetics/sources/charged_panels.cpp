@@ -34,7 +34,7 @@ PanelSet::PanelSet(std::vector<FlatPanel> all, int order)
 
 FluxMatrix panel_fluxes(const Team& team, const PanelSet& on, const RigidPose& pose,
                         const PanelSet& by) {
-  constexpr Index at_once = 8;  // panels: points then come in eights
+  constexpr Index at_once = 8;  // panels in one task; their points fill all lanes
   const auto n = static_cast<Index>(on.panels.size());
   const Mat3 rotation = rotation_matrix(pose.orientation);
   FluxMatrix fluxes = FluxMatrix::Zero(n, by.panels.size());
@@ -74,10 +74,10 @@ ChargedPanels::ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges
       fine_(std::move(fine)) {}
 
 ChargedPanels::FineTables ChargedPanels::make_tables() const {
-  constexpr double blunt = 0.15;  // of a panel's reach, a quarter of the distance of samples
+  constexpr double smoothing = 0.15;  // in reaches; a quarter of the distance between samples
   FineTables tables{PanelSet(fine_.parts, 1), {}};
   const auto add = [&](const Vec3& x, double charge, const FlatPanel& panel) {
-    const double length = blunt * panel.reach;
+    const double length = smoothing * panel.reach;
     tables.points.insert(tables.points.end(),
                          {x[0], x[1], x[2], charge / (4.0 * pi), length * length});
   };
@@ -107,8 +107,8 @@ void ChargedPanels::field_block(const double* points, Index n, Quantity, double*
   alignas(64) double more[3 * points_per_block];
   LOOMSTONE_WIDEST(field_kernel)(tables_of(fine->parts, set_->radius), fine_.charges.data(), points,
                                  n, more);
-  LOOMSTONE_WIDEST(add_blunt_field)(fine->points.data(),
-                                    static_cast<Index>(fine->points.size() / 5), points, n, more);
+  LOOMSTONE_WIDEST(add_smoothed_field)(
+      fine->points.data(), static_cast<Index>(fine->points.size() / 5), points, n, more);
   for (Index i = 0; i < 3 * n; ++i) field[i] += more[i];
 }
 
@@ -120,7 +120,7 @@ void ChargedPanels::gradient_block(const double* points, Index n, double* gradie
   alignas(64) double more[6 * points_per_block];
   LOOMSTONE_WIDEST(gradient_kernel)(tables_of(fine->parts, set_->radius), fine_.charges.data(),
                                     points, n, more);
-  LOOMSTONE_WIDEST(add_blunt_gradient)(
+  LOOMSTONE_WIDEST(add_smoothed_gradient)(
       fine->points.data(), static_cast<Index>(fine->points.size() / 5), points, n, more);
   for (Index i = 0; i < 6 * n; ++i) gradient[i] += more[i];
 }

@@ -1,6 +1,6 @@
-// Surface charge that is uniform on each of many flat panels, as induced bodies carry it: exact
-// beside a panel, from points of quadrature beyond `near` times its reach. What varies within
-// panels besides is known at points.
+// Surface charge of induced bodies: uniform on each of many flat panels, optionally with a part
+// that varies within panels and is known at points. The field of a panel has a closed form near it
+// and is that of four point charges farther away than `near` times its reach.
 #pragma once
 
 #include <memory>
@@ -14,44 +14,43 @@
 
 namespace loomstone {
 
-// What stays when the charge changes.
+// The panels of a body, without their charge.
 struct PanelSet {
   static constexpr double near =
-      5.0;  // in reaches of a panel, from its centre: there points err by 2e-4 of its field
+      5.0;  // in reaches of a panel, from its centre; four points err by 2e-4 of its field there
 
-  // order: points a direction on which fields are sampled.
+  // order: sample points in each direction of a panel.
   PanelSet(std::vector<FlatPanel> panels, int order);
 
   std::vector<FlatPanel> panels;
-  Points samples;  // (k x 3), panel after panel [m]
-  Vector shares;   // (k) of the panel's area
+  Points samples;  // (k x 3), panel by panel [m]
+  Vector shares;   // (k) share of the panel's area [1]
   int per_panel = 0;
-  double radius = 0.0;         // of the ball about the origin that holds them [m]
-  std::vector<double> tables;  // of the kernels
+  double radius = 0.0;         // of the bounding ball about the origin [m]
+  std::vector<double> tables;  // as the kernels read them
 };
 
 using FluxMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-// Fluxes of unit charge on the panels of `by` (columns) through those of `on` (rows) [m^2], which
-// stands at a pose in the axes of `by`.
+// Fluxes of unit charge densities on the panels of `by` (columns) through the panels of `on` (rows)
+// [m^2]; pose: that of `on` in the axes of `by`.
 FluxMatrix panel_fluxes(const Team& team, const PanelSet& on, const RigidPose& pose,
                         const PanelSet& by);
 
 class ChargedPanels final : public Source {
  public:
-  // charges: mu0 sigma on each panel [T]; solid: the body that has this surface, if it is closed.
+  // charges: mu0 sigma on each panel [T]; solid: the body that this surface encloses, if any.
   ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges, SourcePtr solid = nullptr);
-  // Besides, charge that varies within panels: at samples of the set, and uniform on parts of
-  // panels with samples of theirs.
+  // Additional charge that varies within panels: at samples of the set, and on parts of panels with
+  // samples of their own.
   struct Fine {
     Vector at_samples;  // (of the set) [T m^2]
     std::vector<FlatPanel> parts;
     Vector charges;                    // of each part, its mean [T]
-    std::vector<PanelSample> samples;  // of the parts, the same number of each: their whole charge
-    SourcePtr panel_means;             // the same body with charge that is uniform on panels
+    std::vector<PanelSample> samples;  // whole charge of the parts, equally many samples each
+    SourcePtr panel_means;             // the same body with uniform charge on panels
   };
   ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges, SourcePtr solid, Fine fine);
-  // Inside of the surface the flux density is given as mu0 H: how the body is magnetised there is
-  // not known here.
+  // Inside the surface B is reported as mu0 H, because the magnetisation there is unknown.
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
   double radius() const override { return set_->radius; }
@@ -68,14 +67,14 @@ class ChargedPanels final : public Source {
   SourcePtr panel_means() const override { return fine_.panel_means; }
 
  private:
-  // What fields of the fine part need, made when the first is asked for: the parts, and what
-  // samples have beyond their share of the charge of panels, by five: position, charge / 4 pi [T
-  // m^2], square of a length that blunts it [m^2].
+  // Tables for the field of the fine part, built on first use: the parts with their mean charge,
+  // and the deviations of the samples from it as smoothed point charges, five numbers each:
+  // position, charge / 4 pi [T m^2], square of the smoothing length [m^2].
   struct FineTables {
     PanelSet parts;
     std::vector<double> points;
   };
-  const FineTables* fine() const;  // null: there is none
+  const FineTables* fine() const;  // null where there is no fine part
   FineTables make_tables() const;
 
   std::shared_ptr<const PanelSet> set_;

@@ -7,6 +7,6 @@ namespace loomstone {
 
 inline constexpr double pi = std::numbers::pi;
 inline constexpr double mu0 =
-    4e-7 * std::numbers::pi;  // permeability of vacuum, by the definition before 2019 [T m/A]
+    4e-7 * std::numbers::pi;  // permeability of vacuum [T m/A]; CODATA 2018 is 6e-10 of it higher
 
 }  // namespace loomstone

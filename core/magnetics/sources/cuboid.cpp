@@ -1,5 +1,5 @@
-// Field of a cuboid near it: four logarithms an axis in one, solid angles of the faces from their
-// corners.
+// Field of a cuboid near it. The logarithms of the four edges along an axis are combined into one,
+// and the solid angle of a face follows from its corners.
 #include <cmath>
 #include <string>
 
@@ -13,8 +13,8 @@ namespace {
 
 constexpr double on_face = 1e-12, on_edge = 1e-15;  // in units of half the diagonal
 
-// Distances to the two faces across an axis, x + a and x - a, in units of half the diagonal; on a
-// face the outer side.
+// Signed distances from the two faces across an axis, x + a and x - a, in units of half the
+// diagonal; points on a face are moved to its outer side.
 template <class Lanes>
 LOOMSTONE_INLINE void across(const Lanes& x, double a, double scale, Lanes* out) {
   out[0] = (x + a) * scale;
@@ -23,7 +23,7 @@ LOOMSTONE_INLINE void across(const Lanes& x, double a, double scale, Lanes* out)
   out[1] = lanes_select(lanes_abs(out[1]) < on_face, lanes_all<Lanes>(on_face), out[1]);
 }
 
-// Sum of L over the four edges along axis w with the sign of their corner in u and v.
+// Sum of L over the four edges along axis w, each with the product of the signs of its u and v.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes edges_along(const Lanes* u, const Lanes* v, const Lanes* w, double length,
                                    const Lanes r[2][2][2]) {
@@ -58,8 +58,8 @@ LOOMSTONE_INLINE Lanes faces_across(const Lanes* u, const Lanes* v, const Lanes*
                                     const Lanes r[2][2][2]) {
   Lanes sum{};
   for (int i = 0; i < 2; ++i) {
-    // Each corner gives the angle of (|u| r, v w sign u), within a quarter turn either way: two at
-    // a time as the angle of a product of complex numbers.
+    // A corner contributes the angle of (|u| r, v w sign u), which lies within a quarter turn
+    // either way; two corners are combined as the angle of a product of complex numbers.
     const Lanes size = lanes_abs(u[i]);
     Lanes face{};
     for (int k = 0; k < 2; ++k) {
@@ -74,7 +74,7 @@ LOOMSTONE_INLINE Lanes faces_across(const Lanes* u, const Lanes* v, const Lanes*
   return sum;
 }
 
-// r with its arguments' axes turned: out[k][l][i] = r[i][k][l].
+// Cyclic permutation of the axes of r: out[k][l][i] = r[i][k][l].
 template <class Lanes>
 LOOMSTONE_INLINE void turn(const Lanes r[2][2][2], Lanes out[2][2][2]) {
   for (int i = 0; i < 2; ++i)

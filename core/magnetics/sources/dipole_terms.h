@@ -1,12 +1,12 @@
-// Terms of the field of a point dipole, eqs. (6.5) and (6.10): of one dipole (numbers T) at eight
-// points, or of eight dipoles (lanes T) at one point.
+// Field of a point dipole (6.5) and its gradient (6.10), either for one dipole at eight points (T
+// is a number) or for eight dipoles at one point (T is lanes).
 #pragma once
 
 #include "core/magnetics/sources/lane_math.h"
 
 namespace loomstone {
 
-// From the dipole to the point: r, 1/R^2 and 1/R^3, both 0 where R = 0.
+// The arm r from the dipole to the point, 1/R^2 and 1/R^3; the last two are 0 where R = 0.
 template <class Lanes>
 struct DipoleArm {
   Lanes3<Lanes> r;
@@ -27,7 +27,7 @@ LOOMSTONE_INLINE DipoleArm<Lanes> dipole_arm(const Lanes3<Lanes>& p, const T* po
   return a;
 }
 
-// Field of a dipole m, over mu0 / 4 pi; mr: m.r.
+// Adds the field of a dipole m, divided by mu0 / 4 pi; mr: m.r.
 template <class Lanes, class T>
 LOOMSTONE_INLINE void add_dipole_field(const T* m, const DipoleArm<Lanes>& a, const Lanes& mr,
                                        Lanes3<Lanes>& b) {
@@ -37,7 +37,7 @@ LOOMSTONE_INLINE void add_dipole_field(const T* m, const DipoleArm<Lanes>& a, co
   b.z += (along * a.r.z - m[2]) * a.inverse3;
 }
 
-// Its gradient over three times that: xx, xy, xz, yy, yz, zz.
+// Adds its gradient, divided by 3 mu0 / 4 pi: xx, xy, xz, yy, yz, zz.
 template <class Lanes, class T>
 LOOMSTONE_INLINE void add_dipole_gradient(const T* m, const DipoleArm<Lanes>& a, const Lanes& mr,
                                           Lanes* sum) {

@@ -1,12 +1,11 @@
-// Sums over dipoles: eight observers at once, all dipoles one after the other, so that the order of
-// a sum never changes.
+// Sums over dipoles: eight observers in lanes, all dipoles in order, so that the order of each sum
+// is always the same.
 #include "core/magnetics/sources/dipoles.h"
 
 #include <algorithm>
 #include <cmath>
-#include <string>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/magnetics/sources/constants.h"
 #include "core/magnetics/sources/dipole_terms.h"
 
@@ -62,7 +61,7 @@ LOOMSTONE_INLINE void gradient_kernel(DipoleTable by, const double* points, Inde
   }
 }
 
-// The two above in one pass.
+// field_kernel and gradient_kernel in one pass.
 template <class Lanes>
 LOOMSTONE_INLINE void field_and_gradient_kernel(DipoleTable by, const double* points, Index n,
                                                 double* field, double* gradient) {
@@ -135,13 +134,11 @@ DipoleSet::DipoleSet(Points positions, Points moments)
     : positions_(std::move(positions)), moments_(std::move(moments)) {
   check_points(positions_, "points");
   if (moments_.rows() != positions_.rows())
-    throw InvalidInput("moments must have a row for each of the " +
-                       std::to_string(positions_.rows()) + " points, got " +
-                       std::to_string(moments_.rows()));
+    fail<InvalidInput>("moments must have a row for each of the {} points, got {}",
+                       positions_.rows(), moments_.rows());
   for (Eigen::Index i = 0; i < moments_.rows(); ++i)
     if (!moments_.row(i).allFinite())
-      throw InvalidInput("moments must be finite [A m^2], but row " + std::to_string(i) +
-                         " is not");
+      fail<InvalidInput>("moments must be finite [A m^2], but row {} is not", i);
 }
 
 void DipoleSet::field_block(const double* points, Index n, Quantity, double* field) const {

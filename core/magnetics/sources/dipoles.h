@@ -1,5 +1,5 @@
-// Point dipoles: field, gradient, forces and torques, eqs. (6.5), (6.10) and (6.11). A dipole
-// exactly at an observer adds nothing there.
+// Point dipoles: field (6.5), gradient, forces (6.10) and torques (6.11). A dipole located exactly
+// at an observer contributes nothing there.
 #pragma once
 
 #include "core/magnetics/sources/source.h"
@@ -12,7 +12,7 @@ struct Wrenches {
   Vector energies;  // (n) - m.B [J]
 };
 
-// Dipoles (n x 3) by rows: what the innermost sums read.
+// Dipoles by rows, (n x 3), as the innermost sums read them.
 struct DipoleTable {
   const double *positions, *moments;  // [m], [A m^2]
   Index n;
@@ -40,16 +40,17 @@ class DipoleSet final : public Source {
   Points positions_, moments_;
 };
 
-// Forces and torques, each about its own position, on dipoles (n x 3) by the dipoles of `by`. Equal
-// and opposite to rounding when the two change places. Pairs closer than `nearest` [m] take 1 /
-// nearest^3 for 1 / R^3: forces grow as 1 / R, torques no more.
+// Forces and torques that the dipoles of `by` exert on dipoles (n x 3), torques about each dipole's
+// own position. Exchanging the two sets reverses the forces to rounding. Pairs closer than
+// `nearest` [m] use 1 / nearest^3 in place of 1 / R^3: forces then grow as 1 / R, and torques stay
+// bounded.
 Wrenches dipole_forces(const Team& team, const Points& positions, const Points& moments,
                        const DipoleSet& by, double nearest = 0.0);
 
-// Interaction energy of the dipoles of a set: - sum over pairs of m_k . B_l(r_k) [J].
+// Interaction energy of a set, - sum over pairs of m_k . B_l(r_k) [J].
 double dipole_energy(const Team& team, const DipoleSet& set);
 
-// The innermost sums. Observers by columns x[n], y[n], z[n] with n a multiple of 8.
+// The innermost sums. Observers are stored by columns x[n], y[n], z[n], n a multiple of 8.
 void dipole_field_block(const DipoleTable& by, const double* points, Index n, double* field);
 void dipole_gradient_block(const DipoleTable& by, const double* points, Index n, double* gradient);
 
@@ -57,7 +58,7 @@ struct DipoleColumns {
   const double *points, *moments;  // [m], [A m^2]
   Index n;
 };
-// Pairs nearer than the root of nearest2 [m^2] as in dipole_forces().
+// nearest2: square of `nearest` of dipole_forces() [m^2].
 void dipole_force_block(const DipoleTable& by, const DipoleColumns& on, double nearest2,
                         double* field, double* force);
 

@@ -1,6 +1,6 @@
-// Terms of the field of a flat face with uniform charge: what its straight edges give [Wilton1984],
-// and the solid angle of a triangle [VanOosteromStrackee1983]. Of one face (numbers T) at eight
-// points, or of eight faces (lanes T) at one point.
+// Field of a flat face with uniform charge: logarithms of its straight edges [Wilton1984] and the
+// solid angle of a triangle [VanOosteromStrackee1983], either for one face at eight points (T is a
+// number) or for eight faces at one point (T is lanes).
 #pragma once
 
 #include "core/magnetics/sources/constants.h"
@@ -8,11 +8,12 @@
 
 namespace loomstone {
 
-// Points nearer to a face or an edge are taken so far from it, in units of the radius of the body.
+// Least distances from a face and from an edge at which fields are evaluated, in radii of the body;
+// points closer than that are treated as lying at that distance.
 inline constexpr double on_face = 1e-12, on_edge = 1e-15;
 
-// What a straight edge gives: the logarithm's argument as a fraction, without cancellation on or
-// beside its line.
+// Term of a straight edge: the argument of its logarithm as the fraction sum / defect, computed
+// without cancellation on and near its line.
 template <class Lanes>
 struct EdgeTerms {
   Lanes3<Lanes> r0, r1;  // from the ends to the point
@@ -27,7 +28,8 @@ LOOMSTONE_INLINE EdgeTerms<Lanes> edge_terms(const Lanes3<Lanes>& p, const T* e,
   t.r1 = {p.x - e[3], p.y - e[4], p.z - e[5]};
   const T l = e[6], inverse = 1.0 / l, ux = (e[3] - e[0]) * inverse, uy = (e[4] - e[1]) * inverse,
           uz = (e[5] - e[2]) * inverse;
-  // Coordinates along the edge from its ends, and the distance to its line from the nearer end.
+  // Coordinates along the edge from both ends, and the square of the distance from its line,
+  // computed from the nearer end.
   const Lanes t0 = ux * t.r0.x + uy * t.r0.y + uz * t.r0.z;
   const Lanes t1 = ux * t.r1.x + uy * t.r1.y + uz * t.r1.z;
   const MaskOf<Lanes> first = lanes_abs(t0) < lanes_abs(t1);
@@ -45,8 +47,8 @@ LOOMSTONE_INLINE EdgeTerms<Lanes> edge_terms(const Lanes3<Lanes>& p, const T* e,
   return t;
 }
 
-// Derivatives of an edge's logarithm, and of the solid angle by its share of the rim, which is the
-// field of a unit current along it.
+// Gradients of an edge's logarithm, and of its part of the solid angle, which is the field of a
+// unit current along the edge.
 template <class Lanes>
 struct EdgeGradients {
   Lanes3<Lanes> log, angle;
@@ -66,8 +68,8 @@ LOOMSTONE_INLINE EdgeGradients<Lanes> edge_gradients(const EdgeTerms<Lanes>& t, 
            b * (lx * t.r0.y - ly * t.r0.x)}};
 }
 
-// Adds what an edge gives to the derivatives xx, xy, xz, yy, yz, zz of a face's field; outward:
-// normal of the edge in the face's plane, normal: of the face.
+// Adds the contribution of an edge to the gradient xx, xy, xz, yy, yz, zz of a face's field.
+// outward: normal of the edge in the plane of the face; normal: that of the face.
 template <class Lanes, class T>
 LOOMSTONE_INLINE void add_edge_gradients(const EdgeGradients<Lanes>& d, const T* outward,
                                          const T* normal, Lanes* g) {
@@ -89,8 +91,8 @@ LOOMSTONE_INLINE Lanes solid_angle(const Lanes3<Lanes>& p, const T* f, double ne
                       b = {p.x - f[3], p.y - f[4], p.z - f[5]},
                       c = {p.x - f[6], p.y - f[7], p.z - f[8]};
   const Lanes da = norm(a), db = norm(b), dc = norm(c);
-  // The height from the nearest corner loses least. (Masks joined by & would be taken lane by
-  // lane.)
+  // The height above the plane, from the nearest corner, which loses the fewest digits. (Selecting
+  // twice, because gcc evaluates masks joined by & lane by lane.)
   Lanes height = f[9] * a.x + f[10] * a.y + f[11] * a.z;
   const Lanes from_b = f[9] * b.x + f[10] * b.y + f[11] * b.z,
               from_c = f[9] * c.x + f[10] * c.y + f[11] * c.z;

@@ -46,15 +46,16 @@ std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order) {
       points.push_back({panel.at(u, v), panel.corners == 3 ? 2.0 * u * weight : weight});
     }
   }
-  // Of triangles only to the exactness of the rule.
+  // Shares on triangles add up to 1 only within the error of the rule.
   double total = 0.0;
   for (const PanelPoint& point : points) total += point.share;
   for (PanelPoint& point : points) point.share /= total;
   return points;
 }
 
-// Where a share t of the cells of half an edge ends, of its length: t as far as s goes with sqrt(1
-// - s) at the end and, with a focus of `width` times that length, with asinh(s / width) from the
+// Grading of half an edge: the position s in [0, 1] from its middle below which the fraction t of
+// its cells lies. The density of cells follows the derivative of 1 - sqrt(1 - s), which refines the
+// end, and with a focus of `width` half edges that of asinh(s / width) as well, which refines the
 // middle.
 static double graded(double t, double width) {
   const double rest = 1.0 - t;
@@ -103,11 +104,11 @@ std::vector<FlatPanel> cuboid_panels(const Vec3& size, int cells, double focus) 
 
 using ProfilePoint = std::array<double, 2>;  // radius and height [m]
 
-// The cross section that is turned about the axis, counter-clockwise, finer towards its corners.
+// Meridian of the surface, counter-clockwise, refined towards its corners.
 static std::vector<ProfilePoint> cylinder_profile(double radius, double inner_radius, double height,
                                                   int cells) {
-  // Rows go with the root of the slenderness: errors of long and short cylinders are much alike
-  // then.
+  // The number of rows grows as the square root of the slenderness, which makes the errors of long
+  // and short cylinders similar.
   const int slender =
       static_cast<int>(std::lround(std::clamp(std::sqrt(0.5 * height / radius), 1.0, 8.0)));
   std::vector<ProfilePoint> profile;
@@ -156,8 +157,8 @@ std::vector<FlatPanel> cylinder_panels(double radius, double inner_radius, doubl
         const Vec3 corners[3] = {c[i], c[j], c[k]};
         result.push_back(make_panel(corners, 3));
       };
-      // Diagonals alternate, and so do the corners at which points of quadrature are denser: planes
-      // of symmetry stay.
+      // Alternating the diagonals, and the corners into which quadrature rules are folded, keeps
+      // the planes of symmetry.
       if (profile[row][0] == 0.0)
         add(0, 2, 3);
       else if (profile[row + 1][0] == 0.0)
@@ -176,7 +177,7 @@ std::vector<FlatPanel> mesh_panels(const TriangleMesh& mesh, Index panels) {
   for (Index i = 0; i < mesh.n_vertices(); ++i)
     vertices.push_back(mesh.vertices().row(i).transpose());
   std::vector<std::array<Index, 3>> faces;
-  std::map<std::pair<Index, Index>, Index> face_of;  // of a directed edge
+  std::map<std::pair<Index, Index>, Index> face_of;  // by directed edge
   const auto add = [&](Index f) {
     for (int k = 0; k < 3; ++k) face_of[{faces[f][k], faces[f][(k + 1) % 3]}] = f;
   };
@@ -192,7 +193,7 @@ std::vector<FlatPanel> mesh_panels(const TriangleMesh& mesh, Index panels) {
   while (static_cast<Index>(faces.size()) < panels) {
     const auto [length, low, high] = longest.top();
     longest.pop();
-    if (!face_of.contains({low, high})) continue;  // divided before
+    if (!face_of.contains({low, high})) continue;  // bisected already
     const Index middle = static_cast<Index>(vertices.size());
     vertices.push_back(0.5 * (vertices[low] + vertices[high]));
     for (const auto& [from, to] : {std::pair(low, high), std::pair(high, low)}) {

@@ -1,4 +1,4 @@
-// Nodes by Newton's method on the Legendre recurrence.
+// Nodes are found by Newton's method on the three-term recurrence of Legendre polynomials.
 #include "core/magnetics/sources/gauss.h"
 
 #include <array>

@@ -16,8 +16,8 @@ using Complex = std::complex<double>;
 
 constexpr int top = SphericalHarmonics::most + 2;
 
-// Coefficients of minus the derivative of sum Re(c S) along an axis, S the irregular harmonics in
-// Schmidt's normalisation; degree: the highest of c.
+// Coefficients of minus the derivative of sum Re(c S) along an axis, with the irregular harmonics S
+// in Schmidt's semi-normalisation; degree: the highest in c.
 std::vector<Complex> minus_derivative(const std::vector<Complex>& c, int degree, int axis) {
   const Complex i(0.0, 1.0);
   std::vector<Complex> d(triangle_place(degree + 2, 0));
@@ -52,7 +52,7 @@ std::vector<double> flat(const std::vector<Complex>& c, double scale) {
   return out;
 }
 
-// Coefficients of each component and factors of the recurrence, in triangles.
+// Coefficients of each component and factors of the recurrence, in triangular arrays.
 struct Series {
   const double* const* coefficients;
   const double *factor_a, *factor_b;
@@ -65,8 +65,8 @@ Series series_of(const double* const* coefficients, double radius, int highest) 
   return {coefficients, table.a.data(), table.b.data(), 1.0 / radius, highest};
 }
 
-// Sums over the harmonics of degrees up to `highest`, as in multipole_expansion.cpp; points inside
-// get the value on the surface.
+// Sums over the harmonics of degrees up to `highest`, as in multipole_expansion.cpp. Points inside
+// the sphere are treated as if at distance 1 radius; their callers overwrite these values.
 template <int components, class Lanes>
 LOOMSTONE_INLINE void evaluate(Series series, const double* points, Index n, double* out) {
   const auto [coefficients, factor_a, factor_b, inverse_radius, highest] = series;
@@ -173,8 +173,9 @@ void HarmonicSphere::gradient_block(const double* points, Index n, double* gradi
   }
 }
 
-// The charge's own potential goes on inside with the same coefficients; the magnetisation is the
-// gradient of a harmonic function whose normal derivative is the charge.
+// Inside, the potential of the charge has the same coefficients with (r/a)^l in place of
+// (a/r)^(l+1). The magnetisation is the gradient of the harmonic function whose normal derivative
+// on the surface is the charge density.
 Vec3 HarmonicSphere::inside(const Vec3& x, Quantity quantity) const {
   const HarmonicRecurrence& table = harmonic_recurrence();
   const int degree = series_->degree();

@@ -1,6 +1,6 @@
-// Charge on a sphere about the origin as a series of solid harmonics (spherical_harmonics.h): the
-// exact response of a linear sphere to any field. A linear sphere answers a field L with the charge
-// c = - l chi / (l chi + 2 l + 1) L.
+// Surface charge on a sphere about the origin as a series of solid harmonics
+// (spherical_harmonics.h), which is the exact response of a linear sphere to any applied field:
+// coefficients L of the field induce the charge c = - l chi / (l chi + 2 l + 1) L.
 #pragma once
 
 #include <vector>

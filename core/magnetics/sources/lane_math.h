@@ -1,6 +1,6 @@
-// Elementary functions on eight lanes: selection, logarithm, arc tangent. Errors below 2 units in
-// the last place; no branches, so that every instruction set gives the same bits. Reductions and
-// coefficients of logarithm and arc tangent are those of [fdlibm].
+// Elementary functions on eight lanes: absolute value, logarithm, arc tangent. Errors are below 2
+// units in the last place. There are no branches, and every instruction set gives the same bits.
+// The argument reductions and coefficients are those of [fdlibm].
 #pragma once
 
 #include <limits>
@@ -9,7 +9,7 @@
 
 namespace loomstone {
 
-// Bits of doubles, and doubles of such bits.
+// Reinterprets doubles as integers, and back.
 template <class Lanes>
 LOOMSTONE_INLINE MaskOf<Lanes> lanes_bits(const Lanes& a) {
   if constexpr (in_halves<Lanes>)
@@ -34,8 +34,8 @@ LOOMSTONE_INLINE Lanes lanes_with_sign(const Lanes& size, const Lanes& sign) {
   return lanes_of_bits<Lanes>((lanes_bits(size) & 0x7fffffffffffffffLL) |
                               (lanes_bits(sign) & std::numeric_limits<long long>::min()));
 }
-// k of the bits 2^52 k, |k| <= 1024, by what AVX2 has: no arithmetic shift of 64 bits, no
-// conversion.
+// k as a double from the bits 2^52 k, |k| <= 1024. AVX2 has neither an arithmetic shift of 64 bits
+// nor a conversion from 64-bit integers.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes lanes_exponent(const MaskOf<Lanes>& bits) {
   if constexpr (in_halves<Lanes>) {
@@ -53,7 +53,7 @@ LOOMSTONE_INLINE Lanes lanes_exponent(const MaskOf<Lanes>& bits) {
 template <class Lanes>
 LOOMSTONE_INLINE Lanes lanes_log(const Lanes& value) {
   const MaskOf<Lanes> bits = lanes_bits(value);
-  // Less the bits of sqrt(1/2), so that the mantissa below lies in [sqrt(1/2), sqrt(2)).
+  // Subtracting the bits of sqrt(1/2) puts the mantissa below into [sqrt(1/2), sqrt(2)).
   const MaskOf<Lanes> power = (bits - 0x3fe6a09e667f3bcdLL) & ~0xfffffffffffffLL;
   const Lanes f = lanes_of_bits<Lanes>(bits - power) - 1.0;
   const Lanes k = lanes_exponent<Lanes>(power);

@@ -1,4 +1,5 @@
-// Moments and evaluation of solid-harmonic expansions; recurrences as in [Wang1996], section II.
+// Moments and evaluation of solid-harmonic expansions; the recurrences are those of [Wang1996],
+// section II.
 #include "core/magnetics/sources/multipole_expansion.h"
 
 #include <cmath>
@@ -61,8 +62,8 @@ std::vector<double> flat(const Coefficients& c, double scale) {
   return out;
 }
 
-// Sums over the harmonics of all `components` at once. Each lane takes the degrees it needs,
-// whatever its neighbours need, so that a point's value does not depend on the points beside it.
+// Sums over the harmonics for all `components` at once. Each lane adds exactly the degrees that its
+// own distance needs, so the value at a point does not depend on the other points of its block.
 template <int components, class Lanes>
 LOOMSTONE_INLINE void evaluate(const double* const* coefficients, double inverse_radius,
                                const double* points, Index n, int highest, double* out) {
@@ -71,11 +72,12 @@ LOOMSTONE_INLINE void evaluate(const double* const* coefficients, double inverse
                     lanes_load<Lanes>(points + n + i) * inverse_radius,
                     lanes_load<Lanes>(points + 2 * n + i) * inverse_radius};
     Lanes square = dot(p, p);
-    // Nearer points get the value of a point at twice the radius, which is finite and not used.
+    // Points closer than two radii are moved out to them: their values are finite and unused.
     const MaskOf<Lanes> inside = square < 4.0;
     square = lanes_select(inside, lanes_all<Lanes>(4.0), square);
     const Lanes inverse = 1.0 / square, distance = lanes_sqrt(square);
-    // The first term is of degree 2; degrees whose share is below exp(-39) = 1e-17 are left out.
+    // The leading term has degree 2; degrees whose relative share is below exp(-39) = 1e-17 are
+    // left out.
     const Lanes needed = 39.0 / lanes_log(distance) + 3.0;
     int last = 0;
     for (int lane = 0; lane < n_lanes; ++lane)
@@ -128,7 +130,7 @@ LOOMSTONE_INLINE void gradient_kernel(const double* const* coefficients, double 
   evaluate<6, Lanes>(coefficients, inverse_radius, points, n, MultipoleExpansion::degree + 2, out);
 }
 
-// Adds c conj(h) for each harmonic of h, twice where m > 0, as -m counts there.
+// Adds c conj(h) for each harmonic of h, doubled for m > 0 to account for -m.
 void add_moments(double c, const Coefficients& h, Coefficients& moments) {
   for (int l = 0; l <= MultipoleExpansion::degree; ++l)
     for (int m = 0; m <= l; ++m)

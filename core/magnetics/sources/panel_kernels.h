@@ -9,9 +9,9 @@
 
 namespace loomstone::panel_kernels {
 
-// A panel in the tables: centre, square of the distance from which points serve, number of
-// triangles and edges; two triangles (corners, normal, twice the area); four edges (two ends,
-// length, normal of the edge in the plane); four points with their area / 4 pi.
+// Layout of a panel's table: centre, square of the distance beyond which points replace the closed
+// form, number of triangles and of edges; two triangles (corners, normal, twice the area); four
+// edges (two ends, length, normal of the edge in the plane); four points with their area / 4 pi.
 inline constexpr int triangles_at = 6, triangle_stride = 13,
                      edges_at = triangles_at + 2 * triangle_stride, edge_stride = 10,
                      points_at = edges_at + 4 * edge_stride, stride = points_at + 16;
@@ -46,8 +46,8 @@ inline void add_panel_table(const FlatPanel& p, std::vector<double>& tables) {
   }
 }
 
-// Field q r / square^(3/2) of a charge at the distance r, square: r^2, more where the charge is
-// blunted.
+// Adds the field q r / square^(3/2) of a point charge; square: r^2, plus the square of the
+// smoothing length of a smoothed charge.
 template <class Lanes>
 LOOMSTONE_INLINE void add_charge_field(const Lanes3<Lanes>& r, const Lanes& square, double charge,
                                        Lanes3<Lanes>& h) {
@@ -57,7 +57,7 @@ LOOMSTONE_INLINE void add_charge_field(const Lanes3<Lanes>& r, const Lanes& squa
   h.z += scale * r.z;
 }
 
-// The gradient of that: xx, xy, xz, yy, yz, zz.
+// Adds its gradient: xx, xy, xz, yy, yz, zz.
 template <class Lanes>
 LOOMSTONE_INLINE void add_charge_gradient(const Lanes3<Lanes>& r, const Lanes& square,
                                           double charge, Lanes g[6]) {
@@ -71,7 +71,7 @@ LOOMSTONE_INLINE void add_charge_gradient(const Lanes3<Lanes>& r, const Lanes& s
   g[5] += scale - three * r.z * r.z;
 }
 
-// Field of unit charge on the panel of a table.
+// Field of unit charge density on the panel of a table.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes3<Lanes> panel_field(const Lanes3<Lanes>& p, const double* t, double radius) {
   const Lanes3<Lanes> away{p.x - t[0], p.y - t[1], p.z - t[2]};
@@ -101,7 +101,7 @@ LOOMSTONE_INLINE Lanes3<Lanes> panel_field(const Lanes3<Lanes>& p, const double*
           lanes_select(beside, exact.z / (4.0 * pi), h.z)};
 }
 
-// All panels of a set: tables, and the radius of the ball about the origin that holds them [m].
+// All panels of a set, and the radius of their bounding ball about the origin [m].
 struct PanelTables {
   const double* tables;
   Index panels;
@@ -129,14 +129,14 @@ LOOMSTONE_INLINE void field_kernel(PanelTables by, const double* charges, const 
   }
 }
 
-// Points of a surface: positions and normals times areas by columns, and the row of each.
+// Points of a surface by columns: positions, normals times areas, and the panel row of each.
 struct FluxPoints {
   const double *points, *normals;
   const Index* row_of;
   Index n;
 };
 
-// Adds the fluxes of unit charge on each panel through the points to their rows of `out`.
+// Adds the fluxes of unit charge density on each panel through the points to their rows of `out`.
 template <class Lanes>
 LOOMSTONE_INLINE void flux_kernel(PanelTables by, FluxPoints on, double* out) {
   for (Index i = 0; i < on.n; i += n_lanes) {
@@ -150,7 +150,7 @@ LOOMSTONE_INLINE void flux_kernel(PanelTables by, FluxPoints on, double* out) {
   }
 }
 
-// Adds the gradient of `charge` on the panel of a table to `sum`.
+// Adds the gradient of the field of a charge density on the panel of a table to `sum`.
 template <class Lanes>
 LOOMSTONE_INLINE void add_panel_gradient(const Lanes3<Lanes>& p, const double* t, double radius,
                                          double charge, Lanes* sum) {
@@ -186,10 +186,10 @@ LOOMSTONE_INLINE void gradient_kernel(PanelTables by, const double* charges, con
   }
 }
 
-// Charges at points that are blunted: r / (r^2 + length^2)^(3/2).
+// Smoothed point charges: field q r / (r^2 + length^2)^(3/2).
 template <class Lanes>
-LOOMSTONE_INLINE void add_blunt_field(const double* charges, Index count, const double* points,
-                                      Index n, double* out) {
+LOOMSTONE_INLINE void add_smoothed_field(const double* charges, Index count, const double* points,
+                                         Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes3<Lanes> sum{};
@@ -205,8 +205,8 @@ LOOMSTONE_INLINE void add_blunt_field(const double* charges, Index count, const 
 }
 
 template <class Lanes>
-LOOMSTONE_INLINE void add_blunt_gradient(const double* charges, Index count, const double* points,
-                                         Index n, double* out) {
+LOOMSTONE_INLINE void add_smoothed_gradient(const double* charges, Index count,
+                                            const double* points, Index n, double* out) {
   for (Index i = 0; i < n; i += n_lanes) {
     const Lanes3<Lanes> p = lanes3_load<Lanes>(points + i, n);
     Lanes sum[6];

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <string>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/magnetics/sources/constants.h"
 #include "core/magnetics/sources/flat_face.h"
 #include "core/magnetics/sources/gauss.h"
@@ -50,7 +49,7 @@ LOOMSTONE_INLINE void field_kernel(SurfaceTables surface, const double* j, const
       h.y += e[8] * log;
       h.z += e[9] * log;
     }
-    // Inside, all faces are seen from behind: -4 pi in all. j is zero where mu0 H is wanted.
+    // The solid angles add up to -4 pi inside and 0 outside. j is zero where mu0 H is wanted.
     const MaskOf<Lanes> inside = around < -2.0 * pi;
     lanes_store(out + i, h.x + lanes_select(inside, lanes_all<Lanes>(j[0]), Lanes{}));
     lanes_store(out + n + i, h.y + lanes_select(inside, lanes_all<Lanes>(j[1]), Lanes{}));
@@ -58,8 +57,8 @@ LOOMSTONE_INLINE void field_kernel(SurfaceTables surface, const double* j, const
   }
 }
 
-// Derivatives need edges only: d Omega is the field of a unit current along the face's rim, dL is
-// rational.
+// Gradients need the edges only: the gradient of Omega is the field of a unit current along the rim
+// of the face, and that of L is rational.
 template <class Lanes>
 LOOMSTONE_INLINE void gradient_kernel(const double* edges, Index n_edges, double radius,
                                       const double* points, Index n, double* out) {
@@ -75,7 +74,7 @@ LOOMSTONE_INLINE void gradient_kernel(const double* edges, Index n_edges, double
   }
 }
 
-// All points near the body or far from it: what cancels are terms of the size of the distance.
+// At any distance: the terms that cancel grow with the distance, not faster.
 template <class Lanes>
 LOOMSTONE_INLINE void potential_kernel(SurfaceTables surface, const double* points, Index n,
                                        double* out) {
@@ -169,8 +168,8 @@ const MultipoleExpansion& Polyhedron::multipoles() const {
                  bc = vertices_.row(triangles_(t, 2)).transpose() - a - ab;
       const double flux = ab.cross(bc).dot(polarization_),
                    share = std::max(ab.norm(), bc.norm()) / radius_;
-      // Points a side: exact for degree 24 on large faces; on small ones a harmonic is nearly
-      // linear.
+      // Points in each direction: large faces are integrated exactly up to degree 24; on small
+      // faces a harmonic is nearly linear.
       const GaussRule& rule = gauss_rule(share > 0.4 ? 14 : share > 0.1 ? 8 : 5);
       for (int i = 0; i < rule.n; ++i) {
         const double u = 0.5 * (1.0 + rule.nodes[i]);
@@ -228,19 +227,19 @@ MeshMagnet::MeshMagnet(const TriangleMesh& mesh, const Vec3& polarization)
   if (!mesh.closed())
     throw InvalidInput(
         "mesh must be closed to be a magnet, got a surface with open edges; close its holes");
-  // 1e-12: far below any sheet a body can be, far above rounding.
+  // 1e-12: far below the volume of the thinnest sheet, far above rounding.
   if (volume() < 1e-12 * std::pow(radius(), 3))
-    throw InvalidInput(
-        "mesh must enclose a volume > 0 [m^3] with faces counter-clockwise seen from outside, "
-        "got " +
-        std::to_string(volume()) + "; turn its faces or give it a thickness");
+    fail<InvalidInput>(
+        "mesh must enclose a volume > 0 [m^3] with faces counter-clockwise seen from outside, got "
+        "{}; turn its faces or give it a thickness",
+        volume());
 }
 
 Cuboid::Cuboid(const Vec3& size, const Vec3& polarization)
     : Polyhedron(box_corners(size), box_triangles(), polarization), size_(size) {
   if (!(size.minCoeff() > 0.0) || !size.allFinite())
-    throw InvalidInput("size must be three lengths > 0 [m], got (" + std::to_string(size.x()) +
-                       ", " + std::to_string(size.y()) + ", " + std::to_string(size.z()) + ")");
+    fail<InvalidInput>("size must be three lengths > 0 [m], got ({}, {}, {})", size.x(), size.y(),
+                       size.z());
 }
 
 std::optional<std::pair<Vec3, Vec3>> Polyhedron::box() const {

@@ -1,17 +1,17 @@
-// Uniformly magnetised polyhedra as surface charge J.n on their faces: any closed triangle mesh,
-// and the cuboid, whose faces meet at right angles and need fewer terms.
+// Uniformly magnetised polyhedra as surface charge J.n on their faces: closed triangle meshes, and
+// cuboids, whose right angles need fewer terms.
 //
-// A face of charge sigma adds sigma/4pi [n Omega + sum over its edges m L]: Omega the solid angle
-// under which it is seen (positive on the side of its normal n), m the normal of an edge in the
-// plane of the face, outwards, L = log((r1
-// + r2 + l) / (r1 + r2 - l)) of an edge of length l with distances r1, r2 to its ends [Wilton1984].
-// Edges of neighbouring faces are summed first, so an edge where the charge does not change costs
-// nothing. The face's potential is sigma/4pi [sum of (m.s) L - (n.r) Omega], r from a corner to the
-// point, s from the point to an end of the edge.
+// A face with charge sigma contributes sigma/4pi [n Omega + sum over its edges m L] to the field:
+// Omega is its solid angle seen from the point (positive on the side of its normal n), m the
+// outward normal of an edge in the plane of the face, and L = log((r1 + r2 + l) / (r1 + r2 - l))
+// for an edge of length l with distances r1, r2 to its ends [Wilton1984]. Contributions of the two
+// faces of an edge are added up in advance, so an edge between equal charges costs nothing. The
+// potential of the face is sigma/4pi [sum of (m.s) L - (n.r) Omega], with r from a corner to the
+// point and s from the point to an end of the edge.
 //
-// On a face (closer than 1e-12 of the size) the value is the outer one. On an edge the field is
-// infinite; it is evaluated 1e-15 of the size beside it. Farther than 4 radii multipoles take over,
-// which lose no digits however far the point.
+// On a face (closer than 1e-12 radii) the field is the outer limit. On an edge it is infinite;
+// points closer than 1e-15 radii are treated as lying at that distance. Beyond 4 radii a multipole
+// expansion takes over, because the closed form loses digits with distance.
 #pragma once
 
 #include <mutex>
@@ -41,12 +41,12 @@ class Polyhedron : public Source {
   const Triangles& triangles() const { return triangles_; }   // (m x 3)
   const Vec3& polarization() const { return polarization_; }  // J [T]
   double volume() const { return volume_; }                   // [m^3]
-  // Of its charge, made when first asked for.
+  // Expansion of its charge, built on first use.
   const MultipoleExpansion& multipoles() const;
 
  protected:
   Polyhedron(Points vertices, Triangles triangles, const Vec3& polarization);
-  virtual std::vector<Panel> faces(bool all) const;  // else those with charge
+  virtual std::vector<Panel> faces(bool all) const;  // all, or those with charge
   virtual void near_field(const double* points, Index n, Quantity quantity, double* field) const;
 
  private:
@@ -54,7 +54,7 @@ class Polyhedron : public Source {
   Triangles triangles_;
   Vec3 polarization_;
   double radius_ = 0.0, volume_ = 0.0;
-  // Tables of the kernels.
+  // As the kernels read them:
   std::vector<double> faces_;  // (m x 16) three corners, unit normal, twice the area, charge / 4
                                // pi, 2 unused [m, m^2, T]
   std::vector<double> edges_;  // (k x 14) two ends, length, sum of charge/4pi times m, the same
@@ -67,8 +67,8 @@ class Polyhedron : public Source {
 
 class MeshMagnet final : public Polyhedron {
  public:
-  // polarization J [T] in the axes of the mesh. Throws InvalidInput where the mesh is open or
-  // encloses no volume.
+  // polarization J [T] in the axes of the mesh. Throws InvalidInput if the mesh is open or encloses
+  // no volume.
   MeshMagnet(const TriangleMesh& mesh, const Vec3& polarization);
 };
 

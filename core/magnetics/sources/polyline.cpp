@@ -3,9 +3,8 @@
 #include "core/magnetics/sources/polyline.h"
 
 #include <cmath>
-#include <string>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/magnetics/sources/constants.h"
 #include "core/magnetics/sources/lane_math.h"
 
@@ -13,8 +12,8 @@ namespace loomstone {
 
 namespace {
 
-// Of one segment: c = l x r0 and factor 2 (1/d0 + 1/d1) / ((d0 + d1)^2 - l^2), without cancellation
-// beside the wire.
+// One segment: c = l x r0 and the factor (1/d0 + 1/d1) / ((d0 + d1)^2 - l^2) = (i0 + i1) outer,
+// computed without cancellation next to the wire.
 template <class Lanes>
 struct Segment {
   Lanes3<Lanes> r0, r1, c;
@@ -52,7 +51,7 @@ struct Wire {
   const double* vertices;
   Index segments;
   double scale;    // mu0 I / 2 pi [T m]
-  double nearest;  // points nearer to the wire are taken so far from it [m]
+  double nearest;  // least distance from the wire at which the field is evaluated [m]
 };
 
 template <class Lanes>
@@ -91,8 +90,8 @@ LOOMSTONE_INLINE void gradient_kernel(Wire wire, const double* points, Index n, 
       const Lanes a1 = -s.i1 * (s.outer * s.i1 * s.i1 + 2.0 * f * s.outer * sum);
       const Lanes dx = a0 * s.r0.x + a1 * s.r1.x, dy = a0 * s.r0.y + a1 * s.r1.y,
                   dz = a0 * s.r0.z + a1 * s.r1.z;
-      // B_i,j = c_i f_,j + f c_i,j with c = l x r; c_i,j is antisymmetric. A closed line's sum is
-      // symmetric: take that part.
+      // B_i,j = c_i f_,j + f c_i,j with c = l x r, where c_i,j is antisymmetric. The sum over a
+      // closed line is symmetric, so only the symmetric part is kept.
       g[0] += s.c.x * dx;
       g[1] += 0.5 * (s.c.x * dy + s.c.y * dx);
       g[2] += 0.5 * (s.c.x * dz + s.c.z * dx);
@@ -110,15 +109,14 @@ Polyline::Polyline(Points vertices, double current)
     : vertices_(std::move(vertices)), current_(current) {
   check_points(vertices_, "vertices");
   if (vertices_.rows() < 2)
-    throw InvalidInput("vertices must be at least two points, got " +
-                       std::to_string(vertices_.rows()));
-  if (!std::isfinite(current))
-    throw InvalidInput("current must be finite [A], got " + std::to_string(current));
+    fail<InvalidInput>("vertices must be at least two points, got {}", vertices_.rows());
+  if (!std::isfinite(current)) fail<InvalidInput>("current must be finite [A], got {}", current);
   for (Eigen::Index i = 0; i + 1 < vertices_.rows(); ++i)
     if (vertices_.row(i) == vertices_.row(i + 1))
-      throw InvalidInput("vertices must differ from one to the next, but rows " +
-                         std::to_string(i) + " and " + std::to_string(i + 1) +
-                         " are the same; leave one out");
+      fail<InvalidInput>(
+          "vertices must differ from one to the next, but rows {} and {} are the same; leave one "
+          "out",
+          i, i + 1);
   radius_ = vertices_.rowwise().norm().maxCoeff();
 }
 

@@ -1,4 +1,4 @@
-// Current along straight segments, by the law of Biot and Savart.
+// Current along a polyline, by the law of Biot and Savart.
 #pragma once
 
 #include <vector>
@@ -9,14 +9,14 @@ namespace loomstone {
 
 class Polyline final : public Source {
  public:
-  // vertices (n x 3) [m] in order; current [A] from the first to the last. It is closed where the
-  // last vertex equals the first. On a wire the field is infinite; it is evaluated 1e-15 radii of
-  // the source beside it.
+  // vertices (n x 3) [m] in order; current [A] from the first to the last. The line is closed if
+  // the last vertex equals the first. The field is infinite on the wire; points closer than 1e-15
+  // radii of the source are treated as lying at that distance.
   Polyline(Points vertices, double current);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
   double radius() const override { return radius_; }
-  Vec3 moment() const override;  // I/2 sum of a x b; of a closed line its dipole moment
+  Vec3 moment() const override;  // I/2 sum of a x b over segments from a to b
   bool steady() const override { return closed(); }
   bool closed() const { return vertices_.row(0) == vertices_.row(vertices_.rows() - 1); }
   std::vector<Panel> panels() const override;

@@ -1,5 +1,6 @@
-// Sources of magnetic fields in their own axes: what every source can do. Formulas stand in the
-// files named after them.
+// The interface that magnets, currents and induced bodies share: fields and potentials in the
+// source's own axes, its shape, and its charge or current as quadrature points. Formulas stand in
+// the files named after the sources.
 #pragma once
 
 #include <memory>
@@ -16,12 +17,11 @@ namespace loomstone {
 using Gradients =
     Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor>;  // (n x 9) rows dB_i/dx_j, i slowest
 
-// Points of a block lie as x[n], y[n], z[n]; fields likewise; gradients as xx, xy, xz, yy, yz, zz.
-// n is a multiple of 8.
+// A block stores its n points by columns, x[n], y[n], z[n], and fields likewise; symmetric
+// gradients as xx, xy, xz, yy, yz, zz. n is a multiple of 8.
 inline constexpr Index points_per_block = 128;
 
-// What a field is asked for: flux density, or mu0 times the field strength. They differ inside
-// magnets by the polarisation.
+// B, or mu0 H; inside a magnet B = mu0 H + J with the polarisation J.
 enum class Quantity { flux_density, mu0_field_strength };
 
 class DipoleSet;
@@ -47,43 +47,44 @@ class Source {
                            double* field) const = 0;
   // Symmetric gradient of mu0 H [T/m] of one block.
   virtual void gradient_block(const double* points, Index n, double* gradient) const = 0;
-  // Both at once, the same bits.
+  // Both at once; the same bits as one after the other.
   virtual void field_and_gradient_block(const double* points, Index n, Quantity quantity,
                                         double* field, double* gradient) const {
     field_block(points, n, quantity, field);
     gradient_block(points, n, gradient);
   }
-  // mu0 times the scalar potential of one block, whose descent is mu0 H and which vanishes far away
-  // [T m]. Throws Unsupported for currents, which have none.
+  // Magnetic scalar potential times mu0 of one block [T m]: mu0 H is minus its gradient, and it
+  // vanishes at infinity. Throws Unsupported for currents and induced bodies.
   virtual void potential_block(const double* points, Index n, double* potential) const;
   // Vector potential [T m] of one block. Throws Unsupported unless winding() has a value.
   virtual void vector_potential_block(const double* points, Index n, double* potential) const;
-  // Radius of the ball about the origin that holds the source [m].
+  // Radius of the bounding ball about the origin [m].
   virtual double radius() const = 0;
   // Dipole moment [A m^2].
   virtual Vec3 moment() const = 0;
-  // Of solid bodies: bounding box [m], and depth of a point below the surface, negative outside
-  // [m].
+  // Bounding box of a solid body [m]; other sources have none. Depth of a point below its surface,
+  // negative outside [m].
   virtual std::optional<std::pair<Vec3, Vec3>> box() const { return std::nullopt; }
   virtual double depth(const Vec3&) const { return 0.0; }
   virtual bool spherical() const { return false; }
-  // False where its current has ends.
+  // False for a current whose ends do not meet.
   virtual bool steady() const { return true; }
-  // Where its charge or current sits; empty for dipoles, which dipoles() gives.
+  // Panels that carry magnetic charge or current. Empty for dipoles (see dipoles()) and induced
+  // bodies (see charges()).
   virtual std::vector<Panel> panels() const { return {}; }
-  // Of solid bodies: their whole surface, also where it carries no charge.
+  // The whole surface of a solid body, panels without charge included.
   virtual std::vector<Panel> surface() const { return {}; }
-  // Of induced bodies: their charge at points that are enough for integrals over it; empty for all
-  // others.
+  // True for a body that the field around it magnetises. charges() then samples its surface charge
+  // densely enough for integrals; for other sources it is empty.
   virtual bool induced() const { return false; }
   virtual std::vector<PanelSample> charges() const { return {}; }
-  // The same induced body with the mean charge of each panel; null for all others and where the
-  // charge is uniform on panels already.
+  // An induced body with the mean charge on each panel. Null for other sources, and where the
+  // charge is uniform on each panel already.
   virtual SourcePtr panel_means() const { return nullptr; }
-  // Dipoles with exactly the field of the source outside of it (of a sphere one); null for all
-  // others.
+  // Dipoles whose field equals that of the source everywhere outside it (one for a sphere); null
+  // for other sources.
   virtual const DipoleSet* dipoles() const { return nullptr; }
-  // Forms that closed formulas are known for.
+  // Shapes with closed formulas for forces and inductances.
   virtual std::optional<CircularWinding> winding() const { return std::nullopt; }
   virtual std::optional<UniformCuboid> uniform_cuboid() const { return std::nullopt; }
 };

@@ -1,9 +1,8 @@
 #include "core/magnetics/sources/sphere.h"
 
 #include <cmath>
-#include <string>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/magnetics/sources/constants.h"
 
 namespace loomstone {
@@ -25,7 +24,7 @@ Sphere::Sphere(double radius, const Vec3& polarization)
       polarization_(polarization),
       dipole_(Points::Zero(1, 3), sphere_moment(radius, polarization)) {
   if (!(radius > 0.0) || !std::isfinite(radius))
-    throw InvalidInput("radius must be > 0 [m], got " + std::to_string(radius));
+    fail<InvalidInput>("radius must be > 0 [m], got {}", radius);
 }
 
 void Sphere::field_block(const double* points, Index n, Quantity quantity, double* field) const {

@@ -1,5 +1,5 @@
-// Uniformly magnetised sphere about the origin: outside exactly a dipole, inside B = 2/3 J, mu0 H =
-// -J/3.
+// Uniformly magnetised sphere about the origin: the field outside is exactly that of a dipole;
+// inside B = 2/3 J and mu0 H = -J/3.
 #pragma once
 
 #include "core/magnetics/sources/dipoles.h"

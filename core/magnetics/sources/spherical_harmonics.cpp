@@ -85,7 +85,7 @@ Vector SphericalHarmonics::coefficients(const Vector& values) const {
   for (Index ring = 0; ring < cosines_.size(); ++ring) {
     legendre(ring, p);
     const double weight =
-        weights_[ring] / turns_;  // of the mean over the sphere, twice, as is right for m > 0
+        weights_[ring] / turns_;  // twice the weight of a mean over the sphere, as m > 0 needs
     for (int l = 1; l <= degree_; ++l) {
       result[slot(l, 0)] +=
           0.5 * (2.0 * l + 1.0) * weight * p[triangle_place(l, 0)] * real(ring, 0);
@@ -115,9 +115,8 @@ Vector SphericalHarmonics::values(const Vector& coefficients) const {
   return Eigen::Map<const Vector>(rings.data(), rings.size());
 }
 
-// With S and R the unnormalised harmonics of multipole_expansion.h, S_lm(r - d) = (-1)^(l+m) sum
-// over n of (n+l)! / d^(n+l+1) R_nm for d along +z; below the target (-1)^(n+m) stands for
-// (-1)^(l+m).
+// With the unnormalised harmonics S and R of multipole_expansion.h, S_lm(r - d) = (-1)^(l+m) sum
+// over n of (n+l)! / d^(n+l+1) R_nm for d along +z; for d along -z, (-1)^(n+m) replaces (-1)^(l+m).
 CoaxialTranslation::CoaxialTranslation(double height, int source_degree, double source_radius,
                                        int target_degree, double target_radius)
     : source_degree_(source_degree), target_degree_(target_degree) {

@@ -1,5 +1,5 @@
-// Parts a block of points in two by a predicate, so that eight lanes do the same work, and puts the
-// results back in order.
+// Partitions a block of points by a predicate, so that all lanes of a kernel take the same branch,
+// and scatters the results back to the order of the block.
 #pragma once
 
 #include "core/base/simd.h"
@@ -7,7 +7,7 @@
 
 namespace loomstone {
 
-// A block of points and where the components of their values go, by columns.
+// A block of points and the columns of `components` values that are computed at them.
 struct PointBlock {
   const double* points;
   Index n;
@@ -15,8 +15,8 @@ struct PointBlock {
   int components;
 };
 
-// Points for which chosen(x, y, z) is true go to first(points, n, out), the others to
-// second(points, n, out).
+// first(points, n, out) computes the values where chosen(x, y, z) holds, second(points, n, out) the
+// others.
 template <class Chosen, class First, class Second>
 void split_block(PointBlock block, Chosen&& chosen, First&& first, Second&& second) {
   const auto [points, n, out, components] = block;

@@ -1,4 +1,4 @@
-// The field of a magnet of many faces or cells by expansions, beside the exact sum over these.
+// Fields of magnets with many faces or cells by local expansions, compared with exact sums.
 #include <functional>
 #include <random>
 
@@ -34,7 +34,7 @@ std::shared_ptr<const MeshMagnet> ring() {
   return std::make_shared<MeshMagnet>(TriangleMesh(x, t), Vec3(0.3, -0.1, 0.6));
 }
 
-// Points at a distance from the surface, on either side, and some far away.
+// Points at a distance from the surface, inside or outside.
 Points beside(double distance, bool inside) {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> angle(0.0, 2.0 * 3.141592653589793);
@@ -95,7 +95,7 @@ TEST_CASE("the value at a point does not depend on the points beside it") {
                                std::make_shared<CellMagnet>(cells.expanded(1e-3))};
   for (const SourcePtr& expanded : sources) {
     Points x = beside(0.004, false);
-    x.bottomRows(40) *= 5.0;  // beyond the cubes
+    x.bottomRows(40) *= 5.0;  // outside the octree
     const FieldAndGradient all = magnetic_field_and_gradient(Team{2}, {expanded, {}}, x);
     for (Index i = 0; i < 300; i += 37) {
       const FieldAndGradient one = magnetic_field_and_gradient(Team{}, {expanded, {}}, x.row(i));

@@ -15,8 +15,8 @@ double distance(const Vec3& position, const Vec4& orientation = Vec4(1, 0, 0, 0)
   return box_distance(-half, half, -half, half, {position, orientation});
 }
 
-// The same by projecting from one box to the other in turn, which converges to the nearest points
-// of convex bodies.
+// The same by alternating projections between the boxes, which converge to the nearest points of
+// convex bodies.
 double by_projections(const RigidPose& pose) {
   const Mat3 r = rotation_matrix(pose.orientation);
   Vec3 a = Vec3::Zero(), b = Vec3::Zero();
@@ -54,7 +54,7 @@ TEST_CASE("random boxes have the distance that projections in turn find") {
     const RigidPose pose{
         Vec3(4.0 * normal(random), 4.0 * normal(random), 4.0 * normal(random)),
         Vec4(normal(random), normal(random), normal(random), normal(random)).normalized()};
-    // projections in turn converge slowly where faces are nearly parallel: 1e-3
+    // alternating projections converge slowly if faces are nearly parallel: 1e-3
     CHECK(distance(pose.position, pose.orientation) == Approx(by_projections(pose)).margin(2e-3));
   }
 }
