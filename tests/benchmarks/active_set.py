@@ -62,7 +62,7 @@ def main() -> None:
                         done + sim.report.limits.sweeps,
                         looked + sim.report.limits.evaluations,
                     )
-                    least[step] = min(least[step], sim.report.seconds["limit"])
+                    least[step] = min(least[step], sim.report.seconds.limit)
             sweeps.append(done / options.steps)
             evaluations.append(looked / options.steps / options.triangles)
             times.append(1e3 * least.mean())

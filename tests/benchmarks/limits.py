@@ -78,7 +78,7 @@ def measure(sim: ls.Simulation, limited: bool, duration: float) -> dict[str, flo
         steps += 1
         sweeps += report.limits.sweeps
         evaluations += report.limits.evaluations
-        limit += report.seconds["limit"]
+        limit += report.seconds.limit
         iterations += report.solver.linear_iterations
         excess.append(
             max(report.limits.weft_excess, report.limits.warp_excess, report.limits.shear_excess)
