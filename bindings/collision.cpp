@@ -8,10 +8,10 @@
 
 #include "bindings/bindings.h"
 #include "core/collision/candidates.h"
-#include "core/collision/collision_stage.h"
 #include "core/collision/detector.h"
 #include "core/collision/narrow_phase/exact_continuous.h"
 #include "core/collision/narrow_phase/separation.h"
+#include "core/collision/tangle/intersections.h"
 
 namespace loomstone {
 

@@ -34,32 +34,6 @@ struct CollisionStage::Data {
   ContactStart start;            // likewise, of its contacts
 };
 
-void CertifyReport::merge(const std::vector<Shortened>& others) {
-  std::vector<Shortened> both(shortened.size() + others.size());
-  const auto before = [](const Shortened& a, const Shortened& b) { return a.vertex < b.vertex; };
-  std::merge(shortened.begin(), shortened.end(), others.begin(), others.end(), both.begin(),
-             before);
-  shortened.clear();
-  for (const Shortened& each : both) {
-    if (shortened.empty() || shortened.back().vertex != each.vertex)
-      shortened.push_back(each);
-    else
-      shortened.back().taken += each.taken;
-  }
-}
-
-double CertifyReport::withheld() const {
-  double sum = 0.0;
-  for (const Shortened& each : shortened) sum += each.taken.norm();
-  return sum;
-}
-
-double CertifyReport::withheld_moment() const {
-  double sum = 0.0;
-  for (const Shortened& each : shortened) sum += each.mass * each.taken.norm();
-  return sum;
-}
-
 CollisionStage::CollisionStage(const CollisionModel& model)
     : data_(std::make_unique<Data>(model)) {}
 CollisionStage::~CollisionStage() = default;

@@ -3,61 +3,18 @@
 // (continuous test, clean-up by impulses, truncation).
 #pragma once
 
-#include <array>
 #include <memory>
 #include <vector>
 
 #include "core/base/types.h"
+#include "core/collision/certify/certify_report.h"
 #include "core/collision/model/collision_model.h"
+#include "core/collision/model/contact.h"
 #include "core/collision/model/free_body.h"
 #include "core/linalg/extra_terms.h"
 #include "core/parallel/team.h"
 
 namespace loomstone {
-
-enum class ContactKind : std::uint8_t { VertexFace = 0, EdgeEdge = 1 };
-
-struct Contact {
-  ContactKind kind;
-  Index a, b;                     // vertex and triangle id, or two edge ids (a < b)
-  std::array<Index, 4> vertices;  // vertex, face corners; or edge a, edge b
-  std::array<double, 4> weights;  // signed: + on side a, - on side b; each side sums to 1
-  Vec3 normal;                    // unit, from b to a
-  double distance;                // at the start of the step [m]
-  double thickness;               // xi = epsilon_c of the pair [m]
-  double friction;                // mu of the pair [1]
-};
-
-// State: anchors of friction, sorted by (kind, a, b).
-struct ContactState {
-  struct Anchor {
-    ContactKind kind;
-    Index a, b;
-    Vec3 slip;            // of a relative to b [m]
-    double normal_force;  // of the last step [N]
-  };
-  std::vector<Anchor> anchors;
-};
-
-// What was taken from the displacement of a cloth vertex, or of a body, known by its first vertex.
-struct Shortened {
-  Index vertex;
-  Vec3 taken;   // [m]
-  double mass;  // [kg]
-};
-
-struct CertifyReport {
-  std::int64_t impacts = 0;          // pairs that hit, first pass
-  std::int64_t unresolved = 0;       // impacts that are left (cloth pinched between scripts that
-                                     // overlap): the step is not free
-  std::vector<Shortened> shortened;  // ascending, each once
-
-  // Adds what was taken before or after; what was taken twice from one vertex is one displacement.
-  void merge(const std::vector<Shortened>& others);
-  std::int64_t truncated() const { return static_cast<std::int64_t>(shortened.size()); }
-  double withheld() const;         // lengths taken [m]
-  double withheld_moment() const;  // the same times their masses [kg m]
-};
 
 class CollisionStage {
  public:
@@ -118,14 +75,5 @@ class CollisionStage {
   struct Data;
   std::unique_ptr<Data> data_;
 };
-
-// Pairs of triangles of one configuration that intersect (not sharing a vertex), ascending;
-// independent of the stage.
-std::vector<std::array<Index, 2>> intersecting_pairs(const Points& points,
-                                                     const Triangles& triangles);
-// Those of them that certification keeps apart: at least one is cloth; a cloth without
-// self-collision is not held against itself.
-std::vector<std::array<Index, 2>> cloth_intersections(const CollisionModel& model,
-                                                      const Points& points);
 
 }  // namespace loomstone

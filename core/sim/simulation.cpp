@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/base/message.h"
+#include "core/collision/tangle/intersections.h"
 #include "core/parallel/agreement.h"
 #include "core/sim/model/motion.h"
 #include "core/sim/record/capture.h"

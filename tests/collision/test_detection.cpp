@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "core/collision/certify/impact_search.h"
+#include "core/collision/collision_stage.h"
 #include "core/collision/response/contacts.h"
 #include "tests/collision/collision_scenes.h"
 

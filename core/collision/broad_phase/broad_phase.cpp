@@ -1,7 +1,6 @@
 #include "core/collision/broad_phase/broad_phase.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "core/collision/broad_phase/pair_search.h"
 #include "core/collision/narrow_phase/distance.h"
@@ -16,8 +15,6 @@ constexpr std::size_t enough_tasks = 256;
 
 // Pairs that are handed on at once.
 constexpr std::size_t batch_size = 1024;
-
-using Kind = CollisionSurface::Kind;
 
 // Keeps what a filter leaves of each batch.
 template <class Filter>
@@ -63,21 +60,6 @@ class Kept : public PairSink {
 };
 
 }  // namespace
-
-std::vector<SurfacePair> surface_pairs(const CollisionModel& model) {
-  std::vector<SurfacePair> pairs;
-  const Index n = static_cast<Index>(model.surfaces.size());
-  for (Index a = 0; a < n; ++a)
-    for (Index b = a; b < n; ++b) {
-      const CollisionSurface &first = model.surfaces[a], &second = model.surfaces[b];
-      if (first.kind != Kind::Cloth && second.kind != Kind::Cloth) continue;
-      if (a == b && !first.self_collision) continue;
-      const bool turned = first.kind != Kind::Cloth;
-      pairs.push_back({turned ? b : a, turned ? a : b, 0.5 * (first.thickness + second.thickness),
-                       std::sqrt(first.friction * second.friction)});
-    }
-  return pairs;
-}
 
 BroadPhase::BroadPhase(const CollisionModel& model, const std::vector<SurfacePair>& pairs)
     : model_(model), pairs_(pairs), vertex_slabs_(model.n_vertices) {

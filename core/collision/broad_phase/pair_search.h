@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/collision/broad_phase/cluster_tree.h"
-#include "core/collision/collision_stage.h"
+#include "core/collision/model/contact.h"
 
 namespace loomstone {
 

@@ -134,13 +134,13 @@ void Displacements::finish() {
   }
 }
 
-std::vector<Shortened> Displacements::shortened() const {
-  std::vector<Shortened> result;
+std::vector<WithheldMotion> Displacements::withheld() const {
+  std::vector<WithheldMotion> result;
   for (const CollisionSurface& surface : model_.surfaces) {
     if (surface.kind != CollisionSurface::Kind::Cloth) continue;
     for (Index v = surface.first_vertex; v < surface.first_vertex + surface.n_vertices; ++v) {
-      const Vec3 taken = (wanted_.row(v) - (x1_.row(v) - x0_.row(v))).transpose();
-      if (movable(v) && !taken.isZero(0.0)) result.push_back({v, taken, 1.0 / inverse_mass_[v]});
+      const Vec3 lost = (wanted_.row(v) - (x1_.row(v) - x0_.row(v))).transpose();
+      if (movable(v) && !lost.isZero(0.0)) result.push_back({v, lost, 1.0 / inverse_mass_[v]});
     }
   }
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
@@ -150,7 +150,7 @@ std::vector<Shortened> Displacements::shortened() const {
                       1.0 / bodies_[b].inverse_mass});
   }
   std::sort(result.begin(), result.end(),
-            [](const Shortened& a, const Shortened& b) { return a.vertex < b.vertex; });
+            [](const WithheldMotion& a, const WithheldMotion& b) { return a.vertex < b.vertex; });
   return result;
 }
 

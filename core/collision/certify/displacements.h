@@ -6,6 +6,7 @@
 
 #include <vector>
 
+#include "core/collision/certify/certify_report.h"
 #include "core/collision/certify/impact_search.h"
 #include "core/collision/model/free_body.h"
 #include "core/collision/model/rigid_motion.h"
@@ -40,8 +41,8 @@ class Displacements {
 
   // Adds to each body how truncation moved and turned its end.
   void finish();
-  // What was taken from the wanted displacements, ascending.
-  std::vector<Shortened> shortened() const;
+  // Motion withheld from the wanted displacements, ascending.
+  std::vector<WithheldMotion> withheld() const;
 
  private:
   static constexpr Index none = -1,

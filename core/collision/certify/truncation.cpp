@@ -117,7 +117,7 @@ CertifyReport truncate(const Team& team, const CollisionModel& model, ImpactSear
     }
   }
   displacements.finish();
-  report.shortened = displacements.shortened();
+  report.withheld = displacements.withheld();
   return report;
 }
 

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "core/collision/certify/certify_report.h"
 #include "core/collision/certify/impact_search.h"
 #include "core/collision/model/free_body.h"
 

@@ -2,7 +2,10 @@
 // anchored springs across it.
 #pragma once
 
-#include "core/collision/collision_stage.h"
+#include "core/collision/model/collision_model.h"
+#include "core/collision/model/contact.h"
+#include "core/linalg/extra_terms.h"
+#include "core/parallel/team.h"
 
 namespace loomstone {
 

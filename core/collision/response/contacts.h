@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "core/collision/broad_phase/near_lists.h"
-#include "core/collision/collision_stage.h"
+#include "core/collision/model/contact.h"
 
 namespace loomstone {
 

@@ -4,7 +4,8 @@
 
 #include <vector>
 
-#include "core/collision/collision_stage.h"
+#include "core/collision/model/collision_model.h"
+#include "core/collision/model/contact.h"
 
 namespace loomstone {
 

@@ -9,7 +9,7 @@
 #include <array>
 #include <vector>
 
-#include "core/collision/broad_phase/broad_phase.h"
+#include "core/collision/model/feature_pairs.h"
 #include "core/collision/model/free_body.h"
 
 namespace loomstone {

@@ -7,7 +7,8 @@
 
 #include <vector>
 
-#include "core/collision/collision_stage.h"
+#include "core/collision/model/contact.h"
+#include "core/collision/model/free_body.h"
 #include "core/collision/tangle/tangle.h"
 
 namespace loomstone {

@@ -1,11 +1,8 @@
-// Pairs of triangles that intersect, by exact predicates; independent of everything else in this
-// module, so that it can judge the rest. Pairs that share a vertex are not looked at.
+#include "core/collision/tangle/intersections.h"
 
 #include <algorithm>
-#include <array>
 
 #include "core/collision/broad_phase/median_tree.h"
-#include "core/collision/collision_stage.h"
 #include "core/collision/narrow_phase/exact_predicates.h"
 
 namespace loomstone {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/base/types.h"
-#include "core/collision/broad_phase/broad_phase.h"
+#include "core/collision/model/feature_pairs.h"
 #include "core/mesh/adjacency.h"
 
 namespace loomstone {

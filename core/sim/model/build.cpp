@@ -2,6 +2,7 @@
 #include <sstream>
 
 #include "core/base/message.h"
+#include "core/collision/tangle/intersections.h"
 #include "core/mesh/spatial_query.h"
 #include "core/sim/model/build.h"
 #include "core/sim/model/motion.h"

@@ -7,7 +7,7 @@
 
 #include "core/base/types.h"
 #include "core/cloth/cloth_state.h"
-#include "core/collision/collision_stage.h"
+#include "core/collision/model/contact.h"
 #include "core/rigid/rigid_body.h"
 
 namespace loomstone {

@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "core/base/error.h"
+#include "core/collision/tangle/intersections.h"
 #include "core/sim/model/motion.h"
 
 namespace loomstone {

@@ -160,7 +160,7 @@ class Constraining {
     CertifyReport done =
         in_.collision->certify(*in_.collision_team, *in_.x0, x1_, *in_.inverse_mass, bodies_);
     done.impacts += report_.certified.impacts;
-    done.merge(report_.certified.shortened);
+    done.merge(report_.certified.withheld);
     report_.certified = std::move(done);
     for (Index i = 0; i < in_.cloth->n_vertices; ++i)
       if (x1_.row(i) != target_.row(i)) report_.touched.push_back(i);
@@ -232,7 +232,7 @@ class Constraining {
       any = true;
       look(x1_);
     }
-    std::vector<Shortened> back;
+    std::vector<WithheldMotion> back;
     for (Index i = 0; i < in_.cloth->n_vertices; ++i) {
       if (wanted.row(i) == x1_.row(i)) continue;
       back.push_back({i, (wanted.row(i) - x1_.row(i)).transpose(), 1.0 / (*in_.inverse_mass)[i]});

@@ -69,8 +69,8 @@ void add_to_report(const StepContext& part, const ConstrainReport& done, bool li
   report.limits.excess = std::max(report.limits.excess, done.limits.largest());
   report.withheld.requested += done.wanted;
   report.contacts.impacts += done.certified.impacts;
-  report.withheld.vertices += done.certified.truncated();
-  report.withheld.motion += done.certified.withheld();
+  report.withheld.vertices += done.certified.n_withheld();
+  report.withheld.motion += done.certified.withheld_length();
   report.withheld.momentum += done.certified.withheld_moment() / part.h;
 }
 
@@ -109,7 +109,7 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, const N
   add_to_report(part, done, engines.limiter != nullptr, outcome.report);
   Certified certified;
   certified.result.impacts = done.certified.unresolved;
-  certified.result.withheld_much = done.certified.withheld() > much_withheld * done.wanted;
+  certified.result.withheld_much = done.certified.withheld_length() > much_withheld * done.wanted;
   certified.result.broke_limits = done.broke;
   certified.result.stopped_for_limits = done.stopped;
   if (done.touched.empty() && !inputs.repelled) certified.limits = done.limits;

@@ -1,6 +1,7 @@
 #include <catch2/catch.hpp>
 
 #include "core/collision/collision_stage.h"
+#include "core/collision/tangle/intersections.h"
 #include "tests/collision/collision_scenes.h"
 
 using namespace loomstone;

@@ -2,6 +2,7 @@
 
 #include "core/collision/collision_stage.h"
 #include "core/collision/response/impulses.h"
+#include "core/collision/tangle/intersections.h"
 #include "tests/collision/collision_scenes.h"
 
 using namespace loomstone;
@@ -111,7 +112,7 @@ TEST_CASE(
         CollisionStage stage(scene.model);
         const CertifyReport report =
             stage.certify(Team{threads}, scene.x, x1, scene.inverse_mass, ball.bodies);
-        INFO("mass " << mass << " travel " << travel << " truncated " << report.truncated());
+        INFO("mass " << mass << " travel " << travel << " withheld " << report.n_withheld());
         CHECK(report.impacts > 0);
         CHECK(report.unresolved == 0);
         CHECK(intersecting_pairs(x1, scene.model.triangles).empty());
@@ -120,7 +121,7 @@ TEST_CASE(
         if (threads == 1) first = x1;
         CHECK(x1 == first);
         if (travel < 0.1) {  // impulses alone suffice
-          CHECK(report.truncated() == 0);
+          CHECK(report.n_withheld() == 0);
           Vec3 change = mass * ball.bodies[0].moved;
           for (Index v = 0; v < scene.model.surfaces[0].n_vertices; ++v)
             change += (x1.row(v) - given.row(v)).transpose() / 1e3;

@@ -1,5 +1,6 @@
 #include <catch2/catch.hpp>
 
+#include "core/collision/collision_stage.h"
 #include "core/collision/response/friction.h"
 #include "tests/collision/collision_scenes.h"
 

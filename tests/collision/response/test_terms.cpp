@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 
+#include "core/collision/collision_stage.h"
 #include "core/collision/narrow_phase/distance.h"
 #include "core/collision/response/contacts.h"
 #include "core/collision/response/friction.h"

@@ -1,0 +1,43 @@
+// Pairs of surfaces that may touch, and pairs of their features: a vertex and a triangle, or two
+// edges.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/collision/model/collision_model.h"
+#include "core/collision/model/contact.h"
+
+namespace loomstone {
+
+// Two surfaces of which at least the first is cloth; a == b: a cloth with itself.
+struct SurfacePair {
+  Index a, b;
+  double thickness;  // xi of the pair: the mean [m]
+  double friction;   // mu of the pair: the geometric mean [1]
+};
+
+std::vector<SurfacePair> surface_pairs(const CollisionModel& model);
+
+// Pairs of features as (a << 32 | b): vertex and triangle, or two edges with a < b. Ascending.
+using PairKey = std::uint64_t;
+inline PairKey pair_key(Index a, Index b) {
+  return static_cast<PairKey>(static_cast<std::uint32_t>(a)) << 32 | static_cast<std::uint32_t>(b);
+}
+inline Index first_of(PairKey key) { return static_cast<Index>(key >> 32); }
+inline Index second_of(PairKey key) { return static_cast<Index>(key & 0xffffffffu); }
+
+struct FeaturePairs {
+  std::vector<PairKey> vertex_face, edge_edge;
+};
+
+inline std::array<Index, 4> pair_vertices(const CollisionModel& model, ContactKind kind,
+                                          PairKey key) {
+  const Index a = first_of(key), b = second_of(key);
+  if (kind == ContactKind::VertexFace)
+    return {a, model.triangles(b, 0), model.triangles(b, 1), model.triangles(b, 2)};
+  return {model.edges(a, 0), model.edges(a, 1), model.edges(b, 0), model.edges(b, 1)};
+}
+
+}  // namespace loomstone
