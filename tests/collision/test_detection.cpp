@@ -87,7 +87,7 @@ TEST_CASE("contacts are those of all pairs, step after step, for any number of t
     for (const int threads : {1, 2, 3, 7}) {
       if (step % 3 == 2 && threads == 3)
         stages[i] = std::make_unique<CollisionStage>(model);  // a stage thrown away
-      const std::vector<Contact> contacts = stages[i++]->proximity(Team{threads}, x);
+      const std::vector<Contact> contacts = stages[i++]->proximity(Team{threads}, x, {});
       std::vector<Key> found;
       for (const Contact& c : contacts) found.push_back({int(c.kind), c.a, c.b});
       CHECK(found == std::vector<Key>(expected.begin(), expected.end()));
@@ -144,8 +144,7 @@ TEST_CASE("impacts are those of all pairs, with lists and without") {
   BroadPhase broad_phase(model, pairs);
   const std::size_t most_per_cluster = GENERATE(64, 0);  // 0: nothing is listed
   NearLists lists(model, pairs, broad_phase, most_per_cluster);
-  const Tangle nothing(model);
-  ImpactSearch search(model, broad_phase, lists, nothing);
+  ImpactSearch search(model, broad_phase, lists);
   const Points x0 = shaken(scene.x, 3e-3, 8);
   int n_impacts = 0;
   for (const double travel : {3e-4, 3e-3, 3e-2}) {
@@ -174,7 +173,7 @@ TEST_CASE("impacts are those of all pairs, with lists and without") {
         }
         std::vector<Key> found;
         for (const StepImpact& each :
-             search.find(Team{threads}, x0, x1, scene.inverse_mass, nullptr))
+             search.find(Team{threads}, {x0, scene.inverse_mass, {}}, x1, nullptr))
           found.push_back({int(each.kind), first_of(each.key), second_of(each.key)});
         CHECK(found == std::vector<Key>(expected.begin(), expected.end()));
         n_impacts += found.size();
@@ -187,10 +186,10 @@ TEST_CASE("a surface that a vertex is attached to does not collide with its face
   TestScene scene =
       make_scene({{grid_cells(0.1, 0.1, 4, 4), Kind::Cloth, 4e-3},
                   {floor_square(0.4, 2).moved(Vec3(0, 0, -0.001)), Kind::Body, 4e-3}});
-  const auto all = CollisionStage(scene.model).proximity(Team{1}, scene.x);
+  const auto all = CollisionStage(scene.model).proximity(Team{1}, scene.x, {});
   scene.model.attached_surface.assign(scene.model.n_vertices, -1);
   scene.model.attached_surface[0] = 1;
-  const auto rest = CollisionStage(scene.model).proximity(Team{1}, scene.x);
+  const auto rest = CollisionStage(scene.model).proximity(Team{1}, scene.x, {});
   CHECK(rest.size() < all.size());
   for (const Contact& contact : rest)
     for (const Index v : contact.vertices) CHECK(v != 0);

@@ -61,16 +61,17 @@ TEST_CASE("time of a step", "[.timing]") {
         for (Index i = 0; i < n; ++i)
           x1.row(i) += travel * std::sin(0.001 * i + step) * Eigen::RowVector3d(0.6, 0.3, 0.4);
         const double t0 = milliseconds(threads);
-        const auto contacts = stage.proximity(Team{threads}, x);
+        const auto contacts = stage.proximity(Team{threads}, x, {});
         const double t1 = milliseconds(threads) - t0;
         terms.clear();
-        double energy = 0.0;
-        stage.terms(contacts, x, x1, Points::Zero(x.rows(), 3), Points(0, 3), 1e-3, n, state, terms,
-                    energy);
-        stage.update_anchors(contacts, x, x1, state);
+        const Points unchanged = Points::Zero(x.rows(), 3);
+        const ContactTerms made =
+            stage.terms({x, x1, unchanged, Points(0, 3), 1e-3, n}, contacts, state, terms);
+        stage.update_anchors(contacts, made, x, x1, state);
         const double t2 = milliseconds(threads) - t0;
         FreeBodies none;
-        const CertifyReport report = stage.certify(Team{threads}, x, x1, scene.inverse_mass, none);
+        const CertifyReport report =
+            stage.certify(Team{threads}, {x, scene.inverse_mass, {}}, x1, none);
         const double t3 = milliseconds(threads) - t0;
         proximity = std::min(proximity, t1);
         terms_time = std::min(terms_time, t2 - t1);

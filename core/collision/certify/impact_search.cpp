@@ -21,13 +21,14 @@ Impact test_pair(ContactKind kind, const std::array<Index, 4>& v, const Points& 
 
 }  // namespace
 
-ImpactSearch::ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase, NearLists& lists,
-                           const Tangle& tangle)
-    : model_(model), broad_phase_(broad_phase), lists_(lists), tangle_(tangle) {}
+ImpactSearch::ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase, NearLists& lists)
+    : model_(model), broad_phase_(broad_phase), lists_(lists) {}
 
-std::vector<StepImpact> ImpactSearch::find(const Team& team, const Points& x0, const Points& x1,
-                                           const Vector& inverse_mass,
+std::vector<StepImpact> ImpactSearch::find(const Team& team, const MotionInputs& inputs,
+                                           const Points& x1,
                                            const std::vector<std::uint8_t>* changed) {
+  const Points& x0 = inputs.x0;
+  const Vector& inverse_mass = inputs.inverse_mass;
   constexpr Index grain = 64;
   travel_.resize(model_.n_vertices);
   parallel_for(
@@ -43,7 +44,7 @@ std::vector<StepImpact> ImpactSearch::find(const Team& team, const Points& x0, c
   const auto hits = [&](ContactKind kind, PairKey key, const std::array<Index, 4>& v,
                         Impact& impact) {
     impact = test_pair(kind, v, x0, x1);
-    return impact.hit && !impact.touching && !tangle_.leaves_out(kind, key, v);
+    return impact.hit && !impact.touching && !inputs.tangle.leaves_out(model_, kind, key, v);
   };
 
   if (!lists_.updated_at(x0)) lists_.update(team, x0);

@@ -6,7 +6,7 @@
 
 #include "core/collision/broad_phase/near_lists.h"
 #include "core/collision/narrow_phase/continuous.h"
-#include "core/collision/tangle/tangle.h"
+#include "core/collision/response/response_inputs.h"
 
 namespace loomstone {
 
@@ -20,22 +20,21 @@ struct StepImpact {
 
 class ImpactSearch {
  public:
-  ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase, NearLists& lists,
-               const Tangle& tangle);
+  ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase, NearLists& lists);
 
   // Sorted by (kind, a, b). Left out are pairs that touch at x0 already, pairs of which no vertex
   // has an inverse mass, and features of triangles that intersect at x0 (those of the tangle). With
   // `changed` (n) only pairs with a changed vertex are looked at. The lists are brought up to x0
   // where they are not.
-  std::vector<StepImpact> find(const Team& team, const Points& x0, const Points& x1,
-                               const Vector& inverse_mass,
+  std::vector<StepImpact> find(const Team& team, const MotionInputs& inputs, const Points& x1,
                                const std::vector<std::uint8_t>* changed);
+
+  const CollisionModel& model() const { return model_; }
 
  private:
   const CollisionModel& model_;
   BroadPhase& broad_phase_;
   NearLists& lists_;
-  const Tangle& tangle_;
   std::vector<double> travel_;  // (n) length of each displacement [m]
 };
 

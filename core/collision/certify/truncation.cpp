@@ -48,9 +48,9 @@ bool join_carriers(const StepImpact& impact, Displacements& displacements) {
 // Where scripts leave no room cloth gives way to them, but not to cloth: what still hits cloth ends
 // where it began, until no cloth hits cloth. Each pass leaves fewer that move; only vertices that
 // move by script can go on hitting one another.
-void keep_cloth_from_cloth(const Team& team, const CollisionModel& model, ImpactSearch& search,
-                           const Points& x0, const Vector& inverse_mass, Points& x1,
-                           Displacements& displacements) {
+void keep_cloth_from_cloth(const Team& team, ImpactSearch& search, const MotionInputs& inputs,
+                           const Points& x1, Displacements& displacements) {
+  const CollisionModel& model = search.model();
   const auto cloth = [&](const StepImpact& impact) {
     for (const Index v : impact.vertices)
       if (model.surfaces[model.surface_of_vertex[v]].kind != CollisionSurface::Kind::Cloth)
@@ -58,7 +58,7 @@ void keep_cloth_from_cloth(const Team& team, const CollisionModel& model, Impact
     return true;
   };
   displacements.take_changed();
-  std::vector<StepImpact> impacts = search.find(team, x0, x1, inverse_mass, nullptr);
+  std::vector<StepImpact> impacts = search.find(team, inputs, x1, nullptr);
   for (;;) {
     for (const StepImpact& each : impacts)
       if (cloth(each))
@@ -66,19 +66,18 @@ void keep_cloth_from_cloth(const Team& team, const CollisionModel& model, Impact
           if (displacements.movable(v)) displacements.stay(displacements.unit(v));
     const std::vector<std::uint8_t> changed = displacements.take_changed();
     if (std::find(changed.begin(), changed.end(), 1) == changed.end()) return;
-    impacts = search.find(team, x0, x1, inverse_mass, &changed);
+    impacts = search.find(team, inputs, x1, &changed);
   }
 }
 
 }  // namespace
 
-CertifyReport truncate(const Team& team, const CollisionModel& model, ImpactSearch& search,
-                       const Points& x0, const Vector& inverse_mass,
+CertifyReport truncate(const Team& team, ImpactSearch& search, const MotionInputs& inputs,
                        std::vector<StepImpact> impacts, Points& x1, FreeBodies& bodies) {
   CertifyReport report;
   if (impacts.empty()) return report;
-  Displacements displacements(model, x0, inverse_mass, x1, bodies);
-  std::vector<double> factor(x0.rows());
+  Displacements displacements(search.model(), inputs.x0, inputs.inverse_mass, x1, bodies);
+  std::vector<double> factor(inputs.x0.rows());
   for (int pass = 0; !impacts.empty(); ++pass) {
     const bool freezing = pass >= passes_before_freezing;
     std::vector<Index> touched;  // units
@@ -104,15 +103,14 @@ CertifyReport truncate(const Team& team, const CollisionModel& model, ImpactSear
     }
     const std::vector<std::uint8_t> changed = displacements.take_changed();
     progress |= std::find(changed.begin(), changed.end(), 1) != changed.end();
-    if (progress) impacts = search.find(team, x0, x1, inverse_mass, &changed);
+    if (progress) impacts = search.find(team, inputs, x1, &changed);
     // An impact of which nothing could be changed is not among these: only a search of everything
     // proves that none is left.
     if (!progress || impacts.empty() || pass >= most_passes)
-      impacts = search.find(team, x0, x1, inverse_mass, nullptr);
+      impacts = search.find(team, inputs, x1, nullptr);
     if (!progress || pass >= most_passes) {
       report.unresolved = static_cast<std::int64_t>(impacts.size());
-      if (report.unresolved > 0)
-        keep_cloth_from_cloth(team, model, search, x0, inverse_mass, x1, displacements);
+      if (report.unresolved > 0) keep_cloth_from_cloth(team, search, inputs, x1, displacements);
       break;
     }
   }

@@ -13,8 +13,7 @@ namespace loomstone {
 // Shortens displacements of vertices with inverse mass, those of a free body together. What is hit
 // by a moving script keeps that motion whole and loses only its motion relative to it: it is
 // carried along, and tested again.
-CertifyReport truncate(const Team& team, const CollisionModel& model, ImpactSearch& search,
-                       const Points& x0, const Vector& inverse_mass,
+CertifyReport truncate(const Team& team, ImpactSearch& search, const MotionInputs& inputs,
                        std::vector<StepImpact> impacts, Points& x1, FreeBodies& bodies);
 
 }  // namespace loomstone

@@ -37,78 +37,75 @@ ContactForce force_at_gap(const ContactLaw& law, double gap, double stiffness) {
 
 }  // namespace
 
-void contact_terms(const CollisionModel& model, const std::vector<Contact>& contacts,
-                   const Points& x0, const Points& v0, const Points& last_change,
-                   const Points& body_centres, double step, Index n_cloth,
-                   const ContactState& state, ExtraTerms& terms, std::vector<ContactLaw>& laws,
-                   ContactStart& start, double& energy) {
-  laws.clear();
-  start.shares = contact_shares(contacts, model, x0);
-  start.slips = anchored_slips(contacts, model, state);
-  const std::vector<double>& shares = start.shares;
-  const std::vector<Vec3>& slips = start.slips;
+ContactTerms::ContactTerms(const CollisionModel& model, const ContactInputs& inputs,
+                           const std::vector<Contact>& contacts, const ContactState& state,
+                           ExtraTerms& terms)
+    : shares_(contact_shares(contacts, model, inputs.x0)),
+      slips_(anchored_slips(contacts, model, state)),
+      stiffness_(model.contact_stiffness),
+      n_cloth_(inputs.n_cloth) {
+  const double step = inputs.step;
+  laws_.reserve(contacts.size());
   terms.reserve(terms.size() + contacts.size());
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
-    if (shares[c] <= 0.0) continue;
-    const ContactForce normal =
-        contact_force(contact.distance, contact.thickness, model.contact_stiffness);
+    if (shares_[c] <= 0.0) continue;
+    const ContactForce normal = contact_force(contact.distance, contact.thickness, stiffness_);
     ExtraTerm term;
-    set_entries(model, contact.vertices, contact.weights, x0, v0, body_centres, n_cloth, term);
+    set_entries(model, contact.vertices, contact.weights, inputs, term);
     if (term.n_entries == 0) continue;
 
     const Vec3& n = contact.normal;
     const Mat3 tangent = tangent_projector(n);
-    const Vec3 predicted = step * (tangent * weighted(contact, v0));
-    const double stiffness = shares[c] * model.contact_stiffness;
-    const Vec3 gained = step * (tangent * weighted(contact, last_change));
-    const double limit = contact.friction * shares[c] * normal.force;
+    const Vec3 predicted = step * (tangent * weighted(contact, inputs.v0));
+    const double stiffness = shares_[c] * stiffness_;
+    const Vec3 gained = step * (tangent * weighted(contact, inputs.last_change));
+    const double limit = contact.friction * shares_[c] * normal.force;
     const FrictionResponse friction =
-        friction_response(slips[c], sped_up(slips[c], predicted, gained, stiffness, limit), tangent,
-                          stiffness, limit);
+        friction_response(slips_[c], sped_up(slips_[c], predicted, gained, stiffness, limit),
+                          tangent, stiffness, limit);
 
-    term.gradient = -shares[c] * normal.force * n + friction.gradient;
-    term.hessian = shares[c] * normal.stiffness * (Mat3::Identity() - tangent) + friction.hessian;
+    term.gradient = -shares_[c] * normal.force * n + friction.gradient;
+    term.hessian = shares_[c] * normal.stiffness * (Mat3::Identity() - tangent) + friction.hessian;
     terms.push_back(term);
-    laws.push_back(
-        {n, contact.distance, contact.thickness, shares[c], contact.friction, slips[c], limit});
-    energy += shares[c] * normal.energy + 0.5 * stiffness * slips[c].squaredNorm();
+    laws_.push_back(
+        {n, contact.distance, contact.thickness, shares_[c], contact.friction, slips_[c], limit});
+    energy_ += shares_[c] * normal.energy + 0.5 * stiffness * slips_[c].squaredNorm();
   }
 }
 
-double contact_terms_at(const Team& team, std::vector<ContactLaw>& laws, double stiffness,
-                        const Points& displacement, double time, TermRequest request,
-                        ExtraTerms& terms) {
-  return parallel_sum(team, static_cast<Index>(laws.size()), [&](Index i) {
-    ContactLaw& law = laws[i];
+double ContactTerms::at(const Team& team, const Points& displacement, double time,
+                        TermRequest request, ExtraTerms& terms) {
+  return parallel_sum(team, static_cast<Index>(laws_.size()), [&](Index i) {
+    ContactLaw& law = laws_[i];
     ExtraTerm& term = terms[i];
     const Vec3 moved = term.relative_displacement(displacement, time);
-    const double along = law.normal.dot(moved), k = law.share * stiffness;
+    const double along = law.normal.dot(moved), k = law.share * stiffness_;
     const ContactForce normal = force_at_gap(law, law.distance + along, k);
     const Mat3 tangent = tangent_projector(law.normal);
     if (request == TermRequest::NewLimits) law.limit = law.friction * normal.force;
-    const FrictionState friction = friction_at(law.slip, moved - along * law.normal, tangent, k,
-                                               law.limit, request == TermRequest::Secant);
+    const FrictionState friction =
+        loomstone::friction_at(law.slip, moved - along * law.normal, tangent, k, law.limit,
+                               request == TermRequest::Secant);
     term.gradient = friction.gradient - normal.force * law.normal;
     term.hessian = friction.hessian + normal.stiffness * (Mat3::Identity() - tangent);
     return normal.energy + friction.energy;
   });
 }
 
-double contact_friction_at(const Team& team, const std::vector<ContactLaw>& laws, double stiffness,
-                           const Points& displacement, double time, const Vector& inverse_mass,
-                           Index n_cloth, ExtraTerms& terms) {
+double ContactTerms::friction_at(const Team& team, const Points& displacement, double time,
+                                 const Vector& inverse_mass, ExtraTerms& terms) const {
   struct Sums {
     double wrong = 0.0, limit = 0.0;
   };
-  std::vector<Sums> sums(laws.size());
+  std::vector<Sums> sums(laws_.size());
   parallel_for(
-      team, static_cast<Index>(laws.size()),
+      team, static_cast<Index>(laws_.size()),
       [&](Index i) {
-        const ContactLaw& law = laws[i];
+        const ContactLaw& law = laws_[i];
         ExtraTerm& term = terms[i];
         const Vec3 &n = law.normal, moved = term.relative_displacement(displacement, time);
-        const double along = n.dot(moved), k = law.share * stiffness;
+        const double along = n.dot(moved), k = law.share * stiffness_;
         const ContactForce normal = contact_force(law.distance, law.thickness, k);
         const double limit = law.friction * std::max(0.0, normal.force - normal.stiffness * along);
         const Mat3 tangent = tangent_projector(n);
@@ -122,7 +119,7 @@ double contact_friction_at(const Team& team, const std::vector<ContactLaw>& laws
         // difference.
         double compliance = 0.0;
         for (int e = 0; e < term.n_entries; ++e)
-          if (term.entries[e].row < n_cloth)
+          if (term.entries[e].row < n_cloth_)
             compliance +=
                 term.entries[e].weight * term.entries[e].weight * inverse_mass[term.entries[e].row];
         const double more = time * time * compliance * (had.norm() - limit);
@@ -137,21 +134,19 @@ double contact_friction_at(const Team& team, const std::vector<ContactLaw>& laws
   return all.wrong > 0.0 ? all.wrong / std::max(all.limit, 1e-300) : 0.0;
 }
 
-void update_contact_anchors(const CollisionModel& model, const std::vector<Contact>& contacts,
-                            const Points& x0, const Points& x1, const ContactStart& start,
-                            ContactState& state) {
+std::vector<ContactState::Anchor> ContactTerms::anchors(const CollisionModel& model,
+                                                        const std::vector<Contact>& contacts,
+                                                        const Points& x0, const Points& x1) const {
   std::vector<RigidMotion> motions(model.surfaces.size());
   std::vector<std::uint8_t> known(model.surfaces.size(), 0);
   std::vector<ContactState::Anchor> anchors;
   anchors.reserve(contacts.size());
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
-    const double force =
-        contact_force(contact.distance, contact.thickness, model.contact_stiffness).force;
+    const double force = contact_force(contact.distance, contact.thickness, stiffness_).force;
     const Vec3 moved = weighted(contact, x1) - weighted(contact, x0);
     const Vec3 actual = moved - contact.normal * contact.normal.dot(moved);
-    Vec3 slip =
-        slip_after(start.slips[c], actual, model.contact_stiffness, contact.friction * force);
+    Vec3 slip = slip_after(slips_[c], actual, stiffness_, contact.friction * force);
     // The slip is a vector fixed to a moving body: it turns with it.
     for (const int corner : {0, 3}) {
       const Index s = model.surface_of_vertex[contact.vertices[corner]];
@@ -162,9 +157,9 @@ void update_contact_anchors(const CollisionModel& model, const std::vector<Conta
       }
       if (motions[s].rigid) slip = motions[s].rotation * slip;
     }
-    anchors.push_back({contact.kind, contact.a, contact.b, slip, start.shares[c] * force});
+    anchors.push_back({contact.kind, contact.a, contact.b, slip, shares_[c] * force});
   }
-  state.anchors = std::move(anchors);
+  return anchors;
 }
 
 }  // namespace loomstone

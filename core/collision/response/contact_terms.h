@@ -4,6 +4,7 @@
 
 #include "core/collision/model/collision_model.h"
 #include "core/collision/model/contact.h"
+#include "core/collision/response/response_inputs.h"
 #include "core/linalg/extra_terms.h"
 #include "core/parallel/team.h"
 
@@ -20,38 +21,45 @@ struct ContactLaw {
   double limit;                // of the friction force [N]
 };
 
-// What contacts had at the start of the step.
-struct ContactStart {
-  std::vector<double> shares;  // of the force each carries [1]
-  std::vector<Vec3> slips;     // of the anchors [m]
+// The terms of a step's contacts, in the order of the contacts. They stand first among the terms of
+// a solve. Pairs, weights, normals and anchors stay those of the start of the step.
+class ContactTerms {
+ public:
+  ContactTerms() = default;
+  // Appends a term to `terms` for each contact that moves a row and carries a share.
+  ContactTerms(const CollisionModel& model, const ContactInputs& inputs,
+               const std::vector<Contact>& contacts, const ContactState& state, ExtraTerms& terms);
+
+  std::size_t size() const { return laws_.size(); }
+  double energy() const { return energy_; }  // of normal forces and anchors at the start [J]
+
+  // Gradient and hessian of the first size() terms where rows have moved by `displacement` (rows x
+  // 3) [m] in `time` [s], normal and friction force evaluated there. Returns their energy [J],
+  // whose gradient they are while limits stay. A request of NewLimits changes the limits of
+  // friction.
+  double at(const Team& team, const Points& displacement, double time, TermRequest request,
+            ExtraTerms& terms);
+
+  // Terms about the start again, with the friction that belongs to where rows have moved: its limit
+  // follows from the normal force there, its secant from the slip. Returns the sum of what was
+  // wrong with the friction of `terms` over that of limits [1]. inverse_mass: of cloth rows [1/kg],
+  // from which follows how far a contact slips that is held too much.
+  double friction_at(const Team& team, const Points& displacement, double time,
+                     const Vector& inverse_mass, ExtraTerms& terms) const;
+
+  // Anchors after the motion x0 -> x1, sorted like the contacts (those that the terms were made
+  // of); pairs that are no contacts have none.
+  std::vector<ContactState::Anchor> anchors(const CollisionModel& model,
+                                            const std::vector<Contact>& contacts, const Points& x0,
+                                            const Points& x1) const;
+
+ private:
+  std::vector<ContactLaw> laws_;  // of each term
+  std::vector<double> shares_;    // of the force that each contact carries [1]
+  std::vector<Vec3> slips_;       // of each contact's anchor at the start [m]
+  double stiffness_ = 0.0;        // of a full contact [N/m]
+  Index n_cloth_ = 0;
+  double energy_ = 0.0;
 };
-
-// laws: one a term added.
-void contact_terms(const CollisionModel& model, const std::vector<Contact>& contacts,
-                   const Points& x0, const Points& v0, const Points& last_change,
-                   const Points& body_centres, double step, Index n_cloth,
-                   const ContactState& state, ExtraTerms& terms, std::vector<ContactLaw>& laws,
-                   ContactStart& start, double& energy);
-
-// Gradient and hessian of the first laws.size() terms where rows have moved by `displacement` (rows
-// x 3) [m] in `time` [s], normal and friction force evaluated there. Returns their energy [J],
-// whose gradient they are while limits stay.
-double contact_terms_at(const Team& team, std::vector<ContactLaw>& laws, double stiffness,
-                        const Points& displacement, double time, TermRequest request,
-                        ExtraTerms& terms);
-
-// Terms about the start again, with the friction that belongs to where rows have moved: its limit
-// follows from the normal force there, its secant from the slip. Returns the sum of what was wrong
-// with the friction of `terms` over that of limits [1]. inverse_mass: of cloth rows [1/kg], from
-// which follows how far a contact slips that is held too much.
-double contact_friction_at(const Team& team, const std::vector<ContactLaw>& laws, double stiffness,
-                           const Points& displacement, double time, const Vector& inverse_mass,
-                           Index n_cloth, ExtraTerms& terms);
-
-// Slips of the step that has been made, sorted like the contacts; those of pairs that are no
-// contacts are dropped. `start`: of the same contacts, as contact_terms() left it.
-void update_contact_anchors(const CollisionModel& model, const std::vector<Contact>& contacts,
-                            const Points& x0, const Points& x1, const ContactStart& start,
-                            ContactState& state);
 
 }  // namespace loomstone

@@ -20,10 +20,10 @@ constexpr double tolerance = 1e-4;  // of the largest correction
 
 }  // namespace
 
-void repel(const CollisionModel& model, const std::vector<Contact>& contacts, const Tangle& tangle,
-           const Points& x0, const Vector& inverse_mass, double step, Points& x1,
-           FreeBodies& bodies) {
-  Impulses impulses(model, inverse_mass, bodies);
+void repel(const CollisionModel& model, const MotionInputs& inputs,
+           const std::vector<Contact>& contacts, double step, Points& x1, FreeBodies& bodies) {
+  const Points& x0 = inputs.x0;
+  Impulses impulses(model, inputs.inverse_mass, bodies);
   std::vector<ImpulseContact> all;
   double scale = 0.0;
   for (const Contact& contact : contacts) {
@@ -45,7 +45,7 @@ void repel(const CollisionModel& model, const std::vector<Contact>& contacts, co
     scale = std::max(scale, travel.norm() + std::abs(c.target - c.normal.dot(start)));
     all.push_back(c);
   }
-  for (ImpulseContact& c : untangling_impulses(tangle, impulses, x0, x1, step)) {
+  for (ImpulseContact& c : untangling_impulses(inputs.tangle, impulses, x0, x1, step)) {
     scale = std::max(scale, c.largest_change);
     all.push_back(c);
   }

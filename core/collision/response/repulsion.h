@@ -9,14 +9,13 @@
 
 #include "core/collision/model/contact.h"
 #include "core/collision/model/free_body.h"
-#include "core/collision/tangle/tangle.h"
+#include "core/collision/response/response_inputs.h"
 
 namespace loomstone {
 
-// Contacts and tangle are those of x0. Moves the ends x1 of cloth and `bodies`; divided by h these
-// are changes of velocity.
-void repel(const CollisionModel& model, const std::vector<Contact>& contacts, const Tangle& tangle,
-           const Points& x0, const Vector& inverse_mass, double step, Points& x1,
-           FreeBodies& bodies);
+// Contacts are those of x0, `step` is h [s]. Moves the ends x1 of cloth and `bodies`; divided by h
+// these are changes of velocity.
+void repel(const CollisionModel& model, const MotionInputs& inputs,
+           const std::vector<Contact>& contacts, double step, Points& x1, FreeBodies& bodies);
 
 }  // namespace loomstone

@@ -6,8 +6,7 @@
 namespace loomstone {
 
 void set_entries(const CollisionModel& model, std::span<const Index> vertices,
-                 std::span<const double> weights, const Points& x0, const Points& v0,
-                 const Points& body_centres, Index n_cloth, ExtraTerm& term) {
+                 std::span<const double> weights, const ContactInputs& inputs, ExtraTerm& term) {
   struct BodySide {
     Index row = -1;
     double weight = 0.0;
@@ -22,7 +21,7 @@ void set_entries(const CollisionModel& model, std::span<const Index> vertices,
     const double weight = weights[i];
     if (weight == 0.0) continue;
     if (row < 0) {
-      term.drift -= weight * v0.row(vertex).transpose();
+      term.drift -= weight * inputs.v0.row(vertex).transpose();
     } else if (!model.rows.is_body[vertex]) {
       term.entries[term.n_entries++] = {row, false, weight, Vec3::Zero()};
     } else {
@@ -31,7 +30,8 @@ void set_entries(const CollisionModel& model, std::span<const Index> vertices,
       if (b == n_bodies) bodies[n_bodies++].row = row;
       bodies[b].weight += weight;
       bodies[b].moment +=
-          weight * (x0.row(vertex) - body_centres.row((row - n_cloth) / 2)).transpose();
+          weight *
+          (inputs.x0.row(vertex) - inputs.body_centres.row((row - inputs.n_cloth) / 2)).transpose();
     }
   }
   for (int b = 0; b < n_bodies; ++b) {

@@ -19,17 +19,16 @@ double way_in_step(const Piercing& piercing, double step) {
 
 }  // namespace
 
-void untangling_terms(const CollisionModel& model, const Tangle& tangle, const Points& x0,
-                      const Points& v0, const Points& body_centres, double step, Index n_cloth,
-                      ExtraTerms& terms) {
-  for (const Piercing& p : tangle.piercings()) {
+void untangling_terms(const CollisionModel& model, const Tangle& tangle,
+                      const ContactInputs& inputs, ExtraTerms& terms) {
+  for (const Piercing& p : tangle.piercings) {
     if (p.way_out.isZero(0.0)) continue;
     ExtraTerm term;
-    set_entries(model, p.vertices, p.weights, x0, v0, body_centres, n_cloth, term);
+    set_entries(model, p.vertices, p.weights, inputs, term);
     if (term.n_entries == 0) continue;
     // A spring across the way: at rest where the piercing should be at the end of the step.
     term.hessian = model.contact_stiffness * p.way_out * p.way_out.transpose();
-    term.gradient = -model.contact_stiffness * way_in_step(p, step) * p.way_out;
+    term.gradient = -model.contact_stiffness * way_in_step(p, inputs.step) * p.way_out;
     terms.push_back(term);
   }
 }
@@ -37,7 +36,7 @@ void untangling_terms(const CollisionModel& model, const Tangle& tangle, const P
 std::vector<ImpulseContact> untangling_impulses(const Tangle& tangle, const Impulses& impulses,
                                                 const Points& x0, const Points& x1, double step) {
   std::vector<ImpulseContact> all;
-  for (const Piercing& p : tangle.piercings()) {
+  for (const Piercing& p : tangle.piercings) {
     if (p.way_out.isZero(0.0)) continue;
     ImpulseContact c;
     c.vertices = p.vertices;

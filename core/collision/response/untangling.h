@@ -5,14 +5,13 @@
 #include <vector>
 
 #include "core/collision/response/impulses.h"
-#include "core/collision/tangle/tangle.h"
+#include "core/collision/response/response_inputs.h"
 #include "core/linalg/extra_terms.h"
 
 namespace loomstone {
 
-void untangling_terms(const CollisionModel& model, const Tangle& tangle, const Points& x0,
-                      const Points& v0, const Points& body_centres, double step, Index n_cloth,
-                      ExtraTerms& terms);
+void untangling_terms(const CollisionModel& model, const Tangle& tangle,
+                      const ContactInputs& inputs, ExtraTerms& terms);
 
 std::vector<ImpulseContact> untangling_impulses(const Tangle& tangle, const Impulses& impulses,
                                                 const Points& x0, const Points& x1, double step);

@@ -81,29 +81,21 @@ std::array<double, 5> weights_of(const Points& x, const std::array<Index, 5>& v)
 
 }  // namespace
 
-void Tangle::clear() {
-  piercings_.clear();
-  segments_.clear();
-  for (auto& keys : left_out_) keys.clear();
-  contour_of_vertex_.clear();
-  part_.clear();
-  came_through_.clear();
-}
-
-void Tangle::find(const Points& x) {
-  clear();
+Tangle TangleFinder::find(const Points& x) {
   if (topology_.edges.rows() == 0) {
     topology_ = edge_table(model_.n_vertices, model_.triangles);
     edges_of_vertex_ = edges_of_vertices(model_.n_vertices, topology_.edges);
   }
-  pierce(x);
-  if (piercings_.empty()) return;
-  leave_out();
-  join_contours(x);
-  cut_off(x);
+  Tangle tangle;
+  pierce(x, tangle);
+  if (tangle.empty()) return tangle;
+  ignore_pairs(tangle);
+  join_contours(x, tangle);
+  cut_off(x, tangle);
+  return tangle;
 }
 
-void Tangle::pierce(const Points& x) {
+void TangleFinder::pierce(const Points& x, Tangle& tangle) const {
   const std::vector<Box> boxes = triangle_boxes(x, model_.triangles);
   const auto test = [&](Index of_edge, Index triangle) {
     for (const Index edge : topology_.of_triangle[of_edge]) {
@@ -121,7 +113,7 @@ void Tangle::pierce(const Points& x) {
       const CollisionSurface &a = model_.surfaces[model_.surface_of_edge[edge]],
                              &b = model_.surfaces[model_.surface_of_triangle[triangle]];
       p.thickness = 0.5 * (a.thickness + b.thickness);
-      piercings_.push_back(p);
+      tangle.piercings.push_back(p);
     }
   };
   MedianTree(boxes).each_pair([&](Index i, Index j) {
@@ -129,13 +121,14 @@ void Tangle::pierce(const Points& x) {
     test(i, j);
     test(j, i);
   });
-  std::sort(piercings_.begin(), piercings_.end(), [](const Piercing& a, const Piercing& b) {
-    return std::tie(a.edge, a.triangle) < std::tie(b.edge, b.triangle);
-  });
+  std::sort(tangle.piercings.begin(), tangle.piercings.end(),
+            [](const Piercing& a, const Piercing& b) {
+              return std::tie(a.edge, a.triangle) < std::tie(b.edge, b.triangle);
+            });
 }
 
-void Tangle::leave_out() {
-  std::vector<PairKey>&vertex_face = left_out_[0], &edge_edge = left_out_[1];
+void TangleFinder::ignore_pairs(Tangle& tangle) const {
+  std::vector<PairKey>&vertex_face = tangle.ignored[0], &edge_edge = tangle.ignored[1];
   const auto add = [&](Index a, Index b) {
     for (int k = 0; k < 3; ++k) {
       vertex_face.push_back(pair_key(model_.triangles(a, k), b));
@@ -145,33 +138,34 @@ void Tangle::leave_out() {
       for (const Index f : topology_.of_triangle[b])
         edge_edge.push_back(pair_key(std::min(e, f), std::max(e, f)));
   };
-  for (const Piercing& p : piercings_)
+  for (const Piercing& p : tangle.piercings)
     for (const Index t : topology_.triangles[p.edge])
       if (t >= 0) add(t, p.triangle);
-  for (auto& keys : left_out_) {
+  for (auto& keys : tangle.ignored) {
     std::sort(keys.begin(), keys.end());
     keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
   }
 }
 
-void Tangle::join_contours(const Points& x) {
+void TangleFinder::join_contours(const Points& x, Tangle& tangle) const {
+  std::vector<Piercing>& piercings = tangle.piercings;
   struct Of {
     PairKey triangles;
     std::size_t piercing;
   };
   std::vector<Of> all;
-  for (std::size_t i = 0; i < piercings_.size(); ++i)
-    for (const Index t : topology_.triangles[piercings_[i].edge])
+  for (std::size_t i = 0; i < piercings.size(); ++i)
+    for (const Index t : topology_.triangles[piercings[i].edge])
       if (t >= 0) {
-        const Index other = piercings_[i].triangle;
+        const Index other = piercings[i].triangle;
         all.push_back({pair_key(std::min(t, other), std::max(t, other)), i});
       }
   std::sort(all.begin(), all.end(), [](const Of& a, const Of& b) {
     return std::tie(a.triangles, a.piercing) < std::tie(b.triangles, b.piercing);
   });
-  std::vector<Index> parent(piercings_.size());
+  std::vector<Index> parent(piercings.size());
   std::iota(parent.begin(), parent.end(), Index{0});
-  std::vector<Vec3> bend(piercings_.size(),
+  std::vector<Vec3> bend(piercings.size(),
                          Vec3::Zero());  // sum of the unit directions in which segments leave
   const auto place = [&](const Piercing& p) {
     return Vec3(p.weights[0] * point(x, p.vertices[0]) + p.weights[1] * point(x, p.vertices[1]));
@@ -181,15 +175,14 @@ void Tangle::join_contours(const Points& x) {
     const std::size_t a = all[i].piercing, b = all[i + 1].piercing;
     const Index ra = root(parent, static_cast<Index>(a)), rb = root(parent, static_cast<Index>(b));
     parent[std::max(ra, rb)] = std::min(ra, rb);
-    segments_.push_back({a, b});
-    const Vec3 along = place(piercings_[b]) - place(piercings_[a]);
+    const Vec3 along = place(piercings[b]) - place(piercings[a]);
     const double length = along.norm();
     if (!(length > 0.0)) continue;
     bend[a] += along / length;
     bend[b] -= along / length;
   }
-  for (std::size_t i = 0; i < piercings_.size(); ++i) {
-    Piercing& p = piercings_[i];
+  for (std::size_t i = 0; i < piercings.size(); ++i) {
+    Piercing& p = piercings[i];
     p.contour = root(parent, static_cast<Index>(i));
     if (bend[i].norm() < least_bend) continue;
     // The piercing moves along the edge and in the plane of the triangle: half of the relative
@@ -204,10 +197,11 @@ void Tangle::join_contours(const Points& x) {
 }
 
 // Parts of the surface that a contour separates: the smaller one has come through.
-void Tangle::cut_off(const Points& x) {
-  contour_of_vertex_.assign(model_.n_vertices, -1);
-  part_.assign(model_.n_vertices, -1);
-  came_through_.assign(model_.n_vertices, 0);
+void TangleFinder::cut_off(const Points& x, Tangle& tangle) const {
+  std::vector<Piercing>& piercings = tangle.piercings;
+  tangle.contour_of_vertex.assign(model_.n_vertices, -1);
+  tangle.part.assign(model_.n_vertices, -1);
+  tangle.came_through.assign(model_.n_vertices, 0);
   std::vector<double> area(model_.n_vertices, 0.0);
   for (Index t = 0; t < model_.triangles.rows(); ++t) {
     const Vec3 a = point(x, model_.triangles(t, 0));
@@ -216,17 +210,17 @@ void Tangle::cut_off(const Points& x) {
         6.0;
     for (int k = 0; k < 3; ++k) area[model_.triangles(t, k)] += third;
   }
-  std::vector<std::size_t> order(piercings_.size());
+  std::vector<std::size_t> order(piercings.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return piercings_[a].contour < piercings_[b].contour;
+    return piercings[a].contour < piercings[b].contour;
   });
   std::vector<std::uint8_t> cut(topology_.edges.rows(), 0);
   std::vector<int> part(model_.n_vertices);
   for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
-    const int contour = piercings_[order[begin]].contour;
-    while (end < order.size() && piercings_[order[end]].contour == contour) ++end;
-    for (std::size_t i = begin; i < end; ++i) cut[piercings_[order[i]].edge] ^= 1;
+    const int contour = piercings[order[begin]].contour;
+    while (end < order.size() && piercings[order[end]].contour == contour) ++end;
+    for (std::size_t i = begin; i < end; ++i) cut[piercings[order[i]].edge] ^= 1;
     std::fill(part.begin(), part.end(), -1);
     std::vector<double> size;
     const auto flood = [&](Index start) {
@@ -252,11 +246,11 @@ void Tangle::cut_off(const Points& x) {
     };
     std::vector<std::uint8_t> came_through;
     for (std::size_t i = begin; i < end; ++i) {
-      Piercing& p = piercings_[order[i]];
+      Piercing& p = piercings[order[i]];
       for (const Index v : p.vertices) flood(v);
       came_through.resize(size.size(), 0);
       const int first = part[p.vertices[0]], second = part[p.vertices[1]];
-      for (const Index v : p.vertices) contour_of_vertex_[v] = contour;
+      for (const Index v : p.vertices) tangle.contour_of_vertex[v] = contour;
       if (first == second) continue;
       const bool first_is_out =
           size[first] > size[second] || (size[first] == size[second] && first < second);
@@ -268,57 +262,62 @@ void Tangle::cut_off(const Points& x) {
       if (n.norm() > 0.0) p.way_out = n.normalized() * std::copysign(1.0, n.dot(out));
     }
     for (Index v = 0; v < model_.n_vertices; ++v) {
-      if (part[v] < 0 || (contour_of_vertex_[v] != contour && !came_through[part[v]])) continue;
-      contour_of_vertex_[v] = contour;
-      part_[v] = part[v];
-      came_through_[v] = came_through[part[v]];
+      if (part[v] < 0 || (tangle.contour_of_vertex[v] != contour && !came_through[part[v]]))
+        continue;
+      tangle.contour_of_vertex[v] = contour;
+      tangle.part[v] = part[v];
+      tangle.came_through[v] = came_through[part[v]];
     }
-    widen(part, contour);
-    for (std::size_t i = begin; i < end; ++i) cut[piercings_[order[i]].edge] = 0;
+    widen(part, contour, tangle);
+    for (std::size_t i = begin; i < end; ++i) cut[piercings[order[i]].edge] = 0;
   }
 }
 
 // Surfaces that cross at a small angle cross far from where they will cross next.
-void Tangle::widen(const std::vector<int>& part, int contour) {
+void TangleFinder::widen(const std::vector<int>& part, int contour, Tangle& tangle) const {
   std::vector<Index> ring;
   for (Index v = 0; v < model_.n_vertices; ++v)
-    if (contour_of_vertex_[v] == contour) ring.push_back(v);
+    if (tangle.contour_of_vertex[v] == contour) ring.push_back(v);
   for (int round = 0; round < rounds_around; ++round) {
     std::vector<Index> next;
     for (const Index v : ring)
       for (Index i = edges_of_vertex_.start[v]; i < edges_of_vertex_.start[v + 1]; ++i)
         for (int k = 0; k < 2; ++k) {
           const Index other = topology_.edges(edges_of_vertex_.items[i], k);
-          if (contour_of_vertex_[other] >= 0) continue;
-          contour_of_vertex_[other] = contour;
-          part_[other] = part[other];
+          if (tangle.contour_of_vertex[other] >= 0) continue;
+          tangle.contour_of_vertex[other] = contour;
+          tangle.part[other] = part[other];
           next.push_back(other);
         }
     ring = std::move(next);
   }
 }
 
-bool Tangle::is_cloth(Index v) const {
-  return model_.surfaces[model_.surface_of_vertex[v]].kind == CollisionSurface::Kind::Cloth;
+namespace {
+
+bool is_cloth(const CollisionModel& model, Index v) {
+  return model.surfaces[model.surface_of_vertex[v]].kind == CollisionSurface::Kind::Cloth;
 }
 
-// What has come through a body or script has not come through cloth.
-bool Tangle::cloth_contour(int contour) const {
-  const Piercing& any = piercings_[contour];
-  return is_cloth(any.vertices[0]) && is_cloth(any.vertices[2]);
-}
+}  // namespace
 
-bool Tangle::leaves_out(ContactKind kind, PairKey key, const std::array<Index, 4>& vertices) const {
-  const std::vector<PairKey>& keys = left_out_[static_cast<int>(kind)];
+bool Tangle::leaves_out(const CollisionModel& model, ContactKind kind, PairKey key,
+                        const std::array<Index, 4>& vertices) const {
+  const std::vector<PairKey>& keys = ignored[static_cast<int>(kind)];
   if (std::binary_search(keys.begin(), keys.end(), key)) return true;
-  if (piercings_.empty()) return false;
+  if (piercings.empty()) return false;
   const int n_a = kind == ContactKind::VertexFace ? 1 : 2;
   for (int i = 0; i < n_a; ++i)
     for (int j = n_a; j < 4; ++j) {
       const Index a = vertices[i], b = vertices[j];
-      if (contour_of_vertex_[a] >= 0 && contour_of_vertex_[a] == contour_of_vertex_[b] &&
-          part_[a] != part_[b] && (came_through_[a] || came_through_[b]))
-        return !is_cloth(a) || !is_cloth(b) || cloth_contour(contour_of_vertex_[a]);
+      const int contour = contour_of_vertex[a];
+      if (contour < 0 || contour != contour_of_vertex[b] || part[a] == part[b] ||
+          !(came_through[a] || came_through[b]))
+        continue;
+      // What has come through a body or script has not come through cloth.
+      const Piercing& any = piercings[contour];
+      return !is_cloth(model, a) || !is_cloth(model, b) ||
+             (is_cloth(model, any.vertices[0]) && is_cloth(model, any.vertices[2]));
     }
   return false;
 }

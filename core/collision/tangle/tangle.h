@@ -23,45 +23,39 @@ struct Piercing {
   double thickness = 0.0;       // of the pair of surfaces [m]
 };
 
-class Tangle {
- public:
-  explicit Tangle(const CollisionModel& model) : model_(model) {}
+struct Tangle {
+  std::vector<Piercing> piercings;  // sorted by (edge, triangle)
+  std::array<std::vector<PairKey>, 2>
+      ignored;                         // by kind, ascending: features of triangles that intersect
+  std::vector<int> contour_of_vertex;  // (n) -1: near none; empty: nothing intersects
+  std::vector<int> part;               // (n) part of the surface that the contour cuts
+  std::vector<std::uint8_t> came_through;  // (n) in the smaller part
 
-  void find(const Points& x);
-  void clear();
-  bool empty() const { return piercings_.empty(); }
-  const std::vector<Piercing>& piercings() const {
-    return piercings_;
-  }  // sorted by (edge, triangle)
-
+  bool empty() const { return piercings.empty(); }
   // Are these features of two triangles that intersect, or of a part that has come through and what
   // is at its contour? Such pairs may pass through each other, and no contact force holds them
   // where they are.
-  bool leaves_out(ContactKind kind, PairKey key, const std::array<Index, 4>& vertices) const;
+  bool leaves_out(const CollisionModel& model, ContactKind kind, PairKey key,
+                  const std::array<Index, 4>& vertices) const;
+};
+
+// Stage: keeps the topology of the surfaces.
+class TangleFinder {
+ public:
+  explicit TangleFinder(const CollisionModel& model) : model_(model) {}
+
+  Tangle find(const Points& x);
 
  private:
-  void pierce(const Points& x);
-  void leave_out();
-  void join_contours(const Points& x);
-  void cut_off(const Points& x);
-  bool is_cloth(Index v) const;
-  bool cloth_contour(int contour) const;
-  void widen(const std::vector<int>& part, int contour);
-
-  // Two piercings of one pair of triangles are the ends of a segment of a contour.
-  struct Segment {
-    std::size_t first, second;  // piercings
-  };
+  void pierce(const Points& x, Tangle& tangle) const;
+  void ignore_pairs(Tangle& tangle) const;
+  void join_contours(const Points& x, Tangle& tangle) const;
+  void cut_off(const Points& x, Tangle& tangle) const;
+  void widen(const std::vector<int>& part, int contour, Tangle& tangle) const;
 
   const CollisionModel& model_;
   EdgeTable topology_;  // made when first needed
   Incidence edges_of_vertex_;
-  std::vector<Piercing> piercings_;
-  std::vector<Segment> segments_;
-  std::vector<PairKey> left_out_[2];  // by kind, ascending
-  std::vector<int> contour_of_vertex_,
-      part_;  // (n) -1: at no contour; part of the surface that its contour cuts
-  std::vector<std::uint8_t> came_through_;  // (n) in the smaller part
 };
 
 }  // namespace loomstone

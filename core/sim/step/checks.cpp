@@ -38,7 +38,7 @@ void count_intersections(State& state, Engines& engines, StepOutcome& outcome) {
   outcome.report.contacts.intersections = static_cast<std::int64_t>(pairs.size());
   // An edge may also pierce a triangle that shares a vertex with one of its own: such a pair is not
   // counted.
-  if (pairs.empty() && engines.collision->find_tangle(x1) == 0) state.tangled = 0;
+  if (pairs.empty() && engines.collision->find_tangle(x1).empty()) state.tangled = 0;
   if (state.tangled != 2) return;
   outcome.forced = pairs;
   outcome.report.contacts.forced = outcome.report.contacts.intersections;

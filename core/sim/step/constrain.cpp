@@ -44,8 +44,7 @@ class Constraining {
       return (*in_.inverse_mass)[i] > 0.0 ? (x1_.row(i) - in_.x0->row(i)).norm() : 0.0;
     });
     if (!in_.collision) return report_;
-    if (in_.repelled)
-      in_.collision->repel(*in_.repelled, *in_.x0, x1_, *in_.inverse_mass, in_.step, bodies_);
+    if (in_.repelled) in_.collision->repel(motion(), *in_.repelled, in_.step, x1_, bodies_);
     const bool limits_hold = in_.limiter && in_.limits_hold;
     if (limits_hold) give_up();
     certify();
@@ -77,6 +76,8 @@ class Constraining {
     }
     return report_;
   }
+
+  MotionInputs motion() const { return {*in_.x0, *in_.inverse_mass, *in_.tangle}; }
 
   // Whether limits of a cloth do not hold at x1, but did at x0.
   bool breaks() {
@@ -157,8 +158,7 @@ class Constraining {
 
   void certify() {
     target_ = x1_;
-    CertifyReport done =
-        in_.collision->certify(*in_.collision_team, *in_.x0, x1_, *in_.inverse_mass, bodies_);
+    CertifyReport done = in_.collision->certify(*in_.collision_team, motion(), x1_, bodies_);
     done.impacts += report_.certified.impacts;
     done.merge(report_.certified.withheld);
     report_.certified = std::move(done);

@@ -21,6 +21,7 @@ struct ConstrainInputs {
   StrainLimiter* limiter = nullptr;  // null: no strain is limited
   bool limits_hold = true;  // false: limiting is not of triangles' strains, and comes first alone
   CollisionStage* collision = nullptr;  // null: nothing collides
+  const Tangle* tangle = nullptr;       // of x0, where something collides
   const std::vector<Contact>* repelled =
       nullptr;            // near contacts that impulses answer; null: the solve has answered them
   std::uint64_t key = 0;  // of random orders

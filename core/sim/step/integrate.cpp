@@ -27,8 +27,8 @@ Elasticity::LimitPhaseScope limit_phase(const State& state, Engines& engines) {
 
 }  // namespace
 
-Points integrate(const StepContext& part, const Loads& loads, const NearContacts& near,
-                 State& state, Engines& engines, StepReport& report) {
+Points integrate(const StepContext& part, const Loads& loads, NearContacts& near, State& state,
+                 Engines& engines, StepReport& report) {
   const Model& model = engines.model;
   Points body_velocity = loads.body_velocity;
   if (model.cloth.n_vertices == 0) return body_velocity;
@@ -38,8 +38,8 @@ Points integrate(const StepContext& part, const Loads& loads, const NearContacts
     return terms_at(near, engines, displacement, time, request, terms);
   };
   const FrictionAt friction = [&](const Points& displacement, double time, ExtraTerms& terms) {
-    return engines.collision->friction_at(engines.team, displacement, time, model.inverse_mass,
-                                          model.cloth.n_vertices, terms);
+    return near.contact_terms.friction_at(engines.team, displacement, time, model.inverse_mass,
+                                          terms);
   };
   StepInputs inputs;
   inputs.step = part.h;
@@ -47,7 +47,7 @@ Points integrate(const StepContext& part, const Loads& loads, const NearContacts
   inputs.force = &loads.force;
   inputs.terms = &near.terms;
   inputs.terms_at = &at;
-  if (near.n_contact_terms > 0) inputs.friction_at = &friction;
+  if (near.contact_terms.size() > 0) inputs.friction_at = &friction;
   inputs.fixed = &model.prescribed;
   inputs.target = &loads.target;
   inputs.body_mass = &loads.body_mass;

@@ -94,6 +94,7 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, const N
   inputs.cloth = &model.cloth;
   inputs.limiter = engines.limiter.get();
   inputs.collision = engines.collision.get();
+  inputs.tangle = &near.tangle;
   inputs.limits_hold = model.scene.limits.method != "edges";
   if (!engines.contacts_in_solve) inputs.repelled = &near.contacts;
   inputs.key = part.seed;
@@ -105,7 +106,8 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, const N
   move_bodies_with(part, bodies, state.rigid);
   for (const Index i : done.touched) outcome.contact[i] = 1;
   if (engines.collision && engines.contacts_in_solve)
-    engines.collision->update_anchors(near.contacts, loads.x0, x1, state.contacts);
+    engines.collision->update_anchors(near.contacts, near.contact_terms, loads.x0, x1,
+                                      state.contacts);
   add_to_report(part, done, engines.limiter != nullptr, outcome.report);
   Certified certified;
   certified.result.impacts = done.certified.unresolved;

@@ -52,15 +52,14 @@ void find_contacts(const StepContext& part, const Loads& loads, const State& sta
                    Engines& engines, NearContacts& near, StepReport& report) {
   CollisionStage& collision = *engines.collision;
   const Index n = engines.model.cloth.n_vertices;
-  collision.forget_tangle();
-  if (state.tangled) collision.find_tangle(loads.x0);
-  near.contacts = collision.proximity(engines.collision_team, loads.x0);
+  if (state.tangled) near.tangle = collision.find_tangle(loads.x0);
+  near.contacts = collision.proximity(engines.collision_team, loads.x0, near.tangle);
   if (!engines.contacts_in_solve) return;
   expect_motion(part, loads, state, engines, near);
-  collision.terms(near.contacts, loads.x0, near.v0, near.last_change, state.rigid.positions, part.h,
-                  n, state.contacts, near.terms, report.energy.contact);
-  near.n_contact_terms = near.terms.size();
-  collision.untangle(loads.x0, near.v0, state.rigid.positions, part.h, n, near.terms);
+  const ContactInputs inputs{loads.x0, near.v0, near.last_change, state.rigid.positions, part.h, n};
+  near.contact_terms = collision.terms(inputs, near.contacts, state.contacts, near.terms);
+  report.energy.contact = near.contact_terms.energy();
+  collision.untangle(inputs, near.tangle, near.terms);
 }
 
 }  // namespace
@@ -69,7 +68,8 @@ void find_near_contacts(const StepContext& part, const Loads& loads, const State
                         Engines& engines, NearContacts& near, StepReport& report) {
   near.contacts.clear();
   near.terms.clear();
-  near.n_contact_terms = 0;
+  near.contact_terms = {};
+  near.tangle = {};
   report.energy.contact = 0.0;
   if (engines.collision) find_contacts(part, loads, state, engines, near, report);
   if (engines.integrator->implicit()) add_attachments(engines.model, state, near.terms);
@@ -77,13 +77,10 @@ void find_near_contacts(const StepContext& part, const Loads& loads, const State
       std::max(report.contacts.near, static_cast<std::int64_t>(near.contacts.size()));
 }
 
-double terms_at(const NearContacts& near, const Engines& engines, const Points& displacement,
-                double time, TermRequest request, ExtraTerms& terms) {
-  double energy =
-      near.n_contact_terms > 0
-          ? engines.collision->terms_at(engines.collision_team, displacement, time, request, terms)
-          : 0.0;
-  for (std::size_t i = near.n_contact_terms; i < terms.size(); ++i)
+double terms_at(NearContacts& near, const Engines& engines, const Points& displacement, double time,
+                TermRequest request, ExtraTerms& terms) {
+  double energy = near.contact_terms.at(engines.collision_team, displacement, time, request, terms);
+  for (std::size_t i = near.contact_terms.size(); i < terms.size(); ++i)
     energy += terms[i].move_linearly(displacement, time);
   return energy;
 }

@@ -10,8 +10,9 @@ namespace loomstone {
 
 struct NearContacts {
   std::vector<Contact> contacts;  // closer than their thickness
-  ExtraTerms terms;  // of contacts, then what moves intersections apart, then attachments
-  std::size_t n_contact_terms = 0;
+  ExtraTerms terms;            // of contacts, then what moves intersections apart, then attachments
+  ContactTerms contact_terms;  // of contacts, what updates their terms
+  Tangle tangle;               // what intersects
   Points v0;  // (vertices x 3) expected velocities of all that collides; contacts in the solve only
               // [m/s]
   Points last_change;  // (vertices x 3) of velocity in the last step, expected again: sliding
@@ -23,7 +24,7 @@ void find_near_contacts(const StepContext& part, const Loads& loads, const State
 
 // The terms where cloth and bodies have moved by `displacement` (rows x 3) [m] in `time` [s] since
 // the start, for Newton loops: `terms` come as those of the start. Returns their energy [J].
-double terms_at(const NearContacts& near, const Engines& engines, const Points& displacement,
-                double time, TermRequest request, ExtraTerms& terms);
+double terms_at(NearContacts& near, const Engines& engines, const Points& displacement, double time,
+                TermRequest request, ExtraTerms& terms);
 
 }  // namespace loomstone

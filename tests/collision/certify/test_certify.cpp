@@ -33,10 +33,10 @@ TEST_CASE(
     Points first;
     for (const int threads : {1, 2, 3, 7}) {
       CollisionStage stage(scene.model);
-      if (threads == 3) stage.proximity(Team{threads}, scene.x);  // lists or no lists
+      if (threads == 3) stage.proximity(Team{threads}, scene.x, {});  // lists or no lists
       Points x1 = thrown;
       const CertifyReport report =
-          stage.certify(Team{threads}, scene.x, x1, scene.inverse_mass, none);
+          stage.certify(Team{threads}, {scene.x, scene.inverse_mass, {}}, x1, none);
       CHECK(report.impacts > 100);
       CHECK(report.unresolved == 0);
       if (threads == 1) {
@@ -53,9 +53,9 @@ TEST_CASE("impacts of many steps at random never end in an intersection") {
   CollisionStage stage(scene.model);
   Points x = scene.x;
   for (int step = 0; step < 12; ++step) {
-    stage.proximity(Team{2}, x);
+    stage.proximity(Team{2}, x, {});
     Points x1 = shaken(x, step % 3 ? 3e-3 : 0.02, 17 + step);
-    const CertifyReport report = stage.certify(Team{2}, x, x1, scene.inverse_mass, none);
+    const CertifyReport report = stage.certify(Team{2}, {x, scene.inverse_mass, {}}, x1, none);
     CHECK(report.unresolved == 0);
     x = x1;
     REQUIRE(intersecting_pairs(x, scene.model.triangles).empty());
@@ -67,7 +67,7 @@ TEST_CASE("a motion without impact is left alone") {
   CollisionStage stage(scene.model);
   const Points given = shaken(scene.x, 2e-4, 18);
   Points x1 = given;
-  const CertifyReport report = stage.certify(Team{1}, scene.x, x1, scene.inverse_mass, none);
+  const CertifyReport report = stage.certify(Team{1}, {scene.x, scene.inverse_mass, {}}, x1, none);
   CHECK(report.impacts == 0);
   CHECK(x1 == given);
 }
@@ -89,7 +89,8 @@ TEST_CASE(
     }
     CollisionStage stage(scene.model);
     Points x1 = given;
-    const CertifyReport report = stage.certify(Team{2}, scene.x, x1, scene.inverse_mass, none);
+    const CertifyReport report =
+        stage.certify(Team{2}, {scene.x, scene.inverse_mass, {}}, x1, none);
     CHECK(report.impacts > 0);
     CHECK(report.unresolved == 0);
     CHECK(intersecting_pairs(x1, scene.model.triangles).empty());
@@ -111,7 +112,7 @@ TEST_CASE("cloth pinched between obstacles that run through each other is report
   given.middleRows(lower.first_vertex, lower.n_vertices).col(2).array() += 0.05;
   CollisionStage stage(scene.model);
   Points x1 = given;
-  CHECK(stage.certify(Team{1}, scene.x, x1, scene.inverse_mass, none).unresolved > 0);
+  CHECK(stage.certify(Team{1}, {scene.x, scene.inverse_mass, {}}, x1, none).unresolved > 0);
 }
 
 TEST_CASE("pinned vertices are obeyed and what they drag stays free") {
@@ -123,7 +124,7 @@ TEST_CASE("pinned vertices are obeyed and what they drag stays free") {
   }
   CollisionStage stage(scene.model);
   Points x1 = given;
-  const CertifyReport report = stage.certify(Team{1}, scene.x, x1, scene.inverse_mass, none);
+  const CertifyReport report = stage.certify(Team{1}, {scene.x, scene.inverse_mass, {}}, x1, none);
   CHECK(report.impacts > 0);
   CHECK(report.unresolved == 0);
   CHECK(x1.topRows(17) == given.topRows(17));
@@ -143,7 +144,7 @@ TEST_CASE("cloth that starts tangled neither fails nor stays frozen") {
   for (int step = 0; step < 60; ++step) {
     Points x1 = x;
     x1.topRows(n).col(0).array() += 3e-3;  // slides out sideways
-    stage.certify(Team{1}, x, x1, scene.inverse_mass, none);
+    stage.certify(Team{1}, {x, scene.inverse_mass, {}}, x1, none);
     x = x1;
   }
   CHECK(x.topRows(n).col(0).mean() > 0.02);

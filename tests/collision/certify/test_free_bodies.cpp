@@ -111,7 +111,7 @@ TEST_CASE(
         const Points given = x1;
         CollisionStage stage(scene.model);
         const CertifyReport report =
-            stage.certify(Team{threads}, scene.x, x1, scene.inverse_mass, ball.bodies);
+            stage.certify(Team{threads}, {scene.x, scene.inverse_mass, {}}, x1, ball.bodies);
         INFO("mass " << mass << " travel " << travel << " withheld " << report.n_withheld());
         CHECK(report.impacts > 0);
         CHECK(report.unresolved == 0);
@@ -153,7 +153,7 @@ TEST_CASE("a body that impulses cannot save keeps its shape and ends on its way"
     place_body(scene.model, ball.bodies[0], end, x1);
     CollisionStage stage(scene.model);
     const CertifyReport report =
-        stage.certify(Team{1}, scene.x, x1, scene.inverse_mass, ball.bodies);
+        stage.certify(Team{1}, {scene.x, scene.inverse_mass, {}}, x1, ball.bodies);
     CHECK(report.unresolved == 0);
     CHECK(intersecting_pairs(x1, scene.model.triangles).empty());
     CHECK(std::abs(ball.bodies[0].end.position.z()) <
@@ -179,7 +179,7 @@ TEST_CASE("a body behind cloth is carried along by a script that comes through")
     const Points given = x1;
     CollisionStage stage(scene.model);
     const CertifyReport report =
-        stage.certify(Team{1}, scene.x, x1, scene.inverse_mass, ball.bodies);
+        stage.certify(Team{1}, {scene.x, scene.inverse_mass, {}}, x1, ball.bodies);
     CHECK(report.unresolved == 0);
     CHECK(x1.middleRows(plate.first_vertex, plate.n_vertices) ==
           given.middleRows(plate.first_vertex, plate.n_vertices));

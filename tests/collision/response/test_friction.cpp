@@ -30,10 +30,10 @@ Slide slide(double slope, double duration, double floor_speed = 0.0, double h = 
   Points last_change = Points::Zero(x.rows(), 3);
   for (int step = 0; step < duration / h; ++step) {
     v.topRows(n).rowwise() = velocity.transpose();
-    const auto contacts = stage.proximity(Team{1}, x);
+    const auto contacts = stage.proximity(Team{1}, x, {});
     ExtraTerms terms;
-    double energy = 0.0;
-    stage.terms(contacts, x, v, last_change, Points(0, 3), h, n, state, terms, energy);
+    const ContactTerms made =
+        stage.terms({x, v, last_change, Points(0, 3), h, n}, contacts, state, terms);
     const Vec3 before = velocity;
     for (int solve = 0; solve < 3; ++solve) {  // as linearised integrators do
       Mat3 matrix = mass * Mat3::Identity();
@@ -48,12 +48,12 @@ Slide slide(double slope, double duration, double floor_speed = 0.0, double h = 
       if (!again || terms.empty()) break;
       const Points moved = h * velocity.transpose().replicate(n, 1);
       const Vector inverse_mass = Vector::Constant(n, static_cast<double>(n) / mass);
-      if (stage.friction_at(Team{1}, moved, h, inverse_mass, n, terms) < 0.02) break;
+      if (made.friction_at(Team{1}, moved, h, inverse_mass, terms) < 0.02) break;
     }
     last_change.topRows(n).rowwise() = (velocity - before).transpose();
     Points x1 = x + h * v;
     x1.topRows(n) = x.topRows(n).rowwise() + h * velocity.transpose();
-    stage.update_anchors(contacts, x, x1, state);
+    stage.update_anchors(contacts, made, x, x1, state);
     x = x1;
   }
   return {x(0, 0) - scene.x(0, 0), velocity.norm()};
@@ -132,23 +132,23 @@ TEST_CASE(
   Points x = scene.x;
   x.middleRows(1, 3).col(2).array() += 1.0;
   x.row(0) = Eigen::RowVector3d(0.004, 0.010, 0.5e-3);
-  const auto first = stage.proximity(Team{1}, x);
+  const auto first = stage.proximity(Team{1}, x, {});
   REQUIRE(first.size() == 1);
   Points x1 = x;
   x1(0, 0) += 2e-5;
   ContactState state;
   ExtraTerms terms;
-  double energy = 0.0;
   const Points still = Points::Zero(x.rows(), 3);
-  stage.terms(first, x, still, still, Points(0, 3), 1e-3, 4, state, terms, energy);
-  stage.update_anchors(first, x, x1, state);
+  const ContactTerms made =
+      stage.terms({x, still, still, Points(0, 3), 1e-3, 4}, first, state, terms);
+  stage.update_anchors(first, made, x, x1, state);
   REQUIRE(state.anchors.size() == 1);
   CHECK((state.anchors[0].slip - Vec3(2e-5, 0, 0)).norm() < 1e-15);
   x1.row(0) = Eigen::RowVector3d(0.010, 0.004, 0.5e-3);  // across the diagonal
-  const auto second = stage.proximity(Team{1}, x1);
+  const auto second = stage.proximity(Team{1}, x1, {});
   REQUIRE(second.size() == 1);
   CHECK(second[0].b != first[0].b);
   CHECK((anchored_slips(second, scene.model, state)[0] - Vec3(2e-5, 0, 0)).norm() < 1e-15);
-  stage.update_anchors({}, x1, x1, state);
+  stage.update_anchors({}, {}, x1, x1, state);
   CHECK(state.anchors.empty());
 }

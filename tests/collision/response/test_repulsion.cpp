@@ -39,10 +39,10 @@ Slide slide(double slope, double h, double duration) {
   Points x = scene.x, v = Points::Zero(x.rows(), 3);
   Slide result{0.0, 0.0, 1.0, 0.0};
   for (int step = 0; step < duration / h; ++step) {
-    const auto contacts = stage.proximity(Team{1}, x);
+    const auto contacts = stage.proximity(Team{1}, x, {});
     v.topRows(n).rowwise() += h * gravity;
     Points x1 = x + h * v;
-    stage.repel(contacts, x, x1, scene.inverse_mass, h, none);
+    stage.repel({x, scene.inverse_mass, {}}, contacts, h, x1, none);
     v = (x1 - x) / h;
     x = x1;
     result.smallest_gap = std::min(result.smallest_gap, x.topRows(n).col(2).minCoeff());
@@ -60,13 +60,13 @@ TEST_CASE(
   for (const double friction : {0.0, 0.5}) {
     const TestScene scene = close_sheets(friction);
     CollisionStage stage(scene.model);
-    const auto contacts = stage.proximity(Team{1}, scene.x);
+    const auto contacts = stage.proximity(Team{1}, scene.x, {});
     REQUIRE(contacts.size() > 100);
     Points thrown = shaken(scene.x, 2e-4, 7);
     const Index n = scene.model.surfaces[0].n_vertices;
     thrown.topRows(n).rowwise() += Eigen::RowVector3d(1e-3, 0, 5e-4);
     Points x1 = thrown;
-    stage.repel(contacts, scene.x, x1, scene.inverse_mass, 1e-3, none);
+    stage.repel({scene.x, scene.inverse_mass, {}}, contacts, 1e-3, x1, none);
     const Points change = x1 - thrown;
     const double size = change.rowwise().norm().sum();  // of one gram each
     CHECK(size > 1e-3);
@@ -108,10 +108,10 @@ TEST_CASE("repulsion pushes a free body off as it pushes the cloth") {
   Points thrown = scene.x;
   place_body(scene.model, body, body.end, thrown);
   CollisionStage stage(scene.model);
-  const auto contacts = stage.proximity(Team{1}, scene.x);
+  const auto contacts = stage.proximity(Team{1}, scene.x, {});
   REQUIRE(!contacts.empty());
   Points x1 = thrown;
-  stage.repel(contacts, scene.x, x1, scene.inverse_mass, 1e-3, bodies);
+  stage.repel({scene.x, scene.inverse_mass, {}}, contacts, 1e-3, x1, bodies);
   Vec3 change = 0.05 * bodies[0].moved;
   for (Index v = 0; v < surface.first_vertex; ++v)
     change += (x1.row(v) - thrown.row(v)).transpose() / 1e3;

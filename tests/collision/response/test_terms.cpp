@@ -23,9 +23,11 @@ Assembled assemble(const TestScene& scene, const Points& x, const Points& v, con
                    Index n_cloth, const ContactState& state = {}) {
   Assembled result;
   CollisionStage stage(scene.model);
-  result.contacts = stage.proximity(Team{1}, x);
-  stage.terms(result.contacts, x, v, Points::Zero(x.rows(), 3), centres, 1e-3, n_cloth, state,
-              result.terms, result.energy);
+  result.contacts = stage.proximity(Team{1}, x, {});
+  result.energy = stage
+                      .terms({x, v, Points::Zero(x.rows(), 3), centres, 1e-3, n_cloth},
+                             result.contacts, state, result.terms)
+                      .energy();
   return result;
 }
 
@@ -111,29 +113,30 @@ TEST_CASE(
   const Index n = static_cast<Index>(x.rows());
   const Points v = shaken(Points::Zero(n, 3), 0.05, 12);
   CollisionStage stage(scene.model);
-  const std::vector<Contact> contacts = stage.proximity(Team{1}, x);
+  const std::vector<Contact> contacts = stage.proximity(Team{1}, x, {});
   ContactState state;
   for (const Contact& c : contacts)  // anchors that stick and anchors that will slip
     state.anchors.push_back(
         {c.kind, c.a, c.b, 1e-4 * c.normal.unitOrthogonal() * double(c.a % 3), 1.0});
   ExtraTerms terms;
-  double energy = 0.0;
   std::vector<Contact> smooth = contacts;
   for (Contact& c : smooth) c.friction = 0.0;
   // Where nothing has moved yet the normal force is that of the start, and so is its stiffness.
-  stage.terms(smooth, x, v, Points::Zero(n, 3), Points(0, 3), 1e-3, n, state, terms, energy);
+  const Points unchanged = Points::Zero(n, 3), no_bodies(0, 3);
+  const ContactInputs inputs{x, v, unchanged, no_bodies, 1e-3, n};
+  ContactTerms made = stage.terms(inputs, smooth, state, terms);
   ExtraTerms there = terms;
-  stage.terms_at(Team{1}, Points::Zero(n, 3), 0.0, TermRequest::Derivative, there);
+  made.at(Team{1}, Points::Zero(n, 3), 0.0, TermRequest::Derivative, there);
   REQUIRE(terms.size() > 20);
   for (std::size_t i = 0; i < terms.size(); ++i) {
     CHECK((there[i].gradient - terms[i].gradient).norm() <= 1e-12 * terms[i].gradient.norm());
     CHECK((there[i].hessian - terms[i].hessian).norm() <= 1e-12 * terms[i].hessian.norm());
   }
   terms.clear();
-  stage.terms(contacts, x, v, Points::Zero(n, 3), Points(0, 3), 1e-3, n, state, terms, energy);
+  made = stage.terms(inputs, contacts, state, terms);
   const auto at = [&](const Points& moved, ExtraTerms& out) {
     out = terms;
-    return stage.terms_at(Team{1}, moved, 1e-3, TermRequest::Derivative, out);
+    return made.at(Team{1}, moved, 1e-3, TermRequest::Derivative, out);
   };
   const auto assembled = [&](const ExtraTerms& all) {
     Points g = Points::Zero(n, 3);
@@ -173,7 +176,7 @@ TEST_CASE(
   CHECK(last_force < 1e-4);
   // New limits follow the normal force there; without them those of the start hold.
   ExtraTerms limited = terms;
-  stage.terms_at(Team{1}, moved, 1e-3, TermRequest::NewLimits, limited);
+  made.at(Team{1}, moved, 1e-3, TermRequest::NewLimits, limited);
   CHECK((assembled(limited) - force).norm() > 1e-3 * force.norm());
 }
 
@@ -303,7 +306,7 @@ TEST_CASE("a smooth surface pushes along its rounded normals, and its edges carr
     double worst = 0.0;
     Index last = -1;
     int n = 0;
-    for (const Contact& contact : CollisionStage(scene.model).proximity(Team{1}, scene.x)) {
+    for (const Contact& contact : CollisionStage(scene.model).proximity(Team{1}, scene.x, {})) {
       if (smooth) CHECK(contact.kind == ContactKind::VertexFace);
       if (contact.kind != ContactKind::VertexFace || contact.a >= 81) continue;
       if (smooth) CHECK(contact.a != last);  // one contact a vertex

@@ -38,8 +38,7 @@ TestScene leaning() {
 TEST_CASE("every edge that pierces a triangle is found, with the point both share") {
   for (const TestScene& scene : {bump(0.0013), leaning()}) {
     const CollisionModel& model = scene.model;
-    Tangle tangle(model);
-    tangle.find(scene.x);
+    const Tangle tangle = TangleFinder(model).find(scene.x);
     std::set<std::array<Index, 2>> expected, found;
     const auto x = [&](Index v) { return Vec3(scene.x.row(v).transpose()); };
     for (Index e = 0; e < model.edges.rows(); ++e)
@@ -55,7 +54,7 @@ TEST_CASE("every edge that pierces a triangle is found, with the point both shar
           expected.insert({e, t});
       }
     REQUIRE(expected.size() > 20);
-    for (const Piercing& p : tangle.piercings()) {
+    for (const Piercing& p : tangle.piercings) {
       found.insert({p.edge, p.triangle});
       Vec3 apart = Vec3::Zero();
       double of_edge = 0.0, of_triangle = 0.0;
@@ -66,7 +65,7 @@ TEST_CASE("every edge that pierces a triangle is found, with the point both shar
       CHECK(apart.norm() < 1e-14);  // rounding of coordinates of 0.1 m
       CHECK(of_edge == Approx(1.0).epsilon(1e-14));
       CHECK(of_triangle == Approx(-1.0).epsilon(1e-14));
-      CHECK(p.contour == tangle.piercings().front().contour);
+      CHECK(p.contour == tangle.piercings.front().contour);
     }
     CHECK(found == expected);
   }
@@ -75,10 +74,9 @@ TEST_CASE("every edge that pierces a triangle is found, with the point both shar
 TEST_CASE("what has come through goes back the way it came") {
   for (const TestScene& scene : {bump(0.0), bump(0.0013), leaning()}) {
     const Index n_flat = scene.model.surfaces[0].n_vertices;
-    Tangle tangle(scene.model);
-    tangle.find(scene.x);
+    const Tangle tangle = TangleFinder(scene.model).find(scene.x);
     int of_bent = 0;
-    for (const Piercing& p : tangle.piercings()) {
+    for (const Piercing& p : tangle.piercings) {
       if (p.vertices[0] < n_flat) continue;
       ++of_bent;
       // The bump goes down through the flat sheet; of the leaning sheet the smaller part hangs
@@ -94,30 +92,29 @@ TEST_CASE(
     "surfaces that do not intersect are not tangled, and one that is not held against itself "
     "neither") {
   TestScene scene = bump(0.0);
-  Tangle tangle(scene.model);
+  TangleFinder finder(scene.model);
   Points apart = scene.x;
   apart.bottomRows(scene.model.surfaces[1].n_vertices).col(2).array() -= 0.021;
-  tangle.find(apart);
-  CHECK(tangle.empty());
-  CHECK_FALSE(tangle.leaves_out(ContactKind::VertexFace, pair_key(0, 300), {0, 169, 170, 171}));
+  const Tangle none = finder.find(apart);
+  CHECK(none.empty());
+  CHECK_FALSE(
+      none.leaves_out(scene.model, ContactKind::VertexFace, pair_key(0, 300), {0, 169, 170, 171}));
 
   // One surface of both: intersections with itself count only where it collides with itself.
   for (Index& s : scene.model.surface_of_triangle) s = 0;
   for (Index& s : scene.model.surface_of_edge) s = 0;
-  tangle.find(scene.x);
-  CHECK_FALSE(tangle.empty());
+  CHECK_FALSE(finder.find(scene.x).empty());
   scene.model.surfaces[0].self_collision = false;
-  tangle.find(scene.x);
-  CHECK(tangle.empty());
+  CHECK(finder.find(scene.x).empty());
 }
 
 TEST_CASE("terms and impulses that untangle have neither sum nor torque") {
   const TestScene scene = bump(0.0013);
   const Index n = scene.model.n_vertices;
-  Tangle tangle(scene.model);
-  tangle.find(scene.x);
+  const Tangle tangle = TangleFinder(scene.model).find(scene.x);
   ExtraTerms terms;
-  untangling_terms(scene.model, tangle, scene.x, Points::Zero(n, 3), Points::Zero(0, 3), 1e-3, n,
+  const Points still = Points::Zero(n, 3);
+  untangling_terms(scene.model, tangle, {scene.x, still, still, Points::Zero(0, 3), 1e-3, n},
                    terms);
   REQUIRE(terms.size() > 20);
   Vec3 sum = Vec3::Zero(), torque = Vec3::Zero();
