@@ -179,7 +179,7 @@ FeatureIds Detector::candidates(const Team& team, const Points& x0, const Points
                                 double inflation, bool sorted) {
   data_->check(x0, x1, inflation);
   AllPairs found;
-  data_->broad_phase.swept_pairs(team, x0, x1, inflation, {0}, true, found);
+  data_->broad_phase.swept_pairs(team, {x0, x1, inflation, true}, {0}, found);
   FeatureIds all = found.all(team);
   if (sorted) {
     sort_pairs(team, all.vertex_face, data_->model.n_vertices);
@@ -191,7 +191,7 @@ FeatureIds Detector::candidates(const Team& team, const Points& x0, const Points
 Collisions Detector::collisions(const Team& team, const Points& x0, const Points& x1) {
   data_->check(x0, x1, 0.0);
   ExactHits found(data_->model, x0, x1);
-  data_->broad_phase.swept_pairs(team, x0, x1, 0.0, {0}, true, found);
+  data_->broad_phase.swept_pairs(team, {x0, x1, 0.0, true}, {0}, found);
   return found.all(team);
 }
 

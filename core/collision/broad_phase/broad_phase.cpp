@@ -76,17 +76,17 @@ BroadPhase::BroadPhase(const CollisionModel& model, const std::vector<SurfacePai
   }
 }
 
-void BroadPhase::refit(const Team& team, Index s, const Points& x0, const Points& x1,
-                       double inflation, bool may_rebuild) {
+void BroadPhase::refit(const Team& team, Index s, const Sweep& sweep) {
   const CollisionSurface& surface = model_.surfaces[s];
   parallel_for(
       team, surface.n_vertices,
       [&](Index i) {
         const std::size_t v = surface.first_vertex + i;
-        vertex_slabs_[v] = packed(slabs_of(x0.data() + 3 * v, x1.data() + 3 * v, inflation));
+        vertex_slabs_[v] =
+            packed(slabs_of(sweep.x0.data() + 3 * v, sweep.x1.data() + 3 * v, sweep.inflation));
       },
       2048);
-  trees_[s].refit(team, x0, vertex_slabs_, inflation, may_rebuild);
+  trees_[s].refit(team, sweep.x0, vertex_slabs_, sweep.inflation, sweep.may_rebuild);
 }
 
 bool BroadPhase::attached(ContactKind kind, PairKey key) const {
@@ -203,7 +203,7 @@ void BroadPhase::near_pairs(const Team& team, const Points& x, const std::vector
     for (const Index s : {pairs_[pair].a, pairs_[pair].b})
       inflation[s] = std::max(inflation[s], 0.5 * reach[pair]);
   for (std::size_t s = 0; s < trees_.size(); ++s)
-    if (inflation[s] >= 0.0) refit(team, static_cast<Index>(s), x, x, inflation[s], false);
+    if (inflation[s] >= 0.0) refit(team, static_cast<Index>(s), {x, x, inflation[s]});
   Kept kept([&](Index pair, ContactKind kind, std::vector<PairKey>& keys) {
     std::erase_if(keys, [&](PairKey key) {
       const std::array<Index, 4> v = pair_vertices(model_, kind, key);
@@ -216,20 +216,19 @@ void BroadPhase::near_pairs(const Team& team, const Points& x, const std::vector
   kept.into(which, pairs_.size(), found);
 }
 
-void BroadPhase::swept_pairs(const Team& team, const Points& x0, const Points& x1, double inflation,
-                             const std::vector<Index>& which, bool may_rebuild, PairSink& sink) {
+void BroadPhase::swept_pairs(const Team& team, const Sweep& sweep, const std::vector<Index>& which,
+                             PairSink& sink) {
   std::vector<std::uint8_t> needed(trees_.size(), 0);
   for (const Index pair : which) needed[pairs_[pair].a] = needed[pairs_[pair].b] = 1;
   for (std::size_t s = 0; s < trees_.size(); ++s)
-    if (needed[s]) refit(team, static_cast<Index>(s), x0, x1, inflation, may_rebuild);
+    if (needed[s]) refit(team, static_cast<Index>(s), sweep);
   search(team, which, sink);
 }
 
-void BroadPhase::swept_pairs(const Team& team, const Points& x0, const Points& x1, double inflation,
-                             const std::vector<Index>& which, const Keep& keep,
-                             std::vector<FeaturePairs>& found) {
+void BroadPhase::swept_pairs(const Team& team, const Sweep& sweep, const std::vector<Index>& which,
+                             const Keep& keep, std::vector<FeaturePairs>& found) {
   Kept kept([&](Index, ContactKind kind, std::vector<PairKey>& keys) { keep(kind, keys); });
-  swept_pairs(team, x0, x1, inflation, which, false, kept);
+  swept_pairs(team, sweep, which, kept);
   kept.into(which, pairs_.size(), found);
 }
 

@@ -24,6 +24,15 @@ class PairSink {
                     std::vector<PairKey>& keys) = 0;  // may change the keys
 };
 
+// Motion over a step, and by how much boxes are grown.
+struct Sweep {
+  const Points& x0;
+  const Points& x1;
+  double inflation;          // [m]
+  bool may_rebuild = false;  // trees whose boxes have grown much since they were formed are formed
+                             // anew, which changes speed and nothing else
+};
+
 // Stage: a tree of every surface, and scratch that decides nothing.
 class BroadPhase {
  public:
@@ -34,17 +43,14 @@ class BroadPhase {
   void near_pairs(const Team& team, const Points& x, const std::vector<Index>& which,
                   const std::vector<double>& reach, std::vector<FeaturePairs>& found);
 
-  // Pairs of features whose 18-DOPs over the whole step, grown by `inflation` [m] each, meet.
-  // `may_rebuild`: trees whose boxes have grown much since they were formed are formed anew, which
-  // changes speed and nothing else.
-  void swept_pairs(const Team& team, const Points& x0, const Points& x1, double inflation,
-                   const std::vector<Index>& which, bool may_rebuild, PairSink& sink);
+  // Pairs of features whose 18-DOPs over the whole step, grown by `inflation` each, meet.
+  void swept_pairs(const Team& team, const Sweep& sweep, const std::vector<Index>& which,
+                   PairSink& sink);
   // Those of them that are left by keep(kind, keys), which takes out the others and which several
   // threads call at once.
   using Keep = std::function<void(ContactKind, std::vector<PairKey>&)>;
-  void swept_pairs(const Team& team, const Points& x0, const Points& x1, double inflation,
-                   const std::vector<Index>& which, const Keep& keep,
-                   std::vector<FeaturePairs>& found);
+  void swept_pairs(const Team& team, const Sweep& sweep, const std::vector<Index>& which,
+                   const Keep& keep, std::vector<FeaturePairs>& found);
 
   // Pairs of clusters of a surface pair's trees whose boxes overlap, as (a << 32 | b), ascending;
   // false (and some of them) where there are more than `most`.
@@ -59,8 +65,7 @@ class BroadPhase {
   std::size_t bytes() const;  // of all trees and boxes of vertices
 
  private:
-  void refit(const Team& team, Index surface, const Points& x0, const Points& x1, double inflation,
-             bool may_rebuild);
+  void refit(const Team& team, Index surface, const Sweep& sweep);
   struct Task;
   std::vector<Task> deal_out(const std::vector<Index>& which) const;
   void search(const Team& team, const std::vector<Index>& which, PairSink& sink);

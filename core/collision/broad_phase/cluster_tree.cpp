@@ -54,14 +54,22 @@ LOOMSTONE_INLINE PackedSlabs all_of(const PackedSlabs* item) {
   return all;
 }
 
-// Boxes of groups [begin, end) of features from those of the vertices; of single features and of
-// whole groups, where asked for.
-LOOMSTONE_CLONES void refit_features(const PackedSlabs* vertices, const Index* corners,
-                                     int n_corners, Index begin, Index end, SlabGroup* slabs,
-                                     PackedSlabs* of_group) {
+// Groups [begin, end) of features; see ClusterTree::Features.
+struct FeatureGroups {
+  const Index* corners;
+  int n_corners;
+  Index begin, end;
+};
+
+// Boxes of groups of features from those of the vertices; of single features and of whole groups,
+// where asked for.
+LOOMSTONE_CLONES void refit_features(const PackedSlabs* vertices, FeatureGroups groups,
+                                     SlabGroup* slabs, PackedSlabs* of_group) {
   const PackedSlabs none = empty_packed();
-  for (Index g = begin; g < end; ++g) {
-    const Index* const corner = corners + static_cast<std::size_t>(g) * n_corners * slab_lanes;
+  const int n_corners = groups.n_corners;
+  for (Index g = groups.begin; g < groups.end; ++g) {
+    const Index* const corner =
+        groups.corners + static_cast<std::size_t>(g) * n_corners * slab_lanes;
     PackedSlabs item[slab_lanes];
     for (int lane = 0; lane < slab_lanes; ++lane) {
       item[lane] = corner[lane] >= 0 ? vertices[corner[lane]] : none;
@@ -226,7 +234,7 @@ double ClusterTree::refit_all(const Team& team, const std::vector<PackedSlabs>& 
   std::vector<PackedSlabs> below(padded(n_clusters_), empty_packed()), above;
   const auto refit = [&](Features& of, PackedSlabs* of_group) {
     parallel_ranges(team, static_cast<Index>(of.slabs.size()), grain, [&](Index begin, Index end) {
-      refit_features(vertices.data(), of.corners.data(), of.n_corners, begin, end,
+      refit_features(vertices.data(), {of.corners.data(), of.n_corners, begin, end},
                      features ? of.slabs.data() : nullptr, of_group);
     });
   };
@@ -277,7 +285,7 @@ void ClusterTree::refit_features_of(const Team& team, const std::vector<std::uin
                                     const std::vector<PackedSlabs>& vertices) {
   vertex_boxes_ = vertices.data();
   const auto refit = [&](Features& features, Index begin, Index end, PackedSlabs* of_group) {
-    refit_features(vertices.data(), features.corners.data(), features.n_corners, begin, end,
+    refit_features(vertices.data(), {features.corners.data(), features.n_corners, begin, end},
                    features.slabs.data(), of_group);
   };
   std::vector<PackedSlabs> of_cluster(n_clusters_);

@@ -47,9 +47,7 @@ class MedianTree {
       if (a != b && !first.bounds.meets(second.bounds)) continue;
       const bool leaf_a = first.left < 0, leaf_b = second.left < 0;
       if (leaf_a && leaf_b) {
-        for (Index i = first.begin; i < first.end; ++i)
-          for (Index j = a == b ? i + 1 : second.begin; j < second.end; ++j)
-            if (items_[order_[i]].meets(items_[order_[j]])) visit(order_[i], order_[j]);
+        leaf_pairs(first, second, a == b, visit);
       } else if (a == b) {
         stack.insert(
             stack.end(),
@@ -67,6 +65,13 @@ class MedianTree {
     Box bounds;
     Index begin, end, left = -1, right = -1;
   };
+
+  template <class Visit>
+  void leaf_pairs(const Node& first, const Node& second, bool same, Visit&& visit) const {
+    for (Index i = first.begin; i < first.end; ++i)
+      for (Index j = same ? i + 1 : second.begin; j < second.end; ++j)
+        if (items_[order_[i]].meets(items_[order_[j]])) visit(order_[i], order_[j]);
+  }
 
   Index build(Index begin, Index end) {
     const Index node = static_cast<Index>(nodes_.size());

@@ -1,6 +1,7 @@
 #include "core/collision/broad_phase/pair_search.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 
 #include "core/base/simd.h"
@@ -80,46 +81,6 @@ struct Run {
         end(features.group[cluster + 1]) {}
 };
 
-constexpr Index most_groups = 8;  // that are masked at once
-
-// Pairs of slots of edges that overlap and share no vertex. Edges that miss the other cluster's box
-// are masked first. `upper`: only slots of b after that of a.
-template <class Pairs>
-LOOMSTONE_INLINE void meeting_edges(const Run& a, const Lane& box_a, const Run& b,
-                                    const Lane& box_b, const Reach& reach, bool upper, Pairs& out) {
-  for (Index first = b.begin; first < b.end; first += most_groups) {
-    const Index n_b = std::min<Index>(most_groups, b.end - first);
-    unsigned mask_b[most_groups], any = 0;
-    for (Index j = 0; j < n_b; ++j)
-      any |= mask_b[j] = overlapping_lanes(b.slabs[first + j], box_a, reach);
-    if (any == 0) continue;
-    for (Index i = a.begin; i < a.end; ++i) {
-      for (unsigned lanes = overlapping_lanes(a.slabs[i], box_b, reach); lanes != 0;
-           lanes &= lanes - 1) {
-        const int lane = __builtin_ctz(lanes);
-        const Lane own = {a.slabs + i, lane};
-        for (Index j = 0; j < n_b; ++j) {
-          const Index group = first + j;
-          if (mask_b[j] == 0 || (upper && group < i)) continue;
-          Ints meet = ~Ints{};
-          for (int k = 0; k < n_slabs; ++k)
-            meet_slab(meet, b.slabs[group], own.low(k) - reach.of(k), own.high(k) + reach.of(k), k);
-          for (int l = 0; l < 2; ++l) {
-            Ints corner;
-            load(corner, b.corners + (group * 2 + l) * slab_lanes);
-            for (int k = 0; k < 2; ++k)
-              meet &= corner != a.corners[(i * 2 + k) * slab_lanes + lane];
-          }
-          unsigned found = bits_of(meet) & mask_b[j];
-          if (upper && group == i) found &= ~((2u << lane) - 1u);
-          for (; found != 0; found &= found - 1)
-            out.emplace_back(slab_lanes * i + lane, slab_lanes * group + __builtin_ctz(found));
-        }
-      }
-    }
-  }
-}
-
 // The vertices of one cluster and where their boxes are.
 struct VertexRun {
   const PackedSlabs* boxes;
@@ -132,6 +93,85 @@ struct VertexRun {
         begin(slab_lanes * tree.vertices().group[cluster]),
         end(slab_lanes * tree.vertices().group[cluster + 1]) {}
 };
+
+// The features of a cluster and the box around them.
+struct Side {
+  VertexRun vertices;
+  Run faces, edges;
+  Lane box;
+
+  Side(const ClusterTree& tree, Index cluster)
+      : vertices(tree, cluster),
+        faces(tree.faces(), cluster),
+        edges(tree.edges(), cluster),
+        box{&tree.leaf_boxes(cluster), cluster % slab_lanes} {}
+};
+
+// One edge: its slot is lane `box.lane` of group `group`.
+struct Edge {
+  Index group;
+  Lane box;
+  std::array<Index, 2> ends;
+
+  Edge(const Run& run, Index in_group, int lane)
+      : group(in_group),
+        box{run.slabs + in_group, lane},
+        ends{run.corners[in_group * 2 * slab_lanes + lane],
+             run.corners[(in_group * 2 + 1) * slab_lanes + lane]} {}
+  Index slot() const { return slab_lanes * group + box.lane; }
+};
+
+// Consecutive groups of edges of which only the lanes of the masks count.
+struct MaskedGroups {
+  static constexpr Index most = 8;
+  Index first, n;
+  unsigned mask[most];
+};
+
+// Pairs of slots of one edge and of `run` that overlap and share no vertex. `upper`: only slots
+// after that of the edge.
+template <class Pairs>
+LOOMSTONE_INLINE void meeting_groups(const Edge& own, const Run& run, const MaskedGroups& groups,
+                                     const Reach& reach, bool upper, Pairs& out) {
+  for (Index j = 0; j < groups.n; ++j) {
+    const Index group = groups.first + j;
+    if (groups.mask[j] == 0 || (upper && group < own.group)) continue;
+    Ints meet = ~Ints{};
+    for (int k = 0; k < n_slabs; ++k)
+      meet_slab(meet, run.slabs[group], own.box.low(k) - reach.of(k), own.box.high(k) + reach.of(k),
+                k);
+    for (int l = 0; l < 2; ++l) {
+      Ints corner;
+      load(corner, run.corners + (group * 2 + l) * slab_lanes);
+      for (int k = 0; k < 2; ++k) meet &= corner != own.ends[k];
+    }
+    unsigned found = bits_of(meet) & groups.mask[j];
+    if (upper && group == own.group) found &= ~((2u << own.box.lane) - 1u);
+    for (; found != 0; found &= found - 1)
+      out.emplace_back(own.slot(), slab_lanes * group + __builtin_ctz(found));
+  }
+}
+
+// Pairs of slots of edges that overlap and share no vertex. Edges that miss the other cluster's box
+// are masked first. `upper`: only slots of b after that of a.
+template <class Pairs>
+LOOMSTONE_INLINE void meeting_edges(const Side& a, const Side& b, const Reach& reach, bool upper,
+                                    Pairs& out) {
+  const Run own = a.edges, other = b.edges;
+  for (Index first = other.begin; first < other.end; first += MaskedGroups::most) {
+    MaskedGroups groups;
+    groups.first = first;
+    groups.n = std::min<Index>(MaskedGroups::most, other.end - first);
+    unsigned any = 0;
+    for (Index j = 0; j < groups.n; ++j)
+      any |= groups.mask[j] = overlapping_lanes(other.slabs[first + j], a.box, reach);
+    if (any == 0) continue;
+    for (Index i = own.begin; i < own.end; ++i)
+      for (unsigned lanes = overlapping_lanes(own.slabs[i], b.box, reach); lanes != 0;
+           lanes &= lanes - 1)
+        meeting_groups(Edge(own, i, __builtin_ctz(lanes)), other, groups, reach, upper, out);
+  }
+}
 
 // What a box must not exceed, lane by lane, to overlap this one.
 LOOMSTONE_INLINE PackedSlabs limits_of(const Lane& box, const Reach& reach) {
@@ -184,14 +224,11 @@ LOOMSTONE_CLONES unsigned meeting_lanes(const SlabGroup& group, const Lane& box)
   return overlapping_lanes(group, box, Reach(0.0));
 }
 
-LOOMSTONE_CLONES void meeting_features(const VertexRun& vertices_a, const Run& faces_a,
-                                       const Run& edges_a, const Lane& box_a,
-                                       const VertexRun& vertices_b, const Run& faces_b,
-                                       const Run& edges_b, const Lane& box_b, const Reach& reach,
-                                       bool same, PairSearch::Slots& out) {
-  meeting_vertices_faces(vertices_a, faces_b, box_b, reach, out.vertex_face);
-  if (!same) meeting_vertices_faces(vertices_b, faces_a, box_a, reach, out.face_vertex);
-  meeting_edges(edges_a, box_a, edges_b, box_b, reach, same, out.edge_edge);
+LOOMSTONE_CLONES void meeting_features(const Side& a, const Side& b, const Reach& reach, bool same,
+                                       PairSearch::Slots& out) {
+  meeting_vertices_faces(a.vertices, b.faces, b.box, reach, out.vertex_face);
+  if (!same) meeting_vertices_faces(b.vertices, a.faces, a.box, reach, out.face_vertex);
+  meeting_edges(a, b, reach, same, out.edge_edge);
 }
 
 }  // namespace
@@ -226,12 +263,7 @@ void PairSearch::expand(const Nodes& nodes, std::vector<Nodes>& out) const {
 }
 
 void PairSearch::meeting_slots(Index a, Index b, double reach, Slots& out) const {
-  const auto box = [](const ClusterTree& tree, Index cluster) {
-    return Lane{&tree.leaf_boxes(cluster), cluster % slab_lanes};
-  };
-  meeting_features(VertexRun(*a_, a), Run(a_->faces(), a), Run(a_->edges(), a), box(*a_, a),
-                   VertexRun(*b_, b), Run(b_->faces(), b), Run(b_->edges(), b), box(*b_, b),
-                   Reach(reach), self_ && a == b, out);
+  meeting_features(Side(*a_, a), Side(*b_, b), Reach(reach), self_ && a == b, out);
 }
 
 }  // namespace loomstone
