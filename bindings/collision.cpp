@@ -58,9 +58,25 @@ void check_indices(const Triangles& triangles, Eigen::Index n) {
                        std::to_string(triangles.maxCoeff()));
 }
 
-}  // namespace
+// Exact tests of n queries of eight points; times are infinity where there is no hit.
+void test_queries(bool vertex_face, py::ssize_t n, const double* queries, bool* hits,
+                  double* times) {
+  std::fill_n(hits, n, false);
+  std::fill_n(times, n, std::numeric_limits<double>::infinity());
+  const auto point = [&](Index i, int k) {
+    return queries + 24 * static_cast<std::size_t>(i) + 3 * k;
+  };
+  without_separated(vertex_face, static_cast<Index>(n), point, [&](Index i) {
+    MovingPoints q;
+    for (int k = 0; k < 8; ++k) q[k] = Eigen::Map<const Vec3>(point(i, k));
+    const ExactImpact impact =
+        vertex_face ? exact_continuous_vertex_face(q) : exact_continuous_edge_edge(q);
+    hits[i] = impact.hit;
+    if (impact.hit) times[i] = impact.time;
+  });
+}
 
-void bind_collision(py::module_& m) {
+void bind_candidates(py::module_& m) {
   m.def(
       "candidates",
       [](const py::object& x0, const py::object& x1, const py::object& triangles, double inflation,
@@ -90,7 +106,9 @@ void bind_collision(py::module_& m) {
       "all processors.\n"
       "Raises InvalidInput for other shapes or engines, indices out of range, and coordinates that "
       "are not finite.");
+}
 
+void bind_intersecting_pairs(py::module_& m) {
   m.def(
       "intersecting_pairs",
       [](const py::object& points, const py::object& triangles) {
@@ -103,6 +121,9 @@ void bind_collision(py::module_& m) {
       py::arg("points"), py::arg("triangles"),
       "Pairs of triangles that intersect and share no vertex, ascending. points (n x 3) [m], "
       "triangles (m x 3).");
+}
+
+void bind_continuous(py::module_& m) {
   m.def(
       "continuous",
       [](const std::string& kind,
@@ -123,20 +144,7 @@ void bind_collision(py::module_& m) {
         double* const times = time.mutable_data();
         {
           const py::gil_scoped_release release;
-          const bool vertex_face = kind == "vertex-face";
-          std::fill_n(hits, n, false);
-          std::fill_n(times, n, std::numeric_limits<double>::infinity());
-          const auto point = [&](Index i, int k) {
-            return queries.data() + 24 * static_cast<std::size_t>(i) + 3 * k;
-          };
-          without_separated(vertex_face, static_cast<Index>(n), point, [&](Index i) {
-            MovingPoints q;
-            for (int k = 0; k < 8; ++k) q[k] = Eigen::Map<const Vec3>(point(i, k));
-            const ExactImpact impact =
-                vertex_face ? exact_continuous_vertex_face(q) : exact_continuous_edge_edge(q);
-            hits[i] = impact.hit;
-            if (impact.hit) times[i] = impact.time;
-          });
+          test_queries(kind == "vertex-face", n, queries.data(), hits, times);
         }
         return py::make_tuple(hit, time);
       },
@@ -150,7 +158,9 @@ void bind_collision(py::module_& m) {
       "a lower bound of the first contact [1], infinity where there is none. Raises InvalidInput "
       "for another kind or shape,\n"
       "or numbers that are not finite.");
+}
 
+void bind_collisions(py::module_& m) {
   py::class_<Collisions>(m, "Collisions",
                          "Colliding pairs of a motion, with times. Made by Detector.collisions().")
       .def_property_readonly(
@@ -183,7 +193,9 @@ void bind_collision(py::module_& m) {
       .def("__len__", [](const Collisions& c) {
         return c.pairs.vertex_face.size() + c.pairs.edge_edge.size();
       });
+}
 
+void bind_detector(py::module_& m) {
   py::class_<BoundDetector>(
       m, "Detector",
       "Collisions of one surface with itself, found again and again while it moves.\n\n"
@@ -236,6 +248,16 @@ void bind_collision(py::module_& m) {
       .def_property_readonly(
           "tree_bytes", [](const BoundDetector& self) { return self.detector.tree_bytes(); },
           "Memory of the tree [byte].");
+}
+
+}  // namespace
+
+void bind_collision(py::module_& m) {
+  bind_candidates(m);
+  bind_intersecting_pairs(m);
+  bind_continuous(m);
+  bind_collisions(m);
+  bind_detector(m);
 }
 
 }  // namespace loomstone

@@ -24,84 +24,104 @@ Impact test_pair(ContactKind kind, const std::array<Index, 4>& v, const Points& 
 ImpactSearch::ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase, NearLists& lists)
     : model_(model), broad_phase_(broad_phase), lists_(lists) {}
 
+// Tests pairs of one motion.
+struct ImpactSearch::PairTest {
+  const CollisionModel& model;
+  const MotionInputs& inputs;
+  const Points& x1;
+  const std::vector<std::uint8_t>* changed;
+
+  // Is the pair worth testing? Lets every pair through that is not surely irrelevant.
+  bool concerned(const std::array<Index, 4>& v) const {
+    if (changed && !((*changed)[v[0]] | (*changed)[v[1]] | (*changed)[v[2]] | (*changed)[v[3]]))
+      return false;
+    const Vector& inverse_mass = inputs.inverse_mass;
+    return inverse_mass[v[0]] > 0.0 || inverse_mass[v[1]] > 0.0 || inverse_mass[v[2]] > 0.0 ||
+           inverse_mass[v[3]] > 0.0;
+  }
+
+  bool hits(ContactKind kind, PairKey key, const std::array<Index, 4>& v, Impact& impact) const {
+    if (!concerned(v)) return false;
+    impact = test_pair(kind, v, inputs.x0, x1);
+    return impact.hit && !impact.touching && !inputs.tangle.leaves_out(model, kind, key, v);
+  }
+};
+
 std::vector<StepImpact> ImpactSearch::find(const Team& team, const MotionInputs& inputs,
                                            const Points& x1,
                                            const std::vector<std::uint8_t>* changed) {
   const Points& x0 = inputs.x0;
-  const Vector& inverse_mass = inputs.inverse_mass;
-  constexpr Index grain = 64;
   travel_.resize(model_.n_vertices);
   parallel_for(
       team, model_.n_vertices, [&](Index i) { travel_[i] = (x1.row(i) - x0.row(i)).norm(); }, 4096);
-
-  // Is the pair worth testing? Lets every pair through that is not surely irrelevant.
-  const auto concerned = [&](const std::array<Index, 4>& v) {
-    if (changed && !((*changed)[v[0]] | (*changed)[v[1]] | (*changed)[v[2]] | (*changed)[v[3]]))
-      return false;
-    return inverse_mass[v[0]] > 0.0 || inverse_mass[v[1]] > 0.0 || inverse_mass[v[2]] > 0.0 ||
-           inverse_mass[v[3]] > 0.0;
-  };
-  const auto hits = [&](ContactKind kind, PairKey key, const std::array<Index, 4>& v,
-                        Impact& impact) {
-    impact = test_pair(kind, v, x0, x1);
-    return impact.hit && !impact.touching && !inputs.tangle.leaves_out(model_, kind, key, v);
-  };
-
   if (!lists_.updated_at(x0)) lists_.update(team, x0);
   lists_.cover(team, x1);
-  const std::vector<NearList>& lists = lists_.lists();
-  const Index n = static_cast<Index>(lists.size());
-  std::vector<std::vector<StepImpact>> of_range((n + grain - 1) / grain);
-  parallel_ranges(team, n, grain, [&](Index begin, Index end) {
-    for (Index l = begin; l < end; ++l) {
-      const NearList& list = lists[l];
-      // Too far apart at the start to come near (closest points have no larger travel than their
-      // corners).
-      const double reach = 1.01 * largest_gap_floor + list.used;
-      if (list.change + reach < list.nearest) continue;
-      for (std::size_t i = 0; i < list.near.size(); ++i) {
-        const NearPair& near = list.near[i];
-        if (list.change + reach < near.distance) continue;
-        const ContactKind kind = list.kind(i);
-        const std::array<Index, 4> v = pair_vertices(model_, kind, near.key);
-        const int n_a = kind == ContactKind::VertexFace ? 1 : 2;
-        const double travel_a = n_a == 1 ? travel_[v[0]] : std::max(travel_[v[0]], travel_[v[1]]);
-        const double travel_b = std::max({travel_[v[n_a]], travel_[v[2]], travel_[v[3]]});
-        if ((travel_a + travel_b) * 1.0000001 + reach < near.distance) continue;
-        Impact impact;
-        if (concerned(v) && hits(kind, near.key, v, impact))
-          of_range[begin / grain].push_back({kind, near.key, list.pair, v, impact});
-      }
-    }
-  });
-  std::vector<StepImpact> impacts;
-  for (const std::vector<StepImpact>& range : of_range)
-    impacts.insert(impacts.end(), range.begin(), range.end());
-
-  if (const std::vector<Index> unlisted = lists_.unlisted(); !unlisted.empty()) {
-    std::vector<FeaturePairs> found;
-    broad_phase_.swept_pairs(
-        team, x0, x1, 1.01 * largest_gap_floor, unlisted,
-        [&](ContactKind kind, std::vector<PairKey>& keys) {
-          std::erase_if(keys, [&](PairKey key) {
-            const std::array<Index, 4> v = pair_vertices(model_, kind, key);
-            Impact impact;
-            return !concerned(v) || !hits(kind, key, v, impact);
-          });
-        },
-        found);
-    for (const Index i : unlisted)
-      for (const ContactKind kind : {ContactKind::VertexFace, ContactKind::EdgeEdge})
-        for (const PairKey key :
-             kind == ContactKind::VertexFace ? found[i].vertex_face : found[i].edge_edge) {
-          const std::array<Index, 4> v = pair_vertices(model_, kind, key);
-          impacts.push_back({kind, key, i, v, test_pair(kind, v, x0, x1)});
-        }
-  }
+  const PairTest test{model_, inputs, x1, changed};
+  std::vector<StepImpact> impacts = find_listed(team, test);
+  find_unlisted(team, test, impacts);
   std::sort(impacts.begin(), impacts.end(), [](const StepImpact& x, const StepImpact& y) {
     return std::tie(x.kind, x.key) < std::tie(y.kind, y.key);
   });
   return impacts;
+}
+
+std::vector<StepImpact> ImpactSearch::find_listed(const Team& team, const PairTest& test) const {
+  constexpr Index grain = 64;
+  const std::vector<NearList>& lists = lists_.lists();
+  const Index n = static_cast<Index>(lists.size());
+  std::vector<std::vector<StepImpact>> of_range((n + grain - 1) / grain);
+  parallel_ranges(team, n, grain, [&](Index begin, Index end) {
+    for (Index l = begin; l < end; ++l) find_in_list(lists[l], test, of_range[begin / grain]);
+  });
+  std::vector<StepImpact> impacts;
+  for (const std::vector<StepImpact>& range : of_range)
+    impacts.insert(impacts.end(), range.begin(), range.end());
+  return impacts;
+}
+
+void ImpactSearch::find_in_list(const NearList& list, const PairTest& test,
+                                std::vector<StepImpact>& impacts) const {
+  // Too far apart at the start to come near (closest points have no larger travel than their
+  // corners).
+  const double reach = 1.01 * largest_gap_floor + list.used;
+  if (list.change + reach < list.nearest) return;
+  for (std::size_t i = 0; i < list.near.size(); ++i) {
+    const NearPair& near = list.near[i];
+    if (list.change + reach < near.distance) continue;
+    const ContactKind kind = list.kind(i);
+    const std::array<Index, 4> v = pair_vertices(model_, kind, near.key);
+    const int n_a = kind == ContactKind::VertexFace ? 1 : 2;
+    const double travel_a = n_a == 1 ? travel_[v[0]] : std::max(travel_[v[0]], travel_[v[1]]);
+    const double travel_b = std::max({travel_[v[n_a]], travel_[v[2]], travel_[v[3]]});
+    if ((travel_a + travel_b) * 1.0000001 + reach < near.distance) continue;
+    Impact impact;
+    if (test.hits(kind, near.key, v, impact))
+      impacts.push_back({kind, near.key, list.pair, v, impact});
+  }
+}
+
+void ImpactSearch::find_unlisted(const Team& team, const PairTest& test,
+                                 std::vector<StepImpact>& impacts) {
+  const std::vector<Index> unlisted = lists_.unlisted();
+  if (unlisted.empty()) return;
+  const Points &x0 = test.inputs.x0, &x1 = test.x1;
+  std::vector<FeaturePairs> found;
+  broad_phase_.swept_pairs(
+      team, {x0, x1, 1.01 * largest_gap_floor}, unlisted,
+      [&](ContactKind kind, std::vector<PairKey>& keys) {
+        std::erase_if(keys, [&](PairKey key) {
+          Impact impact;
+          return !test.hits(kind, key, pair_vertices(model_, kind, key), impact);
+        });
+      },
+      found);
+  for (const Index i : unlisted)
+    for (const ContactKind kind : {ContactKind::VertexFace, ContactKind::EdgeEdge})
+      for (const PairKey key :
+           kind == ContactKind::VertexFace ? found[i].vertex_face : found[i].edge_edge) {
+        const std::array<Index, 4> v = pair_vertices(model_, kind, key);
+        impacts.push_back({kind, key, i, v, test_pair(kind, v, x0, x1)});
+      }
 }
 
 }  // namespace loomstone

@@ -32,6 +32,12 @@ class ImpactSearch {
   const CollisionModel& model() const { return model_; }
 
  private:
+  struct PairTest;
+  std::vector<StepImpact> find_listed(const Team& team, const PairTest& test) const;
+  void find_in_list(const NearList& list, const PairTest& test,
+                    std::vector<StepImpact>& impacts) const;
+  void find_unlisted(const Team& team, const PairTest& test, std::vector<StepImpact>& impacts);
+
   const CollisionModel& model_;
   BroadPhase& broad_phase_;
   NearLists& lists_;

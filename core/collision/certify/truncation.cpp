@@ -45,6 +45,12 @@ bool join_carriers(const StepImpact& impact, Displacements& displacements) {
   return changed;
 }
 
+// Ends the step of all that moves in an impact where it began.
+void stay(const StepImpact& impact, Displacements& displacements) {
+  for (const Index v : impact.vertices)
+    if (displacements.movable(v)) displacements.stay(displacements.unit(v));
+}
+
 // Where scripts leave no room cloth gives way to them, but not to cloth: what still hits cloth ends
 // where it began, until no cloth hits cloth. Each pass leaves fewer that move; only vertices that
 // move by script can go on hitting one another.
@@ -61,9 +67,7 @@ void keep_cloth_from_cloth(const Team& team, ImpactSearch& search, const MotionI
   std::vector<StepImpact> impacts = search.find(team, inputs, x1, nullptr);
   for (;;) {
     for (const StepImpact& each : impacts)
-      if (cloth(each))
-        for (const Index v : each.vertices)
-          if (displacements.movable(v)) displacements.stay(displacements.unit(v));
+      if (cloth(each)) stay(each, displacements);
     const std::vector<std::uint8_t> changed = displacements.take_changed();
     if (std::find(changed.begin(), changed.end(), 1) == changed.end()) return;
     impacts = search.find(team, inputs, x1, &changed);

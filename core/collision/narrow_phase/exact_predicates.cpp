@@ -140,10 +140,11 @@ bool inside_in_plane(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c,
   return (x >= 0 && y >= 0 && z >= 0) || (x <= 0 && y <= 0 && z <= 0);
 }
 
-// p, q against the triangle a, b, c; the signs are those of p and q about its plane, not both zero.
-bool segment_meets_triangle(const Vec3& p, const Vec3& q, int side_p, int side_q, const Vec3& a,
-                            const Vec3& b, const Vec3& c) {
+// p, q against a triangle; the signs are those of p and q about its plane, not both zero.
+bool segment_meets_triangle(const Vec3& p, const Vec3& q, int side_p, int side_q,
+                            const std::array<Vec3, 3>& triangle) {
   if (side_p * side_q > 0) return false;
+  const auto& [a, b, c] = triangle;
   const int x = orientation(p, q, a, b), y = orientation(p, q, b, c), z = orientation(p, q, c, a);
   return (x >= 0 && y >= 0 && z >= 0) || (x <= 0 && y <= 0 && z <= 0);
 }
@@ -209,7 +210,7 @@ bool triangles_meet(const Vec3& a0, const Vec3& a1, const Vec3& a2, const Vec3& 
       if (inside_in_plane(b[i], a0, a1, a2, dropped_a)) return true;
       for (int k = 0; k < 3; ++k)
         if (segments_meet_in_plane(b[i], b[j], a[k], a[(k + 1) % 3], dropped_a)) return true;
-    } else if (segment_meets_triangle(b[i], b[j], side_b[i], side_b[j], a0, a1, a2)) {
+    } else if (segment_meets_triangle(b[i], b[j], side_b[i], side_b[j], a)) {
       return true;
     }
   }
@@ -218,7 +219,7 @@ bool triangles_meet(const Vec3& a0, const Vec3& a1, const Vec3& a2, const Vec3& 
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3;
     if ((side_a[i] != 0 || side_a[j] != 0) &&
-        segment_meets_triangle(a[i], a[j], side_a[i], side_a[j], b0, b1, b2))
+        segment_meets_triangle(a[i], a[j], side_a[i], side_a[j], b))
       return true;
   }
   return false;

@@ -113,6 +113,19 @@ void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& c
   contacts = std::move(kept);
 }
 
+// All of them, sorted by (kind, a, b).
+std::vector<Contact> in_order(const std::vector<std::vector<Contact>>& of_range) {
+  std::vector<const Contact*> order;
+  for (const std::vector<Contact>& range : of_range)
+    for (const Contact& contact : range) order.push_back(&contact);
+  std::sort(order.begin(), order.end(),
+            [](const Contact* a, const Contact* b) { return before(*a, *b); });
+  std::vector<Contact> contacts;
+  contacts.reserve(order.size());
+  for (const Contact* const contact : order) contacts.push_back(*contact);
+  return contacts;
+}
+
 }  // namespace
 
 ContactForce contact_force(double distance, double thickness, double stiffness) {
@@ -177,15 +190,7 @@ std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model
     for (const PairKey key : unlisted[i].edge_edge) look(i, ContactKind::EdgeEdge, key, found);
   }
   of_range.push_back(std::move(found));
-
-  std::vector<const Contact*> order;
-  for (const std::vector<Contact>& range : of_range)
-    for (const Contact& contact : range) order.push_back(&contact);
-  std::sort(order.begin(), order.end(),
-            [](const Contact* a, const Contact* b) { return before(*a, *b); });
-  std::vector<Contact> contacts;
-  contacts.reserve(order.size());
-  for (const Contact* const contact : order) contacts.push_back(*contact);
+  std::vector<Contact> contacts = in_order(of_range);
   if (normals.rows() > 0) keep_nearest_on_smooth(model, contacts);
   return contacts;
 }

@@ -79,6 +79,22 @@ std::array<double, 5> weights_of(const Points& x, const std::array<Index, 5>& v)
   return {1.0 - t, t, -areas[0] / sum, -areas[1] / sum, -areas[2] / sum};
 }
 
+// A third of the area of each vertex's triangles [m^2].
+std::vector<double> vertex_areas(const Points& x, const Triangles& triangles) {
+  std::vector<double> area(x.rows(), 0.0);
+  for (Index t = 0; t < triangles.rows(); ++t) {
+    const Vec3 a = point(x, triangles(t, 0));
+    const double third =
+        (point(x, triangles(t, 1)) - a).cross(point(x, triangles(t, 2)) - a).norm() / 6.0;
+    for (int k = 0; k < 3; ++k) area[triangles(t, k)] += third;
+  }
+  return area;
+}
+
+bool is_cloth(const CollisionModel& model, Index v) {
+  return model.surfaces[model.surface_of_vertex[v]].kind == CollisionSurface::Kind::Cloth;
+}
+
 }  // namespace
 
 Tangle TangleFinder::find(const Points& x) {
@@ -196,80 +212,75 @@ void TangleFinder::join_contours(const Points& x, Tangle& tangle) const {
   }
 }
 
-// Parts of the surface that a contour separates: the smaller one has come through.
+// Parts of the surface that contours separate: the smaller one of two has come through.
 void TangleFinder::cut_off(const Points& x, Tangle& tangle) const {
-  std::vector<Piercing>& piercings = tangle.piercings;
   tangle.contour_of_vertex.assign(model_.n_vertices, -1);
   tangle.part.assign(model_.n_vertices, -1);
   tangle.came_through.assign(model_.n_vertices, 0);
-  std::vector<double> area(model_.n_vertices, 0.0);
-  for (Index t = 0; t < model_.triangles.rows(); ++t) {
-    const Vec3 a = point(x, model_.triangles(t, 0));
-    const double third =
-        (point(x, model_.triangles(t, 1)) - a).cross(point(x, model_.triangles(t, 2)) - a).norm() /
-        6.0;
-    for (int k = 0; k < 3; ++k) area[model_.triangles(t, k)] += third;
-  }
-  std::vector<std::size_t> order(piercings.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return piercings[a].contour < piercings[b].contour;
-  });
-  std::vector<std::uint8_t> cut(topology_.edges.rows(), 0);
-  std::vector<int> part(model_.n_vertices);
+  const std::vector<double> area = vertex_areas(x, model_.triangles);
+  std::vector<Piercing*> order;
+  for (Piercing& p : tangle.piercings) order.push_back(&p);
+  std::stable_sort(order.begin(), order.end(),
+                   [](const Piercing* a, const Piercing* b) { return a->contour < b->contour; });
+  Cut cut{std::vector<std::uint8_t>(topology_.edges.rows(), 0),
+          std::vector<int>(model_.n_vertices),
+          {}};
   for (std::size_t begin = 0, end = 0; begin < order.size(); begin = end) {
-    const int contour = piercings[order[begin]].contour;
-    while (end < order.size() && piercings[order[end]].contour == contour) ++end;
-    for (std::size_t i = begin; i < end; ++i) cut[piercings[order[i]].edge] ^= 1;
-    std::fill(part.begin(), part.end(), -1);
-    std::vector<double> size;
-    const auto flood = [&](Index start) {
-      if (part[start] >= 0) return;
-      const int id = static_cast<int>(size.size());
-      size.push_back(0.0);
-      std::vector<Index> stack = {start};
-      part[start] = id;
-      while (!stack.empty()) {
-        const Index v = stack.back();
-        stack.pop_back();
-        size[id] += area[v];
-        for (Index i = edges_of_vertex_.start[v]; i < edges_of_vertex_.start[v + 1]; ++i) {
-          const Index e = edges_of_vertex_.items[i];
-          if (cut[e]) continue;
-          const Index other =
-              topology_.edges(e, 0) == v ? topology_.edges(e, 1) : topology_.edges(e, 0);
-          if (part[other] >= 0) continue;
-          part[other] = id;
-          stack.push_back(other);
-        }
-      }
-    };
-    std::vector<std::uint8_t> came_through;
-    for (std::size_t i = begin; i < end; ++i) {
-      Piercing& p = piercings[order[i]];
-      for (const Index v : p.vertices) flood(v);
-      came_through.resize(size.size(), 0);
-      const int first = part[p.vertices[0]], second = part[p.vertices[1]];
-      for (const Index v : p.vertices) tangle.contour_of_vertex[v] = contour;
-      if (first == second) continue;
-      const bool first_is_out =
-          size[first] > size[second] || (size[first] == size[second] && first < second);
-      came_through[first_is_out ? second : first] = 1;
-      const Vec3 a = point(x, p.vertices[2]);
-      const Vec3 n = (point(x, p.vertices[3]) - a).cross(point(x, p.vertices[4]) - a);
-      const Vec3 out =
-          (first_is_out ? -1.0 : 1.0) * (point(x, p.vertices[1]) - point(x, p.vertices[0]));
-      if (n.norm() > 0.0) p.way_out = n.normalized() * std::copysign(1.0, n.dot(out));
+    while (end < order.size() && order[end]->contour == order[begin]->contour) ++end;
+    const std::span<Piercing* const> contour(order.data() + begin, end - begin);
+    for (const Piercing* const p : contour) cut.through[p->edge] ^= 1;
+    std::fill(cut.part.begin(), cut.part.end(), -1);
+    cut.size.clear();
+    cut_along(x, contour, area, cut, tangle);
+    for (const Piercing* const p : contour) cut.through[p->edge] = 0;
+  }
+}
+
+void TangleFinder::cut_along(const Points& x, std::span<Piercing* const> contour,
+                             const std::vector<double>& area, Cut& cut, Tangle& tangle) const {
+  const int id = contour.front()->contour;
+  std::vector<std::uint8_t> came_through;
+  for (Piercing* const p : contour) {
+    for (const Index v : p->vertices) flood(v, area, cut);
+    came_through.resize(cut.size.size(), 0);
+    const int first = cut.part[p->vertices[0]], second = cut.part[p->vertices[1]];
+    for (const Index v : p->vertices) tangle.contour_of_vertex[v] = id;
+    if (first == second) continue;
+    const bool first_is_out = cut.size[first] > cut.size[second] ||
+                              (cut.size[first] == cut.size[second] && first < second);
+    came_through[first_is_out ? second : first] = 1;
+    const Vec3 a = point(x, p->vertices[2]);
+    const Vec3 n = (point(x, p->vertices[3]) - a).cross(point(x, p->vertices[4]) - a);
+    const Vec3 out =
+        (first_is_out ? -1.0 : 1.0) * (point(x, p->vertices[1]) - point(x, p->vertices[0]));
+    if (n.norm() > 0.0) p->way_out = n.normalized() * std::copysign(1.0, n.dot(out));
+  }
+  for (Index v = 0; v < model_.n_vertices; ++v) {
+    const int part = cut.part[v];
+    if (part < 0 || (tangle.contour_of_vertex[v] != id && !came_through[part])) continue;
+    tangle.contour_of_vertex[v] = id;
+    tangle.part[v] = part;
+    tangle.came_through[v] = came_through[part];
+  }
+  widen(cut.part, id, tangle);
+}
+
+void TangleFinder::flood(Index start, const std::vector<double>& area, Cut& cut) const {
+  if (cut.part[start] >= 0) return;
+  const int id = static_cast<int>(cut.size.size());
+  cut.size.push_back(0.0);
+  std::vector<Index> stack = {start};
+  cut.part[start] = id;
+  while (!stack.empty()) {
+    const Index v = stack.back();
+    stack.pop_back();
+    cut.size[id] += area[v];
+    for (Index i = edges_of_vertex_.start[v]; i < edges_of_vertex_.start[v + 1]; ++i) {
+      const Index edge = edges_of_vertex_.items[i], other = other_end(edge, v);
+      if (cut.through[edge] || cut.part[other] >= 0) continue;
+      cut.part[other] = id;
+      stack.push_back(other);
     }
-    for (Index v = 0; v < model_.n_vertices; ++v) {
-      if (part[v] < 0 || (tangle.contour_of_vertex[v] != contour && !came_through[part[v]]))
-        continue;
-      tangle.contour_of_vertex[v] = contour;
-      tangle.part[v] = part[v];
-      tangle.came_through[v] = came_through[part[v]];
-    }
-    widen(part, contour, tangle);
-    for (std::size_t i = begin; i < end; ++i) cut[piercings[order[i]].edge] = 0;
   }
 }
 
@@ -281,25 +292,20 @@ void TangleFinder::widen(const std::vector<int>& part, int contour, Tangle& tang
   for (int round = 0; round < rounds_around; ++round) {
     std::vector<Index> next;
     for (const Index v : ring)
-      for (Index i = edges_of_vertex_.start[v]; i < edges_of_vertex_.start[v + 1]; ++i)
-        for (int k = 0; k < 2; ++k) {
-          const Index other = topology_.edges(edges_of_vertex_.items[i], k);
-          if (tangle.contour_of_vertex[other] >= 0) continue;
-          tangle.contour_of_vertex[other] = contour;
-          tangle.part[other] = part[other];
-          next.push_back(other);
-        }
+      for (Index i = edges_of_vertex_.start[v]; i < edges_of_vertex_.start[v + 1]; ++i) {
+        const Index other = other_end(edges_of_vertex_.items[i], v);
+        if (tangle.contour_of_vertex[other] >= 0) continue;
+        tangle.contour_of_vertex[other] = contour;
+        tangle.part[other] = part[other];
+        next.push_back(other);
+      }
     ring = std::move(next);
   }
 }
 
-namespace {
-
-bool is_cloth(const CollisionModel& model, Index v) {
-  return model.surfaces[model.surface_of_vertex[v]].kind == CollisionSurface::Kind::Cloth;
+Index TangleFinder::other_end(Index edge, Index v) const {
+  return topology_.edges(edge, 0) == v ? topology_.edges(edge, 1) : topology_.edges(edge, 0);
 }
-
-}  // namespace
 
 bool Tangle::leaves_out(const CollisionModel& model, ContactKind kind, PairKey key,
                         const std::array<Index, 4>& vertices) const {

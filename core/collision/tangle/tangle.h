@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "core/base/types.h"
@@ -50,7 +51,17 @@ class TangleFinder {
   void pierce(const Points& x, Tangle& tangle) const;
   void ignore_pairs(Tangle& tangle) const;
   void join_contours(const Points& x, Tangle& tangle) const;
+  // The surface cut along a contour.
+  struct Cut {
+    std::vector<std::uint8_t> through;  // of edges: cut an odd number of times
+    std::vector<int> part;              // of vertices, -1: not reached
+    std::vector<double> size;           // of parts [m^2]
+  };
   void cut_off(const Points& x, Tangle& tangle) const;
+  void cut_along(const Points& x, std::span<Piercing* const> contour,
+                 const std::vector<double>& area, Cut& cut, Tangle& tangle) const;
+  void flood(Index start, const std::vector<double>& area, Cut& cut) const;
+  Index other_end(Index edge, Index v) const;
   void widen(const std::vector<int>& part, int contour, Tangle& tangle) const;
 
   const CollisionModel& model_;

@@ -31,6 +31,35 @@ Assembled assemble(const TestScene& scene, const Points& x, const Points& v, con
   return result;
 }
 
+// Gradients on the rows of the terms (n x 3) [N].
+Points assembled(const ExtraTerms& terms, Index n) {
+  Points sum = Points::Zero(n, 3);
+  for (const ExtraTerm& t : terms)
+    for (int e = 0; e < t.n_entries; ++e)
+      sum.row(t.entries[e].row) += t.entries[e].apply_transposed(t.gradient).transpose();
+  return sum;
+}
+
+// Stiffness of the terms times `direction` (n x 3).
+Points assembled_product(const ExtraTerms& terms, const Points& direction) {
+  Points sum = Points::Zero(direction.rows(), 3);
+  for (const ExtraTerm& t : terms) {
+    const Vec3 force = t.hessian * t.relative_displacement(direction, 0.0);
+    for (int e = 0; e < t.n_entries; ++e)
+      sum.row(t.entries[e].row) += t.entries[e].apply_transposed(force).transpose();
+  }
+  return sum;
+}
+
+// Anchors that stick and anchors that will slip.
+ContactState anchored(const std::vector<Contact>& contacts) {
+  ContactState state;
+  for (const Contact& c : contacts)
+    state.anchors.push_back(
+        {c.kind, c.a, c.b, 1e-4 * c.normal.unitOrthogonal() * double(c.a % 3), 1.0});
+  return state;
+}
+
 TestScene two_sheets() {
   return make_scene(
       {{grid_cells(0.1, 0.1, 6, 6), Kind::Cloth, 4e-3},
@@ -114,10 +143,7 @@ TEST_CASE(
   const Points v = shaken(Points::Zero(n, 3), 0.05, 12);
   CollisionStage stage(scene.model);
   const std::vector<Contact> contacts = stage.proximity(Team{1}, x, {});
-  ContactState state;
-  for (const Contact& c : contacts)  // anchors that stick and anchors that will slip
-    state.anchors.push_back(
-        {c.kind, c.a, c.b, 1e-4 * c.normal.unitOrthogonal() * double(c.a % 3), 1.0});
+  const ContactState state = anchored(contacts);
   ExtraTerms terms;
   std::vector<Contact> smooth = contacts;
   for (Contact& c : smooth) c.friction = 0.0;
@@ -138,26 +164,13 @@ TEST_CASE(
     out = terms;
     return made.at(Team{1}, moved, 1e-3, TermRequest::Derivative, out);
   };
-  const auto assembled = [&](const ExtraTerms& all) {
-    Points g = Points::Zero(n, 3);
-    for (const ExtraTerm& t : all)
-      for (int e = 0; e < t.n_entries; ++e)
-        g.row(t.entries[e].row) += t.entries[e].apply_transposed(t.gradient).transpose();
-    return g;
-  };
   // Far enough to pass through: gaps of both signs.
   const Points moved = shaken(Points::Zero(n, 3), 1.5e-3, 13),
                direction = shaken(Points::Zero(n, 3), 1.0, 14);
   at(moved, there);
-  const double slope = (assembled(there).array() * direction.array()).sum();
-  const Points force = assembled(there);
-  Points product = Points::Zero(n, 3);
-  for (const ExtraTerm& t : there)
-    for (int e = 0; e < t.n_entries; ++e)
-      product.row(t.entries[e].row) +=
-          t.entries[e]
-              .apply_transposed(t.hessian * t.relative_displacement(direction, 0.0))
-              .transpose();
+  const double slope = (assembled(there, n).array() * direction.array()).sum();
+  const Points force = assembled(there, n);
+  const Points product = assembled_product(there, direction);
   // Pieces of energy meet with one derivative: first-order convergence at worst, and that to small
   // errors.
   double last = 1.0, last_force = 1.0;
@@ -167,7 +180,7 @@ TEST_CASE(
         (at(moved + step * direction, plus) - at(moved - step * direction, minus)) / (2 * step);
     const double error = std::abs(difference - slope) / std::abs(slope);
     const double force_error =
-        ((assembled(plus) - assembled(minus)) / (2 * step) - product).norm() / product.norm();
+        ((assembled(plus, n) - assembled(minus, n)) / (2 * step) - product).norm() / product.norm();
     CHECK(error < std::max(0.5 * last, 1e-7));  // rounding of energies
     CHECK(force_error < std::max(0.5 * last_force, 1e-6));
     last = error, last_force = force_error;
@@ -177,7 +190,7 @@ TEST_CASE(
   // New limits follow the normal force there; without them those of the start hold.
   ExtraTerms limited = terms;
   made.at(Team{1}, moved, 1e-3, TermRequest::NewLimits, limited);
-  CHECK((assembled(limited) - force).norm() > 1e-3 * force.norm());
+  CHECK((assembled(limited, n) - force).norm() > 1e-3 * force.norm());
 }
 
 TEST_CASE("stiffness of every term is symmetric and positive semidefinite") {
