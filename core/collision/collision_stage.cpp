@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/collision/certify/clean_up.h"
-#include "core/collision/certify/truncation.h"
+#include "core/collision/certify/withholding.h"
 #include "core/collision/response/contact_terms.h"
 #include "core/collision/response/contacts.h"
 #include "core/collision/response/repulsion.h"

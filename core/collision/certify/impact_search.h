@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "core/collision/broad_phase/near_lists.h"
+#include "core/collision/broad_phase/neighbour_lists.h"
 #include "core/collision/narrow_phase/continuous.h"
 #include "core/collision/response/response_inputs.h"
 

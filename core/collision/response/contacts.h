@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "core/collision/broad_phase/near_lists.h"
+#include "core/collision/broad_phase/neighbour_lists.h"
 #include "core/collision/model/contact.h"
 
 namespace loomstone {

@@ -1,4 +1,4 @@
-#include "core/collision/broad_phase/near_lists.h"
+#include "core/collision/broad_phase/neighbour_lists.h"
 
 #include <algorithm>
 #include <atomic>

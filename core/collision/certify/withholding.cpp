@@ -1,4 +1,4 @@
-#include "core/collision/certify/truncation.h"
+#include "core/collision/certify/withholding.h"
 
 #include <algorithm>
 
