@@ -1,4 +1,5 @@
-// Candidate pairs, exact continuous tests, and the exact intersection count of a configuration.
+// Candidate pairs, exact continuous collision detection, and exact intersections of a
+// configuration.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -58,7 +59,7 @@ void check_indices(const Triangles& triangles, Eigen::Index n) {
                        std::to_string(triangles.maxCoeff()));
 }
 
-// Exact tests of n queries of eight points; times are infinity where there is no hit.
+// Exact tests of n queries of eight points; times are infinity for queries without a hit.
 void test_queries(bool vertex_face, py::ssize_t n, const double* queries, bool* hits,
                   double* times) {
   std::fill_n(hits, n, false);

@@ -12,8 +12,8 @@ namespace loomstone {
 
 namespace {
 
-// The definition itself; `pairs_of_boxes(a, b, visit)` names at least all pairs of overlapping
-// boxes.
+// Candidates by definition: overlapping 18-DOPs. `pairs_of_boxes(a, b, visit)` visits at least all
+// pairs of overlapping boxes.
 template <class PairsOfBoxes>
 void by_boxes(const Points& x0, const Points& x1, const Triangles& triangles, double inflation,
               PairsOfBoxes&& pairs_of_boxes, Candidates& found) {

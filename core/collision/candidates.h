@@ -1,5 +1,5 @@
-// Pairs of features of one surface that may collide, usable without a scene, by three engines that
-// give the same pairs.
+// Candidate pairs of one surface: features that may collide during a motion. Works without a scene;
+// three engines give the same pairs.
 #pragma once
 
 #include <array>
@@ -19,9 +19,9 @@ struct Candidates {
 };
 
 // Pairs that share no vertex and whose 18-DOPs over the motion x0 -> x1, grown by `inflation` [m],
-// overlap: all pairs that come closer than twice the inflation are among them. engine: "clusters"
-// (our tree), "embree" (its trees, the same boxes), "brute-force". Throws InvalidInput for another
-// one, indices out of range, and coordinates that are not finite.
+// overlap. These include all pairs that come closer than twice the inflation. engine: "clusters"
+// (ClusterTree), "embree" (Embree's trees over the same boxes) or "brute-force". Throws
+// InvalidInput for other engines, indices out of range, and coordinates that are not finite.
 Candidates candidates(const Team& team, const Points& x0, const Points& x1,
                       const Triangles& triangles, double inflation, const std::string& engine);
 

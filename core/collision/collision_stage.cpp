@@ -11,8 +11,8 @@
 
 namespace loomstone {
 
-// Rounds of detection and impulses before what is left is truncated. Three are enough where the
-// cloth has room; plates that close to a twentieth of the thickness within a step needed up to ten.
+// Rounds of detection and impulses before motion is withheld. Three suffice for cloth with room to
+// move; plates that close to a twentieth of the thickness within a step needed up to ten.
 constexpr int clean_up_rounds = 10;
 
 struct CollisionStage::Data {
@@ -27,7 +27,7 @@ struct CollisionStage::Data {
   const CollisionModel& model;
   const std::vector<SurfacePair> pairs;
   BroadPhase broad_phase;
-  NearLists lists;
+  NeighbourLists lists;
   TangleFinder tangles;
   ImpactSearch search;
 };
@@ -44,8 +44,8 @@ std::vector<Contact> CollisionStage::proximity(const Team& team, const Points& x
   std::vector<Contact> contacts = find_contacts(team, data_->model, data_->pairs, x0, data_->lists);
   if (!tangle.empty())
     std::erase_if(contacts, [&](const Contact& contact) {
-      return tangle.leaves_out(data_->model, contact.kind, pair_key(contact.a, contact.b),
-                               contact.vertices);
+      return tangle.ignores(data_->model, contact.kind, pair_key(contact.a, contact.b),
+                            contact.vertices);
     });
   return contacts;
 }
@@ -89,7 +89,7 @@ CertifyReport CollisionStage::certify(const Team& team, const MotionInputs& inpu
     clean_up.solve(impacts, inputs.x0, x1);
     impacts = data_->search.find(team, all, x1, nullptr);
   }
-  CertifyReport report = truncate(team, data_->search, all, std::move(impacts), x1, bodies);
+  CertifyReport report = withhold_motion(team, data_->search, all, std::move(impacts), x1, bodies);
   report.impacts = n_impacts;
   return report;
 }

@@ -17,7 +17,7 @@ namespace {
 
 using Pairs = std::vector<std::array<Index, 2>>;
 
-// One cloth that collides with itself.
+// A model of one cloth that collides with itself.
 CollisionModel one_surface(const Triangles& triangles) {
   CollisionModel model;
   model.n_vertices = triangles.rows() > 0 ? triangles.maxCoeff() + 1 : 0;
@@ -33,7 +33,7 @@ CollisionModel one_surface(const Triangles& triangles) {
   return model;
 }
 
-// Puts what tasks found into arrays, in the order of the tasks.
+// Joins the results of tasks into one array, in the order of the tasks.
 template <class Element, class Member>
 std::vector<Element> joined(const Team& team, std::size_t n_tasks, Member&& member) {
   std::vector<std::size_t> offset(n_tasks + 1, 0);
@@ -46,7 +46,7 @@ std::vector<Element> joined(const Team& team, std::size_t n_tasks, Member&& memb
   return all;
 }
 
-// Ascending by both ids: counted by the first, then each short run by the second.
+// Sorts by both ids: a counting sort by the first, then each short run by the second.
 void sort_pairs(const Team& team, Pairs& pairs, Index n_first) {
   std::vector<std::size_t> start(n_first + 1, 0);
   for (const auto& pair : pairs) ++start[pair[0] + 1];
@@ -87,7 +87,7 @@ struct Hit {
   double time;
 };
 
-// Tests batches as they come, so that candidates are never stored.
+// Tests each batch as it arrives, so that candidates are never stored.
 class ExactHits : public PairSink {
  public:
   ExactHits(const CollisionModel& model, const Points& x0, const Points& x1)

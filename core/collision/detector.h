@@ -1,5 +1,5 @@
-// Collisions of one surface with itself, found again and again while it moves: trees are formed
-// once, then follow the positions.
+// Self-collisions of one surface, for repeated queries while it moves: trees are built once, then
+// refitted to the positions.
 #pragma once
 
 #include <array>
@@ -19,9 +19,9 @@ struct FeatureIds {
 
 struct Collisions {
   FeatureIds pairs;                                      // ascending
-  std::vector<double> vertex_face_time, edge_edge_time;  // the first contact comes no sooner [1]
+  std::vector<double> vertex_face_time, edge_edge_time;  // lower bounds of first contact times [1]
 
-  double time() const;  // of the first of all [1]; infinity where there is none
+  double time() const;  // lower bound of the earliest contact [1]; infinity without collisions
 };
 
 class Detector {
@@ -34,16 +34,16 @@ class Detector {
   const Edges& edges() const;  // sorted unique vertex pairs
 
   // Pairs that share no vertex and whose 18-DOPs over the motion x0 -> x1, grown by `inflation`
-  // [m], overlap; in ascending order or, faster, in that of the tree. Throws InvalidInput, as the
-  // next one, for too few rows and numbers that are not finite.
+  // [m], overlap. Sorted: ascending; otherwise in the order of the tree, which is faster. Throws
+  // InvalidInput for too few rows and numbers that are not finite, as collisions() does.
   FeatureIds candidates(const Team& team, const Points& x0, const Points& x1, double inflation,
                         bool sorted);
 
-  // All pairs that share no vertex and touch while x0 -> x1 on straight lines: exact, closed, with
-  // nothing left out.
+  // All pairs that share no vertex and touch while their points move from x0 to x1 on straight
+  // lines. Exact: no pair is missed, none is false; touching counts.
   Collisions collisions(const Team& team, const Points& x0, const Points& x1);
 
-  void forget_trees();  // forms them anew at the next call: no result depends on it
+  void forget_trees();  // the next call rebuilds them; results do not depend on it
   std::size_t tree_bytes() const;
 
  private:
@@ -54,7 +54,7 @@ class Detector {
 // Sorted unique vertex pairs of the triangles.
 Edges unique_edges(const Triangles& triangles);
 
-// Both throw InvalidInput.
+// Both throw InvalidInput where the arguments are unusable.
 void check_motion(const Points& x0, const Points& x1, double inflation);
 void check_triangles(const Triangles& triangles, Index n_vertices);
 

@@ -9,14 +9,14 @@ namespace loomstone {
 
 namespace {
 
-// Node pairs are made from the top of the trees down until there are so many to deal out, whatever
-// the number of threads.
+// Pairs of nodes are expanded from the roots until there are this many tasks, for any number of
+// threads.
 constexpr std::size_t enough_tasks = 256;
 
-// Pairs that are handed on at once.
+// Pairs in a batch for the sink.
 constexpr std::size_t batch_size = 1024;
 
-// Keeps what a filter leaves of each batch.
+// Collects what a filter leaves of each batch.
 template <class Filter>
 class Kept : public PairSink {
  public:
@@ -145,7 +145,7 @@ bool BroadPhase::cluster_pairs(const Team& team, Index surface_pair, std::size_t
   for (const std::vector<PairKey>& own : of_task) n += own.size();
   found.clear();
   if (n > most) return false;
-  // Sorted: dealt out by the first cluster, then each cluster's by the second.
+  // A counting sort by the first cluster, then each run by the second.
   const Index n_clusters = trees_[pairs_[surface_pair].a].n_clusters();
   std::vector<Index> start(n_clusters + 1, 0);
   for (const std::vector<PairKey>& own : of_task)
@@ -197,7 +197,7 @@ void BroadPhase::forget_trees() {
 
 void BroadPhase::near_pairs(const Team& team, const Points& x, const std::vector<Index>& which,
                             const std::vector<double>& reach, std::vector<FeaturePairs>& found) {
-  // Each surface's boxes grow by half the largest reach it takes part in.
+  // The boxes of each surface grow by half the largest reach among its pairs.
   std::vector<double> inflation(trees_.size(), -1.0);
   for (const Index pair : which)
     for (const Index s : {pairs_[pair].a, pairs_[pair].b})

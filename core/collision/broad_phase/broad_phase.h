@@ -1,6 +1,6 @@
-// Which vertex-face and edge-edge pairs of which surfaces may meet: pairs of overlapping 18-DOPs,
-// each pair once, without pairs that share a vertex, that only scripts and rigid bodies could move,
-// or that a cloth's own switch rules out.
+// Candidate pairs (broad phase): vertex-face and edge-edge pairs whose 18-DOPs overlap, each once.
+// Excluded are pairs that share a vertex, pairs without cloth, and self-pairs of cloths without
+// self-collision.
 #pragma once
 
 #include <functional>
@@ -14,8 +14,8 @@
 
 namespace loomstone {
 
-// Takes the pairs of a search in batches as they are found. Several threads call take() at once,
-// each for tasks of its own; tasks are numbered in an order that threads do not change.
+// Receives the pairs of a search in batches as they are found. Threads call take() concurrently,
+// each for its own tasks; the numbering of tasks does not depend on the threads.
 class PairSink {
  public:
   virtual ~PairSink() = default;
@@ -24,45 +24,44 @@ class PairSink {
                     std::vector<PairKey>& keys) = 0;  // may change the keys
 };
 
-// Motion over a step, and by how much boxes are grown.
+// Motion over a step, and the inflation of the boxes around it.
 struct Sweep {
   const Points& x0;
   const Points& x1;
   double inflation;          // [m]
-  bool may_rebuild = false;  // trees whose boxes have grown much since they were formed are formed
-                             // anew, which changes speed and nothing else
+  bool may_rebuild = false;  // rebuild trees whose boxes have grown much; affects speed only
 };
 
-// Stage: a tree of every surface, and scratch that decides nothing.
+// Stage: a tree for each surface. Trees affect speed, never results.
 class BroadPhase {
  public:
   BroadPhase(const CollisionModel& model, const std::vector<SurfacePair>& pairs);
 
-  // Pairs of features closer than `reach[i]` [m] at x, of those surface pairs i that are named in
-  // `which`. Trees that exist stay.
+  // Pairs of features closer than `reach[i]` [m] at x, for the surface pairs i listed in `which`.
+  // Existing trees are refitted, never rebuilt.
   void near_pairs(const Team& team, const Points& x, const std::vector<Index>& which,
                   const std::vector<double>& reach, std::vector<FeaturePairs>& found);
 
   // Pairs of features whose 18-DOPs over the whole step, grown by `inflation` each, meet.
   void swept_pairs(const Team& team, const Sweep& sweep, const std::vector<Index>& which,
                    PairSink& sink);
-  // Those of them that are left by keep(kind, keys), which takes out the others and which several
-  // threads call at once.
+  // Those of them that keep(kind, keys) retains; it erases the others. Threads call it
+  // concurrently.
   using Keep = std::function<void(ContactKind, std::vector<PairKey>&)>;
   void swept_pairs(const Team& team, const Sweep& sweep, const std::vector<Index>& which,
                    const Keep& keep, std::vector<FeaturePairs>& found);
 
-  // Pairs of clusters of a surface pair's trees whose boxes overlap, as (a << 32 | b), ascending;
-  // false (and some of them) where there are more than `most`.
+  // Pairs of clusters of a surface pair's trees whose boxes overlap, as (a << 32 | b), ascending.
+  // Returns false, without the pairs, if there are more than `most`.
   bool cluster_pairs(const Team& team, Index surface_pair, std::size_t most,
                      std::vector<PairKey>& found) const;
   ClusterTree& tree(Index surface) { return trees_[surface]; }
-  // Is a vertex of one side attached to the other's surface?
+  // Whether an attachment ties a vertex of one side to the surface of the other.
   bool attached(ContactKind kind, PairKey key) const;
 
-  void forget_trees();  // forms all anew when they are next needed
+  void forget_trees();  // they are rebuilt when next needed
 
-  std::size_t bytes() const;  // of all trees and boxes of vertices
+  std::size_t bytes() const;  // memory of the trees and the boxes of vertices
 
  private:
   void refit(const Team& team, Index surface, const Sweep& sweep);

@@ -10,8 +10,8 @@ namespace loomstone {
 
 namespace {
 
-// Clusters whose boxes have this many times their area after forming are formed anew. Our choice;
-// only speed depends on it.
+// New clusters are formed when the area of their boxes has grown by this factor. Our choice;
+// affects speed only.
 constexpr double decay_limit = 1.5;
 
 // Row i of the result is column i of the rows.
@@ -61,8 +61,8 @@ struct FeatureGroups {
   Index begin, end;
 };
 
-// Boxes of groups of features from those of the vertices; of single features and of whole groups,
-// where asked for.
+// Boxes of features (`slabs`) and of whole groups (`of_group`) from those of the vertices; either
+// may be null.
 LOOMSTONE_CLONES void refit_features(const PackedSlabs* vertices, FeatureGroups groups,
                                      SlabGroup* slabs, PackedSlabs* of_group) {
   const PackedSlabs none = empty_packed();
@@ -82,8 +82,7 @@ LOOMSTONE_CLONES void refit_features(const PackedSlabs* vertices, FeatureGroups 
   }
 }
 
-// Groups [begin, end) of nodes from the boxes of what is below; `below` is filled up to full
-// groups.
+// Groups [begin, end) of nodes from the boxes of their children; `below` is padded to full groups.
 LOOMSTONE_CLONES void refit_groups(const PackedSlabs* below, Index begin, Index end,
                                    SlabGroup* slabs, PackedSlabs* of_group) {
   for (Index g = begin; g < end; ++g) {
@@ -99,8 +98,8 @@ double area(const PackedSlabs& s, double inflation) {
   return side[0] * side[1] + side[1] * side[2] + side[2] * side[0];
 }
 
-// Orders items so that every node is compact: halves along the longest axis, cut where a node of
-// the tree begins.
+// Orders items so that each node is compact: bisects along the longest axis at the boundary of a
+// node of the tree.
 void order_by_halves(const Points& centres, Index* items, Index n) {
   if (n <= slab_lanes) return;
   Eigen::RowVector3d low = centres.row(items[0]), high = low;
@@ -182,8 +181,8 @@ void ClusterTree::rebuild(const Points& x) {
   order_by_halves(centres, order.data(), n);
   for (Index i = 0; i < n; ++i) cluster_of_face[order[i]] = i / slab_lanes;
 
-  // A vertex or an edge goes to that one of its faces' clusters which owns fewest so far, so that
-  // few lanes stay empty.
+  // Among the clusters of its faces, a vertex or an edge goes to the one that owns fewest so far,
+  // so that few lanes stay empty.
   const Index first = n > 0 ? triangles_.minCoeff() : 0,
               n_vertices = n > 0 ? triangles_.maxCoeff() - first + 1 : 0;
   std::vector<Index> start(n_vertices + 2, 0),

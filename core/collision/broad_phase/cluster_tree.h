@@ -1,7 +1,7 @@
-// Tree over one surface, made for finding pairs of its features quickly: leaves are clusters of
-// eight faces that lie close together in space, each with the edges and vertices it owns (every
-// feature is owned by one cluster, so every pair is met once), nodes have eight children. Boxes are
-// 18-DOPs, compared eight at once. The shape of a tree reaches no result.
+// Bounding volume hierarchy of one surface with eight children per node. Leaves are clusters of
+// eight neighbouring faces with the edges and vertices they own; each feature has one owner, so
+// each pair is visited once. Bounding volumes are 18-DOPs, compared eight at once. The shape of the
+// tree affects no result.
 #pragma once
 
 #include <vector>
@@ -13,41 +13,39 @@ namespace loomstone {
 
 class ClusterTree {
  public:
-  // Features of one kind in slots of eight to a group; those of cluster c are in groups [group[c],
-  // group[c + 1]).
+  // Features of one kind in groups of eight slots; cluster c has groups [group[c], group[c + 1]).
   struct Features {
     std::vector<Index> group;
-    std::vector<Index> id;         // (8 * groups), -1 in empty lanes, which follow the others
-    std::vector<SlabGroup> slabs;  // none for vertices
+    std::vector<Index> id;         // (8 * groups), -1 in empty lanes, which come last
+    std::vector<SlabGroup> slabs;  // empty for vertices
     int n_corners = 0;
     std::vector<Index> corners;  // (groups x corners x 8) vertices
   };
 
-  // Triangles and edges of one surface with the vertex ids of all; their own ids count from
-  // first_triangle and are edge_ids.
+  // Triangles and edges of one surface, with vertex ids of the whole model. Ids of its triangles
+  // start at first_triangle, those of its edges are edge_ids.
   ClusterTree(Triangles triangles, Index first_triangle, Edges edges, std::vector<Index> edge_ids);
 
-  // All boxes anew, from those of the vertices (of all surfaces), which were grown by `inflation`
-  // [m] and stay where they are until the next refit. Clusters are formed at x when they never
-  // were, and, if allowed, when their boxes have grown much since.
+  // Recomputes all boxes from those of the vertices (of all surfaces), which include `inflation`
+  // [m] and must outlive the next refit. Forms the clusters at x the first time and, if allowed,
+  // when their boxes have grown much since.
   void refit(const Team& team, const Points& x, const std::vector<PackedSlabs>& vertices,
              double inflation, bool may_rebuild);
 
-  void forget() { built_area_ = -1.0; }     // clusters are formed anew at the next refit
-  int version() const { return version_; }  // another one after clusters were formed anew
+  void forget() { built_area_ = -1.0; }     // the next refit forms new clusters
+  int version() const { return version_; }  // changes whenever new clusters are formed
 
-  // The boxes of nodes alone, from the boxes of the vertices' motions; clusters are formed at x
-  // when they never were, and, if allowed, when their boxes have grown much since, as those of the
-  // vertices where they are tell, `still`.
+  // Recomputes only the boxes of nodes, from boxes around the motions of the vertices. Forms the
+  // clusters at x the first time and, if allowed, when their boxes at x have grown much since;
+  // `still` are the boxes of the vertices at x.
   void refit_nodes(const Team& team, const Points& x, const std::vector<PackedSlabs>& still,
                    const std::vector<PackedSlabs>& moving, bool may_rebuild);
-  // The boxes of the features of marked clusters alone, and those around them. `vertices` are used
-  // as in refit().
+  // Recomputes only the boxes of marked clusters and of their features. `vertices` as in refit().
   void refit_features_of(const Team& team, const std::vector<std::uint8_t>& marked,
                          const std::vector<PackedSlabs>& vertices);
 
-  // Nodes of level 0 are clusters; those of level l have the nodes 8 n .. 8 n + 7 of level l - 1
-  // below them; one root.
+  // Level 0 holds the clusters; node n of level l has the children 8 n .. 8 n + 7 of level l - 1.
+  // The top level has one node.
   int root_level() const { return static_cast<int>(levels_.size()); }
   bool empty() const { return n_clusters_ == 0; }
   const SlabGroup& children(int level, Index node) const { return levels_[level - 1][node]; }
@@ -80,12 +78,11 @@ class ClusterTree {
   Edges edges_;
   std::vector<Index> edge_ids_;
   Index n_clusters_ = 0;
-  double built_area_ = -1.0;  // summed over the clusters right after they were formed [m^2]
+  double built_area_ = -1.0;  // sum over the clusters when they were formed [m^2]
   Features faces_, edge_features_, vertices_;
-  std::vector<std::vector<SlabGroup>>
-      levels_;                         // of the nodes of each level; the last has one group
-  SlabGroup root_;                     // in lane 0
-  std::vector<SlabGroup> leaf_boxes_;  // of the clusters
+  std::vector<std::vector<SlabGroup>> levels_;  // nodes of each level; the last has one group
+  SlabGroup root_;                              // in lane 0
+  std::vector<SlabGroup> leaf_boxes_;           // of the clusters
   int version_ = 0;
   const PackedSlabs* vertex_boxes_ = nullptr;
 };

@@ -13,10 +13,10 @@ namespace loomstone {
 
 namespace {
 
-// Not everything that Embree makes can be copied or forgotten: released in reverse order.
+// Owns an Embree scene of boxes; it is released before its device.
 struct BoxScene {
   RTCScene scene = nullptr;
-  std::vector<Index> item;  // of each primitive; Embree refuses boxes that are not finite
+  std::vector<Index> item;  // of each primitive: boxes that are not empty
 
   BoxScene(RTCDevice device, const std::vector<Slabs>& all) : slabs(all) {
     for (std::size_t i = 0; i < all.size(); ++i)
@@ -65,7 +65,7 @@ void embree_pairs(const std::vector<Slabs>& a, const std::vector<Slabs>& b,
                   const std::function<void(Index, Index)>& visit) {
   const std::unique_ptr<RTCDeviceTy, void (*)(RTCDevice)> device(rtcNewDevice("threads=1"),
                                                                  rtcReleaseDevice);
-  if (!device) throw Error("Embree gave no device; it needs a processor with SSE2");
+  if (!device) throw Error("Embree could not create a device; it needs a processor with SSE2");
   const BoxScene first(device.get(), a), second(device.get(), b);
   if (first.item.empty() || second.item.empty()) return;
   Reports reports;
@@ -73,7 +73,7 @@ void embree_pairs(const std::vector<Slabs>& a, const std::vector<Slabs>& b,
   const RTCError error = rtcGetDeviceError(device.get());
   if (error != RTC_ERROR_NONE) {
     throw Error("Embree failed with error " + std::to_string(static_cast<int>(error)) +
-                "; the usual cause is that memory ran out");
+                "; usually memory ran out");
   }
   for (const auto& [i, j] : reports.pairs) visit(first.item[i], second.item[j]);
 }

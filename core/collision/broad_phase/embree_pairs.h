@@ -8,8 +8,8 @@
 
 namespace loomstone {
 
-// Calls visit(i, j) for every pair of a[i] and b[j] whose axis slabs overlap, and for some others,
-// in any order, on one thread. Slabs that are empty are met by none.
+// Calls visit(i, j), in any order and on one thread, for each pair of a[i] and b[j] whose axis
+// slabs overlap, and for some other pairs. Empty slabs have no pairs.
 void embree_pairs(const std::vector<Slabs>& a, const std::vector<Slabs>& b,
                   const std::function<void(Index, Index)>& visit);
 

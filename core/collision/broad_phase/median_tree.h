@@ -1,5 +1,5 @@
-// Pairs of overlapping boxes by a plain binary tree: for counts that judge the rest of this module
-// and for rare work.
+// Pairs of overlapping boxes by a plain binary tree, for independent checks of this module and for
+// infrequent searches.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +28,7 @@ inline std::vector<Box> triangle_boxes(const Points& points, const Triangles& tr
   return boxes;
 }
 
-// Binary tree by halves along the longest axis; bounds are exact, so nothing needs a margin.
+// Binary tree, bisected at the median along the longest axis; bounds are exact and need no margin.
 class MedianTree {
  public:
   explicit MedianTree(const std::vector<Box>& items) : items_(items), order_(items.size()) {

@@ -11,18 +11,18 @@ namespace loomstone {
 
 namespace {
 
-// A list is made to last so many steps of the present motion, within these bounds; boxes that
-// clusters are searched with hold so many steps of it, and a margin. Our choices, tuned on a draped
-// sheet; only speed depends on them.
+// The slack of a list covers this many steps of the present motion, within bounds; the boxes for
+// finding pairs of clusters cover this many steps ahead, plus a margin. Our choices, tuned on a
+// draped sheet; they affect speed only.
 constexpr double steps_to_last = 12.0;
 constexpr double least_slack = 0.2, most_slack = 2.5;  // [thickness]
 constexpr double most_slack_of_edge = 0.6;             // [mean edge]
 constexpr double steps_ahead = 3.0;
 constexpr double margin = 1.0;  // [half the thickness]
-// Allowance for rounding of bounds that are summed over steps [m].
+// Allowance for rounding errors of bounds summed over steps [m].
 constexpr double rounding = 1e-12;
 
-// No more than the distance between two boxes [m].
+// Lower bound of the distance between two boxes [m].
 double gap_between(const SlabGroup& a, int lane_a, const SlabGroup& b, int lane_b) {
   double square = 0.0, diagonal = 0.0;
   for (int k = 0; k < n_slabs; ++k) {
@@ -36,14 +36,14 @@ double gap_between(const SlabGroup& a, int lane_a, const SlabGroup& b, int lane_
   return std::max(std::sqrt(square), diagonal / 1.4142135623730952) * (1.0 - 1e-12) - rounding;
 }
 
-bool before(const NearList& list, Index pair, PairKey clusters) {
+bool before(const NeighbourList& list, Index pair, PairKey clusters) {
   return list.pair != pair ? list.pair < pair : pair_key(list.a, list.b) < clusters;
 }
 
 }  // namespace
 
-NearLists::NearLists(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
-                     BroadPhase& broad_phase, std::size_t most_per_cluster)
+NeighbourLists::NeighbourLists(const CollisionModel& model, const std::vector<SurfacePair>& pairs,
+                               BroadPhase& broad_phase, std::size_t most_per_cluster)
     : model_(model),
       pairs_(pairs),
       broad_phase_(broad_phase),
@@ -61,19 +61,19 @@ NearLists::NearLists(const CollisionModel& model, const std::vector<SurfacePair>
   }
 }
 
-double NearLists::margin_of(Index surface) const { return margin * inflation_[surface]; }
+double NeighbourLists::margin_of(Index surface) const { return margin * inflation_[surface]; }
 
-bool NearLists::updated_at(const Points& x) const {
+bool NeighbourLists::updated_at(const Points& x) const {
   return x_.rows() == x.rows() && std::memcmp(x_.data(), x.data(), sizeof(double) * x.size()) == 0;
 }
 
-bool NearLists::other_trees() const {
+bool NeighbourLists::other_trees() const {
   for (std::size_t s = 0; s < version_.size(); ++s)
     if (broad_phase_.tree(static_cast<Index>(s)).version() != version_[s]) return true;
   return false;
 }
 
-void NearLists::find_members(Index surface) {
+void NeighbourLists::find_members(Index surface) {
   const ClusterTree& tree = broad_phase_.tree(surface);
   const Index* const corners = tree.faces().corners.data();
   Members& members = members_[surface];
@@ -90,7 +90,7 @@ void NearLists::find_members(Index surface) {
   }
 }
 
-void NearLists::find_motions(const Team& team, const Points& x0, const Points& x1) {
+void NeighbourLists::find_motions(const Team& team, const Points& x0, const Points& x1) {
   for (std::size_t s = 0; s < motions_.size(); ++s) {
     const Members& members = members_[s];
     const Index n_clusters = static_cast<Index>(members.start.size()) - 1;
@@ -120,14 +120,14 @@ void NearLists::find_motions(const Team& team, const Points& x0, const Points& x
   }
 }
 
-double NearLists::change_bound(const NearList& list) const {
+double NeighbourLists::change_bound(const NeighbourList& list) const {
   const Motion &a = motions_[pairs_[list.pair].a][list.a],
                &b = motions_[pairs_[list.pair].b][list.b];
   return (a.radius + b.radius + (a.centre - b.centre).norm()) * (1.0 + 1e-12) + rounding;
 }
 
-// The boxes hold everything within the margin of the way that was expected of a vertex.
-bool NearLists::as_expected(const Team& team, const Points& x) const {
+// Whether all vertices at x are within the margin of their expected motion.
+bool NeighbourLists::as_expected(const Team& team, const Points& x) const {
   std::atomic<bool> all{true};
   for (std::size_t s = 0; s < model_.surfaces.size(); ++s) {
     const CollisionSurface& surface = model_.surfaces[s];
@@ -147,8 +147,8 @@ bool NearLists::as_expected(const Team& team, const Points& x) const {
   return all;
 }
 
-// Boxes of the vertices at the x of update().
-void NearLists::pack_still(const Team& team) {
+// Computes boxes of the vertices at the x of update().
+void NeighbourLists::pack_still(const Team& team) {
   if (still_at_x_) return;
   still_.resize(model_.n_vertices);
   parallel_for(
@@ -161,8 +161,9 @@ void NearLists::pack_still(const Team& team) {
   still_at_x_ = true;
 }
 
-// Which clusters come near each other while the x of update() -> x1 and steps after it.
-void NearLists::search(const Team& team, const Points& x1) {
+// Finds the pairs of clusters that come near each other from the x of update() to x1 and in the
+// next steps.
+void NeighbourLists::search(const Team& team, const Points& x1) {
   ++n_searches_;
   pack_still(team);
   moving_.resize(model_.n_vertices);
@@ -187,7 +188,7 @@ void NearLists::search(const Team& team, const Points& x1) {
     marked_[s].assign(tree.n_clusters(), 0);
   }
 
-  std::vector<NearList> old;
+  std::vector<NeighbourList> old;
   old.swap(lists_);
   lists_.reserve(old.size() + old.size() / 8);
   std::size_t next = 0;
@@ -211,7 +212,7 @@ void NearLists::search(const Team& team, const Points& x1) {
   }
 }
 
-void NearLists::make(NearList& list, PairSearch::Slots& slots) const {
+void NeighbourLists::make(NeighbourList& list, PairSearch::Slots& slots) const {
   const SurfacePair& pair = pairs_[list.pair];
   const ClusterTree &a = broad_phase_.tree(pair.a), &b = broad_phase_.tree(pair.b);
   const double base = base_[list.pair];
@@ -246,12 +247,12 @@ void NearLists::make(NearList& list, PairSearch::Slots& slots) const {
       });
 }
 
-void NearLists::make(const Team& team, const std::vector<Index>& which) {
+void NeighbourLists::make(const Team& team, const std::vector<Index>& which) {
   if (which.empty()) return;
   n_made_ += static_cast<std::int64_t>(which.size());
   pack_still(team);
   for (const Index i : which) {
-    const NearList& list = lists_[i];
+    const NeighbourList& list = lists_[i];
     marked_[pairs_[list.pair].a][list.a] = marked_[pairs_[list.pair].b][list.b] = 1;
   }
   for (std::size_t s = 0; s < marked_.size(); ++s) {
@@ -268,7 +269,7 @@ void NearLists::make(const Team& team, const std::vector<Index>& which) {
   });
 }
 
-void NearLists::update(const Team& team, const Points& x) {
+void NeighbourLists::update(const Team& team, const Points& x) {
   const bool first = x_.rows() != x.rows();
   bool again = first || other_trees();
   if (again) lists_.clear();
@@ -289,7 +290,7 @@ void NearLists::update(const Team& team, const Points& x) {
           std::max(most_slack * pair.thickness, n > 0 ? most_slack_of_edge * sum / n : 0.0));
     }
   }
-  const Points ahead = 2.0 * x - before;  // as far again as in the last step
+  const Points ahead = 2.0 * x - before;  // extrapolates the last step
   if (!again) {
     find_motions(team, before, x);
     parallel_for(team, static_cast<Index>(lists_.size()), [&](Index i) {
@@ -305,29 +306,29 @@ void NearLists::update(const Team& team, const Points& x) {
     parallel_for(team, static_cast<Index>(lists_.size()),
                  [&](Index i) { lists_[i].change = change_bound(lists_[i]); });
   }
-  // The negated comparisons also catch motions that are not numbers.
-  make(team, ended(team, [&](const NearList& list) {
+  // The negated comparisons are also true for NaN.
+  make(team, ended(team, [&](const NeighbourList& list) {
          return !(list.used <= list.slack) ||
                 !(list.used + list.change <= list.slack + spare(list.pair));
        }));
 }
 
-void NearLists::cover(const Team& team, const Points& x1) {
+void NeighbourLists::cover(const Team& team, const Points& x1) {
   const bool others = other_trees();
   if (others) lists_.clear();
   if (others || (unlisted().size() < pairs_.size() && !as_expected(team, x1))) search(team, x1);
   find_motions(team, x_, x1);
   parallel_for(team, static_cast<Index>(lists_.size()),
                [&](Index i) { lists_[i].change = change_bound(lists_[i]); });
-  make(team, ended(team, [&](const NearList& list) {
+  make(team, ended(team, [&](const NeighbourList& list) {
          return !(list.slack >= 0.0) || !(list.used + list.change <= list.slack + spare(list.pair));
        }));
 }
 
-// The lists that `ends` is true of, ascending. Before, pairs of surfaces of which many clusters
-// move too far for lists are no longer listed.
+// The lists for which `ends` holds, ascending. Pairs of surfaces of which many clusters move too
+// far for lists to last become unlisted first.
 template <class Ends>
-std::vector<Index> NearLists::ended(const Team& team, Ends&& ends) {
+std::vector<Index> NeighbourLists::ended(const Team& team, Ends&& ends) {
   constexpr Index grain = 1024;
   struct Seen {
     std::vector<Index> ended;
@@ -339,7 +340,7 @@ std::vector<Index> NearLists::ended(const Team& team, Ends&& ends) {
     Seen& seen = of_range[range];
     seen.n_lists.assign(pairs_.size(), 0), seen.n_fast.assign(pairs_.size(), 0);
     for (Index i = range * grain; i < std::min(n, (range + 1) * grain); ++i) {
-      const NearList& list = lists_[i];
+      const NeighbourList& list = lists_[i];
       ++seen.n_lists[list.pair];
       seen.n_fast[list.pair] += list.change > most_slack_[list.pair];
       if (ends(list)) seen.ended.push_back(i);
@@ -352,7 +353,7 @@ std::vector<Index> NearLists::ended(const Team& team, Ends&& ends) {
     if (n_fast > n_lists / 4) unlisted_[pair] = 1, any = true;
   }
   if (any) {
-    std::erase_if(lists_, [&](const NearList& list) { return unlisted_[list.pair] != 0; });
+    std::erase_if(lists_, [&](const NeighbourList& list) { return unlisted_[list.pair] != 0; });
     return ended(team, ends);
   }
   std::vector<Index> all;
@@ -360,14 +361,14 @@ std::vector<Index> NearLists::ended(const Team& team, Ends&& ends) {
   return all;
 }
 
-std::vector<Index> NearLists::unlisted() const {
+std::vector<Index> NeighbourLists::unlisted() const {
   std::vector<Index> which;
   for (Index i = 0; i < static_cast<Index>(pairs_.size()); ++i)
     if (unlisted_[i]) which.push_back(i);
   return which;
 }
 
-std::vector<FeaturePairs> NearLists::unlisted_near_pairs(const Team& team) const {
+std::vector<FeaturePairs> NeighbourLists::unlisted_near_pairs(const Team& team) const {
   std::vector<FeaturePairs> found(pairs_.size());
   if (const std::vector<Index> which = unlisted(); !which.empty()) {
     std::vector<double> reach;

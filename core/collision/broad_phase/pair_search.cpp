@@ -22,7 +22,7 @@ LOOMSTONE_INLINE unsigned bits_of(const Ints& lanes) {
   const Bytes bytes = __builtin_convertvector(lanes, Bytes);
   std::uint64_t all;
   std::memcpy(&all, &bytes, sizeof all);
-  // Bit i of byte i, then all bytes added in the highest.
+  // Keeps bit i of byte i, then adds all bytes in the highest.
   return static_cast<unsigned>(((all & 0x8040201008040201u) * 0x0101010101010101u) >> 56);
 }
 
@@ -34,7 +34,7 @@ LOOMSTONE_INLINE void meet_slab(Ints& meet, const SlabGroup& group, float own_lo
   meet &= (low <= own_high) & (high >= own_low);
 }
 
-// Slabs that need not be copied out of their group.
+// The slabs of one lane of a group, without a copy.
 struct Lane {
   const SlabGroup* group;
   int lane;
@@ -43,9 +43,8 @@ struct Lane {
   float high(int k) const { return group->high[k][lane]; }
 };
 
-// By how much each slab of one of two boxes is moved outwards before they are compared, so that
-// points of two such boxes that come within a distance overlap. The roundings of the sum are within
-// those that the slabs were rounded outwards by.
+// Widening of the slabs of one of two boxes, so that boxes around points within a distance of each
+// other overlap. The outward rounding of slabs covers the rounding of the sum.
 struct Reach {
   float axis = 0.0f, diagonal = 0.0f;
 
@@ -55,8 +54,7 @@ struct Reach {
   float of(int k) const { return k < n_axis_slabs ? axis : diagonal; }
 };
 
-// Lanes of `group` that overlap a box; the diagonals are looked at only where the axes leave
-// something.
+// Lanes of `group` that overlap a box; diagonals are compared only if the axes leave any lane.
 LOOMSTONE_INLINE unsigned overlapping_lanes(const SlabGroup& group, const Lane& box,
                                             const Reach& reach) {
   Ints meet = ~Ints{};
@@ -81,11 +79,11 @@ struct Run {
         end(features.group[cluster + 1]) {}
 };
 
-// The vertices of one cluster and where their boxes are.
+// The vertices of one cluster and their boxes.
 struct VertexRun {
   const PackedSlabs* boxes;
   const Index* id;
-  Index begin, end;  // slots; empty ones hold -1
+  Index begin, end;  // slots; empty slots hold -1
 
   VertexRun(const ClusterTree& tree, Index cluster)
       : boxes(tree.vertex_boxes()),
@@ -152,8 +150,8 @@ LOOMSTONE_INLINE void meeting_groups(const Edge& own, const Run& run, const Mask
   }
 }
 
-// Pairs of slots of edges that overlap and share no vertex. Edges that miss the other cluster's box
-// are masked first. `upper`: only slots of b after that of a.
+// Pairs of slots of edges that overlap and share no vertex. Edges outside the other cluster's box
+// are masked out first. `upper`: only slots of b after that of a.
 template <class Pairs>
 LOOMSTONE_INLINE void meeting_edges(const Side& a, const Side& b, const Reach& reach, bool upper,
                                     Pairs& out) {
@@ -173,7 +171,7 @@ LOOMSTONE_INLINE void meeting_edges(const Side& a, const Side& b, const Reach& r
   }
 }
 
-// What a box must not exceed, lane by lane, to overlap this one.
+// Bounds that a packed box must not exceed, lane by lane, to overlap this box.
 LOOMSTONE_INLINE PackedSlabs limits_of(const Lane& box, const Reach& reach) {
   alignas(PackedSlabs) float limit[n_slab_packs * slab_lanes] = {};
   for (int k = 0; k < n_slabs; ++k) {
@@ -213,7 +211,7 @@ LOOMSTONE_INLINE void meeting_vertices_faces(const VertexRun& a, const Run& b, c
   }
 }
 
-// For every lane of a the lanes of b that overlap it.
+// For each lane of a, the lanes of b that overlap it.
 LOOMSTONE_CLONES void meeting_children(const SlabGroup& a, const SlabGroup& b, unsigned* meeting) {
   for (int lane = 0; lane < slab_lanes; ++lane)
     meeting[lane] =
@@ -235,7 +233,7 @@ LOOMSTONE_CLONES void meeting_features(const Side& a, const Side& b, const Reach
 
 void PairSearch::expand(const Nodes& nodes, std::vector<Nodes>& out) const {
   const int level_a = nodes.level_a - 1, level_b = nodes.level_b - 1;
-  // Pushed from the last lane down, so that the first pair comes off the stack first.
+  // In descending order, so that the first pair leaves the stack first.
   if (level_a == level_b) {
     unsigned meeting[slab_lanes];
     meeting_children(a_->children(nodes.level_a, nodes.a), b_->children(nodes.level_b, nodes.b),

@@ -1,5 +1,6 @@
-// Walks two cluster trees, or one with itself, depth first with an explicit stack, and finds
-// exactly the pairs of features whose own 18-DOPs overlap and which share no vertex, each once.
+// Simultaneous traversal of two cluster trees, or of one with itself: finds exactly the pairs of
+// features whose own 18-DOPs overlap and that share no vertex, each once. Depth first with an
+// explicit stack.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +22,7 @@ class PairSearch {
   // Vertex and slot of a face; slots of two edges.
   using SlotPairs = std::vector<std::pair<Index, Index>>;
   struct Slots {
-    SlotPairs vertex_face, face_vertex, edge_edge;  // of a and b, of b and a, of a and b
+    SlotPairs vertex_face, face_vertex, edge_edge;  // vertices of a, faces of b; of b, a; edges
 
     void clear() {
       for (SlotPairs* const pairs : {&vertex_face, &face_vertex, &edge_edge}) pairs->clear();
@@ -32,10 +33,10 @@ class PairSearch {
 
   Nodes roots() const { return {a_->root_level(), b_->root_level(), 0, 0}; }
   static bool leaves(const Nodes& nodes) { return nodes.level_a == 0 && nodes.level_b == 0; }
-  // Pairs of children that overlap, of the node on the higher level or of both.
+  // Overlapping pairs of children: of the node on the higher level, or of both.
   void expand(const Nodes& nodes, std::vector<Nodes>& out) const;
 
-  // Calls visit(a, b) for the pairs of clusters that overlap below `start`.
+  // Calls visit(a, b) for the overlapping pairs of clusters below `start`.
   template <class Visit>
   void clusters(const Nodes& start, Visit&& visit) const {
     std::vector<Nodes> stack = {start};
@@ -49,15 +50,15 @@ class PairSearch {
     }
   }
 
-  // Calls visit(kind, a, b) with the ids of vertex and face, or of two edges, for every pair below
-  // `start`.
+  // Calls visit(kind, a, b) for every pair below `start`; a and b are the ids of vertex and face,
+  // or of two edges.
   template <class Visit>
   void run(const Nodes& start, Visit&& visit) const {
     Slots slots;
     clusters(start, [&](Index a, Index b) { features(a, b, 0.0, slots, visit); });
   }
 
-  // The same for the features of clusters a and b, with boxes that are `reach` [m] wider in all.
+  // The same for the features of clusters a and b, for boxes that come within `reach` [m].
   template <class Visit>
   void features(Index a, Index b, double reach, Slots& slots, Visit&& visit) const {
     slots.clear();

@@ -1,4 +1,4 @@
-// What certification of a step found, and the motion that it withheld.
+// Result of certification: impacts of the step and the motion withheld to prevent them.
 #pragma once
 
 #include <cstdint>
@@ -17,9 +17,8 @@ struct WithheldMotion {
 };
 
 struct CertifyReport {
-  std::int64_t impacts = 0;     // pairs that hit, first pass
-  std::int64_t unresolved = 0;  // impacts that are left (cloth pinched between scripts that
-                                // overlap): the step is not free
+  std::int64_t impacts = 0;     // colliding pairs at the start of certification
+  std::int64_t unresolved = 0;  // impacts that remain: prescribed motion leaves the cloth no room
   std::vector<WithheldMotion> withheld;  // ascending, each vertex once
 
   // Adds motion withheld at another time of the same step; displacements of one vertex are added.

@@ -64,13 +64,13 @@ bool Displacements::same_carrier(Index v, Index other) const {
          (carrier_[a] == carrier_[b] && (carrier_[a] >= 0 || carry_.row(a) == carry_.row(b)));
 }
 
-void Displacements::shorten(Index unit, double factor) {
+void Displacements::withhold(Index unit, double factor) {
   share_[unit] *= factor;
   if (share_[unit] < 1e-3) share_[unit] = 0.0;
   apply(unit);
 }
 
-void Displacements::stay(Index unit) {
+void Displacements::withhold_all(Index unit) {
   const Index body = body_of_vertex(model_, bodies_, unit);
   carrier_[unit] = none;
   carry_.row(unit).setZero();
@@ -139,8 +139,9 @@ std::vector<WithheldMotion> Displacements::withheld() const {
   for (const CollisionSurface& surface : model_.surfaces) {
     if (surface.kind != CollisionSurface::Kind::Cloth) continue;
     for (Index v = surface.first_vertex; v < surface.first_vertex + surface.n_vertices; ++v) {
-      const Vec3 lost = (wanted_.row(v) - (x1_.row(v) - x0_.row(v))).transpose();
-      if (movable(v) && !lost.isZero(0.0)) result.push_back({v, lost, 1.0 / inverse_mass_[v]});
+      const Vec3 withheld = (wanted_.row(v) - (x1_.row(v) - x0_.row(v))).transpose();
+      if (movable(v) && !withheld.isZero(0.0))
+        result.push_back({v, withheld, 1.0 / inverse_mass_[v]});
     }
   }
   for (std::size_t b = 0; b < bodies_.size(); ++b) {

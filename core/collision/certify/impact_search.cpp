@@ -21,7 +21,8 @@ Impact test_pair(ContactKind kind, const std::array<Index, 4>& v, const Points& 
 
 }  // namespace
 
-ImpactSearch::ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase, NearLists& lists)
+ImpactSearch::ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase,
+                           NeighbourLists& lists)
     : model_(model), broad_phase_(broad_phase), lists_(lists) {}
 
 // Tests pairs of one motion.
@@ -31,7 +32,7 @@ struct ImpactSearch::PairTest {
   const Points& x1;
   const std::vector<std::uint8_t>* changed;
 
-  // Is the pair worth testing? Lets every pair through that is not surely irrelevant.
+  // Whether the pair has a movable vertex and, with `changed`, a changed one.
   bool concerned(const std::array<Index, 4>& v) const {
     if (changed && !((*changed)[v[0]] | (*changed)[v[1]] | (*changed)[v[2]] | (*changed)[v[3]]))
       return false;
@@ -43,7 +44,7 @@ struct ImpactSearch::PairTest {
   bool hits(ContactKind kind, PairKey key, const std::array<Index, 4>& v, Impact& impact) const {
     if (!concerned(v)) return false;
     impact = test_pair(kind, v, inputs.x0, x1);
-    return impact.hit && !impact.touching && !inputs.tangle.leaves_out(model, kind, key, v);
+    return impact.hit && !impact.touching && !inputs.tangle.ignores(model, kind, key, v);
   }
 };
 
@@ -67,7 +68,7 @@ std::vector<StepImpact> ImpactSearch::find(const Team& team, const MotionInputs&
 
 std::vector<StepImpact> ImpactSearch::find_listed(const Team& team, const PairTest& test) const {
   constexpr Index grain = 64;
-  const std::vector<NearList>& lists = lists_.lists();
+  const std::vector<NeighbourList>& lists = lists_.lists();
   const Index n = static_cast<Index>(lists.size());
   std::vector<std::vector<StepImpact>> of_range((n + grain - 1) / grain);
   parallel_ranges(team, n, grain, [&](Index begin, Index end) {
@@ -79,9 +80,9 @@ std::vector<StepImpact> ImpactSearch::find_listed(const Team& team, const PairTe
   return impacts;
 }
 
-void ImpactSearch::find_in_list(const NearList& list, const PairTest& test,
+void ImpactSearch::find_in_list(const NeighbourList& list, const PairTest& test,
                                 std::vector<StepImpact>& impacts) const {
-  // Too far apart at the start to come near (closest points have no larger travel than their
+  // Skips pairs that are too far apart at the start (closest points travel no farther than their
   // corners).
   const double reach = 1.01 * largest_gap_floor + list.used;
   if (list.change + reach < list.nearest) return;

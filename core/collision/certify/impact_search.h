@@ -1,5 +1,6 @@
-// All impacts of a step: pairs of features that come closer than the floor under gaps while x0 ->
-// x1.
+// All impacts of a step: pairs of features that come closer than the gap floor during x0 -> x1, by
+// continuous collision detection on neighbour lists and, for surfaces without lists, on the broad
+// phase.
 #pragma once
 
 #include <vector>
@@ -20,12 +21,11 @@ struct StepImpact {
 
 class ImpactSearch {
  public:
-  ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase, NearLists& lists);
+  ImpactSearch(const CollisionModel& model, BroadPhase& broad_phase, NeighbourLists& lists);
 
-  // Sorted by (kind, a, b). Left out are pairs that touch at x0 already, pairs of which no vertex
-  // has an inverse mass, and features of triangles that intersect at x0 (those of the tangle). With
-  // `changed` (n) only pairs with a changed vertex are looked at. The lists are brought up to x0
-  // where they are not.
+  // Sorted by (kind, a, b). Excludes pairs that touch at x0, pairs without a movable vertex, and
+  // pairs that the tangle ignores. With `changed` (n), tests only pairs with a changed vertex.
+  // Updates the lists to x0 if necessary.
   std::vector<StepImpact> find(const Team& team, const MotionInputs& inputs, const Points& x1,
                                const std::vector<std::uint8_t>* changed);
 
@@ -34,13 +34,13 @@ class ImpactSearch {
  private:
   struct PairTest;
   std::vector<StepImpact> find_listed(const Team& team, const PairTest& test) const;
-  void find_in_list(const NearList& list, const PairTest& test,
+  void find_in_list(const NeighbourList& list, const PairTest& test,
                     std::vector<StepImpact>& impacts) const;
   void find_unlisted(const Team& team, const PairTest& test, std::vector<StepImpact>& impacts);
 
   const CollisionModel& model_;
   BroadPhase& broad_phase_;
-  NearLists& lists_;
+  NeighbourLists& lists_;
   std::vector<double> travel_;  // (n) length of each displacement [m]
 };
 

@@ -8,14 +8,13 @@ namespace loomstone {
 
 namespace {
 
-constexpr double share_of_time = 0.8;  // of the time of impact that a displacement keeps
-constexpr int passes_before_freezing = 8;
-constexpr int most_passes =
-    40;  // what could be freed took up to 5; beyond, carriers pull to and fro for ever
+constexpr double share_of_time = 0.8;  // fraction of the time of impact that a displacement keeps
+constexpr int partial_passes = 8;      // later passes withhold all motion of colliding units
+constexpr int most_passes = 40;  // resolvable impacts took up to 5; others can oscillate for ever
 
-// Vertices of an impact that are frozen already and still collide can only differ in what carries
-// them: those that are not carried join, those that are carried by different things follow the
-// first. False where nothing is left to do.
+// Vertices that still collide without motion of their own differ in their carriers. Vertices
+// without a carrier get one; those with different carriers follow the first one's. Returns false if
+// nothing changes.
 bool join_carriers(const StepImpact& impact, Displacements& displacements) {
   Index leader = -1;
   bool immovable_leads = false;
@@ -45,15 +44,15 @@ bool join_carriers(const StepImpact& impact, Displacements& displacements) {
   return changed;
 }
 
-// Ends the step of all that moves in an impact where it began.
-void stay(const StepImpact& impact, Displacements& displacements) {
+// Withholds all motion of the movable units of an impact.
+void withhold_units(const StepImpact& impact, Displacements& displacements) {
   for (const Index v : impact.vertices)
-    if (displacements.movable(v)) displacements.stay(displacements.unit(v));
+    if (displacements.movable(v)) displacements.withhold_all(displacements.unit(v));
 }
 
-// Where scripts leave no room cloth gives way to them, but not to cloth: what still hits cloth ends
-// where it began, until no cloth hits cloth. Each pass leaves fewer that move; only vertices that
-// move by script can go on hitting one another.
+// Last resort where prescribed motion leaves no room: obstacles may pass through cloth, but cloth
+// not through cloth. Withholds all motion of vertices in impacts of cloth with cloth until none is
+// left. Each pass leaves fewer moving vertices; only prescribed vertices can continue to collide.
 void keep_cloth_from_cloth(const Team& team, ImpactSearch& search, const MotionInputs& inputs,
                            const Points& x1, Displacements& displacements) {
   const CollisionModel& model = search.model();
@@ -67,7 +66,7 @@ void keep_cloth_from_cloth(const Team& team, ImpactSearch& search, const MotionI
   std::vector<StepImpact> impacts = search.find(team, inputs, x1, nullptr);
   for (;;) {
     for (const StepImpact& each : impacts)
-      if (cloth(each)) stay(each, displacements);
+      if (cloth(each)) withhold_units(each, displacements);
     const std::vector<std::uint8_t> changed = displacements.take_changed();
     if (std::find(changed.begin(), changed.end(), 1) == changed.end()) return;
     impacts = search.find(team, inputs, x1, &changed);
@@ -76,14 +75,14 @@ void keep_cloth_from_cloth(const Team& team, ImpactSearch& search, const MotionI
 
 }  // namespace
 
-CertifyReport truncate(const Team& team, ImpactSearch& search, const MotionInputs& inputs,
-                       std::vector<StepImpact> impacts, Points& x1, FreeBodies& bodies) {
+CertifyReport withhold_motion(const Team& team, ImpactSearch& search, const MotionInputs& inputs,
+                              std::vector<StepImpact> impacts, Points& x1, FreeBodies& bodies) {
   CertifyReport report;
   if (impacts.empty()) return report;
   Displacements displacements(search.model(), inputs.x0, inputs.inverse_mass, x1, bodies);
   std::vector<double> factor(inputs.x0.rows());
   for (int pass = 0; !impacts.empty(); ++pass) {
-    const bool freezing = pass >= passes_before_freezing;
+    const bool withhold_all = pass >= partial_passes;
     std::vector<Index> touched;  // units
     std::fill(factor.begin(), factor.end(), 2.0);
     bool progress = false;
@@ -97,19 +96,20 @@ CertifyReport truncate(const Team& team, ImpactSearch& search, const MotionInput
         if (any_immovable) displacements.carry_with_immovable(v, each);
         if (displacements.share(v) > 0.0) any_share = true;
         if (factor[unit] == 2.0) touched.push_back(unit);
-        factor[unit] = std::min(factor[unit], freezing ? 0.0 : share_of_time * each.impact.time);
+        factor[unit] =
+            std::min(factor[unit], withhold_all ? 0.0 : share_of_time * each.impact.time);
       }
       if (!any_share) progress |= join_carriers(each, displacements);
     }
     for (const Index unit : touched) {
       if (displacements.share(unit) > 0.0) progress = true;
-      displacements.shorten(unit, factor[unit]);
+      displacements.withhold(unit, factor[unit]);
     }
     const std::vector<std::uint8_t> changed = displacements.take_changed();
     progress |= std::find(changed.begin(), changed.end(), 1) != changed.end();
     if (progress) impacts = search.find(team, inputs, x1, &changed);
-    // An impact of which nothing could be changed is not among these: only a search of everything
-    // proves that none is left.
+    // This search omits impacts without a changed vertex: only a full search proves that none is
+    // left.
     if (!progress || impacts.empty() || pass >= most_passes)
       impacts = search.find(team, inputs, x1, nullptr);
     if (!progress || pass >= most_passes) {

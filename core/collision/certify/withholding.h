@@ -1,5 +1,5 @@
-// Local truncation: what still collides at the end of a step is shortened until nothing does. Ends
-// every step free of impacts, if it started so. notes: contact response, recommended step 4.
+// Withholds motion, vertex by vertex, until no pair collides (method.md, certification). A
+// step that starts free of impacts ends free of impacts.
 #pragma once
 
 #include <vector>
@@ -10,10 +10,10 @@
 
 namespace loomstone {
 
-// Shortens displacements of vertices with inverse mass, those of a free body together. What is hit
-// by a moving script keeps that motion whole and loses only its motion relative to it: it is
-// carried along, and tested again.
-CertifyReport truncate(const Team& team, ImpactSearch& search, const MotionInputs& inputs,
-                       std::vector<StepImpact> impacts, Points& x1, FreeBodies& bodies);
+// Withholds motion of vertices with an inverse mass, and of free bodies as a whole. A vertex that a
+// moving obstacle hits is carried along: it follows the obstacle, loses only its relative motion,
+// and is tested again.
+CertifyReport withhold_motion(const Team& team, ImpactSearch& search, const MotionInputs& inputs,
+                              std::vector<StepImpact> impacts, Points& x1, FreeBodies& bodies);
 
 }  // namespace loomstone

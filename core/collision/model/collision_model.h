@@ -1,5 +1,5 @@
-// The surfaces that may touch, end to end in one vertex array: cloth first (in the order of the
-// cloth rows), then rigid bodies, then obstacles. Constant once built.
+// All surfaces that may touch, concatenated in one vertex array: cloth first (in the order of the
+// cloth rows), then rigid bodies, then obstacles. Constant after construction.
 #pragma once
 
 #include <string>
@@ -15,16 +15,17 @@ struct CollisionSurface {
   Kind kind = Kind::Cloth;
   Index first_vertex = 0, n_vertices = 0;
   Index first_triangle = 0, n_triangles = 0;
-  double thickness = 1e-3;     // contact distance to itself [m]; a pair of surfaces uses the mean
-  double friction = 0.3;       // a pair uses the geometric mean [1]
+  double thickness = 1e-3;     // contact distance to itself [m]; a pair of surfaces takes the mean
+  double friction = 0.3;       // coefficient [1]; a pair of surfaces takes the geometric mean
   bool self_collision = true;  // cloth only
   int body = -1;               // index of the rigid body (Kind::Body)
-  bool smooth = false;  // closest points on the triangles' rounded surface drive the contact force
+  bool smooth =
+      false;  // contact normals are interpolated from vertex normals; edges carry no force
 };
 
-// Where a collision vertex's motion comes from: a cloth row, a rigid body, or a script.
+// Rows of the linear system that move each collision vertex.
 struct VertexRows {
-  std::vector<Index> row;  // cloth row, or translation row of its body; -1 by script
+  std::vector<Index> row;  // cloth row, or translation row of its body; -1: prescribed motion
   std::vector<std::uint8_t> is_body;
 };
 
@@ -37,14 +38,14 @@ struct CollisionModel {
   std::vector<Index> surface_of_triangle;  // (m)
   std::vector<Index> surface_of_edge;      // (k)
   VertexRows rows;
-  // (n) surface that a vertex is fixed to by an attachment, -1 for none; empty: none at all. Faces
+  // (n) surface to which an attachment ties the vertex, -1 for none; empty: no attachments. Faces
   // and edges with such a vertex do not collide with that surface.
   std::vector<Index> attached_surface;
-  double contact_stiffness = 1000.0;  // k of a pair [N/m]
+  double contact_stiffness = 1000.0;  // k of a contact [N/m]
 };
 
-// Are triangles of two surfaces (or of one) held against each other? At least one is cloth; a cloth
-// without self-collision is not held against itself.
+// Whether triangles of surfaces a and b (possibly the same) must not intersect: at least one is
+// cloth, and a cloth against itself has self-collision on.
 inline bool kept_apart(const CollisionModel& model, Index a, Index b) {
   const auto cloth = [&](Index s) {
     return model.surfaces[s].kind == CollisionSurface::Kind::Cloth;

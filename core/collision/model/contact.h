@@ -1,4 +1,5 @@
-// A near pair of features, as proximity finds it, and the friction anchors of such pairs.
+// Contacts: pairs of features closer than their thickness; and the friction anchors that contacts
+// carry from step to step.
 #pragma once
 
 #include <array>
@@ -18,17 +19,17 @@ struct Contact {
   std::array<double, 4> weights;  // signed: + on side a, - on side b; each side sums to 1
   Vec3 normal;                    // unit, from b to a
   double distance;                // at the start of the step [m]
-  double thickness;               // xi = epsilon_c of the pair [m]
-  double friction;                // mu of the pair [1]
+  double thickness;               // of the pair, xi [m]
+  double friction;                // coefficient of the pair, mu [1]
 };
 
-// State: anchors of friction, sorted by (kind, a, b).
+// State: friction anchors, sorted by (kind, a, b).
 struct ContactState {
   struct Anchor {
     ContactKind kind;
     Index a, b;
-    Vec3 slip;            // of a relative to b [m]
-    double normal_force;  // of the last step [N]
+    Vec3 slip;            // tangential displacement of a relative to b since the anchor was set [m]
+    double normal_force;  // in the last step [N]
   };
   std::vector<Anchor> anchors;
 };

@@ -11,16 +11,16 @@
 
 namespace loomstone {
 
-// Two surfaces of which at least the first is cloth; a == b: a cloth with itself.
+// Two surfaces; the first is cloth. a == b: a cloth with itself.
 struct SurfacePair {
   Index a, b;
-  double thickness;  // xi of the pair: the mean [m]
-  double friction;   // mu of the pair: the geometric mean [1]
+  double thickness;  // mean of both, xi [m]
+  double friction;   // geometric mean of both, mu [1]
 };
 
 std::vector<SurfacePair> surface_pairs(const CollisionModel& model);
 
-// Pairs of features as (a << 32 | b): vertex and triangle, or two edges with a < b. Ascending.
+// A pair of features as (a << 32 | b): vertex and triangle, or two edges with a < b.
 using PairKey = std::uint64_t;
 inline PairKey pair_key(Index a, Index b) {
   return static_cast<PairKey>(static_cast<std::uint32_t>(a)) << 32 | static_cast<std::uint32_t>(b);
@@ -28,10 +28,11 @@ inline PairKey pair_key(Index a, Index b) {
 inline Index first_of(PairKey key) { return static_cast<Index>(key >> 32); }
 inline Index second_of(PairKey key) { return static_cast<Index>(key & 0xffffffffu); }
 
-struct FeaturePairs {
+struct FeaturePairs {  // ascending
   std::vector<PairKey> vertex_face, edge_edge;
 };
 
+// Vertex and face corners; or the ends of edge a, then of edge b.
 inline std::array<Index, 4> pair_vertices(const CollisionModel& model, ContactKind kind,
                                           PairKey key) {
   const Index a = first_of(key), b = second_of(key);

@@ -1,4 +1,4 @@
-// A free rigid body as repulsion, clean-up and truncation move it: always as a whole.
+// A free rigid body that repulsion and certification may move, always as a whole.
 #pragma once
 
 #include <vector>
@@ -13,11 +13,10 @@ struct FreeBody {
   const Points* local = nullptr;  // (k x 3) its vertices from the centre of mass, own axes [m]
   double inverse_mass = 0.0;      // [1/kg]
   Mat3 inverse_inertia = Mat3::Zero();  // about the centre, world axes, at the start [1/(kg m^2)]
-  bool supported =
-      false;  // presses on what does not give way: clean-up takes it for as heavy as that
-  RigidPose start, end;  // of the centre of mass; the end is what may change
-  // How the end was moved and turned in all: divided by h they are the changes of velocity and
-  // angular velocity.
+  bool supported = false;  // rests on something immovable: clean-up treats it as immovable, too
+  RigidPose start, end;    // of the centre of mass; corrections change the end
+  // Total correction of the end; divided by the step it is the change of velocity and of angular
+  // velocity.
   Vec3 moved = Vec3::Zero();   // [m]
   Vec3 turned = Vec3::Zero();  // [rad]
 };
@@ -25,13 +24,13 @@ struct FreeBody {
 // Bodies in the order of CollisionSurface::body.
 using FreeBodies = std::vector<FreeBody>;
 
-// The body that a collision vertex belongs to, -1 for none or for one that is not free here.
+// The free body to which a collision vertex belongs, -1 for none.
 inline Index body_of_vertex(const CollisionModel& model, const FreeBodies& bodies, Index vertex) {
   if (bodies.empty()) return -1;
   return model.surfaces[model.surface_of_vertex[vertex]].body;
 }
 
-// Writes the vertices of `pose` into x. True where a bit changed.
+// Writes the body's vertices at `pose` into x. Returns whether any bit changed.
 bool place_body(const CollisionModel& model, const FreeBody& body, const RigidPose& pose,
                 Points& x);
 

@@ -8,7 +8,7 @@ namespace loomstone {
 struct RigidMotion {
   bool rigid = false;  // false where the surface deforms
   Mat3 rotation = Mat3::Identity();
-  Vec3 from = Vec3::Zero(), to = Vec3::Zero();  // a point of the surface before and after [m]
+  Vec3 from = Vec3::Zero(), to = Vec3::Zero();  // a point of the surface at both ends [m]
 
   Vec3 displacement(const Vec3& x) const { return rotation * (x - from) + to - x; }
 };

@@ -21,8 +21,8 @@ struct Differences {
     rounding = 32.0 * std::numeric_limits<double>::epsilon() * largest;
   }
 
-  // Last time until which the plane of direction n keeps the sides more than `floor` apart, given
-  // that it does so at `time`; `time` itself where it does not.
+  // Last time until which the plane of direction n keeps the sides more than `floor` apart; `time`
+  // if it does not do so at `time`.
   double advance(const Vec3& n, double time, double floor) const {
     double last = 1.0;
     for (int k = 0; k < N; ++k) {
@@ -87,15 +87,15 @@ FourPoints at_time(const MovingPoints& q, double time) {
 template <class Kind, class FloorOf>
 Impact test(const MovingPoints& q, double largest_floor, FloorOf&& floor_of) {
   const typename Kind::D differences = Kind::differences(q);
-  // Most pairs never come near each other: the line of centres shows it without closest points.
+  // Most pairs stay far apart: the line of centres proves it without closest points.
   const Vec3 line = Kind::centre_line(q);
   const double length = line.norm();
   if (length > 0.0 &&
       differences.advance(line / length, 0.0, largest_floor + differences.rounding) >= 1.0)
     return {};
 
-  // Newton-like, so quadratic where the sides meet head on; a grazing motion may take all passes
-  // and is then called a hit.
+  // Converges like Newton's method, quadratically for a head-on motion. A grazing motion may use
+  // all passes; it then counts as a hit.
   constexpr int max_passes = 100;
   Impact impact;
   double time = 0.0, floor = 0.0;
@@ -113,8 +113,8 @@ Impact test(const MovingPoints& q, double largest_floor, FloorOf&& floor_of) {
     if (closest.distance > 0.0)
       next = differences.advance(closest.difference / closest.distance, time, floor);
     if (next < 1.0) {
-      // The perpendicular is the better direction where the gap is so small that the difference has
-      // lost its digits.
+      // For tiny gaps the difference of the closest points suffers cancellation; the perpendicular
+      // is then the better direction.
       Vec3 perpendicular = Kind::perpendicular(p);
       const double perpendicular_length = perpendicular.norm();
       if (perpendicular_length > 0.0) {

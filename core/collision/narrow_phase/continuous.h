@@ -1,11 +1,10 @@
-// Continuous tests of a vertex against a face and of two edges whose points move on straight lines
-// during a step. Conservative advancement by separating planes: a plane of fixed direction n
-// separates the two sides as long as n . (a_i(t) - b_j(t)) > floor for all pairs (i, j) of their
-// points, which is linear in t and so known exactly for the whole step; at the first time where a
-// plane ends, the direction is taken anew. A motion is called free only on such evidence (with an
-// allowance for rounding), so no collision is ever missed; what cannot be proved free is called a
-// hit. Our choice; the idea of advancing to a safe time is that of additive continuous detection
-// [Li2021].
+// Continuous collision detection (narrow phase) of a vertex and a face, and of two edges, whose
+// points move on straight lines during a step. Conservative advancement by separating planes: a
+// plane of fixed direction n separates the two sides as long as n . (a_i(t) - b_j(t)) > floor for
+// all pairs (i, j) of their points. This is linear in t, so the time until which it holds is known
+// exactly; there a new direction is chosen. Only a motion with such a proof (with an allowance for
+// rounding) counts as free, so no collision is missed; every other motion counts as a hit. Our
+// choice; advancing to a safe time follows additive continuous collision detection [Li2021].
 #pragma once
 
 #include <array>
@@ -20,9 +19,8 @@ using MovingPoints = std::array<Vec3, 8>;
 
 struct Impact {
   bool hit = false;
-  bool touching = false;  // the start itself is no farther apart than the floor and rounding
-  // Lower bound of the first time at which the distance falls to the floor, in [0, 1]; until then
-  // it stays above.
+  bool touching = false;  // already within the floor (and rounding) at the start
+  // Lower bound of the first time in [0, 1] at which the distance falls to the floor.
   double time = 1.0;
   double start_distance = 0.0;      // [m]; only where hit
   std::array<double, 4> weights{};  // closest points at `time`; only where hit
@@ -33,9 +31,9 @@ struct Impact {
 Impact continuous_vertex_face(const MovingPoints& points, double floor = 0.0);
 Impact continuous_edge_edge(const MovingPoints& points, double floor = 0.0);
 
-// The same with the floor under gaps that keeps them from collapsing step by step: 1e-5 m for pairs
-// that start more than twice as far apart, half the start distance down to 1e-7 m, 0.9 of it below.
-// Measured with 0.1 instead: gaps shrank from 7e-10 to 1e-17 m in 13 steps.
+// The same with a gap floor that prevents gaps from collapsing step by step: 1e-5 m for pairs that
+// start more than twice as far apart, half the start distance down to 1e-7 m, 0.9 of it below. With
+// 0.1 of it, gaps shrank from 7e-10 to 1e-17 m in 13 steps.
 inline constexpr double largest_gap_floor = 1e-5;  // [m]
 double gap_floor(double start_distance);
 Impact continuous_vertex_face_above_gap(const MovingPoints& points);

@@ -1,4 +1,4 @@
-// Closest points of a vertex and a triangle, and of two segments, with every degenerate case.
+// Closest points of a vertex and a triangle, and of two segments, including all degenerate cases.
 // Weights are signed: + on side a (vertex, first edge), - on side b (face, second edge); each side
 // sums to 1 in magnitude.
 #pragma once
@@ -22,12 +22,13 @@ using FourPoints =
 ClosestPair closest_vertex_face(const FourPoints& points);
 ClosestPair closest_edge_edge(const FourPoints& points);
 
-// The distance [m], or infinity where the line of centres shows soon that it is more than `reach`.
+// The distance [m], or infinity if the line of centres already proves it larger than `reach`.
 double distance_within(bool vertex_face, const FourPoints& points, double reach);
 
-// Unit normal from b to a. Where the distance is nothing (below 1e-14 of the size) the difference
-// has no direction: the normal of the face, or the common perpendicular of the edges, turned
-// towards `side` (a vector from b to a at an earlier time, or zero).
+// Unit normal from b to a. For a vanishing distance (below 1e-14 of the size) the difference of the
+// closest points has no direction: the normal of the face, or the common perpendicular of the
+// edges, oriented towards `side` (a vector from b to a at an earlier time, or zero), takes its
+// place.
 Vec3 contact_normal_vertex_face(const FourPoints& points, const ClosestPair& closest,
                                 const Vec3& side);
 Vec3 contact_normal_edge_edge(const FourPoints& points, const ClosestPair& closest,

@@ -1,7 +1,7 @@
 // The two sides touch when the origin lies in the set of differences a - b: a triangle for a vertex
-// and a face, a parallelogram for two edges. Its corners move linearly; it holds the origin where
-// all corners are in one plane with it (a cubic vanishes) and the origin is inside (quadratics
-// agree in sign).
+// and a face, a parallelogram for two edges. Its corners move linearly. It contains the origin when
+// the corners are coplanar with it (a cubic vanishes) and the origin is inside (quadratics agree in
+// sign).
 #include "core/collision/narrow_phase/exact_continuous.h"
 
 #include <algorithm>
@@ -40,7 +40,7 @@ struct Binary {
   }
 };
 
-// The points times one power of two, as integers.
+// The points, scaled by a common power of two to integers.
 std::array<Curve, 4> integer_points(const MovingPoints& q) {
   int least = std::numeric_limits<int>::max();
   for (const Vec3& point : q)
@@ -56,14 +56,13 @@ std::array<Curve, 4> integer_points(const MovingPoints& q) {
   return points;
 }
 
-// What decides whether the differences hold the origin at a time when they and the origin lie in
-// one plane.
+// Whether the set of differences contains the origin at a time when both are coplanar.
 struct Inside {
-  // The origin is inside where the k-th coordinates of all of these, perpendicular to the plane,
-  // agree in sign (0 agrees with both) and are not all 0; outside where they disagree.
+  // Sides are perpendicular to the plane. The origin is inside if coordinate k of all sides agrees
+  // in sign (0 agrees with both) and is not 0 for all; it is outside if the signs disagree.
   std::vector<Curve> sides;
-  // Where all sides are 0 everything lies on one line through the origin: inside unless some
-  // coordinate of all corners has the same strict sign.
+  // If all sides vanish, all corners lie on one line through the origin: the origin is inside
+  // unless a coordinate has the same strict sign for all corners.
   std::vector<Curve> corners;
 
   bool operator()(const AlgebraicTime& time) const {
@@ -89,8 +88,8 @@ struct Inside {
     return true;
   }
 
-  // At any time, given that all times have them in one plane: signs change only at roots, and the
-  // set of times is closed.
+  // At any time, given that they are coplanar at all times: signs change only at roots, and the set
+  // of times is closed.
   bool ever() const {
     if ((*this)(AlgebraicTime::start()) || (*this)(AlgebraicTime::end())) return true;
     for (const auto* curves : {&sides, &corners})
@@ -117,8 +116,7 @@ bool exactly_meet_vertex_face(const MovingPoints& points) {
 bool exactly_meet_edge_edge(const MovingPoints& points) {
   const std::array<Curve, 4> p = integer_points(points);
   const Curve a = p[1] - p[0], b = p[3] - p[2], w = p[0] - p[2], wa = p[1] - p[2], wb = p[0] - p[3];
-  // w + s a - t b = 0 with s = (b x w) / (a x b), t = (a x w) / (a x b), and the shares of the
-  // other ends.
+  // w + s a - t b = 0 with s = (b x w) / (a x b), t = (a x w) / (a x b); likewise 1 - s, 1 - t.
   const Inside inside{{cross(b, w), cross(wa, b), cross(a, w), cross(wb, a)},
                       {w, wa, wb, p[1] - p[3]}};
   return meet(dot(w, cross(a, b)), inside);

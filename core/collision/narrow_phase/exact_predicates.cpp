@@ -11,8 +11,8 @@ namespace {
 
 int sign(double x) { return (x > 0.0) - (x < 0.0); }
 
-// A number as the exact sum of doubles that do not overlap, ascending in magnitude; the last one
-// has its sign.
+// A number as the exact sum of nonoverlapping doubles, ascending in magnitude; the last one gives
+// the sign.
 template <int Capacity>
 struct Expansion {
   std::array<double, Capacity> part;
@@ -118,8 +118,7 @@ int exact_orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d
   return add(add(x, y), z).sign_of();
 }
 
-// Exact: p and q lie on one side of the line of the other two, or on it (in the plane left by
-// `dropped`).
+// Whether segments p q and r s meet, all points being coplanar; projected along `dropped`.
 bool segments_meet_in_plane(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s,
                             int dropped) {
   const int a = orientation_in_plane(p, q, r, dropped), b = orientation_in_plane(p, q, s, dropped);
@@ -140,7 +139,8 @@ bool inside_in_plane(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c,
   return (x >= 0 && y >= 0 && z >= 0) || (x <= 0 && y <= 0 && z <= 0);
 }
 
-// p, q against a triangle; the signs are those of p and q about its plane, not both zero.
+// Segment p q against a triangle; side_p and side_q are the orientations of p and q about its
+// plane, not both zero.
 bool segment_meets_triangle(const Vec3& p, const Vec3& q, int side_p, int side_q,
                             const std::array<Vec3, 3>& triangle) {
   if (side_p * side_q > 0) return false;
@@ -149,7 +149,7 @@ bool segment_meets_triangle(const Vec3& p, const Vec3& q, int side_p, int side_q
   return (x >= 0 && y >= 0 && z >= 0) || (x <= 0 && y <= 0 && z <= 0);
 }
 
-// A coordinate whose removal leaves the triangle an area; -1 where it has none.
+// A coordinate along which the triangle projects to a nonzero area; -1 for a degenerate triangle.
 int dropped_coordinate(const Vec3& a, const Vec3& b, const Vec3& c) {
   for (int k = 0; k < 3; ++k)
     if (orientation_in_plane(a, b, c, k) != 0) return k;
@@ -168,7 +168,7 @@ int orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   const double permanent = std::abs(ux) * (std::abs(vw_x) + std::abs(wv_x)) +
                            std::abs(uy) * (std::abs(vw_y) + std::abs(wv_y)) +
                            std::abs(uz) * (std::abs(vw_z) + std::abs(wv_z));
-  // Eight roundings at most in each of the products' chains; Shewchuk's bound is (7 + 56 e) e.
+  // The factor 8 exceeds Shewchuk's bound (7 + 56 e) e.
   if (std::abs(determinant) > 8.0 * std::numeric_limits<double>::epsilon() * permanent)
     return sign(determinant);
   return exact_orientation(a, b, c, d);
@@ -206,7 +206,7 @@ bool triangles_meet(const Vec3& a0, const Vec3& a1, const Vec3& a2, const Vec3& 
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3;
     if (side_b[i] == 0 && side_b[j] == 0) {
-      // An edge of b in the plane of a.
+      // This edge of b lies in the plane of a.
       if (inside_in_plane(b[i], a0, a1, a2, dropped_a)) return true;
       for (int k = 0; k < 3; ++k)
         if (segments_meet_in_plane(b[i], b[j], a[k], a[(k + 1) % 3], dropped_a)) return true;

@@ -1,21 +1,21 @@
-// Signs of determinants of points, exact for any doubles that neither overflow nor underflow: a
-// floating-point filter, then sums of doubles without rounding (expansions) [Shewchuk1997].
+// Exact geometric predicates: signs of determinants of points, for any doubles whose products
+// neither overflow nor underflow. A floating-point filter, then expansions [Shewchuk1997].
 #pragma once
 
 #include "core/base/types.h"
 
 namespace loomstone {
 
-// Sign of det(a - d, b - d, c - d): +1 where d sees a, b, c clockwise (from below the
-// counter-clockwise side), -1 on the other side, 0 where the four are in one plane.
+// Sign of det(a - d, b - d, c - d): +1 if d sees a, b, c clockwise, -1 on the other side, 0 if the
+// four points are coplanar.
 int orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 
-// Sign of the area of a, b, c in the plane that is left when coordinate `dropped` is: +1
-// counter-clockwise for axes in the order that follows `dropped` cyclically.
+// Sign of the area of a, b, c projected along coordinate `dropped`: +1 if counter-clockwise in the
+// axes that follow `dropped` cyclically.
 int orientation_in_plane(const Vec3& a, const Vec3& b, const Vec3& c, int dropped);
 
-// Do the closed triangles share a point? Touching counts. Exact, also where they lie in one plane;
-// two triangles that are both without area are not looked at.
+// Whether the closed triangles share a point. Exact; touching counts, coplanar triangles included.
+// False if both triangles are degenerate.
 bool triangles_meet(const Vec3& a0, const Vec3& a1, const Vec3& a2, const Vec3& b0, const Vec3& b1,
                     const Vec3& b2);
 

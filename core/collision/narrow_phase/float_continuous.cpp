@@ -13,12 +13,12 @@ namespace loomstone {
 namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
-constexpr int n_sides = 4;  // a triangle's first one counts twice
-constexpr int n_packs = 2;  // of lanes, for sides x coordinates: lane 4 k + i is coordinate k of
-                            // side i; four lanes are unused
+constexpr int n_sides = 4;  // a triangle's first side stands twice
+constexpr int n_packs = 2;  // lane 4 k + i of the packs holds coordinate k of side i; four lanes
+                            // are unused
 
 struct Polygon {
-  double start[n_sides][3], end[n_sides][3];  // corners, each coordinate with one rounding
+  double start[n_sides][3], end[n_sides][3];  // corners; each coordinate is rounded once
 };
 
 // Quadratics c0 (1-t)^2 + c1 2t(1-t) + c2 t^2 and the cubic of the volume, in Bernstein form.
@@ -29,7 +29,7 @@ struct Curves {
   double volume_error;
 };
 
-// Returns false where the numbers are too large or too small for the error bounds to hold.
+// Returns false if numbers are too large or too small for the error bounds to hold.
 template <int n_corners>
 LOOMSTONE_INLINE bool prepare(const Polygon& p, Curves& curves) {
   alignas(64) double side[3][n_packs * n_lanes] = {}, error[n_packs * n_lanes];
@@ -120,8 +120,8 @@ LOOMSTONE_INLINE Sides sides_over(const Curves& curves, double low, double high)
 
 template <int n_corners>
 LOOMSTONE_INLINE Decision decide(const Polygon& polygon) {
-  // Pieces are whole numbers of the shortest ones, which are left open: what needs more is mostly
-  // degenerate and would never end.
+  // Pieces are multiples of the shortest piece, which stays open if undecided: cases that need
+  // shorter ones are mostly degenerate, and bisection would not end.
   constexpr std::uint64_t step = std::uint64_t{1} << 40;
   constexpr int most_pieces = 160;
   Curves curves;
@@ -146,7 +146,7 @@ LOOMSTONE_INLINE Decision decide(const Polygon& polygon) {
         inside = inside || positive == 15u || negative == 15u;
       }
       if (inside && ((v[0] > error && v[3] < -error) || (v[0] < -error && v[3] > error))) {
-        // They meet; the time is what is left to sharpen.
+        // They meet; bisect for a sharper lower bound of the time.
         double end = high;
         for (int i = 0; i < 30 && end - low > 1e-9 * end; ++i) {
           const double middle = 0.5 * (low + end);
@@ -168,9 +168,9 @@ LOOMSTONE_INLINE Decision decide(const Polygon& polygon) {
     begin += width;
     if (begin == step)
       return first_open < 1.0 ? Decision{Proof::Open, first_open} : Decision{Proof::Apart, 1.0};
-    width = begin & (~begin + 1);  // as wide as its place allows
+    width = begin & (~begin + 1);  // the widest aligned piece that starts here
   }
-  return {Proof::Open, std::min(low, first_open)};  // low of the last piece, which is open or apart
+  return {Proof::Open, std::min(low, first_open)};  // the last piece, at low, is open or apart
 }
 
 LOOMSTONE_INLINE void set(Polygon& polygon, int corner, const MovingPoints& q, int i, int j) {

@@ -1,19 +1,19 @@
-// Continuous tests decided by floating point with proof. The two sides touch when the origin lies
-// in the polygon of their differences a - b: a triangle for a vertex and a face, a parallelogram
-// for two edges. Its corners c_k move linearly; the volume of three corners is a cubic in time, the
-// sides c_k x c_(k+1) are quadratics. [0, 1] is halved until every piece shows
-//   apart: the volume keeps one sign, or one coordinate of two sides has opposite signs throughout,
-//   or meet:  the volume changes sign while one coordinate of all sides has the same sign
-//   throughout.
-// Bernstein coefficients bound a polynomial over a piece. Every comparison allows for all roundings
-// before it.
+// Continuous collision detection in floating point with proof. The two sides touch when the origin
+// lies in the polygon of their differences a - b: a triangle for a vertex and a face, a
+// parallelogram for two edges. Its corners c_k move linearly; the volume of three corners is a
+// cubic in time, the sides c_k x c_(k+1) are quadratics. [0, 1] is bisected until every piece
+// proves
+//   apart: the volume keeps its sign, or one coordinate of two sides has opposite signs throughout;
+//   meet:  the volume changes sign while one coordinate of all sides has the same sign throughout.
+// Bernstein coefficients bound a polynomial over a piece. Every comparison allows for the rounding
+// errors of its operands.
 #pragma once
 
 #include "core/collision/narrow_phase/continuous.h"
 
 namespace loomstone {
 
-enum class Proof { Apart, Meet, Open };  // Open: rounding hides the answer
+enum class Proof { Apart, Meet, Open };  // Open: undecided because of rounding
 
 struct Decision {
   Proof proof;

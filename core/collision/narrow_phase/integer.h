@@ -1,5 +1,5 @@
-// Integers of any size, for the few decisions that floating point leaves open. Sign and magnitude;
-// only what polynomials of low degree need.
+// Integers of arbitrary size, for the few queries that floating point leaves undecided. Sign and
+// magnitude; only the operations that polynomials of low degree need.
 #pragma once
 
 #include <algorithm>
@@ -62,8 +62,7 @@ class Integer {
  private:
   __extension__ using Wide = unsigned __int128;
 
-  // From the lowest up, the highest not zero; the first ones in place, all on the heap where there
-  // are more.
+  // Limbs from the lowest to the highest, which is not zero; in place if few, else on the heap.
   class Limbs {
    public:
     Limbs() {}
@@ -119,7 +118,7 @@ class Integer {
     return false;
   }
 
-  // a plus b, b taken with the given sign.
+  // a plus b, where b has the given sign.
   static Integer sum(const Integer& a, const Integer& b, bool b_negative) {
     Integer result;
     const bool add = a.negative_ == b_negative, swapped = less(a.limbs_, b.limbs_);

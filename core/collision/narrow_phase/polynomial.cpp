@@ -6,7 +6,8 @@ namespace {
 
 using Coefficients = std::vector<Integer>;
 
-// Of sum b_i C(n, i) t^i (1 - t)^(n - i), all scaled by one positive number.
+// Bernstein coefficients b_i of sum_i b_i C(n, i) t^i (1 - t)^(n - i), up to a common positive
+// factor.
 Coefficients bernstein(const Polynomial& p) {
   static constexpr int factor[4][4] = {
       {1}, {1, 1}, {2, 1, 2}, {3, 1, 1, 3}};  // common multiple / C(n, i)
@@ -16,7 +17,7 @@ Coefficients bernstein(const Polynomial& p) {
   return b;
 }
 
-// De Casteljau at the middle; both halves scaled by 2^n.
+// De Casteljau's subdivision at the midpoint; both halves are scaled by 2^n.
 void halve(const Coefficients& b, Coefficients& lower, Coefficients& upper) {
   const std::size_t n = b.size() - 1;
   Coefficients level = b;
@@ -40,7 +41,7 @@ Coefficients follow(Coefficients b, const std::vector<bool>& path) {
   return b;
 }
 
-// Changes of sign: the number of roots inside the interval, or more by an even number.
+// Sign changes: the number of roots inside the interval, or more by an even number.
 int variations(const Coefficients& b) {
   int count = 0, last = 0;
   for (const Integer& x : b) {
@@ -52,7 +53,7 @@ int variations(const Coefficients& b) {
   return count;
 }
 
-// As a polynomial of x = t / (1 - t), without its roots at 0 and at infinity.
+// The polynomial in x = t / (1 - t), without its roots at 0 and at infinity.
 Coefficients stripped(Coefficients c) {
   while (!c.empty() && c.back().sign() == 0) c.pop_back();
   std::size_t low = 0;
@@ -61,7 +62,7 @@ Coefficients stripped(Coefficients c) {
   return c;
 }
 
-// Divides a by b up to a constant factor: the quotient is returned, the remainder left in a.
+// Divides a by b up to a constant factor. Returns the quotient; a becomes the remainder.
 Coefficients divide(Coefficients& a, const Coefficients& b) {
   Coefficients quotient;  // from the highest down, each scaled like the others
   while (a.size() >= b.size()) {
@@ -135,12 +136,12 @@ int AlgebraicTime::sign_of(const Polynomial& q) const {
     halve(b, lower, upper);
     return upper.front().sign();
   }
-  // Most signs show after a few halvings; then it is asked whether the root is common to both,
-  // which would never show.
-  constexpr int halvings_before = 6;
+  // Most signs are clear after a few bisections. A root common to both polynomials would never be
+  // resolved, so it is tested for after that.
+  constexpr int bisections_before_test = 6;
   Coefficients p = follow(bernstein(polynomial_), path_), p_lower, p_upper;
-  for (int halvings = 0; variations(b) != 0; ++halvings) {
-    if (halvings == halvings_before) {
+  for (int bisections = 0; variations(b) != 0; ++bisections) {
+    if (bisections == bisections_before_test) {
       const Polynomial common{greatest_common_divisor(polynomial_.c, q.c)};
       if (common.c.size() > 1 && variations(follow(bernstein(common), path_)) % 2 == 1) return 0;
     }

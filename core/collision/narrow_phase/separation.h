@@ -1,6 +1,7 @@
-// Batches of continuous tests: which of many queries are surely apart during the whole step? A
-// plane of fixed direction that separates the sides at both ends of the step separates them all the
-// time, since its distances are linear in time. Eight queries are worked at once.
+// Batched filter before continuous collision detection: which queries are certainly separated
+// during the whole step? A plane of fixed direction that separates the sides at both ends of the
+// step separates them throughout, because the distances to it are linear in time. Eight queries are
+// processed at once.
 #pragma once
 
 #include <algorithm>
@@ -20,12 +21,12 @@ struct alignas(64) QueryBatch {
   }
 };
 
-// Bit i: query i is surely apart.
+// Bit i is set: query i is certainly separated.
 unsigned surely_apart_vertex_face(const QueryBatch& batch);
 unsigned surely_apart_edge_edge(const QueryBatch& batch);
 
-// Calls rest(i) for those i of [0, n) that this leaves open, in order. point(i, k): address of the
-// k-th of the eight points of query i, first the four at the start, as for MovingPoints.
+// Calls rest(i), in order, for each i of [0, n) that the filter leaves undecided. point(i, k):
+// address of point k of query i, in the order of MovingPoints.
 template <class Point, class Rest>
 void without_separated(bool vertex_face, Index n, Point&& point, Rest&& rest) {
   QueryBatch batch;

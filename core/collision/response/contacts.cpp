@@ -11,11 +11,10 @@ namespace loomstone {
 
 namespace {
 
-// Distances below this are treated as this one, so that forces stay finite at a start that touches
-// [m].
+// Lower bound of distances in the force law, so that forces stay finite at a touching start [m].
 constexpr double least_distance = 1e-9;
-// Edges carry their full share where the closest points are farther than this part of the edge from
-// its ends, and the squared sine of their angle is above the other. Our choice.
+// Edges carry their full share if the closest points are farther than this fraction of the edge
+// from its ends and the squared sine of their angle is above the other constant. Our choice.
 constexpr double end_fade = 0.1, parallel_fade = 0.04;
 
 double smooth_step(double x) {
@@ -39,8 +38,7 @@ double edge_share(const Contact& contact, const Points& x0) {
   return share;
 }
 
-// Normals of the vertices of smooth surfaces, weighted by area; rows of other vertices are not
-// used.
+// Area-weighted vertex normals of smooth surfaces; rows of other vertices are unused.
 Points smooth_normals(const CollisionModel& model, const Points& x) {
   Points normals;
   for (const CollisionSurface& surface : model.surfaces) {
@@ -56,8 +54,8 @@ Points smooth_normals(const CollisionModel& model, const Points& x) {
   return normals;
 }
 
-// The normal of the rounded face, on the side on which the vertex is; the flat one where that is
-// nothing.
+// Normal interpolated from the vertices of the face, on the side of the flat normal; the flat
+// normal where the interpolation degenerates.
 Vec3 rounded_normal(const Points& normals, const std::array<Index, 4>& v,
                     const ClosestPair& closest, const Vec3& flat) {
   Vec3 sum = Vec3::Zero();
@@ -66,9 +64,9 @@ Vec3 rounded_normal(const Points& normals, const std::array<Index, 4>& v,
   return length > 0.5 && along != 0.0 ? Vec3(sum / std::copysign(length, along)) : flat;
 }
 
-// Is the closest point of `contact` on an edge or corner of its face that the face of `other`
-// shares, and is that one nearer? Then the other speaks for both: the normal of this one leans as
-// the vertex moves on, by more than a step can follow.
+// Whether `other` replaces `contact`: its face is nearer and shares the edge or corner on which the
+// closest point of `contact` lies. The normal of `contact` would turn faster than a step can
+// follow.
 bool outdone(const CollisionModel& model, const Contact& contact, const Contact& other) {
   if (contact.distance < other.distance ||
       (contact.distance == other.distance && contact.b < other.b))
@@ -87,8 +85,8 @@ bool outdone(const CollisionModel& model, const Contact& contact, const Contact&
   return !inside;
 }
 
-// Of a vertex's contacts with a smooth surface only the nearest stays: distance and rounded normal
-// go on from face to face. Ties go to the first face.
+// Keeps only the nearest contact of each vertex with a smooth surface: distance and interpolated
+// normal are continuous across faces. The first face wins ties.
 void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& contacts) {
   const auto surface = [&](const Contact& c) { return model.surface_of_triangle[c.b]; };
   std::vector<Contact> kept;
@@ -105,7 +103,7 @@ void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& c
     if (i == kept.size()) {
       kept.push_back(contact);
     } else if (contact.distance < kept[i].distance) {
-      // Moved to its place in the order.
+      // The new contact comes later in the order.
       kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(i));
       kept.push_back(contact);
     }
@@ -113,7 +111,7 @@ void keep_nearest_on_smooth(const CollisionModel& model, std::vector<Contact>& c
   contacts = std::move(kept);
 }
 
-// All of them, sorted by (kind, a, b).
+// All contacts of the ranges, sorted by (kind, a, b).
 std::vector<Contact> in_order(const std::vector<std::vector<Contact>>& of_range) {
   std::vector<const Contact*> order;
   for (const std::vector<Contact>& range : of_range)
@@ -142,17 +140,17 @@ ContactForce contact_force(double distance, double thickness, double stiffness) 
 
 std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model,
                                    const std::vector<SurfacePair>& pairs, const Points& x,
-                                   NearLists& lists) {
+                                   NeighbourLists& lists) {
   const Points normals = smooth_normals(model, x);
-  // The distance of a pair; it becomes a contact where that is below the thickness.
+  // Returns the distance of a pair, and adds a contact if it is below the thickness.
   const auto look = [&](Index i, ContactKind kind, PairKey key, std::vector<Contact>& out) {
     const std::array<Index, 4> v = pair_vertices(model, kind, key);
     FourPoints p;
     for (int k = 0; k < 4; ++k) p[k] = x.row(v[k]).transpose();
     const bool face = kind == ContactKind::VertexFace;
     const ClosestPair closest = face ? closest_vertex_face(p) : closest_edge_edge(p);
-    // Edges of a smooth surface are only of its triangles: they stay in the continuous tests, but
-    // carry no force.
+    // Edges of a smooth surface are artefacts of its triangulation: certification tests them, but
+    // they carry no force.
     const bool smooth = model.surfaces[pairs[i].a].smooth || model.surfaces[pairs[i].b].smooth;
     if (!(closest.distance < pairs[i].thickness) || (!face && (!closest.interior || smooth)))
       return closest.distance;
@@ -170,7 +168,7 @@ std::vector<Contact> find_contacts(const Team& team, const CollisionModel& model
   std::vector<std::vector<Contact>> of_range((n + grain - 1) / grain);
   parallel_ranges(team, n, grain, [&](Index begin, Index end) {
     for (Index l = begin; l < end; ++l) {
-      NearList& list = lists.lists()[l];
+      NeighbourList& list = lists.lists()[l];
       const double thickness = pairs[list.pair].thickness;
       if (list.nearest - list.used >= thickness) continue;
       list.nearest = std::numeric_limits<double>::infinity();

@@ -9,7 +9,7 @@ namespace {
 
 using Anchor = ContactState::Anchor;
 
-// Do the features of side b (or a) of an anchor and of a contact share a vertex?
+// Whether two features (triangles, or edges) share a vertex.
 bool neighbours(const CollisionModel& model, ContactKind kind, Index first, Index second) {
   const int n = kind == ContactKind::VertexFace ? 3 : 2;
   for (int i = 0; i < n; ++i)
@@ -25,7 +25,7 @@ bool by_a(const Anchor& x, const Anchor& y) {
   return std::tie(x.kind, x.a, x.b) < std::tie(y.kind, y.a, y.b);
 }
 
-// Anchors of edges by their second edge: (b, position), ascending.
+// Anchors of edge pairs as (second edge, position), ascending.
 std::vector<std::pair<Index, Index>> by_second_edge(const std::vector<Anchor>& anchors) {
   std::vector<std::pair<Index, Index>> order;
   for (std::size_t i = 0; i < anchors.size(); ++i)
@@ -79,8 +79,8 @@ std::vector<Vec3> anchored_slips(const std::vector<Contact>& contacts, const Col
   const std::vector<Anchor>& anchors = state.anchors;
   std::vector<Vec3> slips(contacts.size(), Vec3::Zero());
   if (anchors.empty()) return slips;
-  std::vector<std::pair<Index, Index>> turned;  // made when first needed
-  auto exact = anchors.begin();                 // both are sorted: one walk finds what has stayed
+  std::vector<std::pair<Index, Index>> turned;  // built when first needed
+  auto exact = anchors.begin();                 // both are sorted: one pass finds equal pairs
   for (std::size_t c = 0; c < contacts.size(); ++c) {
     const Contact& contact = contacts[c];
     const Anchor key{contact.kind, contact.a, contact.b, Vec3::Zero(), 0.0};
@@ -89,7 +89,7 @@ std::vector<Vec3> anchored_slips(const std::vector<Contact>& contacts, const Col
     if (exact != anchors.end() && !by_a(key, *exact)) {
       found = &*exact;
     } else {
-      // The strongest neighbour; ties go to the first.
+      // The neighbour with the largest normal force; the first wins ties.
       const auto consider = [&](const Anchor& anchor, Index theirs, Index ours) {
         if (found && anchor.normal_force <= found->normal_force) return;
         if (neighbours(model, contact.kind, theirs, ours)) found = &anchor;

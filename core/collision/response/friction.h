@@ -1,5 +1,5 @@
-// Friction by anchored tangential springs with return mapping (decisions: terms of the implicit
-// solve).
+// Coulomb friction by anchored tangential springs with return mapping (method.md, contact
+// terms).
 #pragma once
 
 #include <vector>
@@ -11,7 +11,7 @@ namespace loomstone {
 
 // Gradient [N] and positive semidefinite Hessian [N/m] of a spring of stiffness k [N/m] that slips
 // at `limit` = mu N [N]. slip: s, of side a relative to b, tangential [m]; predicted: u = h v_t,
-// tangential [m]; tangent: projector T.
+// tangential [m]; tangent: projector T on the tangent plane.
 struct FrictionResponse {
   Vec3 gradient;
   Mat3 hessian;
@@ -19,16 +19,15 @@ struct FrictionResponse {
 FrictionResponse friction_response(const Vec3& slip, const Vec3& predicted, const Mat3& tangent,
                                    double stiffness, double limit);
 
-// The slip u of a step, where the last one was shorter by `gained`: a contact that slides on and
-// speeds up is expected to go on so, at most to twice the slip. Without this the secant stiffness,
-// which belongs to the speed of the step before, makes friction too large by h / t of itself after
-// a time t of sliding.
+// Extrapolates the slip u of a sliding contact that gained `gained` over the last step, at most to
+// twice the slip. Otherwise the secant stiffness lags one step behind an accelerating contact:
+// after a time t of sliding, friction is too large by the fraction h / t.
 Vec3 sped_up(const Vec3& slip, const Vec3& predicted, const Vec3& gained, double stiffness,
              double limit);
 
-// The same where the contact has moved by u, without linearisation: force, its derivative for
-// constant limit (secant: the stiffness limit / |s + u| in every direction while slipping), energy
-// [J] (that of the spring up to the limit, work against the limit beyond).
+// The same after a displacement u, without linearisation: force, its derivative at constant limit
+// (secant: stiffness limit / |s + u| in all directions while slipping), and energy [J] (of the
+// spring up to the limit, then work against the limit).
 struct FrictionState {
   Vec3 gradient;
   Mat3 hessian;
@@ -37,12 +36,12 @@ struct FrictionState {
 FrictionState friction_at(const Vec3& slip, const Vec3& moved, const Mat3& tangent,
                           double stiffness, double limit, bool secant);
 
-// Slip after the step: s + u of the actual motion, clipped to limit / k.
+// Slip after a step with the actual displacement u: s + u, clipped to limit / k.
 Vec3 slip_after(const Vec3& slip, const Vec3& actual, double stiffness, double limit);
 
-// Slip of each contact at the start of the step, in its tangent plane: that of the same pair, else
-// that of the pair from which the vertex (edge) came: same side a, or same side b, with a
-// neighbouring feature of the other side.
+// Slip of each contact at the start of the step, in its tangent plane: from the anchor of the same
+// pair, else from the anchor of a neighbouring pair, which has one side in common and a
+// neighbouring feature on the other.
 std::vector<Vec3> anchored_slips(const std::vector<Contact>& contacts, const CollisionModel& model,
                                  const ContactState& state);
 

@@ -13,7 +13,7 @@ Mat3 cross_matrix(const Vec3& v) {
   return m;
 }
 
-// Inverse of K restricted to the plane across n; K is positive definite.
+// Inverse of the positive definite K, restricted to the plane perpendicular to n.
 Mat3 tangential_inverse(const Mat3& k, const Vec3& n) {
   const Vec3 a = n.unitOrthogonal(), b = n.cross(a);
   const double aa = a.dot(k * a), ab = a.dot(k * b), bb = b.dot(k * b),
@@ -41,7 +41,7 @@ bool Impulses::prepare(ImpulseContact& c, const Points& x0, const Points& x1, do
     }
     c.factor[i] = c.weights[i] * inverse_mass_[v];
     cloth += c.weights[i] * c.factor[i];
-    // The impulse acts where the cloth is: its weights there sum to one in size.
+    // The impulse acts on the cloth's contact point; the magnitudes of its weights sum to one.
     point += std::abs(c.weights[i]) * (x0.row(v) + share * (x1.row(v) - x0.row(v))).transpose();
   }
   if (c.body < 0 || held(bodies_[c.body])) {
@@ -84,8 +84,8 @@ void Impulses::solve(std::vector<ImpulseContact>& contacts, const Points& x0, Po
       Vec3 impulse = (pressed - c.pressed) * c.normal;
       c.pressed = pressed;
 
-      // Coulomb: the tangential impulse that stops the relative motion, no larger than mu times the
-      // normal one.
+      // Coulomb: the tangential impulse that stops the relative motion, at most mu times the normal
+      // impulse.
       const Vec3 moved = end - start;
       Vec3 dragged = c.dragged - c.tangential_mass * moved;
       const double size = dragged.norm(), limit = c.friction * c.pressed;

@@ -1,8 +1,8 @@
-// Impulses at contacts: projected Gauss-Seidel on linearised gaps with Coulomb friction, between
-// cloth vertices and free bodies of given mass (scripts and pins are infinitely heavy). Impulses
-// are equal and opposite and act on one point of space, so linear and angular momentum of what is
-// free stay what they are. Positions stand for velocities: a displacement d of the end of a step is
-// a change of velocity d / h.
+// Contact impulses: projected Gauss-Seidel on linearised gaps with Coulomb friction, between cloth
+// vertices and free bodies (prescribed vertices and obstacles are infinitely heavy). Impulses are
+// equal and opposite and act at one point in space, so they conserve linear and angular momentum of
+// everything free. They act on positions at the end of the step: a displacement d is a change of
+// velocity d / h.
 #pragma once
 
 #include <algorithm>
@@ -14,8 +14,8 @@
 
 namespace loomstone {
 
-// Asks for a gap n . sum w x1 >= target at the end of the step. Weights and normal as in Contact; a
-// fifth vertex where an edge meets a triangle.
+// Requires a gap n . sum w x1 >= target at the end of the step. Weights and normal as in Contact;
+// an edge that pierces a triangle has a fifth vertex.
 struct ImpulseContact {
   ContactKind kind = ContactKind::VertexFace;
   PairKey key = 0;
@@ -25,12 +25,12 @@ struct ImpulseContact {
   double target = 0.0;          // [m]
   double largest_change = 0.0;  // of the gap by one impulse [m]
   bool cloth_only = true;       // both sides are cloth
-  double scale = 0.0;           // of displacements that count [m]
+  double scale = 0.0;           // displacement to which the tolerance is relative [m]
   double friction = 0.0;        // mu [1]
 
-  // What it has done so far.
+  // Accumulated so far.
   double pressed = 0.0;         // impulse times h along the normal [kg m]
-  Vec3 dragged = Vec3::Zero();  // across it [kg m]
+  Vec3 dragged = Vec3::Zero();  // tangential impulse times h [kg m]
 
   void meet(const std::array<Index, 4>& four, const std::array<double, 4>& their_weights) {
     std::copy(four.begin(), four.end(), vertices.begin());
@@ -38,18 +38,18 @@ struct ImpulseContact {
   }
 
   // Set by prepare().
-  std::array<double, 5> factor{};    // w / m of the cloth vertices [1/kg]
-  Index body = -1;                   // a contact is of cloth with something: at most one free body
-  double body_weight = 0.0;          // sum of its weights
-  Vec3 arm = Vec3::Zero();           // where the impulse acts, from its centre [m]
-  double normal_inverse_mass = 0.0;  // displacement of the gap by a unit impulse along n [1/kg]
-  Mat3 tangential_mass = Mat3::Zero();  // impulse that undoes a displacement across n [kg]
+  std::array<double, 5> factor{};       // w / m of the cloth vertices [1/kg]
+  Index body = -1;                      // one side is cloth, so a contact has at most one free body
+  double body_weight = 0.0;             // sum of its weights
+  Vec3 arm = Vec3::Zero();              // from its centre to the point of the impulse [m]
+  double normal_inverse_mass = 0.0;     // displacement of the gap by a unit impulse along n [1/kg]
+  Mat3 tangential_mass = Mat3::Zero();  // impulse that cancels a tangential displacement [kg]
 };
 
 class Impulses {
  public:
-  // `inverse_mass` (n): of cloth; 0 for what is held. hold_supported: bodies that press on what
-  // does not give way stay.
+  // `inverse_mass` (n): of cloth; 0 for prescribed vertices. hold_supported: supported bodies do
+  // not move.
   Impulses(const CollisionModel& model, const Vector& inverse_mass, FreeBodies& bodies,
            bool hold_supported = false)
       : model_(model),
@@ -57,12 +57,11 @@ class Impulses {
         bodies_(bodies),
         hold_supported_(hold_supported) {}
 
-  // `x`: positions of the vertices when they touch, `share` that time as a part of the step. False
-  // where nothing can move.
+  // `share`: time of contact as a fraction of the step. Returns false if nothing can move.
   bool prepare(ImpulseContact& contact, const Points& x0, const Points& x1, double share) const;
 
-  // Moves ends of cloth (x1) and bodies (end, moved, turned, and their rows of x1). Sweeps until no
-  // impulse changes its gap by more than `tolerance` times its scale.
+  // Corrects the ends of cloth (x1) and of bodies (end, moved, turned, and their rows of x1).
+  // Sweeps until no impulse changes its gap by more than `tolerance` times its scale.
   void solve(std::vector<ImpulseContact>& contacts, const Points& x0, Points& x1, int most_sweeps,
              double tolerance);
 

@@ -10,13 +10,13 @@ namespace loomstone {
 
 namespace {
 
-// What rests comes to rest just inside the thickness, so that it stays a contact.
+// Contacts come to rest just inside the thickness, so that they remain contacts.
 constexpr double rest_gap = 0.999;  // [thickness]
-// Part of the missing gap that one step restores at most [Bridson2002]; less where a spring of the
-// contact stiffness would.
+// Largest fraction of the missing gap that one step restores [Bridson2002]; a spring of the contact
+// stiffness may restore less.
 constexpr double largest_restored = 0.1;
 constexpr int most_sweeps = 30;
-constexpr double tolerance = 1e-4;  // of the largest correction
+constexpr double tolerance = 1e-4;  // [largest correction]
 
 }  // namespace
 

@@ -1,4 +1,4 @@
-// The start of a step, as contact terms and corrections of the motion see it.
+// The start of a step, as input to contact terms and to corrections of the motion.
 #pragma once
 
 #include "core/base/types.h"
@@ -19,8 +19,8 @@ struct ContactInputs {
 // For corrections of the motion x0 -> x1.
 struct MotionInputs {
   const Points& x0;            // (n x 3) [m]
-  const Vector& inverse_mass;  // (n) of cloth vertices, 0 for what must not move [1/kg]
-  const Tangle& tangle;        // of x0
+  const Vector& inverse_mass;  // (n) of cloth vertices, 0 for prescribed vertices [1/kg]
+  const Tangle& tangle;        // what intersects at x0
 };
 
 }  // namespace loomstone

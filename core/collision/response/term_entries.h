@@ -1,4 +1,4 @@
-// The rows of an implicit solve that a weighted sum of collision vertices depends on.
+// Rows of the implicit solve that move a weighted sum of collision vertices.
 #pragma once
 
 #include <span>
@@ -9,8 +9,8 @@
 
 namespace loomstone {
 
-// Entries of the relative velocity sum w_i v_i of up to 5 vertices; vertices moved by script go
-// into the drift. All corners of one body are one translation and one rotation row.
+// Sets the entries of `term` for the relative velocity sum w_i v_i of up to 5 vertices; prescribed
+// vertices go into the drift. All vertices of a body share one translation and one rotation row.
 void set_entries(const CollisionModel& model, std::span<const Index> vertices,
                  std::span<const double> weights, const ContactInputs& inputs, ExtraTerm& term);
 

@@ -1,5 +1,5 @@
-// Moves what intersects along its way out: as terms of an implicit solve, or as targets of
-// impulses. Both act on edge and triangle at the point they share, so momenta are kept.
+// Resolves intersections: moves each piercing along its way out, by terms of an implicit solve or
+// by impulses. Both act on edge and triangle at their common point and conserve momentum.
 #pragma once
 
 #include <vector>

@@ -1,5 +1,5 @@
-// Pairs of triangles of one configuration that intersect, by exact predicates; independent of all
-// that keeps surfaces apart, so that it can judge the rest.
+// Intersecting pairs of triangles of one configuration, by exact predicates. Independent of the
+// collision response, so that tests can judge it.
 #pragma once
 
 #include <array>
@@ -12,8 +12,8 @@ namespace loomstone {
 // Pairs that intersect and share no vertex, ascending.
 std::vector<std::array<Index, 2>> intersecting_pairs(const Points& points,
                                                      const Triangles& triangles);
-// Those of them that certification keeps apart: at least one is cloth; a cloth without
-// self-collision is not held against itself.
+// Those of them that certification prevents: at least one triangle is cloth, and a cloth without
+// self-collision does not count against itself.
 std::vector<std::array<Index, 2>> cloth_intersections(const CollisionModel& model,
                                                       const Points& points);
 

@@ -12,12 +12,13 @@ namespace loomstone {
 
 namespace {
 
-// An edge nearly in the plane of the triangle is taken for one at this sine of an angle to it.
+// Lower bound of the sine of the angle between an edge and the plane of a triangle.
 constexpr double least_sine = 0.2;
-// Contours that run on straight show no way out: below this length of the sum of the two unit
-// directions at a piercing.
+// A contour that continues straight gives no direction to shorten it: the sum of the two unit
+// directions at a piercing is below this length.
 constexpr double least_bend = 0.05;
-// How far around a contour surfaces may pass through what has come through [edges].
+// Width of the zone around a contour in which pairs with the part that came through are ignored
+// [edges].
 constexpr int rounds_around = 2;
 
 Index root(std::vector<Index>& parent, Index i) {
@@ -42,8 +43,9 @@ bool attached(const CollisionModel& model, const Piercing& p) {
 
 Vec3 point(const Points& x, Index vertex) { return x.row(vertex).transpose(); }
 
-// Does the edge pass through the triangle? Exact; an edge that meets the common side of two
-// triangles passes through one of them, one that ends in a plane ends above it.
+// Whether the edge passes through the triangle. Exact; ties are broken consistently: an edge
+// through the common side of two triangles pierces one of them, an end in the plane counts as above
+// it.
 bool pierces(const Points& x, const std::array<Index, 5>& v) {
   const Vec3 p = point(x, v[0]), q = point(x, v[1]);
   const std::array<Vec3, 3> corner = {point(x, v[2]), point(x, v[3]), point(x, v[4])};
@@ -59,7 +61,7 @@ bool pierces(const Points& x, const std::array<Index, 5>& v) {
   return on_left == 0 || on_left == 3;
 }
 
-// Weights of the point that edge and triangle share, and -1 times those of the triangle.
+// Weights of the common point of edge and triangle, see Piercing.
 std::array<double, 5> weights_of(const Points& x, const std::array<Index, 5>& v) {
   const Vec3 p = point(x, v[0]), q = point(x, v[1]), a = point(x, v[2]), b = point(x, v[3]),
              c = point(x, v[4]);
@@ -116,7 +118,7 @@ void TangleFinder::pierce(const Points& x, Tangle& tangle) const {
   const auto test = [&](Index of_edge, Index triangle) {
     for (const Index edge : topology_.of_triangle[of_edge]) {
       if (topology_.triangles[edge][0] != of_edge)
-        continue;  // each edge once, with its first triangle
+        continue;  // visit each edge once, with its first triangle
       Piercing p;
       p.edge = edge;
       p.triangle = triangle;
@@ -182,7 +184,7 @@ void TangleFinder::join_contours(const Points& x, Tangle& tangle) const {
   std::vector<Index> parent(piercings.size());
   std::iota(parent.begin(), parent.end(), Index{0});
   std::vector<Vec3> bend(piercings.size(),
-                         Vec3::Zero());  // sum of the unit directions in which segments leave
+                         Vec3::Zero());  // sum of unit directions of the segments that start here
   const auto place = [&](const Piercing& p) {
     return Vec3(p.weights[0] * point(x, p.vertices[0]) + p.weights[1] * point(x, p.vertices[1]));
   };
@@ -201,8 +203,8 @@ void TangleFinder::join_contours(const Points& x, Tangle& tangle) const {
     Piercing& p = piercings[i];
     p.contour = root(parent, static_cast<Index>(i));
     if (bend[i].norm() < least_bend) continue;
-    // The piercing moves along the edge and in the plane of the triangle: half of the relative
-    // motion is either's [Volino2006].
+    // The common point moves along the edge and in the plane of the triangle; edge and triangle
+    // share the relative motion equally [Volino2006].
     const Vec3 a = point(x, p.vertices[2]);
     const Vec3 n = (point(x, p.vertices[3]) - a).cross(point(x, p.vertices[4]) - a).normalized();
     const Vec3 e = (point(x, p.vertices[1]) - point(x, p.vertices[0])).normalized();
@@ -212,7 +214,7 @@ void TangleFinder::join_contours(const Points& x, Tangle& tangle) const {
   }
 }
 
-// Parts of the surface that contours separate: the smaller one of two has come through.
+// Parts of surfaces that contours separate: the smaller of two parts has come through.
 void TangleFinder::cut_off(const Points& x, Tangle& tangle) const {
   tangle.contour_of_vertex.assign(model_.n_vertices, -1);
   tangle.part.assign(model_.n_vertices, -1);
@@ -284,7 +286,7 @@ void TangleFinder::flood(Index start, const std::vector<double>& area, Cut& cut)
   }
 }
 
-// Surfaces that cross at a small angle cross far from where they will cross next.
+// Surfaces that cross at a small angle move their contour far in one step.
 void TangleFinder::widen(const std::vector<int>& part, int contour, Tangle& tangle) const {
   std::vector<Index> ring;
   for (Index v = 0; v < model_.n_vertices; ++v)
@@ -307,8 +309,8 @@ Index TangleFinder::other_end(Index edge, Index v) const {
   return topology_.edges(edge, 0) == v ? topology_.edges(edge, 1) : topology_.edges(edge, 0);
 }
 
-bool Tangle::leaves_out(const CollisionModel& model, ContactKind kind, PairKey key,
-                        const std::array<Index, 4>& vertices) const {
+bool Tangle::ignores(const CollisionModel& model, ContactKind kind, PairKey key,
+                     const std::array<Index, 4>& vertices) const {
   const std::vector<PairKey>& keys = ignored[static_cast<int>(kind)];
   if (std::binary_search(keys.begin(), keys.end(), key)) return true;
   if (piercings.empty()) return false;
@@ -320,7 +322,7 @@ bool Tangle::leaves_out(const CollisionModel& model, ContactKind kind, PairKey k
       if (contour < 0 || contour != contour_of_vertex[b] || part[a] == part[b] ||
           !(came_through[a] || came_through[b]))
         continue;
-      // What has come through a body or script has not come through cloth.
+      // A part that came through a body or obstacle has not come through cloth.
       const Piercing& any = piercings[contour];
       return !is_cloth(model, a) || !is_cloth(model, b) ||
              (is_cloth(model, any.vertices[0]) && is_cloth(model, any.vertices[2]));

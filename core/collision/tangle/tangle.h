@@ -1,6 +1,7 @@
-// Where surfaces intersect, and the way out: edges that pierce triangles, joined to contours. Found
-// from positions alone, without a history. What a contour cuts off goes back the way it came
-// [Baraff2003]; where it cuts nothing off, the contour is shortened [Volino2006].
+// Intersections of surfaces and directions that resolve them: edges that pierce triangles, joined
+// to intersection contours. Found from positions alone, without history. A part that a contour
+// separates goes back the way it came [Baraff2003]; otherwise the contour is shortened
+// [Volino2006].
 #pragma once
 
 #include <array>
@@ -13,34 +14,34 @@
 
 namespace loomstone {
 
+// An edge that passes through a triangle.
 struct Piercing {
   Index edge, triangle;
   std::array<Index, 5> vertices;  // of the edge, then of the triangle
-  std::array<double, 5>
-      weights;  // of the point they share: + on the edge, - on the triangle; each side sums to 1
-  int contour = -1;             // index of its first piercing
-  Vec3 way_out = Vec3::Zero();  // unit: where the edge should go relative to the triangle; zero:
-                                // nowhere by itself
+  std::array<double, 5> weights;  // of the common point: + on the edge, - on the triangle; each
+                                  // side sums to 1 in magnitude
+  int contour = -1;               // index of the first piercing of its contour
+  Vec3 way_out = Vec3::Zero();  // unit direction for the edge relative to the triangle; zero: none
   double thickness = 0.0;       // of the pair of surfaces [m]
 };
 
+// Everything that intersects in one configuration; a default value means that nothing does.
 struct Tangle {
   std::vector<Piercing> piercings;  // sorted by (edge, triangle)
-  std::array<std::vector<PairKey>, 2>
-      ignored;                         // by kind, ascending: features of triangles that intersect
-  std::vector<int> contour_of_vertex;  // (n) -1: near none; empty: nothing intersects
-  std::vector<int> part;               // (n) part of the surface that the contour cuts
-  std::vector<std::uint8_t> came_through;  // (n) in the smaller part
+  // Pairs of features of intersecting triangles, by kind, ascending.
+  std::array<std::vector<PairKey>, 2> ignored;
+  std::vector<int> contour_of_vertex;      // (n) contour near the vertex, -1: none
+  std::vector<int> part;                   // (n) part of the surface that this contour separates
+  std::vector<std::uint8_t> came_through;  // (n) 1: in the smaller part, which has passed through
 
   bool empty() const { return piercings.empty(); }
-  // Are these features of two triangles that intersect, or of a part that has come through and what
-  // is at its contour? Such pairs may pass through each other, and no contact force holds them
-  // where they are.
-  bool leaves_out(const CollisionModel& model, ContactKind kind, PairKey key,
-                  const std::array<Index, 4>& vertices) const;
+  // Whether contacts and impacts ignore this pair, so that it can pass back: features of two
+  // intersecting triangles, or of a part that has come through and its surroundings at the contour.
+  bool ignores(const CollisionModel& model, ContactKind kind, PairKey key,
+               const std::array<Index, 4>& vertices) const;
 };
 
-// Stage: keeps the topology of the surfaces.
+// Stage: keeps the connectivity of the surfaces.
 class TangleFinder {
  public:
   explicit TangleFinder(const CollisionModel& model) : model_(model) {}
@@ -51,7 +52,7 @@ class TangleFinder {
   void pierce(const Points& x, Tangle& tangle) const;
   void ignore_pairs(Tangle& tangle) const;
   void join_contours(const Points& x, Tangle& tangle) const;
-  // The surface cut along a contour.
+  // Surfaces cut along a contour.
   struct Cut {
     std::vector<std::uint8_t> through;  // of edges: cut an odd number of times
     std::vector<int> part;              // of vertices, -1: not reached
@@ -65,7 +66,7 @@ class TangleFinder {
   void widen(const std::vector<int>& part, int contour, Tangle& tangle) const;
 
   const CollisionModel& model_;
-  EdgeTable topology_;  // made when first needed
+  EdgeTable topology_;  // built when first needed
   Incidence edges_of_vertex_;
 };
 

@@ -98,7 +98,7 @@ TEST_CASE(
   const Tangle none = finder.find(apart);
   CHECK(none.empty());
   CHECK_FALSE(
-      none.leaves_out(scene.model, ContactKind::VertexFace, pair_key(0, 300), {0, 169, 170, 171}));
+      none.ignores(scene.model, ContactKind::VertexFace, pair_key(0, 300), {0, 169, 170, 171}));
 
   // One surface of both: intersections with itself count only where it collides with itself.
   for (Index& s : scene.model.surface_of_triangle) s = 0;
