@@ -47,6 +47,14 @@ USES = {
 # top of the module any. Rooms in one group do not see each other.
 ROOMS = {
     "core/cloth": [{"material"}, {"membrane", "bending"}, {"limits"}],
+    "core/collision": [
+        {"model"},
+        {"narrow_phase"},
+        {"broad_phase"},
+        {"tangle"},
+        {"response"},
+        {"certify"},
+    ],
     "core/magnetics": [{"sources"}, {"fast_sums"}, {"forces"}, {"induction"}, {"field_lines"}],
 }
 
