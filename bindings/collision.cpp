@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "bindings/bindings.h"
+#include "core/base/message.h"
 #include "core/collision/candidates.h"
 #include "core/collision/detector.h"
 #include "core/collision/narrow_phase/exact_continuous.h"
@@ -42,7 +43,7 @@ py::array_t<Index> view_of_rows(const Edges& edges, py::handle owner) {
 }
 
 Team team_of(int threads) {
-  if (threads < 0) throw InvalidInput("threads must be at least 0, got " + std::to_string(threads));
+  if (threads < 0) fail<InvalidInput>("threads must be at least 0, got {}", threads);
   return Team{threads == 0 ? default_thread_count() : threads};
 }
 
@@ -54,9 +55,8 @@ struct BoundDetector {
 
 void check_indices(const Triangles& triangles, Eigen::Index n) {
   if (triangles.size() > 0 && (triangles.minCoeff() < 0 || triangles.maxCoeff() >= n))
-    throw InvalidInput("triangles must refer to points 0 to " + std::to_string(n - 1) + ", got " +
-                       std::to_string(triangles.minCoeff()) + " to " +
-                       std::to_string(triangles.maxCoeff()));
+    fail<InvalidInput>("triangles must refer to points 0 to {}, got {} to {}", n - 1,
+                       triangles.minCoeff(), triangles.maxCoeff());
 }
 
 // Exact tests of n queries of eight points; times are infinity for queries without a hit.
@@ -130,15 +130,14 @@ void bind_continuous(py::module_& m) {
       [](const std::string& kind,
          const py::array_t<double, py::array::c_style | py::array::forcecast>& queries) {
         if (kind != "vertex-face" && kind != "edge-edge")
-          throw InvalidInput("kind must be \"vertex-face\" or \"edge-edge\", got \"" + kind + "\"");
+          fail<InvalidInput>("kind must be \"vertex-face\" or \"edge-edge\", got \"{}\"", kind);
         if (queries.ndim() != 3 || queries.shape(1) != 8 || queries.shape(2) != 3)
-          throw InvalidInput("queries must have shape (n, 8, 3), got " +
+          fail<InvalidInput>("queries must have shape (n, 8, 3), got {}",
                              py::str(queries.attr("shape")).cast<std::string>());
         const py::ssize_t n = queries.shape(0);
         for (py::ssize_t i = 0; i < queries.size(); ++i)
           if (!std::isfinite(queries.data()[i]))
-            throw InvalidInput("queries must be finite, but query " + std::to_string(i / 24) +
-                               " is not");
+            fail<InvalidInput>("queries must be finite, but query {} is not", i / 24);
         py::array_t<bool> hit(n);
         py::array_t<double> time(n);
         bool* const hits = hit.mutable_data();

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/collision/broad_phase/embree_pairs.h"
 #include "core/collision/broad_phase/slabs.h"
 #include "core/collision/detector.h"
@@ -72,8 +72,8 @@ Candidates candidates(const Team& team, const Points& x0, const Points& x1,
         },
         found);
   } else {
-    throw InvalidInput("engine must be \"clusters\", \"embree\" or \"brute-force\", got \"" +
-                       engine + "\"");
+    fail<InvalidInput>("engine must be \"clusters\", \"embree\" or \"brute-force\", got \"{}\"",
+                       engine);
   }
   std::sort(found.vertex_face.begin(), found.vertex_face.end());
   std::sort(found.edge_edge.begin(), found.edge_edge.end());

@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <sstream>
 #include <utility>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/collision/broad_phase/broad_phase.h"
 #include "core/collision/narrow_phase/exact_continuous.h"
 #include "core/collision/narrow_phase/separation.h"
@@ -214,28 +213,22 @@ Edges unique_edges(const Triangles& triangles) {
 }
 
 void check_motion(const Points& x0, const Points& x1, double inflation) {
-  std::ostringstream out;
-  if (x1.rows() != x0.rows()) {
-    out << "x1 must have as many rows as x0 (" << x0.rows() << "), got " << x1.rows();
-  } else if (!(inflation >= 0.0) || !std::isfinite(inflation)) {
-    out << "inflation must be at least 0 m and finite, got " << inflation;
-  } else if (!x0.allFinite() || !x1.allFinite()) {
-    for (Index i = 0; i < x0.rows() && out.tellp() == 0; ++i)
-      if (!x0.row(i).allFinite() || !x1.row(i).allFinite())
-        out << "positions must be finite, but vertex " << i << " is not";
-  }
-  if (out.tellp() != 0) throw InvalidInput(out.str());
+  if (x1.rows() != x0.rows())
+    fail<InvalidInput>("x1 must have as many rows as x0 ({}), got {}", x0.rows(), x1.rows());
+  if (!(inflation >= 0.0) || !std::isfinite(inflation))
+    fail<InvalidInput>("inflation must be at least 0 m and finite, got {}", inflation);
+  if (x0.allFinite() && x1.allFinite()) return;
+  for (Index i = 0; i < x0.rows(); ++i)
+    if (!x0.row(i).allFinite() || !x1.row(i).allFinite())
+      fail<InvalidInput>("positions must be finite, but vertex {} is not", i);
 }
 
 void check_triangles(const Triangles& triangles, Index n_vertices) {
   for (Index t = 0; t < triangles.rows(); ++t)
     for (int k = 0; k < 3; ++k)
-      if (triangles(t, k) < 0 || triangles(t, k) >= n_vertices) {
-        std::ostringstream out;
-        out << "triangles must hold vertices 0 to " << n_vertices - 1 << ", but triangle " << t
-            << " has " << triangles(t, k);
-        throw InvalidInput(out.str());
-      }
+      if (triangles(t, k) < 0 || triangles(t, k) >= n_vertices)
+        fail<InvalidInput>("triangles must hold vertices 0 to {}, but triangle {} has {}",
+                           n_vertices - 1, t, triangles(t, k));
 }
 
 }  // namespace loomstone

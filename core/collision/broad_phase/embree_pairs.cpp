@@ -4,10 +4,9 @@
 
 #include <memory>
 #include <mutex>
-#include <string>
 #include <utility>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 
 namespace loomstone {
 
@@ -65,16 +64,14 @@ void embree_pairs(const std::vector<Slabs>& a, const std::vector<Slabs>& b,
                   const std::function<void(Index, Index)>& visit) {
   const std::unique_ptr<RTCDeviceTy, void (*)(RTCDevice)> device(rtcNewDevice("threads=1"),
                                                                  rtcReleaseDevice);
-  if (!device) throw Error("Embree could not create a device; it needs a processor with SSE2");
+  if (!device) fail<Error>("Embree could not create a device; it needs a processor with SSE2");
   const BoxScene first(device.get(), a), second(device.get(), b);
   if (first.item.empty() || second.item.empty()) return;
   Reports reports;
   rtcCollide(first.scene, second.scene, report, &reports);
   const RTCError error = rtcGetDeviceError(device.get());
-  if (error != RTC_ERROR_NONE) {
-    throw Error("Embree failed with error " + std::to_string(static_cast<int>(error)) +
-                "; usually memory ran out");
-  }
+  if (error != RTC_ERROR_NONE)
+    fail<Error>("Embree failed with error {}; usually memory ran out", static_cast<int>(error));
   for (const auto& [i, j] : reports.pairs) visit(first.item[i], second.item[j]);
 }
 
