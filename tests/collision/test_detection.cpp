@@ -69,8 +69,7 @@ TEST_CASE("contacts are those of all pairs, step after step, for any number of t
   Points x = shaken(scene.x, 3e-3, 6);
   std::size_t n_contacts = 0;
   for (int step = 0; step < 12; ++step) {
-    // Small steps keep the lists, a jump makes them anew; the scripted sphere moves down all the
-    // time.
+    // Small steps keep the lists, a jump rebuilds them; the obstacle moves down throughout.
     x = shaken(x, step == 6 ? 8e-3 : 2e-4, 7 + step);
     const CollisionSurface& sphere = model.surfaces[3];
     x.middleRows(sphere.first_vertex, sphere.n_vertices).col(2).array() -= 4e-3;
@@ -86,7 +85,7 @@ TEST_CASE("contacts are those of all pairs, step after step, for any number of t
     int i = 0;
     for (const int threads : {1, 2, 3, 7}) {
       if (step % 3 == 2 && threads == 3)
-        stages[i] = std::make_unique<CollisionStage>(model);  // a stage thrown away
+        stages[i] = std::make_unique<CollisionStage>(model);  // a new stage changes nothing
       const std::vector<Contact> contacts = stages[i++]->proximity(Team{threads}, x, {});
       std::vector<Key> found;
       for (const Contact& c : contacts) found.push_back({int(c.kind), c.a, c.b});
@@ -143,7 +142,7 @@ TEST_CASE("impacts are those of all pairs, with lists and without") {
   const CollisionModel& model = scene.model;
   const std::vector<SurfacePair> pairs = surface_pairs(model);
   BroadPhase broad_phase(model, pairs);
-  const std::size_t most_per_cluster = GENERATE(64, 0);  // 0: nothing is listed
+  const std::size_t most_per_cluster = GENERATE(64, 0);  // 0: no lists
   NeighbourLists lists(model, pairs, broad_phase, most_per_cluster);
   ImpactSearch search(model, broad_phase, lists);
   const Points x0 = shaken(scene.x, 3e-3, 8);

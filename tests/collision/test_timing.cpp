@@ -1,4 +1,4 @@
-// Not part of the usual run: test_collision "[timing]" prints milliseconds.
+// Not part of the usual tests: test_collision "[timing]" prints milliseconds.
 #include <catch2/catch.hpp>
 
 #include <chrono>
@@ -13,7 +13,7 @@ using Kind = CollisionSurface::Kind;
 
 namespace {
 
-// Processor time with one thread (other programs do not enter), wall time with more.
+// Processor time with one thread (independent of other programs), wall time with more.
 double milliseconds(int threads) {
   if (threads == 1) {
     timespec t;

@@ -33,7 +33,7 @@ TEST_CASE(
     Points first;
     for (const int threads : {1, 2, 3, 7}) {
       CollisionStage stage(scene.model);
-      if (threads == 3) stage.proximity(Team{threads}, scene.x, {});  // lists or no lists
+      if (threads == 3) stage.proximity(Team{threads}, scene.x, {});  // with and without lists
       Points x1 = thrown;
       const CertifyReport report =
           stage.certify(Team{threads}, {scene.x, scene.inverse_mass, {}}, x1, none);
@@ -96,7 +96,7 @@ TEST_CASE(
     CHECK(intersecting_pairs(x1, scene.model.triangles).empty());
     for (Index i = 0; i < sphere.n_vertices; ++i)
       CHECK(x1.row(sphere.first_vertex + i) == given.row(sphere.first_vertex + i));
-    // The middle of the sheet is below the sphere still.
+    // The middle of the sheet remains below the sphere.
     CHECK(x1.topRows(scene.model.surfaces[0].n_vertices).col(2).minCoeff() < -0.2 - 0.039);
   }
 }

@@ -10,8 +10,7 @@ using Kind = CollisionSurface::Kind;
 
 namespace {
 
-// A body of a scene as a solid sphere of `mass` and `radius`, its motion given by the pose at the
-// end.
+// A free body with the mass and inertia of a solid sphere; its motion ends at the given pose.
 struct Ball {
   Points local;
   FreeBodies bodies;
@@ -134,8 +133,8 @@ TEST_CASE(
 }
 
 TEST_CASE("a body that impulses cannot save keeps its shape and ends on its way") {
-  // Two sheets that do not give, closing on a ball from both sides while it turns and moves:
-  // everything is held but the ball.
+  // Two prescribed sheets close on a ball from both sides while it turns and moves: only the ball
+  // is free.
   const Vec3 centre(0.003, 0.002, 0.0);
   TestScene scene =
       make_scene({{grid_cells(0.2, 0.2, 8, 8).moved(Vec3(0, 0, 0.042)), Kind::Cloth, 2e-3},
@@ -144,7 +143,7 @@ TEST_CASE("a body that impulses cannot save keeps its shape and ends on its way"
   scene.inverse_mass.setZero();
   for (unsigned seed = 0; seed < 8; ++seed) {
     std::mt19937 random(seed);
-    // Far through one of the sheets, but not out at their sides.
+    // Far through one of the sheets, but not past their borders.
     const RigidPose end =
         pose(centre + Vec3(0.1, 0.1, 1.0).cwiseProduct(random_vector(random, 0.3)),
              random_vector(random, 2.0));

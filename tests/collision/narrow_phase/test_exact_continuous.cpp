@@ -1,5 +1,5 @@
-// The exact continuous test: cases decided by hand, laws that any exact verdict keeps, and
-// published queries.
+// Exact continuous collision detection: cases solved by hand, laws that every exact result obeys,
+// and published queries.
 #include <catch2/catch.hpp>
 
 #include <cstdlib>
@@ -134,8 +134,8 @@ TEST_CASE(
     CHECK(meet(permuted(q, face ? std::array<int, 4>{0, 2, 1, 3} : std::array<int, 4>{0, 1, 3, 2}),
                face) == verdict);
     CHECK(exact(q, face).hit == verdict);
-    // Whoever touches at rest at a time of the motion meets during it: eighths are exact in
-    // floating point.
+    // Points that touch at any instant collide during the motion: eighths are exact in floating
+    // point.
     for (int k = 0; k <= 8 && !verdict; ++k) {
       MovingPoints rest;
       for (int i = 0; i < 4; ++i) rest[i] = rest[4 + i] = ((8 - k) * q[i] + k * q[4 + i]) / 8.0;
@@ -189,7 +189,7 @@ TEST_CASE("proofs by floating point and planes of separation agree with integers
     (decision.proof == Proof::Meet    ? n_meet
      : decision.proof == Proof::Apart ? n_apart
                                       : n_open) += 1;
-    // Up to the time that is given they are apart.
+    // They are apart until the reported time.
     MovingPoints before = q;
     for (int i = 4; i < 8; ++i) before[i] = q[i - 4] + 0.999 * decision.time * (q[i] - q[i - 4]);
     if (decision.time > 0.0 && decision.proof != Proof::Apart && decision.time < 1.0)
@@ -210,8 +210,8 @@ TEST_CASE("proofs by floating point and planes of separation agree with integers
 // exact verdicts.
 namespace {
 
-// Every query of a file: the exact test is never wrong; the conservative one misses none, is late
-// in none, and calls at most `bound` of them falsely hits.
+// All queries of a file: the exact test is never wrong; the conservative test misses no hit, is
+// never late, and reports at most `bound` false hits.
 void check_queries(const std::string& path, double bound) {
   INFO(path);
   std::ifstream file(path, std::ios::binary);
@@ -258,11 +258,11 @@ TEST_CASE(
         "tests/collision/convert_queries.py");
     return;
   }
-  // Motions of real and synthetic scenes: a false hit costs a vertex its motion.
+  // Motions of real and synthetic scenes: a false hit withholds the motion of a vertex.
   check_queries(std::string(directory) + "/candidates.bin", 0.01);
   check_queries(std::string(directory) + "/scene_queries.bin", 0.01);
-  // Built to be degenerate: most of the free ones meet but for a rounding, and a conservative test
-  // calls them hits.
+  // Constructed degenerate queries: most misses are closer than a rounding error, and the
+  // conservative test reports them as hits.
   check_queries(std::string(directory) + "/sample_queries.bin", 0.1);
   check_queries(std::string(directory) + "/degenerate.bin", 0.1);
 }

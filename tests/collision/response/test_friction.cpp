@@ -9,8 +9,8 @@ using Kind = CollisionSurface::Kind;
 
 namespace {
 
-// A small stiff sheet as one block on a floor tilted by gravity, at about the gap at which it
-// rests; its vertices share one velocity, solved semi-implicitly.
+// A small sheet as a rigid block on a floor with tilted gravity, near its resting gap; its vertices
+// share one velocity, solved semi-implicitly.
 struct Slide {
   double distance, speed;
 };
@@ -70,13 +70,13 @@ TEST_CASE(
   CHECK(sticking.hessian == 100.0 * tangent);
   const Vec3 s(1e-4, 2e-4, 0), u(9e-4, -1e-4, 0);
   const FrictionResponse slipping = friction_response(s, u, tangent, 100.0, 0.03);
-  // At the predicted end of the step the force lies on the cone, along s + u.
+  // At the predicted end of the step the force lies on the friction cone, along s + u.
   CHECK((slipping.gradient + slipping.hessian * u).norm() == Approx(0.03));
   CHECK((slipping.gradient + slipping.hessian * u).normalized().dot((s + u).normalized()) ==
         Approx(1.0));
   CHECK(slip_after(s, u, 100.0, 0.03).norm() == Approx(0.03 / 100.0));
   CHECK(friction_response(Vec3::Zero(), Vec3::Zero(), tangent, 100.0, 0.0)
-            .hessian.isZero(0.0));  // nothing holds without friction
+            .hessian.isZero(0.0));  // no stiffness without friction
 }
 
 TEST_CASE("a block on a slope holds below the friction angle and slides above") {
@@ -88,11 +88,11 @@ TEST_CASE("a block on a slope holds below the friction angle and slides above") 
 }
 
 TEST_CASE("sliding far follows Coulomb's law at every slope above the friction angle") {
-  // One solve a step: friction belongs to the slip that the step is expected to make, the last one
-  // and what it has gained. With the last slip alone friction was too large by h / t of itself
-  // after a time t: 26 % of the way at slope 0.305, 3 % at 0.5. Solved again with the slip and the
-  // normal force that the step has found, steps may be long. At 0.305 the pull is 1.6 % of the
-  // friction: 4 % of it are 0.07 % of that. Steps of 4 ms themselves fall farther, by h / t = 1 %.
+  // With one solve a step, friction follows the extrapolated slip. With the slip of the last step
+  // it would be too large by h / t after a time t: 26 % of the distance at slope 0.305, 3 % at 0.5.
+  // Further solves with the slip and normal force of the step allow long steps. At 0.305 the net
+  // pull is 1.6 % of the friction, so that 4 % of it are 0.07 % of the friction. Steps of 4 ms fall
+  // farther by themselves, by h / t = 1 %.
   for (const double h : {1e-3, 4e-3})
     for (const double slope : {0.305, 0.35, 0.5}) {
       const double angle = std::atan(slope),
@@ -102,7 +102,7 @@ TEST_CASE("sliding far follows Coulomb's law at every slope above the friction a
       CHECK(slide(slope, std::sqrt(2.0 * distance / pull), 0.0, h).distance ==
             Approx(distance).epsilon(slope < 0.31 ? 0.04 : 0.02));
     }
-  // What one solve reaches.
+  // The accuracy of one solve.
   CHECK(slide(0.5, 0.5, 0.0, 1e-3, false).distance ==
         Approx(0.5 * 9.81 * 0.2 / std::sqrt(1.25) * 0.25).epsilon(0.03));
 }
@@ -118,7 +118,7 @@ TEST_CASE(
 }
 
 TEST_CASE("a block is carried by a moving floor as it is held by one at rest") {
-  // The floor's vertices drift by 0.1 m/s, and so does the block.
+  // The floor's vertices move at 0.1 m/s, and so does the block.
   const Slide carried = slide(0.0, 1.0, 0.1);
   CHECK(carried.distance == Approx(0.1).epsilon(1e-6));
 }

@@ -10,7 +10,7 @@ namespace {
 
 FreeBodies none;
 
-// Two sheets of a gram a vertex within their thickness, thrown at each other askew.
+// Two sheets within their thickness, a gram per vertex, thrown at each other obliquely.
 TestScene close_sheets(double friction) {
   return make_scene({{grid_cells(0.1, 0.1, 8, 8), Kind::Cloth, 2e-3, friction},
                      {jittered_grid(0.1, 0.1, 7, 7, 0.2, 3).moved(Vec3(4e-3, 1e-3, 1.2e-3)),
@@ -68,7 +68,7 @@ TEST_CASE(
     Points x1 = thrown;
     stage.repel({scene.x, scene.inverse_mass, {}}, contacts, 1e-3, x1, none);
     const Points change = x1 - thrown;
-    const double size = change.rowwise().norm().sum();  // of one gram each
+    const double size = change.rowwise().norm().sum();  // a gram each
     CHECK(size > 1e-3);
     CHECK(change.colwise().sum().norm() < 1e-14);  // 150 vertices at 0.1 m, rounded to 1e-17 each
     const double turned = angular(scene.x, change).norm();
@@ -77,7 +77,7 @@ TEST_CASE(
     else
       CHECK(turned < 2e-3 * size);  // friction acts on both sides of the gap: no more than
                                     // thickness times impulse
-    // Approach has ended everywhere, but for what the sweeps leave.
+    // Approach has ended everywhere, up to the tolerance of the sweeps.
     for (const Contact& contact : contacts) {
       double approach = 0.0;
       for (int i = 0; i < 4; ++i)

@@ -92,7 +92,7 @@ TEST_CASE(
   }
   CHECK(contact_force(xi, xi, k).force == 0.0);
   const double half = 0.5 * xi,
-               hair = 1e-12;  // force, stiffness and energy go on over the change of stage
+               hair = 1e-12;  // force, stiffness and energy are continuous at the change of stage
   CHECK(contact_force(half + hair, xi, k).force ==
         Approx(contact_force(half - hair, xi, k).force).epsilon(1e-6));
   CHECK(contact_force(half + hair, xi, k).stiffness ==
@@ -127,7 +127,7 @@ TEST_CASE("forces of contacts are minus the gradient of their energies with shar
     for (int i = 0; i < term.n_entries; ++i)
       slope +=
           direction.row(term.entries[i].row).dot(term.entries[i].apply_transposed(term.gradient));
-  // Contacts that begin or end within the step bend the energy; a step of 1e-9 m meets none.
+  // Contacts that begin or end make the energy less smooth; a step of 1e-9 m meets none.
   const double step = 1e-9,
                difference =
                    (energy(x + step * direction) - energy(x - step * direction)) / (2 * step);
@@ -147,7 +147,7 @@ TEST_CASE(
   ExtraTerms terms;
   std::vector<Contact> smooth = contacts;
   for (Contact& c : smooth) c.friction = 0.0;
-  // Where nothing has moved yet the normal force is that of the start, and so is its stiffness.
+  // At zero displacement the normal force and its stiffness are those of the start.
   const Points unchanged = Points::Zero(n, 3), no_bodies(0, 3);
   const ContactInputs inputs{x, v, unchanged, no_bodies, 1e-3, n};
   ContactTerms made = stage.terms(inputs, smooth, state, terms);
@@ -171,8 +171,7 @@ TEST_CASE(
   const double slope = (assembled(there, n).array() * direction.array()).sum();
   const Points force = assembled(there, n);
   const Points product = assembled_product(there, direction);
-  // Pieces of energy meet with one derivative: first-order convergence at worst, and that to small
-  // errors.
+  // Pieces of the energy join with a continuous derivative: convergence is of first order at worst.
   double last = 1.0, last_force = 1.0;
   for (const double step : {1e-6, 1e-7, 1e-8}) {
     ExtraTerms plus, minus;
@@ -187,7 +186,7 @@ TEST_CASE(
   }
   CHECK(last < 1e-6);
   CHECK(last_force < 1e-4);
-  // New limits follow the normal force there; without them those of the start hold.
+  // NewLimits recomputes limits from the normal force there; otherwise those of the start hold.
   ExtraTerms limited = terms;
   made.at(Team{1}, moved, 1e-3, TermRequest::NewLimits, limited);
   CHECK((assembled(limited, n) - force).norm() > 1e-3 * force.norm());
@@ -305,8 +304,7 @@ TEST_CASE("a vertex over the common edge or corner of faces is pushed as by one 
   const double one = scene.model.contact_stiffness * 0.6e-3;
   CHECK(most <= 1.15 * one);
   CHECK(least >= 0.85 * one);
-  CHECK(largest_jump <=
-        0.05 * one);  // 0.03 mm along the way change the force a little, never at once
+  CHECK(largest_jump <= 0.05 * one);  // a displacement of 0.03 mm changes the force gradually
 }
 
 TEST_CASE("a smooth surface pushes along its rounded normals, and its edges carry no force") {

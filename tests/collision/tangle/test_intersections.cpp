@@ -15,7 +15,7 @@ TEST_CASE(
     long long p[4][3];
     for (auto& point : p)
       for (long long& c : point) c = trial % 2 ? small(random) : large(random);
-    if (trial % 4 == 0)  // in one plane, exactly
+    if (trial % 4 == 0)  // exactly coplanar
       for (int k = 0; k < 3; ++k)
         p[3][k] = p[0][k] + 2 * (p[1][k] - p[0][k]) - 3 * (p[2][k] - p[0][k]);
     __int128 u[3][3];
@@ -62,7 +62,7 @@ TEST_CASE("triangles that cross, touch or lie in each other meet; a hair apart t
   CHECK(meets({0.5, 0.5, -1}, {0.5, 0.5, 1}, {2, 2, 0}));     // through the long edge
   CHECK_FALSE(
       meets({0.5, std::nextafter(0.5, 1.0), -1}, {0.5, std::nextafter(0.5, 1.0), 1}, {2, 2, 0}));
-  CHECK(meets({0.2, 0.2, -1}, {0.2, 0.2, 1}, {0.2, 0.2, 2}));  // without area, piercing
+  CHECK(meets({0.2, 0.2, -1}, {0.2, 0.2, 1}, {0.2, 0.2, 2}));  // degenerate, piercing
 }
 
 TEST_CASE("intersecting pairs are those of all pairs, and none share a vertex") {

@@ -1,5 +1,4 @@
-// Claims about what intersects: every piercing is found, with the point it shares, and the way out
-// is the way it came.
+// Tangles: every piercing is found with its common point, and the way out is the way back.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <set>
@@ -14,8 +13,8 @@ using namespace loomstone;
 
 namespace {
 
-// A flat sheet and one with a bump that comes up through it; unless it is moved, edges lie above
-// edges.
+// A flat sheet and one with a bump that passes up through it; without displacement, edges lie
+// exactly above edges.
 TestScene bump(double moved) {
   const TriangleMesh flat = grid_cells(0.2, 0.2, 12, 12);
   return make_scene(
@@ -79,7 +78,7 @@ TEST_CASE("what has come through goes back the way it came") {
     for (const Piercing& p : tangle.piercings) {
       if (p.vertices[0] < n_flat) continue;
       ++of_bent;
-      // The bump goes down through the flat sheet; of the leaning sheet the smaller part hangs
+      // The bump goes down through the flat sheet; the smaller part of the leaning sheet hangs
       // below and goes up.
       const bool is_bump = n_flat == scene.model.surfaces[1].n_vertices;
       CHECK(p.way_out.z() == Approx(is_bump ? -1.0 : 1.0));
@@ -100,7 +99,7 @@ TEST_CASE(
   CHECK_FALSE(
       none.ignores(scene.model, ContactKind::VertexFace, pair_key(0, 300), {0, 169, 170, 171}));
 
-  // One surface of both: intersections with itself count only where it collides with itself.
+  // Both as one surface: self-intersections count only with self-collision.
   for (Index& s : scene.model.surface_of_triangle) s = 0;
   for (Index& s : scene.model.surface_of_edge) s = 0;
   CHECK_FALSE(finder.find(scene.x).empty());
