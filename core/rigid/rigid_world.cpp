@@ -13,10 +13,10 @@
 #include "core/base/rotation.h"
 #include "core/rigid/bullet_shapes.h"
 #include "core/rigid/contact_bytes.h"
-#include "core/rigid/hull_meeting.h"
+#include "core/rigid/hull_algorithm.h"
 #include "core/rigid/rigid_body.h"
 #include "core/rigid/shape_geometry.h"
-#include "core/rigid/sphere_meeting.h"
+#include "core/rigid/sphere_algorithm.h"
 
 namespace loomstone {
 

@@ -11,8 +11,8 @@
 #include <memory>
 #include <vector>
 
+#include "core/cloth/limits/limit_check.h"
 #include "core/cloth/limits/limit_elements.h"
-#include "core/cloth/limits/limit_look.h"
 #include "core/cloth/material/strain_limit.h"
 #include "core/parallel/team.h"
 

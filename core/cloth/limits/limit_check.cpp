@@ -1,4 +1,4 @@
-#include "core/cloth/limits/limit_look.h"
+#include "core/cloth/limits/limit_check.h"
 
 #include <algorithm>
 #include <tuple>

@@ -1,4 +1,4 @@
-#include "core/rigid/sphere_meeting.h"
+#include "core/rigid/sphere_algorithm.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "core/rigid/hull_meeting.h"
+#include "core/rigid/hull_algorithm.h"
 
 #include <algorithm>
 #include <new>
