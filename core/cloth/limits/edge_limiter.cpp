@@ -8,7 +8,8 @@
 namespace loomstone {
 
 EdgeLimiter::EdgeLimiter(const LimitedCloth& cloth) {
-  // Each edge with its rest length and bound; of two triangles, the means and the tighter one.
+  // An edge of a triangle with its rest length and bound. An edge shared by two triangles takes the
+  // mean length and the tighter bound.
   struct Side {
     Index a, b;
     double length, bound;
@@ -76,7 +77,8 @@ LimitReport EdgeLimiter::enforce(const Team& team, const LimitOptions& options,
     std::iota(active[c].begin(), active[c].end(), colour_start_[c]);
   }
   std::vector<std::uint8_t> corrected(n, 0), in(n, 0), spread(n, 0);
-  // Along the edge, shares by inverse mass: linear and angular momentum stay.
+  // Moves both ends along the edge in proportion to inverse mass, which keeps linear and angular
+  // momentum.
   const auto correct = [&](Index e) {
     const Index a = edges_(e, 0), b = edges_(e, 1);
     const double wa = inverse_mass[a], wb = inverse_mass[b];

@@ -1,5 +1,5 @@
-// One triangle against its limits: closed-form polar decomposition of the 3x2 gradient, strain, and
-// the correction that meets a target of strain while it keeps linear and angular momentum.
+// Strain limiting of one triangle: closed-form polar decomposition of the 3x2 deformation gradient,
+// strain, and the correction that reaches a target strain and keeps linear and angular momentum.
 // Implements [Thomaszewski2010] 3.3.1, (3.2)-(3.14), written once for one triangle (Real = double)
 // and for eight (Real: the Lanes of core/base/simd.h).
 //
@@ -11,16 +11,18 @@
 //     w = -[(U M E)_12 - (U M E)_21] / tr(U M).
 // In the plane this takes 22 multiplications, 16 additions and 1 division; the thesis counts 37, 33
 // and 1 (3.13), and its 5x5 inverse does not exist for a triangle whose third node lies above the
-// middle of its base. A held corner is a corner of infinite mass: the centre moves there and w
-// keeps angular momentum about it, the exact solution of the four equations that are left. Two held
-// corners: least squares of the strain tensor (2 unknowns), which is (E + w J) X too, with X the
-// height over the held edge. Departs from (3.15), whose result depends on the unit of mass. Three:
-// nothing moves.
+// middle of its base.
+//
+// A held corner has infinite mass: it becomes the centre, and w keeps angular momentum about it,
+// which solves the four remaining equations exactly. With two held corners the strain tensor is met
+// in the least-squares sense (2 unknowns); that field is (E + w J) X too, with X the height over
+// the held edge. This departs from (3.15), whose result depends on the unit of mass. With three
+// held corners nothing moves.
 //
 // A triangle in space has no inside: F has no sign, U is never indefinite, and a triangle turned
-// over is one rotated. Where F has rank one (d = 0) the normal of its plane is not known and any
-// normal across the line is taken; at rank zero (all corners in one point) there is no direction at
-// all and no correction. Nothing of this gives NaN.
+// over is a rotated one. If F has rank one (d = 0), its plane is unknown and any normal across the
+// line is taken; at rank zero (all corners in one point) no direction exists and nothing is
+// corrected. None of these cases gives NaN.
 #pragma once
 
 #include <cmath>
@@ -91,21 +93,21 @@ LOOMSTONE_INLINE Space<Real> cross(const Space<Real>& a, const Space<Real>& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-// Symmetric 2x2: of strain (weft, warp, shear e12), of moments, of U.
+// Symmetric 2x2: strain (weft, warp, shear e12), moments, or U.
 template <class Real>
 struct Symmetric {
   Real a11, a22, a12;
 };
 
-// Constants of a triangle, or of eight.
+// Constants of one triangle or of eight.
 template <class Real>
 struct Element {
   Real g0x, g0y, g1x, g1y;      // gradients of the shape functions of corners 0 and 1 [1/m]
   Real x0, y0, x1, y1, x2, y2;  // corners from the centre, in rest coordinates [m]
-  Symmetric<Real>
-      moments;  // sum over corners of mass fraction times X X^T; two held: of the height [m^2]
+  // Sum over corners of mass fraction times X X^T; with two held corners X X^T of the height [m^2].
+  Symmetric<Real> moments;
 };
-inline constexpr int element_numbers = 13, element_gradients = 4;  // of these
+inline constexpr int element_numbers = 13, element_gradients = 4;  // the latter come first
 
 // Polar decomposition F = R U.
 template <class Real>
@@ -168,7 +170,7 @@ struct Bounds {
   double low[3], high[3];  // weft, warp, shear
 };
 
-// What takes a strain back inside its bounds (3.4): target minus strain, zero where it is inside.
+// Correction of a strain outside its bounds (3.4): target minus strain, zero inside the bounds.
 template <class Real>
 LOOMSTONE_INLINE Symmetric<Real> excess(const Bounds& b, const Symmetric<Real>& strain) {
   const auto back = [&](int k, const Real& e) LOOMSTONE_INLINE_LAMBDA -> Real {
@@ -178,7 +180,7 @@ LOOMSTONE_INLINE Symmetric<Real> excess(const Bounds& b, const Symmetric<Real>& 
   return {back(0, strain.a11), back(1, strain.a22), back(2, strain.a12)};
 }
 
-// w of the affine field (E + w J) X, from angular momentum.
+// w of the affine field (E + w J) X from conservation of angular momentum.
 template <class Real>
 LOOMSTONE_INLINE Real spin(const Symmetric<Real>& m, const Symmetric<Real>& u,
                            const Symmetric<Real>& e) {
@@ -189,12 +191,12 @@ LOOMSTONE_INLINE Real spin(const Symmetric<Real>& m, const Symmetric<Real>& u,
   return q / (-1e-300 - (um11 + um22));
 }
 
-// The same for two held corners, from least squares of the strain tensor: w = (h x E h) / |h|^2.
+// w for two held corners from least squares of the strain tensor: w = (h x E h) / |h|^2.
 template <class Real>
 LOOMSTONE_INLINE Real spin_of_two(const Symmetric<Real>& m, const Symmetric<Real>& e) {
   return ((m.a11 - m.a22) * e.a12 + m.a12 * (e.a22 - e.a11)) / (m.a11 + m.a22 + 1e-300);
 }
-// How much strain it can change there: what remains in the direction of the height, and across.
+// The part of E that two held corners leave correctable: along the height h and across it.
 template <class Real>
 LOOMSTONE_INLINE Real reach_of_two(const Symmetric<Real>& m, const Symmetric<Real>& e) {
   const Real along =

@@ -10,7 +10,7 @@ namespace loomstone {
 namespace {
 
 constexpr Index batches_per_range = 16;
-constexpr int message = 26;  // doubles that tell of a batch: its number, its excess, its strains
+constexpr int message = 26;  // doubles sent for a batch: its number, its excess, its strains
 
 }  // namespace
 
@@ -22,35 +22,34 @@ std::vector<Index> LimitReport::broken_elements() const {
   return elements;
 }
 
-LimitLook::LimitLook(const LimitElements& elements, const Communicator* ranks)
+LimitCheck::LimitCheck(const LimitElements& elements, const Communicator* ranks)
     : elements_(elements),
       ranks_(ranks && ranks->size() > 1 ? ranks : nullptr),
       excess_(elements.n_batches(), 0.0),
       strains_(24 * static_cast<std::size_t>(elements.n_batches())) {}
 
-void LimitLook::at_all(const Team& team, const limit::Tables& tables, const limit::Motion& motion) {
+void LimitCheck::check_all(const Team& team, const limit::Tables& tables,
+                           const limit::Motion& motion) {
   const std::int64_t n = elements_.n_batches(), rank = ranks_ ? ranks_->rank() : 0,
                      size = ranks_ ? ranks_->size() : 1;
   const Index first = static_cast<Index>(n * rank / size),
               last = static_cast<Index>(n * (rank + 1) / size);
   parallel_ranges(team, last - first, batches_per_range, [&](Index begin, Index end) {
-    limit::look(tables, motion, nullptr, first + begin, end - begin, excess_.data(),
-                strains_.data());
+    limit::check(tables, motion, nullptr, first + begin, end - begin, violations());
   });
   if (ranks_) share(first, last);
 }
 
-void LimitLook::at(const Team& team, const limit::Tables& tables, const limit::Motion& motion,
-                   const std::vector<Index>& batches) {
+void LimitCheck::check(const Team& team, const limit::Tables& tables, const limit::Motion& motion,
+                       const std::vector<Index>& batches) {
   parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_range,
                   [&](Index begin, Index end) {
-                    limit::look(tables, motion, batches.data(), begin, end - begin, excess_.data(),
-                                strains_.data());
+                    limit::check(tables, motion, batches.data(), begin, end - begin, violations());
                   });
 }
 
-// Nearly always nothing is beyond anywhere, and a count is all that goes round.
-void LimitLook::share(Index first, Index last) {
+// Ranks exchange counts first: usually all are zero, and nothing else is sent.
+void LimitCheck::share(Index first, Index last) {
   const int size = ranks_->size(), rank = ranks_->rank();
   std::vector<std::int64_t> counts(size, 0);
   for (Index b = first; b < last; ++b) counts[rank] += excess_[b] > 0.0;
@@ -62,27 +61,27 @@ void LimitLook::share(Index first, Index last) {
   for (int r = 0; r < size; ++r)
     offsets[r + 1] = offsets[r] + message * sizeof(double) * static_cast<std::size_t>(counts[r]);
   if (offsets.back() == 0) return;
-  std::vector<double> told(offsets.back() / sizeof(double));
-  double* next = told.data() + offsets[rank] / sizeof(double);
+  std::vector<double> received(offsets.back() / sizeof(double));
+  double* next = received.data() + offsets[rank] / sizeof(double);
   for (Index b = first; b < last; ++b) {
     if (excess_[b] == 0.0) continue;
     next[0] = b, next[1] = excess_[b];
     next = std::copy_n(strain(b), 24, next + 2);
   }
-  ranks_->gather_all(told.data(), offsets);
-  for (std::size_t i = 0; i < told.size(); i += message) {
-    const auto b = static_cast<std::size_t>(told[i]);
-    excess_[b] = told[i + 1];
-    std::copy_n(told.data() + i + 2, 24, strains_.data() + 24 * b);
+  ranks_->gather_all(received.data(), offsets);
+  for (std::size_t i = 0; i < received.size(); i += message) {
+    const auto b = static_cast<std::size_t>(received[i]);
+    excess_[b] = received[i + 1];
+    std::copy_n(received.data() + i + 2, 24, strains_.data() + 24 * b);
   }
 }
 
-void LimitLook::tell(const limit::Tables& tables, const limit::Motion& motion, double unit,
-                     LimitReport& report) const {
+void LimitCheck::add_to(LimitReport& report, const limit::Tables& tables,
+                        const limit::Motion& motion, double unit) const {
   double most = 0.0;
   report.squares.assign(elements_.n_limits(), 0.0);
   for (Index b = 0; b < elements_.n_batches(); ++b) {
-    if (excess_[b] == 0.0) continue;  // nearly all
+    if (excess_[b] == 0.0) continue;  // the usual case
     const limit::Bounds& bounds = tables.bounds[tables.bounds_of[b]];
     const double* strain = this->strain(b);
     for (Index lane = 0; lane < 8; ++lane) {

@@ -56,8 +56,8 @@ LimitElements::LimitElements(const LimitedCloth& cloth, bool single_rows)
         slots_[fill[cloth.triangles(element_of_[slot], k)]++] = static_cast<Index>(slot);
 }
 
-// Tables of one slot; see element_limit.h for what corners that are held mean. Empty lanes repeat
-// the one before.
+// Fills the tables of one slot; element_limit.h explains held corners. Empty lanes repeat the last
+// element.
 void LimitElements::set_element(Index slot) {
   const bool empty = element_of_[slot] < 0;
   Index from = slot;

@@ -1,6 +1,6 @@
-// The elements that have limits, coloured: no two of a colour share a vertex, so that those of a
-// colour may be corrected at once. Eight of a colour and of one limit make a batch; the order of
-// batches and lanes is fixed by the mesh alone.
+// The triangles with strain limits ("elements"), coloured: no two elements of a colour share a
+// vertex, so all elements of a colour can be corrected at once. Eight elements of one colour and
+// one limit form a batch; the mesh alone fixes the order of batches and lanes.
 #pragma once
 
 #include <vector>
@@ -12,19 +12,19 @@
 
 namespace loomstone {
 
-// What is limited.
+// Description of the cloth to limit.
 struct LimitedCloth {
   Index n_vertices = 0;
   Triangles triangles;            // (m x 3)
   std::vector<Corners2> corners;  // (m) rest coordinates in weft/warp axes [m]
   std::vector<StrainLimit> limits;
-  std::vector<Index> limit_of;      // (m) row of limits, -1: free
+  std::vector<Index> limit_of;      // (m) row of limits, -1: unlimited
   Vector mass;                      // (n) [kg], > 0
-  std::vector<std::uint8_t> fixed;  // (n) 1: never moves
+  std::vector<std::uint8_t> fixed;  // (n) 1: prescribed, never moves
 };
 
-// Colours of items (rows of vertices) such that no two of one colour share a vertex: each the
-// smallest one free, in ascending order.
+// Greedy colouring of items (rows of vertices): in ascending order each item takes the smallest
+// colour that no item with a common vertex has.
 template <class Rows>
 std::vector<Index> colours(Index n_vertices, const Rows& items, Index& n_colours) {
   std::vector<Index> start(n_vertices + 1, 0), of_item(items.rows(), -1), stamp;
@@ -47,10 +47,10 @@ std::vector<Index> colours(Index n_vertices, const Rows& items, Index& n_colours
   return of_item;
 }
 
-// Stage: constant tables but for what is held.
+// Stage. Its tables change only with the held vertices.
 class LimitElements {
  public:
-  // single_rows: keep tables for single elements too.
+  // single_rows: also keep tables for limit::correct_one().
   LimitElements(const LimitedCloth& cloth, bool single_rows);
 
   Index n_batches() const { return static_cast<Index>(bounds_of_.size()); }
@@ -67,13 +67,13 @@ class LimitElements {
     return corners_.data() + 24 * static_cast<std::size_t>(slot / 8) + slot % 8;
   }
 
-  // Besides what is fixed, these vertices do not move until the next call.
+  // Until the next call these vertices do not move, nor do the prescribed ones.
   void hold(const std::vector<Index>& vertices);
 
   limit::Tables tables() const;
-  // The same, unbounded where edges are limited instead.
+  // The same tables without bounds for cloths that are limited by edges; edges: all are.
   limit::Tables sweep_tables(bool edges);
-  // The same with bounds on the rate: +-rate in all modes.
+  // The same tables with bounds of +-rate on the rates of strain in all modes.
   limit::Tables rate_tables(double rate);
 
  private:
@@ -82,9 +82,9 @@ class LimitElements {
   LimitedCloth cloth_;
   Index n_elements_ = 0;
   std::vector<std::uint8_t> held_;  // (n)
-  std::vector<Index> also_held_;    // by hold()
+  std::vector<Index> also_held_;    // the vertices of the last hold()
   std::vector<Index> colour_start_, element_of_, slot_start_, slots_;
-  std::vector<Index> corners_, bounds_of_, colour_of_, n_in_;  // of batches
+  std::vector<Index> corners_, bounds_of_, colour_of_, n_in_;  // tables of batches
   AlignedDoubles gradients_, numbers_;
   std::vector<double> rows_;
   std::vector<std::uint8_t> moves_;

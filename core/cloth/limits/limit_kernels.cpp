@@ -8,7 +8,7 @@ namespace loomstone::limit {
 
 namespace {
 
-// Real: double or the type of eight.
+// Real: double (one element) or Lanes (eight).
 template <class Real>
 LOOMSTONE_INLINE Real load(const double* p) {
   if constexpr (std::is_same_v<Real, double>)
@@ -41,7 +41,7 @@ LOOMSTONE_INLINE const double* gradients_of(const Tables& tables, std::size_t ba
   return tables.gradients + 8 * element_gradients * batch;
 }
 
-// Corner k of the element(s); `corners` has those of eight lanes.
+// Position (or velocity) of corner k of the element(s); corners (3 x 8).
 template <class Real>
 LOOMSTONE_INLINE Space<Real> point(const Index* corners, int k, const double* x) {
   const auto component = [&](int c) LOOMSTONE_INLINE_LAMBDA -> Real {
@@ -66,8 +66,8 @@ LOOMSTONE_INLINE Symmetric<Real> rate(const Element<Real>& e, const Index* corne
   return {dot(r1, d1), dot(r2, d2), 0.5 * (dot(r1, d2) + dot(r2, d1))};
 }
 
-// True where velocities change the gradient so little that no frame makes a rate beyond its bounds
-// of it: spares the frames.
+// True if velocities change the deformation gradient so little that no rate can exceed its bounds
+// in any frame; the polar decomposition can then be skipped.
 template <class Lanes>
 LOOMSTONE_INLINE bool slow(const Element<Lanes>& e, const Index* corners, const Bounds& bounds,
                            const double* v) {
@@ -76,8 +76,8 @@ LOOMSTONE_INLINE bool slow(const Element<Lanes>& e, const Index* corners, const 
   Space<Lanes> d1, d2;
   columns(e, point<Lanes>(corners, 0, v), point<Lanes>(corners, 1, v), point<Lanes>(corners, 2, v),
           d1, d2);
-  return least > 0.0 && largest(greater(dot(d1, d1), dot(d2, d2))) <
-                            0.99 * least * least;  // the hundredth: rounding
+  return least > 0.0 &&
+         largest(greater(dot(d1, d1), dot(d2, d2))) < 0.99 * least * least;  // 1 % for rounding
 }
 
 template <class Real>
@@ -86,7 +86,7 @@ struct Correction {
   Real size;  // of the change of strain
 };
 
-// False where no element of the batch is beyond its bounds by more than the tolerance.
+// False if no element of the batch exceeds its bounds by more than the tolerance.
 template <class Real>
 LOOMSTONE_INLINE bool correction(const Element<Real>& e, const Index* corners,
                                  const std::uint8_t* moves, const Bounds& bounds,
@@ -118,7 +118,7 @@ LOOMSTONE_INLINE bool correction(const Element<Real>& e, const Index* corners,
   return true;
 }
 
-// Moves the corners of one lane; those that are held do not change by one bit.
+// Moves the corners of one lane; held corners do not change by one bit.
 template <class Real>
 LOOMSTONE_INLINE void move(const Space<Real> delta[3], const Index* corners, int lane,
                            std::uint8_t moves, double* values) {
@@ -137,7 +137,7 @@ LOOMSTONE_INLINE void displacements(const Element<Real>& e, const Correction<Rea
   delta[2] = combine(c.g1, e.x2, c.g2, e.y2);
 }
 
-// Lanes that move and need to.
+// Lanes with a free corner and an excess beyond the tolerance.
 template <class Lanes>
 LOOMSTONE_INLINE unsigned lanes_to_correct(const Lanes& size, const std::uint8_t* moves,
                                            double tolerance) {
@@ -147,7 +147,7 @@ LOOMSTONE_INLINE unsigned lanes_to_correct(const Lanes& size, const std::uint8_t
   return bits;
 }
 
-// The displacements of the corners of a batch; returns the lanes that they are for.
+// Displacements of the corners of a batch; returns the lanes that need them.
 template <class Lanes>
 LOOMSTONE_INLINE unsigned correct_batch(const Tables& tables, const Motion& motion, std::size_t b,
                                         Space<Lanes> delta[3]) {
@@ -219,14 +219,14 @@ bool correct_one(const Tables& tables, const Motion& motion, Index slot) {
 }
 
 template <class Lanes>
-LOOMSTONE_INLINE void look(const Tables& tables, const Motion& motion, const Index* batches,
-                           Index first, Index n, double* excess, double* strains) {
+LOOMSTONE_INLINE void check(const Tables& tables, const Motion& motion, const Index* batches,
+                            Index first, Index n, Violations out) {
   for (Index i = first; i < first + n; ++i) {
     const std::size_t b = static_cast<std::size_t>(batches ? batches[i] : i);
     const Index* corners = tables.corners + 24 * b;
     const Bounds& bounds = tables.bounds[tables.bounds_of[b]];
     const Element<Lanes> e = gradients_at<Lanes>(gradients_of(tables, b));
-    excess[b] = 0.0;
+    out.excess[b] = 0.0;
     if (motion.v && slow(e, corners, bounds, motion.v)) continue;
     const Polar<Lanes> polar =
         stretch(e, point<Lanes>(corners, 0, motion.x), point<Lanes>(corners, 1, motion.x),
@@ -237,16 +237,16 @@ LOOMSTONE_INLINE void look(const Tables& tables, const Motion& motion, const Ind
       rotation(polar, r1, r2);
       strain = rate(e, corners, motion.v, r1, r2);
     }
-    const Symmetric<Lanes> back = loomstone::limit::excess(bounds, strain);
-    excess[b] = largest(greater(size(back.a11), greater(size(back.a22), size(back.a12))));
-    if (excess[b] == 0.0) continue;
-    double* o = strains + 24 * b;
+    const Symmetric<Lanes> back = excess(bounds, strain);
+    out.excess[b] = largest(greater(size(back.a11), greater(size(back.a22), size(back.a12))));
+    if (out.excess[b] == 0.0) continue;
+    double* o = out.strains + 24 * b;
     lanes_store(o, strain.a11), lanes_store(o + 8, strain.a22), lanes_store(o + 16, strain.a12);
   }
 }
-void look(const Tables& tables, const Motion& motion, const Index* batches, Index first, Index n,
-          double* excess, double* strains) {
-  LOOMSTONE_WIDEST(look)(tables, motion, batches, first, n, excess, strains);
+void check(const Tables& tables, const Motion& motion, const Index* batches, Index first, Index n,
+           Violations out) {
+  LOOMSTONE_WIDEST(check)(tables, motion, batches, first, n, out);
 }
 
 }  // namespace loomstone::limit

@@ -15,14 +15,15 @@ namespace {
 constexpr int bound_stride = 12 * n_lanes;
 constexpr Index batches_per_range = 32;
 
-// Moduli of the second phase over that of the membrane, and of the third over that of the second.
-// The second begins limit_margin() before the limit, the third half-way. Light loads meet the
-// second alone: a triangle that the third took at once would be thrown back and change phase every
-// other step. Heavy ones, at pins, would stretch the second far beyond the limit. Tuned on
-// scenes/swing_limits.py and limit_scaling.py at 4 ms; docs/performance.md has the figures.
+// Ratio of the second phase's modulus to the membrane's, and of the third's to the second's. The
+// second phase begins limit_margin() before the limit, the third half-way from there to the limit.
+// Light loads reach only the second phase: a triangle that entered the third at once would rebound
+// and change phase every other step. Heavy loads, as at prescribed vertices, would stretch the
+// second phase alone far beyond the limit. Tuned on scenes/swing_limits.py and limit_scaling.py at
+// 4 ms; docs/performance.md has the figures.
 constexpr double stiffening = 300.0, steeper = 10.0, third_begins = 0.5;
 
-// Whether a mode of some lane is beyond its bounds, NaN included.
+// True if a mode of any lane is beyond its bounds or NaN.
 template <class Lanes>
 LOOMSTONE_INLINE bool beyond_any(const Lanes strain[3], const double* bound) {
   const auto within = [&](int k) LOOMSTONE_INLINE_LAMBDA -> MaskOf<Lanes> {
@@ -32,17 +33,24 @@ LOOMSTONE_INLINE bool beyond_any(const Lanes strain[3], const double* bound) {
   return lanes_any(~(within(0) & within(1) & within(2)));
 }
 
+// Tables of the phases of all batches.
+struct Phases {
+  const double* bounds;
+  const Index* bounds_of;
+  double* table;
+  std::uint8_t* entered;
+};
+
 template <class Lanes>
 LOOMSTONE_INLINE void enter_batches(const membrane::Tables& tables, const Index* batches, Index n,
-                                    const double* bounds, const Index* bounds_of, const double* x,
-                                    double* out, std::uint8_t* entered) {
+                                    Phases phases, const double* x) {
   for (Index i = 0; i < n; ++i) {
     const Index b = batches[i];
     const membrane::Batch<Lanes> batch = membrane::batch_of<Lanes>(tables, b);
     Lanes3<Lanes> f1, f2;
     membrane::gradient_columns(batch, x, f1, f2);
     const Lanes c11 = dot(f1, f1), c22 = dot(f2, f2), c12 = dot(f1, f2);
-    // U of the polar decomposition (method.md 3), E = (U^2 - 1) / 2 and the diagonal of dE/dU.
+    // U of the polar decomposition (element_limit.h), E = (U^2 - 1) / 2, diagonal of dE/dU.
     const Lanes d = lanes_sqrt(lanes_max0(c11 * c22 - c12 * c12));
     const Lanes trace = lanes_sqrt(c11 + c22 + 2.0 * d);
     const Lanes inverse = 1.0 / (trace + 1e-300);
@@ -50,10 +58,11 @@ LOOMSTONE_INLINE void enter_batches(const membrane::Tables& tables, const Index*
     const Lanes strain[3] = {u[0] - 1.0, u[1] - 1.0, u[2]};
     const Lanes green[3] = {0.5 * (c11 - 1.0), 0.5 * (c22 - 1.0), 0.5 * c12};
     const Lanes slope[3] = {u[0], u[1], 0.5 * trace};
-    const double* bound = bounds + bound_stride * static_cast<std::size_t>(bounds_of[b]);
-    entered[b] = beyond_any(strain, bound);
-    if (!entered[b]) continue;
-    double* o = out + membrane::phase_stride * static_cast<std::size_t>(b);
+    const double* bound =
+        phases.bounds + bound_stride * static_cast<std::size_t>(phases.bounds_of[b]);
+    phases.entered[b] = beyond_any(strain, bound);
+    if (!phases.entered[b]) continue;
+    double* o = phases.table + membrane::phase_stride * static_cast<std::size_t>(b);
     for (int k = 0; k < 3; ++k) {
       const Lanes modulus = (k == 2 ? 2.0 : 1.0) * stiffening *
                             batch.constant(k == 0   ? 1
@@ -79,7 +88,7 @@ LOOMSTONE_INLINE void enter_batches(const membrane::Tables& tables, const Index*
   }
 }
 
-// The bounds of one lane.
+// Sets the bounds of one lane; infinite where a direction is unlimited.
 void set_bounds(const StrainLimit& limit, double* lane) {
   constexpr double free = std::numeric_limits<double>::infinity();
   const double least[3] = {limit.weft_min, limit.warp_min, limit.least_shear()},
@@ -102,7 +111,7 @@ LimitPhase::LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limit
       bounds_of_(membrane.n_batches()),
       table_(static_cast<std::size_t>(membrane.n_batches()) * membrane::phase_stride, 0.0),
       entered_(membrane.n_batches(), 0) {
-  using Rows = std::array<Index, n_lanes>;  // of limits, one a lane
+  using Rows = std::array<Index, n_lanes>;  // row of limits of each lane
   std::map<Rows, Index> known;
   for (Index b = 0; b < membrane.n_batches(); ++b) {
     Rows rows;
@@ -113,18 +122,18 @@ LimitPhase::LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limit
     if (!is_new) continue;
     bounds_.resize(bounds_.size() + bound_stride);
     double* lane = bounds_.data() + bounds_.size() - bound_stride;
-    for (const Index row : rows)  // edges are limited afterwards
+    for (const Index row : rows)  // limits on edges act after the solve
       set_bounds(row < 0 || limits[row].edge ? StrainLimit{} : limits[row], lane++);
   }
 }
 
 void LimitPhase::enter(const Team& team, const Points& x, Index begin, Index end) {
   const std::vector<Index>& batches = membrane_.batches_of(begin, end);
+  const Phases phases{bounds_.data(), bounds_of_.data(), table_.data(), entered_.data()};
   parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_range,
                   [&](Index first, Index last) {
                     LOOMSTONE_WIDEST(enter_batches)(membrane_.tables(), batches.data() + first,
-                                                    last - first, bounds_.data(), bounds_of_.data(),
-                                                    x.data(), table_.data(), entered_.data());
+                                                    last - first, phases, x.data());
                   });
 }
 

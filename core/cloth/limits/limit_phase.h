@@ -1,6 +1,6 @@
-// Strain limits inside the implicit solve: close to a limit a triangle enters a stiff second phase,
-// so that what stops the cloth meets elasticity and contacts in one matrix, and little is left to
-// correct afterwards. Our choice; docs/performance.md tells what was tried beside it.
+// Strain limits inside the implicit solve: near a limit a triangle enters a stiff second phase of
+// the membrane. Limits, elasticity and contacts then meet in one matrix, and little remains to be
+// corrected after the solve. Our choice; docs/performance.md compares alternatives.
 #pragma once
 
 #include <vector>
@@ -15,12 +15,12 @@ namespace loomstone {
 // Stage.
 class LimitPhase {
  public:
-  // limit_of (m): row of limits, -1: the triangle has none.
+  // limit_of (m): row of limits, -1: unlimited.
   LimitPhase(Membrane& membrane, const std::vector<StrainLimit>& limits,
              const std::vector<Index>& limit_of);
 
-  // The phase each mode of each triangle that touches rows [begin, end) is in at x; what it adds is
-  // linear in the Green strain from there on.
+  // Determines the phase of each mode of each triangle that touches rows [begin, end), at x. The
+  // stress that the phase adds is linearised there in the Green strain.
   void enter(const Team& team, const Points& x, Index begin, Index end);
   // See membrane::Tables.
   const double* table() const { return table_.data(); }
@@ -28,7 +28,7 @@ class LimitPhase {
 
  private:
   Membrane& membrane_;
-  AlignedDoubles bounds_;         // (rows x 12 x 8) least, most; those of the third phase
+  AlignedDoubles bounds_;         // (rows x 12 x 8) where phases begin: second (least, most), third
   std::vector<Index> bounds_of_;  // (batches) row of bounds
   AlignedDoubles table_;
   std::vector<std::uint8_t> entered_;

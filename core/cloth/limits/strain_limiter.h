@@ -1,8 +1,8 @@
 // Moves candidate positions so that no element strains beyond its limits: continuum-based strain
 // limiting, [Thomaszewski2010] chapter 3, and edge-based limiting for comparison. Every method
-// keeps linear and angular momentum; vertices that are fixed do not change by one bit. The result
-// is the same on any number of threads and ranks. Ranks share the looks at all elements; the
-// sweeps, over the few elements that looks have found, they all compute, since a message for each
+// keeps linear and angular momentum; prescribed vertices do not change by one bit. The result is
+// the same on any number of threads and ranks. Ranks share the check of all elements; every rank
+// computes all sweeps, over the few elements that violate their limits, because a message for each
 // colour would take longer.
 #pragma once
 
@@ -11,6 +11,7 @@
 #include <memory>
 #include <vector>
 
+#include "core/cloth/limits/corotational_strain.h"
 #include "core/cloth/limits/limit_check.h"
 #include "core/cloth/limits/limit_elements.h"
 #include "core/cloth/material/strain_limit.h"
@@ -18,68 +19,60 @@
 
 namespace loomstone {
 
-// U - I = (weft, warp, shear e12) from the Green strain of the same triangle.
-Vec3 corotational_strain(const Vec3& green);
-
-// U - I of a triangle, and of every triangle (m x 3), in its weft/warp axes: weft, warp, shear e12
-// [1].
-Vec3 corotational_strain(const Triangles& triangles, const std::vector<Corners2>& corners,
-                         const Points& x, Index triangle);
-void corotational_strain(const Team& team, const Triangles& triangles,
-                         const std::vector<Corners2>& corners, const Points& x, Points& strain);
-
+class ActiveSet;
 class EdgeLimiter;
 
-// Stage. `key` of the random order: calls of the same key, seed and positions give the same bits.
-// On several ranks all calls are collective.
+// Stage. `key` seeds the random order together with options.seed: calls with the same key, seed and
+// positions give the same bits. On several ranks all calls are collective.
 class StrainLimiter {
  public:
-  // ranks: that share the work; null: one alone.
+  // ranks: those that share the check; null: this process works alone.
   StrainLimiter(const LimitedCloth& cloth, const LimitOptions& options,
                 const Communicator* ranks = nullptr);
   ~StrainLimiter();
 
   bool empty() const { return elements_.n_elements() == 0; }
 
-  // Moves x. `held`: vertices that stay where they are besides those that are fixed.
+  // Moves x. `held`: vertices that do not move, in addition to the prescribed ones.
   LimitReport enforce(const Team& team, std::uint64_t key, const std::vector<Index>& held,
                       Points& x);
 
-  // Limits what velocities change of strain in a step of h seconds to options.strain_rate;
-  // positions stay. The excess is per step, and measured only on demand.
+  // Limits the change of strain that velocities cause in a step of h seconds to
+  // options.strain_rate; positions stay. If `measured`, the report contains the remaining excess
+  // per step.
   LimitReport enforce_rate(const Team& team, std::uint64_t key, const Points& x, double h,
                            Points& v, bool measured = true);
 
-  // The excess at x; nothing moves.
+  // Reports the violations at x without moving anything.
   LimitReport measure(const Team& team, const Points& x);
 
  private:
-  class Pending;
-  // Sweeps until all is within its bounds, or too many. True where what the look has seen still is
-  // so.
-  bool enforce(const Team& team, std::uint64_t key, const limit::Tables& tables,
-               const limit::Motion& motion, LimitReport& report);
+  // Sweeps until all elements are within their bounds or options.max_sweeps is reached. True if
+  // check_ describes the result.
+  bool sweep_until_met(const Team& team, std::uint64_t key, const limit::Tables& tables,
+                       const limit::Motion& motion, LimitReport& report);
+  // One sweep; returns the number of corrected elements.
   std::int64_t sweep(const Team& team, const limit::Tables& tables, const limit::Motion& motion,
-                     int number, Pending& pending);
+                     int number, ActiveSet& active);
   std::int64_t sweep_jacobi(const Team& team, const limit::Tables& tables,
-                            const limit::Motion& motion, Pending& pending);
+                            const limit::Motion& motion, ActiveSet& active);
   std::int64_t sweep_randomly(const limit::Tables& tables, const limit::Motion& motion,
-                              std::uint64_t key, Pending& pending);
+                              std::uint64_t key, ActiveSet& active);
   void run_batches(const Team& team, const limit::Tables& tables, const limit::Motion& motion,
                    const std::vector<Index>& batches);
-  std::int64_t spread(const std::vector<Index>& batches, Pending& pending) const;
+  std::int64_t spread(const std::vector<Index>& batches, ActiveSet& active) const;
   std::vector<Index> corners_of(const std::vector<Index>& batches);
-  std::vector<Index> divided(const Team& team, const std::vector<Index>& batches) const;
+  std::vector<Index> by_thread(const Team& team, const std::vector<Index>& batches) const;
 
   LimitOptions options_;
   LimitElements elements_;
-  LimitLook look_;
-  std::unique_ptr<EdgeLimiter> edges_;  // of the cloths that are limited by edges
-  bool by_elements_ = false;            // others are there
+  LimitCheck check_;
+  std::unique_ptr<EdgeLimiter> edges_;  // null: no cloth is limited by edges
+  bool by_elements_ = false;            // some cloth is limited by elements
   // Scratch.
   std::vector<std::uint8_t> corrected_;  // (batches) bits of lanes
   std::vector<double> deltas_;
-  std::vector<Index> order_;        // slots of all elements, before they are shuffled
+  std::vector<Index> order_;        // slots of all elements, not shuffled
   std::vector<Index> n_corrected_;  // (n) elements corrected at each vertex
 };
 

@@ -1,6 +1,6 @@
-// How far cloth may strain, and how that is enforced. Strain is that of the co-rotational measure,
-// U - I with U = (F^T F)^(1/2) in weft/warp axes: (e11, e22, e12), so limits of shear are in e12,
-// half the engineering shear (3.3).
+// Limits of the strain of cloth, and how they are enforced. The strain is co-rotational: U - I with
+// U = (F^T F)^(1/2), in weft/warp axes (e11, e22, e12). Limits of shear refer to e12, half the
+// engineering shear (3.3).
 #pragma once
 
 #include <algorithm>
@@ -38,17 +38,17 @@ struct StrainLimit {
                                  Limits{-std::numeric_limits<double>::infinity(), 0.0, false, true},
                                  "smallest shear strain e12; None: -shear"),
                            field("edge", &L::edge, "1", non_negative(),
-                                 "largest elongation of an edge: where given, this cloth is "
-                                 "limited by edges, whatever the method; None: in the method "
-                                 "edges the smaller of weft and warp"));
+                                 "largest elongation of an edge; if given, this cloth is limited "
+                                 "by edges, whatever the method; None: the smaller of weft and "
+                                 "warp, used by the method edges only"));
   }
   double least_shear() const { return shear_min.value_or(-shear); }
   double edge_bound() const { return edge.value_or(weft < warp ? weft : warp); }
 };
 
-// What is let be beyond a limit where contacts share the say: 0.01 of strain, a fifth of limits
-// below 0.05, never less than 1e-4. Where the second phase of the implicit solve begins before it,
-// too.
+// Excess over a limit that is tolerated when contacts and limits compete [1]: 20 % of the limit, at
+// most 0.01, at least 1e-4. The stiff second phase of the implicit solve begins this far before the
+// limit.
 inline double limit_margin(double limit) {
   return std::max(1e-4, std::min(0.01, 0.2 * std::abs(limit)));
 }
@@ -69,25 +69,24 @@ struct LimitOptions {
     return std::make_tuple(
         field("method", &O::method,
               "gauss-seidel (coloured, parallel) | gauss-seidel-random (seeded order, one thread) "
-              "| jacobi | edges (edge-based, one "
-              "bound for all directions)"),
+              "| jacobi | edges (edge-based, one bound for all directions)"),
         field("tolerance", &O::tolerance, "1", positive(),
-              "strain beyond its limit that sweeps let be; a tenth of limits below 0.02"),
+              "excess over a limit that sweeps do not correct; a tenth of limits below 0.02"),
         field("max_sweeps", &O::max_sweeps, "1", between(1, 1e6),
-              "sweeps over the elements a step; what then remains is reported"),
+              "largest number of sweeps over the elements per step; remaining violations are "
+              "reported"),
         field("active_set", &O::active_set,
-              "after the first sweep only corrected elements and their neighbours are looked at"),
+              "after the first sweep evaluate only corrected elements and their neighbours"),
         field("in_solve", &O::in_solve,
               "implicit integrators: near its limits cloth enters a stiff second phase inside the "
-              "solve, so that little is left to "
-              "correct; not with the method edges"),
+              "solve, so that little remains to be corrected; not with the method edges"),
         field("strain_rate", &O::strain_rate, "1", non_negative(),
-              "largest change of strain a step left in the velocities; 0: off"),
-        field("seed", &O::seed, "1", between(0, 2147483647), "of the random order"));
+              "largest change of strain per step that velocities may cause; 0: no limit"),
+        field("seed", &O::seed, "1", between(0, 2147483647), "seed of the random order"));
   }
 };
 
-// Throws InvalidInput where an option is none.
+// Throws InvalidInput for options outside their range and for an unknown method.
 void check_limit_options(const LimitOptions& options, const std::string& where);
 
 }  // namespace loomstone
