@@ -16,8 +16,8 @@ Vec3 wind_at(const Air& air, const Vec3& place, double time) {
 }
 
 namespace {
-Vec3 triangle_drag(const Air& air, double time, const Triangles& triangles, Index t,
-                   const Points& x, const Points& v) {
+Vec3 triangle_drag(const Air& air, const DraggedSurface& surface, Index t) {
+  const auto& [time, triangles, incidence, x, v] = surface;
   const Index i = triangles(t, 0), j = triangles(t, 1), k = triangles(t, 2);
   const Vec3 xi = x.row(i), xj = x.row(j), xk = x.row(k);
   const Vec3 twice = (xj - xi).cross(xk - xi);
@@ -34,15 +34,17 @@ Vec3 triangle_drag(const Air& air, double time, const Triangles& triangles, Inde
 }
 }  // namespace
 
-void add_drag(const Team& team, const Air& air, double time, const Triangles& triangles,
-              const std::vector<Index>& start, const std::vector<Index>& items, const Points& x,
-              const Points& v, Index begin, Index end, Points& force) {
+void add_drag(const Team& team, const Air& air, const DraggedSurface& surface, Index begin,
+              Index end, Points& force) {
   if (air.density == 0.0 || (air.normal_drag == 0.0 && air.tangential_drag == 0.0)) return;
-  std::vector<std::uint8_t> needed(triangles.rows(), 0);
+  const auto n_triangles = static_cast<Index>(surface.triangles.rows());
+  const std::vector<Index>& start = surface.triangles_of_vertex.start;
+  const std::vector<Index>& items = surface.triangles_of_vertex.items;
+  std::vector<std::uint8_t> needed(n_triangles, 0);
   for (Index s = start[begin]; s < start[end]; ++s) needed[items[s]] = 1;
-  Points drag(triangles.rows(), 3);
-  parallel_for(team, static_cast<Index>(triangles.rows()), [&](Index t) {
-    if (needed[t]) drag.row(t) = triangle_drag(air, time, triangles, t, x, v).transpose() / 3.0;
+  Points drag(n_triangles, 3);
+  parallel_for(team, n_triangles, [&](Index t) {
+    if (needed[t]) drag.row(t) = triangle_drag(air, surface, t).transpose() / 3.0;
   });
   parallel_for(team, end - begin, [&](Index i) {
     const Index row = begin + i;

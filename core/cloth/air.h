@@ -1,8 +1,9 @@
-// Drag of air at rest or in wind, per triangle.
+// Drag by air at rest or by wind, per triangle.
 #pragma once
 
 #include "core/base/field.h"
 #include "core/base/types.h"
+#include "core/mesh/adjacency.h"
 #include "core/parallel/team.h"
 
 namespace loomstone {
@@ -20,12 +21,12 @@ struct Air {
     return std::make_tuple(
         field("density", &A::density, "kg/m^3", non_negative(), "density of the air"),
         field("normal_drag", &A::normal_drag, "1", non_negative(),
-              "drag coefficient across a triangle"),
+              "drag coefficient normal to a triangle"),
         field("tangential_drag", &A::tangential_drag, "1", non_negative(),
-              "drag coefficient along a triangle"),
+              "drag coefficient tangential to a triangle"),
         field("wind", &A::wind, "velocity of the air [m/s]"),
         field("gust", &A::gust, "1", between(0.0, 1.0),
-              "relative strength of slow variations of the wind"));
+              "relative amplitude of slow variations of the wind"));
   }
 };
 
@@ -33,12 +34,19 @@ struct Air {
 // travelling waves). Our choice.
 Vec3 wind_at(const Air& air, const Vec3& place, double time);
 
-// Adds to rows [begin, end) a third of each incident triangle's drag: with A the present area, n
-// the unit normal and u the velocity of the air relative to the triangle's mean velocity,
+// The surface that air drags on, at one instant.
+struct DraggedSurface {
+  double time;  // [s]
+  const Triangles& triangles;
+  const Incidence& triangles_of_vertex;
+  const Points& x;  // (n x 3) [m]
+  const Points& v;  // (n x 3) [m/s]
+};
+
+// Adds to rows [begin, end) a third of the drag of each incident triangle. With A the current area,
+// n the unit normal and u the velocity of the air relative to the triangle's mean velocity,
 //   f = density / 2 * A * (normal_drag |u.n| (u.n) n + tangential_drag |u_t| u_t).
-// `slots` lists for each vertex its triangles, ascending (start, items).
-void add_drag(const Team& team, const Air& air, double time, const Triangles& triangles,
-              const std::vector<Index>& start, const std::vector<Index>& items, const Points& x,
-              const Points& v, Index begin, Index end, Points& force);
+void add_drag(const Team& team, const Air& air, const DraggedSurface& surface, Index begin,
+              Index end, Points& force);
 
 }  // namespace loomstone

@@ -1,4 +1,4 @@
-// All cloths end to end in the internal order of vertices. Constant once built.
+// All cloths, one after another in the internal order of vertices. Constant once built.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ namespace loomstone {
 
 // Model.
 struct ClothModel {
-  // Bending elements of one kind on some of the cloths, with vertices numbered over all.
+  // Bending elements of one kind on some of the cloths; vertex numbers count all cloths.
   struct BendingPart {
     std::string element;  // "mid-edge" | "hinge"
     BendingSetup setup;
@@ -25,10 +25,10 @@ struct ClothModel {
   std::vector<Corners2> corners;             // (m) rest coordinates [m]
   std::vector<MembraneConstants> constants;  // (m)
   std::vector<StrainLimit> strain_limits;
-  std::vector<Index> strain_limit_of;  // (m) row of strain_limits, -1: none
+  std::vector<Index> strain_limit_of;  // (m) row of strain_limits, -1: unlimited
   std::vector<BendingPart> bending;
-  Vector mass;                       // (n) lumped [kg], method.md 1.3
-  std::vector<std::uint8_t> pinned;  // (n) 1: held or moved by script
+  Vector mass;                       // (n) lumped [kg]
+  std::vector<std::uint8_t> pinned;  // (n) 1: prescribed vertex
   Incidence triangles_of_vertex;     // (n)
 };
 

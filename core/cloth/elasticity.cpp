@@ -78,12 +78,13 @@ void Elasticity::add_explicit_bending(const Team& team, const Points& x, const P
   for (const auto& element : bending_) element->add_forces(team, x, v, begin, end, force);
 }
 
-// Chunks of rows, each with all that is to be done with it while it is in the cache.
-void Elasticity::assemble(const Team& team, const Points& x, JacobianKind kind, double scale_d,
-                          double scale_k, Index begin, Index end, const Points* w, Points* y) {
-  if (w)
+// Completes one chunk of rows after the other, while it is in the cache.
+void Elasticity::assemble(const Team& team, const Points& x, JacobianTerms terms, Index begin,
+                          Index end, Product product) {
+  if (product.w)
     parallel_for(team, model_.n_vertices, [&](Index i) {
-      for (int d = 0; d < 3; ++d) wide_in_[4 * static_cast<std::size_t>(i) + d] = (*w)(i, d);
+      for (int d = 0; d < 3; ++d)
+        wide_in_[4 * static_cast<std::size_t>(i) + d] = (*product.w)(i, d);
     });
   membrane_.locate_rows(matrix_, begin, end);
   const Index n_chunks = (end - begin + rows_per_block - 1) / rows_per_block;
@@ -93,32 +94,33 @@ void Elasticity::assemble(const Team& team, const Points& x, JacobianKind kind, 
   parallel_ranges(team, n_chunks, 1, [&](Index first, Index last) {
     AlignedDoubles scratch;
     for (Index chunk = first; chunk < last; ++chunk) {
-      membrane_.set_chunk(chunk, x, kind, scale_k, scale_d, scratch, matrix_);
-      if (!implicit_bending()) finish_rows(begin + chunk * rows_per_block, end_of(chunk), w, y);
+      membrane_.set_chunk(chunk, x, terms, scratch, matrix_);
+      if (!implicit_bending()) finish_rows(begin + chunk * rows_per_block, end_of(chunk), product);
     }
   });
   if (!implicit_bending()) return;
-  add_bending(team, x, kind, scale_d, scale_k, begin, end);
+  add_bending(team, x, terms, begin, end);
   parallel_ranges(team, n_chunks, 1, [&](Index first, Index last) {
-    finish_rows(begin + first * rows_per_block, end_of(last - 1), w, y);
+    finish_rows(begin + first * rows_per_block, end_of(last - 1), product);
   });
 }
 
-void Elasticity::add_bending(const Team& team, const Points& x, JacobianKind kind, double scale_d,
-                             double scale_k, Index begin, Index end) {
+void Elasticity::add_bending(const Team& team, const Points& x, JacobianTerms terms, Index begin,
+                             Index end) {
   for (const auto& element : bending_) {
-    element->add_stiffness(team, x, scale_k, scale_d, begin, end, matrix_);
-    if (kind == JacobianKind::Exact)
-      element->add_geometric_stiffness(team, x, scale_k, begin, end, matrix_);
+    element->add_stiffness(team, x, terms.scales, begin, end, matrix_);
+    if (terms.kind == JacobianKind::Exact)
+      element->add_geometric_stiffness(team, x, terms.scales.elastic, begin, end, matrix_);
   }
 }
 
-// The product, then the mass.
-void Elasticity::finish_rows(Index begin, Index end, const Points* w, Points* y) {
-  if (w) {
+// Computes the product, then adds the mass.
+void Elasticity::finish_rows(Index begin, Index end, Product product) {
+  if (product.w) {
     matrix_.multiply(begin, end, wide_in_.data(), wide_out_.data());
     for (Index row = begin; row < end; ++row)
-      for (int d = 0; d < 3; ++d) (*y)(row, d) = wide_out_[4 * static_cast<std::size_t>(row) + d];
+      for (int d = 0; d < 3; ++d)
+        (*product.y)(row, d) = wide_out_[4 * static_cast<std::size_t>(row) + d];
   }
   for (Index row = begin; row < end; ++row) {
     double* diagonal = matrix_.block(matrix_.diagonal()[row]);

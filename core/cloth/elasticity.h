@@ -14,9 +14,9 @@
 
 namespace loomstone {
 
-// How bending enters a step: as a force only; in the matrix too, by a sparse bound of its stiffness
-// that keeps linearly implicit steps stable (see BendingSetup::lumped_stiffness); or with the whole
-// Gauss-Newton stiffness.
+// How bending enters a step: as a force only (Explicit); as a force and in the matrix by a sparse
+// bound of its stiffness, which keeps linearly implicit steps stable (Lumped, see
+// BendingSetup::lumped_stiffness); or with the whole Gauss-Newton stiffness (Full).
 enum class BendingTreatment { Explicit, Lumped, Full };
 
 // Stage.
@@ -24,26 +24,30 @@ class Elasticity {
  public:
   Elasticity(const ClothModel& model, BendingTreatment bending);
 
-  // Largest eigenvalue of M^-1 K of bending at rest [1/s^2]; 0 where nothing bends.
+  // Largest eigenvalue of M^-1 K of bending at rest [1/s^2]; 0 without bending.
   static double bending_eigenvalue(const ClothModel& model);
 
   bool implicit_bending() const { return treatment_ != BendingTreatment::Explicit; }
   BlockMatrix& matrix() { return matrix_; }
 
-  // Adds minus elastic minus viscous forces of what is in the stiffness (membrane, and implicit
-  // bending); v null: no viscous part.
+  // Adds minus the elastic and minus the viscous forces of the terms in the matrix: membrane, and
+  // bending if implicit. v null: no viscous part.
   void add_implicit_forces(const Team& team, const Points& x, const Points* v, Index begin,
                            Index end, Points& force);
-  // Adds minus elastic minus damping forces of bending where it is explicit (nothing where it is
-  // implicit).
+  // Adds minus the elastic and minus the damping forces of explicit bending; adds nothing if
+  // bending is implicit.
   void add_explicit_bending(const Team& team, const Points& x, const Points& v, Index begin,
                             Index end, Points& force);
 
-  // matrix = M + scale_d D + scale_k K on rows [begin, end); where w is given, current on all rows
-  // that the matrix couples to them, also y = (matrix - M) w on these rows.
-  void assemble(const Team& team, const Points& x, JacobianKind kind, double scale_d,
-                double scale_k, Index begin, Index end, const Points* w = nullptr,
-                Points* y = nullptr);
+  // A product with the matrix, computed while its rows are in the cache. Rows of w that the matrix
+  // couples to [begin, end) must be current.
+  struct Product {
+    const Points* w;  // null: no product
+    Points* y;        // y = (matrix - M) w on rows [begin, end)
+  };
+  // Sets rows [begin, end) of the matrix to M + elastic K + viscous D.
+  void assemble(const Team& team, const Points& x, JacobianTerms terms, Index begin, Index end,
+                Product product = {});
 
   // As long as it lives, forces and stiffness contain the stiff phases near strain limits; its
   // destructor restores those of the membrane alone. A default-constructed one changes nothing.
@@ -72,9 +76,8 @@ class Elasticity {
   }
 
  private:
-  void add_bending(const Team& team, const Points& x, JacobianKind kind, double scale_d,
-                   double scale_k, Index begin, Index end);
-  void finish_rows(Index begin, Index end, const Points* w, Points* y);
+  void add_bending(const Team& team, const Points& x, JacobianTerms terms, Index begin, Index end);
+  void finish_rows(Index begin, Index end, Product product);
 
   const ClothModel& model_;
   Membrane membrane_;
@@ -82,7 +85,7 @@ class Elasticity {
   std::vector<std::unique_ptr<Bending>> bending_;
   BendingTreatment treatment_;
   BlockMatrix matrix_;
-  std::vector<double> wide_in_, wide_out_;  // vectors of 4 doubles a row
+  std::vector<double> wide_in_, wide_out_;  // vectors with 4 doubles per row
   Points zero_velocity_;
 };
 

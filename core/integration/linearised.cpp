@@ -110,8 +110,8 @@ class LinearisedIntegrator final : public Integrator {
     } else {
       elasticity_.add_implicit_forces(team, state.x, nullptr, begin, end, force_);
     }
-    elasticity_.assemble(team, state.x, kind_, c_d, c_k, begin, end, &cloth_displacement_,
-                         &product_);
+    elasticity_.assemble(team, state.x, {kind_, {c_k, c_d}}, begin, end,
+                         {&cloth_displacement_, &product_});
     parallel_for(team, end - begin, [&](Index i) {
       const Index row = begin + i;
       rhs_.row(row) = sigma * force_.row(row) - sigma / c_k * product_.row(row);

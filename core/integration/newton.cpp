@@ -296,7 +296,7 @@ class NewtonIntegrator final : public Integrator {
     const double h = inputs.step, c_k = midpoint_ ? h * h / 4 : h * h, c_d = midpoint_ ? h / 2 : h;
     const Points moved = displacement(h, now_.velocity);
     x_ = start_x_ + moved.topRows(n);
-    elasticity_.assemble(team, x_, kind, c_d, c_k, begin, end);
+    elasticity_.assemble(team, x_, {kind, {c_k, c_d}}, begin, end);
     StepInputs at_iterate = inputs;
     if (inputs.terms) at_iterate.terms = &now_.terms;
     if (inputs.terms_at && kind == JacobianKind::Positive) {

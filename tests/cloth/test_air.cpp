@@ -12,8 +12,7 @@ namespace {
 Points drag(const Air& air, const TriangleMesh& mesh, const Points& v) {
   const Incidence list = triangles_of_vertices(mesh.n_vertices(), mesh.triangles());
   Points f = Points::Zero(mesh.n_vertices(), 3);
-  add_drag({}, air, 0.0, mesh.triangles(), list.start, list.items, mesh.vertices(), v, 0,
-           mesh.n_vertices(), f);
+  add_drag({}, air, {0.0, mesh.triangles(), list, mesh.vertices(), v}, 0, mesh.n_vertices(), f);
   return f;
 }
 }  // namespace

@@ -29,7 +29,7 @@ TEST_CASE("with the exact Jacobian Newton's residual is squared from one iterati
   const TriangleMesh mesh = jittered_grid(0.2, 0.2, 5, 5, 0.2, 3);
   IntegratorOptions o = exact_options(method.c_str(), 5e-3);
   o.bending = "implicit", o.newton_tolerance = 1e-13;
-  ClothRun run = make_run(mesh, soft(), o, 1e-3, {}, Vec3(0, 0, -9.81), element.c_str());
+  ClothRun run = make_run(mesh, soft(), o, {1e-3, {}, Vec3(0, 0, -9.81), element});
   start(run, o);
   const double radius = 0.08;
   for (Index i = 0; i < mesh.n_vertices(); ++i) {
@@ -67,7 +67,7 @@ TEST_CASE(
   std::vector<Index> pins;
   for (Index i = 0; i < mesh.n_vertices(); ++i)
     if (std::abs(mesh.vertices()(i, 0)) > 0.1 - 1e-9) pins.push_back(i);
-  ClothRun run = make_run(mesh, soft(), o, 1e-5, pins, Vec3(0, 0, -9.81), element.c_str());
+  ClothRun run = make_run(mesh, soft(), o, {1e-5, pins, Vec3(0, 0, -9.81), element});
   start(run, o);
   int most = 0;
   for (int k = 0; k < 40; ++k) {
@@ -90,11 +90,11 @@ TEST_CASE(
   const TriangleMesh mesh = grid_cells(0.2, 0.2, 4, 4);
   IntegratorOptions o = exact_options("backward-euler", 1e-3);
   o.newton_tolerance = 1e-30, o.max_newton_iterations = 3;
-  ClothRun run = make_run(mesh, soft(), o, 0.0, {0}, Vec3(0, 0, -9.81));
+  ClothRun run = make_run(mesh, soft(), o, {0.0, {0}, Vec3(0, 0, -9.81)});
   start(run, o);
   CHECK_THROWS_WITH(run.advance(),
                     Catch::Contains("backward-euler") && Catch::Contains("integrator.step"));
-  run = make_run(mesh, soft(), o, 0.0, {0}, Vec3(0, 0, -9.81));
+  run = make_run(mesh, soft(), o, {0.0, {0}, Vec3(0, 0, -9.81)});
   run.force(7, 0) = 100.0;  // one vertex is torn away
   o.max_newton_iterations = 1;
   start(run, o);

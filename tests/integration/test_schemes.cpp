@@ -54,7 +54,7 @@ Points end_of_motion(const std::string& method, double step, double bending,
   o.bending =
       method == "nonlinear-midpoint" || method == "backward-euler" ? "implicit" : "explicit";
   if (treatment) o.bending = treatment;
-  ClothRun run = make_run(mesh, soft(), o, bending);
+  ClothRun run = make_run(mesh, soft(), o, {bending});
   start(run, o);
   run.state.x *= 1.15;
   run.state.x.col(2) = 0.02 * (12.0 * run.state.x.col(0).array()).sin();
@@ -82,7 +82,7 @@ double angular_drift(const std::string& method, double step) {
   const TriangleMesh mesh = jittered_grid(0.2, 0.2, 4, 4, 0.2, 3);
   IntegratorOptions o = options_for(method, step);
   if (!is_explicit(method)) o.bending = "implicit";
-  ClothRun run = make_run(mesh, soft(), o, 1e-5);
+  ClothRun run = make_run(mesh, soft(), o, {1e-5});
   start(run, o);
   run.state.x *= 1.15;
   run.state.v = spinning(run.state.x);
@@ -105,7 +105,7 @@ TEST_CASE("free fall: velocity is g t for every integrator, position has the sch
         {"implicit-midpoint", 0.5 * g * t * t},         {"nonlinear-midpoint", 0.5 * g * t * t}};
     const TriangleMesh mesh = jittered_grid(0.2, 0.3, 3, 4, 0.2, 3);
     const IntegratorOptions o = options_for(method, h);
-    ClothRun run = make_run(mesh, ClothMaterial{}, o, 1e-6, {}, Vec3(0, 0, -g));
+    ClothRun run = make_run(mesh, ClothMaterial{}, o, {1e-6, {}, Vec3(0, 0, -g)});
     start(run, o);
     for (int i = 0; i < n; ++i) run.advance();
     for (Index i = 0; i < mesh.n_vertices(); ++i) {
@@ -168,7 +168,7 @@ TEST_CASE("linear momentum is kept to rounding by every integrator with the dire
   for (const std::string method : all_methods) {
     const TriangleMesh mesh = jittered_grid(0.2, 0.2, 4, 4, 0.2, 3);
     const IntegratorOptions o = options_for(method, 2e-4);
-    ClothRun run = make_run(mesh, soft(), o, 1e-5);
+    ClothRun run = make_run(mesh, soft(), o, {1e-5});
     start(run, o);
     run.state.x *= 1.15;
     run.state.v = spinning(run.state.x);
@@ -208,7 +208,7 @@ TEST_CASE("pinned vertices do not move by one bit, scripted ones end exactly at 
     IntegratorOptions o = options_for(method, 2e-4);
     if (!is_explicit(method))
       o.linear_solver = "pcg", o.jacobian = "spd", o.newton_tolerance = 1e-6;
-    ClothRun run = make_run(mesh, ClothMaterial{}, o, 1e-6, {0, 6}, Vec3(0, 0, -9.81));
+    ClothRun run = make_run(mesh, ClothMaterial{}, o, {1e-6, {0, 6}, Vec3(0, 0, -9.81)});
     start(run, o);
     for (int i = 0; i < 50; ++i) {
       run.target(6, 0) = mesh.vertices()(6, 0) + 1e-4 * i;
@@ -256,7 +256,7 @@ TEST_CASE("a hung strip stretches as the analytic solution, along weft and along
     gravity[weft ? 0 : 1] = -g;
     IntegratorOptions o = exact_options("backward-euler", 0.1);
     o.newton_tolerance = 1e-9;
-    ClothRun run = make_run(mesh, m, o, 0.0, pins, gravity);
+    ClothRun run = make_run(mesh, m, o, {0.0, pins, gravity});
     start(run, o);
     for (int i = 0; i < 60; ++i) run.advance();
     const double bottom = run.state.x.col(weft ? 0 : 1).minCoeff();
@@ -289,7 +289,7 @@ TEST_CASE(
       if (base.uv()(i, 0) > length / 2 - 1e-9) pins.push_back(i);
     IntegratorOptions o = exact_options("backward-euler", 0.1);
     o.newton_tolerance = 1e-9;
-    ClothRun run = make_run(mesh, m, o, 0.0, pins, Vec3(-g, 0, 0));
+    ClothRun run = make_run(mesh, m, o, {0.0, pins, Vec3(-g, 0, 0)});
     start(run, o);
     for (int i = 0; i < 60; ++i) run.advance();
     double bottom = 0.0;  // of the middle of the lower end
@@ -305,7 +305,7 @@ TEST_CASE(
 TEST_CASE("unknown integrators and impossible combinations are refused with the choices") {
   const TriangleMesh mesh = grid_cells(0.2, 0.2, 2, 2);
   IntegratorOptions o;
-  ClothRun run = make_run(mesh, soft(), o, 1e-5);
+  ClothRun run = make_run(mesh, soft(), o, {1e-5});
   o.method = "rk4";
   CHECK_THROWS_WITH(start(run, o),
                     Catch::Contains("semi-implicit-euler") && Catch::Contains("\"rk4\""));

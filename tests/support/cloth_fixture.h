@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -30,10 +31,16 @@ struct ClothRun {
   }
 };
 
+struct RunSetup {
+  double bending = 0.0;     // flexural rigidity [N m]
+  std::vector<Index> pins;  // prescribed vertices
+  Vec3 gravity = Vec3::Zero();
+  std::string element = "mid-edge";
+};
+
 inline ClothRun make_run(const TriangleMesh& mesh, const ClothMaterial& material,
-                         const IntegratorOptions& options, double bending = 0.0,
-                         const std::vector<Index>& pins = {}, const Vec3& gravity = Vec3::Zero(),
-                         const char* element = "mid-edge") {
+                         const IntegratorOptions& options, const RunSetup& setup = {}) {
+  const auto& [bending, pins, gravity, element] = setup;
   ClothRun run;
   ClothModel& m = run.model;
   m.n_vertices = mesh.n_vertices();

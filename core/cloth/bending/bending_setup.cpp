@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <sstream>
 
 #include <Eigen/Eigenvalues>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 
 namespace loomstone {
 
@@ -15,18 +14,14 @@ namespace {
 
 [[noreturn]] void refuse_size(const char* field, const char* expected, std::size_t wanted,
                               std::size_t got) {
-  std::ostringstream out;
-  out << "bending: " << field << " must have one entry a " << expected << " (" << wanted
-      << "), got " << got << "; build it from the same mesh";
-  throw InvalidInput(out.str());
+  fail<InvalidInput>(
+      "bending: {} must have one entry per {} ({}), got {}; build it from the same mesh", field,
+      expected, wanted, got);
 }
 
 [[noreturn]] void refuse(const char* field, Index item, const char* must, double got,
                          const char* remedy) {
-  std::ostringstream out;
-  out << "bending: " << field << "[" << item << "] must be " << must << ", got " << got << "; "
-      << remedy;
-  throw InvalidInput(out.str());
+  fail<InvalidInput>("bending: {}[{}] must be {}, got {}; {}", field, item, must, got, remedy);
 }
 
 }  // namespace
@@ -47,7 +42,7 @@ void check_bending_setup(const BendingSetup& setup) {
     const Mat3& d = setup.rigidity[t];
     if (!d.allFinite() || d != d.transpose())
       refuse("rigidity", t, "finite and symmetric", d.sum(),
-             "give bending_weft, _warp, _twist and _coupling in N m");
+             "give finite bending_weft, bending_warp, bending_twist and bending_coupling [N m]");
     const Vec3 eigenvalues =
         Eigen::SelfAdjointEigenSolver<Mat3>(d, Eigen::EigenvaluesOnly).eigenvalues();
     if (eigenvalues(0) < -1e-12 * eigenvalues(2))
@@ -55,7 +50,7 @@ void check_bending_setup(const BendingSetup& setup) {
              "positive semi-definite (bending_coupling^2 <= bending_weft * bending_warp)",
              eigenvalues(0), "lower bending_coupling");
     if (!(setup.damping[t] >= 0.0) || !std::isfinite(setup.damping[t]))
-      refuse("damping", t, ">= 0 [s]", setup.damping[t], "a negative one would feed energy");
+      refuse("damping", t, ">= 0 [s]", setup.damping[t], "negative damping would add energy");
   }
   for (Index e = 0; e < static_cast<Index>(setup.rest_angles.size()); ++e)
     if (!(std::abs(setup.rest_angles[e]) < M_PI))

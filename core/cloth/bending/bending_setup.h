@@ -1,4 +1,4 @@
-// What the two bending elements share: checks, rest angles, highest frequency.
+// Shared by the two bending elements: checks, rest angles, highest frequency.
 #pragma once
 
 #include <functional>
@@ -9,8 +9,8 @@
 
 namespace loomstone {
 
-// Throws InvalidInput where sizes differ, a triangle has no rest area, a number is not finite, a
-// rigidity is not positive semi-definite or damping is negative.
+// Throws InvalidInput if sizes differ, a triangle has no rest area, a number is not finite, a
+// rigidity is not positive semi-definite, or damping is negative.
 void check_bending_setup(const BendingSetup& setup);
 
 // Hinges of the setup with their rest angles. Throws InvalidInput for a wrong number of rest
@@ -20,8 +20,8 @@ HingeSet make_hinge_set(const BendingSetup& setup, const EdgeTable& edges);
 // 0, 1, ..., n - 1
 std::vector<Index> all_of(Index n);
 
-// Largest eigenvalue of M^-1 K by power iteration; moments(rate, out) gives Q rate, one entry a
-// hinge; pinned rows rest.
+// Largest eigenvalue of M^-1 K by power iteration. moments(values, out) computes Q times the rates
+// in `values`, one entry per hinge. Prescribed rows do not move.
 double power_iteration(const HingeSet& hinges, const Points& rest_positions,
                        const std::vector<std::uint8_t>& pinned, const Vector& mass,
                        const std::function<void(const HingeValues&, AlignedDoubles&)>& moments);

@@ -18,8 +18,7 @@ HingeSet::HingeSet(Index n_vertices, std::vector<Hinge> hinges, std::vector<doub
   vertices_.resize(static_cast<std::size_t>(n_batches()) * hinge::vertex_stride);
   rest_lanes_.resize(static_cast<std::size_t>(n_batches()) * hinge::angle_stride);
   for (Index e = 0; e < n_batches() * lanes; ++e) {
-    const Index source =
-        std::min(e, n_hinges() - 1);  // empty lanes repeat the last hinge; nobody reads them
+    const Index source = std::min(e, n_hinges() - 1);  // empty lanes repeat the last hinge
     const std::size_t batch = e / lanes, lane = e % lanes;
     for (int j = 0; j < 4; ++j)
       vertices_[hinge::vertex_stride * batch + lanes * j + lane] = hinges_[source].vertices[j];
@@ -77,7 +76,7 @@ void HingeSet::evaluate(const Team& team, const std::vector<Index>& batches, con
                           with_gradient ? values.gradient.data() : nullptr};
   parallel_ranges(team, static_cast<Index>(batches.size()), batches_per_range,
                   [&](Index first, Index last) {
-                    hinge::angles(vertices_.data(), rest_lanes_.data(), batches.data() + first,
+                    hinge::angles({vertices_.data(), rest_lanes_.data()}, batches.data() + first,
                                   last - first, x.data(), v ? v->data() : nullptr, out);
                   });
 }
@@ -89,10 +88,10 @@ void HingeSet::gather(const Team& team, const HingeValues& values, const Aligned
     double sums[4 * (rows_per_block + 1)];
     for (Index chunk = first_chunk; chunk < last_chunk; ++chunk) {
       const Index start = range.chunk_start[chunk];
-      hinge::add_moments(range.hinges.data() + start,
-                         range.places.data() + 4 * static_cast<std::size_t>(start),
-                         range.chunk_start[chunk + 1] - start, moment.data(),
-                         values.gradient.data(), rows_per_block + 1, sums);
+      const hinge::HingeList list{range.hinges.data() + start,
+                                  range.places.data() + 4 * static_cast<std::size_t>(start),
+                                  range.chunk_start[chunk + 1] - start};
+      hinge::add_moments(list, moment.data(), values.gradient.data(), rows_per_block + 1, sums);
       const Index first = range.begin + chunk * rows_per_block,
                   last = std::min(range.end, first + rows_per_block);
       for (Index row = first; row < last; ++row)
@@ -105,8 +104,8 @@ Index HingeSet::count_degenerate(const HingeValues& values) const {
   Index count = 0;
   for (Index e = 0; e < n_hinges(); ++e) {
     const double* u = values.gradient.data() + hinge::gradient_stride * static_cast<std::size_t>(e);
-    count += u[0] == 0.0 && u[1] == 0.0 &&
-             u[2] == 0.0;  // the gradient at the first vertex vanishes nowhere else
+    // Only degenerate hinges have a zero gradient at their first vertex.
+    count += u[0] == 0.0 && u[1] == 0.0 && u[2] == 0.0;
   }
   return count;
 }

@@ -1,10 +1,10 @@
-// The hinge element: an energy for the angle of each interior edge. Implements method.md 1.2 and
-// the rest angles of [Bridson2003], with k = 4 B. It depends on the mesh and does not converge:
-// effective rigidity 0.8 B on grids along their axes, 0.88-0.96 B on smoothed
-// irregular meshes (0.83 B in strips of 6 elements across), 0.7 ... 2.2 B at 45 degrees to a grid.
-// Use the mid-edge element where B must mean B. Departure: damping is proportional to stiffness,
-// beta V''(0) = beta c / 2 per hinge, as in the mid-edge element; the thesis' damping factor |e|
-// depends on the mesh.
+// The hinge element: an energy for the dihedral angle of each interior edge, with the force and the
+// rest angles of [Bridson2003] and k = 4 B. It depends on the mesh and does not converge: effective
+// rigidity 0.8 B on grids along their axes, 0.88-0.96 B on smoothed irregular meshes (0.83 B in
+// strips of 6 elements across), 0.7 ... 2.2 B at 45 degrees to a grid. Use the mid-edge element
+// where the rigidity must be B. Departure: damping is proportional to stiffness, beta V''(0) =
+// beta c / 2 per hinge, as in the mid-edge element; the thesis' damping factor |e| depends on the
+// mesh.
 #include <algorithm>
 #include <cmath>
 
@@ -17,8 +17,8 @@ namespace loomstone {
 
 namespace {
 
-// Area and, of the edge opposite corner i, length and rigidity across it: kappa^T D kappa for a
-// unit curvature about it.
+// Area of a triangle, length of one of its edges and rigidity of bending about that edge:
+// kappa^T D kappa for a unit curvature.
 struct EdgeOfTriangle {
   double area, length, rigidity;
 };
@@ -77,8 +77,8 @@ class HingeBending final : public Bending {
   double energy(const Team& team, const Points& x) const override {
     hinges_.evaluate(team, all_of(hinges_.n_batches()), x, nullptr, false, values_);
     return parallel_sum(team, hinges_.n_hinges(), [&](Index e) {
-      // V = c [2 cos(rest / 2) - 2 cos(theta / 2) - (theta - rest) sin(rest / 2)], with the
-      // difference of the cosines as a product: small angles keep their digits.
+      // V = c [2 cos(rest / 2) - 2 cos(theta / 2) - (theta - rest) sin(rest / 2)]; the difference
+      // of the cosines is written as a product, which is accurate for small angles.
       const double rest = hinges_.rest_angles()[e], difference = values_.difference[e];
       const double cosines =
           2.0 * std::sin(0.5 * rest + 0.25 * difference) * std::sin(0.25 * difference);
@@ -102,7 +102,7 @@ class HingeBending final : public Bending {
     hinges_.gather(team, values_, moment_, range_, force);
   }
 
-  void add_stiffness(const Team& team, const Points& x, double scale_k, double scale_d, Index begin,
+  void add_stiffness(const Team& team, const Points& x, StiffnessScales scales, Index begin,
                      Index end, BlockMatrix& matrix) const override {
     hinges_.find_range(begin, end, range_);
     const std::vector<Index>& batches = range_.batches;
@@ -112,9 +112,10 @@ class HingeBending final : public Bending {
     parallel_for(team, static_cast<Index>(batches.size()), [&](Index b) {
       const Index last = std::min(hinges_.n_hinges(), 8 * batches[b] + 8);
       for (Index e = 8 * batches[b]; e < last; ++e)
-        moment_[e] = scale_k * 0.5 * stiffness_[e] * values_.half_cosine[e] + scale_d * damping_[e];
+        moment_[e] = scales.elastic * 0.5 * stiffness_[e] * values_.half_cosine[e] +
+                     scales.viscous * damping_[e];
     });
-    assembler_.add(team, hinges_, values_, moment_, 1.0, begin, end, matrix);
+    assembler_.add(team, {hinges_, values_, moment_, 1.0}, begin, end, matrix);
   }
 
   void add_geometric_stiffness(const Team& team, const Points& x, double scale, Index begin,
@@ -126,7 +127,7 @@ class HingeBending final : public Bending {
     for (const Index b : batches)
       for (Index e = 8 * b; e < std::min(hinges_.n_hinges(), 8 * b + 8); ++e)
         moment_[e] = stiffness_[e] * (values_.half_sine[e] - rest_half_sine_[e]);
-    add_hinge_hessians(team, hinges_, moment_, x, scale, begin, end, matrix);
+    add_hinge_hessians(team, {hinges_, moment_, scale}, x, begin, end, matrix);
   }
 
   double largest_eigenvalue(const Vector& mass) const override {
@@ -155,7 +156,7 @@ class HingeBending final : public Bending {
   std::vector<double> rest_half_sine_;  // sin(rest / 2) [1]
   bool damped_ = false;
 
-  // Scratch: rebuilt whenever used, decides nothing.
+  // Scratch, rebuilt whenever used.
   mutable HingeStiffness assembler_;
   mutable HingeRange range_;
   mutable HingeValues values_;

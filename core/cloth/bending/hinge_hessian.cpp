@@ -6,13 +6,13 @@ namespace loomstone {
 
 namespace {
 
-// theta is the difference of the directions of the two triangles about the edge. The direction phi
-// of one, with apex a = alpha e^ + eta t seen from x3 (e^ along the edge of length L, t across it)
-// and n = e^ x t, has
+// theta is the difference of the directions of the two triangles about the edge. Let e^ be the unit
+// vector along the edge of length L, a = alpha e^ + eta t the apex of one triangle seen from x3 (t
+// across the edge) and n = e^ x t. The direction phi of that triangle has
 //   phi_aa = -S / eta^2,   phi_ae = alpha / (L eta^2) S - e^ n^T / (L eta),
 //   phi_ee = -S (1/2 + alpha^2 / eta^2) / L^2 + alpha / (L^2 eta) (n e^^T + e^ n^T),   S = n t^T +
 //   t n^T;
-// what phi_ee lacks to be symmetric is the same for both triangles and leaves their difference.
+// The asymmetric part of phi_ee is the same for both triangles and cancels in their difference.
 struct Direction {
   Mat3 aa, ae, ee;
 };
@@ -35,8 +35,7 @@ bool second_derivative(const Vec3& a, const Vec3& e, Direction& d) {
   return true;
 }
 
-// Blocks (row, j) of the Hessian of theta for the four vertices j; false where a triangle has no
-// area.
+// Blocks (row, j) of the Hessian of theta for the four vertices j; false if a triangle has no area.
 bool hessian_row(const std::array<Index, 4>& vertices, int row, const Points& x,
                  std::array<Mat3, 4>& blocks) {
   const auto from_x3 = [&](int j) {
@@ -46,7 +45,7 @@ bool hessian_row(const std::array<Index, 4>& vertices, int row, const Points& x,
   const Vec3 e = from_x3(3);
   if (!second_derivative(from_x3(0), e, a) || !second_derivative(from_x3(1), e, c)) return false;
   const Mat3 zero = Mat3::Zero();
-  // With respect to (x1, x2, x4); the rows of x3 make every sum zero.
+  // Derivatives with respect to (x1, x2, x4); the block of x3 makes the sum of each row zero.
   std::array<Mat3, 3> r;
   if (row == 0)
     r = {a.aa, zero, a.ae};
@@ -62,19 +61,19 @@ bool hessian_row(const std::array<Index, 4>& vertices, int row, const Points& x,
 
 }  // namespace
 
-void add_hinge_hessians(const Team& team, const HingeSet& hinges, const AlignedDoubles& moment,
-                        const Points& x, double scale, Index begin, Index end,
-                        BlockMatrix& matrix) {
-  const Incidence& incidence = hinges.of_vertices();
+void add_hinge_hessians(const Team& team, const HingeMoments& moments, const Points& x, Index begin,
+                        Index end, BlockMatrix& matrix) {
+  const Incidence& incidence = moments.hinges.of_vertices();
   parallel_for(team, end - begin, [&](Index i) {
     const Index row = begin + i;
     std::array<Mat3, 4> blocks;
     for (Index k = incidence.start[row]; k < incidence.start[row + 1]; ++k) {
       const Index item = incidence.items[k], hinge = item / 4;
-      const auto& vertices = hinges.hinges()[hinge].vertices;
+      const auto& vertices = moments.hinges.hinges()[hinge].vertices;
       if (!hessian_row(vertices, static_cast<int>(item % 4), x, blocks)) continue;
       for (int j = 0; j < 4; ++j)
-        matrix.block_map(matrix.find(row, vertices[j])) += scale * moment[hinge] * blocks[j];
+        matrix.block_map(matrix.find(row, vertices[j])) +=
+            moments.scale * moments.moment[hinge] * blocks[j];
     }
   });
 }

@@ -23,8 +23,8 @@ template <class Lanes>
 LOOMSTONE_INLINE void store(double* out, int k, const Lanes& value) {
   lanes_store(out + n_lanes * k, value);
 }
-// out[16 l + k] = component k of lane l, the fourth zero; in registers, since stores of single
-// lanes are slow to read again.
+// out[16 l + k] = component k of lane l, the fourth zero. Transposes in registers, because reading
+// back stores of single lanes is slow.
 template <class Lanes>
 LOOMSTONE_INLINE void store_transposed(double* out, const Lanes3<Lanes>& a) {
   const Lanes zero{};
@@ -43,8 +43,8 @@ LOOMSTONE_INLINE void store_transposed(double* out, const Lanes3<Lanes>& a) {
 }
 
 // atan2(s, c) by halving the angle three times, then a polynomial on [0, tan(pi/8)^2] (interpolated
-// at Chebyshev points, relative error 7e-18): no branch, no library function, the same bits
-// everywhere. A few units in the last place.
+// at Chebyshev points, relative error 7e-18). Neither branches nor library functions, so the bits
+// are the same everywhere. Accurate to a few units in the last place.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes arc_tangent(const Lanes& s, const Lanes& c, Lanes& half_sine,
                                    Lanes& half_cosine) {
@@ -55,7 +55,7 @@ LOOMSTONE_INLINE Lanes arc_tangent(const Lanes& s, const Lanes& c, Lanes& half_s
   const Lanes zero = s - s;
   const Lanes r = lanes_sqrt(s * s + c * c);
   const Lanes sign = lanes_select(s < zero, zero - 1.0, zero + 1.0);
-  // Of the two forms of tan(theta / 2), that without cancellation.
+  // The form of tan(theta / 2) without cancellation.
   const Lanes s1 = lanes_select(c < zero, sign * (r - c), s),
               c1 = lanes_select(c < zero, sign * s, r + c);
   const Lanes r1 = lanes_sqrt(s1 * s1 + c1 * c1);
@@ -76,11 +76,11 @@ LOOMSTONE_INLINE Lanes arc_tangent(const Lanes& s, const Lanes& c, Lanes& half_s
 namespace hinge {
 
 template <class Lanes>
-LOOMSTONE_INLINE void angles(const Index* vertices, const double* rest, const Index* batches,
-                             Index n, const double* x, const double* v, const Output& out) {
+LOOMSTONE_INLINE void angles(Tables tables, const Index* batches, Index n, const double* x,
+                             const double* v, const Output& out) {
   for (Index i = 0; i < n; ++i) {
     const std::size_t b = static_cast<std::size_t>(batches[i]);
-    const Index* corner = vertices + vertex_stride * b;
+    const Index* corner = tables.vertices + vertex_stride * b;
     const Lanes3<Lanes> x3 = lanes_gather<Lanes>(corner + 16, x);
     const Lanes3<Lanes> a = minus(lanes_gather<Lanes>(corner, x), x3),
                         c = minus(lanes_gather<Lanes>(corner + 8, x), x3),
@@ -88,7 +88,7 @@ LOOMSTONE_INLINE void angles(const Index* vertices, const double* rest, const In
     const Lanes3<Lanes> n1 = cross(a, minus(a, e)), n2 = cross(minus(c, e), c);
     const Lanes q1 = dot(n1, n1), q2 = dot(n2, n2), ee = dot(e, e);
     const Lanes zero = ee - ee;
-    // A triangle whose sine at x3 is below 1e-12 has no usable normal: its hinge rests.
+    // A triangle whose sine at x3 is below 1e-12 has no usable normal; its hinge exerts no force.
     const MaskOf<Lanes> good = (q1 > 1e-24 * ee * dot(a, a)) & (q2 > 1e-24 * ee * dot(c, c));
     const Lanes length = lanes_select(good, lanes_sqrt(ee), zero + 1.0);
     const Lanes inverse_length = 1.0 / length;
@@ -96,7 +96,7 @@ LOOMSTONE_INLINE void angles(const Index* vertices, const double* rest, const In
     Lanes half_sine, half_cosine;
     const Lanes angle = arc_tangent(sine, cosine, half_sine, half_cosine);
     store(out.difference + angle_stride * b, 0,
-          lanes_select(good, angle - lanes_load<Lanes>(rest + angle_stride * b), zero));
+          lanes_select(good, angle - lanes_load<Lanes>(tables.rest + angle_stride * b), zero));
     store(out.half_sine + angle_stride * b, 0, half_sine);
     store(out.half_cosine + angle_stride * b, 0, half_cosine);
     if (!out.gradient) continue;
@@ -113,36 +113,35 @@ LOOMSTONE_INLINE void angles(const Index* vertices, const double* rest, const In
     store_transposed(g, u1), store_transposed(g + 4, u2), store_transposed(g + 8, u3),
         store_transposed(g + 12, u4);
     if (!out.rate) continue;
-    const Lanes3<Lanes> v3 = lanes_gather<Lanes>(
-        corner + 16, v);  // the gradients add up to zero: velocities relative to x3
+    // The gradients add up to zero, so velocities relative to x3 suffice.
+    const Lanes3<Lanes> v3 = lanes_gather<Lanes>(corner + 16, v);
     const Lanes rate = dot(u1, minus(lanes_gather<Lanes>(corner, v), v3)) +
                        dot(u2, minus(lanes_gather<Lanes>(corner + 8, v), v3)) +
                        dot(u4, minus(lanes_gather<Lanes>(corner + 24, v), v3));
     store(out.rate + angle_stride * b, 0, rate);
   }
 }
-void angles(const Index* vertices, const double* rest, const Index* batches, Index n,
-            const double* x, const double* v, const Output& out) {
-  LOOMSTONE_WIDEST(angles)(vertices, rest, batches, n, x, v, out);
+void angles(Tables tables, const Index* batches, Index n, const double* x, const double* v,
+            const Output& out) {
+  LOOMSTONE_WIDEST(angles)(tables, batches, n, x, v, out);
 }
 
 template <class Lanes>
-LOOMSTONE_INLINE void add_moments(const Index* hinges, const std::uint8_t* places, Index n,
-                                  const double* moment, const double* gradient, Index n_sums,
-                                  double* sums) {
+LOOMSTONE_INLINE void add_moments(HingeList list, const double* moment, const double* gradient,
+                                  Index n_sums, double* sums) {
   for (Index i = 0; i < n_sums; ++i) store4(sums + 4 * i, Lanes4{});
-  for (Index i = 0; i < n; ++i) {
-    const double* u = gradient + gradient_stride * static_cast<std::size_t>(hinges[i]);
-    const double m = moment[hinges[i]];
+  for (Index i = 0; i < list.n; ++i) {
+    const double* u = gradient + gradient_stride * static_cast<std::size_t>(list.hinges[i]);
+    const double m = moment[list.hinges[i]];
     for (int j = 0; j < 4; ++j) {
-      double* sum = sums + 4 * places[4 * static_cast<std::size_t>(i) + j];
+      double* sum = sums + 4 * list.places[4 * static_cast<std::size_t>(i) + j];
       store4(sum, load4(sum) + m * load4(u + 4 * j));
     }
   }
 }
-void add_moments(const Index* hinges, const std::uint8_t* places, Index n, const double* moment,
-                 const double* gradient, Index n_sums, double* sums) {
-  LOOMSTONE_WIDEST(add_moments)(hinges, places, n, moment, gradient, n_sums, sums);
+void add_moments(HingeList list, const double* moment, const double* gradient, Index n_sums,
+                 double* sums) {
+  LOOMSTONE_WIDEST(add_moments)(list, moment, gradient, n_sums, sums);
 }
 
 }  // namespace hinge

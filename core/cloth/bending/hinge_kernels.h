@@ -1,4 +1,4 @@
-// The arithmetic of hinges and of mid-edge triangles on batches of eight.
+// The arithmetic of hinges and of mid-edge triangles, on batches of eight.
 #pragma once
 
 #include <cstdint>
@@ -7,37 +7,46 @@
 
 namespace loomstone::hinge {
 
-// Entries a batch takes in each table.
+// Entries per batch in each table.
 inline constexpr int vertex_stride = 4 * 8, angle_stride = 8;
-inline constexpr int gradient_stride = 16;  // of one hinge: 4 vertices of 3 components and a zero
+inline constexpr int gradient_stride = 16;  // per hinge: 4 vertices of 3 components and a zero
 
-// Where angles() writes; each table has an entry for every batch.
-struct Output {
-  double*
-      difference;     // (batches x 8) theta minus rest angle; 0 where the hinge is degenerate [rad]
-  double* half_sine;  // (batches x 8) sin(theta / 2)
-  double* half_cosine;  // (batches x 8) cos(theta / 2) >= 0
-  double* rate;         // (batches x 8) d theta / dt; null: not wanted [rad/s]
-  double* gradient;     // (batches x 8 x 4 x 4) u = d theta / d x; null: not wanted; 0 where
-                        // degenerate [rad/m]
+// Constant tables of all batches.
+struct Tables {
+  const Index* vertices;  // (batches x 4 x 8)
+  const double* rest;     // (batches x 8) rest angles [rad]
 };
 
-// Angle in [-pi, pi] and gradient of each hinge (method.md 1.2) of the batches listed.
-// vertices (batches x 4 x 8); rest (batches x 8) rest angles.
-void angles(const Index* vertices, const double* rest, const Index* batches, Index n,
-            const double* x, const double* v, const Output& out);
+// Where angles() writes; each table has an entry for every batch. Degenerate hinges get difference
+// and gradient 0.
+struct Output {
+  double* difference;   // (batches x 8) theta minus rest angle [rad]
+  double* half_sine;    // (batches x 8) sin(theta / 2)
+  double* half_cosine;  // (batches x 8) cos(theta / 2) >= 0
+  double* rate;         // (batches x 8) d theta / dt [rad/s]; null: not wanted
+  double* gradient;     // (batches x 8 x 4 x 4) u = d theta / d x [rad/m]; null: not wanted
+};
 
-// sums (n_sums x 4) = for each row the sum over the n hinges listed of moment times gradient;
-// places (n x 4): the row of each vertex.
-void add_moments(const Index* hinges, const std::uint8_t* places, Index n, const double* moment,
-                 const double* gradient, Index n_sums, double* sums);
+// Angle in [-pi, pi] and gradient [Bridson2003] of each hinge of the n listed batches.
+void angles(Tables tables, const Index* batches, Index n, const double* x, const double* v,
+            const Output& out);
+
+// Some hinges, and the row that each of their vertices has among the rows of a sum.
+struct HingeList {
+  const Index* hinges;         // (n)
+  const std::uint8_t* places;  // (n x 4)
+  Index n;
+};
+
+// sums (n_sums x 4): sets each row to the sum of moment times gradient over the listed hinges.
+void add_moments(HingeList list, const double* moment, const double* gradient, Index n_sums,
+                 double* sums);
 
 }  // namespace loomstone::hinge
 
 namespace loomstone::midedge {
 
-inline constexpr int n_slots =
-    9;  // hinges whose angle enters the curvature of one triangle, at most
+inline constexpr int n_slots = 9;  // at most so many hinges enter the curvature of a triangle
 inline constexpr int hinge_stride = n_slots * 8, curvature_stride = 3 * n_slots * 8,
                      rigidity_stride = 7 * 8;
 
@@ -49,12 +58,12 @@ struct Tables {
                             // m^3]; damping beta [s]
 };
 
-// moments (batches x 9 x 8): C^T W C (difference + beta rate) of each triangle [N m]; rate may be
+// Moments (batches x 9 x 8) C^T W C (difference + beta rate) of each triangle [N m]; rate may be
 // null.
 void moments(const Tables& tables, const Index* batches, Index n, const double* difference,
              const double* rate, double* out);
 
-// energies (batches x 8): half C^T W C difference^2 [J].
+// Energies (batches x 8) 1/2 difference^T C^T W C difference [J].
 void energies(const Tables& tables, const Index* batches, Index n, const double* difference,
               double* out);
 

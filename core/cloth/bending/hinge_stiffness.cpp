@@ -8,7 +8,7 @@
 namespace loomstone {
 
 namespace {
-constexpr Index rows_per_chunk = 128;  // what a chunk's hinges need stays in the second-level cache
+constexpr Index rows_per_chunk = 128;  // the data of a chunk's hinges fit the second-level cache
 }
 
 HingeStiffness::HingeStiffness(Index n_vertices, const HingeSet& hinges, HingePairs pairs)
@@ -90,14 +90,13 @@ void HingeStiffness::locate(const HingeSet& hinges, const BlockMatrix& matrix, I
   }
 }
 
-void HingeStiffness::add(const Team& team, const HingeSet& hinges, const HingeValues& values,
-                         const AlignedDoubles& q, double scale, Index begin, Index end,
+void HingeStiffness::add(const Team& team, const HingeProducts& products, Index begin, Index end,
                          BlockMatrix& matrix) {
-  locate(hinges, matrix, begin, end);
-  const Incidence& incidence = hinges.of_vertices();
-  const stiffness::Tables tables{
-      pairs_.start.data(),   pairs_.hinge.data(), place_.data(), stencil_start_.data(), q.data(),
-      values.gradient.data()};
+  locate(products.hinges, matrix, begin, end);
+  const Incidence& incidence = products.hinges.of_vertices();
+  const stiffness::Tables tables{pairs_.start.data(), pairs_.hinge.data(),
+                                 place_.data(),       stencil_start_.data(),
+                                 products.q.data(),   products.values.gradient.data()};
   const Index n_chunks = static_cast<Index>(chunk_start_.size()) - 1;
   parallel_ranges(team, n_chunks, 1, [&](Index first_chunk, Index last_chunk) {
     AlignedDoubles moments, sums;
@@ -119,7 +118,7 @@ void HingeStiffness::add(const Team& team, const HingeSet& hinges, const HingeVa
         const stiffness::Row parts{
             incidence.items.data() + item, offset_.data() + (item - incidence.start[begin]),
             incidence.start[row + 1] - item, block_.data() + row_blocks_[row - begin], n_blocks};
-        stiffness::add_row(tables, parts, moments.data(), scale, sums.data(),
+        stiffness::add_row(tables, parts, moments.data(), products.scale, sums.data(),
                            matrix.block(matrix.row_start()[row]));
       }
     }

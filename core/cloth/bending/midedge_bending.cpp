@@ -1,5 +1,5 @@
-// The mid-edge element: energy 1/2 kappa^T W kappa of each triangle, kappa = C (theta - rest); C is
-// made in midedge_setup.
+// The mid-edge element: energy 1/2 kappa^T W kappa of each triangle, kappa = C (theta - rest);
+// midedge_setup computes C.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -31,7 +31,7 @@ class MidedgeBending final : public Bending {
   double energy(const Team& team, const Points& x) const override;
   void add_forces(const Team& team, const Points& x, const Points& v, Index begin, Index end,
                   Points& force) const override;
-  void add_stiffness(const Team& team, const Points& x, double scale_k, double scale_d, Index begin,
+  void add_stiffness(const Team& team, const Points& x, StiffnessScales scales, Index begin,
                      Index end, BlockMatrix& matrix) const override;
   void add_geometric_stiffness(const Team& team, const Points& x, double scale, Index begin,
                                Index end, BlockMatrix& matrix) const override;
@@ -64,18 +64,18 @@ class MidedgeBending final : public Bending {
   bool damped_ = false;
   std::vector<Index> element_hinges_;  // see hinge_kernels.h
   AlignedDoubles curvature_, rigidity_;
-  std::vector<Index> slot_start_,
-      slots_;  // places in element_moments_ that add to each hinge, triangles ascending
-  AlignedDoubles elastic_,
-      viscous_;  // Q = sum C^T W C, and with beta W, one entry a pair of hinges
+  // Places in element_moments_ that add up to the moment of each hinge, triangles ascending.
+  std::vector<Index> slot_start_, slots_;
+  AlignedDoubles elastic_, viscous_;  // (pairs of hinges) Q = sum C^T W C; the same with beta W
 
-  // Scratch: rebuilt whenever used, decides nothing.
+  // Scratch, rebuilt whenever used.
   mutable HingeStiffness assembler_;
   mutable HingeRange range_;
-  struct Selection {
+  struct Selection {  // what the forces on rows [begin, end) depend on
     Index begin = -1, end = -1;
-    std::vector<Index> hinges, triangle_batches,
-        hinge_batches;  // moments wanted; triangles in them; angles in these
+    std::vector<Index> hinges;            // those whose moments act on the rows
+    std::vector<Index> triangle_batches;  // triangles that contribute to these moments
+    std::vector<Index> hinge_batches;     // hinges whose angles bend these triangles
   };
   mutable Selection selection_;
   mutable HingeValues values_;
@@ -165,8 +165,8 @@ void MidedgeBending::build_pairs(const BendingSetup& setup,
       HingeStiffness(static_cast<Index>(rest_positions_.rows()), hinges_, std::move(pairs));
 }
 
-// Rows need the moments of their hinges; these the triangles that bend about them; these the angles
-// of their nine hinges.
+// The force on a row depends on the moments of its hinges, a moment on the triangles that bend
+// about the hinge, and a triangle on the angles of its nine hinges.
 void MidedgeBending::select_rows(Index begin, Index end) const {
   Selection& s = selection_;
   if (begin == s.begin && end == s.end) return;
@@ -219,7 +219,7 @@ void MidedgeBending::add_forces(const Team& team, const Points& x, const Points&
   hinges_.gather(team, values_, moment_, range_, force);
 }
 
-// Moments of the selected hinges from the angles in values_.
+// Computes the moments of the selected hinges from the angles in values_.
 void MidedgeBending::find_moments(const Team& team, const double* rate) const {
   const Selection& s = selection_;
   parallel_ranges(team, static_cast<Index>(s.triangle_batches.size()), batches_per_range,
@@ -238,26 +238,25 @@ void MidedgeBending::add_geometric_stiffness(const Team& team, const Points& x, 
   select_rows(begin, end);
   hinges_.evaluate(team, selection_.hinge_batches, x, nullptr, false, values_);
   find_moments(team, nullptr);
-  add_hinge_hessians(team, hinges_, moment_, x, scale, begin, end, matrix);
+  add_hinge_hessians(team, {hinges_, moment_, scale}, x, begin, end, matrix);
 }
 
-void MidedgeBending::add_stiffness(const Team& team, const Points& x, double scale_k,
-                                   double scale_d, Index begin, Index end,
-                                   BlockMatrix& matrix) const {
+void MidedgeBending::add_stiffness(const Team& team, const Points& x, StiffnessScales scales,
+                                   Index begin, Index end, BlockMatrix& matrix) const {
   if (hinges_.n_hinges() == 0) return;
   select_rows(begin, end);
-  // The angles of the nine hinges of every triangle concerned: a superset of what the pairs of
-  // these rows need.
+  // The gradients of all hinges in the selection contain those of the pairs of these rows.
   hinges_.evaluate(team, selection_.hinge_batches, x, nullptr, true, values_);
   if (!damped_) {
-    assembler_.add(team, hinges_, values_, elastic_, scale_k, begin, end, matrix);
+    assembler_.add(team, {hinges_, values_, elastic_, scales.elastic}, begin, end, matrix);
     return;
   }
   q_.resize(elastic_.size());
   parallel_for(
       team, static_cast<Index>(q_.size()),
-      [&](Index p) { q_[p] = scale_k * elastic_[p] + scale_d * viscous_[p]; }, Index{1} << 14);
-  assembler_.add(team, hinges_, values_, q_, 1.0, begin, end, matrix);
+      [&](Index p) { q_[p] = scales.elastic * elastic_[p] + scales.viscous * viscous_[p]; },
+      Index{1} << 14);
+  assembler_.add(team, {hinges_, values_, q_, 1.0}, begin, end, matrix);
 }
 
 double MidedgeBending::largest_eigenvalue(const Vector& mass) const {

@@ -1,9 +1,9 @@
-// The constants of the mid-edge bending element: curvature of each triangle as a fixed linear
-// function of the angles of at most nine hinges. Our own element: the curvature of a triangle from
-// the slopes at the middles of its edges is Morley's [Morley1968]; the slope of an edge is here a
+// The constants of the mid-edge bending element: the curvature of each triangle as a fixed linear
+// function of the angles of at most nine hinges. Our own element: as in [Morley1968], the curvature
+// of a triangle follows from the slopes at the middles of its edges. The slope of an edge is a
 // fixed combination of the hinge angles of its two triangles, with the smallest weights that
-// reproduce every constant curvature. No unknowns beside positions, no dependence on the direction
-// of the mesh.
+// reproduce every constant curvature. Positions remain the only unknowns, and the direction of the
+// mesh has no influence.
 #pragma once
 
 #include <array>
@@ -13,19 +13,18 @@
 
 namespace loomstone::midedge {
 
-// One triangle. kappa = sum_s curvature[s] (theta - rest)[hinge[s]] in the triangle's weft/warp
-// axes.
+// One triangle: kappa = sum_s curvature[s] (theta - rest)[hinge[s]] in its weft/warp axes.
 struct Element {
   int n_hinges = 0;
   std::array<Index, 9> hinge{};
   std::array<Vec3, 9> curvature{};  // (kxx, kyy, 2 kxy) per angle [1/m]
-  Mat3 rigidity =
-      Mat3::Zero();  // rest area times rigidity, moment-free across boundary edges [N m^3]
+  // Rest area times rigidity, without moments across boundary edges [N m^3].
+  Mat3 rigidity = Mat3::Zero();
 };
 
 struct Elements {
-  std::vector<Element> elements;  // one a triangle
-  Index n_averaged = 0;  // edges whose slope is the plain mean because the weights would exceed 1
+  std::vector<Element> elements;  // one per triangle
+  Index n_averaged = 0;  // edges that take the plain mean slope because weights would exceed 1
 };
 
 // The setup has passed check_bending_setup.

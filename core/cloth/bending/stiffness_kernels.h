@@ -1,4 +1,4 @@
-// The arithmetic of the bending stiffness.
+// The arithmetic of assembling the bending stiffness.
 #pragma once
 
 #include <cstddef>
@@ -17,11 +17,11 @@ struct Tables {
   const double* gradient;      // (hinges x 4 x 4) u, fourth component zero [rad/m]
 };
 
-// For every hinge e listed: sum_f q_ef u_f at each vertex of its stencil (4 doubles each), one
-// after another.
+// For every listed hinge e: sum_f q_ef u_f at each vertex of its stencil (4 doubles each), one
+// hinge after another.
 void moment_gradients(const Tables& tables, const Index* list, Index n, double* out);
 
-// What one row of blocks is made of.
+// The hinges of one row of blocks.
 struct Row {
   const Index* items;    // (n_items) 4 hinge + j: the row's vertex is the hinge's j-th
   const Index* offsets;  // (n_items) where the hinge's moment gradients begin, in vertices
@@ -30,7 +30,8 @@ struct Row {
   Index n_blocks;
 };
 
-// values (n_blocks x 9) += scale sum_items u m^T. sums: scratch of row_scratch(n_blocks) doubles.
+// values (n_blocks x 9) += scale sum over items of u m^T. sums: scratch of row_scratch(n_blocks)
+// doubles.
 void add_row(const Tables& tables, const Row& row, const double* moments, double scale,
              double* sums, double* values);
 inline std::size_t row_scratch(Index n_blocks) { return 16 * static_cast<std::size_t>(n_blocks); }

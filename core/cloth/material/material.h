@@ -1,4 +1,4 @@
-// What a cloth is made of. Material axes: 1 = weft, 2 = warp; a surface, so stiffness is in N/m.
+// Material of a cloth. Axes: 1 = weft, 2 = warp. A cloth is a surface, so stiffness is in N/m.
 #pragma once
 
 #include "core/base/field.h"

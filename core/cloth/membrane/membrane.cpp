@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cassert>
-#include <sstream>
+#include <cmath>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/cloth/membrane/membrane_kernels.h"
 
 namespace loomstone {
@@ -20,21 +20,18 @@ MembraneConstants membrane_constants(const ClothMaterial& material, const std::s
       nu12 * material.warp_stiffness / material.weft_stiffness;  // nu21 E1 = nu12 E2
   const double determinant = 1.0 - nu12 * nu21;
   if (!(determinant > 0.0)) {
-    std::ostringstream out;
-    out << where
-        << ".poisson must keep the energy positive definite (poisson^2 * warp_stiffness / "
-           "weft_stiffness < 1), got "
-        << nu12 << "; lower it below "
-        << std::sqrt(material.weft_stiffness / material.warp_stiffness);
-    throw InvalidInput(out.str());
+    fail<InvalidInput>(
+        "{}.poisson must keep the energy positive definite (poisson^2 * warp_stiffness / "
+        "weft_stiffness < 1), got {}; lower it below {:.6g}",
+        where, nu12, std::sqrt(material.weft_stiffness / material.warp_stiffness));
   }
   if (material.viscosity_dilation + material.viscosity_shear < 0.0) {
-    std::ostringstream out;
-    out << where << ".viscosity_dilation must be >= -viscosity_shear [N s/m], got "
-        << material.viscosity_dilation << "; viscous forces would feed energy";
-    throw InvalidInput(out.str());
+    fail<InvalidInput>(
+        "{0}.viscosity_dilation must be >= -viscosity_shear [N s/m], or viscous forces add energy; "
+        "got {1}; raise {0}.viscosity_dilation to {2} or more",
+        where, material.viscosity_dilation, -material.viscosity_shear);
   }
-  // method.md 1.1: a11 with E1 and the strain along weft; a12 = nu12 E2 / (1 - nu12 nu21).
+  // (2.22) with E1 along weft: a12 = nu12 E2 / (1 - nu12 nu21).
   return {material.weft_stiffness / determinant,
           material.warp_stiffness / determinant,
           nu12 * material.warp_stiffness / determinant,
@@ -56,8 +53,8 @@ Membrane::Membrane(Index n_vertices, const Triangles& triangles,
       area_(n_triangles_),
       slot_start_(n_vertices + 1, 0) {
   for (Index t = 0; t < n_batches_ * lanes; ++t) {
-    const Index source =
-        std::min(t, n_triangles_ - 1);  // empty lanes repeat the last triangle with zero area
+    // Empty lanes repeat the last triangle with zero area.
+    const Index source = std::min(t, n_triangles_ - 1);
     const std::size_t batch = t / lanes, lane = t % lanes;
     const Corners2& c = corners[source];
     const Vec2 e1 = (c.row(1) - c.row(0)).transpose(), e2 = (c.row(2) - c.row(0)).transpose();
@@ -135,12 +132,12 @@ void Membrane::add_forces(const Team& team, const Points& x, const Points* v, In
 }
 
 namespace {
-constexpr Index no_element = 0;  // the scratch of a chunk begins with a block of zeros
+constexpr Index no_element = 0;  // a chunk's scratch begins with a block of zeros
 constexpr Index first_element = 16;
 }  // namespace
 
-// An edge of the mesh borders at most two triangles. They run along it in opposite directions, so
-// that a block is that of one plus the transpose of that of the other.
+// An edge of the mesh has at most two triangles, which run along it in opposite directions. Its
+// block in the matrix is therefore the block of one plus the transposed block of the other.
 void Membrane::locate_rows(const BlockMatrix& matrix, Index begin, Index end) {
   if (matrix.columns().data() == located_columns_ && matrix.n_blocks() == located_blocks_ &&
       begin == located_begin_ && end == located_end_)
@@ -171,7 +168,7 @@ void Membrane::locate_rows(const BlockMatrix& matrix, Index begin, Index end) {
                     rest = slots_[s] % membrane::force_stride;
         const Index corner = rest / (3 * lanes), lane = rest % lanes;
         for (const Index other : {(corner + 1) % 3, (corner + 2) % 3}) {
-          // Pair p holds block (p, p + 1); block (p + 1, p) is its transpose.
+          // Pair p stores block (p, p + 1); block (p + 1, p) is its transpose.
           const bool transposed = other == (corner + 2) % 3;
           const Index position =
               matrix.find(row, triangles_(batch * lanes + lane, other)) - first_block;
@@ -186,14 +183,13 @@ void Membrane::locate_rows(const BlockMatrix& matrix, Index begin, Index end) {
   }
 }
 
-void Membrane::set_chunk(Index chunk, const Points& x, JacobianKind kind, double scale_k,
-                         double scale_d, AlignedDoubles& scratch, BlockMatrix& matrix) const {
+void Membrane::set_chunk(Index chunk, const Points& x, JacobianTerms terms, AlignedDoubles& scratch,
+                         BlockMatrix& matrix) const {
   const Index n = chunk_start_[chunk + 1] - chunk_start_[chunk];
   const std::size_t size = first_element + static_cast<std::size_t>(n) * membrane::block_stride;
   if (scratch.size() < size) scratch.resize(size);
   std::fill_n(scratch.begin(), first_element, 0.0);
-  membrane::blocks(tables(), chunk_batches_.data() + chunk_start_[chunk], n, x.data(),
-                   kind == JacobianKind::Positive, scale_k, scale_d,
+  membrane::blocks(tables(), chunk_batches_.data() + chunk_start_[chunk], n, x.data(), terms,
                    scratch.data() + first_element);
   const Index first = chunk * rows_per_block,
               last = std::min(located_end_ - located_begin_, first + rows_per_block);
@@ -201,14 +197,14 @@ void Membrane::set_chunk(Index chunk, const Points& x, JacobianKind kind, double
                  scratch.data(), matrix.block(matrix.row_start()[located_begin_]));
 }
 
-void Membrane::set_jacobian(const Team& team, const Points& x, JacobianKind kind, double scale_k,
-                            double scale_d, Index begin, Index end, BlockMatrix& matrix) {
+void Membrane::set_jacobian(const Team& team, const Points& x, JacobianTerms terms, Index begin,
+                            Index end, BlockMatrix& matrix) {
   locate_rows(matrix, begin, end);
   parallel_ranges(team, static_cast<Index>(chunk_start_.size()) - 1, 1,
                   [&](Index first, Index last) {
                     AlignedDoubles scratch;
                     for (Index chunk = first; chunk < last; ++chunk)
-                      set_chunk(chunk, x, kind, scale_k, scale_d, scratch, matrix);
+                      set_chunk(chunk, x, terms, scratch, matrix);
                   });
 }
 

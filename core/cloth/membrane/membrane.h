@@ -1,7 +1,7 @@
 // Orthotropic St. Venant-Kirchhoff membrane on linear triangles, total Lagrangian, with viscosity.
-// Implements method (2.7), (2.21)-(2.25), (2.31), (2.33), (2.35). Eight triangles are worked at
-// once; results are gathered per vertex in ascending order of elements, so that thread count and
-// row range change no bit.
+// Implements (2.7), (2.21)-(2.25), (2.31), (2.33), (2.35). Kernels compute eight triangles at once;
+// results are gathered per vertex in ascending order of elements, so neither the number of threads
+// nor the range of rows changes a bit.
 #pragma once
 
 #include <string>
@@ -22,20 +22,15 @@ struct MembraneConstants {
   double a11, a22, a12, g;  // [N/m]
   double lambda_d, mu_d;    // viscosity [N s/m]
 };
-// Throws InvalidInput where energy or viscous power is not definite.
+// Throws InvalidInput unless the energy is positive definite and viscosity dissipates.
 MembraneConstants membrane_constants(const ClothMaterial& material, const std::string& where);
 
-enum class JacobianKind {
-  Exact,
-  Positive
-};  // Positive: S replaced by its positive part in the geometric term
-
-// Stage: constant tables of the elements, and scratch that decides nothing.
+// Stage: constant tables of the elements, and scratch.
 class Membrane {
  public:
-  Membrane(
-      Index n_vertices, const Triangles& triangles, const std::vector<Corners2>& corners,
-      const std::vector<MembraneConstants>& constants);  // corners, constants: one entry a triangle
+  // corners, constants: one entry per triangle
+  Membrane(Index n_vertices, const Triangles& triangles, const std::vector<Corners2>& corners,
+           const std::vector<MembraneConstants>& constants);
 
   const std::vector<double>& rest_area() const { return area_; }  // (m) [m^2]
   bool viscous() const { return viscous_; }
@@ -45,34 +40,33 @@ class Membrane {
   membrane::Tables tables() const {
     return {corners_.data(), gradients_.data(), constants_.data(), phase_, in_phase_};
   }
-  // What is added to forces and Jacobian from now on, see membrane::Tables; null: nothing. Not
-  // owned.
+  // Sets the stress that the stiff phases add to forces and Jacobian, see membrane::Tables; null:
+  // nothing. Not owned.
   void set_phase(const double* phase, const std::uint8_t* in_phase) {
     phase_ = phase, in_phase_ = in_phase;
   }
 
-  // Those that touch rows [begin, end), ascending; until other rows are asked for.
+  // Batches that touch rows [begin, end), ascending; valid until the next call with other rows.
   const std::vector<Index>& batches_of(Index begin, Index end) {
     return select_rows(begin, end), batches_;
   }
 
   double energy(const Team& team, const Points& x);  // [J], summed in a fixed order
 
-  // Adds minus the elastic force, and minus the viscous force where v is given, to rows [begin,
-  // end) of `force`.
+  // Adds minus the elastic force, and minus the viscous force if v is given, to rows [begin, end)
+  // of `force`.
   void add_forces(const Team& team, const Points& x, const Points* v, Index begin, Index end,
                   Points& force);
 
-  // Rows [begin, end) of `matrix`, whose pattern holds all edges, become scale_k K + scale_d D.
-  void set_jacobian(const Team& team, const Points& x, JacobianKind kind, double scale_k,
-                    double scale_d, Index begin, Index end, BlockMatrix& matrix);
+  // Sets rows [begin, end) of `matrix`, whose pattern contains all edges, to elastic K + viscous D.
+  void set_jacobian(const Team& team, const Points& x, JacobianTerms terms, Index begin, Index end,
+                    BlockMatrix& matrix);
 
-  // The same in chunks of rows_per_block rows, by whoever has more to do with a chunk while it is
-  // in the cache: locate_rows() first, then set_chunk() for every chunk, each caller with scratch
-  // of its own.
+  // The same in chunks of rows_per_block rows, for callers that process a chunk further while it is
+  // in the cache: locate_rows() first, then set_chunk() for every chunk, with scratch per thread.
   void locate_rows(const BlockMatrix& matrix, Index begin, Index end);
-  void set_chunk(Index chunk, const Points& x, JacobianKind kind, double scale_k, double scale_d,
-                 AlignedDoubles& scratch, BlockMatrix& matrix) const;
+  void set_chunk(Index chunk, const Points& x, JacobianTerms terms, AlignedDoubles& scratch,
+                 BlockMatrix& matrix) const;
 
   // Green strain (weft, warp, shear E12) (m x 3) and largest principal stretch (m) of each
   // triangle.
@@ -90,14 +84,14 @@ class Membrane {
   bool viscous_ = false;
   std::vector<Index> slot_start_, slots_;  // element slots of each vertex, ascending
 
-  std::vector<Index> batches_;  // that touch rows [begin_, end_)
+  std::vector<Index> batches_;  // those that touch rows [begin_, end_)
   Index begin_ = -1, end_ = -1;
   std::vector<double> element_forces_, element_strains_;
 
-  // Where the blocks of rows [located_begin_, located_end_) come from; found once per pattern.
+  // Sources of the blocks of rows [located_begin_, located_end_); determined once per pattern.
   std::vector<Index> chunk_start_, chunk_batches_;  // batches that touch each chunk, ascending
-  std::vector<Index> row_start_, diagonal_;         // of the rows, in blocks from the first of them
-  std::vector<Index> sources_;  // (blocks x 2) see membrane::rows; in the scratch of the chunk
+  std::vector<Index> row_start_, diagonal_;         // of the rows, counted in blocks of the range
+  std::vector<Index> sources_;  // (blocks x 2) places in the chunk's scratch, see membrane::rows
   const Index* located_columns_ = nullptr;
   Index located_blocks_ = -1, located_begin_ = -1, located_end_ = -1;
 };

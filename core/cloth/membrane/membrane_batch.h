@@ -1,4 +1,4 @@
-// A batch of eight triangles as the membrane's kernels read it.
+// A batch of eight triangles as the membrane's kernels read it, its strain and stress.
 #pragma once
 
 #include "core/base/lane_vectors.h"
@@ -22,8 +22,8 @@ LOOMSTONE_INLINE Batch<Lanes> batch_of(const Tables& t, Index b) {
           t.constants + constant_stride * i};
 }
 
-// Columns of F (2.31); the sum over corners as differences to corner 2, since the gradients add up
-// to zero.
+// Columns of F (2.31). The gradients add up to zero, so the sum over corners needs only differences
+// to corner 2.
 template <class Lanes>
 LOOMSTONE_INLINE void gradient_columns(const Batch<Lanes>& batch, const double* x,
                                        Lanes3<Lanes>& f1, Lanes3<Lanes>& f2) {
@@ -34,11 +34,48 @@ LOOMSTONE_INLINE void gradient_columns(const Batch<Lanes>& batch, const double* 
   f2 = combine(e0, batch.gradient(1), e1, batch.gradient(3));
 }
 
-// Null where nothing is added.
+// Green strain E or second Piola-Kirchhoff stress S in weft/warp axes.
+template <class Lanes>
+struct Tensor {
+  Lanes t11, t22, t12;
+};
+
+template <class Lanes>
+LOOMSTONE_INLINE Tensor<Lanes> green_strain(const Lanes3<Lanes>& f1, const Lanes3<Lanes>& f2) {
+  return {0.5 * (dot(f1, f1) - 1.0), 0.5 * (dot(f2, f2) - 1.0), 0.5 * dot(f1, f2)};
+}
+
+// Plane-stress constants (2.22).
+template <class Lanes>
+struct Moduli {
+  Lanes a11, a22, a12, g;
+};
+template <class Lanes>
+LOOMSTONE_INLINE Moduli<Lanes> moduli(const Batch<Lanes>& batch) {
+  return {batch.constant(1), batch.constant(2), batch.constant(3), batch.constant(4)};
+}
+template <class Lanes>
+LOOMSTONE_INLINE Tensor<Lanes> elastic_stress(const Moduli<Lanes>& m, const Tensor<Lanes>& e) {
+  return {m.a11 * e.t11 + m.a12 * e.t22, m.a22 * e.t22 + m.a12 * e.t11,
+          2.0 * m.g * e.t12};  // (2.23)
+}
+
+// Positive part of a tensor from its eigenvalues m +- r.
+template <class Lanes>
+LOOMSTONE_INLINE Tensor<Lanes> positive_part(const Tensor<Lanes>& s) {
+  const Lanes m = 0.5 * (s.t11 + s.t22), d = 0.5 * (s.t11 - s.t22);
+  const Lanes r = lanes_sqrt(d * d + s.t12 * s.t12);
+  const Lanes high = lanes_max0(m + r), low = lanes_max0(m - r);
+  const Lanes mean = 0.5 * (high + low), share = 0.5 * (high - low) / (r + 1e-300);
+  return {mean + share * d, mean - share * d, share * s.t12};
+}
+
+// Table of the stiff phases of a batch; null if none of its triangles is in one.
 LOOMSTONE_INLINE const double* phase_of(const Tables& t, Index b) {
   return t.phase && t.in_phase[b] ? t.phase + phase_stride * static_cast<std::size_t>(b) : nullptr;
 }
-// What the second phase adds to a component of S where that of E is e, and its derivative.
+// Derivative and value of the stress that the phases add in a mode (0, 1, 2: 11, 22, 12) at a Green
+// strain e, and its energy.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes phase_slope(const double* phase, int mode) {
   return lanes_load<Lanes>(phase + 8 * mode);
@@ -51,6 +88,13 @@ template <class Lanes>
 LOOMSTONE_INLINE Lanes phase_energy(const double* phase, int mode, const Lanes& e) {
   return (0.5 * phase_slope<Lanes>(phase, mode) * e + lanes_load<Lanes>(phase + 8 * (3 + mode))) *
          e;
+}
+template <class Lanes>
+LOOMSTONE_INLINE void add_phase_stress(const double* phase, const Tensor<Lanes>& e,
+                                       Tensor<Lanes>& s) {
+  s.t11 += phase_stress(phase, 0, e.t11);
+  s.t22 += phase_stress(phase, 1, e.t22);
+  s.t12 += phase_stress(phase, 2, e.t12);
 }
 
 }  // namespace loomstone::membrane

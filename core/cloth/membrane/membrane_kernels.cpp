@@ -11,8 +11,8 @@ LOOMSTONE_INLINE void store(double* out, int k, const Lanes& value) {
   lanes_store(out + 8 * k, value);
 }
 
-// The nine numbers of a block of each lane beside one another: the first eight as the transpose of
-// 8 x 8.
+// Stores the nine numbers of each lane's block next to each other; the first eight by an 8 x 8
+// transpose.
 template <class Lanes>
 LOOMSTONE_INLINE void store_blocks(double* out, const Lanes a[9]) {
   Lanes b[8], c[8];
@@ -42,29 +42,23 @@ LOOMSTONE_INLINE void forces(const Tables& tables, const Index* batches, Index n
     const Batch<Lanes> batch = batch_of<Lanes>(tables, batches[i]);
     Lanes3<Lanes> f1, f2;
     gradient_columns(batch, x, f1, f2);
-    const Lanes e11 = 0.5 * (dot(f1, f1) - 1.0), e22 = 0.5 * (dot(f2, f2) - 1.0),
-                e12 = 0.5 * dot(f1, f2);
-    const Lanes a11 = batch.constant(1), a22 = batch.constant(2), a12 = batch.constant(3),
-                g = batch.constant(4);
-    Lanes s11 = a11 * e11 + a12 * e22, s22 = a22 * e22 + a12 * e11, s12 = 2.0 * g * e12;  // (2.23)
-    if (const double* phase = phase_of(tables, batches[i])) {
-      s11 += phase_stress(phase, 0, e11), s22 += phase_stress(phase, 1, e22),
-          s12 += phase_stress(phase, 2, e12);
-    }
+    const Tensor<Lanes> e = green_strain(f1, f2);
+    Tensor<Lanes> s = elastic_stress(moduli(batch), e);
+    if (const double* phase = phase_of(tables, batches[i])) add_phase_stress(phase, e, s);
     if (v) {
       Lanes3<Lanes> d1, d2;  // columns of dF/dt
       gradient_columns(batch, v, d1, d2);
       const Lanes r11 = dot(d1, f1), r22 = dot(d2, f2), r12 = 0.5 * (dot(d1, f2) + dot(d2, f1));
       const Lanes lambda = batch.constant(5), mu = batch.constant(6);
       const Lanes trace = lambda * (r11 + r22);
-      s11 += trace + 2.0 * mu * r11;
-      s22 += trace + 2.0 * mu * r22;
-      s12 += 2.0 * mu * r12;
+      s.t11 += trace + 2.0 * mu * r11;
+      s.t22 += trace + 2.0 * mu * r22;
+      s.t12 += 2.0 * mu * r12;
     }
     const Lanes minus_area = -batch.constant(0);
     const Lanes3<Lanes> p1 =
-        combine(f1, minus_area * s11, f2, minus_area * s12);  // columns of -A F S
-    const Lanes3<Lanes> p2 = combine(f1, minus_area * s12, f2, minus_area * s22);
+        combine(f1, minus_area * s.t11, f2, minus_area * s.t12);  // columns of -A F S
+    const Lanes3<Lanes> p2 = combine(f1, minus_area * s.t12, f2, minus_area * s.t22);
     const Lanes3<Lanes> force0 = combine(p1, batch.gradient(0), p2, batch.gradient(1));
     const Lanes3<Lanes> force1 = combine(p1, batch.gradient(2), p2, batch.gradient(3));
     double* o = out + force_stride * static_cast<std::size_t>(batches[i]);
@@ -81,41 +75,30 @@ void forces(const Tables& tables, const Index* batches, Index n, const double* x
 
 template <class Lanes>
 LOOMSTONE_INLINE void blocks(const Tables& tables, const Index* batches, Index n, const double* x,
-                             bool positive, double scale_k, double scale_d, double* out) {
+                             JacobianTerms terms, double* out) {
   for (Index i = 0; i < n; ++i) {
     const Batch<Lanes> batch = batch_of<Lanes>(tables, batches[i]);
     Lanes3<Lanes> f1, f2;
     gradient_columns(batch, x, f1, f2);
-    const Lanes e11 = 0.5 * (dot(f1, f1) - 1.0), e22 = 0.5 * (dot(f2, f2) - 1.0),
-                e12 = 0.5 * dot(f1, f2);
+    const Tensor<Lanes> e = green_strain(f1, f2);
     const Lanes area = batch.constant(0);
-    Lanes a11 = batch.constant(1), a22 = batch.constant(2), a12 = batch.constant(3),
-          g = batch.constant(4);
-    Lanes s11 = a11 * e11 + a12 * e22, s22 = a22 * e22 + a12 * e11, s12 = 2.0 * g * e12;
+    Moduli<Lanes> m = moduli(batch);
+    Tensor<Lanes> s = elastic_stress(m, e);
     if (const double* phase = phase_of(tables, batches[i])) {
-      s11 += phase_stress(phase, 0, e11), s22 += phase_stress(phase, 1, e22),
-          s12 += phase_stress(phase, 2, e12);
-      a11 += phase_slope<Lanes>(phase, 0), a22 += phase_slope<Lanes>(phase, 1),
-          g += 0.5 * phase_slope<Lanes>(phase, 2);
+      add_phase_stress(phase, e, s);
+      m.a11 += phase_slope<Lanes>(phase, 0), m.a22 += phase_slope<Lanes>(phase, 1),
+          m.g += 0.5 * phase_slope<Lanes>(phase, 2);
     }
-    if (positive) {
-      // Positive part of [s11 s12; s12 s22] from its eigenvalues m +- r.
-      const Lanes m = 0.5 * (s11 + s22), d = 0.5 * (s11 - s22);
-      const Lanes r = lanes_sqrt(d * d + s12 * s12);
-      const Lanes high = lanes_max0(m + r), low = lanes_max0(m - r);
-      const Lanes mean = 0.5 * (high + low), share = 0.5 * (high - low) / (r + 1e-300);
-      s11 = mean + share * d;
-      s22 = mean - share * d;
-      s12 = share * s12;
-    }
+    if (terms.kind == JacobianKind::Positive) s = positive_part(s);
+    const double scale_k = terms.scales.elastic, scale_d = terms.scales.viscous;
     const Lanes k_area = scale_k * area;
-    s11 *= k_area, s22 *= k_area, s12 *= k_area;
-    // Elastic and viscous constants together: dS/dE and dS/d(dE/dt) enter the same product.
+    const Lanes s11 = s.t11 * k_area, s22 = s.t22 * k_area, s12 = s.t12 * k_area;
+    // dS/dE and dS/d(dE/dt) enter the same product, so their constants are added first.
     const Lanes lambda = scale_d * batch.constant(5), mu = scale_d * batch.constant(6);
-    a11 = area * (scale_k * a11 + lambda + 2.0 * mu);
-    a22 = area * (scale_k * a22 + lambda + 2.0 * mu);
-    a12 = area * (scale_k * a12 + lambda);
-    g = area * (scale_k * g + mu);
+    const Lanes a11 = area * (scale_k * m.a11 + lambda + 2.0 * mu);
+    const Lanes a22 = area * (scale_k * m.a22 + lambda + 2.0 * mu);
+    const Lanes a12 = area * (scale_k * m.a12 + lambda);
+    const Lanes g = area * (scale_k * m.g + mu);
     const Lanes xx = f1.x * f1.x, xy = f1.x * f1.y, xz = f1.x * f1.z, yy = f1.y * f1.y,
                 yz = f1.y * f1.z,
                 zz = f1.z * f1.z;  // F1 F1^T
@@ -145,9 +128,9 @@ LOOMSTONE_INLINE void blocks(const Tables& tables, const Index* batches, Index n
     }
   }
 }
-void blocks(const Tables& tables, const Index* batches, Index n, const double* x, bool positive,
-            double scale_k, double scale_d, double* out) {
-  LOOMSTONE_WIDEST(blocks)(tables, batches, n, x, positive, scale_k, scale_d, out);
+void blocks(const Tables& tables, const Index* batches, Index n, const double* x,
+            JacobianTerms terms, double* out) {
+  LOOMSTONE_WIDEST(blocks)(tables, batches, n, x, terms, out);
 }
 
 template <class Lanes>

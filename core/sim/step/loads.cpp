@@ -18,9 +18,9 @@ void find_cloth_forces(const StepContext& part, const State& state, const Engine
   parallel_for(engines.team, end - begin, [&](Index i) {
     force.row(begin + i) += model.cloth.mass[begin + i] * model.scene.gravity.transpose();
   });
-  add_drag(engines.team, model.scene.air, part.t0, model.cloth.triangles,
-           model.cloth.triangles_of_vertex.start, model.cloth.triangles_of_vertex.items,
-           state.cloth.x, state.cloth.v, begin, end, force);
+  const DraggedSurface surface{part.t0, model.cloth.triangles, model.cloth.triangles_of_vertex,
+                               state.cloth.x, state.cloth.v};
+  add_drag(engines.team, model.scene.air, surface, begin, end, force);
 }
 
 // The prediction holds what the bodies' stage will do by itself, so that the solve adds only what

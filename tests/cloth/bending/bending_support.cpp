@@ -179,7 +179,7 @@ Vector deflections(const Points& vertices, const Triangles& triangles,
                    const std::vector<std::uint8_t>& pinned, const Bending& bending) {
   const Index n = static_cast<Index>(vertices.rows());
   BlockMatrix k(n, bending.couplings());
-  bending.add_stiffness(Team{}, vertices, 1.0, 0.0, 0, n, k);
+  bending.add_stiffness(Team{}, vertices, {1.0, 0.0}, 0, n, k);
   std::vector<Index> unknown(n, -1);
   Index n_free = 0;
   for (Index i = 0; i < n; ++i)

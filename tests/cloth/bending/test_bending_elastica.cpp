@@ -89,22 +89,19 @@ class StaticSolve {
  private:
   bool factorise(const Points& x, JacobianKind kind) {
     matrix_.set_zero();
-    membrane_.set_jacobian(team_, x, kind, 1.0, 0.0, 0, n_, matrix_);
-    bending_.add_stiffness(team_, x, 1.0, 0.0, 0, n_, matrix_);
+    membrane_.set_jacobian(team_, x, {kind, {1.0, 0.0}}, 0, n_, matrix_);
+    bending_.add_stiffness(team_, x, {1.0, 0.0}, 0, n_, matrix_);
     if (kind == JacobianKind::Exact)
       bending_.add_geometric_stiffness(team_, x, 1.0, 0, n_, matrix_);
     std::vector<Eigen::Triplet<double>> entries;
     for (Index i = 0; i < n_; ++i)
       for (Index p = matrix_.row_start()[i]; p < matrix_.row_start()[i + 1]; ++p) {
         const Index j = matrix_.columns()[p];
-        if (strip_.pinned[i] || strip_.pinned[j]) {
-          if (i == j)
-            for (int c = 0; c < 3; ++c) entries.emplace_back(3 * i + c, 3 * i + c, 1.0);
-          continue;
-        }
-        for (int r = 0; r < 3; ++r)
-          for (int c = 0; c < 3; ++c)
-            entries.emplace_back(3 * i + r, 3 * j + c, matrix_.block_map(p)(r, c));
+        const bool prescribed = strip_.pinned[i] || strip_.pinned[j];
+        if (prescribed && i != j) continue;
+        const Mat3 block = prescribed ? Mat3(Mat3::Identity()) : Mat3(matrix_.block_map(p));
+        for (int k = 0; k < 9; ++k)
+          entries.emplace_back(3 * i + k / 3, 3 * j + k % 3, block(k / 3, k % 3));
       }
     Eigen::SparseMatrix<double> k(3 * n_, 3 * n_);
     k.setFromTriplets(entries.begin(), entries.end());

@@ -39,7 +39,7 @@ Eigen::MatrixXd as_dense(const BlockMatrix& k) {
 Eigen::MatrixXd dense(const Bending& bending, const Points& x, double scale_k, double scale_d) {
   const Index n = static_cast<Index>(x.rows());
   BlockMatrix k(n, bending.couplings());
-  bending.add_stiffness(team, x, scale_k, scale_d, 0, n, k);
+  bending.add_stiffness(team, x, {scale_k, scale_d}, 0, n, k);
   return as_dense(k);
 }
 
@@ -108,7 +108,7 @@ TEST_CASE("with its geometric part the bending stiffness is the exact Hessian in
   const Index n = static_cast<Index>(setup.rest_positions.rows());
   const Points x = setup.rest_positions + noise(n, 0.05, 14), direction = noise(n, 1.0, 15);
   BlockMatrix k(n, bending->couplings());
-  bending->add_stiffness(team, x, 2.0, 0.0, 0, n, k);
+  bending->add_stiffness(team, x, {2.0, 0.0}, 0, n, k);
   bending->add_geometric_stiffness(team, x, 2.0, 0, n, k);
   const Eigen::MatrixXd full = as_dense(k);
   CHECK((full - full.transpose()).cwiseAbs().maxCoeff() <= 1e-13 * full.cwiseAbs().maxCoeff());
@@ -127,7 +127,7 @@ TEST_CASE("with its geometric part the bending stiffness is the exact Hessian in
   BlockMatrix parts(n, bending->couplings());
   for (const auto& [begin, end] :
        {std::pair<Index, Index>(0, 11), std::pair<Index, Index>(11, n)}) {
-    bending->add_stiffness(Team{3}, x, 2.0, 0.0, begin, end, parts);
+    bending->add_stiffness(Team{3}, x, {2.0, 0.0}, begin, end, parts);
     bending->add_geometric_stiffness(Team{3}, x, 2.0, begin, end, parts);
   }
   CHECK(as_dense(parts) == full);

@@ -39,7 +39,7 @@ TEST_CASE(
   Points expected = Points::Zero(n, 3);
   BlockMatrix k(n, bending->couplings());
   bending->add_forces(Team{1}, x, v, 0, n, expected);
-  bending->add_stiffness(Team{1}, x, 0.5, 0.25, 0, n, k);
+  bending->add_stiffness(Team{1}, x, {0.5, 0.25}, 0, n, k);
   const double energy = bending->energy(Team{1}, x);
   const BlockMatrix empty(n, bending->couplings());
   for (const int threads : {1, 2, 3, 7}) {
@@ -51,14 +51,14 @@ TEST_CASE(
     const Index cuts[4] = {0, 700, 1408, n};
     for (int r = 0; r < 3; ++r) {
       again->add_forces(Team{threads}, x, v, cuts[r], cuts[r + 1], force);
-      again->add_stiffness(Team{threads}, x, 0.5, 0.25, cuts[r], cuts[r + 1], matrix);
+      again->add_stiffness(Team{threads}, x, {0.5, 0.25}, cuts[r], cuts[r + 1], matrix);
     }
     CHECK(same_bits(force, expected));
     CHECK(same_bits(matrix, k));
     force.setZero();
     matrix.set_zero();
     bending->add_forces(Team{threads}, x, v, 0, n, force);
-    bending->add_stiffness(Team{threads}, x, 0.5, 0.25, 0, n, matrix);
+    bending->add_stiffness(Team{threads}, x, {0.5, 0.25}, 0, n, matrix);
     CHECK(same_bits(force, expected));
     CHECK(same_bits(matrix, k));
     CHECK(bending->energy(Team{threads}, x) == energy);
@@ -138,7 +138,7 @@ TEST_CASE("hinges with a triangle that has no area now exert no force and are co
     CHECK(force.allFinite());
     CHECK(std::isfinite(bending->energy(Team{}, shape)));
     BlockMatrix k(n, bending->couplings());
-    bending->add_stiffness(Team{}, shape, 1.0, 1.0, 0, n, k);
+    bending->add_stiffness(Team{}, shape, {1.0, 1.0}, 0, n, k);
     CHECK(std::all_of(k.block(0), k.block(0) + 9 * k.n_blocks(),
                       [](double a) { return std::isfinite(a); }));
   }
@@ -154,7 +154,7 @@ TEST_CASE("a single triangle does not bend") {
   Points force = Points::Zero(3, 3);
   bending->add_forces(Team{}, x, x, 0, 3, force);
   BlockMatrix k(3, bending->couplings());
-  bending->add_stiffness(Team{}, x, 1.0, 1.0, 0, 3, k);
+  bending->add_stiffness(Team{}, x, {1.0, 1.0}, 0, 3, k);
   CHECK(force.norm() == 0.0);
   CHECK(bending->energy(Team{}, x) == 0.0);
   CHECK(bending->couplings().empty());

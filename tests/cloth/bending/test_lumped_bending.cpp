@@ -33,7 +33,7 @@ struct Assembled {
 Assembled assemble(const Bending& bending, const Points& x) {
   const Index n = static_cast<Index>(x.rows());
   BlockMatrix k(n, bending.couplings());
-  bending.add_stiffness({}, x, 1.0, 0.0, 0, n, k);
+  bending.add_stiffness({}, x, {1.0, 0.0}, 0, n, k);
   Assembled out{Eigen::MatrixXd::Zero(3 * n, 3 * n), k.n_blocks()};
   for (Index i = 0; i < n; ++i)
     for (Index p = k.row_start()[i]; p < k.row_start()[i + 1]; ++p)

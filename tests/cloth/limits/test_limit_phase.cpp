@@ -61,7 +61,7 @@ TEST_CASE("the second phase has forces of its energy and the Jacobian of its for
   s.membrane.set_phase(phase.table(), phase.entered());
   REQUIRE((force_of(s.membrane, x) - without).norm() > 10.0 * without.norm());
   BlockMatrix k = pattern(s.mesh);
-  s.membrane.set_jacobian({}, x, JacobianKind::Exact, 1.0, 0.0, 0, n, k);
+  s.membrane.set_jacobian({}, x, {JacobianKind::Exact, {1.0, 0.0}}, 0, n, k);
   const Eigen::VectorXd product = dense(k) * Eigen::Map<const Eigen::VectorXd>(d.data(), 3 * n);
   const double slope = -dot(force_of(s.membrane, x), d);
   double force_before = 0.0, jacobian_before = 0.0;
@@ -89,7 +89,7 @@ TEST_CASE("with a second phase the positive Jacobian stays positive semidefinite
   phase.enter({}, x, 0, s.mesh.n_vertices());
   s.membrane.set_phase(phase.table(), phase.entered());
   BlockMatrix k = pattern(s.mesh);
-  s.membrane.set_jacobian({}, x, JacobianKind::Positive, 1.0, 0.0, 0, s.mesh.n_vertices(), k);
+  s.membrane.set_jacobian({}, x, {JacobianKind::Positive, {1.0, 0.0}}, 0, s.mesh.n_vertices(), k);
   const Eigen::VectorXd eigenvalues =
       Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(dense(k)).eigenvalues();
   CHECK(eigenvalues.minCoeff() > -1e-12 * eigenvalues.maxCoeff());

@@ -30,7 +30,7 @@ TEST_CASE("the exact Jacobian is the derivative of the force, with error of orde
   const Index n = s.mesh.n_vertices();
   const Points x = deformed(s.mesh, 3), d = random_points(n, 1.0, 4);
   BlockMatrix k = pattern(s.mesh);
-  s.membrane.set_jacobian({}, x, JacobianKind::Exact, 1.0, 0.0, 0, n, k);
+  s.membrane.set_jacobian({}, x, {JacobianKind::Exact, {1.0, 0.0}}, 0, n, k);
   const Eigen::VectorXd flat = Eigen::Map<const Eigen::VectorXd>(d.data(), 3 * n);
   const Eigen::VectorXd product = dense(k) * flat;
   double previous = 0.0;
@@ -51,7 +51,7 @@ TEST_CASE("the viscous Jacobian is the derivative of the viscous force") {
   const Index n = s.mesh.n_vertices();
   const Points x = deformed(s.mesh, 5), v = random_points(n, 1.0, 6);
   BlockMatrix d = pattern(s.mesh);
-  s.membrane.set_jacobian({}, x, JacobianKind::Exact, 0.0, 1.0, 0, n, d);
+  s.membrane.set_jacobian({}, x, {JacobianKind::Exact, {0.0, 1.0}}, 0, n, d);
   const Points viscous = force_of(s.membrane, x) - force_of(s.membrane, x, &v);  // + f_v
   const Eigen::VectorXd product = dense(d) * Eigen::Map<const Eigen::VectorXd>(v.data(), 3 * n);
   // The force is linear in v: equal to rounding.
@@ -65,7 +65,7 @@ TEST_CASE("the positive Jacobian is symmetric and positive semidefinite, also un
   Points x = deformed(s.mesh, 7);
   x.col(0) *= 0.5;
   BlockMatrix k = pattern(s.mesh);
-  s.membrane.set_jacobian({}, x, JacobianKind::Positive, 1.0, 0.3, 0, n, k);
+  s.membrane.set_jacobian({}, x, {JacobianKind::Positive, {1.0, 0.3}}, 0, n, k);
   const Eigen::MatrixXd d = dense(k);
   CHECK((d - d.transpose()).norm() == 0.0);
   const Eigen::VectorXd eigenvalues =
@@ -78,8 +78,8 @@ TEST_CASE("where all stresses are tensile the positive Jacobian is the exact one
   const Index n = s.mesh.n_vertices();
   Points x = s.mesh.vertices() * 1.1;
   BlockMatrix a = pattern(s.mesh), b = pattern(s.mesh);
-  s.membrane.set_jacobian({}, x, JacobianKind::Exact, 1.0, 0.0, 0, n, a);
-  s.membrane.set_jacobian({}, x, JacobianKind::Positive, 1.0, 0.0, 0, n, b);
+  s.membrane.set_jacobian({}, x, {JacobianKind::Exact, {1.0, 0.0}}, 0, n, a);
+  s.membrane.set_jacobian({}, x, {JacobianKind::Positive, {1.0, 0.0}}, 0, n, b);
   CHECK((dense(a) - dense(b)).norm() < 1e-13 * dense(a).norm());
 }
 
@@ -232,7 +232,7 @@ TEST_CASE(
   const MembraneConstants c = membrane_constants(orthotropic(), "m");
   const Index n = s.mesh.n_vertices();
   BlockMatrix rest = pattern(s.mesh), k = pattern(s.mesh);
-  s.membrane.set_jacobian({}, s.mesh.vertices(), JacobianKind::Exact, 1.0, 0.0, 0, n, rest);
+  s.membrane.set_jacobian({}, s.mesh.vertices(), {JacobianKind::Exact, {1.0, 0.0}}, 0, n, rest);
   const Eigen::MatrixXd at_rest = dense(rest);
   CHECK((corotational_jacobian(s.mesh, c, s.mesh.vertices()) - at_rest).norm() <
         1e-12 * at_rest.norm());  // without stress: one
@@ -242,7 +242,7 @@ TEST_CASE(
   x.col(0) *= 1.1;
   x = (x * turn.transpose()).eval();
   const Vec3 normal = turn.col(2);
-  s.membrane.set_jacobian({}, x, JacobianKind::Exact, 1.0, 0.0, 0, n, k);
+  s.membrane.set_jacobian({}, x, {JacobianKind::Exact, {1.0, 0.0}}, 0, n, k);
   const Eigen::MatrixXd corotational = corotational_jacobian(s.mesh, c, x);
   for (Index i = 0; i < n; ++i) {
     CHECK(normal.dot(k.block_map(k.diagonal()[i]) * normal) > 1.0);
@@ -261,7 +261,7 @@ TEST_CASE("any number of threads and any split of the rows give the same bits") 
   Points reference = Points::Zero(n, 3);
   one.add_forces({1}, x, &v, 0, n, reference);
   BlockMatrix k = pattern(mesh);
-  one.set_jacobian({1}, x, JacobianKind::Positive, 1e-4, 1e-2, 0, n, k);
+  one.set_jacobian({1}, x, {JacobianKind::Positive, {1e-4, 1e-2}}, 0, n, k);
   const double energy = one.energy({1}, x);
   for (const int threads : {2, 3, 7}) {
     Membrane other(n, mesh.triangles(), corners, constants);
@@ -270,7 +270,7 @@ TEST_CASE("any number of threads and any split of the rows give the same bits") 
     for (const Index cut : {0, 384, 1024}) {
       const Index end = cut == 0 ? 384 : cut == 384 ? 1024 : n;
       other.add_forces({threads}, x, &v, cut, end, f);
-      other.set_jacobian({threads}, x, JacobianKind::Positive, 1e-4, 1e-2, cut, end, a);
+      other.set_jacobian({threads}, x, {JacobianKind::Positive, {1e-4, 1e-2}}, cut, end, a);
     }
     CHECK(f == reference);
     CHECK(dense(a) == dense(k));
