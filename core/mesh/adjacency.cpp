@@ -1,10 +1,9 @@
-// Sorting half-edges gives the edge table; counting sorts give the incidence lists.
+// The edge table results from sorting half-edges, the incidence lists from counting sorts.
 #include "core/mesh/adjacency.h"
 
 #include <algorithm>
-#include <string>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 
 namespace loomstone {
 namespace {
@@ -46,7 +45,7 @@ Index corner_of(const Triangles& triangles, Index triangle, Index vertex) {
   return -1;
 }
 
-// The rows of a table of vertex indices that name each vertex.
+// For each vertex the rows of a table that contain it.
 template <class Table>
 Incidence rows_of_vertices(Index n_vertices, const Table& table) {
   Incidence lists;
@@ -71,8 +70,8 @@ EdgeTable edge_table(Index n_vertices, const Triangles& triangles) {
     Index highest = 0;
     for (const HalfEdge& half : halves) highest = std::max(highest, half.high);
     if (halves.front().low < 0 || highest >= n_vertices) {
-      throw InvalidInput("triangles must index vertices 0 to " + std::to_string(n_vertices - 1) +
-                         ", got an index outside; check the triangle array");
+      fail<InvalidInput>("triangles must index vertices 0 to {}, got {}; check the triangle array",
+                         n_vertices - 1, halves.front().low < 0 ? halves.front().low : highest);
     }
   }
   EdgeTable table;
@@ -86,11 +85,11 @@ EdgeTable edge_table(Index n_vertices, const Triangles& triangles) {
     } else if (table.triangles.back()[1] < 0) {
       table.triangles.back()[1] = half.triangle;
     } else {
-      throw InvalidInput("an edge must have one or two triangles, but edge (" +
-                         std::to_string(half.low) + ", " + std::to_string(half.high) +
-                         ") has more: " + std::to_string(table.triangles.back()[0]) + ", " +
-                         std::to_string(table.triangles.back()[1]) + ", " +
-                         std::to_string(half.triangle) + "; split the surface there");
+      fail<InvalidInput>(
+          "an edge must have one or two triangles, but edge ({}, {}) has more: {}, {}, {}; split "
+          "the "
+          "surface there",
+          half.low, half.high, table.triangles.back()[0], table.triangles.back()[1], half.triangle);
     }
     table.of_triangle[static_cast<std::size_t>(half.triangle)]
                      [static_cast<std::size_t>(half.corner)] =

@@ -8,7 +8,7 @@
 
 namespace loomstone {
 
-// Compressed lists: items of i are items[start[i] .. start[i+1]), ascending.
+// Compressed lists: the items of i are items[start[i] .. start[i+1]), ascending.
 struct Incidence {
   std::vector<Index> start;
   std::vector<Index> items;
@@ -17,18 +17,18 @@ struct Incidence {
 // Unique edges as (smaller, larger) vertex, sorted; an edge's id is its row.
 struct EdgeTable {
   Edges edges;                                    // (k x 2)
-  std::vector<std::array<Index, 2>> triangles;    // of each edge, ascending; -1 where there is none
+  std::vector<std::array<Index, 2>> triangles;    // of each edge, ascending; -1: boundary
   std::vector<std::array<Index, 3>> of_triangle;  // edge opposite corner 0, 1, 2 of each triangle
 };
 
 // Throws InvalidInput for an edge with more than two triangles and for indices out of range.
 EdgeTable edge_table(Index n_vertices, const Triangles& triangles);
 
-// An interior edge with its two triangles, oriented as method.md 1.2: triangles (x1,x3,x4) and
+// An interior edge with its two triangles, oriented as in [Bridson2003]: triangles (x1,x3,x4) and
 // (x2,x4,x3) in their own counter-clockwise order share the edge x3 -> x4.
 struct Hinge {
   std::array<Index, 4> vertices;   // x1, x2, x3, x4
-  std::array<Index, 2> triangles;  // that of x1, that of x2; the first is the smaller index
+  std::array<Index, 2> triangles;  // the one with x1, the one with x2; the first index is smaller
   Index edge;                      // id in the edge table
 };
 
@@ -36,7 +36,7 @@ std::vector<Hinge> hinges(const Triangles& triangles, const EdgeTable& edges);
 
 Incidence triangles_of_vertices(Index n_vertices, const Triangles& triangles);
 Incidence edges_of_vertices(Index n_vertices, const Edges& edges);
-// Neighbour vertices of each vertex: those it shares an edge with.
+// Neighbours of each vertex: the vertices it shares an edge with.
 Incidence vertex_graph(Index n_vertices, const Triangles& triangles);
 
 }  // namespace loomstone

@@ -8,7 +8,7 @@ TrianglePoint at_corner(const Vec3& position, int corner) {
   return {position, Vec3::Unit(corner), TriangleFeature::Corner, corner};
 }
 
-// On the edge from corner `from` to corner `to`, share t of the way.
+// Point at parameter t in [0, 1] of the edge from corner `from` to corner `to`.
 TrianglePoint on_edge(const Vec3& a, const Vec3& b, double t, int from, int to) {
   Vec3 barycentric = Vec3::Zero();
   barycentric[from] = 1.0 - t;
@@ -49,7 +49,7 @@ TrianglePoint closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, c
     const double v = vb / sum, w = vc / sum;
     return {a + v * ab + w * ac, Vec3(1.0 - v - w, v, w), TriangleFeature::Face, 0};
   }
-  // A triangle without area is its edges.
+  // A triangle without area consists of its edges.
   TrianglePoint best = closest_on_segment(p, a, b, 0, 1);
   for (const TrianglePoint& other :
        {closest_on_segment(p, b, c, 1, 2), closest_on_segment(p, a, c, 0, 2)}) {

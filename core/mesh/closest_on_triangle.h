@@ -1,11 +1,11 @@
-// The point of a triangle closest to a given one.
+// The point of a triangle that is closest to a given point.
 #pragma once
 
 #include "core/base/types.h"
 
 namespace loomstone {
 
-// Which part of a triangle that is: its inside, the edge opposite `corner`, or that corner.
+// The part of the triangle that contains it: interior, the edge opposite `corner`, or that corner.
 enum class TriangleFeature { Face, Edge, Corner };
 
 struct TrianglePoint {
@@ -14,8 +14,8 @@ struct TrianglePoint {
   int corner;
 };
 
-// By the regions of [Ericson2005], section 5.1.5; of a triangle without area the closest point of
-// its edges.
+// Implements [Ericson2005], section 5.1.5, by Voronoi regions. For a triangle without area, the
+// closest point of its edges.
 TrianglePoint closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c);
 
 }  // namespace loomstone

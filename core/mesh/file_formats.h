@@ -1,5 +1,5 @@
-// Shared by the readers and writers of mesh files; not for use outside mesh_file.cpp, obj_file.cpp,
-// ply_file.cpp and ply_writer.cpp.
+// Shared by the readers and writers of mesh files, for them alone: mesh_file.cpp, obj_file.cpp,
+// ply_header.cpp, ply_reader.cpp and ply_writer.cpp.
 #pragma once
 
 #include <charconv>
@@ -8,20 +8,20 @@
 #include <string_view>
 #include <vector>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/mesh/triangle_mesh.h"
 
 namespace loomstone {
 
-// A mesh as a file states it, not checked yet.
+// A mesh as read from a file, not validated.
 struct RawMesh {
-  std::vector<double> vertices;     // x y z of each
-  std::vector<double> uv;           // u v of each
-  std::vector<Index> triangles;     // three vertices of each, counted from 0
-  std::vector<Index> uv_triangles;  // three uv of each, or empty
+  std::vector<double> vertices;     // (n x 3)
+  std::vector<double> uv;           // (k x 2)
+  std::vector<Index> triangles;     // (m x 3) vertices, counted from 0
+  std::vector<Index> uv_triangles;  // (m x 3) rows of uv, or empty
 };
 
-// `name` is that of the file, for messages.
+// name: file name for messages
 RawMesh parse_obj(std::string_view content, const std::string& name, bool with_uv);
 RawMesh parse_ply(std::string_view content, const std::string& name, bool with_uv);
 std::string obj_text(const TriangleMesh& mesh);
@@ -29,11 +29,10 @@ std::string ply_content(const TriangleMesh& mesh, bool text);
 
 [[noreturn]] inline void throw_malformed(const std::string& name, std::int64_t line,
                                          const std::string& what) {
-  throw CacheError(name + ", line " + std::to_string(line) + ": " + what +
-                   "; correct the file or write it again");
+  fail<CacheError>("{}, line {}: {}; correct the file or write it again", name, line, what);
 }
 
-// Takes lines off the front of a text and counts them from 1.
+// Splits a text into lines, counted from 1.
 class LineReader {
  public:
   explicit LineReader(std::string_view content) : rest_(content) {}
@@ -55,7 +54,7 @@ class LineReader {
   std::int64_t number_ = 0;
 };
 
-// Takes the next word off the front of a line; empty at its end.
+// Removes the next word from the front of a line; empty at the end of the line.
 inline std::string_view next_word(std::string_view& line) {
   const std::size_t start = line.find_first_not_of(" \t");
   if (start == std::string_view::npos) {
@@ -68,7 +67,7 @@ inline std::string_view next_word(std::string_view& line) {
   return word;
 }
 
-// The whole word as a number, in any locale; false if it is none.
+// Reads the whole word as a number, in any locale; false if it is not a number.
 template <class Number>
 bool parse_number(std::string_view word, Number& value) {
   if (!word.empty() && word.front() == '+') word.remove_prefix(1);
@@ -77,7 +76,7 @@ bool parse_number(std::string_view word, Number& value) {
   return result.ec == std::errc() && result.ptr == word.data() + word.size();
 }
 
-// Shortest text that reads back as the same number.
+// Appends the shortest text that reads back as the same number.
 template <class Number>
 void append_number(std::string& text, Number value) {
   char buffer[40];
