@@ -87,8 +87,7 @@ EdgeTable edge_table(Index n_vertices, const Triangles& triangles) {
     } else {
       fail<InvalidInput>(
           "an edge must have one or two triangles, but edge ({}, {}) has more: {}, {}, {}; split "
-          "the "
-          "surface there",
+          "the surface there",
           half.low, half.high, table.triangles.back()[0], table.triangles.back()[1], half.triangle);
     }
     table.of_triangle[static_cast<std::size_t>(half.triangle)]

@@ -1,5 +1,5 @@
-// Flat meshes: grids, strips, discs. Their uv are their own coordinates, so weft and warp turn with
-// the cloth.
+// Flat meshes: grids, strips, discs. Their uv are their own coordinates, so weft and warp rotate
+// with the cloth.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -7,22 +7,21 @@
 #include <string>
 #include <vector>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/mesh/generators.h"
 #include "core/mesh/mesh_builder.h"
 
 namespace loomstone {
 namespace {
 
-// Vertices are counted by Index.
-constexpr Index most_cells = 20000;
+constexpr Index most_cells = 20000;  // along one side, so that Index can count the vertices
 
 void require_count(Index count, const char* name) { require_between(count, 1, most_cells, name); }
 
 bool alternating(const std::string& pattern) {
   if (pattern != "alternating" && pattern != "diagonal") {
-    throw InvalidInput("pattern must be \"alternating\" or \"diagonal\", got \"" + pattern +
-                       "\"; choose one");
+    fail<InvalidInput>("pattern must be \"alternating\" or \"diagonal\", got \"{}\"; choose one",
+                       pattern);
   }
   return pattern == "alternating";
 }
@@ -77,10 +76,10 @@ TriangleMesh grid(double width, double height, Index triangles, const std::strin
   require_positive(width, "width");
   require_positive(height, "height");
   if (triangles < 2) {
-    throw InvalidInput("triangles must be >= 2, got " + std::to_string(triangles) +
-                       "; ask for more");
+    fail<InvalidInput>("triangles must be >= 2, got {}; ask for more", triangles);
   }
-  // Square cells of this side would give the number exactly; try the whole numbers around it.
+  // Square cells with this side would give the requested number; try the neighbouring whole numbers
+  // of cells.
   const double side = std::sqrt(2.0 * width * height / triangles);
   Index best_nx = 1, best_ny = 1;
   double best = std::numeric_limits<double>::infinity();
@@ -89,7 +88,7 @@ TriangleMesh grid(double width, double height, Index triangles, const std::strin
       const double nx = std::max(1.0, std::floor(width / side) + up_x),
                    ny = std::max(1.0, std::floor(height / side) + up_y);
       const double aspect = (width / nx) / (height / ny);
-      // Cells are square when |log aspect| is small; the count is right when the second term is.
+      // The first term is zero for square cells, the second for the requested number of triangles.
       const double miss =
           std::abs(std::log(aspect)) + std::abs(std::log(2.0 * nx * ny / triangles));
       if (miss < best - 1e-12) {
@@ -108,15 +107,17 @@ TriangleMesh jittered_grid(double width, double height, Index nx, Index ny, doub
   require_positive(height, "height");
   require_count(nx, "nx");
   require_count(ny, "ny");
-  // Beyond a quarter of a cell a triangle may turn over: corners (0,0), (1,0), (1,1) by a in each
-  // coordinate keep area >= 1/2 (1 - 4 a).
+  // A triangle (0,0), (1,0), (1,1) whose corners move by up to a in each coordinate keeps an area
+  // >= 1/2 (1 - 4 a), so it may turn over from a quarter of a cell on.
   if (!(amount >= 0.0 && amount < 0.25)) {
-    throw InvalidInput("amount must be in [0, 0.25) of a cell, got " + std::to_string(amount) +
-                       "; larger displacements turn triangles over");
+    fail<InvalidInput>(
+        "amount must be in [0, 0.25) of a cell, got {}; larger displacements turn "
+        "triangles over",
+        amount);
   }
   Points vertices = grid_vertices(width, height, nx, ny);
   std::mt19937_64 random(seed);
-  // Not std::uniform_real_distribution: its numbers differ between libraries.
+  // Not std::uniform_real_distribution, whose numbers differ between libraries.
   const auto draw = [&] { return 2.0 * (static_cast<double>(random() >> 11) * 0x1p-53) - 1.0; };
   for (Index j = 1; j < ny; ++j) {
     for (Index i = 1; i < nx; ++i) {
@@ -134,8 +135,8 @@ TriangleMesh strip(double length, double width, Index cells_across, const std::s
   require_count(cells_across, "cells_across");
   const double along = std::max(1.0, std::round(length / width * cells_across));
   if (along > most_cells) {
-    throw InvalidInput("a strip must have at most " + std::to_string(most_cells) +
-                       " cells along, got " + std::to_string(along) + "; take fewer cells_across");
+    fail<InvalidInput>("a strip must have at most {} cells along, got {}; lower cells_across",
+                       most_cells, along);
   }
   return grid_cells(length, width, static_cast<Index>(along), cells_across, pattern);
 }

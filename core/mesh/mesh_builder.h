@@ -1,29 +1,27 @@
-// What the generators share: checks of their numbers and a mesh under construction.
+// Shared by the generators: checks of their arguments and a mesh under construction.
 #pragma once
 
 #include <array>
 #include <cmath>
-#include <string>
 #include <utility>
 #include <vector>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/mesh/triangle_mesh.h"
 
 namespace loomstone {
 
 inline void require_positive(double value, const char* name) {
   if (!(value > 0.0) || !std::isfinite(value)) {
-    throw InvalidInput(std::string(name) + " must be > 0 and finite [m], got " +
-                       std::to_string(value) + "; give a length in metres");
+    fail<InvalidInput>("{} must be > 0 and finite [m], got {}; give a length in metres", name,
+                       value);
   }
 }
 
 inline void require_between(Index count, Index low, Index high, const char* name) {
   if (count < low || count > high) {
-    throw InvalidInput(std::string(name) + " must be " + std::to_string(low) + " to " +
-                       std::to_string(high) + ", got " + std::to_string(count) +
-                       "; choose another number");
+    fail<InvalidInput>("{} must be {} to {}, got {}; choose another number", name, low, high,
+                       count);
   }
 }
 

@@ -1,5 +1,5 @@
-// A vertex where two fans of triangles meet in a point only ("bow tie") is accepted: cloth may hang
-// together by a point.
+// A vertex where two fans of triangles meet only in a point ("bow tie") is accepted: cloth may be
+// connected by a point.
 #include "core/mesh/mesh_check.h"
 
 #include <algorithm>
@@ -9,25 +9,22 @@
 #include <string>
 #include <vector>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 
 namespace loomstone {
 namespace {
 
-// A triangle counts as flat when its height is below these shares of its longest edge and of the
-// mesh's coordinates: our choice, far below any sliver a mesh generator makes and just above the
+// A triangle has zero area if its height is below these fractions of its longest edge and of the
+// mesh's largest coordinate. Our choice: far below any sliver of a mesh generator, just above the
 // rounding of collinear points.
 constexpr double smallest_height_of_edge = 1e-9;
 constexpr double smallest_height_of_coordinate = 16.0 * 2.2e-16;
 
-std::string number(Index i) { return std::to_string(i); }
-
 std::string corners(const Triangles& triangles, Index t) {
-  return "(" + number(triangles(t, 0)) + ", " + number(triangles(t, 1)) + ", " +
-         number(triangles(t, 2)) + ")";
+  return formatted("({}, {}, {})", triangles(t, 0), triangles(t, 1), triangles(t, 2));
 }
 
-// A directed edge of a triangle, ordered by its undirected pair.
+// A directed edge of a triangle; sorted by its undirected pair of vertices.
 struct Side {
   Index low, high;
   Index triangle;
@@ -57,9 +54,8 @@ template <class Array>
 void check_finite(const Array& points, const char* what) {
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
     if (!points.row(i).allFinite()) {
-      throw InvalidInput(
-          std::string(what) + " " + std::to_string(i) +
-          " must have finite coordinates, got NaN or infinity; correct or remove it");
+      fail<InvalidInput>(
+          "{} {} must have finite coordinates, got NaN or infinity; correct or remove it", what, i);
     }
   }
 }
@@ -68,9 +64,10 @@ void check_indices(const Triangles& triangles, Eigen::Index n_points, const char
   for (Index t = 0; t < triangles.rows(); ++t) {
     for (int c = 0; c < 3; ++c) {
       if (triangles(t, c) < 0 || triangles(t, c) >= n_points) {
-        throw InvalidInput("triangle " + number(t) + " must refer to " + what + " 0 to " +
-                           std::to_string(n_points - 1) + ", got " + number(triangles(t, c)) +
-                           "; count from 0 and check the arrays belong together");
+        fail<InvalidInput>(
+            "triangle {} must refer to {} 0 to {}, got {}; count from 0 and check that the arrays "
+            "belong together",
+            t, what, n_points - 1, triangles(t, c));
       }
     }
   }
@@ -101,27 +98,29 @@ void check_duplicates(const Triangles& triangles) {
   std::sort(sorted.begin(), sorted.end());
   for (std::size_t i = 1; i < sorted.size(); ++i) {
     if (std::equal(sorted[i].begin(), sorted[i].begin() + 3, sorted[i - 1].begin())) {
-      throw InvalidInput("triangles must differ, but triangle " + number(sorted[i][3]) +
-                         " has the same vertices " + corners(triangles, sorted[i][3]) +
-                         " as triangle " + number(sorted[i - 1][3]) + "; remove one of them");
+      fail<InvalidInput>(
+          "triangles must differ, but triangle {} has the same vertices {} as triangle {}; remove "
+          "one of them",
+          sorted[i][3], corners(triangles, sorted[i][3]), sorted[i - 1][3]);
     }
   }
 }
 
-void check_edges(const Triangles& triangles) {
-  const std::vector<Side> sides = sorted_sides(triangles);
+void check_manifold(const std::vector<Side>& sides) {
   for (std::size_t i = 2; i < sides.size(); ++i) {
     if (sides[i].same_edge(sides[i - 2])) {
-      throw InvalidInput("edge (" + number(sides[i].low) + ", " + number(sides[i].high) +
-                         ") must have one or two triangles, but triangles " +
-                         number(sides[i - 2].triangle) + ", " + number(sides[i - 1].triangle) +
-                         " and " + number(sides[i].triangle) +
-                         " meet there (non-manifold); duplicate its vertices to split the surface, "
-                         "or remove a triangle");
+      fail<InvalidInput>(
+          "edge ({}, {}) must have one or two triangles, but triangles {}, {} and {} meet there "
+          "(non-manifold); duplicate its vertices to split the surface, or remove a triangle",
+          sides[i].low, sides[i].high, sides[i - 2].triangle, sides[i - 1].triangle,
+          sides[i].triangle);
     }
   }
-  // The triangle in most conflicts is the one to name: a single inverted triangle disagrees with
-  // all its neighbours.
+}
+
+// Names the triangle with the most conflicts, because a single inverted triangle disagrees with all
+// its neighbours.
+void check_winding(const Triangles& triangles, const std::vector<Side>& sides) {
   std::vector<int> conflicts(static_cast<std::size_t>(triangles.rows()), 0);
   std::vector<std::size_t> bad;
   for (std::size_t i = 1; i < sides.size(); ++i) {
@@ -136,11 +135,10 @@ void check_edges(const Triangles& triangles) {
   for (const std::size_t i : bad) {
     if (sides[i].triangle != worst && sides[i - 1].triangle != worst) continue;
     const Index other = sides[i].triangle == worst ? sides[i - 1].triangle : sides[i].triangle;
-    throw InvalidInput("triangle " + number(worst) +
-                       " must have the same winding as its neighbours, but " +
-                       corners(triangles, worst) + " is inverted against triangle " +
-                       number(other) + " across edge (" + number(sides[i].low) + ", " +
-                       number(sides[i].high) + "); swap two of its vertices");
+    fail<InvalidInput>(
+        "triangle {} must have the same winding as its neighbours, but {} is inverted against "
+        "triangle {} across edge ({}, {}); swap two of its vertices",
+        worst, corners(triangles, worst), other, sides[i].low, sides[i].high);
   }
 }
 
@@ -153,7 +151,7 @@ Index root_of(std::vector<Index>& parent, Index i) {
   return i;
 }
 
-// uv of a triangle's corner at a vertex.
+// uv of the corner of a triangle at a vertex.
 Vec2 uv_at(const Triangles& triangles, const Points2& uv, const Triangles& uv_triangles, Index t,
            Index vertex) {
   int c = 0;
@@ -161,8 +159,8 @@ Vec2 uv_at(const Triangles& triangles, const Points2& uv, const Triangles& uv_tr
   return uv.row(uv_triangles(t, c)).transpose();
 }
 
-// Panel of each triangle, named by its smallest triangle. Values of uv count, not their indices:
-// many files repeat them.
+// Panel of each triangle, numbered by its smallest triangle. Compares values of uv, not their
+// indices, because many files repeat values.
 std::vector<Index> panels(const Triangles& triangles, const Points2& uv,
                           const Triangles& uv_triangles) {
   std::vector<Index> parent(static_cast<std::size_t>(triangles.rows()));
@@ -194,63 +192,66 @@ double signed_area(const Points2& uv, const Triangles& uv_triangles, Index t) {
 
 void check_surface(const Points& vertices, const Triangles& triangles) {
   if (vertices.rows() == 0 || triangles.rows() == 0) {
-    throw InvalidInput("a mesh must have vertices and triangles, got " +
-                       std::to_string(vertices.rows()) + " vertices and " +
-                       std::to_string(triangles.rows()) +
-                       " triangles (empty mesh); check its source");
+    fail<InvalidInput>(
+        "a mesh must have vertices and triangles, got {} vertices and {} triangles (empty mesh); "
+        "check its source",
+        vertices.rows(), triangles.rows());
   }
   check_finite(vertices, "vertex");
   check_indices(triangles, vertices.rows(), "vertices");
   for (Index t = 0; t < triangles.rows(); ++t) {
     if (triangles(t, 0) == triangles(t, 1) || triangles(t, 1) == triangles(t, 2) ||
         triangles(t, 2) == triangles(t, 0)) {
-      throw InvalidInput("triangle " + number(t) + " must have three different vertices, got " +
-                         corners(triangles, t) + " (zero area); remove it");
+      fail<InvalidInput>(
+          "triangle {} must have three different vertices, got {} (zero area); remove it", t,
+          corners(triangles, t));
     }
   }
   const double largest = vertices.cwiseAbs().maxCoeff();
   for (Index t = 0; t < triangles.rows(); ++t) {
     if (flat_triangle(vertices, triangles, t, largest)) {
-      throw InvalidInput("triangle " + number(t) +
-                         " has zero area; remove it or merge its vertices " +
+      fail<InvalidInput>("triangle {} has zero area; remove it or merge its vertices {}", t,
                          corners(triangles, t));
     }
   }
   check_duplicates(triangles);
-  check_edges(triangles);
+  const std::vector<Side> sides = sorted_sides(triangles);
+  check_manifold(sides);
+  check_winding(triangles, sides);
   std::vector<char> used(static_cast<std::size_t>(vertices.rows()), 0);
   for (Index t = 0; t < triangles.rows(); ++t) {
     for (int c = 0; c < 3; ++c) used[static_cast<std::size_t>(triangles(t, c))] = 1;
   }
   const auto isolated = std::find(used.begin(), used.end(), 0);
   if (isolated != used.end()) {
-    throw InvalidInput("vertex " + std::to_string(isolated - used.begin()) +
-                       " must belong to a triangle, but " +
-                       std::to_string(std::count(used.begin(), used.end(), 0)) +
-                       " vertices are isolated; remove those no triangle uses");
+    fail<InvalidInput>(
+        "vertex {} must belong to a triangle, but {} vertices are isolated; remove the vertices "
+        "that no triangle uses",
+        isolated - used.begin(), std::count(used.begin(), used.end(), 0));
   }
 }
 
 void check_rest_coordinates(const Triangles& triangles, const Points2& uv,
                             const Triangles& uv_triangles) {
   if (uv_triangles.rows() != triangles.rows()) {
-    throw InvalidInput("uv_triangles must have one row per triangle, got " +
-                       std::to_string(uv_triangles.rows()) + " rows for " +
-                       std::to_string(triangles.rows()) + " triangles; give every triangle its uv");
+    fail<InvalidInput>(
+        "uv_triangles must have one row per triangle, got {} rows for {} triangles; give every "
+        "triangle its uv",
+        uv_triangles.rows(), triangles.rows());
   }
   check_finite(uv, "uv");
   check_indices(uv_triangles, uv.rows(), "uv");
   const double largest = uv.cwiseAbs().maxCoeff();
   for (Index t = 0; t < triangles.rows(); ++t) {
     if (flat_triangle(uv, uv_triangles, t, largest)) {
-      throw InvalidInput("triangle " + number(t) + " has zero rest area in uv (uv " +
-                         corners(uv_triangles, t) + ", vertices " + corners(triangles, t) +
-                         "); give it a flat pattern or leave out the uv");
+      fail<InvalidInput>(
+          "triangle {} has zero rest area in uv (uv {}, vertices {}); give it a flat pattern or "
+          "leave out the uv",
+          t, corners(uv_triangles, t), corners(triangles, t));
     }
   }
   const std::vector<Index> panel = panels(triangles, uv, uv_triangles);
-  std::vector<double> total(panel.size(),
-                            0.0);  // signed area of each panel, in its first triangle's slot
+  std::vector<double> total(panel.size(), 0.0);  // signed area of a panel, at its first triangle
   for (Index t = 0; t < triangles.rows(); ++t) {
     total[static_cast<std::size_t>(panel[static_cast<std::size_t>(t)])] +=
         signed_area(uv, uv_triangles, t);
@@ -258,10 +259,10 @@ void check_rest_coordinates(const Triangles& triangles, const Points2& uv,
   for (Index t = 0; t < triangles.rows(); ++t) {
     const Index first = panel[static_cast<std::size_t>(t)];
     if (signed_area(uv, uv_triangles, t) * total[static_cast<std::size_t>(first)] < 0.0) {
-      throw InvalidInput("triangle " + number(t) +
-                         " must be oriented in uv like the rest of its panel (that of triangle " +
-                         number(first) + "), but its uv " + corners(uv_triangles, t) +
-                         " are inverted; unfold the pattern there");
+      fail<InvalidInput>(
+          "triangle {} must be oriented in uv like the rest of its panel (that of triangle {}), "
+          "but its uv {} are inverted; unfold the pattern there",
+          t, first, corners(uv_triangles, t));
     }
   }
 }

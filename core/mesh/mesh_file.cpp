@@ -8,7 +8,7 @@
 #include <fstream>
 #include <utility>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/mesh/file_formats.h"
 
 namespace loomstone {
@@ -22,13 +22,13 @@ Format format_of(const std::string& path) {
                  [](unsigned char c) { return std::tolower(c); });
   if (ending == ".obj") return Format::Obj;
   if (ending == ".ply") return Format::Ply;
-  throw Unsupported("a mesh file must end in .obj or .ply, got " + path +
-                    "; convert it, or read it in Python");
+  fail<Unsupported>(
+      "a mesh file must end in .obj or .ply, got {}; convert it, or read it in Python", path);
 }
 
 [[noreturn]] void throw_system(const std::string& path, const char* what) {
-  throw CacheError(path + " cannot be " + what + ": " + std::strerror(errno) +
-                   "; check the name and its permissions");
+  fail<CacheError>("{} cannot be {}: {}; check the name and its permissions", path, what,
+                   std::strerror(errno));
 }
 
 std::string whole_file(const std::string& path) {
@@ -63,7 +63,7 @@ TriangleMesh read_mesh(const std::string& path, bool with_uv) {
     return TriangleMesh(as_rows<Points>(raw.vertices), as_rows<Triangles>(raw.triangles),
                         as_rows<Points2>(raw.uv), as_rows<Triangles>(raw.uv_triangles));
   } catch (const InvalidInput& error) {
-    throw InvalidInput(path + ": " + error.what());
+    fail<InvalidInput>("{}: {}", path, error.what());
   }
 }
 

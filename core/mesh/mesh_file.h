@@ -1,5 +1,5 @@
-// Triangle meshes from and to files. The ending of the name decides: .obj (Wavefront) or .ply
-// (Stanford). Other formats go through Python (meshio, trimesh).
+// Reads and writes triangle meshes. The extension selects the format: .obj (Wavefront) or .ply
+// (Stanford). Read other formats in Python (meshio, trimesh).
 #pragma once
 
 #include <string>
@@ -8,19 +8,20 @@
 
 namespace loomstone {
 
-// OBJ: v, vt, f (v, v/vt, v//vn, v/vt/vn, negative indices); everything else is skipped. PLY: text
-// and binary; rest coordinates from vertex properties s t, u v or texture_u texture_v, or from a
-// face list texcoord. Polygons are cut into fans from their first corner. With `with_uv` false rest
-// coordinates in the file are not looked at: surfaces of obstacles and bodies need none, and
-// texture coordinates in the wild often fold or vanish. Throws CacheError naming file and line for
-// a file that cannot be read, is cut short or malformed; InvalidInput naming file and item for a
-// mesh that TriangleMesh refuses; Unsupported for another ending.
+// OBJ: v, vt, f (v, v/vt, v//vn, v/vt/vn, negative indices); other statements are skipped. PLY:
+// text and binary; rest coordinates from vertex properties s t, u v or texture_u texture_v, or from
+// a face list texcoord. Polygons are cut into fans from their first corner. If with_uv is false,
+// rest coordinates in the file are ignored: surfaces of obstacles and bodies need none, and texture
+// coordinates in the wild often fold or vanish.
+// Throws CacheError naming file and line for a file that cannot be read, is cut short or malformed;
+// InvalidInput naming file and item for a mesh that TriangleMesh refuses; Unsupported for another
+// extension.
 TriangleMesh read_mesh(const std::string& path, bool with_uv = true);
 
-// Numbers are written so that reading gives back the same bits. PLY is binary (little endian)
-// unless `text`; OBJ is always text. Written beside under another name first, then renamed: a file
-// of this name is whole or absent. In PLY rest coordinates that differ along seams go into the face
-// list texcoord, so uv indices are renumbered on reading.
+// Reading a written file gives the same bits. PLY is binary (little endian) unless `text`; OBJ is
+// always text. The file is written under another name and then renamed, so a file of this name is
+// complete or absent. In PLY, rest coordinates that differ along seams go into the face list
+// texcoord, so reading renumbers uv indices.
 void write_mesh(const std::string& path, const TriangleMesh& mesh, bool text = false);
 
 }  // namespace loomstone

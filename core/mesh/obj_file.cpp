@@ -1,5 +1,5 @@
-// Wavefront OBJ, as its specification states the statements v, vt and f; all others (normals,
-// groups, materials, lines, curves) are skipped.
+// Wavefront OBJ: the statements v, vt and f of its specification; all others (normals, groups,
+// materials, lines, curves) are skipped.
 #include <algorithm>
 #include <limits>
 
@@ -8,7 +8,7 @@
 namespace loomstone {
 namespace {
 
-// Indices of a corner as the file has them, turned to count from 0; -1: not given.
+// Indices of a corner, counted from 0; -1: not given.
 struct Corner {
   std::int64_t vertex = -1, uv = -1;
 };
@@ -53,23 +53,23 @@ class ObjParser {
       double value = 0.0;
       if (!parse_number(word, value)) {
         throw_malformed(name_, line_,
-                        (count == 3 ? "a vertex must have 3 numbers, got \""
-                                    : "a vt must have 2 numbers, got \"") +
-                            std::string(word) + "\" as number " + std::to_string(i + 1));
+                        formatted("a {} must have {} numbers, got \"{}\" as number {}",
+                                  count == 3 ? "vertex" : "vt", count, word, i + 1));
       }
       values.push_back(value);
     }
   }
 
-  // Positive indices count from 1, negative ones back from the last item so far.
+  // Positive indices count from 1, negative indices back from the last item read so far.
   std::int64_t index(std::string_view word, std::string_view part, std::size_t n_so_far) const {
     std::int64_t value = 0;
     if (!parse_number(part, value) || value == 0 || value > std::numeric_limits<Index>::max() ||
         (value < 0 && -value > static_cast<std::int64_t>(n_so_far))) {
-      throw_malformed(name_, line_,
-                      "a corner must be v, v/vt, v//vn or v/vt/vn with indices from 1 (or back "
-                      "from -1), got \"" +
-                          std::string(word) + "\"");
+      throw_malformed(
+          name_, line_,
+          formatted("a corner must be v, v/vt, v//vn or v/vt/vn with indices from 1 (or "
+                    "back from -1), got \"{}\"",
+                    word));
     }
     return value > 0 ? value - 1 : static_cast<std::int64_t>(n_so_far) + value;
   }
@@ -92,17 +92,16 @@ class ObjParser {
       corners_.push_back(corner(word));
     }
     if (corners_.size() < 3) {
-      throw_malformed(
-          name_, line_,
-          "a face must have at least 3 corners, got " + std::to_string(corners_.size()));
+      throw_malformed(name_, line_,
+                      formatted("a face must have at least 3 corners, got {}", corners_.size()));
     }
     const bool has_uv = corners_[0].uv >= 0;
     for (const Corner& each : corners_) {
       if ((each.uv >= 0) != has_uv ||
           (!lines_of_triangles_.empty() && has_uv != !raw_.uv_triangles.empty())) {
         throw_malformed(name_, line_,
-                        "either all corners must have a vt or none, got both kinds (or read it "
-                        "with_uv = false)");
+                        "either all corners must have a vt or none, got both kinds (with_uv=False "
+                        "ignores them)");
       }
     }
     for (std::size_t k = 2; k < corners_.size(); ++k) {
@@ -114,7 +113,7 @@ class ObjParser {
     }
   }
 
-  // Faces may stand before the vertices they use, so ranges are known only now.
+  // Faces may precede the vertices they use, so ranges are checked at the end.
   void finish() {
     check_range(raw_.triangles, raw_.vertices.size() / 3, "v");
     check_range(raw_.uv_triangles, raw_.uv.size() / 2, "vt");
@@ -124,11 +123,10 @@ class ObjParser {
   void check_range(const std::vector<Index>& indices, std::size_t count, const char* what) const {
     for (std::size_t i = 0; i < indices.size(); ++i) {
       if (static_cast<std::size_t>(indices[i]) >= count) {
-        throw_malformed(name_, lines_of_triangles_[i / 3],
-                        "a face refers to " + std::string(what) + " " +
-                            std::to_string(indices[i] + std::int64_t{1}) +
-                            ", but the file has only " + std::to_string(count) +
-                            " (is it cut short?)");
+        throw_malformed(
+            name_, lines_of_triangles_[i / 3],
+            formatted("a face refers to {} {}, but the file has only {} (is it cut short?)", what,
+                      indices[i] + std::int64_t{1}, count));
       }
     }
   }

@@ -8,7 +8,7 @@
 namespace loomstone {
 namespace {
 
-// When every vertex has just one uv, its own.
+// True if every vertex has exactly one uv, in the same order.
 bool uv_per_vertex(const TriangleMesh& mesh) {
   return mesh.has_uv() && mesh.uv().rows() == mesh.vertices().rows() &&
          mesh.uv_triangles() == mesh.triangles();
@@ -21,7 +21,7 @@ void append_binary(std::string& content, Value value) {
   content.append(bytes.data(), bytes.size());
 }
 
-// Appends values as text, with spaces and line ends, or as bytes.
+// Appends values as text with spaces and line ends, or as bytes.
 class PlyWriter {
  public:
   PlyWriter(std::string& content, bool text) : content_(content), text_(text) {}

@@ -50,6 +50,29 @@ TriangleMesh icosphere(double radius, int subdivisions) {
   return builder.mesh();
 }
 
+namespace {
+
+// A side of a box: two triangles per cell, diagonals alternating like a checkerboard. corner(i, j)
+// gives the vertex at a lattice point of the side, seen counter-clockwise from outside.
+template <class Corner>
+void add_side(MeshBuilder& builder, Index n, Corner&& corner) {
+  for (Index j = 0; j < n; ++j) {
+    for (Index i = 0; i < n; ++i) {
+      const Index a = corner(i, j), b = corner(i + 1, j), c = corner(i + 1, j + 1),
+                  d = corner(i, j + 1);
+      if ((i + j) % 2 == 0) {
+        builder.add(a, b, c);
+        builder.add(a, c, d);
+      } else {
+        builder.add(a, b, d);
+        builder.add(b, c, d);
+      }
+    }
+  }
+}
+
+}  // namespace
+
 TriangleMesh box(double x, double y, double z, Index cells_per_side) {
   require_positive(x, "x");
   require_positive(y, "y");
@@ -57,8 +80,7 @@ TriangleMesh box(double x, double y, double z, Index cells_per_side) {
   require_between(cells_per_side, 1, 1000, "cells_per_side");
   const Index n = cells_per_side;
   MeshBuilder builder;
-  std::map<std::array<Index, 3>, Index>
-      known;  // lattice point -> vertex: sides share those on edges
+  std::map<std::array<Index, 3>, Index> known;  // vertex of each lattice point; sides share edges
   const auto vertex = [&](const std::array<Index, 3>& at) {
     const auto [entry, fresh] = known.try_emplace(at, static_cast<Index>(builder.vertices.size()));
     if (fresh) {
@@ -70,27 +92,16 @@ TriangleMesh box(double x, double y, double z, Index cells_per_side) {
   };
   for (int axis = 0; axis < 3; ++axis) {
     for (int top = 0; top < 2; ++top) {
-      // On the top side (axis, first, second) is right-handed; below, the two are exchanged.
+      // On the top side (axis, first, second) is right-handed; on the bottom side the two axes are
+      // exchanged.
       const int first = (axis + (top ? 1 : 2)) % 3, second = (axis + (top ? 2 : 1)) % 3;
-      for (Index j = 0; j < n; ++j) {
-        for (Index i = 0; i < n; ++i) {
-          const auto corner = [&](Index di, Index dj) {
-            std::array<Index, 3> at{};
-            at[static_cast<std::size_t>(axis)] = top ? n : 0;
-            at[static_cast<std::size_t>(first)] = i + di;
-            at[static_cast<std::size_t>(second)] = j + dj;
-            return vertex(at);
-          };
-          const Index a = corner(0, 0), b = corner(1, 0), c = corner(1, 1), d = corner(0, 1);
-          if ((i + j) % 2 == 0) {
-            builder.add(a, b, c);
-            builder.add(a, c, d);
-          } else {
-            builder.add(a, b, d);
-            builder.add(b, c, d);
-          }
-        }
-      }
+      add_side(builder, n, [&](Index i, Index j) {
+        std::array<Index, 3> at{};
+        at[static_cast<std::size_t>(axis)] = top ? n : 0;
+        at[static_cast<std::size_t>(first)] = i;
+        at[static_cast<std::size_t>(second)] = j;
+        return vertex(at);
+      });
     }
   }
   return builder.mesh();

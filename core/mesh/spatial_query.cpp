@@ -1,7 +1,6 @@
-// Closest point and inside tests. Embree's tree (user geometry, bounds rounded outwards to float)
-// names the candidates; the distance itself is computed here in double precision, so the answer is
-// that of a search over all triangles. Regions of a triangle: [Ericson2005], section 5.1.5.
-// Pseudo-normals: [BaerentzenAanaes2005].
+// Closest-point queries and inside tests. Embree's tree (user geometry, bounds rounded outwards to
+// float) finds the candidates. Distances are computed here in double precision, so the answer
+// equals that of a search over all triangles. Pseudo-normals: [BaerentzenAanaes2005].
 #include "core/mesh/spatial_query.h"
 
 #include <embree3/rtcore.h>
@@ -12,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/mesh/adjacency.h"
 #include "core/mesh/closest_on_triangle.h"
 
@@ -25,7 +24,7 @@ Vec3 unit_or(const Vec3& v, const Vec3& otherwise) {
   return length > 0.0 ? Vec3(v / length) : otherwise;
 }
 
-// What the callbacks see.
+// Data of the callbacks.
 struct Surface {
   Points vertices;
   Triangles triangles;
@@ -35,7 +34,7 @@ struct Surface {
   }
 };
 
-// Smallest float box that holds the triangle.
+// Smallest box in float that contains the triangle.
 void triangle_bounds(const RTCBoundsFunctionArguments* arguments) {
   const auto& surface = *static_cast<const Surface*>(arguments->geometryUserPtr);
   const auto triangle = static_cast<Index>(arguments->primID);
@@ -53,14 +52,14 @@ void triangle_bounds(const RTCBoundsFunctionArguments* arguments) {
 struct Search {
   const Surface* surface;
   Vec3 point;
-  double rounding;    // of the query point to float [m]
+  double rounding;    // distance between the query point and its value in float [m]
   double best = 0.0;  // squared distance [m^2]
   Index triangle = -1;
   TrianglePoint candidate{};
 };
 
-// Slightly more than `distance`, as float: Embree's own box distances are rounded, and equal
-// distances must be reported.
+// Slightly more than `distance`, in float: Embree rounds its distances to boxes, and triangles at
+// equal distances must be reported too.
 float search_radius(double distance, double rounding) {
   return static_cast<float>((distance + rounding) * (1.0 + 1e-6));
 }
@@ -114,18 +113,16 @@ struct SpatialQuery::Data : Surface {
 void SpatialQuery::Data::check() const {
   const RTCError error = rtcGetDeviceError(device);
   if (error != RTC_ERROR_NONE) {
-    throw Error("spatial query: Embree failed with error " +
-                std::to_string(static_cast<int>(error)) +
-                "; the usual cause is that memory ran out");
+    fail<Error>("spatial query: Embree failed with error {}; the usual cause is a lack of memory",
+                static_cast<int>(error));
   }
 }
 
 void SpatialQuery::Data::build_tree() {
   device = rtcNewDevice("threads=1");
   if (!device) {
-    throw Error("spatial query: Embree gave no device (error " +
-                std::to_string(static_cast<int>(rtcGetDeviceError(nullptr))) +
-                "); it needs a processor with SSE2");
+    fail<Error>("spatial query: Embree gave no device (error {}); it needs a processor with SSE2",
+                static_cast<int>(rtcGetDeviceError(nullptr)));
   }
   scene = rtcNewScene(device);
   rtcSetSceneFlags(scene, RTC_SCENE_FLAG_DYNAMIC);
@@ -137,7 +134,7 @@ void SpatialQuery::Data::build_tree() {
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(scene, geometry);
   rtcCommitScene(scene);
-  rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_REFIT);  // of later commits
+  rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_REFIT);  // for later commits
   check();
 }
 
@@ -191,9 +188,10 @@ SpatialQuery& SpatialQuery::operator=(SpatialQuery&&) noexcept = default;
 
 void SpatialQuery::refit(const Points& vertices) {
   if (vertices.rows() != data_->vertices.rows()) {
-    throw InvalidInput("spatial query: refit needs as many vertices as at first (" +
-                       std::to_string(data_->vertices.rows()) + "), got " +
-                       std::to_string(vertices.rows()) + "; make a new query for another mesh");
+    fail<InvalidInput>(
+        "spatial query: refit must be given as many vertices as the query was built with ({}), got "
+        "{}; make a new query for another mesh",
+        data_->vertices.rows(), vertices.rows());
   }
   data_->vertices = vertices;
   data_->update_normals();

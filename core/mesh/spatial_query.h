@@ -1,5 +1,5 @@
-// Closest points and inside tests on a triangle surface, by Embree. Queries are thread-safe between
-// refits.
+// Closest-point queries and inside tests on a triangle surface (Embree). Queries are thread-safe
+// between refits.
 #pragma once
 
 #include <memory>
@@ -12,8 +12,8 @@ struct ClosestPoint {
   Index triangle = -1;              // -1: nothing within the radius
   Vec3 point = Vec3::Zero();        // [m]
   Vec3 barycentric = Vec3::Zero();  // [1]
-  Vec3 normal = Vec3::Zero();  // angle-weighted pseudo-normal of the closest feature, unit length
-  double distance = 0.0;       // [m], >= 0
+  Vec3 normal = Vec3::Zero();       // angle-weighted pseudo-normal of the closest feature
+  double distance = 0.0;            // [m], >= 0
 };
 
 class SpatialQuery {
@@ -23,8 +23,8 @@ class SpatialQuery {
   SpatialQuery(SpatialQuery&&) noexcept;
   SpatialQuery& operator=(SpatialQuery&&) noexcept;
 
-  void refit(const Points& vertices);  // same triangles, moved
-  // Ties go to the smaller triangle index.
+  void refit(const Points& vertices);  // new positions, same triangles
+  // Returns the triangle with the smaller index if several are equally close.
   ClosestPoint closest(const Vec3& point, double radius) const;
   // Sign of the closest feature's pseudo-normal; for closed surfaces.
   bool inside(const Vec3& point) const;

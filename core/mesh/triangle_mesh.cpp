@@ -5,7 +5,7 @@
 #include <map>
 #include <utility>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/mesh/adjacency.h"
 #include "core/mesh/mesh_check.h"
 
@@ -18,8 +18,8 @@ struct Plane {
   double size;  // largest distance between the point and a vertex [m]
 };
 
-// Through vertex 0, the vertex farthest from it, and the vertex farthest from the line of both:
-// exact for flat meshes, where an eigenvalue fit would only be good to the root of rounding.
+// Plane through vertex 0, the vertex farthest from it, and the vertex farthest from the line
+// through both. Exact for flat meshes, for which an eigenvalue fit has only half the digits.
 Plane widest_plane(const Points& vertices) {
   const Vec3 origin = vertices.row(0).transpose();
   Vec3 along = Vec3::Zero(), across = Vec3::Zero();
@@ -42,9 +42,9 @@ void check_permutation(const std::vector<Index>& order, Index count, const char*
     if (valid) seen[static_cast<std::size_t>(order[i])] = 1;
   }
   if (!valid) {
-    throw InvalidInput(std::string(what) + " must hold each of 0 to " + std::to_string(count - 1) +
-                       " once, got something else (" + std::to_string(order.size()) +
-                       " entries); give a permutation");
+    fail<InvalidInput>(
+        "{} must hold each of 0 to {} once, got {} entries that do not; give a permutation", what,
+        count - 1, order.size());
   }
 }
 
@@ -58,8 +58,8 @@ Vec3 unit_normal(const TriangleMesh& mesh, Index t) {
       .normalized();
 }
 
-// Corners in the plane of `weft` and the warp a quarter turn further about the triangle's own
-// normal: area > 0.
+// Corners in the axes `weft` and warp, which is weft turned by a quarter turn about the triangle's
+// own normal; the area is therefore positive.
 Corners2 flattened(const TriangleMesh& mesh, Index t, const Vec3& weft, const Vec3& origin) {
   const Vec3 warp = unit_normal(mesh, t).cross(weft);
   Corners2 result;
@@ -70,24 +70,22 @@ Corners2 flattened(const TriangleMesh& mesh, Index t, const Vec3& weft, const Ve
   return result;
 }
 
-// uv of the corners; a mirrored panel is turned over about its warp.
-Corners2 corners_of_uv(const TriangleMesh& mesh, Index t, bool* mirrored) {
+// uv of the corners; mirrored ones are turned over about their warp axis.
+Corners2 corners_of_uv(const TriangleMesh& mesh, Index t) {
   Corners2 result;
   for (int c = 0; c < 3; ++c) result.row(c) = mesh.uv().row(mesh.uv_triangles()(t, c));
   const Vec2 a = result.row(1) - result.row(0), b = result.row(2) - result.row(0);
-  *mirrored = a.x() * b.y() - a.y() * b.x() < 0.0;
-  if (*mirrored) result.col(0) *= -1.0;
+  if (a.x() * b.y() - a.y() * b.x() < 0.0) result.col(0) *= -1.0;
   return result;
 }
 
-// The direction in space along which u grows at constant v: that of the weft threads. Mirrored like
-// the uv.
+// The direction of the weft threads in space: u grows along it at constant v. Mirrored like the uv.
 Vec3 weft_direction(const TriangleMesh& mesh, Index t, const Corners2& rest) {
   const Vec2 a = rest.row(1) - rest.row(0), b = rest.row(2) - rest.row(0);
   const Vec3 x1 = corner(mesh, t, 1) - corner(mesh, t, 0),
              x2 = corner(mesh, t, 2) - corner(mesh, t, 0);
-  return (x1 * b.y() - x2 * a.y())
-      .normalized();  // dx/du times the determinant of (a, b), which is positive
+  // dx/du times the determinant of (a, b), which is positive.
+  return (x1 * b.y() - x2 * a.y()).normalized();
 }
 
 }  // namespace
@@ -100,17 +98,18 @@ TriangleMesh::TriangleMesh(Points vertices, Triangles triangles, Points2 uv, Tri
   check_surface(vertices_, triangles_);
   if (!has_uv()) {
     if (uv_triangles_.rows() > 0) {
-      throw InvalidInput("uv_triangles must come with uv, got " +
-                         std::to_string(uv_triangles_.rows()) +
-                         " rows and no uv; give both or neither");
+      fail<InvalidInput>(
+          "uv_triangles must come with uv, got {} rows and no uv; give both or neither",
+          uv_triangles_.rows());
     }
     return;
   }
   if (uv_triangles_.rows() == 0) {
     if (uv_.rows() != vertices_.rows()) {
-      throw InvalidInput("uv must have one row per vertex unless uv_triangles are given, got " +
-                         std::to_string(uv_.rows()) + " rows for " +
-                         std::to_string(vertices_.rows()) + " vertices; add uv_triangles");
+      fail<InvalidInput>(
+          "uv must have one row per vertex unless uv_triangles are given, got {} rows for {} "
+          "vertices; add uv_triangles",
+          uv_.rows(), vertices_.rows());
     }
     uv_triangles_ = triangles_;
   }
@@ -145,17 +144,18 @@ bool TriangleMesh::flat() const {
 TriangleMesh TriangleMesh::moved(const Vec3& translation, const Mat3& rotation,
                                  double scale) const {
   if (!translation.allFinite()) {
-    throw InvalidInput("translation must be finite, got NaN or infinity; correct it");
+    fail<InvalidInput>("translation must be finite, got ({}, {}, {}); correct it", translation.x(),
+                       translation.y(), translation.z());
   }
   if (!(scale > 0.0) || !std::isfinite(scale)) {
-    throw InvalidInput("scale must be > 0 and finite, got " + std::to_string(scale) +
-                       "; mirror a mesh by its vertices");
+    fail<InvalidInput>(
+        "scale must be > 0 and finite, got {}; to mirror a mesh, change its vertices", scale);
   }
   if (!((rotation * rotation.transpose()).isApprox(Mat3::Identity(), 1e-9) &&
         rotation.determinant() > 0.0)) {
-    throw InvalidInput(
-        "rotation must be a rotation matrix, got one that stretches or mirrors; use scale for "
-        "size");
+    fail<InvalidInput>(
+        "rotation must be a rotation matrix, got one that stretches or mirrors; use scale to "
+        "change the size");
   }
   TriangleMesh result(*this);
   for (Eigen::Index i = 0; i < vertices_.rows(); ++i) {
@@ -206,8 +206,7 @@ std::vector<Corners2> rest_corners(const TriangleMesh& mesh, bool rest_from_uv,
   std::vector<Corners2> result(static_cast<std::size_t>(mesh.n_triangles()));
   if (mesh.has_uv()) {
     for (Index t = 0; t < mesh.n_triangles(); ++t) {
-      bool mirrored = false;
-      const Corners2 from_uv = corners_of_uv(mesh, t, &mirrored);
+      const Corners2 from_uv = corners_of_uv(mesh, t);
       result[static_cast<std::size_t>(t)] =
           rest_from_uv ? from_uv
                        : flattened(mesh, t, weft_direction(mesh, t, from_uv), corner(mesh, t, 0));
@@ -215,10 +214,10 @@ std::vector<Corners2> rest_corners(const TriangleMesh& mesh, bool rest_from_uv,
     return result;
   }
   if (!mesh.flat()) {
-    throw InvalidInput(
-        where +
-        " must have uv or be flat, got a curved mesh without uv, whose weft and warp directions "
-        "are unknown; give uv [m] for every triangle");
+    fail<InvalidInput>(
+        "{} must have uv or be flat, got a curved mesh without uv, whose weft and warp directions "
+        "are unknown; give uv [m] for every triangle",
+        where);
   }
   const Plane plane = widest_plane(mesh.vertices());
   Vec3 weft = Vec3::UnitX() - plane.normal.x() * plane.normal;

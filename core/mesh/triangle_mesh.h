@@ -1,4 +1,4 @@
-// Immutable triangle mesh, validated once.
+// Immutable triangle mesh, validated when it is made.
 #pragma once
 
 #include <string>
@@ -13,11 +13,11 @@ using Corners2 = Mat32;  // rest coordinates of a triangle: row = corner, column
 class TriangleMesh {
  public:
   // vertices (n x 3) [m]; triangles (m x 3); uv (k x 2) rest coordinates [m] or empty; uv_triangles
-  // (m x 3) indices into uv, or empty: the triangles themselves. Panels meet along a seam by
-  // different uv at the same vertex. Throws InvalidInput naming the item: NaN, empty, index out of
-  // range, zero area (also in uv), repeated vertex in a face, duplicate faces, non-manifold edge
-  // (more than two faces), inconsistent orientation, inverted uv, isolated vertex. A panel mirrored
-  // in uv as a whole and fans that meet in one vertex only are accepted.
+  // (m x 3) rows of uv, or empty: equal to the triangles. Along a seam between panels a vertex has
+  // several uv. Throws InvalidInput naming the item: NaN, empty, index out of range, zero area
+  // (also in uv), repeated vertex in a face, duplicate faces, non-manifold edge (more than two
+  // faces), inconsistent orientation, inverted uv, isolated vertex. Accepts panels mirrored in uv
+  // as a whole and fans that meet in one vertex only.
   TriangleMesh(Points vertices, Triangles triangles, Points2 uv = {}, Triangles uv_triangles = {});
 
   Index n_vertices() const { return static_cast<Index>(vertices_.rows()); }
@@ -44,15 +44,15 @@ class TriangleMesh {
   Triangles uv_triangles_;
 };
 
-// Vertices at exactly the same position become one; each triangle keeps its uv. For files that
-// repeat vertices along texture seams, which tear a surface into pieces.
+// Merges vertices with exactly equal positions; each triangle keeps its uv. For files that repeat
+// vertices along texture seams, which would cut the surface into pieces.
 TriangleMesh welded(const TriangleMesh& mesh);
 
-// Material coordinates of every triangle's corners. With uv: the uv themselves when `rest_from_uv`,
-// else the flattened 3D triangle turned so that uv gives the weft direction. Without uv: a flat
-// mesh uses its own plane (weft = the world axis x projected, or y where that vanishes), a curved
-// one throws InvalidInput. Every triangle comes out with positive area: a panel mirrored in uv is
-// turned over about its warp axis. Weft is the direction in which u grows at constant v.
+// Rest coordinates of the corners of every triangle. With uv and rest_from_uv: the uv. With uv
+// alone: the triangle in space, flattened and rotated so that weft is the direction in which u
+// grows at constant v. Without uv: the plane of a flat mesh (weft = the world axis x projected on
+// it, or y if that vanishes); a curved mesh throws InvalidInput. Areas are positive: a panel
+// mirrored in uv is turned over about its warp axis.
 std::vector<Corners2> rest_corners(const TriangleMesh& mesh, bool rest_from_uv,
                                    const std::string& where);
 

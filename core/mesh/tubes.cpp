@@ -1,26 +1,25 @@
-// Surfaces made of rings of vertices: capsule, cylinder, wave bar, funnel. Neighbouring rings are
-// joined along the shorter diagonals; but for the cylinder's, a prism, they are turned by half a
-// segment against each other, so triangles stay near equilateral.
+// Surfaces built from rings of vertices: capsule, cylinder, wave bar, funnel. Neighbouring rings
+// are joined along the shorter diagonals. Except in the cylinder, which is a prism, they are turned
+// by half a segment against each other, so triangles are nearly equilateral.
 #include <algorithm>
 #include <cmath>
-#include <string>
 #include <vector>
 
+#include "core/base/message.h"
 #include "core/mesh/generators.h"
 #include "core/mesh/mesh_builder.h"
 
 namespace loomstone {
 namespace {
 
-// A circle of n vertices: centre + radius (cos a up + sin a side). Its way along the tube is up x
-// side.
+// A circle of n vertices: centre + radius (cos a up + sin a side). The tube runs along up x side.
 struct Ring {
   Vec3 centre, up, side;
   double radius;  // [m]
   Index n;
 };
 
-// Every other ring is turned by half a segment. Returns the first vertex.
+// Adds the vertices of a ring, turned by half a segment if `turned`; returns the first one.
 Index add_ring(MeshBuilder& builder, const Ring& ring, bool turned) {
   const Index first = static_cast<Index>(builder.vertices.size());
   for (Index k = 0; k < ring.n; ++k) {
@@ -31,8 +30,7 @@ Index add_ring(MeshBuilder& builder, const Ring& ring, bool turned) {
   return first;
 }
 
-// Joins a ring of n_a vertices with the next one of n_b. Walks round both, always across the
-// shorter diagonal.
+// Joins a ring of n_a vertices with the next one of n_b, always across the shorter diagonal.
 void join_rings(MeshBuilder& builder, Index a, Index n_a, Index b, Index n_b) {
   const auto distance = [&](Index i, Index j) {
     return (builder.vertices[static_cast<std::size_t>(a + i % n_a)] -
@@ -56,7 +54,7 @@ double row_height(double radius, Index segments) {
   return std::sqrt(0.75) * 2.0 * M_PI * radius / segments;
 }
 
-// Rings joined one after another, closed by a point at either end.
+// Joins consecutive rings and closes the surface with a point at either end.
 TriangleMesh joined(const std::vector<Ring>& rings, const Vec3& start, const Vec3& end,
                     bool turning) {
   MeshBuilder builder;
@@ -74,7 +72,8 @@ TriangleMesh joined(const std::vector<Ring>& rings, const Vec3& start, const Vec
   return builder.mesh();
 }
 
-// Closes a tube of equal rings by half spheres, whose rings have fewer vertices towards the pole.
+// Closes a tube of equal rings with half spheres, whose rings have fewer vertices towards the
+// poles.
 TriangleMesh capped(const std::vector<Ring>& tube) {
   const double radius = tube.front().radius;
   const Index segments = tube.front().n;
@@ -102,7 +101,7 @@ struct ProfilePoint {
   double radius, z;
 };
 
-// Adds the points from the profile's end to `to` in steps of about `step`, `to` included.
+// Extends the profile straight to `to`, inclusive, in steps of about `step`.
 void line_to(std::vector<ProfilePoint>& profile, const ProfilePoint& to, double step) {
   const ProfilePoint from = profile.back();
   const int n = std::max(
@@ -113,8 +112,8 @@ void line_to(std::vector<ProfilePoint>& profile, const ProfilePoint& to, double 
   }
 }
 
-// Adds half a circle of radius `lip` about `centre`, counter-clockwise from `angle` (0 along
-// +radius, a quarter turn along +z), its end included.
+// Extends the profile by half a circle of radius `lip` about `centre`, counter-clockwise from
+// `angle` (0 along +radius, a quarter turn along +z), its end included.
 void lip_to(std::vector<ProfilePoint>& profile, const ProfilePoint& centre, double lip,
             double angle, double step) {
   const int n = std::clamp(static_cast<int>(std::round(M_PI * lip / step)), 4, 16);
@@ -147,7 +146,7 @@ TriangleMesh cylinder(double radius, double length, Index segments) {
   const double side = 2.0 * M_PI * radius / segments;
   const int n_rows = std::max(1, static_cast<int>(std::round(length / side))),
             n_cap = std::max(1, static_cast<int>(std::round(radius / side)));
-  const auto ring = [&](double z, int row) {  // of the caps, `row` from the middle
+  const auto ring = [&](double z, int row) {  // rows count from the centre of the cap
     const double share = static_cast<double>(row) / n_cap;
     return Ring{Vec3(0.0, 0.0, z), Vec3::UnitX(), Vec3::UnitY(), share * radius,
                 std::max<Index>(3, static_cast<Index>(std::round(share * segments)))};
@@ -167,18 +166,19 @@ TriangleMesh wave_bar(double length, double radius, double amplitude, double wav
   require_positive(wavelength, "wavelength");
   require_between(segments, 6, 4096, "segments");
   if (!(amplitude >= 0.0) || !std::isfinite(amplitude)) {
-    throw InvalidInput("amplitude must be >= 0 and finite [m], got " + std::to_string(amplitude) +
-                       "; give half the height of the wave");
+    fail<InvalidInput>(
+        "amplitude must be >= 0 and finite [m], got {}; give half the height of the wave",
+        amplitude);
   }
   const double k = 2.0 * M_PI / wavelength;
   if (!(radius * amplitude * k * k < 1.0)) {
-    throw InvalidInput("radius must be below the wave's smallest radius of curvature " +
-                       std::to_string(1.0 / (amplitude * k * k)) + " m, got " +
-                       std::to_string(radius) +
-                       ", or the tube cuts itself; take a longer or lower wave");
+    fail<InvalidInput>(
+        "radius must be below the wave's smallest radius of curvature {:.6g} m, or the tube cuts "
+        "itself; got {}; raise wavelength or lower amplitude or radius",
+        1.0 / (amplitude * k * k), radius);
   }
-  // Centre line z = amplitude cos(k y). Its length, summed over fine pieces, gives rings at equal
-  // distances along it.
+  // Centre line z = amplitude cos(k y). Its arc length, summed over small pieces, places rings at
+  // equal distances along it.
   const int n_fine =
       64 * std::max(1, static_cast<int>(
                            std::ceil(length / std::min(row_height(radius, segments), wavelength))));
@@ -213,23 +213,25 @@ TriangleMesh funnel(double top_radius, double bottom_radius, double height, doub
   require_positive(wall, "wall");
   require_between(segments, 6, 4096, "segments");
   if (!(top_radius > bottom_radius)) {
-    throw InvalidInput("top_radius must be > bottom_radius = " + std::to_string(bottom_radius) +
-                       " m, got " + std::to_string(top_radius) + "; a funnel narrows downwards");
+    fail<InvalidInput>(
+        "top_radius must be > bottom_radius = {} m, got {}; a funnel narrows downwards",
+        bottom_radius, top_radius);
   }
-  // The radii are those of the inner wall. The outer wall is the inner one shifted by the thickness
-  // along its normal: out and down along the cone, outward along the tube; where the two meet,
-  // below the inner corner, they are mitred.
+  // The radii belong to the inner wall. The outer wall is the inner one shifted by the thickness
+  // along its normal: outward and down along the cone, outward along the tube. Cone and tube are
+  // mitred where they meet, below the inner corner.
   const double slant = std::hypot(top_radius - bottom_radius, height);
   const double normal_r = height / slant, normal_z = -(top_radius - bottom_radius) / slant;
   const double turn = std::atan2(normal_z, normal_r);  // in (-pi/2, 0)
   const double mitre = wall * std::tan(0.5 * turn);
   if (!(-mitre < tube_length)) {
-    throw InvalidInput("tube_length must be > " + std::to_string(-mitre) +
-                       " m with this wall, got " + std::to_string(tube_length) +
-                       "; take a longer tube or a thinner wall");
+    fail<InvalidInput>(
+        "tube_length must be > {:.6g} m with this wall, got {}; raise tube_length or "
+        "lower wall",
+        -mitre, tube_length);
   }
-  // Once round the wall, counter-clockwise in the (radius, z) plane: up outside, over the rim, down
-  // inside, round the tube's lower end.
+  // The profile goes once around the wall, counter-clockwise in the (radius, z) plane: up the
+  // outside, over the rim, down the inside, around the tube's lower end.
   const double step = row_height(0.5 * (top_radius + bottom_radius), segments), lip = 0.5 * wall;
   std::vector<ProfilePoint> profile{{bottom_radius + wall, -tube_length}};
   line_to(profile, {bottom_radius + wall, mitre}, step);
@@ -238,9 +240,9 @@ TriangleMesh funnel(double top_radius, double bottom_radius, double height, doub
   line_to(profile, {bottom_radius, 0.0}, step);
   line_to(profile, {bottom_radius, -tube_length}, step);
   lip_to(profile, {bottom_radius + lip, -tube_length}, lip, M_PI, step);
-  profile.pop_back();  // the end is the beginning
-  if (profile.size() % 2 ==
-      1) {  // rings are turned alternately all the way round, so their number is even
+  profile.pop_back();  // the last point equals the first
+  // Every other ring is turned and the profile is closed, so the number of rings must be even.
+  if (profile.size() % 2 == 1) {
     const ProfilePoint a = profile[0], b = profile[1];
     profile.insert(profile.begin() + 1, {0.5 * (a.radius + b.radius), 0.5 * (a.z + b.z)});
   }
