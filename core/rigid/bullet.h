@@ -1,5 +1,5 @@
 // The door to Bullet (double precision): the only file that includes it, for the source files of
-// this directory, and its vectors and matrices as ours.
+// this directory. Converts vectors and matrices.
 #pragma once
 
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>

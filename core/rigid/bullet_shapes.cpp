@@ -1,23 +1,23 @@
 #include "core/rigid/bullet_shapes.h"
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/rigid/shape_geometry.h"
 
 namespace loomstone {
 
 namespace {
 
-void know_polyhedron(btCollisionShape& shape, Polyhedron polyhedron, Shapes& shapes) {
+void attach_polyhedron(btCollisionShape& shape, Polyhedron polyhedron, Shapes& shapes) {
   shapes.polyhedra.push_back(std::make_unique<Polyhedron>(std::move(polyhedron)));
   shape.setUserPointer(shapes.polyhedra.back().get());
 }
 
-// Convex hull. Bullet adds the margin of a hull outside, so its points are those of a shrunken
-// core.
+// Adds a convex hull. Bullet adds the margin outside the points of a hull, so they are those of a
+// shrunken core.
 void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes& shapes) {
   btConvexHullComputer hull;
   hull.compute(points.front().data(), sizeof(Vec3), static_cast<int>(points.size()), 0.0, 0.0);
-  std::vector<Vec3> vertices;  // the given ones: the hull's own are rounded to 1e-4 of its size
+  std::vector<Vec3> vertices;  // the given points; Bullet rounds the hull's to 1e-4 of its size
   for (int i = 0; i < hull.vertices.size(); ++i)
     vertices.push_back(points[hull.original_vertex_index[i]]);
   std::vector<std::vector<int>> faces(hull.faces.size());
@@ -30,8 +30,8 @@ void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes&
     } while (edge != start);
   }
   const bool polyhedron = hull.vertices.size() <= most_polyhedron_vertices;
-  constexpr int most_looked_through = 2000;  // by faces times faces; what is larger is round
-  if (!polyhedron && hull.vertices.size() <= most_looked_through) {
+  constexpr int most_reduced = 2000;  // the cost is faces times faces; larger hulls count as round
+  if (!polyhedron && hull.vertices.size() <= most_reduced) {
     const std::vector<Vec3> corners = Polyhedron(vertices, faces).corners();
     if (corners.size() >= 4 && corners.size() <= most_polyhedron_vertices)
       return add_hull(corners, where, shapes);
@@ -44,7 +44,7 @@ void add_hull(const std::vector<Vec3>& points, const std::string& where, Shapes&
   shape->recalcLocalAabb();
   if (polyhedron) {
     shape->initializePolyhedralFeatures();
-    know_polyhedron(*shape, Polyhedron(vertices, faces), shapes);
+    attach_polyhedron(*shape, Polyhedron(vertices, faces), shapes);
   }
   shapes.all.push_back(std::move(shape));
 }
@@ -66,7 +66,7 @@ Shapes make_shapes(const RigidBody& body, const MassProperties& mass, const Mat3
     auto box = std::make_unique<btBoxShape>(to_bullet(half));
     box->setMargin(0.05 * half.minCoeff());  // lies inside the box
     box->initializePolyhedralFeatures();
-    know_polyhedron(*box, box_polyhedron(half), shapes);
+    attach_polyhedron(*box, box_polyhedron(half), shapes);
     const Vec3 offset = principal.transpose() * (0.5 * (low + high) - mass.centre);
     shapes.all.push_back(std::move(box));
     if (offset.norm() < 1e-9 * half.norm() && principal.isIdentity(0.0)) return shapes;
@@ -80,7 +80,7 @@ Shapes make_shapes(const RigidBody& body, const MassProperties& mass, const Mat3
     auto compound = std::make_unique<btCompoundShape>();
     for (std::size_t k = 0; k < body.parts.size(); ++k) {
       add_hull(body_points(*body.parts[k], mass.centre, principal),
-               where + ".parts[" + std::to_string(k) + "]", shapes);
+               formatted("{}.parts[{}]", where, k), shapes);
       compound->addChildShape(btTransform::getIdentity(), &shapes.whole());
     }
     shapes.all.push_back(std::move(compound));

@@ -1,4 +1,4 @@
-// Collision shapes of Bullet.
+// Bullet's collision shapes.
 #pragma once
 
 #include <memory>
@@ -12,20 +12,21 @@
 
 namespace loomstone {
 
-// Of a body; those that are polyhedra of few vertices point to them (getUserPointer).
+// The shapes of a body. A shape that is a polyhedron with few vertices points to it
+// (getUserPointer).
 struct Shapes {
-  std::vector<std::unique_ptr<btCollisionShape>> all;  // that of the whole body last
+  std::vector<std::unique_ptr<btCollisionShape>> all;  // the shape of the whole body is the last
   std::vector<std::unique_ptr<Polyhedron>> polyhedra;
 
   btCollisionShape& whole() const { return *all.back(); }
 };
 
-// `principal`: Bullet's body axes in mesh axes (columns). Throws InvalidInput where the mesh does
-// not have the shape.
+// principal: Bullet's body axes in mesh axes (columns). Throws InvalidInput if the mesh does not
+// have the shape.
 Shapes make_shapes(const RigidBody& body, const MassProperties& mass, const Mat3& principal,
                    const std::string& where);
 
-// Triangles as Bullet reads them; owns the arrays.
+// A mesh in Bullet's form; owns the arrays.
 struct ObstacleMesh {
   Points vertices;
   Triangles triangles;

@@ -1,4 +1,4 @@
-// Numbers in and out of a row of bytes, in the machine's own byte order.
+// Writes numbers to a sequence of bytes and reads them, in the machine's byte order.
 #pragma once
 
 #include <cstring>
@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 
 namespace loomstone {
 
@@ -53,10 +53,9 @@ class ByteReader {
 
   void require(bool fits) const {
     if (fits) return;
-    throw InvalidInput(
+    fail<InvalidInput>(
         "rigid state: the saved contact points must be those of this scene, got bytes that do not "
-        "fit; "
-        "load the state with the scene it was saved from");
+        "fit; load the state with the scene it was saved from");
   }
 
  private:

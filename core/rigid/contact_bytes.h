@@ -1,4 +1,4 @@
-// Contact points of Bullet as bytes.
+// Serialises Bullet's contact points and the places of obstacles.
 #pragma once
 
 #include <array>
@@ -15,8 +15,8 @@
 
 namespace loomstone {
 
-// Calls visit on every field that Bullet carries from step to step: 35 real numbers, then 6 whole
-// ones.
+// Calls visit for every field of a contact point that Bullet keeps from step to step: 35 real
+// numbers, then 6 integers.
 template <class Point, class Visitor>
 void for_each_field_of(Point& p, Visitor&& visit) {
   for (auto* vector :
@@ -57,8 +57,8 @@ inline void write_manifold(ByteWriter& bytes, const btPersistentManifold& manifo
   }
 }
 
-// A saved manifold goes to the first unused one of its pair; one whose pair no longer overlaps has
-// nothing to hold.
+// Each saved manifold fills the first unused manifold of its pair of bodies. Manifolds of pairs
+// whose boxes do not overlap are dropped; they have no contacts.
 inline void read_manifolds(ByteReader& bytes, btCollisionDispatcher& dispatcher) {
   std::map<std::pair<int, int>, std::deque<btPersistentManifold*>> unused;
   for (int k = 0; k < dispatcher.getNumManifolds(); ++k) {
@@ -84,7 +84,7 @@ inline void read_manifolds(ByteReader& bytes, btCollisionDispatcher& dispatcher)
   bytes.require(bytes.at_end());
 }
 
-// Where obstacles are, before the manifolds.
+// The places of obstacles precede the manifolds.
 inline void write_places(ByteWriter& bytes, const ObstaclePlaces& places) {
   bytes.write<std::int32_t>(static_cast<std::int32_t>(places.poses.size()));
   for (const RigidPose& pose : places.poses) {
@@ -95,7 +95,7 @@ inline void write_places(ByteWriter& bytes, const ObstaclePlaces& places) {
     bytes.write(coordinate);
 }
 
-// Into places of as many obstacles.
+// Reads into places with the same number of obstacles.
 inline void read_places(ByteReader& bytes, ObstaclePlaces& places) {
   bytes.require(bytes.read<std::int32_t>() == static_cast<std::int32_t>(places.poses.size()));
   for (RigidPose& pose : places.poses) {

@@ -36,7 +36,8 @@ Vec3 angular_velocity(const Rotor& rotor, const Vec4& orientation, const Vec3& a
 
 Vec4 freely_turned(const Rotor& rotor, const Vec4& orientation, const Vec3& angular_momentum,
                    double step) {
-  // B is the moment nearest to another: axially symmetric bodies then turn about two axes only.
+  // B is the moment closest to another one: axially symmetric bodies then rotate about two axes
+  // only.
   const Vec3 inverse = rotor.moments.cwiseInverse();
   int b = 0;
   double nearest = std::numeric_limits<double>::infinity();

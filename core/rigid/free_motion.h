@@ -1,5 +1,5 @@
-// Rotation of bodies between contacts: angular momentum in world axes is the variable, so that
-// torques add to it and a free body keeps it to the last bit.
+// Rotation of bodies between contacts. The variable is angular momentum in world axes: torques add
+// to it, and a free body keeps it to the last bit.
 #pragma once
 
 #include "core/base/rotation.h"
@@ -9,7 +9,7 @@ namespace loomstone {
 
 struct Rotor {
   Mat3 axes = Mat3::Identity();  // columns: principal axes of inertia in the body's axes
-  Vec3 moments = Vec3::Ones();   // about them [kg m^2]
+  Vec3 moments = Vec3::Ones();   // moments of inertia about these axes [kg m^2]
 };
 
 // inertia: about the centre, body axes [kg m^2].
@@ -20,8 +20,8 @@ Vec3 angular_momentum(const Rotor& rotor, const Vec4& orientation, const Vec3& a
 Vec3 angular_velocity(const Rotor& rotor, const Vec4& orientation, const Vec3& angular_momentum);
 
 // Orientation after `step` [s] of free rotation. The kinetic energy L.L/2B + (1/A - 1/B) L_a^2/2 +
-// (1/C - 1/B) L_c^2/2 is taken apart into rotations about L, about axis a and about axis c, in the
-// symmetric order of [Dullweber1997]: of second order, reversible, exact for bodies with two equal
+// (1/C - 1/B) L_c^2/2 is split into rotations about L, about axis a and about axis c, in the
+// symmetric order of [Dullweber1997]: second order, reversible, exact for bodies with two equal
 // moments.
 Vec4 freely_turned(const Rotor& rotor, const Vec4& orientation, const Vec3& angular_momentum,
                    double step);

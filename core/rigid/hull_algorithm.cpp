@@ -4,6 +4,7 @@
 #include <new>
 #include <utility>
 
+#include "core/rigid/facets.h"
 #include "core/rigid/hull_contacts.h"
 
 namespace loomstone {
@@ -12,8 +13,8 @@ namespace {
 
 using Corners = HullOnTriangles::Corners;
 
-constexpr std::size_t most_planes = 4;  // in which a hull touches one obstacle
-constexpr btScalar same_plane = 0.9;    // cosine of the angle that planes turn by from step to step
+constexpr std::size_t most_planes = 4;  // of contacts between a hull and one obstacle
+constexpr btScalar same_plane = 0.9;    // cosine of the largest rotation of a plane between steps
 
 bool is_triangle(const btCollisionObjectWrapper& object) {
   return object.getCollisionShape()->getShapeType() == TRIANGLE_SHAPE_PROXYTYPE;
@@ -25,7 +26,7 @@ const Polyhedron* polyhedron_of(const btCollisionObjectWrapper& object) {
              : static_cast<const Polyhedron*>(object.getCollisionShape()->getUserPointer());
 }
 
-// Triangles of a mesh that meet a box, in the axes of the hull.
+// Collects the triangles of a mesh that intersect a box, in the axes of the hull.
 class Collect : public btTriangleCallback {
  public:
   Collect(const btTransform& to_hull, const btVector3& low, const btVector3& high,
@@ -44,18 +45,18 @@ class Collect : public btTriangleCallback {
   std::vector<Corners>& triangles_;
 };
 
-// Of a hull, that may be part of a body, and a mesh or a triangle.
-class HullMeeting : public btCollisionAlgorithm {
+// The algorithm of one pair: a hull, which may be part of a body, and a mesh or a triangle.
+class HullAlgorithm : public btCollisionAlgorithm {
  public:
-  HullMeeting(const btCollisionAlgorithmConstructionInfo& info,
-              const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second)
+  HullAlgorithm(const btCollisionAlgorithmConstructionInfo& info,
+                const btCollisionObjectWrapper* first, const btCollisionObjectWrapper* second)
       : btCollisionAlgorithm(info), hull_first_(polyhedron_of(*first) != nullptr) {
     const std::size_t n = is_triangle(hull_first_ ? *second : *first) ? 1 : most_planes;
     while (manifolds_.size() < n)
       manifolds_.push_back(
           m_dispatcher->getNewManifold(first->getCollisionObject(), second->getCollisionObject()));
   }
-  ~HullMeeting() override {
+  ~HullAlgorithm() override {
     for (btPersistentManifold* manifold : manifolds_) m_dispatcher->releaseManifold(manifold);
   }
 
@@ -76,22 +77,22 @@ class HullMeeting : public btCollisionAlgorithm {
             {on_hull(hull, *manifold, point), towards_hull ? normal : Vec3(-normal), 0.0});
       }
     const std::size_t n_met = collect(hull, other, near);
-    contacts_of_.find(*polyhedron_of(hull), triangles_, n_met, near, manifolds_.size(), before_,
-                      planes_);
+    finder_.find({*polyhedron_of(hull), triangles_, n_met, near, manifolds_.size(), before_},
+                 planes_);
     const btCollisionObject &a = *hull.getCollisionObject(), &b = *other.getCollisionObject();
-    if (btManifoldResult::calculateCombinedRestitution(&a, &b) > 0.0) leave_out_what_is_ahead(near);
+    if (btManifoldResult::calculateCombinedRestitution(&a, &b) > 0.0) remove_contacts_ahead(near);
     put_points(hull, near, *result);
   }
   btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
                                  btManifoldResult*) override {
-    return 1.0;  // Bullet asks no one
+    return 1.0;  // Bullet never calls this
   }
   void getAllContactManifolds(btManifoldArray& manifolds) override {
     for (btPersistentManifold* manifold : manifolds_) manifolds.push_back(manifold);
   }
 
  private:
-  // In the axes of the hull.
+  // A contact point on the hull, in the axes of the hull.
   static Vec3 on_hull(const btCollisionObjectWrapper& hull, const btPersistentManifold& manifold,
                       const btManifoldPoint& point) {
     const btCollisionObject& body = *hull.getCollisionObject();
@@ -100,7 +101,8 @@ class HullMeeting : public btCollisionAlgorithm {
     return from_bullet(hull.getWorldTransform().invXform(body.getWorldTransform() * local));
   }
 
-  // Fills triangles_; returns how many of them may be met, the others only lie around.
+  // Fills triangles_. Returns the number of triangles that can have contacts; those after them only
+  // share corners with them.
   std::size_t collect(const btCollisionObjectWrapper& hull, const btCollisionObjectWrapper& other,
                       double near) {
     triangles_.clear();
@@ -133,8 +135,8 @@ class HullMeeting : public btCollisionAlgorithm {
                        [&](const HullContact& c) { return (c.point - point).norm() < near; });
   }
 
-  // What bounces is thrown back where it touches, no sooner.
-  void leave_out_what_is_ahead(double near) {
+  // Bodies that bounce need contacts only where they touch.
+  void remove_contacts_ahead(double near) {
     for (auto& plane : planes_)
       plane.erase(std::remove_if(plane.begin(), plane.end(),
                                  [&](const HullContact& contact) {
@@ -146,7 +148,7 @@ class HullMeeting : public btCollisionAlgorithm {
                   planes_.end());
   }
 
-  // The unused manifold whose plane is nearest to one, else an empty one, else any.
+  // The unused manifold with the closest plane, else an empty one, else any.
   std::size_t manifold_for(const btVector3& normal_on_second) const {
     std::size_t chosen = manifolds_.size();
     btScalar most = -2.0;
@@ -162,10 +164,10 @@ class HullMeeting : public btCollisionAlgorithm {
     return chosen;
   }
 
-  // In place of those of the step before; a point near an old one goes on from its impulse.
+  // Replaces the contact points of the last step; a point near an old one starts from its impulse.
   void put_points(const btCollisionObjectWrapper& hull, double near, btManifoldResult& result) {
     const btTransform& pose = hull.getWorldTransform();
-    // Manifolds and the result take points on their second body, normals away from it.
+    // Bullet expects points on the second body and normals that point away from it.
     const bool towards_first = manifolds_.front()->getBody0() == hull.getCollisionObject(),
                result_towards_hull =
                    result.getBody0Wrap()->getCollisionObject() == hull.getCollisionObject();
@@ -199,8 +201,9 @@ class HullMeeting : public btCollisionAlgorithm {
   }
 
   bool hull_first_;
-  std::vector<btPersistentManifold*> manifolds_;  // one for each plane
-  HullOnTriangles contacts_of_;                   // these are kept for their memory alone
+  std::vector<btPersistentManifold*> manifolds_;  // one per plane
+  // Scratch.
+  HullOnTriangles finder_;
   std::vector<Corners> triangles_;
   std::vector<HullOnTriangles::Contacts> planes_;
   HullOnTriangles::Contacts before_;
@@ -209,10 +212,10 @@ class HullMeeting : public btCollisionAlgorithm {
 
 }  // namespace
 
-int HullMeetings::size() { return static_cast<int>(sizeof(HullMeeting)); }
+int HullAlgorithms::size() { return static_cast<int>(sizeof(HullAlgorithm)); }
 
-void HullMeetings::enter(btCollisionDispatcher& dispatcher,
-                         btCollisionConfiguration& configuration) {
+void HullAlgorithms::enter(btCollisionDispatcher& dispatcher,
+                           btCollisionConfiguration& configuration) {
   std::size_t k = 0;
   for (const int hull : {CONVEX_HULL_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE})
     for (const int other : {TRIANGLE_MESH_SHAPE_PROXYTYPE, TRIANGLE_SHAPE_PROXYTYPE})
@@ -222,13 +225,13 @@ void HullMeetings::enter(btCollisionDispatcher& dispatcher,
       }
 }
 
-btCollisionAlgorithm* HullMeetings::Create::CreateCollisionAlgorithm(
+btCollisionAlgorithm* HullAlgorithms::Create::CreateCollisionAlgorithm(
     btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* first,
     const btCollisionObjectWrapper* second) {
   if (!polyhedron_of(*first) && !polyhedron_of(*second))
     return others->CreateCollisionAlgorithm(info, first, second);
   return new (info.m_dispatcher1->allocateCollisionAlgorithm(size()))
-      HullMeeting(info, first, second);
+      HullAlgorithm(info, first, second);
 }
 
 }  // namespace loomstone

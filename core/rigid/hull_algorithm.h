@@ -1,4 +1,4 @@
-// Contacts of convex polyhedra with triangles of obstacles, as an algorithm that Bullet calls.
+// Bullet's collision algorithm for convex polyhedra and triangles of obstacles.
 #pragma once
 
 #include <array>
@@ -8,23 +8,15 @@
 
 namespace loomstone {
 
-// What a triangle of an obstacle that deforms knows of the others: shapes of single triangles point
-// to it (getUserPointer).
-struct FacetSurroundings {
-  const Points* vertices;  // of all that deform, where they are now
-  std::array<Index, 3> corners;
-  std::vector<std::array<Index, 3>> others;  // those that share a corner
-};
-
-// In place of Bullet's own, which searches for how deep a hull is in a triangle and, where the
-// triangle is much the larger, at times answers with a depth of the hull's size along any
-// direction, and which holds hulls up at edges within a plane. A pair has four contact points in
-// each of up to four planes. Hulls without a polyhedron are left to Bullet.
-class HullMeetings {
+// Replaces Bullet's own algorithm, which searches for the penetration depth. If the triangle is
+// much larger than the hull, that search sometimes returns the size of the hull along an arbitrary
+// direction, and it obstructs hulls at edges inside a plane. Here a pair has four contact points in
+// each of up to four planes. Hulls without a polyhedron use Bullet's algorithm.
+class HullAlgorithms {
  public:
-  // What a dispatcher's configuration must leave room for.
+  // Bytes that a dispatcher's configuration must reserve per algorithm.
   static int size();
-  // Must outlive the dispatcher.
+  // Registers the algorithms; they must outlive the dispatcher.
   void enter(btCollisionDispatcher& dispatcher, btCollisionConfiguration& configuration);
 
  private:

@@ -9,16 +9,17 @@ namespace loomstone {
 
 namespace {
 
-constexpr double same_plane =
-    1e-4;  // sine of the angle up to which what lies beside goes on in the same plane
-constexpr double turned_to = 0.98;  // cosine of that up to which a face lies on another: 11 degrees
+constexpr double same_plane = 1e-4;  // sine of the largest angle between coplanar directions
+constexpr double turned_to =
+    0.98;  // cosine of the largest angle between touching faces, 11 degrees
 
 using Contacts = HullOnTriangles::Contacts;
 
-// Four of the contacts in one plane. First those that bear, the deepest but for a fiftieth of
-// `near`: of these the outermost, the one farthest from it, and those farthest out on either side
-// of the line through the two. Then those farthest from all before them. What was there in the step
-// before is taken for a little deeper and farther out than it is.
+// Keeps four of the contacts in one plane. Contacts within a fiftieth of `near` of the deepest one
+// bear the load. With at least four of them, keeps the outermost, the one farthest from it, and the
+// one farthest out on either side of the line through both. Otherwise keeps the bearing ones and
+// fills up with those farthest from all kept ones. Contacts of the last step count as slightly
+// deeper and farther out.
 void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
   if (contacts.size() <= 4) return;
   constexpr double bearing = 0.02, stays = 1.05;
@@ -38,7 +39,8 @@ void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
     if (contacts[k].gap < deepest + (old[k] ? 2.0 : 1.0) * bearing * near) swap(n++, k);
   Vec3 mean = Vec3::Zero();
   for (std::size_t k = 0; k < n; ++k) mean += contacts[k].point / static_cast<double>(n);
-  // Of what is no better by more than a share `ties` the first.
+  // Moves the contact with the largest value to `place`; within a fraction `ties` the first one
+  // wins.
   const auto bring = [&](std::size_t place, std::size_t end, double ties, const auto& value) {
     std::size_t chosen = place;
     double most = 0.0;
@@ -61,7 +63,7 @@ void keep_bearing(Contacts& contacts, double near, const Contacts& before) {
     contacts.resize(4);
     return;
   }
-  // Of a thin plate's upper and lower corners, as far away, the lower.
+  // If upper and lower corners of a thin plate tie, keep the lower.
   for (std::size_t k = n + 1; k < contacts.size(); ++k)
     for (std::size_t j = k; j > n && contacts[j].gap < contacts[j - 1].gap; --j) swap(j, j - 1);
   for (std::size_t place = n; place < 4; ++place)
@@ -98,9 +100,9 @@ bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal,
   for (const Vec3& point : hull.points)
     best.gap = std::min(best.gap, normal.dot(point - triangle[0]));
   if (best.gap > near) return false;
-  double apart = best.gap;  // by whatever axis
+  double apart = best.gap;  // the largest gap along any axis
   met = best;
-  // What does not overlap clearly less than by an axis before is left: contacts stay of one kind.
+  // Only a clearly smaller overlap replaces an axis, so the kind of contact does not alternate.
   const auto better = [&](double gap, const Axis& than) {
     return gap > than.gap + 1e-3 * near + 0.05 * std::abs(than.gap);
   };
@@ -130,8 +132,8 @@ bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal,
       const Vec3 across = along.cross(reach);
       const double length = across.norm();
       if (length < same_plane * along.norm() * reach.norm()) continue;
-      // The hull is met by this edge in directions between the normals of its two faces, the
-      // triangle by its side where the rest lies behind.
+      // An edge of the hull has contacts in directions between the normals of its two faces, a side
+      // of the triangle in directions that leave the triangle behind.
       const Vec3 direction = across / (across.dot(first + second) > 0.0 ? -length : length);
       if (turn * direction.cross(first).dot(along) < 0.0 ||
           turn * second.cross(direction).dot(along) < 0.0)
@@ -152,15 +154,15 @@ bool HullOnTriangles::least_overlap(const Corners& triangle, const Vec3& normal,
   return best.gap > 0.0 || apart < 0.01 * near;
 }
 
-// The ends of what lies of the hull's edges above the triangle.
+// Adds contacts at the ends of the hull's edges, clipped to the prism above the triangle.
 void HullOnTriangles::clip_hull(const Corners& triangle, const Vec3& normal, double near) {
   const double turn =
       (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).dot(normal) > 0.0 ? 1.0 : -1.0;
   for (const auto& edge : hull_->edges) {
     const Vec3 &from = hull_->points[edge.points[0]], &to = hull_->points[edge.points[1]];
     double low = 0.0, high = 1.0;
-    const auto keep_below = [&](double at_from,
-                                double at_to) {  // the part where a linear function is at most 0
+    // Clips to the part of the edge where a linear function, given at both ends, is at most 0.
+    const auto keep_below = [&](double at_from, double at_to) {
       if (at_from > 0.0 && at_to > 0.0) high = -1.0;
       if (at_from > 0.0 && at_to <= 0.0) low = std::max(low, at_from / (at_from - at_to));
       if (at_from <= 0.0 && at_to > 0.0) high = std::min(high, at_from / (at_from - at_to));
@@ -173,8 +175,8 @@ void HullOnTriangles::clip_hull(const Corners& triangle, const Vec3& normal, dou
     }
     if (low > high) continue;
     for (const double share : {low, high}) {
-      if ((share == low_end && share > 0.0) || (share == high_end && share < 1.0))
-        continue;  // only as far as is looked
+      // Ends that only the distance `near` cuts off are no contacts.
+      if ((share == low_end && share > 0.0) || (share == high_end && share < 1.0)) continue;
       const Vec3 point = share == 0.0 ? from : share == 1.0 ? to : Vec3(from + share * (to - from));
       const double gap = normal.dot(point - triangle[0]);
       contacts_.push_back({point - gap * normal, normal, gap});
@@ -182,7 +184,7 @@ void HullOnTriangles::clip_hull(const Corners& triangle, const Vec3& normal, dou
   }
 }
 
-// The corners of what lies of the triangle below a face of the hull.
+// Adds contacts at the corners of the triangle, clipped to the prism below a face of the hull.
 void HullOnTriangles::clip_triangle(const Corners& triangle, Index face, const Vec3& normal,
                                     double near) {
   const Polyhedron::Face& below = hull_->faces[face];
@@ -213,7 +215,7 @@ void HullOnTriangles::touch(const Corners& triangle, const Vec3& normal, double 
     return;
   }
   Index face = axis.face;
-  if (face < 0) {  // the triangle's own plane is met, maybe by a face
+  if (face < 0) {  // the triangle's own plane; a face of the hull may lie on it
     const auto opposite = std::min_element(
         hull_->faces.begin(), hull_->faces.end(),
         [&](const auto& a, const auto& b) { return a.normal.dot(normal) < b.normal.dot(normal); });
@@ -224,26 +226,35 @@ void HullOnTriangles::touch(const Corners& triangle, const Vec3& normal, double 
   if (face >= 0) clip_triangle(triangle, face, axis.met ? axis.direction : normal, near);
 }
 
-void HullOnTriangles::find(const Polyhedron& hull, const std::vector<Corners>& triangles,
-                           std::size_t n_met, double near, std::size_t most, const Contacts& before,
-                           std::vector<Contacts>& planes) {
-  hull_ = &hull, triangles_ = &triangles;
-  contacts_.clear(), planes.clear();
-  std::vector<std::pair<std::size_t, Axis>>
-      deep;  // triangles that may be met, or may be left as others are
+Vec3 HullOnTriangles::facing_normal(const Query& query, const Corners& triangle) const {
+  const Vec3 normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).normalized();
+  double side = normal.dot(query.hull.centre - triangle[0]), off_plane = 2.0 * query.near;
+  for (const HullContact& contact : query.before) {
+    const double along = normal.dot(contact.normal),
+                 off = std::abs(normal.dot(contact.point - triangle[0]));
+    if (std::abs(along) > turned_to && off < off_plane) side = along, off_plane = off;
+  }
+  return side < 0.0 ? Vec3(-normal) : normal;
+}
+
+Vec3 HullOnTriangles::farthest_corner(const Vec3& direction, const Vec3& from) const {
+  Vec3 farthest = from;
+  for (const Corners& other : *triangles_)
+    for (const Vec3& corner : other)
+      if (direction.dot(corner - farthest) > 0.0) farthest = corner;
+  return farthest;
+}
+
+// The shortest way out of a triangle may lead past others that reach farther. Either it is also the
+// way out of all of them, which is one contact, or it leads into them, and the triangle has
+// contacts along the next best axis.
+void HullOnTriangles::meet_triangles(const Query& query) {
+  const std::vector<Corners>& triangles = query.triangles;
+  const double near = query.near;
+  std::vector<std::pair<std::size_t, Axis>> deep;  // contacts needed only if there are no others
   HullContact way_out{Vec3::Zero(), Vec3::Zero(), -std::numeric_limits<double>::infinity()};
-  const auto normal_of = [&](const Corners& triangle) -> Vec3 {
-    const Vec3 normal = (triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]).normalized();
-    double side = normal.dot(hull.centre - triangle[0]), off_plane = 2.0 * near;
-    for (const HullContact& contact : before) {
-      const double along = normal.dot(contact.normal),
-                   off = std::abs(normal.dot(contact.point - triangle[0]));
-      if (std::abs(along) > turned_to && off < off_plane) side = along, off_plane = off;
-    }
-    return side < 0.0 ? Vec3(-normal) : normal;
-  };
-  for (std::size_t t = 0; t < n_met; ++t) {
-    const Vec3 normal = normal_of(triangles[t]);
+  for (std::size_t t = 0; t < query.n_met; ++t) {
+    const Vec3 normal = facing_normal(query, triangles[t]);
     Axis best, met;
     if (normal.isZero() || !least_overlap(triangles[t], normal, near, best, met)) continue;
     if (best.met || best.direction.dot(normal) > turned_to) {
@@ -251,13 +262,7 @@ void HullOnTriangles::find(const Polyhedron& hull, const std::vector<Corners>& t
       continue;
     }
     if (best.gap > 0.0) continue;
-    // The shortest way out of this triangle leads past others that reach farther. Either it is the
-    // way out of all, and they are met, or it leads into them, and this one is met in the next best
-    // direction.
-    Vec3 farthest = best.point;
-    for (const Corners& other : triangles)
-      for (const Vec3& corner : other)
-        if (best.direction.dot(corner - farthest) > 0.0) farthest = corner;
+    const Vec3 farthest = farthest_corner(best.direction, best.point);
     const double of_all = best.gap - best.direction.dot(farthest - best.point);
     if (of_all >= met.gap) {
       if (of_all > way_out.gap) way_out = {farthest, best.direction, of_all};
@@ -270,9 +275,15 @@ void HullOnTriangles::find(const Polyhedron& hull, const std::vector<Corners>& t
   if (std::none_of(contacts_.begin(), contacts_.end(),
                    [](const HullContact& contact) { return contact.gap < 0.0; })) {
     for (const auto& [t, met] : deep)
-      if (met.gap > way_out.gap) touch(triangles[t], normal_of(triangles[t]), near, met);
+      if (met.gap > way_out.gap) touch(triangles[t], facing_normal(query, triangles[t]), near, met);
     if (std::isfinite(way_out.gap)) contacts_.push_back(way_out);
   }
+}
+
+void HullOnTriangles::find(const Query& query, std::vector<Contacts>& planes) {
+  hull_ = &query.hull, triangles_ = &query.triangles;
+  contacts_.clear(), planes.clear();
+  meet_triangles(query);
   for (const HullContact& contact : contacts_) {
     const auto same = [&](const Contacts& plane) {
       return plane[0].normal.dot(contact.normal) > turned_to;
@@ -282,7 +293,7 @@ void HullOnTriangles::find(const Polyhedron& hull, const std::vector<Corners>& t
       planes.push_back({contact});
     } else if (std::none_of(plane->begin(), plane->end(),
                             [&](const HullContact& c) { return c.point == contact.point; })) {
-      plane->push_back(contact);  // corners of hulls end several edges
+      plane->push_back(contact);  // a corner of the hull is the end of several edges
     }
   }
   const auto deepest = [](const Contacts& plane) {
@@ -292,8 +303,8 @@ void HullOnTriangles::find(const Polyhedron& hull, const std::vector<Corners>& t
   };
   std::stable_sort(planes.begin(), planes.end(),
                    [&](const Contacts& a, const Contacts& b) { return deepest(a) < deepest(b); });
-  if (planes.size() > most) planes.resize(most);
-  for (Contacts& plane : planes) keep_bearing(plane, near, before);
+  if (planes.size() > query.most) planes.resize(query.most);
+  for (Contacts& plane : planes) keep_bearing(plane, query.near, query.before);
 }
 
 }  // namespace loomstone

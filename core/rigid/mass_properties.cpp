@@ -1,20 +1,18 @@
-// Mass, centre and inertia of a closed mesh of uniform density. Implements the volume integrals of
-// [Mirtich1996] by signed tetrahedra: each triangle spans one with a reference point, and what lies
-// outside the body cancels.
-#include <string>
-
-#include "core/base/error.h"
+// Mass, centre and inertia of a closed mesh of uniform density. Computes the volume integrals of
+// [Mirtich1996] by signed tetrahedra: each triangle spans one with a reference point, and the parts
+// outside the body cancel.
+#include "core/base/message.h"
 #include "core/rigid/rigid_body.h"
 
 namespace loomstone {
 
 MassProperties mass_properties(const TriangleMesh& mesh, double density) {
   if (!mesh.closed()) {
-    throw InvalidInput(
+    fail<InvalidInput>(
         "mesh must be closed to have a mass, got a surface with open edges; close its holes");
   }
   const Points& x = mesh.vertices();
-  // Any reference gives the same sums; one inside keeps the cancelling terms small.
+  // Any reference point gives the same sums; with one inside, the cancelling terms are small.
   const Vec3 reference = x.colwise().mean().transpose();
   const double size = (x.colwise().maxCoeff() - x.colwise().minCoeff()).norm();
 
@@ -31,16 +29,16 @@ MassProperties mass_properties(const TriangleMesh& mesh, double density) {
     first += tetrahedron / 4.0 * sum;
     second += tetrahedron / 20.0 * (corners * corners.transpose() + sum * sum.transpose());
   }
-  // 1e-12: far below any sheet that a body can be (1e-4 thick: 1e-5), far above rounding (1e-16).
+  // 1e-12 is far below thin sheets (a thickness of 1e-4 gives 1e-5), far above rounding (1e-16).
   const double smallest = 1e-12 * size * size * size;
   if (volume < -smallest) {
-    throw InvalidInput(
+    fail<InvalidInput>(
         "mesh must have its faces counter-clockwise seen from outside, got an inside-out surface "
-        "of volume " +
-        std::to_string(volume) + " m^3; swap two corners of every triangle");
+        "of volume {:.6g} m^3; swap two corners of every triangle",
+        volume);
   }
   if (volume < smallest) {
-    throw InvalidInput(
+    fail<InvalidInput>(
         "mesh must enclose a volume > 0 [m^3], got a surface that encloses none; give the body a "
         "thickness");
   }
@@ -49,7 +47,7 @@ MassProperties mass_properties(const TriangleMesh& mesh, double density) {
   const Vec3 offset = first / volume;
   result.mass = density * volume;
   result.centre = reference + offset;
-  second -= volume * offset * offset.transpose();  // parallel axes
+  second -= volume * offset * offset.transpose();  // parallel axis theorem
   result.inertia = density * (second.trace() * Mat3::Identity() - second);
   return result;
 }

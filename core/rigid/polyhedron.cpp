@@ -10,7 +10,7 @@ namespace loomstone {
 
 namespace {
 
-constexpr double same_plane = 1e-4;  // distance over size up to which a point lies in a plane
+constexpr double same_plane = 1e-4;  // largest distance of a point in a plane, over the size
 
 double size_of(const std::vector<Vec3>& points, const Vec3& centre) {
   double size = 0.0;
@@ -34,14 +34,14 @@ Polyhedron::Polyhedron(const std::vector<Vec3>& given, const std::vector<std::ve
   }
   std::stable_sort(by_area.begin(), by_area.end(),
                    [](const auto& a, const auto& b) { return a.first.norm() > b.first.norm(); });
-  std::map<std::pair<Index, Index>, Index> face_of;  // of the directed edges
+  std::map<std::pair<Index, Index>, Index> face_of;  // face of each directed edge
   for (const auto& [area, loop] : by_area) {
     Face face{area.normalized(), 0.0};
     for (const int corner : *loop)
       face.offset += face.normal.dot(points[corner]) / static_cast<double>(loop->size());
     if (face.offset < face.normal.dot(centre)) face = {-face.normal, -face.offset};
-    // A sliver between points of one plane has no direction of its own: it joins a larger face that
-    // it lies in.
+    // A sliver between coplanar points has no well-defined normal; it joins the larger face that
+    // contains it.
     auto same = std::find_if(faces.begin(), faces.end(), [&](const Face& other) {
       return std::all_of(loop->begin(), loop->end(), [&](int corner) {
         return std::abs(other.normal.dot(points[corner]) - other.offset) < same_plane * size;

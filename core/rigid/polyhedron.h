@@ -1,4 +1,4 @@
-// Convex polyhedra by their corners, faces and edges.
+// Convex polyhedra: corners, faces, edges.
 #pragma once
 
 #include <array>
@@ -15,19 +15,19 @@ struct Polyhedron {
   };
   struct Edge {
     std::array<Index, 2> points;
-    std::array<Index, 2> faces;  // those it lies between
+    std::array<Index, 2> faces;  // that meet at the edge
   };
   std::vector<Vec3> points;
   std::vector<Face> faces;
-  std::vector<Edge> edges;  // but for those within a plane
+  std::vector<Edge> edges;  // without edges between coplanar faces
   Vec3 centre;              // mean of the points
 
-  // `loops`: the corners of each face in order round it.
+  // loops: the corners of each face in cyclic order
   Polyhedron(const std::vector<Vec3>& points, const std::vector<std::vector<int>>& loops);
-  // The points but for those within a face or an edge, which rounding leaves among a hull's.
+  // The points without those inside a face or an edge, which rounding leaves in a hull.
   std::vector<Vec3> corners() const;
 };
-// With its centre at the origin.
+// Centred at the origin.
 Polyhedron box_polyhedron(const Vec3& half);
 
 }  // namespace loomstone

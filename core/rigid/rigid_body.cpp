@@ -1,9 +1,7 @@
-// Points and inertia of moving bodies.
+// Kinematics of rigid bodies and checks of their state.
 #include "core/rigid/rigid_body.h"
 
-#include <string>
-
-#include "core/base/error.h"
+#include "core/base/message.h"
 
 namespace loomstone {
 
@@ -20,39 +18,39 @@ void check_places(const ObstaclePlaces& given, const ObstaclePlaces& expected) {
   if (given.poses.size() == expected.poses.size() &&
       given.deformed.rows() == expected.deformed.rows())
     return;
-  throw InvalidInput("there must be one pose for each of the " +
-                     std::to_string(expected.poses.size()) + " obstacles and " +
-                     std::to_string(expected.deformed.rows()) +
-                     " vertices of those that deform, got " + std::to_string(given.poses.size()) +
-                     " and " + std::to_string(given.deformed.rows()));
+  fail<InvalidInput>(
+      "there must be one pose for each of the {} obstacles and {} vertices of obstacles that "
+      "deform, got {} and {}; give the places of all obstacles",
+      expected.poses.size(), expected.deformed.rows(), given.poses.size(), given.deformed.rows());
 }
 
 void check_rows(const RigidState& state, Index n) {
   if (state.positions.rows() == n && state.orientations.rows() == n &&
       state.velocities.rows() == n && state.angular_velocities.rows() == n)
     return;
-  throw InvalidInput("rigid state must have one row for each of the " + std::to_string(n) +
-                     " bodies, got " + std::to_string(state.positions.rows()) +
-                     "; it belongs to another scene");
+  fail<InvalidInput>(
+      "rigid state must have one row for each of the {} bodies, got {}; load the state with the "
+      "scene it was saved from",
+      n, state.positions.rows());
 }
 
 void check_motion(const RigidState& state, double step) {
   for (Eigen::Index i = 0; i < state.positions.rows(); ++i)
     if (!state.positions.row(i).allFinite() || !state.velocities.row(i).allFinite() ||
         !state.orientations.row(i).allFinite() || !state.angular_velocities.row(i).allFinite())
-      throw SolverFailure("bodies[" + std::to_string(i) +
-                          "] must stay finite, got NaN or infinity from the rigid-body step of " +
-                          std::to_string(step) +
-                          " s; shorten the step or look for extreme impulses");
+      fail<SolverFailure>(
+          "bodies[{}] must stay finite, got NaN or infinity from the rigid-body step of {} s; "
+          "shorten integrator.step or look for extreme impulses",
+          i, step);
 }
 
 void check_impulses(const Points& impulses, const Points& angular_impulses, const RigidState& state,
                     Index n) {
   if (impulses.rows() == n && angular_impulses.rows() == n && state.positions.rows() == n) return;
-  throw InvalidInput("impulses and state must have one row for each of the " + std::to_string(n) +
-                     " bodies, got " + std::to_string(impulses.rows()) + ", " +
-                     std::to_string(angular_impulses.rows()) + " and " +
-                     std::to_string(state.positions.rows()));
+  fail<InvalidInput>(
+      "impulses, angular impulses and state must have one row for each of the {} bodies, got {}, "
+      "{} and {}; resize them",
+      n, impulses.rows(), angular_impulses.rows(), state.positions.rows());
 }
 
 std::vector<std::uint8_t> bodies_on_obstacles(int n,

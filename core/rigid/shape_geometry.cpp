@@ -1,5 +1,4 @@
-// Geometry of collision shapes: principal axes, the sphere test, and hulls that make room for a
-// margin.
+// Geometry of collision shapes: principal axes, the test for spheres, hulls shrunk by a margin.
 #include "core/rigid/shape_geometry.h"
 
 #include <algorithm>
@@ -8,14 +7,16 @@
 
 #include <Eigen/Eigenvalues>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 
 namespace loomstone {
 
 void check_orientation(const Vec4& orientation, const std::string& where) {
   if (std::abs(orientation.norm() - 1.0) < 1e-6) return;
-  throw InvalidInput(where + ".orientation must be a unit quaternion (w, x, y, z), got length " +
-                     std::to_string(orientation.norm()) + "; divide it by its length");
+  fail<InvalidInput>(
+      "{}.orientation must be a unit quaternion (w, x, y, z), got length {:.6g}; divide it by its "
+      "length",
+      where, orientation.norm());
 }
 
 Mat3 principal_axes(const Mat3& inertia) {
@@ -38,15 +39,15 @@ double sphere_radius(const TriangleMesh& mesh, const MassProperties& mass, doubl
                      const std::string& where) {
   const Vector distances = (mesh.vertices().rowwise() - mass.centre.transpose()).rowwise().norm();
   const double radius = distances.maxCoeff();
-  // Half the volume tells an icosahedron (0.61) from a cube (0.37), whose corners lie on a sphere
-  // as well.
+  // Half the volume of the sphere distinguishes an icosahedron (0.61) from a cube (0.37), whose
+  // corners lie on a sphere as well.
   const double filled = mass.mass / density / (4.0 / 3.0 * M_PI * radius * radius * radius);
   if (distances.minCoeff() < 0.99 * radius || filled < 0.5) {
-    throw InvalidInput(where +
-                       ".shape \"sphere\" needs a mesh that is a sphere within 1 %, got vertices " +
-                       std::to_string(distances.minCoeff()) + " to " + std::to_string(radius) +
-                       " m from the centre and " + std::to_string(100.0 * filled) +
-                       " % of the sphere's volume; use \"convex\" or another mesh");
+    fail<InvalidInput>(
+        "{}.shape \"sphere\" needs a mesh that is a sphere within 1 %, got vertices {:.6g} to "
+        "{:.6g} m from the centre and {:.3g} % of the sphere's volume; use \"convex\" or another "
+        "mesh",
+        where, distances.minCoeff(), radius, 100.0 * filled);
   }
   return radius;
 }
@@ -105,13 +106,13 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
     }
   }
   if (vertices.size() < 4 || faces.size() < 4 || inner_radius <= 1e-6 * size) {
-    throw InvalidInput(
-        where +
-        " must have a convex hull with volume, got points in one plane; give it a thickness");
+    fail<InvalidInput>(
+        "{} must have a convex hull with volume, got points in one plane; give it a thickness",
+        where);
   }
 
-  // A vertex moves by -delta with n . delta = margin for each of its faces: exact where three
-  // planes meet, else in the least squares sense weighted by area.
+  // A vertex moves by -delta with n . delta = margin for each of its faces: exactly if three planes
+  // meet there, else in the least-squares sense weighted by area.
   ConvexCore core;
   core.margin = margin_share * inner_radius;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
@@ -124,8 +125,7 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
       const Vec3 axis = solver.eigenvectors().col(k);
       delta += core.margin * axis.dot(sums[i]) / eigenvalues[k] * axis;
     }
-    const double limit =
-        0.5 * (vertices[i] - centre).norm();  // the tip of a needle stays outside the centre
+    const double limit = 0.5 * (vertices[i] - centre).norm();  // needle tips stay off the centre
     if (delta.norm() > limit) delta *= limit / delta.norm();
     core.points.push_back(vertices[i] - delta);
   }
@@ -135,15 +135,17 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
 void check_shape(const RigidBody& body, const std::string& where) {
   if (body.shape == "parts") {
     if (body.parts.empty())
-      throw InvalidInput(where +
-                         ".shape \"parts\" needs at least one convex mesh in parts, got none; use "
-                         "\"convex\" for one hull");
+      fail<InvalidInput>(
+          "{}.shape \"parts\" needs at least one convex mesh in parts, got none; use \"convex\" "
+          "for one hull",
+          where);
     for (std::size_t k = 0; k < body.parts.size(); ++k)
       if (!body.parts[k])
-        throw InvalidInput(where + ".parts[" + std::to_string(k) + "] must be a mesh, got none");
+        fail<InvalidInput>("{}.parts[{}] must be a mesh, got none; give one", where, k);
   } else if (body.shape != "sphere" && body.shape != "box" && body.shape != "convex") {
-    throw InvalidInput(where + ".shape must be sphere, box, convex or parts, got \"" + body.shape +
-                       "\"");
+    fail<InvalidInput>(
+        "{}.shape must be sphere, box, convex or parts, got \"{}\"; choose one of them", where,
+        body.shape);
   }
 }
 

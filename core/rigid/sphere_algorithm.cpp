@@ -13,7 +13,7 @@ namespace loomstone {
 
 namespace {
 
-// Squared distance of normals up to which a contact is that of the step before: 18 degrees.
+// Largest squared distance of the normals of a contact in consecutive steps: 18 degrees.
 constexpr btScalar same_contact = 0.1;
 
 bool touched_before(const btPersistentManifold& manifold, const SphereContact& contact) {
@@ -24,8 +24,8 @@ bool touched_before(const btPersistentManifold& manifold, const SphereContact& c
   return false;
 }
 
-// In place of those of the step before. A new point goes on from the impulse of the old one whose
-// normal is nearest.
+// Replaces the contact points of the last step. A new point starts from the impulse of the old one
+// with the closest normal.
 void put_points(btPersistentManifold& manifold, const std::vector<SphereContact>& contacts) {
   struct Before {
     btVector3 normal;
@@ -72,8 +72,8 @@ double radius(const btRigidBody& ball) {
   return static_cast<const btSphereShape*>(ball.getCollisionShape())->getRadius();
 }
 
-// `near`: gap up to which they touch; `motion`: of the ball past the other in this step, none for
-// balls that bounce.
+// near: largest gap of touching contacts; motion: of the ball relative to the other in this step,
+// zero for balls that bounce.
 void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, const Vec3& motion,
               std::vector<SphereContact>& contacts) {
   const Vec3 at = from_bullet(ball.getWorldTransform().getOrigin()),
@@ -81,23 +81,23 @@ void add_ball(const btRigidBody& ball, const btRigidBody& other, double near, co
   const double reach = radius(ball) + radius(other) + std::max(near, motion.norm());
   if ((at - past).squaredNorm() > reach * reach) return;
   const SphereContact contact = sphere_contact(at, radius(ball), past, radius(other));
-  // One that straight motion does not need may save what is struck on its way; one that it is held
-  // up by must be met.
+  // A touching contact that straight motion does not violate may still stop a ball that is struck
+  // on its way; one that it violates must lie ahead.
   if (contact.gap <= 0.0 || -motion.dot(contact.normal) <= contact.gap)
     contacts.push_back(contact);
   else if (const auto ahead = contact_ahead(at, radius(ball), past, radius(other), motion))
     contacts.push_back(*ahead);
 }
 
-// The triangles near a sphere, asked for again only once it has moved on.
+// The triangles near a sphere, searched again only after it has moved.
 class NearTriangles : btTriangleCallback {
  public:
-  // Those within `reach` of a point in the mesh's axes, and maybe more; `room`: how much farther to
-  // look, so as not to ask soon.
+  // Triangles within `reach` of a point in the mesh's axes, and possibly others. A search covers
+  // `room` more, so that the next calls need none.
   const std::vector<std::array<Vec3, 3>>& within(double reach, const btVector3& point, double room,
                                                  const btBvhTriangleMeshShape& mesh) {
-    if ((point - asked_).length() + reach > reach_) {
-      asked_ = point, reach_ = reach + room;
+    if ((point - centre_).length() + reach > reach_) {
+      centre_ = point, reach_ = reach + room;
       triangles_.clear();
       const btVector3 wide = btVector3(1, 1, 1) * reach_;
       mesh.processAllTriangles(this, point - wide, point + wide);
@@ -109,39 +109,23 @@ class NearTriangles : btTriangleCallback {
   void processTriangle(btVector3* corners, int, int) override {
     const std::array<Vec3, 3> x = {from_bullet(corners[0]), from_bullet(corners[1]),
                                    from_bullet(corners[2])};
-    const Vec3 point = from_bullet(asked_);
+    const Vec3 point = from_bullet(centre_);
     if ((closest_on_triangle(point, x[0], x[1], x[2]).point - point).norm() <= reach_)
       triangles_.push_back(x);
   }
 
   std::vector<std::array<Vec3, 3>> triangles_;
-  btVector3 asked_{0, 0, 0};
-  double reach_ = -1.0;  // none known
+  btVector3 centre_{0, 0, 0};  // of the last search
+  double reach_ = -1.0;        // of the last search; negative: none
 };
 
-void add_mesh(const btRigidBody& ball, const btRigidBody& other, double near, const Vec3& motion,
-              NearTriangles& triangles, SphereOnTriangles& found,
-              std::vector<SphereContact>& contacts) {
-  const btTransform& pose = other.getWorldTransform();
-  const btVector3 local = pose.invXform(ball.getWorldTransform().getOrigin());
-  const Vec3 local_motion = from_bullet(pose.getBasis().transpose() * to_bullet(motion));
-  const double reach = radius(ball) + std::max(near, motion.norm());
-  const auto& mesh = *static_cast<const btBvhTriangleMeshShape*>(other.getCollisionShape());
-  found.find(triangles.within(reach, local, 0.1 * radius(ball), mesh), from_bullet(local),
-             radius(ball), near, local_motion, MANIFOLD_CACHE_SIZE, contacts);
-  for (SphereContact& contact : contacts)
-    contact = {from_bullet(pose * to_bullet(contact.on_sphere)),
-               from_bullet(pose * to_bullet(contact.on_other)),
-               from_bullet(pose.getBasis() * to_bullet(contact.normal)), contact.gap};
-}
-
-// Of one pair; the first of its bodies is a sphere, the second a sphere or a mesh.
-class SphereMeeting : public btCollisionAlgorithm {
+// The algorithm of one pair. Its first body is a sphere, the second a sphere or a mesh.
+class SphereAlgorithm : public btCollisionAlgorithm {
  public:
-  SphereMeeting(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObject* ball,
-                const btCollisionObject* other)
+  SphereAlgorithm(const btCollisionAlgorithmConstructionInfo& info, const btCollisionObject* ball,
+                  const btCollisionObject* other)
       : btCollisionAlgorithm(info), manifold_(m_dispatcher->getNewManifold(ball, other)) {}
-  ~SphereMeeting() override { m_dispatcher->releaseManifold(manifold_); }
+  ~SphereAlgorithm() override { m_dispatcher->releaseManifold(manifold_); }
 
   void processCollision(const btCollisionObjectWrapper*, const btCollisionObjectWrapper*,
                         const btDispatcherInfo& info, btManifoldResult* result) override {
@@ -162,9 +146,9 @@ class SphereMeeting : public btCollisionAlgorithm {
     if (round) {
       add_ball(ball, other, near, motion, contacts_);
     } else {
-      add_mesh(ball, other, near, motion, triangles_, found_, contacts_);
+      add_mesh(ball, other, near, motion);
     }
-    if (bounce)  // thrown back where they touch, no sooner
+    if (bounce)  // a ball that bounces needs contacts only where it touches
       contacts_.erase(std::remove_if(contacts_.begin(), contacts_.end(),
                                      [&](const SphereContact& contact) {
                                        return contact.gap > 0.0 &&
@@ -175,24 +159,41 @@ class SphereMeeting : public btCollisionAlgorithm {
   }
   btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
                                  btManifoldResult*) override {
-    return 1.0;  // Bullet asks no one
+    return 1.0;  // Bullet never calls this
   }
   void getAllContactManifolds(btManifoldArray& manifolds) override {
     manifolds.push_back(manifold_);
   }
 
  private:
+  void add_mesh(const btRigidBody& ball, const btRigidBody& other, double near,
+                const Vec3& motion) {
+    const btTransform& pose = other.getWorldTransform();
+    const btVector3 local = pose.invXform(ball.getWorldTransform().getOrigin());
+    const Vec3 local_motion = from_bullet(pose.getBasis().transpose() * to_bullet(motion));
+    const double reach = radius(ball) + std::max(near, motion.norm());
+    const auto& mesh = *static_cast<const btBvhTriangleMeshShape*>(other.getCollisionShape());
+    found_.find(triangles_.within(reach, local, 0.1 * radius(ball), mesh),
+                {from_bullet(local), radius(ball), local_motion}, near, MANIFOLD_CACHE_SIZE,
+                contacts_);
+    for (SphereContact& contact : contacts_)
+      contact = {from_bullet(pose * to_bullet(contact.on_sphere)),
+                 from_bullet(pose * to_bullet(contact.on_other)),
+                 from_bullet(pose.getBasis() * to_bullet(contact.normal)), contact.gap};
+  }
+
   btPersistentManifold* manifold_;
   NearTriangles triangles_;
-  SphereOnTriangles found_;  // these two are kept for their memory alone
+  // Scratch.
+  SphereOnTriangles found_;
   std::vector<SphereContact> contacts_;
 };
 
 }  // namespace
 
-int SphereMeetings::size() { return static_cast<int>(sizeof(SphereMeeting)); }
+int SphereAlgorithms::size() { return static_cast<int>(sizeof(SphereAlgorithm)); }
 
-void SphereMeetings::enter(btCollisionDispatcher& dispatcher) {
+void SphereAlgorithms::enter(btCollisionDispatcher& dispatcher) {
   dispatcher.registerCollisionCreateFunc(SPHERE_SHAPE_PROXYTYPE, SPHERE_SHAPE_PROXYTYPE, &create_);
   dispatcher.registerCollisionCreateFunc(SPHERE_SHAPE_PROXYTYPE, TRIANGLE_MESH_SHAPE_PROXYTYPE,
                                          &create_);
@@ -200,7 +201,7 @@ void SphereMeetings::enter(btCollisionDispatcher& dispatcher) {
                                          &create_);
 }
 
-btCollisionAlgorithm* SphereMeetings::Create::CreateCollisionAlgorithm(
+btCollisionAlgorithm* SphereAlgorithms::Create::CreateCollisionAlgorithm(
     btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* first,
     const btCollisionObjectWrapper* second) {
   const bool first_round = first->getCollisionShape()->getShapeType() == SPHERE_SHAPE_PROXYTYPE;
@@ -208,7 +209,7 @@ btCollisionAlgorithm* SphereMeetings::Create::CreateCollisionAlgorithm(
                           *other = second->getCollisionObject();
   if (!first_round) std::swap(ball, other);
   return new (info.m_dispatcher1->allocateCollisionAlgorithm(size()))
-      SphereMeeting(info, ball, other);
+      SphereAlgorithm(info, ball, other);
 }
 
 }  // namespace loomstone

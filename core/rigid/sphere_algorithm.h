@@ -1,21 +1,20 @@
-// Contacts of spheres with one another and with obstacles' meshes, as an algorithm that Bullet
-// calls.
+// Bullet's collision algorithm for spheres, among themselves and with meshes of obstacles.
 #pragma once
 
 #include "core/rigid/bullet.h"
 
 namespace loomstone {
 
-// In place of Bullet's own, which makes contacts of two spheres only once they overlap, several for
-// each pair, and holds spheres up at edges within a plane. Unless bodies bounce there are contacts
-// also with what lies on their way in this step, which let them come just as near as touching, so
-// that they need not overlap first. What a sphere meets only because it is struck within the step
-// is not on its way: it may sink in for a step.
-class SphereMeetings {
+// Replaces Bullet's own algorithms, which create contacts of two spheres only after they overlap,
+// several per pair, and obstruct spheres at edges inside a plane. Unless bodies bounce, there are
+// also contacts ahead: those on the path of the sphere in this step, which let it move up to
+// touching without overlapping first. A sphere that is struck within the step leaves that path and
+// may overlap for one step.
+class SphereAlgorithms {
  public:
-  // What a dispatcher's configuration must leave room for.
+  // Bytes that a dispatcher's configuration must reserve per algorithm.
   static int size();
-  // Must outlive the dispatcher.
+  // Registers the algorithms; they must outlive the dispatcher.
   void enter(btCollisionDispatcher& dispatcher);
 
  private:

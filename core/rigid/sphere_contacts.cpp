@@ -11,7 +11,7 @@ namespace loomstone {
 namespace {
 
 constexpr unsigned all_corners = 0b111;
-// Squared distance of normals up to which two contacts are one: a twentieth of a degree.
+// Largest squared distance of the normals of equal contacts: a twentieth of a degree.
 constexpr double same_normal = 1e-6;
 
 unsigned corners_of(const TrianglePoint& closest) {
@@ -24,7 +24,7 @@ double distance_to(const std::array<Vec3, 3>& triangle, const Vec3& point) {
   return (point - closest_on_triangle(point, triangle[0], triangle[1], triangle[2]).point).norm();
 }
 
-// Whether the boxes about a triangle and a sphere meet; sooner told than how far they are apart.
+// True if the boxes of a triangle and a sphere overlap; cheaper than a distance.
 bool may_reach(const std::array<Vec3, 3>& triangle, const Vec3& centre, double reach) {
   for (int k = 0; k < 3; ++k) {
     const double a = triangle[0][k] - centre[k], b = triangle[1][k] - centre[k],
@@ -34,15 +34,14 @@ bool may_reach(const std::array<Vec3, 3>& triangle, const Vec3& centre, double r
   return true;
 }
 
-// Share of the motion after which a sphere is within `exact` of a triangle, by steps that cannot
-// lead into it; above 1: never.
-double first_touch(const std::array<Vec3, 3>& triangle, const Vec3& centre, double radius,
-                   double exact, const Vec3& motion) {
-  constexpr int most_steps = 64;  // what is slower glances off
-  const double length = motion.norm();
+// Fraction of the motion after which the sphere is within `exact` of the triangle; above 1: never.
+// Advances by the gap, so no step leads into the triangle.
+double first_touch(const std::array<Vec3, 3>& triangle, const MovingSphere& sphere, double exact) {
+  constexpr int most_steps = 64;  // spheres that need more glance off
+  const double length = sphere.motion.norm();
   double share = 0.0;
   for (int k = 0; k < most_steps && share <= 1.0; ++k) {
-    const double gap = distance_to(triangle, centre + share * motion) - radius;
+    const double gap = distance_to(triangle, sphere.centre + share * sphere.motion) - sphere.radius;
     if (gap <= exact) return share;
     share += gap / length;
   }
@@ -53,7 +52,8 @@ SphereContact contact_at(const Vec3& centre, double radius, const Vec3& point, c
   return {centre - radius * normal, point, normal, (centre - point).dot(normal) - radius};
 }
 
-// The nearest, then again and again the one whose normal is farthest from those of all before it.
+// Keeps the first contact, then repeatedly the one whose normal differs most from those already
+// kept.
 void keep_most_different(std::vector<SphereContact>& contacts, std::size_t most) {
   if (contacts.size() <= most) return;
   for (std::size_t n = 1; n < most; ++n) {
@@ -96,8 +96,8 @@ std::optional<SphereContact> contact_ahead(const Vec3& centre, double radius,
   return contact_at(centre, radius, other_centre + other_radius * normal, normal);
 }
 
-void SphereOnTriangles::look(const std::vector<std::array<Vec3, 3>>& triangles, const Vec3& centre,
-                             double reach) {
+void SphereOnTriangles::find_near(const std::vector<std::array<Vec3, 3>>& triangles,
+                                  const Vec3& centre, double reach) {
   near_.clear();
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     if (!may_reach(triangles[t], centre, reach)) continue;
@@ -109,11 +109,12 @@ void SphereOnTriangles::look(const std::vector<std::array<Vec3, 3>>& triangles, 
   }
 }
 
-// Nearest on every triangle that shares the part, and told by the first of them.
+// True if the point is the closest one of every triangle that shares its feature, and `at` is the
+// first of these triangles.
 bool SphereOnTriangles::least_around(const std::vector<std::array<Vec3, 3>>& triangles,
                                      const Near& at) const {
   if (at.closest == all_corners) return true;
-  const double reach = at.distance * (1.0 + 1e-9);  // what has the part in it is no farther
+  const double reach = at.distance * (1.0 + 1e-9);  // triangles with this feature are no farther
   for (const Near& other : near_) {
     if (&other == &at || other.distance > reach) continue;
     unsigned shared = 0, met = 0;
@@ -127,18 +128,18 @@ bool SphereOnTriangles::least_around(const std::vector<std::array<Vec3, 3>>& tri
   return true;
 }
 
-// What the sphere meets on its way counts where it is least around as the sphere stands then; its
-// plane is the one met.
+// First contacts along the motion. A contact counts if the distance has a local minimum there when
+// the sphere touches.
 void SphereOnTriangles::find_ahead(const std::vector<std::array<Vec3, 3>>& triangles,
-                                   const Vec3& centre, double radius, double exact,
-                                   const Vec3& motion) {
+                                   const MovingSphere& sphere, double exact) {
+  const auto& [centre, radius, motion] = sphere;
   const double reach = radius + exact + motion.norm();
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     if (!may_reach(triangles[t], centre, reach)) continue;
-    const double share = first_touch(triangles[t], centre, radius, exact, motion);
+    const double share = first_touch(triangles[t], sphere, exact);
     if (share == 0.0 || share > 1.0) continue;
     const Vec3 there = centre + share * motion;
-    look(triangles, there, radius + 2.0 * exact);
+    find_near(triangles, there, radius + 2.0 * exact);
     const auto at = std::find_if(near_.begin(), near_.end(), [&](const Near& n) {
       return n.triangle == static_cast<Index>(t);
     });
@@ -151,40 +152,42 @@ void SphereOnTriangles::find_ahead(const std::vector<std::array<Vec3, 3>>& trian
       continue;
     ahead_.push_back(contact_at(centre, radius, at->point, normal));
   }
-  std::stable_sort(
-      ahead_.begin(), ahead_.end(), [&](const SphereContact& a, const SphereContact& b) {
-        return a.gap * -motion.dot(b.normal) < b.gap * -motion.dot(a.normal);  // the first first
-      });
+  const auto sooner = [way = motion](const SphereContact& a, const SphereContact& b) {
+    return a.gap * -way.dot(b.normal) < b.gap * -way.dot(a.normal);
+  };
+  std::stable_sort(ahead_.begin(), ahead_.end(), sooner);
 }
 
-void SphereOnTriangles::find(const std::vector<std::array<Vec3, 3>>& triangles, const Vec3& centre,
-                             double radius, double near, const Vec3& motion, std::size_t most,
+void SphereOnTriangles::find(const std::vector<std::array<Vec3, 3>>& triangles,
+                             const MovingSphere& sphere, double near, std::size_t most,
                              std::vector<SphereContact>& contacts) {
+  const auto& [centre, radius, motion] = sphere;
   const bool moves = motion.norm() > near;
   touching_.clear(), ahead_.clear();
-  look(triangles, centre, radius + near);
+  find_near(triangles, centre, radius + near);
   for (const Near& at : near_) {
     if (!least_around(triangles, at)) continue;
     Vec3 normal = centre - at.point;
     if (at.distance > 1e-12 * radius) {
       normal /= at.distance;
-    } else {  // but for rounding the centre lies in the surface
+    } else {  // the centre lies in the surface, apart from rounding
       const auto& [a, b, c] = triangles[at.triangle];
       normal = (b - a).cross(c - a).normalized();
     }
     const SphereContact contact = contact_at(centre, radius, at.point, normal);
-    // Where its plane lies in the way, whether the surface does is seen below.
+    // If the plane of the contact obstructs the motion, find_ahead() decides whether the surface
+    // does.
     if (!moves || contact.gap <= 0.1 * near || -motion.dot(normal) <= contact.gap)
       touching_.push_back(contact);
   }
   std::stable_sort(touching_.begin(), touching_.end(),
                    [](const auto& a, const auto& b) { return a.gap < b.gap; });
-  Vec3 left = motion;  // what the touching ones leave of it
+  Vec3 left = motion;  // the motion that touching contacts allow
   for (int pass = 0; pass < 2; ++pass)
     for (const SphereContact& contact : touching_)
       left +=
           std::max(0.0, -left.dot(contact.normal) - std::max(0.0, contact.gap)) * contact.normal;
-  if (left.norm() > near) find_ahead(triangles, centre, radius, 1e-4 * radius, left);
+  if (left.norm() > near) find_ahead(triangles, {centre, radius, left}, 1e-4 * radius);
   keep_most_different(touching_, ahead_.empty() ? most : most - 1);
   contacts.insert(contacts.end(), touching_.begin(), touching_.end());
   for (std::size_t k = 0; k < ahead_.size() && contacts.size() < most; ++k)

@@ -1,5 +1,5 @@
-// Where spheres touch one another and surfaces of triangles, or first will on a straight way,
-// before any engine sees it.
+// Contacts of spheres with each other and with triangle surfaces, at their positions or first along
+// a straight motion. Independent of Bullet.
 #pragma once
 
 #include <array>
@@ -13,42 +13,48 @@ namespace loomstone {
 struct SphereContact {
   Vec3 on_sphere, on_other;  // [m]
   Vec3 normal;               // from the other to the sphere, unit length
-  double gap;                // along it, negative where they overlap [m]
+  double gap;                // along the normal, negative for overlaps [m]
 };
 
-// With another sphere.
+// Contact with another sphere.
 SphereContact sphere_contact(const Vec3& centre, double radius, const Vec3& other_centre,
                              double other_radius);
-// Where they first touch while the sphere moves past by `motion` [m], seen from where it is now.
+// First contact with another sphere during the relative `motion` [m], with its gap at the start.
 std::optional<SphereContact> contact_ahead(const Vec3& centre, double radius,
                                            const Vec3& other_centre, double other_radius,
                                            const Vec3& motion);
 
-// With triangles: the places where the centre's distance to their surface has a local minimum. What
-// is closest on an edge or a corner of one triangle counts only where it is closest on all that
-// share that edge or corner (whose coordinates are equal bit for bit): a sphere that rolls over a
-// plane is not held up by the edges within it.
+// A sphere that moves by `motion` [m] in the step.
+struct MovingSphere {
+  Vec3 centre;
+  double radius;
+  Vec3 motion;
+};
+
+// Contacts with triangles are the points where the distance of the centre to their surface has a
+// local minimum. A point on an edge or corner of a triangle counts only if it is the closest point
+// of all triangles with that edge or corner (whose coordinates are equal bit for bit), so edges
+// inside a plane do not obstruct a sphere that rolls over it.
 class SphereOnTriangles {
  public:
-  // Adds those with a gap of at most `near`, then those that the sphere first touches while it
-  // moves by `motion` [m]; at most `most` in all, of more those whose normals differ most, and one
-  // ahead.
-  void find(const std::vector<std::array<Vec3, 3>>& triangles, const Vec3& centre, double radius,
-            double near, const Vec3& motion, std::size_t most,
-            std::vector<SphereContact>& contacts);
+  // Adds contacts with a gap of at most `near`, then the first contacts during the motion. If there
+  // are more than `most`, keeps those with the most different normals and one contact ahead.
+  void find(const std::vector<std::array<Vec3, 3>>& triangles, const MovingSphere& sphere,
+            double near, std::size_t most, std::vector<SphereContact>& contacts);
 
  private:
   struct Near {
     Index triangle;
     Vec3 point;
     double distance;   // from the centre
-    unsigned closest;  // bit k: corner k belongs to the part of the triangle that is closest
+    unsigned closest;  // bit k: corner k belongs to the closest feature of the triangle
   };
-  // Fills near_ with what lies within `reach` of a place of the centre.
-  void look(const std::vector<std::array<Vec3, 3>>& triangles, const Vec3& centre, double reach);
+  // Fills near_ with the triangles within `reach` of a position of the centre.
+  void find_near(const std::vector<std::array<Vec3, 3>>& triangles, const Vec3& centre,
+                 double reach);
   bool least_around(const std::vector<std::array<Vec3, 3>>& triangles, const Near& at) const;
-  void find_ahead(const std::vector<std::array<Vec3, 3>>& triangles, const Vec3& centre,
-                  double radius, double exact, const Vec3& motion);
+  void find_ahead(const std::vector<std::array<Vec3, 3>>& triangles, const MovingSphere& sphere,
+                  double exact);
 
   std::vector<Near> near_;  // in the order of the triangles
   std::vector<SphereContact> touching_, ahead_;

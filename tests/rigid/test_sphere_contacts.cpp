@@ -21,7 +21,7 @@ std::vector<SphereContact> contacts_on(const TriangleMesh& mesh, const Vec3& cen
     triangles.push_back(
         {x.row(t[0]).transpose(), x.row(t[1]).transpose(), x.row(t[2]).transpose()});
   std::vector<SphereContact> contacts;
-  SphereOnTriangles().find(triangles, centre, radius, near, motion, 4, contacts);
+  SphereOnTriangles().find(triangles, {centre, radius, motion}, near, 4, contacts);
   return contacts;
 }
 
