@@ -17,7 +17,7 @@ namespace {
 using Catch::Contains;
 namespace fs = std::filesystem;
 
-// An empty folder, gone at the end of the test.
+// An empty folder that is removed at the end of the test.
 struct Folder {
   fs::path path =
       fs::temp_directory_path() / ("loomstone_mesh_" + std::to_string(std::random_device{}()));
@@ -37,7 +37,7 @@ std::string content_of(const std::string& path) {
   return text.str();
 }
 
-// A curved mesh of two panels that meet along a welded seam; coordinates with all digits.
+// A curved mesh of two panels that meet along a welded seam; coordinates use all digits.
 TriangleMesh two_panels() {
   const TriangleMesh flat = jittered_grid(1.0 / 3.0, 0.1, 6, 3, 0.2);
   Points vertices = flat.vertices();
@@ -119,7 +119,7 @@ TEST_CASE(
   expected << 0, 1, 2, 0, 2, 3, 1, 4, 5, 1, 5, 2;
   CHECK(mesh.triangles() == expected);
   CHECK(mesh.vertices().row(5) == Eigen::RowVector3d(2, 1, 0));
-  CHECK_FALSE(mesh.has_uv());  // no face refers to the vt
+  CHECK_FALSE(mesh.has_uv());  // no face refers to a vt
 }
 
 TEST_CASE("malformed OBJ files are refused with file and line") {
@@ -207,7 +207,7 @@ TEST_CASE("a PLY file cut short anywhere is refused, never read as a smaller mes
   for (const bool text : {false, true}) {
     write_mesh(whole_path, two_panels(), text);
     const std::string whole = content_of(whole_path);
-    // Text may lose its last line end and digits of its last number; stop before that.
+    // Text without its last line end, or without digits of its last number, is still valid.
     for (std::size_t length = 0; length < whole.size() - (text ? 25 : 0);
          length += length < 400 ? 7 : 101) {
       INFO(length);

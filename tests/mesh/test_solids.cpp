@@ -40,8 +40,8 @@ constexpr double degree = M_PI / 180.0;
 TEST_CASE(
     "closed generators face outward, are closed, and have volume and Euler characteristic of their "
     "kind") {
-  // Wall of the funnel below by Pappus' rule: areas of the section times the radius of their
-  // centres. Cone and tube overlap in a kite below the inner corner; each rim adds half a disc.
+  // Volume of the funnel's wall by Pappus' rule: areas of the section times the radii of their
+  // centroids. Cone and tube overlap in a kite below the inner corner; each rim adds half a disc.
   const double top = 0.3, bottom = 0.1, height = 0.2, tube = 0.15, wall = 0.02,
                s = std::sqrt(0.5);  // cone of 45 degrees
   const double half_disc = M_PI * wall * wall / 8.0;
@@ -60,10 +60,10 @@ TEST_CASE(
     double volume;  // of the smooth body [m^3]
     double tolerance;
     Index euler;            // 2: sphere, 0: ring
-    double smallest_angle;  // as measured, with little room: contacts dislike slivers
+    double smallest_angle;  // measured, with a small margin, because slivers harm contacts
   };
-  // n segments round a circle lose 2 pi^2 / (3 n^2) of its area; spheres and rims lose in two
-  // directions.
+  // A polygon with n sides loses 2 pi^2 / (3 n^2) of the area of its circle; spheres and rims lose
+  // as much in a second direction.
   const Case cases[] = {
       {"icosphere", icosphere(0.5, 4), M_PI / 6.0, 0.003, 2, 53.0 * degree},
       {"cube", box(1.0, 1.0, 1.0, 4), 1.0, 1e-12, 2, 44.9 * degree},

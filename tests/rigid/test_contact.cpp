@@ -1,4 +1,4 @@
-// Claims about bodies that touch.
+// Claims about bodies in contact.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -18,12 +18,13 @@ double clearance(const RigidWorld& world, const RigidState& state, Index body,
   return world_vertices(state, body, mesh, world.mass_properties()[body]).col(2).minCoeff();
 }
 
-// Distance slid down an incline of `slope` [rad] within `seconds` by a box of friction mu.
+// Distance that a box with friction mu slides down an incline of `slope` [rad] within `seconds`
+// [m].
 double slide(double slope, double mu, double seconds, const std::string& shape) {
   RigidObstacle incline = floor_of(4.0, 8, mu);
   RigidBody brick = body_of(box(0.2, 0.2, 0.1), shape, Vec3(0.03, 0.02, 0.05));
   brick.friction = mu;
-  // The incline lies flat; gravity is turned instead.
+  // The incline is horizontal; gravity is rotated instead.
   RigidWorld world({brick}, {incline}, Vec3(9.81 * std::sin(slope), 0, -9.81 * std::cos(slope)));
   RigidState state = world.initial_state();
   const Vec3 start = state.positions.row(0).transpose();
@@ -215,8 +216,8 @@ TEST_CASE("a turning floor takes a brick round") {
 }
 
 TEST_CASE("a surface that swells throws a ball up as fast as it moves there") {
-  // The plane z = c t^2 (x + 1/2) turns about an edge and stretches: under the ball it rises at c
-  // t.
+  // The plane z = c t^2 (x + 1/2) rotates about an edge and stretches: it rises at c t under the
+  // ball.
   const RigidObstacle flat = floor_of(1.0, 4);
   RigidBody ball = body_of(icosphere(0.05, 3), "sphere", Vec3(0, 0, 0.05));
   RigidWorld world({ball}, {deforming(flat)}, gravity);
@@ -231,15 +232,15 @@ TEST_CASE("a surface that swells throws a ball up as fast as it moves there") {
     world.advance(h, none, none, ObstaclePlaces({RigidPose{}}, x), state);
     if (i * h <= end) carried = state.velocities(0, 2);
   }
-  // d/dt of c t^2 / 2 at the end is 1 m/s; it slides towards the hinge meanwhile. Then it flies:
-  // 0.15 s later g has turned it.
+  // At the end d/dt of c t^2 / 2 is 1 m/s, while the ball slides towards the hinge. Then it flies,
+  // and 0.15 s later gravity has reversed its velocity.
   CHECK(carried == Approx(1.0).epsilon(0.15));
   CHECK(state.velocities(0, 2) == Approx(carried - 9.81 * 0.15).margin(0.02));
 }
 
 TEST_CASE("a fast small ball does not pass through a thin floor") {
   RigidBody ball = body_of(icosphere(0.005, 2), "sphere", Vec3(0.01, 0.02, 0.5));
-  ball.velocity = Vec3(0, 0, -50.0);  // ten radii a step
+  ball.velocity = Vec3(0, 0, -50.0);  // ten radii per step
   RigidWorld world({ball}, {floor_of(1.0, 2)}, gravity);
   RigidState state = world.initial_state();
   run(world, state, 1e-3, 200, 1);

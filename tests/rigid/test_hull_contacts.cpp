@@ -1,5 +1,5 @@
-// Claims about where convex polyhedra touch triangles, and about bodies of few corners thrown on
-// them.
+// Claims about contacts of convex polyhedra with triangles, and about bodies with few corners
+// thrown on them.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -144,8 +144,8 @@ TEST_CASE("what is thrown on a floor gains no energy, comes to rest, and lies on
           world.advance(1e-3, none, none, places, state);
           most = std::max(most, energy() - before), before = energy();
         }
-        CHECK(most < mass.mass * 9.81 * fastest *
-                         1e-3);  // it is lifted out of what it fell into within a step
+        CHECK(most <
+              mass.mass * 9.81 * fastest * 1e-3);  // it is pushed out of the overlap after one step
         const double z = state.positions(0, 2);
         CHECK(std::any_of(heights[k].begin(), heights[k].end(),
                           [&](double h) { return std::abs(z - h) < 2e-6; }));
@@ -204,14 +204,14 @@ RigidObstacle room(double size) {
 TEST_CASE(
     "bodies come to rest for good in corners, over posts, on fine floors, on flat ends of many "
     "corners") {
-  // In a corner all three planes bear, each by corners of its own.
+  // In a corner of the room all three planes bear the body, each with its own corners.
   for (const std::string shape : {"box", "convex"}) {
     const Rest in_corner = come_to_rest(
         body_of(box(0.04, 0.03, 0.01), shape, Vec3(0.0201, 0.0151, 0.006)), room(0.3), 1000);
     CHECK(in_corner.speed < 1e-9);
     CHECK(std::abs(in_corner.at.z() - 0.005) < 1e-6);
   }
-  // Larger than what it lies on: no side of that is taken for what bears it.
+  // The body is larger than the obstacle it lies on; no side of the obstacle counts as its support.
   for (const Index cells : {1, 8}) {
     const RigidObstacle post{shared(box(0.04, 0.03, 0.02, cells).moved(Vec3(0, 0, -0.01))), 0.3,
                              Vec3::Zero(), Vec4(1, 0, 0, 0), Points(0, 3)};
@@ -223,8 +223,7 @@ TEST_CASE(
     CHECK(on_post.speed < 1e-6);
     CHECK(std::abs(on_post.at.z() - 0.04) < 1e-6);
   }
-  // Cells finer than the distance at which contacts are made: of more than four points those that
-  // bear are kept.
+  // Cells are finer than the contact distance: of more than four points the bearing ones are kept.
   RigidBody rod = body_of(
       cylinder(0.004, 0.027, 14)
           .moved(Vec3::Zero(), about(Vec3::UnitY(), M_PI / 2) * about(Vec3::UnitZ(), M_PI / 14)),

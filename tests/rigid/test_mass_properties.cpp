@@ -10,8 +10,8 @@ using namespace loomstone;
 
 namespace {
 
-// Long double sums about the origin, by another formula: inertia from the second moments of each
-// tetrahedron's corners and centroid (the quadrature with weights 1/20 and 16/20, exact for
+// Sums in long double about the origin by another formula: inertia from the second moments of the
+// corners and centroid of each tetrahedron (the quadrature with weights 1/20 and 16/20, exact for
 // quadratics).
 MassProperties by_quadrature(const TriangleMesh& mesh, double density) {
   MassProperties result;
@@ -101,7 +101,7 @@ TEST_CASE("open, inside-out and flat meshes have no mass") {
   swapped.col(0).swap(swapped.col(1));
   CHECK_THROWS_WITH(mass_properties(TriangleMesh(good.vertices(), swapped), 1.0),
                     Catch::Contains("inside-out"));
-  // Squashed along a diagonal every face keeps some area, the body no volume.
+  // A body squashed along a diagonal has no volume, but every face has some area.
   const Vec3 diagonal = Vec3(1, 2, 3).normalized();
   const Points flat = good.vertices() - good.vertices() * diagonal * diagonal.transpose();
   CHECK_THROWS_WITH(mass_properties(TriangleMesh(flat, good.triangles()), 1.0),

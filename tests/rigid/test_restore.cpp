@@ -1,4 +1,4 @@
-// Claims about worlds built anew from a state.
+// Claims about worlds restored from a state.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -22,8 +22,7 @@ bool same_bits(const RigidState& a, const RigidState& b) {
          a.manifolds == b.manifolds;
 }
 
-// Five boxes on one another, spheres thrown at them, a body of two parts, a hull and a floor that
-// sways.
+// A stack of five boxes, spheres thrown at it, a body with two parts, a hull and a swaying floor.
 struct Pile {
   std::vector<RigidBody> bodies;
   std::vector<RigidObstacle> obstacles{floor_of(2.0, 4, 0.5)};
@@ -51,8 +50,8 @@ struct Pile {
                          quaternion_from_rotation_vector(Vec3(0, 0, 0.1 * t))};
     world.advance(step, none, none, ObstaclePlaces({pose}), state);
   }
-  // Steps first .. last - 1 from a complete state, rebuilding every 40; the state is complete again
-  // afterwards.
+  // Steps first .. last - 1 from a complete state, with a rebuild every 40; leaves a complete
+  // state.
   void run(RigidWorld& world, RigidState& state, int first, int last) const {
     for (int i = first; i < last; ++i) {
       if (i % 40 == 0) {
@@ -81,7 +80,7 @@ TEST_CASE("a world restored at a rebuild goes on bit for bit as the one that ran
     RigidState state = saved;
     pile.run(resumed, state, stop, stop + 500);
     CHECK(same_bits(state, through));
-    CHECK(state.manifolds.size() > 1000);  // there was something to carry
+    CHECK(state.manifolds.size() > 1000);  // there are contacts to restore
   }
 }
 
@@ -106,7 +105,7 @@ TEST_CASE("restoring and saving at once keeps the state") {
   world.restore(copy);
   world.save(copy);
   CHECK((copy.positions - state.positions).norm() == 0.0);
-  // Pairs whose boxes have parted or met within the last step may differ.
+  // Pairs whose boxes separated or met within the last step may differ.
   CHECK(copy.manifolds.size() > 0.8 * state.manifolds.size());
   CHECK(copy.manifolds.size() < 1.2 * state.manifolds.size());
 }
@@ -127,7 +126,7 @@ TEST_CASE("rebuilding often does not disturb a stack") {
 }
 
 TEST_CASE("a restored world knows where its obstacles were") {
-  // The floor rises at 1 m/s: were its pose lost, the next step would throw the brick.
+  // The floor rises at 1 m/s: if its pose were lost, the next step would throw the brick.
   const bool deforms = GENERATE(false, true);
   CAPTURE(deforms);
   const RigidObstacle flat = floor_of(1.0, 2);

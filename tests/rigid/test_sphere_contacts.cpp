@@ -1,5 +1,4 @@
-// Claims about where spheres touch, and about spheres that come too fast to be stopped by what they
-// overlap already.
+// Claims about contacts of spheres, and about spheres too fast for contacts at overlaps alone.
 #include <catch2/catch.hpp>
 
 #include <array>
@@ -132,7 +131,7 @@ TEST_CASE("balls that come at 3 m/s, 3 mm in a step, do not enter floors or one 
       run(world, state, 1e-3, 1, 1);
       CHECK(state.positions(0, 2) > radius - 1e-6);
     }
-    // It keeps what it had along the floor, which has no friction and no edges that hold it up.
+    // It keeps its velocity along the floor, which has no friction and no obstructing edges.
     CHECK(state.velocities(0, 0) == Approx(towards.x()).epsilon(1e-9).margin(1e-12));
     CHECK(state.positions(0, 2) < radius + 1e-4);
   }
@@ -151,7 +150,7 @@ TEST_CASE("balls that come at 3 m/s, 3 mm in a step, do not enter floors or one 
 
 TEST_CASE("balls that bounce are thrown back where they touch, no sooner, and keep their energy") {
   for (const double gap :
-       {0.0, 0.03e-3, 0.08e-3, 0.5e-3}) {  // left before the step in which they meet
+       {0.0, 0.03e-3, 0.08e-3, 0.5e-3}) {  // remaining gap before the step in which they meet
     CAPTURE(gap);
     const double x = 0.005 + 0.01 + 0.5 * gap;
     RigidWorld world(
@@ -170,8 +169,8 @@ TEST_CASE("balls that bounce are thrown back where they touch, no sooner, and ke
 }
 
 TEST_CASE("a ball that passes others within its reach is not held up by them") {
-  // Its path leaves a gap of 0.3 mm, as much as a plane that touches the other ball would cut from
-  // a step.
+  // Its path leaves a gap of 0.3 mm, the distance by which a plane that touches the other ball
+  // would shorten a step.
   RigidWorld world(
       {ball_at(Vec3(-0.02, 0.0103, 0), Vec3(2, 0, 0)), ball_at(Vec3::Zero(), Vec3::Zero())}, {},
       Vec3::Zero());

@@ -1,4 +1,4 @@
-// Bodies and worlds that several files of claims share.
+// Bodies and worlds shared by several files of claims.
 #pragma once
 
 #include <memory>
@@ -27,13 +27,13 @@ inline RigidObstacle floor_of(double size, Index cells, double friction = 0.3) {
           Points(0, 3)};
 }
 
-// The same as a surface that deforms: its vertices are given, no pose.
+// The same obstacle as a surface that deforms, given by its vertices instead of a pose.
 inline RigidObstacle deforming(RigidObstacle obstacle) {
   obstacle.vertices = obstacle.mesh->vertices();
   return obstacle;
 }
 
-// Without impulses; obstacles stay at their start.
+// Advances without impulses; obstacles stay where they start.
 inline void run(RigidWorld& world, RigidState& state, double step, int n_steps,
                 std::size_t n_obstacles) {
   const Points none = Points::Zero(state.positions.rows(), 3);

@@ -76,7 +76,7 @@ inline ClothRun make_run(const TriangleMesh& mesh, const ClothMaterial& material
   return run;
 }
 
-// The model must stay where it is afterwards: stages keep references to it.
+// Makes the stages. They keep references to the model, so `run` must not be moved afterwards.
 inline void start(ClothRun& run, const IntegratorOptions& options) {
   run.elasticity = std::make_unique<Elasticity>(run.model, bending_treatment(options, run.model));
   run.integrator = make_integrator(options, run.model, *run.elasticity);

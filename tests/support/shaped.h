@@ -1,4 +1,4 @@
-// A mesh lifted to the heights of a function of x and y; rest coordinates stay.
+// A mesh lifted to the heights given by a function of x and y; rest coordinates stay.
 #pragma once
 
 #include "core/mesh/triangle_mesh.h"

@@ -1,4 +1,4 @@
-// Meshes, materials and solves that the tests of bending share.
+// Meshes, materials and solves shared by the tests of bending.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@ namespace loomstone::test {
 Mat3 isotropic(double b, double nu);  // D for (kxx, kyy, 2 kxy) [N m]
 Mat3 some_rigidity();                 // full, orthotropic with couplings [N m]
 
-// Flat mesh in z = 0 as it lies; material axes turned by `angle` [rad] against x.
+// Setup of a flat mesh in z = 0; material axes rotated by `angle` [rad] against x.
 BendingSetup flat_setup(const Points& vertices, const Triangles& triangles, const Mat3& rigidity,
                         double angle = 0.0);
 BendingSetup flat_setup(const TriangleMesh& mesh, const Mat3& rigidity, double angle = 0.0);
@@ -21,7 +21,8 @@ std::unique_ptr<Bending> make_bending(const std::string& element,
 
 Points noise(Index n, double size, unsigned seed);
 
-// Strip from x = 0 (clamp line) to x = length, with two pinned rows at x <= 0; y from 0 to width.
+// Strip from x = 0 (clamp line) to x = length, with two prescribed rows at x <= 0; y from 0 to
+// width.
 struct Strip {
   Points vertices;
   Triangles triangles;
@@ -32,18 +33,17 @@ struct Strip {
 // pattern: alternating | diagonal | mirrored | jittered | along (45 degrees, diagonals along) |
 // across.
 Strip make_strip(const std::string& pattern, double length, double width, Index across);
-// Delaunay of random points; smoothing: rounds of relaxation, 0 leaves slivers. least_angle [rad]
-// may be null.
+// Delaunay triangulation of random points; smoothing: rounds of relaxation, 0 keeps slivers.
+// least_angle [rad] may be null.
 Strip random_strip(double length, double width, Index across, unsigned seed, int smoothing,
                    double* least_angle = nullptr);
 
 Vector lumped_areas(const Points& vertices, const Triangles& triangles);  // [m^2]
 
-// Deflections of a flat sheet under unit load per area, small deflections, pinned vertices held
-// [m].
+// Small deflections of a flat sheet under unit load per area [m].
 Vector deflections(const Points& vertices, const Triangles& triangles,
                    const std::vector<std::uint8_t>& pinned, const Bending& bending);
-// Their mean at the tip of a strip.
+// Mean deflection at the tip of a strip [m].
 double tip_deflection(const Strip& strip, const Bending& bending);
 
 }  // namespace loomstone::test

@@ -1,16 +1,15 @@
-// Raw and smoothed unstructured meshes for tests: Delaunay triangulation of seeded random points,
-// nothing improved.
+// Unstructured meshes for tests: Delaunay triangulations of seeded random points, raw or smoothed.
 #pragma once
 
 #include "core/base/types.h"
 
 namespace loomstone::test {
 
-// Points (n x 3, z = 0) of a rectangle that has its four corners among them. Bowyer, Comput. J. 24
-// (1981).
+// Triangulates points (n x 3, z = 0) of a rectangle, its four corners included, by the algorithm of
+// Bowyer, Comput. J. 24 (1981).
 Triangles delaunay(const Points& points);
 
-// Rectangle [x0, x1] x [0, width]: boundary points at distance h, inside one random point in each
+// Rectangle [x0, x1] x [0, width] with boundary points at distance h and one random inner point per
 // cell of h x h. smoothing: rounds of moving inner points to the mean of their neighbours (0: raw,
 // with slivers).
 struct PointMesh {

@@ -1,5 +1,5 @@
-// Bending against beam theory. Clamp lines are meshed, two rows are pinned, rule (R) holds, Poisson
-// ratio 0 where not said.
+// Claims about bending against beam theory. Clamps are two prescribed rows with edges along the
+// clamp line; the Poisson ratio is 0 unless stated.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -47,7 +47,8 @@ TEST_CASE("a mid-edge cantilever sags as beam theory says on raw meshes with sli
   for (unsigned seed = 1; seed <= 12; ++seed) {
     double angle = 0.0;
     const Strip strip = random_strip(1.0, 0.2, across, seed, 0, &angle);
-    if (angle < 1.0 * M_PI / 180) continue;  // nearer to nothing than the element is made for
+    if (angle < 1.0 * M_PI / 180)
+      continue;  // the element is not made for triangles almost without area
     BendingSetup setup = flat_setup(strip.vertices, strip.triangles, isotropic(1.0, 0.0));
     setup.pinned = strip.pinned;
     const auto bending = make_midedge_bending(setup);
@@ -56,7 +57,7 @@ TEST_CASE("a mid-edge cantilever sags as beam theory says on raw meshes with sli
     CHECK(ratio == Approx(1.0).epsilon(0.01));
     least = std::min(least, angle), worst = std::max(worst, std::abs(ratio - 1.0));
   }
-  CHECK(least < 3.0 * M_PI / 180);  // slivers there were: 1.3 degrees at 4 across
+  CHECK(least < 3.0 * M_PI / 180);  // the meshes contain slivers: 1.3 degrees at 4 across
   UNSCOPED_INFO(across << " across: worst " << worst);
 }
 
@@ -80,7 +81,7 @@ TEST_CASE(
       if (!edge[i] && i != centre) x.block<1, 2>(i, 0) += shift.block<1, 2>(i, 0);
     }
     BendingSetup setup = flat_setup(x, mesh.triangles(), isotropic(1.0, 0.3));
-    setup.pinned = edge;  // one row of vertices held: a simple support
+    setup.pinned = edge;  // one prescribed row is a simple support
     const Vector z = deflections(x, mesh.triangles(), edge, *make_midedge_bending(setup));
     errors.push_back(std::abs(z[centre] / exact - 1.0));
   }
@@ -115,8 +116,8 @@ TEST_CASE("a strip cut on the bias sags by the rigidity that weft, warp and twis
   d(0, 1) = d(1, 0) = coupling;
   const Mat3 s = d.inverse();
   // No moment across and no twisting moment: 1 / B = (S11 + S22 + 2 S12 + S33) / 4 at 45 degrees.
-  // The clamp keeps a strip from twisting; what that costs falls with its width, a tenth of its
-  // length here.
+  // The clamp prevents twisting, which stiffens the strip. The effect decreases with the width,
+  // here a tenth of the length.
   const double compliance = 0.25 * (s(0, 0) + s(1, 1) + 2.0 * s(0, 1) + s(2, 2));
   CHECK(deflection_ratio({"midedge", pattern, 6, d, M_PI / 4, 0.1}, 1.0 / compliance) ==
         Approx(1.0).epsilon(0.02));
@@ -135,8 +136,8 @@ TEST_CASE("the hinge's rigidity along the axes of a grid is within 25 percent of
 TEST_CASE(
     "the hinge's rigidity in strips of smoothed irregular mesh is within 12 percent of B at 16 "
     "elements across, 18 at 6") {
-  // Outer edges carry no hinge: narrow strips are softer. Measured at the worst of four seeds:
-  // 0.833 at 6 elements across, 0.871 at 10, 0.883 at 16.
+  // Boundary edges have no hinge, so narrow strips are softer. Worst of four seeds: 0.833 at 6
+  // elements across, 0.871 at 10, 0.883 at 16.
   const auto [across, bound] = GENERATE(table<Index, double>({{6, 0.18}, {10, 0.14}, {16, 0.12}}));
   for (unsigned seed = 1; seed <= 4; ++seed) {
     const Strip strip = random_strip(1.0, 0.2, across, seed, 30);

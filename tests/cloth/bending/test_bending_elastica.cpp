@@ -1,4 +1,4 @@
-// Large deflections: the mid-edge element against the elastica.
+// Claims about large deflections: the mid-edge element against the elastica.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -43,8 +43,8 @@ double elastica_tip(double w, double& tip_x) {
   return z;
 }
 
-// Minimises membrane + bending - load by Newton with a line search on the energy; Gauss-Newton
-// where the Hessian is indefinite.
+// Minimises membrane + bending - load by Newton's method with a line search on the energy, with
+// Gauss-Newton if the Hessian is indefinite.
 class StaticSolve {
  public:
   StaticSolve(const Strip& strip, const Bending& bending, Membrane& membrane)
@@ -64,7 +64,7 @@ class StaticSolve {
     return membrane_.energy(team_, x) + bending_.energy(team_, x) + load * area_.dot(x.col(2));
   }
 
-  // Returns the norm of the residual over the load's.
+  // Returns the norm of the residual over that of the load.
   double iterate(Points& x, double load) {
     Points g = Points::Zero(n_, 3);
     membrane_.add_forces(team_, x, nullptr, 0, n_, g);

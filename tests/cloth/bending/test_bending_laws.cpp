@@ -1,4 +1,4 @@
-// Laws that both bending elements obey: derivatives, symmetries, damping, rest shapes.
+// Claims that hold for both bending elements: derivatives, symmetries, damping, rest shapes.
 #include <catch2/catch.hpp>
 
 #include <algorithm>
@@ -150,7 +150,7 @@ TEST_CASE(
         Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(0.5 * (k + k.transpose())).eigenvalues();
     CHECK(eigenvalues(0) >= -1e-13 * eigenvalues(eigenvalues.size() - 1));
   }
-  // Scales multiply and results are added.
+  // Scales are factors, and results are added to the matrix.
   const Eigen::MatrixXd both = dense(*bending, x, 2.0, 3.0);
   const Eigen::MatrixXd apart =
       2.0 * dense(*bending, x, 1.0, 0.0) + 3.0 * dense(*bending, x, 0.0, 1.0);
@@ -178,7 +178,7 @@ TEST_CASE(
   const Vec3 omega(0.3, -1.0, 0.7), shift(1.0, 2.0, -3.0);
   for (Index i = 0; i < n; ++i) rigid.row(i) = (shift + omega.cross(Vec3(x.row(i)))).transpose();
   const double scale =
-      (d * flat(noise(n, 3.0, 6))).norm();  // of a velocity as large that is not rigid
+      (d * flat(noise(n, 3.0, 6))).norm();  // of a velocity of the same size that is not rigid
   CHECK((forces(*bending, x, rigid) - elastic).norm() <= 1e-12 * scale);
 }
 

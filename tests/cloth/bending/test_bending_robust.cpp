@@ -1,4 +1,5 @@
-// Bending at the limits: threads and row ranges, folds, triangles without area, wrong input.
+// Claims about bending in extreme cases: threads and row ranges, folds, triangles without area,
+// wrong input.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -46,7 +47,7 @@ TEST_CASE(
     CAPTURE(threads);
     Points force = Points::Zero(n, 3);
     BlockMatrix matrix = empty;
-    // An element built anew, and rows in three ranges.
+    // A new element object, and three ranges of rows.
     const auto again = make_bending(element, setup);
     const Index cuts[4] = {0, 700, 1408, n};
     for (int r = 0; r < 3; ++r) {
@@ -87,9 +88,9 @@ TEST_CASE("a fold may close completely without a number that is not finite") {
 }
 
 TEST_CASE("a fold that passes through itself comes back from the other side") {
-  // Angles are not unwrapped: beyond pi the two triangles have passed through one another, which
-  // collisions prevent; cloth without collisions then opens the shorter way. What a user gets is
-  // the energy of the shape as it is, whatever the past.
+  // Angles are not unwrapped: beyond pi the two triangles have passed through each other, which
+  // collisions prevent. Cloth without collisions then opens the shorter way. The energy depends on
+  // the current shape alone.
   const std::string element = GENERATE("hinge", "midedge");
   CAPTURE(element);
   Points x(4, 3);
@@ -215,8 +216,8 @@ TEST_CASE(
   Index n_averaged = 0, n_valid = 0;
   for (unsigned seed = 1; seed <= 300; ++seed) {
     Points x = mesh.vertices();
-    x.leftCols<2>() += noise(mesh.n_vertices(), 0.7 / 3.0, seed)
-                           .leftCols<2>();  // some triangles turn over, others nearly
+    x.leftCols<2>() +=
+        noise(mesh.n_vertices(), 0.7 / 3.0, seed).leftCols<2>();  // some triangles turn over
     double least_height = 1.0;
     for (Index t = 0; t < mesh.n_triangles(); ++t) {
       const Vec3 a = x.row(mesh.triangles()(t, 0)), b = x.row(mesh.triangles()(t, 1)),
@@ -234,7 +235,7 @@ TEST_CASE(
   }
   CHECK(n_valid > 20);
   CHECK(n_averaged > 0);
-  // No regular mesh needs it.
+  // No regular mesh has averaged edges.
   CHECK(make_midedge_bending(flat_setup(mesh, rigidity))->averaged_edges() == 0);
 }
 

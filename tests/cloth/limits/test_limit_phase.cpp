@@ -22,7 +22,7 @@ StrainLimit exceeded() {
   return limit;
 }
 
-// A sheet stretched along weft as a whole.
+// A sheet stretched uniformly along weft.
 Points stretched(const TriangleMesh& mesh, double strain) {
   Points x = mesh.vertices();
   x.col(0) *= 1.0 + strain;
@@ -41,7 +41,7 @@ double tension(Sheet& s, const Points& x) {
 
 TEST_CASE("within its limits a sheet has no second phase") {
   Sheet s = make_sheet(orthotropic());
-  StrainLimit limit;  // above and below all that the sheet strains by (1.5 and -0.6 at most)
+  StrainLimit limit;  // outside the strains of the sheet, which lie in [-0.6, 1.5]
   limit.weft = limit.warp = 2.0, limit.shear = 1.0;
   limit.weft_min = limit.warp_min = -0.9;
   LimitPhase phase = phase_of(s, limit);
@@ -95,8 +95,9 @@ TEST_CASE("with a second phase the positive Jacobian stays positive semidefinite
   CHECK(eigenvalues.minCoeff() > -1e-12 * eigenvalues.maxCoeff());
 }
 
-// Weft limited to 10 %: the second phase is entered at 9 % and holds 300 times the modulus times
-// what is beyond, the third at 9.5 % and holds 3000 times the modulus times what is beyond that.
+// Weft limited to 10 %: the second phase begins at 9 % and adds 300 times the modulus times the
+// excess over 9 %, the third begins at 9.5 % and adds 3000 times the modulus times the excess
+// over 9.5 %.
 TEST_CASE(
     "before its limit a strip meets two phases one after another, and before those nothing more "
     "than without limit") {
@@ -114,8 +115,8 @@ TEST_CASE(
     phase.enter({}, x, 0, s.mesh.n_vertices());
     s.membrane.set_phase(phase.table(), phase.entered());
     const double more = (tension(s, x) - elastic) / 0.2;  // the sheet is 0.2 m wide [N/m]
-    // First Piola stress is stretch times S, S = the modulus times the stretch times what is
-    // beyond.
+    // The first Piola stress is the stretch times S, and S the modulus times the stretch times the
+    // excess.
     const double beyond = std::max(0.0, strain - 0.09) + 9.0 * std::max(0.0, strain - 0.095);
     const double expected = 300 * 300.0 * (1 + strain) * (1 + strain) * beyond;
     CHECK(more == Approx(expected).epsilon(1e-9).margin(1e-9));

@@ -1,4 +1,4 @@
-// One triangle against its limits.
+// Claims about limiting the strain of one triangle.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -15,7 +15,7 @@ using namespace loomstone::test;
 
 namespace {
 
-// The triangle strained by U = I + strain in its plane, turned in space and moved.
+// The triangle strained by U = I + strain in its plane, then rotated in space and moved.
 Points strained(const Corners2& corners, const Vec3& strain, const Mat3& turn) {
   Mat2 u;
   u << 1 + strain[0], strain[2], strain[2], 1 + strain[1];
@@ -69,7 +69,7 @@ Points thesis_correction(const LimitedCloth& cloth, const Points& x, const Vec3&
   return moved;
 }
 
-// One sweep with a tolerance far below what is violated.
+// One sweep with a tolerance far below the violation.
 Points corrected(const LimitedCloth& cloth, const Points& x, const char* method = "gauss-seidel") {
   StrainLimiter limiter(cloth, sweeping(method, 1e-15, 1));
   Points moved = x;
@@ -140,7 +140,7 @@ TEST_CASE(
       const LimitedCloth cloth = one_triangle(shape, mass, limit);
       const Points x = strained(shape, Vec3(1.0, 0.1, -0.6) * scale, some_turn(3));
       const Points moved = corrected(cloth, x);
-      // The plane of the triangle is that of x, y before the turn; there R = I.
+      // Before the rotation the triangle lies in the plane of x and y, where R = I.
       Mat2 dm, ds;
       dm << (shape.row(1) - shape.row(0)).transpose(), (shape.row(2) - shape.row(0)).transpose();
       Points flat = moved * some_turn(3);
@@ -186,8 +186,8 @@ TEST_CASE(
         cloth.fixed[free] = 0;
         const Points two = corrected(cloth, x);
         for (int k = 0; k < 3; ++k) CHECK((k == free || two.row(k) == x.row(k)));
-        // No small move of the free corner in the plane brings the tensor of strain nearer to the
-        // target.
+        // No small displacement of the free corner in the plane brings the strain tensor closer to
+        // the target.
         const auto miss = [&](const Points& p) {
           const Vec3 e = strain_of(cloth, p).row(0).transpose() - Vec3(0.05, 0.02, 0.02);
           return e[0] * e[0] + e[1] * e[1] + 2 * e[2] * e[2];

@@ -1,4 +1,4 @@
-// Sheets against their limits: sweeps of every kind.
+// Claims about limiting the strain of sheets, for every kind of sweep.
 #include <catch2/catch.hpp>
 
 #include <cmath>
@@ -18,7 +18,7 @@ StrainLimit limits_of(double weft, double warp, double shear) {
 
 TriangleMesh irregular() { return jittered_grid(1.0, 1.0, 20, 20, 0.2, 3); }
 
-// A sheet pulled, sheared and waved, more in some places than in others.
+// A sheet stretched, sheared and waved, non-uniformly.
 Points deformed(const TriangleMesh& mesh, double size) {
   Points x = mesh.vertices();
   for (Index i = 0; i < x.rows(); ++i) {
@@ -59,8 +59,8 @@ TEST_CASE(
     CHECK(strain.col(1).maxCoeff() <= 0.031 + 1e-12);
     CHECK(strain.col(2).cwiseAbs().maxCoeff() <= 0.041 + 1e-12);
     CHECK(momentum(cloth.mass, r.x - x).norm() < 1e-13);
-    // About the positions that each correction saw; over a sweep these differ from those of the
-    // start by the corrections.
+    // Angular momentum refers to the positions at each correction; within a sweep these differ from
+    // the initial positions by the corrections.
     CHECK(angular_momentum(cloth.mass, r.x, r.x).norm() < 1e-13);
     sweeps[i++] = r.report.sweeps;
   }
@@ -131,7 +131,7 @@ TEST_CASE(
   CHECK(limited(cloth, x, sweeping("gauss-seidel")).x == x);
   const Result edges = limited(cloth, x, sweeping("edges"));
   CHECK(strain_of(cloth, edges.x).col(2).cwiseAbs().mean() <
-        0.15);  // 0.3 is allowed, 0.2 was there
+        0.15);  // the shear of 0.2 is within the limit of 0.3
 }
 
 TEST_CASE("limits that pins make impossible are reported with the element that is worst") {
@@ -178,7 +178,7 @@ TEST_CASE("rates of strain come within their bound, momenta stay") {
   CHECK(v != before);
   CHECK(momentum(cloth.mass, v - before).norm() < 1e-11);
   CHECK(angular_momentum(cloth.mass, x, v - before).norm() < 1e-11);
-  // A rigid motion is no strain.
+  // A rigid motion causes no strain.
   Points turning(x.rows(), 3);
   for (Index i = 0; i < x.rows(); ++i)
     turning.row(i) =

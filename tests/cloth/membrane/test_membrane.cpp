@@ -1,4 +1,4 @@
-// Claims about the orthotropic membrane: method (2.7)-(2.36).
+// Claims about the orthotropic membrane, (2.7)-(2.36).
 #include <catch2/catch.hpp>
 
 #include <Eigen/Eigenvalues>
@@ -17,8 +17,8 @@ TEST_CASE("the membrane force is minus the gradient of its energy, with error of
     const double difference =
         (s.membrane.energy({}, x + step * d) - s.membrane.energy({}, x - step * d)) / (2 * step);
     const double error = std::abs(difference - exact) / std::abs(exact);
-    // Central differences: a tenth of the step, a hundredth of the error (until rounding, 1e-16 /
-    // 1e-5, takes over).
+    // Central differences: a tenth of the step gives a hundredth of the error, until rounding,
+    // 1e-16 / 1e-5, dominates.
     if (previous > 1e-9) CHECK(error < previous / 90.0 + 1e-10);
     previous = error;
   }
@@ -181,7 +181,7 @@ TEST_CASE("a strip cut along weft, warp or bias and pulled has the strain of its
     }
     const Vec2 traction = 0.1 * (u * (p * d));  // width times F S d
     CHECK((pull - traction).norm() < 1e-12);
-    // Young's modulus along weft and warp is what the material says.
+    // Young's modulus along weft and warp is that of the material.
     if (degrees == 0.0) CHECK(e(0, 0) == Approx(p / material.weft_stiffness).epsilon(1e-12));
     if (degrees == 90.0) CHECK(e(1, 1) == Approx(p / material.warp_stiffness).epsilon(1e-12));
   }
@@ -189,8 +189,8 @@ TEST_CASE("a strip cut along weft, warp or bias and pulled has the strain of its
 
 namespace {
 
-// Jacobian of the co-rotational model, (2.36): of every triangle the linear stiffness A B_i^T C
-// B_k, turned by the rotation R (3 x 2) of F = R U.
+// Jacobian of the co-rotational model, (2.36): the linear stiffness A B_i^T C B_k of every
+// triangle, rotated by R (3 x 2) of F = R U.
 Eigen::MatrixXd corotational_jacobian(const TriangleMesh& mesh, const MembraneConstants& c,
                                       const Points& x) {
   Eigen::MatrixXd k = Eigen::MatrixXd::Zero(3 * x.rows(), 3 * x.rows());
@@ -236,7 +236,7 @@ TEST_CASE(
   const Eigen::MatrixXd at_rest = dense(rest);
   CHECK((corotational_jacobian(s.mesh, c, s.mesh.vertices()) - at_rest).norm() <
         1e-12 * at_rest.norm());  // without stress: one
-  // Pulled by a tenth, and turned, so that the co-rotational model has a rotation to follow.
+  // Stretched by a tenth and rotated, so that the co-rotational model has a rotation to follow.
   const Mat3 turn = Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()).toRotationMatrix();
   Points x = s.mesh.vertices();
   x.col(0) *= 1.1;
