@@ -71,12 +71,12 @@ std::pair<Points, LimitReport> limited(const py::object& points, const TriangleM
   cloth.limits = {strain_limit};
   cloth.limit_of.assign(mesh.n_triangles(), 0);
   cloth.mass = masses_of(masses, mesh, cloth.corners);
-  cloth.fixed.assign(mesh.n_vertices(), 0);
+  cloth.prescribed.assign(mesh.n_vertices(), 0);
   for (const Index v : fixed) {
     if (v < 0 || v >= mesh.n_vertices())
       throw InvalidInput("fixed must be vertex indices in [0, " +
                          std::to_string(mesh.n_vertices() - 1) + "], got " + std::to_string(v));
-    cloth.fixed[v] = 1;
+    cloth.prescribed[v] = 1;
   }
   const Team team = team_of(threads);
   const py::gil_scoped_release release;

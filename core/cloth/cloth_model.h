@@ -27,9 +27,9 @@ struct ClothModel {
   std::vector<StrainLimit> strain_limits;
   std::vector<Index> strain_limit_of;  // (m) row of strain_limits, -1: unlimited
   std::vector<BendingPart> bending;
-  Vector mass;                       // (n) lumped [kg]
-  std::vector<std::uint8_t> pinned;  // (n) 1: prescribed vertex
-  Incidence triangles_of_vertex;     // (n)
+  Vector mass;                           // (n) lumped [kg]
+  std::vector<std::uint8_t> prescribed;  // (n) 1: prescribed vertex
+  Incidence triangles_of_vertex;         // (n)
 };
 
 // Lumped mass: a third of the areas of the incident triangles times their density [kg/m^2].

@@ -196,7 +196,7 @@ void Simulation::set_external_forces(const Points& forces) {
 
 void Simulation::set_pin_targets(const Points& targets) {
   data_->to_rows(targets, "pin_targets", data_->state.pin_target);
-  data_->state.pin_override = data_->model.cloth.pinned;
+  data_->state.pin_override = data_->model.cloth.prescribed;
 }
 
 void Simulation::set_obstacle_pose(int obstacle, const Vec3& position, const Vec4& orientation) {

@@ -49,8 +49,8 @@ inline ClothRun make_run(const TriangleMesh& mesh, const ClothMaterial& material
   m.constants.assign(mesh.n_triangles(), membrane_constants(material, "material"));
   m.mass = lumped_mass(m.n_vertices, m.triangles, m.corners,
                        std::vector<double>(mesh.n_triangles(), material.density));
-  m.pinned.assign(m.n_vertices, 0);
-  for (const Index pin : pins) m.pinned[pin] = 1;
+  m.prescribed.assign(m.n_vertices, 0);
+  for (const Index pin : pins) m.prescribed[pin] = 1;
   if (bending > 0.0) {
     ClothModel::BendingPart part;
     part.element = element;
@@ -61,7 +61,7 @@ inline ClothRun make_run(const TriangleMesh& mesh, const ClothMaterial& material
     d.diagonal() << bending, bending, bending / 2;
     part.setup.rigidity.assign(mesh.n_triangles(), d);
     part.setup.damping.assign(mesh.n_triangles(), 0.0);
-    part.setup.pinned = m.pinned;
+    part.setup.prescribed = m.prescribed;
     m.bending.push_back(part);
   }
   run.step = options.step;
@@ -70,7 +70,7 @@ inline ClothRun make_run(const TriangleMesh& mesh, const ClothMaterial& material
   run.force = Points::Zero(m.n_vertices, 3);
   for (Index i = 0; i < m.n_vertices; ++i) run.force.row(i) = m.mass[i] * gravity.transpose();
   run.target = mesh.vertices();
-  run.fixed = m.pinned;
+  run.fixed = m.prescribed;
   run.bodies.resize(0, 3);
   run.layout = std::make_unique<RowLayout>(m.n_vertices, single_communicator());
   return run;

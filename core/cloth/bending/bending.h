@@ -27,7 +27,7 @@ struct BendingSetup {
   std::vector<Mat3> rigidity;     // (m) D for (kxx, kyy, 2 kxy) [N m]
   std::vector<double> damping;    // (m) beta of stiffness-proportional bending damping [s]
   std::vector<std::uint8_t>
-      pinned;                       // (n) 1: prescribed; prescribed triangles clamp (midedge_setup)
+      prescribed;                   // (n) 1: prescribed; prescribed triangles clamp (midedge_setup)
   bool flat_rest = true;            // true: rest angles are zero; false: those of rest_positions
   std::vector<double> rest_angles;  // per hinge in the order of hinges(); empty: see flat_rest
   // Mid-edge only: add_stiffness replaces the Gauss-Newton matrix U^T Q U over pairs of hinges by

@@ -15,7 +15,7 @@ namespace {
 [[noreturn]] void refuse_size(const char* field, const char* expected, std::size_t wanted,
                               std::size_t got) {
   fail<InvalidInput>(
-      "bending: {} must have one entry per {} ({}), got {}; build it from the same mesh", field,
+      "bending: {} must have one entry a {} ({}), got {}; build it from the same mesh", field,
       expected, wanted, got);
 }
 
@@ -31,7 +31,7 @@ void check_bending_setup(const BendingSetup& setup) {
   if (setup.corners.size() != m) refuse_size("corners", "triangle", m, setup.corners.size());
   if (setup.rigidity.size() != m) refuse_size("rigidity", "triangle", m, setup.rigidity.size());
   if (setup.damping.size() != m) refuse_size("damping", "triangle", m, setup.damping.size());
-  if (setup.pinned.size() != n) refuse_size("pinned", "vertex", n, setup.pinned.size());
+  if (setup.prescribed.size() != n) refuse_size("prescribed", "vertex", n, setup.prescribed.size());
   for (Index t = 0; t < static_cast<Index>(m); ++t) {
     const Corners2& x = setup.corners[t];
     const Vec2 e1 = (x.row(1) - x.row(0)).transpose(), e2 = (x.row(2) - x.row(0)).transpose();
@@ -79,7 +79,7 @@ std::vector<Index> all_of(Index n) {
 }
 
 double power_iteration(const HingeSet& hinges, const Points& rest_positions,
-                       const std::vector<std::uint8_t>& pinned, const Vector& mass,
+                       const std::vector<std::uint8_t>& prescribed, const Vector& mass,
                        const std::function<void(const HingeValues&, AlignedDoubles&)>& moments) {
   constexpr int iterations = 40;  // measured: 2e-4 low on a grid
   const Team team;
@@ -94,7 +94,7 @@ double power_iteration(const HingeSet& hinges, const Points& rest_positions,
   for (Index i = 0; i < n; ++i)
     for (int d = 0; d < 3; ++d) {
       bits ^= bits << 13, bits ^= bits >> 7, bits ^= bits << 17;
-      v(i, d) = pinned[i] ? 0.0 : static_cast<double>(bits >> 11) * 0x1p-53 - 0.5;
+      v(i, d) = prescribed[i] ? 0.0 : static_cast<double>(bits >> 11) * 0x1p-53 - 0.5;
     }
   double eigenvalue = 0.0;
   for (int k = 0; k < iterations; ++k) {
@@ -108,7 +108,7 @@ double power_iteration(const HingeSet& hinges, const Points& rest_positions,
     hinges.gather(team, values, moment, range, force);
     eigenvalue = -(force.array() * v.array()).sum();  // Rayleigh quotient: never above the largest
     for (Index i = 0; i < n; ++i)
-      if (!pinned[i]) v.row(i) = -force.row(i) / mass[i];
+      if (!prescribed[i]) v.row(i) = -force.row(i) / mass[i];
   }
   return eigenvalue;
 }

@@ -23,7 +23,7 @@ std::vector<Index> all_of(Index n);
 // Largest eigenvalue of M^-1 K by power iteration. moments(values, out) computes Q times the rates
 // in `values`, one entry per hinge. Prescribed rows do not move.
 double power_iteration(const HingeSet& hinges, const Points& rest_positions,
-                       const std::vector<std::uint8_t>& pinned, const Vector& mass,
+                       const std::vector<std::uint8_t>& prescribed, const Vector& mass,
                        const std::function<void(const HingeValues&, AlignedDoubles&)>& moments);
 
 }  // namespace loomstone

@@ -45,7 +45,7 @@ HingePairs diagonal_pairs(Index n) {
 class HingeBending final : public Bending {
  public:
   explicit HingeBending(const BendingSetup& setup)
-      : rest_positions_(setup.rest_positions), pinned_(setup.pinned) {
+      : rest_positions_(setup.rest_positions), prescribed_(setup.prescribed) {
     check_bending_setup(setup);
     const EdgeTable edges =
         edge_table(static_cast<Index>(setup.rest_positions.rows()), setup.triangles);
@@ -131,7 +131,7 @@ class HingeBending final : public Bending {
   }
 
   double largest_eigenvalue(const Vector& mass) const override {
-    return power_iteration(hinges_, rest_positions_, pinned_, mass,
+    return power_iteration(hinges_, rest_positions_, prescribed_, mass,
                            [&](const HingeValues& values, AlignedDoubles& moment) {
                              moment.resize(values.rate.size());
                              for (Index e = 0; e < hinges_.n_hinges(); ++e)
@@ -149,7 +149,7 @@ class HingeBending final : public Bending {
 
  private:
   Points rest_positions_;
-  std::vector<std::uint8_t> pinned_;
+  std::vector<std::uint8_t> prescribed_;
   HingeSet hinges_;
   std::vector<double> stiffness_;       // c [N m]
   std::vector<double> damping_;         // beta c / 2 [N m s]

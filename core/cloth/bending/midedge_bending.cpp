@@ -58,7 +58,7 @@ class MidedgeBending final : public Bending {
   }
 
   Points rest_positions_;
-  std::vector<std::uint8_t> pinned_;
+  std::vector<std::uint8_t> prescribed_;
   HingeSet hinges_;
   Index n_triangles_ = 0, n_averaged_ = 0;
   bool damped_ = false;
@@ -84,7 +84,7 @@ class MidedgeBending final : public Bending {
 
 MidedgeBending::MidedgeBending(const BendingSetup& setup)
     : rest_positions_(setup.rest_positions),
-      pinned_(setup.pinned),
+      prescribed_(setup.prescribed),
       n_triangles_(static_cast<Index>(setup.triangles.rows())) {
   check_bending_setup(setup);
   const EdgeTable edges =
@@ -262,7 +262,7 @@ void MidedgeBending::add_stiffness(const Team& team, const Points& x, StiffnessS
 double MidedgeBending::largest_eigenvalue(const Vector& mass) const {
   if (hinges_.n_hinges() == 0) return 0.0;
   const std::vector<Index> batches = all_of((n_triangles_ + lanes - 1) / lanes);
-  return power_iteration(hinges_, rest_positions_, pinned_, mass,
+  return power_iteration(hinges_, rest_positions_, prescribed_, mass,
                          [&](const HingeValues& values, AlignedDoubles& moment) {
                            midedge::moments(tables(), batches.data(),
                                             static_cast<Index>(batches.size()), values.rate.data(),

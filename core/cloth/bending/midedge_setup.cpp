@@ -110,9 +110,9 @@ class Builder {
       if (edges_.of_triangle[triangle][i] == edge) return i;
     return 2;
   }
-  bool pinned(Index triangle) const {
+  bool prescribed(Index triangle) const {
     for (int i = 0; i < 3; ++i)
-      if (!setup_.pinned[setup_.triangles(triangle, i)]) return false;
+      if (!setup_.prescribed[setup_.triangles(triangle, i)]) return false;
     return true;
   }
   // Transforms a curvature from the axes of `from` to those of `to`, across their common edge.
@@ -139,11 +139,11 @@ class Builder {
 Builder::Slope Builder::slope(Index e) const {
   const Hinge& h = hinges_[e];
   const Index first = h.triangles[0], second = h.triangles[1];
-  const bool first_pinned = pinned(first), second_pinned = pinned(second);
+  const bool first_prescribed = prescribed(first), second_prescribed = prescribed(second);
   // A triangle with three prescribed vertices does not rotate: the edge takes its slope and is
   // clamped.
-  if (first_pinned && second_pinned) return {{e}, {0.0}};
-  if (first_pinned || second_pinned) return {{e}, {first_pinned ? -0.5 : 0.5}};
+  if (first_prescribed && second_prescribed) return {{e}, {0.0}};
+  if (first_prescribed || second_prescribed) return {{e}, {first_prescribed ? -0.5 : 0.5}};
 
   const Mat3 to_second = across(first, second, h.edge);
   std::vector<Index> near;

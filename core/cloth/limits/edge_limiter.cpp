@@ -62,7 +62,7 @@ EdgeLimiter::EdgeLimiter(const LimitedCloth& cloth) {
     for (int k = 0; k < 2; ++k) edges_of_[fill[edges_(i, k)]++] = i;
   inverse_mass_ = cloth.mass.cwiseInverse();
   for (Index v = 0; v < cloth.n_vertices; ++v)
-    if (cloth.fixed[v]) inverse_mass_[v] = 0.0;
+    if (cloth.prescribed[v]) inverse_mass_[v] = 0.0;
 }
 
 LimitReport EdgeLimiter::enforce(const Team& team, const LimitOptions& options,

@@ -5,7 +5,7 @@
 namespace loomstone {
 
 LimitElements::LimitElements(const LimitedCloth& cloth, bool single_rows)
-    : cloth_(cloth), held_(cloth.fixed) {
+    : cloth_(cloth), held_(cloth.prescribed) {
   std::vector<Index> elements;
   for (std::size_t t = 0; t < cloth.limit_of.size(); ++t)
     if (cloth.limit_of[t] >= 0) elements.push_back(static_cast<Index>(t));
@@ -124,7 +124,7 @@ void LimitElements::hold(const std::vector<Index>& vertices) {
     held_[v] = value;
     changed.push_back(v);
   };
-  for (const Index v : also_held_) set(v, cloth_.fixed[v]);
+  for (const Index v : also_held_) set(v, cloth_.prescribed[v]);
   for (const Index v : vertices) set(v, 1);
   also_held_ = vertices;
   std::vector<Index> touched;

@@ -18,9 +18,9 @@ struct LimitedCloth {
   Triangles triangles;            // (m x 3)
   std::vector<Corners2> corners;  // (m) rest coordinates in weft/warp axes [m]
   std::vector<StrainLimit> limits;
-  std::vector<Index> limit_of;      // (m) row of limits, -1: unlimited
-  Vector mass;                      // (n) [kg], > 0
-  std::vector<std::uint8_t> fixed;  // (n) 1: prescribed, never moves
+  std::vector<Index> limit_of;           // (m) row of limits, -1: unlimited
+  Vector mass;                           // (n) [kg], > 0
+  std::vector<std::uint8_t> prescribed;  // (n) 1: never moves
 };
 
 // Greedy colouring of items (rows of vertices): in ascending order each item takes the smallest

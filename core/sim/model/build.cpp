@@ -99,11 +99,11 @@ void check_scripts(const Model& model, const State& state) {
 
 // What the step knows about the freedom of rows and collision vertices.
 void build_freedom(Model& model) {
-  model.prescribed = model.cloth.pinned;
+  model.prescribed = model.cloth.prescribed;
   model.prescribed.resize(model.n_rows(), 0);
   model.inverse_mass = Vector::Zero(model.collision.n_vertices);
   for (Index i = 0; i < model.cloth.n_vertices; ++i)
-    model.inverse_mass[i] = model.cloth.pinned[i] ? 0.0 : 1.0 / model.cloth.mass[i];
+    model.inverse_mass[i] = model.cloth.prescribed[i] ? 0.0 : 1.0 / model.cloth.mass[i];
 }
 
 }  // namespace

@@ -37,7 +37,7 @@ void build_attachments(const Scene& scene, Model& model, const State& state) {
         fail<InvalidInput>("{}.vertices must be vertices of the cloth, in [0, {}], got {}", where,
                            scene.cloths[c].mesh->n_vertices() - 1, vertex);
       const Index row = model.row_of_vertex[first + vertex];
-      if (model.cloth.pinned[row])
+      if (model.cloth.prescribed[row])
         fail<InvalidInput>("{}.vertices: vertex {} is pinned; unpin it or do not attach it", where,
                            vertex);
       model.attachments.push_back(

@@ -134,7 +134,7 @@ void set_materials(const Scene& scene, const Joined& all, const Points& x, Model
     }
     part.setup.rigidity.assign(list.size(), d);
     part.setup.damping.assign(list.size(), description.material.bending_damping);
-    part.setup.pinned = cloth.pinned;
+    part.setup.prescribed = cloth.prescribed;
     part.setup.flat_rest = description.rest_angles == "flat";
     cloth.bending.push_back(std::move(part));
   }
@@ -155,13 +155,13 @@ void build_cloth(const Scene& scene, Model& model, State& state) {
     state.cloth.x.row(model.row_of_vertex[vertex]) = all.x.row(vertex);
     state.cloth.v.row(model.row_of_vertex[vertex]) = all.v.row(vertex);
   }
-  cloth.pinned.assign(n, 0);
+  cloth.prescribed.assign(n, 0);
   for (std::size_t c = 0; c < scene.cloths.size(); ++c) {
     const Cloth& description = scene.cloths[c];
     Model::PinScript script;
     for (const Index pin : description.pins) {
       const Index row = model.row_of_vertex[all.first_vertex[c] + pin];
-      cloth.pinned[row] = 1;
+      cloth.prescribed[row] = 1;
       script.rows.push_back(row);
       if (description.script_times.empty()) state.cloth.v.row(row).setZero();
     }

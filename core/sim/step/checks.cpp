@@ -57,7 +57,7 @@ void measure_contacts(const Model& model, const State& state, double step, StepO
   double squares = 0.0;
   std::int64_t count = 0;
   for (Index i = 0; i < model.cloth.n_vertices; ++i) {
-    if (outcome.contact[i] == 0 || model.cloth.pinned[i]) continue;
+    if (outcome.contact[i] == 0 || model.cloth.prescribed[i]) continue;
     squares += (state.cloth.v.row(i) - v0.row(i)).squaredNorm();
     ++count;
   }

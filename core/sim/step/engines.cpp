@@ -17,8 +17,8 @@ std::unique_ptr<RigidWorld> make_world(const Model& model, const State& state, d
 }
 
 LimitedCloth limited_cloth(const ClothModel& cloth) {
-  return {cloth.n_vertices,      cloth.triangles, cloth.corners, cloth.strain_limits,
-          cloth.strain_limit_of, cloth.mass,      cloth.pinned};
+  return {cloth.n_vertices,      cloth.triangles, cloth.corners,   cloth.strain_limits,
+          cloth.strain_limit_of, cloth.mass,      cloth.prescribed};
 }
 
 }  // namespace

@@ -15,7 +15,8 @@ void expect_motion(const StepContext& part, const Loads& loads, const State& sta
   const bool has_change = state.cloth.last_change.rows() == model.n_rows();
   parallel_for(engines.team, n, [&](Index i) {
     near.v0.row(i) = state.cloth.v.row(i);
-    if (model.cloth.pinned[i]) near.v0.row(i) = (loads.target.row(i) - loads.x0.row(i)) / part.h;
+    if (model.cloth.prescribed[i])
+      near.v0.row(i) = (loads.target.row(i) - loads.x0.row(i)) / part.h;
     near.last_change.row(i).setZero();
     if (has_change) near.last_change.row(i) = state.cloth.last_change.row(i);
   });

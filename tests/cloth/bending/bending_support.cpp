@@ -38,7 +38,7 @@ BendingSetup flat_setup(const Points& vertices, const Triangles& triangles, cons
   }
   setup.rigidity.assign(triangles.rows(), rigidity);
   setup.damping.assign(triangles.rows(), 0.0);
-  setup.pinned.assign(vertices.rows(), 0);
+  setup.prescribed.assign(vertices.rows(), 0);
   return setup;
 }
 
@@ -74,7 +74,7 @@ Strip diamond_strip(bool along, double length, double width, Index across) {
       if ((i + j) % 2) continue;
       id[i * (ny + 1) + j] = static_cast<Index>(points.size());
       points.emplace_back((i - clamp) * half_x, j * half, 0.0);
-      strip.pinned.push_back(i <= clamp);
+      strip.prescribed.push_back(i <= clamp);
       if (i == nx) strip.tip.push_back(id[i * (ny + 1) + j]);
     }
   std::vector<std::array<Index, 3>> triangles;
@@ -123,7 +123,7 @@ Strip make_strip(const std::string& pattern, double length, double width, Index 
     const Index column = i % (nx + 2), row = i / (nx + 2);
     strip.vertices(i, 0) = (column - 1) * length / nx;
     strip.vertices(i, 1) = row * h;
-    if (column <= 1) strip.pinned[i] = 1;
+    if (column <= 1) strip.prescribed[i] = 1;
     if (column == nx + 1) strip.tip.push_back(i);
     if (column > 1 && column <= nx && row > 0 && row < across)
       strip.vertices.block<1, 2>(i, 0) += shift.block<1, 2>(i, 0);
@@ -163,11 +163,11 @@ Strip random_strip(double length, double width, Index across, unsigned seed, int
     if (mesh.points(i, 0) == length) strip.tip.push_back(i);
     if (mesh.points(i, 0) != 0.0) continue;
     at_clamp[std::lround(mesh.points(i, 1) / h)] = i;
-    strip.pinned[i] = 1;
+    strip.prescribed[i] = 1;
   }
   for (Index j = 0; j <= across; ++j) {
     strip.vertices.row(n + j) << -h, j * h, 0.0;
-    strip.pinned[n + j] = 1;
+    strip.prescribed[n + j] = 1;
     if (j == across) break;
     strip.triangles.row(m + 2 * j) << n + j, at_clamp[j], at_clamp[j + 1];
     strip.triangles.row(m + 2 * j + 1) << n + j, at_clamp[j + 1], n + j + 1;
@@ -176,14 +176,14 @@ Strip random_strip(double length, double width, Index across, unsigned seed, int
 }
 
 Vector deflections(const Points& vertices, const Triangles& triangles,
-                   const std::vector<std::uint8_t>& pinned, const Bending& bending) {
+                   const std::vector<std::uint8_t>& prescribed, const Bending& bending) {
   const Index n = static_cast<Index>(vertices.rows());
   BlockMatrix k(n, bending.couplings());
   bending.add_stiffness(Team{}, vertices, {1.0, 0.0}, 0, n, k);
   std::vector<Index> unknown(n, -1);
   Index n_free = 0;
   for (Index i = 0; i < n; ++i)
-    if (!pinned[i]) unknown[i] = n_free++;
+    if (!prescribed[i]) unknown[i] = n_free++;
   // A flat sheet bends along z only.
   std::vector<Eigen::Triplet<double>> entries;
   for (Index i = 0; i < n; ++i)
@@ -205,7 +205,7 @@ Vector deflections(const Points& vertices, const Triangles& triangles,
 }
 
 double tip_deflection(const Strip& strip, const Bending& bending) {
-  const Vector z = deflections(strip.vertices, strip.triangles, strip.pinned, bending);
+  const Vector z = deflections(strip.vertices, strip.triangles, strip.prescribed, bending);
   double sum = 0.0;
   for (const Index i : strip.tip) sum += z[i];
   return sum / static_cast<double>(strip.tip.size());

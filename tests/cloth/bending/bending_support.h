@@ -26,7 +26,7 @@ Points noise(Index n, double size, unsigned seed);
 struct Strip {
   Points vertices;
   Triangles triangles;
-  std::vector<std::uint8_t> pinned;
+  std::vector<std::uint8_t> prescribed;
   std::vector<Index> tip;  // vertices at x = length
   double length;
 };
@@ -42,7 +42,7 @@ Vector lumped_areas(const Points& vertices, const Triangles& triangles);  // [m^
 
 // Small deflections of a flat sheet under unit load per area [m].
 Vector deflections(const Points& vertices, const Triangles& triangles,
-                   const std::vector<std::uint8_t>& pinned, const Bending& bending);
+                   const std::vector<std::uint8_t>& prescribed, const Bending& bending);
 // Mean deflection at the tip of a strip [m].
 double tip_deflection(const Strip& strip, const Bending& bending);
 

@@ -25,7 +25,7 @@ struct Cantilever {
 double deflection_ratio(const Cantilever& c, double b) {
   const Strip strip = make_strip(c.pattern, 1.0, c.width, c.across);
   BendingSetup setup = flat_setup(strip.vertices, strip.triangles, c.rigidity, c.angle);
-  setup.pinned = strip.pinned;
+  setup.prescribed = strip.prescribed;
   return tip_deflection(strip, *make_bending(c.element, setup)) * 8.0 * b;
 }
 
@@ -50,7 +50,7 @@ TEST_CASE("a mid-edge cantilever sags as beam theory says on raw meshes with sli
     if (angle < 1.0 * M_PI / 180)
       continue;  // the element is not made for triangles almost without area
     BendingSetup setup = flat_setup(strip.vertices, strip.triangles, isotropic(1.0, 0.0));
-    setup.pinned = strip.pinned;
+    setup.prescribed = strip.prescribed;
     const auto bending = make_midedge_bending(setup);
     const double ratio = 8.0 * tip_deflection(strip, *bending);
     CAPTURE(across, seed, angle, bending->averaged_edges());
@@ -81,7 +81,7 @@ TEST_CASE(
       if (!edge[i] && i != centre) x.block<1, 2>(i, 0) += shift.block<1, 2>(i, 0);
     }
     BendingSetup setup = flat_setup(x, mesh.triangles(), isotropic(1.0, 0.3));
-    setup.pinned = edge;  // one prescribed row is a simple support
+    setup.prescribed = edge;  // one prescribed row is a simple support
     const Vector z = deflections(x, mesh.triangles(), edge, *make_midedge_bending(setup));
     errors.push_back(std::abs(z[centre] / exact - 1.0));
   }
@@ -143,7 +143,7 @@ TEST_CASE(
     const Strip strip = random_strip(1.0, 0.2, across, seed, 30);
     CAPTURE(across, seed);
     BendingSetup setup = flat_setup(strip.vertices, strip.triangles, isotropic(1.0, 0.0));
-    setup.pinned = strip.pinned;
+    setup.prescribed = strip.prescribed;
     CHECK(1.0 / (8.0 * tip_deflection(strip, *make_hinge_bending(setup))) ==
           Approx(1.0).epsilon(bound));
   }

@@ -72,7 +72,7 @@ class StaticSolve {
     g.col(2) -= load * area_;
     Vector b(3 * n_);
     for (Index i = 0; i < n_; ++i) {
-      if (strip_.pinned[i]) g.row(i).setZero();
+      if (strip_.prescribed[i]) g.row(i).setZero();
       b.segment<3>(3 * i) = g.row(i).transpose();
     }
     if (!factorise(x, JacobianKind::Exact)) factorise(x, JacobianKind::Positive);
@@ -97,7 +97,7 @@ class StaticSolve {
     for (Index i = 0; i < n_; ++i)
       for (Index p = matrix_.row_start()[i]; p < matrix_.row_start()[i + 1]; ++p) {
         const Index j = matrix_.columns()[p];
-        const bool prescribed = strip_.pinned[i] || strip_.pinned[j];
+        const bool prescribed = strip_.prescribed[i] || strip_.prescribed[j];
         if (prescribed && i != j) continue;
         const Mat3 block = prescribed ? Mat3(Mat3::Identity()) : Mat3(matrix_.block_map(p));
         for (int k = 0; k < 9; ++k)
@@ -135,7 +135,7 @@ TEST_CASE(
   const Strip strip =
       pattern == "raw" ? random_strip(1.0, 0.2, 6, 4, 0) : make_strip(pattern, 1.0, 0.2, 6);
   BendingSetup setup = flat_setup(strip.vertices, strip.triangles, isotropic(1.0, 0.0));
-  setup.pinned = strip.pinned;
+  setup.prescribed = strip.prescribed;
   const auto bending = make_midedge_bending(setup);
   // Stretch under its own weight: 40 / 2e4 / 2 at the clamp.
   const MembraneConstants constants{2e4, 2e4, 0.0, 1e4, 0.0, 0.0};

@@ -278,7 +278,7 @@ TEST_CASE(
   const Points x = mesh.vertices() + noise(mesh.n_vertices(), 0.05, 8),
                turns = noise(mesh.n_triangles(), 3.0, 9);
   BendingSetup setup = flat_setup(mesh, some_rigidity());
-  setup.pinned[0] = setup.pinned[1] = setup.pinned[7] = setup.pinned[8] = 1;
+  setup.prescribed[0] = setup.prescribed[1] = setup.prescribed[7] = setup.prescribed[8] = 1;
   for (const std::string element : {"hinge", "midedge"}) {
     CAPTURE(element);
     const double energy = make_bending(element, setup)->energy(team, x);
@@ -302,13 +302,13 @@ TEST_CASE("the largest eigenvalue is that of the dense problem on free rows, fou
   CAPTURE(element);
   BendingSetup setup = flat_setup(grid_cells(1.0, 0.6, 10, 6), isotropic(1.0, 0.3));
   const auto free = make_bending(element, setup);
-  for (Index i = 0; i < 22; ++i) setup.pinned[i] = 1;
+  for (Index i = 0; i < 22; ++i) setup.prescribed[i] = 1;
   const auto bending = make_bending(element, setup);
   const Vector mass = lumped_areas(setup.rest_positions, setup.triangles);
   Eigen::MatrixXd k = dense(*bending, setup.rest_positions, 1.0, 0.0);
   for (Index i = 0; i < k.rows(); ++i)
     for (Index j = 0; j < k.cols(); ++j)
-      k(i, j) *= setup.pinned[i / 3] || setup.pinned[j / 3]
+      k(i, j) *= setup.prescribed[i / 3] || setup.prescribed[j / 3]
                      ? 0.0
                      : 1.0 / std::sqrt(mass[i / 3] * mass[j / 3]);
   const double exact = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(k).eigenvalues().maxCoeff();

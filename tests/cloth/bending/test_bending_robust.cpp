@@ -256,8 +256,8 @@ TEST_CASE("wrong input of bending is refused with what must hold, what came and 
           "rigidity must have one entry a triangle (8), got 7");
   refused([](BendingSetup& s) { s.damping.pop_back(); },
           "damping must have one entry a triangle (8), got 7");
-  refused([](BendingSetup& s) { s.pinned.pop_back(); },
-          "pinned must have one entry a vertex (9), got 8");
+  refused([](BendingSetup& s) { s.prescribed.pop_back(); },
+          "prescribed must have one entry a vertex (9), got 8");
   refused([](BendingSetup& s) { s.rest_angles = {0.1}; },
           "rest_angles must have one entry a hinge (8), got 1");
   refused([](BendingSetup& s) { s.rest_angles.assign(8, 0.0), s.rest_angles[2] = 4.0; },

@@ -20,7 +20,7 @@ BendingSetup setup_of(const TriangleMesh& mesh, bool lumped) {
   d << 2e-5, 3e-6, 0, 3e-6, 8e-6, 0, 0, 0, 4e-6;
   setup.rigidity.assign(mesh.n_triangles(), d);
   setup.damping.assign(mesh.n_triangles(), 0.0);
-  setup.pinned.assign(mesh.n_vertices(), 0);
+  setup.prescribed.assign(mesh.n_vertices(), 0);
   setup.lumped_stiffness = lumped;
   return setup;
 }

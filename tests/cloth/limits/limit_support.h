@@ -21,7 +21,7 @@ inline LimitedCloth one_triangle(const Corners2& corners, const Vec3& mass,
   cloth.limits = {limit};
   cloth.limit_of = {0};
   cloth.mass = mass;
-  cloth.fixed = {0, 0, 0};
+  cloth.prescribed = {0, 0, 0};
   return cloth;
 }
 
@@ -40,8 +40,8 @@ inline LimitedCloth sheet(const TriangleMesh& mesh, const StrainLimit& limit,
     for (int k = 0; k < 3; ++k)
       cloth.mass[mesh.triangles()(t, k)] += 0.3 / 6 * (a.x() * b.y() - a.y() * b.x());
   }
-  cloth.fixed.assign(mesh.n_vertices(), 0);
-  for (const Index pin : pins) cloth.fixed[pin] = 1;
+  cloth.prescribed.assign(mesh.n_vertices(), 0);
+  for (const Index pin : pins) cloth.prescribed[pin] = 1;
   return cloth;
 }
 

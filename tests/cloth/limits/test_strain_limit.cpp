@@ -172,7 +172,7 @@ TEST_CASE(
     for (int corner = 0; corner < 3; ++corner) {
       LimitedCloth cloth = one_triangle(shape, Vec3(1.0, 2.0, 0.7), limit);
       const Points x = strained(shape, Vec3(0.051, 0.02, 0.021), some_turn(2));
-      cloth.fixed[corner] = 1;
+      cloth.prescribed[corner] = 1;
       const Points one = corrected(cloth, x);
       CHECK(one.row(corner) == x.row(corner));
       CHECK((strain_of(cloth, one).row(0).transpose() - Vec3(0.05, 0.02, 0.02))
@@ -182,8 +182,8 @@ TEST_CASE(
       CHECK(angular_momentum(cloth.mass, arms, one - x).norm() < 1e-17);
       for (int free = 0; free < 3; ++free) {
         if (free == corner) continue;
-        cloth.fixed = {1, 1, 1};
-        cloth.fixed[free] = 0;
+        cloth.prescribed = {1, 1, 1};
+        cloth.prescribed[free] = 0;
         const Points two = corrected(cloth, x);
         for (int k = 0; k < 3; ++k) CHECK((k == free || two.row(k) == x.row(k)));
         // No small displacement of the free corner in the plane brings the strain tensor closer to
@@ -201,7 +201,7 @@ TEST_CASE(
         }
         CHECK(miss(two) < miss(x));
       }
-      cloth.fixed = {1, 1, 1};
+      cloth.prescribed = {1, 1, 1};
       CHECK(corrected(cloth, x) == x);
     }
 }
