@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "core/collision/model/rigid_motion.h"
-#include "core/sim/scene/keyframes.h"
+#include "core/base/keyframes.h"
 
 namespace loomstone {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/cloth/limits/strain_limiter.h"
-#include "core/sim/currents.h"
+#include "core/electrodynamics/currents.h"
 #include "core/sim/model/motion.h"
 
 namespace loomstone {

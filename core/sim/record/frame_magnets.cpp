@@ -5,7 +5,7 @@
 #include "core/base/error.h"
 #include "core/magnetics/sources/constants.h"
 #include "core/magnetics/sources/sphere.h"
-#include "core/sim/magnetic_motion.h"
+#include "core/electrodynamics/magnetic_motion.h"
 #include "core/sim/model/motion.h"
 
 namespace loomstone {

@@ -14,7 +14,7 @@
 #include "core/cloth/material/strain_limit.h"
 #include "core/mesh/triangle_mesh.h"
 #include "core/rigid/rigid_body.h"
-#include "core/sim/coil.h"
+#include "core/electrodynamics/coil.h"
 
 namespace loomstone {
 

@@ -12,7 +12,7 @@
 #include "core/parallel/row_layout.h"
 #include "core/parallel/team.h"
 #include "core/rigid/rigid_body.h"
-#include "core/sim/magnetic_motion.h"
+#include "core/electrodynamics/magnetic_motion.h"
 #include "core/sim/model/model.h"
 #include "core/sim/model/state.h"
 

@@ -1,4 +1,4 @@
-#include "core/sim/magnetic_motion.h"
+#include "core/electrodynamics/magnetic_motion.h"
 
 #include <algorithm>
 #include <cmath>

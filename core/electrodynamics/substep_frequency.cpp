@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/sim/magnetic_motion.h"
+#include "core/electrodynamics/magnetic_motion.h"
 #include "core/sim/model/motion.h"
 
 namespace loomstone {

@@ -4,7 +4,7 @@
 
 #include "core/magnetics/induction/flux_linkage.h"
 #include "core/magnetics/induction/mutual_inductance.h"
-#include "core/sim/currents.h"
+#include "core/electrodynamics/currents.h"
 #include "core/sim/model/build.h"
 #include "core/sim/model/motion.h"
 

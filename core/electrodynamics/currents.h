@@ -17,7 +17,7 @@
 
 #include "core/magnetics/forces/interaction.h"
 #include "core/rigid/free_motion.h"
-#include "core/sim/circuit_response.h"
+#include "core/electrodynamics/circuit_response.h"
 #include "core/sim/model/model.h"
 #include "core/sim/model/state.h"
 

@@ -1,4 +1,4 @@
-#include "core/sim/circuit_response.h"
+#include "core/electrodynamics/circuit_response.h"
 
 namespace loomstone {
 

@@ -1,4 +1,4 @@
-#include "core/sim/currents.h"
+#include "core/electrodynamics/currents.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,7 +8,7 @@
 #include "core/magnetics/sources/axisymmetric.h"
 #include "core/magnetics/sources/constants.h"
 #include "core/sim/model/motion.h"
-#include "core/sim/scene/keyframes.h"
+#include "core/base/keyframes.h"
 
 namespace loomstone {
 

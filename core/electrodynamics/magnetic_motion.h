@@ -14,7 +14,7 @@
 #include "core/magnetics/forces/interaction.h"
 #include "core/magnetics/forces/stiffness.h"
 #include "core/rigid/free_motion.h"
-#include "core/sim/currents.h"
+#include "core/electrodynamics/currents.h"
 #include "core/sim/model/model.h"
 
 namespace loomstone {
