@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/base/error.h"
+#include "core/electrodynamics/build.h"
 #include "core/magnetics/fast_sums/expanded_mesh.h"
 #include "core/magnetics/forces/cells.h"
 #include "core/magnetics/induction/induced_dipoles.h"
@@ -10,8 +11,6 @@
 #include "core/magnetics/sources/axisymmetric.h"
 #include "core/magnetics/sources/polyhedron.h"
 #include "core/magnetics/sources/sphere.h"
-#include "core/sim/model/build.h"
-#include "core/sim/model/motion.h"
 
 namespace loomstone {
 
@@ -99,8 +98,14 @@ SourcePtr source_of(const Magnet& magnet, const TriangleMesh& carrier, RigidPose
   return body.source;
 }
 
+void carry_hard(const Magnet& magnet, const TriangleMesh& carrier, CarriedMagnet& carried) {
+  carried.source = source_of(magnet, carrier, carried.local);
+  if (magnet.engine == "cells")
+    carried.source = std::make_shared<CellMagnet>(*carried.source, magnet.density, 3.0);
+}
+
 // A body that magnetises: spheres as point dipoles unless something more is asked for.
-void carry_soft(const Magnet& magnet, const TriangleMesh& carrier, Model::Carried& carried) {
+void carry_soft(const Magnet& magnet, const TriangleMesh& carrier, CarriedMagnet& carried) {
   const Team one;
   const double chi = magnet.susceptibility;
   const bool cells = magnet.response == "explicit";
@@ -125,12 +130,68 @@ void carry_soft(const Magnet& magnet, const TriangleMesh& carrier, Model::Carrie
   if (cells) carried.cells = explicit_cells(*carried.soft, magnet.density);
 }
 
-// How far north a point of the carrier is in its nearest magnet, -1 ... 1 along the moment; 0 away
-// from hard magnets.
-double pole_at(const Model& model, Index carrier, const Vec3& point) {
+// Where many spheres are in the field of many faces or cells, the field is expanded once: that
+// takes as long as some twenty evaluations of all faces at this bound, and as 1,400 of all cells
+// for 100 spheres, however many cells.
+void expand_fields(MagneticModel& model) {
+  constexpr std::size_t most_exact = 20000, few_spheres = 100;
+  constexpr Index few_cells = 1000;
+  const double tolerance = 0.3 * model.tolerance;
+  if (tolerance < 3e-7) return;
+  std::size_t n_spheres = 0;
+  for (const CarriedMagnet& carried : model.magnets) {
+    if (carried.soft) return;
+    n_spheres += !carried.source;
+  }
+  for (CarriedMagnet& carried : model.magnets) {
+    const auto mesh = std::dynamic_pointer_cast<const MeshMagnet>(carried.source);
+    const auto cells = std::dynamic_pointer_cast<const CellMagnet>(carried.source);
+    if (mesh && n_spheres * mesh->triangles().rows() > most_exact)
+      carried.source = std::make_shared<ExpandedMesh>(mesh, tolerance);
+    else if (cells && n_spheres >= few_spheres && cells->dipoles()->positions().rows() >= few_cells)
+      carried.source = std::make_shared<CellMagnet>(cells->expanded(tolerance));
+  }
+}
+
+}  // namespace
+
+void add_magnets(const MagneticScene& scene, MagneticModel& model) {
+  for (std::size_t i = 0; i < scene.magnets.size(); ++i) {
+    const Magnet& magnet = scene.magnets[i];
+    const std::string where = "magnets[" + std::to_string(i) + "]";
+    check_fields(magnet, where);
+    check_shape(magnet, where);
+    const RigidPose in_mesh{magnet.position, magnet.orientation.normalized()};
+    const Stand stand = find_stand(scene, magnet.body, in_mesh, where + ".body");
+    const TriangleMesh& mesh = *scene.carriers[stand.carrier].mesh;
+    CarriedMagnet carried;
+    carried.carrier = stand.carrier;
+    carried.local = stand.local;
+    try {
+      if (magnet.susceptibility != 0.0)
+        carry_soft(magnet, mesh, carried);
+      else
+        carry_hard(magnet, mesh, carried);
+    } catch (const InvalidInput& error) {
+      throw InvalidInput(where + "." + error.what());
+    }
+    model.magnets.push_back(std::move(carried));
+  }
+  const auto panels = [](const CarriedMagnet& carried) { return carried.soft != nullptr; };
+  if (std::any_of(model.magnets.begin(), model.magnets.end(), panels)) {
+    for (std::size_t i = 0; i < model.magnets.size(); ++i) {
+      CarriedMagnet& carried = model.magnets[i];
+      if (!carried.source && !carried.soft)
+        carried.soft = soft_sphere(carried.radius, scene.magnets[i].susceptibility, 1);
+    }
+  }
+  expand_fields(model);
+}
+
+double pole_at(const MagneticModel& model, Index carrier, const Vec3& point) {
   double nearest = 1.3,
          pole = 0.0;  // a little beyond the ball that holds the magnet, for what encloses it
-  for (const Model::Carried& magnet : model.magnets) {
+  for (const CarriedMagnet& magnet : model.magnets) {
     if (magnet.carrier != carrier || !magnet.source || magnet.source->moment().isZero(0.0))
       continue;
     const Vec3 arm = point - magnet.local.position;
@@ -145,114 +206,14 @@ double pole_at(const Model& model, Index carrier, const Vec3& point) {
   return pole;
 }
 
-// Where many spheres are in the field of many faces or cells, the field is expanded once: that
-// takes as long as some twenty evaluations of all faces at this bound, and as 1,400 of all cells
-// for 100 spheres, however many cells.
-void expand_fields(const Scene& scene, Model& model) {
-  constexpr std::size_t most_exact = 20000, few_spheres = 100;
-  constexpr Index few_cells = 1000;
-  const double tolerance = 0.3 * scene.magnetic_tolerance;
-  if (tolerance < 3e-7) return;
-  std::size_t n_spheres = 0;
-  for (const Model::Carried& carried : model.magnets) {
-    if (carried.soft) return;
-    n_spheres += !carried.source;
-  }
-  for (Model::Carried& carried : model.magnets) {
-    const auto mesh = std::dynamic_pointer_cast<const MeshMagnet>(carried.source);
-    const auto cells = std::dynamic_pointer_cast<const CellMagnet>(carried.source);
-    if (mesh && n_spheres * mesh->triangles().rows() > most_exact)
-      carried.source = std::make_shared<ExpandedMesh>(mesh, tolerance);
-    else if (cells && n_spheres >= few_spheres && cells->dipoles()->positions().rows() >= few_cells)
-      carried.source = std::make_shared<CellMagnet>(cells->expanded(tolerance));
-  }
-}
-
-void build_poles(const Scene& scene, Model& model) {
-  std::vector<double>& pole = model.topology.body_pole;
-  pole.clear();
-  for (Index carrier = 0;
-       carrier < static_cast<Index>(scene.bodies.size() + scene.obstacles.size()); ++carrier) {
-    const bool moves = carrier < model.n_bodies();
-    const Points& local =
-        moves ? model.bodies[carrier].local : model.obstacles[carrier - model.n_bodies()].local;
-    for (Index i = 0; i < local.rows(); ++i)
-      pole.push_back(pole_at(model, carrier, local.row(i).transpose()));
-  }
-}
-
-}  // namespace
-
-std::size_t find_carrier(const Scene& scene, const std::string& name, const std::string& where) {
-  struct Named {
-    std::string name;
-  };
-  std::vector<Named> carriers;
-  for (const RigidBody& body : scene.bodies) carriers.push_back({body.name});
-  for (const Obstacle& obstacle : scene.obstacles) carriers.push_back({obstacle.name});
-  require(!name.empty(),
-          where + " must be the name of what carries it, got none; name the body or obstacle");
-  const std::size_t carrier = find_by_name(carriers, name, where);
-  if (carrier >= scene.bodies.size() &&
-      scene.obstacles[carrier - scene.bodies.size()].vertex_positions.rows() > 0)
-    throw Unsupported(where +
-                      " must keep its shape, got an obstacle that deforms by vertex_positions");
-  return carrier;
-}
-
-void build_magnets(const Scene& scene, Model& model) {
-  require(scene.magnetic_field.allFinite(), "scene.magnetic_field must be finite [T]");
-  require(scene.magnetic_field.isZero(0.0) || !scene.magnets.empty() || !scene.coils.empty(),
-          "scene.magnetic_field acts on magnets and coils, and there are none; add some or leave "
-          "it out");
-  for (std::size_t i = 0; i < scene.magnets.size(); ++i) {
-    const Magnet& magnet = scene.magnets[i];
-    const std::string where = "magnets[" + std::to_string(i) + "]";
-    check_fields(magnet, where);
-    check_shape(magnet, where);
-    const std::size_t carrier = find_carrier(scene, magnet.body, where + ".body");
-    const bool moves = carrier < scene.bodies.size();
-    const TriangleMesh& mesh =
-        moves ? *scene.bodies[carrier].mesh : *scene.obstacles[carrier - scene.bodies.size()].mesh;
-    Model::Carried carried;
-    carried.carrier = static_cast<Index>(carrier);
-    carried.local = {magnet.position, magnet.orientation.normalized()};
-    if (moves) carried.local.position -= model.body_mass[carrier].centre;
-    try {
-      if (magnet.susceptibility != 0.0) {
-        carry_soft(magnet, mesh, carried);
-        model.magnets.push_back(std::move(carried));
-        continue;
-      }
-      carried.source = source_of(magnet, mesh, carried.local);
-      if (magnet.engine == "cells")
-        carried.source = std::make_shared<CellMagnet>(*carried.source, magnet.density, 3.0);
-    } catch (const InvalidInput& error) {
-      throw InvalidInput(where + "." + error.what());
-    }
-    model.magnets.push_back(std::move(carried));
-  }
-  const auto panels = [](const Model::Carried& carried) { return carried.soft != nullptr; };
-  if (std::any_of(model.magnets.begin(), model.magnets.end(), panels)) {
-    for (std::size_t i = 0; i < model.magnets.size(); ++i) {
-      Model::Carried& carried = model.magnets[i];
-      if (!carried.source && !carried.soft)
-        carried.soft = soft_sphere(carried.radius, scene.magnets[i].susceptibility, 1);
-    }
-  }
-  expand_fields(scene, model);
-  if (!scene.magnets.empty()) build_poles(scene, model);
-}
-
-void check_magnets(const Model& model, const State& state) {
+void check_magnets(const MagneticModel& model, const CarrierPlaces& start) {
   std::vector<SoftBody> soft;
   std::vector<MagneticBody> hard;
   std::vector<std::string> soft_names, hard_names;
-  const std::vector<RigidPose> obstacles = obstacle_places(model, state, 0.0, 1.0).poses;
   for (std::size_t i = 0; i < model.magnets.size(); ++i) {
-    const Model::Carried& magnet = model.magnets[i];
+    const CarriedMagnet& magnet = model.magnets[i];
     if (!magnet.source && !magnet.soft) continue;
-    const RigidPose pose = carried_pose(state.rigid, obstacles, magnet.carrier, magnet.local);
+    const RigidPose pose = start.pose(magnet.carrier, magnet.local);
     (magnet.soft ? soft_names : hard_names).push_back("magnets[" + std::to_string(i) + "]");
     if (magnet.soft)
       soft.push_back({magnet.soft, pose, magnet.saturation});

@@ -5,24 +5,16 @@ namespace loomstone {
 namespace {
 
 // The sum of some wrenches, each with its factor.
-std::vector<Wrench> combined(
-    const std::vector<std::pair<double, const std::vector<Wrench>*>>& parts) {
-  std::vector<Wrench> sum(parts.front().second->size());
+CarrierWrenches combined(const std::vector<std::pair<double, const CarrierWrenches*>>& parts) {
+  CarrierWrenches sum(parts.front().second->size());
   for (const auto& [factor, wrenches] : parts) add_times(sum, factor, *wrenches);
   return sum;
 }
 
 }  // namespace
 
-void add_times(std::vector<Wrench>& to, double factor, const std::vector<Wrench>& what) {
-  for (std::size_t b = 0; b < to.size(); ++b) {
-    to[b].force += factor * what[b].force;
-    to[b].torque += factor * what[b].torque;
-  }
-}
-
 CircuitResponse circuit_response(const std::vector<std::size_t>& circuits, const Vector& amperes,
-                                 const std::vector<Wrench>& idle,
+                                 const CarrierWrenches& idle,
                                  const std::function<CircuitTrial(const Vector&)>& trial) {
   const std::size_t m = circuits.size();
   const auto with = [&](std::size_t j, double sign) {
@@ -30,7 +22,7 @@ CircuitResponse circuit_response(const std::vector<std::size_t>& circuits, const
     currents[static_cast<Eigen::Index>(j)] = sign * amperes[static_cast<Eigen::Index>(j)];
     return currents;
   };
-  std::vector<std::vector<Wrench>> forth;
+  std::vector<CarrierWrenches> forth;
   CircuitResponse response;
   for (std::size_t j = 0; j < m; ++j) {
     const auto row = static_cast<Eigen::Index>(j);

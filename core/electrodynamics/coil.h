@@ -1,5 +1,4 @@
-// What the user asks for where currents act: coils on bodies and obstacles, and bearings that
-// bodies turn in.
+// What the user asks for where currents act: coils on bodies and obstacles.
 #pragma once
 
 #include <string>
@@ -48,24 +47,6 @@ struct Coil {
         field("commutator", &C::commutator,
               "(3) direction in space: the source is reversed while the coil's axis points against "
               "it; zero: none"));
-  }
-};
-
-// Description. A body that only turns about an axis through its centre.
-struct Bearing {
-  std::string body;
-  Vec3 axis = Vec3(0, 0, 1);
-  double friction = 0.0, torque = 0.0;
-
-  static auto fields() {
-    using B = Bearing;
-    return std::make_tuple(
-        field("body", &B::body, "name of the rigid body"),
-        field("axis", &B::axis, "(3) direction in space, a principal axis of the body's inertia"),
-        field("friction", &B::friction, "N m s", non_negative(),
-              "torque over angular velocity that slows it"),
-        field("torque", &B::torque, "N m", unlimited(),
-              "that drives it about the axis; against its sense: a load"));
   }
 };
 

@@ -2,362 +2,161 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
-#include "core/base/error.h"
+#include "core/electrodynamics/coil_currents.h"
+#include "core/electrodynamics/kick_drift_kick.h"
 #include "core/magnetics/induction/flux_linkage.h"
-#include "core/magnetics/induction/induced_dipoles.h"
-#include "core/magnetics/induction/linear_magnetization.h"
-#include "core/sim/model/motion.h"
 
 namespace loomstone {
 
-namespace {
+MagneticMotion::MagneticMotion(const MagneticModel& model)
+    : model_(model), magnets_(model), frequency_(model, magnets_), inductances_(model) {}
 
-// More than these a step means that magnets have run into one another, or that the step is far too
-// long.
-constexpr int most_substeps = 4096;
-// A sub-step whose length times frequency has grown to this many times what was asked for is
-// halved.
-constexpr double tolerated_growth = 4.0 / 3.0;
-
-}  // namespace
-
-MagneticMotion::MagneticMotion(const Model& model) : model_(model), currents_(model, rotors_) {
-  for (const MassProperties& mass : model.body_mass) rotors_.push_back(make_rotor(mass.inertia));
-  for (std::size_t i = 0; i < model.magnets.size(); ++i) {
-    const Model::Carried& magnet = model.magnets[i];
-    groups_.push_back(std::min(magnet.carrier, model.n_bodies()));
-    (magnet.source ? hard_ : induced_).push_back(static_cast<Index>(i));
-    if (magnet.source || magnet.soft)
-      coarse_.push_back(coarse_magnet(magnet.source ? *magnet.source : *magnet.soft->solid()));
-    else
-      coarse_.push_back(CoarseMagnet{std::make_shared<const Points>(Points::Zero(1, 3)), 0.0,
-                                     2.0 * magnet.radius});
-    soft_ |= magnet.soft != nullptr;
-  }
-  for (const Model::Wound& wound : model.coils)
-    coarse_coils_.push_back(coarse_magnet(*wound.source));
-  polarizabilities_.resize(induced_.size());
-  for (std::size_t k = 0; k < induced_.size(); ++k)
-    polarizabilities_[k] = model.magnets[induced_[k]].polarizability;
-}
-
-std::vector<MagneticBody> MagneticMotion::hard(const std::vector<MagneticBody>& magnets) const {
-  std::vector<MagneticBody> result;
-  for (const Index i : hard_) result.push_back(magnets[i]);
-  return result;
-}
-
-Points MagneticMotion::applied_field(const Team& team, const std::vector<MagneticBody>& magnets,
-                                     const std::vector<MagneticBody>& coils,
-                                     std::vector<KnownField>& known) const {
-  Points x(induced_.size(), 3), field = Points::Zero(induced_.size(), 3);
-  for (std::size_t k = 0; k < induced_.size(); ++k)
-    x.row(k) = magnets[induced_[k]].pose.position.transpose();
-  for (const MagneticBody& body : hard(magnets)) {
-    known.push_back({body, x, magnetic_field_and_gradient(team, body, x)});
-    field += known.back().there.field;
-  }
-  if (!coils.empty()) field += magnetic_field(team, coils, x, "B");
-  field.rowwise() += model_.scene.magnetic_field.transpose();
-  return field;
-}
-
-// Bodies that answer explicitly take no part in the others' magnetisation.
-void MagneticMotion::place_soft(const Team& team, std::vector<MagneticBody>& magnets,
-                                const std::vector<MagneticBody>& coils) const {
-  std::vector<MagneticBody> by = hard(magnets);
-  by.insert(by.end(), coils.begin(), coils.end());
-  std::vector<SoftBody> mutual;
-  std::vector<Index> rows;
-  for (const Index i : induced_) {
-    const Model::Carried& magnet = model_.magnets[i];
-    const SoftBody body{magnet.soft, magnets[i].pose, magnet.saturation};
-    if (magnet.cells.rows() > 0) {
-      magnets[i] = explicit_response(body, magnet.cells, by, model_.scene.magnetic_field);
-      continue;
-    }
-    mutual.push_back(body);
-    rows.push_back(i);
-  }
-  if (mutual.empty()) return;
-  const double tolerance = 1e-2 * model_.scene.magnetic_tolerance;
-  const Induction induced = induce(team, mutual, by, model_.scene.magnetic_field, tolerance);
-  for (std::size_t k = 0; k < rows.size(); ++k) magnets[rows[k]] = induced.bodies[k];
-}
-
-std::vector<MagneticBody> MagneticMotion::placed(const Team& team, const RigidState& state,
-                                                 const std::vector<RigidPose>& obstacles,
-                                                 const std::vector<MagneticBody>& coils) const {
-  std::vector<KnownField> known;
-  return placed(team, state, obstacles, coils, known);
-}
-
-std::vector<MagneticBody> MagneticMotion::placed(const Team& team, const RigidState& state,
-                                                 const std::vector<RigidPose>& obstacles,
-                                                 const std::vector<MagneticBody>& coils,
-                                                 std::vector<KnownField>& known,
-                                                 Points* moments) const {
-  known.clear();
-  std::vector<MagneticBody> bodies;
-  for (const Model::Carried& magnet : model_.magnets)
-    bodies.push_back({magnet.source, carried_pose(state, obstacles, magnet.carrier, magnet.local)});
-  if (induced_.empty()) return bodies;
-  if (soft_) {
-    place_soft(team, bodies, coils);
-    return bodies;
-  }
-  Points x(induced_.size(), 3);
-  for (std::size_t k = 0; k < induced_.size(); ++k)
-    x.row(k) = bodies[induced_[k]].pose.position.transpose();
-  const Points induced =
-      induced_moments(team, x, polarizabilities_, applied_field(team, bodies, coils, known),
-                      1e-2 * model_.scene.magnetic_tolerance, moments ? *moments : Points());
-  if (moments) *moments = induced;
-  for (std::size_t k = 0; k < induced_.size(); ++k) {
-    MagneticBody& body = bodies[induced_[k]];
-    body.source = std::make_shared<DipoleSet>(Points::Zero(1, 3), Points(induced.row(k)));
-    body.pose.orientation = Vec4(1, 0, 0, 0);
-  }
-  return bodies;
-}
-
-std::vector<Wrench> MagneticMotion::wrenches(const Team& team, const RigidState& state,
-                                             const std::vector<RigidPose>& obstacles,
-                                             const Vector& currents) const {
-  std::vector<KnownField> known;
-  const std::vector<MagneticBody> magnets =
-      placed(team, state, obstacles, carrying_coils(model_, state, obstacles, currents), known);
-  std::vector<Wrench> result = wrenches(team, state, obstacles, magnets, known);
+CarrierWrenches MagneticMotion::wrenches(const Team& team, const CarrierPlaces& places,
+                                         const Vector& currents) const {
+  const Magnetised magnetised = magnets_.at(team, places, carrying_coils(model_, places, currents));
+  CarrierWrenches result = magnets_.wrenches(team, places, magnetised);
   if (!model_.coils.empty()) {
-    add_times(result, 1.0, currents_.on_magnets(state, obstacles, magnets, currents));
-    add_times(result, 1.0, currents_.on_coils(state, obstacles, currents));
+    const PlacedCoils coils(model_, places, std::vector<Twist>(places.obstacles.size()));
+    add_times(result, 1.0, coils.with_magnets(magnetised.magnets, currents));
+    add_times(result, 1.0, coils.among_coils(currents));
   }
   result.resize(model_.n_bodies());
   return result;
 }
 
-void MagneticMotion::arrive(const Team& team, const RigidState& state,
-                            const std::vector<RigidPose>& obstacles, double time, Points& moments) {
-  Cause cause{state.positions, state.orientations, obstacles, currents_.resting(),
-              currents_.all(time)};
-  if (cause_ && *cause_ == cause) return;
-  cause_.reset();
-  const auto act = [&](const std::vector<MagneticBody>& coils, Points* begin = nullptr) {
-    Instant now;
-    now.magnets = placed(team, state, obstacles, coils, now.known, begin);
-    now.forces = wrenches(team, state, obstacles, now.magnets, now.known);
-    return now;
-  };
-  std::vector<MagneticBody> coils;
-  if (!induced_.empty()) coils = carrying_coils(model_, state, obstacles, currents_.all(time));
-  now_ = act(coils, &moments);
-  std::vector<Wrench> magnetised;
-  if (!coils.empty()) {
-    magnetised = now_.forces;
-    add_times(magnetised, -1.0, act({}).forces);
-  }
-  CircuitResponse response;
-  if (!induced_.empty() && !currents_.circuits().empty()) {
-    const auto trial = [&](const Vector& amperes) {
-      const Vector currents = currents_.all(time, amperes);
-      const Instant then = act(carrying_coils(model_, state, obstacles, currents));
-      CircuitTrial result{then.forces, Vector::Zero(currents.size())};
-      add_times(result.wrenches, 1.0,
-                currents_.on_magnets(state, obstacles, then.magnets, currents));
-      for (std::size_t j = 0; j < model_.coils.size(); ++j) {
-        if (!wants_flux(model_.scene.coils[j])) continue;
-        const Model::Wound& wound = model_.coils[j];
-        const MagneticBody coil{wound.source,
-                                carried_pose(state, obstacles, wound.carrier, wound.local)};
-        for (const Index i : induced_)
-          result.flux[static_cast<Eigen::Index>(j)] += linked_flux(coil, then.magnets[i]);
-      }
-      return result;
-    };
-    std::vector<Wrench> idle = now_.forces;
-    add_times(idle, 1.0, currents_.on_magnets(state, obstacles, now_.magnets, currents_.all(time)));
-    response = circuit_response(currents_.circuits(), amperes_beside(now_.magnets), idle, trial);
-  }
-  currents_.place(state, obstacles, now_.magnets, time, std::move(magnetised), response);
-  cause_ = std::move(cause);
+double MagneticMotion::energy(const Team& team, const CarrierPlaces& places,
+                              const Points& moments) const {
+  const bool here = last_ && model_.coils.empty() &&
+                    last_->cause.positions == places.bodies.positions &&
+                    last_->cause.orientations == places.bodies.orientations &&
+                    last_->cause.obstacles == places.obstacles;
+  return magnets_.energy(team, here ? last_->magnetised : magnets_.at(team, places, {}, moments));
 }
 
-// As many in each circuit as give it the moment of the strongest magnet: what they do then shows
-// beside what magnets do.
-Vector MagneticMotion::amperes_beside(const std::vector<MagneticBody>& magnets) const {
+MagneticMotion::Cause MagneticMotion::cause_of(const Moment& moment) const {
+  const RigidState& bodies = moment.places.bodies;
+  Cause cause{bodies.positions,
+              bodies.orientations,
+              moment.places.obstacles,
+              {},
+              currents_at(model_, moment.time)};
+  for (const Twist& twist : moment.twists) cause.resting.push_back(twist.rests());
+  return cause;
+}
+
+const MagneticMotion::Instant& MagneticMotion::arrive(const Team& team, const Moment& moment,
+                                                      Points& moments) {
+  Cause cause = cause_of(moment);
+  if (last_ && last_->cause == cause) return *last_;
+  last_.reset();
+  const CarrierPlaces& places = moment.places;
+  const bool magnetises = !magnets_.induced().empty();
+  std::vector<MagneticBody> carrying;
+  if (magnetises) carrying = carrying_coils(model_, places, cause.given);
+  Instant now{std::move(cause), magnets_.at(team, places, carrying, moments), {}};
+  Actions& actions = now.actions;
+  moments = now.magnetised.moments;
+  actions.magnets = magnets_.wrenches(team, places, now.magnetised);
+  if (!carrying.empty()) {
+    actions.magnetised = actions.magnets;
+    add_times(actions.magnetised, -1.0,
+              magnets_.wrenches(team, places, magnets_.at(team, places, {})));
+  }
+  const PlacedCoils coils(model_, places, moment.twists);
+  CircuitResponse response;
+  if (magnetises && !model_.circuits.empty()) response = this->response(team, moment, coils, now);
+  actions.coils = coils.per_ampere(now.magnetised.magnets, moment.time, response);
+  actions.inductances = inductances_.at(coils.with_one_ampere(), response);
+  last_ = std::move(now);
+  return *last_;
+}
+
+CircuitResponse MagneticMotion::response(const Team& team, const Moment& moment,
+                                         const PlacedCoils& coils, const Instant& idle) const {
+  const CarrierPlaces& places = moment.places;
+  const auto trial = [&](const Vector& amperes) {
+    const Vector currents = currents_at(model_, moment.time, amperes);
+    const Magnetised then = magnets_.at(team, places, carrying_coils(model_, places, currents));
+    CircuitTrial result{magnets_.wrenches(team, places, then), Vector::Zero(currents.size())};
+    add_times(result.wrenches, 1.0, coils.with_magnets(then.magnets, currents));
+    for (std::size_t j = 0; j < model_.coils.size(); ++j) {
+      if (!model_.coils[j].wants_flux()) continue;
+      for (const Index i : magnets_.induced())
+        result.flux[static_cast<Eigen::Index>(j)] +=
+            linked_flux(coils.with_one_ampere()[j], then.magnets[i]);
+    }
+    return result;
+  };
+  CarrierWrenches without = idle.actions.magnets;
+  add_times(without, 1.0, coils.with_magnets(idle.magnetised.magnets, idle.cause.given));
+  return circuit_response(model_.circuits, probe_currents(idle.magnetised.magnets), without, trial);
+}
+
+// (circuits) currents whose dipole moment equals that of the strongest magnet: their effect shows
+// against that of the magnets [A].
+Vector MagneticMotion::probe_currents(const std::vector<MagneticBody>& magnets) const {
   double moment = 0.0;
   for (const MagneticBody& magnet : magnets)
     moment = std::max(moment, magnet.source->moment().norm());
-  Vector amperes(currents_.circuits().size());
+  Vector amperes(model_.circuits.size());
   for (Eigen::Index k = 0; k < amperes.size(); ++k)
     amperes[k] =
-        moment > 0.0 ? moment / model_.coils[currents_.circuits()[k]].source->moment().norm() : 1.0;
+        moment > 0.0 ? moment / model_.coils[model_.circuits[k]].source->moment().norm() : 1.0;
   return amperes;
 }
 
-std::vector<Wrench> MagneticMotion::wrenches(const Team& team, const RigidState& state,
-                                             const std::vector<RigidPose>& obstacles,
-                                             const std::vector<MagneticBody>& magnets,
-                                             const std::vector<KnownField>& known) const {
-  const std::vector<Wrench> each =
-      magnetic_wrenches(team, magnets, model_.scene.magnetic_tolerance, groups_, known);
-  const Points centres = carrier_centres(state, obstacles);
-  std::vector<Wrench> result(centres.rows());
-  for (std::size_t i = 0; i < magnets.size(); ++i) {
-    const Index carrier = model_.magnets[i].carrier;
-    const Vec3 arm = magnets[i].pose.position - centres.row(carrier).transpose();
-    result[carrier].force += each[i].force;
-    result[carrier].torque += each[i].torque + arm.cross(each[i].force);
-    result[carrier].torque += magnets[i].moment().cross(model_.scene.magnetic_field);
-    result[carrier].error += each[i].error;
+double MagneticMotion::frequency(const Team& team, const CarrierPlaces& places,
+                                 const Vector& currents, const Instant& now,
+                                 const RigidWorld& world) const {
+  const std::vector<MagneticBody>* magnets = &now.magnetised.magnets;
+  Magnetised by_circuits;
+  if (!magnets_.induced().empty() && !model_.circuits.empty()) {  // these magnetise them too
+    by_circuits = magnets_.at(team, places, carrying_coils(model_, places, currents));
+    magnets = &by_circuits.magnets;
   }
-  return result;
+  return frequency_.at(team, {places, *magnets, now.magnetised.known, currents, world.touching()});
 }
 
-// Hard magnets in one another's field and in the uniform one; induced dipoles have half of what
-// they would have if they were hard, in the field that is not theirs: the other half is stored in
-// them.
-double MagneticMotion::energy(const Team& team, const RigidState& state,
-                              const std::vector<RigidPose>& obstacles, Points moments) const {
-  const bool here = cause_ && model_.coils.empty() && cause_->positions == state.positions &&
-                    cause_->orientations == state.orientations && cause_->obstacles == obstacles;
-  std::vector<KnownField> known;
-  const std::vector<MagneticBody> magnets =
-      here ? now_.magnets : placed(team, state, obstacles, {}, known, &moments);
-  if (here) known = now_.known;
-  const std::vector<MagneticBody> hard = this->hard(magnets);
-  std::vector<Index> groups;
-  double total = 0.0;
-  for (const Index i : hard_) {
-    groups.push_back(groups_[i]);
-    total -= magnets[i].moment().dot(model_.scene.magnetic_field);
-  }
-  total += magnetic_energy(team, hard, model_.scene.magnetic_tolerance, groups);
-  if (induced_.empty()) return total;
-  if (soft_) {
-    for (const Index i : induced_) {
-      total -= 0.5 * magnets[i].moment().dot(model_.scene.magnetic_field);
-      for (const MagneticBody& by : hard)
-        total += 0.5 * magnetic_energy(by, magnets[i], model_.scene.magnetic_tolerance);
-    }
-    return total;
-  }
-  for (std::size_t k = 0; k < induced_.size(); ++k) {
-    Vec3 applied = model_.scene.magnetic_field;
-    for (const KnownField& field : known) applied += field.there.field.row(k).transpose();
-    total -= 0.5 * magnets[induced_[k]].moment().dot(applied);
-  }
-  return total;
-}
+MagneticEffort MagneticMotion::advance(const Team& team, const MagneticStep& step,
+                                       RigidWorld& world, RigidState& state,
+                                       MagneticState& magnetic) {
+  const std::vector<Twist> twists =
+      obstacle_twists(step.obstacles.poses, step.moved_obstacles.poses, step.length);
+  const auto obstacles_at = [&](double share) {
+    return between(step.obstacles, step.moved_obstacles, share);
+  };
+  const auto arrive_at = [&](const ObstaclePlaces& obstacles, double time) -> const Instant& {
+    return arrive(team, {{state, obstacles.poses}, twists, time}, magnetic.moments);
+  };
+  MovingBodies bodies = begin_motion(model_, step.impulses, step.angular_impulses, state);
+  const auto kick = [&](double time, double duration, const Instant& now) {
+    return kick_wrenches(model_, {time, duration, state, bodies.momenta, twists, now.actions},
+                         magnetic.circuits);
+  };
+  MagneticEffort effort;
+  const Instant* now = &arrive_at(step.obstacles, step.start);
+  for (Substeps parts(step.length, model_.substep); parts.left(); ++effort.substeps) {
+    const double start = step.start + parts.elapsed();
+    const Vector currents = coil_currents(model_, magnetic.circuits, start);
+    const ObstaclePlaces here = obstacles_at(parts.share());
+    parts.resolve(frequency(team, {state, here.poses}, currents, *now, world));
+    const double h = parts.length();
+    parts.pass();
+    const ObstaclePlaces there = obstacles_at(parts.share());
 
-MagneticMotion::Done MagneticMotion::advance(const Team& team, double step, const Points& impulses,
-                                             const Points& angular_impulses,
-                                             const ObstaclePlaces& obstacles,
-                                             const ObstaclePlaces& moved_obstacles, double time,
-                                             RigidWorld& world, RigidState& state,
-                                             CircuitState& circuit, Points& moments) {
-  const Index n = model_.n_bodies();
-  Points momenta(n, 3);  // angular, world axes [kg m^2/s]
-  for (Index b = 0; b < n; ++b) {
-    state.velocities.row(b) += impulses.row(b) / model_.body_mass[b].mass;
-    const Vec3 spin = state.angular_velocities.row(b).transpose();
-    momenta.row(b) =
-        angular_momentum(rotors_[b], state.orientations.row(b).transpose(), spin).transpose();
-    momenta.row(b) += angular_impulses.row(b);
-    if (!currents_.held(b)) continue;
-    momenta.row(b) = momenta.row(b).dot(currents_.axis(b)) * currents_.axis(b).transpose();
-    state.velocities.row(b).setZero();
+    CarrierWrenches wrenches = kick(start + 0.25 * h, 0.5 * h, *now);
+    const ContactAnswer answer = answer_contacts(model_, h, wrenches, there, bodies, world);
+    half_kick(model_, h, wrenches, bodies);
+    drift(model_, h, wrenches, answer, bodies);
+    now = &arrive_at(there, start + h);
+    wrenches = kick(start + 0.75 * h, 0.5 * h, *now);
+    half_kick(model_, h, wrenches, bodies);
   }
-  const Points none = Points::Zero(n, 3);
-  const Vec3& gravity = model_.scene.gravity;
-  std::vector<std::uint8_t> touched;
-  std::vector<Wrench> before;
-  currents_.move(obstacles.poses, moved_obstacles.poses, step);
-  arrive(team, state, obstacles.poses, time, moments);
-  Done done;
-  int parts = 1;  // the sub-step is step / parts; `place` of them are done
-  double limit = model_.scene.magnetic_step;
-  for (int place = 0; place < parts;) {
-    const ObstaclePlaces here =
-        between(obstacles, moved_obstacles, static_cast<double>(place) / parts);
-    Vector currents = currents_.all(time + step * place / parts);
-    for (const std::size_t j : currents_.circuits())
-      currents[static_cast<Eigen::Index>(j)] = circuit.currents[static_cast<Eigen::Index>(j)];
-    const double frequency_now = frequency(team, state, here.poses, currents, world);
-    while (frequency_now * step > limit * parts && parts <= most_substeps) parts *= 2, place *= 2;
-    if (parts > most_substeps || !std::isfinite(frequency_now)) {
-      std::ostringstream out;
-      out << "magnets must move in at most " << most_substeps
-          << " sub-steps, got an angular frequency of " << frequency_now << " rad/s at step "
-          << step << " s; shorten integrator.step, or keep point dipoles apart";
-      throw SolverFailure(out.str());
-    }
-    limit = tolerated_growth * model_.scene.magnetic_step;
-    const double h = step / parts;
-    ++place;
-    const ObstaclePlaces at_end =
-        between(obstacles, moved_obstacles, static_cast<double>(place) / parts);
-
-    before = now_.forces;
-    const double start = time + step * (place - 1) / parts;
-    currents_.kick(start + 0.25 * h, 0.5 * h, state, momenta, before, circuit);
-    // The world's answer first: it wants velocities after the whole kick.
-    RigidState answer{
-        state.positions, state.orientations, state.velocities, state.angular_velocities, {}};
-    for (Index b = 0; b < n; ++b) {
-      const Vec3 kick = h * (before[b].force / model_.body_mass[b].mass + gravity);
-      answer.velocities.row(b) += kick.transpose();
-      answer.angular_velocities.row(b) =
-          angular_velocity(rotors_[b], state.orientations.row(b).transpose(),
-                           momenta.row(b).transpose() + h * before[b].torque)
-              .transpose();
-    }
-    world.advance(h, none, none, at_end, answer, &touched);
-    for (Index b = 0; b < n; ++b) {
-      const Vec4 orientation = state.orientations.row(b).transpose();
-      if (touched[b] && !currents_.held(b)) {
-        const Vec3 spin = answer.angular_velocities.row(b).transpose();
-        momenta.row(b) = angular_momentum(rotors_[b], orientation, spin).transpose();
-        momenta.row(b) -= 0.5 * h * before[b].torque.transpose();
-        state.velocities.row(b) =
-            answer.velocities.row(b) -
-            0.5 * h * (before[b].force / model_.body_mass[b].mass + gravity).transpose();
-        state.positions.row(b) = answer.positions.row(b);
-        state.orientations.row(b) = answer.orientations.row(b);
-        continue;
-      }
-      momenta.row(b) += 0.5 * h * before[b].torque.transpose();
-      state.velocities.row(b) +=
-          0.5 * h * (before[b].force / model_.body_mass[b].mass + gravity).transpose();
-      state.positions.row(b) += h * state.velocities.row(b);
-      state.orientations.row(b) =
-          freely_turned(rotors_[b], orientation, momenta.row(b).transpose(), h).transpose();
-    }
-    arrive(team, state, at_end.poses, start + h, moments);
-    before = now_.forces;
-    currents_.kick(start + 0.75 * h, 0.5 * h, state, momenta, before, circuit);
-    for (Index b = 0; b < n; ++b) {
-      momenta.row(b) += 0.5 * h * before[b].torque.transpose();
-      state.velocities.row(b) +=
-          0.5 * h * (before[b].force / model_.body_mass[b].mass + gravity).transpose();
-    }
-    ++done.substeps;
-  }
-  for (Index b = 0; b < n; ++b) {
-    state.angular_velocities.row(b) =
-        angular_velocity(rotors_[b], state.orientations.row(b).transpose(),
-                         momenta.row(b).transpose())
-            .transpose();
-    done.error = std::max(done.error, before[b].error);
-    if (!state.positions.row(b).allFinite() || !state.velocities.row(b).allFinite() ||
-        !momenta.row(b).allFinite())
-      throw SolverFailure(
-          "bodies[" + std::to_string(b) +
-          "] must stay finite, got NaN or infinity from magnetic forces; shorten integrator.step");
-  }
-  return done;
+  end_motion(model_, bodies);
+  for (Index b = 0; b < model_.n_bodies(); ++b)
+    effort.error = std::max(effort.error, now->actions.magnets[b].error);
+  return effort;
 }
 
 }  // namespace loomstone

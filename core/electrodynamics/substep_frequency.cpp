@@ -1,10 +1,9 @@
-// How fast what carries magnets and coils could oscillate now, which sub-steps must resolve
-// (core/magnetics/forces/stiffness.h).
+#include "core/electrodynamics/substep_frequency.h"
+
 #include <algorithm>
 #include <cmath>
 
-#include "core/electrodynamics/magnetic_motion.h"
-#include "core/sim/model/motion.h"
+#include "core/electrodynamics/coil_currents.h"
 
 namespace loomstone {
 
@@ -16,79 +15,124 @@ namespace {
 // as long.
 constexpr double touching_share = 1.0 / 16.0;
 
+// An induced moment changes on the way as well: of forces like r^-7 the derivative is 7/4 of that
+// of r^-4.
+constexpr double induced_growth = 1.75;
+
+// Charge on a surface acts as its absolute value does, also where the whole moment is small [A
+// m^2].
+double spread_moment(const SourcePtr& source) {
+  double sum = 0.0;
+  for (const PanelSample& sample : source->charges())
+    sum += std::abs(sample.charge) * sample.position.norm();
+  return sum;
+}
+
+// The least found of a source that is written as a sum of charges of both signs.
+double induced_moment(const MagneticBody& magnet) {
+  const SourcePtr &source = magnet.source, panel_means = source->panel_means();
+  const double moment = source->induced() ? spread_moment(source) : magnet.moment().norm();
+  return panel_means ? std::min(moment, spread_moment(panel_means)) : moment;
+}
+
+CoarseMagnet coarse_magnet(const CarriedMagnet& magnet) {
+  if (magnet.source || magnet.soft)
+    return coarse_magnet(magnet.source ? *magnet.source : *magnet.soft->solid());
+  return {std::make_shared<const Points>(Points::Zero(1, 3)), 0.0, 2.0 * magnet.radius};
+}
+
 }  // namespace
 
-double MagneticMotion::frequency(const Team& team, const RigidState& state,
-                                 const std::vector<RigidPose>& obstacles, const Vector& currents,
-                                 const RigidWorld& world) const {
-  std::vector<Carrier> carriers(model_.n_bodies() + 1);
-  for (Index b = 0; b < model_.n_bodies(); ++b)
-    carriers[b] = {currents_.held(b) ? 0.0 : 1.0 / model_.body_mass[b].mass,
-                   1.0 / rotors_[b].moments.minCoeff(), state.positions.row(b).transpose()};
-  std::vector<CoarseMagnet> coarse = coarse_;
-  std::vector<RigidPose> poses;
-  std::vector<MagneticBody> magnets = now_.magnets;
-  if (!induced_.empty() && !currents_.circuits().empty())  // as these magnetise them too
-    magnets = placed(team, state, obstacles, carrying_coils(model_, state, obstacles, currents));
-  for (const MagneticBody& magnet : magnets) poses.push_back(magnet.pose);
-  // An induced moment changes on the way as well: of forces like r^-7 the derivative is 7/4 of that
-  // of r^-4. Charge on a surface acts as its absolute value does, also where the whole moment is
-  // small; of what is written as a sum of charges of both signs that is the least found.
-  const auto spread = [](const SourcePtr& source) {
-    double sum = 0.0;
-    for (const PanelSample& sample : source->charges())
-      sum += std::abs(sample.charge) * sample.position.norm();
-    return sum;
-  };
+SubstepFrequency::SubstepFrequency(const MagneticModel& model, const Magnets& magnets)
+    : model_(model), magnets_(magnets) {
+  for (const CarriedMagnet& magnet : model.magnets) coarse_.push_back(coarse_magnet(magnet));
+  for (const CarriedCoil& wound : model.coils)
+    coarse_coils_.push_back(coarse_magnet(*wound.source));
+}
+
+std::vector<Carrier> SubstepFrequency::carriers(const CarrierPlaces& places) const {
+  std::vector<Carrier> carriers(model_.n_bodies() + 1);  // the last: all obstacles
+  for (Index b = 0; b < model_.n_bodies(); ++b) {
+    const MagneticRotor& body = model_.bodies[b];
+    carriers[b] = {body.bearing ? 0.0 : 1.0 / body.mass.mass, 1.0 / body.rotor.moments.minCoeff(),
+                   places.bodies.positions.row(b).transpose()};
+  }
+  return carriers;
+}
+
+// Induced spheres, if all induced bodies are spheres that magnetise along the field.
+std::vector<SoftSphere> SubstepFrequency::spheres(const std::vector<MagneticBody>& magnets) const {
+  const std::vector<Index>& induced = magnets_.induced();
   std::vector<SoftSphere> spheres;
-  const bool soft_spheres = !soft_ && !induced_.empty() && polarizabilities_.minCoeff() > 0.0;
-  for (const Index i : induced_) {
-    if (soft_spheres) {
-      spheres.push_back(
-          {groups_[i], poses[i].position, magnets[i].moment(), model_.magnets[i].radius});
-      coarse[i].soft_sphere = true;
-      coarse[i].moment =
-          spheres.back().moment.norm() / static_cast<double>(coarse[i].positions->rows());
-      continue;
-    }
-    const SourcePtr &source = magnets[i].source, panel_means = source->panel_means();
-    double moment = source->induced() ? spread(source) : magnets[i].moment().norm();
-    if (panel_means) moment = std::min(moment, spread(panel_means));
-    coarse[i].moment = 1.75 * moment / static_cast<double>(coarse[i].positions->rows());
+  if (induced.empty() || !magnets_.dipoles_only() ||
+      !(magnets_.polarizabilities().minCoeff() > 0.0))
+    return spheres;
+  for (const Index i : induced)
+    spheres.push_back({magnets_.groups()[i], magnets[i].pose.position, magnets[i].moment(),
+                       model_.magnets[i].radius});
+  return spheres;
+}
+
+SubstepFrequency::Coarse SubstepFrequency::coarse(const Oscillators& now,
+                                                  const std::vector<SoftSphere>& spheres) const {
+  const std::vector<Index>& induced = magnets_.induced();
+  Coarse coarse{coarse_, {}, magnets_.groups()};
+  for (const MagneticBody& magnet : now.magnets) coarse.poses.push_back(magnet.pose);
+  for (std::size_t k = 0; k < induced.size(); ++k) {
+    CoarseMagnet& magnet = coarse.magnets[induced[k]];
+    const auto n = static_cast<double>(magnet.positions->rows());
+    magnet.soft_sphere = !spheres.empty();
+    magnet.moment = magnet.soft_sphere
+                        ? spheres[k].moment.norm() / n
+                        : induced_growth * induced_moment(now.magnets[induced[k]]) / n;
   }
-  std::vector<Index> groups = groups_;
   for (std::size_t j = 0; j < model_.coils.size(); ++j) {
-    const Model::Wound& wound = model_.coils[j];
-    coarse.push_back(coarse_coils_[j]);
-    coarse.back().moment *= std::abs(currents[static_cast<Eigen::Index>(j)]);
-    poses.push_back(carried_pose(state, obstacles, wound.carrier, wound.local));
-    groups.push_back(std::min(wound.carrier, model_.n_bodies()));
+    const CarriedCoil& wound = model_.coils[j];
+    coarse.magnets.push_back(coarse_coils_[j]);
+    coarse.magnets.back().moment *= std::abs(now.currents[static_cast<Eigen::Index>(j)]);
+    coarse.poses.push_back(now.places.pose(wound.carrier, wound.local));
+    coarse.groups.push_back(model_.group(wound.carrier));
   }
+  return coarse;
+}
+
+// What spheres do to one another, and what magnets and coils on obstacles do to them.
+void SubstepFrequency::add_spheres(const Team& team, const Oscillators& now, const Coarse& coarse,
+                                   const std::vector<SoftSphere>& spheres,
+                                   const std::vector<Carrier>& carriers,
+                                   std::vector<double>& squares) const {
+  add_sphere_frequencies2(team, spheres, carriers, squares);
+  const std::vector<Index>& hard = magnets_.hard();
+  for (std::size_t k = 0; k < hard.size(); ++k) {
+    const Index i = hard[k];
+    if (coarse.groups[i] == model_.n_bodies())
+      add_sphere_frequencies2(
+          team, spheres, {coarse.magnets[i], coarse.poses[i], now.known[k].there.gradient}, carriers,
+          squares);
+  }
+  Points x(spheres.size(), 3);
+  for (std::size_t k = 0; k < spheres.size(); ++k) x.row(k) = spheres[k].position.transpose();
+  for (std::size_t j = 0; j < model_.coils.size(); ++j) {
+    const std::size_t i = model_.magnets.size() + j;
+    if (coarse.groups[i] != model_.n_bodies() || coarse.magnets[i].moment == 0.0) continue;
+    const SourcePtr wound =
+        wound_source(model_.coils[j].coil, now.currents[static_cast<Eigen::Index>(j)]);
+    add_sphere_frequencies2(team, spheres,
+                            {coarse.magnets[i], coarse.poses[i],
+                             magnetic_gradient(team, {{wound, coarse.poses[i]}}, x)},
+                            carriers, squares);
+  }
+}
+
+double SubstepFrequency::at(const Team& team, const Oscillators& now) const {
+  const std::vector<Carrier> carriers = this->carriers(now.places);
+  const std::vector<SoftSphere> spheres = this->spheres(now.magnets);
+  const Coarse coarse = this->coarse(now, spheres);
   std::vector<double> squares =
-      frequencies2(coarse, poses, groups, carriers, model_.scene.magnetic_field.norm());
-  if (!spheres.empty()) {
-    add_sphere_frequencies2(team, spheres, carriers, squares);
-    for (std::size_t k = 0; k < hard_.size(); ++k) {
-      const Index i = hard_[k];
-      if (groups_[i] == model_.n_bodies())
-        add_sphere_frequencies2(team, spheres, {coarse[i], poses[i], now_.known[k].there.gradient},
-                                carriers, squares);
-    }
-    Points x(spheres.size(), 3);
-    for (std::size_t k = 0; k < spheres.size(); ++k) x.row(k) = spheres[k].position.transpose();
-    for (std::size_t j = 0; j < model_.coils.size(); ++j) {
-      const std::size_t i = model_.magnets.size() + j;
-      if (groups[i] != model_.n_bodies() || coarse[i].moment == 0.0) continue;
-      const MagneticBody coil{
-          wound_source(model_.scene.coils[j], currents[static_cast<Eigen::Index>(j)]), poses[i]};
-      add_sphere_frequencies2(team, spheres,
-                              {coarse[i], poses[i], magnetic_gradient(team, {coil}, x)}, carriers,
-                              squares);
-    }
-  }
-  const std::vector<std::uint8_t> touching = world.touching();
-  for (std::size_t b = 0; b < touching.size(); ++b)
-    if (touching[b]) squares[b] *= touching_share;
+      frequencies2(coarse.magnets, coarse.poses, coarse.groups, carriers, model_.field.norm());
+  if (!spheres.empty()) add_spheres(team, now, coarse, spheres, carriers, squares);
+  for (std::size_t b = 0; b < now.touching.size(); ++b)
+    if (now.touching[b]) squares[b] *= touching_share;
   return std::sqrt(*std::max_element(squares.begin(), squares.end()));
 }
 

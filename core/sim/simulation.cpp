@@ -6,6 +6,7 @@
 
 #include "core/base/message.h"
 #include "core/collision/tangle/intersections.h"
+#include "core/electrodynamics/coil_currents.h"
 #include "core/parallel/agreement.h"
 #include "core/sim/model/motion.h"
 #include "core/sim/record/capture.h"
@@ -226,10 +227,14 @@ std::array<Points, 2> Simulation::magnetic_forces() const {
   return rows;
 }
 
-const CircuitState& Simulation::circuits() const { return data_->state.circuits; }
+const CircuitState& Simulation::circuits() const { return data_->state.magnetic.circuits; }
 
-double Simulation::current() const { return first_circuit_current(data_->model, data_->state); }
-Vector Simulation::currents() const { return coil_currents(data_->model, data_->state, time()); }
+double Simulation::current() const {
+  return first_circuit_current(data_->model.magnetics, circuits());
+}
+Vector Simulation::currents() const {
+  return coil_currents(data_->model.magnetics, circuits(), time());
+}
 
 std::vector<MagneticBody> Simulation::magnets(const Frame& frame) const {
   return magnets_of_frame(data_->team, data_->model, frame);

@@ -123,14 +123,12 @@ void build(const Scene& scene, Model& model, State& state) {
   model.scene = scene;
   build_cloth(scene, model, state);
   build_bodies(scene, model, state);
-  build_magnets(scene, model);
-  build_coils(scene, model);
-  state.circuits.currents = Vector::Zero(static_cast<Eigen::Index>(scene.coils.size()));
+  build_magnetics(scene, model);
+  state.magnetic.circuits.currents = Vector::Zero(static_cast<Eigen::Index>(scene.coils.size()));
   build_collision(scene, model);
   build_freedom(model);
   check_scripts(model, state);
-  check_magnets(model, state);
-  check_coils(model, state);
+  check_magnetics(model, state);
   check_start(model, state);
   state.tangled = scene.allow_initial_intersections;
 }

@@ -12,7 +12,7 @@
 #include "core/base/types.h"
 #include "core/cloth/cloth_model.h"
 #include "core/collision/model/collision_model.h"
-#include "core/magnetics/induction/soft_shape.h"
+#include "core/electrodynamics/magnetic_model.h"
 #include "core/rigid/rigid_body.h"
 #include "core/sim/scene/scene.h"
 
@@ -30,20 +30,6 @@ struct Model {
     Index row = 0;  // cloth row
     int body = 0;
     Vec3 local = Vec3::Zero();  // point of the body, from its centre, mesh axes [m]
-  };
-  struct Carried {                              // magnet
-    SourcePtr source;                           // none: induced
-    double radius = 0.0, polarizability = 0.0;  // of an induced sphere [m], [A m^2/T]
-    SoftShapePtr soft;        // of induced bodies, unless all are spheres taken as point dipoles
-    double saturation = 0.0;  // of it [T]
-    Points cells;             // where it answers explicitly [m]
-    RigidPose local;          // body: from its centre; obstacle: from the mesh's origin; mesh axes
-    Index carrier = 0;        // body, or number of bodies plus obstacle
-  };
-  struct Wound {       // coil
-    SourcePtr source;  // with one ampere
-    RigidPose local;   // as of magnets
-    Index carrier = 0;
   };
   struct PinScript {  // a cloth whose pins move
     std::vector<Index> rows;
@@ -66,9 +52,7 @@ struct Model {
   Vector inverse_mass;  // (collision vertices) of cloth; 0: its motion is prescribed, or it is no
                         // cloth [1/kg]
   double cloth_size = 0.0;  // diagonal of the box about all cloths at the start [m]
-  std::vector<Carried> magnets;
-  std::vector<Wound> coils;
-  std::vector<int> bearing_of_body;  // -1: free
+  MagneticModel magnetics;  // carriers are bodies, then obstacles
 
   // Number of a cloth row as the user knows it.
   Index vertex_of_row(Index row) const {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <optional>
 
-#include "core/collision/model/rigid_motion.h"
 #include "core/base/keyframes.h"
+#include "core/collision/model/rigid_motion.h"
 
 namespace loomstone {
 
@@ -125,14 +125,6 @@ ObstaclePlaces obstacle_places(const Model& model, const State& state, double ti
     places.deformed.bottomRows(k) = vertices.middleRows(first_row(model, static_cast<int>(o)), k);
   }
   return places;
-}
-
-RigidPose carried_pose(const RigidState& rigid, const std::vector<RigidPose>& obstacles,
-                       Index carrier, const RigidPose& local) {
-  const Index n = static_cast<Index>(rigid.positions.rows());
-  const RigidPose pose = carrier < n ? body_pose(rigid, carrier) : obstacles[carrier - n];
-  return {pose.position + rotation_matrix(pose.orientation) * local.position,
-          quaternion_product(pose.orientation, local.orientation)};
 }
 
 void body_vertices(const Model& model, const RigidState& rigid, int body,

@@ -25,11 +25,6 @@ void obstacle_vertices(const Model& model, const State& state, double time, doub
 std::vector<RigidObstacle> rigid_obstacles(const Model& model, const State& state, double time);
 ObstaclePlaces obstacle_places(const Model& model, const State& state, double time, double share);
 
-// Pose of what a body, or an obstacle (numbers go on after the bodies), carries at `local` about
-// its centre.
-RigidPose carried_pose(const RigidState& rigid, const std::vector<RigidPose>& obstacles,
-                       Index carrier, const RigidPose& local);
-
 // World positions of a body's surface.
 void body_vertices(const Model& model, const RigidState& rigid, int body,
                    Eigen::Ref<Points> vertices);

@@ -8,18 +8,10 @@
 #include "core/base/types.h"
 #include "core/cloth/cloth_state.h"
 #include "core/collision/model/contact.h"
+#include "core/electrodynamics/magnetic_state.h"
 #include "core/rigid/rigid_body.h"
 
 namespace loomstone {
-
-// The circuits of a scene, and what energy has gone where since the start.
-struct CircuitState {
-  Vector currents;        // (coils) of those with a circuit, else 0 [A]
-  double energy = 0.0;    // of their inductances, own and mutual [J]
-  double heat = 0.0;      // in their resistances [J]
-  double supply = 0.0;    // by sources, of given currents as well [J]
-  double bearings = 0.0;  // taken out by bearings' friction and torque [J]
-};
 
 // State. The stage that writes a table stands behind it. Assign tables, never move into them: numpy
 // views look at their memory.
@@ -27,9 +19,7 @@ struct State {
   std::int64_t step = 0;   // steps done; time is step * h; stepper
   ClothState cloth;        // integrate, certify
   RigidState rigid;        // bodies
-  CircuitState circuits;   // bodies
-  Points induced_moments;  // (k x 3) of spheres that are dipoles, where the next are sought [A
-                           // m^2]; bodies
+  MagneticState magnetic;  // bodies
   ContactState contacts;   // certify (anchors of friction)
   std::uint8_t tangled =
       0;  // cloth may intersect something: 1 the user put it so, 2 a step left impacts; check

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "core/cloth/limits/strain_limiter.h"
-#include "core/electrodynamics/currents.h"
+#include "core/electrodynamics/coil_currents.h"
 #include "core/sim/model/motion.h"
 
 namespace loomstone {
@@ -13,9 +13,9 @@ namespace {
 
 double magnetic_energy(const State& state, double time, const Engines& engines) {
   if (!engines.magnetics) return 0.0;
-  return engines.magnetics->energy(engines.team, state.rigid,
-                                   obstacle_places(engines.model, state, time, 0.0).poses,
-                                   state.induced_moments);
+  return engines.magnetics->energy(
+      engines.team, {state.rigid, obstacle_places(engines.model, state, time, 0.0).poses},
+      state.magnetic.moments);
 }
 
 void measure_bodies(const Model& model, const RigidState& rigid, EnergyReport& energy) {
@@ -77,11 +77,12 @@ void measure(const State& state, double time, const Engines& engines, StepReport
   report.energy.kinetic = parallel_sum(engines.team, n, kinetic);
   report.energy.gravity = -parallel_sum(engines.team, n, moment);
   measure_bodies(model, state.rigid, report.energy);
-  report.circuits.current = first_circuit_current(model, state);
-  report.circuits.energy = state.circuits.energy;
-  report.circuits.heat = state.circuits.heat;
-  report.circuits.supply = state.circuits.supply;
-  report.circuits.bearing_work = state.circuits.bearings;
+  const CircuitState& circuits = state.magnetic.circuits;
+  report.circuits.current = first_circuit_current(model.magnetics, circuits);
+  report.circuits.energy = circuits.energy;
+  report.circuits.heat = circuits.heat;
+  report.circuits.supply = circuits.supply;
+  report.circuits.bearing_work = circuits.bearings;
   report.energy.magnetic = magnetic_energy(state, time, engines);
   measure_strain(engines, x, report.strain);
   if (n == 0) return;
@@ -97,7 +98,7 @@ Frame capture(const State& state, const StepOutcome& outcome, const Engines& eng
   frame.step = state.step;
   frame.time = at.time;
   frame.report = outcome.report;
-  frame.coil_currents = coil_currents(model, state, frame.time);
+  frame.coil_currents = coil_currents(model.magnetics, state.magnetic.circuits, frame.time);
   Points vertices;
   collision_vertices(model, state, vertices);
   if (at.share < 1.0) {
@@ -123,9 +124,9 @@ Frame capture(const State& state, const StepOutcome& outcome, const Engines& eng
 std::vector<Wrench> magnetic_forces(const State& state, double time, const Engines& engines) {
   const Model& model = engines.model;
   if (!engines.magnetics) return std::vector<Wrench>(model.n_bodies());
-  return engines.magnetics->wrenches(engines.team, state.rigid,
-                                     obstacle_places(model, state, time, 0.0).poses,
-                                     coil_currents(model, state, time));
+  return engines.magnetics->wrenches(engines.team,
+                                     {state.rigid, obstacle_places(model, state, time, 0.0).poses},
+                                     coil_currents(model.magnetics, state.magnetic.circuits, time));
 }
 
 }  // namespace loomstone

@@ -69,10 +69,10 @@ Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutco
   put(c, "rigid.orientations", state.rigid.orientations);
   put(c, "rigid.velocities", state.rigid.velocities);
   put(c, "rigid.angular_velocities", state.rigid.angular_velocities);
-  const CircuitState& circuits = state.circuits;
+  const CircuitState& circuits = state.magnetic.circuits;
   put(c, "circuits", Vec4(circuits.energy, circuits.heat, circuits.supply, circuits.bearings));
   put(c, "circuits.currents", circuits.currents);
-  put(c, "induced_moments", state.induced_moments);
+  put(c, "induced_moments", state.magnetic.moments);
   c.bytes["rigid.manifolds"] = state.rigid.manifolds;
   const auto& anchors = state.contacts.anchors;
   Points slip(anchors.size(), 3);
@@ -121,12 +121,13 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
   s.rigid.manifolds = flags(c, "rigid.manifolds");
   Vector energies;
   get(c, "circuits", energies, Vector(Vector::Zero(4)));
-  s.circuits.energy = energies[0], s.circuits.heat = energies[1], s.circuits.supply = energies[2];
-  s.circuits.bearings = energies[3];
-  get(c, "circuits.currents", s.circuits.currents, state.circuits.currents);
-  s.induced_moments.resize(0, 3);
+  CircuitState& circuits = s.magnetic.circuits;
+  circuits.energy = energies[0], circuits.heat = energies[1], circuits.supply = energies[2];
+  circuits.bearings = energies[3];
+  get(c, "circuits.currents", circuits.currents, state.magnetic.circuits.currents);
+  s.magnetic.moments.resize(0, 3);
   if (c.arrays.count("induced_moments"))
-    get(c, "induced_moments", s.induced_moments);  // earlier versions had none
+    get(c, "induced_moments", s.magnetic.moments);  // earlier versions had none
   Points slip;
   Vector force;
   get(c, "contacts.slip", slip);

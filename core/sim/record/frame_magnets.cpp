@@ -3,10 +3,7 @@
 #include <Eigen/Geometry>
 
 #include "core/base/error.h"
-#include "core/magnetics/sources/constants.h"
-#include "core/magnetics/sources/sphere.h"
-#include "core/electrodynamics/magnetic_motion.h"
-#include "core/sim/model/motion.h"
+#include "core/electrodynamics/magnets.h"
 
 namespace loomstone {
 
@@ -44,18 +41,7 @@ std::vector<MagneticBody> magnets_of_frame(const Team& team, const Model& model,
     state.orientations.row(b) = pose.orientation.transpose();
   }
   for (const Model::Surface& obstacle : model.obstacles) obstacles.push_back(next(obstacle.local));
-  const std::vector<MagneticBody> coils =
-      carrying_coils(model, state, obstacles, frame.coil_currents);
-  std::vector<MagneticBody> magnets = MagneticMotion(model).placed(team, state, obstacles, coils);
-  for (std::size_t i = 0; i < magnets.size(); ++i) {
-    if (model.magnets[i].source || model.magnets[i].soft) continue;
-    const double radius = model.magnets[i].radius;  // of what has no source of its own
-    const Vec3 polarization =
-        mu0 / (4.0 / 3.0 * pi * radius * radius * radius) * magnets[i].moment();
-    magnets[i].source = std::make_shared<Sphere>(radius, polarization);
-  }
-  magnets.insert(magnets.end(), coils.begin(), coils.end());
-  return magnets;
+  return shown_magnets(team, model.magnetics, {state, obstacles}, frame.coil_currents);
 }
 
 }  // namespace loomstone

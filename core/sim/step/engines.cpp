@@ -32,8 +32,7 @@ Engines::Engines(const Model& model, const IntegratorOptions& options, const Tea
   if (model.scene.collisions && model.cloth.n_vertices > 0)
     collision = std::make_unique<CollisionStage>(model.collision);
   if (model.n_bodies() > 0) {
-    if (!model.magnets.empty() || !model.coils.empty() || !model.scene.bearings.empty())
-      magnetics = std::make_unique<MagneticMotion>(model);
+    if (model.magnetics.acts()) magnetics = std::make_unique<MagneticMotion>(model.magnetics);
     world = make_world(model, state, static_cast<double>(state.step) * options.step,
                        magnetics != nullptr);
   }

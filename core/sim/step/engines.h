@@ -8,11 +8,11 @@
 #include "core/cloth/elasticity.h"
 #include "core/cloth/limits/strain_limiter.h"
 #include "core/collision/collision_stage.h"
+#include "core/electrodynamics/magnetic_motion.h"
 #include "core/integration/integrator.h"
 #include "core/parallel/row_layout.h"
 #include "core/parallel/team.h"
 #include "core/rigid/rigid_body.h"
-#include "core/electrodynamics/magnetic_motion.h"
 #include "core/sim/model/model.h"
 #include "core/sim/model/state.h"
 

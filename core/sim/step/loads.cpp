@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/cloth/air.h"
+#include "core/electrodynamics/coil_currents.h"
 #include "core/sim/model/motion.h"
 
 namespace loomstone {
@@ -33,9 +34,9 @@ void predict_bodies(const StepContext& part, const State& state, const Engines& 
   loads.body_velocity = Points::Zero(2 * model.n_bodies(), 3);
   std::vector<Wrench> magnetic(model.n_bodies());
   if (engines.magnetics && model.cloth.n_vertices > 0)
-    magnetic = engines.magnetics->wrenches(engines.team, state.rigid,
-                                           obstacle_places(model, state, part.t0, 0.0).poses,
-                                           coil_currents(model, state, part.t0));
+    magnetic = engines.magnetics->wrenches(
+        engines.team, {state.rigid, obstacle_places(model, state, part.t0, 0.0).poses},
+        coil_currents(model.magnetics, state.magnetic.circuits, part.t0));
   for (Index b = 0; b < model.n_bodies(); ++b) {
     const double mass = model.body_mass[b].mass;
     const Mat3 inertia =

@@ -23,11 +23,12 @@ void move_bodies(const StepContext& part, const Loads& loads, const Points& body
     engines.world->advance(part.h, impulses, angular, places, state.rigid);
     return;
   }
-  const MagneticMotion::Done done = engines.magnetics->advance(
-      engines.team, part.h, impulses, angular, obstacle_places(model, state, part.t0, 0.0), places,
-      part.t0, *engines.world, state.rigid, state.circuits, state.induced_moments);
-  report.magnets.substeps += done.substeps;
-  report.magnets.force_error = done.error;
+  const ObstaclePlaces start = obstacle_places(model, state, part.t0, 0.0);
+  const MagneticEffort effort =
+      engines.magnetics->advance(engines.team, {part.t0, part.h, impulses, angular, start, places},
+                                 *engines.world, state.rigid, state.magnetic);
+  report.magnets.substeps += effort.substeps;
+  report.magnets.force_error = effort.error;
 }
 
 }  // namespace loomstone

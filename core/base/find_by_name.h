@@ -1,0 +1,22 @@
+// References between descriptions by name.
+#pragma once
+
+#include <string>
+
+#include "core/base/error.h"
+
+namespace loomstone {
+
+// Place in a list of descriptions with names. Throws InvalidInput, which lists the names there are.
+template <class List>
+std::size_t find_by_name(const List& list, const std::string& name, const std::string& where) {
+  std::string known;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    if (list[i].name == name) return i;
+    known += (known.empty() ? "\"" : ", \"") + list[i].name + "\"";
+  }
+  throw InvalidInput(where + " must be the name of one (" +
+                     (known.empty() ? "there are none" : known) + "), got \"" + name + "\"");
+}
+
+}  // namespace loomstone

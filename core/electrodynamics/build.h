@@ -1,0 +1,24 @@
+// The parts of build_magnetic_model() and check_magnetic_start(), in the order in which they run.
+#pragma once
+
+#include "core/electrodynamics/magnetic_model.h"
+
+namespace loomstone {
+
+void add_magnets(const MagneticScene& scene, MagneticModel& model);
+void add_bearings(const MagneticScene& scene, MagneticModel& model);
+void add_coils(const MagneticScene& scene, MagneticModel& model);
+
+void check_magnets(const MagneticModel& model, const CarrierPlaces& start);
+void check_coils(const MagneticModel& model, const CarrierPlaces& start);
+
+// Where on its carrier a magnet or a coil stands. Throws InvalidInput, and Unsupported where the
+// carrier deforms.
+struct Stand {
+  Index carrier = 0;
+  RigidPose local;  // from a body's centre of mass
+};
+Stand find_stand(const MagneticScene& scene, const std::string& name, const RigidPose& in_mesh,
+                 const std::string& where);
+
+}  // namespace loomstone

@@ -1,0 +1,195 @@
+#include "core/electrodynamics/kick.h"
+
+#include "core/electrodynamics/coil_currents.h"
+
+namespace loomstone {
+
+namespace {
+
+// What circuits do to one another as they move depends on their currents: so often these are taken
+// anew in a kick, where the change falls by the share of a current that a kick changes.
+constexpr int rounds = 4;
+
+// Per ampere of each circuit: what its EMF follows, and what bodies feel.
+struct Couplings {
+  std::vector<CarrierWrenches> felt, exerted;
+};
+
+// The circuits at the start of a kick, and their linear system without the bodies.
+struct CircuitSystem {
+  Eigen::MatrixXd matrix;                   // 2 L / tau + R [ohm]
+  Vector before, voltages, induced, right;  // [A], [V], flux by given currents [V s], [V]
+};
+
+class Kick {
+ public:
+  Kick(const MagneticModel& model, const KickStart& start) : model_(model), start_(start) {}
+
+  // Adds the circuits' wrenches.
+  void advance_circuits(CarrierWrenches& wrenches, CircuitState& circuits) const;
+  // Per ampere, or of wrenches: what bodies feel, times their velocities in the middle [W/A, W].
+  double power(const CarrierWrenches& felt, const CarrierWrenches& wrenches) const;
+  // Velocities in the middle of a kick by a wrench.
+  Twist middle(Index body, const Wrench& wrench) const;
+
+ private:
+  double scripted_power(const CarrierWrenches& per_ampere) const;
+  CircuitSystem system(const CircuitState& circuits) const;
+  Couplings couplings(const Vector& middle_currents) const;
+  Vector middle_currents(const CircuitSystem& system, const Couplings& couplings,
+                         const CarrierWrenches& wrenches) const;
+
+  const MagneticModel& model_;
+  const KickStart& start_;
+};
+
+Twist Kick::middle(Index body, const Wrench& wrench) const {
+  const double duration = start_.duration;
+  const MagneticRotor& rotor = model_.bodies[body];
+  const Vec3 momentum = start_.momenta.row(body).transpose();
+  const Vec4 orientation = start_.bodies.orientations.row(body).transpose();
+  if (!rotor.bearing) {
+    const Vec3 start = start_.bodies.velocities.row(body).transpose();
+    return {start + 0.5 * duration * (wrench.force / rotor.mass.mass + model_.gravity),
+            angular_velocity(rotor.rotor, orientation, momentum + 0.5 * duration * wrench.torque)};
+  }
+  const Bearing& bearing = *rotor.bearing;
+  const Vec3& along = bearing.axis;
+  const double inertia = along.dot(world_inertia(rotor.mass, orientation) * along);
+  const double torque = along.dot(wrench.torque) + bearing.torque;
+  return {Vec3::Zero(), (along.dot(momentum) + 0.5 * duration * torque) /
+                            (inertia + 0.5 * duration * bearing.friction) * along};
+}
+
+double Kick::power(const CarrierWrenches& felt, const CarrierWrenches& wrenches) const {
+  double sum = 0.0;
+  for (Index b = 0; b < model_.n_bodies(); ++b) {
+    const Twist twist = middle(b, wrenches[b]);
+    sum += felt[b].force.dot(twist.velocity) + felt[b].torque.dot(twist.spin);
+  }
+  return sum;
+}
+
+// Of what obstacles would feel.
+double Kick::scripted_power(const CarrierWrenches& per_ampere) const {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < start_.twists.size(); ++i) {
+    const Wrench& wrench = per_ampere[model_.n_bodies() + i];
+    sum += wrench.force.dot(start_.twists[i].velocity) + wrench.torque.dot(start_.twists[i].spin);
+  }
+  return sum;
+}
+
+CircuitSystem Kick::system(const CircuitState& circuits) const {
+  const double time = start_.time, duration = start_.duration;
+  const Inductances& inductances = start_.actions.inductances;
+  const auto m = static_cast<Eigen::Index>(model_.circuits.size());
+  CircuitSystem system{2.0 / duration * inductances.own, Vector(m), Vector(m), Vector::Zero(m), {}};
+  Vector change(model_.given.size());
+  for (std::size_t g = 0; g < model_.given.size(); ++g) {
+    const Coil& coil = model_.coils[model_.given[g]].coil;
+    change[g] =
+        given_current(coil, time + 0.5 * duration) - given_current(coil, time - 0.5 * duration);
+  }
+  if (!model_.given.empty()) system.induced = inductances.from_given * change;
+  for (Eigen::Index a = 0; a < m; ++a) {
+    const std::size_t j = model_.circuits[a];
+    system.before[a] = circuits.currents[j];
+    system.voltages[a] = start_.actions.coils.sense[j] * source_voltage(model_.coils[j].coil, time);
+    system.matrix(a, a) += model_.coils[j].coil.resistance;
+  }
+  const Vector stored = 2.0 / duration * (inductances.own * system.before);
+  system.right = stored + system.voltages - system.induced / duration;
+  return system;
+}
+
+Couplings Kick::couplings(const Vector& middle_currents) const {
+  const CoilForces& coils = start_.actions.coils;
+  Couplings result;
+  for (const std::size_t j : model_.circuits) result.felt.push_back(coils.per_ampere[j]);
+  result.exerted = result.felt;
+  const auto act = [&](std::size_t own, std::size_t other, const CarrierWrenches& what) {
+    const double current = middle_currents[static_cast<Eigen::Index>(other)];
+    add_times(result.felt[own], current, what);
+    add_times(result.exerted[own], 0.5 * current, what);
+  };
+  for (const CircuitResponse::Pair& pair : coils.pairs) {
+    act(pair.j, pair.k, pair.wrenches);
+    if (pair.j != pair.k) act(pair.k, pair.j, pair.wrenches);
+  }
+  return result;
+}
+
+// i_m of (2 L / tau + R) (i_m) + E(i_m) = 2 L i / tau + V - M di_g / tau, with E the power per
+// ampere, linear in the wrenches and so in i_m but for what circuits do to one another.
+Vector Kick::middle_currents(const CircuitSystem& system, const Couplings& couplings,
+                             const CarrierWrenches& wrenches) const {
+  const Eigen::Index m = system.before.size();
+  Eigen::MatrixXd matrix = system.matrix;
+  Vector right = system.right;
+  std::vector<CarrierWrenches> with(m, wrenches);
+  for (Eigen::Index k = 0; k < m; ++k) add_times(with[k], 1.0, couplings.exerted[k]);
+  for (Eigen::Index j = 0; j < m; ++j) {
+    // What the bodies move without the currents, and what one ampere adds to that.
+    const double idle = power(couplings.felt[j], wrenches);
+    right[j] -= idle + scripted_power(couplings.felt[j]);
+    for (Eigen::Index k = 0; k < m; ++k) matrix(j, k) += power(couplings.felt[j], with[k]) - idle;
+  }
+  return matrix.partialPivLu().solve(right);
+}
+
+void Kick::advance_circuits(CarrierWrenches& wrenches, CircuitState& circuits) const {
+  const double duration = start_.duration;
+  const CircuitSystem system = this->system(circuits);
+  Vector middle = system.before;
+  Couplings couplings;
+  for (int round = 0; round < (start_.actions.coils.pairs.empty() ? 1 : rounds); ++round) {
+    couplings = this->couplings(middle);
+    middle = middle_currents(system, couplings, wrenches);
+  }
+  Vector after(system.before.size());
+  for (Eigen::Index a = 0; a < after.size(); ++a) {
+    const std::size_t j = model_.circuits[a];
+    const Coil& coil = model_.coils[j].coil;
+    add_times(wrenches, middle[a], couplings.exerted[a]);
+    after[a] = coil.inductance > 0.0 ? 2.0 * middle[a] - system.before[a] : middle[a];
+    circuits.currents[j] = after[a];
+    circuits.heat += duration * coil.resistance * middle[a] * middle[a];
+    circuits.supply += duration * system.voltages[a] * middle[a] - system.induced[a] * middle[a];
+    circuits.supply -= duration * middle[a] * scripted_power(couplings.exerted[a]);
+  }
+  circuits.energy = 0.5 * (start_.actions.inductances.own * after).dot(after);
+}
+
+}  // namespace
+
+CarrierWrenches kick_wrenches(const MagneticModel& model, const KickStart& start,
+                              CircuitState& circuits) {
+  const Kick kick(model, start);
+  const Actions& actions = start.actions;
+  CarrierWrenches wrenches = actions.magnets;
+  const auto current = [&](std::size_t j) {
+    return given_current(model.coils[j].coil, start.time);
+  };
+  for (const std::size_t j : model.given)
+    add_times(wrenches, current(j), actions.coils.per_ampere[j]);
+  if (!model.circuits.empty()) kick.advance_circuits(wrenches, circuits);
+  for (const std::size_t j : model.given)  // sources that hold a given current do what work is done
+    circuits.supply +=
+        start.duration * current(j) * kick.power(actions.coils.per_ampere[j], wrenches);
+  if (!actions.magnetised.empty())
+    circuits.supply += start.duration * kick.power(actions.magnetised, wrenches);
+  for (Index b = 0; b < model.n_bodies(); ++b) {
+    if (!model.bodies[b].bearing) continue;
+    const Bearing& bearing = *model.bodies[b].bearing;
+    const Vec3& along = bearing.axis;
+    const double spin = along.dot(kick.middle(b, wrenches[b]).spin);
+    const double own = bearing.torque - bearing.friction * spin;
+    wrenches[b].force = -model.bodies[b].mass.mass * model.gravity;
+    wrenches[b].torque = (along.dot(wrenches[b].torque) + own) * along;
+    circuits.bearings -= start.duration * own * spin;
+  }
+  return wrenches;
+}
+
+}  // namespace loomstone

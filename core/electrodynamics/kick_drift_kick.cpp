@@ -1,0 +1,119 @@
+#include "core/electrodynamics/kick_drift_kick.h"
+
+#include <cmath>
+#include <sstream>
+#include <string>
+
+#include "core/base/error.h"
+
+namespace loomstone {
+
+namespace {
+
+// More sub-steps a step mean that magnets have run into one another, or that the step is far too
+// long.
+constexpr int most_substeps = 4096;
+// A sub-step whose length times frequency has grown to this many times the limit is halved.
+constexpr double tolerated_growth = 4.0 / 3.0;
+
+}  // namespace
+
+void Substeps::resolve(double frequency) {
+  while (frequency * step_ > limit_ * parts_ && parts_ <= most_substeps) parts_ *= 2, place_ *= 2;
+  if (parts_ > most_substeps || !std::isfinite(frequency)) {
+    std::ostringstream out;
+    out << "magnets must move in at most " << most_substeps
+        << " sub-steps, got an angular frequency of " << frequency << " rad/s at step " << step_
+        << " s; shorten integrator.step, or keep point dipoles apart";
+    throw SolverFailure(out.str());
+  }
+  limit_ = tolerated_growth * most_;
+}
+
+MovingBodies begin_motion(const MagneticModel& model, const Points& impulses,
+                          const Points& angular_impulses, RigidState& state) {
+  MovingBodies bodies{state, Points(model.n_bodies(), 3)};
+  Points& momenta = bodies.momenta;
+  for (Index b = 0; b < model.n_bodies(); ++b) {
+    const MagneticRotor& body = model.bodies[b];
+    state.velocities.row(b) += impulses.row(b) / body.mass.mass;
+    const Vec3 spin = state.angular_velocities.row(b).transpose();
+    momenta.row(b) =
+        angular_momentum(body.rotor, state.orientations.row(b).transpose(), spin).transpose();
+    momenta.row(b) += angular_impulses.row(b);
+    if (!body.bearing) continue;
+    const Vec3& axis = body.bearing->axis;
+    momenta.row(b) = momenta.row(b).dot(axis) * axis.transpose();
+    state.velocities.row(b).setZero();
+  }
+  return bodies;
+}
+
+ContactAnswer answer_contacts(const MagneticModel& model, double h, const CarrierWrenches& wrenches,
+                              const ObstaclePlaces& end, const MovingBodies& bodies,
+                              RigidWorld& world) {
+  const RigidState& state = bodies.state;
+  ContactAnswer answer{
+      {state.positions, state.orientations, state.velocities, state.angular_velocities, {}}, {}};
+  for (Index b = 0; b < model.n_bodies(); ++b) {
+    const MagneticRotor& body = model.bodies[b];
+    const Vec3 kick = h * (wrenches[b].force / body.mass.mass + model.gravity);
+    answer.state.velocities.row(b) += kick.transpose();
+    answer.state.angular_velocities.row(b) =
+        angular_velocity(body.rotor, state.orientations.row(b).transpose(),
+                         bodies.momenta.row(b).transpose() + h * wrenches[b].torque)
+            .transpose();
+  }
+  const Points none = Points::Zero(model.n_bodies(), 3);
+  world.advance(h, none, none, end, answer.state, &answer.touched);
+  return answer;
+}
+
+void half_kick(const MagneticModel& model, double h, const CarrierWrenches& wrenches,
+               MovingBodies& bodies) {
+  for (Index b = 0; b < model.n_bodies(); ++b) {
+    bodies.momenta.row(b) += 0.5 * h * wrenches[b].torque.transpose();
+    bodies.state.velocities.row(b) +=
+        0.5 * h * (wrenches[b].force / model.bodies[b].mass.mass + model.gravity).transpose();
+  }
+}
+
+void drift(const MagneticModel& model, double h, const CarrierWrenches& wrenches,
+           const ContactAnswer& answer, MovingBodies& bodies) {
+  RigidState& state = bodies.state;
+  for (Index b = 0; b < model.n_bodies(); ++b) {
+    const MagneticRotor& body = model.bodies[b];
+    const Vec4 orientation = state.orientations.row(b).transpose();
+    if (!answer.touched[b] || body.bearing) {
+      state.positions.row(b) += h * state.velocities.row(b);
+      state.orientations.row(b) =
+          freely_turned(body.rotor, orientation, bodies.momenta.row(b).transpose(), h).transpose();
+      continue;
+    }
+    const Vec3 spin = answer.state.angular_velocities.row(b).transpose();
+    bodies.momenta.row(b) = angular_momentum(body.rotor, orientation, spin).transpose();
+    bodies.momenta.row(b) -= 0.5 * h * wrenches[b].torque.transpose();
+    state.velocities.row(b) =
+        answer.state.velocities.row(b) -
+        0.5 * h * (wrenches[b].force / body.mass.mass + model.gravity).transpose();
+    state.positions.row(b) = answer.state.positions.row(b);
+    state.orientations.row(b) = answer.state.orientations.row(b);
+  }
+}
+
+void end_motion(const MagneticModel& model, MovingBodies& bodies) {
+  RigidState& state = bodies.state;
+  for (Index b = 0; b < model.n_bodies(); ++b) {
+    state.angular_velocities.row(b) =
+        angular_velocity(model.bodies[b].rotor, state.orientations.row(b).transpose(),
+                         bodies.momenta.row(b).transpose())
+            .transpose();
+    if (!state.positions.row(b).allFinite() || !state.velocities.row(b).allFinite() ||
+        !bodies.momenta.row(b).allFinite())
+      throw SolverFailure(
+          "bodies[" + std::to_string(b) +
+          "] must stay finite, got NaN or infinity from magnetic forces; shorten integrator.step");
+  }
+}
+
+}  // namespace loomstone

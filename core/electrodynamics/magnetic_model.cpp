@@ -1,0 +1,50 @@
+#include "core/electrodynamics/magnetic_model.h"
+
+#include <algorithm>
+
+#include "core/base/error.h"
+#include "core/base/find_by_name.h"
+#include "core/electrodynamics/build.h"
+
+namespace loomstone {
+
+bool MagneticModel::acts() const {
+  const auto turns = [](const MagneticRotor& body) { return body.bearing.has_value(); };
+  return !magnets.empty() || !coils.empty() || std::any_of(bodies.begin(), bodies.end(), turns);
+}
+
+Stand find_stand(const MagneticScene& scene, const std::string& name, const RigidPose& in_mesh,
+                 const std::string& where) {
+  if (name.empty())
+    throw InvalidInput(where +
+                       " must be the name of what carries it, got none; name the body or obstacle");
+  const std::size_t carrier = find_by_name(scene.carriers, name, where);
+  if (scene.carriers[carrier].deforms)
+    throw Unsupported(where +
+                      " must keep its shape, got an obstacle that deforms by vertex_positions");
+  Stand stand{static_cast<Index>(carrier), in_mesh};
+  if (stand.carrier < scene.n_bodies) stand.local.position -= scene.carriers[carrier].mass.centre;
+  return stand;
+}
+
+MagneticModel build_magnetic_model(const MagneticScene& scene) {
+  MagneticModel model;
+  model.gravity = scene.gravity, model.field = scene.field;
+  model.tolerance = scene.tolerance, model.substep = scene.substep;
+  for (Index b = 0; b < scene.n_bodies; ++b) {
+    const MassProperties& mass = scene.carriers[b].mass;
+    model.bodies.push_back({mass, make_rotor(mass.inertia), {}});
+  }
+  model.n_obstacles = static_cast<Index>(scene.carriers.size()) - scene.n_bodies;
+  add_magnets(scene, model);
+  add_bearings(scene, model);
+  add_coils(scene, model);
+  return model;
+}
+
+void check_magnetic_start(const MagneticModel& model, const CarrierPlaces& start) {
+  check_magnets(model, start);
+  check_coils(model, start);
+}
+
+}  // namespace loomstone

@@ -1,0 +1,48 @@
+// How fast bodies that carry magnets and coils could oscillate, which sub-steps must resolve: an
+// upper bound by core/magnetics/forces/stiffness.h.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/electrodynamics/magnets.h"
+#include "core/magnetics/forces/stiffness.h"
+
+namespace loomstone {
+
+// An instant that the bound is asked for.
+struct Oscillators {
+  const CarrierPlaces& places;
+  const std::vector<MagneticBody>& magnets;  // as they are with these currents
+  const std::vector<KnownField>& known;      // fields of hard magnets at induced dipoles
+  const Vector& currents;                    // (coils) [A]
+  std::vector<std::uint8_t> touching;        // (b) bodies in contact
+};
+
+// Stage without state: tables of the model. `magnets` must outlive it.
+class SubstepFrequency {
+ public:
+  SubstepFrequency(const MagneticModel& model, const Magnets& magnets);
+  // Angular frequency of the stiffest body [rad/s].
+  double at(const Team& team, const Oscillators& now) const;
+
+ private:
+  // Magnets, then coils, as coarse dipoles at their poses.
+  struct Coarse {
+    std::vector<CoarseMagnet> magnets;
+    std::vector<RigidPose> poses;
+    std::vector<Index> groups;
+  };
+  std::vector<Carrier> carriers(const CarrierPlaces& places) const;
+  std::vector<SoftSphere> spheres(const std::vector<MagneticBody>& magnets) const;
+  Coarse coarse(const Oscillators& now, const std::vector<SoftSphere>& spheres) const;
+  void add_spheres(const Team& team, const Oscillators& now, const Coarse& coarse,
+                   const std::vector<SoftSphere>& spheres, const std::vector<Carrier>& carriers,
+                   std::vector<double>& squares) const;
+
+  const MagneticModel& model_;
+  const Magnets& magnets_;
+  std::vector<CoarseMagnet> coarse_, coarse_coils_;  // coils: with one ampere
+};
+
+}  // namespace loomstone

@@ -1,0 +1,207 @@
+// Claims about bodies that magnets and currents move, without the rest of a simulation.
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+#include "core/base/error.h"
+#include "core/electrodynamics/magnetic_motion.h"
+#include "core/mesh/generators.h"
+
+using namespace loomstone;
+
+namespace {
+
+constexpr double step = 1e-3;
+
+// Bodies and what is magnetic on them, far from anything else.
+struct Experiment {
+  std::vector<RigidBody> bodies;
+  MagneticScene scene;
+  std::vector<RigidObstacle> obstacles;
+
+  void add(const std::string& name, const Vec3& position, const Vec3& spin = Vec3::Zero()) {
+    RigidBody body;
+    body.name = name;
+    body.mesh = std::make_shared<const TriangleMesh>(box(0.02, 0.01, 0.015));
+    body.shape = "box", body.density = 7500.0;
+    body.position = position, body.angular_velocity = spin;
+    bodies.push_back(body);
+  }
+  void add_stand(const std::string& name) {
+    scene.carriers.push_back(
+        {name, std::make_shared<const TriangleMesh>(box(0.01, 0.01, 0.01)), {}, {}, false});
+    obstacles.push_back({scene.carriers.back().mesh, 0.3, Vec3::Zero(), Vec4(1, 0, 0, 0), {}});
+  }
+  void add_cuboid(const std::string& body, const Vec3& polarization) {
+    Magnet magnet;
+    magnet.body = body, magnet.shape = "cuboid";
+    magnet.size = Vec3(0.02, 0.01, 0.015), magnet.polarization = polarization;
+    scene.magnets.push_back(magnet);
+  }
+};
+
+// An experiment on its way.
+struct Motion {
+  RigidWorld world;
+  RigidState state;
+  MagneticModel model;
+  MagneticState magnetic;
+  std::unique_ptr<MagneticMotion> stage;
+  ObstaclePlaces places;
+  int steps = 0;
+
+  explicit Motion(Experiment made)
+      : world(made.bodies, made.obstacles, Vec3::Zero(), false), state(world.initial_state()) {
+    std::vector<MagneticCarrier> carriers;
+    for (std::size_t b = 0; b < made.bodies.size(); ++b)
+      carriers.push_back({made.bodies[b].name, made.bodies[b].mesh, world.mass_properties()[b],
+                          made.bodies[b].orientation, false});
+    made.scene.carriers.insert(made.scene.carriers.begin(), carriers.begin(), carriers.end());
+    made.scene.n_bodies = static_cast<Index>(carriers.size());
+    places.poses.assign(made.obstacles.size(), RigidPose{});
+    model = build_magnetic_model(made.scene);
+    magnetic.circuits.currents = Vector::Zero(static_cast<Eigen::Index>(made.scene.coils.size()));
+    renew();
+  }
+  void renew() { stage = std::make_unique<MagneticMotion>(model); }
+  void advance(int n) {
+    const Points none = Points::Zero(model.n_bodies(), 3);
+    for (int i = 0; i < n; ++i)
+      stage->advance({}, {step * steps++, step, none, none, places, places}, world, state,
+                     magnetic);
+  }
+  CarrierPlaces here() const { return {state, places.poses}; }
+
+  double mass(Index b) const { return model.bodies[b].mass.mass; }
+  Vec3 momentum() const {
+    Vec3 sum = Vec3::Zero();
+    for (Index b = 0; b < model.n_bodies(); ++b)
+      sum += mass(b) * state.velocities.row(b).transpose();
+    return sum;
+  }
+  Vec3 angular_momentum() const {  // about the origin
+    Vec3 sum = Vec3::Zero();
+    for (Index b = 0; b < model.n_bodies(); ++b) {
+      const Vec3 x = state.positions.row(b), v = state.velocities.row(b),
+                 spin = state.angular_velocities.row(b);
+      sum += x.cross(mass(b) * v) +
+             world_inertia(model.bodies[b].mass, state.orientations.row(b).transpose()) * spin;
+    }
+    return sum;
+  }
+  double kinetic_energy() const {
+    double sum = 0.0;
+    for (Index b = 0; b < model.n_bodies(); ++b) {
+      const Vec3 spin = state.angular_velocities.row(b);
+      const Mat3 inertia =
+          world_inertia(model.bodies[b].mass, state.orientations.row(b).transpose());
+      sum += 0.5 * (mass(b) * state.velocities.row(b).squaredNorm() + spin.dot(inertia * spin));
+    }
+    return sum;
+  }
+  double magnetic_energy() const { return stage->energy({}, here(), magnetic.moments); }
+};
+
+Experiment two_magnets() {
+  Experiment made;
+  made.add("a", Vec3(0, 0, 0), Vec3(3, -2, 1));
+  made.add("b", Vec3(0.05, 0.02, 0.03));
+  made.add_cuboid("a", Vec3(0.3, 0.2, 1.0));
+  made.add_cuboid("b", Vec3(-0.5, 0.8, 0.1));
+  return made;
+}
+
+// A magnet above a coil that stands still.
+Experiment magnet_over_coil(const Coil& coil) {
+  Experiment made;
+  made.add("magnet", Vec3(0.004, 0, 0.03));
+  made.add_cuboid("magnet", Vec3(0, 0.1, 1.0));
+  made.add_stand("stand");
+  made.scene.coils.push_back(coil);
+  return made;
+}
+
+Coil winding() {
+  Coil coil;
+  coil.body = "stand";
+  coil.radius = 0.02, coil.length = 0.01, coil.turns = 100.0;
+  return coil;
+}
+
+}  // namespace
+
+TEST_CASE("two free magnets keep linear and angular momentum to rounding") {
+  Motion motion(two_magnets());
+  const Vec3 p = motion.momentum(), l = motion.angular_momentum();
+  motion.advance(100);
+  const double size =
+      motion.mass(0) * motion.state.velocities.row(0).norm();  // of what has been exchanged
+  REQUIRE(size > 1e-4);
+  CHECK((motion.momentum() - p).norm() < 1e-12 * size);
+  CHECK((motion.angular_momentum() - l).norm() < 1e-12 * l.norm());
+}
+
+TEST_CASE("two free magnets keep their energy with second order of the sub-step") {
+  double errors[2];
+  for (int i = 0; i < 2; ++i) {
+    Experiment made = two_magnets();
+    made.scene.tolerance = 1e-8;  // its errors stay below those of the sub-steps
+    made.scene.substep = i == 0 ? 0.04 : 0.02;
+    Motion motion(made);
+    const double start = motion.kinetic_energy() + motion.magnetic_energy();
+    motion.advance(40);
+    errors[i] = std::abs(motion.kinetic_energy() + motion.magnetic_energy() - start);
+  }
+  CHECK(errors[0] > 3.0 * errors[1]);  // 4 to leading order
+}
+
+TEST_CASE("a stage made again between two steps changes no bit") {
+  Coil coil = winding();
+  coil.resistance = 0.5, coil.inductance = 1e-3, coil.voltages = {2.0};
+  Motion kept(magnet_over_coil(coil)), renewed(magnet_over_coil(coil));
+  for (int i = 0; i < 5; ++i) {
+    kept.advance(2), renewed.advance(2);
+    renewed.renew();
+  }
+  CHECK(kept.state.positions == renewed.state.positions);
+  CHECK(kept.state.orientations == renewed.state.orientations);
+  CHECK(kept.state.velocities == renewed.state.velocities);
+  CHECK(kept.magnetic.circuits.currents == renewed.magnetic.circuits.currents);
+}
+
+TEST_CASE("what a circuit takes from its source is heat, its own energy, and work on bodies") {
+  Coil coil = winding();
+  coil.resistance = 0.5, coil.inductance = 1e-3, coil.voltages = {2.0};
+  Motion motion(magnet_over_coil(coil));
+  motion.advance(20);
+  const CircuitState& circuits = motion.magnetic.circuits;
+  const double work = motion.kinetic_energy();
+  REQUIRE(work > 1e-6 * circuits.supply);
+  // The balance holds in every kick to the last bit; sums of some hundred kicks round.
+  CHECK(std::abs(circuits.supply - circuits.heat - circuits.energy - work) <
+        1e-12 * circuits.supply);
+}
+
+TEST_CASE("the source of a given current does the work on the bodies that it moves") {
+  Coil coil = winding();
+  coil.currents = {3.0};
+  Motion motion(magnet_over_coil(coil));
+  motion.advance(20);
+  const double supply = motion.magnetic.circuits.supply;
+  REQUIRE(supply > 0.0);
+  CHECK(std::abs(motion.kinetic_energy() - supply) < 1e-12 * supply);
+}
+
+TEST_CASE("a magnet must name what carries it") {
+  MagneticScene scene;
+  scene.carriers.push_back({"a", std::make_shared<const TriangleMesh>(box(1, 1, 1)), {}, {}, true});
+  Magnet magnet;
+  magnet.polarization = Vec3(0, 0, 1);
+  for (const char* body : {"", "b"}) {
+    magnet.body = body;
+    scene.magnets = {magnet};
+    CHECK_THROWS_AS(build_magnetic_model(scene), InvalidInput);
+  }
+  scene.magnets[0].body = "a";  // deforms
+  CHECK_THROWS_AS(build_magnetic_model(scene), Unsupported);
+}

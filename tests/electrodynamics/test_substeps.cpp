@@ -1,0 +1,60 @@
+// Claims about the parts of a step.
+#include <catch2/catch.hpp>
+
+#include <limits>
+
+#include "core/base/error.h"
+#include "core/electrodynamics/kick_drift_kick.h"
+
+using namespace loomstone;
+
+namespace {
+
+// Length of the sub-steps of a step of 1 s that begin at such angular frequencies [s].
+std::vector<double> lengths(const std::vector<double>& frequencies) {
+  Substeps parts(1.0, 0.15);
+  std::vector<double> result;
+  for (const double frequency : frequencies) {
+    REQUIRE(parts.left());
+    parts.resolve(frequency);
+    result.push_back(parts.length());
+    parts.pass();
+  }
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("a step that resolves its oscillation is taken at once") {
+  Substeps parts(1e-3, 0.15);
+  parts.resolve(150.0);
+  CHECK(parts.length() == 1e-3);
+  parts.pass();
+  CHECK(!parts.left());
+}
+
+TEST_CASE("sub-steps are halves of halves that resolve the oscillation, and fill the step") {
+  Substeps parts(1.0, 0.15);
+  double length = 0.0;
+  int n = 0;
+  for (; parts.left(); ++n) {
+    CHECK(parts.elapsed() == length);
+    CHECK(parts.share() == length);
+    parts.resolve(1.0);
+    CHECK(parts.length() * 1.0 <= 0.15);
+    length += parts.length();
+    parts.pass();
+  }
+  CHECK(n == 8);
+  CHECK(length == 1.0);
+}
+
+TEST_CASE("within a step sub-steps are halved once the oscillation has grown by a third") {
+  CHECK(lengths({1.2, 1.5}) == std::vector<double>{0.125, 0.125});
+  CHECK(lengths({1.2, 1.7}) == std::vector<double>{0.125, 0.0625});
+}
+
+TEST_CASE("an oscillation that no sub-step resolves is refused") {
+  CHECK_THROWS_AS(lengths({1e4}), SolverFailure);
+  CHECK_THROWS_AS(lengths({std::numeric_limits<double>::quiet_NaN()}), SolverFailure);
+}
