@@ -19,7 +19,6 @@ USES = {
     "core/linalg": {"core/parallel"},
     "core/rigid": {"core/mesh"},
     "core/magnetics": {"core/parallel", "core/mesh"},
-    "core/electrodynamics": {"core/parallel", "core/mesh", "core/magnetics", "core/rigid"},
     "core/cloth": {"core/parallel", "core/linalg", "core/mesh"},
     "core/collision": {"core/parallel", "core/linalg", "core/mesh"},
     "core/integration": {"core/cloth", "core/parallel", "core/linalg", "core/mesh"},
