@@ -6,9 +6,12 @@
 #include <memory>
 #include <optional>
 #include <type_traits>
+#include <variant>
 
 #include "bindings/bindings.h"
 #include "core/base/field.h"
+#include "core/electrodynamics/magnet.h"
+#include "core/electrodynamics/source_recipes.h"
 #include "core/mesh/triangle_mesh.h"
 
 namespace loomstone {
@@ -35,6 +38,25 @@ inline bool equal(const std::shared_ptr<const TriangleMesh>& a,
   if (a == b) return true;
   return a && b && equal(a->vertices(), b->vertices()) && equal(a->triangles(), b->triangles()) &&
          equal(a->uv(), b->uv()) && equal(a->uv_triangles(), b->uv_triangles());
+}
+inline bool equal(const RigidPose& a, const RigidPose& b) { return a == b; }
+inline bool equal(const MagneticBody& a, const MagneticBody& b) {
+  return equal(a.pose, b.pose) &&
+         (a.source == b.source || a.source->recipe() == b.source->recipe());
+}
+inline bool equal(const SoftBody& a, const SoftBody& b) {
+  return equal(a.pose, b.pose) && a.saturation == b.saturation &&
+         (a.shape == b.shape || a.shape->recipe() == b.shape->recipe());
+}
+inline bool equal(std::monostate, std::monostate) { return true; }
+template <class... T>
+bool equal(const std::variant<T...>& a, const std::variant<T...>& b) {
+  return a.index() == b.index() &&
+         std::visit(
+             [&](const auto& value) {
+               return equal(value, std::get<std::decay_t<decltype(value)>>(b));
+             },
+             a);
 }
 template <Description D>
 bool equal(const D& a, const D& b);
@@ -74,6 +96,33 @@ inline py::object plain(const std::shared_ptr<const TriangleMesh>& mesh) {
     counts["triangles"] = mesh->n_triangles();
   }
   return counts;
+}
+inline py::dict plain(const SourceRecipe& recipe) {
+  py::dict dict;
+  dict["kind"] = recipe.kind;
+  for (const auto& [name, value] : recipe.values)
+    dict[py::str(name)] = std::visit([](const auto& v) -> py::object { return plain(v); }, value);
+  if (recipe.mesh) dict["mesh"] = plain(recipe.mesh);
+  if (recipe.of) dict["of"] = plain(*recipe.of);
+  return dict;
+}
+inline py::dict with_pose(py::dict dict, const RigidPose& pose) {
+  dict["position"] = plain(pose.position);
+  dict["orientation"] = plain(pose.orientation);
+  return dict;
+}
+inline py::object plain(const MagneticBody& body) {
+  return with_pose(plain(body.source->recipe()), body.pose);
+}
+inline py::object plain(const SoftBody& body) {
+  py::dict dict = plain(body.shape->recipe());
+  dict["saturation"] = body.saturation;
+  return with_pose(dict, body.pose);
+}
+inline py::object plain(std::monostate) { return py::none(); }
+template <class... T>
+py::object plain(const std::variant<T...>& value) {
+  return std::visit([](const auto& v) -> py::object { return plain(v); }, value);
 }
 template <Description D>
 py::object plain(const D& value);

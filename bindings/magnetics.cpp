@@ -1,7 +1,8 @@
 // Magnetic sources at poses, their fields, and forces between them.
 #include <optional>
 
-#include "bindings/bindings.h"
+#include "bindings/descriptions.h"
+#include "bindings/recipes.h"
 #include "core/base/message.h"
 #include "core/magnetics/fast_sums/treecode.h"
 #include "core/magnetics/field_lines/field_lines.h"
@@ -68,6 +69,16 @@ void bind_body(py::module_& m) {
       },
       py::arg("by"),
       "A copy turned about its own centre by a rotation vector (3) in world axes [rad].");
+  c.def(
+      "__eq__", [](const MagneticBody& a, const MagneticBody& b) { return equal(a, b); },
+      py::is_operator());
+  c.def(py::pickle(
+      [](const MagneticBody& b) {
+        return py::make_tuple(state_of(b.source->recipe()), b.pose.position, b.pose.orientation);
+      },
+      [](const py::tuple& state) {
+        return MagneticBody{make_source(recipe_of(state[0].cast<py::tuple>())), pose_of(state, 1)};
+      }));
   c.def("__repr__", [](const MagneticBody& b) {
     const auto text = [](const Vec3& v) {
       return py::str(py::tuple(py::cast(v).attr("tolist")())).cast<std::string>();
@@ -115,16 +126,17 @@ void bind_sources(py::module_& m) {
       py::arg("points"), py::arg("moments"));
   m.def(
       "magnetic_loop",
-      [](double radius, double current) {
-        return at_origin(std::make_shared<Loop>(radius, current));
+      [](double radius, double turns, double current) {
+        return at_origin(std::make_shared<Loop>(radius, current, turns));
       },
-      py::kw_only(), py::arg("radius"), py::arg("current"));
+      py::kw_only(), py::arg("radius"), py::arg("turns") = 1.0, py::arg("current") = 1.0);
   m.def(
       "magnetic_solenoid",
       [](double radius, double length, double turns, double current) {
         return at_origin(std::make_shared<Solenoid>(radius, length, turns, current));
       },
-      py::kw_only(), py::arg("radius"), py::arg("length"), py::arg("turns"), py::arg("current"));
+      py::kw_only(), py::arg("radius"), py::arg("length"), py::arg("turns"),
+      py::arg("current") = 1.0);
   m.def(
       "magnetic_polyline",
       [](const py::object& vertices, double current) {

@@ -1,5 +1,6 @@
 // Bodies that magnetise in the field they are in.
-#include "bindings/bindings.h"
+#include "bindings/descriptions.h"
+#include "bindings/recipes.h"
 #include "core/base/message.h"
 #include "core/magnetics/induction/linear_magnetization.h"
 #include "core/mesh/triangle_mesh.h"
@@ -35,6 +36,25 @@ void bind_body(py::module_& m) {
   c.def_property_readonly(
       "saturation", [](const SoftBody& b) { return b.saturation; }, "mu0 M_s [T], 0: none");
   c.def_property_readonly("volume", [](const SoftBody& b) { return b.shape->volume(); }, "[m^3]");
+  c.def(
+      "__eq__", [](const SoftBody& a, const SoftBody& b) { return equal(a, b); },
+      py::is_operator());
+  c.def(py::pickle(
+      [](const SoftBody& b) {
+        return py::make_tuple(state_of(b.shape->recipe()), b.pose.position, b.pose.orientation,
+                              b.saturation);
+      },
+      [](const py::tuple& state) {
+        const SourceRecipe recipe = recipe_of(state[0].cast<py::tuple>());
+        return SoftBody{make_soft_shape(team_of(0), recipe), pose_of(state, 1),
+                        state[3].cast<double>()};
+      }));
+  c.def("__repr__", [](const SoftBody& b) {
+    const auto position = py::str(py::cast(b.pose.position).attr("tolist")());
+    return "SoftBody(" + b.shape->recipe().kind + ", position=" + position.cast<std::string>() +
+           " m, susceptibility=" +
+           py::repr(py::cast(b.shape->susceptibility())).cast<std::string>() + ")";
+  });
   c.def(
       "at",
       [](const SoftBody& b, const py::object& position, const py::object& orientation) {

@@ -73,11 +73,8 @@ def scene(triangles: int = 1200, polarization: float = 1.2) -> ls.Scene:
             position=place - (0, side * (0.5 * MAGNET[1] + 0.001), 0),
         )
         bodies.append(body)
-        magnets.append(
-            ls.Magnet(
-                body=body.name, shape="cuboid", size=MAGNET, polarization=(0, polarization, 0)
-            )
-        )
+        magnet = ls.magnetics.cuboid(size=MAGNET, polarization=(0, polarization, 0))
+        magnets.append(ls.Magnet(body=body.name, source=magnet))
         attachments.append(ls.Attachment(cloth=name, body=body.name, vertices=sewn))
     return ls.Scene(
         cloths=cloths,

@@ -7,7 +7,6 @@ thesis in place of exact fields.
 """
 
 from pathlib import Path
-from typing import Any
 
 import loomstone as ls
 import numpy as np
@@ -70,9 +69,12 @@ def scene(
         -scale * np.array([*(0.5 * (low + high))[:2], low[2]]) + (0, 0, 1e-4), scale=scale
     )
     carrier = ls.obstacles.mesh(figure, name="dragon", friction=0.6)
-    density = cells / ls.meshes.mass_properties(figure, 1.0).mass
-    exact: dict[str, Any] = {"engine": "cells", "density": density} if cells else {}
-    magnets = [ls.Magnet(body="dragon", polarization=(0, 0, polarization), **exact)]
+    magnet = ls.magnetics.mesh(figure, polarization=(0, 0, polarization))
+    if cells:
+        density = cells / ls.meshes.mass_properties(figure, 1.0).mass
+        magnet = ls.magnetics.cells(magnet, density=density)
+    magnets = [ls.Magnet(body="dragon", source=magnet)]
+    iron = ls.magnetics.soft_sphere(radius=BALL, susceptibility=1000.0, degree=1)
     ball = ls.meshes.sphere(radius=BALL, subdivisions=2)
     random = np.random.default_rng(6)
     bodies = []
@@ -89,9 +91,7 @@ def scene(
                 position=(x, y, 0.12 + 0.016 * layer),
             )
         )
-        magnets.append(
-            ls.Magnet(body=f"ball {i + 1}", shape="sphere", radius=BALL, susceptibility=1000.0)
-        )
+        magnets.append(ls.Magnet(body=f"ball {i + 1}", source=iron))
     return ls.Scene(
         bodies=bodies,
         magnets=magnets,

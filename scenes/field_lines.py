@@ -5,8 +5,6 @@ The bar flies to the pole that attracts it, snaps on and stands up, and lines th
 the air now begin at its far end. No gravity.
 """
 
-from typing import Any
-
 import loomstone as ls
 import numpy as np
 
@@ -51,19 +49,13 @@ def horseshoe(bends: int = 16) -> ls.TriangleMesh:
 
 def scene(polarization: float = 1.0) -> ls.Scene:
     """polarization: of both magnets [T]."""
-    leg: dict[str, Any] = {"shape": "cuboid", "size": (WIDE, THICK, LEG)}
-    magnets = [
-        ls.Magnet(
-            body="horseshoe",
-            **leg,
-            position=(x, 0, 0.5 * LEG),
-            polarization=(0, 0, np.sign(x) * polarization),
-        )
-        for x in (-0.5 * GAP, 0.5 * GAP)
-    ]
-    magnets.append(
-        ls.Magnet(body="bar", shape="cuboid", size=BAR, polarization=(polarization, 0, 0))
-    )
+    magnets = []
+    for x in (-0.5 * GAP, 0.5 * GAP):
+        along = (0, 0, np.sign(x) * polarization)
+        leg = ls.magnetics.cuboid(size=(WIDE, THICK, LEG), polarization=along)
+        magnets.append(ls.Magnet(body="horseshoe", source=leg.moved((x, 0, 0.5 * LEG))))
+    magnet = ls.magnetics.cuboid(size=BAR, polarization=(polarization, 0, 0))
+    magnets.append(ls.Magnet(body="bar", source=magnet))
     turned = (np.cos(0.6), 0.0, np.sin(0.6), 0.0)
     bar = ls.RigidBody(
         name="bar",

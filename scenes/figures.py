@@ -110,11 +110,9 @@ def scene(
     """
     man = figure()
     volume = ls.meshes.mass_properties(man, 1.0).mass
-    how = (
-        {"resolution": resolution}
-        if response == "mutual"
-        else {"response": response, "density": 24 / volume}
-    )
+    panels = resolution if response == "mutual" else 500
+    iron = ls.magnetics.soft_mesh(man, susceptibility=500.0, panels=panels)
+    density = 24 / volume if response == "explicit" else 0.0
     bodies = [
         ls.RigidBody(
             name=f"figure {i + 1}",
@@ -126,7 +124,10 @@ def scene(
         )
         for i in range(figures)
     ]
-    magnets = [ls.Magnet(body=body.name, susceptibility=500.0, **how) for body in bodies]
+    magnets = [
+        ls.Magnet(body=body.name, source=iron, response=response, density=density)
+        for body in bodies
+    ]
     times = [0.0, 0.05, 0.4, 0.5, 0.8]
     block = ls.obstacles.mesh(
         ls.meshes.box(size=BLOCK, cells_per_side=4),
@@ -135,9 +136,8 @@ def scene(
         positions=[(0.0, 0.0, z) for z in (HIGH, HIGH, LOW, LOW, HIGH)],
         friction=0.5,
     )
-    magnets.append(
-        ls.Magnet(body="block", shape="cuboid", size=BLOCK, polarization=(0, 0, polarization))
-    )
+    magnet = ls.magnetics.cuboid(size=BLOCK, polarization=(0, 0, polarization))
+    magnets.append(ls.Magnet(body="block", source=magnet))
     return ls.Scene(
         bodies=[*bodies, *fill(balls)],
         magnets=magnets,

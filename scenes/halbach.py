@@ -34,10 +34,9 @@ def array(n: int, polarization: float) -> list[ls.Magnet]:
     return [
         ls.Magnet(
             body=f"cube {i + 1}",
-            shape="cuboid",
-            size=(CUBE, CUBE, CUBE),
-            position=(x, 0, 0),
-            polarization=polarization * d,
+            source=ls.magnetics.cuboid(
+                size=(CUBE, CUBE, CUBE), polarization=polarization * d
+            ).moved((x, 0, 0)),
         )
         for i, (x, d) in enumerate(zip(places, directions(n), strict=True))
     ]
@@ -47,7 +46,9 @@ def scene(cubes: int = 7, polarization: float = 1.2) -> ls.Scene:
     """cubes: in the row; polarization: of each [T]."""
     row = array(cubes, polarization)
     cube = ls.meshes.box(size=(0.98 * CUBE, 0.98 * CUBE, 0.98 * CUBE), cells_per_side=8)
-    held = [ls.obstacles.mesh(cube.moved(magnet.position), name=magnet.body) for magnet in row]
+    held = [
+        ls.obstacles.mesh(cube.moved(magnet.source.position), name=magnet.body) for magnet in row
+    ]
     ball = ls.meshes.sphere(radius=BALL, subdivisions=3)
     bodies = [
         ls.RigidBody(
@@ -60,10 +61,8 @@ def scene(cubes: int = 7, polarization: float = 1.2) -> ls.Scene:
         )
         for name, side in (("above", 1), ("below", -1))
     ]
-    magnets = row + [
-        ls.Magnet(body=body.name, shape="sphere", radius=BALL, polarization=(0, 0, 0.3))
-        for body in bodies
-    ]
+    magnet = ls.magnetics.sphere(radius=BALL, polarization=(0, 0, 0.3))
+    magnets = row + [ls.Magnet(body=body.name, source=magnet) for body in bodies]
     return ls.Scene(
         bodies=bodies, obstacles=held, magnets=magnets, gravity=(0, 0, 0), magnetic_tolerance=1e-3
     )

@@ -74,9 +74,7 @@ def scene(material: str = "superconductor", shape: str = "ball") -> ls.Scene:
         raise ls.InvalidInput(
             f"scene takes superconductor or magnet, ball or cube, got {material!r} and {shape!r}"
         )
-    own: dict[str, Any] = (
-        {"susceptibility": -1.0} if material == "superconductor" else {"polarization": (0, 0, 0.05)}
-    )
+    polarization = (0, 0, 0.05)
     place = np.array((0.0, 0.0, balance(material)))
     ring = ls.obstacles.mesh(ring_mesh(), name="ring")
     start = place + ((0.001, 0.0005, 0.001) if material == "superconductor" else (1e-5, 0.0, 0.0))
@@ -85,7 +83,11 @@ def scene(material: str = "superconductor", shape: str = "ball") -> ls.Scene:
         body = ls.RigidBody(
             name="floating", mesh=mesh, shape="sphere", density=6000, position=start
         )
-        magnet = ls.Magnet(body="floating", shape="sphere", radius=BALL, **own)
+        source: ls.magnetics.MagneticBody | ls.magnetics.SoftBody = (
+            ls.magnetics.soft_sphere(radius=BALL, susceptibility=-1.0, degree=1)
+            if material == "superconductor"
+            else ls.magnetics.sphere(radius=BALL, polarization=polarization)
+        )
     else:
         size = (BALL * (4 / 3 * np.pi) ** (1 / 3),) * 3
         askew = (np.cos(0.1), 0.0, np.sin(0.1), 0.0)
@@ -97,12 +99,16 @@ def scene(material: str = "superconductor", shape: str = "ball") -> ls.Scene:
             position=start,
             orientation=askew,
         )
-        magnet = ls.Magnet(body="floating", shape="cuboid", size=size, **own)
-    carried = ls.Magnet(body="ring", shape="cylinder", **RING, polarization=(0, 0, 1.2))
+        source = (
+            ls.magnetics.soft_cuboid(size=size, susceptibility=-1.0, cells=8)
+            if material == "superconductor"
+            else ls.magnetics.cuboid(size=size, polarization=polarization)
+        )
+    below = ls.magnetics.cylinder(**RING, polarization=(0, 0, 1.2))
     return ls.Scene(
         bodies=[body],
         obstacles=[ring, ls.floor(height=-0.003, size=0.2)],
-        magnets=[magnet, carried],
+        magnets=[ls.Magnet(body="floating", source=source), ls.Magnet(body="ring", source=below)],
     )
 
 

@@ -72,13 +72,10 @@ def scene(spheres: int = 7, polarization: float = 0.66) -> ls.Scene:
     carried = ls.obstacles.mesh(
         rod, name="magnet", times=TIMES, positions=[(0.0, 0.0, z) for z in heights], friction=0.4
     )
-    magnets = [
-        ls.Magnet(body="magnet", shape="cylinder", **MAGNET, polarization=(0, 0, polarization))
-    ]
-    magnets += [
-        ls.Magnet(body=body.name, shape="sphere", radius=BALL, susceptibility=1000.0)
-        for body in bodies
-    ]
+    magnet = ls.magnetics.cylinder(**MAGNET, polarization=(0, 0, polarization))
+    iron = ls.magnetics.soft_sphere(radius=BALL, susceptibility=1000.0, degree=1)
+    magnets = [ls.Magnet(body="magnet", source=magnet)]
+    magnets += [ls.Magnet(body=body.name, source=iron) for body in bodies]
     shell = ls.obstacles.mesh(bowl(), name="bowl", friction=0.3)
     table = ls.floor(height=-WALL, size=0.3)
     return ls.Scene(

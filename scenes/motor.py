@@ -39,14 +39,9 @@ def scene(
         )
         for side, name in ((-1, "left pole"), (1, "right pole"))
     ]
+    pole = ls.magnetics.cuboid(size=POLE, polarization=(polarization, 0, 0))
     magnets = [
-        ls.Magnet(
-            body=name,
-            shape="cuboid",
-            size=POLE,
-            position=(side * 0.5 * (GAP + POLE[0]), 0, 0),
-            polarization=(polarization, 0, 0),
-        )
+        ls.Magnet(body=name, source=pole.moved((side * 0.5 * (GAP + POLE[0]), 0, 0)))
         for side, name in ((-1, "left pole"), (1, "right pole"))
     ]
     turned = (np.cos(0.3), 0, 0, np.sin(0.3))
@@ -62,8 +57,7 @@ def scene(
     # axis it always drives one way.
     coil = ls.Coil(
         body="rotor",
-        **WINDING,
-        orientation=to_y,
+        source=ls.magnetics.solenoid(**WINDING).at((0, 0, 0), to_y),
         resistance=RESISTANCE,
         inductance=INDUCTANCE,
         voltages=[voltage],

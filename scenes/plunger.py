@@ -68,14 +68,13 @@ def scene(voltage: float = 18.0) -> ls.Scene:
         "times": [0.0, ON, ON + 1e-3, OFF, OFF + 1e-3],
         "voltages": [0.0, 0.0, voltage, voltage, 0.0],
     }
-    coil = ls.Coil(
-        body="former", **COIL, position=(0, 0, HEIGHT), resistance=6.0, inductance=2.5e-3, **on
-    )
-    iron = ls.Magnet(body="bar", shape="cuboid", size=BAR, susceptibility=1000.0, resolution=8)
+    winding = ls.magnetics.solenoid(**COIL).moved((0, 0, HEIGHT))
+    coil = ls.Coil(body="former", source=winding, resistance=6.0, inductance=2.5e-3, **on)
+    iron = ls.magnetics.soft_cuboid(size=BAR, susceptibility=1000.0, cells=8)
     return ls.Scene(
         bodies=[bar],
         obstacles=[former, ls.floor(size=0.2)],
-        magnets=[iron],
+        magnets=[ls.Magnet(body="bar", source=iron)],
         coils=[coil],
         magnetic_tolerance=1e-3,
     )

@@ -94,22 +94,10 @@ def scene(mass: float = 0.1, cells: int = 12) -> ls.Scene:
         positions=[(0.0, 0.0, z) for z in heights],
         friction=0.5,
     )
+    iron = ls.magnetics.soft_cuboid(size=PLATE, susceptibility=1e3, cells=cells, focus=FOCUS)
     magnets = [
-        ls.Magnet(
-            body="weight",
-            shape="cuboid",
-            size=MAGNET,
-            position=(0, 0, 0.5 * (WEIGHT[2] - MAGNET[2])),
-            polarization=(0, 0, POLARIZATION),
-        ),
-        ls.Magnet(
-            body="plate",
-            shape="cuboid",
-            size=PLATE,
-            susceptibility=1e3,
-            resolution=cells,
-            focus=FOCUS,
-        ),
+        ls.Magnet(body="weight", source=block().moved((0, 0, 0.5 * (WEIGHT[2] - MAGNET[2])))),
+        ls.Magnet(body="plate", source=iron),
     ]
     return ls.Scene(
         bodies=[weight],

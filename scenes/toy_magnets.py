@@ -108,22 +108,15 @@ def scene(case: str = "antiparallel", polarization: float = 1.1) -> ls.Scene:
     )
     along_x = (np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0)  # takes z there
     at = 0.5 * LENGTH - DEEP - 0.5 * MAGNET["height"]
+    magnet = ls.magnetics.cylinder(**MAGNET, polarization=(0, 0, polarization))
     magnets = [
-        ls.Magnet(
-            body=name,
-            shape="cylinder",
-            **MAGNET,
-            position=(x, 0, 0),
-            orientation=along_x,
-            polarization=(0, 0, polarization),
-        )
+        ls.Magnet(body=name, source=magnet.at((x, 0, 0), along_x))
         for name in ("held", "rod")
         for x in (-at, at)
     ]
     # Of degree 6: one dipole would not be drawn from both sides at once.
-    magnets.append(
-        ls.Magnet(body="ball", shape="sphere", radius=BALL, susceptibility=1000.0, resolution=6)
-    )
+    iron = ls.magnetics.soft_sphere(radius=BALL, susceptibility=1000.0, degree=6)
+    magnets.append(ls.Magnet(body="ball", source=iron))
     guides = rails_and_slide(start, GAP[case] - 0.001) if case == "antiparallel" else []
     return ls.Scene(
         bodies=[rod, ball],

@@ -80,13 +80,19 @@ def scene(triangles: int = 2000, current: float = 0.06) -> ls.Scene:
         magnets=[
             ls.Magnet(
                 body="magnet",
-                shape="cylinder",
-                **MAGNET,
-                position=(0, 0, face),
-                polarization=(0, 0, 1.2),
+                source=ls.magnetics.cylinder(**MAGNET, polarization=(0, 0, 1.2)).moved(
+                    (0, 0, face)
+                ),
             )
         ],
-        coils=[ls.Coil(body="coil", **COIL, times=times.tolist(), currents=currents.tolist())],
+        coils=[
+            ls.Coil(
+                body="coil",
+                source=ls.magnetics.solenoid(**COIL),
+                times=times.tolist(),
+                currents=currents.tolist(),
+            )
+        ],
     )
 
 

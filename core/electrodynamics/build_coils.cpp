@@ -30,16 +30,19 @@ void check_series(const Coil& coil, const std::vector<double>& values, const cha
             where + ".times must be finite and ascend [s]");
 }
 
+void check_winding(const Coil& coil, const std::string& where) {
+  const auto winding = coil.source ? coil.source->source->winding() : std::nullopt;
+  require(winding.has_value(),
+          where + ".source must be a loop or a solenoid of loomstone.magnetics, got " +
+              (coil.source ? "another one" : "none"));
+  require(winding->turn_current == 1.0,
+          where + ".source must be made with the current of 1 A that it has by default, got " +
+              std::to_string(winding->turn_current) + " A; give that as currents");
+}
+
 void check_coil(const Coil& coil, const std::string& where) {
   check_fields(coil, where);
-  require(coil.shape == "loop" || coil.shape == "solenoid",
-          where + ".shape must be loop or solenoid, got \"" + coil.shape + "\"");
-  require((coil.shape == "solenoid") == (coil.length > 0.0),
-          where + ".length must be > 0 [m] for a solenoid and left out for a loop");
-  require(coil.position.allFinite() && coil.commutator.allFinite(),
-          where + ".position and commutator must be finite");
-  require(std::abs(coil.orientation.norm() - 1.0) < 1e-6,
-          where + ".orientation must be a unit quaternion (w, x, y, z)");
+  require(coil.commutator.allFinite(), where + ".commutator must be finite");
   const bool circuit = coil.resistance > 0.0;
   require(circuit == coil.currents.empty(), where +
                                                 " must have either currents, which are given, or a "
@@ -53,11 +56,11 @@ void check_coil(const Coil& coil, const std::string& where) {
                where);
 }
 
-// Circuits want bodies that magnetise to do so linearly.
-void check_circuit(const Coil& coil, const std::vector<Magnet>& magnets, const std::string& where) {
-  for (const Magnet& magnet : magnets) {
-    if (magnet.susceptibility == 0.0) continue;
-    if (magnet.saturation > 0.0 || magnet.response == "explicit")
+// A circuit wants bodies that magnetise to do so linearly.
+void check_circuit(const Coil& coil, const MagneticModel& model, const std::string& where) {
+  for (const CarriedMagnet& magnet : model.magnets) {
+    if (magnet.source) continue;
+    if (magnet.saturation > 0.0 || magnet.cells.rows() > 0)
       throw Unsupported(
           where +
           ": circuits want bodies that magnetise to do so linearly and mutually, got one with " +
@@ -129,18 +132,18 @@ void add_coils(const MagneticScene& scene, MagneticModel& model) {
     const Coil& coil = scene.coils[i];
     const std::string where = "coils[" + std::to_string(i) + "]";
     check_coil(coil, where);
+    check_winding(coil, where);
     const bool circuit = coil.resistance > 0.0;
     if (circuit && scene.n_bodies == 0)
       throw Unsupported(where +
                         ": circuits are advanced together with rigid bodies, got a scene without "
                         "one; add a body anywhere");
-    const Stand stand = find_stand(scene, coil.body, {coil.position, coil.orientation.normalized()},
-                                   where + ".body");
-    model.coils.push_back({coil, wound_source(coil, 1.0), stand.local, stand.carrier});
+    const Stand stand = find_stand(scene, coil.body, coil.source->pose, where + ".body");
+    model.coils.push_back({coil, coil.source->source, stand.local, stand.carrier});
     (circuit ? model.circuits : model.given).push_back(i);
   }
   for (const std::size_t i : model.circuits)
-    check_circuit(scene.coils[i], scene.magnets, "coils[" + std::to_string(i) + "]");
+    check_circuit(scene.coils[i], model, "coils[" + std::to_string(i) + "]");
 }
 
 void check_coils(const MagneticModel& model, const CarrierPlaces& start) {

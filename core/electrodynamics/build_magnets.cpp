@@ -1,6 +1,6 @@
 // Magnets on bodies and obstacles.
 #include <algorithm>
-#include <cmath>
+#include <string>
 
 #include "core/base/error.h"
 #include "core/electrodynamics/build.h"
@@ -8,9 +8,7 @@
 #include "core/magnetics/forces/cells.h"
 #include "core/magnetics/induction/induced_dipoles.h"
 #include "core/magnetics/induction/linear_magnetization.h"
-#include "core/magnetics/sources/axisymmetric.h"
 #include "core/magnetics/sources/polyhedron.h"
-#include "core/magnetics/sources/sphere.h"
 
 namespace loomstone {
 
@@ -20,114 +18,57 @@ void require(bool holds, const std::string& message) {
   if (!holds) throw InvalidInput(message);
 }
 
-// What a shape has no use for must keep its default: nothing given is passed over in silence.
-void check_shape(const Magnet& magnet, const std::string& where) {
-  const bool mesh = magnet.shape == "mesh", sphere = magnet.shape == "sphere",
-             cuboid = magnet.shape == "cuboid", cylinder = magnet.shape == "cylinder",
-             dipole = magnet.shape == "dipole";
-  require(mesh || sphere || cuboid || cylinder || dipole,
-          where + ".shape must be mesh, sphere, cuboid, cylinder or dipole, got \"" + magnet.shape +
-              "\"");
-  const auto only = [&](bool given, bool wanted, const char* name) {
-    require(!given || wanted, where + "." + name + " means nothing to a magnet of shape " +
-                                  magnet.shape + "; leave it out");
-  };
-  only(magnet.mesh != nullptr, mesh, "mesh");
-  only(!magnet.size.isZero(0.0), cuboid, "size");
-  only(magnet.radius != 0.0, sphere || cylinder, "radius");
-  only(magnet.inner_radius != 0.0, cylinder, "inner_radius");
-  only(magnet.height != 0.0, cylinder, "height");
-  only(!magnet.polarization.isZero(0.0), !dipole, "polarization");
-  only(!magnet.moment.isZero(0.0), dipole, "moment");
-  require(magnet.polarization.allFinite(), where + ".polarization must be finite [T]");
-  require(magnet.moment.allFinite(), where + ".moment must be finite [A m^2]");
-  const bool induced = magnet.susceptibility != 0.0;
-  require(
-      !induced || magnet.polarization.isZero(0.0),
-      where + ".polarization must be zero where susceptibility is given: a magnet is hard or soft");
-  if (induced && dipole)
-    throw Unsupported(where + ".susceptibility is that of bodies with a volume, got shape dipole");
-  require(!induced || magnet.engine == "accurate",
-          where + ".engine must be accurate with a susceptibility");
+void carry_hard(const MagneticBody& magnet, const std::string& where, CarriedMagnet& carried) {
+  const Source& source = *magnet.source;
+  const std::string kind = source.recipe().kind;
+  require(!kind.empty(), where +
+                             " must be a magnet, got a body as it is magnetised; give the body "
+                             "that magnetises (soft_...) itself");
+  require(kind != "loop" && kind != "solenoid" && kind != "polyline",
+          where + " must be a magnet, got a current; loops and solenoids make a Coil");
+  const DipoleSet* dipoles = source.dipoles();
+  require(dipoles ? !dipoles->moments().isZero(0.0) : !source.moment().isZero(0.0),
+          where + " must have a moment other than zero [A m^2]; leave the magnet out");
+  carried.source = magnet.source;
+}
+
+// Spheres of degree 1 are point dipoles unless something more is asked for; the degree that is
+// chosen by default is 1 here.
+void carry_soft(const Magnet& magnet, const std::string& where, CarriedMagnet& carried) {
+  const SoftBody& body = std::get<SoftBody>(magnet.source);
   const bool cells = magnet.response == "explicit";
-  require(
-      magnet.focus == 0.0 || (induced && cuboid && !cells),
-      where + ".focus belongs to cuboids with a susceptibility and response mutual; leave it out");
+  carried.soft = body.shape;
+  carried.saturation = body.saturation;
+  const int degree = body.shape->sphere_degree();
+  if (degree >= 0) {
+    const double chi = body.shape->susceptibility();
+    carried.radius = body.shape->radius();
+    carried.polarizability = sphere_polarizability(carried.radius, chi);
+    if (degree == 0) carried.soft = soft_sphere(carried.radius, chi, 1);
+    if (degree <= 1 && !cells && body.saturation == 0.0) carried.soft = nullptr;
+  }
+  if (!cells) return;
+  try {
+    carried.cells = explicit_cells(*body.shape, magnet.density);
+  } catch (const InvalidInput& error) {
+    throw InvalidInput(where + "." + error.what());
+  }
+}
+
+void check_response(const Magnet& magnet, const std::string& where) {
+  const auto* soft = std::get_if<SoftBody>(&magnet.source);
+  const bool cells = magnet.response == "explicit";
   require(cells || magnet.response == "mutual",
           where + ".response must be mutual or explicit, got \"" + magnet.response + "\"");
-  require(
-      induced || (!cells && magnet.saturation == 0.0 && magnet.resolution == 0),
-      where + ".response, saturation and resolution belong to a susceptibility; leave them out");
-  if (magnet.resolution != 0 && (cuboid || cylinder))
-    check_cells(magnet.resolution, magnet.shape, where + ".resolution");
-  require(magnet.saturation == 0.0 || (magnet.susceptibility > 0.0 && !cells),
-          where + ".saturation must be 0 [T] unless susceptibility is > 0 and response mutual");
-  require(!cells || magnet.resolution == 0,
-          where + ".resolution belongs to the mutual response; leave it out");
-  require(induced || !magnet.polarization.isZero(0.0) || !magnet.moment.isZero(0.0),
+  require(!cells || soft, where + ".response belongs to bodies that magnetise; leave it out");
+  require(!cells || soft->saturation == 0.0,
+          where + ".response must be mutual where source has a saturation");
+  require(cells || magnet.density == 0.0,
+          where + ".density belongs to the explicit response; leave it out");
+  require(!cells || magnet.density > 0.0,
           where +
-              (dipole ? ".moment must not be zero [A m^2]" : ".polarization must not be zero [T]") +
-              "; leave the magnet out");
-  require(magnet.position.allFinite(), where + ".position must be finite [m]");
-  require(std::abs(magnet.orientation.norm() - 1.0) < 1e-6,
-          where + ".orientation must be a unit quaternion (w, x, y, z), got length " +
-              std::to_string(magnet.orientation.norm()));
-  require(magnet.engine == "accurate" || magnet.engine == "cells",
-          where + ".engine must be accurate or cells, got \"" + magnet.engine + "\"");
-  require(magnet.engine == "cells" || cells || magnet.density == 0.0,
-          where + ".density belongs to engine cells and to the explicit response; leave it out");
-  require((magnet.engine != "cells" && !cells) || magnet.density > 0.0,
-          where + ".density must be > 0 [1/m^3] for cells; 8e6 is eight cells a cubic centimetre");
-  require(magnet.engine != "cells" || !dipole,
-          where + ".engine must be accurate for a dipole, which has no cells");
-}
-
-// The source about its own centre, whose place in the frame of the carrier's mesh is added to
-// `pose`.
-SourcePtr source_of(const Magnet& magnet, const TriangleMesh& carrier, RigidPose& pose) {
-  if (magnet.shape == "sphere") return std::make_shared<Sphere>(magnet.radius, magnet.polarization);
-  if (magnet.shape == "cuboid") return std::make_shared<Cuboid>(magnet.size, magnet.polarization);
-  if (magnet.shape == "cylinder")
-    return std::make_shared<Cylinder>(magnet.radius, magnet.height, magnet.polarization,
-                                      magnet.inner_radius);
-  if (magnet.shape == "dipole")
-    return std::make_shared<DipoleSet>(Points::Zero(1, 3), Points(magnet.moment.transpose()));
-  const MagneticBody body =
-      make_mesh_magnet(magnet.mesh ? *magnet.mesh : carrier, magnet.polarization);
-  pose.position += rotation_matrix(pose.orientation) * body.pose.position;
-  return body.source;
-}
-
-void carry_hard(const Magnet& magnet, const TriangleMesh& carrier, CarriedMagnet& carried) {
-  carried.source = source_of(magnet, carrier, carried.local);
-  if (magnet.engine == "cells")
-    carried.source = std::make_shared<CellMagnet>(*carried.source, magnet.density, 3.0);
-}
-
-// A body that magnetises: spheres as point dipoles unless something more is asked for.
-void carry_soft(const Magnet& magnet, const TriangleMesh& carrier, CarriedMagnet& carried) {
-  const Team one;
-  const double chi = magnet.susceptibility;
-  const bool cells = magnet.response == "explicit";
-  carried.saturation = magnet.saturation;
-  if (magnet.shape == "sphere") {
-    carried.soft = soft_sphere(magnet.radius, chi, std::max(magnet.resolution, 1));  // checks
-    carried.radius = magnet.radius;
-    carried.polarizability = sphere_polarizability(magnet.radius, chi);
-    if (magnet.resolution <= 1 && !cells && magnet.saturation == 0.0) carried.soft = nullptr;
-  } else if (magnet.shape == "cuboid") {
-    carried.soft = soft_cuboid(one, magnet.size, chi,
-                               magnet.resolution == 0 ? 8 : magnet.resolution, magnet.focus);
-  } else if (magnet.shape == "cylinder") {
-    carried.soft = soft_cylinder(one, magnet.radius, magnet.height, magnet.inner_radius, chi,
-                                 magnet.resolution == 0 ? 8 : magnet.resolution);
-  } else {
-    const SoftMesh made = soft_mesh(one, magnet.mesh ? *magnet.mesh : carrier, chi,
-                                    magnet.resolution == 0 ? 500 : magnet.resolution);
-    carried.soft = made.shape;
-    carried.local.position += rotation_matrix(carried.local.orientation) * made.pose.position;
-  }
-  if (cells) carried.cells = explicit_cells(*carried.soft, magnet.density);
+              ".density must be > 0 [1/m^3] with the explicit response; 8e6 is eight cells a "
+              "cubic centimetre");
 }
 
 // Where many spheres are in the field of many faces or cells, the field is expanded once: that
@@ -160,21 +101,21 @@ void add_magnets(const MagneticScene& scene, MagneticModel& model) {
     const Magnet& magnet = scene.magnets[i];
     const std::string where = "magnets[" + std::to_string(i) + "]";
     check_fields(magnet, where);
-    check_shape(magnet, where);
-    const RigidPose in_mesh{magnet.position, magnet.orientation.normalized()};
-    const Stand stand = find_stand(scene, magnet.body, in_mesh, where + ".body");
-    const TriangleMesh& mesh = *scene.carriers[stand.carrier].mesh;
+    const auto* hard = std::get_if<MagneticBody>(&magnet.source);
+    const auto* soft = std::get_if<SoftBody>(&magnet.source);
+    require(hard || soft, where +
+                              ".source must be a magnet or a body that magnetises, got none; "
+                              "magnetics.mesh(mesh, polarization=...) takes the body's own shape");
+    check_response(magnet, where);
+    const Stand stand =
+        find_stand(scene, magnet.body, hard ? hard->pose : soft->pose, where + ".body");
     CarriedMagnet carried;
     carried.carrier = stand.carrier;
     carried.local = stand.local;
-    try {
-      if (magnet.susceptibility != 0.0)
-        carry_soft(magnet, mesh, carried);
-      else
-        carry_hard(magnet, mesh, carried);
-    } catch (const InvalidInput& error) {
-      throw InvalidInput(where + "." + error.what());
-    }
+    if (hard)
+      carry_hard(*hard, where + ".source", carried);
+    else
+      carry_soft(magnet, where, carried);
     model.magnets.push_back(std::move(carried));
   }
   const auto panels = [](const CarriedMagnet& carried) { return carried.soft != nullptr; };
@@ -182,7 +123,8 @@ void add_magnets(const MagneticScene& scene, MagneticModel& model) {
     for (std::size_t i = 0; i < model.magnets.size(); ++i) {
       CarriedMagnet& carried = model.magnets[i];
       if (!carried.source && !carried.soft)
-        carried.soft = soft_sphere(carried.radius, scene.magnets[i].susceptibility, 1);
+        carried.soft = soft_sphere(
+            carried.radius, std::get<SoftBody>(scene.magnets[i].source).shape->susceptibility(), 1);
     }
   }
   expand_fields(model);

@@ -1,22 +1,20 @@
 // What the user asks for where currents act: coils on bodies and obstacles.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/base/field.h"
-#include "core/base/types.h"
+#include "core/magnetics/sources/body.h"
 
 namespace loomstone {
 
-// Description. A winding about its z axis with a current that is given, or that of a circuit of
-// resistance, inductance and source.
+// Description. A winding with a current that is given, or that of a circuit of resistance,
+// inductance and source.
 struct Coil {
   std::string body;
-  std::string shape = "solenoid";
-  double radius = 0.0, length = 0.0, turns = 1.0;
-  Vec3 position = Vec3::Zero();
-  Vec4 orientation = Vec4(1, 0, 0, 0);
+  std::optional<MagneticBody> source;
   std::vector<double> times, currents, voltages;
   double resistance = 0.0, inductance = 0.0;
   Vec3 commutator = Vec3::Zero();
@@ -25,17 +23,14 @@ struct Coil {
     using C = Coil;
     return std::make_tuple(
         field("body", &C::body, "name of the rigid body or obstacle that carries it"),
-        field("shape", &C::shape, "loop | solenoid (a sheet of current)"),
-        field("radius", &C::radius, "m", positive(), "of the winding"),
-        field("length", &C::length, "m", non_negative(), "of a solenoid"),
-        field("turns", &C::turns, "1", positive(), "number of turns"),
-        field("position", &C::position, "(3) of its middle in the frame of the body's mesh [m]"),
-        field("orientation", &C::orientation,
-              "unit quaternion (w, x, y, z), coil's axes to those of the body's mesh"),
+        field("source", &C::source,
+              "winding: loop or solenoid of loomstone.magnetics, made with 1 A, at its pose in the "
+              "frame of the body's mesh"),
         field("times", &C::times,
               "times of currents or voltages [s], ascending; empty: one value holds for ever"),
         field("currents", &C::currents,
-              "given current at these times [A], linear between, counter-clockwise seen from +z"),
+              "given current in each turn at these times [A], linear between, counter-clockwise "
+              "seen from +z of the winding"),
         field("voltages", &C::voltages,
               "of the source of a circuit at these times [V], linear between; empty: "
               "short-circuited"),

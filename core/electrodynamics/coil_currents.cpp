@@ -1,7 +1,6 @@
 #include "core/electrodynamics/coil_currents.h"
 
 #include "core/base/keyframes.h"
-#include "core/magnetics/sources/axisymmetric.h"
 
 namespace loomstone {
 
@@ -16,11 +15,6 @@ double at_time(const std::vector<double>& times, const std::vector<double>& valu
 }
 
 }  // namespace
-
-SourcePtr wound_source(const Coil& coil, double current) {
-  if (coil.shape == "loop") return std::make_shared<Loop>(coil.radius, coil.turns * current);
-  return std::make_shared<Solenoid>(coil.radius, coil.length, coil.turns, current);
-}
 
 double given_current(const Coil& coil, double time) {
   return at_time(coil.times, coil.currents, time);
@@ -67,7 +61,7 @@ std::vector<MagneticBody> carrying_coils(const MagneticModel& model, const Carri
     const double current = currents[static_cast<Eigen::Index>(j)];
     if (current == 0.0) continue;
     const CarriedCoil& wound = model.coils[j];
-    coils.push_back({wound_source(wound.coil, current), places.pose(wound.carrier, wound.local)});
+    coils.push_back({wound.source->with_current(current), places.pose(wound.carrier, wound.local)});
   }
   return coils;
 }

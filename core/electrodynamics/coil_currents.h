@@ -8,9 +8,6 @@
 
 namespace loomstone {
 
-// The winding of a coil with a current in each turn [A].
-SourcePtr wound_source(const Coil& coil, double current);
-
 // Current given to a coil without a circuit, voltage of the source of one with a circuit, at a time
 // [s] [A, V].
 double given_current(const Coil& coil, double time);

@@ -116,7 +116,7 @@ void SubstepFrequency::add_spheres(const Team& team, const Oscillators& now, con
     const std::size_t i = model_.magnets.size() + j;
     if (coarse.groups[i] != model_.n_bodies() || coarse.magnets[i].moment == 0.0) continue;
     const SourcePtr wound =
-        wound_source(model_.coils[j].coil, now.currents[static_cast<Eigen::Index>(j)]);
+        model_.coils[j].source->with_current(now.currents[static_cast<Eigen::Index>(j)]);
     add_sphere_frequencies2(team, spheres,
                             {coarse.magnets[i], coarse.poses[i],
                              magnetic_gradient(team, {{wound, coarse.poses[i]}}, x)},

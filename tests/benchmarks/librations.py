@@ -26,7 +26,8 @@ def compass() -> tuple[ls.Scene, float]:
         density=7500,
         orientation=(np.cos(0.25), 0, 0, np.sin(0.25)),
     )
-    magnet = ls.Magnet(body="needle", shape="cuboid", size=box, polarization=(1.0, 0, 0))
+    source = ls.magnetics.cuboid(size=box, polarization=(1.0, 0, 0))
+    magnet = ls.Magnet(body="needle", source=source)
     inertia = np.asarray(ls.meshes.mass_properties(mesh, 7500).inertia)[2, 2]
     frequency = np.sqrt(np.prod(box) / ls.magnetics.MU0 * field / inertia)
     return ls.Scene(
@@ -48,7 +49,9 @@ def pair(radius: float = 0.01, gap: float = 0.01) -> tuple[ls.Scene, float]:
         for name, x, a in (("a", 0.0, 0.25), ("b", distance, -0.075))
     ]
     magnets = [
-        ls.Magnet(body=body.name, shape="sphere", radius=radius, polarization=(1.2, 0, 0))
+        ls.Magnet(
+            body=body.name, source=ls.magnetics.sphere(radius=radius, polarization=(1.2, 0, 0))
+        )
         for body in bodies
     ]
     bearings = [ls.Bearing(body=body.name, axis=(0, 0, 1)) for body in bodies]

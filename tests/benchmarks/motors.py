@@ -27,13 +27,11 @@ def scene_of(case: dict[str, Any], until: float) -> tuple[ls.Scene, float]:
     """The scene, and the angle the rotor starts at [rad]."""
     if case["type"] == "brushed_dc_two_segment":
         start = case["theta0"]
+        winding = ls.magnetics.loop(radius=np.sqrt(case["area"] / np.pi), turns=case["turns"])
         coil = ls.Coil(
             body="rotor",
-            shape="loop",
-            radius=np.sqrt(case["area"] / np.pi),
-            turns=case["turns"],
+            source=winding.at((0, 0, 0), TO_X),
             resistance=case["resistance"],
-            orientation=TO_X,
             voltages=[case["voltage"]],
             commutator=(0, -1, 0),
         )
@@ -51,13 +49,11 @@ def scene_of(case: dict[str, Any], until: float) -> tuple[ls.Scene, float]:
         )
         radius, turns = 2.0, 1000.0
         current = case["B0"] * 2 * radius / (ls.magnetics.MU0 * turns)
+        winding = ls.magnetics.loop(radius=radius, turns=turns)
         coils = [
             ls.Coil(
                 body="stand",
-                shape="loop",
-                radius=radius,
-                turns=turns,
-                orientation=q,
+                source=winding.at((0, 0, 0), q),
                 times=times.tolist(),
                 currents=i.tolist(),
             )
@@ -66,7 +62,8 @@ def scene_of(case: dict[str, Any], until: float) -> tuple[ls.Scene, float]:
         stand = ls.obstacles.mesh(
             ls.meshes.box(size=(0.01, 0.01, 0.01)).moved((0, 0, 0.5)), name="stand"
         )
-        magnet = ls.Magnet(body="rotor", shape="dipole", moment=(case["rotor_moment"], 0, 0))
+        dipole = ls.magnetics.dipoles([(0, 0, 0)], [(case["rotor_moment"], 0, 0)])
+        magnet = ls.Magnet(body="rotor", source=dipole)
         parts = {"coils": coils, "obstacles": [stand], "magnets": [magnet]}
     rotor = ls.RigidBody(
         name="rotor",

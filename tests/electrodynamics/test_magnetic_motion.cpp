@@ -5,6 +5,9 @@
 
 #include "core/base/error.h"
 #include "core/electrodynamics/magnetic_motion.h"
+#include "core/magnetics/sources/axisymmetric.h"
+#include "core/magnetics/sources/polyhedron.h"
+#include "core/magnetics/sources/sphere.h"
 #include "core/mesh/generators.h"
 
 using namespace loomstone;
@@ -34,8 +37,9 @@ struct Experiment {
   }
   void add_cuboid(const std::string& body, const Vec3& polarization) {
     Magnet magnet;
-    magnet.body = body, magnet.shape = "cuboid";
-    magnet.size = Vec3(0.02, 0.01, 0.015), magnet.polarization = polarization;
+    magnet.body = body;
+    magnet.source =
+        MagneticBody{std::make_shared<Cuboid>(Vec3(0.02, 0.01, 0.015), polarization), {}};
     scene.magnets.push_back(magnet);
   }
 };
@@ -124,7 +128,7 @@ Experiment magnet_over_coil(const Coil& coil) {
 Coil winding() {
   Coil coil;
   coil.body = "stand";
-  coil.radius = 0.02, coil.length = 0.01, coil.turns = 100.0;
+  coil.source = MagneticBody{std::make_shared<Solenoid>(0.02, 0.01, 100.0, 1.0), {}};
   return coil;
 }
 
@@ -196,7 +200,7 @@ TEST_CASE("a magnet must name what carries it") {
   MagneticScene scene;
   scene.carriers.push_back({"a", std::make_shared<const TriangleMesh>(box(1, 1, 1)), {}, {}, true});
   Magnet magnet;
-  magnet.polarization = Vec3(0, 0, 1);
+  magnet.source = MagneticBody{std::make_shared<Sphere>(0.1, Vec3(0, 0, 1)), {}};
   for (const char* body : {"", "b"}) {
     magnet.body = body;
     scene.magnets = {magnet};

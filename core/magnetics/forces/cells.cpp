@@ -32,7 +32,11 @@ CellTable table_of(const MagneticBody& body, const CellMagnet& magnet,
 }  // namespace
 
 CellMagnet::CellMagnet(const Source& magnet, double density, double separation)
-    : moment_(magnet.moment()), radius_(magnet.radius()), separation_(separation) {
+    : moment_(magnet.moment()),
+      radius_(magnet.radius()),
+      density_(density),
+      separation_(separation),
+      magnet_(std::make_shared<const SourceRecipe>(magnet.recipe())) {
   const auto box = magnet.box();
   if (!box || magnet.induced())
     throw InvalidInput(

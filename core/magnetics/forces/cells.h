@@ -41,6 +41,9 @@ class CellMagnet final : public Source {
   double radius() const override { return radius_; }
   Vec3 moment() const override { return moment_; }
   const DipoleSet* dipoles() const override { return &leaves_; }
+  SourceRecipe recipe() const override {
+    return {"cells", {{"density", density_}, {"separation", separation_}}, {}, magnet_};
+  }
 
   const std::vector<Cell>& cells() const { return cells_; }  // the root first
   double leaf_diameter() const { return diameter_; }         // v^(1/3) [m]
@@ -53,7 +56,8 @@ class CellMagnet final : public Source {
 
   std::vector<Cell> cells_;
   Vec3 moment_;
-  double radius_, separation_, diameter_ = 0.0;
+  double radius_, density_, separation_, diameter_ = 0.0;
+  std::shared_ptr<const SourceRecipe> magnet_;
   DipoleSet leaves_{Points(0, 3), Points(0, 3)};
   std::shared_ptr<const ExpandedField> expanded_;  // field of the leaves, or null
 };

@@ -34,6 +34,7 @@ struct PanelForm {
   std::shared_ptr<const PanelSet> set;  // the panels of all grids
   SourcePtr solid;
   double volume = 0.0, area = 0.0;  // [m^3], [m^2]
+  SourceRecipe recipe;              // but for the susceptibility
 };
 
 class SoftPanels final : public SoftShape {
@@ -123,6 +124,11 @@ class SoftPanels final : public SoftShape {
   double volume() const override { return form_->volume; }
   double radius() const override { return form_->set->radius; }
   SourcePtr solid() const override { return form_->solid; }
+  SourceRecipe recipe() const override {
+    SourceRecipe recipe = form_->recipe;
+    recipe.values.emplace_back("susceptibility", susceptibility_);
+    return recipe;
+  }
   double susceptibility() const override { return susceptibility_; }
   SoftShapePtr with_susceptibility(double susceptibility) const override {
     return std::make_shared<SoftPanels>(form_, susceptibility);
@@ -174,6 +180,10 @@ SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibili
   PanelForm form;
   form.solid = std::make_shared<Cuboid>(size, Vec3(0, 0, 1));  // checks the size
   form.volume = size.prod();
+  form.recipe = {"soft_cuboid",
+                 {{"size", size}, {"cells", static_cast<double>(cells)}, {"focus", focus}},
+                 {},
+                 {}};
   check_cells(cells, "cuboid");
   if (!(focus >= 0.0) || !std::isfinite(focus))
     fail<InvalidInput>("focus must be >= 0 [m], got {}", focus);
@@ -199,6 +209,13 @@ SoftShapePtr soft_cylinder(const Team& team, double radius, double height, doubl
   form.solid =
       std::make_shared<Cylinder>(radius, height, Vec3(0, 0, 1), inner_radius);  // checks the sizes
   form.volume = form.solid->moment().norm() * mu0;
+  form.recipe = {"soft_cylinder",
+                 {{"radius", radius},
+                  {"height", height},
+                  {"inner_radius", inner_radius},
+                  {"cells", static_cast<double>(cells)}},
+                 {},
+                 {}};
   check_cells(cells, "cylinder");
   constexpr double thinnest = 0.02;  // of the radius; panels would be far wider than the wall
   if (const double thin = std::min(height, radius - inner_radius); thin < thinnest * radius)
@@ -224,19 +241,28 @@ SoftShapePtr soft_cylinder(const Team& team, double radius, double height, doubl
 
 SoftMesh soft_mesh(const Team& team, const TriangleMesh& mesh, double susceptibility,
                    Index panels) {
+  const RigidPose pose = make_mesh_magnet(mesh, Vec3(0, 0, 1)).pose;  // checks the mesh
+  return {soft_mesh_shape(team, mesh.moved(-pose.position), susceptibility, panels), pose};
+}
+
+SoftShapePtr soft_mesh_shape(const Team& team, const TriangleMesh& mesh, double susceptibility,
+                             Index panels) {
   check_susceptibility(susceptibility);
   if (panels < 0 || std::max(panels, mesh.n_triangles()) > most_panels)
     fail<InvalidInput>("panels must be at most {} and the mesh have no more triangles, got {}",
                        most_panels, std::max(panels, mesh.n_triangles()));
-  const MagneticBody solid = make_mesh_magnet(mesh, Vec3(0, 0, 1));  // checks the mesh
   PanelForm form;
-  form.solid = solid.source;
-  form.volume = solid.source->moment().norm() * mu0;
+  form.solid = std::make_shared<MeshMagnet>(mesh, Vec3(0, 0, 1));
+  form.volume = form.solid->moment().norm() * mu0;
+  form.recipe = {"soft_mesh",
+                 {{"panels", static_cast<double>(panels)}},
+                 std::make_shared<const TriangleMesh>(mesh.vertices(), mesh.triangles()),
+                 {}};
   Grid grid;
-  grid.panels = mesh_panels(mesh.moved(-solid.pose.position), panels);
+  grid.panels = mesh_panels(mesh, panels);
   grid.flux = mesh_boundary_elements(team, grid.panels);
   form.grids.push_back(std::move(grid));
-  return {panels_of(std::move(form), susceptibility), solid.pose};
+  return panels_of(std::move(form), susceptibility);
 }
 
 }  // namespace loomstone

@@ -56,6 +56,14 @@ class SoftSphere final : public SoftShape {
     return std::make_shared<SoftSphere>(radius_, susceptibility, degree_);
   }
   int sphere_degree() const override { return degree_; }
+  SourceRecipe recipe() const override {
+    return {"soft_sphere",
+            {{"radius", radius_},
+             {"susceptibility", susceptibility_},
+             {"degree", static_cast<double>(degree_)}},
+            {},
+            {}};
+  }
 
  private:
   double radius_, susceptibility_;

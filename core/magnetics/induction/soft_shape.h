@@ -38,6 +38,7 @@ class SoftShape {
   // Degree of a sphere's solid harmonics, 0 if chosen automatically; -1 for other shapes.
   virtual int sphere_degree() const { return -1; }
   virtual double susceptibility() const = 0;
+  virtual SourceRecipe recipe() const = 0;
   virtual std::shared_ptr<const SoftShape> with_susceptibility(double susceptibility) const = 0;
 };
 
@@ -84,5 +85,8 @@ struct SoftMesh {
   RigidPose pose;
 };
 SoftMesh soft_mesh(const Team& team, const TriangleMesh& mesh, double susceptibility, Index panels);
+// The same of a mesh whose centre of volume is taken to be the origin.
+SoftShapePtr soft_mesh_shape(const Team& team, const TriangleMesh& mesh, double susceptibility,
+                             Index panels);
 
 }  // namespace loomstone

@@ -54,20 +54,22 @@ void need_finite(double value, const char* name, const char* unit) {
 
 }  // namespace
 
-Loop::Loop(double radius, double current) : radius_(radius), current_(current) {
+Loop::Loop(double radius, double current, double turns)
+    : radius_(radius), current_(current), turns_(turns), ampere_turns_(turns * current) {
   need_positive(radius, "radius", "m");
+  need_positive(turns, "turns", "1");
   need_finite(current, "current", "A");
 }
 
 void Loop::field_block(const double* points, Index n, Quantity, double* field) const {
   const auto kernel = [&](const double* some, Index m, double* out) {
-    LOOMSTONE_WIDEST(loop_field)(radius_, mu0 * current_ / radius_, some, m, out);
+    LOOMSTONE_WIDEST(loop_field)(radius_, mu0 * ampere_turns_ / radius_, some, m, out);
   };
   split_block({points, n, field, 3}, Smooth{radius_, 0.0}, kernel, kernel);
 }
 
 void Loop::gradient_block(const double* points, Index n, double* gradient) const {
-  const double strength = mu0 * current_ / (radius_ * radius_);
+  const double strength = mu0 * ampere_turns_ / (radius_ * radius_);
   const auto kernel = [&](const double* some, Index m, double* out) {
     LOOMSTONE_WIDEST(loop_gradient)(radius_, strength, some, m, out);
   };
@@ -75,14 +77,18 @@ void Loop::gradient_block(const double* points, Index n, double* gradient) const
 }
 
 void Loop::vector_potential_block(const double* points, Index n, double* potential) const {
-  LOOMSTONE_WIDEST(vector_potential)(Sheet{radius_, 0.0, 1.0}, mu0 * current_, points, n,
+  LOOMSTONE_WIDEST(vector_potential)(Sheet{radius_, 0.0, 1.0}, mu0 * ampere_turns_, points, n,
                                      potential);
 }
 
-Vec3 Loop::moment() const { return {0.0, 0.0, current_ * pi * radius_ * radius_}; }
+Vec3 Loop::moment() const { return {0.0, 0.0, ampere_turns_ * pi * radius_ * radius_}; }
+
+SourceRecipe Loop::recipe() const {
+  return {"loop", {{"radius", radius_}, {"turns", turns_}, {"current", current_}}, {}, {}};
+}
 
 Solenoid::Solenoid(double radius, double length, double turns, double current)
-    : radius_(radius), length_(length) {
+    : radius_(radius), length_(length), turns_(turns), current_(current) {
   need_positive(radius, "radius", "m");
   need_positive(length, "length", "m");
   need_positive(turns, "turns", "1");
@@ -110,6 +116,13 @@ double Solenoid::radius() const { return std::hypot(radius_, 0.5 * length_); }
 
 Vec3 Solenoid::moment() const { return {0.0, 0.0, sheet_ * length_ * pi * radius_ * radius_}; }
 
+SourceRecipe Solenoid::recipe() const {
+  return {"solenoid",
+          {{"radius", radius_}, {"length", length_}, {"turns", turns_}, {"current", current_}},
+          {},
+          {}};
+}
+
 Cylinder::Cylinder(double radius, double height, const Vec3& polarization, double inner_radius)
     : radius_(radius), inner_(inner_radius), height_(height), polarization_(polarization) {
   need_positive(radius, "radius", "m");
@@ -118,6 +131,16 @@ Cylinder::Cylinder(double radius, double height, const Vec3& polarization, doubl
     fail<InvalidInput>("inner_radius must be >= 0 and below radius {} [m], got {}", radius,
                        inner_radius);
   for (int k = 0; k < 3; ++k) need_finite(polarization[k], "polarization", "T");
+}
+
+SourceRecipe Cylinder::recipe() const {
+  return {"cylinder",
+          {{"radius", radius_},
+           {"height", height_},
+           {"inner_radius", inner_},
+           {"polarization", polarization_}},
+          {},
+          {}};
 }
 
 void Cylinder::field_block(const double* points, Index n, Quantity quantity, double* field) const {
@@ -179,7 +202,7 @@ std::vector<Panel> Loop::panels() const {
   std::vector<Panel> panels;
   Panel p{Panel::Shape::circle};
   p.radius1 = radius_;
-  p.current = current_;
+  p.current = ampere_turns_;
   add_quarters(p, panels);
   return panels;
 }

@@ -23,8 +23,8 @@ namespace loomstone {
 
 class Loop final : public Source {
  public:
-  // Circle in z = 0 about the origin; current [A] counter-clockwise seen from +z.
-  Loop(double radius, double current);
+  // `turns` circles in z = 0 about the origin; current [A] of each, counter-clockwise seen from +z.
+  Loop(double radius, double current, double turns = 1.0);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
   double radius() const override { return radius_; }
@@ -32,11 +32,15 @@ class Loop final : public Source {
   std::vector<Panel> panels() const override;
   void vector_potential_block(const double* points, Index n, double* potential) const override;
   std::optional<CircularWinding> winding() const override {
-    return CircularWinding{radius_, 0.0, current_};
+    return CircularWinding{radius_, 0.0, ampere_turns_, current_};
   }
+  SourcePtr with_current(double current) const override {
+    return std::make_shared<Loop>(radius_, current, turns_);
+  }
+  SourceRecipe recipe() const override;
 
  private:
-  double radius_, current_;
+  double radius_, current_, turns_, ampere_turns_;
 };
 
 class Solenoid final : public Source {
@@ -51,11 +55,15 @@ class Solenoid final : public Source {
   std::vector<Panel> panels() const override;
   void vector_potential_block(const double* points, Index n, double* potential) const override;
   std::optional<CircularWinding> winding() const override {
-    return CircularWinding{radius_, length_, sheet_};
+    return CircularWinding{radius_, length_, sheet_, current_};
   }
+  SourcePtr with_current(double current) const override {
+    return std::make_shared<Solenoid>(radius_, length_, turns_, current);
+  }
+  SourceRecipe recipe() const override;
 
  private:
-  double radius_, length_, sheet_;
+  double radius_, length_, turns_, current_, sheet_;
 };
 
 class Cylinder final : public Source {
@@ -71,6 +79,7 @@ class Cylinder final : public Source {
   std::vector<Panel> surface() const override { return faces(true); }
   std::optional<std::pair<Vec3, Vec3>> box() const override;
   double depth(const Vec3& point) const override;
+  SourceRecipe recipe() const override;
   double outer_radius() const { return radius_; }
   double inner_radius() const { return inner_; }
   double height() const { return height_; }

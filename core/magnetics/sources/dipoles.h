@@ -30,6 +30,9 @@ class DipoleSet final : public Source {
   double radius() const override;
   Vec3 moment() const override { return moments_.colwise().sum().transpose(); }
   const DipoleSet* dipoles() const override { return this; }
+  SourceRecipe recipe() const override {
+    return {"dipoles", {{"points", positions_}, {"moments", moments_}}, {}, {}};
+  }
   const Points& positions() const { return positions_; }
   const Points& moments() const { return moments_; }
   DipoleTable table() const {

@@ -70,6 +70,12 @@ class MeshMagnet final : public Polyhedron {
   // polarization J [T] in the axes of the mesh. Throws InvalidInput if the mesh is open or encloses
   // no volume.
   MeshMagnet(const TriangleMesh& mesh, const Vec3& polarization);
+  SourceRecipe recipe() const override {
+    return {"mesh",
+            {{"polarization", polarization()}},
+            std::make_shared<const TriangleMesh>(vertices(), triangles()),
+            {}};
+  }
 };
 
 class Cuboid final : public Polyhedron {
@@ -79,6 +85,9 @@ class Cuboid final : public Polyhedron {
   double depth(const Vec3& point) const override;
   std::optional<UniformCuboid> uniform_cuboid() const override {
     return UniformCuboid{size_, polarization()};
+  }
+  SourceRecipe recipe() const override {
+    return {"cuboid", {{"size", size_}, {"polarization", polarization()}}, {}, {}};
   }
 
  protected:

@@ -20,6 +20,9 @@ class Polyline final : public Source {
   bool steady() const override { return closed(); }
   bool closed() const { return vertices_.row(0) == vertices_.row(vertices_.rows() - 1); }
   std::vector<Panel> panels() const override;
+  SourceRecipe recipe() const override {
+    return {"polyline", {{"vertices", vertices_}, {"current", current_}}, {}, {}};
+  }
   const Points& vertices() const { return vertices_; }
   double current() const { return current_; }
 

@@ -10,6 +10,7 @@
 
 #include "core/base/types.h"
 #include "core/magnetics/sources/panel.h"
+#include "core/magnetics/sources/recipe.h"
 #include "core/parallel/team.h"
 
 namespace loomstone {
@@ -32,6 +33,7 @@ using SourcePtr = std::shared_ptr<const Source>;
 struct CircularWinding {
   double radius, length;  // [m]
   double current;         // of a loop [A], of a sheet per length [A/m]
+  double turn_current;    // in each turn [A]
 };
 
 // A cuboid about the origin with uniform polarisation.
@@ -87,6 +89,10 @@ class Source {
   // Shapes with closed formulas for forces and inductances.
   virtual std::optional<CircularWinding> winding() const { return std::nullopt; }
   virtual std::optional<UniformCuboid> uniform_cuboid() const { return std::nullopt; }
+  // Of a winding: the same with another current in each turn [A]; null for all others.
+  virtual SourcePtr with_current(double) const { return nullptr; }
+  // Without kind of what is found by induction.
+  virtual SourceRecipe recipe() const { return {}; }
 };
 
 // Throws InvalidInput naming the first point that is not finite.

@@ -20,6 +20,9 @@ class Sphere final : public Source {
   }
   double depth(const Vec3& point) const override { return radius_ - point.norm(); }
   bool spherical() const override { return true; }
+  SourceRecipe recipe() const override {
+    return {"sphere", {{"radius", radius_}, {"polarization", polarization_}}, {}, {}};
+  }
   const Vec3& polarization() const { return polarization_; }
 
  private:

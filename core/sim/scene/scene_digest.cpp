@@ -41,6 +41,24 @@ class Digest {
     if (mesh)
       add(mesh->vertices()), add(mesh->triangles()), add(mesh->uv()), add(mesh->uv_triangles());
   }
+  void add(const SourceRecipe& recipe) {
+    add(recipe.kind);
+    for (const auto& [name, value] : recipe.values)
+      add(name), std::visit([&](const auto& v) { add(v); }, value);
+    add(recipe.mesh);
+    word(recipe.of != nullptr);
+    if (recipe.of) add(*recipe.of);
+  }
+  void add(const RigidPose& pose) { add(pose.position), add(pose.orientation); }
+  void add(const MagneticBody& body) { add(body.source->recipe()), add(body.pose); }
+  void add(const SoftBody& body) {
+    add(body.shape->recipe()), add(body.pose), add(body.saturation);
+  }
+  void add(const MagnetSource& source) {
+    word(source.index());
+    if (const auto* hard = std::get_if<MagneticBody>(&source)) add(*hard);
+    if (const auto* soft = std::get_if<SoftBody>(&source)) add(*soft);
+  }
   template <class T>
   void add(const std::optional<T>& value) {
     word(value.has_value());

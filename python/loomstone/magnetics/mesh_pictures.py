@@ -46,7 +46,7 @@ def draw_field(
     """Draws a closed mesh [m] magnetised uniformly (J = mu0 M [T]) with its field lines; returns
     picture (PNG) and lines.
     """
-    magnet = Magnet(body="magnet", polarization=polarization)
+    magnet = Magnet(body="magnet", source=sources.mesh(mesh, polarization=polarization))
     simulation = _core.Simulation(
         Scene(bodies=[RigidBody(name="magnet", mesh=mesh)], magnets=[magnet])
     )

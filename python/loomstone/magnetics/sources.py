@@ -85,13 +85,15 @@ def dipoles(points: ArrayLike, moments: ArrayLike) -> MagneticBody:
 
 
 @explained
-def loop(*, radius: float, current: float) -> MagneticBody:
-    """Circular loop in z = 0: radius [m], current [A] counter-clockwise seen from +z."""
-    return _core.magnetic_loop(radius=radius, current=current)
+def loop(*, radius: float, turns: float = 1.0, current: float = 1.0) -> MagneticBody:
+    """Circular loop in z = 0: radius [m], number of turns [1], current of each [A] counter-clockwise
+    seen from +z.
+    """
+    return _core.magnetic_loop(radius=radius, turns=turns, current=current)
 
 
 @explained
-def solenoid(*, radius: float, length: float, turns: float, current: float) -> MagneticBody:
+def solenoid(*, radius: float, length: float, turns: float, current: float = 1.0) -> MagneticBody:
     """Ideal solenoid about z, a sheet of current: radius, length [m], number of turns [1], current
     of each [A].
     """

@@ -68,11 +68,12 @@ def transformer(**second) -> ls.Scene:
     ]
     weight = ls.RigidBody(name="weight", mesh=BOX, shape="box", position=(1, 0, 0))
     coils = [
-        ls.Coil(body="a", **ONE, resistance=0.5, inductance=4e-3, voltages=[1.0]),
+        ls.Coil(
+            body="a", source=M.solenoid(**ONE), resistance=0.5, inductance=4e-3, voltages=[1.0]
+        ),
         ls.Coil(
             body="b",
-            **TWO,
-            position=(0, 0, 0.01),
+            source=M.solenoid(**TWO).moved((0, 0, 0.01)),
             **(second or dict(resistance=0.8, inductance=1.2e-3)),
         ),
     ]
@@ -135,20 +136,11 @@ def moving(step: float, steps: int) -> ls.Simulation:
         )
         for n, p in places.items()
     ]
+    winding, loop = M.solenoid(radius=0.03, length=0.02, turns=200), M.loop(radius=0.03, turns=200)
     coils = [
-        ls.Coil(
-            body="a",
-            radius=0.03,
-            length=0.02,
-            turns=200,
-            resistance=0.2,
-            inductance=4e-3,
-            voltages=[2.0],
-        ),
-        ls.Coil(body="b", radius=0.03, turns=200, shape="loop", resistance=0.2, inductance=5e-3),
-        ls.Coil(
-            body="c", radius=0.03, length=0.02, turns=200, times=[0.0, 0.1], currents=[0.0, 10.0]
-        ),
+        ls.Coil(body="a", source=winding, resistance=0.2, inductance=4e-3, voltages=[2.0]),
+        ls.Coil(body="b", source=loop, resistance=0.2, inductance=5e-3),
+        ls.Coil(body="c", source=winding, times=[0.0, 0.1], currents=[0.0, 10.0]),
     ]
     sim = simulation(
         ls.Scene(
@@ -201,13 +193,11 @@ def scripted(**what) -> ls.Scene:
     magnets = (
         []
         if "magnetic_field" in what
-        else [ls.Magnet(body="magnet", shape="dipole", moment=(0, 0, MOMENT))]
+        else [ls.Magnet(body="magnet", source=M.dipoles([(0, 0, 0)], [(0, 0, MOMENT)]))]
     )
     coil = ls.Coil(
         body="loop",
-        shape="loop",
-        radius=RADIUS,
-        turns=TURNS,
+        source=M.loop(radius=RADIUS, turns=TURNS),
         resistance=0.3,
         inductance=what.pop("inductance", 0.0),
     )
@@ -328,12 +318,10 @@ def ball_and_coil(currents, times=(), magnets=(), **ball) -> ls.Scene:
         ls.RigidBody(name="coil", mesh=BOX, shape="box", density=2e5, position=(0, 0, 0.02)),
         ls.RigidBody(name="magnet", mesh=BOX, shape="box", density=2e5, position=(0.03, 0, 0)),
     ]
-    soft = ls.Magnet(body="ball", shape="sphere", radius=0.01, **ball)
+    soft = ls.Magnet(body="ball", source=M.soft_sphere(radius=0.01, **ball))
     coil = ls.Coil(
         body="coil",
-        shape="loop",
-        radius=0.02,
-        turns=100,
+        source=M.loop(radius=0.02, turns=100),
         times=list(times),
         currents=list(currents),
     )
@@ -349,7 +337,7 @@ def ball_and_coil(currents, times=(), magnets=(), **ball) -> ls.Scene:
 
 @pytest.mark.parametrize("chi", [1000.0, 1.0, -1.0])
 def test_a_coil_magnetises_a_ball_and_is_pulled_as_the_series_says(chi):
-    scene = ball_and_coil([5.0], susceptibility=chi, resolution=30)
+    scene = ball_and_coil([5.0], susceptibility=chi, degree=30)
     sim = simulation(scene, 1e-5)
     sim.step()
     mass = np.array([ls.meshes.mass_properties(b.mesh, b.density).mass for b in scene.bodies])
@@ -362,9 +350,8 @@ def test_a_coil_magnetises_a_ball_and_is_pulled_as_the_series_says(chi):
 
 
 def test_energy_balances_where_coil_and_magnet_magnetise_a_ball():
-    magnet = ls.Magnet(
-        body="magnet", shape="cuboid", size=(0.01, 0.01, 0.01), polarization=(1, 0, 0.5)
-    )
+    source = M.cuboid(size=(0.01, 0.01, 0.01), polarization=(1, 0, 0.5))
+    magnet = ls.Magnet(body="magnet", source=source)
     errors = []
     for n in (16, 32):
         scene = ball_and_coil(
@@ -385,8 +372,8 @@ def test_circuits_that_cannot_be_are_refused():
     bad = transformer(resistance=0.8, inductance=1e-4)
     with pytest.raises(ls.InvalidInput, match="M\\^2 < L_1 L_2"):
         ls.Simulation(bad)
-    soft = ball_and_coil([1.0], susceptibility=10.0, resolution=8)
-    inside = soft.coils[0].replace(radius=0.008, position=(0, 0, -0.02))
+    soft = ball_and_coil([1.0], susceptibility=10.0, degree=8)
+    inside = soft.coils[0].replace(source=M.loop(radius=0.008, turns=100).moved((0, 0, -0.02)))
     with pytest.raises(ls.InvalidInput, match="must lie apart from bodies that magnetise"):
         ls.Simulation(soft.replace(coils=[inside]))
 

@@ -28,23 +28,19 @@ def held(core: ls.Magnet, coil: ls.Coil, core_mesh=BOX) -> ls.Scene:
     )
 
 
-def core_inductance(core: ls.Magnet, **coil) -> float:
+def core_inductance(core: ls.Magnet, winding: ls.magnetics.MagneticBody) -> float:
     """What a core adds to the inductance of a circuit, from the energy of a current in it [H]."""
-    sim = simulation(
-        held(core, ls.Coil(body="coil", resistance=1.0, inductance=1e-3, voltages=[1.0], **coil)),
-        1e-4,
-    )
+    coil = ls.Coil(body="coil", source=winding, resistance=1.0, inductance=1e-3, voltages=[1.0])
+    sim = simulation(held(core, coil), 1e-4)
     sim.step()
     return 2.0 * sim.report.circuits.energy / sim.current**2 - 1e-3
 
 
 def test_a_small_ball_in_a_loop_slows_its_current_by_its_polarisability():
-    ball = ls.Magnet(body="core", shape="sphere", radius=0.004, susceptibility=500.0)
+    ball = ls.Magnet(body="core", source=M.soft_sphere(radius=0.004, susceptibility=500.0))
     coil = ls.Coil(
         body="coil",
-        shape="loop",
-        radius=0.02,
-        turns=100,
+        source=M.loop(radius=0.02, turns=100),
         resistance=0.5,
         inductance=1e-5,
         voltages=[1.0],
@@ -65,12 +61,9 @@ def test_a_small_ball_in_a_loop_slows_its_current_by_its_polarisability():
 @pytest.mark.parametrize("chi", [1000.0, 1.0, -1.0])
 def test_the_force_on_a_ball_is_half_the_slope_of_its_inductance(chi):
     def inductance(distance):
-        ball = ls.Magnet(
-            body="core", shape="sphere", radius=0.01, susceptibility=chi, resolution=30
-        )
-        return core_inductance(
-            ball, shape="loop", radius=0.02, turns=100, position=(0, 0, distance)
-        )
+        ball = M.soft_sphere(radius=0.01, susceptibility=chi, degree=30)
+        loop = M.loop(radius=0.02, turns=100).moved((0, 0, distance))
+        return core_inductance(ls.Magnet(body="core", source=ball), loop)
 
     for distance in (0.02, 0.004):  # below the loop; half-way through it
         slope = (inductance(distance - 1e-5) - inductance(distance + 1e-5)) / 2e-5
@@ -79,7 +72,7 @@ def test_the_force_on_a_ball_is_half_the_slope_of_its_inductance(chi):
         )
 
 
-def plunger(z: float, **coil) -> ls.Scene:
+def plunger(z: float, cells: int = 20, **coil) -> ls.Scene:
     """An iron bar, partly in a solenoid."""
     bar = ls.RigidBody(
         name="bar",
@@ -88,15 +81,13 @@ def plunger(z: float, **coil) -> ls.Scene:
         density=2e5,
         position=(0, 0, z),
     )
-    iron = ls.Magnet(
-        body="bar", shape="cuboid", size=(0.008, 0.008, 0.03), susceptibility=1000.0, resolution=20
-    )
-    winding = ls.Coil(body="stand", radius=0.01, length=0.02, turns=200, **coil)
+    iron = M.soft_cuboid(size=(0.008, 0.008, 0.03), susceptibility=1000.0, cells=cells)
+    winding = M.solenoid(radius=0.01, length=0.02, turns=200)
     return ls.Scene(
         bodies=[bar],
         obstacles=[ls.obstacles.mesh(BOX.moved((0.5, 0, 0)), name="stand")],
-        magnets=[iron],
-        coils=[winding],
+        magnets=[ls.Magnet(body="bar", source=iron)],
+        coils=[ls.Coil(body="stand", source=winding, **coil)],
         gravity=(0, 0, 0),
         collisions=False,
         magnetic_tolerance=1e-5,
@@ -145,21 +136,12 @@ def falling(magnets=(), **given) -> ls.Scene:
         for n, p in places.items()
     ]
     bodies[0] = bodies[0].replace(velocity=(0.3, 0, 4.0), angular_velocity=(30, 10, 0))
-    loop = {
-        "body": "coil",
-        "shape": "loop",
-        "radius": 0.02,
-        "turns": 100,
-        "position": (-0.06, 0, 0),
-    }
-    coils = [ls.Coil(**loop, resistance=0.2, inductance=8e-4, voltages=[3.0])]
+    loop = M.loop(radius=0.02, turns=100).moved((-0.06, 0, 0))
+    coils = [ls.Coil(body="coil", source=loop, resistance=0.2, inductance=8e-4, voltages=[3.0])]
     if given:
-        coils.append(
-            ls.Coil(
-                body="magnet", shape="loop", radius=0.01, turns=100, position=(0, 0, -0.02), **given
-            )
-        )
-    soft = ls.Magnet(body="ball", shape="sphere", radius=0.01, susceptibility=50.0)
+        small = M.loop(radius=0.01, turns=100).moved((0, 0, -0.02))
+        coils.append(ls.Coil(body="magnet", source=small, **given))
+    soft = ls.Magnet(body="ball", source=M.soft_sphere(radius=0.01, susceptibility=50.0))
     return ls.Scene(
         bodies=bodies,
         magnets=[soft, *magnets],
@@ -179,7 +161,9 @@ def moving(steps: int, of: int, **what) -> ls.Simulation:
     return sim
 
 
-MAGNET = ls.Magnet(body="magnet", shape="cuboid", size=(0.01, 0.01, 0.01), polarization=(1, 0, 0.5))
+MAGNET = ls.Magnet(
+    body="magnet", source=M.cuboid(size=(0.01, 0.01, 0.01), polarization=(1, 0, 0.5))
+)
 CASES = {
     "alone": {},
     "beside a magnet": {"magnets": [MAGNET]},
@@ -276,27 +260,19 @@ def half_ring(inner: float, outer: float, width: float, parts: int = 8) -> ls.Tr
 
 def test_a_bow_round_a_loop_lies_beside_its_winding():
     """Its middle lies in the loop's axis, and none of it in the loop."""
-    iron = ls.Magnet(body="core", shape="mesh", susceptibility=100.0, resolution=300)
 
-    def added(z: float, **shape) -> float:
+    def added(z: float, winding: ls.magnetics.MagneticBody) -> float:
         mesh = half_ring(0.012, 0.018, 0.006).moved((0, 0, z))
-        coil = ls.Coil(
-            body="coil",
-            radius=0.009,
-            turns=100,
-            resistance=1.0,
-            inductance=1e-3,
-            voltages=[1.0],
-            **shape,
-        )
+        iron = ls.Magnet(body="core", source=M.soft_mesh(mesh, susceptibility=100.0, panels=300))
+        coil = ls.Coil(body="coil", source=winding, resistance=1.0, inductance=1e-3, voltages=[1.0])
         sim = simulation(held(iron, coil, mesh), 1e-4)
         sim.step()
         return 2.0 * sim.report.circuits.energy / sim.current**2 - 1e-3
 
+    loop = M.loop(radius=0.009, turns=100)
+    short = M.solenoid(radius=0.009, length=5e-4, turns=100)
     for z in (-0.0021, 0.0, 0.0006, 0.0017):
-        assert added(z, shape="loop") == pytest.approx(
-            added(z, length=5e-4), rel=2e-3
-        )  # (length / radius)^2
+        assert added(z, loop) == pytest.approx(added(z, short), rel=2e-3)  # (length / radius)^2
 
 
 @pytest.mark.parametrize("given", [True, False])
@@ -306,13 +282,15 @@ def test_balls_in_the_field_of_a_coil_move_in_sub_steps_that_resolve_their_pull(
         ls.RigidBody(name=n, mesh=mesh, shape="sphere", density=7800, position=(0, 0, z))
         for n, z in (("a", -0.0045), ("b", 0.0045))
     ]
-    magnets = [ls.Magnet(body=n, shape="sphere", radius=ball, susceptibility=1000.0) for n in "ab"]
+    iron = M.soft_sphere(radius=ball, susceptibility=1000.0, degree=1)
+    magnets = [ls.Magnet(body=n, source=iron) for n in "ab"]
     source = (
         {"currents": [20.0]}
         if given
         else {"resistance": 2.0, "inductance": 5e-3, "voltages": [40.0]}
     )
-    coil = ls.Coil(body="stand", radius=0.02, length=0.06, turns=600, **source)
+    winding = M.solenoid(radius=0.02, length=0.06, turns=600)
+    coil = ls.Coil(body="stand", source=winding, **source)
     stand = ls.obstacles.mesh(BOX.moved((0, 0, 0.5)), name="stand")
     sim = simulation(
         ls.Scene(
@@ -336,7 +314,11 @@ def test_balls_in_the_field_of_a_coil_move_in_sub_steps_that_resolve_their_pull(
 
 @pytest.mark.parametrize("soft", [True, False])
 def test_a_strong_coil_draws_in_what_it_pulls_with_the_speed_of_short_steps(soft):
-    ball = {"susceptibility": 1000.0} if soft else {"polarization": (0, 0, 1.0)}
+    ball = (
+        M.soft_sphere(radius=0.004, susceptibility=1000.0, degree=1)
+        if soft
+        else M.sphere(radius=0.004, polarization=(0, 0, 1.0))
+    )
     body = ls.RigidBody(
         name="ball",
         mesh=ls.meshes.sphere(radius=0.004, subdivisions=2),
@@ -344,12 +326,13 @@ def test_a_strong_coil_draws_in_what_it_pulls_with_the_speed_of_short_steps(soft
         density=7800,
         position=(0, 0, 0.012),
     )
-    coil = ls.Coil(body="stand", radius=0.01, length=0.01, turns=400, currents=[50.0])
+    winding = M.solenoid(radius=0.01, length=0.01, turns=400)
+    coil = ls.Coil(body="stand", source=winding, currents=[50.0])
     stand = ls.obstacles.mesh(BOX.moved((0.5, 0, 0)), name="stand")
     scene = ls.Scene(
         obstacles=[stand],
         bodies=[body],
-        magnets=[ls.Magnet(body="ball", shape="sphere", radius=0.004, **ball)],
+        magnets=[ls.Magnet(body="ball", source=ball)],
         coils=[coil],
         gravity=(0, 0, 0),
         collisions=False,
@@ -381,8 +364,8 @@ def test_forces_by_currents_are_among_the_magnetic_forces():
 
 
 def test_a_picture_has_no_field_lines_before_the_current_begins():
-    scene = plunger(0.015, resistance=1.0, inductance=1e-3, voltages=[1.0])
-    sim = simulation(scene.replace(magnets=[scene.magnets[0].replace(resolution=8)]), 1e-4)
+    scene = plunger(0.015, cells=8, resistance=1.0, inductance=1e-3, voltages=[1.0])
+    sim = simulation(scene, 1e-4)
     assert M.frame_curves(sim, sim.frame(), 10) is None
     sim.step()
     assert M.frame_curves(sim, sim.frame(), 10) is not None
@@ -400,10 +383,10 @@ def horseshoe(width: float) -> ls.TriangleMesh:
 
 
 def test_circuits_beside_bodies_that_they_cannot_magnetise_linearly_are_refused():
-    bar = plunger(0.0, resistance=1.0, inductance=1e-3)
-    bar = bar.replace(magnets=[bar.magnets[0].replace(resolution=0)])
+    bar = plunger(0.0, cells=8, resistance=1.0, inductance=1e-3)
+    saturated = M.soft_cuboid(size=(0.008, 0.008, 0.03), susceptibility=1e3, saturation=2, cells=8)
     for soft, coil, error, message in (
-        ({"saturation": 2.0}, {}, ls.Unsupported, "saturation"),
+        ({"source": saturated}, {}, ls.Unsupported, "saturation"),
         ({"response": "explicit", "density": 1e7}, {}, ls.Unsupported, "explicit"),
         ({}, {"inductance": 0.0}, ls.InvalidInput, "inductance must be > 0"),
     ):
@@ -412,12 +395,11 @@ def test_circuits_beside_bodies_that_they_cannot_magnetise_linearly_are_refused(
         )
         with pytest.raises(error, match=message):
             ls.Simulation(scene)
-    ball = ls.Magnet(body="core", shape="sphere", radius=0.009, susceptibility=-1.0, resolution=20)
+    ball = M.soft_sphere(radius=0.009, susceptibility=-1.0, degree=20)
+    core = ls.Magnet(body="core", source=ball)
     loop = ls.Coil(
         body="coil",
-        shape="loop",
-        radius=0.0095,
-        turns=100,
+        source=M.loop(radius=0.0095, turns=100),
         resistance=1.0,
         inductance=1e-5,
         voltages=[1.0],
@@ -425,18 +407,15 @@ def test_circuits_beside_bodies_that_they_cannot_magnetise_linearly_are_refused(
     with pytest.raises(
         ls.InvalidInput, match="coils.0..inductance must be that of the winding in air"
     ):
-        simulation(held(ball, loop), 1e-4).step()
+        simulation(held(core, loop), 1e-4).step()
+    iron = ls.Magnet(body="core", source=M.soft_sphere(radius=0.009, susceptibility=10.0))
     with pytest.raises(ls.InvalidInput, match="lie apart"):
-        simulation(
-            held(ball.replace(resolution=0, susceptibility=10.0), loop.replace(radius=0.008)), 1e-4
-        )
+        simulation(held(iron, loop.replace(source=M.loop(radius=0.008, turns=100))), 1e-4)
     mesh = horseshoe(0.01)
-    iron = ls.Magnet(body="core", shape="mesh", susceptibility=100.0)
-    coil = ls.Coil(
-        body="coil", radius=0.012, length=0.01, turns=100, resistance=1.0, inductance=1e-3
-    )
-    scene = held(
-        iron, coil.replace(position=(0.005, 0, 0.02)), mesh
-    )  # round one leg: the other is beside the winding
+    iron = ls.Magnet(body="core", source=M.soft_mesh(mesh, susceptibility=100.0, panels=500))
+    # Round one leg: the other is beside the winding.
+    winding = M.solenoid(radius=0.012, length=0.01, turns=100).moved((0.005, 0, 0.02))
+    coil = ls.Coil(body="coil", source=winding, resistance=1.0, inductance=1e-3)
+    scene = held(iron, coil, mesh)
     with pytest.raises(ls.Unsupported, match="magnets.0., which reaches round it"):
         ls.Simulation(scene)

@@ -8,9 +8,15 @@ from loomstone import _core
 from magnet_bodies import ball_mesh, quaternion, rotation_of, to_axis, total_momenta
 from magnet_tables import each_case
 
+M = ls.magnetics
+
 
 def simulation(scene: ls.Scene, step: float, threads: int = 1) -> ls.Simulation:
     return ls.Simulation(scene, integrator=ls.SemiImplicitEuler(step=step), threads=threads)
+
+
+def dipole(moment: tuple[float, float, float]) -> ls.magnetics.MagneticBody:
+    return M.dipoles([(0, 0, 0)], [moment])
 
 
 def free_spheres(case: dict) -> ls.Scene:
@@ -30,14 +36,8 @@ def free_spheres(case: dict) -> ls.Scene:
                 angular_velocity=case["omega0"][i],
             )
         )
-        magnets.append(
-            ls.Magnet(
-                body=f"ball {i}",
-                shape="sphere",
-                radius=case["radius"][i],
-                polarization=(0, 0, case["J"][i]),
-            )
-        )
+        source = M.sphere(radius=case["radius"][i], polarization=(0, 0, case["J"][i]))
+        magnets.append(ls.Magnet(body=f"ball {i}", source=source))
     return ls.Scene(bodies=bodies, magnets=magnets, gravity=(0, 0, 0))
 
 
@@ -101,14 +101,13 @@ def uneven_magnets(step: float) -> ls.Scene:
             angular_velocity=(1, 2, 3),
         ),
     ]
-    magnets = [
-        ls.Magnet(body="box", shape="dipole", moment=(0.02, 0, 0.01), position=(0.008, 0.002, 0.0)),
-        ls.Magnet(
-            body="box", shape="dipole", moment=(0, 0.02, 0.0), position=(-0.007, 0.001, 0.001)
-        ),
-        ls.Magnet(body="a", shape="sphere", radius=0.004, polarization=(0.1, 0, 0)),
-        ls.Magnet(body="b", shape="sphere", radius=0.004, polarization=(0, 0.1, 0.1)),
-    ]
+    sources = (
+        ("box", dipole((0.02, 0, 0.01)).moved((0.008, 0.002, 0.0))),
+        ("box", dipole((0, 0.02, 0.0)).moved((-0.007, 0.001, 0.001))),
+        ("a", M.sphere(radius=0.004, polarization=(0.1, 0, 0))),
+        ("b", M.sphere(radius=0.004, polarization=(0, 0.1, 0.1))),
+    )
+    magnets = [ls.Magnet(body=name, source=source) for name, source in sources]
     return ls.Scene(bodies=bodies, magnets=magnets, gravity=(0, 0, 0))
 
 
@@ -139,9 +138,8 @@ def compass(case: dict, angle: float) -> ls.Scene:
         shape="box",
         orientation=(np.cos(turn / 2), 0, 0, np.sin(turn / 2)),
     )
-    needle = ls.Magnet(
-        body="needle", shape="cuboid", size=case["dim"], polarization=(case["J_along_x"], 0, 0)
-    )
+    source = M.cuboid(size=case["dim"], polarization=(case["J_along_x"], 0, 0))
+    needle = ls.Magnet(body="needle", source=source)
     return ls.Scene(
         bodies=[body], magnets=[needle], magnetic_field=(case["B0"], 0, 0), gravity=(0, 0, 0)
     )
@@ -211,10 +209,8 @@ def test_two_cubes_attract_each_other_as_their_table_says(case):
         )
         for n, s in zip(names, (-1, 1), strict=True)
     ]
-    magnets = [
-        ls.Magnet(body=n, shape="cuboid", size=3 * (case["cube"],), polarization=(0, 0, case["J"]))
-        for n in names
-    ]
+    source = M.cuboid(size=3 * (case["cube"],), polarization=(0, 0, case["J"]))
+    magnets = [ls.Magnet(body=n, source=source) for n in names]
     steps = 200
     sim = simulation(
         ls.Scene(bodies=bodies, magnets=magnets, gravity=(0, 0, 0)), case["time"] / steps
@@ -238,18 +234,16 @@ def on_the_floor() -> ls.Scene:
         ls.RigidBody(name=n, mesh=ball, shape="sphere", density=7500, position=(x, 0, 0.006))
         for n, x in (("a", -0.01), ("b", 0.01))
     ]
-    magnets = [
-        ls.Magnet(body=n, shape="sphere", radius=0.005, polarization=(0.8, 0, 0.6)) for n in "ab"
-    ]
+    source = M.sphere(radius=0.005, polarization=(0.8, 0, 0.6))
+    magnets = [ls.Magnet(body=n, source=source) for n in "ab"]
     carried = ls.obstacles.box(
         name="below",
         size=(0.01, 0.01, 0.01),
         times=[0, 1],
         positions=[(-0.1, 0, -0.03), (0.1, 0, -0.03)],
     )
-    magnets.append(
-        ls.Magnet(body="below", shape="cuboid", size=(0.01, 0.01, 0.01), polarization=(0, 0, 1.0))
-    )
+    below = M.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1.0))
+    magnets.append(ls.Magnet(body="below", source=below))
     return ls.Scene(
         bodies=bodies,
         magnets=magnets,
@@ -311,9 +305,8 @@ def iron_balls(n: int, magnet: ls.Magnet, radius: float = 0.005, **scene) -> ls.
         ls.RigidBody(name=f"ball {i}", mesh=ball, shape="sphere", density=7800, position=p)
         for i, p in enumerate(places)
     ]
-    magnets = [
-        ls.Magnet(body=b.name, shape="sphere", radius=radius, susceptibility=1000.0) for b in bodies
-    ]
+    iron = M.soft_sphere(radius=radius, susceptibility=1000.0, degree=1)
+    magnets = [ls.Magnet(body=b.name, source=iron) for b in bodies]
     bodies += scene.pop("bodies", [])
     return ls.Scene(bodies=bodies, magnets=[magnet, *magnets], magnetic_tolerance=1e-3, **scene)
 
@@ -323,7 +316,7 @@ def test_iron_balls_that_fly_towards_a_free_magnet_keep_momenta_and_energy_with_
     carrier = ls.RigidBody(name="magnet", mesh=box, shape="box", density=7500)
     scene = iron_balls(
         8,
-        ls.Magnet(body="magnet", shape="cuboid", size=(0.02, 0.02, 0.01), polarization=(0, 0, 1.0)),
+        ls.Magnet(body="magnet", source=M.cuboid(size=(0.02, 0.02, 0.01), polarization=(0, 0, 1))),
         bodies=[carrier],
         gravity=(0, 0, 0),
     )
@@ -359,7 +352,9 @@ def test_iron_balls_that_stick_to_a_magnet_calm_down_in_few_substeps(scene):
     most = 1.1 if scene else 8.0
     scene = iron_balls(
         18,
-        ls.Magnet(body="magnet", shape="cuboid", size=(0.03, 0.03, 0.02), polarization=(0, 0, 1.2)),
+        ls.Magnet(
+            body="magnet", source=M.cuboid(size=(0.03, 0.03, 0.02), polarization=(0, 0, 1.2))
+        ),
         obstacles=[ls.obstacles.mesh(box, name="magnet", friction=0.6)],
         **scene,
     )
@@ -379,29 +374,28 @@ def test_iron_balls_that_stick_to_a_magnet_calm_down_in_few_substeps(scene):
     assert 1 <= np.mean(substeps[200:]) < most
 
 
+def magnetised_ball() -> ls.magnetics.MagneticBody:
+    """As `induce` finds it."""
+    ball = M.soft_sphere(radius=0.005, susceptibility=10.0)
+    return M.induce(ball, field=(0, 0, 1)).bodies[0]
+
+
 BAD = {
     "body must be the name of one": dict(body="c"),
     "body must be the name of what": dict(body=""),
-    "shape must be mesh, sphere": dict(shape="ring"),
-    "size means nothing": dict(size=(1, 1, 1)),
-    "polarization must not be zero": dict(polarization=(0, 0, 0)),
-    "polarization must be finite": dict(polarization=(0, np.nan, 0)),
-    "radius must be > 0": dict(radius=0.0),
-    "position must be finite": dict(position=(0, np.inf, 0)),
-    "orientation must be a unit quaternion": dict(orientation=(1, 1, 0, 0)),
-    "engine must be accurate or cells": dict(engine="fast"),
-    "density belongs to engine cells": dict(density=1e6),
-    "density must be > 0": dict(engine="cells"),
-    "moment means nothing": dict(moment=(0, 0, 1)),
+    "source must be a magnet or a body that magnetises, got none": dict(source=None),
+    "source must be a magnet, got a current": dict(source=M.loop(radius=0.01)),
+    "source must be a magnet, got a body as it is magnetised": dict(source=magnetised_ball()),
+    "source must have a moment": dict(source=M.sphere(radius=0.005, polarization=(0, 0, 0))),
+    "density belongs to": dict(density=1e6),
 }
 
 
 @pytest.mark.parametrize("message", BAD)
 def test_a_bad_magnet_is_refused(message):
     scene = on_the_floor()
-    magnet = ls.Magnet(body="a", shape="sphere", radius=0.005, polarization=(0, 0, 1)).replace(
-        **BAD[message]
-    )
+    source = M.sphere(radius=0.005, polarization=(0, 0, 1))
+    magnet = ls.Magnet(body="a", source=source).replace(**BAD[message])
     with pytest.raises(ls.InvalidInput, match=r"magnets\[0\]\." + message):
         ls.Simulation(scene.replace(magnets=[magnet]))
 
@@ -416,7 +410,7 @@ def test_point_dipoles_that_fall_into_each_other_are_told():
     bodies = [
         ls.RigidBody(name=n, mesh=ball, position=(x, 0, 0)) for n, x in (("a", 0), ("b", 1e-4))
     ]
-    magnets = [ls.Magnet(body=n, shape="dipole", moment=(1, 0, 0)) for n in "ab"]
+    magnets = [ls.Magnet(body=n, source=dipole((1, 0, 0))) for n in "ab"]
     with pytest.raises(ls.SolverFailure, match="at most 4096 sub-steps"):
         simulation(ls.Scene(bodies=bodies, magnets=magnets), 1e-3).step()
 
@@ -440,7 +434,7 @@ def test_after_a_failed_step_bodies_go_on_as_if_it_had_not_been_tried():
     ]
     arm = np.array((0.5, 0, 0))  # so that the stand itself is out of the way
     magnets = [
-        ls.Magnet(body=name, shape="dipole", moment=(0, 0, 0.1), position=at)
+        ls.Magnet(body=name, source=dipole((0, 0, 0.1)).moved(at))
         for name, at in (("cube 0", (0, 0, 0)), ("far", arm))
     ]
     stand = ls.obstacles.box(

@@ -7,7 +7,9 @@ from magnet_bodies import ball_mesh, total_momenta
 from magnet_tables import cases
 from scipy.optimize import brentq
 
+M = ls.magnetics
 PLATE = (0.05, 0.05, 0.0125)
+BOX = (0.01, 0.008, 0.006)
 
 
 def floating(case: dict, material: str, height: float) -> ls.Scene:
@@ -20,21 +22,14 @@ def floating(case: dict, material: str, height: float) -> ls.Scene:
         name="magnet", mesh=mesh, shape="sphere", density=density, position=(2e-4, 0, height)
     )
     plate = ls.obstacles.box(name="plate", size=PLATE, centre=(0, 0, -0.5 * PLATE[2]))
-    own = ls.Magnet(
-        body="magnet",
-        shape="sphere",
-        radius=case["magnet_radius"],
-        polarization=(case["magnet_J"], 0, 0),
-    )
-    what = (
-        dict(susceptibility=-1.0, resolution=8)
+    own = M.sphere(radius=case["magnet_radius"], polarization=(case["magnet_J"], 0, 0))
+    below = (
+        M.soft_cuboid(size=PLATE, susceptibility=-1.0, cells=8)
         if material == "superconductor"
-        else dict(polarization=(-0.2, 0, 0))
-    )
-    of_plate = ls.Magnet(
-        body="plate", shape="cuboid", size=PLATE, position=(0, 0, -0.5 * PLATE[2]), **what
-    )
-    return ls.Scene(bodies=[magnet], obstacles=[plate], magnets=[own, of_plate])
+        else M.cuboid(size=PLATE, polarization=(-0.2, 0, 0))
+    ).moved((0, 0, -0.5 * PLATE[2]))
+    magnets = [ls.Magnet(body="magnet", source=own), ls.Magnet(body="plate", source=below)]
+    return ls.Scene(bodies=[magnet], obstacles=[plate], magnets=magnets)
 
 
 def heights(scene: ls.Scene, steps: int) -> tuple[np.ndarray, ls.Simulation]:
@@ -50,7 +45,6 @@ def resting_place(case: dict) -> tuple[float, float]:
     """Height of the magnet's rest above the plate, and the frequency of small vertical swings there
     [m, Hz].
     """
-    M = ls.magnetics
     plate = M.soft_cuboid(size=PLATE, susceptibility=-1, cells=8).moved((0, 0, -0.5 * PLATE[2]))
     magnet = M.sphere(radius=case["magnet_radius"], polarization=(case["magnet_J"], 0, 0))
     mass = case["magnet_density"] * 4 / 3 * np.pi * case["magnet_radius"] ** 3
@@ -95,7 +89,7 @@ def iron_and_magnet() -> ls.Scene:
     """A free iron box with a superconducting and a dipole ball beside a free magnet."""
     box = ls.RigidBody(
         name="box",
-        mesh=ls.meshes.box(size=(0.01, 0.008, 0.006)),
+        mesh=ls.meshes.box(size=BOX),
         shape="box",
         density=7800,
         position=(0, 0, 0.013),
@@ -108,18 +102,17 @@ def iron_and_magnet() -> ls.Scene:
         ls.RigidBody(name=n, mesh=ball, density=5000, position=p)
         for n, p in (("a", (0.012, 0, 0.01)), ("b", (0, 0.02, 0.01)))
     ]
+    sources = {
+        "box": M.soft_cuboid(size=BOX, susceptibility=1000.0, cells=8),
+        "magnet": M.cuboid(size=(0.01, 0.01, 0.005), polarization=(0, 0.3, 1.0)),
+        "a": M.soft_sphere(radius=0.003, susceptibility=-1.0, degree=6),
+        "b": M.soft_sphere(radius=0.003, susceptibility=100.0, degree=1),
+    }
     return ls.Scene(
         bodies=[box, magnet, *balls],
         gravity=(0, 0, 0),
         rigid_rebuild_interval=5,
-        magnets=[
-            ls.Magnet(body="box", shape="cuboid", size=(0.01, 0.008, 0.006), susceptibility=1000.0),
-            ls.Magnet(
-                body="magnet", shape="cuboid", size=(0.01, 0.01, 0.005), polarization=(0, 0.3, 1.0)
-            ),
-            ls.Magnet(body="a", shape="sphere", radius=0.003, susceptibility=-1.0, resolution=6),
-            ls.Magnet(body="b", shape="sphere", radius=0.003, susceptibility=100.0),
-        ],
+        magnets=[ls.Magnet(body=name, source=source) for name, source in sources.items()],
     )
 
 
@@ -172,16 +165,18 @@ def test_the_explicit_response_is_chosen_by_name():
     )
 
 
+SATURATED = M.soft_sphere(radius=0.003, susceptibility=10.0, saturation=1.0)
 BAD = {
-    "polarization must be zero": dict(polarization=(0, 0, 1)),
-    "size must be three lengths": dict(size=(0.01, 0, 0.01)),
-    "resolution must be a multiple of 4 from 8 to 48 of a cuboid": dict(resolution=9),
     "response must be mutual or explicit": dict(response="thesis"),
     "density must be > 0": dict(response="explicit"),
-    "focus belongs to cuboids": dict(shape="sphere", size=(0, 0, 0), radius=0.01, focus=0.001),
-    "resolution belongs to the mutual": dict(response="explicit", density=1e9, resolution=8),
-    "saturation must be 0": dict(susceptibility=-0.5, saturation=1.0),
-    "density belongs to": dict(density=1e9),
+    "density must give at most": dict(response="explicit", density=1e16),
+    "response must be mutual where source has a saturation": dict(
+        source=SATURATED, response="explicit", density=1e9
+    ),
+    "response belongs to bodies that magnetise": dict(
+        source=M.sphere(radius=0.003, polarization=(0, 0, 1)), response="explicit", density=1e9
+    ),
+    "density belongs to the explicit response": dict(density=1e9),
 }
 
 
@@ -189,7 +184,7 @@ BAD = {
 def test_a_bad_soft_magnet_is_refused(message):
     scene = iron_and_magnet()
     bad = scene.magnets[0].replace(**BAD[message])
-    with pytest.raises(ls.InvalidInput, match=message):
+    with pytest.raises(ls.InvalidInput, match=r"magnets\[0\]\." + message):
         ls.Simulation(scene.replace(magnets=[bad, *scene.magnets[1:]]))
 
 

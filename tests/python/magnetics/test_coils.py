@@ -49,13 +49,14 @@ def falling_magnet(case, tolerance=1e-4):
         name="magnet", mesh=mesh, shape="sphere", density=density, position=(0, 0, case["start_z"])
     )
     size = {"radius": case["magnet_radius"], "height": case["magnet_height"]}
-    magnet = ls.Magnet(
-        body="magnet", shape="cylinder", **size, polarization=(0, 0, case["magnet_Jz"])
-    )
+    source = ls.magnetics.cylinder(**size, polarization=(0, 0, case["magnet_Jz"]))
+    magnet = ls.Magnet(body="magnet", source=source)
     far = ls.obstacles.mesh(ls.meshes.box(size=(0.01, 0.01, 0.01)).moved((0.2, 0, 0)), name="stand")
+    winding = ls.magnetics.solenoid(
+        radius=case["coil_radius"], length=case["coil_length"], turns=case["turns"]
+    )
     coil = ls.Coil(
-        body="stand", radius=case["coil_radius"], length=case["coil_length"], turns=case["turns"],
-        resistance=case["coil_resistance"], inductance=case["coil_inductance"],
+        body="stand", source=winding, resistance=case["coil_resistance"], inductance=case["coil_inductance"]
     )  # fmt: skip
     return ls.Scene(
         bodies=[body],
@@ -124,20 +125,18 @@ def test_a_current_pushes_magnet_and_coil_with_opposite_forces():
         ls.RigidBody(name=n, mesh=box, shape="box", position=x)
         for n, x in (("coil", (0, 0, 0)), ("magnet", (0.01, 0, 0.03)))
     ]
+    winding = ls.magnetics.solenoid(radius=0.01, length=0.01, turns=50)
+    magnet = ls.magnetics.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))
     scene = ls.Scene(
         bodies=bodies,
         gravity=(0, 0, 0),
-        coils=[ls.Coil(body="coil", radius=0.01, length=0.01, turns=50, currents=[2.0])],
-        magnets=[
-            ls.Magnet(
-                body="magnet", shape="cuboid", size=(0.01, 0.01, 0.01), polarization=(0, 0, 1)
-            )
-        ],
+        coils=[ls.Coil(body="coil", source=winding, currents=[2.0])],
+        magnets=[ls.Magnet(body="magnet", source=magnet)],
     )
     sim = simulation(scene, 1e-4)
     sim.step()
     a = ls.magnetics.solenoid(radius=0.01, length=0.01, turns=50, current=2.0)
-    b = ls.magnetics.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1)).moved((0.01, 0, 0.03))
+    b = magnet.moved((0.01, 0, 0.03))
     wanted = ls.magnetics.force(on=b, by=a).force
     momenta = 1e-3 * sim.state.body_velocities  # a gram each
     assert momenta[1] / 1e-4 == pytest.approx(wanted, rel=1e-3)
@@ -173,16 +172,20 @@ def test_the_current_goes_on_after_a_checkpoint():
 
 def test_bad_coils_and_bearings_are_refused():
     box = ls.RigidBody(name="b", mesh=ls.meshes.box(size=(0.01, 0.02, 0.03)), shape="box")
-    good = {"body": "b", "radius": 0.01, "length": 0.01}
+    M = ls.magnetics
+    good = {"body": "b", "source": M.solenoid(radius=0.01, length=0.01, turns=1)}
+    strong = M.loop(radius=0.01, current=2.0)
+    line = M.polyline([(0, 0, 0), (0, 0, 1), (0, 1, 0), (0, 0, 0)], current=1.0)
     for bad, message in (
         ({"coils": [ls.Coil(**good)]}, "either currents"),
         ({"coils": [ls.Coil(**good, currents=[1.0], resistance=1.0)]}, "either currents"),
         ({"coils": [ls.Coil(**good, currents=[1.0], inductance=1.0)]}, "belong to a circuit"),
         ({"coils": [ls.Coil(**good, currents=[1.0, 2.0])]}, "one value for each"),
         ({"coils": [ls.Coil(**good, currents=[1.0, 2.0], times=[1.0, 0.0])]}, "ascend"),
-        ({"coils": [ls.Coil(body="b", radius=0.01, currents=[1.0])]}, "length must be > 0"),
+        ({"coils": [ls.Coil(body="b", currents=[1.0])]}, "loop or a solenoid.*got none"),
+        ({"coils": [ls.Coil(body="b", source=strong, currents=[1.0])]}, "current of 1 A"),
         ({"coils": [ls.Coil(**(good | {"body": "c"}), currents=[1.0])]}, "name of one"),
-        ({"coils": [ls.Coil(**good, currents=[1.0]).replace(shape="square")]}, "loop or solenoid"),
+        ({"coils": [ls.Coil(body="b", source=line, currents=[1.0])]}, "loop or a solenoid"),
         ({"bearings": [ls.Bearing(body="b", axis=(1, 1, 0))]}, "principal axis"),
         ({"bearings": [ls.Bearing(body="b"), ls.Bearing(body="b")]}, "has a bearing already"),
         ({"bearings": [ls.Bearing(body="b", axis=(0, 0, 0))]}, "axis must be finite"),

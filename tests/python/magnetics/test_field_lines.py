@@ -130,8 +130,8 @@ def test_a_frame_tells_where_its_magnets_are_and_draws_their_lines(tmp_path):
         position=(0, 0, 0.02),
     )
     magnets = [
-        ls.Magnet(body="bar", shape="cuboid", size=(0.01, 0.01, 0.02), polarization=(0, 0, 1)),
-        ls.Magnet(body="ball", shape="sphere", radius=0.005, susceptibility=100.0),
+        ls.Magnet(body="bar", source=m.cuboid(size=(0.01, 0.01, 0.02), polarization=(0, 0, 1))),
+        ls.Magnet(body="ball", source=m.soft_sphere(radius=0.005, susceptibility=100.0)),
     ]
     sim = ls.Simulation(
         ls.Scene(bodies=[bar, ball], magnets=magnets, gravity=(0, 0, 0)),
@@ -204,8 +204,7 @@ def test_pictures_show_the_lines_of_small_magnets_far_apart():
     bodies = [
         ls.RigidBody(name=n, mesh=ball, shape="sphere", position=p) for n, p in places.items()
     ]
-    magnets = [
-        ls.Magnet(body=n, shape="sphere", radius=0.001, polarization=(0, 0, 1.2)) for n in places
-    ]
+    magnet = m.sphere(radius=0.001, polarization=(0, 0, 1.2))
+    magnets = [ls.Magnet(body=n, source=magnet) for n in places]
     sim = ls.Simulation(ls.Scene(bodies=bodies, magnets=magnets), threads=1)
     assert ls.magnetics.frame_curves(sim, sim.frame(), 10) is not None

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from magnet_tables import each_case
 
+M = ls.magnetics
+
 SCENES = Path(__file__).parents[3] / "scenes"
 
 
@@ -73,14 +75,11 @@ def soft_spheres(places: np.ndarray) -> ls.Scene:
     bodies = [ls.RigidBody(name=f"{i}", mesh=ball, position=x) for i, x in enumerate(places)]
     chi = (1000.0, 5.0, -1.0)
     magnets = [
-        ls.Magnet(body=f"{i}", shape="sphere", radius=0.004, susceptibility=c)
+        ls.Magnet(body=f"{i}", source=M.soft_sphere(radius=0.004, susceptibility=c))
         for i, c in enumerate(chi)
     ]
-    magnets.append(
-        ls.Magnet(
-            body="3", shape="cuboid", size=(0.005, 0.005, 0.005), polarization=(0.3, 0.1, 1.0)
-        )
-    )
+    magnet = M.cuboid(size=(0.005, 0.005, 0.005), polarization=(0.3, 0.1, 1.0))
+    magnets.append(ls.Magnet(body="3", source=magnet))
     return ls.Scene(
         bodies=bodies,
         magnets=magnets,
@@ -136,26 +135,15 @@ def test_a_superconductor_levitates_stably_and_a_magnet_does_not():
 
 
 def test_what_cannot_magnetise_is_refused():
-    scene = soft_spheres(PLACES)
-    soft = scene.magnets[0]
-    for change, kind, message in (
-        (
-            {"polarization": (0, 0, 1)},
-            ls.InvalidInput,
-            "polarization must be zero where susceptibility",
-        ),
-        (
-            {"shape": "dipole", "radius": 0.0},
-            ls.Unsupported,
-            "susceptibility is that of bodies with a volume",
-        ),
-        (
-            {"shape": "cylinder", "height": 0.01, "resolution": 10},
-            ls.InvalidInput,
-            "resolution must be a multiple of 4 from 8 to 24",
-        ),
-        ({"radius": 0.0}, ls.InvalidInput, "radius must be > 0"),
-        ({"engine": "cells", "density": 1e6}, ls.InvalidInput, "engine must be accurate"),
+    good = {"radius": 0.004, "susceptibility": 10.0}
+    for change, message in (
+        ({"radius": 0.0}, "radius must be > 0"),
+        ({"susceptibility": -2.0}, "susceptibility must be >= -1"),
+        ({"susceptibility": 0.0}, "other than 0"),
+        ({"susceptibility": -0.5, "saturation": 1.0}, "saturation must be 0"),
+        ({"degree": -1}, "degree must be between 0"),
     ):
-        with pytest.raises(kind, match=message):
-            ls.Simulation(scene.replace(magnets=[soft.replace(**change)]))
+        with pytest.raises(ls.InvalidInput, match=message):
+            M.soft_sphere(**{**good, **change})
+    with pytest.raises(TypeError, match="MagneticBody"):
+        M.cells(M.soft_sphere(**good), density=1e6)

@@ -114,19 +114,14 @@ def test_a_scene_pulls_an_iron_rod_as_the_functions_do():
         position=(0, 0, 0.03),
         density=7800,
     )
-    magnets = [
-        ls.Magnet(body="rod", shape="cylinder", radius=0.004, height=0.02, susceptibility=500.0),
-        ls.Magnet(
-            body="base", shape="cylinder", radius=0.01, height=0.01, polarization=(0, 0, 1.2)
-        ),
-    ]
+    by = M.cylinder(radius=0.01, height=0.01, polarization=(0, 0, 1.2))
+    alone = M.soft_cylinder(radius=0.004, height=0.02, susceptibility=500.0)
+    magnets = [ls.Magnet(body="rod", source=alone), ls.Magnet(body="base", source=by)]
     base = ls.obstacles.mesh(ls.meshes.box(size=(0.014, 0.014, 0.01)), name="base")
     sim = ls.Simulation(
         ls.Scene(bodies=[rod], obstacles=[base], magnets=magnets, gravity=(0, 0, 0))
     )
-    by = M.cylinder(radius=0.01, height=0.01, polarization=(0, 0, 1.2))
-    alone = M.soft_cylinder(radius=0.004, height=0.02, susceptibility=500.0).moved((0, 0, 0.03))
-    (induced,) = M.induce(alone, by=by).bodies
+    (induced,) = M.induce(alone.moved((0, 0, 0.03)), by=by).bodies
     wanted = M.force(on=induced, by=by).force
     assert wanted[2] < -0.3, "towards the magnet [N]"
     assert np.allclose(sim.magnetic_forces()[0][0], wanted, rtol=1e-3, atol=1e-4 * abs(wanted[2]))

@@ -167,15 +167,17 @@ def test_a_box_rides_on_an_obstacle_that_deforms_and_a_prolonged_run_ends_in_the
         out=tmp_path / "a", duration=0.4, resume=True
     )
     assert report["digest"] == straight.digest()
+    magnet = ls.magnetics.sphere(radius=0.01, polarization=(0, 0, 1))
+    magnet = ls.magnetics.sphere(radius=0.01, polarization=(0, 0, 1))
     magnetic = ls.Scene(
         bodies=scene.bodies,
         obstacles=scene.obstacles,
-        magnets=[ls.Magnet(body="floor", polarization=(0, 0, 1))],
+        magnets=[ls.Magnet(body="floor", source=magnet)],
     )
     coiled = ls.Scene(
         bodies=scene.bodies,
         obstacles=scene.obstacles,
-        coils=[ls.Coil(body="floor", shape="loop", radius=0.01, currents=[1.0])],
+        coils=[ls.Coil(body="floor", source=ls.magnetics.loop(radius=0.01), currents=[1.0])],
     )
     for refused in (magnetic, coiled):
         with pytest.raises(ls.Unsupported, match="must keep its shape"):
