@@ -81,6 +81,19 @@ void bind_reports(py::module_& m) {
   bind_report<CircuitReport>(m, "CircuitReport", "Electric circuits and bearings.");
   bind_report<StepReport>(m, "StepReport", "What happened in a step; never decides anything.");
   py::class_<StepReport> report = m.attr("StepReport");
+  static_assert(std::is_trivially_copyable_v<StepReport>);
+  report.def(py::pickle(
+      [](const StepReport& self) {
+        return py::bytes(reinterpret_cast<const char*>(&self), sizeof self);
+      },
+      [](const py::bytes& state) {
+        const std::string bytes = state;
+        if (bytes.size() != sizeof(StepReport))
+          throw InvalidInput("a StepReport of another version cannot be unpickled");
+        StepReport made;
+        std::copy_n(bytes.data(), bytes.size(), reinterpret_cast<char*>(&made));
+        return made;
+      }));
   report.def("numbers", &numbers, "All numbers by their path, such as \"energy.kinetic\".");
 }
 
@@ -111,6 +124,25 @@ void bind_frame_topology(py::module_& m) {
   list("body_pole", &T::body_pole,
        "(nb) 1 at north, -1 at south poles of magnets, 0 where there is none; or empty");
   list("body_is_floor", &T::body_is_floor, "(bodies) 1 where drawn as ground");
+  c.def(py::pickle(
+      [](const T& self) {
+        return py::make_tuple(self.triangles, self.corner_uv, self.cloth_of_triangle,
+                              self.cloth_of_vertex, self.cloth_names, self.body_triangles,
+                              self.body_of_triangle, self.body_of_vertex, self.body_names,
+                              self.body_is_floor, self.body_pole);
+      },
+      [](const py::tuple& state) {
+        T made;
+        std::size_t i = 0;
+        const auto take = [&](auto& member) {
+          member = state[i++].cast<std::decay_t<decltype(member)>>();
+        };
+        take(made.triangles), take(made.corner_uv), take(made.cloth_of_triangle);
+        take(made.cloth_of_vertex), take(made.cloth_names), take(made.body_triangles);
+        take(made.body_of_triangle), take(made.body_of_vertex), take(made.body_names);
+        take(made.body_is_floor), take(made.body_pole);
+        return made;
+      }));
   c.def("__repr__", [](const T& self) {
     return "FrameTopology(" + std::to_string(self.cloth_of_vertex.size()) + " cloth vertices, " +
            std::to_string(self.triangles.rows()) + " cloth triangles, " +
@@ -135,7 +167,7 @@ void bind_frame(py::module_& m) {
   c.def_property_readonly(
       "contact", [](py::object self) { return view(self.cast<const Frame&>().contact, self); },
       "(n) 1 where the vertex took part in a contact, 2 where it was forced to intersect");
-  array("body_positions", &Frame::body_positions,
+  array("body_vertices", &Frame::body_vertices,
         "(nb x 3) vertices of rigid bodies and obstacles [m]");
   array("coil_currents", &Frame::coil_currents, "(coils) in all coils, given or of circuits [A]");
   c.def_readonly("report", &Frame::report, "StepReport of the last step");
@@ -146,6 +178,23 @@ void bind_frame(py::module_& m) {
         return self;
       },
       py::arg("contact"), "A copy with other contact flags, to mark vertices in a picture.");
+  c.def(py::pickle(
+      [](const Frame& self) {
+        return py::make_tuple(self.time, self.step, self.positions, self.velocities, self.strain,
+                              self.stretch, self.contact, self.body_vertices, self.coil_currents,
+                              self.report);
+      },
+      [](const py::tuple& state) {
+        Frame made;
+        std::size_t i = 0;
+        const auto take = [&](auto& member) {
+          member = state[i++].cast<std::decay_t<decltype(member)>>();
+        };
+        take(made.time), take(made.step), take(made.positions), take(made.velocities);
+        take(made.strain), take(made.stretch), take(made.contact), take(made.body_vertices);
+        take(made.coil_currents), take(made.report);
+        return made;
+      }));
   c.def("__repr__", [](const Frame& self) {
     return "Frame(time=" + py::str(py::cast(self.time)).cast<std::string>() +
            ", step=" + std::to_string(self.step) + ", " + std::to_string(self.positions.rows()) +

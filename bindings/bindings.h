@@ -2,6 +2,7 @@
 // module.cpp, and the ways arrays go to numpy.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <sstream>
@@ -48,12 +49,40 @@ py::array_t<T> view(const std::vector<T>& values, py::handle owner) {
   return array;
 }
 
+// Name of an argument, and the unit it is taken in; "1" where it is pure.
+struct Argument {
+  Argument(const char* argument, const char* its_unit = "1") : name(argument), unit(its_unit) {}
+  const char* name;
+  const char* unit;
+};
+
+// Numbers that carry a unit (loomstone.units, or any other registry of Pint) as plain ones in
+// `unit`; anything else as it is.
+inline py::object in_unit(const py::object& value, const char* unit, const std::string& where) {
+  return py::module_::import("loomstone.base.quantities").attr("in_unit")(value, unit, where);
+}
+
+template <std::size_t n>
+struct Text {
+  consteval Text(const char (&text)[n]) { std::copy_n(text, n, value); }
+  char value[n];
+};
+
+// A number argument that may carry a unit.
+template <Text unit>
+struct In {
+  double value = 0.0;
+  operator double() const { return value; }
+};
+
 // Numbers of a numpy-like object; text, complex numbers and, where integers are wanted, fractions
 // are refused.
 template <class Scalar>
 py::array_t<Scalar, py::array::c_style | py::array::forcecast> numbers(const py::object& object,
-                                                                       const char* name) {
-  const auto any = py::array::ensure(object);
+                                                                       const Argument& argument) {
+  const char* const name = argument.name;
+  const bool plain = py::isinstance<py::array>(object);
+  const auto any = py::array::ensure(plain ? object : in_unit(object, argument.unit, name));
   if (!any) PyErr_Clear();
   const char kind = any ? any.dtype().kind() : 'O';
   if (std::string("buif").find(kind) == std::string::npos)
@@ -81,28 +110,48 @@ py::array_t<Scalar, py::array::c_style | py::array::forcecast> numbers(const py:
 
 // Numbers as a vector of fixed length.
 template <class Fixed>
-Fixed as_vector(const py::object& object, const char* name) {
-  const auto array = numbers<double>(object, name);
+Fixed as_vector(const py::object& object, const Argument& argument) {
+  const auto array = numbers<double>(object, argument);
   constexpr py::ssize_t wanted = Fixed::SizeAtCompileTime;
   if (array.ndim() != 1 || array.shape(0) != wanted)
-    throw InvalidInput(std::string(name) + " must have shape (" + std::to_string(wanted) +
+    throw InvalidInput(std::string(argument.name) + " must have shape (" + std::to_string(wanted) +
                        ",), got " + py::str(array.attr("shape")).template cast<std::string>());
   return Eigen::Map<const Fixed>(array.data());
 }
 
 // Numbers as (n x columns), or InvalidInput that names the shape they have.
 template <class Array>
-Array as_rows(const py::object& object, const char* name, Eigen::Index rows = -1) {
+Array as_rows(const py::object& object, const Argument& argument, Eigen::Index rows = -1) {
   using Scalar = typename Array::Scalar;
   constexpr py::ssize_t columns = Array::ColsAtCompileTime;
-  const auto array = numbers<Scalar>(object, name);
+  const auto array = numbers<Scalar>(object, argument);
   std::ostringstream expected;
   expected << "(" << (rows < 0 ? std::string("n") : std::to_string(rows)) << ", " << columns << ")";
   if (array.ndim() != 2 || array.shape(1) != columns || (rows >= 0 && array.shape(0) != rows)) {
-    throw InvalidInput(std::string(name) + " must have shape " + expected.str() + ", got " +
-                       py::str(array.attr("shape")).template cast<std::string>());
+    throw InvalidInput(std::string(argument.name) + " must have shape " + expected.str() +
+                       ", got " + py::str(array.attr("shape")).template cast<std::string>());
   }
   return Eigen::Map<const Array>(array.data(), array.shape(0), columns);
 }
 
 }  // namespace loomstone
+
+namespace pybind11::detail {
+
+template <loomstone::Text unit>
+struct type_caster<loomstone::In<unit>> {
+  PYBIND11_TYPE_CASTER(loomstone::In<unit>,
+                       const_name("typing.SupportsFloat | typing.SupportsIndex"));
+
+  bool load(handle source, bool convert) {
+    object number = reinterpret_borrow<object>(source);
+    if (hasattr(source, "dimensionality"))
+      number = loomstone::in_unit(number, unit.value, "the argument");
+    make_caster<double> caster;
+    if (!caster.load(number, convert)) return false;
+    value.value = cast_op<double>(caster);
+    return true;
+  }
+};
+
+}  // namespace pybind11::detail

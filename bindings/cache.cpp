@@ -22,12 +22,35 @@ py::dict bytes(const Checkpoint& checkpoint) {
   return dict;
 }
 
+Checkpoint unpickled(const py::tuple& state) {
+  Checkpoint checkpoint;
+  for (const auto& [name, values] : state[0].cast<py::dict>()) {
+    const auto array =
+        py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(values);
+    Checkpoint::Array& made = checkpoint.arrays[name.cast<std::string>()];
+    made.shape.assign(array.shape(), array.shape() + array.ndim());
+    made.values.assign(array.data(), array.data() + array.size());
+  }
+  for (const auto& [name, values] : state[1].cast<py::dict>()) {
+    const auto text = values.cast<std::string>();
+    checkpoint.bytes[name.cast<std::string>()].assign(text.begin(), text.end());
+  }
+  checkpoint.integers = state[2].cast<decltype(checkpoint.integers)>();
+  checkpoint.texts = state[3].cast<decltype(checkpoint.texts)>();
+  return checkpoint;
+}
+
 void bind_checkpoint(py::module_& m) {
   py::class_<Checkpoint> c(m, "Checkpoint", "A state, exactly: named arrays and texts.");
   c.def_property_readonly("arrays", &arrays, "copies of the arrays by name");
   c.def_property_readonly("bytes", &bytes, "opaque parts by name");
   c.def_readonly("integers", &Checkpoint::integers, "lists of integers by name");
   c.def_readonly("texts", &Checkpoint::texts, "texts by name");
+  c.def(py::pickle(
+      [](const Checkpoint& self) {
+        return py::make_tuple(arrays(self), bytes(self), self.integers, self.texts);
+      },
+      &unpickled));
   c.def("__repr__", [](const Checkpoint& self) {
     const auto step = self.integers.find("step");
     return "Checkpoint(" + std::to_string(self.arrays.size()) + " arrays" +

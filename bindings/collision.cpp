@@ -80,9 +80,10 @@ void test_queries(bool vertex_face, py::ssize_t n, const double* queries, bool* 
 void bind_candidates(py::module_& m) {
   m.def(
       "candidates",
-      [](const py::object& x0, const py::object& x1, const py::object& triangles, double inflation,
+      [](const py::object& x0, const py::object& x1, const py::object& triangles, In<"m"> inflation,
          const std::string& engine, int threads) {
-        const Points start = as_rows<Points>(x0, "x0"), end = as_rows<Points>(x1, "x1");
+        const Points start = as_rows<Points>(x0, {"x0", "m"}),
+                     end = as_rows<Points>(x1, {"x1", "m"});
         const Triangles faces = as_rows<Triangles>(triangles, "triangles");
         const Team team = team_of(threads);
         Candidates found;
@@ -113,7 +114,7 @@ void bind_intersecting_pairs(py::module_& m) {
   m.def(
       "intersecting_pairs",
       [](const py::object& points, const py::object& triangles) {
-        const Points vertices = as_rows<Points>(points, "points");
+        const Points vertices = as_rows<Points>(points, {"points", "m"});
         const Triangles faces = as_rows<Triangles>(triangles, "triangles");
         check_indices(faces, vertices.rows());
         const py::gil_scoped_release release;
@@ -210,9 +211,10 @@ void bind_detector(py::module_& m) {
            "triangles (m, 3); threads 0: all processors. No result depends on their number.")
       .def(
           "candidates",
-          [](BoundDetector& self, const py::object& x0, const py::object& x1, double inflation,
+          [](BoundDetector& self, const py::object& x0, const py::object& x1, In<"m"> inflation,
              bool ordered) {
-            const Points start = as_rows<Points>(x0, "x0"), end = as_rows<Points>(x1, "x1");
+            const Points start = as_rows<Points>(x0, {"x0", "m"}),
+                         end = as_rows<Points>(x1, {"x1", "m"});
             FeatureIds found;
             {
               const py::gil_scoped_release release;
@@ -228,7 +230,8 @@ void bind_detector(py::module_& m) {
       .def(
           "collisions",
           [](BoundDetector& self, const py::object& x0, const py::object& x1) {
-            const Points start = as_rows<Points>(x0, "x0"), end = as_rows<Points>(x1, "x1");
+            const Points start = as_rows<Points>(x0, {"x0", "m"}),
+                         end = as_rows<Points>(x1, {"x1", "m"});
             const py::gil_scoped_release release;
             return self.detector.collisions(self.team, start, end);
           },

@@ -185,16 +185,28 @@ std::string field_text(const F& each) {
   return text;
 }
 
-// A number that carries a unit (loomstone.units or Pint) in the unit of its field; anything else as
-// it is.
+// The unit of a field: its own, else that which its meaning names in brackets; "1" where there is
+// none.
+template <class F>
+std::string unit_of(const F& each) {
+  if (*each.unit) return each.unit;
+  const std::string meaning = each.meaning;
+  const auto open = meaning.find('['), close = meaning.find(']', open);
+  return open == std::string::npos ? "1" : meaning.substr(open + 1, close - open - 1);
+}
+
+template <class Member>
+constexpr bool may_carry_unit = (std::is_arithmetic_v<Member> && !std::is_same_v<Member, bool>) ||
+                                std::is_same_v<Member, std::optional<double>> ||
+                                std::is_same_v<Member, std::vector<double>> || EigenArray<Member>;
+
+// Numbers that carry a unit in the unit of their field; anything else as it is.
 template <class D, class F>
-py::object in_unit(const py::object& value, const F& each, const char* name) {
+py::object plain_number(const py::object& value, const F& each, const char* name) {
   using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
-  if (!std::is_arithmetic_v<Member> || std::is_same_v<Member, bool>) return value;
-  if (PyFloat_Check(value.ptr()) || PyLong_Check(value.ptr())) return value;
-  const std::string unit = *each.unit ? each.unit : "1",
-                    where = std::string(name) + "." + each.name;
-  return py::module_::import("loomstone.units").attr("in_unit")(value, unit, where);
+  if (!may_carry_unit<Member>) return value;
+  if (PyFloat_Check(value.ptr()) || PyLong_Check(value.ptr()) || value.is_none()) return value;
+  return in_unit(value, unit_of(each).c_str(), std::string(name) + "." + each.name);
 }
 
 // Why these keyword arguments make no D: an unknown name (TypeError) or a value of the wrong kind
@@ -217,7 +229,7 @@ template <Description D>
   for_each_field<D>([&](const auto& each) {
     using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
     if (!arguments.contains(each.name)) return;
-    const py::object value = in_unit<D>(arguments[each.name], each, name);
+    const py::object value = plain_number<D>(arguments[each.name], each, name);
     py::detail::make_caster<Member> caster;
     if (caster.load(value, true)) return;
     const std::string where = std::string(name) + "." + each.name;
@@ -245,7 +257,7 @@ D from_arguments(const char* name, D value, const py::kwargs& arguments) {
     using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
     known.append(each.name);
     if (!arguments.contains(each.name)) return;
-    const py::object given = in_unit<D>(arguments[each.name], each, name);
+    const py::object given = plain_number<D>(arguments[each.name], each, name);
     py::detail::make_caster<Member> caster;
     good = good && caster.load(given, true);
     if (good) value.*(each.member) = py::detail::cast_op<Member&>(caster);

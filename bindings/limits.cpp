@@ -31,7 +31,7 @@ void check_finite(const Points& points) {
 
 Points strain_of(const py::object& points, const TriangleMesh& mesh, const std::string& rest,
                  int threads) {
-  const Points x = as_rows<Points>(points, "points", mesh.n_vertices());
+  const Points x = as_rows<Points>(points, {"points", "m"}, mesh.n_vertices());
   check_finite(x);
   const Team team = team_of(threads);
   const py::gil_scoped_release release;
@@ -45,7 +45,7 @@ Vector masses_of(const py::object& masses, const TriangleMesh& mesh,
   if (masses.is_none())
     return lumped_mass(mesh.n_vertices(), mesh.triangles(), corners,
                        std::vector<double>(corners.size(), 1.0));
-  const auto array = numbers<double>(masses, "masses");
+  const auto array = numbers<double>(masses, {"masses", "kg"});
   if (array.ndim() != 1 || array.shape(0) != mesh.n_vertices())
     throw InvalidInput("masses must have shape (" + std::to_string(mesh.n_vertices()) + ",), got " +
                        py::str(array.attr("shape")).cast<std::string>());
@@ -62,7 +62,7 @@ std::pair<Points, LimitReport> limited(const py::object& points, const TriangleM
                                        const std::vector<Index>& fixed, const LimitOptions& options,
                                        const std::string& rest, int threads) {
   LimitedCloth cloth;
-  Points x = as_rows<Points>(points, "points", mesh.n_vertices());
+  Points x = as_rows<Points>(points, {"points", "m"}, mesh.n_vertices());
   check_finite(x);
   check_limit_options(options, "options");
   cloth.n_vertices = mesh.n_vertices();

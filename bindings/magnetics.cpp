@@ -48,7 +48,7 @@ void bind_body(py::module_& m) {
   c.def(
       "at",
       [](const MagneticBody& b, const py::object& position, const py::object& orientation) {
-        return MagneticBody{b.source, checked_pose(as_vector<Vec3>(position, "position"),
+        return MagneticBody{b.source, checked_pose(as_vector<Vec3>(position, {"position", "m"}),
                                                    as_vector<Vec4>(orientation, "orientation"))};
       },
       py::arg("position"), py::arg("orientation") = py::make_tuple(1.0, 0.0, 0.0, 0.0),
@@ -56,14 +56,15 @@ void bind_body(py::module_& m) {
   c.def(
       "moved",
       [](const MagneticBody& b, const py::object& by) {
-        return MagneticBody{b.source, checked_pose(b.pose.position + as_vector<Vec3>(by, "by"),
-                                                   b.pose.orientation)};
+        return MagneticBody{
+            b.source,
+            checked_pose(b.pose.position + as_vector<Vec3>(by, {"by", "m"}), b.pose.orientation)};
       },
       py::arg("by"), "A copy displaced by (3) [m].");
   c.def(
       "rotated",
       [](const MagneticBody& b, const py::object& by) {
-        const Vec4 turn = quaternion_from_rotation_vector(as_vector<Vec3>(by, "by"));
+        const Vec4 turn = quaternion_from_rotation_vector(as_vector<Vec3>(by, {"by", "rad"}));
         return MagneticBody{
             b.source, checked_pose(b.pose.position, quaternion_product(turn, b.pose.orientation))};
       },

@@ -28,11 +28,12 @@ void bind_triangle_mesh(py::module_& m) {
       "non-manifold edges, isolated vertices, indices out of range.");
   c.def(py::init([](const py::object& vertices, const py::object& triangles, const py::object& uv,
                     const py::object& uv_triangles) {
-          return TriangleMesh(
-              as_rows<Points>(vertices, "vertices"), as_rows<Triangles>(triangles, "triangles"),
-              uv.is_none() ? Points2() : as_rows<Points2>(uv, "uv"),
-              uv_triangles.is_none() ? Triangles()
-                                     : as_rows<Triangles>(uv_triangles, "uv_triangles"));
+          return TriangleMesh(as_rows<Points>(vertices, {"vertices", "m"}),
+                              as_rows<Triangles>(triangles, "triangles"),
+                              uv.is_none() ? Points2() : as_rows<Points2>(uv, {"uv", "m"}),
+                              uv_triangles.is_none()
+                                  ? Triangles()
+                                  : as_rows<Triangles>(uv_triangles, "uv_triangles"));
         }),
         py::arg("vertices"), py::arg("triangles"), py::arg("uv") = py::none(), py::kw_only(),
         py::arg("uv_triangles") = py::none());
@@ -58,7 +59,7 @@ void bind_triangle_mesh(py::module_& m) {
       "moved",
       [](const TriangleMesh& mesh, const py::object& translation, const py::object& rotation,
          double scale) {
-        return mesh.moved(as_vector<Vec3>(translation, "translation"),
+        return mesh.moved(as_vector<Vec3>(translation, {"translation", "m"}),
                           as_rows<Points>(rotation, "rotation", 3), scale);
       },
       py::arg("translation") = py::make_tuple(0, 0, 0), py::kw_only(),
@@ -127,14 +128,14 @@ void bind_queries(py::module_& m) {
         py::arg("mesh"));
   c.def(
       "closest",
-      [](const SpatialQuery& self, const py::object& point, double radius) {
-        return self.closest(as_vector<Vec3>(point, "point"), radius);
+      [](const SpatialQuery& self, const py::object& point, In<"m"> radius) {
+        return self.closest(as_vector<Vec3>(point, {"point", "m"}), radius);
       },
       py::arg("point"), py::arg("radius"), "ClosestPoint to a point (3) [m] within a radius [m].");
   c.def(
       "inside",
       [](const SpatialQuery& self, const py::object& point) {
-        return self.inside(as_vector<Vec3>(point, "point"));
+        return self.inside(as_vector<Vec3>(point, {"point", "m"}));
       },
       py::arg("point"), "True where the point (3) [m] lies inside a closed surface.");
 }

@@ -18,9 +18,12 @@ void bind_rigid(py::module_& m) {
     return "MassProperties(mass=" + py::str(py::cast(self.mass)).cast<std::string>() +
            ", centre=" + py::str(py::cast(self.centre).attr("tolist")()).cast<std::string>() + ")";
   });
-  m.def("mass_properties", &mass_properties, py::arg("mesh"), py::arg("density"),
-        "MassProperties of a closed mesh at a density [kg/m^3]; InvalidInput when open or inside "
-        "out.");
+  m.def(
+      "mass_properties",
+      [](const TriangleMesh& mesh, In<"kg/m^3"> density) { return mass_properties(mesh, density); },
+      py::arg("mesh"), py::arg("density"),
+      "MassProperties of a closed mesh at a density [kg/m^3]; InvalidInput when open or inside "
+      "out.");
 }
 
 }  // namespace loomstone

@@ -17,8 +17,9 @@ py::array_t<std::uint8_t> flags(std::vector<std::uint8_t>& values, py::handle ow
 void bind_state(py::module_& m) {
   py::class_<State> c(
       m, "State",
-      "The tables that change, as numpy views without copy: row sim.vertex_order[i] is vertex "
-      "i.\n\n"
+      "The tables that change, as numpy views without copy.\n\n"
+      "Rows of the cloth's tables are permuted: row sim.vertex_order[i] is vertex i of the scene. "
+      "sim.positions and its like are in the order of the scene.\n\n"
       "A view keeps its simulation alive and shows the present after every step and restore. "
       "Between steps\n"
       "tables may be written in place or assigned; not from another thread while a step runs. "
@@ -28,13 +29,13 @@ void bind_state(py::module_& m) {
       "start the history of multi-step schemes anew. Ranks hold all rows; what a rank writes "
       "counts for the\n"
       "rows it owns (sim.owned_rows), what it writes about obstacles counts on rank 0.");
-  const auto table = [&](const char* name, auto get, const char* text) {
+  const auto table = [&](const Argument& argument, auto get, const char* text) {
     c.def_property(
-        name, get,
-        [get, name](State& self, const py::object& values) {
+        argument.name, get,
+        [get, argument](State& self, const py::object& values) {
           using Table = std::decay_t<decltype(get(self))>;
           auto& rows = get(self);
-          rows.topRows(rows.rows()) = as_rows<Table>(values, name, rows.rows());
+          rows.topRows(rows.rows()) = as_rows<Table>(values, argument, rows.rows());
         },
         text);
   };
@@ -46,21 +47,21 @@ void bind_state(py::module_& m) {
     c.def_property_readonly(name, get, text);
   };
   table(
-      "positions", [](State& s) -> Points& { return s.cloth.x; },
+      {"positions", "m"}, [](State& s) -> Points& { return s.cloth.x; },
       "(n x 3) [m]; written by the integrator, then certify");
   table(
-      "velocities", [](State& s) -> Points& { return s.cloth.v; },
+      {"velocities", "m/s"}, [](State& s) -> Points& { return s.cloth.v; },
       "(n x 3) [m/s]; written by the integrator, then certify");
   table(
-      "external_forces", [](State& s) -> Points& { return s.external_force; },
+      {"external_forces", "N"}, [](State& s) -> Points& { return s.external_force; },
       "(n x 3) [N]; added to every step until changed");
   table(
-      "pin_targets", [](State& s) -> Points& { return s.pin_target; },
+      {"pin_targets", "m"}, [](State& s) -> Points& { return s.pin_target; },
       "(n x 3) [m] where flagged pins are at the end of the next step");
   flag("pin_flags", &State::pin_override,
        "(n) 1: pin_targets hold for this pin instead of its script");
   table(
-      "obstacle_positions", [](State& s) -> Points& { return s.pose_position; },
+      {"obstacle_positions", "m"}, [](State& s) -> Points& { return s.pose_position; },
       "(o x 3) [m] where flagged obstacles are at the end of the next step");
   table(
       "obstacle_orientations", [](State& s) -> auto& { return s.pose_orientation; },
@@ -70,7 +71,7 @@ void bind_state(py::module_& m) {
       "obstacle_vertices", [](const State& s) -> const Points& { return s.obstacle_vertices; },
       "(k x 3) all obstacles end to end [m], read-only");
   result(
-      "body_positions", [](const State& s) -> const Points& { return s.rigid.positions; },
+      "body_centres", [](const State& s) -> const Points& { return s.rigid.positions; },
       "(b x 3) centres of mass [m], read-only");
   result(
       "body_orientations", [](const State& s) -> const auto& { return s.rigid.orientations; },
@@ -121,15 +122,17 @@ void bind_simulation(py::module_& m) {
       py::arg("value"), released, "Largest value over all ranks.");
   c.def_property_readonly("topology", &S::topology, py::return_value_policy::reference_internal);
   c.def("frame", &S::frame, released, "Frame of the present state.");
-  c.def("frame_at", &S::frame_at, py::arg("time"), released,
-        "Frame between the last two steps, interpolated.");
+  c.def(
+      "frame_at", [](S& self, In<"s"> time) { return self.frame_at(time); }, py::arg("time"),
+      released, "Frame between the last two steps, interpolated.");
   c.def_property_readonly(
       "vertex_order",
       [](py::object self) { return view(self.cast<const S&>().vertex_order(), self); },
       "(n) internal row of each vertex");
   c.def_property_readonly(
       "state", &S::state,
-      "State: the internal tables as views, to be read and written between steps.");
+      "State: the internal tables as views, to be read and written between steps; their rows are "
+      "permuted: row vertex_order[i] is vertex i.");
   c.def_property_readonly(
       "owned_rows",
       [](const S& self) { return std::pair(self.owned_rows()[0], self.owned_rows()[1]); },
@@ -141,22 +144,23 @@ void bind_simulation(py::module_& m) {
   c.def_property_readonly(
       "loop_iterations", &S::loop_iterations,
       "Iterations of the loops this rank has run within steps: how work is shared.");
-  const auto array = [&](const char* name, auto get, auto set, const char* text) {
+  const auto array = [&](const Argument& argument, auto get, auto set, const char* text) {
     c.def_property(
-        name, get,
-        [get, set, name](S& self, const py::object& values) {
-          (self.*set)(as_rows<Points>(values, name, (self.*get)().rows()));
+        argument.name, get,
+        [get, set, argument](S& self, const py::object& values) {
+          (self.*set)(as_rows<Points>(values, argument, (self.*get)().rows()));
         },
         text);
   };
-  array("positions", &S::positions, &S::set_positions, "(n x 3) [m], a copy; assignable");
-  array("velocities", &S::velocities, &S::set_velocities, "(n x 3) [m/s], a copy; assignable");
-  array("external_forces", &S::external_forces, &S::set_external_forces,
+  array({"positions", "m"}, &S::positions, &S::set_positions, "(n x 3) [m], a copy; assignable");
+  array({"velocities", "m/s"}, &S::velocities, &S::set_velocities,
+        "(n x 3) [m/s], a copy; assignable");
+  array({"external_forces", "N"}, &S::external_forces, &S::set_external_forces,
         "(n x 3) [N], a copy; assignable; added to every step until changed");
   c.def(
       "set_pin_targets",
       [](S& self, const py::object& targets) {
-        self.set_pin_targets(as_rows<Points>(targets, "targets", self.positions().rows()));
+        self.set_pin_targets(as_rows<Points>(targets, {"targets", "m"}, self.positions().rows()));
       },
       py::arg("targets"),
       "Where pinned vertices are at the end of the next step, (n x 3) [m]; other rows are ignored. "
@@ -164,14 +168,13 @@ void bind_simulation(py::module_& m) {
   c.def(
       "set_obstacle_pose",
       [](S& self, int obstacle, const py::object& position, const py::object& orientation) {
-        self.set_obstacle_pose(obstacle, as_vector<Vec3>(position, "position"),
+        self.set_obstacle_pose(obstacle, as_vector<Vec3>(position, {"position", "m"}),
                                as_vector<Vec4>(orientation, "orientation"));
       },
       py::arg("obstacle"), py::arg("position"), py::arg("orientation") = py::make_tuple(1, 0, 0, 0),
       "Pose of an obstacle at the end of the next step: position [m], quaternion (w, x, y, z). "
       "Replaces its keyframes.");
-  c.def_property_readonly("body_positions", &S::body_positions,
-                          "(b x 3) centres of mass [m], a copy");
+  c.def_property_readonly("body_centres", &S::body_centres, "(b x 3) centres of mass [m], a copy");
   c.def("magnetic_forces", &S::magnetic_forces, released,
         "Forces [N] and torques about the centres [N m] on the bodies by magnets and currents now, "
         "each (b x 3).");

@@ -58,7 +58,7 @@ void bind_body(py::module_& m) {
   c.def(
       "at",
       [](const SoftBody& b, const py::object& position, const py::object& orientation) {
-        const RigidPose pose = checked_pose(as_vector<Vec3>(position, "position"),
+        const RigidPose pose = checked_pose(as_vector<Vec3>(position, {"position", "m"}),
                                             as_vector<Vec4>(orientation, "orientation"));
         return SoftBody{b.shape, pose, b.saturation};
       },
@@ -68,8 +68,18 @@ void bind_body(py::module_& m) {
       "with_susceptibility",
       [](const SoftBody& b, double susceptibility) {
         check_susceptibility(susceptibility);
-        const py::gil_scoped_release release;
-        return soft_body(b.shape->with_susceptibility(susceptibility), b.saturation, b.pose);
+        SoftBody other;
+        {
+          const py::gil_scoped_release release;
+          other = soft_body(b.shape->with_susceptibility(susceptibility), b.saturation, b.pose);
+        }
+        if (const py::object known = recipes<SoftShape>().of(b.shape); !known.is_none()) {
+          py::dict arguments = known[py::int_(2)].attr("copy")();
+          arguments["susceptibility"] = susceptibility;
+          recipes<SoftShape>().keep(
+              other.shape, py::make_tuple(known[py::int_(0)], known[py::int_(1)], arguments));
+        }
+        return other;
       },
       py::arg("susceptibility"),
       "The same body of another susceptibility >= -1 [1]; what was computed for its shape is used "
@@ -78,14 +88,15 @@ void bind_body(py::module_& m) {
       "moved",
       [](const SoftBody& b, const py::object& by) {
         return SoftBody{
-            b.shape, checked_pose(b.pose.position + as_vector<Vec3>(by, "by"), b.pose.orientation),
+            b.shape,
+            checked_pose(b.pose.position + as_vector<Vec3>(by, {"by", "m"}), b.pose.orientation),
             b.saturation};
       },
       py::arg("by"), "A copy displaced by (3) [m].");
   c.def(
       "rotated",
       [](const SoftBody& b, const py::object& by) {
-        const Vec4 turn = quaternion_from_rotation_vector(as_vector<Vec3>(by, "by"));
+        const Vec4 turn = quaternion_from_rotation_vector(as_vector<Vec3>(by, {"by", "rad"}));
         return SoftBody{b.shape,
                         checked_pose(b.pose.position, quaternion_product(turn, b.pose.orientation)),
                         b.saturation};

@@ -29,11 +29,11 @@ Framing make_framing(const FrameTopology& topology, const Frame& first) {
     include(first.positions, vertex, box);
   const Framing cloth = box;
   double floor_height = -infinity;
-  for (Index vertex = 0; vertex < first.body_positions.rows(); ++vertex) {
+  for (Index vertex = 0; vertex < first.body_vertices.rows(); ++vertex) {
     if (topology.body_is_floor[topology.body_of_vertex[vertex]])
-      floor_height = std::max(floor_height, first.body_positions(vertex, 2));
+      floor_height = std::max(floor_height, first.body_vertices(vertex, 2));
     else
-      include(first.body_positions, vertex, box);
+      include(first.body_vertices, vertex, box);
   }
   if (!(box.low.array() <= box.high.array()).all())
     return {Vec3::Constant(-0.5), Vec3::Constant(0.5)};

@@ -134,10 +134,10 @@ void check_frame(const FrameTopology& topology, const RenderOptions& options, co
   const Index m = topology.triangles.rows(),
               n = static_cast<Index>(topology.cloth_of_vertex.size());
   check_rows("positions", frame.positions.rows(), n);
-  check_rows("body_positions", frame.body_positions.rows(),
+  check_rows("body_vertices", frame.body_vertices.rows(),
              static_cast<Index>(topology.body_of_vertex.size()));
   check_finite("positions", frame.positions);
-  check_finite("body_positions", frame.body_positions);
+  check_finite("body_vertices", frame.body_vertices);
   for (const std::string& row : names_in(options.color_by)) {
     if (row == "contact") check_rows("contact", static_cast<Index>(frame.contact.size()), n);
     if (row == "stretch") {

@@ -186,7 +186,7 @@ std::vector<const SquareBuffers*> Renderer::Data::place_floors(const Frame& fram
   for (std::size_t body = 0; body < topology.body_is_floor.size(); ++body) {
     if (!topology.body_is_floor[body]) continue;
     SquareBuffers& square = passes->floors[next++];
-    const Plane plane = floor_plane(topology, frame.body_positions, static_cast<Index>(body));
+    const Plane plane = floor_plane(topology, frame.body_vertices, static_cast<Index>(body));
     if (plane.normal.norm() == 0.0) continue;
     const Vec3 centre =
         framing->centre() - plane.normal.dot(framing->centre() - plane.point) * plane.normal;
@@ -202,7 +202,7 @@ std::vector<const SquareBuffers*> Renderer::Data::place_floors(const Frame& fram
 void Renderer::Data::place_bodies(const Frame& frame, const Curves* curves) {
   if (curves) {
     const BodiesAndTubes all =
-        bodies_and_tubes(topology, first_bodies, frame.body_positions, *curves);
+        bodies_and_tubes(topology, first_bodies, frame.body_vertices, *curves);
     bodies.emplace(gl, all.mesh, false);
     bodies->update(all.positions, all.values, Vector());
     with_curves = true;
@@ -210,7 +210,7 @@ void Renderer::Data::place_bodies(const Frame& frame, const Curves* curves) {
   }
   if (!bodies || with_curves) bodies.emplace(gl, drawn_bodies(topology, first_bodies), false);
   with_curves = false;
-  bodies->update(frame.body_positions,
+  bodies->update(frame.body_vertices,
                  Eigen::Map<const Vector>(topology.body_pole.data(),
                                           static_cast<Index>(topology.body_pole.size())),
                  Vector());
@@ -251,9 +251,9 @@ void Renderer::Data::draw(const Frame& frame, const std::array<Vector, 2>& value
   };
   for (Index vertex = 0; vertex < frame.positions.rows(); ++vertex)
     include(frame.positions.row(vertex));
-  for (Index vertex = 0; vertex < frame.body_positions.rows(); ++vertex)
+  for (Index vertex = 0; vertex < frame.body_vertices.rows(); ++vertex)
     if (!topology.body_is_floor[topology.body_of_vertex[vertex]])
-      include(frame.body_positions.row(vertex));
+      include(frame.body_vertices.row(vertex));
   for (Index i = 0; curves && i < curves->points.rows(); ++i) include(curves->points.row(i));
 
   const LightView light = make_light_view(options.light_direction, low, high);
@@ -285,7 +285,7 @@ Image Renderer::Data::draw_row(const Frame& frame, const std::string& color_by,
 
 void Renderer::Data::fit(const Frame& first) {
   framing = make_framing(topology, first);
-  first_bodies = first.body_positions;
+  first_bodies = first.body_vertices;
   bodies.reset();
 }
 

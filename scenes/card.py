@@ -66,7 +66,7 @@ def scene(triangles: int = 5000, boxes: int = 5, speed: float = 1.0) -> ls.Scene
 def check(run: ls.Run) -> None:
     last, body = run[-1], run.topology.body_of_vertex
     for i, name in enumerate(run.topology.body_names):
-        centre = last.body_positions[body == i].mean(axis=0)
+        centre = last.body_vertices[body == i].mean(axis=0)
         assert np.abs(centre[:2]).max() < 0.25 and -0.3 < centre[2] < 0.25, (
             f"{name} lies in the cloth"
         )

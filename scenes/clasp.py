@@ -89,7 +89,7 @@ def check(run: ls.Run) -> None:
     owner = run.topology.body_of_vertex
 
     def gap(frame: ls.Frame) -> float:
-        left, right = (frame.body_positions[owner == b] for b in range(2))
+        left, right = (frame.body_vertices[owner == b] for b in range(2))
         return float(np.linalg.norm(left[:, None] - right[None], axis=2).min())
 
     assert gap(run[-1]) < 0.4 * gap(run[0]), "the clasp has shut"

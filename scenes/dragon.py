@@ -103,7 +103,7 @@ def scene(
 
 
 def check(run: ls.Run) -> None:
-    owner, last = run.topology.body_of_vertex, run[-1].body_positions
+    owner, last = run.topology.body_of_vertex, run[-1].body_vertices
     n = sum(name.startswith("ball") for name in run.topology.body_names)
     centres = np.array([last[owner == b].mean(axis=0) for b in range(n)])
     assert (centres[:, 2] > 0.5 * BALL).all(), "nothing falls through the floor"

@@ -73,5 +73,5 @@ def scene(polarization: float = 1.0) -> ls.Scene:
 
 def check(run: ls.Run) -> None:
     owner = run.topology.body_of_vertex
-    bar = run[-1].body_positions[owner == 0]
+    bar = run[-1].body_vertices[owner == 0]
     assert bar.mean(axis=0)[2] < 0.045, "the bar is drawn to the horseshoe"

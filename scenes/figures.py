@@ -151,7 +151,7 @@ def check(run: ls.Run) -> None:
     owner, names, last = (
         run.topology.body_of_vertex,
         run.topology.body_names,
-        run[-1].body_positions,
+        run[-1].body_vertices,
     )
     heights = {name: last[owner == b, 2].mean() for b, name in enumerate(names)}
     assert all(

@@ -88,7 +88,7 @@ def check(run: ls.Run) -> None:
     assert above > 3 * below, "one side is strong"
     owner = run.topology.body_of_vertex
     heights = np.array(
-        [[abs(frame.body_positions[owner == b, 2].mean()) for b in range(2)] for frame in run]
+        [[abs(frame.body_vertices[owner == b, 2].mean()) for b in range(2)] for frame in run]
     )
     near = heights < 0.5 * (0.5 * CUBE + BALL + DISTANCE)
     assert near[:, 0].any(), "and takes the ball"

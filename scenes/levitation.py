@@ -114,7 +114,7 @@ def scene(material: str = "superconductor", shape: str = "ball") -> ls.Scene:
 
 def check(run: ls.Run) -> None:
     floating = np.array(
-        [frame.body_positions[run.topology.body_of_vertex == 0].mean(axis=0) for frame in run]
+        [frame.body_vertices[run.topology.body_of_vertex == 0].mean(axis=0) for frame in run]
     )
     away = np.linalg.norm(floating - (0.0, 0.0, balance()), axis=1)
     assert away.max() < 0.004, "it swings about its place"

@@ -86,7 +86,7 @@ def scene(spheres: int = 7, polarization: float = 0.66) -> ls.Scene:
 def check(run: ls.Run) -> None:
     last, owner = run[-1], run.topology.body_of_vertex
     n_balls = len(run.topology.body_names) - 3
-    heights = np.array([last.body_positions[owner == b, 2].mean() for b in range(n_balls)])
+    heights = np.array([last.body_vertices[owner == b, 2].mean() for b in range(n_balls)])
     lifted = heights > 0.02
     assert lifted.sum() >= min(3, n_balls), "the magnet lifts several"
     assert n_balls != 7 or lifted.sum() == 5, "five of seven"

@@ -82,7 +82,7 @@ def scene(voltage: float = 18.0) -> ls.Scene:
 
 def check(run: ls.Run) -> None:
     bar = run.topology.body_of_vertex == run.topology.body_names.index("bar")
-    heights = np.array([frame.body_positions[bar, 2].mean() for frame in run])
+    heights = np.array([frame.body_vertices[bar, 2].mean() for frame in run])
     times = np.array([frame.time for frame in run])
     current = np.array([frame.coil_currents[0] for frame in run])
     assert np.abs(heights[times < ON] - 0.5 * BAR[2]).max() < 5e-4, "it stands on the floor"

@@ -114,7 +114,7 @@ def gaps_of(run: ls.Run) -> tuple[np.ndarray, np.ndarray]:
     """
     owner = run.topology.body_of_vertex
     weight, plate = (
-        np.array([frame.body_positions[owner == b, 2] for frame in run]) for b in (0, 1)
+        np.array([frame.body_vertices[owner == b, 2] for frame in run]) for b in (0, 1)
     )
     return weight.min(axis=1), plate.min(axis=1) - weight.max(axis=1)
 

@@ -130,7 +130,7 @@ def check(run: ls.Run) -> None:
     names, owner = list(run.topology.body_names), run.topology.body_of_vertex
 
     def vertices(name: str, frame: int) -> np.ndarray:
-        return np.asarray(run[frame].body_positions[owner == names.index(name)])
+        return np.asarray(run[frame].body_vertices[owner == names.index(name)])
 
     def gaps(frame: int) -> np.ndarray:
         """Of the rod's vertices to the ball; the middles of its ends come last."""

@@ -98,6 +98,6 @@ def scene(triangles: int = 2000, current: float = 0.06) -> ls.Scene:
 
 def check(run: ls.Run) -> None:
     owner = run.topology.body_of_vertex
-    heights = np.array([frame.body_positions[owner == 0, 2].mean() for frame in run])
+    heights = np.array([frame.body_vertices[owner == 0, 2].mean() for frame in run])
     assert np.ptp(heights) > 5e-4, "the coil swings"
     assert heights.min() > -0.5 * ABOVE, "and does not touch the magnet"

@@ -35,7 +35,7 @@ struct Frame {
   Points strain;                      // (m x 3) Green strain weft, warp, shear (E12) [1]
   Vector stretch;                     // (m) largest principal stretch [1]
   std::vector<std::uint8_t> contact;  // (n) 1 where the vertex took part in a contact
-  Points body_positions;              // (nb x 3) [m]
+  Points body_vertices;               // (nb x 3) [m]
   Vector coil_currents;               // (coils) [A]
   StepReport report;
 };

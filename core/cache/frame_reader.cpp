@@ -154,7 +154,7 @@ Frame FrameReader::frame(int index) const {
   run.read("PointData/contact", Number::UInt8, 1, n_vertices, index, frame.contact.data());
   run.read("CellData/strain", Number::Float64, 3, n_triangles, index, frame.strain.data());
   run.read("CellData/stretch", Number::Float64, 1, n_triangles, index, frame.stretch.data());
-  frame.body_positions = data_->bodies ? data_->bodies->points(index) : Points(0, 3);
+  frame.body_vertices = data_->bodies ? data_->bodies->points(index) : Points(0, 3);
   FrameRow row;
   data_->run_file.open_rows(group + "/frames", frame_format()).read(index, 1, &row);
   frame.step = row.step;

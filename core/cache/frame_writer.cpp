@@ -154,12 +154,12 @@ struct FrameWriter::Data {
     check_rows("contact", static_cast<Eigen::Index>(frame.contact.size()), n_vertices, 1);
     check_rows("strain", frame.strain.rows(), n_triangles, 3);
     check_rows("stretch", frame.stretch.rows(), n_triangles, 1);
-    check_rows("body_positions", frame.body_positions.rows(), n_body_vertices, 3);
+    check_rows("body_vertices", frame.body_vertices.rows(), n_body_vertices, 3);
     if (n_frames > 0) check_rows("coil_currents", frame.coil_currents.size(), n_coils, 1);
   }
 
   void stage(const Frame& frame) {
-    if (bodies) bodies->stage(n_frames, frame.body_positions, {}, {});
+    if (bodies) bodies->stage(n_frames, frame.body_vertices, {}, {});
     run.stage(n_frames, frame.positions, {frame.velocities.data(), frame.contact.data()},
               {frame.strain.data(), frame.stretch.data()});
     const FrameRow row{frame.step, frame.report};

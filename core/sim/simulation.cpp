@@ -214,7 +214,7 @@ void Simulation::set_obstacle_pose(int obstacle, const Vec3& position, const Vec
   data_->writes.note(UserWrites::Table);
 }
 
-Points Simulation::body_positions() const { return data_->state.rigid.positions; }
+Points Simulation::body_centres() const { return data_->state.rigid.positions; }
 
 std::array<Points, 2> Simulation::magnetic_forces() const {
   const std::vector<Wrench> wrenches =

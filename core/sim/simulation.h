@@ -62,7 +62,7 @@ class Simulation {
   void set_pin_targets(const Points& targets);
   // Pose of an obstacle at the end of the next step; replaces its keyframes.
   void set_obstacle_pose(int obstacle, const Vec3& position, const Vec4& orientation);
-  Points body_positions() const;  // (b x 3) centres of mass [m]
+  Points body_centres() const;  // (b x 3) centres of mass [m]
   // Magnetic forces [N] and torques about the centres [N m] (b x 3) on the bodies now.
   std::array<Points, 2> magnetic_forces() const;
   // The circuits of the scene now, and the currents in all its coils [A].

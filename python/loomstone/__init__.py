@@ -11,7 +11,7 @@ SI units everywhere.
 0.04 s
 """
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from . import collision, garments, limits, magnetics, meshes, obstacles, pictures, ranks
 from ._core import (
@@ -58,10 +58,10 @@ from .meshes import grid
 from .obstacles import capsule, floor, sphere
 from .runs.cache import Run
 from .simulation import Simulation
-from .units import Quantity, units
 from .versions import show_versions
 
 if TYPE_CHECKING:
+    from .base.registry import units
     from .fabrics.room import FabricsRoom
 
     fabrics: FabricsRoom
@@ -90,7 +90,6 @@ __all__ = [
     "LimitOptions",
     "Magnet",
     "Obstacle",
-    "Quantity",
     "RenderOptions",
     "RigidBody",
     "Run",
@@ -127,3 +126,12 @@ __all__ = [
 
 def __dir__() -> list[str]:
     return __all__
+
+
+def __getattr__(name: str) -> Any:
+    if name != "units":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from .base.registry import units  # half a second, spent where units are used
+
+    globals()["units"] = units
+    return units

@@ -27,6 +27,7 @@ from ._core import (
     corotational_strain,
     limit_strain,
 )
+from .base.arguments import takes
 
 __all__ = ["LimitReport", "limit", "strain"]
 
@@ -37,6 +38,7 @@ def __dir__() -> list[str]:
     return __all__
 
 
+@takes(points="m")
 def strain(
     points: ArrayLike, mesh: TriangleMesh, *, rest: str = "uv", threads: int = 0
 ) -> NDArray[np.float64]:
@@ -49,6 +51,7 @@ def strain(
     return corotational_strain(points, mesh, rest=rest, threads=threads)
 
 
+@takes(points="m", masses="kg", tolerance="1")
 def limit(
     points: ArrayLike,
     mesh: TriangleMesh,

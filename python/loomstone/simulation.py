@@ -20,6 +20,7 @@ from ._core import (
     RenderOptions,
     Scene,
 )
+from .base.arguments import takes
 from .pictures.directory import drawn_with
 from .ranks import end_all_on_failure
 from .runs.execution import execute
@@ -77,6 +78,7 @@ class Simulation(_core.Simulation):
         super().__init__(scene, integrator, threads=threads, communicator=ranks)
         self.communicator = ranks
 
+    @takes(duration="s", rate="1/s")
     def frames(self, *, duration: float, rate: float = 25.0) -> Iterator[Frame]:
         """Advances and yields a Frame every 1/rate, from 0 to `duration` [s] of simulated time.
 
@@ -92,6 +94,7 @@ class Simulation(_core.Simulation):
             yield self.frame_at(following / rate)
             following += 1
 
+    @takes(duration="s", rate="1/s")
     def run(
         self,
         *,
@@ -149,7 +152,7 @@ class Simulation(_core.Simulation):
             for table in (
                 seen.positions,
                 seen.velocities,
-                seen.body_positions,
+                seen.body_centres,
                 seen.body_orientations,
                 seen.body_velocities,
             ):

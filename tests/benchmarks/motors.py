@@ -119,7 +119,7 @@ def follow(case: dict[str, Any], until: float, step: float) -> dict[str, Any]:
         "speed": np.abs(omega - np.array(case["omega"])[known]).max(),
         "missing": abs(balance(sim) - before),
         "turned over": sim.circuit_supply + sim.circuit_heat + abs(sim.bearing_work),
-        "place": np.abs(sim.body_positions[0]).max(),
+        "place": np.abs(sim.body_centres[0]).max(),
     }
 
 

@@ -86,12 +86,12 @@ Frame example_frame(const FrameTopology& topology, int index) {
   frame.velocities.resize(n_vertices, 3);
   frame.strain.resize(n_triangles, 3);
   frame.stretch.resize(n_triangles);
-  frame.body_positions.resize(static_cast<Eigen::Index>(topology.body_of_vertex.size()), 3);
+  frame.body_vertices.resize(static_cast<Eigen::Index>(topology.body_of_vertex.size()), 3);
   fill(frame.positions, 0);
   fill(frame.velocities, 1);
   fill(frame.strain, 2);
   fill(frame.stretch, 3);
-  fill(frame.body_positions, 4);
+  fill(frame.body_vertices, 4);
   for (Eigen::Index i = 0; i < n_vertices; ++i) frame.contact.push_back((i + index) % 3 == 0);
   frame.report = example_report(frame.step);
   return frame;
@@ -143,7 +143,7 @@ bool same(const Frame& a, const Frame& b) {
   return same_number(a.time, b.time) && a.step == b.step && same_matrix(a.positions, b.positions) &&
          same_matrix(a.velocities, b.velocities) && same_matrix(a.strain, b.strain) &&
          same_bits(a.stretch, b.stretch) && a.contact == b.contact &&
-         same_matrix(a.body_positions, b.body_positions) && same(a.report, b.report);
+         same_matrix(a.body_vertices, b.body_vertices) && same(a.report, b.report);
 }
 
 }  // namespace loomstone::testing

@@ -38,6 +38,6 @@ def total_momenta(sim: ls.Simulation, scene: ls.Scene) -> tuple[np.ndarray, np.n
         turn = rotation_of(state.body_orientations[b]).as_matrix()
         p = properties.mass * state.body_velocities[b]
         linear += p
-        angular += np.cross(state.body_positions[b], p)
+        angular += np.cross(state.body_centres[b], p)
         angular += turn @ properties.inertia @ turn.T @ state.body_angular_velocities[b]
     return linear, angular

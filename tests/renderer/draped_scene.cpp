@@ -40,13 +40,13 @@ void add_body(FrameTopology& topology, Frame& frame, const std::string& name, bo
               const std::vector<Vec3>& vertices,
               const std::vector<std::array<Index, 3>>& triangles) {
   const Index body = static_cast<Index>(topology.body_names.size()),
-              first = frame.body_positions.rows(), first_row = topology.body_triangles.rows();
+              first = frame.body_vertices.rows(), first_row = topology.body_triangles.rows();
   topology.body_names.push_back(name);
   topology.body_is_floor.push_back(is_floor);
-  frame.body_positions.conservativeResize(first + static_cast<Index>(vertices.size()), 3);
+  frame.body_vertices.conservativeResize(first + static_cast<Index>(vertices.size()), 3);
   for (std::size_t i = 0; i < vertices.size(); ++i)
-    frame.body_positions.row(first + i) = vertices[i];
-  topology.body_of_vertex.resize(frame.body_positions.rows(), body);
+    frame.body_vertices.row(first + i) = vertices[i];
+  topology.body_of_vertex.resize(frame.body_vertices.rows(), body);
   topology.body_triangles.conservativeResize(first_row + static_cast<Index>(triangles.size()), 3);
   for (std::size_t i = 0; i < triangles.size(); ++i)
     for (int corner = 0; corner < 3; ++corner)

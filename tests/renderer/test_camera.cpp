@@ -49,8 +49,8 @@ TEST_CASE("framing leaves room for the fall, down to the floor but no further", 
   flat.topology.body_names = {"floor"};
   flat.topology.body_is_floor = {1};
   flat.topology.body_of_vertex = {0};
-  flat.frame.body_positions.resize(1, 3);
-  flat.frame.body_positions.row(0) << 40.0, 0.0, 0.8;
+  flat.frame.body_vertices.resize(1, 3);
+  flat.frame.body_vertices.row(0) << 40.0, 0.0, 0.8;
   const Framing framing = make_framing(flat.topology, flat.frame);
   CHECK(framing.low.z() == Approx(0.8));
   CHECK(framing.high.x() == Approx(0.25));  // a floor does not widen the picture
@@ -73,7 +73,7 @@ TEST_CASE("a picture depends on the first frame of its run, not on what was draw
   const DrapedScene scene = draped_scene(10, 2);
   DrapedScene later = scene;
   later.frame.positions.col(2).array() -= 0.1;
-  later.frame.body_positions.col(2) *=
+  later.frame.body_vertices.col(2) *=
       0.05;  // a ball pressed flat has sharp edges, unless the first frame tells
   const RenderOptions options = small_options();
   Renderer in_order(scene.topology, options), at_once(scene.topology, options),
@@ -89,11 +89,11 @@ TEST_CASE("a picture depends on the first frame of its run, not on what was draw
 
 TEST_CASE("normals are smooth on a ball, split on a box, and true on both", "[renderer]") {
   const DrapedScene scene = draped_scene(4, 3);
-  const DrawnMesh ball = drawn_bodies(scene.topology, scene.frame.body_positions);
+  const DrawnMesh ball = drawn_bodies(scene.topology, scene.frame.body_vertices);
   CHECK(ball.vertex.size() == 642);  // no vertex is split, the floor is left out
-  const Points normals = shading_normals(ball, scene.frame.body_positions);
+  const Points normals = shading_normals(ball, scene.frame.body_vertices);
   for (Index k = 0; k < normals.rows(); ++k) {  // within the angle of half an edge
-    const Vec3 outwards = Vec3(scene.frame.body_positions.row(ball.vertex[k])).normalized();
+    const Vec3 outwards = Vec3(scene.frame.body_vertices.row(ball.vertex[k])).normalized();
     CHECK(normals.row(k).dot(outwards) > 0.999);
   }
 

@@ -78,11 +78,11 @@ TEST_CASE("options that cannot be drawn are refused with the choices", "[rendere
 TEST_CASE("frames that are not finite or not of this run are refused", "[renderer]") {
   refuses_frame([](Frame& f) { f.positions(3, 1) = not_a_number; }, "cloth",
                 "positions of a frame must be finite, row 3");
-  refuses_frame([](Frame& f) { f.body_positions(2, 0) = not_a_number; }, "cloth",
-                "body_positions of a frame must be finite");
+  refuses_frame([](Frame& f) { f.body_vertices(2, 0) = not_a_number; }, "cloth",
+                "body_vertices of a frame must be finite");
   refuses_frame([](Frame& f) { f.positions.conservativeResize(5, 3); }, "cloth",
                 "25 rows of positions, got 5");
-  refuses_frame([](Frame& f) { f.body_positions.resize(0, 3); }, "cloth", "rows of body_positions");
+  refuses_frame([](Frame& f) { f.body_vertices.resize(0, 3); }, "cloth", "rows of body_vertices");
   refuses_frame([](Frame& f) { f.stretch.resize(0); }, "stretch", "rows of stretch");
   refuses_frame([](Frame& f) { f.stretch[0] = not_a_number; }, "stretch",
                 "stretch of a frame must be finite");

@@ -177,7 +177,7 @@ TEST_CASE("a twist rigidity below zero is refused unless it is -1") {
 TEST_CASE("a body that falls into a hammock is caught by it, and ends without intersections") {
   Simulation sim(hammock(), step_of(2e-3), 1);
   for (int i = 0; i < 400; ++i) sim.step();
-  const double height = sim.body_positions()(0, 2);
+  const double height = sim.body_centres()(0, 2);
   // 0.1 kg on a cloth of 300 N/m: sags by centimetres, does not fall through (free fall would be at
   // -3 m).
   CHECK(height > -0.2);
@@ -279,7 +279,7 @@ TEST_CASE(
     // rounding.
     const Points v = sim.velocities();
     for (Index i = 0; i < v.rows(); ++i) CHECK(v(i, 2) == Approx(-9.81 * 0.1).epsilon(1e-6));
-    CHECK(sim.body_positions()(0, 2) == Approx(-0.22 - 0.5 * 9.81 * 0.1 * 0.101).epsilon(1e-6));
+    CHECK(sim.body_centres()(0, 2) == Approx(-0.22 - 0.5 * 9.81 * 0.1 * 0.101).epsilon(1e-6));
   }
 }
 
@@ -310,7 +310,7 @@ TEST_CASE("what Python writes between steps acts: positions, velocities, forces,
   CHECK(sim.velocities().col(0).mean() > 1e-3);
   sim.set_obstacle_pose(0, Vec3(0, 0, -0.01), Vec4(1, 0, 0, 0));
   sim.step();
-  CHECK(sim.frame().body_positions(0, 2) ==
+  CHECK(sim.frame().body_vertices(0, 2) ==
         Approx(scene.obstacles[0].mesh->vertices()(0, 2) - 0.01));
   Points bad = start;
   bad(3, 1) = std::numeric_limits<double>::quiet_NaN();

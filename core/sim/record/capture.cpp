@@ -107,7 +107,7 @@ Frame capture(const State& state, const StepOutcome& outcome, const Engines& eng
     vertices = start + at.share * (vertices - start);
   }
   const Points rows = vertices.topRows(n);
-  frame.body_positions = vertices.bottomRows(vertices.rows() - n);
+  frame.body_vertices = vertices.bottomRows(vertices.rows() - n);
   frame.positions.resize(n, 3);
   frame.velocities.resize(n, 3);
   frame.contact.assign(n, 0);

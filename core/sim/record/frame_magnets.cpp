@@ -21,17 +21,17 @@ RigidPose fitted_pose(const Points& local, const Points& world) {
 std::vector<MagneticBody> magnets_of_frame(const Team& team, const Model& model,
                                            const Frame& frame) {
   const Index wanted = static_cast<Index>(model.topology.body_of_vertex.size());
-  if (frame.body_positions.rows() != wanted)
+  if (frame.body_vertices.rows() != wanted)
     throw InvalidInput("the frame must be of this scene, with " + std::to_string(wanted) +
                        " vertices of bodies and obstacles, got " +
-                       std::to_string(frame.body_positions.rows()));
+                       std::to_string(frame.body_vertices.rows()));
   RigidState state;
   state.positions.resize(model.n_bodies(), 3);
   state.orientations.resize(model.n_bodies(), 4);
   std::vector<RigidPose> obstacles;
   Index row = 0;
   const auto next = [&](const Points& local) {
-    const RigidPose pose = fitted_pose(local, frame.body_positions.middleRows(row, local.rows()));
+    const RigidPose pose = fitted_pose(local, frame.body_vertices.middleRows(row, local.rows()));
     row += static_cast<Index>(local.rows());
     return pose;
   };

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import functools
 import inspect
 from collections.abc import Callable
@@ -11,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import InvalidInput
+from .quantities import in_unit
 
-__all__ = ["explained", "vector", "whole"]
+__all__ = ["takes", "vector", "whole"]
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -42,22 +44,55 @@ def whole(name: str, value: Any, low: int, high: int) -> int:
     return int(value)
 
 
-def explained(function: Callable[P, R]) -> Callable[P, R]:
-    """Tells which argument of a function has the wrong kind, where the core only lists what it
-    could take.
+def takes(**units: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Lets arguments of a public function or dataclass carry units, and explains mistakes.
+
+    units : of the numbers, by the name of the parameter, "1" for pure ones. Quantities are
+        converted to them; other dimensions are refused (InvalidInput)
+
+    A misspelt keyword is refused and the right one named. The message for an argument of the wrong
+    kind shows all arguments, where the core only lists what it could take (TypeError).
     """
 
+    def decorate(function: Callable[P, R]) -> Callable[P, R]:
+        if isinstance(function, type):
+            function.__init__ = _checked(function.__init__, function.__name__, units)  # type: ignore[misc]
+            return function
+        return _checked(function, getattr(function, "__name__", "?"), units)
+
+    return decorate
+
+
+def _checked(function: Callable[P, R], name: str, units: dict[str, str]) -> Callable[P, R]:
+    parameters = inspect.signature(function).parameters
+    order = list(parameters)
+    assert units.keys() <= parameters.keys(), f"{name} has no {units.keys() - parameters.keys()}"
+
     @functools.wraps(function)
-    def call(*arguments: P.args, **keywords: P.kwargs) -> R:
+    def call(*given: Any, **keywords: Any) -> R:
+        for key in keywords:
+            if key not in parameters:
+                raise TypeError(f"{name}() has no argument {key!r}; {_hint(key, order)}")
+        for key in units.keys() & keywords.keys():
+            keywords[key] = in_unit(keywords[key], units[key], f"{name}: {key}")
+        places = zip(order, given, strict=False)
+        plain = [
+            in_unit(value, units[key], f"{name}: {key}") if key in units else value
+            for key, value in places
+        ]
         try:
-            return function(*arguments, **keywords)
+            return function(*plain, *given[len(plain) :], **keywords)
         except TypeError as error:
             if "incompatible function arguments" not in str(error):
                 raise
-            given = inspect.signature(function).bind(*arguments, **keywords).arguments
-            text = ", ".join(f"{name}={value!r}" for name, value in given.items())
-            raise TypeError(
-                f"{function.__name__}: an argument has the wrong kind, got {text}"[:400]
-            ) from None
+            bound = inspect.signature(function).bind(*given, **keywords).arguments
+            text = ", ".join(f"{key}={value!r}" for key, value in bound.items())
+            raise TypeError(f"{name}: an argument has the wrong kind, got {text}"[:400]) from None
 
+    call.units = units  # type: ignore[attr-defined]
     return call
+
+
+def _hint(key: str, known: list[str]) -> str:
+    close = difflib.get_close_matches(key, known, 1)
+    return f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"

@@ -1,5 +1,7 @@
-"""Descriptions and meshes can be pickled and copied: they are rebuilt from their fields, checked
-again.
+"""Descriptions and meshes can be pickled and copied.
+
+They are rebuilt from their fields and checked again. Sources, frames and checkpoints are pickled by
+the core.
 """
 
 from __future__ import annotations
@@ -10,6 +12,7 @@ from typing import Any
 from .. import _core
 from .._core import TriangleMesh
 
+__all__: list[str] = []
 
 def _rebuilt(kind: type, fields: dict[str, Any]) -> Any:
     return kind(**fields)

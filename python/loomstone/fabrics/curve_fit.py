@@ -25,7 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import ClothMaterial, InvalidInput
-from ..units import in_unit, is_angle, number_in, units
+from ..base.arguments import takes
+from ..base.quantities import in_unit, is_angle, number_in
 from .fabric import Fabric, ModeFit
 from .rigidity import bending_from_strips
 
@@ -33,9 +34,10 @@ __all__ = ["fit"]
 
 Floats = NDArray[np.float64]
 TENSILE, BENDING = ("weft", "warp", "shear"), ("bending_weft", "bending_warp", "bending_bias")
-LOAD = 150 * units["gf/cm"]
+LOAD = 150 * 0.980665  # 150 gf/cm [N/m]
 
 
+@takes(density="kg/m^2", load="N/m", shear_limit="1")
 def fit(
     curves: Mapping[str, Any],
     *,

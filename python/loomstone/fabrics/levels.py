@@ -5,13 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 from .._core import ClothMaterial, InvalidInput
-from ..units import number_in
+from ..base.arguments import takes
+from ..base.quantities import number_in
 from .fabric import Fabric
 from .table import LEVELS, Level
 
 __all__ = ["of_levels"]
 
 
+@takes(density="kg/m^2")
 def of_levels(
     *,
     weft: str = "medium",

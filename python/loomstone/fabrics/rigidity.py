@@ -18,11 +18,13 @@ from typing import Any
 import numpy as np
 
 from .._core import ClothMaterial, InvalidInput
-from ..units import in_unit
+from ..base.arguments import takes
+from ..base.quantities import in_unit
 
 __all__ = ["bending_from_strips", "strip_rigidity"]
 
 
+@takes(weft="N m", warp="N m", bias="N m", poisson="1")
 def bending_from_strips(
     *, weft: Any, warp: Any, bias: Any, poisson: float = 0.0
 ) -> dict[str, float]:
@@ -69,6 +71,7 @@ def bending_from_strips(
     }
 
 
+@takes(angle_degrees="degrees")
 def strip_rigidity(material: ClothMaterial, *, angle_degrees: float = 0.0) -> float:
     """Rigidity [N m] of a strip cut at an angle to weft; 0: weft, 90: warp, 45: bias."""
     d11, d22, d12, d33 = (

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import Cloth, ClothMaterial, InvalidInput, Obstacle, Scene, SolverFailure
-from ..base.arguments import whole
+from ..base.arguments import takes, whole
 from ..integrators import SemiImplicitEuler
 from ..simulation import Simulation
 from .cutting import Cut, cut
@@ -29,6 +29,7 @@ AT_REST = 0.1  # gaps that have not shrunk by a hundredth for so long are at res
 DRAG = 15.0  # slows all vertices [1/s]: panels approach at a speed, they do not swing
 
 
+@takes(longest="s", step="s", ease="1")
 def close_seams(
     pattern: Pattern,
     *,

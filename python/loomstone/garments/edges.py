@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._core import InvalidInput
+from ..base.arguments import takes
 
 __all__ = ["Edge", "arc", "circle", "cubic", "line", "polyline", "quadratic"]
 
@@ -91,6 +92,7 @@ class Edge:
         return Edge(self.name, self.kind, tuple((-x, y) for x, y in reversed(self.points)))
 
 
+@takes(start="m", end="m")
 def line(name: str, start: ArrayLike, end: ArrayLike) -> Edge:
     """Straight edge between two points [m].
 
@@ -100,16 +102,19 @@ def line(name: str, start: ArrayLike, end: ArrayLike) -> Edge:
     return _edge(name, "polyline", [start, end])
 
 
+@takes(points="m")
 def polyline(name: str, points: ArrayLike) -> Edge:
     """Edge through points (k x 2) [m]."""
     return _edge(name, "polyline", np.asarray(points, float).reshape(-1, 2))
 
 
+@takes(start="m", control="m", end="m")
 def quadratic(name: str, start: ArrayLike, control: ArrayLike, end: ArrayLike) -> Edge:
     """Quadratic Bézier curve [m]."""
     return _edge(name, "quadratic", [start, control, end])
 
 
+@takes(start="m", control="m", second_control="m", end="m")
 def cubic(
     name: str, start: ArrayLike, control: ArrayLike, second_control: ArrayLike, end: ArrayLike
 ) -> Edge:
@@ -117,6 +122,7 @@ def cubic(
     return _edge(name, "cubic", [start, control, second_control, end])
 
 
+@takes(start="m", through="m", end="m")
 def arc(name: str, start: ArrayLike, through: ArrayLike, end: ArrayLike) -> Edge:
     """Circular arc from start to end through a third point [m].
 
@@ -128,6 +134,7 @@ def arc(name: str, start: ArrayLike, through: ArrayLike, end: ArrayLike) -> Edge
     return edge
 
 
+@takes(centre="m", radius="m")
 def circle(name: str, centre: ArrayLike, radius: float) -> Edge:
     """A whole circle, clockwise from its topmost point: a round hole [m].
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import InvalidInput
+from ..base.arguments import takes
 from .edges import Edge
 from .placement import Placement, Plane
 from .triangulation import Boundary
@@ -18,6 +19,7 @@ __all__ = ["Panel"]
 Floats = NDArray[np.float64]
 
 
+@takes(grain_degrees="degrees")
 @dataclass(frozen=True)
 class Panel:
     """A flat piece of cloth, viewed from the outside of the garment.
@@ -58,6 +60,7 @@ class Panel:
         _check(self)
 
     @classmethod
+    @takes(corners="m", grain_degrees="degrees")
     def polygon(
         cls,
         name: str,

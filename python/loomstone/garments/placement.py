@@ -12,6 +12,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.arguments import takes
+
 __all__ = ["Cone", "Cylinder", "Placement", "Plane", "Ribbon"]
 
 Floats = NDArray[np.float64]
@@ -24,6 +26,7 @@ class Placement(Protocol):
     def __call__(self, points: Floats, /) -> Floats: ...
 
 
+@takes(origin="m", across="1", up="1")
 @dataclass(frozen=True)
 class Plane:
     """Flat: origin + x across + y up; the outside looks along across x up, by default to -y."""
@@ -37,6 +40,7 @@ class Plane:
         return placed
 
 
+@takes(radius="m", centre="m", angle_degrees="degrees", axis="1", reference="1")
 @dataclass(frozen=True)
 class Cylinder:
     """Wrapped round an axis; x = 0 lies at angle_degrees from `reference`, x grows counter-
@@ -62,6 +66,7 @@ class Cylinder:
         return placed
 
 
+@takes(apex="m", tip="m", slope="1", angle_degrees="degrees")
 @dataclass(frozen=True)
 class Cone:
     """Wrapped round a vertical cone: circles about the apex of the pattern become rings of it.
@@ -93,6 +98,7 @@ class Cone:
         return placed
 
 
+@takes(path="m", across="1")
 @dataclass(frozen=True)
 class Ribbon:
     """Along a path: y is the length along it, x goes along `across`, which may turn on the way.

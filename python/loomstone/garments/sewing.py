@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._core import InvalidInput, TriangleMesh, intersecting_pairs
-from ..base.arguments import whole
+from ..base.arguments import takes, whole
 from .cutting import Cut, cut
 from .panel import Panel
 from .relaxation import relaxed, stretches
@@ -93,6 +93,7 @@ class Garment:
         )
 
 
+@takes(edge="m", ease="1")
 def garment(
     panels: Sequence[Panel] | Pattern,
     seams: Sequence[Seam | tuple[str, str]] = (),

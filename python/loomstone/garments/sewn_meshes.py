@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from .. import meshes
 from .._core import InvalidInput, TriangleMesh, intersecting_pairs
+from ..base.arguments import takes
 from .closing import close_seams
 from .garmentcode import read_garmentcode
 from .sewing import Garment, boundary_loops, garment
@@ -24,6 +25,7 @@ GATHERED = (
 )
 
 
+@takes()
 def read(path: str | os.PathLike[str], *, triangles: int | None = None, seed: int = 1) -> Garment:
     """Garment from a file: a GarmentCode pattern (.json), or a sewn mesh whose uv are the pattern
     [m] (.obj, .ply).
@@ -49,6 +51,7 @@ def read(path: str | os.PathLike[str], *, triangles: int | None = None, seed: in
     return sewn(meshes.read(path), where=str(path))
 
 
+@takes()
 def sewn(mesh: TriangleMesh, *, where: str = "mesh") -> Garment:
     """Finds the panels of a sewn mesh: triangles connected by edges with the same uv on both sides.
 

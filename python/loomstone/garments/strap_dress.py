@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import InvalidInput
-from ..base.arguments import whole
+from ..base.arguments import takes, whole
 from .edges import Edge, arc, line, quadratic
 from .panel import Panel
 from .placement import Cone, Ribbon, Vector
@@ -30,6 +30,7 @@ STRAP_WIDTH, STRAP_AT = (
 )  # [m]; centre of a strap from centre front and centre back [degrees]
 
 
+@takes(bust="m", waist="m", hem="m", skirt="m", bar_radius="m")
 def dress(
     triangles: int = 8900,
     *,
@@ -64,6 +65,7 @@ def dress(
     return garment(pattern, triangles=count, seed=seed, relax=20)
 
 
+@takes(bust="m", waist="m", hem="m", skirt="m", bar_radius="m", chord="m")
 def dress_pattern(
     *,
     bust: float = 0.94,

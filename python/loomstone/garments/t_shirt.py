@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .._core import InvalidInput
+from ..base.arguments import takes
 from .edges import Edge, arc, cubic, line, quadratic
 from .panel import Panel
 from .placement import Cylinder
@@ -27,6 +28,7 @@ SEAMS = (
 )
 
 
+@takes(chest="m", length="m", sleeve="m")
 def tshirt(
     triangles: int = 6000,
     *,
@@ -50,6 +52,7 @@ def tshirt(
     )
 
 
+@takes(chest="m", length="m", sleeve="m")
 def tshirt_pattern(*, chest: float = 1.04, length: float = 0.70, sleeve: float = 0.16) -> Pattern:
     """Panels and seams of `tshirt`, to be changed before they are sewn."""
     if not 0.6 <= chest <= 2.0 or not 0.5 <= length <= 1.5 or not 0.02 <= sleeve <= 0.6:

@@ -7,14 +7,14 @@ from numpy.typing import NDArray
 
 from .. import _core
 from .._core import InvalidInput, MagneticBody
-from ..base.arguments import explained
+from ..base.arguments import takes
 
 __all__ = ["as_cells", "cell_front", "cell_level", "cells"]
 
 Floats = NDArray[np.float64]
 
 
-@explained
+@takes(density="1/m^3", separation="1")
 def cells(body: MagneticBody, *, density: float, separation: float = 3.0) -> MagneticBody:
     """A solid hard magnet as a hierarchy of dipole cells, as in the thesis (section 6.3.2): same
     pose, same moment.
@@ -37,7 +37,7 @@ def cells(body: MagneticBody, *, density: float, separation: float = 3.0) -> Mag
     return _core.magnetic_cells(body, density=density, separation=separation)
 
 
-@explained
+@takes()
 def cell_level(body: MagneticBody, level: int) -> tuple[Floats, Floats]:
     """Positions [m] and moments [A m^2] (n, 3) of the cells of one level, 0 the whole body; leaves
     stand for levels below.
@@ -45,7 +45,7 @@ def cell_level(body: MagneticBody, level: int) -> tuple[Floats, Floats]:
     return _core.magnetic_cell_level(body, level)
 
 
-@explained
+@takes()
 def cell_front(body: MagneticBody, other: MagneticBody) -> tuple[Floats, Floats]:
     """Positions [m] and moments [A m^2] (n, 3) of the cells of `body` that serve towards `other`;
     both made by cells().

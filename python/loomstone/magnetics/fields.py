@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from ..base.arguments import explained
+from ..base.arguments import takes
 from .sources import Bodies, as_list
 
 __all__ = ["field", "gradient", "potential"]
@@ -16,6 +16,7 @@ __all__ = ["field", "gradient", "potential"]
 Floats = NDArray[np.float64]
 
 
+@takes(points="m")
 def field(
     bodies: Bodies, points: ArrayLike, *, quantity: Literal["B", "H"] = "B", threads: int = 0
 ) -> Floats:
@@ -35,6 +36,7 @@ def field(
     return _core.magnetic_field(as_list(bodies), points, quantity, threads)
 
 
+@takes(points="m")
 def gradient(bodies: Bodies, points: ArrayLike, *, threads: int = 0) -> Floats:
     """Gradient of the field of one body or of several together.
 
@@ -45,7 +47,7 @@ def gradient(bodies: Bodies, points: ArrayLike, *, threads: int = 0) -> Floats:
     return _core.magnetic_gradient(as_list(bodies), points, threads)
 
 
-@explained
+@takes(points="m")
 def potential(bodies: Bodies, points: ArrayLike, *, threads: int = 0) -> Floats:
     """Scalar potential of hard magnets and dipoles, one or several together, whose descent is H,
     inside them too.

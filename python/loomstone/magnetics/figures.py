@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from .._core import CacheError, InvalidInput, MagneticBody, Unsupported
-from ..base.arguments import explained
+from ..base.arguments import takes
 from .fields import field
 from .interactions import force
 from .sources import Bodies, as_list, box_of
@@ -43,7 +43,7 @@ def unit(axis: ArrayLike) -> Floats:
     return along / length
 
 
-@explained
+@takes(distances="m", axis="1", tolerance="1")
 def force_over_distance(
     on: MagneticBody,
     by: MagneticBody,
@@ -69,7 +69,7 @@ def force_over_distance(
     )
 
 
-@explained
+@takes(angles="rad", axis="1", tolerance="1")
 def torque_over_angle(
     on: MagneticBody,
     by: MagneticBody,
@@ -110,7 +110,7 @@ def _save(figure: Any, path: str | os.PathLike[str]) -> Path:
     return Path(path)
 
 
-@explained
+@takes(centre="m", extent="m")
 def plot_slice(
     bodies: Bodies,
     path: str | os.PathLike[str],
@@ -212,7 +212,7 @@ def _draw_arrows(
     )
 
 
-@explained
+@takes()
 def plot_curve(
     curve: ForceCurve, path: str | os.PathLike[str], *, kind: Literal["force", "torque"] = "force"
 ) -> Path:

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from .._core import TriangleMesh
-from ..base.arguments import explained
+from ..base.arguments import takes
 from . import sources
 from .fields import field, gradient
 
@@ -50,7 +50,7 @@ Floats = NDArray[np.float64]
 Quantity = Literal["B", "H"]
 
 
-@explained
+@takes(points="m", moments="A m^2", observers="m", tolerance="1")
 def dipole_field(
     points: ArrayLike,
     moments: ArrayLike,
@@ -71,11 +71,11 @@ def dipole_field(
     observers on; with fewer all pairs are summed.
     """
     if tolerance is None:
-        return field(sources.dipoles(points, moments), observers, threads=threads)
+        return field(_core.magnetic_dipoles(points, moments), observers, threads=threads)
     return _core.dipole_tree_field(points, moments, observers, tolerance, threads)
 
 
-@explained
+@takes(points="m", moments="A m^2", observers="m", tolerance="1")
 def dipole_gradient(
     points: ArrayLike,
     moments: ArrayLike,
@@ -90,11 +90,11 @@ def dipole_gradient(
     tolerance as in `dipole_field`, here of field and gradient.
     """
     if tolerance is None:
-        return gradient(sources.dipoles(points, moments), observers, threads=threads)
+        return gradient(_core.magnetic_dipoles(points, moments), observers, threads=threads)
     return _core.dipole_tree_gradient(points, moments, observers, tolerance, threads)
 
 
-@explained
+@takes(points="m", moments="A m^2", by_points="m", by_moments="A m^2", tolerance="1")
 def dipole_forces(
     points: ArrayLike,
     moments: ArrayLike,
@@ -121,7 +121,7 @@ def dipole_forces(
     return _core.dipole_forces(points, moments, by_points, by_moments, tolerance, threads)
 
 
-@explained
+@takes(points="m", moments="A m^2")
 def dipole_energy(points: ArrayLike, moments: ArrayLike, *, threads: int = 0) -> float:
     """Interaction energy [J] of dipoles: moments (n, 3) [A m^2] at points (n, 3) [m].
 
@@ -130,6 +130,7 @@ def dipole_energy(points: ArrayLike, moments: ArrayLike, *, threads: int = 0) ->
     return _core.dipole_energy(points, moments, threads)
 
 
+@takes(observers="m", size="m", polarization="T")
 def cuboid_field(
     observers: ArrayLike,
     *,
@@ -150,6 +151,7 @@ def cuboid_field(
     )
 
 
+@takes(observers="m", size="m", polarization="T")
 def cuboid_gradient(
     observers: ArrayLike, *, size: ArrayLike, polarization: ArrayLike, threads: int = 0
 ) -> Floats:
@@ -159,6 +161,7 @@ def cuboid_gradient(
     )
 
 
+@takes(observers="m", radius="m", height="m", polarization="T", inner_radius="m")
 def cylinder_field(
     observers: ArrayLike,
     *,
@@ -180,6 +183,7 @@ def cylinder_field(
     return field(body, observers, quantity=quantity, threads=threads)
 
 
+@takes(observers="m", radius="m", height="m", polarization="T", inner_radius="m")
 def cylinder_gradient(
     observers: ArrayLike,
     *,
@@ -196,6 +200,7 @@ def cylinder_gradient(
     return gradient(body, observers, threads=threads)
 
 
+@takes(observers="m", radius="m", polarization="T")
 def sphere_field(
     observers: ArrayLike,
     *,
@@ -215,6 +220,7 @@ def sphere_field(
     )
 
 
+@takes(observers="m", radius="m", polarization="T")
 def sphere_gradient(
     observers: ArrayLike, *, radius: float, polarization: ArrayLike, threads: int = 0
 ) -> Floats:
@@ -224,6 +230,7 @@ def sphere_gradient(
     )
 
 
+@takes(observers="m", polarization="T")
 def mesh_field(
     observers: ArrayLike,
     mesh: TriangleMesh,
@@ -241,6 +248,7 @@ def mesh_field(
     )
 
 
+@takes(observers="m", polarization="T")
 def mesh_gradient(
     observers: ArrayLike, mesh: TriangleMesh, *, polarization: ArrayLike, threads: int = 0
 ) -> Floats:
@@ -250,6 +258,7 @@ def mesh_gradient(
     return gradient(sources.mesh(mesh, polarization=polarization), observers, threads=threads)
 
 
+@takes(observers="m", radius="m", current="A")
 def loop_field(
     observers: ArrayLike,
     *,
@@ -264,6 +273,7 @@ def loop_field(
     )
 
 
+@takes(observers="m", radius="m", current="A")
 def loop_gradient(
     observers: ArrayLike, *, radius: float, current: float, threads: int = 0
 ) -> Floats:
@@ -271,6 +281,7 @@ def loop_gradient(
     return gradient(sources.loop(radius=radius, current=current), observers, threads=threads)
 
 
+@takes(observers="m", radius="m", length="m", turns="1", current="A")
 def solenoid_field(
     observers: ArrayLike,
     *,
@@ -288,6 +299,7 @@ def solenoid_field(
     return field(body, observers, quantity=quantity, threads=threads)
 
 
+@takes(observers="m", radius="m", length="m", turns="1", current="A")
 def solenoid_gradient(
     observers: ArrayLike,
     *,
@@ -302,6 +314,7 @@ def solenoid_gradient(
     return gradient(body, observers, threads=threads)
 
 
+@takes(observers="m", vertices="m", current="A")
 def polyline_field(
     observers: ArrayLike,
     vertices: ArrayLike,
@@ -318,6 +331,7 @@ def polyline_field(
     )
 
 
+@takes(observers="m", vertices="m", current="A")
 def polyline_gradient(
     observers: ArrayLike, vertices: ArrayLike, *, current: float, threads: int = 0
 ) -> Floats:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from .._core import MagneticBody
-from ..base.arguments import explained
+from ..base.arguments import takes
 from .dipole_cells import as_cells
 
 __all__ = [
@@ -46,7 +46,7 @@ class Forces(NamedTuple):
     errors: Floats
 
 
-@explained
+@takes(tolerance="1", density="1/m^3")
 def force(
     *,
     on: MagneticBody,
@@ -77,7 +77,7 @@ def force(
     return Force(*_core.magnetic_force(on, by, tolerance))
 
 
-@explained
+@takes(tolerance="1")
 def forces(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: int = 0) -> Forces:
     """Forces and torques on every body by all others.
 
@@ -96,7 +96,7 @@ def forces(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
     return Forces(*_core.magnetic_forces(list(bodies), tolerance, threads))
 
 
-@explained
+@takes(tolerance="1")
 def energy(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: int = 0) -> float:
     """Energy of hard magnets in one another's field [J], zero when they are infinitely far apart.
 
@@ -115,7 +115,7 @@ def energy(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
     return float(_core.magnetic_energy(list(bodies), tolerance, threads))
 
 
-@explained
+@takes(tolerance="1")
 def mutual_inductance(a: MagneticBody, b: MagneticBody, *, tolerance: float = 1e-6) -> float:
     """Flux that one of two loops or solenoids sends through the other, over the product of their
     currents [H].
@@ -132,7 +132,7 @@ def mutual_inductance(a: MagneticBody, b: MagneticBody, *, tolerance: float = 1e
     return _core.mutual_inductance(a, b, tolerance=tolerance)
 
 
-@explained
+@takes(points="m", radii="m", susceptibilities="1", applied="T", tolerance="1")
 def induced_moments(
     points: ArrayLike,
     *,

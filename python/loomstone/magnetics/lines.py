@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from .._core import Curves, Frame
-from ..base.arguments import explained
+from ..base.arguments import takes
 from .fields import field
 from .sources import Bodies, as_list, box_of
 
@@ -43,7 +43,7 @@ class FieldLines(NamedTuple):
     ends: list[LineEnd]
 
 
-@explained
+@takes(seeds="m", uniform="T", centre="m", extent="m", length="m", tolerance="1")
 def field_lines(
     bodies: Bodies,
     lines: int = 100,
@@ -83,6 +83,7 @@ def field_lines(
     )
 
 
+@takes(radius="m")
 def curves_of(found: FieldLines, radius: float) -> Curves:
     """Field lines as tubes of a radius [m]: red where they leave a magnet, blue where they enter
     one, yellow far from both.
@@ -97,6 +98,7 @@ def curves_of(found: FieldLines, radius: float) -> Curves:
     return Curves(np.concatenate(found.lines), first, np.concatenate(values), radius)
 
 
+@takes(uniform="T")
 def frame_curves(
     simulation: Any, frame: Frame, lines: int, uniform: ArrayLike = (0.0, 0.0, 0.0)
 ) -> Curves | None:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from .. import _core
 from .._core import MagneticBody, SoftBody, TriangleMesh
-from ..base.arguments import explained
+from ..base.arguments import takes
 from .sources import Bodies, as_list
 
 __all__ = ["Induced", "induce", "soft_cuboid", "soft_cylinder", "soft_mesh", "soft_sphere"]
@@ -30,7 +30,7 @@ class Induced(NamedTuple):
     iterations: int
 
 
-@explained
+@takes(radius="m", susceptibility="1", saturation="T")
 def soft_sphere(
     *, radius: float, susceptibility: float, saturation: float = 0.0, degree: int = 0
 ) -> SoftBody:
@@ -45,7 +45,7 @@ def soft_sphere(
     )
 
 
-@explained
+@takes(size="m", susceptibility="1", saturation="T", focus="m")
 def soft_cuboid(
     *,
     size: ArrayLike,
@@ -77,7 +77,7 @@ def soft_cuboid(
     )
 
 
-@explained
+@takes(radius="m", height="m", susceptibility="1", inner_radius="m", saturation="T")
 def soft_cylinder(
     *,
     radius: float,
@@ -110,7 +110,7 @@ def soft_cylinder(
     )
 
 
-@explained
+@takes(susceptibility="1", saturation="T")
 def soft_mesh(
     mesh: TriangleMesh,
     *,
@@ -131,7 +131,7 @@ def soft_mesh(
     )
 
 
-@explained
+@takes(field="T", tolerance="1", density="1/m^3")
 def induce(
     soft: SoftBody | Sequence[SoftBody],
     *,

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from .._core import MagneticBody, TriangleMesh
-from ..base.arguments import explained
+from ..base.arguments import takes
 
 __all__ = [
     "Bodies",
@@ -45,13 +45,13 @@ def box_of(bodies: list[MagneticBody]) -> tuple[Floats, Floats]:
     return (places - radii[:, None]).min(axis=0), (places + radii[:, None]).max(axis=0)
 
 
-@explained
+@takes(size="m", polarization="T")
 def cuboid(*, size: ArrayLike, polarization: ArrayLike) -> MagneticBody:
     """Cuboid magnet: edges `size` (3) [m], polarization J = mu0 M (3) [T] in its own axes."""
     return _core.magnetic_cuboid(size=size, polarization=polarization)
 
 
-@explained
+@takes(radius="m", height="m", polarization="T", inner_radius="m")
 def cylinder(
     *, radius: float, height: float, polarization: ArrayLike, inner_radius: float = 0.0
 ) -> MagneticBody:
@@ -63,13 +63,13 @@ def cylinder(
     )
 
 
-@explained
+@takes(radius="m", polarization="T")
 def sphere(*, radius: float, polarization: ArrayLike) -> MagneticBody:
     """Spherical magnet: radius [m], polarization J (3) [T]."""
     return _core.magnetic_sphere(radius=radius, polarization=polarization)
 
 
-@explained
+@takes(polarization="T")
 def mesh(mesh: TriangleMesh, *, polarization: ArrayLike) -> MagneticBody:
     """Magnet of any shape inside a closed `TriangleMesh` [m]; its centre is that of the volume.
 
@@ -78,13 +78,13 @@ def mesh(mesh: TriangleMesh, *, polarization: ArrayLike) -> MagneticBody:
     return _core.magnetic_mesh(mesh, polarization=polarization)
 
 
-@explained
+@takes(points="m", moments="A m^2")
 def dipoles(points: ArrayLike, moments: ArrayLike) -> MagneticBody:
     """Point dipoles moments (n, 3) [A m^2] at points (n, 3) [m] in the body's axes."""
     return _core.magnetic_dipoles(points, moments)
 
 
-@explained
+@takes(radius="m", turns="1", current="A")
 def loop(*, radius: float, turns: float = 1.0, current: float = 1.0) -> MagneticBody:
     """Circular loop in z = 0: radius [m], number of turns [1], current of each [A] counter-clockwise
     seen from +z.
@@ -92,7 +92,7 @@ def loop(*, radius: float, turns: float = 1.0, current: float = 1.0) -> Magnetic
     return _core.magnetic_loop(radius=radius, turns=turns, current=current)
 
 
-@explained
+@takes(radius="m", length="m", turns="1", current="A")
 def solenoid(*, radius: float, length: float, turns: float, current: float = 1.0) -> MagneticBody:
     """Ideal solenoid about z, a sheet of current: radius, length [m], number of turns [1], current
     of each [A].
@@ -100,7 +100,7 @@ def solenoid(*, radius: float, length: float, turns: float, current: float = 1.0
     return _core.magnetic_solenoid(radius=radius, length=length, turns=turns, current=current)
 
 
-@explained
+@takes(vertices="m", current="A")
 def polyline(vertices: ArrayLike, *, current: float) -> MagneticBody:
     """Straight conductors between vertices (n, 3) [m], current [A] from the first to the last;
     closed where these are equal.

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from .._core import InvalidInput, TriangleMesh, Unsupported
+from ..base.arguments import takes
 
 __all__ = ["convex_parts"]
 
 
+@takes(threshold="1")
 def convex_parts(
     mesh: TriangleMesh, *, threshold: float = 0.05, seed: int = 1
 ) -> list[TriangleMesh]:

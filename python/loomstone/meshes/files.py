@@ -9,12 +9,12 @@ import numpy as np
 
 from .. import _core
 from .._core import InvalidInput, TriangleMesh
-from ..base.arguments import explained
+from ..base.arguments import takes
 
 __all__ = ["read", "write"]
 
 
-@explained
+@takes()
 def read(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
     """TriangleMesh from a file: OBJ and PLY by loomstone itself, other formats by meshio where it
     is installed.
@@ -43,7 +43,7 @@ def read(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
     return TriangleMesh(np.c_[content.points, np.zeros((len(content.points), 3))][:, :3], faces)
 
 
-@explained
+@takes()
 def write(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
     """Writes OBJ or PLY, by the path's ending; other formats by meshio where it is installed."""
     path = Path(path)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from .. import _core
 from .._core import InvalidInput, TriangleMesh
-from ..base.arguments import explained, vector, whole
+from ..base.arguments import takes, vector, whole
 from .relaxation import relaxed
 
 __all__ = ["disc", "grid", "irregular", "strip"]
@@ -22,7 +22,7 @@ MOST_TRIANGLES = 100_000_000
 Floats = NDArray[np.float64]
 
 
-@explained
+@takes(size="m")
 def grid(
     *,
     size: tuple[float, float] = (0.5, 0.5),
@@ -53,7 +53,7 @@ def grid(
     )
 
 
-@explained
+@takes(size="m")
 def irregular(
     *, size: tuple[float, float] = (0.5, 0.5), triangles: int, seed: int = 1
 ) -> TriangleMesh:
@@ -85,7 +85,7 @@ def irregular(
     return relaxed(outline, depth, (width, height), edge, triangles, seed)
 
 
-@explained
+@takes(length="m", width="m")
 def strip(*, length: float, width: float, triangles: int, seed: int | None = None) -> TriangleMesh:
     """Strip of `length` along x and `width` along y [m]: a grid, or quality unstructured where a
     seed is given.
@@ -95,7 +95,7 @@ def strip(*, length: float, width: float, triangles: int, seed: int | None = Non
     return irregular(size=(length, width), triangles=triangles, seed=seed)
 
 
-@explained
+@takes(radius="m")
 def disc(*, radius: float = 0.5, triangles: int, seed: int = 1) -> TriangleMesh:
     """Quality unstructured disc.
 

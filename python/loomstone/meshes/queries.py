@@ -6,10 +6,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import TriangleMesh
+from ..base.arguments import takes
 
 __all__ = ["nearest_vertices", "quality"]
 
 
+@takes(points="m")
 def nearest_vertices(mesh: TriangleMesh, points: ArrayLike) -> list[int]:
     """Index of the vertex nearest to each point; points (k x 3) [m]."""
     from scipy.spatial import cKDTree  # imported where needed: the command line starts faster
@@ -18,6 +20,7 @@ def nearest_vertices(mesh: TriangleMesh, points: ArrayLike) -> list[int]:
     return [int(i) for i in index]
 
 
+@takes()
 def quality(mesh: TriangleMesh) -> dict[str, float]:
     """Smallest and median angle [degrees] and ratio of largest to smallest area [1]."""
     corners = mesh.vertices[mesh.triangles]

@@ -4,30 +4,30 @@ from __future__ import annotations
 
 from .. import _core
 from .._core import TriangleMesh
-from ..base.arguments import explained, vector
+from ..base.arguments import takes, vector
 
 __all__ = ["box", "capsule", "cylinder", "floor", "funnel", "sphere", "wave_bar"]
 
 
-@explained
+@takes(radius="m")
 def sphere(*, radius: float, subdivisions: int = 4) -> TriangleMesh:
     """Icosphere of 20 * 4**subdivisions triangles, radius [m]."""
     return _core.icosphere(radius, subdivisions=subdivisions)
 
 
-@explained
+@takes(size="m")
 def box(*, size: tuple[float, float, float], cells_per_side: int = 1) -> TriangleMesh:
     """Box with the given sides [m]."""
     return _core.box(*vector("size", size, 3), cells_per_side=cells_per_side)
 
 
-@explained
+@takes(radius="m", length="m")
 def capsule(*, radius: float, length: float, segments: int = 32) -> TriangleMesh:
     """Capsule along z; `length` between the centres of its caps [m]."""
     return _core.capsule(radius, length, segments=segments)
 
 
-@explained
+@takes(radius="m", length="m")
 def cylinder(*, radius: float, length: float, segments: int = 32) -> TriangleMesh:
     """Cylinder along z [m]: a prism of `segments` sides with its corners on the cylinder.
 
@@ -36,7 +36,7 @@ def cylinder(*, radius: float, length: float, segments: int = 32) -> TriangleMes
     return _core.cylinder(radius, length, segments=segments)
 
 
-@explained
+@takes(top_radius="m", bottom_radius="m", height="m", tube_length="m", wall="m")
 def funnel(
     *,
     top_radius: float,
@@ -52,7 +52,7 @@ def funnel(
     return _core.funnel(top_radius, bottom_radius, height, tube_length, wall, segments=segments)
 
 
-@explained
+@takes(length="m", radius="m", amplitude="m", wavelength="m")
 def wave_bar(
     *, length: float, radius: float, amplitude: float, wavelength: float, segments: int = 24
 ) -> TriangleMesh:
@@ -60,7 +60,7 @@ def wave_bar(
     return _core.wave_bar(length, radius, amplitude, wavelength, segments=segments)
 
 
-@explained
+@takes(size="m")
 def floor(*, size: float = 4.0, cells: int = 8) -> TriangleMesh:
     """Open square in z = 0 with normal +z, size [m]."""
     return _core.floor_square(size, cells=cells)

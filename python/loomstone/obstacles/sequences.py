@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .. import meshes
 from .._core import CacheError, InvalidInput, Obstacle, TriangleMesh
-from ..base.arguments import explained
+from ..base.arguments import takes
 
 __all__ = ["sequence"]
 
@@ -24,7 +24,7 @@ _DEFAULT = Obstacle()
 _CACHES = (".npy", ".npz", ".pc2", ".mdd")
 
 
-@explained
+@takes(rate="1/s", start="s", friction="1", thickness="m")
 def sequence(
     source: StrPath | Sequence[StrPath],
     *,

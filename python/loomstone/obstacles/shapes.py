@@ -9,14 +9,14 @@ from numpy.typing import ArrayLike
 
 from .. import meshes
 from .._core import InvalidInput, Obstacle, TriangleMesh
-from ..base.arguments import explained, vector
+from ..base.arguments import takes, vector
 
 __all__ = ["box", "capsule", "floor", "funnel", "mesh", "sphere", "wave_bar"]
 
 _DEFAULT = Obstacle()
 
 
-@explained
+@takes(centre="m", times="s", positions="m", axis_angles="rad", friction="1", thickness="m")
 def mesh(
     mesh: TriangleMesh,
     *,
@@ -58,7 +58,7 @@ def mesh(
 _moving = mesh  # a name that no parameter hides
 
 
-@explained
+@takes(radius="m", centre="m", times="s", positions="m", friction="1", thickness="m")
 def sphere(
     *,
     radius: float,
@@ -87,7 +87,9 @@ def sphere(
     )
 
 
-@explained
+@takes(
+    size="m", centre="m", times="s", positions="m", axis_angles="rad", friction="1", thickness="m"
+)
 def box(
     *,
     size: tuple[float, float, float],
@@ -112,7 +114,16 @@ def box(
     )
 
 
-@explained
+@takes(
+    radius="m",
+    length="m",
+    centre="m",
+    axis="1",
+    times="s",
+    positions="m",
+    friction="1",
+    thickness="m",
+)
 def capsule(
     *,
     radius: float,
@@ -140,7 +151,16 @@ def capsule(
     )
 
 
-@explained
+@takes(
+    top_radius="m",
+    bottom_radius="m",
+    height="m",
+    tube_length="m",
+    wall="m",
+    centre="m",
+    friction="1",
+    thickness="m",
+)
 def funnel(
     *,
     top_radius: float,
@@ -168,7 +188,9 @@ def funnel(
     return _moving(surface, name=name, centre=centre, friction=friction, thickness=thickness)
 
 
-@explained
+@takes(
+    length="m", radius="m", amplitude="m", wavelength="m", centre="m", friction="1", thickness="m"
+)
 def wave_bar(
     *,
     length: float,
@@ -188,7 +210,7 @@ def wave_bar(
     return _moving(surface, name=name, centre=centre, friction=friction, thickness=thickness)
 
 
-@explained
+@takes(height="m", size="m", friction="1", thickness="m")
 def floor(
     *,
     height: float = 0.0,

@@ -6,11 +6,13 @@ import subprocess
 from pathlib import Path
 
 from .._core import CacheError
+from ..base.arguments import takes
 from .directory import picture
 
 __all__ = ["encode"]
 
 
+@takes(rate="1/s")
 def encode(directory: Path, target: Path, *, frames: int, rate: float = 25.0) -> str:
     """Makes a video of a directory of pictures by ffmpeg, as imageio-ffmpeg brings it; returns its
     path.

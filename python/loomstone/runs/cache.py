@@ -163,7 +163,7 @@ class Run:
         triangles = np.concatenate(
             [self.topology.triangles, self.topology.body_triangles + len(frame.positions)]
         )
-        return np.concatenate([frame.positions, frame.body_positions]), triangles
+        return np.concatenate([frame.positions, frame.body_vertices]), triangles
 
     def __repr__(self) -> str:
         end = f", to {self.times[-1]:g} s" if len(self) else ""

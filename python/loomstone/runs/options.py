@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from .._core import RenderOptions
+from ..base.arguments import takes
 
 __all__ = ["RunOptions"]
 
 
+@takes(duration="s", rate="1/s")
 @dataclass(frozen=True)
 class RunOptions:
     """duration [s], rate [1/s], how pictures look, exact count of intersections in every frame.

@@ -37,7 +37,7 @@ class Intersections(NamedTuple):
 
 def count_intersections(topology: FrameTopology, frame: Frame) -> Intersections:
     """Counts by exact predicates. Triangles that share a vertex are left out."""
-    points = np.concatenate([frame.positions, frame.body_positions])
+    points = np.concatenate([frame.positions, frame.body_vertices])
     triangles = np.concatenate([topology.triangles, topology.body_triangles + len(frame.positions)])
     pairs = np.asarray(_core.intersecting_pairs(points, triangles)).reshape(-1, 2)
     cloth = int((pairs < len(topology.triangles)).any(axis=1).sum())

@@ -228,7 +228,7 @@ def test_forces_at_the_end_of_a_step_serve_the_next_where_nothing_has_changed(ca
         for sim in (going_on, anew):
             sim.step()
     for name in (
-        "body_positions",
+        "body_centres",
         "body_orientations",
         "body_velocities",
         "body_angular_velocities",
@@ -309,7 +309,7 @@ def test_balls_in_the_field_of_a_coil_move_in_sub_steps_that_resolve_their_pull(
         substeps += sim.report.magnets.substeps
     assert substeps > 30
     assert balance(sim) < start + 1e-4, "they click together, which takes energy and gives none"
-    assert np.diff(sim.body_positions[:, 2]) == pytest.approx(2 * ball, abs=2e-5)
+    assert np.diff(sim.body_centres[:, 2]) == pytest.approx(2 * ball, abs=2e-5)
 
 
 @pytest.mark.parametrize("soft", [True, False])

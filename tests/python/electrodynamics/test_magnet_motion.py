@@ -48,7 +48,7 @@ def errors_after(case: dict, steps: int) -> tuple[float, float]:
         sim.step()
     axes = [rotation_of(q).apply([0, 0, 1]) for q in sim.state.body_orientations]
     return (
-        np.abs(sim.state.body_positions - case["x"][-1]).max(),
+        np.abs(sim.state.body_centres - case["x"][-1]).max(),
         np.abs(np.array(axes) - case["axis"][-1]).max(),
     )
 
@@ -217,7 +217,7 @@ def test_two_cubes_attract_each_other_as_their_table_says(case):
     )
     for _ in range(steps):
         sim.step()
-    z, v = sim.state.body_positions[:, 2], sim.state.body_velocities[:, 2]
+    z, v = sim.state.body_centres[:, 2], sim.state.body_velocities[:, 2]
     speed = case["closing_speed"]
     # Second order in 200 steps of a fall whose last steps see the force grow tenfold, and 1e-4 of
     # the force.
@@ -266,7 +266,7 @@ def test_threads_and_resuming_change_no_bit():
             other.rebuild_stages()
         other.step()
     for name in (
-        "body_positions",
+        "body_centres",
         "body_orientations",
         "body_velocities",
         "body_angular_velocities",
@@ -281,9 +281,9 @@ def test_balls_that_have_snapped_together_come_to_rest():
     for _ in range(1500):
         sim.step()
         most = max(most, sim.report.magnets.substeps)
-    gap = np.linalg.norm(sim.state.body_positions[0] - sim.state.body_positions[1]) - 0.01
+    gap = np.linalg.norm(sim.state.body_centres[0] - sim.state.body_centres[1]) - 0.01
     assert abs(gap) < 5e-5, "they touch, within the world's penetration"
-    assert sim.state.body_positions[:, 2] == pytest.approx(0.005, abs=5e-5), "on the floor"
+    assert sim.state.body_centres[:, 2] == pytest.approx(0.005, abs=5e-5), "on the floor"
     assert 2 < most < 64
 
 
@@ -365,7 +365,7 @@ def test_iron_balls_that_stick_to_a_magnet_calm_down_in_few_substeps(scene):
         energies.append(sim.report.energy.body_kinetic)
         substeps.append(sim.report.magnets.substeps)
         if sim.time > 0.2:
-            x = np.array(sim.state.body_positions)
+            x = np.array(sim.state.body_centres)
             distances = np.linalg.norm(x[:, None] - x, axis=2)[np.triu_indices(18, 1)]
             assert distances.min() > 0.0098, (
                 "what meets in a step is stopped before it overlaps; sweeps leave 0.1 mm"
@@ -418,7 +418,7 @@ def test_point_dipoles_that_fall_into_each_other_are_told():
 def test_after_a_failed_step_bodies_go_on_as_if_it_had_not_been_tried():
     cube, tables = (
         ls.meshes.box(size=(0.02, 0.02, 0.02)),
-        ("body_positions", "body_orientations", "body_velocities"),
+        ("body_centres", "body_orientations", "body_velocities"),
     )
     belt = ls.obstacles.box(
         size=(0.4, 0.4, 0.02),
@@ -445,14 +445,14 @@ def test_after_a_failed_step_bodies_go_on_as_if_it_had_not_been_tried():
         sim = simulation(ls.Scene(bodies=bodies, obstacles=[belt, stand], magnets=magnets), 1e-3)
         for _ in range(25):
             sim.step()
-        near = sim.state.body_positions[0] + (0.5e-3, 0, 3e-3)
+        near = sim.state.body_centres[0] + (0.5e-3, 0, 3e-3)
         sim.set_obstacle_pose(1, near - arm)
         sim.step()
         if fails:  # one dipole goes through the other
             before = {name: np.array(getattr(sim.state, name)) for name in tables}
             meets = (
                 near
-                + 1.3 * (before["body_positions"][0] - near)
+                + 1.3 * (before["body_centres"][0] - near)
                 + 1e-3 * before["body_velocities"][0]
             )
             sim.set_obstacle_pose(1, meets - arm)
@@ -477,7 +477,7 @@ def test_poles_are_kept_in_files_and_drawn_red_and_blue(tmp_path):
         and pole[owner == 0].min() < -0.9
         and not pole[owner != 0].any()
     )
-    north = sim.frame().body_positions[np.argmax(pole)] - sim.body_positions[0]
+    north = sim.frame().body_vertices[np.argmax(pole)] - sim.body_centres[0]
     assert north @ (0.8, 0, 0.6) > 0.9 * 0.005
     writer = _core.FrameWriter(str(tmp_path), sim.topology, "")
     writer.write(sim.frame())

@@ -37,7 +37,7 @@ def heights(scene: ls.Scene, steps: int) -> tuple[np.ndarray, ls.Simulation]:
     places = []
     for _ in range(steps):
         sim.step()
-        places.append(sim.state.body_positions[0].copy())
+        places.append(sim.state.body_centres[0].copy())
     return np.array(places), sim
 
 
@@ -143,7 +143,7 @@ def test_free_bodies_keep_momenta_and_energy_and_the_same_bits():
     for _ in range(10):
         other.step()
     for name in (
-        "body_positions",
+        "body_centres",
         "body_orientations",
         "body_velocities",
         "body_angular_velocities",

@@ -141,7 +141,7 @@ def test_a_frame_tells_where_its_magnets_are_and_draws_their_lines(tmp_path):
         sim.step()
     frame = sim.frame()
     placed = sim.magnets(frame)
-    assert placed[0].position == pytest.approx(sim.state.body_positions[0], abs=1e-12)
+    assert placed[0].position == pytest.approx(sim.state.body_centres[0], abs=1e-12)
     assert np.abs(placed[0].orientation @ sim.state.body_orientations[0]) == pytest.approx(
         1.0, abs=1e-12
     )

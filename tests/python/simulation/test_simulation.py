@@ -29,7 +29,7 @@ def test_a_simulation_knows_its_size_time_and_step(hanging, euler):
     assert 0 < sim.report.busy.most < sum(sim.report.seconds.to_dict().values())
     assert repr(sim) == "Simulation(81 vertices, 128 triangles, time=0.004, step=1)"
     assert sorted(sim.vertex_order) == list(range(81))
-    assert sim.body_positions.shape == (0, 3)
+    assert sim.body_centres.shape == (0, 3)
 
 
 def test_a_refused_simulation_can_be_shown():
@@ -64,7 +64,7 @@ def test_frames_come_at_their_times_whatever_the_step_is(hanging):
         and frames[0].stretch.shape == (128,)
         and frames[0].contact.shape == (81,)
     )
-    assert frames[0].body_positions.shape == (0, 3)
+    assert frames[0].body_vertices.shape == (0, 3)
     assert not frames[0].positions.flags.writeable
     assert frames[2].with_contact([1] * 81).contact.sum() == 81
     later = list(sim.frames(duration=0.16, rate=25))
@@ -135,10 +135,10 @@ def test_obstacles_go_where_they_are_told(falling, euler):
         ),
         integrator=euler,
     )
-    before = sim.frame().body_positions[0].copy()
+    before = sim.frame().body_vertices[0].copy()
     sim.set_obstacle_pose(0, (0.0, 0.0, 0.01))
     sim.step()
-    assert sim.frame().body_positions[0] - before == pytest.approx((0, 0, 0.01))
+    assert sim.frame().body_vertices[0] - before == pytest.approx((0, 0, 0.01))
 
 
 def test_the_number_of_threads_changes_no_bit(falling, euler):
@@ -238,7 +238,7 @@ def test_a_body_falls_as_fast_as_gravity_says():
     )
     for _ in range(100):
         sim.step()
-    assert sim.body_positions[0, 2] == pytest.approx(
+    assert sim.body_centres[0, 2] == pytest.approx(
         1 - 9.81 / 2 * 0.04, abs=9.81 * 0.2 * 2e-3
     )  # one step of first order
 

@@ -150,13 +150,13 @@ def test_bodies_can_be_seen_but_only_bullet_moves_them(euler):
     sim = ls.Simulation(ls.Scene(bodies=[body]), integrator=euler)
     advance(sim, 5)
     state = sim.state
-    assert state.body_positions.shape == (1, 3) and state.body_orientations.shape == (1, 4)
+    assert state.body_centres.shape == (1, 3) and state.body_orientations.shape == (1, 4)
     assert (
         state.body_velocities[0, 2] == pytest.approx(-9.81 * sim.time)
         and not state.body_angular_velocities.any()
     )
     for name in (
-        "body_positions",
+        "body_centres",
         "body_orientations",
         "body_velocities",
         "body_angular_velocities",

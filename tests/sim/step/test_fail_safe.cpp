@@ -91,12 +91,12 @@ TEST_CASE(
                     << one.report().withheld.vertices);
       REQUIRE(one.report().contacts.unresolved == 0);
       REQUIRE(one.intersecting_pairs().empty());
-      lowest = std::min(lowest, one.body_positions()(0, 2));
+      lowest = std::min(lowest, one.body_centres()(0, 2));
     }
     CHECK(one.positions() == three.positions());
-    CHECK(one.body_positions() == three.body_positions());
+    CHECK(one.body_centres() == three.body_centres());
     CHECK(lowest < 0.0);  // it came into the cloth
-    CHECK(one.body_positions()(0, 2) >
+    CHECK(one.body_centres()(0, 2) >
           lowest + 0.02);  // and was thrown back, which takes what stopped it
   }
 }
@@ -122,14 +122,14 @@ TEST_CASE("a light ball squeezed between cloth and floor stays between them") {
   for (int i = 0; i < 60; ++i) {
     sim.step();
     INFO("step " << i << " substeps " << sim.report().parts << " height "
-                 << sim.body_positions()(0, 2));
+                 << sim.body_centres()(0, 2));
     REQUIRE(sim.report().contacts.unresolved == 0);
     for (const auto& pair : sim.intersecting_pairs())
       REQUIRE(pair[0] >= 200);  // the body may touch the floor, never cloth
     // It does not give way into the floor: what presses on it is borne there. Bullet lets bodies
     // sink by a hair.
-    CHECK(sim.body_positions()(0, 2) > 0.0298);
-    CHECK(sim.body_positions()(0, 2) < 0.0302);
+    CHECK(sim.body_centres()(0, 2) > 0.0298);
+    CHECK(sim.body_centres()(0, 2) < 0.0302);
   }
 }
 
@@ -243,7 +243,7 @@ TEST_CASE("poses and pins that the user has set are reached through the parts of
   CHECK(sim.report().contacts.unresolved == 0);
   for (const auto& pair : sim.intersecting_pairs()) CHECK(pair[0] >= 128);
   CHECK(sim.positions().row(0) == targets.row(0));
-  const Points bodies = sim.frame().body_positions, local = scene.obstacles[0].mesh->vertices();
+  const Points bodies = sim.frame().body_vertices, local = scene.obstacles[0].mesh->vertices();
   const Mat3 turn = Eigen::AngleAxisd(0.4, Vec3::UnitZ()).toRotationMatrix();
   for (Index i = 0; i < local.rows(); ++i)
     CHECK((bodies.row(i).transpose() - (turn * local.row(i).transpose() + Vec3(0, 0, -0.05 + 5e-5)))
@@ -283,7 +283,7 @@ TEST_CASE(
   CHECK(sim.intersecting_pairs().empty());
   CHECK(lowest > 0.99 * 2e-3);  // the free sheet rests on the floor at its thickness
   CHECK(sim.positions().bottomRows(36).col(2).maxCoeff() < 2.2e-3);
-  CHECK(sim.body_positions()(0, 2) >
+  CHECK(sim.body_centres()(0, 2) >
         0.04);  // caught by the sheet that hangs from its corners, half way to the floor
 }
 

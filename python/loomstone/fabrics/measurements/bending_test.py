@@ -17,6 +17,7 @@ import numpy as np
 
 from ... import meshes
 from ..._core import Cloth, ClothMaterial, InvalidInput, Scene, SolverFailure, TriangleMesh
+from ...base.arguments import takes
 from ...integrators import SemiImplicitEuler
 from ...simulation import Simulation
 from ..rigidity import strip_rigidity
@@ -59,6 +60,7 @@ class CantileverResult:
         return self.overhang / self.elastica - 1
 
 
+@takes(angle_degrees="degrees", width="m", step="s")
 def cantilever(
     material: ClothMaterial,
     *,
@@ -106,6 +108,7 @@ def cantilever(
     )
 
 
+@takes(chord_degrees="degrees")
 def overhang_of_elastica(chord_degrees: float) -> float:
     """Overhang over (B / w)^(1/3) at which the chord from clamp to tip falls by so many degrees
     [1].

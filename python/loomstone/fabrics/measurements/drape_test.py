@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ... import obstacles
 from ..._core import Cloth, ClothMaterial, Scene, StrainLimit, TriangleMesh
-from ...base.arguments import whole
+from ...base.arguments import takes, whole
 from ...integrators import SemiImplicitEuler
 from ...meshes.relaxation import relaxed
 from ...simulation import Simulation
@@ -82,6 +82,7 @@ def specimen(triangles: int, *, seed: int = 1) -> TriangleMesh:
     return relaxed(fixed, depth, (2 * SPECIMEN, 2 * SPECIMEN), edge, triangles - len(held), seed)
 
 
+@takes(step="s", longest="s")
 def cusick(
     material: ClothMaterial,
     *,

@@ -15,7 +15,7 @@ import numpy as np
 
 from ... import _core
 from ..._core import CacheError, Camera, InvalidInput, RenderOptions, Unsupported
-from ...base.arguments import whole
+from ...base.arguments import takes, whole
 from ...integrators import SemiImplicitEuler
 from ...simulation import Simulation
 from ..fabric import Fabric
@@ -122,6 +122,7 @@ class FabricReport:
         }
 
 
+@takes()
 def report_fabrics(
     names: Sequence[str] | None = None,
     *,

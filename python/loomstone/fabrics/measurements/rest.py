@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..._core import InvalidInput
+from ...base.arguments import takes
 from ...simulation import Simulation
 
 __all__ = ["Rest", "bring_to_rest"]
@@ -34,6 +35,7 @@ class Rest:
     drift: float
 
 
+@takes(longest="s", ratio="1", drift="m", window="s")
 def bring_to_rest(
     simulation: Simulation,
     *,

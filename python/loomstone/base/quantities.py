@@ -1,0 +1,87 @@
+"""Numbers that carry a unit, converted here and nowhere else.
+
+A quantity is recognised by what Pint gives it, so that those of any registry are taken and Pint is
+imported by nobody who has none.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .._core import InvalidInput
+
+__all__ = ["in_unit", "is_angle", "number_in"]
+
+_PLAIN = frozenset({float, int, bool, str, type(None), np.ndarray, np.float64, np.int64})
+_DIMENSIONS = (
+    *("1", "m", "kg", "s", "N", "N/m", "N m", "kg/m^2", "kg/m^3", "Pa", "m^2", "1/m", "N s/m"),
+    *("m/s", "m/s^2", "1/s", "A", "T", "A m^2", "A/m", "V", "ohm", "H"),
+)
+_ANGLES = ("degree", "radian", "milliradian", "arcminute", "arcsecond", "turn", "grade")
+
+
+def in_unit(value: Any, unit: str, where: str) -> Any:
+    """`value` as a plain number or array in `unit` where it carries a unit, else as it is.
+
+    Lists and tuples may hold quantities. where : names it in the error (InvalidInput) that refuses
+    other dimensions
+    """
+    if type(value) in _PLAIN:
+        return value
+    if isinstance(value, (list, tuple)):
+        if not _carries_unit(value):
+            return value
+        plain = [in_unit(each, unit, where) for each in value]
+        return tuple(plain) if isinstance(value, tuple) else plain
+    if not hasattr(value, "dimensionality"):
+        return value
+    try:
+        return value.to("dimensionless" if unit == "1" else unit).magnitude
+    except Exception:  # of Pint, which need not be imported here
+        raise InvalidInput(
+            f"{where} must be {_wanted(unit)}: {_shown(value)} has the dimension {_named(value)}"
+        ) from None
+
+
+def number_in(value: Any, unit: str, where: str) -> float:
+    """The same for one number; InvalidInput where it is none."""
+    number = in_unit(value, unit, where)
+    if isinstance(number, (str, bytes)) or np.ndim(number) != 0:
+        raise InvalidInput(f"{where} must be a number, {_wanted(unit)}, got {value!r}")
+    try:
+        return float(number)
+    except (TypeError, ValueError):
+        raise InvalidInput(f"{where} must be a number, {_wanted(unit)}, got {value!r}") from None
+
+
+def is_angle(value: Any) -> bool:
+    """Whether a value carries a unit of angle."""
+    units = getattr(value, "_units", None) if hasattr(value, "dimensionality") else None
+    return units is not None and len(units) == 1 and next(iter(units)) in _ANGLES
+
+
+def _carries_unit(values: list[Any] | tuple[Any, ...]) -> bool:
+    return any(
+        _carries_unit(each) if isinstance(each, (list, tuple)) else hasattr(each, "dimensionality")
+        for each in values
+        if type(each) not in _PLAIN
+    )
+
+
+def _wanted(unit: str) -> str:
+    return "a pure number" if unit == "1" else f"in {unit}"
+
+
+def _shown(value: Any) -> str:
+    """5 gf/cm"""
+    return f"{value:g~C}" if np.ndim(value.magnitude) == 0 else str(value)[:80]
+
+
+def _named(value: Any) -> str:
+    """The dimension for people: N/m, kg/m^2 ..., else as Pint has it."""
+    for name in _DIMENSIONS:
+        if value.is_compatible_with(name if name != "1" else "dimensionless"):
+            return name
+    return str(value.dimensionality)

@@ -1,0 +1,80 @@
+"""`loomstone.units`: the units of Pint, and those of textile practice.
+
+>>> import loomstone as ls
+>>> weight = 5.5 * ls.units["oz/yd^2"]
+>>> print(f"{weight.to('g/m^2').magnitude:.1f}")
+186.5
+>>> ls.ClothMaterial(density=weight).density == weight.to("kg/m^2").magnitude
+True
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import pint
+
+from .._core import InvalidInput
+
+__all__ = ["Units", "units"]
+
+_OF_TEXTILES = (
+    "gram_per_square_meter = gram / meter ** 2 = gsm",
+    "cotton_count = 840 * yard / pound = Nec",
+    "metric_count = kilometer / kilogram = Nmc",
+)
+
+
+class Units(pint.UnitRegistry[Any]):
+    """A registry of Pint with the units of textile practice added: gsm, tex, denier, gf/cm ...
+
+    units["gf cm^2/cm"] is one of the unit, to be multiplied with a number or an array. Every number
+    of a description or a function of loomstone may be such a quantity, of this registry or another;
+    plain numbers are SI. Angles count as pure numbers (1 rad = 1), so gf/(cm deg) is N/m per rad:
+    56.19 N/m. gf is gram-force, oz and lb are masses (avoirdupois), % is 0.01.
+    """
+
+    def __getitem__(self, unit: str) -> Any:
+        if not isinstance(unit, str) or not unit.strip():
+            raise InvalidInput(f"a unit must be a text like 'gf/cm', got {unit!r}")
+        if _ambiguous(unit):
+            raise InvalidInput(
+                f"unit {unit!r} is ambiguous; put what is below the line in parentheses, as in"
+                " gf/(cm deg)"
+            )
+        try:
+            return self.Quantity(1.0, self.parse_units(unit.replace("%", "percent")))
+        except pint.UndefinedUnitError as error:
+            names = ", ".join(map(repr, error.unit_names))
+            raise InvalidInput(
+                f"unit {unit!r}: {names} is not known; see pint.readthedocs.io"
+            ) from None
+        except Exception:  # of Pint or of the tokenizer it uses
+            raise InvalidInput(
+                f"unit {unit!r} is not understood; write it like 'gf cm^2/cm'"
+            ) from None
+
+    def __contains__(self, unit: object) -> bool:
+        try:
+            self[unit]  # type: ignore[index]
+        except InvalidInput:
+            return False
+        return True
+
+
+def _ambiguous(unit: str) -> bool:
+    """Whether a product follows a fraction bar: gf/cm deg."""
+    flat = unit
+    while (inner := re.sub(r"\([^()]*\)", "u", flat)) != flat:
+        flat = inner
+    flat = re.sub(r"\s*(\^|\*\*)\s*[-+]?\d+", "", flat)
+    after = flat.partition("/")[2]
+    return bool(re.search(r"[^\s*·⋅/]\s*[\s*·⋅]\s*[^\s*·⋅/]", after))
+
+
+units = Units()
+units.define("@alias degree = degrees")
+for _definition in _OF_TEXTILES:
+    units.define(_definition)
+units.formatter.default_format = "~"
