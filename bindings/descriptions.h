@@ -268,8 +268,8 @@ D from_arguments(const char* name, D value, const py::kwargs& arguments) {
   return value;
 }
 
-// The constructor is bound twice: once with its full signature (stubs, help), and once for
-// arguments that need conversion or are refused with a reason.
+// The constructor is bound twice: for keywords, which may carry units and are refused with a reason,
+// and with its full signature (stubs, help, arguments without names).
 template <Description D, std::size_t... P, std::size_t... K, class... F>
 void bind_constructor(py::class_<D>& c, const char* name, std::index_sequence<P...>,
                       std::index_sequence<K...>, const std::tuple<F...>& fields) {
@@ -277,6 +277,8 @@ void bind_constructor(py::class_<D>& c, const char* name, std::index_sequence<P.
   const auto argument = [&](const auto& each) {
     return py::arg(each.name) = defaults.*(each.member);
   };
+  c.def(py::init(
+      [name](const py::kwargs& arguments) { return from_arguments(name, D{}, arguments); }));
   c.def(py::init([name](const std::decay_t<decltype(std::declval<D>().*
                                                     (std::declval<F>().member))>&... values) {
           D value;
@@ -286,8 +288,6 @@ void bind_constructor(py::class_<D>& c, const char* name, std::index_sequence<P.
         }),
         argument(std::get<P>(fields))..., py::kw_only(),
         argument(std::get<sizeof...(P) + K>(fields))...);
-  c.def(py::init(
-      [name](const py::kwargs& arguments) { return from_arguments(name, D{}, arguments); }));
 }
 
 // The first n_positional fields may also be given without their names.

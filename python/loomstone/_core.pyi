@@ -679,7 +679,7 @@ class Frame:
         A copy with other contact flags, to mark vertices in a picture.
         """
     @property
-    def body_positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+    def body_vertices(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
         (nb x 3) vertices of rigid bodies and obstacles [m]
         """
@@ -1063,7 +1063,14 @@ class MagneticBody:
     """
     Magnet or current at a pose; made by the functions of loomstone.magnetics; immutable.
     """
+
+    _recipe: typing.Any
     def __repr__(self) -> str: ...
+    def _at_exactly(
+        self,
+        position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+        orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"],
+    ) -> MagneticBody: ...
     def at(
         self, position: typing.Any, orientation: typing.Any = (1.0, 0.0, 0.0, 0.0)
     ) -> MagneticBody:
@@ -1103,6 +1110,13 @@ class SoftBody:
     """
     Linear body at a pose that magnetises in the field it is in; made by the functions soft_... of loomstone.magnetics; immutable.
     """
+
+    _recipe: typing.Any
+    def _at_exactly(
+        self,
+        position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
+        orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"],
+    ) -> SoftBody: ...
     def at(self, position: typing.Any, orientation: typing.Any = (1.0, 0.0, 0.0, 0.0)) -> SoftBody:
         """
         The same body at another pose: centre (3) [m], quaternion (w, x, y, z), normalised.
@@ -3062,7 +3076,9 @@ class Renderer:
 
 class State:
     """
-    The tables that change, as numpy views without copy: row sim.vertex_order[i] is vertex i.
+    The tables that change, as numpy views without copy.
+
+    Rows of the cloth's tables are permuted: row sim.vertex_order[i] is vertex i of the scene. sim.positions and its like are in the order of the scene.
 
     A view keeps its simulation alive and shows the present after every step and restore. Between steps
     tables may be written in place or assigned; not from another thread while a step runs. Every step
@@ -3079,14 +3095,14 @@ class State:
         (b x 3) [rad/s], read-only
         """
     @property
+    def body_centres(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+        """
+        (b x 3) centres of mass [m], read-only
+        """
+    @property
     def body_orientations(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 4]"]:
         """
         (b x 4) unit quaternions (w, x, y, z), read-only
-        """
-    @property
-    def body_positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
-        """
-        (b x 3) centres of mass [m], read-only
         """
     @property
     def body_velocities(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
@@ -3235,7 +3251,7 @@ class Simulation:
         [J] taken out by friction and torques of bearings since the start
         """
     @property
-    def body_positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
+    def body_centres(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
         """
         (b x 3) centres of mass [m], a copy
         """
@@ -3312,7 +3328,7 @@ class Simulation:
     @property
     def state(self) -> State:
         """
-        State: the internal tables as views, to be read and written between steps.
+        State: the internal tables as views, to be read and written between steps; their rows are permuted: row vertex_order[i] is vertex i.
         """
     @property
     def step_index(self) -> int:

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import CacheError, InvalidInput
+from ..base.arguments import takes
 from .edges import Edge, cubic, line, quadratic
 from .panel import Panel
 from .placement import Plane, Vector
@@ -31,6 +32,7 @@ UPRIGHT = np.array(
 )  # y up to z up; the front looks to -y
 
 
+@takes()
 def read_garmentcode(path: str | os.PathLike[str]) -> Pattern:
     """Panels, seams and places of a GarmentCode specification; edges are called "edge_0", "edge_1"
     ... as there.

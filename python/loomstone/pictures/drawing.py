@@ -13,6 +13,7 @@ import numpy as np
 
 from .. import _core
 from .._core import CacheError, Frame, FrameTopology, InvalidInput, RenderOptions, Scene
+from ..base.arguments import takes
 from .directory import (
     claim,
     make_directory,
@@ -45,6 +46,7 @@ class FramesOfRun(Protocol):
 _ADVICE = "give another directory by --out, or draw all anew by --again"
 
 
+@takes()
 def render_run(
     run: FramesOfRun,
     options: RenderOptions,

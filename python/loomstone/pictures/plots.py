@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._core import CacheError, InvalidInput, Unsupported
+from ..base.arguments import takes
 
 __all__ = ["KINDS", "plot_steps"]
 
@@ -18,6 +19,7 @@ Steps = Mapping[str, NDArray[Any]]
 KINDS = ("energy", "stages", "contacts", "stretch", "strain", "iterations")
 
 
+@takes()
 def plot_steps(steps: Steps, path: str | os.PathLike[str], *, kind: str = "energy") -> Path:
     """Draws columns of a table of steps over time; returns the path of the picture (PNG).
 

@@ -4,6 +4,7 @@ import math
 
 import loomstone as ls
 import numpy as np
+import pint
 import pytest
 
 units = ls.units
@@ -206,7 +207,6 @@ def test_missing_curves_loads_and_limits_are_refused():
 
 
 def test_angles_of_pint_are_angles():
-    pint = pytest.importorskip("pint")
     registry, angle = pint.UnitRegistry(), np.linspace(0.0, 12.0, 25)
     load = 70.0 * np.tan(np.radians(angle))
     ours, theirs = (

@@ -1,0 +1,71 @@
+"""Public functions: numbers take units, misspelt keywords are refused with the right ones."""
+
+import dataclasses
+import importlib
+import inspect
+import re
+
+import loomstone as ls
+import pytest
+
+ROOMS = ["fabrics", "fabrics.measurements", "garments", "limits", "magnetics", "meshes",
+         "obstacles", "pictures"]  # fmt: skip
+
+# What has a number in it and no unit: a mesh, an option, a quality, what a result holds.
+WITHOUT = {"with_uv", "threads", "quantity", "progress", "steps", "pattern"}
+
+
+def functions():
+    for room in ROOMS:
+        module = importlib.import_module(f"loomstone.{room}")
+        for name in module.__all__:
+            made = getattr(module, name)
+            ours = getattr(made, "__module__", "").startswith("loomstone.")
+            result = isinstance(made, type) and not hasattr(made.__init__, "units")
+            if callable(made) and ours and not made.__module__.endswith("_core") and not result:
+                yield pytest.param(made, id=f"{room}.{name}")
+
+
+def units_of(function):
+    return getattr(function.__init__ if isinstance(function, type) else function, "units", {})
+
+
+@pytest.mark.parametrize("function", list(functions()))
+def test_every_number_of_a_public_function_has_a_unit(function):
+    for name, parameter in inspect.signature(function).parameters.items():
+        kind = str(parameter.annotation)
+        if (
+            name not in WITHOUT
+            and re.search(r"\bfloat\b|ArrayLike", kind)
+            and "Callable" not in kind
+        ):
+            assert name in units_of(function), f"{name}: {kind}"
+
+
+@pytest.mark.parametrize("function", list(functions()))
+def test_a_misspelt_keyword_is_refused_with_the_right_one(function):
+    names = list(inspect.signature(function).parameters)
+    if not units_of(function) and not names:
+        return
+    with pytest.raises(TypeError, match=f"has no argument '{names[-1]}x'; did you mean"):
+        function(**{f"{names[-1]}x": 1})
+
+
+@pytest.mark.parametrize(
+    "call, right",
+    [
+        (lambda: ls.sphere(radius=1, center=(0, 0, 0)), "centre"),
+        (lambda: ls.magnetics.field_lines([], center=(0, 0, 0)), "centre"),
+        (lambda: ls.RenderOptions(colour_by="cloth"), "color_by"),
+        (lambda: ls.RenderOptions(colour_map="magma"), "color_map"),
+        (lambda: ls.garments.Cylinder(radius=1, center=(0, 0, 0)), "centre"),
+    ],
+)
+def test_the_other_spelling_is_answered_by_ours(call, right):
+    with pytest.raises(TypeError, match=f"did you mean '{right}'"):
+        call()
+
+
+def test_results_are_named_tuples_or_frozen():
+    for made in (ls.fabrics.ModeFit, ls.fabrics.measurements.Rest):
+        assert dataclasses.is_dataclass(made) and made.__dataclass_params__.frozen

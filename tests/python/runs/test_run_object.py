@@ -1,0 +1,57 @@
+"""Run: frames as stacked arrays, steps as a table, files that close."""
+
+import loomstone as ls
+import numpy as np
+import pytest
+
+
+@pytest.fixture
+def run(falling, euler, tmp_path):
+    """A finished run of 0.12 s."""
+    ls.Simulation(falling, integrator=euler, threads=1).run(out=tmp_path / "run", duration=0.12)
+    return ls.Run(tmp_path / "run")
+
+
+@pytest.mark.parametrize("name", ["positions", "velocities", "strain", "stretch", "body_vertices"])
+def test_a_stacked_array_is_that_of_every_frame(run, name):
+    stacked, frames = getattr(run, name), [getattr(frame, name) for frame in run]
+    assert stacked.shape == (4, *frames[0].shape) and stacked.ndim == frames[0].ndim + 1
+    assert np.array_equal(np.asarray(stacked), frames)
+    assert np.array_equal(stacked[1:3], frames[1:3]) and np.array_equal(stacked[-1], frames[-1])
+    assert np.array_equal(stacked[:, 2], np.array(frames)[:, 2])
+    assert np.array_equal(stacked[::2, 1:4], np.array(frames)[::2, 1:4])
+    assert np.array_equal(stacked[[0, 3]], [frames[0], frames[3]])
+    assert np.array_equal(stacked[..., 0], np.array(frames)[..., 0])
+    assert np.array_equal(stacked[run.times > 0.05], np.array(frames)[run.times > 0.05])
+    assert len(list(stacked)) == len(stacked) == 4 and stacked[4:].shape == (0, *frames[0].shape)
+    with pytest.raises(IndexError):
+        stacked[4]
+
+
+def test_a_stacked_array_reads_only_the_frames_that_are_asked_for(run, monkeypatch):
+    read = []
+    original = ls.Run.__getitem__
+
+    def noted(self, index):
+        read.append(index)
+        return original(self, index)
+
+    monkeypatch.setattr(ls.Run, "__getitem__", noted)
+    run.positions[1:3]
+    assert read == [1, 2]
+
+
+def test_steps_are_columns_of_numbers(run):
+    steps = run.steps
+    assert steps["time"] == pytest.approx(0.004 * np.arange(1, 31))
+    assert steps["step"].dtype == np.int64 and steps["kinetic_energy"].dtype == np.float64
+    assert all(len(column) == 30 for column in steps.values())
+
+
+def test_a_run_closes_its_files_at_the_end_of_a_with(run):
+    with ls.Run(run.directory) as opened:
+        frame = opened[0]
+    assert frame.positions.shape == (121, 3)
+    with pytest.raises(ls.CacheError, match="the run is closed; open it again"):
+        opened[0]
+    opened.close()
