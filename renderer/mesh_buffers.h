@@ -23,9 +23,9 @@ struct DrawnMesh {
 
 // Parts are the cloths. Split by uv, smooth across seams.
 DrawnMesh drawn_cloth(const FrameTopology& topology);
-// Parts are the bodies; floors are left out. Split where neighbouring triangles of `body_positions`
+// Parts are the bodies; floors are left out. Split where neighbouring triangles of `body_vertices`
 // meet at more than `crease_degrees`.
-DrawnMesh drawn_bodies(const FrameTopology& topology, const Points& body_positions,
+DrawnMesh drawn_bodies(const FrameTopology& topology, const Points& body_vertices,
                        double crease_degrees = 40.0);
 
 // (k x 3) unit normals of the drawn vertices: mean of their group's triangles, weighted by the

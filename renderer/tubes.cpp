@@ -26,14 +26,14 @@ void check(const Curves& curves) {
 }  // namespace
 
 BodiesAndTubes bodies_and_tubes(const FrameTopology& bodies, const Points& first_bodies,
-                                const Points& body_positions, const Curves& curves) {
+                                const Points& body_vertices, const Curves& curves) {
   check(curves);
-  const Index n_bodies = static_cast<Index>(body_positions.rows()),
+  const Index n_bodies = static_cast<Index>(body_vertices.rows()),
               n_points = static_cast<Index>(curves.points.rows());
   BodiesAndTubes all;
   FrameTopology topology = bodies;
   all.positions.resize(n_bodies + sides * n_points, 3);
-  all.positions.topRows(n_bodies) = body_positions;
+  all.positions.topRows(n_bodies) = body_vertices;
   all.values = Vector::Zero(all.positions.rows());
   if (!bodies.body_pole.empty())
     all.values.head(n_bodies) = Eigen::Map<const Vector>(bodies.body_pole.data(), n_bodies);

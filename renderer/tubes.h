@@ -16,6 +16,6 @@ struct BodiesAndTubes {
 
 // Edges are sharp where those of `first_bodies` are.
 BodiesAndTubes bodies_and_tubes(const FrameTopology& topology, const Points& first_bodies,
-                                const Points& body_positions, const Curves& curves);
+                                const Points& body_vertices, const Curves& curves);
 
 }  // namespace loomstone
