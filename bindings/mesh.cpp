@@ -17,6 +17,14 @@ std::string repr(const TriangleMesh& mesh) {
          (mesh.closed() ? ", closed)" : ")");
 }
 
+bool equal_meshes(const TriangleMesh& a, const TriangleMesh& b) {
+  const auto same = [](const auto& x, const auto& y) {
+    return x.rows() == y.rows() && (x.rows() == 0 || x == y);
+  };
+  return same(a.vertices(), b.vertices()) && same(a.triangles(), b.triangles()) &&
+         same(a.uv(), b.uv()) && same(a.uv_triangles(), b.uv_triangles());
+}
+
 void bind_triangle_mesh(py::module_& m) {
   py::classh<TriangleMesh> c(
       m, "TriangleMesh",
@@ -66,16 +74,7 @@ void bind_triangle_mesh(py::module_& m) {
       py::arg("rotation") =
           py::make_tuple(py::make_tuple(1, 0, 0), py::make_tuple(0, 1, 0), py::make_tuple(0, 0, 1)),
       py::arg("scale") = 1.0, "A copy at rotation * scale * x + translation [m]; uv unchanged.");
-  c.def(
-      "__eq__",
-      [](const TriangleMesh& a, const TriangleMesh& b) {
-        const auto same = [](const auto& x, const auto& y) {
-          return x.rows() == y.rows() && (x.rows() == 0 || x == y);
-        };
-        return same(a.vertices(), b.vertices()) && same(a.triangles(), b.triangles()) &&
-               same(a.uv(), b.uv()) && same(a.uv_triangles(), b.uv_triangles());
-      },
-      py::is_operator());
+  c.def("__eq__", &equal_meshes, py::is_operator());
   c.def("__repr__", &repr);
 }
 

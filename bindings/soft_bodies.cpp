@@ -22,6 +22,23 @@ SoftBody soft_body(SoftShapePtr shape, double saturation, const RigidPose& pose 
   return {std::move(shape), pose, saturation};
 }
 
+// The same body of another susceptibility, and how it would be made.
+SoftBody with_susceptibility(const SoftBody& b, double susceptibility) {
+  check_susceptibility(susceptibility);
+  SoftBody other;
+  {
+    const py::gil_scoped_release release;
+    other = soft_body(b.shape->with_susceptibility(susceptibility), b.saturation, b.pose);
+  }
+  if (const py::object known = recipes<SoftShape>().of(b.shape); !known.is_none()) {
+    py::dict arguments = known[py::int_(2)].attr("copy")();
+    arguments["susceptibility"] = susceptibility;
+    recipes<SoftShape>().keep(other.shape,
+                              py::make_tuple(known[py::int_(0)], known[py::int_(1)], arguments));
+  }
+  return other;
+}
+
 void bind_body(py::module_& m) {
   py::class_<SoftBody> c(m, "SoftBody",
                          "Linear body at a pose that magnetises in the field it is in; made by the "
@@ -65,23 +82,7 @@ void bind_body(py::module_& m) {
       py::arg("position"), py::arg("orientation") = py::make_tuple(1.0, 0.0, 0.0, 0.0),
       "The same body at another pose: centre (3) [m], quaternion (w, x, y, z), normalised.");
   c.def(
-      "with_susceptibility",
-      [](const SoftBody& b, double susceptibility) {
-        check_susceptibility(susceptibility);
-        SoftBody other;
-        {
-          const py::gil_scoped_release release;
-          other = soft_body(b.shape->with_susceptibility(susceptibility), b.saturation, b.pose);
-        }
-        if (const py::object known = recipes<SoftShape>().of(b.shape); !known.is_none()) {
-          py::dict arguments = known[py::int_(2)].attr("copy")();
-          arguments["susceptibility"] = susceptibility;
-          recipes<SoftShape>().keep(
-              other.shape, py::make_tuple(known[py::int_(0)], known[py::int_(1)], arguments));
-        }
-        return other;
-      },
-      py::arg("susceptibility"),
+      "with_susceptibility", &with_susceptibility, py::arg("susceptibility"),
       "The same body of another susceptibility >= -1 [1]; what was computed for its shape is used "
       "again.");
   c.def(

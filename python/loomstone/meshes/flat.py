@@ -62,8 +62,9 @@ def irregular(
 
     size : width and height [m]; seed : of the random start points
 
+    >>> import loomstone as ls
     >>> mesh = irregular(size=(0.5, 0.5), triangles=500)
-    >>> quality(mesh)["min_angle_degrees"] > 20
+    >>> ls.meshes.quality(mesh)["min_angle_degrees"] > 20
     True
     """
     width, height = _size(size)
