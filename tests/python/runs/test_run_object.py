@@ -44,7 +44,7 @@ def test_a_stacked_array_reads_only_the_frames_that_are_asked_for(run, monkeypat
 def test_steps_are_columns_of_numbers(run):
     steps = run.steps
     assert steps["time"] == pytest.approx(0.004 * np.arange(1, 31))
-    assert steps["step"].dtype == np.int64 and steps["kinetic_energy"].dtype == np.float64
+    assert steps["step"].dtype == np.int64 and steps["energy.kinetic"].dtype == np.float64
     assert all(len(column) == 30 for column in steps.values())
 
 
