@@ -15,16 +15,16 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/base/word_hash.h"
+#include "core/cache/file_format.h"
 #include "core/cache/hdf5_file.h"
 
 namespace loomstone {
 
 namespace {
 
-constexpr std::int64_t format =
-    1;  // raise it when a reader of this version would misunderstand the file
+constexpr FileFormat format = {"checkpoint", 1, 1, "run the scene again"};
 constexpr char mark[8] = {'L', 'O', 'O', 'M', 'C', 'H', 'K', '\n'};
 
 struct Trailer {
@@ -49,7 +49,7 @@ class Descriptor {
  public:
   Descriptor(const std::string& path, int flags)
       : path_(path), descriptor_(::open(path.c_str(), flags, 0644)) {
-    if (descriptor_ < 0) fail("open");
+    if (descriptor_ < 0) failed("open");
   }
   Descriptor(const Descriptor&) = delete;
   ~Descriptor() {
@@ -60,20 +60,20 @@ class Descriptor {
     while (count > 0) {
       const ssize_t written = ::write(descriptor_, bytes, count);
       if (written < 0 && errno == EINTR) continue;
-      if (written < 0) fail("write");
+      if (written < 0) failed("write");
       bytes += written;
       count -= static_cast<std::size_t>(written);
     }
   }
   std::vector<unsigned char> read_all() {
     struct stat status = {};
-    if (fstat(descriptor_, &status) != 0) fail("read");
+    if (fstat(descriptor_, &status) != 0) failed("read");
     std::vector<unsigned char> bytes(static_cast<std::size_t>(status.st_size));
     std::size_t done = 0;
     while (done < bytes.size()) {
       const ssize_t got = ::read(descriptor_, bytes.data() + done, bytes.size() - done);
       if (got < 0 && errno == EINTR) continue;
-      if (got < 0) fail("read");
+      if (got < 0) failed("read");
       if (got == 0) break;
       done += static_cast<std::size_t>(got);
     }
@@ -81,16 +81,15 @@ class Descriptor {
     return bytes;
   }
   void sync() {
-    if (::fsync(descriptor_) != 0) fail("sync");
+    if (::fsync(descriptor_) != 0) failed("sync");
   }
   void close() {
-    if (::close(std::exchange(descriptor_, -1)) != 0) fail("close");
+    if (::close(std::exchange(descriptor_, -1)) != 0) failed("close");
   }
 
  private:
-  [[noreturn]] void fail(const char* tried) const {
-    throw CacheError(path_ + ": could not " + tried + " the checkpoint: " + std::strerror(errno) +
-                     ".");
+  [[noreturn]] void failed(const char* tried) const {
+    fail<CacheError>("{}: could not {} the checkpoint: {}.", path_, tried, std::strerror(errno));
   }
   std::string path_;
   int descriptor_;
@@ -130,14 +129,14 @@ void check_shape(const std::string& name, const Checkpoint::Array& array) {
   std::int64_t count = 1;
   for (std::int64_t length : array.shape) count *= length;
   if (count != static_cast<std::int64_t>(array.values.size()))
-    throw InvalidInput("checkpoint array '" + name +
-                       "' must have as many values as its shape says (" + std::to_string(count) +
-                       "), got " + std::to_string(array.values.size()) + ".");
+    fail<InvalidInput>(
+        "checkpoint array '{}' must have as many values as its shape says ({}), got {}.", name,
+        count, array.values.size());
 }
 
 std::vector<unsigned char> to_bytes(const std::string& path, const Checkpoint& checkpoint) {
   Hdf5File file = Hdf5File::create_in_memory(path);
-  file.write_attribute("/", "format", std::array<std::int64_t, 1>{format});
+  file.write_attribute("/", "format", std::array<std::int64_t, 1>{format.newest});
   file.write_text_attribute("/", "kind", "checkpoint");
   for (const char* group : {"/arrays", "/integers", "/bytes", "/texts"}) file.create_group(group);
   const auto length = [](const auto& values) {
@@ -160,11 +159,8 @@ Checkpoint from_bytes(const std::string& path, std::span<const unsigned char> by
   const Hdf5File file = Hdf5File::open_image(bytes, path);
   if (!file.has_attribute("/", "format") || !file.has_attribute("/", "kind") ||
       file.text_attribute("/", "kind") != "checkpoint")
-    throw CacheError(path + ": is not a loomstone checkpoint.");
-  if (const std::int64_t found = file.attribute("/", "format"); found > format)
-    throw CacheError(path + ": written by a newer version (checkpoint format " +
-                     std::to_string(found) + ", this build reads up to " + std::to_string(format) +
-                     "); update loomstone.");
+    fail<CacheError>("{}: is not a loomstone checkpoint.", path);
+  check_file_format(path, format, file.attribute("/", "format"));
   Checkpoint checkpoint;
   for (const std::string& name : file.children("/arrays")) {
     Checkpoint::Array& array = checkpoint.arrays[decoded(name)];
@@ -196,7 +192,7 @@ void write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
   file.sync();
   file.close();
   if (std::rename(part.c_str(), path.c_str()) != 0)
-    throw CacheError(path + ": could not rename " + part + " to it: " + std::strerror(errno) + ".");
+    fail<CacheError>("{}: could not rename {} to it: {}.", path, part, std::strerror(errno));
   const std::size_t slash = path.rfind('/');
   Descriptor(slash == std::string::npos ? "." : path.substr(0, slash + 1),
              O_RDONLY | O_DIRECTORY | O_CLOEXEC)
@@ -209,13 +205,15 @@ Checkpoint read_checkpoint(const std::string& path) {
   if (bytes.size() >= sizeof trailer)
     std::memcpy(&trailer, bytes.data() + bytes.size() - sizeof trailer, sizeof trailer);
   if (std::memcmp(trailer.mark, mark, sizeof mark) != 0)
-    throw CacheError(
-        path + ": is not a loomstone checkpoint, or is truncated; resume from another checkpoint.");
+    fail<CacheError>(
+        "{}: is not a loomstone checkpoint, or is truncated; resume from another checkpoint.",
+        path);
   const std::size_t length = bytes.size() - sizeof trailer;
   if (trailer.length != length || checksum(bytes.data(), length) != trailer.checksum)
-    throw CacheError(path +
-                     ": the checkpoint is damaged (its checksum does not match its content); "
-                     "resume from another.");
+    fail<CacheError>(
+        "{}: the checkpoint is damaged (its checksum does not match its content); resume from "
+        "another.",
+        path);
   return from_bytes(path, {bytes.data(), length});
 }
 

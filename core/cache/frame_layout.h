@@ -8,12 +8,15 @@
 #include <vector>
 
 #include "core/base/report.h"
+#include "core/cache/file_format.h"
 #include "core/cache/hdf5_file.h"
 
 namespace loomstone::frame_layout {
 
-// Raise it when a reader of this version would misunderstand the file.
-inline constexpr std::int64_t format = 2;
+// Version of the layout, attribute `format` of the group. It rises when a reader of this version
+// would misunderstand a file, as by another meaning or unit; a column or dataset more is none of
+// these, since readers find columns by name and leave those that a file lacks at their defaults.
+inline constexpr FileFormat format = {"file", 2, 2, "run the scene again"};
 
 inline const std::string run_file = "run.vtkhdf", bodies_file = "bodies.vtkhdf";
 inline const std::string group = "/loomstone";

@@ -2,7 +2,8 @@
 #include <algorithm>
 #include <optional>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
+#include "core/cache/file_format.h"
 #include "core/cache/frame_file.h"
 #include "core/cache/frame_layout.h"
 #include "core/cache/polydata_file.h"
@@ -13,22 +14,16 @@ using namespace frame_layout;
 
 namespace {
 
-// Opens a file only if it is one of ours, of the expected kind, and not from the future.
+// Opens a file that is a loomstone cache of the expected kind, in a format this build reads.
 Hdf5File open_ours(const std::string& path, const std::string& kind) {
   Hdf5File file = Hdf5File::open(path);
   if (!file.has_attribute(group, "format") || !file.has_attribute(group, "kind"))
-    throw CacheError(path +
-                     ": is HDF5 but not a loomstone cache; give a file that loomstone wrote.");
-  const std::int64_t found = file.attribute(group, "format");
-  if (found < format)
-    throw CacheError(path + ": written by an older version (file format " + std::to_string(found) +
-                     ", this build reads " + std::to_string(format) + "); run the scene again.");
-  if (found > format)
-    throw CacheError(path + ": written by a newer version (file format " + std::to_string(found) +
-                     ", this build reads up to " + std::to_string(format) + "); update loomstone.");
+    fail<CacheError>("{}: is HDF5 but not a loomstone cache; give a file that loomstone wrote.",
+                     path);
+  check_file_format(path, format, file.attribute(group, "format"));
   if (const std::string found_kind = file.text_attribute(group, "kind"); found_kind != kind)
-    throw CacheError(path + ": must be a loomstone file of kind '" + kind + "', got '" +
-                     found_kind + "'.");
+    fail<CacheError>("{}: must be a loomstone file of kind '{}', got '{}'.", path, kind,
+                     found_kind);
   return file;
 }
 
@@ -40,7 +35,7 @@ std::string read_text(const Hdf5File& file, const std::string& name) {
 std::vector<std::string> read_names(const Hdf5File& file) {
   std::vector<std::string> names(file.children(group + "/names").size());
   for (std::size_t i = 0; i < names.size(); ++i)
-    names[i] = read_text(file, "names/" + std::to_string(i));
+    names[i] = read_text(file, formatted("names/{}", i));
   return names;
 }
 
@@ -59,8 +54,8 @@ void check_group_numbers(const Hdf5File& file, const std::vector<Index>& groups,
                          std::size_t n_names) {
   for (Index number : groups)
     if (number < 0 || static_cast<std::size_t>(number) >= n_names)
-      throw CacheError(file.name() + ": the file is damaged: it names cloth or body " +
-                       std::to_string(number) + " of " + std::to_string(n_names) + ".");
+      fail<CacheError>("{}: the file is damaged: it names cloth or body {} of {}.", file.name(),
+                       number, n_names);
 }
 
 }  // namespace
@@ -111,14 +106,14 @@ struct FrameReader::Data {
     check_group_numbers(*bodies_file, topology.body_of_vertex, topology.body_names.size());
     check_group_numbers(*bodies_file, topology.body_of_triangle, topology.body_names.size());
     if (topology.body_is_floor.size() != topology.body_names.size())
-      throw CacheError(bodies_file->name() +
-                       ": the file is damaged: is_floor has the wrong length.");
+      fail<CacheError>("{}: the file is damaged: is_floor has the wrong length.",
+                       bodies_file->name());
     // A killed process may leave the bodies a frame ahead; frames that both have must be of the
     // same run.
     times.resize(std::min(times.size(), bodies->times().size()));
     if (!std::equal(times.begin(), times.end(), bodies->times().begin()))
-      throw CacheError(bodies_file->name() + ": belongs to another run than " + run_file.name() +
-                       "; keep the two files of a run together.");
+      fail<CacheError>("{}: belongs to another run than {}; keep the two files of a run together.",
+                       bodies_file->name(), run_file.name());
   }
 };
 
@@ -139,8 +134,8 @@ const std::vector<double>& FrameReader::times() const { return data_->times; }
 
 Frame FrameReader::frame(int index) const {
   if (index < 0 || index >= n_frames())
-    throw InvalidInput("frame index must be in [0, " + std::to_string(n_frames()) + "), got " +
-                       std::to_string(index) + " of " + data_->run_file.name() + ".");
+    fail<InvalidInput>("frame index must be in [0, {}), got {} of {}.", n_frames(), index,
+                       data_->run_file.name());
   const PolyDataReader& run = data_->run;
   const std::int64_t n_vertices = run.n_points(), n_triangles = run.triangles().rows();
   Frame frame;
@@ -171,8 +166,8 @@ std::vector<StepReport> FrameReader::reports() const {
   const Hdf5Rows rows = data_->run_file.open_rows(group + "/reports", report_format());
   const std::int64_t count = data_->run_file.attribute(group, "n_reports");
   if (count < 0 || count > rows.size())
-    throw CacheError(data_->run_file.name() +
-                     ": the file is damaged: it has fewer reports than it says.");
+    fail<CacheError>("{}: the file is damaged: it has fewer reports than it says.",
+                     data_->run_file.name());
   std::vector<StepReport> reports(static_cast<std::size_t>(count));
   rows.read(0, count, reports.data());
   return reports;

@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <optional>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/cache/frame_file.h"
 #include "core/cache/frame_layout.h"
 #include "core/cache/polydata_file.h"
@@ -23,26 +23,25 @@ void write_bytes(Hdf5File& file, const std::string& name, const void* bytes, std
 void write_description(Hdf5File& file, const std::string& kind,
                        const std::vector<std::string>& names) {
   file.create_group(group);
-  file.write_attribute(group, "format", std::array<std::int64_t, 1>{format});
+  file.write_attribute(group, "format", std::array<std::int64_t, 1>{format.newest});
   file.write_text_attribute(group, "kind", kind);
   file.create_group(group + "/names");
   for (std::size_t i = 0; i < names.size(); ++i)
-    write_bytes(file, "names/" + std::to_string(i), names[i].data(), names[i].size());
+    write_bytes(file, formatted("names/{}", i), names[i].data(), names[i].size());
 }
 
 void check_rows(const char* name, Eigen::Index rows, Eigen::Index expected, int columns) {
   if (rows == expected) return;
-  throw InvalidInput("frame." + std::string(name) + " must have " + std::to_string(expected) +
-                     " rows of " + std::to_string(columns) + " as the topology says, got " +
-                     std::to_string(rows) + "; write frames of one run only.");
+  fail<InvalidInput>(
+      "frame.{} must have {} rows of {} as the topology says, got {}; write frames of one run "
+      "only.",
+      name, expected, columns, rows);
 }
 
 void check_topology(const FrameTopology& topology) {
   const auto check = [](const char* name, Eigen::Index length, Eigen::Index expected) {
     if (length != expected)
-      throw InvalidInput("topology." + std::string(name) + " must have " +
-                         std::to_string(expected) + " entries, got " + std::to_string(length) +
-                         ".");
+      fail<InvalidInput>("topology.{} must have {} entries, got {}.", name, expected, length);
   };
   check("corner_uv", topology.corner_uv.rows(), topology.triangles.size());
   check("cloth_of_triangle", static_cast<Eigen::Index>(topology.cloth_of_triangle.size()),

@@ -1,6 +1,5 @@
-// A thin owner of HDF5 files and datasets. The only header of the cache that stands for HDF5, and
-// it shows none of it. Every failure becomes a CacheError with the file's name, what was tried and
-// the cause HDF5 or the system gave.
+// A thin owner of HDF5 files and datasets, which hides HDF5 itself. Every failure becomes a
+// CacheError with the file's name, what was tried and the cause that HDF5 or the system gives.
 #pragma once
 
 #include <cstddef>

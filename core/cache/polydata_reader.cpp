@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/cache/polydata_file.h"
 
 namespace loomstone {
@@ -10,7 +10,7 @@ namespace {
 const std::string root = "/VTKHDF";
 
 [[noreturn]] void damaged(const Hdf5File& file, const std::string& what) {
-  throw CacheError(file.name() + ": the file is damaged: " + what + ".");
+  fail<CacheError>("{}: the file is damaged: {}.", file.name(), what);
 }
 
 }  // namespace

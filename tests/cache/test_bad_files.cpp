@@ -2,7 +2,10 @@
 // each.
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <array>
+#include <cstddef>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -11,6 +14,7 @@
 #include <sys/resource.h>
 
 #include "core/base/error.h"
+#include "core/base/word_hash.h"
 #include "core/cache/checkpoint_file.h"
 #include "core/cache/hdf5_file.h"
 #include "example_run.h"
@@ -53,6 +57,22 @@ void flip_bit(const std::string& path, std::uintmax_t at) {
   const char byte = static_cast<char>(file.get() ^ 4);
   file.seekp(static_cast<std::streamoff>(at));
   file.put(byte);
+}
+
+// A checkpoint file with this content, as write_checkpoint() ends one: mark, length, checksum.
+void write_with_checksum(const std::string& path, std::vector<unsigned char> bytes) {
+  WordHash hash;
+  for (std::size_t at = 0; at < bytes.size(); at += 8) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, bytes.data() + at, std::min<std::size_t>(8, bytes.size() - at));
+    hash.add(word);
+  }
+  const std::array<std::uint64_t, 2> numbers = {bytes.size(), hash.sum};
+  std::ofstream file(path, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(bytes.data()),
+             static_cast<std::streamsize>(bytes.size()));
+  file.write("LOOMCHK\n", 8);
+  file.write(reinterpret_cast<const char*>(numbers.data()), sizeof numbers);
 }
 
 // No file of this process may grow past `bytes` while this lives: what a full disk looks like.
@@ -103,6 +123,47 @@ TEST_CASE("a file of an older format is refused with both numbers") {
   file.close();
   CHECK_THAT(message_of(directory.path()),
              Contains("written by an older version (file format 1, this build reads 2)"));
+}
+
+TEST_CASE("a checkpoint of a newer format is refused with both numbers") {
+  const TemporaryDirectory directory;
+  const std::string path = directory / "state.checkpoint";
+  Hdf5File file = Hdf5File::create_in_memory(path);
+  file.write_attribute("/", "format", std::array<std::int64_t, 1>{2});
+  file.write_text_attribute("/", "kind", "checkpoint");
+  write_with_checksum(path, file.image());
+  CHECK_THAT(
+      checkpoint_message_of(path),
+      Contains("written by a newer version (checkpoint format 2, this build reads up to 1)"));
+}
+
+TEST_CASE("columns that an older file lacks keep their defaults") {
+  struct Row {
+    std::int64_t step = -1;
+    double energy = 0.5;  // a newer column
+    double time = -1.0;
+  };
+  const Column step{"step", Number::Int64, offsetof(Row, step)};
+  const Column time{"time", Number::Float64, offsetof(Row, time)};
+  const Column energy{"energy", Number::Float64, offsetof(Row, energy)};
+  const TemporaryDirectory directory;
+  {
+    Hdf5File file = Hdf5File::create(directory / "older");
+    Hdf5Rows rows = file.create_rows("/rows", {.columns = {step, time}, .bytes = sizeof(Row)}, 4);
+    const std::array<Row, 2> written = {Row{1, 7.0, 0.1}, Row{2, 7.0, 0.2}};
+    rows.resize(2);
+    rows.write(0, 2, written.data());
+    file.flush();
+  }
+  std::array<Row, 2> read;
+  Hdf5File::open(directory / "older")
+      .open_rows("/rows", {.columns = {step, energy, time}, .bytes = sizeof(Row)})
+      .read(0, 2, read.data());
+  for (const int row : {0, 1}) {
+    CHECK(read[row].step == row + 1);
+    CHECK(read[row].time == 0.1 * (row + 1));
+    CHECK(read[row].energy == 0.5);
+  }
 }
 
 TEST_CASE("the bodies file cannot stand for the run, nor that of another run for this run's") {

@@ -63,7 +63,7 @@ DOORS = {
     r"<fmt/": r"core/base/message\.h$",
     r"<omp\.h>|#pragma omp": r"core/parallel/",
     r"<mpi\.h>": r"core/parallel/",
-    r"<hdf5\.h>": r"core/cache/hdf5_file\.(h|cpp)$",
+    r"<hdf5\.h>": r"core/cache/hdf5_\w+\.(h|cpp)$",
     r"<(bullet/)?bt|BulletDynamics|BulletCollision": r"core/rigid/bullet\.h$",
     r"<embree3/": r"core/(mesh/spatial_query|collision/broad_phase/embree\w*)\.cpp$",
     r"cholmod\.h": r"core/linalg/cholmod_solver\.cpp$",

@@ -1,0 +1,34 @@
+// The version of a file's layout, written beside its content. Files of a version that this build
+// does not read are refused in one sentence that says what to do.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "core/base/message.h"
+
+namespace loomstone {
+
+struct FileFormat {
+  const char* what;             // "file", "checkpoint"
+  std::int64_t oldest, newest;  // that are read; `newest` is written
+  const char* instead;          // what to do with an older one
+};
+
+// Throws CacheError unless this build reads version `found`.
+inline void check_file_format(const std::string& path, const FileFormat& format,
+                              std::int64_t found) {
+  if (found > format.newest)
+    fail<CacheError>(
+        "{}: written by a newer version ({} format {}, this build reads up to {}); update "
+        "loomstone.",
+        path, format.what, found, format.newest);
+  const std::string read = format.oldest == format.newest
+                               ? formatted("{}", format.newest)
+                               : formatted("{} to {}", format.oldest, format.newest);
+  if (found < format.oldest)
+    fail<CacheError>("{}: written by an older version ({} format {}, this build reads {}); {}.",
+                     path, format.what, found, read, format.instead);
+}
+
+}  // namespace loomstone
