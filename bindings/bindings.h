@@ -23,6 +23,7 @@ namespace loomstone {
 namespace py = pybind11;
 
 struct BrokenLimit;
+struct Team;
 
 void bind_base(py::module_& m);
 void bind_mesh(py::module_& m);
@@ -36,6 +37,9 @@ void bind_collision(py::module_& m);
 void bind_cache(py::module_& m);
 void bind_renderer(py::module_& m);
 void bind_simulation(py::module_& m);
+
+// As many threads as asked for; 0 means one a processor.
+Team team_of(int threads);
 
 // (element, "weft" | "warp" | "shear", excess); see strain_limiter.h.
 std::vector<std::tuple<Index, std::string, double>> named(const std::vector<BrokenLimit>& broken);

@@ -14,6 +14,7 @@
 #include "core/collision/narrow_phase/exact_continuous.h"
 #include "core/collision/narrow_phase/separation.h"
 #include "core/collision/tangle/intersections.h"
+#include "core/parallel/team.h"
 
 namespace loomstone {
 
@@ -40,11 +41,6 @@ py::array_t<Index> view_of_rows(const Edges& edges, py::handle owner) {
                            owner);
   array.attr("setflags")(py::arg("write") = false);
   return array;
-}
-
-Team team_of(int threads) {
-  if (threads < 0) fail<InvalidInput>("threads must be at least 0, got {}", threads);
-  return Team{threads == 0 ? default_thread_count() : threads};
 }
 
 // A detector with its threads.

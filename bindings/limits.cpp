@@ -7,15 +7,11 @@
 #include "bindings/bindings.h"
 #include "core/cloth/cloth_model.h"
 #include "core/mesh/triangle_mesh.h"
+#include "core/parallel/team.h"
 
 namespace loomstone {
 
 namespace {
-
-Team team_of(int threads) {
-  if (threads < 0) throw InvalidInput("threads must be at least 0, got " + std::to_string(threads));
-  return Team{threads == 0 ? default_thread_count() : threads};
-}
 
 std::vector<Corners2> corners_of(const TriangleMesh& mesh, const std::string& rest) {
   if (rest != "uv" && rest != "mesh")

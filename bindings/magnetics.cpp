@@ -12,15 +12,11 @@
 #include "core/magnetics/sources/axisymmetric.h"
 #include "core/magnetics/sources/polyhedron.h"
 #include "core/magnetics/sources/sphere.h"
+#include "core/parallel/team.h"
 
 namespace loomstone {
 
 namespace {
-
-Team team_of(int threads) {
-  if (threads < 0) fail<InvalidInput>("threads must be at least 0, got {}", threads);
-  return Team{threads == 0 ? default_thread_count() : threads};
-}
 
 MagneticBody at_origin(SourcePtr source) { return {std::move(source), {}}; }
 

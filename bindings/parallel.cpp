@@ -2,9 +2,15 @@
 #include "core/parallel/communicator.h"
 
 #include "bindings/bindings.h"
+#include "core/base/message.h"
 #include "core/parallel/team.h"
 
 namespace loomstone {
+
+Team team_of(int threads) {
+  if (threads < 0) fail<InvalidInput>("threads must be at least 0, got {}", threads);
+  return Team{threads == 0 ? default_thread_count() : threads};
+}
 
 void bind_parallel(py::module_& m) {
   py::classh<Communicator> c(m, "Communicator", "The ranks of one simulation.");
@@ -29,8 +35,7 @@ void bind_parallel(py::module_& m) {
                           "Text of the last failure that ranks agreed on.");
   c.def("abort", &Communicator::abort, py::arg("code"), "Ends all ranks at once.");
   c.def("__repr__", [](const Communicator& self) {
-    return "Communicator(rank " + std::to_string(self.rank()) + " of " +
-           std::to_string(self.size()) + ")";
+    return formatted("Communicator(rank {} of {})", self.rank(), self.size());
   });
   m.def(
       "single_communicator",

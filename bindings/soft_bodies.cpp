@@ -4,15 +4,11 @@
 #include "core/base/message.h"
 #include "core/magnetics/induction/linear_magnetization.h"
 #include "core/mesh/triangle_mesh.h"
+#include "core/parallel/team.h"
 
 namespace loomstone {
 
 namespace {
-
-Team team_of(int threads) {
-  if (threads < 0) fail<InvalidInput>("threads must be at least 0, got {}", threads);
-  return Team{threads == 0 ? default_thread_count() : threads};
-}
 
 SoftBody soft_body(SoftShapePtr shape, double saturation, const RigidPose& pose = {}) {
   if (!(saturation >= 0.0) || !std::isfinite(saturation))
@@ -22,24 +18,14 @@ SoftBody soft_body(SoftShapePtr shape, double saturation, const RigidPose& pose 
   return {std::move(shape), pose, saturation};
 }
 
-// The same body of another susceptibility, and how it would be made.
+// The same body of another susceptibility.
 SoftBody with_susceptibility(const SoftBody& b, double susceptibility) {
   check_susceptibility(susceptibility);
-  SoftBody other;
-  {
-    const py::gil_scoped_release release;
-    other = soft_body(b.shape->with_susceptibility(susceptibility), b.saturation, b.pose);
-  }
-  if (const py::object known = recipes<SoftShape>().of(b.shape); !known.is_none()) {
-    py::dict arguments = known[py::int_(2)].attr("copy")();
-    arguments["susceptibility"] = susceptibility;
-    recipes<SoftShape>().keep(other.shape,
-                              py::make_tuple(known[py::int_(0)], known[py::int_(1)], arguments));
-  }
-  return other;
+  const py::gil_scoped_release release;
+  return soft_body(b.shape->with_susceptibility(susceptibility), b.saturation, b.pose);
 }
 
-void bind_body(py::module_& m) {
+void bind_soft_body(py::module_& m) {
   py::class_<SoftBody> c(m, "SoftBody",
                          "Linear body at a pose that magnetises in the field it is in; made by the "
                          "functions soft_... of loomstone.magnetics; immutable.");
@@ -185,7 +171,7 @@ void bind_induction(py::module_& m) {
 }  // namespace
 
 void bind_soft_bodies(py::module_& m) {
-  bind_body(m);
+  bind_soft_body(m);
   bind_shapes(m);
   bind_induction(m);
 }
