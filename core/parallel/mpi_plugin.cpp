@@ -15,8 +15,42 @@ namespace loomstone {
 namespace {
 
 constexpr int exchange_tag = 4711;
-constexpr std::chrono::seconds patience{10};  // how long a rank that failed waits for the others
+constexpr std::chrono::seconds grace{10};  // how long a rank that failed waits for the others
 constexpr std::size_t largest_message = std::size_t{1} << 30;  // [byte] MPI counts are ints
+
+// How a rank waits for others: it asks again at once for a while, then gives way, then sleeps
+// between questions, longer each time. Waits inside a linear solve are over before the first sleep.
+class Patience {
+ public:
+  void wait() {
+    ++questions_;
+    if (questions_ < 200) return;
+    if (questions_ < 400) {
+      std::this_thread::yield();
+      return;
+    }
+    std::this_thread::sleep_for(pause_);
+    pause_ = std::min(2 * pause_, std::chrono::microseconds{1000});
+  }
+
+ private:
+  int questions_ = 0;
+  std::chrono::microseconds pause_{20};
+};
+
+void wait_for(MPI_Request& request) {
+  Patience patience;
+  for (int done = 0; MPI_Test(&request, &done, MPI_STATUS_IGNORE) == MPI_SUCCESS && !done;)
+    patience.wait();
+}
+
+void wait_for(std::vector<MPI_Request>& requests) {
+  Patience patience;
+  for (int done = 0; MPI_Testall(static_cast<int>(requests.size()), requests.data(), &done,
+                                 MPI_STATUSES_IGNORE) == MPI_SUCCESS &&
+                     !done;)
+    patience.wait();
+}
 
 bool finalised() {
   int flag = 0;
@@ -46,11 +80,17 @@ class MpiCommunicator final : public Communicator {
 
   int rank() const override { return rank_; }
   int size() const override { return size_; }
-  void barrier() const override { MPI_Barrier(comm_); }
+  void barrier() const override {
+    MPI_Request request;
+    MPI_Ibarrier(comm_, &request);
+    wait_for(request);
+  }
 
   std::int64_t maximum(std::int64_t value) const override {
     std::int64_t largest = value;
-    MPI_Allreduce(&value, &largest, 1, MPI_INT64_T, MPI_MAX, comm_);
+    MPI_Request request;
+    MPI_Iallreduce(&value, &largest, 1, MPI_INT64_T, MPI_MAX, comm_, &request);
+    wait_for(request);
     return largest;
   }
 
@@ -93,7 +133,7 @@ class MpiCommunicator final : public Communicator {
         MPI_Isend(data, bytes, MPI_BYTE, message.rank, exchange_tag, comm_,
                   &requests_.emplace_back());
       });
-    MPI_Waitall(static_cast<int>(requests_.size()), requests_.data(), MPI_STATUSES_IGNORE);
+    wait_for(requests_);
   }
 
   void agree(int& kind, std::string& text) const override {
@@ -102,7 +142,7 @@ class MpiCommunicator final : public Communicator {
     MPI_Request request;
     MPI_Iallreduce(&mine, &lowest, 1, MPI_INT64_T, MPI_MAX, failures_, &request);
     if (kind == 0) {
-      MPI_Wait(&request, MPI_STATUS_IGNORE);
+      wait_for(request);
     } else if (!completes(request)) {
       std::fprintf(stderr, "rank %d: %s\n", rank_, text.c_str());
       abort(1);
@@ -126,7 +166,7 @@ class MpiCommunicator final : public Communicator {
 
  private:
   static bool completes(MPI_Request& request) {
-    const auto end = std::chrono::steady_clock::now() + patience;
+    const auto end = std::chrono::steady_clock::now() + grace;
     for (int done = 0; MPI_Test(&request, &done, MPI_STATUS_IGNORE) == MPI_SUCCESS && !done;) {
       if (std::chrono::steady_clock::now() > end) return false;
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -173,6 +213,8 @@ extern "C" const loomstone::Communicator* loomstone_make_communicator_2(int fort
           "mpi4py.MPI)";
       return nullptr;
     }
+    // Collective calls of Open MPI ask for ever; between questions they shall let others run.
+    setenv("OMPI_MCA_mpi_yield_when_idle", "1", 0);  // 0: what the user has set stays
     // Only the thread that steps the simulation calls MPI.
     int provided = MPI_THREAD_SINGLE;
     MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);

@@ -13,6 +13,9 @@ SI units everywhere.
 
 from typing import TYPE_CHECKING, Any
 
+from .base import waiting  # noqa: F401  # first: it settles how threads wait
+
+# isort: split
 from . import collision, garments, limits, magnetics, meshes, obstacles, pictures, ranks
 from ._core import (
     Air,

@@ -8,6 +8,7 @@ import platform
 import sys
 
 from . import _core
+from .base.waiting import WAITING
 
 __all__ = ["show_versions"]
 
@@ -41,3 +42,4 @@ def show_versions() -> None:
         f"processors {_core.default_thread_count()}, MPI plug-in"
         f" {'present' if os.path.exists(plugin) else 'absent'}"
     )
+    print(f"waiting threads: {WAITING}")
