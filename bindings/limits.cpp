@@ -70,8 +70,7 @@ std::pair<Points, LimitReport> limited(const py::object& points, const TriangleM
   cloth.prescribed.assign(mesh.n_vertices(), 0);
   for (const Index v : fixed) {
     if (v < 0 || v >= mesh.n_vertices())
-      throw InvalidInput("fixed must be vertex indices in [0, " +
-                         std::to_string(mesh.n_vertices() - 1) + "], got " + std::to_string(v));
+      fail<InvalidInput>("fixed must be vertex indices in [0, {}], got {}", mesh.n_vertices() - 1, v);
     cloth.prescribed[v] = 1;
   }
   const Team team = team_of(threads);

@@ -32,7 +32,7 @@ DepthPass::DepthPass(const GL& gl, int width, int height)
       width_(width),
       height_(height),
       program_(gl, "depth", vertex_shader, fragment_shader),
-      surface_(make_texture(gl, GL_RGBA32F, width, height)),
+      surface_(make_texture(gl, {GL_RGBA32F, width, height})),
       depth_(make_renderbuffer(gl, GL_DEPTH_COMPONENT24, width, height, 1)),
       framebuffer_(make_framebuffer(gl)) {
   gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());

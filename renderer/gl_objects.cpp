@@ -33,15 +33,14 @@ GlObject make_vertex_array(const GL& gl) {
   return {gl, name, [](const GL& g, GLuint n) { g.DeleteVertexArrays(1, &n); }};
 }
 
-GlObject make_texture(const GL& gl, GLenum format, int width, int height, GLenum filter,
-                      const void* pixels, GLenum pixel_format, GLenum pixel_type) {
+GlObject make_texture(const GL& gl, const Texture& texture) {
   GLuint name = 0;
   gl.GenTextures(1, &name);
   gl.BindTexture(GL_TEXTURE_2D, name);
-  gl.TexImage2D(GL_TEXTURE_2D, 0, static_cast<GLint>(format), width, height, 0, pixel_format,
-                pixel_type, pixels);
-  gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, static_cast<GLint>(filter));
-  gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, static_cast<GLint>(filter));
+  gl.TexImage2D(GL_TEXTURE_2D, 0, static_cast<GLint>(texture.format), texture.width, texture.height,
+                0, texture.pixel_format, texture.pixel_type, texture.pixels);
+  gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, static_cast<GLint>(texture.filter));
+  gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, static_cast<GLint>(texture.filter));
   gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
   gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
   gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 0);

@@ -33,10 +33,15 @@ class GlObject {
 
 GlObject make_buffer(const GL& gl);
 GlObject make_vertex_array(const GL& gl);
-// No mipmaps, clamped to the edge; `filter` GL_NEAREST or GL_LINEAR.
-GlObject make_texture(const GL& gl, GLenum format, int width, int height,
-                      GLenum filter = GL_NEAREST, const void* pixels = nullptr,
-                      GLenum pixel_format = GL_RGBA, GLenum pixel_type = GL_FLOAT);
+// A texture without mipmaps, clamped to the edge.
+struct Texture {
+  GLenum format;
+  int width, height;           // pixels
+  GLenum filter = GL_NEAREST;  // or GL_LINEAR
+  const void* pixels = nullptr;
+  GLenum pixel_format = GL_RGBA, pixel_type = GL_FLOAT;  // of `pixels`
+};
+GlObject make_texture(const GL& gl, const Texture& texture);
 GlObject make_renderbuffer(const GL& gl, GLenum format, int width, int height, int samples);
 GlObject make_framebuffer(const GL& gl);
 

@@ -132,8 +132,8 @@ LightPass::LightPass(const GL& gl, int width, int height)
       height_(height),
       light_program_(gl, "light", whole_picture, light_fragment_shader),
       blur_program_(gl, "blur", whole_picture, blur_fragment_shader),
-      first_(make_texture(gl, GL_RGBA32F, width, height)),
-      second_(make_texture(gl, GL_RGBA32F, width, height)),
+      first_(make_texture(gl, {GL_RGBA32F, width, height})),
+      second_(make_texture(gl, {GL_RGBA32F, width, height})),
       first_framebuffer_(make_framebuffer(gl)),
       second_framebuffer_(make_framebuffer(gl)),
       empty_(make_vertex_array(gl)) {

@@ -261,8 +261,8 @@ void Renderer::Data::draw(const Frame& frame, const std::array<Vector, 2>& value
   passes->depth.draw(view, passes->cloth, *bodies, floors);
   passes->light.draw(view, light, {options.shadows, options.ambient_occlusion, framing->radius()},
                      passes->depth, passes->shadow);
-  passes->surface.draw(view, light, look, passes->light, passes->cloth, *bodies, floors,
-                       pattern_size, reach.rectangle());
+  passes->surface.draw({view, light, look, passes->light},
+                       {passes->cloth, *bodies, floors, pattern_size}, reach.rectangle());
 }
 
 Image Renderer::Data::draw_row(const Frame& frame, const std::string& color_by,

@@ -42,8 +42,10 @@ LightView make_light_view(const Vec3& direction, const Vec3& low, const Vec3& hi
 ShadowPass::ShadowPass(const GL& gl)
     : gl_(&gl),
       program_(gl, "shadow", vertex_shader, fragment_shader),
-      depth_(make_texture(gl, GL_DEPTH_COMPONENT32F, resolution, resolution, GL_NEAREST, nullptr,
-                          GL_DEPTH_COMPONENT)),
+      depth_(make_texture(gl, {.format = GL_DEPTH_COMPONENT32F,
+                               .width = resolution,
+                               .height = resolution,
+                               .pixel_format = GL_DEPTH_COMPONENT})),
       framebuffer_(make_framebuffer(gl)) {
   gl.BindFramebuffer(GL_FRAMEBUFFER, framebuffer_.name());
   gl.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth_.name(), 0);

@@ -37,10 +37,15 @@ SurfacePass::SurfacePass(const GL& gl, int width, int height, int samples, const
       things_color_(make_renderbuffer(gl, GL_RGBA8, width, height, samples)),
       things_depth_(make_renderbuffer(gl, GL_DEPTH_COMPONENT24, width, height, samples)),
       things_(make_framebuffer(gl)),
-      resolved_color_(make_texture(gl, GL_RGBA8, width, height)),
+      resolved_color_(make_texture(gl, {GL_RGBA8, width, height})),
       resolved_(make_framebuffer(gl)),
-      color_table_(
-          make_texture(gl, GL_RGB8, 256, 1, GL_LINEAR, table.data(), GL_RGB, GL_UNSIGNED_BYTE)),
+      color_table_(make_texture(gl, {.format = GL_RGB8,
+                                     .width = 256,
+                                     .height = 1,
+                                     .filter = GL_LINEAR,
+                                     .pixels = table.data(),
+                                     .pixel_format = GL_RGB,
+                                     .pixel_type = GL_UNSIGNED_BYTE})),
       empty_(make_vertex_array(gl)) {
   gl.BindFramebuffer(GL_FRAMEBUFFER, picture_.name());
   gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER,
@@ -60,18 +65,18 @@ SurfacePass::SurfacePass(const GL& gl, int width, int height, int samples, const
   check_framebuffer(gl, "resolved picture");
 }
 
-void SurfacePass::set_common(const Program& program, const View& view, const LightView& light,
-                             const SurfaceOptions& options, const LightPass& seen) const {
-  const Float4x4 to_eye = view.view();
+void SurfacePass::set_common(const Program& program, const SurfaceShading& shading) const {
+  const Float4x4 to_eye = shading.view.view();
   program.use();
   program.set("view", to_eye);
-  program.set("projection", view.projection());
+  program.set("projection", shading.view.projection());
   program.set("size", Eigen::Vector2f(static_cast<float>(width_), static_cast<float>(height_)));
-  program.set("towards_light", Eigen::Vector3f(to_eye.topLeftCorner<3, 3>() * light.towards));
+  program.set("towards_light",
+              Eigen::Vector3f(to_eye.topLeftCorner<3, 3>() * shading.light.towards));
   program.set("up", Eigen::Vector3f(to_eye.topLeftCorner<3, 3>() * Eigen::Vector3f::UnitZ()));
   program.set("towards_eye", 0.0f);
-  program.set("colored", options.colored ? 1 : 0);
-  program.set_texture("light_seen", 0, seen.result());
+  program.set("colored", shading.options.colored ? 1 : 0);
+  program.set_texture("light_seen", 0, shading.seen.result());
 }
 
 void SurfacePass::draw_floors(const std::vector<const SquareBuffers*>& floors) const {
@@ -80,73 +85,67 @@ void SurfacePass::draw_floors(const std::vector<const SquareBuffers*>& floors) c
   gl_->Disable(GL_CULL_FACE);
 }
 
-void SurfacePass::draw_surroundings(const View& view, const LightView& light,
-                                    const SurfaceOptions& options, const LightPass& seen,
+void SurfacePass::draw_surroundings(const SurfaceShading& shading,
                                     const std::vector<const SquareBuffers*>& floors) const {
-  set_common(floor_program_, view, light, options, seen);
+  set_common(floor_program_, shading);
   draw_floors(floors);
   // The backdrop last and at the far end, where nothing was drawn: each pixel is shaded once.
-  set_common(background_program_, view, light, options, seen);
+  set_common(background_program_, shading);
   gl_->BindVertexArray(empty_.name());
   gl_->DepthFunc(GL_LEQUAL);
   gl_->DrawArrays(GL_TRIANGLES, 0, 3);
   gl_->DepthFunc(GL_LESS);
 }
 
-void SurfacePass::draw_things(const View& view, const LightView& light,
-                              const SurfaceOptions& options, const LightPass& seen,
-                              const MeshBuffers& cloth, const MeshBuffers& bodies,
-                              const std::vector<const SquareBuffers*>& floors,
-                              const std::vector<double>& pattern_size) const {
-  set_common(floor_program_, view, light, options, seen);
+void SurfacePass::draw_things(const SurfaceShading& shading, const SurfaceThings& things) const {
+  const SurfaceOptions& options = shading.options;
+  set_common(floor_program_, shading);
   gl_->ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);  // floors only hide here
-  draw_floors(floors);
+  draw_floors(things.floors);
   gl_->ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
 
-  set_common(cloth_program_, view, light, options, seen);
+  set_common(cloth_program_, shading);
   cloth_program_.set_texture("color_table", 1, color_table_.name());
   cloth_program_.set("pattern", options.pattern == "weave"     ? 1
                                 : options.pattern == "checker" ? 2
                                                                : 0);
   cloth_program_.set("value_range", Eigen::Vector2f(static_cast<float>(options.range.low),
                                                     static_cast<float>(options.range.high)));
-  for (Index part = 0; part < cloth.n_parts(); ++part) {
+  for (Index part = 0; part < things.cloth.n_parts(); ++part) {
     const Rgb& front = palette[static_cast<std::size_t>(part) % palette.size()];
     cloth_program_.set("front_color", front);
     cloth_program_.set("back_color", back_of(front));
     cloth_program_.set("checker_color", Rgb(0.66f, 0.63f, 0.57f));
     cloth_program_.set("pattern_size",
-                       static_cast<float>(pattern_size[static_cast<std::size_t>(part)]));
+                       static_cast<float>(things.pattern_size[static_cast<std::size_t>(part)]));
     cloth_program_.set("split",
                        options.split.empty()
                            ? 1e9f
                            : static_cast<float>(options.split[static_cast<std::size_t>(part)]));
-    cloth.draw_part(part);
+    things.cloth.draw_part(part);
   }
   if (options.wireframe) {
-    set_common(edge_program_, view, light, options, seen);
+    set_common(edge_program_, shading);
     edge_program_.set("towards_eye", 8e-4f);
     gl_->Enable(GL_BLEND);
     gl_->BlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
     gl_->DepthMask(GL_FALSE);
-    cloth.draw_edges();
+    things.cloth.draw_edges();
     gl_->DepthMask(GL_TRUE);
     gl_->Disable(GL_BLEND);
   }
 
-  set_common(body_program_, view, light, options, seen);
-  bodies.draw();
+  set_common(body_program_, shading);
+  things.bodies.draw();
 }
 
-void SurfacePass::draw(const View& view, const LightView& light, const SurfaceOptions& options,
-                       const LightPass& seen, const MeshBuffers& cloth, const MeshBuffers& bodies,
-                       const std::vector<const SquareBuffers*>& floors,
-                       const std::vector<double>& pattern_size, const Rectangle& reached) const {
+void SurfacePass::draw(const SurfaceShading& shading, const SurfaceThings& things,
+                       const Rectangle& reached) const {
   gl_->Viewport(0, 0, width_, height_);
   gl_->Enable(GL_DEPTH_TEST);
   gl_->BindFramebuffer(GL_FRAMEBUFFER, picture_.name());
   gl_->Clear(GL_DEPTH_BUFFER_BIT);
-  draw_surroundings(view, light, options, seen, floors);
+  draw_surroundings(shading, things.floors);
   if (reached.width <= 0 || reached.height <= 0) return;
 
   gl_->Enable(GL_SCISSOR_TEST);
@@ -154,7 +153,7 @@ void SurfacePass::draw(const View& view, const LightView& light, const SurfaceOp
   gl_->BindFramebuffer(GL_FRAMEBUFFER, things_.name());
   gl_->ClearColor(0.0f, 0.0f, 0.0f, 0.0f);
   gl_->Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-  draw_things(view, light, options, seen, cloth, bodies, floors, pattern_size);
+  draw_things(shading, things);
 
   const int right = reached.left + reached.width, top = reached.bottom + reached.height;
   gl_->BindFramebuffer(GL_READ_FRAMEBUFFER, things_.name());
@@ -166,9 +165,8 @@ void SurfacePass::draw(const View& view, const LightView& light, const SurfaceOp
   overlay_program_.set_texture("things", 0, resolved_color_.name());
   gl_->Disable(GL_DEPTH_TEST);
   gl_->Enable(GL_BLEND);
-  gl_->BlendFunc(
-      GL_ONE,
-      GL_ONE_MINUS_SRC_ALPHA);  // the mean over samples is already weighted by what they cover
+  // The mean over samples is already weighted by what they cover.
+  gl_->BlendFunc(GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   gl_->BindVertexArray(empty_.name());
   gl_->DrawArrays(GL_TRIANGLES, 0, 3);
   gl_->Disable(GL_BLEND);

@@ -21,27 +21,36 @@ struct SurfaceOptions {
                               // [pixels]; or empty: all ones
 };
 
+// What every surface is shaded with.
+struct SurfaceShading {
+  const View& view;
+  const LightView& light;
+  const SurfaceOptions& options;
+  const LightPass& seen;
+};
+
+// What is drawn.
+struct SurfaceThings {
+  const MeshBuffers& cloth;
+  const MeshBuffers& bodies;
+  const std::vector<const SquareBuffers*>& floors;
+  const std::vector<double>&
+      pattern_size;  // edge of the square each cloth would fill, by its uv [m]
+};
+
 class SurfacePass {
  public:
   SurfacePass(const GL& gl, int width, int height, int samples, const ColorTable& table);
-  // pattern_size: edge of the square that each cloth would fill, from its uv [m].
-  void draw(const View& view, const LightView& light, const SurfaceOptions& options,
-            const LightPass& seen, const MeshBuffers& cloth, const MeshBuffers& bodies,
-            const std::vector<const SquareBuffers*>& floors,
-            const std::vector<double>& pattern_size, const Rectangle& reached) const;
+  void draw(const SurfaceShading& shading, const SurfaceThings& things,
+            const Rectangle& reached) const;
   Image read() const;
 
  private:
-  void draw_surroundings(const View& view, const LightView& light, const SurfaceOptions& options,
-                         const LightPass& seen,
+  void draw_surroundings(const SurfaceShading& shading,
                          const std::vector<const SquareBuffers*>& floors) const;
-  void draw_things(const View& view, const LightView& light, const SurfaceOptions& options,
-                   const LightPass& seen, const MeshBuffers& cloth, const MeshBuffers& bodies,
-                   const std::vector<const SquareBuffers*>& floors,
-                   const std::vector<double>& pattern_size) const;
+  void draw_things(const SurfaceShading& shading, const SurfaceThings& things) const;
   void draw_floors(const std::vector<const SquareBuffers*>& floors) const;
-  void set_common(const Program& program, const View& view, const LightView& light,
-                  const SurfaceOptions& options, const LightPass& seen) const;
+  void set_common(const Program& program, const SurfaceShading& shading) const;
 
   const GL* gl_;
   int width_, height_;
