@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/base/report.h"
-#include "core/cloth/limits/limit_look.h"
+#include "core/cloth/limits/limit_check.h"
 #include "core/sim/model/state.h"
 
 namespace loomstone {
