@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "bindings/bindings.h"
+#include "core/base/message.h"
 #include "core/cloth/cloth_model.h"
 #include "core/mesh/triangle_mesh.h"
 #include "core/parallel/team.h"
@@ -70,7 +71,8 @@ std::pair<Points, LimitReport> limited(const py::object& points, const TriangleM
   cloth.prescribed.assign(mesh.n_vertices(), 0);
   for (const Index v : fixed) {
     if (v < 0 || v >= mesh.n_vertices())
-      fail<InvalidInput>("fixed must be vertex indices in [0, {}], got {}", mesh.n_vertices() - 1, v);
+      fail<InvalidInput>("fixed must be vertex indices in [0, {}], got {}", mesh.n_vertices() - 1,
+                         v);
     cloth.prescribed[v] = 1;
   }
   const Team team = team_of(threads);
