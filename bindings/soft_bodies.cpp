@@ -25,6 +25,42 @@ SoftBody with_susceptibility(const SoftBody& b, double susceptibility) {
   return soft_body(b.shape->with_susceptibility(susceptibility), b.saturation, b.pose);
 }
 
+// Copies at other poses, or of another susceptibility.
+void bind_copies(py::class_<SoftBody>& c) {
+  c.def(
+      "at",
+      [](const SoftBody& b, const py::object& position, const py::object& orientation) {
+        const RigidPose pose = checked_pose(as_vector<Vec3>(position, {"position", "m"}),
+                                            as_vector<Vec4>(orientation, "orientation"));
+        return SoftBody{b.shape, pose, b.saturation};
+      },
+      py::arg("position"), py::arg("orientation") = py::make_tuple(1.0, 0.0, 0.0, 0.0),
+      "The same body at another pose: centre (3) [m], quaternion (w, x, y, z), normalised.");
+  c.def(
+      "with_susceptibility", &with_susceptibility, py::arg("susceptibility"),
+      "The same body of another susceptibility >= -1 [1]; what was computed for its shape is used "
+      "again.");
+  c.def(
+      "moved",
+      [](const SoftBody& b, const py::object& by) {
+        return SoftBody{
+            b.shape,
+            checked_pose(b.pose.position + as_vector<Vec3>(by, {"by", "m"}), b.pose.orientation),
+            b.saturation};
+      },
+      py::arg("by"), "A copy displaced by (3) [m].");
+  c.def(
+      "rotated",
+      [](const SoftBody& b, const py::object& by) {
+        const Vec4 turn = quaternion_from_rotation_vector(as_vector<Vec3>(by, {"by", "rad"}));
+        return SoftBody{b.shape,
+                        checked_pose(b.pose.position, quaternion_product(turn, b.pose.orientation)),
+                        b.saturation};
+      },
+      py::arg("by"),
+      "A copy turned about its own centre by a rotation vector (3) in world axes [rad].");
+}
+
 void bind_soft_body(py::module_& m) {
   py::class_<SoftBody> c(m, "SoftBody",
                          "Linear body at a pose that magnetises in the field it is in; made by the "
@@ -58,38 +94,7 @@ void bind_soft_body(py::module_& m) {
            " m, susceptibility=" +
            py::repr(py::cast(b.shape->susceptibility())).cast<std::string>() + ")";
   });
-  c.def(
-      "at",
-      [](const SoftBody& b, const py::object& position, const py::object& orientation) {
-        const RigidPose pose = checked_pose(as_vector<Vec3>(position, {"position", "m"}),
-                                            as_vector<Vec4>(orientation, "orientation"));
-        return SoftBody{b.shape, pose, b.saturation};
-      },
-      py::arg("position"), py::arg("orientation") = py::make_tuple(1.0, 0.0, 0.0, 0.0),
-      "The same body at another pose: centre (3) [m], quaternion (w, x, y, z), normalised.");
-  c.def(
-      "with_susceptibility", &with_susceptibility, py::arg("susceptibility"),
-      "The same body of another susceptibility >= -1 [1]; what was computed for its shape is used "
-      "again.");
-  c.def(
-      "moved",
-      [](const SoftBody& b, const py::object& by) {
-        return SoftBody{
-            b.shape,
-            checked_pose(b.pose.position + as_vector<Vec3>(by, {"by", "m"}), b.pose.orientation),
-            b.saturation};
-      },
-      py::arg("by"), "A copy displaced by (3) [m].");
-  c.def(
-      "rotated",
-      [](const SoftBody& b, const py::object& by) {
-        const Vec4 turn = quaternion_from_rotation_vector(as_vector<Vec3>(by, {"by", "rad"}));
-        return SoftBody{b.shape,
-                        checked_pose(b.pose.position, quaternion_product(turn, b.pose.orientation)),
-                        b.saturation};
-      },
-      py::arg("by"),
-      "A copy turned about its own centre by a rotation vector (3) in world axes [rad].");
+  bind_copies(c);
 }
 
 void bind_shapes(py::module_& m) {

@@ -918,7 +918,7 @@ class RigidBody:
     angular_velocity : angular velocity in world axes [rad/s]
     friction : friction coefficient [1]; >= 0; default 0.3
     restitution : restitution coefficient [1]; in [0, 1]; default 0.0
-    thickness : contact distance to cloth, 0: as the cloth's [m]; >= 0; default 0.0
+    thickness : contact distance to cloth, 0: that of the cloth [m]; >= 0; default 0.0
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -1030,7 +1030,7 @@ class RigidBody:
     @property
     def thickness(self) -> float:
         """
-        contact distance to cloth, 0: as the cloth's [m]; >= 0; default 0.0
+        contact distance to cloth, 0: that of the cloth [m]; >= 0; default 0.0
         """
     @property
     def velocity(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -1064,13 +1064,9 @@ class MagneticBody:
     Magnet or current at a pose; made by the functions of loomstone.magnetics; immutable.
     """
 
-    _recipe: typing.Any
+    __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
+    def __eq__(self, arg0: object) -> bool: ...
     def __repr__(self) -> str: ...
-    def _at_exactly(
-        self,
-        position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
-        orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"],
-    ) -> MagneticBody: ...
     def at(
         self, position: typing.Any, orientation: typing.Any = (1.0, 0.0, 0.0, 0.0)
     ) -> MagneticBody:
@@ -1111,12 +1107,9 @@ class SoftBody:
     Linear body at a pose that magnetises in the field it is in; made by the functions soft_... of loomstone.magnetics; immutable.
     """
 
-    _recipe: typing.Any
-    def _at_exactly(
-        self,
-        position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"],
-        orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"],
-    ) -> SoftBody: ...
+    __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
+    def __eq__(self, arg0: object) -> bool: ...
+    def __repr__(self) -> str: ...
     def at(self, position: typing.Any, orientation: typing.Any = (1.0, 0.0, 0.0, 0.0)) -> SoftBody:
         """
         The same body at another pose: centre (3) [m], quaternion (w, x, y, z), normalised.
@@ -1315,7 +1308,7 @@ class StrainLimit:
     weft_min : smallest strain along weft; -1: compression is free [1]; in [-1, 0]; default -1.0
     warp_min : smallest strain along warp; -1: compression is free [1]; in [-1, 0]; default -1.0
     shear_min : smallest shear strain e12; None: -shear [1]; <= 0
-    edge : largest elongation of an edge: where given, this cloth is limited by edges, whatever the method; None: in the method edges the smaller of weft and warp [1]; >= 0
+    edge : largest elongation of an edge; if given, this cloth is limited by edges, whatever the method; None: the smaller of weft and warp, used by the method edges only [1]; >= 0
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -1362,7 +1355,7 @@ class StrainLimit:
     @property
     def edge(self) -> float | None:
         """
-        largest elongation of an edge: where given, this cloth is limited by edges, whatever the method; None: in the method edges the smaller of weft and warp [1]; >= 0
+        largest elongation of an edge; if given, this cloth is limited by edges, whatever the method; None: the smaller of weft and warp, used by the method edges only [1]; >= 0
         """
     @property
     def shear(self) -> float:
@@ -1404,12 +1397,12 @@ class LimitOptions:
     Parameters (keywords)
     ---------------------
     method : gauss-seidel (coloured, parallel) | gauss-seidel-random (seeded order, one thread) | jacobi | edges (edge-based, one bound for all directions); default 'gauss-seidel'
-    tolerance : strain beyond its limit that sweeps let be; a tenth of limits below 0.02 [1]; > 0; default 0.002
-    max_sweeps : sweeps over the elements a step; what then remains is reported [1]; in [1, 1e+06]; default 100
-    active_set : after the first sweep only corrected elements and their neighbours are looked at; default True
-    in_solve : implicit integrators: near its limits cloth enters a stiff second phase inside the solve, so that little is left to correct; not with the method edges; default True
-    strain_rate : largest change of strain a step left in the velocities; 0: off [1]; >= 0; default 0.1
-    seed : of the random order [1]; in [0, 2.14748e+09]; default 1
+    tolerance : excess over a limit that sweeps do not correct; a tenth of limits below 0.02 [1]; > 0; default 0.002
+    max_sweeps : largest number of sweeps over the elements per step; remaining violations are reported [1]; in [1, 1e+06]; default 100
+    active_set : after the first sweep evaluate only corrected elements and their neighbours; default True
+    in_solve : implicit integrators: near its limits cloth enters a stiff second phase inside the solve, so that little remains to be corrected; not with the method edges; default True
+    strain_rate : largest change of strain per step that velocities may cause; 0: no limit [1]; >= 0; default 0.1
+    seed : seed of the random order [1]; in [0, 2.14748e+09]; default 1
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -1456,17 +1449,17 @@ class LimitOptions:
     @property
     def active_set(self) -> bool:
         """
-        after the first sweep only corrected elements and their neighbours are looked at; default True
+        after the first sweep evaluate only corrected elements and their neighbours; default True
         """
     @property
     def in_solve(self) -> bool:
         """
-        implicit integrators: near its limits cloth enters a stiff second phase inside the solve, so that little is left to correct; not with the method edges; default True
+        implicit integrators: near its limits cloth enters a stiff second phase inside the solve, so that little remains to be corrected; not with the method edges; default True
         """
     @property
     def max_sweeps(self) -> int:
         """
-        sweeps over the elements a step; what then remains is reported [1]; in [1, 1e+06]; default 100
+        largest number of sweeps over the elements per step; remaining violations are reported [1]; in [1, 1e+06]; default 100
         """
     @property
     def method(self) -> str:
@@ -1476,17 +1469,17 @@ class LimitOptions:
     @property
     def seed(self) -> int:
         """
-        of the random order [1]; in [0, 2.14748e+09]; default 1
+        seed of the random order [1]; in [0, 2.14748e+09]; default 1
         """
     @property
     def strain_rate(self) -> float:
         """
-        largest change of strain a step left in the velocities; 0: off [1]; >= 0; default 0.1
+        largest change of strain per step that velocities may cause; 0: no limit [1]; >= 0; default 0.1
         """
     @property
     def tolerance(self) -> float:
         """
-        strain beyond its limit that sweeps let be; a tenth of limits below 0.02 [1]; > 0; default 0.002
+        excess over a limit that sweeps do not correct; a tenth of limits below 0.02 [1]; > 0; default 0.002
         """
 
 class Cloth:
@@ -1813,67 +1806,20 @@ class Magnet:
     Parameters (keywords)
     ---------------------
     body : name of the rigid body or obstacle that carries it; default ''
-    shape : mesh | sphere | cuboid | cylinder (about its z axis) | dipole; default 'mesh'
-    mesh : closed surface in the magnet's own frame, of shape mesh; none: that of the body
-    size : (3) edges of a cuboid [m]
-    radius : of a sphere or cylinder [m]; >= 0; default 0.0
-    inner_radius : of a cylinder with a bore [m]; >= 0; default 0.0
-    height : of a cylinder [m]; >= 0; default 0.0
-    position : (3) of the magnet's origin in the frame of the body's mesh [m]
-    orientation : unit quaternion (w, x, y, z), magnet's axes to those of the body's mesh
-    polarization : (3) J = mu0 M in the magnet's axes, fixed to it [T]; not of a dipole
-    moment : (3) of a dipole in the magnet's axes [A m^2]
-    susceptibility : chi of a sphere, cuboid, cylinder or mesh that magnetises in the field it is in, instead of a polarization: > 0 soft iron, < 0 diamagnetic, -1 superconducting [1]; >= -1; default 0.0
-    saturation : mu0 M_s with a susceptibility > 0, followed in the means over the body; 0: none [T]; >= 0; default 0.0
-    resolution : with a susceptibility: degree of the harmonics of a sphere (1: a point dipole), cells along each edge of a cuboid (a multiple of 4 from 8 to 48) or the side of a cylinder (from 8 to 24), least number of panels of a mesh; 0: 1, 8 or 500 [1]; in [0, 8000]; default 0
-    focus : of a cuboid with a susceptibility: half the width of what is near the middle of its wide faces, where panels are finer then; 0: none [m]; >= 0; default 0.0
-    response : with a susceptibility: mutual, to the field of all others | explicit, the thesis' own way: cells of `density` that answer as lone spheres, to permanent magnets alone; default 'mutual'
-    engine : accurate: exact fields, forces to magnetic_tolerance | cells: dipole cells, fast and rough; default 'accurate'
-    density : of cells, where engine is cells or response is explicit [1/m^3]; >= 0; default 0.0
+    source : magnet (cuboid, cylinder, sphere, mesh, dipoles or cells of loomstone.magnetics) or body that magnetises (soft_cuboid, soft_cylinder, soft_sphere, soft_mesh), at its pose in the frame of the body's mesh
+    response : of a body that magnetises: mutual, to the field of all others | explicit, the thesis' own way: cells of `density` that answer as lone spheres, to permanent magnets alone; default 'mutual'
+    density : of the cells of an explicit response [1/m^3]; >= 0; default 0.0
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
-    field_names: typing.ClassVar[tuple[str, ...]] = (
-        "body",
-        "shape",
-        "mesh",
-        "size",
-        "radius",
-        "inner_radius",
-        "height",
-        "position",
-        "orientation",
-        "polarization",
-        "moment",
-        "susceptibility",
-        "saturation",
-        "resolution",
-        "focus",
-        "response",
-        "engine",
-        "density",
-    )
+    field_names: typing.ClassVar[tuple[str, ...]] = ("body", "source", "response", "density")
     def __eq__(self, arg0: object) -> bool: ...
     def __init__(
         self,
         *,
         body: str = "",
-        shape: str = "mesh",
-        mesh: TriangleMesh | None = None,
-        size: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
-        radius: typing.SupportsFloat | typing.SupportsIndex = 0.0,
-        inner_radius: typing.SupportsFloat | typing.SupportsIndex = 0.0,
-        height: typing.SupportsFloat | typing.SupportsIndex = 0.0,
-        position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
-        orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ...,
-        polarization: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
-        moment: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
-        susceptibility: typing.SupportsFloat | typing.SupportsIndex = 0.0,
-        saturation: typing.SupportsFloat | typing.SupportsIndex = 0.0,
-        resolution: typing.SupportsInt | typing.SupportsIndex = 0,
-        focus: typing.SupportsFloat | typing.SupportsIndex = 0.0,
+        source: None | MagneticBody | SoftBody = None,
         response: str = "mutual",
-        engine: str = "accurate",
         density: typing.SupportsFloat | typing.SupportsIndex = 0.0,
     ) -> None: ...
     def __repr__(self) -> str: ...
@@ -1881,22 +1827,8 @@ class Magnet:
         self,
         *,
         body: str = ...,
-        shape: str = ...,
-        mesh: TriangleMesh | None = ...,
-        size: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
-        radius: typing.SupportsFloat | typing.SupportsIndex = ...,
-        inner_radius: typing.SupportsFloat | typing.SupportsIndex = ...,
-        height: typing.SupportsFloat | typing.SupportsIndex = ...,
-        position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
-        orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ...,
-        polarization: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
-        moment: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
-        susceptibility: typing.SupportsFloat | typing.SupportsIndex = ...,
-        saturation: typing.SupportsFloat | typing.SupportsIndex = ...,
-        resolution: typing.SupportsInt | typing.SupportsIndex = ...,
-        focus: typing.SupportsFloat | typing.SupportsIndex = ...,
+        source: None | MagneticBody | SoftBody = ...,
         response: str = ...,
-        engine: str = ...,
         density: typing.SupportsFloat | typing.SupportsIndex = ...,
     ) -> Magnet:
         """
@@ -1914,87 +1846,17 @@ class Magnet:
     @property
     def density(self) -> float:
         """
-        of cells, where engine is cells or response is explicit [1/m^3]; >= 0; default 0.0
-        """
-    @property
-    def engine(self) -> str:
-        """
-        accurate: exact fields, forces to magnetic_tolerance | cells: dipole cells, fast and rough; default 'accurate'
-        """
-    @property
-    def focus(self) -> float:
-        """
-        of a cuboid with a susceptibility: half the width of what is near the middle of its wide faces, where panels are finer then; 0: none [m]; >= 0; default 0.0
-        """
-    @property
-    def height(self) -> float:
-        """
-        of a cylinder [m]; >= 0; default 0.0
-        """
-    @property
-    def inner_radius(self) -> float:
-        """
-        of a cylinder with a bore [m]; >= 0; default 0.0
-        """
-    @property
-    def mesh(self) -> TriangleMesh:
-        """
-        closed surface in the magnet's own frame, of shape mesh; none: that of the body
-        """
-    @property
-    def moment(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
-        """
-        (3) of a dipole in the magnet's axes [A m^2]
-        """
-    @property
-    def orientation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
-        """
-        unit quaternion (w, x, y, z), magnet's axes to those of the body's mesh
-        """
-    @property
-    def polarization(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
-        """
-        (3) J = mu0 M in the magnet's axes, fixed to it [T]; not of a dipole
-        """
-    @property
-    def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
-        """
-        (3) of the magnet's origin in the frame of the body's mesh [m]
-        """
-    @property
-    def radius(self) -> float:
-        """
-        of a sphere or cylinder [m]; >= 0; default 0.0
-        """
-    @property
-    def resolution(self) -> int:
-        """
-        with a susceptibility: degree of the harmonics of a sphere (1: a point dipole), cells along each edge of a cuboid (a multiple of 4 from 8 to 48) or the side of a cylinder (from 8 to 24), least number of panels of a mesh; 0: 1, 8 or 500 [1]; in [0, 8000]; default 0
+        of the cells of an explicit response [1/m^3]; >= 0; default 0.0
         """
     @property
     def response(self) -> str:
         """
-        with a susceptibility: mutual, to the field of all others | explicit, the thesis' own way: cells of `density` that answer as lone spheres, to permanent magnets alone; default 'mutual'
+        of a body that magnetises: mutual, to the field of all others | explicit, the thesis' own way: cells of `density` that answer as lone spheres, to permanent magnets alone; default 'mutual'
         """
     @property
-    def saturation(self) -> float:
+    def source(self) -> None | MagneticBody | SoftBody:
         """
-        mu0 M_s with a susceptibility > 0, followed in the means over the body; 0: none [T]; >= 0; default 0.0
-        """
-    @property
-    def shape(self) -> str:
-        """
-        mesh | sphere | cuboid | cylinder (about its z axis) | dipole; default 'mesh'
-        """
-    @property
-    def size(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
-        """
-        (3) edges of a cuboid [m]
-        """
-    @property
-    def susceptibility(self) -> float:
-        """
-        chi of a sphere, cuboid, cylinder or mesh that magnetises in the field it is in, instead of a polarization: > 0 soft iron, < 0 diamagnetic, -1 superconducting [1]; >= -1; default 0.0
+        magnet (cuboid, cylinder, sphere, mesh, dipoles or cells of loomstone.magnetics) or body that magnetises (soft_cuboid, soft_cylinder, soft_sphere, soft_mesh), at its pose in the frame of the body's mesh
         """
 
 class Coil:
@@ -2006,14 +1868,9 @@ class Coil:
     Parameters (keywords)
     ---------------------
     body : name of the rigid body or obstacle that carries it; default ''
-    shape : loop | solenoid (a sheet of current); default 'solenoid'
-    radius : of the winding [m]; > 0; default 0.0
-    length : of a solenoid [m]; >= 0; default 0.0
-    turns : number of turns [1]; > 0; default 1.0
-    position : (3) of its middle in the frame of the body's mesh [m]
-    orientation : unit quaternion (w, x, y, z), coil's axes to those of the body's mesh
+    source : winding: loop or solenoid of loomstone.magnetics, made with 1 A, at its pose in the frame of the body's mesh
     times : times of currents or voltages [s], ascending; empty: one value holds for ever
-    currents : given current at these times [A], linear between, counter-clockwise seen from +z
+    currents : given current in each turn at these times [A], linear between, counter-clockwise seen from +z of the winding
     voltages : of the source of a circuit at these times [V], linear between; empty: short-circuited
     resistance : of a circuit, whose current follows L di/dt + R i = V - d(flux)/dt; 0: the current is given [ohm]; >= 0; default 0.0
     inductance : of a circuit, of its winding in air [H]; >= 0; default 0.0
@@ -2023,12 +1880,7 @@ class Coil:
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
     field_names: typing.ClassVar[tuple[str, ...]] = (
         "body",
-        "shape",
-        "radius",
-        "length",
-        "turns",
-        "position",
-        "orientation",
+        "source",
         "times",
         "currents",
         "voltages",
@@ -2041,12 +1893,7 @@ class Coil:
         self,
         *,
         body: str = "",
-        shape: str = "solenoid",
-        radius: typing.SupportsFloat | typing.SupportsIndex = 0.0,
-        length: typing.SupportsFloat | typing.SupportsIndex = 0.0,
-        turns: typing.SupportsFloat | typing.SupportsIndex = 1.0,
-        position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
-        orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ...,
+        source: MagneticBody | None = None,
         times: numpy.typing.ArrayLike = [],
         currents: numpy.typing.ArrayLike = [],
         voltages: numpy.typing.ArrayLike = [],
@@ -2059,12 +1906,7 @@ class Coil:
         self,
         *,
         body: str = ...,
-        shape: str = ...,
-        radius: typing.SupportsFloat | typing.SupportsIndex = ...,
-        length: typing.SupportsFloat | typing.SupportsIndex = ...,
-        turns: typing.SupportsFloat | typing.SupportsIndex = ...,
-        position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
-        orientation: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[4, 1]"] = ...,
+        source: MagneticBody | None = ...,
         times: numpy.typing.ArrayLike = ...,
         currents: numpy.typing.ArrayLike = ...,
         voltages: numpy.typing.ArrayLike = ...,
@@ -2092,7 +1934,7 @@ class Coil:
     @property
     def currents(self) -> list[float]:
         """
-        given current at these times [A], linear between, counter-clockwise seen from +z
+        given current in each turn at these times [A], linear between, counter-clockwise seen from +z of the winding
         """
     @property
     def inductance(self) -> float:
@@ -2100,44 +1942,19 @@ class Coil:
         of a circuit, of its winding in air [H]; >= 0; default 0.0
         """
     @property
-    def length(self) -> float:
-        """
-        of a solenoid [m]; >= 0; default 0.0
-        """
-    @property
-    def orientation(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
-        """
-        unit quaternion (w, x, y, z), coil's axes to those of the body's mesh
-        """
-    @property
-    def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
-        """
-        (3) of its middle in the frame of the body's mesh [m]
-        """
-    @property
-    def radius(self) -> float:
-        """
-        of the winding [m]; > 0; default 0.0
-        """
-    @property
     def resistance(self) -> float:
         """
         of a circuit, whose current follows L di/dt + R i = V - d(flux)/dt; 0: the current is given [ohm]; >= 0; default 0.0
         """
     @property
-    def shape(self) -> str:
+    def source(self) -> MagneticBody | None:
         """
-        loop | solenoid (a sheet of current); default 'solenoid'
+        winding: loop or solenoid of loomstone.magnetics, made with 1 A, at its pose in the frame of the body's mesh
         """
     @property
     def times(self) -> list[float]:
         """
         times of currents or voltages [s], ascending; empty: one value holds for ever
-        """
-    @property
-    def turns(self) -> float:
-        """
-        number of turns [1]; > 0; default 1.0
         """
     @property
     def voltages(self) -> list[float]:
@@ -2216,10 +2033,10 @@ class Air:
     Parameters (keywords)
     ---------------------
     density : density of the air [kg/m^3]; >= 0; default 1.2
-    normal_drag : drag coefficient across a triangle [1]; >= 0; default 0.0
-    tangential_drag : drag coefficient along a triangle [1]; >= 0; default 0.0
+    normal_drag : drag coefficient normal to a triangle [1]; >= 0; default 0.0
+    tangential_drag : drag coefficient tangential to a triangle [1]; >= 0; default 0.0
     wind : velocity of the air [m/s]
-    gust : relative strength of slow variations of the wind [1]; in [0, 1]; default 0.0
+    gust : relative amplitude of slow variations of the wind [1]; in [0, 1]; default 0.0
     """
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
@@ -2265,17 +2082,17 @@ class Air:
     @property
     def gust(self) -> float:
         """
-        relative strength of slow variations of the wind [1]; in [0, 1]; default 0.0
+        relative amplitude of slow variations of the wind [1]; in [0, 1]; default 0.0
         """
     @property
     def normal_drag(self) -> float:
         """
-        drag coefficient across a triangle [1]; >= 0; default 0.0
+        drag coefficient normal to a triangle [1]; >= 0; default 0.0
         """
     @property
     def tangential_drag(self) -> float:
         """
-        drag coefficient along a triangle [1]; >= 0; default 0.0
+        drag coefficient tangential to a triangle [1]; >= 0; default 0.0
         """
     @property
     def wind(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
@@ -3666,7 +3483,8 @@ def magnetic_gradient(
 def magnetic_loop(
     *,
     radius: typing.SupportsFloat | typing.SupportsIndex,
-    current: typing.SupportsFloat | typing.SupportsIndex,
+    turns: typing.SupportsFloat | typing.SupportsIndex = 1.0,
+    current: typing.SupportsFloat | typing.SupportsIndex = 1.0,
 ) -> MagneticBody: ...
 def magnetic_mesh(mesh: TriangleMesh, *, polarization: typing.Any) -> MagneticBody: ...
 def magnetic_polyline(
@@ -3682,7 +3500,7 @@ def magnetic_solenoid(
     radius: typing.SupportsFloat | typing.SupportsIndex,
     length: typing.SupportsFloat | typing.SupportsIndex,
     turns: typing.SupportsFloat | typing.SupportsIndex,
-    current: typing.SupportsFloat | typing.SupportsIndex,
+    current: typing.SupportsFloat | typing.SupportsIndex = 1.0,
 ) -> MagneticBody: ...
 def magnetic_sphere(
     *, radius: typing.SupportsFloat | typing.SupportsIndex, polarization: typing.Any

@@ -87,7 +87,14 @@ def _checked(function: Callable[P, R], name: str, units: dict[str, str]) -> Call
                 raise
             bound = inspect.signature(function).bind(*given, **keywords).arguments
             text = ", ".join(f"{key}={value!r}" for key, value in bound.items())
-            raise TypeError(f"{name}: an argument has the wrong kind, got {text}"[:400]) from None
+            wanted = ", ".join(
+                f"{key}: {parameter.annotation}"
+                for key, parameter in parameters.items()
+                if key in bound and parameter.annotation is not parameter.empty
+            )
+            raise TypeError(
+                f"{name}: an argument has the wrong kind, got {text[:300]}; wanted {wanted}"
+            ) from None
 
     call.units = units  # type: ignore[attr-defined]
     return call

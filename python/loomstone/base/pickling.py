@@ -14,6 +14,7 @@ from .._core import TriangleMesh
 
 __all__: list[str] = []
 
+
 def _rebuilt(kind: type, fields: dict[str, Any]) -> Any:
     return kind(**fields)
 

@@ -64,7 +64,7 @@ def test_what_was_given_may_be_written_afterwards():
 def test_bodies_that_no_function_has_made_say_why_they_cannot_be_pickled():
     magnet = M.sphere(radius=0.005, polarization=(0, 0, 1)).moved((0, 0, 0.03))
     (induced,) = M.induce(SOFT["sphere"](), by=magnet).bodies
-    with pytest.raises(TypeError, match="pickle what they are made from"):
+    with pytest.raises(ls.Unsupported, match="pickle the body that magnetises"):
         pickle.dumps(induced)
 
 
