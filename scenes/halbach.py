@@ -29,26 +29,22 @@ def directions(n: int) -> np.ndarray:
     return np.stack([np.cos(angles), 0 * angles, np.sin(angles)], axis=1).round(12)
 
 
-def array(n: int, polarization: float) -> list[ls.Magnet]:
+def array(n: int, polarization: float) -> list[ls.magnetics.MagneticBody]:
     places = (np.arange(n) - 0.5 * (n - 1)) * CUBE
     return [
-        ls.Magnet(
-            body=f"cube {i + 1}",
-            source=ls.magnetics.cuboid(
-                size=(CUBE, CUBE, CUBE), polarization=polarization * d
-            ).moved((x, 0, 0)),
-        )
-        for i, (x, d) in enumerate(zip(places, directions(n), strict=True))
+        ls.magnetics.cuboid(size=(CUBE, CUBE, CUBE), polarization=polarization * d).moved((x, 0, 0))
+        for x, d in zip(places, directions(n), strict=True)
     ]
 
 
 def scene(cubes: int = 7, polarization: float = 1.2) -> ls.Scene:
     """cubes: in the row; polarization: of each [T]."""
-    row = array(cubes, polarization)
     cube = ls.meshes.box(size=(0.98 * CUBE, 0.98 * CUBE, 0.98 * CUBE), cells_per_side=8)
-    held = [
-        ls.obstacles.mesh(cube.moved(magnet.source.position), name=magnet.body) for magnet in row
-    ]
+    held, magnets = [], []
+    for i, source in enumerate(array(cubes, polarization)):
+        name = f"cube {i + 1}"
+        held.append(ls.obstacles.mesh(cube.moved(source.position), name=name))
+        magnets.append(ls.Magnet(body=name, source=source))
     ball = ls.meshes.sphere(radius=BALL, subdivisions=3)
     bodies = [
         ls.RigidBody(
@@ -62,7 +58,7 @@ def scene(cubes: int = 7, polarization: float = 1.2) -> ls.Scene:
         for name, side in (("above", 1), ("below", -1))
     ]
     magnet = ls.magnetics.sphere(radius=BALL, polarization=(0, 0, 0.3))
-    magnets = row + [ls.Magnet(body=body.name, source=magnet) for body in bodies]
+    magnets += [ls.Magnet(body=body.name, source=magnet) for body in bodies]
     return ls.Scene(
         bodies=bodies, obstacles=held, magnets=magnets, gravity=(0, 0, 0), magnetic_tolerance=1e-3
     )
@@ -70,10 +66,7 @@ def scene(cubes: int = 7, polarization: float = 1.2) -> ls.Scene:
 
 def strengths(cubes: int = 7) -> tuple[float, float]:
     """|B| at the balls' places above and below, averaged along the middle third [T]."""
-    sources = [
-        ls.magnetics.cuboid(size=m.size, polarization=m.polarization).moved(m.position)
-        for m in array(cubes, 1.2)
-    ]
+    sources = array(cubes, 1.2)
     x = np.linspace(-cubes * CUBE / 6, cubes * CUBE / 6, 41)
     sides = [np.stack([x, 0 * x, 0 * x + side * DISTANCE], axis=1) for side in (1, -1)]
     above, below = (

@@ -38,7 +38,8 @@ def soft_sphere(
     superconductor).
 
     It answers exactly, by solid harmonics up to `degree`; 0: as many as the tolerance of `induce`
-    and what is near ask for (up to 400), in scenes 1, a point dipole. saturation mu0 M_s [T], 0: none; see `induce`.
+    and what is near ask for (up to 400), in scenes 1, a point dipole. saturation mu0 M_s [T],
+    0: none; see `induce`.
     """
     return _core.soft_sphere(
         radius=radius, susceptibility=susceptibility, saturation=saturation, degree=degree

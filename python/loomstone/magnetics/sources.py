@@ -86,8 +86,8 @@ def dipoles(points: ArrayLike, moments: ArrayLike) -> MagneticBody:
 
 @takes(radius="m", turns="1", current="A")
 def loop(*, radius: float, turns: float = 1.0, current: float = 1.0) -> MagneticBody:
-    """Circular loop in z = 0: radius [m], number of turns [1], current of each [A] counter-clockwise
-    seen from +z.
+    """Circular loop in z = 0: radius [m], number of turns [1], current of each [A]
+    counter-clockwise seen from +z.
     """
     return _core.magnetic_loop(radius=radius, turns=turns, current=current)
 

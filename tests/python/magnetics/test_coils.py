@@ -56,8 +56,11 @@ def falling_magnet(case, tolerance=1e-4):
         radius=case["coil_radius"], length=case["coil_length"], turns=case["turns"]
     )
     coil = ls.Coil(
-        body="stand", source=winding, resistance=case["coil_resistance"], inductance=case["coil_inductance"]
-    )  # fmt: skip
+        body="stand",
+        source=winding,
+        resistance=case["coil_resistance"],
+        inductance=case["coil_inductance"],
+    )
     return ls.Scene(
         bodies=[body],
         obstacles=[far],
