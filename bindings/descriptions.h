@@ -268,8 +268,8 @@ D from_arguments(const char* name, D value, const py::kwargs& arguments) {
   return value;
 }
 
-// The constructor is bound twice: for keywords, which may carry units and are refused with a reason,
-// and with its full signature (stubs, help, arguments without names).
+// The constructor is bound twice: for keywords, which may carry units and are refused with a
+// reason, and with its full signature (stubs, help, arguments without names).
 template <Description D, std::size_t... P, std::size_t... K, class... F>
 void bind_constructor(py::class_<D>& c, const char* name, std::index_sequence<P...>,
                       std::index_sequence<K...>, const std::tuple<F...>& fields) {

@@ -106,9 +106,9 @@ void SubstepFrequency::add_spheres(const Team& team, const Oscillators& now, con
   for (std::size_t k = 0; k < hard.size(); ++k) {
     const Index i = hard[k];
     if (coarse.groups[i] == model_.n_bodies())
-      add_sphere_frequencies2(
-          team, spheres, {coarse.magnets[i], coarse.poses[i], now.known[k].there.gradient}, carriers,
-          squares);
+      add_sphere_frequencies2(team, spheres,
+                              {coarse.magnets[i], coarse.poses[i], now.known[k].there.gradient},
+                              carriers, squares);
   }
   Points x(spheres.size(), 3);
   for (std::size_t k = 0; k < spheres.size(); ++k) x.row(k) = spheres[k].position.transpose();

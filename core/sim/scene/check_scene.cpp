@@ -1,9 +1,11 @@
+#include "core/sim/scene/check_scene.h"
+
 #include <algorithm>
 #include <cmath>
 #include <set>
 
 #include "core/base/error.h"
-#include "core/sim/model/build.h"
+#include "core/base/find_by_name.h"
 
 namespace loomstone {
 

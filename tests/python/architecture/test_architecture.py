@@ -56,6 +56,7 @@ ROOMS = {
         {"certify"},
     ],
     "core/magnetics": [{"sources"}, {"fast_sums"}, {"forces"}, {"induction"}, {"field_lines"}],
+    "core/sim": [{"scene"}, {"model"}, {"step"}, {"record"}],
 }
 
 # Headers of outside libraries and the files that may include them.
