@@ -87,7 +87,8 @@ void check_apart(const MagneticModel& model, const CarrierPlaces& start, std::si
   const Mat3 rotation = rotation_matrix(pose.orientation);
   for (const Panel& panel : wound.source->panels())
     for (int i = 0; i < 64; ++i) {
-      const Vec3 point = panel.at(i % 8 / 7.0, panel.line() ? 0.0 : i / 8 / 7.0).position;
+      const int row = i / 8, column = i % 8;
+      const Vec3 point = panel.at(column / 7.0, panel.line() ? 0.0 : row / 7.0).position;
       const Vec3 there = pose.position + rotation * point;
       require(
           (solid ? solid->depth(there) : radius - there.norm()) <= 1e-6 * radius,
