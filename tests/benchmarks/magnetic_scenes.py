@@ -49,29 +49,18 @@ def with_cells(scene: ls.Scene, density: float) -> ls.Scene:
     """
 
     def in_cells(magnet: ls.Magnet) -> ls.Magnet:
+        soft = magnet.source
         if magnet.response == "explicit":
             return magnet.replace(density=density)
-        if magnet.shape == "sphere":
-            return magnet.replace(resolution=0)  # one dipole
-        if magnet.susceptibility != 0 or magnet.shape == "dipole":
+        if isinstance(soft, M.MagneticBody):
+            return magnet.replace(source=M.cells(soft, density=density))
+        if "soft_sphere" not in repr(soft):
             return magnet
-        return magnet.replace(engine="cells", density=density)
+        radius = np.cbrt(0.75 * soft.volume / np.pi)
+        dipole = M.soft_sphere(radius=radius, susceptibility=soft.susceptibility, degree=1)
+        return magnet.replace(source=dipole.at(soft.position, soft.orientation))
 
     return scene.replace(magnets=[in_cells(magnet) for magnet in scene.magnets])
-
-
-def source(magnet: ls.Magnet, scene: ls.Scene) -> M.MagneticBody:
-    if magnet.shape == "cuboid":
-        return M.cuboid(size=magnet.size, polarization=magnet.polarization)
-    if magnet.shape == "cylinder":
-        return M.cylinder(
-            radius=magnet.radius,
-            height=magnet.height,
-            inner_radius=magnet.inner_radius,
-            polarization=magnet.polarization,
-        )
-    carriers = {body.name: body.mesh for body in (*scene.bodies, *scene.obstacles)}
-    return M.mesh(magnet.mesh or carriers[magnet.body], polarization=magnet.polarization)
 
 
 def least(function: object, repeats: int = 5, inner: int = 20) -> float:
@@ -90,16 +79,18 @@ def gain(scene: ls.Scene, density: float) -> tuple[int, float]:
     at the start.
     """
     places = {body.name: np.array(body.position) for body in scene.bodies}
+    carriers = {body.name: body.mesh for body in (*scene.bodies, *scene.obstacles)}
     fronts, whole, leaves = [], [], 0
     for magnet in scene.magnets:
-        explicit = magnet.response == "explicit"
-        if (magnet.susceptibility != 0 and not explicit) or magnet.shape in ("sphere", "dipole"):
+        body = magnet.source
+        if magnet.response == "explicit":
+            body = M.mesh(carriers[magnet.body], polarization=(0, 0, 1))
+        elif not isinstance(body, M.MagneticBody):
             leaves += 1
             continue
-        body = source(magnet.replace(polarization=(0, 0, 1)) if explicit else magnet, scene)
-        at = places.get(magnet.body, np.zeros(3)) + np.array(magnet.position)
         for separation, bodies in ((3.0, fronts), (1e6, whole)):
-            bodies.append(M.cells(body, density=density, separation=separation).at(at))
+            made = M.cells(body, density=density, separation=separation)
+            bodies.append(made.moved(places.get(magnet.body, np.zeros(3))))
         leaves += len(M.cell_level(whole[-1], 99)[0])
     if len(whole) < 2:
         return leaves, float("nan")
@@ -138,8 +129,9 @@ def main() -> None:
     for name in arguments.scenes:
         module = load(name)
         scene = module.scene()
-        as_cells = with_cells(module.scene(**AS_CELLS.get(name, {})), DENSITY[name])
-        leaves, faster = gain(as_cells, DENSITY[name])
+        thesis = module.scene(**AS_CELLS.get(name, {}))
+        as_cells = with_cells(thesis, DENSITY[name])
+        leaves, faster = gain(thesis, DENSITY[name])
         for engine in ("accurate", "cells"):
             chosen = scene if engine == "accurate" else as_cells
             one, substeps, step = measure(chosen, module.integrator, arguments.steps)
