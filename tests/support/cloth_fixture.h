@@ -32,8 +32,8 @@ struct ClothRun {
 };
 
 struct RunSetup {
-  double bending = 0.0;     // flexural rigidity [N m]
-  std::vector<Index> pins;  // prescribed vertices
+  double bending = 0.0;          // flexural rigidity [N m]
+  std::vector<Index> pins = {};  // prescribed vertices
   Vec3 gravity = Vec3::Zero();
   std::string element = "mid-edge";
 };
