@@ -10,17 +10,17 @@ namespace loomstone {
 
 namespace {
 
-// Our choice: contacts and limits that meet in the solve leave so little that the second round is
-// rare.
+// Our choice: where contacts and limits meet in the solve, a second round is rare.
 constexpr int max_rounds = 4;
-constexpr int max_retreats = 4;
-constexpr int max_passes = 16;    // of going back, before it is certified
-constexpr double aimed_at = 0.9;  // part of the margin that going back leaves
-constexpr double much_motion =
-    0.01;  // that going back may take: at once it takes most of what is thrown at a ball
+constexpr int max_fallbacks = 4;
+constexpr int max_passes = 16;    // over triangles, in one fallback
+constexpr double aimed_at = 0.9;  // fraction of the margin that a fallback leaves
+// Largest fraction of the motion that fallbacks may withhold before the step is taken in parts. A
+// single fallback can withhold most of the motion of cloth that is thrown at a ball.
+constexpr double much_motion = 0.01;
 
-// A mode of a triangle at one end of the step: strain beyond its limit (negative: within), and what
-// is let be.
+// A strain mode (weft, warp, shear) of a triangle at one end of the step: strain beyond its limit
+// (negative: within) and the excess that is tolerated.
 struct Mode {
   double excess, margin;
 };
@@ -32,24 +32,24 @@ class Constraining {
 
   ConstrainReport run() {
     ConstrainReport done = enforce();
-    done.stopped = done.gone_back > much_motion * done.wanted;
-    done.broke = breaks();
+    done.stopped_for_limits = done.withheld_for_limits > much_motion * done.requested;
+    done.broke_limits = breaks();
     return done;
   }
 
  private:
   ConstrainReport enforce() {
     limit({});
-    report_.wanted = parallel_sum(*in_.team, in_.cloth->n_vertices, [&](Index i) {
+    report_.requested = parallel_sum(*in_.team, in_.cloth->n_vertices, [&](Index i) {
       return (*in_.inverse_mass)[i] > 0.0 ? (x1_.row(i) - in_.x0->row(i)).norm() : 0.0;
     });
     if (!in_.collision) return report_;
-    if (in_.repelled) in_.collision->repel(motion(), *in_.repelled, in_.step, x1_, bodies_);
+    if (in_.repelled) in_.collision->repel(motion(), *in_.repelled, in_.h, x1_, bodies_);
     const bool limits_hold = in_.limiter && in_.limits_hold;
     if (limits_hold) give_up();
     certify();
     if (!limits_hold || report_.touched.empty()) return report_;
-    while (report_.rounds < max_rounds && look(x1_)) {
+    while (report_.rounds < max_rounds && check(x1_)) {
       keep_best();
       for (Index i = 0; i < in_.cloth->n_vertices; ++i)
         if (x1_.row(i) != target_.row(i)) held_[i] = 1;
@@ -59,19 +59,19 @@ class Constraining {
       limit(list);
       certify();
     }
-    for (int i = 0; i < max_retreats && look(x1_); ++i) {
+    for (int i = 0; i < max_fallbacks && check(x1_); ++i) {
       keep_best();
-      if (!retreat()) break;
+      if (!fall_back()) break;
       certify();
     }
-    if (look(x1_)) {
+    if (check(x1_)) {
       keep_best();
       x1_ = best_x1_;
       bodies_ = best_bodies_;
       best_report_.limits.sweeps = report_.limits.sweeps,
       best_report_.limits.evaluations = report_.limits.evaluations;
       best_report_.limit_seconds = report_.limit_seconds;
-      best_report_.rounds = report_.rounds, best_report_.retreats = report_.retreats;
+      best_report_.rounds = report_.rounds, best_report_.fallbacks = report_.fallbacks;
       report_ = best_report_;
     }
     return report_;
@@ -79,15 +79,15 @@ class Constraining {
 
   MotionInputs motion() const { return {*in_.x0, *in_.inverse_mass, *in_.tangle}; }
 
-  // Whether limits of a cloth do not hold at x1, but did at x0.
+  // Whether some cloth's limits hold at x0 but not at x1.
   bool breaks() {
     if (!in_.limiter || !in_.limits_hold) return false;
     if (limiting_held() && report_.touched.empty()) return false;
     std::fill(given_up_.begin(), given_up_.end(), 0);
-    if (!look(x1_)) return false;
+    if (!check(x1_)) return false;
     std::vector<std::uint8_t> broken(given_up_.size(), 0);
     for (const Index t : beyond_) broken[in_.cloth->strain_limit_of[t]] = 1;
-    look(*in_.x0);
+    check(*in_.x0);
     for (const Index t : beyond_) broken[in_.cloth->strain_limit_of[t]] = 0;
     return std::any_of(broken.begin(), broken.end(), [](std::uint8_t b) { return b != 0; });
   }
@@ -96,7 +96,7 @@ class Constraining {
     if (!in_.limiter) return;
     const auto start = std::chrono::steady_clock::now();
     const Points wanted = x1_;
-    LimitReport done = in_.limiter->enforce(*in_.team, in_.key, held, x1_);
+    LimitReport done = in_.limiter->enforce(*in_.team, in_.seed, held, x1_);
     if (done.beyond > 0 && in_.limits_hold && take_back(wanted)) {
       const LimitReport left = in_.limiter->measure(*in_.team, x1_);
       done.excess = left.excess, done.beyond = left.beyond, done.worst = left.worst,
@@ -111,28 +111,27 @@ class Constraining {
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 
-  // Whether limits held after sweeps, and only certification can have moved cloth since: spares
-  // looking again.
+  // Whether limits held after limiting and impulses have moved nothing since: saves a check.
   bool limiting_held() const { return report_.limits.broken.empty() && !in_.repelled; }
 
-  // Cloths whose limits sweeps alone cannot meet (a script leaves them no room, or sweeps ended too
-  // soon): certification has the last word on them, and the report tells.
+  // Marks cloths whose limits sweeps alone cannot meet, because a script leaves them no room or
+  // sweeps ended too soon. Certification decides about them, and the report states the excess.
   void give_up() {
     held_.assign(in_.cloth->n_vertices, 0);
     if (limiting_held()) return;
-    look(x1_);
+    check(x1_);
     for (const Index t : beyond_) given_up_[in_.cloth->strain_limit_of[t]] = 1;
     for (Index t = 0; t < in_.cloth->triangles.rows(); ++t)
       if (const Index row = in_.cloth->strain_limit_of[t]; row >= 0 && given_up_[row])
         for (int c = 0; c < 3; ++c) held_[in_.cloth->triangles(t, c)] = 1;
   }
 
-  // Where what moves by script leaves limits no room, sweeps only push strain into corners: cloths
-  // that they have made no better go back to what the solve had found. True where there are some.
+  // Where scripted motion leaves limits no room, sweeps only push strain into corners. Cloths that
+  // sweeps did not improve return to the positions of the solve. True if there are any.
   bool take_back(const Points& wanted) {
-    look(wanted);
+    check(wanted);
     const std::vector<double> before = squares_;
-    look(x1_);
+    check(x1_);
     std::vector<std::uint8_t> worse(before.size(), 0);
     for (const Index t : beyond_) {
       const Index row = in_.cloth->strain_limit_of[t];
@@ -145,8 +144,8 @@ class Constraining {
     return std::any_of(worse.begin(), worse.end(), [](std::uint8_t w) { return w != 0; });
   }
 
-  // Every state that is certified may end the step: of those in which limits do not hold (as look()
-  // found) the one nearest to them.
+  // Any certified state may end the step. Where limits hold in none, the one with the least excess
+  // does; check() has just measured the present one.
   void keep_best() {
     const double excess = std::accumulate(squares_.begin(), squares_.end(), 0.0);
     if (excess >= least_excess_) return;
@@ -167,7 +166,7 @@ class Constraining {
     ++report_.rounds;
   }
 
-  // Of mode k of a triangle of that strain.
+  // Mode k of a triangle with this strain.
   Mode mode(const Vec3& strain, Index triangle, int k) const {
     const StrainLimit& limit = in_.cloth->strain_limits[in_.cloth->strain_limit_of[triangle]];
     const std::array<double, 3> most = {limit.weft, limit.warp, limit.shear};
@@ -177,10 +176,10 @@ class Constraining {
                           : Mode{below, limit_margin(least[k])};
   }
 
-  // Finds the triangles that are beyond their limits at x by more than the margin (true where there
-  // are some), and sums the squares of all excess for each limit. Cloths that are limited by edges
-  // or given up count nowhere.
-  bool look(const Points& x) {
+  // Finds the triangles that are beyond their limits at x by more than the margin (true if there
+  // are any), and sums the squares of all excess for each limit. Cloths that are limited by edges
+  // or given up do not count.
+  bool check(const Points& x) {
     const LimitReport seen = in_.limiter->measure(*in_.team, x);
     squares_ = seen.squares;
     const auto counts = [&](Index row) {
@@ -194,13 +193,14 @@ class Constraining {
     return !beyond_.empty();
   }
 
-  // The corners of triangles beyond their limits go back along their way, until none is beyond any
-  // more: at the start of the step they were within. False where nothing could, or they were not.
-  bool retreat() {
+  // Moves the corners of triangles beyond their limits back towards the start of the step until
+  // none is beyond. False if nothing could move, or triangles were beyond at the start too.
+  bool fall_back() {
     const Points wanted = x1_;
     bool any = false;
     for (int pass = 0; pass < max_passes && !beyond_.empty(); ++pass) {
-      std::vector<std::pair<Index, double>> shares;  // of the way that vertices keep
+      std::vector<std::pair<Index, double>>
+          shares;  // fractions of their displacement that vertices keep
       for (const Index t : beyond_) {
         const Vec3 strain0 =
             corotational_strain(in_.cloth->triangles, in_.cloth->corners, *in_.x0, t);
@@ -213,13 +213,13 @@ class Constraining {
             share = std::min(share, (aim - before.excess) / (now.excess - before.excess));
         }
         if (pass >= max_passes / 2) share *= 0.5;
-        bool free = true;  // else the corners that move by script would go on alone
+        bool free = true;  // else the prescribed corners would move on alone
         for (int c = 0; c < 3; ++c)
           free = free && (*in_.inverse_mass)[in_.cloth->triangles(t, c)] > 0.0;
         if (share < 1.0 && free)
           for (int c = 0; c < 3; ++c) shares.emplace_back(in_.cloth->triangles(t, c), share);
       }
-      std::sort(shares.begin(), shares.end());  // the smallest of a vertex first
+      std::sort(shares.begin(), shares.end());  // the smallest share of a vertex comes first
       Index last = -1;
       bool moved = false;
       for (const auto& [vertex, share] : shares) {
@@ -230,16 +230,16 @@ class Constraining {
       }
       if (!moved) break;
       any = true;
-      look(x1_);
+      check(x1_);
     }
     std::vector<WithheldMotion> back;
     for (Index i = 0; i < in_.cloth->n_vertices; ++i) {
       if (wanted.row(i) == x1_.row(i)) continue;
       back.push_back({i, (wanted.row(i) - x1_.row(i)).transpose(), 1.0 / (*in_.inverse_mass)[i]});
-      report_.gone_back += (wanted.row(i) - x1_.row(i)).norm();
+      report_.withheld_for_limits += (wanted.row(i) - x1_.row(i)).norm();
     }
     report_.certified.merge(back);
-    report_.retreats += any;
+    report_.fallbacks += any;
     return any;
   }
 
@@ -247,11 +247,11 @@ class Constraining {
   Points& x1_;
   FreeBodies& bodies_;
   ConstrainReport report_;
-  Points target_;  // what was certified last
+  Points target_;  // positions that were certified last
   std::vector<Index> beyond_;
   std::vector<double> squares_;         // (limits)
   std::vector<std::uint8_t> given_up_;  // (limits)
-  std::vector<std::uint8_t> held_;      // (n) 1: limiting does not move it any more
+  std::vector<std::uint8_t> held_;      // (n) 1: limiting no longer moves it
   double least_excess_ = std::numeric_limits<double>::infinity();
   Points best_x1_;
   FreeBodies best_bodies_;

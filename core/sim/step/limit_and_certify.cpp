@@ -65,9 +65,9 @@ void add_to_report(const StepContext& part, const ConstrainReport& done, bool li
   report.limits.sweeps += done.limits.sweeps;
   report.limits.evaluations += done.limits.evaluations;
   if (limited) report.limits.rounds = std::max(report.limits.rounds, done.rounds);
-  report.limits.fallbacks += done.retreats;
+  report.limits.fallbacks += done.fallbacks;
   report.limits.excess = std::max(report.limits.excess, done.limits.largest());
-  report.withheld.requested += done.wanted;
+  report.withheld.requested += done.requested;
   report.contacts.impacts += done.certified.impacts;
   report.withheld.vertices += done.certified.n_withheld();
   report.withheld.motion += done.certified.withheld_length();
@@ -97,8 +97,8 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, const N
   inputs.tangle = &near.tangle;
   inputs.limits_hold = model.scene.limits.method != "edges";
   if (!engines.contacts_in_solve) inputs.repelled = &near.contacts;
-  inputs.key = part.seed;
-  inputs.step = part.h;
+  inputs.seed = part.seed;
+  inputs.h = part.h;
   inputs.x0 = &loads.x0;
   inputs.inverse_mass = &model.inverse_mass;
   const ConstrainReport done = constrain(inputs, x1, bodies);
@@ -111,9 +111,10 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, const N
   add_to_report(part, done, engines.limiter != nullptr, outcome.report);
   Certified certified;
   certified.result.impacts = done.certified.unresolved;
-  certified.result.withheld_much = done.certified.withheld_length() > much_withheld * done.wanted;
-  certified.result.broke_limits = done.broke;
-  certified.result.stopped_for_limits = done.stopped;
+  certified.result.withheld_much =
+      done.certified.withheld_length() > much_withheld * done.requested;
+  certified.result.broke_limits = done.broke_limits;
+  certified.result.stopped_for_limits = done.stopped_for_limits;
   if (done.touched.empty() && !inputs.repelled) certified.limits = done.limits;
   return certified;
 }
