@@ -18,9 +18,9 @@
 namespace loomstone {
 
 namespace {
-constexpr int most_threads = 1024;  // libgomp dies where it cannot start as many as asked
+constexpr int most_threads = 1024;  // libgomp aborts if it cannot start as many as asked
 
-// Held while a step runs: two at once would tear the state.
+// Held while a step runs: two steps at once would corrupt the state.
 class Stepping {
  public:
   explicit Stepping(std::atomic_flag& flag) : flag_(flag) {
@@ -69,7 +69,7 @@ struct Simulation::Data {
         if (t < n) t = model.triangle_of[t];
     return triangles;
   }
-  // In place: numpy views of the table stay good.
+  // In place: numpy views of the table stay valid.
   void to_rows(const Points& user, const char* name, Points& rows,
                UserWrites::Kind kind = UserWrites::Table) {
     if (user.rows() != model.cloth.n_vertices)
@@ -267,7 +267,7 @@ Checkpoint Simulation::checkpoint() const {
         data_->model.scene.rigid_rebuild_interval, data_->state.step);
   data_->settle();
   gather_rows(*data_->layout,
-              data_->state.cloth.previous_bending);  // the one table of which ranks keep a part
+              data_->state.cloth.previous_bending);  // the only table that ranks hold in part
   Checkpoint made = to_checkpoint(data_->model, data_->state, data_->outcome);
   made.texts = data_->digests;
   return made;

@@ -1,5 +1,5 @@
 // A built scene that advances: Model + State + Stepper behind the few calls that Python and tests
-// need. Arrays at this door are in the user's vertex order, all cloths end to end.
+// need. Its arrays are in the user's vertex order, all cloths end to end.
 #pragma once
 
 #include <array>
@@ -42,13 +42,13 @@ class Simulation {
 
   const std::vector<Index>& vertex_order() const;  // internal row of each user vertex
 
-  // The internal tables, to be read and written between steps. Positions and velocities written
-  // here start the history of multi-step schemes anew; every step first checks that all is finite.
-  // Ranks hold all rows, current after every step; what a rank writes counts for the rows it owns,
-  // poses of obstacles count on rank 0.
+  // The internal tables, in the internal order, to be read and written between steps. Writing
+  // positions or velocities restarts multi-step schemes; every step first checks that all is
+  // finite. Ranks hold all rows, current after every step. A rank's writes count for the rows it
+  // owns, poses of obstacles on rank 0.
   State& state();
   std::array<Index, 2> owned_rows() const;  // this rank's cloth rows [first, end)
-  void gather();                         // makes what each rank wrote known to all now; collective
+  void gather();                         // shares what each rank wrote with all ranks; collective
   std::int64_t loop_iterations() const;  // of the loops this rank has run within steps
 
   Points positions() const;  // (n x 3) [m], a copy
@@ -57,8 +57,8 @@ class Simulation {
   void set_velocities(const Points& velocities);
   Points external_forces() const;  // (n x 3) [N], added to every step until changed
   void set_external_forces(const Points& forces);
-  // Target of pinned vertices at the end of the next step (rows of other vertices are ignored);
-  // replaces the script.
+  // Targets of pinned vertices at the end of the next step, in place of the script; rows of other
+  // vertices are ignored.
   void set_pin_targets(const Points& targets);
   // Pose of an obstacle at the end of the next step; replaces its keyframes.
   void set_obstacle_pose(int obstacle, const Vec3& position, const Vec4& orientation);
@@ -69,20 +69,20 @@ class Simulation {
   const CircuitState& circuits() const;
   Vector currents() const;
   double current() const;  // of the first circuit
-  // All magnets where a frame of this scene shows them.
+  // All magnets at their places in a frame of this scene.
   std::vector<MagneticBody> magnets(const Frame& frame) const;
 
   Checkpoint checkpoint() const;
   void restore(const Checkpoint& checkpoint);  // same scene and integrator; else throws CacheError
-  void rebuild_stages();  // throws all stages away; where a checkpoint may be taken it changes no
-                          // bit of the future
+  // Makes all stages again; where a checkpoint may be taken this changes no bit of the future.
+  void rebuild_stages();
 
-  // Pairs of triangles (user numbering, all surfaces end to end) that the last step had to leave
-  // intersecting: what moves by script left the cloth no room. Until they are free again.
+  // Pairs of triangles (user numbering, all surfaces end to end) that intersect because scripted
+  // motion left the cloth no room, until they are free again.
   std::vector<std::array<Index, 2>> forced_pairs() const;
 
-  // Triangles (user numbering, all cloths end to end) that the last step left beyond a limit by
-  // more than limit_margin(), the largest excess first.
+  // Triangles (user numbering, all cloths end to end) beyond a strain limit by more than
+  // limit_margin() after the last step, the largest excess first.
   std::vector<BrokenLimit> broken_limits() const;
 
   // Pairs of triangles (user numbering, all surfaces end to end) that intersect now.

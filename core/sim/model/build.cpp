@@ -77,8 +77,7 @@ void check_inside(const Model& model, const Points& vertices) {
   }
 }
 
-// A script takes its vertices along from where they are: one that begins elsewhere would tear them
-// away in one step.
+// A script that begins away from its vertices would tear them there in one step.
 void check_scripts(const Model& model, const State& state) {
   Points start;
   pin_targets(model, state, 0.0, 1.0, start);
@@ -97,7 +96,7 @@ void check_scripts(const Model& model, const State& state) {
   }
 }
 
-// What the step knows about the freedom of rows and collision vertices.
+// Which rows are prescribed, and the inverse masses of collision vertices.
 void build_freedom(Model& model) {
   model.prescribed = model.cloth.prescribed;
   model.prescribed.resize(model.n_rows(), 0);

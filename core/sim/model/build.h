@@ -16,7 +16,7 @@ void build_bodies(const Scene& scene, Model& model, State& state);
 
 // Magnets, coils and bearings on bodies and obstacles, and the poles that pictures show.
 void build_magnetics(const Scene& scene, Model& model);
-void check_magnetics(const Model& model, const State& state);  // where they begin
+void check_magnetics(const Model& model, const State& state);  // at the start
 
 // Surfaces end to end, thickness, friction, stiffness of contacts.
 void build_collision(const Scene& scene, Model& model);

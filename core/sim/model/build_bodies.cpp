@@ -47,7 +47,8 @@ void build_attachments(const Scene& scene, Model& model, const State& state) {
   std::sort(model.attachments.begin(), model.attachments.end(), [](const auto& a, const auto& b) {
     return a.row != b.row ? a.row < b.row : a.body < b.body;
   });
-  // Stiff beside the membrane, so that an attached vertex stays within micrometres; our choice.
+  // Our choice: stiff compared with the membrane, so that an attached vertex stays within
+  // micrometres.
   model.attachment_stiffness = 100.0 * mean_membrane_stiffness(scene);
 }
 
@@ -131,7 +132,7 @@ void add_cloth_surfaces(const Scene& scene, const std::vector<double>& thickness
   }
 }
 
-// Rigid bodies, then obstacles; `thickness`: of those that give none [m].
+// Rigid bodies, then obstacles; `thickness` is that of surfaces that give none [m].
 void add_body_surfaces(const Scene& scene, double thickness, Model& model) {
   const auto add = [&](const auto& each, std::size_t number, CollisionSurface surface) {
     surface.name = model.topology.body_names[number];

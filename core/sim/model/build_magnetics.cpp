@@ -1,4 +1,4 @@
-// What is magnetic on bodies and obstacles, and the poles of their vertices.
+// Magnets, coils and bearings on bodies and obstacles, and the poles that pictures show.
 #include "core/base/error.h"
 #include "core/sim/model/build.h"
 #include "core/sim/model/motion.h"

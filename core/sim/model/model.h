@@ -1,5 +1,4 @@
-// A scene checked and turned into tables. Constant once built; with State it alone decides the
-// future.
+// A checked scene as tables. Constant once built; together with State it alone decides the future.
 #pragma once
 
 #include <algorithm>
@@ -49,8 +48,7 @@ struct Model {
   std::vector<Attached> attachments;
   double attachment_stiffness = 0.0;     // [N/m]
   std::vector<std::uint8_t> prescribed;  // (rows) 1: cloth vertex whose motion is prescribed
-  Vector inverse_mass;  // (collision vertices) of cloth; 0: its motion is prescribed, or it is no
-                        // cloth [1/kg]
+  Vector inverse_mass;      // (collision vertices) of free cloth vertices, else 0 [1/kg]
   double cloth_size = 0.0;  // diagonal of the box about all cloths at the start [m]
   MagneticModel magnetics;  // carriers are bodies, then obstacles
 

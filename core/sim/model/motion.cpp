@@ -15,12 +15,12 @@ Vec3 between_rows(const Points& p, std::size_t first, std::size_t second, double
   return fraction == 0.0 ? a : Vec3(a + fraction * (b - a));
 }
 
-// Where an obstacle's vertices are in the collision vertices that belong to obstacles.
+// First row of an obstacle among the collision vertices of all obstacles.
 Index first_row(const Model& model, int obstacle) {
   return model.obstacles[obstacle].first - model.obstacles.front().first;
 }
 
-// Pose of an obstacle's mesh at the present; none where it is deformed.
+// Present pose of an obstacle's mesh; none where it is deformed.
 std::optional<RigidPose> present_pose(const Model& model, const State& state, int obstacle) {
   const Points& local = model.obstacles[obstacle].local;
   const RigidMotion motion = rigid_motion(

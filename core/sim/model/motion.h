@@ -1,4 +1,4 @@
-// What moves by script: pins, obstacles, and the surface points that rigid bodies carry along.
+// Scripted motion: pins and obstacles; and the surface points of rigid bodies.
 #pragma once
 
 #include "core/sim/model/model.h"
@@ -6,11 +6,10 @@
 
 namespace loomstone {
 
-// What the user has set is the end of the step; `share` is the part of the way there from `state`,
-// 1 but within halved steps.
+// Targets that the user sets hold at the end of the step. `share` is the fraction of the way there
+// from `state`: 1, but for parts of a step that is taken in halves.
 
-// Targets of pinned rows at `time`: the script, the user's target, or the place they are in. (n x
-// 3)
+// (n x 3) targets of prescribed rows at `time`: of the script, of the user, or where they are.
 void pin_targets(const Model& model, const State& state, double time, double share, Points& target);
 
 // Pose of an obstacle's mesh at `time`: keyframes or the user's.
@@ -21,7 +20,7 @@ RigidPose obstacle_pose(const Model& model, const State& state, int obstacle, do
 void obstacle_vertices(const Model& model, const State& state, double time, double share,
                        Points& vertices);
 
-// Obstacles as rigid bodies meet them; `state` is the one at `time`.
+// Obstacles for the rigid-body world; `state` is that at `time`.
 std::vector<RigidObstacle> rigid_obstacles(const Model& model, const State& state, double time);
 ObstaclePlaces obstacle_places(const Model& model, const State& state, double time, double share);
 

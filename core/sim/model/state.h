@@ -1,4 +1,4 @@
-// Everything that changes. State: with the model it alone decides the future; a checkpoint is
+// Everything that changes. Together with the model it alone decides the future; a checkpoint holds
 // exactly this.
 #pragma once
 
@@ -13,8 +13,8 @@
 
 namespace loomstone {
 
-// State. The stage that writes a table stands behind it. Assign tables, never move into them: numpy
-// views look at their memory.
+// Behind each table stands the stage that writes it. Tables are assigned, never moved into: numpy
+// views share their memory.
 struct State {
   std::int64_t step = 0;   // steps done; time is step * h; stepper
   ClothState cloth;        // integrate, certify

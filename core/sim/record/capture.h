@@ -1,4 +1,4 @@
-// Pictures and saves of a state: frames for people, checkpoints for resuming.
+// Frames of a state for people, checkpoints for resuming.
 #pragma once
 
 #include "core/base/checkpoint.h"

@@ -1,4 +1,4 @@
-// Where the magnets of a frame are: for pictures, from the vertices that a frame shows.
+// The magnets of a frame, placed by the vertices that the frame shows; for pictures.
 #pragma once
 
 #include "core/base/frame.h"
@@ -8,8 +8,8 @@
 
 namespace loomstone {
 
-// All magnets of the model in the order of the scene, spheres that magnetise as the magnets that
-// they are there. Throws InvalidInput where the frame is of another scene.
+// All magnets of the model in the order of the scene. Spheres that magnetise stand as the magnets
+// that they are in that frame. Throws InvalidInput where the frame is of another scene.
 std::vector<MagneticBody> magnets_of_frame(const Team& team, const Model& model,
                                            const Frame& frame);
 

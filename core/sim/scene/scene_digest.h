@@ -1,4 +1,4 @@
-// What a checkpoint says about the scene it is of, so that a run is not continued as another.
+// Hashes of a scene's fields in a checkpoint, so that a run is not resumed with another scene.
 #pragma once
 
 #include <map>
@@ -10,8 +10,8 @@
 namespace loomstone {
 
 // A hash of each field of Scene and IntegratorOptions that differs from its default, by name
-// ("scene.gravity"). Numbers count to single precision, and below 1e-12 as zero: the last digits of
-// another machine's sines make no other scene.
+// ("scene.gravity"). Numbers are hashed in single precision, those below 1e-12 as zero, because
+// another machine's sines may differ in the last digits.
 std::map<std::string, std::string> digests(const Scene& scene, const IntegratorOptions& options);
 
 // Throws CacheError naming the fields in which a checkpoint's digests differ; those of earlier

@@ -1,4 +1,4 @@
-// What users write into State between two steps: noticed, checked, and on several ranks shared.
+// Detects and checks what users write into State between two steps, and shares it among ranks.
 #pragma once
 
 #include <algorithm>
@@ -9,20 +9,20 @@
 
 namespace loomstone {
 
-// Scratch of the time between steps; none of it decides the future.
+// Scratch between two steps; none of it decides the future.
 class UserWrites {
  public:
-  // From here on tables are in users' hands (numpy views) and compared before every step.
+  // From now on users hold views of the tables, which are compared before every step.
   void watch(const State& state);
   bool watching() const { return watching_; }
-  // What was written since the last step; each counts for those before it.
+  // What was written since the last step; each kind includes those before it.
   enum Kind { Nothing, Table, Velocities, Positions };
   void note(Kind kind) { written_ = std::max(written_, kind); }  // through a call
 
   // Throws InvalidInput naming the first entry that cannot be simulated.
   void check(const Model& model, const State& state) const;
-  // On ranks every row becomes what its owner has, poses what rank 0 has. Returns what was written
-  // on any rank. Collective.
+  // Takes every row from the rank that owns it and poses from rank 0. Returns what was written on
+  // any rank. Collective.
   Kind settle(const RowLayout& layout, State& state);
   void remember(const State& state);  // the state a step left
 
