@@ -15,6 +15,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include "bindings/choices.h"
 #include "core/base/error.h"
 #include "core/base/types.h"
 

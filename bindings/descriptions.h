@@ -25,7 +25,8 @@ concept Number = std::is_arithmetic_v<T>;
 
 // --- equality by value ---
 inline bool equal(const std::string& a, const std::string& b) { return a == b; }
-template <Number T>
+template <class T>
+  requires Number<T> || Choice<T>
 bool equal(T a, T b) {
   return a == b;
 }
@@ -81,7 +82,8 @@ bool equal(const D& a, const D& b) {
 
 // --- plain Python values, for JSON ---
 inline py::object plain(const std::string& value) { return py::cast(value); }
-template <Number T>
+template <class T>
+  requires Number<T> || Choice<T>
 py::object plain(T value) {
   return py::cast(value);
 }
@@ -169,7 +171,7 @@ std::string repr_description(const D& value, const char* name) {
   return text + ")";
 }
 
-// "meaning [unit]; limits; default ..."
+// "meaning [unit]: choices; limits; default ..."
 template <class D, class F>
 std::string field_text(const F& each) {
   using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
@@ -180,7 +182,9 @@ std::string field_text(const F& each) {
     const std::string limits = to_text(each.limits);
     if (limits != "finite") text += "; " + limits;
   }
-  if constexpr (std::is_arithmetic_v<Member> || std::is_same_v<Member, std::string>)
+  if constexpr (Choice<Member>) text += ": " + choices_text<Member>();
+  if constexpr (std::is_arithmetic_v<Member> || std::is_same_v<Member, std::string> ||
+                Choice<Member>)
     text += "; default " + repr_of(D{}.*(each.member));
   return text;
 }
@@ -233,6 +237,9 @@ template <Description D>
     py::detail::make_caster<Member> caster;
     if (caster.load(value, true)) return;
     const std::string where = std::string(name) + "." + each.name;
+    if constexpr (Choice<Member>)
+      if (py::isinstance<py::str>(value))
+        throw_no_choice(where, choice_names<Member>(), value.template cast<std::string>());
     if constexpr (EigenArray<Member>) {
       const py::object array = py::module_::import("numpy").attr("asarray")(value);
       const auto columns = Member::ColsAtCompileTime == 1

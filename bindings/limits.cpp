@@ -9,15 +9,14 @@
 #include "core/cloth/cloth_model.h"
 #include "core/mesh/triangle_mesh.h"
 #include "core/parallel/team.h"
+#include "core/sim/scene/scene.h"
 
 namespace loomstone {
 
 namespace {
 
 std::vector<Corners2> corners_of(const TriangleMesh& mesh, const std::string& rest) {
-  if (rest != "uv" && rest != "mesh")
-    throw InvalidInput("rest must be one of uv | mesh, got \"" + rest + "\"");
-  return rest_corners(mesh, rest == "uv", "mesh");
+  return rest_corners(mesh, choice_named<RestLengths>(rest, "rest") == RestLengths::Uv, "mesh");
 }
 
 void check_finite(const Points& points) {
@@ -61,7 +60,7 @@ std::pair<Points, LimitReport> limited(const py::object& points, const TriangleM
   LimitedCloth cloth;
   Points x = as_rows<Points>(points, {"points", "m"}, mesh.n_vertices());
   check_finite(x);
-  check_limit_options(options, "options");
+  check_fields(options, "options");
   cloth.n_vertices = mesh.n_vertices();
   cloth.triangles = mesh.triangles();
   cloth.corners = corners_of(mesh, rest);

@@ -8,7 +8,6 @@
 
 #include "core/base/message.h"
 #include "renderer/camera.h"
-#include "renderer/color_map.h"
 #include "renderer/scalar_field.h"
 
 namespace loomstone {
@@ -84,11 +83,9 @@ void check_options(const RenderOptions& options, int most_samples, int most_pixe
     fail<InvalidInput>(
         "render.samples must be 1, 2, 4 or 8 and at most {} with this OpenGL, got {}", most_samples,
         options.samples);
-  check_name("pattern", options.pattern, {"weave", "checker", "plain"});
   std::vector<std::string> fields = {"cloth"};
   fields.insert(fields.end(), scalar_field_names().begin(), scalar_field_names().end());
   for (const std::string& row : names_in(options.color_by)) check_name("color_by", row, fields);
-  check_name("color_map", options.color_map, color_map_names());
   if (options.color_low > options.color_high)
     fail<InvalidInput>("render.color_low must be at most color_high, got {} and {}; exchange them",
                        options.color_low, options.color_high);

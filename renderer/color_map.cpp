@@ -11,7 +11,6 @@
 
 #include <Eigen/Dense>
 
-#include "core/base/message.h"
 #include "core/base/types.h"
 
 namespace loomstone {
@@ -97,17 +96,19 @@ Vec3 cool_to_warm(double t) {
 
 }  // namespace
 
-const std::vector<std::string>& color_map_names() {
-  static const std::vector<std::string> names = {"viridis", "magma", "diverging"};
-  return names;
-}
-
-ColorTable color_table(const std::string& name) {
+ColorTable color_table(ColorMap map) {
   Vec3 (*color)(double) = nullptr;
-  if (name == "viridis") color = [](double t) { return polynomial(viridis, t); };
-  if (name == "magma") color = [](double t) { return polynomial(magma, t); };
-  if (name == "diverging") color = cool_to_warm;
-  if (!color) fail<InvalidInput>("color_map must be viridis, magma or diverging, got '{}'", name);
+  switch (map) {
+    case ColorMap::Viridis:
+      color = [](double t) { return polynomial(viridis, t); };
+      break;
+    case ColorMap::Magma:
+      color = [](double t) { return polynomial(magma, t); };
+      break;
+    case ColorMap::Diverging:
+      color = cool_to_warm;
+      break;
+  }
   ColorTable table;
   for (int i = 0; i < 256; ++i) {
     const Vec3 rgb = color(i / 255.0);

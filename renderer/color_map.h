@@ -3,16 +3,20 @@
 
 #include <array>
 #include <cstdint>
-#include <string>
-#include <vector>
+
+#include "core/base/choice.h"
 
 namespace loomstone {
 
 using Color = std::array<std::uint8_t, 3>;  // sRGB
 using ColorTable = std::array<Color, 256>;
 
-const std::vector<std::string>& color_map_names();  // "viridis", "magma", "diverging"
-// Throws InvalidInput listing the names.
-ColorTable color_table(const std::string& name);
+enum class ColorMap { Viridis, Magma, Diverging };
+constexpr auto choices(ColorMap) {
+  return std::array{ChoiceName{ColorMap::Viridis, "viridis"}, ChoiceName{ColorMap::Magma, "magma"},
+                    ChoiceName{ColorMap::Diverging, "diverging", "blue to red"}};
+}
+
+ColorTable color_table(ColorMap map);
 
 }  // namespace loomstone

@@ -6,8 +6,10 @@
 #include <string>
 #include <vector>
 
+#include "core/base/choice.h"
 #include "core/base/field.h"
 #include "core/base/frame.h"
+#include "renderer/color_map.h"
 
 namespace loomstone {
 
@@ -34,15 +36,22 @@ struct Camera {
   }
 };
 
+enum class ClothPattern { Plain, Weave, Checker };  // numbers as in the shader
+constexpr auto choices(ClothPattern) {
+  return std::array{ChoiceName{ClothPattern::Weave, "weave"},
+                    ChoiceName{ClothPattern::Checker, "checker"},
+                    ChoiceName{ClothPattern::Plain, "plain"}};
+}
+
 // Description.
 struct RenderOptions {
   int width = 1280, height = 720;
-  int samples = 4;                // MSAA
-  std::string pattern = "weave";  // cloth surface: "weave" | "checker" | "plain"
+  int samples = 4;  // MSAA
+  ClothPattern pattern = ClothPattern::Weave;
   std::string color_by =
       "cloth";  // "cloth" or a scalar field; several joined by + lie one below another
   double color_low = 0.0, color_high = 0.0;  // equal: taken from what is drawn
-  std::string color_map = "viridis";
+  ColorMap color_map = ColorMap::Viridis;
   bool wireframe = false;
   bool shadows = true, ambient_occlusion = true;
   bool floor = true;    // draw bodies that are floors as a large ground plane
@@ -58,7 +67,7 @@ struct RenderOptions {
         field("height", &O::height, "pixels", between(16, 16384),
               "height of the picture; of each where there are several"),
         field("samples", &O::samples, "1", between(1, 16), "samples a pixel"),
-        field("pattern", &O::pattern, "surface of the cloth: weave | checker | plain"),
+        field("pattern", &O::pattern, "surface of the cloth"),
         field("color_by", &O::color_by,
               "cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (of each "
               "cloth the left half shows weft, "
@@ -69,7 +78,7 @@ struct RenderOptions {
         field("color_high", &O::color_high, "1", unlimited(),
               "value at the high end; equal to color_low: both span all frames that are drawn "
               "together"),
-        field("color_map", &O::color_map, "name of the colour map"),
+        field("color_map", &O::color_map, "colour map"),
         field("wireframe", &O::wireframe, "draws the edges of the cloth's triangles over it"),
         field("shadows", &O::shadows, "soft shadows"),
         field("ambient_occlusion", &O::ambient_occlusion, "ambient occlusion"),

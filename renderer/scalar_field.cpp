@@ -98,7 +98,7 @@ ColorRange color_range(const RenderOptions& options, const std::string& row,
   if (options.color_low != options.color_high) return {options.color_low, options.color_high};
   ColorRange range = values;
   if (row == "contact") return range;
-  if (options.color_map == "diverging") {
+  if (options.color_map == ColorMap::Diverging) {
     const double neutral = row == "stretch" ? 1.0 : 0.0;
     const double reach = std::max(neutral - range.low, range.high - neutral);
     range = {neutral - reach, neutral + reach};

@@ -106,9 +106,7 @@ void SurfacePass::draw_things(const SurfaceShading& shading, const SurfaceThings
 
   set_common(cloth_program_, shading);
   cloth_program_.set_texture("color_table", 1, color_table_.name());
-  cloth_program_.set("pattern", options.pattern == "weave"     ? 1
-                                : options.pattern == "checker" ? 2
-                                                               : 0);
+  cloth_program_.set("pattern", static_cast<int>(options.pattern));
   cloth_program_.set("value_range", Eigen::Vector2f(static_cast<float>(options.range.low),
                                                     static_cast<float>(options.range.high)));
   for (Index part = 0; part < things.cloth.n_parts(); ++part) {

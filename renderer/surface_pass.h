@@ -13,7 +13,7 @@ struct Rectangle {
 };
 
 struct SurfaceOptions {
-  std::string pattern;  // "weave" | "checker" | "plain"
+  ClothPattern pattern;
   bool wireframe;
   bool colored;  // by values between low and high
   ColorRange range;

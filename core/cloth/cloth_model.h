@@ -1,11 +1,11 @@
 // All cloths, one after another in the internal order of vertices. Constant once built.
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "core/base/types.h"
 #include "core/cloth/bending/bending.h"
+#include "core/cloth/bending/bending_element.h"
 #include "core/cloth/material/strain_limit.h"
 #include "core/cloth/membrane/membrane.h"
 #include "core/mesh/adjacency.h"
@@ -16,7 +16,7 @@ namespace loomstone {
 struct ClothModel {
   // Bending elements of one kind on some of the cloths; vertex numbers count all cloths.
   struct BendingPart {
-    std::string element;  // "mid-edge" | "hinge"
+    BendingElement element = BendingElement::MidEdge;
     BendingSetup setup;
   };
 

@@ -18,7 +18,7 @@ Vector lumped_mass(Index n_vertices, const Triangles& triangles,
 
 namespace {
 std::unique_ptr<Bending> make_bending(const ClothModel::BendingPart& part, bool lumped) {
-  if (part.element == "hinge") return make_hinge_bending(part.setup);
+  if (part.element == BendingElement::Hinge) return make_hinge_bending(part.setup);
   if (!lumped) return make_midedge_bending(part.setup);
   BendingSetup setup = part.setup;
   setup.lumped_stiffness = true;

@@ -56,10 +56,10 @@ Shapes make_shapes(const RigidBody& body, const MassProperties& mass, const Mat3
   check_shape(body, where);
   const TriangleMesh& mesh = *body.mesh;
   Shapes shapes;
-  if (body.shape == "sphere") {
+  if (body.shape == BodyShape::Sphere) {
     shapes.all.push_back(
         std::make_unique<btSphereShape>(sphere_radius(mesh, mass, body.density, where)));
-  } else if (body.shape == "box") {
+  } else if (body.shape == BodyShape::Box) {
     const Vec3 low = mesh.vertices().colwise().minCoeff().transpose(),
                high = mesh.vertices().colwise().maxCoeff().transpose();
     const Vec3 half = 0.5 * (high - low);
@@ -74,7 +74,7 @@ Shapes make_shapes(const RigidBody& body, const MassProperties& mass, const Mat3
     placed->addChildShape(btTransform(to_bullet(Mat3(principal.transpose())), to_bullet(offset)),
                           &shapes.whole());
     shapes.all.push_back(std::move(placed));
-  } else if (body.shape == "convex") {
+  } else if (body.shape == BodyShape::Convex) {
     add_hull(body_points(mesh, mass.centre, principal), where + ".mesh", shapes);
   } else {  // parts
     auto compound = std::make_unique<btCompoundShape>();

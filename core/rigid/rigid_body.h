@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/choice.h"
 #include "core/base/field.h"
 #include "core/base/rotation.h"
 #include "core/base/types.h"
@@ -14,11 +15,18 @@
 
 namespace loomstone {
 
+enum class BodyShape { Sphere, Box, Convex, Parts };
+constexpr auto choices(BodyShape) {
+  return std::array{ChoiceName{BodyShape::Sphere, "sphere"}, ChoiceName{BodyShape::Box, "box"},
+                    ChoiceName{BodyShape::Convex, "convex", "convex hull of the mesh"},
+                    ChoiceName{BodyShape::Parts, "parts", "the convex meshes of parts"}};
+}
+
 // Description.
 struct RigidBody {
   std::string name;
   std::shared_ptr<const TriangleMesh> mesh;                // closed, in the body's own frame
-  std::string shape = "convex";                            // "sphere" | "box" | "convex" | "parts"
+  BodyShape shape = BodyShape::Convex;
   std::vector<std::shared_ptr<const TriangleMesh>> parts;  // convex, same frame as mesh
   double density = 1000.0;
   Vec3 position = Vec3::Zero();          // of the mesh's origin [m]
@@ -33,8 +41,7 @@ struct RigidBody {
     return std::make_tuple(
         field("name", &RigidBody::name, "name in reports and files"),
         field("mesh", &RigidBody::mesh, "closed surface in the body's own frame"),
-        field("shape", &RigidBody::shape,
-              "collision shape between bodies: sphere | box | convex | parts"),
+        field("shape", &RigidBody::shape, "collision shape between bodies"),
         field("parts", &RigidBody::parts, "convex parts when shape is parts"),
         field("density", &RigidBody::density, "kg/m^3", positive(), "density"),
         field("position", &RigidBody::position, "world position of the mesh's origin [m]"),

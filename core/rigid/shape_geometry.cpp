@@ -133,20 +133,15 @@ ConvexCore convex_core(const std::vector<Vec3>& vertices,
 }
 
 void check_shape(const RigidBody& body, const std::string& where) {
-  if (body.shape == "parts") {
-    if (body.parts.empty())
-      fail<InvalidInput>(
-          "{}.shape \"parts\" needs at least one convex mesh in parts, got none; use \"convex\" "
-          "for one hull",
-          where);
-    for (std::size_t k = 0; k < body.parts.size(); ++k)
-      if (!body.parts[k])
-        fail<InvalidInput>("{}.parts[{}] must be a mesh, got none; give one", where, k);
-  } else if (body.shape != "sphere" && body.shape != "box" && body.shape != "convex") {
+  if (body.shape != BodyShape::Parts) return;
+  if (body.parts.empty())
     fail<InvalidInput>(
-        "{}.shape must be sphere, box, convex or parts, got \"{}\"; choose one of them", where,
-        body.shape);
-  }
+        "{}.shape \"parts\" needs at least one convex mesh in parts, got none; use \"convex\" "
+        "for one hull",
+        where);
+  for (std::size_t k = 0; k < body.parts.size(); ++k)
+    if (!body.parts[k])
+      fail<InvalidInput>("{}.parts[{}] must be a mesh, got none; give one", where, k);
 }
 
 }  // namespace loomstone

@@ -36,8 +36,8 @@ Color at(const Image& image, int x, int y) {
 }  // namespace
 
 TEST_CASE("lightness of viridis and magma grows evenly", "[renderer]") {
-  for (const char* name : {"viridis", "magma"}) {
-    const ColorTable table = color_table(name);
+  for (const ColorMap map : {ColorMap::Viridis, ColorMap::Magma}) {
+    const ColorTable table = color_table(map);
     const double slope = (lightness(table[255]) - lightness(table[0])) / 255.0;
     for (int i = 0; i < 256; ++i)  // 5 of 100: what the fitted polynomials lose (4.3 measured)
       CHECK(std::abs(lightness(table[i]) - lightness(table[0]) - slope * i) < 5.0);
@@ -46,7 +46,7 @@ TEST_CASE("lightness of viridis and magma grows evenly", "[renderer]") {
 
 TEST_CASE("viridis and magma have their published colours at ends and middle", "[renderer]") {
   // Smith and van der Walt's tables; the polynomials are within 5 of 255 of them everywhere.
-  const ColorTable viridis = color_table("viridis"), magma = color_table("magma");
+  const ColorTable viridis = color_table(ColorMap::Viridis), magma = color_table(ColorMap::Magma);
   CHECK(near(viridis[0], {68, 1, 84}, 5));
   CHECK(near(viridis[128], {33, 145, 140}, 5));
   CHECK(near(viridis[255], {253, 231, 37}, 5));
@@ -57,7 +57,7 @@ TEST_CASE("viridis and magma have their published colours at ends and middle", "
 
 TEST_CASE("the diverging map is lightest and grey in the middle and as light at both ends",
           "[renderer]") {
-  const ColorTable table = color_table("diverging");
+  const ColorTable table = color_table(ColorMap::Diverging);
   CHECK(near(table[0], {59, 76, 192}, 1));  // Moreland's end colours
   CHECK(near(table[255], {180, 4, 38}, 1));
   CHECK(near(table[127], {221, 221, 221}, 2));
@@ -75,9 +75,9 @@ TEST_CASE("the ends of the colour bar have the end colours and the numbers of th
     options.width = 640;
     options.height = 360;
     options.color_by = field;
-    options.color_map = "magma";
+    options.color_map = ColorMap::Magma;
     const Image image = Renderer(scene.topology, options).render(scene.frame);
-    const ColorTable table = color_table("magma");
+    const ColorTable table = color_table(ColorMap::Magma);
     const ColorBarPlace place = color_bar_place(image.width, image.height);
     const int middle = place.left + place.width / 2;
     CHECK(at(image, middle, place.top) == table[255]);
@@ -144,7 +144,7 @@ TEST_CASE("an automatic range covers the values, a given one is kept, a divergin
   CHECK(value_range("strain_split", {field, 2.0 * field}).high == 0.08);
   CHECK(color_range(options, "strain_warp", values).low == -0.01);
   CHECK(color_range(options, "strain_warp", values).high == 0.04);
-  options.color_map = "diverging";
+  options.color_map = ColorMap::Diverging;
   CHECK(color_range(options, "strain_warp", values).low == -0.04);
   options.color_low = -1.0;
   options.color_high = 2.0;

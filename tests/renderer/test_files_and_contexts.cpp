@@ -141,7 +141,7 @@ TEST_CASE("several renderers alive at once do not disturb one another", "[render
   const DrapedScene draped = draped_scene(20, 2), flat = flat_scene();
   RenderOptions other = small_options();
   other.width = 200;
-  other.pattern = "checker";
+  other.pattern = ClothPattern::Checker;
   const Image image = Renderer(draped.topology, small_options()).render(draped.frame);
   const Image other_image = Renderer(flat.topology, other).render(flat.frame);
   Renderer a(draped.topology, small_options()), b(flat.topology, other);

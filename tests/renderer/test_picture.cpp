@@ -49,7 +49,7 @@ TEST_CASE("a square of cloth covers the pixels that perspective gives it", "[ren
   // Half side 0.25 m at 1 m, half the vertical angle's tangent 0.5: half the height of the picture.
   const DrapedScene scene = flat_scene();
   RenderOptions options = small_options();
-  options.pattern = "plain";
+  options.pattern = ClothPattern::Plain;
   options.camera =
       fixed_camera(Vec3(0, -1, 0), 2.0 * std::atan(0.5) * 180.0 / 3.14159265358979323846);
   const Image image = Renderer(scene.topology, options).render(scene.frame);
@@ -74,7 +74,7 @@ TEST_CASE("cloth that reaches behind the eye is drawn up to the edge of the pict
   scene.frame.positions.col(1) = scene.frame.positions.col(2);
   scene.frame.positions.col(2).setConstant(-0.1);
   RenderOptions options = small_options();
-  options.pattern = "plain";
+  options.pattern = ClothPattern::Plain;
   options.camera =
       fixed_camera(Vec3(0, 0, 0), 2.0 * std::atan(0.5) * 180.0 / 3.14159265358979323846);
   options.camera.target = Vec3(0, 1, 0);
@@ -86,7 +86,7 @@ TEST_CASE("cloth that reaches behind the eye is drawn up to the edge of the pict
 TEST_CASE("cloth is seen from both sides, and the sides differ in colour", "[renderer]") {
   const DrapedScene scene = flat_scene();
   RenderOptions options = small_options();
-  options.pattern = "plain";
+  options.pattern = ClothPattern::Plain;
   options.light_direction = Vec3(0, -1e-3, 1);  // grazes both sides alike
   options.camera = fixed_camera(Vec3(0, -1, 0), 50.0);
   const Image front = Renderer(scene.topology, options).render(scene.frame);
@@ -141,7 +141,7 @@ TEST_CASE("a cloth far from everything casts its shadow on nothing behind it", "
 TEST_CASE("ambient occlusion only darkens", "[renderer]") {
   const DrapedScene scene = draped_scene();
   RenderOptions options = small_options();
-  options.pattern = "plain";
+  options.pattern = ClothPattern::Plain;
   const Image with = Renderer(scene.topology, options).render(scene.frame);
   options.ambient_occlusion = false;
   const Image without = Renderer(scene.topology, options).render(scene.frame);
@@ -168,8 +168,8 @@ TEST_CASE("every pattern, the wireframe, the floor and the number of samples cha
     return n_different(reference, Renderer(scene.topology, options).render(scene.frame));
   };
   CHECK(changed([](RenderOptions&) {}) == 0);
-  CHECK(changed([](RenderOptions& o) { o.pattern = "checker"; }) > 1000);
-  CHECK(changed([](RenderOptions& o) { o.pattern = "plain"; }) > 1000);
+  CHECK(changed([](RenderOptions& o) { o.pattern = ClothPattern::Checker; }) > 1000);
+  CHECK(changed([](RenderOptions& o) { o.pattern = ClothPattern::Plain; }) > 1000);
   CHECK(changed([](RenderOptions& o) { o.wireframe = true; }) > 1000);
   CHECK(changed([](RenderOptions& o) { o.floor = false; }) > 1000);
   CHECK(changed([](RenderOptions& o) { o.light_direction = Vec3(1, 0, 1); }) > 1000);

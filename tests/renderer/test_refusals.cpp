@@ -53,13 +53,13 @@ TEST_CASE("options that cannot be drawn are refused with the choices", "[rendere
   refuses_options([](RenderOptions& o) { o.width = 16384, o.samples = 3; },
                   "samples must be 1, 2, 4 or 8");
   refuses_options([](RenderOptions& o) { o.samples = 8; }, "at most");  // llvmpipe offers 4
-  refuses_options([](RenderOptions& o) { o.pattern = "tartan"; },
-                  "weave, checker or plain, got 'tartan'");
+  CHECK_THROWS_WITH(choice_named<ClothPattern>("tartan", "render.pattern"),
+                    Contains("weave | checker | plain, got \"tartan\""));
   refuses_options([](RenderOptions& o) { o.color_by = "speed"; },
                   "cloth, stretch, strain_weft, strain_warp");
   refuses_options([](RenderOptions& o) { o.color_by = "stretch+"; }, "contact, got ''");
-  refuses_options([](RenderOptions& o) { o.color_map = "jet"; },
-                  "viridis, magma or diverging, got 'jet'");
+  CHECK_THROWS_WITH(choice_named<ColorMap>("jet", "render.color_map"),
+                    Contains("viridis | magma | diverging, got \"jet\""));
   refuses_options([](RenderOptions& o) { o.color_low = 2.0; },
                   "color_low must be at most color_high");
   refuses_options([](RenderOptions& o) { o.color_high = not_a_number; }, "color_high");
@@ -72,7 +72,6 @@ TEST_CASE("options that cannot be drawn are refused with the choices", "[rendere
                   "camera.eye must be finite");
   refuses_options([](RenderOptions& o) { o.camera.fit = false; }, "eye and target must differ");
   refuses_options([](RenderOptions& o) { o.camera.eye = Vec3(0, 0, 2); }, "camera.up");
-  CHECK_THROWS_WITH(color_table("rainbow"), Contains("viridis, magma or diverging"));
 }
 
 TEST_CASE("frames that are not finite or not of this run are refused", "[renderer]") {

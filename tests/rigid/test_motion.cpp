@@ -75,7 +75,7 @@ TEST_CASE("the same body described in turned mesh axes moves the same") {
   plain.velocity = Vec3(1, 0, 0);
   plain.angular_velocity = Vec3(1, 2, -3);
   RigidBody turned_mesh = plain;  // mesh turned one way, body the other
-  turned_mesh.shape = "convex";
+  turned_mesh.shape = BodyShape::Convex;
   const Vec3 shift(0.5, -0.5, 0.25);
   turned_mesh.mesh = shared(plain.mesh->moved(shift, turn));
   turned_mesh.orientation = quaternion_from_matrix(turn.transpose());

@@ -39,7 +39,7 @@ TEST_CASE("a cube is not a sphere, nor is an egg") {
 
 TEST_CASE("parts must be there and have volume") {
   RigidBody body = cube();
-  body.shape = "parts";
+  body.shape = BodyShape::Parts;
   CHECK_THROWS_WITH(make(body), Contains("at least one convex mesh"));
   body.parts = {shared(box(1, 1, 1)), nullptr};
   CHECK_THROWS_WITH(make(body), Contains("bodies[0].parts[1] must be a mesh"));

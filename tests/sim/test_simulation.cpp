@@ -43,7 +43,7 @@ Scene hammock() {
   RigidBody box_body;
   box_body.name = "box";
   box_body.mesh = share(box(0.08, 0.08, 0.08));
-  box_body.shape = "box";
+  box_body.shape = BodyShape::Box;
   box_body.density = 200.0;
   box_body.position = Vec3(0.02, 0.01, 0.06);
   scene.bodies.push_back(box_body);
@@ -197,7 +197,7 @@ TEST_CASE(
   RigidBody weight;
   weight.name = "weight";
   weight.mesh = share(box(0.1, 0.02, 0.02));
-  weight.shape = "box";
+  weight.shape = BodyShape::Box;
   weight.density = 5000.0;
   weight.position = Vec3(0, 0, -0.22);
   scene.bodies.push_back(weight);
@@ -330,9 +330,8 @@ TEST_CASE("what cannot be simulated is refused before time passes, naming item a
   refused(scene, "pins must be vertex indices in [0, 80], got 81");
   scene.cloths[0].pins = {4, 4};
   refused(scene, "4 comes twice");
-  scene = drape(8);
-  scene.cloths[0].bending = "springs";
-  refused(scene, "mid-edge | hinge");
+  CHECK_THROWS_WITH(choice_named<BendingElement>("springs", "cloths[0].bending"),
+                    Catch::Contains("mid-edge | hinge"));
   scene = drape(8);
   scene.cloths[0].mesh = share(grid_cells(0.5, 0.5, 8, 8).moved(Vec3(0, 0, 0.05)));
   refused(scene, "lies inside sphere");

@@ -53,7 +53,7 @@ inline ClothRun make_run(const TriangleMesh& mesh, const ClothMaterial& material
   for (const Index pin : pins) m.prescribed[pin] = 1;
   if (bending > 0.0) {
     ClothModel::BendingPart part;
-    part.element = element;
+    part.element = choice_named<BendingElement>(element, "element");
     part.setup.rest_positions = mesh.vertices();
     part.setup.triangles = m.triangles;
     part.setup.corners = m.corners;

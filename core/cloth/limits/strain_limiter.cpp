@@ -39,7 +39,7 @@ std::uint64_t mixed(std::uint64_t a, std::uint64_t b) {
 StrainLimiter::StrainLimiter(const LimitedCloth& cloth, const LimitOptions& options,
                              const Communicator* ranks)
     : options_(options),
-      elements_(cloth, options.method == "gauss-seidel-random"),
+      elements_(cloth, options.method == LimitMethod::GaussSeidelRandom),
       check_(elements_, ranks) {
   // The sweeps' tolerance must be smaller than the excess tolerated where contacts and limits
   // compete.
@@ -50,13 +50,13 @@ StrainLimiter::StrainLimiter(const LimitedCloth& cloth, const LimitOptions& opti
   LimitedCloth by_edges = cloth;
   Index n_edges = 0;
   for (Index& limit : by_edges.limit_of) {
-    if (limit >= 0 && options.method != "edges" && !cloth.limits[limit].edge) limit = -1;
+    if (limit >= 0 && options.method != LimitMethod::Edges && !cloth.limits[limit].edge) limit = -1;
     n_edges += limit >= 0;
   }
   if (n_edges > 0) edges_ = std::make_unique<EdgeLimiter>(by_edges);
   by_elements_ = n_edges < elements_.n_elements();
   corrected_.assign(elements_.n_batches(), 0);
-  if (options.method == "jacobi") {
+  if (options.method == LimitMethod::Jacobi) {
     deltas_.resize(72 * static_cast<std::size_t>(elements_.n_batches()));
     n_corrected_.resize(cloth.n_vertices);
   }
@@ -72,7 +72,7 @@ LimitReport StrainLimiter::enforce(const Team& team, std::uint64_t key,
   LimitReport report;
   bool checked = false;
   if (by_elements_)
-    checked = sweep_until_met(team, key, elements_.sweep_tables(options_.method == "edges"), motion,
+    checked = sweep_until_met(team, key, elements_.sweep_tables(options_.method == LimitMethod::Edges), motion,
                               report);
   if (edges_) {
     const LimitReport done = edges_->enforce(team, options_, held, x);
@@ -112,7 +112,7 @@ LimitReport StrainLimiter::measure(const Team& team, const Points& x) {
 bool StrainLimiter::sweep_until_met(const Team& team, std::uint64_t key,
                                     const limit::Tables& tables, const limit::Motion& motion,
                                     LimitReport& report) {
-  const bool randomly = options_.method == "gauss-seidel-random";
+  const bool randomly = options_.method == LimitMethod::GaussSeidelRandom;
   ActiveSet active(
       elements_, tables,
       options_.active_set ? ActiveSet::Contents::Violations : ActiveSet::Contents::AllElements,
@@ -131,7 +131,7 @@ bool StrainLimiter::sweep_until_met(const Team& team, std::uint64_t key,
   std::fill(corrected_.begin(), corrected_.end(), 0);
   while (report.sweeps < options_.max_sweeps) {
     std::int64_t n = 0;
-    if (options_.method == "jacobi")
+    if (options_.method == LimitMethod::Jacobi)
       n = sweep_jacobi(team, tables, motion, active);
     else if (randomly)
       n = sweep_randomly(

@@ -4,11 +4,12 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <string>
 
+#include "core/base/choice.h"
 #include "core/base/field.h"
 
 namespace loomstone {
@@ -53,10 +54,19 @@ inline double limit_margin(double limit) {
   return std::max(1e-4, std::min(0.01, 0.2 * std::abs(limit)));
 }
 
+enum class LimitMethod { GaussSeidel, GaussSeidelRandom, Jacobi, Edges };
+constexpr auto choices(LimitMethod) {
+  using M = LimitMethod;
+  return std::array{
+      ChoiceName{M::GaussSeidel, "gauss-seidel", "coloured, parallel"},
+      ChoiceName{M::GaussSeidelRandom, "gauss-seidel-random", "seeded order, one thread"},
+      ChoiceName{M::Jacobi, "jacobi"},
+      ChoiceName{M::Edges, "edges", "along edges, one bound for all directions"}};
+}
+
 // Description.
 struct LimitOptions {
-  std::string method =
-      "gauss-seidel";  // "gauss-seidel" | "gauss-seidel-random" | "jacobi" | "edges"
+  LimitMethod method = LimitMethod::GaussSeidel;
   double tolerance = 0.002;
   int max_sweeps = 100;
   bool active_set = true;
@@ -67,9 +77,7 @@ struct LimitOptions {
   static auto fields() {
     using O = LimitOptions;
     return std::make_tuple(
-        field("method", &O::method,
-              "gauss-seidel (coloured, parallel) | gauss-seidel-random (seeded order, one thread) "
-              "| jacobi | edges (edge-based, one bound for all directions)"),
+        field("method", &O::method, "how elements are corrected"),
         field("tolerance", &O::tolerance, "1", positive(),
               "excess over a limit that sweeps do not correct; a tenth of limits below 0.02"),
         field("max_sweeps", &O::max_sweeps, "1", between(1, 1e6),
@@ -85,8 +93,5 @@ struct LimitOptions {
         field("seed", &O::seed, "1", between(0, 2147483647), "seed of the random order"));
   }
 };
-
-// Throws InvalidInput for options outside their range and for an unknown method.
-void check_limit_options(const LimitOptions& options, const std::string& where);
 
 }  // namespace loomstone

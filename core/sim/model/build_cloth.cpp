@@ -36,8 +36,8 @@ Joined join(const Scene& scene) {
     if (cloth.velocities.rows() > 0) all.v.middleRows(first, k) = cloth.velocities;
     all.triangles.middleRows(triangle, cloth.mesh->n_triangles()) =
         cloth.mesh->triangles().array() + first;
-    const auto corners =
-        rest_corners(*cloth.mesh, cloth.rest == "uv", item("cloths", c, cloth.name) + ".mesh");
+    const auto corners = rest_corners(*cloth.mesh, cloth.rest == RestLengths::Uv,
+                                      item("cloths", c, cloth.name) + ".mesh");
     all.corners.insert(all.corners.end(), corners.begin(), corners.end());
     all.cloth_of_triangle.insert(all.cloth_of_triangle.end(), cloth.mesh->n_triangles(),
                                  static_cast<Index>(c));
@@ -135,7 +135,7 @@ void set_materials(const Scene& scene, const Joined& all, const Points& x, Model
     part.setup.rigidity.assign(list.size(), d);
     part.setup.damping.assign(list.size(), description.material.bending_damping);
     part.setup.prescribed = cloth.prescribed;
-    part.setup.flat_rest = description.rest_angles == "flat";
+    part.setup.flat_rest = description.rest_angles == RestAngles::Flat;
     cloth.bending.push_back(std::move(part));
   }
 }

@@ -34,16 +34,6 @@ void require(bool holds, const std::string& message) {
   if (!holds) throw InvalidInput(message);
 }
 
-void check_choice(const std::string& where, const char* field, const std::string& value,
-                  std::initializer_list<const char*> choices) {
-  std::string list;
-  for (const char* choice : choices) {
-    if (value == choice) return;
-    list += std::string(list.empty() ? "" : " | ") + choice;
-  }
-  throw InvalidInput(where + "." + field + " must be one of " + list + ", got \"" + value + "\"");
-}
-
 void check_times(const std::string& where, const std::vector<double>& times) {
   for (std::size_t i = 0; i < times.size(); ++i)
     require(std::isfinite(times[i]) && (i == 0 || times[i] > times[i - 1]),
@@ -87,10 +77,7 @@ void check_cloth(const Cloth& cloth, const std::string& where) {
       where +
           ".material.bending_twist must be >= 0 [N m], or -1 for that of an isotropic plate, got " +
           std::to_string(twist));
-  check_choice(where, "rest", cloth.rest, {"uv", "mesh"});
-  check_choice(where, "rest_angles", cloth.rest_angles, {"flat", "mesh"});
   if (cloth.strain_limit) check_fields(*cloth.strain_limit, where + ".strain_limit");
-  check_choice(where, "bending", cloth.bending, {"mid-edge", "hinge"});
   check_vertices(where + ".pins", cloth.pins, cloth.mesh->n_vertices());
   check_times(where + ".script_times", cloth.script_times);
   check_rows(where + ".script_positions", static_cast<Index>(cloth.script_positions.rows()),
@@ -144,8 +131,7 @@ void check_names(const char* what, const List& list, std::set<std::string>& seen
 void check_scene(const Scene& scene) {
   check_fields(scene, "scene");
   check_fields(scene.air, "scene.air");
-  check_limit_options(scene.limits, "scene.limits");
-  check_choice("scene", "response", scene.response, {"implicit", "impulse"});
+  check_fields(scene.limits, "scene.limits");
   require(scene.gravity.allFinite(), "scene.gravity must be finite");
   require(scene.air.wind.allFinite(), "scene.air.wind must be finite");
   require(!scene.cloths.empty() || !scene.bodies.empty(),

@@ -2,13 +2,16 @@
 // Model.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "core/base/choice.h"
 #include "core/base/field.h"
 #include "core/base/types.h"
 #include "core/cloth/air.h"
+#include "core/cloth/bending/bending_element.h"
 #include "core/cloth/material/material.h"
 #include "core/cloth/material/strain_limit.h"
 #include "core/electrodynamics/bearing.h"
@@ -19,15 +22,26 @@
 
 namespace loomstone {
 
+enum class RestLengths { Uv, Mesh };
+constexpr auto choices(RestLengths) {
+  return std::array{
+      ChoiceName{RestLengths::Uv, "uv", "of the pattern: uv are lengths [m]"},
+      ChoiceName{RestLengths::Mesh, "mesh", "of the mesh: uv give the directions alone"}};
+}
+enum class RestAngles { Flat, Mesh };
+constexpr auto choices(RestAngles) {
+  return std::array{ChoiceName{RestAngles::Flat, "flat"},
+                    ChoiceName{RestAngles::Mesh, "mesh", "those of the mesh as given"}};
+}
+
 // Description.
 struct Cloth {
   std::string name;
   std::shared_ptr<const TriangleMesh> mesh;
   ClothMaterial material;
-  std::string rest =
-      "uv";  // "uv": uv are the pattern [m] | "mesh": lengths of the mesh, uv only directions
-  std::string rest_angles = "flat";  // "flat" | "mesh": angles of the mesh as given
-  std::string bending = "mid-edge";  // "mid-edge" | "hinge"
+  RestLengths rest = RestLengths::Uv;
+  RestAngles rest_angles = RestAngles::Flat;
+  BendingElement bending = BendingElement::MidEdge;
   std::vector<Index> pins;           // vertices that stay where they are (or follow a script)
   std::vector<double> script_times;  // [s] ascending; empty: pins stand still
   Points
@@ -43,15 +57,9 @@ struct Cloth {
     return std::make_tuple(
         field("name", &C::name, "name in reports and files"),
         field("mesh", &C::mesh, "triangle mesh; its vertices are the start positions"),
-        field("material", &C::material, "ClothMaterial"),
-        field("rest", &C::rest,
-              "rest lengths from uv (the pattern [m]) or from the mesh: uv | mesh"),
-        field("rest_angles", &C::rest_angles, "rest angles between triangles: flat | mesh"),
-        field("bending", &C::bending,
-              "bending element: mid-edge (beam theory within 1 % along any direction) | hinge (off "
-              "by up to 25 % along the axes "
-              "of grids, 12 to 18 % in strips of 16 to 6 elements across on smoothed irregular "
-              "meshes, a factor 2 at 45 degrees)"),
+        field("material", &C::material, "ClothMaterial"), field("rest", &C::rest, "rest lengths"),
+        field("rest_angles", &C::rest_angles, "rest angles between triangles"),
+        field("bending", &C::bending, "bending element"),
         field("pins", &C::pins, "indices of vertices that are held, or moved by script"),
         field("script_times", &C::script_times,
               "times of the script [s], ascending; empty: pins stand still"),
@@ -111,6 +119,14 @@ struct Attachment {
   }
 };
 
+enum class ContactResponse { Implicit, Impulse };
+constexpr auto choices(ContactResponse) {
+  return std::array{
+      ChoiceName{ContactResponse::Implicit, "implicit", "terms of the implicit solve"},
+      ChoiceName{ContactResponse::Impulse, "impulse",
+                 "impulses after it, as explicit integrators always do"}};
+}
+
 // Description.
 struct Scene {
   std::vector<Cloth> cloths;
@@ -128,7 +144,7 @@ struct Scene {
   Vec3 gravity = Vec3(0, 0, -9.81);
   bool collisions = true;
   double contact_stiffness = 0.0;
-  std::string response = "implicit";
+  ContactResponse response = ContactResponse::Implicit;
   bool allow_initial_intersections = false;
   int rigid_iterations = RigidWorld::default_iterations;
   int rigid_rebuild_interval = 40;
@@ -156,9 +172,7 @@ struct Scene {
         field("collisions", &S::collisions, "contacts between surfaces are handled"),
         field("contact_stiffness", &S::contact_stiffness, "N/m", non_negative(),
               "of a contact; 0: chosen from the material"),
-        field("response", &S::response,
-              "contacts in the implicit solve (implicit) or by impulses after it (impulse, as "
-              "explicit integrators always do)"),
+        field("response", &S::response, "how contacts act"),
         field("allow_initial_intersections", &S::allow_initial_intersections,
               "accept a start with intersections: they are moved apart, then guarded"),
         field("rigid_iterations", &S::rigid_iterations, "1", between(10, 10000),

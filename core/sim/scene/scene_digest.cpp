@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <type_traits>
 
+#include "core/base/choice.h"
 #include "core/base/error.h"
 #include "core/base/word_hash.h"
 
@@ -30,6 +31,10 @@ class Digest {
   void add(const std::string& text) {
     word(text.size());
     for (const char letter : text) word(static_cast<unsigned char>(letter));
+  }
+  template <Choice Enum>
+  void add(Enum value) {
+    add(std::string(name_of(value)));
   }
   template <class Derived>
   void add(const Eigen::MatrixBase<Derived>& matrix) {

@@ -39,9 +39,9 @@ Engines::Engines(const Model& model, const IntegratorOptions& options, const Tea
   if (!model.cloth.strain_limits.empty())
     limiter = std::make_unique<StrainLimiter>(limited_cloth(model.cloth), model.scene.limits,
                                               &layout.communicator());
-  contacts_in_solve = integrator->implicit() && model.scene.response == "implicit";
-  limits_in_solve =
-      integrator->implicit() && model.scene.limits.in_solve && model.scene.limits.method != "edges";
+  contacts_in_solve = integrator->implicit() && model.scene.response == ContactResponse::Implicit;
+  limits_in_solve = integrator->implicit() && model.scene.limits.in_solve &&
+                    model.scene.limits.method != LimitMethod::Edges;
 }
 
 }  // namespace loomstone

@@ -95,7 +95,7 @@ Certified limit_and_certify(const StepContext& part, const Loads& loads, const N
   inputs.limiter = engines.limiter.get();
   inputs.collision = engines.collision.get();
   inputs.tangle = &near.tangle;
-  inputs.limits_hold = model.scene.limits.method != "edges";
+  inputs.limits_hold = model.scene.limits.method != LimitMethod::Edges;
   if (!engines.contacts_in_solve) inputs.repelled = &near.contacts;
   inputs.seed = part.seed;
   inputs.h = part.h;

@@ -48,7 +48,7 @@ struct Case {
 
 Simulation simulation(const Case& c) {
   Scene scene = draped_scene(draped(c.cells));
-  scene.cloths[0].bending = c.element;
+  scene.cloths[0].bending = choice_named<BendingElement>(c.element, "element");
   IntegratorOptions options;
   options.step = c.step, options.linear_solver = c.solver, options.bending = c.bending,
   options.tolerance = c.tolerance;

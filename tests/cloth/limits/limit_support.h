@@ -48,7 +48,8 @@ inline LimitedCloth sheet(const TriangleMesh& mesh, const StrainLimit& limit,
 inline LimitOptions sweeping(const char* method, double tolerance = 1e-3, int max_sweeps = 2000,
                              bool active_set = true) {
   LimitOptions o;
-  o.method = method, o.tolerance = tolerance, o.max_sweeps = max_sweeps, o.active_set = active_set;
+  o.method = choice_named<LimitMethod>(method, "method");
+  o.tolerance = tolerance, o.max_sweeps = max_sweeps, o.active_set = active_set;
   return o;
 }
 

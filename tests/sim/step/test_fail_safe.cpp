@@ -15,7 +15,7 @@ RigidBody ball(double radius, double density, const Vec3& position, const Vec3& 
   RigidBody body;
   body.name = "ball";
   body.mesh = share(icosphere(radius, 2));
-  body.shape = "sphere";
+  body.shape = BodyShape::Sphere;
   body.density = density;
   body.position = position;
   body.velocity = velocity;

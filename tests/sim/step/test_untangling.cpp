@@ -47,7 +47,7 @@ TEST_CASE("layers that start through each other come apart and stay apart") {
   for (const auto height : {bump, waves, slope})
     for (const char* response : {"implicit", "impulse"}) {
       Scene scene = layers(height);
-      scene.response = response;
+      scene.response = choice_named<ContactResponse>(response, "response");
       Simulation sim(scene, step_of(4e-3), 1);
       INFO("response " << response << ", pairs at the start " << sim.intersecting_pairs().size());
       REQUIRE(sim.intersecting_pairs().size() > 20);
