@@ -33,6 +33,7 @@ void bind_rigid(py::module_& m);
 void bind_magnetics(py::module_& m);
 void bind_soft_bodies(py::module_& m);
 void bind_scene(py::module_& m);
+void bind_integrators(py::module_& m);
 void bind_limits(py::module_& m);
 void bind_collision(py::module_& m);
 void bind_cache(py::module_& m);

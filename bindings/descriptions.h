@@ -164,7 +164,7 @@ std::string repr_description(const D& value, const char* name) {
   std::string text = std::string(name) + "(";
   bool first = true;
   for_each_field<D>([&](const auto& each) {
-    if (equal(value.*(each.member), defaults.*(each.member))) return;
+    if (!is_required(each) && equal(value.*(each.member), defaults.*(each.member))) return;
     text += std::string(first ? "" : ", ") + each.name + "=" + repr_of(value.*(each.member));
     first = false;
   });
@@ -185,7 +185,7 @@ std::string field_text(const F& each) {
   if constexpr (Choice<Member>) text += ": " + choices_text<Member>();
   if constexpr (std::is_arithmetic_v<Member> || std::is_same_v<Member, std::string> ||
                 Choice<Member>)
-    text += "; default " + repr_of(D{}.*(each.member));
+    if (!is_required(each)) text += "; default " + repr_of(D{}.*(each.member));
   return text;
 }
 
@@ -256,6 +256,15 @@ template <Description D>
   throw py::type_error(std::string(name) + ": takes keyword arguments only");
 }
 
+// Throws TypeError where a field without a default is not given.
+template <Description D>
+void require_arguments(const char* name, const py::kwargs& arguments) {
+  for_each_field<D>([&](const auto& each) {
+    if (is_required(each) && !arguments.contains(each.name))
+      throw py::type_error(std::string(name) + " needs " + each.name + ": " + field_text<D>(each));
+  });
+}
+
 template <Description D>
 D from_arguments(const char* name, D value, const py::kwargs& arguments) {
   py::list known;
@@ -277,15 +286,20 @@ D from_arguments(const char* name, D value, const py::kwargs& arguments) {
 
 // The constructor is bound twice: for keywords, which may carry units and are refused with a
 // reason, and with its full signature (stubs, help, arguments without names).
-template <Description D, std::size_t... P, std::size_t... K, class... F>
-void bind_constructor(py::class_<D>& c, const char* name, std::index_sequence<P...>,
+template <Description D, class Class, std::size_t... P, std::size_t... K, class... F>
+void bind_constructor(Class& c, const char* name, std::index_sequence<P...>,
                       std::index_sequence<K...>, const std::tuple<F...>& fields) {
   const D defaults{};
-  const auto argument = [&](const auto& each) {
-    return py::arg(each.name) = defaults.*(each.member);
+  const auto argument = [&]<class Each>(const Each& each) {
+    if constexpr (is_required(Each{}))
+      return py::arg(each.name);
+    else
+      return py::arg(each.name) = defaults.*(each.member);
   };
-  c.def(py::init(
-      [name](const py::kwargs& arguments) { return from_arguments(name, D{}, arguments); }));
+  c.def(py::init([name](const py::kwargs& arguments) {
+    require_arguments<D>(name, arguments);
+    return from_arguments(name, D{}, arguments);
+  }));
   c.def(py::init([name](const std::decay_t<decltype(std::declval<D>().*
                                                     (std::declval<F>().member))>&... values) {
           D value;
@@ -297,18 +311,19 @@ void bind_constructor(py::class_<D>& c, const char* name, std::index_sequence<P.
         argument(std::get<sizeof...(P) + K>(fields))...);
 }
 
-// The first n_positional fields may also be given without their names.
-template <Description D, std::size_t n_positional = 0>
-py::class_<D> bind_description(py::module_& m, const char* name, const std::string& meaning) {
+// The first n_positional fields may also be given without their names. Bases are bound classes.
+template <Description D, std::size_t n_positional = 0, class... Bases>
+py::class_<D, Bases...> bind_description(py::module_& m, const char* name,
+                                         const std::string& meaning) {
   std::string doc =
       meaning + "\n\nFrozen; compared by value.\n\nParameters (keywords)\n---------------------\n";
   for_each_field<D>([&](const auto& each) {
     doc += std::string(each.name) + " : " + field_text<D>(each) + "\n";
   });
-  py::class_<D> c(m, name, doc.c_str());
+  py::class_<D, Bases...> c(m, name, doc.c_str());
   constexpr std::size_t n_fields = std::tuple_size_v<decltype(D::fields())>;
-  bind_constructor(c, name, std::make_index_sequence<n_positional>(),
-                   std::make_index_sequence<n_fields - n_positional>(), D::fields());
+  bind_constructor<D>(c, name, std::make_index_sequence<n_positional>(),
+                      std::make_index_sequence<n_fields - n_positional>(), D::fields());
   for_each_field<D>([&](const auto& each) {
     using Member = std::decay_t<decltype(std::declval<D>().*(each.member))>;
     const auto member = each.member;

@@ -13,6 +13,7 @@ PYBIND11_MODULE(_core, m) {
   loomstone::bind_magnetics(m);
   loomstone::bind_soft_bodies(m);
   loomstone::bind_scene(m);
+  loomstone::bind_integrators(m);
   loomstone::bind_limits(m);
   loomstone::bind_collision(m);
   loomstone::bind_cache(m);

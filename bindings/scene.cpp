@@ -2,7 +2,6 @@
 #include "core/sim/scene/scene.h"
 
 #include "bindings/descriptions.h"
-#include "core/integration/options.h"
 
 namespace loomstone {
 
@@ -32,8 +31,6 @@ void bind_scene(py::module_& m) {
       m, "Bearing", "Lets a rigid body turn about an axis through its centre, and nothing else.");
   bind_description<Air>(m, "Air", "Drag of air at rest or in wind, per triangle.");
   bind_description<Scene>(m, "Scene", "Everything a simulation starts from.");
-  bind_description<IntegratorOptions>(m, "IntegratorOptions",
-                                      "Which integrator advances the cloth, and how.");
 }
 
 }  // namespace loomstone

@@ -2,6 +2,7 @@
 #include "core/sim/simulation.h"
 
 #include "bindings/bindings.h"
+#include "bindings/integrators.h"
 #include "core/cloth/limits/strain_limiter.h"
 #include "core/sim/model/state.h"
 

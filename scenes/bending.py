@@ -14,7 +14,7 @@ render = ls.RenderOptions(camera=ls.Camera(eye=(0.0, -1.0, 0.62)), width=1600, h
 SPACING, SIZE, RADIUS = 0.42, 0.36, 0.07
 
 
-def integrator(triangles: int = 3600) -> ls.IntegratorOptions:
+def integrator(triangles: int = 3600) -> ls.Integrator:
     """4 ms at a contact distance of 1 mm, in proportion below."""
     return ls.SemiImplicitEuler(
         step=float(np.clip(0.4 * SIZE / np.sqrt(triangles / 2), 5e-4, 4e-3))

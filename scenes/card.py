@@ -18,7 +18,7 @@ render = ls.RenderOptions(
 SIZE = 0.5
 
 
-def integrator(triangles: int = 5000) -> ls.IntegratorOptions:
+def integrator(triangles: int = 5000) -> ls.Integrator:
     edge = SIZE / np.sqrt(triangles / 2)
     return ls.SemiImplicitEuler(step=float(np.clip(0.4 * edge, 1e-3, 4e-3)))
 

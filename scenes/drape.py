@@ -17,7 +17,7 @@ render = ls.RenderOptions(
 RADIUS, CENTRE = 0.15, np.array([0.03, 0.02, 0.0])
 
 
-def integrator(triangles: int = 14450) -> ls.IntegratorOptions:
+def integrator(triangles: int = 14450) -> ls.Integrator:
     """The contact distance is a tenth of an edge; below 1 mm the step shrinks with it (4 ms at 1
     mm).
     """

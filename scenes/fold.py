@@ -19,7 +19,7 @@ render = ls.RenderOptions(
 LAYER, WIDTH, DROP = 0.06, 0.20, 0.02
 
 
-def integrator(triangles: int = 6000, layers: int = 10) -> ls.IntegratorOptions:
+def integrator(triangles: int = 6000, layers: int = 10) -> ls.Integrator:
     edge = np.sqrt(2.0 * LAYER * layers * WIDTH / triangles)
     return ls.SemiImplicitEuler(step=float(np.clip(0.4 * edge, 1e-3, 4e-3)))
 

@@ -19,7 +19,7 @@ FLOOR = -0.40
 BALL = 0.038
 
 
-def integrator(triangles: int = 14476) -> ls.IntegratorOptions:
+def integrator(triangles: int = 14476) -> ls.Integrator:
     edge = 0.5 / np.sqrt(triangles / 2)
     return ls.SemiImplicitEuler(step=float(np.clip(0.3 * edge, 5e-4, 2e-3)))
 

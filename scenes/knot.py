@@ -20,7 +20,7 @@ WIDTH, SCALE, REACH = 0.025, 0.042, 2.35
 HEIGHT = -0.06  # of the ends when they have been drawn apart [m]
 
 
-def integrator(triangles: int = 6000) -> ls.IntegratorOptions:
+def integrator(triangles: int = 6000) -> ls.Integrator:
     return ls.SemiImplicitEuler(step=2e-3)
 
 

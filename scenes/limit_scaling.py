@@ -7,6 +7,8 @@ the thesis; tests/benchmarks/limits.py makes it, with times and what each method
     loomstone run scenes/limit_scaling.py -p triangles=3600 -p method=jacobi -p in_solve=no
 """
 
+from typing import Literal
+
 import loomstone as ls
 
 duration = 1.0
@@ -16,10 +18,12 @@ render = ls.RenderOptions(camera=ls.Camera(eye=(1.2, -0.9, 0.2)))
 
 LIMITS = (0.1, 0.1, 0.2)
 
+Method = Literal["gauss-seidel", "gauss-seidel-random", "jacobi", "edges", "none"]
+
 
 def scene(
     triangles: int = 3600,
-    method: str = "gauss-seidel",
+    method: Method = "gauss-seidel",
     in_solve: bool = True,
     max_sweeps: int = 100,
 ) -> ls.Scene:

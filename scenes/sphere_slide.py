@@ -19,7 +19,7 @@ RADIUS = 0.15
 LIMITS = (0.1, 0.1, 0.4)
 
 
-def integrator(triangles: int = 14476) -> ls.IntegratorOptions:
+def integrator(triangles: int = 14476) -> ls.Integrator:
     """The contact distance is a tenth of an edge; below 1 mm the step shrinks with it (4 ms at 1
     mm).
     """

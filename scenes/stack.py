@@ -20,7 +20,7 @@ render = ls.RenderOptions(
 SIZE, BOX, WALL, HEIGHT, SPACING = 0.20, 0.23, 0.01, 0.12, 0.006
 
 
-def integrator(triangles: int = 800) -> ls.IntegratorOptions:
+def integrator(triangles: int = 800) -> ls.Integrator:
     edge = SIZE / np.sqrt(triangles / 2)
     return ls.SemiImplicitEuler(step=float(np.clip(0.4 * edge, 1e-3, 4e-3)))
 

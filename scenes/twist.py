@@ -24,7 +24,7 @@ render = ls.RenderOptions(
 SIZE = 0.5
 
 
-def integrator(triangles: int = 7200) -> ls.IntegratorOptions:
+def integrator(triangles: int = 7200) -> ls.Integrator:
     """The contact distance is a tenth of an edge; below 1 mm the step shrinks with it (4 ms at 1
     mm).
     """

@@ -66,6 +66,25 @@ Field<Owner, Member> field(const char* name, Member Owner::* member, const char*
   return {name, member, "", {}, meaning};
 }
 
+// A field that has no default for users: they have to give it.
+template <class Owner, class Member>
+struct RequiredField : Field<Owner, Member> {};
+
+template <class Owner, class Member>
+RequiredField<Owner, Member> required_field(const char* name, Member Owner::* member,
+                                            const char* unit, Limits limits, const char* meaning) {
+  return {{name, member, unit, limits, meaning}};
+}
+
+template <class Owner, class Member>
+constexpr bool is_required(const Field<Owner, Member>&) {
+  return false;
+}
+template <class Owner, class Member>
+constexpr bool is_required(const RequiredField<Owner, Member>&) {
+  return true;
+}
+
 template <class Description, class Visitor>
 void for_each_field(Visitor&& visit) {
   std::apply([&](const auto&... each) { (visit(each), ...); }, Description::fields());

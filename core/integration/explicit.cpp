@@ -51,10 +51,9 @@ class ExplicitIntegrator final : public Integrator {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_explicit(const IntegratorOptions& options, const ClothModel& model,
+std::unique_ptr<Integrator> make_explicit(bool symplectic, const ClothModel& model,
                                           Elasticity& elasticity) {
-  return std::make_unique<ExplicitIntegrator>(options.method == "symplectic-euler", model,
-                                              elasticity);
+  return std::make_unique<ExplicitIntegrator>(symplectic, model, elasticity);
 }
 
 }  // namespace loomstone

@@ -2,23 +2,42 @@
 
 #include <algorithm>
 
-#include "core/base/error.h"
 #include "core/integration/schemes.h"
 
 namespace loomstone {
 
+namespace {
+
+// One overload an integrator.
+struct Make {
+  const ClothModel& model;
+  Elasticity& elasticity;
+  using Made = std::unique_ptr<Integrator>;
+
+  Made operator()(const ExplicitEuler&) const { return make_explicit(false, model, elasticity); }
+  Made operator()(const SymplecticEuler&) const { return make_explicit(true, model, elasticity); }
+  Made operator()(const SemiImplicitEuler& options) const {
+    return make_linearised(Scheme::BackwardEuler, options, model, elasticity);
+  }
+  Made operator()(const ImplicitMidpoint& options) const {
+    return make_linearised(Scheme::Midpoint, options, model, elasticity);
+  }
+  Made operator()(const Bdf2& options) const {
+    return make_linearised(Scheme::Bdf2, options, model, elasticity);
+  }
+  Made operator()(const BackwardEuler& options) const {
+    return make_newton(Scheme::BackwardEuler, options.name, options, model, elasticity);
+  }
+  Made operator()(const NonlinearMidpoint& options) const {
+    return make_newton(Scheme::Midpoint, options.name, options, model, elasticity);
+  }
+};
+
+}  // namespace
+
 std::unique_ptr<Integrator> make_integrator(const IntegratorOptions& options,
                                             const ClothModel& model, Elasticity& elasticity) {
-  const std::string& m = options.method;
-  if (options.is_explicit()) return make_explicit(options, model, elasticity);
-  if (m == "semi-implicit-euler" || m == "implicit-midpoint" || m == "bdf2")
-    return make_linearised(options, model, elasticity);
-  if (m == "backward-euler" || m == "nonlinear-midpoint")
-    return make_newton(options, model, elasticity);
-  throw InvalidInput(
-      "integrator.method must be one of explicit-euler, symplectic-euler, semi-implicit-euler, "
-      "backward-euler, implicit-midpoint, nonlinear-midpoint, bdf2, got \"" +
-      m + "\"");
+  return options.visit(Make{model, elasticity});
 }
 
 namespace {
@@ -30,18 +49,8 @@ double largest_bending_damping(const ClothModel& model) {
   return largest;
 }
 
-bool bending_is_implicit(const IntegratorOptions& options, const ClothModel& model) {
-  if (options.bending == "implicit") {
-    if (options.is_explicit())
-      throw InvalidInput("integrator.bending must be explicit or auto for " + options.method +
-                         ", got implicit; choose an implicit integrator");
-    return true;
-  }
-  if (options.bending == "explicit" || (options.bending == "auto" && options.is_explicit()))
-    return false;
-  if (options.bending != "auto")
-    throw InvalidInput("integrator.bending must be auto, explicit or implicit, got \"" +
-                       options.bending + "\"");
+bool bending_is_implicit(const ImplicitOptions& options, const ClothModel& model) {
+  if (options.bending != BendingInStep::Auto) return options.bending == BendingInStep::Implicit;
   // Explicit in an implicit step, with damping beta K v of its start, it is stable while h (h + 2
   // beta) lambda < 4.
   const double limit = 0.8 * 2.0;
@@ -52,8 +61,10 @@ bool bending_is_implicit(const IntegratorOptions& options, const ClothModel& mod
 }  // namespace
 
 BendingTreatment bending_treatment(const IntegratorOptions& options, const ClothModel& model) {
-  if (!bending_is_implicit(options, model)) return BendingTreatment::Explicit;
-  if (options.method != "semi-implicit-euler" || options.jacobian == "exact")
+  const ImplicitOptions* implicit = options.implicit();
+  if (implicit == nullptr || !bending_is_implicit(*implicit, model))
+    return BendingTreatment::Explicit;
+  if (!options.is<SemiImplicitEuler>() || implicit->jacobian == JacobianKind::Exact)
     return BendingTreatment::Full;
   return largest_bending_damping(model) > 0.0 ? BendingTreatment::Full : BendingTreatment::Lumped;
 }
@@ -77,13 +88,13 @@ void add_force(const ExtraTerm& term, const Vec3& force, const RowLayout& layout
 }
 }  // namespace
 
-void add_term_forces(const ExtraTerms& terms, const RowLayout& layout, double sigma, double time,
+void add_term_forces(const ExtraTerms& terms, const RowLayout& layout, const SchemeCoefficients& c,
                      const Points& displacement, Points& rhs) {
   for (const ExtraTerm& term : terms)
-    add_force(
-        term,
-        -sigma * (term.gradient + term.hessian * term.relative_displacement(displacement, time)),
-        layout, rhs);
+    add_force(term,
+              -c.sigma *
+                  (term.gradient + term.hessian * term.relative_displacement(displacement, c.time)),
+              layout, rhs);
 }
 
 void add_term_gradients(const ExtraTerms& terms, const RowLayout& layout, double sigma,

@@ -1,5 +1,5 @@
-// Advances all cloth by one step. One virtual call a step; which scheme is a name in
-// IntegratorOptions. Implements method.md 1.4, thesis (2.51)-(2.55).
+// Advances all cloth by one step. One virtual call a step; the options choose the scheme.
+// docs/method.md, "Time integration"; thesis (2.51)-(2.55).
 #pragma once
 
 #include <functional>
@@ -83,13 +83,12 @@ class Integrator {
   virtual bool asks_energy() const { return false; }  // of the whole cloth, on every rank
 };
 
-// Throws InvalidInput for unknown names and combinations that do not exist.
 std::unique_ptr<Integrator> make_integrator(const IntegratorOptions& options,
                                             const ClothModel& model, Elasticity& elasticity);
 
-// How bending enters: "auto" puts it into the solve when h (h + 2 beta) lambda > (0.8 * 2)^2, beta
-// its damping [s] and lambda the largest eigenvalue of M^-1 K. Semi-implicit Euler without bending
-// damping takes the sparse bound of the stiffness unless integrator.jacobian is exact.
+// How bending enters: BendingInStep::Auto puts it into the solve when h (h + 2 beta) lambda > (0.8
+// * 2)^2, beta its damping [s] and lambda the largest eigenvalue of M^-1 K. Semi-implicit Euler
+// without bending damping takes the sparse bound of the stiffness unless the Jacobian is exact.
 BendingTreatment bending_treatment(const IntegratorOptions& options, const ClothModel& model);
 
 }  // namespace loomstone

@@ -1,45 +1,156 @@
-// Which integrator advances the cloth, and how. Method.md 1.4.
+// Which integrator advances the cloth, and how: one description for each, with the fields it has.
+// docs/method.md, "Time integration".
 #pragma once
 
-#include <string>
+#include <array>
+#include <string_view>
+#include <tuple>
+#include <utility>
+#include <variant>
 
+#include "core/base/choice.h"
 #include "core/base/field.h"
+#include "core/cloth/membrane/membrane.h"
+#include "core/linalg/linear_solver.h"
 
 namespace loomstone {
 
-// Description.
-struct IntegratorOptions {
-  // "semi-implicit-euler" | "explicit-euler" | "symplectic-euler" | "backward-euler" |
-  // "implicit-midpoint" | "nonlinear-midpoint" | "bdf2"
-  std::string method = "semi-implicit-euler";
+constexpr auto choices(JacobianKind) {
+  return std::array{
+      ChoiceName{JacobianKind::Positive, "spd", "positive part of the geometric term"},
+      ChoiceName{JacobianKind::Exact, "exact"}};
+}
+
+enum class BendingInStep { Auto, Explicit, Implicit };
+constexpr auto choices(BendingInStep) {
+  return std::array{
+      ChoiceName{BendingInStep::Auto, "auto", "implicit where an explicit step is unstable"},
+      ChoiceName{BendingInStep::Explicit, "explicit"},
+      ChoiceName{BendingInStep::Implicit, "implicit"}};
+}
+
+// All integrators.
+struct IntegratorCommon {
   double step = 1e-3;
-  std::string jacobian = "spd";       // "spd" | "exact"
-  std::string bending = "auto";       // "auto" | "explicit" | "implicit"
-  std::string linear_solver = "pcg";  // "pcg" | "block-jacobi" | "gauss-seidel" | "direct"
+};
+
+// Schemes without a linear system.
+struct ExplicitOptions : IntegratorCommon {
+  static auto fields() {
+    return std::make_tuple(
+        required_field("step", &ExplicitOptions::step, "s", positive(), "time step"));
+  }
+};
+
+// Schemes that solve one linear system a step.
+struct ImplicitOptions : IntegratorCommon {
+  JacobianKind jacobian = JacobianKind::Positive;
+  BendingInStep bending = BendingInStep::Auto;
+  LinearMethod linear_solver = LinearMethod::Pcg;
   double tolerance = 1e-4;
   int max_iterations = 2000;
+
+  static auto fields() {
+    using O = ImplicitOptions;
+    return std::make_tuple(
+        field("step", &O::step, "s", positive(), "time step"),
+        field("jacobian", &O::jacobian, "Jacobian of the membrane's forces"),
+        field("bending", &O::bending, "how bending enters the step"),
+        field("linear_solver", &O::linear_solver, "solver of the linear system"),
+        field("tolerance", &O::tolerance, "1", positive(),
+              "of the linear solver, on the preconditioned norm"),
+        field("max_iterations", &O::max_iterations, "1", between(1, 1e9), "of the linear solver"));
+  }
+};
+
+// Schemes that solve the nonlinear equations of a step by Newton's method.
+struct NewtonOptions : ImplicitOptions {
   double newton_tolerance = 1e-6;
   int max_newton_iterations = 100;
 
-  // Explicit and symplectic Euler, which solve no system.
-  bool is_explicit() const { return method == "explicit-euler" || method == "symplectic-euler"; }
-
   static auto fields() {
-    using O = IntegratorOptions;
-    return std::make_tuple(
-        field("method", &O::method, "name of the integrator"),
-        field("step", &O::step, "s", positive(), "time step"),
-        field("jacobian", &O::jacobian, "spd (positive part of the geometric term) | exact"),
-        field("bending", &O::bending, "auto | explicit | implicit"),
-        field("linear_solver", &O::linear_solver, "pcg | block-jacobi | gauss-seidel | direct"),
-        field("tolerance", &O::tolerance, "1", positive(),
-              "of the linear solver, on the preconditioned norm"),
-        field("max_iterations", &O::max_iterations, "1", between(1, 1e9), "of the linear solver"),
-        field("newton_tolerance", &O::newton_tolerance, "1", positive(),
-              "relative residual of the Newton loop"),
-        field("max_newton_iterations", &O::max_newton_iterations, "1", between(1, 1e6),
-              "of the Newton loop"));
+    using O = NewtonOptions;
+    return std::tuple_cat(ImplicitOptions::fields(),
+                          std::make_tuple(field("newton_tolerance", &O::newton_tolerance, "1",
+                                                positive(), "relative residual of the Newton loop"),
+                                          field("max_newton_iterations", &O::max_newton_iterations,
+                                                "1", between(1, 1e6), "of the Newton loop")));
   }
 };
+
+// Descriptions.
+struct ExplicitEuler : ExplicitOptions {
+  static constexpr std::string_view name = "explicit-euler";
+};
+struct SymplecticEuler : ExplicitOptions {
+  static constexpr std::string_view name = "symplectic-euler";
+};
+struct SemiImplicitEuler : ImplicitOptions {
+  static constexpr std::string_view name = "semi-implicit-euler";
+};
+struct BackwardEuler : NewtonOptions {
+  static constexpr std::string_view name = "backward-euler";
+};
+struct ImplicitMidpoint : ImplicitOptions {
+  static constexpr std::string_view name = "implicit-midpoint";
+};
+struct NonlinearMidpoint : NewtonOptions {
+  static constexpr std::string_view name = "nonlinear-midpoint";
+};
+struct Bdf2 : ImplicitOptions {
+  static constexpr std::string_view name = "bdf2";
+};
+
+// Any of them.
+class IntegratorOptions {
+ public:
+  using Methods = std::variant<SemiImplicitEuler, ExplicitEuler, SymplecticEuler, BackwardEuler,
+                               ImplicitMidpoint, NonlinearMidpoint, Bdf2>;
+
+  IntegratorOptions() = default;
+  template <class Method>
+    requires std::is_constructible_v<Methods, Method>
+  IntegratorOptions(Method method) : method_(std::move(method)) {}
+
+  template <class Visitor>
+  decltype(auto) visit(Visitor&& visitor) const {
+    return std::visit(std::forward<Visitor>(visitor), method_);
+  }
+  template <class Method>
+  bool is() const {
+    return std::holds_alternative<Method>(method_);
+  }
+
+  std::string_view name() const {
+    return visit([](const auto& method) { return method.name; });
+  }
+  double step() const {
+    return visit([](const auto& method) { return method.step; });
+  }
+  void set_step(double step) {
+    std::visit([&](auto& method) { method.step = step; }, method_);
+  }
+  // The options of a family; null where the method is of another.
+  ImplicitOptions* implicit() { return family<ImplicitOptions>(method_); }
+  const ImplicitOptions* implicit() const { return family<const ImplicitOptions>(method_); }
+  NewtonOptions* newton() { return family<NewtonOptions>(method_); }
+  const NewtonOptions* newton() const { return family<const NewtonOptions>(method_); }
+
+ private:
+  template <class Family, class Held>
+  static Family* family(Held& held) {
+    return std::visit(
+        [](auto& method) -> Family* {
+          if constexpr (std::is_convertible_v<decltype(&method), Family*>) return &method;
+          return nullptr;
+        },
+        held);
+  }
+
+  Methods method_;
+};
+
+// The method of this name, as in IntegratorOptions::name(), with its defaults. Throws InvalidInput.
+IntegratorOptions integrator_named(std::string_view name);
 
 }  // namespace loomstone

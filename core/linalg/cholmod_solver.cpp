@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/linalg/solvers.h"
 #include "core/linalg/system.h"
 #include "core/parallel/nested_regions.h"
@@ -43,9 +43,8 @@ class DirectSolver final : public LinearSolver {
   LinearReport solve(const Team&, const LinearSystem& system, const Points& b, Points& x,
                      SolveMemory&, Unchanged) override {
     if (!system.layout->single())
-      throw Unsupported("the linear solver \"direct\" runs on one rank, got " +
-                        std::to_string(system.layout->communicator().size()) +
-                        " ranks; use \"pcg\"");
+      fail<Unsupported>("the linear solver \"direct\" runs on one rank, got {} ranks; use \"pcg\"",
+                        system.layout->communicator().size());
     check_system(system, b, x);
     update_pattern(system);
     assemble(system);
@@ -196,9 +195,10 @@ class DirectSolver final : public LinearSolver {
     cholmod_factorize(&lower, factor_, &common_);
     if (common_.status == CHOLMOD_NOT_POSDEF) {
       const int row = static_cast<const int*>(factor_->Perm)[factor_->minor] / 3;
-      throw SolverFailure(
-          "linear solve: the matrix must be positive definite, got a negative pivot in row " +
-          std::to_string(row) + " (direct); reduce the step size");
+      fail<SolverFailure>(
+          "linear solve: the matrix must be positive definite, got a negative pivot in row {} "
+          "(direct); reduce the step size",
+          row);
     }
     if (common_.status < CHOLMOD_OK)
       throw SolverFailure("direct solve: the factor needs more memory than there is; use \"pcg\"");

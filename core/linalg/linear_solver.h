@@ -2,11 +2,12 @@
 // the value of x that they are given (exact constraints by filtering, [Baraff1998]).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
-#include <string>
 #include <vector>
 
+#include "core/base/choice.h"
 #include "core/base/types.h"
 #include "core/linalg/block_matrix.h"
 #include "core/linalg/extra_terms.h"
@@ -36,11 +37,18 @@ struct LinearReport {
   bool converged = true;
 };
 
+enum class LinearMethod { Pcg, BlockJacobi, GaussSeidel, Direct };
+constexpr auto choices(LinearMethod) {
+  using M = LinearMethod;
+  return std::array{
+      ChoiceName{M::Pcg, "pcg", "conjugate gradients with aggregation multigrid"},
+      ChoiceName{M::BlockJacobi, "block-jacobi", "with the diagonal blocks"},
+      ChoiceName{M::GaussSeidel, "gauss-seidel", "with symmetric Gauss-Seidel, one thread"},
+      ChoiceName{M::Direct, "direct", "sparse Cholesky factorisation"}};
+}
+
 struct LinearOptions {
-  // "pcg" (conjugate gradients, aggregation multigrid) | "block-jacobi" (conjugate gradients,
-  // diagonal blocks) | "gauss-seidel" (conjugate gradients, symmetric Gauss-Seidel) | "direct"
-  // (CHOLMOD)
-  std::string method = "pcg";
+  LinearMethod method = LinearMethod::Pcg;
   double tolerance = 1e-4;  // on the preconditioned norm [1]
   int max_iterations = 2000;
 };
@@ -82,7 +90,7 @@ class LinearSolver {
   }
 };
 
-// Throws InvalidInput for an unknown method.
+// Throws InvalidInput where tolerance or max_iterations cannot be met.
 std::unique_ptr<LinearSolver> make_linear_solver(const LinearOptions& options);
 
 }  // namespace loomstone

@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/linalg/matrix_halo.h"
 #include "core/linalg/pcg_iteration.h"
 #include "core/linalg/pcg_memory.h"
@@ -155,9 +155,9 @@ class Pcg final : public LinearSolver {
   LinearReport solve(const Team& team, const LinearSystem& system, const Points& b, Points& x,
                      SolveMemory& memory, Unchanged unchanged) override {
     if (kind_ == Preconditioner::Kind::GaussSeidel && !system.layout->single())
-      throw Unsupported("the linear solver \"gauss-seidel\" runs on one rank, got " +
-                        std::to_string(system.layout->communicator().size()) +
-                        " ranks; use \"pcg\"");
+      fail<Unsupported>(
+          "the linear solver \"gauss-seidel\" runs on one rank, got {} ranks; use \"pcg\"",
+          system.layout->communicator().size());
     check_system(system, b, x);
     PcgMemory& m = memory.pcg();
     PcgSolve solve{system, RowLoops(team, *system.layout), m};

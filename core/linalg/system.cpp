@@ -1,9 +1,8 @@
 #include "core/linalg/system.h"
 
 #include <algorithm>
-#include <string>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 
 namespace loomstone {
 
@@ -17,9 +16,9 @@ void check_system(const LinearSystem& system, const Points& b, const Points& x) 
   const Index bodies = system.body_blocks ? static_cast<Index>(system.body_blocks->size()) : 0;
   const auto require = [&](const char* what, Eigen::Index got) {
     if (got != rows)
-      throw InvalidInput(std::string("linear system: ") + what +
-                         " must have one row for each of the " + std::to_string(rows) +
-                         " rows of the layout, got " + std::to_string(got));
+      fail<InvalidInput>(
+          "linear system: {} must have one row for each of the {} rows of the layout, got {}", what,
+          rows, got);
   };
   require("matrix and body_blocks together", n_cloth_rows(system) + bodies);
   require("b", b.rows());
@@ -61,11 +60,11 @@ void throw_not_finite(const LinearSystem& system, const Points& b, const Points&
   if (first == layout.n_rows())
     throw SolverFailure(
         "linear solve: the matrix must be finite, got a product that is not; check the forces and "
-        "the "
-        "step size");
-  throw SolverFailure(
-      "linear solve: right side and guess must be finite, got NaN or infinity in row " +
-      std::to_string(first) + "; check the forces on it and the step size");
+        "the step size");
+  fail<SolverFailure>(
+      "linear solve: right side and guess must be finite, got NaN or infinity in row {}; check the "
+      "forces on it and the step size",
+      first);
 }
 
 void refuse_indefinite_row(const LinearSystem& system, Index bad_row) {
@@ -73,17 +72,17 @@ void refuse_indefinite_row(const LinearSystem& system, Index bad_row) {
   const std::int64_t mine = bad_row < 0 ? none : bad_row;
   const auto first = static_cast<Index>(-system.layout->communicator().maximum(-mine));
   if (first < none)
-    throw SolverFailure(
+    fail<SolverFailure>(
         "linear solve: the matrix must be positive definite, got a diagonal block that is not in "
-        "row " +
-        std::to_string(first) + "; check its mass and reduce the step size");
+        "row {}; check its mass and reduce the step size",
+        first);
 }
 
 void throw_indefinite(const char* method, int iteration) {
-  throw SolverFailure(
-      std::string("linear solve: the matrix must be positive definite, got a direction of negative "
-                  "curvature (") +
-      method + ", iteration " + std::to_string(iteration) + "); reduce the step size");
+  fail<SolverFailure>(
+      "linear solve: the matrix must be positive definite, got a direction of negative curvature "
+      "({}, iteration {}); reduce the step size",
+      method, iteration);
 }
 
 }  // namespace loomstone

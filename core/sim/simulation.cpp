@@ -98,27 +98,15 @@ Simulation::Simulation(const Scene& scene, const IntegratorOptions& integrator, 
   if (threads < 0 || threads > most_threads)
     fail<InvalidInput>("threads must be in [0, {}] (0: all processors), got {}", most_threads,
                        threads);
-  check_fields(integrator, "integrator");
-  if (integrator.jacobian != "spd" && integrator.jacobian != "exact")
-    throw InvalidInput("integrator.jacobian must be spd or exact, got \"" + integrator.jacobian +
-                       "\"");
-  const IntegratorOptions defaults;
-  if (integrator.is_explicit())
-    for (const auto option : {&IntegratorOptions::jacobian, &IntegratorOptions::linear_solver})
-      if (integrator.*option != defaults.*option)
-        throw InvalidInput(
-            "integrator." +
-            std::string(option == &IntegratorOptions::jacobian ? "jacobian" : "linear_solver") +
-            " is for implicit methods, " + integrator.method + " solves no system; leave \"" +
-            integrator.*option + "\" away, or take another method");
+  integrator.visit([](const auto& method) { check_fields(method, "integrator"); });
   data_->options = integrator;
   data_->team.threads = threads == 0 ? default_thread_count() : threads;
   data_->communicator = std::move(communicator);
   together(*data_->communicator, [&] { build(scene, data_->model, data_->state); });
-  if (integrator.is_explicit() && !scene.attachments.empty())
-    throw Unsupported("attachments are part of an implicit solve, got integrator.method \"" +
-                      integrator.method +
-                      "\"; choose an implicit integrator or remove the attachments");
+  if (integrator.implicit() == nullptr && !scene.attachments.empty())
+    throw Unsupported("attachments are part of an implicit solve, got the integrator " +
+                      std::string(integrator.name()) +
+                      "; choose an implicit integrator or remove the attachments");
   data_->digests = digests(scene, integrator);
   data_->layout = std::make_unique<RowLayout>(data_->model.n_rows(), data_->communicator);
   data_->make_stepper();
@@ -139,10 +127,10 @@ void Simulation::step() {
 }
 
 double Simulation::time() const {
-  return static_cast<double>(data_->state.step) * data_->options.step;
+  return static_cast<double>(data_->state.step) * data_->options.step();
 }
 std::int64_t Simulation::step_index() const { return data_->state.step; }
-double Simulation::step_size() const { return data_->options.step; }
+double Simulation::step_size() const { return data_->options.step(); }
 int Simulation::threads() const { return data_->team.threads; }
 const Communicator& Simulation::communicator() const { return *data_->communicator; }
 
@@ -164,15 +152,15 @@ const FrameTopology& Simulation::topology() const { return data_->model.topology
 Frame Simulation::frame() const { return frame_at(time()); }
 
 Frame Simulation::frame_at(double at) const {
-  const double share = 1.0 - (time() - at) / data_->options.step;
+  const double share = 1.0 - (time() - at) / data_->options.step();
   if (share > 1.0 + 1e-9 || share < -1e-9)
     fail<InvalidInput>("a frame must lie within the last step ({} to {} s), got {} s",
-                       time() - data_->options.step, time(), at);
+                       time() - data_->options.step(), time(), at);
   report();
   // Within rounding of the end of the step the state itself is the frame.
   const FrameTime end{time(), 1.0};
   const double start = static_cast<double>(data_->state.step) - (1.0 - share);
-  const FrameTime within{start * data_->options.step, share};
+  const FrameTime within{start * data_->options.step(), share};
   return capture(data_->state, data_->outcome, data_->stepper->engines(),
                  share > 1.0 - 1e-9 ? end : within);
 }

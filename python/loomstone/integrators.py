@@ -1,137 +1,73 @@
-"""Integrators by name; each returns IntegratorOptions.
+"""Integrators: a class for each, with the fields it has, and Integrator, the base of all.
 
-Fields and defaults are those of the C++ description.
+Fields and defaults are those of the C++ descriptions.
+
+>>> import loomstone as ls
+>>> ls.BDF2(step=2e-3).method
+'bdf2'
+>>> isinstance(ls.BDF2(), ls.Integrator)
+True
 """
 
 from __future__ import annotations
 
-from ._core import IntegratorOptions
+from typing import Any
+
+from ._core import (
+    BDF2,
+    BackwardEuler,
+    ExplicitEuler,
+    ImplicitMidpoint,
+    Integrator,
+    InvalidInput,
+    NonlinearMidpoint,
+    SemiImplicitEuler,
+    SymplecticEuler,
+)
 
 __all__ = [
     "BDF2",
     "BackwardEuler",
     "ExplicitEuler",
     "ImplicitMidpoint",
+    "Integrator",
+    "NonlinearMidpoint",
     "SemiImplicitEuler",
     "SymplecticEuler",
 ]
 
-_D = IntegratorOptions()
-
-
-def ExplicitEuler(*, step: float) -> IntegratorOptions:
-    """Explicit Euler, order 1: gains energy, needs tiny steps [s]; for comparison."""
-    return IntegratorOptions(method="explicit-euler", step=step)
-
-
-def SymplecticEuler(*, step: float) -> IntegratorOptions:
-    """Symplectic Euler, order 1: velocities first; keeps energy in the mean, stable for small steps
-    [s] only.
-    """
-    return IntegratorOptions(method="symplectic-euler", step=step)
-
-
-def SemiImplicitEuler(
-    *,
-    step: float = _D.step,
-    jacobian: str = _D.jacobian,
-    bending: str = _D.bending,
-    linear_solver: str = _D.linear_solver,
-    tolerance: float = _D.tolerance,
-    max_iterations: int = _D.max_iterations,
-) -> IntegratorOptions:
-    """Backward Euler with one linear solve a step (Baraff and Witkin 1998), order 1: robust, damps.
-
-    The default.
-
-    step : [s]; jacobian : "spd" | "exact"; bending : "auto" | "explicit" | "implicit";
-    linear_solver : "pcg" | "block-jacobi" | "gauss-seidel" | "direct"; tolerance : of the
-        preconditioned residual [1]
-    """
-    return IntegratorOptions(
-        method="semi-implicit-euler",
-        step=step,
-        jacobian=jacobian,
-        bending=bending,
-        linear_solver=linear_solver,
-        tolerance=tolerance,
-        max_iterations=max_iterations,
+# By the names that the command line and files use.
+METHODS: dict[str, type[Integrator]] = {
+    kind.method: kind
+    for kind in (
+        BDF2,
+        BackwardEuler,
+        ExplicitEuler,
+        ImplicitMidpoint,
+        NonlinearMidpoint,
+        SemiImplicitEuler,
+        SymplecticEuler,
     )
+}
 
 
-def BackwardEuler(
-    *,
-    step: float = _D.step,
-    jacobian: str = _D.jacobian,
-    bending: str = _D.bending,
-    linear_solver: str = _D.linear_solver,
-    tolerance: float = _D.tolerance,
-    max_iterations: int = _D.max_iterations,
-    newton_tolerance: float = _D.newton_tolerance,
-    max_newton_iterations: int = _D.max_newton_iterations,
-) -> IntegratorOptions:
-    """Backward Euler solved by Newton with line search, order 1: as the semi-implicit one,
-    converged.
-    """
-    return IntegratorOptions(
-        method="backward-euler",
-        step=step,
-        jacobian=jacobian,
-        bending=bending,
-        linear_solver=linear_solver,
-        tolerance=tolerance,
-        max_iterations=max_iterations,
-        newton_tolerance=newton_tolerance,
-        max_newton_iterations=max_newton_iterations,
-    )
+def with_method(options: Integrator, name: str, where: str = "integrator") -> Integrator:
+    """The integrator of this name with those values of `options` that it has a field for."""
+    if name not in METHODS:
+        raise InvalidInput(f"{where} must be one of {', '.join(sorted(METHODS))}, got {name!r}")
+    return _made(METHODS[name], options.to_dict())
 
 
-def ImplicitMidpoint(
-    *,
-    step: float = _D.step,
-    nonlinear: bool = False,
-    jacobian: str = _D.jacobian,
-    bending: str = _D.bending,
-    linear_solver: str = _D.linear_solver,
-    tolerance: float = _D.tolerance,
-    max_iterations: int = _D.max_iterations,
-    newton_tolerance: float = _D.newton_tolerance,
-    max_newton_iterations: int = _D.max_newton_iterations,
-) -> IntegratorOptions:
-    """Implicit midpoint rule, order 2, hardly damps; linearised, or converged by Newton with
-    nonlinear=True.
-    """
-    return IntegratorOptions(
-        method="nonlinear-midpoint" if nonlinear else "implicit-midpoint",
-        step=step,
-        jacobian=jacobian,
-        bending=bending,
-        linear_solver=linear_solver,
-        tolerance=tolerance,
-        max_iterations=max_iterations,
-        newton_tolerance=newton_tolerance,
-        max_newton_iterations=max_newton_iterations,
-    )
+def to_record(options: Integrator) -> dict[str, Any]:
+    """Plain values for JSON, the method's name among them."""
+    return {"method": options.method, **options.to_dict()}
 
 
-def BDF2(
-    *,
-    step: float = _D.step,
-    jacobian: str = _D.jacobian,
-    bending: str = _D.bending,
-    linear_solver: str = _D.linear_solver,
-    tolerance: float = _D.tolerance,
-    max_iterations: int = _D.max_iterations,
-) -> IntegratorOptions:
-    """Second-order backward differences, linearised (Choi and Ko 2002), order 2: damps less than
-    Euler.
-    """
-    return IntegratorOptions(
-        method="bdf2",
-        step=step,
-        jacobian=jacobian,
-        bending=bending,
-        linear_solver=linear_solver,
-        tolerance=tolerance,
-        max_iterations=max_iterations,
-    )
+def from_record(record: dict[str, Any]) -> Integrator:
+    """The integrator of which to_record() made this; KeyError where there is none of its name."""
+    return _made(METHODS[record["method"]], record)
+
+
+def _made(kind: Any, values: dict[str, Any]) -> Integrator:
+    made: Integrator = kind(**{name: values[name] for name in kind.field_names if name in values})
+    return made

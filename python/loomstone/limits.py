@@ -15,6 +15,7 @@ True
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,6 +30,9 @@ from ._core import (
 )
 from .base.arguments import takes
 
+if TYPE_CHECKING:
+    from ._core import LimitMethod
+
 __all__ = ["LimitReport", "limit", "strain"]
 
 _D = LimitOptions()
@@ -40,7 +44,7 @@ def __dir__() -> list[str]:
 
 @takes(points="m")
 def strain(
-    points: ArrayLike, mesh: TriangleMesh, *, rest: str = "uv", threads: int = 0
+    points: ArrayLike, mesh: TriangleMesh, *, rest: Literal["uv", "mesh"] = "uv", threads: int = 0
 ) -> NDArray[np.float64]:
     """Co-rotational strain U - I of each triangle, (m, 3): weft, warp, shear e12 (half the
     engineering shear) [1].
@@ -59,12 +63,12 @@ def limit(
     *,
     masses: ArrayLike | None = None,
     fixed: Sequence[int] = (),
-    method: str = _D.method,
+    method: LimitMethod = _D.method,
     tolerance: float = _D.tolerance,
     max_sweeps: int = _D.max_sweeps,
     active_set: bool = _D.active_set,
     seed: int = _D.seed,
-    rest: str = "uv",
+    rest: Literal["uv", "mesh"] = "uv",
     threads: int = 0,
 ) -> tuple[NDArray[np.float64], LimitReport]:
     """Moves points so that no triangle strains beyond its limit: the new points (n, 3) [m], and

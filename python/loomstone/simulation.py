@@ -15,12 +15,12 @@ from ._core import (
     Checkpoint,
     Communicator,
     Frame,
-    IntegratorOptions,
     InvalidInput,
     RenderOptions,
     Scene,
 )
 from .base.arguments import takes
+from .integrators import Integrator, SemiImplicitEuler
 from .pictures.directory import drawn_with
 from .ranks import end_all_on_failure
 from .runs.execution import execute
@@ -34,7 +34,7 @@ class Simulation(_core.Simulation):
     """A built scene that advances. Arrays are in the user's vertex order, all cloths end to end.
 
     scene : Scene
-    integrator : IntegratorOptions, as made by SemiImplicitEuler(...) and its like
+    integrator : Integrator: SemiImplicitEuler(...) or another; None: SemiImplicitEuler()
     threads : 0 means all processors
     communicator : ranks that share the work: a Communicator, an mpi4py communicator, or None for
         this process alone. Every rank then makes the same calls; after every step all hold all
@@ -60,17 +60,17 @@ class Simulation(_core.Simulation):
         self,
         scene: Scene,
         *,
-        integrator: IntegratorOptions | None = None,
+        integrator: Integrator | None = None,
         threads: int = 0,
         communicator: Any = None,
     ) -> None:
-        integrator = IntegratorOptions() if integrator is None else integrator
+        integrator = SemiImplicitEuler() if integrator is None else integrator
         _check_type("scene", scene, Scene)
         _check_type(
             "integrator",
             integrator,
-            IntegratorOptions,
-            " as SemiImplicitEuler(step=1e-3) makes them",
+            Integrator,
+            ", for instance SemiImplicitEuler(step=1e-3)",
         )
         _check_type("threads", threads, (int, np.integer))
         ranks = _communicator(communicator)

@@ -36,7 +36,7 @@ def total(report: ls.StepReport) -> float:
 
 
 def run(
-    scene: ls.Scene, integrator: ls.IntegratorOptions, duration: float
+    scene: ls.Scene, integrator: ls.Integrator, duration: float
 ) -> tuple[np.ndarray, np.ndarray, float, str]:
     sim = ls.Simulation(scene, integrator=integrator, threads=1)
     times, energies, failure = [0.0], [total(sim.report)], ""
@@ -59,14 +59,12 @@ def run(
     return np.array(times), np.array(energies), time.perf_counter() - start, failure
 
 
-def integrators(columns: int) -> dict[str, ls.IntegratorOptions]:
+def integrators(columns: int) -> dict[str, ls.Integrator]:
     small = 2.5e-4 * 22 / columns  # explicit schemes: below the time a wave takes along an edge
     return {
         f"explicit Euler, {1e3 * small:.3g} ms": ls.ExplicitEuler(step=small),
         f"symplectic Euler, {1e3 * small:.3g} ms": ls.SymplecticEuler(step=small),
-        "implicit midpoint, nonlinear, 2 ms": ls.ImplicitMidpoint(
-            step=2e-3, nonlinear=True, bending="implicit"
-        ),
+        "implicit midpoint, nonlinear, 2 ms": ls.NonlinearMidpoint(step=2e-3, bending="implicit"),
         "implicit midpoint, linearised, 1 ms": ls.ImplicitMidpoint(step=1e-3),
         "BDF-2, 1 ms": ls.BDF2(step=1e-3),
         "semi-implicit Euler, 1 ms": ls.SemiImplicitEuler(step=1e-3),

@@ -99,9 +99,7 @@ def gain(scene: ls.Scene, density: float) -> tuple[int, float]:
     )
 
 
-def measure(
-    scene: ls.Scene, integrator: ls.IntegratorOptions, steps: int
-) -> tuple[float, float, float]:
+def measure(scene: ls.Scene, integrator: ls.Integrator, steps: int) -> tuple[float, float, float]:
     """Milliseconds of an evaluation, evaluations a step, milliseconds of a step."""
     sim = ls.Simulation(scene, integrator=integrator, threads=1)
     evaluations, spent, substeps = [], 0.0, 0

@@ -28,7 +28,7 @@ TEST_CASE("with the exact Jacobian Newton's residual is squared from one iterati
   // as its stiffness.
   const TriangleMesh mesh = jittered_grid(0.2, 0.2, 5, 5, 0.2, 3);
   IntegratorOptions o = exact_options(method.c_str(), 5e-3);
-  o.bending = "implicit", o.newton_tolerance = 1e-13;
+  o.implicit()->bending = BendingInStep::Implicit, o.newton()->newton_tolerance = 1e-13;
   ClothRun run = make_run(mesh, soft(), o, {1e-3, {}, Vec3(0, 0, -9.81), element});
   start(run, o);
   const double radius = 0.08;
@@ -62,8 +62,10 @@ TEST_CASE(
   const std::string method = GENERATE("backward-euler", "nonlinear-midpoint");
   CAPTURE(element, method);
   const TriangleMesh mesh = grid_cells(0.2, 0.1, 20, 10);
-  IntegratorOptions o;
-  o.method = method, o.step = 4e-3, o.bending = "implicit", o.linear_solver = "direct";
+  IntegratorOptions o = integrator_named(method);
+  o.set_step(4e-3);
+  o.implicit()->bending = BendingInStep::Implicit,
+  o.implicit()->linear_solver = LinearMethod::Direct;
   std::vector<Index> pins;
   for (Index i = 0; i < mesh.n_vertices(); ++i)
     if (std::abs(mesh.vertices()(i, 0)) > 0.1 - 1e-9) pins.push_back(i);
@@ -76,7 +78,7 @@ TEST_CASE(
     for (const Index pin : pins) run.target(pin, 0) = pressed * mesh.vertices()(pin, 0);
     const IntegrationReport report = run.advance();
     most = std::max(most, report.newton_iterations);
-    CHECK(report.residual <= o.newton_tolerance);
+    CHECK(report.residual <= o.newton()->newton_tolerance);
   }
   CHECK(most <= 30);
   // It has buckled: a tenth less width needs an amplitude of about 0.2 (2 / pi) sqrt(0.1 / 0.9) /
@@ -89,14 +91,14 @@ TEST_CASE(
     "largest") {
   const TriangleMesh mesh = grid_cells(0.2, 0.2, 4, 4);
   IntegratorOptions o = exact_options("backward-euler", 1e-3);
-  o.newton_tolerance = 1e-30, o.max_newton_iterations = 3;
+  o.newton()->newton_tolerance = 1e-30, o.newton()->max_newton_iterations = 3;
   ClothRun run = make_run(mesh, soft(), o, {0.0, {0}, Vec3(0, 0, -9.81)});
   start(run, o);
   CHECK_THROWS_WITH(run.advance(),
                     Catch::Contains("backward-euler") && Catch::Contains("integrator.step"));
   run = make_run(mesh, soft(), o, {0.0, {0}, Vec3(0, 0, -9.81)});
   run.force(7, 0) = 100.0;  // one vertex is torn away
-  o.max_newton_iterations = 1;
+  o.newton()->max_newton_iterations = 1;
   start(run, o);
   try {
     run.advance();

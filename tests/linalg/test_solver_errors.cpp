@@ -12,7 +12,7 @@ using testing::RandomSystem;
 
 namespace {
 
-void solve(const RandomSystem& system, const char* method) {
+void solve(const RandomSystem& system, LinearMethod method) {
   Points x = system.x;
   make_linear_solver({method, 1e-6, 2000})->solve(Team{1}, system.view(), system.b, x);
 }
@@ -40,20 +40,22 @@ class PretendedRanks final : public Communicator {
 }  // namespace
 
 TEST_CASE("unknown methods and useless options are refused by name") {
-  CHECK_THROWS_WITH(make_linear_solver({"jacobi", 1e-4, 10}),
-                    Contains("\"pcg\", \"block-jacobi\", \"gauss-seidel\" or \"direct\"") &&
-                        Contains("got \"jacobi\""));
-  CHECK_THROWS_AS(make_linear_solver({"jacobi", 1e-4, 10}), InvalidInput);
-  CHECK_THROWS_WITH(make_linear_solver({"pcg", 0.0, 10}), Contains("tolerance must be > 0"));
-  CHECK_THROWS_WITH(make_linear_solver({"pcg", std::nan(""), 10}),
+  CHECK_THROWS_WITH(
+      choice_named<LinearMethod>("jacobi", "linear_solver"),
+      Contains("pcg | block-jacobi | gauss-seidel | direct") && Contains("got \"jacobi\""));
+  CHECK_THROWS_AS(choice_named<LinearMethod>("jacobi", "linear_solver"), InvalidInput);
+  CHECK_THROWS_WITH(make_linear_solver({LinearMethod::Pcg, 0.0, 10}),
                     Contains("tolerance must be > 0"));
-  CHECK_THROWS_WITH(make_linear_solver({"pcg", 1e-4, 0}),
+  CHECK_THROWS_WITH(make_linear_solver({LinearMethod::Pcg, std::nan(""), 10}),
+                    Contains("tolerance must be > 0"));
+  CHECK_THROWS_WITH(make_linear_solver({LinearMethod::Pcg, 1e-4, 0}),
                     Contains("max_iterations must be >= 1, got 0"));
 }
 
 TEST_CASE("a right side that is not finite is refused with its row") {
-  for (const char* method : {"pcg", "block-jacobi", "gauss-seidel", "direct"}) {
-    INFO(method);
+  for (const LinearMethod method : {LinearMethod::Pcg, LinearMethod::BlockJacobi,
+                                    LinearMethod::GaussSeidel, LinearMethod::Direct}) {
+    INFO(name_of(method));
     RandomSystem system = random_system(10, 1, 5);
     system.b(43, 1) = std::numeric_limits<double>::quiet_NaN();
     CHECK_THROWS_AS(solve(system, method), SolverFailure);
@@ -62,8 +64,9 @@ TEST_CASE("a right side that is not finite is refused with its row") {
 }
 
 TEST_CASE("a matrix that is not finite is refused") {
-  for (const char* method : {"pcg", "block-jacobi", "gauss-seidel", "direct"}) {
-    INFO(method);
+  for (const LinearMethod method : {LinearMethod::Pcg, LinearMethod::BlockJacobi,
+                                    LinearMethod::GaussSeidel, LinearMethod::Direct}) {
+    INFO(name_of(method));
     RandomSystem system = random_system(10, 0, 0);
     system.matrix.block_map(system.matrix.find(12, 13))(0, 1) =
         std::numeric_limits<double>::infinity();
@@ -74,8 +77,9 @@ TEST_CASE("a matrix that is not finite is refused") {
 }
 
 TEST_CASE("a diagonal block that is not positive definite is refused with its row") {
-  for (const char* method : {"pcg", "block-jacobi", "gauss-seidel"}) {
-    INFO(method);
+  for (const LinearMethod method :
+       {LinearMethod::Pcg, LinearMethod::BlockJacobi, LinearMethod::GaussSeidel}) {
+    INFO(name_of(method));
     RandomSystem system = random_system(10, 0, 0);
     system.matrix.block_map(system.matrix.diagonal()[31])(2, 2) = -1.0;
     CHECK_THROWS_AS(solve(system, method), SolverFailure);
@@ -84,8 +88,9 @@ TEST_CASE("a diagonal block that is not positive definite is refused with its ro
 }
 
 TEST_CASE("an indefinite matrix with good diagonal blocks is refused") {
-  for (const char* method : {"pcg", "block-jacobi", "gauss-seidel", "direct"}) {
-    INFO(method);
+  for (const LinearMethod method : {LinearMethod::Pcg, LinearMethod::BlockJacobi,
+                                    LinearMethod::GaussSeidel, LinearMethod::Direct}) {
+    INFO(name_of(method));
     RandomSystem system = random_system(10, 0, 0);
     for (const auto& [i, j] : {std::pair<Index, Index>{40, 41}, {41, 40}})
       system.matrix.block_map(system.matrix.find(i, j)) += 1e3 * Mat3::Identity();
@@ -97,14 +102,14 @@ TEST_CASE("an indefinite matrix with good diagonal blocks is refused") {
 TEST_CASE("arrays of other lengths are refused with both numbers") {
   RandomSystem system = random_system(10, 0, 0);
   system.b.resize(99, 3);
-  CHECK_THROWS_AS(solve(system, "pcg"), InvalidInput);
-  CHECK_THROWS_WITH(solve(system, "pcg"),
+  CHECK_THROWS_AS(solve(system, LinearMethod::Pcg), InvalidInput);
+  CHECK_THROWS_WITH(solve(system, LinearMethod::Pcg),
                     Contains("b must have one row for each of the 100 rows") && Contains("got 99"));
 }
 
 TEST_CASE("methods that run on one rank say so before they talk to others") {
-  for (const char* method : {"gauss-seidel", "direct"}) {
-    INFO(method);
+  for (const LinearMethod method : {LinearMethod::GaussSeidel, LinearMethod::Direct}) {
+    INFO(name_of(method));
     RandomSystem system = random_system(20, 0, 0);
     system.layout = std::make_unique<RowLayout>(400, std::make_shared<PretendedRanks>());
     CHECK_THROWS_AS(solve(system, method), Unsupported);

@@ -50,22 +50,24 @@ Points dense_solution(const RandomSystem& system) {
 TEST_CASE("every method solves the system with terms, bodies and fixed rows") {
   const RandomSystem system = random_system(20, 2, 60);
   const Points expected = dense_solution(system);
-  for (const char* method : {"pcg", "block-jacobi", "gauss-seidel", "direct"}) {
-    INFO(method);
+  for (const LinearMethod method : {LinearMethod::Pcg, LinearMethod::BlockJacobi,
+                                    LinearMethod::GaussSeidel, LinearMethod::Direct}) {
+    INFO(name_of(method));
     LinearReport report;
     const Points x = solved(system, {method, 1e-12, 2000}, 1, &report);
     // The condition number is near 100: an error of 1e-12 in the residual is below 1e-10 in x.
     CHECK((x - expected).norm() < 1e-10 * expected.norm());
     CHECK(report.converged);
     CHECK(report.iterations >= 1);
-    CHECK(report.residual <= (std::string(method) == "direct" ? 1e-13 : 1e-12));
+    CHECK(report.residual <= (method == LinearMethod::Direct ? 1e-13 : 1e-12));
   }
 }
 
 TEST_CASE("fixed rows keep every bit") {
   const RandomSystem system = random_system(20, 2, 60);
-  for (const char* method : {"pcg", "block-jacobi", "gauss-seidel", "direct"}) {
-    INFO(method);
+  for (const LinearMethod method : {LinearMethod::Pcg, LinearMethod::BlockJacobi,
+                                    LinearMethod::GaussSeidel, LinearMethod::Direct}) {
+    INFO(name_of(method));
     const Points x = solved(system, {method, 1e-6, 2000});
     for (Index row = 0; row < x.rows(); ++row)
       if (system.fixed[row])
@@ -75,8 +77,9 @@ TEST_CASE("fixed rows keep every bit") {
 
 TEST_CASE("any number of threads gives the same bits") {
   const RandomSystem system = random_system(60, 3, 700);  // 29 blocks, 6 tasks of terms
-  for (const char* method : {"pcg", "block-jacobi", "gauss-seidel", "direct"}) {
-    INFO(method);
+  for (const LinearMethod method : {LinearMethod::Pcg, LinearMethod::BlockJacobi,
+                                    LinearMethod::GaussSeidel, LinearMethod::Direct}) {
+    INFO(name_of(method));
     const Points one = solved(system, {method, 1e-5, 2000}, 1);
     for (const int threads : {2, 3, 7})
       CHECK(same_bits(solved(system, {method, 1e-5, 2000}, threads), one));
@@ -85,8 +88,9 @@ TEST_CASE("any number of threads gives the same bits") {
 
 TEST_CASE("a solver used before gives the same bits as a new one") {
   const RandomSystem other = random_system(23, 1, 11), system = random_system(20, 2, 60);
-  for (const char* method : {"pcg", "block-jacobi", "gauss-seidel", "direct"}) {
-    INFO(method);
+  for (const LinearMethod method : {LinearMethod::Pcg, LinearMethod::BlockJacobi,
+                                    LinearMethod::GaussSeidel, LinearMethod::Direct}) {
+    INFO(name_of(method));
     const auto solver = make_linear_solver({method, 1e-5, 2000});
     SolveMemory memory;
     const auto solve = [&](const RandomSystem& given, Points& x) {
@@ -106,8 +110,9 @@ TEST_CASE("a solver used before gives the same bits as a new one") {
 
 TEST_CASE("a good guess spares iterations and a bad one is dropped") {
   RandomSystem system = random_system(20, 2, 60);
-  for (const char* method : {"pcg", "block-jacobi", "gauss-seidel"}) {
-    INFO(method);
+  for (const LinearMethod method :
+       {LinearMethod::Pcg, LinearMethod::BlockJacobi, LinearMethod::GaussSeidel}) {
+    INFO(name_of(method));
     const LinearOptions options{method, 1e-6, 2000};
     LinearReport from_zero, from_good, from_bad;
     const Points x = solved(system, options, 1, &from_zero);
@@ -125,9 +130,9 @@ TEST_CASE("a good guess spares iterations and a bad one is dropped") {
 TEST_CASE("the preconditioned residual reaches the tolerance and no less is claimed") {
   const RandomSystem system = random_system(30, 0, 0);
   LinearReport loose, tight, stopped;
-  solved(system, {"pcg", 1e-2, 2000}, 1, &loose);
-  solved(system, {"pcg", 1e-8, 2000}, 1, &tight);
-  solved(system, {"pcg", 1e-8, 3}, 1, &stopped);
+  solved(system, {LinearMethod::Pcg, 1e-2, 2000}, 1, &loose);
+  solved(system, {LinearMethod::Pcg, 1e-8, 2000}, 1, &tight);
+  solved(system, {LinearMethod::Pcg, 1e-8, 3}, 1, &stopped);
   CHECK(loose.residual <= 1e-2);
   CHECK(tight.residual <= 1e-8);
   CHECK(loose.iterations < tight.iterations);
@@ -198,8 +203,9 @@ TEST_CASE("a system too stiff for single precision is solved all the same") {
   stiffen(system, 1e9);
   std::fill(system.fixed.begin(), system.fixed.end(), 0);
   system.x.setZero();
-  for (const char* method : {"pcg", "block-jacobi", "gauss-seidel"}) {
-    INFO(method);
+  for (const LinearMethod method :
+       {LinearMethod::Pcg, LinearMethod::BlockJacobi, LinearMethod::GaussSeidel}) {
+    INFO(name_of(method));
     LinearReport report;
     const Points x = solved(system, {method, 1e-6, 20000}, 1, &report);
     CHECK(report.converged);
@@ -215,8 +221,8 @@ TEST_CASE("a system too stiff for single precision is solved all the same") {
 TEST_CASE("symmetric Gauss-Seidel needs fewer iterations than block-Jacobi") {
   const RandomSystem system = random_system(40, 2, 100);
   LinearReport jacobi, gauss_seidel;
-  solved(system, {"block-jacobi", 1e-6, 2000}, 1, &jacobi);
-  solved(system, {"gauss-seidel", 1e-6, 2000}, 1, &gauss_seidel);
+  solved(system, {LinearMethod::BlockJacobi, 1e-6, 2000}, 1, &jacobi);
+  solved(system, {LinearMethod::GaussSeidel, 1e-6, 2000}, 1, &gauss_seidel);
   CHECK(gauss_seidel.iterations < 0.7 * jacobi.iterations);
 }
 
@@ -257,13 +263,13 @@ TEST_CASE(
   for (const Index tiles : {4, 11}) {
     const RandomSystem system = smooth_system(tiles, 1e4);
     LinearReport levels, jacobi;
-    const Points x = solved(system, {"pcg", 1e-6, 4000}, 1, &levels);
-    const Points expected = solved(system, {"block-jacobi", 1e-10, 4000}, 1, &jacobi);
+    const Points x = solved(system, {LinearMethod::Pcg, 1e-6, 4000}, 1, &levels);
+    const Points expected = solved(system, {LinearMethod::BlockJacobi, 1e-10, 4000}, 1, &jacobi);
     CHECK(
         (x - expected).norm() <
         1e-3 *
             expected.norm());  // the smallest eigenvalue is that of the mass, 1e-5 of the diagonal
-    solved(system, {"block-jacobi", 1e-6, 4000}, 1, &jacobi);
+    solved(system, {LinearMethod::BlockJacobi, 1e-6, 4000}, 1, &jacobi);
     CHECK(levels.iterations < (tiles == 4 ? 0.6 : 0.35) * jacobi.iterations);
   }
 }
@@ -283,7 +289,7 @@ TEST_CASE("layers that stiff terms tie together cost coarse levels few iteration
       system.b.row(row_of(r, c)).setConstant(load),
           system.b.row(row_of(r, side - 1 - c)).setConstant(load);
     }
-  solved(system, {"pcg", 1e-6, 4000}, 1, &apart);
+  solved(system, {LinearMethod::Pcg, 1e-6, 4000}, 1, &apart);
   for (Index r = 0; r < side; ++r)
     for (Index c = 0; c < side / 2; ++c) {
       ExtraTerm term;
@@ -293,7 +299,7 @@ TEST_CASE("layers that stiff terms tie together cost coarse levels few iteration
       term.hessian = 1e6 * Mat3::Identity();
       system.terms.push_back(term);
     }
-  solved(system, {"pcg", 1e-6, 4000}, 1, &tied);
+  solved(system, {LinearMethod::Pcg, 1e-6, 4000}, 1, &tied);
   CHECK(tied.iterations < 4 * apart.iterations);  // ten times as many where levels know the terms'
                                                   // diagonal blocks alone
 }
@@ -302,9 +308,10 @@ TEST_CASE("a solve with other terms on the same matrix is a first solve's") {
   const RandomSystem system = random_system(20, 2, 60);
   RandomSystem other = random_system(20, 2, 60);
   other.terms.resize(41);
-  const Points exact = solved(other, {"direct", 1e-10, 2000});
-  for (const char* method : {"pcg", "block-jacobi", "gauss-seidel", "direct"}) {
-    INFO(method);
+  const Points exact = solved(other, {LinearMethod::Direct, 1e-10, 2000});
+  for (const LinearMethod method : {LinearMethod::Pcg, LinearMethod::BlockJacobi,
+                                    LinearMethod::GaussSeidel, LinearMethod::Direct}) {
+    INFO(name_of(method));
     const auto solver = make_linear_solver({method, 1e-10, 2000});
     Points first = system.x, second = system.x;
     SolveMemory memory;
@@ -315,7 +322,7 @@ TEST_CASE("a solve with other terms on the same matrix is a first solve's") {
     // To the tolerance; the solvers without a preconditioner that they keep from the first solve to
     // the last bit.
     CHECK((second - exact).norm() < 1e-8 * exact.norm());
-    if (std::string(method) == "gauss-seidel" || std::string(method) == "direct")
+    if (method == LinearMethod::GaussSeidel || method == LinearMethod::Direct)
       CHECK(same_bits(second, solved(other, {method, 1e-10, 2000})));
   }
 }
@@ -324,9 +331,10 @@ TEST_CASE("a solve may go on from a rough one") {
   const RandomSystem system = random_system(30, 2, 100);
   RandomSystem other = random_system(30, 2, 100);
   for (ExtraTerm& term : other.terms) term.hessian *= 0.7;
-  const Points exact_other = solved(other, {"direct", 1e-10, 2000});
-  for (const char* method : {"pcg", "block-jacobi", "gauss-seidel"}) {
-    INFO(method);
+  const Points exact_other = solved(other, {LinearMethod::Direct, 1e-10, 2000});
+  for (const LinearMethod method :
+       {LinearMethod::Pcg, LinearMethod::BlockJacobi, LinearMethod::GaussSeidel}) {
+    INFO(name_of(method));
     SolveMemory memory;
     const auto rough_solve = [&](LinearSolver& solver, int threads, Points& x) {
       LinearSystem rough = system.view();
@@ -370,7 +378,7 @@ TEST_CASE("a system may ask for less than the solver's tolerance") {
   rough.tolerance = 1e-2;
   Points x = system.x;
   const LinearReport report =
-      make_linear_solver({"pcg", 1e-8, 2000})->solve(Team{1}, rough, system.b, x);
+      make_linear_solver({LinearMethod::Pcg, 1e-8, 2000})->solve(Team{1}, rough, system.b, x);
   CHECK(report.residual <= 1e-2);
   CHECK(report.residual > 1e-6);
 }
@@ -401,8 +409,9 @@ TEST_CASE("aggregates hold about a dozen connected rows of one block each") {
 
 TEST_CASE("looking at the true residual on the way costs no iterations") {
   const RandomSystem system = random_system(40, 2, 100);
-  for (const char* method : {"pcg", "block-jacobi", "gauss-seidel"}) {
-    INFO(method);
+  for (const LinearMethod method :
+       {LinearMethod::Pcg, LinearMethod::BlockJacobi, LinearMethod::GaussSeidel}) {
+    INFO(name_of(method));
     LinearReport coarse, fine;
     solved(system, {method, 1e-4, 2000}, 1, &coarse);
     solved(system, {method, 1e-8, 2000}, 1, &fine);  // several rounds
@@ -417,8 +426,9 @@ TEST_CASE("a zero right side gives zero whatever the guess") {
   system.b.setZero();
   std::fill(system.fixed.begin(), system.fixed.end(), 0);
   system.x.setOnes();
-  for (const char* method : {"pcg", "block-jacobi", "gauss-seidel", "direct"}) {
-    INFO(method);
+  for (const LinearMethod method : {LinearMethod::Pcg, LinearMethod::BlockJacobi,
+                                    LinearMethod::GaussSeidel, LinearMethod::Direct}) {
+    INFO(name_of(method));
     CHECK(solved(system, {method, 1e-6, 2000}).isZero(0.0));
   }
 }
@@ -426,8 +436,9 @@ TEST_CASE("a zero right side gives zero whatever the guess") {
 TEST_CASE("all rows fixed leaves x as it came") {
   RandomSystem system = random_system(10, 1, 5);
   std::fill(system.fixed.begin(), system.fixed.end(), 1);
-  for (const char* method : {"pcg", "block-jacobi", "gauss-seidel", "direct"}) {
-    INFO(method);
+  for (const LinearMethod method : {LinearMethod::Pcg, LinearMethod::BlockJacobi,
+                                    LinearMethod::GaussSeidel, LinearMethod::Direct}) {
+    INFO(name_of(method));
     CHECK(same_bits(solved(system, {method, 1e-6, 2000}), system.x));
   }
 }

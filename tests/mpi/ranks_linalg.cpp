@@ -98,7 +98,7 @@ void solutions_keep_their_bits(const RankProgram& program) {
     RandomSystem system = random_system(side, 2, side * 6, program.communicator());
     forget_rows_of_others(system);
     Points x = system.x;
-    const auto solver = make_linear_solver({"pcg", 1e-8, 2000});
+    const auto solver = make_linear_solver({LinearMethod::Pcg, 1e-8, 2000});
     SolveMemory memory;
     const auto solve = [&] {
       return solver->solve(Team{program.threads()}, system.view(), system.b, x, memory,
@@ -116,7 +116,7 @@ void solutions_keep_their_bits(const RankProgram& program) {
 
 // What one rank meets, all throw with the same message.
 void errors_are_agreed(const RankProgram& program) {
-  const auto message_of = [&](const RandomSystem& system, const char* method) -> std::string {
+  const auto message_of = [&](const RandomSystem& system, LinearMethod method) -> std::string {
     Points x = system.x;
     try {
       make_linear_solver({method, 1e-8, 2000})
@@ -129,19 +129,19 @@ void errors_are_agreed(const RankProgram& program) {
   RandomSystem poisoned = random_system(45, 2, 60, program.communicator());
   forget_rows_of_others(poisoned);
   if (poisoned.layout->owns(2000)) poisoned.b(2000, 2) = std::nan("");
-  const std::string not_finite = message_of(poisoned, "pcg");
+  const std::string not_finite = message_of(poisoned, LinearMethod::Pcg);
   program.claim("all ranks name the row that is not finite",
                 not_finite.find("row 2000") != std::string::npos);
 
   RandomSystem indefinite = random_system(45, 2, 60, program.communicator());
   if (indefinite.layout->owns(1800))
     indefinite.matrix.block_map(indefinite.matrix.diagonal()[1800]).setConstant(-1.0);
-  const std::string bad_block = message_of(indefinite, "pcg");
+  const std::string bad_block = message_of(indefinite, LinearMethod::Pcg);
   program.claim("all ranks name the row that is not positive definite",
                 bad_block.find("row 1800") != std::string::npos);
 
   if (program.communicator()->size() == 1) return;
-  for (const char* method : {"gauss-seidel", "direct"})
+  for (const LinearMethod method : {LinearMethod::GaussSeidel, LinearMethod::Direct})
     program.claim("methods of one rank are refused on all",
                   message_of(indefinite, method).find("runs on one rank") != std::string::npos);
 }

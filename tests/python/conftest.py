@@ -49,5 +49,5 @@ def pressed() -> ls.Scene:
 
 
 @pytest.fixture
-def euler() -> ls.IntegratorOptions:
+def euler() -> ls.Integrator:
     return ls.SemiImplicitEuler(step=4e-3)

@@ -13,10 +13,9 @@ inline std::shared_ptr<const TriangleMesh> share(TriangleMesh mesh) {
   return std::make_shared<const TriangleMesh>(std::move(mesh));
 }
 
-inline IntegratorOptions step_of(double h, const char* method = "semi-implicit-euler") {
-  IntegratorOptions options;
-  options.step = h;
-  options.method = method;
+inline IntegratorOptions step_of(double h, std::string_view method = "semi-implicit-euler") {
+  IntegratorOptions options = integrator_named(method);
+  options.set_step(h);
   return options;
 }
 

@@ -64,7 +64,7 @@ inline ClothRun make_run(const TriangleMesh& mesh, const ClothMaterial& material
     part.setup.prescribed = m.prescribed;
     m.bending.push_back(part);
   }
-  run.step = options.step;
+  run.step = options.step();
   run.state.x = mesh.vertices();
   run.state.v = Points::Zero(m.n_vertices, 3);
   run.force = Points::Zero(m.n_vertices, 3);
@@ -83,9 +83,11 @@ inline void start(ClothRun& run, const IntegratorOptions& options) {
 }
 
 inline IntegratorOptions exact_options(const char* method, double step) {
-  IntegratorOptions o;
-  o.method = method, o.step = step, o.jacobian = "exact", o.linear_solver = "direct",
-  o.newton_tolerance = 1e-12;
+  IntegratorOptions o = integrator_named(method);
+  o.set_step(step);
+  if (ImplicitOptions* const implicit = o.implicit())
+    implicit->jacobian = JacobianKind::Exact, implicit->linear_solver = LinearMethod::Direct;
+  if (NewtonOptions* const newton = o.newton()) newton->newton_tolerance = 1e-12;
   return o;
 }
 

@@ -90,6 +90,7 @@ class Digest {
       if (given.hash_.sum != usual.hash_.sum) visitor(each.name, given.hash_.sum);
     });
   }
+  std::uint64_t sum() const { return hash_.sum; }
 
  private:
   void word(std::uint64_t value) { hash_.add(value); }
@@ -108,7 +109,12 @@ std::map<std::string, std::string> digests(const Scene& scene, const IntegratorO
     };
   };
   Digest::visit(scene, note("scene."));
-  Digest::visit(options, note("integrator."));
+  options.visit([&](const auto& method) {
+    Digest name, usual;
+    name.add(std::string(method.name)), usual.add(std::string(SemiImplicitEuler::name));
+    if (name.sum() != usual.sum()) note("integrator.")("method", name.sum());
+    Digest::visit(method, note("integrator."));
+  });
   return all;
 }
 

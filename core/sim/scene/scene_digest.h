@@ -9,9 +9,9 @@
 
 namespace loomstone {
 
-// A hash of each field of Scene and IntegratorOptions that differs from its default, by name
-// ("scene.gravity"). Numbers are hashed in single precision, those below 1e-12 as zero, because
-// another machine's sines may differ in the last digits.
+// A hash of the integrator's method and of each field of Scene and of the integrator that differs
+// from its default, by name ("scene.gravity"). Numbers are hashed in single precision, those below
+// 1e-12 as zero, because another machine's sines may differ in the last digits.
 std::map<std::string, std::string> digests(const Scene& scene, const IntegratorOptions& options);
 
 // Throws CacheError naming the fields in which a checkpoint's digests differ; those of earlier

@@ -33,7 +33,7 @@ Engines::Engines(const Model& model, const IntegratorOptions& options, const Tea
     collision = std::make_unique<CollisionStage>(model.collision);
   if (model.n_bodies() > 0) {
     if (model.magnetics.acts()) magnetics = std::make_unique<MagneticMotion>(model.magnetics);
-    world = make_world(model, state, static_cast<double>(state.step) * options.step,
+    world = make_world(model, state, static_cast<double>(state.step) * options.step(),
                        magnetics != nullptr);
   }
   if (!model.cloth.strain_limits.empty())

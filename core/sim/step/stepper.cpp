@@ -16,7 +16,7 @@ namespace loomstone {
 
 Stepper::Stepper(const Model& model, const IntegratorOptions& options, const Team& team,
                  const RowLayout& layout, const State& state)
-    : step_(options.step), engines_(model, options, team, layout, state) {}
+    : step_(options.step()), engines_(model, options, team, layout, state) {}
 
 void Stepper::advance(State& state, StepOutcome& outcome) {
   state.rigid.manifolds.clear();  // those of the last rebuild are of no use until the next

@@ -11,7 +11,8 @@ from typing import Annotated
 import typer
 
 from .. import _core
-from .._core import Communicator, IntegratorOptions, InvalidInput
+from .._core import Communicator
+from ..integrators import METHODS, Integrator, with_method
 from ..pictures.directory import drawn_with
 from ..runs.cache import Run
 from ..runs.execution import execute
@@ -24,16 +25,6 @@ from ..simulation import Simulation
 from .application import app, session
 from .inspection import report_text
 from .options import Parameters, Render, RunArgument, SceneArgument, Threads
-
-METHODS = {
-    "semi-implicit-euler",
-    "explicit-euler",
-    "symplectic-euler",
-    "backward-euler",
-    "implicit-midpoint",
-    "nonlinear-midpoint",
-    "bdf2",
-}
 
 
 @app.command()
@@ -77,7 +68,9 @@ def run(
     with session() as communicator:
         file = SceneFile.open(scene, parse_parameters(p))
         options = (
-            file.integrator if integrator is None else _other_method(file.integrator, integrator)
+            file.integrator
+            if integrator is None
+            else with_method(file.integrator, integrator, "--integrator")
         )
         if step is not None:
             options = options.replace(step=step)
@@ -118,7 +111,7 @@ class _Task:
     """What is to be run, and where to."""
 
     file: SceneFile
-    integrator: IntegratorOptions
+    integrator: Integrator
     options: RunOptions
     directory: Path
     threads: int
@@ -166,16 +159,3 @@ def _advance(task: _Task, communicator: Communicator) -> None:
         )
     if report.get("intersecting_frames"):
         raise typer.Exit(1)
-
-
-def _other_method(options: IntegratorOptions, name: str) -> IntegratorOptions:
-    if name not in METHODS:
-        raise InvalidInput(
-            f"--integrator must be one of {', '.join(sorted(METHODS))}, got {name!r}"
-        )
-    if name in (
-        "explicit-euler",
-        "symplectic-euler",
-    ):  # what the scene file says about solving does not concern them
-        return IntegratorOptions(method=name, step=options.step)
-    return options.replace(method=name)

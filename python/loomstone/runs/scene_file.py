@@ -26,7 +26,8 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from .. import _core
-from .._core import CacheError, Error, IntegratorOptions, InvalidInput, RenderOptions, Scene
+from .._core import CacheError, Error, InvalidInput, RenderOptions, Scene
+from ..integrators import Integrator, SemiImplicitEuler, from_record, to_record
 from ..pictures.directory import options_from_dict
 
 __all__ = ["SceneFile", "parse_parameters", "stored_options"]
@@ -152,12 +153,12 @@ class SceneFile:
         return self._number("rate", 25.0)
 
     @property
-    def integrator(self) -> IntegratorOptions:
+    def integrator(self) -> Integrator:
         """How the scene is advanced unless the command line says otherwise."""
-        value = self._constant("integrator", IntegratorOptions())
-        if not isinstance(value, IntegratorOptions):
+        value = self._constant("integrator", SemiImplicitEuler())
+        if not isinstance(value, Integrator):
             raise InvalidInput(
-                f"{self.path}: integrator must be IntegratorOptions, got a {type(value).__name__}"
+                f"{self.path}: integrator must be an Integrator, got a {type(value).__name__}"
             )
         return value
 
@@ -197,7 +198,7 @@ class SceneFile:
         return call
 
     def metadata(
-        self, duration: float, rate: float, integrator: IntegratorOptions, render: RenderOptions
+        self, duration: float, rate: float, integrator: Integrator, render: RenderOptions
     ) -> dict[str, Any]:
         """All that resuming needs."""
         return {
@@ -209,7 +210,7 @@ class SceneFile:
             },
             "duration": duration,
             "rate": rate,
-            "integrator": integrator.to_dict(),
+            "integrator": to_record(integrator),
             "render": render.to_dict(),
         }
 
@@ -270,14 +271,14 @@ def parse_parameters(items: list[str]) -> dict[str, Any]:
     return parameters
 
 
-def stored_options(run: Stored) -> tuple[float, float, IntegratorOptions, RenderOptions]:
+def stored_options(run: Stored) -> tuple[float, float, Integrator, RenderOptions]:
     """duration, rate, integrator and render options of a run."""
     kept = run.metadata
     try:
         return (
             float(kept["duration"]),
             float(kept["rate"]),
-            IntegratorOptions(**kept["integrator"]),
+            from_record(kept["integrator"]),
             options_from_dict(kept["render"]),
         )
     except (KeyError, TypeError) as error:

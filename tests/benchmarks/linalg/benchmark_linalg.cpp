@@ -108,7 +108,8 @@ void benchmark(int threads, Index side) {
   const Points b = Points::Random(n, 3), zero = Points::Zero(n, 3);
   const ExtraTerms terms = contacts(n);
   for (const bool with_terms : {false, true})
-    for (const char* method : {"pcg", "gauss-seidel", "direct"}) {
+    for (const LinearMethod method :
+         {LinearMethod::Pcg, LinearMethod::GaussSeidel, LinearMethod::Direct}) {
       const auto solver = make_linear_solver({method, 1e-4, 2000});
       LinearSystem system;
       system.matrix = &matrix;
@@ -118,14 +119,14 @@ void benchmark(int threads, Index side) {
       Points solution;
       SolveMemory memory;
       LinearReport report;
-      const bool direct = std::string(method) == "direct";
+      const bool direct = method == LinearMethod::Direct;
       const double time = least_milliseconds(direct ? 3 : repetitions, [&] {
         solution = zero;
         report = solver->solve(Team{threads}, system, b, solution, memory, Unchanged::Nothing);
       });
-      std::printf("  %-12s %-9s %4d iterations %8.3f ms, %7.4f ms each, %6.1f products\n", method,
-                  with_terms ? "contacts" : "", report.iterations, time, time / report.iterations,
-                  time / product);
+      std::printf("  %-12s %-9s %4d iterations %8.3f ms, %7.4f ms each, %6.1f products\n",
+                  std::string(name_of(method)).c_str(), with_terms ? "contacts" : "",
+                  report.iterations, time, time / report.iterations, time / product);
     }
 }
 

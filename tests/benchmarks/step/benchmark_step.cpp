@@ -49,9 +49,10 @@ struct Case {
 Simulation simulation(const Case& c) {
   Scene scene = draped_scene(draped(c.cells));
   scene.cloths[0].bending = choice_named<BendingElement>(c.element, "element");
-  IntegratorOptions options;
-  options.step = c.step, options.linear_solver = c.solver, options.bending = c.bending,
-  options.tolerance = c.tolerance;
+  SemiImplicitEuler options;
+  options.step = c.step, options.tolerance = c.tolerance;
+  options.linear_solver = choice_named<LinearMethod>(c.solver, "solver");
+  options.bending = choice_named<BendingInStep>(c.bending, "bending");
   return Simulation(scene, options, c.threads);
 }
 

@@ -80,7 +80,7 @@ Points settled() {
   Points x = flat.vertices();
   x.col(2).array() += radius + 0.006;
   IntegratorOptions options;
-  options.step = 4e-3;
+  options.set_step(4e-3);
   Simulation sim(scene_with(TriangleMesh(x, flat.triangles(), flat.uv()), {}, true), options);
   run(sim, 300);
   return sim.positions();

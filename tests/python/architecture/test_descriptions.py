@@ -4,7 +4,7 @@ import loomstone as ls
 import numpy as np
 import pytest
 from loomstone import _core
-from loomstone.cli.run import _other_method
+from loomstone.integrators import with_method
 
 ALL = [
     ls.ClothMaterial,
@@ -13,7 +13,12 @@ ALL = [
     ls.Attachment,
     ls.Air,
     ls.Scene,
-    ls.IntegratorOptions,
+    ls.SemiImplicitEuler,
+    ls.BackwardEuler,
+    ls.ImplicitMidpoint,
+    ls.NonlinearMidpoint,
+    ls.BDF2,
+    ls.LimitOptions,
     ls.RigidBody,
     ls.Camera,
     ls.RenderOptions,
@@ -128,25 +133,55 @@ def test_each_error_is_a_standard_one_and_one_of_ours(error, standard):
 
 def test_another_method_on_the_command_line_keeps_what_it_has_use_for():
     scene = ls.BackwardEuler(step=2e-3, linear_solver="direct", jacobian="exact")
-    assert _other_method(scene, "symplectic-euler") == ls.SymplecticEuler(step=2e-3)
-    assert _other_method(scene, "bdf2") == ls.BDF2(
+    assert with_method(scene, "symplectic-euler") == ls.SymplecticEuler(step=2e-3)
+    assert with_method(scene, "bdf2") == ls.BDF2(
         step=2e-3, linear_solver="direct", jacobian="exact"
     )
 
 
 def test_integrators_differ_from_the_default_by_name_and_what_is_given():
-    assert ls.SemiImplicitEuler() == ls.IntegratorOptions()
     made = [
         ls.ExplicitEuler(step=1e-4),
         ls.SymplecticEuler(step=1e-4),
         ls.SemiImplicitEuler(step=1e-4),
         ls.BackwardEuler(step=1e-4),
         ls.ImplicitMidpoint(step=1e-4),
-        ls.ImplicitMidpoint(step=1e-4, nonlinear=True),
+        ls.NonlinearMidpoint(step=1e-4),
         ls.BDF2(step=1e-4),
     ]
     assert len({options.method for options in made}) == 7
     assert all(options.step == 1e-4 for options in made)
+    assert all(isinstance(options, ls.Integrator) for options in made)
+    assert all(a != b for a in made for b in made if a is not b)
+    assert repr(made[0]) == "ExplicitEuler(step=0.0001)"
+
+
+def test_an_integrator_has_the_fields_of_its_family_and_no_others():
+    implicit = ls.SemiImplicitEuler.field_names
+    assert ls.ExplicitEuler.field_names == ls.SymplecticEuler.field_names == ("step",)
+    assert implicit == ls.ImplicitMidpoint.field_names == ls.BDF2.field_names
+    newton = (*implicit, "newton_tolerance", "max_newton_iterations")
+    assert ls.BackwardEuler.field_names == ls.NonlinearMidpoint.field_names == newton
+    with pytest.raises(TypeError, match="ExplicitEuler has no field 'jacobian'"):
+        ls.ExplicitEuler(step=1e-4, jacobian="exact")
+    with pytest.raises(TypeError, match=r"ExplicitEuler needs step: time step \[s\]"):
+        ls.ExplicitEuler()
+    assert ls.ExplicitEuler(step=1e-4).replace() == ls.ExplicitEuler(step=1e-4)
+
+
+def test_a_choice_that_does_not_exist_is_refused_with_those_that_do():
+    for make in (ls.BDF2, ls.BDF2().replace):
+        with pytest.raises(
+            ls.InvalidInput,
+            match=r"BDF2.jacobian must be one of spd \| exact, got .exakt.; did you mean .exact.",
+        ):
+            make(jacobian="exakt")
+    with pytest.raises(ls.InvalidInput, match="linear_solver must be .* choose one of them"):
+        ls.SemiImplicitEuler(linear_solver="superlu")
+    with pytest.raises(TypeError, match=r"Cloth.rest \(rest lengths: uv \(.*cannot be a int"):
+        ls.Cloth(rest=1)
+    assert ls.BDF2(jacobian="exact").to_dict()["jacobian"] == "exact"
+    assert "uv (of the pattern" in ls.Cloth.rest.__doc__
 
 
 def test_fabrics_are_materials_and_softer_than_steel():

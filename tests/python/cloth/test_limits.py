@@ -78,7 +78,7 @@ def test_fixed_points_do_not_move_and_masses_decide_who_gives_way():
         (lambda: ls.StrainLimit(0.1, 0.1, 0.1, shear_min=0.2), "shear_min must be <= 0"),
         (lambda: ls.LimitOptions(strain_rate=-1), "strain_rate must be >= 0"),
         (lambda: ls.LimitOptions(tolerance=0), "tolerance must be > 0"),
-        (lambda: simulate(hanging("newton")), "scene.limits.method must be one of gauss-seidel"),
+        (lambda: simulate(hanging("newton")), "LimitOptions.method must be one of gauss-seidel"),
         (
             lambda: ls.limits.limit(
                 np.zeros((3, 3)), ls.grid(cells=(2, 2)), ls.StrainLimit(0.1, 0.1, 0.1)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from loomstone import _core
 from loomstone.cli import inspection
+from loomstone.integrators import with_method
 from loomstone.pictures import plots
 from loomstone.pictures.directory import options_from_dict
 from loomstone.runs import checkpoints, execution, progress, signals
@@ -197,7 +198,7 @@ def test_a_run_is_not_continued_as_another(run, hanging, euler):
     for scene, integrator, differ in [
         (hanging.replace(gravity=(0, 0, 9.81)), euler, "scene.gravity"),
         (hanging.replace(cloths=[stiff]), euler, "scene.cloths"),
-        (hanging, euler.replace(method="bdf2"), "integrator.method"),
+        (hanging, with_method(euler, "bdf2"), "integrator.method"),
     ]:
         with pytest.raises(
             ls.CacheError,

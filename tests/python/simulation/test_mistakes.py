@@ -31,11 +31,11 @@ BOX = ls.meshes.box(size=(0.1, 0.1, 0.1))
         (lambda: ls.Simulation(ls.Cloth()), "scene must be Scene, got a Cloth"),
         (
             lambda: ls.Simulation(ls.Scene(), integrator="bdf2"),
-            "integrator must be IntegratorOptions as .* got a str",
+            "integrator must be Integrator, .* got a str",
         ),
         (
             lambda: ls.Simulation(ls.Scene(), integrator=ls.BDF2),
-            "integrator must be IntegratorOptions",
+            "integrator must be Integrator,",
         ),
         (
             lambda: ls.Simulation(
@@ -279,7 +279,7 @@ def test_a_mistake_on_the_command_line_is_one_sentence(loomstone, arguments, sai
         ("def scene(n):\n    return n", "scene() needs a value for n; give -p n=..."),
         (GOOD + "duration = 'long'", "duration must be a number, got 'long'"),
         (GOOD + "rate = None", "rate must be a number, got None"),
-        (GOOD + "integrator = 'bdf2'", "integrator must be IntegratorOptions"),
+        (GOOD + "integrator = 'bdf2'", "integrator must be an Integrator"),
         (GOOD + "control = 3", "control must be a function"),
         (
             GOOD + "def control(sim): sim.positions = sim.positions * float('nan')",

@@ -5,6 +5,7 @@ import threading
 import loomstone as ls
 import numpy as np
 import pytest
+from loomstone.integrators import with_method
 
 
 def test_a_simulation_knows_its_size_time_and_step(hanging, euler):
@@ -269,7 +270,7 @@ def test_what_cannot_be_simulated_is_refused_before_time_passes(hanging, change,
 
 def test_an_unknown_integrator_is_refused_by_name(hanging):
     with pytest.raises(ls.InvalidInput, match="rk4"):
-        ls.Simulation(hanging, integrator=ls.IntegratorOptions(method="rk4"))
+        ls.Simulation(hanging, integrator=with_method(ls.SemiImplicitEuler(), "rk4"))
 
 
 def test_a_communicator_must_be_one(hanging):

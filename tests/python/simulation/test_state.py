@@ -14,7 +14,7 @@ INTEGRATORS = [
     ls.SemiImplicitEuler(step=4e-3),
     ls.BackwardEuler(step=4e-3),
     ls.ImplicitMidpoint(step=1e-3),
-    ls.ImplicitMidpoint(step=1e-3, nonlinear=True),
+    ls.NonlinearMidpoint(step=1e-3),
     ls.BDF2(step=1e-3),
 ]
 
