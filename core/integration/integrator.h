@@ -20,19 +20,19 @@
 
 namespace loomstone {
 
-// The terms of a step where the rows have moved by `displacement` (rows x 3) [m] in `time` [s]:
-// sets gradient and hessian of `terms`, which come as those of the start, and returns their energy
-// [J].
+// Evaluates the terms of a step where the rows have moved by `displacement` (rows x 3) [m] in
+// `time` [s]: `terms` are given as those of the start; sets their gradient and hessian and returns
+// their energy [J].
 using TermsAt = std::function<double(const Points& displacement, double time, TermRequest request,
                                      ExtraTerms& terms)>;
 
-// The friction of `terms`, linear about the start, that belongs to where the rows have moved in
-// `time`. Returns how much of it the terms had wrong [1].
+// Sets the friction of `terms`, linear about the start, to that for where the rows have moved in
+// `time` [s]. Returns the share of friction that the terms had wrong [1].
 using FrictionAt =
     std::function<double(const Points& displacement, double time, ExtraTerms& terms)>;
 
-// What a step is given. Rows: cloth vertices, then two rows a rigid body (translation, rotation)
-// where bodies take part.
+// Input of a step. Rows: cloth vertices, then two rows a rigid body (translation, rotation) where
+// bodies take part.
 struct StepInputs {
   double step = 0.0;              // h [s]
   double time = 0.0;              // at the start [s]
@@ -40,9 +40,9 @@ struct StepInputs {
   const ExtraTerms* terms =
       nullptr;  // contacts, friction, attachments at the start; implicit schemes only
   const TermsAt* terms_at =
-      nullptr;  // asked once an iterate by Newton loops; null: the terms are linear
+      nullptr;  // called once an iterate by Newton loops; null: the terms are linear
   const FrictionAt* friction_at =
-      nullptr;  // asked after a linear solve, which is made again where it was wrong; may be null
+      nullptr;  // called after a linear solve, which is repeated where it was wrong; may be null
   const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: motion is prescribed
   const Points* target = nullptr;                // (n x 3) positions of fixed rows at the end [m]
   const std::vector<Mat3>* body_mass = nullptr;  // (2 b) mass times identity, world inertia
@@ -53,7 +53,7 @@ struct IntegrationReport {
   int linear_iterations = 0;
   double residual = 0.0;
   std::vector<double>
-      newton_residuals;  // relative, of the first guess and after each iteration; Newton loops only
+      newton_residuals;  // relative: first guess, then after each iteration; Newton loops only
 };
 
 // No solution was found, and a shorter step may have one.
@@ -80,7 +80,7 @@ class Integrator {
                                     const StepInputs& inputs, ClothState& state,
                                     Points& body_velocity) = 0;
   virtual bool implicit() const = 0;                  // takes extra terms
-  virtual bool asks_energy() const { return false; }  // of the whole cloth, on every rank
+  virtual bool asks_energy() const { return false; }  // evaluates the whole cloth on every rank
 };
 
 std::unique_ptr<Integrator> make_integrator(const IntegratorOptions& options,

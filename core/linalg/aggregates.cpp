@@ -6,8 +6,8 @@ namespace loomstone {
 
 namespace {
 
-// Rows an aggregate grows to. On draped cloth iterations with 8, 12 and 16 are as 1, 1 and 1.1;
-// with 8 the coarse level has half as many nodes again as with 12.
+// Rows to which an aggregate grows. On draped cloth 8, 12 and 16 rows take iterations in the ratio
+// 1 : 1 : 1.1; with 8 the coarse level has 1.5 times as many nodes as with 12.
 constexpr Index grown_size = 12;
 
 // Grows the aggregates of the rows [begin, end).
@@ -52,8 +52,8 @@ class Block {
     return best;
   }
 
-  // Of the aggregates [first, last) the one with most couplings to the rows just taken; -1 where
-  // there is none.
+  // The aggregate of [first, last) with most couplings to the rows just taken; -1 where there is
+  // none.
   Index neighbour(Index first, Index last) const {
     std::vector<Index> count(last - first, 0);
     for (const Index row : members_)

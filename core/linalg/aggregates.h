@@ -1,6 +1,6 @@
-// Rows of a block matrix in compact aggregates of about a dozen coupled rows, for coarse levels. No
-// aggregate leaves its block of rows_per_block rows, so that those of a rank lie in its rows; they
-// are numbered block by block.
+// Compact aggregates of about a dozen coupled rows of a block matrix, for aggregation multigrid. An
+// aggregate lies within one block of rows_per_block rows, so it belongs to one rank; aggregates are
+// numbered block by block.
 #pragma once
 
 #include <vector>

@@ -16,9 +16,9 @@ constexpr Index largest_factor = 32;  // nodes of the coarsest level
 constexpr Index parents_per_chunk = rows_per_block / 8;
 constexpr Index chunks_a_task = 8;             // 1,024 nodes, about 5 us
 constexpr Index chunks_of_product_a_task = 2;  // 256 nodes, likewise
-// Jacobi sweeps with this damping converge where no more than four nodes meet in an element or a
-// term (eigenvalues of D^-1 A below four); elements that meet more were never seen to need less,
-// and a cycle that fails is given up.
+// Jacobi sweeps with this damping converge where an element or a term joins at most four nodes
+// (eigenvalues of D^-1 A below four). Elements that join more have not needed stronger damping; a
+// cycle that turns out indefinite is given up.
 constexpr double damping = 0.5;
 
 // z = B r, or z += B (r - t) where t is given.
@@ -34,7 +34,7 @@ void smooth(Index first, Index last, const float* inverse, const float* r, const
   }
 }
 
-// Calls body(first, last) on whole chunks of [0, n), the unit in which solvers count their work.
+// Calls body(first, last) on whole chunks of [0, n).
 template <class Body>
 void in_chunks(const Team& team, Index n, Index chunk, Body&& body,
                Index least_a_task = chunks_a_task) {
@@ -139,7 +139,7 @@ void AggregationMultigrid::prepare(const Team& team, const LinearSystem& system)
     add_block(plain_.block(k), levels_[0].matrix.block(place_[k]));
   add_terms(system);
   for (std::size_t l = 1; l < levels_.size(); ++l) sum_level(levels_[l - 1], levels_[l]);
-  // Only now: the identity of nodes without a free row must not weigh on the levels above.
+  // Only now: nodes without a free row get the identity, which must not enter coarser levels.
   usable_ = std::all_of(levels_.begin(), levels_.end(),
                         [&](Level& level) { return invert_diagonal(level); });
   if (!usable_) return;
@@ -216,9 +216,9 @@ AggregationMultigrid::TermNodes AggregationMultigrid::nodes_of(const ExtraTerm& 
   return nodes;
 }
 
-// Layers that touch: their aggregates are coupled by terms alone. Couplings that no term has any
-// more stay until they are most of all (they are zero then and change no bit), as what has just
-// parted often meets again; every rank knows all terms.
+// Adds couplings of aggregates that only terms join, as of layers in contact. Couplings without a
+// term stay until they are the majority, because layers that have just parted often meet again;
+// they hold zeros, which change no bit. Every rank knows all terms.
 void AggregationMultigrid::couple_terms(const LinearSystem& system) {
   if (!system.terms) return;
   Couplings wanted;
@@ -242,8 +242,8 @@ void AggregationMultigrid::couple_terms(const LinearSystem& system) {
   lay_out();
 }
 
-// sum over aggregates I, J of W_I W_J H, W the sum of weights in an aggregate; every rank knows all
-// terms.
+// Adds W_I W_J H to block (I, J) for each term, W the sum of its weights in an aggregate. Every
+// rank knows all terms.
 void AggregationMultigrid::add_terms(const LinearSystem& system) {
   if (!system.terms) return;
   BlockMatrix& first = levels_[0].matrix;

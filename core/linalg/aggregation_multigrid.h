@@ -1,12 +1,12 @@
-// Coarse levels of the block matrix of a LinearSystem: a common translation for each aggregate of
-// rows, for each block of rows, for each four blocks, ... . Added to the inverse diagonal blocks
-// they make a preconditioner, in which what couples far rows is solved on the coarse levels;
-// Bramble, Pasciak and Xu, Math. Comp. 55 (1990), with plain aggregation. Among the coarse levels a
-// V-cycle, one damped Jacobi sweep before and one after; the coarsest is factorised. (To add the
-// inverse diagonal blocks of the aggregates instead took 1.03 times as long at 14,450
-// triangles, 1.15 at 57,800.) All in single precision, which is enough for a preconditioner, but
-// what is factorised. Ranks: each adds up the coarse rows of its rows, then all hold all of them
-// and work alike.
+// Aggregation multigrid for the block matrix of a LinearSystem. The coarse unknowns are a common
+// translation of each aggregate of rows, then of each block of rows, of each four blocks, and so
+// on. The correction is added to that of the inverse diagonal blocks (additive, as in Bramble,
+// Pasciak and Xu, Math. Comp. 55 (1990), with plain aggregation). Among the coarse levels runs a
+// V-cycle with one damped Jacobi sweep before and one after the coarser levels; the coarsest matrix
+// is factorised. (The inverse diagonal blocks of the aggregates in place of the V-cycle took 1.03
+// times as long at 14,450 triangles, 1.15 at 57,800.) All is in single precision, which is enough
+// for a preconditioner, except the factor. Every rank sums the coarse rows of its own rows; then
+// all ranks hold all coarse rows and do the same work.
 #pragma once
 
 #include <vector>
@@ -21,17 +21,17 @@ namespace loomstone {
 
 class AggregationMultigrid {
  public:
-  // Lays the levels out for this pattern.
+  // Lays out the levels for this pattern.
   void set_pattern(const BlockMatrix& matrix);
-  // Sums of the blocks of free rows, terms included; the levels are laid out anew where terms
-  // couple aggregates that neither the matrix nor earlier terms do. Collective.
+  // Coarse matrices: sums of the blocks of free rows, terms included. The levels are laid out again
+  // where terms couple aggregates that neither the matrix nor earlier terms couple. Collective.
   void prepare(const Team& team, const LinearSystem& system);
 
-  // False where the matrix is no use on coarse levels (not definite to rounding): do without.
+  // False where a coarse matrix is not positive definite to rounding: there is no correction.
   bool usable() const { return usable_; }
 
-  // Slots of residual and correction: of each aggregate, then one a block for rows that are in none
-  // (fixed, bodies).
+  // Slots of residual and correction: one an aggregate, then one a block for rows that belong to
+  // none (fixed rows, bodies).
   Index n_slots() const { return n_nodes_ + n_blocks_; }
   Index slot(Index row) const { return slot_[row]; }
   Index unused_slot(Index block) const { return n_nodes_ + block; }

@@ -57,8 +57,7 @@ class DirectSolver final : public LinearSolver {
   }
 
  private:
-  // The pattern of matrix, bodies and terms together; analysed again only where it differs from the
-  // last one.
+  // The pattern of matrix, bodies and terms together, analysed only where it differs from the last.
   void update_pattern(const LinearSystem& system) {
     Couplings extra = couplings_outside(system);
     const Index rows = system.layout->n_rows(), n_cloth = n_cloth_rows(system);

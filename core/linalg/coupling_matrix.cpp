@@ -23,7 +23,7 @@ LOOMSTONE_INLINE void store_as(Scalar* out, const Lanes& a) {
   }
 }
 
-// Slots of eight blocks each from `blocks` (null: none there), added to sums (9 lanes).
+// Copies n slots of eight blocks each (source < 0: none) and adds them to sums (9 lanes).
 template <class Scalar, class Lanes>
 LOOMSTONE_INLINE void copy_slots(Index n, const Index* sources, const double* matrix,
                                  Scalar* values, Lanes sums[9]) {
@@ -52,8 +52,8 @@ LOOMSTONE_INLINE bool is_scalar(const Lanes r[9]) {
   return !lanes_any(~scalar);
 }
 
-// sums come as the diagonal blocks and leave, in `out`, as R; returns whether its first number
-// tells all.
+// Writes R to `out`, from the diagonal blocks in `sums` and the blocks of the slice; returns
+// whether R is its first number times the identity.
 template <class Lanes, class Scalar>
 LOOMSTONE_INLINE bool copy_slice(Index n, const Index* sources, const double* matrix,
                                  const double* sums, Scalar* values, Scalar* out) {

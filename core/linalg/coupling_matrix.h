@@ -1,9 +1,11 @@
-// A copy of a block matrix (body blocks included, extra terms not), in single or double precision,
-// kept as couplings: with R_i = sum_j A_ij, which is the mass where A is a stiffness plus a mass,
+// A copy of a block matrix (with body blocks, without extra terms) in single or double precision,
+// multiplied in difference form: with R_i = sum_j A_ij, which is the mass where A is a stiffness
+// plus a mass,
 //   (A x)_i = R_i x_i + sum_j A_ij (x_j - x_i).
-// A stiffness does not feel a common translation, so its rounding to single precision must not
-// either: as differences it changes each stiffness by 6e-8 of itself; as plain A x it would add
-// 6e-8 h^2 |K| to the mass, which is a thousand times less than h^2 |K| already at h = 4 ms.
+// A stiffness is zero on a common translation, and rounding to single precision has to keep that:
+// in difference form each stiffness changes by 6e-8 of itself; in the plain product A x rounding
+// would add 6e-8 h^2 |K| to the mass, which is a thousand times smaller than h^2 |K| already at
+// h = 4 ms.
 #pragma once
 
 #include <cstdint>
@@ -17,10 +19,10 @@ namespace loomstone {
 template <class Scalar>
 class CouplingMatrix {
  public:
-  // Lays out scratch for the slices; set_slices() fills it.
+  // Resizes for the slices; set_slices() fills them.
   void resize(const SlicedEllpack& slices);
-  // The slices [first, last); body_blocks (may be null): diagonal blocks of the rows that follow
-  // the matrix.
+  // Copies the slices [first, last); body_blocks (may be null): diagonal blocks of the rows that
+  // follow the matrix.
   void set_slices(const BlockMatrix* matrix, const std::vector<Mat3>* body_blocks,
                   const SlicedEllpack& slices, Index first, Index last);
 

@@ -39,7 +39,7 @@ struct ExtraTerm {
   int n_entries = 0;
   Vec3 gradient = Vec3::Zero();  // g [N]
   Mat3 hessian = Mat3::Zero();   // H [N/m], symmetric PSD
-  Vec3 drift = Vec3::Zero();     // velocity of what moves by script, in u [m/s]
+  Vec3 drift = Vec3::Zero();     // prescribed velocity (scripted motion), in u [m/s]
 
   // u' [m] `time` after the start, where the rows have moved by `displacement` (rows x 3).
   Vec3 relative_displacement(const Points& displacement, double time) const {
@@ -57,10 +57,10 @@ struct ExtraTerm {
   }
 };
 
-// What is asked for where rows have moved. Limits of friction are those of the last request of
-// NewLimits, at first those of the start: between such requests the terms have a potential, whose
-// second derivative H is. Secant: H as of the paraboloid that touches the potential from above, for
-// which steps are never too long.
+// Which gradient and H are wanted where rows have moved. The limits of friction are those of the
+// last request of NewLimits, at first those of the start; between such requests the terms have a
+// potential, and H is its second derivative. Secant: H of the paraboloid that touches the potential
+// from above, with which steps are never too long.
 enum class TermRequest { Derivative, Secant, NewLimits };
 
 using ExtraTerms = std::vector<ExtraTerm>;  // sorted by (kind, a, b) of what they came from

@@ -1,5 +1,5 @@
-// Eight rows worked at once, in single or double precision: vectors of three components with a row
-// in every lane, and their exchange with rows of four numbers (the fourth zero).
+// Eight rows processed at once, in single or double precision: vectors of three components with a
+// row in each lane, and their transposition from and to rows of four numbers (the fourth zero).
 #pragma once
 
 #include <cstddef>
@@ -52,7 +52,7 @@ LOOMSTONE_INLINE void store_triple(Scalar* p, const Triple<Scalar>& a) {
 template <class Scalar>
 LOOMSTONE_INLINE Triple<Scalar> gather_rows(const Index* rows, const Scalar* v) {
   using Lane = LanesOf<Scalar>;
-  Lane pair[4];  // rows l and l + 4 beside one another
+  Lane pair[4];  // rows l and l + 4 side by side
   for (int l = 0; l < 4; ++l)
     pair[l] = __builtin_shufflevector(quad_load(v + 4 * static_cast<std::size_t>(rows[l])),
                                       quad_load(v + 4 * static_cast<std::size_t>(rows[l + 4])), 0,

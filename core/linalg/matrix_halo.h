@@ -1,5 +1,5 @@
-// Rows that ranks must exchange before a product: of a fixed block pattern, and of terms that come
-// and go.
+// Rows that ranks must exchange before a product: those of a fixed block pattern, and those of the
+// terms of one solve.
 #pragma once
 
 #include "core/linalg/block_matrix.h"
@@ -8,11 +8,11 @@
 
 namespace loomstone {
 
-// Rows that owned rows of `matrix` are coupled to. Both sides derive it from the pattern, without
-// talking.
+// Rows that owned rows of `matrix` are coupled to. Both ranks derive it from the pattern, without
+// communication.
 Halo matrix_halo(const BlockMatrix& matrix, const RowLayout& layout);
 
-// The same with the rows that terms couple added; every rank knows all terms.
+// The same plus the rows that terms couple; every rank knows all terms.
 Halo with_term_rows(const Halo& halo, const ExtraTerms& terms, const RowLayout& layout);
 
 }  // namespace loomstone

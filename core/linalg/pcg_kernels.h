@@ -1,7 +1,7 @@
-// The vector arithmetic of conjugate gradients, in single and in double precision, eight rows at
-// once. Directions and solutions have four numbers a row, the fourth zero; residuals r, z = P^-1 r
-// and products q (slices x 3 x 8); inverse diagonal blocks (slices x 6 x 8): 00 01 02 11 12 22.
-// Scalar products are in double precision.
+// Vector arithmetic of conjugate gradients in single and double precision, eight rows at once.
+// Directions and solutions have four numbers a row, the fourth zero; residuals r, z = P^-1 r and
+// products q (slices x 3 x 8); inverse diagonal blocks (slices x 6 x 8): 00 01 02 11 12 22. Scalar
+// products are in double precision.
 #pragma once
 
 #include "core/base/types.h"

@@ -1,4 +1,4 @@
-// A row of a vector with four numbers a row, the fourth zero, worked at once.
+// A row of a vector with four numbers a row, the fourth zero, as one vector register.
 #pragma once
 
 #include "core/base/simd.h"

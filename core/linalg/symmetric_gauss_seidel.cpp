@@ -10,10 +10,9 @@ namespace loomstone {
 
 namespace {
 
-// Block of rows after block of rows, for the sake of the caches; within a block by level of
-// dependency, a row's level being one more than the largest of the earlier rows of the block it is
-// coupled to. Rows of one level do not wait for one another; but for rounding the order within a
-// block does not matter.
+// Rows block by block, for the caches, and within a block by level of dependency: one more than the
+// largest level of the earlier rows of the block that the row is coupled to. Rows of one level do
+// not depend on one another. The order within a block changes nothing but rounding.
 std::vector<Index> order_by_level(const BlockMatrix* matrix, Index n_rows) {
   std::vector<Index> level(n_rows, 0), order(n_rows);
   std::iota(order.begin(), order.end(), Index{0});

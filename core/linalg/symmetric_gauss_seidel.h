@@ -1,7 +1,7 @@
 // Symmetric block Gauss-Seidel as a preconditioner: z = (S + L)^-T S (S + L)^-1 r with L the
-// strictly lower blocks of the matrix and S the diagonal blocks, those of extra terms included.
-// Nothing depends on its rounding but the number of iterations, so L is kept in single precision,
-// once for both sweeps. Sequential.
+// strictly lower blocks of the matrix and S the diagonal blocks, extra terms included. Rounding in
+// it changes only the number of iterations, so L is stored in single precision, once for both
+// sweeps. Sequential.
 #pragma once
 
 #include <vector>
@@ -24,7 +24,7 @@ class SymmetricGaussSeidel {
  private:
   void order_rows(const LinearSystem& system, const SlicedEllpack& slices);
 
-  // Order of the rows in which neighbours in the list do not wait for one another; kept while the
+  // Order of the rows in which a row seldom depends on the one just before it; kept while the
   // pattern stays.
   std::vector<Index> order_, pattern_start_, pattern_columns_;
   std::vector<Index> offset_;          // (rows) of each place of the order: its row in r and z

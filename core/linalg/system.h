@@ -1,5 +1,4 @@
-// What every solver does with a LinearSystem: check it, build the diagonal blocks, multiply by it,
-// name what is wrong.
+// Operations on a LinearSystem that all solvers share: checks, diagonal blocks, product, errors.
 #pragma once
 
 #include <vector>
@@ -23,7 +22,7 @@ inline bool is_fixed(const LinearSystem& system, Index row) {
   return system.fixed != nullptr && (*system.fixed)[row] != 0;
 }
 
-// Throws InvalidInput where sizes do not fit together.
+// Throws InvalidInput where sizes disagree.
 void check_system(const LinearSystem& system, const Points& b, const Points& x);
 
 // Diagonal block of a row, body blocks and terms included.

@@ -1,6 +1,6 @@
-// Extra terms of one solve, applied without a matrix: every term works out its force once, then
-// every row gathers from its terms in ascending order (no two threads write the same slot). What an
-// iteration reads of a term is kept in one place.
+// Extra terms of one solve, applied without a matrix: each term computes its force once, then each
+// row gathers from its terms in ascending order, so that no two threads write the same slot. What
+// an iteration reads of a term is stored together.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace loomstone {
 
 class TermRows {
  public:
-  // `terms` (may be null): those that touch an owned row are copied; `scale` multiplies every H.
+  // Copies the terms (may be null) that touch an owned row; `scale` multiplies every H.
   void build(const ExtraTerms* terms, double scale, const RowLayout& layout);
   bool empty() const { return hessians_.empty(); }
   bool touches(Index row) const { return !empty() && row_start_[row + 1] > row_start_[row]; }
@@ -40,8 +40,7 @@ class TermRows {
     Index row, arm;  // arm: place in arms_, -1 for none
     double weight;
   };
-  // The part of a term that touches a row, its arm and weight beside it: rows read their slots in
-  // order.
+  // The part of a term that touches a row, with its arm and weight: rows read their slots in order.
   struct Slot {
     Index term, arm;
     double weight;

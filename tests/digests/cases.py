@@ -10,7 +10,7 @@ import numpy as np
 from loomstone.runs.scene_file import SceneFile
 
 SCENES = Path(__file__).resolve().parents[2] / "scenes"
-Case = tuple[ls.Scene, ls.IntegratorOptions]
+Case = tuple[ls.Scene, ls.Integrator]
 
 # Parameters of each scene, at most 2,000 triangles; behind a colon the name of a variant.
 SMALL: dict[str, dict[str, object]] = {
@@ -50,7 +50,7 @@ SMALL: dict[str, dict[str, object]] = {
     "voice_coil": {"triangles": 800},
 }
 
-INTEGRATORS: dict[str, ls.IntegratorOptions] = {
+INTEGRATORS: dict[str, ls.Integrator] = {
     "explicit": ls.ExplicitEuler(step=2e-5),
     "symplectic": ls.SymplecticEuler(step=1e-4),
     "semi-pcg": ls.SemiImplicitEuler(step=4e-3, linear_solver="pcg"),
@@ -61,7 +61,7 @@ INTEGRATORS: dict[str, ls.IntegratorOptions] = {
     "semi-bending": ls.SemiImplicitEuler(step=4e-3, bending="implicit"),
     "backward": ls.BackwardEuler(step=4e-3),
     "midpoint": ls.ImplicitMidpoint(step=2e-3),
-    "nonlinear-midpoint": ls.ImplicitMidpoint(step=2e-3, nonlinear=True),
+    "nonlinear-midpoint": ls.NonlinearMidpoint(step=2e-3),
     "bdf2": ls.BDF2(step=2e-3),
 }
 

@@ -1,4 +1,4 @@
-// Claims about the integrators: method.md 1.4.
+// Claims about the integrators: docs/method.md, "Time integration".
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
