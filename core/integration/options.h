@@ -10,7 +10,7 @@
 
 #include "core/base/choice.h"
 #include "core/base/field.h"
-#include "core/cloth/membrane/membrane.h"
+#include "core/cloth/material/jacobian_terms.h"
 #include "core/linalg/linear_solver.h"
 
 namespace loomstone {

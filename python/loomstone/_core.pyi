@@ -12,6 +12,8 @@ import typing
 __all__: list[str] = [
     "Air",
     "Attachment",
+    "BDF2",
+    "BackwardEuler",
     "Bearing",
     "CacheError",
     "Camera",
@@ -28,11 +30,13 @@ __all__: list[str] = [
     "Detector",
     "EnergyReport",
     "Error",
+    "ExplicitEuler",
     "Frame",
     "FrameReader",
     "FrameTopology",
     "FrameWriter",
-    "IntegratorOptions",
+    "ImplicitMidpoint",
+    "Integrator",
     "InvalidInput",
     "LimitOptions",
     "LimitReport",
@@ -40,11 +44,13 @@ __all__: list[str] = [
     "MagnetReport",
     "MagneticBody",
     "MassProperties",
+    "NonlinearMidpoint",
     "Obstacle",
     "RenderOptions",
     "Renderer",
     "RigidBody",
     "Scene",
+    "SemiImplicitEuler",
     "Simulation",
     "SoftBody",
     "SolverFailure",
@@ -57,6 +63,7 @@ __all__: list[str] = [
     "StrainLimitReport",
     "StrainReport",
     "ThreadReport",
+    "SymplecticEuler",
     "TriangleMesh",
     "Unsupported",
     "WithheldReport",
@@ -909,7 +916,7 @@ class RigidBody:
     ---------------------
     name : name in reports and files; default ''
     mesh : closed surface in the body's own frame
-    shape : collision shape between bodies: sphere | box | convex | parts; default 'convex'
+    shape : collision shape between bodies: sphere | box | convex (convex hull of the mesh) | parts (the convex meshes of parts); default 'convex'
     parts : convex parts when shape is parts
     density : density [kg/m^3]; > 0; default 1000.0
     position : world position of the mesh's origin [m]
@@ -942,7 +949,7 @@ class RigidBody:
         *,
         name: str = "",
         mesh: TriangleMesh | None = None,
-        shape: str = "convex",
+        shape: typing.Literal["sphere", "box", "convex", "parts"] = "convex",
         parts: collections.abc.Sequence[TriangleMesh] = [],
         density: typing.SupportsFloat | typing.SupportsIndex = 1000.0,
         position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
@@ -959,7 +966,7 @@ class RigidBody:
         *,
         name: str = ...,
         mesh: TriangleMesh | None = ...,
-        shape: str = ...,
+        shape: typing.Literal["sphere", "box", "convex", "parts"] = ...,
         parts: collections.abc.Sequence[TriangleMesh] = ...,
         density: typing.SupportsFloat | typing.SupportsIndex = ...,
         position: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
@@ -1023,9 +1030,9 @@ class RigidBody:
         restitution coefficient [1]; in [0, 1]; default 0.0
         """
     @property
-    def shape(self) -> str:
+    def shape(self) -> typing.Literal["sphere", "box", "convex", "parts"]:
         """
-        collision shape between bodies: sphere | box | convex | parts; default 'convex'
+        collision shape between bodies: sphere | box | convex (convex hull of the mesh) | parts (the convex meshes of parts); default 'convex'
         """
     @property
     def thickness(self) -> float:
@@ -1396,7 +1403,7 @@ class LimitOptions:
 
     Parameters (keywords)
     ---------------------
-    method : gauss-seidel (coloured, parallel) | gauss-seidel-random (seeded order, one thread) | jacobi | edges (edge-based, one bound for all directions); default 'gauss-seidel'
+    method : how elements are corrected: gauss-seidel (coloured, parallel) | gauss-seidel-random (seeded order, one thread) | jacobi | edges (along edges, one bound for all directions); default 'gauss-seidel'
     tolerance : excess over a limit that sweeps do not correct; a tenth of limits below 0.02 [1]; > 0; default 0.002
     max_sweeps : largest number of sweeps over the elements per step; remaining violations are reported [1]; in [1, 1e+06]; default 100
     active_set : after the first sweep evaluate only corrected elements and their neighbours; default True
@@ -1419,7 +1426,9 @@ class LimitOptions:
     def __init__(
         self,
         *,
-        method: str = "gauss-seidel",
+        method: typing.Literal[
+            "gauss-seidel", "gauss-seidel-random", "jacobi", "edges"
+        ] = "gauss-seidel",
         tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.002,
         max_sweeps: typing.SupportsInt | typing.SupportsIndex = 100,
         active_set: bool = True,
@@ -1431,7 +1440,7 @@ class LimitOptions:
     def replace(
         self,
         *,
-        method: str = ...,
+        method: typing.Literal["gauss-seidel", "gauss-seidel-random", "jacobi", "edges"] = ...,
         tolerance: typing.SupportsFloat | typing.SupportsIndex = ...,
         max_sweeps: typing.SupportsInt | typing.SupportsIndex = ...,
         active_set: bool = ...,
@@ -1462,9 +1471,9 @@ class LimitOptions:
         largest number of sweeps over the elements per step; remaining violations are reported [1]; in [1, 1e+06]; default 100
         """
     @property
-    def method(self) -> str:
+    def method(self) -> typing.Literal["gauss-seidel", "gauss-seidel-random", "jacobi", "edges"]:
         """
-        gauss-seidel (coloured, parallel) | gauss-seidel-random (seeded order, one thread) | jacobi | edges (edge-based, one bound for all directions); default 'gauss-seidel'
+        how elements are corrected: gauss-seidel (coloured, parallel) | gauss-seidel-random (seeded order, one thread) | jacobi | edges (along edges, one bound for all directions); default 'gauss-seidel'
         """
     @property
     def seed(self) -> int:
@@ -1493,8 +1502,8 @@ class Cloth:
     name : name in reports and files; default ''
     mesh : triangle mesh; its vertices are the start positions
     material : ClothMaterial
-    rest : rest lengths from uv (the pattern [m]) or from the mesh: uv | mesh; default 'uv'
-    rest_angles : rest angles between triangles: flat | mesh; default 'flat'
+    rest : rest lengths: uv (of the pattern: uv are lengths [m]) | mesh (of the mesh: uv give the directions alone); default 'uv'
+    rest_angles : rest angles between triangles: flat | mesh (those of the mesh as given); default 'flat'
     bending : bending element: mid-edge (beam theory within 1 % along any direction) | hinge (off by up to 25 % along the axes of grids, 12 to 18 % in strips of 16 to 6 elements across on smoothed irregular meshes, a factor 2 at 45 degrees); default 'mid-edge'
     pins : indices of vertices that are held, or moved by script
     script_times : times of the script [s], ascending; empty: pins stand still
@@ -1530,9 +1539,9 @@ class Cloth:
         name: str = "",
         mesh: TriangleMesh | None = None,
         material: ClothMaterial = ...,
-        rest: str = "uv",
-        rest_angles: str = "flat",
-        bending: str = "mid-edge",
+        rest: typing.Literal["uv", "mesh"] = "uv",
+        rest_angles: typing.Literal["flat", "mesh"] = "flat",
+        bending: typing.Literal["mid-edge", "hinge"] = "mid-edge",
         pins: numpy.typing.ArrayLike = [],
         script_times: numpy.typing.ArrayLike = [],
         script_positions: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ...,
@@ -1549,9 +1558,9 @@ class Cloth:
         name: str = ...,
         mesh: TriangleMesh | None = ...,
         material: ClothMaterial = ...,
-        rest: str = ...,
-        rest_angles: str = ...,
-        bending: str = ...,
+        rest: typing.Literal["uv", "mesh"] = ...,
+        rest_angles: typing.Literal["flat", "mesh"] = ...,
+        bending: typing.Literal["mid-edge", "hinge"] = ...,
         pins: numpy.typing.ArrayLike = ...,
         script_times: numpy.typing.ArrayLike = ...,
         script_positions: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 3]"] = ...,
@@ -1569,7 +1578,7 @@ class Cloth:
         Plain values for JSON; meshes by their counts.
         """
     @property
-    def bending(self) -> str:
+    def bending(self) -> typing.Literal["mid-edge", "hinge"]:
         """
         bending element: mid-edge (beam theory within 1 % along any direction) | hinge (off by up to 25 % along the axes of grids, 12 to 18 % in strips of 16 to 6 elements across on smoothed irregular meshes, a factor 2 at 45 degrees); default 'mid-edge'
         """
@@ -1599,14 +1608,14 @@ class Cloth:
         indices of vertices that are held, or moved by script
         """
     @property
-    def rest(self) -> str:
+    def rest(self) -> typing.Literal["uv", "mesh"]:
         """
-        rest lengths from uv (the pattern [m]) or from the mesh: uv | mesh; default 'uv'
+        rest lengths: uv (of the pattern: uv are lengths [m]) | mesh (of the mesh: uv give the directions alone); default 'uv'
         """
     @property
-    def rest_angles(self) -> str:
+    def rest_angles(self) -> typing.Literal["flat", "mesh"]:
         """
-        rest angles between triangles: flat | mesh; default 'flat'
+        rest angles between triangles: flat | mesh (those of the mesh as given); default 'flat'
         """
     @property
     def script_positions(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 3]"]:
@@ -2123,7 +2132,7 @@ class Scene:
     gravity : acceleration [m/s^2]
     collisions : contacts between surfaces are handled; default True
     contact_stiffness : of a contact; 0: chosen from the material [N/m]; >= 0; default 0.0
-    response : contacts in the implicit solve (implicit) or by impulses after it (impulse, as explicit integrators always do); default 'implicit'
+    response : how contacts act: implicit (terms of the implicit solve) | impulse (impulses after it, as explicit integrators always do); default 'implicit'
     allow_initial_intersections : accept a start with intersections: they are moved apart, then guarded; default False
     rigid_iterations : sweeps of the rigid-body solver over all contacts in a step: stacks want many, loose heaps few; fewer than 10 feed energy in [1]; in [10, 10000]; default 50
     rigid_rebuild_interval : steps between rebuilds of the rigid-body world; checkpoints with bodies fall on them [1]; in [1, 1000]; default 40
@@ -2170,7 +2179,7 @@ class Scene:
         gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
         collisions: bool = True,
         contact_stiffness: typing.SupportsFloat | typing.SupportsIndex = 0.0,
-        response: str = "implicit",
+        response: typing.Literal["implicit", "impulse"] = "implicit",
         allow_initial_intersections: bool = False,
         rigid_iterations: typing.SupportsInt | typing.SupportsIndex = 50,
         rigid_rebuild_interval: typing.SupportsInt | typing.SupportsIndex = 40,
@@ -2194,7 +2203,7 @@ class Scene:
         gravity: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[3, 1]"] = ...,
         collisions: bool = ...,
         contact_stiffness: typing.SupportsFloat | typing.SupportsIndex = ...,
-        response: str = ...,
+        response: typing.Literal["implicit", "impulse"] = ...,
         allow_initial_intersections: bool = ...,
         rigid_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
         rigid_rebuild_interval: typing.SupportsInt | typing.SupportsIndex = ...,
@@ -2287,9 +2296,9 @@ class Scene:
         list of Obstacle
         """
     @property
-    def response(self) -> str:
+    def response(self) -> typing.Literal["implicit", "impulse"]:
         """
-        contacts in the implicit solve (implicit) or by impulses after it (impulse, as explicit integrators always do); default 'implicit'
+        how contacts act: implicit (terms of the implicit solve) | impulse (impulses after it, as explicit integrators always do); default 'implicit'
         """
     @property
     def rigid_iterations(self) -> int:
@@ -2302,19 +2311,188 @@ class Scene:
         steps between rebuilds of the rigid-body world; checkpoints with bodies fall on them [1]; in [1, 1000]; default 40
         """
 
-class IntegratorOptions:
+class Integrator:
     """
-    Which integrator advances the cloth, and how.
+    Which integrator advances the cloth, and how: the base of SemiImplicitEuler and the others.
+    """
+
+    method: typing.ClassVar[str] = ""
+    def replace(self, *, step: typing.SupportsFloat | typing.SupportsIndex = ...) -> Integrator:
+        """
+        A copy in which the given fields have other values.
+        """
+    def to_dict(self) -> dict[str, typing.Any]:
+        """
+        Plain values for JSON.
+        """
+    @property
+    def step(self) -> float:
+        """
+        time step [s]
+        """
+
+class ExplicitEuler(Integrator):
+    """
+    Explicit Euler, order 1: gains energy, needs tiny steps; for comparison.
 
     Frozen; compared by value.
 
     Parameters (keywords)
     ---------------------
-    method : name of the integrator; default 'semi-implicit-euler'
+    step : time step [s]; > 0
+    """
+
+    __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
+    field_names: typing.ClassVar[tuple[str, ...]] = ("step",)
+    method: typing.ClassVar[str] = "explicit-euler"
+    def __eq__(self, arg0: object) -> bool: ...
+    def __init__(self, *, step: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def __repr__(self) -> str: ...
+    def replace(self, *, step: typing.SupportsFloat | typing.SupportsIndex = ...) -> ExplicitEuler:
+        """
+        A copy in which the given fields have other values.
+        """
+    def to_dict(self) -> typing.Any:
+        """
+        Plain values for JSON; meshes by their counts.
+        """
+    @property
+    def step(self) -> float:
+        """
+        time step [s]; > 0
+        """
+
+class SymplecticEuler(Integrator):
+    """
+    Symplectic Euler, order 1: velocities first; keeps energy in the mean, stable for small steps only.
+
+    Frozen; compared by value.
+
+    Parameters (keywords)
+    ---------------------
+    step : time step [s]; > 0
+    """
+
+    __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
+    field_names: typing.ClassVar[tuple[str, ...]] = ("step",)
+    method: typing.ClassVar[str] = "symplectic-euler"
+    def __eq__(self, arg0: object) -> bool: ...
+    def __init__(self, *, step: typing.SupportsFloat | typing.SupportsIndex) -> None: ...
+    def __repr__(self) -> str: ...
+    def replace(
+        self, *, step: typing.SupportsFloat | typing.SupportsIndex = ...
+    ) -> SymplecticEuler:
+        """
+        A copy in which the given fields have other values.
+        """
+    def to_dict(self) -> typing.Any:
+        """
+        Plain values for JSON; meshes by their counts.
+        """
+    @property
+    def step(self) -> float:
+        """
+        time step [s]; > 0
+        """
+
+class SemiImplicitEuler(Integrator):
+    """
+    Backward Euler with one linear solve a step (Baraff and Witkin 1998), order 1: robust, damps. The default.
+
+    Frozen; compared by value.
+
+    Parameters (keywords)
+    ---------------------
     step : time step [s]; > 0; default 0.001
-    jacobian : spd (positive part of the geometric term) | exact; default 'spd'
-    bending : auto | explicit | implicit; default 'auto'
-    linear_solver : pcg | block-jacobi | gauss-seidel | direct; default 'pcg'
+    jacobian : Jacobian of the membrane's forces: spd (positive part of the geometric term) | exact; default 'spd'
+    bending : how bending enters the step: auto (implicit where an explicit step is unstable) | explicit | implicit; default 'auto'
+    linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (with the diagonal blocks) | gauss-seidel (with symmetric Gauss-Seidel, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+    tolerance : of the linear solver, on the preconditioned norm [1]; > 0; default 0.0001
+    max_iterations : of the linear solver [1]; in [1, 1e+09]; default 2000
+    """
+
+    __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
+    field_names: typing.ClassVar[tuple[str, ...]] = (
+        "step",
+        "jacobian",
+        "bending",
+        "linear_solver",
+        "tolerance",
+        "max_iterations",
+    )
+    method: typing.ClassVar[str] = "semi-implicit-euler"
+    def __eq__(self, arg0: object) -> bool: ...
+    def __init__(
+        self,
+        *,
+        step: typing.SupportsFloat | typing.SupportsIndex = 0.001,
+        jacobian: typing.Literal["spd", "exact"] = "spd",
+        bending: typing.Literal["auto", "explicit", "implicit"] = "auto",
+        linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = "pcg",
+        tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001,
+        max_iterations: typing.SupportsInt | typing.SupportsIndex = 2000,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    def replace(
+        self,
+        *,
+        step: typing.SupportsFloat | typing.SupportsIndex = ...,
+        jacobian: typing.Literal["spd", "exact"] = ...,
+        bending: typing.Literal["auto", "explicit", "implicit"] = ...,
+        linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = ...,
+        tolerance: typing.SupportsFloat | typing.SupportsIndex = ...,
+        max_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
+    ) -> SemiImplicitEuler:
+        """
+        A copy in which the given fields have other values.
+        """
+    def to_dict(self) -> typing.Any:
+        """
+        Plain values for JSON; meshes by their counts.
+        """
+    @property
+    def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
+        """
+        how bending enters the step: auto (implicit where an explicit step is unstable) | explicit | implicit; default 'auto'
+        """
+    @property
+    def jacobian(self) -> typing.Literal["spd", "exact"]:
+        """
+        Jacobian of the membrane's forces: spd (positive part of the geometric term) | exact; default 'spd'
+        """
+    @property
+    def linear_solver(self) -> typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"]:
+        """
+        solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (with the diagonal blocks) | gauss-seidel (with symmetric Gauss-Seidel, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+        """
+    @property
+    def max_iterations(self) -> int:
+        """
+        of the linear solver [1]; in [1, 1e+09]; default 2000
+        """
+    @property
+    def step(self) -> float:
+        """
+        time step [s]; > 0; default 0.001
+        """
+    @property
+    def tolerance(self) -> float:
+        """
+        of the linear solver, on the preconditioned norm [1]; > 0; default 0.0001
+        """
+
+class BackwardEuler(Integrator):
+    """
+    Backward Euler solved by Newton's method with line search, order 1: the semi-implicit one, converged.
+
+    Frozen; compared by value.
+
+    Parameters (keywords)
+    ---------------------
+    step : time step [s]; > 0; default 0.001
+    jacobian : Jacobian of the membrane's forces: spd (positive part of the geometric term) | exact; default 'spd'
+    bending : how bending enters the step: auto (implicit where an explicit step is unstable) | explicit | implicit; default 'auto'
+    linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (with the diagonal blocks) | gauss-seidel (with symmetric Gauss-Seidel, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
     tolerance : of the linear solver, on the preconditioned norm [1]; > 0; default 0.0001
     max_iterations : of the linear solver [1]; in [1, 1e+09]; default 2000
     newton_tolerance : relative residual of the Newton loop [1]; > 0; default 1e-06
@@ -2323,7 +2501,6 @@ class IntegratorOptions:
 
     __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
     field_names: typing.ClassVar[tuple[str, ...]] = (
-        "method",
         "step",
         "jacobian",
         "bending",
@@ -2333,15 +2510,15 @@ class IntegratorOptions:
         "newton_tolerance",
         "max_newton_iterations",
     )
+    method: typing.ClassVar[str] = "backward-euler"
     def __eq__(self, arg0: object) -> bool: ...
     def __init__(
         self,
         *,
-        method: str = "semi-implicit-euler",
         step: typing.SupportsFloat | typing.SupportsIndex = 0.001,
-        jacobian: str = "spd",
-        bending: str = "auto",
-        linear_solver: str = "pcg",
+        jacobian: typing.Literal["spd", "exact"] = "spd",
+        bending: typing.Literal["auto", "explicit", "implicit"] = "auto",
+        linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = "pcg",
         tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001,
         max_iterations: typing.SupportsInt | typing.SupportsIndex = 2000,
         newton_tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-06,
@@ -2351,16 +2528,15 @@ class IntegratorOptions:
     def replace(
         self,
         *,
-        method: str = ...,
         step: typing.SupportsFloat | typing.SupportsIndex = ...,
-        jacobian: str = ...,
-        bending: str = ...,
-        linear_solver: str = ...,
+        jacobian: typing.Literal["spd", "exact"] = ...,
+        bending: typing.Literal["auto", "explicit", "implicit"] = ...,
+        linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = ...,
         tolerance: typing.SupportsFloat | typing.SupportsIndex = ...,
         max_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
         newton_tolerance: typing.SupportsFloat | typing.SupportsIndex = ...,
         max_newton_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
-    ) -> IntegratorOptions:
+    ) -> BackwardEuler:
         """
         A copy in which the given fields have other values.
         """
@@ -2369,19 +2545,19 @@ class IntegratorOptions:
         Plain values for JSON; meshes by their counts.
         """
     @property
-    def bending(self) -> str:
+    def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
         """
-        auto | explicit | implicit; default 'auto'
-        """
-    @property
-    def jacobian(self) -> str:
-        """
-        spd (positive part of the geometric term) | exact; default 'spd'
+        how bending enters the step: auto (implicit where an explicit step is unstable) | explicit | implicit; default 'auto'
         """
     @property
-    def linear_solver(self) -> str:
+    def jacobian(self) -> typing.Literal["spd", "exact"]:
         """
-        pcg | block-jacobi | gauss-seidel | direct; default 'pcg'
+        Jacobian of the membrane's forces: spd (positive part of the geometric term) | exact; default 'spd'
+        """
+    @property
+    def linear_solver(self) -> typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"]:
+        """
+        solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (with the diagonal blocks) | gauss-seidel (with symmetric Gauss-Seidel, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
         """
     @property
     def max_iterations(self) -> int:
@@ -2394,14 +2570,285 @@ class IntegratorOptions:
         of the Newton loop [1]; in [1, 1e+06]; default 100
         """
     @property
-    def method(self) -> str:
+    def newton_tolerance(self) -> float:
         """
-        name of the integrator; default 'semi-implicit-euler'
+        relative residual of the Newton loop [1]; > 0; default 1e-06
+        """
+    @property
+    def step(self) -> float:
+        """
+        time step [s]; > 0; default 0.001
+        """
+    @property
+    def tolerance(self) -> float:
+        """
+        of the linear solver, on the preconditioned norm [1]; > 0; default 0.0001
+        """
+
+class ImplicitMidpoint(Integrator):
+    """
+    Implicit midpoint rule, linearised: one linear solve a step, order 2, hardly damps.
+
+    Frozen; compared by value.
+
+    Parameters (keywords)
+    ---------------------
+    step : time step [s]; > 0; default 0.001
+    jacobian : Jacobian of the membrane's forces: spd (positive part of the geometric term) | exact; default 'spd'
+    bending : how bending enters the step: auto (implicit where an explicit step is unstable) | explicit | implicit; default 'auto'
+    linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (with the diagonal blocks) | gauss-seidel (with symmetric Gauss-Seidel, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+    tolerance : of the linear solver, on the preconditioned norm [1]; > 0; default 0.0001
+    max_iterations : of the linear solver [1]; in [1, 1e+09]; default 2000
+    """
+
+    __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
+    field_names: typing.ClassVar[tuple[str, ...]] = (
+        "step",
+        "jacobian",
+        "bending",
+        "linear_solver",
+        "tolerance",
+        "max_iterations",
+    )
+    method: typing.ClassVar[str] = "implicit-midpoint"
+    def __eq__(self, arg0: object) -> bool: ...
+    def __init__(
+        self,
+        *,
+        step: typing.SupportsFloat | typing.SupportsIndex = 0.001,
+        jacobian: typing.Literal["spd", "exact"] = "spd",
+        bending: typing.Literal["auto", "explicit", "implicit"] = "auto",
+        linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = "pcg",
+        tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001,
+        max_iterations: typing.SupportsInt | typing.SupportsIndex = 2000,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    def replace(
+        self,
+        *,
+        step: typing.SupportsFloat | typing.SupportsIndex = ...,
+        jacobian: typing.Literal["spd", "exact"] = ...,
+        bending: typing.Literal["auto", "explicit", "implicit"] = ...,
+        linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = ...,
+        tolerance: typing.SupportsFloat | typing.SupportsIndex = ...,
+        max_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
+    ) -> ImplicitMidpoint:
+        """
+        A copy in which the given fields have other values.
+        """
+    def to_dict(self) -> typing.Any:
+        """
+        Plain values for JSON; meshes by their counts.
+        """
+    @property
+    def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
+        """
+        how bending enters the step: auto (implicit where an explicit step is unstable) | explicit | implicit; default 'auto'
+        """
+    @property
+    def jacobian(self) -> typing.Literal["spd", "exact"]:
+        """
+        Jacobian of the membrane's forces: spd (positive part of the geometric term) | exact; default 'spd'
+        """
+    @property
+    def linear_solver(self) -> typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"]:
+        """
+        solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (with the diagonal blocks) | gauss-seidel (with symmetric Gauss-Seidel, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+        """
+    @property
+    def max_iterations(self) -> int:
+        """
+        of the linear solver [1]; in [1, 1e+09]; default 2000
+        """
+    @property
+    def step(self) -> float:
+        """
+        time step [s]; > 0; default 0.001
+        """
+    @property
+    def tolerance(self) -> float:
+        """
+        of the linear solver, on the preconditioned norm [1]; > 0; default 0.0001
+        """
+
+class NonlinearMidpoint(Integrator):
+    """
+    Implicit midpoint rule solved by Newton's method with line search, order 2, hardly damps.
+
+    Frozen; compared by value.
+
+    Parameters (keywords)
+    ---------------------
+    step : time step [s]; > 0; default 0.001
+    jacobian : Jacobian of the membrane's forces: spd (positive part of the geometric term) | exact; default 'spd'
+    bending : how bending enters the step: auto (implicit where an explicit step is unstable) | explicit | implicit; default 'auto'
+    linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (with the diagonal blocks) | gauss-seidel (with symmetric Gauss-Seidel, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+    tolerance : of the linear solver, on the preconditioned norm [1]; > 0; default 0.0001
+    max_iterations : of the linear solver [1]; in [1, 1e+09]; default 2000
+    newton_tolerance : relative residual of the Newton loop [1]; > 0; default 1e-06
+    max_newton_iterations : of the Newton loop [1]; in [1, 1e+06]; default 100
+    """
+
+    __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
+    field_names: typing.ClassVar[tuple[str, ...]] = (
+        "step",
+        "jacobian",
+        "bending",
+        "linear_solver",
+        "tolerance",
+        "max_iterations",
+        "newton_tolerance",
+        "max_newton_iterations",
+    )
+    method: typing.ClassVar[str] = "nonlinear-midpoint"
+    def __eq__(self, arg0: object) -> bool: ...
+    def __init__(
+        self,
+        *,
+        step: typing.SupportsFloat | typing.SupportsIndex = 0.001,
+        jacobian: typing.Literal["spd", "exact"] = "spd",
+        bending: typing.Literal["auto", "explicit", "implicit"] = "auto",
+        linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = "pcg",
+        tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001,
+        max_iterations: typing.SupportsInt | typing.SupportsIndex = 2000,
+        newton_tolerance: typing.SupportsFloat | typing.SupportsIndex = 1e-06,
+        max_newton_iterations: typing.SupportsInt | typing.SupportsIndex = 100,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    def replace(
+        self,
+        *,
+        step: typing.SupportsFloat | typing.SupportsIndex = ...,
+        jacobian: typing.Literal["spd", "exact"] = ...,
+        bending: typing.Literal["auto", "explicit", "implicit"] = ...,
+        linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = ...,
+        tolerance: typing.SupportsFloat | typing.SupportsIndex = ...,
+        max_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
+        newton_tolerance: typing.SupportsFloat | typing.SupportsIndex = ...,
+        max_newton_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
+    ) -> NonlinearMidpoint:
+        """
+        A copy in which the given fields have other values.
+        """
+    def to_dict(self) -> typing.Any:
+        """
+        Plain values for JSON; meshes by their counts.
+        """
+    @property
+    def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
+        """
+        how bending enters the step: auto (implicit where an explicit step is unstable) | explicit | implicit; default 'auto'
+        """
+    @property
+    def jacobian(self) -> typing.Literal["spd", "exact"]:
+        """
+        Jacobian of the membrane's forces: spd (positive part of the geometric term) | exact; default 'spd'
+        """
+    @property
+    def linear_solver(self) -> typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"]:
+        """
+        solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (with the diagonal blocks) | gauss-seidel (with symmetric Gauss-Seidel, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+        """
+    @property
+    def max_iterations(self) -> int:
+        """
+        of the linear solver [1]; in [1, 1e+09]; default 2000
+        """
+    @property
+    def max_newton_iterations(self) -> int:
+        """
+        of the Newton loop [1]; in [1, 1e+06]; default 100
         """
     @property
     def newton_tolerance(self) -> float:
         """
         relative residual of the Newton loop [1]; > 0; default 1e-06
+        """
+    @property
+    def step(self) -> float:
+        """
+        time step [s]; > 0; default 0.001
+        """
+    @property
+    def tolerance(self) -> float:
+        """
+        of the linear solver, on the preconditioned norm [1]; > 0; default 0.0001
+        """
+
+class BDF2(Integrator):
+    """
+    Second-order backward differences, linearised (Choi and Ko 2002), order 2: damps less than Euler.
+
+    Frozen; compared by value.
+
+    Parameters (keywords)
+    ---------------------
+    step : time step [s]; > 0; default 0.001
+    jacobian : Jacobian of the membrane's forces: spd (positive part of the geometric term) | exact; default 'spd'
+    bending : how bending enters the step: auto (implicit where an explicit step is unstable) | explicit | implicit; default 'auto'
+    linear_solver : solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (with the diagonal blocks) | gauss-seidel (with symmetric Gauss-Seidel, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+    tolerance : of the linear solver, on the preconditioned norm [1]; > 0; default 0.0001
+    max_iterations : of the linear solver [1]; in [1, 1e+09]; default 2000
+    """
+
+    __hash__: typing.ClassVar[None] = None  # type: ignore[assignment]
+    field_names: typing.ClassVar[tuple[str, ...]] = (
+        "step",
+        "jacobian",
+        "bending",
+        "linear_solver",
+        "tolerance",
+        "max_iterations",
+    )
+    method: typing.ClassVar[str] = "bdf2"
+    def __eq__(self, arg0: object) -> bool: ...
+    def __init__(
+        self,
+        *,
+        step: typing.SupportsFloat | typing.SupportsIndex = 0.001,
+        jacobian: typing.Literal["spd", "exact"] = "spd",
+        bending: typing.Literal["auto", "explicit", "implicit"] = "auto",
+        linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = "pcg",
+        tolerance: typing.SupportsFloat | typing.SupportsIndex = 0.0001,
+        max_iterations: typing.SupportsInt | typing.SupportsIndex = 2000,
+    ) -> None: ...
+    def __repr__(self) -> str: ...
+    def replace(
+        self,
+        *,
+        step: typing.SupportsFloat | typing.SupportsIndex = ...,
+        jacobian: typing.Literal["spd", "exact"] = ...,
+        bending: typing.Literal["auto", "explicit", "implicit"] = ...,
+        linear_solver: typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"] = ...,
+        tolerance: typing.SupportsFloat | typing.SupportsIndex = ...,
+        max_iterations: typing.SupportsInt | typing.SupportsIndex = ...,
+    ) -> BDF2:
+        """
+        A copy in which the given fields have other values.
+        """
+    def to_dict(self) -> typing.Any:
+        """
+        Plain values for JSON; meshes by their counts.
+        """
+    @property
+    def bending(self) -> typing.Literal["auto", "explicit", "implicit"]:
+        """
+        how bending enters the step: auto (implicit where an explicit step is unstable) | explicit | implicit; default 'auto'
+        """
+    @property
+    def jacobian(self) -> typing.Literal["spd", "exact"]:
+        """
+        Jacobian of the membrane's forces: spd (positive part of the geometric term) | exact; default 'spd'
+        """
+    @property
+    def linear_solver(self) -> typing.Literal["pcg", "block-jacobi", "gauss-seidel", "direct"]:
+        """
+        solver of the linear system: pcg (conjugate gradients with aggregation multigrid) | block-jacobi (with the diagonal blocks) | gauss-seidel (with symmetric Gauss-Seidel, one thread) | direct (sparse Cholesky factorisation); default 'pcg'
+        """
+    @property
+    def max_iterations(self) -> int:
+        """
+        of the linear solver [1]; in [1, 1e+09]; default 2000
         """
     @property
     def step(self) -> float:
@@ -2681,7 +3128,7 @@ class RenderOptions:
     color_by : cloth | stretch | strain_weft | strain_warp | strain_shear | strain_split (of each cloth the left half shows weft, the right one warp) | contact (2: forced to intersect); strain is U - I, as limits are; pictures of several, joined by +, lie one below another; default 'cloth'
     color_low : value at the low end of the colours [1]; default 0.0
     color_high : value at the high end; equal to color_low: both span all frames that are drawn together [1]; default 0.0
-    color_map : name of the colour map; default 'viridis'
+    color_map : colour map: viridis | magma | diverging (blue to red); default 'viridis'
     wireframe : draws the edges of the cloth's triangles over it; default False
     shadows : soft shadows; default True
     ambient_occlusion : ambient occlusion; default True
@@ -2718,11 +3165,11 @@ class RenderOptions:
         width: typing.SupportsInt | typing.SupportsIndex = 1280,
         height: typing.SupportsInt | typing.SupportsIndex = 720,
         samples: typing.SupportsInt | typing.SupportsIndex = 4,
-        pattern: str = "weave",
+        pattern: typing.Literal["weave", "checker", "plain"] = "weave",
         color_by: str = "cloth",
         color_low: typing.SupportsFloat | typing.SupportsIndex = 0.0,
         color_high: typing.SupportsFloat | typing.SupportsIndex = 0.0,
-        color_map: str = "viridis",
+        color_map: typing.Literal["viridis", "magma", "diverging"] = "viridis",
         wireframe: bool = False,
         shadows: bool = True,
         ambient_occlusion: bool = True,
@@ -2739,11 +3186,11 @@ class RenderOptions:
         width: typing.SupportsInt | typing.SupportsIndex = ...,
         height: typing.SupportsInt | typing.SupportsIndex = ...,
         samples: typing.SupportsInt | typing.SupportsIndex = ...,
-        pattern: str = ...,
+        pattern: typing.Literal["weave", "checker", "plain"] = ...,
         color_by: str = ...,
         color_low: typing.SupportsFloat | typing.SupportsIndex = ...,
         color_high: typing.SupportsFloat | typing.SupportsIndex = ...,
-        color_map: str = ...,
+        color_map: typing.Literal["viridis", "magma", "diverging"] = ...,
         wireframe: bool = ...,
         shadows: bool = ...,
         ambient_occlusion: bool = ...,
@@ -2786,9 +3233,9 @@ class RenderOptions:
         value at the low end of the colours [1]; default 0.0
         """
     @property
-    def color_map(self) -> str:
+    def color_map(self) -> typing.Literal["viridis", "magma", "diverging"]:
         """
-        name of the colour map; default 'viridis'
+        colour map: viridis | magma | diverging (blue to red); default 'viridis'
         """
     @property
     def field_lines(self) -> int:
@@ -2816,7 +3263,7 @@ class RenderOptions:
         towards the light
         """
     @property
-    def pattern(self) -> str:
+    def pattern(self) -> typing.Literal["weave", "checker", "plain"]:
         """
         surface of the cloth: weave | checker | plain; default 'weave'
         """
@@ -2993,7 +3440,7 @@ class Simulation:
     def __init__(
         self,
         scene: Scene,
-        integrator: IntegratorOptions = ...,
+        integrator: Integrator = ...,
         *,
         threads: typing.SupportsInt | typing.SupportsIndex = 0,
         communicator: Communicator | None = None,
@@ -3602,3 +4049,7 @@ def write_png(path: str, image: typing.Annotated[numpy.typing.ArrayLike, numpy.u
     """
 
 __version__: str
+
+LimitMethod: typing.TypeAlias = typing.Literal[
+    "gauss-seidel", "gauss-seidel-random", "jacobi", "edges"
+]  # for annotations alone
