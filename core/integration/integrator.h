@@ -1,5 +1,5 @@
 // Advances all cloth by one step. One virtual call a step; the options choose the scheme.
-// docs/method.md, "Time integration"; thesis (2.51)-(2.55).
+// docs/method.md, "Integrators"; thesis (2.51)-(2.55).
 #pragma once
 
 #include <functional>

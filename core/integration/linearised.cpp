@@ -1,7 +1,7 @@
 // Schemes that solve one linear system a step, with the stiffness K and damping D of its start:
 //   (M + c_d D + c_k K) dv = inertia + sigma (f_ext - f_el) - [M + c_d D + c_k K - M] terms,
 // semi-implicit backward Euler (2.51, with the term h D v that the thesis drops), implicit midpoint
-// and BDF-2, both linearised; docs/method.md, "Time integration". With u0 the displacement that
+// and BDF-2, both linearised; docs/method.md, "Integrators". With u0 the displacement that
 // would follow from dv = 0, the right side of all three is
 //   inertia + sigma (f_ext - f_el(x) - D w) - (sigma / c_k) (c_d D + c_k K) u0,
 // where w = -(x - x_) / (3 sigma) for BDF-2 and 0 for the others.

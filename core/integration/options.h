@@ -1,5 +1,5 @@
 // Which integrator advances the cloth, and how: one description for each, with the fields it has.
-// docs/method.md, "Time integration".
+// docs/method.md, "Integrators".
 #pragma once
 
 #include <array>

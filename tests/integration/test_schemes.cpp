@@ -1,4 +1,4 @@
-// Claims about the integrators: docs/method.md, "Time integration".
+// Claims about the integrators: docs/method.md, "Integrators".
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <map>
