@@ -144,9 +144,9 @@ void bind_frame_topology(py::module_& m) {
         return made;
       }));
   c.def("__repr__", [](const T& self) {
-    return "FrameTopology(" + std::to_string(self.cloth_of_vertex.size()) + " cloth vertices, " +
-           std::to_string(self.triangles.rows()) + " cloth triangles, " +
-           std::to_string(self.body_triangles.rows()) + " body triangles)";
+    return formatted("FrameTopology({} cloth vertices, {} cloth triangles, {} body triangles)",
+                     self.cloth_of_vertex.size(), self.triangles.rows(),
+                     self.body_triangles.rows());
   });
 }
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
-#include <sstream>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -16,7 +15,7 @@
 #include <pybind11/stl.h>
 
 #include "bindings/choices.h"
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/base/types.h"
 
 namespace loomstone {
@@ -92,25 +91,25 @@ py::array_t<Scalar, py::array::c_style | py::array::forcecast> numbers(const py:
   if (!any) PyErr_Clear();
   const char kind = any ? any.dtype().kind() : 'O';
   if (std::string("buif").find(kind) == std::string::npos)
-    throw InvalidInput(
-        std::string(name) + " must be an array of numbers, got " +
-        (any && kind != 'O'
-             ? "an array of " + py::str(any.dtype()).template cast<std::string>()
-             : "a " + py::type::of(object).attr("__name__").template cast<std::string>()));
+    fail<InvalidInput>(
+        "{} must be an array of numbers, got {}", name,
+        any && kind != 'O'
+            ? "an array of " + py::str(any.dtype()).template cast<std::string>()
+            : "a " + py::type::of(object).attr("__name__").template cast<std::string>());
   if (std::is_integral_v<Scalar> && kind != 'b' && any.size() > 0)
     for (const char* end : {"min", "max"}) {
       const double value = py::float_(any.attr(end)());
       if (value >= std::numeric_limits<Scalar>::min() &&
           value <= std::numeric_limits<Scalar>::max())
         continue;
-      throw InvalidInput(std::string(name) + " must be whole numbers within " +
-                         std::to_string(std::numeric_limits<Scalar>::max()) + ", got " +
+      fail<InvalidInput>("{} must be whole numbers within {}, got {}", name,
+                         std::numeric_limits<Scalar>::max(),
                          py::str(any.attr(end)()).template cast<std::string>());
     }
   const py::array_t<Scalar, py::array::c_style | py::array::forcecast> array(any);
   if (std::is_integral_v<Scalar> && kind == 'f' && any.size() > 0 &&
       !py::module_::import("numpy").attr("array_equal")(any, array).template cast<bool>())
-    throw InvalidInput(std::string(name) + " must be whole numbers, got fractions");
+    fail<InvalidInput>("{} must be whole numbers, got fractions", name);
   return array;
 }
 
@@ -120,8 +119,8 @@ Fixed as_vector(const py::object& object, const Argument& argument) {
   const auto array = numbers<double>(object, argument);
   constexpr py::ssize_t wanted = Fixed::SizeAtCompileTime;
   if (array.ndim() != 1 || array.shape(0) != wanted)
-    throw InvalidInput(std::string(argument.name) + " must have shape (" + std::to_string(wanted) +
-                       ",), got " + py::str(array.attr("shape")).template cast<std::string>());
+    fail<InvalidInput>("{} must have shape ({},), got {}", argument.name, wanted,
+                       py::str(array.attr("shape")).template cast<std::string>());
   return Eigen::Map<const Fixed>(array.data());
 }
 
@@ -131,11 +130,10 @@ Array as_rows(const py::object& object, const Argument& argument, Eigen::Index r
   using Scalar = typename Array::Scalar;
   constexpr py::ssize_t columns = Array::ColsAtCompileTime;
   const auto array = numbers<Scalar>(object, argument);
-  std::ostringstream expected;
-  expected << "(" << (rows < 0 ? std::string("n") : std::to_string(rows)) << ", " << columns << ")";
   if (array.ndim() != 2 || array.shape(1) != columns || (rows >= 0 && array.shape(0) != rows)) {
-    throw InvalidInput(std::string(argument.name) + " must have shape " + expected.str() +
-                       ", got " + py::str(array.attr("shape")).template cast<std::string>());
+    fail<InvalidInput>("{} must have shape ({}, {}), got {}", argument.name,
+                       rows < 0 ? "n" : formatted("{}", rows), columns,
+                       py::str(array.attr("shape")).template cast<std::string>());
   }
   return Eigen::Map<const Array>(array.data(), array.shape(0), columns);
 }

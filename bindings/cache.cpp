@@ -1,5 +1,6 @@
 // Frames and checkpoints in files.
 #include "bindings/bindings.h"
+#include "core/base/message.h"
 #include "core/cache/checkpoint_file.h"
 #include "core/cache/frame_file.h"
 
@@ -53,9 +54,9 @@ void bind_checkpoint(py::module_& m) {
       &unpickled));
   c.def("__repr__", [](const Checkpoint& self) {
     const auto step = self.integers.find("step");
-    return "Checkpoint(" + std::to_string(self.arrays.size()) + " arrays" +
-           (step == self.integers.end() ? ")"
-                                        : ", step " + std::to_string(step->second.at(0)) + ")");
+    return step == self.integers.end() ? formatted("Checkpoint({} arrays)", self.arrays.size())
+                                       : formatted("Checkpoint({} arrays, step {})",
+                                                   self.arrays.size(), step->second.at(0));
   });
   m.def("write_checkpoint", &write_checkpoint, py::arg("path"), py::arg("checkpoint"),
         "Writes under another name, then renames.");

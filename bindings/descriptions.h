@@ -151,7 +151,7 @@ template <class T>
 std::string repr_of(const T& value) {
   if constexpr (EigenArray<T>) {
     if (T::RowsAtCompileTime == Eigen::Dynamic && value.size() > 12)
-      return "array(" + std::to_string(value.rows()) + " x " + std::to_string(value.cols()) + ")";
+      return formatted("array({} x {})", value.rows(), value.cols());
     return py::repr(plain(value)).template cast<std::string>();
   } else {
     const auto text = py::repr(py::cast(value)).template cast<std::string>();
@@ -243,10 +243,10 @@ template <Description D>
     if constexpr (EigenArray<Member>) {
       const py::object array = py::module_::import("numpy").attr("asarray")(value);
       const auto columns = Member::ColsAtCompileTime == 1
-                               ? std::to_string(Member::RowsAtCompileTime) + ",)"
-                               : "n, " + std::to_string(Member::ColsAtCompileTime) + ")";
-      throw InvalidInput(where + " must be numbers of shape (" + columns + ", got shape " +
-                         py::str(array.attr("shape")).template cast<std::string>() + " of " +
+                               ? formatted("{},", int{Member::RowsAtCompileTime})
+                               : formatted("n, {}", int{Member::ColsAtCompileTime});
+      fail<InvalidInput>("{} must be numbers of shape ({}), got shape {} of {}", where, columns,
+                         py::str(array.attr("shape")).template cast<std::string>(),
                          py::str(array.attr("dtype")).template cast<std::string>());
     }
     throw py::type_error(where + " (" + field_text<D>(each) + ") cannot be a " +

@@ -21,8 +21,7 @@ std::vector<Corners2> corners_of(const TriangleMesh& mesh, const std::string& re
 
 void check_finite(const Points& points) {
   for (Index i = 0; i < points.rows(); ++i)
-    if (!points.row(i).allFinite())
-      throw InvalidInput("points must be finite, row " + std::to_string(i) + " is not");
+    if (!points.row(i).allFinite()) fail<InvalidInput>("points must be finite, row {} is not", i);
 }
 
 Points strain_of(const py::object& points, const TriangleMesh& mesh, const std::string& rest,
@@ -43,24 +42,20 @@ Vector masses_of(const py::object& masses, const TriangleMesh& mesh,
                        std::vector<double>(corners.size(), 1.0));
   const auto array = numbers<double>(masses, {"masses", "kg"});
   if (array.ndim() != 1 || array.shape(0) != mesh.n_vertices())
-    throw InvalidInput("masses must have shape (" + std::to_string(mesh.n_vertices()) + ",), got " +
+    fail<InvalidInput>("masses must have shape ({},), got {}", mesh.n_vertices(),
                        py::str(array.attr("shape")).cast<std::string>());
   const Vector result = Eigen::Map<const Vector>(array.data(), array.size());
   for (Index i = 0; i < result.size(); ++i)
     if (!(result[i] > 0.0 && std::isfinite(result[i])))
-      throw InvalidInput("masses must be positive and finite, got " + std::to_string(result[i]) +
-                         " at vertex " + std::to_string(i));
+      fail<InvalidInput>("masses must be positive and finite [kg], got {} at vertex {}", result[i],
+                         i);
   return result;
 }
 
-std::pair<Points, LimitReport> limited(const py::object& points, const TriangleMesh& mesh,
-                                       const StrainLimit& strain_limit, const py::object& masses,
-                                       const std::vector<Index>& fixed, const LimitOptions& options,
-                                       const std::string& rest, int threads) {
+LimitedCloth limited_cloth(const TriangleMesh& mesh, const std::string& rest,
+                           const StrainLimit& strain_limit, const py::object& masses,
+                           const std::vector<Index>& fixed) {
   LimitedCloth cloth;
-  Points x = as_rows<Points>(points, {"points", "m"}, mesh.n_vertices());
-  check_finite(x);
-  check_fields(options, "options");
   cloth.n_vertices = mesh.n_vertices();
   cloth.triangles = mesh.triangles();
   cloth.corners = corners_of(mesh, rest);
@@ -74,6 +69,11 @@ std::pair<Points, LimitReport> limited(const py::object& points, const TriangleM
                          v);
     cloth.prescribed[v] = 1;
   }
+  return cloth;
+}
+
+std::pair<Points, LimitReport> limited(Points x, const LimitedCloth& cloth,
+                                       const LimitOptions& options, int threads) {
   const Team team = team_of(threads);
   const py::gil_scoped_release release;
   StrainLimiter limiter(cloth, options);
@@ -108,10 +108,9 @@ void bind_limits(py::module_& m) {
       "than 0.01 (a fifth of limits below\n"
       "0.05), the worst first");
   c.def("__repr__", [](const LimitReport& r) {
-    return "LimitReport(sweeps=" + std::to_string(r.sweeps) +
-           ", evaluations=" + std::to_string(r.evaluations) +
-           ", excess=" + py::str(py::cast(r.excess)).cast<std::string>() +
-           ", beyond=" + std::to_string(r.beyond) + ", worst=" + std::to_string(r.worst) + ")";
+    return formatted("LimitReport(sweeps={}, evaluations={}, excess={}, beyond={}, worst={})",
+                     r.sweeps, r.evaluations, py::str(py::cast(r.excess)).cast<std::string>(),
+                     r.beyond, r.worst);
   });
   m.def("corotational_strain", &strain_of, py::arg("points"), py::arg("mesh"), py::kw_only(),
         py::arg("rest") = "uv", py::arg("threads") = 0,
@@ -119,16 +118,27 @@ void bind_limits(py::module_& m) {
         "3) [m]: (m, 3) of weft, warp and\n"
         "shear e12, half the engineering shear. rest: \"uv\" (uv are the pattern [m]) or \"mesh\" "
         "(lengths of the mesh).");
-  m.def("limit_strain", &limited, py::arg("points"), py::arg("mesh"), py::arg("strain_limit"),
-        py::kw_only(), py::arg("masses") = py::none(), py::arg("fixed") = std::vector<Index>{},
-        py::arg("options") = LimitOptions{}, py::arg("rest") = "uv", py::arg("threads") = 0,
-        "Moves `points` (n, 3) [m], the vertices of `mesh`, so that no triangle strains beyond "
-        "`strain_limit`: the new points and\n"
-        "a LimitReport. Linear and angular momentum of the change are zero but for what holds the "
-        "fixed vertices.\n"
-        "masses (n) [kg], None: a third of the areas around each vertex; fixed: vertices that do "
-        "not move; options: LimitOptions\n"
-        "(strain_rate has no meaning here).");
+  m.def(
+      "limit_strain",
+      [](const py::object& points, const TriangleMesh& mesh, const StrainLimit& strain_limit,
+         const py::object& masses, const std::vector<Index>& fixed, const LimitOptions& options,
+         const std::string& rest, int threads) {
+        Points x = as_rows<Points>(points, {"points", "m"}, mesh.n_vertices());
+        check_finite(x);
+        check_fields(options, "options");
+        return limited(std::move(x), limited_cloth(mesh, rest, strain_limit, masses, fixed),
+                       options, threads);
+      },
+      py::arg("points"), py::arg("mesh"), py::arg("strain_limit"), py::kw_only(),
+      py::arg("masses") = py::none(), py::arg("fixed") = std::vector<Index>{},
+      py::arg("options") = LimitOptions{}, py::arg("rest") = "uv", py::arg("threads") = 0,
+      "Moves `points` (n, 3) [m], the vertices of `mesh`, so that no triangle strains beyond "
+      "`strain_limit`: the new points and\n"
+      "a LimitReport. Linear and angular momentum of the change are zero but for what holds the "
+      "fixed vertices.\n"
+      "masses (n) [kg], None: a third of the areas around each vertex; fixed: vertices that do "
+      "not move; options: LimitOptions\n"
+      "(strain_rate has no meaning here).");
 }
 
 }  // namespace loomstone

@@ -5,16 +5,14 @@
 #include <utility>
 
 #include "bindings/descriptions.h"
+#include "core/base/message.h"
 
 namespace loomstone {
 
 namespace {
 using Pairs = std::vector<std::pair<double, double>>;
-}
 
-void bind_renderer(py::module_& m) {
-  bind_description<Camera>(m, "Camera", "Where the picture is taken from.");
-  bind_description<RenderOptions>(m, "RenderOptions", "How a picture looks.");
+void bind_curves(py::module_& m) {
   py::class_<Curves>(m, "Curves", "Curves that a picture shows as tubes.")
       .def(py::init([](const py::object& points, const std::vector<Index>& first,
                        const std::vector<double>& value, double radius) {
@@ -26,6 +24,31 @@ void bind_renderer(py::module_& m) {
            py::arg("points"), py::arg("first"), py::arg("value"), py::arg("radius"),
            "(n x 3) points [m] of all curves end to end, (curves + 1) first rows, (n) values from "
            "1 (red) to -1 (blue), radius [m].");
+}
+
+void bind_write_png(py::module_& m) {
+  m.def(
+      "write_png",
+      [](const std::string& path,
+         const py::array_t<std::uint8_t, py::array::c_style | py::array::forcecast>& rgb) {
+        if (rgb.ndim() != 3 || rgb.shape(2) != 3)
+          fail<InvalidInput>("image must have shape (height, width, 3), got {}",
+                             py::str(rgb.attr("shape")).cast<std::string>());
+        const Image image{static_cast<int>(rgb.shape(1)), static_cast<int>(rgb.shape(0)),
+                          std::vector<std::uint8_t>(rgb.data(), rgb.data() + rgb.size())};
+        const py::gil_scoped_release release;
+        write_png(path, image);
+      },
+      py::arg("path"), py::arg("image"), "Writes (height x width x 3) bytes as PNG.");
+}
+
+}  // namespace
+
+void bind_renderer(py::module_& m) {
+  bind_description<Camera>(m, "Camera", "Where the picture is taken from.");
+  bind_description<RenderOptions>(m, "RenderOptions", "How a picture looks.");
+  bind_curves(m);
+  bind_write_png(m);
   py::class_<Renderer> c(m, "Renderer",
                          "Draws frames of one run without a display (OSMesa, else EGL).");
   c.def(py::init<const FrameTopology&, const RenderOptions&>(), py::arg("topology"),
@@ -64,19 +87,6 @@ void bind_renderer(py::module_& m) {
       "Least and greatest value that each row of color_by shows in a frame; (0, 0) where it shows "
       "the cloth.");
   c.def_property_readonly("backend", &Renderer::backend, "osmesa | egl");
-  m.def(
-      "write_png",
-      [](const std::string& path,
-         const py::array_t<std::uint8_t, py::array::c_style | py::array::forcecast>& rgb) {
-        if (rgb.ndim() != 3 || rgb.shape(2) != 3)
-          throw InvalidInput("image must have shape (height, width, 3), got " +
-                             py::str(rgb.attr("shape")).cast<std::string>());
-        const Image image{static_cast<int>(rgb.shape(1)), static_cast<int>(rgb.shape(0)),
-                          std::vector<std::uint8_t>(rgb.data(), rgb.data() + rgb.size())};
-        const py::gil_scoped_release release;
-        write_png(path, image);
-      },
-      py::arg("path"), py::arg("image"), "Writes (height x width x 3) bytes as PNG.");
 }
 
 }  // namespace loomstone

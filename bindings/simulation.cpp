@@ -3,6 +3,7 @@
 
 #include "bindings/bindings.h"
 #include "bindings/integrators.h"
+#include "core/base/message.h"
 #include "core/cloth/limits/strain_limiter.h"
 #include "core/sim/model/state.h"
 
@@ -14,6 +15,9 @@ py::array_t<std::uint8_t> flags(std::vector<std::uint8_t>& values, py::handle ow
   return py::array_t<std::uint8_t>({static_cast<py::ssize_t>(values.size())}, {py::ssize_t{1}},
                                    values.data(), owner);
 }
+
+void bind_tables(py::class_<State>& c);
+void bind_results(py::class_<State>& c);
 
 void bind_state(py::module_& m) {
   py::class_<State> c(
@@ -30,6 +34,16 @@ void bind_state(py::module_& m) {
       "start the history of multi-step schemes anew. Ranks hold all rows; what a rank writes "
       "counts for the\n"
       "rows it owns (sim.owned_rows), what it writes about obstacles counts on rank 0.");
+  bind_tables(c);
+  bind_results(c);
+  c.def("__repr__", [](const State& s) {
+    return formatted("State(step {}, {} cloth rows, {} bodies, {} obstacles)", s.step,
+                     s.cloth.x.rows(), s.rigid.positions.rows(), s.pose_override.size());
+  });
+}
+
+// Tables that may be written.
+void bind_tables(py::class_<State>& c) {
   const auto table = [&](const Argument& argument, auto get, const char* text) {
     c.def_property(
         argument.name, get,
@@ -43,9 +57,6 @@ void bind_state(py::module_& m) {
   const auto flag = [&](const char* name, auto member, const char* text) {
     c.def_property_readonly(
         name, [member](py::object self) { return flags(self.cast<State&>().*member, self); }, text);
-  };
-  const auto result = [&](const char* name, auto get, const char* text) {
-    c.def_property_readonly(name, get, text);
   };
   table(
       {"positions", "m"}, [](State& s) -> Points& { return s.cloth.x; },
@@ -68,6 +79,13 @@ void bind_state(py::module_& m) {
       "obstacle_orientations", [](State& s) -> auto& { return s.pose_orientation; },
       "(o x 4) unit quaternions (w, x, y, z)");
   flag("obstacle_flags", &State::pose_override, "(o) 1: the pose above holds instead of keyframes");
+}
+
+// Tables that only steps write.
+void bind_results(py::class_<State>& c) {
+  const auto result = [&](const char* name, auto get, const char* text) {
+    c.def_property_readonly(name, get, text);
+  };
   result(
       "obstacle_vertices", [](const State& s) -> const Points& { return s.obstacle_vertices; },
       "(k x 3) all obstacles end to end [m], read-only");
@@ -84,21 +102,12 @@ void bind_state(py::module_& m) {
       "body_angular_velocities",
       [](const State& s) -> const Points& { return s.rigid.angular_velocities; },
       "(b x 3) [rad/s], read-only");
-  c.def("__repr__", [](const State& s) {
-    return "State(step " + std::to_string(s.step) + ", " + std::to_string(s.cloth.x.rows()) +
-           " cloth rows, " + std::to_string(s.rigid.positions.rows()) + " bodies, " +
-           std::to_string(s.pose_override.size()) + " obstacles)";
-  });
 }
 
-}  // namespace
+using S = Simulation;
+using Released = py::call_guard<py::gil_scoped_release>;
 
-void bind_simulation(py::module_& m) {
-  bind_state(m);
-  using S = Simulation;
-  const auto released = py::call_guard<py::gil_scoped_release>();
-  py::class_<S> c(m, "Simulation",
-                  "Model, State and Stepper of a scene. Arrays are in the user's vertex order.");
+void bind_stepping(py::class_<S>& c) {
   c.def(py::init([](const Scene& scene, const IntegratorOptions& integrator, int threads,
                     std::shared_ptr<Communicator> communicator) {
           const py::gil_scoped_release release;
@@ -107,25 +116,47 @@ void bind_simulation(py::module_& m) {
         }),
         py::arg("scene"), py::arg("integrator") = IntegratorOptions{}, py::kw_only(),
         py::arg("threads") = 0, py::arg("communicator") = py::none());
-  c.def("step", &S::step, released,
+  c.def("step", &S::step, Released(),
         "Advances by one step; SolverFailure leaves the last good state.");
   c.def_property_readonly("time", &S::time, "[s]");
   c.def_property_readonly("step_index", &S::step_index, "steps done");
   c.def_property_readonly("step_size", &S::step_size, "[s]");
+  c.def_property_readonly("report", &S::report, "StepReport of the last step");
+  c.def("rebuild_stages", &S::rebuild_stages, Released(),
+        "Throws all stages away; where a checkpoint may be taken it changes no bit of the future.");
+  c.def_property_readonly("may_checkpoint", &S::may_checkpoint,
+                          "False between rebuilds of the rigid-body world.");
+  c.def("checkpoint", &S::checkpoint, Released(), "The state, exactly.");
+  c.def("restore", &S::restore, py::arg("checkpoint"), Released(),
+        "Continues from a checkpoint of the same scene.");
+  c.def_property_readonly("topology", &S::topology, py::return_value_policy::reference_internal);
+  c.def("frame", &S::frame, Released(), "Frame of the present state.");
+  c.def(
+      "frame_at", [](S& self, In<"s"> time) { return self.frame_at(time); }, py::arg("time"),
+      Released(), "Frame between the last two steps, interpolated.");
+}
+
+void bind_ranks(py::class_<S>& c) {
   c.def_property_readonly("threads", &S::threads);
   c.def_property_readonly("rank", [](const S& self) { return self.communicator().rank(); });
   c.def_property_readonly("ranks", [](const S& self) { return self.communicator().size(); });
-  c.def_property_readonly("report", &S::report, "StepReport of the last step");
-  c.def_property_readonly("may_checkpoint", &S::may_checkpoint,
-                          "False between rebuilds of the rigid-body world.");
   c.def(
       "agree", [](const S& self, std::int64_t value) { return self.communicator().maximum(value); },
-      py::arg("value"), released, "Largest value over all ranks.");
-  c.def_property_readonly("topology", &S::topology, py::return_value_policy::reference_internal);
-  c.def("frame", &S::frame, released, "Frame of the present state.");
-  c.def(
-      "frame_at", [](S& self, In<"s"> time) { return self.frame_at(time); }, py::arg("time"),
-      released, "Frame between the last two steps, interpolated.");
+      py::arg("value"), Released(), "Largest value over all ranks.");
+  c.def_property_readonly(
+      "owned_rows",
+      [](const S& self) { return std::pair(self.owned_rows()[0], self.owned_rows()[1]); },
+      "(first, end) internal rows of the cloth that this rank computes.");
+  c.def("gather", &S::gather, Released(),
+        "Makes what each rank wrote into its own rows known to all ranks now instead of at the "
+        "next step. Collective.\n\n"
+        "Without writes there is nothing to gather: after every step all ranks hold all rows.");
+  c.def_property_readonly(
+      "loop_iterations", &S::loop_iterations,
+      "Iterations of the loops this rank has run within steps: how work is shared.");
+}
+
+void bind_positions(py::class_<S>& c) {
   c.def_property_readonly(
       "vertex_order",
       [](py::object self) { return view(self.cast<const S&>().vertex_order(), self); },
@@ -134,17 +165,6 @@ void bind_simulation(py::module_& m) {
       "state", &S::state,
       "State: the internal tables as views, to be read and written between steps; their rows are "
       "permuted: row vertex_order[i] is vertex i.");
-  c.def_property_readonly(
-      "owned_rows",
-      [](const S& self) { return std::pair(self.owned_rows()[0], self.owned_rows()[1]); },
-      "(first, end) internal rows of the cloth that this rank computes.");
-  c.def("gather", &S::gather, released,
-        "Makes what each rank wrote into its own rows known to all ranks now instead of at the "
-        "next step. Collective.\n\n"
-        "Without writes there is nothing to gather: after every step all ranks hold all rows.");
-  c.def_property_readonly(
-      "loop_iterations", &S::loop_iterations,
-      "Iterations of the loops this rank has run within steps: how work is shared.");
   const auto array = [&](const Argument& argument, auto get, auto set, const char* text) {
     c.def_property(
         argument.name, get,
@@ -176,7 +196,10 @@ void bind_simulation(py::module_& m) {
       "Pose of an obstacle at the end of the next step: position [m], quaternion (w, x, y, z). "
       "Replaces its keyframes.");
   c.def_property_readonly("body_centres", &S::body_centres, "(b x 3) centres of mass [m], a copy");
-  c.def("magnetic_forces", &S::magnetic_forces, released,
+}
+
+void bind_circuits(py::class_<S>& c) {
+  c.def("magnetic_forces", &S::magnetic_forces, Released(),
         "Forces [N] and torques about the centres [N m] on the bodies by magnets and currents now, "
         "each (b x 3).");
   const auto electric = [&](const char* name, double CircuitState::* member, const char* text) {
@@ -191,15 +214,13 @@ void bind_simulation(py::module_& m) {
            "[J] by the sources of all coils since the start");
   electric("bearing_work", &CircuitState::bearings,
            "[J] taken out by friction and torques of bearings since the start");
-  c.def("magnets", &S::magnets, py::arg("frame"), released,
+  c.def("magnets", &S::magnets, py::arg("frame"), Released(),
         "Magnets where a frame of this scene shows them, in the scene's order, spheres that "
         "magnetise as what they are there; then\n"
         "the coils that carry a current.");
-  c.def("checkpoint", &S::checkpoint, released, "The state, exactly.");
-  c.def("restore", &S::restore, py::arg("checkpoint"), released,
-        "Continues from a checkpoint of the same scene.");
-  c.def("rebuild_stages", &S::rebuild_stages, released,
-        "Throws all stages away; where a checkpoint may be taken it changes no bit of the future.");
+}
+
+void bind_failures(py::class_<S>& c) {
   c.def_property_readonly("forced_pairs", &S::forced_pairs,
                           "Pairs of triangles, all surfaces end to end, that the last step had to "
                           "leave intersecting because\n"
@@ -210,8 +231,21 @@ void bind_simulation(py::module_& m) {
       "limit of strain by\n"
       "more than 0.01 (a fifth of limits below 0.05), the worst first; triangles of all cloths end "
       "to end.");
-  c.def("intersecting_pairs", &S::intersecting_pairs, released,
+  c.def("intersecting_pairs", &S::intersecting_pairs, Released(),
         "Pairs of triangles that intersect now, all surfaces end to end.");
+}
+
+}  // namespace
+
+void bind_simulation(py::module_& m) {
+  bind_state(m);
+  py::class_<S> c(m, "Simulation",
+                  "Model, State and Stepper of a scene. Arrays are in the user's vertex order.");
+  bind_stepping(c);
+  bind_ranks(c);
+  bind_positions(c);
+  bind_circuits(c);
+  bind_failures(c);
 }
 
 }  // namespace loomstone
