@@ -196,9 +196,9 @@ void bind_frame(py::module_& m) {
         return made;
       }));
   c.def("__repr__", [](const Frame& self) {
-    return "Frame(time=" + py::str(py::cast(self.time)).cast<std::string>() +
-           ", step=" + std::to_string(self.step) + ", " + std::to_string(self.positions.rows()) +
-           " vertices)";
+    return formatted("Frame(time={}, step={}, {} vertices)",
+                     py::str(py::cast(self.time)).cast<std::string>(), self.step,
+                     self.positions.rows());
   });
 }
 

@@ -12,9 +12,9 @@ namespace loomstone {
 namespace {
 
 std::string repr(const TriangleMesh& mesh) {
-  return "TriangleMesh(" + std::to_string(mesh.n_vertices()) + " vertices, " +
-         std::to_string(mesh.n_triangles()) + " triangles" + (mesh.has_uv() ? ", uv" : "") +
-         (mesh.closed() ? ", closed)" : ")");
+  return formatted("TriangleMesh({} vertices, {} triangles{}{})", mesh.n_vertices(),
+                   mesh.n_triangles(), mesh.has_uv() ? ", uv" : "",
+                   mesh.closed() ? ", closed" : "");
 }
 
 bool equal_meshes(const TriangleMesh& a, const TriangleMesh& b) {
@@ -116,8 +116,8 @@ void bind_queries(py::module_& m) {
                      "pseudo-normal of the closest feature, unit length");
   point.def_readonly("distance", &ClosestPoint::distance, "[m]");
   point.def("__repr__", [](const ClosestPoint& self) {
-    return "ClosestPoint(triangle=" + std::to_string(self.triangle) +
-           ", distance=" + py::str(py::cast(self.distance)).cast<std::string>() + ")";
+    return formatted("ClosestPoint(triangle={}, distance={})", self.triangle,
+                     py::str(py::cast(self.distance)).cast<std::string>());
   });
   py::class_<SpatialQuery> c(m, "SpatialQuery",
                              "Closest points and inside tests on a triangle surface.");

@@ -8,7 +8,7 @@
 
 #include <dlfcn.h>
 
-#include "core/base/error.h"
+#include "core/base/message.h"
 #include "core/parallel/mpi_plugin.h"
 
 namespace loomstone {
@@ -37,22 +37,24 @@ fs::path plugin_path() {
 
 LoomstoneMakeCommunicator load_plugin() {
   const fs::path path = plugin_path();
-  const std::string advice =
-      "; install MPI (Debian: apt-get install libopenmpi-dev openmpi-bin) and rebuild, or run on "
+  constexpr const char* advice =
+      "install MPI (Debian: apt-get install libopenmpi-dev openmpi-bin) and rebuild, or run on "
       "one rank";
   std::error_code ignored;
   if (!fs::exists(path, ignored))
-    throw Unsupported("several ranks need the MPI plug-in, which is not at " + path.string() +
+    fail<Unsupported>("several ranks need the MPI plug-in, which is not at {}; {}", path.string(),
                       advice);
   // Global: Open MPI's own components look up symbols of libmpi.
   void* plugin = dlopen(path.c_str(), RTLD_NOW | RTLD_GLOBAL);
   if (plugin == nullptr)
-    throw Unsupported("several ranks need the MPI plug-in, which could not be loaded (" +
-                      std::string(dlerror()) + ")" + advice);
+    fail<Unsupported>("several ranks need the MPI plug-in, which could not be loaded ({}); {}",
+                      dlerror(), advice);
   void* make = dlsym(plugin, mpi_plugin_symbol);
   if (make == nullptr)
-    throw Unsupported("the MPI plug-in must belong to this version of loomstone, got another at " +
-                      path.string() + "; rebuild both together");
+    fail<Unsupported>(
+        "the MPI plug-in must belong to this version of loomstone, got another at {}; rebuild both "
+        "together",
+        path.string());
   return reinterpret_cast<LoomstoneMakeCommunicator>(make);
 }
 

@@ -17,7 +17,7 @@ namespace {
 std::atomic<bool> region_has_run{false};
 std::atomic<bool> forked_after_region{false};
 
-// libgomp's pool of threads does not survive a fork, and the child's first region waits for it for
+// libgomp's pool of threads does not survive a fork: the child's first region would wait for it for
 // ever.
 void in_forked_child() {
   if (region_has_run.load(std::memory_order_relaxed))
@@ -43,8 +43,7 @@ void check_not_forked() {
   if (forked_after_region.load(std::memory_order_relaxed))
     throw Unsupported(
         "a forked process cannot run parallel loops, got a fork after the parent had run one; "
-        "start processes by "
-        "\"spawn\" or use threads=1");
+        "start processes by \"spawn\" or use threads=1");
 }
 
 BusyTimer::BusyTimer(const Team& team)
