@@ -30,7 +30,7 @@ std::array<std::string, 2> halves(const std::string& name) {
 namespace {
 
 // U - I from the Green strain E: C = I + 2 E, U = (C + d I) / sqrt(tr C + 2 d) with d = sqrt(det C)
-// (method.md 3).
+// (docs/method.md, M21).
 double corotational(const Eigen::RowVector3d& green, int column) {
   const double c11 = 1.0 + 2.0 * green[0], c22 = 1.0 + 2.0 * green[1], c12 = 2.0 * green[2];
   const double d = std::sqrt(std::max(0.0, c11 * c22 - c12 * c12)),

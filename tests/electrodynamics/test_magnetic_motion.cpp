@@ -26,7 +26,7 @@ struct Experiment {
     RigidBody body;
     body.name = name;
     body.mesh = std::make_shared<const TriangleMesh>(box(0.02, 0.01, 0.015));
-    body.shape = "box", body.density = 7500.0;
+    body.shape = BodyShape::Box, body.density = 7500.0;
     body.position = position, body.angular_velocity = spin;
     bodies.push_back(body);
   }

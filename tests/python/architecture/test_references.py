@@ -85,7 +85,6 @@ def test_files_that_comments_and_documents_name_exist() -> None:
     assert not absent
 
 
-@pytest.mark.xfail(strict=True, reason="core/integration/options.h names Method.md")
 def test_documents_that_are_named_exist() -> None:
     known = {path.name for path in files(".md")}
     absent = [
