@@ -31,13 +31,15 @@ void check_series(const Coil& coil, const std::vector<double>& values, const cha
 }
 
 void check_winding(const Coil& coil, const std::string& where) {
-  const auto winding = coil.source ? coil.source->source->winding() : std::nullopt;
-  require(winding.has_value(),
-          where + ".source must be a loop or a solenoid of loomstone.magnetics, got " +
-              (coil.source ? "another one" : "none"));
-  require(winding->turn_current == 1.0,
+  std::optional<CircularWinding> winding;
+  if (coil.source) winding = coil.source->source->winding();
+  if (!winding)
+    throw InvalidInput(where + ".source must be a loop or a solenoid of loomstone.magnetics, got " +
+                       (coil.source ? "another one" : "none"));
+  const double current = winding->turn_current;
+  require(current == 1.0,
           where + ".source must be made with the current of 1 A that it has by default, got " +
-              std::to_string(winding->turn_current) + " A; give that as currents");
+              std::to_string(current) + " A; give that as currents");
 }
 
 void check_coil(const Coil& coil, const std::string& where) {
