@@ -9,9 +9,9 @@
 // without cancellation. Near the rims they are elliptic integrals, as in [Derby2010] for the sheet.
 //
 // The scalar potential Phi is homogeneous of degree 1 in the size of the body and the point
-// together, so Phi = - x.mu0 H + dPhi/d(size). Growth by a layer of thickness x.n changes Phi by J
-// . the field of a surface charge x.n: on the end faces these are the end terms of the sheet, on
-// the side complete elliptic integrals.
+// together, so Phi = - x.mu0 H + dPhi/d(size). Growth by a layer of thickness x.n changes Phi by
+// the component along J of the field of a surface charge x.n: on the end faces that is given by the
+// end terms of the sheet, on the side by complete elliptic integrals.
 //
 // On a surface (closer than 1e-12 radii) the field is the outer limit. On a rim or wire it is
 // infinite; points closer than 1e-15 radii are treated as lying at that distance.

@@ -1,6 +1,6 @@
 // Bulirsch's complete elliptic integral on eight lanes,
-//   cel(kc, p, a, b) = int_0^{pi/2} (a cos^2 + b sin^2) / (cos^2 + p sin^2) / sqrt(cos^2 + kc^2
-//   sin^2) dtheta,  kc, p > 0,
+//   cel(kc, p, a, b) = int_0^{pi/2} (a c^2 + b s^2) / (c^2 + p s^2) / sqrt(c^2 + kc^2 s^2) dtheta
+// with c = cos theta, s = sin theta and kc, p > 0,
 // for several (a, b) at once [Bulirsch1969]. The iteration converges in nine steps for kc >= 1e-16;
 // all lanes take nine, so that the result of a lane does not depend on its neighbours.
 #pragma once
