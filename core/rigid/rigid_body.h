@@ -25,7 +25,7 @@ constexpr auto choices(BodyShape) {
 // Description.
 struct RigidBody {
   std::string name;
-  std::shared_ptr<const TriangleMesh> mesh;                // closed, in the body's own frame
+  std::shared_ptr<const TriangleMesh> mesh;  // closed, in the body's own frame
   BodyShape shape = BodyShape::Convex;
   std::vector<std::shared_ptr<const TriangleMesh>> parts;  // convex, same frame as mesh
   double density = 1000.0;

@@ -180,8 +180,10 @@ TEST_CASE("a body that falls into a hammock is caught by it, and ends without in
   CHECK(sim.intersecting_pairs().empty());
 }
 
-TEST_CASE(
-    "a body hung on a strip stretches it by its weight, and strip and body together fall freely") {
+namespace {
+
+// A strip that hangs from five pins, with a body attached to its lower end.
+Scene weight_on_strip() {
   Scene scene;
   Cloth strip = cloth_of(
       grid_cells(0.1, 0.4, 4, 16)
@@ -198,81 +200,92 @@ TEST_CASE(
   scene.bodies.push_back(weight);
   scene.attachments.push_back({"cloth", "weight", {0, 1, 2, 3, 4}});
   scene.collisions = false;
-  SECTION("explicit integrators, which have no solve, refuse the attachment") {
-    IntegratorOptions o = step_of(1e-5, "symplectic-euler");
-    CHECK_THROWS_WITH(Simulation(scene, o, 1), Catch::Contains("choose an implicit integrator"));
-  }
-  SECTION("at rest the strip carries the weight, whatever the integrator") {
-    const std::string method = any_implicit();
-    CAPTURE(method);
-    const bool damps = method == "semi-implicit-euler" || method == "backward-euler";
-    IntegratorOptions o = step_of(damps ? 5e-3 : 2e-3, method);
-    scene.cloths[0].material.viscosity_shear = damps ? 0.5 : 8.0;
-    Simulation sim(scene, o, 1);
-    for (int i = 0; i < (damps ? 1500 : 750); ++i) sim.step();
-    CHECK(sim.state().rigid.velocities.norm() < 1e-3);
-    // Nominal stress lambda E (lambda^2 - 1)/2 = m g / width, the strip's own weight (a fiftieth)
-    // halved onto it.
-    const double load = (5000.0 * 0.1 * 0.02 * 0.02 + 0.5 * 0.05 * 0.04) * 9.81 / 0.1;
-    double lambda = 1.0;
-    for (int k = 0; k < 50; ++k)
-      lambda -= (0.5 * 300.0 * lambda * (lambda * lambda - 1) - load) /
-                (0.5 * 300.0 * (3 * lambda * lambda - 1));
-    // The clamped ends do not contract but nu = 0; springs of 3e4 N/m per vertex give 1e-5 m.
-    CHECK(0.2 - sim.positions().row(0)(2) == Approx(0.4 * lambda).epsilon(2e-3));
-  }
-  SECTION(
-      "a body that sets out with a speed of its own shares its momentum with the strip, and energy "
-      "does not grow") {
-    const std::string method = any_implicit();
-    CAPTURE(method);
-    scene.cloths[0].pins.clear();
-    scene.gravity = Vec3::Zero();
-    scene.bodies[0].velocity = Vec3(0.1, 0.2, -0.3);
-    IntegratorOptions o = step_of(1e-3, method);
-    o.implicit()->linear_solver = LinearMethod::Direct;
-    if (o.newton()) o.newton()->newton_tolerance = 1e-10;
-    Simulation sim(scene, o, 1);
-    const double body = 5000.0 * 0.1 * 0.02 * 0.02;
-    Vec3 start = body * scene.bodies[0].velocity;
-    const double energy = 0.5 * body * scene.bodies[0].velocity.squaredNorm();
-    const auto momentum = [&] {  // of the strip: a third of every triangle's mass at each corner
-      const Points v = sim.velocities();
-      Vec3 sum = Vec3::Zero();
-      for (const auto& corner : strip.mesh->triangles().rowwise())
-        for (int k = 0; k < 3; ++k) sum += 0.05 * 0.04 / 128 / 3 * v.row(corner[k]).transpose();
-      return sum;
-    };
-    Vec3 before = Vec3::Zero();
-    for (int i = 0; i < 150; ++i) {
-      sim.step();
-      const Vec3 cloth = momentum(),
-                 bodies = body * sim.state().rigid.velocities.row(0).transpose();
-      // What BDF-2 keeps is (3 p - p_) / 2 of the cloth, from its first step on, which is the
-      // midpoint rule's.
-      const Vec3 kept =
-          method == "bdf2" ? Vec3(1.5 * cloth - 0.5 * before + bodies) : Vec3(cloth + bodies);
-      if (method == "bdf2" && i == 0) start = kept;
-      CHECK((kept - start).norm() < 1e-8 * start.norm());  // what Newton loops leave
-      before = cloth;
-      const StepReport& r = sim.report();
-      // Body and strip are coupled to first order.
-      CHECK(r.energy.kinetic + r.energy.membrane + r.energy.bending + r.energy.body_kinetic <
-            1.01 * energy);
-    }
-  }
-  SECTION("let go, both fall with g and keep their momentum") {
-    scene.cloths[0].pins.clear();
-    IntegratorOptions o = step_of(1e-3);
-    o.implicit()->linear_solver = LinearMethod::Direct;
-    Simulation sim(scene, o, 1);
-    for (int i = 0; i < 100; ++i) sim.step();
-    // All rows fall together: velocity g t. Springs of 3e4 N/m between body and cloth amplify
-    // rounding.
+  return scene;
+}
+
+}  // namespace
+
+TEST_CASE("explicit integrators, which have no solve, refuse attachments") {
+  Scene scene = weight_on_strip();
+  IntegratorOptions o = step_of(1e-5, "symplectic-euler");
+  CHECK_THROWS_WITH(Simulation(scene, o, 1), Catch::Contains("choose an implicit integrator"));
+}
+
+TEST_CASE("a strip at rest carries the body that hangs on it, whatever the integrator") {
+  Scene scene = weight_on_strip();
+  const std::string method = any_implicit();
+  CAPTURE(method);
+  const bool damps = method == "semi-implicit-euler" || method == "backward-euler";
+  IntegratorOptions o = step_of(damps ? 5e-3 : 2e-3, method);
+  scene.cloths[0].material.viscosity_shear = damps ? 0.5 : 8.0;
+  Simulation sim(scene, o, 1);
+  for (int i = 0; i < (damps ? 1500 : 750); ++i) sim.step();
+  CHECK(sim.state().rigid.velocities.norm() < 1e-3);
+  // Nominal stress lambda E (lambda^2 - 1)/2 = m g / width, the strip's own weight (a fiftieth)
+  // halved onto it.
+  const double load = (5000.0 * 0.1 * 0.02 * 0.02 + 0.5 * 0.05 * 0.04) * 9.81 / 0.1;
+  double lambda = 1.0;
+  for (int k = 0; k < 50; ++k)
+    lambda -= (0.5 * 300.0 * lambda * (lambda * lambda - 1) - load) /
+              (0.5 * 300.0 * (3 * lambda * lambda - 1));
+  // The clamped ends do not contract but nu = 0; springs of 3e4 N/m per vertex give 1e-5 m.
+  CHECK(0.2 - sim.positions().row(0)(2) == Approx(0.4 * lambda).epsilon(2e-3));
+}
+
+TEST_CASE(
+    "a body that sets out with a speed of its own shares its momentum with the strip it hangs on, "
+    "and "
+    "energy does not grow") {
+  Scene scene = weight_on_strip();
+  const std::string method = any_implicit();
+  CAPTURE(method);
+  scene.cloths[0].pins.clear();
+  scene.gravity = Vec3::Zero();
+  scene.bodies[0].velocity = Vec3(0.1, 0.2, -0.3);
+  IntegratorOptions o = step_of(1e-3, method);
+  o.implicit()->linear_solver = LinearMethod::Direct;
+  if (o.newton()) o.newton()->newton_tolerance = 1e-10;
+  Simulation sim(scene, o, 1);
+  const double body = 5000.0 * 0.1 * 0.02 * 0.02;
+  Vec3 start = body * scene.bodies[0].velocity;
+  const double energy = 0.5 * body * scene.bodies[0].velocity.squaredNorm();
+  const auto momentum = [&] {  // of the strip: a third of every triangle's mass at each corner
     const Points v = sim.velocities();
-    for (Index i = 0; i < v.rows(); ++i) CHECK(v(i, 2) == Approx(-9.81 * 0.1).epsilon(1e-6));
-    CHECK(sim.body_centres()(0, 2) == Approx(-0.22 - 0.5 * 9.81 * 0.1 * 0.101).epsilon(1e-6));
+    Vec3 sum = Vec3::Zero();
+    for (const auto& corner : scene.cloths[0].mesh->triangles().rowwise())
+      for (int k = 0; k < 3; ++k) sum += 0.05 * 0.04 / 128 / 3 * v.row(corner[k]).transpose();
+    return sum;
+  };
+  Vec3 before = Vec3::Zero();
+  for (int i = 0; i < 150; ++i) {
+    sim.step();
+    const Vec3 cloth = momentum(), bodies = body * sim.state().rigid.velocities.row(0).transpose();
+    // What BDF-2 keeps is (3 p - p_) / 2 of the cloth, from its first step on, which is the
+    // midpoint rule's.
+    const Vec3 kept =
+        method == "bdf2" ? Vec3(1.5 * cloth - 0.5 * before + bodies) : Vec3(cloth + bodies);
+    if (method == "bdf2" && i == 0) start = kept;
+    CHECK((kept - start).norm() < 1e-8 * start.norm());  // what Newton loops leave
+    before = cloth;
+    const StepReport& r = sim.report();
+    // Body and strip are coupled to first order.
+    CHECK(r.energy.kinetic + r.energy.membrane + r.energy.bending + r.energy.body_kinetic <
+          1.01 * energy);
   }
+}
+
+TEST_CASE("a strip and the body that hangs on it, let go, fall with g together") {
+  Scene scene = weight_on_strip();
+  scene.cloths[0].pins.clear();
+  IntegratorOptions o = step_of(1e-3);
+  o.implicit()->linear_solver = LinearMethod::Direct;
+  Simulation sim(scene, o, 1);
+  for (int i = 0; i < 100; ++i) sim.step();
+  // All rows fall together: velocity g t. Springs of 3e4 N/m between body and cloth amplify
+  // rounding.
+  const Points v = sim.velocities();
+  for (Index i = 0; i < v.rows(); ++i) CHECK(v(i, 2) == Approx(-9.81 * 0.1).epsilon(1e-6));
+  CHECK(sim.body_centres()(0, 2) == Approx(-0.22 - 0.5 * 9.81 * 0.1 * 0.101).epsilon(1e-6));
 }
 
 TEST_CASE("frames between steps are interpolated, frames outside the last step refused") {

@@ -72,8 +72,8 @@ LimitReport StrainLimiter::enforce(const Team& team, std::uint64_t key,
   LimitReport report;
   bool checked = false;
   if (by_elements_)
-    checked = sweep_until_met(team, key, elements_.sweep_tables(options_.method == LimitMethod::Edges), motion,
-                              report);
+    checked = sweep_until_met(
+        team, key, elements_.sweep_tables(options_.method == LimitMethod::Edges), motion, report);
   if (edges_) {
     const LimitReport done = edges_->enforce(team, options_, held, x);
     report.sweeps = std::max(report.sweeps, done.sweeps);

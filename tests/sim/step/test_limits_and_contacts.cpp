@@ -35,6 +35,43 @@ double worst(const StepReport& report) {
       {report.limits.weft_excess, report.limits.warp_excess, report.limits.shear_excess});
 }
 
+// A cloth of cells x cells that its script stretches beyond its limits; beside it hang a cloth
+// whose limits have room, and one that is limited by edges.
+Scene stretched_beyond_limits(int cells) {
+  Scene scene;
+  Cloth cloth;
+  cloth.mesh = share(grid_cells(0.2, 0.2, cells, cells));
+  cloth.strain_limit = StrainLimit{};
+  cloth.strain_limit->weft = cloth.strain_limit->warp = 0.05, cloth.strain_limit->shear = 0.1;
+  for (int j = 0; j <= cells; ++j)
+    cloth.pins.push_back(j * (cells + 1)), cloth.pins.push_back(j * (cells + 1) + cells);
+  const Index n = static_cast<Index>(cloth.pins.size());
+  cloth.script_times = {0.0, 0.2};
+  cloth.script_positions.resize(2 * n, 3);
+  for (Index i = 0; i < n; ++i) {
+    const Vec3 at = cloth.mesh->vertices().row(cloth.pins[i]).transpose();
+    cloth.script_positions.row(i) = at.transpose();
+    cloth.script_positions.row(n + i) =
+        Vec3(1.3 * at.x(), at.y(), at.z()).transpose();  // 30 % along weft
+  }
+  scene.cloths.push_back(cloth);
+  for (const bool by_edges : {false, true}) {
+    Cloth other;
+    other.mesh = share(grid_cells(0.3, 0.3, cells, cells).moved(Vec3(0, by_edges ? 1.0 : -1.0, 0)));
+    other.material.weft_stiffness = other.material.warp_stiffness = 30.0,
+    other.material.shear_stiffness = 10.0;
+    other.pins = {0, cells};
+    other.strain_limit = StrainLimit{};
+    if (by_edges)
+      other.strain_limit->edge = 0.05;
+    else
+      other.strain_limit->weft = other.strain_limit->warp = 0.05, other.strain_limit->shear = 0.1;
+    scene.cloths.push_back(other);
+  }
+  scene.gravity = Vec3(0, 0, -2.0);
+  return scene;
+}
+
 }  // namespace
 
 TEST_CASE("at the end of every step limits hold and nothing intersects, at 1 and at 4 ms") {
@@ -75,39 +112,8 @@ TEST_CASE("limits inside the solve leave little to sweeps, and come to the same 
 TEST_CASE(
     "a script that leaves limits no room is followed, reported by its triangles, and tears nothing "
     "else") {
-  Scene scene;
-  Cloth cloth;
   const int cells = 10;
-  cloth.mesh = share(grid_cells(0.2, 0.2, cells, cells));
-  cloth.strain_limit = StrainLimit{};
-  cloth.strain_limit->weft = cloth.strain_limit->warp = 0.05, cloth.strain_limit->shear = 0.1;
-  for (int j = 0; j <= cells; ++j)
-    cloth.pins.push_back(j * (cells + 1)), cloth.pins.push_back(j * (cells + 1) + cells);
-  const Index n = static_cast<Index>(cloth.pins.size());
-  cloth.script_times = {0.0, 0.2};
-  cloth.script_positions.resize(2 * n, 3);
-  for (Index i = 0; i < n; ++i) {
-    const Vec3 at = cloth.mesh->vertices().row(cloth.pins[i]).transpose();
-    cloth.script_positions.row(i) = at.transpose();
-    cloth.script_positions.row(n + i) =
-        Vec3(1.3 * at.x(), at.y(), at.z()).transpose();  // 30 % along weft
-  }
-  scene.cloths.push_back(cloth);
-  // Beside it hang a cloth whose limits have room, and one that is limited by edges.
-  for (const bool by_edges : {false, true}) {
-    Cloth other;
-    other.mesh = share(grid_cells(0.3, 0.3, cells, cells).moved(Vec3(0, by_edges ? 1.0 : -1.0, 0)));
-    other.material.weft_stiffness = other.material.warp_stiffness = 30.0,
-    other.material.shear_stiffness = 10.0;
-    other.pins = {0, cells};
-    other.strain_limit = StrainLimit{};
-    if (by_edges)
-      other.strain_limit->edge = 0.05;
-    else
-      other.strain_limit->weft = other.strain_limit->warp = 0.05, other.strain_limit->shear = 0.1;
-    scene.cloths.push_back(other);
-  }
-  scene.gravity = Vec3(0, 0, -2.0);
+  const Scene scene = stretched_beyond_limits(cells);
   const std::shared_ptr<const TriangleMesh> free = scene.cloths[1].mesh,
                                             edged = scene.cloths[2].mesh;
   Simulation sim(scene, step_of(4e-3), 1);
