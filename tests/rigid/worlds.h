@@ -17,7 +17,7 @@ inline RigidBody body_of(TriangleMesh mesh, const std::string& shape,
                          const Vec3& position = Vec3::Zero()) {
   RigidBody body;
   body.mesh = shared(std::move(mesh));
-  body.shape = choice_named<BodyShape>(shape, "shape");
+  body.shape = choice_named<BodyShape>(shape, "bodies[0].shape");
   body.position = position;
   return body;
 }
