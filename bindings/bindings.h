@@ -1,4 +1,4 @@
-// What the files of this directory share: one function a module of the core, called in order by
+// Shared by the files of this directory: one function a module of the core, called in order by
 // module.cpp, and the ways arrays go to numpy.
 #pragma once
 

@@ -13,7 +13,7 @@ void bind_method(py::module_& m, const char* name, const char* meaning) {
   c.attr("method") = py::str(Method::name.data(), Method::name.size());
 }
 
-// What all integrators have; each class has its own, with all of its fields.
+// The common part of all integrators; each class binds all of its own fields.
 void bind_common(py::module_& m) {
   py::class_<IntegratorCommon> c(m, "Integrator",
                                  "Which integrator advances the cloth, and how: the base of "

@@ -1,4 +1,4 @@
-// What the user asks for.
+// Descriptions: scenes, cloths, obstacles and their parts.
 #include "core/sim/scene/scene.h"
 
 #include "bindings/descriptions.h"

@@ -7,8 +7,8 @@
 
 namespace loomstone {
 
-// What a fitted camera shall show, and the size that shading takes as its scale. Made once, from
-// the first frame, so that the picture does not wander while the cloth moves.
+// The region that a fitted camera shows, and the size that shading takes as its scale. Made once,
+// from the first frame, so that the picture does not wander while the cloth moves.
 struct Framing {
   Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // axis-parallel box [m]
   Vec3 centre() const { return 0.5 * (low + high); }

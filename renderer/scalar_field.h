@@ -1,4 +1,4 @@
-// What cloth may be coloured by: numbers of a frame, one for each vertex, and the range they are
+// Fields that colour cloth: numbers of a frame, one for each vertex, and the range they are
 // shown in.
 #pragma once
 
@@ -17,7 +17,7 @@ std::string scalar_field_title(const std::string& name);
 // Names joined by +: the rows of color_by from the top, what is hidden.
 std::vector<std::string> names_in(const std::string& joined);
 
-// What the left and the right half of each cloth show; the same but for strain_split.
+// The fields of the left and the right half of each cloth; the same but for strain_split.
 std::array<std::string, 2> halves(const std::string& name);
 
 // (n) values at the cloth's vertices. Those of triangles are averaged with the triangles' rest

@@ -21,7 +21,7 @@ struct SurfaceOptions {
                               // [pixels]; or empty: all ones
 };
 
-// What every surface is shaded with.
+// Inputs that every surface is shaded with.
 struct SurfaceShading {
   const View& view;
   const LightView& light;
@@ -29,7 +29,7 @@ struct SurfaceShading {
   const LightPass& seen;
 };
 
-// What is drawn.
+// The surfaces to draw.
 struct SurfaceThings {
   const MeshBuffers& cloth;
   const MeshBuffers& bodies;

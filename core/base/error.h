@@ -31,7 +31,7 @@ class CacheError : public Error {
   using Error::Error;
 };
 
-// What was asked for is not offered in this build or combination (NotImplementedError in Python).
+// This build or combination does not offer the request (NotImplementedError in Python).
 class Unsupported : public Error {
  public:
   using Error::Error;

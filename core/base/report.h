@@ -1,4 +1,4 @@
-// What happened in a step, for people, plots and the cache. A report never decides anything.
+// Reports: numbers about a step for people, plots and the cache. A report decides nothing.
 // Each number is declared once, in fields(): Python, CSV, the cache and help read that list. A
 // number is known by its path, as in "energy.kinetic".
 #pragma once

@@ -21,7 +21,7 @@ InstructionSet of_processor() {
   return InstructionSet::baseline;
 }
 
-// What the environment allows; nothing where it has a name that is none.
+// The widest instruction set that the environment allows; nothing where the name is unknown.
 std::optional<InstructionSet> allowed() {
   const char* text = std::getenv(variable);
   const std::string name = text ? text : "x86-64-v4";

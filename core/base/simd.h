@@ -182,7 +182,7 @@ LOOMSTONE_INLINE bool lanes_any(const Mask& mask) {
   return any != 0;
 }
 
-// Of lanes in a fixed order.
+// Sum of the lanes in a fixed order.
 template <class Lanes>
 LOOMSTONE_INLINE double lanes_sum(const Lanes& a) {
   return ((a[0] + a[1]) + (a[2] + a[3])) + ((a[4] + a[5]) + (a[6] + a[7]));

@@ -1,4 +1,4 @@
-// What the frame files hold besides the VTKHDF layout: group /loomstone with format, names,
+// The part of the frame files beyond the VTKHDF layout: group /loomstone with format, names,
 // metadata and reports.
 #pragma once
 

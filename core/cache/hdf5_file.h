@@ -39,7 +39,7 @@ struct Column {
   std::size_t offset;  // in the struct [bytes]
 };
 
-// What one row holds: `components` numbers, or the columns of a struct of `bytes` bytes.
+// The contents of a row: `components` numbers, or the columns of a struct of `bytes` bytes.
 struct RowFormat {
   Number type = Number::Float64;
   int components = 1;
@@ -47,7 +47,7 @@ struct RowFormat {
   std::size_t bytes = 0;  // of a struct; unused without columns
 };
 
-// What a file and its datasets share.
+// Shared by a file and its datasets.
 struct Hdf5Shared {
   std::string name;        // follows where the file is renamed
   bool unwritten = false;  // something could not be written, or has not been flushed since

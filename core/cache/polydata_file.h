@@ -1,4 +1,4 @@
-// One temporal PolyData in VTKHDF layout: triangles stored once, points and fields anew every
+// One temporal PolyData in VTKHDF layout: triangles stored once, points and fields at every
 // frame. Layout: VTK File Formats, "VTKHDF", version 2.0.
 #pragma once
 

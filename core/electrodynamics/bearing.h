@@ -1,4 +1,4 @@
-// What the user asks for where a body only turns.
+// Description of a bearing: a body that only turns.
 #pragma once
 
 #include <string>

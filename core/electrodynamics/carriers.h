@@ -21,7 +21,8 @@ struct CarrierPlaces {
   const RigidState& bodies;
   const std::vector<RigidPose>& obstacles;
 
-  // Of what a carrier holds at `local`: about a body's centre of mass, or an obstacle's origin.
+  // Pose of a thing that a carrier holds at `local`: about a body's centre of mass, or an
+  // obstacle's origin.
   RigidPose pose(Index carrier, const RigidPose& local) const;
   // About which wrenches on the carriers count (carriers x 3) [m].
   Points centres() const;
@@ -33,7 +34,7 @@ struct Twist {
   bool rests() const { return velocity.isZero(0.0) && spin.isZero(0.0); }
 };
 
-// Of obstacles that go from one pose to the other in `step` [s].
+// Twists of obstacles that go from one pose to the other in `step` [s].
 std::vector<Twist> obstacle_twists(const std::vector<RigidPose>& from,
                                    const std::vector<RigidPose>& to, double step);
 

@@ -1,4 +1,4 @@
-// What circuits add where bodies magnetise. A linear body answers with a moment that is linear in
+// Response of magnetised bodies to circuits. A linear body answers with a moment that is linear in
 // all currents, so forces are quadratic in them: determined at each instant by probing currents in
 // each circuit, both ways, and in each two. The flux that comes back through a coil is linear in
 // the currents: inductance.
@@ -24,7 +24,7 @@ struct CircuitResponse {
   Eigen::MatrixXd inductances;  // (circuits x coils) of bodies [H]
 };
 
-// What acts with some current in each circuit.
+// Wrenches and fluxes with some current in each circuit.
 struct CircuitTrial {
   CarrierWrenches wrenches;
   Vector flux;  // (coils) through each by magnetised bodies, where it is wanted [Wb]

@@ -1,4 +1,4 @@
-// What the user asks for where currents act: coils on bodies and obstacles.
+// Description of a coil on a body or obstacle.
 #pragma once
 
 #include <optional>

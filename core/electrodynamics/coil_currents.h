@@ -18,7 +18,7 @@ double source_voltage(const Coil& coil, double time);
 Vector currents_at(const MagneticModel& model, double time, const Vector& circuits = {});
 // (coils) the same with the circuits' currents in a state.
 Vector coil_currents(const MagneticModel& model, const CircuitState& circuits, double time);
-// Of the first circuit, 0 without one [A].
+// Current of the first circuit, 0 without one [A].
 double first_circuit_current(const MagneticModel& model, const CircuitState& circuits);
 
 // All coils with one ampere; those that carry a current, with it; currents: (coils) [A].

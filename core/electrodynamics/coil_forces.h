@@ -27,10 +27,10 @@ class PlacedCoils {
 
   const std::vector<MagneticBody>& with_one_ampere() const { return coils_; }
 
-  // What coils with currents (coils) [A] and magnets do to one another.
+  // Wrenches between magnets and coils with currents (coils) [A].
   CarrierWrenches with_magnets(const std::vector<MagneticBody>& magnets,
                                const Vector& currents) const;
-  // What coils with such currents do to one another and feel from the uniform field.
+  // Wrenches among coils with such currents, and those of the uniform field on them.
   CarrierWrenches among_coils(const Vector& currents) const;
   // Per ampere at a time [s]. response: of circuits with magnets that they magnetise; empty: none
   // do, and they act on magnets as these are.

@@ -6,8 +6,8 @@ namespace loomstone {
 
 namespace {
 
-// What circuits do to one another as they move depends on their currents: so often these are taken
-// anew in a kick, where the change falls by the share of a current that a kick changes.
+// Wrenches between moving circuits depend on their currents, so a kick iterates: this many times.
+// Each iteration reduces the change by the fraction of a current that a kick changes.
 constexpr int rounds = 4;
 
 // Per ampere of each circuit: what its EMF follows, and what bodies feel.
@@ -70,7 +70,7 @@ double Kick::power(const CarrierWrenches& felt, const CarrierWrenches& wrenches)
   return sum;
 }
 
-// Of what obstacles would feel.
+// Power of the wrenches on obstacles.
 double Kick::scripted_power(const CarrierWrenches& per_ampere) const {
   double sum = 0.0;
   for (std::size_t i = 0; i < start_.twists.size(); ++i) {
@@ -130,7 +130,7 @@ Vector Kick::middle_currents(const CircuitSystem& system, const Couplings& coupl
   std::vector<CarrierWrenches> with(m, wrenches);
   for (Eigen::Index k = 0; k < m; ++k) add_times(with[k], 1.0, couplings.exerted[k]);
   for (Eigen::Index j = 0; j < m; ++j) {
-    // What the bodies move without the currents, and what one ampere adds to that.
+    // Power without the currents, and its increase for one ampere.
     const double idle = power(couplings.felt[j], wrenches);
     right[j] -= idle + scripted_power(couplings.felt[j]);
     for (Eigen::Index k = 0; k < m; ++k) matrix(j, k) += power(couplings.felt[j], with[k]) - idle;

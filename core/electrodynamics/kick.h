@@ -1,4 +1,4 @@
-// What coils and bearings do to bodies in a kick, and the currents of circuits.
+// A kick by coils and bearings: wrenches on bodies, and the currents of circuits.
 //
 // A coil with current i feels i G and its partners -i G by balance of momentum, where G is the
 // force per ampere; the same G times the velocities is its back-EMF, so that what a circuit loses
@@ -30,7 +30,7 @@ struct Actions {
   Inductances inductances;
 };
 
-// What a kick starts from.
+// The start of a kick.
 struct KickStart {
   double time = 0.0, duration = 0.0;  // of its middle [s]; [s]
   const RigidState& bodies;

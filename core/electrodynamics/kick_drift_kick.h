@@ -26,7 +26,7 @@ struct MovingBodies {
 MovingBodies begin_motion(const MagneticModel& model, const Points& impulses,
                           const Points& angular_impulses, RigidState& state);
 
-// What the world makes of bodies after the whole kick of a sub-step.
+// The rigid-body world's answer to the whole kick of a sub-step.
 struct ContactAnswer {
   RigidState state;
   std::vector<std::uint8_t> touched;  // (b) 1: did not move freely

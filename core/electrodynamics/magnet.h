@@ -1,4 +1,4 @@
-// What the user asks for where bodies and obstacles are magnetic.
+// Description of a magnet on a body or obstacle.
 #pragma once
 
 #include <string>

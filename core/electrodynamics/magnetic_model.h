@@ -1,4 +1,4 @@
-// What is magnetic in a scene, checked and turned into tables: magnets, coils and bearings on
+// The magnetic part of a scene, checked and turned into tables: magnets, coils and bearings on
 // bodies and obstacles. Constant once built.
 #pragma once
 

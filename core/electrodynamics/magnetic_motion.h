@@ -21,7 +21,7 @@ struct MagneticStep {
   const ObstaclePlaces &obstacles, &moved_obstacles;  // at its start, at its end
 };
 
-// What a step took.
+// The cost of a step, and its error.
 struct MagneticEffort {
   int substeps = 0;
   double error = 0.0;  // largest estimated error of a force at the end [N]
@@ -39,8 +39,8 @@ class MagneticMotion {
   // (coils) [A].
   CarrierWrenches wrenches(const Team& team, const CarrierPlaces& places,
                            const Vector& currents) const;
-  // Of all magnets in one another's field and in the uniform one, without what coils magnetise [J].
-  // moments: of induced dipoles, from which their search begins.
+  // Energy of all magnets in one another's field and in the uniform one, without what coils
+  // magnetise [J]. moments: of induced dipoles, from which their search begins.
   double energy(const Team& team, const CarrierPlaces& places, const Points& moments) const;
 
   // Advances bodies, circuits and the moments of induced dipoles. `world` knows of no gravity and
@@ -71,8 +71,8 @@ class MagneticMotion {
   };
 
   Cause cause_of(const Moment& moment) const;
-  // What acts there, from last_ if its cause is the same; moments: of induced dipoles, where their
-  // search begins, and those found.
+  // Forces and inductances there, those of last_ if its cause is the same; moments: of induced
+  // dipoles, where their search begins, and those found.
   const Instant& arrive(const Team& team, const Moment& moment, Points& moments);
   CircuitResponse response(const Team& team, const Moment& moment, const PlacedCoils& coils,
                            const Instant& idle) const;

@@ -1,4 +1,4 @@
-// What changes where magnets and currents act, besides the bodies.
+// The state of magnets and currents, besides that of the bodies.
 #pragma once
 
 #include "core/base/types.h"

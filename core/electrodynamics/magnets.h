@@ -24,10 +24,10 @@ class Magnets {
   // Coils magnetise bodies too; moments: of induced dipoles, from which their search begins.
   Magnetised at(const Team& team, const CarrierPlaces& places,
                 const std::vector<MagneticBody>& coils, const Points& moments = Points()) const;
-  // Of magnets in one another's field and in the uniform one, on each carrier.
+  // Wrenches on each carrier by magnets in one another's field and in the uniform one.
   CarrierWrenches wrenches(const Team& team, const CarrierPlaces& places,
                            const Magnetised& magnetised) const;
-  // Of all magnets in one another's field and in the uniform one, without coils [J].
+  // Energy of all magnets in one another's field and in the uniform one, without coils [J].
   double energy(const Team& team, const Magnetised& magnetised) const;
 
   const std::vector<Index>& hard() const { return hard_; }        // places in the list of magnets

@@ -96,7 +96,7 @@ SubstepFrequency::Coarse SubstepFrequency::coarse(const Oscillators& now,
   return coarse;
 }
 
-// What spheres do to one another, and what magnets and coils on obstacles do to them.
+// Stiffness of spheres against one another, and against magnets and coils on obstacles.
 void SubstepFrequency::add_spheres(const Team& team, const Oscillators& now, const Coarse& coarse,
                                    const std::vector<SoftSphere>& spheres,
                                    const std::vector<Carrier>& carriers,

@@ -125,7 +125,7 @@ class LinearisedIntegrator final : public Integrator {
     displace_rows_of_others(step, state, body_velocity);
   }
 
-  // Of those that are read; terms may reach any.
+  // Displacements of the rows that are read; terms may reach any.
   void displace_rows_of_others(const Step& step, const ClothState& state,
                                const Points& body_velocity) {
     const RowLayout& layout = step.layout;

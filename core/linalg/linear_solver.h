@@ -55,9 +55,9 @@ struct LinearOptions {
 
 struct PcgMemory;
 
-// What a solve leaves to a following one: its preconditioner, and its iteration where a loose
-// tolerance ended it early. A value that belongs to the caller; empty at first, and after a solve
-// that threw. Storage is used again, which changes no result.
+// The memory that a solve leaves to the next one: its preconditioner, and its iteration where a
+// loose tolerance ended it early. A value that belongs to the caller; empty at first, and after a
+// solve that threw. Storage is used again, which changes no result.
 class SolveMemory {
  public:
   SolveMemory();
@@ -71,7 +71,7 @@ class SolveMemory {
   std::unique_ptr<PcgMemory> pcg_;
 };
 
-// What a system has in common with the one whose solve filled the memory: nothing; all but terms,
+// The part of a system that equals the one whose solve filled the memory: nothing; all but terms,
 // right side and tolerance (the preconditioner is used again, and the iteration where x is the
 // solution it left); all but the tolerance (the iteration goes on).
 enum class Unchanged { Nothing, Matrix, System };

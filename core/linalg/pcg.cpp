@@ -77,7 +77,7 @@ void set_double_precision(PcgSolve& solve) {
   m.preconditioner.widen(solve.loops);
 }
 
-// What the rows of a guess are, on any rank.
+// The rows of a guess, on any rank.
 struct Guess {
   bool fixed_values = false;  // a fixed row is not zero
   bool free_values = false;   // a free row is not zero

@@ -1,5 +1,5 @@
-// What one solve by conjugate gradients works on, and what it leaves to the next: the arrays behind
-// SolveMemory.
+// Memory of solves by conjugate gradients, which the next solve may continue with: the
+// arrays behind SolveMemory.
 #pragma once
 
 #include <algorithm>
@@ -39,7 +39,7 @@ struct Krylov {
 struct PcgMemory {
   // Pattern of the matrix; kept while it stays.
   SlicedEllpack slices;
-  // Of the last system.
+  // Properties of the last system.
   TermRows terms;
   Halo halo;  // rows of others that a product needs
   Preconditioner preconditioner;

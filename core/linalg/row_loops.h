@@ -20,7 +20,7 @@ class RowLoops {
 
   const Team& team() const { return team_; }
   const RowLayout& layout() const { return layout_; }
-  // Of all ranks.
+  // Sum over all ranks.
   Index n_blocks() const { return (layout_.n_rows() + rows_per_block - 1) / rows_per_block; }
 
   // Calls body(block, begin, end) on the owned blocks, every thread on a range of them.

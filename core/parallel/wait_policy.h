@@ -1,4 +1,4 @@
-// What waiting threads do between two parallel loops: as OMP_WAIT_POLICY or GOMP_SPINCOUNT say. The
+// How threads wait between two parallel loops: as OMP_WAIT_POLICY or GOMP_SPINCOUNT say. The
 // Python package sets the latter before it loads this code (loomstone/base/waiting.py).
 #pragma once
 

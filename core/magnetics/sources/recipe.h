@@ -1,4 +1,4 @@
-// What a source or a body that magnetises was made from: enough to make it again, to compare it and
+// The recipe of a source or of a body that magnetises: enough to make it again, to compare it and
 // to write it down.
 #pragma once
 

@@ -89,7 +89,7 @@ class Source {
   // Shapes with closed formulas for forces and inductances.
   virtual std::optional<CircularWinding> winding() const { return std::nullopt; }
   virtual std::optional<UniformCuboid> uniform_cuboid() const { return std::nullopt; }
-  // Of a winding: the same with another current in each turn [A]; null for all others.
+  // The same winding with another current in each turn [A]; null for all other sources.
   virtual SourcePtr with_current(double) const { return nullptr; }
   // Without kind of what is found by induction.
   virtual SourceRecipe recipe() const { return {}; }

@@ -1,4 +1,4 @@
-// What is wrong with a scene as it is described, and how its parts are called in messages.
+// Checks of a scene's descriptions, and the names of its parts in messages.
 #pragma once
 
 #include <string>

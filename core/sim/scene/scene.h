@@ -1,4 +1,4 @@
-// What the user asks for. Plain descriptions without methods; build() checks them and makes the
+// Descriptions of a scene: plain structs without methods; build() checks them and makes the
 // Model.
 #pragma once
 

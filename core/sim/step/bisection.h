@@ -15,7 +15,7 @@ struct StepPart {
   int length() const { return last - first; }
 };
 
-// What an attempt at a part did not achieve.
+// The goals that an attempt at a part missed.
 struct PartResult {
   bool solved = true;               // the solver found a solution
   std::int64_t impacts = 0;         // left by certification

@@ -1,4 +1,4 @@
-// What a step is judged by: whether it diverged, whether it is free of intersections, how calm its
+// Checks of a step: whether it diverged, whether it is free of intersections, how calm its
 // contacts are.
 #pragma once
 
@@ -15,7 +15,7 @@ void check_divergence(const Model& model, const Points& x0, const ClothState& cl
 // Counts intersections where the step has left impacts, until the cloth is free again.
 void count_intersections(State& state, Engines& engines, StepOutcome& outcome);
 
-// What certification withheld over the whole step, and accelerations in contact; `step`: its length
+// Motion withheld over the whole step, and accelerations in contact; `step`: its length
 // [s].
 void measure_contacts(const Model& model, const State& state, double step, StepOutcome& outcome);
 

@@ -1,6 +1,6 @@
-// What the stages of a step work with: the mechanics of cloth, bodies, magnets and contacts. Made
-// from the model, and from the state where that holds what an engine carries on; made again between
-// two steps they change no bit.
+// Engines that the stages of a step share: the mechanics of cloth, bodies, magnets and contacts.
+// Made from the model, and from the state where that holds what an engine carries on; made again
+// between two steps they change no bit.
 #pragma once
 
 #include <memory>

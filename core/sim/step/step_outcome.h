@@ -1,5 +1,5 @@
-// What a step leaves for people to look at. Nothing here decides what follows, but for `start`, to
-// which a failed step returns.
+// The outcome of a step for people to look at. Nothing here decides what follows, but for `start`,
+// to which a failed step returns.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@ struct StepOutcome {
       forced;  // pairs of triangles (all surfaces) that are forced to intersect
 };
 
-// What an attempt at a part of a step may have to give back.
+// The outcome before an attempt at a part, to which a failed attempt returns.
 struct OutcomeMark {
   StepReport report;
   std::vector<std::uint8_t> contact;

@@ -15,7 +15,7 @@ class UserWrites {
   // From now on users hold views of the tables, which are compared before every step.
   void watch(const State& state);
   bool watching() const { return watching_; }
-  // What was written since the last step; each kind includes those before it.
+  // Kinds of writes since the last step; each kind includes those before it.
   enum Kind { Nothing, Table, Velocities, Positions };
   void note(Kind kind) { written_ = std::max(written_, kind); }  // through a call
 
