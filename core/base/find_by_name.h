@@ -7,7 +7,8 @@
 
 namespace loomstone {
 
-// Place in a list of descriptions with names. Throws InvalidInput, which lists the names there are.
+// Index of the description called `name`. If there is none, throws InvalidInput with the known
+// names.
 template <class List>
 std::size_t find_by_name(const List& list, const std::string& name, const std::string& where) {
   std::string known;

@@ -48,7 +48,7 @@ PolyDataWriter::PolyDataWriter(const std::string& path, std::int64_t n_points,
   create_fields("CellData", cell_fields, triangles.rows(), values_);
 }
 
-// All four kinds of cells must be there; ours are polygons with three corners each.
+// VTKHDF requires all four kinds of cells; polygons hold the triangles, the others stay empty.
 void PolyDataWriter::create_cells(const Triangles& triangles) {
   const std::int64_t n_triangles = triangles.rows(), n_corners = triangles.size(), none = 0;
   std::vector<std::int64_t> connectivity(triangles.data(), triangles.data() + n_corners), offsets;

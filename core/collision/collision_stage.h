@@ -19,7 +19,7 @@
 
 namespace loomstone {
 
-// Stage: keeps trees and neighbour lists between calls, which affects speed and no result.
+// Stage. It keeps trees and neighbour lists between calls; this affects only speed, never results.
 class CollisionStage {
  public:
   explicit CollisionStage(const CollisionModel& model);

@@ -1,7 +1,7 @@
 // Response of magnetised bodies to circuits. A linear body answers with a moment that is linear in
-// all currents, so forces are quadratic in them: determined at each instant by probing currents in
-// each circuit, both ways, and in each two. The flux that comes back through a coil is linear in
-// the currents: inductance.
+// all currents, so forces are polynomials of second degree in them. Their coefficients are found at
+// each instant from probe currents: of both signs in each circuit, and in each pair of circuits.
+// The flux that bodies return through a coil is linear in the currents and adds to the inductances.
 #pragma once
 
 #include <cstddef>

@@ -21,8 +21,9 @@ class MutualInductances {
  public:
   explicit MutualInductances(const MagneticModel& model) : model_(model) {}
 
-  // coils: all, with one ampere, where they stand; response: of bodies that they magnetise, empty
-  // without. Throws InvalidInput where a circuit has none left.
+  // coils: all coils at their poses, each with one ampere; response: that of the bodies they
+  // magnetise, empty if there are none. Throws InvalidInput if diamagnetic bodies leave a circuit
+  // without positive self-inductance.
   Inductances at(const std::vector<MagneticBody>& coils, const CircuitResponse& response);
 
  private:

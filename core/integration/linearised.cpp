@@ -60,7 +60,7 @@ class LinearisedIntegrator final : public Integrator {
   }
 
  private:
-  // One step: what advance() is given, and the coefficients of its scheme.
+  // One step: the arguments of advance() and the coefficients of its scheme.
   struct Step {
     const Team& team;
     const RowLayout& layout;

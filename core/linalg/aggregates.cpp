@@ -43,8 +43,8 @@ class Block {
     for_coupled(row, [&](Index other) { ++links_[other - begin_]; });
   }
 
-  // The row with most couplings to the aggregate that belongs to none, -1 where none is coupled;
-  // ties go to the first.
+  // The unassigned row with the most couplings to this aggregate, -1 if no unassigned row is
+  // coupled to it; ties go to the lowest index.
   Index most_linked() const {
     Index best = -1, most = 0;
     for (Index row = begin_; row < end_; ++row)

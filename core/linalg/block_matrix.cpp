@@ -8,7 +8,8 @@
 namespace loomstone {
 
 BlockMatrix::BlockMatrix(Index n_rows, const std::vector<std::pair<Index, Index>>& couplings) {
-  // Both directions and the diagonal, sorted row by row; repeated pairs fall together.
+  // Lists each coupling in both directions and the diagonal, then sorts each row and merges
+  // duplicates.
   std::vector<Index> start(n_rows + 1, 0);
   for (Index row = 0; row < n_rows; ++row) ++start[row + 1];
   for (const auto& [i, j] : couplings) {

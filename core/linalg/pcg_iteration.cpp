@@ -67,7 +67,8 @@ double curvature_along(PcgSolve& solve, Krylov<Scalar>& k) {
       [&](Index begin, Index end) { return multiply(solve, begin, end, k); });
 }
 
-// r -= alpha A p, with what follows from it: z, norm, and beta of the next direction.
+// Updates the residual, r -= alpha A p, then z, the norm of the residual, and beta for the next
+// direction.
 template <class Scalar>
 void take_step(PcgSolve& solve, Krylov<Scalar>& k, Scalar alpha) {
   Preconditioner& p = solve.memory.preconditioner;

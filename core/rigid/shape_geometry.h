@@ -23,8 +23,8 @@ std::vector<Vec3> body_points(const TriangleMesh& mesh, const Vec3& centre, cons
 double sphere_radius(const TriangleMesh& mesh, const MassProperties& mass, double density,
                      const std::string& where);
 
-// The rigid motion closest to that of a triangle (rows: corners) [m/s, rad/s], without its
-// stretching.
+// The best-fit rigid motion (velocity [m/s], angular velocity [rad/s]) of a triangle that moves
+// from `before` to `after` (rows: corners) in `step` [s].
 struct FacetMotion {
   Vec3 velocity, angular_velocity;
 };

@@ -118,7 +118,7 @@ LOOMSTONE_INLINE bool correction(const Element<Real>& e, const Index* corners,
   return true;
 }
 
-// Moves the corners of one lane; held corners do not change by one bit.
+// Moves the corners of one lane; held corners stay identical to the bit.
 template <class Real>
 LOOMSTONE_INLINE void move(const Space<Real> delta[3], const Index* corners, int lane,
                            std::uint8_t moves, double* values) {

@@ -161,8 +161,8 @@ void NeighbourLists::pack_still(const Team& team) {
   still_at_x_ = true;
 }
 
-// Finds the pairs of clusters that come near each other from the x of update() to x1 and in the
-// next steps.
+// Finds the pairs of clusters that come near each other while vertices move from the x of update()
+// towards x1, extrapolated over `steps_ahead` steps.
 void NeighbourLists::search(const Team& team, const Points& x1) {
   ++n_searches_;
   pack_still(team);

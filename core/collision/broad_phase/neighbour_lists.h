@@ -50,8 +50,8 @@ class NeighbourLists {
   void update(const Team& team, const Points& x);
   bool updated_at(const Points& x) const;
 
-  // Makes the lists contain all pairs that come closer than the gap floor during x -> x1, where x
-  // is that of update().
+  // Makes the lists contain all pairs that come closer than the gap floor while vertices move from
+  // the x passed to update() to x1.
   void cover(const Team& team, const Points& x1);
 
   std::vector<NeighbourList>& lists() { return lists_; }

@@ -21,7 +21,7 @@ struct FreeBody {
   Vec3 turned = Vec3::Zero();  // [rad]
 };
 
-// Bodies in the order of CollisionSurface::body.
+// Indexed by CollisionSurface::body.
 using FreeBodies = std::vector<FreeBody>;
 
 // The free body to which a collision vertex belongs, -1 for none.

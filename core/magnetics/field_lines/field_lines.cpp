@@ -15,8 +15,8 @@ constexpr double finest = 0.1;  // turn between neighbouring output points [rad]
 // curvature.
 constexpr double coarsest = 0.6;
 // Largest number of steps of a line at a tolerance of 1e-5; lines of magnets and coils need about
-// 50. Closer to an induced body than the size of its panels, the field shows their pattern, and
-// lines where it is weak wander without end.
+// 50. The limit is for induced bodies: closer to one than the size of a panel, the field shows the
+// pattern of the panels, and lines through weak field may wander for ever.
 constexpr double most_steps = 1000.0;
 
 constexpr std::array<std::array<double, 6>, 6> stages = {{

@@ -1,7 +1,8 @@
 // Magnets as hierarchies of dipole cells, section 6.3.2 of [Thomaszewski2010]. Level 0 is the
-// bounding box. Cells are bisected along their longest axis down to a density; leaves closer to the
-// surface than half their diameter v^(1/3) are dropped, and cells without leaves with them. Every
-// level carries the whole moment. For a pair of bodies a front of cells is chosen by (6.19).
+// bounding box. Cells are bisected along their longest axis until a given density of cells is
+// reached. Leaves of volume v closer to the surface than half their diameter v^(1/3) are dropped,
+// as are cells left without leaves. Each level carries the whole moment. For each pair of bodies
+// (6.19) selects a front of cells.
 //
 // Departures: a cell stands at the mean of its leaves, not at the middle of its box. Its density in
 // (6.19) is that of a cube of its longest edge. Cells of overlapping bodies closer than a leaf's

@@ -204,7 +204,8 @@ std::vector<std::pair<Index, Index>> pairs_of(const std::vector<MagneticBody>& b
   return pairs;
 }
 
-// Energy of surface charge in the potential of a hard magnet, which is finite where they touch.
+// Energy of an induced body's surface charge in the potential of a hard magnet, which stays finite
+// where the two touch.
 double charge_energy(const MagneticBody& induced, const MagneticBody& by) {
   const std::vector<PanelSample> charges = induced.source->charges();
   Points local(charges.size(), 3), x(charges.size(), 3);

@@ -67,8 +67,8 @@ int sphere_degree(double radius, double distance, double tolerance);
 int sphere_degree(double radius, double other_radius, double distance, double tolerance);
 
 // cells: panels along each edge of the finest of three grids, whose responses are extrapolated
-// (Richardson); see check_cells. focus [m]: half the width of a magnet close to the middle of wide
-// faces, where panels are then refined; 0: none.
+// (Richardson); see check_cells. focus [m]: half the width of a magnet near the middle of the wide
+// faces, where panels are refined; 0: no refinement.
 SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibility, int cells,
                          double focus = 0.0);
 

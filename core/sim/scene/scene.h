@@ -106,7 +106,7 @@ struct Obstacle {
   }
 };
 
-// Description. Ties cloth vertices to points of a rigid body, both ways.
+// Description of a two-way coupling that ties cloth vertices to points of a rigid body.
 struct Attachment {
   std::string cloth, body;  // names
   std::vector<Index> vertices;
