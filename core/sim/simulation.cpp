@@ -18,9 +18,9 @@
 namespace loomstone {
 
 namespace {
-constexpr int most_threads = 1024;  // libgomp aborts if it cannot start as many as asked
+constexpr int most_threads = 1024;  // libgomp aborts if it cannot start all requested threads
 
-// Held while a step runs: two steps at once would corrupt the state.
+// Marks a running step. Two concurrent steps would corrupt the state.
 class Stepping {
  public:
   explicit Stepping(std::atomic_flag& flag) : flag_(flag) {
@@ -38,7 +38,7 @@ class Stepping {
 
 struct Simulation::Data {
   IntegratorOptions options;
-  std::map<std::string, std::string> digests;  // of scene and options
+  std::map<std::string, std::string> digests;  // hashes of the fields of scene and options, by name
   Team team;
   std::shared_ptr<const Communicator> communicator;
   Model model;
@@ -48,7 +48,7 @@ struct Simulation::Data {
   std::unique_ptr<Stepper> stepper;
   UserWrites writes;
   std::atomic_flag stepping = ATOMIC_FLAG_INIT;
-  bool measured = false;  // energies of the report are those of the state
+  bool measured = false;  // the energies in the report match the current state
   std::int64_t iterations = 0;
 
   void make_stepper() {
@@ -69,7 +69,7 @@ struct Simulation::Data {
         if (t < n) t = model.triangle_of[t];
     return triangles;
   }
-  // In place: numpy views of the table stay valid.
+  // Writes in place so that numpy views of the table remain valid.
   void to_rows(const Points& user, const char* name, Points& rows,
                UserWrites::Kind kind = UserWrites::Table) {
     if (user.rows() != model.cloth.n_vertices)
@@ -157,7 +157,7 @@ Frame Simulation::frame_at(double at) const {
     fail<InvalidInput>("a frame must lie within the last step ({} to {} s), got {} s",
                        time() - data_->options.step(), time(), at);
   report();
-  // Within rounding of the end of the step the state itself is the frame.
+  // If the time is the end of the step up to rounding, the frame shows the state itself.
   const FrameTime end{time(), 1.0};
   const double start = static_cast<double>(data_->state.step) - (1.0 - share);
   const FrameTime within{start * data_->options.step(), share};
@@ -254,8 +254,8 @@ Checkpoint Simulation::checkpoint() const {
         "{} steps, this is step {}",
         data_->model.scene.rigid_rebuild_interval, data_->state.step);
   data_->settle();
-  gather_rows(*data_->layout,
-              data_->state.cloth.previous_bending);  // the only table that ranks hold in part
+  // Only rows of this rank are current in this table.
+  gather_rows(*data_->layout, data_->state.cloth.previous_bending);
   Checkpoint made = to_checkpoint(data_->model, data_->state, data_->outcome);
   made.texts = data_->digests;
   return made;

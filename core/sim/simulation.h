@@ -1,5 +1,5 @@
-// A built scene that advances: Model + State + Stepper behind the few calls that Python and tests
-// need. Its arrays are in the user's vertex order, all cloths end to end.
+// Simulation of one scene: Model, State and Stepper behind the calls that Python and the tests
+// need. Arrays are in the user's vertex order, with all cloths concatenated.
 #pragma once
 
 #include <array>
@@ -22,70 +22,78 @@ struct CircuitState;
 
 class Simulation {
  public:
-  // Checks everything and builds. threads 0: all processors. Throws InvalidInput / Unsupported.
+  // Checks the scene and builds it. threads = 0 uses all processors. Throws InvalidInput or
+  // Unsupported.
   Simulation(const Scene& scene, const IntegratorOptions& integrator, int threads = 0,
              std::shared_ptr<const Communicator> communicator = single_communicator());
   ~Simulation();
 
-  void step();          // throws SolverFailure; the state of the last good step remains
+  // Advances by one step. If it throws SolverFailure, the state of the last successful step
+  // remains.
+  void step();
   double time() const;  // [s]
   std::int64_t step_index() const;
   double step_size() const;  // [s]
   int threads() const;
   const Communicator& communicator() const;
   const StepReport& report() const;  // of the last step
-  bool may_checkpoint() const;       // false between rebuilds of the rigid-body world
+  // True without bodies, or if the last step rebuilt the rigid-body world
+  bool may_checkpoint() const;
 
   const FrameTopology& topology() const;
-  Frame frame() const;                // of the present state
-  Frame frame_at(double time) const;  // between the last two steps: interpolated positions
+  Frame frame() const;  // of the current state
+  // Frame at a time within the last step [s]. Positions are interpolated.
+  Frame frame_at(double time) const;
 
   const std::vector<Index>& vertex_order() const;  // internal row of each user vertex
 
-  // The internal tables, in the internal order, to be read and written between steps. Writing
-  // positions or velocities restarts multi-step schemes; every step first checks that all is
-  // finite. Ranks hold all rows, current after every step. A rank's writes count for the rows it
-  // owns, poses of obstacles on rank 0.
+  // Internal tables in the internal order, to read and write between steps. Writing positions or
+  // velocities restarts multistep schemes. Every step first checks that all values are finite.
+  // Every rank has all rows, which are current after every step. A rank should write only the rows
+  // that it owns. Overrides and poses of obstacles are taken from rank 0.
   State& state();
-  std::array<Index, 2> owned_rows() const;  // this rank's cloth rows [first, end)
-  void gather();                         // shares what each rank wrote with all ranks; collective
-  std::int64_t loop_iterations() const;  // of the loops this rank has run within steps
+  std::array<Index, 2> owned_rows() const;  // cloth rows of this rank, [first, end)
+  void gather();  // Collective. Sends the rows that each rank wrote to all ranks.
+  std::int64_t loop_iterations() const;  // loop iterations of this rank within steps
 
   Points positions() const;  // (n x 3) [m], a copy
   void set_positions(const Points& positions);
   Points velocities() const;  // (n x 3) [m/s], a copy
   void set_velocities(const Points& velocities);
-  Points external_forces() const;  // (n x 3) [N], added to every step until changed
+  Points external_forces() const;  // (n x 3) [N], added in every step until changed
   void set_external_forces(const Points& forces);
-  // Targets of pinned vertices at the end of the next step, in place of the script; rows of other
-  // vertices are ignored.
+  // Sets positions of pinned vertices from the end of the next step on, in place of the script.
+  // Rows of other vertices are ignored.
   void set_pin_targets(const Points& targets);
-  // Pose of an obstacle at the end of the next step; replaces its keyframes.
+  // Sets the pose of an obstacle from the end of the next step on, in place of its keyframes.
   void set_obstacle_pose(int obstacle, const Vec3& position, const Vec4& orientation);
   Points body_centres() const;  // (b x 3) centres of mass [m]
-  // Magnetic forces [N] and torques about the centres [N m] (b x 3) on the bodies now.
+  // Current magnetic forces [N] and torques about the centres of mass [N m] on the bodies (b x 3).
   std::array<Points, 2> magnetic_forces() const;
-  // The circuits of the scene now, and the currents in all its coils [A].
+  // Currents and energies of the circuits, and the current in each coil [A].
   const CircuitState& circuits() const;
   Vector currents() const;
-  double current() const;  // of the first circuit
-  // All magnets at their places in a frame of this scene.
+  double current() const;  // current of the first circuit [A]
+  // All magnets at their poses in a frame of this scene.
   std::vector<MagneticBody> magnets(const Frame& frame) const;
 
   Checkpoint checkpoint() const;
-  void restore(const Checkpoint& checkpoint);  // same scene and integrator; else throws CacheError
-  // Makes all stages again; where a checkpoint may be taken this changes no bit of the future.
+  // Restores a checkpoint. Throws CacheError if the scene or the integrator differs.
+  void restore(const Checkpoint& checkpoint);
+  // Rebuilds all stages. At a step that allows a checkpoint this changes no bit of later results.
   void rebuild_stages();
 
-  // Pairs of triangles (user numbering, all surfaces end to end) that intersect because scripted
-  // motion left the cloth no room, until they are free again.
+  // Pairs of triangles (user numbering, all surfaces concatenated) that intersect after a step has
+  // left impacts, for example because scripted motion leaves the cloth no room. The list stays
+  // current until the cloth is free of intersections.
   std::vector<std::array<Index, 2>> forced_pairs() const;
 
-  // Triangles (user numbering, all cloths end to end) beyond a strain limit by more than
-  // limit_margin() after the last step, the largest excess first.
+  // Triangles (user numbering, all cloths concatenated) that exceed a strain limit by more than
+  // limit_margin() after the last step, in descending order of excess.
   std::vector<BrokenLimit> broken_limits() const;
 
-  // Pairs of triangles (user numbering, all surfaces end to end) that intersect now.
+  // Pairs of triangles (user numbering, all surfaces concatenated) that intersect in the current
+  // state.
   std::vector<std::array<Index, 2>> intersecting_pairs() const;
 
  private:

@@ -11,13 +11,14 @@ namespace loomstone {
 
 namespace {
 
-// A vertex of a collision surface as the user knows it.
+// Returns the name of a collision triangle in messages: its surface and its index in the user's
+// numbering.
 std::string place(const Model& model, Index triangle) {
   const CollisionSurface& surface =
       model.collision.surfaces[model.collision.surface_of_triangle[triangle]];
   Index local = triangle - surface.first_triangle;
   if (surface.kind == CollisionSurface::Kind::Cloth) {
-    Index first = 0;  // user's triangles of earlier cloths
+    Index first = 0;  // number of triangles in earlier cloths
     for (const auto& other : model.collision.surfaces) {
       if (&other == &surface) break;
       first += other.n_triangles;
@@ -27,7 +28,7 @@ std::string place(const Model& model, Index triangle) {
   return formatted("{} triangle {}", surface.name, local);
 }
 
-// Index of a vertex in its cloth, from that over all cloths.
+// Converts a vertex index over all cloths to the index within its cloth.
 Index vertex_in_cloth(const Model& model, std::size_t user) {
   Index first = 0;
   for (Index i = 0; i < model.topology.cloth_of_vertex[user]; ++i)
@@ -77,7 +78,8 @@ void check_inside(const Model& model, const Points& vertices) {
   }
 }
 
-// A script that begins away from its vertices would tear them there in one step.
+// Throws InvalidInput if scripted positions start away from their vertices. The first step would
+// pull such vertices far from their neighbours.
 void check_scripts(const Model& model, const State& state) {
   Points start;
   pin_targets(model, state, 0.0, 1.0, start);
@@ -96,7 +98,7 @@ void check_scripts(const Model& model, const State& state) {
   }
 }
 
-// Which rows are prescribed, and the inverse masses of collision vertices.
+// Sets the flags of prescribed rows and the inverse masses of collision vertices.
 void build_freedom(Model& model) {
   model.prescribed = model.cloth.prescribed;
   model.prescribed.resize(model.n_rows(), 0);

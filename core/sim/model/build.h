@@ -1,4 +1,4 @@
-// The parts of build(), in the order in which they run.
+// The functions that build() consists of.
 #pragma once
 
 #include "core/base/find_by_name.h"
@@ -8,20 +8,23 @@
 
 namespace loomstone {
 
-// Cloth rows in bisection order: mechanics, pins, scripts, start positions and velocities.
+// Orders the cloth rows by recursive graph bisection. Sets materials, pins, scripts, start
+// positions and start velocities.
 void build_cloth(const Scene& scene, Model& model, State& state);
 
-// Rigid bodies, obstacles, attachments: surfaces and start poses.
+// Sets the surfaces and start poses of rigid bodies and obstacles, and the attachments.
 void build_bodies(const Scene& scene, Model& model, State& state);
 
-// Magnets, coils and bearings on bodies and obstacles, and the poles that pictures show.
+// Sets the magnets, coils and bearings, and the magnetic pole at each vertex for rendering.
 void build_magnetics(const Scene& scene, Model& model);
-void check_magnetics(const Model& model, const State& state);  // at the start
+// Checks magnets and circuits at the start positions.
+void check_magnetics(const Model& model, const State& state);
 
-// Surfaces end to end, thickness, friction, stiffness of contacts.
+// Sets the collision surfaces with thickness and friction, and the contact stiffness.
 void build_collision(const Scene& scene, Model& model);
 
-// Refuses a start with intersecting triangles or with cloth inside a closed obstacle or body.
+// Throws InvalidInput if cloth intersects a surface at the start or lies inside a closed obstacle
+// or body.
 void check_start(const Model& model, const State& state);
 
 }  // namespace loomstone

@@ -47,14 +47,15 @@ void build_attachments(const Scene& scene, Model& model, const State& state) {
   std::sort(model.attachments.begin(), model.attachments.end(), [](const auto& a, const auto& b) {
     return a.row != b.row ? a.row < b.row : a.body < b.body;
   });
-  // Our choice: stiff compared with the membrane, so that an attached vertex stays within
-  // micrometres.
+  // Our choice. Attachments are much stiffer than the membrane, so that an attached vertex stays
+  // within micrometres of its point on the body.
   model.attachment_stiffness = 100.0 * mean_membrane_stiffness(scene);
 }
 
-// A cloth's own contact distance: a tenth of the mean edge, and at most 0.4 of the smallest height
-// of a triangle, which bounds the rest distance of primitives that share no vertex. Throws where
-// the user's is so large that cloth at rest would push itself apart.
+// Returns the contact distance of a cloth to itself. The default is a tenth of the mean edge
+// length, but at most 0.4 times the smallest height of a triangle. This height bounds the rest
+// distance of primitives that share no vertex. Throws InvalidInput if the user's value is so large
+// that cloth at rest would push itself apart.
 double own_thickness(const Cloth& cloth, const std::string& name) {
   double smallest = std::numeric_limits<double>::infinity(), edges = 0.0;
   const Points& x = cloth.mesh->vertices();
@@ -83,8 +84,8 @@ double own_thickness(const Cloth& cloth, const std::string& name) {
              : std::min(0.1 * edges / (3.0 * static_cast<double>(t.rows())), 0.4 * smallest);
 }
 
-// A closed surface of many faces without creases: contact follows its rounded normal instead of its
-// facets.
+// True for a closed surface of many faces without creases. Contacts use its interpolated normals
+// instead of facet normals.
 bool is_smooth(const TriangleMesh& mesh) {
   constexpr Index many_faces = 1000;
   const double crease = std::cos(30.0 * EIGEN_PI / 180.0);
@@ -132,7 +133,7 @@ void add_cloth_surfaces(const Scene& scene, const std::vector<double>& thickness
   }
 }
 
-// Rigid bodies, then obstacles; `thickness` is that of surfaces that give none [m].
+// Adds rigid bodies, then obstacles. `thickness` [m] is the default of surfaces without their own.
 void add_body_surfaces(const Scene& scene, double thickness, Model& model) {
   const auto add = [&](const auto& each, std::size_t number, CollisionSurface surface) {
     surface.name = model.topology.body_names[number];
@@ -154,7 +155,7 @@ void add_body_surfaces(const Scene& scene, double thickness, Model& model) {
   }
 }
 
-// Rows of the implicit solve that collision vertices move with.
+// Assigns each collision vertex its row in the implicit solve.
 void number_rows(Model& model) {
   CollisionModel& collision = model.collision;
   collision.rows.row.assign(collision.n_vertices, -1);
@@ -234,8 +235,8 @@ void build_collision(const Scene& scene, Model& model) {
   for (Index e = 0; e < collision.edges.rows(); ++e)
     collision.surface_of_edge.push_back(collision.surface_of_vertex[collision.edges(e, 0)]);
   number_rows(model);
-  // 1 ... 10 times the membrane's stiffness holds contacts without noise (measured on twisted and
-  // draped cloth).
+  // Between 1 and 10 times the membrane stiffness, contacts hold without jitter (measured on
+  // twisted and draped cloth).
   collision.contact_stiffness = scene.contact_stiffness > 0.0
                                     ? scene.contact_stiffness
                                     : 3.0 * mean_membrane_stiffness(scene);

@@ -10,7 +10,7 @@ namespace loomstone {
 
 namespace {
 
-// All cloths end to end in the user's numbering.
+// All cloths concatenated, in the user's numbering.
 struct Joined {
   Points x, v;
   Triangles triangles;
@@ -46,7 +46,8 @@ Joined join(const Scene& scene) {
   return all;
 }
 
-// Rigidity for (kxx, kyy, 2 kxy); an isotropic plate has (1 - nu) / 2 B as its twist entry.
+// Returns the bending rigidity for the curvatures (kxx, kyy, 2 kxy). The default twist entry is
+// that of an isotropic plate, (1 - nu) / 2 B.
 Mat3 rigidity_of(const ClothMaterial& m, const std::string& where) {
   const double mean = std::sqrt(m.bending_weft * m.bending_warp);
   const double twist = m.bending_twist < 0.0 ? 0.5 * (mean - m.bending_coupling) : m.bending_twist;
@@ -62,7 +63,8 @@ Mat3 rigidity_of(const ClothMaterial& m, const std::string& where) {
   return d;
 }
 
-// Each cloth keeps its own range of rows; inside it bisection of the mesh graph decides.
+// Each cloth has a contiguous range of rows. Within it, rows follow the recursive bisection of the
+// mesh graph.
 void order_vertices(const Scene& scene, const Joined& all, Model& model) {
   model.row_of_vertex.resize(all.x.rows());
   for (std::size_t c = 0; c < scene.cloths.size(); ++c) {

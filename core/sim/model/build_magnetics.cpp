@@ -1,4 +1,4 @@
-// Magnets, coils and bearings on bodies and obstacles, and the poles that pictures show.
+// Builds the magnets, coils and bearings, and the magnetic pole at each vertex for rendering.
 #include "core/base/error.h"
 #include "core/sim/model/build.h"
 #include "core/sim/model/motion.h"

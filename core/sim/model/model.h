@@ -1,4 +1,5 @@
-// A checked scene as tables. Constant once built; together with State it alone decides the future.
+// Tables of a checked scene, constant after build(). Model and State alone determine all later
+// steps.
 #pragma once
 
 #include <algorithm>
@@ -17,29 +18,29 @@
 
 namespace loomstone {
 
-// Model.
 struct Model {
-  // Vertices in collision numbering (cloth rows, then bodies, then obstacles) that belong to one
-  // rigid body or obstacle.
+  // The collision vertices of one rigid body or obstacle. Collision vertices are numbered by cloth
+  // rows, then bodies, then obstacles.
   struct Surface {
-    Index first = 0;  // collision vertex of its row 0
-    Points local;     // (k x 3) body: from the centre of mass; obstacle: mesh vertices [m]
+    Index first = 0;  // index of its first collision vertex
+    // (k x 3) relative to the centre of mass (body) or the mesh's origin (obstacle) [m]
+    Points local;
   };
   struct Attached {
     Index row = 0;  // cloth row
     int body = 0;
-    Vec3 local = Vec3::Zero();  // point of the body, from its centre, mesh axes [m]
+    Vec3 local = Vec3::Zero();  // point relative to the body's centre of mass, in mesh axes [m]
   };
-  struct PinScript {  // a cloth whose pins move
+  struct PinScript {  // scripted positions of the pins of one cloth
     std::vector<Index> rows;
     std::vector<double> times;
-    Points positions;  // (times * rows x 3)
+    Points positions;  // (times * rows x 3) [m]
   };
 
   Scene scene;
   ClothModel cloth;
   CollisionModel collision;
-  FrameTopology topology;            // user's order
+  FrameTopology topology;            // in the user's order
   std::vector<Index> row_of_vertex;  // user's cloth vertex -> row
   std::vector<Index> triangle_of;    // internal triangle -> user's
   std::vector<PinScript> scripts;
@@ -47,12 +48,12 @@ struct Model {
   std::vector<MassProperties> body_mass;
   std::vector<Attached> attachments;
   double attachment_stiffness = 0.0;     // [N/m]
-  std::vector<std::uint8_t> prescribed;  // (rows) 1: cloth vertex whose motion is prescribed
-  Vector inverse_mass;      // (collision vertices) of free cloth vertices, else 0 [1/kg]
-  double cloth_size = 0.0;  // diagonal of the box about all cloths at the start [m]
+  std::vector<std::uint8_t> prescribed;  // (rows) 1: prescribed vertex
+  Vector inverse_mass;      // (collision vertices) nonzero only for free cloth vertices [1/kg]
+  double cloth_size = 0.0;  // diagonal of the bounding box of all cloths at the start [m]
   MagneticModel magnetics;  // carriers are bodies, then obstacles
 
-  // Number of a cloth row as the user knows it.
+  // User's vertex number of a cloth row.
   Index vertex_of_row(Index row) const {
     const auto found = std::find(row_of_vertex.begin(), row_of_vertex.end(), row);
     return static_cast<Index>(found - row_of_vertex.begin());
@@ -63,7 +64,7 @@ struct Model {
 
 struct State;
 
-// Checks the scene (throws InvalidInput, Unsupported) and makes model and start state.
+// Checks the scene and builds the model and the start state. Throws InvalidInput or Unsupported.
 void build(const Scene& scene, Model& model, State& state);
 
 }  // namespace loomstone

@@ -15,12 +15,12 @@ Vec3 between_rows(const Points& p, std::size_t first, std::size_t second, double
   return fraction == 0.0 ? a : Vec3(a + fraction * (b - a));
 }
 
-// First row of an obstacle among the collision vertices of all obstacles.
+// Index of an obstacle's first vertex among the vertices of all obstacles.
 Index first_row(const Model& model, int obstacle) {
   return model.obstacles[obstacle].first - model.obstacles.front().first;
 }
 
-// Present pose of an obstacle's mesh; none where it is deformed.
+// Current pose of an obstacle's mesh, or nullopt if the mesh is deformed.
 std::optional<RigidPose> present_pose(const Model& model, const State& state, int obstacle) {
   const Points& local = model.obstacles[obstacle].local;
   const RigidMotion motion = rigid_motion(
@@ -87,7 +87,8 @@ void obstacle_vertices(const Model& model, const State& state, double time, doub
       continue;
     }
     if (share < 1.0 && state.pose_override[o] && !present_pose(model, state, static_cast<int>(o))) {
-      Points end(surface.local.rows(), 3);  // deformed so far: straight to the pose
+      // A deformed mesh has no pose. Its vertices move in straight lines to the new pose.
+      Points end(surface.local.rows(), 3);
       place_points(obstacle_pose(model, state, static_cast<int>(o), time, 1.0), surface.local, end);
       const auto now = state.obstacle_vertices.middleRows(first_row(model, static_cast<int>(o)), k);
       rows = now + share * (end - now);

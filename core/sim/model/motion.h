@@ -1,4 +1,4 @@
-// Scripted motion: pins and obstacles; and the surface points of rigid bodies.
+// Positions of pins and obstacles according to scripts, and surface vertices of rigid bodies.
 #pragma once
 
 #include "core/sim/model/model.h"
@@ -6,29 +6,30 @@
 
 namespace loomstone {
 
-// Targets that the user sets hold at the end of the step. `share` is the fraction of the way there
-// from `state`: 1, but for parts of a step that is taken in halves.
+// Targets set by the user apply at the end of the step. `share` is the fraction of the motion from
+// `state` to these targets. It is below 1 only if the step is taken in parts.
 
-// (n x 3) targets of prescribed rows at `time`: of the script, of the user, or where they are.
+// Sets `target` (n x 3) at `time` to the positions of scripted pins and to the user's targets. All
+// other rows are the current positions.
 void pin_targets(const Model& model, const State& state, double time, double share, Points& target);
 
-// Pose of an obstacle's mesh at `time`: keyframes or the user's.
+// Pose of an obstacle's mesh at `time`, from its keyframes or from the user.
 RigidPose obstacle_pose(const Model& model, const State& state, int obstacle, double time,
                         double share);
 
-// World positions of all obstacle vertices at `time`, end to end.
+// World positions of all obstacle vertices at `time`, concatenated.
 void obstacle_vertices(const Model& model, const State& state, double time, double share,
                        Points& vertices);
 
-// Obstacles for the rigid-body world; `state` is that at `time`.
+// Obstacles for the rigid-body world. `state` is the state at `time`.
 std::vector<RigidObstacle> rigid_obstacles(const Model& model, const State& state, double time);
 ObstaclePlaces obstacle_places(const Model& model, const State& state, double time, double share);
 
-// World positions of a body's surface.
+// World positions of the surface vertices of a body.
 void body_vertices(const Model& model, const RigidState& rigid, int body,
                    Eigen::Ref<Points> vertices);
 
-// All collision vertices of a state (cloth rows, bodies, obstacles).
+// World positions of all collision vertices of a state (cloth rows, bodies, obstacles).
 void collision_vertices(const Model& model, const State& state, Points& vertices);
 
 }  // namespace loomstone

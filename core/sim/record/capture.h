@@ -1,4 +1,4 @@
-// Frames of a state for people, checkpoints for resuming.
+// Frames for output, and checkpoints for resuming a run.
 #pragma once
 
 #include "core/base/checkpoint.h"
@@ -12,19 +12,21 @@ namespace loomstone {
 // A time within the last step.
 struct FrameTime {
   double time = 0.0;   // [s]
-  double share = 1.0;  // of the way from the start of the step to its end [1]
+  double share = 1.0;  // fraction of the step that has passed at this time [1]
 };
-// Positions are interpolated linearly within the step, all else is that of its end.
+// Captures a frame at a time within the last step. Positions are interpolated linearly, and strains
+// follow from them. Velocities and contacts are those at the end of the step.
 Frame capture(const State& state, const StepOutcome& outcome, const Engines& engines, FrameTime at);
 
-// Fills energies, strains and circuits of a report, at `time` [s].
+// Sets the energies, strains and circuit values of a report for `state` at `time` [s].
 void measure(const State& state, double time, const Engines& engines, StepReport& report);
 
 // Magnetic force and torque on each body at `time` [s]; zero without magnets.
 std::vector<Wrench> magnetic_forces(const State& state, double time, const Engines& engines);
 
 Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutcome& outcome);
-// Throws CacheError where the checkpoint is of another scene.
+// Sets `state` and `outcome`. Throws CacheError if the checkpoint belongs to another scene or is
+// damaged.
 void from_checkpoint(const Model& model, const Checkpoint& checkpoint, State& state,
                      StepOutcome& outcome);
 

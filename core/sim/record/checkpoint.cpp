@@ -1,4 +1,4 @@
-// A checkpoint is State, written out table by table.
+// Conversion of State to and from a checkpoint, table by table.
 #include "core/base/message.h"
 #include "core/sim/record/capture.h"
 
@@ -25,7 +25,7 @@ void get(const Checkpoint& c, const std::string& name, Matrix& matrix) {
   std::copy(found->second.values.begin(), found->second.values.end(), matrix.data());
 }
 
-// A table whose size the scene decides: that of `now`.
+// Reads a table whose size the scene determines. Its shape must match that of `now`.
 template <class Matrix>
 void get(const Checkpoint& c, const std::string& name, Matrix& matrix, const Matrix& now) {
   get(c, name, matrix);
@@ -92,7 +92,7 @@ Checkpoint to_checkpoint(const Model& model, const State& state, const StepOutco
   put(c, "pose_position", state.pose_position);
   put(c, "pose_orientation", state.pose_orientation);
   c.bytes["pose_override"] = state.pose_override;
-  c.bytes["contact_flags"] = outcome.contact;  // shown by a frame taken before the next step
+  c.bytes["contact_flags"] = outcome.contact;  // needed by frames captured before the next step
   return c;
 }
 
@@ -127,7 +127,7 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
   get(c, "circuits.currents", circuits.currents, state.magnetic.circuits.currents);
   s.magnetic.moments.resize(0, 3);
   if (c.arrays.count("induced_moments"))
-    get(c, "induced_moments", s.magnetic.moments);  // earlier versions had none
+    get(c, "induced_moments", s.magnetic.moments);  // absent in checkpoints of earlier versions
   Points slip;
   Vector force;
   get(c, "contacts.slip", slip);
@@ -153,7 +153,7 @@ void from_checkpoint(const Model& model, const Checkpoint& c, State& state, Step
       contact.size() != static_cast<std::size_t>(model.cloth.n_vertices))
     throw CacheError("the checkpoint's flags do not fit its tables; it is damaged");
   outcome.contact = std::move(contact);
-  state = s;  // a copy: the tables stay where numpy views see them
+  state = s;  // copied, not moved, so that numpy views remain valid
 }
 
 }  // namespace loomstone

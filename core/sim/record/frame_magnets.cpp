@@ -9,7 +9,7 @@ namespace loomstone {
 
 namespace {
 
-// The pose that takes `local` to `world` with the least squares of errors.
+// Least-squares fit of the pose that maps `local` to `world`.
 RigidPose fitted_pose(const Points& local, const Points& world) {
   const Eigen::Matrix4d fit = Eigen::umeyama(Eigen::Matrix3Xd(local.transpose()),
                                              Eigen::Matrix3Xd(world.transpose()), false);

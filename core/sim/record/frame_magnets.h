@@ -1,4 +1,4 @@
-// The magnets of a frame, placed by the vertices that the frame shows; for pictures.
+// Magnets of a frame for rendering. Their poses are fitted to the frame's vertices.
 #pragma once
 
 #include "core/base/frame.h"
@@ -8,8 +8,9 @@
 
 namespace loomstone {
 
-// All magnets of the model in the order of the scene. Spheres that magnetise stand as the magnets
-// that they are in that frame. Throws InvalidInput where the frame is of another scene.
+// Returns all magnets of the model in the order of the scene, including coils that carry current.
+// Soft-magnetic spheres appear with their magnetisation in that frame. Throws InvalidInput if the
+// frame belongs to another scene.
 std::vector<MagneticBody> magnets_of_frame(const Team& team, const Model& model,
                                            const Frame& frame);
 

@@ -1,4 +1,4 @@
-// Checks of a scene's descriptions, and the names of its parts in messages.
+// Checks the description of a scene, and names its parts in messages.
 #pragma once
 
 #include <string>
@@ -7,15 +7,16 @@
 
 namespace loomstone {
 
-// Numbers, names, sizes and references of all descriptions. Throws InvalidInput.
+// Checks the numbers, names and array sizes of a scene. Throws InvalidInput.
 void check_scene(const Scene& scene);
 
-// Name of a surface in reports and files: that given, or what it is with its place, or with the
-// next number of which no other surface has the name.
+// Returns the name of a surface in reports and files. This is the given name, else kind and index,
+// such as "cloth0". If another surface has this name, the index increases by `count` until the name
+// is unique.
 std::string name_of(const Scene& scene, const char* kind, std::size_t index, std::size_t count,
                     const std::string& given);
 
-// "cloths[1]" with its name where it has one.
+// Returns the name of a list entry in messages, such as: cloths[1] ("flag").
 std::string item(const char* list, std::size_t index, const std::string& name);
 
 }  // namespace loomstone

@@ -1,5 +1,4 @@
-// Descriptions of a scene: plain structs without methods; build() checks them and makes the
-// Model.
+// Description of a scene in plain structs. build() checks the description and makes the Model.
 #pragma once
 
 #include <array>
@@ -34,7 +33,7 @@ constexpr auto choices(RestAngles) {
                     ChoiceName{RestAngles::Mesh, "mesh", "those of the mesh as given"}};
 }
 
-// Description.
+// Description of a cloth.
 struct Cloth {
   std::string name;
   std::shared_ptr<const TriangleMesh> mesh;
@@ -42,11 +41,11 @@ struct Cloth {
   RestLengths rest = RestLengths::Uv;
   RestAngles rest_angles = RestAngles::Flat;
   BendingElement bending = BendingElement::MidEdge;
-  std::vector<Index> pins;           // vertices that stay where they are (or follow a script)
-  std::vector<double> script_times;  // [s] ascending; empty: pins stand still
-  Points
-      script_positions;  // (times * pins x 3) of the pins at each time, interpolated linearly [m]
-  Points velocities;     // (n x 3) at the start, or empty: at rest [m/s]
+  std::vector<Index> pins;           // prescribed vertices: fixed in place, or moved by a script
+  std::vector<double> script_times;  // ascending [s]; empty: pins do not move
+  // (times * pins x 3) positions of the pins, linear in between [m]
+  Points script_positions;
+  Points velocities;  // (n x 3) at the start [m/s]; empty: at rest
   double thickness = 0.0;
   double friction = 0.3;
   bool self_collision = true;
@@ -75,17 +74,17 @@ struct Cloth {
   }
 };
 
-// Description. Static, moved by keyframes, or deformed by a vertex sequence.
+// Description of an obstacle. It is static, moves by keyframes or deforms by a vertex sequence.
 struct Obstacle {
   std::string name;
   std::shared_ptr<const TriangleMesh> mesh;
   double friction = 0.3;
   double thickness = 0.0;
-  std::vector<double> times;  // keyframes [s], ascending
-  Points positions;           // (times x 3) of the mesh's origin [m]
-  Points axis_angles;         // (times x 3) rotation vectors [rad]; empty: none
-  Points vertex_positions;    // (times * n x 3) vertex sequence instead of rigid keyframes [m]
-  bool floor = false;         // drawn as ground
+  std::vector<double> times;  // of keyframes, ascending [s]
+  Points positions;           // (times x 3) positions of the mesh's origin [m]
+  Points axis_angles;         // (times x 3) rotation vectors [rad]; empty: no rotation
+  Points vertex_positions;    // (times * n x 3) vertex sequence in place of keyframes [m]
+  bool floor = false;         // rendered as ground
 
   static auto fields() {
     using O = Obstacle;
@@ -106,7 +105,7 @@ struct Obstacle {
   }
 };
 
-// Description of a two-way coupling that ties cloth vertices to points of a rigid body.
+// Two-way coupling that ties cloth vertices to points of a rigid body.
 struct Attachment {
   std::string cloth, body;  // names
   std::vector<Index> vertices;
@@ -127,7 +126,7 @@ constexpr auto choices(ContactResponse) {
                  "impulses after it, as explicit integrators always do"}};
 }
 
-// Description.
+// Description of a whole scene.
 struct Scene {
   std::vector<Cloth> cloths;
   std::vector<Obstacle> obstacles;

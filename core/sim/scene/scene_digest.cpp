@@ -74,7 +74,7 @@ class Digest {
     word(values.size());
     for (const T& value : values) add(value);
   }
-  // Only what differs from its default: later versions may have more fields.
+  // Hashes only fields that differ from their defaults, so that later versions can add fields.
   template <Description D>
   void add(const D& description) {
     visit(description,
@@ -83,7 +83,7 @@ class Digest {
 
   template <Description D, class Visitor>
   static void visit(const D& description, Visitor&& visitor) {
-    D defaults;  // not D{}: GCC 12 then takes its texts for uninitialised
+    D defaults;  // GCC 12 reports the strings of D{} as uninitialised
     for_each_field<D>([&](const auto& each) {
       Digest given, usual;
       given.add(description.*(each.member)), usual.add(defaults.*(each.member));

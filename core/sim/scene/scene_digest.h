@@ -1,4 +1,5 @@
-// Hashes of a scene's fields in a checkpoint, so that a run is not resumed with another scene.
+// Hashes of the fields of a scene. A checkpoint stores them, so that a run cannot resume with
+// another scene.
 #pragma once
 
 #include <map>
@@ -9,13 +10,12 @@
 
 namespace loomstone {
 
-// A hash of the integrator's method and of each field of Scene and of the integrator that differs
-// from its default, by name ("scene.gravity"). Numbers are hashed in single precision, those below
-// 1e-12 as zero, because another machine's sines may differ in the last digits.
+// Returns a hash of each field of Scene and of the integrator that differs from its default, by
+// name ("scene.gravity"), and of the integrator's method. Numbers are hashed in single precision,
+// and magnitudes below 1e-12 as zero, because sines may differ in the last digits between machines.
 std::map<std::string, std::string> digests(const Scene& scene, const IntegratorOptions& options);
 
-// Throws CacheError naming the fields in which a checkpoint's digests differ; those of earlier
-// versions have none.
+// Throws CacheError that lists the fields whose digests differ. Checkpoints without digests pass.
 void check_digests(const std::map<std::string, std::string>& kept,
                    const std::map<std::string, std::string>& now);
 

@@ -1,6 +1,6 @@
-// A step that fails is taken again in halves: where the solver finds no solution, where
-// certification leaves impacts or withholds much of the motion, and where strain limits that held
-// at the start do not hold at the end.
+// A step that fails is repeated in two halves. A step fails if the solver finds no solution, or if
+// certification leaves impacts or withholds much of the motion. It also fails if strain limits that
+// are satisfied at the start are violated at the end.
 #pragma once
 
 #include <cstdint>
@@ -8,43 +8,44 @@
 
 namespace loomstone {
 
-// A part of a step, in 64ths of it.
+// A part of a step, in units of 1/64 step.
 struct StepPart {
   static constexpr int whole = 64, quarter = 16, least = 1;
   int first = 0, last = whole;
   int length() const { return last - first; }
 };
 
-// The goals that an attempt at a part missed.
+// The result of an attempt at a part.
 struct PartResult {
   bool solved = true;               // the solver found a solution
-  std::int64_t impacts = 0;         // left by certification
+  std::int64_t impacts = 0;         // impacts that certification left
   bool withheld_much = false;       // certification withheld much of the motion
-  bool broke_limits = false;        // strain limits that held at the start do not hold at the end
-  bool stopped_for_limits = false;  // the cloth lost much of its motion so that its limits hold
+  bool broke_limits = false;        // limits satisfied at the start are violated at the end
+  bool stopped_for_limits = false;  // fallbacks withheld much of the motion
 };
 
-// The parts of a step in order, and whether an attempt is accepted. Decides from results alone.
+// Divides a step into parts and decides whether an attempt is accepted. The decision depends only
+// on the results of attempts.
 class Bisection {
  public:
-  // limits_in_solve: strain limits act in the implicit solve, not by sweeps alone.
+  // limits_in_solve: strain limits act in the implicit solve, not only in sweeps.
   explicit Bisection(bool limits_in_solve) : limits_in_solve_(limits_in_solve) {}
 
   bool done() const { return left_.empty(); }
-  StepPart part() const { return left_.back(); }  // to be attempted
+  StepPart part() const { return left_.back(); }  // the part to attempt next
 
   enum class Verdict { Accepted, Halved };
-  // Accepted: the part is done and the next one follows. Halved: its halves take its place.
+  // Accepted: the next part follows. Halved: two halves replace the part.
   Verdict judge(const PartResult& result);
 
  private:
-  // A cause of failure halves parts until one of the least length fails for it. From then on the
-  // rest of the step is accepted with what that cause leaves undone.
+  // Response to one cause of failure. Parts are halved until a part of the least length fails for
+  // this cause. The rest of the step is then accepted despite this cause.
   enum class Answer { Halve, Accept };
 
   bool limits_in_solve_;
   Answer impacts_ = Answer::Halve, limits_ = Answer::Halve, withheld_ = Answer::Halve;
-  std::vector<StepPart> left_ = {StepPart{}};  // the last comes first
+  std::vector<StepPart> left_ = {StepPart{}};  // the next part is at the back
 };
 
 }  // namespace loomstone

@@ -36,8 +36,8 @@ void count_intersections(State& state, Engines& engines, StepOutcome& outcome) {
   collision_vertices(engines.model, state, x1);
   const std::vector<std::array<Index, 2>> pairs = cloth_intersections(surfaces, x1);
   outcome.report.contacts.intersections = static_cast<std::int64_t>(pairs.size());
-  // An edge may also pierce a triangle that shares a vertex with one of its own: such a pair is not
-  // counted.
+  // find_tangle() also finds an edge that pierces a triangle sharing a vertex with one of the
+  // edge's triangles. cloth_intersections() does not count such pairs.
   if (pairs.empty() && engines.collision->find_tangle(x1).empty()) state.tangled = 0;
   if (state.tangled != 2) return;
   outcome.forced = pairs;

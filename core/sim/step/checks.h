@@ -1,5 +1,4 @@
-// Checks of a step: whether it diverged, whether it is free of intersections, how calm its
-// contacts are.
+// Checks after a step: divergence, intersections and accelerations in contact.
 #pragma once
 
 #include "core/sim/step/engines.h"
@@ -7,16 +6,17 @@
 
 namespace loomstone {
 
-// Throws SolverFailure where a vertex is not finite, or has moved by a hundred times the size of
-// the cloth since x0 (n x 3).
+// Throws SolverFailure if a vertex is not finite, or has moved from x0 (n x 3) by more than 100
+// times the size of the cloth.
 void check_divergence(const Model& model, const Points& x0, const ClothState& cloth,
                       const char* stage);
 
-// Counts intersections where the step has left impacts, until the cloth is free again.
+// Counts intersections, and clears state.tangled if there are none. If a step has left impacts,
+// also lists the intersecting pairs as forced.
 void count_intersections(State& state, Engines& engines, StepOutcome& outcome);
 
-// Motion withheld over the whole step, and accelerations in contact; `step`: its length
-// [s].
+// Reports the withheld motion of the whole step and the accelerations in contact. `step` is the
+// length of the step [s].
 void measure_contacts(const Model& model, const State& state, double step, StepOutcome& outcome);
 
 }  // namespace loomstone

@@ -10,17 +10,17 @@ namespace loomstone {
 
 namespace {
 
-// Our choice: where contacts and limits meet in the solve, a second round is rare.
+// Our choice. A second round is rare if contacts and limits are both part of the solve.
 constexpr int max_rounds = 4;
 constexpr int max_fallbacks = 4;
 constexpr int max_passes = 16;    // over triangles, in one fallback
-constexpr double aimed_at = 0.9;  // fraction of the margin that a fallback leaves
-// Largest fraction of the motion that fallbacks may withhold before the step is taken in parts. A
-// single fallback can withhold most of the motion of cloth that is thrown at a ball.
+constexpr double aimed_at = 0.9;  // fraction of the margin that a fallback aims for
+// The step is taken in parts if fallbacks withhold more than this fraction of the motion. One
+// fallback can withhold most of the motion of a cloth thrown at a ball.
 constexpr double much_motion = 0.01;
 
-// A strain mode (weft, warp, shear) of a triangle at one end of the step: strain beyond its limit
-// (negative: within) and the excess that is tolerated.
+// A strain mode (weft, warp, shear) of a triangle: the strain beyond its limit (negative: within)
+// and the tolerated excess [1].
 struct Mode {
   double excess, margin;
 };
@@ -79,7 +79,7 @@ class Constraining {
 
   MotionInputs motion() const { return {*in_.x0, *in_.inverse_mass, *in_.tangle}; }
 
-  // Whether some cloth's limits hold at x0 but not at x1.
+  // True if the limits of some cloth are satisfied at x0 but not at x1.
   bool breaks() {
     if (!in_.limiter || !in_.limits_hold) return false;
     if (limiting_held() && report_.touched.empty()) return false;
@@ -111,11 +111,11 @@ class Constraining {
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
 
-  // Whether limits held after limiting and impulses have moved nothing since: saves a check.
+  // True if limits were satisfied after limiting and no impulses followed. This saves a check.
   bool limiting_held() const { return report_.limits.broken.empty() && !in_.repelled; }
 
-  // Marks cloths whose limits sweeps alone cannot meet, because a script leaves them no room or
-  // sweeps ended too soon. Certification decides about them, and the report states the excess.
+  // Marks cloths whose limits the sweeps did not satisfy, because scripted motion leaves no room or
+  // the sweeps ended too soon. Later rounds do not limit these cloths; their excess is reported.
   void give_up() {
     held_.assign(in_.cloth->n_vertices, 0);
     if (limiting_held()) return;
@@ -126,8 +126,9 @@ class Constraining {
         for (int c = 0; c < 3; ++c) held_[in_.cloth->triangles(t, c)] = 1;
   }
 
-  // Where scripted motion leaves limits no room, sweeps only push strain into corners. Cloths that
-  // sweeps did not improve return to the positions of the solve. True if there are any.
+  // If scripted motion leaves the limits no room, sweeps only concentrate strain in corners. Resets
+  // cloths that the sweeps did not improve to their positions before the sweeps. True if there are
+  // any.
   bool take_back(const Points& wanted) {
     check(wanted);
     const std::vector<double> before = squares_;
@@ -144,8 +145,8 @@ class Constraining {
     return std::any_of(worse.begin(), worse.end(), [](std::uint8_t w) { return w != 0; });
   }
 
-  // Any certified state may end the step. Where limits hold in none, the one with the least excess
-  // does; check() has just measured the present one.
+  // Stores the certified state with the least excess, for the case that no certified state
+  // satisfies the limits. Requires that check() has measured x1_.
   void keep_best() {
     const double excess = std::accumulate(squares_.begin(), squares_.end(), 0.0);
     if (excess >= least_excess_) return;
@@ -166,7 +167,7 @@ class Constraining {
     ++report_.rounds;
   }
 
-  // Mode k of a triangle with this strain.
+  // Mode k (weft, warp, shear) of a triangle with this strain.
   Mode mode(const Vec3& strain, Index triangle, int k) const {
     const StrainLimit& limit = in_.cloth->strain_limits[in_.cloth->strain_limit_of[triangle]];
     const std::array<double, 3> most = {limit.weft, limit.warp, limit.shear};
@@ -176,9 +177,9 @@ class Constraining {
                           : Mode{below, limit_margin(least[k])};
   }
 
-  // Finds the triangles that are beyond their limits at x by more than the margin (true if there
-  // are any), and sums the squares of all excess for each limit. Cloths that are limited by edges
-  // or given up do not count.
+  // Finds the triangles that exceed their limits at x by more than the margin, and sums the squared
+  // excess of each limit. Returns true if there are any. Ignores cloths that are limited by edges
+  // or given up.
   bool check(const Points& x) {
     const LimitReport seen = in_.limiter->measure(*in_.team, x);
     squares_ = seen.squares;
@@ -193,14 +194,14 @@ class Constraining {
     return !beyond_.empty();
   }
 
-  // Moves the corners of triangles beyond their limits back towards the start of the step until
-  // none is beyond. False if nothing could move, or triangles were beyond at the start too.
+  // Moves the corners of triangles that exceed their limits back towards the start of the step
+  // until no triangle exceeds them. Returns false if no corner could move.
   bool fall_back() {
     const Points wanted = x1_;
     bool any = false;
     for (int pass = 0; pass < max_passes && !beyond_.empty(); ++pass) {
-      std::vector<std::pair<Index, double>>
-          shares;  // fractions of their displacement that vertices keep
+      // (vertex, fraction of its displacement that it keeps)
+      std::vector<std::pair<Index, double>> shares;
       for (const Index t : beyond_) {
         const Vec3 strain0 =
             corotational_strain(in_.cloth->triangles, in_.cloth->corners, *in_.x0, t);
@@ -213,7 +214,8 @@ class Constraining {
             share = std::min(share, (aim - before.excess) / (now.excess - before.excess));
         }
         if (pass >= max_passes / 2) share *= 0.5;
-        bool free = true;  // else the prescribed corners would move on alone
+        // Skips triangles with a prescribed corner, which cannot move back.
+        bool free = true;
         for (int c = 0; c < 3; ++c)
           free = free && (*in_.inverse_mass)[in_.cloth->triangles(t, c)] > 0.0;
         if (share < 1.0 && free)
@@ -247,11 +249,11 @@ class Constraining {
   Points& x1_;
   FreeBodies& bodies_;
   ConstrainReport report_;
-  Points target_;  // positions that were certified last
+  Points target_;  // positions before the last certification
   std::vector<Index> beyond_;
   std::vector<double> squares_;         // (limits)
   std::vector<std::uint8_t> given_up_;  // (limits)
-  std::vector<std::uint8_t> held_;      // (n) 1: limiting no longer moves it
+  std::vector<std::uint8_t> held_;      // (n) 1: limiting must not move the vertex
   double least_excess_ = std::numeric_limits<double>::infinity();
   Points best_x1_;
   FreeBodies best_bodies_;

@@ -1,7 +1,8 @@
-// Strain limits and contacts together at the end of a step. Limiting and certification alternate:
-// certification checks the motion that limiting leaves, limiting repairs the strains that
-// certification leaves. Where the two disagree, cloth falls back towards the start of the step,
-// where both held. That is a last resort: the caller can take the step in parts instead.
+// Enforces strain limits and contacts together at the end of a step. Limiting and certification
+// alternate: certification checks the limited motion, and limiting repairs strains that
+// certification causes. If the two disagree, the fallback moves cloth back towards the start of the
+// step, where both were satisfied. The fallback is a last resort, because the caller can take the
+// step in parts instead.
 #pragma once
 
 #include <cstdint>
@@ -19,34 +20,35 @@ struct ConstrainInputs {
   const Team* team = nullptr;
   const Team* collision_team = nullptr;
   const ClothModel* cloth = nullptr;
-  StrainLimiter* limiter = nullptr;     // null: no strain is limited
-  bool limits_hold = true;              // false: edges are limited, once, before certification
+  StrainLimiter* limiter = nullptr;     // null: strains have no limits
+  bool limits_hold = true;              // false: limits apply to edges, once, before certification
   CollisionStage* collision = nullptr;  // null: nothing collides
-  const Tangle* tangle = nullptr;       // of x0, where something collides
-  // Near contacts that impulses answer; null: the solve has answered them.
+  const Tangle* tangle = nullptr;       // tangle at x0; required with `collision`
+  // Contacts that impulses resolve; null: the implicit solve resolves contacts.
   const std::vector<Contact>* repelled = nullptr;
-  std::uint64_t seed = 0;                // of random orders
-  double h = 0.0;                        // length of the step [s]
-  const Points* x0 = nullptr;            // (all vertices x 3) at the start of the step [m]
-  const Vector* inverse_mass = nullptr;  // (all vertices) 0: motion is prescribed [1/kg]
+  std::uint64_t seed = 0;      // of the random order of sweeps
+  double h = 0.0;              // length of the step [s]
+  const Points* x0 = nullptr;  // (all vertices x 3) positions at the start of the step [m]
+  const Vector* inverse_mass = nullptr;  // (all vertices) 0: prescribed motion [1/kg]
 };
 
 struct ConstrainReport {
-  LimitReport limits;  // after the first limiting; sweeps and evaluations are those of all rounds
-  CertifyReport certified;    // of all rounds, each vertex once; `unresolved` is that of the last
-  int rounds = 0;             // certifications
-  int fallbacks = 0;          // rounds after cloth fell back for its limits
-  bool broke_limits = false;  // limits that held at x0 do not hold at x1
-  bool stopped_for_limits = false;  // falling back withheld more than a hundredth of the motion
-  double requested = 0.0;  // lengths of the displacements of free cloth before certification [m]
-  double withheld_for_limits = 0.0;  // lengths that falling back withholds from them [m]
+  LimitReport limits;  // from the last limiting that led to x1; sweeps and evaluations are totals
+  // Of all rounds, with each vertex once; `unresolved` is from the last round
+  CertifyReport certified;
+  int rounds = 0;                   // number of certifications
+  int fallbacks = 0;                // number of fallbacks
+  bool broke_limits = false;        // limits that hold at x0 are violated at x1
+  bool stopped_for_limits = false;  // fallbacks withheld more than 1 % of the motion
+  double requested = 0.0;  // sum of displacement lengths of free cloth before certification [m]
+  double withheld_for_limits = 0.0;  // sum of the lengths that fallbacks withhold [m]
   double limit_seconds = 0.0;
   std::vector<Index> touched;  // cloth vertices that certification moved
 };
 
-// Moves x1 (all vertices x 3) and `bodies` so that no pair intersects on the way from x0 and no
-// triangle is beyond its limits by more than limit_margin(). Cloths whose limits sweeps alone
-// cannot meet keep an excess, which the report states.
+// Corrects x1 (all vertices x 3) and `bodies` so that no pair intersects on the way from x0 and no
+// triangle exceeds its limits by more than limit_margin(). Limits that sweeps cannot satisfy keep
+// an excess, which is reported.
 ConstrainReport constrain(const ConstrainInputs& inputs, Points& x1, FreeBodies& bodies);
 
 }  // namespace loomstone

@@ -8,7 +8,7 @@ namespace {
 
 std::unique_ptr<RigidWorld> make_world(const Model& model, const State& state, double time,
                                        bool magnetic) {
-  // With magnets gravity and free rotation are theirs, between contacts.
+  // With magnets, MagneticMotion applies gravity and gyroscopic torques instead of the world.
   const Vec3 gravity = magnetic ? Vec3(Vec3::Zero()) : model.scene.gravity;
   auto world = std::make_unique<RigidWorld>(model.scene.bodies, rigid_obstacles(model, state, time),
                                             gravity, !magnetic, model.scene.rigid_iterations);

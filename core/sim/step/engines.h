@@ -1,6 +1,6 @@
 // Engines that the stages of a step share: the mechanics of cloth, bodies, magnets and contacts.
-// Made from the model, and from the state where that holds what an engine carries on; made again
-// between two steps they change no bit.
+// They are built from the model and the state. Rebuilding them at a step that allows a checkpoint
+// changes no bit of later results.
 #pragma once
 
 #include <memory>
@@ -25,16 +25,17 @@ struct Engines {
   const Model& model;
   const RowLayout& layout;
   Team team;
-  std::vector<double> busy;  // (threads) in this step's loops of collision handling [s]
-  Team collision_team;       // the same threads, which add to `busy`
+  std::vector<double> busy;  // (threads) time in this step's loops of collision handling [s]
+  Team collision_team;       // the same threads; their time is added to `busy`
   std::unique_ptr<Elasticity> elasticity;
   std::unique_ptr<Integrator> integrator;
   std::unique_ptr<CollisionStage> collision;  // null: nothing collides
-  std::unique_ptr<RigidWorld> world;          // null: there are no bodies
-  std::unique_ptr<MagneticMotion> magnetics;  // null: nothing is magnetic and there are no bearings
-  std::unique_ptr<StrainLimiter> limiter;     // null: no cloth has limits
-  bool contacts_in_solve = false;             // else impulses answer them after the solve
-  bool limits_in_solve = false;  // else strain limits are enforced after the solve alone
+  std::unique_ptr<RigidWorld> world;          // null: no bodies
+  // Null: nothing magnetic acts on bodies, and there are no bearings
+  std::unique_ptr<MagneticMotion> magnetics;
+  std::unique_ptr<StrainLimiter> limiter;  // null: no cloth has limits
+  bool contacts_in_solve = false;          // false: impulses resolve contacts after the solve
+  bool limits_in_solve = false;            // false: strain limits are enforced only after the solve
 };
 
 }  // namespace loomstone

@@ -1,13 +1,13 @@
-// Third stage: cloth advances by the integrator, with contacts, limits and attachments inside its
-// solve where it has one.
+// Third stage: the integrator advances the cloth. An implicit solve includes contacts, strain
+// limits and attachments.
 #pragma once
 
 #include "core/sim/step/near_contacts.h"
 
 namespace loomstone {
 
-// Advances the cloth of `state`. Returns the velocities of the bodies after what the cloth does to
-// them: (2 b x 3), those of `loads` where there is no cloth. Throws SolverFailure.
+// Advances the cloth of `state`. Returns the velocities of the bodies (2 b x 3) with the action of
+// the cloth; without cloth, the velocities of `loads`. Throws SolverFailure.
 Points integrate(const StepContext& part, const Loads& loads, NearContacts& near, State& state,
                  Engines& engines, StepReport& report);
 

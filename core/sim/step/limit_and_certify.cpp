@@ -9,12 +9,12 @@ namespace loomstone {
 
 namespace {
 
-// Fraction of the requested motion above which withheld motion halves the part. Our choice: scenes
-// lose 1e-5 or nothing in all steps but a few, which lose all.
+// A part is halved if more than this fraction of the requested motion is withheld. Our choice: most
+// steps of our scenes lose at most 1e-5, and a few steps lose all motion.
 constexpr double much_withheld = 0.1;
 
-// The bodies as certification may move them: from where they were to where the bodies' stage has
-// put them.
+// Motion of each body for certification, from its pose at the start to its pose after the bodies'
+// stage.
 FreeBodies free_bodies(const Loads& loads, const State& state, const Engines& engines) {
   const Model& model = engines.model;
   FreeBodies bodies(model.n_bodies());
@@ -33,8 +33,8 @@ FreeBodies free_bodies(const Loads& loads, const State& state, const Engines& en
   return bodies;
 }
 
-// The cloth goes to x1 and its velocities with it; a vertex that did not move keeps the
-// integrator's.
+// Moves the cloth to x1 and adds the corrections, divided by the length of the part, to its
+// velocities.
 void move_cloth(const StepContext& part, const Points& x1, ClothState& cloth) {
   bool any = false;
   for (Index i = 0; i < cloth.x.rows(); ++i) {
@@ -46,7 +46,7 @@ void move_cloth(const StepContext& part, const Points& x1, ClothState& cloth) {
   if (any) cloth.restart_multistep();
 }
 
-// The rigid-body world takes over what has changed with its next step.
+// Sets the poses and velocities of the bodies. The rigid-body world reads them in its next step.
 void move_bodies_with(const StepContext& part, const FreeBodies& bodies, RigidState& rigid) {
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const FreeBody& body = bodies[i];

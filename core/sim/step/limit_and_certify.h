@@ -1,5 +1,6 @@
-// Fifth stage: strains within their limits, and, the last thing that moves vertices, no impact on
-// the way and no intersection at the end. Velocities follow by the mean over the part, (3.16).
+// Fifth stage: enforces strain limits, then certifies that the motion has no impact and ends
+// without intersections. No later stage moves vertices. Velocities change by the correction divided
+// by the length of the part (3.16).
 #pragma once
 
 #include <optional>
@@ -12,7 +13,7 @@ namespace loomstone {
 
 struct Certified {
   PartResult result;
-  std::optional<LimitReport> limits;  // what limiting left, where nothing has moved since
+  std::optional<LimitReport> limits;  // remaining excess; empty if vertices moved after limiting
 };
 
 Certified limit_and_certify(const StepContext& part, const Loads& loads, const NearContacts& near,

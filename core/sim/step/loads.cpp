@@ -24,8 +24,8 @@ void find_cloth_forces(const StepContext& part, const State& state, const Engine
   add_drag(engines.team, model.scene.air, surface, begin, end, force);
 }
 
-// The prediction holds what the bodies' stage will do by itself, so that the solve adds only what
-// the cloth does.
+// Predicts body velocities under gravity and magnetic forces, so that the solve adds only the
+// action of the cloth.
 void predict_bodies(const StepContext& part, const State& state, const Engines& engines,
                     Loads& loads) {
   const Model& model = engines.model;

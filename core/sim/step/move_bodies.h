@@ -1,12 +1,13 @@
-// Fourth stage: rigid bodies move, under the impulses that the cloth's solve gives them, loads,
-// magnets and contacts with one another.
+// Fourth stage: rigid bodies move under impulses from the cloth, gravity, magnets and contacts with
+// bodies and obstacles.
 #pragma once
 
 #include "core/sim/step/loads.h"
 
 namespace loomstone {
 
-// body_velocity: (2 b x 3) as the solve has left them; loads have the prediction.
+// body_velocity (2 b x 3): velocities after the solve. The difference from the prediction in
+// `loads` gives the impulses of the cloth.
 void move_bodies(const StepContext& part, const Loads& loads, const Points& body_velocity,
                  State& state, Engines& engines, StepReport& report);
 

@@ -31,7 +31,7 @@ void expect_motion(const StepContext& part, const Loads& loads, const State& sta
       (loads.next_obstacles - state.obstacle_vertices) / part.h;
 }
 
-// A stiff spring between each attached vertex and its point of the body, both ways.
+// Adds a stiff two-way spring between each attached vertex and its point on the body.
 void add_attachments(const Model& model, const State& state, ExtraTerms& terms) {
   for (const Model::Attached& attached : model.attachments) {
     const Vec3 point = to_world(state.rigid, attached.body, attached.local);

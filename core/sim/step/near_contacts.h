@@ -1,4 +1,4 @@
-// Second stage: what is near when a part of a step begins, and the terms that this adds to the
+// Second stage: contacts and intersections at the start of a part of a step, and their terms in the
 // implicit solve.
 #pragma once
 
@@ -10,20 +10,22 @@ namespace loomstone {
 
 struct NearContacts {
   std::vector<Contact> contacts;  // closer than their thickness
-  ExtraTerms terms;            // of contacts, then what moves intersections apart, then attachments
-  ContactTerms contact_terms;  // of contacts, what updates their terms
-  Tangle tangle;               // what intersects
-  Points v0;  // (vertices x 3) expected velocities of all that collides; contacts in the solve only
-              // [m/s]
-  Points last_change;  // (vertices x 3) of velocity in the last step, expected again: sliding
-                       // contacts lag less [m/s]
+  ExtraTerms terms;  // of contacts, then of intersections to untangle, then of attachments
+  ContactTerms contact_terms;  // evaluates the terms of contacts during the solve
+  Tangle tangle;               // intersections at the start
+  // (vertices x 3) predicted velocities of all collision vertices [m/s]; only with contacts in the
+  // solve
+  Points v0;
+  // (vertices x 3) change of velocity in the last step [m/s]. Contacts expect the same change
+  // again, so that sliding contacts lag less.
+  Points last_change;
 };
 
 void find_near_contacts(const StepContext& part, const Loads& loads, const State& state,
                         Engines& engines, NearContacts& near, StepReport& report);
 
-// The terms where cloth and bodies have moved by `displacement` (rows x 3) [m] in `time` [s] since
-// the start, for Newton loops: `terms` come as those of the start. Returns their energy [J].
+// Evaluates the terms for Newton loops after cloth and bodies have moved by `displacement` (rows x
+// 3) [m] in `time` [s]. On entry, `terms` are those of the start. Returns their energy [J].
 double terms_at(NearContacts& near, const Engines& engines, const Points& displacement, double time,
                 TermRequest request, ExtraTerms& terms);
 

@@ -1,11 +1,11 @@
-// The wall time of a stage of a step.
+// Wall time of the stages of a step.
 #pragma once
 
 #include <chrono>
 
 namespace loomstone {
 
-// Adds the wall time of its life to a number of seconds.
+// Adds the wall time of its lifetime to `seconds`.
 class StageTimer {
  public:
   explicit StageTimer(double& seconds)

@@ -1,4 +1,4 @@
-// The part of a step that is being taken. Every stage is given it; none remembers it.
+// The current part of a step. Stages receive it as an argument and do not store it.
 #pragma once
 
 #include <cstdint>
@@ -9,9 +9,10 @@ struct StepContext {
   double h = 0.0;   // length of the part [s]
   double t0 = 0.0;  // its start [s]
   double t1 = 0.0;  // its end [s]
-  double share =
-      1.0;  // its share of what was left of the step: how far scripted targets are approached [1]
-  std::uint64_t seed = 0;  // of random orders; differs from part to part and from step to step
+  // Length of the part divided by the rest of the step [1]. The part covers this fraction of the
+  // motion to the user's targets.
+  double share = 1.0;
+  std::uint64_t seed = 0;  // of random orders; differs between parts and steps
 };
 
 }  // namespace loomstone

@@ -19,7 +19,7 @@ Stepper::Stepper(const Model& model, const IntegratorOptions& options, const Tea
     : step_(options.step()), engines_(model, options, team, layout, state) {}
 
 void Stepper::advance(State& state, StepOutcome& outcome) {
-  state.rigid.manifolds.clear();  // those of the last rebuild are of no use until the next
+  state.rigid.manifolds.clear();  // manifolds are saved again when needed
   outcome.start = state;
   save_to(outcome.start);
   begin_outcome(state.step, step_, engines_.model.cloth.n_vertices, outcome);
@@ -36,11 +36,11 @@ void Stepper::advance(State& state, StepOutcome& outcome) {
   }
 }
 
-// The whole step at once; where that fails, in parts.
+// Takes the whole step at once, or in parts if this fails.
 void Stepper::take_parts(State& state, StepOutcome& outcome) {
   Bisection bisection(engines_.limits_in_solve);
   State part_start;
-  const State* snapshot = &outcome.start;  // of the part's start
+  const State* snapshot = &outcome.start;  // state at the start of the part
   while (!bisection.done()) {
     const StepPart part = bisection.part();
     const OutcomeMark start = mark(outcome);
@@ -82,8 +82,8 @@ PartResult Stepper::run_stages(const StepContext& part, State& state, StepOutcom
         [&] { find_near_contacts(part, loads_, state, engines_, near_, report); });
   timed(seconds.integrate, [&] {
     body_velocity = integrate(part, loads_, near_, state, engines_, report);
-    check_divergence(engines_.model, loads_.x0, state.cloth,
-                     "integrate");  // certification wants finite positions
+    // Certification requires finite positions.
+    check_divergence(engines_.model, loads_.x0, state.cloth, "integrate");
   });
   timed(seconds.bodies, [&] { move_bodies(part, loads_, body_velocity, state, engines_, report); });
   timed(seconds.certify,
@@ -105,8 +105,8 @@ void Stepper::finish(State& state, StepOutcome& outcome) {
   if (report.contacts.unresolved > 0) state.tangled = 2;
   if (engines_.collision && state.tangled) count_intersections(state, engines_, outcome);
   measure_contacts(engines_.model, state, step_, outcome);
-  // The world is rebuilt from State at fixed steps: what follows depends on State alone, checkpoint
-  // or not.
+  // Rebuilds the world from State at fixed steps, so that later results do not depend on
+  // checkpoints.
   if (engines_.world && state.step % engines_.model.scene.rigid_rebuild_interval == 0) {
     engines_.world->save(state.rigid);
     engines_.world->restore(state.rigid);

@@ -1,5 +1,5 @@
-// One step: a row of stages. Everything here may be thrown away between two steps; only State
-// carries on.
+// Takes one step as a sequence of stages. Only State persists between steps, so a stepper can be
+// replaced by a new one.
 #pragma once
 
 #include "core/sim/step/bisection.h"
@@ -14,7 +14,7 @@ class Stepper {
   Stepper(const Model& model, const IntegratorOptions& options, const Team& team,
           const RowLayout& layout, const State& state);
 
-  // Advances `state` by one step. Throws SolverFailure; `state` is then that of the start of the
+  // Advances `state` by one step. If it throws SolverFailure, `state` is that at the start of the
   // step.
   void advance(State& state, StepOutcome& outcome);
 
@@ -26,12 +26,12 @@ class Stepper {
   PartResult run_stages(const StepContext& part, State& state, StepOutcome& outcome);
   void finish(State& state, StepOutcome& outcome);
   StepContext context(StepPart part, std::int64_t step) const;
-  void save_to(State& snapshot) const;  // what the rigid-body world carries on
-  void return_to_state(const State& snapshot, State& state);  // of engines, too
+  void save_to(State& snapshot) const;  // saves the contacts of the rigid-body world
+  void return_to_state(const State& snapshot, State& state);  // also restores the rigid-body world
 
   double step_;  // [s]
   Engines engines_;
-  // Scratch that one stage writes and the next ones read.
+  // Scratch data that one stage writes and later stages read.
   Loads loads_;
   NearContacts near_;
 };

@@ -1,12 +1,11 @@
-// Last stage: velocities lead the next step away from strain limits no faster than they may.
-// Positions stay.
+// Last stage: limits the change of strain per step that velocities cause. Positions do not change.
 #pragma once
 
 #include "core/sim/step/limit_and_certify.h"
 
 namespace loomstone {
 
-// Also reports how far strains are beyond their limits at the end of the part.
+// Also reports the excess over strain limits at the end of the part.
 void limit_strain_rate(const StepContext& part, const Certified& certified, State& state,
                        Engines& engines, StepOutcome& outcome);
 

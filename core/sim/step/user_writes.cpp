@@ -42,7 +42,7 @@ void UserWrites::watch(const State& state) {
 }
 
 void UserWrites::check(const Model& model, const State& state) const {
-  if (!watching_) return;  // calls have checked what they wrote
+  if (!watching_) return;  // each call has checked its values
   check_rows(model, state.cloth.x, "positions", nullptr);
   check_rows(model, state.cloth.v, "velocities", nullptr);
   check_rows(model, state.external_force, "external_forces", nullptr);
@@ -94,7 +94,7 @@ void UserWrites::remember(const State& state) {
 
 void gather_rows(const RowLayout& layout, Points& rows) {
   if (layout.single() || rows.rows() == 0) return;
-  Points wide = Points::Zero(layout.n_rows(), 3);  // a layout also has rows of rigid bodies
+  Points wide = Points::Zero(layout.n_rows(), 3);  // the layout also has rows of rigid bodies
   wide.topRows(rows.rows()) = rows;
   layout.gather(wide.data(), 3);
   rows = wide.topRows(rows.rows());

@@ -1,4 +1,4 @@
-// Detects and checks what users write into State between two steps, and shares it among ranks.
+// Detects and checks what users write to State between two steps, and sends it to all ranks.
 #pragma once
 
 #include <algorithm>
@@ -9,30 +9,30 @@
 
 namespace loomstone {
 
-// Scratch between two steps; none of it decides the future.
+// Bookkeeping between two steps; not part of the state.
 class UserWrites {
  public:
-  // From now on users hold views of the tables, which are compared before every step.
+  // Starts comparing the tables before every step, because users now have views of them.
   void watch(const State& state);
   bool watching() const { return watching_; }
-  // Kinds of writes since the last step; each kind includes those before it.
+  // Kinds of writes since the last step. Each kind includes the previous ones.
   enum Kind { Nothing, Table, Velocities, Positions };
-  void note(Kind kind) { written_ = std::max(written_, kind); }  // through a call
+  void note(Kind kind) { written_ = std::max(written_, kind); }  // records a write by a call
 
-  // Throws InvalidInput naming the first entry that cannot be simulated.
+  // Throws InvalidInput for the first invalid entry.
   void check(const Model& model, const State& state) const;
-  // Takes every row from the rank that owns it and poses from rank 0. Returns what was written on
-  // any rank. Collective.
+  // Gathers every row from the rank that owns it, and broadcasts overrides and poses from rank 0.
+  // Returns the largest kind of write on any rank. Collective.
   Kind settle(const RowLayout& layout, State& state);
-  void remember(const State& state);  // the state a step left
+  void remember(const State& state);  // copies the state after a step for later comparison
 
  private:
   bool watching_ = false;
   Kind written_ = Nothing;
-  Points x_, v_;  // (n x 3) as the last step left them, while watching
+  Points x_, v_;  // (n x 3) values after the last step; only while watching
 };
 
-// Refreshes (n x 3) cloth rows from their owners. Collective.
+// Gathers cloth rows (n x 3) from the ranks that own them. Collective.
 void gather_rows(const RowLayout& layout, Points& rows);
 
 }  // namespace loomstone
