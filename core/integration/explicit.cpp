@@ -1,5 +1,5 @@
-// Explicit (forward) Euler and symplectic Euler (2.52, 2.53): v+ = v + h f/m, then x+ = x + h v or
-// x + h v+.
+// Explicit (forward) Euler and symplectic Euler (2.52), (2.53). Both set v+ = v + h f/m. Explicit
+// Euler then sets x+ = x + h v, and symplectic Euler x+ = x + h v+.
 #include "core/integration/schemes.h"
 
 #include <algorithm>

@@ -8,7 +8,7 @@ namespace loomstone {
 
 namespace {
 
-// One overload an integrator.
+// Makes an integrator. There is one overload per scheme.
 struct Make {
   const ClothModel& model;
   Elasticity& elasticity;
@@ -41,7 +41,7 @@ std::unique_ptr<Integrator> make_integrator(const IntegratorOptions& options,
 }
 
 namespace {
-// Largest beta of bending damping proportional to stiffness [s].
+// Largest coefficient beta of stiffness-proportional bending damping [s].
 double largest_bending_damping(const ClothModel& model) {
   double largest = 0.0;
   for (const auto& part : model.bending)
@@ -51,8 +51,8 @@ double largest_bending_damping(const ClothModel& model) {
 
 bool bending_is_implicit(const ImplicitOptions& options, const ClothModel& model) {
   if (options.bending != BendingInStep::Auto) return options.bending == BendingInStep::Implicit;
-  // Explicit in an implicit step, with damping beta K v of its start, it is stable while h (h + 2
-  // beta) lambda < 4.
+  // Explicit bending in an implicit step, with the damping force beta K v of the start, is stable
+  // if h (h + 2 beta) lambda < 4.
   const double limit = 0.8 * 2.0;
   return options.step * (options.step + 2.0 * largest_bending_damping(model)) *
              Elasticity::bending_eigenvalue(model) >

@@ -1,5 +1,5 @@
-// Advances all cloth by one step. One virtual call a step; the options choose the scheme.
-// docs/method.md, "Integrators"; thesis (2.51)-(2.55).
+// Time integration of all cloths. The options select the scheme. docs/method.md, "Integrators";
+// thesis (2.51)-(2.55).
 #pragma once
 
 #include <functional>
@@ -20,75 +20,79 @@
 
 namespace loomstone {
 
-// Evaluates the terms of a step where the rows have moved by `displacement` (rows x 3) [m] in
-// `time` [s]: `terms` are given as those of the start; sets their gradient and hessian and returns
-// their energy [J].
+// Evaluates the terms of a step after the rows have moved by `displacement` (rows x 3) [m] in
+// `time` [s]. On entry, `terms` are those of the start of the step. Sets their gradient and
+// Hessian, and returns their energy [J].
 using TermsAt = std::function<double(const Points& displacement, double time, TermRequest request,
                                      ExtraTerms& terms)>;
 
-// Sets the friction of `terms`, linear about the start, to that for where the rows have moved in
-// `time` [s]. Returns the share of friction that the terms had wrong [1].
+// Sets the friction of `terms` to its value after the rows have moved by `displacement` in `time`
+// [s]. The terms are linearised about the start of the step. Returns the relative error of their
+// previous friction [1].
 using FrictionAt =
     std::function<double(const Points& displacement, double time, ExtraTerms& terms)>;
 
-// Input of a step. Rows: cloth vertices, then two rows a rigid body (translation, rotation) where
-// bodies take part.
+// Input of a step. The rows are the cloth vertices, followed by two rows per rigid body
+// (translation, rotation) if bodies take part.
 struct StepInputs {
   double step = 0.0;              // h [s]
-  double time = 0.0;              // at the start [s]
+  double time = 0.0;              // start of the step [s]
   const Points* force = nullptr;  // (n x 3) loads at the start [N]: gravity, drag, user
-  const ExtraTerms* terms =
-      nullptr;  // contacts, friction, attachments at the start; implicit schemes only
-  const TermsAt* terms_at =
-      nullptr;  // called once an iterate by Newton loops; null: the terms are linear
-  const FrictionAt* friction_at =
-      nullptr;  // called after a linear solve, which is repeated where it was wrong; may be null
-  const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: motion is prescribed
-  const Points* target = nullptr;                // (n x 3) positions of fixed rows at the end [m]
-  const std::vector<Mat3>* body_mass = nullptr;  // (2 b) mass times identity, world inertia
+  // Contacts, friction and attachments at the start; implicit schemes only.
+  const ExtraTerms* terms = nullptr;
+  // Called once per iterate by Newton schemes; null: the terms are linear.
+  const TermsAt* terms_at = nullptr;
+  // Called after a linear solve. The solve is repeated if the friction was wrong. May be null.
+  const FrictionAt* friction_at = nullptr;
+  const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: prescribed motion
+  const Points* target = nullptr;  // (n x 3) positions of fixed rows at the end [m]
+  // (2 b) mass times identity [kg], world inertia [kg m^2]
+  const std::vector<Mat3>* body_mass = nullptr;
 };
 
 struct IntegrationReport {
   int newton_iterations = 1;
   int linear_iterations = 0;
   double residual = 0.0;
-  std::vector<double>
-      newton_residuals;  // relative: first guess, then after each iteration; Newton loops only
+  // Relative residuals of the first guess and after each iteration; Newton schemes only.
+  std::vector<double> newton_residuals;
 };
 
-// No solution was found, and a shorter step may have one.
+// Thrown if the solver finds no solution. A shorter step may have one.
 class StepFailure : public SolverFailure {
  public:
   using SolverFailure::SolverFailure;
 };
 
-// A Newton loop that ends without a solution; `row` is where the residual is largest.
+// Thrown if a Newton scheme does not converge. `row` has the largest residual.
 class NewtonFailure : public StepFailure {
  public:
   NewtonFailure(const std::string& what, Index row) : StepFailure(what), row(row) {}
   Index row;
 };
 
-// Stage.
+// Interface of all integrators.
 class Integrator {
  public:
   virtual ~Integrator() = default;
-  // state.x, state.v: start in, end out on all rows of all ranks. body_velocity (2 b x 3):
-  // predicted velocities in (loads on the bodies included), velocities after contacts out. Throws
-  // SolverFailure.
+  // Advances state.x and state.v by one step, in all rows on all ranks. body_velocity (2 b x 3): on
+  // entry, the prediction including the loads on the bodies; on return, the velocities with the
+  // action of the cloth. Throws SolverFailure.
   virtual IntegrationReport advance(const Team& team, const RowLayout& layout,
                                     const StepInputs& inputs, ClothState& state,
                                     Points& body_velocity) = 0;
-  virtual bool implicit() const = 0;                  // takes extra terms
-  virtual bool asks_energy() const { return false; }  // evaluates the whole cloth on every rank
+  virtual bool implicit() const = 0;  // the scheme accepts extra terms
+  // Evaluates the energy of all rows on every rank.
+  virtual bool asks_energy() const { return false; }
 };
 
 std::unique_ptr<Integrator> make_integrator(const IntegratorOptions& options,
                                             const ClothModel& model, Elasticity& elasticity);
 
-// How bending enters: BendingInStep::Auto puts it into the solve when h (h + 2 beta) lambda > (0.8
-// * 2)^2, beta its damping [s] and lambda the largest eigenvalue of M^-1 K. Semi-implicit Euler
-// without bending damping takes the sparse bound of the stiffness unless the Jacobian is exact.
+// Selects how bending enters the step. BendingInStep::Auto selects implicit bending if
+// h (h + 2 beta) lambda > (0.8 * 2)^2. Here beta [s] is the bending damping and lambda the largest
+// eigenvalue of M^-1 K for bending. Semi-implicit Euler uses a sparse upper bound of the bending
+// stiffness, unless bending is damped or the Jacobian is exact.
 BendingTreatment bending_treatment(const IntegratorOptions& options, const ClothModel& model);
 
 }  // namespace loomstone

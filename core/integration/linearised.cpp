@@ -1,10 +1,10 @@
-// Schemes that solve one linear system a step, with the stiffness K and damping D of its start:
-//   (M + c_d D + c_k K) dv = inertia + sigma (f_ext - f_el) - [M + c_d D + c_k K - M] terms,
-// semi-implicit backward Euler (2.51, with the term h D v that the thesis drops), implicit midpoint
-// and BDF-2, both linearised; docs/method.md, "Integrators". With u0 the displacement that
-// would follow from dv = 0, the right side of all three is
-//   inertia + sigma (f_ext - f_el(x) - D w) - (sigma / c_k) (c_d D + c_k K) u0,
-// where w = -(x - x_) / (3 sigma) for BDF-2 and 0 for the others.
+// Linearised schemes: semi-implicit backward Euler (2.51, with the term h D v that the thesis
+// omits), implicit midpoint and BDF-2; docs/method.md, "Integrators". They solve one linear system
+// per step, with the stiffness K and damping D at its start:
+//   (M + c_d D + c_k K) dv = inertia + sigma (f_ext - f_el(x) - D w)
+//                            - (sigma / c_k) (c_d D + c_k K) u0.
+// Here u0 is the displacement that follows from dv = 0. For BDF-2, with previous values x_ and v_,
+// inertia = M (v - v_) / 3 and w = -(x - x_) / (3 sigma). Both are 0 for the other schemes.
 #include <algorithm>
 #include <cmath>
 
@@ -17,13 +17,13 @@ namespace loomstone {
 
 namespace {
 
-// The share of friction in error that is accepted without a second solve. Our choice: sheets that
-// slide need one as they start and where contacts change, none in steady sliding and at rest; the
-// claims on friction hold with one.
+// Relative error of friction that is accepted without a second solve. Our choice: sliding sheets
+// need a second solve when they start and when contacts change, but not in steady sliding or at
+// rest. One second solve is enough for the documented accuracy of friction.
 constexpr double friction_tolerance = 0.1;
-// Tolerance of the first solve, which tells how contacts move. Our choice: friction is judged to a
-// tenth, so a hundredth is enough; a drape of 14,450 triangles takes 0.62 of the iterations of two
-// solves to 1e-4, with a tenth 0.58.
+// Tolerance of the first solve, which predicts the motion of contacts. Our choice: friction may err
+// by a tenth, so a hundredth is accurate enough here. A drape of 14,450 triangles takes 0.62 times
+// the iterations of two solves to 1e-4, and 0.58 times with a tolerance of a tenth.
 constexpr double rough_tolerance = 1e-2;
 
 class LinearisedIntegrator final : public Integrator {
@@ -70,7 +70,8 @@ class LinearisedIntegrator final : public Integrator {
     Index n;  // cloth vertices
 
     bool has_terms() const { return inputs.terms && !inputs.terms->empty(); }
-    // Friction depends on slip and normal force at the end of the step, which a solve tells.
+    // True if a solve must be followed by an update of friction, which depends on slip and normal
+    // force at the end of the step.
     bool asks_friction() const { return inputs.friction_at && has_terms(); }
     Index begin() const { return std::min(layout.begin(), n); }  // owned cloth rows
     Index end() const { return std::min(layout.end(), n); }
@@ -80,7 +81,7 @@ class LinearisedIntegrator final : public Integrator {
     double residual;
   };
 
-  // Rows of this rank are written at every step, those of others never.
+  // Makes a table of zeros if its size differs from `rows`. Rows that no step writes stay zero.
   static void keep_zero_outside(Points& table, Index rows) {
     if (table.rows() != rows) table = Points::Zero(rows, 3);
   }
@@ -92,7 +93,7 @@ class LinearisedIntegrator final : public Integrator {
       keep_zero_outside(*table, step.n);
   }
 
-  // u0 of the row: its displacement where velocities do not change.
+  // Sets u0 of a row, its displacement if its velocity does not change.
   void displace(const Step& step, const ClothState& state, const Points& body_velocity, Index row) {
     const bool cloth = row < step.n;
     const Vec3 velocity(cloth ? state.v.row(row) : body_velocity.row(row - step.n));
@@ -104,12 +105,12 @@ class LinearisedIntegrator final : public Integrator {
     if (cloth) cloth_displacement_.row(row) = moved;
   }
 
-  // Sets u0, the guess of dv, and loads; fixed rows get the change of velocity that takes them to
-  // their target.
+  // Sets u0, the initial guess of dv, and the loads. In fixed rows, dv is the change of velocity
+  // that takes them to their targets.
   void set_start(const Step& step, const ClothState& state, const Points& body_velocity) {
     const RowLayout& layout = step.layout;
-    // Where cloth is in contact the last change is no warm start: its residual is nearly always
-    // larger than that of zero.
+    // In contact, the last change is not used as a warm start, because its residual is nearly
+    // always larger than that of a zero guess.
     const bool warm = !step.asks_friction() && state.last_change.rows() == layout.n_rows();
     parallel_for(step.team, layout.end() - layout.begin(), [&](Index i) {
       const Index row = layout.begin() + i;
@@ -125,7 +126,7 @@ class LinearisedIntegrator final : public Integrator {
     displace_rows_of_others(step, state, body_velocity);
   }
 
-  // Displacements of the rows that are read; terms may reach any.
+  // Sets u0 in the rows of other ranks that are read. Terms may read any row.
   void displace_rows_of_others(const Step& step, const ClothState& state,
                                const Points& body_velocity) {
     const RowLayout& layout = step.layout;
@@ -140,7 +141,7 @@ class LinearisedIntegrator final : public Integrator {
       for (const Index row : neighbour.receive) displace(step, state, body_velocity, row);
   }
 
-  // The matrix M + c_d D + c_k K, and the right side without terms.
+  // Assembles the matrix M + c_d D + c_k K, and the right-hand side without terms.
   void assemble(const Step& step, ClothState& state) {
     const SchemeCoefficients& c = step.c;
     const Index begin = step.begin(), end = step.end();
@@ -161,7 +162,8 @@ class LinearisedIntegrator final : public Integrator {
     });
   }
 
-  // Adds it to the force, extrapolated to the time at which a scheme of second order needs it.
+  // Adds explicit bending forces. Schemes of second order extrapolate them to the time at which
+  // they evaluate forces.
   void add_explicit_bending(const Step& step, ClothState& state) {
     if (elasticity_.implicit_bending()) return;
     const Index begin = step.begin(), end = step.end();
@@ -180,8 +182,9 @@ class LinearisedIntegrator final : public Integrator {
     if (second_order) state.previous_bending = bending_;
   }
 
-  // Solves for dv. Where there are contacts a rough solve tells how they move; the second takes the
-  // friction that belongs to that, or, where it was right already, goes on from the first.
+  // Solves for dv. With contacts, a first solve to a loose tolerance predicts their motion, which
+  // gives the friction of the second solve. If the friction of the first solve was accurate, the
+  // second solve only continues the first to the full tolerance.
   Solution solve_with_friction(const Step& step) {
     const bool asks = step.asks_friction();
     const double rough = asks ? std::max(rough_tolerance, tolerance_) : 0.0;
@@ -212,7 +215,7 @@ class LinearisedIntegrator final : public Integrator {
     return {iterations, solved.residual};
   }
 
-  // The whole right side, with the share of these inputs' terms.
+  // Sets the full right-hand side, including the terms of `inputs`.
   void add_terms(const Step& step, const StepInputs& inputs) {
     const Index begin = step.layout.begin();
     parallel_for(step.team, step.layout.end() - begin,
@@ -227,7 +230,7 @@ class LinearisedIntegrator final : public Integrator {
     return solver_.solve(step.team, step.layout, system, change_, memory_, unchanged);
   }
 
-  // Velocities and positions at the end of the step.
+  // Sets velocities and positions at the end of the step.
   void move(const Step& step, ClothState& state) {
     const double h = step.inputs.step;
     if (scheme_ == Scheme::Bdf2) next_x_ = state.x, next_v_ = state.v;
@@ -253,10 +256,10 @@ class LinearisedIntegrator final : public Integrator {
   Elasticity& elasticity_;
   double tolerance_;
   StepSolve solver_;
-  SolveMemory memory_;  // between steps: storage alone
-  // Scratch of a step.
+  SolveMemory memory_;  // reused storage; no results carry over between steps
+  // Scratch data of a step.
   std::vector<Mat3> body_mass_;
-  ExtraTerms terms_;  // with the friction of the second solve
+  ExtraTerms terms_;  // terms with the friction of the second solve
   Points rhs_, rhs_with_terms_, change_, displacement_, cloth_displacement_, force_, drift_,
       product_, bending_, next_x_, next_v_;
 };

@@ -1,8 +1,9 @@
-// Fully nonlinear backward Euler and implicit midpoint (2.54, 2.55) by Newton's method with a line
-// search on the residual
-//   r(v+) = M (v+ - v) - h (f_ext + f(x_e, v_e)),
-// backward Euler: x_e = x + h v+, v_e = v+; midpoint: x_e = x + h/4 (v + v+), v_e = (v + v+)/2.
-// Contact pairs and anchors are those of the start of the step, their forces those at x_e.
+// Fully nonlinear backward Euler and implicit midpoint (2.54), (2.55), solved by Newton's method
+// with a line search on the residual
+//   r(v+) = M (v+ - v) - h (f_ext + f(x_e, v_e)).
+// Backward Euler: x_e = x + h v+ and v_e = v+. Midpoint: x_e = x + h/4 (v + v+) and
+// v_e = (v + v+)/2. Contact pairs and friction anchors are those of the start of the step. Their
+// forces are evaluated at x_e.
 #include <algorithm>
 #include <cmath>
 
@@ -15,10 +16,11 @@ namespace loomstone {
 
 namespace {
 
-// A step is roughly known when the residual has fallen to this part of the first guess's.
+// The limits of friction are updated when the residual has fallen to this fraction of its value at
+// the first guess.
 constexpr double roughly_known = 0.1;
-// A residual counts as progress where it is the least yet by this factor; otherwise the potential
-// has to fall.
+// A step is accepted if its residual is below this fraction of the smallest residual so far.
+// Otherwise the potential must decrease.
 constexpr double least_gain = 0.9;
 
 class NewtonIntegrator final : public Integrator {
@@ -31,7 +33,8 @@ class NewtonIntegrator final : public Integrator {
         options_(options),
         model_(model),
         elasticity_(elasticity),
-        // Newton corrects what the inner solve leaves; its tolerance only sets the rate.
+        // Newton iterations correct the error of the linear solve. Its tolerance only affects the
+        // rate of convergence.
         solver_(
             {options.linear_solver, std::min(options.tolerance, 1e-4), options.max_iterations}) {}
 
@@ -55,7 +58,7 @@ class NewtonIntegrator final : public Integrator {
   }
 
  private:
-  // One step: what advance() is given, and the coefficients of its scheme.
+  // One step: the arguments of advance() and the coefficients of its scheme.
   struct Step {
     const Team& team;
     const RowLayout& layout;
@@ -68,13 +71,14 @@ class NewtonIntegrator final : public Integrator {
     Index end() const { return std::min(layout.end(), n); }
   };
 
-  // A velocity at the end of the step and what follows from it.
+  // A velocity at the end of the step, with the negative residual -r and the terms that follow from
+  // it.
   struct Iterate {
     Points velocity, residual;
     ExtraTerms terms;
     double norm = 0.0;  // of the residual
     double term_energy = 0.0;
-    double potential = NAN;  // found when asked for
+    double potential = NAN;  // NAN until it is evaluated
   };
 
   void begin_step(const Step& step, const ClothState& state, const Points& body_velocity) {
@@ -92,9 +96,9 @@ class NewtonIntegrator final : public Integrator {
     }
   }
 
-  // Starts from velocities that do not change or from standing still at x, whichever has the
-  // smaller residual (contacts and taut cloth resist a ballistic step with any force). Returns that
-  // residual, by which later ones are measured.
+  // Starts from constant velocity or from zero displacement, whichever has the smaller residual.
+  // With contacts and taut cloth, constant velocity can give an arbitrarily large residual. Returns
+  // the norm of the chosen residual.
   double first_guess(const Step& step) {
     now_.velocity = start_velocity_;
     trial_.velocity =
@@ -109,8 +113,9 @@ class NewtonIntegrator final : public Integrator {
     return now_.norm;
   }
 
-  // Newton steps until the residual relative to `scale` is below the tolerance. Friction is limited
-  // by the normal forces of the start, and by those found once the step is roughly known.
+  // Iterates until the residual relative to `scale` is below the tolerance. Friction is limited by
+  // the normal forces at the start. These limits are updated once, when the residual has fallen to
+  // the fraction roughly_known.
   IntegrationReport iterate_to_tolerance(const Step& step, double scale) {
     const auto relative = [&] { return scale > 0.0 ? now_.norm / scale : 0.0; };
     IntegrationReport report;
@@ -138,8 +143,9 @@ class NewtonIntegrator final : public Integrator {
     return report;
   }
 
-  // One Newton step. The exact Jacobian converges quadratically where it is positive definite;
-  // where cloth is about to buckle it is not, and its positive part leads downhill.
+  // Takes one Newton step. The exact Jacobian converges quadratically where it is positive
+  // definite. Near buckling it is indefinite, and its positive part gives a descent direction
+  // instead.
   bool iterate(const Step& step, IntegrationReport& report) {
     const bool try_exact =
         options_.jacobian == JacobianKind::Exact || report.newton_iterations >= 2;
@@ -149,9 +155,10 @@ class NewtonIntegrator final : public Integrator {
     return true;
   }
 
-  // Accepts a step that makes the residual the least yet, or lowers the potential whose gradient it
-  // is: near buckling the residual has to grow on the way to the solution. Neither can go round in
-  // circles. Our choice.
+  // Line search. Accepts a step that gives the smallest residual so far or that lowers the
+  // potential. The second criterion is needed near buckling, where the residual must grow on the
+  // way to the solution. Neither criterion allows cycles. The
+  // combination is our choice.
   bool search(const Step& step, double least) {
     for (length_ = 1.0; length_ >= least; length_ /= 2) {
       trial_.velocity = now_.velocity + length_ * correction_;
@@ -159,14 +166,14 @@ class NewtonIntegrator final : public Integrator {
       if (!(trial_.norm < least_gain * best_) && !(potential(step, trial_) < potential(step, now_)))
         continue;
       best_ = std::min(best_, trial_.norm);
-      std::swap(now_, trial_);  // trial_ keeps the point that was left
+      std::swap(now_, trial_);  // trial_ keeps the previous iterate
       return true;
     }
     return false;
   }
 
-  // Near a saddle of the potential the positive Jacobian is far too stiff along the unstable mode,
-  // and every step would be too short: it is doubled while the potential falls.
+  // Doubles the step while the potential decreases. Near a saddle of the potential, the positive
+  // Jacobian is far too stiff along the unstable mode, and every Newton step would be too short.
   void go_further(const Step& step) {
     if (length_ < 1.0) return;
     const Points origin = trial_.velocity;
@@ -180,7 +187,7 @@ class NewtonIntegrator final : public Integrator {
     }
   }
 
-  // Throws NewtonFailure with the vertex whose residual is largest.
+  // Throws NewtonFailure for the vertex with the largest residual.
   [[noreturn]] void give_up(const char* how, const Step& step, const IntegrationReport& report) {
     step.layout.gather(now_.residual.data(), 3);
     Index worst = 0;
@@ -198,7 +205,7 @@ class NewtonIntegrator final : public Integrator {
         worst);
   }
 
-  // Norm in the metric M^-1 over free rows, the same bits on any number of ranks.
+  // Norm in the metric M^-1 over free rows. The result is bitwise identical on any number of ranks.
   double norm(const Step& step, const Points& r, Index n_rows) {
     const RowLayout& layout = step.layout;
     std::vector<double> sums((layout.n_rows() + rows_per_block - 1) / rows_per_block, 0.0);
@@ -227,7 +234,7 @@ class NewtonIntegrator final : public Integrator {
     return midpoint_ ? Points(h / 4 * (start_velocity_ + velocity)) : Points(h * velocity);
   }
 
-  // Terms and residual (owned rows) of the iterate's velocity.
+  // Evaluates the terms and the residual (owned rows) at the velocity of an iterate.
   void evaluate(const Step& step, Iterate& it, TermRequest request = TermRequest::Derivative) {
     const Points moved = displacement(step.h(), it.velocity);
     evaluate_cloth(step, moved, it);
@@ -246,7 +253,7 @@ class NewtonIntegrator final : public Integrator {
     it.potential = NAN;
   }
 
-  // Inertia, loads and elastic force.
+  // Sets the residual of inertia, loads and elastic forces.
   void evaluate_cloth(const Step& step, const Points& moved, Iterate& it) {
     const Index n = step.n, begin = step.begin(), end = step.end();
     x_ = start_x_ + moved.topRows(n);
@@ -268,9 +275,9 @@ class NewtonIntegrator final : public Integrator {
     return energy;
   }
 
-  // 1/2 |v+ - v|_M^2 - h f_ext.v+ + c psi(x_e), c = 1 for backward Euler, 4 for midpoint: minus r
-  // is its gradient where nothing is viscous. Over all rows on every rank; needed only when the
-  // residual does not fall.
+  // Potential 1/2 |v+ - v|_M^2 - h f_ext.v+ + c psi(x_e), with c = 1 for backward Euler and c = 4
+  // for midpoint. Its gradient is r if there are no viscous forces. Every rank sums over all rows.
+  // The potential is needed only if the residual does not decrease.
   double potential(const Step& step, Iterate& it) {
     if (!std::isnan(it.potential)) return it.potential;
     const Index n = step.n;
@@ -291,8 +298,8 @@ class NewtonIntegrator final : public Integrator {
     return it.potential = sum;
   }
 
-  // The correction of now_; false where the exact Jacobian is found indefinite (the same on all
-  // ranks).
+  // Solves for the Newton correction of now_. Returns false, on all ranks alike, if the exact
+  // Jacobian is indefinite.
   bool solve(const Step& step, JacobianKind kind, IntegrationReport& report) {
     const Points moved = displacement(step.h(), now_.velocity);
     x_ = start_x_ + moved.topRows(step.n);
@@ -317,7 +324,7 @@ class NewtonIntegrator final : public Integrator {
     }
   }
 
-  // Velocities and positions at the end of the step.
+  // Sets velocities and positions at the end of the step.
   void move(const Step& step, ClothState& state) {
     const double weight = midpoint_ ? step.h() / 2 : step.h();
     parallel_for(step.team, step.n, [&](Index i) {
@@ -336,15 +343,15 @@ class NewtonIntegrator final : public Integrator {
   const ClothModel& model_;
   Elasticity& elasticity_;
   StepSolve solver_;
-  SolveMemory memory_;  // storage alone
+  SolveMemory memory_;  // reused storage
 
-  // Scratch of a step.
+  // Scratch data of a step.
   std::vector<Mat3> body_mass_;
   Points start_x_, start_velocity_, load_, all_load_, correction_;
   Iterate now_, trial_;
   ExtraTerms secant_;
-  double best_ = 0.0;    // least residual yet
-  double length_ = 1.0;  // of the step last tried
+  double best_ = 0.0;    // smallest residual so far
+  double length_ = 1.0;  // length of the last tried step, relative to correction_
   Points x_, cloth_, force_;
 };
 

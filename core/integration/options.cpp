@@ -6,7 +6,7 @@ namespace loomstone {
 
 namespace {
 
-// Sets `found` to the alternative of this name and gathers all names.
+// Sets `found` to the scheme with this name and collects all names. Returns false if there is none.
 template <class... Method>
 bool find(std::string_view name, std::variant<Method...>& found,
           std::vector<std::string_view>& names) {

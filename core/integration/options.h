@@ -1,5 +1,4 @@
-// Which integrator advances the cloth, and how: one description for each, with the fields it has.
-// docs/method.md, "Integrators".
+// Options of the integrators, one struct per scheme. docs/method.md, "Integrators".
 #pragma once
 
 #include <array>
@@ -29,12 +28,12 @@ constexpr auto choices(BendingInStep) {
       ChoiceName{BendingInStep::Implicit, "implicit"}};
 }
 
-// All integrators.
+// Options of all schemes.
 struct IntegratorCommon {
   double step = 1e-3;
 };
 
-// Schemes without a linear system.
+// Options of schemes without a linear system.
 struct ExplicitOptions : IntegratorCommon {
   static auto fields() {
     return std::make_tuple(
@@ -42,7 +41,7 @@ struct ExplicitOptions : IntegratorCommon {
   }
 };
 
-// Schemes that solve one linear system a step.
+// Options of schemes that solve one linear system per step.
 struct ImplicitOptions : IntegratorCommon {
   JacobianKind jacobian = JacobianKind::Positive;
   BendingInStep bending = BendingInStep::Auto;
@@ -63,7 +62,7 @@ struct ImplicitOptions : IntegratorCommon {
   }
 };
 
-// Schemes that solve the nonlinear equations of a step by Newton's method.
+// Options of schemes that solve the nonlinear equations of a step by Newton's method.
 struct NewtonOptions : ImplicitOptions {
   double newton_tolerance = 1e-6;
   int max_newton_iterations = 100;
@@ -78,7 +77,7 @@ struct NewtonOptions : ImplicitOptions {
   }
 };
 
-// Descriptions.
+// Options of each scheme.
 struct ExplicitEuler : ExplicitOptions {
   static constexpr std::string_view name = "explicit-euler";
 };
@@ -101,7 +100,7 @@ struct Bdf2 : ImplicitOptions {
   static constexpr std::string_view name = "bdf2";
 };
 
-// Any of them.
+// Options of any one scheme.
 class IntegratorOptions {
  public:
   using Methods = std::variant<SemiImplicitEuler, ExplicitEuler, SymplecticEuler, BackwardEuler,
@@ -130,7 +129,7 @@ class IntegratorOptions {
   void set_step(double step) {
     std::visit([&](auto& method) { method.step = step; }, method_);
   }
-  // The options of a family; null where the method is of another.
+  // Returns the options as those of a family, or null if the scheme belongs to another family.
   ImplicitOptions* implicit() { return family<ImplicitOptions>(method_); }
   const ImplicitOptions* implicit() const { return family<const ImplicitOptions>(method_); }
   NewtonOptions* newton() { return family<NewtonOptions>(method_); }
@@ -150,7 +149,8 @@ class IntegratorOptions {
   Methods method_;
 };
 
-// The method of this name, as in IntegratorOptions::name(), with its defaults. Throws InvalidInput.
+// Returns the scheme with this name (see IntegratorOptions::name()) and default options. Throws
+// InvalidInput.
 IntegratorOptions integrator_named(std::string_view name);
 
 }  // namespace loomstone

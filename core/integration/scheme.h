@@ -1,4 +1,4 @@
-// The coefficients with which implicit schemes weigh what enters a step.
+// Coefficients of the implicit schemes.
 #pragma once
 
 #include <vector>
@@ -10,11 +10,11 @@ namespace loomstone {
 enum class Scheme { BackwardEuler, Midpoint, Bdf2 };
 
 struct SchemeCoefficients {
-  double c_d;    // of the damping D in the matrix [s]
-  double c_k;    // of the stiffness K in the matrix [s^2]
-  double sigma;  // of forces on the right side [s]
-  double reach;  // displacement for a velocity that does not change, over that velocity [s]
-  double time;   // from the start of the step to where forces are evaluated [s]
+  double c_d;    // factor of the damping D in the matrix [s]
+  double c_k;    // factor of the stiffness K in the matrix [s^2]
+  double sigma;  // factor of forces on the right-hand side [s]
+  double reach;  // displacement at constant velocity divided by this velocity [s]
+  double time;   // from the start of the step to the evaluation of forces [s]
 };
 
 inline SchemeCoefficients coefficients(Scheme scheme, double h) {
@@ -29,18 +29,19 @@ inline SchemeCoefficients coefficients(Scheme scheme, double h) {
   return {2 * h / 3, 4 * h * h / 9, 2 * h / 3, 2 * h / 3, h};
 }
 
-// Free bodies move by h v+ whatever the cloth's scheme, because their stage is symplectic Euler,
-// and feel the impulse h f. With forces evaluated at displacements of d v+ of bodies (d the time of
-// the scheme), and of (c_k / sigma) y of any row with y its unknown, a body's unknown is
-// y = sigma d / c_k dv, and the system stays symmetric with c_k / (h d) times its mass.
+// Scaling of the rows of free bodies in the system. The stage of the bodies is symplectic Euler for
+// every scheme: they move by h v+ and receive the impulse h f. Forces are evaluated at the
+// displacement d v+ of bodies, with d the `time` of the scheme, and at (c_k / sigma) y of any row
+// with unknown y. A body's unknown is therefore y = (sigma d / c_k) dv. The system stays symmetric
+// with c_k / (h d) times the mass of the body.
 struct BodyRows {
-  double mass_share;      // of the masses in the system
+  double mass_share;      // factor of masses in the system
   double velocity_share;  // dv = velocity_share * y
 
   BodyRows(double h, const SchemeCoefficients& c)
       : mass_share(c.c_k / (h * c.time)), velocity_share(c.c_k / (c.sigma * c.time)) {}
 
-  // Masses for the system.
+  // Masses scaled for the system.
   std::vector<Mat3> masses(const std::vector<Mat3>* given) const {
     std::vector<Mat3> scaled = given ? *given : std::vector<Mat3>();
     for (Mat3& mass : scaled) mass *= mass_share;

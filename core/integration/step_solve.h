@@ -1,4 +1,4 @@
-// The linear system of an implicit step, as all implicit integrators pose it.
+// The linear system of an implicit step, common to all implicit integrators.
 #pragma once
 
 #include <memory>
@@ -10,23 +10,23 @@
 
 namespace loomstone {
 
-// (matrix of `elasticity` + c_k sum J^T H J + body masses) x = rhs; fixed rows keep the x they are
-// given.
+// The system (A + c_k sum J^T H J + body masses) x = rhs, with A the matrix of `elasticity`. Fixed
+// rows keep their value of x.
 struct StepSystem {
   const StepInputs& inputs;
   Elasticity& elasticity;
   double c_k;
   const Points& rhs;
-  double tolerance = 0.0;  // of iterations; 0: that of the options
+  double tolerance = 0.0;  // of the iterative solver; 0: the tolerance of its options
 };
 
 class StepSolve {
  public:
   explicit StepSolve(const LinearOptions& options) : solver_(make_linear_solver(options)) {}
 
-  // Rows of others that this rank's rows of `matrix` are coupled to.
+  // Rows of other ranks that this rank's rows of `matrix` are coupled to.
   const Halo& halo(const BlockMatrix& matrix, const RowLayout& layout) {
-    if (halo_blocks_ != matrix.n_blocks()) {  // the pattern is that of the mesh and stays
+    if (halo_blocks_ != matrix.n_blocks()) {  // the pattern depends only on the mesh
       halo_ = matrix_halo(matrix, layout);
       halo_blocks_ = matrix.n_blocks();
     }

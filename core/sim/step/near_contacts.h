@@ -24,8 +24,8 @@ struct NearContacts {
 void find_near_contacts(const StepContext& part, const Loads& loads, const State& state,
                         Engines& engines, NearContacts& near, StepReport& report);
 
-// Evaluates the terms for Newton loops after cloth and bodies have moved by `displacement` (rows x
-// 3) [m] in `time` [s]. On entry, `terms` are those of the start. Returns their energy [J].
+// Evaluates the terms for Newton loops after cloth and bodies have moved by `displacement`
+// (rows x 3) [m] in `time` [s]. On entry, `terms` are those of the start. Returns their energy [J].
 double terms_at(NearContacts& near, const Engines& engines, const Points& displacement, double time,
                 TermRequest request, ExtraTerms& terms);
 
