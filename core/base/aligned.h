@@ -1,4 +1,4 @@
-// Arrays whose first entry begins a cache line, so that eight doubles never straddle two.
+// Arrays aligned to cache lines, so that eight doubles never straddle two lines.
 #pragma once
 
 #include <cstddef>

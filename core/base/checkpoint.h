@@ -1,4 +1,4 @@
-// A State as named arrays and texts: what a checkpoint file holds.
+// The contents of a checkpoint file: State as named arrays and texts.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,6 @@
-// Choices that users make by name: an enum and, beside it, the table of its names, which
-// validation, Python's Literal types, help and records read. The table is found by its argument:
+// Enums whose values users select by name. Next to each enum, an overload of choices() lists names
+// and meanings for validation, Python's Literal types, help and records. It is found by
+// argument-dependent lookup:
 //
 //   enum class RestAngles { Flat, Mesh };
 //   constexpr auto choices(RestAngles) {
@@ -44,7 +45,7 @@ std::vector<std::string_view> choice_names() {
   return names;
 }
 
-// "uv (meaning) | mesh (meaning)"
+// Text such as "uv (meaning) | mesh (meaning)".
 std::string choices_text(const std::vector<std::string_view>& names,
                          const std::vector<std::string_view>& meanings);
 template <Choice Enum>
@@ -54,12 +55,12 @@ std::string choices_text() {
   return choices_text(choice_names<Enum>(), meanings);
 }
 
-// Throws InvalidInput with the names there are, and the one that `given` is nearly.
+// Throws InvalidInput with all names and, if there is one, the name that `given` probably means.
 [[noreturn]] void throw_no_choice(std::string_view where,
                                   const std::vector<std::string_view>& names,
                                   std::string_view given);
 
-// The choice of this name. Throws InvalidInput where there is none; `where` names the field.
+// Returns the choice with this name. Throws InvalidInput if there is none. `where` names the field.
 template <Choice Enum>
 Enum choice_named(std::string_view name, std::string_view where) {
   for (const auto& each : choices(Enum{}))

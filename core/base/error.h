@@ -1,4 +1,4 @@
-// The four kinds of error the library throws. A message says what must hold, what came, where, and
+// The errors that the library throws. A message states what is required, what was given, where, and
 // what to do.
 #pragma once
 
@@ -13,25 +13,26 @@ class Error : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// Something a user gave cannot be simulated (ValueError in Python).
+// The user's input is invalid (ValueError in Python).
 class InvalidInput : public Error {
  public:
   using Error::Error;
 };
 
-// A solve or a step failed; the message names stage, step and time (RuntimeError in Python).
+// A solve or a step failed. The message gives stage, step and time (RuntimeError in Python).
 class SolverFailure : public Error {
  public:
   using Error::Error;
 };
 
-// A file could not be written, read or understood (OSError in Python).
+// A file could not be written, read or interpreted (OSError in Python).
 class CacheError : public Error {
  public:
   using Error::Error;
 };
 
-// This build or combination does not offer the request (NotImplementedError in Python).
+// This build, or this combination of options, does not support the request (NotImplementedError in
+// Python).
 class Unsupported : public Error {
  public:
   using Error::Error;

@@ -1,11 +1,11 @@
-// Declares the fields of a description once: name, unit, limits, meaning. Validation, Python
-// binding, repr and cache metadata all read the same list.
+// fields() declares each field of a description once, with name, unit, limits and meaning.
+// Validation, Python bindings, repr and cache metadata all read this list.
 //
 //   struct Gas {
 //     double density = 1.2;
 //     static auto fields() {
-//       return std::make_tuple(field("density", &Gas::density, "kg/m^3", non_negative(), "density
-//       of the air"));
+//       return std::make_tuple(field("density", &Gas::density, "kg/m^3", non_negative(),
+//                                    "density of the air"));
 //     }
 //   };
 #pragma once
@@ -21,8 +21,8 @@
 
 namespace loomstone {
 
-// Closed or half-open interval of admissible numbers; NaN is never admissible, infinity only where
-// said.
+// Interval of admissible numbers, closed or open at its lower end. NaN is never admissible;
+// infinity only if allow_infinite is set.
 struct Limits {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
@@ -43,15 +43,15 @@ inline Limits non_negative() {
 }
 inline Limits between(double low, double high) { return {low, high, false, false}; }
 
-// "> 0", ">= 0", "in [a, b]" or "finite".
+// Text such as "> 0", ">= 0", "in [a, b]" or "finite".
 std::string to_text(const Limits& limits);
 
 template <class Owner, class Member>
 struct Field {
   const char* name;
   Member Owner::* member;
-  const char* unit;  // "1" when pure, "" where a unit makes no sense
-  Limits limits;     // numbers only
+  const char* unit;  // "1" if dimensionless, "" if no unit applies
+  Limits limits;     // for numbers only
   const char* meaning;
 };
 
@@ -66,7 +66,7 @@ Field<Owner, Member> field(const char* name, Member Owner::* member, const char*
   return {name, member, "", {}, meaning};
 }
 
-// A field that has no default for users: they have to give it.
+// A field without a default value for users, who must set it.
 template <class Owner, class Member>
 struct RequiredField : Field<Owner, Member> {};
 
@@ -90,8 +90,8 @@ void for_each_field(Visitor&& visit) {
   std::apply([&](const auto&... each) { (visit(each), ...); }, Description::fields());
 }
 
-// Throws InvalidInput naming the first field outside its limits, as "cloths[0].material.density
-// must be > 0 [kg/m^2], got -1; ...".
+// Throws InvalidInput with a message such as "cloths[0].material.density must be > 0 [kg/m^2], got
+// -1; ...".
 [[noreturn]] void throw_outside_limits(const std::string& where, const char* name, const char* unit,
                                        const Limits& limits, double value);
 

@@ -1,5 +1,5 @@
-// A frame: what one instant of a run looks like to cache and renderer. Everything in the user's
-// order; all cloths end to end, then all bodies and obstacles end to end.
+// A frame: the data of one instant of a run for cache and renderer. All arrays are in the user's
+// order. Cloths are concatenated, and so are bodies followed by obstacles.
 #pragma once
 
 #include <cstdint>
@@ -11,20 +11,20 @@
 
 namespace loomstone {
 
-// Constant over a run.
+// Frame data that is constant over a run.
 struct FrameTopology {
   Triangles triangles;                   // (m x 3) cloth triangles
   Points2 corner_uv;                     // (3m x 2) rest coordinates of each triangle corner [m]
   std::vector<Index> cloth_of_triangle;  // (m)
   std::vector<Index> cloth_of_vertex;    // (n)
   std::vector<std::string> cloth_names;
-  Triangles body_triangles;                 // (mb x 3) of rigid bodies and obstacles
+  Triangles body_triangles;                 // (mb x 3) triangles of rigid bodies and obstacles
   std::vector<Index> body_of_triangle;      // (mb)
   std::vector<Index> body_of_vertex;        // (nb)
   std::vector<std::string> body_names;      // rigid bodies first, then obstacles
-  std::vector<std::uint8_t> body_is_floor;  // drawn as ground (per body)
-  std::vector<double>
-      body_pole;  // (nb) 1 at north, -1 at south poles of magnets, 0 where there is none; or empty
+  std::vector<std::uint8_t> body_is_floor;  // (bodies) 1: rendered as ground
+  // (nb) from -1 at south poles to 1 at north poles of magnets, 0 elsewhere; or empty.
+  std::vector<double> body_pole;
 };
 
 struct Frame {
@@ -32,9 +32,9 @@ struct Frame {
   std::int64_t step = 0;
   Points positions;                   // (n x 3) [m]
   Points velocities;                  // (n x 3) [m/s]
-  Points strain;                      // (m x 3) Green strain weft, warp, shear (E12) [1]
+  Points strain;                      // (m x 3) Green strain: weft, warp, shear (E12) [1]
   Vector stretch;                     // (m) largest principal stretch [1]
-  std::vector<std::uint8_t> contact;  // (n) 1 where the vertex took part in a contact
+  std::vector<std::uint8_t> contact;  // (n) 1: in contact, 2: in a triangle forced to intersect
   Points body_vertices;               // (nb x 3) [m]
   Vector coil_currents;               // (coils) [A]
   StepReport report;

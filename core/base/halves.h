@@ -1,7 +1,7 @@
-// A vector in two halves, each a vector of the processor or again in halves; arithmetic,
-// comparisons and bits as those of gcc's vectors. Where registers hold four doubles gcc 12 takes a
-// vector of eight apart into single numbers to compare, and moves it through memory to add; halves
-// stay in registers.
+// A SIMD vector in two halves, each a native vector or again Halves. Arithmetic, comparisons and
+// bitwise operations are those of gcc's vector types. With registers of four doubles, gcc 12
+// compares vectors of eight doubles element by element and adds them through memory. Halves stay in
+// registers.
 #pragma once
 
 #include <type_traits>
@@ -16,7 +16,7 @@ struct VectorTypes {
   using Scalar = std::remove_cvref_t<decltype(Vector{}[0])>;
 };
 
-// Mask of a vector of doubles: integers of as many bits, all set where true.
+// Mask of a vector of doubles: 64-bit integers, with all bits set where true.
 template <class Vector>
 struct MaskType {
   typedef long long type __attribute__((vector_size(sizeof(Vector))));
@@ -29,7 +29,7 @@ struct Halves {
   using Half = Half_;
   using Scalar = typename VectorTypes<Half>::Scalar;
   using Mask = MaskOf<Halves>;
-  static constexpr int size = sizeof(Half) / sizeof(Scalar);  // of one half
+  static constexpr int size = sizeof(Half) / sizeof(Scalar);  // lanes of one half
   Half low, high;
 
   LOOMSTONE_INLINE Scalar operator[](int i) const { return i < size ? low[i] : high[i - size]; }

@@ -1,4 +1,4 @@
-// Times of keyframes.
+// Lookup of keyframes by time.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,8 @@
 
 namespace loomstone {
 
-// Interval and fraction of `time` in ascending `times`, held at both ends.
+// The keyframes before and after a time, and the fraction of the interval that has passed. Times
+// outside the range give the first or the last keyframe.
 struct Keyframes {
   std::size_t first, second;
   double fraction;

@@ -1,4 +1,4 @@
-// Vectors of three components in eight lanes.
+// 3-vectors in eight SIMD lanes.
 #pragma once
 
 #include <cstddef>
@@ -13,13 +13,13 @@ struct Lanes3 {
   Lanes x, y, z;
 };
 
-// Columns of an array, n apart.
+// Loads lanes from three columns of an array, which are n entries apart.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes3<Lanes> lanes3_load(const double* p, Index n) {
   return {lanes_load<Lanes>(p), lanes_load<Lanes>(p + n), lanes_load<Lanes>(p + 2 * n)};
 }
 
-// Rows of an (n x 3) array, one a lane.
+// Gathers rows of an (n x 3) array, one per lane.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes3<Lanes> lanes_gather(const Index* rows, const double* x) {
   const auto component = [&](int c) LOOMSTONE_INLINE_LAMBDA {

@@ -1,9 +1,9 @@
-// Error messages with values in them, formatted by {fmt}; the only file that includes it.
+// Formatted error messages. Only this file includes {fmt}.
 //
 //   fail<InvalidInput>("steps must be >= 1, got {}; give at least one", steps);
 //   fail<SolverFailure>("residual {:.3g} after {} iterations; ...", residual, iterations);
 //
-// A number is printed by {} with the fewest digits that give the same number back.
+// {} prints a number with the fewest digits that restore it exactly.
 #pragma once
 
 #include <fmt/core.h>
@@ -16,7 +16,7 @@ namespace loomstone {
 
 std::string formatted_text(fmt::string_view text, fmt::format_args values);
 
-// Throws a Failure (one of error.h) with this text.
+// Throws a Failure, an error class of error.h, with this text.
 template <class Failure>
 [[noreturn]] void fail_formatted(fmt::string_view text, fmt::format_args values);
 
@@ -26,13 +26,13 @@ extern template void fail_formatted<SolverFailure>(fmt::string_view, fmt::format
 extern template void fail_formatted<CacheError>(fmt::string_view, fmt::format_args);
 extern template void fail_formatted<Unsupported>(fmt::string_view, fmt::format_args);
 
-// The compiler checks the text against the values.
+// Throws a Failure with the formatted text. The compiler checks the text against the values.
 template <class Failure, class... Values>
 [[noreturn]] void fail(fmt::format_string<Values...> text, Values&&... values) {
   fail_formatted<Failure>(text, fmt::make_format_args(values...));
 }
 
-// The text alone, for messages that are put together from several.
+// Returns the formatted text, for messages that are composed of several parts.
 template <class... Values>
 [[nodiscard]] std::string formatted(fmt::format_string<Values...> text, Values&&... values) {
   return formatted_text(text, fmt::make_format_args(values...));

@@ -1,6 +1,6 @@
-// Reports: numbers about a step for people, plots and the cache. A report decides nothing.
-// Each number is declared once, in fields(): Python, CSV, the cache and help read that list. A
-// number is known by its path, as in "energy.kinetic".
+// Reports: numbers about a step for users, plots and the cache. They do not affect the simulation.
+// Each number is declared once, in fields(), for Python, CSV, the cache and help. It is identified
+// by its path, such as "energy.kinetic".
 #pragma once
 
 #include <cstdint>
@@ -32,7 +32,7 @@ struct StageSeconds {
   }
 };
 
-// Time that threads spend in the loops of collision handling.
+// Time that threads spend in the loops of collision handling [s].
 struct ThreadReport {
   double least = 0.0, mean = 0.0, most = 0.0;
 
@@ -45,7 +45,7 @@ struct ThreadReport {
   }
 };
 
-// The solves of the integrator.
+// Solves of the integrator.
 struct SolverReport {
   int newton_iterations = 0, linear_iterations = 0;
   double residual = 0.0;
@@ -105,7 +105,7 @@ struct WithheldReport {
   }
 };
 
-// Strain limits.
+// Enforcement of strain limits.
 struct StrainLimitReport {
   int sweeps = 0, rate_sweeps = 0, rounds = 0, fallbacks = 0;
   std::int64_t evaluations = 0;
@@ -143,7 +143,7 @@ struct StrainLimitReport {
   }
 };
 
-// Strain U - I of all triangles at the end of the step, limited or not.
+// Strain U - I at the end of the step, over all triangles with or without limits.
 struct StrainReport {
   double weft = 0.0, warp = 0.0, shear = 0.0, stretch = 1.0;
 
@@ -179,7 +179,7 @@ struct EnergyReport {
   }
 };
 
-// The motion of magnets.
+// Motion of magnets.
 struct MagnetReport {
   int substeps = 0;
   double force_error = 0.0;
@@ -247,7 +247,7 @@ struct StepReport {
   }
 };
 
-// Calls visit(path, field, number) for every number of a report and of those nested in it.
+// Calls visit(path, field, number) for every number of a report and of its nested reports.
 template <class Report, class Visitor>
 void for_each_number(Report& report, Visitor&& visit, const std::string& prefix = {}) {
   for_each_field<std::remove_const_t<Report>>([&](const auto& each) {

@@ -1,5 +1,5 @@
-// Rotations as unit quaternions (w, x, y, z), matrices and rotation vectors [rad]; poses of rigid
-// bodies.
+// Rotations as unit quaternions (w, x, y, z), matrices and rotation vectors [rad], and poses of
+// rigid bodies.
 #pragma once
 
 #include <cmath>
@@ -18,12 +18,12 @@ inline Vec4 quaternion_from_matrix(const Mat3& rotation) {
   return to_vector(Eigen::Quaterniond(rotation).normalized());
 }
 
-// q and -q are one rotation; of the two, the one nearer to `reference`.
+// Returns q or -q, which are the same rotation, whichever is closer to `reference`.
 inline Vec4 nearer_sign(const Vec4& orientation, const Vec4& reference) {
   return orientation.dot(reference) < 0.0 ? Vec4(-orientation) : orientation;
 }
 
-// First `second`, then `first`, like the product of their matrices.
+// Rotates by `second`, then by `first`, like the product of their matrices.
 inline Vec4 quaternion_product(const Vec4& first, const Vec4& second) {
   return to_vector(to_quaternion(first) * to_quaternion(second));
 }
@@ -34,14 +34,14 @@ inline Vec4 quaternion_inverse(const Vec4& orientation) {
 
 inline Vec4 quaternion_from_rotation_vector(const Vec3& rotation) {
   const double half = 0.5 * rotation.norm();
-  // sin(half) / (2 half); its series is exact in double below 1e-4.
+  // sin(half) / (2 half). The truncated series is exact in double precision below 1e-4.
   const double factor = half < 1e-4 ? 0.5 * (1.0 - half * half / 6.0) : 0.5 * std::sin(half) / half;
   Vec4 q;
   q << std::cos(half), factor * rotation;
   return q;
 }
 
-// The shorter way round: length in [0, pi].
+// Rotation vector along the shorter arc, of length in [0, pi].
 inline Vec3 rotation_vector(const Vec4& orientation) {
   const Vec4 q = orientation[0] < 0.0 ? Vec4(-orientation) : orientation;
   const double sine = q.tail<3>().norm();
@@ -55,13 +55,14 @@ inline Vec4 turned(const Vec4& orientation, const Vec3& angular_velocity, double
       .normalized();
 }
 
-// Angular velocity in world axes [rad/s] that leads from `start` to `end` in `step` [s], the
-// shorter way round.
+// Angular velocity in world axes [rad/s] that leads from `start` to `end` in `step` [s] along the
+// shorter arc.
 inline Vec3 angular_velocity_between(const Vec4& start, const Vec4& end, double step) {
   return rotation_vector(quaternion_product(end, quaternion_inverse(start))) / step;
 }
 
-// Constant angular velocity from `start` (share 0) to `end` (share 1), the shorter way round.
+// Interpolates from `start` (share 0) to `end` (share 1) with constant angular velocity along the
+// shorter arc.
 inline Vec4 slerp(const Vec4& start, const Vec4& end, double share) {
   return quaternion_product(
              quaternion_from_rotation_vector(share * angular_velocity_between(start, end, 1.0)),
@@ -69,18 +70,18 @@ inline Vec4 slerp(const Vec4& start, const Vec4& end, double share) {
       .normalized();
 }
 
-// Where a rigid body or obstacle is.
+// Position and orientation of a rigid body or obstacle.
 struct RigidPose {
   Vec3 position = Vec3::Zero();         // of its origin [m]
-  Vec4 orientation = Vec4(1, 0, 0, 0);  // unit quaternion, own axes to world
+  Vec4 orientation = Vec4(1, 0, 0, 0);  // unit quaternion (w, x, y, z), body to world
 };
 
 inline bool operator==(const RigidPose& a, const RigidPose& b) {
   return a.position == b.position && a.orientation == b.orientation;
 }
 
-// Pose on the way from `start` (share 0) to `end` (share 1): constant velocity and angular
-// velocity. The ends keep their bits.
+// Interpolates from `start` (share 0) to `end` (share 1) with constant velocity and angular
+// velocity. At both ends the result has the same bits as the given pose.
 inline RigidPose between(const RigidPose& start, const RigidPose& end, double share) {
   if (share == 0.0) return start;
   if (share == 1.0) return end;
@@ -88,7 +89,7 @@ inline RigidPose between(const RigidPose& start, const RigidPose& end, double sh
           slerp(start.orientation, end.orientation, share)};
 }
 
-// (k x 3) world positions of points given in the body's own axes.
+// Sets `world` (k x 3) to the world positions of points given in body axes.
 inline void place_points(const RigidPose& pose, const Points& local, Eigen::Ref<Points> world) {
   const Mat3 rotation = rotation_matrix(pose.orientation);
   for (Index i = 0; i < local.rows(); ++i)

@@ -21,7 +21,7 @@ InstructionSet of_processor() {
   return InstructionSet::baseline;
 }
 
-// The widest instruction set that the environment allows; nothing where the name is unknown.
+// The widest instruction set that the environment allows; nullopt if its name is unknown.
 std::optional<InstructionSet> allowed() {
   const char* text = std::getenv(variable);
   const std::string name = text ? text : "x86-64-v4";

@@ -1,8 +1,8 @@
-// Eight doubles worked at once. A kernel is a function template of their type, Lanes, that is
-// inlined into three functions, each compiled for one instruction set;
-// LOOMSTONE_WIDEST(kernel)(arguments) calls the one for the widest that the processor has.
-// LOOMSTONE_CLONES does for functions whose vectors, of floats or of four doubles, fit the
-// registers of AVX2 too. All give the same bits (no contraction, no reordered sums).
+// SIMD with eight doubles. A kernel is a function template of the vector type Lanes. It is inlined
+// into three functions, each compiled for one instruction set. LOOMSTONE_WIDEST(kernel)(arguments)
+// calls the function for the widest instruction set of the processor. LOOMSTONE_CLONES is for
+// functions whose vectors, of floats or of four doubles, also fit the registers of AVX2. All
+// variants give the same bits, because they neither contract nor reorder operations.
 #pragma once
 
 #include <type_traits>
@@ -20,10 +20,10 @@ using Lanes256 = Halves<HalfLanes>;
 using Lanes128 = Halves<Halves<QuarterLanes>>;
 
 enum class InstructionSet { baseline, v3, v4 };
-// The widest of the processor; LOOMSTONE_INSTRUCTIONS=x86-64 or x86-64-v3 in the environment
-// narrows it, but for clones.
+// The widest instruction set of the processor. The environment variable LOOMSTONE_INSTRUCTIONS
+// restricts it to x86-64 or x86-64-v3, except for clones.
 extern const InstructionSet instruction_set;
-// Refuses any other value of that variable.
+// Throws InvalidInput if that variable has an unknown value.
 void check_instruction_set();
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || defined(__clang__) || \
@@ -36,7 +36,7 @@ void check_instruction_set();
   __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 #endif
 
-// A kernel, given as a function of (Lanes{}, arguments...).
+// Calls a kernel, a function of (Lanes{}, arguments...), for the widest instruction set.
 template <class Kernel>
 class Widest {
  public:
@@ -50,7 +50,7 @@ class Widest {
   }
 
  private:
-  // Numbers and pointers by value: a kernel that stores need not read them again.
+  // Numbers and pointers are passed by value, so that a kernel need not reload them after a store.
   template <class Argument>
   using Passed = std::conditional_t<std::is_scalar_v<std::remove_reference_t<Argument>>,
                                     std::remove_cvref_t<Argument>, Argument&>;
@@ -81,7 +81,7 @@ LOOMSTONE_INLINE Widest<Kernel> widest(Kernel) {
                             return kernel<decltype(lanes)>(arguments...); \
                           })
 
-typedef Lanes512 Lanes;  // in clones
+typedef Lanes512 Lanes;  // vector type in clones
 
 template <class Lanes = Lanes512>
 LOOMSTONE_INLINE Lanes lanes_all(double a) {
@@ -107,7 +107,7 @@ LOOMSTONE_INLINE void lanes_store(double* p, const Lanes& a) {
     __builtin_memcpy(p, &a, sizeof(Lanes));
 }
 
-// Lane l is value(l), a function that is inlined.
+// Returns a vector with value(l) in lane l. The function `value` is inlined.
 template <class Lanes, class Value>
 LOOMSTONE_INLINE Lanes lanes_of(const Value& value, int first = 0) {
   if constexpr (in_halves<Lanes>) {
@@ -131,7 +131,7 @@ LOOMSTONE_INLINE void lanes_put(Lanes& a, int lane, double value) {
     a[lane] = value;
 }
 
-// Eight or four of the lanes of a (0 ... 7) and b (8 ... 15).
+// Selects eight or four lanes of a (indices 0 to 7) and b (indices 8 to 15).
 template <int... index, class Lanes>
 LOOMSTONE_INLINE auto lanes_shuffle(const Lanes& a, const Lanes& b) {
   if constexpr (in_halves<Lanes>) {
@@ -145,7 +145,7 @@ LOOMSTONE_INLINE auto lanes_shuffle(const Lanes& a, const Lanes& b) {
   }
 }
 
-// Eight times one of four numbers.
+// Fills eight lanes with entries of a, selected by index.
 template <class Lanes, int... index>
 LOOMSTONE_INLINE Lanes lanes_spread(const HalfLanes& a) {
   if constexpr (in_halves<Lanes>) {

@@ -1,5 +1,5 @@
-// Vocabulary of the library: fixed-size vectors, (n x 3) row-major arrays that numpy sees without a
-// copy, indices. SI units everywhere.
+// Basic types: indices, fixed-size vectors, and (n x 3) row-major arrays that numpy can view
+// without a copy. All quantities are in SI units.
 #pragma once
 
 #include <cstdint>

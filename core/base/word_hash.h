@@ -1,5 +1,5 @@
-// FNV-1a over words of eight bytes. Each step is invertible, so one changed word always changes the
-// sum.
+// FNV-1a hash over words of eight bytes. Each step is invertible, so a single changed word always
+// changes the sum.
 #pragma once
 
 #include <cstdint>

@@ -157,8 +157,7 @@ class NewtonIntegrator final : public Integrator {
 
   // Line search. Accepts a step that gives the smallest residual so far or that lowers the
   // potential. The second criterion is needed near buckling, where the residual must grow on the
-  // way to the solution. Neither criterion allows cycles. The
-  // combination is our choice.
+  // way to the solution. Neither criterion allows cycles. The combination is our choice.
   bool search(const Step& step, double least) {
     for (length_ = 1.0; length_ >= least; length_ /= 2) {
       trial_.velocity = now_.velocity + length_ * correction_;

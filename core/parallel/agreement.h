@@ -1,4 +1,4 @@
-// One rank's failure becomes the same error on all.
+// Turns a failure on one rank into the same error on all ranks.
 #pragma once
 
 #include <exception>
@@ -7,12 +7,12 @@
 
 namespace loomstone {
 
-// Collective, after a part of the work: throws on all ranks the error of the lowest rank that had
-// one, of the same kind and with the same text. Errors that are not ours become Error. Returns
-// where `failure` is null everywhere.
+// Collective. If any rank has a failure, throws the error of the lowest such rank on all ranks,
+// with the same type and text. Exceptions that are not a loomstone::Error become Error. Returns if
+// `failure` is null on every rank.
 void agree_on(const Communicator& communicator, std::exception_ptr failure);
 
-// Does `body` on this rank; where it throws on one rank, all ranks throw. Collective.
+// Collective. Runs `body` on this rank. If it throws on any rank, all ranks throw.
 template <class Body>
 void together(const Communicator& communicator, Body&& body) {
   if (communicator.size() == 1) {

@@ -1,5 +1,5 @@
-// The ranks of one simulation. One rank needs no MPI; more come from a plug-in that is loaded only
-// when asked for. All calls are collective.
+// Communication between the ranks of one simulation. A single rank needs no MPI. Several ranks use
+// a plug-in that is loaded on demand. All communication is collective, except abort().
 #pragma once
 
 #include <cstddef>
@@ -18,45 +18,45 @@ class Communicator {
   virtual int rank() const = 0;
   virtual int size() const = 0;
   virtual void barrier() const = 0;
-  // Largest value over all ranks (errors and signals are agreed with this).
+  // Returns the largest value over all ranks.
   virtual std::int64_t maximum(std::int64_t value) const = 0;
-  // Bytes of `root` to all.
+  // Sends the bytes of `root` to all ranks.
   virtual void broadcast(void* data, std::size_t bytes, int root) const = 0;
-  // Every rank contributes bytes [offsets[rank], offsets[rank+1]) of `data`; afterwards all hold
-  // all of it.
+  // Every rank contributes bytes [offsets[rank], offsets[rank+1]) of `data` and receives all
+  // others.
   virtual void gather_all(void* data, const std::vector<std::size_t>& byte_offsets) const = 0;
-  // Sends byte buffers to the ranks of `to` and receives buffers (sized by the caller) from the
-  // ranks of `from`.
+  // Sends the buffers in `to` to their ranks, and receives the buffers in `from`, which the caller
+  // sizes.
   struct Message {
     int rank;
     void* data;
     std::size_t bytes;
   };
   virtual void exchange(const std::vector<Message>& to, const std::vector<Message>& from) const = 0;
-  // Failures, on a channel of their own, since they strike while others may wait in any call above.
-  // Gives kind (0: none) and text of the lowest rank that failed to all. Where this rank failed and
-  // the others do not come here within ten seconds, it ends them all: they wait for it elsewhere.
-  // One rank: leaves both as they are.
+  // Agrees on a failure, over a separate channel, because other ranks may wait in any call above.
+  // All ranks receive kind (0: no failure) and text of the lowest rank that failed. If this rank
+  // failed and the others do not call agree() within ten seconds, it aborts all ranks, because they
+  // wait for it elsewhere. A single rank leaves both arguments unchanged.
   virtual void agree(int& kind, std::string& text) const {
     static_cast<void>(kind), static_cast<void>(text);
   }
-  // The last failure that ranks agreed on; empty on one rank.
+  // Text of the last failure that the ranks agreed on; empty on a single rank.
   virtual std::string agreed() const { return {}; }
-  // Ends all ranks at once, for an error that only one of them met (else the others would wait for
-  // ever).
+  // Ends all ranks at once after an error on only one of them. The others would otherwise wait
+  // forever.
   [[noreturn]] virtual void abort(int code) const = 0;
 };
 
-// One rank, no MPI.
+// Communicator of a single rank, without MPI.
 std::shared_ptr<const Communicator> single_communicator();
 
-// Loads the MPI plug-in and duplicates the given communicator (Fortran handle, as mpi4py's
-// comm.py2f() gives; -1: MPI_COMM_WORLD). Initialises MPI if nobody has. Throws Unsupported, naming
-// the package, where MPI is missing.
+// Loads the MPI plug-in and duplicates the given communicator, a Fortran handle such as mpi4py's
+// comm.py2f() (-1: MPI_COMM_WORLD). Initialises MPI if necessary. If MPI is missing, throws
+// Unsupported with the name of the package.
 std::shared_ptr<const Communicator> mpi_communicator(int fortran_handle = -1);
 
-// True where this process was started by an MPI launcher with more than one rank (read from the
-// environment).
+// True if an MPI launcher started this process with more than one rank, according to the
+// environment.
 bool launched_by_mpi();
 
 }  // namespace loomstone

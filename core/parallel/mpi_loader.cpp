@@ -1,6 +1,6 @@
-// Finds and loads the MPI plug-in: the file named by LOOMSTONE_MPI_PLUGIN, else the one beside the
-// module or program that contains this code (build tree: tests set the variable; Python package:
-// both lie in one directory).
+// Finds and loads the MPI plug-in. The environment variable LOOMSTONE_MPI_PLUGIN gives its path, as
+// in the tests of the build tree. Without it, the plug-in is in the directory of the module or
+// program that contains this code, as in the Python package.
 #include <cstdlib>
 #include <filesystem>
 #include <string>
@@ -24,7 +24,8 @@ fs::path beside_this_code() {
     return {};
   fs::path file = info.dli_fname;
   if (!file.has_parent_path())
-    file = "/proc/self/exe";  // a program found on PATH knows only its bare name
+    // For a program found on PATH, dladdr gives only the bare name.
+    file = "/proc/self/exe";
   std::error_code ignored;
   const fs::path whole = fs::canonical(file, ignored);
   return whole.parent_path() / mpi_plugin_file;
@@ -44,7 +45,7 @@ LoomstoneMakeCommunicator load_plugin() {
   if (!fs::exists(path, ignored))
     fail<Unsupported>("several ranks need the MPI plug-in, which is not at {}; {}", path.string(),
                       advice);
-  // Global: Open MPI's own components look up symbols of libmpi.
+  // RTLD_GLOBAL, because components of Open MPI look up symbols of libmpi.
   void* plugin = dlopen(path.c_str(), RTLD_NOW | RTLD_GLOBAL);
   if (plugin == nullptr)
     fail<Unsupported>("several ranks need the MPI plug-in, which could not be loaded ({}); {}",

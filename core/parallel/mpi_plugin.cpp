@@ -1,4 +1,4 @@
-// Ranks by MPI: the only file that includes mpi.h, built as a plug-in of its own.
+// Communicator based on MPI. Only this file includes mpi.h; it is built as a separate plug-in.
 #include <mpi.h>
 
 #include <algorithm>
@@ -15,11 +15,12 @@ namespace loomstone {
 namespace {
 
 constexpr int exchange_tag = 4711;
-constexpr std::chrono::seconds grace{10};  // how long a rank that failed waits for the others
-constexpr std::size_t largest_message = std::size_t{1} << 30;  // [byte] MPI counts are ints
+constexpr std::chrono::seconds grace{10};  // time that a failed rank waits for the others
+// Largest message [byte], because MPI counts are ints.
+constexpr std::size_t largest_message = std::size_t{1} << 30;
 
-// How a rank waits for others: it asks again at once for a while, then gives way, then sleeps
-// between questions, longer each time. Waits inside a linear solve are over before the first sleep.
+// Polling strategy while a rank waits for others: it polls without pause at first, then yields,
+// then sleeps for increasing times. Waits inside a linear solve end before the first sleep.
 class Patience {
  public:
   void wait() {
@@ -187,7 +188,7 @@ class MpiCommunicator final : public Communicator {
 
   MPI_Comm comm_ = MPI_COMM_NULL, failures_ = MPI_COMM_NULL;
   int rank_ = 0, size_ = 1;
-  mutable std::vector<int> counts_, displacements_;  // scratch, kept to spare allocations
+  mutable std::vector<int> counts_, displacements_;  // scratch, kept to avoid allocations
   mutable std::vector<MPI_Request> requests_;
   mutable std::string agreed_;
 };
@@ -213,8 +214,8 @@ extern "C" const loomstone::Communicator* loomstone_make_communicator_2(int fort
           "mpi4py.MPI)";
       return nullptr;
     }
-    // Collective calls of Open MPI ask for ever; between questions they shall let others run.
-    setenv("OMPI_MCA_mpi_yield_when_idle", "1", 0);  // 0: what the user has set stays
+    // Collective calls of Open MPI poll without end. With this setting they yield between polls.
+    setenv("OMPI_MCA_mpi_yield_when_idle", "1", 0);  // 0: keeps a value set by the user
     // Only the thread that steps the simulation calls MPI.
     int provided = MPI_THREAD_SINGLE;
     MPI_Init_thread(nullptr, nullptr, MPI_THREAD_FUNNELED, &provided);

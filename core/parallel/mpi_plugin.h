@@ -4,8 +4,8 @@
 #include "core/parallel/communicator.h"
 
 extern "C" {
-// A new communicator that duplicates `fortran_handle` (-1: the world); null with a sentence in
-// *problem where that fails.
+// Returns a new communicator that duplicates `fortran_handle` (-1: MPI_COMM_WORLD). On failure,
+// returns null and sets *problem to a message.
 using LoomstoneMakeCommunicator = const loomstone::Communicator* (*)(int fortran_handle,
                                                                      const char** problem);
 }

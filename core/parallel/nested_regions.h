@@ -1,4 +1,4 @@
-// Keeps outside libraries from opening parallel regions of their own while one of these lives.
+// Disables OpenMP parallel regions, for example in other libraries, during its lifetime.
 #pragma once
 
 namespace loomstone {

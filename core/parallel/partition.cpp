@@ -1,4 +1,4 @@
-// Order of vertices by recursive bisection (METIS, the only file that includes it). Karypis and
+// Orders vertices by recursive bisection with METIS. Only this file includes METIS. Karypis and
 // Kumar, "A fast and high quality multilevel scheme for partitioning irregular graphs", SIAM J.
 // Sci. Comput. 20 (1998).
 #include "core/parallel/partition.h"
@@ -29,20 +29,20 @@ class Bisection {
   }
 
  private:
-  // Orders the vertices now at places [begin, end).
+  // Orders the vertices at positions [begin, end).
   void split(Index begin, Index end) {
     const Index n = end - begin, n_blocks = (n + rows_per_block - 1) / rows_per_block;
     if (n_blocks <= 1) return breadth_first(begin, end);
     extract(begin, end);
-    // The first part takes whole blocks, so that cuts between blocks are near cuts of the
-    // bisection.
+    // The first part consists of whole blocks, so that boundaries between blocks are close to the
+    // cuts of the bisection.
     const Index target = n_blocks / 2 * rows_per_block;
     const Index middle = begin + bisect(begin, n, target);
     split(begin, middle);
     split(middle, end);
   }
 
-  // Subgraph of places [begin, end) in local numbers.
+  // Extracts the subgraph of the vertices at positions [begin, end), with local numbers.
   void extract(Index begin, Index end) {
     for (Index place = begin; place < end; ++place) local_[order_[place]] = place - begin;
     sub_start_.assign(1, 0);
@@ -58,8 +58,8 @@ class Bisection {
     for (Index place = begin; place < end; ++place) local_[order_[place]] = -1;
   }
 
-  // Moves the vertices of the first part to the front, both parts in ascending place; returns the
-  // size of the first part.
+  // Moves the vertices of the first part to the front and keeps the order within each part. Returns
+  // the size of the first part.
   Index bisect(Index begin, Index n, Index target) {
     idx_t n_vertices = n, n_constraints = 1, n_parts = 2, cut = 0;
     std::array<real_t, 2> shares = {static_cast<real_t>(target) / n,
@@ -72,7 +72,7 @@ class Bisection {
                              nullptr, nullptr, nullptr, &n_parts, shares.data(), nullptr,
                              options.data(), &cut, part_.data());
     const Index first = n - std::accumulate(part_.begin(), part_.end(), Index{0});
-    if (first == 0 || first == n) return target;  // METIS found no cut: keep the order
+    if (first == 0 || first == n) return target;  // METIS found no cut; keeps the order
     moved_.clear();
     for (const idx_t side : {0, 1})
       for (Index i = 0; i < n; ++i)
@@ -81,7 +81,8 @@ class Bisection {
     return first;
   }
 
-  // Inside a part neighbours come close together; every component starts at its first vertex.
+  // Orders the vertices at positions [begin, end) breadth-first, so that neighbours are close
+  // together. Each connected component starts at its first vertex.
   void breadth_first(Index begin, Index end) {
     for (Index place = begin; place < end; ++place) local_[order_[place]] = 0;
     moved_.clear();
@@ -104,7 +105,7 @@ class Bisection {
   }
 
   const Graph& graph_;
-  std::vector<Index> local_;  // local number in the current subgraph; -1 outside
+  std::vector<Index> local_;  // (vertices) local number in the current subgraph; -1: outside
   std::vector<Index> order_, moved_;
   std::vector<idx_t> sub_start_, sub_adjacent_, part_;
 };

@@ -1,5 +1,5 @@
-// Order of vertices from graph bisection: any contiguous range of rows is a compact patch with a
-// short boundary.
+// Orders vertices by graph bisection, so that any contiguous range of rows is a compact patch with
+// a short boundary.
 #pragma once
 
 #include <vector>
@@ -8,15 +8,16 @@
 
 namespace loomstone {
 
-// Graph in compressed rows: neighbours of vertex i are adjacent[start[i] .. start[i+1]).
+// Graph in compressed sparse row (CSR) format. The neighbours of vertex i are adjacent[start[i] ..
+// start[i+1]).
 struct Graph {
   std::vector<Index> start;
   std::vector<Index> adjacent;
 };
 
-// Permutation: entry i is the old index of the vertex that comes i-th. Recursive bisection by METIS
-// down to about `rows_per_block` vertices, breadth-first inside a part. Deterministic; independent
-// of threads and ranks.
+// Returns a permutation: entry i is the old index of the i-th vertex. METIS bisects recursively
+// down to about `rows_per_block` vertices, and each part is ordered breadth-first. The result is
+// deterministic and independent of threads and ranks.
 std::vector<Index> bisection_order(const Graph& graph);
 
 }  // namespace loomstone

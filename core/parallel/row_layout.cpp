@@ -1,4 +1,4 @@
-// Ranges of rows, and the three ways their values travel between ranks.
+// Row ranges of ranks, and the exchange of row values between ranks.
 #include "core/parallel/row_layout.h"
 
 #include <algorithm>

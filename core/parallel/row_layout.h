@@ -1,8 +1,8 @@
-// Who owns which rows. Every rank holds arrays of all rows in one fixed order and computes only the
-// contiguous range it owns; what others own is refreshed by exchanging halos (few rows) or
-// gathering (all rows). This departs from "owned first, ghosts after": collision handling needs
-// every position on every rank, so full-length arrays exist anyway, and row numbers mean the same
-// everywhere.
+// Assignment of rows to ranks. Every rank stores arrays of all rows in one fixed order and computes
+// only the contiguous range that it owns. Rows of other ranks are refreshed by exchanging halos
+// (few rows) or by gathering (all rows). Unlike in the common layout of owned rows followed by
+// ghosts, row numbers are the same on all ranks. Collision handling needs every position on every
+// rank, so full-length arrays exist anyway.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@
 
 namespace loomstone {
 
-// Rows that go to and come from each neighbour, ascending.
+// Rows to send to and to receive from each neighbouring rank, in ascending order.
 struct Halo {
   struct Neighbour {
     int rank;
@@ -26,8 +26,8 @@ struct Halo {
 
 class RowLayout {
  public:
-  // Splits `n_rows` rows into contiguous ranges that start at multiples of rows_per_block, as even
-  // as possible.
+  // Splits `n_rows` rows into contiguous ranges of nearly equal size, which start at multiples of
+  // rows_per_block.
   RowLayout(Index n_rows, std::shared_ptr<const Communicator> communicator);
 
   Index n_rows() const { return starts_.back(); }
@@ -39,12 +39,12 @@ class RowLayout {
   const Communicator& communicator() const { return *communicator_; }
   bool single() const { return communicator_->size() == 1; }
 
-  // Adds block sums (one double a block of the owned range) over all ranks in block order: same
-  // bits on any rank count. `block_sums` has an entry for every block of all rows; the owned ones
-  // are filled on entry, all on return.
+  // Adds block sums over all ranks in block order, so that the result has the same bits on any
+  // number of ranks. `block_sums` has one entry per block of all rows. On entry the owned entries
+  // are set, on return all are.
   double ordered_sum(std::vector<double>& block_sums) const;
 
-  // Refreshes rows of a row-major array with `stride` numbers a row.
+  // Refreshes halo rows of a row-major array with `stride` numbers per row.
   void exchange(const Halo& halo, double* rows, Index stride) const {
     exchange_rows(halo, rows, stride * sizeof(double));
   }
@@ -52,14 +52,14 @@ class RowLayout {
     exchange_rows(halo, rows, stride * sizeof(float));
   }
 
-  // Refreshes all rows.
+  // Refreshes all rows from their owners. Collective.
   void gather(double* rows, Index stride) const;
 
  private:
   void exchange_rows(const Halo& halo, void* rows, std::size_t row_bytes) const;
 
   std::vector<Index> starts_;
-  std::vector<std::size_t> sum_offsets_;  // of each rank's block sums [byte]
+  std::vector<std::size_t> sum_offsets_;  // start of each rank's block sums [byte]
   std::shared_ptr<const Communicator> communicator_;
 };
 

@@ -1,4 +1,4 @@
-// One rank: nobody to talk to.
+// Communicator of a single rank, without MPI.
 #include <cassert>
 #include <cstdlib>
 

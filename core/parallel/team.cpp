@@ -1,4 +1,4 @@
-// Threads of this process: how many it may use, and whether it may still use them after a fork.
+// Number of available threads, detection of forks, and timing of threads.
 #include "core/parallel/team.h"
 
 #include <atomic>
@@ -17,8 +17,8 @@ namespace {
 std::atomic<bool> region_has_run{false};
 std::atomic<bool> forked_after_region{false};
 
-// libgomp's pool of threads does not survive a fork: the child's first region would wait for it for
-// ever.
+// The thread pool of libgomp does not survive a fork. The first parallel region of the child
+// process would wait for it forever.
 void in_forked_child() {
   if (region_has_run.load(std::memory_order_relaxed))
     forked_after_region.store(true, std::memory_order_relaxed);

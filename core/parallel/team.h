@@ -1,6 +1,6 @@
-// The threads of one simulation and the loops that run on them. The result of every helper is the
-// same for any number of threads: a loop writes only to slots its index owns; a sum adds fixed
-// blocks of rows in order.
+// The threads of one simulation, and its parallel loops. All results are the same for any number of
+// threads: each iteration of a loop writes only its own entries, and sums add fixed blocks of rows
+// in order.
 #pragma once
 
 #include <algorithm>
@@ -13,24 +13,23 @@
 
 namespace loomstone {
 
-// Rows that are summed together before block sums are added in order; cuts between ranks fall on
-// multiples of it.
+// Number of rows per block of a sum. The row ranges of ranks start at multiples of it.
 inline constexpr Index rows_per_block = 128;
 
 struct Team {
   int threads = 1;
-  std::int64_t* iterations = nullptr;  // counts the loops' iterations, where somebody wants to know
-  double* busy = nullptr;              // (threads) seconds that each spends inside loops, likewise
+  std::int64_t* iterations = nullptr;  // counts the iterations of all loops; may be null
+  double* busy = nullptr;  // (threads) time that each thread spends in loops [s]; may be null
 };
 
-// Number of threads to use when the user asks for none (processors this process may run on).
+// Default number of threads: the processors on which this process may run.
 int default_thread_count();
 
-// Throws Unsupported when called in a process forked after a parallel loop has run (libgomp would
-// hang).
+// Throws Unsupported in a process that was forked after a parallel loop had run, because libgomp
+// would hang there.
 void check_not_forked();
 
-// Adds the time of its life to the calling thread's.
+// Adds the time of its lifetime to the busy time of the calling thread.
 class BusyTimer {
  public:
   explicit BusyTimer(const Team& team);
@@ -43,8 +42,8 @@ class BusyTimer {
   std::chrono::steady_clock::time_point start_;
 };
 
-// Keeps the first exception of a parallel loop, which must not leave its thread, and throws it
-// after the loop.
+// Stores the first exception of a parallel loop and rethrows it after the loop, because exceptions
+// must not leave a parallel region.
 class FirstFailure {
  public:
   template <class Work>
@@ -64,8 +63,8 @@ class FirstFailure {
   std::exception_ptr failure_;
 };
 
-// Calls body(begin, end) on ranges that cover [0, n). Ranges start at multiples of `grain`. Serial
-// when n <= grain. The first exception is carried out of the loop. Do not nest.
+// Calls body(begin, end) on ranges that cover [0, n) and start at multiples of `grain`. Runs
+// serially if n <= grain. Rethrows the first exception after the loop. Must not be nested.
 template <class Body>
 void parallel_ranges(const Team& team, Index n, Index grain, Body&& body) {
   if (team.iterations) *team.iterations += n;
@@ -89,8 +88,7 @@ void parallel_ranges(const Team& team, Index n, Index grain, Body&& body) {
   failure.rethrow();
 }
 
-// Calls body(i) for every i of [0, n), each a task of its own that an idle thread takes: for work
-// of uneven size.
+// Calls body(i) for every i in [0, n) with dynamic scheduling, for iterations of uneven cost.
 template <class Body>
 void parallel_tasks(const Team& team, Index n, Body&& body) {
   if (team.iterations) *team.iterations += n;
@@ -110,7 +108,7 @@ void parallel_tasks(const Team& team, Index n, Body&& body) {
   failure.rethrow();
 }
 
-// Calls body(i) for every i of [0, n).
+// Calls body(i) for every i in [0, n).
 template <class Body>
 void parallel_for(const Team& team, Index n, Body&& body, Index grain = 512) {
   parallel_ranges(team, n, grain, [&](Index begin, Index end) {
@@ -118,7 +116,8 @@ void parallel_for(const Team& team, Index n, Body&& body, Index grain = 512) {
   });
 }
 
-// Sum over [0, n) of term(i): blocks of `rows_per_block` rows, block sums added in order.
+// Returns the sum of term(i) over [0, n). Each block of `rows_per_block` rows is summed on its own,
+// and the block sums are added in order.
 template <class Term>
 double parallel_sum(const Team& team, Index n, Term&& term) {
   const Index n_blocks = (n + rows_per_block - 1) / rows_per_block;

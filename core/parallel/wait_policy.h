@@ -1,10 +1,12 @@
-// How threads wait between two parallel loops: as OMP_WAIT_POLICY or GOMP_SPINCOUNT say. The
-// Python package sets the latter before it loads this code (loomstone/base/waiting.py).
+// How threads wait between two parallel loops. The environment variables OMP_WAIT_POLICY and
+// GOMP_SPINCOUNT control this. The Python package sets GOMP_SPINCOUNT before it loads this code
+// (loomstone/base/waiting.py).
 #pragma once
 
 namespace loomstone {
 
-// Whether they sleep at once (OMP_WAIT_POLICY=passive): a loop then costs some 40 us more.
+// True if waiting threads sleep at once (OMP_WAIT_POLICY=passive). A loop then takes about 40 us
+// longer.
 bool threads_sleep();
 
 }  // namespace loomstone
