@@ -1,6 +1,6 @@
-// A checkpoint is an HDF5 file (any HDF5 tool can look into it) followed by 24 bytes: a mark, the
-// length and a checksum of all that comes before. The checksum is verified before HDF5 sees a byte,
-// since HDF5 itself trusts what it reads.
+// A checkpoint is an HDF5 file, which any HDF5 tool can open, followed by a trailer of 24 bytes: a
+// mark, and the length and checksum of all preceding bytes. The checksum is verified before HDF5
+// reads the data, because HDF5 does not validate its input.
 #include "core/cache/checkpoint_file.h"
 
 #include <algorithm>
@@ -44,7 +44,7 @@ std::uint64_t checksum(const unsigned char* bytes, std::size_t count) {
   return hash.sum;
 }
 
-// A file descriptor that closes itself and turns failures into errors.
+// RAII file descriptor. Failures become CacheErrors.
 class Descriptor {
  public:
   Descriptor(const std::string& path, int flags)
@@ -95,7 +95,8 @@ class Descriptor {
   int descriptor_;
 };
 
-// Names become names of datasets, where '/' would separate groups and "." means "here".
+// Encodes a name as the name of a dataset. HDF5 uses "/" to separate groups and "." for the current
+// group.
 std::string encoded(const std::string& name) {
   if (name.empty()) throw InvalidInput("names in a checkpoint must not be empty.");
   std::string text;
@@ -179,8 +180,8 @@ Checkpoint from_bytes(const std::string& path, std::span<const unsigned char> by
 
 }  // namespace
 
-// Complete and on the disk under another name before it takes the old one's place: at any moment,
-// even if the power fails, `path` is a whole checkpoint.
+// Writes and syncs the complete file under another name before it replaces the old file. Even after
+// a power failure, `path` is therefore a complete checkpoint.
 void write_checkpoint(const std::string& path, const Checkpoint& checkpoint) {
   const std::vector<unsigned char> bytes = to_bytes(path, checkpoint);
   Trailer trailer{{}, bytes.size(), checksum(bytes.data(), bytes.size())};

@@ -1,5 +1,5 @@
-// A checkpoint: named arrays and texts that hold a State exactly. Written under another name and
-// renamed.
+// Checkpoint files, which store named arrays and texts exactly. A file is written under another
+// name and then renamed.
 #pragma once
 
 #include <string>
@@ -9,6 +9,6 @@
 namespace loomstone {
 
 void write_checkpoint(const std::string& path, const Checkpoint& checkpoint);
-Checkpoint read_checkpoint(const std::string& path);  // throws CacheError naming what is wrong
+Checkpoint read_checkpoint(const std::string& path);  // throws CacheError with the cause
 
 }  // namespace loomstone

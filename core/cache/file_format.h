@@ -1,5 +1,5 @@
-// The version of a file's layout, written beside its content. Files of a version that this build
-// does not read are refused in one sentence that says what to do.
+// Version of a file's layout, stored in the file. If this build cannot read a version, the error
+// message states what to do.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@ namespace loomstone {
 
 struct FileFormat {
   const char* what;             // "file", "checkpoint"
-  std::int64_t oldest, newest;  // that are read; `newest` is written
-  const char* instead;          // what to do with an older one
+  std::int64_t oldest, newest;  // versions that are read; `newest` is written
+  const char* instead;          // advice for older files
 };
 
 // Throws CacheError unless this build reads version `found`.

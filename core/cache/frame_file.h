@@ -1,5 +1,5 @@
-// Frames in HDF5 (VTKHDF temporal PolyData that ParaView opens), readable and right at any moment
-// of a killed run.
+// Frames in HDF5 files (VTKHDF temporal PolyData, which ParaView opens). The files are readable and
+// consistent even if the run is killed.
 #pragma once
 
 #include <memory>
@@ -10,25 +10,28 @@
 
 namespace loomstone {
 
-// Writes run.vtkhdf (all cloth) and bodies.vtkhdf (bodies and obstacles, where there are any) into
-// a directory.
+// Writes run.vtkhdf (all cloth) and bodies.vtkhdf (bodies and obstacles, if there are any) to a
+// directory.
 class FrameWriter {
  public:
-  // Creates the files (under another name, then renamed); `metadata` is free text (JSON) kept
-  // beside the frames.
+  // Creates the files under another name and then renames them. `metadata` is free text (JSON) that
+  // is stored with the frames.
   FrameWriter(const std::string& directory, const FrameTopology& topology,
               const std::string& metadata);
-  // Continues a run: its whole frames and reports up to and including `after_time` [s] are copied
-  // into new files, which then replace the old ones.
+  // Continues a run. Copies its complete frames and reports up to and including `after_time` [s] to
+  // new files, which then replace the old ones.
   static FrameWriter reopen(const std::string& directory, double after_time);
   ~FrameWriter();
   FrameWriter(FrameWriter&&) noexcept;
   FrameWriter& operator=(FrameWriter&&) noexcept;
-  void write(
-      const Frame& frame);  // throws CacheError (disk full, ...), earlier frames stay readable
-  void record(
-      const StepReport& report);  // of every step; reaches the file with the next frame or flush()
-  void flush();  // call it before a checkpoint, so that a resumed run has all reports up to it
+  // Throws CacheError, for example if the disk is full. Earlier frames remain readable.
+  void write(const Frame& frame);
+  // Records the report of a step, which must be called for every step. The report is written with
+  // the next frame or flush().
+  void record(const StepReport& report);
+  // Writes all recorded reports. Call it before a checkpoint, so that a resumed run has all reports
+  // up to it.
+  void flush();
   int n_frames() const;
 
  private:
@@ -39,8 +42,8 @@ class FrameWriter {
 
 class FrameReader {
  public:
-  // `path`: directory or run.vtkhdf. Throws CacheError for missing, truncated, foreign or newer
-  // files.
+  // `path` is a directory or run.vtkhdf. Throws CacheError for missing, truncated or foreign files,
+  // and for formats that this build cannot read.
   explicit FrameReader(const std::string& path);
   ~FrameReader();
   FrameReader(FrameReader&&) noexcept;
@@ -50,7 +53,7 @@ class FrameReader {
   const std::string& metadata() const;
   const std::vector<double>& times() const;
   Frame frame(int index) const;
-  std::vector<StepReport> reports() const;  // of all steps recorded
+  std::vector<StepReport> reports() const;  // of all recorded steps
 
  private:
   struct Data;

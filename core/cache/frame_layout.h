@@ -1,5 +1,5 @@
-// The part of the frame files beyond the VTKHDF layout: group /loomstone with format, names,
-// metadata and reports.
+// Contents of the frame files in addition to the VTKHDF layout: the group /loomstone with format,
+// names, metadata and reports.
 #pragma once
 
 #include <cstddef>
@@ -13,21 +13,22 @@
 
 namespace loomstone::frame_layout {
 
-// Version of the layout, attribute `format` of the group. It rises when a reader of this version
-// would misunderstand a file, as by another meaning or unit; a column or dataset more is none of
-// these, since readers find columns by name and leave those that a file lacks at their defaults.
+// Version of the layout, in the attribute `format` of the group. It increases if a reader of this
+// version would misinterpret a file, for example after a change of meaning or unit. Additional
+// columns and datasets do not increase it, because readers find columns by name and use defaults
+// for missing columns.
 inline constexpr FileFormat format = {"file", 2, 2, "run the scene again"};
 
 inline const std::string run_file = "run.vtkhdf", bodies_file = "bodies.vtkhdf";
 inline const std::string group = "/loomstone";
 inline const std::string run_kind = "run", bodies_kind = "bodies";
 
-// The currents in the coils of a scene that has some, a row a frame.
+// Coil currents, one row per frame. Present only if the scene has coils.
 inline const std::string currents = group + "/coil_currents";
 
 // A row of the table of frames.
 struct FrameRow {
-  std::int64_t step = 0;  // of the frame; the report's own may differ
+  std::int64_t step = 0;  // step of the frame; report.step may differ
   StepReport report;
 };
 

@@ -14,7 +14,8 @@ using namespace frame_layout;
 
 namespace {
 
-// Opens a file that is a loomstone cache of the expected kind, in a format this build reads.
+// Opens a loomstone cache file. Throws CacheError unless it has the expected kind and a format that
+// this build reads.
 Hdf5File open_ours(const std::string& path, const std::string& kind) {
   Hdf5File file = Hdf5File::open(path);
   if (!file.has_attribute(group, "format") || !file.has_attribute(group, "kind"))
@@ -108,8 +109,8 @@ struct FrameReader::Data {
     if (topology.body_is_floor.size() != topology.body_names.size())
       fail<CacheError>("{}: the file is damaged: is_floor has the wrong length.",
                        bodies_file->name());
-    // A killed process may leave the bodies a frame ahead; frames that both have must be of the
-    // same run.
+    // After a kill, the bodies file may have one more frame. Common frames must belong to the same
+    // run.
     times.resize(std::min(times.size(), bodies->times().size()));
     if (!std::equal(times.begin(), times.end(), bodies->times().begin()))
       fail<CacheError>("{}: belongs to another run than {}; keep the two files of a run together.",

@@ -13,13 +13,13 @@ using namespace frame_layout;
 
 namespace {
 
-constexpr std::int64_t table_block = 1024;  // rows
+constexpr std::int64_t table_block = 1024;  // rows per chunk of a table
 
 void write_bytes(Hdf5File& file, const std::string& name, const void* bytes, std::size_t count) {
   file.write_array(group + "/" + name, Number::UInt8, {static_cast<std::int64_t>(count)}, bytes);
 }
 
-// The group that says whose file this is; names one a line.
+// Writes the group that identifies the file: format, kind and names.
 void write_description(Hdf5File& file, const std::string& kind,
                        const std::vector<std::string>& names) {
   file.create_group(group);
@@ -90,7 +90,7 @@ PolyDataWriter create_bodies(const std::string& path, const FrameTopology& topol
   return writer;
 }
 
-// Removes unfinished files unless they have been put in place.
+// Removes the unfinished files unless they have been published.
 struct Parts {
   std::string directory;
   bool published = false;
@@ -111,9 +111,9 @@ struct FrameWriter::Data {
   Hdf5Rows frame_rows, report_rows, current_rows;
   Eigen::Index n_vertices, n_triangles, n_body_vertices, n_coils = 0;
   std::int64_t n_frames = 0, n_reports = 0;
-  std::vector<StepReport> pending;  // recorded, not yet in the file
+  std::vector<StepReport> pending;  // recorded but not yet written
 
-  // Creates both files under other names; publish() puts them in place.
+  // Creates both files under temporary names. publish() renames them.
   Data(const std::string& into, const FrameTopology& topology, const std::string& metadata)
       : directory(into),
         parts{into},
@@ -132,8 +132,8 @@ struct FrameWriter::Data {
     run.file().flush();
   }
 
-  // The bodies go first: should the process die in between, the pair still belongs together as long
-  // as the old run file is gone or, when continuing a run, has the same frames.
+  // Renames the bodies file first. If the process dies in between, the two files still match:
+  // either the old run file is removed or, if a run is continued, it has the same frames.
   void publish(bool same_run) {
     const std::string run_path = directory + "/" + run_file,
                       bodies_path = directory + "/" + bodies_file;
@@ -182,7 +182,7 @@ struct FrameWriter::Data {
     report_rows.write(n_reports, count, pending.data());
   }
 
-  // Bodies first: they may be one frame ahead of the run, never behind.
+  // Commits the bodies first. They may be one frame ahead of the run, but never behind.
   void commit(const Frame& frame) {
     if (bodies) {
       bodies->commit(n_frames, frame.time);
@@ -215,9 +215,8 @@ FrameWriter::FrameWriter(const std::string& directory, const FrameTopology& topo
   data_->publish(false);
 }
 
-// Continuing in place would mean to trust the free space of a file whose writer was killed. Copying
-// costs a moment, trusts only whole frames, and leaves the old files until the new ones are
-// complete.
+// Copies the frames instead of appending to the old files, because the free space of a file whose
+// writer was killed cannot be trusted. The old files remain until the new ones are complete.
 FrameWriter FrameWriter::reopen(const std::string& directory, double after_time) {
   const FrameReader old(directory);
   FrameWriter writer;

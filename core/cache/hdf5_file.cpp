@@ -1,4 +1,4 @@
-// Files and groups.
+// HDF5 files and groups.
 #include "core/cache/hdf5_file.h"
 
 #include <cerrno>
@@ -19,8 +19,8 @@ using namespace hdf5;
 
 namespace {
 
-// No locks: a viewer may look at a run while it writes, and network file systems often refuse
-// locks.
+// Disables file locking, because a viewer may read a run while it is written, and because network
+// file systems often refuse locks.
 hid_t file_access() {
   const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
   H5Pset_file_locking(access, false, true);
@@ -28,9 +28,9 @@ hid_t file_access() {
   return access;
 }
 
-// Chunk addresses live in B-trees. A node this wide holds all chunks of a usual run, so that no
-// node is ever split: a split touches several nodes, and a process killed in between would leave an
-// unreadable file.
+// Number of chunk addresses per B-tree node. A node of this size contains all chunks of a typical
+// run, so that nodes are never split. A split changes several nodes, and a process killed in
+// between would leave an unreadable file.
 constexpr unsigned chunks_per_node = 512;
 
 hid_t file_creation() {
@@ -59,9 +59,9 @@ Hdf5File::~Hdf5File() {
   H5Fclose(file_);
 }
 
-// Closing writes what is cached and then where the file ends; on a full disk that says more than
-// there is, and no reader takes such a file. What no flush has confirmed goes nowhere instead: the
-// file stays as after a kill.
+// Redirects the open file to /dev/null, so that closing it writes nothing. On a full disk, closing
+// would record an end of file beyond the actual end, which makes the file unreadable. Unflushed
+// data is lost, as after a kill.
 void Hdf5File::cut_off() const {
   const Id access(H5Fget_access_plist(file_));
   void* handle = nullptr;
@@ -128,8 +128,8 @@ void Hdf5File::rename_to(const std::string& path) {
   shared_->name = path;
 }
 
-// The superblock records the end of the file, and HDF5 may write it before blocks that were set
-// aside exist. Lengthen the file first, so that at no moment the file is shorter than it says.
+// Extends the file to its full length before flushing. HDF5 may write the end of the file to the
+// superblock before allocated chunks exist, and a file that is shorter than recorded is unreadable.
 void Hdf5File::flush() {
   const Quiet quiet;
   hsize_t length = 0;

@@ -1,5 +1,6 @@
-// A thin owner of HDF5 files and datasets, which hides HDF5 itself. Every failure becomes a
-// CacheError with the file's name, what was tried and the cause that HDF5 or the system gives.
+// RAII wrapper of HDF5 files and datasets that hides the HDF5 API. Every failure becomes a
+// CacheError with the file's name, the attempted operation and the cause reported by HDF5 or the
+// system.
 #pragma once
 
 #include <cstddef>
@@ -44,17 +45,16 @@ struct RowFormat {
   Number type = Number::Float64;
   int components = 1;
   std::vector<Column> columns = {};
-  std::size_t bytes = 0;  // of a struct; unused without columns
+  std::size_t bytes = 0;  // size of the struct; unused without columns
 };
 
-// Shared by a file and its datasets.
+// State shared by a file and its datasets.
 struct Hdf5Shared {
-  std::string name;        // follows where the file is renamed
-  bool unwritten = false;  // something could not be written, or has not been flushed since
+  std::string name;        // current name, also after renaming
+  bool unwritten = false;  // there are changes since the last successful flush
 };
 
-// A dataset of rows that can grow. Rows are addressed by number; buffers hold whole rows, tightly
-// packed.
+// A dataset of rows that can grow. Rows are addressed by index. Buffers contain consecutive rows.
 class Hdf5Rows {
  public:
   Hdf5Rows() = default;
@@ -71,25 +71,25 @@ class Hdf5Rows {
   std::int64_t dataset_ = -1, memory_type_ = -1;
   int components_ = 1;
   std::shared_ptr<Hdf5Shared> file_;
-  std::string path_;  // within the file
+  std::string path_;  // path of the dataset within the file
   std::string name() const { return file_->name + ": " + path_; }
 };
 
 class Hdf5File {
  public:
-  static Hdf5File create(const std::string& path);  // replaces what is there
+  static Hdf5File create(const std::string& path);  // replaces an existing file
   static Hdf5File create_in_memory(const std::string& name);
-  static Hdf5File open(const std::string& path);  // to read, also while another process writes
+  static Hdf5File open(const std::string& path);  // read-only, also while another process writes
   static Hdf5File open_image(std::span<const unsigned char> bytes, const std::string& name);
   Hdf5File(Hdf5File&& other) noexcept;
   Hdf5File& operator=(Hdf5File&& other) noexcept;
   ~Hdf5File();
 
   const std::string& name() const { return shared_->name; }
-  void rename_to(const std::string& path);  // moves the open file; syncs nothing
-  void flush();                             // what was written so far becomes visible to others
-  void close();                             // throws if the last bytes could not be written
-  std::vector<unsigned char> image();       // of a file in memory, as it would be on disk
+  void rename_to(const std::string& path);  // renames the open file without syncing
+  void flush();                             // makes all written data visible to other processes
+  void close();                             // throws CacheError if remaining data cannot be written
+  std::vector<unsigned char> image();  // contents of an in-memory file, as they would be on disk
 
   void create_group(const std::string& path);
   bool has(const std::string& path) const;
@@ -112,7 +112,7 @@ class Hdf5File {
   std::vector<T> read_array(const std::string& path,
                             std::vector<std::int64_t>* shape = nullptr) const;
 
-  // Growing datasets, stored in blocks of `block_rows` rows that are set aside as a whole.
+  // Growing datasets, stored in chunks of `block_rows` rows. Each chunk is allocated as a whole.
   Hdf5Rows create_rows(const std::string& path, const RowFormat& format, std::int64_t block_rows);
   Hdf5Rows open_rows(const std::string& path, const RowFormat& format) const;
 

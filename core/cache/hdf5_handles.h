@@ -1,5 +1,5 @@
-// Owners of HDF5 identifiers, and HDF5's errors as exceptions: what the source files that call HDF5
-// (serial variant, C interface) share.
+// RAII owners of HDF5 identifiers, and conversion of HDF5 errors to exceptions, shared by the
+// source files that call HDF5 (serial variant, C API).
 #pragma once
 
 #include <string>
@@ -10,7 +10,8 @@
 
 namespace loomstone::hdf5 {
 
-// While one lives HDF5 prints no errors in this thread (it does by default); ours are exceptions.
+// Disables HDF5's error output in this thread during its lifetime. Errors become exceptions
+// instead.
 struct Quiet {
   H5E_auto2_t print = nullptr;
   void* to = nullptr;
@@ -19,7 +20,7 @@ struct Quiet {
   Quiet(const Quiet&) = delete;
 };
 
-// Owner of any HDF5 identifier within a function.
+// Owner of an HDF5 identifier of any kind within a function.
 struct Id {
   hid_t id;
   explicit Id(hid_t given) : id(given) {}
@@ -30,13 +31,13 @@ struct Id {
   operator hid_t() const { return id; }
 };
 
-// The innermost entry of HDF5's error stack: what happened, or the system's error quoted inside it.
+// Returns the innermost entry of HDF5's error stack, or the system error that it quotes.
 std::string last_cause();
 
 // Throws CacheError "NAME: could not TRIED: CAUSE."
 [[noreturn]] void failed(const std::string& name, const std::string& tried);
 
-// The result, or failed() where it is negative.
+// Returns the result, or calls failed() if it is negative.
 hid_t checked(hid_t result, const std::string& name, const std::string& tried);
 
 // Throws CacheError "NAME: the file is damaged: WHAT."

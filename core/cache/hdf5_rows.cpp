@@ -1,4 +1,4 @@
-// Datasets of rows that grow.
+// Growing datasets of rows.
 #include <utility>
 
 #include "core/cache/hdf5_handles.h"
@@ -9,7 +9,7 @@ using namespace hdf5;
 
 namespace {
 
-// A new type identifier; the caller closes it.
+// Returns a new type identifier, which the caller must close.
 hid_t memory_type(const RowFormat& format) {
   if (format.columns.empty()) return H5Tcopy(native(format.type));
   const hid_t type = H5Tcreate(H5T_COMPOUND, format.bytes);
@@ -18,8 +18,8 @@ hid_t memory_type(const RowFormat& format) {
   return type;
 }
 
-// The part of a file's dataset that holds `count` rows from `first`, and the memory space that
-// matches it.
+// Selects `count` rows of a dataset from `first` on. Returns the dataspaces of the file and of
+// memory.
 std::pair<hid_t, hid_t> select_rows(hid_t dataset, int components, std::int64_t first,
                                     std::int64_t count, const std::string& name) {
   const hsize_t start[2] = {static_cast<hsize_t>(first), 0};
@@ -82,9 +82,8 @@ void Hdf5Rows::read(std::int64_t first, std::int64_t count, void* rows) const {
   checked(H5Dread(dataset_, memory_type_, memory, file, H5P_DEFAULT, rows), name(), "read");
 }
 
-// Blocks are set aside as soon as the dataset grows into them and never filled, so that writing a
-// row moves bytes to a place that is already in the file's tables. No cache: a row goes straight to
-// the file.
+// Chunks are allocated when the dataset grows and are never filled, so that writing a row does not
+// change the index of the file. Without a chunk cache, rows are written directly to the file.
 Hdf5Rows Hdf5File::create_rows(const std::string& path, const RowFormat& format,
                                std::int64_t block_rows) {
   const Quiet quiet;

@@ -1,4 +1,4 @@
-// One temporal PolyData in VTKHDF layout: triangles stored once, points and fields at every
+// One temporal PolyData in VTKHDF layout. Triangles are stored once, points and fields for every
 // frame. Layout: VTK File Formats, "VTKHDF", version 2.0.
 #pragma once
 
@@ -11,7 +11,7 @@
 
 namespace loomstone {
 
-// A field on points or cells; with `constant` it is stored once, otherwise every frame brings its
+// A field on points or cells. With `constant` it is stored once, otherwise every frame has its own
 // values.
 struct PolyDataField {
   std::string name;
@@ -20,10 +20,10 @@ struct PolyDataField {
   const void* constant = nullptr;
 };
 
-// Writes. A frame is written in two phases, so that a process killed at any moment leaves a file
-// whose first NSteps frames are whole: stage() puts the data past the last frame, flush() makes
-// them reach the file, commit() counts the frame and a second flush() tells. A frame that failed on
-// the way may be written again.
+// Writes a PolyData file. A frame is written in two phases, so that a process killed at any moment
+// leaves a file whose first NSteps frames are complete. First, stage() appends the data after the
+// last frame, and flush() writes it to the file. Then commit() increments the frame count, and a
+// second flush() writes the count. A frame that failed may be written again.
 class PolyDataWriter {
  public:
   PolyDataWriter(const std::string& path, std::int64_t n_points, const Triangles& triangles,
@@ -31,16 +31,16 @@ class PolyDataWriter {
                  const std::vector<PolyDataField>& cell_fields);
   Hdf5File& file() { return file_; }
 
-  // `point_values` and `cell_values`: one pointer a field that is not constant, in the order given
-  // above.
+  // `point_values` and `cell_values` have one pointer per field that is not constant, in the order
+  // of the constructor.
   void stage(std::int64_t frame, const Points& points, const std::vector<const void*>& point_values,
              const std::vector<const void*>& cell_values);
   void commit(std::int64_t frame, double time);
 
  private:
-  struct Table {  // of one row a frame
+  struct Table {  // one row per frame
     Hdf5Rows rows;
-    std::int64_t stride;  // row k holds k * stride, in every column
+    std::int64_t stride;  // row k contains k * stride in every column
     int columns;
   };
   struct Values {
@@ -60,15 +60,15 @@ class PolyDataWriter {
   std::vector<Values> values_;  // points, point fields, cell fields
 };
 
-// Reads what the above wrote.
+// Reads files of PolyDataWriter.
 class PolyDataReader {
  public:
   explicit PolyDataReader(const Hdf5File& file);
   std::int64_t n_points() const { return n_points_; }
   const Triangles& triangles() const { return triangles_; }
   const std::vector<double>& times() const { return times_; }
-  std::vector<Index> constant_indices(const std::string& field,
-                                      std::int64_t n_rows) const;  // "PointData/cloth"
+  // Reads a constant field, for example "PointData/cloth".
+  std::vector<Index> constant_indices(const std::string& field, std::int64_t n_rows) const;
   std::vector<double> constant_numbers(const std::string& field, std::int64_t n_rows,
                                        int components) const;
   Points points(std::int64_t frame) const;

@@ -1,5 +1,5 @@
-// VTK silently shows an empty mesh, or step 0 at every step, when an item of this layout is
-// missing: nothing here is optional, even where it holds only zeros.
+// All items of this layout are required, even if they contain only zeros. If an item is missing,
+// VTK silently shows an empty mesh, or step 0 at every step.
 #include <algorithm>
 #include <array>
 
@@ -9,10 +9,10 @@ namespace loomstone {
 
 namespace {
 
-// Frames whose place is set aside at once. Room is made rarely, so that a kill rarely meets it; the
-// unused rest is a hole in the file that takes no disk space.
+// Number of frames allocated at once. Allocation is rare, so that a process is rarely killed during
+// it. The unused rest is a hole in the file that takes no disk space.
 constexpr std::int64_t frames_per_block = 16;
-constexpr std::int64_t table_block = 1024;  // rows
+constexpr std::int64_t table_block = 1024;  // rows per chunk of a table
 
 const std::string root = "/VTKHDF";
 
@@ -48,7 +48,8 @@ PolyDataWriter::PolyDataWriter(const std::string& path, std::int64_t n_points,
   create_fields("CellData", cell_fields, triangles.rows(), values_);
 }
 
-// VTKHDF requires all four kinds of cells; polygons hold the triangles, the others stay empty.
+// VTKHDF requires all four kinds of cells. Polygons contain the triangles; the other kinds are
+// empty.
 void PolyDataWriter::create_cells(const Triangles& triangles) {
   const std::int64_t n_triangles = triangles.rows(), n_corners = triangles.size(), none = 0;
   std::vector<std::int64_t> connectivity(triangles.data(), triangles.data() + n_corners), offsets;
@@ -94,8 +95,8 @@ void PolyDataWriter::create_table(const std::string& path, std::int64_t stride, 
       {file_.create_rows(path, {Number::Int64, columns}, table_block), stride, columns});
 }
 
-// Rows past NSteps are ignored by readers, so tables are filled for the whole block; NumberOfParts
-// is 1 in all rows.
+// Readers ignore rows after NSteps, so tables are filled for the whole block. NumberOfParts is 1 in
+// all rows.
 void PolyDataWriter::set_aside_frames() {
   const std::int64_t first = n_set_aside_, count = frames_per_block;
   for (Table& table : tables_) {
@@ -124,9 +125,8 @@ void PolyDataWriter::stage(std::int64_t frame, const Points& points,
   for (const void* data : cell_values) put(data);
 }
 
-// Steps/Values must have exactly NSteps rows, so it grows in the same phase as the count; only
-// where it grows into a new block is it flushed first, since a block must be on record in the file
-// before the count lets anybody read it.
+// Steps/Values must have exactly NSteps rows, so it grows in the same phase as the count. A new
+// block is flushed first, because it must exist in the file before the count makes it readable.
 void PolyDataWriter::commit(std::int64_t frame, double time) {
   times_.resize(frame + 1);
   times_.write(frame, 1, &time);
