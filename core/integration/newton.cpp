@@ -1,9 +1,8 @@
 // Fully nonlinear backward Euler and implicit midpoint (2.54), (2.55), solved by Newton's method
 // with a line search on the residual
 //   r(v+) = M (v+ - v) - h (f_ext + f(x_e, v_e)).
-// Backward Euler: x_e = x + h v+ and v_e = v+. Midpoint: x_e = x + h/4 (v + v+) and
-// v_e = (v + v+)/2. Contact pairs and friction anchors are those of the start of the step. Their
-// forces are evaluated at x_e.
+// Backward Euler: x_e = x + h v+, v_e = v+. Midpoint: x_e = x + h/4 (v + v+), v_e = (v + v+)/2.
+// Contact pairs and friction anchors are those of the start. Contact forces are evaluated at x_e.
 #include <algorithm>
 #include <cmath>
 
@@ -16,8 +15,7 @@ namespace loomstone {
 
 namespace {
 
-// The limits of friction are updated when the residual has fallen to this fraction of its value at
-// the first guess.
+// Friction limits are updated when the residual falls to this fraction of that of the first guess.
 constexpr double roughly_known = 0.1;
 // A step is accepted if its residual is below this fraction of the smallest residual so far.
 // Otherwise the potential must decrease.
@@ -33,8 +31,7 @@ class NewtonIntegrator final : public Integrator {
         options_(options),
         model_(model),
         elasticity_(elasticity),
-        // Newton iterations correct the error of the linear solve. Its tolerance only affects the
-        // rate of convergence.
+        // The tolerance of the linear solve only affects the rate of convergence.
         solver_(
             {options.linear_solver, std::min(options.tolerance, 1e-4), options.max_iterations}) {}
 
@@ -71,8 +68,7 @@ class NewtonIntegrator final : public Integrator {
     Index end() const { return std::min(layout.end(), n); }
   };
 
-  // A velocity at the end of the step, with the negative residual -r and the terms that follow from
-  // it.
+  // A velocity at the end of the step, with its residual (-r) and its terms.
   struct Iterate {
     Points velocity, residual;
     ExtraTerms terms;
@@ -113,9 +109,8 @@ class NewtonIntegrator final : public Integrator {
     return now_.norm;
   }
 
-  // Iterates until the residual relative to `scale` is below the tolerance. Friction is limited by
-  // the normal forces at the start. These limits are updated once, when the residual has fallen to
-  // the fraction roughly_known.
+  // Iterates until the residual relative to `scale` is below the tolerance. Friction limits follow
+  // from the normal forces at the start, and are updated once at the fraction roughly_known.
   IntegrationReport iterate_to_tolerance(const Step& step, double scale) {
     const auto relative = [&] { return scale > 0.0 ? now_.norm / scale : 0.0; };
     IntegrationReport report;
@@ -143,9 +138,8 @@ class NewtonIntegrator final : public Integrator {
     return report;
   }
 
-  // Takes one Newton step. The exact Jacobian converges quadratically where it is positive
-  // definite. Near buckling it is indefinite, and its positive part gives a descent direction
-  // instead.
+  // Takes one Newton step. The exact Jacobian gives quadratic convergence, but is indefinite near
+  // buckling. Its positive part then gives a descent direction.
   bool iterate(const Step& step, IntegrationReport& report) {
     const bool try_exact =
         options_.jacobian == JacobianKind::Exact || report.newton_iterations >= 2;

@@ -1,4 +1,4 @@
-// The edge table results from sorting half-edges, the incidence lists from counting sorts.
+// Builds the edge table by sorting half-edges, and incidence lists by counting sort.
 #include "core/mesh/adjacency.h"
 
 #include <algorithm>
@@ -11,7 +11,7 @@ namespace {
 struct HalfEdge {
   Index low, high;  // vertices of the edge
   Index triangle;
-  Index corner;  // the corner opposite
+  Index corner;  // corner opposite the edge
 
   bool same_edge(const HalfEdge& other) const { return low == other.low && high == other.high; }
 };
@@ -33,7 +33,7 @@ std::vector<HalfEdge> sorted_half_edges(const Triangles& triangles) {
   return halves;
 }
 
-// Turns counts in start[i + 1] into offsets.
+// Converts counts in start[i + 1] to offsets.
 void accumulate(std::vector<Index>& start) {
   for (std::size_t i = 1; i < start.size(); ++i) start[i] += start[i - 1];
 }
@@ -45,7 +45,7 @@ Index corner_of(const Triangles& triangles, Index triangle, Index vertex) {
   return -1;
 }
 
-// For each vertex the rows of a table that contain it.
+// Lists, for each vertex, the rows of a table that contain it.
 template <class Table>
 Incidence rows_of_vertices(Index n_vertices, const Table& table) {
   Incidence lists;
@@ -128,7 +128,7 @@ Incidence edges_of_vertices(Index n_vertices, const Edges& edges) {
 Incidence vertex_graph(Index n_vertices, const Triangles& triangles) {
   const Edges edges = edge_table(n_vertices, triangles).edges;
   Incidence lists = edges_of_vertices(n_vertices, edges);
-  // Edges are sorted by (low, high): lower neighbours come first, and each list ascends.
+  // Edges are sorted by (low, high), so lower neighbours come first and each list is ascending.
   for (Index vertex = 0; vertex < n_vertices; ++vertex) {
     const auto begin = lists.items.begin() + lists.start[static_cast<std::size_t>(vertex)];
     const auto end = lists.items.begin() + lists.start[static_cast<std::size_t>(vertex) + 1];

@@ -8,17 +8,17 @@
 
 namespace loomstone {
 
-// Compressed lists: the items of i are items[start[i] .. start[i+1]), ascending.
+// Compressed lists. The items of i are items[start[i] .. start[i+1]), in ascending order.
 struct Incidence {
   std::vector<Index> start;
   std::vector<Index> items;
 };
 
-// Unique edges as (smaller, larger) vertex, sorted; an edge's id is its row.
+// Unique edges in sorted order, each as (smaller, larger) vertex. The id of an edge is its row.
 struct EdgeTable {
   Edges edges;                                    // (k x 2)
-  std::vector<std::array<Index, 2>> triangles;    // of each edge, ascending; -1: boundary
-  std::vector<std::array<Index, 3>> of_triangle;  // edge opposite corner 0, 1, 2 of each triangle
+  std::vector<std::array<Index, 2>> triangles;    // of each edge, ascending; -1: none (boundary)
+  std::vector<std::array<Index, 3>> of_triangle;  // edges opposite corners 0, 1, 2
 };
 
 // Throws InvalidInput for an edge with more than two triangles and for indices out of range.
@@ -28,7 +28,7 @@ EdgeTable edge_table(Index n_vertices, const Triangles& triangles);
 // (x2,x4,x3) in their own counter-clockwise order share the edge x3 -> x4.
 struct Hinge {
   std::array<Index, 4> vertices;   // x1, x2, x3, x4
-  std::array<Index, 2> triangles;  // the one with x1, the one with x2; the first index is smaller
+  std::array<Index, 2> triangles;  // with x1, with x2; the first has the smaller index
   Index edge;                      // id in the edge table
 };
 
@@ -36,7 +36,7 @@ std::vector<Hinge> hinges(const Triangles& triangles, const EdgeTable& edges);
 
 Incidence triangles_of_vertices(Index n_vertices, const Triangles& triangles);
 Incidence edges_of_vertices(Index n_vertices, const Edges& edges);
-// Neighbours of each vertex: the vertices it shares an edge with.
+// Neighbours of each vertex along edges.
 Incidence vertex_graph(Index n_vertices, const Triangles& triangles);
 
 }  // namespace loomstone

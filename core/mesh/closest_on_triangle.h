@@ -5,7 +5,7 @@
 
 namespace loomstone {
 
-// The part of the triangle that contains it: interior, the edge opposite `corner`, or that corner.
+// The feature that contains the closest point: interior, edge opposite `corner`, or `corner`.
 enum class TriangleFeature { Face, Edge, Corner };
 
 struct TrianglePoint {
@@ -14,8 +14,8 @@ struct TrianglePoint {
   int corner;
 };
 
-// Implements [Ericson2005], section 5.1.5, by Voronoi regions. For a triangle without area, the
-// closest point of its edges.
+// Implements [Ericson2005], section 5.1.5 (Voronoi regions). For a triangle of zero area, returns
+// the closest point on its edges.
 TrianglePoint closest_on_triangle(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c);
 
 }  // namespace loomstone

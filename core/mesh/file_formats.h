@@ -1,4 +1,4 @@
-// Shared by the readers and writers of mesh files, for them alone: mesh_file.cpp, obj_file.cpp,
+// Internal header of the readers and writers of mesh files: mesh_file.cpp, obj_file.cpp,
 // ply_header.cpp, ply_reader.cpp and ply_writer.cpp.
 #pragma once
 
@@ -17,11 +17,11 @@ namespace loomstone {
 struct RawMesh {
   std::vector<double> vertices;     // (n x 3)
   std::vector<double> uv;           // (k x 2)
-  std::vector<Index> triangles;     // (m x 3) vertices, counted from 0
+  std::vector<Index> triangles;     // (m x 3) vertex indices from 0
   std::vector<Index> uv_triangles;  // (m x 3) rows of uv, or empty
 };
 
-// name: file name for messages
+// `name` is the file name for messages.
 RawMesh parse_obj(std::string_view content, const std::string& name, bool with_uv);
 RawMesh parse_ply(std::string_view content, const std::string& name, bool with_uv);
 std::string obj_text(const TriangleMesh& mesh);
@@ -32,7 +32,7 @@ std::string ply_content(const TriangleMesh& mesh, bool text);
   fail<CacheError>("{}, line {}: {}; correct the file or write it again", name, line, what);
 }
 
-// Splits a text into lines, counted from 1.
+// Splits a text into lines, numbered from 1.
 class LineReader {
  public:
   explicit LineReader(std::string_view content) : rest_(content) {}
@@ -54,7 +54,7 @@ class LineReader {
   std::int64_t number_ = 0;
 };
 
-// Removes the next word from the front of a line; empty at the end of the line.
+// Removes the first word from a line and returns it; empty at the end of the line.
 inline std::string_view next_word(std::string_view& line) {
   const std::size_t start = line.find_first_not_of(" \t");
   if (start == std::string_view::npos) {
@@ -67,7 +67,8 @@ inline std::string_view next_word(std::string_view& line) {
   return word;
 }
 
-// Reads the whole word as a number, in any locale; false if it is not a number.
+// Parses the whole word as a number, independent of the locale. Returns false if it is not a
+// number.
 template <class Number>
 bool parse_number(std::string_view word, Number& value) {
   if (!word.empty() && word.front() == '+') word.remove_prefix(1);
@@ -76,7 +77,7 @@ bool parse_number(std::string_view word, Number& value) {
   return result.ec == std::errc() && result.ptr == word.data() + word.size();
 }
 
-// Appends the shortest text that reads back as the same number.
+// Appends the shortest text that restores the same number.
 template <class Number>
 void append_number(std::string& text, Number value) {
   char buffer[40];

@@ -1,5 +1,5 @@
-// Flat meshes: grids, strips, discs. Their uv are their own coordinates, so weft and warp rotate
-// with the cloth.
+// Flat meshes: grids, strips and discs. Their uv are their x and y coordinates, so weft and warp
+// rotate with the cloth.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,7 +14,7 @@
 namespace loomstone {
 namespace {
 
-constexpr Index most_cells = 20000;  // along one side, so that Index can count the vertices
+constexpr Index most_cells = 20000;  // along one side, so that the number of vertices fits Index
 
 void require_count(Index count, const char* name) { require_between(count, 1, most_cells, name); }
 
@@ -78,8 +78,8 @@ TriangleMesh grid(double width, double height, Index triangles, const std::strin
   if (triangles < 2) {
     fail<InvalidInput>("triangles must be >= 2, got {}; ask for more", triangles);
   }
-  // Square cells with this side would give the requested number; try the neighbouring whole numbers
-  // of cells.
+  // Square cells with this side give the requested number of triangles. The loops try the adjacent
+  // integer numbers of cells.
   const double side = std::sqrt(2.0 * width * height / triangles);
   Index best_nx = 1, best_ny = 1;
   double best = std::numeric_limits<double>::infinity();
@@ -107,8 +107,8 @@ TriangleMesh jittered_grid(double width, double height, Index nx, Index ny, doub
   require_positive(height, "height");
   require_count(nx, "nx");
   require_count(ny, "ny");
-  // A triangle (0,0), (1,0), (1,1) whose corners move by up to a in each coordinate keeps an area
-  // >= 1/2 (1 - 4 a), so it may turn over from a quarter of a cell on.
+  // If the corners of a triangle (0,0), (1,0), (1,1) move by up to a in each coordinate, its area
+  // is at least 1/2 (1 - 4 a). From a quarter of a cell on, it may become inverted.
   if (!(amount >= 0.0 && amount < 0.25)) {
     fail<InvalidInput>(
         "amount must be in [0, 0.25) of a cell, got {}; larger displacements turn "
@@ -117,7 +117,7 @@ TriangleMesh jittered_grid(double width, double height, Index nx, Index ny, doub
   }
   Points vertices = grid_vertices(width, height, nx, ny);
   std::mt19937_64 random(seed);
-  // Not std::uniform_real_distribution, whose numbers differ between libraries.
+  // std::uniform_real_distribution is not used, because its numbers differ between libraries.
   const auto draw = [&] { return 2.0 * (static_cast<double>(random() >> 11) * 0x1p-53) - 1.0; };
   for (Index j = 1; j < ny; ++j) {
     for (Index i = 1; i < nx; ++i) {
@@ -144,7 +144,7 @@ TriangleMesh strip(double length, double width, Index cells_across, const std::s
 TriangleMesh disc(double radius, Index rings) {
   require_positive(radius, "radius");
   require_between(rings, 1, 5000, "rings");
-  // Ring r has 6 r vertices, the first on the x axis; ring r starts at vertex 1 + 3 r (r - 1).
+  // Ring r has 6 r vertices and starts at vertex 1 + 3 r (r - 1), which lies on the x axis.
   Points vertices(1 + 3 * rings * (rings + 1), 3);
   vertices.row(0).setZero();
   for (Index r = 1; r <= rings; ++r) {

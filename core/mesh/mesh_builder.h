@@ -1,4 +1,4 @@
-// Shared by the generators: checks of their arguments and a mesh under construction.
+// Argument checks and a mesh under construction, shared by the generators.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// A vertex where two fans of triangles meet only in a point ("bow tie") is accepted: cloth may be
-// connected by a point.
+// Two triangle fans that share only one vertex ("bow tie") are accepted, because cloth may be
+// connected at a point.
 #include "core/mesh/mesh_check.h"
 
 #include <algorithm>
@@ -14,9 +14,9 @@
 namespace loomstone {
 namespace {
 
-// A triangle has zero area if its height is below these fractions of its longest edge and of the
-// mesh's largest coordinate. Our choice: far below any sliver of a mesh generator, just above the
-// rounding of collinear points.
+// A triangle has zero area if its height is at most one of these fractions, of its longest edge or
+// of the mesh's largest coordinate. Our choice: far below the slivers of mesh generators, and just
+// above the rounding of collinear points.
 constexpr double smallest_height_of_edge = 1e-9;
 constexpr double smallest_height_of_coordinate = 16.0 * 2.2e-16;
 
@@ -24,7 +24,7 @@ std::string corners(const Triangles& triangles, Index t) {
   return formatted("({}, {}, {})", triangles(t, 0), triangles(t, 1), triangles(t, 2));
 }
 
-// A directed edge of a triangle; sorted by its undirected pair of vertices.
+// A directed edge of a triangle, with its vertices in ascending order.
 struct Side {
   Index low, high;
   Index triangle;
@@ -118,8 +118,8 @@ void check_manifold(const std::vector<Side>& sides) {
   }
 }
 
-// Names the triangle with the most conflicts, because a single inverted triangle disagrees with all
-// its neighbours.
+// Reports the triangle with the most conflicts, because a single inverted triangle disagrees with
+// all its neighbours.
 void check_winding(const Triangles& triangles, const std::vector<Side>& sides) {
   std::vector<int> conflicts(static_cast<std::size_t>(triangles.rows()), 0);
   std::vector<std::size_t> bad;
@@ -151,7 +151,7 @@ Index root_of(std::vector<Index>& parent, Index i) {
   return i;
 }
 
-// uv of the corner of a triangle at a vertex.
+// uv of a triangle at one of its vertices.
 Vec2 uv_at(const Triangles& triangles, const Points2& uv, const Triangles& uv_triangles, Index t,
            Index vertex) {
   int c = 0;
@@ -159,8 +159,8 @@ Vec2 uv_at(const Triangles& triangles, const Points2& uv, const Triangles& uv_tr
   return uv.row(uv_triangles(t, c)).transpose();
 }
 
-// Panel of each triangle, numbered by its smallest triangle. Compares values of uv, not their
-// indices, because many files repeat values.
+// Returns the panel of each triangle, identified by the smallest triangle index in the panel.
+// Compares values of uv instead of indices, because many files repeat values.
 std::vector<Index> panels(const Triangles& triangles, const Points2& uv,
                           const Triangles& uv_triangles) {
   std::vector<Index> parent(static_cast<std::size_t>(triangles.rows()));
@@ -251,7 +251,8 @@ void check_rest_coordinates(const Triangles& triangles, const Points2& uv,
     }
   }
   const std::vector<Index> panel = panels(triangles, uv, uv_triangles);
-  std::vector<double> total(panel.size(), 0.0);  // signed area of a panel, at its first triangle
+  // Signed area of each panel, at its smallest triangle.
+  std::vector<double> total(panel.size(), 0.0);
   for (Index t = 0; t < triangles.rows(); ++t) {
     total[static_cast<std::size_t>(panel[static_cast<std::size_t>(t)])] +=
         signed_area(uv, uv_triangles, t);

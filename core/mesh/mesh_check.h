@@ -1,15 +1,15 @@
-// Validation of triangle meshes, done once when a mesh is made.
+// Validation of triangle meshes, done once when a mesh is created.
 #pragma once
 
 #include "core/base/types.h"
 
 namespace loomstone {
 
-// Throws InvalidInput naming the first item that violates a rule.
+// Throws InvalidInput for the first item that violates a rule.
 void check_surface(const Points& vertices, const Triangles& triangles);
 // Checks the rest coordinates of a valid surface. Triangles whose uv agree along a common edge form
-// a panel. A panel may be mirrored as a whole (negative area throughout); a triangle inverted
-// against the rest of its panel is refused.
+// a panel. A panel may be mirrored as a whole (negative areas). Throws InvalidInput for a triangle
+// that is inverted relative to its panel.
 void check_rest_coordinates(const Triangles& triangles, const Points2& uv,
                             const Triangles& uv_triangles);
 

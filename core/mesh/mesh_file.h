@@ -8,20 +8,19 @@
 
 namespace loomstone {
 
-// OBJ: v, vt, f (v, v/vt, v//vn, v/vt/vn, negative indices); other statements are skipped. PLY:
-// text and binary; rest coordinates from vertex properties s t, u v or texture_u texture_v, or from
-// a face list texcoord. Polygons are cut into fans from their first corner. If with_uv is false,
-// rest coordinates in the file are ignored: surfaces of obstacles and bodies need none, and texture
-// coordinates in the wild often fold or vanish.
-// Throws CacheError naming file and line for a file that cannot be read, is cut short or malformed;
-// InvalidInput naming file and item for a mesh that TriangleMesh refuses; Unsupported for another
-// extension.
+// Reads a mesh. OBJ: v, vt and f (v, v/vt, v//vn, v/vt/vn, negative indices); other statements are
+// skipped. PLY: text and binary; rest coordinates from vertex properties s t, u v or texture_u
+// texture_v, or from a face list texcoord. Polygons are split into triangle fans from their first
+// corner. If with_uv is false, rest coordinates in the file are ignored. Obstacles and bodies need
+// none, and texture coordinates of common files are often folded or degenerate.
+// Throws CacheError with the position in the file if it cannot be read, is truncated or malformed.
+// Throws InvalidInput if TriangleMesh rejects the mesh, and Unsupported for other extensions.
 TriangleMesh read_mesh(const std::string& path, bool with_uv = true);
 
-// Reading a written file gives the same bits. PLY is binary (little endian) unless `text`; OBJ is
-// always text. The file is written under another name and then renamed, so a file of this name is
-// complete or absent. In PLY, rest coordinates that differ along seams go into the face list
-// texcoord, so reading renumbers uv indices.
+// Writes a mesh. Reading the file restores the same bits. PLY is binary (little endian) unless
+// `text` is set; OBJ is always text. The file is written under another name and then renamed, so
+// that it is either complete or absent. If rest coordinates differ along seams, PLY stores them in
+// the face list texcoord, and reading renumbers the uv indices.
 void write_mesh(const std::string& path, const TriangleMesh& mesh, bool text = false);
 
 }  // namespace loomstone

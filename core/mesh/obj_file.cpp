@@ -60,7 +60,7 @@ class ObjParser {
     }
   }
 
-  // Positive indices count from 1, negative indices back from the last item read so far.
+  // Positive indices count from 1. Negative indices count back from the last item read so far.
   std::int64_t index(std::string_view word, std::string_view part, std::size_t n_so_far) const {
     std::int64_t value = 0;
     if (!parse_number(part, value) || value == 0 || value > std::numeric_limits<Index>::max() ||

@@ -42,8 +42,8 @@ struct Header {
   bool has_corner_uv() const;
 };
 
-// Reads up to the line end_header. Throws CacheError naming the line, also if vertices or faces are
-// not declared.
+// Reads the header up to the line end_header. Throws CacheError with the line number if the header
+// is malformed or does not declare vertices and faces.
 Header read_header(LineReader& lines, const std::string& name);
 
 }  // namespace loomstone::ply

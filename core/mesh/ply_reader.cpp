@@ -68,7 +68,7 @@ class PlyParser {
     return static_cast<double>(std::bit_cast<Value>(bytes));
   }
 
-  // A double represents every type exactly.
+  // Reads a value of any type. A double represents every type exactly.
   double value(Type type) {
     if (encoding_ == Encoding::Text) return text_value();
     switch (type) {
@@ -158,8 +158,8 @@ class PlyParser {
     }
   }
 
-  // Row of uv for a corner. Corners with the same vertex and uv share a row, which keeps panels
-  // connected.
+  // Returns the row of uv for a corner. Corners with the same vertex and uv share a row, which
+  // keeps panels connected.
   Index uv_of(Index vertex, double u, double v) {
     if (!std::isfinite(u) || !std::isfinite(v))
       malformed_row("texcoord must be finite, got NaN or infinity");
@@ -185,8 +185,8 @@ class PlyParser {
   const std::string& name_;
   bool with_uv_, vertex_uv_ = false, corner_uv_ = false;
   Encoding encoding_ = Encoding::Text;
-  std::string_view body_;             // what has not been read yet
-  const Element* element_ = nullptr;  // the current one, for messages
+  std::string_view body_;             // remaining input
+  const Element* element_ = nullptr;  // current element, for messages
   std::int64_t row_ = 0;
   std::vector<double> corners_, corner_values_;
   std::map<std::tuple<Index, double, double>, Index> known_uv_;

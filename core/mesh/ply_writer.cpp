@@ -1,4 +1,4 @@
-// Writes Stanford PLY.
+// Writes Stanford PLY files.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -21,7 +21,7 @@ void append_binary(std::string& content, Value value) {
   content.append(bytes.data(), bytes.size());
 }
 
-// Appends values as text with spaces and line ends, or as bytes.
+// Appends values as text or as bytes.
 class PlyWriter {
  public:
   PlyWriter(std::string& content, bool text) : content_(content), text_(text) {}

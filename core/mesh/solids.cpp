@@ -1,4 +1,4 @@
-// Spheres, by subdividing an icosahedron, and boxes.
+// Spheres from subdivided icosahedra, and boxes.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -52,8 +52,8 @@ TriangleMesh icosphere(double radius, int subdivisions) {
 
 namespace {
 
-// A side of a box: two triangles per cell, diagonals alternating like a checkerboard. corner(i, j)
-// gives the vertex at a lattice point of the side, seen counter-clockwise from outside.
+// Adds a side of a box, with two triangles per cell and alternating diagonals. corner(i, j) gives
+// the vertex at a lattice point of the side; seen from outside, j is counter-clockwise from i.
 template <class Corner>
 void add_side(MeshBuilder& builder, Index n, Corner&& corner) {
   for (Index j = 0; j < n; ++j) {
@@ -92,8 +92,8 @@ TriangleMesh box(double x, double y, double z, Index cells_per_side) {
   };
   for (int axis = 0; axis < 3; ++axis) {
     for (int top = 0; top < 2; ++top) {
-      // On the top side (axis, first, second) is right-handed; on the bottom side the two axes are
-      // exchanged.
+      // On the top side, (axis, first, second) is right-handed. On the bottom side, `first` and
+      // `second` are exchanged.
       const int first = (axis + (top ? 1 : 2)) % 3, second = (axis + (top ? 2 : 1)) % 3;
       add_side(builder, n, [&](Index i, Index j) {
         std::array<Index, 3> at{};

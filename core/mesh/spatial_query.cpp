@@ -1,6 +1,6 @@
 // Closest-point queries and inside tests. Embree's tree (user geometry, bounds rounded outwards to
-// float) finds the candidates. Distances are computed here in double precision, so the answer
-// equals that of a search over all triangles. Pseudo-normals: [BaerentzenAanaes2005].
+// float) finds the candidates. Distances are computed here in double precision, so the result
+// equals that of an exhaustive search. Pseudo-normals: [BaerentzenAanaes2005].
 #include "core/mesh/spatial_query.h"
 
 #include <embree3/rtcore.h>
@@ -24,7 +24,7 @@ Vec3 unit_or(const Vec3& v, const Vec3& otherwise) {
   return length > 0.0 ? Vec3(v / length) : otherwise;
 }
 
-// Data of the callbacks.
+// Data for Embree's callbacks.
 struct Surface {
   Points vertices;
   Triangles triangles;
@@ -34,7 +34,7 @@ struct Surface {
   }
 };
 
-// Smallest box in float that contains the triangle.
+// Bounding box of a triangle, rounded outwards to float.
 void triangle_bounds(const RTCBoundsFunctionArguments* arguments) {
   const auto& surface = *static_cast<const Surface*>(arguments->geometryUserPtr);
   const auto triangle = static_cast<Index>(arguments->primID);
@@ -58,8 +58,8 @@ struct Search {
   TrianglePoint candidate{};
 };
 
-// Slightly more than `distance`, in float: Embree rounds its distances to boxes, and triangles at
-// equal distances must be reported too.
+// Returns a float slightly larger than `distance`, because Embree rounds distances to boxes and
+// must also report triangles at equal distances.
 float search_radius(double distance, double rounding) {
   return static_cast<float>((distance + rounding) * (1.0 + 1e-6));
 }
@@ -134,7 +134,7 @@ void SpatialQuery::Data::build_tree() {
   rtcCommitGeometry(geometry);
   rtcAttachGeometry(scene, geometry);
   rtcCommitScene(scene);
-  rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_REFIT);  // for later commits
+  rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_REFIT);  // for all later commits
   check();
 }
 

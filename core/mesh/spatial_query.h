@@ -24,9 +24,11 @@ class SpatialQuery {
   SpatialQuery& operator=(SpatialQuery&&) noexcept;
 
   void refit(const Points& vertices);  // new positions, same triangles
-  // Returns the triangle with the smaller index if several are equally close.
+  // Closest point within `radius` [m]. Of several equally close triangles, the one with the
+  // smallest index is returned.
   ClosestPoint closest(const Vec3& point, double radius) const;
-  // Sign of the closest feature's pseudo-normal; for closed surfaces.
+  // True if the point is on the negative side of the closest feature's pseudo-normal. The surface
+  // must be closed.
   bool inside(const Vec3& point) const;
 
  private:

@@ -12,14 +12,15 @@
 namespace loomstone {
 namespace {
 
-// A plane through a point; normal of unit length.
+// A plane through a point, with unit normal.
 struct Plane {
   Vec3 point, normal;
   double size;  // largest distance between the point and a vertex [m]
 };
 
 // Plane through vertex 0, the vertex farthest from it, and the vertex farthest from the line
-// through both. Exact for flat meshes, for which an eigenvalue fit has only half the digits.
+// through both. For flat meshes it is exact to rounding, whereas an eigenvalue fit has only half
+// the digits.
 Plane widest_plane(const Points& vertices) {
   const Vec3 origin = vertices.row(0).transpose();
   Vec3 along = Vec3::Zero(), across = Vec3::Zero();
@@ -58,8 +59,8 @@ Vec3 unit_normal(const TriangleMesh& mesh, Index t) {
       .normalized();
 }
 
-// Corners in the axes `weft` and warp, which is weft turned by a quarter turn about the triangle's
-// own normal; the area is therefore positive.
+// Corners in the axes `weft` and warp. Warp is weft rotated by 90 degrees about the triangle's
+// normal, so that the area is positive.
 Corners2 flattened(const TriangleMesh& mesh, Index t, const Vec3& weft, const Vec3& origin) {
   const Vec3 warp = unit_normal(mesh, t).cross(weft);
   Corners2 result;
@@ -70,7 +71,7 @@ Corners2 flattened(const TriangleMesh& mesh, Index t, const Vec3& weft, const Ve
   return result;
 }
 
-// uv of the corners; mirrored ones are turned over about their warp axis.
+// uv of the corners. In a mirrored triangle u changes sign, so that the area is positive.
 Corners2 corners_of_uv(const TriangleMesh& mesh, Index t) {
   Corners2 result;
   for (int c = 0; c < 3; ++c) result.row(c) = mesh.uv().row(mesh.uv_triangles()(t, c));
@@ -79,7 +80,8 @@ Corners2 corners_of_uv(const TriangleMesh& mesh, Index t) {
   return result;
 }
 
-// The direction of the weft threads in space: u grows along it at constant v. Mirrored like the uv.
+// Direction of the weft threads in space: the u coordinate of `rest` increases along it at
+// constant v.
 Vec3 weft_direction(const TriangleMesh& mesh, Index t, const Corners2& rest) {
   const Vec2 a = rest.row(1) - rest.row(0), b = rest.row(2) - rest.row(0);
   const Vec3 x1 = corner(mesh, t, 1) - corner(mesh, t, 0),

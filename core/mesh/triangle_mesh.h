@@ -1,4 +1,4 @@
-// Immutable triangle mesh, validated when it is made.
+// Immutable triangle mesh, validated when it is created.
 #pragma once
 
 #include <string>
@@ -12,12 +12,12 @@ using Corners2 = Mat32;  // rest coordinates of a triangle: row = corner, column
 
 class TriangleMesh {
  public:
-  // vertices (n x 3) [m]; triangles (m x 3); uv (k x 2) rest coordinates [m] or empty; uv_triangles
-  // (m x 3) rows of uv, or empty: equal to the triangles. Along a seam between panels a vertex has
-  // several uv. Throws InvalidInput naming the item: NaN, empty, index out of range, zero area
-  // (also in uv), repeated vertex in a face, duplicate faces, non-manifold edge (more than two
-  // faces), inconsistent orientation, inverted uv, isolated vertex. Accepts panels mirrored in uv
-  // as a whole and fans that meet in one vertex only.
+  // vertices (n x 3) [m]; triangles (m x 3); uv (k x 2) rest coordinates [m], or empty;
+  // uv_triangles (m x 3) rows of uv, or empty if equal to the triangles. Along a seam between
+  // panels, a vertex has several uv. Throws InvalidInput for NaN, empty arrays, an index out of
+  // range, zero area (also in uv), a repeated vertex in a face, duplicate faces, a non-manifold
+  // edge (more than two faces), inconsistent orientation, inverted uv and isolated vertices.
+  // Accepts panels mirrored in uv as a whole, and triangle fans that share only one vertex.
   TriangleMesh(Points vertices, Triangles triangles, Points2 uv = {}, Triangles uv_triangles = {});
 
   Index n_vertices() const { return static_cast<Index>(vertices_.rows()); }
@@ -30,7 +30,7 @@ class TriangleMesh {
 
   double mean_edge() const;  // [m]
   bool closed() const;       // every edge has two faces
-  bool flat() const;         // all vertices in one plane (1e-9 of the size)
+  bool flat() const;         // all vertices lie in one plane, within 1e-9 of the size
   TriangleMesh moved(const Vec3& translation,
                      const Eigen::Matrix3d& rotation = Eigen::Matrix3d::Identity(),
                      double scale = 1.0) const;  // uv unchanged
@@ -44,15 +44,15 @@ class TriangleMesh {
   Triangles uv_triangles_;
 };
 
-// Merges vertices with exactly equal positions; each triangle keeps its uv. For files that repeat
-// vertices along texture seams, which would cut the surface into pieces.
+// Merges vertices with exactly equal positions. Each triangle keeps its uv. Use it for files that
+// repeat vertices along texture seams, which would cut the surface into pieces.
 TriangleMesh welded(const TriangleMesh& mesh);
 
-// Rest coordinates of the corners of every triangle. With uv and rest_from_uv: the uv. With uv
-// alone: the triangle in space, flattened and rotated so that weft is the direction in which u
-// grows at constant v. Without uv: the plane of a flat mesh (weft = the world axis x projected on
-// it, or y if that vanishes); a curved mesh throws InvalidInput. Areas are positive: a panel
-// mirrored in uv is turned over about its warp axis.
+// Returns the rest coordinates of the corners of every triangle. With uv and rest_from_uv, these
+// are the uv. With uv only, each triangle is flattened and rotated so that weft is the direction in
+// which u increases at constant v. Without uv, the mesh must be flat; weft is then the world axis x
+// projected on its plane, or y if that projection vanishes. Areas are positive, because u changes
+// sign in a panel that is mirrored in uv. Throws InvalidInput for a curved mesh without uv.
 std::vector<Corners2> rest_corners(const TriangleMesh& mesh, bool rest_from_uv,
                                    const std::string& where);
 

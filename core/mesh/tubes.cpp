@@ -1,6 +1,6 @@
-// Surfaces built from rings of vertices: capsule, cylinder, wave bar, funnel. Neighbouring rings
-// are joined along the shorter diagonals. Except in the cylinder, which is a prism, they are turned
-// by half a segment against each other, so triangles are nearly equilateral.
+// Surfaces built from rings of vertices: capsule, cylinder, wave bar and funnel. Adjacent rings are
+// joined along the shorter diagonals. They are rotated by half a segment relative to each other, so
+// that triangles are nearly equilateral. In the cylinder, which is a prism, they are not rotated.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -19,7 +19,7 @@ struct Ring {
   Index n;
 };
 
-// Adds the vertices of a ring, turned by half a segment if `turned`; returns the first one.
+// Adds the vertices of a ring, rotated by half a segment if `turned`. Returns the first vertex.
 Index add_ring(MeshBuilder& builder, const Ring& ring, bool turned) {
   const Index first = static_cast<Index>(builder.vertices.size());
   for (Index k = 0; k < ring.n; ++k) {
@@ -30,7 +30,7 @@ Index add_ring(MeshBuilder& builder, const Ring& ring, bool turned) {
   return first;
 }
 
-// Joins a ring of n_a vertices with the next one of n_b, always across the shorter diagonal.
+// Joins a ring of n_a vertices with the next one of n_b, always along the shorter diagonal.
 void join_rings(MeshBuilder& builder, Index a, Index n_a, Index b, Index n_b) {
   const auto distance = [&](Index i, Index j) {
     return (builder.vertices[static_cast<std::size_t>(a + i % n_a)] -
@@ -49,12 +49,12 @@ void join_rings(MeshBuilder& builder, Index a, Index n_a, Index b, Index n_b) {
   }
 }
 
-// Height of an equilateral triangle on a segment of a circle.
+// Height of an equilateral triangle whose side is a segment of a circle.
 double row_height(double radius, Index segments) {
   return std::sqrt(0.75) * 2.0 * M_PI * radius / segments;
 }
 
-// Joins consecutive rings and closes the surface with a point at either end.
+// Joins consecutive rings and closes the surface with a vertex at each end.
 TriangleMesh joined(const std::vector<Ring>& rings, const Vec3& start, const Vec3& end,
                     bool turning) {
   MeshBuilder builder;
@@ -72,8 +72,7 @@ TriangleMesh joined(const std::vector<Ring>& rings, const Vec3& start, const Vec
   return builder.mesh();
 }
 
-// Closes a tube of equal rings with half spheres, whose rings have fewer vertices towards the
-// poles.
+// Closes a tube of equal rings with hemispheres, whose rings have fewer vertices towards the poles.
 TriangleMesh capped(const std::vector<Ring>& tube) {
   const double radius = tube.front().radius;
   const Index segments = tube.front().n;
@@ -101,7 +100,7 @@ struct ProfilePoint {
   double radius, z;
 };
 
-// Extends the profile straight to `to`, inclusive, in steps of about `step`.
+// Extends the profile by a straight line to `to`, inclusive, in steps of about `step`.
 void line_to(std::vector<ProfilePoint>& profile, const ProfilePoint& to, double step) {
   const ProfilePoint from = profile.back();
   const int n = std::max(
@@ -112,8 +111,8 @@ void line_to(std::vector<ProfilePoint>& profile, const ProfilePoint& to, double 
   }
 }
 
-// Extends the profile by half a circle of radius `lip` about `centre`, counter-clockwise from
-// `angle` (0 along +radius, a quarter turn along +z), its end included.
+// Extends the profile by a semicircle of radius `lip` about `centre`, counter-clockwise from
+// `angle` (0 along +radius, pi/2 along +z), including its end.
 void lip_to(std::vector<ProfilePoint>& profile, const ProfilePoint& centre, double lip,
             double angle, double step) {
   const int n = std::clamp(static_cast<int>(std::round(M_PI * lip / step)), 4, 16);
@@ -177,8 +176,8 @@ TriangleMesh wave_bar(double length, double radius, double amplitude, double wav
         "itself; got {}; raise wavelength or lower amplitude or radius",
         1.0 / (amplitude * k * k), radius);
   }
-  // Centre line z = amplitude cos(k y). Its arc length, summed over small pieces, places rings at
-  // equal distances along it.
+  // The centre line is z = amplitude cos(k y). Rings are equally spaced along its arc length, which
+  // is summed over small pieces.
   const int n_fine =
       64 * std::max(1, static_cast<int>(
                            std::ceil(length / std::min(row_height(radius, segments), wavelength))));
@@ -217,9 +216,9 @@ TriangleMesh funnel(double top_radius, double bottom_radius, double height, doub
         "top_radius must be > bottom_radius = {} m, got {}; a funnel narrows downwards",
         bottom_radius, top_radius);
   }
-  // The radii belong to the inner wall. The outer wall is the inner one shifted by the thickness
-  // along its normal: outward and down along the cone, outward along the tube. Cone and tube are
-  // mitred where they meet, below the inner corner.
+  // The radii are those of the inner surface. The outer surface is the inner one shifted by the
+  // wall thickness along its normal: outward and down at the cone, outward at the tube. The outer
+  // surfaces of cone and tube meet in a mitre below the inner corner.
   const double slant = std::hypot(top_radius - bottom_radius, height);
   const double normal_r = height / slant, normal_z = -(top_radius - bottom_radius) / slant;
   const double turn = std::atan2(normal_z, normal_r);  // in (-pi/2, 0)
@@ -241,7 +240,7 @@ TriangleMesh funnel(double top_radius, double bottom_radius, double height, doub
   line_to(profile, {bottom_radius, -tube_length}, step);
   lip_to(profile, {bottom_radius + lip, -tube_length}, lip, M_PI, step);
   profile.pop_back();  // the last point equals the first
-  // Every other ring is turned and the profile is closed, so the number of rings must be even.
+  // Every other ring is rotated and the profile is closed, so the number of rings must be even.
   if (profile.size() % 2 == 1) {
     const ProfilePoint a = profile[0], b = profile[1];
     profile.insert(profile.begin() + 1, {0.5 * (a.radius + b.radius), 0.5 * (a.z + b.z)});
