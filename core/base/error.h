@@ -7,7 +7,7 @@
 
 namespace loomstone {
 
-// Base of all errors of this library.
+// Base class of all errors of this library.
 class Error : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

@@ -72,7 +72,7 @@ inline Vec4 slerp(const Vec4& start, const Vec4& end, double share) {
 
 // Position and orientation of a rigid body or obstacle.
 struct RigidPose {
-  Vec3 position = Vec3::Zero();         // of its origin [m]
+  Vec3 position = Vec3::Zero();         // position of its origin [m]
   Vec4 orientation = Vec4(1, 0, 0, 0);  // unit quaternion (w, x, y, z), body to world
 };
 

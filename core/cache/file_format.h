@@ -10,7 +10,7 @@
 namespace loomstone {
 
 struct FileFormat {
-  const char* what;             // "file", "checkpoint"
+  const char* what;             // kind of file in messages: "file" or "checkpoint"
   std::int64_t oldest, newest;  // versions that are read; `newest` is written
   const char* instead;          // advice for older files
 };

@@ -26,8 +26,8 @@ class FrameWriter {
   FrameWriter& operator=(FrameWriter&&) noexcept;
   // Throws CacheError, for example if the disk is full. Earlier frames remain readable.
   void write(const Frame& frame);
-  // Records the report of a step, which must be called for every step. The report is written with
-  // the next frame or flush().
+  // Records the report of a step. Call it for every step. The report is written with the next
+  // frame or flush().
   void record(const StepReport& report);
   // Writes all recorded reports. Call it before a checkpoint, so that a resumed run has all reports
   // up to it.

@@ -37,7 +37,7 @@ inline Number number_of<double>() {
 struct Column {
   std::string name;
   Number type;
-  std::size_t offset;  // in the struct [bytes]
+  std::size_t offset;  // offset within the struct [bytes]
 };
 
 // The contents of a row: `components` numbers, or the columns of a struct of `bytes` bytes.

@@ -35,14 +35,14 @@ using FrictionAt =
 // Input of a step. The rows are the cloth vertices, followed by two rows per rigid body
 // (translation, rotation) if bodies take part.
 struct StepInputs {
-  double step = 0.0;              // h [s]
+  double step = 0.0;              // length h [s]
   double time = 0.0;              // start of the step [s]
   const Points* force = nullptr;  // (n x 3) loads at the start [N]: gravity, drag, user
   // Contacts, friction and attachments at the start; implicit schemes only.
   const ExtraTerms* terms = nullptr;
   // Called once per iterate by Newton schemes; null: the terms are linear.
   const TermsAt* terms_at = nullptr;
-  // Called after a linear solve. The solve is repeated if the friction was wrong. May be null.
+  // Called after a linear solve. The solve is repeated if the friction was inaccurate. May be null.
   const FrictionAt* friction_at = nullptr;
   const std::vector<std::uint8_t>* fixed = nullptr;  // (rows) 1: prescribed motion
   const Points* target = nullptr;  // (n x 3) positions of fixed rows at the end [m]
@@ -82,7 +82,7 @@ class Integrator {
                                     const StepInputs& inputs, ClothState& state,
                                     Points& body_velocity) = 0;
   virtual bool implicit() const = 0;  // the scheme accepts extra terms
-  // Evaluates the energy of all rows on every rank.
+  // True if the scheme evaluates the energy of all rows on every rank.
   virtual bool asks_energy() const { return false; }
 };
 

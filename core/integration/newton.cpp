@@ -72,7 +72,7 @@ class NewtonIntegrator final : public Integrator {
   struct Iterate {
     Points velocity, residual;
     ExtraTerms terms;
-    double norm = 0.0;  // of the residual
+    double norm = 0.0;  // norm of the residual
     double term_energy = 0.0;
     double potential = NAN;  // NAN until it is evaluated
   };

@@ -20,11 +20,11 @@ std::unique_ptr<Integrator> make_newton(Scheme scheme, std::string_view name,
 
 // Sets the velocities of fixed rows so that they reach their targets.
 void prescribe_velocities(const StepInputs& inputs, const Points& x, Points& v);
-// Sets fixed rows to exactly their targets.
+// Sets the positions of fixed rows exactly to their targets.
 void place_fixed(const StepInputs& inputs, Points& x);
 
-// Adds the forces of terms, -sigma J^T (g + H d), to the owned rows of `rhs`. Here d = sum J
-// displacement - time * drift, and sigma and time are those of the scheme.
+// Adds the forces of terms, -sigma J^T (g + H d), to the owned rows of `rhs`. Here
+// d = sum J displacement - time * drift, and sigma and time are those of the scheme.
 void add_term_forces(const ExtraTerms& terms, const RowLayout& layout, const SchemeCoefficients& c,
                      const Points& displacement, Points& rhs);
 

@@ -24,11 +24,11 @@ struct EdgeTable {
 // Throws InvalidInput for an edge with more than two triangles and for indices out of range.
 EdgeTable edge_table(Index n_vertices, const Triangles& triangles);
 
-// An interior edge with its two triangles, oriented as in [Bridson2003]: triangles (x1,x3,x4) and
-// (x2,x4,x3) in their own counter-clockwise order share the edge x3 -> x4.
+// An interior edge with its two triangles, oriented as in [Bridson2003]. The triangles (x1,x3,x4)
+// and (x2,x4,x3), in counter-clockwise order, share the edge x3 -> x4.
 struct Hinge {
   std::array<Index, 4> vertices;   // x1, x2, x3, x4
-  std::array<Index, 2> triangles;  // with x1, with x2; the first has the smaller index
+  std::array<Index, 2> triangles;  // with x1, with x2; in ascending order
   Index edge;                      // id in the edge table
 };
 

@@ -1,5 +1,5 @@
 // Reads and writes triangle meshes. The extension selects the format: .obj (Wavefront) or .ply
-// (Stanford). Read other formats in Python (meshio, trimesh).
+// (Stanford). Other formats can be read in Python (meshio, trimesh).
 #pragma once
 
 #include <string>

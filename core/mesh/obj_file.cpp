@@ -1,5 +1,5 @@
-// Wavefront OBJ: the statements v, vt and f of its specification; all others (normals, groups,
-// materials, lines, curves) are skipped.
+// Wavefront OBJ. Reads the statements v, vt and f and skips all others (normals, groups, materials,
+// lines, curves).
 #include <algorithm>
 #include <limits>
 

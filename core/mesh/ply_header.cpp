@@ -144,7 +144,7 @@ class HeaderParser {
 
 }  // namespace
 
-// If several elements have the same name, the last one counts.
+// If several elements have the same name, the last one is used.
 bool Header::has_vertex_uv() const {
   bool has = false;
   for (const Element& element : elements)

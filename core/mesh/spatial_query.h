@@ -23,7 +23,7 @@ class SpatialQuery {
   SpatialQuery(SpatialQuery&&) noexcept;
   SpatialQuery& operator=(SpatialQuery&&) noexcept;
 
-  void refit(const Points& vertices);  // new positions, same triangles
+  void refit(const Points& vertices);  // sets new vertex positions
   // Closest point within `radius` [m]. Of several equally close triangles, the one with the
   // smallest index is returned.
   ClosestPoint closest(const Vec3& point, double radius) const;

@@ -33,7 +33,7 @@ class TriangleMesh {
   bool flat() const;         // all vertices lie in one plane, within 1e-9 of the size
   TriangleMesh moved(const Vec3& translation,
                      const Eigen::Matrix3d& rotation = Eigen::Matrix3d::Identity(),
-                     double scale = 1.0) const;  // uv unchanged
+                     double scale = 1.0) const;  // keeps uv
   TriangleMesh reordered(const std::vector<Index>& vertex_order,
                          const std::vector<Index>& triangle_order) const;
 

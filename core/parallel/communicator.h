@@ -25,13 +25,13 @@ class Communicator {
   // Every rank contributes bytes [offsets[rank], offsets[rank+1]) of `data` and receives all
   // others.
   virtual void gather_all(void* data, const std::vector<std::size_t>& byte_offsets) const = 0;
-  // Sends the buffers in `to` to their ranks, and receives the buffers in `from`, which the caller
-  // sizes.
+  // A buffer that is sent to or received from a rank.
   struct Message {
     int rank;
     void* data;
     std::size_t bytes;
   };
+  // Sends the buffers in `to` and receives the buffers in `from`, whose sizes the caller sets.
   virtual void exchange(const std::vector<Message>& to, const std::vector<Message>& from) const = 0;
   // Agrees on a failure, over a separate channel, because other ranks may wait in any call above.
   // All ranks receive kind (0: no failure) and text of the lowest rank that failed. If this rank

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int exchange_tag = 4711;
 constexpr std::chrono::seconds grace{10};  // time that a failed rank waits for the others
-// Largest message [byte], because MPI counts are ints.
+// Largest size of a message [byte]. MPI counts are ints.
 constexpr std::size_t largest_message = std::size_t{1} << 30;
 
 // Polling strategy while a rank waits for others: it polls without pause at first, then yields,
@@ -214,7 +214,7 @@ extern "C" const loomstone::Communicator* loomstone_make_communicator_2(int fort
           "mpi4py.MPI)";
       return nullptr;
     }
-    // Collective calls of Open MPI poll without end. With this setting they yield between polls.
+    // Collective calls of Open MPI busy-wait. With this setting they yield between polls.
     setenv("OMPI_MCA_mpi_yield_when_idle", "1", 0);  // 0: keeps a value set by the user
     // Only the thread that steps the simulation calls MPI.
     int provided = MPI_THREAD_SINGLE;

@@ -1,4 +1,4 @@
-// The functions that build() consists of.
+// The functions that build() calls.
 #pragma once
 
 #include "core/base/find_by_name.h"

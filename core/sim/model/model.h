@@ -27,7 +27,7 @@ struct Model {
     Points local;
   };
   struct Attached {
-    Index row = 0;  // cloth row
+    Index row = 0;  // row of the cloth vertex
     int body = 0;
     Vec3 local = Vec3::Zero();  // point relative to the body's centre of mass, in mesh axes [m]
   };
@@ -41,8 +41,8 @@ struct Model {
   ClothModel cloth;
   CollisionModel collision;
   FrameTopology topology;            // in the user's order
-  std::vector<Index> row_of_vertex;  // user's cloth vertex -> row
-  std::vector<Index> triangle_of;    // internal triangle -> user's
+  std::vector<Index> row_of_vertex;  // row of each cloth vertex of the user
+  std::vector<Index> triangle_of;    // user's index of each internal triangle
   std::vector<PinScript> scripts;
   std::vector<Surface> bodies, obstacles;
   std::vector<MassProperties> body_mass;

@@ -9,8 +9,8 @@ namespace loomstone {
 // Targets set by the user apply at the end of the step. `share` is the fraction of the motion from
 // `state` to these targets. It is below 1 only if the step is taken in parts.
 
-// Sets `target` (n x 3) at `time` to the positions of scripted pins and to the user's targets. All
-// other rows are the current positions.
+// Sets `target` (n x 3) to the positions of scripted pins at `time` and to the targets set by the
+// user. All other rows are the current positions.
 void pin_targets(const Model& model, const State& state, double time, double share, Points& target);
 
 // Pose of an obstacle's mesh at `time`, from its keyframes or from the user.

@@ -13,22 +13,21 @@
 
 namespace loomstone {
 
-// Each comment ends with the stage that writes the table. Tables are assigned, never moved into,
-// because numpy views share their memory.
+// The tables are assigned and never moved into, because numpy views share their memory.
 struct State {
-  std::int64_t step = 0;   // completed steps, time = step * h; stepper
-  ClothState cloth;        // integrate, certify
-  RigidState rigid;        // bodies
-  MagneticState magnetic;  // bodies
-  ContactState contacts;   // certify (anchors of friction)
+  std::int64_t step = 0;   // completed steps, time = step * h; written by the stepper
+  ClothState cloth;        // written by integration and certification
+  RigidState rigid;        // written by the bodies' stage
+  MagneticState magnetic;  // written by the bodies' stage
+  ContactState contacts;   // friction anchors, written by certification
   // 0: no intersections. 1: the user's positions may intersect. 2: a step left impacts. Written
   // by the check.
   std::uint8_t tangled = 0;
-  Points obstacle_vertices;  // (k x 3) vertices of all obstacles at the current time [m]; stepper
-  Points external_force;     // (n x 3) [N], user
-  // (n) 1: target set by the user in place of the script; user
+  Points obstacle_vertices;  // (k x 3) vertices of all obstacles at the current time [m]
+  Points external_force;     // (n x 3) [N], set by the user
+  // (n) 1: the user has set a target, in place of the script
   std::vector<std::uint8_t> pin_override;
-  Points pin_target;  // (n x 3) [m], user
+  Points pin_target;  // (n x 3) [m], set by the user
   // Poses set by the user in place of keyframes, one per obstacle: flag, position [m], quaternion
   // (w, x, y, z).
   std::vector<std::uint8_t> pose_override;

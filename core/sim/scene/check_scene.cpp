@@ -18,7 +18,7 @@ std::string item(const char* list, std::size_t index, const std::string& name) {
 std::string name_of(const Scene& scene, const char* kind, std::size_t index, std::size_t count,
                     const std::string& given) {
   if (!given.empty()) return given;
-  for (;; index += count) {  // steps of `count` skip the numbers of the other surfaces of this kind
+  for (;; index += count) {  // adding `count` avoids the indices of other surfaces of this kind
     const std::string name = kind + std::to_string(index);
     const auto has_it = [&](const auto& list) {
       return std::any_of(list.begin(), list.end(),

@@ -107,7 +107,7 @@ struct Obstacle {
 
 // Two-way coupling that ties cloth vertices to points of a rigid body.
 struct Attachment {
-  std::string cloth, body;  // names
+  std::string cloth, body;  // names of cloth and body
   std::vector<Index> vertices;
 
   static auto fields() {

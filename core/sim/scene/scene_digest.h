@@ -15,7 +15,7 @@ namespace loomstone {
 // and magnitudes below 1e-12 as zero, because sines may differ in the last digits between machines.
 std::map<std::string, std::string> digests(const Scene& scene, const IntegratorOptions& options);
 
-// Throws CacheError that lists the fields whose digests differ. Checkpoints without digests pass.
+// Throws a CacheError that lists the fields whose digests differ. Checkpoints without digests pass.
 void check_digests(const std::map<std::string, std::string>& kept,
                    const std::map<std::string, std::string>& now);
 

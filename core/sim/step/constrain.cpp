@@ -13,8 +13,8 @@ namespace {
 // Our choice. A second round is rare if contacts and limits are both part of the solve.
 constexpr int max_rounds = 4;
 constexpr int max_fallbacks = 4;
-constexpr int max_passes = 16;    // over triangles, in one fallback
-constexpr double aimed_at = 0.9;  // fraction of the margin that a fallback aims for
+constexpr int max_passes = 16;    // passes over triangles per fallback
+constexpr double aimed_at = 0.9;  // target excess of a fallback, as a fraction of the margin
 // The step is taken in parts if fallbacks withhold more than this fraction of the motion. One
 // fallback can withhold most of the motion of a cloth thrown at a ball.
 constexpr double much_motion = 0.01;
@@ -221,7 +221,7 @@ class Constraining {
         if (share < 1.0 && free)
           for (int c = 0; c < 3; ++c) shares.emplace_back(in_.cloth->triangles(t, c), share);
       }
-      std::sort(shares.begin(), shares.end());  // the smallest share of a vertex comes first
+      std::sort(shares.begin(), shares.end());  // smallest share of each vertex first
       Index last = -1;
       bool moved = false;
       for (const auto& [vertex, share] : shares) {
@@ -251,8 +251,8 @@ class Constraining {
   ConstrainReport report_;
   Points target_;  // positions before the last certification
   std::vector<Index> beyond_;
-  std::vector<double> squares_;         // (limits)
-  std::vector<std::uint8_t> given_up_;  // (limits)
+  std::vector<double> squares_;         // (limits) sum of squared excess
+  std::vector<std::uint8_t> given_up_;  // (limits) 1: see give_up()
   std::vector<std::uint8_t> held_;      // (n) 1: limiting must not move the vertex
   double least_excess_ = std::numeric_limits<double>::infinity();
   Points best_x1_;

@@ -20,8 +20,8 @@ struct ConstrainInputs {
   const Team* team = nullptr;
   const Team* collision_team = nullptr;
   const ClothModel* cloth = nullptr;
-  StrainLimiter* limiter = nullptr;     // null: strains have no limits
-  bool limits_hold = true;              // false: limits apply to edges, once, before certification
+  StrainLimiter* limiter = nullptr;  // null: strains have no limits
+  bool limits_hold = true;           // false: only edge limits, enforced once before certification
   CollisionStage* collision = nullptr;  // null: nothing collides
   const Tangle* tangle = nullptr;       // tangle at x0; required with `collision`
   // Contacts that impulses resolve; null: the implicit solve resolves contacts.
@@ -34,7 +34,7 @@ struct ConstrainInputs {
 
 struct ConstrainReport {
   LimitReport limits;  // from the last limiting that led to x1; sweeps and evaluations are totals
-  // Of all rounds, with each vertex once; `unresolved` is from the last round
+  // Merged over all rounds, with each vertex once; `unresolved` is from the last round.
   CertifyReport certified;
   int rounds = 0;                   // number of certifications
   int fallbacks = 0;                // number of fallbacks

@@ -31,7 +31,7 @@ struct Engines {
   std::unique_ptr<Integrator> integrator;
   std::unique_ptr<CollisionStage> collision;  // null: nothing collides
   std::unique_ptr<RigidWorld> world;          // null: no bodies
-  // Null: nothing magnetic acts on bodies, and there are no bearings
+  // Null: nothing magnetic acts on bodies, and there are no bearings.
   std::unique_ptr<MagneticMotion> magnetics;
   std::unique_ptr<StrainLimiter> limiter;  // null: no cloth has limits
   bool contacts_in_solve = false;          // false: impulses resolve contacts after the solve

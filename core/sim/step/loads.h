@@ -16,9 +16,9 @@ struct Loads {
   Points next_obstacles;  // (k x 3) obstacle vertices at the end [m]
   Points force;  // (n x 3) gravity, drag and user forces at the start, in rows of this rank [N]
   // Bodies have two rows each: translation and rotation.
-  std::vector<RigidPose> body_poses;  // (b) at the start
+  std::vector<RigidPose> body_poses;  // (b) poses at the start
   std::vector<Mat3> body_mass;  // (2 b) mass times identity [kg], inertia in world axes [kg m^2]
-  // (2 b x 3) prediction for the end, without the action of cloth [m/s, rad/s]
+  // (2 b x 3) velocities predicted for the end, without the action of cloth [m/s, rad/s]
   Points body_velocity;
 };
 

@@ -9,15 +9,15 @@
 namespace loomstone {
 
 struct NearContacts {
-  std::vector<Contact> contacts;  // closer than their thickness
+  std::vector<Contact> contacts;  // pairs closer than their thickness
   ExtraTerms terms;  // of contacts, then of intersections to untangle, then of attachments
   ContactTerms contact_terms;  // evaluates the terms of contacts during the solve
   Tangle tangle;               // intersections at the start
   // (vertices x 3) predicted velocities of all collision vertices [m/s]; only with contacts in the
   // solve
   Points v0;
-  // (vertices x 3) change of velocity in the last step [m/s]. Contacts expect the same change
-  // again, so that sliding contacts lag less.
+  // (vertices x 3) change of velocity in the last step [m/s]. Contact terms expect the same
+  // change in this step, so that sliding contacts lag less.
   Points last_change;
 };
 

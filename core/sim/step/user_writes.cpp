@@ -42,7 +42,7 @@ void UserWrites::watch(const State& state) {
 }
 
 void UserWrites::check(const Model& model, const State& state) const {
-  if (!watching_) return;  // each call has checked its values
+  if (!watching_) return;  // setters have checked their values
   check_rows(model, state.cloth.x, "positions", nullptr);
   check_rows(model, state.cloth.v, "velocities", nullptr);
   check_rows(model, state.external_force, "external_forces", nullptr);
