@@ -1,5 +1,5 @@
-// Time integration of all cloths. The options select the scheme. docs/method.md, "Integrators";
-// thesis (2.51)-(2.55).
+// Time integration of all cloths. The options select the scheme. See docs/method.md, "Integrators",
+// and thesis (2.51)-(2.55).
 #pragma once
 
 #include <functional>

@@ -1,4 +1,4 @@
-// Options of the integrators, one struct per scheme. docs/method.md, "Integrators".
+// Options of the integrators, one struct per scheme. See docs/method.md, "Integrators".
 #pragma once
 
 #include <array>

@@ -254,7 +254,7 @@ Checkpoint Simulation::checkpoint() const {
         "{} steps, this is step {}",
         data_->model.scene.rigid_rebuild_interval, data_->state.step);
   data_->settle();
-  // Only rows of this rank are current in this table.
+  // In previous_bending, only the rows of this rank are current.
   gather_rows(*data_->layout, data_->state.cloth.previous_bending);
   Checkpoint made = to_checkpoint(data_->model, data_->state, data_->outcome);
   made.texts = data_->digests;

@@ -80,7 +80,7 @@ class Simulation {
   Checkpoint checkpoint() const;
   // Restores a checkpoint. Throws CacheError if the scene or the integrator differs.
   void restore(const Checkpoint& checkpoint);
-  // Rebuilds all stages. At a step that allows a checkpoint this changes no bit of later results.
+  // Rebuilds all stages. At a step that allows a checkpoint, later results stay bitwise identical.
   void rebuild_stages();
 
   // Pairs of triangles (user numbering, all surfaces concatenated) that intersect after a step has

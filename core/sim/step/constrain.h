@@ -1,7 +1,7 @@
 // Enforces strain limits and contacts together at the end of a step. Limiting and certification
 // alternate: certification checks the limited motion, and limiting repairs strains that
 // certification causes. If the two disagree, the fallback moves cloth back towards the start of the
-// step, where both were satisfied. The fallback is a last resort, because the caller can take the
+// step, where both are satisfied. The fallback is a last resort, because the caller can take the
 // step in parts instead.
 #pragma once
 

@@ -1,6 +1,6 @@
 // Engines that the stages of a step share: the mechanics of cloth, bodies, magnets and contacts.
-// They are built from the model and the state. Rebuilding them at a step that allows a checkpoint
-// changes no bit of later results.
+// They are built from the model and the state. If they are rebuilt at a step that allows a
+// checkpoint, later results stay bitwise identical.
 #pragma once
 
 #include <memory>
@@ -31,7 +31,7 @@ struct Engines {
   std::unique_ptr<Integrator> integrator;
   std::unique_ptr<CollisionStage> collision;  // null: nothing collides
   std::unique_ptr<RigidWorld> world;          // null: no bodies
-  // Null: nothing magnetic acts on bodies, and there are no bearings.
+  // Null: no bodies, or neither magnets nor coils nor bearings.
   std::unique_ptr<MagneticMotion> magnetics;
   std::unique_ptr<StrainLimiter> limiter;  // null: no cloth has limits
   bool contacts_in_solve = false;          // false: impulses resolve contacts after the solve
