@@ -1,6 +1,6 @@
-"""Cloth, collisions and rigid bodies: described, simulated, stored and rendered.
+"""Simulation of cloth, collisions, rigid bodies and magnets, with storage and rendering.
 
-SI units everywhere.
+All quantities are in SI units.
 
 >>> import loomstone as ls
 >>> scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(size=(0.5, 0.5), triangles=200), pins=[0])])
@@ -13,7 +13,7 @@ SI units everywhere.
 
 from typing import TYPE_CHECKING, Any
 
-from .base import waiting  # noqa: F401  # first: it settles how threads wait
+from .base import waiting  # noqa: F401  # first: it sets how threads wait
 
 # isort: split
 from . import collision, garments, limits, magnetics, meshes, obstacles, pictures, ranks
@@ -136,7 +136,7 @@ def __dir__() -> list[str]:
 def __getattr__(name: str) -> Any:
     if name != "units":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from .base.registry import units  # half a second, spent where units are used
+    from .base.registry import units  # this import takes half a second
 
     globals()["units"] = units
     return units

@@ -1,5 +1,5 @@
-"""Collision queries on arrays, usable without a scene: candidate pairs, exact continuous tests,
-exact intersection counts.
+"""Collision queries on arrays, without a scene: candidate pairs, exact continuous collision
+detection and exact intersection counts.
 
 >>> import numpy as np
 >>> from loomstone import collision

@@ -1,4 +1,4 @@
-"""Integrators: a class for each, with the fields it has, and Integrator, the base of all.
+"""Time integrators: one class for each method, and their base class Integrator.
 
 Fields and defaults are those of the C++ descriptions.
 
@@ -36,7 +36,7 @@ __all__ = [
     "SymplecticEuler",
 ]
 
-# By the names that the command line and files use.
+# Classes by the names of the methods on the command line and in files.
 METHODS: dict[str, type[Integrator]] = {
     kind.method: kind
     for kind in (
@@ -52,19 +52,19 @@ METHODS: dict[str, type[Integrator]] = {
 
 
 def with_method(options: Integrator, name: str, where: str = "integrator") -> Integrator:
-    """The integrator of this name with those values of `options` that it has a field for."""
+    """Returns the integrator of this name with those values of `options` that it has fields for."""
     if name not in METHODS:
         raise InvalidInput(f"{where} must be one of {', '.join(sorted(METHODS))}, got {name!r}")
     return _made(METHODS[name], options.to_dict())
 
 
 def to_record(options: Integrator) -> dict[str, Any]:
-    """Plain values for JSON, the method's name among them."""
+    """Returns plain values for JSON, including the name of the method."""
     return {"method": options.method, **options.to_dict()}
 
 
 def from_record(record: dict[str, Any]) -> Integrator:
-    """The integrator of which to_record() made this; KeyError where there is none of its name."""
+    """Returns the integrator that to_record() stored; raises KeyError if its method is unknown."""
     return _made(METHODS[record["method"]], record)
 
 

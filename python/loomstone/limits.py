@@ -1,5 +1,4 @@
-"""Strain limits on arrays, usable without a scene: how far cloth is strained, and positions within
-limits.
+"""Strain of cloth and strain limiting on arrays, without a scene.
 
 >>> import numpy as np
 >>> import loomstone as ls
@@ -46,11 +45,12 @@ def __dir__() -> list[str]:
 def strain(
     points: ArrayLike, mesh: TriangleMesh, *, rest: Literal["uv", "mesh"] = "uv", threads: int = 0
 ) -> NDArray[np.float64]:
-    """Co-rotational strain U - I of each triangle, (m, 3): weft, warp, shear e12 (half the
-    engineering shear) [1].
+    """Returns the co-rotational strain U - I [1] of each triangle, (m, 3): weft, warp and shear.
 
-    points : (n, 3) where the vertices of the mesh are [m]; rest : lengths from "uv" (the pattern
-        [m]) or from the "mesh"
+    The shear e12 is half the engineering shear.
+
+    points : (n, 3) positions of the mesh vertices [m]
+    rest : source of the rest lengths: "uv" (the pattern [m]) or "mesh"
     """
     return corotational_strain(points, mesh, rest=rest, threads=threads)
 
@@ -71,13 +71,15 @@ def limit(
     rest: Literal["uv", "mesh"] = "uv",
     threads: int = 0,
 ) -> tuple[NDArray[np.float64], LimitReport]:
-    """Moves points so that no triangle strains beyond its limit: the new points (n, 3) [m], and
-    what remained.
+    """Moves points until no triangle exceeds its strain limit by more than the tolerance.
 
-    points : (n, 3) [m]; masses : (n,) [kg], None: a third of the areas around each vertex; fixed :
-        vertices that do not move;
-    method, tolerance, max_sweeps, active_set, seed : as in LimitOptions; rest, threads : as in
-        strain()
+    Returns the new points (n, 3) [m] and a report of the remaining excess.
+
+    points : (n, 3) [m]
+    masses : (n,) [kg]; None: a third of the areas around each vertex
+    fixed : vertices that do not move
+    method, tolerance, max_sweeps, active_set, seed : as in LimitOptions
+    rest, threads : as in strain()
     """
     options = LimitOptions(
         method=method, tolerance=tolerance, max_sweeps=max_sweeps, active_set=active_set, seed=seed

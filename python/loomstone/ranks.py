@@ -1,6 +1,6 @@
-"""Processes that share the work of a simulation, launched by MPI.
+"""Processes launched by MPI that share the work of a simulation.
 
-One rank's failure becomes the same error on all ranks.
+The failure of one rank raises the same error on all ranks.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ def __dir__() -> list[str]:
     return __all__
 
 
+# The order matches core/parallel/agreement.cpp.
 _KINDS = (
     None,
     Error,
@@ -36,13 +37,14 @@ _KINDS = (
     SolverFailure,
     CacheError,
     Unsupported,
-)  # numbered as in core/parallel/agreement.cpp
+)
 
 
 @contextmanager
 def together(ranks: Communicator) -> Iterator[None]:
-    """What is inside succeeds on all ranks, or the error of the lowest rank that failed is raised
-    on all. Collective.
+    """Runs the block and raises the error of the lowest failing rank on all ranks.
+
+    Collective.
     """
     if ranks.size == 1:
         yield
@@ -60,16 +62,15 @@ def together(ranks: Communicator) -> Iterator[None]:
 
 
 def share_failure(ranks: Communicator, failure: Exception) -> None:
-    """Tells the others of a failure they may not have met; where they do not listen, ends them."""
+    """Reports a failure to the other ranks, and aborts all ranks if the others do not respond."""
     if ranks.size > 1 and ranks.agreed != str(failure):
         ranks.agree(*_described(failure))
 
 
 def end_all_on_failure(ranks: Communicator) -> None:
-    """An error that nobody catches ends all ranks: the others would wait for ever for the one that
-    left.
-    """
-    if ranks.size == 1 or sys.excepthook is not sys.__excepthook__:  # whoever set a hook decides
+    """Makes an uncaught error on one rank end all ranks, which would otherwise wait for it."""
+    # A hook that someone else has set takes precedence.
+    if ranks.size == 1 or sys.excepthook is not sys.__excepthook__:
         return
 
     def hook(*failure: Any) -> None:

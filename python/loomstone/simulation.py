@@ -1,4 +1,4 @@
-"""A scene that advances."""
+"""The Simulation class, which advances a scene in time."""
 
 from __future__ import annotations
 
@@ -31,19 +31,22 @@ __all__ = ["Simulation"]
 
 
 class Simulation(_core.Simulation):
-    """A built scene that advances. Arrays are in the user's vertex order, all cloths end to end.
+    """A scene prepared for time stepping.
+
+    Arrays are in the user's vertex order, with the cloths concatenated.
 
     scene : Scene
-    integrator : Integrator: SemiImplicitEuler(...) or another; None: SemiImplicitEuler()
-    threads : 0 means all processors
-    communicator : ranks that share the work: a Communicator, an mpi4py communicator, or None for
-        this process alone. Every rank then makes the same calls; after every step all hold all
-        positions and velocities. What is written into arrays between steps counts on the rank that
-        owns the row, what is said about obstacles counts on rank 0.
+    integrator : Integrator, for instance SemiImplicitEuler(...); None: SemiImplicitEuler()
+    threads : 0: all processors
+    communicator : MPI ranks that share the work: a Communicator, an mpi4py communicator, or None
+        for this process alone. Every rank must make the same calls. After every step, every rank
+        has the positions and velocities of all vertices. A row of an array that is assigned between
+        steps takes its value from the rank that owns the row. Obstacles take their values from rank
+        0.
 
-    Raises InvalidInput for everything in the scene that cannot be simulated. `positions`,
-    `velocities` and `external_forces` are copies that can be assigned; `state` holds views of the
-    internal tables.
+    Raises InvalidInput if the scene cannot be simulated. `positions`, `velocities` and
+    `external_forces` are copies that can be assigned. `state` provides views of the internal
+    tables.
 
     >>> import loomstone as ls
     >>> scene = ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(4, 4)), pins=[0, 4])])
@@ -53,7 +56,7 @@ class Simulation(_core.Simulation):
     0.005
     """
 
-    __slots__ = ("communicator",)  # so that assigning to a misspelt name is an error
+    __slots__ = ("communicator",)  # assigning to a misspelt name raises an error
     communicator: Communicator
 
     def __init__(
@@ -80,11 +83,11 @@ class Simulation(_core.Simulation):
 
     @takes(duration="s", rate="1/s")
     def frames(self, *, duration: float, rate: float = 25.0) -> Iterator[Frame]:
-        """Advances and yields a Frame every 1/rate, from 0 to `duration` [s] of simulated time.
+        """Advances the simulation and yields a Frame every 1/rate, from 0 to `duration` [s].
 
-        Between frames and steps positions, velocities, external forces, pins and obstacle poses may
-        be written. Frames between two steps are interpolated. The generator continues from the
-        present time.
+        Positions, velocities, external forces, pins and obstacle poses may be assigned between
+        steps and between frames. A frame between two steps is interpolated. The generator continues
+        from the current time.
         """
         last = frame_count(duration, rate) - 1
         following = frames_due(self.time, rate) if self.step_index else 0
@@ -107,20 +110,23 @@ class Simulation(_core.Simulation):
         resume: bool = False,
         control: Callable[[Simulation], None] | None = None,
     ) -> dict[str, Any]:
-        """Advances to `duration` [s] and writes frames, checkpoints, a table of steps and, where
-        asked, pictures.
+        """Advances to `duration` [s] and writes frames, checkpoints, a table of steps and, on
+        request, pictures.
 
-        out : directory; overwrite : replace what is there; resume : continue what is there, bit for
-            bit, with the same scene, integrator and rate (else CacheError); a longer duration
-            prolongs it
-        render : pictures and a video, with these RenderOptions; drawn while it runs, but at the end
-            where their colours span the values of all frames. True: those of pictures that a
-            resumed run has, else the default. Others than those are refused
-        verify : count intersecting triangles of every frame exactly, into frames.csv and the report
-        control : called before every step; may write forces, pins and obstacle poses, as a function
-            of time and state
+        out : directory
+        overwrite : replace an existing run
+        resume : continue an existing run to the same bits as an uninterrupted run; a longer
+            duration extends it. Raises CacheError unless scene, integrator and rate are the same.
+        render : draw pictures and a video with these RenderOptions. True: the options of the
+            pictures of a resumed run, or else the defaults. Pictures are drawn during the run, or
+            at its end if their colours span the values of all frames. Options that differ from
+            those of existing pictures are refused.
+        verify : count the intersecting triangles of every frame exactly, and write the counts to
+            frames.csv and the report
+        control : function called before every step. It may write forces, pins and obstacle poses,
+            which must depend on time and state alone.
 
-        Returns the report that is also in report.json.
+        Returns the report that is also written to report.json.
         """
         look = render or None
         if look is True:
@@ -131,20 +137,19 @@ class Simulation(_core.Simulation):
         return execute(self, options, out, overwrite=overwrite, resume=resume, control=control)
 
     def restore(self, checkpoint: Checkpoint) -> None:
-        """Continues from a checkpoint of the same scene and integrator; CacheError tells which
-        fields are others.
+        """Continues from a checkpoint of the same scene and integrator.
 
-        Checkpoints of earlier versions do not know what they are of: only their counts of vertices,
-        bodies ... are compared.
+        Raises CacheError naming the fields that differ. Checkpoints of versions that did not store
+        these fields are compared by their counts of vertices, bodies and so on.
         """
         _check_type("checkpoint", checkpoint, Checkpoint)
         super().restore(checkpoint)
 
     def digest(self) -> str:
-        """Hash of the state: equal where, and only where, all bits are equal.
+        """Returns a hash of the state, which is equal if and only if all bits are equal.
 
-        Where the step allows no checkpoint (see `may_checkpoint`) of what can be seen: positions,
-        velocities, bodies.
+        If the current step allows no checkpoint (see `may_checkpoint`), the hash covers positions,
+        velocities and bodies only.
         """
         content = hashlib.sha256()
         if not self.may_checkpoint:
@@ -170,9 +175,8 @@ class Simulation(_core.Simulation):
         return content.hexdigest()
 
     def __repr__(self) -> str:
-        if not hasattr(
-            self, "communicator"
-        ):  # a debugger or test runner shows one whose scene was refused
+        # A debugger or test runner may show a simulation whose scene was refused.
+        if not hasattr(self, "communicator"):
             return "Simulation(not built)"
         vertices, triangles = len(self.topology.cloth_of_vertex), len(self.topology.triangles)
         return (

@@ -1,4 +1,4 @@
-"""What this installation consists of."""
+"""Versions of the installed packages."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ __all__ = ["show_versions"]
 
 
 def show_versions() -> None:
-    """Prints versions of loomstone, Python and the packages it may use, and what the machine
-    offers.
+    """Prints the versions of loomstone, Python and the optional packages, and properties of the
+    machine.
     """
     print(f"loomstone {_core.__version__}")
     print(f"python {sys.version.split()[0]} on {platform.platform()}")
