@@ -1,5 +1,6 @@
-"""Magnetic fields, forces and torques, from numpy arrays or from sources as objects. SI units: T,
-A/m, N, N m.
+"""Magnetic fields, forces and torques, from numpy arrays or from source objects.
+
+All quantities are in SI units: T, A/m, N, N m. Equation numbers refer to [Thomaszewski2010].
 
 >>> import loomstone as ls
 >>> a = ls.magnetics.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))

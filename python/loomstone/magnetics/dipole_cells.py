@@ -1,4 +1,7 @@
-"""Magnets as hierarchies of dipole cells: the thesis' own way, fast and poor in contact."""
+"""Magnets as hierarchies of dipole cells, the method of [Thomaszewski2010].
+
+It is fast, but inaccurate near contact.
+"""
 
 from __future__ import annotations
 
@@ -16,17 +19,19 @@ Floats = NDArray[np.float64]
 
 @takes(density="1/m^3", separation="1")
 def cells(body: MagneticBody, *, density: float, separation: float = 3.0) -> MagneticBody:
-    """A solid hard magnet as a hierarchy of dipole cells, as in the thesis (section 6.3.2): same
-    pose, same moment.
+    """Returns a solid hard magnet as a hierarchy of dipole cells of [Thomaszewski2010].
 
-    The bounding box is bisected along the longest axis until leaves have `density` [1/m^3]; leaves
-    outside or closer to the surface than half their diameter v^(1/3) are dropped, and every level
-    carries the whole moment (where none is left, one dipole does). Between two such bodies force()
-    and forces() sum over fronts: a cell of longest edge e serves at distances from separation * e
-    on, which is eq. (6.19) with r_0 = separation / density^(1/3). Fast at interactive rates, 40 %
-    off in contact and 2 % at a twentieth of the body's size away (10 x 10 x 10 cells); the magnet
-    itself is exact. field() sums over the leaves. Raises InvalidInput for currents and dipoles,
-    density <= 0 and separation < 1.
+    The method is that of section 6.3.2. Pose and moment are kept. The bounding box is bisected
+    along its longest axis until the leaves reach `density` [1/m^3]. A leaf of volume v is dropped
+    if its centre lies outside, or closer to the surface than half its diameter v^(1/3). If no leaf
+    remains, a single dipole is used. Every level carries the whole moment.
+
+    Between two such bodies, force() and forces() sum over fronts of cells. A cell with longest edge
+    e is used at distances of at least separation * e, which is eq. (6.19) with r_0 = separation /
+    density^(1/3). field() sums over the leaves. The method runs at interactive rates. With 10 x 10
+    x 10 cells, its error is 40 % in contact and 2 % at a gap of a twentieth of the body's size. The
+    magnet itself has exact forces. Raises InvalidInput for currents and dipoles, density <= 0 and
+    separation < 1.
 
     >>> import loomstone as ls
     >>> magnet = ls.magnetics.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))
@@ -39,22 +44,24 @@ def cells(body: MagneticBody, *, density: float, separation: float = 3.0) -> Mag
 
 @takes()
 def cell_level(body: MagneticBody, level: int) -> tuple[Floats, Floats]:
-    """Positions [m] and moments [A m^2] (n, 3) of the cells of one level, 0 the whole body; leaves
-    stand for levels below.
+    """Returns positions [m] and moments [A m^2], each (n, 3), of the cells of one level.
+
+    Level 0 is the whole body. Leaves of coarser levels are included.
     """
     return _core.magnetic_cell_level(body, level)
 
 
 @takes()
 def cell_front(body: MagneticBody, other: MagneticBody) -> tuple[Floats, Floats]:
-    """Positions [m] and moments [A m^2] (n, 3) of the cells of `body` that serve towards `other`;
-    both made by cells().
+    """Returns positions [m] and moments [A m^2], each (n, 3), of the cells that act on `other`.
+
+    These cells are the front of `body` towards `other`. Both bodies must be made by cells().
     """
     return _core.magnetic_cell_front(body, other)
 
 
 def as_cells(body: MagneticBody, engine: str, density: float | None) -> MagneticBody:
-    """The body for an engine."""
+    """Returns the body in the representation that an engine needs."""
     if engine == "exact" and density is None:
         return body
     if engine == "exact":

@@ -20,13 +20,13 @@ Floats = NDArray[np.float64]
 def field(
     bodies: Bodies, points: ArrayLike, *, quantity: Literal["B", "H"] = "B", threads: int = 0
 ) -> Floats:
-    """Field of one body or of several together.
+    """Returns the field of one body, or the sum over several bodies.
 
-    points (n, 3) [m], world axes. Returns (n, 3): flux density B [T], or field strength H [A/m];
-    they differ inside magnets, where B = mu0 H + J. A point on a surface gets the value outside. On
-    edges and wires, where the field is infinite, it is that 1e-15 of the size beside them. threads
-    0: all processors; the result does not depend on it. Raises InvalidInput for points that are not
-    finite (n, 3), and other quantities.
+    points (n, 3) [m] in world axes. Returns (n, 3): flux density B [T], or field strength H [A/m].
+    Inside magnets B = mu0 H + J. Points on a surface are treated as outside. On edges and wires the
+    field is infinite; points closer than 1e-15 of the size of the source are treated as lying at
+    that distance. threads 0: all processors; the result does not depend on it. Raises InvalidInput
+    for points that are not finite (n, 3), and for other quantities.
 
     >>> import loomstone as ls
     >>> loop = ls.magnetics.loop(radius=1, current=2)
@@ -38,23 +38,23 @@ def field(
 
 @takes(points="m")
 def gradient(bodies: Bodies, points: ArrayLike, *, threads: int = 0) -> Floats:
-    """Gradient of the field of one body or of several together.
+    """Returns the gradient of the field of one body, or the sum over several bodies.
 
-    points (n, 3) [m], world axes. Returns (n, 3, 3), [k, i, j] = mu0 dH_i/dx_j at points[k] [T/m],
-    which off currents and surfaces is dB_i/dx_j. Symmetric. threads as in `field`. A polyline must
-    be closed.
+    points (n, 3) [m] in world axes. Returns (n, 3, 3), where [k, i, j] = mu0 dH_i/dx_j at points[k]
+    [T/m]. Away from currents and surfaces this equals dB_i/dx_j. Each matrix is symmetric. threads
+    as in `field`. Polylines must be closed.
     """
     return _core.magnetic_gradient(as_list(bodies), points, threads)
 
 
 @takes(points="m")
 def potential(bodies: Bodies, points: ArrayLike, *, threads: int = 0) -> Floats:
-    """Scalar potential of hard magnets and dipoles, one or several together, whose descent is H,
-    inside them too.
+    """Returns the scalar potential of hard magnets and dipoles, whose negative gradient is H.
 
-    points (n, 3) [m], world axes. Returns (n) [A], zero infinitely far away and continuous
-    everywhere. threads as in `field`. Raises Unsupported for currents, which have none, and for
-    induced bodies.
+    points (n, 3) [m] in world axes. Returns (n) [A]: the sum over all bodies, which vanishes at
+    infinity and is continuous everywhere. The relation to H also holds inside magnets. threads as
+    in `field`. Raises Unsupported for currents, which have no scalar potential, and for induced
+    bodies.
 
     >>> import loomstone as ls
     >>> ls.magnetics.potential(ls.magnetics.dipoles([[0, 0, 0]], [[0, 0, 1]]), [[0, 0, 0.5]])

@@ -1,4 +1,4 @@
-"""Figures of fields and forces by matplotlib: slices with iso-lines and arrows, force over
+"""Matplotlib figures of fields and forces: slices with contour lines and arrows, force over
 distance, torque over angle.
 """
 
@@ -25,8 +25,8 @@ PLANES = {"xy": (0, 1, 2), "xz": (0, 2, 1), "yz": (1, 2, 0)}
 
 
 class ForceCurve(NamedTuple):
-    """What one body feels along a path: places (n) [m] or angles [rad], forces (n, 3) [N], torques
-    about its centre (n, 3) [N m].
+    """Forces (n, 3) [N] on a body and torques (n, 3) about its centre [N m], at distances (n) [m]
+    or angles (n) [rad] `places`.
     """
 
     places: Floats
@@ -35,7 +35,7 @@ class ForceCurve(NamedTuple):
 
 
 def unit(axis: ArrayLike) -> Floats:
-    """An axis (3) of length 1. Raises InvalidInput for one without direction."""
+    """Returns an axis (3) normalised to length 1. Raises InvalidInput for the zero vector."""
     along = np.asarray(axis, float)
     length = float(np.linalg.norm(along))
     if along.shape != (3,) or not np.isfinite(length) or length == 0:
@@ -52,13 +52,12 @@ def force_over_distance(
     axis: ArrayLike = (0.0, 0.0, 1.0),
     tolerance: float = 1e-4,
 ) -> ForceCurve:
-    """Force and torque on a body that is moved by `distances` (n) [m] from where it is along an
-    axis (3).
+    """Returns force and torque on a body that is moved along an axis (3) by `distances` (n) [m].
 
     >>> import loomstone as ls
     >>> a = ls.magnetics.sphere(radius=0.005, polarization=(0, 0, 1))
     >>> curve = ls.magnetics.force_over_distance(a.moved((0, 0, 0.01)), a, [0.0, 0.01])
-    >>> print(f"{curve.forces[0, 2] / curve.forces[1, 2]:.1f}")   # falls with the fourth power
+    >>> print(f"{curve.forces[0, 2] / curve.forces[1, 2]:.1f}")        # proportional to distance^-4
     16.0
     """
     along = unit(axis)
@@ -78,8 +77,9 @@ def torque_over_angle(
     axis: ArrayLike = (1.0, 0.0, 0.0),
     tolerance: float = 1e-4,
 ) -> ForceCurve:
-    """Force and torque on a body that is turned by `angles` (n) [rad] about an axis (3) through its
-    centre.
+    """Returns force and torque on a body turned by `angles` (n) [rad].
+
+    axis (3): axis of rotation through the centre of the body.
     """
     about = unit(axis)
     turns = np.ravel(np.asarray(angles, float))
@@ -122,12 +122,12 @@ def plot_slice(
     arrows: int = 25,
     threads: int = 0,
 ) -> Path:
-    """Draws a slice through the field: |B| as colours with iso-lines at every factor of two, its
-    direction as arrows, magnets in outline.
+    """Draws a slice through the field: |B| in colours, its direction as arrows, magnets in outline.
 
-    plane through `centre` (3) [m] (default: of the bodies), `extent` [m] from there to each side
-    (0: 1.8 times the bodies), resolution and arrows: points along a side. Returns the path of the
-    picture (PNG).
+    Contour lines lie at every factor of two. The slice is parallel to `plane` and passes through
+    `centre` (3) [m] (default: the centre of the bodies). extent [m]: half the side length of the
+    slice (0: 0.9 times the longest edge of the bounding box). resolution, arrows: number of points
+    along a side. Returns the path of the picture (PNG).
     """
     sources = as_list(bodies)
     if plane not in PLANES:
@@ -153,17 +153,17 @@ def plot_slice(
 
 
 class _Lattice:
-    """Points of a square in a coordinate plane about a middle (3) [m]."""
+    """Square lattice of points in a coordinate plane about a centre (3) [m]."""
 
     def __init__(self, plane: str, middle: Floats, reach: float) -> None:
         self._axes, self._middle, self._reach = PLANES[plane], middle, reach
 
     def within(self, vectors: Floats) -> Floats:
-        """Components (k, 2) in the plane."""
+        """Returns the in-plane components (k, 2) of vectors (k, 3)."""
         return np.asarray(vectors[:, list(self._axes[:2])])
 
     def points(self, side: int) -> tuple[Floats, Floats, Floats]:
-        """Both coordinates (side, side) and the points (side * side, 3) [m]."""
+        """Returns both in-plane coordinates (side, side) and the points (side * side, 3) [m]."""
         u, v, w = self._axes
         along = np.linspace(-self._reach, self._reach, side)
         a, b = np.meshgrid(self._middle[u] + along, self._middle[v] + along)
@@ -175,7 +175,7 @@ class _Lattice:
 def _draw_size(
     axes: Any, sources: list[MagneticBody], lattice: _Lattice, side: int, threads: int
 ) -> Any:
-    """|B| as colors with iso-lines, and outlines of magnets; what a color bar needs."""
+    """Draws |B| in colours with contour lines, and outlines of magnets; returns the colour mesh."""
     from matplotlib.colors import LogNorm
 
     a, b, points = lattice.points(side)
@@ -216,8 +216,9 @@ def _draw_arrows(
 def plot_curve(
     curve: ForceCurve, path: str | os.PathLike[str], *, kind: Literal["force", "torque"] = "force"
 ) -> Path:
-    """Draws force over distance or torque over angle; components that stay below 1e-3 of the
-    largest are left out.
+    """Plots force over distance or torque over angle.
+
+    Components that stay below 1e-3 of the largest one are omitted.
     """
     if kind not in ("force", "torque"):
         raise InvalidInput(f"kind must be force or torque, got {kind!r}")

@@ -1,10 +1,12 @@
-"""Fields and gradients as functions of arrays, each source about the origin in its own axes.
+"""Fields and gradients as functions of arrays, with each source about the origin in its own axes.
 
-Common to all: observers (n, 3) [m]; `*_field` returns (n, 3), flux density B [T] or, with
-quantity="H", field strength H [A/m]; `*_gradient` returns (n, 3, 3), [k, i, j] = mu0 dH_i/dx_j
-[T/m] at observers[k], which is dB_i/dx_j off surfaces and currents. Values on surfaces, edges and
-wires, threads and errors are those of `loomstone.magnetics.field`. Relative errors stay below 1e-11
-from 1e-3 to 1e4 sizes (polyline: size / distance more of rounding, as segments cancel one another).
+All functions take observers (n, 3) [m]. `*_field` returns (n, 3): flux density B [T] or, with
+quantity="H", field strength H [A/m]. `*_gradient` returns (n, 3, 3), where [k, i, j] = mu0
+dH_i/dx_j [T/m] at observers[k], which equals dB_i/dx_j away from surfaces and currents. Values on
+surfaces, edges and wires, threads and errors are as in `loomstone.magnetics.field`. Relative errors
+stay below 1e-11 at distances of 1e-3 to 1e4 times the size of the source. The rounding error of a
+polyline also grows with distance / size, because the fields of its segments cancel. Equation
+numbers refer to [Thomaszewski2010].
 
 >>> from loomstone import magnetics
 >>> b = magnetics.dipole_field([[0, 0, 0]], [[0, 0, 1.0]], [[0, 0, 1.0], [1.0, 0, 0]])
@@ -59,16 +61,16 @@ def dipole_field(
     tolerance: float | None = None,
     threads: int = 0,
 ) -> Floats:
-    """B (k, 3) [T] at observers (k, 3) [m] of dipoles moments (n, 3) [A m^2] at points (n, 3) [m],
-    eq. (6.5).
+    """Returns B (k, 3) [T] at observers (k, 3) [m] of point dipoles, eq. (6.5).
 
-    A dipole exactly at an observer adds nothing there, so observers=points gives the field of all
-    others at each.
+    The dipoles have moments (n, 3) [A m^2] at points (n, 3) [m]. A dipole located exactly at an
+    observer contributes nothing there; observers=points therefore gives the field of all others at
+    each dipole.
 
-    tolerance: none sums all pairs directly. A number in [1e-10, 0.1] sums far groups of dipoles at
-    once, in a time that grows like N log N: it is the root mean square of the error over that of
-    the result, controlled by direct sums for 128 observers. Worth it from 10,000 dipoles and
-    observers on; with fewer all pairs are summed.
+    tolerance: None sums all pairs directly. A number in [1e-10, 0.1] selects a treecode, in a time
+    that grows like N log N. It bounds the root mean square of the error relative to that of the
+    result, measured against direct sums for 128 observers. Up to about 7,700 dipoles and observers
+    (6e7 pairs), all pairs are summed directly.
     """
     if tolerance is None:
         return field(_core.magnetic_dipoles(points, moments), observers, threads=threads)
@@ -84,10 +86,10 @@ def dipole_gradient(
     tolerance: float | None = None,
     threads: int = 0,
 ) -> Floats:
-    """dB_i/dx_j (k, 3, 3) [T/m] at observers (k, 3) [m] of dipoles moments (n, 3) [A m^2] at points
-    (n, 3) [m].
+    """Returns dB_i/dx_j (k, 3, 3) [T/m] at observers (k, 3) [m] of point dipoles.
 
-    tolerance as in `dipole_field`, here of field and gradient.
+    The dipoles have moments (n, 3) [A m^2] at points (n, 3) [m]. tolerance as in `dipole_field`,
+    met by both field and gradient.
     """
     if tolerance is None:
         return gradient(_core.magnetic_dipoles(points, moments), observers, threads=threads)
@@ -104,15 +106,15 @@ def dipole_forces(
     tolerance: float | None = None,
     threads: int = 0,
 ) -> tuple[Floats, Floats]:
-    """Forces [N] and torques [N m] (n, 3) on dipoles moments (n, 3) [A m^2] at points (n, 3) [m],
-    eqs. (6.10) and (6.11).
+    """Returns forces [N] and torques [N m], each (n, 3), on point dipoles, eqs. (6.10) and (6.11).
 
-    By the dipoles by_moments at by_points, or without them by all others of the same set. Each
-    torque is about the dipole's own position: about another point x the torque of the force,
-    cross(point - x, force), adds to it.
+    The dipoles have moments (n, 3) [A m^2] at points (n, 3) [m]. The forces are exerted by the
+    dipoles by_moments at by_points or, if these are omitted, by all other dipoles of the same set.
+    Each torque is about the dipole's own position. The torque about another point x has the
+    additional term cross(point - x, force).
 
-    tolerance as in `dipole_field`, here of forces and torques. Those within one set keep linear and
-    angular momentum to rounding, whatever the tolerance.
+    tolerance as in `dipole_field`, met by both forces and torques. Forces and torques within one
+    set conserve linear and angular momentum to rounding at any tolerance.
     """
     if (by_points is None) != (by_moments is None):
         raise _core.InvalidInput("by_points and by_moments must be given together or not at all")
@@ -123,9 +125,9 @@ def dipole_forces(
 
 @takes(points="m", moments="A m^2")
 def dipole_energy(points: ArrayLike, moments: ArrayLike, *, threads: int = 0) -> float:
-    """Interaction energy [J] of dipoles: moments (n, 3) [A m^2] at points (n, 3) [m].
+    """Returns the interaction energy [J] of dipoles: moments (n, 3) [A m^2] at points (n, 3) [m].
 
-    Minus the sum over pairs of moment k times the field of dipole l at point k.
+    This is minus the sum over pairs (k, l) of moment k times the field of dipole l at point k.
     """
     return _core.dipole_energy(points, moments, threads)
 
@@ -141,7 +143,7 @@ def cuboid_field(
 ) -> Floats:
     """Field of a cuboid magnet: edges `size` (3) [m] along the axes, polarization J (3) [T].
 
-    Inside B = mu0 H + J.
+    Inside, B = mu0 H + J.
     """
     return field(
         sources.cuboid(size=size, polarization=polarization),
@@ -172,10 +174,10 @@ def cylinder_field(
     quantity: Quantity = "B",
     threads: int = 0,
 ) -> Floats:
-    """Field of a cylinder or ring magnet about z, |z| <= height / 2: lengths [m], polarization J
-    (3) [T] of any direction.
+    """Field of a cylinder or ring magnet about z, with |z| <= height / 2.
 
-    Inside the material B = mu0 H + J, in a ring's bore B = mu0 H.
+    Lengths are in [m]. The polarization J (3) [T] may have any direction. B = mu0 H + J inside the
+    material, and B = mu0 H in the bore of a ring.
     """
     body = sources.cylinder(
         radius=radius, height=height, polarization=polarization, inner_radius=inner_radius
@@ -209,8 +211,9 @@ def sphere_field(
     quantity: Quantity = "B",
     threads: int = 0,
 ) -> Floats:
-    """Field of a spherical magnet: radius [m], polarization J (3) [T]. Outside a dipole; inside B =
-    2/3 J, mu0 H = -J/3.
+    """Field of a spherical magnet: radius [m], polarization J (3) [T].
+
+    Outside it is a dipole field. Inside, B = 2/3 J and mu0 H = -J/3.
     """
     return field(
         sources.sphere(radius=radius, polarization=polarization),
@@ -224,7 +227,7 @@ def sphere_field(
 def sphere_gradient(
     observers: ArrayLike, *, radius: float, polarization: ArrayLike, threads: int = 0
 ) -> Floats:
-    """Gradient of the field of a spherical magnet; zero inside."""
+    """Gradient of the field of a spherical magnet, which vanishes inside."""
     return gradient(
         sources.sphere(radius=radius, polarization=polarization), observers, threads=threads
     )
@@ -239,9 +242,9 @@ def mesh_field(
     quantity: Quantity = "B",
     threads: int = 0,
 ) -> Floats:
-    """Field of a magnet inside a closed `TriangleMesh` [m] with uniform polarization J (3) [T].
+    """Field of a magnet bounded by a closed `TriangleMesh` [m] with uniform polarization J (3) [T].
 
-    Inside B = mu0 H + J.
+    Inside, B = mu0 H + J.
     """
     return field(
         sources.mesh(mesh, polarization=polarization), observers, quantity=quantity, threads=threads
@@ -252,9 +255,7 @@ def mesh_field(
 def mesh_gradient(
     observers: ArrayLike, mesh: TriangleMesh, *, polarization: ArrayLike, threads: int = 0
 ) -> Floats:
-    """Gradient of the field of a magnet inside a closed `TriangleMesh`; arguments as in
-    `mesh_field`.
-    """
+    """Gradient of the field of a magnet bounded by a closed mesh; arguments as in `mesh_field`."""
     return gradient(sources.mesh(mesh, polarization=polarization), observers, threads=threads)
 
 
@@ -267,7 +268,10 @@ def loop_field(
     quantity: Quantity = "B",
     threads: int = 0,
 ) -> Floats:
-    """Field of a circular loop in z = 0: radius [m], current [A] counter-clockwise seen from +z."""
+    """Field of a circular loop in the plane z = 0: radius [m], current [A].
+
+    The current flows counter-clockwise as seen from +z.
+    """
     return field(
         sources.loop(radius=radius, current=current), observers, quantity=quantity, threads=threads
     )
@@ -292,8 +296,9 @@ def solenoid_field(
     quantity: Quantity = "B",
     threads: int = 0,
 ) -> Floats:
-    """Field of an ideal solenoid about z, |z| <= length / 2: lengths [m], number of turns [1],
-    current of each [A].
+    """Field of an ideal solenoid about z, with |z| <= length / 2.
+
+    Lengths are in [m]; number of turns [1], current of each turn [A].
     """
     body = sources.solenoid(radius=radius, length=length, turns=turns, current=current)
     return field(body, observers, quantity=quantity, threads=threads)
@@ -323,8 +328,9 @@ def polyline_field(
     quantity: Quantity = "B",
     threads: int = 0,
 ) -> Floats:
-    """Field of current [A] along straight segments from the first of vertices (k, 3) [m] to the
-    last (Biot-Savart).
+    """Field of straight conductors between vertices (k, 3) [m], by the law of Biot and Savart.
+
+    The current [A] flows from the first vertex to the last.
     """
     return field(
         sources.polyline(vertices, current=current), observers, quantity=quantity, threads=threads
@@ -335,7 +341,5 @@ def polyline_field(
 def polyline_gradient(
     observers: ArrayLike, vertices: ArrayLike, *, current: float, threads: int = 0
 ) -> Floats:
-    """Gradient of the field of a polyline, which must be closed (its last vertex equal to its
-    first).
-    """
+    """Gradient of the field of a polyline, whose last vertex must equal its first."""
     return gradient(sources.polyline(vertices, current=current), observers, threads=threads)

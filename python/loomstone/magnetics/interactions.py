@@ -1,4 +1,4 @@
-"""Forces, torques and energies between sources, and the moments of spheres that magnetise."""
+"""Forces, torques and energies between sources, and moments of magnetisable spheres."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ Floats = NDArray[np.float64]
 
 
 class Force(NamedTuple):
-    """What one body feels: force (3) [N], torque (3) about its centre [N m], world axes; estimated
-    error [N].
+    """Force (3) [N] and torque (3) about its centre [N m] on one body in world axes, with the
+    estimated error [N].
     """
 
     force: Floats
@@ -37,8 +37,8 @@ class Force(NamedTuple):
 
 
 class Forces(NamedTuple):
-    """What each of n bodies feels: forces (n, 3) [N], torques (n, 3) about their centres [N m];
-    errors (n) [N].
+    """Forces (n, 3) [N] and torques (n, 3) about their centres [N m] on n bodies in world axes,
+    with estimated errors (n) [N].
     """
 
     forces: Floats
@@ -55,17 +55,21 @@ def force(
     engine: Literal["exact", "cells"] = "exact",
     density: float | None = None,
 ) -> Force:
-    """Force and torque on one body by another.
+    """Returns force and torque on one body, exerted by another.
 
-    tolerance [1]: error asked for, relative to the force, or to the torque over the radius of the
-    body where that is larger; 1e-12 to 0.1. One body's charge or current is integrated in the exact
-    field of the other, and what the other feels follows from the balance of linear and angular
+    tolerance [1], 1e-12 to 0.1: requested error relative to the force, or to the torque divided by
+    the radius of the body where that is larger. The charge or current of one body is integrated in
+    the exact field of the other. The reaction follows from the balance of linear and angular
     momentum: force(on=b, by=a) is minus force(on=a, by=b) to the last bit. Dipoles and spheres are
-    exact. `error` [N] is an estimate, above what was asked for where 2,000,000 evaluations of the
-    field did not suffice. Bodies that overlap feel the finite forces between their surface charges.
-    Raises InvalidInput for another tolerance and for polylines that are not closed. engine "cells":
-    both magnets as dipole cells of `density` [1/m^3], see `cells`, which builds them once for many
-    calls; tolerance then means nothing and error is 0, as no estimate is made.
+    exact. `error` [N] is an estimate. It exceeds the requested error if 2,000,000 evaluations of
+    the field do not suffice. Bodies that overlap feel the finite forces between their surface
+    charges.
+
+    engine "cells": represents both magnets by dipole cells of `density` [1/m^3]. For many calls,
+    build the cells once with `cells`. The tolerance is then ignored, and error is 0 because no
+    estimate is made.
+
+    Raises InvalidInput for a tolerance out of range and for polylines that are not closed.
 
     >>> import loomstone as ls
     >>> a = ls.magnetics.cuboid(size=(0.01, 0.01, 0.01), polarization=(0, 0, 1))
@@ -79,12 +83,12 @@ def force(
 
 @takes(tolerance="1")
 def forces(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: int = 0) -> Forces:
-    """Forces and torques on every body by all others.
+    """Returns forces and torques on every body, exerted by all others.
 
-    tolerance [1]: error of each pair relative to the largest force between two of the bodies.
-    Linear and angular momentum are kept to rounding. Bodies made by cells() act on one another as
-    such. threads 0: all processors; the result does not depend on it. For bodies that move, give
-    their poses:
+    tolerance [1]: error of each pair relative to the largest force between any two bodies. Linear
+    and angular momentum are conserved to rounding. Bodies made by cells() interact by their cells.
+    threads 0: all processors; the result does not depend on it. Bodies that move are given at their
+    poses:
 
     >>> import loomstone as ls
     >>> magnets = [ls.magnetics.sphere(radius=0.005, polarization=(0, 0, 1)) for _ in range(2)]
@@ -98,14 +102,15 @@ def forces(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
 
 @takes(tolerance="1")
 def energy(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: int = 0) -> float:
-    """Energy of hard magnets in one another's field [J], zero when they are infinitely far apart.
+    """Returns the interaction energy of hard magnets [J], which vanishes at infinite distance.
 
-    Minus the sum over pairs of the integral of M.B over one magnet in the field of the other.
-    Forces are minus its derivative by positions. tolerance [1]: of each pair's energy, or of 1e-3
-    of the energy that two dipoles of their moments have at the sum of their radii where that is
-    larger; with an induced body, that of its charge in the magnet's potential at the points of its
-    panels, which needs none. threads 0: all processors; the result does not depend on it. Raises
-    Unsupported for currents, which need work to be held constant.
+    It is minus the sum over pairs of the integral of M.B over one magnet in the field of the other.
+    Forces are its negative derivatives with respect to positions. tolerance [1]: error relative to
+    the energy of each pair, or to 1e-3 of the energy of two dipoles with their moments at the sum
+    of their radii where that is larger. The energy of an induced body is that of its panels' charge
+    in the potential of the magnet, and does not depend on the tolerance. threads 0: all processors;
+    the result does not depend on it. Raises Unsupported for currents, because keeping them constant
+    takes work.
 
     >>> import loomstone as ls
     >>> a = ls.magnetics.sphere(radius=0.005, polarization=(0, 0, 1))
@@ -117,12 +122,11 @@ def energy(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
 
 @takes(tolerance="1")
 def mutual_inductance(a: MagneticBody, b: MagneticBody, *, tolerance: float = 1e-6) -> float:
-    """Flux that one of two loops or solenoids sends through the other, over the product of their
-    currents [H].
+    """Returns the mutual inductance of two loops or solenoids with one ampere per turn [H].
 
-    With turns and one ampere each, as they were made: with other currents the product of these is
-    contained. tolerance [1]: of the integral of the vector potential's absolute value along the
-    winding. Raises InvalidInput for other bodies.
+    For bodies made with other currents, the result is multiplied by the product of these currents.
+    tolerance [1]: error relative to the integral of the vector potential's norm along the winding.
+    Raises InvalidInput for other bodies.
 
     >>> import loomstone as ls
     >>> a, b = (ls.magnetics.loop(radius=radius, current=1.0) for radius in (0.1, 0.01))
@@ -142,16 +146,15 @@ def induced_moments(
     tolerance: float = 1e-12,
     threads: int = 0,
 ) -> Floats:
-    """Moments (n, 3) [A m^2] of spheres that magnetise in an applied field and in the field of one
-    another.
+    """Returns the moments (n, 3) [A m^2] of spheres in an applied field and in one another's field.
 
-    points (n, 3) centres [m], radii (n) [m], susceptibilities (n) chi >= -1 [1] (inf: ideal iron,
-    -1: superconductor), applied (n, 3) flux density at the centres without the spheres [T]. Each
-    sphere is taken as a point dipole 4 pi R^3 / mu0 chi / (3 + chi) B: exact for one sphere in a
-    uniform field and for spheres far apart beside their radius. The linear system is solved to a
-    relative residual of `tolerance`. threads 0: all processors; the result does not depend on it.
-    Raises InvalidInput for values outside these ranges and SolverFailure where spheres lie so deep
-    in one another that there is no equilibrium.
+    points: (n, 3) centres [m]. radii: (n) [m]. susceptibilities: (n) chi >= -1 [1] (inf: ideal
+    iron, -1: superconductor). applied: (n, 3) flux density at the centres without the spheres [T].
+    Each sphere is modelled as a point dipole (4 pi R^3 / mu0) chi / (3 + chi) B. This is exact for
+    one sphere in a uniform field, and for spheres whose distances are large compared with their
+    radii. The linear system is solved to a relative residual of `tolerance`. threads 0: all
+    processors; the result does not depend on it. Raises InvalidInput for values out of range.
+    Raises SolverFailure if spheres overlap so deeply that there is no equilibrium.
 
     >>> import loomstone as ls
     >>> iron = {"radii": [0.01], "susceptibilities": [float("inf")]}

@@ -1,4 +1,4 @@
-"""Field lines, as polylines and as curves for the renderer."""
+"""Field lines as polylines, and as curves for the renderer."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ from .sources import Bodies, as_list, box_of
 __all__ = ["FieldLines", "LineEnd", "curves_of", "field_lines", "frame_curves"]
 
 Floats = NDArray[np.float64]
-# a flux density that pictures leave out, a two-hundredth of what one ampere makes ten centimetres
-# off [T]
+# Flux density below which pictures show no field lines [T]: 1/200 of the field that a straight wire
+# with 1 A causes at a distance of 10 cm.
 WEAK = 1e-8
 
 
 class LineEnd(IntEnum):
-    """Why a field line ends."""
+    """Reason why a field line ends."""
 
-    seed = 0  # it was followed one way only
-    body = 1  # it enters a magnet or a body that magnetises, or comes out of one
-    left = 2  # it leaves the ball of radius extent
-    closed = 3  # it meets itself
-    length = 4  # it is too long
-    no_field = 5  # the field vanishes
+    seed = 0  # the line is traced in one direction only
+    body = 1  # it enters or leaves a magnet or a magnetised body
+    left = 2  # it leaves the ball of radius `extent`
+    closed = 3  # it returns to its start
+    length = 4  # it reaches the length limit
+    no_field = 5  # the field vanishes there
 
 
 class FieldLines(NamedTuple):
-    """Field lines in the sense of B: points (k, 3) of each [m]; why each begins and ends where it
-    does (`LineEnd`).
+    """Field lines in the direction of B: points (k, 3) [m] of each line, and the reasons why its
+    two ends lie where they do (`LineEnd`).
     """
 
     lines: list[Floats]
@@ -56,18 +56,20 @@ def field_lines(
     tolerance: float = 1e-5,
     threads: int = 0,
 ) -> FieldLines:
-    """Traces lines of B by an adaptive Runge-Kutta pair of order 5 and 4.
+    """Traces lines of B by an adaptive Runge-Kutta pair of orders 5 and 4 [Dormand1980].
 
-    Without seeds, `lines` of them begin where equal shares of the flux leave the surfaces of
-    magnets and of bodies that magnetise, or pass through loops, solenoids and closed polylines, so
-    that they lie dense where the field is strong. seeds (n, 3) [m] are followed both ways instead.
-    uniform (3): flux density besides that of the bodies [T]. A line ends where it enters such a
-    body, where it leaves the ball of radius `extent` [m] about `centre` (0: four times the ball
-    that holds the bodies, about its centre), where it meets itself, after `length` [m] (0: 20
-    extents) or a thousand steps, or where the field vanishes. tolerance [1]: error of a step over
-    the extent. Neighbouring points turn by about 0.1 at most. threads 0: all processors; the result
-    does not depend on it. Raises InvalidInput for values out of range, and where there is nothing
-    to begin at.
+    Without seeds, `lines` lines start at points that represent equal flux. These points lie on the
+    surfaces of magnets and of magnetised bodies, and on the discs that loops, solenoids and closed
+    polylines span. Lines are therefore dense where the field is strong. seeds (n, 3) [m]: starting
+    points to use instead, each traced in both directions. uniform (3): flux density added to that
+    of the bodies [T].
+
+    A line ends where it enters such a body, leaves the ball of radius `extent` [m] about `centre`,
+    returns to its start or meets a vanishing field. It also ends after `length` [m] (0: 20 extents)
+    or a thousand steps. extent 0: four times the radius of the bounding ball of the bodies, about
+    the centre of that ball. tolerance [1]: error of a step divided by the extent. Between
+    neighbouring points a line turns by about 0.1 rad at most. threads 0: all processors; the result
+    does not depend on it. Raises InvalidInput for values out of range, and if no line can start.
 
     >>> import loomstone as ls
     >>> magnet = ls.magnetics.sphere(radius=0.01, polarization=(0, 0, 1))
@@ -85,8 +87,10 @@ def field_lines(
 
 @takes(radius="m")
 def curves_of(found: FieldLines, radius: float) -> Curves:
-    """Field lines as tubes of a radius [m]: red where they leave a magnet, blue where they enter
-    one, yellow far from both.
+    """Returns field lines as tubes of a given radius [m].
+
+    Values for colouring range from 1 where a line leaves a magnet (red) through 0 far from magnets
+    (yellow) to -1 where it enters a magnet (blue).
     """
     values = []
     for points, begin, end in zip(found.lines, found.begins, found.ends, strict=True):
@@ -102,8 +106,9 @@ def curves_of(found: FieldLines, radius: float) -> Curves:
 def frame_curves(
     simulation: Any, frame: Frame, lines: int, uniform: ArrayLike = (0.0, 0.0, 0.0)
 ) -> Curves | None:
-    """Field lines of a frame of a simulation, of its magnets and of the coils that carry a current;
-    None where there is hardly a field.
+    """Returns the field lines of a frame of a simulation, or None if the field is negligible.
+
+    Sources are the magnets of the frame and the coils that carry a current.
     """
     magnets = simulation.magnets(frame)
     if not magnets:
@@ -119,8 +124,8 @@ def frame_curves(
     low, high = box_of(magnets)
     size = float(np.linalg.norm(0.5 * (high - low)))
     thin = 0.006 * size**0.5 * max(m.radius for m in magnets) ** 0.5
-    # Long enough to leave the ball that lines are drawn in, too short for a bundle of those that
-    # wind round a current for ever.
+    # This length lets lines leave the ball, and ends lines that circle a current endlessly before
+    # they form a thick bundle.
     return curves_of(
         field_lines(magnets, lines, uniform=uniform, tolerance=1e-4, length=6.0 * size, threads=1),
         thin,

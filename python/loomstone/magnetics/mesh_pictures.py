@@ -1,4 +1,4 @@
-"""Pictures of the field of one magnet of any shape: `loomstone field`, `loomstone plot force`."""
+"""Pictures of the field of one magnet, for `loomstone field` and `loomstone plot force`."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ __all__ = ["curve_of_meshes", "draw_field"]
 
 
 def numbers(text: str, name: str) -> tuple[float, float, float]:
-    """Three numbers from `0,0,1`."""
+    """Parses three numbers such as `0,0,1`."""
     try:
         x, y, z = (float(part) for part in text.split(","))
     except ValueError:
@@ -43,8 +43,9 @@ def draw_field(
     width: int = 1280,
     height: int = 960,
 ) -> tuple[Path, lines.FieldLines]:
-    """Draws a closed mesh [m] magnetised uniformly (J = mu0 M [T]) with its field lines; returns
-    picture (PNG) and lines.
+    """Draws a closed mesh [m] with uniform polarization J = mu0 M [T], and its field lines.
+
+    Returns the path of the picture (PNG) and the lines.
     """
     magnet = Magnet(body="magnet", source=sources.mesh(mesh, polarization=polarization))
     simulation = _core.Simulation(
@@ -71,7 +72,7 @@ def draw_field(
 
 
 def magnet_of(path: Path, polarization: tuple[float, float, float]) -> MagneticBody:
-    """A closed mesh file as a magnet."""
+    """Reads a closed mesh file as a magnet."""
     return sources.mesh(read(path, with_uv=False), polarization=polarization)
 
 
@@ -83,11 +84,13 @@ def curve_of_meshes(
     reach: float,
     path: Path,
 ) -> Path:
-    """Force over distance, or torque over angle, of one mesh over another (or itself) of the same
-    magnetisation.
+    """Plots force over distance or torque over angle of one mesh near another, or near its own
+    copy.
 
-    The first body starts one millionth of its size clear of the second one along `axis`, and is
-    moved by `reach` [m] (0: the size of the second), or turned once about an axis across.
+    Both have the same polarization [T]. For forces, the first body starts at a gap of 1e-6 of its
+    radius to the second one along `axis`, and moves by up to `reach` [m] (0: the bounding radius of
+    the second). For torques, it starts at a distance that lets it turn, and turns once about an
+    axis perpendicular to `axis`.
     """
     if not 1 <= len(meshes) <= 2:
         raise InvalidInput(
@@ -117,5 +120,5 @@ def curve_of_meshes(
 
 
 def _reach(mesh: TriangleMesh, body: MagneticBody, along: NDArray[np.float64]) -> float:
-    """How far a mesh reaches from the centre of its body."""
+    """Returns the extent of a mesh from the centre of its body along a direction [m]."""
     return float(((mesh.vertices - body.position) @ along).max())

@@ -1,8 +1,8 @@
-"""Bodies that magnetise in the field they are in: soft iron, para- and diamagnets, superconductors.
+"""Bodies magnetised by the field around them: soft iron, para- and diamagnets, superconductors.
 
-`soft_sphere`, `soft_cuboid`, `soft_cylinder` and `soft_mesh` return a `SoftBody` with poses as
-magnets have them; `induce` finds how they magnetise in a field and in one another's, and returns
-them as magnets.
+`soft_sphere`, `soft_cuboid`, `soft_cylinder` and `soft_mesh` return a `SoftBody`, which has a pose
+like a magnet. `induce` computes their magnetisation in an applied field and in the field of one
+another, and returns them as magnets.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ __all__ = ["Induced", "induce", "soft_cuboid", "soft_cylinder", "soft_mesh", "so
 
 
 class Induced(NamedTuple):
-    """Bodies as they are magnetised, in the order given; relative residual of the linear system,
-    and its iterations.
+    """Magnetised bodies in the given order, with the relative residual and the number of iterations
+    of the linear system.
     """
 
     bodies: list[MagneticBody]
@@ -34,12 +34,12 @@ class Induced(NamedTuple):
 def soft_sphere(
     *, radius: float, susceptibility: float, saturation: float = 0.0, degree: int = 0
 ) -> SoftBody:
-    """Linear sphere: radius [m], susceptibility chi = mu_r - 1 >= -1 [1] (inf: ideal iron, -1:
-    superconductor).
+    """Linear sphere: radius [m], susceptibility chi = mu_r - 1 >= -1 [1].
 
-    It answers exactly, by solid harmonics up to `degree`; 0: as many as the tolerance of `induce`
-    and what is near ask for (up to 400), in scenes 1, a point dipole. saturation mu0 M_s [T],
-    0: none; see `induce`.
+    chi = inf is ideal iron, chi = -1 a superconductor. The response is exact, by solid harmonics up
+    to `degree`. With degree 0, `induce` chooses the degree (up to 400) by its tolerance and the
+    distance of other bodies, and scenes use degree 1, a point dipole. saturation: mu0 M_s [T], 0:
+    none; see `induce`.
     """
     return _core.soft_sphere(
         radius=radius, susceptibility=susceptibility, saturation=saturation, degree=degree
@@ -56,17 +56,23 @@ def soft_cuboid(
     focus: float = 0.0,
     threads: int = 0,
 ) -> SoftBody:
-    """Linear cuboid: edges `size` (3) [m], susceptibility chi = mu_r - 1 >= -1 [1] (inf: ideal
-    iron, -1: superconductor).
+    """Linear cuboid: edges `size` (3) [m], susceptibility chi = mu_r - 1 >= -1 [1].
 
-    cells: panels along every edge, a multiple of 4 from 8 to 48; finer towards the edges, where the
-    charge is singular. The answers of three grids are extrapolated: moments of cubes err by 2e-4
-    with 12 cells, 5e-5 with 20 (9e-5 of superconductors). focus [m]: half the width of what is near
-    the middle of wide faces, 0: nothing; panels are finer there then, and two grids are
-    extrapolated. Charge varies within panels as the field of magnets does, whose poles may touch:
-    one on a plate five times as wide feels the force of its image within 1.5 % with 8 cells, within
-    0.2 % with 12 and a focus, at any gap. The equation is factored here, once; poses and fields
-    cost no more of it. saturation mu0 M_s [T], 0: none; see `induce`.
+    chi = inf is ideal iron, chi = -1 a superconductor. saturation: mu0 M_s [T], 0: none; see
+    `induce`.
+
+    cells: panels along every edge, a multiple of 4 from 8 to 48. Panels are finer towards the
+    edges, where the charge is singular. The responses of three grids are extrapolated. The moment
+    of a cube has a relative error of 2e-4 with 12 cells and 5e-5 with 20 (9e-5 for
+    superconductors).
+
+    focus [m]: half the width of a magnet near the middle of the wide faces, where panels are
+    refined; 0: no refinement. With a focus, two grids are extrapolated. The charge varies within
+    panels as the field of the magnets does, and magnets may touch the body. The image force on a
+    magnet above a plate five times as wide is accurate to 1.5 % with 8 cells, and to 0.2 % with 12
+    cells and a focus, at any gap.
+
+    The linear system is factored here once, for all poses and fields.
     """
     return _core.soft_cuboid(
         size=size,
@@ -89,16 +95,19 @@ def soft_cylinder(
     cells: int = 8,
     threads: int = 0,
 ) -> SoftBody:
-    """Linear cylinder about the z axis: radius and height [m]; inner_radius > 0: a ring;
-    susceptibility chi = mu_r - 1 >= -1 [1].
+    """Linear cylinder about the z axis, or a ring if inner_radius > 0: radius and height [m].
 
-    cells: panels along the side, a multiple of 4 from 8 to 24 (some more of a slender one), twice
-    as many around it; finer towards the rims, where the charge is singular. The answers of three
-    grids are extrapolated: with 8 cells moments err by 1e-4 where the height is about the diameter,
-    by 1e-3 where one is ten times the other or a ring's wall half its radius, by up to 5e-2 (2e-3
-    with 20) where height or wall is a tenth of the radius or less. Raises Unsupported below a
-    fiftieth. The equation is factored here, once; poses and fields cost no more of it. saturation
-    mu0 M_s [T], 0: none; see `induce`.
+    susceptibility: chi = mu_r - 1 >= -1 [1]. saturation: mu0 M_s [T], 0: none; see `induce`.
+
+    cells: panels along the side, a multiple of 4 from 8 to 24 (some more for slender cylinders),
+    and twice as many around it. Panels are finer towards the rims, where the charge is singular.
+    The responses of three grids are extrapolated. With 8 cells, the relative error of the moment is
+    1e-4 if height and diameter are about equal. It is 1e-3 if one of them is ten times the other,
+    or if the wall of a ring is half its radius. It reaches 5e-2 (2e-3 with 20 cells) if the height
+    or the wall is a tenth of the radius or less.
+
+    Raises Unsupported if the height or the wall is less than a fiftieth of the radius. The linear
+    system is factored here once, for all poses and fields.
     """
     return _core.soft_cylinder(
         radius=radius,
@@ -120,12 +129,12 @@ def soft_mesh(
     panels: int = 1500,
     threads: int = 0,
 ) -> SoftBody:
-    """Linear body of any shape inside a closed `TriangleMesh` [m]; susceptibility chi = mu_r - 1 >=
-    -1 [1].
+    """Linear body bounded by a closed `TriangleMesh` [m]: susceptibility chi = mu_r - 1 >= -1 [1].
 
-    The triangles are halved until there are at least `panels` (at most 8000); the equation of all
-    of them is factored here, once. The error falls as 1 / panels. The centre is that of the volume.
-    saturation mu0 M_s [T], 0: none; see `induce`.
+    The triangles are bisected until there are at least `panels` (at most 8000). The linear system
+    is factored here once, for all poses and fields. The error is proportional to 1 / panels. The
+    centre of the body is the centroid of its volume. saturation: mu0 M_s [T], 0: none; see
+    `induce`.
     """
     return _core.soft_mesh(
         mesh, susceptibility=susceptibility, saturation=saturation, panels=panels, threads=threads
@@ -143,23 +152,23 @@ def induce(
     density: float = 0.0,
     threads: int = 0,
 ) -> Induced:
-    """How bodies magnetise in the field of others, in a uniform one, and in that of one another.
+    """Magnetises bodies in the field of magnets and currents, in a uniform field and mutually.
 
-    by: magnets and currents; field (3): uniform flux density [T]; tolerance [1]: relative residual
-    of the linear system, and error that the degree of spheres leaves. The bodies that come back
-    give fields and forces as magnets do (a uniform field acts on them by moment x B besides);
-    spheres may have been turned. Inside of bodies of panels `field` gives B as mu0 H of their
-    charge alone.
+    by: magnets and currents. field (3): uniform flux density [T]. tolerance [1]: relative residual
+    of the linear system, and error due to the truncated degree of spheres. The returned bodies have
+    fields and forces like magnets. A uniform field exerts the additional torque moment x B on them.
+    The axes of returned spheres may differ from those given. Inside bodies with panels, `field`
+    returns as B only mu0 H of their charge.
 
-    A body with saturation J_s follows M = chi H / (1 + chi |H| / M_s) in its means over the volume,
+    A body with saturation J_s = mu0 M_s obeys M = chi H / (1 + chi |H| / M_s) in its volume means,
     as if its susceptibility were chi (1 - |M| / M_s) everywhere.
 
-    response "explicit": the thesis' own way, as dipole cells of `density` [1/m^3] that answer as
-    lone spheres do (those of a superconductor with M = -B / mu0), to `by` and `field` alone. It
-    errs by a quarter and more for chi >> 1.
+    response "explicit": the method of [Thomaszewski2010]. Dipole cells of `density` [1/m^3] respond
+    as isolated spheres do (those of a superconductor with M = -B / mu0), to `by` and `field` alone.
+    Its error is at least a quarter for chi >> 1.
 
-    threads 0: all processors; the result does not depend on it. Raises InvalidInput for bodies that
-    overlap, and SolverFailure where no equilibrium is found.
+    threads 0: all processors; the result does not depend on it. Raises InvalidInput if bodies
+    overlap, and SolverFailure if no equilibrium is found.
 
     >>> import loomstone as ls
     >>> ball = ls.magnetics.soft_sphere(radius=0.01, susceptibility=1000)

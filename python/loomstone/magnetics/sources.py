@@ -1,8 +1,8 @@
-"""Magnets and currents as objects at poses.
+"""Magnets and currents as objects with a pose.
 
-Every function returns a `MagneticBody` whose centre lies at the origin and whose axes are those of
-the world (meshes and polylines: where their vertices are); `body.moved(by)`, `body.rotated(by)` and
-`body.at(position, orientation)` give copies.
+Every function returns a `MagneticBody` centred at the origin, with its axes along the world axes.
+Meshes and polylines stay at the positions of their vertices. `body.moved(by)`, `body.rotated(by)`
+and `body.at(position, orientation)` return copies.
 """
 
 from __future__ import annotations
@@ -35,19 +35,19 @@ Bodies = MagneticBody | Sequence[MagneticBody]
 
 
 def as_list(bodies: Bodies) -> list[MagneticBody]:
-    """One body or several as a list."""
+    """Returns one or several bodies as a list."""
     return [bodies] if isinstance(bodies, MagneticBody) else list(bodies)
 
 
 def box_of(bodies: list[MagneticBody]) -> tuple[Floats, Floats]:
-    """Lowest and highest coordinates (3), (3) [m] of the balls about bodies."""
+    """Returns the lowest and highest coordinates (3), (3) [m] of the bodies' bounding balls."""
     places, radii = np.array([b.position for b in bodies]), np.array([b.radius for b in bodies])
     return (places - radii[:, None]).min(axis=0), (places + radii[:, None]).max(axis=0)
 
 
 @takes(size="m", polarization="T")
 def cuboid(*, size: ArrayLike, polarization: ArrayLike) -> MagneticBody:
-    """Cuboid magnet: edges `size` (3) [m], polarization J = mu0 M (3) [T] in its own axes."""
+    """Cuboid magnet with edges `size` (3) [m] and polarization J = mu0 M (3) [T], own axes."""
     return _core.magnetic_cuboid(size=size, polarization=polarization)
 
 
@@ -55,8 +55,9 @@ def cuboid(*, size: ArrayLike, polarization: ArrayLike) -> MagneticBody:
 def cylinder(
     *, radius: float, height: float, polarization: ArrayLike, inner_radius: float = 0.0
 ) -> MagneticBody:
-    """Cylinder magnet about its z axis, a ring where inner_radius > 0: lengths [m], polarization J
-    (3) [T], any direction.
+    """Cylinder magnet about its z axis, or a ring if inner_radius > 0.
+
+    Lengths are in [m]. The polarization J (3) [T] may have any direction.
     """
     return _core.magnetic_cylinder(
         radius=radius, height=height, polarization=polarization, inner_radius=inner_radius
@@ -71,40 +72,41 @@ def sphere(*, radius: float, polarization: ArrayLike) -> MagneticBody:
 
 @takes(polarization="T")
 def mesh(mesh: TriangleMesh, *, polarization: ArrayLike) -> MagneticBody:
-    """Magnet of any shape inside a closed `TriangleMesh` [m]; its centre is that of the volume.
+    """Magnet bounded by a closed `TriangleMesh` [m]: polarization J (3) [T].
 
-    Polarization J (3) [T].
+    The centre of the body is the centroid of its volume.
     """
     return _core.magnetic_mesh(mesh, polarization=polarization)
 
 
 @takes(points="m", moments="A m^2")
 def dipoles(points: ArrayLike, moments: ArrayLike) -> MagneticBody:
-    """Point dipoles moments (n, 3) [A m^2] at points (n, 3) [m] in the body's axes."""
+    """Point dipoles with moments (n, 3) [A m^2] at points (n, 3) [m] in the body's axes."""
     return _core.magnetic_dipoles(points, moments)
 
 
 @takes(radius="m", turns="1", current="A")
 def loop(*, radius: float, turns: float = 1.0, current: float = 1.0) -> MagneticBody:
-    """Circular loop in z = 0: radius [m], number of turns [1], current of each [A]
-    counter-clockwise seen from +z.
+    """Circular loop in the plane z = 0: radius [m], number of turns [1], current of each turn [A].
+
+    The current flows counter-clockwise as seen from +z.
     """
     return _core.magnetic_loop(radius=radius, turns=turns, current=current)
 
 
 @takes(radius="m", length="m", turns="1", current="A")
 def solenoid(*, radius: float, length: float, turns: float, current: float = 1.0) -> MagneticBody:
-    """Ideal solenoid about z, a sheet of current: radius, length [m], number of turns [1], current
-    of each [A].
+    """Ideal solenoid about z, a current sheet: radius and length [m], number of turns [1], current
+    of each turn [A].
     """
     return _core.magnetic_solenoid(radius=radius, length=length, turns=turns, current=current)
 
 
 @takes(vertices="m", current="A")
 def polyline(vertices: ArrayLike, *, current: float) -> MagneticBody:
-    """Straight conductors between vertices (n, 3) [m], current [A] from the first to the last;
-    closed where these are equal.
+    """Straight conductors between vertices (n, 3) [m] that carry a current [A].
 
-    The body's centre is the mean of the vertices.
+    The current flows from the first vertex to the last. The polyline is closed if these are equal.
+    The centre of the body is the mean of the vertices.
     """
     return _core.magnetic_polyline(vertices, current=current)
