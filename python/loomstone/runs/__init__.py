@@ -1,1 +1,1 @@
-"""Runs in directories: writing, resuming, reading, verifying."""
+"""Runs in directories: writing, resuming, reading and verification."""

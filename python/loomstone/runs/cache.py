@@ -1,4 +1,4 @@
-"""A run as it lies in its directory."""
+"""Access to a run in its directory."""
 
 from __future__ import annotations
 
@@ -22,12 +22,13 @@ __all__ = ["Run"]
 
 
 class Run:
-    """Frames of a finished, killed or still running simulation; a sequence of Frame.
+    """Frames of a simulation that is finished, interrupted or still running; a sequence of Frame.
 
     path : directory of the run, or its run.vtkhdf
 
-    `positions` and its like stack an array over the frames, (frames x n x 3); what is sliced is
-    read. A run can be pickled (as its path) and closes its files at the end of a `with`.
+    `positions` and similar properties stack an array over the frames, (frames x n x 3), and read
+    only the requested frames. A run can be pickled, as its path. It can be used in a `with`
+    statement, which closes its files.
 
     >>> with ls.Run("out/drape") as run:               # doctest: +SKIP
     ...     print(run[-1].positions.shape, run.positions[::10].shape)
@@ -54,7 +55,7 @@ class Run:
         return self._file
 
     def close(self) -> None:
-        """Closes the files; frames that were read stay."""
+        """Closes the files; frames that were read stay valid."""
         self._file = None
 
     def __enter__(self) -> Run:
@@ -86,47 +87,47 @@ class Run:
 
     @property
     def times(self) -> NDArray[np.float64]:
-        """(frames) [s]"""
+        """(frames) times [s]."""
         return self._reader.times
 
     @property
     def positions(self) -> Stacked:
-        """(frames x n x 3) of the cloth vertices [m]"""
+        """(frames x n x 3) positions of the cloth vertices [m]."""
         return Stacked(self, "positions")
 
     @property
     def velocities(self) -> Stacked:
-        """(frames x n x 3) of the cloth vertices [m/s]"""
+        """(frames x n x 3) velocities of the cloth vertices [m/s]."""
         return Stacked(self, "velocities")
 
     @property
     def strain(self) -> Stacked:
-        """(frames x m x 3) Green strain of the cloth triangles: weft, warp, shear (E12) [1]"""
+        """(frames x m x 3) Green strain of the cloth triangles: weft, warp, shear (E12) [1]."""
         return Stacked(self, "strain")
 
     @property
     def stretch(self) -> Stacked:
-        """(frames x m) largest principal stretch of the cloth triangles [1]"""
+        """(frames x m) largest principal stretch of the cloth triangles [1]."""
         return Stacked(self, "stretch")
 
     @property
     def body_vertices(self) -> Stacked:
-        """(frames x nb x 3) vertices of rigid bodies and obstacles [m]"""
+        """(frames x nb x 3) vertices of rigid bodies and obstacles [m]."""
         return Stacked(self, "body_vertices")
 
     @property
     def steps(self) -> dict[str, NDArray[Any]]:
-        """Columns of steps.csv by name, one entry a step, in SI."""
+        """Columns of steps.csv by name, with one entry per step, in SI units."""
         return read_steps(self.directory)
 
     @property
     def topology(self) -> FrameTopology:
-        """What stays the same over the run."""
+        """Properties that are constant over the run."""
         return self._reader.topology
 
     @property
     def metadata(self) -> dict[str, Any]:
-        """What the run was made from: scene file, parameters, options. Empty for foreign files."""
+        """Scene file, parameters and options of the run; empty for files of other programs."""
         try:
             content = json.loads(self._reader.metadata or "{}")
         except json.JSONDecodeError:
@@ -135,30 +136,37 @@ class Run:
 
     @property
     def metadata_text(self) -> str:
-        """The metadata as they are stored."""
+        """The metadata as stored text."""
         return self._reader.metadata or ""
 
     @property
     def rate(self) -> float:
-        """Frames a second of simulated time [1/s]; 25 where a single frame does not tell."""
+        """Frames per second of simulated time [1/s]; 25 if a single frame leaves it unknown."""
         if isinstance(rate := self.metadata.get("rate"), (int, float)):
             return float(rate)
         length = self.times[-1] - self.times[0] if len(self) > 1 else 0.0
         return float(f"{(len(self) - 1) / length:.6g}") if length > 0.0 else 25.0
 
     def scene(self) -> Scene:
-        """The scene as its file was when the run began; CacheError where no file made it."""
+        """Returns the scene as defined by its file when the run began.
+
+        Raises CacheError if the run was not made from a scene file.
+        """
         return SceneFile.of_run(self).scene()
 
     def intersecting_pairs(self, index: int = -1) -> list[tuple[int, int]]:
-        """Pairs of triangles of a frame that intersect: cloth triangles first, then bodies and
-        obstacles.
+        """Returns the pairs of intersecting triangles in a frame.
+
+        Cloth triangles are counted first, then those of bodies and obstacles.
         """
         points, triangles = self.surface(index)
         return [(int(a), int(b)) for a, b in _core.intersecting_pairs(points, triangles)]
 
     def surface(self, index: int = -1) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-        """Points (n x 3) [m] and triangles (m x 3) of a frame: cloth, then bodies and obstacles."""
+        """Returns points (n x 3) [m] and triangles (m x 3) of a frame.
+
+        Cloth comes first, then bodies and obstacles.
+        """
         frame = self[index]
         triangles = np.concatenate(
             [self.topology.triangles, self.topology.body_triangles + len(frame.positions)]

@@ -11,19 +11,22 @@ __all__ = ["checkpoint_files", "latest_checkpoint", "write_checkpoint"]
 
 
 def checkpoint_files(directory: Path) -> list[Path]:
-    """Checkpoints of a run, oldest first."""
+    """Returns the checkpoints of a run, oldest first."""
     return sorted(directory.glob("checkpoint-*.h5"))
 
 
 def write_checkpoint(directory: Path, step: int, checkpoint: Checkpoint) -> None:
-    """Writes a checkpoint and keeps one before it."""
+    """Writes a checkpoint and keeps only the one before it."""
     _core.write_checkpoint(str(directory / f"checkpoint-{step:010d}.h5"), checkpoint)
     for old in checkpoint_files(directory)[:-2]:
         old.unlink()
 
 
 def latest_checkpoint(directory: Path) -> Checkpoint | None:
-    """The newest readable checkpoint; None where the run was killed before the first."""
+    """Returns the newest readable checkpoint, or None if there are none.
+
+    Raises CacheError if there are checkpoints, but none of them is readable.
+    """
     problem: CacheError | None = None
     for path in reversed(checkpoint_files(directory)):
         try:

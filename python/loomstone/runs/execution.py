@@ -1,8 +1,8 @@
-"""Runs a simulation into a directory, so that it can be killed at any moment and resumed bit for
-bit.
+"""Runs a simulation into a directory.
 
-Frames are flushed as they are written; the checkpoint follows its frame. Resuming drops what is
-later than the newest checkpoint and computes it again.
+A run can be killed at any moment and resumed, with a bit-identical result. Frames are flushed as
+they are written, and each checkpoint follows its frame. Resuming discards everything after the
+newest checkpoint and computes it again.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def execute(
 ) -> dict[str, Any]:
     """Advances a Simulation to the end and returns the report.
 
-    Every rank calls it; rank 0 writes. control : called with the simulation before every step
+    Collective; rank 0 writes. control : called with the simulation before every step
     """
     directory, watch, ranks = Path(out), observer or Silence(), simulation.communicator
     n_frames = frame_count(options.duration, options.rate)
@@ -79,7 +79,7 @@ def execute(
 
 
 class _Course:
-    """The way of a run from frame to frame, until its end or a signal."""
+    """Time loop of a run, from frame to frame until its end or a signal."""
 
     def __init__(
         self,
@@ -95,7 +95,7 @@ class _Course:
         self._following, self._unsaved = 0, False
 
     def follow(self, following: int, control: Callable[[Any], None] | None) -> None:
-        """Writes the frames from `following` on; Interrupted where a signal ends the run."""
+        """Writes the frames from `following` on; raises Interrupted if a signal ends the run."""
         simulation, stepped = self._simulation, False
         self._following = following
         while True:
@@ -123,7 +123,7 @@ class _Course:
         self._watch.step(done.report)
 
     def _write_frames(self) -> None:
-        """Those due at the present time."""
+        """Writes the frames that are due at the current time."""
         due = min(self._n_frames, frames_due(self._simulation.time, self._rate))
         while self._following < due:
             frame = self._simulation.frame_at(self._following / self._rate)
@@ -138,8 +138,9 @@ class _Course:
         self._unsaved = False
 
     def _stop_where_saved(self, number: int) -> None:
-        """Ends the run where its state is saved, or has not been for too long: resuming then takes
-        the last checkpoint.
+        """Raises Interrupted if the state is saved, or if the wait for a checkpoint is too long.
+
+        In the second case, resuming starts from the last checkpoint.
         """
         if not self._unsaved and self._simulation.may_checkpoint:
             raise Interrupted(number)

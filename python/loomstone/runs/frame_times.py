@@ -1,4 +1,4 @@
-"""When the frames of a run are: one at the start and one every 1/rate."""
+"""Times of the frames of a run: one at the start and one every 1/rate."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ MOST_FRAMES = 1_000_000
 
 
 def frame_count(duration: float, rate: float) -> int:
-    """Frames of a run: one at the start and one every 1/rate."""
+    """Returns the number of frames of a run: one at the start and one every 1/rate."""
     if not (np.isfinite(duration) and duration >= 0):
         raise InvalidInput(f"duration must be >= 0 [s], got {duration}; correct this value")
     if not (np.isfinite(rate) and rate > 0):
@@ -26,5 +26,5 @@ def frame_count(duration: float, rate: float) -> int:
 
 
 def frames_due(time: float, rate: float) -> int:
-    """Number of frames up to a time; the tolerance absorbs the rounding of summed steps."""
+    """Returns the number of frames up to a time; the tolerance absorbs rounding of summed steps."""
     return int(np.floor(time * rate + 1e-6)) + 1

@@ -1,4 +1,4 @@
-"""Who is told how far a run is."""
+"""Interface for reporting the progress of a run."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ __all__ = ["Observer", "Silence"]
 
 
 class Observer(Protocol):
-    """Who is told how far a run is."""
+    """Receives the progress of a run."""
 
     def start(self, frames: int, done: int) -> None: ...
     def step(self, report: StepReport) -> None: ...
@@ -19,7 +19,7 @@ class Observer(Protocol):
 
 
 class Silence:
-    """An observer that says nothing."""
+    """An observer that prints nothing."""
 
     def start(self, frames: int, done: int) -> None: ...
     def step(self, report: StepReport) -> None: ...

@@ -1,4 +1,4 @@
-"""How a run is made."""
+"""Options of a run."""
 
 from __future__ import annotations
 
@@ -13,10 +13,13 @@ __all__ = ["RunOptions"]
 @takes(duration="s", rate="1/s")
 @dataclass(frozen=True)
 class RunOptions:
-    """duration [s], rate [1/s], how pictures look, exact count of intersections in every frame.
+    """Options of a run.
 
-    Pictures are drawn while it runs, but at its end where their colours span the values of all
-    frames.
+    duration : [s]
+    rate : frames per second of simulated time [1/s]
+    render : options of the pictures; None: no pictures. They are drawn during the run, or at its
+        end if their colours span the values of all frames.
+    verify : whether the intersections of every frame are counted exactly
     """
 
     duration: float

@@ -1,4 +1,4 @@
-"""How far a run is: a bar on a terminal, plain lines on a pipe, nothing on ranks other than 0."""
+"""Progress of a run: a bar on a terminal, plain lines otherwise, nothing on ranks other than 0."""
 
 from __future__ import annotations
 
@@ -23,17 +23,16 @@ __all__ = ["observer"]
 
 
 def observer(rank: int = 0) -> Observer:
-    """The observer that fits where the output goes."""
+    """Returns the observer that suits the rank and the standard output."""
     if rank != 0:
         return Silence()
-    launched = (
-        "OMPI_COMM_WORLD_SIZE" in os.environ or "PMI_SIZE" in os.environ
-    )  # launchers hand out false terminals
+    # MPI launchers may provide a pseudo-terminal.
+    launched = "OMPI_COMM_WORLD_SIZE" in os.environ or "PMI_SIZE" in os.environ
     return Bar() if sys.stdout.isatty() and not launched else Lines()
 
 
 def trouble(report: StepReport) -> str:
-    """The line about a step that certification could not free."""
+    """Returns the message about a step in which certification left impacts."""
     return (
         f"step {report.step} (t {report.time:.3f} s): {report.contacts.unresolved} impacts are left"
         f" even in 1/64 of the step and {report.contacts.intersections} triangle pairs intersect;"
@@ -42,7 +41,7 @@ def trouble(report: StepReport) -> str:
 
 
 def overstrained(report: StepReport) -> str:
-    """The line about a step that could not keep limits of strain."""
+    """Returns the message about a step in which strain limits were exceeded."""
     excess = max(report.limits.weft_excess, report.limits.warp_excess, report.limits.shear_excess)
     return (
         f"step {report.step} (t {report.time:.3f} s): {report.limits.broken} triangles strain"
@@ -52,7 +51,7 @@ def overstrained(report: StepReport) -> str:
 
 
 class _Counts:
-    """Step rate and what the last step did."""
+    """Step rate and the report of the last step."""
 
     def __init__(self) -> None:
         self._began = self._last = time.perf_counter()
@@ -67,10 +66,10 @@ class _Counts:
 
     def step(self, report: StepReport) -> None:
         self._steps, self._report = self._steps + 1, report
-        if report.contacts.unresolved and not self._troubled:  # once, until the cloth is free again
+        if report.contacts.unresolved and not self._troubled:  # once per tangle
             self.say(trouble(report))
         self._troubled = report.contacts.unresolved > 0 or report.contacts.intersections > 0
-        if report.limits.broken and not self._overstrained:  # once a run
+        if report.limits.broken and not self._overstrained:  # once per run
             self.say(overstrained(report))
             self._overstrained = True
 
@@ -87,7 +86,7 @@ class _Counts:
 
 
 class Lines(_Counts):
-    """One line a frame."""
+    """Prints one line per frame."""
 
     def frame(self, index: int, frame: Frame) -> None:
         done = index + 1 - self._done_before
@@ -102,7 +101,7 @@ class Lines(_Counts):
 
 
 class Bar(_Counts):
-    """A bar with time left."""
+    """Shows a progress bar with the remaining time."""
 
     def __init__(self) -> None:
         super().__init__()

@@ -1,13 +1,13 @@
-"""Scene files: Python with a function `scene(**parameters)` and, beside it, how to run it.
+"""Scene files: Python files that define `scene(**parameters)` and how to run the scene.
 
     duration = 1.0                                 # [s]
-    rate = 25.0                                    # frames a second
+    rate = 25.0                                    # frames per second
     integrator = ls.SemiImplicitEuler(step=2e-3)
-    render = ls.RenderOptions()                    # optional: how pictures look
+    render = ls.RenderOptions()                    # optional: options of the pictures
     def scene(triangles: int = 14450) -> ls.Scene: ...
-    def control(sim: ls.Simulation) -> None: ...   # optional: before every step; a function of
-                                                   # time and state
-    def check(run: ls.Run) -> None: ...            # optional: claims about the frames, by assert
+    def control(sim: ls.Simulation) -> None: ...   # optional: called before every step; must
+                                                   # depend on time and state alone
+    def check(run: ls.Run) -> None: ...            # optional: asserts claims about the frames
 
 `integrator` and `duration` may also be functions of the scene's parameters.
 """
@@ -34,7 +34,7 @@ __all__ = ["SceneFile", "parse_parameters", "stored_options"]
 
 
 class Stored(Protocol):
-    """A run as far as it says how it was made."""
+    """The parts of a run that describe how it was made."""
 
     directory: Path
 
@@ -76,7 +76,7 @@ class SceneFile:
 
     @classmethod
     def open(cls, path: Path, parameters: dict[str, Any]) -> SceneFile:
-        """From a file as it is now."""
+        """Reads a scene file in its current state."""
         try:
             source = path.read_text()
         except OSError as error:
@@ -89,7 +89,7 @@ class SceneFile:
 
     @classmethod
     def of_run(cls, run: Stored) -> SceneFile:
-        """As it was when a run began, from the metadata of its cache."""
+        """Restores the scene file as it was when a run began, from the metadata of its cache."""
         stored = run.metadata.get("scene_file")
         if not stored:
             raise CacheError(
@@ -99,7 +99,7 @@ class SceneFile:
         return cls(Path(stored["path"]), stored["source"], stored["parameters"])
 
     def scene(self) -> Scene:
-        """The scene for these parameters."""
+        """Returns the scene for these parameters."""
         with self._located():
             made = self._function(**self.parameters)
         if not isinstance(made, Scene):
@@ -126,7 +126,7 @@ class SceneFile:
 
     @contextmanager
     def _located(self) -> Iterator[None]:
-        """A mistake in the file is told with its line."""
+        """Reports an error in the file with its line number."""
         try:
             yield
         except (Error, AssertionError) as error:
@@ -144,17 +144,17 @@ class SceneFile:
 
     @property
     def duration(self) -> float:
-        """[s]"""
+        """Simulated time [s]."""
         return self._number("duration", 1.0)
 
     @property
     def rate(self) -> float:
-        """frames a second [1/s]"""
+        """Frames per second of simulated time [1/s]."""
         return self._number("rate", 25.0)
 
     @property
     def integrator(self) -> Integrator:
-        """How the scene is advanced unless the command line says otherwise."""
+        """Integrator of the scene, unless the command line overrides it."""
         value = self._constant("integrator", SemiImplicitEuler())
         if not isinstance(value, Integrator):
             raise InvalidInput(
@@ -164,7 +164,7 @@ class SceneFile:
 
     @property
     def render(self) -> RenderOptions:
-        """How pictures look unless the command line says otherwise."""
+        """Options of the pictures, unless the command line overrides them."""
         value = self._constant("render", RenderOptions())
         if not isinstance(value, RenderOptions):
             raise InvalidInput(
@@ -174,12 +174,12 @@ class SceneFile:
 
     @property
     def control(self) -> Callable[[Any], None] | None:
-        """What is called before every step."""
+        """Function that is called before every step, or None."""
         return self._guarded("control")
 
     @property
     def check(self) -> Callable[[Any], None] | None:
-        """Claims about the frames."""
+        """Function that asserts claims about the frames, or None."""
         return self._guarded("check")
 
     def _guarded(self, name: str) -> Callable[[Any], None] | None:
@@ -200,7 +200,7 @@ class SceneFile:
     def metadata(
         self, duration: float, rate: float, integrator: Integrator, render: RenderOptions
     ) -> dict[str, Any]:
-        """All that resuming needs."""
+        """Returns everything that resuming needs."""
         return {
             "loomstone": _core.__version__,
             "scene_file": {
@@ -238,7 +238,10 @@ _ARTICLES = {bool: "a bool", int: "an int", float: "a float", str: "a str"}
 
 
 def parse_parameters(items: list[str]) -> dict[str, Any]:
-    """From ["triangles=5000", "fabric=silk"]: Python literals where they are, else texts."""
+    """Parses items such as "triangles=5000" and "fabric=silk".
+
+    Values are Python literals where possible, and text otherwise.
+    """
     parameters: dict[str, Any] = {}
     for item in items:
         name, equals, text = item.partition("=")
@@ -256,7 +259,7 @@ def parse_parameters(items: list[str]) -> dict[str, Any]:
             and "e" in text.lower()
             and "." not in text
         ):
-            value = int(value)  # 5e3 is a count as well
+            value = int(value)  # 5e3 is a whole number too
         if name in parameters:
             raise InvalidInput(
                 f"-p {name} must be given once, got {parameters[name]!r} and {value!r}"
@@ -272,7 +275,7 @@ def parse_parameters(items: list[str]) -> dict[str, Any]:
 
 
 def stored_options(run: Stored) -> tuple[float, float, Integrator, RenderOptions]:
-    """duration, rate, integrator and render options of a run."""
+    """Returns duration, rate, integrator and render options of a run."""
     kept = run.metadata
     try:
         return (

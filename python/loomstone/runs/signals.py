@@ -1,4 +1,4 @@
-"""Signals that end a run where it can be resumed."""
+"""Signals that end a run at a step from which it can be resumed."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from typing import Any
 
 __all__ = ["LONGEST_WAIT", "Interrupted", "Received", "noted_signals"]
 
-# [s] that a run goes on after a signal to reach a step that can be saved; our choice, below usual
-# grace periods
+# Longest time that a run continues after a signal to reach a step that can be saved [s]. It is our
+# choice, below the usual grace periods of job schedulers.
 LONGEST_WAIT = 10.0
 
 
 class Interrupted(Exception):
-    """A signal ended the run; it can be resumed."""
+    """A signal ended the run, which can be resumed."""
 
     def __init__(self, number: int) -> None:
         super().__init__(signal.Signals(number).name)
@@ -24,20 +24,20 @@ class Interrupted(Exception):
 
 
 class Received:
-    """The first signal, 0 where there is none, and when it came [s]."""
+    """Number of the first signal (0: none) and the time of its arrival [s]."""
 
     number, when = 0, 0.0
 
     def waited(self) -> float:
-        """Seconds since the signal."""
+        """Returns the seconds since the signal."""
         return time.monotonic() - self.when if self.number else 0.0
 
 
 @contextmanager
 def noted_signals() -> Iterator[Received]:
-    """Notes SIGINT, SIGTERM and SIGUSR1; the run looks at the note between two steps.
+    """Records SIGINT, SIGTERM and SIGUSR1; the run checks the record between two steps.
 
-    A second SIGINT ends at once.
+    A second SIGINT ends the run at once.
     """
     received = Received()
 
@@ -52,7 +52,7 @@ def noted_signals() -> Iterator[Received]:
         before = {
             n: signal.signal(n, note) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
         }
-    except ValueError:  # not the main thread: whoever owns it handles signals
+    except ValueError:  # outside the main thread, which handles signals
         yield received
         return
     try:

@@ -1,4 +1,4 @@
-"""An array of all frames of a run, read as it is sliced."""
+"""An array over all frames of a run, read on demand."""
 
 from __future__ import annotations
 
@@ -19,10 +19,9 @@ class _Frames(Protocol):
 
 
 class Stacked:
-    """One array of every frame, stacked: the first axis counts frames.
+    """One array of every frame, stacked along a first axis that counts frames.
 
-    Indexed as a numpy array is; only the frames that are asked for are read. np.asarray() of it
-    reads all.
+    It is indexed like a numpy array, and reads only the requested frames. np.asarray() reads all.
     """
 
     def __init__(self, frames: _Frames, name: str) -> None:
@@ -49,7 +48,7 @@ class Stacked:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """As of the stacked array."""
+        """Shape of the stacked array."""
         return (len(self), *(self._of(0).shape if len(self) else (0,)))
 
     @property

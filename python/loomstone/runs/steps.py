@@ -1,4 +1,4 @@
-"""steps.csv: a table of steps, one row each."""
+"""steps.csv: a table with one row per step."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ __all__ = ["StepTable", "read_steps", "summary_of_steps"]
 
 
 class StepTable:
-    """steps.csv: one row a step."""
+    """Writer of steps.csv."""
 
     def __init__(self, path: Path, until_step: int) -> None:
         kept: list[list[str]] = []
@@ -44,13 +44,13 @@ class StepTable:
         self._file.close()
 
     def summary(self) -> dict[str, Any]:
-        """Totals and extremes over all steps of the run."""
+        """Returns totals and extremes over all steps of the run."""
         self.flush()
         return summary_of_steps(self._path)
 
 
 def summary_of_steps(path: Path) -> dict[str, Any]:
-    """Totals and extremes over all steps of a steps.csv."""
+    """Returns totals and extremes over all steps of a steps.csv."""
     header, lines = read_table(path, "step")
     rows = [dict(zip(header, line, strict=True)) for line in lines]
     if not rows:
@@ -98,7 +98,10 @@ def summary_of_steps(path: Path) -> dict[str, Any]:
 
 
 def read_steps(directory: str | os.PathLike[str]) -> dict[str, NDArray[Any]]:
-    """Columns of steps.csv by name, one entry a step; whole numbers where all of a column are."""
+    """Returns the columns of steps.csv by name, with one entry per step.
+
+    A column that contains only whole numbers is returned as integers.
+    """
     path = Path(directory) / "steps.csv"
     if not path.exists():
         raise CacheError(

@@ -11,11 +11,10 @@ __all__ = ["read_table"]
 
 
 def read_table(path: Path, first: str) -> tuple[list[str], list[list[str]]]:
-    """Header, which begins with the column `first`, and rows of a CSV file; every entry is a
-    number.
+    """Returns header and rows of a CSV file of numbers whose first column is called `first`.
 
-    A last row that was cut short, as by a kill, is left out. CacheError names any other line that
-    is no row.
+    An incomplete last row, as left by a killed process, is skipped. CacheError names any other
+    invalid line.
     """
     try:
         with path.open(newline="", encoding="utf-8") as file:

@@ -1,6 +1,4 @@
-"""Exact count of intersecting triangles, frame by frame: an answer independent of how contacts were
-found and resolved.
-"""
+"""Exact count of intersecting triangles in every frame, independent of the collision handling."""
 
 from __future__ import annotations
 
@@ -27,8 +25,9 @@ __all__ = [
 
 
 class Intersections(NamedTuple):
-    """Pairs of intersecting triangles: with cloth on one side at least; of bodies and obstacles
-    among themselves.
+    """Numbers of intersecting triangle pairs.
+
+    cloth: pairs with at least one cloth triangle. bodies: pairs among bodies and obstacles.
     """
 
     cloth: int
@@ -36,7 +35,7 @@ class Intersections(NamedTuple):
 
 
 def count_intersections(topology: FrameTopology, frame: Frame) -> Intersections:
-    """Counts by exact predicates. Triangles that share a vertex are left out."""
+    """Counts intersecting triangles by exact predicates. Pairs that share a vertex are left out."""
     points = np.concatenate([frame.positions, frame.body_vertices])
     triangles = np.concatenate([topology.triangles, topology.body_triangles + len(frame.positions)])
     pairs = np.asarray(_core.intersecting_pairs(points, triangles)).reshape(-1, 2)
@@ -45,7 +44,7 @@ def count_intersections(topology: FrameTopology, frame: Frame) -> Intersections:
 
 
 class FrameTable:
-    """frames.csv: one row a frame with its counts."""
+    """frames.csv: one row of counts per frame."""
 
     HEADER = ("frame", "time", "intersecting_pairs", "pairs_among_bodies")
 
@@ -77,22 +76,24 @@ class FrameTable:
         }
 
 
-# Tables that a run has only where something went wrong: file name and columns.
+# Tables that exist only if a step failed to separate cloth or to keep strain limits: file name and
+# columns. FORCED lists triangle pairs that a step left intersecting. BROKEN lists the largest
+# excesses over strain limits that a step left.
 FORCED = (
     "forced.csv",
     ("step", "triangle", "other_triangle"),
-)  # pairs that a step had to leave intersecting
+)
 BROKEN = (
     "limits.csv",
     ("step", "triangle", "direction", "excess"),
-)  # the worst that a step left beyond limits of strain
-MOST_BROKEN = 20  # rows a step
+)
+MOST_BROKEN = 20  # rows per step
 
 
 def append_rows(
     path: Path, columns: Sequence[str], step: int, rows: Iterable[Sequence[object]]
 ) -> None:
-    """Adds rows of a step; surfaces are counted cloth first, then bodies and obstacles."""
+    """Appends rows of a step; triangles are counted cloth first, then bodies and obstacles."""
     new = not path.exists()
     with path.open("a", newline="") as file:
         table = csv.writer(file)
@@ -102,7 +103,7 @@ def append_rows(
 
 
 def keep_rows(path: Path, until_step: int) -> None:
-    """Drops rows of steps that will be computed again."""
+    """Removes the rows of steps that will be computed again."""
     if not path.exists():
         return
     with path.open(newline="") as file:

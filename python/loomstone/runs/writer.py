@@ -1,4 +1,4 @@
-"""Writes what a run leaves in its directory: frames, steps, checkpoints, pictures, a report."""
+"""Writes the files of a run: frames, steps, checkpoints, pictures and a report."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ __all__ = ["NoWriter", "Writer", "open_writer"]
 
 
 class NoWriter:
-    """Ranks other than 0 write nothing; they take part in what is collective."""
+    """Writer of ranks other than 0, which write nothing."""
 
     def __enter__(self) -> NoWriter:
         return self
@@ -48,7 +48,7 @@ class NoWriter:
 
 
 class Writer(NoWriter):
-    """Rank 0 writes."""
+    """Writer of rank 0."""
 
     def __init__(
         self,
@@ -58,7 +58,10 @@ class Writer(NoWriter):
         frames: FrameWriter,
         following: int,
     ) -> None:
-        """following : index of the frame to be written next; later ones are dropped."""
+        """Discards frames and steps after the current state of the simulation.
+
+        following : index of the next frame
+        """
         self._directory, self._simulation, self._options = directory, simulation, options
         self._frames = frames
         self._steps = StepTable(directory / "steps.csv", simulation.step_index)
@@ -71,19 +74,19 @@ class Writer(NoWriter):
         self._painter: Painter | None = None
 
     def draw_with(self, painter: Painter) -> None:
-        """Frames are drawn as they are written."""
+        """Sets the painter that draws frames as they are written."""
         self._painter = painter
 
     def __exit__(self, *failure: object) -> None:
         try:
             self._steps.close()
         except OSError:
-            if failure[0] is None:  # else what ended the run is told already
+            if failure[0] is None:  # otherwise report the error that ended the run
                 raise
 
     @contextmanager
     def _writing(self) -> Iterator[None]:
-        """A file that cannot be written is one clear error that says how to go on."""
+        """Turns a failure to write into one error that says how to continue."""
         try:
             yield
         except OSError as error:
@@ -125,14 +128,14 @@ class Writer(NoWriter):
             write_checkpoint(self._directory, step, state)
 
     def _draws(self) -> bool:
-        """Pictures are asked for, and nobody has given their directory other options meanwhile."""
+        """Returns whether pictures are requested and their directory still has the same options."""
         return (
             self._options.render is not None
             and drawn_with(self._directory / "frames") == self._options.render
         )
 
     def draw_rest(self, stop: Callable[[], bool]) -> bool:
-        """Draws from the cache what has no picture yet; False where that was stopped."""
+        """Draws the missing pictures from the cache; returns False if drawing was stopped."""
         options = self._options.render
         if options is None or not self._draws():
             return True
@@ -177,9 +180,9 @@ def open_writer(
     overwrite: bool,
     following: int,
 ) -> NoWriter:
-    """What writes a run from frame `following` on; metadata None: what is there is continued.
+    """Returns the writer of a run from frame `following` on; metadata None continues a run.
 
-    What cannot be drawn or written is refused before anything is.
+    Raises an error before anything is written if the run cannot be drawn or written.
     """
     if simulation.rank != 0:
         return NoWriter()
@@ -199,7 +202,7 @@ def open_writer(
 
 
 def _reopen(directory: Path, options: RunOptions, following: int) -> Frame | None:
-    """Checks that a run can be continued; its first frame where pictures need it."""
+    """Checks that a run can be continued; returns its first frame if pictures need it."""
     _check_rate(directory, options.rate)
     if not options.render:
         return None
@@ -214,7 +217,7 @@ def _reopen(directory: Path, options: RunOptions, following: int) -> Frame | Non
 
 
 def _make_room(directory: Path, options: RunOptions, metadata: str, overwrite: bool) -> None:
-    """An empty place for a new run."""
+    """Prepares the directory of a new run."""
     if (directory / "run.vtkhdf").exists():
         if not overwrite:
             raise CacheError(
@@ -239,7 +242,7 @@ def _make_room(directory: Path, options: RunOptions, metadata: str, overwrite: b
 
 
 def _check_rate(directory: Path, rate: float) -> None:
-    """Frames of a run are 1/rate apart."""
+    """Raises CacheError unless the frames of the run are 1/rate apart."""
     times = Run(directory).times
     if len(times) > 1 and abs(times[1] * rate - 1.0) > 1e-6:
         raise CacheError(
@@ -249,7 +252,7 @@ def _check_rate(directory: Path, rate: float) -> None:
 
 
 def _remove_run(directory: Path) -> None:
-    """Removes what a run has written, and nothing else."""
+    """Removes the files that a run has written, and no others."""
     for name in (
         "run.vtkhdf",
         "bodies.vtkhdf",
