@@ -1,4 +1,4 @@
-"""Frames as pictures, runs as directories of pictures, plots and videos.
+"""Pictures of frames, and pictures, plots and videos of runs.
 
 >>> import loomstone as ls
 >>> sim = ls.Simulation(ls.Scene(cloths=[ls.Cloth(mesh=ls.grid(cells=(4, 4)), pins=[0, 4])]))

@@ -1,6 +1,7 @@
-"""What a directory of pictures holds.
+"""Directories of pictures.
 
-frame-00000.png and so on of one run, all drawn with the options that its options.json tells.
+Such a directory contains frame-00000.png and so on of one run, all drawn with the options in its
+options.json.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ __all__ = [
 
 
 def options_from_dict(values: dict[str, Any]) -> RenderOptions:
-    """RenderOptions from what to_dict() gave."""
+    """Returns the RenderOptions from the values that their to_dict() returned."""
     return (
         RenderOptions(**(values | {"camera": Camera(**values["camera"])}))
         if "camera" in values
@@ -34,16 +35,16 @@ def options_from_dict(values: dict[str, Any]) -> RenderOptions:
 
 
 def picture(directory: Path, index: int) -> Path:
-    """Where the picture of a frame lies."""
+    """Returns the path of the picture of a frame."""
     return directory / f"frame-{index:05d}.png"
 
 
 def note_of(directory: Path) -> dict[str, Any]:
-    """options.json of a directory; empty where there is none."""
+    """Returns the content of options.json in a directory; empty if there is none."""
     try:
         found = json.loads((directory / "options.json").read_text())
         options_from_dict(found["options"])
-    except (OSError, ValueError, TypeError, KeyError):  # none, or of another version
+    except (OSError, ValueError, TypeError, KeyError):  # missing, or of another version
         return {}
     return found if isinstance(found, dict) else {}
 
@@ -56,14 +57,12 @@ def write_note(directory: Path, note: dict[str, Any]) -> None:
 
 
 def pictures_in(directory: Path) -> list[Path]:
-    """The pictures of a directory."""
+    """Returns the paths of the pictures in a directory."""
     return list(directory.glob("frame-*.png"))
 
 
 def drawn_with(directory: Path) -> RenderOptions | None:
-    """The options that the pictures of a directory are drawn with; None where it is no directory of
-    pictures.
-    """
+    """Returns the options of the pictures in a directory, or None if it has no options.json."""
     note = note_of(directory)
     return options_from_dict(note["options"]) if note else None
 
@@ -71,11 +70,11 @@ def drawn_with(directory: Path) -> RenderOptions | None:
 def claim(
     directory: Path, options: RenderOptions, metadata: str, *, again: bool = False, advice: str
 ) -> dict[str, Any]:
-    """Makes a directory one of pictures of a run with these options, or finds that it is; returns
-    its note.
+    """Reserves a directory for pictures of one run with these options, and returns its note.
 
-    metadata : of the run, as in its cache; again : what was drawn otherwise is deleted, else it is
-        refused with the advice
+    metadata : metadata of the run, as in its cache
+    again : delete pictures of other runs or options. Otherwise they are refused with an
+        InvalidInput that ends in `advice`.
     """
     make_directory(directory)
     wanted = {
@@ -105,7 +104,7 @@ def claim(
 
 
 def make_directory(directory: Path) -> None:
-    """A directory that can be written; CacheError where it cannot be made."""
+    """Creates a directory; raises CacheError if that is not possible."""
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -1,4 +1,4 @@
-"""Pictures of the frames of a run, several at once."""
+"""Pictures of the frames of a run, drawn in parallel."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ __all__ = ["FramesOfRun", "render_run"]
 
 
 class FramesOfRun(Protocol):
-    """What drawing needs of a run: loomstone.Run offers it."""
+    """The interface of a run that drawing needs; loomstone.Run implements it."""
 
     directory: Path
 
@@ -59,18 +59,21 @@ def render_run(
     stop: Callable[[], bool] = lambda: False,
     simulation: Any = None,
 ) -> list[Path]:
-    """Draws all frames of a run, several at once; pictures that are there are kept.
+    """Draws all frames of a run in parallel, and keeps existing pictures.
 
-    out : directory, default `frames` in that of the run. InvalidInput where it holds pictures drawn
-        with other options; again deletes what it holds. Where the run has gone on and automatic
-        colours with it, all are drawn anew
-    frames : only these, anew, into a directory that is none of those, default that of the run
-    jobs : processes, 0 means one a processor; stop : asked before every picture with jobs=1, True
-        ends drawing
-    simulation : of the run, for field lines; default: made from its scene file
+    out : directory; default: `frames` in the directory of the run. Raises InvalidInput if it
+        contains pictures drawn with other options.
+    frames : draw only these frames, and replace their pictures. The default directory is then that
+        of the run itself. A directory with the pictures of a whole run is refused.
+    jobs : number of processes, 0: one per processor
+    again : delete the existing pictures first
+    progress : function called with the number of pictures finished since its last call
+    stop : function called before every picture if jobs=1; True ends drawing
+    simulation : simulation of the run, for field lines; default: made from its scene file
 
-    Every picture is the same whatever is drawn before, beside or without it: a fitted camera shows
-    what it would of the run's first frame, and automatic colours span the values of all its frames.
+    A picture does not depend on which others are drawn. A fitted camera is fitted to the first
+    frame of the run. Automatic colours span the values of all frames. If the run has continued and
+    this range has changed, all pictures are drawn again.
     """
     if not len(run):
         raise CacheError(f"{run.directory} has no frames yet; draw it later")
@@ -79,7 +82,7 @@ def render_run(
             f"frames must be in [0, {len(run) - 1}], got {list(frames or ())}; the run has"
             f" {len(run)} frames"
         )
-    # Refuses what cannot be drawn before anything is deleted.
+    # The renderer checks the options before any picture is deleted.
     renderer = _core.Renderer(run.topology, options)
     ranges = _value_ranges(run, renderer) if colors_need_all_frames(options) else None
     directory = Path(out) if out else run.directory / ("frames" if frames is None else "")
@@ -116,7 +119,10 @@ def _claim_all(
     ranges: Ranges | None,
     again: bool,
 ) -> None:
-    """Claims a directory; pictures whose automatic colors spanned other values are deleted."""
+    """Reserves a directory for a whole run.
+
+    Pictures whose automatic colours spanned another range are deleted.
+    """
     note = claim(directory, options, run.metadata_text, again=again, advice=_ADVICE)
     if note.get("value_ranges") != (known := json.loads(json.dumps(ranges))):
         for path in pictures_in(directory):
@@ -163,7 +169,7 @@ def _draw_in_parallel(
             told(1)
 
 
-_prepared: list[tuple[FramesOfRun, Painter]] = []  # the run and the painter of a process
+_prepared: list[tuple[FramesOfRun, Painter]] = []  # run and painter of this process
 
 
 def _prepare(run: FramesOfRun, settings: str) -> None:

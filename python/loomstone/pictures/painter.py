@@ -1,4 +1,4 @@
-"""Draws single frames, so that no picture depends on what was drawn before it."""
+"""Draws single frames; no picture depends on frames drawn earlier."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ Ranges = list[tuple[float, float]]
 
 
 def colors_need_all_frames(options: RenderOptions) -> bool:
-    """Whether colors span the values of all frames, so that nothing can be drawn before the last
-    is known.
+    """Returns whether the colours span the values of all frames.
+
+    In this case, no frame can be drawn before the last one is known.
     """
     return options.color_low == options.color_high and not {"cloth", "contact"}.issuperset(
         options.color_by.split("+")
@@ -24,11 +25,12 @@ def colors_need_all_frames(options: RenderOptions) -> bool:
 
 
 class Painter:
-    """Draws frames of one run, so that no picture depends on what was drawn before it.
+    """Draws frames of one run; no picture depends on frames drawn earlier.
 
-    first : frame of the run, which a fitted camera shows; None: the first that is drawn
-    value_ranges : what automatic colours span; simulation : the scene that has the magnets, where
-        field lines are drawn
+    first : frame to which a fitted camera is fitted; None: the first frame drawn
+    lines : number of field lines
+    simulation : simulation of the scene with the magnets, if field lines are drawn
+    value_ranges : ranges of values for automatic colours
     """
 
     def __init__(

@@ -21,9 +21,10 @@ KINDS = ("energy", "stages", "contacts", "stretch", "strain", "iterations")
 
 @takes()
 def plot_steps(steps: Steps, path: str | os.PathLike[str], *, kind: str = "energy") -> Path:
-    """Draws columns of a table of steps over time; returns the path of the picture (PNG).
+    """Plots columns of a table of steps over time; returns the path of the picture (PNG).
 
-    steps : as loomstone.Run.steps; kind : energy, stages, contacts, stretch, strain or iterations
+    steps : as loomstone.Run.steps
+    kind : energy, stages, contacts, stretch, strain or iterations
     """
     if kind not in KINDS:
         raise InvalidInput(f"plot must be one of {', '.join(KINDS)}, got {kind!r}")
@@ -55,9 +56,8 @@ def _energy(axes: Any, steps: Steps) -> None:
         for name, values in steps.items()
         if name.startswith("energy.")
     }
-    energies["contact"] = np.append(
-        energies["contact"][1:], np.nan
-    )  # a step's is that of its start, the others of its end
+    # The contact energy of a step is that at its start. The other energies are those at its end.
+    energies["contact"] = np.append(energies["contact"][1:], np.nan)
     for name, values in energies.items():
         axes.plot(steps["time"], values, label=name)
     axes.plot(steps["time"], sum(energies.values()), "k", label="sum")
@@ -89,8 +89,9 @@ def _stretch(axes: Any, steps: Steps) -> None:
 
 
 def _strain(axes: Any, steps: Steps) -> None:
-    """Largest strain in each direction; what of it is beyond limits; sweeps that limiting took, on
-    the right.
+    """Plots the largest strain in each direction and its excess over limits.
+
+    The number of sweeps of strain limiting has an axis on the right.
     """
     if "strain.weft" not in steps:
         raise InvalidInput(

@@ -1,4 +1,4 @@
-"""Videos of directories of pictures, by ffmpeg."""
+"""Videos from directories of pictures, by ffmpeg."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ __all__ = ["encode"]
 
 @takes(rate="1/s")
 def encode(directory: Path, target: Path, *, frames: int, rate: float = 25.0) -> str:
-    """Makes a video of a directory of pictures by ffmpeg, as imageio-ffmpeg brings it; returns its
-    path.
+    """Makes a video of a directory of pictures by the ffmpeg of imageio-ffmpeg; returns its path.
 
-    frames : how many pictures it must show; rate : pictures a second
+    frames : number of pictures the directory must contain
+    rate : pictures per second [1/s]
     """
     import imageio_ffmpeg
 
