@@ -1,6 +1,6 @@
-"""The command `loomstone`: one file a command or a group of them."""
+"""The command `loomstone`, with one module for each command or group of commands."""
 
-# In the order in which the help lists them.
+# The help lists commands in the order of these imports.
 from . import run, render, check, plot, fabrics, versions  # noqa: F401, I001
 from .application import app, main
 

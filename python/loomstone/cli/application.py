@@ -1,4 +1,4 @@
-"""The application: its help, and the session every command runs in."""
+"""The application with its help, and the session in which every command runs."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"max_content_width": 100},
-    rich_markup_mode=None,  # plain text: units in brackets are no markup
+    rich_markup_mode=None,  # plain text, because units in brackets are not markup
     help="""Simulates cloth and renders it.
 
     A scene file is Python with a function scene() that returns a loomstone.Scene; see the
@@ -42,8 +42,9 @@ app.add_typer(report, name="report")
 
 @contextmanager
 def session(parallel: bool = True) -> Iterator[Communicator]:
-    """The ranks of this command; turns our errors into one sentence, and one rank's failure into
-    the end of all.
+    """Yields the ranks of a command, and reports errors.
+
+    An error of loomstone is printed as one sentence. A failure on one rank ends all ranks.
     """
     if parallel and _core.launched_by_mpi():
         communicator = _core.mpi_communicator()
@@ -58,7 +59,7 @@ def session(parallel: bool = True) -> Iterator[Communicator]:
         yield communicator
     except (Error, OSError) as error:
         share_failure(communicator, error)
-        if communicator.rank != 0:  # rank 0 has the same error by now and says it
+        if communicator.rank != 0:  # rank 0 has received the same error and prints it
             raise typer.Exit(1) from None
         fail(str(error))
     except AssertionError as error:

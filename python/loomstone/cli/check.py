@@ -1,4 +1,4 @@
-"""loomstone check, loomstone info."""
+"""The commands loomstone check and loomstone info."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ def check(
 ) -> None:
     """Checks a scene before it is run, or the claims of a run.
 
-    A scene: whether it can be simulated, and the intersecting triangles of its start. A run:
-    intersecting triangles of every frame, and what the scene file's check() claims. Exit code 1
-    where something does not hold.
+    For a scene: whether it can be simulated, and which triangles intersect at its start. For a run:
+    which triangles intersect in each frame, and whether check() of the scene file passes. Exit code
+    1 if a check fails.
 
     \b
         loomstone check scenes/drape.py --render start.png
@@ -46,7 +46,7 @@ def check(
 def info(
     path: Annotated[Path, typer.Argument(help="run, .vtkhdf file, checkpoint, mesh or scene file")],
 ) -> None:
-    """Says what is in a file or directory.
+    """Describes the content of a file or directory.
 
     \b
         loomstone info out/drape

@@ -1,4 +1,4 @@
-"""loomstone fabrics, loomstone report fabrics."""
+"""The commands loomstone fabrics and loomstone report fabrics."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ def fabrics(
 ) -> None:
     """Lists the fabrics of loomstone.fabrics.
 
-    Stiffness, limits of strain, bending by direction, published drape coefficients and sources.
+    For each fabric: stiffness, strain limits, bending by direction, published drape coefficients
+    and sources.
 
     \b
         loomstone fabrics
@@ -46,11 +47,12 @@ def fabrics_report(
     ),
     threads: Threads = 0,
 ) -> None:
-    """Measures fabrics as a laboratory does, by simulation.
+    """Measures fabrics by simulated laboratory tests.
 
-    Each is draped over Cusick's pedestal (disc 18 cm, specimen 30 cm), and strips of it hang until
-    41.5 degrees (ASTM D1388): drape coefficient beside the published band, overhang beside the
-    elastica. Three specimens with different meshes are draped; a fabric takes about half a minute.
+    Drape: the fabric is draped over Cusick's pedestal (disc 18 cm, specimen 30 cm), and the drape
+    coefficient is compared with the published range. Bending: strips overhang until they reach 41.5
+    degrees (ASTM D1388), and the overhang is compared with the elastica. Three specimens with
+    different meshes are draped. A fabric takes about half a minute.
 
     \b
         loomstone report fabrics --fabrics cotton,denim -p triangles=3000

@@ -1,4 +1,4 @@
-"""What is in a file; whether a scene can be simulated; whether a run keeps its claims."""
+"""Descriptions of files, and checks of scenes and runs."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["check_run", "check_scene", "describe", "report_text"]
 
 
 def describe(path: Path) -> None:
-    """Prints what a run, cache file, checkpoint, mesh or scene file holds."""
+    """Prints the content of a run, cache file, checkpoint, mesh or scene file."""
     if not path.exists():
         raise CacheError(f"{path}: no such file or directory")
     if path.is_dir() or path.suffix == ".vtkhdf":
@@ -81,8 +81,9 @@ def _describe_run(run: Run) -> None:
 
 
 def check_run(run: Run) -> bool:
-    """Prints intersecting pairs of every frame and whether the scene's claims hold; True where all
-    is well.
+    """Prints the intersecting pairs of every frame, and checks the claims of the scene file.
+
+    Returns True if no triangles of cloth intersect. Raises AssertionError if a claim does not hold.
     """
     counts = [count_intersections(run.topology, frame) for frame in run]
     tangled = {index: count.cloth for index, count in enumerate(counts) if count.cloth}
@@ -104,8 +105,9 @@ def check_run(run: Run) -> bool:
 
 
 def check_scene(file: SceneFile, picture: Path | None) -> bool:
-    """Builds a scene; prints its size and, where it starts tangled, the pairs; draws the start
-    where asked.
+    """Prints size and initial intersections of a scene; returns whether it can be simulated.
+
+    picture : if given, the path of a picture of the start
     """
     scene = file.scene()
     problem: Error | None = None
@@ -118,8 +120,7 @@ def check_scene(file: SceneFile, picture: Path | None) -> bool:
         simulation = Simulation(
             scene.replace(allow_initial_intersections=True), integrator=file.integrator
         )
-    # Bodies and obstacles among themselves are not held apart: walls of a box overlap at its
-    # corners.
+    # Intersections among bodies and obstacles are allowed: walls of a box overlap at its corners.
     pairs = [
         pair
         for pair in simulation.intersecting_pairs()
@@ -149,7 +150,7 @@ def _marked(frame: Frame, simulation: Simulation, pairs: list[Any]) -> Frame:
 
 
 def contact_lines(summary: dict[str, Any]) -> list[str]:
-    """How contacts were answered over a run, from the summary of its steps."""
+    """Returns lines that summarise the contacts of a run, from the summary of its steps."""
     if not summary.get("most_contacts") and not summary.get("impacts"):
         return []
     lines = [
@@ -174,7 +175,7 @@ def contact_lines(summary: dict[str, Any]) -> list[str]:
 
 
 def report_text(report: dict[str, Any]) -> str:
-    """The report of a run for people."""
+    """Returns the report of a run as readable text."""
     wall, frames = report["wall_seconds"], max(report["frames"], 1)
     lines = [
         f"{report['steps']} steps to {report['time']:.3f} s in {wall:.1f} s ({wall / frames:.3f} s"

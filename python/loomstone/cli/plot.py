@@ -1,4 +1,4 @@
-"""loomstone plot, loomstone field."""
+"""The commands loomstone plot and loomstone field."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ def plot(
 ) -> None:
     """Plots a run over time, or forces between magnets.
 
-    Of a run: energies, stages, contacts, stretch, strain, iterations, from its steps.csv; strain is
-    the largest in each direction, what of it is beyond limits, and the sweeps of strain limiting.
-    `force`: of one magnet on another over the gap between them; `torque`: over the angle by which
-    one is turned.
+    A run: energy, stages, contacts, stretch, strain or iterations, from its steps.csv. The plot of
+    strain shows the largest strain in each direction, its excess over limits, and the sweeps of
+    strain limiting. `force`: the force of one magnet on another over the gap between them.
+    `torque`: the torque over the angle by which one of them is turned.
 
     \b
         loomstone plot out/drape --what stages

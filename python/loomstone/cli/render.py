@@ -1,4 +1,4 @@
-"""loomstone render."""
+"""The command loomstone render."""
 
 from __future__ import annotations
 
@@ -67,16 +67,16 @@ def render(
 ) -> None:
     """Draws the frames of a run and makes a video.
 
-    Options that are not given are those of the pictures in frames/, else those of the scene file.
-    Pictures (PNG) that are there are kept, so it continues where it was interrupted. A directory
-    holds pictures of one set of options: others need --out, or --again. Single frames (--frame) are
-    drawn anew, into the directory of the run unless --out says otherwise. A fitted camera shows
-    what it would of the first frame; colours without --color-low and --color-high span the values
-    of all frames.
+    Options that are not given are taken from the existing pictures in frames/, or else from the
+    scene file. Existing pictures (PNG) are kept, so an interrupted rendering continues. All
+    pictures in a directory have the same options; other options need --out or --again. Single
+    frames (--frame) are always drawn, into the directory of the run unless --out is given. A fitted
+    camera is fitted to the first frame. Colours without --color-low and --color-high span the
+    values of all frames.
 
-    Strain is U - I, as limits are; strain_split shows weft on the left half of each cloth and warp
-    on the right; contact is 1, and 2 where triangles were forced to intersect; several --color-by
-    joined by + lie one below another.
+    Strain is U - I, as for strain limits. strain_split shows weft on the left half of each cloth
+    and warp on the right. contact is 1 in contact, and 2 where triangles were forced to intersect.
+    Several values of --color-by joined by + are drawn one below another.
 
     \b
         loomstone render out/drape --color-by stretch --wireframe
@@ -112,14 +112,14 @@ def render(
 
 
 def _look(run: Run, given: dict[str, Any]) -> RenderOptions:
-    """Options of the pictures that are there, else of the scene file, with those given."""
+    """Returns the given options, completed by those of existing pictures or of the scene file."""
     options = drawn_with(run.directory / "frames")
     options = options or (stored_options(run)[3] if "render" in run.metadata else RenderOptions())
     return options.replace(**given)
 
 
 def _chosen(run: Run, frames: list[int]) -> list[int] | None:
-    """Indices of single frames, counted from the start; None: all."""
+    """Returns the indices of single frames, counted from the start; None: all frames."""
     for i in frames:
         if not -len(run) <= i < len(run):
             raise InvalidInput(

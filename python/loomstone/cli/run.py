@@ -1,4 +1,4 @@
-"""loomstone run, loomstone resume."""
+"""The commands loomstone run and loomstone resume."""
 
 from __future__ import annotations
 
@@ -57,10 +57,11 @@ def run(
 ) -> None:
     """Simulates a scene.
 
-    Writes run.vtkhdf and bodies.vtkhdf (ParaView opens them), checkpoints, steps.csv, report.json,
-    with --render frames/*.png and video.mp4, with --verify frames.csv (exit code 1 where triangles
-    of cloth intersect). Ctrl-C, SIGTERM and SIGUSR1 leave a run that `loomstone resume` continues
-    bit for bit; so does a crash. On several ranks: mpirun -n 2 loomstone run scene.py.
+    Writes run.vtkhdf and bodies.vtkhdf (for ParaView), checkpoints, steps.csv and report.json.
+    --render adds frames/*.png and video.mp4. --verify adds frames.csv, and the exit code is 1 if
+    triangles of cloth intersect. After Ctrl-C, SIGTERM, SIGUSR1 or a crash, `loomstone resume`
+    continues the run with a bit-identical result. On several ranks: mpirun -n 2 loomstone run
+    scene.py.
 
     \b
         loomstone run scenes/drape.py -p triangles=3600 --duration 0.5 --threads 2 --render
@@ -86,11 +87,11 @@ def run(
 
 @app.command()
 def resume(run: RunArgument, threads: Threads = 0, render: Render = False) -> None:
-    """Continues a run that was interrupted or killed, bit for bit.
+    """Continues a run that was interrupted or killed, with a bit-identical result.
 
-    Scene, parameters and options are those the run began with; threads and ranks may differ.
-    Pictures in frames/ are continued with the options they were drawn with; --render draws them
-    where there are none. Missing ones are drawn at the end.
+    Scene, parameters and options are those with which the run began; threads and ranks may differ.
+    Existing pictures in frames/ are continued with their options. If there are none, --render draws
+    them. Missing pictures are drawn at the end.
 
     \b
         loomstone resume out/drape
@@ -108,7 +109,7 @@ def resume(run: RunArgument, threads: Threads = 0, render: Render = False) -> No
 
 @dataclass(frozen=True)
 class _Task:
-    """What is to be run, and where to."""
+    """A run to be executed: its scene file, options and target directory."""
 
     file: SceneFile
     integrator: Integrator
@@ -120,8 +121,8 @@ class _Task:
 
 
 def _advance(task: _Task, communicator: Communicator) -> None:
-    """Runs a task; exit code 1 where triangles intersect, 128 + the number of a signal."""
-    # Ranks on one node share its processors.
+    """Runs a task. The exit code is 1 if triangles intersect, and 128 + the number of a signal."""
+    # Ranks on the same node share its processors.
     share = int(os.environ.get("OMPI_COMM_WORLD_LOCAL_SIZE", "1"))
     threads = task.threads or max(1, _core.default_thread_count() // share)
     file, options, rank = task.file, task.options, communicator.rank

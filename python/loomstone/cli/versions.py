@@ -1,4 +1,4 @@
-"""loomstone versions."""
+"""The command loomstone versions."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from .application import app
 
 @app.command()
 def versions() -> None:
-    """Prints what this installation consists of.
+    """Prints the versions of loomstone and of the packages it uses.
 
-    Paste it into reports of problems.
+    Include the output in problem reports.
     """
     show_versions()
