@@ -1,1 +1,1 @@
-"""What all rooms share: arguments, quantities with units, pickling."""
+"""Modules that all others share: arguments, quantities with units, pickling."""

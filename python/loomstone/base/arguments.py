@@ -1,4 +1,4 @@
-"""Arguments of public functions: one sentence where they have the wrong kind."""
+"""Checks of the arguments of public functions, with readable errors."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ R = TypeVar("R")
 
 
 def vector(name: str, value: Any, size: int) -> NDArray[np.float64]:
-    """`size` finite numbers."""
+    """Returns `size` finite numbers as an array; raises InvalidInput for other values."""
     try:
         array = np.asarray(value, float)
     except (TypeError, ValueError):
@@ -32,7 +32,7 @@ def vector(name: str, value: Any, size: int) -> NDArray[np.float64]:
 
 
 def whole(name: str, value: Any, low: int, high: int) -> int:
-    """A whole number within limits."""
+    """Returns a whole number in [low, high]; raises InvalidInput for other values."""
     if (
         isinstance(value, bool)
         or not isinstance(value, (int, float, np.integer, np.floating))
@@ -45,13 +45,13 @@ def whole(name: str, value: Any, low: int, high: int) -> int:
 
 
 def takes(**units: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Lets arguments of a public function or dataclass carry units, and explains mistakes.
+    """Decorates a public function or dataclass so that its arguments may carry units.
 
-    units : of the numbers, by the name of the parameter, "1" for pure ones. Quantities are
-        converted to them; other dimensions are refused (InvalidInput)
+    units : unit of each number, by the name of the parameter; "1" for pure numbers. Quantities are
+        converted to this unit. Other dimensions raise InvalidInput.
 
-    A misspelt keyword is refused and the right one named. The message for an argument of the wrong
-    kind shows all arguments, where the core only lists what it could take (TypeError).
+    A misspelt keyword raises a TypeError that suggests the right one. The TypeError for an argument
+    of the wrong type shows all arguments, whereas that of the core only lists the accepted types.
     """
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:

@@ -1,7 +1,7 @@
-"""Descriptions and meshes can be pickled and copied.
+"""Pickling and copying of descriptions and meshes.
 
-They are rebuilt from their fields and checked again. Sources, frames and checkpoints are pickled by
-the core.
+They are rebuilt from their fields, which are validated again. The core itself pickles sources,
+frames and checkpoints.
 """
 
 from __future__ import annotations

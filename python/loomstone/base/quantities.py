@@ -1,7 +1,7 @@
-"""Numbers that carry a unit, converted here and nowhere else.
+"""Conversion of quantities that carry a unit; no other module converts them.
 
-A quantity is recognised by what Pint gives it, so that those of any registry are taken and Pint is
-imported by nobody who has none.
+A quantity is recognised by its Pint attributes. Quantities of any Pint registry are therefore
+accepted, and Pint is not imported here.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ _ANGLES = ("degree", "radian", "milliradian", "arcminute", "arcsecond", "turn", 
 
 
 def in_unit(value: Any, unit: str, where: str) -> Any:
-    """`value` as a plain number or array in `unit` where it carries a unit, else as it is.
+    """Returns a quantity as a plain number or array in `unit`, and any other value unchanged.
 
-    Lists and tuples may hold quantities. where : names it in the error (InvalidInput) that refuses
-    other dimensions
+    Lists and tuples may contain quantities. where : name of the value in the InvalidInput that is
+    raised for other dimensions
     """
     if type(value) in _PLAIN:
         return value
@@ -39,14 +39,14 @@ def in_unit(value: Any, unit: str, where: str) -> Any:
         return value
     try:
         return value.to("dimensionless" if unit == "1" else unit).magnitude
-    except Exception:  # of Pint, which need not be imported here
+    except Exception:  # an exception of Pint, which is not imported here
         raise InvalidInput(
             f"{where} must be {_wanted(unit)}: {_shown(value)} has the dimension {_named(value)}"
         ) from None
 
 
 def number_in(value: Any, unit: str, where: str) -> float:
-    """The same for one number; InvalidInput where it is none."""
+    """Does the same for a single number; raises InvalidInput for any other value."""
     number = in_unit(value, unit, where)
     if isinstance(number, (str, bytes)) or np.ndim(number) != 0:
         raise InvalidInput(f"{where} must be a number, {_wanted(unit)}, got {value!r}")
@@ -57,7 +57,7 @@ def number_in(value: Any, unit: str, where: str) -> float:
 
 
 def is_angle(value: Any) -> bool:
-    """Whether a value carries a unit of angle."""
+    """Returns whether a value carries a unit of angle."""
     units = getattr(value, "_units", None) if hasattr(value, "dimensionality") else None
     return units is not None and len(units) == 1 and next(iter(units)) in _ANGLES
 
@@ -75,12 +75,12 @@ def _wanted(unit: str) -> str:
 
 
 def _shown(value: Any) -> str:
-    """5 gf/cm"""
+    """Formats a quantity, for instance as 5 gf/cm."""
     return f"{value:g~C}" if np.ndim(value.magnitude) == 0 else str(value)[:80]
 
 
 def _named(value: Any) -> str:
-    """The dimension for people: N/m, kg/m^2 ..., else as Pint has it."""
+    """Names the dimension by a familiar unit such as N/m, or else as Pint does."""
     for name in _DIMENSIONS:
         if value.is_compatible_with(name if name != "1" else "dimensionless"):
             return name

@@ -1,4 +1,4 @@
-"""`loomstone.units`: the units of Pint, and those of textile practice.
+"""`loomstone.units`: the units of Pint and of the textile industry.
 
 >>> import loomstone as ls
 >>> weight = 5.5 * ls.units["oz/yd^2"]
@@ -27,12 +27,13 @@ _OF_TEXTILES = (
 
 
 class Units(pint.UnitRegistry[Any]):
-    """A registry of Pint with the units of textile practice added: gsm, tex, denier, gf/cm ...
+    """A registry of Pint with additional textile units: gsm, tex, denier, gf/cm and others.
 
-    units["gf cm^2/cm"] is one of the unit, to be multiplied with a number or an array. Every number
-    of a description or a function of loomstone may be such a quantity, of this registry or another;
-    plain numbers are SI. Angles count as pure numbers (1 rad = 1), so gf/(cm deg) is N/m per rad:
-    56.19 N/m. gf is gram-force, oz and lb are masses (avoirdupois), % is 0.01.
+    units["gf cm^2/cm"] is one such unit, which can be multiplied with a number or an array. Every
+    number of a description or function of loomstone may be a quantity of this registry or of
+    another one. Plain numbers are in SI units. Angles are pure numbers (1 rad = 1), so gf/(cm deg)
+    is a unit of N/m per rad, equal to 56.19 N/m. gf is gram-force, oz and lb are masses
+    (avoirdupois), and % is 0.01.
     """
 
     def __getitem__(self, unit: str) -> Any:
@@ -50,7 +51,7 @@ class Units(pint.UnitRegistry[Any]):
             raise InvalidInput(
                 f"unit {unit!r}: {names} is not known; see pint.readthedocs.io"
             ) from None
-        except Exception:  # of Pint or of the tokenizer it uses
+        except Exception:  # an exception of Pint or of its tokenizer
             raise InvalidInput(
                 f"unit {unit!r} is not understood; write it like 'gf cm^2/cm'"
             ) from None
@@ -64,7 +65,7 @@ class Units(pint.UnitRegistry[Any]):
 
 
 def _ambiguous(unit: str) -> bool:
-    """Whether a product follows a fraction bar: gf/cm deg."""
+    """Returns whether a product follows a fraction bar, as in gf/cm deg."""
     flat = unit
     while (inner := re.sub(r"\([^()]*\)", "u", flat)) != flat:
         flat = inner

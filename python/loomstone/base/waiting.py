@@ -1,9 +1,10 @@
-"""How threads wait for the next parallel loop: they spin for a moment, then sleep.
+"""How threads wait for the next parallel loop: they spin for a moment and then sleep.
 
-A thread that only spins keeps a processor from other programs; one that sleeps at once takes tens
-of microseconds to wake. OpenMP's run-time library (libgomp) reads its settings from the environment
-once, while it is loaded. This module therefore loads `_core`, which brings libgomp, and must be the
-first of the package. A user's OMP_WAIT_POLICY or GOMP_SPINCOUNT decides where one is set.
+A thread that only spins takes processor time from other programs. A thread that sleeps at once
+takes tens of microseconds to wake. OpenMP's run-time library (libgomp) reads its settings from the
+environment once, when it is loaded. This module therefore loads `_core`, which loads libgomp, and
+must be the first import of the package. OMP_WAIT_POLICY or GOMP_SPINCOUNT, if set by the user,
+takes precedence.
 """
 
 from __future__ import annotations
@@ -13,16 +14,18 @@ import re
 
 __all__ = ["WAITING"]
 
-# Number of looks at the flag of the next loop before a thread sleeps. Measured by
-# tests/benchmarks/waiting.py on a drape of 14,450 triangles and two processors: idle, 2000 takes
-# 1.15 times and 30000 1.02 times the wall time of libgomp's 300000; beside two busy processes 30000
-# takes 0.74 of its processor time and 0.82 of its wall time.
+# Number of times a thread polls for the next loop before it sleeps. libgomp's default is 300000.
+# tests/benchmarks/waiting.py compared this default with lower counts, for a drape of 14,450
+# triangles on two processors. On an idle machine, the wall time is 1.15 times as long with 2000 and
+# 1.02 times with 30000. With two other busy processes, 30000 takes 0.74 of the processor time and
+# 0.82 of the wall time.
 _SPIN_COUNT = 30000
 
 
 def _libgomp_is_loaded() -> bool:
-    """Whether this process has the system's libgomp already; copies inside other packages have
-    other names and do not matter.
+    """Returns whether this process has already loaded the system's libgomp.
+
+    Copies inside other packages have other file names and do not matter.
     """
     try:
         with open("/proc/self/maps", encoding="utf-8", errors="replace") as maps:
@@ -32,7 +35,7 @@ def _libgomp_is_loaded() -> bool:
 
 
 def _load_core() -> str:
-    """Loads `_core` with our setting, leaves the environment as it was, and says what holds."""
+    """Loads `_core` with our spin count, restores the environment, and describes the setting used."""
     for name in ("OMP_WAIT_POLICY", "GOMP_SPINCOUNT"):
         if name in os.environ:
             return f"{name}={os.environ[name]} (environment)"
@@ -49,5 +52,5 @@ def _load_core() -> str:
     return f"GOMP_SPINCOUNT={_SPIN_COUNT} (loomstone's)"
 
 
-# For show_versions(): the setting that holds in this process.
+# Description of the setting in force in this process, for show_versions().
 WAITING = _load_core()
