@@ -1,4 +1,4 @@
-"""Obstacles: surfaces that cloth and bodies cannot pass, at rest, moved by keyframes or deforming.
+"""Obstacles, which cloth and bodies collide with: static, moved by keyframes, or deforming.
 
 >>> import loomstone as ls
 >>> ball = ls.obstacles.sphere(radius=0.15)

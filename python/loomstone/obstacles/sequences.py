@@ -1,4 +1,4 @@
-"""Obstacles that deform as files say: a mesh file a frame, or one file of vertex positions."""
+"""Deforming obstacles from files: one mesh file per frame, or one file of vertex positions."""
 
 from __future__ import annotations
 
@@ -35,17 +35,18 @@ def sequence(
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
 ) -> Obstacle:
-    """Obstacle whose vertices move as files say, linearly between frames.
+    """Obstacle whose vertices move as given by files, linearly between frames.
 
-    source : a pattern of mesh files ("body-*.obj", in the order of the numbers in their names), a
-        list of them, or one file of vertex positions [m]: .npy (frames x n x 3), .npz (`positions`
-        and, where there, `times` [s]), .pc2 or .mdd as other programs write them
-    mesh : whose triangles move, where source has positions only
-    rate : frames a second [1/s]; default: as the file says (.npz with times, .mdd)
-    start : time of the first frame [s]; default: as the file says, else 0
-    friction : [1]; thickness : contact distance [m], 0: as the cloth's
+    source : a pattern of mesh files ("body-*.obj", ordered by the numbers in their names), a list
+        of mesh files, or one file of vertex positions [m]: .npy (frames x n x 3), .npz (`positions`
+        and optionally `times` [s]), .pc2 or .mdd
+    mesh : mesh with the triangles, if source has positions only
+    rate : frames per second [1/s]; default: from the file (.npz with times, .mdd)
+    start : time of the first frame [s]; default: from the file, or else 0
+    friction : friction coefficient [1]
+    thickness : contact distance [m], 0: that of the cloth
 
-    All frames are held in memory, 24 bytes a vertex and frame.
+    All frames are kept in memory, with 24 bytes per vertex and frame.
 
     >>> waving = sequence("out/body-*.obj", rate=25)    # doctest: +SKIP
     >>> body = ls.meshes.read("body.obj")                          # doctest: +SKIP
@@ -87,7 +88,7 @@ def _moments(
     rate: float | None,
     start: float | None,
 ) -> Floats:
-    """Times of the frames [s]: by a rate where one is given, else those of the file."""
+    """Returns the times of the frames [s]: from the rate if it is given, or else from the file."""
     if rate is not None:
         if not (np.isfinite(rate) and rate > 0):
             raise InvalidInput(f"rate must be > 0 [1/s], got {rate}; correct this value")
@@ -102,7 +103,7 @@ def _moments(
 
 
 def _in_order(source: StrPath | Sequence[StrPath]) -> list[Path]:
-    """Files in the order of the numbers in their names; a list as it is."""
+    """Returns a list's files as they are, or a pattern's files ordered by numbers in their names."""
     if not isinstance(source, (str, os.PathLike)):
         return [Path(path) for path in source]
     found = glob.glob(os.fspath(source))
@@ -137,7 +138,7 @@ def _read_meshes(paths: list[Path], mesh: TriangleMesh | None) -> tuple[Triangle
 
 
 def _read_cache(path: Path) -> tuple[NDArray[Any], Floats | None]:
-    """Positions, memory-mapped where the format allows it, and times where the file has them."""
+    """Returns positions, memory-mapped if the format allows it, and times if the file has them."""
     try:
         if path.suffix.lower() in (".npy", ".npz"):
             return _read_numpy(path)
@@ -172,8 +173,10 @@ def _read_numpy(path: Path) -> tuple[NDArray[Any], Floats | None]:
 
 
 def _read_pc2(path: Path, head: bytes) -> tuple[NDArray[Any], None]:
-    """Point cache 2: "POINTCACHE2", version, points, first frame, frames a sample, samples; then
-    floats, little-endian.
+    """Reads point cache 2.
+
+    Header: "POINTCACHE2", version, points, first frame, frames per sample, samples. Positions
+    follow as little-endian floats.
     """
     if head[:12] != b"POINTCACHE2\0" or len(head) < 32:
         raise CacheError(f"{path}: is no point cache (.pc2)")
@@ -182,14 +185,14 @@ def _read_pc2(path: Path, head: bytes) -> tuple[NDArray[Any], None]:
 
 
 def _step_of(source: StrPath | Sequence[StrPath]) -> float:
-    """Frames between two samples, which only .pc2 tells."""
+    """Returns the number of frames per sample, which only .pc2 defines; 1 for other formats."""
     if not isinstance(source, (str, os.PathLike)) or Path(source).suffix.lower() != ".pc2":
         return 1.0
     return float(np.fromfile(source, "<f4", 1, offset=24)[0])
 
 
 def _read_mdd(path: Path, head: bytes) -> tuple[NDArray[Any], Floats]:
-    """Frames, points, times [s]; then floats, all big-endian."""
+    """Reads MDD: frames, points, times [s] and positions, all big-endian."""
     if len(head) < 8:
         raise CacheError(f"{path}: is no point cache (.mdd)")
     samples, points = (int(n) for n in np.frombuffer(head[:8], ">i4"))

@@ -1,4 +1,4 @@
-"""Obstacles by keyword: static, or moved by keyframes of their origin."""
+"""Shapes of obstacles, static or moved by keyframes."""
 
 from __future__ import annotations
 
@@ -30,13 +30,16 @@ def mesh(
 ) -> Obstacle:
     """Obstacle from any mesh.
 
-    mesh : surface in its own frame; stands at `centre` [m] unless moved
-    times : (k) keyframes [s], ascending; positions : (k x 3) of the mesh's origin [m], default
-        `centre` throughout;
+    mesh : surface in its own frame; its origin is placed at `centre` [m] unless there are keyframes
+    times : (k) times of keyframes [s], ascending
+    positions : (k x 3) positions of the mesh's origin [m]; default: `centre` at all times
     axis_angles : (k x 3) rotation vectors [rad]
-    Without times the mesh itself is moved, and what lies in its frame, as magnets do, is placed
-    from the world's origin; one keyframe gives it a pose instead, which they take part in.
-    friction : [1]; thickness : contact distance [m], 0: as the cloth's
+    friction : friction coefficient [1]
+    thickness : contact distance [m], 0: that of the cloth
+
+    Without times, the vertices of the mesh are moved, and the frame of the obstacle is that of the
+    world. Magnets in this frame are then placed relative to the world's origin. A single keyframe
+    sets the pose of the frame instead, and magnets move with it.
     """
     times = np.asarray(times, float).ravel()
     settings: dict[str, Any] = {"name": name, "friction": friction, "thickness": thickness}
@@ -55,7 +58,7 @@ def mesh(
     return Obstacle(mesh=mesh, times=times, **settings)
 
 
-_moving = mesh  # a name that no parameter hides
+_moving = mesh  # alias, because parameters named `mesh` hide the function
 
 
 @takes(radius="m", centre="m", times="s", positions="m", friction="1", thickness="m")
@@ -70,7 +73,7 @@ def sphere(
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
 ) -> Obstacle:
-    """Sphere; lengths [m], keyframes as in `mesh`.
+    """Sphere; lengths in [m], keyframes as in `mesh`.
 
     >>> sphere(radius=0.15).mesh.closed
     True
@@ -101,7 +104,7 @@ def box(
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
 ) -> Obstacle:
-    """Box with the given sides [m]; keyframes as in `mesh`."""
+    """Box with edge lengths `size` [m]; keyframes as in `mesh`."""
     return _moving(
         meshes.box(size=size),
         name=name,
@@ -137,7 +140,10 @@ def capsule(
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
 ) -> Obstacle:
-    """Capsule along `axis`, `length` between the centres of its caps [m]; keyframes as `mesh`."""
+    """Capsule along `axis`; lengths in [m], keyframes as in `mesh`.
+
+    length : distance between the centres of its caps [m]
+    """
     surface = meshes.capsule(radius=radius, length=length, segments=segments)
     surface = surface.moved((0, 0, 0), rotation=_rotation_to(vector("axis", axis, 3)))
     return _moving(
@@ -174,8 +180,9 @@ def funnel(
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
 ) -> Obstacle:
-    """Funnel: cone between z = height and z = 0 over a tube, with a wall; `centre` is where cone
-    and tube meet [m].
+    """Funnel with walls: a cone from z = 0 to z = height on top of a tube; lengths in [m].
+
+    centre : position of the centre of the circle in which cone and tube meet [m]
     """
     surface = meshes.funnel(
         top_radius=top_radius,
@@ -203,7 +210,7 @@ def wave_bar(
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
 ) -> Obstacle:
-    """Tube along y whose centre line waves in z [m]."""
+    """Tube along y whose centre line is a wave in z; lengths in [m]."""
     surface = meshes.wave_bar(
         length=length, radius=radius, amplitude=amplitude, wavelength=wavelength, segments=segments
     )
@@ -220,7 +227,7 @@ def floor(
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
 ) -> Obstacle:
-    """Square of `size` in z = `height` [m], drawn as ground."""
+    """Square with edges `size` [m] in the plane z = `height` [m], drawn as ground."""
     return _moving(
         meshes.floor(size=size, cells=cells),
         name=name,
@@ -233,7 +240,7 @@ def floor(
 def _rotation_to(
     axis: np.ndarray[Any, np.dtype[np.float64]],
 ) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """Rotation matrix that takes z to `axis`."""
+    """Returns the rotation matrix that maps z to `axis`."""
     from scipy.spatial.transform import Rotation
 
     if not axis.any():
