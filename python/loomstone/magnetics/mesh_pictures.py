@@ -84,8 +84,7 @@ def curve_of_meshes(
     reach: float,
     path: Path,
 ) -> Path:
-    """Plots force over distance or torque over angle of one mesh near another, or near its own
-    copy.
+    """Plots force over distance or torque over angle of two meshes, or of a mesh and its copy.
 
     Both have the same polarization [T]. For forces, the first body starts at a gap of 1e-6 of its
     radius to the second one along `axis`, and moves by up to `reach` [m] (0: the bounding radius of
