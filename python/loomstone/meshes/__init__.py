@@ -1,6 +1,7 @@
-"""Meshes from numbers and files, and questions about them.
+"""Meshes: generators, files and queries.
 
-Flat cloth lies in z = 0, centred at the origin, weft along x; solids are centred.
+Flat cloth lies in z = 0, centred at the origin, with weft along x. Solids are centred at the
+origin, except the funnel.
 
 >>> import loomstone as ls
 >>> ls.meshes.sphere(radius=0.1, subdivisions=2).n_triangles

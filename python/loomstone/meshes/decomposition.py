@@ -16,13 +16,13 @@ def convex_parts(
 ) -> list[TriangleMesh]:
     """Decomposes a closed mesh into convex parts, for RigidBody(shape="parts", parts=...).
 
-    By CoACD (Wei and others, 2022).
+    Uses CoACD (Wei and others, 2022).
 
-    threshold : concavity allowed in a part, relative to the size [1], 0.01 to 1; seed : of its tree
-        search
+    threshold : largest concavity of a part relative to its size [1], 0.01 to 1
+    seed : seed of the tree search
 
-    The result depends on the version of coacd: keep the parts in a file where a run must be
-    repeated elsewhere.
+    The result depends on the version of coacd. To repeat a run on another machine, save the parts
+    in a file.
     """
     if not mesh.closed:
         raise InvalidInput(

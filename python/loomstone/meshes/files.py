@@ -16,10 +16,9 @@ __all__ = ["read", "write"]
 
 @takes()
 def read(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
-    """TriangleMesh from a file: OBJ and PLY by loomstone itself, other formats by meshio where it
-    is installed.
+    """Reads a TriangleMesh from a file: OBJ or PLY directly, other formats by meshio if installed.
 
-    with_uv : False leaves texture coordinates out; obstacles and bodies need none
+    with_uv : False skips texture coordinates, which obstacles and bodies do not need
     """
     path = Path(path)
     if path.suffix.lower() in (".obj", ".ply"):
@@ -45,7 +44,7 @@ def read(path: str | os.PathLike[str], *, with_uv: bool = True) -> TriangleMesh:
 
 @takes()
 def write(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
-    """Writes OBJ or PLY, by the path's ending; other formats by meshio where it is installed."""
+    """Writes OBJ or PLY, by the suffix of the path, or other formats by meshio if installed."""
     path = Path(path)
     if path.suffix.lower() in (".obj", ".ply"):
         _core.write_mesh(str(path), mesh)
@@ -59,11 +58,12 @@ def write(path: str | os.PathLike[str], mesh: TriangleMesh) -> None:
         ) from None
     try:
         meshio.write(path, meshio.Mesh(mesh.vertices, [("triangle", mesh.triangles)]))
+    # meshio raises a ReadError for an unknown suffix.
     except (
         meshio.ReadError,
         meshio.WriteError,
         SystemExit,
-    ) as error:  # a ReadError where it does not know the ending
+    ) as error:
         raise InvalidInput(
             f"{path}: must end in .obj, .ply or what meshio writes, as .stl, .off or .vtk: {error}"
         ) from None

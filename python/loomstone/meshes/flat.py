@@ -1,8 +1,8 @@
-"""Flat cloth in z = 0, centred at the origin, weft along x: grids and unstructured triangulations.
+"""Flat cloth in z = 0, centred at the origin, weft along x: grids and unstructured meshes.
 
-Quality unstructured meshes are Delaunay triangulations of points relaxed by Lloyd's iteration:
-boundary points are fixed and evenly spaced, interior points start at random and move to the centre
-of their surroundings.
+Unstructured meshes are Delaunay triangulations of points relaxed by Lloyd's iteration [Lloyd1982].
+Boundary points are fixed and evenly spaced. Interior points start at random and move to the
+centroid of their neighbouring triangles.
 """
 
 from __future__ import annotations
@@ -33,8 +33,9 @@ def grid(
     """Regular rectangle.
 
     size : width and height [m]
-    triangles : about how many, in square cells; or give
-    cells : (columns, rows), two triangles a cell; vertex j (columns + 1) + i is at column i, row j
+    triangles : approximate number, in square cells; an alternative to cells
+    cells : (columns, rows), with two triangles per cell; vertex j (columns + 1) + i is at column i,
+        row j
     pattern : diagonals "alternating" like a checkerboard, or all "diagonal"
 
     >>> grid(size=(0.5, 0.5), cells=(4, 4)).n_triangles
@@ -57,10 +58,10 @@ def grid(
 def irregular(
     *, size: tuple[float, float] = (0.5, 0.5), triangles: int, seed: int = 1
 ) -> TriangleMesh:
-    """Quality unstructured rectangle of exactly `triangles` triangles (rounded to the parity of its
-    boundary).
+    """Unstructured rectangle of exactly `triangles` triangles, up to the parity of its boundary.
 
-    size : width and height [m]; seed : of the random start points
+    size : width and height [m]
+    seed : seed of the random start points
 
     >>> import loomstone as ls
     >>> mesh = irregular(size=(0.5, 0.5), triangles=500)
@@ -88,8 +89,9 @@ def irregular(
 
 @takes(length="m", width="m")
 def strip(*, length: float, width: float, triangles: int, seed: int | None = None) -> TriangleMesh:
-    """Strip of `length` along x and `width` along y [m]: a grid, or quality unstructured where a
-    seed is given.
+    """Strip of `length` along x and `width` along y [m].
+
+    It is a grid, or an unstructured mesh if a seed is given.
     """
     if seed is None:
         return grid(size=(length, width), triangles=triangles)
@@ -98,10 +100,11 @@ def strip(*, length: float, width: float, triangles: int, seed: int | None = Non
 
 @takes(radius="m")
 def disc(*, radius: float = 0.5, triangles: int, seed: int = 1) -> TriangleMesh:
-    """Quality unstructured disc.
+    """Unstructured disc.
 
-    radius : [m]; triangles : exactly as many (rounded to the parity of its boundary); seed : of the
-        start points
+    radius : [m]
+    triangles : exact number, up to the parity of the boundary
+    seed : seed of the random start points
     """
     _check("disc", "radius", radius)
     edge = _edge_length(np.pi * radius**2, triangles)
@@ -130,4 +133,4 @@ def _size(size: tuple[float, float]) -> tuple[float, float]:
 
 def _edge_length(area: float, triangles: int) -> float:
     triangles = whole("triangles", triangles, 2, MOST_TRIANGLES)
-    return float(np.sqrt(area / triangles * 4 / np.sqrt(3)))  # equilateral
+    return float(np.sqrt(area / triangles * 4 / np.sqrt(3)))  # of equilateral triangles

@@ -1,6 +1,4 @@
-"""Delaunay triangulations in the plane, and the centres that Lloyd's relaxation moves their points
-to.
-"""
+"""Delaunay triangulations in the plane, and centroids for Lloyd's relaxation."""
 
 from __future__ import annotations
 
@@ -15,16 +13,18 @@ Floats = NDArray[np.float64]
 
 
 def cross(a: Floats, b: Floats) -> Floats:
-    """z of the cross product of vectors (n x 2)."""
+    """Returns the z component of the cross product of vectors (n x 2)."""
     product: Floats = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
     return product
 
 
 def delaunay(points: Floats, flat: float) -> NDArray[Any]:
-    """Faces (m x 3), counter-clockwise, without those of at most `flat` twice their area [m^2]:
-    they lie on straight outlines.
+    """Returns the triangles (m x 3), counter-clockwise.
+
+    Triangles whose doubled area is at most `flat` [m^2] are left out, because they lie on straight
+    outlines.
     """
-    from scipy.spatial import Delaunay  # imported where needed: the command line starts faster
+    from scipy.spatial import Delaunay  # a late import, so that the command line starts faster
 
     faces = Delaunay(points).simplices
     corners = points[faces]
@@ -33,8 +33,9 @@ def delaunay(points: Floats, flat: float) -> NDArray[Any]:
 
 
 def centres(points: Floats, faces: NDArray[Any]) -> Floats:
-    """Centres of the triangles around each point, weighted by area (n x 2); the point itself where
-    there are none.
+    """Returns the area-weighted centroid of the triangles around each point (n x 2).
+
+    A point without triangles keeps its position.
     """
     corners = points[faces]
     area = np.abs(cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))

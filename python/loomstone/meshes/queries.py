@@ -1,4 +1,4 @@
-"""Questions about meshes: which vertex is near, how good the triangles are."""
+"""Queries of meshes: nearest vertices and triangle quality."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ __all__ = ["nearest_vertices", "quality"]
 
 @takes(points="m")
 def nearest_vertices(mesh: TriangleMesh, points: ArrayLike) -> list[int]:
-    """Index of the vertex nearest to each point; points (k x 3) [m]."""
-    from scipy.spatial import cKDTree  # imported where needed: the command line starts faster
+    """Returns the index of the vertex nearest to each of the points (k x 3) [m]."""
+    from scipy.spatial import cKDTree  # a late import, so that the command line starts faster
 
     _, index = cKDTree(mesh.vertices).query(np.asarray(points, float).reshape(-1, 3))
     return [int(i) for i in index]
@@ -22,7 +22,10 @@ def nearest_vertices(mesh: TriangleMesh, points: ArrayLike) -> list[int]:
 
 @takes()
 def quality(mesh: TriangleMesh) -> dict[str, float]:
-    """Smallest and median angle [degrees] and ratio of largest to smallest area [1]."""
+    """Returns smallest and median angle [degrees] and ratio of largest to smallest area [1].
+
+    The median is taken over the smallest angles of all triangles.
+    """
     corners = mesh.vertices[mesh.triangles]
     sides = np.roll(corners, -1, 1) - corners
     length = np.linalg.norm(sides, axis=2)

@@ -1,4 +1,4 @@
-"""Quality unstructured triangles within a convex outline, by Lloyd's relaxation."""
+"""Unstructured meshes within a convex outline, by Lloyd's relaxation."""
 
 from __future__ import annotations
 
@@ -23,16 +23,19 @@ def relaxed(
     triangles: int,
     seed: int,
 ) -> TriangleMesh:
-    """Unstructured triangles within a convex outline.
+    """Returns an unstructured mesh within a convex outline.
 
-    depth : of points below the outline [m]; box : width and height [m]; edge : wanted length [m].
-    Euler's formula gives triangles = 2 interior + boundary - 2, so the count is met.
+    depth : function that returns the distance of points from the outline [m], positive inside
+    box : width and height [m]
+    edge : target edge length [m]
+    triangles : number of triangles. By Euler's formula, triangles = 2 interior + boundary - 2
+        points, which fixes the number of interior points.
     """
     random = np.random.default_rng(seed)
     n_interior = max(0, (triangles + 2 - len(outline)) // 2)
     interior = np.empty((0, 2))
     spacing = edge
-    while len(interior) < n_interior:  # jittered hexagonal lattice, dense enough
+    while len(interior) < n_interior:  # until the jittered hexagonal lattice is dense enough
         rows = np.arange(-box[1] / 2, box[1] / 2 + spacing, spacing * np.sqrt(3) / 2)
         columns = np.arange(-box[0] / 2, box[0] / 2 + spacing, spacing)
         lattice = np.array(

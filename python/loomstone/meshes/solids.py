@@ -11,27 +11,27 @@ __all__ = ["box", "capsule", "cylinder", "floor", "funnel", "sphere", "wave_bar"
 
 @takes(radius="m")
 def sphere(*, radius: float, subdivisions: int = 4) -> TriangleMesh:
-    """Icosphere of 20 * 4**subdivisions triangles, radius [m]."""
+    """Icosphere with 20 * 4**subdivisions triangles; radius [m]."""
     return _core.icosphere(radius, subdivisions=subdivisions)
 
 
 @takes(size="m")
 def box(*, size: tuple[float, float, float], cells_per_side: int = 1) -> TriangleMesh:
-    """Box with the given sides [m]."""
+    """Box with edge lengths `size` [m]."""
     return _core.box(*vector("size", size, 3), cells_per_side=cells_per_side)
 
 
 @takes(radius="m", length="m")
 def capsule(*, radius: float, length: float, segments: int = 32) -> TriangleMesh:
-    """Capsule along z; `length` between the centres of its caps [m]."""
+    """Capsule along z; `length` is the distance between the centres of its caps [m]."""
     return _core.capsule(radius, length, segments=segments)
 
 
 @takes(radius="m", length="m")
 def cylinder(*, radius: float, length: float, segments: int = 32) -> TriangleMesh:
-    """Cylinder along z [m]: a prism of `segments` sides with its corners on the cylinder.
+    """Cylinder along z [m]: a prism with `segments` sides, whose vertices lie on the cylinder.
 
-    Up to 16 sides it is a rigid body's polyhedron, whose contacts are exact.
+    With up to 16 sides, a rigid body uses it as a polyhedron with exact contacts.
     """
     return _core.cylinder(radius, length, segments=segments)
 
@@ -46,8 +46,9 @@ def funnel(
     wall: float,
     segments: int = 64,
 ) -> TriangleMesh:
-    """Cone from top_radius at z = height to bottom_radius at z = 0, then a tube below; closed, with
-    a wall [m].
+    """Closed funnel with walls; lengths in [m].
+
+    A cone from top_radius at z = height to bottom_radius at z = 0 continues as a tube below.
     """
     return _core.funnel(top_radius, bottom_radius, height, tube_length, wall, segments=segments)
 
@@ -56,11 +57,11 @@ def funnel(
 def wave_bar(
     *, length: float, radius: float, amplitude: float, wavelength: float, segments: int = 24
 ) -> TriangleMesh:
-    """Tube along y whose centre line waves in z [m]."""
+    """Tube along y whose centre line is a sine wave in z; lengths in [m]."""
     return _core.wave_bar(length, radius, amplitude, wavelength, segments=segments)
 
 
 @takes(size="m")
 def floor(*, size: float = 4.0, cells: int = 8) -> TriangleMesh:
-    """Open square in z = 0 with normal +z, size [m]."""
+    """Open square in z = 0 with normal +z and edges `size` [m]."""
     return _core.floor_square(size, cells=cells)
