@@ -6,9 +6,9 @@
 >>> print(f"{cotton.density:g} kg/m^2, {cotton.warp_stiffness:g} N/m along warp")
 0.1036 kg/m^2, 3801 N/m along warp
 
-Fits to measured curves, fabrics by levels, rigidities of strips and laboratory tests stand beside
-them. Numbers and sources are in table.py; how they were mapped and what to beware of, in
-docs/fabrics.md.
+Other functions fit fabrics to measured curves, make fabrics by levels, convert strip rigidities and
+simulate laboratory tests. Numbers and sources are in table.py. docs/fabrics.md describes how the
+numbers were derived, and their limitations.
 """
 
 import sys

@@ -1,18 +1,18 @@
-"""Fits a fabric to measured curves, as section 3.3.3 of the thesis.
+"""Fits a fabric to measured curves, as in section 3.3.3 of [Thomaszewski2010].
 
-Two numbers a mode describe it, stiffness and limit.
+Each mode is described by a stiffness and a limit. The limit is the strain at which the measured
+curve reaches a given load (100-200 gf/cm; default 150 gf/cm = 147.1 N/m). The stiffness is fitted
+to the curve below the limit, by least squares in closed form. The load per width of the model at
+rest is
 
-The limit is the strain at which the measured curve reaches a load (100-200 gf/cm; default 150 gf/cm
-= 147.1 N/m); the stiffness is fitted to the curve below it, by least squares in closed form. The
-model's load per width at rest is
-
-    weft, warp:  P = E l (l^2 - 1) / 2,  l = 1 + strain   uniaxial, (2.23) with no load across
+    weft, warp:  P = E l (l^2 - 1) / 2,  l = 1 + strain   uniaxial, (2.23) with no transverse load
     shear:       P = G g,  g = tan(angle)                 simple shear, g the engineering shear
     bending:     M = B k
 
-A simple shear g has the strain e12 = g / sqrt(4 + g^2) in U - I, which is what the limit of shear
-is given in. Tensile tests of the Kawabata system hold a short wide sample: what they give as E is E
-/ (1 - nu12 nu21), nu = 0 here.
+The shear limit is given as the component e12 of U - I, which is e12 = g / sqrt(4 + g^2) for a
+simple shear g. Tensile tests of the Kawabata system clamp a short and wide sample, and therefore
+measure E / (1 - nu12 nu21) instead of E. The two are equal here, because fitted materials have nu =
+0.
 """
 
 from __future__ import annotations
@@ -46,20 +46,20 @@ def fit(
     shear_limit: float | None = None,
     name: str = "fitted",
 ) -> Fabric:
-    """A Fabric whose stiffness and limits fit measured curves.
+    """Returns a Fabric whose stiffness and limits are fitted to measured curves.
 
-    curves : by name "weft", "warp", "shear" and, where measured, "bending_weft", "bending_warp",
-        "bending_bias" of strips; each a pair (strain, load) of arrays of equal length, or an (n x
-        2) array. Weft and warp: strain [1], load per width [N/m]; shear: engineering shear [1] or
-        angle (ls.units["deg"]), load per width [N/m]; bending: curvature [1/m], moment per width
+    curves : by name: "weft", "warp", "shear" and, if measured, "bending_weft", "bending_warp",
+        "bending_bias" of strips. Each is a pair (strain, load) of arrays of equal length, or an (n
+        x 2) array. Weft and warp: strain [1], load per width [N/m]. Shear: engineering shear [1] or
+        angle (ls.units["deg"]), load per width [N/m]. Bending: curvature [1/m], moment per width
         [N]. Arrays may carry units: (ls.units["%"] * strain, ls.units["gf/cm"] * load).
-    density : [kg/m^2], or with a unit
-    load : that sets the limits [N/m], or with a unit
-    shear_limit : largest e12 [1] instead of the strain at `load`, which tests of shear rarely reach
+    density : [kg/m^2], or a quantity with a unit
+    load : load that defines the limits [N/m], or a quantity with a unit
+    shear_limit : largest e12 [1], in place of the strain at `load`, which shear tests rarely reach
 
-    Raises InvalidInput for curves that cannot be fitted: other than finite numbers, strain that
-    does not grow, fewer than four points below the limit, a load that is never reached. Without
-    curves of bending the material's default holds.
+    Raises InvalidInput for curves that cannot be fitted: values that are not finite numbers, strain
+    that does not increase, fewer than four points below the limit, or a load that is never reached.
+    Without bending curves, the material keeps its default bending.
 
     >>> import numpy as np
     >>> strain = np.linspace(0, 0.1, 40)
@@ -98,7 +98,7 @@ def fit(
 
 
 def _limits(load: Any, shear_limit: Any) -> tuple[float, float | None]:
-    """Both as numbers in SI."""
+    """Returns load and shear limit as numbers in SI units."""
     reached = number_in(load, "N/m", "fit: load")
     if not (np.isfinite(reached) and reached > 0):
         raise InvalidInput(f"fit: load must be > 0 [N/m], got {load}")
@@ -184,7 +184,7 @@ def _bending(fits: dict[str, ModeFit]) -> dict[str, float]:
 
 
 def _read(mode: str, curve: Any, x_unit: str, y_unit: str) -> tuple[Floats, Floats]:
-    """Both columns in SI, checked."""
+    """Returns both columns of a curve in SI units, after checks."""
     if not isinstance(curve, (tuple, list)) and np.ndim(curve) == 2 and np.shape(curve)[1] == 2:
         curve = tuple(np.asarray(curve).T)
     if not isinstance(curve, (tuple, list)) or len(curve) != 2:
@@ -225,7 +225,7 @@ def _read(mode: str, curve: Any, x_unit: str, y_unit: str) -> tuple[Floats, Floa
 
 
 def _crossing(mode: str, strain: Floats, load: Floats, wanted: float) -> float:
-    """Strain at which the curve first reaches a load, linear between points."""
+    """Returns the strain at which the curve first reaches a load, by linear interpolation."""
     above = np.flatnonzero(load >= wanted)
     if above.size == 0:
         raise InvalidInput(
@@ -251,8 +251,9 @@ def _crossing(mode: str, strain: Floats, load: Floats, wanted: float) -> float:
 def _through_origin(
     mode: str, shape: Callable[[Floats], Floats], x: Floats, y: Floats, limit: float
 ) -> ModeFit:
-    """Stiffness k of y = k shape(x) by least squares, and the root mean square misfit over the
-    largest load.
+    """Fits the stiffness k of y = k shape(x) by least squares.
+
+    The misfit is the root mean square residual, relative to the largest load.
     """
     if np.count_nonzero(x) < 4:
         raise InvalidInput(

@@ -1,4 +1,4 @@
-"""A material with its limits and where its numbers come from."""
+"""A material with its strain limits and the source of its numbers."""
 
 from __future__ import annotations
 
@@ -16,11 +16,12 @@ __all__ = ["Fabric", "ModeFit"]
 
 @dataclass(frozen=True)
 class ModeFit:
-    """One mode fitted to a curve.
+    """One mode of deformation fitted to a curve.
 
-    stiffness : [N/m], of bending [N m]; limit : largest strain [1], inf for bending
-    misfit : root mean square difference from the curve over its largest load [1]; points : of the
-        curve that were used
+    stiffness : [N/m], for bending [N m]
+    limit : largest strain [1], inf for bending
+    misfit : root mean square deviation from the curve, relative to its largest load [1]
+    points : number of points of the curve that were used
     """
 
     stiffness: float
@@ -30,17 +31,16 @@ class ModeFit:
 
 
 class Fabric(ClothMaterial):
-    """A ClothMaterial with its limits of strain and where its numbers come from.
+    """A ClothMaterial with its strain limits and the source of its numbers.
 
     Used as Cloth(material=fabric), or Cloth(material=fabric, strain_limit=fabric.strain_limit).
 
-    name, use, composition, construction : texts
-    limits : largest strain along weft and warp, and largest shear strain e12 [1]; inf where none is
-        known
-    source, licence : where the numbers come from
-    caveats : what to beware of, a sentence each
-    band : published range of the drape coefficient of such fabrics, or None
-    fits : how each mode was fitted, for fabrics made by fit_fabric
+    name, use, composition, construction : descriptive texts
+    limits : largest strain along weft and warp, and largest shear strain e12 [1]; inf if unknown
+    source, licence : source of the numbers and its licence
+    caveats : limitations of the numbers, one sentence each
+    band : published range of the drape coefficient of similar fabrics, or None
+    fits : fit of each mode, for fabrics made by fit_fabric
     """
 
     __slots__ = ("_about", "_fits", "_material")
@@ -95,50 +95,50 @@ class Fabric(ClothMaterial):
 
     @property
     def composition(self) -> str:
-        """Fibres, or empty where unknown."""
+        """Fibres; empty if unknown."""
         return str(self._about["composition"])
 
     @property
     def construction(self) -> str:
-        """woven, knit, or empty where unknown."""
+        """woven or knit; empty if unknown."""
         return str(self._about["construction"])
 
     @property
     def limits(self) -> tuple[float, float, float]:
-        """Largest strain U - I along weft and warp, and largest e12 [1]; inf: none known."""
+        """Largest strain U - I along weft and warp, and largest e12 [1]; inf if unknown."""
         limits: tuple[float, float, float] = self._about["limits"]
         return limits
 
     @property
     def strain_limit(self) -> StrainLimit | None:
-        """The limits for a Cloth, compression free; None where none is known."""
+        """The limits for a Cloth, with free compression; None if no limit is known."""
         return StrainLimit(*self.limits) if any(map(isfinite, self.limits)) else None
 
     @property
     def source(self) -> str:
-        """Citation."""
+        """Citation of the source."""
         return str(self._about["source"])
 
     @property
     def licence(self) -> str:
-        """What the holders of the source say."""
+        """Licence of the source."""
         return str(self._about["licence"])
 
     @property
     def caveats(self) -> tuple[str, ...]:
-        """What to beware of."""
+        """Limitations of the numbers."""
         caveats: tuple[str, ...] = self._about["caveats"]
         return caveats
 
     @property
     def band(self) -> Band | None:
-        """Published range of Cusick's drape coefficient [%] of such fabrics, or None."""
+        """Published range of Cusick's drape coefficient [%] of similar fabrics, or None."""
         band: Band | None = self._about["band"]
         return band
 
     @property
     def fits(self) -> dict[str, ModeFit]:
-        """How each mode was fitted; empty for other fabrics than those of fit_fabric."""
+        """Fit of each mode; empty for fabrics that fit_fabric did not make."""
         return dict(self._fits)
 
     def __repr__(self) -> str:
@@ -159,8 +159,9 @@ class Fabric(ClothMaterial):
         )
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON: the fields of the material, and about the fabric; no limit is
-        None.
+        """Returns plain values for JSON: the fields of the material and of the fabric.
+
+        An unknown limit is None.
         """
         band = self.band
         about = self._about | {

@@ -22,12 +22,13 @@ def of_levels(
     bending: str = "medium",
     density: Any = 0.15,
 ) -> Fabric:
-    """A fabric by levels: "very soft", "soft", "medium", "firm" or "stiff" for each mode (thesis
-    3.3.3).
+    """Returns a fabric from levels, as in section 3.3.3 of [Thomaszewski2010].
 
-    weft, warp, shear : each sets a stiffness and a limit of strain; bending : rigidity in all
-        directions
-    density : [kg/m^2], or with a unit
+    Levels are "very soft", "soft", "medium", "firm" and "stiff".
+
+    weft, warp, shear : levels that each set a stiffness and a strain limit
+    bending : level of the rigidity in all directions
+    density : [kg/m^2], or a quantity with a unit
 
     >>> of_levels(weft="soft", warp="stiff").limits
     (0.15, 0.02, 0.15)

@@ -1,4 +1,4 @@
-"""The fabrics as a table for people or as JSON for programs."""
+"""The fabrics as a text table or as JSON."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HEADER = (
 
 
 def fabrics_text() -> str:
-    """A table: a line a fabric, then the sources."""
+    """Returns a table with one line per fabric, followed by the sources."""
     sources = list(dict.fromkeys(fabric.source for fabric in catalogue.values()))
     lines = [
         HEADER,
@@ -39,7 +39,7 @@ def fabrics_text() -> str:
 
 
 def fabrics_json() -> str:
-    """All fields of all fabrics by name."""
+    """Returns all fields of all fabrics by name."""
     return json.dumps(
         {name: fabric.to_dict() for name, fabric in catalogue.items()}, indent=1, allow_nan=False
     )

@@ -15,7 +15,7 @@ __all__ = ["Catalogue", "catalogue"]
 
 
 class Catalogue(Mapping[str, Fabric]):
-    """Fabrics by name, fixed."""
+    """A read-only mapping of fabrics by name."""
 
     def __init__(self, fabrics: dict[str, Fabric]) -> None:
         self._fabrics = fabrics
@@ -31,9 +31,8 @@ class Catalogue(Mapping[str, Fabric]):
         )
         raise InvalidInput(f"there is no fabric {name!r}; {hint}")
 
-    def get(
-        self, name: str, default: Any = None
-    ) -> Any:  # not through [], which raises no KeyError
+    # Mapping.get() expects a KeyError, but [] raises InvalidInput.
+    def get(self, name: str, default: Any = None) -> Any:
         return self._fabrics.get(name, default)
 
     def __contains__(self, name: object) -> bool:

@@ -1,13 +1,13 @@
-"""Bending rigidity of strips cut at an angle to weft, by orthotropic plate theory, and back.
+"""Bending rigidity of strips cut at an angle to weft, by orthotropic plate theory, and its inverse.
 
-A strip with free edges that is bent along its length carries no moment across and no twisting
-moment. With D the plate's rigidity for (k11, k22, 2 k12) and S = D^-1, a strip at the angle a to
-weft has the rigidity B(a) with
+A strip with free edges that is bent along its length carries no transverse bending moment and no
+twisting moment. Let D be the plate's rigidity for the curvatures (k11, k22, 2 k12), and S = D^-1. A
+strip at the angle a to weft has the rigidity B(a) with
 
     1 / B(a) = S11 c^4 + S22 s^4 + (2 S12 + S33) c^2 s^2,    c = cos a, s = sin a
 
-[Lekhnitskii1968]. Strips along weft, along warp and on the bias (45 degrees) give S11, S22 and
-S33 = 4 / B(45) - S11 - S22 - 2 S12; that is what `bending_from_strips` solves.
+[Lekhnitskii1968]. `bending_from_strips` solves this for strips along weft, along warp and on the
+bias (45 degrees), which give S11, S22 and S33 = 4 / B(45) - S11 - S22 - 2 S12.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ __all__ = ["bending_from_strips", "strip_rigidity"]
 def bending_from_strips(
     *, weft: Any, warp: Any, bias: Any, poisson: float = 0.0
 ) -> dict[str, float]:
-    """Bending of a ClothMaterial from the rigidities of three strips, as keywords for it.
+    """Returns the bending parameters of a ClothMaterial, as keywords, from rigidities of strips.
 
     weft, warp, bias : rigidity of strips cut along weft, along warp and at 45 degrees [N m], or
-        with a unit
-    poisson : curvature across over curvature along a weft strip, with the sign turned [1]; fabrics:
-        near 0
+        quantities with a unit
+    poisson : minus the ratio of transverse to longitudinal curvature of a weft strip [1]; near 0
+        for fabrics
 
-    Raises InvalidInput where no plate has such strips: 4 / bias must exceed 1 / weft + 1 / warp - 2
+    Raises InvalidInput if no plate has such strips: 4 / bias must exceed 1 / weft + 1 / warp - 2
     poisson / weft.
 
     >>> import loomstone as ls
@@ -73,7 +73,10 @@ def bending_from_strips(
 
 @takes(angle_degrees="degrees")
 def strip_rigidity(material: ClothMaterial, *, angle_degrees: float = 0.0) -> float:
-    """Rigidity [N m] of a strip cut at an angle to weft; 0: weft, 90: warp, 45: bias."""
+    """Returns the rigidity [N m] of a strip cut at an angle to weft.
+
+    0 degrees is weft, 90 warp and 45 bias.
+    """
     d11, d22, d12, d33 = (
         material.bending_weft,
         material.bending_warp,
@@ -81,7 +84,7 @@ def strip_rigidity(material: ClothMaterial, *, angle_degrees: float = 0.0) -> fl
         material.bending_twist,
     )
     if d33 < 0.0:
-        d33 = 0.5 * (math.sqrt(d11 * d22) - d12)  # as build() takes it
+        d33 = 0.5 * (math.sqrt(d11 * d22) - d12)  # the default, that of an isotropic plate
     determinant = d11 * d22 - d12**2
     if not (determinant > 0.0 and d33 > 0.0):
         raise InvalidInput(

@@ -1,4 +1,4 @@
-"""The module `loomstone.fabrics` as a mapping of the fabrics by name."""
+"""The module `loomstone.fabrics` as a mapping of fabrics by name."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["FabricsRoom"]
 
 
 class FabricsRoom(ModuleType):
-    """A module that is indexed by the names of fabrics: loomstone.fabrics["cotton"]."""
+    """A module that is indexed by the names of fabrics, as in loomstone.fabrics["cotton"]."""
 
     def __getitem__(self, name: str) -> Fabric:
         return catalogue[name]
@@ -36,16 +36,16 @@ class FabricsRoom(ModuleType):
         return catalogue.values()
 
     def items(self) -> ItemsView[str, Fabric]:
-        """Names with their fabrics."""
+        """Names and fabrics."""
         return catalogue.items()
 
     def get(self, name: str, default: Any = None) -> Any:
-        """A fabric, or the default where there is none of that name."""
+        """Returns a fabric, or the default if there is none of that name."""
         return catalogue.get(name, default)
 
     def __repr__(self) -> str:
         return f"fabrics({', '.join(catalogue)})"
 
-    if TYPE_CHECKING:  # type checkers take the module for an object of this class
+    if TYPE_CHECKING:  # type checkers treat the module as an object of this class
 
         def __getattr__(self, name: str) -> Any: ...

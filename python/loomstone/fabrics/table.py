@@ -1,8 +1,8 @@
-"""Numbers of the fabrics in `loomstone.fabrics`, in SI, and where they come from.
+"""Numbers of the fabrics in `loomstone.fabrics`, in SI units, and their sources.
 
-The sources are [Wang2011], [Li2021] and [Feng2022]; docs/fabrics.md tells how they were mapped.
-Each number is derived from a published one and rounded to four digits; no table of a source is
-repeated here.
+The sources are [Wang2011], [Li2021] and [Feng2022]. docs/fabrics.md describes how the numbers were
+derived. Each number is derived from a published one and rounded to four digits. No table of a
+source is reproduced here.
 """
 
 from __future__ import annotations
@@ -15,8 +15,11 @@ __all__ = ["BANDS", "FABRICS", "LEVELS", "SOURCES", "Band", "Level", "Row", "Sou
 
 @dataclass(frozen=True)
 class Source:
-    """citation; licence : what its holders say; mapping : how numbers became those of a
-    ClothMaterial.
+    """A source of numbers.
+
+    citation : bibliographic reference
+    licence : terms stated by the rights holders
+    mapping : conversion of the published numbers to those of a ClothMaterial
     """
 
     citation: str
@@ -35,13 +38,12 @@ class Band:
 
 @dataclass(frozen=True)
 class Row:
-    """One fabric: stiffness [N/m], Poisson ratio nu12 [1], density [kg/m^2], bending [N m], limits
-    of strain [1].
+    """One fabric, with stiffness [N/m], Poisson ratio nu12 [1] and density [kg/m^2].
 
-    weft, warp : Young's modulus times thickness; shear : shear modulus times thickness (load over
-        engineering shear)
-    bending : of strips cut along weft, along warp and on the bias
-    limits : largest strain U - I along weft and warp, and e12; inf: none known
+    weft, warp : Young's modulus times thickness [N/m]
+    shear : shear modulus times thickness (load per engineering shear) [N/m]
+    bending : rigidity of strips cut along weft, along warp and on the bias [N m]
+    limits : largest strain U - I along weft and warp, and largest e12 [1]; inf if unknown
     """
 
     source: str
@@ -112,7 +114,10 @@ _NEGATIVE = "the fit's negative coupling is taken as 0"
 
 
 def _bending(warp: float) -> tuple[float, float, float]:
-    """Along weft, warp and on the bias, from the median along warp of fabrics of that weight."""
+    """Returns the rigidity along weft, along warp and on the bias.
+
+    warp : median rigidity along warp of fabrics of the same weight [N m]
+    """
     return 0.6354 * warp, warp, 0.8316 * warp
 
 
@@ -248,9 +253,12 @@ FABRICS = {
 
 @dataclass(frozen=True)
 class Level:
-    """Two numbers a mode for artists (thesis 3.3.3), and bending: stiffness [N/m], limit [1], shear
-    likewise, bending
-    [N m]."""
+    """A level for artists, as in section 3.3.3 of [Thomaszewski2010].
+
+    stiffness, limit : along weft or warp [N/m], [1]
+    shear, shear_limit : in shear [N/m], [1]
+    bending : rigidity [N m]
+    """
 
     stiffness: float
     limit: float
@@ -259,9 +267,9 @@ class Level:
     bending: float
 
 
-# Bending: percentiles 5, 25, 50, 75, 95 of 618 measured fabrics (along warp). Stiffness and limits:
-# our choice, from the softest knit to canvas of the fabrics above; figure 3.5 of the thesis shows
-# limits of 2, 5 and 15 %.
+# Bending is that of the percentiles 5, 25, 50, 75 and 95 of 618 measured fabrics, along warp
+# [Feng2022]. Stiffness and limits are our choice, and span the fabrics above from the softest knit
+# to canvas. Figure 3.5 of [Thomaszewski2010] shows limits of 2, 5 and 15 %.
 LEVELS = {
     "very soft": Level(50.0, 0.30, 20.0, 0.30, 1.1e-6),
     "soft": Level(150.0, 0.15, 40.0, 0.20, 4.1e-6),

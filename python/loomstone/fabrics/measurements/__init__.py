@@ -1,5 +1,4 @@
-"""Laboratory tests of fabrics, simulated: Cusick's drape test and the cantilever test of ASTM
-D1388.
+"""Simulated laboratory tests: Cusick's drape test and the cantilever test of ASTM D1388.
 
 >>> import loomstone as ls
 >>> strip = ls.fabrics.measurements.cantilever(ls.fabrics["denim"], angle_degrees=0)

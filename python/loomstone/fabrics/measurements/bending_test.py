@@ -1,11 +1,11 @@
 """The cantilever test of bending (ASTM D1388, option A) [Peirce1930].
 
-A strip 25 mm wide hangs from a clamp under its weight w = density * g. Its overhang l, when the
-chord from clamp to tip falls by 41.5 degrees, gives the bending length c = l / 2 and, by the
-standard, the rigidity w c^3. The closed form beside it is the elastica, B theta'' = -w (l - s)
-cos(theta), clamped at s = 0 and free at s = l, with B from orthotropic plate theory for the strip's
-direction. On the bias the clamp keeps the strip from twisting as that B has it do: the overhang
-comes out longer, in proportion to the width.
+A strip 25 mm wide hangs from a clamp under its weight per area w = density * g. Its overhang l is
+the length at which the chord from clamp to tip is inclined by 41.5 degrees. The standard defines
+the bending length c = l / 2 and the rigidity w c^3. The reference solution is the elastica B
+theta'' = -w (l - s) cos(theta), clamped at s = 0 and free at s = l, with B from orthotropic plate
+theory for the direction of the strip. On the bias, the clamp suppresses the twist that this B
+assumes. The overhang is therefore longer, in proportion to the width.
 """
 
 from __future__ import annotations
@@ -25,19 +25,21 @@ from .rest import bring_to_rest
 
 __all__ = ["ANGLE", "CantileverResult", "cantilever", "overhang_of_elastica"]
 
-ANGLE, WIDTH, GRAVITY = 41.5, 0.025, 9.81  # [degrees], [m], [m/s^2] that of a Scene
+ANGLE, WIDTH, GRAVITY = 41.5, 0.025, 9.81  # [degrees], [m], [m/s^2] as in Scene
 
 
 @dataclass(frozen=True)
 class CantileverResult:
-    """Outcome for one direction.
+    """Result for one direction.
 
-    angle_degrees : of the strip to weft; overhang : l at 41.5 degrees [m]; elastica : the same by
-        the closed form [m]
-    rigidity : of the strip by plate theory [N m]; measured_rigidity : of the elastica that hangs as
-        the strip did [N m]
-    at_rest : whether every strip tried came to rest; strips : how many were tried; seconds : wall
-        time
+    angle_degrees : angle of the strip to weft
+    overhang : overhang l at 41.5 degrees [m]
+    elastica : overhang of the elastica [m]
+    rigidity : rigidity of the strip by plate theory [N m]
+    measured_rigidity : rigidity of an elastica with the measured overhang [N m]
+    at_rest : whether every strip came to rest
+    strips : number of strips that were simulated
+    seconds : wall time [s]
     """
 
     angle_degrees: float
@@ -51,12 +53,12 @@ class CantileverResult:
 
     @property
     def bending_length(self) -> float:
-        """c = l / 2 as ASTM D1388 has it [m]."""
+        """Bending length c = l / 2 of ASTM D1388 [m]."""
         return self.overhang / 2
 
     @property
     def error(self) -> float:
-        """Overhang over the closed form's, less 1 [1]."""
+        """Relative deviation of the overhang from that of the elastica [1]."""
         return self.overhang / self.elastica - 1
 
 
@@ -70,10 +72,14 @@ def cantilever(
     step: float = 4e-3,
     threads: int = 1,
 ) -> CantileverResult:
-    """Lets strips of a fabric hang until one has its chord at 41.5 degrees within 0.1 degrees.
+    """Simulates hanging strips until the chord of one is inclined by 41.5 +- 0.1 degrees.
 
-    angle_degrees : of the strip to weft (0 weft, 90 warp, 45 bias); width : of the strip [m]
-    across : mesh cells over its width; step : [s]
+    angle_degrees : angle of the strip to weft (0: weft, 90: warp, 45: bias)
+    width : width of the strip [m]
+    across : number of mesh cells over the width
+    step : time step [s]
+
+    Raises InvalidInput for values out of range, and SolverFailure if six strips do not suffice.
     """
     began = time.perf_counter()
     if across < 2:
@@ -110,11 +116,10 @@ def cantilever(
 
 @takes(chord_degrees="degrees")
 def overhang_of_elastica(chord_degrees: float) -> float:
-    """Overhang over (B / w)^(1/3) at which the chord from clamp to tip falls by so many degrees
-    [1].
+    """Returns the overhang over (B / w)^(1/3) at which the chord has a given inclination [1].
 
-    Measured from the free end, u = l - s in that unit: theta'' = -u cos(theta), theta'(0) = 0, and
-    theta is 0 at the clamp.
+    In this unit and with u = l - s, measured from the free end, theta'' = -u cos(theta). The
+    boundary conditions are theta'(0) = 0 and theta = 0 at the clamp.
 
     >>> round(overhang_of_elastica(41.5), 3)
     2.0
@@ -135,9 +140,7 @@ def overhang_of_elastica(chord_degrees: float) -> float:
 
 
 def _elastica(tip_angle: float) -> tuple[float, float]:
-    """Length and angle of the chord of the elastica whose free end is inclined by `tip_angle`
-    [rad].
-    """
+    """Returns length and chord angle [rad] of the elastica with the given tip angle [rad]."""
     from scipy.integrate import solve_ivp
 
     def slope(u: float, y: np.ndarray) -> list[float]:
@@ -156,7 +159,12 @@ def _elastica(tip_angle: float) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class _Strip:
-    """Of a fabric, cut at an angle to weft; width [m]; mesh cells across; step of the test [s]."""
+    """A strip of fabric cut at an angle to weft.
+
+    width : [m]
+    across : number of mesh cells over the width
+    step : time step of the test [s]
+    """
 
     material: ClothMaterial
     angle_degrees: float
@@ -166,15 +174,16 @@ class _Strip:
 
 
 def _hang(strip: _Strip, length: float, threads: int) -> tuple[float, bool]:
-    """Angle of the chord at rest [degrees], and whether it came to rest."""
+    """Returns the angle of the chord at rest [degrees], and whether the strip came to rest."""
     cells = max(16, round(length * strip.across / strip.width))
     size = (length * (cells + 1) / cells, strip.width)
     flat = meshes.grid(size=size, cells=(cells + 1, strip.across))
+    # The clamp ends at x = 0.
     vertices = flat.vertices - [
         flat.vertices[:, 0].min() + length / cells,
         0.0,
         0.0,
-    ]  # the clamp ends at x = 0
+    ]
     turn = np.radians(strip.angle_degrees)
     weft = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
     mesh = TriangleMesh(vertices, flat.triangles, vertices[:, :2] @ weft.T)

@@ -1,11 +1,12 @@
-"""Cusick's drape test [Cusick1965] (BS 5058, ISO 9073-9): a disc of fabric of 30 cm held between
-discs of 18 cm.
+"""Cusick's drape test [Cusick1965] (BS 5058, ISO 9073-9).
+
+A disc of fabric with a diameter of 30 cm is clamped between discs of 18 cm.
 
     drape coefficient = (A_shadow - A_disc) / (A_specimen - A_disc) * 100 %
 
-The fabric is held flat between the discs as in the instrument: its vertices up to 9 cm are pinned.
-The rest hangs over a solid pedestal and comes to rest by kinetic damping. The shadow is the union
-of all triangles seen from above, rasterised.
+The fabric is flat between the discs: vertices within a radius of 9 cm are pinned. The rest hangs
+over a solid pedestal and comes to rest by kinetic damping. The shadow is the union of all triangles
+as seen from above, computed on a pixel grid.
 """
 
 from __future__ import annotations
@@ -33,13 +34,17 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class CusickResult:
-    """Outcome of one drape test.
+    """Result of one drape test.
 
-    drape_coefficient : [%]; folds : maxima of the outline's radius; shadow : area seen from above
-        [m^2]
-    intersections : pairs of the fabric's triangles that intersect something at the end
-    rest : whether and how the fabric came to rest; seconds : wall time
-    mesh, positions : the specimen and where its vertices are (n x 3) [m]
+    drape_coefficient : [%]
+    folds : number of maxima of the outline's radius
+    shadow : area as seen from above [m^2]
+    intersections : number of intersecting triangle pairs at the end, with fabric on at least one
+        side
+    rest : whether and how the fabric came to rest
+    seconds : wall time [s]
+    mesh : mesh of the specimen
+    positions : final positions of its vertices (n x 3) [m]
     """
 
     drape_coefficient: float
@@ -53,18 +58,18 @@ class CusickResult:
 
 
 def specimen(triangles: int, *, seed: int = 1) -> TriangleMesh:
-    """Unstructured disc of 30 cm of `triangles` triangles (rounded).
+    """Returns an unstructured disc with a diameter of 30 cm and about `triangles` triangles.
 
     A ring of vertices lies on the edge of the clamp.
     """
     triangles = whole("triangles", triangles, 400, 1_000_000)
-    area = (
-        np.pi * (SPECIMEN**2 - DISC**2) / (0.8 * triangles)
-    )  # a fifth of the triangles lies in the clamp
+    # A fifth of the triangles lies in the clamp.
+    area = np.pi * (SPECIMEN**2 - DISC**2) / (0.8 * triangles)
     edge = float(np.sqrt(4 / np.sqrt(3) * area))
     outline = _ring(SPECIMEN, edge)
     rings, radius, spacing = [_ring(DISC, edge)], DISC - 0.87 * edge, edge
-    while radius > 0.5 * spacing:  # held: only the first of them matters, the others fill the disc
+    # Only the first of these clamped rings affects the drape. The others fill the disc.
+    while radius > 0.5 * spacing:
         rings.append(_ring(radius, spacing))
         spacing *= 1.4
         radius -= 0.87 * spacing
@@ -76,8 +81,8 @@ def specimen(triangles: int, *, seed: int = 1) -> TriangleMesh:
         within: Floats = np.minimum(inner - distance, distance - DISC)
         return within
 
-    # An inner point counts twice in Euler's formula, one of the outline once; relaxed() takes all
-    # for outline.
+    # In Euler's formula an interior point counts twice and an outline point once. relaxed() counts
+    # all fixed points as outline points, so the number of clamped points is subtracted.
     fixed = np.concatenate([outline, held])
     return relaxed(fixed, depth, (2 * SPECIMEN, 2 * SPECIMEN), edge, triangles - len(held), seed)
 
@@ -93,21 +98,20 @@ def cusick(
     longest: float = 8.0,
     threads: int = 0,
 ) -> CusickResult:
-    """Drapes a fabric.
+    """Simulates a drape test.
 
     material : ClothMaterial or a fabric
-    strain_limit : StrainLimit of the specimen; None: it strains as far as forces take it
-    triangles, seed : of the specimen's mesh; below about 3000 triangles the coefficient comes out
-        too high
-    step : [s], or None: 4 ms at a contact distance of 1 mm, in proportion below
+    strain_limit : StrainLimit of the specimen; None: no limit
+    triangles, seed : number of triangles and random seed of the specimen's mesh; below about 3000
+        triangles the coefficient is too high
+    step : time step [s]; None: 4 ms at a contact distance of 1 mm, and proportionally less below
     longest : simulated time allowed for coming to rest [s]
     """
     began = time.perf_counter()
     mesh = specimen(triangles, seed=seed)
     if step is None:
-        step = float(
-            np.clip(0.4 * mesh.mean_edge, 5e-4, 4e-3)
-        )  # the contact distance is a tenth of an edge
+        # The contact distance is a tenth of an edge.
+        step = float(np.clip(0.4 * mesh.mean_edge, 5e-4, 4e-3))
     simulation = Simulation(
         drape_scene(material, mesh, strain_limit),
         integrator=SemiImplicitEuler(step=step),
@@ -121,9 +125,8 @@ def cusick(
         drape_coefficient=100.0 * (area - disc) / (flat - disc),
         folds=count_folds(mesh, positions),
         shadow=area,
-        intersections=sum(
-            min(pair) < mesh.n_triangles for pair in simulation.intersecting_pairs()
-        ),  # of obstacles: not counted
+        # Pairs of obstacles are not counted.
+        intersections=sum(min(pair) < mesh.n_triangles for pair in simulation.intersecting_pairs()),
         rest=rest,
         seconds=time.perf_counter() - began,
         mesh=mesh,
@@ -134,7 +137,7 @@ def cusick(
 def drape_scene(
     material: ClothMaterial, mesh: TriangleMesh, strain_limit: StrainLimit | None = None
 ) -> Scene:
-    """The specimen, held up to 9 cm, flat over the pedestal."""
+    """Returns the scene with the flat specimen over the pedestal, clamped within 9 cm."""
     held = np.flatnonzero(np.linalg.norm(mesh.vertices[:, :2], axis=1) < DISC + 1e-9)
     pedestal = obstacles.mesh(
         _pedestal(DISC - 1.5e-3, 0.12), name="pedestal", centre=(0.0, 0.0, -1.5e-3)
@@ -150,16 +153,20 @@ def drape_scene(
 
 
 def shadow_area(positions: Floats, triangles: NDArray[np.int32], *, pixel: float = 2.5e-4) -> float:
-    """Area of the union of triangles seen from above [m^2], by pixels of side `pixel` [m]."""
+    """Returns the area of the union of triangles as seen from above [m^2].
+
+    pixel : side of a pixel [m]
+    """
     return float(shadow(positions, triangles, pixel=pixel)[0].sum() * pixel**2)
 
 
 def shadow(
     positions: Floats, triangles: NDArray[np.int32], *, pixel: float = 2.5e-4
 ) -> tuple[NDArray[np.bool_], Floats, float]:
-    """Pixels whose centre any triangle covers, seen from above: (x by y), the corner where they
-    start [m], their side
-    [m]."""
+    """Returns the pixels whose centre a triangle covers, as seen from above.
+
+    The result is the array (x by y), its lower corner [m], and the side of a pixel [m].
+    """
     xy = positions[:, :2] / pixel
     low = np.floor(xy.min(0)) - 1
     size = np.ceil(xy.max(0) - low).astype(int) + 2
@@ -172,7 +179,7 @@ def shadow(
         y = np.arange(first[1], last[1])[None, :] + 0.5
         turn = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
         if turn == 0.0 or not (last > first).all():
-            continue  # seen edge on
+            continue  # seen edge-on
         side = np.sign(turn)
         edges = [
             side * ((q[0] - p[0]) * (y - p[1]) - (q[1] - p[1]) * (x - p[0]))
@@ -183,13 +190,16 @@ def shadow(
 
 
 def count_folds(mesh: TriangleMesh, positions: Floats) -> int:
-    """Maxima of the radius along the specimen's edge that stand out by 3 mm or more."""
+    """Counts the maxima of the radius along the specimen's edge.
+
+    A maximum must have a prominence of at least 3 mm.
+    """
     from scipy.signal import find_peaks
 
     rim = np.flatnonzero(np.linalg.norm(mesh.vertices[:, :2], axis=1) > SPECIMEN - 1e-6)
     rim = rim[np.argsort(np.arctan2(mesh.vertices[rim, 1], mesh.vertices[rim, 0]))]
     radius = np.linalg.norm(positions[rim, :2], axis=1)
-    start = int(radius.argmin())  # no maximum there: the ends of the list cut none
+    start = int(radius.argmin())  # starting at the minimum splits no maximum
     peaks, _ = find_peaks(np.append(np.roll(radius, -start), radius[start]), prominence=3e-3)
     return len(peaks)
 
@@ -201,7 +211,7 @@ def _ring(radius: float, edge: float) -> Floats:
 
 
 def _pedestal(radius: float, height: float) -> TriangleMesh:
-    """Closed cylinder below z = 0 with a rounded upper edge."""
+    """Returns a closed cylinder below z = 0 with a rounded upper edge."""
     turn, round_off = np.linspace(0, np.pi / 2, 5), 2e-3
     r = np.r_[radius - round_off + round_off * np.sin(turn), radius]
     z = np.r_[round_off * (np.cos(turn) - 1), -height]

@@ -1,5 +1,6 @@
-"""Report on fabrics: drape coefficients beside published bands, cantilevers beside their closed
-form, pictures.
+"""Report on fabrics: drape tests and cantilever tests, compared with reference values.
+
+The references are published ranges of the drape coefficient, and the elastica.
 """
 
 from __future__ import annotations
@@ -30,10 +31,10 @@ DIRECTIONS = {"weft": 0.0, "bias": 45.0, "warp": 90.0}
 
 @dataclass(frozen=True)
 class FabricReport:
-    """What was measured on one fabric."""
+    """Measurements of one fabric."""
 
     fabric: Fabric
-    drapes: list[CusickResult]  # one a specimen
+    drapes: list[CusickResult]  # one per specimen
     strips: dict[str, CantileverResult]  # weft, bias, warp
 
     @property
@@ -54,14 +55,15 @@ class FabricReport:
 
     @property
     def in_band(self) -> bool | None:
-        """Whether the mean drape coefficient lies in the published band; None without a band."""
+        """Whether the mean drape coefficient lies in the published range; None if there is none."""
         band = self.fabric.band
         return None if band is None else band.low <= self.drape_coefficient <= band.high
 
     @property
     def off_band(self) -> float:
-        """Distance of the mean drape coefficient from the published band [points]; 0 inside, or
-        without a band.
+        """Distance of the mean drape coefficient from the published range [percentage points].
+
+        0 inside the range, or if there is none.
         """
         band = self.fabric.band
         return (
@@ -72,7 +74,7 @@ class FabricReport:
 
     @property
     def remark(self) -> str:
-        """What to know of the result: no rest, intersections, or why the band may be missed."""
+        """Remark on the result: specimens not at rest, intersections, or why the range is missed."""
         said = []
         if moving := sum(not drape.rest.at_rest for drape in self.drapes):
             said.append(
@@ -83,13 +85,11 @@ class FabricReport:
         if self.in_band is False:
             within = ", less than specimens differ" if self.off_band <= self.spread else ""
             said.append(f"misses the band by {self.off_band:.1f} points{within}")
-            said += [
-                caveat for caveat in self.fabric.caveats if caveat.startswith("bending")
-            ]  # it decides the drape
+            said += [caveat for caveat in self.fabric.caveats if caveat.startswith("bending")]
         return "; ".join(said)
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON."""
+        """Returns plain values for JSON."""
         band = self.fabric.band
         return {
             "fabric": self.fabric.name,
@@ -132,12 +132,13 @@ def report_fabrics(
     threads: int = 0,
     done: Callable[[FabricReport], None] | None = None,
 ) -> list[FabricReport]:
-    """Drapes fabrics over a Cusick pedestal and lets strips of them hang; writes tables and
-    pictures into `out`.
+    """Runs the drape test and the cantilever test on fabrics, and writes tables and pictures.
 
-    names : of fabrics, or None: all; triangles : of a draped specimen; specimens : meshes tried
-    out : directory for report.json and drape.png, or None: nothing is written; done : called after
-        each fabric
+    names : names of fabrics, or None: all
+    out : directory for report.json and drape.png, or None: nothing is written
+    triangles : number of triangles of a draped specimen
+    specimens : number of specimens, each with its own mesh
+    done : function called after each fabric
     """
     chosen: Mapping[str, Fabric] = {
         name: catalogue[name] for name in (catalogue if names is None else names)
@@ -178,7 +179,7 @@ HEADER = (
 
 
 def report_text(report: FabricReport) -> str:
-    """One line, and a second one where there is something to say."""
+    """Returns one line, and a second one if there is a remark."""
     band = report.fabric.band
     limits = f"{band.low:g}-{band.high:g}" if band else "-"
     strips = "  ".join(
@@ -194,17 +195,17 @@ def report_text(report: FabricReport) -> str:
 
 
 def print_report(report: FabricReport) -> None:
-    """Prints report_text at once."""
+    """Prints report_text() and flushes the output."""
     print(report_text(report), flush=True)
 
 
 def chosen(names: str) -> list[str]:
-    """--fabrics of the command line: names separated by commas, or all."""
+    """Parses --fabrics of the command line: names separated by commas; empty for all."""
     return [catalogue[name.strip()].name for name in names.split(",")] if names else list(catalogue)
 
 
 def parameters(given: Mapping[str, Any]) -> dict[str, int]:
-    """-p of the command line: triangles of a specimen, number of specimens."""
+    """Parses -p of the command line: triangles of a specimen, number of specimens."""
     limits = {"triangles": (400, 1_000_000), "specimens": (1, 100)}
     if unknown := [name for name in given if name not in limits]:
         raise InvalidInput(f"there is no parameter {unknown[0]!r}; known: {', '.join(limits)}")
@@ -212,8 +213,9 @@ def parameters(given: Mapping[str, Any]) -> dict[str, int]:
 
 
 def contact_sheet(reports: Sequence[FabricReport], path: Path) -> None:
-    """First specimens in one picture (PNG): each fabric, and in the corner its shadow with circles
-    of 18 and 30 cm.
+    """Draws the first specimen of each fabric in one picture (PNG).
+
+    An inset shows its shadow, with circles of 18 and 30 cm diameter.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

@@ -1,8 +1,8 @@
 """Brings a simulation to static rest by kinetic damping [Barnes1999].
 
-Velocities are set to zero whenever the kinetic energy has passed a peak, so every swing ends where
-forces nearly balance. Nothing is added to the forces: the shape at rest is one of the material and
-gravity alone. Which one, where several are stable, is decided by the way there, as in a real test.
+Velocities are set to zero whenever the kinetic energy has passed a peak, where forces nearly
+balance. The forces are not modified, so the shape at rest depends on the material and gravity
+alone. If several shapes are stable, the path to rest selects one of them, as in a real test.
 """
 
 from __future__ import annotations
@@ -20,12 +20,14 @@ __all__ = ["Rest", "bring_to_rest"]
 
 @dataclass(frozen=True)
 class Rest:
-    """How a simulation came to rest.
+    """Result of bring_to_rest().
 
-    at_rest : whether both conditions below held within the time allowed
-    time : simulated [s]; stops : how often velocities were set to zero
-    energy_ratio : largest kinetic energy of the last `window` over the largest ever [1]
-    drift : largest distance any vertex went within the last `window` [m]
+    at_rest : whether both conditions of bring_to_rest() were met in the time allowed
+    time : simulated time [s]
+    stops : number of times that velocities were set to zero
+    energy_ratio : largest kinetic energy in the last window, relative to the largest of all times
+        [1]
+    drift : largest displacement of a vertex over the last window [m]
     """
 
     at_rest: bool
@@ -44,12 +46,12 @@ def bring_to_rest(
     drift: float = 1e-4,
     window: float = 0.2,
 ) -> Rest:
-    """Advances until the kinetic energy stays below `ratio` of its peak and no vertex moves by more
-    than `drift`.
+    """Advances until the kinetic energy and the displacement of every vertex stay small.
 
-    longest : simulated time at most [s]
-    ratio : of the largest kinetic energy ever seen [1], not exceeded for `window` [s]
-    drift : [m] within `window`
+    longest : largest simulated time [s]
+    ratio : largest kinetic energy in a window, relative to the largest of all times [1]
+    drift : largest displacement over a window [m]
+    window : length of a window [s]
     """
     for name, value in (
         ("longest", longest),
