@@ -35,7 +35,7 @@ def _libgomp_is_loaded() -> bool:
 
 
 def _load_core() -> str:
-    """Loads `_core` with our spin count, restores the environment, and describes the setting used."""
+    """Loads `_core` with our spin count, restores the environment, and describes the spin count."""
     for name in ("OMP_WAIT_POLICY", "GOMP_SPINCOUNT"):
         if name in os.environ:
             return f"{name}={os.environ[name]} (environment)"

@@ -103,7 +103,7 @@ def _moments(
 
 
 def _in_order(source: StrPath | Sequence[StrPath]) -> list[Path]:
-    """Returns a list's files as they are, or a pattern's files ordered by numbers in their names."""
+    """Returns the files of a list, or those of a pattern ordered by the numbers in their names."""
     if not isinstance(source, (str, os.PathLike)):
         return [Path(path) for path in source]
     found = glob.glob(os.fspath(source))

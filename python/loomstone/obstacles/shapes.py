@@ -210,7 +210,7 @@ def wave_bar(
     friction: float = _DEFAULT.friction,
     thickness: float = _DEFAULT.thickness,
 ) -> Obstacle:
-    """Tube along y whose centre line is a wave in z; lengths in [m]."""
+    """Tube along y whose centre line is a sine wave in z; lengths in [m]."""
     surface = meshes.wave_bar(
         length=length, radius=radius, amplitude=amplitude, wavelength=wavelength, segments=segments
     )
