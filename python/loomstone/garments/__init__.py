@@ -1,6 +1,6 @@
 """Garments: flat panels, seams between their edges, and the sewn mesh whose uv are the pattern.
 
-Lengths in metres.
+Lengths are in metres.
 
 >>> import loomstone as ls
 >>> dress = ls.garments.dress(triangles=1500)

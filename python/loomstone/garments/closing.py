@@ -1,4 +1,4 @@
-"""Sews by simulation: panels start apart, seams pull shut round a body, then they are welded."""
+"""Sews by simulation: forces pull the seams of separate panels together, which are then welded."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ __all__ = ["close_seams"]
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-REACH = 0.03  # a pair pulls no harder than at this distance [m]
-SHUT, SHUT_AT_REST = 0.15, 0.5  # of an edge; contact distances are 0.1
-AT_REST = 0.1  # gaps that have not shrunk by a hundredth for so long are at rest [s]
-DRAG = 15.0  # slows all vertices [1/s]: panels approach at a speed, they do not swing
+REACH = 0.03  # distance at which the force of a pair saturates [m]
+SHUT, SHUT_AT_REST = 0.15, 0.5  # largest gap of closed seams, relative to the mean edge
+AT_REST = 0.1  # gaps are at rest if their sum has not shrunk by 1 % for this time [s]
+DRAG = 15.0  # damping rate of all vertices [1/s], against oscillation
 
 
 @takes(longest="s", step="s", ease="1")
@@ -43,19 +43,23 @@ def close_seams(
     seed: int = 1,
     threads: int = 0,
 ) -> Garment:
-    """A garment sewn where its panels meet when springs of no length pull its seams together,
-    without gravity.
+    """Returns a garment whose seams are closed by springs of zero rest length, without gravity.
 
-    pattern : panels stand free of each other and of the body, or meet along seams
-    places : other places for some panels, by name
-    obstacles : the body, not to be passed through; material : default 300 N/m, 0.2 kg/m^2
-    longest : simulated time after which open seams are an error [s]; step [s]
-    ease : how far the lengths of sewn edges may differ [1]
+    pattern : panels must not touch one another, except along seams, nor the body
+    triangles : total number
+    obstacles : the body, with which panels collide
+    places : placements of some panels, by name, in place of their own
+    material : default 300 N/m, 0.2 kg/m^2
+    longest : simulated time after which open seams are an error [s]
+    step : time step [s]
+    ease : largest relative difference in length of sewn edges [1]
 
-    Seams count as closed when no pair is farther apart than 1.5 contact distances, or when all have
-    come to rest within half an edge (where three panels meet their thickness keeps them apart);
-    pairs then meet halfway. Raises SolverFailure naming the widest seam where they stay open,
-    InvalidInput where the sewn garment would pass through itself.
+    Seams are closed if no pair is farther apart than 1.5 contact distances. They are also closed if
+    all gaps are below half an edge and have come to rest: where three panels meet, their thickness
+    keeps them apart. Pairs then meet halfway.
+
+    Raises SolverFailure naming the widest seam if seams stay open, and InvalidInput if the sewn
+    garment would intersect itself.
     """
     for name, value in (("longest", longest), ("step", step)):
         if not (np.isfinite(value) and value > 0):
@@ -67,8 +71,8 @@ def close_seams(
     pieces = cut(pattern, spacing=edge_for(total, count), triangles=count, seed=seed)
     if len(pieces.pairs) == 0:
         raise InvalidInput("the pattern has no seams to close")
-    # The contact distance of the pieces while they are sewn: a tenth of an edge, as chosen by
-    # default.
+    # The contact distance during sewing is a tenth of an edge, which is also the default of a
+    # Cloth.
     edge = edge_for(total, count)
     index, mesh = welded(pieces, pieces.placed, pieces.pairs[_closed_already(pieces, 0.1 * edge)])
     if material is None:
@@ -83,7 +87,7 @@ def close_seams(
     positions = _pulled(sim, pieces, index[pieces.pairs], masses, _Limits(step, longest, edge))
     sewn = joined(pieces, positions[index])
     faces = np.asarray(sewn.mesh.triangles, np.int64)
-    # Joining moves each vertex of a seam by half the gap; relaxing smooths out the distortion.
+    # Joining moves each vertex of a seam by half the gap. Relaxation smooths this distortion.
     sewn = sewn.at(
         relaxed(np.asarray(sewn.mesh.vertices), faces, sewn.flat_corners(), iterations=20)
     )
@@ -92,7 +96,7 @@ def close_seams(
 
 
 def _closed_already(pieces: Cut, distance: float) -> NDArray[np.bool_]:
-    """Which pairs belong to seams that are shut where the panels start."""
+    """Returns which pairs belong to seams that are closed in the initial placement."""
     gap = np.linalg.norm(
         pieces.placed[pieces.pairs[:, 0]] - pieces.placed[pieces.pairs[:, 1]], axis=1
     )
@@ -103,7 +107,7 @@ def _closed_already(pieces: Cut, distance: float) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class _Limits:
-    """Of the pulling: its step and longest time [s], and the mean edge [m] that gaps count by."""
+    """Time step and longest time of the pulling [s], and the mean edge [m], the unit of gaps."""
 
     step: float
     longest: float
@@ -117,12 +121,12 @@ def _pulled(
     mass: Floats,
     limits: _Limits,
 ) -> Floats:
-    """Positions when all pairs are shut; pulls by external forces."""
+    """Pulls by external forces, and returns the positions when all pairs are closed."""
     step, longest, edge = limits.step, limits.longest, limits.edge
     a, b = pairs.T
     pair_mass = mass[a] * mass[b] / (mass[a] + mass[b])
-    # Springs are outside the implicit solve: a fifth of what an explicit step bears, shared by what
-    # meets in a vertex.
+    # The implicit solve does not contain the springs. Their stiffness is a fifth of the explicit
+    # stability limit, divided by the number of springs at a vertex.
     meets = np.bincount(np.concatenate([a, b]), minlength=len(mass))
     stiffness = 0.2 * pair_mass / step**2 / np.maximum(meets[a], meets[b])
     least, since = np.inf, 0
@@ -152,7 +156,7 @@ def _pulled(
 
 
 def _areas(pieces: Cut) -> Floats:
-    """A third of the areas of its triangles for every vertex of the panels [m^2]."""
+    """Returns the lumped area of every panel vertex: a third of its triangles' areas [m^2]."""
     corners = pieces.flat[pieces.triangles]
     e, f = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     third = np.abs(e[:, 0] * f[:, 1] - e[:, 1] * f[:, 0]) / 6

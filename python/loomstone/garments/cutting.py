@@ -1,4 +1,4 @@
-"""Triangulates panels for sewing: both edges of a seam carry the same number of points."""
+"""Triangulates panels for sewing, with equal numbers of points on both edges of a seam."""
 
 from __future__ import annotations
 
@@ -18,16 +18,19 @@ __all__ = ["Cut", "cut"]
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-SHELF = 0.05  # distance of panels laid out as uv [m]
+SHELF = 0.05  # gap between panels in the uv layout [m]
 
 
 @dataclass(frozen=True, eq=False)
 class Cut:
-    """The triangulated panels end to end, not yet sewn.
+    """The triangulated panels before sewing, concatenated.
 
-    flat (n x 2) : the pattern laid out, weft along the first axis, warp along the second [m]
-    placed (n x 3) : where the panels put them [m]; triangles (m x 3); panel_of_triangle (m)
-    pairs (k x 2) : vertices to be joined; seam_of_pair (k) : index into the pattern's seams
+    flat : (n x 2) the pattern laid out [m], weft along the first axis and warp along the second
+    placed : (n x 3) initial positions given by the placements of the panels [m]
+    triangles : (m x 3)
+    panel_of_triangle : (m)
+    pairs : (k x 2) vertices to be joined
+    seam_of_pair : (k) index into the pattern's seams
     groups : vertices by name, "panel" and "panel.edge" (in order along the edge)
     """
 
@@ -42,8 +45,9 @@ class Cut:
 
 
 def cut(pattern: Pattern, *, spacing: float, triangles: int | None, seed: int) -> Cut:
-    """Triangulates every panel with edges of about `spacing` [m]; `triangles` is shared out by
-    area.
+    """Triangulates every panel with edges of about `spacing` [m].
+
+    triangles : total number, distributed by area; None: as follows from the spacing
     """
     segments = _segments(pattern, spacing)
     flat, placed, faces, owner = [], [], [], []
@@ -59,7 +63,7 @@ def cut(pattern: Pattern, *, spacing: float, triangles: int | None, seed: int) -
         points, panel_faces = triangulated(
             boundary, interior, seed=seed + index, where=f"panel {panel.name!r}"
         )
-        due -= len(panel_faces)  # so that the whole garment has the number asked for
+        due -= len(panel_faces)  # carry the rounding error over to the next panel
         start = first
         for edges, loop in zip(panel.loops, loops, strict=True):
             at = 0
@@ -92,7 +96,7 @@ def cut(pattern: Pattern, *, spacing: float, triangles: int | None, seed: int) -
 
 
 def _loop(panel: str, edges: Sequence[Edge], segments: Mapping[str, int]) -> Floats:
-    """Points along edges that close, each once."""
+    """Returns the points along a closed loop of edges, each point once."""
     points = np.concatenate([edge.sampled(segments[f"{panel}.{edge.name}"])[:-1] for edge in edges])
     if len(points) < 3:
         raise InvalidInput(f"panel {panel!r} has only {len(points)} points; ask for more triangles")

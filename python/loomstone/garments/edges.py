@@ -16,7 +16,8 @@ __all__ = ["Edge", "arc", "circle", "cubic", "line", "polyline", "quadratic"]
 Floats = NDArray[np.float64]
 Point = tuple[float, float]
 
-# chords by which the length of a curve is measured: relative error below 1e-5 on a half circle
+# Number of chords that approximate a curve. The length of a half circle has a relative error below
+# 1e-5.
 FINE = 512
 
 
@@ -26,10 +27,10 @@ class Edge:
 
     Made by line, polyline, quadratic, cubic, arc or circle.
 
-    name : within its panel
-    kind : "polyline" (all points), "quadratic" or "cubic" (with control points), "arc" (start, a
-        point on it, end), "circle" (start, the point opposite, start)
-    points : [m], viewed from the outside of the garment
+    name : name within the panel
+    kind : "polyline" (all points), "quadratic" or "cubic" (with control points), "arc" (start,
+        intermediate point, end), "circle" (start, opposite point, start)
+    points : [m], as seen from the outside of the garment
     """
 
     name: str
@@ -46,11 +47,11 @@ class Edge:
 
     @property
     def length(self) -> float:
-        """Along the curve [m]."""
+        """Length of the curve [m]."""
         return float(np.linalg.norm(np.diff(self.curve(), axis=0), axis=1).sum())
 
     def curve(self) -> Floats:
-        """The edge as a fine polyline (k x 2) [m]."""
+        """Returns the edge as a fine polyline (k x 2) [m]."""
         control = np.array(self.points, float)
         t = np.linspace(0.0, 1.0, FINE + 1)[:, None]
         fine: Floats
@@ -75,8 +76,9 @@ class Edge:
         return fine
 
     def sampled(self, segments: int) -> Floats:
-        """Points (segments + 1 x 2) that divide the edge evenly by length; corners of a polyline
-        may fall between.
+        """Returns points (segments + 1 x 2) [m] that divide the edge evenly by length.
+
+        Corners of a polyline are in general not among these points.
         """
         fine = self.curve()
         along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
@@ -86,8 +88,9 @@ class Edge:
         return np.asarray(sampled, float)
 
     def mirrored(self) -> Edge:
-        """About x = 0, run backwards, so that a panel of such edges is viewed from its outside
-        again.
+        """Returns the edge mirrored about x = 0 and reversed.
+
+        A panel of mirrored edges is thus again seen from its outside.
         """
         return Edge(self.name, self.kind, tuple((-x, y) for x, y in reversed(self.points)))
 
@@ -104,7 +107,7 @@ def line(name: str, start: ArrayLike, end: ArrayLike) -> Edge:
 
 @takes(points="m")
 def polyline(name: str, points: ArrayLike) -> Edge:
-    """Edge through points (k x 2) [m]."""
+    """Polyline through points (k x 2) [m]."""
     return _edge(name, "polyline", np.asarray(points, float).reshape(-1, 2))
 
 
@@ -136,7 +139,7 @@ def arc(name: str, start: ArrayLike, through: ArrayLike, end: ArrayLike) -> Edge
 
 @takes(centre="m", radius="m")
 def circle(name: str, centre: ArrayLike, radius: float) -> Edge:
-    """A whole circle, clockwise from its topmost point: a round hole [m].
+    """Full circle, clockwise from its topmost point, for round holes; lengths in [m].
 
     >>> round(circle("eyelet", (0, 0), 0.01).length, 4)
     0.0628
@@ -173,7 +176,7 @@ def _edge(name: str, kind: str, points: Any) -> Edge:
 
 
 def _circle(points: Floats, name: str = "") -> tuple[Floats, float, float, float]:
-    """Centre, radius, first angle and signed sweep of the circle through three points."""
+    """Returns centre, radius, first angle and signed sweep of the circle through three points."""
     a, b, c = points
     system = 2.0 * np.array([b - a, c - a])
     determinant = float(np.linalg.det(system))

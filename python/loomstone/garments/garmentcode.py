@@ -1,8 +1,8 @@
-"""Reads patterns of GarmentCode (pygarment): JSON with panels, edges, stitches and places in space.
+"""Reads patterns of GarmentCode (pygarment): JSON with panels, edges, stitches and placements.
 
-Format: [Korosteleva2023]. Lengths in 1/units_in_meter, y up, rotations about the fixed
-axes x, y, z in that order, in degrees; curvature relative to the edge. No code of that project is
-used or needed.
+The format is that of [Korosteleva2023]. Lengths are in 1/units_in_meter, y points up, and rotations
+are in degrees about the fixed axes x, y, z in this order. Curvature is relative to the edge. No
+code of that project is used or needed.
 """
 
 from __future__ import annotations
@@ -27,18 +27,17 @@ __all__ = ["read_garmentcode"]
 
 Floats = NDArray[np.float64]
 
-UPRIGHT = np.array(
-    [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]
-)  # y up to z up; the front looks to -y
+# Rotates y up to z up; the front then faces -y.
+UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 
 @takes()
 def read_garmentcode(path: str | os.PathLike[str]) -> Pattern:
-    """Panels, seams and places of a GarmentCode specification; edges are called "edge_0", "edge_1"
-    ... as there.
+    """Reads panels, seams and placements of a GarmentCode specification.
 
-    Raises InvalidInput naming file, panel and edge where something is missing or cannot be sewn.
-    Edges in two stitches (three layers in one seam) are refused when the pattern is sewn.
+    Edges are named "edge_0", "edge_1" and so on, by their index in the file. Raises InvalidInput
+    naming file, panel and edge if something is missing or cannot be sewn. An edge in two stitches,
+    which would join three layers, is refused when the pattern is sewn.
     """
     path = Path(path)
     try:
@@ -67,8 +66,8 @@ def _pattern(content: Mapping[str, Any]) -> Pattern:
     seams = []
     for stitch in pattern.get("stitches", []):
         first, second = (f"{_name(side['panel'])}.edge_{int(side['edge'])}" for side in stitch[:2])
-        # Outsides out, unless the stitch says that the right side of one piece lies on the wrong
-        # side of the other.
+        # Panels are sewn with their outsides out, unless the stitch joins the right side of one to
+        # the wrong side of the other.
         seams.append(Seam(first, second, not (len(stitch) > 2 and stitch[2] == "right_wrong")))
     return Pattern(panels, tuple(seams))
 
@@ -79,7 +78,8 @@ def _panel(name: str, panel: Mapping[str, Any], scale: float, absolute: bool) ->
     rotation = _rotation(panel.get("rotation", (0, 0, 0)))
     origin = UPRIGHT @ (scale * np.array(panel.get("translation", (0, 0, 0)), float))
     across, up = UPRIGHT @ rotation[:, 0], UPRIGHT @ rotation[:, 1]
-    # The outside is where the edges run counter-clockwise; seen from behind x runs the other way.
+    # Seen from the outside, the edges run counter-clockwise. Other panels are seen from behind, so
+    # their x axis is reversed.
     outline = np.concatenate([edge.curve()[:-1] for edge in edges])
     x, y = outline.T
     if (x * np.roll(y, -1) - np.roll(x, -1) * y).sum() < 0:
@@ -98,7 +98,7 @@ def _edge(
     curvature = edge.get("curvature")
     if not curvature:
         return line(name, start, end)
-    if isinstance(curvature, list):  # older files give one control point only
+    if isinstance(curvature, list):  # older files give a single control point
         curvature = {"type": "quadratic", "params": [curvature]}
     kind, values = str(curvature["type"]), curvature["params"]
     if kind == "circle":
@@ -117,15 +117,16 @@ def _edge(
 
 
 def _arc(name: str, start: Floats, end: Floats, radius: float, large: bool, right: bool) -> Edge:
-    """As in SVG with y up: `right` runs counter-clockwise, so that the small arc lies to the right
-    of the chord.
+    """Returns an arc with the flags of SVG arcs, but y up.
+
+    If `right`, the arc runs counter-clockwise, and a small arc lies to the right of the chord.
     """
     chord = end - start
     half = float(np.linalg.norm(chord)) / 2
     if radius < half * (1 - 1e-6):
         raise ValueError(f"{name}: radius {radius:.4g} m is less than half the chord {half:.4g} m")
     sagitta = radius + (1 if large else -1) * np.sqrt(max(0.0, radius**2 - half**2))
-    normal = np.array([chord[1], -chord[0]]) / (2 * half)  # to the right
+    normal = np.array([chord[1], -chord[0]]) / (2 * half)  # points to the right of the chord
     middle = (start + end) / 2 + (1 if right else -1) * sagitta * normal
     points = tuple((float(x), float(y)) for x, y in (start, middle, end))
     return Edge(name, "arc", points)

@@ -1,4 +1,4 @@
-"""Flat pieces of a pattern: outlines and holes of named edges, a grain and a place in space."""
+"""Flat panels of a pattern, with an outline and holes of named edges, a grain and a placement."""
 
 from __future__ import annotations
 
@@ -22,20 +22,22 @@ Floats = NDArray[np.float64]
 @takes(grain_degrees="degrees")
 @dataclass(frozen=True)
 class Panel:
-    """A flat piece of cloth, viewed from the outside of the garment.
+    """A flat piece of cloth, as seen from the outside of the garment.
 
-    name : unique in a garment
-    edges : counter-clockwise, each begins where the one before ends; darts are notches of the
-        outline
-    holes : each a closed row of edges, clockwise, so that cloth lies to their left as along the
-        outline; a round one is one edge, circle(). Triangles round a hole narrower than two of
-        their edges have smaller angles
-    grain_degrees : direction of the warp from the panel's y axis, counter-clockwise [degrees]
-    place : where it starts: Plane, Cylinder, Cone, Ribbon or any function of points (n x 2) to (n x
-        3) [m]
+    name : unique name in the garment
+    edges : outline, counter-clockwise; each edge begins where the previous one ends. Darts are
+        notches of the outline.
+    holes : closed loops of edges, clockwise, so that cloth lies on their left as for the outline. A
+        round hole is a single edge, made by circle(). Around a hole that is narrower than two
+        triangle edges, triangles have smaller angles.
+    grain_degrees : direction of the warp relative to the panel's y axis, counter-clockwise
+        [degrees]
+    place : initial placement: Plane, Cylinder, Cone, Ribbon, or any function that maps points (n x
+        2) to (n x 3) [m]
 
-    Raises InvalidInput naming panel and edge where a row of edges is open, empty, crosses another
-    or itself or turns the wrong way, or a hole lies outside the outline or in another.
+    Raises InvalidInput naming panel and edge if a loop of edges is open or empty, crosses itself or
+    another loop, or has the wrong orientation. The same holds for a hole outside the outline or
+    inside another hole.
 
     >>> import loomstone as ls
     >>> corners = [(0, 0), (0.3, 0), (0.3, 0.4), (0, 0.4)]
@@ -71,7 +73,7 @@ class Panel:
         place: Placement | None = None,
         holes: Sequence[Edge | Sequence[Edge]] = (),
     ) -> Panel:
-        """Panel with straight edges; edge i runs from corner i [m] to the next."""
+        """Returns a panel with straight edges; edge i runs from corner i [m] to the next one."""
         if len(names) != len(corners):
             raise InvalidInput(
                 f"panel {name!r}: names must be as many as corners, got {len(names)} and"
@@ -84,12 +86,12 @@ class Panel:
 
     @property
     def area(self) -> float:
-        """Within the curved outline, less the holes [m^2]."""
+        """Area of the panel without its holes [m^2]."""
         return sum(_signed_area(_outline(loop)) for loop in self.loops)
 
     @property
     def loops(self) -> tuple[tuple[Edge, ...], ...]:
-        """The outline, then the holes."""
+        """The outline, followed by the holes."""
         return self.edges, *self.holes
 
     def edge(self, name: str) -> Edge:
@@ -101,7 +103,10 @@ class Panel:
         raise InvalidInput(f"panel {self.name!r} has no edge {name!r}; it has {known}")
 
     def mirrored(self, name: str, *, place: Placement | None = None) -> Panel:
-        """The piece for the other side of the body: mirrored about x = 0, same edge names."""
+        """Returns the panel mirrored about x = 0, for the other side of the body.
+
+        Edges keep their names.
+        """
         return Panel(
             name,
             tuple(edge.mirrored() for edge in reversed(self.edges)),
@@ -114,7 +119,7 @@ class Panel:
         return replace(self, place=place)
 
     def pattern(self, points: Floats) -> Floats:
-        """Points of the panel in the frame whose axes are weft and warp [m]."""
+        """Returns points of the panel in the frame whose axes are weft and warp [m]."""
         angle = np.radians(self.grain_degrees)
         weft, warp = (np.cos(angle), np.sin(angle)), (-np.sin(angle), np.cos(angle))
         turned: Floats = points @ np.array([weft, warp]).T
@@ -176,9 +181,9 @@ def _check_turn(where: str, edges: tuple[Edge, ...], *, hole: bool) -> None:
 
 
 def _check_crossings(panel: Panel) -> None:
-    """No two parts of the outline or of holes meet but at corners."""
+    """Raises InvalidInput if parts of the outline or holes meet anywhere but at common corners."""
     curves = [[edge.curve() for edge in loop] for loop in panel.loops]
-    # 64 chords a curve, its ends included.
+    # 64 chords per curve, including both ends.
     coarse = [[c[:: max(1, (len(c) - 1) // 64)] for c in loop] for loop in curves]
     starts = np.concatenate([c[:-1] for loop in coarse for c in loop])
     ends = np.concatenate([c[1:] for loop in coarse for c in loop])
@@ -191,7 +196,7 @@ def _check_crossings(panel: Panel) -> None:
     n = len(starts)
     for i in range(n - 1):
         others = np.arange(i + 1, n)
-        # Neighbours share a point; they cross only where they fold back on one another.
+        # Neighbours share a point. They overlap only if one folds back onto the other.
         a, b, c, d = starts[i], ends[i], starts[others], ends[others]
         sides = _turn(a, b, c) * _turn(a, b, d), _turn(c, d, a) * _turn(c, d, b)
         crossing = (sides[0] < 0) & (sides[1] < 0)
@@ -214,7 +219,10 @@ def _check_crossings(panel: Panel) -> None:
 
 
 def _check_nesting(panel: Panel) -> None:
-    """Holes lie within the outline and in no other hole; their edges do not cross."""
+    """Raises InvalidInput if a hole lies outside the outline or inside another hole.
+
+    Precondition: the edges do not cross.
+    """
     loops = [Boundary([_outline(loop)]) for loop in panel.loops]
     for i, hole in enumerate(panel.holes, 1):
         at = np.array([hole[0].start])

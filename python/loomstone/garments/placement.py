@@ -1,7 +1,7 @@
-"""Where a panel starts in space: maps from its plane to places, all but the ribbon without any
-strain.
+"""Initial placement of panels: maps from the plane of a panel to space.
 
-A panel's x runs to the right and y up, viewed from outside the garment; across x up points outward.
+All maps except Ribbon are isometric. Seen from outside the garment, a panel's x axis points right
+and its y axis points up. The cross product of x and y points outward.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ Vector = tuple[float, float, float]
 
 
 class Placement(Protocol):
-    """Anything that takes points of the panel (n x 2) to space (n x 3) [m]."""
+    """Any function that maps points of the panel (n x 2) to space (n x 3) [m]."""
 
     def __call__(self, points: Floats, /) -> Floats: ...
 
@@ -29,7 +29,10 @@ class Placement(Protocol):
 @takes(origin="m", across="1", up="1")
 @dataclass(frozen=True)
 class Plane:
-    """Flat: origin + x across + y up; the outside looks along across x up, by default to -y."""
+    """Flat placement: origin + x across + y up.
+
+    The outside faces along the cross product of across and up, by default -y.
+    """
 
     origin: Vector = (0.0, 0.0, 0.0)
     across: Vector = (1.0, 0.0, 0.0)
@@ -43,11 +46,13 @@ class Plane:
 @takes(radius="m", centre="m", angle_degrees="degrees", axis="1", reference="1")
 @dataclass(frozen=True)
 class Cylinder:
-    """Wrapped round an axis; x = 0 lies at angle_degrees from `reference`, x grows counter-
-    clockwise about the axis.
+    """Placement around an axis.
 
-    centre : the point on the axis where y = 0 [m]; radius [m]; axis and reference: perpendicular
-        directions
+    x = 0 is mapped to angle_degrees from `reference`; x increases counter-clockwise about the axis.
+
+    radius : [m]
+    centre : point on the axis to which y = 0 is mapped [m]
+    axis, reference : directions; reference is made perpendicular to axis
     """
 
     radius: float
@@ -69,13 +74,14 @@ class Cylinder:
 @takes(apex="m", tip="m", slope="1", angle_degrees="degrees")
 @dataclass(frozen=True)
 class Cone:
-    """Wrapped round a vertical cone: circles about the apex of the pattern become rings of it.
+    """Placement around a vertical cone, which maps circles about the pattern's apex to rings.
 
-    apex : in the panel's plane [m]; tip : where it comes to lie [m]
-    slope : ring radius over distance from the apex, below 1
-    angle_degrees : where the panel's vertical through the apex comes to lie, from +x
+    apex : apex in the panel's plane [m]
+    tip : position of the apex in space [m]
+    slope : radius of a ring divided by its distance from the apex, below 1
+    angle_degrees : angle from +x to which the panel's vertical through the apex is mapped
 
-    The cone opens downward where the panel lies below its apex, else upward.
+    The cone opens downward if the panel lies below its apex, and otherwise upward.
     """
 
     apex: tuple[float, float]
@@ -101,9 +107,10 @@ class Cone:
 @takes(path="m", across="1")
 @dataclass(frozen=True)
 class Ribbon:
-    """Along a path: y is the length along it, x goes along `across`, which may turn on the way.
+    """Placement along a path: y is the arc length, x runs along `across`, which may turn.
 
-    path, across : (k x 3) [m]; directions across are taken to unit length
+    path : (k x 3) [m]
+    across : (k x 3) directions, which are normalised
     """
 
     path: tuple[Vector, ...]

@@ -1,7 +1,8 @@
-"""Takes strain out of a sewn surface before it is simulated, as rigidly as possible.
+"""Reduces the strain of a sewn surface before its simulation, by as-rigid-as-possible deformation.
 
-Implements [Sorkine2007] on triangles instead of cells of vertices: rotations of all triangles,
-then positions, in turn. It knows no contact: what it returns is to be checked.
+Implements [Sorkine2007] with triangles in place of vertex cells: rotations of all triangles and
+positions are solved alternately. The method ignores contact, so callers must check the result for
+intersections.
 """
 
 from __future__ import annotations
@@ -16,8 +17,9 @@ Indices = NDArray[np.int64]
 
 
 def gradients(flat: Floats) -> tuple[Floats, Floats]:
-    """Shape function gradients (m x 3 x 2) [1/m] and areas (m) [m^2] of rest triangles (m x 3 x 2)
-    [m].
+    """Returns shape function gradients (m x 3 x 2) [1/m] and areas (m) [m^2] of rest triangles.
+
+    flat : rest corners (m x 3 x 2) [m]
     """
     edges = np.stack([flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]], axis=2)  # columns
     inverse = np.linalg.inv(edges)
@@ -27,8 +29,9 @@ def gradients(flat: Floats) -> tuple[Floats, Floats]:
 
 
 def stretches(positions: Floats, triangles: Indices, flat: Floats) -> Floats:
-    """Principal stretches (m x 2) [1] of triangles against their rest corners (m x 3 x 2), the
-    larger first.
+    """Returns the principal stretches (m x 2) [1] of triangles, the larger one first.
+
+    flat : rest corners (m x 3 x 2) [m]
     """
     slope, _ = gradients(flat)
     deformation = np.einsum("tik,tij->tkj", positions[triangles], slope)
@@ -39,8 +42,9 @@ def stretches(positions: Floats, triangles: Indices, flat: Floats) -> Floats:
 def relaxed(
     positions: Floats, triangles: Indices, flat: Floats, *, iterations: int = 150
 ) -> Floats:
-    """Positions (n x 3) [m] whose triangles are closer to their rest corners (m x 3 x 2) [m]; the
-    centre stays.
+    """Returns positions (n x 3) [m] whose triangles are closer to their rest shapes.
+
+    The centroid of the vertices is kept. flat : rest corners (m x 3 x 2) [m]
     """
     from scipy.sparse import coo_matrix
     from scipy.sparse.linalg import splu
@@ -50,8 +54,8 @@ def relaxed(
     entries = np.einsum("t,tia,tja->tij", area, slope, slope)
     rows, columns = np.repeat(triangles, 3, axis=1).ravel(), np.tile(triangles, (1, 3)).ravel()
     matrix = coo_matrix((entries.ravel(), (rows, columns)), shape=(n, n)).tocsc()
-    # A weak pull to where a vertex is makes the matrix definite; it slows nothing that has a size
-    # of its own.
+    # A weak pull towards the current positions makes the matrix definite. It hardly slows
+    # convergence.
     pull = 1e-6 * float(matrix.diagonal().mean())
     factor = splu((matrix + pull * _identity(n)).tocsc())
     result = positions.copy()

@@ -1,4 +1,4 @@
-"""Which edges are sewn together, and what that makes of the vertices of the panels."""
+"""Seams between edges of panels, and the resulting merging of vertices."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ Indices = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Seam:
-    """Two edges that become one.
+    """Two edges that are sewn together.
 
     first, second : "panel.edge"
-    reverse : True joins the end of one to the start of the other, as two pieces with their outsides
-        out are sewn; False start to start; None whichever brings the edges closer as the panels are
-        placed, else reversed
+    reverse : True joins the end of one edge to the start of the other, as for two panels sewn with
+        their outsides out. False joins start to start. None selects the order that brings the
+        placed edges closer together, and True if both are equal.
     """
 
     first: str
@@ -38,7 +38,7 @@ class Seam:
 
 @dataclass(frozen=True)
 class Pattern:
-    """Panels and the seams between them: what `garment` sews.
+    """Panels and the seams between them, the input of `garment`.
 
     seams : Seam, or pairs of "panel.edge"
     """
@@ -59,12 +59,12 @@ class Pattern:
         )
 
     def edge(self, name: str) -> Edge:
-        """By "panel.edge"."""
+        """Returns an edge by its name "panel.edge"."""
         panel, _, edge = name.partition(".")
         return self.panel(panel).edge(edge)
 
     def placed(self, places: Mapping[str, Placement]) -> Pattern:
-        """With some panels at other places, by name."""
+        """Returns the pattern with other placements for some panels, by name."""
         for name in places:
             self.panel(name)
         return Pattern(
@@ -73,8 +73,10 @@ class Pattern:
         )
 
     def check(self, ease: float) -> None:
-        """InvalidInput naming what cannot be sewn: unknown or twice sewn edges, lengths too far
-        apart, loose panels.
+        """Raises InvalidInput if the pattern cannot be sewn.
+
+        Reasons are unknown edges, edges sewn twice, lengths that differ by more than `ease`, and
+        unconnected panels.
         """
         if not (np.isfinite(ease) and 0 <= ease < 1):
             raise InvalidInput(f"ease must be in [0, 1), got {ease}")
@@ -143,8 +145,9 @@ def _check_connected(pattern: Pattern) -> None:
 
 
 def turned_panels(pattern: Pattern, reverse: Mapping[Seam, bool]) -> dict[str, bool]:
-    """Which panels must be turned over so that all outsides agree; InvalidInput where none does (a
-    Moebius strip).
+    """Returns which panels must be turned over so that all outsides agree.
+
+    Raises InvalidInput if this is impossible, as on a Moebius strip.
     """
     turned = {pattern.panels[0].name: False}
     queue = [pattern.panels[0].name]
@@ -167,8 +170,9 @@ def turned_panels(pattern: Pattern, reverse: Mapping[Seam, bool]) -> dict[str, b
 
 
 def merged(count: int, pairs: Iterable[tuple[int, int]]) -> Indices:
-    """Index of the vertex that each of `count` becomes when the pairs are joined; numbered in order
-    of first use.
+    """Returns the index of the vertex that each of `count` vertices becomes when pairs are joined.
+
+    New vertices are numbered in order of first use.
     """
     parent = list(range(count))
 

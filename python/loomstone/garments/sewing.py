@@ -21,18 +21,19 @@ __all__ = ["Garment", "garment"]
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-EASE = 0.05  # default bound on how far the lengths of sewn edges may differ
+EASE = 0.05  # default limit of the relative difference in length of sewn edges [1]
 
 
 @dataclass(frozen=True, eq=False)
 class Garment:
     """A sewn garment.
 
-    mesh : TriangleMesh, panels meet along seams by different uv; uv are the panels laid out side by
-        side [m]
+    mesh : TriangleMesh; uv are the panels laid out next to each other [m], and differ across seams
     groups : vertices by name: "panel", "panel.edge" (in order along the edge)
-    panel_names, panel_of_triangle (m) ; cut : the panels before sewing, or None for a mesh that was
-    sewn already seam_edges (k x 2) : edges of the mesh where panels meet
+    panel_names : names of the panels
+    panel_of_triangle : (m)
+    seam_edges : (k x 2) edges of the mesh where panels meet
+    cut : the panels before sewing, or None for a mesh that was already sewn
     """
 
     mesh: TriangleMesh
@@ -43,7 +44,7 @@ class Garment:
     cut: Cut | None = None
 
     def group(self, *names: str) -> list[int]:
-        """Vertices of one or several groups, as pins and attachments take them."""
+        """Returns the vertices of one or several groups, for pins and attachments."""
         for name in names:
             if name not in self.groups:
                 raise InvalidInput(
@@ -52,13 +53,14 @@ class Garment:
         return sorted({int(i) for name in names for i in self.groups[name]})
 
     def flat_corners(self) -> Floats:
-        """Rest corners of all triangles (m x 3 x 2) [m]."""
+        """Returns the rest corners of all triangles (m x 3 x 2) [m]."""
         corners: Floats = np.asarray(self.mesh.uv)[np.asarray(self.mesh.uv_triangles)]
         return corners
 
     def stretches(self) -> Floats:
-        """Principal stretches (m x 2) [1] of the mesh as it stands against its pattern, the larger
-        first.
+        """Returns the principal stretches (m x 2) [1] relative to the pattern.
+
+        The larger stretch of a triangle comes first.
         """
         return stretches(
             np.asarray(self.mesh.vertices),
@@ -67,7 +69,7 @@ class Garment:
         )
 
     def min_angle_degrees(self) -> float:
-        """Smallest angle of a triangle of the pattern."""
+        """Returns the smallest angle of the triangles of the pattern [degrees]."""
         count = self.mesh.n_triangles
         return float(
             smallest_angles(
@@ -76,15 +78,15 @@ class Garment:
         )
 
     def openings(self) -> list[list[int]]:
-        """Closed loops of vertices along the garment's boundary: neck, armholes, hem ..."""
+        """Returns the closed loops of boundary vertices, such as neck, armholes and hem."""
         return boundary_loops(np.asarray(self.mesh.triangles))
 
     def moved(self, translation: ArrayLike) -> Garment:
-        """At another place [m]."""
+        """Returns the garment moved by a translation (3) [m]."""
         return self.at(np.asarray(self.mesh.vertices) + np.asarray(translation, float))
 
     def at(self, positions: ArrayLike) -> Garment:
-        """With other vertices (n x 3) [m]."""
+        """Returns the garment with other vertex positions (n x 3) [m]."""
         mesh = TriangleMesh(
             positions, self.mesh.triangles, self.mesh.uv, uv_triangles=self.mesh.uv_triangles
         )
@@ -105,16 +107,17 @@ def garment(
     relax: int = 150,
     allow_intersections: bool = False,
 ) -> Garment:
-    """Triangulates panels, joins them along seams and takes out the strain that their places leave.
+    """Triangulates panels, joins them along seams, and reduces the strain due to their placement.
 
-    panels, seams : Panel; Seam or pairs of "panel.edge"; or one Pattern
-    triangles : how many in all (met within one a panel), or edge : their mean edge [m]; angles are
-        at least 25 degrees where the outline has no corner below 55
-    ease : how far the lengths of two sewn edges may differ, of the longer [1]
-    seed : of the points inside; the same input gives the same garment
-    relax : iterations that bring triangles closer to the pattern, 0: vertices of a seam just meet
-        halfway
-    allow_intersections : accept a start that passes through itself
+    panels, seams : panels with seams (Seam or pairs of "panel.edge"), or one Pattern
+    triangles : total number, exact up to one triangle per panel; an alternative to edge
+    edge : mean edge length [m]. Angles are at least 25 degrees if the outline has no corner below
+        55 degrees.
+    ease : largest difference in length of two sewn edges, relative to the longer one [1]
+    seed : seed of the interior points; equal input gives an equal garment
+    relax : number of iterations that bring triangles closer to their rest shapes; 0: joined
+        vertices meet halfway, and nothing else moves
+    allow_intersections : accept a garment that intersects itself
 
     >>> import loomstone as ls
     >>> names = ("hem", "right", "top", "left")
@@ -150,7 +153,7 @@ def garment(
 def _spacing(
     pattern: Pattern, triangles: int | None, edge: float | None
 ) -> tuple[float, int | None]:
-    """Length of edges [m], and how many triangles are asked for, if any."""
+    """Returns the edge length [m], and the requested number of triangles or None."""
     if (triangles is None) == (edge is None):
         raise InvalidInput(f"give either triangles or edge, got triangles={triangles}, edge={edge}")
     if edge is not None:
@@ -162,12 +165,12 @@ def _spacing(
 
 
 def edge_for(area: float, triangles: int) -> float:
-    """Edge of equilateral triangles that fill an area [m]."""
+    """Returns the edge length of equilateral triangles that fill an area [m]."""
     return float(np.sqrt(area / triangles * 4 / np.sqrt(3)))
 
 
 def joined(pieces: Cut, positions: Floats) -> Garment:
-    """Panels welded with their vertices at `positions` (n x 3) [m]; joined ones meet halfway."""
+    """Welds the panels with vertices at `positions` (n x 3) [m]; joined vertices meet halfway."""
     index, mesh = welded(pieces, positions, pieces.pairs)
     groups = {name: index[members] for name, members in pieces.groups.items()}
     names = tuple(panel.name for panel in pieces.pattern.panels)
@@ -177,8 +180,9 @@ def joined(pieces: Cut, positions: Floats) -> Garment:
 
 
 def welded(pieces: Cut, positions: Floats, pairs: Indices) -> tuple[Indices, TriangleMesh]:
-    """The mesh in which some pairs are one vertex, and the vertex that each of the panels' has
-    become.
+    """Returns the index of each panel vertex in the welded mesh, and the mesh.
+
+    pairs : vertices that are merged
     """
     index = merged(len(positions), [(int(a), int(b)) for a, b in pairs])
     weight = np.bincount(index)
@@ -187,7 +191,7 @@ def welded(pieces: Cut, positions: Floats, pairs: Indices) -> tuple[Indices, Tri
     )
     triangles = index[pieces.triangles]
     _check_weld(pieces, triangles)
-    # A panel turned over keeps its uv, mirrored as a whole.
+    # A panel that is turned over keeps its uv, which are then mirrored.
     return index, TriangleMesh(vertices, triangles, pieces.flat, uv_triangles=pieces.triangles)
 
 

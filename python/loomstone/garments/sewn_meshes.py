@@ -1,4 +1,4 @@
-"""Garments that come sewn: a mesh whose uv are the pattern, from any program."""
+"""Sewn garments from any program: meshes whose uv are the pattern."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ __all__ = ["read", "sewn"]
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-GATHERED = (
-    0.75  # ease of patterns from files: ruffles are gathered from up to four times their length
-)
+# Ease of patterns from files. Ruffles are gathered from up to four times their sewn length.
+GATHERED = 0.75
 
 
 @takes()
 def read(path: str | os.PathLike[str], *, triangles: int | None = None, seed: int = 1) -> Garment:
-    """Garment from a file: a GarmentCode pattern (.json), or a sewn mesh whose uv are the pattern
-    [m] (.obj, .ply).
+    """Reads a garment: a GarmentCode pattern (.json), or a sewn mesh whose uv are the pattern [m].
 
-    triangles : of a pattern, how many in all, default 6,000; a mesh keeps its own
+    Meshes are .obj or .ply files. If panels of a pattern pass through each other when they are
+    welded directly, `close_seams` sews them.
 
-    A pattern whose panels pass through each other when they are welded at once is sewn by
-    `close_seams`.
+    triangles : total number for a pattern, default 6,000; not allowed for a mesh, which keeps its
+        own
+    seed : seed of the triangulation of a pattern
     """
     path = Path(path)
     if path.suffix.lower() == ".json":
@@ -53,12 +53,16 @@ def read(path: str | os.PathLike[str], *, triangles: int | None = None, seed: in
 
 @takes()
 def sewn(mesh: TriangleMesh, *, where: str = "mesh") -> Garment:
-    """Finds the panels of a sewn mesh: triangles connected by edges with the same uv on both sides.
+    """Returns a garment from a sewn mesh.
 
-    mesh : uv are the pattern [m]. Groups: "panel_1", the largest, and so on; "opening_1", the
-        boundary's longest loop.
-    InvalidInput where there are no uv, or where two boundary vertices lie at the same place: an
-    open seam.
+    Panels are sets of triangles connected by edges with the same uv on both sides.
+
+    mesh : its uv are the pattern [m]
+    where : name of the mesh in errors
+
+    Groups are "panel_1" (the largest) and so on, and "opening_1" (the longest boundary loop) and so
+    on. Raises InvalidInput if there are no uv, or if two boundary vertices coincide, which
+    indicates an open seam.
     """
     if len(mesh.uv) == 0:
         raise InvalidInput(f"{where}: has no uv; a sewn garment needs its flat pattern as uv [m]")
@@ -79,8 +83,9 @@ def sewn(mesh: TriangleMesh, *, where: str = "mesh") -> Garment:
 
 
 def _interior_edges(triangles: Indices, uv: Floats) -> tuple[Indices, Indices, NDArray[np.bool_]]:
-    """Half edges that are one edge, and whether their uv differ; half edge c * m + t starts at
-    corner c of t.
+    """Returns pairs of half-edges that form an edge, and whether their uv differ.
+
+    Half-edge c * m + t starts at corner c of triangle t.
     """
     m = len(triangles)
     half = np.concatenate([triangles[:, [c, (c + 1) % 3]] for c in range(3)])
@@ -89,7 +94,8 @@ def _interior_edges(triangles: Indices, uv: Floats) -> tuple[Indices, Indices, N
     ordered = np.sort(half, axis=1)[order]
     same = np.flatnonzero((ordered[1:] == ordered[:-1]).all(1))
     first, second = order[same], order[same + 1]
-    # Two neighbours run along their edge in opposite directions. Files round uv to 6 digits or so.
+    # Neighbours traverse their common edge in opposite directions. Files store uv with about 6
+    # digits.
     tolerance = 1e-5 * float(np.ptp(uv.reshape(-1, 2), axis=0).max())
     seam = np.abs(ends[first] - ends[second][:, ::-1]).max((1, 2)) > tolerance
     assert (first % m != second % m).all(), "a triangle has no edge twice"
@@ -97,7 +103,7 @@ def _interior_edges(triangles: Indices, uv: Floats) -> tuple[Indices, Indices, N
 
 
 def _panels(count: int, a: Indices, b: Indices, uv: Floats) -> Indices:
-    """Panel of every triangle, the largest first."""
+    """Returns the panel of every triangle; panel 0 is the largest."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 

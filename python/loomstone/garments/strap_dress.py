@@ -19,15 +19,17 @@ __all__ = ["dress", "dress_pattern"]
 
 Floats = NDArray[np.float64]
 
+# Heights above the waist of side seam, strap joints and lowest neckline point [m].
 SIDE, STRAP, NECK = (
     0.15,
     0.25,
     0.19,
-)  # heights above the waist: side seam, joint of the straps, lowest neckline [m]
+)
+# Width of a strap [m], and angle of its centre line from centre front and centre back [degrees].
 STRAP_WIDTH, STRAP_AT = (
     0.045,
     34.0,
-)  # [m]; centre of a strap from centre front and centre back [degrees]
+)
 
 
 @takes(bust="m", waist="m", hem="m", skirt="m", bar_radius="m")
@@ -41,15 +43,15 @@ def dress(
     bar_radius: float = 0.015,
     seed: int = 1,
 ) -> Garment:
-    """A sleeveless dress: bodice of five panels, skirt of six gores, two straps that lie over a bar
-    along the x axis.
+    """A sleeveless dress: a bodice of five panels, a skirt of six gores, and two straps over a bar.
 
-    triangles : how many, at least 200, met within 13; bust, waist, hem : circumferences [m], bust
-        0.2 m above the waist
+    triangles : total number, at least 200, exact up to 13
+    bust, waist, hem : circumferences [m]; the bust is 0.2 m above the waist
     skirt : length of the skirt along the cloth [m]
-    bar_radius : of the bar under the straps, 4 mm below them [m]; 0.015 to 0.05
+    bar_radius : radius of the bar along the x axis, 4 mm below the straps [m]; 0.015 to 0.05
+    seed : seed of the triangulation
 
-    Bodice and skirt start as cones, without strain; the front looks to -y. Groups "strap_left",
+    Bodice and skirt start as cones, without strain. The front faces -y. Groups are "strap_left",
     "front.neckline", "gore_1.hem" and so on.
 
     >>> len(dress(1500).panel_names)
@@ -57,7 +59,7 @@ def dress(
     """
     count = whole("triangles", triangles, 200, 10_000_000)
     pattern = dress_pattern(bust=bust, waist=waist, hem=hem, skirt=skirt, bar_radius=bar_radius)
-    # Edges of this length are chords of the strap's curve over the bar: it starts so much higher.
+    # Edges of this length are chords of the strap's path over the bar, which is raised to clear it.
     edge = edge_for(sum(panel.area for panel in pattern.panels), count)
     pattern = dress_pattern(
         bust=bust, waist=waist, hem=hem, skirt=skirt, bar_radius=bar_radius, chord=edge
@@ -75,9 +77,10 @@ def dress_pattern(
     bar_radius: float = 0.015,
     chord: float = 0.0,
 ) -> Pattern:
-    """Panels and seams of `dress`, to be changed before they are sewn.
+    """Returns panels and seams of `dress`, which can be changed before they are sewn.
 
-    chord : edges so long [m] clear the bar, at most 0.15; straps that start higher hang slack first
+    chord : length of mesh edges that clear the bar [m], at most 0.15; with longer chords, straps
+        start higher and hang slack at first
     """
     if not 0.0 <= chord <= 0.15:
         raise InvalidInput(f"chord must be in [0, 0.15] m, got {chord}")
@@ -88,11 +91,11 @@ def dress_pattern(
         )
     if not 0.015 <= bar_radius <= 0.05:
         raise InvalidInput(f"bar_radius must be in [0.015, 0.05] m, got {bar_radius}")
-    # Cones: circumference grows by 2 pi slope along the cloth.
+    # The circumference of a cone grows by 2 pi slope per length along the cloth.
     upper = _Cone(waist, (bust - waist) / (2 * np.pi * 0.2), 1.0)
     lower = _Cone(waist, (hem - waist) / (2 * np.pi * skirt), -1.0)
     strap_path, strap_across = _strap(upper, bar_radius, chord)
-    drop = float(strap_path[0, 2]) - upper.height(STRAP)  # height of the waist
+    drop = float(strap_path[0, 2]) - upper.height(STRAP)  # height of the waist [m]
     bodice, bodice_seams = _bodice(upper, drop)
     gores, gore_seams = _gores(lower, skirt, drop)
     straps, strap_seams = _straps(strap_path, strap_across)
@@ -100,7 +103,7 @@ def dress_pattern(
 
 
 def _gores(cone: _Cone, skirt: float, drop: float) -> tuple[list[Panel], list[Seam]]:
-    """The skirt, and its seams with itself and with the bodice."""
+    """Returns the gores of the skirt, and their seams with each other and with the bodice."""
     gores, seams = [], []
     for i in range(6):
         name = f"gore_{i + 1}"
@@ -140,8 +143,10 @@ def _straps(right_path: Floats, right_across: Floats) -> tuple[list[Panel], list
 
 
 class _Cone:
-    """Polar coordinates on one of the two cones that meet at the waist: distance from the waist
-    [m], angle in space.
+    """One of the two cones that meet at the waist.
+
+    Its coordinates are the distance from the waist along the cloth [m] and the angle in space
+    [degrees].
     """
 
     def __init__(self, waist: float, slope: float, opens: float) -> None:
@@ -149,12 +154,15 @@ class _Cone:
         self.apex_distance = waist / (2 * np.pi * slope)
 
     def at(self, distance: float, degrees: float) -> tuple[float, float]:
-        """In the panel's plane, apex at the origin; degrees from the panel's middle."""
+        """Returns a point in the panel's plane with the apex at the origin [m].
+
+        degrees : angle in space from the panel's centre line
+        """
         angle, away = np.radians(degrees) * self.slope, self.apex_distance + distance
         return away * np.sin(angle), self.opens * away * np.cos(angle)
 
     def height(self, distance: float) -> float:
-        """Above the waist, in space [m]."""
+        """Returns the height above the waist in space [m]."""
         return float(self.opens * np.sqrt(1 - self.slope**2) * distance)
 
     def radius(self, distance: float) -> float:
@@ -170,7 +178,7 @@ class _Cone:
 
 
 def _curve(name: str, cone: _Cone, distance: float, first: float, last: float) -> Edge:
-    """Part of a ring."""
+    """Returns an arc of a ring at a given distance from the waist."""
     return arc(
         name,
         cone.at(distance, first),
@@ -181,9 +189,9 @@ def _curve(name: str, cone: _Cone, distance: float, first: float, last: float) -
 
 @dataclass(frozen=True)
 class _Shape:
-    """Where the straps meet the bodice, and its curves.
+    """Joints of straps and bodice, and control points of its curves.
 
-    inner, outer : edges of a strap, from centre front and centre back [degrees]
+    inner, outer : angles of the edges of a strap from centre front and centre back [degrees]
     armhole, nape : heights of control points above the waist [m]
     """
 
@@ -258,7 +266,7 @@ def _side(cone: _Cone, drop: float) -> Panel:
 
 def _back(cone: _Cone, shape: _Shape, drop: float) -> Panel:
     inner, outer, armhole, nape = shape.inner, shape.outer, shape.armhole, shape.nape
-    # From the side seam at 30 degrees to the centre back at 90; the panel's middle is at 60.
+    # The panel spans 30 degrees (side seam) to 90 degrees (centre back), with its middle at 60.
     return Panel(
         "back_right",
         (
@@ -281,23 +289,24 @@ def _back(cone: _Cone, shape: _Shape, drop: float) -> Panel:
 
 
 def _strap(cone: _Cone, bar_radius: float, chord: float) -> tuple[Floats, Floats]:
-    """Path of the right strap from front to back over the bar at the origin, and the direction
-    across it.
+    """Returns the path of the right strap from front to back, and the directions across it.
+
+    The path runs over the bar at the origin.
     """
     angle, radius = np.radians(STRAP_AT), cone.radius(STRAP)
     x, depth, rise = radius * np.sin(angle), radius * np.cos(angle), 0.13
     clear = bar_radius + 0.004
-    over = (
-        clear + np.sqrt(clear**2 + chord**2 / 2)
-    ) / 2  # a chord of this circle stays chord^2 / (8 over) inside it
-    # Straight from (-depth, -rise) to where it touches the circle round the bar, then over the top
-    # of it.
+    # A chord of the circle with radius `over` lies at most chord^2 / (8 over) inside it.
+    over = (clear + np.sqrt(clear**2 + chord**2 / 2)) / 2
+    # The path is straight from (-depth, -rise) to its tangent point on this circle, and then
+    # follows the circle over the top.
     first = np.arctan2(-rise, -depth) - np.arccos(over / np.hypot(depth, rise)) + 2 * np.pi
     turn = np.linspace(first, np.pi - first, 17)
     circle = np.c_[np.full(17, x), over * np.cos(turn), over * np.sin(turn)]
     leg = np.linspace(np.array([x, -depth, -rise]), circle[0], 9)[:-1]
     path = np.concatenate([leg, circle, (leg * (1, -1, 1))[::-1]])
-    # At both joints it lies in the bodice, on the bar along it.
+    # The strap lies in the surface of the bodice at both joints, and parallel to the bar on top of
+    # it.
     twist = angle * np.concatenate([np.linspace(1, 0, 8), np.zeros(17), np.linspace(0, -1, 8)])
     across = np.c_[np.cos(twist), np.sin(twist), np.zeros(33)]
     return path, across

@@ -37,12 +37,15 @@ def tshirt(
     sleeve: float = 0.16,
     seed: int = 1,
 ) -> Garment:
-    """A T-shirt that starts round a standing trunk, arms half raised; the hem lies in z = 0, the
-    front looks to -y.
+    """A T-shirt that starts around a standing trunk with arms half raised.
 
-    triangles : how many, met within 4; chest : circumference [m]; length : from the shoulder by the
-        neck to the hem [m]
+    The hem lies in z = 0, and the front faces -y.
+
+    triangles : total number, exact up to 4
+    chest : circumference [m]
+    length : from the shoulder next to the neck to the hem [m]
     sleeve : length below the armhole [m]
+    seed : seed of the triangulation
 
     >>> len(tshirt(800).openings())
     4
@@ -54,7 +57,7 @@ def tshirt(
 
 @takes(chest="m", length="m", sleeve="m")
 def tshirt_pattern(*, chest: float = 1.04, length: float = 0.70, sleeve: float = 0.16) -> Pattern:
-    """Panels and seams of `tshirt`, to be changed before they are sewn."""
+    """Returns panels and seams of `tshirt`, which can be changed before they are sewn."""
     if not 0.6 <= chest <= 2.0 or not 0.5 <= length <= 1.5 or not 0.02 <= sleeve <= 0.6:
         raise InvalidInput(
             "chest must be in [0.6, 2], length in [0.5, 1.5], sleeve in [0.02, 0.6] m, got"
@@ -104,8 +107,10 @@ def _body(chest: float, length: float, neck_depth: float) -> tuple[Edge, ...]:
 
 
 def _sleeve(armhole: float, length: float) -> tuple[Edge, ...]:
-    """Each half of the cap is as long as a half of the armhole: the width that makes it so is found
-    by bisection.
+    """Returns the edges of a sleeve.
+
+    Each half of the cap has the length of `armhole`, that of one armhole edge [m]. Bisection finds
+    the sleeve width for this.
     """
     high = 0.10
 

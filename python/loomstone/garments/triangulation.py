@@ -1,8 +1,8 @@
-"""Quality unstructured triangulation of a flat piece with holes, by scipy's Delaunay triangulation.
+"""Triangulation of a flat piece with holes, by scipy's Delaunay triangulation.
 
-Points of the outline and of the holes are fixed; the others start on a jittered hexagonal lattice
-and move to the centre of their surroundings (Lloyd's iteration [Lloyd1982] with areas of
-triangles), then away from the smallest angles.
+Points of the outline and of the holes are fixed. Interior points start on a jittered hexagonal
+lattice. They move to the centroids of their neighbouring triangles (Lloyd's iteration [Lloyd1982]),
+and then to positions with larger smallest angles.
 """
 
 from __future__ import annotations
@@ -20,14 +20,15 @@ __all__ = ["Boundary", "smallest_angles", "triangulated"]
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-CLEARANCE = 0.5  # of the spacing: start points keep so far from the outline
-WANTED_DEGREES = 28.0  # angles below are improved
+CLEARANCE = 0.5  # smallest distance of start points from the boundary, relative to the spacing
+WANTED_DEGREES = 28.0  # angles below this are improved
 COMPASS = np.array([(np.cos(a), np.sin(a)) for a in np.arange(8) * np.pi / 4])
 
 
 class Boundary:
-    """Closed loops of points (b x 2) [m], none twice: first the outline, counter-clockwise, then
-    holes, clockwise.
+    """Closed loops of points (b x 2) [m] without duplicates.
+
+    The outline comes first, counter-clockwise, followed by the holes, clockwise.
     """
 
     def __init__(self, loops: Sequence[Floats]) -> None:
@@ -43,15 +44,15 @@ class Boundary:
 
     @property
     def area(self) -> float:
-        """Within the outline, less the holes [m^2]."""
+        """Area within the outline without the holes [m^2]."""
         return float(cross(self.points, self.following).sum()) / 2
 
     def triangles(self, interior: int) -> int:
-        """How many triangles its points and `interior` others make, by Euler's formula."""
+        """Returns the number of triangles with `interior` additional points, by Euler's formula."""
         return 2 * interior + len(self) - 2 + 2 * self.holes
 
     def contains(self, points: Floats) -> NDArray[np.bool_]:
-        """Which points lie within the outline and in no hole: odd crossings of a ray along x."""
+        """Returns which points lie within the outline and in no hole, by ray crossings along x."""
         a, b = self.points, self.following
         result = np.zeros(len(points), bool)
         for first in range(0, len(points), 4096):
@@ -66,18 +67,23 @@ class Boundary:
 def triangulated(
     boundary: Boundary, interior: int, *, seed: int, where: str
 ) -> tuple[Floats, Indices]:
-    """Points (the boundary's first, in order) and counter-clockwise triangles,
-    boundary.triangles(interior) of them.
+    """Returns points and boundary.triangles(interior) counter-clockwise triangles.
 
-    interior : number of points inside
-    where : named in errors: InvalidInput where the boundary is finer than its points resolve
+    The boundary points come first, in order.
+
+    interior : number of interior points
+    seed : seed of the start points
+    where : name of the piece in errors
+
+    Raises InvalidInput if the boundary is too fine for the spacing of the points.
     """
     points = np.concatenate([boundary.points, _start(boundary, interior, seed)])
     fixed = len(boundary)
     for _ in range(25):
         faces = _faces(points, boundary)
         moved = centres(points, faces)
-        # Beside the boundary surroundings need not be convex: a centre may lie outside.
+        # Next to the boundary, the neighbouring triangles need not form a convex region. Their
+        # centroid may lie outside.
         beside = np.unique(faces[(faces < fixed).any(1)])
         outside = beside[~boundary.contains(moved[beside])]
         moved[outside] = points[outside]
@@ -92,7 +98,7 @@ def triangulated(
 
 
 def smallest_angles(points: Floats, faces: Indices) -> Floats:
-    """Smallest angle of every triangle [degrees]."""
+    """Returns the smallest angle of every triangle [degrees]."""
     corners = points[faces]
     sides = np.roll(corners, -1, 1) - corners
     length = np.linalg.norm(sides, axis=2)
@@ -104,7 +110,7 @@ def smallest_angles(points: Floats, faces: Indices) -> Floats:
 
 
 def _distance(boundary: Boundary, points: Floats) -> Floats:
-    """To the nearest edge of the boundary."""
+    """Returns the distance to the nearest edge of the boundary [m]."""
     a, along = boundary.points, boundary.following - boundary.points
     length2 = (along**2).sum(1)
     nearest = np.empty(len(points))
@@ -118,7 +124,10 @@ def _distance(boundary: Boundary, points: Floats) -> Floats:
 
 
 def _beyond_corners(boundary: Boundary, points: Floats) -> NDArray[np.bool_]:
-    """Which points leave a sharp corner to one triangle: two there would have half its angle."""
+    """Returns which points are far enough from sharp corners to leave each to a single triangle.
+
+    Two triangles at a corner would each have half its angle.
+    """
     before, after = boundary.preceding - boundary.points, boundary.following - boundary.points
     angle = np.arctan2(cross(after, before), (after * before).sum(1))
     sharp = (angle > 0) & (angle < np.radians(55.0))
@@ -131,11 +140,11 @@ def _beyond_corners(boundary: Boundary, points: Floats) -> NDArray[np.bool_]:
 
 
 def _start(boundary: Boundary, interior: int, seed: int) -> Floats:
-    """`interior` points of a jittered hexagonal lattice, spread over the whole piece."""
+    """Returns `interior` points of a jittered hexagonal lattice, spread over the whole piece."""
     random = np.random.default_rng(seed)
     low, size = boundary.points.min(0), np.ptp(boundary.points, axis=0)
-    # A point of a hexagonal lattice owns 0.87 of the squared spacing; half a point of the boundary
-    # counts.
+    # The area per point of a hexagonal lattice is 0.866 of the squared spacing. A boundary point
+    # counts as half a point.
     spacing = np.sqrt(boundary.area / max(1.0, interior + len(boundary) / 2) / 0.866) * 1.1
     clearance = CLEARANCE
     found = np.empty((0, 2))
@@ -156,8 +165,8 @@ def _start(boundary: Boundary, interior: int, seed: int) -> Floats:
             break
         spacing *= 0.99
         if attempt % 20 == 19:
-            clearance *= 0.8  # narrow panels
-    # What is too many leaves evenly: the rest closes up again when relaxed.
+            clearance *= 0.8  # for narrow panels
+    # Surplus points are removed evenly. Relaxation closes the gaps.
     surplus = len(found) - interior
     leaves = np.linspace(0, len(found), max(0, surplus), endpoint=False).astype(int)
     return np.delete(found, leaves, axis=0)
@@ -167,18 +176,19 @@ def _faces(points: Floats, boundary: Boundary) -> Indices:
     faces = delaunay(points, 1e-6 * np.ptp(boundary.points, axis=0).prod() / len(points)).astype(
         np.int64
     )
-    # Only triangles of points of the boundary alone can lie outside.
+    # Only triangles whose points all lie on the boundary can lie outside.
     keep: NDArray[np.bool_] = np.asarray((faces >= len(boundary)).any(1))
     keep[~keep] = boundary.contains(points[faces[~keep]].mean(1))
     return np.asarray(faces[keep], np.int64)
 
 
 def _improve(points: Floats, faces: Indices, fixed: int) -> bool:
-    """Moves free corners of poor triangles to where the smallest angle around them is largest, by a
-    compass search.
+    """Moves interior vertices of poor triangles to maximise the smallest angle around them.
+
+    Uses a compass search. Returns whether any vertex moved.
     """
     poor = np.unique(faces[smallest_angles(points, faces) < WANTED_DEGREES])
-    order = np.argsort(faces, axis=None, kind="stable")  # corners by their vertex
+    order = np.argsort(faces, axis=None, kind="stable")  # corners sorted by vertex
     first = np.searchsorted(faces.ravel()[order], np.arange(len(points) + 1))
     changed = False
     for vertex in poor[poor >= fixed]:
@@ -202,8 +212,9 @@ def _improve(points: Floats, faces: Indices, fixed: int) -> bool:
 
 
 def _worst(places: Floats, ring: Floats) -> Floats:
-    """Minus the largest cosine of an angle around a vertex, for places of it (k x 2); -2 where one
-    turns over.
+    """Returns minus the largest cosine of an angle around a vertex, for positions of it (k x 2).
+
+    The value is -2 if a triangle is inverted.
     """
     first, last = ring[None, :, 0] - places[:, None], ring[None, :, 1] - places[:, None]
     across = (ring[:, 1] - ring[:, 0])[None]
