@@ -68,7 +68,7 @@ def specimen(triangles: int, *, seed: int = 1) -> TriangleMesh:
     edge = float(np.sqrt(4 / np.sqrt(3) * area))
     outline = _ring(SPECIMEN, edge)
     rings, radius, spacing = [_ring(DISC, edge)], DISC - 0.87 * edge, edge
-    # Only the first of these clamped rings affects the drape. The others fill the disc.
+    # Clamped rings fill the disc. Only the ring on its edge affects the drape.
     while radius > 0.5 * spacing:
         rings.append(_ring(radius, spacing))
         spacing *= 1.4
@@ -104,7 +104,8 @@ def cusick(
     strain_limit : StrainLimit of the specimen; None: no limit
     triangles, seed : number of triangles and random seed of the specimen's mesh; below about 3000
         triangles the coefficient is too high
-    step : time step [s]; None: 4 ms at a contact distance of 1 mm, and proportionally less below
+    step : time step [s]; None: 4 ms for a contact distance of 1 mm or more, and
+        proportionally less below, but at least 0.5 ms
     longest : simulated time allowed for coming to rest [s]
     """
     began = time.perf_counter()

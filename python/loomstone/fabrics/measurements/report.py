@@ -74,7 +74,7 @@ class FabricReport:
 
     @property
     def remark(self) -> str:
-        """Remark on the result: specimens not at rest, intersections, or why the range is missed."""
+        """Remark on the result: moving specimens, intersections, or why the range is missed."""
         said = []
         if moving := sum(not drape.rest.at_rest for drape in self.drapes):
             said.append(
