@@ -1,4 +1,4 @@
-"""python -m loomstone"""
+"""Entry point of `python -m loomstone`."""
 
 from .cli import main
 

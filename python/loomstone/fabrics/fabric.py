@@ -80,7 +80,7 @@ class Fabric(ClothMaterial):
 
     @property
     def material(self) -> ClothMaterial:
-        """The plain ClothMaterial."""
+        """The same material as a plain ClothMaterial."""
         return self._material
 
     @property
@@ -100,7 +100,7 @@ class Fabric(ClothMaterial):
 
     @property
     def construction(self) -> str:
-        """woven or knit; empty if unknown."""
+        """Construction, woven or knit; empty if unknown."""
         return str(self._about["construction"])
 
     @property

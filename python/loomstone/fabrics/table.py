@@ -144,7 +144,10 @@ def _measured(
     caveats: tuple[str, ...] = (),
     band: str = "",
 ) -> Row:
-    """about : use, composition, construction"""
+    """Returns a fabric of [Wang2011].
+
+    about : use, composition, construction
+    """
     caveats = (_FACTOR, _KE, *caveats)
     return Row(
         "Wang 2011",

@@ -47,7 +47,7 @@ class Cut:
 def cut(pattern: Pattern, *, spacing: float, triangles: int | None, seed: int) -> Cut:
     """Triangulates every panel with edges of about `spacing` [m].
 
-    triangles : total number, distributed by area; None: as follows from the spacing
+    triangles : total number, distributed by area; None: determined by the spacing
     """
     segments = _segments(pattern, spacing)
     flat, placed, faces, owner = [], [], [], []

@@ -37,7 +37,7 @@ def tshirt(
     sleeve: float = 0.16,
     seed: int = 1,
 ) -> Garment:
-    """A T-shirt that starts around a standing trunk with arms half raised.
+    """A T-shirt that starts around a standing torso with arms half raised.
 
     The hem lies in z = 0, and the front faces -y.
 

@@ -193,7 +193,7 @@ def _improve(points: Floats, faces: Indices, fixed: int) -> bool:
     changed = False
     for vertex in poor[poor >= fixed]:
         around, corner = np.divmod(order[first[vertex] : first[vertex + 1]], 3)
-        # Each triangle as (vertex, next corner, last corner).
+        # The two other corners of each triangle around the vertex.
         ring = points[
             np.stack([faces[around, (corner + 1) % 3], faces[around, (corner + 2) % 3]], axis=1)
         ]

@@ -25,11 +25,11 @@ WEAK = 1e-8
 class LineEnd(IntEnum):
     """Reason why a field line ends."""
 
-    seed = 0  # the line is traced in one direction only
-    body = 1  # it enters or leaves a magnet or a magnetised body
-    left = 2  # it leaves the ball of radius `extent`
-    closed = 3  # it returns to its start
-    length = 4  # it reaches the length limit
+    seed = 0  # this end is the seed of a line traced in one direction only
+    body = 1  # the line enters or leaves a magnet or a magnetised body
+    left = 2  # the line leaves the ball of radius `extent`
+    closed = 3  # the line returns to its start
+    length = 4  # the line reaches the limit of its length or steps
     no_field = 5  # the field vanishes there
 
 
@@ -64,12 +64,13 @@ def field_lines(
     points to use instead, each traced in both directions. uniform (3): flux density added to that
     of the bodies [T].
 
-    A line ends where it enters such a body, leaves the ball of radius `extent` [m] about `centre`,
-    returns to its start or meets a vanishing field. It also ends after `length` [m] (0: 20 extents)
-    or a thousand steps. extent 0: four times the radius of the bounding ball of the bodies, about
-    the centre of that ball. tolerance [1]: error of a step divided by the extent. Between
-    neighbouring points a line turns by about 0.1 rad at most. threads 0: all processors; the result
-    does not depend on it. Raises InvalidInput for values out of range, and if no line can start.
+    A line ends where it enters a body, leaves the ball of radius `extent` [m] about `centre`,
+    returns to its start, or reaches a point where the field vanishes. It also ends after `length`
+    [m] (0: 20 extents) or a thousand steps. extent 0: four times the radius of the bounding ball of
+    the bodies, about the centre of that ball. tolerance [1]: error of a step divided by the extent.
+    Between neighbouring points a line turns by about 0.1 rad at most. threads 0: all processors;
+    the result does not depend on it. Raises InvalidInput for values out of range, and if no line
+    can start.
 
     >>> import loomstone as ls
     >>> magnet = ls.magnetics.sphere(radius=0.01, polarization=(0, 0, 1))

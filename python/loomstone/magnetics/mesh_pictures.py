@@ -108,7 +108,7 @@ def curve_of_meshes(
             figures.force_over_distance(on, by, distances, axis=along, tolerance=1e-3), path
         )
     across = np.cross(along, (0.0, 0.0, 1.0) if abs(along[2]) < 0.9 else (1.0, 0.0, 0.0))
-    on = on.moved((on.radius + by.radius - apart) * along)  # room to turn
+    on = on.moved((on.radius + by.radius - apart) * along)  # far enough away to turn freely
     return figures.plot_curve(
         figures.torque_over_angle(
             on, by, np.linspace(0.0, 2.0 * np.pi, 49), axis=across, tolerance=1e-3

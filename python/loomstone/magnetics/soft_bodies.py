@@ -36,9 +36,9 @@ def soft_sphere(
 ) -> SoftBody:
     """Linear sphere: radius [m], susceptibility chi = mu_r - 1 >= -1 [1].
 
-    chi = inf is ideal iron, chi = -1 a superconductor. The response is exact, by solid harmonics up
-    to `degree`. With degree 0, `induce` chooses the degree (up to 400) by its tolerance and the
-    distance of other bodies, and scenes use degree 1, a point dipole. saturation: mu0 M_s [T], 0:
+    chi = inf is ideal iron, chi = -1 a superconductor. The response is exact for solid harmonics up
+    to `degree`. With degree 0, `induce` chooses the degree (up to 400) from its tolerance and the
+    distance of other bodies. Scenes then use degree 1, a point dipole. saturation: mu0 M_s [T], 0:
     none; see `induce`.
     """
     return _core.soft_sphere(

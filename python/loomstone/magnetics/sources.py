@@ -47,7 +47,7 @@ def box_of(bodies: list[MagneticBody]) -> tuple[Floats, Floats]:
 
 @takes(size="m", polarization="T")
 def cuboid(*, size: ArrayLike, polarization: ArrayLike) -> MagneticBody:
-    """Cuboid magnet with edges `size` (3) [m] and polarization J = mu0 M (3) [T], own axes."""
+    """Cuboid magnet: edges `size` (3) [m], polarization J = mu0 M (3) [T] in its own axes."""
     return _core.magnetic_cuboid(size=size, polarization=polarization)
 
 

@@ -91,7 +91,7 @@ def _stretch(axes: Any, steps: Steps) -> None:
 def _strain(axes: Any, steps: Steps) -> None:
     """Plots the largest strain in each direction and its excess over limits.
 
-    The number of sweeps of strain limiting has an axis on the right.
+    The number of sweeps of strain limiting is plotted on a second axis.
     """
     if "strain.weft" not in steps:
         raise InvalidInput(

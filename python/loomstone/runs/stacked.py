@@ -58,7 +58,7 @@ class Stacked:
 
     @property
     def dtype(self) -> np.dtype[np.float64]:
-        """float64"""
+        """Data type of the entries, float64."""
         return np.dtype(np.float64)
 
     def __repr__(self) -> str:

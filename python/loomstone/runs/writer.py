@@ -180,9 +180,10 @@ def open_writer(
     overwrite: bool,
     following: int,
 ) -> NoWriter:
-    """Returns the writer of a run from frame `following` on; metadata None continues a run.
+    """Returns the writer of a run, whose next frame is `following`.
 
-    Raises an error before anything is written if the run cannot be drawn or written.
+    With metadata None, it continues an existing run. If the run cannot be drawn or written, an
+    error is raised before anything is written.
     """
     if simulation.rank != 0:
         return NoWriter()

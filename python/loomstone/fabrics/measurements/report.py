@@ -35,7 +35,7 @@ class FabricReport:
 
     fabric: Fabric
     drapes: list[CusickResult]  # one per specimen
-    strips: dict[str, CantileverResult]  # weft, bias, warp
+    strips: dict[str, CantileverResult]  # by direction: weft, bias, warp
 
     @property
     def drape_coefficient(self) -> float:
