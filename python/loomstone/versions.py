@@ -14,9 +14,7 @@ __all__ = ["show_versions"]
 
 
 def show_versions() -> None:
-    """Prints the versions of loomstone, Python and the optional packages, and properties of the
-    machine.
-    """
+    """Prints the versions of loomstone and its optional packages, and properties of the machine."""
     print(f"loomstone {_core.__version__}")
     print(f"python {sys.version.split()[0]} on {platform.platform()}")
     packages = [

@@ -29,10 +29,10 @@ _OF_TEXTILES = (
 class Units(pint.UnitRegistry[Any]):
     """A registry of Pint with additional textile units: gsm, tex, denier, gf/cm and others.
 
-    units["gf cm^2/cm"] is one such unit, which can be multiplied with a number or an array. Every
-    number of a description or function of loomstone may be a quantity of this registry or of
-    another one. Plain numbers are in SI units. Angles are pure numbers (1 rad = 1), so gf/(cm deg)
-    is a unit of N/m per rad, equal to 56.19 N/m. gf is gram-force, oz and lb are masses
+    units["gf cm^2/cm"] is the quantity 1 in this unit. It can be multiplied with a number or an
+    array. Every number of a description or function of loomstone may be a quantity of this registry
+    or of another one. Plain numbers are in SI units. Angles are pure numbers (1 rad = 1): gf/(cm
+    deg) is converted to N/m per rad, and equals 56.19 N/m. gf is gram-force, oz and lb are masses
     (avoirdupois), and % is 0.01.
     """
 

@@ -1,4 +1,4 @@
-"""Bending rigidity of strips cut at an angle to weft, by orthotropic plate theory, and its inverse.
+"""Conversion between the bending stiffness of a plate and rigidities of strips cut from it.
 
 A strip with free edges that is bent along its length carries no transverse bending moment and no
 twisting moment. Let D be the plate's rigidity for the curvatures (k11, k22, 2 k12), and S = D^-1. A

@@ -45,7 +45,7 @@ def close_seams(
 ) -> Garment:
     """Returns a garment whose seams are closed by springs of zero rest length, without gravity.
 
-    pattern : panels must not touch one another, except along seams, nor the body
+    pattern : panels may touch one another along seams only, and must not touch the body
     triangles : total number
     obstacles : the body, with which panels collide
     places : placements of some panels, by name, in place of their own

@@ -27,17 +27,17 @@ class Panel:
     name : unique name in the garment
     edges : outline, counter-clockwise; each edge begins where the previous one ends. Darts are
         notches of the outline.
-    holes : closed loops of edges, clockwise, so that cloth lies on their left as for the outline. A
-        round hole is a single edge, made by circle(). Around a hole that is narrower than two
-        triangle edges, triangles have smaller angles.
+    holes : closed loops of edges, clockwise: cloth lies on their left, as for the outline. A round
+        hole is a single edge, made by circle(). Triangles around a hole that is narrower than two
+        triangle edges have smaller angles.
     grain_degrees : direction of the warp relative to the panel's y axis, counter-clockwise
         [degrees]
     place : initial placement: Plane, Cylinder, Cone, Ribbon, or any function that maps points (n x
         2) to (n x 3) [m]
 
     Raises InvalidInput naming panel and edge if a loop of edges is open or empty, crosses itself or
-    another loop, or has the wrong orientation. The same holds for a hole outside the outline or
-    inside another hole.
+    another loop, or has the wrong orientation. Holes must lie inside the outline and outside other
+    holes.
 
     >>> import loomstone as ls
     >>> corners = [(0, 0), (0.3, 0), (0.3, 0.4), (0, 0.4)]

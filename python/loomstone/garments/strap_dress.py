@@ -59,7 +59,8 @@ def dress(
     """
     count = whole("triangles", triangles, 200, 10_000_000)
     pattern = dress_pattern(bust=bust, waist=waist, hem=hem, skirt=skirt, bar_radius=bar_radius)
-    # Edges of this length are chords of the strap's path over the bar, which is raised to clear it.
+    # Mesh edges of this length are chords of the strap's path over the bar. The path is raised so
+    # that they clear the bar.
     edge = edge_for(sum(panel.area for panel in pattern.panels), count)
     pattern = dress_pattern(
         bust=bust, waist=waist, hem=hem, skirt=skirt, bar_radius=bar_radius, chord=edge
@@ -305,8 +306,7 @@ def _strap(cone: _Cone, bar_radius: float, chord: float) -> tuple[Floats, Floats
     circle = np.c_[np.full(17, x), over * np.cos(turn), over * np.sin(turn)]
     leg = np.linspace(np.array([x, -depth, -rise]), circle[0], 9)[:-1]
     path = np.concatenate([leg, circle, (leg * (1, -1, 1))[::-1]])
-    # The strap lies in the surface of the bodice at both joints, and parallel to the bar on top of
-    # it.
+    # The width direction lies in the bodice at both joints, and along the bar on top of it.
     twist = angle * np.concatenate([np.linspace(1, 0, 8), np.zeros(17), np.linspace(0, -1, 8)])
     across = np.c_[np.cos(twist), np.sin(twist), np.zeros(33)]
     return path, across

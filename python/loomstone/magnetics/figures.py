@@ -57,7 +57,7 @@ def force_over_distance(
     >>> import loomstone as ls
     >>> a = ls.magnetics.sphere(radius=0.005, polarization=(0, 0, 1))
     >>> curve = ls.magnetics.force_over_distance(a.moved((0, 0, 0.01)), a, [0.0, 0.01])
-    >>> print(f"{curve.forces[0, 2] / curve.forces[1, 2]:.1f}")        # proportional to distance^-4
+    >>> print(f"{curve.forces[0, 2] / curve.forces[1, 2]:.1f}")  # proportional to distance^-4
     16.0
     """
     along = unit(axis)

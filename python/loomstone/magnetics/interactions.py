@@ -58,16 +58,15 @@ def force(
     """Returns force and torque on one body, exerted by another.
 
     tolerance [1], 1e-12 to 0.1: requested error relative to the force, or to the torque divided by
-    the radius of the body where that is larger. The charge or current of one body is integrated in
-    the exact field of the other. The reaction follows from the balance of linear and angular
-    momentum: force(on=b, by=a) is minus force(on=a, by=b) to the last bit. Dipoles and spheres are
-    exact. `error` [N] is an estimate. It exceeds the requested error if 2,000,000 evaluations of
-    the field do not suffice. Bodies that overlap feel the finite forces between their surface
-    charges.
+    the body's radius if that is larger. The charge or current of one body is integrated in the
+    exact field of the other. The reaction follows from the balance of linear and angular momentum:
+    force(on=b, by=a) is minus force(on=a, by=b) to the last bit. Dipoles and spheres are exact.
+    `error` [N] is an estimate. It exceeds the requested error if 2,000,000 evaluations of the field
+    do not suffice. Bodies that overlap feel the finite forces between their surface charges.
 
-    engine "cells": represents both magnets by dipole cells of `density` [1/m^3]. For many calls,
-    build the cells once with `cells`. The tolerance is then ignored, and error is 0 because no
-    estimate is made.
+    engine "cells": represents both magnets by dipole cells of `density` [1/m^3]. The tolerance is
+    then ignored, and error is 0 because no estimate is made. For many calls, build the cells once
+    with `cells`.
 
     Raises InvalidInput for a tolerance out of range and for polylines that are not closed.
 
@@ -106,11 +105,11 @@ def energy(bodies: Sequence[MagneticBody], *, tolerance: float = 1e-4, threads: 
 
     It is minus the sum over pairs of the integral of M.B over one magnet in the field of the other.
     Forces are its negative derivatives with respect to positions. tolerance [1]: error relative to
-    the energy of each pair, or to 1e-3 of the energy of two dipoles with their moments at the sum
-    of their radii where that is larger. The energy of an induced body is that of its panels' charge
-    in the potential of the magnet, and does not depend on the tolerance. threads 0: all processors;
-    the result does not depend on it. Raises Unsupported for currents, because keeping them constant
-    takes work.
+    the energy of each pair. A small energy counts as 1e-3 of the energy of two dipoles with the
+    same moments, at the sum of the radii. The energy of an induced body is that of its panels'
+    charge in the potential of the magnet, and does not depend on the tolerance. threads 0: all
+    processors; the result does not depend on it. Raises Unsupported for currents, because keeping
+    them constant takes work.
 
     >>> import loomstone as ls
     >>> a = ls.magnetics.sphere(radius=0.005, polarization=(0, 0, 1))

@@ -1,4 +1,6 @@
-"""Obstacles, which cloth and bodies collide with: static, moved by keyframes, or deforming.
+"""Obstacles: surfaces that cloth and bodies collide with.
+
+They are static, moved by keyframes, or deforming.
 
 >>> import loomstone as ls
 >>> ball = ls.obstacles.sphere(radius=0.15)

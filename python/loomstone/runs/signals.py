@@ -52,7 +52,7 @@ def noted_signals() -> Iterator[Received]:
         before = {
             n: signal.signal(n, note) for n in (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)
         }
-    except ValueError:  # outside the main thread, which handles signals
+    except ValueError:  # only the main thread can set handlers
         yield received
         return
     try:

@@ -58,7 +58,7 @@ class Writer(NoWriter):
         frames: FrameWriter,
         following: int,
     ) -> None:
-        """Discards frames and steps after the current state of the simulation.
+        """Discards rows of tables after the current state of the simulation.
 
         following : index of the next frame
         """
