@@ -46,18 +46,14 @@ def close_seams(
     """Returns a garment whose seams are closed by springs of zero rest length, without gravity.
 
     pattern : panels may touch one another along seams only, and must not touch the body
-    triangles : total number
-    obstacles : the body, with which panels collide
     places : placements of some panels, by name, in place of their own
+    obstacles : the body, with which panels collide
     material : default 300 N/m, 0.2 kg/m^2
-    longest : simulated time after which open seams are an error [s]
-    step : time step [s]
+    longest : simulated time after which open seams are an error [s]; step : time step [s]
     ease : largest relative difference in length of sewn edges [1]
 
-    Seams are closed if no pair is farther apart than 1.5 contact distances. They are also closed if
-    all gaps are below half an edge and have come to rest: where three panels meet, their thickness
-    keeps them apart. Pairs then meet halfway.
-
+    Seams are closed if no gap exceeds 1.5 contact distances, or if all gaps are at rest below half
+    an edge: where three panels meet, their thickness keeps them apart. Pairs then meet halfway.
     Raises SolverFailure naming the widest seam if seams stay open, and InvalidInput if the sewn
     garment would intersect itself.
     """

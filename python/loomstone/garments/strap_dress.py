@@ -20,16 +20,9 @@ __all__ = ["dress", "dress_pattern"]
 Floats = NDArray[np.float64]
 
 # Heights above the waist of side seam, strap joints and lowest neckline point [m].
-SIDE, STRAP, NECK = (
-    0.15,
-    0.25,
-    0.19,
-)
+SIDE, STRAP, NECK = 0.15, 0.25, 0.19
 # Width of a strap [m], and angle of its centre line from centre front and centre back [degrees].
-STRAP_WIDTH, STRAP_AT = (
-    0.045,
-    34.0,
-)
+STRAP_WIDTH, STRAP_AT = 0.045, 34.0
 
 
 @takes(bust="m", waist="m", hem="m", skirt="m", bar_radius="m")
@@ -144,10 +137,9 @@ def _straps(right_path: Floats, right_across: Floats) -> tuple[list[Panel], list
 
 
 class _Cone:
-    """One of the two cones that meet at the waist.
+    """One of the two cones that meet at the waist, with polar coordinates.
 
-    Its coordinates are the distance from the waist along the cloth [m] and the angle in space
-    [degrees].
+    They are the distance from the waist along the cloth [m] and the angle in space [degrees].
     """
 
     def __init__(self, waist: float, slope: float, opens: float) -> None:
@@ -290,10 +282,7 @@ def _back(cone: _Cone, shape: _Shape, drop: float) -> Panel:
 
 
 def _strap(cone: _Cone, bar_radius: float, chord: float) -> tuple[Floats, Floats]:
-    """Returns the path of the right strap from front to back, and the directions across it.
-
-    The path runs over the bar at the origin.
-    """
+    """Returns the path of the right strap over the bar, and the directions across it."""
     angle, radius = np.radians(STRAP_AT), cone.radius(STRAP)
     x, depth, rise = radius * np.sin(angle), radius * np.cos(angle), 0.13
     clear = bar_radius + 0.004

@@ -88,8 +88,7 @@ def dipole_gradient(
 ) -> Floats:
     """Returns dB_i/dx_j (k, 3, 3) [T/m] at observers (k, 3) [m] of point dipoles.
 
-    The dipoles have moments (n, 3) [A m^2] at points (n, 3) [m]. tolerance as in `dipole_field`,
-    met by both field and gradient.
+    The arguments are those of `dipole_field`. The tolerance is met by both field and gradient.
     """
     if tolerance is None:
         return gradient(_core.magnetic_dipoles(points, moments), observers, threads=threads)
@@ -296,9 +295,8 @@ def solenoid_field(
     quantity: Quantity = "B",
     threads: int = 0,
 ) -> Floats:
-    """Field of an ideal solenoid about z, with |z| <= length / 2.
-
-    Lengths are in [m]; number of turns [1], current of each turn [A].
+    """Field of an ideal solenoid about z, with |z| <= length / 2: lengths [m], number of turns [1],
+    current of each turn [A].
     """
     body = sources.solenoid(radius=radius, length=length, turns=turns, current=current)
     return field(body, observers, quantity=quantity, threads=threads)

@@ -61,19 +61,16 @@ def render_run(
 ) -> list[Path]:
     """Draws all frames of a run in parallel, and keeps existing pictures.
 
-    out : directory; default: `frames` in the directory of the run. Raises InvalidInput if it
-        contains pictures drawn with other options.
-    frames : draw only these frames, and replace their pictures. The default directory is then that
-        of the run itself. A directory with the pictures of a whole run is refused.
+    out : directory, default `frames` in that of the run; pictures with other options are refused
+    frames : draw only these, and replace their pictures; the default directory is that of the run.
+        A directory with the pictures of a whole run is refused (InvalidInput, as above).
     jobs : number of processes, 0: one per processor
-    again : delete the existing pictures first
+    again : delete existing pictures first, as happens if automatic colours change with new frames
     progress : function called with the number of pictures finished since its last call
     stop : function called before every picture if jobs=1; True ends drawing
     simulation : simulation of the run, for field lines; default: made from its scene file
 
-    A picture does not depend on which others are drawn. A fitted camera is fitted to the first
-    frame of the run. Automatic colours span the values of all frames. If the run has continued and
-    this range has changed, all pictures are drawn again.
+    A fitted camera is fitted to the first frame, and automatic colours to the values of all frames.
     """
     if not len(run):
         raise CacheError(f"{run.directory} has no frames yet; draw it later")
