@@ -25,8 +25,8 @@ _ANGLES = ("degree", "radian", "milliradian", "arcminute", "arcsecond", "turn", 
 def in_unit(value: Any, unit: str, where: str) -> Any:
     """Returns a quantity as a plain number or array in `unit`, and any other value unchanged.
 
-    Lists and tuples may contain quantities. where : name of the value in the InvalidInput that is
-    raised for other dimensions
+    Lists and tuples may contain quantities. Other dimensions raise an InvalidInput that names the
+    value by `where`.
     """
     if type(value) in _PLAIN:
         return value

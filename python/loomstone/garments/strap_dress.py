@@ -139,7 +139,7 @@ def _straps(right_path: Floats, right_across: Floats) -> tuple[list[Panel], list
 class _Cone:
     """One of the two cones that meet at the waist, with polar coordinates.
 
-    They are the distance from the waist along the cloth [m] and the angle in space [degrees].
+    The coordinates are distance from the waist along the cloth [m] and angle in space [degrees].
     """
 
     def __init__(self, waist: float, slope: float, opens: float) -> None:

@@ -38,7 +38,7 @@ def execute(
 ) -> dict[str, Any]:
     """Advances a Simulation to the end and returns the report.
 
-    Collective; rank 0 writes. control : called with the simulation before every step
+    All ranks must call it; rank 0 writes. control : called with the simulation before every step
     """
     directory, watch, ranks = Path(out), observer or Silence(), simulation.communicator
     n_frames = frame_count(options.duration, options.rate)
