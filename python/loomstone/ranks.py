@@ -68,7 +68,7 @@ def share_failure(ranks: Communicator, failure: Exception) -> None:
 
 
 def end_all_on_failure(ranks: Communicator) -> None:
-    """Makes an uncaught error on one rank end all ranks; otherwise the others would wait for ever."""
+    """Makes an uncaught error on one rank end all ranks; the others would wait for ever."""
     # A hook that someone else has set takes precedence.
     if ranks.size == 1 or sys.excepthook is not sys.__excepthook__:
         return
