@@ -21,7 +21,6 @@ const Azimuths azimuths = [] {
 
 namespace {
 
-// Adds the field of a cylinder to a block.
 void add_cylinder_field(const Sheet& sheet, const Vec3& j, const Vec3& jump, const double* points,
                         Index n, double* out) {
   alignas(64) double part[3 * points_per_block];

@@ -1,20 +1,21 @@
-// Sources about the z axis: circular current loops, solenoids (cylindrical current sheets),
-// cylinder and ring magnets.
+// Axisymmetric sources about the z axis: circular current loops, solenoids (cylindrical current
+// sheets), cylinder and ring magnets.
 //
-// A uniformly magnetised body has mu0 H = grad(J . grad Psi) with the Newtonian potential Psi of
-// its volume. For a cylinder, all second derivatives of Psi follow from three functions of the
-// current sheet on its side, the field b_z, b_rho and t = A_phi / rho; the third derivatives follow
-// from the current loops at its ends. Integrals over the azimuth use the midpoint rule where it
-// converges to rounding, near the axis and far away, with differences between the ends computed
-// without cancellation. Near the rims they are elliptic integrals, as in [Derby2010] for the sheet.
+// A uniformly magnetised body has mu0 H = grad(J . grad Psi), where Psi is the Newtonian potential
+// of its volume. For a cylinder, all second derivatives of Psi follow from three functions of the
+// current sheet on its side: b_z, b_rho and t = A_phi / rho. The third derivatives follow from
+// current loops at its two ends. Near the axis and far away, azimuthal integrals use the midpoint
+// rule, which converges to rounding there. Differences between the two ends are computed without
+// cancellation. Near the rims, the integrals are elliptic, as in [Derby2010] for the sheet.
 //
-// The scalar potential Phi is homogeneous of degree 1 in the size of the body and the point
-// together, so Phi = - x.mu0 H + dPhi/d(size). Growth by a layer of thickness x.n changes Phi by
-// the component along J of the field of a surface charge x.n: on the end faces that is given by the
-// end terms of the sheet, on the side by complete elliptic integrals.
+// The scalar potential Phi is homogeneous of degree 1 in the size of the body and the position of
+// the point together. Euler's theorem gives Phi = -x.mu0 H + dPhi/d(size). Growth of the body adds
+// a layer of thickness x.n, which changes Phi by the component along J of the field of a surface
+// charge x.n. On the end faces, this field follows from the end terms of the sheet. On the side, it
+// is expressed by complete elliptic integrals.
 //
 // On a surface (closer than 1e-12 radii) the field is the outer limit. On a rim or wire it is
-// infinite; points closer than 1e-15 radii are treated as lying at that distance.
+// infinite. Points closer than 1e-15 radii are evaluated at that distance.
 #pragma once
 
 #include "core/magnetics/sources/source.h"
@@ -23,7 +24,8 @@ namespace loomstone {
 
 class Loop final : public Source {
  public:
-  // `turns` circles in z = 0 about the origin; current [A] of each, counter-clockwise seen from +z.
+  // `turns` coincident circles in the plane z = 0. current [A] per turn is counter-clockwise seen
+  // from +z.
   Loop(double radius, double current, double turns = 1.0);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
@@ -45,8 +47,8 @@ class Loop final : public Source {
 
 class Solenoid final : public Source {
  public:
-  // Current sheet on the cylinder |z| <= length / 2 that carries `turns` times `current` [A] in
-  // total, counter-clockwise seen from +z.
+  // Current sheet on the cylinder |z| <= length / 2. Its total current is `turns` times `current`
+  // [A], counter-clockwise seen from +z.
   Solenoid(double radius, double length, double turns, double current);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
@@ -86,7 +88,7 @@ class Cylinder final : public Source {
   const Vec3& polarization() const { return polarization_; }
 
  private:
-  std::vector<Panel> faces(bool all) const;  // all, or those with charge
+  std::vector<Panel> faces(bool all) const;  // all faces, or only those with charge
 
   double radius_, inner_, height_;
   Vec3 polarization_;

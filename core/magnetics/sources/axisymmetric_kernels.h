@@ -8,10 +8,10 @@
 
 namespace loomstone {
 
-inline constexpr double on_surface = 1e-12;  // in radii
+inline constexpr double on_surface = 1e-12;  // tolerance in radii
 
-// Cylindrical coordinates: distance rho from the axis, rho - 1 and height in radii; cosine and sine
-// of the azimuth (that of x on the axis).
+// Cylindrical coordinates: distance rho from the axis, beyond = rho - 1 and height z, all in radii,
+// and the cosine and sine of the azimuth. The azimuth is 0 on the axis.
 template <class Lanes>
 struct Cylindrical {
   Lanes rho, beyond, cosine, sine, z;
@@ -80,16 +80,17 @@ LOOMSTONE_INLINE void loop_gradient(double radius, double strength, const double
   }
 }
 
-// The side of a cylinder. A point on it counts as outside (side 1) or inside (-1).
+// Current sheet on the side of a cylinder. Points on it count as outside if side = 1 and as inside
+// if side = -1.
 struct Sheet {
-  double radius, height, side;      // [m], [m]
+  double radius, height, side;      // radius and height [m]
   double length = height / radius;  // in radii
 };
 
 template <class Lanes>
 struct SheetPoint {
   Cylindrical<Lanes> p;
-  Lanes beyond, z1, z0;  // rho - 1; heights above the lower and the upper end
+  Lanes beyond, z1, z0;  // rho - 1, and the heights above the lower and the upper end, in radii
   MaskOf<Lanes> inside;
 };
 
@@ -108,7 +109,8 @@ LOOMSTONE_INLINE SheetPoint<Lanes> sheet_point(const double* points, Index n, In
   return s;
 }
 
-// Field of a cylinder. jump is subtracted from B inside it: J for mu0 H, 0 for B.
+// Field of a cylinder with polarisation j. jump is subtracted from B inside it: J to get mu0 H, 0
+// to get B.
 template <class Lanes>
 LOOMSTONE_INLINE void cylinder_field(Sheet sheet, const double* j, const double* jump,
                                      const double* points, Index n, double* out) {
@@ -139,8 +141,8 @@ LOOMSTONE_INLINE void cylinder_gradient(Sheet sheet, const double* j, const doub
     const Lanes jr = scale * (j[0] * p.cosine + j[1] * p.sine),
                 jp = scale * (j[1] * p.cosine - j[0] * p.sine);
     const double jz = scale * j[2];
-    // Third derivatives of Psi: phi phi rho = w, phi phi z = b_rho / rho, rho zz and zzz from the
-    // loops at the ends; the others follow from Laplace's equation.
+    // Third derivatives of Psi: phi phi rho is w, and phi phi z is b_rho / rho. rho zz and zzz
+    // follow from the loops at the ends. The others follow from Laplace's equation.
     const Lanes rrz = -t.dz_bz - t.br_over_rho, rrr = -t.w - t.dz_br;
     CylindricalTensor<Lanes> g;
     g.rr = rrr * jr + rrz * jz;
@@ -153,7 +155,7 @@ LOOMSTONE_INLINE void cylinder_gradient(Sheet sheet, const double* j, const doub
   }
 }
 
-// Potential of a ring of unit charge density.
+// Returns the potential of a ring with unit charge density.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes ring_potential(const Lanes& rho, const Lanes& beyond, const Lanes& zeta) {
   const Lanes alpha2 = zeta * zeta + (rho + 1.0) * (rho + 1.0);
@@ -167,7 +169,7 @@ template <class Lanes>
 LOOMSTONE_INLINE void cylinder_potential(Sheet sheet, const double* j, const double* points,
                                          Index n, double* out) {
   constexpr double axis =
-      1e-4;  // below it one term of the series in rho suffices, with an error of rho^2
+      1e-4;  // below this rho, the leading term in rho suffices; its relative error is rho^2
   const Lanes zero{};
   for (Index i = 0; i < n; i += n_lanes) {
     const SheetPoint<Lanes> s = sheet_point<Lanes>(points, n, i, sheet);
@@ -177,7 +179,8 @@ LOOMSTONE_INLINE void cylinder_potential(Sheet sheet, const double* j, const dou
     const double jz = sheet.radius * j[2];
     const Lanes z_field = t.bz - lanes_select(s.inside, lanes_all<Lanes>(1.0), zero);
     const Lanes along = p.rho * ((t.t - t.bz) * jr + t.br * jz) + p.z * (t.br * jr + z_field * jz);
-    // Unit charge on both end faces: the sheet's end terms, without the interior jump.
+    // Field of a unit charge density on both end faces: the end terms of the sheet, without the
+    // jump inside the cylinder.
     const SheetEnd<Lanes> e1 = sheet_end(p.rho, s.beyond, s.z1),
                           e0 = sheet_end(p.rho, s.beyond, s.z0);
     const Lanes below =
@@ -186,8 +189,8 @@ LOOMSTONE_INLINE void cylinder_potential(Sheet sheet, const double* j, const dou
                     lanes_select(s.z0 < -on_surface, lanes_all<Lanes>(-0.5), lanes_all<Lanes>(0.5));
     const Lanes ends_z = lanes_select(s.beyond < 0.0, below + above, zero) - e1.bz - e0.bz,
                 ends_r = -e1.br - e0.br;
-    // Unit charge on the side: rho times its radial field plus the axial field of the sheet is the
-    // difference of z times the ring potentials of the two ends.
+    // Field of a unit charge density on the side. rho times its radial component plus the sheet's
+    // bz equals z1 ring1 - z0 ring0.
     const Lanes ring1 = ring_potential(p.rho, s.beyond, s.z1),
                 ring0 = ring_potential(p.rho, s.beyond, s.z0);
     const Lanes c1 = 1.0 / lanes_sqrt(1.0 + s.z1 * s.z1), c0 = 1.0 / lanes_sqrt(1.0 + s.z0 * s.z0);
@@ -201,7 +204,8 @@ LOOMSTONE_INLINE void cylinder_potential(Sheet sheet, const double* j, const dou
   }
 }
 
-// Azimuthal vector potential of a sheet, or of a loop where the height is 0.
+// Vector potential of a sheet, or of a loop if the height is 0. Only its azimuthal component is
+// non-zero.
 template <class Lanes>
 LOOMSTONE_INLINE void vector_potential(Sheet sheet, double strength, const double* points, Index n,
                                        double* out) {
@@ -219,8 +223,8 @@ LOOMSTONE_INLINE void vector_potential(Sheet sheet, double strength, const doubl
   }
 }
 
-// True where the integrals of a sheet or loop (half = 0) are smooth, by the criterion of
-// sheet_terms: blocks are split by it.
+// Predicate for splitting blocks: true where the midpoint rule applies to a sheet, or to a loop if
+// half = 0. The criterion is that of sheet_terms().
 struct Smooth {
   double radius, half;
   bool operator()(double x, double y, double z) const {

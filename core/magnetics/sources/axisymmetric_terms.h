@@ -1,7 +1,8 @@
-// Field functions of a loop (mu0 I = 1) and of a cylindrical current sheet (mu0 K = 1) of radius 1
-// about z; see axisymmetric.h. With theta half the supplement of the azimuth, c = cos^2 theta and
-// s = sin^2 theta, cos phi = s - c, sin^2 phi = 4 s c, and the square of the distance from the wire
-// is D^2 = zeta^2 + (rho+1)^2 c + (rho-1)^2 s.
+// Fields of a loop (mu0 I = 1) and of a cylindrical current sheet (mu0 K = 1) of radius 1 about the
+// z axis; see axisymmetric.h. rho is the distance from the axis and zeta the height above the loop.
+// The integration variable theta is (pi - phi) / 2 for an azimuth phi. With c = cos^2 theta and s =
+// sin^2 theta, cos phi = s - c and sin^2 phi = 4 s c. The squared distance from the wire is D^2 =
+// zeta^2 + (rho+1)^2 c + (rho-1)^2 s.
 #pragma once
 
 #include "core/magnetics/sources/elliptic.h"
@@ -9,8 +10,8 @@
 namespace loomstone {
 
 inline constexpr int n_azimuths = 12;
-// The midpoint rule is used where the square of the complementary modulus exceeds this; its error
-// is below 0.172^24 = 4e-19.
+// Squared complementary modulus above which the midpoint rule is used. The error of the rule is
+// below 0.172^24 = 4e-19 there.
 inline constexpr double smooth = 0.5;
 
 struct Azimuths {
@@ -40,7 +41,7 @@ LOOMSTONE_INLINE void take(const MaskOf<Lanes>& where, LoopTerms<Lanes>& into,
   into.dz_br = lanes_select(where, from.dz_br, into.dz_br);
 }
 
-// Loop near its wire, by elliptic integrals. beyond = rho - 1.
+// Terms of a loop near its wire, from elliptic integrals. beyond = rho - 1.
 template <class Lanes>
 LOOMSTONE_INLINE LoopTerms<Lanes> loop_near(const Lanes& rho, const Lanes& beyond,
                                             const Lanes& zeta) {
@@ -50,7 +51,7 @@ LOOMSTONE_INLINE LoopTerms<Lanes> loop_near(const Lanes& rho, const Lanes& beyon
   const Lanes kc2 = beta2 / alpha2, alpha = lanes_sqrt(alpha2), cube = 1.0 / (pi * alpha2 * alpha);
   Lanes a[2] = {lanes_all<Lanes>(1.0), Lanes{}}, b[2] = {Lanes{}, lanes_all<Lanes>(1.0)};
   elliptic<2>(lanes_sqrt(kc2), kc2, a, b);
-  const Lanes c3 = a[0], s3 = a[1];  // int c/Delta^3, int s/Delta^3
+  const Lanes c3 = a[0], s3 = a[1];  // integrals of c/Delta^3 and s/Delta^3
   const Lanes c5 = (2.0 * c3 + s3) / 3.0, s5 = (2.0 * s3 + c3) / (3.0 * kc2);
   LoopTerms<Lanes> out;
   out.bz = cube * (sum * c3 - beyond * s3);
@@ -61,8 +62,8 @@ LOOMSTONE_INLINE LoopTerms<Lanes> loop_near(const Lanes& rho, const Lanes& beyon
   return out;
 }
 
-// Loop near its axis and far away, by the midpoint rule; cos phi is integrated by parts to avoid
-// cancellation.
+// Terms of a loop near its axis and far away, by the midpoint rule. Integrals with cos phi are
+// integrated by parts to avoid cancellation.
 template <class Lanes>
 LOOMSTONE_INLINE LoopTerms<Lanes> loop_smooth(const Lanes& rho, const Lanes& beyond,
                                               const Lanes& zeta) {
@@ -72,8 +73,9 @@ LOOMSTONE_INLINE LoopTerms<Lanes> loop_smooth(const Lanes& rho, const Lanes& bey
   for (int i = 0; i < n_azimuths; ++i) {
     const double c = azimuths.c[i], s = azimuths.s[i], sine2 = 4.0 * s * c;
     const Lanes i2 = 1.0 / (zeta2 + sum2 * c + beyond2 * s), i3 = i2 * lanes_sqrt(i2), i5 = i3 * i2;
-    const Lanes cosine = 3.0 * sine2 * i5;        // int cos phi / D^3, over rho
-    const Lanes cosine5 = 5.0 * sine2 * i5 * i2;  // int cos phi / D^5, over rho
+    // Integrands of the integrals of cos phi / D^3 and cos phi / D^5, both divided by rho.
+    const Lanes cosine = 3.0 * sine2 * i5;
+    const Lanes cosine5 = 5.0 * sine2 * i5 * i2;
     bz += i3 - rho2 * cosine;
     br += cosine;
     dz_bz += i5 - rho2 * cosine5;
@@ -101,7 +103,8 @@ LOOMSTONE_INLINE LoopTerms<Lanes> loop_terms(const Lanes& rho, const Lanes& beyo
   return out;
 }
 
-// Contribution of one end of a sheet to bz, br and t near it; derivatives are those of loops.
+// Contribution of one end of a sheet to bz, br and t, for points near that end. Derivatives along z
+// are loop fields.
 template <class Lanes>
 struct SheetEnd {
   Lanes bz, br, t;
@@ -115,7 +118,7 @@ LOOMSTONE_INLINE SheetEnd<Lanes> sheet_end(const Lanes& rho, const Lanes& beyond
               beta2 = lanes_max(zeta * zeta + beyond * beyond, lanes_all<Lanes>(1e-30));
   const Lanes kc = lanes_sqrt(beta2 / alpha2), inverse = 1.0 / lanes_sqrt(alpha2);
   Lanes a1[2] = {lanes_all<Lanes>(-1.0), p}, b1[2] = {lanes_all<Lanes>(1.0), lanes_all<Lanes>(1.0)};
-  elliptic<2>(kc, lanes_all<Lanes>(1.0), a1, b1);  // int (s - c)/Delta, int (p c + s)/Delta
+  elliptic<2>(kc, lanes_all<Lanes>(1.0), a1, b1);  // integrals of (s - c)/Delta and (p c + s)/Delta
   Lanes a2[2] = {lanes_all<Lanes>(1.0), lanes_all<Lanes>(1.0)},
         b2[2] = {ratio, lanes_all<Lanes>(1.0)};
   elliptic<2>(kc, p, a2, b2);
@@ -151,15 +154,17 @@ LOOMSTONE_INLINE SheetTerms<Lanes> sheet_smooth(const Lanes& rho, const Lanes& b
                                                 bool gradient) {
   const Lanes sum2 = (rho + 1.0) * (rho + 1.0), beyond2 = beyond * beyond, rho2 = rho * rho;
   const Lanes z12 = z1 * z1, z02 = z0 * z0, middle = z1 + z0;
-  const MaskOf<Lanes> aside =
-      z1 * z0 > 0.0;  // both ends on the same side: their difference is computed directly
+  // True above or below both ends. The difference between the ends is computed without cancellation
+  // there.
+  const MaskOf<Lanes> aside = z1 * z0 > 0.0;
   const Lanes zero{};
   Lanes bz = zero, t = zero, br = zero, dz_bz = zero, dz_br = zero, w = zero;
   for (int i = 0; i < n_azimuths; ++i) {
     const double c = azimuths.c[i], s = azimuths.s[i], sine2 = 4.0 * s * c;
     const Lanes q = sum2 * c + beyond2 * s;
     const Lanes d1 = lanes_sqrt(z12 + q), d0 = lanes_sqrt(z02 + q), i1 = 1.0 / d1, i0 = 1.0 / d0;
-    // Q = [zeta / (q D)] between the ends and R = - dQ / d(q/2)
+    // `value` is Q, the difference of zeta / (q D) between the two ends. `slope` is R = -dQ /
+    // d(q/2).
     const Lanes mixed = z1 * d0 + z0 * d1, inverse = i1 * i0;
     const Lanes cross = lanes_select(aside, mixed, lanes_all<Lanes>(1.0));
     const Lanes aside_q = length * middle * inverse / cross;
@@ -195,7 +200,8 @@ LOOMSTONE_INLINE SheetTerms<Lanes> sheet_smooth(const Lanes& rho, const Lanes& b
   return out;
 }
 
-// z1, z0: heights above the lower and above the upper end, z1 - z0 = length; beyond = rho - 1.
+// z1 and z0 are the heights of the point above the lower and the upper end, so z1 - z0 = length.
+// beyond = rho - 1.
 template <class Lanes>
 LOOMSTONE_INLINE SheetTerms<Lanes> sheet_terms(const Lanes& rho, const Lanes& beyond,
                                                const Lanes& z1, const Lanes& z0, double length,

@@ -12,7 +12,8 @@ namespace loomstone {
 
 namespace {
 
-// Points in one task. Few, because points near a body take much longer than others.
+// Points per task. The number is small for load balance: points near a body take much longer than
+// others.
 constexpr Index points_per_task = 32;
 
 template <class Body>
@@ -22,8 +23,8 @@ void over_blocks(const Team& team, Index n, Body&& body) {
   });
 }
 
-// Transforms points to the body's axes and stores them by columns; lanes beyond the last point
-// repeat it. Returns the number of lanes.
+// Transforms points to the body's axes and stores them as coordinate arrays. Padding lanes repeat
+// the last point. Returns the padded number of points.
 Index local_columns(const RigidPose& pose, const Mat3& rotation, const ConstPointsRef& points,
                     Index begin, Index end, double* columns) {
   const Index n = end - begin, padded = (n + n_lanes - 1) / n_lanes * n_lanes;
@@ -47,7 +48,7 @@ std::vector<Mat3> rotations_of(const std::vector<MagneticBody>& bodies) {
   return rotations;
 }
 
-// Rotates columns of a block to world axes and adds them to rows.
+// Rotates the field of a block to world axes and adds it to `rows`.
 void add_field(const Mat3& r, const double* field, Index n, Index count, double scale,
                double* rows) {
   for (Index i = 0; i < count; ++i)

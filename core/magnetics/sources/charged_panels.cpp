@@ -34,7 +34,7 @@ PanelSet::PanelSet(std::vector<FlatPanel> all, int order)
 
 FluxMatrix panel_fluxes(const Team& team, const PanelSet& on, const RigidPose& pose,
                         const PanelSet& by) {
-  constexpr Index at_once = 8;  // panels in one task; their points fill all lanes
+  constexpr Index at_once = 8;  // panels per task, such that their points fill whole lane vectors
   const auto n = static_cast<Index>(on.panels.size());
   const Mat3 rotation = rotation_matrix(pose.orientation);
   FluxMatrix fluxes = FluxMatrix::Zero(n, by.panels.size());
@@ -74,7 +74,8 @@ ChargedPanels::ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges
       fine_(std::move(fine)) {}
 
 ChargedPanels::FineTables ChargedPanels::make_tables() const {
-  constexpr double smoothing = 0.15;  // in reaches; a quarter of the distance between samples
+  // Smoothing length in reaches, a quarter of the sample spacing.
+  constexpr double smoothing = 0.15;
   FineTables tables{PanelSet(fine_.parts, 1), {}};
   const auto add = [&](const Vec3& x, double charge, const FlatPanel& panel) {
     const double length = smoothing * panel.reach;

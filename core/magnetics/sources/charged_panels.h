@@ -1,6 +1,7 @@
-// Surface charge of induced bodies: uniform on each of many flat panels, optionally with a part
-// that varies within panels and is known at points. The field of a panel has a closed form near it
-// and is that of four point charges farther away than `near` times its reach.
+// Surface charge of induced bodies. The charge is uniform on each of many flat panels. It can have
+// an additional part that varies within panels and is given at sample points. The field of a panel
+// has a closed form nearby. At more than `near` times the panel's reach, it is that of four point
+// charges.
 #pragma once
 
 #include <memory>
@@ -14,43 +15,43 @@
 
 namespace loomstone {
 
-// The panels of a body, without their charge.
+// Panels of a body, without their charge.
 struct PanelSet {
   static constexpr double near =
-      5.0;  // in reaches of a panel, from its centre; four points err by 2e-4 of its field there
+      5.0;  // from a panel's centre, in reaches; four points have a relative error of 2e-4 there
 
-  // order: sample points in each direction of a panel.
+  // order is the number of sample points in each direction of a panel.
   PanelSet(std::vector<FlatPanel> panels, int order);
 
   std::vector<FlatPanel> panels;
-  Points samples;  // (k x 3), panel by panel [m]
-  Vector shares;   // (k) share of the panel's area [1]
+  Points samples;  // sample points (k x 3), ordered by panel [m]
+  Vector shares;   // fraction of the panel's area that a sample represents (k)
   int per_panel = 0;
-  double radius = 0.0;         // of the bounding ball about the origin [m]
-  std::vector<double> tables;  // as the kernels read them
+  double radius = 0.0;         // of the bounding sphere about the origin [m]
+  std::vector<double> tables;  // kernel data (panel_kernels.h)
 };
 
 using FluxMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-// Fluxes of unit charge densities on the panels of `by` (columns) through the panels of `on` (rows)
-// [m^2]; pose: that of `on` in the axes of `by`.
+// Computes the flux [m^2] of a unit charge density on each panel of `by` (columns) through each
+// panel of `on` (rows). pose is the pose of `on` in the axes of `by`.
 FluxMatrix panel_fluxes(const Team& team, const PanelSet& on, const RigidPose& pose,
                         const PanelSet& by);
 
 class ChargedPanels final : public Source {
  public:
-  // charges: mu0 sigma on each panel [T]; solid: the body that this surface encloses, if any.
+  // charges is mu0 sigma on each panel [T]. solid is the body that the panels enclose, or null.
   ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges, SourcePtr solid = nullptr);
-  // Additional charge that varies within panels: at samples of the set, and on parts of panels with
-  // samples of their own.
+  // Additional charge that varies within panels. It is given at the samples of the set and on parts
+  // of panels that have their own samples.
   struct Fine {
-    Vector at_samples;  // (of the set) [T m^2]
+    Vector at_samples;  // mu0 times the charge at each sample of the set [T m^2]
     std::vector<FlatPanel> parts;
-    Vector charges;                    // of each part, its mean [T]
-    std::vector<PanelSample> samples;  // whole charge of the parts, equally many samples each
-    SourcePtr panel_means;             // the same body with uniform charge on panels
+    Vector charges;                    // mean of mu0 sigma on each part [T]
+    std::vector<PanelSample> samples;  // total charge of the parts, equally many per part
+    SourcePtr panel_means;             // the same body with uniform charge on each panel
   };
   ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges, SourcePtr solid, Fine fine);
-  // Inside the surface B is reported as mu0 H, because the magnetisation there is unknown.
+  // Inside the surface, mu0 H is returned for B, because the magnetisation is unknown there.
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
   double radius() const override { return set_->radius; }
@@ -67,14 +68,14 @@ class ChargedPanels final : public Source {
   SourcePtr panel_means() const override { return fine_.panel_means; }
 
  private:
-  // Tables for the field of the fine part, built on first use: the parts with their mean charge,
-  // and the deviations of the samples from it as smoothed point charges, five numbers each:
-  // position, charge / 4 pi [T m^2], square of the smoothing length [m^2].
+  // Data for the field of the additional charge, built on first use. `parts` carry their mean
+  // charge. `points` are smoothed point charges for the deviations of the samples from that mean.
+  // Each has five values: position, charge / 4 pi [T m^2] and the squared smoothing length [m^2].
   struct FineTables {
     PanelSet parts;
     std::vector<double> points;
   };
-  const FineTables* fine() const;  // null where there is no fine part
+  const FineTables* fine() const;  // null if there is no additional charge
   FineTables make_tables() const;
 
   std::shared_ptr<const PanelSet> set_;

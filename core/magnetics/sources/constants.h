@@ -6,7 +6,7 @@
 namespace loomstone {
 
 inline constexpr double pi = std::numbers::pi;
-inline constexpr double mu0 =
-    4e-7 * std::numbers::pi;  // permeability of vacuum [T m/A]; CODATA 2018 is 6e-10 of it higher
+// Vacuum permeability [T m/A]. The CODATA 2018 value is larger by a relative 6e-10.
+inline constexpr double mu0 = 4e-7 * std::numbers::pi;
 
 }  // namespace loomstone

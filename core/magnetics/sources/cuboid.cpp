@@ -1,5 +1,5 @@
-// Field of a cuboid near it. The logarithms of the four edges along an axis are combined into one,
-// and the solid angle of a face follows from its corners.
+// Closed-form field of a cuboid. The logarithms of the four edges along an axis are merged into
+// one. The solid angle of a face is computed from its corners.
 #include <cmath>
 #include <string>
 
@@ -11,10 +11,11 @@ namespace loomstone {
 
 namespace {
 
-constexpr double on_face = 1e-12, on_edge = 1e-15;  // in units of half the diagonal
+// Smallest distances from a face and from an edge, in units of half the diagonal.
+constexpr double on_face = 1e-12, on_edge = 1e-15;
 
-// Signed distances from the two faces across an axis, x + a and x - a, in units of half the
-// diagonal; points on a face are moved to its outer side.
+// Computes the signed distances x + a and x - a from the two faces across an axis, in units of half
+// the diagonal. Points on a face are moved to its outer side.
 template <class Lanes>
 LOOMSTONE_INLINE void across(const Lanes& x, double a, double scale, Lanes* out) {
   out[0] = (x + a) * scale;
@@ -23,7 +24,8 @@ LOOMSTONE_INLINE void across(const Lanes& x, double a, double scale, Lanes* out)
   out[1] = lanes_select(lanes_abs(out[1]) < on_face, lanes_all<Lanes>(on_face), out[1]);
 }
 
-// Sum of L over the four edges along axis w, each with the product of the signs of its u and v.
+// Sums the logarithms L (see polyhedron.h) of the four edges along axis w. Each term has the
+// product of the signs of its edge's u and v as its sign.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes edges_along(const Lanes* u, const Lanes* v, const Lanes* w, double length,
                                    const Lanes r[2][2][2]) {
@@ -37,7 +39,7 @@ LOOMSTONE_INLINE Lanes edges_along(const Lanes* u, const Lanes* v, const Lanes* 
           lanes_max(u[i] * u[i] + v[k] * v[k], lanes_all<Lanes>(on_edge * on_edge));
       const Lanes e0 = r[i][k][0] + lanes_abs(w[0]), e1 = r[i][k][1] + lanes_abs(w[1]);
       const Lanes sum = r[i][k][0] + r[i][k][1] + length;
-      // defect = square (1/e0 + 1/e1) + 2 beyond, over the common denominator e0 e1
+      // defect = square (1/e0 + 1/e1) + 2 beyond, with the common denominator e0 e1
       const Lanes both = e0 * e1;
       const Lanes defect = square * (e0 + e1) + twice_beyond * both;
       if (i == k) {
@@ -52,14 +54,14 @@ LOOMSTONE_INLINE Lanes edges_along(const Lanes* u, const Lanes* v, const Lanes* 
   return lanes_log(above / below);
 }
 
-// Difference of the solid angles under which the two faces across u are seen.
+// Returns the difference of the solid angles that the two faces across u subtend.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes faces_across(const Lanes* u, const Lanes* v, const Lanes* w,
                                     const Lanes r[2][2][2]) {
   Lanes sum{};
   for (int i = 0; i < 2; ++i) {
-    // A corner contributes the angle of (|u| r, v w sign u), which lies within a quarter turn
-    // either way; two corners are combined as the angle of a product of complex numbers.
+    // A corner contributes the angle of (|u| r, v w sign u), which lies in [-pi/2, pi/2]. Two
+    // corners are combined as the angle of a product of complex numbers.
     const Lanes size = lanes_abs(u[i]);
     Lanes face{};
     for (int k = 0; k < 2; ++k) {
@@ -83,8 +85,8 @@ LOOMSTONE_INLINE void turn(const Lanes r[2][2][2], Lanes out[2][2][2]) {
 }
 
 struct CuboidTerms {
-  const double *half, *j, *inside_j;  // half edges [m], J, and what is added to mu0 H inside [T]
-  double scale;                       // 1 / half the diagonal [1/m]
+  const double *half, *j, *inside_j;  // half edges [m], J [T], term added inside [T]
+  double scale;                       // inverse of half the diagonal [1/m]
 };
 
 template <class Lanes>

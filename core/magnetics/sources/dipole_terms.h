@@ -1,12 +1,13 @@
-// Field of a point dipole (6.5) and its gradient (6.10), either for one dipole at eight points (T
-// is a number) or for eight dipoles at one point (T is lanes).
+// Field of a point dipole (6.5) and its gradient (6.10). The template parameter T selects between
+// one dipole at eight points (T is double) and eight dipoles at one point (T is a lane vector).
 #pragma once
 
 #include "core/magnetics/sources/lane_math.h"
 
 namespace loomstone {
 
-// The arm r from the dipole to the point, 1/R^2 and 1/R^3; the last two are 0 where R = 0.
+// Vector r from the dipole to the point, 1/R^2 and 1/R^3. The two powers are 0 if R = 0. If R^2 <
+// nearest2, inverse3 is capped at nearest2^(-3/2).
 template <class Lanes>
 struct DipoleArm {
   Lanes3<Lanes> r;
@@ -27,7 +28,7 @@ LOOMSTONE_INLINE DipoleArm<Lanes> dipole_arm(const Lanes3<Lanes>& p, const T* po
   return a;
 }
 
-// Adds the field of a dipole m, divided by mu0 / 4 pi; mr: m.r.
+// Adds the field of a dipole m, divided by mu0 / 4 pi. mr is the dot product m.r.
 template <class Lanes, class T>
 LOOMSTONE_INLINE void add_dipole_field(const T* m, const DipoleArm<Lanes>& a, const Lanes& mr,
                                        Lanes3<Lanes>& b) {
@@ -37,7 +38,7 @@ LOOMSTONE_INLINE void add_dipole_field(const T* m, const DipoleArm<Lanes>& a, co
   b.z += (along * a.r.z - m[2]) * a.inverse3;
 }
 
-// Adds its gradient, divided by 3 mu0 / 4 pi: xx, xy, xz, yy, yz, zz.
+// Adds the gradient of this field, divided by 3 mu0 / 4 pi, as xx, xy, xz, yy, yz, zz.
 template <class Lanes, class T>
 LOOMSTONE_INLINE void add_dipole_gradient(const T* m, const DipoleArm<Lanes>& a, const Lanes& mr,
                                           Lanes* sum) {

@@ -1,5 +1,5 @@
-// Sums over dipoles: eight observers in lanes, all dipoles in order, so that the order of each sum
-// is always the same.
+// Sums over dipoles. Each lane holds one observer and visits all dipoles in the same order, so the
+// result does not depend on the number of threads.
 #include "core/magnetics/sources/dipoles.h"
 
 #include <algorithm>
@@ -61,7 +61,6 @@ LOOMSTONE_INLINE void gradient_kernel(DipoleTable by, const double* points, Inde
   }
 }
 
-// field_kernel and gradient_kernel in one pass.
 template <class Lanes>
 LOOMSTONE_INLINE void field_and_gradient_kernel(DipoleTable by, const double* points, Index n,
                                                 double* field, double* gradient) {
@@ -84,7 +83,7 @@ LOOMSTONE_INLINE void field_and_gradient_kernel(DipoleTable by, const double* po
   }
 }
 
-// Field (6.5) and force (6.10) in one pass.
+// Field (6.5) and force (6.10).
 template <class Lanes>
 LOOMSTONE_INLINE void force_kernel(DipoleTable by, DipoleColumns on, double nearest2, double* field,
                                    double* force) {

@@ -1,5 +1,5 @@
-// Point dipoles: field (6.5), gradient, forces (6.10) and torques (6.11). A dipole located exactly
-// at an observer contributes nothing there.
+// Point dipoles: field (6.5), gradient, forces (6.10) and torques (6.11). A dipole contributes
+// nothing at its own position.
 #pragma once
 
 #include "core/magnetics/sources/source.h"
@@ -9,10 +9,10 @@ namespace loomstone {
 struct Wrenches {
   Points forces;    // (n x 3) [N]
   Points torques;   // (n x 3) [N m]
-  Vector energies;  // (n) - m.B [J]
+  Vector energies;  // (n) -m.B [J]
 };
 
-// Dipoles by rows, (n x 3), as the innermost sums read them.
+// Positions and moments (n x 3) in row-major order, the input of the kernels.
 struct DipoleTable {
   const double *positions, *moments;  // [m], [A m^2]
   Index n;
@@ -20,7 +20,7 @@ struct DipoleTable {
 
 class DipoleSet final : public Source {
  public:
-  // positions (n x 3) [m] in the axes of the set, moments (n x 3) [A m^2].
+  // positions (n x 3) [m] and moments (n x 3) [A m^2] in the axes of the set.
   DipoleSet(Points positions, Points moments);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
@@ -43,17 +43,18 @@ class DipoleSet final : public Source {
   Points positions_, moments_;
 };
 
-// Forces and torques that the dipoles of `by` exert on dipoles (n x 3), torques about each dipole's
-// own position. Exchanging the two sets reverses the forces to rounding. Pairs closer than
-// `nearest` [m] use 1 / nearest^3 in place of 1 / R^3: forces then grow as 1 / R, and torques stay
-// bounded.
+// Returns the forces and torques that the dipoles of `by` exert on the given dipoles (n x 3).
+// Torques are about each dipole's own position. Exchanging the two sets reverses the forces to
+// rounding. `nearest` [m] regularises close pairs: if R < nearest, 1 / R^3 is replaced by 1 /
+// nearest^3. Forces then grow only as 1 / R, and torques stay bounded.
 Wrenches dipole_forces(const Team& team, const Points& positions, const Points& moments,
                        const DipoleSet& by, double nearest = 0.0);
 
-// Interaction energy of a set, - sum over pairs of m_k . B_l(r_k) [J].
+// Returns the interaction energy [J] of a set: minus the sum over pairs of m_k . B_l(r_k).
 double dipole_energy(const Team& team, const DipoleSet& set);
 
-// The innermost sums. Observers are stored by columns x[n], y[n], z[n], n a multiple of 8.
+// Kernels for one block of observers, stored as coordinate arrays x[n], y[n], z[n]; n is a multiple
+// of 8.
 void dipole_field_block(const DipoleTable& by, const double* points, Index n, double* field);
 void dipole_gradient_block(const DipoleTable& by, const double* points, Index n, double* gradient);
 
@@ -61,7 +62,7 @@ struct DipoleColumns {
   const double *points, *moments;  // [m], [A m^2]
   Index n;
 };
-// nearest2: square of `nearest` of dipole_forces() [m^2].
+// nearest2 [m^2] is the square of `nearest` in dipole_forces().
 void dipole_force_block(const DipoleTable& by, const DipoleColumns& on, double nearest2,
                         double* field, double* force);
 

@@ -1,6 +1,6 @@
-// Field of a flat face with uniform charge: logarithms of its straight edges [Wilton1984] and the
-// solid angle of a triangle [VanOosteromStrackee1983], either for one face at eight points (T is a
-// number) or for eight faces at one point (T is lanes).
+// Field of a flat face with uniform charge, from logarithms for its straight edges [Wilton1984] and
+// the solid angle of a triangle [VanOosteromStrackee1983]. The template parameter T selects between
+// one face at eight points (T is double) and eight faces at one point (T is a lane vector).
 #pragma once
 
 #include "core/magnetics/sources/constants.h"
@@ -8,17 +8,17 @@
 
 namespace loomstone {
 
-// Least distances from a face and from an edge at which fields are evaluated, in radii of the body;
-// points closer than that are treated as lying at that distance.
+// Smallest distances from a face and from an edge at which fields are evaluated, in radii of the
+// body. Closer points are evaluated at that distance.
 inline constexpr double on_face = 1e-12, on_edge = 1e-15;
 
-// Term of a straight edge: the argument of its logarithm as the fraction sum / defect, computed
-// without cancellation on and near its line.
+// Terms of a straight edge. The argument of its logarithm is sum / defect, computed without
+// cancellation on and near the line of the edge.
 template <class Lanes>
 struct EdgeTerms {
-  Lanes3<Lanes> r0, r1;  // from the ends to the point
-  Lanes d0, d1;          // their lengths
-  Lanes sum, defect;     // d0 + d1 + l and d0 + d1 - l
+  Lanes3<Lanes> r0, r1;  // from the two ends to the point
+  Lanes d0, d1;          // lengths of r0 and r1
+  Lanes sum, defect;     // d0 + d1 + l and d0 + d1 - l, where l is the edge length
 };
 
 template <class Lanes, class T>
@@ -28,8 +28,8 @@ LOOMSTONE_INLINE EdgeTerms<Lanes> edge_terms(const Lanes3<Lanes>& p, const T* e,
   t.r1 = {p.x - e[3], p.y - e[4], p.z - e[5]};
   const T l = e[6], inverse = 1.0 / l, ux = (e[3] - e[0]) * inverse, uy = (e[4] - e[1]) * inverse,
           uz = (e[5] - e[2]) * inverse;
-  // Coordinates along the edge from both ends, and the square of the distance from its line,
-  // computed from the nearer end.
+  // t0 and t1 are coordinates along the edge from its two ends. The squared distance from its line
+  // is computed from the nearer end.
   const Lanes t0 = ux * t.r0.x + uy * t.r0.y + uz * t.r0.z;
   const Lanes t1 = ux * t.r1.x + uy * t.r1.y + uz * t.r1.z;
   const MaskOf<Lanes> first = lanes_abs(t0) < lanes_abs(t1);
@@ -47,8 +47,8 @@ LOOMSTONE_INLINE EdgeTerms<Lanes> edge_terms(const Lanes3<Lanes>& p, const T* e,
   return t;
 }
 
-// Gradients of an edge's logarithm and of its contribution to the solid angle. The second is the
-// field of a unit current along the edge.
+// Gradients of an edge's logarithm and of its contribution to the solid angle. The latter equals
+// the field of a unit current along the edge.
 template <class Lanes>
 struct EdgeGradients {
   Lanes3<Lanes> log, angle;
@@ -59,8 +59,8 @@ LOOMSTONE_INLINE EdgeGradients<Lanes> edge_gradients(const EdgeTerms<Lanes>& t, 
   const T l = e[6], lx = e[3] - e[0], ly = e[4] - e[1], lz = e[5] - e[2];
   const Lanes i0 = 1.0 / t.d0, i1 = 1.0 / t.d1;
   const Lanes outer = 1.0 / (t.sum * t.defect);  // 1 / ((d0 + d1)^2 - l^2)
-  // dL = -2 l (r0/d0 + r1/d1) / ((d0+d1)^2 - l^2);  dOmega = -(l x r0) * 2 (1/d0 + 1/d1) /
-  // ((d0+d1)^2 - l^2)
+  // Gradient of the logarithm: -2 l (r0/d0 + r1/d1) / ((d0 + d1)^2 - l^2). Gradient of the solid
+  // angle: -(l x r0) 2 (1/d0 + 1/d1) / ((d0 + d1)^2 - l^2).
   const Lanes a = -2.0 * l * outer, b = -2.0 * (i0 + i1) * outer;
   return {{a * (t.r0.x * i0 + t.r1.x * i1), a * (t.r0.y * i0 + t.r1.y * i1),
            a * (t.r0.z * i0 + t.r1.z * i1)},
@@ -69,7 +69,7 @@ LOOMSTONE_INLINE EdgeGradients<Lanes> edge_gradients(const EdgeTerms<Lanes>& t, 
 }
 
 // Adds the contribution of an edge to the gradient xx, xy, xz, yy, yz, zz of a face's field.
-// outward: normal of the edge in the plane of the face; normal: that of the face.
+// outward is the edge normal in the plane of the face; normal is the face normal.
 template <class Lanes, class T>
 LOOMSTONE_INLINE void add_edge_gradients(const EdgeGradients<Lanes>& d, const T* outward,
                                          const T* normal, Lanes* g) {
@@ -84,15 +84,16 @@ LOOMSTONE_INLINE void add_edge_gradients(const EdgeGradients<Lanes>& d, const T*
   g[5] += outward[2] * d.log.z + normal[2] * d.angle.z;
 }
 
-// Solid angle of a triangle [VanOosteromStrackee1983], positive on the side of its normal.
+// Returns the solid angle of a triangle [VanOosteromStrackee1983], positive on the side of its
+// normal.
 template <class Lanes, class T>
 LOOMSTONE_INLINE Lanes solid_angle(const Lanes3<Lanes>& p, const T* f, double nearest) {
   const Lanes3<Lanes> a = {p.x - f[0], p.y - f[1], p.z - f[2]},
                       b = {p.x - f[3], p.y - f[4], p.z - f[5]},
                       c = {p.x - f[6], p.y - f[7], p.z - f[8]};
   const Lanes da = norm(a), db = norm(b), dc = norm(c);
-  // The height above the plane, from the nearest corner, which loses the fewest digits. (Selecting
-  // twice, because gcc evaluates masks joined by & lane by lane.)
+  // The height above the plane is measured from the nearest corner, where rounding is smallest. Two
+  // selections are used because gcc evaluates masks joined by & one lane at a time.
   Lanes height = f[9] * a.x + f[10] * a.y + f[11] * a.z;
   const Lanes from_b = f[9] * b.x + f[10] * b.y + f[11] * b.z,
               from_c = f[9] * c.x + f[10] * c.y + f[11] * c.z;

@@ -46,17 +46,17 @@ std::vector<PanelPoint> panel_points(const FlatPanel& panel, int order) {
       points.push_back({panel.at(u, v), panel.corners == 3 ? 2.0 * u * weight : weight});
     }
   }
-  // Shares on triangles add up to 1 only within the error of the rule.
+  // The rule integrates the area of a triangle only approximately, so the shares are normalised.
   double total = 0.0;
   for (const PanelPoint& point : points) total += point.share;
   for (PanelPoint& point : points) point.share /= total;
   return points;
 }
 
-// Grading of half an edge: the position s in [0, 1] from its middle below which the fraction t of
-// its cells lies. The density of cells follows the derivative of 1 - sqrt(1 - s), which refines the
-// end, and with a focus of `width` half edges that of asinh(s / width) as well, which refines the
-// middle.
+// Grading of half an edge. Returns the position s between the middle (0) and the end (1) below
+// which a fraction t of the cells lies. The number of cells below s is proportional to 1 - sqrt(1 -
+// s), which refines the end. With a focus of `width` half edges, asinh(s / width) is added to
+// refine the middle.
 static double graded(double t, double width) {
   const double rest = 1.0 - t;
   if (width == 0.0) return 1.0 - rest * rest;
@@ -72,7 +72,7 @@ static double graded(double t, double width) {
 std::vector<FlatPanel> cuboid_panels(const Vec3& size, int cells, double focus) {
   const int half = cells / 2;
   std::vector<FlatPanel> eighth, all;
-  const auto place = [&](int axis, int i) {  // 0 in the middle, half at the end
+  const auto place = [&](int axis, int i) {  // index 0 is the middle, index `half` the end
     return 0.5 * size[axis] * graded(static_cast<double>(i) / half, 2.0 * focus / size[axis]);
   };
   for (int axis = 0; axis < 3; ++axis) {
@@ -102,13 +102,14 @@ std::vector<FlatPanel> cuboid_panels(const Vec3& size, int cells, double focus) 
   return all;
 }
 
-using ProfilePoint = std::array<double, 2>;  // radius and height [m]
+using ProfilePoint = std::array<double, 2>;
 
-// Meridian of the surface, counter-clockwise, refined towards its corners.
+// Meridian of the surface as points (radius, height) [m], counter-clockwise and refined towards its
+// corners.
 static std::vector<ProfilePoint> cylinder_profile(double radius, double inner_radius, double height,
                                                   int cells) {
-  // The number of rows grows as the square root of the slenderness, which makes the errors of long
-  // and short cylinders similar.
+  // The number of rows grows as the square root of the slenderness, so that long and short
+  // cylinders have similar errors.
   const int slender =
       static_cast<int>(std::lround(std::clamp(std::sqrt(0.5 * height / radius), 1.0, 8.0)));
   std::vector<ProfilePoint> profile;
@@ -140,8 +141,8 @@ static std::vector<ProfilePoint> cylinder_profile(double radius, double inner_ra
 std::vector<FlatPanel> cylinder_panels(double radius, double inner_radius, double height,
                                        int cells) {
   const int sides = 2 * cells;
-  const double angle = 2.0 * pi / sides,
-               wider = std::sqrt(angle / std::sin(angle));  // as large an area as the circle's
+  // The factor `wider` makes the areas of polygon and circle equal.
+  const double angle = 2.0 * pi / sides, wider = std::sqrt(angle / std::sin(angle));
   const std::vector<ProfilePoint> profile = cylinder_profile(radius, inner_radius, height, cells);
   const auto corner = [&](std::size_t row, int side) {
     const double phi = angle * (side % sides);
@@ -157,8 +158,8 @@ std::vector<FlatPanel> cylinder_panels(double radius, double inner_radius, doubl
         const Vec3 corners[3] = {c[i], c[j], c[k]};
         result.push_back(make_panel(corners, 3));
       };
-      // Alternating the diagonals, and the corners into which quadrature rules are folded, keeps
-      // the planes of symmetry.
+      // The diagonals alternate, and so do the corners at which quadrature rules collapse. The
+      // panels thus keep the planes of symmetry.
       if (profile[row][0] == 0.0)
         add(0, 2, 3);
       else if (profile[row + 1][0] == 0.0)
@@ -177,7 +178,7 @@ std::vector<FlatPanel> mesh_panels(const TriangleMesh& mesh, Index panels) {
   for (Index i = 0; i < mesh.n_vertices(); ++i)
     vertices.push_back(mesh.vertices().row(i).transpose());
   std::vector<std::array<Index, 3>> faces;
-  std::map<std::pair<Index, Index>, Index> face_of;  // by directed edge
+  std::map<std::pair<Index, Index>, Index> face_of;  // keyed by directed edge
   const auto add = [&](Index f) {
     for (int k = 0; k < 3; ++k) face_of[{faces[f][k], faces[f][(k + 1) % 3]}] = f;
   };
@@ -193,7 +194,7 @@ std::vector<FlatPanel> mesh_panels(const TriangleMesh& mesh, Index panels) {
   while (static_cast<Index>(faces.size()) < panels) {
     const auto [length, low, high] = longest.top();
     longest.pop();
-    if (!face_of.contains({low, high})) continue;  // bisected already
+    if (!face_of.contains({low, high})) continue;  // already bisected
     const Index middle = static_cast<Index>(vertices.size());
     vertices.push_back(0.5 * (vertices[low] + vertices[high]));
     for (const auto& [from, to] : {std::pair(low, high), std::pair(high, low)}) {

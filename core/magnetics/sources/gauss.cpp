@@ -1,4 +1,4 @@
-// Nodes are found by Newton's method on the three-term recurrence of Legendre polynomials.
+// Newton's method on the three-term recurrence of the Legendre polynomials yields the nodes.
 #include "core/magnetics/sources/gauss.h"
 
 #include <array>

@@ -16,8 +16,8 @@ using Complex = std::complex<double>;
 
 constexpr int top = SphericalHarmonics::most + 2;
 
-// Coefficients of minus the derivative of sum Re(c S) along an axis, with the irregular harmonics S
-// in Schmidt's semi-normalisation; degree: the highest in c.
+// Returns the coefficients of minus the derivative of sum Re(c S) along an axis. S are the
+// irregular harmonics in Schmidt semi-normalisation; `degree` is the highest degree in c.
 std::vector<Complex> minus_derivative(const std::vector<Complex>& c, int degree, int axis) {
   const Complex i(0.0, 1.0);
   std::vector<Complex> d(triangle_place(degree + 2, 0));
@@ -52,12 +52,12 @@ std::vector<double> flat(const std::vector<Complex>& c, double scale) {
   return out;
 }
 
-// Coefficients of each component and factors of the recurrence, in triangular arrays.
+// Coefficients of each field component and factors of the recurrence, both as triangular arrays.
 struct Series {
   const double* const* coefficients;
   const double *factor_a, *factor_b;
   double inverse_radius;  // [1/m]
-  int highest;            // degree
+  int highest;            // highest degree
 };
 
 Series series_of(const double* const* coefficients, double radius, int highest) {
@@ -65,8 +65,8 @@ Series series_of(const double* const* coefficients, double radius, int highest) 
   return {coefficients, table.a.data(), table.b.data(), 1.0 / radius, highest};
 }
 
-// Sums over the harmonics of degrees up to `highest`, as in multipole_expansion.cpp. Points inside
-// the sphere are treated as if at distance 1 radius; their callers overwrite these values.
+// Sums the harmonics of degree 1 to `highest`, as in multipole_expansion.cpp. Values at points
+// inside the sphere are meaningless; the callers overwrite them.
 template <int components, class Lanes>
 LOOMSTONE_INLINE void evaluate(Series series, const double* points, Index n, double* out) {
   const auto [coefficients, factor_a, factor_b, inverse_radius, highest] = series;
@@ -83,7 +83,7 @@ LOOMSTONE_INLINE void evaluate(Series series, const double* points, Index n, dou
     last = last < highest ? last : highest;
     Lanes sum[components];
     for (Lanes& s : sum) s = Lanes{};
-    Lanes real[2][top + 1], imaginary[2][top + 1];  // degrees l and l - 1 in turn
+    Lanes real[2][top + 1], imaginary[2][top + 1];  // degrees l and l - 1, alternating
     real[0][0] = lanes_sqrt(inverse);
     imaginary[0][0] = Lanes{};
     p.x *= inverse;
@@ -91,7 +91,7 @@ LOOMSTONE_INLINE void evaluate(Series series, const double* points, Index n, dou
     p.z *= inverse;
     for (int l = 1; l <= last; ++l) {
       Lanes* re = real[l & 1];
-      Lanes* im = imaginary[l & 1];  // holds degree l - 2 on entry
+      Lanes* im = imaginary[l & 1];  // contains degree l - 2 on entry
       const Lanes* re1 = real[(l - 1) & 1];
       const Lanes* im1 = imaginary[(l - 1) & 1];
       const std::size_t row = static_cast<std::size_t>(l) * (l + 1) / 2;
@@ -173,7 +173,7 @@ void HarmonicSphere::gradient_block(const double* points, Index n, double* gradi
   }
 }
 
-// Inside, the potential of the charge has the same coefficients with (r/a)^l in place of
+// Inside, the potential of the charge has the same coefficients with (r/a)^l instead of
 // (a/r)^(l+1). The magnetisation is the gradient of the harmonic function whose normal derivative
 // on the surface is the charge density.
 Vec3 HarmonicSphere::inside(const Vec3& x, Quantity quantity) const {

@@ -1,6 +1,7 @@
 // Surface charge on a sphere about the origin as a series of solid harmonics
-// (spherical_harmonics.h), which is the exact response of a linear sphere to any applied field:
-// coefficients L of the field induce the charge c = - l chi / (l chi + 2 l + 1) L.
+// (spherical_harmonics.h). The series is the exact response of a linear sphere to any applied
+// field. Coefficients L of the field induce the charge coefficients c = -l chi / (l chi + 2 l + 1)
+// L.
 #pragma once
 
 #include <vector>
@@ -15,7 +16,7 @@ class HarmonicSphere final : public Source {
   HarmonicSphere(double radius, std::shared_ptr<const SphericalHarmonics> series,
                  Vector coefficients);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
-  void gradient_block(const double* points, Index n, double* gradient) const override;  // inside: 0
+  void gradient_block(const double* points, Index n, double* gradient) const override;  // 0 inside
   double radius() const override { return radius_; }
   Vec3 moment() const override;
   std::optional<std::pair<Vec3, Vec3>> box() const override {

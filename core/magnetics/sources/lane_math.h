@@ -1,6 +1,6 @@
-// Elementary functions on eight lanes: absolute value, logarithm, arc tangent. Errors are below 2
-// units in the last place. There are no branches, and every instruction set gives the same bits.
-// The argument reductions and coefficients are those of [fdlibm].
+// Elementary functions on eight SIMD lanes: absolute value, logarithm, arc tangent. Errors are
+// below 2 ulp. There are no branches, and all instruction sets give bit-identical results. The
+// argument reductions and coefficients are those of [fdlibm].
 #pragma once
 
 #include <limits>
@@ -9,13 +9,13 @@
 
 namespace loomstone {
 
-// Reinterprets doubles as integers, and back.
+// Reinterprets doubles as integers and vice versa.
 template <class Lanes>
 LOOMSTONE_INLINE MaskOf<Lanes> lanes_bits(const Lanes& a) {
   if constexpr (in_halves<Lanes>)
     return {lanes_bits(a.low), lanes_bits(a.high)};
   else
-    return (MaskOf<Lanes>)a;  // casts of vectors keep the bits
+    return (MaskOf<Lanes>)a;  // a cast between vector types preserves the bits
 }
 template <class Lanes>
 LOOMSTONE_INLINE Lanes lanes_of_bits(const MaskOf<Lanes>& a) {
@@ -34,8 +34,8 @@ LOOMSTONE_INLINE Lanes lanes_with_sign(const Lanes& size, const Lanes& sign) {
   return lanes_of_bits<Lanes>((lanes_bits(size) & 0x7fffffffffffffffLL) |
                               (lanes_bits(sign) & std::numeric_limits<long long>::min()));
 }
-// k as a double from the bits 2^52 k, |k| <= 1024. AVX2 has neither an arithmetic shift of 64 bits
-// nor a conversion from 64-bit integers.
+// Converts the bits 2^52 k to the double k, |k| <= 1024. AVX2 has neither an arithmetic 64-bit
+// shift nor a conversion from 64-bit integers.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes lanes_exponent(const MaskOf<Lanes>& bits) {
   if constexpr (in_halves<Lanes>) {
@@ -45,15 +45,15 @@ LOOMSTONE_INLINE Lanes lanes_exponent(const MaskOf<Lanes>& bits) {
     typedef unsigned long long Bits __attribute__((vector_size(sizeof(Lanes))));
     const Bits biased = ((Bits)bits + 0x4000000000000000ULL) >> 52;  // k + 1024
     return (Lanes)(biased | 0x4330000000000000ULL) -
-           4503599627371520.0;  // 2^52 + k + 1024, less 2^52 + 1024
+           4503599627371520.0;  // (2^52 + k + 1024) - (2^52 + 1024)
   }
 }
 
-// Natural logarithm of normal positive numbers.
+// Returns the natural logarithm of normal positive numbers.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes lanes_log(const Lanes& value) {
   const MaskOf<Lanes> bits = lanes_bits(value);
-  // Subtracting the bits of sqrt(1/2) puts the mantissa below into [sqrt(1/2), sqrt(2)).
+  // Subtracting the bits of sqrt(1/2) makes the mantissa 1 + f lie in [sqrt(1/2), sqrt(2)).
   const MaskOf<Lanes> power = (bits - 0x3fe6a09e667f3bcdLL) & ~0xfffffffffffffLL;
   const Lanes f = lanes_of_bits<Lanes>(bits - power) - 1.0;
   const Lanes k = lanes_exponent<Lanes>(power);
@@ -68,13 +68,14 @@ LOOMSTONE_INLINE Lanes lanes_log(const Lanes& value) {
          ((half_square - (s * (half_square + (t1 + t2)) + k * 1.90821492927058770002e-10)) - f);
 }
 
-// Angle of (x, y) in (-pi, pi]; 0 for (0, 0).
+// Returns the angle of (x, y) in (-pi, pi], and 0 for (0, 0).
 template <class Lanes>
 LOOMSTONE_INLINE Lanes lanes_atan2(const Lanes& y, const Lanes& x) {
   const Lanes a = lanes_abs(y), b = lanes_abs(x);
   const MaskOf<Lanes> steep = a > b;
   const Lanes small = lanes_select(steep, b, a), large = lanes_select(steep, a, b);
-  const MaskOf<Lanes> turned = small > 0.4142135623730950 * large;  // tan(pi/8): subtract pi/4
+  // Above tan(pi/8), pi/4 is subtracted.
+  const MaskOf<Lanes> turned = small > 0.4142135623730950 * large;
   Lanes below = lanes_select(turned, small + large, large);
   below = lanes_select(below > 0.0, below, lanes_all<Lanes>(1.0));
   const Lanes t = lanes_select(turned, small - large, small) / below;

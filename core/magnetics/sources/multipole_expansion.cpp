@@ -1,4 +1,4 @@
-// Moments and evaluation of solid-harmonic expansions; the recurrences are those of [Wang1996],
+// Moments and evaluation of solid-harmonic expansions. The recurrences are those of [Wang1996],
 // section II.
 #include "core/magnetics/sources/multipole_expansion.h"
 
@@ -12,13 +12,13 @@ namespace loomstone {
 
 namespace {
 
-constexpr int top = MultipoleExpansion::degree + 2;  // the gradient's highest degree
-constexpr int size = (top + 1) * (top + 2) / 2;      // harmonics with m >= 0
+constexpr int top = MultipoleExpansion::degree + 2;  // highest degree of the gradient
+constexpr int size = (top + 1) * (top + 2) / 2;      // number of harmonics with m >= 0
 constexpr int slot(int l, int m) { return l * (l + 1) / 2 + m; }
 
 using Coefficients = std::vector<std::complex<double>>;
 
-// Regular harmonics R_lm = r^l P_lm exp(i m phi) / (l+m)! up to `degree`.
+// Computes the regular harmonics R_lm = r^l P_lm exp(i m phi) / (l+m)! up to `degree`.
 void regular_harmonics(const Vec3& r, Coefficients& out) {
   const std::complex<double> xy(r.x(), r.y());
   const double square = r.squaredNorm();
@@ -32,7 +32,7 @@ void regular_harmonics(const Vec3& r, Coefficients& out) {
   }
 }
 
-// Coefficients of minus the derivative of sum Re(c_lm S_lm) along an axis.
+// Returns the coefficients of minus the derivative of sum Re(c_lm S_lm) along an axis.
 Coefficients minus_derivative(const Coefficients& c, int axis) {
   const std::complex<double> i(0.0, 1.0);
   Coefficients d(size);
@@ -62,8 +62,8 @@ std::vector<double> flat(const Coefficients& c, double scale) {
   return out;
 }
 
-// Sums over the harmonics for all `components` at once. Each lane adds exactly the degrees that its
-// own distance needs, so the value at a point does not depend on the other points of its block.
+// Sums the harmonics for all `components` at once. Each lane adds exactly the degrees that its own
+// distance requires, so the value at a point does not depend on the other points of its block.
 template <int components, class Lanes>
 LOOMSTONE_INLINE void evaluate(const double* const* coefficients, double inverse_radius,
                                const double* points, Index n, int highest, double* out) {
@@ -72,12 +72,13 @@ LOOMSTONE_INLINE void evaluate(const double* const* coefficients, double inverse
                     lanes_load<Lanes>(points + n + i) * inverse_radius,
                     lanes_load<Lanes>(points + 2 * n + i) * inverse_radius};
     Lanes square = dot(p, p);
-    // Points closer than two radii are moved out to them: their values are finite and unused.
+    // The distance is clamped to at least two radii. Closer points get finite values that are not
+    // used.
     const MaskOf<Lanes> inside = square < 4.0;
     square = lanes_select(inside, lanes_all<Lanes>(4.0), square);
     const Lanes inverse = 1.0 / square, distance = lanes_sqrt(square);
-    // The leading term has degree 2; degrees whose relative share is below exp(-39) = 1e-17 are
-    // left out.
+    // The leading term has degree 2. Degrees whose relative contribution is below exp(-39) = 1e-17
+    // are omitted.
     const Lanes needed = 39.0 / lanes_log(distance) + 3.0;
     int last = 0;
     for (int lane = 0; lane < n_lanes; ++lane)
@@ -85,7 +86,7 @@ LOOMSTONE_INLINE void evaluate(const double* const* coefficients, double inverse
     last = last < highest ? last : highest;
     Lanes sum[components];
     for (Lanes& s : sum) s = Lanes{};
-    Lanes real[2][top + 1], imaginary[2][top + 1];  // degrees l and l - 1 in turn
+    Lanes real[2][top + 1], imaginary[2][top + 1];  // degrees l and l - 1, alternating
     real[0][0] = lanes_sqrt(inverse);
     imaginary[0][0] = Lanes{};
     p.x *= inverse;
@@ -93,7 +94,7 @@ LOOMSTONE_INLINE void evaluate(const double* const* coefficients, double inverse
     p.z *= inverse;
     for (int l = 1; l <= last; ++l) {
       Lanes* re = real[l & 1];
-      Lanes* im = imaginary[l & 1];  // holds degree l - 2 on entry
+      Lanes* im = imaginary[l & 1];  // contains degree l - 2 on entry
       const Lanes* re1 = real[(l - 1) & 1];
       const Lanes* im1 = imaginary[(l - 1) & 1];
       for (int m = 0; m <= l - 2; ++m) {
@@ -130,7 +131,7 @@ LOOMSTONE_INLINE void gradient_kernel(const double* const* coefficients, double 
   evaluate<6, Lanes>(coefficients, inverse_radius, points, n, MultipoleExpansion::degree + 2, out);
 }
 
-// Adds c conj(h) for each harmonic of h, doubled for m > 0 to account for -m.
+// Adds c conj(h) for each harmonic in h. Terms with m > 0 are doubled to account for -m.
 void add_moments(double c, const Coefficients& h, Coefficients& moments) {
   for (int l = 0; l <= MultipoleExpansion::degree; ++l)
     for (int m = 0; m <= l; ++m)
@@ -146,8 +147,8 @@ Coefficients moments_of(const Points& positions, const Vector& charges, double r
   return moments;
 }
 
-// Derivatives of R_lm: (d/dx - i d/dy) R_lm = R_{l-1,m-1}, (d/dx + i d/dy) R_lm = -R_{l-1,m+1},
-// d/dz R_lm = R_{l-1,m}.
+// Returns the derivatives of the regular harmonics along a direction, from
+//   (d/dx - i d/dy) R_lm = R_{l-1,m-1}, (d/dx + i d/dy) R_lm = -R_{l-1,m+1}, d/dz R_lm = R_{l-1,m}.
 Coefficients along(const Coefficients& harmonics, const Vec3& direction) {
   const std::complex<double> i(0.0, 1.0);
   Coefficients d(size);

@@ -1,16 +1,16 @@
-// Panels: pieces of a source's surface charge or current, parametrised over the unit square for the
-// quadrature of another source's field.
+// Panels are pieces of a source that carry surface charge or current. They are parametrised over
+// the unit square for quadrature of forces in the field of another source.
 #pragma once
 
 #include "core/base/types.h"
 
 namespace loomstone {
 
-// The force on a magnetic charge q [A m] is q mu0 H, on a current element I dl [A m] it is I dl x
-// B.
+// A magnetic charge q [A m] experiences the force q mu0 H, a current element I dl [A m] the force I
+// dl x B.
 struct PanelSample {
   Vec3 position = Vec3::Zero();  // [m]
-  Vec3 area = Vec3::Zero();      // outward normal times area of the face it stands for [m^2]
+  Vec3 area = Vec3::Zero();      // outward normal times the area that the sample represents [m^2]
   double charge = 0.0;           // [A m]
   Vec3 current = Vec3::Zero();   // [A m]
 };
@@ -19,18 +19,18 @@ struct Panel {
   enum class Shape { parallelogram, triangle, segment, side, disc, circle };
   Shape shape;
   Vec3 a = Vec3::Zero(), b = Vec3::Zero(),
-       c = Vec3::Zero();  // a corner and the two edges from it
+       c = Vec3::Zero();  // first corner and the two edges from it [m]; a segment has only edge b
   double radius0 = 0.0,
-         radius1 = 0.0;  // inner and outer radius of a disc; side and circle use radius1 [m]
-  double azimuth = 0.0, turn = 0.0;     // first azimuth, angle covered [rad]
-  double height0 = 0.0, height1 = 0.0;  // along z [m]
-  Vec3 magnetization = Vec3::Zero();    // [A/m]; charge density is its normal component
-  double sign = 1.0;                    // of the outward normal: -1 on bores and lower faces
-  double current = 0.0;                 // [A], on a side [A/m], along growing azimuth
+         radius1 = 0.0;  // inner and outer radius of a disc [m]; side and circle use radius1 only
+  double azimuth = 0.0, turn = 0.0;     // first azimuth and angle covered [rad]
+  double height0 = 0.0, height1 = 0.0;  // range along z [m]
+  Vec3 magnetization = Vec3::Zero();    // [A/m]; its normal component is the charge density
+  double sign = 1.0;                    // sign of the outward normal: -1 on bores and lower faces
+  double current = 0.0;  // of a line [A], of a side [A/m]; positive along increasing azimuth
 
   bool line() const { return shape == Shape::segment || shape == Shape::circle; }
-  // Sample at (u, v) in the unit square (lines ignore v); area, charge and current are per unit of
-  // u and v.
+  // Returns the sample at (u, v) in the unit square; lines ignore v. Area, charge and current are
+  // densities with respect to u and v.
   PanelSample at(double u, double v) const;
 };
 

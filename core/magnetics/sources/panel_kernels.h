@@ -1,5 +1,5 @@
-// Fields, fluxes and gradients of uniformly charged flat panels at blocks of points: closed forms
-// near a panel, 2 x 2 quadrature points far from it.
+// Fields, fluxes and gradients of uniformly charged flat panels at blocks of points. Near a panel
+// they have closed forms. Far from it, 2 x 2 quadrature points replace them.
 #pragma once
 
 #include <vector>
@@ -9,9 +9,12 @@
 
 namespace loomstone::panel_kernels {
 
-// Layout of a panel's table: centre, square of the distance beyond which points replace the closed
-// form, number of triangles and of edges; two triangles (corners, normal, twice the area); four
-// edges (two ends, length, normal of the edge in the plane); four points with their area / 4 pi.
+// Layout of a panel's table:
+//   centre, squared distance beyond which points replace the closed form,
+//   number of triangles, number of edges,
+//   two triangles: corners, normal, twice the area,
+//   four edges: two ends, length, normal of the edge in the plane,
+//   four points: position, share of the area / 4 pi.
 inline constexpr int triangles_at = 6, triangle_stride = 13,
                      edges_at = triangles_at + 2 * triangle_stride, edge_stride = 10,
                      points_at = edges_at + 4 * edge_stride, stride = points_at + 16;
@@ -46,8 +49,8 @@ inline void add_panel_table(const FlatPanel& p, std::vector<double>& tables) {
   }
 }
 
-// Adds the field q r / square^(3/2) of a point charge; square: r^2, plus the square of the
-// smoothing length of a smoothed charge.
+// Adds the field q r / square^(3/2) of a point charge. square is r^2, plus the squared smoothing
+// length if the charge is smoothed.
 template <class Lanes>
 LOOMSTONE_INLINE void add_charge_field(const Lanes3<Lanes>& r, const Lanes& square, double charge,
                                        Lanes3<Lanes>& h) {
@@ -57,7 +60,7 @@ LOOMSTONE_INLINE void add_charge_field(const Lanes3<Lanes>& r, const Lanes& squa
   h.z += scale * r.z;
 }
 
-// Adds its gradient: xx, xy, xz, yy, yz, zz.
+// Adds the gradient of the field of add_charge_field() as xx, xy, xz, yy, yz, zz.
 template <class Lanes>
 LOOMSTONE_INLINE void add_charge_gradient(const Lanes3<Lanes>& r, const Lanes& square,
                                           double charge, Lanes g[6]) {
@@ -71,7 +74,7 @@ LOOMSTONE_INLINE void add_charge_gradient(const Lanes3<Lanes>& r, const Lanes& s
   g[5] += scale - three * r.z * r.z;
 }
 
-// Field of unit charge density on the panel of a table.
+// Returns the field of a unit charge density on the panel with table t.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes3<Lanes> panel_field(const Lanes3<Lanes>& p, const double* t, double radius) {
   const Lanes3<Lanes> away{p.x - t[0], p.y - t[1], p.z - t[2]};
@@ -101,7 +104,7 @@ LOOMSTONE_INLINE Lanes3<Lanes> panel_field(const Lanes3<Lanes>& p, const double*
           lanes_select(beside, exact.z / (4.0 * pi), h.z)};
 }
 
-// All panels of a set, and the radius of their bounding ball about the origin [m].
+// Tables of all panels of a set, and the radius of their bounding sphere about the origin [m].
 struct PanelTables {
   const double* tables;
   Index panels;
@@ -129,14 +132,16 @@ LOOMSTONE_INLINE void field_kernel(PanelTables by, const double* charges, const 
   }
 }
 
-// Points of a surface by columns: positions, normals times areas, and the panel row of each.
+// Points on a surface as coordinate arrays: positions and normals times areas. row_of is the row of
+// each point's panel in the flux matrix.
 struct FluxPoints {
   const double *points, *normals;
   const Index* row_of;
   Index n;
 };
 
-// Adds the fluxes of unit charge density on each panel through the points to their rows of `out`.
+// Adds the flux of a unit charge density on each panel through each point to the matrix `out`, in
+// the row of the point's panel.
 template <class Lanes>
 LOOMSTONE_INLINE void flux_kernel(PanelTables by, FluxPoints on, double* out) {
   for (Index i = 0; i < on.n; i += n_lanes) {
@@ -150,7 +155,7 @@ LOOMSTONE_INLINE void flux_kernel(PanelTables by, FluxPoints on, double* out) {
   }
 }
 
-// Adds the gradient of the field of a charge density on the panel of a table to `sum`.
+// Adds the gradient of the field of a uniform charge density on the panel with table t.
 template <class Lanes>
 LOOMSTONE_INLINE void add_panel_gradient(const Lanes3<Lanes>& p, const double* t, double radius,
                                          double charge, Lanes* sum) {
@@ -186,7 +191,7 @@ LOOMSTONE_INLINE void gradient_kernel(PanelTables by, const double* charges, con
   }
 }
 
-// Smoothed point charges: field q r / (r^2 + length^2)^(3/2).
+// Adds the fields q r / (r^2 + length^2)^(3/2) of smoothed point charges.
 template <class Lanes>
 LOOMSTONE_INLINE void add_smoothed_field(const double* charges, Index count, const double* points,
                                          Index n, double* out) {

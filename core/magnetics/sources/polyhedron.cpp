@@ -16,7 +16,7 @@ namespace {
 
 constexpr int face_stride = 16, edge_stride = 14;
 
-// The tables of Polyhedron.
+// Kernel data of a Polyhedron.
 struct SurfaceTables {
   const double* faces;
   Index n_faces;
@@ -49,7 +49,7 @@ LOOMSTONE_INLINE void field_kernel(SurfaceTables surface, const double* j, const
       h.y += e[8] * log;
       h.z += e[9] * log;
     }
-    // The solid angles add up to -4 pi inside and 0 outside. j is zero where mu0 H is wanted.
+    // The solid angles sum to -4 pi inside and 0 outside. For mu0 H, the caller passes j = 0.
     const MaskOf<Lanes> inside = around < -2.0 * pi;
     lanes_store(out + i, h.x + lanes_select(inside, lanes_all<Lanes>(j[0]), Lanes{}));
     lanes_store(out + n + i, h.y + lanes_select(inside, lanes_all<Lanes>(j[1]), Lanes{}));
@@ -57,8 +57,8 @@ LOOMSTONE_INLINE void field_kernel(SurfaceTables surface, const double* j, const
   }
 }
 
-// Gradients need the edges only: the gradient of Omega is the field of a unit current along the rim
-// of the face, and that of L is rational.
+// Gradients need only the edges. The gradient of Omega is the field of a unit current along the
+// boundary of the face, and the gradient of L is a rational function.
 template <class Lanes>
 LOOMSTONE_INLINE void gradient_kernel(const double* edges, Index n_edges, double radius,
                                       const double* points, Index n, double* out) {
@@ -74,7 +74,8 @@ LOOMSTONE_INLINE void gradient_kernel(const double* edges, Index n_edges, double
   }
 }
 
-// At any distance: the terms that cancel grow with the distance, not faster.
+// The closed form is accurate at any distance, because the terms that cancel grow only in
+// proportion to the distance.
 template <class Lanes>
 LOOMSTONE_INLINE void potential_kernel(SurfaceTables surface, const double* points, Index n,
                                        double* out) {
@@ -168,8 +169,8 @@ const MultipoleExpansion& Polyhedron::multipoles() const {
                  bc = vertices_.row(triangles_(t, 2)).transpose() - a - ab;
       const double flux = ab.cross(bc).dot(polarization_),
                    share = std::max(ab.norm(), bc.norm()) / radius_;
-      // Points in each direction: large faces are integrated exactly up to degree 24; on small
-      // faces a harmonic is nearly linear.
+      // The number of points in each direction depends on the size of the face. On large faces the
+      // rule is exact up to degree 24. On small faces a harmonic is nearly linear.
       const GaussRule& rule = gauss_rule(share > 0.4 ? 14 : share > 0.1 ? 8 : 5);
       for (int i = 0; i < rule.n; ++i) {
         const double u = 0.5 * (1.0 + rule.nodes[i]);
@@ -227,7 +228,7 @@ MeshMagnet::MeshMagnet(const TriangleMesh& mesh, const Vec3& polarization)
   if (!mesh.closed())
     throw InvalidInput(
         "mesh must be closed to be a magnet, got a surface with open edges; close its holes");
-  // 1e-12: far below the volume of the thinnest sheet, far above rounding.
+  // The tolerance 1e-12 is far below the volume of the thinnest sheet and far above rounding.
   if (volume() < 1e-12 * std::pow(radius(), 3))
     fail<InvalidInput>(
         "mesh must enclose a volume > 0 [m^3] with faces counter-clockwise seen from outside, got "

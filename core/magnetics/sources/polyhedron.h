@@ -1,17 +1,17 @@
-// Uniformly magnetised polyhedra as surface charge J.n on their faces: closed triangle meshes, and
-// cuboids, whose right angles need fewer terms.
+// Uniformly magnetised polyhedra, modelled by the surface charge J.n on their faces. They are
+// closed triangle meshes or cuboids, for which fewer terms suffice.
 //
-// A face with charge sigma contributes sigma/4pi [n Omega + sum over its edges m L] to the field:
-// Omega is its solid angle seen from the point (positive on the side of its normal n), m the
-// outward normal of an edge in the plane of the face, and L = log((r1 + r2 + l) / (r1 + r2 - l))
-// for an edge of length l with distances r1, r2 to its ends [Wilton1984]. Contributions of the two
-// faces of an edge are added up in advance, so an edge between equal charges costs nothing. The
-// potential of the face is sigma/4pi [sum of (m.s) L - (n.r) Omega], with r from a corner to the
-// point and s from the point to an end of the edge.
+// A face with charge sigma contributes sigma/4pi [n Omega + sum over its edges of m L] to the
+// field. Omega is the solid angle of the face seen from the point, positive on the side of its
+// normal n. m is the outward normal of an edge in the plane of the face. An edge of length l with
+// distances r1, r2 to its ends has L = log((r1 + r2 + l) / (r1 + r2 - l)) [Wilton1984]. The
+// contributions of the two faces at an edge are added in advance, so edges between coplanar faces
+// drop out. The potential of a face is sigma/4pi [sum of (m.s) L - (n.r) Omega]. Here r points from
+// a corner to the point, and s from the point to an end of the edge.
 //
-// On a face (closer than 1e-12 radii) the field is the outer limit. On an edge it is infinite;
-// points closer than 1e-15 radii are treated as lying at that distance. Beyond 4 radii a multipole
-// expansion takes over, because the closed form loses digits with distance.
+// On a face (closer than 1e-12 radii) the field is the outer limit. On an edge it is infinite.
+// Points closer than 1e-15 radii are evaluated at that distance. Beyond 4 radii a multipole
+// expansion is used, because the closed form loses digits with distance.
 #pragma once
 
 #include <mutex>
@@ -36,17 +36,17 @@ class Polyhedron : public Source {
   std::optional<std::pair<Vec3, Vec3>> box() const override;
   double depth(const Vec3& point) const override;
 
-  // The surface, wound counter-clockwise seen from outside, and its charge.
+  // Surface with faces counter-clockwise seen from outside, its polarization and its volume.
   const Points& vertices() const { return vertices_; }        // (n x 3) [m]
   const Triangles& triangles() const { return triangles_; }   // (m x 3)
   const Vec3& polarization() const { return polarization_; }  // J [T]
   double volume() const { return volume_; }                   // [m^3]
-  // Expansion of its charge, built on first use.
+  // Multipole expansion of the surface charge, built on first use.
   const MultipoleExpansion& multipoles() const;
 
  protected:
   Polyhedron(Points vertices, Triangles triangles, const Vec3& polarization);
-  virtual std::vector<Panel> faces(bool all) const;  // all, or those with charge
+  virtual std::vector<Panel> faces(bool all) const;  // all faces, or only those with charge
   virtual void near_field(const double* points, Index n, Quantity quantity, double* field) const;
 
  private:
@@ -54,11 +54,11 @@ class Polyhedron : public Source {
   Triangles triangles_;
   Vec3 polarization_;
   double radius_ = 0.0, volume_ = 0.0;
-  // As the kernels read them:
+  // Data for the kernels:
   std::vector<double> faces_;  // (m x 16) three corners, unit normal, twice the area, charge / 4
                                // pi, 2 unused [m, m^2, T]
-  std::vector<double> edges_;  // (k x 14) two ends, length, sum of charge/4pi times m, the same
-                               // times n with the edge's sense
+  std::vector<double> edges_;  // (k x 14) two ends, length, sum of charge/4pi times m, sum of
+                               // charge/4pi times n signed by the edge's direction, 1 unused
   mutable std::once_flag once_;
   mutable std::optional<MultipoleExpansion> far_;
   mutable std::once_flag query_once_;
@@ -67,8 +67,8 @@ class Polyhedron : public Source {
 
 class MeshMagnet final : public Polyhedron {
  public:
-  // polarization J [T] in the axes of the mesh. Throws InvalidInput if the mesh is open or encloses
-  // no volume.
+  // polarization J [T] is in the axes of the mesh. Throws InvalidInput if the mesh is open or
+  // encloses no volume.
   MeshMagnet(const TriangleMesh& mesh, const Vec3& polarization);
   SourceRecipe recipe() const override {
     return {"mesh",
@@ -80,7 +80,7 @@ class MeshMagnet final : public Polyhedron {
 
 class Cuboid final : public Polyhedron {
  public:
-  // size: the three edges [m], centre at the origin; polarization J [T].
+  // Edge lengths `size` [m] about the origin; polarization J [T].
   Cuboid(const Vec3& size, const Vec3& polarization);
   double depth(const Vec3& point) const override;
   std::optional<UniformCuboid> uniform_cuboid() const override {

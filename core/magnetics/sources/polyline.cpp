@@ -1,5 +1,6 @@
-// With r0, r1 from the ends of a segment l: B = mu0 I/4pi (l x r0) 2 (1/d0 + 1/d1) / ((d0 + d1)^2 -
-// l^2).
+// A segment with edge vector l and vectors r0, r1 from its ends to the point contributes
+//   B = mu0 I/4pi (l x r0) 2 (1/d0 + 1/d1) / ((d0 + d1)^2 - l^2)
+// with d0 = |r0| and d1 = |r1|.
 #include "core/magnetics/sources/polyline.h"
 
 #include <cmath>
@@ -12,8 +13,8 @@ namespace loomstone {
 
 namespace {
 
-// One segment: c = l x r0 and the factor (1/d0 + 1/d1) / ((d0 + d1)^2 - l^2) = (i0 + i1) outer,
-// computed without cancellation next to the wire.
+// Terms of one segment: c = l x r0, and (1/d0 + 1/d1) / ((d0 + d1)^2 - l^2) = (i0 + i1) outer. The
+// factor `outer` is free of cancellation next to the wire.
 template <class Lanes>
 struct Segment {
   Lanes3<Lanes> r0, r1, c;
@@ -51,7 +52,7 @@ struct Wire {
   const double* vertices;
   Index segments;
   double scale;    // mu0 I / 2 pi [T m]
-  double nearest;  // least distance from the wire at which the field is evaluated [m]
+  double nearest;  // smallest distance from the wire at which the field is evaluated [m]
 };
 
 template <class Lanes>
@@ -82,16 +83,16 @@ LOOMSTONE_INLINE void gradient_kernel(Wire wire, const double* points, Index n, 
     for (Lanes& each : g) each = Lanes{};
     for (Index k = 0; k < segments; ++k) {
       const Segment<Lanes> s = segment(p, vertices + 3 * k, nearest);
-      // f = (1/d0 + 1/d1) / ((d0 + d1)^2 - l^2); with n = r/d: grad f = -outer (n0/d0^2 + n1/d1^2)
-      // - 2 f outer (d0 + d1)(n0 + n1)
+      // With f = (1/d0 + 1/d1) / ((d0 + d1)^2 - l^2) and n = r/d: grad f = -outer (n0/d0^2 +
+      // n1/d1^2) - 2 f outer (d0 + d1)(n0 + n1).
       const Lanes f = (s.i0 + s.i1) * s.outer;
       const Lanes sum = 1.0 / s.i0 + 1.0 / s.i1;
       const Lanes a0 = -s.i0 * (s.outer * s.i0 * s.i0 + 2.0 * f * s.outer * sum);
       const Lanes a1 = -s.i1 * (s.outer * s.i1 * s.i1 + 2.0 * f * s.outer * sum);
       const Lanes dx = a0 * s.r0.x + a1 * s.r1.x, dy = a0 * s.r0.y + a1 * s.r1.y,
                   dz = a0 * s.r0.z + a1 * s.r1.z;
-      // B_i,j = c_i f_,j + f c_i,j with c = l x r, where c_i,j is antisymmetric. The sum over a
-      // closed line is symmetric, so only the symmetric part is kept.
+      // The derivative is B_i,j = c_i f_,j + f c_i,j, where c = l x r and c_i,j is antisymmetric.
+      // The total over a closed line is symmetric, so only the symmetric part is kept.
       g[0] += s.c.x * dx;
       g[1] += 0.5 * (s.c.x * dy + s.c.y * dx);
       g[2] += 0.5 * (s.c.x * dz + s.c.z * dx);

@@ -1,4 +1,4 @@
-// Current along a polyline, by the law of Biot and Savart.
+// Field of a current along a polyline (Biot-Savart law).
 #pragma once
 
 #include <vector>
@@ -10,13 +10,13 @@ namespace loomstone {
 class Polyline final : public Source {
  public:
   // vertices (n x 3) [m] in order; current [A] from the first to the last. The line is closed if
-  // the last vertex equals the first. The field is infinite on the wire; points closer than 1e-15
-  // radii of the source are treated as lying at that distance.
+  // the last vertex equals the first. The field is infinite on the wire. Points closer to the wire
+  // than 1e-15 times the source's radius are evaluated at that distance.
   Polyline(Points vertices, double current);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
   double radius() const override { return radius_; }
-  Vec3 moment() const override;  // I/2 sum of a x b over segments from a to b
+  Vec3 moment() const override;  // I/2 times the sum of a x b over the segments from a to b
   bool steady() const override { return closed(); }
   bool closed() const { return vertices_.row(0) == vertices_.row(vertices_.rows() - 1); }
   std::vector<Panel> panels() const override;

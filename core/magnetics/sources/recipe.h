@@ -1,5 +1,5 @@
-// The recipe of a source or of a body that magnetises: enough to make it again, to compare it and
-// to write it down.
+// Recipe of a source or of a magnetisable body: the data to recreate it, to compare it with others
+// and to store it.
 #pragma once
 
 #include <memory>
@@ -16,10 +16,10 @@ namespace loomstone {
 struct SourceRecipe {
   using Value = std::variant<double, Vec3, Points>;
 
-  std::string kind;  // as its function in loomstone.magnetics is called; empty: none makes it
-  std::vector<std::pair<std::string, Value>> values;  // by argument, SI units
-  std::shared_ptr<const TriangleMesh> mesh;           // of a mesh, about its centre [m]
-  std::shared_ptr<const SourceRecipe> of;             // the magnet that cells divide
+  std::string kind;  // constructor function in loomstone.magnetics; empty if there is none
+  std::vector<std::pair<std::string, Value>> values;  // its arguments by name, SI units
+  std::shared_ptr<const TriangleMesh> mesh;           // of a mesh, relative to its centre [m]
+  std::shared_ptr<const SourceRecipe> of;             // magnet that a set of cells divides
 };
 
 }  // namespace loomstone

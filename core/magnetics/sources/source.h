@@ -1,6 +1,5 @@
-// The interface that magnets, currents and induced bodies share: fields and potentials in the
-// source's own axes, its shape, and its charge or current as quadrature points. Formulas stand in
-// the files named after the sources.
+// Interface of all field sources: magnets, currents and induced bodies. A source gives its field
+// and potentials in its own axes, its shape, and quadrature points for its charge or current.
 #pragma once
 
 #include <memory>
@@ -15,87 +14,91 @@
 
 namespace loomstone {
 
-using Gradients =
-    Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor>;  // (n x 9) rows dB_i/dx_j, i slowest
+// One row-major 3 x 3 matrix dB_i/dx_j per row (n x 9).
+using Gradients = Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor>;
 
-// A block stores its n points by columns, x[n], y[n], z[n], and fields likewise; symmetric
-// gradients as xx, xy, xz, yy, yz, zz. n is a multiple of 8.
+// A block holds n points as separate coordinate arrays x[n], y[n], z[n]; n is a multiple of 8.
+// Fields use the same layout. Symmetric gradients are stored as xx, xy, xz, yy, yz, zz.
 inline constexpr Index points_per_block = 128;
 
-// B, or mu0 H; inside a magnet B = mu0 H + J with the polarisation J.
+// B or mu0 H. Inside a magnet of polarisation J, B = mu0 H + J.
 enum class Quantity { flux_density, mu0_field_strength };
 
 class DipoleSet;
 class Source;
 using SourcePtr = std::shared_ptr<const Source>;
 
-// A circular loop about z (length 0) or a sheet of current on the cylinder |z| <= length / 2.
+// A circular loop about the z axis (length 0), or a current sheet on the cylinder |z| <= length /
+// 2.
 struct CircularWinding {
   double radius, length;  // [m]
-  double current;         // of a loop [A], of a sheet per length [A/m]
-  double turn_current;    // in each turn [A]
+  double current;         // total current of a loop [A], current per length of a sheet [A/m]
+  double turn_current;    // current in each turn [A]
 };
 
-// A cuboid about the origin with uniform polarisation.
+// A uniformly magnetised cuboid centred at the origin.
 struct UniformCuboid {
-  Vec3 size, polarization;  // edges [m], J [T]
+  Vec3 size, polarization;  // edge lengths [m], J [T]
 };
 
 class Source {
  public:
   virtual ~Source() = default;
-  // mu0 H or B [T] of one block.
+  // Computes mu0 H or B [T] at one block of points.
   virtual void field_block(const double* points, Index n, Quantity quantity,
                            double* field) const = 0;
-  // Symmetric gradient of mu0 H [T/m] of one block.
+  // Computes the symmetric gradient of mu0 H [T/m] at one block of points.
   virtual void gradient_block(const double* points, Index n, double* gradient) const = 0;
-  // Both at once; the same bits as one after the other.
+  // Computes field and gradient in one pass. The results are bit-identical to those of two separate
+  // calls.
   virtual void field_and_gradient_block(const double* points, Index n, Quantity quantity,
                                         double* field, double* gradient) const {
     field_block(points, n, quantity, field);
     gradient_block(points, n, gradient);
   }
-  // Magnetic scalar potential times mu0 of one block [T m]: mu0 H is minus its gradient, and it
-  // vanishes at infinity. Throws Unsupported for currents and induced bodies.
+  // Computes mu0 times the magnetic scalar potential [T m] at one block of points. mu0 H is its
+  // negative gradient, and the potential vanishes at infinity. Throws Unsupported for currents and
+  // induced bodies.
   virtual void potential_block(const double* points, Index n, double* potential) const;
-  // Vector potential [T m] of one block. Throws Unsupported unless winding() has a value.
+  // Computes the vector potential [T m] at one block of points. Throws Unsupported unless winding()
+  // has a value.
   virtual void vector_potential_block(const double* points, Index n, double* potential) const;
-  // Radius of the bounding ball about the origin [m].
+  // Radius of the bounding sphere about the origin [m].
   virtual double radius() const = 0;
   // Dipole moment [A m^2].
   virtual Vec3 moment() const = 0;
-  // Bounding box of a solid body [m]; other sources have none. Depth of a point below its surface,
-  // negative outside [m].
+  // Solid bodies only. box() is the bounding box [m]. depth() is the depth of a point below the
+  // surface, negative outside [m].
   virtual std::optional<std::pair<Vec3, Vec3>> box() const { return std::nullopt; }
   virtual double depth(const Vec3&) const { return 0.0; }
   virtual bool spherical() const { return false; }
-  // False for a current whose ends do not meet.
+  // False for an open current path.
   virtual bool steady() const { return true; }
-  // Panels that carry magnetic charge or current. Empty for dipoles (see dipoles()) and induced
-  // bodies (see charges()).
+  // Panels that carry magnetic charge or current. Dipoles and induced bodies have none; see
+  // dipoles() and charges().
   virtual std::vector<Panel> panels() const { return {}; }
-  // The whole surface of a solid body, panels without charge included.
+  // The whole surface of a solid body, including panels without charge.
   virtual std::vector<Panel> surface() const { return {}; }
-  // True for a body that the field around it magnetises. charges() then samples its surface charge
-  // densely enough for integrals; for other sources it is empty.
+  // True for a body that an applied field magnetises. charges() then samples its surface charge
+  // densely enough for integration; for other sources it is empty.
   virtual bool induced() const { return false; }
   virtual std::vector<PanelSample> charges() const { return {}; }
-  // An induced body with the mean charge on each panel. Null for other sources, and where the
-  // charge is uniform on each panel already.
+  // The same induced body with the charge on each panel replaced by its mean. Null for other
+  // sources and if the charge is already uniform on each panel.
   virtual SourcePtr panel_means() const { return nullptr; }
-  // Dipoles whose field equals that of the source everywhere outside it (one for a sphere); null
-  // for other sources.
+  // Dipoles that produce the same field everywhere outside the source (one for a sphere). Null if
+  // there are none.
   virtual const DipoleSet* dipoles() const { return nullptr; }
-  // Shapes with closed formulas for forces and inductances.
+  // Set for shapes that have closed-form forces or inductances.
   virtual std::optional<CircularWinding> winding() const { return std::nullopt; }
   virtual std::optional<UniformCuboid> uniform_cuboid() const { return std::nullopt; }
-  // The same winding with another current in each turn [A]; null for all other sources.
+  // The same winding with another current in each turn [A]. Null for all other sources.
   virtual SourcePtr with_current(double) const { return nullptr; }
-  // Without kind of what is found by induction.
+  // Recipe of the source. Its kind is empty for induced bodies.
   virtual SourceRecipe recipe() const { return {}; }
 };
 
-// Throws InvalidInput naming the first point that is not finite.
+// Throws InvalidInput that names the first row that is not finite.
 void check_points(const ConstPointsRef& points, const char* name);
 
 }  // namespace loomstone

@@ -1,5 +1,5 @@
-// Uniformly magnetised sphere about the origin: the field outside is exactly that of a dipole;
-// inside B = 2/3 J and mu0 H = -J/3.
+// Uniformly magnetised sphere about the origin. Outside, its field is exactly that of a dipole.
+// Inside, B = 2/3 J and mu0 H = -J/3.
 #pragma once
 
 #include "core/magnetics/sources/dipoles.h"
@@ -8,7 +8,7 @@ namespace loomstone {
 
 class Sphere final : public Source {
  public:
-  Sphere(double radius, const Vec3& polarization);  // [m], J [T]
+  Sphere(double radius, const Vec3& polarization);  // radius [m], polarization J [T]
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;
   void potential_block(const double* points, Index n, double* potential) const override;

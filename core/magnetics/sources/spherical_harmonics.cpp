@@ -24,7 +24,7 @@ HarmonicRecurrence make_recurrence() {
       table.b[triangle_place(l, m)] =
           std::sqrt(static_cast<double>(l - 1 - m) * (l - 1 + m)) / size;
     }
-    table.a[triangle_place(l, l)] = std::sqrt((2.0 * l - 1.0) / (2.0 * l));  // times x + i y
+    table.a[triangle_place(l, l)] = std::sqrt((2.0 * l - 1.0) / (2.0 * l));  // multiplies x + i y
   }
   return table;
 }
@@ -84,8 +84,8 @@ Vector SphericalHarmonics::coefficients(const Vector& values) const {
   std::vector<double> p;
   for (Index ring = 0; ring < cosines_.size(); ++ring) {
     legendre(ring, p);
-    const double weight =
-        weights_[ring] / turns_;  // twice the weight of a mean over the sphere, as m > 0 needs
+    // Twice the quadrature weight, for m > 0.
+    const double weight = weights_[ring] / turns_;
     for (int l = 1; l <= degree_; ++l) {
       result[slot(l, 0)] +=
           0.5 * (2.0 * l + 1.0) * weight * p[triangle_place(l, 0)] * real(ring, 0);
@@ -115,8 +115,9 @@ Vector SphericalHarmonics::values(const Vector& coefficients) const {
   return Eigen::Map<const Vector>(rings.data(), rings.size());
 }
 
-// With the unnormalised harmonics S and R of multipole_expansion.h, S_lm(r - d) = (-1)^(l+m) sum
-// over n of (n+l)! / d^(n+l+1) R_nm for d along +z; for d along -z, (-1)^(n+m) replaces (-1)^(l+m).
+// With the unnormalised harmonics S and R of multipole_expansion.h and d along +z,
+//   S_lm(r - d) = (-1)^(l+m) sum over n of (n+l)! / d^(n+l+1) R_nm.
+// For d along -z, (-1)^(n+m) replaces (-1)^(l+m).
 CoaxialTranslation::CoaxialTranslation(double height, int source_degree, double source_radius,
                                        int target_degree, double target_radius)
     : source_degree_(source_degree), target_degree_(target_degree) {

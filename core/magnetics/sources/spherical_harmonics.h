@@ -1,9 +1,9 @@
-// Spherical harmonics in Schmidt's semi-normalisation, which neither overflows nor underflows at
-// high degree:
-//   Y_lm = sqrt((l-m)! / (l+m)!) P_lm(cos theta) exp(i m phi),  P without the sign (-1)^m, m >= 0.
-// About a sphere of radius a, the potential of a field applied from outside is
-// a sum Re(L_lm Y_lm) (r/a)^l, and the potential outside of charge on the sphere is
-// a sum Re(c_lm Y_lm) (a/r)^(l+1), with coefficients L and c in T (mu0 H).
+// Spherical harmonics in Schmidt semi-normalisation, which neither overflows nor underflows at high
+// degree:
+//   Y_lm = sqrt((l-m)! / (l+m)!) P_lm(cos theta) exp(i m phi),  m >= 0,
+// where P_lm omits the Condon-Shortley phase (-1)^m. Consider a sphere of radius a. The potential
+// of an applied field is a sum Re(L_lm Y_lm) (r/a)^l. The potential outside of a charge on the
+// sphere is a sum Re(c_lm Y_lm) (a/r)^(l+1). The coefficients L and c are in T (mu0 H).
 #pragma once
 
 #include <cstddef>
@@ -19,12 +19,13 @@ class SphericalHarmonics {
 
   explicit SphericalHarmonics(int degree);
   int degree() const { return degree_; }
-  // Coefficients: real and imaginary part of each (l, m), l = 1 ... degree, m = 0 ... l.
+  // Number of coefficients: the real and imaginary part of each (l, m), l = 1 ... degree, m = 0 ...
+  // l. slot() is the index of the real part.
   Index size() const { return degree_ * (degree_ + 3); }
   static Index slot(int l, int m) { return (l - 1) * (l + 2) + 2 * m; }
 
-  // Quadrature points on the unit sphere, exact up to twice the degree, and their shares of its
-  // area.
+  // Quadrature points on the unit sphere and their fractions of its area. The rule is exact up to
+  // twice the degree.
   const Points& points() const { return points_; }
   const Vector& shares() const { return shares_; }
   // Transforms between values at the points and the coefficients a of sum Re(a_lm Y_lm).
@@ -32,33 +33,34 @@ class SphericalHarmonics {
   Vector values(const Vector& coefficients) const;
 
  private:
-  void legendre(int ring,
-                std::vector<double>& p) const;  // P_lm by triangle_place(l, m)
+  // Computes P_lm on a ring of points, indexed by triangle_place(l, m).
+  void legendre(int ring, std::vector<double>& p) const;
 
   int degree_, turns_;
   Vector cosines_, weights_;
-  Eigen::MatrixXd waves_, sines_;  // cos and sin of m times the azimuths (turns x degree + 1)
+  Eigen::MatrixXd waves_, sines_;  // cosine and sine of m times each azimuth (turns x degree + 1)
   Points points_;
   Vector shares_;
 };
 
-// Index of (l, m) in a triangular array, l = 0, 1 ..., m = 0 ... l.
+// Index of (l, m) in a triangular array with l = 0, 1, ... and m = 0 ... l.
 inline std::size_t triangle_place(int l, int m) {
   return static_cast<std::size_t>(l) * (l + 1) / 2 + m;
 }
 
-// Factors of the recurrences Y_lm = a z Y_(l-1)m - b Y_(l-2)m and Y_ll = a (x + i y) Y_(l-1)(l-1),
+// Factors of the recurrences Y_lm = a z Y_(l-1)m - b Y_(l-2)m and Y_ll = a (x + i y) Y_(l-1)(l-1)
 // up to degree SphericalHarmonics::most + 2.
 struct HarmonicRecurrence {
   std::vector<double> a, b;
 };
 const HarmonicRecurrence& harmonic_recurrence();
 
-// Multipole-to-local translation along the z axis: coefficients L about one sphere's centre from
-// the charge c of another, with both centres on the common z axis of both frames.
+// Multipole-to-local translation along the z axis. It computes the coefficients L about one
+// sphere's centre from the charge coefficients c of another. Both centres lie on the common z axis
+// of their frames.
 class CoaxialTranslation {
  public:
-  // height: z of the source's centre less that of the target [m]; radii [m].
+  // height is z of the source's centre minus z of the target's centre [m]. Radii are in m.
   CoaxialTranslation(double height, int source_degree, double source_radius, int target_degree,
                      double target_radius);
   void add(const Vector& source, Vector& target) const;

@@ -1,5 +1,5 @@
-// Partitions a block of points by a predicate, so that all lanes of a kernel take the same branch,
-// and scatters the results back to the order of the block.
+// Partitions a block of points by a predicate, so that all lanes of a kernel take the same branch.
+// Results are scattered back to the original order.
 #pragma once
 
 #include "core/base/simd.h"
@@ -7,7 +7,7 @@
 
 namespace loomstone {
 
-// A block of points and the columns of `components` values that are computed at them.
+// A block of points, and the output arrays of `components` values per point.
 struct PointBlock {
   const double* points;
   Index n;
@@ -15,8 +15,8 @@ struct PointBlock {
   int components;
 };
 
-// first(points, n, out) computes the values where chosen(x, y, z) holds, second(points, n, out) the
-// others.
+// first(points, n, out) computes the values at points where chosen(x, y, z) is true. second(points,
+// n, out) computes the others.
 template <class Chosen, class First, class Second>
 void split_block(PointBlock block, Chosen&& chosen, First&& first, Second&& second) {
   const auto [points, n, out, components] = block;
