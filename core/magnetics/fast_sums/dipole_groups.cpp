@@ -6,7 +6,7 @@ namespace loomstone {
 
 namespace {
 
-// A table of eight dipoles: positions and moments times mu0 / 4 pi.
+// A table of eight dipoles has rows for positions and for moments times mu0 / 4 pi.
 constexpr int rows = 6, group_size = rows * n_lanes;
 
 template <class Lanes>
@@ -57,8 +57,9 @@ void DipoleGroups::add(const Index* parts, Index n, const TaylorExpansion& expan
   expansion.add_dipoles(x, m, n, centre, moments);
 }
 
-// Errors are 1.5 times those measured on a ring of 2,900 cells, millimetres from its surface. They
-// are ten times those of faces, because the fields of neighbours in a lattice cancel.
+// The errors are 1.5 times those measured a few millimetres from the surface of a ring of 2,900
+// cells. They are ten times the errors of faces, because the fields of neighbours in a lattice
+// cancel.
 std::vector<ExpansionSetting> DipoleGroups::settings() const {
   return {{7, 0.4, 6e-3}, {11, 0.4, 2e-4}, {12, 0.35, 2e-5}, {14, 0.28, 3e-7}};
 }

@@ -1,6 +1,6 @@
-// Dual-tree traversal: cells of observers meet cells of dipoles, from the two roots down. Pairs of
-// cells that are far apart interact by expansions, pairs of near leaves dipole by dipole
-// [Dehnen2002].
+// Dual-tree traversal of a tree of observers and a tree of dipoles, starting at both roots. Pairs
+// of cells that are far apart interact by expansions. Pairs of near leaves interact dipole by
+// dipole [Dehnen2002].
 #pragma once
 
 #include <algorithm>
@@ -14,25 +14,26 @@
 
 namespace loomstone {
 
-// Number of subtrees that are traversed as tasks; it does not depend on the number of threads.
+// Number of subtrees that are traversed as separate tasks. It does not depend on the number of
+// threads.
 inline constexpr std::size_t most_tasks = 256;
 
-// Rows in the order of a tree.
+// Returns the rows in the order of a tree.
 inline Points ordered(const ConstPointsRef& rows, const PointTree& tree) {
   Points out(rows.rows(), 3);
   for (std::size_t i = 0; i < tree.order.size(); ++i) out.row(i) = rows.row(tree.order[i]);
   return out;
 }
 
-// The tree of the dipoles that act, with the multipole moments of its cells.
+// Tree of the source dipoles with the multipole moments of its cells.
 struct SourceTree {
   PointTree tree;
-  Points positions, moments;       // in the order of the tree
-  std::vector<double> expansions;  // by cells
+  Points positions, moments;       // in the order of the tree [m], [A m^2]
+  std::vector<double> expansions;  // moments of each cell, `stride` numbers per cell
   int stride = 0;
 
   void expand(const Team& team, const TaylorExpansion& expansion) {
-    if (stride == expansion.moments_size()) return;  // the order has not changed
+    if (stride == expansion.moments_size()) return;  // moments of this order are up to date
     stride = expansion.moments_size();
     expansions.assign(tree.cells.size() * stride, 0.0);
     // Cells are stored level by level.
@@ -63,7 +64,7 @@ struct SourceTree {
   }
 };
 
-// A leaf of observers with all that acts on it: its local expansion, and the near dipoles.
+// A leaf of observers, its local expansion, and the dipoles that are summed directly.
 struct LeafSums {
   const TaylorExpansion& expansion;
   const PointCell& cell;
@@ -71,8 +72,8 @@ struct LeafSums {
   DipoleTable near;
 };
 
-// One traversal of the observers' tree from its root; `write` receives the LeafSums of each leaf.
-// chosen: (cells) non-zero for those to visit; empty: all.
+// One traversal of the observers' tree from its root. `write` receives the LeafSums of each leaf.
+// `chosen` is non-zero for the cells to visit; if it is empty, all cells are visited.
 template <class Write>
 class DualTreeDescent {
  public:
@@ -107,8 +108,8 @@ class DualTreeDescent {
   }
 
  private:
-  // A cell of observers, the cells of dipoles that it has not met yet, and its local expansion so
-  // far.
+  // A cell of observers, the dipole cells that have not interacted with it yet, and its local
+  // expansion so far.
   struct Visit {
     Index cell;
     std::vector<Index> candidates;
@@ -120,9 +121,9 @@ class DualTreeDescent {
     std::vector<double> positions, moments;
   };
 
-  // Sorts the candidates of a cell into far ones, near ones, and those deferred to its children. If
-  // two cells are not far apart, the larger is opened, or both if equal; two cells of one tree then
-  // interact either from both sides or from neither.
+  // Classifies the candidates of a cell as far, near or deferred to its children. If two cells are
+  // not far apart, the larger is opened, or both if they are equal. Two cells of the same tree thus
+  // interact in both directions or not at all.
   void sort(const Visit& visit, Scratch& s) const {
     const PointCell& mine = observers_.cells[visit.cell];
     s.open = visit.candidates;

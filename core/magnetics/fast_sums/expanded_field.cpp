@@ -11,7 +11,8 @@ namespace loomstone {
 
 namespace {
 
-// Half edge of the octree in radii; farther away the multipole expansion errs by 2^-24 = 6e-8.
+// Half edge of the octree in radii. Farther away, the multipole expansion has a relative error of
+// 2^-24 = 6e-8.
 constexpr double reach = 2.0;
 
 ExpansionSetting setting_for(const SourceGroups& source, double tolerance) {
@@ -34,8 +35,8 @@ ExpandedField::ExpandedField(std::unique_ptr<SourceGroups> source, double tolera
   locals_.resize(locals_.size() + TaylorExpansion::beyond);
 }
 
-// Bisects the parts at their median (rounded to groups of eight) along the longest axis of the box
-// of their middles.
+// Bisects the parts at their median, rounded to groups of eight, along the longest axis of the
+// bounding box of their centres.
 Index ExpandedField::add_cluster(std::vector<Index>& parts, std::size_t begin, std::size_t end) {
   Vec3 low = source_->middle(parts[begin]), high = low;
   for (std::size_t i = begin; i < end; ++i) {
@@ -76,7 +77,7 @@ Index ExpandedField::add_cluster(std::vector<Index>& parts, std::size_t begin, s
   return self;
 }
 
-// Sorts candidate clusters into those far from a ball and near ones. For a leaf the near ones are
+// Classifies candidate clusters as far from a sphere or near it. For a leaf, near clusters are
 // opened down to groups.
 ExpandedField::Sorted ExpandedField::sorted(const Vec3& centre, double radius,
                                             const std::vector<Index>& candidates, bool leaf) const {
@@ -101,9 +102,9 @@ ExpandedField::Sorted ExpandedField::sorted(const Vec3& centre, double radius,
   return result;
 }
 
-// A cube is a leaf if few groups are near it or if it is smaller than they are. On a surface of
-// 1,800 faces, cubes of half the size would make evaluation a fifth faster, but setup and memory
-// four times as large.
+// A cube becomes a leaf if few groups are near it or if it is smaller than these groups. Cubes of
+// half the size on a surface of 1,800 faces would speed up evaluation by a fifth, but would need
+// four times the setup time and memory.
 void ExpandedField::divide(Index cube, const std::vector<Index>& candidates,
                            const std::vector<double>& inherited) {
   const Vec3 centre = cubes_[cube].centre;

@@ -1,8 +1,8 @@
-// Field of a rigid source with many parts at many points, by an octree of local expansions. The
-// tree is built once in the axes of the source and refined towards its parts. In each leaf cube,
-// one local expansion holds the field of all parts except the nearest, by multipole-to-local
-// translation as in treecode.h ([GreengardRokhlin1987], [Dehnen2002]); the nearest parts are summed
-// exactly, eight at a time.
+// Field of a rigid source with many parts at many points, from an octree of local expansions. The
+// tree is built once in the axes of the source and refined towards its parts. Each leaf cube has
+// one local expansion for the field of all parts except the nearest, from multipole-to-local
+// translations as in treecode.h ([GreengardRokhlin1987], [Dehnen2002]). The nearest parts are
+// summed exactly, eight at a time.
 #pragma once
 
 #include "core/magnetics/fast_sums/source_groups.h"
@@ -11,11 +11,11 @@ namespace loomstone {
 
 class ExpandedField {
  public:
-  // tolerance: error of field and gradient at a point, relative to their largest values at the same
-  // distance from the source [1]; in [3e-7, 0.1].
+  // tolerance is the error of field and gradient at a point, relative to their largest values at
+  // the same distance from the source [1]. It must be in [3e-7, 0.1].
   ExpandedField(std::unique_ptr<SourceGroups> source, double tolerance);
-  // mu0 H [T] and its gradient [T/m], as of a Source. The value at a point does not depend on the
-  // other points.
+  // Compute mu0 H [T] and its gradient [T/m] in the block layout of Source. The value at a point
+  // does not depend on the other points.
   void field_and_gradient_block(const double* points, Index n, double* field,
                                 double* gradient) const;
   void field_block(const double* points, Index n, double* field) const;
@@ -23,10 +23,10 @@ class ExpandedField {
 
   struct Cube {
     Vec3 centre;
-    double half;               // of its edge [m]
-    Index child = -1;          // the first of eight; -1: a leaf
-    Index local = -1;          // a leaf's local expansion
-    Index begin = 0, end = 0;  // a leaf's nearest groups
+    double half;               // half the edge length [m]
+    Index child = -1;          // first of eight children, -1 for a leaf
+    Index local = -1;          // index of a leaf's local expansion
+    Index begin = 0, end = 0;  // range of a leaf in `nearest_`
   };
   const std::vector<Cube>& cubes() const { return cubes_; }
   Index leaf_at(const Vec3& point) const;  // -1 outside the octree
@@ -34,9 +34,9 @@ class ExpandedField {
  private:
   struct Cluster {  // node of a binary tree of the parts
     Vec3 centre;
-    double radius;  // of the bounding ball about the centre [m]
+    double radius;  // of the bounding sphere about the centre [m]
     Index children[2] = {-1, -1};
-    Index group = -1;  // a leaf's group
+    Index group = -1;  // index of a leaf's group
   };
   struct Sorted {
     std::vector<TaylorExpansion::Far> far;
@@ -52,12 +52,12 @@ class ExpandedField {
   std::unique_ptr<SourceGroups> source_;
   TaylorExpansion expansion_;
   double opening_;
-  std::vector<Cluster> clusters_;    // the first is the root
-  std::vector<double> moments_;      // multipole moments, cluster by cluster
-  std::vector<double> group_radii_;  // [m]
-  std::vector<Cube> cubes_;          // of the octree
-  std::vector<double> locals_;       // local expansions, leaf by leaf
-  std::vector<Index> nearest_;       // nearest groups, leaf by leaf
+  std::vector<Cluster> clusters_;    // the first one is the root
+  std::vector<double> moments_;      // multipole moments of each cluster
+  std::vector<double> group_radii_;  // radius of each group [m]
+  std::vector<Cube> cubes_;          // nodes of the octree, the root first
+  std::vector<double> locals_;       // local expansion of each leaf
+  std::vector<Index> nearest_;       // nearest groups of each leaf
 };
 
 }  // namespace loomstone

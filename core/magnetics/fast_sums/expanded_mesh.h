@@ -1,5 +1,6 @@
 // A hard magnet with many faces whose field comes from an octree of local expansions
-// (expanded_field.h). The magnet is rigid and its magnetisation constant, so they are built once.
+// (expanded_field.h). The octree is built only once, because the magnet is rigid and its
+// magnetisation is constant.
 #pragma once
 
 #include "core/magnetics/fast_sums/expanded_field.h"
@@ -8,8 +9,8 @@ namespace loomstone {
 
 class ExpandedMesh final : public Source {
  public:
-  // tolerance: error of field and gradient at a point, relative to their largest values at the same
-  // distance from the surface [1]; in [3e-7, 0.1].
+  // tolerance is the error of field and gradient at a point, relative to their largest values at
+  // the same distance from the surface [1]. It must be in [3e-7, 0.1].
   ExpandedMesh(std::shared_ptr<const Polyhedron> mesh, double tolerance);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override {
@@ -28,13 +29,13 @@ class ExpandedMesh final : public Source {
   std::vector<Panel> surface() const override { return mesh_->surface(); }
 
  private:
-  enum class Place { outside, inside, cut };  // of a cube, relative to the surface
+  enum class Place { outside, inside, cut };  // position of a cube relative to the surface
 
   void add_polarization(const double* points, Index n, double* field) const;
 
   std::shared_ptr<const Polyhedron> mesh_;
   ExpandedField field_;
-  std::vector<Place> places_;  // of the cubes
+  std::vector<Place> places_;  // of each cube of the octree
 };
 
 }  // namespace loomstone

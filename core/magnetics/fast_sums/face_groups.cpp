@@ -6,9 +6,9 @@ namespace loomstone {
 
 namespace {
 
-// A table of eight faces: three corners, unit normal, twice the area, charge / 4 pi; then for each
-// edge its ends, its length, and charge / 4 pi times its normal in the plane of the face and times
-// the normal of the face.
+// A table of eight faces has rows for the three corners, unit normal, twice the area and charge / 4
+// pi. Rows for the three edges follow: two ends, length, charge / 4 pi times the in-plane normal of
+// the edge, and charge / 4 pi times the normal of the face.
 constexpr int face_rows = 14, edge_rows = 13, group_size = (face_rows + 3 * edge_rows) * n_lanes;
 
 template <class Lanes>
@@ -96,7 +96,8 @@ void FaceGroups::add(const Index* parts, Index n, const TaylorExpansion& expansi
                         centre, moments);
 }
 
-// Errors are 1.5 times those measured on a ring of 3,200 faces, millimetres from its surface.
+// The errors are 1.5 times those measured a few millimetres from the surface of a ring of 3,200
+// faces.
 std::vector<ExpansionSetting> FaceGroups::settings() const {
   return {{7, 0.55, 4e-3}, {9, 0.5, 3e-4}, {11, 0.4, 3e-5}, {14, 0.35, 3e-7}};
 }

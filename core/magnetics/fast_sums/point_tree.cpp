@@ -34,7 +34,7 @@ PointTree make_point_tree(const ConstPointsRef& points, Index leaf_size) {
     if (end - begin > leaf_size) {
       int axis;
       (high - low).maxCoeff(&axis);
-      // The first half is a multiple of eight, so that lanes are full.
+      // The size of the first half is a multiple of eight, so that SIMD lanes are full.
       const Index middle = begin + ((end - begin) / 2 + n_lanes - 1) / n_lanes * n_lanes;
       const auto before = [&](Index a, Index b) {
         const double xa = x[3 * static_cast<std::ptrdiff_t>(a) + axis];
@@ -43,7 +43,7 @@ PointTree make_point_tree(const ConstPointsRef& points, Index leaf_size) {
       };
       std::nth_element(tree.order.begin() + begin, tree.order.begin() + middle,
                        tree.order.begin() + end, before);
-      tree.cells[self].children[0] = middle;  // start of the second half, until the children exist
+      tree.cells[self].children[0] = middle;  // start of the second half until the children exist
       open.push_back(self);
     }
   };

@@ -1,5 +1,5 @@
-// Binary tree of points (k-d tree): each cell is bisected at the median along the longest axis of
-// its bounding box, down to small leaves.
+// Binary tree of points (k-d tree). Each cell is bisected at the median along the longest axis of
+// its bounding box until it is small enough to be a leaf.
 #pragma once
 
 #include <vector>
@@ -10,22 +10,23 @@
 namespace loomstone {
 
 struct PointCell {
-  Vec3 centre;                   // of the points' bounding box [m]
-  double radius;                 // of the bounding ball about the centre [m]
-  Index begin, end;              // its points, in the order of the tree
-  Index children[2] = {-1, -1};  // -1, -1: a leaf
+  Vec3 centre;                   // centre of the points' bounding box [m]
+  double radius;                 // of the bounding sphere about the centre [m]
+  Index begin, end;              // range of its points in the order of the tree
+  Index children[2] = {-1, -1};  // -1 for a leaf
   int level = 0;
 
   bool leaf() const { return children[0] < 0; }
 };
 
 struct PointTree {
-  std::vector<PointCell> cells;  // level by level, the root first
-  std::vector<Index> order;      // row of each point, in the order of the tree
+  std::vector<PointCell> cells;  // sorted by level, the root first
+  std::vector<Index> order;      // row of each point in the order of the tree
   int levels = 0;
 };
 
-// Leaves hold at most `leaf_size` points, in multiples of eight except the last leaf. n > 0.
+// Builds the tree of n > 0 points. Leaves contain at most `leaf_size` points. All leaves except the
+// last contain a multiple of eight.
 PointTree make_point_tree(const ConstPointsRef& points, Index leaf_size);
 
 }  // namespace loomstone

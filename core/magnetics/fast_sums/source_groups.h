@@ -1,6 +1,6 @@
-// A source as groups of eight parts, charged faces or dipoles. Groups provide the multipole moments
-// of an expanded field (expanded_field.h) and are summed exactly near a point, with eight parts in
-// lanes.
+// A source as groups of eight parts, which are charged faces or dipoles. Groups provide the
+// multipole moments for expanded_field.h. Near a point they are summed exactly, with one part per
+// SIMD lane.
 #pragma once
 
 #include <memory>
@@ -12,15 +12,15 @@
 
 namespace loomstone {
 
-// Order of expansions and opening criterion: two cells are far apart if the sum of their radii is
-// less than `opening` times the distance of their centres. error: of the gradient, relative to its
-// largest value at the same distance from the source [1].
+// Order of expansions and opening criterion. Two cells are far apart if the sum of their radii is
+// less than `opening` times the distance between their centres. error is that of the gradient,
+// relative to its largest value at the same distance from the source [1].
 struct ExpansionSetting {
   int order;
   double opening, error;
 };
 
-// Indices of the groups to sum, in the order in which they were added.
+// Indices of the groups to sum. Groups are numbered in the order in which they were added.
 struct GroupList {
   const Index* places;
   Index n;
@@ -30,24 +30,26 @@ class SourceGroups {
  public:
   virtual ~SourceGroups() = default;
   virtual Index n_parts() const = 0;
-  virtual double radius() const = 0;          // of the bounding ball about the origin [m]
-  virtual Vec3 middle(Index part) const = 0;  // [m]
-  virtual double reach(Index part, const Vec3& from) const = 0;  // to the part's farthest point [m]
-  // Adds a group of up to eight parts, and its multipole moments about `centre`.
+  virtual double radius() const = 0;          // of the bounding sphere about the origin [m]
+  virtual Vec3 middle(Index part) const = 0;  // centre of a part [m]
+  // Distance from `from` to the farthest point of a part [m].
+  virtual double reach(Index part, const Vec3& from) const = 0;
+  // Adds a group of up to eight parts. Its multipole moments about `centre` are added to `moments`.
   virtual void add(const Index* parts, Index n, const TaylorExpansion& expansion,
                    const Vec3& centre, double* moments) = 0;
-  // mu0 H [T] and its gradient (xx, xy, xz, yy, yz, zz) [T/m] of groups at one point.
+  // Computes mu0 H [T] and its gradient (xx, xy, xz, yy, yz, zz) [T/m] of the given groups at one
+  // point.
   virtual void sum(GroupList groups, const double* point, double* field,
                    double* gradient) const = 0;
-  // Expansion of all parts, for points beyond 2 radii.
+  // Multipole expansion of all parts, for points beyond 2 radii.
   virtual const MultipoleExpansion& multipoles() const = 0;
-  // Number of groups whose sum takes about as long as evaluating an expansion.
+  // Number of groups whose exact sum costs about as much as evaluating an expansion.
   virtual Index few() const = 0;
-  // Fastest first; the last has the smallest error, 3e-7.
+  // Available settings, fastest first. The last has the smallest error, 3e-7.
   virtual std::vector<ExpansionSetting> settings() const = 0;
 };
 
-// The charged faces of a magnet.
+// The charged faces of a magnet, without those on which J.n = 0.
 class FaceGroups final : public SourceGroups {
  public:
   explicit FaceGroups(std::shared_ptr<const Polyhedron> mesh);
@@ -64,8 +66,8 @@ class FaceGroups final : public SourceGroups {
 
  private:
   std::shared_ptr<const Polyhedron> mesh_;
-  std::vector<Vec3> corners_;   // three of each face
-  std::vector<double> tables_;  // by groups
+  std::vector<Vec3> corners_;   // three corners of each face [m]
+  std::vector<double> tables_;  // kernel data of each group
 };
 
 class DipoleGroups final : public SourceGroups {
@@ -84,8 +86,8 @@ class DipoleGroups final : public SourceGroups {
 
  private:
   double radius_;
-  Points positions_, moments_;  // moments times mu0 / 4 pi [m], [T m^3]
-  std::vector<double> tables_;  // by groups
+  Points positions_, moments_;  // positions [m]; moments times mu0 / 4 pi [T m^3]
+  std::vector<double> tables_;  // kernel data of each group
   MultipoleExpansion multipoles_;
 };
 

@@ -13,10 +13,10 @@ using Derivative = TaylorTables::Derivative;
 using Trace = TaylorTables::Trace;
 using Shift = TaylorTables::Shift;
 
-constexpr int most_places = 680;  // of order 14
+constexpr int most_places = 680;  // number of multi-indices of order 14
 constexpr int most_slim = 225;
 
-// x^k / k! for the first `n` places.
+// Computes x^k / k! for the first `n` places.
 template <class Lanes>
 LOOMSTONE_INLINE void lane_powers(const Power* powers, int n, const Lanes3<Lanes>& x, Lanes* out) {
   const Lanes components[3] = {x.x, x.y, x.z};
@@ -39,7 +39,7 @@ PowerTables power_tables(const TaylorTables& t) {
           static_cast<int>(t.powers.size())};
 }
 
-// Charges (n) or dipoles (n x 3) at positions (n x 3).
+// Strengths of charges (n) or dipoles (n x 3) at positions (n x 3).
 struct Sources {
   const double *positions, *strengths;
   Index n;
@@ -119,7 +119,7 @@ LOOMSTONE_INLINE void lane_derivatives(FarTables t, const Lanes* r, Lanes* d) {
     d[t.traces[i].target] = -d[t.traces[i].first] - d[t.traces[i].second];
 }
 
-// Sum of m_k D_place over k = 1 ... last - 1, in four partial sums.
+// Returns the sum of m_k D_place over k = 1 ... last - 1, accumulated in four partial sums.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes lane_products(const Lanes* m, int last, const Lanes* d,
                                      const std::uint16_t* place) {
@@ -132,7 +132,7 @@ LOOMSTONE_INLINE Lanes lane_products(const Lanes* m, int last, const Lanes* d,
   return (part[0] + part[1]) + (part[2] + part[3]);
 }
 
-// Takes eight far cells at a time and sums the lanes once at the end.
+// Processes eight far cells at a time and sums over the lanes once at the end.
 template <class Lanes>
 LOOMSTONE_INLINE void far_kernel(FarTables t, const TaylorExpansion::Far* far, Index n,
                                  double* local) {

@@ -1,5 +1,5 @@
-// A local expansion at one point, with powers of x in lanes: nested sums over powers of z, of y and
-// of x give the polynomial's first and second derivatives along all axes in one pass.
+// Evaluates a local expansion at one point, with powers of x in lanes. Nested sums over powers of
+// z, y and x yield the polynomial's first and second derivatives along all axes in one pass.
 #include "core/magnetics/fast_sums/taylor_expansion.h"
 #include "core/magnetics/sources/lane_math.h"
 
@@ -8,9 +8,9 @@ namespace loomstone {
 namespace {
 
 constexpr int most_powers = TaylorExpansion::highest_order + 1;
-constexpr int below = 2;  // leading zeros for powers -2 and -1
+constexpr int below = 2;  // number of leading zeros, for powers -2 and -1
 
-// x^k / k! at k + below.
+// Writes x^k / k! to out[k + below].
 LOOMSTONE_INLINE void powers_of(double x, int n, double* out) {
   out[0] = out[1] = 0.0;
   out[below] = 1.0;
@@ -34,7 +34,7 @@ LOOMSTONE_INLINE Lanes first_of(const double* values, int n) {
                               lanes_bits(lanes_load<Lanes>(kept)));
 }
 
-// rows: coefficients by powers of x, for each power of z, for each power of y.
+// rows contains the coefficients by powers of x (fastest), z and y (slowest).
 template <class Lanes>
 LOOMSTONE_INLINE void point_kernel(const double* rows, int order, const double* at, double* field,
                                    double* gradient) {

@@ -11,7 +11,7 @@ struct Exponents {
   int degree() const { return n[0] + n[1] + n[2]; }
 };
 
-// All multi-indices up to a degree in the order of their places.
+// All multi-indices up to a degree, in the order of their places.
 class MultiIndices {
  public:
   explicit MultiIndices(int order) : side_(order + 3), place_of_(side_ * side_ * side_, -1) {}
@@ -27,7 +27,7 @@ class MultiIndices {
     const Exponents &first = all_[a], &second = all_[b];
     return place(first.n[0] + second.n[0], first.n[1] + second.n[1], first.n[2] + second.n[2]);
   }
-  // Place with `by` less along an axis, 0 if there is none.
+  // Returns the place with the exponent of an axis lowered by `by`, or 0 if there is none.
   int less(int at, int axis, int by) const {
     int n[3] = {all_[at].n[0], all_[at].n[1], all_[at].n[2]};
     n[axis] -= by;
@@ -59,8 +59,8 @@ MultiIndices add_places(TaylorTables& t) {
   return indices;
 }
 
-// k r^2 D_n + (2 k - 1) sum n_i x_i D_{n - e_i} + (k - 1) sum n_i (n_i - 1) D_{n - 2 e_i} = 0,
-// k = |n|
+// Recurrence for D_n = d^n (1/r) with k = |n|:
+//   k r^2 D_n + (2 k - 1) sum n_i x_i D_{n - e_i} + (k - 1) sum n_i (n_i - 1) D_{n - 2 e_i} = 0
 TaylorTables::Derivative derivative(const MultiIndices& indices, int at) {
   const int degree = indices[at].degree();
   TaylorTables::Derivative d{at, {}, {}, {}, {}};

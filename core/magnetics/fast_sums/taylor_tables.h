@@ -1,5 +1,5 @@
 // Index tables of a Taylor expansion (taylor_expansion.h): the numbering of its multi-indices,
-// recurrences over them, and the terms of its products and translations.
+// their recurrences, and the terms of products and translations.
 #pragma once
 
 #include <cstdint>
@@ -12,15 +12,15 @@ namespace loomstone {
 struct TaylorTables {
   static constexpr int highest_order = 14;
 
-  // A place is the index of a multi-index, ordered by degree, then by z.
-  struct Power {  // x^n / n!, from that at the place `before` times x_axis * share
+  // A place is the index of a multi-index. Multi-indices are sorted by degree, then by z exponent.
+  struct Power {  // x^n / n! is the value at place `before` times x_axis * share
     int before, axis;
     double share;
   };
-  struct Trace {  // value = - first - second, because 1/r is harmonic
+  struct Trace {  // target = -first - second, because 1/r is harmonic
     int target, first, second;
   };
-  struct Derivative {  // of 1/r, by a recurrence over degrees: factors and places
+  struct Derivative {  // factors and places of the recurrence for derivatives of 1/r
     int target;
     double first[3], second[2];
     int first_place[3], second_place[2];
@@ -36,12 +36,12 @@ struct TaylorTables {
   std::vector<int> slim;                 // places with z <= 1
   std::vector<int> slim_ends;            // number of slim places up to each degree
   std::vector<Power> powers;             // for all places
-  std::vector<int> next[3];              // place with one more along an axis
-  std::vector<int> rows;                 // all places, ordered by powers of y, z, x
+  std::vector<int> next[3];              // place with the exponent of an axis raised by one
+  std::vector<int> rows;                 // all places, sorted by powers of y, z, x
   std::vector<Derivative> derivatives;   // for z <= 1
   std::vector<Trace> derivative_traces;  // for z = 2
   std::vector<std::uint16_t> products;   // place of n + m for all pairs n, m of slim
-  std::vector<Trace> traces;             // for z > 1, lowest z first
+  std::vector<Trace> traces;             // for z > 1, sorted by z
   std::vector<Shift> moment_shifts, local_shifts;
 };
 

@@ -17,26 +17,27 @@ constexpr double k = mu0 / (4.0 * pi);
 constexpr Index leaf_size = 32;  // at most points_per_block
 constexpr Index n_samples = 128;
 
-// Two cells are far apart if the sum of their radii is less than `opening` times the distance of
-// their centres.
+// Two cells are far apart if the sum of their radii is less than `opening` times the distance
+// between their centres.
 struct Setting {
   int order;
   double opening;
-  double error;  // of forces, measured on 1e5 randomly oriented dipoles on a lattice, displaced by
-                 // half its spacing
+  // Relative error of forces, measured on 1e5 randomly oriented dipoles on a lattice, displaced by
+  // half its spacing.
+  double error;
 };
 constexpr Setting settings[] = {{3, 0.7, 2e-2},  {4, 0.65, 7e-3},   {5, 0.6, 2.5e-3},
                                 {6, 0.55, 8e-4}, {7, 0.55, 3.5e-4}, {9, 0.55, 9e-5},
                                 {9, 0.52, 6e-5}, {9, 0.5, 4e-5},    {10, 0.45, 8e-6},
                                 {11, 0.4, 1e-6}, {13, 0.4, 1e-7},   {14, 0.35, 7e-9}};
 constexpr int n_settings = 12;
-constexpr double spare = 0.75;  // margin, as other sets err slightly more
-// From this many observers on, a setting is first tried on the leaves of the samples alone, which
-// saves a whole pass where it is not accurate enough (in a tenth of the cases). The trial takes a
-// tenth of a pass at 100,000 observers, and less with more.
+constexpr double spare = 0.75;  // safety factor, because other sets have slightly larger errors
+// Minimum number of observers for which a setting is first tested on the leaves that contain
+// samples. The test saves a whole pass if the setting is not accurate enough, which is so in a
+// tenth of the cases. It takes a tenth of a pass at 100,000 observers and less with more.
 constexpr Index worth_a_look = 200000;
 
-// Marks the cells that hold any of the rows.
+// Marks the cells that contain any of the rows.
 std::vector<std::uint8_t> cells_of(const PointTree& tree, const std::vector<Index>& rows) {
   std::vector<std::uint8_t> wanted(tree.order.size(), 0), cells(tree.cells.size(), 0);
   for (const Index row : rows) wanted[row] = 1;
@@ -51,8 +52,8 @@ std::vector<std::uint8_t> cells_of(const PointTree& tree, const std::vector<Inde
   return cells;
 }
 
-// Stores rows [begin, end) by columns, the last repeated to a multiple of eight, and returns their
-// number.
+// Stores rows [begin, end) as coordinate arrays, padded to a multiple of eight with the last row.
+// Returns the padded number of rows.
 Index columns_of(const Points& rows, Index begin, Index end, double* columns) {
   const Index n = end - begin, padded = (n + n_lanes - 1) / n_lanes * n_lanes;
   for (Index i = 0; i < padded; ++i)
@@ -98,15 +99,16 @@ bool few(const DipoleSet& by, Index observers) {
   return static_cast<double>(by.positions().rows()) * observers <= most_direct_pairs;
 }
 
-// Raises the order until `pass(setting, cells)`, which returns the relative error of the samples,
-// meets the tolerance; false if no setting does. If a setting misses its predicted error by a
-// factor, the next is assumed to miss its own by the same factor. With many observers, settings are
-// tried on the cells of the samples, and the one that suffices then passes over all.
+// Raises the order until the error meets the tolerance. pass(setting, cells) returns the relative
+// error of the samples. If a setting misses its predicted error by a factor, the next one is
+// assumed to miss by the same factor. With many observers, each setting is first tested on the
+// cells that contain samples, and only the sufficient one is applied to all cells. Returns false if
+// none suffices.
 template <class Pass>
 bool controlled(double tolerance, const PointTree& observers, const std::vector<Index>& samples,
                 Pass&& pass) {
   const bool look = static_cast<Index>(observers.order.size()) >= worth_a_look;
-  std::vector<std::uint8_t> cells;  // empty: all
+  std::vector<std::uint8_t> cells;  // empty for all cells
   if (look) cells = cells_of(observers, samples);
   double wanted = spare * tolerance;
   for (int i = 0; i < n_settings; ++i) {
@@ -121,7 +123,8 @@ bool controlled(double tolerance, const PointTree& observers, const std::vector<
   return false;
 }
 
-// Buffers for the points of a leaf: field and gradient there, or the force on moments `own`.
+// Buffers for the points of a leaf. They contain field and gradient, or the force on the moments
+// `own`.
 struct LeafValues {
   alignas(64) double points[3 * leaf_size], own[3 * leaf_size], field[3 * leaf_size],
       gradient[6 * leaf_size], near[6 * leaf_size], near_force[3 * leaf_size];

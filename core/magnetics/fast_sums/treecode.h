@@ -1,37 +1,38 @@
-// Treecode for sums over many dipoles, to a tolerance, in a time that grows like N log N: a
-// dual-tree fast multipole method [GreengardRokhlin1987] with Cartesian Taylor expansions
-// [Dehnen2002]. Cells that are far apart relative to their sizes interact by expansions,
-// neighbouring leaves directly.
+// Treecode for sums over N dipoles to a given tolerance in O(N log N) time. It is a dual-tree fast
+// multipole method [GreengardRokhlin1987] with Cartesian Taylor expansions [Dehnen2002]. Cells that
+// are far apart relative to their sizes interact by expansions, neighbouring leaves directly.
 //
-// The error is the root mean square over observers relative to that of the result; field and
-// gradient, or forces and torques, must both meet the tolerance. It is measured: 128 observers are
-// summed directly too, and the order is raised while they differ by more. Few pairs are summed
-// directly. The result has the same bits on any number of threads.
+// The error is the root mean square over observers, relative to that of the result. Field and
+// gradient, or forces and torques, must both meet the tolerance. The error is measured at 128
+// observers, which are also summed directly. The order is raised until it meets the tolerance. If
+// there are few pairs, all are summed directly. The result is bit-identical for any number of
+// threads.
 //
-// Forces between the dipoles of one set are equal and opposite, cell pair by cell pair. Truncation
-// leaves a total torque below the tolerance, which is subtracted from all torques in equal parts.
+// Forces between the dipoles of one set are equal and opposite for each pair of cells. Truncation
+// leaves a total torque below the tolerance, which is subtracted in equal parts from all torques.
 #pragma once
 
 #include "core/magnetics/sources/body.h"
 
 namespace loomstone {
 
-// Largest number of pairs that is summed directly.
+// Largest number of pairs for which all pairs are summed directly.
 inline constexpr double most_direct_pairs = 6e7;
 
 struct TreecodeField {
   Points field;        // (n x 3) B [T]
-  Gradients gradient;  // (n x 9) dB_i/dx_j [T/m], empty where it is not wanted
-  double error = 0.0;  // measured, relative [1]
-  int order = 0;       // of the expansions; 0: direct sum
+  Gradients gradient;  // (n x 9) dB_i/dx_j [T/m], empty if not requested
+  double error = 0.0;  // measured relative error [1]
+  int order = 0;       // order of the expansions, 0 for a direct sum
 };
 
-// Field of the dipoles of `by` at points (n x 3); a dipole located at a point contributes nothing
-// there. tolerance in [1e-10, 0.1].
+// Returns the field of the dipoles of `by` at points (n x 3). A dipole at the position of a point
+// contributes nothing there. tolerance must be in [1e-10, 0.1].
 TreecodeField treecode_field(const Team& team, const DipoleSet& by, const ConstPointsRef& points,
                              bool gradient, double tolerance);
 
-// Forces (6.10) and torques (6.11) on dipoles by those of `by`, as dipole_forces().
+// Returns the forces (6.10) and torques (6.11) that the dipoles of `by` exert on the given dipoles,
+// as dipole_forces() does.
 Wrenches treecode_forces(const Team& team, const Points& positions, const Points& moments,
                          const DipoleSet& by, double tolerance);
 
