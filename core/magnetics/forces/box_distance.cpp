@@ -1,5 +1,5 @@
-// Distance of two oriented boxes by the algorithm of Gilbert, Johnson and Keerthi [GJK88]. The
-// point of a simplex nearest to the origin is found by trying all of its faces.
+// Distance between two oriented boxes by the algorithm of Gilbert, Johnson and Keerthi [GJK88]. All
+// faces of a simplex are tested to find its point nearest to the origin.
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -15,7 +15,7 @@ struct Simplex {
   int n = 0;
 };
 
-// Reduces the simplex to the face that contains its point nearest to the origin; returns that
+// Reduces the simplex to the face that contains its point nearest to the origin, and returns that
 // point.
 Vec3 nearest(Simplex& simplex) {
   Vec3 best = Vec3::Zero();
@@ -49,7 +49,7 @@ Vec3 nearest(Simplex& simplex) {
 double box_distance(const Vec3& low, const Vec3& high, const Vec3& other_low,
                     const Vec3& other_high, const RigidPose& pose) {
   const Mat3 rotation = rotation_matrix(pose.orientation);
-  // Support point of the Minkowski difference of the boxes along -direction.
+  // Returns the support point of the Minkowski difference of the boxes along -direction.
   const auto support = [&](const Vec3& direction) {
     const Vec3 turned = rotation.transpose() * direction;
     Vec3 a, b;
@@ -66,14 +66,14 @@ double box_distance(const Vec3& low, const Vec3& high, const Vec3& other_low,
   for (int iteration = 0; iteration < 64; ++iteration) {
     const double square = point.squaredNorm();
     const Vec3 next = support(point);
-    // point . next / |point| is a lower bound of the distance. 1e-6 is far finer than the choice of
-    // cells needs.
+    // point . next / |point| is a lower bound of the distance. A tolerance of 1e-6 is far finer
+    // than the selection of cells needs.
     if (square - point.dot(next) <= 1e-6 * square || simplex.n == 4) break;
     simplex.points[simplex.n++] = next;
     const Vec3 better = nearest(simplex);
     if (better.squaredNorm() >= square) break;
     point = better;
-    if (simplex.n == 4) return 0.0;  // the origin lies inside
+    if (simplex.n == 4) return 0.0;  // the origin is inside
   }
   return point.norm();
 }

@@ -50,7 +50,7 @@ CellMagnet::CellMagnet(const Source& magnet, double density, double separation)
     fail<InvalidInput>("density must give at most 4000000 cells, got {}; lower it",
                        (box->second - box->first).prod() * density);
   build(magnet, box->first, box->second, density);
-  if (cells_.empty()) {  // no leaf is left: one cell for the whole body
+  if (cells_.empty()) {  // without leaves, one cell represents the whole body
     cells_.push_back({box->first, box->second, 0.5 * (box->first + box->second), 1.0, {-1, -1}});
     diameter_ = std::cbrt((box->second - box->first).prod());
   }
@@ -68,12 +68,12 @@ CellMagnet::CellMagnet(const Source& magnet, double density, double separation)
   leaves_ = DipoleSet(std::move(x), std::move(m));
 }
 
-// Adds the cell of a box and returns its index, or -1 if no leaf is left in it. At this stage,
+// Adds the cell of a box and returns its index, or -1 if the box contains no leaf. At this stage,
 // shares are numbers of leaves.
 Index CellMagnet::build(const Source& magnet, const Vec3& low, const Vec3& high, double density) {
   const Vec3 edges = high - low, middle = 0.5 * (low + high);
   const double volume = edges.prod(), depth = magnet.depth(middle);
-  if (depth < -0.5 * edges.norm()) return -1;  // wholly outside
+  if (depth < -0.5 * edges.norm()) return -1;  // entirely outside
   const Index self = static_cast<Index>(cells_.size());
   cells_.push_back({low, high, middle, 1.0, {-1, -1}});
   if (1.0 / volume >= density * (1.0 - 1e-9)) {

@@ -1,8 +1,8 @@
-// With G such that d^2/dx^2 d^2/dy^2 d^2/dz^2 G = 1/R, the force on 2 is
-//   F_k = - 1/(4 pi mu0) sum_ij J1_i J2_j sum over corners s1 s2 T_ijk(R),   T_ijk = d_i d_j d_k G,
-// with R the arm from a corner of 1 to a corner of 2, and s1, s2 the products of the signs of their
-// coordinates. For torques, the lever y_a about the centre of 2 turns T into y_a T - U with
-// dU/dR_a = T; on faces across axis a the lever is constant and U is absent.
+// With G such that d^2/dx^2 d^2/dy^2 d^2/dz^2 G = 1/R, the force on cuboid 2 is
+//   F_k = - 1/(4 pi mu0) sum_ij J1_i J2_j sum over corners s1 s2 T_ijk(R),   T_ijk = d_i d_j d_k G.
+// R is the arm, the vector from a corner of 1 to a corner of 2. s1 and s2 are the products of the
+// signs of the corners' coordinates. For torques, the lever y_a about the centre of 2 turns T into
+// y_a T - U with dU/dR_a = T. On faces across axis a the lever is constant and there is no U.
 #include "core/magnetics/forces/cuboid_pair.h"
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace loomstone {
 
 namespace {
 
-// Arms of eight pairs of corners, with the logarithms L_x = arsinh(x / hypot(y, z)) and angles
+// Arms between eight pairs of corners, with the logarithms L_x = arsinh(x / hypot(y, z)) and angles
 // A_x = arctan(y z / (x R)).
 template <class Lanes>
 struct Arms {
@@ -35,7 +35,7 @@ LOOMSTONE_INLINE Arms<Lanes> arms_of(const Lanes* x) {
   return a;
 }
 
-// T_ijk; the three cases are equal indices, all different, and two equal.
+// Returns T_ijk. The three cases are: all indices equal, all different, two equal.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes third(const Arms<Lanes>& a, int i, int j, int k) {
   if (i == j && j == k) {
@@ -53,7 +53,7 @@ LOOMSTONE_INLINE Lanes third(const Arms<Lanes>& a, int i, int j, int k) {
          0.5 * a.r * x;
 }
 
-// The integral U of T_ijk along `axis`, which differs from j and k.
+// Returns the integral U of T_ijk along `axis`, which differs from j and k.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes integral(const Arms<Lanes>& a, int i, int j, int k, int axis) {
   if (i == j && j == k) {
@@ -87,7 +87,7 @@ LOOMSTONE_INLINE double sum_in_order(const Lanes& a) {
   return sum;
 }
 
-// Eight pairs of corners: the product of their signs, and the corner of 2 about its centre.
+// Eight pairs of corners: arms, products of signs, and the corner of 2 relative to its centre.
 template <class Lanes>
 struct Corners {
   Arms<Lanes> arms;
@@ -112,12 +112,13 @@ LOOMSTONE_INLINE void add_term(const Corners<Lanes>& c, Term t, Lanes* forces, L
   }
 }
 
-// Half edges a of 1 and b of 2 [m], d from the centre of 1 to that of 2 [m], polarisations [T].
+// Half edges a of 1 and b of 2 [m], vector d from the centre of 1 to that of 2 [m], and
+// polarisations [T].
 struct CuboidPair {
   Vec3 a, b, d, j1, j2;
 };
 
-// All corners of 1 in lanes, one corner of 2.
+// Returns the pairs of all corners of 1, in lanes, with one corner of 2.
 template <class Lanes>
 LOOMSTONE_INLINE Corners<Lanes> corners_of(const CuboidPair& pair, int corner, double least) {
   const double *a = pair.a.data(), *b = pair.b.data(), *d = pair.d.data();
@@ -140,12 +141,12 @@ LOOMSTONE_INLINE Corners<Lanes> corners_of(const CuboidPair& pair, int corner, d
   return result;
 }
 
-// Adds sums over corners of - T_ijk (3) and of its moments (3 x 3: lever, k) about the centre of 2,
-// times J1_i J2_j.
+// Adds to `force` (3) the sums over corners of -T_ijk J1_i J2_j. Adds to `levers` (3 x 3: lever
+// axis, k) the sums of its moments about the centre of 2.
 template <class Lanes>
 LOOMSTONE_INLINE void corner_sums(const CuboidPair& pair, double* force, double* levers) {
   const double *a = pair.a.data(), *b = pair.b.data();
-  // If faces of the two lie in one plane, that of 2 counts as outside 1.
+  // If a face of 1 and a face of 2 are coplanar, the face of 2 counts as outside 1.
   const double least = 1e-15 * (a[0] + a[1] + a[2] + b[0] + b[1] + b[2]);
   Lanes forces[3], moments[9];
   for (Lanes& f : forces) f = Lanes{};
@@ -182,7 +183,8 @@ std::optional<Wrench> parallel_cuboid_wrench(const MagneticBody& on, const Magne
   LOOMSTONE_WIDEST(corner_sums)(pair, force.data(), levers);
   const double scale = 1.0 / (4.0 * pi * mu0);
   const Vec3 torque(levers[5] - levers[7], levers[6] - levers[2], levers[1] - levers[3]);
-  // Rounding of 64 terms as large as the square of the longest arm, or its cube in the torque.
+  // Rounding error of 64 terms. Their size is the square of the longest arm in the force and its
+  // cube in the torque.
   const double arm = (pair.a + pair.b + pair.d.cwiseAbs()).norm();
   const double strength = scale * first->polarization.norm() * second->polarization.norm();
   const double rounding =

@@ -1,5 +1,6 @@
-// Force and torque between two cuboids with parallel edges, in closed form [Akoun1984],
-// [Janssen2010]: sums over 8 x 8 pairs of corners of functions of the arms between them.
+// Force and torque between two cuboids with parallel edges in closed form [Akoun1984],
+// [Janssen2010]. They are sums of functions of the vectors between corners over 8 x 8 pairs of
+// corners.
 #pragma once
 
 #include <optional>
@@ -8,8 +9,8 @@
 
 namespace loomstone {
 
-// Exerted on `on` by `by`; the error is the rounding of the sums. No value if either is not a
-// cuboid or if their edges are not parallel to 1e-12.
+// Returns the wrench on `on` exerted by `by`. Its error is the rounding error of the sums. There is
+// no value if either body is not a cuboid or if their edges are not parallel within 1e-12.
 std::optional<Wrench> parallel_cuboid_wrench(const MagneticBody& on, const MagneticBody& by);
 
 }  // namespace loomstone

@@ -16,7 +16,7 @@ namespace loomstone {
 
 namespace {
 
-// Force on the dipoles of `on`, and torque about its centre, in world axes.
+// Returns the force on the dipoles of `on` and its torque about the centre, in world axes.
 Wrench on_dipoles(const MagneticBody& on, const MagneticBody& by) {
   const DipoleSet& set = *on.source->dipoles();
   const Mat3 rotation = rotation_matrix(on.pose.orientation);
@@ -37,7 +37,7 @@ Wrench on_dipoles(const MagneticBody& on, const MagneticBody& by) {
   return w;
 }
 
-// Force on the surface charge of `on`, and torque about its centre, in world axes.
+// Returns the force on the surface charge of `on` and its torque about the centre, in world axes.
 Wrench on_charges(const MagneticBody& on, const MagneticBody& by) {
   const std::vector<PanelSample> charges = on.source->charges();
   Points local(charges.size(), 3), x(charges.size(), 3);
@@ -53,8 +53,9 @@ Wrench on_charges(const MagneticBody& on, const MagneticBody& by) {
   return w;
 }
 
-// Induced bodies act on one another by the mean charge of each panel. The part that varies within
-// panels responds to magnets alone, and its field at all of its points would cost too much.
+// Returns an induced body with the mean charge on each panel, for forces between induced bodies.
+// The part that varies within panels responds only to magnets, and its field at all samples would
+// be too expensive.
 MagneticBody with_panel_means(const MagneticBody& body) {
   const SourcePtr means = body.source->panel_means();
   return {means ? means : body.source, body.pose};
@@ -78,8 +79,8 @@ Wrench integrated(const MagneticBody& on, const MagneticBody& by, double toleran
           total.error};
 }
 
-// Dimension of the integral over a source: 2 over faces, 1 along lines, 0 for dipoles; -1 for
-// induced bodies, which bring quadrature points with them.
+// Returns the dimension of the integral over a source: 2 over faces, 1 along lines, 0 for dipoles,
+// and -1 for induced bodies, which supply their own quadrature points.
 int dimensions(const Source& source) {
   if (source.induced()) return -1;
   if (source.dipoles()) return 0;
@@ -88,8 +89,8 @@ int dimensions(const Source& source) {
   return 1;
 }
 
-// Whether to integrate over a: the integral runs over the simpler body, or the smaller one if they
-// are alike. The choice does not depend on the order of the two.
+// Returns whether to integrate over `a`. The integral is over the simpler body, or over the smaller
+// one if both are alike. The choice does not depend on the order of the two.
 bool integrate_over_first(const MagneticBody& a, const MagneticBody& b) {
   const int da = dimensions(*a.source), db = dimensions(*b.source);
   if (da != db) return da < db;
@@ -99,7 +100,7 @@ bool integrate_over_first(const MagneticBody& a, const MagneticBody& b) {
                                       b.pose.position.data(), b.pose.position.data() + 3);
 }
 
-// The wrench on `other` that balances the wrench w on `one`.
+// Returns the wrench on `other` that balances the wrench w on `one`.
 Wrench reaction(const Wrench& w, const MagneticBody& one, const MagneticBody& other) {
   return {-w.force, -w.torque - (one.pose.position - other.pose.position).cross(w.force), w.error};
 }
@@ -116,7 +117,8 @@ void check_tolerance(double tolerance) {
     fail<InvalidInput>("tolerance must be in [1e-12, 0.1] [1], got {}", tolerance);
 }
 
-// Adds forces between spheres and other bodies of one dipole, by one sum; marks these bodies.
+// Adds the forces between spheres and other bodies with one dipole, computed in one sum. Returns
+// which bodies these are.
 std::vector<bool> add_single_dipoles(const Team& team, const std::vector<MagneticBody>& bodies,
                                      std::vector<Wrench>& result) {
   std::vector<bool> single(bodies.size(), false);
@@ -143,8 +145,8 @@ std::vector<bool> add_single_dipoles(const Team& team, const std::vector<Magneti
   return single;
 }
 
-// Adds the forces between single dipoles and all other bodies, from the field of each body at all
-// dipoles at once.
+// Adds the forces between single dipoles and all other bodies. The field of each body is evaluated
+// at all dipoles at once.
 void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bodies,
                            const std::vector<bool>& single, const std::vector<Index>& carrier,
                            const std::vector<KnownField>& known, std::vector<Wrench>& result) {
@@ -186,7 +188,7 @@ void add_dipoles_in_fields(const Team& team, const std::vector<MagneticBody>& bo
   }
 }
 
-// Pairs i < k of bodies that exert forces on one another, without those in `done`.
+// Returns the pairs i < k of bodies that exert forces on one another, except bodies in `done`.
 std::vector<std::pair<Index, Index>> pairs_of(const std::vector<MagneticBody>& bodies,
                                               const std::vector<Index>& carrier,
                                               const std::vector<bool>& done) {
@@ -204,8 +206,8 @@ std::vector<std::pair<Index, Index>> pairs_of(const std::vector<MagneticBody>& b
   return pairs;
 }
 
-// Energy of an induced body's surface charge in the potential of a hard magnet, which stays finite
-// where the two touch.
+// Returns the energy of an induced body's surface charge in the potential of a hard magnet. It is
+// finite even if the two touch.
 double charge_energy(const MagneticBody& induced, const MagneticBody& by) {
   const std::vector<PanelSample> charges = induced.source->charges();
   Points local(charges.size(), 3), x(charges.size(), 3);
@@ -231,8 +233,8 @@ double energy_integral(const MagneticBody& on, const MagneticBody& by, double to
   const std::vector<Panel> surface = on.source->surface();
   if (surface.empty())
     throw Unsupported("only magnets and dipoles have an energy here, got a current");
-  // A thousandth of the energy of the whole moment in a typical field of the other body: the scale
-  // of the parts of the integral.
+  // Scale of the parts of the integral: a thousandth of the energy of the total moment in a typical
+  // field of the other body.
   const double least = 1e-3 * on.source->moment().norm() * by.source->moment().norm() * mu0 /
                        (4.0 * pi * std::pow(on.source->radius() + by.source->radius(), 3));
   const PanelTask task{*by.source, surface, relative_pose(on.pose, by.pose), on.source->radius(),
@@ -288,7 +290,7 @@ std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<Magnet
   const std::vector<bool> single = add_single_dipoles(team, bodies, result);
   const std::vector<std::pair<Index, Index>> pairs = pairs_of(bodies, carrier, single);
   add_dipoles_in_fields(team, bodies, single, carrier, known, result);
-  // A rough pass finds the largest force; a second one refines pairs that need it.
+  // A first, rough pass finds the largest force. A second pass refines the pairs that need it.
   std::vector<Wrench> on_first(pairs.size());
   const auto solve = [&](Index p, double wanted, double least) {
     on_first[p] = magnetic_wrench(bodies[pairs[p].first], bodies[pairs[p].second], wanted, least);

@@ -10,11 +10,12 @@ namespace loomstone {
 
 namespace {
 
-// The integrand, in the axes of the body whose field acts.
+// Integrand in the axes of the body whose field acts.
 struct Integrand : PanelTask {
   Mat3 rotation;
 
-  // Integrand per u and v at the nu x nv points of a tensor rule on a part of a panel.
+  // Evaluates the integrand, as a density in u and v, at the nu x nv points of a tensor-product
+  // rule on a part of a panel.
   void evaluate(const Panel& panel, const double* from, const double* size, int nu, int nv,
                 Vec6* values) const {
     const GaussRule &ru = gauss_rule(nu), &rv = gauss_rule(nv);
@@ -48,7 +49,7 @@ struct Integrand : PanelTask {
   }
 };
 
-// Part of a panel, its integral, and the error from each direction.
+// Part of a panel with its integral and the error from each direction.
 struct Leaf {
   Index panel;
   double from[2], size[2];
@@ -56,7 +57,8 @@ struct Leaf {
   double error[2];
 };
 
-// Error of the rule in one direction, from the Legendre coefficients of the sums over the other.
+// Returns the error of the rule in one direction, from the Legendre coefficients of `sums`, which
+// are taken over the other direction.
 double rule_error(const Vec6* sums, const GaussRule& rule) {
   double largest = 0.0, last = 0.0;
   for (int degree = 0; degree < rule.n; ++degree) {
@@ -106,9 +108,9 @@ Total total_of(const std::vector<Leaf>& leaves) {
   return t;
 }
 
-// Bisects leaves whose error exceeds their share until the total meets the tolerance.
+// Bisects leaves with more than their share of the error until the total meets the tolerance.
 Total adapt(const Integrand& integrand, double tolerance, double least) {
-  // Points in each direction: higher orders pay off at small tolerances.
+  // n is the number of points in each direction. Higher orders pay off at small tolerances.
   const int n = tolerance >= 1e-3 ? 5 : tolerance >= 1e-6 ? 7 : 10;
   std::vector<Leaf> leaves(integrand.panels.size());
   Index evaluations = 0;
@@ -120,7 +122,7 @@ Total adapt(const Integrand& integrand, double tolerance, double least) {
   for (;;) {
     const Total total = total_of(leaves);
     const double size = std::max(total.value.head<3>().norm(), total.value.tail<3>().norm());
-    // If the parts cancel altogether, 1e-6 of their sum of norms counts as zero.
+    // If the parts cancel, 1e-6 of the sum of their norms counts as zero.
     const double goal = tolerance * std::max({size, least, 1e-6 * total.absolute});
     if (total.error <= goal || evaluations > most_evaluations) return total;
     const double share = 0.5 * goal / static_cast<double>(leaves.size());

@@ -16,7 +16,7 @@ namespace {
 constexpr int most_parts = 64;
 constexpr double longest_part = 1.5;  // longest edge over the cube root of the volume
 
-// Middles of the parts of a box that is divided into `count` along each axis.
+// Returns the centres of the parts of a box that is divided into `count` parts along each axis.
 Points part_middles(const Vec3& low, const Vec3& part, const int* count) {
   Points positions(count[0] * count[1] * count[2], 3);
   Index row = 0;
@@ -75,14 +75,15 @@ bool fixed(const Carrier& carrier) {
   return carrier.inverse_mass == 0.0 && carrier.inverse_inertia == 0.0;
 }
 
-// Mobility of a point of a carrier: at most so much acceleration per force [1/kg].
+// Returns an upper bound of the mobility of a point of a carrier, its acceleration per force
+// [1/kg].
 double yielding(const Carrier& carrier, const Vec3& point) {
   return carrier.inverse_mass + (point - carrier.centre).squaredNorm() * carrier.inverse_inertia;
 }
 
-// Largest restoring stiffness of two dipoles with constant moments, times r^5 / (3 mu0/4pi): the
-// largest eigenvalue of the Hessian of their energy, which is traceless. n: unit vector from one to
-// the other.
+// Returns the largest restoring stiffness of two dipoles with constant moments, times r^5 / (3
+// mu0/4pi). It is the largest eigenvalue of the Hessian of their energy, a traceless matrix. n is
+// the unit vector from one dipole to the other.
 double driving_back(const Vec3& m, const Vec3& other, const Vec3& n) {
   const double a = m.dot(n), b = other.dot(n), product = m.dot(other);
   const Mat3 crossed = m * other.transpose(), turned = (a * other + b * m) * n.transpose();
@@ -92,21 +93,21 @@ double driving_back(const Vec3& m, const Vec3& other, const Vec3& n) {
   const double size = std::sqrt(h.squaredNorm() / 6.0);
   if (size == 0.0) return 0.0;
   const double shape = std::clamp(h.determinant() / (2.0 * size * size * size), -1.0, 1.0);
-  // cos(acos(shape) / 3) is smooth in cos(acos(shape) / 2); this polynomial exceeds it by at most
-  // 2.2e-5.
+  // cos(acos(shape) / 3) is a smooth function of s = cos(acos(shape) / 2). This polynomial in s
+  // exceeds it by at most 2.2e-5.
   const double s = std::sqrt(0.5 * (1.0 + shape));
   return 2.0 * size *
          (0.5000217 + s * (0.5768125 + s * (-0.1064940 + s * (0.0383529 - 0.0086883 * s))));
 }
 
-// Columns of a table of soft spheres: position, radius, norm of the moment, mobility.
+// Number of values per soft sphere: position (3), radius, norm of the moment, mobility.
 constexpr int sphere_rows = 6;
-// Beyond this multiple of the distance at which two spheres touch, the bound for any two dipoles is
-// used.
+// Multiple of the contact distance of two spheres beyond which they use the bound for any two
+// dipoles.
 constexpr double neighbours = 1.6;
 
-// Sum of that bound over spheres far from sphere i, divided by its moment and by mu0/4pi. near:
-// indices of the other spheres, i among them.
+// Returns the sum of this bound over spheres far from sphere i, divided by the moment of i and by
+// mu0/4pi. `near` receives the indices of all other spheres, including i.
 template <class Lanes>
 LOOMSTONE_INLINE double far_kernel(const double* table, Index padded, Index i, Index* near,
                                    Index* n_near) {
@@ -140,11 +141,12 @@ namespace {
 
 struct PlacedMagnet {
   const CoarseMagnet& magnet;
-  const Points& world;  // positions of its dipoles [m]
+  const Points& world;  // world positions of its dipoles [m]
   const Carrier& carrier;
 };
 
-// Bound of what two magnets add to the squared frequency of either carrier [1/s^2].
+// Returns a bound of the amount by which two magnets raise the squared frequency of either carrier
+// [1/s^2].
 double pair_frequency2(const PlacedMagnet& a, const PlacedMagnet& b) {
   const double turning = (a.magnet.soft_sphere ? 0.0 : a.carrier.inverse_inertia) +
                          (b.magnet.soft_sphere ? 0.0 : b.carrier.inverse_inertia);
@@ -172,12 +174,12 @@ std::vector<double> frequencies2(const std::vector<CoarseMagnet>& magnets,
                                  const std::vector<Index>& carrier,
                                  const std::vector<Carrier>& carriers, double field) {
   std::vector<double> result(carriers.size(), 0.0);
-  std::vector<std::size_t> all(magnets.size()),
-      others;  // all but soft spheres, pairs of which are not counted here
+  // All magnets except soft spheres, whose mutual forces are not counted here.
+  std::vector<std::size_t> all(magnets.size()), others;
   std::iota(all.begin(), all.end(), 0);
   std::copy_if(all.begin(), all.end(), std::back_inserter(others),
                [&](std::size_t k) { return !magnets[k].soft_sphere; });
-  // If all other magnets are fixed, soft spheres meet nothing here.
+  // If all other magnets are fixed, soft spheres contribute nothing here.
   if (std::all_of(others.begin(), others.end(),
                   [&](std::size_t k) { return fixed(carriers[carrier[k]]); }))
     all = others;
