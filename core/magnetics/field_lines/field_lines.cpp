@@ -10,13 +10,13 @@ namespace loomstone {
 
 namespace {
 
-constexpr double finest = 0.1;  // turn between neighbouring output points [rad]
-// Largest turn in a step [rad]; cubics between its ends then err by 3e-4 of the radius of
-// curvature.
+constexpr double finest = 0.1;  // largest turn of the tangent between output points [rad]
+// Largest turn of the tangent in a step [rad]. The error of cubic interpolation is then 3e-4 of the
+// radius of curvature.
 constexpr double coarsest = 0.6;
-// Largest number of steps of a line at a tolerance of 1e-5; lines of magnets and coils need about
-// 50. The limit is for induced bodies: closer to one than the size of a panel, the field shows the
-// pattern of the panels, and lines through weak field may wander for ever.
+// Largest number of steps of a line at a tolerance of 1e-5. Lines of magnets and coils need about
+// 50. The limit matters for induced bodies: at distances below the size of a panel, the field shows
+// the pattern of the panels, and lines through weak fields may not end.
 constexpr double most_steps = 1000.0;
 
 constexpr std::array<std::array<double, 6>, 6> stages = {{
@@ -40,12 +40,12 @@ struct Solid {
   }
 };
 
-// A line while it is traced in one direction.
+// State of a line that is being traced in one direction.
 struct Tracer {
-  Vec3 x = Vec3::Zero(), tangent = Vec3::Zero();  // current position; tangent at the seed
+  Vec3 x = Vec3::Zero(), tangent = Vec3::Zero();  // current position, tangent at the seed
   double sign = 1.0, step = 0.0, length = 0.0;
   Index origin = 0;                                 // index of the seed
-  bool inside = false, away = false, done = false;  // in a body; has left its seed
+  bool inside = false, away = false, done = false;  // in a body, away from its seed, ended
   LineEnd end = LineEnd::length;
   std::vector<Vec3> points;
   std::array<Vec3, 7> k = zeros();  // tangents at the stages
@@ -114,8 +114,8 @@ class LineTracing {
     return nullptr;
   }
 
-  // Evaluates one stage of all lines: unit vectors along or against the field at at(line). Lines
-  // where the field vanishes end.
+  // Evaluates one stage of all lines: the unit vectors along or against the field at at(line). Ends
+  // lines at points where the field vanishes.
   template <class At>
   void directions(const std::vector<Tracer*>& lines, int stage, At&& at) {
     Points x(lines.size(), 3);
@@ -138,8 +138,8 @@ class LineTracing {
     for (int i = 0; i < 6; ++i) y += h * stages[5][i] * line.k[i];
     for (int i = 0; i < 7; ++i) error += h * error_weights[i] * line.k[i];
     const double turn = std::acos(std::clamp(line.k[0].dot(line.k[6]), -1.0, 1.0));
-    // A line has a corner where it crosses a surface: steps shorter than the tolerance may turn
-    // more.
+    // A line has a corner where it crosses a surface. The turn is therefore not limited in steps
+    // shorter than the tolerance.
     const double share =
         std::max(error.norm() / allowed, h > allowed ? std::pow(turn / coarsest, 5) : 0.0);
     const double factor = std::clamp(0.9 * std::pow(std::max(share, 1e-10), -0.2), 0.2, 4.0);
@@ -156,7 +156,7 @@ class LineTracing {
       const auto at = [&](double t) { return hermite(line.x, line.k[0], y, line.k[6], h, t); };
       Vec3 point = part == parts ? y : at(static_cast<double>(part) / parts);
       const bool inside = holder(point) != nullptr;
-      if (inside && !line.inside) {  // bisect for the surface
+      if (inside && !line.inside) {  // bisect to find the surface
         double low = static_cast<double>(part - 1) / parts,
                high = static_cast<double>(part) / parts;
         for (int i = 0; i < 40; ++i) {
@@ -168,8 +168,8 @@ class LineTracing {
       }
       line.inside = inside;
       line.length += (point - before).norm();
-      const double near =
-          20.0 * allowed + 0.2 * finest * (point - before).norm();  // chords deviate from the curve
+      // The second term accounts for the deviation of chords from the curve.
+      const double near = 20.0 * allowed + 0.2 * finest * (point - before).norm();
       if (!line.done && line.away && line.k[6].dot(line.tangent) > 0.9 &&
           distance_to_segment(seed, before, point) < near) {
         point = seed;
@@ -243,7 +243,7 @@ LineOptions checked_options(const std::vector<MagneticBody>& bodies, LineOptions
   return options;
 }
 
-// A tracer for each direction from each seed, the one against the field first.
+// Returns one tracer for each direction from each seed, the one against the field first.
 std::vector<Tracer> tracers_from(const LineSeeds& seeds) {
   std::vector<Tracer> tracers;
   for (Index i = 0; i < seeds.points.rows(); ++i)
@@ -258,7 +258,7 @@ std::vector<Tracer> tracers_from(const LineSeeds& seeds) {
   return tracers;
 }
 
-// Joins the two directions from each seed to one line in the direction of B.
+// Joins the two directions from each seed into one line in the direction of B.
 FieldLines joined(const std::vector<Tracer>& tracers) {
   FieldLines lines;
   lines.first.push_back(0);
@@ -270,7 +270,7 @@ FieldLines joined(const std::vector<Tracer>& tracers) {
     if (line.sign < 0.0) {
       const bool both = t + 1 < tracers.size() && tracers[t + 1].origin == line.origin;
       if (both) ++t;
-      // A closed line is kept from one direction only; the other may have missed the seed.
+      // A closed line is kept in one direction only. The other direction may have missed the seed.
       const bool only_onwards =
           both && line.end != LineEnd::closed && tracers[t].end == LineEnd::closed;
       begin = only_onwards ? LineEnd::closed : line.end;

@@ -1,7 +1,7 @@
-// Field lines: curves along B, parametrised by arc length and integrated by an adaptive Runge-Kutta
-// pair of orders 5 and 4 [Dormand1980], all lines at once. A line ends where it enters a solid
-// body, leaves a ball, returns to its start, or reaches its greatest length, and where the field
-// vanishes.
+// Field lines, the curves along B, parametrised by arc length. All lines are integrated at once by
+// an adaptive Runge-Kutta pair of orders 5 and 4 [Dormand1980]. A line ends where it enters a solid
+// body, leaves a bounding sphere, returns to its seed, reaches its maximum length, or where the
+// field vanishes.
 #pragma once
 
 #include <cstdint>
@@ -10,45 +10,48 @@
 
 namespace loomstone {
 
-// Why a line ends. A line that is traced one way only begins at its seed.
+// Reason why a line ends. A line that is traced only along the field begins with `seed`. A line
+// that is traced only against it ends with `seed`.
 enum class LineEnd : std::uint8_t { seed, body, left, closed, length, no_field };
 
-// Description.
+// Options of trace_field_lines().
 struct LineOptions {
   Vec3 uniform = Vec3::Zero();  // flux density added to that of the bodies [T]
-  Vec3 centre = Vec3::Zero();   // centre of the ball that bounds the lines [m]
-  double extent = 0.0;          // its radius [m]; 0: four times the radius of the bodies
+  Vec3 centre = Vec3::Zero();   // centre of the bounding sphere of the lines [m]
+  double extent = 0.0;          // radius of that sphere [m]; 0: four times the radius of the bodies
   double tolerance = 1e-5;      // error of a step divided by the extent [1]
-  double length = 0.0;          // greatest length of a line [m]; 0: 20 extents
+  double length = 0.0;          // maximum length of a line [m]; 0: 20 extents
 };
 
-// Where lines begin, and the way they are traced: 1 with the field, -1 against it, 0 both ways.
+// Starting points of lines (n x 3) [m], and the directions in which they are traced: 1 along the
+// field, -1 against it, 0 both.
 struct LineSeeds {
   Points points;
   std::vector<std::int8_t> way;
 };
 
 struct FieldLines {
-  Points points;             // of all lines, line by line in the direction of B [m]
-  std::vector<Index> first;  // (lines + 1) first row of each line in `points`, and the end
+  Points points;             // points of all lines, line by line in the direction of B [m]
+  std::vector<Index> first;  // (lines + 1) first row of each line in `points`, and the total number
   std::vector<LineEnd> begins, ends;
 };
 
-// Between neighbouring points a line turns by about 0.1 rad at most. Throws InvalidInput.
+// Traces lines from the seeds. The tangent turns by at most about 0.1 rad between neighbouring
+// points. Throws InvalidInput.
 FieldLines trace_field_lines(const Team& team, const std::vector<MagneticBody>& bodies,
                              const LineSeeds& seeds, const LineOptions& options);
 
-// `lines` seeds that represent equal flux each, on the surfaces of solid bodies where flux leaves
-// them and on the discs that loops, solenoids and closed polylines span. Throws InvalidInput if
-// there are no such bodies.
+// Returns `lines` seeds that each represent the same flux. They lie on the surfaces of solid bodies
+// where flux leaves these, and on the discs bounded by loops, solenoids and closed polylines.
+// Throws InvalidInput if there are no such bodies.
 LineSeeds flux_seeds(const Team& team, const std::vector<MagneticBody>& bodies, const Vec3& uniform,
                      Index lines);
 
-// A bounding ball of all bodies: centre and radius [m].
+// Returns the centre and radius [m] of a bounding sphere of all bodies.
 std::pair<Vec3, double> bounding_ball(const std::vector<MagneticBody>& bodies);
 
-// (n) depth of points below the surface of solid magnets [m], the largest over all magnets;
-// negative outside, minus infinity without solid magnets.
+// Returns the depth (n) of points below the surface of solid magnets [m], the largest over all
+// magnets. It is negative outside, and minus infinity if there are no solid magnets.
 Vector magnetic_depth(const std::vector<MagneticBody>& bodies, const ConstPointsRef& points);
 
 }  // namespace loomstone

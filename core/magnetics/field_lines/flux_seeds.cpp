@@ -1,6 +1,6 @@
-// Seeds of field lines that represent equal flux: surfaces are cut into pieces, the pieces of each
-// body are sorted along a space-filling curve, and the flux is summed along it. Each line begins at
-// the piece where the sum reaches its share.
+// Seeds of field lines that represent equal flux. Surfaces are divided into pieces, the pieces of
+// each body are sorted along a space-filling curve, and the flux is summed along this curve. Each
+// line begins at the piece where the sum reaches the line's share.
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -14,12 +14,12 @@ namespace loomstone {
 namespace {
 
 struct Piece {
-  Vec3 point, area;  // in the axes of the source [m], [m^2]
+  Vec3 point, area;  // centre [m] and area vector [m^2] in the axes of the source
 };
 
 constexpr int pieces_per_line = 40;
 
-// Point i of a Fibonacci lattice of n points on the unit sphere.
+// Returns point i of a Fibonacci lattice of n points on the unit sphere.
 Vec3 on_sphere(int i, int n) {
   const double z = 1.0 - (2.0 * i + 1.0) / n, turn = pi * (3.0 - std::sqrt(5.0)) * i,
                rho = std::sqrt(1.0 - z * z);
@@ -44,7 +44,7 @@ std::vector<Piece> disc_pieces(double radius, int n) {
   return pieces;
 }
 
-// A lattice on each panel, with a number of pieces in proportion to its area.
+// Returns a lattice of pieces on each panel. Their number is proportional to the area of the panel.
 std::vector<Piece> panel_pieces(const std::vector<Panel>& panels, int n) {
   std::vector<double> areas;
   for (const Panel& panel : panels) areas.push_back(panel.at(0.5, 0.5).area.norm());
@@ -53,8 +53,8 @@ std::vector<Piece> panel_pieces(const std::vector<Panel>& panels, int n) {
   for (std::size_t p = 0; p < panels.size(); ++p) {
     const Vec3 du = panels[p].at(0.51, 0.5).position - panels[p].at(0.49, 0.5).position;
     const Vec3 dv = panels[p].at(0.5, 0.51).position - panels[p].at(0.5, 0.49).position;
-    const double turned =
-        panels[p].turn * panels[p].radius1;  // arc length; chords of round panels are too short
+    // Arc length, because chords of round panels are too short.
+    const double turned = panels[p].turn * panels[p].radius1;
     const double wide = std::max({50.0 * du.norm(), std::abs(turned), 1e-300}),
                  high = std::max(50.0 * dv.norm(), 1e-300);
     const double count = n * areas[p] / total;
@@ -69,7 +69,7 @@ std::vector<Piece> panel_pieces(const std::vector<Panel>& panels, int n) {
   return pieces;
 }
 
-// The triangles between a closed line and the mean of its vertices.
+// Returns pieces of the triangles between a closed line and the mean of its vertices.
 std::vector<Piece> fan_pieces(const std::vector<Panel>& segments, int n) {
   std::vector<Panel> fan;
   for (const Panel& segment : segments) {
@@ -91,8 +91,8 @@ std::vector<Piece> pieces_of(const Source& source, int n) {
   return {};
 }
 
-// Whether a point on the surface of a body lies in another, as where bodies touch: flux passes
-// directly from one into the other there.
+// Returns whether a point on the surface of a body is inside another body. This happens where
+// bodies touch, and flux passes directly from one into the other.
 bool held_by_another(const std::vector<MagneticBody>& bodies, const MagneticBody& own,
                      const Vec3& point) {
   for (const MagneticBody& body : bodies) {
@@ -104,7 +104,7 @@ bool held_by_another(const std::vector<MagneticBody>& bodies, const MagneticBody
   return false;
 }
 
-// Morton code of a point in the bounding cube of the body.
+// Returns the Morton code of a point in the bounding cube of the body.
 std::uint64_t curve_place(const Vec3& point, double radius) {
   std::uint64_t place = 0;
   std::array<std::uint64_t, 3> cell;
