@@ -12,20 +12,20 @@ namespace {
 
 constexpr int order = 3, per_leaf = AppliedField::points;
 static_assert(order * order == per_leaf);
-constexpr std::size_t most_leaves = 4000;  // in contact: 1e-3 of the force at any angle
-constexpr double worst = 0.1;  // parts with more than this share of the largest error are bisected
+constexpr std::size_t most_leaves = 4000;  // force error of 1e-3 for magnets in contact
+constexpr double worst = 0.1;  // parts with this fraction of the largest error are bisected
 
 using Leaf = AppliedField::Leaf;
 
 struct Judged {
-  double error[2] = {0.0, 0.0};  // of the integral of (B.n) B, from each direction [T^2 m^2]
+  double error[2] = {0.0, 0.0};  // error of the integral of (B.n) B by direction [T^2 m^2]
   double size = 0.0;             // integral of (B.n)^2 [T^2 m^2]
   double whole() const { return error[0] + error[1]; }
 };
 
-// Error of the three-point rule in one direction. The rule is exact up to degree 5; its error is
-// the Legendre coefficient of degree 6 of the sums over the other direction, which is estimated
-// from the coefficient of degree 2 by geometric decay.
+// Returns the error of the three-point rule in one direction. The rule is exact up to degree 5. Its
+// error is the Legendre coefficient of degree 6 of `sums`, which are taken over the other
+// direction. Geometric decay gives an estimate of this coefficient from that of degree 2.
 double rule_error(const Vec3* sums) {
   const GaussRule& rule = gauss_rule(order);
   double largest = 0.0, last = 0.0;
@@ -38,8 +38,8 @@ double rule_error(const Vec3* sums) {
   return largest > 0.0 ? last * last * last / (largest * largest) : 0.0;
 }
 
-// Estimates the error on a panel. direction: its normal; areas: of its points [m^2]; field: B at
-// them by rows, in the axes of the body [T]; normal: receives B.n.
+// Estimates the error on a panel with the unit normal `direction`. areas are those of its points
+// [m^2]. field is B at the points, row by row, in the axes of the body [T]. `normal` receives B.n.
 Judged judge(const Vec3& direction, const double* areas, const double* field, double* normal) {
   Vec3 along_u[order], along_v[order];
   for (int i = 0; i < order; ++i) along_u[i] = along_v[i] = Vec3::Zero();
@@ -61,7 +61,7 @@ Judged judge(const Vec3& direction, const double* areas, const double* field, do
   return judged;
 }
 
-// Bisects the longest edge of a triangle, or a rectangle in the direction with the larger error.
+// Bisects a triangle at its longest edge, or a rectangle in the direction with the larger error.
 std::pair<FlatPanel, FlatPanel> halves(const FlatPanel& panel, bool along_u) {
   const Vec3* x = panel.corner;
   if (panel.corners == 4) {
@@ -114,7 +114,7 @@ class Refinement {
   }
 
  private:
-  Points field_at(const Points& local) const {  // both in the body's axes
+  Points field_at(const Points& local) const {  // points and field in the body's axes
     Points world(local.rows(), 3);
     place_points(sources_.pose, local, world);
     Points b = magnetic_field(team_, sources_.by, world, "B");
@@ -198,7 +198,7 @@ class Refinement {
   const AppliedSources& sources_;
   Mat3 rotation_;
   AppliedField result_;
-  std::vector<Judged> panels_, leaves_;  // of the panels and of result_.leaves
+  std::vector<Judged> panels_, leaves_;  // for each panel and each leaf
   std::vector<std::size_t> fresh_;       // leaves to judge in this round
 };
 

@@ -1,6 +1,6 @@
-// The normal field that magnets apply to the panels of a body, at points dense enough to integrate
-// it. Panels are bisected where the field varies too much within them, as under the edges of a pole
-// that touches the body.
+// Normal component of the field that magnets apply to the panels of a body, at enough points to
+// integrate it. Panels are bisected where the field varies too much within them, for example under
+// the edges of a pole that touches the body.
 #pragma once
 
 #include <cstdint>
@@ -14,29 +14,29 @@ namespace loomstone {
 struct PanelSet;
 
 struct AppliedField {
-  static constexpr int points = 9;  // on each panel and leaf
-  // A part of a panel after one or more bisections.
+  static constexpr int points = 9;  // number of points on each panel and leaf
+  // Part of a panel after one or more bisections.
   struct Leaf {
     FlatPanel panel;
     Index parent = 0;
     Vec3 positions[points];                // [m]
-    double areas[points], normal[points];  // [m^2], B.n [T]
+    double areas[points], normal[points];  // areas [m^2] and B.n [T] of the points
   };
   Vector normal;                     // B.n at the samples of the panels [T]
   std::vector<Leaf> leaves;          // parts of bisected panels
-  std::vector<std::uint8_t> halved;  // 1: the panel is replaced by leaves
-  Vector fluxes;                     // through each panel [T m^2]
+  std::vector<std::uint8_t> halved;  // 1 if leaves replace the panel
+  Vector fluxes;                     // flux through each panel [T m^2]
 };
 
-// The pose of the body, the magnets, and a uniform B [T] in world axes.
+// Pose of the body, magnets, and uniform B [T] in world axes.
 struct AppliedSources {
   const RigidPose& pose;
   const std::vector<MagneticBody>& by;
   const Vec3& uniform;
 };
 
-// Bisects panels until the estimated error of the surface integral of (B.n) B is below `tolerance`
-// times the integral of (B.n)^2.
+// Evaluates the applied field. Panels are bisected until the estimated error of the surface
+// integral of (B.n) B is below `tolerance` times the integral of (B.n)^2.
 AppliedField applied_field(const Team& team, const PanelSet& set, const AppliedSources& sources,
                            double tolerance);
 

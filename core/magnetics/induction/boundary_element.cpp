@@ -12,18 +12,18 @@ namespace loomstone {
 
 namespace {
 
-// Panels farther apart than this multiple of the sum of their reaches interact by quadrature
-// points.
+// Multiple of the sum of two panels' reaches. Panels farther apart interact by quadrature points.
 constexpr double near = 3.0;
 
-// log(r - u) with r^2 = u^2 + rest, without cancellation. Where it is infinite, its factors vanish.
+// Returns log(r - u) without cancellation, where r^2 = u^2 + rest. Where it is infinite, the
+// factors that multiply it vanish.
 double log_below(double r, double u, double rest) {
   return std::log(std::max(u > 0.0 ? rest / (r + u) : r - u, 1e-300));
 }
 
-// Fourfold integrals of the normal field component, w / r^3 between parallel and u / r^3 between
-// perpendicular rectangles [Akoun1984]; v runs along the edge direction that perpendicular
-// rectangles share.
+// Fourfold integrals of the normal field component, which is w / r^3 between parallel and u / r^3
+// between perpendicular rectangles [Akoun1984]. v is the coordinate along the edge direction that
+// perpendicular rectangles share.
 double parallel_kernel(double u, double v, double w) {
   const double r = std::sqrt(u * u + v * v + w * w);
   return -u * w * log_below(r, u, v * v + w * w) - v * w * log_below(r, v, u * u + w * w) +
@@ -50,7 +50,7 @@ Rectangle rectangle_of(const FlatPanel& p) {
   return r;
 }
 
-// Flux of a unit charge density on `by` through `on`, along the axis of `on` [m^2].
+// Returns the flux of a unit charge density on `by` through `on`, along the axis of `on` [m^2].
 double rectangle_flux(const Rectangle& on, const Rectangle& by) {
   const Vec3 on_ends[2] = {on.low, on.high}, by_ends[2] = {by.low, by.high};
   double sum = 0.0;
@@ -98,9 +98,9 @@ double flux_by_points(const PointsOf& on, const Vec3& normal, const PointsOf& by
   return sum / (4.0 * pi);
 }
 
-// The matrix (1/chi + 1/2) areas - flux, and for charge with a net sum the term +- areas areas^T /
-// (whole area). With the sign of chi, the sum of all rows is (1/chi +- 1) times the net charge, a
-// factor that is never zero.
+// Returns the matrix (1/chi + 1/2) areas - flux. If the charge may have a net sum, `whole` is the
+// total area, and the term +-areas areas^T / whole with the sign of chi is added. The sum of all
+// rows is then (1/chi +- 1) times the net charge, a factor that is never zero.
 DenseMatrix equation(const DenseMatrix& flux, const Vector& areas, double susceptibility,
                      double whole) {
   DenseMatrix matrix = -flux;
@@ -109,8 +109,8 @@ DenseMatrix equation(const DenseMatrix& flux, const Vector& areas, double suscep
   return matrix;
 }
 
-// The total flux of an applied field through a closed surface is zero; removes the quadrature error
-// of the sum in proportion to the areas.
+// Removes the quadrature error of the total flux, in proportion to the areas. The exact total flux
+// of an applied field through a closed surface is zero.
 Vector without_sum(const Vector& fluxes, const Vector& areas) {
   return fluxes - fluxes.sum() / areas.sum() * areas;
 }
@@ -144,7 +144,7 @@ class CuboidBoundaryElements final : public BoundaryElements {
           }
         },
         4);
-    // The quadrature error of Gauss' law is put on the diagonal.
+    // The diagonal absorbs the quadrature error, so that Gauss' law holds exactly.
     const Vector rest = 0.5 * areas_ - flux_[0].colwise().sum().transpose();
     for (DenseMatrix& flux : flux_) flux.diagonal() += rest;
   }
@@ -159,7 +159,8 @@ class CuboidBoundaryElements final : public BoundaryElements {
   }
 
  private:
-  // Sign of charge of a symmetry class (odd along the axes of its bits) after a mirror image.
+  // Returns the sign of the charge on a mirror image. The bits of `symmetry` are the axes along
+  // which the charge is odd.
   static double sign(int symmetry, int mirror) {
     const int odd = symmetry & mirror;
     return ((odd & 1) + (odd >> 1 & 1) + (odd >> 2 & 1)) % 2 == 0 ? 1.0 : -1.0;
@@ -201,8 +202,8 @@ class MeshBoundaryElements final : public BoundaryElements {
         [&](Index k) {
           const auto one = std::make_shared<const PanelSet>(std::vector{panels[k]}, 1);
           const ChargedPanels source(one, Vector::Ones(1));
-          // 4 x 4 points near the panel, where the field has a logarithmic singularity along a
-          // shared edge.
+          // Near the panel, 4 x 4 points are used, because the field has a logarithmic singularity
+          // along a shared edge.
           std::vector<Index> beside;
           flux_(k, k) = 0.0;
           for (Index i = 0; i < n; ++i) {

@@ -1,13 +1,14 @@
-// Boundary element method for the surface charge of a linear body in an applied field: the integral
-// equation of the second kind
+// Boundary element method for the surface charge of a linear body in an applied field. It solves
+// the integral equation of the second kind
 //   (1/chi + 1/2) sigma - K sigma = n.H,
-// where K sigma is the normal field of the charge, averaged over both sides of the surface. Charge
-// is uniform on panels, and both sides of the equation are integrated over each panel (Galerkin).
+// where K sigma is the normal field of the charge, averaged over both sides of the surface. The
+// charge is uniform on each panel, and both sides of the equation are integrated over each panel
+// (Galerkin).
 //
-// By Gauss' law, half of the flux of a panel's charge leaves through the surface; diagonal entries
-// are set so that each column sums to exactly that. A rank-one term for the net charge is added,
-// which keeps the net charge zero even if 1/chi vanishes. Valid for chi >= -1 (a superconductor) up
-// to infinity.
+// By Gauss' law, half of the flux of a panel's charge passes outwards through the surface. Diagonal
+// entries are set such that each column sums to exactly this value. A rank-one term keeps the net
+// charge zero even if 1/chi vanishes. The method is valid for chi from -1 (a superconductor) to
+// infinity.
 #pragma once
 
 #include <array>
@@ -21,13 +22,13 @@ namespace loomstone {
 
 using DenseMatrix = Eigen::MatrixXd;
 
-// The matrix K of a shape: flux of each panel's unit charge density through all panels,
+// The matrix K of a shape: the flux of a unit charge density on each panel through all panels
 // (targets x sources) [m^2].
 class BoundaryElements {
  public:
   virtual ~BoundaryElements() = default;
-  // The factorised equation. solve() returns charge densities mu0 sigma [T] from the fluxes of the
-  // applied field through the panels [T m^2].
+  // The factorised equation. solve() returns the charge densities mu0 sigma [T] that the fluxes of
+  // the applied field through the panels [T m^2] induce.
   class Factors {
    public:
     virtual ~Factors() = default;
@@ -36,13 +37,13 @@ class BoundaryElements {
   virtual std::unique_ptr<Factors> factor(double susceptibility) const = 0;
 };
 
-// Rectangles in the order of cuboid_panels: closed forms [Akoun1984], and one equation of an eighth
-// of the size for each of the eight symmetry classes of the body.
+// Returns the matrix for rectangles in the order of cuboid_panels(), from closed forms [Akoun1984].
+// Each of the eight symmetry classes of the body has its own equation of an eighth of the size.
 std::unique_ptr<BoundaryElements> cuboid_boundary_elements(const Team& team,
                                                            const std::vector<FlatPanel>& panels);
-// Triangles of a closed surface: exact fields at quadrature points of the others. Diagonal entries
-// follow from Gauss' law, which also accounts for the curvature of the surface that the panels
-// approximate.
+// Returns the matrix for triangles of a closed surface, from exact fields at quadrature points.
+// Diagonal entries follow from Gauss' law, which also accounts for the curvature of the
+// approximated surface.
 std::unique_ptr<BoundaryElements> mesh_boundary_elements(const Team& team,
                                                          const std::vector<FlatPanel>& panels);
 

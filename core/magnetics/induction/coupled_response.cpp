@@ -6,11 +6,11 @@ namespace loomstone {
 
 namespace {
 
-// Tolerance of the force for the part of the field that varies within panels; the measured error is
-// a tenth of it.
+// Tolerance of the force for the part of the field that varies within panels. The measured error is
+// a tenth of the tolerance.
 constexpr double refinement = 3e-3;
-// Largest flux matrix that is kept for two bodies, a quarter of a gigabyte; larger ones are
-// replaced by field evaluations.
+// Largest size of a flux matrix that is kept for two bodies, a quarter of a gigabyte. Larger ones
+// are replaced by field evaluations.
 constexpr std::size_t most_fluxes = 1 << 25;
 
 }  // namespace
@@ -38,7 +38,8 @@ std::vector<Vector> CoupledResponse::received(const std::vector<MagneticBody>& h
   std::vector<Vector> result;
   applied.resize(soft_.size());
   for (std::size_t i = 0; i < soft_.size(); ++i) {
-    // B, not mu0 H: its normal component is continuous across the pole of a magnet that touches.
+    // B is used, not mu0 H, because its normal component is continuous across the pole of a magnet
+    // in contact.
     if (const auto panels = soft_[i].shape->panels()) {
       applied[i] = applied_field(team_, *panels, {soft_[i].pose, hard, field}, refinement);
       result.push_back(applied[i].fluxes);

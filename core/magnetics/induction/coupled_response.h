@@ -1,5 +1,5 @@
-// The coupling of linear bodies: the field that each receives from magnets and from the charge of
-// the others. It contains all geometry that the equations of linear_magnetization.h need.
+// Coupling of linear bodies: the field that each body receives from magnets and from the charge of
+// the other bodies. It contains all geometric data for the equations of linear_magnetization.h.
 #pragma once
 
 #include <map>
@@ -15,20 +15,22 @@ namespace loomstone {
 
 class CoupledResponse {
  public:
-  // Refers to the bodies: their susceptibilities may change afterwards, their poses must not.
+  // Keeps a reference to the bodies. Their susceptibilities may change afterwards, but their poses
+  // must not.
   CoupledResponse(const Team& team, const std::vector<SoftBody>& soft);
 
-  // Received from magnets and a uniform field. applied: receives the field within panels, for
-  // bodies made of panels.
+  // Returns what each body receives from magnets and a uniform field. For bodies made of panels,
+  // `applied` receives the field within the panels.
   std::vector<Vector> received(const std::vector<MagneticBody>& hard, const Vec3& field,
                                std::vector<AppliedField>& applied) const;
 
-  // Received from the charge of all other bodies: between panels by fluxes, between spheres on a
-  // common axis by translation of their harmonics, otherwise by the field.
+  // Returns what each body receives from the charge of all other bodies. Pairs of bodies with
+  // panels use flux matrices. Spheres on a common axis use translations of their harmonics. Other
+  // pairs use the field.
   std::vector<Vector> received(const std::vector<Vector>& charges) const;
 
-  // The bodies as sources with given charges. With `applied`, the charge varies within panels as
-  // the applied field does.
+  // Return the bodies as sources with given charges. With `applied`, the charge varies within
+  // panels in the same way as the applied field.
   std::vector<MagneticBody> placed(const std::vector<Vector>& charges) const;
   std::vector<MagneticBody> placed(const std::vector<Vector>& charges,
                                    const std::vector<AppliedField>& applied) const;
@@ -39,9 +41,9 @@ class CoupledResponse {
 
   const Team& team_;
   const std::vector<SoftBody>& soft_;
-  std::vector<Points> world_;  // samples of each body [m]
+  std::vector<Points> world_;  // world positions of each body's samples [m]
   std::vector<Mat3> rotations_;
-  // Keys: target, source.
+  // The keys are (target, source).
   std::map<std::pair<std::size_t, std::size_t>, CoaxialTranslation> coaxial_;
   std::map<std::pair<std::size_t, std::size_t>, FluxMatrix> fluxes_;
 };

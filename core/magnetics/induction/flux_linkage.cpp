@@ -12,11 +12,11 @@ namespace loomstone {
 
 namespace {
 
-// A loop is represented by a solenoid with this ratio of length to radius; the relative error of
-// its potential is the square of the ratio over 24.
+// Ratio of length to radius of the solenoid that represents a loop. The relative error of the
+// potential is the square of this ratio divided by 24.
 constexpr double loop_length = 1e-3;
 
-// The equivalent magnet of a winding, with the same outer field: polarised along z by mu0 times the
+// The magnet with the same outer field as a winding. It is polarised along z by mu0 times the
 // current per length.
 struct Bore {
   double radius, half_length, polarization;
@@ -30,8 +30,8 @@ Bore bore_of(const Source& coil) {
   return {w->radius, 0.5 * length, mu0 * w->current / length};
 }
 
-// Records the parts of the edge from a to b that are level with the turns: its ends, and where it
-// crosses the heights of the middle and the ends of the winding.
+// Records on which side the edge from a to b is level with the turns. It tests the ends of the edge
+// and its crossings of the heights of the middle and the ends of the winding.
 void note_edge(const Bore& bore, const Vec3& a, const Vec3& b, BesideWinding& found) {
   const auto note = [&](const Vec3& x) {
     (x.head<2>().norm() < bore.radius ? found.in_bore : found.outside) = true;
@@ -43,8 +43,8 @@ void note_edge(const Bore& bore, const Vec3& a, const Vec3& b, BesideWinding& fo
       note(a + (z - a[2]) / (b[2] - a[2]) * (b - a));
 }
 
-// Scalar potential times mu0 of the winding at points in its axes [T m]. threaded: the branch that
-// is continuous in the bore.
+// Returns mu0 times the scalar potential of the winding [T m] at points in its axes. threaded
+// selects the branch that is continuous in the bore.
 Vector winding_potential(const Bore& bore, bool threaded, const Points& points) {
   const Cylinder magnet(bore.radius, 2.0 * bore.half_length, Vec3(0, 0, bore.polarization));
   Vector potential(points.rows());
@@ -82,7 +82,7 @@ BesideWinding beside_winding(const MagneticBody& coil, const MagneticBody& body)
     for (int k = 0; k < 4; ++k) note_edge(bore, corners[k], corners[(k + 1) % 4], found);
   }
   if (polygons) return found;
-  // The height within the winding that is nearest to the centre of the ball.
+  // Height within the winding that is nearest to the centre of the sphere.
   const double z = std::clamp(pose.position[2], -bore.half_length, bore.half_length);
   if (std::abs(pose.position[2] - z) < body.source->radius())
     (pose.position.head<2>().norm() < bore.radius ? found.in_bore : found.outside) = true;

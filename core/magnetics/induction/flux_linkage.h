@@ -1,24 +1,25 @@
-// Flux linkage of magnetised bodies with coils, by reciprocity: the integral of the magnetisation
-// times the field of one ampere in the coil. For a body without volume charge it equals - mu0 sum
-// of q psi, with its surface charge q and the scalar potential psi of the coil. The branch of psi
-// must be continuous in the body: for a body in the bore, psi grows along the bore.
+// Flux linkage of magnetised bodies with coils, by reciprocity. It is the integral of the
+// magnetisation times the field of a current of one ampere in the coil. For a body without volume
+// charge, it equals -mu0 times the sum of q psi, with its surface charge q and the scalar potential
+// psi of the coil. The branch of psi must be continuous in the body. For a body in the bore, psi
+// therefore increases along the bore.
 #pragma once
 
 #include "core/magnetics/sources/body.h"
 
 namespace loomstone {
 
-// Which parts of a body are level with the turns of a winding: parts in the bore, parts outside,
-// both for a body that reaches around the winding, neither for one beyond its ends.
+// Location of those parts of a body that are level with the turns of a winding. A body that reaches
+// around the winding has parts in the bore and outside. A body beyond the ends has neither.
 struct BesideWinding {
   bool in_bore = false, outside = false;
 };
-// body: a solid body; its surface is tested if it consists of polygons, otherwise its bounding
-// ball.
+// body must be solid. Its surface is tested if it consists of polygons, otherwise its bounding
+// sphere.
 BesideWinding beside_winding(const MagneticBody& coil, const MagneticBody& body);
 
-// Flux of dipoles or an induced body through all turns of a loop or solenoid with one ampere per
-// turn [Wb]. Throws Unsupported if the body reaches around the winding.
+// Returns the flux [Wb] of dipoles or of an induced body through all turns of a loop or solenoid
+// that has one ampere per turn. Throws Unsupported if the body reaches around the winding.
 double linked_flux(const MagneticBody& coil, const MagneticBody& magnetised);
 
 }  // namespace loomstone

@@ -1,6 +1,6 @@
-// GMRES, the generalised minimal residual method [Saad1986], for operators given as functions.
-// There are no restarts: the systems of bodies that magnetise one another are close to the
-// identity, and a product with the operator costs far more than orthogonalisation.
+// GMRES, the generalised minimal residual method [Saad1986], for operators given as functions. It
+// does not restart: the systems of bodies that magnetise one another are close to the identity, and
+// a product with the operator costs far more than orthogonalisation.
 #pragma once
 
 #include <algorithm>
@@ -13,14 +13,14 @@ namespace loomstone {
 
 struct GmresResult {
   Vector solution;
-  double residual = 0.0;  // its norm over that of the right side [1]
+  double residual = 0.0;  // norm, relative to that of the right side [1]
   int iterations = 0;
 };
 
-// apply(x) returns A x. Stops when the residual is `tolerance` times the norm of the right side, or
-// after `most` iterations. start: initial guess (warm start), zero if empty. A start whose residual
-// is within 1 + 1e-6 tolerances is returned unchanged, because rounding may put a converged
-// solution slightly above the tolerance.
+// apply(x) returns A x. The iteration stops if the residual is at most `tolerance` times the norm
+// of the right side, or after `most` steps. start is the initial guess (warm start), or zero if
+// empty. It is returned unchanged if its residual is at most (1 + 1e-6) times the tolerance,
+// because rounding may lift the residual of a converged solution slightly above the tolerance.
 template <class Apply>
 GmresResult gmres(Apply&& apply, const Vector& right, double tolerance, int most,
                   const Vector& start = {}) {
@@ -35,7 +35,7 @@ GmresResult gmres(Apply&& apply, const Vector& right, double tolerance, int most
     return result;
   }
   first /= left;
-  // Arnoldi vectors, and their Hessenberg matrix made triangular by Givens rotations.
+  // Arnoldi vectors and their Hessenberg matrix, which Givens rotations make triangular.
   std::vector<Vector> basis{first}, columns;
   std::vector<double> cosines, sines, rest{left};
   while (std::abs(rest.back()) > tolerance * size && result.iterations < most) {

@@ -17,11 +17,12 @@ namespace loomstone {
 namespace {
 
 constexpr int most_iterations = 200;
-// Up to this many spheres, factors that depend on distances alone are kept for all iterations (31
-// MB).
+// Largest number of spheres for which factors that depend only on distances are kept for all
+// iterations (31 MB).
 constexpr Index most_kept = 1400;
 
-// 1/R^3 and 3/R^5 from every sphere to eight others at x (columns of eight); 0 where R = 0.
+// Computes 1/R^3 and 3/R^5 from every sphere to the eight spheres at x (coordinate arrays). Both
+// are 0 if R = 0.
 template <class Lanes>
 LOOMSTONE_INLINE void distance_kernel(const double* x, const double* positions, Index n,
                                       double* factors) {
@@ -36,7 +37,7 @@ LOOMSTONE_INLINE void distance_kernel(const double* x, const double* positions, 
   }
 }
 
-// Flux density (6.5) of moments m (n x 3) at eight spheres, times 4 pi / mu0.
+// Computes the flux density (6.5) of moments m (n x 3) at eight spheres, times 4 pi / mu0.
 template <class Lanes>
 LOOMSTONE_INLINE void moment_kernel(const double* x, const double* positions, const double* factors,
                                     const double* m, Index n, double* field) {
@@ -56,15 +57,15 @@ LOOMSTONE_INLINE void moment_kernel(const double* x, const double* positions, co
   lanes_store(field + 2 * n_lanes, sum.z);
 }
 
-// The operator T: the field of spheres on one another, for changing moments.
+// The operator T: the field of the spheres at one another, for changing moments.
 class MutualField {
  public:
   MutualField(const Team& team, const Points& positions) : team_(team), positions_(positions) {
     const Index n = static_cast<Index>(positions.rows());
     if (n > most_kept) return;
     columns_.resize(3 * n_lanes * eights());
-    factors_.reset(
-        new double[static_cast<std::size_t>(2 * n_lanes) * n * eights()]);  // all are written below
+    // The array is not initialised, because every value is written below.
+    factors_.reset(new double[static_cast<std::size_t>(2 * n_lanes) * n * eights()]);
     parallel_for(
         team, eights(),
         [&](Index e) {
@@ -98,7 +99,7 @@ class MutualField {
   }
 
  private:
-  // Groups of eight in one task: the fields of 256 spheres on one another take about 30 us, as long
+  // Number of groups of eight per task. The mutual fields of 256 spheres take about 30 us, as long
   // as waking a thread.
   Index grain() const { return threads_sleep() ? 32 : 8; }
 
@@ -116,7 +117,7 @@ class MutualField {
 }  // namespace
 
 double sphere_polarizability(double radius, double susceptibility) {
-  // chi / (3 + chi), in a form that admits infinite chi.
+  // This form of chi / (3 + chi) admits infinite chi.
   const double share = susceptibility > 1.0 ? 1.0 / (3.0 / susceptibility + 1.0)
                                             : susceptibility / (3.0 + susceptibility);
   return 4.0 * pi * radius * radius * radius / mu0 * share;

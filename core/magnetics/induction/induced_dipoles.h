@@ -1,6 +1,6 @@
 // Linear spheres as point dipoles that magnetise one another: m = alpha B with the polarisability
-// of a sphere, (6.17) with its misprint corrected. B includes the field of all other spheres, which
-// makes a linear system; in [Thomaszewski2010] only permanent magnets contribute.
+// alpha of a sphere, (6.17) with its misprint corrected. B includes the field of all other spheres,
+// which leads to a linear system. In [Thomaszewski2010], only permanent magnets contribute to B.
 #pragma once
 
 #include <vector>
@@ -9,18 +9,18 @@
 
 namespace loomstone {
 
-// Moment per flux density of a sphere with susceptibility chi >= -1,
-// (4 pi R^3 / mu0) chi / (3 + chi) [A m^2/T].
+// Returns the moment per flux density of a sphere with susceptibility chi >= -1, (4 pi R^3 / mu0)
+// chi / (3 + chi) [A m^2/T].
 double sphere_polarizability(double radius, double susceptibility);
 
-// Moments (n x 3) [A m^2] of spheres at positions (n x 3) [m] with polarisabilities (n) in an
-// applied flux density (n x 3) [T]: GMRES on m - alpha T m = alpha B to a relative residual of
-// `tolerance`, warm-started from `start` if it has n rows. Throws SolverFailure if 200 iterations
-// do not suffice, which happens if spheres overlap deeply.
+// Returns the moments (n x 3) [A m^2] of spheres at positions (n x 3) [m] with polarisabilities (n)
+// in an applied flux density (n x 3) [T]. GMRES solves m - alpha T m = alpha B to a relative
+// residual of `tolerance`, with a warm start from `start` if it has n rows. Throws SolverFailure if
+// 200 iterations do not suffice, which happens if spheres overlap deeply.
 Points induced_moments(const Team& team, const Points& positions, const Vector& polarizabilities,
                        const Points& applied, double tolerance, const Points& start = {});
 
-// The same from radii [m] and susceptibilities [1]. Throws InvalidInput.
+// Returns the same for given radii [m] and susceptibilities [1]. Throws InvalidInput.
 Points sphere_moments(const Team& team, const Points& positions, const std::vector<double>& radii,
                       const std::vector<double>& susceptibilities, const Points& applied,
                       double tolerance);

@@ -15,7 +15,7 @@ namespace loomstone {
 namespace {
 
 constexpr int most_iterations = 200, most_rounds = 50;
-// Distance of a point from the nearest charge or current of a source [m].
+// Returns the distance of a point from the nearest charge or current of a source [m].
 double distance_to(const MagneticBody& body, const Vec3& point) {
   const Vec3 local = in_axes(body.pose, point);
   double nearest = std::numeric_limits<double>::infinity();
@@ -35,8 +35,8 @@ double distance_to(const MagneticBody& body, const Vec3& point) {
   return nearest;
 }
 
-// Chooses the degree of each sphere, and rotates the axes of pairs of close spheres so that both z
-// axes lie along the line of centres, where translations are cheap.
+// Chooses the degree of each sphere. For pairs of close spheres, it rotates both z axes onto the
+// line of centres, because translations along z are cheap.
 void prepare_spheres(std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
                      double tolerance) {
   struct Near {
@@ -80,7 +80,7 @@ void prepare_spheres(std::vector<SoftBody>& soft, const std::vector<MagneticBody
     turned[pair.i] = turned[pair.k] = true;
     const Vec3 axis = (soft[pair.k].pose.position - soft[pair.i].pose.position).normalized();
     const Vec3 half = axis.z() >= 0.0 ? Vec3(axis + Vec3::UnitZ()) : Vec3(Vec3::UnitZ() - axis);
-    // Half a turn about the bisector of z and the axis (or its opposite) maps one to the other.
+    // A half turn about the bisector of z and the axis (or its opposite) maps one to the other.
     const Vec3 about = half.normalized();
     result[pair.i].pose.orientation = result[pair.k].pose.orientation =
         Vec4(0.0, about.x(), about.y(), about.z());
@@ -104,20 +104,20 @@ std::vector<Vector> parted(const Vector& all, const std::vector<Vector>& like) {
   return parts;
 }
 
-// Updates the effective susceptibility of a body that saturates, from the demagnetisation factor
-// that its volume means imply; true if it has changed.
+// Updates the effective susceptibility of a saturating body from the demagnetisation factor that
+// its volume means imply. Returns true if the susceptibility changes.
 bool saturate(const SoftBody& original, SoftBody& now, const Vec3& applied, const Vec3& moment,
               double tolerance) {
   if (original.saturation == 0.0) return false;
   const double polarization = mu0 * moment.norm() / now.shape->volume();
   if (polarization == 0.0) return false;
   const double chi = original.shape->susceptibility(), field = applied.dot(moment.normalized());
-  // H = H_0 - N M and M = chi H / (1 + chi H / M_s): N x^2 - (1/chi + N + h) x + h = 0 for x = M /
-  // M_s, h = H_0 / M_s.
+  // H = H_0 - N M and M = chi H / (1 + chi H / M_s) give N x^2 - (1/chi + N + h) x + h = 0, where x
+  // = M / M_s and h = H_0 / M_s.
   const double n = (field - polarization / now.shape->susceptibility()) / polarization;
   const double h = field / original.saturation, b = 1.0 / chi + n + h;
   const double x = 2.0 * h / (b + std::sqrt(std::max(b * b - 4.0 * n * h, 0.0)));
-  // 1e12 replaces the infinite chi of ideal iron, which could not decrease.
+  // An infinite chi (ideal iron) could not decrease, so 1e12 replaces it.
   const double wanted = std::min(chi, 1e12) * std::max(1.0 - x, 1e-12);
   const double before = now.shape->susceptibility();
   if (std::abs(wanted - before) <= tolerance * before / (1.0 + before)) return false;
@@ -181,7 +181,7 @@ Induction induce(const Team& team, const std::vector<SoftBody>& given,
 
 void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
                  const std::vector<std::string>& names) {
-  constexpr double rounding = 1e-6;  // relative to the size, as bodies may touch
+  constexpr double rounding = 1e-6;  // relative to the size, because bodies may touch
   for (std::size_t i = 0; i < soft.size(); ++i) {
     const Points& samples = soft[i].shape->samples();
     Points world(samples.rows(), 3);
@@ -195,7 +195,8 @@ void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBo
         for (Eigen::Index k = 0; k < world.rows() && !overlap; ++k)
           overlap =
               other.source->depth(in_axes(other.pose, world.row(k).transpose())) > rounding * size;
-      // A source without an inside, or one within the body, is found by its centre or its dipoles.
+      // The centre or the dipoles of a source reveal an overlap if it has no interior or is inside
+      // the body.
       const SourcePtr solid = soft[i].shape->solid();
       const auto inside = [&](const Vec3& point) {
         return solid->depth(in_axes(soft[i].pose, point)) > rounding * soft[i].shape->radius();

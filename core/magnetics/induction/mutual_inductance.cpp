@@ -11,14 +11,15 @@ namespace loomstone {
 
 namespace {
 
-// Number of levels, each with twice the points in both directions: at most 512 around the winding.
+// Number of levels of refinement. Each has twice the points of the previous one in both directions,
+// at most 512 around the winding.
 constexpr int finest = 6;
 
 // A winding about its own z axis, with turns in |z| <= length / 2.
 struct Winding {
   const Source* source;
   double radius, length;
-  double current;  // of all turns [A]
+  double current;  // total current of all turns [A]
 };
 
 Winding winding_of(const MagneticBody& body) {
@@ -33,15 +34,15 @@ struct Linkage {
   double flux = 0.0, size = 0.0;
 };
 
-// The winding along which the potential is integrated, at a pose in the axes of the other.
+// Winding along which the potential is integrated, and its pose in the axes of the other one.
 struct Path {
   const Winding& winding;
   RigidPose pose;
   Mat3 rotation;
 };
 
-// Adds the integral of A of `by` along one circle of the path, at the height z, by the midpoint
-// rule with `around` points, each with a share of the winding [A m].
+// Adds the integral of the vector potential of `by` along one circle of the path at the height z.
+// The midpoint rule has `around` points, and each stands for `share` of the winding [A m].
 void add_circle(const Path& path, double z, int around, double share, const Source& by,
                 Linkage& sum) {
   alignas(64) double x[3 * points_per_block], a[3 * points_per_block];
@@ -65,8 +66,8 @@ void add_circle(const Path& path, double z, int around, double share, const Sour
   }
 }
 
-// Integral of A of `by` along the winding of `on`, by 8 points in each of `parts` along its length
-// and `around` on each circle.
+// Returns the integral of the vector potential of `by` along the winding of `on`. There are 8
+// points in each of `parts` sections of its length and `around` points on each circle.
 Linkage linkage(const Winding& on, const RigidPose& pose, const Winding& by, int around,
                 int parts) {
   const Path path{on, pose, rotation_matrix(pose.orientation)};
@@ -88,7 +89,7 @@ Linkage linkage(const Winding& on, const RigidPose& pose, const Winding& by, int
 
 double mutual_inductance(const MagneticBody& a, const MagneticBody& b, double tolerance) {
   const Winding wa = winding_of(a), wb = winding_of(b);
-  // The integral runs along the shorter winding, a loop if there is one.
+  // The path is the shorter winding, or a loop if there is one.
   const bool along_a = wa.length != wb.length ? wa.length < wb.length : wa.radius <= wb.radius;
   const MagneticBody &on = along_a ? a : b, &by = along_a ? b : a;
   const RigidPose pose = relative_pose(on.pose, by.pose);

@@ -1,14 +1,15 @@
-// Mutual inductance of coils: the flux of one coil through the other, as the integral of the vector
-// potential along its winding. The integral is finite even if coils overlap or touch.
+// Mutual inductance of coils: the flux of one coil through the other, computed as the integral of
+// the vector potential along the other's winding. The integral is finite even if coils overlap or
+// touch.
 #pragma once
 
 #include "core/magnetics/sources/body.h"
 
 namespace loomstone {
 
-// Mutual inductance of two loops or solenoids, given as sources with one ampere per turn [H]. The
-// error is at most `tolerance` times the integral of the potential's norm along the winding (1e-5
-// of it if windings touch). Throws InvalidInput for other sources.
+// Returns the mutual inductance [H] of two loops or solenoids, given as sources with one ampere per
+// turn. The error is at most `tolerance` times the integral of the potential's norm along the
+// winding, or 1e-5 of this integral if the windings touch. Throws InvalidInput for other sources.
 double mutual_inductance(const MagneticBody& a, const MagneticBody& b, double tolerance);
 
 }  // namespace loomstone

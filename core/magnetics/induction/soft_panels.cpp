@@ -1,5 +1,5 @@
-// Linear bodies by boundary elements on flat panels: cuboids and cylinders with Richardson
-// extrapolation over several grids, meshes with one grid.
+// Linear bodies as boundary elements on flat panels. Cuboids and cylinders use Richardson
+// extrapolation over several grids, meshes use a single grid.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -18,11 +18,12 @@ namespace loomstone {
 
 namespace {
 
-// Sample points in each direction of a panel, where the field is received and forces act.
+// Number of sample points in each direction of a panel. They receive the field, and forces act on
+// them.
 constexpr int points_a_direction = 3;
 constexpr Index most_panels = 8000;  // a matrix of 0.5 GB
 
-// One grid on the surface, its equation, and its weight in the extrapolated response.
+// One grid on the surface, its matrix, and its weight in the extrapolated response.
 struct Grid {
   std::vector<FlatPanel> panels;
   std::shared_ptr<const BoundaryElements> flux;
@@ -34,7 +35,7 @@ struct PanelForm {
   std::shared_ptr<const PanelSet> set;  // the panels of all grids
   SourcePtr solid;
   double volume = 0.0, area = 0.0;  // [m^3], [m^2]
-  SourceRecipe recipe;              // but for the susceptibility
+  SourceRecipe recipe;              // without the susceptibility
 };
 
 class SoftPanels final : public SoftShape {
@@ -68,15 +69,15 @@ class SoftPanels final : public SoftShape {
   SourcePtr source(const Vector& charges) const override {
     return std::make_shared<ChargedPanels>(form_->set, charges, form_->solid);
   }
-  // On a flat face the local part of the charge, sigma = n.H / (1/chi + 1/2), varies as quickly as
-  // the applied field. It is put on the samples and leaves of the finest grid; the remainder, the
-  // response to charge on other faces, is smooth and stays on the panels of all grids.
+  // On a flat face, the local part of the charge, sigma = n.H / (1/chi + 1/2), varies as rapidly as
+  // the applied field. It is put on the samples and leaves of the finest grid. The remainder is the
+  // response to charge on other faces. It is smooth and stays on the panels of all grids.
   SourcePtr source(const Vector& charges, const AppliedField& applied) const override {
     const double slope = 1.0 / (1.0 / susceptibility_ + 0.5);
     const PanelSet& set = *form_->set;
     Vector rest = charges;
     Eigen::Index at = 0, finest = 0;
-    double mean = 0.0;  // mean normal field over the surface: quadrature error of Gauss' law [T]
+    double mean = 0.0;  // mean normal field, the quadrature error of Gauss' law [T]
     for (const Grid& grid : form_->grids) {
       finest = at;
       const auto n = static_cast<Eigen::Index>(grid.panels.size());
@@ -112,7 +113,7 @@ class SoftPanels final : public SoftShape {
     fine.charges = Eigen::Map<const Vector>(means.data(), static_cast<Eigen::Index>(means.size()));
     return std::make_shared<ChargedPanels>(form_->set, rest, form_->solid, std::move(fine));
   }
-  // Because div H = 0, the volume integral of H is the surface integral of x (H.n).
+  // Because div H = 0, the volume integral of H equals the surface integral of x (H.n).
   Vec3 mean_field(const Vector& received) const override {
     Vec3 sum = Vec3::Zero();
     Eigen::Index at = 0;
@@ -149,14 +150,14 @@ SoftShapePtr panels_of(PanelForm form, double susceptibility) {
                                       susceptibility);
 }
 
-// Cells of the three grids for extrapolation: a half, about 0.7 of `cells`, and all. Their errors
-// are of second and third order in 1 / cells.
+// Returns the cells of the three grids for extrapolation: half of `cells`, about 0.7 of `cells`,
+// and `cells`. The errors are of second and third order in 1 / cells.
 std::vector<int> three_grids(int cells) {
   return {cells / 2, 2 * static_cast<int>(std::lround(0.35 * cells)), cells};
 }
 
-// Weights of Richardson extrapolation from grids with given numbers of cells: two grids cancel the
-// error of second order in 1 / cells, three grids also that of third order.
+// Returns the weights of Richardson extrapolation from grids with given numbers of cells. Two grids
+// cancel the error of second order in 1 / cells. Three grids also cancel that of third order.
 Vector shares_of(const std::vector<int>& counts) {
   const auto n = static_cast<Index>(counts.size());
   DenseMatrix powers(n, n);
@@ -187,8 +188,8 @@ SoftShapePtr soft_cuboid(const Team& team, const Vec3& size, double susceptibili
   check_cells(cells, "cuboid");
   if (!(focus >= 0.0) || !std::isfinite(focus))
     fail<InvalidInput>("focus must be >= 0 [m], got {}", focus);
-  // With a focus the close magnet covers about half the cells, and errors are of second order only
-  // from three quarters of `cells` on.
+  // With a focus, the nearby magnet covers about half of the cells. Errors are of second order only
+  // on grids with at least three quarters of `cells`.
   std::vector<int> counts = three_grids(cells);
   if (focus > 0.0) counts = {2 * static_cast<int>(std::lround(0.375 * cells)), cells};
   const Vector shares = shares_of(counts);
@@ -217,7 +218,7 @@ SoftShapePtr soft_cylinder(const Team& team, double radius, double height, doubl
                  {},
                  {}};
   check_cells(cells, "cylinder");
-  constexpr double thinnest = 0.02;  // of the radius; panels would be far wider than the wall
+  constexpr double thinnest = 0.02;  // in radii; panels would be far wider than the wall
   if (const double thin = std::min(height, radius - inner_radius); thin < thinnest * radius)
     fail<Unsupported>(
         "height and wall must be at least {} m, a fiftieth of the radius of a cylinder that "

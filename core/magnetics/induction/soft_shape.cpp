@@ -25,14 +25,14 @@ class SoftSphere final : public SoftShape {
   Vector received(const Points& field) const override {
     Vector result =
         series_->coefficients((field.array() * series_->points().array()).rowwise().sum());
-    for (int l = 1; l <= series_->degree(); ++l)  // H_r = - d(potential)/dr
+    for (int l = 1; l <= series_->degree(); ++l)  // H_r = -d(potential)/dr
       result.segment(SphericalHarmonics::slot(l, 0), 2 * (l + 1)) /= -l;
     return result;
   }
   Vector response(const Vector& received) const override {
     Vector result = received;
     for (int l = 1; l <= series_->degree(); ++l) {
-      // - l chi / (l chi + 2 l + 1), in a form that admits infinite chi.
+      // This form of -l chi / (l chi + 2 l + 1) admits infinite chi.
       const double share = susceptibility_ > 1.0
                                ? l / (l + (2.0 * l + 1.0) / susceptibility_)
                                : l * susceptibility_ / (l * susceptibility_ + 2.0 * l + 1.0);
@@ -95,8 +95,9 @@ SoftShapePtr soft_sphere(double radius, double susceptibility, int degree) {
   return std::make_shared<SoftSphere>(radius, susceptibility, degree);
 }
 
-// Terms of degree l of the force between a dipole and a sphere decay as l^4 exp(-x l), with x from
-// the callers below; the relative error of truncation at degree d is about (x d)^4 exp(-x d) / 24.
+// Terms of degree l of the force between a dipole and a sphere decay as l^4 exp(-x l), where x
+// comes from the callers below. The relative error of truncation at degree d is about (x d)^4
+// exp(-x d) / 24.
 static int degree_of(double x, double tolerance) {
   double y = -std::log(tolerance);
   for (int i = 0; i < 20; ++i)
@@ -109,7 +110,7 @@ int sphere_degree(double radius, double distance, double tolerance) {
 }
 
 int sphere_degree(double radius, double other, double distance, double tolerance) {
-  // Bispherical coordinate of the surface: repeated images converge at this rate.
+  // Repeated images converge at a rate given by the bispherical coordinate of the surface.
   const double cosine =
       (distance * distance + radius * radius - other * other) / (2.0 * radius * distance);
   return degree_of(std::max(2.0 * std::acosh(std::max(cosine, 1.0)), 1e-3), tolerance);
