@@ -34,7 +34,7 @@ class SourceGroups {
   virtual Vec3 middle(Index part) const = 0;  // centre of a part [m]
   // Distance from `from` to the farthest point of a part [m].
   virtual double reach(Index part, const Vec3& from) const = 0;
-  // Adds a group of up to eight parts. Its multipole moments about `centre` are added to `moments`.
+  // Adds a group of up to eight parts, and adds its multipole moments about `centre` to `moments`.
   virtual void add(const Index* parts, Index n, const TaylorExpansion& expansion,
                    const Vec3& centre, double* moments) = 0;
   // Computes mu0 H [T] and its gradient (xx, xy, xz, yy, yz, zz) [T/m] of the given groups at one

@@ -16,7 +16,7 @@ using Shift = TaylorTables::Shift;
 constexpr int most_places = 680;  // number of multi-indices of order 14
 constexpr int most_slim = 225;
 
-// Computes x^k / k! for the first `n` places.
+// Computes x^k / k! for the multi-indices k at the first `n` places.
 template <class Lanes>
 LOOMSTONE_INLINE void lane_powers(const Power* powers, int n, const Lanes3<Lanes>& x, Lanes* out) {
   const Lanes components[3] = {x.x, x.y, x.z};
@@ -119,7 +119,8 @@ LOOMSTONE_INLINE void lane_derivatives(FarTables t, const Lanes* r, Lanes* d) {
     d[t.traces[i].target] = -d[t.traces[i].first] - d[t.traces[i].second];
 }
 
-// Returns the sum of m_k D_place over k = 1 ... last - 1, accumulated in four partial sums.
+// Returns the sum over k = 1 ... last - 1 of m[k] times the derivative at its place. Four partial
+// sums are accumulated.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes lane_products(const Lanes* m, int last, const Lanes* d,
                                      const std::uint16_t* place) {

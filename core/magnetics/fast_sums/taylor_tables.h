@@ -33,15 +33,15 @@ struct TaylorTables {
 
   int order;
   int n_powers[2];                       // number of places up to degree order - 1 and order - 2
-  std::vector<int> slim;                 // places with z <= 1
+  std::vector<int> slim;                 // places with a z exponent of at most 1 (slim places)
   std::vector<int> slim_ends;            // number of slim places up to each degree
-  std::vector<Power> powers;             // for all places
+  std::vector<Power> powers;             // one for each place
   std::vector<int> next[3];              // place with the exponent of an axis raised by one
   std::vector<int> rows;                 // all places, sorted by powers of y, z, x
-  std::vector<Derivative> derivatives;   // for z <= 1
-  std::vector<Trace> derivative_traces;  // for z = 2
-  std::vector<std::uint16_t> products;   // place of n + m for all pairs n, m of slim
-  std::vector<Trace> traces;             // for z > 1, sorted by z
+  std::vector<Derivative> derivatives;   // for slim places
+  std::vector<Trace> derivative_traces;  // for places with a z exponent of 2
+  std::vector<std::uint16_t> products;   // place of n + m for pairs n, m of slim places
+  std::vector<Trace> traces;             // for other places, sorted by z exponent
   std::vector<Shift> moment_shifts, local_shifts;
 };
 

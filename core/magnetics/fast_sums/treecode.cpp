@@ -33,7 +33,7 @@ constexpr Setting settings[] = {{3, 0.7, 2e-2},  {4, 0.65, 7e-3},   {5, 0.6, 2.5
 constexpr int n_settings = 12;
 constexpr double spare = 0.75;  // safety factor, because other sets have slightly larger errors
 // Minimum number of observers for which a setting is first tested on the leaves that contain
-// samples. The test saves a whole pass if the setting is not accurate enough, which is so in a
+// samples. The test saves a whole pass if the setting is not accurate enough, which happens in a
 // tenth of the cases. It takes a tenth of a pass at 100,000 observers and less with more.
 constexpr Index worth_a_look = 200000;
 
@@ -102,8 +102,8 @@ bool few(const DipoleSet& by, Index observers) {
 // Raises the order until the error meets the tolerance. pass(setting, cells) returns the relative
 // error of the samples. If a setting misses its predicted error by a factor, the next one is
 // assumed to miss by the same factor. With many observers, each setting is first tested on the
-// cells that contain samples, and only the sufficient one is applied to all cells. Returns false if
-// none suffices.
+// cells that contain samples. The setting that meets the tolerance is then applied to all cells.
+// Returns false if none does.
 template <class Pass>
 bool controlled(double tolerance, const PointTree& observers, const std::vector<Index>& samples,
                 Pass&& pass) {

@@ -4,9 +4,9 @@
 //
 // The error is the root mean square over observers, relative to that of the result. Field and
 // gradient, or forces and torques, must both meet the tolerance. The error is measured at 128
-// observers, which are also summed directly. The order is raised until it meets the tolerance. If
-// there are few pairs, all are summed directly. The result is bit-identical for any number of
-// threads.
+// observers, which are also summed directly. The order is raised until the error meets the
+// tolerance. If there are few pairs, all of them are summed directly. The result is bit-identical
+// for any number of threads.
 //
 // Forces between the dipoles of one set are equal and opposite for each pair of cells. Truncation
 // leaves a total torque below the tolerance, which is subtracted in equal parts from all torques.
@@ -16,7 +16,7 @@
 
 namespace loomstone {
 
-// Largest number of pairs for which all pairs are summed directly.
+// Largest number of pairs of observer and dipole that are summed directly.
 inline constexpr double most_direct_pairs = 6e7;
 
 struct TreecodeField {

@@ -1,13 +1,13 @@
 // Magnets as hierarchies of dipole cells, section 6.3.2 of [Thomaszewski2010]. Level 0 is the
 // bounding box. Cells are bisected along their longest axis until they reach a given density. A
 // leaf of volume v is dropped if it is closer to the surface than half its diameter v^(1/3). Cells
-// without leaves are dropped too. The cells of each level together have the whole moment. For each
-// pair of bodies, (6.19) selects a front of cells.
+// without leaves are dropped too. The moments of the cells at each level add up to that of the
+// magnet. For each pair of bodies, (6.19) selects a front of cells.
 //
 // There are three differences from [Thomaszewski2010]. The position of a cell is the mean of its
-// leaves, not the centre of its box. In (6.19), its density is that of a cube of its longest edge.
-// If cells of overlapping bodies are closer than a leaf's diameter R, F ~ 1/(R^3 r) and T ~ 1/R^3,
-// which conserves angular momentum.
+// leaves, not the centre of its box. The density of a cell in (6.19) is that of a cube of its
+// longest edge. If cells of overlapping bodies are closer than a leaf's diameter R, their force is
+// F ~ 1/(R^3 r) and their torque T ~ 1/R^3 at a distance r, which conserves angular momentum.
 #pragma once
 
 #include <vector>

@@ -35,7 +35,7 @@ LOOMSTONE_INLINE Arms<Lanes> arms_of(const Lanes* x) {
   return a;
 }
 
-// Returns T_ijk. The three cases are: all indices equal, all different, two equal.
+// Returns T_ijk, with cases for indices that are all equal, all different, or two equal.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes third(const Arms<Lanes>& a, int i, int j, int k) {
   if (i == j && j == k) {

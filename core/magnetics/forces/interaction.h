@@ -18,7 +18,8 @@ struct Wrench {
 };
 
 // Returns the wrench on `on` exerted by `by`. The error is at most `tolerance` times the larger of
-// the force and `least` [N]. Torques are divided by the radius of the body that is integrated over.
+// the force and `least` [N]. For this bound, torques are divided by the radius of the body that is
+// integrated over.
 Wrench magnetic_wrench(const MagneticBody& on, const MagneticBody& by, double tolerance,
                        double least = 0.0);
 
@@ -30,12 +31,12 @@ struct KnownField {
 };
 
 // Returns the wrench on every body exerted by all others. The error of each pair is at most
-// `tolerance` times the largest force of any pair or on any single dipole. One sum yields the
-// forces between single dipoles, which include spheres. Forces between them and another body follow
-// from the field of that body at all of them. Sums have a fixed order. Bodies with the same
-// `carrier` (optional) exert no force on one another. Forces between single dipoles with the same
-// carrier are included, but cancel in the carrier's total. `known` has fields evaluated in advance,
-// which give bit-identical results.
+// `tolerance` times the largest force of any pair or on any single dipole. Single dipoles, which
+// include spheres, interact by one direct sum. Their forces with another body follow from the field
+// of that body at all of them. Sums have a fixed order. Bodies with the same `carrier` (optional)
+// exert no force on one another. Forces between single dipoles with the same carrier are included,
+// but cancel in the carrier's total. Using fields evaluated in advance, `known`, gives
+// bit-identical results.
 std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<MagneticBody>& bodies,
                                       double tolerance, const std::vector<Index>& carrier = {},
                                       const std::vector<KnownField>& known = {});

@@ -57,8 +57,8 @@ struct Leaf {
   double error[2];
 };
 
-// Returns the error of the rule in one direction, from the Legendre coefficients of `sums`, which
-// are taken over the other direction.
+// Returns the error of the rule in one direction, from the Legendre coefficients of `sums`, the
+// sums over the other direction.
 double rule_error(const Vec6* sums, const GaussRule& rule) {
   double largest = 0.0, last = 0.0;
   for (int degree = 0; degree < rule.n; ++degree) {

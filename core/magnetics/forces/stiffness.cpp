@@ -106,8 +106,8 @@ constexpr int sphere_rows = 6;
 // dipoles.
 constexpr double neighbours = 1.6;
 
-// Returns the sum of this bound over spheres far from sphere i, divided by the moment of i and by
-// mu0/4pi. `near` receives the indices of all other spheres, including i.
+// Returns the sum of the bound for any two dipoles over spheres far from sphere i, divided by the
+// moment of i and by mu0/4pi. `near` receives the indices of all other spheres, including i.
 template <class Lanes>
 LOOMSTONE_INLINE double far_kernel(const double* table, Index padded, Index i, Index* near,
                                    Index* n_near) {
@@ -145,8 +145,8 @@ struct PlacedMagnet {
   const Carrier& carrier;
 };
 
-// Returns a bound of the amount by which two magnets raise the squared frequency of either carrier
-// [1/s^2].
+// Returns an upper bound of the amount by which two magnets raise the squared frequency of either
+// carrier [1/s^2].
 double pair_frequency2(const PlacedMagnet& a, const PlacedMagnet& b) {
   const double turning = (a.magnet.soft_sphere ? 0.0 : a.carrier.inverse_inertia) +
                          (b.magnet.soft_sphere ? 0.0 : b.carrier.inverse_inertia);
@@ -174,12 +174,12 @@ std::vector<double> frequencies2(const std::vector<CoarseMagnet>& magnets,
                                  const std::vector<Index>& carrier,
                                  const std::vector<Carrier>& carriers, double field) {
   std::vector<double> result(carriers.size(), 0.0);
-  // All magnets except soft spheres, whose mutual forces are not counted here.
+  // `others` are all magnets except soft spheres, whose mutual forces are not counted here.
   std::vector<std::size_t> all(magnets.size()), others;
   std::iota(all.begin(), all.end(), 0);
   std::copy_if(all.begin(), all.end(), std::back_inserter(others),
                [&](std::size_t k) { return !magnets[k].soft_sphere; });
-  // If all other magnets are fixed, soft spheres contribute nothing here.
+  // If all these magnets are fixed, soft spheres contribute nothing here.
   if (std::all_of(others.begin(), others.end(),
                   [&](std::size_t k) { return fixed(carriers[carrier[k]]); }))
     all = others;

@@ -12,7 +12,8 @@ namespace loomstone {
 
 namespace {
 
-// Multiple of the sum of two panels' reaches. Panels farther apart interact by quadrature points.
+// Panels farther apart than this multiple of the sum of their reaches interact by quadrature
+// points.
 constexpr double near = 3.0;
 
 // Returns log(r - u) without cancellation, where r^2 = u^2 + rest. Where it is infinite, the

@@ -9,8 +9,8 @@ namespace {
 // Tolerance of the force for the part of the field that varies within panels. The measured error is
 // a tenth of the tolerance.
 constexpr double refinement = 3e-3;
-// Largest size of a flux matrix that is kept for two bodies, a quarter of a gigabyte. Larger ones
-// are replaced by field evaluations.
+// Largest number of entries of a flux matrix that is kept for two bodies, a quarter of a gigabyte.
+// Larger matrices are replaced by field evaluations.
 constexpr std::size_t most_fluxes = 1 << 25;
 
 }  // namespace

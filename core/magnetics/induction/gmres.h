@@ -13,7 +13,7 @@ namespace loomstone {
 
 struct GmresResult {
   Vector solution;
-  double residual = 0.0;  // norm, relative to that of the right side [1]
+  double residual = 0.0;  // norm of the residual, relative to that of the right side [1]
   int iterations = 0;
 };
 

@@ -21,8 +21,8 @@ constexpr int most_iterations = 200;
 // iterations (31 MB).
 constexpr Index most_kept = 1400;
 
-// Computes 1/R^3 and 3/R^5 from every sphere to the eight spheres at x (coordinate arrays). Both
-// are 0 if R = 0.
+// Computes 1/R^3 and 3/R^5 for the vectors from every sphere to the eight spheres at x (coordinate
+// arrays). Both are 0 if R = 0.
 template <class Lanes>
 LOOMSTONE_INLINE void distance_kernel(const double* x, const double* positions, Index n,
                                       double* factors) {

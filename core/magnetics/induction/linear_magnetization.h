@@ -1,6 +1,7 @@
 // Magnetisation of linear bodies by magnets and by one another. R_i is the response of a single
-// body, and G_ij gives the field of one body's charge at another. GMRES solves x_i = R_i (applied +
-// sum of G_ij x_j) for the charges x_i of all bodies at once.
+// body, and G_ij gives the field of one body's charge at another. GMRES solves
+//   x_i = R_i (applied + sum of G_ij x_j)
+// for the charges x_i of all bodies at once.
 #pragma once
 
 #include <string>
@@ -23,8 +24,8 @@ struct Induction {
 Induction induce(const Team& team, const std::vector<SoftBody>& soft,
                  const std::vector<MagneticBody>& hard, const Vec3& field, double tolerance);
 
-// Throws InvalidInput that names the first soft body which overlaps another one or a magnet. names
-// are those of the soft bodies, followed by those of the hard ones.
+// Throws InvalidInput if a soft body overlaps another one or a magnet. The message names the first
+// such body. names are those of the soft bodies, followed by those of the hard ones.
 void check_apart(const std::vector<SoftBody>& soft, const std::vector<MagneticBody>& hard,
                  const std::vector<std::string>& names);
 

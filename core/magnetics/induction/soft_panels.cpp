@@ -18,8 +18,7 @@ namespace loomstone {
 
 namespace {
 
-// Number of sample points in each direction of a panel. They receive the field, and forces act on
-// them.
+// Number of points in each direction of a panel at which the field is sampled and forces act.
 constexpr int points_a_direction = 3;
 constexpr Index most_panels = 8000;  // a matrix of 0.5 GB
 

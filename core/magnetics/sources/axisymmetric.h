@@ -2,15 +2,16 @@
 // sheets), cylinder and ring magnets.
 //
 // A uniformly magnetised body has mu0 H = grad(J . grad Psi), where Psi is the Newtonian potential
-// of its volume. For a cylinder, all second derivatives of Psi follow from three functions of the
-// current sheet on its side: b_z, b_rho and t = A_phi / rho. The third derivatives follow from
-// current loops at its two ends. Near the axis and far away, azimuthal integrals use the midpoint
-// rule, which converges to rounding there. Differences between the two ends are computed without
-// cancellation. Near the rims, the integrals are elliptic, as in [Derby2010] for the sheet.
+// of its volume. For a cylinder, all second derivatives of Psi follow from three functions of an
+// equivalent current sheet on its side: the field components b_z and b_rho, and t = A_phi / rho.
+// The third derivatives follow from current loops at its two ends. Near the axis and far away,
+// azimuthal integrals use the midpoint rule, which converges to rounding there. Differences between
+// the two ends are computed without cancellation. Near the rims, the integrals are elliptic, as in
+// [Derby2010] for the sheet.
 //
 // The scalar potential Phi is homogeneous of degree 1 in the size of the body and the position of
-// the point together. Euler's theorem gives Phi = -x.mu0 H + dPhi/d(size). Growth of the body adds
-// a layer of thickness x.n, which changes Phi by the component along J of the field of a surface
+// the point together. By Euler's theorem, Phi = -x.mu0 H + dPhi/d(size). Growth of the body adds a
+// layer of thickness x.n. This layer changes Phi by the component along J of the field of a surface
 // charge x.n. On the end faces, this field follows from the end terms of the sheet. On the side, it
 // is expressed by complete elliptic integrals.
 //
@@ -70,7 +71,7 @@ class Solenoid final : public Source {
 
 class Cylinder final : public Source {
  public:
-  // |z| <= height / 2, inner_radius <= rho <= radius [m]; polarization J [T].
+  // The cylinder |z| <= height / 2, inner_radius <= rho <= radius [m] with polarization J [T].
   Cylinder(double radius, double height, const Vec3& polarization, double inner_radius = 0.0);
   void field_block(const double* points, Index n, Quantity quantity, double* field) const override;
   void gradient_block(const double* points, Index n, double* gradient) const override;

@@ -141,8 +141,9 @@ LOOMSTONE_INLINE void cylinder_gradient(Sheet sheet, const double* j, const doub
     const Lanes jr = scale * (j[0] * p.cosine + j[1] * p.sine),
                 jp = scale * (j[1] * p.cosine - j[0] * p.sine);
     const double jz = scale * j[2];
-    // Third derivatives of Psi: phi phi rho is w, and phi phi z is b_rho / rho. rho zz and zzz
-    // follow from the loops at the ends. The others follow from Laplace's equation.
+    // Third derivatives of Psi: the phi phi rho component is w, and phi phi z is b_rho / rho.
+    // Components rho zz and zzz follow from the loops at the ends, the others from Laplace's
+    // equation.
     const Lanes rrz = -t.dz_bz - t.br_over_rho, rrr = -t.w - t.dz_br;
     CylindricalTensor<Lanes> g;
     g.rr = rrr * jr + rrz * jz;
@@ -155,7 +156,7 @@ LOOMSTONE_INLINE void cylinder_gradient(Sheet sheet, const double* j, const doub
   }
 }
 
-// Returns the potential of a ring with unit charge density.
+// Returns the potential of a circular ring with unit charge density.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes ring_potential(const Lanes& rho, const Lanes& beyond, const Lanes& zeta) {
   const Lanes alpha2 = zeta * zeta + (rho + 1.0) * (rho + 1.0);
@@ -223,8 +224,8 @@ LOOMSTONE_INLINE void vector_potential(Sheet sheet, double strength, const doubl
   }
 }
 
-// Predicate for splitting blocks: true where the midpoint rule applies to a sheet, or to a loop if
-// half = 0. The criterion is that of sheet_terms().
+// Predicate for splitting blocks. It is true where the midpoint rule applies to a sheet, or to a
+// loop if half = 0. The criterion is that of sheet_terms().
 struct Smooth {
   double radius, half;
   bool operator()(double x, double y, double z) const {

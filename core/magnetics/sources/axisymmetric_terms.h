@@ -1,8 +1,10 @@
 // Fields of a loop (mu0 I = 1) and of a cylindrical current sheet (mu0 K = 1) of radius 1 about the
 // z axis; see axisymmetric.h. rho is the distance from the axis and zeta the height above the loop.
-// The integration variable theta is (pi - phi) / 2 for an azimuth phi. With c = cos^2 theta and s =
-// sin^2 theta, cos phi = s - c and sin^2 phi = 4 s c. The squared distance from the wire is D^2 =
-// zeta^2 + (rho+1)^2 c + (rho-1)^2 s.
+// The integration variable theta is (pi - phi) / 2 for an azimuth phi. With c = cos^2 theta and
+// s = sin^2 theta,
+//   cos phi = s - c,   sin^2 phi = 4 s c,   D^2 = zeta^2 + (rho+1)^2 c + (rho-1)^2 s,
+// where D is the distance from the wire. The near terms are integrals with Delta^2 = c + kc^2 s,
+// where kc is the complementary modulus.
 #pragma once
 
 #include "core/magnetics/sources/elliptic.h"
@@ -21,14 +23,14 @@ extern const Azimuths azimuths;
 
 template <class Lanes>
 struct LoopTerms {
-  Lanes bz, br, br_over_rho;  // field
+  Lanes bz, br, br_over_rho;  // field components
   Lanes dz_bz, dz_br;         // derivatives along z
 };
 
 template <class Lanes>
 struct SheetTerms {
   Lanes bz, br, br_over_rho, t;
-  Lanes dz_bz, dz_br, w;  // w = - dt / drho
+  Lanes dz_bz, dz_br, w;  // w = -dt / drho
 };
 
 template <class Lanes>
@@ -154,8 +156,8 @@ LOOMSTONE_INLINE SheetTerms<Lanes> sheet_smooth(const Lanes& rho, const Lanes& b
                                                 bool gradient) {
   const Lanes sum2 = (rho + 1.0) * (rho + 1.0), beyond2 = beyond * beyond, rho2 = rho * rho;
   const Lanes z12 = z1 * z1, z02 = z0 * z0, middle = z1 + z0;
-  // True above or below both ends. The difference between the ends is computed without cancellation
-  // there.
+  // True if the point is above or below both ends. The difference between the ends is then computed
+  // without cancellation.
   const MaskOf<Lanes> aside = z1 * z0 > 0.0;
   const Lanes zero{};
   Lanes bz = zero, t = zero, br = zero, dz_bz = zero, dz_br = zero, w = zero;
@@ -163,8 +165,8 @@ LOOMSTONE_INLINE SheetTerms<Lanes> sheet_smooth(const Lanes& rho, const Lanes& b
     const double c = azimuths.c[i], s = azimuths.s[i], sine2 = 4.0 * s * c;
     const Lanes q = sum2 * c + beyond2 * s;
     const Lanes d1 = lanes_sqrt(z12 + q), d0 = lanes_sqrt(z02 + q), i1 = 1.0 / d1, i0 = 1.0 / d0;
-    // `value` is Q, the difference of zeta / (q D) between the two ends. `slope` is R = -dQ /
-    // d(q/2).
+    // `value` is Q, the difference of zeta / (q D) between the two ends. `slope` is
+    // R = -dQ / d(q/2).
     const Lanes mixed = z1 * d0 + z0 * d1, inverse = i1 * i0;
     const Lanes cross = lanes_select(aside, mixed, lanes_all<Lanes>(1.0));
     const Lanes aside_q = length * middle * inverse / cross;

@@ -15,9 +15,8 @@ struct MagneticBody {
   SourcePtr source;
   RigidPose pose;  // pose of the source's axes; their origin is the centre of the body
 
-  Vec3 moment() const {
-    return rotation_matrix(pose.orientation) * source->moment();
-  }  // in world axes [A m^2]
+  // Dipole moment in world axes [A m^2].
+  Vec3 moment() const { return rotation_matrix(pose.orientation) * source->moment(); }
 };
 
 // Returns the total field of all bodies at (n x 3) points [m], in world axes (n x 3). quantity is

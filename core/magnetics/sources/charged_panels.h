@@ -17,8 +17,9 @@ namespace loomstone {
 
 // Panels of a body, without their charge.
 struct PanelSet {
-  static constexpr double near =
-      5.0;  // from a panel's centre, in reaches; four points have a relative error of 2e-4 there
+  // Distance from a panel's centre, in reaches, beyond which four points replace the closed form.
+  // Their relative error there is 2e-4.
+  static constexpr double near = 5.0;
 
   // order is the number of sample points in each direction of a panel.
   PanelSet(std::vector<FlatPanel> panels, int order);
@@ -46,9 +47,10 @@ class ChargedPanels final : public Source {
   struct Fine {
     Vector at_samples;  // mu0 times the charge at each sample of the set [T m^2]
     std::vector<FlatPanel> parts;
-    Vector charges;                    // mean of mu0 sigma on each part [T]
-    std::vector<PanelSample> samples;  // total charge of the parts, equally many per part
-    SourcePtr panel_means;             // the same body with uniform charge on each panel
+    Vector charges;  // mean of mu0 sigma on each part [T]
+    // Samples of the total charge of the parts, the same number on each part.
+    std::vector<PanelSample> samples;
+    SourcePtr panel_means;  // the same body with uniform charge on each panel
   };
   ChargedPanels(std::shared_ptr<const PanelSet> set, Vector charges, SourcePtr solid, Fine fine);
   // Inside the surface, mu0 H is returned for B, because the magnetisation is unknown there.

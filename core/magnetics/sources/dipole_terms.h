@@ -6,8 +6,8 @@
 
 namespace loomstone {
 
-// Vector r from the dipole to the point, 1/R^2 and 1/R^3. The two powers are 0 if R = 0. If R^2 <
-// nearest2, inverse3 is capped at nearest2^(-3/2).
+// Vector r from the dipole to the point, 1/R^2 and 1/R^3. The two powers are 0 if R = 0. 1/R^3 is
+// at most nearest2^(-3/2).
 template <class Lanes>
 struct DipoleArm {
   Lanes3<Lanes> r;

@@ -83,7 +83,7 @@ LOOMSTONE_INLINE void field_and_gradient_kernel(DipoleTable by, const double* po
   }
 }
 
-// Field (6.5) and force (6.10).
+// Computes field (6.5) and force (6.10).
 template <class Lanes>
 LOOMSTONE_INLINE void force_kernel(DipoleTable by, DipoleColumns on, double nearest2, double* field,
                                    double* force) {

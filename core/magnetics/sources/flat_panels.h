@@ -14,7 +14,7 @@ struct FlatPanel {
   int corners = 3;  // 3, or 4 for a rectangle
   Vec3 corner[4];   // counter-clockwise seen from outside [m]
   Vec3 normal, centre;
-  double area = 0.0, reach = 0.0;  // [m^2]; distance from the centre to the farthest corner [m]
+  double area = 0.0, reach = 0.0;  // area [m^2], largest distance of a corner from the centre [m]
 
   // Point at (u, v) in the unit square. On a triangle, the side u = 0 collapses to corner 0.
   Vec3 at(double u, double v) const;
@@ -24,7 +24,7 @@ FlatPanel make_panel(const Vec3* corners, int n);
 
 struct PanelPoint {
   Vec3 position;
-  double share = 0.0;  // fraction of the panel's area
+  double share = 0.0;  // fraction of the panel's area that the point represents
 };
 // Tensor-product Gauss rule with `order` points in each direction. On a triangle, one side of the
 // unit square collapses to corner 0.

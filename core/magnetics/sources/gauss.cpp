@@ -1,4 +1,4 @@
-// Newton's method on the three-term recurrence of the Legendre polynomials yields the nodes.
+// Newton's method on the three-term recurrence of the Legendre polynomials determines the nodes.
 #include "core/magnetics/sources/gauss.h"
 
 #include <array>

@@ -83,7 +83,7 @@ LOOMSTONE_INLINE void evaluate(Series series, const double* points, Index n, dou
     last = last < highest ? last : highest;
     Lanes sum[components];
     for (Lanes& s : sum) s = Lanes{};
-    Lanes real[2][top + 1], imaginary[2][top + 1];  // degrees l and l - 1, alternating
+    Lanes real[2][top + 1], imaginary[2][top + 1];  // values of degrees l and l - 1
     real[0][0] = lanes_sqrt(inverse);
     imaginary[0][0] = Lanes{};
     p.x *= inverse;

@@ -86,7 +86,7 @@ LOOMSTONE_INLINE void evaluate(const double* const* coefficients, double inverse
     last = last < highest ? last : highest;
     Lanes sum[components];
     for (Lanes& s : sum) s = Lanes{};
-    Lanes real[2][top + 1], imaginary[2][top + 1];  // degrees l and l - 1, alternating
+    Lanes real[2][top + 1], imaginary[2][top + 1];  // values of degrees l and l - 1
     real[0][0] = lanes_sqrt(inverse);
     imaginary[0][0] = Lanes{};
     p.x *= inverse;
@@ -155,7 +155,7 @@ Coefficients along(const Coefficients& harmonics, const Vec3& direction) {
   for (int l = 1; l <= MultipoleExpansion::degree; ++l) {
     for (int m = 0; m <= l; ++m) {
       const auto at = [&](int order) -> std::complex<double> {
-        if (order < 0) return -std::conj(harmonics[slot(l - 1, -order)]);  // R_l-1 = -conj(R_l1)
+        if (order < 0) return -std::conj(harmonics[slot(l - 1, -order)]);  // R_l,-1 = -conj(R_l1)
         return order < l ? harmonics[slot(l - 1, order)] : 0.0;
       };
       const std::complex<double> less = at(m - 1), more = -at(m + 1);

@@ -1,9 +1,9 @@
 // Far field of a bounded source as a multipole expansion of its magnetic charge in solid harmonics.
 // The irregular harmonics are
-//   S_lm(r) = (l-m)! P_lm(cos theta) exp(i m phi) / r^(l+1),
-// where P_lm omits the Condon-Shortley phase (-1)^m. The potential is sum Re(c_lm S_lm) over m >=
-// 0. A derivative of S_lm is a combination of harmonics of degree l + 1. Every component of field
-// and gradient is therefore a sum of the same form over the same S_lm.
+//   S_lm(r) = (l-m)! P_lm(cos theta) exp(i m phi) / r^(l+1),   m >= 0,
+// where P_lm omits the Condon-Shortley phase (-1)^m. The potential is the sum of Re(c_lm S_lm). A
+// derivative of S_lm is a combination of harmonics of degree l + 1. Every component of field and
+// gradient is therefore a sum of the same form over the same S_lm.
 #pragma once
 
 #include <array>

@@ -12,9 +12,9 @@ namespace loomstone::panel_kernels {
 // Layout of a panel's table:
 //   centre, squared distance beyond which points replace the closed form,
 //   number of triangles, number of edges,
-//   two triangles: corners, normal, twice the area,
-//   four edges: two ends, length, normal of the edge in the plane,
-//   four points: position, share of the area / 4 pi.
+//   2 triangles: corners, normal, twice the area,
+//   4 edges: two ends, length, normal of the edge in the plane,
+//   4 points: position, area that the point represents / 4 pi.
 inline constexpr int triangles_at = 6, triangle_stride = 13,
                      edges_at = triangles_at + 2 * triangle_stride, edge_stride = 10,
                      points_at = edges_at + 4 * edge_stride, stride = points_at + 16;

@@ -80,7 +80,7 @@ class MeshMagnet final : public Polyhedron {
 
 class Cuboid final : public Polyhedron {
  public:
-  // Edge lengths `size` [m] about the origin; polarization J [T].
+  // A cuboid with edge lengths `size` [m], centred at the origin, with polarization J [T].
   Cuboid(const Vec3& size, const Vec3& polarization);
   double depth(const Vec3& point) const override;
   std::optional<UniformCuboid> uniform_cuboid() const override {

@@ -17,9 +17,9 @@ struct SourceRecipe {
   using Value = std::variant<double, Vec3, Points>;
 
   std::string kind;  // constructor function in loomstone.magnetics; empty if there is none
-  std::vector<std::pair<std::string, Value>> values;  // its arguments by name, SI units
-  std::shared_ptr<const TriangleMesh> mesh;           // of a mesh, relative to its centre [m]
-  std::shared_ptr<const SourceRecipe> of;             // magnet that a set of cells divides
+  std::vector<std::pair<std::string, Value>> values;  // its arguments by name, in SI units
+  std::shared_ptr<const TriangleMesh> mesh;           // mesh relative to its centre [m], or null
+  std::shared_ptr<const SourceRecipe> of;             // magnet that is divided into cells, or null
 };
 
 }  // namespace loomstone

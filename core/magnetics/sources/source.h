@@ -28,8 +28,8 @@ class DipoleSet;
 class Source;
 using SourcePtr = std::shared_ptr<const Source>;
 
-// A circular loop about the z axis (length 0), or a current sheet on the cylinder |z| <= length /
-// 2.
+// A circular loop about the z axis (length 0), or a current sheet on the cylinder
+// |z| <= length / 2.
 struct CircularWinding {
   double radius, length;  // [m]
   double current;         // total current of a loop [A], current per length of a sheet [A/m]
@@ -98,7 +98,7 @@ class Source {
   virtual SourceRecipe recipe() const { return {}; }
 };
 
-// Throws InvalidInput that names the first row that is not finite.
+// Throws InvalidInput if a row is not finite. The message names the first such row.
 void check_points(const ConstPointsRef& points, const char* name);
 
 }  // namespace loomstone

@@ -84,7 +84,7 @@ Vector SphericalHarmonics::coefficients(const Vector& values) const {
   std::vector<double> p;
   for (Index ring = 0; ring < cosines_.size(); ++ring) {
     legendre(ring, p);
-    // Twice the quadrature weight, for m > 0.
+    // Twice the quadrature weight, for m > 0. Terms with m = 0 are halved below.
     const double weight = weights_[ring] / turns_;
     for (int l = 1; l <= degree_; ++l) {
       result[slot(l, 0)] +=

@@ -1,9 +1,9 @@
 // Spherical harmonics in Schmidt semi-normalisation, which neither overflows nor underflows at high
 // degree:
-//   Y_lm = sqrt((l-m)! / (l+m)!) P_lm(cos theta) exp(i m phi),  m >= 0,
-// where P_lm omits the Condon-Shortley phase (-1)^m. Consider a sphere of radius a. The potential
-// of an applied field is a sum Re(L_lm Y_lm) (r/a)^l. The potential outside of a charge on the
-// sphere is a sum Re(c_lm Y_lm) (a/r)^(l+1). The coefficients L and c are in T (mu0 H).
+//   Y_lm = sqrt((l-m)! / (l+m)!) P_lm(cos theta) exp(i m phi),   m >= 0,
+// where P_lm omits the Condon-Shortley phase (-1)^m. About a sphere of radius a, the potential of
+// an applied field is a sum of Re(L_lm Y_lm) (r/a)^l. The outer potential of a charge on the sphere
+// is a sum of Re(c_lm Y_lm) (a/r)^(l+1). The coefficients L and c are in T (mu0 H).
 #pragma once
 
 #include <cstddef>
