@@ -22,8 +22,8 @@ constexpr Index n_samples = 128;
 struct Setting {
   int order;
   double opening;
-  // Relative error of forces, measured on 1e5 randomly oriented dipoles on a lattice, displaced by
-  // half its spacing.
+  // Relative error of forces, measured on 1e5 randomly oriented dipoles on a lattice with random
+  // displacements of up to half its spacing.
   double error;
 };
 constexpr Setting settings[] = {{3, 0.7, 2e-2},  {4, 0.65, 7e-3},   {5, 0.6, 2.5e-3},

@@ -15,8 +15,8 @@ namespace loomstone {
 
 namespace {
 
-// Arms between eight pairs of corners, with the logarithms L_x = arsinh(x / hypot(y, z)) and angles
-// A_x = arctan(y z / (x R)).
+// Vectors between the corners of eight pairs (arms), with the logarithms L_x = arsinh(x / hypot(y,
+// z)) and angles A_x = arctan(y z / (x R)).
 template <class Lanes>
 struct Arms {
   Lanes x[3], log[3], angle[3], r;

@@ -53,9 +53,8 @@ Wrench on_charges(const MagneticBody& on, const MagneticBody& by) {
   return w;
 }
 
-// Returns an induced body with the mean charge on each panel, for forces between induced bodies.
-// The part that varies within panels responds only to magnets, and its field at all samples would
-// be too expensive.
+// Returns a body with the mean charge on each panel, for forces between induced bodies. The part
+// that varies within panels responds only to magnets, and its field is expensive.
 MagneticBody with_panel_means(const MagneticBody& body) {
   const SourcePtr means = body.source->panel_means();
   return {means ? means : body.source, body.pose};
@@ -117,8 +116,7 @@ void check_tolerance(double tolerance) {
     fail<InvalidInput>("tolerance must be in [1e-12, 0.1] [1], got {}", tolerance);
 }
 
-// Adds the forces between spheres and other bodies with one dipole, computed in one sum. Returns
-// which bodies these are.
+// Adds the forces between bodies with one dipole, such as spheres. Returns marks of these bodies.
 std::vector<bool> add_single_dipoles(const Team& team, const std::vector<MagneticBody>& bodies,
                                      std::vector<Wrench>& result) {
   std::vector<bool> single(bodies.size(), false);

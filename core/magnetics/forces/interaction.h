@@ -33,9 +33,9 @@ struct KnownField {
 // Returns the wrench on every body exerted by all others. The error of each pair is at most
 // `tolerance` times the largest force of any pair or on any single dipole. Single dipoles, which
 // include spheres, interact by one direct sum. Their forces with another body follow from the field
-// of that body at all of them. Sums have a fixed order. Bodies with the same `carrier` (optional)
-// exert no force on one another. Forces between single dipoles with the same carrier are included,
-// but cancel in the carrier's total. Using fields evaluated in advance, `known`, gives
+// of that body at all single dipoles. Sums have a fixed order. Bodies with the same `carrier`
+// (optional) exert no force on one another. Forces between single dipoles with the same carrier are
+// included, but cancel in the carrier's total. Using fields evaluated in advance, `known`, gives
 // bit-identical results.
 std::vector<Wrench> magnetic_wrenches(const Team& team, const std::vector<MagneticBody>& bodies,
                                       double tolerance, const std::vector<Index>& carrier = {},

@@ -81,9 +81,9 @@ double yielding(const Carrier& carrier, const Vec3& point) {
   return carrier.inverse_mass + (point - carrier.centre).squaredNorm() * carrier.inverse_inertia;
 }
 
-// Returns the largest restoring stiffness of two dipoles with constant moments, times r^5 / (3
-// mu0/4pi). It is the largest eigenvalue of the Hessian of their energy, a traceless matrix. n is
-// the unit vector from one dipole to the other.
+// Returns the largest restoring stiffness of two dipoles with constant moments, times
+// r^5 / (3 mu0/4pi). It is the largest eigenvalue of the Hessian of their energy, a traceless
+// matrix. n is the unit vector from one dipole to the other.
 double driving_back(const Vec3& m, const Vec3& other, const Vec3& n) {
   const double a = m.dot(n), b = other.dot(n), product = m.dot(other);
   const Mat3 crossed = m * other.transpose(), turned = (a * other + b * m) * n.transpose();

@@ -64,7 +64,7 @@ SoftShapePtr soft_sphere(double radius, double susceptibility, int degree);
 // Returns the degree at which the relative error of the force on a sphere is `tolerance` if the
 // nearest source is at `distance` from its centre.
 int sphere_degree(double radius, double distance, double tolerance);
-// Returns the same for two such spheres whose centres are `distance` apart.
+// Returns this degree for two soft spheres whose centres are `distance` apart.
 int sphere_degree(double radius, double other_radius, double distance, double tolerance);
 
 // cells is the number of panels along each edge of the finest of three grids; see check_cells().

@@ -17,8 +17,8 @@ namespace loomstone {
 
 // Panels of a body, without their charge.
 struct PanelSet {
-  // Distance from a panel's centre, in reaches, beyond which four points replace the closed form.
-  // Their relative error there is 2e-4.
+  // Distance from a panel's centre, in units of its reach, beyond which four points replace the
+  // closed form. Their relative error there is 2e-4.
   static constexpr double near = 5.0;
 
   // order is the number of sample points in each direction of a panel.

@@ -14,8 +14,8 @@ namespace {
 // Smallest distances from a face and from an edge, in units of half the diagonal.
 constexpr double on_face = 1e-12, on_edge = 1e-15;
 
-// Computes the signed distances x + a and x - a from the two faces across an axis, in units of half
-// the diagonal. Points on a face are moved to its outer side.
+// Computes the signed distances x + a and x - a from the two faces perpendicular to an axis, in
+// units of half the diagonal. Points on a face are moved to its outer side.
 template <class Lanes>
 LOOMSTONE_INLINE void across(const Lanes& x, double a, double scale, Lanes* out) {
   out[0] = (x + a) * scale;
@@ -54,7 +54,7 @@ LOOMSTONE_INLINE Lanes edges_along(const Lanes* u, const Lanes* v, const Lanes* 
   return lanes_log(above / below);
 }
 
-// Returns the difference of the solid angles that the two faces across u subtend.
+// Returns the difference of the solid angles subtended by the two faces perpendicular to axis u.
 template <class Lanes>
 LOOMSTONE_INLINE Lanes faces_across(const Lanes* u, const Lanes* v, const Lanes* w,
                                     const Lanes r[2][2][2]) {
