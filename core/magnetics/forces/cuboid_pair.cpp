@@ -2,7 +2,7 @@
 //   F_k = - 1/(4 pi mu0) sum_ij J1_i J2_j sum over corners s1 s2 T_ijk(R),   T_ijk = d_i d_j d_k G.
 // R is the arm, the vector from a corner of 1 to a corner of 2. s1 and s2 are the products of the
 // signs of the corners' coordinates. For torques, the lever y_a about the centre of 2 turns T into
-// y_a T - U with dU/dR_a = T. On faces across axis a the lever is constant and there is no U.
+// y_a T - U with dU/dR_a = T. On faces normal to axis a, the lever is constant and there is no U.
 #include "core/magnetics/forces/cuboid_pair.h"
 
 #include <algorithm>
